@@ -1,16 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cstddef>
-#include <memory>
 #include <stdexcept>
-#include <string>
-#include <string_view>
 
-#include "app/waits.hpp"
 #include "cbcan/time.hpp"
 #include "io/loop/reactor.hpp"
-#include "io/sockets/command_session.hpp"
 
 namespace cbcan::app {
 
@@ -20,31 +14,7 @@ class CheckFailed : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// What a clock drives.
-class Program {
- public:
-  virtual bool stop_requested() const = 0;
-  /// The same in the middle of long work: asks for signals.
-  virtual bool stopped_meanwhile() = 0;
-  /// Does what is due, waits until `until` at most, and takes in what has come; returns how many had
-  /// something.
-  virtual std::size_t poll(Time until) = 0;
-  /// Does what is due.
-  virtual void advance() = 0;
-  /// Sends what has come of it.
-  virtual void flush() = 0;
-  /// When the world has something to do next.
-  virtual Time next_event() const = 0;
-  /// A command of docs/reference/commands.md; what it brings about has happened when it returns the response,
-  /// or when the response is there later, see adapters::Dialogue.
-  virtual std::string execute(std::string_view line, const std::shared_ptr<adapters::Dialogue>& dialogue) = 0;
-  virtual Waits& waits() = 0;
-  /// Answers those that are over now; true if there was one.
-  virtual bool poll_waits() = 0;
-
- protected:
-  ~Program() = default;
-};
+class Simulator;
 
 /// What time it is in the simulation, and what makes it go on: this machine's clock, or a ManualClock.
 class Clock {
@@ -58,10 +28,7 @@ class Clock {
   /// Time passes by itself; else in steps of any length, when it is told to.
   virtual bool runs() const { return true; }
   /// Until the program is to stop.
-  virtual void drive(Program& program) {
-    while (!program.stop_requested())
-      program.poll(kNever);
-  }
+  virtual void drive(Simulator& simulator);
 
  protected:
   Clock(io::Reactor& reactor, const Time& shown) : reactor_(reactor), shown_(shown) {}

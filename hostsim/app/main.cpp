@@ -12,8 +12,8 @@
 #include "cli/command_line.hpp"
 #include "config/build_node.hpp"
 #include "config/demo_plant.hpp"
+#include "io/files/file_text.hpp"
 #include "io/files/parameter_file.hpp"
-#include "io/files/read_file.hpp"
 #include "io/sockets/service_manager.hpp"
 #include "window/program_start.hpp"
 

@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "app/simulator.hpp"
 #include "io/errors.hpp"
 
 namespace cbcan::app {
@@ -19,52 +20,52 @@ constexpr int kMostTurnsBeforeTime = 100;
 /// However much happens in this time, a signal can wait so long.
 constexpr Time kLongestStep = kSecond;
 
-void poll_clients(Program& program) {
-  for (int turns = 0; turns < kMostTurnsBeforeTime && program.poll(0) != 0; ++turns) {
+void poll_clients(Simulator& simulator) {
+  for (int turns = 0; turns < kMostTurnsBeforeTime && simulator.poll(0) != 0; ++turns) {
   }
 }
 
 }  // namespace
 
 /// While nobody reads the responses, no more lines are taken.
-void ManualClock::drive(Program& program) {
+void ManualClock::drive(Simulator& simulator) {
   std::optional<io::LineInput> input;
   if (reads_input_) input.emplace(reactor_, STDIN_FILENO, "standard input");
-  while (!program.stop_requested() && !(input && input->ended() && !dialogue_->waiting)) {
+  while (!simulator.stop_requested() && !(input && input->ended() && !dialogue_->waiting)) {
     const Time look = !console_.heard() ? io::Reactor::now() + io::Output::kRetry
                       : input           ? input->next_deadline()
                                         : kNever;
-    program.poll(earlier(look, program.waits().plc_deadline()));
-    program.waits().give_up_on_plc(io::Reactor::now());
-    if (program.waits().want_time()) let_time_pass(program);
+    simulator.poll(earlier(look, simulator.waits().plc_deadline()));
+    simulator.waits().give_up_on_plc(io::Reactor::now());
+    if (simulator.waits().want_time()) let_time_pass(simulator);
     say(std::exchange(dialogue_->unsent, {}));
-    if (input) take_lines(*input, program);
+    if (input) take_lines(*input, simulator);
   }
 }
 
-void ManualClock::take_lines(io::LineInput& input, Program& program) {
+void ManualClock::take_lines(io::LineInput& input, Simulator& simulator) {
   input.poll();
-  while (console_.heard() && !program.stop_requested() && !dialogue_->waiting) {
+  while (console_.heard() && !simulator.stop_requested() && !dialogue_->waiting) {
     const auto line = input.take();
     if (!line) break;
-    poll_clients(program);
-    say(program.execute(*line, dialogue_));
-    if (program.waits().want_time()) let_time_pass(program);
+    poll_clients(simulator);
+    say(simulator.execute(*line, dialogue_));
+    if (simulator.waits().want_time()) let_time_pass(simulator);
     say(std::exchange(dialogue_->unsent, {}));
   }
 }
 
 /// Until a wait is over, or a signal has come. Nothing depends on the steps of a pass.
-void ManualClock::let_time_pass(Program& program) {
-  poll_clients(program);
+void ManualClock::let_time_pass(Simulator& simulator) {
+  poll_clients(simulator);
   bool is_over = false;
-  while (!is_over && program.waits().want_time() && !program.stopped_meanwhile()) {
-    const Time step = program.waits().are_passes() ? now_ + kLongestStep : now_;
-    now_ = std::min(program.waits().next_deadline(), std::max(step, program.next_event()));
-    program.advance();
-    is_over = program.poll_waits();
+  while (!is_over && simulator.waits().want_time() && !simulator.stopped_meanwhile()) {
+    const Time step = simulator.waits().are_passes() ? now_ + kLongestStep : now_;
+    now_ = std::min(simulator.waits().next_deadline(), std::max(step, simulator.next_event()));
+    simulator.advance();
+    is_over = simulator.poll_waits();
   }
-  program.flush();
+  simulator.flush();
 }
 
 /// What a line brings about has happened and been sent when it is answered.

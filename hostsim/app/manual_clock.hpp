@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 
+#include "adapters/dialogue.hpp"
 #include "app/clock.hpp"
 #include "app/console.hpp"
 #include "io/loop/line_input.hpp"
@@ -22,11 +23,11 @@ class ManualClock final : public Clock {
 
   Time wall_offset() const override { return 0; }
   bool runs() const override { return false; }
-  void drive(Program& program) override;
+  void drive(Simulator& simulator) override;
 
  private:
-  void let_time_pass(Program& program);
-  void take_lines(io::LineInput& input, Program& program);
+  void let_time_pass(Simulator& simulator);
+  void take_lines(io::LineInput& input, Simulator& simulator);
   void say(std::string response);
 
   Console& console_;

@@ -18,7 +18,7 @@
 #include "app/target.hpp"
 #include "config/build_node.hpp"
 #include "io/can/candump_log.hpp"
-#include "io/files/write_file.hpp"
+#include "io/files/file_text.hpp"
 #include "plant/virtual_plant.hpp"
 #include "scenario/scenario.hpp"
 #include "text/numbers.hpp"

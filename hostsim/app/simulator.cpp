@@ -357,6 +357,11 @@ Time Simulator::observers_deadline() const {
   return next;
 }
 
+void Clock::drive(Simulator& simulator) {
+  while (!simulator.stop_requested())
+    simulator.poll(kNever);
+}
+
 std::string Simulator::module_summary(const plant::Network& network) const {
   const sim::CoprocessorModule* const module = network.module();
   if (module == nullptr) return {};

@@ -12,7 +12,6 @@
 #include "app/bus_connections.hpp"
 #include "app/clock.hpp"
 #include "app/console.hpp"
-#include "app/recorder.hpp"
 #include "app/views.hpp"
 #include "app/waits.hpp"
 #include "config/build_node.hpp"
@@ -30,7 +29,7 @@
 
 namespace cbcan::app {
 
-class Simulator final : private Program, private plant::NetworkListener {
+class Simulator final : private plant::NetworkListener {
  public:
   /// `build` is all that config::build_nodes() has made of `config`. Opens everything; throws
   /// io::EnvironmentError, or io::UsageError for a parameter file that cannot be understood. `reads_input`:
@@ -59,6 +58,26 @@ class Simulator final : private Program, private plant::NetworkListener {
   /// What has happened, in lines for people.
   std::string summary() const;
 
+  // For the clock that drives it.
+  bool stop_requested() const;
+  /// The same in the middle of long work: asks for signals.
+  bool stopped_meanwhile() { return signals_.poll(); }
+  /// Does what is due, waits until `until` at most, and takes in what has come; returns how many had
+  /// something.
+  std::size_t poll(Time until);
+  /// Does what is due.
+  void advance();
+  /// Sends what has come of it.
+  void flush();
+  /// When the plant has something to do next.
+  Time next_event() const { return plant_->next_deadline(); }
+  /// A command of docs/reference/commands.md; what it brings about has happened when it returns the response,
+  /// or when the response is there later, see adapters::Dialogue.
+  std::string execute(std::string_view line, const std::shared_ptr<adapters::Dialogue>& dialogue);
+  Waits& waits() { return waits_; }
+  /// Answers those that have ended now; true if there was one.
+  bool poll_waits();
+
  private:
   void open_plant(const config::Config& config, config::PlantBuild build);
   void open_modbus(const config::Config& config);
@@ -70,15 +89,6 @@ class Simulator final : private Program, private plant::NetworkListener {
   void poll_views();
   plant::Control& control() { return plant_->control(); }
   void advance_and_answer();
-  bool stop_requested() const override;
-  bool stopped_meanwhile() override { return signals_.poll(); }
-  std::size_t poll(Time until) override;
-  void advance() override;
-  void flush() override;
-  Time next_event() const override { return plant_->next_deadline(); }
-  std::string execute(std::string_view line, const std::shared_ptr<adapters::Dialogue>& dialogue) override;
-  Waits& waits() override { return waits_; }
-  bool poll_waits() override;
   void stop();
   void on_fault(std::size_t network, std::string_view text, Time now) override;
   void on_written(std::size_t network, const adapters::ModbusRange& written) override;

@@ -44,91 +44,68 @@ std::string normal(const std::string& path) {
   return std::filesystem::path(path).lexically_normal().string();
 }
 
-void check_parameter_files(const Config& config, Diagnostics& found) {
-  std::map<std::string, std::pair<std::string, Place>> owners;
-  const auto own = [&](const std::string& file, const std::string& name, const Place& place) {
-    const auto [owner, is_first] = owners.emplace(normal(file), std::pair(name, place));
-    if (is_first) return;
-    found.push_back(
-        {place,
-         fmt::format("{}: {} already has the parameters of {} at {}; every node needs a file of its own",
-                     name, file, owner->second.first, to_string(owner->second.second))});
-  };
-  for (const NetworkConfig& network : config.networks) {
-    if (const std::string& file = network.module.parameters; !file.empty())
-      own(file, in_network(network.number) + "module", network.places.at("module.parameters"));
-    for (const NodeConfig& node : network.nodes)
-      if (!node.parameters.empty()) own(node.parameters, node_name(node), node.place);
-  }
-}
-
-/// Addresses, serial ports, interfaces and files that the program opens, by the keys of their settings: no
-/// two can be the same.
-class Belongings {
+/// Files, addresses, serial ports and buses, which only one setting can have.
+class Owners {
  public:
-  Belongings(const NetworkConfig& first, Diagnostics& found) : first_(first), found_(found) {}
+  explicit Owners(Diagnostics& found) : found_(found) {}
 
-  void listen(std::string_view key, const std::string& address) { listen(key, first_, address); }
-  void listen(std::string_view key, const NetworkConfig& network, const std::string& address) {
-    if (address.empty()) return;
-    text::StreamAddress parsed = text::parse_stream_address(address);
-    if (parsed.path.empty() && parsed.tcp.port == 0) return;  // any free one
-    if (!parsed.path.empty()) parsed.path = normal(parsed.path);
-    own(key, network, text::to_string(parsed));
+  /// `name`: of the setting. `place`: none of one of the whole plant.
+  void own(std::string_view what, const std::string& name, const Place& place = {}) {
+    if (what.empty()) return;
+    const auto [owner, is_first] = owners_.emplace(what, std::pair(name, place));
+    if (is_first) return;
+    const auto& [other, where] = owner->second;
+    const std::string at = where.source.empty() ? "" : " at " + to_string(where);
+    const std::string message = fmt::format("{} has it already{}; write another one", other, at);
+    const std::string setting = fmt::format("{} {}", name, what);
+    found_.push_back(place.source.empty() ? about_option(setting, message)
+                                          : Diagnostic{place, setting + ": " + message});
   }
-  void open(std::string_view key, const std::string& path) { open(key, first_, path); }
-  void open(std::string_view key, const NetworkConfig& network, const std::string& path) {
-    if (!path.empty()) own(key, network, normal(path));
+  void own_file(const std::string& path, const std::string& name, const Place& place = {}) {
+    own(normal(path), name, place);
   }
-  void join(const NetworkConfig& network) {
-    constexpr std::string_view kKey = "can.spec";
-    const std::string& spec = network.can.outside;
-    const std::string device = spec.starts_with("slcan:") ? parse_can_spec(spec).name : "";
-    if (!device.empty()) return open(kKey, network, device);
-    if (!spec.empty()) own(kKey, network, spec);
+  void own_address(const std::string& text, const std::string& name, const Place& place = {}) {
+    if (text.empty()) return;
+    text::StreamAddress address = text::parse_stream_address(text);
+    const bool any_free_port = address.path.empty() && address.tcp.port == 0;
+    if (!address.path.empty()) address.path = normal(address.path);
+    if (!any_free_port) own(text::to_string(address), name, place);
   }
 
  private:
-  struct Owner {
-    std::string_view key;
-    const NetworkConfig* network;
-  };
-
-  void own(std::string_view key, const NetworkConfig& network, const std::string& what) {
-    const auto [owner, is_first] = owners_.emplace(what, Owner{key, &network});
-    if (is_first) return;
-    const auto& [other, first] = owner->second;
-    const std::string name = fmt::format("{}{} {}", in_network(network.number), key, what);
-    if (other != key)
-      found_.push_back(about_option(name, fmt::format("{} has it already; write another one", other)));
-    else
-      found_.push_back({network.places.at(key),
-                        fmt::format("{}: network {} has it already at {}; every network needs its own", name,
-                                    first->number, to_string(first->places.at(key)))});
-  }
-
-  const NetworkConfig& first_;
   Diagnostics& found_;
-  std::map<std::string, Owner> owners_;
+  std::map<std::string, std::pair<std::string, Place>, std::less<>> owners_;
 };
 
-void check_belongings(const Config& config, Diagnostics& found) {
-  Belongings all(config.networks.front(), found);
+void own_those_of(const NetworkConfig& network, Owners& owners) {
+  const auto each = [&](auto own, std::string_view key, const std::string& what) {
+    const auto place = network.places.find(key);
+    (owners.*own)(what, fmt::format("{}{}", in_network(network.number), key),
+                  place == network.places.end() ? Place() : place->second);
+  };
+  const std::string& bus = network.can.outside;
+  each(&Owners::own_file, "can.spec", bus.starts_with("slcan:/") ? parse_can_spec(bus).name : bus);
+  each(&Owners::own_file, "log.file", network.log);
+  each(&Owners::own_address, "can.slcan", network.can.slcan);
+  each(&Owners::own_address, "can.socketcand", network.can.socketcand);
+  each(&Owners::own_file, "module.parameters", network.module.parameters);
+  if (network.module.enabled) each(&Owners::own_file, "plc.device", network.plc.line.device);
+  for (const NodeConfig& node : network.nodes)
+    owners.own_file(node.parameters, node_name(node) + ": node.parameters", node.place);
+}
+
+void check_owners(const Config& config, Diagnostics& found) {
+  Owners owners(found);
   const auto serves = [](const NetworkConfig& network) { return network.module.enabled; };
   if (std::ranges::any_of(config.networks, serves)) {
-    all.listen("modbus.port", text::to_string(config.modbus));
-    all.listen("rtu.listen", config.rtu.listen);
-    all.open("rtu.device", config.rtu.line.device);
+    owners.own_address(text::to_string(config.modbus), "modbus.port");
+    owners.own_address(config.rtu.listen, "rtu.listen");
+    owners.own_file(config.rtu.line.device, "rtu.device");
   }
-  all.listen("control.listen", config.control);
-  all.listen("http.listen", config.http.listen);
-  for (const NetworkConfig& network : config.networks) {
-    all.join(network);
-    if (network.module.enabled) all.open("plc.device", network, network.plc.line.device);
-    all.open("log.file", network, network.log);
-    all.listen("can.slcan", network, network.can.slcan);
-    all.listen("can.socketcand", network, network.can.socketcand);
-  }
+  owners.own_address(config.control, "control.listen");
+  owners.own_address(config.http.listen, "http.listen");
+  for (const NetworkConfig& network : config.networks)
+    own_those_of(network, owners);
 }
 
 void check_number_of_networks(const Config& config, Diagnostics& found) {
@@ -287,8 +264,7 @@ Diagnostics check(const Config& config) {
   if (config.clock == ClockKind::kManual && logs_to_standard_output(config))
     found.push_back(about_option(config.pcap == kStandardOutput ? "--pcap -" : "--log -",
                                  "standard output has the responses of --clock manual; name a file"));
-  check_parameter_files(config, found);
-  check_belongings(config, found);
+  check_owners(config, found);
   check_wires(config, found);
   return found;
 }

@@ -235,7 +235,7 @@ std::uint64_t network_seed(const Config& config, const NetworkConfig& network);
 std::uint64_t node_seed(const Config& config, const NodeConfig& node);
 
 /// What no single setting can tell: node IDs, objects, signals and files given twice, a node with the
-/// module's ID, two settings with the same interface, port, file or address. To be asked once both the
+/// module's ID, two settings with the same bus, address, file or serial port. To be asked once both the
 /// plant file and the command line have been read.
 Diagnostics check(const Config& config);
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The devices that a simulated node can be. docs/reference/devices.md says what each of them does, and how to add one.
+/// The devices that a simulated node can be. docs/reference/devices.md says what each of them does, and how
+/// to add one.
 
 #include <cstdint>
 #include <memory>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "devices/io_channels.hpp"
 
-#include "sim/rounded.hpp"
+#include "sim/number.hpp"
 
 namespace cbcan::devices {
 

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "devices/channels.hpp"
-#include "sim/rounded.hpp"
+#include "sim/number.hpp"
 
 namespace cbcan::devices {
 

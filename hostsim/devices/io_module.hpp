@@ -2,8 +2,9 @@
 #pragma once
 
 /// An I/O module (CiA 401): as many blocks of eight digital inputs and outputs, and as many analogue ones of
-/// 16 bits, as its dictionary has sub-indices of 6000h, 6200h, 6401h and 6411h. docs/reference/devices.md lists the
-/// objects. An object that the file leaves out, or has with another size, is as the profile's default.
+/// 16 bits, as its dictionary has sub-indices of 6000h, 6200h, 6401h and 6411h. docs/reference/devices.md
+/// lists the objects. An object that the file leaves out, or has with another size, is as the profile's
+/// default.
 ///
 /// Interrupts become DeviceNode::changed() of 6000h or 6401h. An analogue one needs 6423h, a change of the
 /// value, one of the limits chosen in 6421h (if any is) and one of the deltas (if any is); deltas count from

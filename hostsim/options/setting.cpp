@@ -29,6 +29,8 @@ bool has_form(const Row& row, const Value& value) {
 
 /// Not "number < low": NaN is out of every range.
 bool in_range(const Row& row, const Value& value) {
+  if (!row.numbers.empty())
+    return std::ranges::find(row.numbers, std::get<std::int64_t>(value)) != row.numbers.end();
   if (row.form == Form::kAny) return true;
   if (const auto* text = std::get_if<std::string>(&value)) return !text->empty();
   if (const auto* whole = std::get_if<std::int64_t>(&value))
@@ -68,6 +70,10 @@ bool is_text(const Row& row) {
 }
 
 std::string domain_of(const Row& row) {
+  std::vector<std::string> numbers;
+  for (const int number : row.numbers)
+    numbers.push_back(std::to_string(number));
+  if (!numbers.empty()) return text::listed(std::vector<std::string_view>(numbers.begin(), numbers.end()));
   if (!row.choices.empty()) return text::listed(row.choices);
   if (!row.domain.empty()) return std::string(row.domain);
   if (row.form == Form::kBoolean) return "true or false";

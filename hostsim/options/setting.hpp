@@ -62,6 +62,7 @@ struct Row {
   std::string_view domain = {};  ///< what it may be, in words; empty = range or choices say it
   std::span<const std::string_view> choices =
       {};                         ///< a text has to be one of these; an enumerator is its place
+  std::span<const int> numbers = {};  ///< a whole number has to be one of these
   std::string_view example = {};  ///< of one that has to be there; empty = may be left out
   std::string_view absent = {};   ///< what it means to leave it out, where that is no value
   std::uint32_t scale = 1;        ///< what is stored is so many times the value

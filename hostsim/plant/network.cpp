@@ -8,6 +8,7 @@
 
 #include "cbcan/coprocessor/local_objects.hpp"
 #include "cbcan/version.hpp"
+#include "plant/wires.hpp"
 #include "text/numbers.hpp"
 #include "text/words.hpp"
 
@@ -127,7 +128,15 @@ void Network::start(bool observed) {
   observed_ = observed;
   started_ = context_.now;
   world_.start(started_);
-  if (group_ == nullptr) wants(own_deadline());
+  if (wires_ == nullptr) wants(own_deadline());
+}
+
+void Network::advance() {
+  wires_ != nullptr ? wires_->advance() : advance_alone(context_.now);
+}
+
+Time Network::next_deadline() const {
+  return wires_ != nullptr ? wires_->next_deadline() : own_deadline();
 }
 
 void Network::advance_alone(Time now) {
@@ -136,11 +145,11 @@ void Network::advance_alone(Time now) {
     send(replay_[replayed_].frame);
   }
   world_.advance(now);
-  if (group_ == nullptr) wants(own_deadline());
+  if (wires_ == nullptr) wants(own_deadline());
 }
 
 void Network::advance_due() {
-  if (wanted() <= context_.now || group_ != nullptr) advance();
+  if (wanted() <= context_.now || wires_ != nullptr) advance();
 }
 
 void Network::on_diagnostics() {
@@ -170,7 +179,7 @@ void Network::on_plc() {
 
 void Network::apply(std::size_t first, std::size_t count) {
   if (module_ != nullptr) module_->on_registers_written(first, count, context_.now);
-  if (group_ != nullptr) return group_->advance();
+  if (wires_ != nullptr) return wires_->advance();
   wants(earlier(world_.advance_bus(context_.now), replay_due()));
 }
 

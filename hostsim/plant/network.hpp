@@ -44,16 +44,7 @@ struct NetworkContext {
   NetworkListener& listener;
 };
 
-/// Networks that wires connect, see Wires.
-class NetworkGroup {
- public:
-  /// All of them, to the context's time.
-  virtual void advance() = 0;
-  virtual Time next_deadline() const = 0;
-
- protected:
-  ~NetworkGroup() = default;
-};
+class Wires;
 
 class Network final : public adapters::ModbusUnit,
                       public sim::Timed,
@@ -97,13 +88,13 @@ class Network final : public adapters::ModbusUnit,
 
   /// `observed`: the listener is called for what Modbus writes.
   void start(bool observed);
-  /// To the context's time; with all those of its group.
-  void advance() { group_ != nullptr ? group_->advance() : advance_alone(context_.now); }
+  /// To the context's time; with all those that wires connect.
+  void advance();
   void poll(Time /*now*/) override { advance(); }
-  Time next_deadline() const { return group_ != nullptr ? group_->next_deadline() : own_deadline(); }
+  Time next_deadline() const;
 
-  /// For the group that it belongs to, which outlives it and has its deadlines from now on.
-  void attach(NetworkGroup& group) { group_ = &group; }
+  /// For the wires that it belongs to, which outlive it and have its deadlines from now on.
+  void attach(Wires& wires) { wires_ = &wires; }
   void advance_alone(Time now);
   Time own_deadline() const { return earlier(world_.next_deadline(), replay_due()); }
   Time started() const { return started_; }
@@ -147,7 +138,7 @@ class Network final : public adapters::ModbusUnit,
   std::array<std::uint32_t, regmap::kMostChannels> writers_{};  ///< of each scanner window the last one
   std::uint32_t second_writers_ = 0;
   std::optional<journal::NetworkWatch> watch_;
-  NetworkGroup* group_ = nullptr;
+  Wires* wires_ = nullptr;
 };
 
 }  // namespace cbcan::plant

@@ -18,13 +18,17 @@
 
 namespace cbcan::plant {
 
-class Wires final : private NetworkGroup, private sim::Timed {
+class Wires final : private sim::Timed {
  public:
   /// `networks`: all of `config`'s, in order, which outlive it and have not been started. Their advance() is
   /// that of all from now on, where there are wires.
   Wires(const config::Config& config, std::vector<Network*> networks, const NetworkContext& context);
   Wires(const Wires&) = delete;
   Wires& operator=(const Wires&) = delete;
+
+  /// All networks, to the context's time.
+  void advance();
+  Time next_deadline() const;
 
  private:
   /// What a node of a wire says, see sim::Node::watch().
@@ -48,9 +52,7 @@ class Wires final : private NetworkGroup, private sim::Timed {
     std::optional<double> given = {};  ///< to the input; none = nothing since it has power
   };
 
-  void advance() override;
   void poll(Time /*now*/) override { advance(); }
-  Time next_deadline() const override;
   Time own_deadline() const;
   End end(const config::Config& config, const config::WireEnd& end);
   void begin();

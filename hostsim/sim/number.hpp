@@ -3,8 +3,11 @@
 
 /// Numbers of the world, and as a dictionary stores them.
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
+#include <type_traits>
 
 #include "cbcan/canopen/dictionary/object_dictionary.hpp"
 
@@ -16,5 +19,17 @@ std::uint64_t to_raw(double value, DataType type, std::size_t bytes);
 
 /// What the type stores so.
 double from_raw(std::uint64_t raw, DataType type, std::size_t bytes);
+
+/// What an integer object shows of a value in the world: the nearest number, halves away from zero; beyond
+/// its range the last one in it; 0 for what is not a number. For integers of up to 32 bits.
+template <class Number>
+Number rounded(double value) {
+  static_assert(std::is_integral_v<Number> && sizeof(Number) <= 4, "a double holds 53 bits");
+  constexpr Number kLowest = std::numeric_limits<Number>::lowest();
+  constexpr Number kHighest = std::numeric_limits<Number>::max();
+  if (!(value > double{kLowest})) return std::isnan(value) ? Number{0} : kLowest;
+  if (value >= double{kHighest}) return kHighest;
+  return static_cast<Number>(value < 0 ? value - 0.5 : value + 0.5);
+}
 
 }  // namespace cbcan::sim

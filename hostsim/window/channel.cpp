@@ -149,6 +149,7 @@ void Channel::on_head(Words words) {
   if (!is_scanner()) return;
   request_number_ = words[regmap::kScannerTaken];
   absent_ = request_number_ == 0 && words[regmap::kScannerResult] == 0;
+  if (absent_) lost();
 }
 
 void Channel::on_poll(Words words) {

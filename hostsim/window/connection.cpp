@@ -26,13 +26,13 @@ short Connection::events() const {
 void Connection::send(std::uint8_t unit, const Request& request, Time now) {
   size_ = 0;
   if (!put(bytes_of(unit, request))) return end(std::strerror(errno), now);
-  due_ = Due{expected_by(unit, request), now + timing_.response_timeout};
+  due_ = Due{unit, request, now + timing_.response_timeout};
 }
 
 std::optional<Response> Connection::receive(Time now) {
   if (!due_ || !read(now)) return std::nullopt;
   const Come come(buffer_.data(), size_);
-  if (std::optional<Response> response = due_->response.in(framed_in(come))) {
+  if (std::optional<Response> response = response_in(framed_in(come), due_->unit, due_->request)) {
     due_.reset();
     size_ = 0;
     pause_ = timing_.pause;
@@ -57,7 +57,6 @@ void Connection::connected() {
   state_ = State::kOn;
   size_ = 0;
   until_ = 0;
-  problem_.clear();
   reason_.clear();
 }
 
@@ -76,7 +75,6 @@ void Connection::end(const std::string& why, Time now) {
   until_ = now + pause_;
   pause_ = std::min(2 * pause_, timing_.longest_pause);
   reason_ = why;
-  problem_ = place_ + ": " + why;
 }
 
 }  // namespace cbcan::window

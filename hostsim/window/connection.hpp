@@ -43,7 +43,7 @@ class Connection {
   /// How many connections and attempts have come to an end.
   unsigned ends() const { return ends_; }
   /// Why the last one has, with its place in front; empty while there is one.
-  const std::string& problem() const { return problem_; }
+  std::string problem() const { return reason_.empty() ? reason_ : place_ + ": " + reason_; }
   /// The same, without the place.
   const std::string& reason() const { return reason_; }
   const std::string& place() const { return place_; }
@@ -95,7 +95,8 @@ class Connection {
 
  private:
   struct Due {
-    Expected response;
+    std::uint8_t unit = 0;
+    Request request{};
     Time until = 0;
   };
 
@@ -106,7 +107,6 @@ class Connection {
   std::string place_;
   Time pause_;
   unsigned ends_ = 0;
-  std::string problem_;
   std::string reason_;
 };
 

@@ -39,24 +39,20 @@ std::vector<std::uint8_t> bytes_of(std::uint8_t unit, const Request& request) {
   return bytes;
 }
 
-Expected expected_by(std::uint8_t unit, const Request& request) {
-  return {unit, function_of(request), request.count};
-}
-
-std::size_t Expected::size(std::uint8_t function_code) const {
+std::optional<Response> response_in(std::span<const std::uint8_t> bytes, std::uint8_t unit,
+                                    const Request& request) {
   constexpr std::size_t kExceptionSize = kHead + 1, kWriteSize = kHead + 4;
-  if ((function_code & kException) != 0) return kExceptionSize;
-  return words == 0 ? kWriteSize : kHead + 1 + 2u * words;
-}
-
-std::optional<Response> Expected::in(std::span<const std::uint8_t> bytes) const {
-  if (bytes.size() < kHead || bytes[0] != unit || bytes.size() != size(bytes[1])) return std::nullopt;
-  if (bytes[1] == (function | kException) && bytes[2] != 0) return Response{.exception = bytes[2]};
-  if (bytes[1] != function || (words != 0 && bytes[2] != 2u * words)) return std::nullopt;
+  const std::uint8_t function = function_of(request);
+  const std::size_t data = 2u * request.count;
+  if (bytes.size() < kExceptionSize || bytes[0] != unit) return std::nullopt;
+  if (bytes[1] == (function | kException) && bytes.size() == kExceptionSize && bytes[2] != 0)
+    return Response{.exception = bytes[2]};
+  if (bytes[1] != function || bytes.size() != (data == 0 ? kWriteSize : kHead + 1 + data))
+    return std::nullopt;
+  if (data != 0 && bytes[2] != data) return std::nullopt;
   Response response;
-  for (std::size_t i = 0; i < words; ++i)
-    response.words.push_back(
-        static_cast<std::uint16_t>(bytes[kHead + 1 + 2 * i] << 8 | bytes[kHead + 2 + 2 * i]));
+  for (std::size_t at = kHead + 1; at < kHead + 1 + data; at += 2)
+    response.words.push_back(static_cast<std::uint16_t>(bytes[at] << 8 | bytes[at + 1]));
   return response;
 }
 

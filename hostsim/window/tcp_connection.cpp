@@ -94,10 +94,9 @@ void TcpConnection::look_for_end(Time now) {
 }
 
 bool TcpConnection::put(Bytes bytes) {
-  const std::uint8_t length[]{static_cast<std::uint8_t>(bytes.size() >> 8),
-                              static_cast<std::uint8_t>(bytes.size())};
-  bytes.insert(bytes.begin(), std::begin(length), std::end(length));
-  bytes.insert(bytes.begin(), kZeros, 0);
+  const std::size_t length = bytes.size();
+  const auto high = static_cast<std::uint8_t>(length >> 8), low = static_cast<std::uint8_t>(length);
+  bytes.insert(bytes.begin(), {0, 0, 0, 0, high, low});
   return ::send(descriptor_, bytes.data(), bytes.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(bytes.size());
 }
 

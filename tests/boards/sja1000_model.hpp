@@ -111,8 +111,7 @@ struct Sja1000Model {
   }
 
   std::uint32_t status() const {
-    return (rx.empty() ? 0 : 1u) | (overrun_ ? 2u : 0) | (sending ? 0 : 4u) |
-           (transmit_errors >= 96 || receive_errors >= 96 ? 1u << 6 : 0) | (bus_off_ ? 1u << 7 : 0);
+    return (rx.empty() ? 0 : 1u) | (overrun_ ? 2u : 0) | (sending ? 0 : 4u) | (bus_off_ ? 1u << 7 : 0);
   }
 
   std::uint32_t receive_interrupt() const { return rx.empty() ? 0 : 1; }

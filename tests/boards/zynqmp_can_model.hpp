@@ -18,7 +18,6 @@ struct ZynqmpCanModel {
   std::uint32_t read(std::uint32_t offset) {
     switch (offset) {
       case 0x10: return error_counters;
-      case 0x14: return error_kinds;
       case 0x18: return status();
       case 0x1C: return pending();
       case 0x50:
@@ -49,7 +48,6 @@ struct ZynqmpCanModel {
         REQUIRE(is_configuring());
         timing = value;
         return;
-      case 0x14: error_kinds &= ~value; return;
       case 0x20: enabled = value; return;
       case 0x24: latched_ &= ~value; return;
       case 0x30:
@@ -100,9 +98,7 @@ struct ZynqmpCanModel {
   std::uint32_t timing = 0;
   std::uint32_t enabled = 0;
   std::uint32_t error_counters = 0;
-  std::uint32_t error_kinds = 0;
   std::uint32_t error_state = 1;
-  bool error_warning = false;
   std::uint32_t filters_used = 0;
   std::array<std::uint32_t, 4> filter_mask{};
   std::array<std::uint32_t, 4> filter_id{};
@@ -116,9 +112,8 @@ struct ZynqmpCanModel {
       ++resets;
       tx.clear();
       rx.clear();
-      mode = prescaler = timing = enabled = latched_ = error_counters = error_kinds = filters_used = 0;
+      mode = prescaler = timing = enabled = latched_ = error_counters = filters_used = 0;
       error_state = 1;
-      error_warning = false;
     }
     enabled_ = has_clock && (value & 2) != 0;
   }
@@ -143,8 +138,7 @@ struct ZynqmpCanModel {
   std::uint32_t status() const {
     const std::uint32_t filters = filters_stuck ? 1u << 11 : 0;
     if (!enabled_) return (has_clock ? 1u : 0u) | filters;
-    return 1u << 3 | (error_warning ? 1u << 6 : 0) | error_state << 7 | (tx.size() == kFifo ? 1u << 10 : 0) |
-           filters;
+    return 1u << 3 | error_state << 7 | (tx.size() == kFifo ? 1u << 10 : 0) | filters;
   }
 
   std::uint32_t pending() const {

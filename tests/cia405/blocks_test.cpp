@@ -14,8 +14,6 @@ using Bytes = std::vector<std::uint8_t>;
 
 /// A plant with one program, whose cycle takes a millisecond.
 struct Rig {
-  explicit Rig(const std::vector<std::string>& options = {}) : plant(options), program(plant.port()) {}
-
   void cycles(int count) {
     for (int i = 0; i < count; ++i) {
       program.cycle(plant.now());
@@ -24,7 +22,7 @@ struct Rig {
   }
 
   Plant plant;
-  Program program;
+  Program program{plant.port()};
 };
 
 /// Node 5's 2004h, four bytes.
@@ -76,17 +74,6 @@ TEST_CASE("SdoRead into a buffer that has become smaller is ERROR 21h, and write
   rig.cycles(20);
   CHECK(read.error == KernelError::kInternal);
   CHECK(buffer == Bytes(4, 0xEE));
-}
-
-TEST_CASE("a mode that there is not is ERROR 21h") {
-  Rig rig;
-  SdoWrite write(rig.program.link);
-  four_bytes(write);
-  const Bytes byte(1);
-  write.data = byte;
-  write.mode = SdoMode{4};
-  write.call(0);
-  CHECK(write.error == KernelError::kInternal);
 }
 
 TEST_CASE("run() blocks until the end, or the deadline: then the execution is cancelled") {

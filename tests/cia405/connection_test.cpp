@@ -141,11 +141,20 @@ TEST_CASE("an exception is ERROR 21h, the connection stays") {
 
 TEST_CASE("a result that is none, an abort without room for its code, and another size are ERROR 21h") {
   Talk talk;
-  const std::string head =
-      GENERATE("000113BF0000300100000001", "000213BF0000300100000001", "000313BF0000300100000001",
-               "000413BF0000300100000001", "000013BF0000300100000000", "000013BF0000300100000002");
+  const std::string response =
+      GENERATE(as<std::string>(),                         //
+               "010310000113BF000030010000000100000000",  // result 1
+               "010310000213BF000030010000000100000000",  // 2
+               "010310000313BF000030010000000100000000",  // 3
+               "010310000413BF000030010000000100000602",  // aborted
+               "010310000013BF000030010000000000000000",  // no bytes
+               "010310000013BF000030010000000200000000",  // two
+               "01030E000013BF00003001000000010000",      // a word too few
+               "01030E000013BF000030010000000100000000",  // or so it says
+               "010312000013BF000030010000000100000000"   // a word too many, and one more
+               "0000");
   talk.start();
-  talk.server.respond("010310" + head + zeros(2));
+  talk.server.respond(response);
   talk.cycle();
   CHECK(talk.id.error == KernelError::kInternal);
   CHECK(talk.id.device == 0);

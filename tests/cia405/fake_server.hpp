@@ -6,7 +6,6 @@
 #include <netinet/in.h>
 #include <sys/socket.h>
 
-#include <array>
 #include <cstdint>
 #include <stdexcept>
 #include <string>
@@ -59,14 +58,10 @@ struct FakeServer {
 
  private:
   std::string receive(std::size_t count) {
-    std::string bytes;
-    while (bytes.size() < count) {
-      std::array<char, 300> part;
-      contract::wait_readable(client_.get(), "the client");
-      const ssize_t got = recv(client_.get(), part.data(), count - bytes.size(), 0);
-      if (got <= 0) throw std::runtime_error("the client has left");
-      bytes.append(part.data(), static_cast<std::size_t>(got));
-    }
+    contract::wait_readable(client_.get(), "the client");
+    std::string bytes(count, '\0');
+    if (recv(client_.get(), bytes.data(), count, MSG_WAITALL) != static_cast<ssize_t>(count))
+      throw std::runtime_error("the client has left");
     return bytes;
   }
 

@@ -20,21 +20,6 @@ std::string new_file() {
   return name;
 }
 
-std::vector<std::string> command_line(const std::vector<std::string>& options, int port,
-                                      const std::string& log) {
-  std::vector<std::string> words{CBCAN_SIM,
-                                 "--clock",
-                                 "manual",
-                                 "--modbus",
-                                 "127.0.0.1:" + std::to_string(port),
-                                 "--log",
-                                 log,
-                                 "--node",
-                                 "5=" CBCAN_PLANTS "/demo/generic.eds"};
-  words.insert(words.end(), options.begin(), options.end());
-  return words;
-}
-
 int port_in(const std::string& ready) {
   const std::string begin = "modbus=127.0.0.1:";
   const std::size_t at = ready.find(begin);
@@ -44,8 +29,11 @@ int port_in(const std::string& ready) {
 
 }  // namespace
 
-Plant::Plant(const std::vector<std::string>& options, int port)
-    : log_(new_file()), simulator_(command_line(options, port, log_)), port_(port_in(simulator_.hear())) {}
+Plant::Plant(int port)
+    : log_(new_file()),
+      simulator_({CBCAN_SIM, "--clock", "manual", "--modbus", "127.0.0.1:" + std::to_string(port), "--log",
+                  log_, "--node", "5=" CBCAN_PLANTS "/demo/generic.eds"}),
+      port_(port_in(simulator_.hear())) {}
 
 Plant::~Plant() {
   unlink(log_.c_str());
@@ -57,25 +45,14 @@ void Plant::pass(Time time) {
   now_ += time;
 }
 
-std::string Plant::command(const std::string& line) {
-  simulator_.say(line);
-  return simulator_.hear();
-}
-
-std::vector<std::string> Plant::frames() {
+std::vector<std::string> Plant::frames(const std::string& begin) {
   pass(0);  // what has come in has been dealt with, and the log is written
   std::ifstream file(log_);
   std::vector<std::string> frames;
   std::string time, interface, frame;
   while (file >> time >> interface >> frame)
-    frames.push_back(frame);
+    if (frame.starts_with(begin)) frames.push_back(frame);
   return frames;
-}
-
-std::vector<std::string> Plant::frames(const std::string& begin) {
-  std::vector<std::string> found = frames();
-  std::erase_if(found, [&](const std::string& frame) { return !frame.starts_with(begin); });
-  return found;
 }
 
 Program::Program(int port) : link({.port = port}) {}

@@ -20,18 +20,14 @@ inline constexpr Time kMs = 1000;
 inline constexpr Time kSecond = 1'000'000;
 
 struct Plant {
-  /// With node 5, the demo plant's generic node, and what else `options` say. `port` 0 = any free one.
-  explicit Plant(const std::vector<std::string>& options = {}, int port = 0);
+  /// With node 5, the demo plant's generic node. `port` 0 = any free one.
+  explicit Plant(int port = 0);
   ~Plant();
 
   int port() const { return port_; }
   Time now() const { return now_; }
   void pass(Time time);
-  /// A line of docs/reference/commands.md; returns the response.
-  std::string command(const std::string& line);
-  /// The bus until now, as candump writes frames: "605#4000200100000000".
-  std::vector<std::string> frames();
-  /// Those frames that begin so.
+  /// The frames on the bus until now that begin so, as candump writes them: "605#4000200100000000".
   std::vector<std::string> frames(const std::string& begin);
 
  private:

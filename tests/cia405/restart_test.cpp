@@ -8,43 +8,38 @@ namespace cbcan::cia405::test {
 
 TEST_CASE("a server that is killed and comes back: 21h, then everything works, settings written anew") {
   auto plant = std::make_unique<Plant>();
-  Program program(plant->port());
+  const int port = plant->port();
+  Program program(port);
   SdoRead4 read(program.link);
-  read.device = 5;
-  read.index = 0x2004;
   read.timeout = 300;
   program.blocks = {&read};
   Time now = 0;
-  const auto until_ended = [&] {
+  const auto begin = [&](std::uint8_t device, std::uint16_t index) {
+    read.enable = false;
+    program.cycle(now);
+    read.device = device;
+    read.index = index;
+    read.enable = true;
+    program.cycle(now);
+  };
+  const auto end = [&] {
     while (!read.confirm && read.error == KernelError::kNone)
       program.cycle(now += kMs);
+    return read.error;
   };
-  read.enable = true;
-  until_ended();
-  REQUIRE(read.confirm);
-  read.enable = false;
-  program.cycle(now);
-  read.enable = true;
-  program.cycle(now);
-  const int port = plant->port();
+  begin(5, 0x2004);
+  REQUIRE(end() == KernelError::kNone);
+  begin(5, 0x2004);
   plant.reset();
-  until_ended();
-  CHECK(read.error == KernelError::kInternal);
-  read.enable = false;
-  program.cycle(now);
+  CHECK(end() == KernelError::kInternal);
 
-  plant = std::make_unique<Plant>(std::vector<std::string>{}, port);
+  plant = std::make_unique<Plant>(port);
   now += kSecond;
-  read.enable = true;
-  until_ended();
-  CHECK(read.confirm);
-  SdoRead4 timeout(program.link);
-  timeout.index = 0x3003;
-  timeout.enable = true;
-  program.blocks = {&timeout};
-  while (!timeout.confirm)
-    program.cycle(now += kMs);
-  CHECK(timeout.data == std::array<std::uint8_t, 4>{0xB5, 0x01, 0, 0});
+  begin(5, 0x2004);
+  CHECK(end() == KernelError::kNone);
+  begin(0, 0x3003);
+  CHECK(end() == KernelError::kNone);
+  CHECK(read.data == std::array<std::uint8_t, 4>{0xB5, 0x01, 0, 0});
 }
 
 TEST_CASE("result 5 on a channel: 3003h and 3004h are written anew") {

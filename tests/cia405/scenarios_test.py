@@ -309,9 +309,6 @@ class Run:
         """A line of docs/reference/commands.md."""
         self.plant.command(" ".join(words))
 
-    def step_send(self, frame):
-        self.plant.send(frame)
-
     def step_until(self, begin):
         self.scan_until(lambda: self.new_frames(begin))
 

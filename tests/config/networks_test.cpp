@@ -128,36 +128,31 @@ TEST_CASE("a node ID is taken once in each network") {
 TEST_CASE("two networks share no interface, address or file") {
   CHECK(
       wrong_in("[can]\nspec = \"socketcan:can0\"\n[[network]]\n[network.can]\nspec = \"socketcan:can0\"\n") ==
-      Lines{"plant.toml:5: network 2: can.spec socketcan:can0: network 1 has it already at plant.toml:2; "
-            "every network needs its own"});
-  CHECK(
-      wrong_in("[[network]]\n[network.log]\nfile = \"x/../a.log\"\n[[network]]\n[network.log]\nfile = "
-               "\"a.log\"\n") ==
       Lines{
-          "plant.toml:6: network 3: log.file a.log: network 2 has it already at plant.toml:3; every network "
-          "needs its own"});
+          "plant.toml:5: network 2: can.spec socketcan:can0: can.spec has it already at plant.toml:2; write "
+          "another one"});
+  CHECK(wrong_in("[[network]]\n[network.log]\nfile = \"x/../a.log\"\n[[network]]\n[network.log]\nfile = "
+                 "\"a.log\"\n") == Lines{"plant.toml:6: network 3: log.file a.log: network 2: log.file has "
+                                         "it already at plant.toml:3; write "
+                                         "another one"});
   wrong_networks(
       "[can]\nslcan = \":5000\"\n[[network]]\n[network.can]\nslcan = \"127.0.0.1:5000\"\n",
-      "5: network 2: can.slcan 127.0.0.1:5000: network 1 has it already at plant.toml:2; every network "
-      "needs its own");
+      "5: network 2: can.slcan 127.0.0.1:5000: can.slcan has it already at plant.toml:2; write another one");
   wrong_networks(
       "[plc]\ndevice = \"/dev/a\"\n[[network]]\n[network.plc]\ndevice = \"/dev/a\"\n",
-      "5: network 2: plc.device /dev/a: network 1 has it already at plant.toml:2; every network needs its "
-      "own");
+      "5: network 2: plc.device /dev/a: plc.device has it already at plant.toml:2; write another one");
   wrong_networks(
       "[can]\nslcan = \"unix:can\"\n[[network]]\n[network.can]\nslcan = \"unix:can\"\n",
-      "5: network 2: can.slcan unix:can: network 1 has it already at plant.toml:2; every network needs its "
-      "own");
+      "5: network 2: can.slcan unix:can: can.slcan has it already at plant.toml:2; write another one");
   CHECK(wrong_in("[can]\nslcan = \":0\"\n[[network]]\n[network.can]\nslcan = \":0\"\n") == Lines{});
-  CHECK(
-      wrong_in("[[node]]\nid = 5\neds = \"a\"\nparameters = \"p\"\n[[network]]\n[[network.node]]\nid = 5\n"
-               "eds = \"a\"\nparameters = \"./p\"\n") ==
-      Lines{"plant.toml:6: network 2: node 5: p already has the parameters of node 5 at plant.toml:1; every "
-            "node needs a file of its own"});
+  CHECK(wrong_in("[[node]]\nid = 5\neds = \"a\"\nparameters = \"p\"\n[[network]]\n[[network.node]]\nid = 5\n"
+                 "eds = \"a\"\nparameters = \"./p\"\n") ==
+        Lines{"plant.toml:6: network 2: node 5: node.parameters p: node 5: node.parameters has it already at "
+              "plant.toml:1; write another one"});
   CHECK(
       wrong_in("[module]\nparameters = \"p\"\n[[network]]\n[network.module]\nparameters = \"./p\"\n") ==
-      Lines{"plant.toml:5: network 2: module: p already has the parameters of module at plant.toml:2; every "
-            "node needs a file of its own"});
+      Lines{"plant.toml:5: network 2: module.parameters p: module.parameters has it already at plant.toml:2; "
+            "write another one"});
   CHECK(wrong_in("[can]\nspec = \"virtual\"\n[[network]]\n[network.can]\nspec = \"virtual\"\n") == Lines{});
 }
 
@@ -240,8 +235,8 @@ TEST_CASE("mistakes behind --network name the network") {
       {"--network", "2", "--node", "5=a", "--node", "5=b"},
       "--node 5=b: network 2: node 5: already at --node 5=a; every node on the bus needs an ID of its own");
   refused({"--can", "socketcan:can0", "--network", "2", "--can", "socketcan:can0"},
-          "--can socketcan:can0: network 2: can.spec socketcan:can0: network 1 has it already at --can "
-          "socketcan:can0; every network needs its own");
+          "--can socketcan:can0: network 2: can.spec socketcan:can0: can.spec has it already at --can "
+          "socketcan:can0; write another one");
   CHECK(
       refusal({"--clock", "manual", "--network", "2", "--can", "socketcan:can0"}) ==
       std::string("cbcan-sim: --clock manual: network 2: the time of socketcan:can0 cannot stand still; use "

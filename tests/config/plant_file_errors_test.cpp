@@ -103,9 +103,10 @@ TEST_CASE("an address, or a serial port, can be had once") {
   CHECK(checked("[control]\nlisten = \":5000\"\n[http]\nlisten = \"127.0.0.1:5000\"\n[[network]]\n"
                 "[network.can]\nslcan = \":5000\"\n") ==
         Lines{"http.listen 127.0.0.1:5000: control.listen has it already; write another one",
-              "network 2: can.slcan 127.0.0.1:5000: control.listen has it already; write another one"});
+              "plant.toml:7: network 2: can.slcan 127.0.0.1:5000: control.listen has it already; write "
+              "another one"});
   CHECK(checked("[rtu]\ndevice = \"/dev/x\"\n[can]\nspec = \"slcan:/dev/../dev/x\"\n") ==
-        Lines{"can.spec /dev/x: rtu.device has it already; write another one"});
+        Lines{"plant.toml:4: can.spec /dev/x: rtu.device has it already; write another one"});
   CHECK(checked("[control]\nlisten = \":0\"\n[http]\nlisten = \":0\"\n").empty());
 }
 
@@ -388,8 +389,8 @@ TEST_CASE("a signal twice, a parameter file twice") {
                  "7: node 5: object 6401h:00 already has a signal at plant.toml:5; remove one of the two");
   wrong_together(
       std::string(kNode) + "parameters = \"p\"\n[[node]]\nlss = true\neds = \"b\"\nparameters = \"p\"\n",
-      "5: node without an ID: p already has the parameters of node 5 at plant.toml:1; every node needs a "
-      "file of its own");
+      "5: node without an ID: node.parameters p: node 5: node.parameters has it already at plant.toml:1; "
+      "write another one");
 }
 
 TEST_CASE("ranges of registers do not overlap") {

@@ -18,7 +18,7 @@ Words execute(Window& window, const Words& words) {
 
 }  // namespace
 
-TEST_CASE("[CHECK-1] R3701 is neither 5055 nor 5066") {
+TEST_CASE("[CHECK-1] [R3700-1] R3701 is neither 5055 nor 5066") {
   for (const std::uint16_t command : Words{0, 1, 5054, 5056, 5065, 5067, 0x5055, 0x5066, 0xCA0E, 65535}) {
     Window window;
     for (const std::uint16_t index : Words{0x1F82, 0x300C, 0x2000}) {
@@ -44,7 +44,7 @@ TEST_CASE("[CHECK-2] a read of 1F82h is not it") {
   window.check_failed(0x06020000);
 }
 
-TEST_CASE("[CHECK-3] R3702 is above 127") {
+TEST_CASE("[CHECK-3] [R3700-2] R3702 is above 127") {
   for (const std::uint16_t node : Words{128, 255, 256, 65535}) {
     Window window;
     for (const Words& words : {Words{5055, node, 0x300C, 0, 0}, Words{5055, node, 0x1F82, 128, 1},

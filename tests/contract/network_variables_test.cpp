@@ -112,95 +112,44 @@ void check_row(std::uint16_t input, std::uint16_t output, std::size_t size) {
 
 }  // namespace
 
-TEST_CASE("[PDO-4] INTEGER8") {
+TEST_CASE("[PDO-4] [PDO-5] INTEGER8, UNSIGNED8") {
   check_row(0xA000, 0xA480, 1);
-}
-
-TEST_CASE("[PDO-5] UNSIGNED8") {
   check_row(0xA040, 0xA4C0, 1);
 }
 
-TEST_CASE("[PDO-6] BOOLEAN") {
-  Window window;
-  for (const std::uint16_t index : Words{0xA080, 0xA500})
-    check_count(window, index, 254);
-  struct Row {
-    std::uint16_t sub;
-    unsigned place;
-    std::uint16_t word;
-  };
-  for (const Row& row : {Row{1, 0, 0x0001}, Row{2, 0, 0x0002}, Row{17, 1, 0x0001}, Row{254, 15, 0x2000}}) {
-    INFO("sub-index " << row.sub);
-    CHECK(read_local(window, 0xA080, row.sub) == Value{0, 1});
-    window.configure(0xA080, row.sub, 1, {1});
-    CHECK(inputs(window) == registers_with({{row.place, row.word}}));
-    CHECK(read_local(window, 0xA080, row.sub) == Value{1, 1});
-    window.configure(0xA080, row.sub, 1, {0});
-    CHECK(inputs(window) == Words(64));
-    window.set(kOutputs, registers_with({{row.place, row.word}}));
-    CHECK(read_local(window, 0xA500, row.sub) == Value{1, 1});
-    window.set(kOutputs + row.place, {static_cast<std::uint16_t>(~row.word)});
-    CHECK(read_local(window, 0xA500, row.sub) == Value{0, 1});
-  }
-}
-
-TEST_CASE("[PDO-7] INTEGER16") {
+TEST_CASE("[PDO-7] [PDO-8] INTEGER16, UNSIGNED16") {
   check_row(0xA0C0, 0xA540, 2);
-}
-
-TEST_CASE("[PDO-8] UNSIGNED16") {
   check_row(0xA100, 0xA580, 2);
 }
 
-TEST_CASE("[PDO-9] INTEGER24") {
+TEST_CASE("[PDO-9] [PDO-10] INTEGER24, UNSIGNED24") {
   check_row(0xA140, 0xA5C0, 3);
-}
-
-TEST_CASE("[PDO-10] UNSIGNED24") {
   check_row(0xA180, 0xA600, 3);
 }
 
-TEST_CASE("[PDO-11] INTEGER32") {
+TEST_CASE("[PDO-11] [PDO-12] [PDO-13] INTEGER32, UNSIGNED32, REAL32") {
   check_row(0xA1C0, 0xA640, 4);
-}
-
-TEST_CASE("[PDO-12] UNSIGNED32") {
   check_row(0xA200, 0xA680, 4);
-}
-
-TEST_CASE("[PDO-13] REAL32") {
   check_row(0xA240, 0xA6C0, 4);
 }
 
-TEST_CASE("[PDO-14] UNSIGNED40") {
+TEST_CASE("[PDO-14] [PDO-15] UNSIGNED40, INTEGER40") {
   check_row(0xA280, 0xA700, 5);
-}
-
-TEST_CASE("[PDO-15] INTEGER40") {
   check_row(0xA2C0, 0xA740, 5);
 }
 
-TEST_CASE("[PDO-16] UNSIGNED48") {
+TEST_CASE("[PDO-16] [PDO-17] UNSIGNED48, INTEGER48") {
   check_row(0xA300, 0xA780, 6);
-}
-
-TEST_CASE("[PDO-17] INTEGER48") {
   check_row(0xA340, 0xA7C0, 6);
 }
 
-TEST_CASE("[PDO-18] UNSIGNED56") {
+TEST_CASE("[PDO-18] [PDO-19] UNSIGNED56, INTEGER56") {
   check_row(0xA380, 0xA800, 7);
-}
-
-TEST_CASE("[PDO-19] INTEGER56") {
   check_row(0xA3C0, 0xA840, 7);
 }
 
-TEST_CASE("[PDO-20] INTEGER64") {
+TEST_CASE("[PDO-20] [PDO-21] INTEGER64, UNSIGNED64") {
   check_row(0xA400, 0xA880, 8);
-}
-
-TEST_CASE("[PDO-21] UNSIGNED64") {
   check_row(0xA440, 0xA8C0, 8);
 }
 
@@ -233,7 +182,7 @@ TEST_CASE("[PDO-22] sub-indices") {
   check_read_only(window, 0xA280, 0);
 }
 
-TEST_CASE("[PDO-23] BOOLEANs are bits") {
+TEST_CASE("[PDO-6] [PDO-23] BOOLEANs are bits") {
   Window window;
   struct Row {
     std::uint16_t index, count;

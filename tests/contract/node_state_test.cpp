@@ -49,7 +49,7 @@ TEST_CASE("[STATE-1] which node") {
   }
 }
 
-TEST_CASE("[STATE-2] values and size") {
+TEST_CASE("[STATE-2] [300Ch-4] [300Ch-5] [300Ch-6] [300Ch-127] values and size") {
   Window window;
   for (const auto& [message, state] :
        std::map<std::string, std::uint16_t>{{"705#04", 4}, {"705#05", 5}, {"705#7F", 127}}) {
@@ -59,29 +59,6 @@ TEST_CASE("[STATE-2] values and size") {
   window.pass(2s);
   window.pass_rest();
   check_state_without_response(window, 6);
-}
-
-TEST_CASE("[300Ch-4] STOPPED") {
-  Window window;
-  window.arrive("705#04");
-  check_state(window, 4);
-}
-
-TEST_CASE("[300Ch-5] OPERATIONAL") {
-  Window window;
-  window.arrive("705#05");
-  check_state(window, 5);
-}
-
-TEST_CASE("[300Ch-6] NOT_DETECTED") {
-  Window window;
-  check_state_without_response(window, 6);
-}
-
-TEST_CASE("[300Ch-127] PRE_OPERATIONAL") {
-  Window window;
-  window.arrive("705#7F");
-  check_state(window, 127);
 }
 
 TEST_CASE("[STATE-3] the last report while it is fresh") {

@@ -55,16 +55,6 @@ TEST_CASE("[SDO-13] SDO timeout") {
   }
 }
 
-TEST_CASE("[SDO-13] unless set, by 3003h") {
-  Window window;
-  window.configure(0x3003, 0, 2, {50});
-  window.read(5, 0x2000, 1, 4).expect("605#4000200100000000");
-  window.pass_nearly(50ms);
-  CHECK(window.busy());
-  window.pass_rest().expect("605#8000200100000405");
-  window.check_failed(0x05040000);
-}
-
 TEST_CASE("[SDO-13] each response restarts it") {
   for (const Phase& phase : phases()) {
     if (phase.steps.empty() || phase.asked_again != nullptr) continue;

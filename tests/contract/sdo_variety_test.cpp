@@ -48,21 +48,6 @@ TEST_CASE("[SDO-22] in every phase") {
   }
 }
 
-TEST_CASE("[SDO-22] between segments") {
-  for (const char* frame : {"585#R8", "00000585#0B11220000000000", "585#", "585#0B11", "585#00010203040506",
-                            "585#8000200200000206", "585#4300200200000000"}) {
-    INFO(frame);
-    Window window;
-    window.read(5, 0x2000, 1, 16).exchange({{"605#4000200100000000", "585#4000200100000000"}});
-    window.expect("605#6000000000000000");
-    window.arrive(frame).expect_silence();
-    CHECK(window.busy());
-    window.arrive("585#0B11220000000000").check_done();
-    CHECK(window.reg(3705) == 2);
-    CHECK(window.reg(3706) == 0x2211);
-  }
-}
-
 TEST_CASE("[SDO-22] but not a short one that has them all") {
   Window window;
   window.read(5, 0x2000, 1, 16).expect("605#4000200100000000");

@@ -176,7 +176,7 @@ struct DeviceRig final : Wire, private DeviceApplication {
     events.push_back("state " + std::to_string(static_cast<int>(state)));
   }
   void refresh(Time) override {}
-  void on_written(Time) override {}
+  void on_written(Time) override { events.push_back("written"); }
   void on_sync(Time) override { events.push_back("sync"); }
   void on_received_ids() override {}
   void on_network_failure(NetworkFailure failure, Time) override {
@@ -213,6 +213,29 @@ TEST_CASE("Without 1005h there is no SYNC, and NMT commands are NMT commands") {
   rig.start();
   rig.arrive("000#0100");
   CHECK(rig.events == std::vector<std::string>{"state 5"});
+}
+
+// ---- SDO
+
+TEST_CASE("The application hears once of what has been written") {
+  DeviceRig rig;
+  rig.start(true);
+  rig.write(0x2001, 0, 1, 0x12);
+  rig.arrive("080#");
+  CHECK(rig.events == std::vector<std::string>{"written", "sync"});
+}
+
+TEST_CASE("Stopped ends an SDO transfer, and a response that has not left") {
+  DeviceRig rig;
+  rig.start();
+  rig.arrive("642#2101200001000000").expect("5C2#6001200000000000");
+  rig.arrive("000#0242", "000#8042", "642#0D11000000000000").expect("5C2#8001200001000405");
+  rig.port.refuse_next = RecordingPort::kAlways;
+  rig.arrive("642#4001100000000000", "000#0242");
+  rig.port.refuse_next = 0;
+  rig.pass(10 * kMillisecond).expect_silence();
+  rig.arrive("000#0142");
+  rig.pass(10 * kMillisecond).expect_silence();
 }
 
 // ---- TIME

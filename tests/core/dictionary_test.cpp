@@ -115,3 +115,12 @@ TEST_CASE("Runs of indices: what is found is one of its index alone") {
   CHECK(dictionary.find(0x1808, 5, entry) == AbortCode::kNoSubIndex);
   CHECK(dictionary.find(0xA082, 1, entry) == AbortCode::kNoObject);
 }
+
+TEST_CASE("Power-on values: behind their end everything becomes 0") {
+  std::array<std::uint8_t, 81> values{};
+  values.fill(0x77);
+  const std::array<std::uint8_t, 17> power_on{9};
+  restore_values(kRuns, power_on, values, 0, 0xFFFF);
+  CHECK(values[0] == 9);
+  CHECK(std::count(values.begin(), values.end(), 0) == 80);
+}

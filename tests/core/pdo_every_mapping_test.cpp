@@ -261,14 +261,5 @@ TEST_CASE("PDO mapping: an entry of every value, for the data types and all arou
   }
 }
 
-TEST_CASE("PDO mapping: an entry of every index") {
-  for (const std::uint16_t mapping : {kRpdoMapping, kTpdoMapping}) {
-    const Device device(mapping);
-    for (std::uint32_t index = 0; index <= 0xFFFF; ++index)
-      for (const std::uint32_t low : {0x0000u, 0x0001u, 0x0008u, 0x0101u, 0x0108u, 0x4020u, 0xFFFFu})
-        check_entry(device, index << 16 | low);
-  }
-}
-
 }  // namespace
 }  // namespace cbcan

@@ -115,3 +115,18 @@ TEST_CASE("Synchronous TPDOs that the port does not take within the window are d
     rig.pass(1'000).expect("181#02", "183#02");
   }
 }
+
+TEST_CASE("A TPDO that the port has refused does not hold up the next start, nor an RTR behind the window") {
+  PdoRig rig;
+  rig.set_up(0x1800, 1, 0x181, 255, {0x20010108});
+  rig.set_up(0x1800, 2, 0x182, 2, {0x20010108});
+  rig.port.refuse_next = 1;
+  rig.operational().expect_silence();
+  rig.operational(false);
+  rig.operational().expect("181#00");  // without waiting for the time to try again
+  rig.sync(0, 100);
+  rig.pass(200);
+  rig.port.refuse_next = 1;
+  rig.arrive("182#R1");
+  rig.pass(100).expect("182#00");
+}

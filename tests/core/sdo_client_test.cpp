@@ -60,7 +60,7 @@ TEST_CASE("SDO client: what it counts") {
   WiredClient client;
   const SdoClient::Counters& counters = client.client.counters();
   client.start(kRead, kAuto).expect("605#4000200100000000");
-  client.arrive("585#8000200100000206");
+  client.arrive("585#4300210111111111", "585#8000200100000206");
   client.start(kRead, kAuto, 4).expect("605#4000200100000000");
   client.pass(kSecond).expect("605#8000200100000405");
   client.start(kRead, kAuto, 4);
@@ -81,7 +81,11 @@ TEST_CASE("SDO client: what it counts") {
   CHECK(counters.unexpected == 2);
   CHECK(counters.not_data == 1);
   CHECK(counters.too_short == 0);
-  CHECK(counters.other_object == 0);
+  CHECK(counters.other_object == 1);
+  client.start(kRead, kAuto).expect("605#4000200100000000");
+  client.client.cancel(client.now);
+  client.expect("605#8000200100000008");
+  CHECK(client.client.outcome() == SdoClient::Outcome::kIdle);
 }
 
 // ---- The quarantine by itself, as several clients would share it

@@ -245,6 +245,17 @@ TEST_CASE("SDO server: 100,000 random frames, each response that of a second imp
   CHECK(beside.server.counters().requests > 10'000);
 }
 
+TEST_CASE("SDO server: eight sub-blocks in a row without a segment taken, counted anew in each upload") {
+  Beside beside(1);
+  for (const int sub_blocks : {7, 8}) {
+    beside.one({0xA4, 0x02, 0x20, 0, 1});  // one segment at a time
+    beside.one({0xA3});
+    for (int i = 0; i < sub_blocks; ++i)
+      beside.one({0xA2, 0, 1});
+  }
+  CHECK(beside.seen["03000405"] == 1);
+}
+
 TEST_CASE("SDO server: what the port refuses is sent later, in order") {
   Beside beside(1);
   const auto ask = [&](const char* request, unsigned refused) {

@@ -3,6 +3,7 @@
 // 20,500 to 24,500, an index pulse every 10,000. Homes worked out by hand from the drawings of CiA 402.
 
 #include "drive_bench.hpp"
+#include "sim/number.hpp"
 
 namespace cbcan::test {
 
@@ -33,7 +34,7 @@ struct Home : DriveBench {
   }
   /// The place where the axis stands: homing does not move this.
   std::int64_t place() {
-    return devices::to_integer32(drive.axis().to_machine(drive.axis().actual(now).position));
+    return sim::rounded<std::int32_t>(drive.axis().to_machine(drive.axis().actual(now).position));
   }
 };
 

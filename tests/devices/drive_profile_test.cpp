@@ -4,6 +4,7 @@
 
 #include "devices/drive/profile.hpp"
 #include "devices/drive/units.hpp"
+#include "sim/number.hpp"
 #include "support/catch.hpp"
 
 namespace cbcan::test {
@@ -107,8 +108,8 @@ TEST_CASE("User units: 80,000 increments are 24.41 mm") {
   CHECK(units.increments(24.4140625) == 80'000);
   CHECK(units.increments_per_revolution() == 65'536);
   const devices::Units micrometres({{65'536, 1}, {5, 1}, {100'000, 1}});
-  CHECK(devices::to_integer32(micrometres.user(80'000)) == 24'414);
-  CHECK(devices::to_integer32(micrometres.increments(24'414)) == 80'000);
+  CHECK(sim::rounded<std::int32_t>(micrometres.user(80'000)) == 24'414);
+  CHECK(sim::rounded<std::int32_t>(micrometres.increments(24'414)) == 80'000);
   CHECK(devices::Units({{0, 1}, {5, 2}, {1, 0}}).increments(2) == 5);
 }
 
@@ -154,10 +155,10 @@ TEST_CASE("User units: what else may say so") {
 }
 
 TEST_CASE("Numbers become the nearest INTEGER32") {
-  CHECK(devices::to_integer32(2.5) == 3);
-  CHECK(devices::to_integer32(-2.5) == -3);
-  CHECK(devices::to_integer32(1e12) == 2'147'483'647);
-  CHECK(devices::to_integer32(-1e12) == -2'147'483'647 - 1);
+  CHECK(sim::rounded<std::int32_t>(2.5) == 3);
+  CHECK(sim::rounded<std::int32_t>(-2.5) == -3);
+  CHECK(sim::rounded<std::int32_t>(1e12) == 2'147'483'647);
+  CHECK(sim::rounded<std::int32_t>(-1e12) == -2'147'483'647 - 1);
 }
 
 TEST_CASE("No profile is faster or steeper than it may be, and each ends on its target") {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "sim/signal.hpp"
 
-#include "sim/rounded.hpp"
+#include "sim/number.hpp"
 #include "support/catch.hpp"
 
 namespace cbcan::test {

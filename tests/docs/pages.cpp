@@ -14,7 +14,7 @@
 
 #include "cbcan/regmap.hpp"
 #include "config/settings.hpp"
-#include "io/files/read_file.hpp"
+#include "io/files/file_text.hpp"
 #include "plant/control.hpp"
 #include "scenario/scenario.hpp"
 #include "options/exit_code.hpp"

@@ -20,6 +20,7 @@ measure() {
   fi
 }
 
+measure sdo_client "$1/tests/firmware/images/sdo_client" 4700 420
 measure master "$1/tests/firmware/images/master" 6000 2000
 measure coprocessor "$1/tests/firmware/images/coprocessor" 30500 9200
 measure canopen_services_plain "$1/tests/firmware/images/canopen_services_plain" 25700 6000

@@ -5,7 +5,6 @@
 
 #include "cbcan/coprocessor/coprocessor.hpp"
 #include "fuzz/core_plc.hpp"
-#include "fuzz/core_scanner.hpp"
 #include "fuzz/core_wire.hpp"
 #include "fuzz/fuzz.hpp"
 
@@ -16,6 +15,20 @@ inline constexpr Time kLatePolls = 32;
 /// The object of the transactions that finish() makes.
 inline constexpr std::uint8_t kNode = 9;
 inline constexpr std::uint16_t kIndex = 0x2345;
+
+/// A PLC's second way in: the scanner window. What its results are, tests/contract/scanner_test.cpp says.
+struct Scanner {
+  /// A number has been taken and is not answered yet.
+  bool open() const { return in[2] != in[0]; }
+  /// The number that comes next; never 0.
+  std::uint16_t next() const {
+    return in[2] == 0xFFFF ? std::uint16_t{1} : static_cast<std::uint16_t>(in[2] + 1);
+  }
+
+  std::array<std::uint16_t, regmap::kScannerOutWords> out{};
+  std::array<std::uint16_t, regmap::kScannerInWords> in{};
+  bool used = false;  ///< the two windows share the coprocessor from then on
+};
 
 /// A coprocessor in virtual time between a PLC and a bus that both hold it to its contract.
 struct Rig {
@@ -35,16 +48,15 @@ struct Rig {
   void poll() {
     note_settings();
     plc.before_poll();
-    scanner.before();
     deadline_ = coprocessor.poll(now_);
-    after();
+    plc.after();
     note_settings();
   }
   void arrive(const Frame& frame) {
     const bool was_busy = plc.busy();
-    before();
+    plc.before_frame();
     coprocessor.on_frame(frame, now_);
-    after();
+    plc.after();
     const bool is_abort = frame.id >> 7 == 0xB && frame.length == 8 && frame.data[0] == 0x80;
     const bool is_boot_up = frame.id >> 7 == 0xE && frame.length == 1 && (frame.data[0] & 0x7F) == 0;
     const bool from_server =
@@ -77,18 +89,18 @@ struct Rig {
   }
   /// Tells that process data have been written.
   void write_registers() {
-    before();
+    plc.before_frame();
     coprocessor.on_registers_written(regmap::kProcessFirst, regmap::kProcessWords, now_);
-    after();
+    plc.after();
     poll();
   }
   /// Tells that OUT+first..OUT+first+count-1 have been written.
   void write_scanner(std::size_t first, std::size_t count) {
-    before();
+    plc.before_frame();
     plc.shared = true;
-    scanner.written(first, count);
+    scanner.used = true;
     coprocessor.on_registers_written(regmap::kScannerOutFirst + first, count, now_);
-    after();
+    plc.after();
     poll();
   }
 
@@ -96,7 +108,7 @@ struct Rig {
   /// gets.
   void finish() {
     settle();
-    if (scanner.used()) check_scanner();
+    if (scanner.used) check_scanner();
     plc.shared = false;
     write_own(0x3004, 1, 0);
     write_own(0x3003, 2, 1000);
@@ -130,15 +142,15 @@ struct Rig {
     wire.refuse = 0;
     coprocessor.on_bus_state(BusState::kActive, now_);
     // A request that waits may have another timeout.
-    const Time longest = milliseconds(scanner.used() ? std::uint16_t{0xFFFF} : longest_timeout_ms_);
+    const Time longest = milliseconds(scanner.used ? std::uint16_t{0xFFFF} : longest_timeout_ms_);
     poll();
     pass(3 * longest + 200 * kMillisecond);
-    if (scanner.used()) pass(3 * longest);
+    if (scanner.used) pass(3 * longest);
     require((!plc.busy() && !scanner.open()) || waited_for_ever_,
             "every transaction ends when nothing comes any more");
     plc.reg(3700) = 0;
     scanner.out[0] = 0;
-    if (scanner.used()) write_scanner(0, 1);
+    if (scanner.used) write_scanner(0, 1);
     poll();
     pass(longest + kMillisecond);
   }
@@ -165,14 +177,6 @@ struct Rig {
     std::copy(bytes.begin(), bytes.end(), expected.data.begin());
     require(wire.requests.front() == expected, "a clean transfer's request");
     wire.requests.clear();
-  }
-  void before() {
-    plc.before_frame();
-    scanner.before();
-  }
-  void after() {
-    plc.after();
-    scanner.after();
   }
   void ask_scanner(std::initializer_list<std::uint16_t> request) {
     scanner.out[0] = scanner.next();

@@ -33,12 +33,9 @@ struct Plant {
 
   DevicePlant plant{{}};
   plant::Control control{{&plant.network}, plant.now};
-  std::vector<std::vector<std::shared_ptr<const eds::ObjectNames>>> names{
-      {DevicePlant::kNodes, std::make_shared<const eds::ObjectNames>(
-                                eds::ObjectNames{{0x1000, 0, 0, DataType::kUnsigned32, "Device type"}})}};
   journal::FindName find = [](std::uint8_t, std::uint8_t, std::uint16_t, std::uint8_t) { return nullptr; };
   std::size_t commands = 0;
-  web::Api api{{control, names, find, [this](std::string_view line, const auto&) { return execute(line); },
+  web::Api api{{control, find, [this](std::string_view line, const auto&) { return execute(line); },
                 [] {},
                 [] {
                   return web::Json{{"program", "fuzz"}};

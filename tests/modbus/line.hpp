@@ -20,15 +20,6 @@ namespace cbcan::test {
 using io::test::Bytes;
 using io::test::hex;
 
-/// `head`, `count` bytes of 5Ah, and the CRC of it all, which the caller has worked out.
-inline Bytes filled(std::string_view head, std::size_t count, std::string_view crc) {
-  Bytes frame = hex(head);
-  frame.insert(frame.end(), count, 0x5A);
-  for (const std::uint8_t byte : hex(crc))
-    frame.push_back(byte);
-  return frame;
-}
-
 /// A read of R0 of station 1, and the response where it is 1234h.
 inline const Bytes kRead = hex("01 03 00 00 00 01 84 0A");
 inline const Bytes kValue = hex("01 03 02 12 34 B5 33");

@@ -28,17 +28,6 @@ TEST_CASE("Register map: registers exist from first to last without a gap") {
     CHECK_FALSE(memory.map.exist(first, count));
 }
 
-TEST_CASE("Register map: one read-only register among them makes registers read-only") {
-  Memory memory;
-  CHECK(memory.map.writable(10, 3));
-  CHECK_FALSE(memory.map.writable(12, 2));
-  CHECK_FALSE(memory.map.writable(13, 1));
-  CHECK_FALSE(memory.map.writable(14, 1));
-  CHECK(memory.map.writable(16, 2));
-  CHECK_FALSE(memory.map.writable(15, 1));
-  CHECK_FALSE(memory.map.writable(17, 2));
-}
-
 TEST_CASE("Register map: empty, and up to the last register") {
   const RegisterMap none(std::span<const RegisterRange>{});
   CHECK_FALSE(none.exist(0, 1));

@@ -8,7 +8,6 @@ namespace cbcan {
 namespace {
 
 using test::Bytes;
-using test::filled;
 using test::hex;
 using test::Line;
 
@@ -62,93 +61,6 @@ TEST_CASE("RTU: the examples of the Modbus specification") {
 TEST_CASE("RTU: the CRC example of the serial line specification is a request for an unknown function") {
   Line line(station(2));
   CHECK(line.ask(hex("02 07 41 12")) == hex("02 87 01 72 30"));  // Serial Line V1.02, 6.2.2
-}
-
-TEST_CASE("RTU: a quantity outside its limits is exception 03") {
-  Line line;
-  CHECK(line.ask(hex("01 03 00 00 00 00 45 CA")) == hex("01 83 03 01 31"));
-  CHECK(line.ask(hex("01 03 00 00 00 01 84 0A")) == hex("01 03 02 00 00 B8 44"));
-  CHECK(line.ask(hex("01 03 00 00 00 7D 85 EB")).size() == 255);
-  CHECK(line.ask(hex("01 03 00 00 00 7E C5 EA")) == hex("01 83 03 01 31"));
-  CHECK(line.ask(hex("01 03 00 00 FF FF 44 7A")) == hex("01 83 03 01 31"));
-  CHECK(line.ask(hex("01 04 00 00 00 00 F0 0A")) == hex("01 84 03 03 01"));
-  CHECK(line.ask(hex("01 10 00 00 00 00 00 09 50")) == hex("01 90 03 0C 01"));
-  CHECK(line.ask(hex("01 10 00 00 00 01 02 5A 5A 1C CB")) == hex("01 10 00 00 00 01 01 C9"));
-  CHECK(line.ask(filled("01 10 00 00 00 7B F6", 246, "89 20")) == hex("01 10 00 00 00 7B 80 2A"));
-  CHECK(line.words[122] == 0x5A5A);
-  CHECK(line.words[123] == 0);
-  CHECK(line.ask(filled("01 10 00 00 00 7C F6", 246, "5F 2C")) == hex("01 90 03 0C 01"));
-}
-
-TEST_CASE("RTU: more registers than a frame holds are exception 03, and are never stored") {
-  Line line;
-  CHECK(line.ask(filled("01 10 00 00 00 7C F8", 248, "9B CB")) == hex("01 90 03 0C 01"));  // 257 bytes
-  CHECK(line.ask(filled("01 10 00 00 00 7F FE", 254, "C3 18")) == hex("01 90 03 0C 01"));
-  CHECK(line.ask(filled("01 10 00 00 00 01 FF", 255, "10 3C")) == hex("01 90 03 0C 01"));
-  CHECK(line.ask(filled("01 17 00 00 00 01 00 00 00 7A F4", 244, "BA E0")) ==
-        hex("01 97 03 0E 31"));  // 257 bytes
-  CHECK(line.ask(filled("01 17 00 00 00 01 00 00 00 7F FF", 255, "DC C5")) == hex("01 97 03 0E 31"));
-  CHECK(line.server.counters().bus_messages == 5);  // what lies behind the buffer
-  CHECK(line.words[0] == 0);
-  CHECK(line.ask(hex("01 03 00 00 00 01 84 0A")) == hex("01 03 02 00 00 B8 44"));
-}
-
-TEST_CASE("RTU: an address outside R0..R4167 is exception 02") {
-  Line line;
-  line.words[4167] = 0x0102;
-  CHECK(line.ask(hex("01 03 10 47 00 01 30 DF")) == hex("01 03 02 01 02 38 15"));
-  CHECK(line.ask(hex("01 03 10 48 00 01 00 DC")) == hex("01 83 02 C0 F1"));
-  CHECK(line.ask(hex("01 03 10 47 00 02 70 DE")) == hex("01 83 02 C0 F1"));
-  CHECK(line.ask(hex("01 03 FF FF 00 7D 85 CF")) == hex("01 83 02 C0 F1"));
-  CHECK(line.ask(hex("01 04 10 48 00 01 B5 1C")) == hex("01 84 02 C2 C1"));
-  CHECK(line.ask(hex("01 06 10 47 03 04 3C 2C")) == hex("01 06 10 47 03 04 3C 2C"));
-  CHECK(line.words[4167] == 0x0304);
-  CHECK(line.ask(hex("01 06 10 48 03 04 0C 2F")) == hex("01 86 02 C3 A1"));
-  CHECK(line.ask(hex("01 10 10 46 00 02 04 00 05 00 06 2A 76")) == hex("01 10 10 46 00 02 A4 DD"));
-  CHECK(line.words[4167] == 6);
-  CHECK(line.ask(hex("01 10 10 47 00 02 04 00 07 00 08 CB BE")) == hex("01 90 02 CD C1"));
-  CHECK(line.words[4167] == 6);
-  CHECK(line.ask(hex("01 16 10 47 00 00 00 09 80 9F")) == hex("01 16 10 47 00 00 00 09 80 9F"));
-  CHECK(line.words[4167] == 9);
-  CHECK(line.ask(hex("01 16 10 48 00 00 00 09 D4 9E")) == hex("01 96 02 CE 61"));
-}
-
-TEST_CASE("RTU: a broadcast writes and is not answered") {
-  Line line;
-  line.words[3] = 0xFFFF;
-  CHECK(line.ask(hex("00 06 00 00 00 01 49 DB")).empty());
-  CHECK(line.ask(hex("00 10 00 01 00 02 04 00 02 00 03 D7 5E")).empty());
-  CHECK(line.ask(hex("00 16 00 03 0F 0F 00 00 40 DD")).empty());
-  CHECK(line.ask(hex("00 17 00 00 00 01 00 04 00 01 02 00 05 97 A8")).empty());
-  CHECK(line.words[0] == 1);
-  CHECK(line.words[2] == 3);
-  CHECK(line.words[3] == 0x0F0F);
-  CHECK(line.words[4] == 5);
-  CHECK(line.server.counters().slave_no_responses == 4);
-  CHECK(line.ask(hex("01 03 00 00 00 01 84 0A")) == hex("01 03 02 00 01 79 84"));
-}
-
-TEST_CASE("RTU: every function but six is exception 01") {
-  Line line;
-  CHECK(line.ask(hex("01 01 00 00 00 01 FD CA")) == hex("01 81 01 81 90"));
-  CHECK(line.ask(hex("01 02 00 00 00 01 B9 CA")) == hex("01 82 01 81 60"));
-  CHECK(line.ask(hex("01 05 00 00 FF 00 8C 3A")) == hex("01 85 01 83 50"));
-  CHECK(line.ask(hex("01 08 00 00 A5 37 DA 8D")) == hex("01 88 01 87 C0"));
-  CHECK(line.ask(hex("01 11 C0 2C")) == hex("01 91 01 8C 50"));
-  CHECK(line.ask(hex("01 2B 0E 01 00 70 77")) == hex("01 AB 01 9E F0"));
-  CHECK(line.ask(hex("01 00 00 20")) == hex("01 80 01 80 00"));
-  CHECK(line.server.counters().slave_exceptions == 7);
-}
-
-TEST_CASE("RTU: one execute does one request, and a poll says that none is there") {
-  Line line;
-  CHECK(line.server.poll(line.now) == RtuServer::kNoRequest);
-  line.send(hex("01 06 00 00 00 01 48 0A"));
-  CHECK(line.server.poll(line.now + 1750) == 0);
-  CHECK(line.words[0] == 0);
-  CHECK(line.server.execute().size() == 8);
-  CHECK(line.words[0] == 1);
-  CHECK(line.server.poll(line.now + 1750) == RtuServer::kNoRequest);
 }
 
 TEST_CASE("RTU: whether the request reads certain registers") {

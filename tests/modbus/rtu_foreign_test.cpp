@@ -46,45 +46,6 @@ TEST_CASE("RTU: where times are exact a frame under way at the start is not hear
   CHECK(line.ask(kRead) == hex("01 03 02 00 00 B8 44"));
 }
 
-TEST_CASE("RTU: where silence goes unseen foreign requests and responses end by their lengths") {
-  struct Row {
-    const char* request;
-    const char* response;
-  };
-  const Row rows[] = {
-      {"09 01 00 13 00 13 8D 4A", "09 01 03 CD 6B 05 43 CA"},
-      {"09 02 00 C4 00 16 B9 71", "09 02 03 AC DB 35 23 C0"},
-      {"09 03 00 6B 00 03 75 5F", "09 03 06 02 2B 00 00 00 64 62 BA"},
-      {"09 04 00 08 00 01 B1 40", "09 04 02 00 0A D8 F6"},
-      {"09 05 00 AC FF 00 4D 53", "09 05 00 AC FF 00 4D 53"},
-      {"09 06 00 01 00 03 99 43", "09 06 00 01 00 03 99 43"},
-      {"09 07 46 22", "09 07 6D 62 1F"},
-      {"09 0B 46 27", "09 0B FF FF 01 08 A5 31"},
-      {"09 0C 07 E5", "09 0C 08 00 00 01 08 01 21 20 00 27 A1"},
-      {"09 0F 00 13 00 0A 02 CD 01 15 0B", "09 0F 00 13 00 0A 25 41"},
-      {"09 10 00 01 00 02 04 00 0A 01 02 B8 50", "09 10 00 01 00 02 11 40"},
-      {"09 11 C7 EC", "09 11 03 41 42 FF DC 31"},
-      {"09 14 07 06 00 04 00 01 00 02 59 0F", "09 14 06 05 06 0D FE 00 20 EC 8E"},
-      {"09 15 09 06 00 04 00 07 00 01 06 AF 24 81", "09 15 09 06 00 04 00 07 00 01 06 AF 24 81"},
-      {"09 16 00 04 00 F2 00 25 66 48", "09 16 00 04 00 F2 00 25 66 48"},
-      {"09 17 00 03 00 01 00 0E 00 01 02 00 FF FA 87", "09 17 02 00 FE DD F5"},
-      {"09 18 04 DE 01 27", "09 18 00 06 00 02 01 B8 12 84 98 F2"},
-      {"09 03 00 6B 00 03 75 5F", "09 83 02 41 33"},
-      {"09 64 06 0B", "09 E4 01 2B 02"}};
-  for (const Row& row : rows) {
-    INFO(row.request);
-    ForeignLine line(late_port());
-    line.send(kAsked);
-    line.send(kAnswered);
-    line.send(hex(row.request));
-    if (row.request == std::string_view("09 64 06 0B")) line.gap();
-    line.send(hex(row.response));
-    CHECK(line.server.counters().foreign_frames == 4);
-    line.check_unharmed(true);
-    CHECK(line.server.counters().broken_frames == 0);
-  }
-}
-
 TEST_CASE("RTU: a foreign frame of unknown function ends with a gap") {
   const Bytes frame = hex("09 64 12 34 4F 10");
   for (const RtuServer::Settings& settings : {RtuServer::Settings{}, late_port()}) {

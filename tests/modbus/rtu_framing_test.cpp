@@ -17,20 +17,6 @@ struct ReadyLine : Line {
   explicit ReadyLine(const RtuServer::Settings& settings = {}) : Line(settings) { words[0] = 0x1234; }
 };
 
-TEST_CASE("RTU: every damaged bit of a request keeps it from being executed, and the next one is") {
-  const Bytes write = hex("01 10 00 00 00 02 04 00 0A 01 02 53 FC");
-  for (std::size_t bit = 0; bit < 8 * write.size(); ++bit) {
-    ReadyLine line;
-    Bytes damaged = write;
-    damaged[bit / 8] = static_cast<std::uint8_t>(damaged[bit / 8] ^ 1u << bit % 8);
-    CHECK(line.ask(damaged).empty());
-    CHECK(line.words[0] == 0x1234);
-    CHECK(line.ask(kRead) == kValue);
-    const RtuServer::Counters& counters = line.server.counters();
-    CHECK(counters.bus_communication_errors + counters.broken_frames == 1);
-  }
-}
-
 TEST_CASE("RTU: after a wrong CRC everything is ignored until a gap") {
   ReadyLine line;
   line.send(hex("01 03 00 00 00 01 84 0B"));  // 84 0A is right
@@ -117,17 +103,6 @@ TEST_CASE("RTU: what comes while a request is executed or answered is ignored an
   CHECK(line.ask(kRead) == kValue);
   CHECK(line.server.counters().bus_messages == 2);
   CHECK(line.server.counters().broken_frames == 0);
-}
-
-TEST_CASE("RTU: on_sent without a response under way disturbs nothing") {
-  ReadyLine line;
-  line.server.on_sent();
-  line.send(hex("01 03 00 00"));
-  line.server.on_sent();
-  line.send(hex("00 01 84 0A"));
-  line.server.on_sent();
-  CHECK(line.request_waits());
-  CHECK(line.response() == kValue);
 }
 
 }  // namespace

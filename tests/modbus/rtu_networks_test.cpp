@@ -70,15 +70,6 @@ TEST_CASE("RTU: a broadcast writes to every network") {
   CHECK(line.server.counters().slave_exceptions == 0);
 }
 
-TEST_CASE("RTU: a broadcast that is refused is one exception, and changes no network") {
-  TwoNetworks line;
-  CHECK(line.ask(hex("00 10 10 47 00 02 04 00 05 00 06 EF 46")).empty());
-  CHECK(line.first(4167) == 0);
-  CHECK(line.second(0) == 0);
-  CHECK(line.second(4167) == 0);
-  CHECK(line.server.counters().slave_exceptions == 1);
-}
-
 TEST_CASE("RTU: the end of a request is known for every network, and only for those") {
   TwoNetworks line(test::late_port());
   line.gap();

@@ -2,13 +2,12 @@
 """A PLC that runs the function blocks of tools/st against cbcan-sim, on a clock that stands still but for the scans."""
 
 import pathlib
-import socket
 import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests/support"))
-from simulator import LIMIT, Simulator
+from simulator import Simulator
 from st_machine import Machine
 
 LIBRARY = ROOT / "tools/st"
@@ -72,15 +71,6 @@ class Plant:
     def transaction(self, *words):
         """One of the test's own."""
         return self.window.execute(*words)
-
-    def send(self, frame):
-        """Puts "0A0#1122" on the bus, by an adapter at the place that --slcan names."""
-        host, port = self.simulator.where["slcan"].rsplit(":", 1)
-        identifier, data = frame.split("#")
-        with socket.create_connection((host, int(port)), timeout=LIMIT) as adapter:
-            adapter.sendall(f"O\rt{identifier}{len(data) // 2}{data}\r".encode())
-            assert [adapter.recv(1) for _ in range(3)] == [b"\r", b"z", b"\r"]
-        self.pass_time(1000)
 
 
 class Instance:

@@ -23,6 +23,12 @@ PATTERN = re.compile(r"""
     (?P<symbol>:=|<>|<=|>=|\.\.|[-+*/<>=()\[\],;:.^])
     """, re.VERBOSE | re.DOTALL | re.IGNORECASE)
 MICROSECONDS = {"ms": 1000, "s": 1000000, "m": 60000000, "h": 3600000000}
+SECTIONS = {"VAR", "VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT", "VAR_EXTERNAL"}
+KEYWORDS = SECTIONS | set(
+    "TYPE STRUCT ARRAY OF POINTER TO FUNCTION FUNCTION_BLOCK PROGRAM CONSTANT IF THEN ELSIF ELSE CASE WHILE FOR BY DO REPEAT UNTIL EXIT RETURN "
+    "AND OR XOR NOT MOD TRUE FALSE CONFIGURATION RESOURCE ON TASK WITH VAR_GLOBAL VAR_TEMP VAR_ACCESS AT RETAIN NON_RETAIN STEP TRANSITION "
+    "ACTION FROM R_EDGE F_EDGE".split())
+KEYWORDS |= {f"END_{word}" for word in KEYWORDS}
 
 
 def tokens_of(text, file):
@@ -45,3 +51,42 @@ def tokens_of(text, file):
         line += found.group().count("\n")
         at = found.end()
     return tokens + [Token("end", "the end of the file", f"{file}:{line}")]
+
+
+class Words:
+    """The words of a file, one after the other."""
+
+    def __init__(self, text, file):
+        self.tokens, self.at = tokens_of(text, file), 0
+
+    @property
+    def token(self):
+        return self.tokens[self.at]
+
+    def next(self):
+        self.at += 1
+        return self.tokens[self.at - 1]
+
+    def sees(self, *values):
+        return self.token.kind in ("word", "symbol") and self.token.value in values
+
+    def takes(self, *values):
+        return self.next() if self.sees(*values) else None
+
+    def expect(self, *values):
+        if not self.sees(*values):
+            raise StError(self.token.place, f"{self.token.value}: {' or '.join(values)} should stand here")
+        return self.next()
+
+    def one(self, kind):
+        """The value of a word of this kind."""
+        if self.token.kind != kind or self.token.value in KEYWORDS:
+            raise StError(self.token.place, f"{self.token.value}: a {kind} should stand here")
+        return self.next().value
+
+    def listed(self, element):
+        """Elements up to `)`."""
+        found = [element()]
+        while self.expect(",", ")").value == ",":
+            found.append(element())
+        return found

@@ -237,7 +237,7 @@ class Diagnostics(unittest.TestCase):
             with Simulator(PROGRAM, "--demo", *options) as simulator, simulator.window() as plc:
                 self.assertEqual(plc.read(3700, 70), [result] + [0] * 69)
                 self.assertEqual(plc.execute(READ, 0x42, 0x1000, 0, 4), 0)
-        self.assertIn("module.start_result 4: must be 0, or 5: the module has started", run("--set", "module.start_result=4").stderr)
+        self.assertIn("module.start_result 4: must be 0 or 5", run("--set", "module.start_result=4").stderr)
 
 
 class Ending(unittest.TestCase):

@@ -4,13 +4,13 @@
 //
 //   Section of the introduction                  Case
 //   NMT: 01h 02h 80h 81h 82h                     overview_test.cpp, "NMT: the five commands ..."
-//   NMT examples: 81 00, 01 05                   "NMT examples"
+//   NMT examples: 81 00, 01 05                   overview_test.cpp, "NMT: the five commands ..."
 //   Error control: node guarding                 "node guarding with its time-out"
 //   Error control: heartbeat 0, 4, 5, 127        overview_test.cpp, "heartbeat: the four states"
-//   Boot-up: 700h + node ID, one byte 0          "NMT examples"
+//   Boot-up: 700h + node ID, one byte 0          overview_test.cpp, "heartbeat: the four states"
 //   State-object relationship                    "which service is there in which state"
 //   SDO: 600h, 580h + node ID                    all SDO cases
-//   Expedited, segmented                         overview_test.cpp, "SDO: every n ...", "SDO: segmented"
+//   Expedited, segmented                         overview_test.cpp, "SDO: every n ...", "SDO: abort"
 //   Protocol details: cs A0..A4, C0..C2          "SDO: block"
 //
 // Its second part, CiA 402 itself: cia402_drive_test.cpp.
@@ -53,22 +53,6 @@ struct Producer {
 
 }  // namespace
 
-TEST_CASE("CiA 402 introduction, NMT examples") {
-  WorldBench bench;
-  add_demo_node(bench, "drive.eds", 5);
-  add_demo_node(bench, "pressure_transducer.eds", 1);
-  add_demo_node(bench, "io_module.eds", 0x42);
-  bench.start();
-  CHECK(bench.heard() == Frames{"701#00", "705#00", "742#00"});
-  bench.send("000#8100");  // reset all
-  CHECK(bench.heard() == Frames{"701#00", "705#00", "742#00"});
-  bench.send("000#0105");  // start node 5: its event-driven TPDOs say that it has
-  CHECK(bench.heard() == Frames{"185#5002", "285#500200", "385#500200000000", "485#500200000000"});
-  bench.ask("701#R1", "701#7F");
-  bench.ask("705#R1", "705#05");
-  bench.ask("742#R1", "742#7F");
-}
-
 // Node guarding in the other direction: the node, too, misses the requests. (CiA 301, 7.2.8.3.2.1.)
 TEST_CASE("CiA 402 introduction, node guarding with its time-out") {
   WorldBench bench;
@@ -109,17 +93,6 @@ TEST_CASE("CiA 402 introduction, state-object relationship: which service is the
     producer.bench.send("000#8242");
     CHECK(producer.bench.heard() == Frames{"742#00"});
   }
-}
-
-TEST_CASE("CiA 402 introduction, state-object relationship: SYNC that others produce") {
-  WorldBench bench;
-  add_demo_node(bench, "pressure_transducer.eds", 1, {{0x9130, 1, 99021}});
-  bench.start().expect("701#00");
-  bench.send("080#");
-  bench.send("000#0201");
-  bench.send("080#").expect_silence();  // there is no synchronous TPDO to be sent in these states
-  bench.send("000#0101");
-  bench.ask("080#", "181#CD820100");
 }
 
 // "A0h to A4h for block download, C0h to C2h for block upload" are what the server sends in them; the client

@@ -63,16 +63,6 @@ struct DriveNode {
   Way way_;
 };
 
-/// One row of the introduction's table: the pattern of the statusword's low byte, x0xx1111 and the like,
-/// holds.
-bool matches(const std::string& pattern, unsigned status) {
-  for (unsigned bit = 0; bit < 8; ++bit) {
-    const char wanted = pattern[7 - bit];
-    if (wanted != 'x' && (status >> bit & 1) != static_cast<unsigned>(wanted - '0')) return false;
-  }
-  return true;
-}
-
 }  // namespace
 
 // The statuswords have remote (0200h) and voltage enabled (0010h) besides the pattern. The introduction's bit
@@ -133,16 +123,6 @@ TEST_CASE("CiA 402 introduction: fault, its reaction and its reset, by SDO and b
     bench.expect("085#0000000000000000");
     drive.expect_status("5002");
   }
-}
-
-TEST_CASE("CiA 402 introduction: the statuswords above are those of the table's patterns") {
-  CHECK(matches("x1xx0000", 0x50));  // rows 1, 7, 10, 12, 15: Switch on disabled
-  CHECK(matches("x01x0001", 0x31));  // 2, 6: Ready to switch on
-  CHECK(matches("x01x0011", 0x33));  // 3, 5: Switched on
-  CHECK(matches("x01x0111", 0x37));  // 4, 16: Operation enabled
-  CHECK(matches("x00x0111", 0x17));  // 11: Quick stop active
-  CHECK(matches("x0xx1111", 0x1F));  // 13: Fault reaction active
-  CHECK(matches("x0xx1000", 0x18));  // 14: Fault
 }
 
 // The introduction sets bits 0, 1 and 2 from Switch on disabled, then bit 3. By CiA 402 that is Switch on,

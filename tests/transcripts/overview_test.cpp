@@ -7,9 +7,9 @@
 //   NMT: 000, five commands, node or 0           "NMT: the five commands, to one node and to all"
 //   Heartbeat: 700h + node ID, four states       "heartbeat: the four states"
 //   Heartbeat: boot-up                           "heartbeat: the four states"
-//   Heartbeat: consumer; node guarding           "node guarding"; consumers: tests/sim/node_network_test.cpp
+//   Heartbeat: consumer; node guarding           tests/sim/node_network_test.cpp; cia402_communication_test.cpp
 //   SDO: initiate download, n, e, s              "SDO: every n, e and s of an initiate download"
-//   SDO: ccs 0..6                                "SDO: segmented", "SDO: block", "SDO: abort"
+//   SDO: ccs 0..6                                "SDO: every n ...", "SDO: block", "SDO: abort"
 //   PDO: after SYNC, by RTR                      "trace", "PDO: by an empty frame with RTR"
 //   PDO: one RPDO in two devices                 "PDO: two devices with the same RPDO"
 //   SYNC: 1005h                                  "SYNC: its identifier is in 1005h"
@@ -109,16 +109,6 @@ TEST_CASE("Overview, heartbeat: the four states") {
   bench.pass(100 * kMillisecond).expect("701#7F");
 }
 
-TEST_CASE("Overview, heartbeat: node guarding, the same by request") {
-  Transducers plant;
-  plant.bench.ask("701#R1", "701#7F");
-  plant.bench.ask("701#R1", "701#FF");  // the toggle bit
-  plant.bench.send("000#0100");
-  plant.bench.ask("701#R1", "701#05");
-  plant.bench.send("000#0200");
-  plant.bench.ask("701#R1", "701#84");
-}
-
 TEST_CASE("Overview, SDO: every n, e and s of an initiate download") {
   Generic generic;
   WorldBench& bench = generic.bench;
@@ -138,17 +128,6 @@ TEST_CASE("Overview, SDO: every n, e and s of an initiate download") {
   bench.ask("605#2008200000000000", "585#6008200000000000");  // neither: segments of unknown size
   bench.ask("605#0011121314151617", "585#2000000000000000");
   bench.ask("605#1D18000000000000", "585#3000000000000000");
-}
-
-TEST_CASE("Overview, SDO: segmented, ccs 0 to 3") {
-  Generic generic;
-  WorldBench& bench = generic.bench;
-  bench.ask("605#2108200008000000", "585#6008200000000000");  // ccs 1
-  bench.ask("605#0001020304050607", "585#2000000000000000");  // ccs 0
-  bench.ask("605#1D08000000000000", "585#3000000000000000");  // ccs 0, toggled, 6 bytes unused, the last
-  bench.ask("605#4008200000000000", "585#4108200008000000");  // ccs 2
-  bench.ask("605#6000000000000000", "585#0001020304050607");  // ccs 3
-  bench.ask("605#7000000000000000", "585#1D08000000000000");  // ccs 3, toggled
 }
 
 TEST_CASE("Overview, SDO: abort, ccs 4") {

@@ -27,16 +27,9 @@ constexpr std::size_t kCommandColumn = 30;
 
 // ---- The rows
 
-constexpr std::string_view kBauds =
-    "1200, 2400, 4800, 9600, 19200, 38400, 57600, 115200, 230400, 460800 or 921600";
 constexpr std::array<std::string_view, 3> kParities{"E", "O", "N"};
 constexpr std::array<std::string_view, 5> kServices{"start", "stop", "preop", "reset-node", "reset-comm"};
 constexpr std::array<std::string_view, 4> kModes{"auto", "expedited", "segmented", "block"};
-
-options::Problem check_baud(const text::Value& value) {
-  const bool is_rate = std::ranges::count(window::kBaudRates, std::get<std::int64_t>(value)) != 0;
-  return is_rate ? "" : fmt::format("must be {}", kBauds);
-}
 
 template <auto... kPath>
 constexpr Setting row(Row row) {
@@ -93,7 +86,7 @@ constexpr std::array kShared{
     row<&Options::target, &window::Settings::rtu>({
         .option = "--rtu DEVICE", .help = "Serial device of a Modbus RTU server, instead of --host and --port"}),
     row<&Options::target, &window::Settings::baud>({
-        .option = "--baud N", .help = "With --rtu", .domain = kBauds, .check = check_baud}),
+        .option = "--baud N", .help = "With --rtu", .numbers = window::kBaudRates}),
     row<&Options::parity>({
         .option = "--parity E|O|N", .help = "With --rtu, E even, O odd, N none with two stop bits", .choices = kParities}),
     row<&Options::target, &window::Settings::unit>({

@@ -68,7 +68,7 @@ bool Link::connected() const {
   return connected_->connection.state() == window::Connection::State::kOn;
 }
 
-const std::string& Link::problem() const {
+std::string Link::problem() const {
   return connected_->connection.problem();
 }
 

@@ -154,7 +154,6 @@ void Window::abandon() {
 }
 
 void Window::leave_to(Window* other) {
-  channel_.lost();
   while (!queue_.empty()) {
     Job& job = *queue_.front();
     const bool timed_out = job.stage == Job::Stage::kKernelState;

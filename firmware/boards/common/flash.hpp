@@ -11,7 +11,6 @@ namespace cbcan::boards {
 
 class Flash {
  public:
-  static constexpr std::size_t kSectors = 2;
   static constexpr std::uint32_t kErased = 0xFFFFFFFF;  ///< a word that has not been written
 
   /// As it is in memory. Both have the same size.

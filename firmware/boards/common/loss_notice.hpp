@@ -18,8 +18,9 @@ class LossNotice {
   void note() { times_.store(times_.load(std::memory_order_relaxed) + 1, std::memory_order_release); }
 
   /// The loop's, in every turn: how many times there was a note so far; wraps.
-  std::uint32_t look(Time now) {
-    const std::uint32_t times = times_.load(std::memory_order_acquire);
+  std::uint32_t look(Time now) { return look(times_.load(std::memory_order_acquire), now); }
+  /// Of who counts itself.
+  std::uint32_t look(std::uint32_t times, Time now) {
     if (times != seen_) until_ = now + kShown;
     return seen_ = times;
   }

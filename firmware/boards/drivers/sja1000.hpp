@@ -56,7 +56,6 @@ inline constexpr std::uint32_t CMR_CDO = 1u << 3;
 inline constexpr std::uint32_t SR_RBS = 1;
 inline constexpr std::uint32_t SR_DOS = 1u << 1;
 inline constexpr std::uint32_t SR_TBS = 1u << 2;
-inline constexpr std::uint32_t SR_ES = 1u << 6;
 inline constexpr std::uint32_t SR_BS = 1u << 7;
 // IER: reception, which an overrun comes with; error warning, which bus-off is too; error passive.
 inline constexpr std::uint32_t IER_USED = 1 | 1u << 2 | 1u << 5;
@@ -183,8 +182,6 @@ class Sja1000 final : public CanPort {
     return losses_.is_shown(now) ? BusState::kOverflow : BusState::kActive;
   }
 
-  /// An error counter has reached 96 (EWLR); CiA 405 has no such state, so poll() does not tell.
-  bool has_error_warning() const { return (registers_.read(sja1000::SR) & sja1000::SR_ES) != 0; }
   /// TEC and REC (ISO 11898-1).
   std::uint8_t transmit_errors() const { return static_cast<std::uint8_t>(registers_.read(sja1000::TXERR)); }
   std::uint8_t receive_errors() const { return static_cast<std::uint8_t>(registers_.read(sja1000::RXERR)); }

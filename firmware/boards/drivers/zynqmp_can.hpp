@@ -30,7 +30,6 @@ inline constexpr std::uint32_t MSR = 0x04;  ///< mode select
 inline constexpr std::uint32_t BRPR = 0x08;
 inline constexpr std::uint32_t BTR = 0x0C;
 inline constexpr std::uint32_t ECR = 0x10;  ///< error counters
-inline constexpr std::uint32_t ESR = 0x14;  ///< kinds of errors; a 1 written clears
 inline constexpr std::uint32_t SR = 0x18;
 inline constexpr std::uint32_t ISR = 0x1C;
 inline constexpr std::uint32_t IER = 0x20;
@@ -50,7 +49,6 @@ inline constexpr std::uint32_t AFIR1 = 0x68;
 inline constexpr std::uint32_t SRR_SRST = 1;
 inline constexpr std::uint32_t SRR_CEN = 2;
 inline constexpr std::uint32_t SR_CONFIG = 1u << 0;
-inline constexpr std::uint32_t SR_ERRWRN = 1u << 6;
 inline constexpr std::uint32_t SR_ESTAT = 3u << 7;
 inline constexpr std::uint32_t SR_ESTAT_BUS_OFF = 2u << 7;
 inline constexpr std::uint32_t SR_ESTAT_PASSIVE = 3u << 7;
@@ -62,7 +60,6 @@ inline constexpr std::uint32_t IXR_RXOFLW = 1u << 6;
 inline constexpr std::uint32_t IXR_RXNEMP = 1u << 7;
 inline constexpr std::uint32_t IXR_BSOFF = 1u << 9;
 inline constexpr std::uint32_t IXR_TXFEMP = 1u << 14;
-inline constexpr std::uint32_t ESR_ACKER = 1u << 4;
 // Words of a frame, and of a filter.
 inline constexpr std::uint32_t ID_IDH_SHIFT = 21;     ///< the 11 bits, or the upper 11 of 29
 inline constexpr std::uint32_t ID_SRRRTR = 1u << 20;  ///< RTR of an 11-bit frame; 1 in a 29-bit one
@@ -152,11 +149,9 @@ class ZynqmpCan final : public CanPort {
 
   /// What happened, for people; they count up from 0 and wrap.
   struct Counters {
-    std::uint32_t overflows = 0;    ///< times that the receive FIFO or the ring was found to have lost frames
-    std::uint32_t bus_offs = 0;     ///< resets to end a bus-off
-    std::uint32_t stuck = 0;        ///< resets to throw away frames that nobody acknowledged
-    std::uint32_t ack_errors = 0;   ///< polls that found "nobody acknowledged"
-    std::uint32_t wire_errors = 0;  ///< polls that found a bit, stuff, form or CRC error
+    std::uint32_t overflows = 0;  ///< times that the receive FIFO or the ring was found to have lost frames
+    std::uint32_t bus_offs = 0;   ///< resets to end a bus-off
+    std::uint32_t stuck = 0;      ///< resets to throw away frames that nobody acknowledged
   };
 
   explicit ZynqmpCan(Registers registers) : registers_(registers) {}
@@ -213,7 +208,6 @@ class ZynqmpCan final : public CanPort {
   /// ends a bus-off, by a reset kBusOffPause after it was seen, and throws away frames that are stuck.
   BusState poll(Time now) {
     const std::uint32_t status = registers_.read(zynqmp_can::SR);
-    count_errors();
     counters_.overflows = losses_.look(now);
     if (is_off_bus(status)) return wait_off_bus(now);
     if (is_stuck(now)) {
@@ -224,8 +218,6 @@ class ZynqmpCan final : public CanPort {
     return losses_.is_shown(now) ? BusState::kOverflow : BusState::kActive;
   }
 
-  /// An error counter has reached 96; CiA 405 has no such state, so poll() does not tell.
-  bool has_error_warning() const { return (registers_.read(zynqmp_can::SR) & zynqmp_can::SR_ERRWRN) != 0; }
   /// TEC and REC (ISO 11898-1).
   std::uint8_t transmit_errors() const { return static_cast<std::uint8_t>(registers_.read(zynqmp_can::ECR)); }
   std::uint8_t receive_errors() const {
@@ -289,14 +281,6 @@ class ZynqmpCan final : public CanPort {
     words.data1 = registers_.read(RXFIFO_DATA1);
     words.data2 = registers_.read(RXFIFO_DATA2);
     return frame_of(words);
-  }
-
-  void count_errors() {
-    const std::uint32_t errors = registers_.read(zynqmp_can::ESR);
-    if (errors == 0) return;
-    registers_.write(zynqmp_can::ESR, errors);
-    if ((errors & zynqmp_can::ESR_ACKER) != 0) ++counters_.ack_errors;
-    if ((errors & ~zynqmp_can::ESR_ACKER) != 0) ++counters_.wire_errors;
   }
 
   /// There are frames to send, and for a second none has left.

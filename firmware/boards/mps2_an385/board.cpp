@@ -16,7 +16,21 @@ constexpr std::uint32_t kTicksPerMicrosecond = kSystemClock / kSecond;
 constexpr std::uint32_t kWatchdogPeriod =
     4 * kSystemClock;  // one until the NMI, which resets; the second one resets without it
 
+constexpr std::uint32_t kWatchdogNote = 0x52535421;
+[[gnu::section(".noinit")]] std::uint32_t note;
+
 }  // namespace
+
+regmap::ResetCause take_reset_cause() {
+  const bool was_watchdog = note == kWatchdogNote;
+  note = 0;
+  return was_watchdog ? regmap::ResetCause::kWatchdog : regmap::ResetCause::kPowerOn;
+}
+
+void on_watchdog() {
+  note = kWatchdogNote;
+  system_reset();
+}
 
 Board::Board(const Settings& settings, regmap::ResetCause cause)
     : settings_(settings), reset_cause_(cause), can_(settings.can_kbit_per_second) {}

@@ -22,6 +22,13 @@ namespace cbcan::boards::mps2 {
 
 inline constexpr std::uint32_t kSystemClock = 25'000'000;  ///< Hz
 
+/// Why the board was reset: it has no register that tells, so the watchdog leaves a note in memory. Power on
+/// where there is no note; the next reset finds none again.
+regmap::ResetCause take_reset_cause();
+
+/// The vector of the NMI: the watchdog's only warning. Leaves the note and resets the board.
+void on_watchdog();
+
 class Board final : public Hardware {
  public:
   struct Settings {

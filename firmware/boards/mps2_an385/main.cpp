@@ -3,7 +3,6 @@
 // reported by semihosting (common/report_fault.cpp).
 
 #include "boards/mps2_an385/board.hpp"
-#include "boards/mps2_an385/reset_note.hpp"
 #include "boards/mps2_an385/settings.hpp"
 #include "boards/mps2_an385/vectors.hpp"
 

@@ -8,7 +8,6 @@
 
 #include "boards/common/cortex_m.hpp"
 #include "boards/mps2_an385/board.hpp"
-#include "boards/mps2_an385/reset_note.hpp"
 
 namespace cbcan::boards::mps2 {
 

@@ -26,6 +26,7 @@
 #include <cstdint>
 
 #include "boards/common/bit_timing.hpp"
+#include "boards/common/loss_notice.hpp"
 #include "boards/common/registers.hpp"
 #include "boards/common/ring.hpp"
 #include "boards/stm32f4/bxcan_registers.hpp"
@@ -47,9 +48,6 @@ struct BxCanCounters {
   std::uint32_t bus_off = 0;     ///< times bus-off was entered
   std::uint32_t given_up = 0;    ///< times that the controller did not enter initialization mode (it has no
                                  ///< clock, or no CANRX pin to follow a frame's end) or kept a frame
-  std::uint8_t last_error = 0;   ///< LEC: 1 stuff, 2 form, 3 acknowledgement, 4 and 5 bit, 6 CRC; 0 none yet
-  std::uint8_t transmit_errors = 0;  ///< TEC
-  std::uint8_t receive_errors = 0;   ///< REC
 };
 
 template <class Registers>
@@ -59,8 +57,6 @@ class BxCan final : public CanPort {
   static constexpr std::size_t kQueue = 64;
   /// After this time in a mailbox a frame is taken back.
   static constexpr Time kStaleAfter = kSecond;
-  /// BusState::kOverflow is shown this long after the last loss, so that a slow PLC sees it.
-  static constexpr Time kOverflowShown = kSecond;
   /// Longer than a frame at 10 kbit/s, and than the 128 times 11 bits of bus-off, which a reset would cut
   /// short.
   static constexpr Time kGiveUpAfter = 200 * kMillisecond;
@@ -125,7 +121,7 @@ class BxCan final : public CanPort {
     follow_phase(errors, now);
     if (stopped()) return now;
     const Time due = take_back_stale(now);
-    follow_losses(now);
+    losses_.look(lost(), now);
     state_ = state_of(errors, now);
     return state_ == BusState::kActive ? due : earlier(due, now + kLook);
   }
@@ -139,6 +135,10 @@ class BxCan final : public CanPort {
     counters.overruns = overruns_.load(std::memory_order_relaxed);
     counters.queue_full = queues_[0].overflows() + queues_[1].overflows();
     return counters;
+  }
+  /// Frames that have come and are not there, or times of it.
+  std::uint32_t lost() const {
+    return overruns_.load(std::memory_order_relaxed) + queues_[0].overflows() + queues_[1].overflows();
   }
 
  private:
@@ -281,31 +281,21 @@ class BxCan final : public CanPort {
 
   // ---- Errors
 
-  /// ESR, its counters and last error noted.
+  /// ESR, a new error counted.
   std::uint32_t read_errors() {
     const std::uint32_t errors = registers_.read(bxcan::kEsr);
     const std::uint32_t last = (errors & bxcan::kLec) >> bxcan::kLecAt;
     if (last != 0 && last != 7) {
       ++counters_.errors;
-      counters_.last_error = static_cast<std::uint8_t>(last);
       registers_.write(bxcan::kEsr, bxcan::kLec);
     }
-    counters_.transmit_errors = static_cast<std::uint8_t>(errors >> bxcan::kTecAt);
-    counters_.receive_errors = static_cast<std::uint8_t>(errors >> bxcan::kRecAt);
     return errors;
-  }
-
-  void follow_losses(Time now) {
-    const BxCanCounters counters = this->counters();
-    const std::uint32_t losses = counters.overruns + counters.queue_full;
-    if (losses != losses_seen_) overflow_until_ = now + kOverflowShown;
-    losses_seen_ = losses;
   }
 
   BusState state_of(std::uint32_t errors, Time now) const {
     if (phase_ != Phase::kRunning) return BusState::kBusOff;
     if ((errors & bxcan::kEpvf) != 0) return BusState::kErrorPassive;
-    return now < overflow_until_ ? BusState::kOverflow : BusState::kActive;
+    return losses_.is_shown(now) ? BusState::kOverflow : BusState::kActive;
   }
 
   // ---- Reception, in the interrupt
@@ -354,8 +344,7 @@ class BxCan final : public CanPort {
   std::atomic<std::uint32_t> received_{0};
   std::atomic<std::uint32_t> overruns_{0};
   std::array<Time, bxcan::kMailboxes> pending_since_{};  ///< kNever: since after the last poll()
-  Time overflow_until_ = 0;
-  std::uint32_t losses_seen_ = 0;
+  LossNotice losses_;
   BxCanCounters counters_;
   std::uint32_t btr_ = 0;
   std::uint8_t node_id_ = 0;

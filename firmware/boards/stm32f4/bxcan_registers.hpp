@@ -61,8 +61,6 @@ inline constexpr std::uint32_t kEpvf = bit(1);
 inline constexpr std::uint32_t kBoff = bit(2);
 inline constexpr unsigned kLecAt = 4;
 inline constexpr std::uint32_t kLec = 7u << kLecAt;  ///< LEC[2:0]; 7 = none since software wrote 7
-inline constexpr unsigned kTecAt = 16;
-inline constexpr unsigned kRecAt = 24;
 
 // Bit timing; each field holds its value - 1.
 inline constexpr std::uint32_t kBtr = 0x01C;

@@ -74,7 +74,8 @@ constexpr std::optional<Settings> settings_of(std::span<const std::uint16_t> wor
 
 // ---- What follows from them
 
-/// Of interrupts, highest first: a byte of the USART waits for one character, the CAN controller for three frames.
+/// Of interrupts, highest first: a byte of the USART waits for one character, the CAN controller for three
+/// frames.
 inline constexpr std::uint8_t kModbusPriority = 0, kOthersPriority = 1;
 
 /// From the USART's word of a request's last byte to the response: `setting_us`, t3.5 at least. It tells in

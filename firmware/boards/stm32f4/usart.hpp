@@ -29,7 +29,6 @@ constexpr std::uint32_t bits(SerialFormat format) {
 struct UsartCounters {
   std::uint32_t parity = 0;    ///< bytes with a wrong parity
   std::uint32_t framing = 0;   ///< bytes without a stop bit, breaks too
-  std::uint32_t noise = 0;     ///< bytes whose samples were not all equal; they are handed on
   std::uint32_t overrun = 0;   ///< bytes lost as the interrupt came too late
   std::uint32_t given_up = 0;  ///< responses whose end was not told
 };
@@ -118,7 +117,7 @@ class Usart {
 
   // RM0390, 25.6.
   static constexpr std::uint32_t kSr = 0x00;
-  static constexpr std::uint32_t kPe = bit(0), kFe = bit(1), kNf = bit(2), kOre = bit(3), kRxne = bit(5);
+  static constexpr std::uint32_t kPe = bit(0), kFe = bit(1), kOre = bit(3), kRxne = bit(5);
   static constexpr std::uint32_t kTc = bit(6), kTxe = bit(7);
   static constexpr std::uint32_t kDr = 0x04;
   static constexpr std::uint32_t kBrr = 0x08;
@@ -135,7 +134,6 @@ class Usart {
   void receive(std::uint32_t status, Handler& handler) {
     const auto byte = static_cast<std::uint8_t>(registers_.read(kDr));
     if ((status & kOre) != 0) ++counters_.overrun;
-    if ((status & kNf) != 0) ++counters_.noise;
     if ((status & kPe) != 0) ++counters_.parity;
     if ((status & kFe) != 0) ++counters_.framing;
     if ((status & (kPe | kFe | kOre)) == 0)

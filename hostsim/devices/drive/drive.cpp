@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "cbcan/canopen/dictionary/little_endian.hpp"
+#include "sim/number.hpp"
 
 namespace cbcan::devices {
 
@@ -289,17 +290,17 @@ void Drive::publish(Time now) {
 void Drive::publish_motion(Time now) {
   const Motion demand = axis_.demand(now);
   const Motion actual = axis_.actual(now);
-  objects_.position_demand.set(to_integer32(axis_.user(demand.position)));
-  objects_.position_demand_increments.set(to_integer32(demand.position));
-  objects_.position_actual.set(to_integer32(axis_.user(actual.position)));
-  objects_.position_actual_increments.set(to_integer32(actual.position));
-  objects_.velocity_demand.set(to_integer32(axis_.user_velocity(demand.velocity)));
-  objects_.velocity_actual.set(to_integer32(axis_.user_velocity(actual.velocity)));
-  objects_.following_error.set(to_integer32(axis_.user(demand.position - actual.position)));
+  objects_.position_demand.set(sim::rounded<std::int32_t>(axis_.user(demand.position)));
+  objects_.position_demand_increments.set(sim::rounded<std::int32_t>(demand.position));
+  objects_.position_actual.set(sim::rounded<std::int32_t>(axis_.user(actual.position)));
+  objects_.position_actual_increments.set(sim::rounded<std::int32_t>(actual.position));
+  objects_.velocity_demand.set(sim::rounded<std::int32_t>(axis_.user_velocity(demand.velocity)));
+  objects_.velocity_actual.set(sim::rounded<std::int32_t>(axis_.user_velocity(actual.velocity)));
+  objects_.following_error.set(sim::rounded<std::int32_t>(axis_.user(demand.position - actual.position)));
   const double torque = axis_.has_load()                 ? axis_.load_torque()
                         : operating_ && mode_ != nullptr ? mode_->torque(now)
                                                          : 0;
-  const auto thousandths = static_cast<std::int16_t>(to_integer32(torque));
+  const auto thousandths = sim::rounded<std::int16_t>(torque);
   objects_.torque_demand.set(thousandths);
   objects_.torque_actual.set(thousandths);
   objects_.current_actual.set(thousandths);

@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include "sim/number.hpp"
+
 namespace cbcan::devices {
 
 void ProfilePosition::enter(const ModeInput& input, Time now) {
@@ -93,7 +95,8 @@ bool ProfilePosition::reached(Time now) const {
   const std::uint32_t window = objects_.position_window.get();
   const double actual = axis_.actual(now).position;
   if (window == DriveObjects::kNoLimit)
-    return to_integer32(axis_.user(actual)) == to_integer32(axis_.user(axis_.target()));
+    return sim::rounded<std::int32_t>(axis_.user(actual)) ==
+           sim::rounded<std::int32_t>(axis_.user(axis_.target()));
   const double distance = std::abs(axis_.target() - actual);
   return distance <= axis_.increments(window) && now >= reached_at();
 }

@@ -15,7 +15,6 @@
 /// 6096h:1 / 6096h:2; the unit that 60A9h names; position units. Accelerations are velocity units a second.
 
 #include <cstdint>
-#include <limits>
 
 namespace cbcan::devices {
 
@@ -78,14 +77,5 @@ class Units {
   double increments_per_revolution_ = kNominalResolution;
   bool knows_revolutions_ = false;
 };
-
-/// The nearest INTEGER32, halves away from 0; what lies outside is the nearest there is.
-inline std::int32_t to_integer32(double value) {
-  constexpr double kLowest = std::numeric_limits<std::int32_t>::min();
-  constexpr double kHighest = std::numeric_limits<std::int32_t>::max();
-  if (!(value > kLowest)) return std::numeric_limits<std::int32_t>::min();
-  if (value >= kHighest) return std::numeric_limits<std::int32_t>::max();
-  return static_cast<std::int32_t>(value < 0 ? value - 0.5 : value + 0.5);
-}
 
 }  // namespace cbcan::devices

@@ -15,7 +15,7 @@
 
 #include "cbcan/canopen/lss_slave.hpp"
 #include "cbcan/canopen/nmt/nmt.hpp"
-#include "io/files/read_file.hpp"
+#include "io/files/file_text.hpp"
 #include "io/loop/descriptor.hpp"
 #include "text/numbers.hpp"
 #include "text/words.hpp"

@@ -247,12 +247,12 @@ void HttpServer::poll(Time now) {
   if (now < look_at_)
     may_have_news_ = true;
   else
-    resumed = look(now);
+    resumed = poll_streams(now);
   MHD_UNSIGNED_LONG_LONG left = 0;
   if (resumed || (MHD_get_timeout(daemon_, &left) == MHD_YES && left == 0)) MHD_run(daemon_);
 }
 
-bool HttpServer::look(Time now) {
+bool HttpServer::poll_streams(Time now) {
   bool resumed = false;
   may_have_news_ = false;
   keep_alive_at_ = kNever;

@@ -55,8 +55,8 @@ class HttpServer final : private AcceptsClients {
 
   std::size_t clients() const override;
   bool is_full() const override { return clients() >= kMostClients; }
-  /// At the streams; whether one goes on.
-  bool look(Time now);
+  /// Whether one goes on.
+  bool poll_streams(Time now);
   std::string refusal(const adapters::HttpRequest& request, const std::string& host,
                       const std::string& origin) const;
 

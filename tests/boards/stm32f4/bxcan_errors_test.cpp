@@ -30,11 +30,9 @@ TEST_CASE("errors: passive and active again") {
   CHECK_FALSE(rig.model.sce_line());
   CHECK(rig.poll() == rig.now + kMillisecond);  // looks again: getting well is no interrupt
   CHECK(rig.can.state() == BusState::kErrorPassive);
-  CHECK(rig.can.counters().transmit_errors == 128);
   CHECK(rig.sent() == "601#");
   rig.poll();
   CHECK(rig.can.state() == BusState::kActive);
-  CHECK(rig.can.counters().transmit_errors == 127);
 }
 
 TEST_CASE("errors: passive because of what is received") {
@@ -42,13 +40,9 @@ TEST_CASE("errors: passive because of what is received") {
   rig.model.receive_error(BxCanRig::Model::kCrc, 200);
   rig.poll();
   CHECK(rig.can.state() == BusState::kErrorPassive);
-  CHECK(rig.can.counters().receive_errors == 200);
-  CHECK(rig.can.counters().last_error == 6);
   rig.hear(frame_from("581#"));
   rig.poll();
   CHECK(rig.can.state() == BusState::kActive);
-  CHECK(rig.can.counters().receive_errors == 119);
-  CHECK(rig.can.counters().last_error == 6);  // still the last one
 }
 
 TEST_CASE("bus-off: frames in mailboxes are taken back, none is accepted, and none comes out afterwards") {

@@ -60,7 +60,6 @@ TEST_CASE("transmit: a frame that nobody acknowledges is taken back after a seco
   rig.poll();
   CHECK(rig.can.counters().taken_back == 1);
   CHECK(rig.can.counters().sent == 0);
-  CHECK(rig.can.counters().last_error == 3);
   rig.poll(10 * 60 * kSecond);
   CHECK(rig.sent().empty());  // the cable is back
 }

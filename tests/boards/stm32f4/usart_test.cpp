@@ -81,7 +81,6 @@ TEST_CASE(
   CHECK(rig.broken == 3);
   CHECK(rig.usart.counters().parity == 1);
   CHECK(rig.usart.counters().framing == 2);
-  CHECK(rig.usart.counters().noise == 2);
   CHECK(rig.usart.counters().overrun == 0);
 }
 

@@ -102,7 +102,8 @@ class Channel {
   bool waiting() const { return waiting_; }
   /// It is another program's transaction that is waited for.
   bool occupied() const { return waiting_ && stage_ == Stage::kBegun; }
-  /// The module has no such channel; known after the first response.
+  /// The module has no such channel, and what has begun has ended without a result; known after the first
+  /// response.
   bool absent() const { return absent_; }
 
   /// When not busy.

@@ -126,7 +126,7 @@ class Link {
 
   bool connected() const;
   /// Why there is no connection, for people; "" while there is one, or none has been tried.
-  const std::string& problem() const;
+  std::string problem() const;
 
   /// For programs that wait with poll(2) instead of a cycle time: the socket, or -1; and what it is waited
   /// for: POLLIN, POLLOUT, or 0 while nothing is under way. Valid until the next poll().

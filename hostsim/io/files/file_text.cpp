@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "io/files/read_file.hpp"
+#include "io/files/file_text.hpp"
 
 #include <fcntl.h>
 #include <poll.h>
@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cerrno>
+#include <fstream>
 
 #include "io/errors.hpp"
 #include "io/loop/descriptor.hpp"
@@ -49,6 +50,13 @@ std::optional<std::string> read_file(const std::string& path) {
       throw UsageError(path + ": a pipe that no program writes to; name a file, or start its writer first");
   }
   return text;
+}
+
+void write_file(const std::string& path, std::string_view text) {
+  std::ofstream file(path, std::ios::binary);
+  file << text;
+  file.close();
+  if (!file) throw EnvironmentError(path + ": " + reason(errno) + "; write another file");
 }
 
 }  // namespace cbcan::io
