@@ -13,6 +13,10 @@ class StreamSession {
 
   /// Bytes have come from the client.
   virtual void receive(std::string_view bytes) = 0;
+  /// The client has closed its sending side.
+  virtual void end_input() {}
+  /// Its clients send text, so bytes that begin as TLS does are none of theirs.
+  virtual bool is_text() const { return true; }
   /// False: what more the client sends is to wait where it is.
   virtual bool wants_more() const { return true; }
   /// What is to go to the client; unchanged until sent() or receive() is called, or time passes.

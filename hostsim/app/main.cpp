@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: MIT
 // cbcan-sim: results on standard output, everything for people on standard error.
 
+#include <fmt/core.h>
+
 #include <exception>
+#include <filesystem>
 #include <span>
+#include <string>
 #include <string_view>
 #include <utility>
 
@@ -12,9 +16,11 @@
 #include "cli/command_line.hpp"
 #include "config/build_node.hpp"
 #include "config/demo_plant.hpp"
-#include "io/files/file_text.hpp"
+#include "config/settings.hpp"
+#include "files/read_file.hpp"
 #include "io/files/parameter_file.hpp"
 #include "io/sockets/service_manager.hpp"
+#include "text/address.hpp"
 #include "window/program_start.hpp"
 
 namespace cbcan::app {
@@ -24,6 +30,34 @@ using cli::ExitCode;
 
 int code(ExitCode code) {
   return static_cast<int>(code);
+}
+
+/// What a file or socket that is to be made needs, and a port. Throws io::UsageError.
+template <class Target>
+void check_place(const options::Setting<Target>& row, const Target& target) {
+  using options::Form;
+  if (row.form != Form::kPath && row.form != Form::kAddress) return;
+  const std::string text = std::get<std::string>(row.load(row, target));
+  const std::string path =
+      row.form == Form::kPath || text.empty() ? text : text::parse_stream_address(text).path;
+  const std::string folder = std::filesystem::path(path).parent_path().string();
+  const std::string where = fmt::format("{} {}: ", row.key, path);
+  if (!folder.empty() && !std::filesystem::is_directory(folder))
+    throw io::UsageError(where + "there is no folder " + folder + "; make it first");
+  if (row.key == "rtu.device" && std::filesystem::is_regular_file(path))
+    throw io::UsageError(where + "no serial port; write the path of one, such as /dev/ttyUSB0");
+}
+
+void check_places(const config::Config& config) {
+  const auto& parameters = config::setting_of(config::node_settings(), "node.parameters");
+  for (const auto& row : config::settings())
+    check_place(row, config);
+  for (const config::NetworkConfig& network : config.networks) {
+    for (const auto& row : config::network_settings())
+      check_place(row, network);
+    for (const config::NodeConfig& node : network.nodes)
+      check_place(parameters, node);
+  }
 }
 
 /// Throws io::UsageError, as a start does.
@@ -42,7 +76,8 @@ int run(const cli::Start& start, const config::FileReader& read, Console& consol
   const config::Config& config = start.config;
   config::PlantBuild build = config::build_nodes(config, read);
   for (const std::string& line : build.lines)
-    console.tell(line + "\n");
+    console.tell((line.starts_with('-') ? "cbcan-sim: " : "") + line + "\n");  // an option, and no file
+  if (build.good) check_places(config);
   if (build.good && start.check) check_parameters(config, console);
   if (!build.good || start.check) return code(build.good ? ExitCode::kDone : ExitCode::kUsage);
   Simulator simulator(config, std::move(build), console, start.command.empty());
@@ -63,7 +98,7 @@ int run(const cli::Start& start, const config::FileReader& read, Console& consol
 }
 
 int start(int argc, char** argv, Console& console) {
-  const config::FileReader read = config::with_demo_plant(io::read_file);
+  const config::FileReader read = config::with_demo_plant(files::read_file);
   if (argc > 1 && std::string_view(argv[1]) == "run") {
     const cli::RunStart start = cli::parse_run_command_line(std::span(argv + 2, argv + argc));
     console.tell(start.err);

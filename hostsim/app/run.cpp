@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -18,7 +19,7 @@
 #include "app/target.hpp"
 #include "config/build_node.hpp"
 #include "io/can/candump_log.hpp"
-#include "io/files/file_text.hpp"
+#include "io/loop/output.hpp"
 #include "plant/virtual_plant.hpp"
 #include "scenario/scenario.hpp"
 #include "text/numbers.hpp"
@@ -195,9 +196,15 @@ std::vector<Outcome> play_all(const std::vector<std::string>& files, const cli::
   return outcomes;
 }
 
+/// nullopt: nobody wants them.
+std::optional<io::Output> open_results(const std::string& path) {
+  return path.empty() ? std::nullopt : std::optional(io::Output::open("--junit", path));
+}
+
 }  // namespace
 
-options::ExitCode run_scenarios(const cli::RunConfig& config, const config::FileReader& read, Console& console) {
+options::ExitCode run_scenarios(const cli::RunConfig& config, const config::FileReader& read,
+                                Console& console) {
   std::error_code error;
   if (!config.logs.empty() && !fs::is_directory(config.logs, error))
     throw io::UsageError("--log " + config.logs + ": there is no such folder; make it first");
@@ -205,11 +212,14 @@ options::ExitCode run_scenarios(const cli::RunConfig& config, const config::File
   for (const std::string& path : config.paths)
     found.add(path);
   const std::vector<std::string> files = found.take(cli::shard_of(config.shard));
+  std::optional<io::Output> results = open_results(config.junit);
   const std::vector<Outcome> outcomes = play_all(files, config, read);
   for (std::size_t i = 0; i < files.size(); ++i)
     console.say(report(files[i], outcomes[i]));
   console.say(summary(outcomes) + "\n");
-  if (!config.junit.empty()) io::write_file(config.junit, junit(files, outcomes));
+  if (results) results->add(junit(files, outcomes));
+  if (const int wrong = results ? results->flush() : 0; wrong != 0)
+    throw io::EnvironmentError("--junit " + config.junit + ": " + io::reason(wrong) + "; write another file");
   const auto any = [&](Verdict verdict) {
     return std::ranges::count(outcomes, verdict, &Outcome::verdict) != 0;
   };

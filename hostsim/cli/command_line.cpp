@@ -4,7 +4,6 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <iterator>
 #include <span>
 #include <utility>
@@ -127,11 +126,8 @@ config::Diagnostics read_plant_of(const Typed& typed, const config::FileReader& 
         return {config::about_option(fmt::format("{} {}", kConfigOption, path), std::string(kEdsAsPlant))};
       return config::read_plant(*text, path, config);
     }
-    std::error_code error;
     return {config::about_option(fmt::format("{} {}", kConfigOption, path),
-                                 std::filesystem::is_directory(path, error)
-                                     ? "this is a folder; name the plant file in it"
-                                     : "this file cannot be read; check the path and its permissions")};
+                                 "this file cannot be read; check the path and its permissions")};
   }
   return {};
 }

@@ -134,7 +134,7 @@ std::string help_text() {
   text += "\nDevices:\n";
   for (const devices::DeviceKind& kind : devices::device_kinds())
     text += text::beside(kind.name, kind.summary, 10);
-  text += text::beside("X.lua", "a device of your own: a Lua script, docs/reference/devices.md", 10);
+  text += text::beside("X.lua", "a device of your own: a Lua script, docs/how-to/lua-device.md", 10);
   text +=
       "\nExit codes; with a COMMAND it is the command's own, 128 and the signal's number\nwhere one ended "
       "it:\n";

@@ -160,7 +160,7 @@ class Reader {
     node.network = network_->number;
     node.place = place(table);
     read_table("node", table, node_settings(), node);
-    if (node.id == 0 && !node.lss && !table.contains("id"))
+    if (node.id == 0 && !node.lss && !table.contains("id") && !is_misspelt("node.id", table))
       complain(table, "node.id: is missing; add id = 5, or lss = true");
     read_parts(table, node);
     network_->nodes.push_back(std::move(node));
@@ -307,10 +307,20 @@ class Reader {
       const toml::node* const node = table.get(text::leaf_of(row.key));
       const bool needed = whole && !row.example.empty() && belongs(row, target);
       const bool good = node != nullptr ? read_setting(row, *node, target) : !needed;
-      if (node == nullptr && needed) complain_missing(row, table);
-      if (!good && row.key == kSignalShape) return false;
+      const bool misspelt = node == nullptr && needed && is_misspelt(row.key, table);
+      if (node == nullptr && needed && !misspelt) complain_missing(row, table);
+      if (!good && row.key == kSignalShape) return misspelt;
     }
     return true;
+  }
+
+  /// The key is missing, but another one, which there is not, may be meant for it: that is told.
+  static bool is_misspelt(std::string_view key, const toml::table& table) {
+    const auto& keys = plant_keys();
+    return std::any_of(table.begin(), table.end(), [&](const auto& each) {
+      const std::string full = fmt::format("{}.{}", text::table_of(key), each.first.str());
+      return std::ranges::find(keys, full) == keys.end() && text::nearest(full, keys) == key;
+    });
   }
 
   void check_keys(std::string_view name, const toml::table& table) {

@@ -9,6 +9,7 @@
 #include "config/can_spec.hpp"
 #include "text/address.hpp"
 #include "text/error.hpp"
+#include "text/numbers.hpp"
 #include "text/words.hpp"
 
 namespace cbcan::config {
@@ -66,6 +67,15 @@ Problem check_plc_address(const Value& value) {
   return check_address(value, 502, "must be HOST:PORT with the PLC's port; Modbus TCP's own is 502");
 }
 
+/// "/dev/ttyUSB0,9600,E,1" as it was once written.
+Problem check_device(const Value& value) {
+  std::string_view rest = std::get<std::string>(value);
+  text::take_part(rest, ',');
+  const bool has_rate = text::parse<std::uint32_t>(text::take_part(rest, ',')).has_value();
+  return has_rate ? "must be the path alone; the others are --set rtu.baud=, rtu.parity= and rtu.station="
+                  : "";
+}
+
 // ---- What is stored in another way
 
 void store_can_spec(const Row& /*row*/, NetworkConfig& network, const Value& value) {
@@ -116,7 +126,7 @@ constexpr std::array kPlant{
     rtu<&RtuConfig::line, &LineConfig::device>({
         .key = "rtu.device", .option = "--rtu DEVICE",
         .help = "Serial port or pseudo-terminal for the same registers by Modbus RTU",
-        .form = Form::kPath, .domain = "a path"}),
+        .form = Form::kPath, .domain = "a path", .check = check_device}),
     rtu<&RtuConfig::line, &LineConfig::baud>({
         .key = "rtu.baud", .help = "Its baud rate", .numbers = kBauds}),
     rtu<&RtuConfig::line, &LineConfig::parity>({

@@ -154,7 +154,7 @@ NetworkWatch::Line& NetworkWatch::line_of(const Event& request) {
 }
 
 /// Of those under way with the node the first one that has begun: 0 = none.
-std::uint32_t NetworkWatch::turn(std::uint8_t node, Service service) {
+std::uint32_t NetworkWatch::open_transaction(std::uint8_t node, Service service) {
   Line& line = line_of({.node = node, .service = service});
   if (line.open) return line.transaction;
   for (const Watched& watched : windows_) {
@@ -177,12 +177,13 @@ std::uint32_t NetworkWatch::transaction_of(const Frame& frame) {
     return transaction;
   }
   switch (frame.id & ~std::uint32_t{nmt::kMaxNode}) {
-    case nmt::kErrorControlId: return turn(node, Service::kState);
+    case nmt::kErrorControlId: return open_transaction(node, Service::kState);
     case sdo::kRequestId:
       if (transfers.failed && frame.data[0] == sdo::command(sdo::Request::kAbort))
         return transfers.transaction;
-      return turn(node, Service::kRead);
-    case sdo::kResponseId: return transfers.failed ? transfers.transaction : turn(node, Service::kRead);
+      return open_transaction(node, Service::kRead);
+    case sdo::kResponseId:
+      return transfers.failed ? transfers.transaction : open_transaction(node, Service::kRead);
     default: return 0;
   }
 }
@@ -243,7 +244,7 @@ void NetworkWatch::on_terminals(std::uint8_t node, std::uint16_t index, std::uin
 void NetworkWatch::on_fault(std::string_view text, Time now) {
   Event fault = event(Kind::kFault, now);
   fault.node = node_in(text);
-  if (fault.node != 0) fault.transaction = turn(fault.node, Service::kRead);
+  if (fault.node != 0) fault.transaction = open_transaction(fault.node, Service::kRead);
   journal_.add(fault, text);
 }
 

@@ -100,7 +100,7 @@ class NetworkWatch final : public sim::Observer, public sim::ModuleWatch, public
   void begin(Watched& watched, Time now);
   void end(Watched& watched, std::uint16_t result, Time now);
   Line& line_of(const Event& request);
-  std::uint32_t turn(std::uint8_t node, Service service);
+  std::uint32_t open_transaction(std::uint8_t node, Service service);
   std::uint32_t transaction_of(const Frame& frame);
   void note_state(std::uint8_t node, std::uint8_t state, Time now);
 

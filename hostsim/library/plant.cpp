@@ -2,13 +2,12 @@
 #include <fmt/core.h>
 
 #include <deque>
-#include <fstream>
-#include <iterator>
 #include <utility>
 
 #include "cbcan/sim.hpp"
 #include "config/demo_plant.hpp"
 #include "config/plant_file.hpp"
+#include "files/read_file.hpp"
 #include "plant/virtual_plant.hpp"
 #include "sim/frame_text.hpp"
 #include "text/numbers.hpp"
@@ -18,10 +17,10 @@ namespace cbcan {
 
 namespace {
 
-std::optional<std::string> read_disk(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) return std::nullopt;
-  return std::string(std::istreambuf_iterator<char>(file), {});
+std::optional<std::string> read_disk(const std::string& path) try {
+  return files::read_file(path);
+} catch (const std::runtime_error& error) {
+  throw PlantError(error.what());
 }
 
 config::FileReader reader() {

@@ -33,7 +33,9 @@ std::uint32_t number_of(std::string_view text, std::uint32_t low, std::uint32_t 
 
 Time duration_of(std::string_view text) {
   const auto duration = text::parse_duration(text);
-  if (!duration) refuse("\"{}\": write a whole number of us, ms or s, such as 100ms; an hour is 3600s", text);
+  if (!duration)
+    refuse("\"{}\": write a whole number of us, ms or s, such as 100ms; an hour is 3600s, 31536000s the most",
+           text);
   return *duration;
 }
 

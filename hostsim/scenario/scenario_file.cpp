@@ -108,7 +108,9 @@ class Reader {
     const auto* text = node.as_string();
     if (text != nullptr) duration = text::parse_duration(text->get());
     if (text == nullptr || !duration || (key == "every" && *duration == 0))
-      complain(node, fmt::format("step.{0}: write {0} = \"100ms\": a whole number of us, ms or s", key));
+      complain(
+          node,
+          fmt::format("step.{0}: write {0} = \"100ms\": a whole number of us, ms or s, a year at most", key));
   }
 
   void read_lines(std::string_view key, const toml::node& node, std::vector<Line>& lines) {

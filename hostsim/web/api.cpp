@@ -123,8 +123,7 @@ adapters::HttpResponse Api::respond(const adapters::HttpRequest& request) {
 }
 
 std::size_t Api::network_in(const Query& query) const {
-  const std::uint64_t number = number_in(query, "network", 1, parts_.control.networks());
-  return number == 0 ? 1 : number;
+  return number_in(query, "network", 1, parts_.control.networks(), 1);
 }
 
 Json Api::time() const {

@@ -61,12 +61,13 @@ void add_emergency(Json& json, const Event& event) {
 }  // namespace
 
 std::uint64_t number_in(const Query& query, std::string_view key, std::uint64_t standard,
-                        std::uint64_t highest) {
+                        std::uint64_t highest, std::uint64_t lowest) {
   const auto found = query.find(key);
   if (found == query.end()) return standard;
   const auto number = text::parse_integer(found->second);
-  if (!number || *number < 0 || static_cast<std::uint64_t>(*number) > highest)
-    plant::refuse("{}={}: must be 0..{}", key, found->second, highest);
+  if (!number || *number < 0 || static_cast<std::uint64_t>(*number) < lowest ||
+      static_cast<std::uint64_t>(*number) > highest)
+    plant::refuse("{}={}: must be {}..{}", key, found->second, lowest, highest);
   return static_cast<std::uint64_t>(*number);
 }
 

@@ -19,7 +19,7 @@ using Query = std::map<std::string, std::string, std::less<>>;
 
 /// A number of the query; throws plant::Refused.
 std::uint64_t number_in(const Query& query, std::string_view key, std::uint64_t standard,
-                        std::uint64_t highest);
+                        std::uint64_t highest, std::uint64_t lowest = 0);
 
 class EventFilter {
  public:

@@ -99,6 +99,7 @@ TEST_CASE("--help has every device") {
   CHECK(contains(help_text(),
                  "\n  cia402  drive: power state machine, motion profiles, homing, cyclic\n"
                  "          synchronous modes\n"));
+  CHECK(contains(help_text(), "docs/how-to/lua-device.md"));
 }
 
 TEST_CASE("--help has no option that does not exist") {

@@ -218,6 +218,8 @@ TEST_CASE("what a node has to have") {
         "1: node.id: is missing; add id = 5, or lss = true");
   wrong("[[node]]\neds = \"a.eds\"\nlss = false\n", "1: node.id: is missing; add id = 5, or lss = true");
   wrong("[[node]]\neds = \"a.eds\"\nid = 0\n", "3: node.id 0: must be 1..127");
+  wrong("[[node]]\nidd = 5\nes = \"a.eds\"\n", "2: node.idd: no such key; did you mean node.id?",
+        "3: node.es: no such key; did you mean node.eds?");
   wrong_node("objects = [\n{ sub = 1 }\n]", "5: node.objects.index: is missing; add index = 0x2001",
              "5: node.objects.value: is missing; add value = 1");
 }
@@ -322,6 +324,7 @@ TEST_CASE("signals that are wrong") {
           behind("plant.toml:4: node.signals.", {told...}));
   };
   wrong_signal("sub = 1", "shape: is missing; add shape = \"sine\"");
+  wrong_signal("shap = 1", "shap: no such key; did you mean node.signals.shape?");
   wrong_signal("shape = \"square\", amplitude = 1",
                "shape \"square\": must be constant, ramp, sine, noise or replay");
   wrong_signal("shape = 3",

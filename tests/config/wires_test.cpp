@@ -56,6 +56,8 @@ TEST_CASE("wires") {
       "NODE:output:N, NODE:analogue-output:N, NODE:input:N or NODE:analogue-input:N; 2/NODE is on network 2");
   CHECK(with(ends + "delay_ms = -1") == "plant.toml:7: wire.delay_ms -1: must be 0..3600000 ms");
   CHECK(with(ends + "lagg_ms = 1") == "plant.toml:7: wire.lagg_ms: no such key; did you mean wire.lag_ms?");
+  CHECK(with("frm = \"5:0x2001\"\nto = \"5:0x2002\"") ==
+        "plant.toml:5: wire.frm: no such key; did you mean wire.from?");
   CHECK(with("from = \"2/5:0x2001\"\nto = \"5:0x2002\"") ==
         "plant.toml:4: wire 2/5:0x2001 to 5:0x2002: 2/5:0x2001: there is no such node in the plant");
   CHECK(with(ends + "low = 2\nhigh = 1") ==

@@ -94,6 +94,7 @@ TEST_CASE("[OBJ-10] 1005h, 1006h") {
     window.pass_nearly(500ms).expect_silence();
     window.pass_rest().expect("080#");
   }
+  window.write(0, 0x1005, 0, 4, {0x0081, 0x4000}).check_failed(0x06090030);  // not while it is produced
   window.configure(0x1005, 0, 4, {0x0080, 0});
   window.pass(2s).expect_silence();
 }
@@ -160,6 +161,7 @@ TEST_CASE("[OBJ-12] 1012h") {
   SECTION("a consumer") {
     configure32(window, 0x1012, 0, 0x80000100);
     CHECK(read_local(window, 0x1012, 0) == Value{0x80000100, 4});
+    window.write(0, 0x1012, 0, 4, {0x190, 0x8000}).check_failed(0x06090030);
     for (const char* frame : {"100#0403020102", "100#R6", "101#040302011B2A", "00000100#040302011B2A"}) {
       window.arrive(frame);
       CHECK(local_bytes(window, 0x3008, 0) == "010000000100");
@@ -172,6 +174,7 @@ TEST_CASE("[OBJ-12] 1012h") {
   SECTION("a producer") {
     configure32(window, 0x1012, 0, 0x40000100);
     CHECK(read_local(window, 0x1012, 0) == Value{0x40000100, 4});
+    window.write(0, 0x1012, 0, 4, {0x190, 0x4000}).check_failed(0x06090030);  // not while it is in use
     window.arrive("100#040302011B2A");
     CHECK(local_bytes(window, 0x3008, 0) == "010000000100");
     window.configure(0x3008, 0, 6, {2, 0, 1});

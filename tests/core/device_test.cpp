@@ -221,6 +221,7 @@ TEST_CASE("The application hears once of what has been written") {
   DeviceRig rig;
   rig.start(true);
   rig.write(0x2001, 0, 1, 0x12);
+  CHECK(rig.read(0x2001, 0) == 0x12);
   rig.arrive("080#");
   CHECK(rig.events == std::vector<std::string>{"written", "sync"});
 }
@@ -233,6 +234,7 @@ TEST_CASE("Stopped ends an SDO transfer, and a response that has not left") {
   rig.port.refuse_next = RecordingPort::kAlways;
   rig.arrive("642#4001100000000000", "000#0242");
   rig.port.refuse_next = 0;
+  rig.arrive("642#4001100000000000");
   rig.pass(10 * kMillisecond).expect_silence();
   rig.arrive("000#0142");
   rig.pass(10 * kMillisecond).expect_silence();
@@ -286,6 +288,16 @@ TEST_CASE("EMCY: once for each error and once for its end; 1001h and 1003h follo
   emergency.error_over(0x4210, rig.now);
   rig.expect("0C2#0000000000000000");
   rig.reads({{0x1001, 0, 0}, {0x1003, 0, 2}});
+}
+
+TEST_CASE("1003h with 255 entries: 254 errors, and the loops end") {
+  DeviceRig rig({{0x1003, 0, 0, kUnsigned8}, {0x1003, 1, 0xFF, kUnsigned32}});
+  rig.start();
+  for (std::uint16_t code = 0x1001; code <= 0x1100; ++code) {
+    rig.device.emergency().error(code, 0, {}, rig.now);
+    rig.device.emergency().error_over(code, rig.now);
+  }
+  rig.reads({{0x1003, 0, 0xFE}, {0x1003, 1, 0x1100}, {0x1003, 0xFE, 0x1003}, {0x1003, 0xFF, 0}});
 }
 
 TEST_CASE("More errors and messages than there is room for are counted, and those before them are not lost") {
@@ -358,4 +370,16 @@ TEST_CASE("Node guarding: the toggle bit alternates; life guarding watches the m
   rig.arrive("742#R1").expect("742#7F", "0C2#0000000000000000");
   rig.arrive("000#8242").expect("742#00");
   rig.arrive("742#R1").expect("742#7F");  // the toggle bit starts anew
+  rig.write(0x1017, 0, 2, 1000);
+  rig.arrive("742#R1").expect_silence();  // it has a heartbeat
+}
+
+TEST_CASE("Bus-off is a network failure too, once; back on the bus it is told, by EMCY 8140h") {
+  DeviceRig rig;
+  rig.start(true);
+  rig.device.on_bus_state(BusState::kBusOff, rig.now);
+  rig.device.on_bus_state(BusState::kBusOff, rig.now);
+  CHECK(rig.events == std::vector<std::string>{"lost bus-off", "state 127"});
+  rig.device.on_bus_state(BusState::kActive, rig.now);
+  rig.expect("0C2#4081110000000000", "0C2#0000000000000000");
 }

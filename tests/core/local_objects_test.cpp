@@ -16,6 +16,18 @@ cbcan::Coprocessor::Settings with_node_id(std::uint8_t node_id) {
 
 }  // namespace
 
+// With CAN-ID 0 it would be an NMT command without bytes.
+TEST_CASE("1005h: SYNC cannot have a CAN-ID that CiA 301 restricts (7.3.5)") {
+  Bench bench;
+  constexpr std::uint16_t kRestricted[] = {0x000, 0x07F, 0x101, 0x180, 0x581, 0x5FF, 0x601,
+                                           0x67F, 0x6E0, 0x6FF, 0x701, 0x77F, 0x780, 0x7FF};
+  for (const std::uint16_t id : kRestricted)
+    bench.write(0, 0x1005, 0, 4, {id, 0x4000}).check_failed(0x06090030);
+  constexpr std::uint16_t kFree[] = {0x080, 0x100, 0x181, 0x580, 0x600, 0x680, 0x6DF, 0x700};
+  for (const std::uint16_t id : kFree)
+    bench.write(0, 0x1005, 0, 4, {id, 0x4000}).check_done();
+}
+
 TEST_CASE("Power on: the boot-up message, then Pre-operational") {
   std::array<std::uint16_t, 70> registers{};
   std::array<std::uint16_t, 128> process{};

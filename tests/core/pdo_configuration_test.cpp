@@ -87,6 +87,7 @@ TEST_CASE("A PDO that becomes valid, changes or ends in Operational") {
   rig.set_up(0x1800, 1, 0x40000191, 255, {0x20010208});
   rig.expect("191#00");
   rig.set_up(0x1400, 1, 0x201, 255, {0x20010208});
+  rig.configure({{0x1400, 1, 0x40000201}, {0x1400, 3, 200}});  // bit 30 may change, and what means nothing
   rig.arrive("201#07").expect("received");
   CHECK(rig.get(0x2001, 2) == 7);
   rig.configure(0x1400, 1, 0x80000201);

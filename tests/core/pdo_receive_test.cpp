@@ -92,3 +92,17 @@ TEST_CASE("What is wrong with an RPDO is over when it comes as it should or is o
   rig.configure(0x1401, 1, 0x80000202);
   rig.expect("recovered 8210");
 }
+
+TEST_CASE("Several RPDOs may have one COB-ID; ones in the same place of the index are told apart") {
+  PdoRig rig;
+  rig.set_up(0x1400, 1, 0x201, 1, {0x20010108});
+  rig.set_up(0x1400, 2, 0x220, 1, {0x20010208});
+  rig.set_up(0x1400, 3, 0x243, 1, {0x20010308});
+  rig.set_up(0x1400, 5, 0x220, 1, {0x20010508});
+  rig.operational();
+  rig.arrive("201#11", "220#22", "243#33");
+  rig.arrive("262#44");  // nobody's, in that place too
+  CHECK(rig.get(0x2001, 1) == 0);
+  rig.sync();
+  rig.shows({{0x2001, 1, 0x11}, {0x2001, 2, 0x22}, {0x2001, 3, 0x33}, {0x2001, 5, 0x22}});
+}

@@ -124,9 +124,37 @@ TEST_CASE("A TPDO that the port has refused does not hold up the next start, nor
   rig.operational().expect_silence();
   rig.operational(false);
   rig.operational().expect("181#00");  // without waiting for the time to try again
+  rig.sync();
+  rig.sync().expect("182#00");
   rig.sync(0, 100);
   rig.pass(200);
   rig.port.refuse_next = 1;
   rig.arrive("182#R1");
   rig.pass(100).expect("182#00");
+}
+
+TEST_CASE("SYNC start value: without a counter there is nothing to wait for") {
+  PdoRig rig;
+  rig.configure(0x1800, 6, 3);
+  rig.set_up(0x1800, 1, kNoRtr + 0x181, 1, {0x20010108});
+  rig.operational();
+  rig.sync(2).expect_silence();
+  rig.sync().expect("181#00");
+}
+
+TEST_CASE("What is not there, not mapped, not valid or not Operational means nothing") {
+  PdoRig rig;
+  rig.set_up(0x1800, 1, kNoRtr + 0x181, 254, {0x20010108});
+  rig.set_up(0x1800, 3, 0x183, 255, {0x20010208});
+  rig.change(0x2001, 1, 0x10);  // not yet Operational
+  rig.pdo.request(1, rig.now);
+  rig.operational().expect("181#10", "183#00");
+  rig.configure(0x1802, 1, 0x80000183);
+  rig.change(0x2001, 2, 1).expect_silence();
+  rig.pdo.changed(0x2001, 9, rig.now);
+  rig.pdo.changed(0x2012, 0, rig.now);  // computed
+  for (std::uint16_t number = 2; number <= 4; ++number)
+    rig.pdo.request(number, rig.now);
+  rig.arrive("181#R1", "183#R1");
+  rig.sync().expect_silence();
 }

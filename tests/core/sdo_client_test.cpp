@@ -56,6 +56,47 @@ TEST_CASE("SDO client: a sub-block goes on when the port takes frames again") {
   CHECK(client.client.outcome() == SdoClient::Outcome::kDone);
 }
 
+TEST_CASE("SDO client: an abort ends a write whose sub-block the port has not taken") {
+  WiredClient client;
+  client.start(kWrite, kBlock).expect("605#C60020010A000000");
+  client.port.refuse_next = 1;
+  client.arrive("585#A400200101000000", "585#8000200100000206");
+  CHECK(client.client.error() == AbortCode::kNoObject);
+  client.pass(kMillisecond).expect_silence();
+}
+
+TEST_CASE("SDO client: a request waits until the abort of the transfer before has left") {
+  WiredClient client;
+  client.start(kRead, kAuto).expect("605#4000200100000000");
+  client.port.refuse_next = RecordingPort::kAlways;
+  client.pass(kSecond);
+  client.client.start({6, 1, 0x2000, 4, kRead, kAuto}, client.now);
+  CHECK(client.client.phase() == SdoClient::Phase::kQueued);
+  SECTION("it goes on") {
+    client.port.refuse_next = 0;
+    client.pass(kMillisecond).expect("605#8000200100000405", "606#4000200100000000");
+  }
+  SECTION("it is cancelled: the abort leaves all the same") {
+    client.client.cancel(client.now);
+    client.port.refuse_next = 0;
+    client.pass(kMillisecond).expect("605#8000200100000405");
+  }
+}
+
+TEST_CASE("SDO client: in the middle of a sub-block half the timeout is waited, without one for ever") {
+  WiredClient client;
+  client.client.set_timeout(GENERATE(std::uint16_t{0}, std::uint16_t{1000}));
+  client.start(kRead, kBlock).expect("605#A400200102000000");
+  client.arrive("585#C20020010A000000").expect("605#A300000000000000");
+  CHECK(client.client.deadline() == (client.client.timeout_ms() == 0 ? kNever : 500 * kMillisecond));
+}
+
+TEST_CASE("SDO client: nothing is asked for that the memory has no room for") {
+  WiredClient client;
+  client.start(kRead, kAuto, WiredClient::kRoom + 1).expect_silence();
+  CHECK(client.client.error() == AbortCode::kReadLength);
+}
+
 TEST_CASE("SDO client: what it counts") {
   WiredClient client;
   const SdoClient::Counters& counters = client.client.counters();
@@ -124,6 +165,17 @@ TEST_CASE("quarantine: a boot-up releases a node from all of it, and no other") 
   quarantine.release(5);
   CHECK(quarantine.held_until(5, 1000) == 1000);
   CHECK(quarantine.held_until(6, 1000) == 4000);
+}
+
+TEST_CASE("quarantine: when all places are taken others wait for the first to come free, which goes first") {
+  SdoQuarantine quarantine;
+  for (std::uint8_t node = 1; node <= SdoQuarantine::kSlots; ++node)
+    quarantine.add(node, kFirst, false, Time{1000} * node);
+  CHECK(quarantine.held_until(20, 500) == 1000);
+  CHECK(quarantine.held_until(8, 500) == 8000);
+  quarantine.add(9, kFirst, false, 9000);
+  CHECK(quarantine.held_until(20, 500) == 2000);
+  CHECK(quarantine.held_until(9, 500) == 9000);
 }
 
 }  // namespace cbcan::test

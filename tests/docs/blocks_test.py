@@ -43,7 +43,7 @@ NOT_RUN = {
     r"2004h = ": "what the programs of examples/clients print; clients() compares it",
     r"cbcan pressure transducer": "what two of the examples print; examples() compares it",
     r"ORG TU": "FATEK's mnemonics, for which there is no tool here; tests/st/plcopen_test.py plays the same as a ladder diagram",
-    r"plant\.toml:\d+: ": "messages; tests/plant/pages_test.cpp compares them",
+    r"plant\.toml:\d+: ": "messages; tests/config/pages_test.cpp compares them",
     r"fault 5 ": "tests/sim/faults_text_test.cpp reads each line",
     r"(cbcan-sim: 12\.345678 )?(network 2: )?node 5: fault 1: ": "messages of faults; tests/system/control_test.py has their form",
 }
@@ -58,8 +58,6 @@ NOT_EXECUTED = {
     "(cd build && cpack)": "fresh_root_test.py does it",
     "sudo ": "installs; fresh_root_test.py does it in a Debian of its own",
     "podman ": "needs a container engine; fresh_root_test.py carries out the Containerfile",
-    "bench/": "measures for minutes; tests with the label bench or figures do so with small numbers",
-    "build/bench/": "measures; likewise",
     "cp build/": "needs a board",
     "st-flash ": "needs a board",
     "openocd ": "needs a board",
@@ -272,7 +270,7 @@ class Pages:
             self.compare(self.with_plant(EXAMPLES[file.stem]), block, page)
 
     def lua(self, block, page):
-        """The script of a device with the objects 2000h and 2001h; tests/scenario/lua_test.cpp plays it."""
+        """The script of a device with the objects 2000h and 2001h; tests/plant/lua_test.cpp plays it."""
         (self.job / "page.lua").write_text(block.text)
         (self.job / "lua.toml").write_text('[[node]]\nid = 20\neds = "tank.eds"\ndevice = "page.lua"\n')
         self.run("cbcan-sim", "--check", "--config", "lua.toml")

@@ -14,10 +14,10 @@
 
 #include "cbcan/regmap.hpp"
 #include "config/settings.hpp"
-#include "io/files/file_text.hpp"
+#include "files/read_file.hpp"
+#include "options/exit_code.hpp"
 #include "plant/control.hpp"
 #include "scenario/scenario.hpp"
-#include "options/exit_code.hpp"
 #include "text/words.hpp"
 
 namespace {
@@ -218,7 +218,7 @@ std::string renewed(std::string_view page) {
 
 int main(int argc, char** argv) {
   try {
-    const auto page = argc == 2 ? cbcan::io::read_file(argv[1]) : std::nullopt;
+    const auto page = argc == 2 ? cbcan::files::read_file(argv[1]) : std::nullopt;
     if (!page) refuse("usage: cbcan-pages PAGE");
     std::cout << renewed(*page);
     return 0;

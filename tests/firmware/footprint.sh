@@ -24,6 +24,7 @@ measure sdo_client "$1/tests/firmware/images/sdo_client" 4700 420
 measure master "$1/tests/firmware/images/master" 6000 2000
 measure coprocessor "$1/tests/firmware/images/coprocessor" 30500 9200
 measure canopen_services_plain "$1/tests/firmware/images/canopen_services_plain" 25700 6000
+measure canopen_services_lto "$1/tests/firmware/images/canopen_services_lto" 23500 6000
 # As long as the regions in their linker scripts.
 measure minimal "$1/firmware/boards/mps2_an385/cbcan_mps2_minimal.elf" 16384 6144
 measure process_data "$1/firmware/boards/mps2_an385/cbcan_mps2_process_data.elf" 24576 9216

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Gives the fuzz target that this is linked with its corpus: `fuzz_eds_replay tests/fuzz/corpus/eds` every
-// file of that folder, and every input of tests/fuzz/corpus/eds.packed.
+// Gives the fuzz target that this is linked with its corpus: with `corpus/eds` every file of that
+// folder, and every input of tests/fuzz/corpus/eds.packed.
 #include <filesystem>
 #include <fstream>
 #include <iostream>

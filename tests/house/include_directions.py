@@ -21,6 +21,7 @@ MAY_KNOW = {
     "firmware/cbcan": set(),
     "firmware/boards": {*FIRMWARE, "regmap"},
     "hostsim/text": set(),
+    "hostsim/files": {"hostsim/text"},
     "hostsim/options": {"hostsim/text"},
     "hostsim/window": {"regmap"},
     "hostsim/sim": {"hostsim/eds", "hostsim/options", "hostsim/text", *FIRMWARE, "regmap"},
@@ -29,22 +30,22 @@ MAY_KNOW = {
     "hostsim/devices": {*SIMULATION},
     "hostsim/eds": {"hostsim/text", "firmware/cbcan/canopen"},
     "hostsim/journal": {"hostsim/adapters", *SIMULATION},
-    "hostsim/io": {"firmware/boards", "hostsim/window", "hostsim/adapters", "hostsim/journal", *SIMULATION},
+    "hostsim/io": {"hostsim/files", "firmware/boards", "hostsim/window", "hostsim/adapters", "hostsim/journal", *SIMULATION},
     "hostsim/config": {"hostsim/devices", *SIMULATION},
     "hostsim/cli": {"hostsim/config", "hostsim/devices", *SIMULATION},
     "hostsim/plant": {"hostsim/config", "hostsim/adapters", "hostsim/journal", "hostsim/devices", *SIMULATION},
     "hostsim/scenario": {"hostsim/plant", "hostsim/config", "hostsim/adapters", "hostsim/journal", *SIMULATION},
     "hostsim/web": {"hostsim/scenario", "hostsim/plant", "hostsim/config", "hostsim/adapters", "hostsim/journal", *SIMULATION},
     "hostsim/include": set(),
-    "hostsim/library": {"hostsim/include", "hostsim/plant", "hostsim/config", "hostsim/journal", *SIMULATION},
-    "hostsim/app": {"hostsim/web", "hostsim/window", "hostsim/io", "hostsim/adapters", "hostsim/cli", "hostsim/scenario", "hostsim/plant", "hostsim/config",
+    "hostsim/library": {"hostsim/include", "hostsim/files", "hostsim/plant", "hostsim/config", "hostsim/journal", *SIMULATION},
+    "hostsim/app": {"hostsim/web", "hostsim/files", "hostsim/window", "hostsim/io", "hostsim/adapters", "hostsim/cli", "hostsim/scenario", "hostsim/plant", "hostsim/config",
                     "hostsim/journal", "hostsim/devices", *SIMULATION},
-    "tools": {"hostsim/window", "hostsim/eds", "hostsim/options", "hostsim/text", "regmap"},
+    "tools": {"hostsim/files", "hostsim/window", "hostsim/eds", "hostsim/options", "hostsim/text", "regmap"},
 }
 
 # First folder of an include path -> room.
 PREFIXES = {"boards": "firmware/boards",
-            **{name: f"hostsim/{name}" for name in ("sim", "adapters", "journal", "devices", "eds", "io", "config", "cli", "plant", "scenario", "web", "options", "text",
+            **{name: f"hostsim/{name}" for name in ("sim", "adapters", "journal", "devices", "eds", "io", "config", "cli", "plant", "scenario", "web", "options", "text", "files",
                                                     "window", "app")}}
 
 # What a freestanding core may take from the standard library: no heap, no OS, no clock, no stream.

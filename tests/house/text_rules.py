@@ -1,14 +1,18 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Fails on a source file without an SPDX line, and on one that is too long to be about one thing."""
+"""Fails on a source file without an SPDX line, on one that is too long to be about one thing, and on one that names a file that is not there."""
 
 import pathlib
+import re
 import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SOURCES = {".hpp", ".cpp", ".h", ".c", ".py", ".cmake", ".sh", ".mjs"}
 MOST_LINES = 500
+# As comments and messages name a file or folder, or how its name begins; TARGET is any.
+PATH = re.compile(r"(?<![\w./{}$*-])(?:bench|docs|examples|firmware|hostsim|tests|tools)/(?:[\w.-]+/)*[\w.-]*\w")
+PLACEHOLDER = re.compile(r"/[A-Z]+\b(?!\.md)")
 
 
 def tracked_files():
@@ -33,6 +37,9 @@ def main():
         name = path.relative_to(ROOT)
         if not any("SPDX-License-Identifier: MIT" in line for line in lines[:3]):
             found.append(f"{name}:1: no line `SPDX-License-Identifier: MIT`")
+        for number, line in enumerate(lines, 1):
+            found += [f"{name}:{number}: no such file: {path}" for path in PATH.findall(line)
+                      if not PLACEHOLDER.search(path) and not any(ROOT.glob(path + "*"))]
         if len(lines) > MOST_LINES:
             found.append(f"{name}: {len(lines)} lines; {MOST_LINES} is the most, split it by what it is about")
     print("\n".join(found) if found else f"{len(files)} source files are in order")

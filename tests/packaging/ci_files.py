@@ -59,6 +59,6 @@ def repository(job):
     shutil.copytree(ROOT / "plants", job / "plants")  # of the shipped scenarios
     shutil.copytree(ROOT / "scenarios", job / "scenarios")
     shutil.copytree(ROOT / "examples/pytest", job / "tests", ignore=shutil.ignore_patterns("pytest.ini"))
-    shutil.move(job / "tests/conftest.py", job)
+    shutil.move(job / "tests" / "conftest.py", job)
     (job / "pytest.ini").write_text(PYTEST_INI)
     return job

@@ -52,7 +52,8 @@ class Package(unittest.TestCase):
                      "share/cbcan/python/cbcan_plant.py", "lib/python3/dist-packages/cbcan_plant.py", "share/man/man1/cbcan-sim.1.gz",
                      "share/man/man1/cbcanctl.1.gz", "share/man/man5/cbcan-plant.5.gz", "share/bash-completion/completions/cbcan-sim",
                      "share/bash-completion/completions/cbcanctl", "lib/systemd/system/cbcan-sim@.service",
-                     "share/doc/cbcan/docs/reference/plant-file.md", "share/doc/cbcan/copyright"):
+                     "share/doc/cbcan/docs/reference/plant-file.md", "share/doc/cbcan/registers.csv", "share/doc/cbcan/registers.json",
+                     "share/doc/cbcan/copyright"):
             self.assertIn(f"usr/{name}", programs)
         libraries = self.contents("libcbcan-dev")
         for name in ("lib/libcbcan_core.a", "lib/cmake/cbcan/cbcan-config.cmake", "lib/pkgconfig/cbcan-cia405.pc", "include/cbcan/regmap.h",

@@ -98,8 +98,9 @@ TEST_CASE("scenarios: what is wrong with a file is told by line") {
     CHECK(wrong(text) == Lines{"dir/s.toml:" + told});
   for (const char* key : {"at = 5", "after = \"5\"", "within = \"x\"", "every = \"0s\"\ndo = \"time\""}) {
     const std::string name = std::string(key).substr(0, std::string(key).find(' '));
-    CHECK(wrong(std::string("[[step]]\n") + key) == Lines{"dir/s.toml:2: step." + name + ": write " + name +
-                                                          " = \"100ms\": a whole number of us, ms or s"});
+    CHECK(wrong(std::string("[[step]]\n") + key) ==
+          Lines{"dir/s.toml:2: step." + name + ": write " + name +
+                " = \"100ms\": a whole number of us, ms or s, a year at most"});
   }
   CHECK(wrong("[[step]]\nat = \"0s\"\n").empty());
   CHECK(wrong("[[step]]\nevery = \"1s\"\ndo = \"time\"\n").empty());

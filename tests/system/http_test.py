@@ -219,6 +219,7 @@ class Strangers(Http):
         self.start()
         for path, status, why in (("/api/nothing", 404, "no such resource"), ("/api/nodes/99/objects", 400, "node 99: not in this plant"),
                                   ("/api/registers?first=5000", 400, "first=5000: must be 0..4167"), ("/api/nodes?network=2", 400, "network=2"),
+                                  ("/api/registers?network=0", 400, "network=0: must be 1..1"),
                                   ("/api/time?network=7", 400, "network=7"),
                                   ("/api/events?watch=16", 400, "write NODE:INDEX"), ("/api/events?watch=16:0x9999", 400, "no such object")):
             got, answer = self.ask(path)

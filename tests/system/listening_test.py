@@ -115,6 +115,24 @@ class Browser(Case):
             self.assertIn(rest_of(client)[:12], (b"", b"< hi >", b"HTTP/1.1 403"), address)
 
 
+    def test_a_handshake_of_tls_is_executed_nowhere(self):
+        """Its session ticket is what another server has given to the browser."""
+        ticket = COMMANDS + b"\rO\rt00020242\r< open can0 >< rawmode >< send 0 2 2 42 >" + COMMANDS
+        hello = b"\x01\0" + (200 + len(ticket)).to_bytes(2, "big") + b"\x03\x03" + bytes(100) + ticket + bytes(98)
+        handshake = b"\x16\x03\x01" + len(hello).to_bytes(2, "big") + hello
+        simulator = self.start_all()
+        for name in STREAMS:
+            for size in (1, 10_000):
+                with contextlib.closing(connect(simulator.where[name])) as client, contextlib.suppress(ConnectionError):
+                    for i in range(0, len(handshake), size):
+                        client.sendall(handshake[i:i + size])
+                    client.shutdown(socket.SHUT_WR)
+                    self.assertIn(rest_of(client), (b"", b"< hi >"), name)
+        with simulator.window() as window:
+            self.assertEqual(window.execute(5055, 16, 0x1000, 0, 4), 0)
+        self.assertEqual([frame for frame in simulator.frames() if not frame.startswith("7")], ["610#4000100000000000", "590#4300100092010200"])
+
+
 class SendingSide(Case):
     """Clients that have said all they want: printf ... | socat."""
 
@@ -127,6 +145,12 @@ class SendingSide(Case):
         for address in ("127.0.0.1:0", f"unix:{self.folder}/c"):
             simulator = self.start("--control", address)
             self.check_answered(asked(simulator.where["control"], self.LINES))
+
+    def test_a_last_line_without_an_end_is_not_executed(self):
+        simulator = self.start("--control", "127.0.0.1:0")
+        self.assertEqual(asked(simulator.where["control"], b"write 100 7\nwrite 100 8"),
+                         b"ok\nerror: the last line has no end, so it was not executed\n")
+        self.assertEqual(asked(simulator.where["control"], b"read 100\n"), b"ok 7\n")
 
     def test_as_the_page_has_it(self):
         simulator = self.start("--control", "127.0.0.1:0")
@@ -217,6 +241,17 @@ class Places(Case):
             for client in crowd:
                 client.close()
             self.assertTrue(self.ask(simulator, "http"), clients)
+
+    def test_http_s_places_come_back_from_who_leaves(self):
+        wait = b"wait time 3600s within 3600s"
+        for sent in (b"POST /api/control HTTP/1.1\r\nHost: localhost\r\nContent-Length: %d\r\n\r\n" % len(wait) + wait,
+                     b"GET /api", b"POST /api/control HTTP/1.1\r\nHost: localhost\r\nContent-Length: 100\r\n\r\nhalf",
+                     b"GET /api/events HTTP/1.1\r\nHost: localhost\r\n\r\n"):
+            simulator = self.start("--http", "127.0.0.1:0")
+            for _ in range(400):
+                with contextlib.closing(connect(simulator.where["http"])) as client:
+                    client.sendall(sent)
+            self.assertTrue(self.ask(simulator, "http"), sent)
 
     def test_no_descriptor_left(self):
         for name in LISTENS:

@@ -166,7 +166,7 @@ class Check(unittest.TestCase):
 
     def test_plants_and_their_EDS_files(self):
         self.assertEqual(self.check("--demo"), (0, "", ""))
-        self.assertEqual(self.check("--node", "5=none.eds"), (2, "", "--node 5=none.eds: node 5: cannot read none.eds; check the path and its "
+        self.assertEqual(self.check("--node", "5=none.eds"), (2, "", "cbcan-sim: --node 5=none.eds: node 5: cannot read none.eds; check the path and its "
                                                              "permissions\n"))
         self.assertEqual(self.check("--config", "none.toml")[0], 2)
 

@@ -63,7 +63,9 @@ class Starting(unittest.TestCase):
 
     def test_a_folder_and_a_program_where_a_file_is_meant(self):
         with tempfile.TemporaryDirectory() as folder:
-            self.check_refused(run("--check", "--config", folder), 2, f"--config {folder}: this is a folder; name the plant file in it\n")
+            for option in (("--config", folder), ("--node", f"5={folder}"), ("--demo", "--set", f"node.32.device={folder}/x.lua")):
+                pathlib.Path(folder, "x.lua").mkdir(exist_ok=True)
+                self.check_refused(run("--check", *option), 2, f"cbcan-sim: {folder}", ": this is a folder; name a file in it\n")
         done = run("--check", "--node", "5=/bin/ls")
         self.check_refused(done, 2, "/bin/ls: not one object in it that a node could have; write an EDS or DCF file\n")
         self.assertEqual(len(done.stderr.splitlines()), 1)
@@ -72,12 +74,24 @@ class Starting(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             parameters = pathlib.Path(folder, "module.txt")
             parameters.write_text("not a parameter\n")
+            missing = f"{folder}/none/x: there is no folder {folder}/none; make it first\n"
             for options, why in ((("--rtu", "/dev/x", "--set", "rtu.baud=9601"), "--set rtu.baud=9601: rtu.baud 9601: must be 1200, 2400, 4800, 9600"),
                                  (("--set", "plc.device=/dev/x", "--set", "plc.baud=9601"), "plc.baud 9601: must be 1200"),
                                  (("--modbus", "127.0.0.1:5000", "--control", ":5000"), "control.listen 127.0.0.1:5000: modbus.port has it already"),
                                  (("--rtu", "/dev/x", "--can", "slcan:/dev/x"), "can.spec /dev/x: rtu.device has it already"),
+                                 (("--rtu", "/dev/x,9601,E,1"), "must be the path alone; the others are --set rtu.baud=, rtu.parity= and rtu.station="),
+                                 (("--rtu", parameters), f"rtu.device {parameters}: no serial port; write the path of one"),
+                                 (("--log", f"{folder}/none/x"), f"log.file {missing}"),
+                                 (("--record", f"{folder}/none/x"), f"log.record {missing}"),
+                                 (("--pcap", f"{folder}/none/x"), f"log.pcap {missing}"),
+                                 (("--control", f"unix:{folder}/none/x"), f"control.listen {missing}"),
+                                 (("--slcan", f"pty:{folder}/none/x"), f"can.slcan {missing}"),
+                                 (("--set", f"module.parameters={folder}/none/x"), f"module.parameters {missing}"),
+                                 (("--set", f"node.66.parameters={folder}/none/x"), f"node.parameters {missing}"),
+                                 (("--wire", "66:output:99=16:0x6040"), "cbcan-sim: --wire 66:output:99=16:0x6040: wire "),
                                  (("--set", f"module.parameters={parameters}"), f"{parameters}:1: ")):
                 with self.subTest(options=options):
+                    self.check_refused(run("--demo", *options), 2, why)
                     self.check_refused(run("--check", "--demo", *options), 2, why)
 
     def test_wrong_files(self):
@@ -125,8 +139,7 @@ class Starting(unittest.TestCase):
             "`tools/dev/in-vcan-vm COMMAND` runs a command where there is vcan0, and the virtual bus needs no kernel\n"))
 
     def test_log_that_cannot_be_made(self):
-        self.check_refused(run("--demo", "--modbus", "127.0.0.1:0", "--log", "/nonexistent/bus.log"), 3,
-                           "/nonexistent/bus.log")
+        self.check_refused(run("--demo", "--modbus", "127.0.0.1:0", "--log", "/proc"), 3, "log /proc: Is a directory; ")
 
     def test_closed_descriptors(self):
         """What its caller has closed is /dev/null: no socket of its own gets such a number."""
@@ -141,12 +154,13 @@ class Starting(unittest.TestCase):
             self.assertRegex(done.stdout, r"\A\Z" if 1 in closed else r"\Aready modbus=\S+ can=virtual\n\Z")
 
     def test_too_few_descriptors(self):
-        for limit in range(4, 16):
-            done = subprocess.run([PROGRAM, "--demo", "--modbus", "127.0.0.1:0", "--clock", "manual"], stdin=subprocess.DEVNULL, capture_output=True,
-                                  text=True, preexec_fn=lambda limit=limit: resource.setrlimit(resource.RLIMIT_NOFILE, (limit, limit)), timeout=LIMIT)
-            self.assertRegex(done.stderr, r"\A\Z" if done.returncode == 0 else r"\Acbcan-sim: .*Too many open files", limit)
-            self.assertIn(done.returncode, (0, 3))
-        self.assertEqual(done.returncode, 0)
+        for plant in (("--demo",), ("--config", f"{ROOT}/plants/demo/plant.toml"), ("--node", f"5={ROOT}/plants/demo/generic.eds")):
+            for limit in range(4, 16):
+                done = subprocess.run([PROGRAM, *plant, "--modbus", "127.0.0.1:0", "--clock", "manual"], stdin=subprocess.DEVNULL, capture_output=True,
+                                      text=True, preexec_fn=lambda limit=limit: resource.setrlimit(resource.RLIMIT_NOFILE, (limit, limit)), timeout=LIMIT)
+                self.assertRegex(done.stderr, r"\A\Z" if done.returncode == 0 else r"\Acbcan-sim: .*Too many open files", limit)
+                self.assertIn(done.returncode, (0, 3))
+            self.assertEqual(done.returncode, 0)
 
     def test_a_pipe_that_nobody_writes_to(self):
         with tempfile.TemporaryDirectory() as folder:

@@ -218,6 +218,11 @@ class Outcomes(unittest.TestCase):
         self.assertIn("663#8000100000000405", suite[0][0].text)
         self.assertEqual(len(suite[1]), 0)
         self.assertEqual(suite[2][0].tag, "error")
+        os.mkfifo(self.folder / "pipe")
+        self.assertEqual(run(self.folder / "b.toml", "--junit", self.folder / "pipe").returncode, 0)
+        done = run(self.folder / "b.toml", "--junit", "/nonexistent/x")
+        self.assertEqual((done.returncode, done.stdout), (3, ""))
+        self.assertEqual(done.stderr, "cbcan-sim: --junit /nonexistent/x: No such file or directory; write another file\n")
 
     def test_parts_together_are_the_whole_each_once(self):
         whole = run(ROOT / "scenarios").stdout.splitlines()[:-1]

@@ -3,6 +3,7 @@
 """cbcanctl against the real cbcan-sim, and against coprocessors of its own."""
 
 import json
+import os
 import pathlib
 import re
 import signal
@@ -88,6 +89,23 @@ class WithSimulator(unittest.TestCase):
         self.check("state 0x20", "32 Operational\n")
         self.check("configure /nowhere", "", USAGE, "cbcanctl: /nowhere: cannot be read; is the name right?\n")
 
+    def test_what_is_no_file(self):
+        with tempfile.TemporaryDirectory() as folder:
+            pipe = f"{folder}/pipe"
+            os.mkfifo(pipe)
+            for command in ("configure", "dump 66 --eds"):
+                self.check(f"{command} {folder}", "", USAGE, f"cbcanctl: {folder}: this is a folder; name a file in it\n")
+                self.check(f"{command} {pipe}", "", USAGE,
+                           f"cbcanctl: {pipe}: a pipe that no program writes to; name a file, or start its writer first\n")
+            self.check("dump 66 --eds /bin/ls", "", USAGE, "cbcanctl: /bin/ls: not one object in it; name an EDS or DCF file\n")
+            self.check("configure /bin/ls", "", USAGE, "cbcanctl: /bin/ls:1: this line is not UTF-8; write a plan in TOML, or name a file *.dcf\n")
+            with open(os.open(pipe, os.O_RDWR), "wb"):  # a writer that says nothing
+                for number in (signal.SIGINT, signal.SIGTERM):
+                    process = subprocess.Popen([CBCANCTL, "configure", pipe])
+                    wait_until(lambda process=process: pipe in subprocess.run(["ls", "-l", f"/proc/{process.pid}/fd"], capture_output=True,
+                                                                              text=True).stdout, "the pipe is open")
+                    process.send_signal(number)
+                    self.assertEqual(process.wait(LIMIT), -number)
 
     def test_another_program_s_transaction_is_waited_for(self):
         with self.simulator.window() as window:

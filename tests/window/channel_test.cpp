@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A PLC's side of the registers, request by request; words after docs/contract.md and docs/registers.md.
+// A PLC's side of the registers, request by request; words after docs/reference/contract.md and
+// docs/reference/registers.md.
 #include "cbcan/window.hpp"
 
 namespace cbcan::window::test {

@@ -98,6 +98,11 @@ const ValueType& type_of(const eds::Object& object) {
 eds::DeviceDescription parse_device(std::string_view text, const std::string& name,
                                     std::optional<std::uint8_t> node_id, std::vector<std::string>& remarks) {
   eds::Result result = eds::read(text, name, node_id);
+  const auto is_about_all = [](const eds::Diagnostic& found) {
+    return found.line == 1 && found.severity == eds::Severity::kError;
+  };
+  if (result.device.objects.empty() && std::ranges::none_of(result.diagnostics, is_about_all))
+    throw UsageError(name + ": not one object in it; name an EDS or DCF file");
   for (const eds::Diagnostic& found : result.diagnostics) {
     const bool is_value = text::same_text(found.message.substr(0, 14), "ParameterValue");
     if (found.severity == eds::Severity::kError || is_value) throw UsageError(to_string(found));

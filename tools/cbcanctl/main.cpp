@@ -80,7 +80,6 @@ ExitCode run_command(const Start& start) {
 }
 
 ExitCode exit_code(int argc, char** argv) {
-  listen_for_interrupts();
   const bool json = std::find(argv, argv + argc, std::string_view("--json")) != argv + argc;
   try {
     const Start start = parse_command_line(std::span(argv + 1, argv + argc), std::getenv("CBCAN_MODBUS"));

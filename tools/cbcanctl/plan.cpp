@@ -8,6 +8,7 @@
 #include <span>
 
 #include "text/numbers.hpp"
+#include "text/utf8.hpp"
 #include "text/words.hpp"
 
 namespace cbcan::tools {
@@ -123,6 +124,9 @@ class PlanReader {
 }  // namespace
 
 std::vector<PlannedNode> parse_plan(std::string_view text, const std::string& name) {
+  if (const std::size_t line = text::first_line_not_utf8(text); line != 0)
+    throw UsageError(
+        fmt::format("{}:{}: this line is not UTF-8; write a plan in TOML, or name a file *.dcf", name, line));
   try {
     return PlanReader(name).read(toml::parse(text, name));
   } catch (const toml::parse_error& error) {

@@ -6,12 +6,11 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <fstream>
 #include <iostream>
-#include <iterator>
 #include <thread>
 
 #include "cbcanctl/transfer_settings.hpp"
+#include "files/read_file.hpp"
 
 namespace cbcan::ctl {
 
@@ -77,6 +76,14 @@ class Registers final : public tools::RegisterAccess {
   std::optional<std::size_t> shown_;  ///< how much of the bar is full
 };
 
+void listen_for_interrupts() {
+  struct sigaction action {};
+  action.sa_handler = on_interrupt;
+  action.sa_flags = SA_RESTART;
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+}
+
 }  // namespace
 
 Refused::Refused(const window::Result& response, const std::string& what)
@@ -89,18 +96,8 @@ void say(const std::string& line) {
 }
 
 std::string read_file(const std::string& path) {
-  std::ifstream file(path);
-  std::string text{std::istreambuf_iterator<char>(file), {}};
-  if (!file.is_open() || file.bad()) throw tools::UsageError(path + ": cannot be read; is the name right?");
-  return text;
-}
-
-void listen_for_interrupts() {
-  struct sigaction action {};
-  action.sa_handler = on_interrupt;
-  action.sa_flags = SA_RESTART;
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
+  if (auto text = files::read_file(path)) return *text;
+  throw tools::UsageError(path + ": cannot be read; is the name right?");
 }
 
 bool interrupted() {
@@ -114,6 +111,7 @@ void forget_interrupt() {
 window::Client connect(const Options& options) {
   // The first response through a pseudo-terminal of QEMU takes up to one second.
   constexpr std::chrono::milliseconds kSerialResponse{1500}, kTcpResponse{1000};
+  listen_for_interrupts();
   window::Settings settings = options.target;
   settings.response_timeout =
       settings.rtu.empty() ? std::max(settings.timeout, kTcpResponse) : kSerialResponse;

@@ -63,8 +63,7 @@ void say(const std::string& line);
 /// Throws UsageError where it cannot be read.
 std::string read_file(const std::string& path);
 
-/// Ctrl-C cancels what is under way: from here on interrupted() tells it.
-void listen_for_interrupts();
+/// Since connect() was called: Ctrl-C cancels what is under way.
 bool interrupted();
 /// It has been acted on; the next one counts again.
 void forget_interrupt();

@@ -15,7 +15,7 @@
 
 #include "cbcan/canopen/lss_slave.hpp"
 #include "cbcan/canopen/nmt/nmt.hpp"
-#include "io/files/file_text.hpp"
+#include "files/read_file.hpp"
 #include "io/loop/descriptor.hpp"
 #include "text/numbers.hpp"
 #include "text/words.hpp"
@@ -107,7 +107,7 @@ sim::StoredParameters parse_parameters(std::string_view text, const std::string&
 }
 
 sim::StoredParameters ParameterFile::load() {
-  const std::optional<std::string> text = read_file(path_);
+  const std::optional<std::string> text = files::read_file(path_);
   if (text) return parse_parameters(*text, path_);
   if (::access(path_.c_str(), F_OK) == 0)
     throw UsageError(path_ + ": this file with stored parameters cannot be read; check its permissions");

@@ -3,6 +3,7 @@
 
 #include <arpa/inet.h>
 #include <microhttpd.h>
+#include <poll.h>
 #include <sys/socket.h>
 
 #include <algorithm>
@@ -29,6 +30,16 @@ bool is_loopback(const std::string& host) {
 bool is_number(const std::string& host) {
   in6_addr address{};
   return inet_pton(AF_INET, host.c_str(), &address) == 1 || inet_pton(AF_INET6, host.c_str(), &address) == 1;
+}
+
+int socket_of(MHD_Connection* connection) {
+  return MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD)->connect_fd;
+}
+
+/// A client that no longer sends, and may no longer read.
+bool has_left(MHD_Connection* connection) {
+  pollfd socket{socket_of(connection), POLLRDHUP, 0};
+  return ::poll(&socket, 1, 0) > 0;
 }
 
 std::string header(MHD_Connection* connection, const char* name) {
@@ -102,9 +113,12 @@ struct HttpServer::Callbacks {
     *kept = nullptr;
   }
 
-  static void on_connection(void* self, MHD_Connection* /*connection*/, void** /*kept*/,
+  static void on_connection(void* self, MHD_Connection* connection, void** /*kept*/,
                             MHD_ConnectionNotificationCode what) {
-    if (what == MHD_CONNECTION_NOTIFY_CLOSED) static_cast<HttpServer*>(self)->acceptor_.resume();
+    auto& server = *static_cast<HttpServer*>(self);
+    if (what == MHD_CONNECTION_NOTIFY_STARTED) return server.connections_.push_back(connection);
+    std::erase(server.connections_, connection);
+    server.acceptor_.resume();
   }
 
   static MHD_Result respond(HttpServer& server, MHD_Connection* connection, Exchange& exchange) {
@@ -196,6 +210,7 @@ HttpServer::HttpServer(Reactor& reactor, const text::ListenAddress& listen, bool
                                Callbacks::on_connection, this, MHD_OPTION_CONNECTION_LIMIT, kMostClients,
                                MHD_OPTION_CONNECTION_TIMEOUT, kSilentForSeconds,
                                MHD_OPTION_CONNECTION_MEMORY_LIMIT, kMemoryPerConnection, MHD_OPTION_END)) {
+  connections_.reserve(kMostClients);
   if (daemon_ == nullptr) throw EnvironmentError("http " + to_string(listen) + ": it cannot be served");
   const int epoll = MHD_get_daemon_info(daemon_, MHD_DAEMON_INFO_EPOLL_FD)->epoll_fd;
   reactor_.watch(epoll, Reactor::kReadable, [this](std::uint32_t) { MHD_run(daemon_); });
@@ -252,9 +267,18 @@ void HttpServer::poll(Time now) {
   if (resumed || (MHD_get_timeout(daemon_, &left) == MHD_YES && left == 0)) MHD_run(daemon_);
 }
 
+/// Others wait for the places of those who have left with half a request, or before the end of a stream.
+void HttpServer::make_way() {
+  for (MHD_Connection* connection : connections_)
+    if (has_left(connection)) ::shutdown(socket_of(connection), SHUT_RDWR);
+  for (Live* live : streams_)
+    if (live->suspended && has_left(live->connection)) live->ended = live->broken = true;
+}
+
 bool HttpServer::poll_streams(Time now) {
   bool resumed = false;
-  may_have_news_ = false;
+  may_have_news_ = is_full();
+  if (is_full()) make_way();
   keep_alive_at_ = kNever;
   for (Live* live : streams_) {
     if (!live->suspended) continue;
@@ -278,7 +302,8 @@ bool HttpServer::poll_streams(Time now) {
 }
 
 Time HttpServer::next_deadline() const {
-  Time next = streams_.empty() ? kNever : may_have_news_ ? look_at_ : keep_alive_at_;
+  const bool waits = !streams_.empty() || is_full();
+  Time next = !waits ? kNever : may_have_news_ ? look_at_ : keep_alive_at_;
   MHD_UNSIGNED_LONG_LONG left = 0;
   if (MHD_get_timeout(daemon_, &left) == MHD_YES) next = earlier(next, Reactor::now() + left * kMillisecond);
   return next;

@@ -11,12 +11,14 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "adapters/http_message.hpp"
 #include "cbcan/time.hpp"
 #include "io/loop/reactor.hpp"
 #include "io/sockets/acceptor.hpp"
 
+struct MHD_Connection;
 struct MHD_Daemon;
 
 namespace cbcan::io {
@@ -57,6 +59,7 @@ class HttpServer final : private AcceptsClients {
   bool is_full() const override { return clients() >= kMostClients; }
   /// Whether one goes on.
   bool poll_streams(Time now);
+  void make_way();
   std::string refusal(const adapters::HttpRequest& request, const std::string& host,
                       const std::string& origin) const;
 
@@ -65,6 +68,7 @@ class HttpServer final : private AcceptsClients {
   Acceptor acceptor_;
   bool may_write_;
   Handler handle_;
+  std::vector<MHD_Connection*> connections_;
   std::list<Live*> streams_;
   Time look_at_ = 0;            ///< at streams: not before
   bool may_have_news_ = false;  ///< a stream, since the last look

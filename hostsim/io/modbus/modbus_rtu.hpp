@@ -27,6 +27,7 @@ class RtuSession final : public StreamSession {
  public:
   RtuSession(std::vector<adapters::ModbusUnit*> networks, const RtuServer::Settings& settings);
 
+  bool is_text() const override { return false; }
   void receive(std::string_view bytes) override;
   std::string_view unsent() const override { return unsent_; }
   void sent(std::size_t count) override { unsent_.erase(0, count); }

@@ -15,9 +15,13 @@ class CommandSession final : public StreamSession {
     received_ += bytes;
     execute_received();
   }
+  void end_input() override {
+    ended_ = true;
+    execute_received();
+  }
   bool wants_more() const override { return received_.size() < StreamServer::kMostUnsent; }
   std::string_view unsent() const override { return dialogue_->unsent; }
-  bool is_busy() const override { return dialogue_->waiting || received_.find('\n') != std::string::npos; }
+  bool is_busy() const override { return dialogue_->waiting || !received_.empty(); }
   void sent(std::size_t count) override {
     dialogue_->unsent.erase(0, count);
     execute_received();
@@ -36,6 +40,8 @@ class CommandSession final : public StreamSession {
       }
     }
     received_.erase(0, received_.size() - rest.size());
+    if (ended_ && received_.empty() && !std::exchange(line_, {}).empty())
+      dialogue_->unsent += "error: the last line has no end, so it was not executed\n";
   }
 
   void end_line() {
@@ -51,8 +57,9 @@ class CommandSession final : public StreamSession {
   }
 
   adapters::Execute execute_;
-  std::string received_;  ///< not yet looked at
+  std::string received_;  ///< not yet checked
   std::string line_;
+  bool ended_ = false;
   std::shared_ptr<adapters::Dialogue> dialogue_ = std::make_shared<adapters::Dialogue>();
 };
 

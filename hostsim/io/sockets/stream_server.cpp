@@ -16,19 +16,24 @@ namespace cbcan::io {
 
 namespace {
 
+using namespace std::string_view_literals;
+
 constexpr std::size_t kMostReadBytes = 4096;
 constexpr std::size_t kFewestReadBytes = 32;
 constexpr std::size_t kWorkPerTurn = 512 * 1024;  ///< bytes read, times those who may get them
 
-enum class Http : std::uint8_t { kNo, kMaybe, kYes };
+enum class Browser : std::uint8_t { kNo, kMaybe, kYes };
 
-/// What the first bytes of a connection are. RFC 9110, 9.3: no protocol that is served here begins like that.
-Http http_in(std::string_view begin) {
-  Http found = Http::kNo;
-  for (const std::string_view method :
-       {"GET ", "HEAD ", "POST ", "PUT ", "DELETE ", "CONNECT ", "OPTIONS ", "TRACE ", "PATCH "}) {
-    if (begin.starts_with(method)) return Http::kYes;
-    if (method.starts_with(begin)) found = Http::kMaybe;
+/// Whose the first bytes of a connection are: requests of HTTP (RFC 9110, 9.3) or, where clients send text, a
+/// handshake of TLS (RFC 8446, 5.1). No protocol that is served here begins like that.
+Browser browser_in(std::string_view begin, bool text) {
+  constexpr std::string_view kHandshake = "\x16\x03";
+  Browser found = Browser::kNo;
+  for (const std::string_view first : {"GET "sv, "HEAD "sv, "POST "sv, "PUT "sv, "DELETE "sv, "CONNECT "sv,
+                                       "OPTIONS "sv, "TRACE "sv, "PATCH "sv, kHandshake}) {
+    if (first == kHandshake && !text) continue;
+    if (begin.starts_with(first)) return Browser::kYes;
+    if (first.starts_with(begin)) found = Browser::kMaybe;
   }
   return found;
 }
@@ -56,7 +61,7 @@ struct StreamServer::Connection {
   std::uint32_t interest = Reactor::kReadable;
   bool is_pty = false;
   bool input_ended = false;
-  bool is_known = false;  ///< not to speak HTTP
+  bool is_known = false;  ///< to be no browser
   std::string begin{};    ///< until then
 };
 
@@ -145,6 +150,7 @@ bool StreamServer::receive(Connection& client) {
   const ssize_t count = client.read(characters.data(), read_bytes());
   if (count < 0 && is_temporary(errno)) return true;
   client.input_ended = count == 0 || (count < 0 && client.is_pty);
+  if (count == 0) client.session->end_input();
   if (count <= 0) return client.input_ended;
   if (had_ended) close(client);  // a terminal: these are the next client's
   return hand_over(client, {characters.data(), static_cast<std::size_t>(count)}) &&
@@ -154,12 +160,12 @@ bool StreamServer::receive(Connection& client) {
 bool StreamServer::hand_over(Connection& client, std::string_view bytes) {
   if (client.is_known) return client.session->receive(bytes), true;
   client.begin += bytes;
-  const Http http = http_in(client.begin);
-  client.is_known = http == Http::kNo;
+  const Browser browser = browser_in(client.begin, client.session->is_text());
+  client.is_known = browser == Browser::kNo;
   if (client.is_known) client.session->receive(std::exchange(client.begin, {}));
-  if (http == Http::kYes && acceptor_ && !std::exchange(http_told_, true))
+  if (browser == Browser::kYes && acceptor_ && !std::exchange(browser_reported_, true))
     acceptor_->warn("a client that speaks HTTP, as a browser does, is turned away; --http serves HTTP");
-  return http != Http::kYes;
+  return browser != Browser::kYes;
 }
 
 bool StreamServer::send(Connection& client) {

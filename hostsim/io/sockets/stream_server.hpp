@@ -4,8 +4,9 @@
 /// A server of byte streams: each connection has a session that makes bytes out of bytes. Nothing blocks; a
 /// client that asks and does not read the responses is not read from either. A client that closes its sending
 /// side is answered first, and what it has sent is done even if it no longer reads. A pseudo-terminal is one
-/// connection, which has a new session for each client. A client that speaks HTTP is turned away before its
-/// bytes reach a session: pages of other sites can make a browser send them to any address of this machine.
+/// connection, which has a new session for each client. A client that speaks HTTP, or TLS where
+/// text is expected, is turned away before its bytes reach a session: pages of other sites can make a browser
+/// send them to any address of this machine.
 
 #include <cstddef>
 #include <cstdint>
@@ -67,7 +68,7 @@ class StreamServer final : private AcceptsClients {
   MakeSession make_;
   std::unordered_map<int, std::unique_ptr<Connection>> connections_;
   std::uint64_t accepted_ = 0;
-  bool http_told_ = false;
+  bool browser_reported_ = false;
   StreamAddress address_;  ///< of a terminal
   OwnFile link_;
   std::optional<Acceptor> acceptor_;

@@ -2,8 +2,8 @@
 #pragma once
 
 /// The ten function blocks of CiA 405 for a C++ program that runs in cycles, as a PLC program does, on top of
-/// the register contract (docs/contract.md) over Modbus TCP. docs/function-blocks.md is the page with tables
-/// and an example.
+/// the register contract (docs/reference/contract.md) over Modbus TCP. docs/reference/function-blocks.md is
+/// the page with tables and an example.
 ///
 ///     cbcan::cia405::Link link({.host = "192.168.1.7", .port = 502});
 ///     cbcan::cia405::SdoRead4 speed(link);

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: MIT
+#include "files/read_file.hpp"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <memory>
+
+#include "text/error.hpp"
+
+namespace cbcan::files {
+
+namespace {
+
+/// Waits for it only where somebody has it open for writing. The errno: 0 = there was nothing wrong.
+int read_some(int file, std::string& text) {
+  std::array<char, 65536> part;
+  ssize_t count = 0;
+  while ((count = ::read(file, part.data(), part.size())) < 0 && (errno == EAGAIN || errno == EINTR)) {
+    pollfd readable{file, POLLIN, 0};
+    ::poll(&readable, 1, -1);
+  }
+  if (count > 0) text.append(part.data(), static_cast<std::size_t>(count));
+  return count < 0 ? errno : 0;
+}
+
+mode_t type_of(int file) {
+  struct stat status {};
+  return fstat(file, &status) == 0 ? status.st_mode & S_IFMT : 0;
+}
+
+std::string read_all(int file, const std::string& path) {
+  std::string text;
+  for (bool at_end = false; !at_end;) {
+    const std::size_t before = text.size();
+    if (read_some(file, text) != 0) throw text::UsageError(path + ": cannot be read");
+    at_end = text.size() == before;
+    if (text.size() > kMostBytes)
+      throw text::UsageError(path + ": more than 16 MiB; write a plant, EDS or parameter file");
+    if (text.empty() && type_of(file) == S_IFIFO)
+      throw text::UsageError(path +
+                             ": a pipe that no program writes to; name a file, or start its writer first");
+  }
+  return text;
+}
+
+}  // namespace
+
+std::optional<std::string> read_file(const std::string& path) {
+  const int number = ::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
+  if (number < 0 && (errno == EMFILE || errno == ENFILE))
+    throw std::runtime_error(path + ": Too many open files; raise the limit with `ulimit -n`");
+  if (number < 0) return std::nullopt;
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(::fdopen(number, "rb"), std::fclose);
+  if (type_of(number) == S_IFDIR) throw text::UsageError(path + ": this is a folder; name a file in it");
+  return read_all(number, path);
+}
+
+}  // namespace cbcan::files

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <optional>
+#include <string>
+
+namespace cbcan::files {
+
+inline constexpr std::size_t kMostBytes = 16 * 1024 * 1024;
+
+/// The whole content of a file; nullopt where there is none, or it may not be read. Throws text::UsageError
+/// for a folder, for more than kMostBytes, and for a pipe that nobody has open for writing;
+/// std::runtime_error where no descriptor is left. Blocks for as long as the disk, or a pipe's writer, does.
+std::optional<std::string> read_file(const std::string& path);
+
+}  // namespace cbcan::files
