@@ -135,7 +135,7 @@ TEST_CASE("A TPDO that the port has refused does not hold up the next start, nor
 
 TEST_CASE("SYNC start value: without a counter there is nothing to wait for") {
   PdoRig rig;
-  rig.configure(0x1800, 6, 3);
+  rig.configure({{0x1800, 6, 240}, {0x1800, 6, 3}});
   rig.set_up(0x1800, 1, kNoRtr + 0x181, 1, {0x20010108});
   rig.operational();
   rig.sync(2).expect_silence();
