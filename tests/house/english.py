@@ -21,7 +21,7 @@ LEAST_SENTENCES, LEAST_STRINGS, LEAST_DOCUMENTS = 4000, 1500, 40
 MOST_OF_ALL = 36000
 BUDGET = 1000  # words of a page, unless this says otherwise
 BUDGETS = {
-    "docs/explanation/architecture.md": 1500,
+    "docs/explanation/architecture.md": 1550,
     "docs/how-to/modbus-clients.md": 1050,
     "docs/how-to/port.md": 1350,
     "docs/reference/commands.md": 1050,
@@ -71,8 +71,6 @@ CODE, LINK, COMMENT, TAG = re.compile(r"`[^`]*`"), re.compile(r"!?\[([^]]*)\]\([
 SENTENCE_END = re.compile(r'(?<=[.?!])\)?[*"]*\s+(?=[A-Z0-9"*`(_|\[]|\d)')
 STRING = re.compile(r'"((?:[^"\\\n]|\\.)*)"')
 ABBREVIATIONS = re.compile(r"\b(?:e\.g|i\.e|etc|min|max|No)\.")
-
-# Pages that have not been written again yet: only their words are counted.
 
 def words_of(text):
     return [word for word in TAG.sub(" ", COMMENT.sub("", text)).split() if re.search(r"\w", word)]
