@@ -17,6 +17,7 @@ import subprocess
 import sys
 import time
 import unittest
+import zlib
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases  # noqa: E402
@@ -104,6 +105,14 @@ class Image(unittest.TestCase):
         self.assertNotEqual(vectors[2], unexpected, "the NMI: the clock fails")
         # CAN1_RX0, CAN1_RX1, CAN1_SCE, TIM2, USART1, USART2 (RM0390, table 38) and nothing else.
         self.assertEqual([i for i in range(97) if vectors[16 + i] != unexpected], [20, 21, 22, 28, 37, 38])
+
+    def test_behind_the_vectors_is_what_a_boot_loader_asks_for(self):
+        image = pathlib.Path(IMAGE).with_suffix(".bin").read_bytes()
+        mark, form, board, text, begin, end, checksum = struct.unpack_from("<4sI16s16sIII", image, 113 * 4)
+        self.assertEqual((mark, form, board), (b"BCAN", 1, b"stm32f446".ljust(16, b"\0")))
+        self.assertEqual([int(n) for n in text.rstrip(b"\0").split(b".")], [VERSION[0] >> 8, VERSION[0] & 255, VERSION[1]])
+        self.assertEqual((begin, end), (PROGRAM, FLASH + len(image)))
+        self.assertEqual(checksum, zlib.crc32(image[:113 * 4 + 48] + image[begin - FLASH:end - FLASH]))
 
     def test_it_starts_and_shows_its_diagnostics_over_modbus(self):
         with Machine() as machine:

@@ -2,6 +2,7 @@
 // The coprocessor on an STM32F446: what board.hpp and settings.hpp say, put together.
 
 #include "boards/common/cortex_m.hpp"
+#include "boards/common/image_header.hpp"
 #include "boards/common/parameter_store.hpp"
 #include "boards/stm32f4/board.hpp"
 #include "boards/stm32f4/flash_memory.hpp"
@@ -64,6 +65,9 @@ constexpr VectorTable<stm32f4::kInterrupts> table() {
 }
 
 [[gnu::section(".vectors"), gnu::used]] constinit const VectorTable<stm32f4::kInterrupts> vectors = table();
+
+[[gnu::section(".image_header"), gnu::used]] constinit const ImageHeader header{
+    .board = ImageHeader::text("stm32f446")};
 
 }  // namespace
 
