@@ -93,6 +93,7 @@ Node::Node(Bus& bus, Schedule& schedule, NodeParts parts)
       faulty_(port_, parts.node_id, parts.seed, parts.listener, [this](Time now) { finish_update(now); }),
       device_(parts.node_id, {image_.entries, values_, image_.limits},
               {buffer_, {rpdos_, tpdos_, pieces_}, watched_}, *this, faulty_),
+      more_servers_(device_.dictionary(), faulty_, buffer_.size()),
       start_node_id_(parts.node_id),
       values_node_id_(image_id(parts.node_id)),
       signals_(std::move(parts.signals)),
@@ -168,6 +169,7 @@ void Node::poll(Time now) {
   if (lss_) lss_->slave().poll(now);
   if (now >= sample_due_) follow_signals(now);
   if (now >= behaviour_due_) update(now);
+  more_servers_.poll(now);
   device_.poll(now);
   finish_update(now);
 }
@@ -177,9 +179,18 @@ void Node::on_frame(const Frame& frame, Time now) {
   faulty_.heard(frame);
   if (lss_ && frame.id == LssSlave::kRequestId)
     lss_->slave().on_frame(frame, now);
+  else if (more_servers_.serves(frame.id))
+    ask_more_servers(frame, now);
   else if (!device_.on_frame(frame, now) && !update_pending_)
     return;  // most RPDOs, which wait for the SYNC, most SYNCs, and SDO uploads of a node without behaviour
   finish_update(now);
+}
+
+void Node::ask_more_servers(const Frame& frame, Time now) {
+  if (!nmt::is_running(device_.state())) return;
+  refresh(now);
+  more_servers_.on_frame(frame, now);
+  update(now);
 }
 
 void Node::on_bus_state(BusState state, Time now) {
@@ -228,7 +239,8 @@ void Node::finish_update(Time now) {
   if (ids_changed_) follow_ids();
   if (activity_flag_ != nullptr) *activity_flag_ = true;
   if (!has_power_) return wants(kNever);
-  const Time own = earlier(device_.deadline(), earlier(behaviour_due_, sample_due_));
+  const Time servers = earlier(device_.deadline(), more_servers_.deadline());
+  const Time own = earlier(servers, earlier(behaviour_due_, sample_due_));
   const Time lss = lss_ ? lss_->slave().deadline() : kNever;
   wants(earlier(own, earlier(lss, faulty_.deadline())));
 }
@@ -239,7 +251,10 @@ void Node::follow_ids() {
   std::vector<std::uint32_t> wanted;
   if (lss_ && has_power_) wanted.push_back(LssSlave::kRequestId);
   const auto want = [&wanted](std::uint32_t id) { wanted.push_back(id); };
-  if (has_power_ && device_.state() != nmt::State::kInitialising) device_.visit_ids(want);
+  if (has_power_ && device_.state() != nmt::State::kInitialising) {
+    device_.visit_ids(want);
+    more_servers_.visit_ids(want);
+  }
   std::ranges::sort(wanted);
   wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
   for (const std::uint32_t id : received_ids_)
@@ -277,6 +292,8 @@ void Node::on_sync(Time now) {
 
 void Node::on_state(nmt::State state, Time now) {
   if (lss_ && state == nmt::State::kInitialising) take_node_id(lss_->slave().reset_communication(now));
+  more_servers_.configure();
+  if (!nmt::is_running(state)) more_servers_.reset();
   tell_state(static_cast<std::uint8_t>(state), now);
   behaviour_->on_state(state, now);
   update(now);
@@ -430,6 +447,7 @@ AbortCode Node::on_write(const ObjectEntry& entry, std::uint8_t sub, std::span<c
 }
 
 void Node::on_stored(const ObjectEntry& entry, std::uint8_t sub, Time now) {
+  if (MoreSdoServers::owns(entry.index)) more_servers_.configure();
   device_.changed(entry.index, sub, now);
 }
 

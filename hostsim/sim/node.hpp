@@ -17,6 +17,7 @@
 #include "eds/object_names.hpp"
 #include "sim/behaviour.hpp"
 #include "sim/faults/faulty_port.hpp"
+#include "sim/more_sdo_servers.hpp"
 #include "sim/node_lss.hpp"
 #include "sim/parameters.hpp"
 #include "sim/participant.hpp"
@@ -138,6 +139,7 @@ class Node final : public Participant,
 
   template <class Act>
   void at(Time now, Act act);
+  void ask_more_servers(const Frame& frame, Time now);
   void update(Time now);
   void follow_signals(Time now);
   bool put_input(std::uint16_t index, std::uint8_t sub, double value, Time now);
@@ -161,6 +163,7 @@ class Node final : public Participant,
   Port& port_;
   FaultyPort faulty_;
   Device device_;
+  MoreSdoServers more_servers_;
   std::optional<NodeLss> lss_;
   StoredLss stored_lss_;
   std::uint8_t start_node_id_;   ///< at power-on

@@ -12,19 +12,18 @@ namespace cbcan::test {
 
 namespace {
 
-using Flags = ObjectFlags;
 using State = ReferenceServer::State;
 
 constexpr std::size_t kBuffer = 1000;
-constexpr std::uint16_t kReadWrite = Flags::kReadWrite, kVariable = Flags::kVariable;
+constexpr std::uint16_t kReadWrite = ObjectFlags::kReadWrite, kVariable = ObjectFlags::kVariable;
 
 const std::vector<ObjectEntry> kReferenceEntries{
     {0x2000, 0, 0, DataType::kUnsigned8, 0, kReadWrite, 0, 1},
     {0x2000, 1, 2, DataType::kUnsigned32, 0, kReadWrite, 1, 4},
     {0x2001, 0, 0, DataType::kUnsigned64, 0, kReadWrite, 9, 8},
-    {0x2002, 0, 0, DataType::kVisibleString, 0, Flags::kRead, 17, 30},
-    {0x2003, 0, 0, DataType::kUnsigned16, 0, Flags::kWrite, 47, 2},
-    {0x2004, 0, 0, DataType::kUnsigned16, 0, kReadWrite | Flags::kLimited, 49, 2},
+    {0x2002, 0, 0, DataType::kVisibleString, 0, ObjectFlags::kRead, 17, 30},
+    {0x2003, 0, 0, DataType::kUnsigned16, 0, ObjectFlags::kWrite, 47, 2},
+    {0x2004, 0, 0, DataType::kUnsigned16, 0, kReadWrite | ObjectFlags::kLimited, 49, 2},
     {0x2005, 0, 0, DataType::kDomain, 0, kReadWrite | kVariable, 55, 40},
     {0x2006, 0, 0, DataType::kDomain, 0, kReadWrite | kVariable, 99, 1000},
     {0x2007, 0, 0, DataType::kDomain, 0, kReadWrite, 1099, 1001},

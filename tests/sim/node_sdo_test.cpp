@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+// The SDO servers of a node behind its first one: 1201h to 127Fh.
+
+#include "node_rig.hpp"
+
+namespace cbcan::test {
+
+namespace {
+
+/// Node 5 with 1201h on 645h and 5C5h, as files have it, and 1203h, which is off.
+std::vector<Row> with_servers() {
+  std::vector<Row> all = rows();
+  const auto place = std::ranges::find(all, std::uint16_t{0x1400}, &Row::index);
+  using enum DataType;
+  all.insert(place, {{0x1201, 0, 0, kUnsigned8, 3, ObjectFlags::kRead},
+                     {0x1201, 1, 1, kUnsigned32, 0x640, ObjectFlags::kReadWrite, true},
+                     {0x1201, 2, 2, kUnsigned32, 0x5C0, ObjectFlags::kReadWrite, true},
+                     {0x1203, 0, 0, kUnsigned8, 2, ObjectFlags::kRead},
+                     {0x1203, 1, 2, kUnsigned32, 0x80000000}});
+  return all;
+}
+
+struct Plant {
+  Plant() { bench.start().expect("705#00"); }
+  WorldBench bench;
+  sim::Node& node = add_node_of(bench, 5, with_servers());
+};
+
+}  // namespace
+
+TEST_CASE("Node: a second SDO server where the file has it, next to the first one") {
+  Plant plant;
+  plant.bench.ask("645#4000200000000000", "5C5#4B00200007000000");
+  plant.bench.ask("645#2B00200011000000", "5C5#6000200000000000");
+  plant.bench.ask("605#4000200000000000", "585#4B00200011000000");
+  plant.bench.ask("645#4000300000000000", "5C5#8000300000000206");
+  SECTION("both in the middle of a transfer") {
+    plant.bench.write("605#2100200002000000", "645#2100200002000000");
+    plant.bench.ask("605#0B22000000000000", "585#2000000000000000");
+    plant.bench.ask("645#0B33000000000000", "5C5#2000000000000000");
+    CHECK(value_of(plant.node, 0x2000, 0) == 0x33);
+  }
+  SECTION("not in Stopped, and nothing goes on behind it") {
+    plant.bench.ask("645#2100200002000000", "5C5#6000200000000000");
+    plant.bench.send("000#0205");
+    plant.bench.send("645#0B33000000000000").expect_silence();
+    plant.bench.send("000#8005");
+    plant.bench.ask("645#0B33000000000000", "5C5#8000200001000405");
+  }
+}
+
+TEST_CASE("Node: more SDO servers follow their objects, and are there when both CAN-IDs are") {
+  Plant plant;
+  plant.bench.ask("605#23031201B2060000", "585#6003120100000000");
+  plant.bench.send("6B2#4000200000000000").expect_silence();
+  plant.bench.ask("605#23031202B3060000", "585#6003120200000000");
+  plant.bench.ask("6B2#4000200000000000", "6B3#4B00200007000000");
+  plant.bench.ask("605#2301120100000080", "585#6001120100000000");
+  plant.bench.send("645#4000200000000000").expect_silence();
+  plant.bench.ask("000#8105", "705#00");
+  plant.bench.ask("645#4000200000000000", "5C5#4B00200007000000");
+  plant.bench.send("6B2#4000200000000000").expect_silence();
+}
+
+}  // namespace cbcan::test
