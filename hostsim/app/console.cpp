@@ -18,7 +18,7 @@ void Console::say(std::string_view lines) {
 }
 
 void Console::warn(std::string_view line) {
-  tell(fmt::format("cbcan-sim: {}\n", line));
+  tell(fmt::format("cbcan-sim: {}\n", text::to_utf8(line)));
 }
 
 void Console::tell(std::string_view lines) {

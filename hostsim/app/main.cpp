@@ -22,6 +22,7 @@
 #include "io/files/parameter_file.hpp"
 #include "io/sockets/service_manager.hpp"
 #include "text/address.hpp"
+#include "text/utf8.hpp"
 #include "window/program_start.hpp"
 
 namespace cbcan::app {
@@ -73,7 +74,8 @@ int run(const cli::Start& start, const config::FileReader& read, Console& consol
   const config::Config& config = start.config;
   config::PlantBuild build = config::build_nodes(config, read);
   for (const std::string& line : build.lines)
-    console.tell((line.starts_with('-') ? "cbcan-sim: " : "") + line + "\n");  // an option, and no file
+    console.tell((line.starts_with('-') ? "cbcan-sim: " : "") + text::to_utf8(line) +
+                 "\n");  // an option, and no file
   if (build.good) check_places(config);
   if (!build.good || start.check) return code(build.good ? ExitCode::kDone : ExitCode::kUsage);
   Simulator simulator(config, std::move(build), console, start.command.empty());
@@ -81,7 +83,7 @@ int run(const cli::Start& start, const config::FileReader& read, Console& consol
   if (!config.record.empty()) simulator.record(config.record);
   int exit_code = code(ExitCode::kDone);
   if (start.command.empty()) {
-    const std::string ready = "ready " + simulator.where() + "\n";
+    const std::string ready = "ready " + text::to_utf8(simulator.where()) + "\n";
     config::logs_to_standard_output(config) ? console.tell(ready) : console.say(ready);
     console.tell(simulator.ways_in());
     io::tell_ready([&console](const std::string& line) { console.warn(line); });

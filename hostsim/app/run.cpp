@@ -23,6 +23,7 @@
 #include "plant/virtual_plant.hpp"
 #include "scenario/scenario.hpp"
 #include "text/numbers.hpp"
+#include "text/utf8.hpp"
 
 namespace cbcan::app {
 
@@ -89,7 +90,7 @@ class Runner {
     if (!build.good) {
       Outcome outcome{Verdict::kWrong, 0, {}};
       for (const std::string& line : build.lines)
-        outcome.text += line + "\n";
+        outcome.text += text::to_utf8(line) + "\n";
       return outcome;
     }
     plant::VirtualPlant plant(scenario.config, std::move(build), pace());

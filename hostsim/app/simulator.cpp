@@ -75,7 +75,8 @@ void Simulator::on_written(std::size_t network, const adapters::ModbusRange& wri
 }
 
 void Simulator::on_fault(std::size_t network, std::string_view text, Time now) {
-  warn_(fmt::format("{} {}{}", text::seconds_text(now - started_), name_of(network), text));
+  warn_(
+      fmt::format("{} {}{}", text::seconds_text(std::max(now, started_) - started_), name_of(network), text));
 }
 
 /// In front of lines for people; empty if it is the only one.

@@ -33,6 +33,14 @@ inline std::string often(const std::string& statement) {
   return "while true do " + text + "end";
 }
 
+/// Functions that share so many variables, over and over.
+inline std::string shared(int count, const std::string& begin) {
+  std::string names = "a0";
+  for (int i = 1; i < count; ++i)
+    names += ", a" + std::to_string(i);
+  return "local " + names + " = now " + often(begin + names + " end");
+}
+
 inline const std::vector<Hostile> kHostile{
     {"while true do end", kTooLong},
     {often("local x = 0.1 .. 0.2 .. 0.3 .. 0.4 .. 0.5 .. 0.6 .. 0.7 .. 0.8 .. 0.9 .. 1e-7"), kTooLong},
@@ -67,7 +75,7 @@ inline const std::vector<Hostile> kHostile{
     {"require('x')", "t.lua:2: attempt to call a nil value (global 'require')"},
     {"string.find(string.rep('a', 1 << 16), '.-.-.-.-b')",
      "t.lua:2: attempt to call a nil value (field 'find')"},
-    {"string.format('%p', {})", "t.lua:2: string.format: %p, or more than 1000 characters"},
+    {"string.format('%p', {})", "t.lua:2: string.format: %c, %p, or more than 1000 characters"},
     {"get(0x9999)", "t.lua:2: the node has no number at 9999h:00"},
     {"set(0x2001, 0, 'x')", "t.lua:2: bad argument #3 to 'set' (number expected, got string)"},
     {"return now + 1e-6", "t.lua: update wants to be called more than 500 times in a millisecond"},
@@ -91,6 +99,10 @@ inline const std::vector<Hostile> kHostile{
     {often("local x = a == b"), kTooLong, kTwins},
     {often("local x = a < b"), kTooLong, kTwins},
     {often("local x = rawequal(a, b)"), kTooLong, kTwins},
+    {"string.char(65, 0)", "t.lua:2: string.char: a text cannot have the character 0"},
+    {"string.char('0x0')", "t.lua:2: string.char: a text cannot have the character 0"},
+    {"string.format('%c', 0)", "t.lua:2: string.format: %c, %p, or more than 1000 characters"},
+    {"local a, b = a, b " + often("if a < b then end"), kTooLong, kTwins},
     {often("local x = t[b]"), kTooLong, kTwins + "local t = { [a] = 1 }"},
     {often("local x = rawget(t, b)"), kTooLong, kTwins + "local t = { [a] = 1 }"},
     {often("local x = string.upper(long)"), "t.lua:2: ", kLong},
@@ -105,6 +117,9 @@ inline const std::vector<Hostile> kHostile{
     {"collectgarbage()", "t.lua:2: attempt to call a nil value (global 'collectgarbage')"},
     // Numbers as texts, and remainders.
     {often("local x = 1e300 % 5e-324"), kTooLong},
+    {often("local x = a % b"), kTooLong, "local a, b = 1.7e308, 3.5e-310"},
+    {"local a, b = 1.7e308, 3.5e-310 " + often("local x = a % b"), kTooLong},
+    {often("local x = f(a, b)"), kTooLong, "local a, b, f = 1.7e308, 3.5e-310, math.fmod"},
     {often("local x = tostring(1e300)"), kTooLong},
     {often("local x = string.format('%.99f', 1e300)"), kTooLong},
     {often("local x = table.concat(t)"), kTooLong, "local t = {} for i = 1, 500 do t[i] = 1e300 end"},
@@ -131,6 +146,8 @@ inline const std::vector<Hostile> kHostile{
     {"while true do table.insert(many, 1, '') table.remove(many, 1) end", kTooLong, kMany},
     {"while true do local x = {} end", kTooLong},
     {"while true do local x = function() return now end end", kTooLong},
+    {shared(180, "local x = function() return "), kTooLong},
+    {shared(20, "local x = function() return "), kTooLong},
     // Errors.
     {"while true do pcall(error) end", kTooLong},
     {"while true do pcall(error, long) end", kTooLong, kLong},

@@ -83,7 +83,7 @@ TEST_CASE("a script injects faults of its own node") {
 
 TEST_CASE("the same seed gives the same bytes, whatever a script looks at") {
   const Files files{{"t.lua", R"(
-local function hash(text) local h = 5381 for i = 1, #text do h = (h * 33 + text:byte(i)) % 4294967296 end return h end
+local function hash(text) local h = 5381 for i = 1, #text do h = (h * 33 + text:byte(i)) & 0xFFFFFFFF end return h end
 local t = { [3] = "c", x = 1, [1] = "a", y = 2, [true] = 3, [false] = 4, [2.5] = 5, aa = 6 }
 local order = ""
 for key, value in pairs(t) do order = order .. tostring(key) .. "=" .. tostring(value) .. " " end
@@ -131,20 +131,32 @@ TEST_CASE("what a script cannot do: it ends with its line, and costs its own nod
   }
 }
 
+TEST_CASE("no text of a script has the character 0, which Lua compares piece by piece") {
+  const auto lines = [](const std::string& script) {
+    return build(std::string(kScripted), Files{{"t.lua", script}}).build.lines;
+  };
+  for (const std::string text : {"'\\0'", "'a\\00'", "'\\0001'", "'\\x00'", "'\\u{0}'", "'\\u{000}'"})
+    CHECK(lines("local text = " + text) ==
+          std::vector<std::string>{"plant.toml:1: node 20: t.lua: a text cannot have the character 0"});
+  for (const std::string text :
+       {"'\\\\0'", "'\\10'", "'\\065'", "'\\x10'", "'\\u{41}'", "'\\u{041}'", "'\\n0'"})
+    CHECK(lines("local text = " + text).empty());
+}
+
 TEST_CASE("numbers of a script are checked where they become others") {
   const Files files{{"t.lua", R"(
-local wrong = { 1e300, 0 / 0, -1, 4294967296 }
+local wrong = { 1e300, 0 / 0, -1, 4294967296, [6] = 1.5, [7] = true, [8] = "x", [9] = {} }
 function on_write(index, sub, value) return wrong[value] or value == 5 and 0xFFFFFFFF or nil end
 )"}};
-  for (const int value : {1, 2, 3, 4, 5}) {
+  for (const int value : {1, 2, 3, 4, 5, 6, 7, 8, 9}) {
     const auto plant = plant_of(std::string(kScripted), files);
     run(*plant, fmt::format("trigger write 20 0x2001 0 1 {}", value));
     run(*plant, "wait transaction ended");
     CHECK(run(*plant, "read 3700") == (value == 5 ? "4" : "0"));
     CHECK((run(*plant, "read 3706 2") == "65535 65535") == (value == 5));
     CHECK(run(*plant, "get 20 0x1001") == (value == 5 ? "0" : "1"));
-    CHECK((plant->said().empty() || plant->said().back().ends_with(
-                                        "t.lua: on_write has returned a number that is no SDO abort code")));
+    const std::string why = value == 8 ? "a string" : value == 9 ? "a table" : "what is no SDO abort code";
+    CHECK((plant->said().empty() || plant->said().back().ends_with("t.lua: on_write has returned " + why)));
   }
 }
 

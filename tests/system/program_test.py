@@ -179,7 +179,7 @@ class Starting(unittest.TestCase):
         self.assertRegex(done.stderr, r"\A/dev/fd/\d+:2: .*1\.\.127")
 
     def test_nothing_that_is_quoted_commands_the_terminal(self):
-        evil = "\n\x1b[2Jready modbus=0.0.0.0:1 \x9b"
+        evil = "\x1b[2J\nready modbus=0.0.0.0:1 \x9b"
         with tempfile.TemporaryDirectory() as folder:
             path = pathlib.Path(folder)
             (path / f"a{evil}.toml").write_text('plant = "demo"\n[[step]]\nat = "0ms"\nexpect = "register 0 = 1"\n')
@@ -188,7 +188,8 @@ class Starting(unittest.TestCase):
             (path / "load.lua").write_text(f'error("refused{lua}")\n')
             for name in ("print", "load"):
                 (path / f"{name}.toml").write_text(f'[modbus]\nport = 0\n[[node]]\nid = 5\neds = "{ROOT}/plants/demo/generic.eds"\ndevice = "{name}.lua"\n')
-            outputs = [run("run", folder), run("--config", f"{folder}/load.toml")]
+            outputs = [run("run", folder), run("--config", f"{folder}/load.toml"), run("--demo", "--log", f"{folder}/no{evil}/log"),
+                       run("--demo", "--set", f"node.32.device={folder}/load.lua")]
             simulator = Simulator(PROGRAM, "--config", f"{folder}/print.toml", "--control", "127.0.0.1:0")
             wait_until(lambda: "printed" in "".join(simulator.errors()), "the script's words")
             said = simulator.stop()[1]

@@ -171,10 +171,12 @@ AbortCode LuaDevice::check(const ObjectEntry& entry, std::uint8_t sub, std::span
   const double number = sim::from_raw(load_little_endian(value), entry.type, bytes);
   const Script::Result result = call("on_write", now, lua_Integer{entry.index}, lua_Integer{sub}, number);
   const auto* code = std::get_if<double>(&result);
-  if (code == nullptr) return AbortCode::kNone;
-  if (*code >= 0 && *code <= std::numeric_limits<std::uint32_t>::max())
+  const auto* flag = std::get_if<bool>(&result);
+  if (code == nullptr && (flag == nullptr || !*flag)) return AbortCode::kNone;
+  if (code != nullptr && *code >= 0 && *code <= std::numeric_limits<std::uint32_t>::max() &&
+      *code == std::floor(*code))
     return static_cast<AbortCode>(static_cast<std::uint32_t>(*code));
-  fail(ScriptError(name_ + ": on_write has returned a number that is no SDO abort code", 0), now);
+  fail(ScriptError(name_ + ": on_write has returned what is no SDO abort code", 0), now);
   return AbortCode::kNone;
 }
 

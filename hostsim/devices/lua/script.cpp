@@ -101,7 +101,7 @@ function string.rep(text, count, between)
 end
 
 function string.format(form, ...)
-  if #form > 1000 or find(form, "%%[^%a%%]*p") then error("string.format: %p, or more than 1000 characters", 2) end
+  if #form > 1000 or find(form, "%%[^%a%%]*[cp]") then error("string.format: %c, %p, or more than 1000 characters", 2) end
   local values = { ... }
   for i = 1, select("#", ...) do
     local kind = type(values[i])
@@ -113,6 +113,20 @@ end
 
 table.move, string.dump, string.find, string.match, string.gmatch, string.gsub = nil
 string.pack, string.unpack, string.packsize = nil
+local char = string.char
+function string.char(...)
+  for _, code in ipairs({ ... }) do
+    if tonumber(code) == 0 then error("string.char: a text cannot have the character 0", 2) end
+  end
+  return char(...)
+end
+
+local fmod = math.fmod
+function math.fmod(a, b)
+  look(256)
+  return fmod(a, b)
+end
+
 math.randomseed, _G.next, _G.look, load, loadfile, dofile, collectgarbage, xpcall, warn = nil
 )";
 
@@ -122,6 +136,10 @@ constexpr std::size_t kLettersOfStep = 16;
 constexpr std::size_t kLettersOfPrice = 200;
 constexpr std::size_t kMemoryOfPrice = 6000;
 constexpr std::size_t kMetatablesOfPrice = 4;
+/// A new function is linked with each variable that it shares by a walk along all that are shared.
+constexpr std::size_t kSquareOfPrice = 500;
+/// The remainder of two floats takes a round for each bit between their exponents.
+constexpr int kPriceOfRemainder = 16;
 /// One may lead to the next, at each look into a table.
 constexpr std::size_t kMostMetatables = 8;
 /// Any call is worth.
@@ -132,6 +150,50 @@ constexpr std::size_t kLettersOfError = 16'000;
 constexpr std::size_t kLettersOfNumber = 160;
 /// These do not look through their first argument.
 constexpr std::array<std::string_view, 3> kOfPlaces{"byte", "len", "sub"};
+
+/// How many '=' the bracket of a long text has that begins here, and one more; 0 = none begins.
+std::size_t long_bracket(std::string_view text) {
+  if (!text.starts_with('[')) return 0;
+  const std::size_t second = text.find_first_not_of('=', 1);
+  return second != std::string_view::npos && text[second] == '[' ? second : 0;
+}
+
+/// What begins the text and is no code: its length, or 0.
+std::size_t skipped(std::string_view text) {
+  const bool is_comment = text.starts_with("--");
+  const std::string_view inside = is_comment ? text.substr(2) : text;
+  const auto up_to = [&](std::string_view end, std::size_t from) {
+    const std::size_t found = text.find(end, from);
+    return found == std::string_view::npos ? text.size() : found + end.size();
+  };
+  if (const std::size_t bracket = long_bracket(inside); bracket != 0)
+    return up_to("]" + std::string(bracket - 1, '=') + "]", 0);
+  if (is_comment) return up_to("\n", 0);
+  if (!text.starts_with('"') && !text.starts_with('\'')) return 0;
+  std::size_t end = 1;
+  while (end < text.size() && text[end] != text[0])
+    end += text[end] == '\\' ? 2U : 1U;
+  return std::min(end + 1, text.size());
+}
+
+bool has_remainder(std::string_view program) {
+  while (!program.empty() && program[0] != '%')
+    program.remove_prefix(std::max<std::size_t>(1, skipped(program)));
+  return !program.empty();
+}
+
+/// Whether a text of the program may have the character 0: Lua compares such texts piece by piece.
+bool has_zero(std::string_view program) {
+  for (std::size_t at = program.find('\\'); at < program.size(); at = program.find('\\', at + 2)) {
+    const std::string_view escape = program.substr(at + 1, 3);
+    const std::string_view digits = escape.substr(0, escape.find_first_not_of("0123456789"));
+    if (!digits.empty() && digits.find_first_not_of('0') == std::string_view::npos) return true;
+    if (escape == "x00") return true;
+    const std::size_t end = program.find_first_not_of('0', at + 3);
+    if (escape.starts_with("u{") && end < program.size() && program[end] == '}') return true;
+  }
+  return program.find('\0') != std::string_view::npos;
+}
 
 /// A function of C is on top.
 bool is_without_upvalues(lua_State* state) {
@@ -181,7 +243,8 @@ bool Script::may_take(std::size_t before, std::size_t wanted) {
 
 void* Script::allocate(void* self, void* block, std::size_t before, std::size_t wanted) {
   Script& script = *static_cast<Script*>(self);
-  if (block == nullptr && before == LUA_TSTRING) script.count_text(wanted);
+  if (block == nullptr && before == LUA_TSTRING) script.count_longest(wanted, script.longest_);
+  if (block == nullptr && before == LUA_TFUNCTION) script.count_longest(wanted, script.largest_function_);
   if (block == nullptr) before = 0;  // it is a kind of object then
   void* made = nullptr;
   if (wanted == 0) {
@@ -218,8 +281,10 @@ void Script::spend(std::size_t letters) {
 /// there is more.
 void Script::set_price() {
   const std::size_t own = used_ - std::min(used_, base_);
-  price_ = 1 + static_cast<int>(longest_ / kLettersOfPrice + own / kMemoryOfPrice +
-                                metatables_ / kMetatablesOfPrice);
+  const std::size_t shared = largest_function_ / sizeof(void*);
+  price_ = static_cast<int>(longest_ / kLettersOfPrice + own / kMemoryOfPrice +
+                            metatables_ / kMetatablesOfPrice + shared * shared / kSquareOfPrice);
+  price_ += has_remainder_ ? kPriceOfRemainder : 1;
   if (why_.empty()) lua_sethook(state_, count, LUA_MASKCOUNT, slice());
 }
 
@@ -230,10 +295,10 @@ void Script::count(lua_State* state, lua_Debug* /*activation*/) {
 }
 
 /// One that is much longer than those before counts at once.
-void Script::count_text(std::size_t size) {
-  if (size <= longest_) return;
-  const bool at_once = state_ != nullptr && size > 2 * longest_;
-  longest_ = size;
+void Script::count_longest(std::size_t size, std::size_t& longest) {
+  if (size <= longest) return;
+  const bool at_once = state_ != nullptr && size > 2 * longest;
+  longest = size;
   if (at_once) set_price();
 }
 
@@ -379,6 +444,8 @@ int Script::start(lua_State* state) {
   count_functions(state);
   Script& script = Script::from(state);
   script.base_ = script.used_;
+  script.has_remainder_ = has_remainder(from.text);
+  if (has_zero(from.text)) return luaL_error(state, "a text cannot have the character 0");
   lua_pushfstring(state, "@%s", from.name.c_str());
   if (luaL_loadbufferx(state, from.text.data(), from.text.size(), lua_tostring(state, -1), "t") != LUA_OK)
     return lua_error(state);
@@ -419,9 +486,11 @@ int Script::run(lua_State* state) {
       lua_pushlstring(state, text->data(), text->size());
   }
   lua_call(state, static_cast<int>(call.arguments.size()), 1);
-  if (lua_isboolean(state, -1)) call.result = lua_toboolean(state, -1) != 0;
-  if (lua_type(state, -1) == LUA_TNUMBER) call.result = lua_tonumber(state, -1);
-  return 0;
+  const int type = lua_type(state, -1);
+  if (type == LUA_TBOOLEAN) call.result = lua_toboolean(state, -1) != 0;
+  if (type == LUA_TNUMBER) call.result = lua_tonumber(state, -1);
+  if (type <= LUA_TBOOLEAN || type == LUA_TNUMBER) return 0;
+  return luaL_error(state, "%s has returned a %s", call.function, lua_typename(state, type));
 }
 
 Script::Result Script::call(const char* function, std::span<const Argument> arguments) {

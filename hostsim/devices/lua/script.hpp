@@ -82,7 +82,7 @@ class Script {
   void end_call(const char* why);
   int slice() const { return std::max(1, kSlice / price_); }
   void set_price();
-  void count_text(std::size_t size);
+  void count_longest(std::size_t size, std::size_t& longest);
   void count_metatable();
   void spend(std::size_t letters);
   void run_protected(lua_CFunction function, void* what);
@@ -92,10 +92,12 @@ class Script {
   void* owner_;
   std::size_t used_ = 0;
   std::size_t allocated_ = 0;
-  std::size_t base_ = 0;     ///< of used_, before there is a script
-  std::size_t longest_ = 0;  ///< of the texts that there have been
+  std::size_t base_ = 0;              ///< of used_, before there is a script
+  std::size_t longest_ = 0;           ///< of the texts that there have been
+  std::size_t largest_function_ = 0;  ///< in bytes
   std::size_t metatables_ = 0;
-  int price_ = 1;  ///< of an instruction
+  bool has_remainder_ = false;  ///< the operator %
+  int price_ = 1;               ///< of an instruction
   std::size_t most_ = kMostAtStart;
   std::size_t letters_ = 0;  ///< spent in this call
   std::string why_ = {};     ///< the call has been ended; empty = it has not
