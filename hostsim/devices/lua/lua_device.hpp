@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// A device whose behaviour is a Lua script. docs/how-to/lua-device.md is the manual of what a script can do; it sees
-/// no clock, no file and no other node, and the same seed makes it do the same. What it may take of memory
-/// and, in each call, of instructions is limited: a script that takes more, or makes any other mistake, stops
-/// its own device with an EMCY, and nothing else.
+/// A device whose behaviour is a Lua script. docs/how-to/lua-device.md is the manual of what a script can do;
+/// it sees no clock, no file and no other node, and the same seed makes it do the same. What it may take of
+/// memory and, in each call, of instructions is limited: a script that takes more, or makes any other
+/// mistake, stops its own device with an EMCY, and nothing else.
 
 #include <cstdint>
 #include <memory>
