@@ -11,6 +11,7 @@
 #include "scenario/scenario.hpp"
 #include "sim/frame_text.hpp"
 #include "text/numbers.hpp"
+#include "text/utf8.hpp"
 #include "text/words.hpp"
 
 namespace cbcan::scenario {
@@ -101,8 +102,9 @@ class Player {
       for (const Step& step : scenario_.steps)
         play(step);
     } catch (const Failed& failed) {
-      outcome.failure = fmt::format("{}:{}: {}\n  at {}\n{}{}{}", scenario_.file, failed.line, failed.what(),
-                                    text::seconds_text(now()), registers(), said(), last_frames_.text());
+      outcome.failure = fmt::format("{}:{}: {}\n  at {}\n{}{}{}", text::to_utf8(scenario_.file), failed.line,
+                                    text::to_utf8(failed.what()), text::seconds_text(now()), registers(),
+                                    said(), last_frames_.text());
     }
     outcome.duration = now();
     return outcome;
