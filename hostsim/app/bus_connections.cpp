@@ -11,6 +11,7 @@
 #include "io/can/stream_bus.hpp"
 #include "plant/words.hpp"
 #include "text/numbers.hpp"
+#include "text/utf8.hpp"
 #include "window/rtu_connection.hpp"
 
 namespace cbcan::app {
@@ -126,7 +127,7 @@ std::string BusConnections::where() const {
 std::string BusConnections::ways_in() const {
   std::string lines;
   const auto logger = [&](std::string_view client, const std::string& arguments) {
-    lines += fmt::format("{}{}: python3 -m can.logger -i {}\n", name_, client, arguments);
+    lines += fmt::format("{}{}: python3 -m can.logger -i {}\n", name_, client, text::to_utf8(arguments));
   };
   const auto at = [](const text::ListenAddress& tcp) {
     return fmt::format("--host={} --port={}", tcp.host, tcp.port);

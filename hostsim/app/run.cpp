@@ -184,7 +184,7 @@ std::vector<Outcome> play_all(const std::vector<std::string>& files, const cli::
       try {
         outcomes[i] = runner.play(files[i]);
       } catch (const std::exception& error) {
-        outcomes[i] = {Verdict::kWrong, 0, std::string(error.what()) + "\n"};
+        outcomes[i] = {Verdict::kWrong, 0, text::to_utf8(error.what()) + "\n"};
       }
       progress.done(outcomes[i]);
     }

@@ -13,6 +13,7 @@
 #include "text/address.hpp"
 #include "text/error.hpp"
 #include "text/numbers.hpp"
+#include "text/utf8.hpp"
 #include "text/words.hpp"
 
 namespace cbcan::cli {
@@ -123,7 +124,8 @@ RunStart parse_run_command_line(std::span<const char* const> words) {
   start.run = start.err.empty();
   if (start.run) return start;
   start.exit_code = ExitCode::kUsage;
-  start.err = fmt::format("cbcan-sim run: {}\ncbcan-sim run --help shows all options\n", start.err);
+  start.err =
+      fmt::format("cbcan-sim run: {}\ncbcan-sim run --help shows all options\n", text::to_utf8(start.err));
   return start;
 }
 

@@ -33,6 +33,13 @@ inline std::string often(const std::string& statement) {
   return "while true do " + text + "end";
 }
 
+inline std::string joined(int count) {
+  std::string text;
+  for (int i = 0; i < count; ++i)
+    text += " .. a";
+  return text;
+}
+
 /// Functions that share so many variables, over and over.
 inline std::string shared(int count, const std::string& begin) {
   std::string names = "a0";
@@ -100,6 +107,8 @@ inline const std::vector<Hostile> kHostile{
     {often("local x = a < b"), kTooLong, kTwins},
     {often("local x = rawequal(a, b)"), kTooLong, kTwins},
     {"string.char(65, 0)", "t.lua:2: string.char: a text cannot have the character 0"},
+    {"string.char(0)", "t.lua:2: string.char: a text cannot have the character 0",
+     "tonumber, ipairs = function() return 1 end, function() return function() end end "},
     {"string.char('0x0')", "t.lua:2: string.char: a text cannot have the character 0"},
     {"string.format('%c', 0)", "t.lua:2: string.format: %c, %p, or more than 1000 characters"},
     {"local a, b = a, b " + often("if a < b then end"), kTooLong, kTwins},
@@ -119,6 +128,13 @@ inline const std::vector<Hostile> kHostile{
     {often("local x = 1e300 % 5e-324"), kTooLong},
     {often("local x = a % b"), kTooLong, "local a, b = 1.7e308, 3.5e-310"},
     {"local a, b = 1.7e308, 3.5e-310 " + often("local x = a % b"), kTooLong},
+    {"-- a comment that a carriage return ends\r local a, b = 1.7e308, 3.5e-310 " + often("local x = a % b"),
+     "t.lua:3: more than 100000 instructions in one call"},
+    {"local a = -2.2250738585072011e-308 " + often("local x = a .. a"), kTooLong},
+    {"local a = -2.2250738585072011e-308 " + often("local x = a" + joined(59)), kTooLong},
+    {"local a = -2.2250738585072011e-308 " + often("local x = a" + joined(9)), kTooLong},
+    {"local a = -1.7976931348623e308 " + often("local x = a" + joined(9)), kTooLong},
+    {often("local x = string.format(f)"), kTooLong, "local f = '" + std::string(990, '%') + "'"},
     {often("local x = f(a, b)"), kTooLong, "local a, b, f = 1.7e308, 3.5e-310, math.fmod"},
     {often("local x = tostring(1e300)"), kTooLong},
     {often("local x = string.format('%.99f', 1e300)"), kTooLong},

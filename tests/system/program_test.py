@@ -23,8 +23,8 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 READ = 5055
 
 
-def run(*options):
-    return subprocess.run([PROGRAM, *options], capture_output=True, text=True, timeout=LIMIT)
+def run(*options, **keywords):
+    return subprocess.run([PROGRAM, *options], capture_output=True, text=True, timeout=LIMIT, **keywords)
 
 
 def frame(hexadecimal):
@@ -189,7 +189,8 @@ class Starting(unittest.TestCase):
             for name in ("print", "load"):
                 (path / f"{name}.toml").write_text(f'[modbus]\nport = 0\n[[node]]\nid = 5\neds = "{ROOT}/plants/demo/generic.eds"\ndevice = "{name}.lua"\n')
             outputs = [run("run", folder), run("--config", f"{folder}/load.toml"), run("--demo", "--log", f"{folder}/no{evil}/log"),
-                       run("--demo", "--set", f"node.32.device={folder}/load.lua")]
+                       run("--demo", "--set", f"node.32.device={folder}/load.lua"), run("run", f"--x{evil}"),
+                       run("--demo", "--modbus", ":0", "--clock", "manual", "--slcan", f"pty:{folder}/pty{evil}", stdin=subprocess.DEVNULL)]
             simulator = Simulator(PROGRAM, "--config", f"{folder}/print.toml", "--control", "127.0.0.1:0")
             wait_until(lambda: "printed" in "".join(simulator.errors()), "the script's words")
             said = simulator.stop()[1]

@@ -26,7 +26,7 @@ std::size_t skipped(std::string_view text) {
   };
   if (const std::size_t bracket = long_bracket(inside); bracket != 0)
     return up_to("]" + std::string(bracket - 1, '=') + "]", 0);
-  if (is_comment) return up_to("\n", 0);
+  if (is_comment) return std::min(text.find_first_of("\r\n"), text.size());
   if (!text.starts_with('"') && !text.starts_with('\'')) return 0;
   std::size_t end = 1;
   while (end < text.size() && text[end] != text[0])

@@ -15,7 +15,8 @@ namespace {
 /// instruction being counted, and what reaches outside is taken away or done in another way. look(letters)
 /// counts what a function is about to look at.
 constexpr std::string_view kPrelude = R"(
-local look, type, next, error, select = look, type, next, error, select
+local look, type, next, error, select, ipairs = look, type, next, error, select, ipairs
+local tonumber, tostring, rawlen, rawget = tonumber, tostring, rawlen, rawget
 local find, format, rep, unpack, concat = string.find, string.format, string.rep, table.unpack, table.concat
 local rank = { boolean = 1, number = 2, string = 3 }
 
@@ -103,6 +104,7 @@ function string.rep(text, count, between)
 end
 
 function string.format(form, ...)
+  look(#form)
   if #form > 1000 or find(form, "%%[^%a%%]*[cp]") then error("string.format: %c, %p, or more than 1000 characters", 2) end
   local values = { ... }
   for i = 1, select("#", ...) do
@@ -202,6 +204,7 @@ bool Script::may_take(std::size_t before, std::size_t wanted) {
 void* Script::allocate(void* self, void* block, std::size_t before, std::size_t wanted) {
   Script& script = *static_cast<Script*>(self);
   if (block == nullptr && before == LUA_TSTRING) script.count_longest(wanted, script.longest_);
+  if (block == nullptr && before == LUA_TSTRING) script.add(wanted);  // it may be made of numbers
   if (block == nullptr && before == LUA_TFUNCTION) script.count_longest(wanted, script.largest_function_);
   if (block == nullptr) before = 0;  // it is a kind of object then
   void* made = nullptr;
@@ -228,10 +231,14 @@ void Script::end_call(const char* why) {
 }
 
 /// What the call does is counted in letters: an instruction is so many.
-void Script::spend(std::size_t letters) {
+void Script::add(std::size_t letters) {
   letters_ += letters;
   if (letters_ >= most_ * kLettersOfStep)
     end_call(("more than " + std::to_string(most_) + " instructions in one call").c_str());
+}
+
+void Script::spend(std::size_t letters) {
+  add(letters);
   if (!why_.empty()) luaL_error(state_, "the call has been ended");
 }
 

@@ -84,6 +84,7 @@ class Script {
   void set_price();
   void count_longest(std::size_t size, std::size_t& longest);
   void count_metatable();
+  void add(std::size_t letters);
   void spend(std::size_t letters);
   void run_protected(lua_CFunction function, void* what);
 
