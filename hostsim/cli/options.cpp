@@ -7,7 +7,9 @@
 #include <array>
 #include <iterator>
 #include <map>
+#include <span>
 #include <utility>
+#include <vector>
 
 #include "config/plant_file.hpp"
 #include "config/settings.hpp"
@@ -138,6 +140,11 @@ class Options {
     std::ranges::move(config::change_plant(text, where_, config_, *network_), std::back_inserter(found_));
   }
 
+  void apply_texts(std::string_view table, std::span<const config::TextKey> keys) {
+    std::ranges::move(config::change_plant(table, keys, where_, config_, *network_),
+                      std::back_inserter(found_));
+  }
+
   void apply_modbus(std::string_view text) {
     try {
       config_.modbus = text::parse_listen_address(text, config_.modbus.port);
@@ -151,9 +158,11 @@ class Options {
     const auto sides = text::split(text, '=');
     if (!sides) return complain("must be ID=FILE, such as 5=io_module.eds");
     const config::NodeConfig* const known = find(sides->first);
-    apply_set(known != nullptr && known->place.line != 0
-                  ? fmt::format("node.{}.eds={}", sides->first, sides->second)
-                  : fmt::format("node+={{id='{}', eds='{}'}}", sides->first, sides->second));
+    const std::array keys{config::TextKey("id", sides->first), config::TextKey("eds", sides->second)};
+    if (known != nullptr && known->place.line != 0)
+      apply_texts(fmt::format("node.{}", sides->first), std::span(keys).last(1));
+    else
+      apply_texts("node+", keys);
   }
 
   /// On top of the faults of the plant file.
@@ -176,12 +185,10 @@ class Options {
     const auto words = text::words_of(text);
     const auto ends = words.empty() ? std::nullopt : text::split(words.front(), '=');
     if (!ends) return complain("must be FROM=TO KEY=VALUE..., such as 66:output:1=5:0x2001 scale=100");
-    std::string wire = fmt::format("wire+={{from='{}', to='{}'", ends->first, ends->second);
-    for (const std::string_view word : std::span(words).subspan(1)) {
-      const auto [key, value] = text::split(word, '=').value_or(std::pair(word, std::string_view()));
-      wire += fmt::format(", {}='{}'", key, value);
-    }
-    apply_set(wire + "}");
+    std::vector<config::TextKey> keys{{"from", ends->first}, {"to", ends->second}};
+    for (const std::string_view word : std::span(words).subspan(1))
+      keys.push_back(text::split(word, '=').value_or(config::TextKey(word, {})));
+    apply_texts("wire+", keys);
   }
 
   /// The node that an argument begins with; null after a complaint.

@@ -409,19 +409,40 @@ std::string syntax_message(std::string_view description) {
   return fmt::format("TOML syntax: {}{}", description, bare_word ? "; write texts in double quotes" : "");
 }
 
-/// "can.bit_rate" and "125000" as a table. What is not written as a table, a list or in quotes is a text to
-/// TOML; what it means depends on the setting.
-toml::table table_of_change(const std::string& path, const std::string& value) {
-  constexpr std::string_view kWritten = "{[\"'";
-  if (!value.empty() && kWritten.find(value.front()) != kWritten.npos)
-    return toml::parse(path + " = " + value);
+/// "can.bit_rate" and a value as a table.
+template <class Value>
+toml::table table_with(const std::string& path, Value&& value) {
   toml::table root = toml::parse(path + " = 0");
   toml::table* table = &root;
   while (toml::table* const inner = (*table->begin()).second.as_table())
     table = inner;
   const std::string key((*table->begin()).first.str());
-  table->insert_or_assign(key, value);
+  table->insert_or_assign(key, std::forward<Value>(value));
   return root;
+}
+
+/// What is not written as a table, a list or in quotes is a text to TOML; what it means depends on the
+/// setting.
+toml::table table_of_change(const std::string& path, const std::string& value) {
+  constexpr std::string_view kWritten = "{[\"'";
+  if (!value.empty() && kWritten.find(value.front()) != kWritten.npos)
+    return toml::parse(path + " = " + value);
+  return table_with(path, value);
+}
+
+/// "wire+" is a list that gets one more.
+std::pair<std::string, bool> path_and_whether_it_adds(std::string_view path) {
+  const bool adds = path.ends_with('+');
+  return {std::string(path.substr(0, path.size() - (adds ? 1 : 0))), adds};
+}
+
+/// `make` makes the table that has the change.
+Diagnostics changed(const Place& place, Config& config, NetworkConfig& network, auto make) try {
+  Reader reader(config, network, place);
+  reader.read_file(make(), {});
+  return reader.take();
+} catch (const toml::parse_error& error) {
+  return {{place, syntax_message(error.description())}};
 }
 
 }  // namespace
@@ -432,16 +453,22 @@ Diagnostics change_plant(std::string_view change, const Place& place, Config& co
   if (!sides || sides->first.empty())
     return {{place,
              "must be PATH=VALUE, such as can.bit_rate=125000; docs/reference/plant-file.md has the keys"}};
-  const bool adds = sides->first.ends_with('+');
-  const std::string path(sides->first.substr(0, sides->first.size() - (adds ? 1 : 0)));
-  try {
-    Reader reader(config, network, place);
-    reader.read_file(
-        table_of_change(path, adds ? fmt::format("[{}]", sides->second) : std::string(sides->second)), {});
-    return reader.take();
-  } catch (const toml::parse_error& error) {
-    return {{place, syntax_message(error.description())}};
-  }
+  const auto [path, adds] = path_and_whether_it_adds(sides->first);
+  return changed(place, config, network, [&, &path = path, adds = adds] {
+    return table_of_change(path, adds ? fmt::format("[{}]", sides->second) : std::string(sides->second));
+  });
+}
+
+Diagnostics change_plant(std::string_view table, std::span<const TextKey> keys, const Place& place,
+                         Config& config, NetworkConfig& network) {
+  toml::table changes;
+  for (const auto& [key, text] : keys)
+    if (!changes.insert(key, std::string(text)).second)
+      return {{place, fmt::format("{}: is given twice", key)}};
+  const auto [path, adds] = path_and_whether_it_adds(table);
+  return changed(place, config, network, [&, &path = path, adds = adds] {
+    return adds ? table_with(path, toml::array{std::move(changes)}) : table_with(path, std::move(changes));
+  });
 }
 
 std::string path_in(const std::string& file_name, std::string_view path) {

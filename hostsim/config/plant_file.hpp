@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "config/config.hpp"
 
@@ -27,5 +28,12 @@ Diagnostics read_plant(std::string_view text, const std::string& file_name, Conf
 /// written as in the file; a text needs no quotes, and a path is relative to the working directory. `place`:
 /// what complaints are about; `network`: that a path is about which names none.
 Diagnostics change_plant(std::string_view change, const Place& place, Config& config, NetworkConfig& network);
+
+/// A key of a table, and a text that is taken as it is.
+using TextKey = std::pair<std::string_view, std::string_view>;
+
+/// The same for several keys of a table, "node.66", or of a new one in a list, "wire+".
+Diagnostics change_plant(std::string_view table, std::span<const TextKey> keys, const Place& place,
+                         Config& config, NetworkConfig& network);
 
 }  // namespace cbcan::config

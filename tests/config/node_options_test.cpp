@@ -58,6 +58,22 @@ TEST_CASE("--node gives a node of the plant another EDS file and nothing else") 
   CHECK(both.config.networks.at(0).nodes[1].id == 6);
 }
 
+TEST_CASE("a text of --node and --wire is no TOML, whatever is in it") {
+  for (const std::string path :
+       {"it's.eds", "'a'.eds", "[a].eds", "{a}.eds", "a', heartbeat_ms='5", "a\\nb.eds"}) {
+    CAPTURE(path);
+    const std::string of_plant = "5=" + path, own = "7=" + path;
+    const Start made = with_plant({"--node", of_plant.c_str(), "--node", own.c_str()});
+    REQUIRE(made.err == "");
+    const auto& nodes = made.config.networks.at(0).nodes;
+    CHECK((nodes.at(0).eds == path && nodes.at(1).eds == path));
+  }
+  refused(with_plant({"--wire", "5:output:1=5:0x2001 scale=1'"}),
+          "--wire 5:output:1=5:0x2001 scale=1': wire.scale \"1'\": must be a number");
+  refused(with_plant({"--wire", "5:output:1=5:0x2001 scale=1 scale=2"}),
+          "--wire 5:output:1=5:0x2001 scale=1 scale=2: scale: is given twice");
+}
+
 TEST_CASE("keys of nodes by --set, of the plant's and of new ones, in any order") {
   const Start both = with_plant({"--set", "node.6.name=Pump = 2", "--set", "node.0x06.heartbeat_ms=250",
                                  "--set", "node.6.objects+={index = 0x2002, sub = 1, value = 1.5}", "--node",
