@@ -29,7 +29,9 @@ Number rounded(double value) {
   constexpr Number kHighest = std::numeric_limits<Number>::max();
   if (!(value > double{kLowest})) return std::isnan(value) ? Number{0} : kLowest;
   if (value >= double{kHighest}) return kHighest;
-  return static_cast<Number>(value < 0 ? value - 0.5 : value + 0.5);
+  const auto whole = static_cast<std::int64_t>(value);
+  const double rest = value - static_cast<double>(whole);  // exact; value plus a half would not be
+  return static_cast<Number>(whole + (rest >= 0.5 ? 1 : 0) - (rest <= -0.5 ? 1 : 0));
 }
 
 }  // namespace cbcan::sim

@@ -157,6 +157,13 @@ TEST_CASE("User units: what else may say so") {
 TEST_CASE("Numbers become the nearest INTEGER32") {
   CHECK(sim::rounded<std::int32_t>(2.5) == 3);
   CHECK(sim::rounded<std::int32_t>(-2.5) == -3);
+  CHECK(sim::rounded<std::int32_t>(0.49999999999999994) ==
+        0);  // the last number below a half; plus a half it is 1
+  CHECK(sim::rounded<std::int32_t>(-0.49999999999999994) == 0);
+  CHECK(sim::rounded<std::int16_t>(32766.5) == 32767);
+  CHECK(sim::rounded<std::int16_t>(-32767.5) == -32768);
+  CHECK(sim::rounded<std::uint8_t>(-0.75) == 0);
+  CHECK(sim::rounded<std::int32_t>(0.0 / 0.0) == 0);
   CHECK(sim::rounded<std::int32_t>(1e12) == 2'147'483'647);
   CHECK(sim::rounded<std::int32_t>(-1e12) == -2'147'483'647 - 1);
 }
