@@ -52,21 +52,26 @@ void check_place(const options::Setting<Target>& row, const Target& target) {
     throw io::UsageError(where + "no serial port; write the path of one, such as /dev/ttyUSB0");
 }
 
-/// And whether stored parameters can be read.
 void check_places(const config::Config& config) {
-  const auto load = [](const std::string& file) {
-    if (!file.empty()) io::ParameterFile(file, [](const std::string&) {}).load();
-  };
   for (const auto& row : config::settings())
     check_place(row, config);
   for (const config::NetworkConfig& network : config.networks) {
     for (const auto& row : config::network_settings())
       check_place(row, network);
-    load(network.module.parameters);
-    for (const config::NodeConfig& node : network.nodes) {
+    for (const config::NodeConfig& node : network.nodes)
       check_place(config::setting_of(config::node_settings(), "node.parameters"), node);
+  }
+}
+
+/// Throws io::UsageError, as a start does, which reads them for its nodes.
+void check_parameters(const config::Config& config) {
+  const auto load = [](const std::string& file) {
+    if (!file.empty()) io::ParameterFile(file, [](const std::string&) {}).load();
+  };
+  for (const config::NetworkConfig& network : config.networks) {
+    load(network.module.parameters);
+    for (const config::NodeConfig& node : network.nodes)
       load(node.parameters);
-    }
   }
 }
 
@@ -77,6 +82,7 @@ int run(const cli::Start& start, const config::FileReader& read, Console& consol
     console.tell((line.starts_with('-') ? "cbcan-sim: " : "") + text::to_utf8(line) +
                  "\n");  // an option, and no file
   if (build.good) check_places(config);
+  if (build.good && start.check) check_parameters(config);
   if (!build.good || start.check) return code(build.good ? ExitCode::kDone : ExitCode::kUsage);
   Simulator simulator(config, std::move(build), console, start.command.empty());
   simulator.set_plant(start.plant_file);
