@@ -8,8 +8,6 @@
 
 #include <array>
 #include <cerrno>
-#include <cstdio>
-#include <memory>
 
 #include "text/error.hpp"
 
@@ -29,10 +27,13 @@ int read_some(int file, std::string& text) {
   return count < 0 ? errno : 0;
 }
 
-mode_t type_of(int file) {
-  struct stat status {};
-  return fstat(file, &status) == 0 ? status.st_mode & S_IFMT : 0;
-}
+struct Closed {
+  explicit Closed(int number) : file(number) {}
+  Closed(const Closed&) = delete;
+  Closed& operator=(const Closed&) = delete;
+  ~Closed() { ::close(file); }
+  int file;
+};
 
 std::string read_all(int file, const std::string& path) {
   std::string text;
@@ -51,12 +52,17 @@ std::string read_all(int file, const std::string& path) {
 
 }  // namespace
 
+mode_t type_of(int file) {
+  struct stat status {};
+  return fstat(file, &status) == 0 ? status.st_mode & S_IFMT : 0;
+}
+
 std::optional<std::string> read_file(const std::string& path) {
   const int number = ::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
   if (number < 0 && (errno == EMFILE || errno == ENFILE))
     throw std::runtime_error(path + ": Too many open files; raise the limit with `ulimit -n`");
   if (number < 0) return std::nullopt;
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(::fdopen(number, "rb"), std::fclose);
+  const Closed closed(number);
   if (type_of(number) == S_IFDIR) throw text::UsageError(path + ": this is a folder; name a file in it");
   return read_all(number, path);
 }

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <sys/types.h>
+
+#include <cstddef>
 #include <optional>
 #include <string>
 
@@ -12,5 +15,8 @@ inline constexpr std::size_t kMostBytes = 16 * 1024 * 1024;
 /// for a folder, for more than kMostBytes, and for a pipe that nobody has open for writing;
 /// std::runtime_error where no descriptor is left. Blocks for as long as the disk, or a pipe's writer, does.
 std::optional<std::string> read_file(const std::string& path);
+
+/// S_IFREG, S_IFIFO and so on of an open file; 0 = not known.
+mode_t type_of(int file);
 
 }  // namespace cbcan::files

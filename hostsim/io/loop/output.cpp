@@ -9,6 +9,7 @@
 #include <cerrno>
 #include <utility>
 
+#include "files/read_file.hpp"
 #include "io/errors.hpp"
 #include "io/loop/reactor.hpp"
 
@@ -23,17 +24,12 @@ bool is_ready(int file, int timeout_ms) {
   return ::poll(&ready, 1, timeout_ms) == 1;
 }
 
-mode_t type_of(int file) {
-  struct stat status {};
-  return fstat(file, &status) == 0 ? status.st_mode & S_IFMT : 0;
-}
-
 }  // namespace
 
 Output::Output(Descriptor file, std::size_t most_waiting)
     : file_(std::move(file)),
       most_waiting_(most_waiting),
-      may_block_((fcntl(file_.get(), F_GETFL) & O_NONBLOCK) == 0 && type_of(file_.get()) != S_IFREG) {}
+      may_block_((fcntl(file_.get(), F_GETFL) & O_NONBLOCK) == 0 && files::type_of(file_.get()) != S_IFREG) {}
 
 Output Output::open(std::string_view what, const std::string& path, std::size_t most_waiting) {
   constexpr int kFlags = O_CREAT | O_TRUNC | O_CLOEXEC | O_NONBLOCK | O_NOCTTY;
@@ -52,7 +48,7 @@ Output::~Output() {
 
 /// Opened anew where it can be: O_NONBLOCK would be for all who share it.
 Descriptor Output::own(int number) {
-  const mode_t type = type_of(number);
+  const mode_t type = files::type_of(number);
   const std::string path = "/proc/self/fd/" + std::to_string(number);
   Descriptor file;
   if (type == S_IFIFO || type == S_IFCHR)
