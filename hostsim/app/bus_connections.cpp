@@ -3,7 +3,6 @@
 
 #include <fmt/core.h>
 
-#include <tuple>
 #include <utility>
 
 #include "adapters/slcan_adapter.hpp"
@@ -132,7 +131,8 @@ std::string BusConnections::ways_in() const {
   const auto at = [](const text::ListenAddress& tcp) {
     return fmt::format("--host={} --port={}", tcp.host, tcp.port);
   };
-  const auto& [slcan, socketcand] = std::tie(slcan_.server, socketcand_.server);
+  const auto& slcan = slcan_.server;
+  const auto& socketcand = socketcand_.server;
   if (slcan && slcan->address().path.empty())
     logger("slcan", "slcan -c socket://" + to_string(slcan->address()));
   else if (slcan && slcan->address().is_pty)

@@ -106,10 +106,6 @@ Shard shard_of(const std::string& text) {
   return {*part, *parts};
 }
 
-std::span<const options::Setting<RunConfig>> run_settings() {
-  return kRunRows;
-}
-
 RunStart parse_run_command_line(std::span<const char* const> words) {
   RunStart start;
   const options::ParsedArguments typed = options::parse_arguments(words, known_options());

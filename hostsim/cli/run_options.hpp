@@ -41,9 +41,6 @@ struct Shard {
 };
 Shard shard_of(const std::string& text);
 
-/// In the order of --help.
-std::span<const options::Setting<RunConfig>> run_settings();
-
 struct RunStart {
   bool run = false;
   ExitCode exit_code = ExitCode::kDone;  ///< if not run

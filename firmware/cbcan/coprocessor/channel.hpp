@@ -181,6 +181,7 @@ class Channel {
   void finish(regmap::Result result, std::size_t size = 0);
   bool serves_registers() const { return !kServices.scanner_window || served_ == Window::kRegisters; }
   Transfers& transfers() { return transfers_[static_cast<std::size_t>(served_)]; }
+
   RegisterWindow window_;
   bool flagged_ = false;  ///< the last poll has seen CA0Eh in R3700: it waits, or is under way
   Activity activity_ = Activity::kIdle;
