@@ -135,6 +135,24 @@ def strings():
                                 yield f"{path.relative_to(ROOT)}:{number}", text
 
 
+def comments():
+    """(place, text) of each block of comment lines, and of each comment after code."""
+    for folder in ("firmware", "hostsim", "regmap", "tools", "examples", "bench", "tests"):
+        for path in sorted((ROOT / folder).rglob("*")):
+            if path.suffix not in (".cpp", ".hpp", ".h", ".js") or path.name.startswith("uPlot"):
+                continue
+            block, first = [], 0
+            for number, line in enumerate([*path.read_text().splitlines(), ""], 1):
+                text = re.match(r"\s*(?:///?|/?\*+)[!<]* ?(.*)", line)
+                if not text and block:
+                    yield f"{path.relative_to(ROOT)}:{first}", " ".join(block)
+                    block = []
+                if text:
+                    block, first = block + [text[1]], first if block else number
+                elif (after := re.search(r"\s// (.*)$", line)) and line[:after.start()].count('"') % 2 == 0:
+                    yield f"{path.relative_to(ROOT)}:{number}", after[1]
+
+
 def links_of(page):
     return {(page.parent / target).resolve() for target in re.findall(r"\]\(([^)#]+)", page.read_text())}
 
@@ -160,10 +178,12 @@ def main():
             found.append(f"{name}: {counts[name]} words; {most} is the most: split it, or say less")
     said = list(strings())
     found += [f"{place}: {why}" for place, text in said for why in banned(text)]
+    read_comments = list(comments())
+    found += [f"{place}: {why}" for place, text in read_comments for why in banned(text)]
     print("\n".join(found))
     if "--words" in sys.argv:
         print("\n".join(f"{count:6,} {name}" for name, count in counts.items()), f"{sum(counts.values()):6,} words", sep="\n")
-    print(f"{len(documents)} pages with {sum(counts.values()):,} words, {read:,} sentences; {len(said):,} strings")
+    print(f"{len(documents)} pages with {sum(counts.values()):,} words, {read:,} sentences; {len(said):,} strings; {len(read_comments):,} comments")
     if len(documents) < LEAST_DOCUMENTS or read < LEAST_SENTENCES or len(said) < LEAST_STRINGS:
         sys.exit("too few: the check looks in the wrong place")
     if sum(counts.values()) > MOST_OF_ALL:
