@@ -52,7 +52,7 @@ NOT_RUN = {
 NOT_EXECUTED = {
     "tools/demo": "installs packages and builds, with --mcu an image too; tools/test runs it with --check",
     "tools/test": "runs this test",
-    "tools/dev/fuzz": "takes minutes; tools/test --long does it",
+    "tests/fuzz/run": "takes minutes; tools/test --long does it",
     "cmake --": "builds for minutes; tools/test does it",
     "ctest --preset": "runs this test",
     "(cd build && cpack)": "fresh_root_test.py does it",
@@ -331,7 +331,7 @@ class Pages:
 
 def options_of_prose():
     """Each option in `...` is one of our programs, or of FOREIGN_OPTIONS."""
-    tools = [str(path.relative_to(ROOT)) for folder in ("tools", "tools/dev", "tools/st", "bench") for path in (ROOT / folder).iterdir()
+    tools = [str(path.relative_to(ROOT)) for folder in ("tools", "tools/dev", "tools/st", "tests", "tests/fuzz", "bench") for path in (ROOT / folder).iterdir()
              if path.is_file() and path.stat().st_mode & 0o100]
     for page in (page for page in page_blocks.pages() if page.name != "CHANGELOG.md"):  # which names those that went
         for number, line in page_blocks.prose(page.read_text()):

@@ -31,7 +31,7 @@ std::size_t give_files(const std::filesystem::path& folder) {
   return inputs;
 }
 
-/// Each is its size, ":", so many bytes and "," (tools/dev/fuzz-corpus).
+/// Each is its size, ":", so many bytes and "," (tests/fuzz/corpus_file).
 std::size_t give_packed(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   std::size_t inputs = 0, size = 0;
