@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
-# cbcan_target(NAME): what every target of ours has in common. Nobody else's code is held to it.
-option(CBCAN_SANITIZE "AddressSanitizer, UndefinedBehaviorSanitizer and libFuzzer's counters (clang); build the fuzz targets" OFF)
+# cbcan_target(NAME): the settings of every target of this project; vendored code has none of them.
+option(CBCAN_SANITIZE "AddressSanitizer and UndefinedBehaviorSanitizer (clang)" OFF)
+option(CBCAN_FUZZ "With CBCAN_SANITIZE: libFuzzer's counters, and the fuzz targets" OFF)
 option(CBCAN_COVERAGE "Count which lines and branches run (gcc)" OFF)
 
 function(cbcan_target name)
@@ -12,9 +13,14 @@ function(cbcan_target name)
     target_compile_definitions(${name} PRIVATE $<$<NOT:$<CONFIG:Release>>:_GLIBCXX_ASSERTIONS>)
   endif()
   if(CBCAN_SANITIZE)
-    target_compile_options(${name} PUBLIC -fsanitize=fuzzer-no-link,address,undefined,float-cast-overflow -fno-sanitize-recover=all -fno-omit-frame-pointer
-      -fno-sanitize-coverage=trace-cmp)  # half of the fuzzer's time; the corpora and dictionaries know the numbers
-    target_link_options(${name} PUBLIC -fsanitize=fuzzer-no-link,address,undefined,float-cast-overflow)
+    set(sanitizers -fsanitize=address,undefined,float-cast-overflow)
+    target_compile_options(${name} PUBLIC ${sanitizers} -fno-sanitize-recover=all -fno-omit-frame-pointer)
+    target_link_options(${name} PUBLIC ${sanitizers})
+  endif()
+  if(CBCAN_FUZZ)
+    # Without comparisons, which take half of the fuzzer's time; the corpora and dictionaries have the numbers.
+    target_compile_options(${name} PUBLIC -fsanitize=fuzzer-no-link -fno-sanitize-coverage=trace-cmp)
+    target_link_options(${name} PUBLIC -fsanitize=fuzzer-no-link)
   endif()
   if(CBCAN_COVERAGE)
     target_compile_options(${name} PUBLIC --coverage)

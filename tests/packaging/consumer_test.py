@@ -63,15 +63,12 @@ class Consumer(unittest.TestCase):
         self.build_and_run("-DHOW=find_package", f"-DCMAKE_PREFIX_PATH={self.prefix}", compilers=COMPILERS + NEWER)
         print("figure: examples/consumer was compiled with " + ", ".join(COMPILERS + NEWER))
 
-    # From sources with each compiler before a release; and cbcan::sim, which takes a minute, once.
-
-    def test_fetch_content(self):
+    def test_from_sources(self):
+        """Before a release with each compiler and in both ways; and cbcan::sim, which takes a minute, once for each."""
         self.build_and_run("-DHOW=FetchContent", f"-DFETCHCONTENT_SOURCE_DIR_CBCAN={ROOT}", compilers=COMPILERS if LONG else COMPILERS[1:],
                            sim_with=["clang++-14"] if LONG else [])
-
-    def test_add_subdirectory(self):
-        self.build_and_run("-DHOW=add_subdirectory", compilers=COMPILERS if LONG else COMPILERS[:1],
-                           sim_with=["g++-12"] if LONG else [])
+        if LONG:
+            self.build_and_run("-DHOW=add_subdirectory", compilers=COMPILERS, sim_with=["g++-12"])
 
     def find(self, components, *hidden, code=0):
         """What CMake says of find_package() where these packages are missing, and which targets there are then."""
