@@ -19,7 +19,7 @@ bool is_parameter(const ObjectEntry& entry) {
          !entry.has(ObjectFlags::kSetPoint) && !entry.has(ObjectFlags::kProcess) && !is_command;
 }
 
-/// All that there are, computed ones too.
+/// All of them, computed ones too.
 std::vector<StoredValue> parameters_of(const ObjectDictionary& objects) {
   constexpr std::size_t kMostBytes = 8;
   std::vector<StoredValue> all;
@@ -100,7 +100,7 @@ AbortCode ModuleParameters::forget(std::uint16_t first_index, std::uint16_t last
   return keep({}, first_index, last_index);
 }
 
-/// These of the range, besides what is stored of the others.
+/// Replaces what is stored of this range; other objects keep theirs.
 AbortCode ModuleParameters::keep(std::vector<StoredValue> changed, std::uint16_t first_index,
                                  std::uint16_t last_index) {
   const auto in_range = is_in(first_index, last_index);

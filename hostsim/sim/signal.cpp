@@ -77,7 +77,7 @@ struct ValueAt {
   }
 };
 
-/// From when on the value stays as it is.
+/// The time from which the value no longer changes.
 struct SettledAt {
   Time operator()(const Constant&) const { return 0; }
   Time operator()(const Ramp& ramp) const {
@@ -96,10 +96,10 @@ std::optional<double> number(std::string_view text) {
   return value && std::isfinite(*value) ? value : std::nullopt;
 }
 
-/// A hundred years: more than any run, and exact to the microsecond in a double.
+/// Seconds of a hundred years: longer than any run, and exact to the microsecond in a double.
 constexpr double kLongest = 3.2e9;
 
-/// One line into a point behind `points`; what is wrong with it, or nothing.
+/// Appends the point of one line to `points`. Returns what is wrong with the line; empty = nothing.
 std::string add_point(std::string_view line, std::vector<Replay::Point>& points) {
   const auto sides = text::split(line, ',');
   if (!sides)
@@ -117,7 +117,7 @@ std::string add_point(std::string_view line, std::vector<Replay::Point>& points)
   return {};
 }
 
-/// Column names: nothing in the line is a number.
+/// Column names: neither part of the line is a number.
 bool is_header(std::string_view line) {
   const auto sides = text::split(line, ',');
   return sides ? !number(sides->first) && !number(sides->second) : !number(line);
