@@ -15,7 +15,7 @@ namespace cbcan::journal {
 namespace {
 
 constexpr std::uint32_t kFunctionMask = 0x780;
-// Modbus Application Protocol V1.1b3: those whose second word is no quantity.
+// Modbus Application Protocol V1.1b3: functions whose second word is not a quantity.
 constexpr std::uint8_t kWriteSingleRegister = 6;
 constexpr std::uint8_t kMaskWriteRegister = 22;
 
@@ -38,7 +38,7 @@ Service service_of(std::span<const std::uint16_t> request) {
                                                                                             : Service::kRead;
 }
 
-/// "node 5: fault 1: ..."; of the bus 0.
+/// The node in "node 5: fault 1: ..."; 0 for the bus.
 std::uint8_t node_in(std::string_view text) {
   const auto words = text::words_of(text.substr(0, text.find(':')));
   return words.size() == 2 ? text::parse<std::uint8_t>(words[1]).value_or(0) & nmt::kMaxNode
@@ -70,8 +70,8 @@ Event NetworkWatch::event(Kind kind, Time now) const {
 
 // ---- Transactions
 
-/// The PLC may have written CA0Eh, or something else over it: the scanner windows say themselves what the
-/// module has taken.
+/// The PLC may have written CA0Eh or overwritten it. Scanner windows show the number that the module has taken,
+/// so they need no look here.
 void NetworkWatch::before(Time now) {
   if (windows_.empty() || !windows_.front().has_moved()) return;
   Watched& first = windows_.front();
@@ -84,7 +84,7 @@ void NetworkWatch::after(Time now) {
     if (watched.has_moved()) look_at(watched, now);
 }
 
-/// A number that was taken is a request; one that is answered has its result.
+/// A number that was taken is a new request; a number that is answered has its result.
 void NetworkWatch::look_at(Watched& watched, Time now) {
   if (watched.window.in.empty()) {
     if (watched.transaction.open) end(watched, watched.window.out[0], now);
@@ -153,7 +153,7 @@ NetworkWatch::Line& NetworkWatch::line_of(const Event& request) {
   return request.service == Service::kState ? node.states : node.transfers;
 }
 
-/// Of those under way with the node the first one that has begun: 0 = none.
+/// The transaction in progress with this node that began first; 0 = none.
 std::uint32_t NetworkWatch::open_transaction(std::uint8_t node, Service service) {
   Line& line = line_of({.node = node, .service = service});
   if (line.open) return line.transaction;
@@ -167,7 +167,7 @@ std::uint32_t NetworkWatch::open_transaction(std::uint8_t node, Service service)
   return line.open ? line.transaction : 0;
 }
 
-/// After a failure the abort is on its way, and a response may be.
+/// After a failure the abort follows, and perhaps a late response.
 std::uint32_t NetworkWatch::transaction_of(const Frame& frame) {
   const auto node = static_cast<std::uint8_t>(frame.id & nmt::kMaxNode);
   const Line& transfers = nodes_[node].transfers;
@@ -250,7 +250,7 @@ void NetworkWatch::on_fault(std::string_view text, Time now) {
 
 // ---- The PLC
 
-/// It belongs to the transaction that it begins, or else to the last one of the registers that it is about.
+/// The request belongs to the transaction that it begins, or else to the last one of the registers in it.
 void NetworkWatch::on_modbus(const adapters::ModbusExchange& exchange, Time now) {
   Event request = event(Kind::kModbus, now);
   request.node = exchange.unit;

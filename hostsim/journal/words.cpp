@@ -50,7 +50,7 @@ std::string node_text(std::uint8_t node) {
 
 // ---- SDO
 
-/// " = 983441" where the value is in the frame.
+/// " = 983441" for an expedited transfer.
 std::string expedited_text(const Frame& frame, const eds::ObjectName* name) {
   const std::uint8_t command = frame.data[0];
   if ((command & sdo::kExpedited) == 0) return "";
@@ -59,8 +59,8 @@ std::string expedited_text(const Frame& frame, const eds::ObjectName* name) {
   return " = " + value_text(std::span(frame.data).subspan(4, size), name);
 }
 
-/// By command specifier. Segments of blocks have none: they are shown as what their first byte means
-/// elsewhere.
+/// By command specifier. Segments of blocks have none: they are shown as what their first byte means in other
+/// frames.
 std::string sdo_text(const Frame& frame, bool from_client, const eds::ObjectName* name) {
   static constexpr std::array<std::string_view, 8> kRequests{"write segment",     "write",     "read",
                                                              "read next segment", "abort",     "block read",
@@ -92,7 +92,7 @@ std::string emergency_text(const Frame& frame) {
                      eds::emergency_meaning(message.code), bits);
 }
 
-/// By the identifiers that CiA 301 gives to start with.
+/// By the default identifiers of CiA 301.
 std::string pdo_text(const Frame& frame, std::uint8_t node) {
   const std::uint32_t number = (frame.id - 0x180) / 0x100 + 1;
   const bool transmit = (frame.id & 0x80) != 0;

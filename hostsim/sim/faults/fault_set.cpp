@@ -10,7 +10,7 @@ namespace cbcan::sim {
 
 namespace {
 
-/// Numbers and seeds that differ in one bit give sequences that have nothing in common.
+/// Numbers and seeds that differ in one bit give unrelated sequences.
 std::uint64_t seed_of(std::uint64_t set, std::uint64_t fault, std::uint64_t number) {
   return Random(Random(Random(set).next() ^ fault).next() ^ number).next();
 }
@@ -78,7 +78,7 @@ bool FaultSet::beat_due(SetFault& set, Time interval, Time now) {
   return true;
 }
 
-/// What a fault wants the controller to be in.
+/// The state that a fault sets the controller to.
 constexpr BusState state_of(FaultKind kind) {
   switch (kind) {
     case FaultKind::kBusOff: return BusState::kBusOff;
