@@ -23,7 +23,7 @@ struct AccessName {
   Access access;
 };
 
-/// The last two are not in CiA 306, but in files.
+/// The last two are not in CiA 306, but occur in files.
 constexpr std::array<AccessName, 8> kAccessNames = {{{"ro", Access::kReadOnly},
                                                      {"wo", Access::kWriteOnly},
                                                      {"rw", Access::kReadWrite},
@@ -52,7 +52,7 @@ std::int64_t number_in(const Object& object) {
   return from_bits(bits, object.type);
 }
 
-/// LowLimit and HighLimit are read for these.
+/// LowLimit and HighLimit are read for these types.
 bool has_limits(DataType type) {
   const bool is_time = type == DataType::kTimeOfDay || type == DataType::kTimeDifference;
   return size_of(type) > 0 && !is_real(type) && !is_time;

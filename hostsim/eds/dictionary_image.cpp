@@ -38,7 +38,7 @@ bool is_variable(DataType type) {
   return size_of(type) == 0;
 }
 
-/// All that the type can hold, as from_bits gives it.
+/// The whole range of the type, as from_bits() returns numbers.
 ObjectLimits widest(const Object& object) {
   const std::uint64_t pattern =
       size_of(object.type) >= 8 ? ~std::uint64_t{0} : (std::uint64_t{1} << 8 * size_of(object.type)) - 1;

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::uint8_t kMostSubs = 254;
 
-/// Sub-index 0 where the file has none.
+/// Sub-index 0, if the file has none.
 Object count_object(const AttributeReader::Whole& whole, std::size_t line) {
   Object object;
   object.index = whole.index;

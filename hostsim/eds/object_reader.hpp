@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// From the sections of an object to its values (CiA 306, 4.6).
+/// Makes values from the sections of an object (CiA 306, 4.6).
 
 #include <array>
 #include <cstdint>
@@ -16,7 +16,7 @@ class ObjectReader {
  public:
   ObjectReader(ValueReader& values, StandardType standard_type, Findings& findings);
 
-  /// Call it in the order of indices.
+  /// To be called in the order of indices.
   void read(const ObjectSections& sections);
 
   /// Sorted by index, then sub.
@@ -26,7 +26,7 @@ class ObjectReader {
   using PerSub = std::array<const KeyValue*, 256>;
   using Whole = AttributeReader::Whole;
 
-  /// What [xxxxName] and [xxxxValue] say about single elements; null where they say nothing.
+  /// The entries of [xxxxName] and [xxxxValue] for single elements; null where there is none.
   struct OwnEntries {
     PerSub names;
     PerSub values;

@@ -47,7 +47,7 @@ std::optional<std::uint64_t> parse_index(std::string_view text) {
   return parse_hex_digits(text);
 }
 
-/// Where "sub" is in a section name; npos if it is not there.
+/// Where "sub" is in a section name; npos if nowhere.
 std::size_t find_sub(std::string_view name) {
   for (std::size_t at = 0; at + 3 <= name.size(); ++at)
     if (text::same_text(name.substr(at, 3), "sub")) return at;
@@ -60,7 +60,7 @@ std::optional<Place> parse_sub_name(std::string_view name, std::size_t at) {
   return index && sub ? std::optional(Place{*index, Part::kSub, *sub}) : std::nullopt;
 }
 
-/// Suffixes go first: the "De" of "1018Denotation" could be digits as well.
+/// Suffixes first: the "De" of "1018Denotation" could also be digits.
 std::optional<Place> parse_section_name(std::string_view name) {
   for (const Suffix& suffix : kSuffixes) {
     if (name.size() <= suffix.text.size()) continue;
@@ -74,8 +74,7 @@ std::optional<Place> parse_section_name(std::string_view name) {
   return index ? std::optional(Place{*index, Part::kMain, 0}) : std::nullopt;
 }
 
-/// A name that cannot be anything but a mistyped object; other unknown sections are the vendor's own
-/// business.
+/// A name that can only be a mistyped object; other unknown sections are manufacturer-specific.
 bool looks_like_object(std::string_view name) {
   const std::size_t digits =
       static_cast<std::size_t>(std::find_if_not(name.begin(), name.end(), is_hex_digit) - name.begin());

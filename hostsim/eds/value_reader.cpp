@@ -11,7 +11,7 @@ namespace cbcan::eds {
 
 namespace {
 
-/// Characters of a line in CiA 306, 4.1.
+/// Longest line in CiA 306, 4.1.
 constexpr std::size_t kMostTextBytes = 255;
 
 /// DefaultValue="1x"

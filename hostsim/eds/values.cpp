@@ -46,7 +46,7 @@ constexpr std::array<std::string_view, 0x1C> kTypeNames = {"",
                                                            "UNSIGNED56",
                                                            "UNSIGNED64"};
 
-/// Some tools write integers as C does: 0x12345678UL.
+/// Some tools write integers as in C: 0x12345678UL.
 std::string_view without_c_suffix(std::string_view text) {
   const std::size_t last = text.find_last_not_of("uUlL");
   return text.substr(0, last == std::string_view::npos ? 0 : last + 1);
@@ -78,7 +78,7 @@ std::optional<Number> parse_term(std::string_view text, std::uint8_t node_id) {
   return number;
 }
 
-/// Adds a term of a sum; false if it takes more than 64 bits.
+/// Adds a term of a sum; false if the sum needs more than 64 bits.
 bool add(Number& sum, const Number& term) {
   sum.hexadecimal |= term.hexadecimal;
   sum.node_ids += term.node_ids;
@@ -91,7 +91,7 @@ constexpr std::uint64_t highest_pattern(std::size_t bytes) {
   return bytes >= 8 ? ~std::uint64_t{0} : (std::uint64_t{1} << 8 * bytes) - 1;
 }
 
-/// `magnitude` is what a negative number of the type looks like with its sign extended to 32 or 64 bits.
+/// `magnitude` is the pattern of a negative number of the type, sign-extended to 32 or 64 bits.
 bool is_sign_extended(std::uint64_t magnitude, std::uint64_t highest) {
   const std::uint64_t sign_and_above = ~(highest >> 1);
   if ((magnitude & sign_and_above) == sign_and_above) return true;

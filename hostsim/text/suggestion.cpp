@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::size_t kLongestWord = 100;
 
-/// Letters put in, left out, replaced, or swapped with their neighbour (Damerau and Levenshtein).
+/// The number of letters inserted, deleted, replaced, or swapped with their neighbour (Damerau and Levenshtein).
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::vector<std::size_t>> cost(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
   for (std::size_t i = 0; i <= a.size(); ++i) {
@@ -33,7 +33,8 @@ bool contains(std::string_view text, std::string_view part) {
   return part.size() >= 2 && text.find(part) != std::string_view::npos;
 }
 
-/// How far apart two names are for a person: one within the other ("timeout", "sdo_timeout_ms") is near.
+/// How different two names are for a person: names of which one contains the other ("timeout",
+/// "sdo_timeout_ms") are near.
 std::size_t distance(std::string_view a, std::string_view b) {
   constexpr std::size_t kPartOfEachOther = 2;
   const std::size_t edits = edit_distance(a, b);
@@ -49,7 +50,7 @@ std::size_t reach(std::string_view a, std::string_view b) {
 std::string_view nearest(std::string_view word, std::span<const std::string_view> known) {
   if (word.size() > kLongestWord) return {};
   std::string_view best;
-  std::size_t best_rank = 0;  ///< of equals, one that begins with the word is nearer
+  std::size_t best_rank = 0;  ///< at the same distance, a name that begins with the word is nearer
   for (const std::string_view name : known) {
     const std::size_t away = distance(leaf_of(word), leaf_of(name));
     if (table_of(name) != table_of(word) || away > reach(leaf_of(word), leaf_of(name))) continue;
@@ -60,7 +61,7 @@ std::string_view nearest(std::string_view word, std::span<const std::string_view
   }
   if (!best.empty()) return best;
   const auto is_same = [word](std::string_view name) { return leaf_of(name) == leaf_of(word); };
-  constexpr std::ptrdiff_t kMostAlike = 2;  // what every other table has helps nobody
+  constexpr std::ptrdiff_t kMostAlike = 2;  // a name that many tables have is no help
   const std::ptrdiff_t alike = std::ranges::count_if(known, is_same);
   return alike != 0 && alike <= kMostAlike ? *std::ranges::find_if(known, is_same) : std::string_view{};
 }
