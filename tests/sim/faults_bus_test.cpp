@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Faults of the bus. Random places are those of SplitMix64 from seed 0 and number 1, worked out by
-// hand-written code of its own.
+// Faults of the bus. Random places are those of SplitMix64 from seed 0 and number 1, calculated by separate code.
 
 #include "sim/faulty_plant.hpp"
 
@@ -16,13 +15,13 @@ struct Log final : cbcan::sim::Observer {
   Texts lines;
 };
 
-/// The plant with somebody more who listens.
+/// The plant with one more receiver.
 struct Wire : FaultyPlant {
   explicit Wire(std::uint32_t bit_rate = 0) : FaultyPlant(bit_rate) {
     ear_port.accept(0, 0x7FF);
     bus.observe(log);
   }
-  /// What is heard of these frames; the log of the bus has the same.
+  /// What is received of these frames; checks that the log of the bus has the same.
   Texts heard_of(const Texts& frames, Time later = kSecond) {
     log.lines.clear();
     ear.heard.clear();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// When a node's faults happen, what the node sends unasked, states, and the set of faults itself.
+// When a node's faults act, storms, states, and the set of faults itself.
 
 #include "sim/faulty_plant.hpp"
 
@@ -11,7 +11,7 @@ namespace {
 const Texts kRead{"605#4000100000000000"};
 const char* const kHeartbeatEvery10Ms = "605#2B1710000A000000";
 
-/// Asks so many times, 1 ms apart; '1' for each response that came, '0' for each that did not.
+/// Asks N times, 1 ms apart; '1' for each response that came, '0' for each that did not.
 std::string responses(FaultyPlant& plant, int times) {
   std::string pattern;
   for (int i = 0; i < times; ++i) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A coprocessor and a node with every fault of SDO responses, in every transfer mode, at every step: one
-// result in time, and the next transaction without the fault is good.
+// A coprocessor and a node with every fault of SDO responses, in every transfer mode, at every step: there is one
+// result in time, and the next transaction, without the fault, succeeds.
 #include "sim/coprocessor_module.hpp"
 #include "sim/faulty_plant.hpp"
 
@@ -22,7 +22,7 @@ struct Plant {
   }
 
   std::uint16_t& reg(unsigned address) { return registers.at(address - 3700); }
-  /// The time that it took.
+  /// Returns how long it took.
   Time execute(std::initializer_list<std::uint16_t> words, Time most) {
     unsigned address = 3701;
     for (const std::uint16_t word : words)
@@ -88,7 +88,7 @@ Time run(Plant& plant, const Transfer& transfer, Time most) {
   return plant.execute({kWrite, 5, transfer.index, 0, transfer.size}, most);
 }
 
-/// What the object holds, or what has just been read of it.
+/// The registers hold the value of the object.
 bool has_read_right(Plant& plant, const Transfer& transfer) {
   if (transfer.index == 0x1000) return plant.reg(3706) == 0x0191 && plant.reg(3707) == 0;
   if (transfer.index == 0x2001) return plant.reg(3706) == 0x0100;
@@ -104,7 +104,7 @@ void check_one_abort(const cbcan::test::Texts& requests) {
 }
 
 void check_next(Plant& plant, const Transfer& transfer) {
-  // Its quarantine may hold it back for one timeout, and a late response of 1.5 s may be still under way.
+  // The quarantine may delay it by one timeout, since a response that is 1.5 s late may still follow.
   CHECK(run(plant, transfer, 2 * kTimeout) <= kTimeout + kMillisecond);
   CHECK(plant.reg(3700) == 0);
   if (transfer.write) plant.execute({kReadCommand, 5, transfer.index, 0, transfer.size}, kTimeout);
@@ -112,12 +112,12 @@ void check_next(Plant& plant, const Transfer& transfer) {
   CHECK(has_read_right(plant, transfer));
 }
 
-/// What falsifies a response so that no client can see it.
+/// The fault falsifies a response so that no client can detect it.
 bool is_believable(FaultKind kind, const std::string& fault) {
   return kind == FaultKind::kResponseOtherSize || fault == "duplicate-node-id";
 }
 
-/// False: this transfer has no such occasion.
+/// False: no response of this transfer matches.
 bool sweep(const Transfer& transfer, const std::string& text, bool always) {
   Plant plant;
   plant.execute({kWrite, 0, 0x3004, 0, 1, transfer.mode}, 0);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// A node whose frames go through a FaultyPort, a bus with BusFaults, and a master that the test plays.
+/// A node whose frames go through a FaultyPort, a bus with BusFaults, and a master whose frames the test sends.
 
 #include "cbcan/canopen/slave.hpp"
 #include "sim/faults/bus_faults.hpp"
@@ -19,7 +19,7 @@ inline sim::Fault fault_from(const std::string& text, sim::FaultPlace here) {
   return parsed.fault;
 }
 
-/// Writes down what it is told.
+/// Records reports of faults.
 struct Told final : sim::FaultListener {
   void on_fault(std::string_view text, Time now) override {
     lines.push_back(std::to_string(now) + " " + std::string(text));
@@ -76,7 +76,7 @@ struct FaultyNode final : sim::Participant, private Application {
     std::fill(values_.begin(), values_.end(), std::uint8_t{0});
     values_[0] = 0x91;
     values_[1] = 0x01;
-    values_[8] = 20;  // the length of 2010h stands in front of it
+    values_[8] = 20;  // the length of 2010h, in front of its value
     std::iota(values_.begin() + 12, values_.end(), std::uint8_t{0});
   }
 
@@ -99,7 +99,7 @@ struct FaultyNode final : sim::Participant, private Application {
   Slave slave_;
 };
 
-/// Hears every frame but its own, with the time.
+/// Records every frame but its own, with the time.
 struct Master final : sim::Receiver {
   void on_frame(const Frame& frame, Time now) override {
     heard.push_back(std::to_string(now) + " " + text_of(frame));
@@ -127,7 +127,7 @@ struct FaultyPlant {
     return bus_faults.add(fault_from(fault, sim::FaultPlace::kBus), now);
   }
 
-  /// Frames from the master, each when all that came of the one before is over.
+  /// Frames from the master, each after all immediate effects of the one before.
   void send(const Texts& frames) {
     for (const std::string& frame : frames) {
       CHECK(master_port.try_send(frame_from(frame)));
@@ -145,7 +145,7 @@ struct FaultyPlant {
   }
   Time deadline() const { return earlier(schedule.first_time(), bus.next_deadline()); }
 
-  /// What the master has heard since it was last asked.
+  /// What the master has received since the last call.
   Texts heard() { return std::exchange(master.heard, {}); }
 
   sim::Bus bus;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Injected faults at a whole node, one of each group, and what is told of them. The faults themselves:
-// faults_answers_test.cpp, faults_node_test.cpp.
+// Injected faults of a whole node, one of each group, and the reports. The faults themselves:
+// faults_responses_test.cpp, faults_node_test.cpp.
 
 #include "node_rig.hpp"
 #include "sim/faulty_plant.hpp"
@@ -58,7 +58,7 @@ TEST_CASE("Node: refuse: a write is answered with an abort and not stored; reads
   faulty.bench.ask("605#2100200002000000", "585#6000200000000000");  // segmented: at its end
   faulty.bench.ask("605#0B07000000000000", "585#8000200030000906");
   faulty.bench.ask(kRead, "585#4B00200009000000");
-  faulty.bench.ask("605#2B17100064000000", "585#8017100030000906");  // the communication's too
+  faulty.bench.ask("605#2B17100064000000", "585#8017100030000906");  // communication objects too
   faulty.bench.ask("605#4017100000000000", "585#4B17100000000000");
 }
 

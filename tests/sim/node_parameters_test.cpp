@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// 1010h and 1011h: what is stored, what is restored when, and what the next power-on finds.
+// 1010h and 1011h: what is stored, what is restored when, and the values at the next power-on.
 
 #include "kept_parameters.hpp"
 #include "node_rig.hpp"
@@ -10,10 +10,10 @@ namespace {
 
 using Values = std::vector<sim::StoredValue>;
 
-/// Node 5 on parameters that outlive it.
+/// Node 5 with parameters that outlive it.
 struct Keeper {
   explicit Keeper(sim::ParameterStore* store) : store_(store) { bench.start().expect("705#00"); }
-  /// One parameter of communication, of the manufacturer and of the profile each, and an output.
+  /// Changes a communication, a manufacturer and a profile parameter, and an output.
   void change(const std::string& value) {
     bench.ask("605#2B171000" + value + "000000", "585#6017100000000000");
     bench.ask("605#2B002000" + value + "000000", "585#6000200000000000");
