@@ -25,7 +25,8 @@ class AttributeReader {
     std::uint8_t highest_sub = 0;
   };
 
-  AttributeReader(ValueReader& values, StandardType standard_type, Findings& findings);
+  AttributeReader(ValueReader& values, StandardType standard_type, Findings& findings)
+      : values_(values), standard_type_(standard_type), findings_(findings) {}
 
   /// nullopt without an ObjectType; an unknown one is VAR.
   std::optional<ObjectType> object_type(const Section& section);

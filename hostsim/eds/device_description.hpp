@@ -36,9 +36,6 @@ enum class Access : std::uint8_t {
 
 /// The type of an object in a device profile, for files without a DataType.
 using StandardType = std::optional<DataType> (*)(std::uint16_t index);
-inline std::optional<DataType> no_standard_type(std::uint16_t /*index*/) {
-  return std::nullopt;
-}
 
 /// One value that an SDO can access, or a run of identical sub-indices (CompactSubObj).
 struct Object {

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace cbcan::eds {
@@ -41,7 +42,7 @@ class Findings {
  public:
   static constexpr std::size_t kMost = 500;
 
-  explicit Findings(std::string file);
+  explicit Findings(std::string file) : file_(std::move(file)) {}
 
   void warning(std::size_t line, std::string message);
   void error(std::size_t line, std::string message);

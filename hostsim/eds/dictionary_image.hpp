@@ -28,8 +28,4 @@ struct DictionaryImage {
 /// entry is kComputed or kChecked.
 DictionaryImage dictionary_image(const DeviceDescription& device);
 
-/// The flags for access, PDO mapping and a missing value of an object. rwr maps into TPDOs only, rww into RPDOs
-/// only (CiA 306, 4.6.3).
-std::uint16_t object_flags(const Object& object);
-
 }  // namespace cbcan::eds

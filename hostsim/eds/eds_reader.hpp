@@ -49,8 +49,8 @@ struct Result {
 };
 
 /// `file_name` is only for the diagnostics. `node_id` is the value of $NODEID: 1..127, or 0 for a device that has
-/// none yet. `standard_type` is for objects without a DataType in the file.
+/// none yet. `standard_type` is for objects without a DataType in the file; it may be null.
 Result read(std::string_view text, std::string file_name, std::optional<std::uint8_t> node_id,
-            StandardType standard_type = no_standard_type);
+            StandardType standard_type = nullptr);
 
 }  // namespace cbcan::eds

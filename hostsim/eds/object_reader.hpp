@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "eds/attribute_reader.hpp"
@@ -14,13 +15,14 @@ namespace cbcan::eds {
 
 class ObjectReader {
  public:
-  ObjectReader(ValueReader& values, StandardType standard_type, Findings& findings);
+  ObjectReader(ValueReader& values, StandardType standard_type, Findings& findings)
+      : attributes_(values, standard_type, findings), values_(values), findings_(findings) {}
 
   /// To be called in the order of indices.
   void read(const ObjectSections& sections);
 
   /// Sorted by index, then sub.
-  std::vector<Object> take();
+  std::vector<Object> take() { return std::exchange(objects_, {}); }
 
  private:
   using PerSub = std::array<const KeyValue*, 256>;

@@ -21,9 +21,6 @@ std::string key_is(const KeyValue& entry) {
 
 }  // namespace
 
-ValueReader::ValueReader(Findings& findings, std::optional<std::uint8_t> node_id)
-    : findings_(findings), node_id_(node_id) {}
-
 std::optional<std::uint64_t> ValueReader::number(const Section& section, std::string_view key,
                                                  std::uint64_t highest, std::uint64_t lowest) {
   const KeyValue* const entry = section.find(key);
@@ -39,11 +36,6 @@ std::optional<std::uint64_t> ValueReader::number(const KeyValue& entry, std::uin
   findings_.warning(entry.line, key_is(entry) + " is not within " + std::to_string(lowest) + ".." +
                                     std::to_string(highest) + ": ignored");
   return std::nullopt;
-}
-
-std::string ValueReader::text(const Section& section, std::string_view key) {
-  const KeyValue* const entry = section.find(key);
-  return entry == nullptr ? std::string() : text(*entry);
 }
 
 std::string ValueReader::text(const KeyValue& entry) {

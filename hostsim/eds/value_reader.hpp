@@ -29,7 +29,8 @@ struct Value {
 class ValueReader {
  public:
   /// Without a node ID $NODEID is 0, and its first use is reported.
-  ValueReader(Findings& findings, std::optional<std::uint8_t> node_id);
+  ValueReader(Findings& findings, std::optional<std::uint8_t> node_id)
+      : findings_(findings), node_id_(node_id) {}
 
   /// nullopt if the key is missing, empty, no number, or not within lowest..highest.
   std::optional<std::uint64_t> number(const Section& section, std::string_view key, std::uint64_t highest,
@@ -38,8 +39,7 @@ class ValueReader {
   /// The same, for a key that exists.
   std::optional<std::uint64_t> number(const KeyValue& entry, std::uint64_t highest, std::uint64_t lowest = 0);
 
-  /// UTF-8; empty if the key is missing; cut to the longest line of CiA 306.
-  static std::string text(const Section& section, std::string_view key);
+  /// UTF-8, cut to the longest line of CiA 306.
   static std::string text(const KeyValue& entry);
 
   /// An integer, REAL or time; nullopt if the value is none of this type.

@@ -28,8 +28,10 @@ std::optional<Number> parse_number(std::string_view text, std::uint8_t node_id);
 /// Like parse_number, for sub-indices, counts and positions in key names: decimal or 0x, no sign, no octal.
 std::optional<std::uint64_t> parse_count(std::string_view text);
 
-/// Hexadecimal digits without 0x, as in section names; nullopt for an empty text or more than 16 digits.
-std::optional<std::uint64_t> parse_hex_digits(std::string_view text);
+/// All bits of a number of this size.
+constexpr std::uint64_t highest_pattern(std::size_t bytes) {
+  return bytes >= 8 ? ~std::uint64_t{0} : (std::uint64_t{1} << 8 * bytes) - 1;
+}
 
 /// The number as a bit pattern of the type's size; nullopt if it does not fit. INTEGER8, for example, accepts
 /// -128, 0x80 and 0xFFFFFF80, which some tools write. Only for types that have a size and are not REAL.

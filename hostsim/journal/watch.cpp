@@ -55,6 +55,10 @@ std::optional<Emergency> emergency_of(const Frame& frame) {
                    static_cast<std::uint16_t>(frame.data[0] | frame.data[1] << 8)};
 }
 
+std::uint32_t word_at(std::span<const std::uint8_t> pdu, std::size_t place) {
+  return place + 1 < pdu.size() ? pdu[place] * 256U + pdu[place + 1] : 0U;
+}
+
 NetworkWatch::NetworkWatch(Journal& journal, std::uint8_t network, std::span<const Window> windows,
                            Time started)
     : journal_(journal), network_(network), started_(started) {
@@ -112,8 +116,7 @@ void NetworkWatch::begin(Watched& watched, Time now) {
   const bool writes = begun.service == Service::kWrite || begun.service == Service::kNmt;
   const std::size_t size = begun.service == Service::kNmt ? 2 : request[place(regmap::kDataSize)];
   const auto value = bytes_of(request.subspan(place(regmap::kData)), writes ? size : 0);
-  transaction.size = std::min(value.size(), transaction.value.size());
-  std::copy_n(value.begin(), transaction.size, transaction.value.begin());
+  transaction.value.assign(value.begin(), value.end());
   transaction.begun = now;
   transaction.open = true;
   Event& latest = journal_.latest();
@@ -121,7 +124,7 @@ void NetworkWatch::begin(Watched& watched, Time now) {
     latest.transaction = begun.transaction;
   begun.state = static_cast<std::uint8_t>(&watched - windows_.data());
   begun.frame.id = watched.taken;
-  transaction.request = journal_.add(begun, {std::span(transaction.value).first(transaction.size)});
+  transaction.request = journal_.add(begun, {transaction.value});
   if (begun.service == Service::kNmt) command_ = begun;
 }
 
@@ -136,7 +139,7 @@ void NetworkWatch::end(Watched& watched, std::uint16_t result, Time now) {
   const bool scanned = !watched.window.in.empty();
   const auto data = scanned ? watched.window.in.subspan(regmap::kScannerData)
                             : watched.window.out.subspan(place(regmap::kData));
-  std::span<const std::uint8_t> value = std::span(transaction.value).first(transaction.size);
+  std::span<const std::uint8_t> value = transaction.value;
   if (result == static_cast<std::uint16_t>(regmap::Result::kSdoExecutionError))
     ended.code = data[0] | std::uint32_t{data[1]} << 16;
   const bool reads = ended.service == Service::kRead || ended.service == Service::kState;
@@ -258,12 +261,9 @@ void NetworkWatch::on_modbus(const adapters::ModbusExchange& exchange, Time now)
   request.state = exchange.exception;
   request.result = exchange.id;
   request.code = exchange.client;
-  const auto word = [&](std::size_t at) -> std::size_t {
-    return at + 1 < exchange.request.size() ? exchange.request[at] * 256U + exchange.request[at + 1] : 0U;
-  };
   const bool one = exchange.request[0] == kWriteSingleRegister || exchange.request[0] == kMaskWriteRegister;
-  const std::size_t first = word(1);
-  const std::size_t end = first + (one ? 1 : word(3));
+  const std::uint32_t first = word_at(exchange.request, 1);
+  const std::uint32_t end = first + (one ? 1 : word_at(exchange.request, 3));
   for (const Watched& watched : windows_)
     if (first < watched.window.first + watched.window.out.size() && watched.window.first < end)
       request.transaction = watched.transaction.request.transaction;

@@ -27,6 +27,9 @@ struct Emergency {
 };
 std::optional<Emergency> emergency_of(const Frame& frame);
 
+/// The word at this place in a Modbus PDU, high byte first; 0 beyond its end.
+std::uint32_t word_at(std::span<const std::uint8_t> pdu, std::size_t place);
+
 class NetworkWatch final : public sim::Observer, public sim::ModuleWatch, public sim::FaultListener {
  public:
   /// Where the PLC writes requests and reads results. The first window is that of R3700, with `in` empty. The
@@ -65,8 +68,7 @@ class NetworkWatch final : public sim::Observer, public sim::ModuleWatch, public
     Event request;  ///< as it began
     Time begun = 0;
     bool open = false;
-    std::array<std::uint8_t, regmap::kMaxDataBytes> value{};  ///< to be written
-    std::size_t size = 0;
+    std::vector<std::uint8_t> value;  ///< to be written
   };
   struct Watched {
     /// Whether there is a new request, or a result.

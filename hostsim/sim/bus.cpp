@@ -49,7 +49,7 @@ bool Port::try_send(const Frame& frame) {
 void Port::accept(std::uint32_t first, std::uint32_t last) {
   for (std::uint32_t id = first; id <= last; ++id) {
     auto& ports = bus_.accepting_[id];
-    if (std::find(ports.begin(), ports.end(), this) == ports.end()) ports.push_back(this);
+    if (std::ranges::find(ports, this) == ports.end()) ports.push_back(this);
   }
 }
 

@@ -47,12 +47,10 @@ void mark_mapped(std::vector<ObjectEntry>& entries, const ObjectDictionary& dict
   for (const ObjectEntry& mapping : entries)
     for (unsigned sub = mapping.first_sub; is_mapping(mapping.index) && sub <= mapping.last_sub; ++sub) {
       const std::uint64_t mapped = dictionary.get(mapping.index, static_cast<std::uint8_t>(sub));
-      const auto has_it = [&](const ObjectEntry& entry) {
-        return entry.index == mapped >> 16 && entry.first_sub <= (mapped >> 8 & 0xFF) &&
-               (mapped >> 8 & 0xFF) <= entry.last_sub;
-      };
-      const auto found = std::ranges::find_if(entries, has_it);
-      if (found != entries.end()) found->flags |= ObjectFlags::kSetPoint;
+      for (ObjectEntry& entry : entries)
+        if (entry.index == mapped >> 16 && entry.first_sub <= (mapped >> 8 & 0xFF) &&
+            (mapped >> 8 & 0xFF) <= entry.last_sub)
+          entry.flags |= ObjectFlags::kSetPoint;
     }
 }
 
@@ -278,10 +276,6 @@ void Node::refresh(Time now) {
   if (stale) update(now);
 }
 
-void Node::on_written(Time now) {
-  update(now);
-}
-
 void Node::on_sync(Time now) {
   const Time due = behaviour_due_;
   behaviour_->on_sync(now);
@@ -395,18 +389,6 @@ std::string Node::inject(std::string_view fault, Time now) {
   return {};
 }
 
-void Node::error(std::uint16_t code, std::uint8_t register_bits, const EmergencyInfo& info, Time now) {
-  device_.emergency().error(code, register_bits, info, now);
-}
-
-void Node::error_over(std::uint16_t code, Time now) {
-  device_.emergency().error_over(code, now);
-}
-
-void Node::changed(std::uint16_t index, std::uint8_t sub, Time now) {
-  device_.changed(index, sub, now);
-}
-
 void Node::terminals(std::uint16_t index, std::uint8_t sub, std::int32_t before, std::int32_t after,
                      Time now) {
   if (listener_ != nullptr) listener_->on_terminals(device_.node_id(), index, sub, before, after, now);
@@ -435,7 +417,7 @@ AbortCode Node::on_read(const ObjectEntry& entry, std::uint8_t sub, std::span<st
                         std::size_t& size, Time /*now*/) {
   const std::size_t offset = entry.offset + std::size_t{entry.stride()} * (sub - entry.first_sub);
   size = entry.capacity;
-  std::copy_n(image_.values.begin() + static_cast<std::ptrdiff_t>(offset), size, out.begin());
+  std::ranges::copy(std::span(image_.values).subspan(offset, size), out.begin());
   return AbortCode::kNone;
 }
 
@@ -453,14 +435,6 @@ void Node::on_stored(const ObjectEntry& entry, std::uint8_t sub, Time now) {
 void Node::restore(std::uint16_t first_index, std::uint16_t last_index, Time now) {
   restore_values(image_.entries, saved_, values_, first_index, last_index);
   behaviour_->reset(last_index >= object::kFirstManufacturer, now);
-}
-
-AbortCode Node::save(std::uint16_t first_index, std::uint16_t last_index) {
-  return save_from(values_, first_index, last_index);
-}
-
-AbortCode Node::forget(std::uint16_t first_index, std::uint16_t last_index) {
-  return save_from(image_.values, first_index, last_index);
 }
 
 AbortCode Node::save_from(std::span<const std::uint8_t> values, std::uint16_t first_index,

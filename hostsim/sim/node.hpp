@@ -106,8 +106,12 @@ class Node final : public Participant,
   void on_stored(const ObjectEntry& entry, std::uint8_t sub, Time now) override;
   void restore(std::uint16_t first_index, std::uint16_t last_index, Time now) override;
   ParameterMemory* memory() override { return this; }
-  AbortCode save(std::uint16_t first_index, std::uint16_t last_index) override;
-  AbortCode forget(std::uint16_t first_index, std::uint16_t last_index) override;
+  AbortCode save(std::uint16_t first_index, std::uint16_t last_index) override {
+    return save_from(values_, first_index, last_index);
+  }
+  AbortCode forget(std::uint16_t first_index, std::uint16_t last_index) override {
+    return save_from(image_.values, first_index, last_index);
+  }
   AbortCode save_from(std::span<const std::uint8_t> values, std::uint16_t first_index,
                       std::uint16_t last_index);
   bool keep_saved();
@@ -122,16 +126,18 @@ class Node final : public Participant,
   // The device.
   void on_state(nmt::State state, Time now) override;
   void refresh(Time now) override;
-  void on_written(Time now) override;
+  void on_written(Time now) override { update(now); }
   void on_sync(Time now) override;
   void on_network_failure(NetworkFailure failure, Time now) override;
   void on_received_ids() override { ids_changed_ = true; }
 
   // What the behaviour calls.
   ObjectDictionary& dictionary() override { return device_.dictionary(); }
-  void error(std::uint16_t code, std::uint8_t register_bits, const EmergencyInfo& info, Time now) override;
-  void error_over(std::uint16_t code, Time now) override;
-  void changed(std::uint16_t index, std::uint8_t sub, Time now) override;
+  void error(std::uint16_t code, std::uint8_t register_bits, const EmergencyInfo& info, Time now) override {
+    device_.emergency().error(code, register_bits, info, now);
+  }
+  void error_over(std::uint16_t code, Time now) override { device_.emergency().error_over(code, now); }
+  void changed(std::uint16_t index, std::uint8_t sub, Time now) override { device_.changed(index, sub, now); }
   void terminals(std::uint16_t index, std::uint8_t sub, std::int32_t before, std::int32_t after,
                  Time now) override;
   void tell(std::string_view text, Time now) override;

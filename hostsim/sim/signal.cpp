@@ -68,8 +68,7 @@ struct ValueAt {
     const std::vector<Replay::Point>& points = replay.points;
     const Time length = points.back().at;
     const Time at = replay.repeat && length != 0 ? time % length : time;
-    const auto later = std::upper_bound(points.begin(), points.end(), at,
-                                        [](Time t, const Replay::Point& point) { return t < point.at; });
+    const auto later = std::ranges::upper_bound(points, at, {}, &Replay::Point::at);
     if (later == points.begin()) return points.front().value;
     const Replay::Point& last = *(later - 1);
     if (later == points.end() || replay.between == Replay::Between::kStep) return last.value;

@@ -25,6 +25,14 @@ struct Listener final : sim::Receiver {
 
 using Texts = std::vector<std::string>;
 
+/// Records the frames on a bus, with the time.
+struct BusLog final : sim::Observer {
+  void on_bus_frame(const Frame& frame, Time now) override {
+    lines.push_back(std::to_string(now) + " " + text_of(frame));
+  }
+  Texts lines;
+};
+
 /// The host of the adapter of a `Desk`, character by character.
 template <class Desk>
 struct Host {

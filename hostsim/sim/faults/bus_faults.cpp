@@ -110,9 +110,7 @@ void BusFaults::on_arrival(const Frame& frame, const Port* sender, Time now) {
       bus_.deliver(arriving, sender, now);
       continue;
     }
-    const auto place = std::upper_bound(late_.begin(), late_.end(), due,
-                                        [](Time time, const Late& other) { return time < other.due; });
-    late_.insert(place, {arriving, sender, due});
+    late_.insert(std::ranges::upper_bound(late_, due, {}, &Late::due), {arriving, sender, due});
   }
   wants(next());
 }

@@ -121,16 +121,14 @@ void FaultyPort::hold(const Leaving& leaving, const SdoResponse& response) {
 
 /// After frames that are due at the same time.
 void FaultyPort::hold(const Held& held) {
-  const auto place = std::upper_bound(held_.begin(), held_.end(), held.due,
-                                      [](Time due, const Held& other) { return due < other.due; });
-  held_.insert(place, held);
+  held_.insert(std::ranges::upper_bound(held_, held.due, {}, &Held::due), held);
 }
 
 /// A frame is sent now: frames that wait for the next one follow it.
 void FaultyPort::release_delayed() {
   for (Held& held : held_)
     if (std::exchange(held.after_next, false)) held.due = now_;
-  std::stable_sort(held_.begin(), held_.end(), [](const Held& a, const Held& b) { return a.due < b.due; });
+  std::ranges::stable_sort(held_, {}, &Held::due);
 }
 
 /// False: the controller has no room for something that is due.
