@@ -26,7 +26,8 @@ struct Told final : sim::FaultListener {
 inline sim::NodeParts faulty_node(sim::FaultListener* listener) {
   constexpr std::uint16_t kReadWrite = ObjectFlags::kReadWrite;
   sim::NodeParts parts;
-  parts.node_id = parts.seed = 5;
+  parts.node_id = 5;
+  parts.seed = 5;
   parts.listener = listener;
   parts.image.entries = {
       {0x1000, 0, 0, DataType::kUnsigned32, 0, ObjectFlags::kRead, 0, 4},
