@@ -39,7 +39,6 @@ class NodeLss final : private LssApplication {
   bool is_switching() const { return switching_; }
 
   LssSlave& slave() { return slave_; }
-  const LssSlave& slave() const { return slave_; }
 
  private:
   std::uint32_t identity(std::uint8_t part) const override { return node_.identity(part); }

@@ -44,7 +44,7 @@ class World {
 
   std::span<const std::unique_ptr<Node>> nodes() const { return nodes_; }
 
-  /// Power on for all: modules first, so that they hear the nodes' boot-up messages.
+  /// Power on for all: modules first, so that they receive the boot-up messages of the nodes.
   void start(Time now);
 
   /// Does everything that is due up to and including `now`, and polls the modules. `now` never goes back.

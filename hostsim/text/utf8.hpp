@@ -13,9 +13,7 @@ namespace cbcan::text {
 /// Removes the next UTF-8 code point from the front of `rest`; nullopt, and `rest` unchanged, if there is none.
 std::optional<char32_t> take_code_point(std::string_view& rest);
 
-bool is_utf8(std::string_view text);
-
-/// From 1; 0 = the whole text is UTF-8.
+/// The first line that is not UTF-8, from 1; 0 = the whole text is UTF-8.
 std::size_t first_line_not_utf8(std::string_view text);
 
 /// UTF-8 stays; any other text is converted from Latin-1.

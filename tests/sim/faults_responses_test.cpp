@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Faults of SDO responses: a real SDO server behind the port, every frame written out.
+// Faults of SDO responses of a simulated node; every frame is written out.
 #include "sim/faulty_plant.hpp"
 
 using namespace cbcan::test;

@@ -60,7 +60,7 @@ TEST_CASE("Node: TIME from a producer to a consumer") {
   sim::Node& producer = add_node(bench, 1);
   sim::Node& consumer = add_node(bench, 2);
   bench.start().expect("701#00", "702#00");
-  bench.pass(kSecond).expect_silence();  // 1012h says neither
+  bench.pass(kSecond).expect_silence();  // 1012h: neither producer nor consumer
   // 2163-06-07 is day 65,536: at the end of the day before it, the 16 bits overflow.
   producer.device().time_stamp().set({86'399'500, 65'535}, bench.now);
   producer.device().time_stamp().produce_every(250 * kMillisecond, bench.now);

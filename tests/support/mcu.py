@@ -16,6 +16,17 @@ def die_with_parent():
     ctypes.CDLL(None).prctl(1, signal.SIGKILL)
 
 
+def receive(connection, count):
+    """Exactly `count` bytes from a socket."""
+    data = b""
+    while len(data) < count:
+        part = connection.recv(count - len(data))
+        if not part:
+            raise ConnectionError("closed by the other side")
+        data += part
+    return data
+
+
 def crc(data):
     """MODBUS over Serial Line V1.02, 6.2.2."""
     value = 0xFFFF
@@ -51,13 +62,7 @@ class Line:
         self.socket.sendall(data)
 
     def receive(self, count):
-        data = b""
-        while len(data) < count:
-            part = self.socket.recv(count - len(data))
-            if not part:
-                raise ConnectionError("the emulator has closed its serial line")
-            data += part
-        return data
+        return receive(self.socket, count)
 
 
 class Mcu:

@@ -12,10 +12,9 @@ import subprocess
 import tempfile
 import time
 
-from mcu import die_with_parent
+from mcu import LIMIT, die_with_parent, receive
 
 HOW_TO_JOIN = r"^(network \d+: )?(slcan: python3|socketcand: python3|socketcan: candump) "
-LIMIT = 60  # seconds; for what takes milliseconds on an idle machine
 
 
 def wait_until(condition, what):
@@ -121,13 +120,7 @@ class Window:
         return self.receive(length - 1)
 
     def receive(self, count):
-        data = b""
-        while len(data) < count:
-            part = self.socket.recv(count - len(data))
-            if not part:
-                raise ConnectionError("closed by the server")
-            data += part
-        return data
+        return receive(self.socket, count)
 
     def write(self, address, words):
         pdu = struct.pack(">BHHB", 16, address, len(words), 2 * len(words)) + struct.pack(f">{len(words)}H", *words)
