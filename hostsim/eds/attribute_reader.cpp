@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "eds/diagnostics.hpp"
 #include "eds/eds_reader.hpp"
 #include "text/numbers.hpp"
@@ -23,7 +24,7 @@ struct AccessName {
   Access access;
 };
 
-/// The last two are not in CiA 306, but in files.
+/// The last two are not in CiA 306, but occur in files.
 constexpr std::array<AccessName, 8> kAccessNames = {{{"ro", Access::kReadOnly},
                                                      {"wo", Access::kWriteOnly},
                                                      {"rw", Access::kReadWrite},
@@ -33,39 +34,21 @@ constexpr std::array<AccessName, 8> kAccessNames = {{{"ro", Access::kReadOnly},
                                                      {"r", Access::kReadOnly},
                                                      {"w", Access::kWriteOnly}}};
 
-bool is_read_only(Access access) {
-  return access == Access::kReadOnly || access == Access::kConstant;
-}
-
-std::uint32_t least_capacity(DataType type) {
-  return type == DataType::kDomain ? kDomainCapacity : kStringCapacity;
-}
-
 bool less_than(std::int64_t a, std::int64_t b, DataType type) {
   return is_signed(type) ? a < b : static_cast<std::uint64_t>(a) < static_cast<std::uint64_t>(b);
 }
 
 std::int64_t number_in(const Object& object) {
-  std::uint64_t bits = 0;
-  for (std::size_t i = object.value.size(); i-- > 0;)
-    bits = bits << 8 | object.value[i];
-  return from_bits(bits, object.type);
+  return from_bits(load_little_endian(object.value), object.type);
 }
 
-/// LowLimit and HighLimit are read for these.
+/// LowLimit and HighLimit are read for these types.
 bool has_limits(DataType type) {
-  const bool is_time = type == DataType::kTimeOfDay || type == DataType::kTimeDifference;
-  return size_of(type) > 0 && !is_real(type) && !is_time;
-}
-
-std::string name_of_place(std::uint16_t index, const Section& section) {
-  return section.name.empty() ? text::hex(index, 4) : text::to_utf8(section.name);
+  return size_of(type) > 0 && !is_real(type) && type != DataType::kTimeOfDay &&
+         type != DataType::kTimeDifference;
 }
 
 }  // namespace
-
-AttributeReader::AttributeReader(ValueReader& values, StandardType standard_type, Findings& findings)
-    : values_(values), standard_type_(standard_type), findings_(findings) {}
 
 std::optional<ObjectType> AttributeReader::object_type(const Section& section) {
   const KeyValue* const entry = section.find("ObjectType");
@@ -84,8 +67,8 @@ Object AttributeReader::read(const Section& section, const Whole& whole, std::ui
   object.index = whole.index;
   object.first_sub = object.last_sub = sub;
   object.line = section.line;
-  object.name = ValueReader::text(section, "ParameterName");
-  if (object.name.empty()) object.name = name_of_place(whole.index, section);
+  const KeyValue* const name = section.find("ParameterName");
+  object.name = name != nullptr ? ValueReader::text(*name) : text::to_utf8(section.name);
   object.type = data_type(section, whole.index, is_count);
   object.access = access(section);
   object.pdo_mapping = values_.number(section, "PDOMapping", 1).value_or(0) != 0;
@@ -106,8 +89,8 @@ DataType AttributeReader::data_type(const Section& section, std::uint16_t index,
     return DataType::kOctetString;
   }
   if (object_type(section) == ObjectType::kDomain) return DataType::kDomain;
-  const DataType assumed =
-      is_count ? DataType::kUnsigned8 : standard_type_(index).value_or(DataType::kUnsigned32);
+  const auto standard = standard_type_ != nullptr ? standard_type_(index) : std::nullopt;
+  const DataType assumed = is_count ? DataType::kUnsigned8 : standard.value_or(DataType::kUnsigned32);
   findings_.warning(section.line, bracketed(section.name) +
                                       " has no DataType: " + std::string(name_of(assumed)) + " is assumed");
   return assumed;
@@ -120,10 +103,8 @@ Access AttributeReader::access(const Section& section) {
       findings_.warning(section.line, bracketed(section.name) + " has no AccessType: rw is assumed");
     return Access::kReadWrite;
   }
-  const auto found = std::find_if(kAccessNames.begin(), kAccessNames.end(), [&](const AccessName& known) {
-    return text::same_text(known.name, entry->value);
-  });
-  if (found != kAccessNames.end()) return found->access;
+  for (const AccessName& known : kAccessNames)
+    if (text::same_text(known.name, entry->value)) return known.access;
   findings_.warning(entry->line, "AccessType " + quoted(entry->value) + " is unknown: rw is assumed");
   return Access::kReadWrite;
 }
@@ -131,7 +112,8 @@ Access AttributeReader::access(const Section& section) {
 void AttributeReader::read_capacity(Object& object, const Section& section) {
   const std::size_t fixed = size_of(object.type);
   const KeyValue* const entry = section.find(kSizeKey);
-  object.capacity = fixed > 0 ? static_cast<std::uint32_t>(fixed) : least_capacity(object.type);
+  object.capacity = static_cast<std::uint32_t>(fixed);
+  if (fixed == 0) object.capacity = object.type == DataType::kDomain ? kDomainCapacity : kStringCapacity;
   if (entry == nullptr) return;
   if (fixed > 0) {
     findings_.warning(entry->line, std::string(kSizeKey) + " is for strings and DOMAINs only: ignored");
@@ -197,7 +179,8 @@ void AttributeReader::check_value_against_limits(const Object& object) {
 }
 
 void AttributeReader::check_count(Object& object, std::uint8_t highest_sub) {
-  if (!is_read_only(object.access) || object.value.empty()) return;
+  const bool read_only = object.access == Access::kReadOnly || object.access == Access::kConstant;
+  if (!read_only || object.value.empty()) return;
   if (!object.has_value) {
     object.value.front() = highest_sub;
   } else if (number_in(object) != highest_sub) {

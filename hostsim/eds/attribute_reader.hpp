@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// From one section to one Object: the keys of CiA 306, 4.6.3.
+/// Makes an Object from a section: the keys of CiA 306, 4.6.3.
 
 #include <cstdint>
 #include <optional>
@@ -18,21 +18,22 @@ constexpr bool is_structure(ObjectType type) {
 
 class AttributeReader {
  public:
-  /// What the section of a sub-object does not know.
+  /// What the section of a sub-object does not contain.
   struct Whole {
     std::uint16_t index = 0;
     ObjectType type = ObjectType::kVar;
     std::uint8_t highest_sub = 0;
   };
 
-  AttributeReader(ValueReader& values, StandardType standard_type, Findings& findings);
+  AttributeReader(ValueReader& values, StandardType standard_type, Findings& findings)
+      : values_(values), standard_type_(standard_type), findings_(findings) {}
 
-  /// Nothing if there is no ObjectType; an unknown one is VAR.
+  /// nullopt without an ObjectType; an unknown one is VAR.
   std::optional<ObjectType> object_type(const Section& section);
 
   Object read(const Section& section, const Whole& whole, std::uint8_t sub);
 
-  /// Gives `object`, which was read from `section`, another value; false if `entry` has none of its type.
+  /// Gives `object`, which was read from `section`, another value; false if `entry` has no value of its type.
   bool set_value(Object& object, const Section& section, const KeyValue& entry);
 
  private:

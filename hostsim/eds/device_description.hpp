@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// What an EDS or DCF says about a device (CiA 306, 4), checked, with every value as the bytes that it has on
-/// the bus.
+/// What an EDS or DCF says about a device (CiA 306, 4), checked, with every value as its bytes on the bus.
 
 #include <cstddef>
 #include <cstdint>
@@ -25,8 +24,7 @@ enum class ObjectType : std::uint8_t {
   kRecord = 9,
 };
 
-/// AccessType (CiA 306, 4.6.3). rwr and rww are read-write over SDO; the last letter says which way a PDO may
-/// go.
+/// AccessType (CiA 306, 4.6.3). rwr and rww are read-write over SDO; the last letter is the direction of PDOs.
 enum class Access : std::uint8_t {
   kReadOnly,
   kWriteOnly,
@@ -36,37 +34,34 @@ enum class Access : std::uint8_t {
   kConstant,
 };
 
-/// The type that a device profile gives an object, so that it need not stand in the file.
+/// The type of an object in a device profile, for files without a DataType.
 using StandardType = std::optional<DataType> (*)(std::uint16_t index);
-inline std::optional<DataType> no_standard_type(std::uint16_t /*index*/) {
-  return std::nullopt;
-}
 
-/// One value that an SDO can reach, or a run of sub-indices that are alike in everything (CompactSubObj).
+/// One value that an SDO can access, or a run of identical sub-indices (CompactSubObj).
 struct Object {
   std::uint16_t index = 0;
   std::uint8_t first_sub = 0;
   std::uint8_t last_sub = 0;
-  std::string name;  ///< UTF-8; ParameterName, of a run that of the whole object
+  std::string name;  ///< UTF-8; ParameterName, for a run that of the whole object
   DataType type = DataType::kUnsigned32;
   Access access = Access::kReadWrite;
   bool pdo_mapping = false;
-  /// ParameterValue if there is one, else DefaultValue, else zeros; $NODEID applied, little-endian. A number
-  /// has as many bytes as its type; a string or DOMAIN as many as it is long.
+  /// ParameterValue if there is one, else DefaultValue, else zeros; $NODEID applied, little-endian. A number has
+  /// the size of its type; a string or DOMAIN has its own length.
   std::vector<std::uint8_t> value;
-  bool has_value = false;      ///< the file says which: the value is not just zeros for want of one
-  bool configured = false;     ///< and it is a ParameterValue, or an entry of [2000Value]
+  bool has_value = false;      ///< the value is in the file
+  bool configured = false;     ///< the value is a ParameterValue, or an entry of a section such as [2000Value]
   std::uint32_t node_ids = 0;  ///< how often $NODEID has been added to the value
-  std::uint32_t capacity = 0;  ///< bytes that it can hold: see eds_reader.hpp
+  std::uint32_t capacity = 0;  ///< in bytes: see eds_reader.hpp
   /// Integers only, both allowed; unsigned ones as their bit pattern.
   std::optional<std::int64_t> low;
   std::optional<std::int64_t> high;
-  std::size_t line = 0;  ///< of the section or the entry that it comes from
+  std::size_t line = 0;  ///< of its section or entry
   bool operator==(const Object&) const = default;
 };
 
 struct DeviceDescription {
-  std::optional<std::uint8_t> node_id;  ///< the one that $NODEID stood for: given, or that of a DCF
+  std::optional<std::uint8_t> node_id;  ///< the value of $NODEID: given, or that of a DCF
   std::vector<Object> objects;          ///< sorted by index, then sub; no sub twice
 
   /// Null if there is none.

@@ -13,7 +13,7 @@ namespace cbcan::eds {
 
 namespace {
 
-/// The first section of this name, whatever its case; null if there is none. Further ones are reported.
+/// The first section of this name, in any case of letters; null if there is none. Further ones are reported.
 const Section* find_section(const std::vector<Section>& sections, std::string_view name, Findings& findings) {
   const Section* first = nullptr;
   for (const Section& section : sections) {
@@ -28,7 +28,7 @@ const Section* find_section(const std::vector<Section>& sections, std::string_vi
   return first;
 }
 
-/// Says so where `key` has a number above 0.
+/// Reports `message` if `key` has a number above 0.
 void report_key(const std::vector<Section>& sections, std::string_view name, std::string_view key,
                 std::string_view message, ValueReader& values, Findings& findings) {
   const Section* const section = find_section(sections, name, findings);

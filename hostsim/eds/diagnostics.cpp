@@ -26,8 +26,6 @@ std::string bracketed(std::string_view name) {
   return '[' + shortened(name) + ']';
 }
 
-Findings::Findings(std::string file) : file_(std::move(file)) {}
-
 void Findings::warning(std::size_t line, std::string message) {
   add(line, Severity::kWarning, std::move(message));
 }
@@ -45,8 +43,7 @@ void Findings::add(std::size_t line, Severity severity, std::string message) {
 }
 
 std::vector<Diagnostic> Findings::take() {
-  std::stable_sort(diagnostics_.begin(), diagnostics_.end(),
-                   [](const Diagnostic& a, const Diagnostic& b) { return a.line < b.line; });
+  std::ranges::stable_sort(diagnostics_, {}, &Diagnostic::line);
   if (left_out_ > 0) {
     const std::size_t last_line = diagnostics_.back().line;
     diagnostics_.push_back(

@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// What a reader has to say about a file.
+/// Warnings and errors about a file.
 
 #include <cstddef>
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace cbcan::eds {
 
 enum class Severity : std::uint8_t {
-  kWarning,  ///< something is wrong in the file; the message says what is used in its place
+  kWarning,  ///< something is wrong in the file; the message says what is used instead
   kError,    ///< something is wrong in the file, and a part of it is not used
 };
 
@@ -27,27 +28,26 @@ struct Diagnostic {
 /// `file:line: message`
 std::string to_string(const Diagnostic& diagnostic);
 
-/// A text of the file for a message: some forty characters at most, as UTF-8 without control characters.
+/// Text of the file for a message: at most about forty characters, as UTF-8 without control characters.
 std::string shortened(std::string_view text);
 
-/// Likewise, in quotes.
+/// The same, in quotes.
 std::string quoted(std::string_view text);
 
 /// A section name for a message: [1018sub1].
 std::string bracketed(std::string_view name);
 
-/// Collects diagnostics. A file of garbage does not make megabytes of them: after kMost they are only
-/// counted.
+/// Collects diagnostics. After kMost they are only counted, so that a useless file does not produce megabytes.
 class Findings {
  public:
   static constexpr std::size_t kMost = 500;
 
-  explicit Findings(std::string file);
+  explicit Findings(std::string file) : file_(std::move(file)) {}
 
   void warning(std::size_t line, std::string message);
   void error(std::size_t line, std::string message);
 
-  /// All of them in the order of lines, and at the end how many more there were.
+  /// All diagnostics in the order of lines, and at the end the number of those left out.
   std::vector<Diagnostic> take();
 
  private:

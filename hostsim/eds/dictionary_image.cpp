@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "eds/dictionary_image.hpp"
 
-#include <limits>
+#include <array>
 
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "eds/values.hpp"
@@ -10,56 +10,48 @@ namespace cbcan::eds {
 
 namespace {
 
-std::uint16_t access_flags(Access access) {
-  switch (access) {
-    case Access::kReadOnly:
-    case Access::kConstant: return ObjectFlags::kRead;
-    case Access::kWriteOnly: return ObjectFlags::kWrite;
-    case Access::kReadWrite:
-    case Access::kReadWriteInput:
-    case Access::kReadWriteOutput: return ObjectFlags::kReadWrite;
-  }
-  return ObjectFlags::kReadWrite;
-}
-
-std::uint16_t mapping_flags(Access access) {
-  switch (access) {
-    case Access::kReadOnly:
-    case Access::kConstant:
-    case Access::kReadWriteInput: return ObjectFlags::kMapTpdo;
-    case Access::kWriteOnly:
-    case Access::kReadWriteOutput: return ObjectFlags::kMapRpdo;
-    case Access::kReadWrite: break;
-  }
-  return ObjectFlags::kMapRpdo | ObjectFlags::kMapTpdo;
-}
+struct AccessFlags {
+  std::uint16_t sdo;
+  std::uint16_t pdo;  ///< for an object that may be mapped
+};
+/// By Access.
+constexpr std::array<AccessFlags, 6> kAccessFlags{{
+    {ObjectFlags::kRead, ObjectFlags::kMapTpdo},
+    {ObjectFlags::kWrite, ObjectFlags::kMapRpdo},
+    {ObjectFlags::kReadWrite, ObjectFlags::kMapRpdo | ObjectFlags::kMapTpdo},
+    {ObjectFlags::kReadWrite, ObjectFlags::kMapTpdo},
+    {ObjectFlags::kReadWrite, ObjectFlags::kMapRpdo},
+    {ObjectFlags::kRead, ObjectFlags::kMapTpdo},
+}};
 
 bool is_variable(DataType type) {
   return size_of(type) == 0;
 }
 
-/// All that the type can hold, as from_bits gives it.
+/// The whole range of the type, as from_bits() returns numbers.
 ObjectLimits widest(const Object& object) {
-  const std::uint64_t pattern =
-      size_of(object.type) >= 8 ? ~std::uint64_t{0} : (std::uint64_t{1} << 8 * size_of(object.type)) - 1;
+  const std::uint64_t pattern = highest_pattern(size_of(object.type));
   const std::uint64_t highest_positive = pattern >> 1;
   if (!is_signed(object.type)) return {object.index, 0, 0, static_cast<std::int64_t>(pattern)};
   return {object.index, 0, from_bits(highest_positive + 1, object.type),
           static_cast<std::int64_t>(highest_positive)};
 }
 
-ObjectLimits limits_of(const Object& object) {
-  ObjectLimits limits = widest(object);
-  limits.low = object.low.value_or(limits.low);
-  limits.high = object.high.value_or(limits.high);
-  return limits;
+bool is_limited(const Object& object) {
+  const ObjectLimits all = widest(object);
+  return object.low.value_or(all.low) != all.low || object.high.value_or(all.high) != all.high;
 }
 
-bool is_limited(const Object& object) {
-  if (is_variable(object.type) || (!object.low && !object.high)) return false;
-  const ObjectLimits all = widest(object);
-  const ObjectLimits own = limits_of(object);
-  return own.low != all.low || own.high != all.high;
+/// The flags for access, PDO mapping and a missing value. rwr maps into TPDOs only, rww into RPDOs only (CiA 306,
+/// 4.6.3).
+std::uint16_t object_flags(const Object& object) {
+  const AccessFlags& access = kAccessFlags[static_cast<std::size_t>(object.access)];
+  unsigned flags = access.sdo;
+  if (object.pdo_mapping) flags |= access.pdo;
+  if (is_variable(object.type)) flags |= ObjectFlags::kVariable;
+  if (is_limited(object)) flags |= ObjectFlags::kLimited;
+  if (!object.has_value) flags |= ObjectFlags::kUnset;
+  return static_cast<std::uint16_t>(flags);
 }
 
 void append_element(const Object& object, std::vector<std::uint8_t>& values) {
@@ -76,7 +68,9 @@ void append(const Object& object, DictionaryImage& image) {
   image.entries.push_back({object.index, object.first_sub, object.last_sub, object.type, 0,
                            object_flags(object), static_cast<std::uint32_t>(image.values.size() + ahead),
                            object.capacity});
-  ObjectLimits limits = limits_of(object);
+  ObjectLimits limits = widest(object);
+  limits.low = object.low.value_or(limits.low);
+  limits.high = object.high.value_or(limits.high);
   for (unsigned sub = object.first_sub; sub <= object.last_sub; ++sub) {
     if (object.node_ids != 0)
       image.node_id_values.push_back({static_cast<std::uint32_t>(image.values.size()), object.node_ids,
@@ -88,15 +82,6 @@ void append(const Object& object, DictionaryImage& image) {
 }
 
 }  // namespace
-
-std::uint16_t object_flags(const Object& object) {
-  unsigned flags = access_flags(object.access);
-  if (object.pdo_mapping) flags |= mapping_flags(object.access);
-  if (is_variable(object.type)) flags |= ObjectFlags::kVariable;
-  if (is_limited(object)) flags |= ObjectFlags::kLimited;
-  if (!object.has_value) flags |= ObjectFlags::kUnset;
-  return static_cast<std::uint16_t>(flags);
-}
 
 DictionaryImage dictionary_image(const DeviceDescription& device) {
   DictionaryImage image;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// From a device description to what ObjectDictionary works on.
+/// From a device description to the data of an ObjectDictionary.
 
 #include <cstdint>
 #include <vector>
@@ -12,25 +12,20 @@
 
 namespace cbcan::eds {
 
-/// Keep it, unchanged in size, as long as a dictionary works on it. `values` as built are the values after
+/// Must live, with unchanged sizes, as long as the dictionary that uses it. At first `values` are those after
 /// power-on: copy them to have the defaults for a reset.
 struct DictionaryImage {
   std::vector<ObjectEntry> entries;  ///< sorted by index, then sub; no overlap
   std::vector<ObjectLimits>
       limits;  ///< sorted by index, then sub; only where a limit is narrower than the type
   std::vector<std::uint8_t>
-      values;  ///< every entry's value behind the one before; a variable one with its length
-  /// Values that $NODEID is part of, by offset: change_node_id() makes them those of another node. Limits
-  /// stay as they are.
+      values;  ///< the values of all entries in order; one of variable length has its length in front
+  /// Values that contain $NODEID, by offset: change_node_id() changes them for another node. Limits stay.
   std::vector<NodeIdValue> node_id_values;
 };
 
-/// Entry for entry what is in `device.objects`, without those below 1000h (data types, which SDO does not
-/// reach) and without behaviour: no entry is kComputed or kChecked.
+/// One entry for each of `device.objects`, except those below 1000h (data types, which SDO cannot access). No
+/// entry is kComputed or kChecked.
 DictionaryImage dictionary_image(const DeviceDescription& device);
-
-/// What access, PDO mapping and a missing value of an object come to. rwr maps into TPDOs only, rww into
-/// RPDOs only (CiA 306, 4.6.3).
-std::uint16_t object_flags(const Object& object);
 
 }  // namespace cbcan::eds

@@ -16,7 +16,7 @@ namespace {
 constexpr std::string_view kUtf8Mark = "\xEF\xBB\xBF";
 constexpr std::array<std::string_view, 2> kUtf16Marks = {"\xFF\xFE", "\xFE\xFF"};
 
-/// Without a byte order mark; empty if the text is in a form that cannot be read.
+/// The text without a byte order mark; empty if it is in a form that cannot be read.
 std::string_view readable(std::string_view text, Findings& findings) {
   if (text.starts_with(kUtf8Mark)) text.remove_prefix(kUtf8Mark.size());
   for (const std::string_view mark : kUtf16Marks) {

@@ -1,31 +1,30 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Reads EDS and DCF text (CiA 306) as it is found in the wild: what is wrong in it becomes a diagnostic with
-/// file and line, and whatever can be used is used. A pure function of its arguments: it opens nothing, ends
-/// on any input in time proportional to it (but for sorting), and throws nothing but std::bad_alloc.
+/// Reads EDS and DCF text (CiA 306), including files that break its rules: each fault becomes a diagnostic with
+/// file and line, and everything usable is used. A pure function of its arguments: it opens nothing, takes time
+/// proportional to the text (except for sorting), and throws nothing but std::bad_alloc.
 ///
-/// What it does where CiA 306 leaves it open or a file breaks the rules:
+/// What it does where CiA 306 leaves a choice or a file breaks the rules:
 ///
-/// * Of a section or a key that comes twice the first one counts.
-/// * A value that cannot be read, or does not fit its type, is as if it were not there.
+/// * If a section or key occurs twice, the first one is used.
+/// * A value that cannot be read, or does not fit its type, counts as missing.
 /// * A missing ParameterValue falls back to DefaultValue; a missing DefaultValue is 0 or empty. A read-only
-///   sub-index 0 without a value says the highest sub-index.
-/// * A missing ObjectType is VAR, a missing AccessType rw, a missing DataType what the profile says of that
-///   object, else UNSIGNED32, but UNSIGNED8 for a sub-index 0 and DOMAIN for an ObjectType DOMAIN. An unknown
-///   data type is OCTET_STRING.
+///   sub-index 0 without a value is the highest sub-index.
+/// * A missing ObjectType is VAR, a missing AccessType rw. A missing DataType is that of the device profile, else
+///   UNSIGNED32, but UNSIGNED8 for a sub-index 0 and DOMAIN for an ObjectType DOMAIN. An unknown data type is
+///   OCTET_STRING.
 /// * $NODEID is the node ID given, else NodeID of the DCF, else 0 with a warning.
-/// * The sections make objects, not the lists. Text that is not UTF-8 is Latin-1.
-/// * LowLimit and HighLimit count for integers only.
-/// * What modules or CompactPDO would add is not made. Counts, the rest of [DeviceInfo] and
-///   [DeviceComissioning], denotations, files, object links, comments, dynamic channels, tools and unknown
-///   keys mean nothing here.
+/// * Objects come from the sections, not from the lists. Text that is not UTF-8 is Latin-1.
+/// * LowLimit and HighLimit are used for integers only.
+/// * Objects of modules or CompactPDO are not added. Counts, the rest of [DeviceInfo] and [DeviceComissioning],
+///   denotations, files, object links, comments, dynamic channels, tools and unknown keys are ignored.
 ///
-/// Capacity. CiA 306 has no size for strings and DOMAINs, so an object's section may have one key of our own,
-/// `CBCAN_Size=1000`, in bytes, 1..1048576. Without it a string can hold as many bytes as its value has, but
-/// at least kStringCapacity, and a DOMAIN at least kDomainCapacity. An OCTET_STRING or DOMAIN with CBCAN_Size
-/// and no value starts as that many zero bytes: a line of an EDS has room for 255 characters only. All values
-/// of one device are at most kMostValueBytes; objects beyond that are left out.
+/// Capacity. CiA 306 has no size for strings and DOMAINs, so the section of an object may have the additional key
+/// `CBCAN_Size=1000`, in bytes, 1..1048576. Without it the capacity of a string is the length of its value, but
+/// at least kStringCapacity, and that of a DOMAIN at least kDomainCapacity. An OCTET_STRING or DOMAIN with
+/// CBCAN_Size and no value starts as that many zero bytes, since a line of an EDS has only 255 characters. All
+/// values of one device are at most kMostValueBytes; objects beyond that are left out.
 
 #include <cstdint>
 #include <optional>
@@ -49,9 +48,9 @@ struct Result {
   bool operator==(const Result&) const = default;
 };
 
-/// `file_name` is only for the diagnostics. `node_id` is the one that $NODEID stands for: 1..127, or 0 for a
-/// device that has none yet. `standard_type` is for objects whose type the file does not say.
+/// `file_name` is only for the diagnostics. `node_id` is the value of $NODEID: 1..127, or 0 for a device that has
+/// none yet. `standard_type` is for objects without a DataType in the file; it may be null.
 Result read(std::string_view text, std::string file_name, std::optional<std::uint8_t> node_id,
-            StandardType standard_type = no_standard_type);
+            StandardType standard_type = nullptr);
 
 }  // namespace cbcan::eds

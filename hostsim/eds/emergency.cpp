@@ -9,7 +9,7 @@ namespace {
 
 struct Meaning {
   std::uint16_t code;
-  std::uint16_t mask;  ///< which bits of a code must be these
+  std::uint16_t mask;  ///< which bits of a code are compared
   std::string_view words;
 };
 
@@ -17,8 +17,8 @@ constexpr std::uint16_t kExactly = 0xFFFF;
 constexpr std::uint16_t kClass = 0xFF00;
 constexpr std::uint16_t kGroup = 0xF000;
 
-/// CiA 301, table 26; the first row that fits is meant. A class that is not listed belongs to its group:
-/// 73xxh of the drives to 70xxh.
+/// CiA 301, table 26; the first row that matches is used. A class that is not listed belongs to its group: 73xxh
+/// of drives to 70xxh.
 constexpr std::array kMeanings{
     Meaning{0x8110, kExactly, "CAN overrun, objects lost"},
     Meaning{0x8120, kExactly, "CAN in error passive mode"},

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// EMCY messages in words (CiA 301, 7.2.7).
+/// EMCY messages decoded (CiA 301, 7.2.7).
 
 #include <array>
 #include <cstddef>
@@ -15,9 +15,9 @@ namespace cbcan::eds {
 struct EmergencyMessage {
   static constexpr std::size_t kSize = 8;
 
-  std::uint16_t code = 0;              ///< 0000h = no error, or an error is over
+  std::uint16_t code = 0;              ///< 0000h = no error, or an error has ended
   std::uint8_t error_register = 0;     ///< 1001h of the node
-  std::array<std::uint8_t, 5> info{};  ///< the manufacturer's
+  std::array<std::uint8_t, 5> info{};  ///< manufacturer-specific
 
   friend bool operator==(const EmergencyMessage&, const EmergencyMessage&) = default;
 };
@@ -25,10 +25,10 @@ struct EmergencyMessage {
 /// As it is on the bus.
 EmergencyMessage emergency_from(std::span<const std::uint8_t, EmergencyMessage::kSize> bytes);
 
-/// CiA 301's words for this code, or else for its class, table 26: "current, output side" for 2310h.
+/// The meaning of this code, or else of its class, in CiA 301, table 26: "current, output side" for 2310h.
 std::string_view emergency_meaning(std::uint16_t code);
 
-/// The bits of the error register that are set, in words, from bit 0 on.
+/// The names of the bits that are set in the error register, from bit 0.
 std::vector<std::string_view> error_register_bits(std::uint8_t error_register);
 
 }  // namespace cbcan::eds

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The first look at an EDS or DCF (CiA 306, 4.1): lines, sections, keys. Everything is a view into the text,
-/// which has to outlive the sections. Line ends are LF, CR or CRLF, mixed as they come; lines may be of any
-/// length.
+/// Lines, sections and keys of an EDS or DCF (CiA 306, 4.1). Everything is a view into the text, which has to
+/// outlive the sections. Line ends are LF, CR or CRLF, in any mixture; lines may be of any length.
 
 #include <cstddef>
 #include <string_view>
@@ -23,13 +22,13 @@ struct KeyValue {
 struct Section {
   std::string_view name;
   std::size_t line = 0;
-  std::vector<KeyValue> entries;  ///< in the order of the file; of a key that comes twice the first one
+  std::vector<KeyValue> entries;  ///< in the order of the file; if a key occurs twice, only the first one
 
-  /// Null if there is no such key or nothing behind the `=`; the case of the key does not matter.
+  /// Null if there is no such key or nothing after the `=`; the case of the key does not matter.
   const KeyValue* find(std::string_view key) const;
 };
 
-/// In the order of the file; a section that comes twice is there twice.
+/// In the order of the file; a section that occurs twice is there twice.
 std::vector<Section> split_sections(std::string_view text, Findings& findings);
 
 }  // namespace cbcan::eds

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// What an EDS calls its objects: for people who look at a node.
+/// The names of objects in an EDS, for display.
 
 #include <algorithm>
 #include <cstdint>

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::uint8_t kMostSubs = 254;
 
-/// Sub-index 0 where the file has none.
+/// Sub-index 0, if the file has none.
 Object count_object(const AttributeReader::Whole& whole, std::size_t line) {
   Object object;
   object.index = whole.index;
@@ -29,31 +29,15 @@ Object count_object(const AttributeReader::Whole& whole, std::size_t line) {
   return object;
 }
 
-Object element_at(const Object& element, unsigned sub) {
-  Object object = element;
-  object.first_sub = object.last_sub = static_cast<std::uint8_t>(sub);
-  return object;
-}
-
-std::uint8_t highest_sub(const ObjectSections& sections) {
-  return sections.subs.empty() ? std::uint8_t{0} : sections.subs.back().sub;
-}
-
 }  // namespace
-
-ObjectReader::ObjectReader(ValueReader& values, StandardType standard_type, Findings& findings)
-    : attributes_(values, standard_type, findings), values_(values), findings_(findings) {}
-
-std::vector<Object> ObjectReader::take() {
-  return std::exchange(objects_, {});
-}
 
 void ObjectReader::read(const ObjectSections& sections) {
   const std::uint8_t count = compact_count(sections);
   const bool has_subs = count > 0 || !sections.subs.empty();
   if (count == 0) reject_compact_sections(sections);
   if (!sections.has_values()) return;
-  const Whole whole{sections.index, object_type(sections, has_subs), std::max(count, highest_sub(sections))};
+  const std::uint8_t highest = sections.subs.empty() ? count : std::max(count, sections.subs.back().sub);
+  const Whole whole{sections.index, object_type(sections, has_subs), highest};
   if (count > 0) {
     read_compact(sections, whole, count);
   } else if (has_subs) {
@@ -121,7 +105,8 @@ void ObjectReader::read_compact(const ObjectSections& sections, const Whole& who
         continue;
       }
       end_run();
-      run = element_at(element, sub);
+      run = element;
+      run->first_sub = run->last_sub = static_cast<std::uint8_t>(sub);
       if (!own.has(sub)) continue;
       apply(own, sub, *sections.main, *run);
       end_run();

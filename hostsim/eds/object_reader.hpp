@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// From the sections of an object to its values (CiA 306, 4.6).
+/// Makes values from the sections of an object (CiA 306, 4.6).
 
 #include <array>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "eds/attribute_reader.hpp"
@@ -14,19 +15,20 @@ namespace cbcan::eds {
 
 class ObjectReader {
  public:
-  ObjectReader(ValueReader& values, StandardType standard_type, Findings& findings);
+  ObjectReader(ValueReader& values, StandardType standard_type, Findings& findings)
+      : attributes_(values, standard_type, findings), values_(values), findings_(findings) {}
 
-  /// Call it in the order of indices.
+  /// To be called in the order of indices.
   void read(const ObjectSections& sections);
 
   /// Sorted by index, then sub.
-  std::vector<Object> take();
+  std::vector<Object> take() { return std::exchange(objects_, {}); }
 
  private:
   using PerSub = std::array<const KeyValue*, 256>;
   using Whole = AttributeReader::Whole;
 
-  /// What [xxxxName] and [xxxxValue] say about single elements; null where they say nothing.
+  /// The entries of [xxxxName] and [xxxxValue] for single elements; null where there is none.
   struct OwnEntries {
     PerSub names;
     PerSub values;

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "eds/diagnostics.hpp"
-#include "eds/values.hpp"
+#include "text/numbers.hpp"
 #include "text/words.hpp"
 
 namespace cbcan::eds {
@@ -30,6 +30,7 @@ struct Place {
   std::uint64_t index = 0;
   Part part = Part::kMain;
   std::uint64_t sub = 0;
+  auto operator<=>(const Place&) const = default;
 };
 
 struct Located {
@@ -37,17 +38,13 @@ struct Located {
   const Section* section = nullptr;
 };
 
-bool is_hex_digit(char c) {
-  return parse_hex_digits({&c, 1}).has_value();
-}
-
 std::optional<std::uint64_t> parse_index(std::string_view text) {
   text = text::trim(text);
   if (text::same_text(text.substr(0, 2), "0x")) text.remove_prefix(2);
-  return parse_hex_digits(text);
+  return text::parse<std::uint64_t>(text, 16);
 }
 
-/// Where "sub" is in a section name; npos if it is not there.
+/// Where "sub" is in a section name; npos if nowhere.
 std::size_t find_sub(std::string_view name) {
   for (std::size_t at = 0; at + 3 <= name.size(); ++at)
     if (text::same_text(name.substr(at, 3), "sub")) return at;
@@ -60,7 +57,7 @@ std::optional<Place> parse_sub_name(std::string_view name, std::size_t at) {
   return index && sub ? std::optional(Place{*index, Part::kSub, *sub}) : std::nullopt;
 }
 
-/// Suffixes go first: the "De" of "1018Denotation" could be digits as well.
+/// Suffixes first: the "De" of "1018Denotation" could also be digits.
 std::optional<Place> parse_section_name(std::string_view name) {
   for (const Suffix& suffix : kSuffixes) {
     if (name.size() <= suffix.text.size()) continue;
@@ -74,75 +71,44 @@ std::optional<Place> parse_section_name(std::string_view name) {
   return index ? std::optional(Place{*index, Part::kMain, 0}) : std::nullopt;
 }
 
-/// A name that cannot be anything but a mistyped object; other unknown sections are the vendor's own
-/// business.
+/// A name that can only be a mistyped object; other unknown sections are manufacturer-specific.
 bool looks_like_object(std::string_view name) {
-  const std::size_t digits =
-      static_cast<std::size_t>(std::find_if_not(name.begin(), name.end(), is_hex_digit) - name.begin());
+  const std::size_t digits = std::min(name.find_first_not_of("0123456789abcdefABCDEF"), name.size());
   return digits > 0 && (name.front() <= '9' || text::same_text(name.substr(digits, 3), "sub"));
 }
 
-class Collector {
- public:
-  explicit Collector(Findings& findings) : findings_(findings) {}
-
-  void take(const Section& section) {
+std::vector<Located> locate(const std::vector<Section>& sections, Findings& findings) {
+  std::vector<Located> all;
+  for (const Section& section : sections) {
     const std::optional<Place> place = parse_section_name(section.name);
     if (!place) {
       if (looks_like_object(section.name))
-        findings_.error(
+        findings.error(
             section.line,
             bracketed(section.name) + " is no name of a section, [1018] or [1018sub1] would be: left out");
     } else if (place->index == 0 || place->index > 0xFFFF) {
-      findings_.error(section.line, bracketed(section.name) + ": an index is 1..FFFFh: left out");
+      findings.error(section.line, bracketed(section.name) + ": an index is 1..FFFFh: left out");
     } else if (place->sub > 0xFF) {
-      findings_.error(section.line, bracketed(section.name) + ": a sub-index is 0..FFh: left out");
+      findings.error(section.line, bracketed(section.name) + ": a sub-index is 0..FFh: left out");
     } else {
-      located_.push_back({*place, &section});
+      all.push_back({*place, &section});
     }
   }
+  std::ranges::stable_sort(all, {}, &Located::place);
+  return all;
+}
 
-  std::vector<ObjectSections> finish() {
-    std::stable_sort(located_.begin(), located_.end(), [](const Located& a, const Located& b) {
-      return order_of(a.place) < order_of(b.place);
-    });
-    std::vector<ObjectSections> objects;
-    const Located* previous = nullptr;
-    for (const Located& located : located_) {
-      if (previous != nullptr && order_of(previous->place) == order_of(located.place)) {
-        findings_.warning(located.section->line, bracketed(located.section->name) +
-                                                     " is here again: the one in line " +
-                                                     std::to_string(previous->section->line) + " is used");
-        continue;
-      }
-      previous = &located;
-      const auto index = static_cast<std::uint16_t>(located.place.index);
-      if (objects.empty() || objects.back().index != index) objects.emplace_back().index = index;
-      put(objects.back(), located);
-    }
-    return objects;
+void put(ObjectSections& object, const Located& located) {
+  switch (located.place.part) {
+    case Part::kMain: object.main = located.section; break;
+    case Part::kSub:
+      object.subs.push_back({static_cast<std::uint8_t>(located.place.sub), located.section});
+      break;
+    case Part::kNames: object.names = located.section; break;
+    case Part::kValues: object.values = located.section; break;
+    case Part::kUnused: break;
   }
-
- private:
-  static std::uint64_t order_of(const Place& place) {
-    return place.index << 16 | static_cast<std::uint64_t>(place.part) << 8 | place.sub;
-  }
-
-  static void put(ObjectSections& object, const Located& located) {
-    switch (located.place.part) {
-      case Part::kMain: object.main = located.section; break;
-      case Part::kSub:
-        object.subs.push_back({static_cast<std::uint8_t>(located.place.sub), located.section});
-        break;
-      case Part::kNames: object.names = located.section; break;
-      case Part::kValues: object.values = located.section; break;
-      case Part::kUnused: break;
-    }
-  }
-
-  Findings& findings_;
-  std::vector<Located> located_;
-};
+}
 
 }  // namespace
 
@@ -155,10 +121,22 @@ std::size_t ObjectSections::line() const {
 }
 
 std::vector<ObjectSections> collect_objects(const std::vector<Section>& sections, Findings& findings) {
-  Collector collector(findings);
-  for (const Section& section : sections)
-    collector.take(section);
-  return collector.finish();
+  std::vector<ObjectSections> objects;
+  const Located* previous = nullptr;
+  const std::vector<Located> all = locate(sections, findings);
+  for (const Located& located : all) {
+    if (previous != nullptr && previous->place == located.place) {
+      findings.warning(located.section->line, bracketed(located.section->name) +
+                                                  " is here again: the one in line " +
+                                                  std::to_string(previous->section->line) + " is used");
+      continue;
+    }
+    previous = &located;
+    const auto index = static_cast<std::uint16_t>(located.place.index);
+    if (objects.empty() || objects.back().index != index) objects.emplace_back().index = index;
+    put(objects.back(), located);
+  }
+  return objects;
 }
 
 }  // namespace cbcan::eds

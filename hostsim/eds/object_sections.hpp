@@ -2,7 +2,7 @@
 #pragma once
 
 /// Which sections belong to which object (CiA 306, 4.6): [1018], [1018sub1], [1018Name], [1018Value];
-/// [1018Denotation] and [1018ObjectLinks] mean nothing here.
+/// [1018Denotation] and [1018ObjectLinks] are ignored.
 
 #include <cstdint>
 #include <vector>
@@ -24,14 +24,14 @@ struct ObjectSections {
   const Section* names = nullptr;
   const Section* values = nullptr;
 
-  /// False if there is nothing but [xxxxName] and the like.
+  /// False if there is only [xxxxName] or the like.
   bool has_values() const { return main != nullptr || !subs.empty(); }
 
-  /// Where to point when something is wrong with the object as a whole.
+  /// The line for diagnostics about the whole object.
   std::size_t line() const;
 };
 
-/// Ascending by index. The pointers go into `sections`.
+/// Ascending by index, with pointers into `sections`.
 std::vector<ObjectSections> collect_objects(const std::vector<Section>& sections, Findings& findings);
 
 }  // namespace cbcan::eds

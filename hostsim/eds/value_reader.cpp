@@ -11,7 +11,7 @@ namespace cbcan::eds {
 
 namespace {
 
-/// Characters of a line in CiA 306, 4.1.
+/// Longest line in CiA 306, 4.1.
 constexpr std::size_t kMostTextBytes = 255;
 
 /// DefaultValue="1x"
@@ -20,9 +20,6 @@ std::string key_is(const KeyValue& entry) {
 }
 
 }  // namespace
-
-ValueReader::ValueReader(Findings& findings, std::optional<std::uint8_t> node_id)
-    : findings_(findings), node_id_(node_id) {}
 
 std::optional<std::uint64_t> ValueReader::number(const Section& section, std::string_view key,
                                                  std::uint64_t highest, std::uint64_t lowest) {
@@ -39,11 +36,6 @@ std::optional<std::uint64_t> ValueReader::number(const KeyValue& entry, std::uin
   findings_.warning(entry.line, key_is(entry) + " is not within " + std::to_string(lowest) + ".." +
                                     std::to_string(highest) + ": ignored");
   return std::nullopt;
-}
-
-std::string ValueReader::text(const Section& section, std::string_view key) {
-  const KeyValue* const entry = section.find(key);
-  return entry == nullptr ? std::string() : text(*entry);
 }
 
 std::string ValueReader::text(const KeyValue& entry) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Values of keys, with a diagnostic for each that cannot be read.
+/// Values of keys, with a diagnostic for each value that cannot be read.
 
 #include <cstdint>
 #include <optional>
@@ -14,13 +14,13 @@
 
 namespace cbcan::eds {
 
-/// A number of some type.
+/// A number as the bit pattern of its type.
 struct Pattern {
   std::uint64_t bits = 0;
   std::uint32_t node_ids = 0;  ///< how often $NODEID is in it
 };
 
-/// What a key says, as it is on the bus.
+/// The value of a key, as it is on the bus.
 struct Value {
   std::vector<std::uint8_t> bytes;
   std::uint32_t node_ids = 0;  ///< how often $NODEID is in it
@@ -28,21 +28,21 @@ struct Value {
 
 class ValueReader {
  public:
-  /// Without a node ID $NODEID is 0, and the first use of it is reported.
-  ValueReader(Findings& findings, std::optional<std::uint8_t> node_id);
+  /// Without a node ID $NODEID is 0, and its first use is reported.
+  ValueReader(Findings& findings, std::optional<std::uint8_t> node_id)
+      : findings_(findings), node_id_(node_id) {}
 
-  /// Nothing if the key is missing, empty, no number, or not within lowest..highest.
+  /// nullopt if the key is missing, empty, no number, or not within lowest..highest.
   std::optional<std::uint64_t> number(const Section& section, std::string_view key, std::uint64_t highest,
                                       std::uint64_t lowest = 0);
 
-  /// Likewise, of a key that is there.
+  /// The same, for a key that exists.
   std::optional<std::uint64_t> number(const KeyValue& entry, std::uint64_t highest, std::uint64_t lowest = 0);
 
-  /// UTF-8; empty if the key is missing; as much of it as fits into a line of CiA 306.
-  static std::string text(const Section& section, std::string_view key);
+  /// UTF-8, cut to the longest line of CiA 306.
   static std::string text(const KeyValue& entry);
 
-  /// An integer, REAL or time; nothing if it is no such value.
+  /// An integer, REAL or time; nullopt if the value is none of this type.
   std::optional<Pattern> pattern(const KeyValue& entry, DataType type);
 
   /// A value of any type.

@@ -7,6 +7,7 @@
 #include <limits>
 #include <string>
 
+#include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "text/numbers.hpp"
 #include "text/utf8.hpp"
 #include "text/words.hpp"
@@ -46,7 +47,7 @@ constexpr std::array<std::string_view, 0x1C> kTypeNames = {"",
                                                            "UNSIGNED56",
                                                            "UNSIGNED64"};
 
-/// Some tools write integers as C does: 0x12345678UL.
+/// Some tools write integers as in C: 0x12345678UL.
 std::string_view without_c_suffix(std::string_view text) {
   const std::size_t last = text.find_last_not_of("uUlL");
   return text.substr(0, last == std::string_view::npos ? 0 : last + 1);
@@ -71,14 +72,11 @@ std::optional<Number> parse_unsigned(std::string_view text) {
 }
 
 std::optional<Number> parse_term(std::string_view text, std::uint8_t node_id) {
-  if (!text::same_text(text, kNodeId)) return parse_unsigned(text);
-  Number number;
-  number.magnitude = node_id;
-  number.node_ids = 1;
-  return number;
+  if (text::same_text(text, kNodeId)) return Number{.magnitude = node_id, .node_ids = 1};
+  return parse_unsigned(text);
 }
 
-/// Adds a term of a sum; false if it takes more than 64 bits.
+/// Adds a term of a sum; false if the sum needs more than 64 bits.
 bool add(Number& sum, const Number& term) {
   sum.hexadecimal |= term.hexadecimal;
   sum.node_ids += term.node_ids;
@@ -87,11 +85,7 @@ bool add(Number& sum, const Number& term) {
   return sum.magnitude >= term.magnitude;
 }
 
-constexpr std::uint64_t highest_pattern(std::size_t bytes) {
-  return bytes >= 8 ? ~std::uint64_t{0} : (std::uint64_t{1} << 8 * bytes) - 1;
-}
-
-/// `magnitude` is what a negative number of the type looks like with its sign extended to 32 or 64 bits.
+/// `magnitude` is the pattern of a negative number of the type, sign-extended to 32 or 64 bits.
 bool is_sign_extended(std::uint64_t magnitude, std::uint64_t highest) {
   const std::uint64_t sign_and_above = ~(highest >> 1);
   if ((magnitude & sign_and_above) == sign_and_above) return true;
@@ -107,8 +101,8 @@ std::optional<std::uint64_t> parse_decimal_real(std::string_view text) {
 }
 
 void append_utf16(std::vector<std::uint8_t>& out, char32_t unit) {
-  out.push_back(static_cast<std::uint8_t>(unit));
-  out.push_back(static_cast<std::uint8_t>(unit >> 8));
+  for (const std::uint8_t byte : to_bytes(unit, 2))
+    out.push_back(byte);
 }
 
 }  // namespace
@@ -133,10 +127,6 @@ std::optional<Number> parse_number(std::string_view text, std::uint8_t node_id) 
 std::optional<std::uint64_t> parse_count(std::string_view text) {
   return text::has_hex_prefix(text) ? text::parse<std::uint64_t>(text.substr(2), 16)
                                     : text::parse<std::uint64_t>(text);
-}
-
-std::optional<std::uint64_t> parse_hex_digits(std::string_view text) {
-  return text::parse<std::uint64_t>(text, 16);
 }
 
 std::optional<std::uint64_t> to_bits(const Number& number, DataType type) {
@@ -165,17 +155,12 @@ std::optional<std::uint64_t> parse_real(std::string_view text, DataType type) {
 }
 
 std::int64_t from_bits(std::uint64_t bits, DataType type) {
-  if (!is_signed(type)) return static_cast<std::int64_t>(bits);
-  const auto shift = static_cast<unsigned>(64 - 8 * size_of(type));
-  return static_cast<std::int64_t>(bits << shift) >> shift;
+  return is_signed(type) ? sign_extend(bits, size_of(type)) : static_cast<std::int64_t>(bits);
 }
 
 std::vector<std::uint8_t> to_bytes(std::uint64_t bits, std::size_t size) {
   std::vector<std::uint8_t> bytes(size);
-  for (std::uint8_t& byte : bytes) {
-    byte = static_cast<std::uint8_t>(bits);
-    bits >>= 8;
-  }
+  store_little_endian(bytes, bits);
   return bytes;
 }
 
@@ -185,10 +170,9 @@ std::optional<std::vector<std::uint8_t>> parse_octets(std::string_view text) {
   std::vector<std::uint8_t> bytes;
   if (text == "0") return bytes;
   while (!text.empty()) {
-    const std::optional<std::uint64_t> byte =
-        text.size() < 2 ? std::nullopt : text::parse<std::uint64_t>(text.substr(0, 2), 16);
-    if (!byte) return std::nullopt;
-    bytes.push_back(static_cast<std::uint8_t>(*byte));
+    const auto byte = text::parse<std::uint8_t>(text.substr(0, 2), 16);
+    if (!byte || text.size() < 2) return std::nullopt;
+    bytes.push_back(*byte);
     text.remove_prefix(2);
     while (text.starts_with(' ') || text.starts_with('\t'))
       text.remove_prefix(1);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Values as an EDS writes them (CiA 306, 4.2), turned into bytes as they go over the bus (CiA 301, 7.1.4.3).
-/// All of it is pure; who calls says what is wrong and in which line.
+/// Values as an EDS writes them (CiA 306, 4.2), converted to bytes on the bus (CiA 301, 7.1.4.3). Pure functions;
+/// the caller reports what is wrong and in which line.
 
 #include <cstdint>
 #include <optional>
@@ -17,36 +17,37 @@ namespace cbcan::eds {
 struct Number {
   std::uint64_t magnitude = 0;
   bool negative = false;
-  bool hexadecimal = false;    ///< may be meant as a two's complement
+  bool hexadecimal = false;    ///< may be a two's complement
   std::uint32_t node_ids = 0;  ///< how often $NODEID is in it
   bool no_octal = false;  ///< starts with 0 as an octal number does, but has an 8 or a 9: read as decimal
 };
 
-/// `node_id` stands for $NODEID. Nothing if the text is no number or it takes more than 64 bits.
+/// `node_id` is the value of $NODEID. nullopt if the text is no number or needs more than 64 bits.
 std::optional<Number> parse_number(std::string_view text, std::uint8_t node_id);
 
 /// Like parse_number, for sub-indices, counts and positions in key names: decimal or 0x, no sign, no octal.
 std::optional<std::uint64_t> parse_count(std::string_view text);
 
-/// Hexadecimal digits without 0x, as in section names. Nothing for an empty text or more than 16 digits.
-std::optional<std::uint64_t> parse_hex_digits(std::string_view text);
+/// All bits of a number of this size.
+constexpr std::uint64_t highest_pattern(std::size_t bytes) {
+  return bytes >= 8 ? ~std::uint64_t{0} : (std::uint64_t{1} << 8 * bytes) - 1;
+}
 
-/// The number as a bit pattern of the type's size; nothing if it does not fit. Signed types take 0x80 as well
-/// as -128 for INTEGER8, and 0xFFFFFF80, which some tools write. Only for types that have a size and are not
-/// REAL.
+/// The number as a bit pattern of the type's size; nullopt if it does not fit. INTEGER8, for example, accepts
+/// -128, 0x80 and 0xFFFFFF80, which some tools write. Only for types that have a size and are not REAL.
 std::optional<std::uint64_t> to_bits(const Number& number, DataType type);
 
 /// REAL32 and REAL64: `1.5`, `-2e3`, or a bit pattern in hexadecimal, `0x3FC00000`.
 std::optional<std::uint64_t> parse_real(std::string_view text, DataType type);
 
-/// The number behind a bit pattern of the type's size: sign-extended for INTEGERnn, else the pattern itself.
+/// The number for a bit pattern of the type's size: sign-extended for INTEGERnn, else the pattern itself.
 std::int64_t from_bits(std::uint64_t bits, DataType type);
 
 /// The low `size` bytes, little-endian.
 std::vector<std::uint8_t> to_bytes(std::uint64_t bits, std::size_t size);
 
-/// OCTET_STRING and DOMAIN: pairs of hexadecimal digits, with or without blanks between the pairs or 0x in
-/// front. A lone 0, which tools write for "nothing", is empty.
+/// OCTET_STRING and DOMAIN: pairs of hexadecimal digits, with or without blanks between the pairs or 0x in front.
+/// A lone 0, which tools write for an empty value, is empty.
 std::optional<std::vector<std::uint8_t>> parse_octets(std::string_view text);
 
 /// UNICODE_STRING: UTF-16, little-endian, from UTF-8 or else from Latin-1.
@@ -54,7 +55,7 @@ std::vector<std::uint8_t> to_utf16(std::string_view text);
 
 bool is_real(DataType type);
 
-/// One of the types of CiA 301 that DataType names.
+/// The index is that of a type of CiA 301 in DataType.
 bool is_known(std::uint64_t type_index);
 
 /// As CiA 301 writes it: "UNSIGNED8".

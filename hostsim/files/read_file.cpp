@@ -15,7 +15,7 @@ namespace cbcan::files {
 
 namespace {
 
-/// Waits for it only where somebody has it open for writing. The errno: 0 = there was nothing wrong.
+/// Blocks only while a writer has a pipe open. Returns errno; 0 = success.
 int read_some(int file, std::string& text) {
   std::array<char, 65536> part;
   ssize_t count = 0;

@@ -18,7 +18,7 @@ std::string_view name_of(Service service) {
   return kNames[static_cast<std::size_t>(service)];
 }
 
-/// What does not fit behind the others begins at the front again: it is never in two pieces.
+/// Bytes that do not fit at the end of the ring begin at its front again: they are never in two pieces.
 Event& Journal::add(Event event, std::initializer_list<std::span<const std::uint8_t>> parts) {
   if (end_ % (kEvents / 2) == 0) on_filled();
   std::size_t size = 0;

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Everything that happens in a plant, once, in the order in which it happens on the bus: a ring of records
-/// of one size. Views go through it by number; words are theirs (words.hpp). Nothing is allocated for an
-/// event.
+/// Everything that happens in a plant, once, in bus order: a ring of records of one size. Views read it by number
+/// and make the text themselves (words.hpp). Nothing is allocated for an event.
 
 #include <array>
 #include <cstddef>
@@ -22,15 +21,15 @@ namespace cbcan::journal {
 
 enum class Kind : std::uint8_t {
   kModbus,     ///< a request has been answered
-  kBegun,      ///< a transaction: the PLC wants it
-  kEnded,      ///< likewise, with its result
+  kBegun,      ///< the PLC has requested a transaction
+  kEnded,      ///< a transaction has its result
   kFrame,      ///< on the bus
   kEmergency,  ///< the frame before is an EMCY message
-  kState,      ///< a node's NMT state is another one
-  kTerminals,  ///< what stands at a node's inputs or outputs is another value
-  kFault,      ///< an injected fault has happened
+  kState,      ///< the NMT state of a node has changed
+  kTerminals,  ///< the value at the terminals of a node has changed
+  kFault,      ///< an injected fault has acted
   kCommand,    ///< of docs/reference/commands.md: inputs, incidents, power, faults, NMT; before its effects
-  kClient,     ///< of Modbus TCP: joined or left
+  kClient,     ///< a Modbus TCP client has connected or disconnected
 };
 inline constexpr std::size_t kKinds = 10;
 /// By Kind: "modbus", "begun", ...
@@ -52,33 +51,33 @@ std::string_view name_of(Service service);
 
 /// In place of an NMT state: the node has no power.
 inline constexpr std::uint8_t kOff = 0xFF;
-/// In place of a result: the PLC has taken its request back.
+/// In place of a result: the PLC has cancelled its request.
 inline constexpr std::uint16_t kCancelled = 0xFFFF;
-/// In place of a state: the command meant nothing.
+/// In place of a state: the command was rejected.
 inline constexpr std::uint8_t kRefused = 1;
 
 struct Event {
   Kind kind = Kind::kFrame;
-  std::uint8_t network = 1;  ///< 0 = of none
-  std::uint8_t node = 0;     ///< 0 = of none; of kModbus the unit ID
+  std::uint8_t network = 1;  ///< 0 = none
+  std::uint8_t node = 0;     ///< 0 = none; kModbus: unit ID
   std::uint8_t sub = 0;
-  std::uint16_t index = 0;   ///< object; of kModbus bytes of the request's PDU, the response's is behind it
+  std::uint16_t index = 0;   ///< object; kModbus: size of the request's PDU, which the response's follows
   Service service{};         ///< of a transaction
-  std::uint8_t state = 0;    ///< kState: as in a heartbeat, or kOff; kClient: 1 = joined; kModbus: exception;
+  std::uint8_t state = 0;    ///< kState: as in a heartbeat, or kOff; kClient: 1 = connected; kModbus: exception;
                              ///< kTerminals: the bits that have changed; kCommand: 0 or kRefused;
-                             ///< kBegun, kEnded: 0 = through R3700, else by which channel's scanner window
+                             ///< kBegun, kEnded: 0 = through R3700, else the channel of the scanner window
   std::uint16_t result = 0;  ///< kEnded: as in R3700, or kCancelled; kModbus: MBAP transaction ID
   std::uint16_t size = 0;    ///< of what bytes() gives
-  std::uint32_t transaction = 0;  ///< 0 = belongs to none
+  std::uint32_t transaction = 0;  ///< that the event belongs to; 0 = none
   std::uint32_t code = 0;         ///< kEnded: SDO abort code; kModbus, kClient: number of the client;
-                                  ///< kTerminals: the value, with its sign
+                                  ///< kTerminals: the signed value
   Time at = 0;                    ///< since the plant's start
   Time took = 0;                  ///< kEnded
-  std::uint64_t bytes = 0;        ///< where they begin; for Journal
-  Frame frame{};  ///< kFrame, kEmergency; of a scanner window's transaction `id` is its number
+  std::uint64_t bytes = 0;        ///< where they begin; only for Journal
+  Frame frame{};  ///< kFrame, kEmergency; for a transaction of a scanner window, `id` is the request's number
 };
 
-/// Of kEnded. 5 is the scanner window's handshake after a start.
+/// For kEnded. Result 5 is the handshake of a scanner window after a start.
 constexpr bool failed(const Event& ended) {
   return ended.result != 0 && ended.result != static_cast<std::uint16_t>(regmap::Result::kRestarted);
 }
@@ -88,28 +87,28 @@ class Journal {
   static constexpr std::size_t kEvents = 100'000;
   static constexpr std::size_t kBytes = 8 * 1024 * 1024;
 
-  /// Takes all its memory at once.
+  /// Allocates all memory.
   Journal() : ring_(kEvents), bytes_(kBytes) {}
 
-  /// Appends an event and `parts`, one behind the other, as its bytes; at most 64 KiB. It stays the latest
-  /// one until the next call.
+  /// Appends an event with the concatenated `parts`, at most 64 KiB, as its bytes. The reference is valid until
+  /// the next call.
   Event& add(Event event, std::initializer_list<std::span<const std::uint8_t>> parts = {});
   Event& add(const Event& event, std::string_view text);
 
-  /// Events first()..end()-1 are there; the first one ever has number 1.
+  /// Events first()..end()-1 are kept; the first event of all has number 1.
   std::uint64_t first() const { return end_ > kEvents ? end_ - kEvents : 1; }
   std::uint64_t end() const { return end_; }
   const Event& operator[](std::uint64_t number) const { return ring_[number % kEvents]; }
   Event& latest() { return ring_[(end_ - 1) % kEvents]; }
-  /// Number of the latest event that is one of `kinds`; 0 = there has been none.
+  /// Number of the latest event of these kinds; 0 = there has been none.
   std::uint64_t latest_of(Kinds kinds) const;
-  /// Empty when others have taken their place.
+  /// Empty when they have been overwritten.
   std::span<const std::uint8_t> bytes(const Event& event) const;
   std::string_view text(const Event& event) const;
 
   std::uint32_t new_transaction() { return ++transactions_; }
 
-  /// Called when half the ring has filled since the last time: views that must not miss anything look.
+  /// Called whenever another half of the ring has been filled, so that views can read before events are lost.
   std::function<void()> on_filled = [] {};
 
  private:
@@ -117,22 +116,22 @@ class Journal {
   std::vector<std::uint8_t> bytes_;
   std::array<std::uint64_t, kKinds> latest_{};  ///< number by Kind; 0 = none
   std::uint64_t end_ = 1;
-  std::uint64_t used_ = 0;  ///< of bytes_, as if it had no end
+  std::uint64_t used_ = 0;  ///< bytes used so far, as if bytes_ had no end
   std::uint32_t transactions_ = 0;
 };
 
-/// One view's place in a journal. What is not of its kinds costs it nothing.
+/// The position of a view in a journal. Events of other kinds cost it nothing.
 class Cursor {
  public:
-  /// Sees what comes from now on.
+  /// Sees events from now on.
   explicit Cursor(const Journal& journal, Kinds kinds = kAllKinds) : Cursor(journal, journal.end(), kinds) {}
-  /// Sees what is there from `number` on.
+  /// Sees events from `number` on.
   Cursor(const Journal& journal, std::uint64_t number, Kinds kinds)
       : journal_(journal), next_(number), kinds_(kinds) {}
 
   bool has_news() const { return journal_.latest_of(kinds_) >= next_; }
-  /// Calls `visit(number, event)` for each that is new, until it returns false; returns how many events of
-  /// all kinds have gone unseen.
+  /// Calls `visit(number, event)` for each new event, until it returns false. Returns how many events of all
+  /// kinds were overwritten unseen.
   template <class Visit>
   std::uint64_t look(Visit visit) {
     if (!has_news()) {

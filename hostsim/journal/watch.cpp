@@ -15,7 +15,7 @@ namespace cbcan::journal {
 namespace {
 
 constexpr std::uint32_t kFunctionMask = 0x780;
-// Modbus Application Protocol V1.1b3: those whose second word is no quantity.
+// Modbus Application Protocol V1.1b3: functions whose second word is not a quantity.
 constexpr std::uint8_t kWriteSingleRegister = 6;
 constexpr std::uint8_t kMaskWriteRegister = 22;
 
@@ -38,7 +38,7 @@ Service service_of(std::span<const std::uint16_t> request) {
                                                                                             : Service::kRead;
 }
 
-/// "node 5: fault 1: ..."; of the bus 0.
+/// The node in "node 5: fault 1: ..."; 0 for the bus.
 std::uint8_t node_in(std::string_view text) {
   const auto words = text::words_of(text.substr(0, text.find(':')));
   return words.size() == 2 ? text::parse<std::uint8_t>(words[1]).value_or(0) & nmt::kMaxNode
@@ -53,6 +53,10 @@ std::optional<Emergency> emergency_of(const Frame& frame) {
   if (!is_one) return std::nullopt;
   return Emergency{static_cast<std::uint8_t>(frame.id & nmt::kMaxNode),
                    static_cast<std::uint16_t>(frame.data[0] | frame.data[1] << 8)};
+}
+
+std::uint32_t word_at(std::span<const std::uint8_t> pdu, std::size_t place) {
+  return place + 1 < pdu.size() ? pdu[place] * 256U + pdu[place + 1] : 0U;
 }
 
 NetworkWatch::NetworkWatch(Journal& journal, std::uint8_t network, std::span<const Window> windows,
@@ -70,8 +74,8 @@ Event NetworkWatch::event(Kind kind, Time now) const {
 
 // ---- Transactions
 
-/// The PLC may have written CA0Eh, or something else over it: the scanner windows say themselves what the
-/// module has taken.
+/// The PLC may have written CA0Eh or overwritten it. Scanner windows show the number that the module has taken,
+/// so they need no look here.
 void NetworkWatch::before(Time now) {
   if (windows_.empty() || !windows_.front().has_moved()) return;
   Watched& first = windows_.front();
@@ -84,7 +88,7 @@ void NetworkWatch::after(Time now) {
     if (watched.has_moved()) look_at(watched, now);
 }
 
-/// A number that was taken is a request; one that is answered has its result.
+/// A number that was taken is a new request; a number that is answered has its result.
 void NetworkWatch::look_at(Watched& watched, Time now) {
   if (watched.window.in.empty()) {
     if (watched.transaction.open) end(watched, watched.window.out[0], now);
@@ -112,8 +116,7 @@ void NetworkWatch::begin(Watched& watched, Time now) {
   const bool writes = begun.service == Service::kWrite || begun.service == Service::kNmt;
   const std::size_t size = begun.service == Service::kNmt ? 2 : request[place(regmap::kDataSize)];
   const auto value = bytes_of(request.subspan(place(regmap::kData)), writes ? size : 0);
-  transaction.size = std::min(value.size(), transaction.value.size());
-  std::copy_n(value.begin(), transaction.size, transaction.value.begin());
+  transaction.value.assign(value.begin(), value.end());
   transaction.begun = now;
   transaction.open = true;
   Event& latest = journal_.latest();
@@ -121,7 +124,7 @@ void NetworkWatch::begin(Watched& watched, Time now) {
     latest.transaction = begun.transaction;
   begun.state = static_cast<std::uint8_t>(&watched - windows_.data());
   begun.frame.id = watched.taken;
-  transaction.request = journal_.add(begun, {std::span(transaction.value).first(transaction.size)});
+  transaction.request = journal_.add(begun, {transaction.value});
   if (begun.service == Service::kNmt) command_ = begun;
 }
 
@@ -136,7 +139,7 @@ void NetworkWatch::end(Watched& watched, std::uint16_t result, Time now) {
   const bool scanned = !watched.window.in.empty();
   const auto data = scanned ? watched.window.in.subspan(regmap::kScannerData)
                             : watched.window.out.subspan(place(regmap::kData));
-  std::span<const std::uint8_t> value = std::span(transaction.value).first(transaction.size);
+  std::span<const std::uint8_t> value = transaction.value;
   if (result == static_cast<std::uint16_t>(regmap::Result::kSdoExecutionError))
     ended.code = data[0] | std::uint32_t{data[1]} << 16;
   const bool reads = ended.service == Service::kRead || ended.service == Service::kState;
@@ -153,7 +156,7 @@ NetworkWatch::Line& NetworkWatch::line_of(const Event& request) {
   return request.service == Service::kState ? node.states : node.transfers;
 }
 
-/// Of those under way with the node the first one that has begun: 0 = none.
+/// The transaction in progress with this node that began first; 0 = none.
 std::uint32_t NetworkWatch::open_transaction(std::uint8_t node, Service service) {
   Line& line = line_of({.node = node, .service = service});
   if (line.open) return line.transaction;
@@ -167,7 +170,7 @@ std::uint32_t NetworkWatch::open_transaction(std::uint8_t node, Service service)
   return line.open ? line.transaction : 0;
 }
 
-/// After a failure the abort is on its way, and a response may be.
+/// After a failure the abort follows, and perhaps a late response.
 std::uint32_t NetworkWatch::transaction_of(const Frame& frame) {
   const auto node = static_cast<std::uint8_t>(frame.id & nmt::kMaxNode);
   const Line& transfers = nodes_[node].transfers;
@@ -250,7 +253,7 @@ void NetworkWatch::on_fault(std::string_view text, Time now) {
 
 // ---- The PLC
 
-/// It belongs to the transaction that it begins, or else to the last one of the registers that it is about.
+/// The request belongs to the transaction that it begins, or else to the last one of the registers in it.
 void NetworkWatch::on_modbus(const adapters::ModbusExchange& exchange, Time now) {
   Event request = event(Kind::kModbus, now);
   request.node = exchange.unit;
@@ -258,12 +261,9 @@ void NetworkWatch::on_modbus(const adapters::ModbusExchange& exchange, Time now)
   request.state = exchange.exception;
   request.result = exchange.id;
   request.code = exchange.client;
-  const auto word = [&](std::size_t at) -> std::size_t {
-    return at + 1 < exchange.request.size() ? exchange.request[at] * 256U + exchange.request[at + 1] : 0U;
-  };
   const bool one = exchange.request[0] == kWriteSingleRegister || exchange.request[0] == kMaskWriteRegister;
-  const std::size_t first = word(1);
-  const std::size_t end = first + (one ? 1 : word(3));
+  const std::uint32_t first = word_at(exchange.request, 1);
+  const std::uint32_t end = first + (one ? 1 : word_at(exchange.request, 3));
   for (const Watched& watched : windows_)
     if (first < watched.window.first + watched.window.out.size() && watched.window.first < end)
       request.transaction = watched.transaction.request.transaction;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Makes the events of one CAN network: hears bus, module, nodes and the PLC, and knows which transaction
-/// what belongs to. Times that it is told are those of the world.
+/// Makes the events of one CAN network from its bus, module, nodes and PLC, and finds the transaction that each
+/// belongs to. Time arguments are those of the world.
 
 #include <array>
 #include <cstdint>
@@ -20,24 +20,27 @@
 
 namespace cbcan::journal {
 
-/// An EMCY message: a data frame of 8 bytes on the identifier that CiA 301 gives it.
+/// An EMCY message: a data frame of 8 bytes on an EMCY identifier of CiA 301.
 struct Emergency {
   std::uint8_t node;
   std::uint16_t code;
 };
 std::optional<Emergency> emergency_of(const Frame& frame);
 
+/// The word at this place in a Modbus PDU, high byte first; 0 beyond its end.
+std::uint32_t word_at(std::span<const std::uint8_t> pdu, std::size_t place);
+
 class NetworkWatch final : public sim::Observer, public sim::ModuleWatch, public sim::FaultListener {
  public:
-  /// Where the PLC asks and where it is answered; `in` empty: the window of R3700, which is the first one.
-  /// Both outlive this.
+  /// Where the PLC writes requests and reads results. The first window is that of R3700, with `in` empty. The
+  /// registers outlive this.
   struct Window {
     std::uint16_t first;  ///< register of out[0]
     std::span<const std::uint16_t> out;
     std::span<const std::uint16_t> in;
   };
 
-  /// `started`: what is time 0 to the journal.
+  /// `started` is time 0 of the journal.
   NetworkWatch(Journal& journal, std::uint8_t network, std::span<const Window> windows, Time started);
   NetworkWatch(const NetworkWatch&) = delete;
   NetworkWatch& operator=(const NetworkWatch&) = delete;
@@ -49,27 +52,26 @@ class NetworkWatch final : public sim::Observer, public sim::ModuleWatch, public
   void on_node_state(std::uint8_t node, std::uint8_t state, Time now) override;
   void on_terminals(std::uint8_t node, std::uint16_t index, std::uint8_t sub, std::int32_t before,
                     std::int32_t after, Time now) override;
-  /// Before the module hears of it.
+  /// To be called before the module handles the request.
   void on_modbus(const adapters::ModbusExchange& exchange, Time now);
 
-  /// Of all frames so far.
+  /// Number and bits of all frames so far.
   std::uint64_t frames() const { return frames_; }
   std::uint64_t bits() const { return bits_; }
-  /// Of this node: since the plant's start; kNever = nothing has come yet.
+  /// When this node was last heard, since the plant's start; kNever = not yet.
   Time heard_at(std::uint8_t node) const { return nodes_[node].heard; }
-  /// Its last EMCY message, all zeros without one.
+  /// The last EMCY message of this node; all zeros without one.
   const Frame& last_emergency(std::uint8_t node) const { return nodes_[node].emergency; }
 
  private:
   struct Transaction {
-    Event request;  ///< as it was begun
+    Event request;  ///< as it began
     Time begun = 0;
     bool open = false;
-    std::array<std::uint8_t, regmap::kMaxDataBytes> value{};  ///< that it writes
-    std::size_t size = 0;
+    std::vector<std::uint8_t> value;  ///< to be written
   };
   struct Watched {
-    /// Whether the PLC has another request there than the last one, or a result has come.
+    /// Whether there is a new request, or a result.
     bool has_moved() const {
       if (window.in.empty()) return (window.out[0] == regmap::kExecute) != transaction.open;
       return window.in[regmap::kScannerTaken] != taken ||
@@ -77,14 +79,14 @@ class NetworkWatch final : public sim::Observer, public sim::ModuleWatch, public
     }
 
     Window window;
-    std::uint16_t taken = 0;  ///< number of the scanner window
+    std::uint16_t taken = 0;  ///< last request number taken from the scanner window
     Transaction transaction{};
   };
-  /// Requests to a node that wait for each other's ends: transfers, or asking for its state.
+  /// Requests to a node that run one after the other: transfers, or state requests.
   struct Line {
-    std::uint32_t transaction = 0;  ///< whose turn it is, or was last
+    std::uint32_t transaction = 0;  ///< the one in progress, or the last one
     bool open = false;
-    bool failed = false;  ///< that one: a late response, or the abort, may come
+    bool failed = false;  ///< the transaction failed: its abort or a late response may follow
   };
   struct Node {
     Line transfers;
@@ -109,7 +111,7 @@ class NetworkWatch final : public sim::Observer, public sim::ModuleWatch, public
   Time started_;
   std::vector<Watched> windows_;
   std::array<Node, 128> nodes_{};
-  Event command_{};  ///< the NMT transaction whose frame has not been on the bus yet
+  Event command_{};  ///< the NMT transaction whose frame is not yet on the bus
   std::uint64_t frames_ = 0;
   std::uint64_t bits_ = 0;
 };

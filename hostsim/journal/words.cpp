@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "journal/words.hpp"
 
-#include <fmt/core.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -34,10 +34,6 @@ std::string object_text(std::uint16_t index, std::uint8_t sub, const eds::Object
                      name == nullptr ? "" : name->name);
 }
 
-std::uint32_t big_endian(Bytes bytes, std::size_t at) {
-  return at + 1 < bytes.size() ? bytes[at] * 256U + bytes[at + 1] : 0u;
-}
-
 std::string_view nmt_text(std::uint32_t specifier) {
   for (const regmap::NmtRow& row : regmap::kNmtCommands)
     if (row.specifier == specifier) return row.name;
@@ -50,7 +46,7 @@ std::string node_text(std::uint8_t node) {
 
 // ---- SDO
 
-/// " = 983441" where the value is in the frame.
+/// " = 983441" for an expedited transfer.
 std::string expedited_text(const Frame& frame, const eds::ObjectName* name) {
   const std::uint8_t command = frame.data[0];
   if ((command & sdo::kExpedited) == 0) return "";
@@ -59,8 +55,8 @@ std::string expedited_text(const Frame& frame, const eds::ObjectName* name) {
   return " = " + value_text(std::span(frame.data).subspan(4, size), name);
 }
 
-/// By command specifier. Segments of blocks have none: they are shown as what their first byte means
-/// elsewhere.
+/// By command specifier. Segments of blocks have none: they are shown as what their first byte means in other
+/// frames.
 std::string sdo_text(const Frame& frame, bool from_client, const eds::ObjectName* name) {
   static constexpr std::array<std::string_view, 8> kRequests{"write segment",     "write",     "read",
                                                              "read next segment", "abort",     "block read",
@@ -85,14 +81,12 @@ std::string error_control_text(const Frame& frame, std::uint8_t node) {
 
 std::string emergency_text(const Frame& frame) {
   const auto message = eds::emergency_from(frame.data);
-  std::string bits;
-  for (const std::string_view bit : eds::error_register_bits(message.error_register))
-    bits += (bits.empty() ? "; " : ", ") + std::string(bit);
-  return fmt::format("EMCY node {}: {:04X}h {}{}", frame.id & nmt::kMaxNode, message.code,
-                     eds::emergency_meaning(message.code), bits);
+  const auto bits = eds::error_register_bits(message.error_register);
+  return fmt::format("EMCY node {}: {:04X}h {}{}{}", frame.id & nmt::kMaxNode, message.code,
+                     eds::emergency_meaning(message.code), bits.empty() ? "" : "; ", fmt::join(bits, ", "));
 }
 
-/// By the identifiers that CiA 301 gives to start with.
+/// By the default identifiers of CiA 301.
 std::string pdo_text(const Frame& frame, std::uint8_t node) {
   const std::uint32_t number = (frame.id - 0x180) / 0x100 + 1;
   const bool transmit = (frame.id & 0x80) != 0;
@@ -206,8 +200,8 @@ std::string modbus_text(const Event& request, const Journal& journal) {
   const bool one = function == 6 || function == 22;
   const bool reads = function == 3 || function == 4 || function == 23;
   if (!one && !reads && function != 16) return fmt::format("FC{}", function);
-  const std::uint32_t first = big_endian(pdu, 1);
-  const std::uint32_t count = one ? 1 : big_endian(pdu, 3);
+  const std::uint32_t first = word_at(pdu, 1);
+  const std::uint32_t count = one ? 1 : word_at(pdu, 3);
   std::string text = fmt::format("FC{} R{}", function, first);
   if (count > 1) text += fmt::format("..R{}", first + count - 1);
   const Bytes words = reads ? all.subspan(std::min<std::size_t>(request.index + 2, all.size()))
@@ -215,7 +209,7 @@ std::string modbus_text(const Event& request, const Journal& journal) {
                             : pdu.subspan(std::min<std::size_t>(6, pdu.size()));
   constexpr std::size_t kMostShown = 16;
   for (std::size_t at = 0; at + 1 < std::min(words.size(), kMostShown); at += 2)
-    text += fmt::format("{}{}", at == 0 ? (reads ? ": " : " = ") : " ", big_endian(words, at));
+    text += fmt::format("{}{}", at == 0 ? (reads ? ": " : " = ") : " ", word_at(words, at));
   return text + (words.size() > kMostShown ? " ..." : "");
 }
 

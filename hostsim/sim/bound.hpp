@@ -9,10 +9,10 @@
 
 namespace cbcan::sim {
 
-/// A number in a dictionary, found once, then as quick as a variable. Where the dictionary has no such
-/// object, or one of another size, it is a variable of its own, so that a device also works from a file that
-/// leaves it out. An object that the file gives no value begins with the standard one. The dictionary's
-/// values stay where they are as long as this lives.
+/// A number in a dictionary, looked up once and then as quick as a variable. If the dictionary has no such
+/// object, or one of another size, this is a variable of its own, so that a device also works with a file that
+/// leaves the object out. An object without a value in the file starts with the standard one. The dictionary's
+/// values must not move as long as this lives.
 template <class Number>
 class Bound {
  public:
@@ -45,7 +45,7 @@ class Bound {
   static std::uint8_t* bytes_of(Number& number) { return reinterpret_cast<std::uint8_t*>(&number); }
 
   Number own_;
-  std::uint8_t* place_ = bytes_of(own_);  ///< of the value in the dictionary, or of own_
+  std::uint8_t* place_ = bytes_of(own_);  ///< the value in the dictionary, or own_
 };
 
 }  // namespace cbcan::sim

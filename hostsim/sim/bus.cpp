@@ -10,8 +10,7 @@ namespace {
 
 constexpr std::uint32_t kFilterMask = 0x7FF;
 
-/// The bits in the order in which they fight for the bus (ISO 11898-1, arbitration): dominant is 0, so the
-/// lowest wins.
+/// The bits in the order of arbitration (ISO 11898-1): dominant is 0, so the lowest value wins.
 std::uint64_t arbitration_field(const Frame& frame) {
   const std::uint64_t remote = (frame.flags & Frame::kRemote) != 0 ? 1 : 0;
   if ((frame.flags & Frame::kExtended) == 0) return std::uint64_t{frame.id} << 21 | remote << 20;
@@ -20,7 +19,7 @@ std::uint64_t arbitration_field(const Frame& frame) {
   return base << 21 | std::uint64_t{3} << 19 | rest << 1 | remote;
 }
 
-/// The first eleven of them.
+/// The first eleven bits of the arbitration field.
 std::size_t first_bits(const Frame& frame) {
   return ((frame.flags & Frame::kExtended) == 0 ? frame.id : frame.id >> 18) & kFilterMask;
 }
@@ -50,7 +49,7 @@ bool Port::try_send(const Frame& frame) {
 void Port::accept(std::uint32_t first, std::uint32_t last) {
   for (std::uint32_t id = first; id <= last; ++id) {
     auto& ports = bus_.accepting_[id];
-    if (std::find(ports.begin(), ports.end(), this) == ports.end()) ports.push_back(this);
+    if (std::ranges::find(ports, this) == ports.end()) ports.push_back(this);
   }
 }
 
@@ -81,12 +80,12 @@ void Port::set_state(BusState state, Time now) {
   if (receiver_ != nullptr) receiver_->on_bus_state(state, now);
 }
 
-/// Its queue is empty where it has no room.
+/// Where this leaves no room, the queue is empty already.
 void Port::follow_state() {
   room_ = state_ == BusState::kBusOff || !bus_.link_ ? 0 : kQueueFrames;
 }
 
-/// Of two frames whose first bits are the same.
+/// Compares the front frames of two ports in the same list.
 bool Arbitration::wins(const Port& port, const Port& other) {
   const std::uint64_t own = arbitration_field(port.front());
   const std::uint64_t theirs = arbitration_field(other.front());
@@ -127,13 +126,13 @@ void Arbitration::remove(Port& port) {
   if (bits_[bits / 64] == 0) words_ &= ~(1U << bits / 64);
 }
 
-/// Neither number is 0, which std::countr_zero would have to look for.
+/// The builtins, since neither number is 0, which std::countr_zero would have to check.
 inline std::size_t Arbitration::lowest() const {
   const auto word = static_cast<std::size_t>(__builtin_ctz(words_));
   return word * 64 + static_cast<std::size_t>(__builtin_ctzll(bits_[word]));
 }
 
-/// Its bits are the lowest that are set: x & (x - 1) clears them.
+/// x & (x - 1) clears the lowest bit that is set.
 inline Port& Arbitration::take_lowest() {
   const std::size_t bits = lowest();
   Port& port = *waiting_[bits];
@@ -213,8 +212,8 @@ void Bus::drop_queue(Port& port) {
   port.first_ = port.next_;
 }
 
-/// Puts the winner on the bus; false when there is none, or the outside has no room. Without a bit rate it is
-/// over at once.
+/// Puts the winner on the bus; false when there is none, or the outside has no room. Without a bit rate the
+/// transmission takes no time.
 inline bool Bus::start_next(Time now) {
   if (outside_ != nullptr && !arbitration_.empty() && !outside_->transmit(arbitration_.winner().front())) {
     ++counters_.outside_waits;
@@ -236,7 +235,7 @@ inline void Bus::arrive(const Frame& frame, const Port* sender, Time now) {
     tell(frame, sender, now);
 }
 
-/// By index: a receiver may change its own filter meanwhile.
+/// By index, since a receiver may change its own filter in the meantime.
 inline void Bus::deliver_to(const std::vector<Port*>& ports, const Frame& frame, const Port* sender,
                             Time now) {
   for (std::size_t i = 0; i < ports.size(); ++i) {
@@ -245,7 +244,7 @@ inline void Bus::deliver_to(const std::vector<Port*>& ports, const Frame& frame,
   }
 }
 
-/// deliver(), in the way of every frame: inlined.
+/// What deliver() does, inlined for the path that every frame takes.
 inline void Bus::tell(const Frame& frame, const Port* sender, Time now) {
   for (Observer* observer : observers_)
     observer->on_bus_frame(frame, now);

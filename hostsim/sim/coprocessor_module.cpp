@@ -5,7 +5,7 @@ namespace cbcan::sim {
 
 namespace {
 
-/// With the node ID that LSS has stored.
+/// With the node ID that LSS has stored, if any.
 Coprocessor::Settings with_address(Coprocessor::Settings settings, const StoredLss& lss) {
   if (lss.node_id - 1u < nmt::kMaxNode) settings.node_id = lss.node_id;
   return settings;
@@ -13,7 +13,7 @@ Coprocessor::Settings with_address(Coprocessor::Settings settings, const StoredL
 
 }  // namespace
 
-/// All but requests to other nodes' SDO servers: EMCY, SYNC and PDOs may be anywhere.
+/// Accepts all frames but requests to other nodes' SDO servers: EMCY, SYNC and PDOs may have any other CAN-ID.
 CoprocessorModule::CoprocessorModule(Bus& bus, Schedule& schedule, RegisterWindow window,
                                      ProcessRegisters process, const Coprocessor::Settings& settings,
                                      std::span<const ScannerWindow> scanners, ParameterStore* parameters)

@@ -10,7 +10,7 @@
 
 namespace cbcan::sim {
 
-/// Looks at the registers before and after each call into a coprocessor, which may change them.
+/// Reads the registers before and after each call into a coprocessor, which may change them.
 class ModuleWatch {
  public:
   virtual void before(Time now) = 0;
@@ -20,10 +20,10 @@ class ModuleWatch {
   ~ModuleWatch() = default;
 };
 
-/// The CBCAN module: a coprocessor plugged into a bus, with as many channels as scanner windows, one at
-/// least. `parameters` is where 1010h and LSS of its own node store, null = nowhere; it outlives the module.
-/// A node ID from there counts, not that of the settings; with another bit rate than a bus that is paced it
-/// is bus-off.
+/// The CBCAN module: a coprocessor on a bus, with one channel for each scanner window, at least one. 1010h and
+/// LSS of its own node store in `parameters`, null = nowhere; the store outlives the module. A node ID stored
+/// there overrides that of the settings. With a stored bit rate other than that of a paced bus the module is
+/// bus-off.
 class CoprocessorModule final : public Participant {
  public:
   CoprocessorModule(Bus& bus, Schedule& schedule, RegisterWindow window, ProcessRegisters process,
@@ -43,17 +43,17 @@ class CoprocessorModule final : public Participant {
   void on_frame(const Frame& frame, Time now) override;
   void on_bus_state(BusState state, Time now) override;
 
-  /// Null: nobody looks.
+  /// Null removes the watch.
   void watch(ModuleWatch* watch) { watch_ = watch; }
 
   const MultiChannelCoprocessor& coprocessor() const { return coprocessor_; }
   Port& port() const { return port_; }
-  /// Frames, since the start.
+  /// Frames since the start.
   std::uint32_t received() const { return received_; }
 
  private:
   ModuleParameters parameters_;
-  bool hears_ = true;  ///< has the bus's bit rate
+  bool hears_ = true;  ///< the bit rate is that of the bus
   Port& port_;
   std::vector<MultiChannelCoprocessor::Memory> channels_;
   MultiChannelCoprocessor coprocessor_;

@@ -17,13 +17,6 @@ constexpr std::uint32_t kErrorFlag = 0x20000000;  // CAN_ERR_FLAG of linux/can.h
 constexpr int kStandardIdDigits = 3;
 constexpr int kExtendedIdDigits = 8;
 
-void append_id(std::string& text, const Frame& frame) {
-  if ((frame.flags & Frame::kError) != 0)
-    append_hex(text, frame.id | kErrorFlag, kExtendedIdDigits);
-  else
-    append_hex(text, frame.id, (frame.flags & Frame::kExtended) != 0 ? kExtendedIdDigits : kStandardIdDigits);
-}
-
 }  // namespace
 
 void append_hex(std::string& text, std::uint32_t value, int digits) {
@@ -32,7 +25,9 @@ void append_hex(std::string& text, std::uint32_t value, int digits) {
 }
 
 void append_frame(std::string& text, const Frame& frame) {
-  append_id(text, frame);
+  const bool has_error = (frame.flags & Frame::kError) != 0;
+  const bool is_long = has_error || (frame.flags & Frame::kExtended) != 0;
+  append_hex(text, has_error ? frame.id | kErrorFlag : frame.id, is_long ? kExtendedIdDigits : kStandardIdDigits);
   text += '#';
   if ((frame.flags & Frame::kRemote) != 0) {
     text += 'R';

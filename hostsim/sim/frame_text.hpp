@@ -11,15 +11,15 @@
 
 namespace cbcan::sim {
 
-/// "007F", for 7Fh in four digits.
+/// "007F" for 7Fh in four digits.
 void append_hex(std::string& text, std::uint32_t value, int digits);
 
-/// Appends a frame as candump writes it: "605#4017100000000000", "742#R1", eight digits for 29 bits. The
-/// identifier of an error frame comes with the kernel's error flag.
+/// Appends a frame as candump writes it: "605#4017100000000000", "742#R1"; a 29-bit identifier has eight digits.
+/// The identifier of an error frame includes the kernel's error flag.
 void append_frame(std::string& text, const Frame& frame);
 std::string frame_text(const Frame& frame);
 
-/// What append_frame() writes, but error frames; nullopt for anything else.
+/// Reads what append_frame() writes, except error frames; nullopt for anything else.
 std::optional<Frame> parse_frame(std::string_view text);
 
 /// A frame of a log.
@@ -28,10 +28,10 @@ struct TimedFrame {
   Frame frame;
 };
 
-/// A line of `candump -L`, whatever the interface; nullopt for any other.
+/// Reads a line of `candump -L`, whatever the interface; nullopt for any other.
 std::optional<TimedFrame> parse_candump_line(std::string_view line);
 
-/// Appends a line of `candump -L`, `(0000000012.345678) vcan0 605#4017100000000000`, with its end. `time` is
+/// Appends a line of `candump -L`, `(0000000012.345678) vcan0 605#4017100000000000`, with its line end. `time` is
 /// what the brackets show.
 void append_candump_line(std::string& text, const Frame& frame, Time time, std::string_view interface);
 

@@ -13,7 +13,7 @@ namespace {
 constexpr std::uint8_t kRequests = 1;
 constexpr std::uint8_t kResponses = 2;
 
-/// 0 = there is none.
+/// 0 = none is valid.
 std::uint32_t can_id(const ObjectDictionary& dictionary, std::uint16_t index, std::uint8_t sub) {
   const auto cob_id = static_cast<std::uint32_t>(dictionary.get(index, sub));
   return (cob_id & (cob::kInvalid | cob::kReserved)) == 0 ? cob::id_of(cob_id) : 0;

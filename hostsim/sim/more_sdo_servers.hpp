@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The SDO servers of a node behind its first one (CiA 301, 7.5.2.33): one for each of 1201h..127Fh that the
-/// dictionary has, on the CAN-IDs of its sub-indices 1 (requests) and 2 (responses). It is there when both
-/// are valid, and follows them when they are written. CAN-IDs that CiA 301 restricts are taken: files have
-/// them.
+/// The further SDO servers of a node (CiA 301, 7.5.2.33): one for each of 1201h..127Fh that the dictionary has,
+/// on the CAN-IDs of sub-indices 1 (requests) and 2 (responses). A server exists when both are valid, and uses
+/// new ones as soon as they are written. CAN-IDs that CiA 301 restricts are accepted, since files contain them.
 
 #include <algorithm>
 #include <cstdint>
@@ -17,18 +16,18 @@ namespace cbcan::sim {
 
 class MoreSdoServers {
  public:
-  /// Both outlive it; `room` bytes are those of the largest object.
+  /// `dictionary` and `port` outlive this; `room` is the size of the largest object in bytes.
   MoreSdoServers(ObjectDictionary& dictionary, CanPort& port, std::size_t room);
 
   static constexpr bool owns(std::uint16_t index) { return index >= kFirst && index <= kLast; }
-  /// Takes over what the dictionary says.
+  /// Applies the CAN-IDs in the dictionary.
   void configure();
-  /// What was under way is forgotten.
+  /// Forgets transfers in progress.
   void reset();
   bool serves(std::uint32_t id) const {
     return id != 0 && std::ranges::find(servers_, id, &Served::request_id) != servers_.end();
   }
-  /// A frame that one of them serves.
+  /// Only for a frame whose identifier serves() accepts.
   void on_frame(const Frame& frame, Time now);
   void poll(Time now);
   Time deadline() const {
@@ -51,7 +50,7 @@ class MoreSdoServers {
     std::uint16_t index;
     std::vector<std::uint8_t> buffer;
     SdoServer server;
-    std::uint32_t request_id = 0;  ///< 0 = it is not there
+    std::uint32_t request_id = 0;  ///< 0 = the server does not exist
     std::uint32_t response_id = 0;
   };
 

@@ -27,7 +27,7 @@ std::size_t highest_sub(const std::vector<ObjectEntry>& entries, std::uint16_t i
   return highest;
 }
 
-/// The device has to hear of every write; what 1010h and 1011h are sent is a command and not kept.
+/// Every write goes through on_write(); what is written to 1010h and 1011h is a command and not kept.
 eds::DictionaryImage prepared(eds::DictionaryImage image) {
   for (ObjectEntry& entry : image.entries) {
     entry.flags |= ObjectFlags::kChecked;
@@ -42,26 +42,24 @@ bool is_mapping(std::uint16_t index) {
          (index >= object::kTpdoMapping && index <= object::kLastPdo);
 }
 
-/// Without a device, what PDOs carry from the start is taken for set points and measured values.
+/// Without a behaviour, objects that are mapped into PDOs at the start are taken for process data.
 void mark_mapped(std::vector<ObjectEntry>& entries, const ObjectDictionary& dictionary) {
   for (const ObjectEntry& mapping : entries)
     for (unsigned sub = mapping.first_sub; is_mapping(mapping.index) && sub <= mapping.last_sub; ++sub) {
       const std::uint64_t mapped = dictionary.get(mapping.index, static_cast<std::uint8_t>(sub));
-      const auto has_it = [&](const ObjectEntry& entry) {
-        return entry.index == mapped >> 16 && entry.first_sub <= (mapped >> 8 & 0xFF) &&
-               (mapped >> 8 & 0xFF) <= entry.last_sub;
-      };
-      const auto found = std::ranges::find_if(entries, has_it);
-      if (found != entries.end()) found->flags |= ObjectFlags::kSetPoint;
+      for (ObjectEntry& entry : entries)
+        if (entry.index == mapped >> 16 && entry.first_sub <= (mapped >> 8 & 0xFF) &&
+            (mapped >> 8 & 0xFF) <= entry.last_sub)
+          entry.flags |= ObjectFlags::kSetPoint;
     }
 }
 
-/// For which an image is made; 0 = for none.
+/// The node ID that an image is made for; 0 = for none.
 constexpr std::uint8_t image_id(std::uint8_t node_id) {
   return node_id == Node::kNoNodeId ? std::uint8_t{0} : node_id;
 }
 
-/// Those of the values that are the same in both.
+/// The values that are the same in both.
 std::vector<NodeIdValue> unchanged(const std::vector<NodeIdValue>& list, std::span<const std::uint8_t> before,
                                    std::span<const std::uint8_t> now) {
   std::vector<NodeIdValue> same;
@@ -103,7 +101,7 @@ Node::Node(Bus& bus, Schedule& schedule, NodeParts parts)
   LssNode& lss_node = *this;
   if (parts.lss) lss_.emplace(lss_node, port_, faulty_, bus.bit_rate());
   behaviour_ = make_behaviour_ ? make_behaviour_(*this, seed_) : std::make_unique<Behaviour>();
-  image_.values = saved_ = values_;  // with what the behaviour gives objects that the file gives nothing
+  image_.values = saved_ = values_;  // with the behaviour's values for objects that have none in the file
   if (!make_behaviour_) mark_mapped(image_.entries, dictionary());
   for (ObjectEntry& entry : image_.entries)
     if (behaviour_->is_set_point(entry.index)) entry.flags |= ObjectFlags::kSetPoint;
@@ -122,7 +120,7 @@ void Node::load_parameters() {
   if (!left_out.empty()) parameters_->tell_left_out(left_out);
 }
 
-/// Does something with the node at this time, and what follows from it.
+/// Does something with the node at this time, then everything that follows from it.
 template <class Act>
 void Node::at(Time now, Act act) {
   faulty_.set_now(now);
@@ -182,7 +180,7 @@ void Node::on_frame(const Frame& frame, Time now) {
   else if (more_servers_.serves(frame.id))
     ask_more_servers(frame, now);
   else if (!device_.on_frame(frame, now) && !update_pending_)
-    return;  // most RPDOs, which wait for the SYNC, most SYNCs, and SDO uploads of a node without behaviour
+    return;  // most RPDOs, which wait for a SYNC, most SYNCs, and SDO uploads of a node without a behaviour
   finish_update(now);
 }
 
@@ -215,7 +213,7 @@ bool Node::keep(const StoredLss& stored) {
   return kept;
 }
 
-/// $NODEID in the power-on values follows; what was stored in its place stays.
+/// Values with $NODEID change, in the power-on values and in stored ones that are the same.
 void Node::take_node_id(std::uint8_t node_id) {
   const std::vector<NodeIdValue> following = unchanged(image_.node_id_values, image_.values, saved_);
   change_node_id(image_.values, image_.node_id_values, values_node_id_, image_id(node_id));
@@ -230,8 +228,7 @@ void Node::start_with(std::uint8_t node_id, Time now) {
   device_.start(now);
 }
 
-/// After anything that has happened: a transfer that a fault has aborted, what is heard, and when to be
-/// called next.
+/// After every event: ends a transfer that a fault has aborted, updates the filter, and sets the next deadline.
 void Node::finish_update(Time now) {
   update_pending_ = false;
   while (faulty_.has_aborted())
@@ -245,7 +242,7 @@ void Node::finish_update(Time now) {
   wants(earlier(own, earlier(lss, faulty_.deadline())));
 }
 
-/// The port's filter may be what is delivering right now: identifiers that stay are left alone.
+/// The port may be delivering through its filter right now: identifiers that stay are left alone.
 void Node::follow_ids() {
   ids_changed_ = false;
   std::vector<std::uint32_t> wanted;
@@ -272,22 +269,18 @@ void Node::update(Time now) {
   if (activity_flag_ != nullptr) *activity_flag_ = true;
 }
 
-/// Before a response, in which injected faults may happen too.
+/// Before a response, which may also trigger injected faults.
 void Node::refresh(Time now) {
   const bool stale = make_behaviour_ && updated_at_ != now;
   update_pending_ = update_pending_ || stale || !faulty_.is_idle();
   if (stale) update(now);
 }
 
-void Node::on_written(Time now) {
-  update(now);
-}
-
 void Node::on_sync(Time now) {
   const Time due = behaviour_due_;
   behaviour_->on_sync(now);
   update(now);
-  update_pending_ = update_pending_ || behaviour_due_ != due;  // no fault keeps a PDO back
+  update_pending_ = update_pending_ || behaviour_due_ != due;  // no fault delays a PDO
 }
 
 void Node::on_state(nmt::State state, Time now) {
@@ -319,7 +312,7 @@ bool Node::set_input(std::uint16_t index, std::uint8_t sub, double value, Time n
 
 bool Node::put_input(std::uint16_t index, std::uint8_t sub, double value, Time now) {
   if (behaviour_->set_input(index, sub, value, now)) return true;
-  if (index < object::kFirstManufacturer) return false;  // nobody would check what the communication gets
+  if (index < object::kFirstManufacturer) return false;  // communication objects need the checks of an SDO write
   ObjectEntry entry{};
   if (dictionary().find(index, sub, entry) != AbortCode::kNone) return false;
   const std::size_t bytes = size_of(entry.type);
@@ -345,7 +338,7 @@ void Node::follow_signals(Time now) {
   update(now);
 }
 
-/// Who looks is nothing that happens.
+/// Reading a value is not an activity.
 void Node::bring_up_to_date(Time now) {
   bool* const flag = std::exchange(activity_flag_, nullptr);
   at(now, [&] { refresh(now); });
@@ -396,24 +389,12 @@ std::string Node::inject(std::string_view fault, Time now) {
   return {};
 }
 
-void Node::error(std::uint16_t code, std::uint8_t register_bits, const EmergencyInfo& info, Time now) {
-  device_.emergency().error(code, register_bits, info, now);
-}
-
-void Node::error_over(std::uint16_t code, Time now) {
-  device_.emergency().error_over(code, now);
-}
-
-void Node::changed(std::uint16_t index, std::uint8_t sub, Time now) {
-  device_.changed(index, sub, now);
-}
-
 void Node::terminals(std::uint16_t index, std::uint8_t sub, std::int32_t before, std::int32_t after,
                      Time now) {
   if (listener_ != nullptr) listener_->on_terminals(device_.node_id(), index, sub, before, after, now);
 }
 
-/// One line, whatever a script has put into it.
+/// One line of UTF-8, whatever a script has put into it.
 void Node::tell(std::string_view text, Time now) {
   faults().say(text::to_utf8(text), now);
 }
@@ -431,12 +412,12 @@ std::vector<std::uint8_t> Node::value(const ObjectEntry& entry, std::uint8_t sub
   return bytes;
 }
 
-/// 1010h and 1011h: what the device can do, as its EDS file says.
+/// 1010h and 1011h: what the device supports, as its EDS file says.
 AbortCode Node::on_read(const ObjectEntry& entry, std::uint8_t sub, std::span<std::uint8_t> out,
                         std::size_t& size, Time /*now*/) {
   const std::size_t offset = entry.offset + std::size_t{entry.stride()} * (sub - entry.first_sub);
   size = entry.capacity;
-  std::copy_n(image_.values.begin() + static_cast<std::ptrdiff_t>(offset), size, out.begin());
+  std::ranges::copy(std::span(image_.values).subspan(offset, size), out.begin());
   return AbortCode::kNone;
 }
 
@@ -454,14 +435,6 @@ void Node::on_stored(const ObjectEntry& entry, std::uint8_t sub, Time now) {
 void Node::restore(std::uint16_t first_index, std::uint16_t last_index, Time now) {
   restore_values(image_.entries, saved_, values_, first_index, last_index);
   behaviour_->reset(last_index >= object::kFirstManufacturer, now);
-}
-
-AbortCode Node::save(std::uint16_t first_index, std::uint16_t last_index) {
-  return save_from(values_, first_index, last_index);
-}
-
-AbortCode Node::forget(std::uint16_t first_index, std::uint16_t last_index) {
-  return save_from(image_.values, first_index, last_index);
 }
 
 AbortCode Node::save_from(std::span<const std::uint8_t> values, std::uint16_t first_index,

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// One simulated CANopen device on a bus: a Device with values of its own, a behaviour and signals that give
-/// them life, parameters that it can store, LSS, and injected faults.
+/// One simulated CANopen device on a bus: a Device with its own values, a behaviour and signals that change
+/// them, stored parameters, LSS, and injected faults.
 
 #include <cstdint>
 #include <memory>
@@ -26,20 +26,20 @@
 
 namespace cbcan::sim {
 
-/// What a simulated node is made of, whoever describes it: a plant file (config::NodeConfig), or a test.
+/// What a simulated node is made of, described by a plant file (config::NodeConfig) or a test.
 struct NodeParts {
-  /// 1..127, or Node::kNoNodeId with `lss`; the parameters may have stored another one.
+  /// 1..127, or Node::kNoNodeId with `lss`; a node ID stored in the parameters overrides it.
   std::uint8_t node_id = LssSlave::kNoNodeId;
   std::string name;            ///< for people; may be empty
-  std::string_view device;     ///< what it is, for people: "cia402"; its text outlives the node
+  std::string_view device;     ///< its kind, for people: "cia402"; the text outlives the node
   eds::DictionaryImage image;  ///< made for the node ID
   std::shared_ptr<const eds::ObjectNames> names;  ///< of its objects, for people; null = none are known
   BehaviourMaker behaviour = nullptr;             ///< null: values stay as they were written
-  std::uint64_t seed = 0;                         ///< of whatever is random in behaviour and faults
-  std::vector<Signal> signals;                    ///< begin with the node's power-on
-  ParameterStore* parameters = nullptr;  ///< outlives the node; null: what is stored lasts as long as it does
-  FaultListener* listener = nullptr;     ///< outlives the node; null: nobody is told of faults
-  bool lss = false;                      ///< an LSS master can find it, and give it node ID and bit rate
+  std::uint64_t seed = 0;                         ///< of everything random in behaviour and faults
+  std::vector<Signal> signals;                    ///< begin at the node's power-on
+  ParameterStore* parameters = nullptr;  ///< outlives the node; null: stored values last as long as the node
+  FaultListener* listener = nullptr;     ///< outlives the node; null: faults are not reported
+  bool lss = false;                      ///< an LSS master can find it, and set node ID and bit rate
 };
 
 class Node final : public Participant,
@@ -48,7 +48,7 @@ class Node final : public Participant,
                    private DeviceNode,
                    private LssNode {
  public:
-  /// Without a node ID: it waits until LSS gives it one. The image is then made for node ID 0.
+  /// The node waits until LSS sets its node ID. The image is then made for node ID 0.
   static constexpr std::uint8_t kNoNodeId = LssSlave::kNoNodeId;
 
   Node(Bus& bus, Schedule& schedule, NodeParts parts);
@@ -58,35 +58,35 @@ class Node final : public Participant,
   void on_frame(const Frame& frame, Time now) override;
   void on_bus_state(BusState state, Time now) override;
 
-  /// The world outside gives this object a value, rounded and limited to what its data type can hold: an
-  /// input of the behaviour, or else the object itself, from 2000h on. False = there is no such number.
+  /// Sets this input of the behaviour, or else the object itself, from 2000h on. The value is rounded and limited
+  /// to the range of its data type. False = there is no such number.
   bool set_input(std::uint16_t index, std::uint8_t sub, double value, Time now);
 
-  /// All values are those of `now`.
+  /// Brings all values up to `now`.
   void bring_up_to_date(Time now);
 
-  /// What stands there, as it was when the node was last brought up to date; none = there is no such number.
+  /// The value there when the node was last brought up to date; none = there is no such number.
   std::optional<double> number(const Terminal& terminal);
 
-  /// `activity` becomes true whenever something has happened to the node; it outlives the node.
+  /// `activity` is set to true whenever something has happened to the node; it outlives the node.
   void watch(bool& activity) { activity_flag_ = &activity; }
 
-  /// What an SDO upload of this entry of the dictionary would bring now, whatever the access rights.
+  /// What an SDO upload of this entry would return now, whatever the access rights.
   std::vector<std::uint8_t> value(const ObjectEntry& entry, std::uint8_t sub, Time now);
 
-  /// Cuts the power, of which nobody hears, or turns it on: a cold start with the parameters, and the node
-  /// ID, that are stored. Signals begin again, incidents and injected faults stay.
+  /// Off: the node stops without a message. On: a cold start with the stored parameters and node ID. Signals
+  /// begin again; incidents and injected faults remain.
   void set_power(bool on, Time now);
   bool has_power() const { return has_power_; }
 
-  /// Makes the behaviour anew, as its maker makes it now, and resets it. Objects keep their values. Throws
-  /// what the maker throws; then nothing has changed.
+  /// Replaces the behaviour by a new one from its maker, and resets it. Objects keep their values. Throws what
+  /// the maker throws; then nothing has changed.
   void reload(Time now);
 
   /// See Behaviour; false = there is no such incident.
   bool set_incident(std::string_view incident, bool present, Time now);
 
-  /// The node's own, see FaultyPort.
+  /// See FaultyPort.
   FaultSet& faults() { return faulty_.faults(); }
 
   const std::string& name() const { return name_; }
@@ -106,8 +106,12 @@ class Node final : public Participant,
   void on_stored(const ObjectEntry& entry, std::uint8_t sub, Time now) override;
   void restore(std::uint16_t first_index, std::uint16_t last_index, Time now) override;
   ParameterMemory* memory() override { return this; }
-  AbortCode save(std::uint16_t first_index, std::uint16_t last_index) override;
-  AbortCode forget(std::uint16_t first_index, std::uint16_t last_index) override;
+  AbortCode save(std::uint16_t first_index, std::uint16_t last_index) override {
+    return save_from(values_, first_index, last_index);
+  }
+  AbortCode forget(std::uint16_t first_index, std::uint16_t last_index) override {
+    return save_from(image_.values, first_index, last_index);
+  }
   AbortCode save_from(std::span<const std::uint8_t> values, std::uint16_t first_index,
                       std::uint16_t last_index);
   bool keep_saved();
@@ -122,16 +126,18 @@ class Node final : public Participant,
   // The device.
   void on_state(nmt::State state, Time now) override;
   void refresh(Time now) override;
-  void on_written(Time now) override;
+  void on_written(Time now) override { update(now); }
   void on_sync(Time now) override;
   void on_network_failure(NetworkFailure failure, Time now) override;
   void on_received_ids() override { ids_changed_ = true; }
 
-  // What the behaviour asks for.
+  // What the behaviour calls.
   ObjectDictionary& dictionary() override { return device_.dictionary(); }
-  void error(std::uint16_t code, std::uint8_t register_bits, const EmergencyInfo& info, Time now) override;
-  void error_over(std::uint16_t code, Time now) override;
-  void changed(std::uint16_t index, std::uint8_t sub, Time now) override;
+  void error(std::uint16_t code, std::uint8_t register_bits, const EmergencyInfo& info, Time now) override {
+    device_.emergency().error(code, register_bits, info, now);
+  }
+  void error_over(std::uint16_t code, Time now) override { device_.emergency().error_over(code, now); }
+  void changed(std::uint16_t index, std::uint8_t sub, Time now) override { device_.changed(index, sub, now); }
   void terminals(std::uint16_t index, std::uint8_t sub, std::int32_t before, std::int32_t after,
                  Time now) override;
   void tell(std::string_view text, Time now) override;
@@ -152,7 +158,7 @@ class Node final : public Participant,
   std::shared_ptr<const eds::ObjectNames> names_;
   eds::DictionaryImage image_;
   std::vector<std::uint8_t> values_;
-  std::vector<std::uint8_t> saved_;  ///< what reset node brings back: the factory's values, or stored ones
+  std::vector<std::uint8_t> saved_;  ///< what reset node restores: factory values, or stored ones
   std::vector<std::uint8_t> buffer_;
   std::vector<Pdo::Rpdo> rpdos_;
   std::vector<Pdo::Tpdo> tpdos_;
@@ -167,7 +173,7 @@ class Node final : public Participant,
   std::optional<NodeLss> lss_;
   StoredLss stored_lss_;
   std::uint8_t start_node_id_;   ///< at power-on
-  std::uint8_t values_node_id_;  ///< for which the images are made; 0 = none
+  std::uint8_t values_node_id_;  ///< that $NODEID stands for in the images; 0 = none
   std::vector<Signal> signals_;
   std::vector<Time> samples_due_;  ///< by signal
   Time sample_due_ = kNever;       ///< the earliest of them
@@ -176,13 +182,13 @@ class Node final : public Participant,
   std::uint64_t seed_;
   std::unique_ptr<Behaviour> behaviour_;
   Time behaviour_due_ = kNever;
-  Time updated_at_ = kNever;  ///< the behaviour has seen everything up to then; kNever = it has not
+  Time updated_at_ = kNever;  ///< of the behaviour's last update; kNever = none yet
   bool ids_changed_ = false;
-  bool update_pending_ = false;    ///< finish_update() has to come, whatever the device says
+  bool update_pending_ = false;    ///< finish_update() is needed, whatever the device returns
   bool* activity_flag_ = nullptr;  ///< see watch()
   bool has_power_ = true;
-  BusState state_with_power_ = BusState::kActive;  ///< of the controller; without power it is off the bus
-  std::vector<std::uint32_t> received_ids_;        ///< what the port accepts for this node
+  BusState state_with_power_ = BusState::kActive;  ///< of the controller, which is bus-off without power
+  std::vector<std::uint32_t> received_ids_;        ///< that the port accepts for this node
 };
 
 }  // namespace cbcan::sim

@@ -7,7 +7,7 @@ namespace cbcan::sim {
 
 namespace {
 
-/// A rate that the table does not have stands in its empty place: stored, it is none, so the bus's.
+/// A rate that is not in the table gets the index of the empty row, whose rate is 0: stored, it means none.
 std::uint8_t index_of(std::uint32_t bit_rate) {
   auto found = std::ranges::find(kLssBitRates, bit_rate);
   if (found == kLssBitRates.end()) found = std::ranges::find(kLssBitRates, 0u);

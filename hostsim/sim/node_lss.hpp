@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// LSS of a simulated node (canopen/lss_slave.hpp): node ID and bit rate from an LSS master. On a bus that is
-/// paced a node with another bit rate than the bus is bus-off; on one that is not every bit rate is right.
+/// LSS of a simulated node (canopen/lss_slave.hpp): node ID and bit rate from an LSS master. On a paced bus a
+/// node with another bit rate is bus-off; on a bus that is not paced every bit rate works.
 
 #include <cstdint>
 
@@ -12,14 +12,14 @@
 
 namespace cbcan::sim {
 
-/// The node behind its LSS.
+/// What LSS needs of its node.
 class LssNode {
  public:
-  /// 1018h.
+  /// A part of 1018h.
   virtual std::uint32_t identity(std::uint8_t part) const = 0;
-  /// Keeps them for the next power-on; false = could not.
+  /// Keeps these for the next power-on; false = could not.
   virtual bool keep(const StoredLss& stored) = 0;
-  /// The node had no ID; now it has this one: it starts.
+  /// The node had no node ID; it starts with this one.
   virtual void start_with(std::uint8_t node_id, Time now) = 0;
 
  protected:
@@ -28,18 +28,17 @@ class LssNode {
 
 class NodeLss final : private LssApplication {
  public:
-  /// All outlive it. `bit_rate` is that of the bus, 0 = not paced.
+  /// The references outlive this. `bit_rate` is that of the bus, 0 = not paced.
   NodeLss(LssNode& node, Port& port, CanPort& out, std::uint32_t bit_rate)
       : node_(node), port_(port), bus_rate_(bit_rate), slave_(*this, out) {}
 
-  /// Power-on. `node_id`: 1..127, or LssSlave::kNoNodeId. Without a stored bit rate it has the bus's.
+  /// Power-on. `node_id`: 1..127, or LssSlave::kNoNodeId. Without a stored bit rate the node has that of the bus.
   void start(std::uint8_t node_id, std::uint32_t stored_bit_rate, Time now);
 
-  /// The controller is being taken off the bus or put back by LSS: that is not an error.
+  /// LSS is taking the controller off the bus or putting it back: that is not an error.
   bool is_switching() const { return switching_; }
 
   LssSlave& slave() { return slave_; }
-  const LssSlave& slave() const { return slave_; }
 
  private:
   std::uint32_t identity(std::uint8_t part) const override { return node_.identity(part); }

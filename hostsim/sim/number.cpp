@@ -12,7 +12,7 @@ namespace cbcan::sim {
 
 namespace {
 
-/// Beyond its range the last one in it; infinity and what is not a number stay.
+/// Limited to the range of the type; infinity and NaN stay.
 float to_real32(double value) {
   constexpr auto kMost = static_cast<double>(std::numeric_limits<float>::max());
   return static_cast<float>(std::isinf(value) ? value : std::clamp(value, -kMost, kMost));

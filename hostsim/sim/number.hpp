@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Numbers of the world, and as a dictionary stores them.
+/// Physical values as a dictionary stores them.
 
 #include <cmath>
 #include <cstddef>
@@ -13,15 +13,14 @@
 
 namespace cbcan::sim {
 
-/// The nearest number that the type, of so many bytes, can hold; an integer is 0 for what is
-/// not a number.
+/// The nearest number that the type, of `bytes` bytes, can hold; NaN becomes 0 in an integer.
 std::uint64_t to_raw(double value, DataType type, std::size_t bytes);
 
-/// What the type stores so.
+/// The value of a stored number.
 double from_raw(std::uint64_t raw, DataType type, std::size_t bytes);
 
-/// What an integer object shows of a value in the world: the nearest number, halves away from zero; beyond
-/// its range the last one in it; 0 for what is not a number. For integers of up to 32 bits.
+/// The nearest integer, halves away from zero; beyond the range of the type its lowest or highest number; 0 for
+/// NaN. For integers of up to 32 bits.
 template <class Number>
 Number rounded(double value) {
   static_assert(std::is_integral_v<Number> && sizeof(Number) <= 4, "a double holds 53 bits");

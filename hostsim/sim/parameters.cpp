@@ -19,16 +19,15 @@ bool is_parameter(const ObjectEntry& entry) {
          !entry.has(ObjectFlags::kSetPoint) && !entry.has(ObjectFlags::kProcess) && !is_command;
 }
 
-/// All that there are, computed ones too.
+/// All of them, computed ones too.
 std::vector<StoredValue> parameters_of(const ObjectDictionary& objects) {
-  constexpr std::size_t kMostBytes = 8;
   std::vector<StoredValue> all;
   for (const ObjectEntry& entry : objects.entries()) {
     if (!is_parameter(entry)) continue;
     for (unsigned index = entry.index; index <= entry.last_index(); ++index)
       for (unsigned sub = entry.first_sub; sub <= entry.last_sub; ++sub) {
         StoredValue value{static_cast<std::uint16_t>(index), static_cast<std::uint8_t>(sub),
-                          std::vector<std::uint8_t>(kMostBytes)};
+                          std::vector<std::uint8_t>(entry.capacity)};
         std::size_t size = 0;
         static_cast<void>(objects.read(value.index, value.sub, value.bytes, size, 0));
         value.bytes.resize(size);
@@ -36,6 +35,14 @@ std::vector<StoredValue> parameters_of(const ObjectDictionary& objects) {
       }
   }
   return all;
+}
+
+/// The values that differ from those in `standard`, which has the same objects.
+std::vector<StoredValue> differing(std::vector<StoredValue> values, const std::vector<StoredValue>& standard) {
+  std::erase_if(values, [next = standard.begin()](const StoredValue& value) mutable {
+    return value == *next++;
+  });
+  return values;
 }
 
 auto is_in(std::uint16_t first_index, std::uint16_t last_index) {
@@ -53,19 +60,7 @@ void copy_parameters(std::span<const ObjectEntry> entries, std::span<const std::
 
 std::vector<StoredValue> changed_parameters(std::span<const ObjectEntry> entries,
                                             std::span<std::uint8_t> factory, std::span<std::uint8_t> saved) {
-  const ObjectDictionary before(entries, factory, nullptr);
-  const ObjectDictionary after(entries, saved, nullptr);
-  std::vector<StoredValue> changed;
-  for (const ObjectEntry& entry : entries) {
-    if (!is_parameter(entry)) continue;
-    for (unsigned sub = entry.first_sub; sub <= entry.last_sub; ++sub) {
-      const auto number = static_cast<std::uint8_t>(sub);
-      const auto value = after.value(entry, number);
-      if (!std::ranges::equal(value, before.value(entry, number)))
-        changed.push_back({entry.index, number, {value.begin(), value.end()}});
-    }
-  }
-  return changed;
+  return differing(parameters_of({entries, saved, nullptr}), parameters_of({entries, factory, nullptr}));
 }
 
 std::vector<StoredValue> put_parameters(std::span<const StoredValue> values, ObjectDictionary& saved,
@@ -89,18 +84,14 @@ std::vector<StoredValue> put_parameters(std::span<const StoredValue> values, Obj
 // ---- Of a module
 
 AbortCode ModuleParameters::save(std::uint16_t first_index, std::uint16_t last_index) {
-  std::vector<StoredValue> values = parameters_of(*objects_);
-  std::erase_if(values, [power_on = power_on_.begin()](const StoredValue& value) mutable {
-    return value == *power_on++;
-  });
-  return keep(std::move(values), first_index, last_index);
+  return keep(differing(parameters_of(*objects_), power_on_), first_index, last_index);
 }
 
 AbortCode ModuleParameters::forget(std::uint16_t first_index, std::uint16_t last_index) {
   return keep({}, first_index, last_index);
 }
 
-/// These of the range, besides what is stored of the others.
+/// Replaces what is stored of this range; other objects keep theirs.
 AbortCode ModuleParameters::keep(std::vector<StoredValue> changed, std::uint16_t first_index,
                                  std::uint16_t last_index) {
   const auto in_range = is_in(first_index, last_index);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The parameters that 1010h stores and 1011h restores: every value that SDO may read and write, but those of
-/// entries marked kSetPoint or kProcess, and 1003h, which counts errors.
+/// The parameters that 1010h stores and 1011h restores: every value that SDO may read and write, except entries
+/// marked kSetPoint or kProcess, and 1003h, which counts errors.
 
 #include <cstdint>
 #include <span>
@@ -34,37 +34,37 @@ struct StoredParameters {
   bool operator==(const StoredParameters&) const = default;
 };
 
-/// Where the parameters of a node outlive the program; a file, say.
+/// Where the parameters of a node outlive the program, for example a file.
 class ParameterStore {
  public:
-  /// What was saved last; nothing if nothing was.
+  /// What was saved last, if anything.
   virtual StoredParameters load() = 0;
-  /// Keeps these and forgets what was kept before. False = could not, nothing has changed.
+  /// Replaces what was saved before. False = could not, nothing has changed.
   virtual bool save(const StoredParameters& parameters) = 0;
-  /// These of what was loaded do not fit the node's dictionary (any more) and are of no effect.
+  /// These loaded values do not fit the node's dictionary and have no effect.
   virtual void tell_left_out(const std::vector<StoredValue>& /*values*/) {}
 
  protected:
   ~ParameterStore() = default;
 };
 
-/// Copies the parameters of first_index..last_index; both blocks are laid out as `entries` say.
+/// Copies the parameters of first_index..last_index; `entries` describe the layout of both blocks.
 void copy_parameters(std::span<const ObjectEntry> entries, std::span<const std::uint8_t> from,
                      std::span<std::uint8_t> to, std::uint16_t first_index, std::uint16_t last_index);
 
-/// Those parameters whose value in `saved` is not the one in `factory`.
+/// The parameters whose value in `saved` differs from that in `factory`.
 std::vector<StoredValue> changed_parameters(std::span<const ObjectEntry> entries,
                                             std::span<std::uint8_t> factory, std::span<std::uint8_t> saved);
 
-/// Puts values back in; those that the dictionary no longer has, or has with another length, are left out.
-/// Returns those. Where there is a handler, it takes those that are computed.
+/// Restores values. Returns those that are left out, because the dictionary no longer has them or has them with
+/// another length. Computed values go to the handler, if there is one.
 std::vector<StoredValue> put_parameters(std::span<const StoredValue> values, ObjectDictionary& saved,
                                         ObjectHandler* handler = nullptr);
 
-/// What 1010h of a coprocessor's own node stores: the parameters that have not the value of power-on.
+/// What 1010h of a coprocessor's own node stores: the parameters that differ from their power-on values.
 class ModuleParameters final : public ParameterMemory {
  public:
-  /// Null: nothing is stored, and nothing can be. Throws what load() throws. The store outlives this.
+  /// Null: nothing is stored, and save() must not be called. Throws what load() throws. The store outlives this.
   explicit ModuleParameters(ParameterStore* store) : store_(store) {
     if (store != nullptr) stored_ = store->load();
   }

@@ -6,7 +6,7 @@
 
 namespace cbcan::sim {
 
-/// Somebody at the bus with a sense of time.
+/// A component that is on the bus and is polled by the schedule.
 class Participant : public Receiver, public Timed {
  public:
   using Timed::Timed;

@@ -5,11 +5,11 @@
 
 namespace cbcan::sim {
 
-/// A sequence of random numbers that is the same for the same seed, everywhere (SplitMix64, public domain, by
-/// S. Vigna).
+/// A sequence of random numbers that is the same on every machine for the same seed (SplitMix64, public domain,
+/// by S. Vigna).
 class Random {
  public:
-  /// Begins behind the first `skipped` numbers.
+  /// Begins after the first `skipped` numbers.
   explicit Random(std::uint64_t seed, std::uint64_t skipped = 0) : state_(seed + skipped * kStep) {}
 
   std::uint64_t next() {

@@ -10,11 +10,11 @@ namespace cbcan::sim {
 
 class Timed;
 
-/// When each of several wants to be polled: an indexed heap. set() is O(log n), first_time() is O(1). Those
-/// with the same time come in the order of their numbers.
+/// When each of several components is to be polled: an indexed heap. set() is O(log n), first_time() is O(1).
+/// Components with the same time are polled in the order of their numbers.
 class Schedule {
  public:
-  /// Adds one, due never, or removes it; takes no memory to remove.
+  /// Adds a component, due at kNever, or removes it; removing allocates nothing.
   std::size_t add(Timed& timed);
   void remove(std::size_t number) {
     set(number, kNever);
@@ -24,7 +24,7 @@ class Schedule {
 
   Time first_time() const { return first_time_; }
 
-  /// Polls those that are due up to and including `now`, also what they want anew.
+  /// Polls the components that are due up to and including `now`, repeatedly if they are due again by then.
   void poll(Time now);
 
  private:
@@ -45,14 +45,13 @@ class Schedule {
   void sift_up(std::size_t slot, const Due& moving);
   void sift_down(std::size_t slot, const Due& moving);
 
-  std::vector<Timed*> timed_;       ///< by their numbers; null = it has gone
-  std::vector<std::size_t> slots_;  ///< likewise: where in the heap it is
+  std::vector<Timed*> timed_;       ///< by number; null = removed
+  std::vector<std::size_t> slots_;  ///< by number: where in the heap it is
   std::vector<Due> heap_;
   Time first_time_ = kNever;
 };
 
-/// Somebody with a sense of time: is polled when it wanted to be, and says after everything that happens to
-/// it when that is next.
+/// A component that the schedule polls at the time that it asked for last; it asks again after every event.
 class Timed {
  public:
   explicit Timed(Schedule& schedule) : schedule_(schedule), number_(schedule.add(*this)) {}

@@ -68,8 +68,7 @@ struct ValueAt {
     const std::vector<Replay::Point>& points = replay.points;
     const Time length = points.back().at;
     const Time at = replay.repeat && length != 0 ? time % length : time;
-    const auto later = std::upper_bound(points.begin(), points.end(), at,
-                                        [](Time t, const Replay::Point& point) { return t < point.at; });
+    const auto later = std::ranges::upper_bound(points, at, {}, &Replay::Point::at);
     if (later == points.begin()) return points.front().value;
     const Replay::Point& last = *(later - 1);
     if (later == points.end() || replay.between == Replay::Between::kStep) return last.value;
@@ -77,7 +76,7 @@ struct ValueAt {
   }
 };
 
-/// From when on the value stays as it is.
+/// The time from which the value no longer changes.
 struct SettledAt {
   Time operator()(const Constant&) const { return 0; }
   Time operator()(const Ramp& ramp) const {
@@ -96,10 +95,10 @@ std::optional<double> number(std::string_view text) {
   return value && std::isfinite(*value) ? value : std::nullopt;
 }
 
-/// A hundred years: more than any run, and exact to the microsecond in a double.
+/// Seconds of a hundred years: longer than any run, and exact to the microsecond in a double.
 constexpr double kLongest = 3.2e9;
 
-/// One line into a point behind `points`; what is wrong with it, or nothing.
+/// Appends the point of one line to `points`. Returns what is wrong with the line; empty = nothing.
 std::string add_point(std::string_view line, std::vector<Replay::Point>& points) {
   const auto sides = text::split(line, ',');
   if (!sides)
@@ -117,7 +116,7 @@ std::string add_point(std::string_view line, std::vector<Replay::Point>& points)
   return {};
 }
 
-/// Column names: nothing in the line is a number.
+/// Column names: neither part of the line is a number.
 bool is_header(std::string_view line) {
   const auto sides = text::split(line, ',');
   return sides ? !number(sides->first) && !number(sides->second) : !number(line);

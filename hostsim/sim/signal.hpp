@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Values over time, for the inputs of simulated devices: what a sensor would see. A signal is a function: it
-/// keeps no state, so the same signal gives the same values in every run, and asking twice changes nothing.
-/// Sines and normal noise are as exact as the machine's mathematical library.
+/// Values over time, for the inputs of simulated devices: what a sensor would measure. A signal is a function
+/// without state, so the same signal gives the same values in every run, however often it is evaluated. Sines
+/// and normal noise are as exact as the machine's mathematical library.
 
 #include <cstddef>
 #include <cstdint>
@@ -21,8 +21,8 @@ struct Constant {
   bool operator==(const Constant&) const = default;
 };
 
-/// A straight line; then it stays at `to`, begins again at `from`, or goes back and forth. Without a
-/// duration it is at `to` from the start.
+/// A straight line; then it stays at `to`, begins again at `from`, or goes back and forth. Without a duration it
+/// is `to` from the start.
 struct Ramp {
   enum class Then : std::uint8_t { kHold, kRepeat, kBackAndForth };
   double from = 0;
@@ -41,7 +41,7 @@ struct Sine {
   bool operator==(const Sine&) const = default;
 };
 
-/// A new value for each sample, which depends on nothing but the seed and the sample's number.
+/// A new value for each sample, which depends only on the seed and the number of the sample.
 struct Noise {
   enum class Distribution : std::uint8_t {
     kUniform,  ///< from mean - deviation up to mean + deviation
@@ -54,8 +54,8 @@ struct Noise {
   bool operator==(const Noise&) const = default;
 };
 
-/// Recorded values. Before the first point it is the first value. Repeated, it begins again at the time of
-/// the last point, so the last value is only what leads there.
+/// Recorded values. Before the first point the value is that of the first point. With `repeat` the signal begins
+/// again at the time of the last point, whose value is used only for interpolation.
 struct Replay {
   struct Point {
     Time at = 0;
@@ -63,7 +63,7 @@ struct Replay {
     bool operator==(const Point&) const = default;
   };
   enum class Between : std::uint8_t { kStep, kLinear };
-  std::vector<Point> points;  ///< one at least, each later than the one before
+  std::vector<Point> points;  ///< at least one, each later than the one before
   Between between = Between::kStep;
   bool repeat = false;
   bool operator==(const Replay&) const = default;
@@ -71,7 +71,7 @@ struct Replay {
 
 using Shape = std::variant<Constant, Ramp, Sine, Noise, Replay>;
 
-/// A shape at an input: of an object of a device, in the unit that Behaviour::set_input() has there.
+/// A shape at an input, an object of a device, in the unit of Behaviour::set_input().
 struct Signal {
   std::uint16_t index = 0;
   std::uint8_t sub = 0;
@@ -80,22 +80,21 @@ struct Signal {
 
   /// Times are since the start of the signal.
   double value_at(Time since_start) const;
-  /// The first multiple of the sample period after `since_start`; kNever when the value will not change any
-  /// more.
+  /// The first multiple of the sample period after `since_start`; kNever when the value no longer changes.
   Time next_sample(Time since_start) const;
   bool operator==(const Signal&) const = default;
 };
 
-/// What a CSV text comes to.
+/// What a CSV text contains.
 struct CsvPoints {
   std::vector<Replay::Point> points;
-  std::string problem;   ///< empty = none; else what is wrong and what would be right
+  std::string problem;   ///< empty = none; else what is wrong and what is allowed
   std::size_t line = 0;  ///< where, from 1
 };
 
-/// One point a line, `seconds,value`: times from 0, each later than the one before, in steps of a
-/// microsecond; decimal points. Blank lines, lines that begin with # and a first line of column names are
-/// skipped; blanks around numbers, CR LF and a byte order mark do no harm. Stops at the first problem.
+/// One point a line, `seconds,value`, with decimal points. Times start at 0 or later, each is later than the one
+/// before, in steps of a microsecond. Blank lines, lines that begin with # and a first line of column names are
+/// skipped; blanks around numbers, CR LF and a byte order mark are allowed. Stops at the first problem.
 CsvPoints parse_csv_points(std::string_view text);
 
 }  // namespace cbcan::sim

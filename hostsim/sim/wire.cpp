@@ -7,7 +7,7 @@
 namespace cbcan::sim {
 
 namespace {
-/// Time constants after which a double cannot tell a lag from its end.
+/// Number of time constants after which a double no longer distinguishes a lag from its final value.
 constexpr Time kSettled = 40;
 }  // namespace
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// What a wire makes of the value at its one end until it stands at the other: pure, and the same however
-/// often and whenever somebody looks.
+/// How a wire changes the value from its beginning to its end: pure, and independent of when and how often it is
+/// read.
 
 #include <array>
 #include <cstdint>
@@ -15,16 +15,16 @@
 
 namespace cbcan::sim {
 
-/// A number of a node that a wire can begin or end at.
+/// A number of a node where a wire can begin or end.
 struct Terminal {
   std::uint16_t index = 0;
   std::uint8_t sub = 0;
   std::optional<std::uint8_t> bit;  ///< none = the whole number
-  bool is_output = false;           ///< what stands at the output's terminals, not what was written
+  bool is_output = false;           ///< the value at the terminals of the output, not the one written
   bool operator==(const Terminal&) const = default;
 };
 
-/// The terminals of an I/O module, which are numbered from 1.
+/// The terminals of an I/O module, numbered from 1.
 struct Terminals {
   std::string_view name;
   std::uint16_t index;
@@ -36,7 +36,7 @@ inline constexpr auto kTerminals = std::to_array<Terminals>({{"output", 0x6200, 
                                                              {"input", 0x6000, 8, false},
                                                              {"analogue-input", 0x6401, 0, false}});
 
-/// In this order: inverted, scaled, limited, delayed, lagging.
+/// Applied in this order: inversion, scale and offset, limits, delay, lag.
 struct TransferFunction {
   bool inverted = false;  ///< 0 becomes 1, anything else 0
   double scale = 1;
@@ -45,7 +45,7 @@ struct TransferFunction {
   std::optional<double> high;
   Time delay = 0;
   Time lag = 0;                            ///< the time constant of a first order lag; 0 = none
-  Time sample_period = 10 * kMillisecond;  ///< above 0: how often what flows is looked at, and passed on
+  Time sample_period = 10 * kMillisecond;  ///< above 0: how often a value that changes continuously is passed on
   bool operator==(const TransferFunction&) const = default;
 };
 
@@ -53,13 +53,13 @@ class Wire {
  public:
   explicit Wire(const TransferFunction& transfer) : transfer_(transfer) {}
 
-  /// From now on this is at the beginning. The first value has been there for ever.
+  /// Sets the value at the beginning. The first value counts as if it had always been there.
   void put(double value, Time now);
 
-  /// What is at the end now. Times never go back.
+  /// The value at the end. Time never goes back.
   double take(Time now);
 
-  /// When that changes next after `now`, as far as is known; of a lag the next sample.
+  /// When the value at the end changes next after `now`, as far as is known; during a lag the next sample.
   Time next_change(Time now) const;
 
  private:
@@ -68,10 +68,10 @@ class Wire {
 
   TransferFunction transfer_;
   bool begun_ = false;
-  double last_ = 0;                               ///< that was put, shaped
-  std::deque<std::pair<Time, double>> on_way_{};  ///< and when each arrives
-  double from_ = 0;                               ///< at since_, and on its way to
-  double to_ = 0;
+  double last_ = 0;                               ///< last value that was put, after inversion, scale and limits
+  std::deque<std::pair<Time, double>> on_way_{};  ///< when each arrives, and its value
+  double from_ = 0;                               ///< the value at since_
+  double to_ = 0;                                 ///< the value that it approaches
   Time since_ = 0;
 };
 

@@ -37,7 +37,7 @@ void World::advance(Time now) {
 }
 
 Time World::advance_bus(Time now) {
-  // What waits on an idle bus has been sent since the last call: not before what is due next, nor after now.
+  // Frames that wait on an idle bus were sent since the last call: neither before the next deadline nor after now.
   if (bus_.next_deadline() <= now_) now_ = std::max(now_, std::min(now, schedule_.first_time()));
   return run_until(now);
 }

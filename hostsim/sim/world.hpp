@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// A bus, the nodes and coprocessors on it, and time. Single-threaded and deterministic: it is told what time
-/// it is.
+/// A bus, the nodes and coprocessors on it, and time. Single-threaded and deterministic: time is an argument.
 ///
 /// In real time:    loop { world.advance(clock.now()); wait for input or until world.next_deadline(); }
 /// In virtual time: loop { world.advance(world.next_deadline()); }
 ///
-/// Everything happens at its own time and in one order, however coarse the steps are in which advance() is
-/// called.
+/// Everything happens at its own time and in the same order, however coarse the steps of advance() are.
 
 #include <array>
 #include <cstdint>
@@ -27,17 +25,17 @@ namespace cbcan::sim {
 
 class World {
  public:
-  /// `bit_rate`: see Bus. `seed` and `listener` are those of the bus's injected faults, see BusFaults.
+  /// `bit_rate`: see Bus. `seed` and `listener` are for the injected faults of the bus, see BusFaults.
   explicit World(std::uint32_t bit_rate = 0, std::uint64_t seed = 0, FaultListener* listener = nullptr)
       : bus_(bit_rate), faults_(bus_, schedule_, seed, listener) {}
 
   Bus& bus() { return bus_; }
-  /// For those who are on the bus besides, and have a sense of time.
+  /// For other components on the bus that are polled.
   Schedule& schedule() { return schedule_; }
   FaultSet& faults() { return faults_.set(); }
 
-  /// Both live with the world and are off until start(). `window` is memory of the caller's; `scanners` are
-  /// those of the module's channels; `parameters`: see CoprocessorModule.
+  /// Node and module live as long as the world and are off until start(). `window` is memory of the caller;
+  /// `scanners` are those of the module's channels; `parameters`: see CoprocessorModule.
   Node& add_node(NodeParts parts);
   CoprocessorModule& add_module(RegisterWindow window, ProcessRegisters process,
                                 const Coprocessor::Settings& settings,
@@ -46,12 +44,12 @@ class World {
 
   std::span<const std::unique_ptr<Node>> nodes() const { return nodes_; }
 
-  /// Power on for all: modules first, so that they hear the nodes' boot-up messages.
+  /// Power on for all: modules first, so that they receive the boot-up messages of the nodes.
   void start(Time now);
 
-  /// Does all that is due up to and including `now`, and looks at the registers. `now` never goes back.
+  /// Does everything that is due up to and including `now`, and polls the modules. `now` never goes back.
   void advance(Time now);
-  /// The same without that look, for those who tell the modules themselves. Returns next_deadline().
+  /// The same without polling the modules, for callers that do so themselves. Returns next_deadline().
   Time advance_bus(Time now);
 
   /// When advance() has something to do next; kNever = only after a frame from outside or a written register.

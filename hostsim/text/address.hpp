@@ -15,24 +15,23 @@ struct ListenAddress {
   friend bool operator==(const ListenAddress&, const ListenAddress&) = default;
 };
 
-/// Reads `HOST:PORT`, `[IPV6]:PORT`, `HOST` or `[IPV6]` (with `default_port`), and `:PORT` (127.0.0.1:
-/// another address only when it is written down). Port 0 = any free one. Throws UsageError.
+/// Reads `HOST:PORT`, `[IPV6]:PORT`, `HOST` or `[IPV6]` (with `default_port`), and `:PORT` (on 127.0.0.1, so that
+/// any other address has to be given explicitly). Port 0 = any free one. Throws UsageError.
 ListenAddress parse_listen_address(std::string_view text, std::uint16_t default_port);
 
 /// As parse_listen_address() reads it, with an IPv6 address in brackets.
 std::string to_string(const ListenAddress& address);
 
-/// Where a server of byte streams listens: TCP, a socket in the file system, or a pseudo-terminal with a link
-/// to it there.
+/// Where a server of byte streams listens: TCP, a Unix socket, or a pseudo-terminal with a link to it.
 struct StreamAddress {
   std::string path;   ///< of a Unix socket or a link; empty = TCP
-  ListenAddress tcp;  ///< of no meaning with a path
+  ListenAddress tcp;  ///< not used with a path
   bool is_pty = false;
 
   friend bool operator==(const StreamAddress&, const StreamAddress&) = default;
 };
 
-/// What stands in front of the path of a Unix socket, and of a pseudo-terminal's.
+/// The prefixes of the path of a Unix socket and of a pseudo-terminal.
 inline constexpr std::string_view kUnix = "unix:";
 inline constexpr std::string_view kPty = "pty:";
 

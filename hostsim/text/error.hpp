@@ -5,7 +5,7 @@
 
 namespace cbcan::text {
 
-/// Somebody wrote something that means nothing, such as a port of 70000. The text says what would be right.
+/// The user wrote something invalid, such as a port of 70000. The text says what is allowed.
 class UsageError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "text/numbers.hpp"
 
-#include <fmt/core.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 
@@ -40,17 +40,11 @@ std::string hex(std::uint64_t number, unsigned digits) {
 }
 
 std::string hex(std::span<const std::uint8_t> bytes, std::string_view between) {
-  std::string text;
-  for (const std::uint8_t byte : bytes)
-    (text += text.empty() ? "" : between) += hex(byte, 2);
-  return text;
+  return fmt::format("{:02X}", fmt::join(bytes, between));
 }
 
 std::string joined(std::span<const std::uint16_t> numbers) {
-  std::string text;
-  for (const std::uint16_t number : numbers)
-    (text += text.empty() ? "" : " ") += std::to_string(number);
-  return text;
+  return fmt::format("{}", fmt::join(numbers, " "));
 }
 
 }  // namespace cbcan::text

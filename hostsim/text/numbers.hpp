@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Numbers from text and back: the only place that knows std::from_chars.
+/// Numbers from text and back: the only place that uses std::from_chars.
 
 #include <charconv>
 #include <cstdint>
@@ -13,8 +13,8 @@
 
 namespace cbcan::text {
 
-/// All of `text` as a number of this type, in `base` if it is a whole one; nullopt where it is none or does
-/// not fit. Without a sign but the minus, without prefix and blanks.
+/// All of `text` as a number of this type, an integer in `base`; nullopt if it is none or does not fit. The only
+/// sign is the minus; no prefix, no blanks.
 template <class Number, class... Base>
 std::optional<Number> parse(std::string_view text, Base... base) {
   Number number{};
@@ -26,19 +26,19 @@ std::optional<Number> parse(std::string_view text, Base... base) {
 
 bool has_hex_prefix(std::string_view text);
 
-/// "12", "-5", "0x1017", "1017h", "0FFh"; nothing else may stand around it.
+/// "12", "-5", "0x1017", "1017h", "0FFh"; the text must contain nothing else.
 std::optional<std::int64_t> parse_integer(std::string_view text);
 
 /// "12.345678": seconds.
 std::string seconds_text(std::uint64_t microseconds);
 
-/// "100ms": a whole number of us, ms or s, a year at most, in microseconds.
+/// "100ms": a whole number of us, ms or s, at most a year. Returns microseconds.
 std::optional<std::uint64_t> parse_duration(std::string_view text);
 
-/// As many upper-case hexadecimal digits as are asked for, or more if it takes more.
+/// At least this many upper-case hexadecimal digits.
 std::string hex(std::uint64_t number, unsigned digits);
 
-/// "0A 1B": each byte by two upper-case digits.
+/// "0A 1B": two upper-case digits for each byte.
 std::string hex(std::span<const std::uint8_t> bytes, std::string_view between);
 
 /// "3700 1 65535"

@@ -2,6 +2,7 @@
 #include "text/suggestion.hpp"
 
 #include <algorithm>
+#include <optional>
 #include <vector>
 
 #include "text/words.hpp"
@@ -11,7 +12,7 @@ namespace {
 
 constexpr std::size_t kLongestWord = 100;
 
-/// Letters put in, left out, replaced, or swapped with their neighbour (Damerau and Levenshtein).
+/// The number of letters inserted, deleted, replaced, or swapped with their neighbour (Damerau and Levenshtein).
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::vector<std::size_t>> cost(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
   for (std::size_t i = 0; i <= a.size(); ++i) {
@@ -33,15 +34,14 @@ bool contains(std::string_view text, std::string_view part) {
   return part.size() >= 2 && text.find(part) != std::string_view::npos;
 }
 
-/// How far apart two names are for a person: one within the other ("timeout", "sdo_timeout_ms") is near.
-std::size_t distance(std::string_view a, std::string_view b) {
+/// How different two names are for a person; nullopt = not similar. Names of which one contains the other
+/// ("timeout", "sdo_timeout_ms") are near.
+std::optional<std::size_t> distance(std::string_view a, std::string_view b) {
   constexpr std::size_t kPartOfEachOther = 2;
   const std::size_t edits = edit_distance(a, b);
-  return contains(a, b) || contains(b, a) ? std::min(edits, kPartOfEachOther) : edits;
-}
-
-std::size_t reach(std::string_view a, std::string_view b) {
-  return contains(a, b) || contains(b, a) ? 2 : std::max<std::size_t>(1, std::max(a.size(), b.size()) / 3);
+  if (contains(a, b) || contains(b, a)) return std::min(edits, kPartOfEachOther);
+  return edits <= std::max<std::size_t>(1, std::max(a.size(), b.size()) / 3) ? std::optional(edits)
+                                                                             : std::nullopt;
 }
 
 }  // namespace
@@ -49,18 +49,18 @@ std::size_t reach(std::string_view a, std::string_view b) {
 std::string_view nearest(std::string_view word, std::span<const std::string_view> known) {
   if (word.size() > kLongestWord) return {};
   std::string_view best;
-  std::size_t best_rank = 0;  ///< of equals, one that begins with the word is nearer
+  std::size_t best_rank = 0;  ///< at the same distance, a name that begins with the word is nearer
   for (const std::string_view name : known) {
-    const std::size_t away = distance(leaf_of(word), leaf_of(name));
-    if (table_of(name) != table_of(word) || away > reach(leaf_of(word), leaf_of(name))) continue;
-    const std::size_t rank = 2 * away + (leaf_of(name).starts_with(leaf_of(word)) ? 0 : 1);
+    const auto away = distance(leaf_of(word), leaf_of(name));
+    if (table_of(name) != table_of(word) || !away) continue;
+    const std::size_t rank = 2 * *away + (leaf_of(name).starts_with(leaf_of(word)) ? 0 : 1);
     if (!best.empty() && rank >= best_rank) continue;
     best = name;
     best_rank = rank;
   }
   if (!best.empty()) return best;
   const auto is_same = [word](std::string_view name) { return leaf_of(name) == leaf_of(word); };
-  constexpr std::ptrdiff_t kMostAlike = 2;  // what every other table has helps nobody
+  constexpr std::ptrdiff_t kMostAlike = 2;  // a name that many tables have is no help
   const std::ptrdiff_t alike = std::ranges::count_if(known, is_same);
   return alike != 0 && alike <= kMostAlike ? *std::ranges::find_if(known, is_same) : std::string_view{};
 }

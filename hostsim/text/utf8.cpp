@@ -58,10 +58,6 @@ std::optional<char32_t> take_code_point(std::string_view& rest) {
   return code;
 }
 
-bool is_utf8(std::string_view text) {
-  return first_line_not_utf8(text) == 0;
-}
-
 std::size_t first_line_not_utf8(std::string_view text) {
   std::size_t line = 1;
   while (const auto code = take_code_point(text))
@@ -70,7 +66,7 @@ std::size_t first_line_not_utf8(std::string_view text) {
 }
 
 std::string as_utf8(std::string_view text) {
-  return is_utf8(text) ? std::string(text) : from_latin1(text);
+  return first_line_not_utf8(text) == 0 ? std::string(text) : from_latin1(text);
 }
 
 std::string to_utf8(std::string_view text) {

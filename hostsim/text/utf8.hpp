@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Text whose encoding nobody has promised: ASCII as a rule, UTF-8 or Latin-1 in the wild.
+/// Text of unknown encoding: usually ASCII, sometimes UTF-8 or Latin-1.
 
 #include <cstddef>
 #include <optional>
@@ -10,24 +10,22 @@
 
 namespace cbcan::text {
 
-/// Takes the next UTF-8 code point off the front of `rest`; nothing, and `rest` unchanged, if there is none.
+/// Removes the next UTF-8 code point from the front of `rest`; nullopt, and `rest` unchanged, if there is none.
 std::optional<char32_t> take_code_point(std::string_view& rest);
 
-bool is_utf8(std::string_view text);
-
-/// From 1; 0 = all of it is UTF-8.
+/// The first line that is not UTF-8, from 1; 0 = the whole text is UTF-8.
 std::size_t first_line_not_utf8(std::string_view text);
 
-/// UTF-8 stays, anything else is taken as Latin-1.
+/// UTF-8 stays; any other text is converted from Latin-1.
 std::string as_utf8(std::string_view text);
 
-/// Likewise, for people to read: control characters become blanks.
+/// The same, for display: control characters become blanks.
 std::string to_utf8(std::string_view text);
 
-/// Likewise, but for the ends of lines.
+/// The same, but line ends are kept.
 std::string lines_to_utf8(std::string_view lines);
 
-/// At most `most` bytes of it, without a part of a character at the end.
+/// At most the first `most` bytes, without an incomplete character at the end.
 std::string_view head(std::string_view text, std::size_t most);
 
 }  // namespace cbcan::text

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// A value as a user writes it, before anybody knows the data type of what it is for.
+/// A value as a user writes it, before the data type is known.
 
 #include <cstdint>
 #include <optional>
@@ -15,12 +15,12 @@ namespace cbcan::text {
 using Bytes = std::vector<std::uint8_t>;
 using Value = std::variant<bool, std::int64_t, double, std::string, Bytes>;
 
-/// "hex:01 02 aB" and "0102aB" are three bytes, "hex:" is none; nullopt where the digits are not pairs.
+/// "hex:01 02 aB" and "0102aB" are three bytes, "hex:" is none; nullopt if the digits are not pairs.
 std::optional<Bytes> parse_hex(std::string_view text);
 bool is_hex(std::string_view text);
 
-/// A value typed without its type: true or false, an integer, a number with a point or an exponent, else a
-/// text. A text that looks like one of the others stands in double quotes.
+/// A value without its type: true or false, an integer, a number with a point or an exponent, else a text. A text
+/// that looks like one of the others must be in double quotes.
 Value parse_value(std::string_view text);
 
 /// The value as a plant file writes it; texts and bytes in double quotes.

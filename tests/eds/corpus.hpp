@@ -62,9 +62,9 @@ inline std::vector<std::filesystem::path> corpus_files() {
   return files;
 }
 
-/// What a `.expected` file holds: the word "diagnostics", one `line: severity: message` a line, the word
-/// "objects", one line for each object: index, sub or range of subs, type, access, pdo if mapped, the value
-/// in hexadecimal (- if it is empty), [low..high], "name".
+/// The content of a `.expected` file: the word "diagnostics", one `line: severity: message` a line, the word
+/// "objects", one line for each object: index, sub or range of subs, type, access, pdo if mapped, the value in
+/// hexadecimal (- if it is empty), [low..high], "name".
 inline std::string summary(const eds::Result& result) {
   std::ostringstream text;
   text << "diagnostics\n";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Each file of the corpus has one quirk, named in its file name, and beside it what is to come of it.
+// Each file of the corpus has one quirk, which its name says, and the expected result beside it.
 #include "corpus.hpp"
 #include "eds/dictionary_image.hpp"
 #include "support/catch.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The files of the demo plant: in order by CiA 306, and with what the plant needs of them.
+// The files of the demo plant: correct by CiA 306, and with the objects that the plant needs.
 
 #include "corpus.hpp"
 #include "eds/dictionary_image.hpp"

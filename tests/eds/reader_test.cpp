@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the summaries of the corpus do not show, and inputs that are too large for a file.
+// What the summaries of the corpus do not show, and inputs that are too large for a corpus file.
 
 #include "eds/diagnostics.hpp"
 #include "eds/eds_reader.hpp"
@@ -91,7 +91,7 @@ TEST_CASE("Values of a device are bounded, whatever the file asks for") {
   for (int index = 0x2000; index < 0x2020; ++index)
     text += "[" + std::to_string(index - 0x2000 + 2000) + "]\nObjectType=2\nCBCAN_Size=0x100000\n";
   const eds::Result result = read(text);
-  // A DOMAIN of 1 MiB takes four bytes more for its length, so the 16th does not fit into 16 MiB any more.
+  // A DOMAIN of 1 MiB takes four more bytes for its length, so the 16th does not fit into 16 MiB.
   CHECK(result.device.objects.size() == 15);
   CHECK(std::count_if(result.diagnostics.begin(), result.diagnostics.end(), [](const eds::Diagnostic& found) {
           return found.severity == eds::Severity::kError;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The ring, and what the demo plant's events are: in the order of the bus, each with its transaction.
+// The ring, and the events of the demo plant: in bus order, each with its transaction.
 
 #include "journal/journal.hpp"
 
@@ -20,7 +20,7 @@ const eds::ObjectName* no_name(std::uint8_t /*network*/, std::uint8_t /*node*/, 
   return nullptr;
 }
 
-/// All that has happened since the journal was opened, with times and transactions.
+/// Everything since the last call, with times and transactions.
 class Seen {
  public:
   explicit Seen(plant::VirtualPlant& plant) : journal_(plant.control().journal()), cursor_(journal_) {}
@@ -140,7 +140,7 @@ TEST_CASE("a transaction's events are in the order of the bus") {
                               "1.000000 #1 642#4000100000000000 SDO node 66: read 1000h:00",
                               "1.000000 #1 5C2#4300100091010F00 SDO node 66: value of 1000h:00 = 983441",
                               "1.000000 #1 read node 66 1000h:00 = 983441: done, 0 ms"});
-  plant->execute("trigger write 0 0x3003 0 2 70");  // begins and ends at once
+  plant->execute("trigger write 0 0x3003 0 2 70");  // ends immediately
   CHECK(seen.lines() == Lines{"1.000000 command trigger write 0 0x3003 0 2 70",
                               "1.000000 #2 write node 0 3003h:00 = 70 begun",
                               "1.000000 #2 write node 0 3003h:00 = 70: done, 0 ms"});
@@ -160,7 +160,7 @@ TEST_CASE("frames behind the end belong to the transaction that has failed") {
             "1.000000 #1 read node 66 1000h:00: 0504 0000h SDO service timed out, 1000 ms",
             "1.000000 #1 642#8000100000000405 SDO node 66: abort 1000h:00: 0504 0000h SDO service timed out",
             "1.500000 #1 5C2#4300100091010F00 SDO node 66: value of 1000h:00 = 983441"});
-  plant->execute("send 642#4000100000000000");  // somebody else
+  plant->execute("send 642#4000100000000000");  // from another client
   CHECK(seen.lines()[1] == "2.000000 642#4000100000000000 SDO node 66: read 1000h:00");
 }
 
@@ -269,7 +269,7 @@ TEST_CASE("a Modbus request belongs to the transaction of the registers that it 
   CHECK(transaction_of({3, 0x0E, 0x73, 0, 2}) == 1);  // R3699, R3700
   CHECK(transaction_of({3, 0x0E, 0x73, 0, 1}) == 0);  // R3699
   CHECK(transaction_of({16, 0x0E, 0x73, 0, 2, 4, 0, 0, 0xCA, 0x0E}) == 1);
-  CHECK(transaction_of({6, 0x0E, 0x73, 0xFF, 0xFF}) == 0);  // a value is no number of registers
+  CHECK(transaction_of({6, 0x0E, 0x73, 0xFF, 0xFF}) == 0);  // the second word is a value, not a quantity
   CHECK(transaction_of({22, 0x0E, 0x73, 0xFF, 0xFF, 0, 0}) == 0);
   CHECK(transaction_of({3, 0x0E, 0xB9, 0, 1}) == 1);  // R3769
   CHECK(transaction_of({3, 0x0E, 0xBA, 0, 1}) == 0);

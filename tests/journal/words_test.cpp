@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Frames, values and results in words. The frames are CiA 301's, written by hand.
+// Frames, values and results as text. The frames are written by hand from CiA 301.
 
 #include "journal/words.hpp"
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The bus suite with a real interface in the middle. CBCAN_VCAN names a vcan that is up; needs root to cut
-// it.
+// The bus suite with a real interface in the middle. CBCAN_VCAN names a vcan that is up; cutting it needs root.
 
 #include "io/can/socketcan.hpp"
 #include "io/loop/reactor.hpp"
@@ -19,7 +18,7 @@ std::string vcan() {
   return name;
 }
 
-/// Two buses that meet on the interface.
+/// Two buses that are connected to the same interface.
 struct VcanWire {
   VcanWire() {
     left_.accept(0, 0x7FF);
@@ -32,7 +31,7 @@ struct VcanWire {
   const Texts& heard_left() const { return left_ear_.heard; }
   const Texts& heard_right() const { return right_ear_.heard; }
 
-  /// vcan delivers in the sender's system call, so what was written can be read; quiet is when a turn did
+  /// vcan delivers in the sender's system call, so a frame that was written can be read. Ends when a turn has done
   /// nothing.
   void settle() {
     do {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// What a CAN bus owes its ports, whichever back end carries it: one suite, run by bus_test on the virtual
-/// bus and by bus_on_vcan_test on two buses that a SocketCAN interface joins.
+/// What every kind of CAN bus must do for its ports: one suite, run by bus_test on the virtual bus and by
+/// bus_on_vcan_test on two buses that a SocketCAN interface connects.
 ///
-/// A Wire has: `left()` and `right()`, ports that accept every identifier; `heard_left()` and
-/// `heard_right()`, what their owners received; `settle()`, which returns when everything sent has arrived;
-/// `cut()` and `mend()`, the cable.
+/// A Wire has: `left()` and `right()`, ports that accept every identifier; `heard_left()` and `heard_right()`, what
+/// their owners received; `settle()`, which returns when everything sent has arrived; `cut()` and `mend()` for the
+/// cable.
 
 #include "sim/bus.hpp"
 #include "support/catch.hpp"
@@ -14,7 +14,7 @@
 
 namespace cbcan::test {
 
-/// A port's owner who writes down what it hears.
+/// The owner of a port, which records what it receives.
 struct Listener final : sim::Receiver {
   void on_frame(const Frame& frame, Time /*now*/) override { heard.push_back(text_of(frame)); }
   void on_bus_state(BusState state, Time /*now*/) override { states.push_back(state); }
@@ -25,10 +25,18 @@ struct Listener final : sim::Receiver {
 
 using Texts = std::vector<std::string>;
 
-/// What stands in front of the adapter of a `Desk`, character by character.
+/// Records the frames on a bus, with the time.
+struct BusLog final : sim::Observer {
+  void on_bus_frame(const Frame& frame, Time now) override {
+    lines.push_back(std::to_string(now) + " " + text_of(frame));
+  }
+  Texts lines;
+};
+
+/// The host of the adapter of a `Desk`, character by character.
 template <class Desk>
 struct Host {
-  /// What the adapter has to say since the last time.
+  /// What the adapter has written since the last call.
   std::string said() {
     auto& adapter = static_cast<Desk&>(*this).adapter;
     std::string text(adapter.unsent());
@@ -64,7 +72,7 @@ void check_both_ways() {
   CHECK(wire.heard_left() == Texts{"585#4F00200101000000"});
 }
 
-/// The queue is bounded and says so; whoever tries again loses nothing and keeps the order.
+/// The queue is bounded and refuses frames when full; a sender that retries loses nothing and keeps the order.
 template <class Wire>
 void check_burst_without_loss() {
   Wire wire;
@@ -85,7 +93,7 @@ void check_burst_without_loss() {
   CHECK(wire.heard_right() == sent);
 }
 
-/// A frame that cannot leave is refused or lost, never delivered after the cable is back.
+/// A frame that cannot be sent is refused or lost, never delivered after the cable is back.
 template <class Wire>
 void check_cut_cable() {
   Wire wire;

@@ -30,7 +30,7 @@ struct VirtualWire {
   cbcan::sim::Port& right_ = bus_.attach(right_ear_);
 };
 
-/// A wire outside that takes what it is told to.
+/// A bus outside that accepts frames while it is open.
 struct Gate final : cbcan::sim::Outside {
   bool transmit(const cbcan::Frame& frame) override {
     if (open) passed.push_back(cbcan::test::text_of(frame));

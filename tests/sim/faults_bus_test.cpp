@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Faults of the bus. Random places are those of SplitMix64 from seed 0 and number 1, worked out by
-// hand-written code of its own.
+// Faults of the bus. Random places are those of SplitMix64 from seed 0 and number 1, calculated by separate code.
 
 #include "sim/faulty_plant.hpp"
 
@@ -9,20 +8,13 @@ using namespace cbcan::test;
 
 namespace {
 
-struct Log final : cbcan::sim::Observer {
-  void on_bus_frame(const cbcan::Frame& frame, Time now) override {
-    lines.push_back(std::to_string(now) + " " + cbcan::test::text_of(frame));
-  }
-  Texts lines;
-};
-
-/// The plant with somebody more who listens.
+/// The plant with one more receiver.
 struct Wire : FaultyPlant {
   explicit Wire(std::uint32_t bit_rate = 0) : FaultyPlant(bit_rate) {
     ear_port.accept(0, 0x7FF);
     bus.observe(log);
   }
-  /// What is heard of these frames; the log of the bus has the same.
+  /// What is received of these frames; checks that the log of the bus has the same.
   Texts heard_of(const Texts& frames, Time later = kSecond) {
     log.lines.clear();
     ear.heard.clear();
@@ -33,7 +25,7 @@ struct Wire : FaultyPlant {
   }
   Master ear;
   cbcan::sim::Port& ear_port = bus.attach(ear);
-  Log log;
+  BusLog log;
 };
 
 Texts numbered(unsigned count) {
@@ -151,7 +143,7 @@ TEST_CASE("bus-off, error-passive and overflow of the whole bus, and back") {
   wire.set_bus("overflow from_ms=25 until_ms=40");
   wire.pass(kSecond);
   CHECK(wire.heard() == Texts{"10000 state 3", "20000 state 2", "30000 state 1", "40000 state 0"});
-  CHECK(wire.deadline() == cbcan::kNever);
+  CHECK(wire.world.next_deadline() == cbcan::kNever);
   const unsigned number = wire.set_bus("bus-off");
   CHECK_FALSE(wire.master_port.try_send(frame_from("181#")));
   CHECK(wire.bus_faults.remove(number, wire.now));
@@ -208,8 +200,8 @@ TEST_CASE("States of the bus and of one controller: the worse one holds, and the
   wire.pass(kSecond);
   CHECK(state() == cbcan::BusState::kBusOff);
   CHECK(wire.master_port.state() == cbcan::BusState::kActive);
-  CHECK(wire.node.faults.remove(own, wire.now));
+  CHECK(wire.node.faults().remove(own, wire.now));
   CHECK(state() == cbcan::BusState::kErrorPassive);
-  wire.node.faults.clear(wire.now);
+  wire.node.faults().clear(wire.now);
   CHECK(state() == cbcan::BusState::kActive);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// When a node's faults happen, what the node sends unasked, states, and the set of faults itself.
+// When a node's faults act, storms, states, and the set of faults itself.
 
 #include "sim/faulty_plant.hpp"
 
@@ -11,7 +11,7 @@ namespace {
 const Texts kRead{"605#4000100000000000"};
 const char* const kHeartbeatEvery10Ms = "605#2B1710000A000000";
 
-/// Asks so many times, 1 ms apart; '1' for each response that came, '0' for each that did not.
+/// Asks N times, 1 ms apart; '1' for each response that came, '0' for each that did not.
 std::string responses(FaultyPlant& plant, int times) {
   std::string pattern;
   for (int i = 0; i < times; ++i) {
@@ -59,7 +59,7 @@ TEST_CASE("Setting and removing another fault does not change what one does") {
   std::string beside = responses(plant, 30);
   const unsigned other = plant.set("response-late delay_ms=0 probability=0.5");
   beside += responses(plant, 30);
-  CHECK(plant.node.faults.remove(other, plant.now));
+  CHECK(plant.node.faults().remove(other, plant.now));
   CHECK(beside + responses(plant, 40) == alone);
 }
 
@@ -71,18 +71,18 @@ TEST_CASE("Faults are applied in the order of their numbers; a swallowed frame i
   plant.send(kRead);
   plant.pass(kSecond);
   CHECK(plant.heard() == Texts{"5000 585#E300100091010000", "7000 585#E300100091010000"});
-  plant.node.faults.clear(plant.now);
+  plant.node.faults().clear(plant.now);
   plant.set("response-never count=1");
   plant.set("short-frame");
   plant.send(kRead);
   plant.send(kRead);
-  CHECK(plant.node.faults.list()[1].occasions == 1);
+  CHECK(plant.node.faults().list()[1].occasions == 1);
   CHECK(plant.heard() == Texts{"1000000 585#43001000910100"});
 }
 
 TEST_CASE("Numbers, list, remove and clear") {
   FaultyPlant plant;
-  cbcan::sim::FaultSet& faults = plant.node.faults;
+  cbcan::sim::FaultSet& faults = plant.node.faults();
   CHECK(plant.set("response-never count=1") == 1);
   CHECK(plant.set("response-late") == 2);
   plant.send(kRead);
@@ -125,7 +125,7 @@ TEST_CASE("silent: after so many frames nothing leaves, until it is removed") {
   plant.pass(50 * kMillisecond);
   plant.send(kRead);
   CHECK(plant.heard() == Texts{"10000 705#7F", "20000 705#7F"});
-  plant.node.faults.remove(number, plant.now);
+  plant.node.faults().remove(number, plant.now);
   plant.send(kRead);
   plant.pass(10 * kMillisecond);
   CHECK(plant.heard() == Texts{"50000 585#4300100091010000", "60000 705#7F"});
@@ -147,7 +147,7 @@ TEST_CASE("state-wrong: heartbeat and guarding report it, the toggle bit and the
   plant.set("state-wrong state=5");
   plant.send({"705#R1", "705#R1", "000#8205"});
   CHECK(plant.heard() == Texts{"0 705#05", "0 705#85", "0 705#00"});
-  plant.node.faults.clear(0);
+  plant.node.faults().clear(0);
   plant.set("state-wrong");
   plant.send({"705#R1"});
   CHECK(plant.heard() == Texts{"0 705#04"});
@@ -181,12 +181,12 @@ TEST_CASE("Storms beat from the beginning on, for count frames or as long as the
   plant.pass(kSecond);
   CHECK(plant.heard() == Texts{"1000000 085#1081010000000000", "1010000 085#1081010000000000",
                                "1020000 085#1081010000000000"});
-  CHECK(plant.node.faults.list()[1].fired == 3);
-  CHECK(plant.node.faults.remove(number, plant.now));
+  CHECK(plant.node.faults().list()[1].fired == 3);
+  CHECK(plant.node.faults().remove(number, plant.now));
   plant.set("emcy-storm after=1 count=2");
   plant.pass(kSecond);
   CHECK(plant.heard() == Texts{"2010000 085#0010010000000000", "2020000 085#0010010000000000"});
-  CHECK(plant.deadline() == cbcan::kNever);
+  CHECK(plant.world.next_deadline() == cbcan::kNever);
 }
 
 TEST_CASE("bus-off without an end lasts until it is removed; what was held back is lost") {
@@ -196,7 +196,7 @@ TEST_CASE("bus-off without an end lasts until it is removed; what was held back 
   const unsigned number = plant.set("bus-off");
   plant.send(kRead);
   plant.pass(kSecond);
-  CHECK(plant.node.faults.remove(number, plant.now));
+  CHECK(plant.node.faults().remove(number, plant.now));
   CHECK(plant.told.lines.back() == "1000000 node 5: fault 2: bus-off: ends");
   CHECK(plant.node.port().state() == cbcan::BusState::kActive);
   plant.pass(kSecond);
@@ -207,22 +207,23 @@ TEST_CASE("bus-off without an end lasts until it is removed; what was held back 
 }
 
 TEST_CASE("A frame for which there is no room waits in front of all others; none is lost or counted twice") {
-  FaultyPlant plant;
-  plant.set("response-twice count=1");
-  cbcan::sim::FaultyPort& port = plant.node.faulty;
+  cbcan::sim::Bus bus;
+  Master ear, owner;
+  bus.attach(ear).accept(0, 0x7FF);
+  cbcan::sim::FaultyPort port(bus.attach(owner), 5, 5, nullptr, [](Time) {});
+  port.faults().add(fault_from("response-twice count=1", cbcan::sim::FaultPlace::kNode), 0);
   for (int i = 0; i < 63; ++i)
     CHECK(port.try_send(frame_from("185#00")));
   CHECK(port.try_send(frame_from("585#4300100091010000")));
   CHECK_FALSE(port.try_send(frame_from("185#01")));
   CHECK(port.deadline() == 100);
-  plant.bus.advance(0);
+  bus.advance(0);
   CHECK(port.try_send(frame_from("185#02")));
-  plant.bus.advance(0);
-  const Texts heard = plant.heard();
-  REQUIRE(heard.size() == 66);
-  CHECK(Texts(heard.end() - 3, heard.end()) ==
+  bus.advance(0);
+  REQUIRE(ear.heard.size() == 66);
+  CHECK(Texts(ear.heard.end() - 3, ear.heard.end()) ==
         Texts{"0 585#4300100091010000", "0 585#4300100091010000", "0 185#02"});
-  CHECK(plant.node.faults.list()[0].fired == 1);
+  CHECK(port.faults().list()[0].fired == 1);
 }
 
 TEST_CASE("A transfer that breaks off by a reset, or while no fault is set, does not confuse the next") {
@@ -233,7 +234,7 @@ TEST_CASE("A transfer that breaks off by a reset, or while no fault is set, does
   plant.send({"000#8205", "605#4000100000000000"});
   CHECK(plant.heard() == Texts{"0 585#A41020007F000000", "0 705#00", "0 585#43001000910100"});
   plant.send(half_a_block);
-  plant.node.faults.clear(0);
+  plant.node.faults().clear(0);
   plant.send({"605#8010200000000008"});
   plant.heard();
   plant.set("short-frame index=0x1000");
@@ -249,7 +250,7 @@ TEST_CASE("A fault set in the middle of a transfer knows the steps, but not the 
   const unsigned number = plant.set("response-never step=segment");
   plant.send({"605#6000000000000000"});
   CHECK(plant.heard().empty());
-  CHECK(plant.node.faults.remove(number, 0));
+  CHECK(plant.node.faults().remove(number, 0));
   plant.send({"605#7000000000000000"});
   CHECK(plant.heard() == Texts{"0 585#100708090A0B0C0D"});
 }

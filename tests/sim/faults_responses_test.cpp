@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Faults of SDO responses: a real SDO server behind the port, every frame written out.
+// Faults of SDO responses of a simulated node; every frame is written out.
 #include "sim/faulty_plant.hpp"
 
 using namespace cbcan::test;
@@ -24,7 +24,7 @@ void check(const Texts& requests, const std::vector<Case>& cases) {
 
 const Texts kRead1000{"605#4000100000000000"};
 const char* const kResponse = "0 585#4300100091010000";
-/// What the server says to a request that belongs to no transfer: after an abort its transfer is over.
+/// The server's response to a request that belongs to no transfer, since an abort has ended it.
 const char* const kUnknown = "0 585#8010200001000405";
 
 const Texts kReadSegments{"605#4010200000000000", "605#6000000000000000", "605#7000000000000000",

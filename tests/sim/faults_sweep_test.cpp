@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A coprocessor and a node with every fault of SDO responses, in every transfer mode, at every step: one
-// result in time, and the next transaction without the fault is good.
-#include "sim/coprocessor_module.hpp"
+// A coprocessor and a node with every fault of SDO responses, in every transfer mode, at every step: there is one
+// result in time, and the next transaction, without the fault, succeeds.
 #include "sim/faulty_plant.hpp"
 
 using namespace cbcan;
@@ -15,53 +14,41 @@ constexpr Time kTimeout = 1000 * kMillisecond;
 /// Module and node 5 on one bus.
 struct Plant {
   Plant() {
-    bus.attach(requests).accept(0x605, 0x605);
-    module.start(0);
-    node.start(0);
+    world.add_module(cbcan::RegisterWindow(cbcan::RegisterWindow::Words(registers)), process, {});
+    world.bus().attach(requests).accept(0x605, 0x605);
+    world.start(0);
     pass(kMillisecond);
   }
 
   std::uint16_t& reg(unsigned address) { return registers.at(address - 3700); }
-  /// The time that it took.
+  /// Returns how long it took.
   Time execute(std::initializer_list<std::uint16_t> words, Time most) {
     unsigned address = 3701;
     for (const std::uint16_t word : words)
       reg(address++) = word;
-    return execute(most);
-  }
-  Time execute(Time most) {
     reg(3700) = 0xCA0E;
     const Time begun = now;
-    module.poll(now);
-    run_until(now);
-    while (reg(3700) == 0xCA0E && next() <= begun + most)
-      run_until(next());
+    world.advance(now);
+    while (reg(3700) == 0xCA0E && world.next_deadline() <= begun + most)
+      run_until(world.next_deadline());
     return now - begun;
   }
   void pass(Time duration) {
     for (const Time end = now + duration; now != end;)
-      run_until(std::min(end, std::max(now, next())));
+      run_until(std::min(end, world.next_deadline()));
   }
-  Time next() const { return cbcan::earlier(schedule.first_time(), bus.next_deadline()); }
 
   std::array<std::uint16_t, 70> registers{};
   std::array<std::uint16_t, 128> process{};
-  cbcan::sim::Bus bus;
-  cbcan::sim::Schedule schedule;
-  std::array<cbcan::ScannerWindow, 1> scanners{};
-  cbcan::sim::CoprocessorModule module{
-      bus, schedule, cbcan::RegisterWindow(cbcan::RegisterWindow::Words(registers)), process, {}, scanners};
-  FaultyNode node{bus, schedule, 5, nullptr};
+  cbcan::sim::World world;
+  cbcan::sim::Node& node = world.add_node(faulty_node(nullptr));
   cbcan::test::Master requests;  ///< of the module to node 5
   Time now = 0;
 
  private:
   void run_until(Time time) {
     now = std::max(now, time);
-    while (next() <= now) {
-      bus.advance(now);
-      schedule.poll(now);
-    }
+    world.advance(now);
   }
 };
 
@@ -88,7 +75,7 @@ Time run(Plant& plant, const Transfer& transfer, Time most) {
   return plant.execute({kWrite, 5, transfer.index, 0, transfer.size}, most);
 }
 
-/// What the object holds, or what has just been read of it.
+/// The registers hold the value of the object.
 bool has_read_right(Plant& plant, const Transfer& transfer) {
   if (transfer.index == 0x1000) return plant.reg(3706) == 0x0191 && plant.reg(3707) == 0;
   if (transfer.index == 0x2001) return plant.reg(3706) == 0x0100;
@@ -104,7 +91,7 @@ void check_one_abort(const cbcan::test::Texts& requests) {
 }
 
 void check_next(Plant& plant, const Transfer& transfer) {
-  // Its quarantine may hold it back for one timeout, and a late response of 1.5 s may be still under way.
+  // The quarantine may delay it by one timeout, since a response that is 1.5 s late may still follow.
   CHECK(run(plant, transfer, 2 * kTimeout) <= kTimeout + kMillisecond);
   CHECK(plant.reg(3700) == 0);
   if (transfer.write) plant.execute({kReadCommand, 5, transfer.index, 0, transfer.size}, kTimeout);
@@ -112,27 +99,27 @@ void check_next(Plant& plant, const Transfer& transfer) {
   CHECK(has_read_right(plant, transfer));
 }
 
-/// What falsifies a response so that no client can see it.
+/// The fault falsifies a response so that no client can detect it.
 bool is_believable(FaultKind kind, const std::string& fault) {
   return kind == FaultKind::kResponseOtherSize || fault == "duplicate-node-id";
 }
 
-/// False: this transfer has no such occasion.
+/// False: no response of this transfer matches.
 bool sweep(const Transfer& transfer, const std::string& text, bool always) {
   Plant plant;
   plant.execute({kWrite, 0, 0x3004, 0, 1, transfer.mode}, 0);
   const cbcan::sim::Fault fault = fault_from(text, cbcan::sim::FaultPlace::kNode);
-  plant.node.faults.add(fault, plant.now);
+  plant.node.faults().add(fault, plant.now);
   INFO(transfer.name << ": " << text);
   const Time most = always ? 10 * kTimeout : 2 * kTimeout;
   CHECK(run(plant, transfer, 20 * kTimeout) <= most);
   check_one_abort(plant.requests.heard);
-  const bool fired = plant.node.faults.list()[0].fired != 0;
+  const bool fired = plant.node.faults().list()[0].fired != 0;
   const std::uint16_t result = plant.reg(3700);
   CHECK((result == 0 || result == 4));
   if (result == 0 && !transfer.write && !is_believable(fault.kind, text))
     CHECK(has_read_right(plant, transfer));
-  plant.node.faults.clear(plant.now);
+  plant.node.faults().clear(plant.now);
   check_next(plant, transfer);
   return fired;
 }
@@ -188,7 +175,7 @@ TEST_CASE("Storms, a wrong state and a heartbeat that stops do not disturb the t
       INFO(transfer.name << ": " << fault);
       Plant plant;
       plant.execute({kWrite, 0, 0x3004, 0, 1, transfer.mode}, 0);
-      plant.node.faults.add(fault_from(fault, cbcan::sim::FaultPlace::kNode), plant.now);
+      plant.node.faults().add(fault_from(fault, cbcan::sim::FaultPlace::kNode), plant.now);
       plant.pass(55 * kMillisecond);
       check_next(plant, transfer);
     }

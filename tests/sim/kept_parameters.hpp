@@ -5,7 +5,7 @@
 
 namespace cbcan::test {
 
-/// Parameters that outlive a node, as long as the test lets them be saved.
+/// Parameters that outlive a node; saving fails when `works` is false.
 struct KeptParameters final : sim::ParameterStore {
   sim::StoredParameters load() override { return kept; }
   bool save(const sim::StoredParameters& parameters) override {

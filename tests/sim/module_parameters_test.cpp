@@ -11,7 +11,7 @@ namespace {
 
 using Values = std::vector<sim::StoredValue>;
 
-/// It is switched on again by on().
+/// on() switches it off and on.
 struct Module : StoringCoprocessor {
   Module() { on(); }
   void on(std::uint8_t node_id = 127) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Injected faults at a whole node, one of each group, and what is told of them. The faults themselves:
-// faults_answers_test.cpp, faults_node_test.cpp.
+// Injected faults of a whole node, one of each group, and the reports. The faults themselves:
+// faults_responses_test.cpp, faults_node_test.cpp.
 
 #include "node_rig.hpp"
 #include "sim/faulty_plant.hpp"
@@ -9,14 +9,16 @@ namespace cbcan::test {
 
 namespace {
 
-using Frames = std::vector<std::string>;
+sim::NodeParts reporting_to(sim::FaultListener& listener) {
+  sim::NodeParts parts;
+  parts.listener = &listener;
+  return parts;
+}
 
 struct Faulty {
   Faulty() { bench.start().expect("705#00"); }
   unsigned set(const std::string& fault) {
-    const sim::FaultOrProblem parsed = sim::parse_fault(fault, sim::FaultPlace::kNode);
-    REQUIRE(parsed.problem.empty());
-    const unsigned number = node.faults().add(parsed.fault, bench.now);
+    const unsigned number = node.faults().add(fault_from(fault, sim::FaultPlace::kNode), bench.now);
     bench.world.advance(bench.now);
     return number;
   }
@@ -25,17 +27,9 @@ struct Faulty {
     bench.world.advance(bench.now);
   }
 
- private:
-  sim::NodeParts parts() {
-    sim::NodeParts parts;
-    parts.listener = &told;
-    return parts;
-  }
-
- public:
   Told told;
   WorldBench bench{0, &told};
-  sim::Node& node = add_node(bench, 5, parts());
+  sim::Node& node = add_node(bench, 5, reporting_to(told));
 };
 
 const char* const kRead = "605#4000200000000000";
@@ -52,13 +46,13 @@ TEST_CASE("Node: refuse: a write is answered with an abort and not stored; reads
   faulty.bench.ask("605#2B00200009000000", "585#6000200000000000");
   CHECK(
       faulty.told.lines ==
-      Frames{"0 node 5: fault 1: refuse code=0x08000020 after=1 count=1 index=0x2000: 605#2B00200009000000"});
+      Texts{"0 node 5: fault 1: refuse code=0x08000020 after=1 count=1 index=0x2000: 605#2B00200009000000"});
   faulty.remove(number);
   faulty.set("refuse code=0x06090030");
   faulty.bench.ask("605#2100200002000000", "585#6000200000000000");  // segmented: at its end
   faulty.bench.ask("605#0B07000000000000", "585#8000200030000906");
   faulty.bench.ask(kRead, "585#4B00200009000000");
-  faulty.bench.ask("605#2B17100064000000", "585#8017100030000906");  // the communication's too
+  faulty.bench.ask("605#2B17100064000000", "585#8017100030000906");  // communication objects too
   faulty.bench.ask("605#4017100000000000", "585#4B17100000000000");
 }
 
@@ -91,7 +85,7 @@ TEST_CASE("Node: silent: it goes on as if it were heard, process data too") {
   faulty.remove(number);
   faulty.bench.pass(50 * kMillisecond).expect("705#05");
   CHECK(faulty.told.lines ==
-        Frames{"0 node 5: fault 1: silent: 185#0000", "0 node 5: fault 1: silent: 585#6000200000000000",
+        Texts{"0 node 5: fault 1: silent: 185#0000", "0 node 5: fault 1: silent: 585#6000200000000000",
                "0 node 5: fault 1: silent: 185#0100", "100000 node 5: fault 1: silent: 705#05"});
 }
 
@@ -107,23 +101,21 @@ TEST_CASE("Node: bus-off for a while: off the bus, out of Operational, and back"
   faulty.bench.expect("085#4081110000000000");  // recovered from bus-off
   faulty.bench.expect("085#0000000000000000");
   faulty.bench.ask(kRead, kResponse);
-  CHECK(faulty.told.lines == Frames{"0 node 5: fault 1: bus-off until_ms=500: begins",
+  CHECK(faulty.told.lines == Texts{"0 node 5: fault 1: bus-off until_ms=500: begins",
                                     "500000 node 5: fault 1: bus-off until_ms=500: ends"});
 }
 
 TEST_CASE("Node: faults are for its ID, also for the one that LSS gives") {
   Told told;
   WorldBench bench;
-  sim::NodeParts parts;
+  sim::NodeParts parts = reporting_to(told);
   parts.lss = true;
-  parts.listener = &told;
   sim::Node& node = add_node(bench, sim::Node::kNoNodeId, parts);
   bench.start();
   bench.send("7E5#0401000000000000");
   bench.ask("7E5#1107000000000000", "7E4#1100000000000000");
   bench.ask("7E5#0400000000000000", "707#00");
-  const sim::FaultOrProblem parsed = sim::parse_fault("short-frame length=3", sim::FaultPlace::kNode);
-  node.faults().add(parsed.fault, bench.now);
+  node.faults().add(fault_from("short-frame length=3", sim::FaultPlace::kNode), bench.now);
   bench.ask("607#4000200000000000", "587#4B0020");
   node.faults().clear(bench.now);
   bench.ask("607#4000200000000000", "587#4B00200007000000");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// LSS on a bus: nodes without an ID get one, values follow it, and bit rates. The services alone:
+// LSS on a bus: nodes without an ID get one, their values change with it, and bit rates. The services alone:
 // tests/core/lss_test.cpp.
 
 #include "kept_parameters.hpp"
@@ -21,7 +21,7 @@ sim::NodeParts with_lss(sim::ParameterStore* store = nullptr) {
   return parts;
 }
 
-/// The node with this serial number, less than 256, is in the configuration state then.
+/// Puts the node with this serial number, less than 256, into the configuration state.
 void select(WorldBench& bench, unsigned serial) {
   for (const char* number : {"7E5#4019030000000000", "7E5#4102000000000000", "7E5#4203000000000000"})
     bench.send(number);
@@ -49,14 +49,14 @@ TEST_CASE("Node: three without an ID are selected, get one, and boot up as they 
   add_node(bench, kNone, with_lss(), 20);
   bench.start().expect("709#00");
   bench.expect_silence();
-  bench.send("000#8100").expect("709#00");  // nobody else hears NMT commands
+  bench.send("000#8100").expect("709#00");  // no other node receives NMT commands
   const std::pair<std::uint32_t, const char*> order[] = {{10, "33"}, {20, "32"}, {30, "31"}};
   for (const auto& [serial, node_id] : order) {
     select(bench, serial);
     give(bench, node_id);
     bench.ask(kWaiting, "7" + std::string(node_id) + "#00");
   }
-  bench.send("7E5#4C00000000000000").expect_silence();  // nobody without an ID is left
+  bench.send("7E5#4C00000000000000").expect_silence();  // no node without an ID is left
   bench.send("000#8100");
   CHECK(bench.heard() == std::vector<std::string>{"709#00", "731#00", "732#00", "733#00"});
 }
@@ -92,7 +92,7 @@ TEST_CASE("Node: $NODEID values follow an ID that LSS gives, and again") {
 TEST_CASE("Node: a COB-ID that was stored stays when LSS gives another node ID") {
   NodeBench bench(with_lss());
   bench.ask("605#2300140105020080", "585#6000140100000000");
-  bench.ask("605#2300140181010000", "585#6000140100000000");  // RPDO 1 hears TPDO 1 of node 1
+  bench.ask("605#2300140181010000", "585#6000140100000000");  // RPDO 1 receives TPDO 1 of node 1
   bench.ask("605#2310100173617665", "585#6010100100000000");
   bench.send(kConfiguration);
   give(bench, "06");
@@ -131,7 +131,7 @@ TEST_CASE("Node: an ID that LSS has not stored is gone at the next power-on; par
     CHECK(kept.kept.lss == sim::StoredLss{});
   }
   WorldBench bench;
-  add_node(bench, 6, with_lss(&kept));  // the plant file says another one now
+  add_node(bench, 6, with_lss(&kept));  // the node ID in the plant file has changed
   bench.start().expect("706#00");
   bench.ask("606#4000200000000000", "586#4B00200055000000");
 }
@@ -155,7 +155,7 @@ TEST_CASE("Node: LSS takes the ID away; then LSS alone is left") {
   bench.send(kConfiguration);
   give(bench, "FF");
   bench.send(kWaiting);
-  bench.pass(100 * kMillisecond).expect("705#7F");  // it has it until the reset
+  bench.pass(100 * kMillisecond).expect("705#7F");  // the old ID lasts until the reset
   bench.send("000#8205");
   bench.send("605#4000100000000000");
   bench.send("000#8100");
@@ -166,7 +166,7 @@ TEST_CASE("Node: LSS takes the ID away; then LSS alone is left") {
   bench.ask("606#4000180100000000", "586#4300180186010000");
 }
 
-// 100 ms without anybody sending, the switch, 100 ms more.
+// The bus is silent for 100 ms, then the bit rate changes, then it is silent for another 100 ms.
 TEST_CASE("Node: a bit rate that is the bus's: off the bus for twice the delay, then back") {
   WorldBench bench(125'000);
   add_node(bench, 5, with_lss());

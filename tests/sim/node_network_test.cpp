@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Nodes that watch, time and disturb each other; the services alone: tests/core.
+// Nodes that monitor each other, share the time and have the same ID; the services alone: tests/core.
 
 #include "node_rig.hpp"
 
@@ -9,7 +9,7 @@ namespace {
 
 using Frames = std::vector<std::string>;
 
-/// Node 2 watches node 1, which has a heartbeat of 10 ms, for 25 ms. Both are Operational.
+/// Node 2 monitors node 1, which has a heartbeat of 10 ms, with a consumer time of 25 ms. Both are Operational.
 struct Watch {
   /// `reaction`: 1029h:1 of node 2, two digits.
   explicit Watch(const std::string& reaction) {
@@ -54,14 +54,14 @@ TEST_CASE("Node: 1016h set to 0 ends the watch, and the filter closes") {
   CHECK(watch.state() == nmt::State::kOperational);
 }
 
-// 1012h: bit 30 produces, bit 31 consumes. The time of day counts from the node's own zero, 1984-01-01.
+// 1012h: bit 30 = producer, bit 31 = consumer. The time of day counts from 1984-01-01.
 TEST_CASE("Node: TIME from a producer to a consumer") {
   WorldBench bench;
   sim::Node& producer = add_node(bench, 1);
   sim::Node& consumer = add_node(bench, 2);
   bench.start().expect("701#00", "702#00");
-  bench.pass(kSecond).expect_silence();  // 1012h says neither
-  // 2163-06-07 is day 65,536: the day before, 500 ms before midnight, the 16 bits are at their end.
+  bench.pass(kSecond).expect_silence();  // 1012h: neither producer nor consumer
+  // 2163-06-07 is day 65,536: at the end of the day before it, the 16 bits overflow.
   producer.device().time_stamp().set({86'399'500, 65'535}, bench.now);
   producer.device().time_stamp().produce_every(250 * kMillisecond, bench.now);
   bench.write("602#2312100000010080", "601#2312100000010040");

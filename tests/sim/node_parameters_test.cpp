@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// 1010h and 1011h: what is stored, what is restored when, and what the next power-on finds.
+// 1010h and 1011h: what is stored, what is restored when, and the values at the next power-on.
 
 #include "kept_parameters.hpp"
 #include "node_rig.hpp"
@@ -10,10 +10,16 @@ namespace {
 
 using Values = std::vector<sim::StoredValue>;
 
-/// Node 5 on parameters that outlive it.
+sim::NodeParts stored_in(sim::ParameterStore* store) {
+  sim::NodeParts parts;
+  parts.parameters = store;
+  return parts;
+}
+
+/// Node 5 with parameters that outlive it.
 struct Keeper {
-  explicit Keeper(sim::ParameterStore* store) : store_(store) { bench.start().expect("705#00"); }
-  /// One parameter of communication, of the manufacturer and of the profile each, and an output.
+  explicit Keeper(sim::ParameterStore* store) : bench(stored_in(store)) {}
+  /// Changes a communication, a manufacturer and a profile parameter, and an output.
   void change(const std::string& value) {
     bench.ask("605#2B171000" + value + "000000", "585#6017100000000000");
     bench.ask("605#2B002000" + value + "000000", "585#6000200000000000");
@@ -38,17 +44,8 @@ struct Keeper {
     return text;
   }
 
- private:
-  sim::NodeParts parts() {
-    sim::NodeParts parts;
-    parts.parameters = store_;
-    return parts;
-  }
-  sim::ParameterStore* store_;
-
- public:
-  WorldBench bench;
-  sim::Node& node = add_node(bench, 5, parts());
+  NodeBench bench;
+  sim::Node& node = bench.node;
 };
 
 }  // namespace
@@ -177,12 +174,10 @@ TEST_CASE("Node: stored values that do not fit the dictionary any more are left 
 
 TEST_CASE("Node: FFFFh:FF, the last value there is, is stored like all others") {
   KeptParameters store;
-  sim::NodeParts parts;
-  parts.parameters = &store;
   WorldBench bench;
   std::vector<Row> all = rows();
   all.push_back({0xFFFF, 0, 0xFF, DataType::kUnsigned8});
-  add_node_of(bench, 5, all, parts);
+  add_node_of(bench, 5, all, stored_in(&store));
   bench.start().expect("705#00");
   bench.write("605#2FFFFFFF11000000", "605#2310100173617665");
   CHECK(store.kept.values == Values{{0xFFFF, 0xFF, {0x11}}});
@@ -190,8 +185,6 @@ TEST_CASE("Node: FFFFh:FF, the last value there is, is stored like all others") 
 
 TEST_CASE("Node: objects for PDOs are stored too, but what the file maps by default, and 1003h") {
   KeptParameters store;
-  sim::NodeParts parts;
-  parts.parameters = &store;
   std::vector<Row> all = rows();
   using enum DataType;
   constexpr std::uint16_t kRwr = ObjectFlags::kReadWrite | ObjectFlags::kMapTpdo;
@@ -199,7 +192,7 @@ TEST_CASE("Node: objects for PDOs are stored too, but what the file maps by defa
   all.push_back({0x6300, 0, 0, kUnsigned8, 0, kRwr});
   all.push_back({0x6301, 0, 0, kUnsigned8, 0, kOutput});
   WorldBench bench;
-  add_node_of(bench, 5, all, parts);
+  add_node_of(bench, 5, all, stored_in(&store));
   bench.start().expect("705#00");
   bench.write("605#2F00630011000000", "605#2F01630012000000", "605#2F00620213000000");
   bench.ask("605#2B00620114000000", "585#6000620100000000");  // 1600h:1
@@ -212,8 +205,7 @@ TEST_CASE("Node: what its device calls a set point is not stored, mapped or not"
     bool is_set_point(std::uint16_t index) const override { return index == 0x2000; }
   };
   KeptParameters store;
-  sim::NodeParts parts;
-  parts.parameters = &store;
+  sim::NodeParts parts = stored_in(&store);
   parts.behaviour = [](sim::DeviceNode&, std::uint64_t) -> std::unique_ptr<sim::Behaviour> {
     return std::make_unique<Device>();
   };

@@ -28,7 +28,7 @@ TEST_CASE("Node: the TPDO of one is the RPDO of another, with each event") {
   pair.start();
   pair.bench.input(pair.first, 0x6000, 1, 0x1234).expect("181#3412");
   CHECK(pair.received() == 0x1234);
-  pair.bench.send("000#8002");  // Pre-operational: it hears no PDO
+  pair.bench.send("000#8002");  // Pre-operational: it receives no PDO
   pair.bench.input(pair.first, 0x6000, 1, 0x5678).expect("181#7856");
   CHECK(pair.received() == 0x1234);
 }
@@ -67,18 +67,18 @@ TEST_CASE("Node: it hears the new COB-ID, and the old one no more") {
   CHECK(value_of(node, 0x6200, 1) == 1);
   bench.send("377#0300");
   CHECK(value_of(node, 0x6200, 1) == 3);
-  // A TPDO's, which RTR asks for. Made valid, it is sent.
+  // That of a TPDO, which RTR requests. It is sent when it becomes valid.
   bench.ask("605#2300180185010080", "585#6000180100000000");
   bench.send("605#23001801F7010000").expect("1F7#0000", "585#6000180100000000");
   bench.send("185#R2").expect_silence();
   bench.ask("1F7#R2", "1F7#0000");
-  // SYNC's.
+  // That of SYNC.
   bench.ask("605#2F00180201000000", "585#6000180200000000");
   bench.ask("080#", "1F7#0000");
   bench.ask("605#2305100090000000", "585#6005100000000000");
   bench.send("080#").expect_silence();
   bench.ask("090#", "1F7#0000");
-  bench.ask("000#8205", "705#00");  // as the device was made
+  bench.ask("000#8205", "705#00");  // back to the factory values
   bench.ask("000#0105", "185#0000");
   bench.send("377#0400").expect_silence();
   bench.send("205#0500");

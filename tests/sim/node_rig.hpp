@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Simulated nodes on dictionaries that tests write down.
+/// Simulated nodes with dictionaries from tables in tests.
 
 #include "sim/node.hpp"
 #include "support/world_bench.hpp"
 
 namespace cbcan::test {
 
-/// One or more sub-indices that are alike, and their power-on value.
+/// One or more identical sub-indices, and their power-on value.
 struct Row {
   std::uint16_t index;
   std::uint8_t first_sub;
@@ -37,8 +37,8 @@ inline eds::DictionaryImage image_of(const std::vector<Row>& rows, std::uint8_t 
 inline constexpr std::uint8_t kInput = ObjectFlags::kRead | ObjectFlags::kMapTpdo;
 inline constexpr std::uint16_t kOutput = ObjectFlags::kReadWrite | ObjectFlags::kMapRpdo;
 
-/// One RPDO with the 16 bits of 6200h:1, one event-driven TPDO with those of 6000h:1, parameters 2000h (of
-/// the manufacturer) and 6100h (of the profile), and what CiA 301 has. With LSS, `serial` tells nodes apart.
+/// One RPDO with the 16 bits of 6200h:1, one event-driven TPDO with those of 6000h:1, parameters 2000h
+/// (manufacturer) and 6100h (profile), and objects of CiA 301. LSS selects nodes by `serial`.
 inline std::vector<Row> rows(std::uint32_t serial = 1) {
   using enum DataType;
   constexpr std::uint8_t kRo = ObjectFlags::kRead;
@@ -98,7 +98,7 @@ inline sim::Node& add_node(WorldBench& bench, std::uint8_t node_id, sim::NodePar
   return add_node_of(bench, node_id, rows(serial), std::move(parts));
 }
 
-/// With node 5, which has booted.
+/// With node 5 after its boot-up message.
 struct NodeBench final : WorldBench {
   explicit NodeBench(sim::NodeParts parts = {}) : node(add_node(*this, 5, std::move(parts))) {
     start().expect("705#00");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The SDO servers of a node behind its first one: 1201h to 127Fh.
+// The further SDO servers of a node: 1201h to 127Fh.
 
 #include "node_rig.hpp"
 
@@ -7,7 +7,7 @@ namespace cbcan::test {
 
 namespace {
 
-/// Node 5 with 1201h on 645h and 5C5h, as files have it, and 1203h, which is off.
+/// Node 5 with 1201h on 645h and 5C5h, as in EDS files, and 1203h, which is not valid.
 std::vector<Row> with_servers() {
   std::vector<Row> all = rows();
   const auto place = std::ranges::find(all, std::uint16_t{0x1400}, &Row::index);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What gives a node's values life: signals, inputs, incidents, a behaviour.
+// What changes the values of a node: signals, inputs, incidents, a behaviour.
 
 #include "node_rig.hpp"
 
@@ -11,7 +11,7 @@ using sim::Ramp;
 using sim::Replay;
 using sim::Signal;
 
-/// 6000h:1 shows what comes in at it, doubled; 6200h:1 beyond 100 is an error, or the incident "jam".
+/// 6000h:1 shows twice its input. An error is present while 6200h:1 is above 100, or during the incident "jam".
 struct Doubler final : sim::Behaviour {
   explicit Doubler(sim::DeviceNode& node) : node_(node) {}
 

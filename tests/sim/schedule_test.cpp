@@ -6,7 +6,7 @@
 
 namespace {
 
-/// Writes down who is polled, and wants nothing more.
+/// Records that it is polled, and is due never again.
 struct Guest final : cbcan::sim::Participant {
   Guest(cbcan::sim::Schedule& schedule, std::size_t number, std::vector<std::size_t>& polled)
       : Participant(schedule), number_(number), polled_(polled) {}

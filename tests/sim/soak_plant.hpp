@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// What the soak's PLCs work on: nodes that write down what is executed, with faults and restarts by chance.
+/// The nodes of the soak test, which record what is executed, with random faults and restarts.
 
 #include <array>
 #include <cstddef>
@@ -26,8 +26,8 @@ inline void append(Bytes& values, const Bytes& more, std::size_t size) {
   values.resize(values.size() + size - more.size());
 }
 
-/// Kinds that cannot change a value so that nobody could notice: a request that comes late or twice, an
-/// inverted bit and a second node with the same ID can.
+/// Only kinds whose changes of a value can be detected: not requests that come late or twice, an inverted bit, or
+/// a second node with the same ID.
 inline constexpr const char* kOfNode[] = {
     "response-never",
     "response-late delay_ms=%",
@@ -36,7 +36,7 @@ inline constexpr const char* kOfNode[] = {
     "response-other-toggle",
     "response-other-specifier",
     "response-other-index",
-    "response-other-size index=0x2010 step=initiate",  // with that of a segment too the sum would be right
+    "response-other-size index=0x2010 step=initiate",  // together with that of a segment the sum would be right
     "response-other-size index=0x2011 step=segment",
     "response-other-crc",
     "response-other-sequence",
@@ -58,8 +58,8 @@ inline constexpr const char* kOfBus[] = {
 inline constexpr const char* kStates[] = {"bus-off", "error-passive", "overflow", "bus-load percent=50",
                                           "bus-load percent=100"};
 
-/// Objects of PLC 0 or 1 in each node: numbers at 2000h + PLC, bytes of any length at 2010h + PLC; and what
-/// time it is, so that an old response shows.
+/// Objects of PLC 0 or 1 in each node: numbers at 2000h + PLC, bytes of any length at 2010h + PLC. A clock makes
+/// old responses detectable.
 struct SoakObjects {
   static constexpr std::uint16_t kClock = 0x1FFF;
   static constexpr std::uint16_t kNumbers = 0x2000;
@@ -69,7 +69,7 @@ struct SoakObjects {
   static constexpr std::size_t kBytesAtFirst = 8;
 };
 
-/// What write number `id` of a PLC writes: the number, low byte first, and bytes that follow from it.
+/// The value of write number `id` of a PLC: the number, low byte first, and bytes calculated from it.
 inline Bytes written_by(std::uint32_t id, std::size_t size) {
   Bytes bytes(size);
   for (std::size_t i = 0; i < size; ++i)
@@ -77,15 +77,15 @@ inline Bytes written_by(std::uint32_t id, std::size_t size) {
   return bytes;
 }
 
-/// All that the nodes of one network have executed.
+/// What the nodes of one network have executed.
 struct Executed {
-  std::array<std::uint32_t, 2> last{};  ///< of each PLC: the number of its last write
+  std::array<std::uint32_t, 2> last{};  ///< number of the last write by PLC
   std::uint64_t writes = 0;
-  std::uint64_t again = 0;  ///< a write that was executed before, or after a later one
+  std::uint64_t again = 0;  ///< writes that were executed twice, or after a later one
   std::uint64_t torn = 0;   ///< bytes that no PLC has written
 };
 
-/// Stands in a node and sees what is stored.
+/// The behaviour of a node, which records what is stored.
 struct Witness final : sim::Behaviour {
   struct Object {
     Bytes now;
@@ -160,7 +160,7 @@ struct SoakNetwork final : private sim::FaultListener {
     if (now >= restart_due_) power_on();
   }
 
-  /// What one Modbus request of a PLC has written.
+  /// One Modbus request of a PLC has written these registers.
   void written(std::size_t first, std::size_t count) {
     world_->advance(now);
     module_->on_plc(now);
@@ -170,7 +170,7 @@ struct SoakNetwork final : private sim::FaultListener {
 
   const Witness& node(std::uint8_t id) const { return *witnesses_.at(id); }
 
-  /// Nothing that goes wrong now has begun since then, or reaches so far.
+  /// No fault has been active since `begin` or shortly before it.
   bool quiet_since(Time begin) const { return open_ == 0 && harmed_at_ + kReach < begin; }
   void harm() { harmed_at_ = now; }
 
@@ -178,12 +178,12 @@ struct SoakNetwork final : private sim::FaultListener {
   Executed executed;
   Time now = 0;
   std::uint64_t fired = 0;
-  std::uint64_t lives = 0;  ///< the module's
+  std::uint64_t lives = 0;  ///< starts of the module
 
  private:
   static constexpr Time kReach = 10 * kSecond;
 
-  /// Everything but the PLCs.
+  /// Switches everything but the PLCs off and on.
   void power_on() {
     ++lives;
     world_.reset();
@@ -247,7 +247,7 @@ struct SoakNetwork final : private sim::FaultListener {
           written_by(0, SoakObjects::kBytesAtFirst));
     return image;
   }
-  /// A delay is shorter than the time for which the module keeps away from a node after a cancelled request.
+  /// A delay is shorter than the module's quarantine for a node after a cancelled request.
   std::string random_fault(bool of_bus) {
     const auto one_of = [this](auto& texts) {
       return std::string(texts[random_.below(static_cast<std::uint32_t>(std::size(texts)))]);
@@ -261,7 +261,7 @@ struct SoakNetwork final : private sim::FaultListener {
     if (!state) text += random_.below(2) == 0 ? "" : " probability=0.1";
     return text;
   }
-  /// One at a time: two delays would add up.
+  /// One fault at a time, since two delays would add up.
   void change_faults() {
     const std::uint32_t place = random_.below(4);
     const bool of_bus = place == 3;

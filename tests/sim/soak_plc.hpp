@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The soak's PLCs: each with an access to its network's module, one transaction after the other, each result held
-/// against what the nodes have executed.
+/// The PLCs of the soak test: each has an access to the module of its network and runs one transaction after the
+/// other. Each result is checked against what the nodes have executed.
 
 #include <algorithm>
 #include <array>
@@ -17,7 +17,7 @@ namespace cbcan::test {
 
 inline constexpr std::uint16_t kReadCommand = 5055, kWriteCommand = 5066;
 inline constexpr std::uint16_t kAbsentNode = 99, kNmtObject = 0x1F82, kModeObject = 0x3004;
-inline constexpr Time kLongest = 60 * kSecond;  ///< of a transaction, whatever goes wrong
+inline constexpr Time kLongest = 60 * kSecond;  ///< longest transaction, whatever the faults
 inline constexpr std::uint32_t kNoObject = 0x06020000, kTimeout = 0x05040000, kCancelled = 0x08000000;
 
 inline std::uint16_t word_of(const Bytes& bytes, std::size_t k) {
@@ -67,17 +67,17 @@ struct SoakResult {
   std::uint32_t number() const { return words[0] | std::uint32_t{words[1]} << 16; }
 };
 
-/// Where a PLC's requests go in and results come out.
+/// How a PLC sends requests and gets results.
 struct Access {
   virtual ~Access() = default;
   virtual void begin(const SoakRequest& request) = 0;
   virtual std::optional<SoakResult> look() = 0;
   /// False: there will be no result.
   virtual bool cancel() = 0;
-  /// The PLC has been switched on; true when it may begin.
+  /// The PLC has been switched on; it may begin when ready() is true.
   virtual void switch_on() = 0;
   virtual bool ready() = 0;
-  /// The PLC knows that the module has restarted, and that a request is lost by it.
+  /// The PLC notices that the module has restarted and that its request is lost.
   virtual bool notices_restart() const = 0;
 };
 
@@ -111,7 +111,7 @@ struct FlagAccess final : Access {
   SoakNetwork& network_;
 };
 
-/// The scanner window, by the program of docs/how-to/scanner.md: it exchanges whole blocks, and knows nothing else.
+/// The scanner window, by the program of docs/how-to/scanner.md: it only exchanges whole blocks.
 struct ScannerAccess final : Access {
   explicit ScannerAccess(SoakNetwork& network) : network_(network) {}
 
@@ -159,7 +159,7 @@ struct ScannerAccess final : Access {
 };
 
 struct SoakPlc {
-  /// `place` is 0 or 1. It gives a request up after `patience`.
+  /// `place` is 0 or 1. The PLC abandons a request after `patience`.
   SoakPlc(SoakNetwork& network, Access& access, std::uint16_t place, std::uint64_t seed, Time patience)
       : network_(network), access_(access), place_(place), random_(seed), patience_(patience) {}
 
@@ -177,9 +177,9 @@ struct SoakPlc {
 
   std::uint64_t ended = 0;
   std::uint64_t good = 0;
-  std::uint64_t failed = 0;        ///< as the faults explain
-  std::uint64_t unknown = 0;       ///< no result, by a cancel or a restart
-  std::vector<std::string> wrong;  ///< what must not be
+  std::uint64_t failed = 0;        ///< because of faults
+  std::uint64_t unknown = 0;       ///< without a result, because of a cancel or a restart
+  std::vector<std::string> wrong;  ///< violations
 
  private:
   enum class Phase { kStarting, kIdle, kWaiting };
@@ -326,8 +326,8 @@ struct SoakPlc {
   SoakRequest request_;
   Time begun_ = 0;
   bool cancelled_ = false;
-  std::uint64_t begun_in_ = 0;   ///< in which of the module's lives the request has begun
-  std::uint64_t result_in_ = 0;  ///< and the last result has come
+  std::uint64_t begun_in_ = 0;   ///< SoakNetwork::lives when the request began
+  std::uint64_t result_in_ = 0;  ///< SoakNetwork::lives at the last result
   std::uint32_t id_ = 0;
 };
 

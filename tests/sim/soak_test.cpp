@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Eight PLCs on four networks, one at R3700 and one at the scanner window of each, in virtual time: faults
-// come and go, nodes, modules and PLCs restart. Each result is the right one, or an abort that what goes
-// wrong just then explains; what is not wrong is right; nothing is executed twice or in another order.
+// Eight PLCs on four networks, one at R3700 and one at the scanner window of each, in virtual time, with faults and
+// with restarts of nodes, modules and PLCs. Each result is right, or an abort that a fault of that time explains;
+// nothing is executed twice or in another order.
 
 #include "sim/soak_plc.hpp"
 #include "support/catch.hpp"
@@ -16,8 +16,7 @@ struct Row {
   std::uint16_t timeout_ms;
   Time patience;
 };
-/// Who is patient never cancels: there a response may come later than the module keeps away from the node
-/// after a cancel.
+/// PLCs with a patience of kNever do not cancel: with 500 ms a response may come after the quarantine of a cancel.
 constexpr Row kNetworks[] = {{0, 1000, 300 * kMillisecond},
                              {0, 500, kNever},
                              {250'000, 1000, 300 * kMillisecond},

@@ -3,8 +3,7 @@
 
 #include "sim/world.hpp"
 
-#include "support/catch.hpp"
-#include "support/frame_text.hpp"
+#include "sim/bus_suite.hpp"
 
 using namespace cbcan;
 using cbcan::sim::NodeParts;
@@ -25,13 +24,6 @@ NodeParts generic_node(unsigned id) {
   parts.image.values.resize(142);
   return parts;
 }
-
-struct Log final : cbcan::sim::Observer {
-  void on_bus_frame(const cbcan::Frame& frame, Time now) override {
-    lines.push_back(std::to_string(now) + " " + cbcan::test::text_of(frame));
-  }
-  std::vector<std::string> lines;
-};
 
 struct Plant {
   explicit Plant(std::uint32_t bit_rate = 0, unsigned nodes = 1) : world(bit_rate) {
@@ -65,7 +57,7 @@ struct Plant {
   std::array<std::uint16_t, 70> registers{};
   std::array<std::uint16_t, 128> process{};
   World world;
-  Log log;
+  cbcan::test::BusLog log;
   Time now = 0;
 };
 
@@ -99,7 +91,7 @@ TEST_CASE("128 bytes there and back in every transfer mode") {
     plant.execute({5055, 1, 0x2080, 0, 128});
     CHECK(plant.reg(3700) == 0);
     CHECK(std::equal(plant.registers.begin() + 6, plant.registers.end(), written.begin() + 6));
-    // Segmented: 2 + 2 x 19 frames each way; block: 2 + 1 + 19 + 1 + 2, reading with a start frame more.
+    // Segmented: 2 + 2 x 19 frames in each direction; block: 2 + 19 + 1 + 2 to write, one start frame more to read.
     CHECK(plant.log.lines.size() == (mode == 3 ? 24u + 25u : 40u + 40u));
   }
 }

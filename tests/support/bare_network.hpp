@@ -5,13 +5,13 @@
 
 namespace cbcan::test {
 
-/// Networks whose time a test moves.
+/// Time for networks, moved by a test.
 class ByHand final : private plant::NetworkListener {
  public:
   Time now = 0;
 
   plant::NetworkContext context() { return {now, schedule_, *this}; }
-  /// As a program in real time does that nobody asks for anything.
+  /// As a program in real time does without requests from clients.
   void poll_what_is_due_until(Time end) {
     while (schedule_.first_time() < end) {
       now = std::max(now, schedule_.first_time());
@@ -26,7 +26,7 @@ class ByHand final : private plant::NetworkListener {
   sim::Schedule schedule_;
 };
 
-/// A network without a module, for whoever adds nodes to it.
+/// A network without a module, for tests that add nodes.
 class BareNetwork {
   static config::Config config_of(std::uint32_t bit_rate) {
     config::Config config;

@@ -7,7 +7,7 @@
 
 namespace cbcan::test {
 
-/// A CAN port that writes down what it was given; it can be told to refuse.
+/// A CAN port that records frames; it can be set to refuse them.
 struct RecordingPort final : CanPort {
   bool try_send(const Frame& frame) override {
     ++tries;
@@ -25,8 +25,8 @@ struct RecordingPort final : CanPort {
   std::deque<std::string> sent;
 };
 
-/// What leaves by a port is the test: every frame has to be expected, in order, and nothing may be left over
-/// at the end. What makes frames leave returns the rig, so that they can be named behind it.
+/// Every frame that is sent has to be expected, in order, and none may be left at the end. Functions that cause
+/// frames return the bench, so that the expected frames can follow: `arrive(...).expect(...)`.
 struct Wire {
   template <class... More>
   void expect(const std::string& frame, const More&... more) {
@@ -55,11 +55,11 @@ struct Wire {
 
 using Registers = std::array<std::uint16_t, regmap::kWindowWords>;
 
-/// A coprocessor between a PLC that the test plays and a bus that the test plays too, in virtual time.
+/// A coprocessor in virtual time; the test acts as PLC and as bus.
 template <typename Core>
 struct BasicBench : Wire {
   explicit BasicBench(Coprocessor::Settings settings = {}) : BasicBench(own_registers, settings) {}
-  /// With the registers in somebody else's memory.
+  /// With the registers in memory of the caller.
   explicit BasicBench(Registers& memory, Coprocessor::Settings settings = {})
       : BasicBench(memory, settings, ScannerWindow(out, in)) {}
   template <typename... Scanners>
@@ -94,7 +94,7 @@ struct BasicBench : Wire {
     return *this;
   }
   bool busy() { return reg(3700) == 0xCA0E; }
-  /// R3700, and with 4 the abort code.
+  /// Checks R3700; check_failed() also checks the abort code.
   void check_done() { CHECK(reg(3700) == 0); }
   void check_failed(std::uint32_t code) {
     CHECK(reg(3700) == 4);
@@ -116,7 +116,7 @@ struct BasicBench : Wire {
     deadline = coprocessor.poll(now);
     return *this;
   }
-  /// Lets time pass, with every deadline met on the way.
+  /// Lets time pass and polls at every deadline.
   BasicBench& pass(Time duration) {
     const Time end = now + duration;
     while (deadline <= end) {

@@ -8,7 +8,7 @@
 
 namespace cbcan::test {
 
-/// Says how many cases ran; false when those are fewer than CBCAN_CASES (from CMakeLists.txt) asks for.
+/// Prints how many cases ran; false if that is fewer than CBCAN_CASES (from CMakeLists.txt).
 inline bool enough_ran(std::size_t ran) {
   std::cout << ran << " cases ran" << std::endl;
   const char* const committed = std::getenv("CBCAN_CASES");
@@ -19,8 +19,8 @@ inline bool enough_ran(std::size_t ran) {
   return false;
 }
 
-/// Says how many cases were skipped, as a whole or in part; false when those are not the CBCAN_SKIPS (from
-/// CMakeLists.txt; none = 0) that are known.
+/// Prints how many cases were skipped, as a whole or in part; false if that is not CBCAN_SKIPS (from
+/// CMakeLists.txt; 0 without it).
 inline bool as_many_skipped(std::size_t skipped) {
   const char* const announced = std::getenv("CBCAN_SKIPS");
   const std::size_t known = announced == nullptr || *announced == 0 ? 0 : std::stoul(announced);

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A suite says how many cases ran, and fails when fewer ran than CBCAN_CASES (from CMakeLists.txt) asks for."""
+"""Prints how many cases of a suite ran; it fails if fewer ran than CBCAN_CASES (from CMakeLists.txt)."""
 
 import os
 import sys
@@ -16,7 +16,7 @@ def enough(ran):
 
 
 def main():
-    """unittest.main(), counted unless its arguments choose some of the cases."""
+    """unittest.main() that counts the cases, unless its arguments choose some of them."""
     chosen = len(sys.argv) > 1
     result = unittest.main(exit=False).result
     ran = result.testsRun - len(result.skipped)

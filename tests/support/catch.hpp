@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// What most tests use of the standard library, which is precompiled with Catch2.
+// The standard headers that most tests use, precompiled with Catch2.
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Runs a suite, says how many cases ran, and fails when fewer ran than CBCAN_CASES (from CMakeLists.txt) asks
-// for, or when others than the CBCAN_SKIPS that it announces were skipped.
+// Runs a suite and prints how many cases ran. Fails if fewer ran than CBCAN_CASES (from CMakeLists.txt), or if the
+// number of skipped cases is not CBCAN_SKIPS.
 #define CATCH_CONFIG_RUNNER
 #include "support/cases.hpp"
 #include "support/catch.hpp"

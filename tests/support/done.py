@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Programs that have to succeed; an AssertionError with all that they say where they do not."""
+"""Runs programs that have to succeed; otherwise an AssertionError has all their output."""
 
 import subprocess
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A client that keeps to the rules, in a thread: complete transactions all the time, each response checked, the slowest noted."""
+"""A correct client in a thread: transactions all the time, each response checked, the time of the slowest recorded."""
 
 import threading
 import time
@@ -50,7 +50,7 @@ class Healthy(threading.Thread):
         return result
 
     def wait_for(self, more):
-        """Returns after so many more transactions."""
+        """Returns after this many more transactions."""
         with self.changed:
             goal = self.transactions + more
             if not self.changed.wait_for(lambda: self.error or self.transactions >= goal, LIMIT):
@@ -59,7 +59,7 @@ class Healthy(threading.Thread):
             raise AssertionError("the healthy client was disturbed") from self.error
 
     def pause(self):
-        """Returns when no request is under way; go_on() ends it."""
+        """Returns when no request is in progress; go_on() ends the pause."""
         with self.changed:
             self.pausing = True
             self.changed.wait_for(lambda: self.error or self.paused, LIMIT)

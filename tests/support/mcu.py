@@ -8,12 +8,23 @@ import struct
 import subprocess
 import tempfile
 
-LIMIT = 60  # seconds; for what takes milliseconds on a machine that has nothing else to do
+LIMIT = 60  # seconds; for what takes milliseconds on an idle machine
 
 
 def die_with_parent():
-    """For a child: a killed test must not leave an emulator running (prctl PR_SET_PDEATHSIG)."""
+    """For a child process: a killed test must not leave an emulator running (prctl PR_SET_PDEATHSIG)."""
     ctypes.CDLL(None).prctl(1, signal.SIGKILL)
+
+
+def receive(connection, count):
+    """Exactly `count` bytes from a socket."""
+    data = b""
+    while len(data) < count:
+        part = connection.recv(count - len(data))
+        if not part:
+            raise ConnectionError("closed by the other side")
+        data += part
+    return data
 
 
 def crc(data):
@@ -27,7 +38,7 @@ def crc(data):
 
 
 class Line:
-    """One end of a serial line of the emulator: a socket that it has connected to."""
+    """One end of a serial line of the emulator: a socket to which the emulator connects."""
 
     def __init__(self):
         self.listener = socket.create_server(("127.0.0.1", 0))
@@ -51,17 +62,11 @@ class Line:
         self.socket.sendall(data)
 
     def receive(self, count):
-        data = b""
-        while len(data) < count:
-            part = self.socket.recv(count - len(data))
-            if not part:
-                raise ConnectionError("the emulator has closed its serial line")
-            data += part
-        return data
+        return receive(self.socket, count)
 
 
 class Mcu:
-    """The image `image` on `machine`. `can` is where its UART1 goes, as QEMU writes it; None = to self.can, a Line."""
+    """The image `image` on `machine`. `can` is QEMU's option for UART1; None = self.can, a Line."""
 
     def __init__(self, image, machine="mps2-an385", can=None, options=()):
         self.modbus = Line()
@@ -88,7 +93,7 @@ class Mcu:
             raise AssertionError(f"the emulator said: {error}")
 
     def stop(self):
-        """Ends it; what it has said on standard error."""
+        """Ends the emulator; returns its standard error."""
         self.process.kill()
         self.process.wait()
         for line in filter(None, (self.modbus, self.can)):
@@ -98,7 +103,7 @@ class Mcu:
             return self.error.read()
 
     def request(self, pdu, response_size, station=1):
-        """One request and its response, of `answer_size` bytes without station and CRC; there is no second try."""
+        """One request and its response, of `response_size` bytes without station and CRC; there is no second try."""
         frame = bytes([station]) + pdu
         self.modbus.send(frame + crc(frame))
         response = self.modbus.receive(response_size + 3)
@@ -117,14 +122,14 @@ class Mcu:
         return list(struct.unpack(f">{count}H", response[2:]))
 
     def execute(self, *words, seen=1):
-        """R3701.. = words and CA0Eh in one request; R3700 and the registers behind it, `seen` in all, when it is done."""
+        """R3701.. = words and CA0Eh in one request; when it is done, returns `seen` registers from R3700."""
         self.write(3700, [0xCA0E, *words])
         while (registers := self.read(3700, seen))[0] == 0xCA0E:
             pass
         return registers
 
     def diagnostics(self):
-        """R4100..R4132 by name, as docs/reference/registers.md has them."""
+        """R4100..R4132 by name, see docs/reference/registers.md."""
         words = self.read(4100, 33)
         names = {"uptime": 2, "modbus_requests": 8, "modbus_crc_errors": 10, "modbus_exceptions": 12, "modbus_lost": 14,
                  "can_received": 16, "can_sent": 18, "can_refused": 20, "can_lost": 22, "can_errors": 24,

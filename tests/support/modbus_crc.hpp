@@ -5,8 +5,8 @@
 
 namespace cbcan::test {
 
-/// The CRC of a Modbus RTU frame, for tests and models: one bit at a time, as MODBUS over Serial Line V1.02,
-/// 6.2.2 has it, and not as the product does it. `bytes`: any range of characters or bytes.
+/// The CRC of a Modbus RTU frame, for tests and models: bit by bit as in MODBUS over Serial Line V1.02, 6.2.2,
+/// independent of the product's code. `bytes`: any range of characters or bytes.
 template <class Bytes>
 constexpr std::uint16_t modbus_crc(const Bytes& bytes) {
   std::uint32_t crc = 0xFFFF;

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A PLC that owns its registers, for tests that want to see every byte."""
+"""A PLC that owns its registers, for tests that check every byte."""
 
 import socket
 import struct
@@ -7,7 +7,7 @@ import threading
 
 
 class OwnedRegisters:
-    """A PLC's Modbus TCP server for holding registers, FC 3, 6 and 16; its program is in the test."""
+    """The Modbus TCP server of a PLC for holding registers, FC 3, 6 and 16; the PLC's program is in the test."""
 
     def __init__(self):
         self.registers = {}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The project's pages in Markdown, wherever they lie, and their parts."""
+"""The project's Markdown pages in all folders, and their parts."""
 
 import dataclasses
 import pathlib
@@ -19,7 +19,7 @@ def pages():
 
 @dataclasses.dataclass
 class Block:
-    """Code: between fences, or indented by four columns or more behind a blank line."""
+    """Code: between fences, or indented by four columns or more after a blank line."""
     page: pathlib.Path
     line: int  # of its first line
     language: str
@@ -38,7 +38,7 @@ class Block:
 
 
 def parts(text):
-    """(number, line, in which block: None = none) of each line; the lines of fences are left out."""
+    """(number, line, its block or None) for each line except fences."""
     fence, block, blank = None, None, True
     for number, line in enumerate(text.splitlines(), 1):
         if found := re.match(r" *```(\w*)", line):
@@ -65,5 +65,5 @@ def blocks(page):
 
 
 def prose(text):
-    """(number, line) of what is not code; rows of tables are."""
+    """(number, line) of all lines that are not code, rows of tables included."""
     return ((number, line) for number, line, block in parts(text) if not block)

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Both sides of the scanner window for tests that play whole programs: a PLC that keeps to the handshake of
-/// docs/how-to/scanner.md, and a node that counts what it is asked to do. Each request is another one, so what is
-/// done twice, or believed without having been done, shows.
+/// Both sides of the scanner window for tests of whole programs: a PLC with the handshake of
+/// docs/how-to/scanner.md, and a node that counts requests. No two requests are the same, so a request that is
+/// executed twice, or reported as done but not executed, is detected.
 
 #include "support/catch.hpp"
 
@@ -11,17 +11,17 @@ namespace cbcan::test {
 
 inline constexpr std::uint8_t kScannedNode = 5;
 
-/// What stands in an object of the node: a number of its address that no other one has.
+/// The value of an object of the node: a number that is unique to its address.
 inline std::uint32_t scanned_value(std::uint16_t index, std::uint8_t sub) {
   return (std::uint32_t{index} << 8 | sub) * 2654435761u;
 }
 
-/// Node 5: expedited transfers of four bytes. Counts requests by the 32-bit number that makes each another
-/// one: the value written, or index and sub-index read.
+/// Node 5: expedited transfers of four bytes. Counts requests by their unique 32-bit number: the value written, or
+/// index and sub-index read.
 struct CountingNode {
   using Bytes = std::array<std::uint8_t, 8>;  ///< of a frame
 
-  /// A frame on 600h + 5; the response, on 580h + 5, waits in `responses`.
+  /// A frame on 600h + 5; the response on 580h + 5 is added to `responses`.
   void on_request(const Bytes& bytes) {
     constexpr std::uint8_t kAbort = 0x80, kWrite4 = 0x23;
     if (bytes[0] == kAbort) return;
@@ -48,12 +48,12 @@ struct CountingNode {
   }
 };
 
-/// The program of docs/how-to/scanner.md with its images of both blocks. It reads and writes node 5 in turns.
+/// The program of docs/how-to/scanner.md with its images of both blocks. It reads and writes node 5 alternately.
 struct ScannerPlc {
   static constexpr std::size_t kOut = 8;
   static constexpr std::size_t kIn = 6;
 
-  /// Gives a request up after so many scans.
+  /// Abandons a request after `patience` scans.
   explicit ScannerPlc(int patience) : patience_(patience) {}
 
   /// The PLC has been switched off and on.
@@ -86,7 +86,7 @@ struct ScannerPlc {
     }
   }
 
-  /// The node has executed no request twice; what is believed it has executed, and with its own values.
+  /// The node has executed no request twice and all requests that are reported as done, with its own values.
   void check(const CountingNode& node) const {
     std::vector<std::uint32_t> twice;
     for (const auto* counts : {&node.written, &node.read})
@@ -107,7 +107,7 @@ struct ScannerPlc {
   std::array<std::uint16_t, kOut> out{};
   std::array<std::uint16_t, kIn> in{};
   std::vector<Done> done;           ///< ended by result 0
-  std::vector<std::uint32_t> torn;  ///< those among them with data that are not the node's
+  std::vector<std::uint32_t> torn;  ///< requests of `done` with data that the node did not send
   std::map<std::uint16_t, unsigned> results;
   unsigned ended = 0;
 
@@ -145,7 +145,7 @@ struct ScannerPlc {
   int patience_;
   Phase phase_ = Phase::kStarting;
   std::uint16_t number_ = 0;
-  std::uint32_t id_ = 0x200000;  ///< of the request; never used twice, also after a restart
+  std::uint32_t id_ = 0x200000;  ///< of the request; never used twice, not even after a restart
   bool write_ = false;
   int waited_ = 0;
 };

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A serial line between two programs: two pseudo-terminals, or one and somebody's socket, and a thread that hands bytes on."""
+"""A serial line between two programs: two pseudo-terminals, or one and a socket, and a thread that passes bytes on."""
 
 import os
 import select

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Starts cbcan-sim for a test, tells where it serves, and ends it by its process ID."""
+"""Starts cbcan-sim for a test, reads its addresses, and ends it by its process ID."""
 
 import os
 import pathlib
@@ -12,14 +12,13 @@ import subprocess
 import tempfile
 import time
 
-from mcu import die_with_parent
+from mcu import LIMIT, die_with_parent, receive
 
 HOW_TO_JOIN = r"^(network \d+: )?(slcan: python3|socketcand: python3|socketcan: candump) "
-LIMIT = 60  # seconds; for what takes milliseconds on a machine that has nothing else to do
 
 
 def wait_until(condition, what):
-    """Asks until the condition holds; it should be something that does not take the processor (a read, a request)."""
+    """Repeats until the condition holds; it should wait for something (a read, a request), not use up the processor."""
     end = time.monotonic() + LIMIT
     while True:
         value = condition()
@@ -31,7 +30,7 @@ def wait_until(condition, what):
 
 class Simulator:
     def __init__(self, program, *options, log=True, test=None, before_start=None, stdin=subprocess.DEVNULL, stderr=None, **keywords):
-        """Ends with `test`, where there is one."""
+        """Ends with `test`, if given."""
         self.folder = tempfile.TemporaryDirectory()
         self.log_path = pathlib.Path(self.folder.name) / "bus.log"
         command = [program, "--modbus", "127.0.0.1:0", *options]
@@ -64,7 +63,7 @@ class Simulator:
         self.stop()
 
     def stop(self, number=signal.SIGTERM):
-        """Ends it; returns (exit code, standard error but for how programs join)."""
+        """Ends the simulator; returns (exit code, standard error without the lines about joining the bus)."""
         if self.process.poll() is None:
             self.process.send_signal(number)
         try:
@@ -83,7 +82,7 @@ class Simulator:
         return self.process.returncode, self.error
 
     def errors(self):
-        """The lines that it has written to standard error so far."""
+        """The lines on standard error so far."""
         return self.error_path.read_text().splitlines()
 
     def frames(self):
@@ -98,7 +97,7 @@ class Simulator:
 
 
 class Window:
-    """R3700..R3769 over a bare socket: for tests that want to see every byte."""
+    """R3700..R3769 over a plain socket, for tests that check every byte."""
 
     def __init__(self, port, unit=1):
         self.unit = unit
@@ -121,13 +120,7 @@ class Window:
         return self.receive(length - 1)
 
     def receive(self, count):
-        data = b""
-        while len(data) < count:
-            part = self.socket.recv(count - len(data))
-            if not part:
-                raise ConnectionError("closed by the server")
-            data += part
-        return data
+        return receive(self.socket, count)
 
     def write(self, address, words):
         pdu = struct.pack(">BHHB", 16, address, len(words), 2 * len(words)) + struct.pack(f">{len(words)}H", *words)
@@ -156,7 +149,7 @@ class Window:
 
 
 def program_from_arguments(arguments, count=1):
-    """Takes the program paths that CMake passes off the command line, before unittest sees it."""
+    """Removes the program paths that CMake passes from the command line, before unittest reads it."""
     programs = [os.path.abspath(name) for name in arguments[1:1 + count]]
     del arguments[1:1 + count]
     return programs if count > 1 else programs[0]

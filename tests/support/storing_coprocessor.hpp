@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// A coprocessor whose 1010h has a memory, and parameters to store.
+/// A coprocessor with a memory for 1010h, and parameters to store.
 
 #include <optional>
 
@@ -18,7 +18,7 @@ struct Parameter {
   std::uint32_t value;
 };
 
-/// In an order in which they can be written.
+/// In an order in which they can be written by SDO.
 inline constexpr Parameter kParameters[] = {
     {0x1019, 0, 1, 10},         {0x1005, 0, 4, 0x00000081}, {0x1006, 0, 4, 10'000},
     {0x1007, 0, 4, 5'000},      {0x1012, 0, 4, 0x80000100}, {0x1014, 0, 4, 0x800000C1},

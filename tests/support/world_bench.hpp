@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// A simulated bus in virtual time, and a master on it that the test plays. Every frame that the master hears
-/// has to be expected, in order and at its time.
+/// A simulated bus in virtual time, and a master on it whose frames the test sends. Every frame that the master
+/// receives has to be expected, in order and at its time.
 
 #include <exception>
 
@@ -22,13 +22,13 @@ struct WorldBench : private sim::Receiver {
     if (std::uncaught_exceptions() == 0) expect_silence();
   }
 
-  /// Power on for all nodes; their boot-up messages are there at the same time.
+  /// Power on for all nodes; their boot-up messages are received at the same time.
   WorldBench& start() {
     world.start(now);
     return *this;
   }
 
-  /// A frame of the master's, and all that comes of it at the same time.
+  /// Sends a frame of the master; all its immediate effects have happened on return.
   WorldBench& send(const std::string& frame) {
     INFO("sends " << frame);
     CHECK(port_.try_send(frame_from(frame)));
@@ -36,7 +36,7 @@ struct WorldBench : private sim::Receiver {
     return *this;
   }
 
-  /// The next frame that has been heard; at `now`, nothing having been heard since that is not expected.
+  /// Checks the next frame that was received, at `now`.
   template <class... More>
   void expect(const std::string& frame, const More&... more) {
     expect_at(now, frame);
@@ -72,7 +72,7 @@ struct WorldBench : private sim::Receiver {
     if constexpr (sizeof...(more) != 0) write(more...);
   }
 
-  /// What has been heard since it was last looked at, whenever that was.
+  /// All frames since the last call of this or of expect(), whatever their time.
   std::vector<std::string> heard() {
     std::vector<std::string> frames;
     for (auto& [time, frame] : heard_)
@@ -100,7 +100,7 @@ struct WorldBench : private sim::Receiver {
     return *this;
   }
 
-  // The world outside the nodes.
+  // What happens to the nodes from outside.
   WorldBench& input(sim::Node& node, std::uint16_t index, std::uint8_t sub, double value) {
     CHECK(node.set_input(index, sub, value, now));
     world.advance(now);

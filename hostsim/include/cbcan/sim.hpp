@@ -2,9 +2,9 @@
 #pragma once
 
 /// A plant in this process, for tests: a virtual CAN bus, simulated nodes, and the CBCAN module with its
-/// registers. Time is virtual and passes when it is told to, so a test is the same every time. No socket, no
-/// thread, no clock; of files only the plant's own are read. What the plant file says about Modbus,
-/// SocketCAN, SLCAN, logs and files of parameters is left out.
+/// registers. Time is virtual and passes only in advance() and wait(), so a test is the same every time. No
+/// socket, thread or clock is used, and only the files of the plant are read. Settings of the plant file for
+/// Modbus, SocketCAN, SLCAN, logs and parameter files are ignored.
 ///
 ///     cbcan::Plant plant = cbcan::Plant::from_file("plant.toml");
 ///     plant.write(3700, {0xCA0E, 5055, 0x42, 0x6411, 1, 2});
@@ -23,13 +23,14 @@
 
 namespace cbcan {
 
-/// What is wrong with a plant, a command or a condition: lines for people.
+/// What is wrong with a plant, a command or a condition, as readable lines.
 class PlantError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// Not re-entrant; any number of them. All functions but those that say otherwise throw PlantError.
+/// Any number of plants can exist; the functions are not re-entrant. All may throw PlantError unless they say
+/// otherwise.
 class Plant {
  public:
   using Duration = std::chrono::microseconds;
@@ -37,7 +38,7 @@ class Plant {
 
   /// A plant file, docs/reference/plant-file.md.
   static Plant from_file(const std::string& path);
-  /// The text of one; paths in it are relative to `folder`.
+  /// The text of a plant file; paths in it are relative to `folder`.
   static Plant from_text(std::string_view toml, const std::string& folder = ".");
   /// The plant of `cbcan-sim --demo`.
   static Plant demo();
@@ -46,8 +47,8 @@ class Plant {
   Plant& operator=(Plant&& other) noexcept;
   ~Plant();
 
-  /// The PLC writes registers, in one Modbus request. `unit`: the network, from 1. What it brings about at
-  /// this time has happened when it returns.
+  /// The PLC writes registers, in one Modbus request. `unit`: the network, from 1. All effects at the present
+  /// time have happened when this returns.
   void write(std::uint16_t first, const Words& words, unsigned unit = 1);
   Words registers(std::uint16_t first, std::size_t count, unsigned unit = 1);
 
@@ -55,17 +56,16 @@ class Plant {
   Duration now() const;
   void advance(Duration duration);
 
-  /// A command, "fault 5 response-never count=1"; returns the response without "ok" and without line ends at
-  /// its end.
+  /// A command, "fault 5 response-never count=1". Returns the response without "ok" and final line ends.
   std::string command(std::string_view line);
 
-  /// Lets time pass until the condition holds: "state 5 operational"; false where it does not in time.
+  /// Lets time pass until the condition holds: "state 5 operational". False = it did not hold in time.
   bool wait(std::string_view condition, Duration within = std::chrono::seconds(60));
   /// Whether it holds now; events do not count.
   bool holds(std::string_view condition);
 
-  /// What has been on the buses since the start or the last call, as candump writes it:
-  /// "605#4017100000000000", of network 2 "2/605#...". 100,000 at most; those before are gone.
+  /// The frames on the buses since the start or the last call, as candump writes them: "605#4017100000000000", in
+  /// network 2 "2/605#...". At most the last 100,000.
   std::vector<std::string> frames();
 
  private:

@@ -24,7 +24,7 @@ Time load_interval(const Fault& fault, std::uint32_t bit_rate) {
   return frame_time(load_frame(fault), rate) * 100 / fault.percent;
 }
 
-/// Turns over bit `bit` of identifier, DLC and data, in this order; a DLC above 8 means eight bytes.
+/// Inverts bit `bit` of identifier, DLC and data, in this order; a DLC above 8 means eight bytes.
 void turn_over(Frame& frame, std::uint32_t bit, std::uint32_t id_bits) {
   if (bit < id_bits) {
     frame.id ^= 1u << bit;
@@ -110,9 +110,7 @@ void BusFaults::on_arrival(const Frame& frame, const Port* sender, Time now) {
       bus_.deliver(arriving, sender, now);
       continue;
     }
-    const auto place = std::upper_bound(late_.begin(), late_.end(), due,
-                                        [](Time time, const Late& other) { return time < other.due; });
-    late_.insert(place, {arriving, sender, due});
+    late_.insert(std::ranges::upper_bound(late_, due, {}, &Late::due), {arriving, sender, due});
   }
   wants(next());
 }
@@ -132,8 +130,8 @@ void BusFaults::follow_states(Time now) {
   bus_.set_state(state, now);
 }
 
-/// What the bus has not taken when the next frame is due is not sent: a load is no backlog. A full load is
-/// one frame ahead, so that the bus never finds nobody else in its way.
+/// A frame for which the queue still has no room when the next one is due is not sent: a load builds no backlog.
+/// A full load is one frame ahead, so that the bus is never idle.
 void BusFaults::send_load(Time now) {
   for (SetFault& set : faults_.all()) {
     const Fault& fault = set.fault;

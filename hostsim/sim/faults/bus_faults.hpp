@@ -10,14 +10,14 @@
 
 namespace cbcan::sim {
 
-/// The faults of a bus. While no fault of frames is set, the bus does not know that there are faults.
+/// The faults of a bus. They cost the bus nothing while no fault of frames is set.
 ///
-/// Frames are altered when their last bit has passed, before anybody has them, logs included; each costs its
-/// time on the bus once. On a bus with an Outside they are altered on the way to the receivers in this
-/// process: what is on the wire outside is as it was sent.
+/// Frames are altered when their last bit has passed, before they reach receivers and logs; each takes its time
+/// on the bus once. On a bus with an Outside they are altered on the way to the receivers in this process: on the
+/// bus outside they are as they were sent.
 class BusFaults final : public Participant, private FrameModifier {
  public:
-  /// A null listener is not told. All outlive the faults.
+  /// `listener` may be null. All references outlive the faults.
   BusFaults(Bus& bus, Schedule& schedule, std::uint64_t seed, FaultListener* listener)
       : Participant(schedule),
         bus_(bus),
@@ -47,9 +47,9 @@ class BusFaults final : public Participant, private FrameModifier {
 
   Bus& bus_;
   FaultSet faults_;
-  std::vector<Late> late_;     ///< in the order in which they are due
-  Port* load_port_ = nullptr;  ///< of the sender of load, once there was one
-  bool has_state_ = false;     ///< the bus is in a state because of a fault
+  std::vector<Late> late_;     ///< by due time
+  Port* load_port_ = nullptr;  ///< of the bus load; null until there is one
+  bool has_state_ = false;     ///< a fault has set the state of the bus
 };
 
 }  // namespace cbcan::sim

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The tables: kinds, and their keys. Below them, faults from text and from keys and values, and back.
+// The tables of kinds and keys, then faults from text or from keys and values, and back to text.
 #include "sim/faults/fault.hpp"
 
 #include <fmt/core.h>
@@ -158,7 +158,7 @@ bool allowed(FaultPlace of_kind, FaultPlace here) {
 
 namespace {
 
-/// Those that the kind has.
+/// The keys of the kind.
 std::vector<const options::Setting<Fault>*> settings_of(FaultKind kind) {
   std::vector<const options::Setting<Fault>*> settings;
   for (const auto& setting : kKeys)

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// One fault injected, as data: what goes wrong, when, and for which object or frame. Written as text,
+/// One injected fault, as data: what goes wrong, when, and for which object or frame. Written as text,
 /// `response-late delay_ms=50 index=0x2001 after=3`, or as the same keys and values in a plant file. Kinds,
-/// keys and ranges stand in the tables of fault.cpp, defaults here and with the kinds.
+/// keys and ranges are in the tables of fault.cpp, defaults here and with the kinds.
 
 #include <cstddef>
 #include <cstdint>
@@ -39,7 +39,7 @@ enum class FaultKind : std::uint8_t {
   kHeartbeatStops,
   kStateWrong,
   kDuplicateNodeId,
-  // what a node sends unasked
+  // what a node sends without a request
   kBootUpStorm,
   kEmcyStorm,
   // frames on the bus
@@ -61,28 +61,28 @@ enum class FaultPlace : std::uint8_t { kNode, kBus, kNodeOrBus };
 /// What an SDO response is within its transfer.
 enum class SdoStep : std::uint8_t {
   kAny,
-  kInitiate,          ///< the response to an initiate request, of whatever transfer type
-  kSegment,           ///< to a segment, or a segment itself, of a segmented transfer
+  kInitiate,          ///< the response to an initiate request, whatever the transfer type
+  kSegment,           ///< of a segmented transfer: a segment, or the response to one
   kBlockSegment,      ///< a segment of a block upload
   kBlockAcknowledge,  ///< the acknowledgement of a sub-block of a block download
   kBlockEnd,
   kAbort,  ///< the node's own abort
 };
 
-/// The part of a frame in which kFrameCorrupt turns a bit over.
+/// The part of a frame in which kFrameCorrupt inverts a bit.
 enum class FramePart : std::uint8_t { kAny, kId, kDlc, kData };
 
-/// All parameters of all kinds; a kind uses those whose rows have it.
+/// All parameters of all kinds; a kind uses those whose rows include it.
 struct Fault {
   static constexpr std::int64_t kUnset = -1;
 
   FaultKind kind = FaultKind::kResponseNever;
 
-  // When. An occasion is a frame that the fault is about, or a beat of a storm.
-  std::uint32_t after = 0;  ///< so many occasions pass first
-  std::uint32_t count = 0;  ///< it happens so many times at most; 0 = for ever
-  double probability = 1;   ///< that it happens on an occasion
-  Time from = 0;            ///< from the setting of the fault on
+  // When. A matching frame is one that the fault could alter, or an interval of a storm.
+  std::uint32_t after = 0;  ///< matching frames to skip first
+  std::uint32_t count = 0;  ///< how often the fault acts; 0 = no limit
+  double probability = 1;   ///< for each matching frame
+  Time from = 0;            ///< after the fault was set, as is `until`
   Time until = kNever;
   std::uint32_t seed = 0;
 
@@ -110,7 +110,7 @@ struct Fault {
   bool operator==(const Fault&) const = default;
 };
 
-/// A kind: its name, where it can be set, what goes wrong, and its defaults where they are not Fault's.
+/// A kind: its name, where it can be set, what goes wrong, and its defaults.
 struct FaultRow {
   std::string_view name;
   FaultPlace place;
@@ -129,23 +129,22 @@ bool allowed(FaultPlace of_kind, FaultPlace here);
 
 struct FaultKey {
   std::string_view key;
-  std::optional<text::Value> value;  ///< nullopt: something that no key can be, such as a date
+  std::optional<text::Value> value;  ///< nullopt: a type that no key has, such as a date
 };
 
 struct FaultOrProblem {
   Fault fault;
-  std::string problem;  ///< empty = the fault is good; else what is wrong with which key, and what is allowed
+  std::string problem;  ///< empty = none; else which key is wrong, and what is allowed
 };
 
-/// `here` is kNode or kBus. Keys that are not given have their defaults.
+/// `here` is kNode or kBus. Missing keys have their defaults.
 FaultOrProblem make_fault(std::string_view kind, std::span<const FaultKey> keys, FaultPlace here);
 
-/// From text: the kind, then key=value, with blanks between them. Numbers are decimal or, with 0x,
-/// hexadecimal.
+/// From text: the kind, then key=value, separated by blanks. Numbers are decimal or, with 0x, hexadecimal.
 FaultOrProblem parse_fault(std::string_view text, FaultPlace here);
 
-/// The text that parse_fault() makes this fault from: keys of the kind always, the others where they are not
-/// at their defaults.
+/// The text from which parse_fault() makes this fault: always with the keys of the kind, with other keys where
+/// they are not at their defaults.
 std::string text_of(const Fault& fault);
 
 }  // namespace cbcan::sim

@@ -10,7 +10,7 @@ namespace cbcan::sim {
 
 namespace {
 
-/// Numbers and seeds that differ in one bit give sequences that have nothing in common.
+/// Numbers and seeds that differ in one bit give unrelated sequences.
 std::uint64_t seed_of(std::uint64_t set, std::uint64_t fault, std::uint64_t number) {
   return Random(Random(Random(set).next() ^ fault).next() ^ number).next();
 }
@@ -37,8 +37,7 @@ unsigned FaultSet::add(const Fault& fault, Time now) {
 }
 
 bool FaultSet::remove(unsigned number, Time now) {
-  const auto found =
-      std::find_if(set_.begin(), set_.end(), [&](const SetFault& set) { return set.number == number; });
+  const auto found = std::ranges::find(set_, number, &SetFault::number);
   if (found == set_.end()) return false;
   close(*found, now);
   set_.erase(found);
@@ -63,11 +62,7 @@ bool FaultSet::happens(SetFault& set, const Frame& frame, Time now) {
   if (set.occasions++ < set.fault.after) return false;
   if (set.fault.probability < 1 && set.random.fraction() >= set.fault.probability) return false;
   ++set.fired;
-  if (listener_ != nullptr) {
-    std::string text;
-    append_frame(text, frame);
-    tell(set, text, now);
-  }
+  if (listener_ != nullptr) tell(set, frame_text(frame), now);
   return true;
 }
 
@@ -78,7 +73,7 @@ bool FaultSet::beat_due(SetFault& set, Time interval, Time now) {
   return true;
 }
 
-/// What a fault wants the controller to be in.
+/// The state that a fault sets the controller to.
 constexpr BusState state_of(FaultKind kind) {
   switch (kind) {
     case FaultKind::kBusOff: return BusState::kBusOff;
@@ -126,7 +121,6 @@ void FaultSet::say(std::string_view text, Time now) {
 }
 
 void FaultSet::tell(const SetFault& set, std::string_view what, Time now) {
-  if (listener_ == nullptr) return;
   say("fault " + std::to_string(set.number) + ": " + set.text + ": " + std::string(what), now);
 }
 

@@ -26,7 +26,7 @@ FaultyPort::FaultyPort(Port& out, std::uint8_t node_id, std::uint64_t seed, Faul
       node_id_(node_id),
       faults_(FaultPlace::kNode, "node " + std::to_string(node_id), seed, listener,
               [this, on_change = std::move(on_change)](Time now) {
-                if (faults_.empty()) watch_ = {};  // it hears nothing until there is one again
+                if (faults_.empty()) watch_ = {};  // it sees no frames until there is a fault again
                 poll(now);
                 on_change(now);
               }) {}
@@ -119,18 +119,16 @@ void FaultyPort::hold(const Leaving& leaving, const SdoResponse& response) {
   if (leaving.due == now_) release_delayed();
 }
 
-/// Behind what is due at the same time.
+/// After frames that are due at the same time.
 void FaultyPort::hold(const Held& held) {
-  const auto place = std::upper_bound(held_.begin(), held_.end(), held.due,
-                                      [](Time due, const Held& other) { return due < other.due; });
-  held_.insert(place, held);
+  held_.insert(std::ranges::upper_bound(held_, held.due, {}, &Held::due), held);
 }
 
-/// A frame leaves now: what waits for the next one goes behind it.
+/// A frame is sent now: frames that wait for the next one follow it.
 void FaultyPort::release_delayed() {
   for (Held& held : held_)
     if (std::exchange(held.after_next, false)) held.due = now_;
-  std::stable_sort(held_.begin(), held_.end(), [](const Held& a, const Held& b) { return a.due < b.due; });
+  std::ranges::stable_sort(held_, {}, &Held::due);
 }
 
 /// False: the controller has no room for something that is due.
@@ -144,7 +142,7 @@ bool FaultyPort::flush() {
   return false;
 }
 
-/// The controller may be in a worse state for other reasons: that is left alone.
+/// The controller may be in a worse state for other reasons, which is not changed.
 void FaultyPort::follow_states() {
   const BusState state = faults_.follow_states(now_);
   const BusState before = std::exchange(own_state_, state);

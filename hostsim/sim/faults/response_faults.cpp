@@ -17,7 +17,7 @@ bool is_upload(const Frame& frame, sdo::Response specifier) {
   return sdo::is(frame.data[0], specifier);
 }
 
-/// Responses of an upload say how many bytes there are, in one way or another.
+/// The response says how many bytes an upload has, in one way or another.
 bool has_size(SdoStep step, const Frame& frame) {
   const std::uint8_t command = frame.data[0];
   switch (step) {
@@ -44,13 +44,13 @@ bool can_change(FaultKind kind, SdoStep step, const Frame& frame) {
   }
 }
 
-/// The size to claim where `size` is the truth and the least that can be said is `least`.
+/// The size to claim where `size` is the right one and `least` the lowest that the field can hold.
 std::uint32_t other_size(const Fault& fault, std::uint32_t size, std::uint32_t least) {
   if (fault.size != Fault::kUnset) return static_cast<std::uint32_t>(fault.size);
   return size > least ? size - 1 : size + 1;
 }
 
-/// Puts "so many bytes are unused" into the bits of `mask`, whose lowest is bit `shift`.
+/// Puts the number of unused bytes into the bits of `mask`, whose lowest is bit `shift`.
 void put_unused(Frame& frame, std::uint32_t room, std::uint32_t size, std::uint8_t mask, unsigned shift) {
   const auto unused = static_cast<std::uint8_t>((room - size) & mask);
   frame.data[0] = static_cast<std::uint8_t>((frame.data[0] & ~(mask << shift)) | unused << shift);

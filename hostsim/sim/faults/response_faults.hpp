@@ -13,17 +13,17 @@ struct SdoResponse {
   sdo::Multiplexer mux;  ///< of the transfer
 };
 
-/// Is this fault about transfers of this object?
+/// Whether this fault selects transfers of this object.
 bool is_about(const Fault& fault, std::uint16_t index, std::uint8_t sub);
 
-/// Is it about this response: the right object and step, and with something in it that the fault
-/// changes?
+/// Whether it selects this response: object and step match, and the response has the field that the fault
+/// changes.
 bool is_about(const Fault& fault, const SdoResponse& response, const Frame& frame);
 
-/// The frame that goes out instead; of a fault about when it does, the same.
+/// The frame that is sent instead; the same if the fault changes only when it is sent.
 Frame changed(const Fault& fault, const SdoResponse& response, const Frame& frame);
 
-/// What another device with the same node ID says to the same request: the same but for its data.
+/// The response of another device with the same node ID to the same request: the same with its data inverted.
 Frame response_of_duplicate(const SdoResponse& response, const Frame& frame);
 
 }  // namespace cbcan::sim

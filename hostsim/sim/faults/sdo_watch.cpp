@@ -41,7 +41,7 @@ void SdoWatch::on_block_upload(const Frame& frame) {
       break;
     case sdo::BlockStep::kStart: stream_ = Stream::kFromServer; break;
     case sdo::BlockStep::kAcknowledge:
-      // All of the last sub-block has come: the end is next. Otherwise the server goes on with segments.
+      // The last sub-block is complete: the end is next. Otherwise the server continues with segments.
       if (last_segment_ != 0 && frame.data[1] == last_segment_) stream_ = Stream::kNone;
       break;
     case sdo::BlockStep::kEnd: break;

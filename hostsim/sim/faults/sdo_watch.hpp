@@ -7,15 +7,14 @@
 
 namespace cbcan::sim {
 
-/// Looks at the frames between a node's SDO server and its client, and knows which object they are about and
-/// what each response is. Segments of blocks have neither multiplexer nor command specifier, so what a
-/// response is follows from the frames before it. One that begins in the middle of a transfer knows at the
-/// next initiate request.
+/// Follows the frames between a node's SDO server and its client, and finds out their object and the step of each
+/// response. Segments of blocks have neither multiplexer nor command specifier, so the step follows from earlier
+/// frames. A watch that begins in the middle of a transfer is right from the next initiate request on.
 class SdoWatch {
  public:
-  /// A frame on 600h + node ID, before the server has it.
+  /// A frame on 600h + node ID, before the server gets it.
   void on_request(const Frame& frame);
-  /// A frame that the server sends on 580h + node ID, as the server made it.
+  /// A frame on 580h + node ID, as the server sent it.
   SdoStep on_response(const Frame& frame);
 
   /// Of the last initiate request.
@@ -29,7 +28,7 @@ class SdoWatch {
 
   sdo::Multiplexer mux_ = 0;
   Stream stream_ = Stream::kNone;
-  std::uint8_t last_segment_ = 0;  ///< number of the one that was marked as the last; 0 = none yet
+  std::uint8_t last_segment_ = 0;  ///< number of the segment that was marked as the last; 0 = none yet
 };
 
 }  // namespace cbcan::sim
