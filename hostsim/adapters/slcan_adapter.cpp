@@ -30,13 +30,13 @@ void SlcanAdapter::receive(std::string_view characters) {
   }
 }
 
-/// True, as everything is that has been done.
+/// Returns true, so that a command that only responds is done.
 bool SlcanAdapter::respond(std::string_view text) {
   unsent_ += text;
   return true;
 }
 
-/// False: it cannot be done; else it has been answered.
+/// False: the command cannot be done; otherwise it has been answered.
 bool SlcanAdapter::execute(std::string_view line) {
   const char command = line.empty() ? slcan::kEnd : line[0];
   bool done = false;
@@ -77,7 +77,7 @@ bool SlcanAdapter::close() {
   return true;
 }
 
-/// The response comes before what the frame brings about.
+/// The response comes before any frames that this one causes.
 bool SlcanAdapter::send(std::string_view line) {
   Frame frame;
   if (channel_ != Channel::kOpen || !slcan::decode(line, frame)) return false;

@@ -94,7 +94,7 @@ void SocketcandAdapter::refuse(std::string_view why) {
   unsent_ += fmt::format("< error {} >", why);
 }
 
-/// What belongs to a mode.
+/// Clears what belongs to a mode.
 void SocketcandAdapter::forget() {
   jobs_.clear();
   subscriptions_.clear();
@@ -223,7 +223,7 @@ void SocketcandAdapter::poll(Time now) {
   wants(next_due());
 }
 
-/// Not for each one by itself where there are many.
+/// At most once in a millisecond, which bounds the work for many subscriptions.
 void SocketcandAdapter::tell_waiting(Time now) {
   waiting_due_ = kNever;
   for (auto& [id, subscription] : subscriptions_) {
@@ -246,7 +246,7 @@ void SocketcandAdapter::run(Job& job, Time now) {
   }
   job.has_slot = false;
   job.next += job.interval;
-  static_cast<void>(port_.try_send(job.frame));  // where there is no room, the next one may find some
+  static_cast<void>(port_.try_send(job.frame));  // without room it is dropped; the next one may find some
 }
 
 }  // namespace cbcan::adapters
