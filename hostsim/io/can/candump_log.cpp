@@ -63,7 +63,7 @@ void CandumpLog::tell_dropped() {
   told_ = counters_.dropped;
 }
 
-/// A line of which a part has gone counts too.
+/// A line that was written in part counts as dropped too.
 void CandumpLog::drop_rest() {
   const auto lines = static_cast<std::uint64_t>(std::ranges::count(output_.take_rest(), '\n'));
   counters_.frames -= lines;

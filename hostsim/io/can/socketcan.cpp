@@ -59,7 +59,7 @@ int take_error(int socket) {
   return error;
 }
 
-/// Room for one recvmmsg() with the kernel's count of dropped frames beside each frame.
+/// Buffers for one recvmmsg(), with the kernel's count of dropped frames for each frame.
 class Batch {
  public:
   Batch() {
@@ -78,7 +78,7 @@ class Batch {
   bool whole(std::size_t i) const { return messages_[i].msg_len == CAN_MTU; }
   const can_frame& frame(std::size_t i) const { return frames_[i]; }
 
-  /// Frames dropped since the socket was made; `before` where the kernel says nothing.
+  /// Frames dropped since the socket was opened; `before` if the message has no count.
   std::uint32_t lost_total(std::size_t i, std::uint32_t before) {
     msghdr& header = messages_[i].msg_hdr;
     for (cmsghdr* control = CMSG_FIRSTHDR(&header); control != nullptr;
@@ -162,13 +162,13 @@ bool SocketCan::transmit(const Frame& frame) {
     return true;
   }
   if (errno != ENETDOWN) index_ = 0;
-  check_interface_ = true;  // later: the bus must not be told from in here
+  check_interface_ = true;  // in poll(): the bus must not be called back from here
   return false;
 }
 
 void SocketCan::poll(Time now) {
   if (check_interface_) {
-    note(away(), now);  // what transmit() met, also if it is back by now
+    note(away(), now);  // transmit() failed, even if the interface is up again
     check_interface(now);
   }
   if (retry_at_ <= now) {
@@ -211,7 +211,7 @@ void SocketCan::watch_links() {
   reactor_.watch(links_.get(), Reactor::kReadable, [this](std::uint32_t) { on_link_change(); });
 }
 
-/// The messages only wake us: what counts is how the interface is now, and some messages may have been lost.
+/// The messages only wake the loop: some may be lost, so the interface's present state is read.
 void SocketCan::on_link_change() {
   std::array<char, 8192> ignored;
   while (::recv(links_.get(), ignored.data(), ignored.size(), 0) > 0 || errno == ENOBUFS) {
@@ -221,7 +221,7 @@ void SocketCan::on_link_change() {
 
 void SocketCan::check_interface(Time now) {
   check_interface_ = false;
-  // It may have been down for a moment: then the socket knows, and would else tell at the next frame.
+  // After a short interruption the socket has an error, which the next frame would report otherwise.
   const int error = socket_ ? take_error(socket_.get()) : 0;
   if (error != 0) note(away(), now);
   if (interface_deleted(error)) index_ = 0;
@@ -242,7 +242,7 @@ void SocketCan::note(Interface seen, Time now) {
   const bool was_up = seen_ == Interface::kUp;
   seen_ = seen;
   if (was_up) ++counters_.link_losses;
-  state_ = BusState::kActive;  // a controller that is started again forgets its errors
+  state_ = BusState::kActive;  // a restarted controller has no errors
   tell_state(now);
   bus_.set_link(seen == Interface::kUp);
   switch (seen) {
@@ -252,7 +252,7 @@ void SocketCan::note(Interface seen, Time now) {
   }
 }
 
-/// Bounded, so that a storm of frames leaves the others their turn.
+/// Bounded, so that a burst of frames does not delay the rest of the loop.
 void SocketCan::receive() {
   const Time now = reactor_.time();
   for (int i = 0; i < kReadsPerTurn; ++i)
@@ -274,7 +274,7 @@ std::size_t SocketCan::receive_batch(Time now) {
   return frames;
 }
 
-/// It may be back by now; but that it was away is known only from here.
+/// The interface may be up again, but its interruption is reported here only.
 void SocketCan::lose_interface(int error, Time now) {
   if (interface_deleted(error)) index_ = 0;
   note(away(), now);

@@ -15,9 +15,9 @@ namespace cbcan::io {
 
 namespace {
 
-/// Without an acknowledgement for so long a connection has ended.
+/// A connection ends when data is not acknowledged for this long.
 constexpr unsigned kUnacknowledgedMs = 5000;
-/// Of USB adapters it has no meaning; python-can has the same.
+/// USB adapters ignore it; python-can uses the same.
 constexpr std::uint32_t kBaud = 115'200;
 constexpr std::size_t kBytesPerTurn = 4096;
 
@@ -109,7 +109,7 @@ void StreamBus::on_ready(std::uint32_t ready) {
 
 void StreamBus::opened() {
   if (std::exchange(lost_, false)) warn_(where_ + "is there again");
-  full_ = true;  // also what has waited for the first connection
+  full_ = true;  // frames may have waited for the first connection
   has_room();
 }
 
@@ -137,7 +137,7 @@ Time StreamBus::poll_dialect(Time now) {
   return next;
 }
 
-/// Whole frames wait in the dialect as long as there is something here.
+/// While unsent_ is not empty, further frames wait in the dialect as a whole.
 void StreamBus::flush() {
   if (unsent_.empty()) dialect_->say(unsent_);
   if (!unsent_.empty()) {
@@ -156,7 +156,7 @@ void StreamBus::has_room() {
   if (std::exchange(full_, false)) bus_.resume();
 }
 
-/// Later: the bus must not be told from in here.
+/// poll() does the rest: the bus must not be called back from here.
 void StreamBus::broken(const std::string& why) {
   problem_ = why;
 }

@@ -41,7 +41,7 @@ void put(std::string& text, Numbers... numbers) {
   (text.append(reinterpret_cast<const char*>(&numbers), sizeof numbers), ...);
 }
 
-/// Likewise, the highest byte first.
+/// Appends numbers, high byte first.
 template <class... Numbers>
 void put_big(std::string& text, Numbers... numbers) {
   const auto one = [&text](auto number) {
@@ -79,7 +79,7 @@ std::string interface_block(std::uint16_t link_type, std::string_view name) {
   return block(kInterface, body);
 }
 
-/// RFC 1071, of an even number of bytes.
+/// RFC 1071; `header` has an even number of bytes.
 std::uint16_t checksum(std::string_view header) {
   std::uint32_t sum = 0;
   for (std::size_t i = 0; i < header.size(); i += 2)
@@ -120,7 +120,7 @@ PcapFile::~PcapFile() {
   tell_dropped();
 }
 
-/// The section, and its interfaces.
+/// Writes the section header and the interfaces.
 void PcapFile::begin() {
   std::string body;
   put(body, kByteOrder, std::uint16_t{1}, std::uint16_t{0}, ~std::uint64_t{0});
@@ -132,7 +132,7 @@ void PcapFile::begin() {
   written_ = text.size();
 }
 
-/// What waits for the disk is written first.
+/// Pending output still goes to the old file.
 void PcapFile::turn_over() {
   output_.finish();
   if (std::rename(settings_.path.c_str(), (settings_.path + ".1").c_str()) != 0)
@@ -172,7 +172,7 @@ void PcapFile::add(const journal::Event& event) {
   if (!comment.empty() && pending_.size() < kMostPending) pending_ += comment + "\n";
 }
 
-/// As SocketCAN has it, but the identifier is big-endian.
+/// As in SocketCAN, but the identifier is big-endian.
 void PcapFile::add_can(const journal::Event& event, const std::string& comment) {
   const Frame& frame = event.frame;
   std::string data;

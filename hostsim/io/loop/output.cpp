@@ -46,7 +46,7 @@ Output::~Output() {
   finish();
 }
 
-/// Opened anew where it can be: O_NONBLOCK would be for all who share it.
+/// Opened again if possible: O_NONBLOCK would affect every process that shares the descriptor.
 Descriptor Output::own(int number) {
   const mode_t type = files::type_of(number);
   const std::string path = "/proc/self/fd/" + std::to_string(number);
@@ -54,7 +54,7 @@ Descriptor Output::own(int number) {
   if (type == S_IFIFO || type == S_IFCHR)
     file = Descriptor(::open(path.c_str(), O_WRONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC));
   if (!file) file = Descriptor(fcntl(number, F_DUPFD_CLOEXEC, 0));
-  return file ? std::move(file) : Descriptor(number);  // without a descriptor left it still has to be said
+  return file ? std::move(file) : Descriptor(number);  // no descriptor left: messages are still written
 }
 
 bool Output::add(std::string_view lines) {
@@ -81,7 +81,7 @@ int Output::flush() {
   return 0;
 }
 
-/// What is ready for writing takes PIPE_BUF characters without waiting.
+/// A descriptor that is ready for writing takes PIPE_BUF characters without blocking.
 ssize_t Output::write_some(std::string_view text) const {
   if (may_block_) {
     if (!is_ready(file_.get(), 0)) return errno = EAGAIN, -1;

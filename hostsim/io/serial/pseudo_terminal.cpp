@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::string_view kTerminals = "/dev/pts/";
 
-/// The path of the other side; empty where there can be none.
+/// The path of the other side; empty on failure.
 std::string unlock(int port) {
   termios line{};
   std::array<char, PATH_MAX> other;
@@ -30,7 +30,7 @@ std::string unlock(int port) {
   return good ? other.data() : "";
 }
 
-/// A link to a pseudo-terminal that is no more, or has become this one.
+/// True: a link to a pseudo-terminal that no longer exists, or whose path this one has got.
 bool is_abandoned(const std::string& path, const std::string& own) {
   std::array<char, PATH_MAX> target{};
   if (readlink(path.c_str(), target.data(), target.size() - 1) <= 0) return false;
