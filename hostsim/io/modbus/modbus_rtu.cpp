@@ -17,8 +17,8 @@ namespace {
 constexpr std::string_view kService = "rtu";
 constexpr Time kRetryAfter = kSecond;
 
-/// Adapters and the kernel hand bytes on in bunches; a frame lost in a gap longer than this costs its master
-/// one time-out.
+/// Adapters and the kernel deliver bytes in groups, with gaps between them. If a gap exceeds this, the frame is
+/// lost and its master has one time-out.
 constexpr std::uint32_t kGapUs = 200'000;
 
 std::uint32_t counter(Time time) {
@@ -84,7 +84,7 @@ void RtuSession::execute() {
   }
 }
 
-/// Of a frame the station stands in front of the PDU, and the CRC of the response behind it.
+/// A frame is the station address, the PDU and, in the response, the CRC.
 void RtuSession::tell(adapters::ModbusUnit& unit, std::span<const std::uint8_t> request,
                       std::string_view response) {
   const std::span all(reinterpret_cast<const std::uint8_t*>(response.data()), response.size());

@@ -13,13 +13,13 @@ namespace cbcan::io {
 
 namespace {
 
-// MBAP header: transaction ID, protocol ID, length of what follows, unit ID; behind it the PDU.
+// MBAP header: transaction ID, protocol ID, length of what follows, unit ID; then the PDU.
 constexpr std::size_t kProtocolOffset = 2;
 constexpr std::size_t kLengthOffset = 4;
 constexpr std::size_t kUnitOffset = 6;
 constexpr std::size_t kLeast = 8;  // with a function code
 
-// Messaging on TCP/IP V1.0b, 4.4.2.1: either stands for the server itself where there is nothing to select.
+// Messaging on TCP/IP V1.0b, 4.4.2.1: either one means the server itself.
 constexpr std::uint8_t kUnitOfServer = 0xFF;
 constexpr std::uint8_t kUnitOfServerToo = 0;
 
@@ -32,7 +32,7 @@ struct ModbusTcp::Connection {
   std::uint32_t number = 0;
   std::string peer;
   std::size_t received = 0;
-  Time deadline = kNever;            ///< of the half request in the buffer
+  Time deadline = kNever;            ///< of an incomplete request in the buffer
   std::vector<std::uint8_t> unsent;  ///< while not empty, nothing is read from this client
   std::array<std::uint8_t, kMaxAdu> buffer;
 };
@@ -77,8 +77,8 @@ void ModbusTcp::close_client(Connection& client) {
   connections_.erase(client.socket.get());
 }
 
-/// This and the functions below are false when the connection is to be closed. The whole way of a request is
-/// one function, with modbus_request.cpp's as far as that is compiled together with this file.
+/// This and the functions below return false when the connection is to be closed. Flattened for speed: everything
+/// a request passes is one function, with modbus_request.cpp's if that is compiled together with this file.
 [[gnu::flatten]] bool ModbusTcp::on_ready(Connection& client) {
   if (client.unsent.empty()) return receive(client);
   if (!send_rest(client)) return false;
@@ -86,8 +86,8 @@ void ModbusTcp::close_client(Connection& client) {
   return reactor_.change(client.socket.get(), Reactor::kReadable) && serve_buffered(client);
 }
 
-/// One read per turn, of at most one buffer: what is left in the socket waits for the next turn, after the
-/// others.
+/// One read per turn, of at most one buffer: the rest waits in the socket until the other clients have been
+/// served.
 inline bool ModbusTcp::receive(Connection& client) {
   const ssize_t count = ::recv(client.socket.get(), client.buffer.data() + client.received,
                                client.buffer.size() - client.received, 0);
@@ -182,7 +182,7 @@ bool ModbusTcp::send_rest(Connection& client) {
   return true;
 }
 
-/// Leaves in `rest` what the connection has no room for.
+/// Reduces `rest` to what the connection has no room for.
 inline bool ModbusTcp::send_some(Connection& client, Bytes& rest) {
   const ssize_t count = ::send(client.socket.get(), rest.data(), rest.size(), MSG_NOSIGNAL);
   if (count >= 0) {

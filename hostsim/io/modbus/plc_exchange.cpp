@@ -47,7 +47,7 @@ void WindowExchange::lost() {
   wait();
 }
 
-/// A result does not wait for the next round.
+/// A result is written immediately, not in the next round.
 std::optional<Request> WindowExchange::next() {
   if (step_ == Step::kRest && taken_ && done() && !waits_) step_ = Step::kLook;
   switch (step_) {
@@ -87,8 +87,8 @@ void WindowExchange::look(Words words) {
   whole ? take(words, refuses) : void(step_ = Step::kRead);
 }
 
-/// What tells requests apart: R3700..R3705, and of a write its data, where they have been read too. Part of
-/// a result may have been written already.
+/// Compares what identifies a request: R3700..R3705 and, if it was read too, the data of a write. A part of
+/// the result may have been written already.
 bool WindowExchange::is_taken(Words words) const {
   const Window& taken = *taken_;
   const bool write = taken[regmap::kCommand - regmap::kWindowFirst] == regmap::kSdoWrite;
@@ -110,7 +110,7 @@ void WindowExchange::take(Words words, bool refuses) {
   module_.on_request(true, {regmap::kWindowFirst, regmap::kWindowWords});
 }
 
-/// CA0Eh of another request must be seen to have been gone.
+/// The coprocessor must see another value than CA0Eh before another request.
 void WindowExchange::cancel(std::uint16_t flag) {
   taken_.reset();
   if (done()) return;
@@ -118,7 +118,7 @@ void WindowExchange::cancel(std::uint16_t flag) {
   module_.on_request(true, {regmap::kExecuteFlag, 1});
 }
 
-/// Besides R3700, what the contract changes (SDO-10).
+/// What the contract changes in addition to R3700 (SDO-10).
 adapters::ModbusRange WindowExchange::result_data() const {
   const std::uint16_t result = own(regmap::kExecuteFlag);
   if (result == kFailed) return {regmap::kData, kAbortCodeWords};
@@ -144,7 +144,7 @@ void ScannerExchange::wait() {
   waits_ = true;
 }
 
-/// A result does not wait for the next round.
+/// A result is written immediately, not in the next round.
 std::optional<Request> ScannerExchange::next() {
   if (step_ == Step::kRest && !waits_) compare();
   const std::size_t in_first = first_ + regmap::kScannerOutWords;
@@ -175,7 +175,7 @@ void ScannerExchange::responded(Words words) {
   compare();
 }
 
-/// Where the PLC's head is another one, all that the result has is written as it is now.
+/// If the PLC's head differs, the whole result is written as it is now.
 void ScannerExchange::compare() {
   const Words now = in();
   step_ = Step::kRest;
@@ -223,7 +223,7 @@ void ProcessExchange::responded(Words words) {
   step_ = changed().count != 0 ? Step::kWrite : Step::kRest;
 }
 
-/// From the first to the last input that the PLC does not have.
+/// From the first to the last input that differs from the PLC's.
 adapters::ModbusRange ProcessExchange::changed() const {
   if (rounds_ == 0) return {0, kWords};
   const auto inputs = module_.registers().subspan(own_first_, kWords);

@@ -25,7 +25,7 @@ struct AddressListDeleter {
 };
 using AddressList = std::unique_ptr<addrinfo, AddressListDeleter>;
 
-/// All of them, IPv4 before IPv6.
+/// All addresses of a host, IPv4 before IPv6.
 std::vector<SocketAddress> look_up(const std::string& where, const ListenAddress& address, int flags,
                                    const char* way_out) {
   addrinfo hints{};
@@ -69,7 +69,7 @@ std::string way_out(const ListenAddress& address, int error) {
   }
 }
 
-/// What `ask`, getsockname() or getpeername(), says of the socket.
+/// The socket's address by `ask`: getsockname() or getpeername().
 std::optional<ListenAddress> address_by(int (*ask)(int, sockaddr*, socklen_t*), int socket) {
   SocketAddress address;
   address.size = sizeof address.storage;

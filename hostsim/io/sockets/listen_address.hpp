@@ -19,7 +19,7 @@ struct Listener {
   ListenAddress address;  ///< with the port that port 0 became
 };
 
-/// As the kernel has them.
+/// An address in the kernel's format.
 struct SocketAddress {
   sockaddr_storage storage{};
   socklen_t size = 0;
@@ -30,16 +30,16 @@ struct SocketAddress {
 /// Throws EnvironmentError, its text beginning with `where`.
 SocketAddress looked_up(const std::string& where, const ListenAddress& address);
 
-/// With the number of the host; none where that cannot be told.
+/// With a numeric host; nullopt if it cannot be determined.
 std::optional<ListenAddress> address_of(const SocketAddress& address);
 
-/// Of a socket, likewise.
+/// The address that a socket is bound to; nullopt as above.
 std::optional<ListenAddress> own_address(int socket);
 
-/// Whoever is at the other end of a connected TCP socket, as "HOST:PORT"; empty where that cannot be told.
+/// The other end of a connected TCP socket as "HOST:PORT"; empty if it cannot be determined.
 std::string peer_of(int socket);
 
-/// A non-blocking TCP listener on the first of the host's addresses that can be had, IPv4 before IPv6. A host
+/// A non-blocking TCP listener on the first of the host's addresses that is available, IPv4 before IPv6. A host
 /// name is looked up, which may block. Throws EnvironmentError, its text beginning with `service` ("modbus")
 /// and the address.
 Listener listen_tcp(std::string_view service, const ListenAddress& address);

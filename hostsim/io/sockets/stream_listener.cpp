@@ -27,7 +27,8 @@ Descriptor new_socket() {
   return Descriptor(::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
 }
 
-/// A socket's file that a program has left behind; connecting to any other file is refused too.
+/// True: the file of a socket on which no program listens. Connecting to any other file is refused too, hence
+/// the check of its type.
 bool is_abandoned(const sockaddr_un& address) {
   struct stat file {};
   if (lstat(address.sun_path, &file) != 0 || !S_ISSOCK(file.st_mode)) return false;
@@ -59,7 +60,7 @@ Descriptor listen_unix(const std::string& where, const std::string& path) {
   return socket;
 }
 
-/// A link's number may be that of the next one made there: what it leads to tells them apart.
+/// A new link may get the inode number of a former one: the target distinguishes them.
 OwnFile::Identity identity_of(const std::string& path) {
   struct stat file {};
   std::error_code not_a_link;

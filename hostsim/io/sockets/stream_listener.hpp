@@ -15,7 +15,7 @@ namespace cbcan::io {
 
 using text::StreamAddress;
 
-/// A file that has been made here; taken away when this goes, unless it is somebody else's by now.
+/// A file that this program has created; the destructor removes it unless another program has replaced it.
 class OwnFile {
  public:
   using Identity = std::tuple<dev_t, ino_t, std::string>;
@@ -35,15 +35,15 @@ class OwnFile {
   Identity file_;
 };
 
-/// A non-blocking listener that takes the file of its Unix socket away when it goes.
+/// A non-blocking listener; the destructor removes the file of its Unix socket.
 class StreamListener {
  public:
-  /// TCP: listen_tcp(). A Unix socket that nobody listens on any more is replaced; any other file is left
-  /// alone. Throws EnvironmentError, its text beginning with `service`.
+  /// TCP: listen_tcp(). An abandoned Unix socket is replaced; any other file is left unchanged. Throws
+  /// EnvironmentError, its text beginning with `service`.
   StreamListener(std::string_view service, const StreamAddress& address);
 
   int socket() const { return socket_.get(); }
-  /// With the port that port 0 became.
+  /// With the actual port instead of port 0.
   const StreamAddress& address() const { return address_; }
 
  private:
