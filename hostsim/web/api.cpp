@@ -34,7 +34,7 @@ struct NamedRegister {
   unsigned channel = 1;                      ///< whose scanner window it is in
 };
 
-/// Where the ranges that may lie elsewhere have been put.
+/// Takes account of the ranges that the configuration has moved.
 NamedRegister name_of(std::size_t address, const config::ModuleConfig& module) {
   const auto found = [](const auto& rows, std::size_t at, unsigned channel = 1) -> NamedRegister {
     const auto row =
@@ -57,7 +57,7 @@ NamedRegister name_of(std::size_t address, const config::ModuleConfig& module) {
   return {};
 }
 
-/// What a number in one of the window's registers means.
+/// The meaning of a value in one of the window's registers.
 std::string_view meaning_of(const regmap::RegisterRow* row, std::uint16_t word) {
   const auto named = [word](const auto& rows) -> std::string_view {
     const auto found = std::ranges::find(rows, word, &regmap::NamedNumber::value);
@@ -147,7 +147,7 @@ Json Api::time() const {
 
 // ---- Registers
 
-/// Those that have names, of the scanner windows channel 1's; or `count` from `first` on.
+/// The named registers, with the scanner window of channel 1 only; or `count` from `first` on.
 Json Api::registers(const Query& query) const {
   const std::size_t network = network_in(query);
   const auto words = parts_.control.read(network, 0, regmap::kRegisterFileWords);
@@ -236,7 +236,7 @@ Json Api::objects(const Query& query, std::string_view word) const {
 
 // ---- Events
 
-/// The last `limit` ones below `before`, in their order.
+/// The last `limit` events before number `before`, in their order.
 Json Api::events(const Query& query, journal::Kinds standard) const {
   const EventFilter filter(query, standard);
   const journal::Journal& journal = parts_.control.journal();
@@ -250,8 +250,8 @@ Json Api::events(const Query& query, journal::Kinds standard) const {
   return {{"first_event", journal.first()}, {"next_event", journal.end()}, {"events", std::move(found)}};
 }
 
-/// From `since` on, or from the last one that an EventSource has seen; numbers that are not there yet are
-/// those of a program before this one.
+/// From `since` on, or from the last event that an EventSource has seen; numbers above the last event are from an
+/// earlier run of the program.
 adapters::HttpResponse Api::follow(const adapters::HttpRequest& request) const {
   const journal::Journal& journal = parts_.control.journal();
   Query query = request.query;

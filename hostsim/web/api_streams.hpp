@@ -12,7 +12,7 @@
 
 namespace cbcan::web {
 
-/// Server-sent events from `next` on that the query wants, and the values that it watches. Throws
+/// Server-sent events from number `next` on that match the query, and the values that it watches. Throws
 /// plant::Refused. Control and names outlive it.
 std::unique_ptr<adapters::HttpStream> event_stream(plant::Control& control, const journal::FindName& find,
                                                    const Query& query, std::uint64_t next);

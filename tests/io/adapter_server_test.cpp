@@ -43,7 +43,7 @@ struct SlcanServer {
   }
 };
 
-/// A socket's file that nobody listens on.
+/// The file of a socket on which no program listens.
 void leave_behind(const std::string& path) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;

@@ -8,7 +8,7 @@
 namespace cbcan::io {
 namespace {
 
-/// A file of its own that goes with the test.
+/// A temporary file, removed by the destructor.
 struct TemporaryFile {
   TemporaryFile() : descriptor_(mkstemp(path_.data())) { REQUIRE(descriptor_); }
   ~TemporaryFile() { unlink(path_.c_str()); }

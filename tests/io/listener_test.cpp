@@ -19,7 +19,7 @@ std::string complaint(const ListenAddress& address) {
   return "none";
 }
 
-/// Without root's rights while it lives.
+/// Drops root's rights for its lifetime.
 struct Unprivileged {
   Unprivileged() { REQUIRE(seteuid(geteuid() == 0 ? kNobody : geteuid()) == 0); }
   ~Unprivileged() {

@@ -21,7 +21,7 @@ adapters::ModbusRange written_by(const Bytes& pdu) {
   return adapters::look_at_request(pdu, kRegisters).written;
 }
 
-/// What a function that makes a response has made.
+/// The response that a function has composed.
 Bytes made(auto make) {
   std::array<std::uint8_t, adapters::kMaxPduBytes> response{};
   const std::size_t size = make(response);
@@ -40,7 +40,7 @@ Bytes identification(const Bytes& pdu, const modbus::DeviceIdentity& identity) {
   });
 }
 
-/// On registers 0..5 of 1000h, 1001h, ...; then the six of them.
+/// Executes on registers 0..5 of 1000h, 1001h, ...; the response and the six registers after it.
 std::pair<Bytes, std::vector<std::uint16_t>> executed(const Bytes& pdu) {
   std::vector<std::uint16_t> registers{0x1000, 0x1001, 0x1002, 0x1003, 0x1004, 0x1005};
   const adapters::ModbusRequest request = adapters::look_at_request(pdu, registers.size());

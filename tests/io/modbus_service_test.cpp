@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What a client that keeps to the rules gets. Bytes: Modbus Application Protocol V1.1b3, the examples of
-// section 6, behind the MBAP header of the Modbus Messaging on TCP/IP Implementation Guide.
+// Service for correct clients. Bytes: Modbus Application Protocol V1.1b3, the examples of section 6, after the
+// MBAP header of the Modbus Messaging on TCP/IP Implementation Guide.
 #include "io/modbus/modbus_rtu.hpp"
 #include "modbus_fixture.hpp"
 
@@ -97,7 +97,7 @@ TEST_CASE("pipelined requests are answered all, in order") {
     requests.insert(requests.end(), request.begin(), request.end());
   }
   client.send(requests);
-  server.run_until_quiet();  // none is held back until the client has acknowledged those before
+  server.run_until_quiet();  // no response waits for the client to acknowledge earlier ones
   CHECK(client.take() == requests);
   CHECK(server.registers[9] == 199);
 }

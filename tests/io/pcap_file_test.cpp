@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Bytes as draft-ietf-opsawg-pcapng, RFC 791 and RFC 9293 have them, written down by hand.
+// Expected bytes by hand from draft-ietf-opsawg-pcapng, RFC 791 and RFC 9293.
 
 #include "io/files/pcap_file.hpp"
 
@@ -133,7 +133,7 @@ TEST_CASE("pcap: comments without a packet do not grow for ever") {
   for (std::uint32_t i = 0; i < 2000; ++i)
     pcap.say(10);
   pcap.hear({0x080, 0, 0, {}}, 0);
-  // 1024 of "said 10\n" are the first ones that are not below 8192 any more.
+  // 1024 times "said 10\n" reaches 8192 characters.
   const io::test::Bytes packet = pcap.added();
   REQUIRE(packet.size() > 44);
   CHECK((packet[38] | packet[39] << 8) == 8192);
@@ -150,7 +150,7 @@ TEST_CASE("pcap: a request and its response, in made-up headers that count on") 
     event.node = 9;  // unit ID
     event.result = 0x1234;
     event.index = 5;  // bytes of the request
-    event.sub = 1;    // a comment, for the request alone
+    event.sub = 1;    // a comment, for the request only
     const io::test::Bytes pdus = hex("03 0E74 0001  03 02 0007");
     pcap.journal.add(event, {pdus});
     return pcap.added();

@@ -15,7 +15,7 @@
 namespace cbcan::io {
 namespace {
 
-/// Something that can be made readable.
+/// A descriptor that can be made readable.
 struct Event {
   Event() : descriptor_(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) { REQUIRE(descriptor_); }
   int fd() const { return descriptor_.get(); }
@@ -69,7 +69,7 @@ TEST_CASE("what is urgent has its turn between any two others, and one that it h
     });
   reactor.watch(urgent.fd(), Reactor::kReadable | Reactor::kUrgent, [&](std::uint32_t ready) {
     order += ready == Reactor::kReadable ? 'u' : '?';
-    if (ready == Reactor::kReadable) urgent.clear();  // fails when there is nothing
+    if (ready == Reactor::kReadable) urgent.clear();  // fails when it is not readable
   });
   for (Event& other : others)
     other.raise();
@@ -81,7 +81,7 @@ TEST_CASE("what is urgent has its turn between any two others, and one that it h
   CHECK(order == "0u1u2u");
   urgent.raise();
   others[2].raise();
-  reactor.run_once(0);  // it was ready with the other one
+  reactor.run_once(0);  // ready in the same turn as the other one
   CHECK(order.size() == 8);
   reactor.change(urgent.fd(), Reactor::kWritable);
   reactor.poll_urgent();
@@ -125,7 +125,7 @@ TEST_CASE("a callback may forget itself and close its descriptor") {
   Reactor reactor;
   std::optional<Event> event(std::in_place);
   int calls = 0;
-  // Larger than what std::function keeps inside: freed memory would show under the sanitizer.
+  // Too large for std::function's internal buffer, so that the sanitizer detects use of freed memory.
   const std::array<std::uint64_t, 16> payload{7};
   reactor.watch(event->fd(), Reactor::kReadable, [&, payload](std::uint32_t) {
     reactor.forget(event->fd());

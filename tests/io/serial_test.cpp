@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Modbus RTU on a serial line, which is a pseudo-terminal here.
+// Modbus RTU on a serial line, here a pseudo-terminal.
 
 #include "io/serial/serial_port.hpp"
 
@@ -48,7 +48,7 @@ termios line_of(int port) {
   return line;
 }
 
-/// With its CRC.
+/// Appends the CRC.
 std::string frame(std::string_view text) {
   const Bytes bytes = hex(text);
   const unsigned crc = cbcan::test::modbus_crc(bytes);
@@ -205,7 +205,7 @@ TEST_CASE("serial: a line that has gone is told, and looked for again") {
                       [&](const std::string& text) { line.warnings.push_back(text); });
   line.terminal.reset();
   const auto turn = [&] {
-    errno = EAGAIN;  // of something else: the end of a line has none
+    errno = EAGAIN;  // from an earlier call: the end of a line sets none
     line.turn();
   };
   turn_until(turn, [&] { return line.warnings.size() == 1; });

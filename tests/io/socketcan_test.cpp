@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A bus on a real SocketCAN interface. CBCAN_VCAN names a vcan that is up; what is taken down or away is an
-// interface of the test's own, for which it needs root.
+// A bus on a real SocketCAN interface. CBCAN_VCAN names a vcan that is up; tests that take an interface down or
+// delete it create their own, which needs root.
 #include "io/can/socketcan.hpp"
 
 #include <linux/can.h>
@@ -26,7 +26,7 @@ void run(const std::string& command) {
   REQUIRE(std::system(command.c_str()) == 0);
 }
 
-/// An interface that goes with the test.
+/// An interface, deleted by the destructor.
 struct OwnInterface {
   OwnInterface() { add(); }
   ~OwnInterface() { static_cast<void>(std::system(("ip link del dev " + name() + " 2>/dev/null").c_str())); }
@@ -55,7 +55,7 @@ struct OwnInterface {
   std::string name_ = "cbio" + std::to_string(getpid());
 };
 
-/// Somebody else on the same interface.
+/// Another program on the same interface.
 struct Witness {
   explicit Witness(const std::string& interface)
       : socket_(::socket(PF_CAN, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, CAN_RAW)) {
@@ -73,7 +73,7 @@ struct Witness {
     REQUIRE(::write(socket_.get(), &frame, sizeof frame) == sizeof frame);
   }
 
-  /// The identifiers, with their flags, of what has come since.
+  /// The identifiers, with their flags, of the frames since the last call.
   std::vector<std::uint32_t> take_ids() {
     std::vector<std::uint32_t> ids;
     while (::read(socket_.get(), &last_, sizeof last_) == sizeof last_)
@@ -87,7 +87,7 @@ struct Witness {
   can_frame last_{};
 };
 
-/// One node on a bus that goes on outside.
+/// One node on a bus that is connected to the interface.
 struct Rig final : sim::Receiver, sim::Observer {
   explicit Rig(const std::string& interface)
       : can(reactor, bus, interface, [this](const std::string& line) { warnings.push_back(line); }) {
@@ -114,7 +114,7 @@ struct Rig final : sim::Receiver, sim::Observer {
     }
   }
 
-  /// Turns until the witness has seen so many frames, for the kernel may deliver them a little later; their
+  /// Turns until the witness has seen `count` frames, which the kernel may deliver later; returns their
   /// identifiers.
   std::vector<std::uint32_t> seen_by(Witness& witness, std::size_t count) {
     std::vector<std::uint32_t> ids;
@@ -181,7 +181,7 @@ TEST_CASE("error frames are the state of the bus") {
   CHECK(report(0x100, 0) == BusState::kActive);
   CHECK(rig.port.try_send({0x605, 0, 0, {}}));
   CHECK(report(0x004, 0x10) == BusState::kErrorPassive);
-  CHECK(report(0x004, 0x01) == BusState::kErrorPassive);  // an overflow is the lesser evil
+  CHECK(report(0x004, 0x01) == BusState::kErrorPassive);  // error passive outranks an overflow
   CHECK(report(0x004, 0x40) == BusState::kOverflow);
   const Time shown_until = rig.can.next_deadline();
   CHECK(shown_until > Reactor::now());
@@ -198,10 +198,10 @@ TEST_CASE("frames that the kernel had to drop are counted and shown as an overfl
   for (std::size_t i = 0; i < kFlood; ++i)
     witness.send(0x181, {1, 2, 3, 4, 5, 6, 7, 8});
   CHECK(rig.reactor.run_once(0) == 1);
-  CHECK(rig.frames.size() == 512);  // the others get their turn
+  CHECK(rig.frames.size() == 512);  // then the others are served
   while (rig.turn() != 0) {
   }
-  witness.send(0x182);  // the kernel tells its count with the next frame
+  witness.send(0x182);  // the kernel reports its count with the next frame
   rig.run_until([&] { return rig.frames.back().id == 0x182; });
   const auto& counters = rig.can.counters();
   CHECK(counters.lost > 0);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The bus behind an adapter or a socketcand: what goes over the stream, and what a stream that ends means.
+// A bus through an adapter or socketcand: what is sent over the stream, and the effect of its end.
 
 #include "io/can/stream_bus.hpp"
 
@@ -58,13 +58,13 @@ TEST_CASE("socketcand: hello, the bus, raw mode") {
   CHECK(dialect->is_open());
   CHECK(dialect->problem().empty());
   CHECK(dialect->state() == BusState::kActive);
-  heard(*dialect, "< frame 1");  // which the connection's end cuts short
+  heard(*dialect, "< frame 1");  // cut off by the connection's end
   dialect->begin(0);
   greet(*dialect);
   CHECK(dialect->is_open());
   dialect->begin(0);
   CHECK_FALSE(dialect->is_open());
-  heard(*dialect, "< ok >");  // in the place of hi
+  heard(*dialect, "< ok >");  // instead of hi
   CHECK(dialect->problem() == "does not open the bus can7");
 }
 

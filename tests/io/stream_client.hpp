@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// A client of a byte stream server, and a place for its socket.
+/// A client of a byte stream server, and a temporary path for its socket.
 
 #include <netinet/in.h>
 #include <sys/socket.h>
@@ -15,7 +15,7 @@
 
 namespace cbcan::io {
 
-/// A folder of this test's own, and a socket's path in it.
+/// A temporary folder, and a socket's path in it.
 struct Folder {
   Folder() { REQUIRE(mkdtemp(name_.data()) != nullptr); }
   ~Folder() {
@@ -39,7 +39,7 @@ struct StreamClient {
     REQUIRE(::send(socket_.get(), text.data(), text.size(), MSG_NOSIGNAL) ==
             static_cast<ssize_t>(text.size()));
   }
-  /// So many characters as the server takes.
+  /// Sends as many characters as the server takes.
   std::size_t send_some(std::string_view text) {
     const ssize_t count = ::send(socket_.get(), text.data(), text.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
     return count < 0 ? 0 : static_cast<std::size_t>(count);

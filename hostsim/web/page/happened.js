@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The last transactions, or everything, with filters.
+// The list of the last transactions, or of all events, with filters.
 
 import {state, on, tell, element} from './state.js';
 import {milliseconds, nodeText} from './words.js';

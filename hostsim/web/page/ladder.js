@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The ladder diagram of one transaction: who said what to whom, and who waited.
+// The ladder diagram of one transaction: messages between PLC, coprocessor and node, and waiting times.
 
 import {state, on, tell, element, make, ask, send, prefix} from './state.js';
 import {rounded, nodeHex, objectText, milliseconds, registersOf, kServices} from './words.js';
@@ -17,7 +17,7 @@ const svg = (name, attributes, ...children) => {
 const nodeName = id => state.nodes.find(node => node.node === id)?.name ?? '';
 /// "5C2 · 4B 11 64" of "5C2#4B1164".
 const framed = text => text.replace(/#(.*)/, (_, data) => ` · ${data.replace(/(..)(?=.)/g, '$1 ')}`);
-/// The longer a pause, the higher, but ten times longer is not ten times higher.
+/// The height of a pause is logarithmic.
 const heightOf = row => row.pause ? kRow * (0.9 + 0.25 * Math.log10(Math.max(1, row.pause))) : kRow;
 
 // ---- Rows: {from, to, what, more, kind, time}; 0 the PLC, 1 the coprocessor, 2 the node
@@ -35,7 +35,7 @@ function modbusRow(event) {
   return {from: 0, to: 1, kind: 'modbus', what: parts.filter(Boolean).join(' · ') || 'write', more: event.words};
 }
 
-/// Where no request of a PLC was: a command.
+/// The first row of a transaction without a PLC's request: a command.
 const begunRow = event => ({from: 0, to: 1, kind: 'modbus', what: event.words, more: 'by a command'});
 
 function frameRow(event) {
@@ -61,7 +61,7 @@ function resultRow(event) {
     more: event.service === 'read' && event.ok ? `value ${event.value}` : ''};
 }
 
-/// What a stretch of silence was.
+/// The reason of a pause.
 function pauseText(before, after) {
   if (after.kind === 'bad' && after.from === 1) return 'SDO time-out';
   if (before?.from === 0) return 'held back: quarantine';
@@ -100,7 +100,7 @@ function rowsOf(events) {
 
 // ---- Drawing
 
-/// The most of a text that fits, by its own measure.
+/// Shortens a text until it fits, by its measured length.
 function fit(text, room) {
   const whole = text.textContent;
   if (text.getComputedTextLength() <= room) return;
@@ -199,7 +199,7 @@ function step(by) {
   if (next) chooseTransaction(next.transaction);
 }
 
-/// What stands there before there is anything to draw.
+/// The contents before there is a transaction.
 function empty() {
   element('diagram').replaceChildren(
     make('p', {className: 'quiet', textContent: 'No transaction yet: a PLC writes CA0Eh to R3700, or a command says'}),

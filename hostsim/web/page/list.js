@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A list of rows of one height, of which only those in sight are in the document; arrows, Home, End, Page Up
-// and Page Down choose, Enter does.
+// A list of rows of equal height, of which only the visible ones are in the document. Arrows, Home, End, Page Up
+// and Page Down choose a row, Enter acts on it.
 
 import {make} from './state.js';
 
@@ -9,8 +9,8 @@ let lists = 0;
 export class List {
   #items = []; #rows = new Map(); #name = `list${++lists}`; #body = document.createElement('div');
 
-  /// kind: class of the rows. key(item): what tells one from the others. cells(item): [text, class, title] each,
-  /// or an element. mark(item): more classes. choose(item), act(item): what they are for.
+  /// kind: class of the rows. key(item): its unique key. cells(item): an array of [text, class, title].
+  /// mark(item): more classes. choose(item): called when a row is chosen; act(item): on Enter or a click.
   constructor(host, {kind, height = 22, key, cells, mark = () => '', choose = () => {}, act = () => {}}) {
     Object.assign(this, {host, kind, height, key, cells, mark, choose, act, chosen: null});
     host.tabIndex = 0;
@@ -26,7 +26,7 @@ export class List {
 
   get items() { return this.#items; }
 
-  /// What was in sight stays there when rows come in front of it.
+  /// The visible rows keep their place when others are inserted before them.
   set items(items) {
     const {host, height, key} = this;
     if (host.scrollTop > 0 && this.#items.length) {
@@ -117,7 +117,7 @@ export class List {
   }
 }
 
-/// Buttons of which one is chosen; arrows move.
+/// Buttons of which one is chosen; arrow keys move the choice.
 export function choice(host, words, chosen, call) {
   const buttons = Object.entries(words).map(([key, text]) => {
     const button = make('button', {type: 'button', textContent: text, onclick: () => set(key)});

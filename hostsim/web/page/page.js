@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The page put together: header, commands, cards.
+// The page: header, commands, cards.
 
 import {state, on, element, make, send, start, prefix, chooseNetwork, missedEvents} from './state.js';
 import {clock, number} from './words.js';

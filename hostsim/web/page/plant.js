@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The nodes, and of the chosen one: what can be done to it, and its dictionary.
+// The nodes; controls and the dictionary of the chosen node.
 
 import {state, on, tell, element, make, send, askNetwork, prefix} from './state.js';
 import {hex, nodeText, nodeHex, objectText, objectWord, driveState, stateClass} from './words.js';
@@ -38,9 +38,9 @@ function chooseNode(node) {
   tell('node', node);
 }
 
-// ---- What can be done
+// ---- Controls
 
-/// isOn tells it again whenever something has happened.
+/// update() sets the box by isOn() again.
 function toggle(text, isOn, lineOf) {
   const box = make('input', {type: 'checkbox', checked: isOn(), isOn});
   box.onchange = () => send(lineOf(box.checked));
@@ -68,7 +68,7 @@ function slider(node, object) {
 const inputsOf = async node =>
   (await objectsOf(node, '?first=0x6000&last=0x9FFF')).filter(object => kInputs[object.index] && object.sub);
 
-/// Other hands, wires and signals set inputs too; what is being edited stays.
+/// Other clients, wires and signals set inputs too; an input that is being edited is left unchanged.
 async function followInputs() {
   const node = chosen();
   if (view !== 'control' || !node || !panel.querySelector('.inputs input')) return;

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
-// What the page knows of the simulator: the stream of events, and what it asks for besides. All of it is bounded.
+// The page's copy of the simulator's state: the stream of events, and the results of requests. Its size is bounded.
 
 const kMostEnded = 1000, kMostRecent = 2000, kMostPending = 4000;
 
 export const state = {
   about: null, nodes: [], registers: [],
-  ended: [], recent: [],      // transactions that have ended, and everything; the oldest first
-  incidents: new Set(),       // "16 overcurrent", as commands have switched them
+  ended: [], recent: [],      // completed transactions, and all events; the oldest first
+  incidents: new Set(),       // "16 overcurrent", as switched by commands
   network: 1, node: null,     // the chosen ones
-  transaction: null,          // the chosen one's number
-  cursor: null,               // a time, in seconds: that of plots, transactions and frames
+  transaction: null,          // the number of the chosen one
+  cursor: null,               // a time in seconds, common to plots, transactions and frames
 };
 
 const listeners = {};
@@ -41,7 +41,7 @@ export const askNetwork = path => ask(path + (path.includes('?') ? '&' : '?') + 
 let source, pending = [], missed = 0, last = 0, watched = '', scheduled = false;
 
 function take(event) {
-  if (event.number <= last) forget();  // those of a program that was started anew
+  if (event.number <= last) forget();  // the program has been restarted
   last = event.number;
   if (event.network && event.network !== state.network) return;
   keep(state.recent, event, kMostRecent);
@@ -55,7 +55,7 @@ function noteIncident(line) {
   state.incidents[onOff === 'on' ? 'add' : 'delete'](`${placeOf(node)} ${name}`);
 }
 
-/// The place of a node by what commands call it: its ID or #place.
+/// The place of a node by its name in commands: its ID or #place.
 export function placeOf(word) {
   const text = word.split('/').pop();
   if (text[0] === '#') return Number(text.slice(1));
@@ -69,7 +69,7 @@ function forget() {
   tell('restart');
 }
 
-/// At most once for each picture of the screen: what has come since the one before.
+/// Processes the messages since the last call; called at most once per animation frame.
 function flush() {
   scheduled = false;
   const events = pending;
@@ -104,13 +104,13 @@ function open() {
   };
 }
 
-/// These objects' values come as topic 'values' from now on: "16:0x6064", 16 of them at most.
+/// Values of these objects arrive as topic 'values' from now on: "16:0x6064", 16 of them at most.
 export function watch(objects) {
   watched = objects.map(object => prefix() + object).join(',');
   if (source) open();
 }
 
-// ---- What is so
+// ---- State
 
 let asking = false, again = false, timer;
 
@@ -122,7 +122,7 @@ async function refresh() {
   const found = await Promise.all([ask('api/time'), askNetwork('api/nodes'), askNetwork('api/registers')]).catch(() => null);
   asking = false;
   timer = setTimeout(refresh, again ? 120 : 1000);
-  if (!found) return;  // the stream tells
+  if (!found) return;  // the stream reports the failure
   const [about, {nodes}, {registers}] = found;
   if (state.about && about.time < state.about.time && about.next_event <= last) { last = 0; forget(); open(); }
   Object.assign(state, {about, nodes, registers});
@@ -160,7 +160,7 @@ export async function start() {
 
 let number = 0;
 
-/// Sends a line of docs/reference/commands.md, and shows it and its response.
+/// Sends a line of docs/reference/commands.md; topics 'command' and 'response' show it and its response.
 export async function send(line) {
   const mine = ++number;
   tell('command', line);
