@@ -35,7 +35,7 @@ struct SlcanServer {
   const StreamAddress& address() const { return slcan.address(); }
   std::size_t turn() {
     slcan.flush();
-    return reactor.run_once(0);
+    return reactor.poll(0);
   }
   template <typename Done>
   void run_until(Done done) {

@@ -22,7 +22,7 @@ struct Web {
   }
   void turn() {
     server.poll(Reactor::now());
-    reactor.run_once(0);
+    reactor.poll(0);
   }
   std::string host() const { return "127.0.0.1:" + std::to_string(server.address().port); }
   /// Turns until the server has closed the connection.

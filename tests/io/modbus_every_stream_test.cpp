@@ -34,10 +34,10 @@ struct Line final : private adapters::ModbusUnit {
     for (std::size_t begin = 0, i = 0; i < stream.size(); ++i)
       if (i + 1 == stream.size() || (i < 64 && (cuts >> i & 1) != 0)) {
         ::send(client.get(), stream.data() + begin, i + 1 - begin, MSG_NOSIGNAL);
-        reactor_.run_once(0);
+        reactor_.poll(0);
         begin = i + 1;
       }
-    while (reactor_.run_once(0) != 0) {
+    while (reactor_.poll(0) != 0) {
     }
     const bool open = modbus_.clients() == 1;
     if (responses(client) != model.responses()) FAIL("responses, cuts " << cuts);
@@ -45,7 +45,7 @@ struct Line final : private adapters::ModbusUnit {
     if (open == model.closed() || (modbus_.next_deadline() != kNever) != model.waits())
       FAIL("end, cuts " << cuts);
     ++streams;
-    if (open) ::shutdown(client.get(), SHUT_WR), reactor_.run_once(0);
+    if (open) ::shutdown(client.get(), SHUT_WR), reactor_.poll(0);
     if (modbus_.clients() != 0) FAIL("client");
   }
 

@@ -67,7 +67,7 @@ struct Server {
   /// One turn of the owner's loop, but without waiting: on loopback everything sent has arrived.
   std::size_t turn() {
     modbus.poll(Reactor::now());
-    return reactor.run_once(0);
+    return reactor.poll(0);
   }
 
   /// Turns until `done`.

@@ -57,7 +57,7 @@ TEST_CASE("a network without registers is none, be it the first") {
       hex("00 01 00 00 00 06 01 06 00 01 00 07 00 02 00 00 00 06 FF 06 00 01 00 07"
           "00 03 00 00 00 06 02 06 00 01 00 07");
   REQUIRE(send(client.get(), requests.data(), requests.size(), 0) == static_cast<ssize_t>(requests.size()));
-  while (reactor.run_once(0) != 0) {
+  while (reactor.poll(0) != 0) {
   }
   Bytes responses(100);
   responses.resize(static_cast<std::size_t>(recv(client.get(), responses.data(), responses.size(), 0)));

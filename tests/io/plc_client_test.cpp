@@ -118,7 +118,7 @@ struct Plant {
 
  private:
   void turn() {
-    reactor_.run_once(0);
+    reactor_.poll(0);
     client_->poll(module.now);
   }
 

@@ -145,7 +145,7 @@ struct Line {
   void open() { terminal.emplace("x", place.address()); }
   void turn() {
     modbus->poll(Reactor::now());
-    reactor.run_once(0);
+    reactor.poll(0);
   }
   void say(const std::string& text) {
     REQUIRE(::write(terminal->port.get(), text.data(), text.size()) == static_cast<ssize_t>(text.size()));

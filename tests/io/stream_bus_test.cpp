@@ -173,7 +173,7 @@ struct Rig {
     reactor.read_clock();
     outside.poll(now);
     bus.advance(now);
-    reactor.run_once(0);
+    reactor.poll(0);
   }
   void until(const std::function<bool()>& done) {
     turn_until([this] { turn(); }, done);

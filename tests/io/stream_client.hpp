@@ -10,7 +10,7 @@
 
 #include <cerrno>
 
-#include "io/sockets/stream_listener.hpp"
+#include "io/sockets/listener.hpp"
 #include "support/catch.hpp"
 
 namespace cbcan::io {

@@ -16,6 +16,7 @@
 #include <cstring>
 
 #include "io/can/can_frames.hpp"
+#include "io/sockets/listener.hpp"
 
 namespace cbcan::io {
 
@@ -50,13 +51,6 @@ bool is_up(int any_socket, const std::string& interface) {
   ifreq request{};
   interface.copy(request.ifr_name, sizeof request.ifr_name - 1);
   return ioctl(any_socket, SIOCGIFFLAGS, &request) == 0 && (request.ifr_flags & IFF_UP) != 0;
-}
-
-int take_error(int socket) {
-  int error = 0;
-  socklen_t size = sizeof error;
-  getsockopt(socket, SOL_SOCKET, SO_ERROR, &error, &size);
-  return error;
 }
 
 /// Buffers for one recvmmsg(), with the kernel's count of dropped frames for each frame.

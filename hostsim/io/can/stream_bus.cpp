@@ -22,19 +22,12 @@ constexpr std::uint32_t kBaud = 115'200;
 constexpr std::size_t kBytesPerTurn = 4096;
 
 Descriptor begin_connection(const SocketAddress& remote) {
-  Descriptor port(socket(remote.get()->sa_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
+  Descriptor port = new_stream_socket(remote);
   const int on = 1;
   setsockopt(port.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
   setsockopt(port.get(), IPPROTO_TCP, TCP_USER_TIMEOUT, &kUnacknowledgedMs, sizeof kUnacknowledgedMs);
   if (port && ::connect(port.get(), remote.get(), remote.size) != 0 && errno != EINPROGRESS) port.reset();
   return port;
-}
-
-int error_of(int socket) {
-  int error = 0;
-  socklen_t size = sizeof error;
-  getsockopt(socket, SOL_SOCKET, SO_ERROR, &error, &size);
-  return error;
 }
 
 }  // namespace
@@ -99,7 +92,7 @@ void StreamBus::connected() {
 }
 
 void StreamBus::on_ready(std::uint32_t ready) {
-  const int error = connected_ || !device_.empty() ? 0 : error_of(port_.get());
+  const int error = connected_ || !device_.empty() ? 0 : take_error(port_.get());
   if (error != 0) return broken(reason(error));
   if (!connected_) connected();
   if ((ready & ~Reactor::kWritable) != 0) receive();

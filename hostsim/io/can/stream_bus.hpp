@@ -9,7 +9,7 @@
 #include "io/errors.hpp"
 #include "io/loop/descriptor.hpp"
 #include "io/loop/reactor.hpp"
-#include "io/sockets/listen_address.hpp"
+#include "io/sockets/listener.hpp"
 
 namespace cbcan::io {
 

@@ -104,7 +104,7 @@ void Reactor::set_timer(Time until) {
   timer_at_ = until;
 }
 
-std::size_t Reactor::run_once(Time until) {
+std::size_t Reactor::poll(Time until) {
   const bool waits = until > clock_;
   if (waits && until < timer_at_) set_timer(until);
   const int count =

@@ -5,14 +5,14 @@
 ///
 ///     while (!signals.stop_requested()) {
 ///       everything.advance(reactor.time());
-///       reactor.run_once(everything.next_deadline());
+///       reactor.poll(everything.next_deadline());
 ///     }
 ///
 /// The clock is read once a turn, so everything in a turn happens at the same time; see hold_at() for a loop that
 /// is late.
 ///
 /// Level-triggered: a callback may leave work undone and is called again. Callbacks must not block and must
-/// not call run_once().
+/// not call poll().
 
 #include <sys/epoll.h>
 
@@ -64,7 +64,7 @@ class Reactor {
   /// Waits until a descriptor is ready or it is `until` (kNever = no limit; a past time = no waiting), calls the
   /// callbacks of what is ready, and returns how many it called. A signal, or the `until` of an earlier call,
   /// may end the wait early.
-  std::size_t run_once(Time until);
+  std::size_t poll(Time until);
 
   /// Calls the callbacks of kUrgent descriptors that are ready, each once. For long work outside of callbacks;
   /// not to be called by urgent callbacks.

@@ -52,7 +52,7 @@ ModbusTcp::~ModbusTcp() {
     reactor_.forget(fd);
 }
 
-void ModbusTcp::close_half_requests(Time now) {
+void ModbusTcp::poll(Time now) {
   while (next_deadline() <= now) {
     ++counters_.half_requests;
     close_client(*connections_.at(deadlines_.begin()->second));
@@ -83,7 +83,7 @@ void ModbusTcp::close_client(Connection& client) {
   if (client.unsent.empty()) return receive(client);
   if (!send_rest(client)) return false;
   if (!client.unsent.empty()) return true;
-  return reactor_.change(client.socket.get(), Reactor::kReadable) && serve_buffered(client);
+  return reactor_.change(client.socket.get(), Reactor::kReadable) && advance(client);
 }
 
 /// One read per turn, of at most one buffer: the rest waits in the socket until the other clients have been
@@ -93,7 +93,7 @@ inline bool ModbusTcp::receive(Connection& client) {
                                client.buffer.size() - client.received, 0);
   if (count > 0) {
     client.received += static_cast<std::size_t>(count);
-    return serve_buffered(client);
+    return advance(client);
   }
   if (count == 0) return false;
   if (is_temporary(errno)) return true;
@@ -101,7 +101,7 @@ inline bool ModbusTcp::receive(Connection& client) {
   return false;
 }
 
-bool ModbusTcp::serve_buffered(Connection& client) {
+bool ModbusTcp::advance(Connection& client) {
   const std::uint8_t* rest = client.buffer.data();
   while (client.received >= kUnitOffset && client.unsent.empty()) {
     const std::size_t size = kUnitOffset + adapters::word({rest, kUnitOffset}, kLengthOffset);
@@ -110,7 +110,7 @@ bool ModbusTcp::serve_buffered(Connection& client) {
       return false;
     }
     if (client.received < size) break;
-    if (!serve(client, {rest, size})) return false;
+    if (!execute(client, {rest, size})) return false;
     rest += size;
     client.received -= size;
   }
@@ -121,7 +121,7 @@ bool ModbusTcp::serve_buffered(Connection& client) {
   return true;
 }
 
-inline bool ModbusTcp::serve(Connection& client, Bytes bytes) {
+inline bool ModbusTcp::execute(Connection& client, Bytes bytes) {
   const Bytes pdu = bytes.subspan(kPduOffset);
   const Served to = served_[bytes[kUnitOffset]];
   const bool reached = !to.registers.empty();

@@ -63,9 +63,7 @@ class ModbusTcp final : private AcceptsClients {
   Time next_deadline() const { return deadlines_.empty() ? kNever : deadlines_.begin()->first; }
 
   /// Closes the connections whose incomplete request has waited too long. `now` is Reactor::time()'s.
-  void poll(Time now) {
-    if (next_deadline() <= now) close_half_requests(now);
-  }
+  void poll(Time now);
 
   /// Serves a connected, non-blocking stream socket.
   void adopt(Descriptor socket) override;
@@ -98,13 +96,12 @@ class ModbusTcp final : private AcceptsClients {
   static constexpr std::size_t kPduOffset = 7;  ///< after the MBAP header
   static constexpr std::size_t kMaxAdu = kPduOffset + adapters::kMaxPduBytes;
 
-  void close_half_requests(Time now);
   void close_client(Connection& client);
 
   bool on_ready(Connection& client);
   bool receive(Connection& client);
-  bool serve_buffered(Connection& client);
-  bool serve(Connection& client, Bytes bytes);
+  bool advance(Connection& client);
+  bool execute(Connection& client, Bytes bytes);
   Bytes respond(Bytes bytes, const adapters::ModbusRequest& request, Registers registers);
   bool send(Connection& client, Bytes bytes);
   bool send_rest(Connection& client);

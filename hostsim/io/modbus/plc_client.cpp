@@ -3,7 +3,7 @@
 
 #include <utility>
 
-#include "io/sockets/listen_address.hpp"
+#include "io/sockets/listener.hpp"
 #include "window/tcp_connection.hpp"
 
 namespace cbcan::io {

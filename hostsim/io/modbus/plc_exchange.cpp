@@ -33,24 +33,19 @@ std::size_t words_of(std::size_t bytes) {
 // ---- R3700..R3769
 
 void WindowExchange::begin() {
-  waits_ = false;
-  if (step_ == Step::kRest) step_ = taken_ && !unsure_ ? Step::kLook : Step::kRead;
-}
-
-void WindowExchange::wait() {
-  step_ = Step::kRest;
-  waits_ = true;
+  if (step_ == Step::kWait || step_ == Step::kRest) step_ = taken_ && !unsure_ ? Step::kLook : Step::kRead;
 }
 
 void WindowExchange::lost() {
   unsure_ = true;
-  wait();
+  step_ = Step::kWait;
 }
 
 /// A result is written immediately, not in the next round.
 std::optional<Request> WindowExchange::next() {
-  if (step_ == Step::kRest && taken_ && done() && !waits_) step_ = Step::kLook;
+  if (step_ == Step::kRest && taken_ && done()) step_ = Step::kLook;
   switch (step_) {
+    case Step::kWait:
     case Step::kRest: break;
     case Step::kRead: return read_request(first_, regmap::kWindowWords);
     case Step::kLook: return read_request(first_, kHeadWords);
@@ -62,13 +57,14 @@ std::optional<Request> WindowExchange::next() {
 
 void WindowExchange::responded(Words words) {
   switch (step_) {
+    case Step::kWait:
     case Step::kRest: break;
     case Step::kRead:
     case Step::kLook: return look(words);
     case Step::kWriteData: step_ = Step::kWriteFlag; break;
     case Step::kWriteFlag:
       taken_.reset();
-      wait();
+      step_ = Step::kWait;
       break;
   }
 }
@@ -135,20 +131,15 @@ Request WindowExchange::write(const adapters::ModbusRange& range) const {
 // ---- The scanner window
 
 void ScannerExchange::begin() {
-  waits_ = false;
-  if (step_ == Step::kRest) step_ = Step::kRead;
-}
-
-void ScannerExchange::wait() {
-  step_ = Step::kRest;
-  waits_ = true;
+  if (step_ == Step::kWait || step_ == Step::kRest) step_ = Step::kRead;
 }
 
 /// A result is written immediately, not in the next round.
 std::optional<Request> ScannerExchange::next() {
-  if (step_ == Step::kRest && !waits_) compare();
+  if (step_ == Step::kRest) compare();
   const std::size_t in_first = first_ + regmap::kScannerOutWords;
   switch (step_) {
+    case Step::kWait:
     case Step::kRest: break;
     case Step::kRead: return read_request(first_, regmap::kScannerOutWords + told_.size());
     case Step::kWriteRest: return write_request(in_first + 1, Words(in_).subspan(1));
@@ -159,6 +150,7 @@ std::optional<Request> ScannerExchange::next() {
 
 void ScannerExchange::responded(Words words) {
   switch (step_) {
+    case Step::kWait:
     case Step::kRest: return;
     case Step::kRead:
       std::ranges::copy(words.first(regmap::kScannerOutWords), &module_.registers()[out_first_]);

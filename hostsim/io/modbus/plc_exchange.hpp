@@ -50,7 +50,8 @@ class WindowExchange final : public PlcExchange {
   void lost() override;
 
  private:
-  enum class Step : std::uint8_t { kRest, kRead, kLook, kWriteData, kWriteFlag };
+  /// kWait: until begin(); kRest: until begin() or a result.
+  enum class Step : std::uint8_t { kWait, kRest, kRead, kLook, kWriteData, kWriteFlag };
   using Window = std::array<std::uint16_t, regmap::kWindowWords>;
 
   std::uint16_t& own(std::size_t address) const { return module_.registers()[address]; }
@@ -59,14 +60,12 @@ class WindowExchange final : public PlcExchange {
   void look(Words words);
   void take(Words words, bool refuses);
   void cancel(std::uint16_t flag);
-  void wait();
   adapters::ModbusRange result_data() const;
   window::Request write(const adapters::ModbusRange& range) const;
 
   adapters::ModbusUnit& module_;
   std::uint16_t first_;
-  Step step_ = Step::kRest;
-  bool waits_ = true;            ///< for begin()
+  Step step_ = Step::kWait;
   bool unsure_ = false;          ///< the PLC may have been restarted
   bool refuses_;                 ///< a request found by the next poll may have been executed before the start
   std::optional<Window> taken_;  ///< the request in progress, as it was read
@@ -85,23 +84,22 @@ class ScannerExchange final : public PlcExchange {
   void begin() override;
   std::optional<window::Request> next() override;
   void responded(Words words) override;
-  void lost() override { wait(); }
+  void lost() override { step_ = Step::kWait; }
 
  private:
-  enum class Step : std::uint8_t { kRest, kRead, kWriteRest, kWriteNumber };
+  /// kWait: until begin(); kRest: until begin() or a result.
+  enum class Step : std::uint8_t { kWait, kRest, kRead, kWriteRest, kWriteNumber };
   /// Number, result, number taken last, size: never all 0 in the module.
   using Head = std::array<std::uint16_t, regmap::kScannerData>;
 
   Words in() const { return module_.registers().subspan(in_first_, regmap::kScannerInWords); }
   void compare();
-  void wait();
 
   adapters::ModbusUnit& module_;
   std::uint16_t first_;
   std::uint16_t out_first_;
   std::uint16_t in_first_;
-  Step step_ = Step::kRest;
-  bool waits_ = true;                ///< for begin()
+  Step step_ = Step::kWait;
   Head told_{};                      ///< the PLC's head
   std::vector<std::uint16_t> in_{};  ///< snapshot of what is being written
 };

@@ -47,16 +47,8 @@ PseudoTerminal::PseudoTerminal(std::string_view service, const StreamAddress& ad
   const std::string& path = address.path;
   const std::string other = port ? unlock(port.get()) : "";
   if (other.empty()) throw EnvironmentError(where + "no pseudo-terminal: " + reason(errno));
-  bool made = symlink(other.c_str(), path.c_str()) == 0;
-  if (!made && errno == EEXIST) {
-    if (!is_abandoned(path, other))
-      throw EnvironmentError(where +
-                             "in use: another program serves there, or it is a file; write another path");
-    unlink(path.c_str());
-    made = symlink(other.c_str(), path.c_str()) == 0;
-  }
-  if (!made) throw EnvironmentError(where + reason(errno) + "; write a path in a folder that can be written");
-  link = OwnFile(path);
+  const auto make = [&] { return symlink(other.c_str(), path.c_str()) == 0; };
+  link = OwnFile(where, path, "serves", make, [&] { return is_abandoned(path, other); });
 }
 
 }  // namespace cbcan::io

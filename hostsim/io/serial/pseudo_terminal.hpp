@@ -4,7 +4,7 @@
 #include <string_view>
 
 #include "io/loop/descriptor.hpp"
-#include "io/sockets/stream_listener.hpp"
+#include "io/sockets/listener.hpp"
 
 namespace cbcan::io {
 

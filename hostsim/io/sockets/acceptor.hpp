@@ -11,7 +11,7 @@
 #include "io/errors.hpp"
 #include "io/loop/descriptor.hpp"
 #include "io/loop/reactor.hpp"
-#include "io/sockets/stream_listener.hpp"
+#include "io/sockets/listener.hpp"
 
 namespace cbcan::io {
 
