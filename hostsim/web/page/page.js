@@ -43,8 +43,7 @@ function facts() {
 }
 
 function live(yes) {
-  element('live').textContent = yes ? 'live' : 'no simulator';
-  element('live').className = `pill ${yes ? 'good' : 'bad'}`;
+  Object.assign(element('live'), {textContent: yes ? 'live' : 'no simulator', className: `pill ${yes ? 'good' : 'bad'}`});
 }
 
 function remember(line) {
@@ -52,15 +51,12 @@ function remember(line) {
   if (history.length > 100) history.shift();
   place = history.length;
   element('command').value = line;
-  element('answer').textContent = '…';
-  element('answer').className = 'quiet';
+  Object.assign(element('answer'), {textContent: '…', className: 'quiet'});
 }
 
 function answered(text) {
   const last = text.split('\n').at(-1);
-  element('answer').textContent = last;
-  element('answer').title = text;
-  element('answer').className = last.startsWith('error') ? 'bad' : 'good';
+  Object.assign(element('answer'), {textContent: last, title: text, className: last.startsWith('error') ? 'bad' : 'good'});
 }
 
 async function copy() {

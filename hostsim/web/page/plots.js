@@ -133,8 +133,8 @@ function laneData() {
 function legend() {
   element('legend').replaceChildren(...watched.map((object, at) => {
     const name = `node ${nodeText(object.node)} ${objectText(object.index, object.sub)} ${object.name}`;
-    const off = make('button', {textContent: '×', type: 'button', onclick: () => { watched.splice(at, 1); rewatch(); }});
-    off.setAttribute('aria-label', `No longer plot ${name}`);
+    const off = make('button', {textContent: '×', type: 'button', ariaLabel: `No longer plot ${name}`,
+      onclick: () => { watched.splice(at, 1); rewatch(); }});
     return make('span', {className: `line${at}`, title: name}, make('i'), object.name, make('b'), off);
   }));
   element('watched').textContent = status ? `drive ${nodeText(status.node)}` : '';

@@ -82,20 +82,17 @@ function renumber() {
   const names = Object.keys(notations);
   notation = names[(names.indexOf(notation) + 1) % names.length];
   element('notation').textContent = notation;
-  element('registers').classList.toggle('wide-register', notation === '403701');
   list.draw();
 }
 
 export function startRegisters() {
   list = new List(element('register-list'), {kind: 'register', key: item => item.register, cells, choose,
-    mark: item => changed.has(item.register) ? 'lit' : '',
-    act: () => { element('register-value').focus(); element('register-value').select(); }});
+    edit: element('register-value'), mark: item => changed.has(item.register) ? 'lit' : ''});
   choice(element('register-view'), Object.fromEntries(Object.entries(views).map(([key, {text}]) => [key, text])), view,
     key => { view = key; element('register-list').scrollTop = 0; update(); });
   element('notation').textContent = notation;
   element('notation').onclick = renumber;
   element('register-form').onsubmit = write;
-  element('register-value').onkeydown = event => { if (event.key === 'Escape') element('register-list').focus(); };
   on('so', update);
   on('restart', () => { seen.clear(); changed.clear(); });
 }

@@ -23,6 +23,13 @@ export function make(name, properties = {}, ...children) {
 }
 export const prefix = () => state.network === 1 ? '' : `${state.network}/`;
 
+/// The item nearest to the cursor, if that is within a second.
+export function nearest(items, timeOf) {
+  const distance = item => Math.abs(timeOf(item) - state.cursor);
+  const best = state.cursor === null ? null : items.reduce((one, other) => one && distance(one) <= distance(other) ? one : other, null);
+  return best && distance(best) < 1 ? best : null;
+}
+
 function keep(list, item, most) {
   list.push(item);
   if (list.length > most * 1.1) list.splice(0, list.length - most);
@@ -56,7 +63,7 @@ function noteIncident(line) {
 }
 
 /// The place of a node by its name in commands: its ID or #place.
-export function placeOf(word) {
+function placeOf(word) {
   const text = word.split('/').pop();
   if (text[0] === '#') return Number(text.slice(1));
   const id = /h$/i.test(text) ? parseInt(text, 16) : Number(text);
