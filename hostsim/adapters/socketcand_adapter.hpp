@@ -79,7 +79,6 @@ class SocketcandAdapter final : public Adapter, private sim::Timed {
  private:
   enum Mode : std::uint8_t { kNoBus = 1, kBcm = 2, kRaw = 4 };
   using Words = socketcand::Words;
-  struct Command;
 
   /// A cyclic frame.
   struct Job {
@@ -105,9 +104,7 @@ class SocketcandAdapter final : public Adapter, private sim::Timed {
   bool send(Words words);
   bool add(Words words);
   bool update(Words words);
-  bool remove(Words words);
   bool subscribe(Words words);
-  bool unsubscribe(Words words);
   void transmit(const Frame& frame);
   void tell(const Frame& frame, Time now);
   void tell_waiting(Time now);

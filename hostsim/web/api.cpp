@@ -15,7 +15,7 @@
 #include "scenario/scenario_writer.hpp"
 #include "text/numbers.hpp"
 #include "text/utf8.hpp"
-#include "web/api_streams.hpp"
+#include "text/words.hpp"
 #include "web/mapped.hpp"
 #include "web/page.hpp"
 
@@ -86,6 +86,99 @@ Json faults_of(const sim::FaultSet& set) {
                     {"fired", fault.fired}});
   return list;
 }
+
+/// Server-sent events from a number on that match the query, and the values that it watches.
+class EventStream final : public adapters::HttpStream {
+ public:
+  EventStream(plant::Control& control, const journal::FindName& find, const Query& query, std::uint64_t next)
+      : control_(control), find_(find), filter_(query), cursor_(control.journal(), next, filter_.kinds()) {
+    const auto found = query.find("watch");
+    std::string_view rest = found == query.end() ? "" : std::string_view(found->second);
+    while (!rest.empty())
+      watch(text::take_part(rest, ','));
+  }
+
+  bool fill(std::string& text) override {
+    const journal::Journal& journal = control_.journal();
+    if (!std::exchange(begun_, true)) text += ": cbcan\n\n";
+    const std::uint64_t missed = cursor_.look([&](std::uint64_t number, const Event& event) {
+      if (filter_.passes(event))
+        text +=
+            fmt::format("id: {}\ndata: {}\n\n", number, line_of(event_json(number, event, journal, find_)));
+      return text.size() < kMostUnsent;
+    });
+    if (missed != 0) text += fmt::format("data: {}\n\n", line_of({{"kind", "missed"}, {"events", missed}}));
+    for (Watched& watched : watched_)
+      tell(watched, text);
+    return true;
+  }
+  bool has_news() const override { return !watched_.empty() || cursor_.has_news(); }
+  std::string_view keep_alive() const override { return ":\n\n"; }
+
+ private:
+  struct Watched {
+    std::string node;
+    std::string object;
+    std::string value{};
+  };
+
+  /// "16:0x6064:0", on network 2 "2/16:0x6064"
+  void watch(std::string_view word) {
+    constexpr std::size_t kMostWatched = 16;
+    const auto sides = text::split(word, ':');
+    if (!sides || watched_.size() == kMostWatched)
+      plant::refuse("watch={}: write NODE:INDEX[:SUB], {} of them at most", word, kMostWatched);
+    watched_.push_back({std::string(sides->first), std::string(sides->second)});
+    plant::check_value(control_, watched_.back().node, watched_.back().object);
+  }
+
+  void tell(Watched& watched, std::string& text) const {
+    const bool runs = plant::node_of(control_, watched.node).has_power();
+    std::string value = runs ? plant::value_of(control_, watched.node, watched.object) : "off";
+    if (value == watched.value) return;
+    watched.value = std::move(value);
+    text += fmt::format("data: {}\n\n", line_of({{"kind", "value"},
+                                                 {"time", seconds_of(control_.now())},
+                                                 {"node", watched.node},
+                                                 {"object", watched.object},
+                                                 {"value", watched.value}}));
+  }
+
+  plant::Control& control_;
+  const journal::FindName& find_;
+  EventFilter filter_;
+  journal::Cursor cursor_;
+  std::vector<Watched> watched_;
+  bool begun_ = false;
+};
+
+/// Executes lines one after the other; each waits for the response to the one before.
+class CommandStream final : public adapters::HttpStream {
+ public:
+  CommandStream(adapters::Execute execute, std::string body)
+      : execute_(std::move(execute)), body_(std::move(body)) {}
+
+  bool fill(std::string& text) override {
+    text += std::exchange(dialogue_->unsent, {});
+    while (!dialogue_->waiting && begun_ < body_.size() && text.size() < kMostUnsent) {
+      std::string_view rest = std::string_view(body_).substr(begun_);
+      const std::string_view line = text::trim(text::take_line(rest));
+      begun_ = body_.size() - rest.size();
+      if (line.size() > adapters::kLongestCommand)
+        text += fmt::format("error: a line of more than {} characters\n", adapters::kLongestCommand);
+      else if (!line.empty())
+        text += execute_(line, dialogue_);
+    }
+    return dialogue_->waiting || begun_ < body_.size();
+  }
+  bool has_news() const override { return !dialogue_->waiting || !dialogue_->unsent.empty(); }
+
+ private:
+  adapters::Execute execute_;
+  std::string body_;
+  std::size_t begun_ = 0;
+  std::shared_ptr<adapters::Dialogue> dialogue_ = std::make_shared<adapters::Dialogue>();
+};
 
 }  // namespace
 
@@ -260,11 +353,11 @@ adapters::HttpResponse Api::follow(const adapters::HttpRequest& request) const {
   const std::uint64_t since = number_in(query, "since", 0, ~0ULL >> 1);
   const std::uint64_t next =
       !again || since >= journal.end() ? (again ? journal.first() : journal.end()) : since + 1;
-  return {.type = "text/event-stream", .stream = event_stream(parts_.control, parts_.find, query, next)};
+  return {.type = "text/event-stream", .stream = std::make_unique<EventStream>(parts_.control, parts_.find, query, next)};
 }
 
 adapters::HttpResponse Api::command(const std::string& body) const {
-  return {.type = "text/plain; charset=utf-8", .stream = command_stream(parts_.execute, body)};
+  return {.type = "text/plain; charset=utf-8", .stream = std::make_unique<CommandStream>(parts_.execute, body)};
 }
 
 }  // namespace cbcan::web

@@ -40,7 +40,6 @@ TEST_CASE("frames are in the file after the flush, with the wall clock's time") 
   log.flush();
   log.flush();
   CHECK(file.text() == "(1700000001.500000) can3 605#AA55\n(1700000002.000000) can3 080#\n");
-  CHECK(log.counters().frames == 2);
 }
 
 TEST_CASE("what was not flushed is in the file when the log goes, and an old file is replaced") {
@@ -69,8 +68,6 @@ TEST_CASE("a full disk is told once, and the bus goes on") {
   CHECK(warnings[0] ==
         "log /dev/full: No space left on device; the log ends here, the simulation goes on; make room, or "
         "write it to another disk");
-  CHECK(log.counters().frames == 0);
-  CHECK(log.counters().dropped == 3);
 }
 
 TEST_CASE("a file that cannot be made is an error that names it") {

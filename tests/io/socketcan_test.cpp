@@ -147,7 +147,6 @@ TEST_CASE("frames go out as they are, once and in order, and do not come back") 
   CHECK(witness.last().data[1] == 0x55);
   CHECK(rig.frames.empty());
   CHECK(rig.observed == 3);
-  CHECK(rig.can.counters().sent == 3);
   CHECK(rig.warnings.empty());
 }
 
@@ -162,17 +161,15 @@ TEST_CASE("frames come in as they are, and reach the observers") {
                                          {0x701, 0, Frame::kRemote, {}},
                                          {0x123, 1, Frame::kExtended, {7}}});
   CHECK(rig.observed == 3);
-  CHECK(rig.can.counters().received == 3);
-  CHECK(rig.can.counters().error_frames == 0);
 }
 
 TEST_CASE("error frames are the state of the bus") {
   Rig rig(vcan());
   Witness controller(vcan());
   const auto report = [&](std::uint32_t error_class, std::uint8_t details) {
-    const auto count = rig.can.counters().error_frames;
+    const auto count = rig.bus.counters().received;
     controller.send(CAN_ERR_FLAG | error_class, {0, details, 0, 0, 0, 0, 0, 0});
-    rig.run_until([&] { return rig.can.counters().error_frames == count + 1; });
+    rig.run_until([&] { return rig.bus.counters().received == count + 1; });
     return rig.port.state();
   };
   CHECK(report(0x004, 0x30) == BusState::kErrorPassive);
@@ -191,7 +188,7 @@ TEST_CASE("error frames are the state of the bus") {
   CHECK(rig.can.next_deadline() == kNever);
 }
 
-TEST_CASE("frames that the kernel had to drop are counted and shown as an overflow, for a while") {
+TEST_CASE("frames that the kernel had to drop are shown as an overflow, for a while") {
   constexpr std::size_t kFlood = 40'000;
   Rig rig(vcan());
   Witness witness(vcan());
@@ -203,9 +200,7 @@ TEST_CASE("frames that the kernel had to drop are counted and shown as an overfl
   }
   witness.send(0x182);  // the kernel reports its count with the next frame
   rig.run_until([&] { return rig.frames.back().id == 0x182; });
-  const auto& counters = rig.can.counters();
-  CHECK(counters.lost > 0);
-  CHECK(counters.received + counters.lost == kFlood + 1);
+  CHECK(rig.bus.counters().received < kFlood + 1);
   CHECK(rig.port.state() == BusState::kOverflow);
   rig.turn(rig.can.next_deadline());
   CHECK(rig.states == std::vector<BusState>{BusState::kOverflow, BusState::kActive});
@@ -228,7 +223,6 @@ TEST_CASE("an interface that goes down takes the link with it, and brings it bac
   CHECK(rig.seen_by(witness, 1) == std::vector<std::uint32_t>{0x605});
   witness.send(0x585);
   rig.run_until([&] { return rig.frames.size() == 1; });
-  CHECK(rig.can.counters().link_losses == 1);
   CHECK(rig.warnings == std::vector<std::string>{interface.down_message(), interface.up_message()});
 }
 
@@ -242,7 +236,7 @@ TEST_CASE("a frame that meets an interface down for a moment does not stop the b
   Witness witness(interface.name());
   rig.can.poll(Reactor::now());
   CHECK(rig.bus.link());
-  CHECK(rig.can.counters().link_losses == 1);
+  CHECK(rig.warnings == std::vector<std::string>{interface.down_message(), interface.up_message()});
   CHECK(rig.port.try_send({0x606, 0, 0, {}}));
   rig.turn();
   CHECK(rig.seen_by(witness, 1) == std::vector<std::uint32_t>{0x606});
@@ -275,7 +269,6 @@ TEST_CASE("an interface that is down at the start gets a warning and is used onc
   CHECK(rig.warnings == std::vector<std::string>{interface.down_message()});
   rig.turn();
   CHECK(rig.turn() == 0);
-  CHECK(rig.can.counters().link_losses == 0);
   interface.set("up");
   rig.run_until([&] { return rig.bus.link(); });
   Witness witness(interface.name());
@@ -292,7 +285,6 @@ TEST_CASE("a frame for which the interface has no room is kept and tried again")
   CHECK(rig.port.try_send({0x605, 0, 0, {}}));
   CHECK(rig.port.try_send({0x606, 0, 0, {}}));
   rig.turn();
-  CHECK(rig.can.counters().waits == 1);
   CHECK(rig.port.queued() == 2);
   CHECK(rig.bus.next_deadline() == kNever);
   CHECK(rig.can.next_deadline() != kNever);

@@ -39,17 +39,8 @@ class CandumpLog final : public sim::Observer {
   /// When flush() has to be called even if there is no frame.
   Time next_deadline() const { return ended_ ? kNever : output_.next_deadline(); }
 
-  struct Counters {
-    std::uint64_t frames = 0;   ///< written
-    std::uint64_t dropped = 0;  ///< not written
-  };
-  const Counters& counters() const { return counters_; }
-
  private:
-  void tell_dropped();
-  void drop_rest();
-
-  std::string path_;
+  std::string where_;  ///< prefix of messages
   std::string interface_;
   Time wall_offset_;
   Warn warn_;
@@ -57,8 +48,7 @@ class CandumpLog final : public sim::Observer {
   std::size_t most_waiting_;
   std::size_t flush_at_;  ///< characters waiting
   bool ended_ = false;
-  std::uint64_t told_ = 0;  ///< dropped frames that were reported
-  Counters counters_;
+  std::uint64_t dropped_ = 0;  ///< frames that were not reported yet
 };
 
 }  // namespace cbcan::io

@@ -142,19 +142,12 @@ SocketCan::~SocketCan() {
 
 bool SocketCan::transmit(const Frame& frame) {
   const can_frame kernel = to_kernel(frame);
-  if (::write(socket_.get(), &kernel, sizeof kernel) == sizeof kernel) {
-    ++counters_.sent;
-    return true;
-  }
+  if (::write(socket_.get(), &kernel, sizeof kernel) == sizeof kernel) return true;
   if (has_no_room(errno)) {
-    ++counters_.waits;
     retry_at_ = reactor_.time() + kRetry;
     return false;
   }
-  if (errno != ENETDOWN && !interface_deleted(errno)) {
-    ++counters_.unsendable;
-    return true;
-  }
+  if (errno != ENETDOWN && !interface_deleted(errno)) return true;  // rejected by the kernel: the frame is lost
   if (errno != ENETDOWN) index_ = 0;
   check_interface_ = true;  // in poll(): the bus must not be called back from here
   return false;
@@ -233,9 +226,7 @@ SocketCan::Interface SocketCan::away() const {
 
 void SocketCan::note(Interface seen, Time now) {
   if (seen == seen_) return;
-  const bool was_up = seen_ == Interface::kUp;
   seen_ = seen;
-  if (was_up) ++counters_.link_losses;
   state_ = BusState::kActive;  // a restarted controller has no errors
   tell_state(now);
   bus_.set_link(seen == Interface::kUp);
@@ -257,7 +248,11 @@ std::size_t SocketCan::receive_batch(Time now) {
   Batch batch;
   const int count = batch.read(socket_.get());
   if (count < 0) {
-    if (errno == ENETDOWN || interface_deleted(errno)) lose_interface(errno, now);
+    const bool deleted = interface_deleted(errno);
+    if (!deleted && errno != ENETDOWN) return 0;
+    if (deleted) index_ = 0;
+    note(away(), now);  // the interface may be up again, but its interruption is reported here only
+    check_interface(now);
     return 0;
   }
   const auto frames = static_cast<std::size_t>(count);
@@ -268,17 +263,8 @@ std::size_t SocketCan::receive_batch(Time now) {
   return frames;
 }
 
-/// The interface may be up again, but its interruption is reported here only.
-void SocketCan::lose_interface(int error, Time now) {
-  if (interface_deleted(error)) index_ = 0;
-  note(away(), now);
-  check_interface(now);
-}
-
 void SocketCan::take(const Frame& frame, Time now) {
-  ++counters_.received;
   if ((frame.flags & Frame::kError) != 0) {
-    ++counters_.error_frames;
     const ControllerReport report = read_error_frame(frame);
     if (report.state) state_ = *report.state;
     if (report.overflow) overflow_until_ = now + kOverflowShown;
@@ -289,7 +275,6 @@ void SocketCan::take(const Frame& frame, Time now) {
 
 void SocketCan::note_lost(std::uint32_t total, Time now) {
   if (total == lost_total_) return;
-  counters_.lost += total - lost_total_;
   lost_total_ = total;
   overflow_until_ = now + kOverflowShown;
   tell_state(now);

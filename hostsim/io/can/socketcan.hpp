@@ -40,17 +40,6 @@ class SocketCan final : public OutsideBus {
   void poll(Time now) override;
   Time next_deadline() const override;
 
-  struct Counters {
-    std::uint64_t sent = 0;
-    std::uint64_t received = 0;
-    std::uint64_t waits = 0;         ///< no room in the interface's queue: tried again
-    std::uint64_t unsendable = 0;    ///< frames that the kernel rejected; they are lost
-    std::uint64_t lost = 0;          ///< received frames that the kernel dropped: they were not read in time
-    std::uint64_t error_frames = 0;  ///< from the controller
-    std::uint64_t link_losses = 0;   ///< times that the interface went down or disappeared
-  };
-  const Counters& counters() const { return counters_; }
-
  private:
   enum class Interface { kUp, kDown, kGone };
 
@@ -61,7 +50,6 @@ class SocketCan final : public OutsideBus {
   void check_interface(Time now);
   void note(Interface seen, Time now);
   Interface away() const;
-  void lose_interface(int error, Time now);
   void receive();
   std::size_t receive_batch(Time now);
   void take(const Frame& frame, Time now);
@@ -82,7 +70,6 @@ class SocketCan final : public OutsideBus {
   std::uint32_t lost_total_ = 0;        ///< the socket's count
   Time overflow_until_ = kNever;        ///< kNever = no overflow is shown
   Time retry_at_ = kNever;
-  Counters counters_;
 };
 
 }  // namespace cbcan::io

@@ -86,24 +86,17 @@ void StreamBus::close() {
   unsent_.clear();
 }
 
-void StreamBus::connected() {
-  connected_ = true;
-  dialect_->begin(reactor_.time());
-}
-
 void StreamBus::on_ready(std::uint32_t ready) {
   const int error = connected_ || !device_.empty() ? 0 : take_error(port_.get());
   if (error != 0) return broken(reason(error));
-  if (!connected_) connected();
+  if (!std::exchange(connected_, true)) dialect_->begin(reactor_.time());
   if ((ready & ~Reactor::kWritable) != 0) receive();
-  if (dialect_->is_open() && !std::exchange(open_, true)) opened();
+  if (dialect_->is_open() && !std::exchange(open_, true)) {
+    if (std::exchange(lost_, false)) warn_(where_ + "is there again");
+    full_ = true;  // frames may have waited for the first connection
+    has_room();
+  }
   flush();
-}
-
-void StreamBus::opened() {
-  if (std::exchange(lost_, false)) warn_(where_ + "is there again");
-  full_ = true;  // frames may have waited for the first connection
-  has_room();
 }
 
 void StreamBus::receive() {

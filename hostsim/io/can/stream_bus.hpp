@@ -37,8 +37,6 @@ class StreamBus final : public OutsideBus {
   void connect();
   void close();
   void on_ready(std::uint32_t ready);
-  void connected();
-  void opened();
   void receive();
   bool send(const Frame& frame);
   Time poll_dialect(Time now);

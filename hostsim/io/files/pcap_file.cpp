@@ -105,6 +105,7 @@ std::string ip_header(std::uint32_t from, std::uint32_t to, std::size_t size) {
 PcapFile::PcapFile(const journal::Journal& journal, Settings settings, Comment comment, Warn warn)
     : journal_(journal),
       settings_(std::move(settings)),
+      where_("pcap " + settings_.path + ": "),
       comment_(std::move(comment)),
       warn_(std::move(warn)),
       output_(Output::open("pcap", settings_.path, settings_.most_waiting)),
@@ -117,7 +118,7 @@ PcapFile::~PcapFile() {
   poll();
   if (ended_) return;
   output_.finish();
-  tell_dropped();
+  warn_of_missing(warn_, where_, dropped_, "packets");
 }
 
 /// Writes the section header and the interfaces.
@@ -136,7 +137,7 @@ void PcapFile::begin() {
 void PcapFile::turn_over() {
   output_.finish();
   if (std::rename(settings_.path.c_str(), (settings_.path + ".1").c_str()) != 0)
-    warn_("pcap " + settings_.path + ": " + reason(errno) + "; it begins again in the same place");
+    warn_(where_ + reason(errno) + "; it begins again in the same place");
   output_ = Output::open("pcap", settings_.path, settings_.most_waiting);
   begin();
 }
@@ -151,16 +152,10 @@ void PcapFile::poll() {
   if (const int error = output_.flush(); error != 0) {
     output_.take_rest();
     ended_ = true;
-    return warn_("pcap " + settings_.path + ": " + reason(error) +
+    return warn_(where_ + reason(error) +
                  "; it ends here, the simulation goes on; make room, or write it to another disk");
   }
-  if (output_.waiting() == 0) tell_dropped();
-}
-
-void PcapFile::tell_dropped() {
-  if (dropped_ == 0) return;
-  warn_(fmt::format("pcap {}: {} packets are missing: they were not read in time", settings_.path,
-                    std::exchange(dropped_, 0)));
+  if (output_.waiting() == 0) warn_of_missing(warn_, where_, dropped_, "packets");
 }
 
 void PcapFile::add(const journal::Event& event) {

@@ -59,10 +59,10 @@ class PcapFile {
   void add_modbus(const journal::Event& event, const std::string& comment);
   void add_segment(const journal::Event& event, bool is_request, Bytes pdu, const std::string& comment);
   void add_packet(std::uint32_t interface, Time at, std::string_view data, const std::string& comment);
-  void tell_dropped();
 
   const journal::Journal& journal_;
   Settings settings_;
+  std::string where_;  ///< prefix of messages
   Comment comment_;
   Warn warn_;
   Output output_;

@@ -2,6 +2,7 @@
 #include "io/loop/output.hpp"
 
 #include <fcntl.h>
+#include <fmt/core.h>
 #include <limits.h>
 #include <poll.h>
 #include <sys/stat.h>
@@ -10,7 +11,6 @@
 #include <utility>
 
 #include "files/read_file.hpp"
-#include "io/errors.hpp"
 #include "io/loop/reactor.hpp"
 
 namespace cbcan::io {
@@ -104,6 +104,12 @@ Time Output::next_deadline() const {
 void Output::finish() {
   while (flush() == 0 && waiting() != 0 && is_ready(file_.get(), kPatienceMs)) {
   }
+}
+
+void warn_of_missing(const Warn& warn, const std::string& where, std::uint64_t& count,
+                     std::string_view what) {
+  if (count != 0) warn(fmt::format("{}{} {} are missing: they were not read in time", where, count, what));
+  count = 0;
 }
 
 }  // namespace cbcan::io

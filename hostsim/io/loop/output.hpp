@@ -4,10 +4,12 @@
 /// Lines for a pipe, FIFO, terminal or file whose reader may be slow or absent. Only the destructor waits, until
 /// everything is written or nothing was read for a second.
 
+#include <cstdint>
 #include <string>
 #include <string_view>
 
 #include "cbcan/time.hpp"
+#include "io/errors.hpp"
 #include "io/loop/descriptor.hpp"
 
 namespace cbcan::io {
@@ -58,5 +60,8 @@ class Output {
   std::string waiting_;
   std::size_t sent_ = 0;  ///< characters of waiting_ that were written but not erased yet
 };
+
+/// Warns of `count` lost frames or packets, if there are any, and sets it to 0. `where` begins the message.
+void warn_of_missing(const Warn& warn, const std::string& where, std::uint64_t& count, std::string_view what);
 
 }  // namespace cbcan::io

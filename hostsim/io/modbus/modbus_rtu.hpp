@@ -41,8 +41,6 @@ class RtuSession final : public StreamSession {
 
  private:
   void execute();
-  static void tell(adapters::ModbusUnit& unit, std::span<const std::uint8_t> request,
-                   std::string_view response);
 
   std::vector<adapters::ModbusUnit*> networks_;
   std::vector<RegisterRange> ranges_;
@@ -74,7 +72,6 @@ class ModbusSerial {
 
  private:
   void open();
-  void on_ready(std::uint32_t ready);
   bool receive();
   bool send();
   void lose();

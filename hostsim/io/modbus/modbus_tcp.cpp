@@ -53,10 +53,8 @@ ModbusTcp::~ModbusTcp() {
 }
 
 void ModbusTcp::poll(Time now) {
-  while (next_deadline() <= now) {
-    ++counters_.half_requests;
+  while (next_deadline() <= now)
     close_client(*connections_.at(deadlines_.begin()->second));
-  }
 }
 
 void ModbusTcp::adopt(Descriptor socket) {
@@ -91,24 +89,16 @@ void ModbusTcp::close_client(Connection& client) {
 inline bool ModbusTcp::receive(Connection& client) {
   const ssize_t count = ::recv(client.socket.get(), client.buffer.data() + client.received,
                                client.buffer.size() - client.received, 0);
-  if (count > 0) {
-    client.received += static_cast<std::size_t>(count);
-    return advance(client);
-  }
-  if (count == 0) return false;
-  if (is_temporary(errno)) return true;
-  ++counters_.broken;
-  return false;
+  if (count <= 0) return count < 0 && is_temporary(errno);
+  client.received += static_cast<std::size_t>(count);
+  return advance(client);
 }
 
 bool ModbusTcp::advance(Connection& client) {
   const std::uint8_t* rest = client.buffer.data();
   while (client.received >= kUnitOffset && client.unsent.empty()) {
     const std::size_t size = kUnitOffset + adapters::word({rest, kUnitOffset}, kLengthOffset);
-    if (adapters::word({rest, kUnitOffset}, kProtocolOffset) != 0 || size < kLeast || size > kMaxAdu) {
-      ++counters_.bad_frames;
-      return false;
-    }
+    if (adapters::word({rest, kUnitOffset}, kProtocolOffset) != 0 || size < kLeast || size > kMaxAdu) return false;
     if (client.received < size) break;
     if (!execute(client, {rest, size})) return false;
     rest += size;
@@ -185,13 +175,9 @@ bool ModbusTcp::send_rest(Connection& client) {
 /// Reduces `rest` to what the connection has no room for.
 inline bool ModbusTcp::send_some(Connection& client, Bytes& rest) {
   const ssize_t count = ::send(client.socket.get(), rest.data(), rest.size(), MSG_NOSIGNAL);
-  if (count >= 0) {
-    rest = rest.subspan(static_cast<std::size_t>(count));
-    return true;
-  }
-  if (is_temporary(errno)) return true;
-  ++counters_.broken;
-  return false;
+  if (count < 0) return is_temporary(errno);
+  rest = rest.subspan(static_cast<std::size_t>(count));
+  return true;
 }
 
 void ModbusTcp::set_deadline(Connection& client, Time deadline) {

@@ -76,14 +76,9 @@ class ModbusTcp final : private AcceptsClients {
     std::uint64_t connections = 0;     ///< accepted
     std::uint64_t requests = 0;        ///< answered, with exceptions
     std::uint64_t exceptions = 0;      ///< answered by an exception
-    std::uint64_t bad_frames = 0;      ///< connections closed: protocol ID not 0, or length outside 2..254
-    std::uint64_t half_requests = 0;   ///< connections closed: incomplete request timed out
-    std::uint64_t broken = 0;          ///< connections that ended with an error
     std::uint64_t waits_for_room = 0;  ///< responses that had to wait for room in the client's connection
   };
   const Counters& counters() const { return counters_; }
-  /// Clients that were refused: no descriptor left.
-  std::uint64_t refused() const { return acceptor_.refused(); }
 
  private:
   struct Connection;

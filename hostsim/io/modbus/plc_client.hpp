@@ -38,7 +38,6 @@ class PlcClient {
   /// Reactor and module outlive this.
   PlcClient(Reactor& reactor, adapters::ModbusUnit& module, std::unique_ptr<window::Connection> connection,
             Exchanges exchanges, const PlcSettings& settings, Warn warn);
-  ~PlcClient();
   PlcClient(const PlcClient&) = delete;
   PlcClient& operator=(const PlcClient&) = delete;
 
@@ -61,8 +60,8 @@ class PlcClient {
  private:
   void notice_ends();
   void begin_round(Time now);
-  void receive(Time now);
-  void send(Time now);
+  void receive(window::Time now);
+  void send(window::Time now);
   void on_exception(std::uint8_t exception);
   void watch();
 

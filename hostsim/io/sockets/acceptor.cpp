@@ -65,10 +65,6 @@ void Acceptor::accept_clients() {
   }
 }
 
-void Acceptor::resume() {
-  reactor_.change(listener_.socket(), Reactor::kReadable);
-}
-
 /// A failure for one client closes only that one.
 void Acceptor::hand_over(Descriptor socket) try {
   server_.adopt(std::move(socket));
@@ -78,7 +74,6 @@ void Acceptor::hand_over(Descriptor socket) try {
 }
 
 void Acceptor::turned_away(const std::string& why) {
-  ++refused_;
   if (!told_) warn(why);
   told_ = true;
 }

@@ -5,7 +5,6 @@
 /// reactor again and again.
 
 #include <cstddef>
-#include <cstdint>
 #include <string>
 
 #include "io/errors.hpp"
@@ -47,10 +46,7 @@ class Acceptor {
   const StreamListener& listener() const { return listener_; }
 
   /// To be called when a full server may have room again.
-  void resume();
-
-  /// Clients that were refused.
-  std::uint64_t refused() const { return refused_; }
+  void resume() { reactor_.change(listener_.socket(), Reactor::kReadable); }
 
   /// Writes a line about a client for the user.
   void warn(const std::string& what) const { warn_(where_ + ": " + what); }
@@ -68,7 +64,6 @@ class Acceptor {
   Warn warn_;
   Descriptor reserve_;  ///< closed to accept and refuse a client when no other is left
   bool told_ = false;
-  std::uint64_t refused_ = 0;
 };
 
 }  // namespace cbcan::io
