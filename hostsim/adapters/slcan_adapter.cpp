@@ -50,7 +50,10 @@ bool SlcanAdapter::execute(std::string_view line) {
     case 'L': done = line.size() == 1 && open(Channel::kListening); break;
     case 'C': done = line.size() == 1 && close(); break;
     case 'S': done = line.size() == 2 && line[1] >= '0' && line[1] <= '8' && !is_open(); break;
-    case 'Z': done = set_time_stamps(line); break;
+    case 'Z':
+      done = (line == "Z0" || line == "Z1") && !is_open();
+      if (done) time_stamps_ = line == "Z1";
+      break;
     case 'M':
     case 'm': done = line.size() == 9 && is_hex(line.substr(1)) && !is_open(); break;
     case 'F': done = line.size() == 1 && tell_status(); break;
@@ -98,12 +101,6 @@ bool SlcanAdapter::tell_status() {
   if (port_.state() == BusState::kBusOff) flags |= slcan::status::kErrorPassive | slcan::status::kBusError;
   unsent_ += 'F';
   sim::append_hex(unsent_, flags, 2);
-  return true;
-}
-
-bool SlcanAdapter::set_time_stamps(std::string_view line) {
-  if (is_open() || (line != "Z0" && line != "Z1")) return false;
-  time_stamps_ = line == "Z1";
   return true;
 }
 

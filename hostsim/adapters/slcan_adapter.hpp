@@ -46,7 +46,6 @@ class SlcanAdapter final : public Adapter {
   bool close();
   bool send(std::string_view line);
   bool tell_status();
-  bool set_time_stamps(std::string_view line);
   bool is_open() const { return channel_ != Channel::kClosed; }
 
   slcan::LineReader reader_;

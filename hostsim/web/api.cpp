@@ -191,7 +191,9 @@ adapters::HttpResponse Api::respond(const adapters::HttpRequest& request) {
   const bool post = request.method == "POST";
   try {
     if (post) {
-      if (path == "/api/control") return command(request.body);
+      if (path == "/api/control")
+        return {.type = "text/plain; charset=utf-8",
+                .stream = std::make_unique<CommandStream>(parts_.execute, request.body)};
       return failed(404, "POST is for /api/control; its command `write` writes registers");
     }
     if (auto page = page_at(path)) return std::move(*page);
@@ -354,10 +356,6 @@ adapters::HttpResponse Api::follow(const adapters::HttpRequest& request) const {
   const std::uint64_t next =
       !again || since >= journal.end() ? (again ? journal.first() : journal.end()) : since + 1;
   return {.type = "text/event-stream", .stream = std::make_unique<EventStream>(parts_.control, parts_.find, query, next)};
-}
-
-adapters::HttpResponse Api::command(const std::string& body) const {
-  return {.type = "text/plain; charset=utf-8", .stream = std::make_unique<CommandStream>(parts_.execute, body)};
 }
 
 }  // namespace cbcan::web

@@ -39,7 +39,6 @@ class Api {
   Json objects(const Query& query, std::string_view node) const;
   Json events(const Query& query, journal::Kinds standard) const;
   adapters::HttpResponse follow(const adapters::HttpRequest& request) const;
-  adapters::HttpResponse command(const std::string& body) const;
   std::size_t network_in(const Query& query) const;
 
   Parts parts_;

@@ -98,11 +98,8 @@ struct Client {
   }
 
   void connect_to(const Server& server) {
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_port = htons(server.modbus.address().port);
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    REQUIRE(connect(socket_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
+    const SocketAddress address = looked_up("", server.modbus.address());
+    REQUIRE(connect(socket_.get(), address.get(), address.size) == 0);
     set(IPPROTO_TCP, TCP_QUICKACK, 0);  // acknowledges late, like a distant client
   }
 

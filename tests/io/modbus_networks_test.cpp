@@ -21,8 +21,8 @@ TEST_CASE("every network has registers of its own") {
         hex("00 04 00 00 00 06 00 06 00 6B 44 44"));
   CHECK(server.of_second[107] == 0x3333);
   CHECK(server.registers[107] == 0x4444);
-  CHECK(ask(server, client, "00 05 00 00 00 06 FF 03 00 6B 00 01", 11) ==
-        hex("00 05 00 00 00 05 FF 03 02 44 44"));
+  CHECK(ask(server, client, "FF FE 00 00 00 06 FF 03 00 6B 00 01", 11) ==
+        hex("FF FE 00 00 00 05 FF 03 02 44 44"));
 }
 
 TEST_CASE("a unit ID without a network is answered by exception 0Ah, whatever is asked") {

@@ -28,12 +28,6 @@ Bytes made(auto make) {
   return {response.begin(), response.begin() + static_cast<std::ptrdiff_t>(size)};
 }
 
-Bytes refused(std::uint8_t function, adapters::ModbusException exception) {
-  return made([&](adapters::ModbusResponse response) {
-    return adapters::exception_response(function, exception, response);
-  });
-}
-
 Bytes identification(const Bytes& pdu, const modbus::DeviceIdentity& identity) {
   return made([&](adapters::ModbusResponse response) {
     return modbus::identification_response(pdu, identity, response);
@@ -85,12 +79,6 @@ TEST_CASE("what a request writes is known") {
   CHECK(written_by(hex("03 10 47 00 01")) == adapters::ModbusRange{0, 0});
   CHECK(written_by(hex("04 10 47 00 01")) == adapters::ModbusRange{0, 0});
   CHECK(written_by(hex("2B 0E 01 00")) == adapters::ModbusRange{0, 0});
-}
-
-TEST_CASE("an exception is the function code with its top bit set, and the exception code") {
-  CHECK(refused(0x03, adapters::ModbusException::kIllegalDataAddress) == hex("83 02"));
-  CHECK(refused(0x00, adapters::ModbusException::kIllegalFunction) == hex("80 01"));
-  CHECK(refused(0xFF, adapters::ModbusException::kIllegalFunction) == hex("FF 01"));
 }
 
 TEST_CASE("basic device identification (V1.1b3, 6.21)") {

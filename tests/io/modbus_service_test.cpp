@@ -24,16 +24,6 @@ TEST_CASE("the largest response and the largest request") {
   CHECK(server.registers[123] == 0);
 }
 
-TEST_CASE("any transaction ID comes back, and the unit ID; 0 and 255 are the first network too") {
-  Server server;
-  Client client(server);
-  CHECK(ask(server, client, "FF FE 00 00 00 06 00 03 00 00 00 01", 11) ==
-        hex("FF FE 00 00 00 05 00 03 02 00 00"));
-  CHECK(ask(server, client, "00 00 00 00 00 06 FF 03 00 00 00 01", 11) ==
-        hex("00 00 00 00 00 05 FF 03 02 00 00"));
-  CHECK(ask(server, client, "12 34 00 00 00 02 FF 07", 9) == hex("12 34 00 00 00 03 FF 87 01"));
-}
-
 TEST_CASE("the owner is told of each request, once, and whether it wrote") {
   Server server;
   Client client(server);

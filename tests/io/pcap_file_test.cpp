@@ -6,25 +6,13 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <filesystem>
-#include <fstream>
-#include <sstream>
-
 #include "io/bytes.hpp"
-#include "support/catch.hpp"
+#include "io/temporary_folder.hpp"
 
 namespace cbcan::io {
 namespace {
 
 struct Pcap {
-  Pcap() { REQUIRE(mkdtemp(folder.data()) != nullptr); }
-  ~Pcap() {
-    file.reset();
-    std::filesystem::remove_all(folder);
-  }
-  Pcap(const Pcap&) = delete;
-  Pcap& operator=(const Pcap&) = delete;
-
   void open(std::size_t networks, std::uint64_t most = 0, Time wall_offset = 0) {
     file.emplace(
         journal, PcapFile::Settings{path(), most, networks, wall_offset},
@@ -57,14 +45,12 @@ struct Pcap {
     return news;
   }
   static io::test::Bytes bytes(const std::string& path) {
-    std::ostringstream text;
-    text << std::ifstream(path).rdbuf();
-    const std::string all = text.str();
+    const std::string all = io::test::text_of(path);
     return {all.begin(), all.end()};
   }
-  std::string path() const { return folder + "/bus.pcapng"; }
+  std::string path() const { return folder.file("bus.pcapng"); }
 
-  std::string folder = "/tmp/cbcan_pcap_XXXXXX";
+  io::test::TemporaryFolder folder;
   journal::Journal journal;
   std::optional<PcapFile> file;
   std::vector<std::string> warnings;

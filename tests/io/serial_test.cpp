@@ -9,24 +9,18 @@
 #include <termios.h>
 #include <unistd.h>
 
-#include <filesystem>
-
 #include "io/modbus/modbus_rtu.hpp"
 #include "io/modbus_fixture.hpp"
 #include "io/serial/pseudo_terminal.hpp"
+#include "io/temporary_folder.hpp"
 #include "support/modbus_crc.hpp"
 
 namespace cbcan::io::test {
 namespace {
 
-struct Place {
-  Place() { REQUIRE(mkdtemp(folder.data()) != nullptr); }
-  ~Place() { std::filesystem::remove_all(folder); }
-  Place(const Place&) = delete;
-  Place& operator=(const Place&) = delete;
-  std::string link() const { return folder + "/line"; }
+struct Place : TemporaryFolder {
+  std::string link() const { return file("line"); }
   StreamAddress address() const { return {link(), {}, true}; }
-  std::string folder = "/tmp/cbcan_line_XXXXXX";
 };
 
 std::string complaint(const std::function<void()>& act) {
@@ -99,7 +93,7 @@ TEST_CASE("serial: what cannot be opened is told with a way out") {
   const Descriptor port = open_serial("rtu", {place.link(), 9600, 'E'});
   CHECK(complaint_of({place.link(), 9600, 'E'}) ==
         "rtu " + place.link() + ": another program uses it; stop that one, or write another path");
-  CHECK(complaint_of({place.folder, 9600, 'E'}) == "rtu " + place.folder + ": Is a directory");
+  CHECK(complaint_of({place.name, 9600, 'E'}) == "rtu " + place.name + ": Is a directory");
 }
 
 TEST_CASE("pseudo-terminal: a link of its own, which goes with it") {

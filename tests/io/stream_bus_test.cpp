@@ -120,19 +120,8 @@ TEST_CASE("SLCAN: open at once, lines each way") {
 
 /// The other side of the connection, as a server.
 struct Far {
-  Far() {
-    listener = Descriptor(::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    REQUIRE(bind(listener.get(), reinterpret_cast<sockaddr*>(&address), sizeof address) == 0);
-    REQUIRE(listen(listener.get(), 5) == 0);
-    socklen_t size = sizeof address;
-    REQUIRE(getsockname(listener.get(), reinterpret_cast<sockaddr*>(&address), &size) == 0);
-    port = ntohs(address.sin_port);
-  }
   bool accepts() {
-    const int fd = accept4(listener.get(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
+    const int fd = accept4(listener.socket(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
     if (fd < 0) return false;
     stream = Descriptor(fd);
     text.clear();
@@ -148,8 +137,8 @@ struct Far {
     REQUIRE(::send(stream.get(), line.data(), line.size(), MSG_NOSIGNAL) ==
             static_cast<ssize_t>(line.size()));
   }
-  Descriptor listener, stream;
-  std::uint16_t port = 0;
+  StreamListener listener{"far", {"", {"127.0.0.1", 0}}};
+  Descriptor stream;
   std::string text;
 };
 
@@ -164,7 +153,7 @@ struct Rig {
   Rig()
       : bus(),
         port(bus.attach(receiver)),
-        outside(reactor, bus, "socketcand:here", "", {"127.0.0.1", far.port}, socketcand_dialect("can0"),
+        outside(reactor, bus, "socketcand:here", "", far.listener.address().tcp, socketcand_dialect("can0"),
                 [this](const std::string& line) { warnings.push_back(line); }) {
     port.accept_all();
   }

@@ -59,7 +59,12 @@ void StreamBus::poll(Time now) {
     problem_.clear();
   }
   if (connect_at_ <= now) connect();
-  poll_at_ = connected_ && problem_.empty() ? poll_dialect(now) : kNever;
+  poll_at_ = kNever;
+  if (connected_ && problem_.empty()) {
+    poll_at_ = dialect_->poll(now);
+    if (!dialect_->problem().empty()) broken(std::string(dialect_->problem()));
+    flush();
+  }
   const BusState state = open_ ? dialect_->state() : lost_ ? BusState::kBusOff : told_;
   if (state != told_) bus_.set_state(told_ = state, now);
 }
@@ -114,13 +119,6 @@ bool StreamBus::send(const Frame& frame) {
   if (!unsent_.empty() || !dialect_->try_send(frame)) return false;
   flush();
   return true;
-}
-
-Time StreamBus::poll_dialect(Time now) {
-  const Time next = dialect_->poll(now);
-  if (!dialect_->problem().empty()) broken(std::string(dialect_->problem()));
-  flush();
-  return next;
 }
 
 /// While unsent_ is not empty, further frames wait in the dialect as a whole.

@@ -39,7 +39,6 @@ class StreamBus final : public OutsideBus {
   void on_ready(std::uint32_t ready);
   void receive();
   bool send(const Frame& frame);
-  Time poll_dialect(Time now);
   void flush();
   void has_room();
   void broken(const std::string& why);

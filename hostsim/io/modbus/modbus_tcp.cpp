@@ -139,7 +139,7 @@ inline bool ModbusTcp::execute(Connection& client, Bytes bytes) {
 }
 
 inline ModbusTcp::Bytes ModbusTcp::respond(Bytes bytes, const adapters::ModbusRequest& request,
-                                           Registers registers) {
+                                           std::span<std::uint16_t> registers) {
   const Bytes pdu = bytes.subspan(kPduOffset);
   const adapters::ModbusResponse response = std::span(response_).last<adapters::kMaxPduBytes>();
   std::size_t size = 0;

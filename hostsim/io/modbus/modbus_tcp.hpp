@@ -83,10 +83,9 @@ class ModbusTcp final : private AcceptsClients {
  private:
   struct Connection;
   using Bytes = std::span<const std::uint8_t>;
-  using Registers = std::span<std::uint16_t>;
   struct Served {
     adapters::ModbusUnit* unit = nullptr;
-    Registers registers{};
+    std::span<std::uint16_t> registers{};
   };
   static constexpr std::size_t kPduOffset = 7;  ///< after the MBAP header
   static constexpr std::size_t kMaxAdu = kPduOffset + adapters::kMaxPduBytes;
@@ -97,7 +96,7 @@ class ModbusTcp final : private AcceptsClients {
   bool receive(Connection& client);
   bool advance(Connection& client);
   bool execute(Connection& client, Bytes bytes);
-  Bytes respond(Bytes bytes, const adapters::ModbusRequest& request, Registers registers);
+  Bytes respond(Bytes bytes, const adapters::ModbusRequest& request, std::span<std::uint16_t> registers);
   bool send(Connection& client, Bytes bytes);
   bool send_rest(Connection& client);
   bool send_some(Connection& client, Bytes& rest);
