@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "adapters/slcan_adapter.hpp"
 
-#include <algorithm>
 #include <array>
 #include <utility>
 

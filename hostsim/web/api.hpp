@@ -4,8 +4,6 @@
 /// The HTTP API, described in docs/reference/http.md.
 
 #include <functional>
-#include <memory>
-#include <string>
 #include <string_view>
 
 #include "adapters/dialogue.hpp"

@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <netinet/in.h>
 #include <sys/socket.h>
-#include <sys/stat.h>
 #include <sys/un.h>
 #include <unistd.h>
-
-#include <cerrno>
 
 #include "adapters/slcan_adapter.hpp"
 #include "io/sockets/stream_server.hpp"

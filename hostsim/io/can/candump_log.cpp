@@ -14,7 +14,7 @@ constexpr std::size_t kCharactersPerWrite = 65536;
 
 }  // namespace
 
-CandumpLog::CandumpLog(std::string path, std::string interface, Time wall_offset, Warn warn,
+CandumpLog::CandumpLog(const std::string& path, std::string interface, Time wall_offset, Warn warn,
                        std::size_t most_waiting)
     : where_("log " + path + ": "),
       interface_(std::move(interface)),

@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
-#include <string_view>
 
 #include "cbcan/frame.hpp"
 #include "cbcan/time.hpp"
@@ -23,7 +22,7 @@ class CandumpLog final : public sim::Observer {
   /// in the log are those of the frames plus `wall_offset`: wall-clock time minus simulation time, in
   /// microseconds. A frame is dropped while more than `most_waiting` characters wait for a reader; `warn` gets
   /// their number once there is room again.
-  CandumpLog(std::string path, std::string interface, Time wall_offset, Warn warn,
+  CandumpLog(const std::string& path, std::string interface, Time wall_offset, Warn warn,
              std::size_t most_waiting = Output::kMostWaiting);
   /// Waits for a reader as Output does.
   ~CandumpLog();

@@ -12,7 +12,6 @@
 #include <utility>
 
 #include "io/errors.hpp"
-#include "text/words.hpp"
 
 namespace cbcan::io {
 

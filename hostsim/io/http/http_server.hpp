@@ -10,7 +10,6 @@
 #include <list>
 #include <memory>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "adapters/http_message.hpp"

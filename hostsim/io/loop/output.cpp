@@ -47,14 +47,15 @@ Output::~Output() {
 }
 
 /// Opened again if possible: O_NONBLOCK would affect every process that shares the descriptor.
-Descriptor Output::own(int number) {
+Output Output::standard(int number, std::size_t most_waiting) {
   const mode_t type = files::type_of(number);
   const std::string path = "/proc/self/fd/" + std::to_string(number);
   Descriptor file;
   if (type == S_IFIFO || type == S_IFCHR)
     file = Descriptor(::open(path.c_str(), O_WRONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC));
   if (!file) file = Descriptor(fcntl(number, F_DUPFD_CLOEXEC, 0));
-  return file ? std::move(file) : Descriptor(number);  // no descriptor left: messages are still written
+  if (!file) file = Descriptor(number);  // no descriptor left: messages are still written
+  return Output(std::move(file), most_waiting);
 }
 
 bool Output::add(std::string_view lines) {

@@ -23,9 +23,7 @@ class Output {
   /// At most `most_waiting` characters, and the line that exceeds them, wait for the reader.
   explicit Output(Descriptor file, std::size_t most_waiting = kMostWaiting);
   /// The program's standard output or error; other processes may share it, so its flags are not changed.
-  static Output standard(int number, std::size_t most_waiting = kMostWaiting) {
-    return Output(own(number), most_waiting);
-  }
+  static Output standard(int number, std::size_t most_waiting = kMostWaiting);
   /// A file, which is created or truncated, a FIFO, which needs no reader yet, or standard output for "-". Throws
   /// EnvironmentError, its text beginning with `what`.
   static Output open(std::string_view what, const std::string& path, std::size_t most_waiting = kMostWaiting);
@@ -50,7 +48,6 @@ class Output {
   void finish();
 
  private:
-  static Descriptor own(int number);
   std::string_view rest() const { return std::string_view(waiting_).substr(sent_); }
   ssize_t write_some(std::string_view text) const;
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The page: header, commands, cards.
 
-import {state, on, element, make, send, start, prefix, chooseNetwork, missedEvents} from './state.js';
+import {state, on, element, make, send, start, prefix, chooseNetwork} from './state.js';
 import {clock, number} from './words.js';
 import {startLadder} from './ladder.js';
 import {startHappened} from './happened.js';
@@ -30,7 +30,7 @@ function facts() {
   const {frames, requests, load} = rates(), about = state.about;
   const parts = {time: clock(about.time), Modbus: about.modbus, clients: about.clients, 'requests/s': number(Math.round(requests)),
     'frames/s': number(Math.round(frames)), 'bus load': load};
-  if (missedEvents()) parts['left out'] = number(missedEvents());
+  if (state.missed) parts['left out'] = number(state.missed);
   const host = element('facts');
   if (host.children.length !== Object.keys(parts).length)
     host.replaceChildren(...Object.keys(parts).map(name => make('div', {}, make('dt', {textContent: name}), make('dd'))));

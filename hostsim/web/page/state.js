@@ -7,6 +7,7 @@ export const state = {
   about: null, nodes: [], registers: [],
   ended: [], recent: [],      // completed transactions, and all events; the oldest first
   incidents: new Set(),       // "16 overcurrent", as switched by commands
+  missed: 0,                  // events that were left out
   network: 1, node: null,     // the chosen ones
   transaction: null,          // the number of the chosen one
   cursor: null,               // a time in seconds, common to plots, transactions and frames
@@ -45,7 +46,7 @@ export const askNetwork = path => ask(path + (path.includes('?') ? '&' : '?') + 
 
 // ---- Events
 
-let source, pending = [], missed = 0, last = 0, watched = '', scheduled = false;
+let source, pending = [], last = 0, watched = '', scheduled = false;
 
 function take(event) {
   if (event.number <= last) forget();  // the program has been restarted
@@ -83,7 +84,7 @@ function flush() {
   pending = [];
   const values = events.filter(event => event.kind === 'value');
   for (const event of events)
-    if (event.number) take(event); else if (event.kind === 'missed') missed += event.events;
+    if (event.number) take(event); else if (event.kind === 'missed') state.missed += event.events;
   if (values.length) tell('values', values);
   tell('events', events);
   if (values.length < events.length) refreshSoon();
@@ -91,12 +92,10 @@ function flush() {
 
 function arrive(message) {
   pending.push(JSON.parse(message.data));
-  if (pending.length > kMostPending) missed += pending.splice(0, kMostPending / 2).length;
+  if (pending.length > kMostPending) state.missed += pending.splice(0, kMostPending / 2).length;
   if (!scheduled) requestAnimationFrame(flush);
   scheduled = true;
 }
-
-export const missedEvents = () => missed;
 
 function open() {
   source?.close();
