@@ -155,7 +155,7 @@ struct Client {
   bool closed_ = false;
 };
 
-/// Sends one request and returns its response, which has `size` bytes.
+/// Sends one request and returns its response, which is `response_bytes` long.
 inline Bytes ask(Server& server, Client& client, std::string_view request, std::size_t response_bytes) {
   client.send(request);
   server.run_until([&] { return client.has(response_bytes) || client.closed(); });

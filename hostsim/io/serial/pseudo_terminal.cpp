@@ -30,7 +30,7 @@ std::string unlock(int port) {
   return good ? other.data() : "";
 }
 
-/// True: a link to a pseudo-terminal that no longer exists, or whose path this one has got.
+/// True: a link to a pseudo-terminal that no longer exists, or that has become this one.
 bool is_abandoned(const std::string& path, const std::string& own) {
   std::array<char, PATH_MAX> target{};
   if (readlink(path.c_str(), target.data(), target.size() - 1) <= 0) return false;

@@ -10,8 +10,8 @@ export class List {
   #items = []; #rows = new Map(); #name = `list${++lists}`; #body = make('div', {className: 'rows', role: 'presentation'});
 
   /// kind: class of the rows. key(item): its unique key. cells(item): an array of [text, class, title].
-  /// mark(item): more classes. choose(item): called when a row is chosen. Enter and a click go to the field `edit`, where
-  /// Escape comes back.
+  /// mark(item): more classes. choose(item): called when a row is chosen. Enter and a click move the focus to the field
+  /// `edit`, Escape moves it back.
   constructor(host, {kind, height = 22, key, cells, mark = () => '', choose = () => {}, edit = null}) {
     Object.assign(this, {host, kind, height, key, cells, mark, choose, edit, chosen: null});
     host.tabIndex = 0;
