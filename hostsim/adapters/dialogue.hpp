@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Commands as lines of text, whatever they come in by: a socket, standard input, HTTP.
+/// Commands as lines of text, from a socket, standard input or HTTP.
 
 #include <cstddef>
 #include <functional>
@@ -13,9 +13,9 @@ namespace cbcan::adapters {
 
 inline constexpr std::size_t kLongestCommand = 1000;
 
-/// One connection, as who executes its lines sees it. When the connection ends it is let go of here.
+/// One connection, as the executor of its lines sees it. Shared: the connection drops it when it ends.
 struct Dialogue {
-  std::string unsent;    ///< on its way to the client
+  std::string unsent;    ///< for the client
   bool waiting = false;  ///< a response is outstanding: no further line is executed
 };
 

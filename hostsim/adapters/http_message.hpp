@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Requests and responses of HTTP, between who has the socket (hostsim/io) and who has the answer
-/// (hostsim/web).
+/// HTTP requests and responses, exchanged between the socket (hostsim/io) and the API (hostsim/web).
 
 #include <cstddef>
 #include <map>
@@ -17,21 +16,21 @@ struct HttpRequest {
   std::string path;
   std::map<std::string, std::string, std::less<>> query;
   std::string body;
-  std::string last_event_id;  ///< of an EventSource that connects again
+  std::string last_event_id;  ///< of an EventSource that reconnects
 };
 
-/// A body that comes bit by bit.
+/// A body that is produced piece by piece.
 class HttpStream {
  public:
   virtual ~HttpStream() = default;
-  /// Appends what there is by now, a little more than kMostUnsent at most; false = that was the end.
+  /// Appends what is available, slightly more than kMostUnsent at most; false = the body is complete.
   virtual bool fill(std::string& text) = 0;
   /// fill() may have something.
   virtual bool has_news() const = 0;
-  /// What shows whether the client is still there; may be empty.
+  /// Text that is sent to detect a client that has left; may be empty.
   virtual std::string_view keep_alive() const { return {}; }
 
-  /// So little that the turns of a hundred streams do not keep the others of the loop waiting.
+  /// Small enough that the turns of a hundred streams do not delay the rest of the loop.
   static constexpr std::size_t kMostUnsent = 8 * 1024;
 };
 
@@ -39,7 +38,7 @@ struct HttpResponse {
   unsigned status = 200;
   std::string type = "application/json";
   std::string body = {};
-  std::unique_ptr<HttpStream> stream = {};  ///< in the place of the body
+  std::unique_ptr<HttpStream> stream = {};  ///< instead of the body
 };
 
 }  // namespace cbcan::adapters

@@ -19,7 +19,7 @@ constexpr std::size_t kMaxRead = 125;               // V1.1b3, 6.3
 constexpr std::size_t kMaxWrite = 123;              // V1.1b3, 6.12
 constexpr std::size_t kMaxWriteWhileReading = 121;  // V1.1b3, 6.17
 
-// Offsets of the values behind their quantity and count of bytes.
+// Offsets of the values, which follow their quantity and byte count.
 constexpr std::size_t kWrittenValues = 6;
 constexpr std::size_t kValuesWrittenWhileReading = 10;
 
@@ -37,7 +37,7 @@ bool writable(const ModbusRange& range, std::size_t most, Pdu pdu, std::size_t v
   return range.count >= 1 && range.count <= most && bytes == 2 * range.count && pdu.size() == values + bytes;
 }
 
-/// Between registers, which are in host byte order, and a PDU's bytes: the same both ways.
+/// Between registers in host byte order and a PDU's bytes; the same in both directions.
 void copy_words(const void* from, void* to, std::size_t count) {
   constexpr std::uint64_t kLowBytes = 0x00FF'00FF'00FF'00FF;
   const auto* in = static_cast<const std::uint8_t*>(from);

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// What a Modbus request asks for and whether it may have it: pure functions over the bytes of a PDU
-/// (function code and data). Source: Modbus Application Protocol V1.1b3, section 6; "V1.1b3, 6.3" in the
-/// comments.
+/// Checks and executes Modbus requests: pure functions over the bytes of a PDU (function code and data).
+/// Source: Modbus Application Protocol V1.1b3, section 6; "V1.1b3, 6.3" in the comments.
 
 #include <cstddef>
 #include <cstdint>
@@ -23,7 +22,7 @@ inline constexpr std::size_t kMaxPduBytes = 253;
 
 enum class ModbusFunction : std::uint8_t {
   kReadHoldingRegisters = 3,
-  kReadInputRegisters = 4,  ///< the same registers: some masters know nothing else
+  kReadInputRegisters = 4,  ///< the same registers: some masters support only this one
   kWriteSingleRegister = 6,
   kWriteMultipleRegisters = 16,
   kMaskWriteRegister = 22,
@@ -31,10 +30,10 @@ enum class ModbusFunction : std::uint8_t {
   kEncapsulatedInterface = 43,
 };
 
-/// Bit of an exception's function code.
+/// Set in the function code of an exception response.
 inline constexpr std::uint8_t kExceptionBit = 0x80;
 
-/// A number of two bytes, the high one first: V1.1b3, 4.2.
+/// A number of two bytes, high byte first: V1.1b3, 4.2.
 inline std::size_t word(std::span<const std::uint8_t> bytes, std::size_t offset) {
   return static_cast<std::size_t>(bytes[offset] << 8 | bytes[offset + 1]);
 }
@@ -46,26 +45,26 @@ struct ModbusRange {
   bool operator==(const ModbusRange&) const = default;
 };
 
-/// What a request is to do.
+/// What a request writes and then reads.
 struct ModbusRequest {
-  ModbusException exception = ModbusException::kNone;  ///< else nothing
+  ModbusException exception = ModbusException::kNone;  ///< otherwise both ranges are empty
   ModbusRange written{};
-  ModbusRange read{};  ///< afterwards
+  ModbusRange read{};
 };
 
 /// Checks a request against holding registers 0..registers-1, in the specification's order: function, then
 /// lengths and quantities, then addresses. A PDU longer or shorter than its function needs is an illegal
-/// value. kNone for register functions means: every byte that the function needs is there and every address
-/// exists. `pdu` is not empty.
+/// value. For register functions kNone means that the PDU is complete and every address exists. `pdu` is not
+/// empty.
 ModbusRequest look_at_request(std::span<const std::uint8_t> pdu, std::size_t registers);
 
-/// Where a response's PDU is made. The functions return its size.
+/// Buffer for a response's PDU. The functions return its size.
 using ModbusResponse = std::span<std::uint8_t, kMaxPduBytes>;
 
 std::size_t exception_response(std::uint8_t function, ModbusException exception, ModbusResponse response);
 
-/// Executes a register function on registers 0.., in host byte order; `request` is what look_at_request() has
-/// found, without an exception.
+/// Executes a register function on registers 0.., in host byte order; `request` is the result of
+/// look_at_request(), without an exception.
 std::size_t execute(std::span<const std::uint8_t> pdu, const ModbusRequest& request,
                     std::span<std::uint16_t> registers, ModbusResponse response);
 

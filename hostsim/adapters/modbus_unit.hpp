@@ -10,33 +10,32 @@ namespace cbcan::adapters {
 
 /// A Modbus request that has been answered.
 struct ModbusExchange {
-  std::uint32_t client;  ///< by which events name it; 0 = none that comes and goes
+  std::uint32_t client;  ///< its number in events; 0 = a line, which has no clients
   std::uint16_t id;      ///< transaction ID of the MBAP header; 0 over RTU
   std::uint8_t unit;
   std::uint8_t exception;                  ///< 0 = none
   std::span<const std::uint8_t> request;   ///< PDU
-  std::span<const std::uint8_t> response;  ///< likewise
+  std::span<const std::uint8_t> response;  ///< PDU
 };
 
-/// A network's registers, and who has to know what Modbus does with them: what a unit ID selects.
+/// What a unit ID selects: a network's registers, and the observer of what Modbus does with them.
 class ModbusUnit {
  public:
-  /// The same words always; none = there is nothing to select.
+  /// Always the same words; empty = the unit ID selects nothing.
   virtual std::span<std::uint16_t> registers() = 0;
 
-  /// A request is about to write: what is due by now happens, with the registers as they are.
+  /// A request is about to write: what is due by now is done with the registers as they are.
   virtual void advance_due() {}
   /// A request is about to read diagnostics registers.
   virtual void on_diagnostics() {}
-  /// A client, by its number, is about to write, elsewhere than in R3700..R3769: later ones have higher
-  /// numbers, those of a line 0.
+  /// A client is about to write outside R3700..R3769. Client numbers increase; a line is 0.
   virtual void on_writer(std::uint32_t /*client*/, const ModbusRange& /*written*/) {}
 
-  /// A request to it has been answered, and the next one of anybody is not looked at yet. `valid`: not by an
-  /// exception; `written`: what it has written. Must not destroy the server.
+  /// A request to this unit has been answered, and no client's next one has been read yet. `valid`: without an
+  /// exception; `written`: the range that it wrote. Must not destroy the server.
   virtual void on_request(bool valid, const ModbusRange& written) = 0;
 
-  /// Somebody wants to see the requests and responses themselves: each is told ahead of on_request().
+  /// True: on_exchange() is to be called with each request and its response, before on_request().
   virtual bool listens() const { return false; }
   virtual void on_exchange(const ModbusExchange& /*exchange*/) {}
 

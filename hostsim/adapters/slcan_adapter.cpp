@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "adapters/slcan_adapter.hpp"
 
-#include <algorithm>
 #include <array>
 #include <utility>
 
@@ -30,13 +29,13 @@ void SlcanAdapter::receive(std::string_view characters) {
   }
 }
 
-/// True, as everything is that has been done.
+/// Returns true, so that a command that only responds is done.
 bool SlcanAdapter::respond(std::string_view text) {
   unsent_ += text;
   return true;
 }
 
-/// False: it cannot be done; else it has been answered.
+/// False: the command cannot be done; otherwise it has been answered.
 bool SlcanAdapter::execute(std::string_view line) {
   const char command = line.empty() ? slcan::kEnd : line[0];
   bool done = false;
@@ -50,7 +49,10 @@ bool SlcanAdapter::execute(std::string_view line) {
     case 'L': done = line.size() == 1 && open(Channel::kListening); break;
     case 'C': done = line.size() == 1 && close(); break;
     case 'S': done = line.size() == 2 && line[1] >= '0' && line[1] <= '8' && !is_open(); break;
-    case 'Z': done = set_time_stamps(line); break;
+    case 'Z':
+      done = (line == "Z0" || line == "Z1") && !is_open();
+      if (done) time_stamps_ = line == "Z1";
+      break;
     case 'M':
     case 'm': done = line.size() == 9 && is_hex(line.substr(1)) && !is_open(); break;
     case 'F': done = line.size() == 1 && tell_status(); break;
@@ -77,7 +79,7 @@ bool SlcanAdapter::close() {
   return true;
 }
 
-/// The response comes before what the frame brings about.
+/// The response comes before any frames that this one causes.
 bool SlcanAdapter::send(std::string_view line) {
   Frame frame;
   if (channel_ != Channel::kOpen || !slcan::decode(line, frame)) return false;
@@ -98,12 +100,6 @@ bool SlcanAdapter::tell_status() {
   if (port_.state() == BusState::kBusOff) flags |= slcan::status::kErrorPassive | slcan::status::kBusError;
   unsent_ += 'F';
   sim::append_hex(unsent_, flags, 2);
-  return true;
-}
-
-bool SlcanAdapter::set_time_stamps(std::string_view line) {
-  if (is_open() || (line != "Z0" && line != "Z1")) return false;
-  time_stamps_ = line == "Z1";
   return true;
 }
 

@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// A CAN adapter with a serial line, on a simulated bus: what a LAWICEL CAN232 or CANUSB does with the
-/// characters that it gets (the manual is named in firmware/cbcan/slcan/slcan.hpp).
+/// A CAN adapter with a serial line, on a simulated bus: behaves as a LAWICEL CAN232 or CANUSB (the manual is
+/// named in firmware/cbcan/slcan/slcan.hpp).
 ///
 /// Commands, each ended by CR and answered by CR, or by BEL where it cannot be done:
-///   Sn             bit rate, n = 0..8: taken while closed, of no effect, and not needed before O
+///   Sn             bit rate, n = 0..8: accepted while closed, without effect, and not needed before O
 ///   O, L, C        open, open to listen only, close
 ///   tiiil.., Tiiiiiiiil.., riiil, Riiiiiiiil
 ///                  send a frame: answered by z CR or Z CR; BEL where the transmit queue (64 frames) is full
-///   F              status flags, Fxx: read while open, and forgotten by that
+///   F              status flags, Fxx: only while open; reading clears them
 ///   V, N           versions, V1013; serial number, NCB01
 ///   Z0, Z1         time stamps off, on, while closed: milliseconds, modulo one minute
 ///   Mxxxxxxxx, mxxxxxxxx
-///                  acceptance code and mask: taken while closed, of no effect; every frame is accepted
-/// A change of the controller's state is told unasked, as s and the state (slcan::decode_state); the error
+///                  acceptance code and mask: accepted while closed, without effect; every frame passes
+/// A change of the controller's state is sent unrequested, as s and the state (slcan::decode_state); the error
 /// counters in it are the lowest that belong to the state.
 
 #include <cstddef>
@@ -46,13 +46,12 @@ class SlcanAdapter final : public Adapter {
   bool close();
   bool send(std::string_view line);
   bool tell_status();
-  bool set_time_stamps(std::string_view line);
   bool is_open() const { return channel_ != Channel::kClosed; }
 
   slcan::LineReader reader_;
   Channel channel_ = Channel::kClosed;
   bool time_stamps_ = false;
-  std::uint8_t flags_ = 0;  ///< of F, until it is asked for
+  std::uint8_t flags_ = 0;  ///< for F, which clears them
 };
 
 }  // namespace cbcan::adapters

@@ -32,6 +32,14 @@ std::optional<Time> parse_interval(Words words) {
   return *seconds * kSecond + *microseconds;
 }
 
+/// Erases by the identifier in `words`; false: there is none.
+template <class Map>
+bool erase_from(Map& map, Words words) {
+  const auto frame = words.size() == 1 ? parse_identifier(words[0]) : std::nullopt;
+  if (frame) map.erase(key_of(*frame));
+  return frame.has_value();
+}
+
 }  // namespace
 
 Time SocketcandBus::slot(Time now) {
@@ -50,12 +58,6 @@ std::string_view SocketcandBus::text_of(const Frame& frame, Time now) {
 
 // ---- Commands
 
-struct SocketcandAdapter::Command {
-  std::string_view name;
-  unsigned modes;
-  bool (SocketcandAdapter::*execute)(Words words);
-};
-
 void SocketcandAdapter::receive(std::string_view characters) {
   for (const char c : characters)
     if (!ended_ && reader_.on_char(c)) execute(reader_.element());
@@ -65,15 +67,20 @@ void SocketcandAdapter::receive(std::string_view characters) {
 
 void SocketcandAdapter::execute(std::string_view element) {
   using Self = SocketcandAdapter;
-  static constexpr std::array<Command, 8> kCommands{{
+  struct Command {
+    std::string_view name;
+    unsigned modes;
+    std::function<bool(Self&, Words)> execute;
+  };
+  static const std::array<Command, 8> kCommands{{
       {"open", kNoBus, &Self::open},
       {"echo", kBcm | kRaw, &Self::echo},
       {"send", kBcm | kRaw, &Self::send},
       {"add", kBcm, &Self::add},
       {"update", kBcm, &Self::update},
-      {"delete", kBcm, &Self::remove},
+      {"delete", kBcm, [](Self& self, Words words) { return erase_from(self.jobs_, words); }},
       {"subscribe", kBcm, &Self::subscribe},
-      {"unsubscribe", kBcm, &Self::unsubscribe},
+      {"unsubscribe", kBcm, [](Self& self, Words words) { return erase_from(self.subscriptions_, words); }},
   }};
   const auto words = text::words_of(element);
   const std::string_view name = words.empty() ? std::string_view() : words.front();
@@ -86,7 +93,7 @@ void SocketcandAdapter::execute(std::string_view element) {
   const auto* const command = std::ranges::find_if(
       kCommands, [&](const Command& c) { return c.name == name && (c.modes & mode_) != 0; });
   if (command == kCommands.end()) return refuse("unknown command");
-  if (!(this->*command->execute)(Words(words).subspan(1)))
+  if (!command->execute(*this, Words(words).subspan(1)))
     refuse(fmt::format("syntax error in {}", command->name));
 }
 
@@ -94,7 +101,7 @@ void SocketcandAdapter::refuse(std::string_view why) {
   unsent_ += fmt::format("< error {} >", why);
 }
 
-/// What belongs to a mode.
+/// Clears what belongs to a mode.
 void SocketcandAdapter::forget() {
   jobs_.clear();
   subscriptions_.clear();
@@ -148,12 +155,6 @@ bool SocketcandAdapter::update(Words words) {
   return frame.has_value();
 }
 
-bool SocketcandAdapter::remove(Words words) {
-  const auto frame = words.size() == 1 ? parse_identifier(words[0]) : std::nullopt;
-  if (frame) jobs_.erase(key_of(*frame));
-  return frame.has_value();
-}
-
 bool SocketcandAdapter::subscribe(Words words) {
   const auto interval = parse_interval(words);
   const auto frame = words.size() == 3 ? parse_identifier(words[2]) : std::nullopt;
@@ -162,12 +163,6 @@ bool SocketcandAdapter::subscribe(Words words) {
   if (is_new && subscriptions_.size() == kMostSubscriptions) return refuse("too many subscriptions"), true;
   subscriptions_[key_of(*frame)] = {*interval};
   return true;
-}
-
-bool SocketcandAdapter::unsubscribe(Words words) {
-  const auto frame = words.size() == 1 ? parse_identifier(words[0]) : std::nullopt;
-  if (frame) subscriptions_.erase(key_of(*frame));
-  return frame.has_value();
 }
 
 // ---- Frames
@@ -223,7 +218,7 @@ void SocketcandAdapter::poll(Time now) {
   wants(next_due());
 }
 
-/// Not for each one by itself where there are many.
+/// At most once in a millisecond, which bounds the work for many subscriptions.
 void SocketcandAdapter::tell_waiting(Time now) {
   waiting_due_ = kNever;
   for (auto& [id, subscription] : subscriptions_) {
@@ -246,7 +241,7 @@ void SocketcandAdapter::run(Job& job, Time now) {
   }
   job.has_slot = false;
   job.next += job.interval;
-  static_cast<void>(port_.try_send(job.frame));  // where there is no room, the next one may find some
+  static_cast<void>(port_.try_send(job.frame));  // without room it is dropped; the next one may find some
 }
 
 }  // namespace cbcan::adapters

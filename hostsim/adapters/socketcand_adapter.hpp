@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// What socketcand says to one of its clients, on a simulated bus (linux-can, socketcand, doc/protocol.md).
+/// The server side of socketcand for one client, on a simulated bus (linux-can, socketcand, doc/protocol.md).
 ///
-///   without a bus  open BUS, by any name of up to 16 characters: the bus is one. Bit timing, BUS B ..., and
-///                  control modes, BUS C ..., are acknowledged and have no effect
+///   without a bus  open BUS, with any name of up to 16 characters: there is only one bus. Bit timing, BUS B
+///                  ..., and control modes, BUS C ..., are acknowledged and have no effect
 ///   BCM            send, add, update, delete; subscribe, unsubscribe
-///   RAW            send; every frame
-/// and rawmode, bcmmode, echo in each of the last two. What means nothing is answered by
-/// `< error unknown command >`, a command that is wrong by `< error syntax error in COMMAND >`. There is no
-/// word for a remote frame: none is told. There are no filters, no control mode and no ISO-TP.
+///   RAW            send; the client gets every frame
+/// and rawmode, bcmmode, echo in both BCM and RAW. An unknown command is answered by
+/// `< error unknown command >`, one that is wrong by `< error syntax error in COMMAND >`. The protocol has no
+/// notation for received remote frames, so they are not sent. Filters, control mode and ISO-TP are not
+/// supported.
 
 #include <cstddef>
 #include <cstdint>
@@ -24,23 +25,23 @@
 
 namespace cbcan::adapters {
 
-/// What all clients of a bus have in common.
+/// What all clients of a bus share.
 class SocketcandBus {
  public:
-  /// `now` tells what time it is; frames show that plus `wall_offset`. After `< ok >` nothing is told for
-  /// `pause`, so that clients find it alone however busy the bus is: python-can's gives up otherwise.
+  /// `now` returns the time; frames show it plus `wall_offset`. After `< ok >` no frame is sent for `pause`, so
+  /// that a client reads it alone even on a busy bus: python-can's gives up otherwise.
   SocketcandBus(sim::Bus& bus, sim::Schedule& schedule, std::function<Time()> now, Time wall_offset,
                 Time pause)
       : bus_(bus), schedule_(schedule), now_(std::move(now)), wall_offset_(wall_offset), pause_(pause) {}
 
-  /// When a cyclic frame that is due at `now` may be sent: those of all clients together are as many as a bus
-  /// of 1 Mbit/s carries, one in 100 us.
+  /// When a cyclic frame that is due at `now` may be sent: all clients together send one in 100 us at most,
+  /// about what a bus of 1 Mbit/s carries.
   Time slot(Time now);
 
  private:
   friend class SocketcandAdapter;
 
-  /// Made once for all who are told.
+  /// Composed once for all clients that get the frame.
   std::string_view text_of(const Frame& frame, Time now);
 
   sim::Bus& bus_;
@@ -51,17 +52,16 @@ class SocketcandBus {
   Time free_at_ = 0;
   Frame last_{};
   Time last_at_ = 0;
-  std::string text_;  ///< of those
+  std::string text_;  ///< of the last frame
 };
 
 class SocketcandAdapter final : public Adapter, private sim::Timed {
  public:
-  /// More than these are refused: frames that are sent again and again, and identifiers that are subscribed
-  /// to.
+  /// Limits of cyclic frames and of subscribed identifiers; more are refused.
   static constexpr std::size_t kMostJobs = 256;
   static constexpr std::size_t kMostSubscriptions = 4096;
 
-  /// The bus lives as long.
+  /// The bus outlives the adapter.
   SocketcandAdapter(SocketcandBus& bus, OnQueued on_queued, std::size_t most_unsent = kMostUnsent,
                     std::uint64_t* lost = nullptr)
       : Adapter(bus.bus_, std::move(on_queued), most_unsent, lost), sim::Timed(bus.schedule_), bus_(bus) {
@@ -69,7 +69,7 @@ class SocketcandAdapter final : public Adapter, private sim::Timed {
   }
 
   void receive(std::string_view characters) override;
-  /// `< hi >` and each `< ok >` are by themselves: there are clients that compare what they read.
+  /// `< hi >` and each `< ok >` are sent separately: some clients compare the whole of what they read.
   std::size_t segment() const override;
   bool has_ended() const override { return ended_; }
 
@@ -79,19 +79,18 @@ class SocketcandAdapter final : public Adapter, private sim::Timed {
  private:
   enum Mode : std::uint8_t { kNoBus = 1, kBcm = 2, kRaw = 4 };
   using Words = socketcand::Words;
-  struct Command;
 
-  /// A frame that is sent again and again.
+  /// A cyclic frame.
   struct Job {
     Frame frame;
     Time interval = 0;
     Time next = 0;
     bool has_slot = false;
   };
-  /// What a client wants to know about an identifier.
+  /// Of one identifier.
   struct Subscription {
-    Time interval = 0;    ///< from one frame that is told to the next
-    Time told_until = 0;  ///< before that, a frame waits
+    Time interval = 0;    ///< minimum time between two frames
+    Time told_until = 0;  ///< until then a frame waits
     std::optional<Frame> waiting{};
   };
 
@@ -105,9 +104,7 @@ class SocketcandAdapter final : public Adapter, private sim::Timed {
   bool send(Words words);
   bool add(Words words);
   bool update(Words words);
-  bool remove(Words words);
   bool subscribe(Words words);
-  bool unsubscribe(Words words);
   void transmit(const Frame& frame);
   void tell(const Frame& frame, Time now);
   void tell_waiting(Time now);
@@ -118,11 +115,11 @@ class SocketcandAdapter final : public Adapter, private sim::Timed {
   socketcand::ElementReader reader_;
   Mode mode_ = kNoBus;
   bool ended_ = false;
-  std::string held_;                   ///< what is told behind the pause
-  Time pause_ends_ = kNever;           ///< kNever = it is over
-  std::map<std::uint32_t, Job> jobs_;  ///< by identifier, with the kernel's flag where it is extended
+  std::string held_;                   ///< frames to send after the pause
+  Time pause_ends_ = kNever;           ///< kNever = no pause
+  std::map<std::uint32_t, Job> jobs_;  ///< by identifier, with the kernel's flag if it is extended
   std::map<std::uint32_t, Subscription> subscriptions_;
-  Time waiting_due_ = kNever;  ///< of the frames that wait
+  Time waiting_due_ = kNever;  ///< of the earliest waiting frame
 };
 
 }  // namespace cbcan::adapters

@@ -17,7 +17,7 @@ constexpr std::uint32_t kStandardMask = 0x7FF;
 constexpr std::size_t kExtendedDigits = 8;
 constexpr int kHexadecimal = 16;
 
-/// As many of its last digits as fit.
+/// Keeps as many of the last digits as fit.
 template <class Number>
 std::optional<Number> parse_hex(std::string_view word) {
   const auto number = text::parse<std::uint64_t>(word, kHexadecimal);
@@ -71,7 +71,7 @@ std::optional<Frame> parse_send(Words words) {
   return frame;
 }
 
-/// Behind a ninth digit a flag does not mean an extended identifier.
+/// A remote frame has nine digits: with eight, its flag would make the identifier an extended one.
 void append_send(std::string& text, const Frame& frame) {
   const bool remote = (frame.flags & Frame::kRemote) != 0;
   const bool extended = (frame.flags & Frame::kExtended) != 0;

@@ -21,15 +21,15 @@ inline constexpr std::string_view kOk = "< ok >";
 
 using Words = std::span<const std::string_view>;
 
-/// Takes characters as they come and makes elements of them; what stands between two is left out.
+/// Splits a stream of characters into elements; what is between two elements is ignored.
 class ElementReader {
  public:
-  /// More than the longest command has.
+  /// Longer than any command.
   static constexpr std::size_t kLongest = 512;
 
-  /// True: element() has one.
+  /// True: element() is complete.
   bool on_char(char c);
-  /// What stands between < and >; nothing of one that is too long. Until the next on_char().
+  /// The text between < and >; empty if it was too long. Valid until the next on_char().
   std::string_view element() const { return text_; }
 
  private:
@@ -39,17 +39,17 @@ class ElementReader {
   std::string text_;
 };
 
-/// A frame with an identifier alone. Eight digits are an extended one, and so is one over 7FFh; where clients
-/// write the kernel's flags (linux/can.h) in front of it, those count too.
+/// A frame with only an identifier. It is extended if it has eight digits or is above 7FFh; the kernel's flags
+/// (linux/can.h), which some clients add, count too.
 std::optional<Frame> parse_identifier(std::string_view word);
 
-/// What stands behind `send`: identifier, length, and so many bytes. Of digits in front of a byte, which
-/// SavvyCAN writes for those over 7Fh, the last two count.
+/// What follows `send`: identifier, length and that many bytes. Only the last two digits of a byte count:
+/// SavvyCAN writes more for bytes above 7Fh.
 std::optional<Frame> parse_send(Words words);
 /// `< send 1AAAAAAA 2 1 f1 >`; remote frames have the kernel's flag.
 void append_send(std::string& text, const Frame& frame);
 
-/// What stands behind `frame`: identifier, time, and the bytes in one word or several.
+/// What follows `frame`: identifier, time, and the bytes in one word or several.
 std::optional<Frame> parse_received(Words words);
 /// `< frame 123 23.424242 1A220344 >`. `time` is in microseconds.
 void append_received(std::string& text, const Frame& frame, Time time);

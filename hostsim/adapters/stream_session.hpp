@@ -6,28 +6,28 @@
 
 namespace cbcan::adapters {
 
-/// What one connection is about; it goes with the connection.
+/// The protocol side of one connection; destroyed with the connection.
 class StreamSession {
  public:
   virtual ~StreamSession() = default;
 
-  /// Bytes have come from the client.
+  /// The client has sent bytes.
   virtual void receive(std::string_view bytes) = 0;
   /// The client has closed its sending side.
   virtual void end_input() {}
-  /// Its clients send text, so bytes that begin as TLS does are none of theirs.
+  /// Clients send text, so a connection that begins like TLS is not one of them.
   virtual bool is_text() const { return true; }
-  /// False: what more the client sends is to wait where it is.
+  /// False: no more is to be read from the client.
   virtual bool wants_more() const { return true; }
-  /// What is to go to the client; unchanged until sent() or receive() is called, or time passes.
+  /// What is to be sent to the client; unchanged until sent() or receive() is called, or time passes.
   virtual std::string_view unsent() const = 0;
-  /// How many of those are to leave in one piece, by themselves.
+  /// How many bytes of unsent() are to be sent together, separate from the rest.
   virtual std::size_t segment() const { return unsent().size(); }
-  /// What the client has sent is not done yet: a response is outstanding, or what waits for it.
+  /// The client's input has not been processed completely, or a response is outstanding.
   virtual bool is_busy() const { return false; }
-  /// The connection is to be closed once all has gone.
+  /// The connection is to be closed once everything has been sent.
   virtual bool has_ended() const { return false; }
-  /// The first `count` bytes of unsent() have gone.
+  /// The first `count` bytes of unsent() have been sent.
   virtual void sent(std::size_t count) = 0;
 };
 

@@ -128,7 +128,7 @@ class Runner {
     auto reactor = std::make_shared<io::Reactor>();
     return [reactor, started = io::Reactor::now()](Time time) {
       while (io::Reactor::now() < started + time)
-        reactor->run_once(started + time);
+        reactor->poll(started + time);
     };
   }
 

@@ -253,7 +253,7 @@ std::size_t Simulator::poll(Time until) {
   Time next = next_deadline();
   if (observed_ || next <= reactor_.time() || console_.waits()) next = poll_due();
   if (runs_) reactor_.hold_at(plant_->schedule().first_time());
-  return reactor_.run_once(earlier(until, next));
+  return reactor_.poll(earlier(until, next));
 }
 
 /// What is due in the plant, one time after the other, and for so long at most: clients and signals have

@@ -109,7 +109,7 @@ std::string Target::execute(std::string_view line) {
 void Target::advance(Time until) {
   const Time end = started_ + std::min(until, now() + kPeriod);
   while (io::Reactor::now() < end)
-    reactor_.run_once(end);
+    reactor_.poll(end);
 }
 
 }  // namespace cbcan::app

@@ -11,8 +11,8 @@
 
 namespace cbcan::io {
 
-/// This machine does not let us: no such interface, address in use, no kernel CAN. The text names the thing,
-/// the place and the way out.
+/// The machine prevents it: no such interface, address in use, no kernel CAN. The text names the thing, the
+/// place and a remedy.
 class EnvironmentError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -20,20 +20,20 @@ class EnvironmentError : public std::runtime_error {
 
 using text::UsageError;
 
-/// Takes one line for the person who runs the program, about something that does not end it.
+/// Receives one line for the user, about something that does not end the program.
 using Warn = std::function<void(const std::string& line)>;
 
-/// `errno` in words.
+/// The text of an `errno`.
 inline std::string reason(int error) {
   return std::generic_category().message(error);
 }
 
-/// A socket or file that does not block has nothing now, or no room: it is tried again later.
+/// A non-blocking socket or file has nothing to read or no room now; to be tried again later.
 inline bool is_temporary(int error) {
   return error == EAGAIN || error == EINTR;
 }
 
-/// Likewise of sockets that send whole frames or datagrams: the kernel's queues are full.
+/// The same for sockets that send whole frames or datagrams: the kernel's queues are full.
 inline bool has_no_room(int error) {
   return is_temporary(error) || error == ENOBUFS || error == ENOMEM;
 }

@@ -4,7 +4,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <array>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -15,7 +15,7 @@
 #include "scenario/scenario_writer.hpp"
 #include "text/numbers.hpp"
 #include "text/utf8.hpp"
-#include "web/api_streams.hpp"
+#include "text/words.hpp"
 #include "web/mapped.hpp"
 #include "web/page.hpp"
 
@@ -34,7 +34,7 @@ struct NamedRegister {
   unsigned channel = 1;                      ///< whose scanner window it is in
 };
 
-/// Where the ranges that may lie elsewhere have been put.
+/// Takes account of the ranges that the configuration has moved.
 NamedRegister name_of(std::size_t address, const config::ModuleConfig& module) {
   const auto found = [](const auto& rows, std::size_t at, unsigned channel = 1) -> NamedRegister {
     const auto row =
@@ -57,7 +57,7 @@ NamedRegister name_of(std::size_t address, const config::ModuleConfig& module) {
   return {};
 }
 
-/// What a number in one of the window's registers means.
+/// The meaning of a value in one of the window's registers.
 std::string_view meaning_of(const regmap::RegisterRow* row, std::uint16_t word) {
   const auto named = [word](const auto& rows) -> std::string_view {
     const auto found = std::ranges::find(rows, word, &regmap::NamedNumber::value);
@@ -87,6 +87,99 @@ Json faults_of(const sim::FaultSet& set) {
   return list;
 }
 
+/// Server-sent events from a number on that match the query, and the values that it watches.
+class EventStream final : public adapters::HttpStream {
+ public:
+  EventStream(plant::Control& control, const journal::FindName& find, const Query& query, std::uint64_t next)
+      : control_(control), find_(find), filter_(query), cursor_(control.journal(), next, filter_.kinds()) {
+    const auto found = query.find("watch");
+    std::string_view rest = found == query.end() ? "" : std::string_view(found->second);
+    while (!rest.empty())
+      watch(text::take_part(rest, ','));
+  }
+
+  bool fill(std::string& text) override {
+    const journal::Journal& journal = control_.journal();
+    if (!std::exchange(begun_, true)) text += ": cbcan\n\n";
+    const std::uint64_t missed = cursor_.look([&](std::uint64_t number, const Event& event) {
+      if (filter_.passes(event))
+        text +=
+            fmt::format("id: {}\ndata: {}\n\n", number, line_of(event_json(number, event, journal, find_)));
+      return text.size() < kMostUnsent;
+    });
+    if (missed != 0) text += fmt::format("data: {}\n\n", line_of({{"kind", "missed"}, {"events", missed}}));
+    for (Watched& watched : watched_)
+      tell(watched, text);
+    return true;
+  }
+  bool has_news() const override { return !watched_.empty() || cursor_.has_news(); }
+  std::string_view keep_alive() const override { return ":\n\n"; }
+
+ private:
+  struct Watched {
+    std::string node;
+    std::string object;
+    std::string value{};
+  };
+
+  /// "16:0x6064:0", on network 2 "2/16:0x6064"
+  void watch(std::string_view word) {
+    constexpr std::size_t kMostWatched = 16;
+    const auto sides = text::split(word, ':');
+    if (!sides || watched_.size() == kMostWatched)
+      plant::refuse("watch={}: write NODE:INDEX[:SUB], {} of them at most", word, kMostWatched);
+    watched_.push_back({std::string(sides->first), std::string(sides->second)});
+    plant::check_value(control_, watched_.back().node, watched_.back().object);
+  }
+
+  void tell(Watched& watched, std::string& text) const {
+    const bool runs = plant::node_of(control_, watched.node).has_power();
+    std::string value = runs ? plant::value_of(control_, watched.node, watched.object) : "off";
+    if (value == watched.value) return;
+    watched.value = std::move(value);
+    text += fmt::format("data: {}\n\n", line_of({{"kind", "value"},
+                                                 {"time", seconds_of(control_.now())},
+                                                 {"node", watched.node},
+                                                 {"object", watched.object},
+                                                 {"value", watched.value}}));
+  }
+
+  plant::Control& control_;
+  const journal::FindName& find_;
+  EventFilter filter_;
+  journal::Cursor cursor_;
+  std::vector<Watched> watched_;
+  bool begun_ = false;
+};
+
+/// Executes lines one after the other; each waits for the response to the one before.
+class CommandStream final : public adapters::HttpStream {
+ public:
+  CommandStream(adapters::Execute execute, std::string body)
+      : execute_(std::move(execute)), body_(std::move(body)) {}
+
+  bool fill(std::string& text) override {
+    text += std::exchange(dialogue_->unsent, {});
+    while (!dialogue_->waiting && begun_ < body_.size() && text.size() < kMostUnsent) {
+      std::string_view rest = std::string_view(body_).substr(begun_);
+      const std::string_view line = text::trim(text::take_line(rest));
+      begun_ = body_.size() - rest.size();
+      if (line.size() > adapters::kLongestCommand)
+        text += fmt::format("error: a line of more than {} characters\n", adapters::kLongestCommand);
+      else if (!line.empty())
+        text += execute_(line, dialogue_);
+    }
+    return dialogue_->waiting || begun_ < body_.size();
+  }
+  bool has_news() const override { return !dialogue_->waiting || !dialogue_->unsent.empty(); }
+
+ private:
+  adapters::Execute execute_;
+  std::string body_;
+  std::size_t begun_ = 0;
+  std::shared_ptr<adapters::Dialogue> dialogue_ = std::make_shared<adapters::Dialogue>();
+};
+
 }  // namespace
 
 adapters::HttpResponse Api::respond(const adapters::HttpRequest& request) {
@@ -98,7 +191,9 @@ adapters::HttpResponse Api::respond(const adapters::HttpRequest& request) {
   const bool post = request.method == "POST";
   try {
     if (post) {
-      if (path == "/api/control") return command(request.body);
+      if (path == "/api/control")
+        return {.type = "text/plain; charset=utf-8",
+                .stream = std::make_unique<CommandStream>(parts_.execute, request.body)};
       return failed(404, "POST is for /api/control; its command `write` writes registers");
     }
     if (auto page = page_at(path)) return std::move(*page);
@@ -147,7 +242,7 @@ Json Api::time() const {
 
 // ---- Registers
 
-/// Those that have names, of the scanner windows channel 1's; or `count` from `first` on.
+/// The named registers, with the scanner window of channel 1 only; or `count` from `first` on.
 Json Api::registers(const Query& query) const {
   const std::size_t network = network_in(query);
   const auto words = parts_.control.read(network, 0, regmap::kRegisterFileWords);
@@ -236,7 +331,7 @@ Json Api::objects(const Query& query, std::string_view word) const {
 
 // ---- Events
 
-/// The last `limit` ones below `before`, in their order.
+/// The last `limit` events before number `before`, in their order.
 Json Api::events(const Query& query, journal::Kinds standard) const {
   const EventFilter filter(query, standard);
   const journal::Journal& journal = parts_.control.journal();
@@ -250,8 +345,8 @@ Json Api::events(const Query& query, journal::Kinds standard) const {
   return {{"first_event", journal.first()}, {"next_event", journal.end()}, {"events", std::move(found)}};
 }
 
-/// From `since` on, or from the last one that an EventSource has seen; numbers that are not there yet are
-/// those of a program before this one.
+/// From `since` on, or from the last event that an EventSource has seen; numbers above the last event are from an
+/// earlier run of the program.
 adapters::HttpResponse Api::follow(const adapters::HttpRequest& request) const {
   const journal::Journal& journal = parts_.control.journal();
   Query query = request.query;
@@ -260,11 +355,7 @@ adapters::HttpResponse Api::follow(const adapters::HttpRequest& request) const {
   const std::uint64_t since = number_in(query, "since", 0, ~0ULL >> 1);
   const std::uint64_t next =
       !again || since >= journal.end() ? (again ? journal.first() : journal.end()) : since + 1;
-  return {.type = "text/event-stream", .stream = event_stream(parts_.control, parts_.find, query, next)};
-}
-
-adapters::HttpResponse Api::command(const std::string& body) const {
-  return {.type = "text/plain; charset=utf-8", .stream = command_stream(parts_.execute, body)};
+  return {.type = "text/event-stream", .stream = std::make_unique<EventStream>(parts_.control, parts_.find, query, next)};
 }
 
 }  // namespace cbcan::web

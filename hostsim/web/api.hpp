@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// What is served over HTTP: docs/reference/http.md is the page about it.
+/// The HTTP API, described in docs/reference/http.md.
 
 #include <functional>
-#include <memory>
-#include <string>
 #include <string_view>
 
 #include "adapters/dialogue.hpp"
@@ -18,13 +16,13 @@ namespace cbcan::web {
 
 class Api {
  public:
-  /// What the API takes from the program; all of it outlives the API.
+  /// What the API needs from the program; all of it outlives the API.
   struct Parts {
     plant::Control& control;
     const journal::FindName& find;
-    adapters::Execute execute;      ///< a line of docs/reference/commands.md
-    std::function<void()> advance;  ///< what is due has been done
-    std::function<Json()> about;    ///< the program, for /api/time
+    adapters::Execute execute;      ///< executes a line of docs/reference/commands.md
+    std::function<void()> advance;  ///< does what is due
+    std::function<Json()> about;    ///< describes the program, for /api/time
   };
 
   explicit Api(Parts parts) : parts_(std::move(parts)) {}
@@ -39,7 +37,6 @@ class Api {
   Json objects(const Query& query, std::string_view node) const;
   Json events(const Query& query, journal::Kinds standard) const;
   adapters::HttpResponse follow(const adapters::HttpRequest& request) const;
-  adapters::HttpResponse command(const std::string& body) const;
   std::size_t network_in(const Query& query) const;
 
   Parts parts_;

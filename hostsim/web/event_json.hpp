@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Events of the journal as JSON, and which of them somebody wants (docs/reference/http.md).
+/// Events of the journal as JSON, and the filter for them (docs/reference/http.md).
 
 #include <cstdint>
 #include <map>
@@ -17,22 +17,22 @@ namespace cbcan::web {
 using Json = nlohmann::ordered_json;
 using Query = std::map<std::string, std::string, std::less<>>;
 
-/// A number of the query; throws plant::Refused.
+/// A number of the query, `standard` if it has none; throws plant::Refused.
 std::uint64_t number_in(const Query& query, std::string_view key, std::uint64_t standard,
                         std::uint64_t highest, std::uint64_t lowest = 0);
 
 class EventFilter {
  public:
-  /// By `kinds`, `network`, `node`, `service`, `transaction`, `failed` and `slow`; what else is in it counts
-  /// for nothing. Without `kinds`, `standard`. Throws plant::Refused.
+  /// Uses `kinds` (`standard` without it), `network`, `node`, `service`, `transaction`, `failed` and `slow`;
+  /// other keys are ignored. Throws plant::Refused.
   explicit EventFilter(const Query& query, journal::Kinds standard = journal::kAllKinds);
-  /// No others pass.
+  /// The only kinds that can pass.
   journal::Kinds kinds() const { return kinds_; }
   bool passes(const journal::Event& event) const;
 
  private:
   journal::Kinds kinds_;
-  std::uint64_t network_;  ///< 0 = any, as below
+  std::uint64_t network_;  ///< 0 = any; the same for the next two
   std::uint64_t node_;
   std::uint64_t transaction_;
   std::string service_;
@@ -43,10 +43,10 @@ class EventFilter {
 Json event_json(std::uint64_t number, const journal::Event& event, const journal::Journal& journal,
                 const journal::FindName& find);
 
-/// Whole microseconds as seconds.
+/// Microseconds as seconds.
 double seconds_of(Time time);
 
-/// UTF-8 whatever the text has.
+/// Always valid UTF-8.
 std::string line_of(const Json& json);
 
 }  // namespace cbcan::web

@@ -19,9 +19,9 @@ namespace {
 
 constexpr std::uint16_t kPdos = 512;
 constexpr std::uint16_t kToMapping = object::kRpdoMapping - object::kRpdoParameter;
-constexpr unsigned kBooleans = 254;  ///< of an index
+constexpr unsigned kBooleans = 254;  ///< per index
 
-/// One object of a PDO, as its mapping parameter says, and the bit where it begins in the frame.
+/// One object of a PDO by its mapping parameter, and the bit where it begins in the frame.
 struct Mapped {
   std::uint16_t index;
   std::uint8_t sub;
@@ -75,7 +75,7 @@ FarPdos far_pdos(plant::Network& network, std::uint16_t first) {
   return found;
 }
 
-/// What stands at this bit of the frame, by the PDO of a simulated node with the same identifier.
+/// What is at this bit of the frame, by the PDO of a simulated node with the same identifier.
 std::string far_side(std::uint8_t number, const FarPdos& pdos, std::uint32_t can_id, unsigned at,
                      const journal::FindName& find) {
   const auto [begin, end] = pdos.equal_range(can_id);

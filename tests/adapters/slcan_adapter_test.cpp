@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The adapter's side of the LAWICEL protocol, character by character; written after its manual.
+// The adapter's side of the LAWICEL protocol, character by character, from its manual.
 #include "adapters/slcan_adapter.hpp"
 
 #include <new>
@@ -33,7 +33,7 @@ void operator delete(void* memory, std::size_t /*size*/) noexcept {
 
 namespace {
 
-/// An adapter, and another port on its bus.
+/// An adapter and another port on its bus.
 struct SlcanDesk : Host<SlcanDesk> {
   cbcan::sim::Bus bus;
   Time now = 0;

@@ -15,7 +15,7 @@ namespace {
 
 constexpr Time kStart = 100 * kSecond;
 
-/// An adapter, and another port on its bus; the clock on the wall is a second further.
+/// An adapter and another port on its bus; the wall clock is a second ahead.
 struct SocketcandDesk : Host<SocketcandDesk> {
   explicit SocketcandDesk(Time pause_behind_ok = 0) : pause(pause_behind_ok) {
     other.accept_all();

@@ -73,7 +73,7 @@ struct Client {
   }
   void turn() {
     server().http.poll(io::Reactor::now());
-    server().reactor.run_once(0);
+    server().reactor.poll(0);
     std::array<char, 65536> part;
     for (ssize_t count = 0; (count = recv(socket.get(), part.data(), part.size(), 0)) > 0;)
       heard.append(part.data(), static_cast<std::size_t>(count));

@@ -69,14 +69,14 @@ struct Run {
       send(bytes);
     }
     if ((flags & kGather) != 0) return;
-    server().reactor.run_once(0);
+    server().reactor.poll(0);
     if ((flags & kKeepOut) == 0) take();
   }
 
   void end() {
     do {
       take();
-    } while (server().reactor.run_once(0) != 0);
+    } while (server().reactor.poll(0) != 0);
     take();
     require(taken_ == model_.responses(), "each request has its own response, and nothing else comes");
     require(server().words == model_.registers, "the registers are those that were written");
@@ -84,7 +84,7 @@ struct Run {
     require(closed_ == model_.closed(), "closed is what cannot be Modbus, and only that");
     check_half_request();
     client_.reset();
-    server().reactor.run_once(0);
+    server().reactor.poll(0);
     require(server().modbus.clients() == 0, "a client that has gone is forgotten");
   }
 
@@ -110,7 +110,7 @@ struct Run {
       const ssize_t sent = ::send(client_.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL);
       if (sent < 0) {
         take();
-        server().reactor.run_once(0);
+        server().reactor.poll(0);
         continue;
       }
       model_.receive(bytes.first(static_cast<std::size_t>(sent)));

@@ -1,16 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include <netinet/in.h>
 #include <sys/socket.h>
-#include <sys/stat.h>
 #include <sys/un.h>
 #include <unistd.h>
-
-#include <cerrno>
 
 #include "adapters/slcan_adapter.hpp"
 #include "io/sockets/stream_server.hpp"
 #include "stream_client.hpp"
 #include "support/catch.hpp"
+#include "temporary_folder.hpp"
 #include "turns.hpp"
 
 namespace cbcan::io {
@@ -35,7 +33,7 @@ struct SlcanServer {
   const StreamAddress& address() const { return slcan.address(); }
   std::size_t turn() {
     slcan.flush();
-    return reactor.run_once(0);
+    return reactor.poll(0);
   }
   template <typename Done>
   void run_until(Done done) {
@@ -43,7 +41,7 @@ struct SlcanServer {
   }
 };
 
-/// A socket's file that nobody listens on.
+/// The file of a socket on which no program listens.
 void leave_behind(const std::string& path) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
@@ -94,27 +92,27 @@ TEST_CASE("SLCAN over TCP: connections are adapters on one bus") {
 }
 
 TEST_CASE("SLCAN over a Unix socket, whose file goes with the server") {
-  const Folder folder;
+  const test::TemporaryFolder folder;
   {
-    SlcanServer server("unix:" + folder.socket());
+    SlcanServer server("unix:" + folder.file("s"));
     StreamClient client(server.address());
     check_responses(server, client, "V\r", "V1013\r");
   }
-  CHECK(access(folder.socket().c_str(), F_OK) != 0);
+  CHECK(access(folder.file("s").c_str(), F_OK) != 0);
 }
 
 TEST_CASE("a Unix socket that a killed program left is replaced, one in use and a file are not") {
-  const Folder folder;
-  const std::string address = "unix:" + folder.socket();
+  const test::TemporaryFolder folder;
+  const std::string address = "unix:" + folder.file("s");
   const std::string in_use =
       "slcan " + address + ": in use: another program listens there, or it is a file; write another path";
   {
     const SlcanServer server(address);
     CHECK(complaint<EnvironmentError>(address) == in_use);
   }
-  leave_behind(folder.socket());
+  leave_behind(folder.file("s"));
   CHECK(complaint<EnvironmentError>(address) == "none");
-  std::ofstream(folder.socket()) << "not a socket";
+  std::ofstream(folder.file("s")) << "not a socket";
   CHECK(complaint<EnvironmentError>(address) == in_use);
   CHECK(complaint<EnvironmentError>("unix:/nonexistent/s") ==
         "slcan unix:/nonexistent/s: No such file or directory; write a path in a folder that can be written");

@@ -16,7 +16,7 @@ inline unsigned hex_digit(char digit) {
   return static_cast<unsigned>(value);
 }
 
-/// "00 1F" as two bytes.
+/// Bytes from hexadecimal digits: "00 1F" gives two.
 inline Bytes hex(std::string_view text) {
   Bytes bytes;
   for (std::size_t i = 0; i + 1 < text.size(); ++i) {

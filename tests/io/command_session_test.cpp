@@ -26,7 +26,7 @@ struct CommandServer {
     test::turn_until(
         [this] {
           commands.flush();
-          reactor.run_once(0);
+          reactor.poll(0);
         },
         done);
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What clients of the HTTP server see, byte by byte over loopback.
+// The HTTP server as its clients see it, byte by byte over loopback.
 
 #include "io/http/http_server.hpp"
 
@@ -22,10 +22,10 @@ struct Web {
   }
   void turn() {
     server.poll(Reactor::now());
-    reactor.run_once(0);
+    reactor.poll(0);
   }
   std::string host() const { return "127.0.0.1:" + std::to_string(server.address().port); }
-  /// Until its last bytes are there: the server closes.
+  /// Turns until the server has closed the connection.
   std::string ask(const std::string& method_and_path, const std::string& headers = "",
                   const std::string& body = "") {
     return ask_as(host(), method_and_path, headers, body);
@@ -213,7 +213,7 @@ TEST_CASE("http: times are asked for, so that the loop may sleep") {
   Streaming streaming;
   streaming.feed.waiting = "x";
   streaming.hear("x");
-  // Nothing is new: the keep-alive, five seconds after what was sent last.
+  // Without news: the keep-alive, five seconds after the last data.
   const auto due = [&] { return streaming.web.server.next_deadline(); };
   io::test::turn_until([&] { streaming.web.turn(); },
                        [&] { return due() != kNever && due() > Reactor::now() + 2 * kSecond; });
@@ -236,7 +236,7 @@ TEST_CASE("http: the server goes while streams are there") {
                          [&] {
                            const Time due = web.server.next_deadline();
                            return web.server.streams() == 1 && due != kNever &&
-                                  due > Reactor::now() + 2 * kSecond;  // nothing to do: it is suspended
+                                  due > Reactor::now() + 2 * kSecond;  // suspended, nothing to do
                          });
   }
   CHECK(feed.gone == 1);

@@ -28,21 +28,21 @@ TEST_CASE("lines from a pipe, when they are whole") {
   Reactor reactor;
   Pipe pipe;
   LineInput input(reactor, pipe.out.get(), "standard input");
-  CHECK(reactor.run_once(0) == 0);
+  CHECK(reactor.poll(0) == 0);
   CHECK(input.next_deadline() == kNever);
   pipe.write("one\ntw");
-  CHECK(reactor.run_once(0) == 1);
+  CHECK(reactor.poll(0) == 1);
   CHECK(input.take() == "one");
   CHECK(input.take() == std::nullopt);
   pipe.write("o\n\n");
-  reactor.run_once(0);
+  reactor.poll(0);
   input.poll();
   CHECK(input.take() == "two");
   CHECK(input.take() == "");
   CHECK_FALSE(input.ended());
   pipe.write("last");
   pipe.in.reset();
-  while (reactor.run_once(0) != 0) {
+  while (reactor.poll(0) != 0) {
   }
   CHECK_FALSE(input.ended());
   CHECK(input.take() == "last");
@@ -55,12 +55,12 @@ TEST_CASE("lines that nobody takes are not read") {
   LineInput input(reactor, pipe.out.get(), "standard input");
   pipe.write(std::string(3 * 4096, '\n'));
   for (int turn = 0; turn < 10; ++turn)
-    reactor.run_once(0);
+    reactor.poll(0);
   int lines = 0;
   while (input.take())
     ++lines;
   CHECK(lines == 4096);
-  while (reactor.run_once(0) != 0)
+  while (reactor.poll(0) != 0)
     while (input.take())
       ++lines;
   CHECK(lines == 3 * 4096);
@@ -87,10 +87,10 @@ TEST_CASE("a line without end is refused") {
   Pipe pipe;
   LineInput input(reactor, pipe.out.get(), "standard input");
   pipe.write(std::string(1000, 'x') + "\n");
-  reactor.run_once(0);
+  reactor.poll(0);
   CHECK(input.take()->size() == 1000);
   pipe.write(std::string(1001, 'x'));
-  CHECK_THROWS_AS(reactor.run_once(0), UsageError);
+  CHECK_THROWS_AS(reactor.poll(0), UsageError);
 }
 
 TEST_CASE("an input that cannot be read is told") {

@@ -4,22 +4,26 @@
 #include <unistd.h>
 
 #include "io/errors.hpp"
-#include "io/sockets/listen_address.hpp"
+#include "io/sockets/listener.hpp"
 #include "support/catch.hpp"
 
 namespace cbcan::io {
 namespace {
 
+StreamListener listening(const ListenAddress& address) {
+  return {"modbus", {"", address}};
+}
+
 std::string complaint(const ListenAddress& address) {
   try {
-    listen_tcp("modbus", address);
+    listening(address);
   } catch (const EnvironmentError& error) {
     return error.what();
   }
   return "none";
 }
 
-/// Without root's rights while it lives.
+/// Drops root's rights for its lifetime.
 struct Unprivileged {
   Unprivileged() { REQUIRE(seteuid(geteuid() == 0 ? kNobody : geteuid()) == 0); }
   ~Unprivileged() {
@@ -33,26 +37,26 @@ struct Unprivileged {
 };
 
 TEST_CASE("port 0 becomes a free port, and the real one is told") {
-  const Listener first = listen_tcp("modbus", {"127.0.0.1", 0});
-  const Listener second = listen_tcp("modbus", {"127.0.0.1", 0});
-  CHECK(first.address.host == "127.0.0.1");
-  CHECK(first.address.port != 0);
-  CHECK(first.address.port != second.address.port);
+  const StreamListener first = listening({"127.0.0.1", 0});
+  const StreamListener second = listening({"127.0.0.1", 0});
+  CHECK(first.address().tcp.host == "127.0.0.1");
+  CHECK(first.address().tcp.port != 0);
+  CHECK(first.address().tcp.port != second.address().tcp.port);
 }
 
 TEST_CASE("a name is looked up, IPv4 first") {
-  CHECK(listen_tcp("modbus", {"localhost", 0}).address.host == "127.0.0.1");
+  CHECK(listening({"localhost", 0}).address().tcp.host == "127.0.0.1");
 }
 
 TEST_CASE("an IPv6 address works too") {
-  CHECK(listen_tcp("modbus", {"::1", 0}).address.host == "::1");
+  CHECK(listening({"::1", 0}).address().tcp.host == "::1");
 }
 
 TEST_CASE("an address in use is told with a way out") {
-  const Listener listener = listen_tcp("modbus", {"127.0.0.1", 0});
-  CHECK(complaint(listener.address) == "modbus " + to_string(listener.address) +
-                                           ": address in use: another program listens there; stop it, or use "
-                                           "127.0.0.1:0 for any free port");
+  const StreamListener listener = listening({"127.0.0.1", 0});
+  CHECK(complaint(listener.address().tcp) ==
+        "modbus " + to_string(listener.address()) +
+            ": address in use: another program listens there; stop it, or use 127.0.0.1:0 for any free port");
 }
 
 TEST_CASE("a privileged port is told with the same port a thousand higher") {

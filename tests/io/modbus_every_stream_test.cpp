@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Every way in which a stream of Modbus TCP may be cut into reads, every header of the kinds that framing
-// tells apart, and every length, quantity and byte count of a request; against the model that the fuzzers
-// use too, which is written from the specification and shares nothing with the product.
+// Every way to split a stream of Modbus TCP into reads, every header of the kinds that framing distinguishes, and
+// every length, quantity and byte count of a request; compared with the fuzzers' model, which is written from the
+// specification and shares no code with the product.
 
 #include <sys/socket.h>
 
@@ -19,10 +19,10 @@ using test::hex;
 
 const std::vector<std::uint16_t> kAtStart(ModbusModel::kRegisters, 0x1234);
 
-/// A server, and one client after the other, which is a socket pair.
+/// A server, and one client after another, each a socket pair.
 struct Line final : private adapters::ModbusUnit {
-  /// What comes back when `stream` comes in pieces: bit i of `cuts` = one ends behind byte i. A server that
-  /// closes gets no more.
+  /// The responses when `stream` is sent in pieces: bit i of `cuts` = a piece ends after byte i. Sends no more
+  /// once the server has closed the connection.
   void check(const Bytes& stream, std::uint64_t cuts) {
     words_ = kAtStart;
     ModbusModel model(kAtStart);
@@ -34,10 +34,10 @@ struct Line final : private adapters::ModbusUnit {
     for (std::size_t begin = 0, i = 0; i < stream.size(); ++i)
       if (i + 1 == stream.size() || (i < 64 && (cuts >> i & 1) != 0)) {
         ::send(client.get(), stream.data() + begin, i + 1 - begin, MSG_NOSIGNAL);
-        reactor_.run_once(0);
+        reactor_.poll(0);
         begin = i + 1;
       }
-    while (reactor_.run_once(0) != 0) {
+    while (reactor_.poll(0) != 0) {
     }
     const bool open = modbus_.clients() == 1;
     if (responses(client) != model.responses()) FAIL("responses, cuts " << cuts);
@@ -45,7 +45,7 @@ struct Line final : private adapters::ModbusUnit {
     if (open == model.closed() || (modbus_.next_deadline() != kNever) != model.waits())
       FAIL("end, cuts " << cuts);
     ++streams;
-    if (open) ::shutdown(client.get(), SHUT_WR), reactor_.run_once(0);
+    if (open) ::shutdown(client.get(), SHUT_WR), reactor_.poll(0);
     if (modbus_.clients() != 0) FAIL("client");
   }
 
@@ -87,8 +87,8 @@ TEST_CASE("Modbus TCP: a write, a read and what cannot be Modbus, in every combi
   CHECK(line.streams == 10'660);  // 39 * 40 * 41 / 6
 }
 
-/// Protocol ID and length are compared with 0, 2 and 254, the unit ID with 0, 1 and 255; of the PDU one that
-/// writes, one that reads and one that is refused. What the length leaves over begins the next header.
+/// Protocol IDs and lengths around 0, 2 and 254, unit IDs around 0, 1 and 255; PDUs that write, that read and that
+/// are refused. Bytes after the length begin the next header.
 TEST_CASE("Modbus TCP: every header of those kinds, in front of every kind of request") {
   Line line;
   const Bytes bytes_of_protocol{0, 1, 255}, lengths_high{0, 1, 255},
@@ -100,7 +100,7 @@ TEST_CASE("Modbus TCP: every header of those kinds, in front of every kind of re
           for (const std::uint8_t length_low : lengths_low)
             for (const std::uint8_t unit : units) {
               Bytes stream{0xBE, 0xEF, protocol_high, protocol_low, length_high, length_low, unit};
-              for (int i = 0; i < 60; ++i)  // so that the longest length is reached
+              for (int i = 0; i < 60; ++i)  // enough for the longest length
                 stream.insert(stream.end(), pdu.begin(), pdu.end());
               line.check(stream, 0);
             }
@@ -109,7 +109,7 @@ TEST_CASE("Modbus TCP: every header of those kinds, in front of every kind of re
 
 // ---- Requests
 
-/// The exception that a request gets from R0..R4167; 0 = none (V1.1b3, the state diagram of each function).
+/// The expected exception of a request to R0..R4167; 0 = none (V1.1b3, the state diagram of each function).
 int exception_of(const std::uint8_t* pdu, std::size_t size) {
   const auto word = [pdu](std::size_t at) { return pdu[at] * 256u + pdu[at + 1]; };
   const auto address = [](std::size_t first, std::size_t count) { return first + count > 4168 ? 2 : 0; };
@@ -148,7 +148,7 @@ struct Sweep {
   }
 };
 
-/// Both sides of each limit of a quantity, and what its two bytes could be mistaken for.
+/// Both sides of each limit of a quantity, and values whose bytes are swapped or cut.
 constexpr std::size_t kQuantities[] = {0,   1,   2,   120, 121, 122,    123,    124,
                                        125, 126, 127, 255, 256, 0x0100, 0x0101, 0xFFFF};
 constexpr std::size_t kAddresses[] = {0,    1,    4042, 4043, 4044, 4045,  4046,

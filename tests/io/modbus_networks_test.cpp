@@ -21,8 +21,8 @@ TEST_CASE("every network has registers of its own") {
         hex("00 04 00 00 00 06 00 06 00 6B 44 44"));
   CHECK(server.of_second[107] == 0x3333);
   CHECK(server.registers[107] == 0x4444);
-  CHECK(ask(server, client, "00 05 00 00 00 06 FF 03 00 6B 00 01", 11) ==
-        hex("00 05 00 00 00 05 FF 03 02 44 44"));
+  CHECK(ask(server, client, "FF FE 00 00 00 06 FF 03 00 6B 00 01", 11) ==
+        hex("FF FE 00 00 00 05 FF 03 02 44 44"));
 }
 
 TEST_CASE("a unit ID without a network is answered by exception 0Ah, whatever is asked") {
@@ -57,7 +57,7 @@ TEST_CASE("a network without registers is none, be it the first") {
       hex("00 01 00 00 00 06 01 06 00 01 00 07 00 02 00 00 00 06 FF 06 00 01 00 07"
           "00 03 00 00 00 06 02 06 00 01 00 07");
   REQUIRE(send(client.get(), requests.data(), requests.size(), 0) == static_cast<ssize_t>(requests.size()));
-  while (reactor.run_once(0) != 0) {
+  while (reactor.poll(0) != 0) {
   }
   Bytes responses(100);
   responses.resize(static_cast<std::size_t>(recv(client.get(), responses.data(), responses.size(), 0)));

@@ -21,17 +21,11 @@ adapters::ModbusRange written_by(const Bytes& pdu) {
   return adapters::look_at_request(pdu, kRegisters).written;
 }
 
-/// What a function that makes a response has made.
+/// The response that a function has composed.
 Bytes made(auto make) {
   std::array<std::uint8_t, adapters::kMaxPduBytes> response{};
   const std::size_t size = make(response);
   return {response.begin(), response.begin() + static_cast<std::ptrdiff_t>(size)};
-}
-
-Bytes refused(std::uint8_t function, adapters::ModbusException exception) {
-  return made([&](adapters::ModbusResponse response) {
-    return adapters::exception_response(function, exception, response);
-  });
 }
 
 Bytes identification(const Bytes& pdu, const modbus::DeviceIdentity& identity) {
@@ -40,7 +34,7 @@ Bytes identification(const Bytes& pdu, const modbus::DeviceIdentity& identity) {
   });
 }
 
-/// On registers 0..5 of 1000h, 1001h, ...; then the six of them.
+/// Executes on registers 0..5 of 1000h, 1001h, ...; the response and the six registers after it.
 std::pair<Bytes, std::vector<std::uint16_t>> executed(const Bytes& pdu) {
   std::vector<std::uint16_t> registers{0x1000, 0x1001, 0x1002, 0x1003, 0x1004, 0x1005};
   const adapters::ModbusRequest request = adapters::look_at_request(pdu, registers.size());
@@ -85,12 +79,6 @@ TEST_CASE("what a request writes is known") {
   CHECK(written_by(hex("03 10 47 00 01")) == adapters::ModbusRange{0, 0});
   CHECK(written_by(hex("04 10 47 00 01")) == adapters::ModbusRange{0, 0});
   CHECK(written_by(hex("2B 0E 01 00")) == adapters::ModbusRange{0, 0});
-}
-
-TEST_CASE("an exception is the function code with its top bit set, and the exception code") {
-  CHECK(refused(0x03, adapters::ModbusException::kIllegalDataAddress) == hex("83 02"));
-  CHECK(refused(0x00, adapters::ModbusException::kIllegalFunction) == hex("80 01"));
-  CHECK(refused(0xFF, adapters::ModbusException::kIllegalFunction) == hex("FF 01"));
 }
 
 TEST_CASE("basic device identification (V1.1b3, 6.21)") {

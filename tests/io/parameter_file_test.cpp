@@ -5,36 +5,19 @@
 #include <unistd.h>
 
 #include "support/catch.hpp"
+#include "temporary_folder.hpp"
 
 using cbcan::io::parameter_text;
 using cbcan::io::ParameterFile;
 using cbcan::io::parse_parameters;
+using cbcan::io::test::TemporaryFolder;
+using cbcan::io::test::text_of;
 using cbcan::sim::StoredParameters;
 
 namespace {
 
 const StoredParameters kParameters{
     .values = {{0x1017, 0, {0xE8, 0x03}}, {0x2010, 0x1F, {}}, {0x6207, 1, {0xAA}}}, .lss = {5, 250000}};
-
-struct Folder {
-  Folder() {
-    char name[] = "/tmp/cbcan-parameters-XXXXXX";
-    REQUIRE(::mkdtemp(name) != nullptr);
-    path_ = name;
-  }
-  ~Folder() { REQUIRE(std::system(("rm -r " + path_).c_str()) == 0); }
-  std::string file(const std::string& name) const { return path_ + "/" + name; }
-
- private:
-  std::string path_;
-};
-
-std::string text_of(const std::string& path) {
-  std::ifstream file(path);
-  std::ostringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
 
 std::string complaint(const std::string& text) {
   try {
@@ -68,7 +51,7 @@ TEST_CASE("Stored parameters: what is wrong is told with file and line") {
 }
 
 TEST_CASE("A parameter file that is not there is empty, and is made when something is stored") {
-  const Folder folder;
+  const TemporaryFolder folder;
   std::vector<std::string> warnings;
   ParameterFile file(folder.file("5.par"), [&](const std::string& line) { warnings.push_back(line); });
   CHECK(file.load() == StoredParameters{});
@@ -80,7 +63,7 @@ TEST_CASE("A parameter file that is not there is empty, and is made when somethi
 }
 
 TEST_CASE("A link where the new file is made is not followed") {
-  const Folder folder;
+  const TemporaryFolder folder;
   std::ofstream(folder.file("other")) << "other";
   REQUIRE(::symlink(folder.file("other").c_str(), folder.file("5.par.new").c_str()) == 0);
   ParameterFile file(folder.file("5.par"), [](const std::string& line) { FAIL(line); });
@@ -103,7 +86,7 @@ TEST_CASE("Stored values that do not fit are told") {
 }
 
 TEST_CASE("A parameter file that cannot be written keeps what it had, and somebody is told") {
-  const Folder folder;
+  const TemporaryFolder folder;
   std::vector<std::string> warnings;
   ParameterFile good(folder.file("5.par"), [](const std::string&) {});
   REQUIRE(good.save(kParameters));

@@ -1,30 +1,18 @@
 // SPDX-License-Identifier: MIT
-// Bytes as draft-ietf-opsawg-pcapng, RFC 791 and RFC 9293 have them, written down by hand.
+// Expected bytes by hand from draft-ietf-opsawg-pcapng, RFC 791 and RFC 9293.
 
 #include "io/files/pcap_file.hpp"
 
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <filesystem>
-#include <fstream>
-#include <sstream>
-
 #include "io/bytes.hpp"
-#include "support/catch.hpp"
+#include "io/temporary_folder.hpp"
 
 namespace cbcan::io {
 namespace {
 
 struct Pcap {
-  Pcap() { REQUIRE(mkdtemp(folder.data()) != nullptr); }
-  ~Pcap() {
-    file.reset();
-    std::filesystem::remove_all(folder);
-  }
-  Pcap(const Pcap&) = delete;
-  Pcap& operator=(const Pcap&) = delete;
-
   void open(std::size_t networks, std::uint64_t most = 0, Time wall_offset = 0) {
     file.emplace(
         journal, PcapFile::Settings{path(), most, networks, wall_offset},
@@ -57,14 +45,12 @@ struct Pcap {
     return news;
   }
   static io::test::Bytes bytes(const std::string& path) {
-    std::ostringstream text;
-    text << std::ifstream(path).rdbuf();
-    const std::string all = text.str();
+    const std::string all = io::test::text_of(path);
     return {all.begin(), all.end()};
   }
-  std::string path() const { return folder + "/bus.pcapng"; }
+  std::string path() const { return folder.file("bus.pcapng"); }
 
-  std::string folder = "/tmp/cbcan_pcap_XXXXXX";
+  io::test::TemporaryFolder folder;
   journal::Journal journal;
   std::optional<PcapFile> file;
   std::vector<std::string> warnings;
@@ -133,7 +119,7 @@ TEST_CASE("pcap: comments without a packet do not grow for ever") {
   for (std::uint32_t i = 0; i < 2000; ++i)
     pcap.say(10);
   pcap.hear({0x080, 0, 0, {}}, 0);
-  // 1024 of "said 10\n" are the first ones that are not below 8192 any more.
+  // 1024 times "said 10\n" reaches 8192 characters.
   const io::test::Bytes packet = pcap.added();
   REQUIRE(packet.size() > 44);
   CHECK((packet[38] | packet[39] << 8) == 8192);
@@ -150,7 +136,7 @@ TEST_CASE("pcap: a request and its response, in made-up headers that count on") 
     event.node = 9;  // unit ID
     event.result = 0x1234;
     event.index = 5;  // bytes of the request
-    event.sub = 1;    // a comment, for the request alone
+    event.sub = 1;    // a comment, for the request only
     const io::test::Bytes pdus = hex("03 0E74 0001  03 02 0007");
     pcap.journal.add(event, {pdus});
     return pcap.added();

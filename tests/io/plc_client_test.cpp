@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The module as the client of PLCs that own their registers: libmodbus's server behaving as OpenPLC's does,
-// as CODESYS's does, and as one that is slow, is cut off and is started anew. Each request is one transfer,
-// each result the node's own.
+// The module as the client of PLCs that own their registers: libmodbus's server behaving like OpenPLC's, like
+// CODESYS's, and like one that is slow, disconnected and restarted. Each request is one transfer, each result comes
+// from the node.
 #include <fcntl.h>
 #include <modbus.h>
 #include <netinet/in.h>
@@ -23,7 +23,7 @@ bool readable(int descriptor) {
   return ::poll(&look, 1, 0) == 1;
 }
 
-/// libmodbus's server, asked only when it has nothing to wait for.
+/// libmodbus's server, called only when it does not have to wait.
 struct LibmodbusServer {
   LibmodbusServer(unsigned first, int count)
       : context_(modbus_new_tcp("127.0.0.1", 0), modbus_free),
@@ -40,7 +40,7 @@ struct LibmodbusServer {
     return {mapping_->tab_registers, static_cast<std::size_t>(mapping_->nb_registers)};
   }
 
-  /// Takes in one request, if there is one; true = it waits for respond().
+  /// Receives one request, if there is one; true = respond() is to be called.
   bool receive() {
     if (readable(listener_.get())) {
       int socket = listener_.get();
@@ -75,8 +75,8 @@ struct Kind {
   const char* name;
   std::uint16_t first;  ///< register of R3700
   Time scan;            ///< its cycle
-  bool at_once;         ///< requests are served as they come; else one in each scan
-  bool bad;             ///< slow, cut off, started anew, busy
+  bool at_once;         ///< requests are served as they arrive; otherwise one in each scan
+  bool bad;             ///< slow, disconnected, restarted, busy
 };
 constexpr Kind kKinds[] = {
     {"OpenPLC: %MW from 1024 on, a thread that serves whenever a request comes", 1024, 20 * kMillisecond,
@@ -108,7 +108,7 @@ struct Plant {
       turn();
       module.run(std::min(end, std::max(module.now + 1, client_->next_deadline())) - module.now);
     } while (module.now < end);
-    polls_ = static_cast<unsigned>(client_->counters().requests / 3);  // fewer than there have been
+    polls_ = static_cast<unsigned>(client_->counters().requests / 3);  // a lower bound
     served_ = false;
     program->scan();
   }
@@ -118,7 +118,7 @@ struct Plant {
 
  private:
   void turn() {
-    reactor_.run_once(0);
+    reactor_.poll(0);
     client_->poll(module.now);
   }
 
@@ -131,7 +131,7 @@ struct Plant {
     return true;
   }
 
-  /// Its responses come within the second that they have.
+  /// Its responses arrive within the time-out of a second.
   void misbehave() {
     const unsigned dice = pick(1000);
     if (dice < 40) late_until_ = module.now + pick(300) * kMillisecond;
@@ -149,8 +149,8 @@ struct Plant {
   Reactor reactor_;
   std::optional<PlcClient> client_;
   unsigned polls_ = 0;
-  bool waiting_ = false;  ///< a request for its response
-  bool served_ = false;   ///< one, in this scan
+  bool waiting_ = false;  ///< a request waits for its response
+  bool served_ = false;   ///< a request was served in this scan
   Time late_until_ = 0;
 
  public:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A PLC that owns its registers, and the module's requests to it, with everything between them that can go
-// wrong, at random: no old result is believed, nothing is executed twice, nothing is torn.
+// A PLC that owns its registers, and the module's requests to it, with random failures between them: no old result
+// is accepted, nothing is executed twice, no result is inconsistent.
 
 #include "plc_rig.hpp"
 
@@ -12,7 +12,7 @@ namespace {
 
 using Log = std::vector<std::string>;
 
-/// A PLC's registers from `first` on, as a Modbus server serves them.
+/// A PLC's registers from `first` on, and its Modbus server.
 struct Registers {
   std::uint16_t first = 1024;
   std::vector<std::uint16_t> words = std::vector<std::uint16_t>(kPlcWords);
@@ -29,7 +29,7 @@ struct Registers {
   }
 };
 
-/// One round, with what happens between two requests.
+/// One round, with `between` called between two requests.
 template <class Between>
 Log round(PlcExchange& exchange, Registers& registers, Between between) {
   Log log;
@@ -47,7 +47,7 @@ Log round(PlcExchange& exchange, Registers& registers) {
   return round(exchange, registers, [](std::size_t) {});
 }
 
-/// A module, a PLC and what they exchange.
+/// A module, a PLC and their exchange.
 struct Bench {
   ScannedModule module{50};
   ModuleUnit unit{module};
@@ -93,7 +93,7 @@ struct Interleaving {
       lose();
       program->restart(pick(2) == 0);
     } else if (dice < 980) {
-      program->restart(true);  // and the connection stays
+      program->restart(true);  // the connection stays open
     } else if (dice < 990) {
       if (sent_) exchange_->lost();  // an exception
       sent_.reset();
@@ -105,7 +105,7 @@ struct Interleaving {
  private:
   unsigned pick(unsigned below) { return static_cast<unsigned>(random_() % below); }
 
-  /// Sends the next one, or brings the response to the last one.
+  /// Sends the next request, or delivers the response to the last one.
   void request() {
     if (sent_) {
       sent_.reset();
@@ -121,7 +121,7 @@ struct Interleaving {
     if (sent_) registers_.serve(*sent_, response_);
   }
 
-  /// The request, or its response.
+  /// Loses the request or its response.
   void lose() {
     const auto request = sent_ ? std::nullopt : exchange_->next();
     if (request && pick(2) == 0) registers_.serve(*request, response_);
@@ -164,7 +164,7 @@ TEST_CASE("a request in the PLC: read whole, looked at again, its result written
   CHECK(round(exchange, bench.registers) == Log{"R1024+70"});
   CHECK(round(exchange, bench.registers) == Log{"R1024+6"});
   bench.module.deliver_response();
-  const auto look = exchange.next();  // at once
+  const auto look = exchange.next();  // immediately
   REQUIRE(look);
   CHECK(round(exchange, bench.registers) == Log{"R1024+6", "W1029+3", "W1024+1"});
   CHECK(bench.words(0, 9) == Words{0, 5055, 5, 0x3000, 5, 4, kReadValueLow, kReadValueHigh, 0xCCCC});
@@ -310,10 +310,10 @@ TEST_CASE(
   CHECK(round(exchange, bench.registers) == Log{"R1024+74", "W1095+3"});
   CHECK(bench.words(70, 4) == Words{1, 5, 2, 0});
   bench.module.deliver_response();
-  REQUIRE(exchange.next());  // at once
+  REQUIRE(exchange.next());  // immediately
   CHECK(round(exchange, bench.registers) == Log{"W1095+5", "W1094+1"});
   CHECK(bench.words(70, 6) == Words{2, 0, 2, 4, kReadValueLow, kReadValueHigh});
-  bench.put(70, {0, 0, 0, 0, 0, 0});  // the PLC's program has been started anew
+  bench.put(70, {0, 0, 0, 0, 0, 0});  // the PLC's program has been restarted
   CHECK(round(exchange, bench.registers) == Log{"R1024+74", "W1095+5", "W1094+1"});
   CHECK(bench.words(70, 6) == Words{2, 0, 2, 4, kReadValueLow, kReadValueHigh});
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// PLCs that own their registers, and the module that comes and gets them, in time that the test makes.
+/// PLCs that own their registers, and the module that polls them, in simulated time.
 
 #include "cbcan/coprocessor/coprocessor.hpp"
 #include "io/modbus/plc_exchange.hpp"
@@ -70,7 +70,7 @@ struct ScannedModule final : CanPort {
     now += duration;
     poll();
   }
-  /// Time passes, in which the node responds after `node_delay`.
+  /// Time passes; the node responds after `node_delay`.
   void run(Time duration) {
     const Time end = now + duration;
     while (true) {
@@ -92,7 +92,7 @@ struct ScannedModule final : CanPort {
   Time now = 1000;
 
  private:
-  std::deque<Time> due_;  ///< of the responses
+  std::deque<Time> due_;  ///< times of the responses
   Time deadline_ = 0;
 };
 
@@ -114,15 +114,15 @@ struct ModuleUnit final : adapters::ModbusUnit {
 struct PlcProgram {
   virtual ~PlcProgram() = default;
   virtual void scan() = 0;
-  /// The program begins anew; `cleared`: the registers are 0 again.
+  /// Restarts the program; `cleared`: the registers are 0 again.
   virtual void restart(bool cleared) = 0;
   virtual unsigned ended() const = 0;
-  /// Nothing has been executed twice, nothing is believed that has not been executed, nothing is torn.
+  /// Nothing was executed twice, no result was accepted without execution, none was inconsistent.
   virtual void check() = 0;
 };
 
-/// R3700 as it is meant: CA0Eh until the module has put a result there. After a cancel or a start the program
-/// leaves it at 0 for three polls.
+/// R3700 as intended: CA0Eh until the module has written a result. After a cancel or a start the program leaves it
+/// at 0 for three polls.
 struct FlagProgram final : PlcProgram {
   FlagProgram(std::span<std::uint16_t> registers, const CountingNode& node, const unsigned& polls,
               int patience)
@@ -200,7 +200,7 @@ struct FlagProgram final : PlcProgram {
   std::vector<std::pair<bool, std::uint32_t>> done_;
 };
 
-/// The scanner window's program on blocks in the PLC's own memory.
+/// The scanner window's program, on blocks in the PLC's memory.
 struct ScannerProgram final : PlcProgram {
   ScannerProgram(std::span<std::uint16_t> registers, const CountingNode& node, int patience)
       : registers_(registers), node_(node), plc(patience) {}
@@ -227,7 +227,7 @@ struct ScannerProgram final : PlcProgram {
   ScannerPlc plc;
 };
 
-/// Registers of either layout.
+/// Registers of both layouts.
 inline constexpr std::size_t kPlcWords = regmap::kScannerOutWords + regmap::kScannerInWords;
 
 inline std::unique_ptr<PlcExchange> make_exchange(bool scanner, adapters::ModbusUnit& unit,

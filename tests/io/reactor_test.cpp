@@ -15,7 +15,7 @@
 namespace cbcan::io {
 namespace {
 
-/// Something that can be made readable.
+/// A descriptor that can be made readable.
 struct Event {
   Event() : descriptor_(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) { REQUIRE(descriptor_); }
   int fd() const { return descriptor_.get(); }
@@ -34,13 +34,13 @@ TEST_CASE("a callback is called while its descriptor is ready, and says for what
   Event event;
   std::uint32_t seen = 0;
   reactor.watch(event.fd(), Reactor::kReadable, [&](std::uint32_t ready) { seen = ready; });
-  CHECK(reactor.run_once(0) == 0);
+  CHECK(reactor.poll(0) == 0);
   event.raise();
-  CHECK(reactor.run_once(kNever) == 1);
+  CHECK(reactor.poll(kNever) == 1);
   CHECK(seen == Reactor::kReadable);
-  CHECK(reactor.run_once(0) == 1);
+  CHECK(reactor.poll(0) == 1);
   event.clear();
-  CHECK(reactor.run_once(0) == 0);
+  CHECK(reactor.poll(0) == 0);
 }
 
 TEST_CASE("the interest can be changed") {
@@ -50,10 +50,10 @@ TEST_CASE("the interest can be changed") {
   reactor.watch(event.fd(), Reactor::kReadable, [&](std::uint32_t ready) { seen = ready; });
   reactor.change(event.fd(), Reactor::kWritable);
   event.raise();
-  CHECK(reactor.run_once(0) == 1);
+  CHECK(reactor.poll(0) == 1);
   CHECK(seen == Reactor::kWritable);
   reactor.change(event.fd(), 0);
-  CHECK(reactor.run_once(0) == 0);
+  CHECK(reactor.poll(0) == 0);
 }
 
 TEST_CASE("what is urgent has its turn between any two others, and one that it has had is over") {
@@ -69,11 +69,11 @@ TEST_CASE("what is urgent has its turn between any two others, and one that it h
     });
   reactor.watch(urgent.fd(), Reactor::kReadable | Reactor::kUrgent, [&](std::uint32_t ready) {
     order += ready == Reactor::kReadable ? 'u' : '?';
-    if (ready == Reactor::kReadable) urgent.clear();  // fails when there is nothing
+    if (ready == Reactor::kReadable) urgent.clear();  // fails when it is not readable
   });
   for (Event& other : others)
     other.raise();
-  reactor.run_once(0);
+  reactor.poll(0);
   CHECK(order == "0u1u2");
   urgent.raise();
   reactor.poll_urgent();
@@ -81,7 +81,7 @@ TEST_CASE("what is urgent has its turn between any two others, and one that it h
   CHECK(order == "0u1u2u");
   urgent.raise();
   others[2].raise();
-  reactor.run_once(0);  // it was ready with the other one
+  reactor.poll(0);  // ready in the same turn as the other one
   CHECK(order.size() == 8);
   reactor.change(urgent.fd(), Reactor::kWritable);
   reactor.poll_urgent();
@@ -89,14 +89,14 @@ TEST_CASE("what is urgent has its turn between any two others, and one that it h
   reactor.forget(urgent.fd());
   urgent.raise();
   reactor.poll_urgent();
-  CHECK(reactor.run_once(0) == 0);
+  CHECK(reactor.poll(0) == 0);
 }
 
 TEST_CASE("a wait ends when it was asked to, to the microsecond and never before") {
   Reactor reactor;
   for (const Time wait : {Time{1}, Time{250}, Time{1700}}) {
     const Time until = Reactor::now() + wait;
-    CHECK(reactor.run_once(until) == 0);
+    CHECK(reactor.poll(until) == 0);
     CHECK(Reactor::now() >= until);
   }
 }
@@ -113,10 +113,10 @@ TEST_CASE("an earlier wait takes the place of a later one, and time stands still
   });
   const Time late = reactor.time() + 10 * kSecond;
   event.raise();
-  CHECK(reactor.run_once(late) == 1);
+  CHECK(reactor.poll(late) == 1);
   CHECK(seen == reactor.time());
   const Time soon = Reactor::now() + 300;
-  CHECK(reactor.run_once(soon) == 0);
+  CHECK(reactor.poll(soon) == 0);
   CHECK(reactor.time() >= soon);
   CHECK(reactor.time() < late);
 }
@@ -125,7 +125,7 @@ TEST_CASE("a callback may forget itself and close its descriptor") {
   Reactor reactor;
   std::optional<Event> event(std::in_place);
   int calls = 0;
-  // Larger than what std::function keeps inside: freed memory would show under the sanitizer.
+  // Too large for std::function's internal buffer, so that the sanitizer detects use of freed memory.
   const std::array<std::uint64_t, 16> payload{7};
   reactor.watch(event->fd(), Reactor::kReadable, [&, payload](std::uint32_t) {
     reactor.forget(event->fd());
@@ -133,8 +133,8 @@ TEST_CASE("a callback may forget itself and close its descriptor") {
     calls += static_cast<int>(payload[0]);
   });
   event->raise();
-  CHECK(reactor.run_once(0) == 1);
-  CHECK(reactor.run_once(0) == 0);
+  CHECK(reactor.poll(0) == 1);
+  CHECK(reactor.poll(0) == 0);
   CHECK(calls == 7);
 }
 
@@ -152,7 +152,7 @@ TEST_CASE("what a callback forgets is not called any more, although it was ready
   reactor.watch(second.fd(), Reactor::kReadable, forget_both);
   first.raise();
   second.raise();
-  CHECK(reactor.run_once(0) == 1);
+  CHECK(reactor.poll(0) == 1);
   CHECK(calls == 1);
 }
 
@@ -174,7 +174,7 @@ TEST_CASE("a new watch under a number that was just closed does not get the old 
   reactor.watch(events[1]->fd(), Reactor::kReadable, [&](std::uint32_t) { replace_other(0); });
   events[0]->raise();
   events[1]->raise();
-  CHECK(reactor.run_once(0) == 1);
+  CHECK(reactor.poll(0) == 1);
   CHECK(old_calls == 1);
   CHECK(new_calls == 0);
 }
@@ -191,8 +191,8 @@ TEST_CASE("a callback may add so many watches that the table grows") {
     reactor.forget(event.fd());
   });
   event.raise();
-  CHECK(reactor.run_once(0) == 1);
-  CHECK(reactor.run_once(0) == 512);
+  CHECK(reactor.poll(0) == 1);
+  CHECK(reactor.poll(0) == 512);
   for (const Descriptor& descriptor : more)
     reactor.forget(descriptor.get());
 }
@@ -214,9 +214,9 @@ TEST_CASE("SIGINT, SIGTERM and SIGHUP ask to stop") {
     StopSignals signals(reactor);
     CHECK_FALSE(signals.stop_requested());
     REQUIRE(std::raise(signal) == 0);
-    CHECK(reactor.run_once(kNever) == 1);
+    CHECK(reactor.poll(kNever) == 1);
     CHECK(signals.stop_requested());
-    CHECK(reactor.run_once(0) == 0);
+    CHECK(reactor.poll(0) == 0);
   }
 }
 

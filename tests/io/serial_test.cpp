@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Modbus RTU on a serial line, which is a pseudo-terminal here.
+// Modbus RTU on a serial line, here a pseudo-terminal.
 
 #include "io/serial/serial_port.hpp"
 
@@ -9,24 +9,18 @@
 #include <termios.h>
 #include <unistd.h>
 
-#include <filesystem>
-
 #include "io/modbus/modbus_rtu.hpp"
 #include "io/modbus_fixture.hpp"
 #include "io/serial/pseudo_terminal.hpp"
+#include "io/temporary_folder.hpp"
 #include "support/modbus_crc.hpp"
 
 namespace cbcan::io::test {
 namespace {
 
-struct Place {
-  Place() { REQUIRE(mkdtemp(folder.data()) != nullptr); }
-  ~Place() { std::filesystem::remove_all(folder); }
-  Place(const Place&) = delete;
-  Place& operator=(const Place&) = delete;
-  std::string link() const { return folder + "/line"; }
+struct Place : TemporaryFolder {
+  std::string link() const { return file("line"); }
   StreamAddress address() const { return {link(), {}, true}; }
-  std::string folder = "/tmp/cbcan_line_XXXXXX";
 };
 
 std::string complaint(const std::function<void()>& act) {
@@ -48,7 +42,7 @@ termios line_of(int port) {
   return line;
 }
 
-/// With its CRC.
+/// Appends the CRC.
 std::string frame(std::string_view text) {
   const Bytes bytes = hex(text);
   const unsigned crc = cbcan::test::modbus_crc(bytes);
@@ -99,7 +93,7 @@ TEST_CASE("serial: what cannot be opened is told with a way out") {
   const Descriptor port = open_serial("rtu", {place.link(), 9600, 'E'});
   CHECK(complaint_of({place.link(), 9600, 'E'}) ==
         "rtu " + place.link() + ": another program uses it; stop that one, or write another path");
-  CHECK(complaint_of({place.folder, 9600, 'E'}) == "rtu " + place.folder + ": Is a directory");
+  CHECK(complaint_of({place.name, 9600, 'E'}) == "rtu " + place.name + ": Is a directory");
 }
 
 TEST_CASE("pseudo-terminal: a link of its own, which goes with it") {
@@ -145,7 +139,7 @@ struct Line {
   void open() { terminal.emplace("x", place.address()); }
   void turn() {
     modbus->poll(Reactor::now());
-    reactor.run_once(0);
+    reactor.poll(0);
   }
   void say(const std::string& text) {
     REQUIRE(::write(terminal->port.get(), text.data(), text.size()) == static_cast<ssize_t>(text.size()));
@@ -205,7 +199,7 @@ TEST_CASE("serial: a line that has gone is told, and looked for again") {
                       [&](const std::string& text) { line.warnings.push_back(text); });
   line.terminal.reset();
   const auto turn = [&] {
-    errno = EAGAIN;  // of something else: the end of a line has none
+    errno = EAGAIN;  // from an earlier call: the end of a line sets none
     line.turn();
   };
   turn_until(turn, [&] { return line.warnings.size() == 1; });

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A bus on a real SocketCAN interface. CBCAN_VCAN names a vcan that is up; what is taken down or away is an
-// interface of the test's own, for which it needs root.
+// A bus on a real SocketCAN interface. CBCAN_VCAN names a vcan that is up; tests that take an interface down or
+// delete it create their own, which needs root.
 #include "io/can/socketcan.hpp"
 
 #include <linux/can.h>
@@ -26,7 +26,7 @@ void run(const std::string& command) {
   REQUIRE(std::system(command.c_str()) == 0);
 }
 
-/// An interface that goes with the test.
+/// An interface, deleted by the destructor.
 struct OwnInterface {
   OwnInterface() { add(); }
   ~OwnInterface() { static_cast<void>(std::system(("ip link del dev " + name() + " 2>/dev/null").c_str())); }
@@ -55,7 +55,7 @@ struct OwnInterface {
   std::string name_ = "cbio" + std::to_string(getpid());
 };
 
-/// Somebody else on the same interface.
+/// Another program on the same interface.
 struct Witness {
   explicit Witness(const std::string& interface)
       : socket_(::socket(PF_CAN, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, CAN_RAW)) {
@@ -73,7 +73,7 @@ struct Witness {
     REQUIRE(::write(socket_.get(), &frame, sizeof frame) == sizeof frame);
   }
 
-  /// The identifiers, with their flags, of what has come since.
+  /// The identifiers, with their flags, of the frames since the last call.
   std::vector<std::uint32_t> take_ids() {
     std::vector<std::uint32_t> ids;
     while (::read(socket_.get(), &last_, sizeof last_) == sizeof last_)
@@ -87,7 +87,7 @@ struct Witness {
   can_frame last_{};
 };
 
-/// One node on a bus that goes on outside.
+/// One node on a bus that is connected to the interface.
 struct Rig final : sim::Receiver, sim::Observer {
   explicit Rig(const std::string& interface)
       : can(reactor, bus, interface, [this](const std::string& line) { warnings.push_back(line); }) {
@@ -102,7 +102,7 @@ struct Rig final : sim::Receiver, sim::Observer {
   std::size_t turn(Time now = Reactor::now()) {
     can.poll(now);
     bus.advance(now);
-    return reactor.run_once(0);
+    return reactor.poll(0);
   }
 
   template <typename Done>
@@ -114,7 +114,7 @@ struct Rig final : sim::Receiver, sim::Observer {
     }
   }
 
-  /// Turns until the witness has seen so many frames, for the kernel may deliver them a little later; their
+  /// Turns until the witness has seen `count` frames, which the kernel may deliver later; returns their
   /// identifiers.
   std::vector<std::uint32_t> seen_by(Witness& witness, std::size_t count) {
     std::vector<std::uint32_t> ids;
@@ -147,7 +147,6 @@ TEST_CASE("frames go out as they are, once and in order, and do not come back") 
   CHECK(witness.last().data[1] == 0x55);
   CHECK(rig.frames.empty());
   CHECK(rig.observed == 3);
-  CHECK(rig.can.counters().sent == 3);
   CHECK(rig.warnings.empty());
 }
 
@@ -162,17 +161,15 @@ TEST_CASE("frames come in as they are, and reach the observers") {
                                          {0x701, 0, Frame::kRemote, {}},
                                          {0x123, 1, Frame::kExtended, {7}}});
   CHECK(rig.observed == 3);
-  CHECK(rig.can.counters().received == 3);
-  CHECK(rig.can.counters().error_frames == 0);
 }
 
 TEST_CASE("error frames are the state of the bus") {
   Rig rig(vcan());
   Witness controller(vcan());
   const auto report = [&](std::uint32_t error_class, std::uint8_t details) {
-    const auto count = rig.can.counters().error_frames;
+    const auto count = rig.bus.counters().received;
     controller.send(CAN_ERR_FLAG | error_class, {0, details, 0, 0, 0, 0, 0, 0});
-    rig.run_until([&] { return rig.can.counters().error_frames == count + 1; });
+    rig.run_until([&] { return rig.bus.counters().received == count + 1; });
     return rig.port.state();
   };
   CHECK(report(0x004, 0x30) == BusState::kErrorPassive);
@@ -181,7 +178,7 @@ TEST_CASE("error frames are the state of the bus") {
   CHECK(report(0x100, 0) == BusState::kActive);
   CHECK(rig.port.try_send({0x605, 0, 0, {}}));
   CHECK(report(0x004, 0x10) == BusState::kErrorPassive);
-  CHECK(report(0x004, 0x01) == BusState::kErrorPassive);  // an overflow is the lesser evil
+  CHECK(report(0x004, 0x01) == BusState::kErrorPassive);  // error passive outranks an overflow
   CHECK(report(0x004, 0x40) == BusState::kOverflow);
   const Time shown_until = rig.can.next_deadline();
   CHECK(shown_until > Reactor::now());
@@ -191,21 +188,19 @@ TEST_CASE("error frames are the state of the bus") {
   CHECK(rig.can.next_deadline() == kNever);
 }
 
-TEST_CASE("frames that the kernel had to drop are counted and shown as an overflow, for a while") {
+TEST_CASE("frames that the kernel had to drop are shown as an overflow, for a while") {
   constexpr std::size_t kFlood = 40'000;
   Rig rig(vcan());
   Witness witness(vcan());
   for (std::size_t i = 0; i < kFlood; ++i)
     witness.send(0x181, {1, 2, 3, 4, 5, 6, 7, 8});
-  CHECK(rig.reactor.run_once(0) == 1);
-  CHECK(rig.frames.size() == 512);  // the others get their turn
+  CHECK(rig.reactor.poll(0) == 1);
+  CHECK(rig.frames.size() == 512);  // then the others are served
   while (rig.turn() != 0) {
   }
-  witness.send(0x182);  // the kernel tells its count with the next frame
+  witness.send(0x182);  // the kernel reports its count with the next frame
   rig.run_until([&] { return rig.frames.back().id == 0x182; });
-  const auto& counters = rig.can.counters();
-  CHECK(counters.lost > 0);
-  CHECK(counters.received + counters.lost == kFlood + 1);
+  CHECK(rig.bus.counters().received < kFlood + 1);
   CHECK(rig.port.state() == BusState::kOverflow);
   rig.turn(rig.can.next_deadline());
   CHECK(rig.states == std::vector<BusState>{BusState::kOverflow, BusState::kActive});
@@ -228,7 +223,6 @@ TEST_CASE("an interface that goes down takes the link with it, and brings it bac
   CHECK(rig.seen_by(witness, 1) == std::vector<std::uint32_t>{0x605});
   witness.send(0x585);
   rig.run_until([&] { return rig.frames.size() == 1; });
-  CHECK(rig.can.counters().link_losses == 1);
   CHECK(rig.warnings == std::vector<std::string>{interface.down_message(), interface.up_message()});
 }
 
@@ -242,7 +236,7 @@ TEST_CASE("a frame that meets an interface down for a moment does not stop the b
   Witness witness(interface.name());
   rig.can.poll(Reactor::now());
   CHECK(rig.bus.link());
-  CHECK(rig.can.counters().link_losses == 1);
+  CHECK(rig.warnings == std::vector<std::string>{interface.down_message(), interface.up_message()});
   CHECK(rig.port.try_send({0x606, 0, 0, {}}));
   rig.turn();
   CHECK(rig.seen_by(witness, 1) == std::vector<std::uint32_t>{0x606});
@@ -275,7 +269,6 @@ TEST_CASE("an interface that is down at the start gets a warning and is used onc
   CHECK(rig.warnings == std::vector<std::string>{interface.down_message()});
   rig.turn();
   CHECK(rig.turn() == 0);
-  CHECK(rig.can.counters().link_losses == 0);
   interface.set("up");
   rig.run_until([&] { return rig.bus.link(); });
   Witness witness(interface.name());
@@ -292,7 +285,6 @@ TEST_CASE("a frame for which the interface has no room is kept and tried again")
   CHECK(rig.port.try_send({0x605, 0, 0, {}}));
   CHECK(rig.port.try_send({0x606, 0, 0, {}}));
   rig.turn();
-  CHECK(rig.can.counters().waits == 1);
   CHECK(rig.port.queued() == 2);
   CHECK(rig.bus.next_deadline() == kNever);
   CHECK(rig.can.next_deadline() != kNever);

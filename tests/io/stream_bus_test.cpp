@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The bus behind an adapter or a socketcand: what goes over the stream, and what a stream that ends means.
+// A bus through an adapter or socketcand: what is sent over the stream, and the effect of its end.
 
 #include "io/can/stream_bus.hpp"
 
@@ -58,13 +58,13 @@ TEST_CASE("socketcand: hello, the bus, raw mode") {
   CHECK(dialect->is_open());
   CHECK(dialect->problem().empty());
   CHECK(dialect->state() == BusState::kActive);
-  heard(*dialect, "< frame 1");  // which the connection's end cuts short
+  heard(*dialect, "< frame 1");  // cut off by the connection's end
   dialect->begin(0);
   greet(*dialect);
   CHECK(dialect->is_open());
   dialect->begin(0);
   CHECK_FALSE(dialect->is_open());
-  heard(*dialect, "< ok >");  // in the place of hi
+  heard(*dialect, "< ok >");  // instead of hi
   CHECK(dialect->problem() == "does not open the bus can7");
 }
 
@@ -120,19 +120,8 @@ TEST_CASE("SLCAN: open at once, lines each way") {
 
 /// The other side of the connection, as a server.
 struct Far {
-  Far() {
-    listener = Descriptor(::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    REQUIRE(bind(listener.get(), reinterpret_cast<sockaddr*>(&address), sizeof address) == 0);
-    REQUIRE(listen(listener.get(), 5) == 0);
-    socklen_t size = sizeof address;
-    REQUIRE(getsockname(listener.get(), reinterpret_cast<sockaddr*>(&address), &size) == 0);
-    port = ntohs(address.sin_port);
-  }
   bool accepts() {
-    const int fd = accept4(listener.get(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
+    const int fd = accept4(listener.socket(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
     if (fd < 0) return false;
     stream = Descriptor(fd);
     text.clear();
@@ -148,8 +137,8 @@ struct Far {
     REQUIRE(::send(stream.get(), line.data(), line.size(), MSG_NOSIGNAL) ==
             static_cast<ssize_t>(line.size()));
   }
-  Descriptor listener, stream;
-  std::uint16_t port = 0;
+  StreamListener listener{"far", {"", {"127.0.0.1", 0}}};
+  Descriptor stream;
   std::string text;
 };
 
@@ -164,7 +153,7 @@ struct Rig {
   Rig()
       : bus(),
         port(bus.attach(receiver)),
-        outside(reactor, bus, "socketcand:here", "", {"127.0.0.1", far.port}, socketcand_dialect("can0"),
+        outside(reactor, bus, "socketcand:here", "", far.listener.address().tcp, socketcand_dialect("can0"),
                 [this](const std::string& line) { warnings.push_back(line); }) {
     port.accept_all();
   }
@@ -173,7 +162,7 @@ struct Rig {
     reactor.read_clock();
     outside.poll(now);
     bus.advance(now);
-    reactor.run_once(0);
+    reactor.poll(0);
   }
   void until(const std::function<bool()>& done) {
     turn_until([this] { turn(); }, done);

@@ -1,45 +1,29 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// A client of a byte stream server, and a place for its socket.
+/// A client of a byte stream server.
 
-#include <netinet/in.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>
 
 #include <cerrno>
 
-#include "io/sockets/stream_listener.hpp"
+#include "io/sockets/listener.hpp"
 #include "support/catch.hpp"
 
 namespace cbcan::io {
 
-/// A folder of this test's own, and a socket's path in it.
-struct Folder {
-  Folder() { REQUIRE(mkdtemp(name_.data()) != nullptr); }
-  ~Folder() {
-    unlink(socket().c_str());
-    rmdir(name_.c_str());
-  }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  std::string socket() const { return name_ + "/s"; }
-
- private:
-  std::string name_ = "/tmp/cbcan_slcan_XXXXXX";
-};
-
 struct StreamClient {
   explicit StreamClient(const StreamAddress& address) {
-    address.path.empty() ? connect_tcp(address.tcp.port) : connect_unix(address.path);
+    address.path.empty() ? connect_to(looked_up("", {"127.0.0.1", address.tcp.port})) : connect_unix(address.path);
   }
 
   void send(std::string_view text) {
     REQUIRE(::send(socket_.get(), text.data(), text.size(), MSG_NOSIGNAL) ==
             static_cast<ssize_t>(text.size()));
   }
-  /// So many characters as the server takes.
+  /// Sends as many characters as the server takes.
   std::size_t send_some(std::string_view text) {
     const ssize_t count = ::send(socket_.get(), text.data(), text.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
     return count < 0 ? 0 : static_cast<std::size_t>(count);
@@ -64,20 +48,15 @@ struct StreamClient {
   }
 
  private:
-  void connect_tcp(std::uint16_t port) {
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_port = htons(port);
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    socket_ = Descriptor(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
-    REQUIRE(connect(socket_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
+  void connect_to(const SocketAddress& address) {
+    socket_ = Descriptor(::socket(address.get()->sa_family, SOCK_STREAM | SOCK_CLOEXEC, 0));
+    REQUIRE(connect(socket_.get(), address.get(), address.size) == 0);
   }
   void connect_unix(const std::string& path) {
-    sockaddr_un address{};
-    address.sun_family = AF_UNIX;
-    path.copy(address.sun_path, sizeof address.sun_path - 1);
-    socket_ = Descriptor(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
-    REQUIRE(connect(socket_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
+    SocketAddress address{.storage = {}, .size = sizeof(sockaddr_un)};
+    address.storage.ss_family = AF_UNIX;
+    path.copy(reinterpret_cast<sockaddr_un&>(address.storage).sun_path, path.size());
+    connect_to(address);
   }
 
   Descriptor socket_;

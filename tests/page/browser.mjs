@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A browser that looks at the page of a running cbcan-sim, and a Modbus client of a few lines beside it.
+// A browser on the page of a running cbcan-sim, and a short Modbus client.
 import { once } from "node:events";
 import { connect } from "node:net";
 import puppeteer from "puppeteer-core";
@@ -10,7 +10,7 @@ export const WIDE = { width: 1280, height: 860 }, NARROW = { width: 390, height:
 export const launch = () => puppeteer.launch({ executablePath: "/usr/bin/chromium", protocolTimeout: LIMIT,
   args: ["--no-sandbox", "--disable-gpu", "--force-color-profile=srgb"] });
 
-/// cbcan-sim with its page; `control` gives commands and returns the responses.
+/// cbcan-sim with its page; `control` sends commands and returns the responses.
 export async function startPlant(program, options = [], http = "127.0.0.1:0") {
   const simulator = await startSimulator(program, "--demo", "--modbus", "127.0.0.1:0", "--http", http, ...options);
   const url = `http://${simulator.where.http}`;
@@ -18,7 +18,7 @@ export async function startPlant(program, options = [], http = "127.0.0.1:0") {
   return { ...simulator, url, control };
 }
 
-/// The page, when it is live; `errors` is what went wrong in it, and each request that went elsewhere.
+/// The page, once it is live; `errors` has its errors, and each request to another site.
 export async function open(browser, { url }, { size = WIDE, scheme = "light" } = {}) {
   const page = await browser.newPage();
   page.setDefaultTimeout(LIMIT);
@@ -36,11 +36,11 @@ export async function open(browser, { url }, { size = WIDE, scheme = "light" } =
 
 export const text = (page, selector) => page.$eval(selector, (element) => element.textContent);
 
-/// Until the text of `selector` matches.
+/// Waits until the text of `selector` matches.
 export const shows = (page, selector, pattern) => page.waitForFunction(
   (where, source) => new RegExp(source).test(document.querySelector(where)?.textContent), {}, selector, pattern.source);
 
-/// Clicks what `selector` and a text name: a button, a row, a label.
+/// Clicks the element with this selector and text: a button, a row, a label.
 export async function click(page, selector, words) {
   const found = await page.waitForFunction((where, wanted) => [...document.querySelectorAll(where)]
     .find((element) => element.textContent.includes(wanted) && element.offsetParent), {}, selector, words);

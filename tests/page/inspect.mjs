@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// What is looked at in the browser: where things are, and how they stand out from what is behind them.
+// Checks in the browser: the layout, and the contrast of texts.
 
-/// Elements that reach out of their card, or the page out of the window. What scrolls may go on downwards.
+/// Elements that extend beyond their card, or the page beyond the window. Scrolling areas may extend downwards.
 export function outside() {
   const found = [], room = document.documentElement.clientWidth;
   if (document.documentElement.scrollWidth > room) found.push(`the page is ${document.documentElement.scrollWidth} of ${room} wide`);
@@ -19,7 +19,7 @@ export function outside() {
   return found;
 }
 
-/// Texts whose contrast to their background is below 4.5 (WCAG AA).
+/// Texts with a contrast below 4.5 to their background (WCAG AA).
 export function pale() {
   const canvas = document.createElement("canvas").getContext("2d", { willReadFrequently: true });
   const rgba = (color) => {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The page in a browser, and what it does to a plant.
+// The page in a browser, and its effect on a plant.
 // usage: node page_test.mjs CBCAN_SIM SOURCE_FOLDER SCREENSHOT_FOLDER
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
@@ -36,7 +36,7 @@ function look(name, use, { options = [], ...view } = {}) {
 }
 const manual = { options: ["--clock", "manual"] };
 
-/// The PLC reads the device type of node 32 while the node's response is swallowed, and polls until it knows.
+/// The PLC reads the device type of node 32, whose response is suppressed, and polls until it has the result.
 async function failing(plant) {
   const plc = await modbusClient(plant.where.modbus);
   await plant.control("fault 32 response-never count=1");
@@ -50,7 +50,7 @@ async function failing(plant) {
   plc.close();
 }
 
-/// A drive that moves, so that there is something to see.
+/// Makes a drive move, for the plots.
 async function drive(plant) {
   const write = (object, size, value) => `trigger write 16 ${object} ${size} ${value & 0xffff}${size === 4 ? ` ${value >> 16}` : ""}`;
   await plant.control("nmt start all", "pass 50ms", "set 66 0x6401:1 1250", ...[128, 6, 7, 15].flatMap((word) => [write("0x6040 0", 2, word), "pass 20ms"]),
@@ -165,7 +165,7 @@ look("what a click does is a command", async (page, plant) => {
     slider.dispatchEvent(new Event("change"));
   });
   await does("set 66 0x6401:1 1000");
-  await plant.control("set 66 0x6401:1 -7");  // another hand
+  await plant.control("set 66 0x6401:1 -7");  // by another client
   await page.waitForFunction(() => [...document.querySelectorAll("#node-panel .inputs input[aria-label^='6401h:01']")].every((input) => input.value === "-7"));
   await click(page, "#node-panel .switch", "power");
   await does("power 66 off");

@@ -40,7 +40,7 @@ struct VcanWire {
         side->can.poll(now);
         side->bus.advance(now);
       }
-    } while (reactor_.run_once(0) != 0 || left_.queued() != 0 || right_.queued() != 0);
+    } while (reactor_.poll(0) != 0 || left_.queued() != 0 || right_.queued() != 0);
   }
   void cut() { set("down"); }
   void mend() { set("up"); }

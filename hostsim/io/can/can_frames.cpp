@@ -42,7 +42,7 @@ ControllerReport read_error_frame(const Frame& frame) {
   if ((details & (CAN_ERR_CRTL_RX_PASSIVE | CAN_ERR_CRTL_TX_PASSIVE)) != 0)
     report.state = BusState::kErrorPassive;
   else if ((details & (CAN_ERR_CRTL_RX_WARNING | CAN_ERR_CRTL_TX_WARNING | CAN_ERR_CRTL_ACTIVE)) != 0)
-    report.state = BusState::kActive;  // a warning also when passive has gone
+    report.state = BusState::kActive;  // a warning is also sent when error passive ends
   return report;
 }
 

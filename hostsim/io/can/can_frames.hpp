@@ -9,11 +9,11 @@
 
 namespace cbcan::io {
 
-/// Between our frame and the kernel's (Linux, Documentation/networking/can.rst).
+/// Conversion between our frame and the kernel's (Linux, Documentation/networking/can.rst).
 can_frame to_kernel(const Frame& frame);
 Frame from_kernel(const can_frame& frame);
 
-/// What an error frame says about the controller. Another frame says nothing.
+/// What an error frame says about the controller; empty for any other frame.
 struct ControllerReport {
   std::optional<BusState> state;  ///< kActive, kErrorPassive or kBusOff
   bool overflow = false;          ///< the controller has lost received frames

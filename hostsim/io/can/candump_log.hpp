@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The bus as `candump -L` writes it, for `canplayer`, `log2asc`, Wireshark and people.
+/// A log of the bus in the format of `candump -L`, for `canplayer`, `log2asc`, Wireshark and people.
 
 #include <cstddef>
 #include <cstdint>
 #include <string>
-#include <string_view>
 
 #include "cbcan/frame.hpp"
 #include "cbcan/time.hpp"
@@ -16,14 +15,14 @@
 
 namespace cbcan::io {
 
-/// Writes every frame of a bus to a file, or into a pipe or FIFO, whose reader nobody waits for.
+/// Writes every frame of a bus to a file, or to a pipe or FIFO without waiting for its reader.
 class CandumpLog final : public sim::Observer {
  public:
-  /// Makes the file anew, or takes standard output for "-"; throws EnvironmentError if it cannot. Times in
-  /// the log are those of the frames plus `wall_offset`: wall-clock time less simulation time, in
-  /// microseconds. A frame is dropped when more than `most_waiting` characters wait for a reader; `warn` is
-  /// told how many those were once there is room again.
-  CandumpLog(std::string path, std::string interface, Time wall_offset, Warn warn,
+  /// Creates or truncates the file, or uses standard output for "-"; throws EnvironmentError on failure. Times
+  /// in the log are those of the frames plus `wall_offset`: wall-clock time minus simulation time, in
+  /// microseconds. A frame is dropped while more than `most_waiting` characters wait for a reader; `warn` gets
+  /// their number once there is room again.
+  CandumpLog(const std::string& path, std::string interface, Time wall_offset, Warn warn,
              std::size_t most_waiting = Output::kMostWaiting);
   /// Waits for a reader as Output does.
   ~CandumpLog();
@@ -32,24 +31,15 @@ class CandumpLog final : public sim::Observer {
 
   void on_bus_frame(const Frame& frame, Time now) override;
 
-  /// Hands what has come since to the file; to be called once per turn. When the file cannot take it (disk
-  /// full), says so once and logs no more.
+  /// Writes the frames since the last call; to be called once per turn. When writing fails (disk full), warns
+  /// once and logs no more.
   void flush();
 
-  /// When flush() has something to do that no frame brings.
+  /// When flush() has to be called even if there is no frame.
   Time next_deadline() const { return ended_ ? kNever : output_.next_deadline(); }
 
-  struct Counters {
-    std::uint64_t frames = 0;   ///< in the file
-    std::uint64_t dropped = 0;  ///< not in the file, because it could not be written
-  };
-  const Counters& counters() const { return counters_; }
-
  private:
-  void tell_dropped();
-  void drop_rest();
-
-  std::string path_;
+  std::string where_;  ///< prefix of messages
   std::string interface_;
   Time wall_offset_;
   Warn warn_;
@@ -57,8 +47,7 @@ class CandumpLog final : public sim::Observer {
   std::size_t most_waiting_;
   std::size_t flush_at_;  ///< characters waiting
   bool ended_ = false;
-  std::uint64_t told_ = 0;  ///< of those dropped
-  Counters counters_;
+  std::uint64_t dropped_ = 0;  ///< frames that were not reported yet
 };
 
 }  // namespace cbcan::io

@@ -14,7 +14,7 @@ namespace {
 
 namespace socketcand = adapters::socketcand;
 
-/// As a microcontroller speaks it.
+/// The same implementation as on microcontrollers.
 class Slcan final : public Dialect {
  public:
   explicit Slcan(std::uint16_t kbit) : kbit_(kbit), port_(kbit) {}
@@ -39,7 +39,7 @@ class Slcan final : public Dialect {
   std::optional<boards::SlcanPort> port_;
 };
 
-/// Once a second the other side is asked whether it is still there.
+/// Sends an echo request once a second to detect a lost connection.
 class Socketcand final : public Dialect {
  public:
   explicit Socketcand(std::string bus) : bus_(std::move(bus)) {}

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// What is said with a CAN adapter, or a server of a bus, over a stream of characters. Pure.
+/// The protocol with a CAN adapter, or with a server of a bus, over a stream of characters. Pure.
 
 #include <cstdint>
 #include <memory>
@@ -21,23 +21,23 @@ class Dialect {
   virtual void begin(Time now) = 0;
   /// True: this character ends `frame`.
   virtual bool hear(char c, Frame& frame) = 0;
-  /// The frames can be exchanged.
+  /// Frames can be exchanged.
   virtual bool is_open() const = 0;
   /// False: there is no room.
   virtual bool try_send(const Frame& frame) = 0;
-  /// Moves what is to be said to the end of `text`.
+  /// Appends what is to be sent to `text`.
   virtual void say(std::string& text) = 0;
-  /// Does what is due; when that is next.
+  /// Does what is due; returns when it has to be called next.
   virtual Time poll(Time now) = 0;
   virtual BusState state() const = 0;
-  /// Why the connection is to be ended; nothing = it is not.
+  /// Why the connection is to be closed; empty = it is not.
   virtual std::string_view problem() const = 0;
 };
 
 /// SLCAN; `kbit_per_second`: one of slcan::kBitRates.
 std::unique_ptr<Dialect> slcan_dialect(std::uint16_t kbit_per_second);
 
-/// A client of socketcand in raw mode on its bus `bus`.
+/// A client of socketcand, in raw mode on the server's bus `bus`.
 std::unique_ptr<Dialect> socketcand_dialect(std::string bus);
 
 }  // namespace cbcan::io

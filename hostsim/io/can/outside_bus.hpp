@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The wire of a simulated bus that goes on outside this program.
+/// A connection from a simulated bus to a bus outside this program.
 
 #include "cbcan/time.hpp"
 #include "sim/bus.hpp"
@@ -12,10 +12,10 @@ class OutsideBus : public sim::Outside {
  public:
   virtual ~OutsideBus() = default;
 
-  /// To be called before the bus is advanced: tells the bus what has been found out about the outside.
+  /// To be called before the bus is advanced: passes on changes of the outside bus's state.
   virtual void poll(Time now) = 0;
 
-  /// When poll() and then the bus's advance() have something to do; kNever = only after the next frame.
+  /// When poll() and then the bus's advance() are to be called; kNever = only after the next frame.
   virtual Time next_deadline() const = 0;
 };
 

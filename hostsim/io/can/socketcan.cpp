@@ -16,6 +16,7 @@
 #include <cstring>
 
 #include "io/can/can_frames.hpp"
+#include "io/sockets/listener.hpp"
 
 namespace cbcan::io {
 
@@ -52,14 +53,7 @@ bool is_up(int any_socket, const std::string& interface) {
   return ioctl(any_socket, SIOCGIFFLAGS, &request) == 0 && (request.ifr_flags & IFF_UP) != 0;
 }
 
-int take_error(int socket) {
-  int error = 0;
-  socklen_t size = sizeof error;
-  getsockopt(socket, SOL_SOCKET, SO_ERROR, &error, &size);
-  return error;
-}
-
-/// Room for one recvmmsg() with the kernel's count of dropped frames beside each frame.
+/// Buffers for one recvmmsg(), with the kernel's count of dropped frames for each frame.
 class Batch {
  public:
   Batch() {
@@ -78,7 +72,7 @@ class Batch {
   bool whole(std::size_t i) const { return messages_[i].msg_len == CAN_MTU; }
   const can_frame& frame(std::size_t i) const { return frames_[i]; }
 
-  /// Frames dropped since the socket was made; `before` where the kernel says nothing.
+  /// Frames dropped since the socket was opened; `before` if the message has no count.
   std::uint32_t lost_total(std::size_t i, std::uint32_t before) {
     msghdr& header = messages_[i].msg_hdr;
     for (cmsghdr* control = CMSG_FIRSTHDR(&header); control != nullptr;
@@ -148,27 +142,20 @@ SocketCan::~SocketCan() {
 
 bool SocketCan::transmit(const Frame& frame) {
   const can_frame kernel = to_kernel(frame);
-  if (::write(socket_.get(), &kernel, sizeof kernel) == sizeof kernel) {
-    ++counters_.sent;
-    return true;
-  }
+  if (::write(socket_.get(), &kernel, sizeof kernel) == sizeof kernel) return true;
   if (has_no_room(errno)) {
-    ++counters_.waits;
     retry_at_ = reactor_.time() + kRetry;
     return false;
   }
-  if (errno != ENETDOWN && !interface_deleted(errno)) {
-    ++counters_.unsendable;
-    return true;
-  }
+  if (errno != ENETDOWN && !interface_deleted(errno)) return true;  // rejected by the kernel: the frame is lost
   if (errno != ENETDOWN) index_ = 0;
-  check_interface_ = true;  // later: the bus must not be told from in here
+  check_interface_ = true;  // in poll(): the bus must not be called back from here
   return false;
 }
 
 void SocketCan::poll(Time now) {
   if (check_interface_) {
-    note(away(), now);  // what transmit() met, also if it is back by now
+    note(away(), now);  // transmit() failed, even if the interface is up again
     check_interface(now);
   }
   if (retry_at_ <= now) {
@@ -211,7 +198,7 @@ void SocketCan::watch_links() {
   reactor_.watch(links_.get(), Reactor::kReadable, [this](std::uint32_t) { on_link_change(); });
 }
 
-/// The messages only wake us: what counts is how the interface is now, and some messages may have been lost.
+/// The messages only wake the loop: some may be lost, so the interface's present state is read.
 void SocketCan::on_link_change() {
   std::array<char, 8192> ignored;
   while (::recv(links_.get(), ignored.data(), ignored.size(), 0) > 0 || errno == ENOBUFS) {
@@ -221,7 +208,7 @@ void SocketCan::on_link_change() {
 
 void SocketCan::check_interface(Time now) {
   check_interface_ = false;
-  // It may have been down for a moment: then the socket knows, and would else tell at the next frame.
+  // After a short interruption the socket has an error, which the next frame would report otherwise.
   const int error = socket_ ? take_error(socket_.get()) : 0;
   if (error != 0) note(away(), now);
   if (interface_deleted(error)) index_ = 0;
@@ -239,10 +226,8 @@ SocketCan::Interface SocketCan::away() const {
 
 void SocketCan::note(Interface seen, Time now) {
   if (seen == seen_) return;
-  const bool was_up = seen_ == Interface::kUp;
   seen_ = seen;
-  if (was_up) ++counters_.link_losses;
-  state_ = BusState::kActive;  // a controller that is started again forgets its errors
+  state_ = BusState::kActive;  // a restarted controller has no errors
   tell_state(now);
   bus_.set_link(seen == Interface::kUp);
   switch (seen) {
@@ -252,7 +237,7 @@ void SocketCan::note(Interface seen, Time now) {
   }
 }
 
-/// Bounded, so that a storm of frames leaves the others their turn.
+/// Bounded, so that a burst of frames does not delay the rest of the loop.
 void SocketCan::receive() {
   const Time now = reactor_.time();
   for (int i = 0; i < kReadsPerTurn; ++i)
@@ -263,7 +248,11 @@ std::size_t SocketCan::receive_batch(Time now) {
   Batch batch;
   const int count = batch.read(socket_.get());
   if (count < 0) {
-    if (errno == ENETDOWN || interface_deleted(errno)) lose_interface(errno, now);
+    const bool deleted = interface_deleted(errno);
+    if (!deleted && errno != ENETDOWN) return 0;
+    if (deleted) index_ = 0;
+    note(away(), now);  // the interface may be up again, but its interruption is reported here only
+    check_interface(now);
     return 0;
   }
   const auto frames = static_cast<std::size_t>(count);
@@ -274,17 +263,8 @@ std::size_t SocketCan::receive_batch(Time now) {
   return frames;
 }
 
-/// It may be back by now; but that it was away is known only from here.
-void SocketCan::lose_interface(int error, Time now) {
-  if (interface_deleted(error)) index_ = 0;
-  note(away(), now);
-  check_interface(now);
-}
-
 void SocketCan::take(const Frame& frame, Time now) {
-  ++counters_.received;
   if ((frame.flags & Frame::kError) != 0) {
-    ++counters_.error_frames;
     const ControllerReport report = read_error_frame(frame);
     if (report.state) state_ = *report.state;
     if (report.overflow) overflow_until_ = now + kOverflowShown;
@@ -295,7 +275,6 @@ void SocketCan::take(const Frame& frame, Time now) {
 
 void SocketCan::note_lost(std::uint32_t total, Time now) {
   if (total == lost_total_) return;
-  counters_.lost += total - lost_total_;
   lost_total_ = total;
   overflow_until_ = now + kOverflowShown;
   tell_state(now);

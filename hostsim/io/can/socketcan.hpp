@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Joins a simulated bus to a SocketCAN interface, so that real or vcan nodes are on it too. Nothing here
+/// Connects a simulated bus to a SocketCAN interface, so that real or vcan nodes are on it too. Nothing here
 /// blocks.
 ///
-/// The interface may go down, come back, vanish and be made again meanwhile: the bus has no link then, and
-/// its port refuse frames. Fault confinement is read from error frames and told to every port of the bus.
+/// The interface may go down, come up, disappear and be created again: while it is away the bus has no link,
+/// and its ports refuse frames. The controller's state is read from error frames and passed to every port of
+/// the bus.
 
 #include <cstddef>
 #include <cstdint>
@@ -21,36 +22,23 @@ namespace cbcan::io {
 
 class SocketCan final : public OutsideBus {
  public:
-  /// After this long a frame for which the interface had no room is tried again: ten short frames at 1
-  /// Mbit/s.
+  /// Delay before a frame is tried again for which the interface had no room: ten short frames at 1 Mbit/s.
   static constexpr Time kRetry = 500;
-  /// So long an overflow is shown as the bus's state after the last frame was lost.
+  /// How long an overflow is the bus's state after the last frame was lost.
   static constexpr Time kOverflowShown = kSecond;
 
-  /// Opens the interface and joins the bus, both the caller's to keep alive. Throws EnvironmentError if there
-  /// is no such interface or no CAN in the kernel; one that is down gets a warning, and is used once it is
-  /// up.
+  /// Opens the interface and connects it to the bus; reactor and bus outlive this. Throws EnvironmentError if
+  /// there is no such interface or no CAN in the kernel; if it is down, warns, and uses it once it is up.
   SocketCan(Reactor& reactor, sim::Bus& bus, std::string interface, Warn warn);
   ~SocketCan() override;
   SocketCan(const SocketCan&) = delete;
   SocketCan& operator=(const SocketCan&) = delete;
 
-  /// Called by the bus. False = no room now; next_deadline() says when to advance the bus again.
+  /// Called by the bus. False = no room now; next_deadline() is when to advance the bus again.
   bool transmit(const Frame& frame) override;
 
   void poll(Time now) override;
   Time next_deadline() const override;
-
-  struct Counters {
-    std::uint64_t sent = 0;
-    std::uint64_t received = 0;
-    std::uint64_t waits = 0;         ///< no room in the interface's queue: tried again
-    std::uint64_t unsendable = 0;    ///< frames that the kernel refused for good; they are gone
-    std::uint64_t lost = 0;          ///< received frames that the kernel dropped: we were too slow
-    std::uint64_t error_frames = 0;  ///< from the controller
-    std::uint64_t link_losses = 0;   ///< times that the interface went down or away
-  };
-  const Counters& counters() const { return counters_; }
 
  private:
   enum class Interface { kUp, kDown, kGone };
@@ -62,7 +50,6 @@ class SocketCan final : public OutsideBus {
   void check_interface(Time now);
   void note(Interface seen, Time now);
   Interface away() const;
-  void lose_interface(int error, Time now);
   void receive();
   std::size_t receive_batch(Time now);
   void take(const Frame& frame, Time now);
@@ -72,18 +59,17 @@ class SocketCan final : public OutsideBus {
   Reactor& reactor_;
   sim::Bus& bus_;
   std::string interface_;
-  std::string where_;  ///< how messages begin
+  std::string where_;  ///< prefix of messages
   Warn warn_;
-  Descriptor links_;  ///< netlink: something has happened to some interface
+  Descriptor links_;  ///< netlink: readable when any interface has changed
   Descriptor socket_;
   unsigned index_ = 0;  ///< of the interface that the socket is bound to; 0 = none
   Interface seen_ = Interface::kUp;
   bool check_interface_ = false;
   BusState state_ = BusState::kActive;  ///< without overflow
-  std::uint32_t lost_total_ = 0;        ///< the socket's own count
+  std::uint32_t lost_total_ = 0;        ///< the socket's count
   Time overflow_until_ = kNever;        ///< kNever = no overflow is shown
   Time retry_at_ = kNever;
-  Counters counters_;
 };
 
 }  // namespace cbcan::io

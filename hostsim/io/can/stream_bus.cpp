@@ -15,26 +15,19 @@ namespace cbcan::io {
 
 namespace {
 
-/// Without an acknowledgement for so long a connection has ended.
+/// A connection ends when data is not acknowledged for this long.
 constexpr unsigned kUnacknowledgedMs = 5000;
-/// Of USB adapters it has no meaning; python-can has the same.
+/// USB adapters ignore it; python-can uses the same.
 constexpr std::uint32_t kBaud = 115'200;
 constexpr std::size_t kBytesPerTurn = 4096;
 
 Descriptor begin_connection(const SocketAddress& remote) {
-  Descriptor port(socket(remote.get()->sa_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
+  Descriptor port = new_stream_socket(remote);
   const int on = 1;
   setsockopt(port.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
   setsockopt(port.get(), IPPROTO_TCP, TCP_USER_TIMEOUT, &kUnacknowledgedMs, sizeof kUnacknowledgedMs);
   if (port && ::connect(port.get(), remote.get(), remote.size) != 0 && errno != EINPROGRESS) port.reset();
   return port;
-}
-
-int error_of(int socket) {
-  int error = 0;
-  socklen_t size = sizeof error;
-  getsockopt(socket, SOL_SOCKET, SO_ERROR, &error, &size);
-  return error;
 }
 
 }  // namespace
@@ -66,7 +59,12 @@ void StreamBus::poll(Time now) {
     problem_.clear();
   }
   if (connect_at_ <= now) connect();
-  poll_at_ = connected_ && problem_.empty() ? poll_dialect(now) : kNever;
+  poll_at_ = kNever;
+  if (connected_ && problem_.empty()) {
+    poll_at_ = dialect_->poll(now);
+    if (!dialect_->problem().empty()) broken(std::string(dialect_->problem()));
+    flush();
+  }
   const BusState state = open_ ? dialect_->state() : lost_ ? BusState::kBusOff : told_;
   if (state != told_) bus_.set_state(told_ = state, now);
 }
@@ -93,24 +91,17 @@ void StreamBus::close() {
   unsent_.clear();
 }
 
-void StreamBus::connected() {
-  connected_ = true;
-  dialect_->begin(reactor_.time());
-}
-
 void StreamBus::on_ready(std::uint32_t ready) {
-  const int error = connected_ || !device_.empty() ? 0 : error_of(port_.get());
+  const int error = connected_ || !device_.empty() ? 0 : take_error(port_.get());
   if (error != 0) return broken(reason(error));
-  if (!connected_) connected();
+  if (!std::exchange(connected_, true)) dialect_->begin(reactor_.time());
   if ((ready & ~Reactor::kWritable) != 0) receive();
-  if (dialect_->is_open() && !std::exchange(open_, true)) opened();
+  if (dialect_->is_open() && !std::exchange(open_, true)) {
+    if (std::exchange(lost_, false)) warn_(where_ + "is there again");
+    full_ = true;  // frames may have waited for the first connection
+    has_room();
+  }
   flush();
-}
-
-void StreamBus::opened() {
-  if (std::exchange(lost_, false)) warn_(where_ + "is there again");
-  full_ = true;  // also what has waited for the first connection
-  has_room();
 }
 
 void StreamBus::receive() {
@@ -130,14 +121,7 @@ bool StreamBus::send(const Frame& frame) {
   return true;
 }
 
-Time StreamBus::poll_dialect(Time now) {
-  const Time next = dialect_->poll(now);
-  if (!dialect_->problem().empty()) broken(std::string(dialect_->problem()));
-  flush();
-  return next;
-}
-
-/// Whole frames wait in the dialect as long as there is something here.
+/// While unsent_ is not empty, further frames wait in the dialect as a whole.
 void StreamBus::flush() {
   if (unsent_.empty()) dialect_->say(unsent_);
   if (!unsent_.empty()) {
@@ -156,7 +140,7 @@ void StreamBus::has_room() {
   if (std::exchange(full_, false)) bus_.resume();
 }
 
-/// Later: the bus must not be told from in here.
+/// poll() does the rest: the bus must not be called back from here.
 void StreamBus::broken(const std::string& why) {
   problem_ = why;
 }

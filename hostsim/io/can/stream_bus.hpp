@@ -9,20 +9,20 @@
 #include "io/errors.hpp"
 #include "io/loop/descriptor.hpp"
 #include "io/loop/reactor.hpp"
-#include "io/sockets/listen_address.hpp"
+#include "io/sockets/listener.hpp"
 
 namespace cbcan::io {
 
-/// A bus at the other end of a serial port or a TCP connection, which may end and is made again. While there
-/// is none every controller of the bus is bus-off; until the first attempt has failed, frames wait.
+/// A bus at the other end of a serial port or a TCP connection, which is reconnected when it ends. Without a
+/// connection every controller of the bus is bus-off; until the first attempt has failed, frames wait.
 class StreamBus final : public OutsideBus {
  public:
   /// From the end of a connection to the next attempt.
   static constexpr Time kPause = kSecond;
 
-  /// At the serial port `device`, or, if that is empty, at `remote`, whose name is looked up once, here,
-  /// which may block. Throws EnvironmentError if it is unknown. `spec` is the name in messages. Reactor and
-  /// bus are the caller's.
+  /// Connects to the serial port `device`, or, if that is empty, to `remote`, whose name is looked up once,
+  /// here, which may block. Throws EnvironmentError if it is unknown. `spec` is the name in messages. Reactor
+  /// and bus outlive this.
   StreamBus(Reactor& reactor, sim::Bus& bus, const std::string& spec, std::string device,
             const text::ListenAddress& remote, std::unique_ptr<Dialect> dialect, Warn warn);
   ~StreamBus() override;
@@ -37,11 +37,8 @@ class StreamBus final : public OutsideBus {
   void connect();
   void close();
   void on_ready(std::uint32_t ready);
-  void connected();
-  void opened();
   void receive();
   bool send(const Frame& frame);
-  Time poll_dialect(Time now);
   void flush();
   void has_room();
   void broken(const std::string& why);
@@ -56,12 +53,12 @@ class StreamBus final : public OutsideBus {
   Descriptor port_;
   bool connected_ = false;
   bool open_ = false;     ///< the dialect has opened the bus
-  bool full_ = false;     ///< the simulated bus waits
-  bool writing_ = false;  ///< is told when there is room
+  bool full_ = false;     ///< the simulated bus waits for room
+  bool writing_ = false;  ///< kWritable is watched
   std::string unsent_;
   std::string problem_;    ///< that has ended the connection, for poll()
-  bool lost_ = false;      ///< and was reported
-  Time connect_at_ = 0;    ///< the next attempt; kNever while there is one, or a connection
+  bool lost_ = false;      ///< the connection's end was reported
+  Time connect_at_ = 0;    ///< the next attempt; kNever during an attempt or a connection
   Time poll_at_ = kNever;  ///< the dialect's
   BusState told_ = BusState::kActive;
 };

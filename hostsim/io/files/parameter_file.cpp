@@ -30,7 +30,7 @@ constexpr std::string_view kHeading =
 constexpr std::string_view kNodeId = "node-id";
 constexpr std::string_view kBitRate = "bit-rate";
 
-/// False: it is none, or does not fit.
+/// False: not a number, or it does not fit.
 template <class Number>
 bool read_number(std::string_view text, Number& number, int base) {
   const auto read = text::parse<Number>(text::trim(text), base);
@@ -52,7 +52,7 @@ bool is_node_id(std::uint8_t id) {
   return (id >= 1 && id <= nmt::kMaxNode) || id == LssSlave::kNoNodeId;
 }
 
-/// False: the line means nothing.
+/// False: the line is invalid.
 bool parse_line(std::string_view line, sim::StoredParameters& parameters) {
   const auto sides = text::split(line, '=');
   if (!sides) return false;
@@ -65,14 +65,14 @@ bool parse_line(std::string_view line, sim::StoredParameters& parameters) {
   return parse_object(key, value, parameters.values.back());
 }
 
-/// So that a rename is on the disk too.
+/// Makes sure that a rename is on the disk.
 bool sync_folder_of(const std::string& path) {
   const std::string folder = std::filesystem::path(path).parent_path().string();
   const Descriptor opened(::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   return opened && ::fsync(opened.get()) == 0;
 }
 
-/// A new file: whatever else is there, such as a link to another file, is not written.
+/// Always creates a new file, so that a link at this path does not redirect the writing.
 bool write_whole(const std::string& path, const std::string& text) {
   if (::unlink(path.c_str()) != 0 && errno != ENOENT) return false;
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "wbx"), std::fclose);

@@ -9,27 +9,26 @@
 
 namespace cbcan::io {
 
-/// What object 1010h of a node has stored, in a text file that people can read and edit: a line for each
-/// value that is not the one of the EDS file or of power-on, such as
+/// The parameters that a node has stored through object 1010h, in a text file that people can read and edit: a
+/// line for each value that differs from the EDS file's or the power-on value, such as
 ///
 ///   1017:00 = E803
 ///
-/// with the bytes as they are on the bus, low byte first; and what LSS has stored, in decimal:
+/// with the bytes as on the bus, low byte first; and the LSS settings, in decimal:
 ///
 ///   node-id = 5
 ///   bit-rate = 250000
 ///
-/// Lines that begin with # mean nothing. The file is made when something is stored for the first time.
+/// Lines that begin with # are comments. The file is created when something is stored for the first time.
 class ParameterFile final : public sim::ParameterStore {
  public:
-  /// `warn` is told what cannot be written, as the node has only an abort code for it, and what does not fit.
+  /// `warn` gets failures to write, for which the node has only an abort code, and values that do not fit.
   ParameterFile(std::string path, Warn warn) : path_(std::move(path)), warn_(std::move(warn)) {}
 
-  /// A file that is not there is empty. Throws UsageError for one that cannot be understood, with file and
-  /// line.
+  /// A missing file counts as empty. Throws UsageError, with file and line, for an invalid one.
   sim::StoredParameters load() override;
 
-  /// Replaces the file as a whole: a crash leaves the old one or the new one.
+  /// Replaces the file atomically: a crash leaves the old one or the new one.
   bool save(const sim::StoredParameters& parameters) override;
 
   void tell_left_out(const std::vector<sim::StoredValue>& values) override;
@@ -39,7 +38,7 @@ class ParameterFile final : public sim::ParameterStore {
   Warn warn_;
 };
 
-/// The text of such a file. Both are pure; `path` is for the message of the UsageError.
+/// The text of such a file, and back. Both are pure; `path` is for the message of the UsageError.
 std::string parameter_text(const sim::StoredParameters& parameters);
 sim::StoredParameters parse_parameters(std::string_view text, const std::string& path);
 

@@ -3,9 +3,6 @@
 
 #include <fmt/core.h>
 
-#include <algorithm>
-#include <array>
-#include <bit>
 #include <cerrno>
 #include <cstdio>
 #include <filesystem>
@@ -41,7 +38,7 @@ void put(std::string& text, Numbers... numbers) {
   (text.append(reinterpret_cast<const char*>(&numbers), sizeof numbers), ...);
 }
 
-/// Likewise, the highest byte first.
+/// Appends numbers, high byte first.
 template <class... Numbers>
 void put_big(std::string& text, Numbers... numbers) {
   const auto one = [&text](auto number) {
@@ -79,7 +76,7 @@ std::string interface_block(std::uint16_t link_type, std::string_view name) {
   return block(kInterface, body);
 }
 
-/// RFC 1071, of an even number of bytes.
+/// RFC 1071; `header` has an even number of bytes.
 std::uint16_t checksum(std::string_view header) {
   std::uint32_t sum = 0;
   for (std::size_t i = 0; i < header.size(); i += 2)
@@ -105,6 +102,7 @@ std::string ip_header(std::uint32_t from, std::uint32_t to, std::size_t size) {
 PcapFile::PcapFile(const journal::Journal& journal, Settings settings, Comment comment, Warn warn)
     : journal_(journal),
       settings_(std::move(settings)),
+      where_("pcap " + settings_.path + ": "),
       comment_(std::move(comment)),
       warn_(std::move(warn)),
       output_(Output::open("pcap", settings_.path, settings_.most_waiting)),
@@ -117,10 +115,10 @@ PcapFile::~PcapFile() {
   poll();
   if (ended_) return;
   output_.finish();
-  tell_dropped();
+  warn_of_missing(warn_, where_, dropped_, "packets");
 }
 
-/// The section, and its interfaces.
+/// Writes the section header and the interfaces.
 void PcapFile::begin() {
   std::string body;
   put(body, kByteOrder, std::uint16_t{1}, std::uint16_t{0}, ~std::uint64_t{0});
@@ -132,11 +130,11 @@ void PcapFile::begin() {
   written_ = text.size();
 }
 
-/// What waits for the disk is written first.
+/// Pending output still goes to the old file.
 void PcapFile::turn_over() {
   output_.finish();
   if (std::rename(settings_.path.c_str(), (settings_.path + ".1").c_str()) != 0)
-    warn_("pcap " + settings_.path + ": " + reason(errno) + "; it begins again in the same place");
+    warn_(where_ + reason(errno) + "; it begins again in the same place");
   output_ = Output::open("pcap", settings_.path, settings_.most_waiting);
   begin();
 }
@@ -151,16 +149,10 @@ void PcapFile::poll() {
   if (const int error = output_.flush(); error != 0) {
     output_.take_rest();
     ended_ = true;
-    return warn_("pcap " + settings_.path + ": " + reason(error) +
+    return warn_(where_ + reason(error) +
                  "; it ends here, the simulation goes on; make room, or write it to another disk");
   }
-  if (output_.waiting() == 0) tell_dropped();
-}
-
-void PcapFile::tell_dropped() {
-  if (dropped_ == 0) return;
-  warn_(fmt::format("pcap {}: {} packets are missing: they were not read in time", settings_.path,
-                    std::exchange(dropped_, 0)));
+  if (output_.waiting() == 0) warn_of_missing(warn_, where_, dropped_, "packets");
 }
 
 void PcapFile::add(const journal::Event& event) {
@@ -172,7 +164,7 @@ void PcapFile::add(const journal::Event& event) {
   if (!comment.empty() && pending_.size() < kMostPending) pending_ += comment + "\n";
 }
 
-/// As SocketCAN has it, but the identifier is big-endian.
+/// As in SocketCAN, but the identifier is big-endian.
 void PcapFile::add_can(const journal::Event& event, const std::string& comment) {
   const Frame& frame = event.frame;
   std::string data;

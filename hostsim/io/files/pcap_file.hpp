@@ -3,7 +3,7 @@
 
 /// A journal as pcapng (IETF draft-ietf-opsawg-pcapng), for Wireshark: an interface for each CAN network
 /// (LINKTYPE_CAN_SOCKETCAN) and one for Modbus TCP, whose requests and responses are wrapped in made-up IP
-/// and TCP headers (LINKTYPE_RAW; client n is 10.x.y.z, the server 10.255.255.254:502). Comments tell
+/// and TCP headers (LINKTYPE_RAW; client n is 10.x.y.z, the server 10.255.255.254:502). Comments describe
 /// transactions and faults.
 
 #include <cstddef>
@@ -25,28 +25,28 @@ class PcapFile {
  public:
   struct Settings {
     std::string path;        ///< "-" is standard output
-    std::uint64_t most = 0;  ///< bytes at which a file is renamed to path.1 and begun anew; 0 = never
+    std::uint64_t most = 0;  ///< bytes after which a file is renamed to path.1 and a new one begun; 0 = never
     std::size_t networks = 1;
-    Time wall_offset = 0;  ///< what makes microseconds since 1970 of the journal's times
+    Time wall_offset = 0;  ///< added to the journal's times to get microseconds since 1970
     std::size_t most_waiting = Output::kMostWaiting;
   };
   using Comment = std::function<std::string(const journal::Event&)>;
 
-  /// Throws EnvironmentError. `comment` gives what is to be said of an event, or nothing; that of one that is
-  /// no packet goes with the next packet. The journal outlives this.
+  /// Throws EnvironmentError. `comment` returns the comment for an event, or nothing; the comment for an event
+  /// that is not a packet is added to the next packet. The journal outlives this.
   PcapFile(const journal::Journal& journal, Settings settings, Comment comment, Warn warn);
   /// Waits for a reader as Output does.
   ~PcapFile();
   PcapFile(const PcapFile&) = delete;
   PcapFile& operator=(const PcapFile&) = delete;
 
-  /// Takes in what has happened and hands it to the file: to be called once per turn.
+  /// Writes the events since the last call; to be called once per turn.
   void poll();
   Time next_deadline() const { return ended_ ? kNever : output_.next_deadline(); }
 
  private:
   using Bytes = std::span<const std::uint8_t>;
-  /// Of one client's made-up connection: bytes that each side has sent.
+  /// TCP sequence numbers of one client's made-up connection.
   struct Sent {
     std::uint32_t requests = 1;
     std::uint32_t responses = 1;
@@ -59,18 +59,18 @@ class PcapFile {
   void add_modbus(const journal::Event& event, const std::string& comment);
   void add_segment(const journal::Event& event, bool is_request, Bytes pdu, const std::string& comment);
   void add_packet(std::uint32_t interface, Time at, std::string_view data, const std::string& comment);
-  void tell_dropped();
 
   const journal::Journal& journal_;
   Settings settings_;
+  std::string where_;  ///< prefix of messages
   Comment comment_;
   Warn warn_;
   Output output_;
   journal::Cursor cursor_;
   std::map<std::uint32_t, Sent> sent_;  ///< by client
   std::string pending_;                 ///< comments for the next packet
-  std::uint64_t written_ = 0;           ///< bytes, of this file
-  std::uint64_t dropped_ = 0;           ///< packets, not told yet
+  std::uint64_t written_ = 0;           ///< bytes in the present file
+  std::uint64_t dropped_ = 0;           ///< packets that were not reported yet
   bool ended_ = false;
 };
 

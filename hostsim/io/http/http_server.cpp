@@ -12,7 +12,6 @@
 #include <utility>
 
 #include "io/errors.hpp"
-#include "text/words.hpp"
 
 namespace cbcan::io {
 
@@ -20,7 +19,7 @@ namespace {
 
 constexpr Time kLookEvery = 20 * kMillisecond;
 constexpr Time kKeepAlive = 5 * kSecond;
-constexpr unsigned kSilentForSeconds = 30;  ///< half a request
+constexpr unsigned kSilentForSeconds = 30;  ///< a client with an incomplete request
 constexpr std::size_t kMemoryPerConnection = 32 * 1024;
 
 bool is_loopback(const std::string& host) {
@@ -36,7 +35,7 @@ int socket_of(MHD_Connection* connection) {
   return MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD)->connect_fd;
 }
 
-/// A client that no longer sends, and may no longer read.
+/// True: the client no longer sends, and may no longer read.
 bool has_left(MHD_Connection* connection) {
   pollfd socket{socket_of(connection), POLLRDHUP, 0};
   return ::poll(&socket, 1, 0) > 0;
@@ -49,11 +48,11 @@ std::string header(MHD_Connection* connection, const char* name) {
 
 }  // namespace
 
-/// One request, as long as it takes.
+/// One request, until it has been answered.
 struct HttpServer::Exchange {
   adapters::HttpRequest request;
   bool is_too_long = false;
-  bool is_read = true;  ///< false: there was no memory for all of it
+  bool is_read = true;  ///< false: out of memory
 };
 
 /// A stream and its client.
@@ -64,7 +63,7 @@ struct HttpServer::Live {
   std::string unsent{};
   Time sent_at = Reactor::now();
   bool ended = false;
-  bool broken = false;  ///< before its end
+  bool broken = false;  ///< ended too early
   bool suspended = false;
 
   void fill() {
@@ -103,7 +102,7 @@ struct HttpServer::Callbacks {
       return MHD_YES;
     }
     return respond(server, connection, *exchange);
-  } catch (const std::exception&) {  // none goes through the library; the connection is closed
+  } catch (const std::exception&) {  // must not pass through the library; the connection is closed
     return MHD_NO;
   }
 
@@ -216,7 +215,7 @@ HttpServer::HttpServer(Reactor& reactor, const text::ListenAddress& listen, bool
   reactor_.watch(epoll, Reactor::kReadable, [this](std::uint32_t) { MHD_run(daemon_); });
 }
 
-/// The library closes what it does not take.
+/// The library closes a socket that it does not accept.
 void HttpServer::adopt(Descriptor socket) {
   const sockaddr_storage nobody{};
   if (MHD_add_connection(daemon_, socket.release(), reinterpret_cast<const sockaddr*>(&nobody),
@@ -228,7 +227,7 @@ std::size_t HttpServer::clients() const {
   return MHD_get_daemon_info(daemon_, MHD_DAEMON_INFO_CURRENT_CONNECTIONS)->num_connections;
 }
 
-/// Suspended connections must not be there when the daemon goes.
+/// The daemon must not be stopped with suspended connections.
 HttpServer::~HttpServer() {
   for (Live* live : streams_) {
     live->ended = true;
@@ -239,7 +238,8 @@ HttpServer::~HttpServer() {
   MHD_stop_daemon(daemon_);
 }
 
-/// A name that somebody else's DNS has for this machine is not ours; a number cannot be one.
+/// Any DNS server may give a name to this machine's address (DNS rebinding), so only known names are accepted;
+/// an IP address is safe.
 std::string HttpServer::refusal(const adapters::HttpRequest& request, const std::string& host,
                                 const std::string& origin) const {
   std::string name;
@@ -256,7 +256,7 @@ std::string HttpServer::refusal(const adapters::HttpRequest& request, const std:
   return {};
 }
 
-/// The library does not say by itself that it has something to do for what has been resumed.
+/// The library does not report that resumed connections have something to do.
 void HttpServer::poll(Time now) {
   bool resumed = false;
   if (now < look_at_)
@@ -267,7 +267,7 @@ void HttpServer::poll(Time now) {
   if (resumed || (MHD_get_timeout(daemon_, &left) == MHD_YES && left == 0)) MHD_run(daemon_);
 }
 
-/// Others wait for the places of those who have left with half a request, or before the end of a stream.
+/// Closes the connections of clients that left during a request or a stream, for clients that wait.
 void HttpServer::make_way() {
   for (MHD_Connection* connection : connections_)
     if (has_left(connection)) ::shutdown(socket_of(connection), SHUT_RDWR);

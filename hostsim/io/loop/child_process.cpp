@@ -31,7 +31,7 @@ int code_of(int status) {
   return WIFEXITED(status) ? WEXITSTATUS(status) : kSignalled + WTERMSIG(status);
 }
 
-/// Ctrl-C at the terminal is for this process group alone then.
+/// Makes `group` the only one that Ctrl-C at the terminal signals.
 void give_terminal(pid_t group) {
   ::signal(SIGTTOU, SIG_IGN);
   ::tcsetpgrp(STDIN_FILENO, group);
@@ -49,7 +49,7 @@ void give_terminal(pid_t group) {
     ::putenv(const_cast<char*>(line.c_str()));  // NOLINT: it is not written to
   std::vector<char*> words;
   for (const std::string& word : command)
-    words.push_back(const_cast<char*>(word.c_str()));  // NOLINT: likewise
+    words.push_back(const_cast<char*>(word.c_str()));  // NOLINT: it is not written to
   words.push_back(nullptr);
   ::execvp(words[0], words.data());
   const int error = errno;
@@ -57,7 +57,7 @@ void give_terminal(pid_t group) {
   ::_exit(error == ENOENT ? kNotFound : kCannotExecute);
 }
 
-/// As orphans all that the command has started become children of the guard, whatever their process group.
+/// Orphaned descendants of the command become children of the guard, whatever their process group.
 void kill_the_rest() {
   do {
     std::FILE* const children = std::fopen("/proc/thread-self/children", "r");
@@ -68,7 +68,7 @@ void kill_the_rest() {
   } while (::waitpid(-1, nullptr, 0) > 0);
 }
 
-/// Until the command, or the program at the other end of the line, has ended.
+/// Runs until the command, or the program at the other end of the line, has ended.
 [[noreturn]] void guard(int line, pid_t command) {
   pollfd waiting[]{{line, POLLIN, 0}, {open_process(command), POLLIN, 0}};
   int status = SIGKILL;
@@ -127,7 +127,7 @@ ChildProcess::~ChildProcess() {
 
 void ChildProcess::signal(int number) {
   const auto byte = static_cast<unsigned char>(number);
-  if (::write(line_.get(), &byte, 1) != 1) return;  // the guard has ended: reap() is due
+  if (::write(line_.get(), &byte, 1) != 1) return;  // the guard has ended, reap() follows
 }
 
 void ChildProcess::reap(int options) {

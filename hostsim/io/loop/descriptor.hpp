@@ -7,7 +7,7 @@
 
 namespace cbcan::io {
 
-/// Owns one file descriptor; closes it when it goes. Moved, never copied.
+/// Owns one file descriptor and closes it. Movable, not copyable.
 class Descriptor {
  public:
   Descriptor() = default;
@@ -22,7 +22,7 @@ class Descriptor {
   int get() const { return number_; }
   explicit operator bool() const { return number_ >= 0; }
 
-  /// The caller closes it from now on.
+  /// Passes ownership to the caller.
   int release() { return std::exchange(number_, kNone); }
 
   void reset() {

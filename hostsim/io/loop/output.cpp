@@ -2,6 +2,7 @@
 #include "io/loop/output.hpp"
 
 #include <fcntl.h>
+#include <fmt/core.h>
 #include <limits.h>
 #include <poll.h>
 #include <sys/stat.h>
@@ -10,7 +11,6 @@
 #include <utility>
 
 #include "files/read_file.hpp"
-#include "io/errors.hpp"
 #include "io/loop/reactor.hpp"
 
 namespace cbcan::io {
@@ -46,15 +46,16 @@ Output::~Output() {
   finish();
 }
 
-/// Opened anew where it can be: O_NONBLOCK would be for all who share it.
-Descriptor Output::own(int number) {
+/// Opened again if possible: O_NONBLOCK would affect every process that shares the descriptor.
+Output Output::standard(int number, std::size_t most_waiting) {
   const mode_t type = files::type_of(number);
   const std::string path = "/proc/self/fd/" + std::to_string(number);
   Descriptor file;
   if (type == S_IFIFO || type == S_IFCHR)
     file = Descriptor(::open(path.c_str(), O_WRONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC));
   if (!file) file = Descriptor(fcntl(number, F_DUPFD_CLOEXEC, 0));
-  return file ? std::move(file) : Descriptor(number);  // without a descriptor left it still has to be said
+  if (!file) file = Descriptor(number);  // no descriptor left: messages are still written
+  return Output(std::move(file), most_waiting);
 }
 
 bool Output::add(std::string_view lines) {
@@ -81,7 +82,7 @@ int Output::flush() {
   return 0;
 }
 
-/// What is ready for writing takes PIPE_BUF characters without waiting.
+/// A descriptor that is ready for writing takes PIPE_BUF characters without blocking.
 ssize_t Output::write_some(std::string_view text) const {
   if (may_block_) {
     if (!is_ready(file_.get(), 0)) return errno = EAGAIN, -1;
@@ -104,6 +105,12 @@ Time Output::next_deadline() const {
 void Output::finish() {
   while (flush() == 0 && waiting() != 0 && is_ready(file_.get(), kPatienceMs)) {
   }
+}
+
+void warn_of_missing(const Warn& warn, const std::string& where, std::uint64_t& count,
+                     std::string_view what) {
+  if (count != 0) warn(fmt::format("{}{} {} are missing: they were not read in time", where, count, what));
+  count = 0;
 }
 
 }  // namespace cbcan::io

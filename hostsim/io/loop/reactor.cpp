@@ -91,21 +91,20 @@ void Reactor::forget(int fd) {
   ended_ = std::move(watch);
 }
 
-/// One by one: a long list would be a deep recursion.
+/// One by one: destroying a long list at once would be a deep recursion.
 void Reactor::clear_ended() {
   while (ended_)
     ended_ = std::move(ended_->next);
 }
 
-/// A timer that runs is never put off, as deadlines are time and again: it comes too early then, and is set
-/// anew.
+/// Deadlines are postponed often, a running timer never: it expires too early then, and is set again.
 void Reactor::set_timer(Time until) {
   const itimerspec at{{}, to_timespec(until)};
   timerfd_settime(timer_.get(), TFD_TIMER_ABSTIME, &at, nullptr);
   timer_at_ = until;
 }
 
-std::size_t Reactor::run_once(Time until) {
+std::size_t Reactor::poll(Time until) {
   const bool waits = until > clock_;
   if (waits && until < timer_at_) set_timer(until);
   const int count =

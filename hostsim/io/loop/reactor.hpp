@@ -5,13 +5,14 @@
 ///
 ///     while (!signals.stop_requested()) {
 ///       everything.advance(reactor.time());
-///       reactor.run_once(everything.next_deadline());
+///       reactor.poll(everything.next_deadline());
 ///     }
 ///
-/// The clock is read once a turn: all that is done in it is done at one time, see hold_at() for who is late.
+/// The clock is read once a turn, so everything in a turn happens at the same time; see hold_at() for a loop that
+/// is late.
 ///
 /// Level-triggered: a callback may leave work undone and is called again. Callbacks must not block and must
-/// not call run_once().
+/// not call poll().
 
 #include <sys/epoll.h>
 
@@ -32,64 +33,63 @@ class Reactor {
  public:
   static constexpr std::uint32_t kReadable = 0x01;
   static constexpr std::uint32_t kWritable = 0x04;
-  /// Besides the above: only when more has come since, for owners that look again without being told.
+  /// Added to the above: called only when more has arrived since the last call (edge-triggered).
   static constexpr std::uint32_t kEdge = 0x8000'0000;
-  /// Likewise, once for all: who is ready has a turn between any two callbacks of others, however many
-  /// those are.
+  /// Added for good: if the descriptor is ready, its callback is called between any two callbacks of others.
   static constexpr std::uint32_t kUrgent = 0x0100'0000;
-  /// An error or a hang-up; reported whether asked for or not. The next read or write says what it is.
+  /// An error or a hang-up; always reported. The next read or write returns its cause.
   static constexpr std::uint32_t kBroken = 0x18;
 
-  /// What the descriptor is ready for: any of the above.
+  /// `ready`: any of the above.
   using Callback = std::function<void(std::uint32_t ready)>;
 
-  /// Throws EnvironmentError when the kernel has no descriptor left.
+  /// Throws EnvironmentError when no descriptor is left.
   Reactor();
   ~Reactor();
   Reactor(const Reactor&) = delete;
   Reactor& operator=(const Reactor&) = delete;
 
-  /// Calls `callback` whenever `fd`, not watched yet, is ready for `interest`. The descriptor stays the
-  /// caller's, who forgets it before closing it. False: it is a file, which is ready always and not watched.
-  /// Throws EnvironmentError if the kernel cannot watch it.
+  /// Calls `callback` whenever `fd`, not watched yet, is ready for `interest`. The caller keeps the descriptor
+  /// and calls forget() before closing it. False: it is a file, which is always ready and not watched. Throws
+  /// EnvironmentError if the kernel cannot watch it.
   bool watch(int fd, std::uint32_t interest, Callback callback);
 
   /// Replaces the interest of a watched descriptor; 0 = only kBroken. False = the kernel refuses.
   bool change(int fd, std::uint32_t interest);
 
-  /// Ends the watch; from now on the callback is not called, also not for what was ready already. May be
-  /// called from any callback, also from the one that it ends. Not watched: nothing happens.
+  /// Ends the watch; the callback is not called again, even if the descriptor was ready already. May be called
+  /// from any callback, including the one that it ends. Does nothing if `fd` is not watched.
   void forget(int fd);
 
-  /// Waits until something is ready or it is `until` (kNever = without limit; a time gone by = just looks),
-  /// calls the callbacks of what is ready, and returns how many it called. A signal may end the wait early,
-  /// and so may the time of an earlier call.
-  std::size_t run_once(Time until);
+  /// Waits until a descriptor is ready or it is `until` (kNever = no limit; a past time = no waiting), calls the
+  /// callbacks of what is ready, and returns how many it called. A signal, or the `until` of an earlier call,
+  /// may end the wait early.
+  std::size_t poll(Time until);
 
-  /// Calls those of kUrgent that are ready, each once. For what takes long outside of callbacks; not to be
-  /// called by what is urgent.
+  /// Calls the callbacks of kUrgent descriptors that are ready, each once. For long work outside of callbacks;
+  /// not to be called by urgent callbacks.
   void poll_urgent();
 
-  /// The time of this turn: now() at the end of the last wait, unless it is held.
+  /// The time of this turn: now() at the end of the last wait, unless hold_at() limits it.
   const Time& time() const { return time_; }
-  /// now() then, held or not.
+  /// now() at the end of the last wait, without that limit.
   Time clock() const { return clock_; }
-  /// Until it is told otherwise time() goes no further, nor back: who is late does one thing after the other,
-  /// each at its time.
+  /// Limits time() to `most` from now on; it never decreases. A loop that is late thus does one thing after the
+  /// other, each at its time.
   void hold_at(Time most) {
     most_ = most;
     time_ = std::max(time_, std::min(clock_, most_));
   }
-  /// After something long that was no turn.
+  /// To be called after long work that was not a turn.
   void read_clock() {
     clock_ = now();
     hold_at(most_);
   }
 
-  /// CLOCK_MONOTONIC in microseconds: the project's only reading of it.
+  /// CLOCK_MONOTONIC in microseconds; read nowhere else in the project.
   static Time now();
 
-  /// What makes wall-clock time (microseconds since 1970) of now()'s.
+  /// Added to now(), gives wall-clock time (microseconds since 1970).
   static Time wall_offset();
 
  private:
@@ -97,8 +97,8 @@ class Reactor {
     Callback callback;
     bool urgent = false;
     bool live = true;
-    std::uint64_t served = 0;       ///< in which turn, of those that are urgent
-    std::unique_ptr<Watch> next{};  ///< of those that have ended: to forget takes no memory
+    std::uint64_t served = 0;       ///< turn of the last call, if urgent
+    std::unique_ptr<Watch> next{};  ///< in the list of ended watches, so that forget() allocates nothing
   };
 
   Watch* find(int fd) const;
@@ -107,19 +107,19 @@ class Reactor {
   void set_timer(Time until);
 
   Descriptor epoll_;
-  Descriptor urgent_;  ///< an epoll too: those are in both
+  Descriptor urgent_;  ///< a second epoll: urgent descriptors are in both
   Descriptor timer_;
   std::uint64_t turn_ = 0;
-  Time timer_at_ = kNever;  ///< kNever = it is not running
+  Time timer_at_ = kNever;  ///< kNever = not running
   Time clock_ = now();
   Time time_ = clock_;
-  Time most_ = kNever;                           ///< that time_ may be
+  Time most_ = kNever;                           ///< limit of time_
   std::vector<std::unique_ptr<Watch>> watches_;  ///< by descriptor
-  std::array<epoll_event, 512> events_{};  ///< everybody who is ready has a turn before anybody has a second
-  std::unique_ptr<Watch> ended_;  ///< forgotten during this turn, a list: events may still point at them
+  std::array<epoll_event, 512> events_{};  ///< many: each ready descriptor is served before any is served twice
+  std::unique_ptr<Watch> ended_;  ///< list of those forgotten in this turn: events may still point at them
 };
 
-/// Raises the soft limit of open descriptors to the hard one. The process's; never lowers it.
+/// Raises the process's soft limit of open descriptors to the hard one; never lowers it.
 void raise_descriptor_limit();
 
 }  // namespace cbcan::io

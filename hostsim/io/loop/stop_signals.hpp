@@ -11,9 +11,9 @@
 
 namespace cbcan::io {
 
-/// SIGINT, SIGTERM and, unless it was ignored (nohup), SIGHUP as an event of the reactor, and SIGPIPE and
-/// SIGXFSZ ignored (what writes is told by its errno), while this object lives: then as they were before. One
-/// per process, made by its main thread before there are others. The reactor outlives it.
+/// While this object exists, SIGINT, SIGTERM and, unless it was ignored (nohup), SIGHUP are events of the
+/// reactor, and SIGPIPE and SIGXFSZ are ignored (a failed write has an errno). The destructor restores them. One
+/// per process, created by the main thread before other threads. The reactor outlives it.
 class StopSignals {
  public:
   explicit StopSignals(Reactor& reactor);
@@ -23,17 +23,17 @@ class StopSignals {
 
   bool stop_requested() const { return stop_requested_; }
 
-  /// From now on they are no request to stop, but told to `on_signal`.
+  /// From now on signals do not request a stop, but call `on_signal`.
   void pass_on(std::function<void(int number)> on_signal) { on_signal_ = std::move(on_signal); }
-  /// As they were before; for a process that has forked and becomes another program.
+  /// Restores the former handling; for a forked process that becomes another program.
   void restore() const;
-  /// The same, without a turn of the reactor: for long work between two.
+  /// Reads signals without a turn of the reactor, for long work between turns; returns stop_requested().
   bool poll();
 
  private:
   Reactor& reactor_;
   sigset_t former_mask_{};
-  struct sigaction former_[2]{};  ///< of what is ignored
+  struct sigaction former_[2]{};  ///< of the ignored signals
   Descriptor signals_;
   std::function<void(int number)> on_signal_;
   bool stop_requested_ = false;

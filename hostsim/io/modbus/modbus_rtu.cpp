@@ -17,12 +17,21 @@ namespace {
 constexpr std::string_view kService = "rtu";
 constexpr Time kRetryAfter = kSecond;
 
-/// Adapters and the kernel hand bytes on in bunches; a frame lost in a gap longer than this costs its master
-/// one time-out.
+/// Adapters and the kernel deliver bytes in groups, with gaps between them. If a gap exceeds this, the frame is
+/// lost and its master has one time-out.
 constexpr std::uint32_t kGapUs = 200'000;
 
 std::uint32_t counter(Time time) {
   return static_cast<std::uint32_t>(time);
+}
+
+/// A frame is the station address, the PDU and, in the response, the CRC.
+void tell_exchange(adapters::ModbusUnit& unit, std::span<const std::uint8_t> request, std::string_view response) {
+  const std::span all(reinterpret_cast<const std::uint8_t*>(response.data()), response.size());
+  const bool has_pdu = all.size() > 3;
+  const auto pdu = has_pdu ? all.subspan(1, all.size() - 3) : all.first(0);
+  const bool refused = has_pdu && (pdu[0] & adapters::kExceptionBit) != 0;
+  unit.on_exchange({0, 0, request[0], refused ? pdu[1] : std::uint8_t{0}, request.subspan(1), pdu});
 }
 
 }  // namespace
@@ -78,20 +87,10 @@ void RtuSession::execute() {
   server_.on_sent();
   const RtuServer::Executed& executed = server_.executed();
   for (adapters::ModbusUnit* const network : meant) {
-    if (!request.empty()) tell(*network, request, sent);
+    if (!request.empty()) tell_exchange(*network, request, sent);
     network->on_writer(0, {executed.first, executed.count});
     network->on_request(executed.valid, {executed.first, executed.count});
   }
-}
-
-/// Of a frame the station stands in front of the PDU, and the CRC of the response behind it.
-void RtuSession::tell(adapters::ModbusUnit& unit, std::span<const std::uint8_t> request,
-                      std::string_view response) {
-  const std::span all(reinterpret_cast<const std::uint8_t*>(response.data()), response.size());
-  const bool has_pdu = all.size() > 3;
-  const auto pdu = has_pdu ? all.subspan(1, all.size() - 3) : all.first(0);
-  const bool refused = has_pdu && (pdu[0] & adapters::kExceptionBit) != 0;
-  unit.on_exchange({0, 0, request[0], refused ? pdu[1] : std::uint8_t{0}, request.subspan(1), pdu});
 }
 
 StreamServer::MakeSession rtu_over_tcp(std::vector<adapters::ModbusUnit*> networks, std::uint8_t station) {
@@ -119,8 +118,10 @@ ModbusSerial::~ModbusSerial() {
 
 void ModbusSerial::open() {
   port_ = open_serial(kService, line_);
-  reactor_.watch(port_.get(), Reactor::kReadable | Reactor::kUrgent,
-                 [this](std::uint32_t ready) { on_ready(ready); });
+  reactor_.watch(port_.get(), Reactor::kReadable | Reactor::kUrgent, [this](std::uint32_t ready) {
+    const bool writable_alone = ready == Reactor::kWritable;
+    if ((!writable_alone && !receive()) || !send()) lose();
+  });
 }
 
 void ModbusSerial::poll(Time now) {
@@ -134,11 +135,6 @@ void ModbusSerial::poll(Time now) {
   }
   session_.poll(now);
   if (port_ && !send()) lose();
-}
-
-void ModbusSerial::on_ready(std::uint32_t ready) {
-  const bool writable_alone = ready == Reactor::kWritable;
-  if ((!writable_alone && !receive()) || !send()) lose();
 }
 
 bool ModbusSerial::receive() {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Modbus RTU over the caller's registers, by the core's own server (firmware/cbcan/modbus/rtu_server.hpp):
-/// on a serial port or pseudo-terminal, and over TCP, where the same frames come without silence between
-/// them. The first network is at the station address that is set, the next ones behind it. What a request
-/// does is told as the Modbus TCP server tells it, so both serve the same registers side by side.
+/// Modbus RTU over the caller's registers, by the core's server (firmware/cbcan/modbus/rtu_server.hpp): on a
+/// serial port or pseudo-terminal, and over TCP, where the same frames arrive without silence between them. The
+/// first network is at the configured station address, the others at the next ones. Requests are reported to the
+/// units as by the Modbus TCP server, so both can serve the same registers.
 
 #include <cstdint>
 #include <string>
@@ -22,7 +22,7 @@
 
 namespace cbcan::io {
 
-/// Requests in, responses out. The units are the caller's.
+/// Turns requests into responses. The units outlive it.
 class RtuSession final : public StreamSession {
  public:
   RtuSession(std::vector<adapters::ModbusUnit*> networks, const RtuServer::Settings& settings);
@@ -32,17 +32,15 @@ class RtuSession final : public StreamSession {
   std::string_view unsent() const override { return unsent_; }
   void sent(std::size_t count) override { unsent_.erase(0, count); }
 
-  /// Executes the request whose silence is over. `now` is Reactor::time()'s.
+  /// Executes the pending request once its silence has ended. `now` is Reactor::time()'s.
   void poll(Time now);
-  /// When the silence is over behind the request that waits for it; kNever = none does.
+  /// When the silence after the pending request ends; kNever = no request is pending.
   Time deadline() const { return deadline_; }
 
   const RtuServer::Counters& counters() const { return server_.counters(); }
 
  private:
   void execute();
-  static void tell(adapters::ModbusUnit& unit, std::span<const std::uint8_t> request,
-                   std::string_view response);
 
   std::vector<adapters::ModbusUnit*> networks_;
   std::vector<RegisterRange> ranges_;
@@ -55,11 +53,11 @@ class RtuSession final : public StreamSession {
 /// For a StreamServer: RTU over TCP.
 StreamServer::MakeSession rtu_over_tcp(std::vector<adapters::ModbusUnit*> networks, std::uint8_t station);
 
-/// The server on a serial port. When that goes away (an adapter that is pulled out) it says so once and
-/// looks for it again and again.
+/// The server on a serial port. When the port disappears (an adapter that is unplugged), it warns once and tries
+/// to open it again every second.
 class ModbusSerial {
  public:
-  /// Opens at once; throws what open_serial() throws. Units and reactor are the caller's.
+  /// Opens the port; throws what open_serial() throws. Units and reactor outlive this.
   ModbusSerial(Reactor& reactor, std::vector<adapters::ModbusUnit*> networks, window::Line line,
                std::uint8_t station, Warn warn);
   ~ModbusSerial();
@@ -74,7 +72,6 @@ class ModbusSerial {
 
  private:
   void open();
-  void on_ready(std::uint32_t ready);
   bool receive();
   bool send();
   void lose();

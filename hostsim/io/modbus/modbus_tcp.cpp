@@ -13,13 +13,13 @@ namespace cbcan::io {
 
 namespace {
 
-// MBAP header: transaction ID, protocol ID, length of what follows, unit ID; behind it the PDU.
+// MBAP header: transaction ID, protocol ID, length of what follows, unit ID; then the PDU.
 constexpr std::size_t kProtocolOffset = 2;
 constexpr std::size_t kLengthOffset = 4;
 constexpr std::size_t kUnitOffset = 6;
 constexpr std::size_t kLeast = 8;  // with a function code
 
-// Messaging on TCP/IP V1.0b, 4.4.2.1: either stands for the server itself where there is nothing to select.
+// Messaging on TCP/IP V1.0b, 4.4.2.1: either one means the server itself.
 constexpr std::uint8_t kUnitOfServer = 0xFF;
 constexpr std::uint8_t kUnitOfServerToo = 0;
 
@@ -32,7 +32,7 @@ struct ModbusTcp::Connection {
   std::uint32_t number = 0;
   std::string peer;
   std::size_t received = 0;
-  Time deadline = kNever;            ///< of the half request in the buffer
+  Time deadline = kNever;            ///< of an incomplete request in the buffer
   std::vector<std::uint8_t> unsent;  ///< while not empty, nothing is read from this client
   std::array<std::uint8_t, kMaxAdu> buffer;
 };
@@ -52,11 +52,9 @@ ModbusTcp::~ModbusTcp() {
     reactor_.forget(fd);
 }
 
-void ModbusTcp::close_half_requests(Time now) {
-  while (next_deadline() <= now) {
-    ++counters_.half_requests;
+void ModbusTcp::poll(Time now) {
+  while (next_deadline() <= now)
     close_client(*connections_.at(deadlines_.begin()->second));
-  }
 }
 
 void ModbusTcp::adopt(Descriptor socket) {
@@ -77,40 +75,32 @@ void ModbusTcp::close_client(Connection& client) {
   connections_.erase(client.socket.get());
 }
 
-/// This and the functions below are false when the connection is to be closed. The whole way of a request is
-/// one function, with modbus_request.cpp's as far as that is compiled together with this file.
+/// This and the functions below return false when the connection is to be closed. Flattened for speed: everything
+/// a request passes is one function, with modbus_request.cpp's if that is compiled together with this file.
 [[gnu::flatten]] bool ModbusTcp::on_ready(Connection& client) {
   if (client.unsent.empty()) return receive(client);
   if (!send_rest(client)) return false;
   if (!client.unsent.empty()) return true;
-  return reactor_.change(client.socket.get(), Reactor::kReadable) && serve_buffered(client);
+  return reactor_.change(client.socket.get(), Reactor::kReadable) && advance(client);
 }
 
-/// One read per turn, of at most one buffer: what is left in the socket waits for the next turn, after the
-/// others.
+/// One read per turn, of at most one buffer: the rest waits in the socket until the other clients have been
+/// served.
 inline bool ModbusTcp::receive(Connection& client) {
   const ssize_t count = ::recv(client.socket.get(), client.buffer.data() + client.received,
                                client.buffer.size() - client.received, 0);
-  if (count > 0) {
-    client.received += static_cast<std::size_t>(count);
-    return serve_buffered(client);
-  }
-  if (count == 0) return false;
-  if (is_temporary(errno)) return true;
-  ++counters_.broken;
-  return false;
+  if (count <= 0) return count < 0 && is_temporary(errno);
+  client.received += static_cast<std::size_t>(count);
+  return advance(client);
 }
 
-bool ModbusTcp::serve_buffered(Connection& client) {
+bool ModbusTcp::advance(Connection& client) {
   const std::uint8_t* rest = client.buffer.data();
   while (client.received >= kUnitOffset && client.unsent.empty()) {
     const std::size_t size = kUnitOffset + adapters::word({rest, kUnitOffset}, kLengthOffset);
-    if (adapters::word({rest, kUnitOffset}, kProtocolOffset) != 0 || size < kLeast || size > kMaxAdu) {
-      ++counters_.bad_frames;
-      return false;
-    }
+    if (adapters::word({rest, kUnitOffset}, kProtocolOffset) != 0 || size < kLeast || size > kMaxAdu) return false;
     if (client.received < size) break;
-    if (!serve(client, {rest, size})) return false;
+    if (!execute(client, {rest, size})) return false;
     rest += size;
     client.received -= size;
   }
@@ -121,7 +111,7 @@ bool ModbusTcp::serve_buffered(Connection& client) {
   return true;
 }
 
-inline bool ModbusTcp::serve(Connection& client, Bytes bytes) {
+inline bool ModbusTcp::execute(Connection& client, Bytes bytes) {
   const Bytes pdu = bytes.subspan(kPduOffset);
   const Served to = served_[bytes[kUnitOffset]];
   const bool reached = !to.registers.empty();
@@ -149,7 +139,7 @@ inline bool ModbusTcp::serve(Connection& client, Bytes bytes) {
 }
 
 inline ModbusTcp::Bytes ModbusTcp::respond(Bytes bytes, const adapters::ModbusRequest& request,
-                                           Registers registers) {
+                                           std::span<std::uint16_t> registers) {
   const Bytes pdu = bytes.subspan(kPduOffset);
   const adapters::ModbusResponse response = std::span(response_).last<adapters::kMaxPduBytes>();
   std::size_t size = 0;
@@ -182,16 +172,12 @@ bool ModbusTcp::send_rest(Connection& client) {
   return true;
 }
 
-/// Leaves in `rest` what the connection has no room for.
+/// Reduces `rest` to what the connection has no room for.
 inline bool ModbusTcp::send_some(Connection& client, Bytes& rest) {
   const ssize_t count = ::send(client.socket.get(), rest.data(), rest.size(), MSG_NOSIGNAL);
-  if (count >= 0) {
-    rest = rest.subspan(static_cast<std::size_t>(count));
-    return true;
-  }
-  if (is_temporary(errno)) return true;
-  ++counters_.broken;
-  return false;
+  if (count < 0) return is_temporary(errno);
+  rest = rest.subspan(static_cast<std::size_t>(count));
+  return true;
 }
 
 void ModbusTcp::set_deadline(Connection& client, Time deadline) {

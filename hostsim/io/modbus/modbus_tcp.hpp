@@ -4,14 +4,14 @@
 /// A Modbus TCP server over the caller's 16-bit holding registers, of one network or several, for any number
 /// of clients, in one thread.
 ///
-/// Function codes 3, 4 (the same registers as 3), 6, 16, 22 and 23, and 43/14 (identification); the others
-/// get exception 01. One request is applied whole. Registers are in host byte order, register n is address n.
+/// Function codes 3, 4 (the same registers as 3), 6, 16, 22 and 23, and 43/14 (identification); others get
+/// exception 01. A request is executed as a whole. Registers are in host byte order, register n is address n.
 ///
-/// The unit ID says whose registers: 1 is the first network, 2 the second; 0 and 255 are the first too. Any
-/// other one gets exception 0Ah (gateway path unavailable), whatever the function. It is echoed always.
+/// The unit ID selects the network: 1 is the first, 2 the second; 0 and 255 are the first too. Any other one gets
+/// exception 0Ah (gateway path unavailable), whatever the function. It is always echoed.
 ///
-/// No client can hold up another one: nothing blocks, a client gets a bounded number of requests per turn,
-/// one that does not read its responses is not read from, and half a request waits in its own connection.
+/// No client can delay another one: nothing blocks, a client gets a bounded number of requests per turn, nothing
+/// is read from one that does not read its responses, and an incomplete request waits in its own connection.
 /// Sources: Modbus Messaging on TCP/IP Implementation Guide V1.0b for the framing; Modbus Application
 /// Protocol V1.1b3 for the rest (modbus_request.hpp).
 
@@ -39,8 +39,8 @@ namespace cbcan::io {
 
 struct ModbusTcpSettings {
   ListenAddress listen{"127.0.0.1", 1502};
-  modbus::DeviceIdentity identity;  ///< of texts that outlive the server
-  /// A request of which no further byte has come for this long closes its connection. Idle connections stay.
+  modbus::DeviceIdentity identity;  ///< its texts outlive the server
+  /// A connection is closed when an incomplete request gets no further byte for this long. Idle ones stay.
   Time half_request_timeout = 5 * kSecond;
 };
 
@@ -48,65 +48,55 @@ class ModbusTcp final : private AcceptsClients {
  public:
   static constexpr std::size_t kMostNetworks = 247;  ///< Messaging on TCP/IP V1.0b: unit IDs 1..247
 
-  /// Listens at once; throws EnvironmentError when it cannot. Raises the limit of open descriptors, which
-  /// alone limits the number of clients. `networks` are kMostNetworks at most; they and `reactor` are the
-  /// caller's and outlive the server.
+  /// Starts listening; throws EnvironmentError on failure. Raises the limit of open descriptors, which alone
+  /// limits the number of clients. `networks` are kMostNetworks at most; they and `reactor` outlive the server.
   ModbusTcp(Reactor& reactor, const std::vector<adapters::ModbusUnit*>& networks, ModbusTcpSettings settings,
             Warn warn);
   ~ModbusTcp();
   ModbusTcp(const ModbusTcp&) = delete;
   ModbusTcp& operator=(const ModbusTcp&) = delete;
 
-  /// Where it listens, with the real port.
+  /// With the actual port instead of port 0.
   const ListenAddress& address() const { return acceptor_.listener().address().tcp; }
 
-  /// When poll() has something to do next; kNever while nobody has sent half a request.
+  /// When poll() is to be called next; kNever while there is no incomplete request.
   Time next_deadline() const { return deadlines_.empty() ? kNever : deadlines_.begin()->first; }
 
-  /// Closes the connections whose half request has waited too long. `now` is Reactor::time()'s.
-  void poll(Time now) {
-    if (next_deadline() <= now) close_half_requests(now);
-  }
+  /// Closes the connections whose incomplete request has waited too long. `now` is Reactor::time()'s.
+  void poll(Time now);
 
-  /// Serves a connected, non-blocking stream socket that somebody else has accepted.
+  /// Serves a connected, non-blocking stream socket.
   void adopt(Descriptor socket) override;
 
   std::size_t clients() const override { return connections_.size(); }
-  /// Is told who comes and goes: a client's number, address and whether it has joined.
+  /// Called when a client connects or leaves: its number, its address and whether it has connected.
   std::function<void(std::uint32_t client, std::string_view address, bool joined)> on_client;
 
   struct Counters {
     std::uint64_t connections = 0;     ///< accepted
     std::uint64_t requests = 0;        ///< answered, with exceptions
     std::uint64_t exceptions = 0;      ///< answered by an exception
-    std::uint64_t bad_frames = 0;      ///< connections closed: protocol ID not 0, or length outside 2..254
-    std::uint64_t half_requests = 0;   ///< connections closed: half a request, and then nothing
-    std::uint64_t broken = 0;          ///< connections that ended in an error
-    std::uint64_t waits_for_room = 0;  ///< responses that the client's connection had no room for at once
+    std::uint64_t waits_for_room = 0;  ///< responses that had to wait for room in the client's connection
   };
   const Counters& counters() const { return counters_; }
-  /// Clients that were closed at once: no descriptor left.
-  std::uint64_t refused() const { return acceptor_.refused(); }
 
  private:
   struct Connection;
   using Bytes = std::span<const std::uint8_t>;
-  using Registers = std::span<std::uint16_t>;
   struct Served {
     adapters::ModbusUnit* unit = nullptr;
-    Registers registers{};
+    std::span<std::uint16_t> registers{};
   };
-  static constexpr std::size_t kPduOffset = 7;  ///< behind the MBAP header
+  static constexpr std::size_t kPduOffset = 7;  ///< after the MBAP header
   static constexpr std::size_t kMaxAdu = kPduOffset + adapters::kMaxPduBytes;
 
-  void close_half_requests(Time now);
   void close_client(Connection& client);
 
   bool on_ready(Connection& client);
   bool receive(Connection& client);
-  bool serve_buffered(Connection& client);
-  bool serve(Connection& client, Bytes bytes);
-  Bytes respond(Bytes bytes, const adapters::ModbusRequest& request, Registers registers);
+  bool advance(Connection& client);
+  bool execute(Connection& client, Bytes bytes);
+  Bytes respond(Bytes bytes, const adapters::ModbusRequest& request, std::span<std::uint16_t> registers);
   bool send(Connection& client, Bytes bytes);
   bool send_rest(Connection& client);
   bool send_some(Connection& client, Bytes& rest);
@@ -115,9 +105,9 @@ class ModbusTcp final : private AcceptsClients {
   Reactor& reactor_;
   ModbusTcpSettings settings_;
   std::array<Served, 256> served_{};              ///< by unit ID
-  std::array<std::uint8_t, kMaxAdu> response_{};  ///< that is made last
+  std::array<std::uint8_t, kMaxAdu> response_{};  ///< the last one
   std::unordered_map<int, std::unique_ptr<Connection>> connections_;
-  std::set<std::pair<Time, int>> deadlines_;  ///< of half requests, with the connection's descriptor
+  std::set<std::pair<Time, int>> deadlines_;  ///< of incomplete requests, with the connection's descriptor
   Counters counters_;
   Acceptor acceptor_;
 };

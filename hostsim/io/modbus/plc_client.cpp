@@ -3,16 +3,12 @@
 
 #include <utility>
 
-#include "io/sockets/listen_address.hpp"
+#include "io/sockets/listener.hpp"
 #include "window/tcp_connection.hpp"
 
 namespace cbcan::io {
 
 namespace {
-
-window::Time client_time(Time now) {
-  return static_cast<window::Time>(now);
-}
 
 std::string range_text(const window::Request& request) {
   const bool reads = request.words.empty();
@@ -46,15 +42,14 @@ PlcClient::PlcClient(Reactor& reactor, adapters::ModbusUnit& module,
   };
 }
 
-PlcClient::~PlcClient() = default;
-
 void PlcClient::poll(Time now) {
+  const auto client_now = static_cast<window::Time>(now);
   if (std::exchange(ready_, false) || now >= next_deadline()) {
-    connection_->poll(client_time(now));
+    connection_->poll(client_now);
     begin_round(now);
-    receive(now);
+    receive(client_now);
   }
-  send(now);
+  send(client_now);
   notice_ends();
   watch();
 }
@@ -66,9 +61,9 @@ void PlcClient::begin_round(Time now) {
     exchange->begin();
 }
 
-void PlcClient::receive(Time now) {
+void PlcClient::receive(window::Time now) {
   if (!connection_->response_due()) return;
-  const auto response = connection_->receive(client_time(now));
+  const auto response = connection_->receive(now);
   if (!response) return;
   ++counters_.requests;
   if (std::exchange(lost_, false)) warn_("plc " + place() + ": answers again");
@@ -77,17 +72,17 @@ void PlcClient::receive(Time now) {
   exchanges_[asking_]->responded(response->words);
 }
 
-void PlcClient::send(Time now) {
+void PlcClient::send(window::Time now) {
   quiet_ = false;
   if (connection_->state() != window::Connection::State::kOn || connection_->response_due()) return;
   for (std::size_t i = 0; i < exchanges_.size(); ++i) {
     std::optional<window::Request> request = exchanges_[i]->next();
     if (!request) continue;
-    quiet_ = !connection_->ready(client_time(now));
+    quiet_ = !connection_->ready(now);
     if (quiet_) return;
     asking_ = i;
     request_ = std::move(*request);
-    return connection_->send(settings_.unit, request_, client_time(now));
+    return connection_->send(settings_.unit, request_, now);
   }
 }
 

@@ -33,24 +33,19 @@ std::size_t words_of(std::size_t bytes) {
 // ---- R3700..R3769
 
 void WindowExchange::begin() {
-  waits_ = false;
-  if (step_ == Step::kRest) step_ = taken_ && !unsure_ ? Step::kLook : Step::kRead;
-}
-
-void WindowExchange::wait() {
-  step_ = Step::kRest;
-  waits_ = true;
+  if (step_ == Step::kWait || step_ == Step::kRest) step_ = taken_ && !unsure_ ? Step::kLook : Step::kRead;
 }
 
 void WindowExchange::lost() {
   unsure_ = true;
-  wait();
+  step_ = Step::kWait;
 }
 
-/// A result does not wait for the next round.
+/// A result is written immediately, not in the next round.
 std::optional<Request> WindowExchange::next() {
-  if (step_ == Step::kRest && taken_ && done() && !waits_) step_ = Step::kLook;
+  if (step_ == Step::kRest && taken_ && done()) step_ = Step::kLook;
   switch (step_) {
+    case Step::kWait:
     case Step::kRest: break;
     case Step::kRead: return read_request(first_, regmap::kWindowWords);
     case Step::kLook: return read_request(first_, kHeadWords);
@@ -62,13 +57,14 @@ std::optional<Request> WindowExchange::next() {
 
 void WindowExchange::responded(Words words) {
   switch (step_) {
+    case Step::kWait:
     case Step::kRest: break;
     case Step::kRead:
     case Step::kLook: return look(words);
     case Step::kWriteData: step_ = Step::kWriteFlag; break;
     case Step::kWriteFlag:
       taken_.reset();
-      wait();
+      step_ = Step::kWait;
       break;
   }
 }
@@ -87,8 +83,8 @@ void WindowExchange::look(Words words) {
   whole ? take(words, refuses) : void(step_ = Step::kRead);
 }
 
-/// What tells requests apart: R3700..R3705, and of a write its data, where they have been read too. Part of
-/// a result may have been written already.
+/// Compares what identifies a request: R3700..R3705 and, if it was read too, the data of a write. A part of
+/// the result may have been written already.
 bool WindowExchange::is_taken(Words words) const {
   const Window& taken = *taken_;
   const bool write = taken[regmap::kCommand - regmap::kWindowFirst] == regmap::kSdoWrite;
@@ -110,7 +106,7 @@ void WindowExchange::take(Words words, bool refuses) {
   module_.on_request(true, {regmap::kWindowFirst, regmap::kWindowWords});
 }
 
-/// CA0Eh of another request must be seen to have been gone.
+/// The coprocessor must see another value than CA0Eh before another request.
 void WindowExchange::cancel(std::uint16_t flag) {
   taken_.reset();
   if (done()) return;
@@ -118,7 +114,7 @@ void WindowExchange::cancel(std::uint16_t flag) {
   module_.on_request(true, {regmap::kExecuteFlag, 1});
 }
 
-/// Besides R3700, what the contract changes (SDO-10).
+/// What the contract changes in addition to R3700 (SDO-10).
 adapters::ModbusRange WindowExchange::result_data() const {
   const std::uint16_t result = own(regmap::kExecuteFlag);
   if (result == kFailed) return {regmap::kData, kAbortCodeWords};
@@ -135,20 +131,15 @@ Request WindowExchange::write(const adapters::ModbusRange& range) const {
 // ---- The scanner window
 
 void ScannerExchange::begin() {
-  waits_ = false;
-  if (step_ == Step::kRest) step_ = Step::kRead;
+  if (step_ == Step::kWait || step_ == Step::kRest) step_ = Step::kRead;
 }
 
-void ScannerExchange::wait() {
-  step_ = Step::kRest;
-  waits_ = true;
-}
-
-/// A result does not wait for the next round.
+/// A result is written immediately, not in the next round.
 std::optional<Request> ScannerExchange::next() {
-  if (step_ == Step::kRest && !waits_) compare();
+  if (step_ == Step::kRest) compare();
   const std::size_t in_first = first_ + regmap::kScannerOutWords;
   switch (step_) {
+    case Step::kWait:
     case Step::kRest: break;
     case Step::kRead: return read_request(first_, regmap::kScannerOutWords + told_.size());
     case Step::kWriteRest: return write_request(in_first + 1, Words(in_).subspan(1));
@@ -159,6 +150,7 @@ std::optional<Request> ScannerExchange::next() {
 
 void ScannerExchange::responded(Words words) {
   switch (step_) {
+    case Step::kWait:
     case Step::kRest: return;
     case Step::kRead:
       std::ranges::copy(words.first(regmap::kScannerOutWords), &module_.registers()[out_first_]);
@@ -175,7 +167,7 @@ void ScannerExchange::responded(Words words) {
   compare();
 }
 
-/// Where the PLC's head is another one, all that the result has is written as it is now.
+/// If the PLC's head differs, the whole result is written as it is now.
 void ScannerExchange::compare() {
   const Words now = in();
   step_ = Step::kRest;
@@ -223,7 +215,7 @@ void ProcessExchange::responded(Words words) {
   step_ = changed().count != 0 ? Step::kWrite : Step::kRest;
 }
 
-/// From the first to the last input that the PLC does not have.
+/// From the first to the last input that differs from the PLC's.
 adapters::ModbusRange ProcessExchange::changed() const {
   if (rounds_ == 0) return {0, kWords};
   const auto inputs = module_.registers().subspan(own_first_, kWords);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// What is exchanged with a PLC that owns its registers, request by request: no socket, no time. Each of them
-/// is a round of requests, begun by begin(): next() says what to ask, and responded() or lost()
-/// what has become of that. The registers are the module's, which is told what has been put into them.
+/// What is exchanged with a PLC that owns its registers, request by request: no socket, no time. An exchange is a
+/// round of requests, started by begin(): next() returns a request, and responded() or lost() takes its result.
+/// The module's registers are updated, and the module is notified of the changes.
 
 #include <array>
 #include <cstddef>
@@ -24,23 +24,23 @@ class PlcExchange {
 
   virtual ~PlcExchange() = default;
 
-  /// It is time to look again.
+  /// Starts a round.
   virtual void begin() = 0;
-  /// The next request; none = the round is over.
+  /// The next request; nullopt = the round has ended.
   virtual std::optional<window::Request> next() = 0;
-  /// The response to it; without words, if it only wrote.
+  /// Takes the response to it; no words if it only wrote.
   virtual void responded(Words words) = 0;
-  /// It was not answered, or by an exception, which may come from a gateway: it may have been executed, or
-  /// not. The round is over.
+  /// The request was not answered, or by an exception, which may come from a gateway: whether it was executed is
+  /// unknown. The round ends.
   virtual void lost() = 0;
 };
 
-/// R3700..R3769 in the PLC, at `first`. A request is taken whole. While it is under way R3700..R3705 are
-/// looked at, and again before the result is written: gone or different means cancelled, and nothing is
-/// written; else the words that the contract changes are, R3700 last.
+/// R3700..R3769 in the PLC, at `first`. A request is taken as a whole. R3700..R3705 are polled while it is in
+/// progress, and again before the result is written: if they are cleared or different, the request was
+/// cancelled, and nothing is written; otherwise the words that the contract changes are written, R3700 last.
 class WindowExchange final : public PlcExchange {
  public:
-  /// The unit is the caller's. `refuses`: a request that is there at the first look has the result 5.
+  /// The unit outlives this. `refuses`: a request that is present at the first poll gets result 5.
   WindowExchange(adapters::ModbusUnit& module, std::uint16_t first, bool refuses = false)
       : module_(module), first_(first), refuses_(refuses) {}
 
@@ -50,7 +50,8 @@ class WindowExchange final : public PlcExchange {
   void lost() override;
 
  private:
-  enum class Step : std::uint8_t { kRest, kRead, kLook, kWriteData, kWriteFlag };
+  /// kWait: until begin(); kRest: until begin() or a result.
+  enum class Step : std::uint8_t { kWait, kRest, kRead, kLook, kWriteData, kWriteFlag };
   using Window = std::array<std::uint16_t, regmap::kWindowWords>;
 
   std::uint16_t& own(std::size_t address) const { return module_.registers()[address]; }
@@ -59,22 +60,20 @@ class WindowExchange final : public PlcExchange {
   void look(Words words);
   void take(Words words, bool refuses);
   void cancel(std::uint16_t flag);
-  void wait();
   adapters::ModbusRange result_data() const;
   window::Request write(const adapters::ModbusRange& range) const;
 
   adapters::ModbusUnit& module_;
   std::uint16_t first_;
-  Step step_ = Step::kRest;
-  bool waits_ = true;            ///< for begin()
-  bool unsure_ = false;          ///< the PLC may have been started anew
-  bool refuses_;                 ///< what the next look finds may have been executed before the start
-  std::optional<Window> taken_;  ///< the request under way, as it was read
+  Step step_ = Step::kWait;
+  bool unsure_ = false;          ///< the PLC may have been restarted
+  bool refuses_;                 ///< a request found by the next poll may have been executed before the start
+  std::optional<Window> taken_;  ///< the request in progress, as it was read
 };
 
-/// The scanner window's blocks in the PLC: OUT at `first`, IN behind it. Each round reads OUT and the head of
-/// IN; where that is not the module's, IN is written, its number last. So a PLC that has cleared IN has it
-/// again one round later.
+/// The scanner window's blocks in the PLC: OUT at `first`, then IN. Each round reads OUT and the head of IN; if
+/// the head differs from the module's, IN is written, its number last. So a PLC that has cleared IN gets it again
+/// one round later.
 class ScannerExchange final : public PlcExchange {
  public:
   /// `out_first` and `in_first` are the module's registers.
@@ -85,29 +84,28 @@ class ScannerExchange final : public PlcExchange {
   void begin() override;
   std::optional<window::Request> next() override;
   void responded(Words words) override;
-  void lost() override { wait(); }
+  void lost() override { step_ = Step::kWait; }
 
  private:
-  enum class Step : std::uint8_t { kRest, kRead, kWriteRest, kWriteNumber };
+  /// kWait: until begin(); kRest: until begin() or a result.
+  enum class Step : std::uint8_t { kWait, kRest, kRead, kWriteRest, kWriteNumber };
   /// Number, result, number taken last, size: never all 0 in the module.
   using Head = std::array<std::uint16_t, regmap::kScannerData>;
 
   Words in() const { return module_.registers().subspan(in_first_, regmap::kScannerInWords); }
   void compare();
-  void wait();
 
   adapters::ModbusUnit& module_;
   std::uint16_t first_;
   std::uint16_t out_first_;
   std::uint16_t in_first_;
-  Step step_ = Step::kRest;
-  bool waits_ = true;                ///< for begin()
-  Head told_{};                      ///< what the PLC has in its head
-  std::vector<std::uint16_t> in_{};  ///< what is being written, as it was at once
+  Step step_ = Step::kWait;
+  Head told_{};                      ///< the PLC's head
+  std::vector<std::uint16_t> in_{};  ///< snapshot of what is being written
 };
 
-/// Process data in the PLC, at `first`: inputs as they change, and now and then all of them, as the PLC may
-/// have lost them; outputs.
+/// Process data in the PLC, at `first`: outputs, and inputs as they change; all inputs are repeated from time to
+/// time, as the PLC may have lost them.
 class ProcessExchange final : public PlcExchange {
  public:
   /// `own_first` is the module's register.
@@ -130,9 +128,9 @@ class ProcessExchange final : public PlcExchange {
   std::uint16_t first_;
   std::uint16_t own_first_;
   Step step_ = Step::kRest;
-  unsigned rounds_ = 0;                          ///< since all inputs have been written
-  std::array<std::uint16_t, kWords> told_{};     ///< inputs that the PLC has
-  std::array<std::uint16_t, kWords> written_{};  ///< and those that it is about to have
+  unsigned rounds_ = 0;                          ///< until all inputs are written again
+  std::array<std::uint16_t, kWords> told_{};     ///< the PLC's inputs
+  std::array<std::uint16_t, kWords> written_{};  ///< the inputs that are being written
 };
 
 }  // namespace cbcan::io

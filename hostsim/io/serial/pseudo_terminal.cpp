@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::string_view kTerminals = "/dev/pts/";
 
-/// The path of the other side; empty where there can be none.
+/// The path of the other side; empty on failure.
 std::string unlock(int port) {
   termios line{};
   std::array<char, PATH_MAX> other;
@@ -30,7 +30,7 @@ std::string unlock(int port) {
   return good ? other.data() : "";
 }
 
-/// A link to a pseudo-terminal that is no more, or has become this one.
+/// True: a link to a pseudo-terminal that no longer exists, or that has become this one.
 bool is_abandoned(const std::string& path, const std::string& own) {
   std::array<char, PATH_MAX> target{};
   if (readlink(path.c_str(), target.data(), target.size() - 1) <= 0) return false;
@@ -47,16 +47,8 @@ PseudoTerminal::PseudoTerminal(std::string_view service, const StreamAddress& ad
   const std::string& path = address.path;
   const std::string other = port ? unlock(port.get()) : "";
   if (other.empty()) throw EnvironmentError(where + "no pseudo-terminal: " + reason(errno));
-  bool made = symlink(other.c_str(), path.c_str()) == 0;
-  if (!made && errno == EEXIST) {
-    if (!is_abandoned(path, other))
-      throw EnvironmentError(where +
-                             "in use: another program serves there, or it is a file; write another path");
-    unlink(path.c_str());
-    made = symlink(other.c_str(), path.c_str()) == 0;
-  }
-  if (!made) throw EnvironmentError(where + reason(errno) + "; write a path in a folder that can be written");
-  link = OwnFile(path);
+  const auto make = [&] { return symlink(other.c_str(), path.c_str()) == 0; };
+  link = OwnFile(where, path, "serves", make, [&] { return is_abandoned(path, other); });
 }
 
 }  // namespace cbcan::io

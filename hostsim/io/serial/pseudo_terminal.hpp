@@ -4,19 +4,18 @@
 #include <string_view>
 
 #include "io/loop/descriptor.hpp"
-#include "io/sockets/stream_listener.hpp"
+#include "io/sockets/listener.hpp"
 
 namespace cbcan::io {
 
-/// A serial port for programs that want one: what they read and write there is written and read here.
+/// A pseudo-terminal that other programs use as a serial port.
 struct PseudoTerminal {
-  /// Non-blocking, for characters as they are, with a symbolic link to the other side at `address`'s path. A
-  /// link that a program has left behind is replaced; any other file is left alone. Throws EnvironmentError,
-  /// its text beginning with `service`.
+  /// Non-blocking, raw, with a symbolic link to the other side at `address`'s path. An abandoned link is
+  /// replaced; any other file is left unchanged. Throws EnvironmentError, its text beginning with `service`.
   PseudoTerminal(std::string_view service, const StreamAddress& address);
 
   Descriptor port;
-  OwnFile link;  ///< goes first
+  OwnFile link;  ///< removed before the port closes
 };
 
 }  // namespace cbcan::io

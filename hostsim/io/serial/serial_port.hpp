@@ -8,8 +8,8 @@
 
 namespace cbcan::io {
 
-/// window::open_line(). Throws EnvironmentError, or UsageError where there is no such baud rate; the text
-/// begins with `service`.
+/// window::open_line(). Throws EnvironmentError, or UsageError for an unknown baud rate; the text begins with
+/// `service`.
 Descriptor open_serial(std::string_view service, const window::Line& line);
 
 }  // namespace cbcan::io

@@ -23,7 +23,7 @@ Descriptor accept_client(int listener) {
   return Descriptor(accept4(listener, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC));
 }
 
-/// Accepted sockets inherit these; a Unix socket does not know the first.
+/// Accepted sockets inherit these; the first has no effect on a Unix socket.
 void prepare_listener(int listener) {
   const int on = 1;
   const int bytes = Acceptor::kSendBufferBytes;
@@ -65,11 +65,7 @@ void Acceptor::accept_clients() {
   }
 }
 
-void Acceptor::resume() {
-  reactor_.change(listener_.socket(), Reactor::kReadable);
-}
-
-/// What fails for one client ends that one.
+/// A failure for one client closes only that one.
 void Acceptor::hand_over(Descriptor socket) try {
   server_.adopt(std::move(socket));
   told_ = false;
@@ -78,12 +74,11 @@ void Acceptor::hand_over(Descriptor socket) try {
 }
 
 void Acceptor::turned_away(const std::string& why) {
-  ++refused_;
   if (!told_) warn(why);
   told_ = true;
 }
 
-/// False when there is nobody left to turn away.
+/// False: no client waits.
 bool Acceptor::refuse_client() {
   reserve_.reset();
   const bool refused = static_cast<bool>(accept_client(listener_.socket()));

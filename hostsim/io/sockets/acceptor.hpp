@@ -1,31 +1,30 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Listens, takes in the clients, and turns them away at once when there is no descriptor left: one that were
-/// left waiting would wake the reactor for ever.
+/// Listens, accepts clients, and refuses them when no descriptor is left: a client left waiting would wake the
+/// reactor again and again.
 
 #include <cstddef>
-#include <cstdint>
 #include <string>
 
 #include "io/errors.hpp"
 #include "io/loop/descriptor.hpp"
 #include "io/loop/reactor.hpp"
-#include "io/sockets/stream_listener.hpp"
+#include "io/sockets/listener.hpp"
 
 namespace cbcan::io {
 
-/// Who serves the clients.
+/// A server of accepted clients.
 class AcceptsClients {
  public:
-  /// Gets each client's socket, which is closed if it throws: non-blocking, with kSendBufferBytes to send,
-  /// and small responses go at once.
+  /// Takes a client's socket, which is closed if this throws: non-blocking, with a send buffer of
+  /// kSendBufferBytes and without delay for small responses.
   virtual void adopt(Descriptor socket) = 0;
-  /// How many there are, for the one line that is written when some are turned away.
+  /// The number of clients, for the warning when some are refused.
   virtual std::size_t clients() const = 0;
-  /// Further clients wait until Acceptor::resume().
+  /// True: further clients wait until Acceptor::resume().
   virtual bool is_full() const { return false; }
-  /// Closes a connection that nobody misses, where there is one: its place is needed.
+  /// Closes a connection that is no longer used, to free its descriptor; false = there is none.
   virtual bool make_room() { return false; }
 
  protected:
@@ -36,7 +35,7 @@ class Acceptor {
  public:
   static constexpr int kSendBufferBytes = 64 * 1024;
 
-  /// Listens at once, see StreamListener; reactor and server are the caller's. Raises the limit of open
+  /// Starts listening, see StreamListener; reactor and server outlive this. Raises the limit of open
   /// descriptors.
   Acceptor(Reactor& reactor, std::string_view service, const StreamAddress& address, AcceptsClients& server,
            Warn warn);
@@ -46,13 +45,10 @@ class Acceptor {
 
   const StreamListener& listener() const { return listener_; }
 
-  /// A server that was full may have room again.
-  void resume();
+  /// To be called when a full server may have room again.
+  void resume() { reactor_.change(listener_.socket(), Reactor::kReadable); }
 
-  /// Turned away.
-  std::uint64_t refused() const { return refused_; }
-
-  /// A line about a client, for the person who runs the program.
+  /// Writes a line about a client for the user.
   void warn(const std::string& what) const { warn_(where_ + ": " + what); }
 
  private:
@@ -66,9 +62,8 @@ class Acceptor {
   std::string where_;
   AcceptsClients& server_;
   Warn warn_;
-  Descriptor reserve_;  ///< given up to be able to accept and close when there are no others
+  Descriptor reserve_;  ///< closed to accept and refuse a client when no other is left
   bool told_ = false;
-  std::uint64_t refused_ = 0;
 };
 
 }  // namespace cbcan::io

@@ -28,7 +28,7 @@ class CommandSession final : public StreamSession {
   }
 
  private:
-  /// While the client has more to read than that, its lines wait, and no more are read.
+  /// While the client has kMostUnsent characters to read, its lines wait, and no more are read.
   void execute_received() {
     std::string_view rest = received_;
     for (; !rest.empty() && !dialogue_->waiting && dialogue_->unsent.size() < StreamServer::kMostUnsent;
@@ -57,7 +57,7 @@ class CommandSession final : public StreamSession {
   }
 
   adapters::Execute execute_;
-  std::string received_;  ///< not yet checked
+  std::string received_;  ///< not yet processed
   std::string line_;
   bool ended_ = false;
   std::shared_ptr<adapters::Dialogue> dialogue_ = std::make_shared<adapters::Dialogue>();

@@ -10,7 +10,7 @@
 namespace cbcan::io {
 
 /// Sessions for a StreamServer. A line that is too long is answered by an error and not executed; empty lines
-/// mean nothing.
+/// are ignored.
 StreamServer::MakeSession command_sessions(adapters::Execute execute);
 
 }  // namespace cbcan::io

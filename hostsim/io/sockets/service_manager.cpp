@@ -17,9 +17,9 @@ namespace cbcan::io {
 namespace {
 
 constexpr std::string_view kReady = "READY=1";
-constexpr char kAbstract = '@';  ///< stands for the 0 that names outside of the file system begin with
+constexpr char kAbstract = '@';  ///< represents the leading 0 of names outside the file system
 
-/// 0, or what errno was.
+/// Returns 0 or an errno.
 int send_to(std::string_view name) {
   sockaddr_un address{};
   if (name.size() >= sizeof address.sun_path) return ENAMETOOLONG;

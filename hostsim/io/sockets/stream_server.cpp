@@ -20,12 +20,12 @@ using namespace std::string_view_literals;
 
 constexpr std::size_t kMostReadBytes = 4096;
 constexpr std::size_t kFewestReadBytes = 32;
-constexpr std::size_t kWorkPerTurn = 512 * 1024;  ///< bytes read, times those who may get them
+constexpr std::size_t kWorkPerTurn = 512 * 1024;  ///< bytes read times clients that may get them
 
 enum class Browser : std::uint8_t { kNo, kMaybe, kYes };
 
-/// Whose the first bytes of a connection are: requests of HTTP (RFC 9110, 9.3) or, where clients send text, a
-/// handshake of TLS (RFC 8446, 5.1). No protocol that is served here begins like that.
+/// Whether the first bytes of a connection are an HTTP request (RFC 9110, 9.3) or, where clients send text, a
+/// TLS handshake (RFC 8446, 5.1). No protocol that is served here begins like that.
 Browser browser_in(std::string_view begin, bool text) {
   constexpr std::string_view kHandshake = "\x16\x03";
   Browser found = Browser::kNo;
@@ -53,7 +53,7 @@ struct StreamServer::Connection {
                   : ::send(socket.get(), text.data(), text.size(), MSG_NOSIGNAL | MSG_EOR);
   }
 
-  /// All that the client has sent is done and answered.
+  /// Everything that the client has sent has been executed and answered.
   bool is_done() const { return input_ended && !session->is_busy() && session->unsent().empty(); }
 
   Descriptor socket;
@@ -61,8 +61,8 @@ struct StreamServer::Connection {
   std::uint32_t interest = Reactor::kReadable;
   bool is_pty = false;
   bool input_ended = false;
-  bool is_known = false;  ///< to be no browser
-  std::string begin{};    ///< until then
+  bool is_known = false;  ///< not to be a browser
+  std::string begin{};    ///< bytes received until is_known
 };
 
 StreamServer::StreamServer(Reactor& reactor, std::string_view service, const StreamAddress& address,
@@ -101,7 +101,7 @@ void StreamServer::adopt(Descriptor socket) {
   ++accepted_;
 }
 
-/// Of a client that no longer sends, and may no longer read.
+/// Closes a client that no longer sends, and may no longer read.
 bool StreamServer::make_room() {
   const auto found = std::ranges::find_if(
       connections_, [](const auto& entry) { return entry.second->input_ended && !entry.second->is_pty; });
@@ -110,7 +110,7 @@ bool StreamServer::make_room() {
   return true;
 }
 
-/// That nobody has it open is an event once, where edges are asked for.
+/// Edge-triggered, because a pseudo-terminal without a client would be ready all the time.
 void StreamServer::serve_pty(std::string_view service) {
   PseudoTerminal terminal(service, address_);
   const int fd = terminal.port.get();
@@ -137,12 +137,12 @@ void StreamServer::close(Connection& client) {
   connections_.erase(fd);
 }
 
-/// What each of so many clients sends may go to all of them.
+/// Decreases with the square of the number of clients: what each sends may go to all of them.
 std::size_t StreamServer::read_bytes() const {
   return std::clamp(kWorkPerTurn / (clients() * clients()), kFewestReadBytes, kMostReadBytes);
 }
 
-/// One read per turn: what is left in the socket waits until the others have had theirs. False here and below
+/// One read per turn: the rest waits in the socket until the other clients have been served. False here and below
 /// = the connection is to be closed.
 bool StreamServer::receive(Connection& client) {
   std::array<char, kMostReadBytes> characters;
@@ -152,7 +152,7 @@ bool StreamServer::receive(Connection& client) {
   client.input_ended = count == 0 || (count < 0 && client.is_pty);
   if (count == 0) client.session->end_input();
   if (count <= 0) return client.input_ended;
-  if (had_ended) close(client);  // a terminal: these are the next client's
+  if (had_ended) close(client);  // a terminal: these bytes are the next client's
   return hand_over(client, {characters.data(), static_cast<std::size_t>(count)}) &&
          (!client.is_pty || reactor_.change(client.socket.get(), client.interest));  // there may be more
 }
@@ -175,7 +175,7 @@ bool StreamServer::send(Connection& client) {
     ssize_t count = client.write(session.unsent().substr(0, size));
     if (count < 0 && !is_temporary(errno)) {
       if (!client.input_ended) return false;
-      count = static_cast<ssize_t>(size);  // it has left; what it has sent is done all the same
+      count = static_cast<ssize_t>(size);  // it has left; its input is still executed
     }
     if (count > 0) session.sent(static_cast<std::size_t>(count));
     more = count == static_cast<ssize_t>(size);
@@ -184,7 +184,7 @@ bool StreamServer::send(Connection& client) {
   return !ended && !client.is_done() && watch(client);
 }
 
-/// Once a client's input has ended there is no news of it: that it has left is no reason to do less.
+/// Edge-triggered once a client's input has ended, because it would be ready all the time.
 bool StreamServer::watch(Connection& client) {
   const std::size_t unsent = client.session->unsent().size();
   const bool reads =

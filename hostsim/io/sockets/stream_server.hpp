@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// A server of byte streams: each connection has a session that makes bytes out of bytes. Nothing blocks; a
-/// client that asks and does not read the responses is not read from either. A client that closes its sending
-/// side is answered first, and what it has sent is done even if it no longer reads. A pseudo-terminal is one
-/// connection, which has a new session for each client. A client that speaks HTTP, or TLS where
-/// text is expected, is turned away before its bytes reach a session: pages of other sites can make a browser
-/// send them to any address of this machine.
+/// A server of byte streams: each connection has a session that turns requests into responses. Nothing blocks;
+/// nothing is read from a client that does not read its responses. When a client closes its sending side, its
+/// input is still executed and answered, even if it no longer reads. A pseudo-terminal is one connection with a
+/// new session for each client. A client that speaks HTTP, or TLS where text is expected, is refused before its
+/// bytes reach a session: pages of other sites can make a browser send them to any address of this machine.
 
 #include <cstddef>
 #include <cstdint>
@@ -28,23 +27,22 @@ using adapters::StreamSession;
 
 class StreamServer final : private AcceptsClients {
  public:
-  /// Clients with more than that unread are not listened to.
+  /// Nothing is read from a client that has this many bytes unread.
   static constexpr std::size_t kMostUnsent = 64 * 1024;
 
   using MakeSession = std::function<std::unique_ptr<StreamSession>()>;
 
-  /// Listens at once; throws EnvironmentError when it cannot, its text beginning with `service`. The reactor
-  /// is the caller's.
+  /// Starts listening; throws EnvironmentError, its text beginning with `service`. The reactor outlives this.
   StreamServer(Reactor& reactor, std::string_view service, const StreamAddress& address, MakeSession make,
                Warn warn);
   ~StreamServer();
   StreamServer(const StreamServer&) = delete;
   StreamServer& operator=(const StreamServer&) = delete;
 
-  /// Where it listens, with the real port.
+  /// With the actual port instead of port 0.
   const StreamAddress& address() const { return acceptor_ ? acceptor_->listener().address() : address_; }
 
-  /// Sends what sessions have to say; to be called once per turn, before waiting.
+  /// Sends what the sessions have to send; to be called once per turn, before waiting.
   void flush();
 
   std::size_t clients() const override { return connections_.size(); }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The last transactions, or everything, with filters.
+// The list of the last transactions, or of all events, with filters.
 
-import {state, on, tell, element} from './state.js';
+import {state, on, tell, element, nearest} from './state.js';
 import {milliseconds, nodeText} from './words.js';
 import {List, choice} from './list.js';
 import {chooseTransaction} from './ladder.js';
@@ -43,12 +43,9 @@ function update() {
   list.items = found;
 }
 
-function nearest() {
-  let best = null;
-  const distance = event => Math.abs(event.time - state.cursor);
-  if (state.cursor !== null)
-    for (const event of list.items) if (!best || distance(event) < distance(best)) best = event;
-  list.mark = event => event === best && distance(event) < 1 ? 'near' : '';
+function mark() {
+  const near = nearest(list.items, event => event.time);
+  list.mark = event => event === near ? 'near' : '';
   list.draw();
 }
 
@@ -75,7 +72,7 @@ export function startHappened() {
   on('events', update);
   on('restart', update);
   on('so', fillNodes);
-  on('cursor', nearest);
+  on('cursor', mark);
   on('transaction', number => {
     const event = state.ended.find(ended => ended.transaction === number);
     if (event && view === 'transactions') list.pick(event.number, true);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The ladder diagram of one transaction: who said what to whom, and who waited.
+// The ladder diagram of one transaction: messages between PLC, coprocessor and node, and waiting times.
 
-import {state, on, tell, element, make, ask, send, prefix} from './state.js';
+import {state, on, tell, element, make, nearest, ask, send, prefix} from './state.js';
 import {rounded, nodeHex, objectText, milliseconds, registersOf, kServices} from './words.js';
 
 const kRow = 34, kTop = 44, kGutter = 58, kPause = 0.002, kMostRows = 400;
@@ -17,7 +17,7 @@ const svg = (name, attributes, ...children) => {
 const nodeName = id => state.nodes.find(node => node.node === id)?.name ?? '';
 /// "5C2 · 4B 11 64" of "5C2#4B1164".
 const framed = text => text.replace(/#(.*)/, (_, data) => ` · ${data.replace(/(..)(?=.)/g, '$1 ')}`);
-/// The longer a pause, the higher, but ten times longer is not ten times higher.
+/// The height of a pause is logarithmic.
 const heightOf = row => row.pause ? kRow * (0.9 + 0.25 * Math.log10(Math.max(1, row.pause))) : kRow;
 
 // ---- Rows: {from, to, what, more, kind, time}; 0 the PLC, 1 the coprocessor, 2 the node
@@ -25,17 +25,14 @@ const heightOf = row => row.pause ? kRow * (0.9 + 0.25 * Math.log10(Math.max(1, 
 function modbusRow(event) {
   const {first, words, writes} = registersOf(event);
   const at = register => words[register - first];
-  const starts = writes && at(3700) === 0xCA0E;
-  if (!writes) {
-    if (first <= 3700 && at(3700) === 0xCA0E) return {from: 1, to: 0, kind: 'poll', what: 'busy', fold: 'busy', more: event.words};
-    return {from: 1, to: 0, kind: 'poll', what: 'reads', fold: 'reads', more: event.words};
-  }
-  const parts = [starts ? 'execute' : '', kServices[at(3701)] ?? '', at(3702) === undefined ? '' : at(3702) ? `node ${at(3702)}` : 'own node',
+  const executes = at(3700) === 0xCA0E, polled = executes ? 'busy' : 'reads';
+  if (!writes) return {from: 1, to: 0, kind: 'poll', what: polled, fold: polled, more: event.words};
+  const parts = [executes ? 'execute' : '', kServices[at(3701)] ?? '', at(3702) === undefined ? '' : at(3702) ? `node ${at(3702)}` : 'own node',
     at(3703) === undefined ? '' : objectText(at(3703), at(3704) ?? 0), at(3705) ? `${at(3705)} bytes` : ''];
   return {from: 0, to: 1, kind: 'modbus', what: parts.filter(Boolean).join(' · ') || 'write', more: event.words};
 }
 
-/// Where no request of a PLC was: a command.
+/// The first row of a transaction without a PLC's request: a command.
 const begunRow = event => ({from: 0, to: 1, kind: 'modbus', what: event.words, more: 'by a command'});
 
 function frameRow(event) {
@@ -56,12 +53,12 @@ function faultRow(event) {
 }
 
 function resultRow(event) {
-  return {from: 1, to: 0, kind: event.ok ? 'good' : 'bad', time: event.time,
+  return {from: 1, to: 0, kind: event.ok ? 'good' : 'bad',
     what: event.result < 0 ? 'taken back by the PLC' : `R3700 = ${event.result} · ${event.outcome}`,
     more: event.service === 'read' && event.ok ? `value ${event.value}` : ''};
 }
 
-/// What a stretch of silence was.
+/// The reason of a pause.
 function pauseText(before, after) {
   if (after.kind === 'bad' && after.from === 1) return 'SDO time-out';
   if (before?.from === 0) return 'held back: quarantine';
@@ -74,12 +71,10 @@ function rowsOf(events) {
     const row = make[event.kind]?.(event);
     if (!row || (event.kind === 'begun' && rows.length)) continue;
     row.time = event.time;
-    row.end = event.time;
     const polls = row.fold && rows.at(-1);
     if (polls && polls.fold === row.fold && (row.fold === 'busy' || polls.more === row.more)) {
       polls.count = (polls.count ?? 1) + 1;
       polls.what = `${row.fold} × ${polls.count}`;
-      polls.end = event.time;
       continue;
     }
     rows.push(row);
@@ -90,7 +85,7 @@ function rowsOf(events) {
     const before = all.findLast(other => other.fold !== 'busy');
     if (row.fold !== 'busy') {
       if (row.time - quiet >= kPause && row.kind !== 'poll')
-        all.push({pause: (row.time - quiet) * 1000, kind: 'pause', what: pauseText(before, row), time: quiet, end: row.time});
+        all.push({pause: (row.time - quiet) * 1000, kind: 'pause', what: pauseText(before, row), time: quiet});
       quiet = row.time;
     }
     all.push(row);
@@ -100,7 +95,7 @@ function rowsOf(events) {
 
 // ---- Drawing
 
-/// The most of a text that fits, by its own measure.
+/// Shortens a text until it fits, by its measured length.
 function fit(text, room) {
   const whole = text.textContent;
   if (text.getComputedTextLength() <= room) return;
@@ -199,7 +194,7 @@ function step(by) {
   if (next) chooseTransaction(next.transaction);
 }
 
-/// What stands there before there is anything to draw.
+/// The contents before there is a transaction.
 function empty() {
   element('diagram').replaceChildren(
     make('p', {className: 'quiet', textContent: 'No transaction yet: a PLC writes CA0Eh to R3700, or a command says'}),
@@ -207,11 +202,8 @@ function empty() {
 }
 
 function mark() {
-  const groups = [...element('diagram').querySelectorAll('g')];
-  const distance = group => Math.abs(group.dataset.time - state.cursor);
-  const nearer = (best, group) => !best || distance(group) < distance(best) ? group : best;
-  const near = state.cursor === null ? null : groups.reduce(nearer, null);
-  for (const group of groups) group.classList.toggle('near', group === near && distance(group) < 1);
+  const groups = [...element('diagram').querySelectorAll('g')], near = nearest(groups, group => group.dataset.time);
+  for (const group of groups) group.classList.toggle('near', group === near);
 }
 
 export function startLadder() {

@@ -1,22 +1,22 @@
 // SPDX-License-Identifier: MIT
-// A list of rows of one height, of which only those in sight are in the document; arrows, Home, End, Page Up
-// and Page Down choose, Enter does.
+// A list of rows of equal height, of which only the visible ones are in the document. Arrows, Home, End, Page Up
+// and Page Down choose a row, Enter acts on it.
 
 import {make} from './state.js';
 
 let lists = 0;
 
 export class List {
-  #items = []; #rows = new Map(); #name = `list${++lists}`; #body = document.createElement('div');
+  #items = []; #rows = new Map(); #name = `list${++lists}`; #body = make('div', {className: 'rows', role: 'presentation'});
 
-  /// kind: class of the rows. key(item): what tells one from the others. cells(item): [text, class, title] each,
-  /// or an element. mark(item): more classes. choose(item), act(item): what they are for.
-  constructor(host, {kind, height = 22, key, cells, mark = () => '', choose = () => {}, act = () => {}}) {
-    Object.assign(this, {host, kind, height, key, cells, mark, choose, act, chosen: null});
+  /// kind: class of the rows. key(item): its unique key. cells(item): an array of [text, class, title].
+  /// mark(item): more classes. choose(item): called when a row is chosen. Enter and a click move the focus to the field
+  /// `edit`, Escape moves it back.
+  constructor(host, {kind, height = 22, key, cells, mark = () => '', choose = () => {}, edit = null}) {
+    Object.assign(this, {host, kind, height, key, cells, mark, choose, edit, chosen: null});
     host.tabIndex = 0;
-    host.setAttribute('role', 'listbox');
-    this.#body.className = 'rows';
-    this.#body.setAttribute('role', 'presentation');
+    host.role = 'listbox';
+    if (edit) edit.onkeydown = event => { if (event.key === 'Escape') host.focus(); };
     host.replaceChildren(this.#body);
     host.addEventListener('scroll', () => this.draw());
     host.addEventListener('keydown', event => this.#key(event));
@@ -26,7 +26,7 @@ export class List {
 
   get items() { return this.#items; }
 
-  /// What was in sight stays there when rows come in front of it.
+  /// The visible rows keep their place when others are inserted before them.
   set items(items) {
     const {host, height, key} = this;
     if (host.scrollTop > 0 && this.#items.length) {
@@ -52,7 +52,7 @@ export class List {
     this.#rows = new Map();
     for (let at = first; at < end; ++at) {
       const key = this.key(this.#items[at]);
-      const row = gone.get(key) ?? this.#row(key);
+      const row = gone.get(key) ?? this.#body.appendChild(make('div', {id: `${this.#name}-${key}`, role: 'option'}));
       gone.delete(key);
       this.#rows.set(key, row);
       this.#fill(row, this.#items[at], at);
@@ -63,19 +63,12 @@ export class List {
     else host.removeAttribute('aria-activedescendant');
   }
 
-  #row(key) {
-    const row = make('div', {id: `${this.#name}-${key}`});
-    row.setAttribute('role', 'option');
-    this.#body.append(row);
-    return row;
-  }
-
   #fill(row, item, at) {
     const chosen = this.key(item) === this.chosen;
     const name = `row ${this.kind} ${this.mark(item)}${chosen ? ' chosen' : ''}`;
     if (row.className !== name) row.className = name;
     row.item = item;
-    row.setAttribute('aria-selected', chosen);
+    row.ariaSelected = chosen;
     row.style.top = `${at * this.height}px`;
     row.style.height = `${this.height}px`;
     const cells = this.cells(item);
@@ -101,7 +94,7 @@ export class List {
     const page = Math.max(1, Math.floor(this.host.clientHeight / this.height) - 1);
     const by = {ArrowDown: 1, ArrowUp: -1, PageDown: page, PageUp: -page, Home: -Infinity, End: Infinity}[event.key];
     const at = this.#items.findIndex(item => this.key(item) === this.chosen);
-    if (event.key === 'Enter' && at >= 0) this.act(this.#items[at]);
+    if (event.key === 'Enter' && at >= 0) this.#edit();
     else if (by && this.#items.length) {
       const to = Math.min(this.#items.length - 1, Math.max(0, at < 0 ? 0 : at + by));
       this.pick(this.key(this.#items[to]));
@@ -113,22 +106,23 @@ export class List {
     const row = event.target.closest('.row');
     if (!row) return;
     this.pick(this.key(row.item));
-    this.act(row.item);
+    this.#edit();
+  }
+
+  #edit() {
+    this.edit?.focus();
+    this.edit?.select();
   }
 }
 
-/// Buttons of which one is chosen; arrows move.
+/// Buttons of which one is chosen; arrow keys move the choice.
 export function choice(host, words, chosen, call) {
-  const buttons = Object.entries(words).map(([key, text]) => {
-    const button = make('button', {type: 'button', textContent: text, onclick: () => set(key)});
-    button.setAttribute('role', 'radio');
-    button.dataset.key = key;
-    return button;
-  });
+  const buttons = Object.entries(words).map(([key, text]) =>
+    make('button', {type: 'button', role: 'radio', value: key, textContent: text, onclick: () => set(key)}));
   function set(key, quietly) {
     for (const button of buttons) {
-      button.setAttribute('aria-checked', button.dataset.key === key);
-      button.tabIndex = button.dataset.key === key ? 0 : -1;
+      button.ariaChecked = button.value === key;
+      button.tabIndex = button.value === key ? 0 : -1;
     }
     if (!quietly) call(key);
   }
@@ -138,7 +132,7 @@ export function choice(host, words, chosen, call) {
     if (!by) return;
     const next = buttons[(buttons.indexOf(event.target) + by + buttons.length) % buttons.length];
     next.focus();
-    set(next.dataset.key);
+    set(next.value);
   };
   set(chosen, true);
   return set;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The page put together: header, commands, cards.
+// The page: header, commands, cards.
 
-import {state, on, element, make, send, start, prefix, chooseNetwork, missedEvents} from './state.js';
+import {state, on, element, make, send, start, prefix, chooseNetwork} from './state.js';
 import {clock, number} from './words.js';
 import {startLadder} from './ladder.js';
 import {startHappened} from './happened.js';
@@ -30,7 +30,7 @@ function facts() {
   const {frames, requests, load} = rates(), about = state.about;
   const parts = {time: clock(about.time), Modbus: about.modbus, clients: about.clients, 'requests/s': number(Math.round(requests)),
     'frames/s': number(Math.round(frames)), 'bus load': load};
-  if (missedEvents()) parts['left out'] = number(missedEvents());
+  if (state.missed) parts['left out'] = number(state.missed);
   const host = element('facts');
   if (host.children.length !== Object.keys(parts).length)
     host.replaceChildren(...Object.keys(parts).map(name => make('div', {}, make('dt', {textContent: name}), make('dd'))));
@@ -43,8 +43,7 @@ function facts() {
 }
 
 function live(yes) {
-  element('live').textContent = yes ? 'live' : 'no simulator';
-  element('live').className = `pill ${yes ? 'good' : 'bad'}`;
+  Object.assign(element('live'), {textContent: yes ? 'live' : 'no simulator', className: `pill ${yes ? 'good' : 'bad'}`});
 }
 
 function remember(line) {
@@ -52,15 +51,12 @@ function remember(line) {
   if (history.length > 100) history.shift();
   place = history.length;
   element('command').value = line;
-  element('answer').textContent = '…';
-  element('answer').className = 'quiet';
+  Object.assign(element('answer'), {textContent: '…', className: 'quiet'});
 }
 
 function answered(text) {
   const last = text.split('\n').at(-1);
-  element('answer').textContent = last;
-  element('answer').title = text;
-  element('answer').className = last.startsWith('error') ? 'bad' : 'good';
+  Object.assign(element('answer'), {textContent: last, title: text, className: last.startsWith('error') ? 'bad' : 'good'});
 }
 
 async function copy() {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The nodes, and of the chosen one: what can be done to it, and its dictionary.
+// The nodes; controls and the dictionary of the chosen node.
 
 import {state, on, tell, element, make, send, askNetwork, prefix} from './state.js';
 import {hex, nodeText, nodeHex, objectText, objectWord, driveState, stateClass} from './words.js';
@@ -38,9 +38,9 @@ function chooseNode(node) {
   tell('node', node);
 }
 
-// ---- What can be done
+// ---- Controls
 
-/// isOn tells it again whenever something has happened.
+/// update() sets the box by isOn() again.
 function toggle(text, isOn, lineOf) {
   const box = make('input', {type: 'checkbox', checked: isOn(), isOn});
   box.onchange = () => send(lineOf(box.checked));
@@ -53,12 +53,10 @@ const button = (text, call) => make('button', {type: 'button', textContent: text
 function slider(node, object) {
   const [low, high] = kInputs[object.index];
   const line = value => `set ${wordOf(node)} ${objectWord(object)} ${value}`;
-  const range = make('input', {type: 'range', min: low, max: high, step: high > 100000 ? 100 : 1, value: object.value});
-  const field = make('input', {className: 'number', value: object.value});
   const name = `${objectText(object.index, object.sub)} ${object.name}`;
+  const range = make('input', {type: 'range', ariaLabel: name, min: low, max: high, step: high > 100000 ? 100 : 1, value: object.value});
+  const field = make('input', {className: 'number', ariaLabel: `${name}, as a number`, value: object.value});
   for (const input of [range, field]) input.dataset.object = objectKey(object);
-  range.setAttribute('aria-label', name);
-  field.setAttribute('aria-label', `${name}, as a number`);
   range.oninput = () => { field.value = range.value; };
   range.onchange = () => send(line(range.value));
   field.onchange = () => { range.value = field.value; send(line(field.value)); };
@@ -68,7 +66,7 @@ function slider(node, object) {
 const inputsOf = async node =>
   (await objectsOf(node, '?first=0x6000&last=0x9FFF')).filter(object => kInputs[object.index] && object.sub);
 
-/// Other hands, wires and signals set inputs too; what is being edited stays.
+/// Other clients, wires and signals set inputs too; an input that is being edited is left unchanged.
 async function followInputs() {
   const node = chosen();
   if (view !== 'control' || !node || !panel.querySelector('.inputs input')) return;
@@ -79,9 +77,8 @@ async function followInputs() {
 }
 
 function faultForm(node) {
-  const field = make('input', {className: 'number', placeholder: 'response-late delay_ms=50'});
+  const field = make('input', {className: 'number', ariaLabel: 'Fault', placeholder: 'response-late delay_ms=50'});
   field.setAttribute('list', 'fault-kinds');
-  field.setAttribute('aria-label', 'Fault');
   const form = make('form', {className: 'fault-form', autocomplete: 'off'}, field, make('button', {textContent: 'Inject'}),
     make('datalist', {id: 'fault-kinds'}, ...kFaults.map(kind => make('option', {value: kind}))));
   form.onsubmit = event => {
@@ -135,28 +132,23 @@ function filterObjects() {
 }
 
 async function buildDictionary(node) {
-  const field = make('input', {type: 'search', placeholder: 'search: 6040 or controlword', value: search});
-  field.setAttribute('aria-label', 'Search in the dictionary');
+  const field = make('input', {type: 'search', ariaLabel: 'Search in the dictionary', placeholder: 'search: 6040 or controlword', value: search});
   field.oninput = () => { search = field.value; filterObjects(); };
-  const host = make('div', {className: 'list'});
-  host.setAttribute('aria-label', 'Objects');
-  const value = make('input', {className: 'number', disabled: true}), label = make('label', {textContent: 'choose an object'});
-  value.setAttribute('aria-label', 'Value');
+  const host = make('div', {className: 'list', ariaLabel: 'Objects'});
+  const value = make('input', {className: 'number', ariaLabel: 'Value', disabled: true}), label = make('label', {textContent: 'choose an object'});
   const form = make('form', {className: 'edit', autocomplete: 'off'}, label, value, make('button', {textContent: 'Set'}),
     button('Plot', () => watchObject(node, objects.item)));
   panel.replaceChildren(field, host, form);
-  objects = new List(host, {kind: 'object', key: objectKey, cells: objectCells,
+  objects = new List(host, {kind: 'object', key: objectKey, cells: objectCells, edit: value,
     choose: object => {
       objects.item = object;
       label.textContent = `${objectText(object.index, object.sub)} ${object.name}`;
       Object.assign(value, {disabled: false, value: object.value});
-    },
-    act: () => { value.focus(); value.select(); }});
+    }});
   form.onsubmit = event => {
     event.preventDefault();
     if (objects.item) send(`set ${wordOf(node)} ${objectWord(objects.item)} ${value.value}`).then(reload);
   };
-  value.onkeydown = event => { if (event.key === 'Escape') host.focus(); };
   await reload();
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Plots of watched objects, and a statusword's bits as lanes, with one cursor.
+// Plots of watched objects, and a statusword's bits as lanes, with a common cursor.
 
 import {state, on, tell, element, make, watch, prefix} from './state.js';
 import {objectText, objectWord, nodeText, kStatusBits} from './words.js';
@@ -58,19 +58,19 @@ function take(values) {
   stale = true;
 }
 
-/// The plant's time: on a running clock between two looks too.
+/// The plant's time; with a real clock it continues between two polls.
 function present() {
   const passed = state.about?.clock === 'real' ? Math.min(1.5, (performance.now() - asked) / 1000) : 0;
   return Math.max(times.at(-1) ?? 0, latest + passed);
 }
 
-/// A value stays as it is until it changes: the line goes on to now.
+/// A value holds until it changes: the line extends to the present.
 function data(objects) {
   const now = present();
   return [[...times, now], ...objects.map(object => [...object.values, object.values.at(-1) ?? null])];
 }
 
-// ---- Pictures
+// ---- Charts
 
 const css = name => getComputedStyle(document.documentElement).getPropertyValue(name);
 const font = size => `${size}px ${getComputedStyle(document.body).fontFamily}`;
@@ -102,14 +102,14 @@ function build() {
   stale = true;
 }
 
-/// The first is at the left, the second at the right.
+/// The first axis is at the left, the second at the right.
 function valueAxis(scale, at) {
   const short = value => Math.abs(value) >= 10000 ? `${value / 1000}k` : String(value);
   return axis({scale, side: at ? 1 : 3, size: at ? kRight : kLeft, space: 26, values: (_, marks) => marks.map(short),
     ...at ? {grid: {show: false}} : {}});
 }
 
-/// Each bit has a height of 1, the first one is on top.
+/// Each lane has a height of 1; the first one is at the top.
 const base = at => kStatusBits.length - at - 0.95;
 
 function buildLanes(right) {
@@ -133,8 +133,8 @@ function laneData() {
 function legend() {
   element('legend').replaceChildren(...watched.map((object, at) => {
     const name = `node ${nodeText(object.node)} ${objectText(object.index, object.sub)} ${object.name}`;
-    const off = make('button', {textContent: '×', type: 'button', onclick: () => { watched.splice(at, 1); rewatch(); }});
-    off.setAttribute('aria-label', `No longer plot ${name}`);
+    const off = make('button', {textContent: '×', type: 'button', ariaLabel: `No longer plot ${name}`,
+      onclick: () => { watched.splice(at, 1); rewatch(); }});
     return make('span', {className: `line${at}`, title: name}, make('i'), object.name, make('b'), off);
   }));
   element('watched').textContent = status ? `drive ${nodeText(status.node)}` : '';
@@ -162,7 +162,7 @@ function draw() {
   moveCursor();
 }
 
-/// To where the others point; it stays there in time.
+/// Moves the cursor to the time chosen elsewhere; it keeps that time.
 function moveCursor() {
   const charts = [plot, lanes].filter(Boolean);
   if (state.cursor === null || charts.some(chart => chart.over.matches(':hover'))) return;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The registers with their names and meanings; changed ones are lit for a while; a click writes.
+// The registers with their names and meanings; changed ones are highlighted for kLit ms; a click prepares a write.
 
 import {state, on, element, send, prefix} from './state.js';
 import {hex, nodeText, kServices} from './words.js';
@@ -17,7 +17,7 @@ let view = 'window', notation = '3700', list, seen = new Map(), changed = new Ma
 
 const numbered = item => notations[notation](item.register);
 
-/// What stands in one of a request's words, as the others say.
+/// The meaning of one of a request's words, which depends on the others.
 function meaning(item, all) {
   const at = name => all.find(other => other.name === item.name.replace(/(OUT_|IN_|)[A-Z_]+$/, `$1${name}`))?.value;
   const value = item.value;
@@ -32,7 +32,7 @@ function meaning(item, all) {
   return '';
 }
 
-/// What the last transaction has put into the data words.
+/// What the last transaction has written to the data words.
 function resultOf(ended) {
   if (!ended || ended.result === 4) return ended?.outcome ?? '';
   return ended.ok && ended.value !== '' ? `= ${ended.value}` : '';
@@ -43,7 +43,7 @@ function objectName(node, index) {
   return event?.name ?? '';
 }
 
-/// DATA, INPUTS and the like are many: with their number.
+/// DATA, INPUTS and the like have several registers, which are numbered.
 function nameOf(item) {
   const first = state.registers.find(other => other.name === item.name).register;
   return /DATA$|PUTS$/.test(item.name) ? `${item.name.replace('PUTS', '')} ${item.register - first}` : item.name;
@@ -82,20 +82,17 @@ function renumber() {
   const names = Object.keys(notations);
   notation = names[(names.indexOf(notation) + 1) % names.length];
   element('notation').textContent = notation;
-  element('registers').classList.toggle('wide-register', notation === '403701');
   list.draw();
 }
 
 export function startRegisters() {
   list = new List(element('register-list'), {kind: 'register', key: item => item.register, cells, choose,
-    mark: item => changed.has(item.register) ? 'lit' : '',
-    act: () => { element('register-value').focus(); element('register-value').select(); }});
+    edit: element('register-value'), mark: item => changed.has(item.register) ? 'lit' : ''});
   choice(element('register-view'), Object.fromEntries(Object.entries(views).map(([key, {text}]) => [key, text])), view,
     key => { view = key; element('register-list').scrollTop = 0; update(); });
   element('notation').textContent = notation;
   element('notation').onclick = renumber;
   element('register-form').onsubmit = write;
-  element('register-value').onkeydown = event => { if (event.key === 'Escape') element('register-list').focus(); };
   on('so', update);
   on('restart', () => { seen.clear(); changed.clear(); });
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The last minute as a scenario, which the server writes, as a file.
+// Saves the last minute, which the server writes as a scenario, as a file.
 
 import {make} from './state.js';
 

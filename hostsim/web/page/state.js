@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: MIT
-// What the page knows of the simulator: the stream of events, and what it asks for besides. All of it is bounded.
+// The page's copy of the simulator's state: the stream of events, and the results of requests. Its size is bounded.
 
 const kMostEnded = 1000, kMostRecent = 2000, kMostPending = 4000;
 
 export const state = {
   about: null, nodes: [], registers: [],
-  ended: [], recent: [],      // transactions that have ended, and everything; the oldest first
-  incidents: new Set(),       // "16 overcurrent", as commands have switched them
+  ended: [], recent: [],      // completed transactions, and all events; the oldest first
+  incidents: new Set(),       // "16 overcurrent", as switched by commands
+  missed: 0,                  // events that were left out
   network: 1, node: null,     // the chosen ones
-  transaction: null,          // the chosen one's number
-  cursor: null,               // a time, in seconds: that of plots, transactions and frames
+  transaction: null,          // the number of the chosen one
+  cursor: null,               // a time in seconds, common to plots, transactions and frames
 };
 
 const listeners = {};
@@ -22,6 +23,13 @@ export function make(name, properties = {}, ...children) {
   return node;
 }
 export const prefix = () => state.network === 1 ? '' : `${state.network}/`;
+
+/// The item nearest to the cursor, if that is within a second.
+export function nearest(items, timeOf) {
+  const distance = item => Math.abs(timeOf(item) - state.cursor);
+  const best = state.cursor === null ? null : items.reduce((one, other) => one && distance(one) <= distance(other) ? one : other, null);
+  return best && distance(best) < 1 ? best : null;
+}
 
 function keep(list, item, most) {
   list.push(item);
@@ -38,10 +46,10 @@ export const askNetwork = path => ask(path + (path.includes('?') ? '&' : '?') + 
 
 // ---- Events
 
-let source, pending = [], missed = 0, last = 0, watched = '', scheduled = false;
+let source, pending = [], last = 0, watched = '', scheduled = false;
 
 function take(event) {
-  if (event.number <= last) forget();  // those of a program that was started anew
+  if (event.number <= last) forget();  // the program has been restarted
   last = event.number;
   if (event.network && event.network !== state.network) return;
   keep(state.recent, event, kMostRecent);
@@ -55,8 +63,8 @@ function noteIncident(line) {
   state.incidents[onOff === 'on' ? 'add' : 'delete'](`${placeOf(node)} ${name}`);
 }
 
-/// The place of a node by what commands call it: its ID or #place.
-export function placeOf(word) {
+/// The place of a node by its name in commands: its ID or #place.
+function placeOf(word) {
   const text = word.split('/').pop();
   if (text[0] === '#') return Number(text.slice(1));
   const id = /h$/i.test(text) ? parseInt(text, 16) : Number(text);
@@ -69,14 +77,14 @@ function forget() {
   tell('restart');
 }
 
-/// At most once for each picture of the screen: what has come since the one before.
+/// Processes the messages since the last call; called at most once per animation frame.
 function flush() {
   scheduled = false;
   const events = pending;
   pending = [];
   const values = events.filter(event => event.kind === 'value');
   for (const event of events)
-    if (event.number) take(event); else if (event.kind === 'missed') missed += event.events;
+    if (event.number) take(event); else if (event.kind === 'missed') state.missed += event.events;
   if (values.length) tell('values', values);
   tell('events', events);
   if (values.length < events.length) refreshSoon();
@@ -84,12 +92,10 @@ function flush() {
 
 function arrive(message) {
   pending.push(JSON.parse(message.data));
-  if (pending.length > kMostPending) missed += pending.splice(0, kMostPending / 2).length;
+  if (pending.length > kMostPending) state.missed += pending.splice(0, kMostPending / 2).length;
   if (!scheduled) requestAnimationFrame(flush);
   scheduled = true;
 }
-
-export const missedEvents = () => missed;
 
 function open() {
   source?.close();
@@ -104,13 +110,13 @@ function open() {
   };
 }
 
-/// These objects' values come as topic 'values' from now on: "16:0x6064", 16 of them at most.
+/// Values of these objects arrive as topic 'values' from now on: "16:0x6064", 16 of them at most.
 export function watch(objects) {
   watched = objects.map(object => prefix() + object).join(',');
   if (source) open();
 }
 
-// ---- What is so
+// ---- State
 
 let asking = false, again = false, timer;
 
@@ -122,7 +128,7 @@ async function refresh() {
   const found = await Promise.all([ask('api/time'), askNetwork('api/nodes'), askNetwork('api/registers')]).catch(() => null);
   asking = false;
   timer = setTimeout(refresh, again ? 120 : 1000);
-  if (!found) return;  // the stream tells
+  if (!found) return;  // the stream reports the failure
   const [about, {nodes}, {registers}] = found;
   if (state.about && about.time < state.about.time && about.next_event <= last) { last = 0; forget(); open(); }
   Object.assign(state, {about, nodes, registers});
@@ -160,7 +166,7 @@ export async function start() {
 
 let number = 0;
 
-/// Sends a line of docs/reference/commands.md, and shows it and its response.
+/// Sends a line of docs/reference/commands.md; topics 'command' and 'response' show it and its response.
 export async function send(line) {
   const mine = ++number;
   tell('command', line);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Numbers in words.
+// Numbers and states as text.
 
 export const hex = (number, digits = 4) => number.toString(16).toUpperCase().padStart(digits, '0') + 'h';
 export const number = new Intl.NumberFormat('en-US').format;
@@ -7,7 +7,7 @@ export const objectText = (index, sub) => `${hex(index)}:${sub.toString(16).toUp
 export const nodeText = id => id ? String(id) : 'none';
 export const nodeHex = id => id ? hex(id, 2) : '';
 
-/// As a command takes it.
+/// In the notation of commands.
 export const objectWord = object => `0x${object.index.toString(16).toUpperCase().padStart(4, '0')}:${object.sub}`;
 
 export const rounded = ms => number(ms >= 100 ? Math.round(ms) : Math.round(ms * 100) / 100);
@@ -18,7 +18,7 @@ export function clock(seconds) {
   return `${two(seconds / 3600)}:${two(seconds / 60 % 60)}:${(seconds % 60).toFixed(3).padStart(6, '0')}`;
 }
 
-/// A drive's state, CiA 402: mask and value of 6041h.
+/// Drive states of CiA 402: mask and value of 6041h.
 const kDriveStates = [
   [0x4F, 0x00, 'not ready to switch on'], [0x4F, 0x40, 'switch on disabled'], [0x6F, 0x21, 'ready to switch on'],
   [0x6F, 0x23, 'switched on'], [0x6F, 0x27, 'operation enabled'], [0x6F, 0x07, 'quick stop active'],
@@ -27,7 +27,7 @@ const kDriveStates = [
 export const driveState = word =>
   kDriveStates.find(([mask, value]) => (word & mask) === value)?.[2] ?? hex(word);
 
-/// Bits of 6041h that are shown as lanes.
+/// Bits of 6041h shown as lanes.
 export const kStatusBits = [
   [0, 'ready'], [1, 'switched on'], [2, 'enabled'], [3, 'fault'], [5, 'quick stop'], [7, 'warning'],
   [10, 'target'], [12, 'set-point'],
@@ -38,7 +38,7 @@ export const kServices = {5055: 'read', 5066: 'write'};
 export const stateClass = name =>
   ({operational: 'good', stopped: 'bad', off: 'bad', 'pre-operational': 'wait', initialising: 'wait'})[name] ?? '';
 
-/// The words of a register request: {first, words, writes} of a PDU in hexadecimal and its response.
+/// The registers of a request: {first, words, writes} from its PDU and the response's, both in hexadecimal.
 export function registersOf({function: code, request, response}) {
   const word = (text, byte) => parseInt(text.substr(byte * 2, 4), 16);
   const words = (text, byte) => Array.from({length: (text.length / 2 - byte) >> 1}, (_, at) => word(text, byte + 2 * at));

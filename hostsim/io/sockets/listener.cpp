@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: MIT
-#include "io/sockets/listen_address.hpp"
+#include "io/sockets/listener.hpp"
 
 #include <netdb.h>
 #include <netinet/in.h>
-#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 #include <memory>
-#include <optional>
 #include <vector>
 
 #include "io/errors.hpp"
@@ -20,12 +22,7 @@ namespace cbcan::io {
 
 namespace {
 
-struct AddressListDeleter {
-  void operator()(addrinfo* list) const { freeaddrinfo(list); }
-};
-using AddressList = std::unique_ptr<addrinfo, AddressListDeleter>;
-
-/// All of them, IPv4 before IPv6.
+/// All addresses of a host, IPv4 before IPv6.
 std::vector<SocketAddress> look_up(const std::string& where, const ListenAddress& address, int flags,
                                    const char* way_out) {
   addrinfo hints{};
@@ -34,7 +31,7 @@ std::vector<SocketAddress> look_up(const std::string& where, const ListenAddress
   addrinfo* list = nullptr;
   const int error = getaddrinfo(address.host.c_str(), std::to_string(address.port).c_str(), &hints, &list);
   if (error != 0) throw EnvironmentError(where + gai_strerror(error) + way_out);
-  const AddressList owner(list);
+  const std::unique_ptr<addrinfo, void (*)(addrinfo*)> owner(list, freeaddrinfo);
   std::vector<SocketAddress> found;
   for (; list != nullptr; list = list->ai_next) {
     SocketAddress& made = found.emplace_back();
@@ -46,13 +43,30 @@ std::vector<SocketAddress> look_up(const std::string& where, const ListenAddress
   return found;
 }
 
+SocketAddress unix_address(const std::string& path) {
+  SocketAddress address{.storage = {}, .size = sizeof(sockaddr_un)};
+  auto& name = reinterpret_cast<sockaddr_un&>(address.storage);
+  name.sun_family = AF_UNIX;
+  path.copy(name.sun_path, sizeof name.sun_path - 1);
+  return address;
+}
+
 Descriptor try_listen(const SocketAddress& address) {
-  Descriptor socket(::socket(address.get()->sa_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
+  Descriptor socket = new_stream_socket(address);
   const int on = 1;
   if (socket) setsockopt(socket.get(), SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
   if (!socket || bind(socket.get(), address.get(), address.size) != 0 || listen(socket.get(), SOMAXCONN) != 0)
     return {};
   return socket;
+}
+
+/// True: the file of a socket on which no program listens. Connecting to any other file is refused too, hence
+/// the check of its type.
+bool is_abandoned_socket(const std::string& path) {
+  struct stat file {};
+  if (lstat(path.c_str(), &file) != 0 || !S_ISSOCK(file.st_mode)) return false;
+  const SocketAddress address = unix_address(path);
+  return connect(new_stream_socket(address).get(), address.get(), address.size) != 0 && errno == ECONNREFUSED;
 }
 
 std::string way_out(const ListenAddress& address, int error) {
@@ -69,7 +83,7 @@ std::string way_out(const ListenAddress& address, int error) {
   }
 }
 
-/// What `ask`, getsockname() or getpeername(), says of the socket.
+/// The socket's address by `ask`: getsockname() or getpeername().
 std::optional<ListenAddress> address_by(int (*ask)(int, sockaddr*, socklen_t*), int socket) {
   SocketAddress address;
   address.size = sizeof address.storage;
@@ -92,29 +106,78 @@ std::optional<ListenAddress> address_of(const SocketAddress& address) {
   return ListenAddress{host.data(), text::parse<std::uint16_t>(port.data()).value_or(0)};
 }
 
-std::optional<ListenAddress> own_address(int socket) {
-  return address_by(getsockname, socket);
-}
-
 std::string peer_of(int socket) {
   const auto peer = address_by(getpeername, socket);
   return peer ? to_string(*peer) : std::string();
 }
 
-Listener listen_tcp(std::string_view service, const ListenAddress& address) {
+Descriptor new_stream_socket(const SocketAddress& address) {
+  return Descriptor(socket(address.get()->sa_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
+}
+
+int take_error(int socket) {
+  int error = 0;
+  socklen_t size = sizeof error;
+  getsockopt(socket, SOL_SOCKET, SO_ERROR, &error, &size);
+  return error;
+}
+
+OwnFile::OwnFile(const std::string& where, std::string path, std::string_view does, const Condition& make,
+                 const Condition& is_abandoned)
+    : path_(std::move(path)) {
+  bool made = make();
+  if (!made && (errno == EADDRINUSE || errno == EEXIST)) {
+    if (!is_abandoned())
+      throw EnvironmentError(where + "in use: another program " + std::string(does) +
+                             " there, or it is a file; write another path");
+    unlink(path_.c_str());
+    made = make();
+  }
+  if (!made) throw EnvironmentError(where + reason(errno) + "; write a path in a folder that can be written");
+  file_ = identity();
+}
+
+OwnFile::~OwnFile() {
+  if (!path_.empty() && identity() == file_) unlink(path_.c_str());
+}
+
+OwnFile::Identity OwnFile::identity() const {
+  struct stat file {};
+  std::error_code not_a_link;
+  if (lstat(path_.c_str(), &file) != 0) return {};
+  return {file.st_dev, file.st_ino, std::filesystem::read_symlink(path_, not_a_link)};
+}
+
+StreamListener::StreamListener(std::string_view service, const StreamAddress& address) : address_(address) {
   const std::string where = std::string(service) + " " + to_string(address) + ": ";
+  if (address.path.empty())
+    listen_tcp(where);
+  else
+    listen_unix(where);
+}
+
+void StreamListener::listen_unix(const std::string& where) {
+  const auto make = [this] {
+    socket_ = try_listen(unix_address(address_.path));
+    return static_cast<bool>(socket_);
+  };
+  file_ = OwnFile(where, address_.path, "listens", make, [this] { return is_abandoned_socket(address_.path); });
+}
+
+void StreamListener::listen_tcp(const std::string& where) {
   int error = 0;
   for (const SocketAddress& entry :
-       look_up(where, address, AI_PASSIVE, ": write an address of this machine, such as 127.0.0.1")) {
-    Descriptor socket = try_listen(entry);
-    if (socket) {
-      auto bound = own_address(socket.get());
+       look_up(where, address_.tcp, AI_PASSIVE, ": write an address of this machine, such as 127.0.0.1")) {
+    socket_ = try_listen(entry);
+    if (socket_) {
+      const auto bound = address_by(getsockname, socket_.get());
       if (!bound) throw EnvironmentError("listening socket: " + reason(errno));
-      return {std::move(socket), std::move(*bound)};
+      address_.tcp = *bound;
+      return;
     }
     if (error == 0) error = errno;
   }
-  throw EnvironmentError(where + way_out(address, error));
+  throw EnvironmentError(where + way_out(address_.tcp, error));
 }
 
 }  // namespace cbcan::io
