@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// What can be done to the drive from outside, and the faults that come of it (CiA 301, error register; CiA
-/// 402, error codes).
+/// The drive's incidents and the faults that they cause (CiA 301, error register; CiA 402, error codes).
 
 #include <array>
 #include <cstddef>
@@ -15,7 +14,7 @@
 namespace cbcan::devices {
 
 enum class Incident : std::uint8_t {
-  // Faults: EMCY, 603Fh and transition 13. They stay until a fault reset after their cause is gone.
+  // Faults: EMCY, 603Fh and transition 13. They last until a fault reset after the cause has ended.
   kOvercurrent,
   kShortCircuit,
   kOvervoltage,
@@ -49,7 +48,7 @@ inline constexpr std::array<ErrorKind, kFaultKinds> kFaults = {{
     {0x8611, ErrorRegister::kGeneric | ErrorRegister::kProfile},
 }};
 
-// 603Fh after a failure of the network; the EMCY is the node's own, but for that of a SYNC that is missed.
+// 603Fh after a network failure. The node sends the EMCY, except for a missed SYNC.
 inline constexpr std::uint16_t kCommunicationFault = 0x8100;
 inline constexpr std::uint16_t kSyncFault = 0x8700;
 inline constexpr std::uint16_t kHeartbeatFault = static_cast<std::uint16_t>(EmergencyCode::kHeartbeat);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Profile velocity mode (6060h = 3): 60FFh with the ramps 6083h and 6084h, which take effect when they
-/// change. At a software position limit the axis stops, and moves on when it is told to go back.
+/// Profile velocity mode (6060h = 3): 60FFh with the ramps 6083h and 6084h, which take effect when they change.
+/// At a software position limit the axis stops until a velocity in the other direction is set.
 
 #include "devices/drive/mode.hpp"
 
@@ -19,7 +19,7 @@ class ProfileVelocity final : public Mode {
   Time deadline(Time now) const override;
 
  private:
-  /// All that the profile was made from.
+  /// Everything that the profile depends on.
   struct Plan {
     Dynamics dynamics;
     double velocity = 0;
@@ -37,8 +37,8 @@ class ProfileVelocity final : public Mode {
   bool limited_ = false;
 };
 
-/// The axis runs at `velocity`, and where there are software position limits no further than them. False = it
-/// stands at the limit, or beyond.
+/// Runs the axis at `velocity`, up to the software position limit if there is one. False = it is already at the
+/// limit or beyond.
 bool run_within_limits(Axis& axis, double velocity, const Dynamics& dynamics, Time now);
 
 }  // namespace cbcan::devices

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Profile torque and cyclic synchronous torque (6060h = 4, 10). Torque moves an axis with a load; without
-/// one it is made and nothing moves. Torques are thousandths of the rated torque, at most 6072h either way;
-/// current (6078h, 6073h) is proportional to torque.
+/// Profile torque and cyclic synchronous torque (6060h = 4, 10). Torque moves an axis only if it has a load.
+/// Torques are thousandths of the rated torque, at most 6072h in either direction; current (6078h, 6073h) is
+/// proportional to torque.
 
 #include "devices/drive/cyclic.hpp"
 
 namespace cbcan::devices {
 
-/// What both have in common.
+/// Common part of both.
 class TorqueMode : public Mode {
  public:
   using Mode::Mode;
@@ -20,7 +20,7 @@ class TorqueMode : public Mode {
   const Profile* torque_profile() const override { return &torque_; }
 
  protected:
-  /// Within the limits, which limited_ says.
+  /// Clamped to the limits; sets limited_.
   double limited(double torque);
   Motion present(Time now) const { return {0, torque(now)}; }
 
