@@ -12,7 +12,7 @@
 
 namespace cbcan::devices {
 
-/// The highest sub-index of an object; 0 = there is no such object.
+/// The highest sub-index of an object; 0 = no such object.
 inline std::uint8_t highest_sub(const ObjectDictionary& dictionary, std::uint16_t index) {
   std::uint8_t highest = 0;
   for (const ObjectEntry& entry : dictionary.entries())
@@ -37,7 +37,7 @@ constexpr std::uint8_t sub_of(std::size_t position) {
   return static_cast<std::uint8_t>(position + 1);
 }
 
-/// Null where there is no such channel.
+/// Null if there is no such channel.
 template <class Channel>
 Channel* find(std::vector<Channel>& all, std::uint8_t sub) {
   return sub >= 1 && sub <= all.size() && all[sub - 1u].exists() ? &all[sub - 1u] : nullptr;

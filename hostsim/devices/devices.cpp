@@ -22,7 +22,7 @@ std::unique_ptr<sim::Behaviour> make(sim::DeviceNode& node, std::uint64_t /*seed
 
 constexpr std::uint16_t kNoProfile = 0;
 constexpr std::uint16_t kDriveProfile = 402;
-constexpr std::uint32_t kModesOfProfile = 0xFFFF;  ///< of 6502h; the others are the maker's
+constexpr std::uint32_t kModesOfProfile = 0xFFFF;  ///< of 6502h; the others are vendor-specific
 
 using enum DataType;
 using enum NeededObject::Need;
@@ -63,7 +63,7 @@ bool has(const ObjectDictionary& dictionary, const NeededObject& needed) {
   return found && size_of(entry.type) == size_of(needed.type);
 }
 
-/// "2, 7", of the bits of 6502h; "0", no mode, of none.
+/// Such as "2, 7", from the bits of 6502h; "0" (no mode) if no bit is set.
 std::string mode_numbers(std::uint64_t bits) {
   std::string text;
   for (unsigned mode = 1; bits != 0; ++mode, bits >>= 1)

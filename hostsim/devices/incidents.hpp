@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// What can be made to happen to a device, as far as it is nothing but an error with a code: the EMCY goes
-/// out when it begins, and again after a reset while it lasts.
+/// Incidents whose only effect is an error with a code: the EMCY is sent when the incident begins, and again
+/// after a reset while it lasts.
 
 #include <cstddef>
 #include <cstdint>
@@ -20,7 +20,7 @@ struct ErrorKind {
 
 class Incidents {
  public:
-  /// Names and kinds belong together one by one; the caller's, and they outlive this.
+  /// names[i] belongs to kinds[i]; both must outlive this object.
   Incidents(std::span<const std::string_view> names, std::span<const ErrorKind> kinds);
 
   std::span<const std::string_view> names() const { return names_; }
@@ -28,9 +28,9 @@ class Incidents {
 
   /// An unknown name is ignored.
   void set(std::string_view name, bool present);
-  /// The node has forgotten its errors.
+  /// After a reset the node has no errors.
   void reset() { told_ = 0; }
-  /// Tells the node what has begun or ended.
+  /// Reports incidents that have begun or ended to the node.
   void update(sim::DeviceNode& node, Time now) {
     if (present_ != told_) tell(node, now);
   }
@@ -42,7 +42,7 @@ class Incidents {
   std::span<const std::string_view> names_;
   std::span<const ErrorKind> kinds_;
   std::uint32_t present_ = 0;  ///< one bit each
-  std::uint32_t told_ = 0;     ///< likewise
+  std::uint32_t told_ = 0;     ///< one bit each
 };
 
 }  // namespace cbcan::devices

@@ -7,8 +7,8 @@ namespace cbcan::devices {
 
 namespace {
 
-// Objects that belong to the ones in the header (CiA 401). The numbers behind them in the constructors below
-// are the profile's defaults, for files that leave an object out.
+// Objects that belong to the ones in the header (CiA 401). The numbers next to them in the constructors below
+// are the profile's defaults, for files without the object.
 constexpr std::uint16_t kInputPolarity = 0x6002;
 constexpr std::uint16_t kInputFilter = 0x6003;
 constexpr std::uint16_t kInterruptAnyChange = 0x6006;

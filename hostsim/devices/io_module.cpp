@@ -17,7 +17,7 @@ constexpr std::uint16_t kInterruptSource = 0x6422;
 constexpr std::uint16_t kAnalogueInterruptEnable = 0x6423;
 constexpr std::size_t kChannelsPerSource = 32;
 
-/// Of all widths, digital and analogue.
+/// Write objects of all widths, digital and analogue.
 constexpr auto kOutputs = std::to_array<std::uint16_t>(
     {kWriteOutput, 0x6220, 0x6300, 0x6320, 0x6410, kWriteAnalogueOutput, 0x6412, 0x6413, 0x6414});
 
@@ -51,11 +51,11 @@ IoModule::IoModule(sim::DeviceNode& node)
       analogue_outputs_(channels<Shown<AnalogueOutput>>(node.dictionary(), kWriteAnalogueOutput)),
       interrupt_sources_(numbers(node.dictionary(), kInterruptSource)),
       incidents_(kIncidents, kIncidentErrors) {
-  if (!analogue_interrupts_.exists()) analogue_interrupts_.set(1);  // nobody could enable them
+  if (!analogue_interrupts_.exists()) analogue_interrupts_.set(1);  // without 6423h no client could enable them
 }
 
 std::optional<double> IoModule::output(std::uint16_t index, std::uint8_t sub) const {
-  const std::size_t place = sub - std::size_t{1};  // of sub-index 0 there is none
+  const std::size_t place = sub - std::size_t{1};  // sub-index 0 wraps and is out of range
   if (index == kWriteOutput && place < digital_outputs_.size()) return digital_outputs_[place].terminals();
   if (index == kWriteAnalogueOutput && place < analogue_outputs_.size())
     return analogue_outputs_[place].terminals();
@@ -122,7 +122,7 @@ void IoModule::note_source(std::size_t channel, Time now) {
   source.set(source.get() | 1u << channel % kChannelsPerSource);
 }
 
-/// When everything is up to date: a PDO that the first one sends may carry the others too.
+/// After all inputs have been updated: a PDO triggered by the first may carry the others too.
 void IoModule::tell(Time now) {
   for (std::size_t i = 0; i < digital_inputs_.size(); ++i)
     if (std::exchange(digital_inputs_[i].interrupt, false)) node_.changed(kReadInput, sub_of(i), now);
@@ -132,7 +132,7 @@ void IoModule::tell(Time now) {
   interrupted_ = false;
 }
 
-/// Not of analogue inputs, which move all the time.
+/// Not for analogue inputs, which change continuously.
 template <class Channel>
 void IoModule::tell_terminals(const std::vector<Channel>& all, Channel& channel, std::uint16_t index,
                               Time now) {

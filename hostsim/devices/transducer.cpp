@@ -38,7 +38,7 @@ std::uint8_t overload_of(double value) {
   return 0;
 }
 
-/// True = it is another one now.
+/// True = the value has changed.
 template <class Number>
 bool replace(sim::Bound<Number>& value, Number number) {
   const bool changed = value.exists() && value.get() != number;
@@ -74,7 +74,7 @@ double Transducer::Channel::scale() const {
   return std::pow(10.0, decimal_digits_.get());
 }
 
-/// Of the narrowest that there is.
+/// Of the narrowest process value present.
 std::uint8_t Transducer::Channel::overload() const {
   const double value = input_ * scale();
   if (short_.exists()) return overload_of<std::int16_t>(value);

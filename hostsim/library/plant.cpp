@@ -51,7 +51,7 @@ config::PlantBuild build_of(const config::Config& config) {
   return build;
 }
 
-/// What is there to say, or thrown.
+/// Throws an error response, returns any other.
 std::string checked(std::string response) {
   if (response.starts_with(plant::kError))
     throw PlantError(std::string(text::trim(response.substr(plant::kError.size()))));

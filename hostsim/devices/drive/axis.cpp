@@ -12,7 +12,7 @@ namespace cbcan::devices {
 namespace {
 constexpr double kSecondsPerMinute = 60;
 
-/// Increments: on one side of an edge, and not on it.
+/// Increments: clearly on one side of an edge.
 constexpr double kBeside = 1e-3;
 constexpr double kFarFrom = 1;
 constexpr double kNowhere = std::numeric_limits<double>::infinity();
@@ -103,7 +103,7 @@ void Axis::refresh(Time now) {
   shift(-increments(std::floor((position - range.low) / span) * span));
 }
 
-/// In user-defined units, with what is rounded to its ends.
+/// In user-defined units, including positions that are rounded to its ends.
 Profile::Range Axis::position_range() const {
   const std::int32_t low = objects_.range_min.get();
   const std::int32_t high = objects_.range_max.get();

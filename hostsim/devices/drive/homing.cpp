@@ -64,7 +64,7 @@ void Homing::next_leg(Time now) {
       std::min(axis_.increments_per_second(objects_.homing_speed_switch.get()), axis_.max_velocity());
   const bool turns = axis_.demand(now).velocity * leg.direction < 0;
   axis_.run_at(leg.direction * speed, acceleration, acceleration, now);
-  // The edge just passed comes again on the way back: that is the one that counts.
+  // The edge just passed is passed again on the way back; the second passage counts.
   const Time from = turns ? axis_.profile().next_change(now) : now;
   leg_ends_ = axis_.profile().time_at(axis_.from_machine(leg.until), from);
 }

@@ -8,7 +8,7 @@ namespace cbcan::devices {
 
 namespace {
 
-constexpr std::int8_t kWithoutIndex = 16;  ///< method n + 16 is n without its index pulse
+constexpr std::int8_t kWithoutIndex = 16;  ///< method n + 16 is method n without index pulse
 constexpr double kUp = 1;
 constexpr double kDown = -1;
 
@@ -19,7 +19,7 @@ struct HomeSwitchMethod {
   std::int8_t method;
   Edge edge;
   double last_direction;   ///< in which the edge is found
-  double first_direction;  ///< where the switch is looked for
+  double first_direction;  ///< in which the search for the switch begins
   bool turns_at_limit;
 };
 
@@ -47,7 +47,7 @@ void add(HomingWay& way, double direction, double until) {
   way.legs[way.count++] = {direction, until};
 }
 
-/// Until the home switch is active. False = it is not there.
+/// Adds legs until the home switch is active. False = it is not found.
 bool look_for_switch(HomingWay& way, const HomeSwitchMethod& row, double place, const AxisLayout& layout) {
   if (place >= layout.home_low && place <= layout.home_high) return true;
   double direction = row.first_direction;

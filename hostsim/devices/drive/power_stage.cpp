@@ -5,10 +5,10 @@ namespace cbcan::devices {
 
 namespace {
 
-// Option codes. 0 is everywhere: no ramp, the power goes.
+// Option codes. 0 always means: no ramp, power off.
 constexpr std::int16_t kPowerOff = 0;
 constexpr std::int16_t kSlowDownRamp = 1;
-constexpr std::int16_t kSlowDownAndStay = 5;  ///< 605Ah; 6..8 stay as well
+constexpr std::int16_t kSlowDownAndStay = 5;  ///< 605Ah; 6..8 also stay in Quick stop active
 
 bool has_power(PowerState state) {
   return state == PowerState::kOperationEnabled || state == PowerState::kQuickStopActive ||

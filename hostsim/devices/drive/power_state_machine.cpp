@@ -15,7 +15,7 @@ constexpr auto kTransitions = std::to_array<Transition>({
     {1, State::kNotReadyToSwitchOn, Event::kInitialised, State::kSwitchOnDisabled},
     {2, State::kSwitchOnDisabled, Event::kShutdown, State::kReadyToSwitchOn},
     {3, State::kReadyToSwitchOn, Event::kSwitchOn, State::kSwitchedOn},
-    // 000Fh is both commands at once: 3, then 4.
+    // 000Fh is two commands: transition 3, then 4.
     {3, State::kReadyToSwitchOn, Event::kEnableOperation, State::kSwitchedOn},
     {4, State::kSwitchedOn, Event::kEnableOperation, State::kOperationEnabled},
     {5, State::kOperationEnabled, Event::kSwitchOn, State::kSwitchedOn},
@@ -57,7 +57,7 @@ constexpr auto kCommands = std::to_array<CommandPattern>({
 constexpr std::size_t kStates = 8;
 constexpr std::size_t kEvents = 11;
 
-/// By state and event: the row of the table, from 1 on; 0 = there is none.
+/// By state and event: the row of the table, from 1 on; 0 = no transition.
 using Rows = std::array<std::array<std::uint8_t, kEvents>, kStates>;
 
 constexpr Rows kRows = [] {

@@ -55,7 +55,7 @@ double ProfilePosition::target_of(const SetPoint& set_point, double base) const 
   return std::round((set_point.relative ? base : 0) + set_point.target);
 }
 
-/// The rest of the way at profile velocity; the next set-point begins where this one is passed.
+/// Continues at profile velocity; the next set-point begins when this one is passed.
 void ProfilePosition::pass_through(Time now) {
   const double target = axis_.target();
   if (held_ || axis_.profile().time_at(target, now) == kNever) return;

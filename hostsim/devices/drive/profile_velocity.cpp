@@ -9,7 +9,7 @@ namespace cbcan::devices {
 
 namespace {
 
-/// The software limit that lies in this direction.
+/// The software limit in this direction.
 double limit_ahead(const Axis& axis, double direction) {
   constexpr double kFar = std::numeric_limits<double>::max();
   return axis.has_limits() ? axis.within_limits(direction < 0 ? -kFar : kFar) : 0;
