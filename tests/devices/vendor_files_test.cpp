@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Drives made from files as vendors write them: values left out, limits of 0, wrong device types. Each has to
-// move with the program that moves the real one. The files here are written by hand in the shapes that are
-// found, and are no vendor's.
+// Drives from EDS files with the usual defects of vendor files: missing values, limits of 0, wrong device types.
+// Each must move with the program that moves the real drive. The files here are written by hand; none is from a
+// vendor.
 #include "devices/devices.hpp"
 #include "eds/dictionary_image.hpp"
 #include "eds/eds_reader.hpp"
@@ -13,9 +13,9 @@ namespace {
 
 struct Line {
   const char* index;
-  const char* type;    ///< empty: the file does not say
-  const char* access;  ///< likewise
-  const char* value;   ///< likewise
+  const char* type;    ///< empty: missing in the file
+  const char* access;  ///< empty: missing in the file
+  const char* value;   ///< empty: missing in the file
 };
 
 std::string text_of(const Line& line) {
@@ -26,7 +26,7 @@ std::string text_of(const Line& line) {
          key("AccessType", line.access) + key("DefaultValue", line.value) + "PDOMapping=0\n\n";
 }
 
-/// A drive as a template of CiA 402 has it: not one value.
+/// A drive as in a CiA 402 template: no values.
 const std::vector<Line> kTemplate{
     {"1000", "7", "ro", ""}, {"6007", "3", "rw", ""},  {"6040", "6", "rww", ""}, {"6041", "6", "ro", ""},
     {"605A", "3", "rw", ""}, {"6060", "2", "rww", ""}, {"6061", "2", "ro", ""},  {"6064", "4", "ro", ""},
@@ -35,7 +35,7 @@ const std::vector<Line> kTemplate{
     {"6084", "7", "rw", ""}, {"60FF", "4", "rww", ""}, {"6502", "7", "ro", ""},
 };
 
-/// The template with other lines in the place of its own; a line without anything takes one out.
+/// The template with lines replaced; a line of type "-" removes one.
 std::string file_with(const std::vector<Line>& changes) {
   std::string text;
   for (Line line : kTemplate) {
@@ -50,7 +50,7 @@ std::string file_with(const std::vector<Line>& changes) {
   return text;
 }
 
-/// Node 5 made of a file, and the master's program.
+/// Node 5 from a file, and the master's program.
 struct Plant {
   explicit Plant(const std::string& text) {
     eds::DictionaryImage image =
@@ -125,7 +125,7 @@ TEST_CASE("A drive from a vendor's file moves at a velocity") {
 
 namespace {
 
-/// 608Fh and its like.
+/// An array of two numbers, such as 608Fh.
 std::string pair_of(const std::string& index, const std::string& first, const std::string& second) {
   const auto sub = [&](const std::string& number, const std::string& type, const std::string& value) {
     return "[" + index + "sub" + number + "]\nParameterName=x\nObjectType=7\nDataType=" + type +
@@ -139,13 +139,13 @@ std::string number_of(const char* index, const char* value) {
   return text_of({index, "7", "rw", value});
 }
 
-/// Units and limits as makers give them, and what one move comes to.
+/// Units and limits as vendors give them, and the results of moves.
 struct Maker {
   const char* name;
   std::string objects;
   std::vector<Line> changes;
-  int velocity;    ///< asked for in mode 3
-  int after_10_s;  ///< position, user units; accelerations of 0 are at once
+  int velocity;    ///< demanded in mode 3
+  int after_10_s;  ///< position, user units; accelerations of 0 mean without a ramp
   int increments;  ///< 6063h of a move to 1000
 };
 

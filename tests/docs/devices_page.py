@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""docs/reference/devices.md names every device and every object that a device uses."""
+"""Checks that docs/reference/devices.md names every device and every object that a device uses."""
 
 import pathlib
 import re

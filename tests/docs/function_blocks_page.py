@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""docs/reference/function-blocks.md has a row for every block with its members, and for every error."""
+"""Checks that docs/reference/function-blocks.md has a row for every block with its members, and for every error."""
 
 import pathlib
 import re
