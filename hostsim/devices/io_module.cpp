@@ -12,10 +12,7 @@ namespace cbcan::devices {
 
 namespace {
 
-constexpr std::uint16_t kDigitalInterruptEnable = 0x6005;
-constexpr std::uint16_t kInterruptSource = 0x6422;
-constexpr std::uint16_t kAnalogueInterruptEnable = 0x6423;
-constexpr std::size_t kChannelsPerSource = 32;
+constexpr std::size_t kChannelsPerSource = 32;  ///< of a sub-index of 6422h
 
 /// Write objects of all widths, digital and analogue.
 constexpr auto kOutputs = std::to_array<std::uint16_t>(
@@ -27,13 +24,6 @@ constexpr std::array<ErrorKind, 2> kIncidentErrors{{
     {0x3120, ErrorRegister::kGeneric | ErrorRegister::kVoltage},
 }};
 
-std::vector<sim::Bound<std::uint32_t>> numbers(ObjectDictionary& dictionary, std::uint16_t index) {
-  std::vector<sim::Bound<std::uint32_t>> all;
-  for (unsigned sub = 1; sub <= highest_sub(dictionary, index); ++sub)
-    all.emplace_back(dictionary, index, static_cast<std::uint8_t>(sub));
-  return all;
-}
-
 template <class Channel>
 std::size_t place_in(const std::vector<Channel>& all, const Channel& channel) {
   return static_cast<std::size_t>(&channel - all.data());
@@ -42,15 +32,14 @@ std::size_t place_in(const std::vector<Channel>& all, const Channel& channel) {
 }  // namespace
 
 IoModule::IoModule(sim::DeviceNode& node)
-    : node_(node),
-      digital_interrupts_(node.dictionary(), kDigitalInterruptEnable, 0, 1),
-      analogue_interrupts_(node.dictionary(), kAnalogueInterruptEnable, 0, 0),
-      digital_inputs_(channels<Input<Shown<DigitalInput>>>(node.dictionary(), kReadInput)),
-      digital_outputs_(channels<Shown<DigitalOutput>>(node.dictionary(), kWriteOutput)),
-      analogue_inputs_(channels<Input<AnalogueInput>>(node.dictionary(), kReadAnalogueInput)),
-      analogue_outputs_(channels<Shown<AnalogueOutput>>(node.dictionary(), kWriteAnalogueOutput)),
-      interrupt_sources_(numbers(node.dictionary(), kInterruptSource)),
-      incidents_(kIncidents, kIncidentErrors) {
+    : DeviceWithIncidents(node, kIncidents, kIncidentErrors),
+      digital_interrupts_(node.dictionary(), 0x6005, 0, 1),
+      analogue_interrupts_(node.dictionary(), 0x6423, 0, 0),
+      digital_inputs_(channels<Input<Shown<DigitalInput>>>(node.dictionary(), {kReadInput})),
+      digital_outputs_(channels<Shown<DigitalOutput>>(node.dictionary(), {kWriteOutput})),
+      analogue_inputs_(channels<Input<AnalogueInput>>(node.dictionary(), {kReadAnalogueInput})),
+      analogue_outputs_(channels<Shown<AnalogueOutput>>(node.dictionary(), {kWriteAnalogueOutput})),
+      interrupt_sources_(channels<InterruptSource>(node.dictionary(), {0x6422})) {
   if (!analogue_interrupts_.exists()) analogue_interrupts_.set(1);  // without 6423h no client could enable them
 }
 
@@ -63,11 +52,10 @@ std::optional<double> IoModule::output(std::uint16_t index, std::uint8_t sub) co
 }
 
 void IoModule::reset(bool application, Time now) {
-  incidents_.reset();
+  told_ = 0;
   if (!application) return;
   begun_ = true;
   failed_ = false;
-  interrupted_ = false;
   for (DigitalOutput& output : digital_outputs_)
     output.switch_off();
   for (auto& input : digital_inputs_) {
@@ -86,13 +74,13 @@ Time IoModule::update(Time now) {
   Time next = kNever;
   for (auto& input : digital_inputs_) {
     next = earlier(next, input.filter(now));
-    if (input.refresh() && digital_interrupts_.get() != 0) interrupt(input.interrupt);
+    if (input.refresh() && digital_interrupts_.get() != 0) input.interrupt = true;
     tell_terminals(digital_inputs_, input, kReadInput, now);
   }
   for (auto& input : analogue_inputs_) {
     if (!input.refresh() || analogue_interrupts_.get() == 0) continue;
     input.told();
-    interrupt(input.interrupt);
+    input.interrupt = true;
     note_source(place_in(analogue_inputs_, input), now);
   }
   for (auto& output : digital_outputs_) {
@@ -103,13 +91,9 @@ Time IoModule::update(Time now) {
     output.refresh(failed_);
     tell_terminals(analogue_outputs_, output, kWriteAnalogueOutput, now);
   }
-  incidents_.update(node_, now);
-  if (interrupted_) tell(now);
+  tell_incidents(now);
+  tell(now);
   return next;
-}
-
-void IoModule::interrupt(bool& input) {
-  input = interrupted_ = true;
 }
 
 void IoModule::note_source(std::size_t channel, Time now) {
@@ -129,7 +113,6 @@ void IoModule::tell(Time now) {
   for (std::size_t i = 0; i < analogue_inputs_.size(); ++i)
     if (std::exchange(analogue_inputs_[i].interrupt, false))
       node_.changed(kReadAnalogueInput, sub_of(i), now);
-  interrupted_ = false;
 }
 
 /// Not for analogue inputs, which change continuously.
@@ -166,14 +149,6 @@ bool IoModule::set_input(std::uint16_t index, std::uint8_t sub, double value, Ti
       return true;
     }
   return false;
-}
-
-std::span<const std::string_view> IoModule::incidents() const {
-  return incidents_.names();
-}
-
-void IoModule::set_incident(std::string_view incident, bool present, Time /*now*/) {
-  incidents_.set(incident, present);
 }
 
 }  // namespace cbcan::devices

@@ -12,6 +12,8 @@
 ///
 /// Outputs have their error values from a network failure or NMT Stopped until the node is Operational again;
 /// 6200h and 6411h keep the written values.
+///
+/// Incidents: "output-short-circuit" (EMCY 2320h) and "input-voltage-low" (3120h).
 
 #include <cstdint>
 #include <vector>
@@ -22,7 +24,7 @@
 
 namespace cbcan::devices {
 
-class IoModule final : public sim::Behaviour {
+class IoModule final : public DeviceWithIncidents {
  public:
   explicit IoModule(sim::DeviceNode& node);
 
@@ -36,9 +38,6 @@ class IoModule final : public sim::Behaviour {
   std::optional<double> output(std::uint16_t index, std::uint8_t sub) const override;
   /// 6000h: levels at eight terminals, 0..255. 6401h: the number to show. Both are rounded.
   bool set_input(std::uint16_t index, std::uint8_t sub, double value, Time now) override;
-  /// "output-short-circuit" (EMCY 2320h) and "input-voltage-low" (3120h).
-  std::span<const std::string_view> incidents() const override;
-  void set_incident(std::string_view incident, bool present, Time now) override;
 
  private:
   template <class Channel>
@@ -52,25 +51,25 @@ class IoModule final : public sim::Behaviour {
     std::int32_t shown = 0;  ///< levels last reported to the node
   };
 
-  void interrupt(bool& input);
+  struct InterruptSource : sim::Bound<std::uint32_t> {
+    InterruptSource(ObjectDictionary& dictionary, std::uint8_t sub) : Bound(dictionary, 0x6422, sub) {}
+  };
+
   void note_source(std::size_t channel, Time now);
   void tell(Time now);
   template <class Channel>
   void tell_terminals(const std::vector<Channel>& all, Channel& channel, std::uint16_t index, Time now);
 
-  sim::DeviceNode& node_;
   sim::Bound<std::uint8_t> digital_interrupts_;
   sim::Bound<std::uint8_t> analogue_interrupts_;
   std::vector<Input<Shown<DigitalInput>>> digital_inputs_;
   std::vector<Shown<DigitalOutput>> digital_outputs_;
   std::vector<Input<AnalogueInput>> analogue_inputs_;
   std::vector<Shown<AnalogueOutput>> analogue_outputs_;
-  std::vector<sim::Bound<std::uint32_t>> interrupt_sources_;
+  std::vector<InterruptSource> interrupt_sources_;
   Time interrupt_at_ = kNever;
   bool failed_ = false;
-  bool begun_ = false;        ///< before the first reset, terminals are not reported
-  bool interrupted_ = false;  ///< an interrupt is to be reported
-  Incidents incidents_;
+  bool begun_ = false;  ///< before the first reset, terminals are not reported
 };
 
 }  // namespace cbcan::devices

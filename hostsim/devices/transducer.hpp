@@ -4,6 +4,9 @@
 /// A measuring device (CiA 404, analogue input): one channel for each sub-index of the process value, which is
 /// INTEGER32 in 9130h, INTEGER16 in 7130h, REAL32 in 6130h; a file has one or more of them. 6130h is the input
 /// value in the unit of 6131h; the others have the decimal digits of 6132h. 6150h is the status of the value.
+///
+/// Incident "sensor-break" (EMCY 5000h): process values remain unchanged, and 6150h shows that they are not
+/// valid.
 
 #include <array>
 #include <cstdint>
@@ -15,7 +18,7 @@
 
 namespace cbcan::devices {
 
-class Transducer final : public sim::Behaviour {
+class Transducer final : public DeviceWithIncidents {
  public:
   explicit Transducer(sim::DeviceNode& node);
 
@@ -24,9 +27,6 @@ class Transducer final : public sim::Behaviour {
   /// A process value that the file has, in the unit of 6131h; with 6132h = 2, 12.5 is shown as 1250. Every
   /// change is an event.
   bool set_input(std::uint16_t index, std::uint8_t sub, double value, Time now) override;
-  /// "sensor-break" (EMCY 5000h): process values remain unchanged, and 6150h shows that they are not valid.
-  std::span<const std::string_view> incidents() const override;
-  void set_incident(std::string_view incident, bool present, Time now) override;
 
  private:
   class Channel {
@@ -51,9 +51,7 @@ class Transducer final : public sim::Behaviour {
     double input_;
   };
 
-  sim::DeviceNode& node_;
   std::vector<Channel> channels_;
-  Incidents incidents_;
 };
 
 }  // namespace cbcan::devices

@@ -102,11 +102,9 @@ TEST_CASE("Commands are the patterns of the controlword, whatever the bits that 
   CHECK(devices::command_of(0x008F, 0x0080) == PowerEvent::kNone);
 }
 
-TEST_CASE("The table has the transitions of CiA 402, and a fault from wherever there is none") {
-  std::string numbers;
-  for (const devices::Transition& row : devices::power_transitions())
-    numbers += std::to_string(row.number) + ' ';
-  CHECK(numbers == "1 2 3 3 4 5 6 7 7 8 9 10 10 11 12 12 13 13 13 13 13 13 14 15 16 ");
+TEST_CASE("A fault from every state without one") {
+  for (int state = 0; state <= static_cast<int>(PowerState::kQuickStopActive); ++state)
+    CHECK(devices::power_transition(static_cast<PowerState>(state), PowerEvent::kFault)->number == 13);
   for (const PowerState state : {PowerState::kFault, PowerState::kFaultReactionActive})
     CHECK(devices::power_transition(state, PowerEvent::kFault) == nullptr);
   CHECK(devices::status_of(PowerState::kNotReadyToSwitchOn) == 0x0000);

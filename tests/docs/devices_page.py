@@ -24,7 +24,7 @@ def names(found):
 
 def objects(found):
     for path in sorted((ROOT / "hostsim/devices").rglob("*.?pp")):
-        for index in re.findall(r"(?:= |\{d, )0x([69]\w{3})\b", path.read_text()):
+        for index in re.findall(r"(?:= |\{d, |dictionary(?:\(\))?, )0x([69]\w{3})\b", path.read_text()):
             if f"{index}h" not in PAGE:
                 found.append(f"docs/reference/devices.md: nothing about {index}h, which {path.name} uses")
 

@@ -27,13 +27,11 @@ class CyclicPosition final : public Mode {
   using Mode::Mode;
 
   void enter(const ModeInput& input, Time now) override;
-  void run(const ModeInput& /*input*/, Time /*now*/) override {}
   void on_sync(const ModeInput& input, Time now) override;
   std::uint16_t status(Time /*now*/) const override { return cyclic_status(limited_); }
 
  private:
   Time line_ends_ = 0;
-  bool limited_ = false;
 };
 
 class CyclicVelocity final : public Mode {
@@ -48,7 +46,6 @@ class CyclicVelocity final : public Mode {
  private:
   double velocity_ = 0;  ///< the last set-point, increments/s
   Time change_ends_ = 0;
-  bool limited_ = false;
 };
 
 }  // namespace cbcan::devices

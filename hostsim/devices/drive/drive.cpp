@@ -45,15 +45,10 @@ constexpr Time kInTime = 2;
 /// Increments by which the following error window must be exceeded, so that rounding alone does not exceed it.
 constexpr double kPast = 1e-3;
 
-template <class Number>
-Number number_in(std::span<const std::uint8_t> value) {
-  return static_cast<Number>(load_little_endian(value));
-}
-
 }  // namespace
 
 Drive::Drive(sim::DeviceNode& node, const AxisLayout& layout)
-    : node_(node),
+    : DeviceWithIncidents(node, kIncidentNames, kFaults),
       objects_(node.dictionary()),
       axis_(objects_, layout),
       stage_(objects_, axis_),
@@ -83,7 +78,7 @@ Time Drive::update(Time now) {
   end_faults(now);
   hold_motor(now);
   run_mode(now);
-  if (axis_.has_load()) let_drive(now);
+  axis_.drive(stage_.is_powered(), operating_ && mode_ != nullptr ? mode_->torque_profile() : nullptr, now);
   publish(now);
   return deadline(now);
 }
@@ -139,10 +134,6 @@ void Drive::run_mode(Time now) {
   mode_->run(input(now), now);
 }
 
-void Drive::let_drive(Time now) {
-  axis_.drive(stage_.is_powered(), operating_ && mode_ != nullptr ? mode_->torque_profile() : nullptr, now);
-}
-
 void Drive::on_sync(Time now) {
   axis_.carry(now);
   if (operating_ && mode_ != nullptr) mode_->on_sync(input(now), now);
@@ -165,10 +156,10 @@ void Drive::watch_sync(Time now) {
 AbortCode Drive::check(const ObjectEntry& entry, std::uint8_t /*sub*/, std::span<const std::uint8_t> value,
                        Time /*now*/) {
   if (entry.index == kControlword) stage_.controlword_written();
-  if (entry.index == kModesOfOperation && !supports(number_in<std::int8_t>(value))) return AbortCode::kValue;
-  if (entry.index == kHomingMethod && !is_homing_method(number_in<std::int8_t>(value)))
-    return AbortCode::kValue;
-  return AbortCode::kNone;
+  const auto number = static_cast<std::int8_t>(load_little_endian(value));
+  const bool is_refused = (entry.index == kModesOfOperation && !supports(number)) ||
+                          (entry.index == kHomingMethod && !is_homing_method(number));
+  return is_refused ? AbortCode::kValue : AbortCode::kNone;
 }
 
 bool Drive::is_set_point(std::uint16_t index) const {
@@ -176,12 +167,6 @@ bool Drive::is_set_point(std::uint16_t index) const {
 }
 
 // Faults.
-
-void Drive::set_incident(std::string_view incident, bool present, Time /*now*/) {
-  const std::optional<Incident> known = incident_named(incident);
-  if (!known) return;
-  present_ = present ? present_ | bit_of(*known) : present_ & ~bit_of(*known);
-}
 
 /// Motor power opens a set brake. A brake that is set again afterwards holds, with or without power.
 bool Drive::brake_holds() {
@@ -200,7 +185,7 @@ void Drive::hold_motor(Time now) {
   if (blocked == axis_.blocked()) return;
   axis_.set_blocked(blocked, now);
   if (blocked && !stage_.is_powered()) axis_.give_up_demand(now);
-  if (!blocked && operating_ && stage_.is_operating() && mode_ != nullptr) mode_->resume(input(now), now);
+  if (!blocked && operating_ && stage_.is_operating() && mode_ != nullptr) mode_->resume(now);
 }
 
 void Drive::begin_faults(Time now) {

@@ -46,7 +46,7 @@
 
 namespace cbcan::devices {
 
-class Drive final : public sim::Behaviour {
+class Drive final : public DeviceWithIncidents {
  public:
   explicit Drive(sim::DeviceNode& node, const AxisLayout& layout = {});
   Drive(const Drive&) = delete;
@@ -60,14 +60,11 @@ class Drive final : public sim::Behaviour {
   void on_state(nmt::State state, Time now) override;
   void on_network_failure(sim::NetworkFailure failure, Time now) override;
   bool is_set_point(std::uint16_t index) const override;
-  std::span<const std::string_view> incidents() const override { return kIncidentNames; }
-  void set_incident(std::string_view incident, bool present, Time now) override;
 
-  PowerState state() const { return stage_.state(); }
   const Axis& axis() const { return axis_; }
 
  private:
-  bool has(Incident incident) const { return (present_ & bit_of(incident)) != 0; }
+  bool has(Incident incident) const { return present(static_cast<std::size_t>(incident)); }
   ModeInput input(Time now) const;
   Mode* mode_of(std::int8_t number);
   bool supports(std::int8_t mode);
@@ -77,7 +74,6 @@ class Drive final : public sim::Behaviour {
   void end_faults(Time now);
   void watch_following(Time now);
   void run_mode(Time now);
-  void let_drive(Time now);
   void publish(Time now);
   void publish_motion(Time now);
   bool brake_holds();
@@ -90,7 +86,6 @@ class Drive final : public sim::Behaviour {
   Time deadline(Time now) const;
   Time following_deadline(Time now) const;
 
-  sim::DeviceNode& node_;
   DriveObjects objects_;
   Axis axis_;
   PowerStage stage_;
@@ -106,8 +101,6 @@ class Drive final : public sim::Behaviour {
   bool operating_ = false;
   bool had_power_ = false;
   bool brake_opened_ = false;  ///< by power, although 60FEh sets the brake
-  std::uint32_t present_ = 0;  ///< incidents, one bit each
-  std::uint32_t told_ = 0;     ///< reported faults that have not been reset
   Time lagging_since_ = kNever;
   bool lost_ = false;  ///< the following error has lasted too long
   Time last_sync_ = kNever;

@@ -11,7 +11,7 @@ void Homing::enter(const ModeInput& input, Time now) {
   end(Phase::kIdle, Ramp::kSlowDown, now);
 }
 
-void Homing::resume(const ModeInput& /*input*/, Time now) {
+void Homing::resume(Time now) {
   if (under_way()) end(Phase::kFailed, Ramp::kQuickStop, now);
 }
 
@@ -47,8 +47,8 @@ void Homing::start(Time now) {
 
 void Homing::next_leg(Time now) {
   const double acceleration = axis_.increments_per_second(objects_.homing_acceleration.get());
-  if (leg_ == way_.count) {
-    if (way_.hard && leg_ != 0) axis_.line_to(axis_.from_machine(way_.legs[leg_ - 1].until), 0, now);
+  if (leg_ == way_.legs.size()) {
+    if (way_.hard && leg_ != 0) axis_.line_to(axis_.from_machine(way_.legs.back().until), 0, now);
     if (way_.blind) return end(Phase::kFailed, Ramp::kQuickStop, now);
     const double speed = axis_.increments_per_second(objects_.homing_speed_zero.get());
     const double home = std::round(axis_.from_machine(way_.home));
@@ -81,10 +81,6 @@ std::uint16_t Homing::status(Time now) const {
   if (phase_ == Phase::kAttained) bits |= statusword::kHomingAttained;
   if (phase_ == Phase::kFailed) bits |= statusword::kHomingError;
   return bits;
-}
-
-Time Homing::deadline(Time /*now*/) const {
-  return leg_ends_;
 }
 
 }  // namespace cbcan::devices

@@ -21,9 +21,9 @@ class Homing final : public Mode {
 
   void enter(const ModeInput& input, Time now) override;
   void run(const ModeInput& input, Time now) override;
-  void resume(const ModeInput& input, Time now) override;
+  void resume(Time now) override;
   std::uint16_t status(Time now) const override;
-  Time deadline(Time now) const override;
+  Time deadline(Time /*now*/) const override { return leg_ends_; }
 
  private:
   enum class Phase : std::uint8_t { kIdle, kHalted, kSearching, kToHome, kAttained, kFailed };

@@ -7,9 +7,8 @@
 /// one, -1 and -2 the next index pulse from them; vendors differ in the signs, these are maxon's. 15, 16, 31,
 /// 32 and the rest are reserved or not supported. Pure functions.
 
-#include <array>
-#include <cstddef>
 #include <cstdint>
+#include <vector>
 
 #include "devices/drive/axis.hpp"
 
@@ -26,8 +25,7 @@ struct HomingLeg {
 };
 
 struct HomingWay {
-  std::array<HomingLeg, 3> legs{};  ///< at the speed for switches
-  std::size_t count = 0;
+  std::vector<HomingLeg> legs{};  ///< at the speed for switches
   double home = 0;     ///< approached after the legs, at the speed for zero
   bool blind = false;  ///< the legs end at a limit switch without finding home
   bool hard = false;   ///< the last leg ends at a hard stop, without a ramp

@@ -6,7 +6,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <string_view>
 
 #include "devices/incidents.hpp"
@@ -53,12 +52,6 @@ inline constexpr std::uint16_t kCommunicationFault = 0x8100;
 inline constexpr std::uint16_t kSyncFault = 0x8700;
 inline constexpr std::uint16_t kHeartbeatFault = static_cast<std::uint16_t>(EmergencyCode::kHeartbeat);
 inline constexpr std::uint16_t kBusOffFault = static_cast<std::uint16_t>(EmergencyCode::kBusOffRecovered);
-
-inline std::optional<Incident> incident_named(std::string_view name) {
-  for (std::size_t i = 0; i < kIncidentNames.size(); ++i)
-    if (kIncidentNames[i] == name) return static_cast<Incident>(i);
-  return std::nullopt;
-}
 
 constexpr std::uint32_t bit_of(Incident incident) {
   return std::uint32_t{1} << static_cast<unsigned>(incident);

@@ -81,9 +81,7 @@ void Load::step(const Lead& lead) {
     position_ = std::clamp(position_, lead.low, lead.high);
     velocity_ = 0;
   }
-  at_ = end;
-  settled_ = rests(lead);
-  at_ -= kStep;
+  settled_ = rests(lead, end);
   if (!settled_ || lead.demand == nullptr) return;
   position_ = lead.demand->at(end).position;
   velocity_ = 0;
@@ -92,15 +90,15 @@ void Load::step(const Lead& lead) {
 }
 
 /// At the end of a step: the load will not change until the lead does.
-bool Load::rests(const Lead& lead) const {
+bool Load::rests(const Lead& lead, Time end) const {
   if (lead.demand != nullptr) {
-    const bool is_over = at_ >= lead.demand->end() && lead.demand->final_velocity() == 0;
-    return is_over && std::abs(lead.demand->at(at_).position - position_) < kStill &&
+    const bool is_over = end >= lead.demand->end() && lead.demand->final_velocity() == 0;
+    return is_over && std::abs(lead.demand->at(end).position - position_) < kStill &&
            std::abs(velocity_) < kStill;
   }
   const bool at_a_stop = (position_ <= lead.low && torque_ < thousandths(load_.gravity)) ||
                          (position_ >= lead.high && torque_ > thousandths(load_.gravity));
-  const bool is_steady = lead.torque == nullptr || at_ >= lead.torque->end();
+  const bool is_steady = lead.torque == nullptr || end >= lead.torque->end();
   return is_steady && velocity_ == 0 && (at_a_stop || acceleration(torque_) == 0);
 }
 

@@ -52,7 +52,7 @@ class Load {
   void step(const Lead& lead);
   double wanted_torque(const Lead& lead, Time end) const;
   double acceleration(double torque) const;
-  bool rests(const Lead& lead) const;
+  bool rests(const Lead& lead, Time end) const;
   double thousandths(double torque) const { return 1000 * torque / rated_; }
 
   AxisLoad load_;

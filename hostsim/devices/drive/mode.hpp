@@ -33,10 +33,10 @@ class Mode {
   /// Operation has been enabled in this mode, or the mode has been selected. The axis may be moving.
   virtual void enter(const ModeInput& input, Time now) = 0;
   /// Does all that is due by `now`.
-  virtual void run(const ModeInput& input, Time now) = 0;
+  virtual void run(const ModeInput& /*input*/, Time /*now*/) {}
   virtual void on_sync(const ModeInput& /*input*/, Time /*now*/) {}
   /// The motor is no longer blocked: continue to the target from the current position.
-  virtual void resume(const ModeInput& /*input*/, Time /*now*/) {}
+  virtual void resume(Time /*now*/) {}
 
   /// Statusword bits 10..13 of this mode, except for a following error.
   virtual std::uint16_t status(Time now) const = 0;
@@ -54,6 +54,7 @@ class Mode {
 
   DriveObjects& objects_;
   Axis& axis_;
+  bool limited_ = false;  ///< the demand is less than the set-point
 };
 
 }  // namespace cbcan::devices

@@ -46,7 +46,6 @@ class PowerStage {
   void finish(Time now);
   void stop_quickly(Time now);
   void react_to_fault(bool powered, Time now);
-  void cut_power(Time now);
 
   DriveObjects& objects_;
   Axis& axis_;

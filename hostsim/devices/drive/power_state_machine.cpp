@@ -73,10 +73,6 @@ constexpr std::array<std::uint16_t, kStates> kStatuswords = {0x0000, 0x0040, 0x0
 
 }  // namespace
 
-std::span<const Transition> power_transitions() {
-  return kTransitions;
-}
-
 const Transition* power_transition(PowerState from, PowerEvent event) {
   const std::size_t row = kRows[static_cast<std::size_t>(from)][static_cast<std::size_t>(event)];
   return row == 0 ? nullptr : &kTransitions[row - 1];

@@ -5,7 +5,6 @@
 /// and statusword bits. Pure functions; power_stage.hpp has the effect of a transition on the motor.
 
 #include <cstdint>
-#include <span>
 
 namespace cbcan::devices {
 
@@ -72,11 +71,8 @@ struct Transition {
   PowerState to;
 };
 
-/// All transitions; at most one for a state and an event. Transition 16 is included; the power stage allows it
-/// depending on the quick stop option code.
-std::span<const Transition> power_transitions();
-
-/// Null if the event has no effect in that state.
+/// Null if the event has no effect in that state. Transition 16 is included; the power stage allows it depending
+/// on the quick stop option code.
 const Transition* power_transition(PowerState from, PowerEvent event);
 
 /// The command in a controlword. Fault reset is the rising edge of bit 7 after the controlword `before`; while

@@ -84,7 +84,7 @@ void ProfilePosition::hold_or_go(const ModeInput& input, Time now) {
   }
 }
 
-void ProfilePosition::resume(const ModeInput& /*input*/, Time now) {
+void ProfilePosition::resume(Time now) {
   if (has_target_ && !held_) axis_.move_to(axis_.target(), dynamics_, now);
   pass_at_ = kNever;
 }

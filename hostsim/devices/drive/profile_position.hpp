@@ -21,7 +21,7 @@ class ProfilePosition final : public Mode {
 
   void enter(const ModeInput& input, Time now) override;
   void run(const ModeInput& input, Time now) override;
-  void resume(const ModeInput& input, Time now) override;
+  void resume(Time now) override;
   std::uint16_t status(Time now) const override;
   Time deadline(Time now) const override;
 
@@ -48,7 +48,6 @@ class ProfilePosition final : public Mode {
   bool go_ = false;  ///< a new set-point has no profile yet
   bool held_ = false;
   bool halted_ = false;
-  bool limited_ = false;
   bool bit_before_ = false;
   bool acknowledged_ = false;
 };

@@ -4,6 +4,8 @@
 /// Profile velocity mode (6060h = 3): 60FFh with the ramps 6083h and 6084h, which take effect when they change.
 /// At a software position limit the axis stops until a velocity in the other direction is set.
 
+#include <optional>
+
 #include "devices/drive/mode.hpp"
 
 namespace cbcan::devices {
@@ -12,9 +14,9 @@ class ProfileVelocity final : public Mode {
  public:
   using Mode::Mode;
 
-  void enter(const ModeInput& input, Time now) override;
+  void enter(const ModeInput& /*input*/, Time /*now*/) override { plan_.reset(); }
   void run(const ModeInput& input, Time now) override;
-  void resume(const ModeInput& input, Time now) override;
+  void resume(Time /*now*/) override { plan_.reset(); }
   std::uint16_t status(Time now) const override;
   Time deadline(Time now) const override;
 
@@ -29,12 +31,9 @@ class ProfileVelocity final : public Mode {
     bool operator==(const Plan&) const = default;
   };
 
-  void follow(Time now);
   bool steady(Time now, std::uint16_t for_milliseconds) const;
 
-  Plan plan_{};
-  bool planned_ = false;
-  bool limited_ = false;
+  std::optional<Plan> plan_;  ///< set by run()
 };
 
 /// Runs the axis at `velocity`, up to the software position limit if there is one. False = it is already at the

@@ -26,7 +26,6 @@ class TorqueMode : public Mode {
 
   Profile torque_;  ///< its velocity is the torque
   double target_ = 0;
-  bool limited_ = false;
 };
 
 /// 6071h with the slope 6087h, thousandths per second; halt ramps to 0.
@@ -46,7 +45,6 @@ class CyclicTorque final : public TorqueMode {
  public:
   using TorqueMode::TorqueMode;
 
-  void run(const ModeInput& /*input*/, Time /*now*/) override {}
   void on_sync(const ModeInput& input, Time now) override;
   std::uint16_t status(Time /*now*/) const override { return cyclic_status(limited_); }
 };
