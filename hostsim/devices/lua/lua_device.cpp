@@ -39,8 +39,8 @@ class LuaDevice final : public sim::Behaviour {
     due_ = kNever;
     node_.error_over(kScriptFailed, now);
     try {
-      if (std::exchange(failed_, false)) begin();
       quiet_ = true;
+      if (std::exchange(failed_, false)) begin();
       call("reset", now);
       quiet_ = false;
     } catch (const ScriptError& error) {
@@ -97,7 +97,7 @@ class LuaDevice final : public sim::Behaviour {
   void count_updates(Time now);
   template <class Number>
   static Number whole(lua_State* state, int place);
-  ObjectEntry entry_at(lua_State* state, std::uint16_t& index, std::uint8_t& sub);
+  std::pair<ObjectEntry, std::uint8_t> entry_at(lua_State* state);
 
   double seconds(Time now) const { return static_cast<double>(now - began_at_) / kSecond; }
   /// The first microsecond not before it; kNever if that is in more than a hundred years.
@@ -140,11 +140,9 @@ class LuaDevice final : public sim::Behaviour {
 
 /// Throws ScriptError.
 void LuaDevice::begin() {
-  quiet_ = true;
   script_ = std::make_unique<Script>(name_, text_, seed_, kFunctions, this);
   incidents_ = script_->list("incidents", kMostIncidents);
   incident_names_.assign(incidents_.begin(), incidents_.end());
-  quiet_ = false;
 }
 
 void LuaDevice::fail(const ScriptError& error, Time now) {
@@ -181,12 +179,9 @@ AbortCode LuaDevice::check(const ObjectEntry& entry, std::uint8_t sub, std::span
 }
 
 void LuaDevice::on_state(nmt::State state, Time now) {
-  switch (state) {
-    case nmt::State::kInitialising: break;
-    case nmt::State::kStopped: call("on_state", now, std::string_view("stopped")); break;
-    case nmt::State::kOperational: call("on_state", now, std::string_view("operational")); break;
-    case nmt::State::kPreOperational: call("on_state", now, std::string_view("pre-operational")); break;
-  }
+  if (state == nmt::State::kStopped) call("on_state", now, std::string_view("stopped"));
+  if (state == nmt::State::kOperational) call("on_state", now, std::string_view("operational"));
+  if (state == nmt::State::kPreOperational) call("on_state", now, std::string_view("pre-operational"));
 }
 
 // ---- Functions for scripts: no destructor may be pending where Lua reports an error
@@ -200,25 +195,23 @@ Number LuaDevice::whole(lua_State* state, int place) {
   return static_cast<Number>(number);
 }
 
-/// The entry given by the first two arguments.
-ObjectEntry LuaDevice::entry_at(lua_State* state, std::uint16_t& index, std::uint8_t& sub) {
-  index = whole<std::uint16_t>(state, 1);
-  sub = lua_isnoneornil(state, 2) ? std::uint8_t{0} : whole<std::uint8_t>(state, 2);
+/// The entry and the sub-index given by the first two arguments.
+std::pair<ObjectEntry, std::uint8_t> LuaDevice::entry_at(lua_State* state) {
+  const auto index = whole<std::uint16_t>(state, 1);
+  const auto sub = lua_isnoneornil(state, 2) ? std::uint8_t{0} : whole<std::uint8_t>(state, 2);
   ObjectEntry entry{};
   const bool found = node_.dictionary().find(index, sub, entry) == AbortCode::kNone;
-  if (found && size_of(entry.type) != 0 && size_of(entry.type) == entry.capacity) return entry;
+  if (found && size_of(entry.type) != 0 && size_of(entry.type) == entry.capacity) return {entry, sub};
   std::array<char, 40> text{};
   std::snprintf(text.data(), text.size(), "the node has no number at %04Xh:%02X", unsigned{index},
                 unsigned{sub});
   luaL_error(state, "%s", text.data());
-  return entry;
+  return {entry, sub};
 }
 
 /// get(index [, sub]): an integer; a float for a REAL and for a value beyond Lua's integers.
 int LuaDevice::get(lua_State* state) {
-  std::uint16_t index = 0;
-  std::uint8_t sub = 0;
-  const ObjectEntry entry = of(state).entry_at(state, index, sub);
+  const auto [entry, sub] = of(state).entry_at(state);
   const double number =
       sim::from_raw(of(state).node_.dictionary().number(entry, sub), entry.type, entry.capacity);
   const bool is_real = entry.type == DataType::kReal32 || entry.type == DataType::kReal64;
@@ -231,14 +224,12 @@ int LuaDevice::get(lua_State* state) {
 /// set(index, sub, value): rounded and limited. A changed value is an event.
 int LuaDevice::set(lua_State* state) {
   LuaDevice& self = of(state);
-  std::uint16_t index = 0;
-  std::uint8_t sub = 0;
-  const ObjectEntry entry = self.entry_at(state, index, sub);
+  const auto [entry, sub] = self.entry_at(state);
   const double value = lua_isboolean(state, 3) ? lua_toboolean(state, 3) : luaL_checknumber(state, 3);
   ObjectDictionary& dictionary = self.node_.dictionary();
   const std::uint64_t before = dictionary.number(entry, sub);
-  dictionary.set(index, sub, sim::to_raw(value, entry.type, entry.capacity));
-  if (dictionary.number(entry, sub) != before && !self.quiet_) self.node_.changed(index, sub, self.now_);
+  dictionary.set(entry.index, sub, sim::to_raw(value, entry.type, entry.capacity));
+  if (dictionary.number(entry, sub) != before && !self.quiet_) self.node_.changed(entry.index, sub, self.now_);
   return 0;
 }
 

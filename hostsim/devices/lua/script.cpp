@@ -352,14 +352,19 @@ int Script::protected_call(lua_State* state) {
   return lua_gettop(state);
 }
 
-void Script::run_protected(lua_CFunction function, void* what) {
+/// Calls `what` with the state, in Lua's protected mode. Throws ScriptError.
+template <class What>
+void Script::run_protected(What what) {
   allocated_ = 0;
   why_.clear();
   letters_ = 0;
   set_price();
   lua_pushcfunction(state_, blame_script);
-  lua_pushcfunction(state_, function);
-  lua_pushlightuserdata(state_, what);
+  lua_pushcfunction(state_, [](lua_State* state) {
+    (*static_cast<What*>(lua_touserdata(state, 1)))(state);
+    return 0;
+  });
+  lua_pushlightuserdata(state_, &what);
   const bool good = lua_pcall(state_, 1, 0, 1) == LUA_OK;
   std::string message = why_;
   if (!good && message.empty()) {
@@ -374,30 +379,45 @@ void Script::run_protected(lua_CFunction function, void* what) {
 
 // ---- Calls
 
-struct Script::Start {
-  const std::string& name;
-  std::string_view text;
-  std::uint64_t seed;
-  std::span<const luaL_Reg> functions;
-};
+Script::Script(const std::string& name, std::string_view text, std::uint64_t seed,
+               std::span<const luaL_Reg> functions, void* owner)
+    : name_(name), owner_(owner) {
+  state_ = lua_newstate(allocate, this);
+  if (state_ == nullptr) throw std::bad_alloc();
+  *static_cast<Script**>(lua_getextraspace(state_)) = this;
+  try {
+    run_protected([&](lua_State* state) {
+      load_libraries(state, seed, functions);
+      base_ = used_;
+      has_remainder_ = has_remainder(text);
+      if (has_zero(text)) luaL_error(state, "a text cannot have the character 0");
+      lua_pushfstring(state, "@%s", name.c_str());
+      if (luaL_loadbufferx(state, text.data(), text.size(), lua_tostring(state, -1), "t") != LUA_OK)
+        lua_error(state);
+      lua_call(state, 0, 0);
+    });
+    most_ = kMostInstructions;
+  } catch (...) {
+    lua_close(state_);
+    throw;
+  }
+}
 
-int Script::start(lua_State* state) {
-  const Start& from = *static_cast<const Start*>(lua_touserdata(state, 1));
+void Script::load_libraries(lua_State* state, std::uint64_t seed, std::span<const luaL_Reg> functions) {
   for (const luaL_Reg& library :
        {luaL_Reg{LUA_GNAME, luaopen_base}, luaL_Reg{LUA_TABLIBNAME, luaopen_table},
         luaL_Reg{LUA_STRLIBNAME, luaopen_string}, luaL_Reg{LUA_MATHLIBNAME, luaopen_math}})
     luaL_requiref(state, library.name, library.func, 1);
   lua_getfield(state, -1, "randomseed");
-  lua_pushinteger(state, static_cast<lua_Integer>(from.seed));
+  lua_pushinteger(state, static_cast<lua_Integer>(seed));
   lua_pushinteger(state, 0);
   lua_call(state, 2, 0);
   for (const luaL_Reg& own : {luaL_Reg{"tostring", to_string}, luaL_Reg{"setmetatable", set_metatable},
                               luaL_Reg{"pcall", protected_call}, luaL_Reg{"look", look}})
     lua_register(state, own.name, own.func);
-  if (luaL_loadbufferx(state, kPrelude.data(), kPrelude.size(), "=cbcan", "t") != LUA_OK)
-    return lua_error(state);
+  if (luaL_loadbufferx(state, kPrelude.data(), kPrelude.size(), "=cbcan", "t") != LUA_OK) lua_error(state);
   lua_call(state, 0, 0);
-  for (const auto& [name, function] : from.functions)
+  for (const auto& [name, function] : functions)
     lua_register(state, name, function);
   for (const char* library : {LUA_GNAME, LUA_TABLIBNAME, LUA_STRLIBNAME, LUA_MATHLIBNAME}) {
     lua_getglobal(state, library);
@@ -406,83 +426,39 @@ int Script::start(lua_State* state) {
   lua_pushliteral(state, "");
   lua_getmetatable(state, -1);
   count_functions(state);
-  Script& script = Script::from(state);
-  script.base_ = script.used_;
-  script.has_remainder_ = has_remainder(from.text);
-  if (has_zero(from.text)) return luaL_error(state, "a text cannot have the character 0");
-  lua_pushfstring(state, "@%s", from.name.c_str());
-  if (luaL_loadbufferx(state, from.text.data(), from.text.size(), lua_tostring(state, -1), "t") != LUA_OK)
-    return lua_error(state);
-  lua_call(state, 0, 0);
-  return 0;
-}
-
-Script::Script(const std::string& name, std::string_view text, std::uint64_t seed,
-               std::span<const luaL_Reg> functions, void* owner)
-    : name_(name), owner_(owner) {
-  state_ = lua_newstate(allocate, this);
-  if (state_ == nullptr) throw std::bad_alloc();
-  *static_cast<Script**>(lua_getextraspace(state_)) = this;
-  Start start_with{name, text, seed, functions};
-  try {
-    run_protected(start, &start_with);
-    most_ = kMostInstructions;
-  } catch (...) {
-    lua_close(state_);
-    throw;
-  }
-}
-
-struct Script::Call {
-  const char* function;
-  std::span<const Argument> arguments;
-  Result result;
-};
-
-int Script::run(lua_State* state) {
-  Call& call = *static_cast<Call*>(lua_touserdata(state, 1));
-  if (lua_getglobal(state, call.function) == LUA_TNIL) return 0;
-  for (const Argument& argument : call.arguments) {
-    if (const auto* whole = std::get_if<lua_Integer>(&argument)) lua_pushinteger(state, *whole);
-    if (const auto* number = std::get_if<double>(&argument)) lua_pushnumber(state, *number);
-    if (const auto* flag = std::get_if<bool>(&argument)) lua_pushboolean(state, *flag ? 1 : 0);
-    if (const auto* text = std::get_if<std::string_view>(&argument))
-      lua_pushlstring(state, text->data(), text->size());
-  }
-  lua_call(state, static_cast<int>(call.arguments.size()), 1);
-  const int type = lua_type(state, -1);
-  if (type == LUA_TBOOLEAN) call.result = lua_toboolean(state, -1) != 0;
-  if (type == LUA_TNUMBER) call.result = lua_tonumber(state, -1);
-  if (type <= LUA_TBOOLEAN || type == LUA_TNUMBER) return 0;
-  return luaL_error(state, "%s has returned a %s", call.function, lua_typename(state, type));
 }
 
 Script::Result Script::call(const char* function, std::span<const Argument> arguments) {
-  Call call{function, arguments, {}};
-  run_protected(run, &call);
-  return call.result;
-}
-
-struct Script::List {
-  const char* name;
-  std::size_t most;
-  std::vector<std::string> texts;
-};
-
-int Script::read_list(lua_State* state) {
-  List& list = *static_cast<List*>(lua_touserdata(state, 1));
-  if (lua_getglobal(state, list.name) != LUA_TTABLE) return 0;
-  for (lua_Integer i = 1; list.texts.size() < list.most && lua_rawgeti(state, -1, i) == LUA_TSTRING; ++i) {
-    list.texts.emplace_back(lua_tostring(state, -1));
-    lua_pop(state, 1);
-  }
-  return 0;
+  Result result;
+  run_protected([&](lua_State* state) {
+    if (lua_getglobal(state, function) == LUA_TNIL) return;
+    for (const Argument& argument : arguments) {
+      if (const auto* whole = std::get_if<lua_Integer>(&argument)) lua_pushinteger(state, *whole);
+      if (const auto* number = std::get_if<double>(&argument)) lua_pushnumber(state, *number);
+      if (const auto* flag = std::get_if<bool>(&argument)) lua_pushboolean(state, *flag ? 1 : 0);
+      if (const auto* text = std::get_if<std::string_view>(&argument))
+        lua_pushlstring(state, text->data(), text->size());
+    }
+    lua_call(state, static_cast<int>(arguments.size()), 1);
+    const int type = lua_type(state, -1);
+    if (type == LUA_TBOOLEAN) result = lua_toboolean(state, -1) != 0;
+    if (type == LUA_TNUMBER) result = lua_tonumber(state, -1);
+    if (type > LUA_TBOOLEAN && type != LUA_TNUMBER)
+      luaL_error(state, "%s has returned a %s", function, lua_typename(state, type));
+  });
+  return result;
 }
 
 std::vector<std::string> Script::list(const char* name, std::size_t most) {
-  List list{name, most, {}};
-  run_protected(read_list, &list);
-  return list.texts;
+  std::vector<std::string> texts;
+  run_protected([&](lua_State* state) {
+    if (lua_getglobal(state, name) != LUA_TTABLE) return;
+    for (lua_Integer i = 1; texts.size() < most && lua_rawgeti(state, -1, i) == LUA_TSTRING; ++i) {
+      texts.emplace_back(lua_tostring(state, -1));
+      lua_pop(state, 1);
+    }
+  });
+  return texts;
 }
 
 }  // namespace cbcan::devices

@@ -62,10 +62,6 @@ class Script {
   static void* owner_of(lua_State* state) { return from(state).owner_; }
 
  private:
-  struct Call;
-  struct Start;
-  struct List;
-
   static Script& from(lua_State* state) { return **static_cast<Script**>(lua_getextraspace(state)); }
   static void* allocate(void* self, void* block, std::size_t before, std::size_t wanted);
   static void count(lua_State* state, lua_Debug* activation);
@@ -76,9 +72,7 @@ class Script {
   static int protected_call(lua_State* state);
   static int set_metatable(lua_State* state);
   static int to_string(lua_State* state);
-  static int run(lua_State* state);
-  static int start(lua_State* state);
-  static int read_list(lua_State* state);
+  static void load_libraries(lua_State* state, std::uint64_t seed, std::span<const luaL_Reg> functions);
   bool may_take(std::size_t before, std::size_t wanted);
   void end_call(const char* why);
   int slice() const { return std::max(1, kSlice / price_); }
@@ -87,7 +81,8 @@ class Script {
   void count_metatable();
   void add(std::size_t letters);
   void spend(std::size_t letters);
-  void run_protected(lua_CFunction function, void* what);
+  template <class What>
+  void run_protected(What what);
 
   lua_State* state_ = nullptr;
   std::string name_;
