@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "devices/transducer.hpp"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>

@@ -293,16 +293,6 @@ TEST_CASE("A blocked motor: the following error grows, is shown, and becomes a f
   CHECK(bench.log == std::vector<std::string>{"8611/21", "8611 over"});
 }
 
-TEST_CASE("Target reached is where 6064h is, without a position window too") {
-  DriveBench bench;
-  bench.enable(1, {{0x6065, 0, 0xFFFFFFFF}, {0x6067, 0, 0xFFFFFFFF}});
-  bench.incident("motor-blocked", true);
-  set_point(bench, 500);
-  bench.pass(kSecond).shows({.status = kEnabled, .position = 0});
-  bench.incident("motor-blocked", false);
-  bench.pass(kSecond).shows({.status = kEnabled | kReached, .position = 500});
-}
-
 TEST_CASE("A motor freed in time goes on from where it stands") {
   DriveBench bench;
   bench.enable(1, {{0x6065, 0, 0xFFFFFFFF}});

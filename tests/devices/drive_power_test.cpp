@@ -194,14 +194,6 @@ TEST_CASE("Enable operation calls a ramp to Switched on off") {
   CHECK(state_of(bench) == kOperationEnabled);
 }
 
-TEST_CASE("Disable voltage: the axis runs down without power") {
-  DriveBench bench;
-  bench.enable(3, {{0x60FF, 0, 100'000}});
-  bench.pass(kSecond);
-  bench.control(0x0000).shows({.status = kSwitchOnDisabled, .velocity = 100'000});
-  bench.pass(25'000).shows({.velocity = 0});
-}
-
 TEST_CASE("Fault reaction option codes") {
   struct Option {
     int code;

@@ -154,20 +154,6 @@ TEST_CASE("User units: what else may say so") {
   }
 }
 
-TEST_CASE("Numbers become the nearest INTEGER32") {
-  CHECK(sim::rounded<std::int32_t>(2.5) == 3);
-  CHECK(sim::rounded<std::int32_t>(-2.5) == -3);
-  CHECK(sim::rounded<std::int32_t>(0.49999999999999994) ==
-        0);  // the largest number below 0.5; adding 0.5 rounds to 1
-  CHECK(sim::rounded<std::int32_t>(-0.49999999999999994) == 0);
-  CHECK(sim::rounded<std::int16_t>(32766.5) == 32767);
-  CHECK(sim::rounded<std::int16_t>(-32767.5) == -32768);
-  CHECK(sim::rounded<std::uint8_t>(-0.75) == 0);
-  CHECK(sim::rounded<std::int32_t>(0.0 / 0.0) == 0);
-  CHECK(sim::rounded<std::int32_t>(1e12) == 2'147'483'647);
-  CHECK(sim::rounded<std::int32_t>(-1e12) == -2'147'483'647 - 1);
-}
-
 TEST_CASE("No profile is faster or steeper than it may be, and each ends on its target") {
   const bool held = rc::check([] {
     const Motion from{*rc::gen::inRange(-1'000'000, 1'000'001) * 1.0,

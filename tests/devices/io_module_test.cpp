@@ -210,15 +210,6 @@ TEST_CASE("a module has as many blocks as its dictionary") {
   module.puts_out(0x6200, 3, 0x00);
 }
 
-TEST_CASE("a module without channels does nothing") {
-  Module module(dictionary_of({{0x2000, 0, DataType::kUnsigned8}}));
-  module.state(State::kStopped);
-  CHECK_FALSE(module.device.set_input(0x6000, 1, 1, module.now));
-  CHECK(module.device.output(0x6200, 1) == std::nullopt);
-  CHECK(module.device.output(0x6411, 1) == std::nullopt);
-  CHECK(module.next == kNever);
-}
-
 TEST_CASE("all values are up to date before the first event is told") {
   struct Sampling final : sim::DeviceNode {
     eds::DictionaryImage image = dictionary_of({{0x6000, 2, DataType::kUnsigned8}});

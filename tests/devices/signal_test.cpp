@@ -190,6 +190,10 @@ TEST_CASE("rounding into an object") {
   CHECK(sim::rounded<std::uint8_t>(254.5) == 255);
   CHECK(sim::rounded<std::uint8_t>(-0.4) == 0);
   CHECK(sim::rounded<std::int16_t>(-2.5) == -3);
+  CHECK(sim::rounded<std::int16_t>(32766.5) == 32767);
+  CHECK(sim::rounded<std::int16_t>(-32767.5) == -32768);
+  CHECK(sim::rounded<std::int32_t>(0.49999999999999994) == 0);  // the largest number below 0.5; adding 0.5 rounds to 1
+  CHECK(sim::rounded<std::int32_t>(-0.49999999999999994) == 0);
   CHECK(sim::rounded<std::int32_t>(1e300) == 2147483647);
   CHECK(sim::rounded<std::int32_t>(-1e300) == -2147483647 - 1);
   CHECK(sim::rounded<std::uint32_t>(4294967294.6) == 4294967295u);

@@ -71,6 +71,12 @@ struct Plant {
     for (const char* word : {"06000000", "07000000", "0F000000"})
       write("406000", word);
   }
+  void move_to(const char* position) {
+    enable("01");
+    write("7A6000", position, "23");
+    write("406000", "1F000000");
+    bench.pass(10 * kSecond);
+  }
   std::int32_t get(std::uint16_t index) {
     node->bring_up_to_date(bench.now);
     return static_cast<std::int32_t>(node->device().dictionary().get(index, 0));
@@ -98,28 +104,20 @@ const std::vector<Shape> kShapes{
 
 }  // namespace
 
-TEST_CASE("A drive from a vendor's file moves to a position") {
+TEST_CASE("A drive from a vendor's file moves to a position, and at a velocity") {
   for (const Shape& shape : kShapes) {
     INFO(shape.name);
     Plant plant(file_with(shape.changes));
-    plant.enable("01");
-    plant.write("7A6000", "F4010000", "23");
-    plant.write("406000", "1F000000");
-    plant.bench.pass(10 * kSecond);
+    plant.move_to("F4010000");
     CHECK(plant.get(0x6064) == 500);
     CHECK(plant.get(0x6061) == 1);
-  }
-}
 
-TEST_CASE("A drive from a vendor's file moves at a velocity") {
-  for (const Shape& shape : kShapes) {
-    INFO(shape.name);
-    Plant plant(file_with(shape.changes));
-    plant.enable("03");
-    plant.write("FF6000", "C8000000", "23");
-    plant.bench.pass(10 * kSecond);
-    CHECK(plant.get(0x606C) == 200);
-    CHECK(plant.get(0x6064) == 2000);
+    Plant other(file_with(shape.changes));
+    other.enable("03");
+    other.write("FF6000", "C8000000", "23");
+    other.bench.pass(10 * kSecond);
+    CHECK(other.get(0x606C) == 200);
+    CHECK(other.get(0x6064) == 2000);
   }
 }
 
@@ -207,10 +205,7 @@ TEST_CASE("A drive with a maker's units and limits moves as far as they say") {
     CHECK((plant.get(0x6041) & 0x0C00) == 0x0400);
 
     Plant other(file_with(maker.changes) + maker.objects + text_of({"6063", "4", "ro", ""}));
-    other.enable("01");
-    other.write("7A6000", "E8030000", "23");
-    other.write("406000", "1F000000");
-    other.bench.pass(10 * kSecond);
+    other.move_to("E8030000");
     CHECK(other.get(0x6064) == 1000);
     CHECK(other.get(0x6063) == maker.increments);
   }
@@ -218,10 +213,7 @@ TEST_CASE("A drive with a maker's units and limits moves as far as they say") {
 
 TEST_CASE("A drive whose file sets its brake moves when operation is enabled") {
   Plant plant(file_with({{"6502", "7", "ro", "0x63"}}) + pair_of("60FE", "1", "0xF0001"));
-  plant.enable("01");
-  plant.write("7A6000", "F4010000", "23");
-  plant.write("406000", "1F000000");
-  plant.bench.pass(10 * kSecond);
+  plant.move_to("F4010000");
   CHECK(plant.get(0x6064) == 500);
   CHECK((plant.get(0x6041) & 0x0400) == 0x0400);
 }

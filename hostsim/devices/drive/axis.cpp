@@ -71,13 +71,16 @@ double Axis::most_torque() const {
 }
 
 void Axis::take_over_units() {
+  const auto ratio = [](const auto& up, const auto& down) {
+    return Ratio{static_cast<double>(up.get()), static_cast<double>(down.get())};
+  };
   const UnitFactors factors{
-      {objects_.encoder_increments.get(), objects_.encoder_revolutions.get()},
-      {objects_.gear_motor_revolutions.get(), objects_.gear_shaft_revolutions.get()},
-      {objects_.feed.get(), objects_.feed_shaft_revolutions.get()},
-      {objects_.position_factor.get(), objects_.position_factor_divisor.get()},
-      {objects_.velocity_encoder_factor.get(), objects_.velocity_encoder_factor_divisor.get()},
-      {objects_.velocity_factor.get(), objects_.velocity_factor_divisor.get()},
+      ratio(objects_.encoder_increments, objects_.encoder_revolutions),
+      ratio(objects_.gear_motor_revolutions, objects_.gear_shaft_revolutions),
+      ratio(objects_.feed, objects_.feed_shaft_revolutions),
+      ratio(objects_.position_factor, objects_.position_factor_divisor),
+      ratio(objects_.velocity_encoder_factor, objects_.velocity_encoder_factor_divisor),
+      ratio(objects_.velocity_factor, objects_.velocity_factor_divisor),
       objects_.si_unit_position.get(),
       objects_.si_unit_velocity.get(),
   };

@@ -31,7 +31,6 @@
 #include <array>
 #include <cstdint>
 #include <span>
-#include <string_view>
 
 #include "devices/drive/axis.hpp"
 #include "devices/drive/cyclic.hpp"

@@ -12,7 +12,7 @@ void Homing::enter(const ModeInput& input, Time now) {
 }
 
 void Homing::resume(Time now) {
-  if (under_way()) end(Phase::kFailed, Ramp::kQuickStop, now);
+  if (in_progress()) end(Phase::kFailed, Ramp::kQuickStop, now);
 }
 
 void Homing::run(const ModeInput& input, Time now) {
@@ -24,7 +24,7 @@ void Homing::run(const ModeInput& input, Time now) {
     phase_ = bit ? Phase::kHalted : Phase::kIdle;
     if (bit && !halt) start(now);
   }
-  if (!under_way()) return;
+  if (!in_progress()) return;
   if (!bit || halt) return end(bit ? Phase::kHalted : Phase::kIdle, halt_ramp(), now);
   if (input.barred(direction_)) return end(Phase::kFailed, Ramp::kQuickStop, now);
   if (phase_ == Phase::kSearching && now >= leg_ends_) next_leg(now);
@@ -77,7 +77,7 @@ void Homing::end(Phase phase, Ramp ramp, Time now) {
 
 std::uint16_t Homing::status(Time now) const {
   std::uint16_t bits = 0;
-  if (!under_way() && axis_.at_rest(now)) bits |= statusword::kTargetReached;
+  if (!in_progress() && axis_.at_rest(now)) bits |= statusword::kTargetReached;
   if (phase_ == Phase::kAttained) bits |= statusword::kHomingAttained;
   if (phase_ == Phase::kFailed) bits |= statusword::kHomingError;
   return bits;

@@ -31,7 +31,7 @@ class Homing final : public Mode {
   void start(Time now);
   void next_leg(Time now);
   void end(Phase phase, Ramp ramp, Time now);
-  bool under_way() const { return phase_ == Phase::kSearching || phase_ == Phase::kToHome; }
+  bool in_progress() const { return phase_ == Phase::kSearching || phase_ == Phase::kToHome; }
 
   HomingWay way_{};
   std::size_t leg_ = 0;

@@ -26,9 +26,9 @@ struct HomingLeg {
 
 struct HomingWay {
   std::vector<HomingLeg> legs{};  ///< at the speed for switches
-  double home = 0;     ///< approached after the legs, at the speed for zero
-  bool blind = false;  ///< the legs end at a limit switch without finding home
-  bool hard = false;   ///< the last leg ends at a hard stop, without a ramp
+  double home = 0;                ///< approached after the legs, at the speed for zero
+  bool blind = false;             ///< the legs end at a limit switch without finding home
+  bool hard = false;              ///< the last leg ends at a hard stop, without a ramp
 };
 
 /// From `place`, in machine coordinates; `pitch` is the distance between index pulses. The method must be

@@ -27,8 +27,8 @@ void ProfilePosition::run(const ModeInput& input, Time now) {
 void ProfilePosition::take(const ModeInput& input, Time now) {
   const SetPoint set_point{axis_.increments(objects_.target_position.get()),
                            input.has(controlword::kRelative), axis_.profile_dynamics()};
-  const bool under_way = has_target_ && (held_ || go_ || !axis_.at_rest(now));
-  if (input.has(controlword::kChangeImmediately) || !under_way) {
+  const bool in_progress = has_target_ && (held_ || go_ || !axis_.at_rest(now));
+  if (input.has(controlword::kChangeImmediately) || !in_progress) {
     begin(set_point, now);
   } else {
     if (next_) return;
