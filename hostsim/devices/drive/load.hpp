@@ -22,7 +22,7 @@ class Load {
     const Profile* torque = nullptr;  ///< its velocity is the torque; null = none
     bool held = false;                ///< by a brake
     double most_torque = 0;           ///< in either direction
-    double low = 0;          ///< hard stops
+    double low = 0;                   ///< hard stops
     double high = 0;
   };
 
