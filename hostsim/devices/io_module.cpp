@@ -56,6 +56,7 @@ void IoModule::reset(bool application, Time now) {
   if (!application) return;
   begun_ = true;
   failed_ = false;
+  interrupted_ = false;
   for (DigitalOutput& output : digital_outputs_)
     output.switch_off();
   for (auto& input : digital_inputs_) {
@@ -74,13 +75,13 @@ Time IoModule::update(Time now) {
   Time next = kNever;
   for (auto& input : digital_inputs_) {
     next = earlier(next, input.filter(now));
-    if (input.refresh() && digital_interrupts_.get() != 0) input.interrupt = true;
+    if (input.refresh() && digital_interrupts_.get() != 0) input.interrupt = interrupted_ = true;
     tell_terminals(digital_inputs_, input, kReadInput, now);
   }
   for (auto& input : analogue_inputs_) {
     if (!input.refresh() || analogue_interrupts_.get() == 0) continue;
     input.told();
-    input.interrupt = true;
+    input.interrupt = interrupted_ = true;
     note_source(place_in(analogue_inputs_, input), now);
   }
   for (auto& output : digital_outputs_) {
@@ -91,8 +92,8 @@ Time IoModule::update(Time now) {
     output.refresh(failed_);
     tell_terminals(analogue_outputs_, output, kWriteAnalogueOutput, now);
   }
-  tell_incidents(now);
-  tell(now);
+  if (present_ != told_) tell_incidents(now);
+  if (interrupted_) tell(now);
   return next;
 }
 
@@ -113,6 +114,7 @@ void IoModule::tell(Time now) {
   for (std::size_t i = 0; i < analogue_inputs_.size(); ++i)
     if (std::exchange(analogue_inputs_[i].interrupt, false))
       node_.changed(kReadAnalogueInput, sub_of(i), now);
+  interrupted_ = false;
 }
 
 /// Not for analogue inputs, which change continuously.

@@ -69,7 +69,8 @@ class IoModule final : public DeviceWithIncidents {
   std::vector<InterruptSource> interrupt_sources_;
   Time interrupt_at_ = kNever;
   bool failed_ = false;
-  bool begun_ = false;  ///< before the first reset, terminals are not reported
+  bool begun_ = false;        ///< before the first reset, terminals are not reported
+  bool interrupted_ = false;  ///< an interrupt is to be reported
 };
 
 }  // namespace cbcan::devices

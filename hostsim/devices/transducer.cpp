@@ -101,7 +101,7 @@ void Transducer::reset(bool application, Time /*now*/) {
 Time Transducer::update(Time now) {
   for (Channel& channel : channels_)
     channel.refresh(present(kSensorBreak));
-  tell_incidents(now);
+  if (present_ != told_) tell_incidents(now);
   for (std::size_t i = 0; i < channels_.size(); ++i)
     channels_[i].tell(node_, sub_of(i), now);
   return kNever;

@@ -46,7 +46,6 @@ Load::Lead Axis::lead() const {
 }
 
 void Axis::drive(bool powered, const Profile* torque, Time now) {
-  if (!has_load()) return;
   const bool led = powered && torque == nullptr;
   const Profile* const torque_now = powered ? torque : nullptr;
   if (torque_now != nullptr && std::exchange(torque_end_, torque_now->end()) != torque_end_) load_.wake();
@@ -71,16 +70,13 @@ double Axis::most_torque() const {
 }
 
 void Axis::take_over_units() {
-  const auto ratio = [](const auto& up, const auto& down) {
-    return Ratio{static_cast<double>(up.get()), static_cast<double>(down.get())};
-  };
   const UnitFactors factors{
-      ratio(objects_.encoder_increments, objects_.encoder_revolutions),
-      ratio(objects_.gear_motor_revolutions, objects_.gear_shaft_revolutions),
-      ratio(objects_.feed, objects_.feed_shaft_revolutions),
-      ratio(objects_.position_factor, objects_.position_factor_divisor),
-      ratio(objects_.velocity_encoder_factor, objects_.velocity_encoder_factor_divisor),
-      ratio(objects_.velocity_factor, objects_.velocity_factor_divisor),
+      {objects_.encoder_increments.get(), objects_.encoder_revolutions.get()},
+      {objects_.gear_motor_revolutions.get(), objects_.gear_shaft_revolutions.get()},
+      {objects_.feed.get(), objects_.feed_shaft_revolutions.get()},
+      {objects_.position_factor.get(), objects_.position_factor_divisor.get()},
+      {objects_.velocity_encoder_factor.get(), objects_.velocity_encoder_factor_divisor.get()},
+      {objects_.velocity_factor.get(), objects_.velocity_factor_divisor.get()},
       objects_.si_unit_position.get(),
       objects_.si_unit_velocity.get(),
   };

@@ -77,7 +77,8 @@ class Axis {
   void carry(Time now) {
     if (load_.exists()) load_.follow(lead(), now);
   }
-  /// From now on: power on or off, and the torque profile to follow; null = follow positions.
+  /// For an axis with a load, from now on: power on or off, and the torque profile to follow; null = follow
+  /// positions.
   void drive(bool powered, const Profile* torque, Time now);
   /// In thousandths of the rated torque.
   double load_torque() const { return load_.torque(); }

@@ -78,7 +78,8 @@ Time Drive::update(Time now) {
   end_faults(now);
   hold_motor(now);
   run_mode(now);
-  axis_.drive(stage_.is_powered(), operating_ && mode_ != nullptr ? mode_->torque_profile() : nullptr, now);
+  if (axis_.has_load())
+    axis_.drive(stage_.is_powered(), operating_ && mode_ != nullptr ? mode_->torque_profile() : nullptr, now);
   publish(now);
   return deadline(now);
 }

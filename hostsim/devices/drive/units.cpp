@@ -27,33 +27,32 @@ double seconds_in(std::uint32_t unit) {
   return denominator_of(unit) == kMinute ? 60 : 1;
 }
 
-Ratio ten_to(int exponent) {
+}  // namespace
+
+Units::Factor Units::Factor::times_ten_to(int exponent) const {
   const double power = std::pow(10.0, std::abs(exponent));
-  return exponent < 0 ? Ratio{1, power} : Ratio{power, 1};
+  return exponent < 0 ? times(1, power) : times(power, 1);
 }
 
-/// Increments in one unit of 60A8h or 60A9h; up = 0: not a unit of rotation.
-Ratio size_in_increments(std::uint32_t unit, const Ratio& shaft) {
-  const Ratio size = ten_to(prefix_of(unit));
+Units::Factor Units::size_of(std::uint32_t unit, const Factor& shaft) {
+  const Factor size = Factor{}.times_ten_to(prefix_of(unit));
   switch (numerator_of(unit)) {
     case kIncrement: return size;
-    case kRevolution: return size.times(shaft);
-    case kDegree: return size.times(shaft).times({1, 360});
+    case kRevolution: return size.times(shaft.up, shaft.down);
+    case kDegree: return size.times(shaft.up, shaft.down * 360);
     default: return {0, 1};
   }
 }
 
-}  // namespace
-
 Units::Units(const UnitFactors& factors) {
-  const Ratio encoder = Ratio{1, 1}.times(factors.encoder);
+  const Factor encoder = Factor{}.times(factors.encoder);
   knows_revolutions_ = encoder.up > encoder.down;
-  const Ratio turn = knows_revolutions_ ? encoder : Ratio{kNominalResolution, 1};
+  const Factor turn = knows_revolutions_ ? encoder : Factor{kNominalResolution, 1};
   increments_per_revolution_ = turn.up / turn.down;
-  const Ratio shaft = turn.times(factors.gear);
-  const Ratio named = size_in_increments(factors.si_position, shaft);
+  const Factor shaft = turn.times(factors.gear);
+  const Factor named = size_of(factors.si_position, shaft);
   if (factors.position.is_other_than_1())
-    position_ = factors.position;
+    position_ = Factor{}.times(factors.position);
   else if (!factors.feed.is_other_than_1() && named.up != 0)
     position_ = named;
   else if (factors.feed.is_other_than_1() || !factors.position.counts())
@@ -61,20 +60,20 @@ Units::Units(const UnitFactors& factors) {
   velocity_ = velocity_of(factors, shaft);
 }
 
-Ratio Units::velocity_of(const UnitFactors& factors, const Ratio& shaft) {
-  if (factors.velocity_encoder.is_other_than_1()) return factors.velocity_encoder;
+Units::Factor Units::velocity_of(const UnitFactors& factors, const Factor& shaft) {
+  if (factors.velocity_encoder.is_other_than_1()) return Factor{}.times(factors.velocity_encoder);
   if (factors.velocity.is_other_than_1())
     return position_.times({factors.velocity.down, factors.velocity.up});
   const std::uint32_t unit = factors.si_velocity;
-  Ratio named = size_in_increments(unit, shaft);
+  Factor named = size_of(unit, shaft);
   if (named.up != 0) {
     knows_revolutions_ |= numerator_of(unit) != kIncrement;
   } else {  // a unit such as metres: as in 60A8h
     const bool is_same = numerator_of(unit) != 0 && numerator_of(unit) == numerator_of(factors.si_position);
     if (!is_same) return position_;
-    named = position_.times(ten_to(prefix_of(unit) - prefix_of(factors.si_position)));
+    named = position_.times_ten_to(prefix_of(unit) - prefix_of(factors.si_position));
   }
-  return named.times({1, seconds_in(unit)});
+  return named.times(1, seconds_in(unit));
 }
 
 }  // namespace cbcan::devices

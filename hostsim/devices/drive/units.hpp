@@ -18,15 +18,14 @@
 
 namespace cbcan::devices {
 
-/// A ratio with a 0 is ignored.
+/// As in the dictionary; a ratio with a 0 is ignored.
 struct Ratio {
-  double up = 0;
-  double down = 0;
+  std::uint32_t up = 0;
+  std::uint32_t down = 0;
   bool operator==(const Ratio&) const = default;
 
   constexpr bool counts() const { return up != 0 && down != 0; }
   constexpr bool is_other_than_1() const { return counts() && up != down; }
-  constexpr Ratio times(Ratio by) const { return by.counts() ? Ratio{up * by.up, down * by.down} : *this; }
 };
 
 struct UnitFactors {
@@ -61,10 +60,20 @@ class Units {
   static constexpr double kNominalResolution = 2000;
 
  private:
-  Ratio velocity_of(const UnitFactors& factors, const Ratio& shaft);
+  struct Factor {
+    double up = 1;
+    double down = 1;
+    constexpr Factor times(double by_up, double by_down) const { return {up * by_up, down * by_down}; }
+    constexpr Factor times(const Ratio& by) const { return by.counts() ? times(by.up, by.down) : *this; }
+    Factor times_ten_to(int exponent) const;
+  };
 
-  Ratio position_{1, 1};
-  Ratio velocity_{1, 1};
+  /// Increments in one unit of 60A8h or 60A9h; up = 0: not a unit of rotation.
+  static Factor size_of(std::uint32_t unit, const Factor& shaft);
+  Factor velocity_of(const UnitFactors& factors, const Factor& shaft);
+
+  Factor position_{};
+  Factor velocity_{};
   double increments_per_revolution_ = kNominalResolution;
   bool knows_revolutions_ = false;
 };
