@@ -1,20 +1,20 @@
 -- SPDX-License-Identifier: MIT
--- A belt with photo cells: pieces are put on at 0 and fall off at its end. Its drive follows the wanted speed with a
--- ramp; positions are exact between two events, and a cell changes at the microsecond at which an edge passes it.
+-- A belt with photo cells: pieces are placed at 0 mm and fall off at the end. The drive follows the wanted speed with
+-- a ramp. Positions are exact at any time, and a cell changes at the microsecond at which an edge passes it.
 --
 --   2001h  wanted speed in mm/s, -2000..2000   2000h  speed in mm/s
---   2002h  1: a piece is put on, at its front   2003h  cells: bit 0 at 200 mm, bit 1 at 1000 mm, bit 2 at 1900 mm
---   2004h  pieces that have fallen off          blocked  the belt stands at once
+--   2002h  0 to 1 places a piece, front at 0    2003h  cells: bit 0 at 200 mm, bit 1 at 1000 mm, bit 2 at 1900 mm
+--   2004h  number of pieces fallen off          blocked  incident: the belt stops immediately
 local length, piece = 2000, 150              -- mm
 local cells = { 200, 1000, 1900 }            -- mm
 local ramp = 1000                            -- mm/s2
 
 incidents = { "blocked" }
 
-local fronts = {}                            -- of the pieces, in mm
+local fronts = {}                            -- positions of the pieces' front edges, in mm
 local speed, wanted, since, blocked, fallen, gate = 0, 0, 0, false, 0, false
 
--- How far in t seconds, and how fast then.
+-- The distance moved in t seconds, and the speed after them.
 local function motion(t)
   if blocked then return 0, 0 end
   local way = wanted - speed
@@ -23,7 +23,7 @@ local function motion(t)
   return speed * ramped + rate * ramped ^ 2 / 2 + wanted * (t - ramped), ramped < t and wanted or speed + rate * ramped
 end
 
--- The first time at which the belt has moved by a distance; nil = not in this motion.
+-- The first time at which the belt has moved by a distance; nil = never with this motion.
 local function time_of(distance)
   local way = wanted - speed
   local ramped, rate = math.abs(way) / ramp, way < 0 and -ramp or ramp
@@ -62,14 +62,14 @@ local function pass(now)
   end
 end
 
--- When an edge passes a cell or a piece falls off.
+-- The next time at which an edge passes a cell or a piece falls off.
 local function next_edge(now)
   local first = nil
   for _, front in ipairs(fronts) do
     for _, at in ipairs({ cells[1], cells[2], cells[3], length + piece }) do
       for _, edge in ipairs({ at, at + piece }) do
         local way = edge - front
-        local t = not blocked and time_of(way + (way >= 0 and 1e-4 or -1e-4))  -- just behind it
+        local t = not blocked and time_of(way + (way >= 0 and 1e-4 or -1e-4))  -- just after the edge has passed
         if t and (not first or t < first) then first = t end
       end
     end

@@ -1,10 +1,10 @@
 -- SPDX-License-Identifier: MIT
--- A tank with two valves in and one out, and a hole: what flows out goes with the square root of the level
--- (Torricelli). Between two events the level is calculated exactly, however often somebody looks.
+-- A tank with an inlet valve, an outlet valve and a leak. The outflow is proportional to the square root of the
+-- level (Torricelli). The level is calculated exactly at each call, however long ago the last one was.
 --
 --   2001h  inlet, 0..100 % of full_inlet      2000h  level in mm
 --   2002h  outlet, 0..100 % of its opening    2003h  bit 0: full, bit 1: empty
---   leak   as much as an outlet of 10 %
+--   leak   incident: flows like an outlet of 10 %
 local area = 0.2          -- m2
 local height = 1.0        -- m
 local full_inlet = 0.010  -- m3/s
@@ -16,7 +16,7 @@ incidents = { "leak" }
 local level, inflow, outlet, leak, since = 0, 0, 0, 0, 0
 
 -- The level after t seconds. With q = sqrt(level): dq/dt = (inflow / q - k) / (2 area), k = outlet * sqrt(2 g).
--- Without inflow or outlet that has a simple solution; with both q follows from time, which only goes one way.
+-- Without inflow or outlet that has a simple solution; with both, the equation gives t for a known q.
 local function after(t)
   local k = outlet * math.sqrt(2 * gravity)
   if k == 0 then return level + inflow * t / area end
@@ -24,7 +24,7 @@ local function after(t)
   if inflow == 0 then return math.max(0, q - k * t / (2 * area)) ^ 2 end
   local final = inflow / k
   if math.abs(q - final) < 1e-12 then return final * final end
-  -- t = -(2 area / k) (x - q + final ln((final - x) / (final - q))): found by halving x.
+  -- t = -(2 area / k) (x - q + final ln((final - x) / (final - q))): solved for x by bisection.
   local near, far = q, final
   for _ = 1, 50 do
     local x = (near + far) / 2
@@ -50,7 +50,7 @@ function update(now)
   outlet = opening * (get(0x2002) + leak) / 100
   show()
   local still = inflow == 0 and (outlet == 0 or level == 0) or inflow > 0 and outlet == 0 and level == height
-  return not still and (math.floor(now * 20 + 1e-6) + 1) / 20 or nil  -- every 50 ms while it flows
+  return not still and (math.floor(now * 20 + 1e-6) + 1) / 20 or nil  -- every 50 ms while the level changes
 end
 
 function set_input(index, sub, value)

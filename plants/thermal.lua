@@ -1,10 +1,10 @@
 -- SPDX-License-Identifier: MIT
--- A heated body: a heater with a lag of its own (first order), a body that stores heat, losses to the surroundings.
--- Both are linear, so the temperature between two events is exact, however often somebody looks.
+-- A heated body: a heater with a first-order lag, a body that stores heat, losses to the surroundings. All of it is
+-- linear, so the temperature is exact at each call, however long ago the last one was.
 --
 --   2001h  heater, 0..100 % of full_power     2000h  temperature in degrees C
---   2002h  surroundings in degrees C     2003h  power that the body gets, in W
---   heater-broken   gives no power; door-open   loses three times as much
+--   2002h  surroundings in degrees C     2003h  heating power in W
+--   heater-broken   incident: no heating power    door-open   incident: three times the loss
 local full_power = 2000   -- W
 local heater_lag = 5      -- s
 local capacity = 10000    -- J/K
@@ -12,7 +12,7 @@ local loss = 20           -- W/K
 
 incidents = { "heater-broken", "door-open" }
 
-local here = {}           -- what has happened
+local here = {}           -- present incidents
 local temperature = 20.0  -- degrees C
 local power, wanted, around, since = 0, 0, 20.0, 0
 
@@ -21,7 +21,7 @@ local function pass(t)
   local lost = here["door-open"] and 3 * loss or loss
   local slow, fast = capacity / lost, heater_lag
   local final = around + wanted / lost
-  local extra = (power - wanted) / lost * fast / (fast - slow)  -- what the heater's lag adds; slow ~= fast
+  local extra = (power - wanted) / lost * fast / (fast - slow)  -- effect of the heater's lag; slow ~= fast
   temperature = final + (temperature - final - extra) * math.exp(-t / slow) + extra * math.exp(-t / fast)
   power = wanted + (power - wanted) * math.exp(-t / fast)
 end
@@ -43,7 +43,7 @@ function update(now)
   around = get(0x2002)
   show()
   local still = math.abs(power - wanted) < 0.01 and math.abs(power - loss * (temperature - around)) < 0.01
-  return not still and (math.floor(now * 10 + 1e-6) + 1) / 10 or nil  -- every 100 ms until nothing moves
+  return not still and (math.floor(now * 10 + 1e-6) + 1) / 10 or nil  -- every 100 ms until the temperature is steady
 end
 
 function set_input(index, sub, value)
@@ -52,7 +52,7 @@ function set_input(index, sub, value)
   return true
 end
 
--- Until now it was as it was.
+-- First calculates up to now with the old state.
 function on_incident(name, present, now)
   pass(now - since)
   since, here[name] = now, present

@@ -22,7 +22,7 @@ std::unique_ptr<sim::Behaviour> make(sim::DeviceNode& node, std::uint64_t /*seed
 
 constexpr std::uint16_t kNoProfile = 0;
 constexpr std::uint16_t kDriveProfile = 402;
-constexpr std::uint32_t kModesOfProfile = 0xFFFF;  ///< of 6502h; the others are the maker's
+constexpr std::uint32_t kModesOfProfile = 0xFFFF;  ///< of 6502h; the others are vendor-specific
 
 using enum DataType;
 using enum NeededObject::Need;
@@ -56,6 +56,13 @@ constexpr auto kNames = [] {
   return names;
 }();
 
+/// The first kind for which `is` holds; null if there is none.
+template <class Is>
+const DeviceKind* first_kind(Is is) {
+  const auto found = std::ranges::find_if(kKinds, is);
+  return found != kKinds.end() ? &*found : nullptr;
+}
+
 bool has(const ObjectDictionary& dictionary, const NeededObject& needed) {
   ObjectEntry entry{};
   const bool found = dictionary.find(needed.index, 1, entry) == AbortCode::kNone ||
@@ -63,7 +70,7 @@ bool has(const ObjectDictionary& dictionary, const NeededObject& needed) {
   return found && size_of(entry.type) == size_of(needed.type);
 }
 
-/// "2, 7", of the bits of 6502h; "0", no mode, of none.
+/// Such as "2, 7", from the bits of 6502h; "0" (no mode) if no bit is set.
 std::string mode_numbers(std::uint64_t bits) {
   std::string text;
   for (unsigned mode = 1; bits != 0; ++mode, bits >>= 1)
@@ -88,23 +95,21 @@ std::span<const std::string_view> device_names() {
 }
 
 const DeviceKind* find_device(std::string_view name) {
-  const auto found = std::find_if(kKinds.begin(), kKinds.end(),
-                                  [name](const DeviceKind& kind) { return kind.name == name; });
-  return found != kKinds.end() ? &*found : nullptr;
+  return first_kind([name](const DeviceKind& kind) { return kind.name == name; });
 }
 
 const DeviceKind& device_for(const ObjectDictionary& dictionary) {
   const std::uint64_t profile = dictionary.get(object::kDeviceType, 0) & 0xFFFF;
-  const auto by_profile = std::ranges::find_if(
-      kKinds, [&](const DeviceKind& kind) { return kind.profile != kNoProfile && kind.profile == profile; });
-  if (by_profile != kKinds.end()) return *by_profile;
-  const auto by_objects = std::ranges::find_if(kKinds, [&](const DeviceKind& kind) {
-    const auto is_mark = [](const NeededObject& object) { return object.need == kMark; };
-    return std::ranges::any_of(kind.needs, is_mark) && std::ranges::all_of(kind.needs, [&](auto& object) {
-             return !is_mark(object) || has(dictionary, object);
-           });
+  const DeviceKind* kind = first_kind([&](const DeviceKind& each) {
+    return each.profile != kNoProfile && each.profile == profile;
   });
-  return by_objects != kKinds.end() ? *by_objects : kKinds.front();
+  const auto is_mark = [](const NeededObject& object) { return object.need == kMark; };
+  const auto is_there = [&](const NeededObject& object) { return !is_mark(object) || has(dictionary, object); };
+  if (kind == nullptr)
+    kind = first_kind([&](const DeviceKind& each) {
+      return std::ranges::any_of(each.needs, is_mark) && std::ranges::all_of(each.needs, is_there);
+    });
+  return kind != nullptr ? *kind : kKinds.front();
 }
 
 std::vector<std::string> missing_objects(const DeviceKind& kind, const ObjectDictionary& dictionary) {
@@ -139,10 +144,9 @@ std::vector<std::string> left_out(const DeviceKind& kind, const ObjectDictionary
 }
 
 const DeviceKind* device_by_objects(const ObjectDictionary& dictionary) {
-  const auto found = std::ranges::find_if(kKinds, [&](const DeviceKind& kind) {
+  return first_kind([&](const DeviceKind& kind) {
     return !kind.needs.empty() && missing_objects(kind, dictionary).empty();
   });
-  return found != kKinds.end() ? &*found : nullptr;
 }
 
 std::optional<DataType> standard_type(std::uint16_t index) {

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The devices that a simulated node can be. docs/reference/devices.md says what each of them does, and how
-/// to add one.
+/// The kinds of simulated device. docs/reference/devices.md describes each of them, and how to add one.
 
 #include <cstdint>
 #include <memory>
@@ -16,35 +15,35 @@
 
 namespace cbcan::devices {
 
-/// An object without which the device has nothing to do: what has to be in the file for it.
+/// An object that the device needs in its dictionary.
 struct NeededObject {
   std::uint16_t index;  ///< its sub-index 0, or 1 of an array
   DataType type;
   enum class Need : std::uint8_t {
-    kMark,    ///< where all of these are, it is this device
-    kAlways,  ///< a controller waits for it in vain where it is not
+    kMark,    ///< if all of these are present, it is this device
+    kAlways,  ///< a controller cannot work without it
     kOneOf,   ///< one of these is enough
   } need;
 };
 
 struct DeviceKind {
   std::string_view name;  ///< in a plant file
-  std::uint16_t profile;  ///< low 16 bits of 1000h for which it is the default; 0 = for none
+  std::uint16_t profile;  ///< low 16 bits of 1000h for which it is the default; 0 = none
   std::unique_ptr<sim::Behaviour> (*make)(sim::DeviceNode&,
                                           std::uint64_t);  ///< null = the node has no behaviour
   std::string_view summary;                                ///< one line, for --help
   std::span<const NeededObject> needs{};
 };
 
-/// All of them; the first is "none".
+/// All devices; the first is "none".
 std::span<const DeviceKind> device_kinds();
 
 /// Their names, in order.
 std::span<const std::string_view> device_names();
 
-/// What a device that is a Lua script is called, see lua/lua_device.hpp.
+/// The name of a device that is a Lua script, see lua/lua_device.hpp.
 inline constexpr std::string_view kScript = "lua";
-/// Is it the name of such a script's file?
+/// Whether it is the name of a script file.
 constexpr bool is_script(std::string_view device) {
   return device.ends_with(".lua");
 }
@@ -52,22 +51,22 @@ constexpr bool is_script(std::string_view device) {
 /// Null if no device has this name.
 const DeviceKind* find_device(std::string_view name);
 
-/// For the low 16 bits of 1000h (CiA 301, 7.5.2.1). Where no device is made for that number, as files have a
-/// 0 there or a wrong one: the device whose marks are there; else "none".
+/// For the low 16 bits of 1000h (CiA 301, 7.5.2.1). If no device has that number (files have 0 or a wrong one
+/// there): the device whose marks are present, else "none".
 const DeviceKind& device_for(const ObjectDictionary& dictionary);
 
-/// What the device needs and the dictionary lacks, or has with another size: "object 6040h", "one of the
-/// objects 607Ah, 60FFh".
+/// Objects that the device needs and the dictionary lacks or has with another size: "object 6040h", "one of
+/// the objects 607Ah, 60FFh".
 std::vector<std::string> missing_objects(const DeviceKind& kind, const ObjectDictionary& dictionary);
 
-/// What the dictionary has and the device does not do, each with what to do about it: "touch probe (60B8h):
-/// ...".
+/// Functions that the dictionary has and the device does not simulate, each with what to do instead: "touch
+/// probe (60B8h): ...".
 std::vector<std::string> left_out(const DeviceKind& kind, const ObjectDictionary& dictionary);
 
-/// The device whose objects are there, whatever 1000h says; null if there is none.
+/// The device whose needed objects are present, whatever 1000h says; null if there is none.
 const DeviceKind* device_by_objects(const ObjectDictionary& dictionary);
 
-/// The data type of an object that some device needs.
+/// The data type of an object that a device needs.
 std::optional<DataType> standard_type(std::uint16_t index);
 
 }  // namespace cbcan::devices

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// What can be made to happen to a device, as far as it is nothing but an error with a code: the EMCY goes
-/// out when it begins, and again after a reset while it lasts.
-
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -18,31 +15,30 @@ struct ErrorKind {
   std::uint8_t register_bits;  ///< in 1001h
 };
 
-class Incidents {
+/// A device with incidents, at most 32. An unknown name is ignored.
+class DeviceWithIncidents : public sim::Behaviour {
  public:
-  /// Names and kinds belong together one by one; the caller's, and they outlive this.
-  Incidents(std::span<const std::string_view> names, std::span<const ErrorKind> kinds);
+  std::span<const std::string_view> incidents() const final { return names_; }
+  void set_incident(std::string_view name, bool present, Time now) final;
 
-  std::span<const std::string_view> names() const { return names_; }
+ protected:
+  /// names[i] causes kinds[i]; both must outlive this object.
+  DeviceWithIncidents(sim::DeviceNode& node, std::span<const std::string_view> names,
+                      std::span<const ErrorKind> kinds)
+      : node_(node), names_(names), kinds_(kinds) {}
+
   bool present(std::size_t incident) const { return (present_ >> incident & 1) != 0; }
+  /// Reports incidents that have begun or ended to the node, if their only effect is an error with a code. The
+  /// EMCY is sent again after a reset, which sets told_ to 0.
+  void tell_incidents(Time now);
 
-  /// An unknown name is ignored.
-  void set(std::string_view name, bool present);
-  /// The node has forgotten its errors.
-  void reset() { told_ = 0; }
-  /// Tells the node what has begun or ended.
-  void update(sim::DeviceNode& node, Time now) {
-    if (present_ != told_) tell(node, now);
-  }
+  sim::DeviceNode& node_;
+  std::uint32_t present_ = 0;  ///< one bit each
+  std::uint32_t told_ = 0;     ///< one bit for each reported error
 
  private:
-  static constexpr std::size_t kMost = 32;  ///< bits of present_
-  void tell(sim::DeviceNode& node, Time now);
-
   std::span<const std::string_view> names_;
   std::span<const ErrorKind> kinds_;
-  std::uint32_t present_ = 0;  ///< one bit each
-  std::uint32_t told_ = 0;     ///< likewise
 };
 
 }  // namespace cbcan::devices

@@ -7,26 +7,6 @@ namespace cbcan::devices {
 
 namespace {
 
-// Objects that belong to the ones in the header (CiA 401). The numbers behind them in the constructors below
-// are the profile's defaults, for files that leave an object out.
-constexpr std::uint16_t kInputPolarity = 0x6002;
-constexpr std::uint16_t kInputFilter = 0x6003;
-constexpr std::uint16_t kInterruptAnyChange = 0x6006;
-constexpr std::uint16_t kInterruptLowToHigh = 0x6007;
-constexpr std::uint16_t kInterruptHighToLow = 0x6008;
-constexpr std::uint16_t kOutputPolarity = 0x6202;
-constexpr std::uint16_t kOutputErrorMode = 0x6206;
-constexpr std::uint16_t kOutputErrorValue = 0x6207;
-constexpr std::uint16_t kOutputFilterMask = 0x6208;
-constexpr std::uint16_t kTriggerSelection = 0x6421;
-constexpr std::uint16_t kUpperLimit = 0x6424;
-constexpr std::uint16_t kLowerLimit = 0x6425;
-constexpr std::uint16_t kDelta = 0x6426;
-constexpr std::uint16_t kNegativeDelta = 0x6427;
-constexpr std::uint16_t kPositiveDelta = 0x6428;
-constexpr std::uint16_t kAnalogueErrorMode = 0x6443;
-constexpr std::uint16_t kAnalogueErrorValue = 0x6444;
-
 // Bits of 6421h.
 constexpr std::uint8_t kOnUpperLimit = 0x01;
 constexpr std::uint8_t kOnLowerLimit = 0x02;
@@ -43,13 +23,15 @@ constexpr std::uint8_t merge(std::uint8_t mask, std::uint8_t chosen, std::uint8_
 
 }  // namespace
 
+// The last argument is the profile's default (CiA 401), for files without the object.
+
 DigitalInput::DigitalInput(ObjectDictionary& dictionary, std::uint8_t sub)
     : value_(dictionary, kReadInput, sub),
-      polarity_(dictionary, kInputPolarity, sub, 0x00),
-      filter_(dictionary, kInputFilter, sub, 0x00),
-      any_change_(dictionary, kInterruptAnyChange, sub, 0xFF),
-      low_to_high_(dictionary, kInterruptLowToHigh, sub, 0x00),
-      high_to_low_(dictionary, kInterruptHighToLow, sub, 0x00),
+      polarity_(dictionary, 0x6002, sub, 0x00),
+      filter_(dictionary, 0x6003, sub, 0x00),
+      any_change_(dictionary, 0x6006, sub, 0xFF),
+      low_to_high_(dictionary, 0x6007, sub, 0x00),
+      high_to_low_(dictionary, 0x6008, sub, 0x00),
       terminals_(value_.get() ^ polarity_.get()),
       filtered_(terminals_) {}
 
@@ -87,10 +69,10 @@ bool DigitalInput::refresh() {
 
 DigitalOutput::DigitalOutput(ObjectDictionary& dictionary, std::uint8_t sub)
     : value_(dictionary, kWriteOutput, sub),
-      polarity_(dictionary, kOutputPolarity, sub, 0x00),
-      error_mode_(dictionary, kOutputErrorMode, sub, 0xFF),
-      error_value_(dictionary, kOutputErrorValue, sub, 0x00),
-      filter_mask_(dictionary, kOutputFilterMask, sub, 0xFF) {}
+      polarity_(dictionary, 0x6202, sub, 0x00),
+      error_mode_(dictionary, 0x6206, sub, 0xFF),
+      error_value_(dictionary, 0x6207, sub, 0x00),
+      filter_mask_(dictionary, 0x6208, sub, 0xFF) {}
 
 void DigitalOutput::refresh(bool failed) {
   std::uint8_t levels = value_.get();
@@ -101,12 +83,12 @@ void DigitalOutput::refresh(bool failed) {
 
 AnalogueInput::AnalogueInput(ObjectDictionary& dictionary, std::uint8_t sub)
     : value_(dictionary, kReadAnalogueInput, sub),
-      trigger_(dictionary, kTriggerSelection, sub, kOnLimits | kOnDelta),
-      upper_limit_(dictionary, kUpperLimit, sub),
-      lower_limit_(dictionary, kLowerLimit, sub),
-      delta_(dictionary, kDelta, sub),
-      negative_delta_(dictionary, kNegativeDelta, sub),
-      positive_delta_(dictionary, kPositiveDelta, sub),
+      trigger_(dictionary, 0x6421, sub, kOnLimits | kOnDelta),
+      upper_limit_(dictionary, 0x6424, sub),
+      lower_limit_(dictionary, 0x6425, sub),
+      delta_(dictionary, 0x6426, sub),
+      negative_delta_(dictionary, 0x6427, sub),
+      positive_delta_(dictionary, 0x6428, sub),
       terminal_(value_.get()),
       told_(terminal_) {}
 
@@ -137,8 +119,8 @@ bool AnalogueInput::far_enough() const {
 
 AnalogueOutput::AnalogueOutput(ObjectDictionary& dictionary, std::uint8_t sub)
     : value_(dictionary, kWriteAnalogueOutput, sub),
-      error_mode_(dictionary, kAnalogueErrorMode, sub, 1),
-      error_value_(dictionary, kAnalogueErrorValue, sub) {}
+      error_mode_(dictionary, 0x6443, sub, 1),
+      error_value_(dictionary, 0x6444, sub) {}
 
 void AnalogueOutput::refresh(bool failed) {
   const bool replaced = failed && error_mode_.get() != 0;

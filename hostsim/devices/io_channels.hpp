@@ -2,7 +2,7 @@
 #pragma once
 
 /// The four kinds of channels of an I/O module (CiA 401), each with its objects, which share one sub-index.
-/// What the node is told, and when, is IoModule's part.
+/// IoModule reports changes to the node.
 
 #include <array>
 #include <cstdint>
@@ -12,10 +12,10 @@
 
 namespace cbcan::devices {
 
-/// An input with its filter on has to stand this long before it is seen.
+/// A filtered input must be stable for this time before it is shown.
 inline constexpr Time kInputFilterTime = milliseconds(3);
 
-/// The first object of each kind: it decides how many channels there are.
+/// The main object of each kind: its sub-indices are the channels.
 inline constexpr std::uint16_t kReadInput = 0x6000;
 inline constexpr std::uint16_t kWriteOutput = 0x6200;
 inline constexpr std::uint16_t kReadAnalogueInput = 0x6401;
@@ -29,9 +29,9 @@ class DigitalInput {
   bool exists() const { return value_.exists(); }
   void set_terminals(std::uint8_t levels, Time now);
   std::uint8_t terminals() const { return terminals_; }
-  /// Lets through the filter what has stood long enough; when it wants to be called again, or kNever.
+  /// Passes inputs that have been stable long enough; returns when to call it again, or kNever.
   Time filter(Time now);
-  /// Brings 6000h up to date. True = a change that 6006h, 6007h or 6008h asks for.
+  /// Updates 6000h. True = a change selected by 6006h, 6007h or 6008h.
   bool refresh();
 
  private:
@@ -55,16 +55,16 @@ class DigitalOutput {
   std::uint8_t terminals_ = 0;
 };
 
-/// One analogue input of 16 bits. Limits and deltas are compared with the number that 6401h shows.
+/// One analogue input of 16 bits. Limits and deltas are in the unit of 6401h.
 class AnalogueInput {
  public:
   AnalogueInput(ObjectDictionary& dictionary, std::uint8_t sub);
 
   bool exists() const { return value_.exists(); }
   void set_terminal(double value);
-  /// Brings 6401h up to date. True = a change that 6421h and its limits and deltas ask for.
+  /// Updates 6401h. True = a change selected by 6421h with its limits and deltas.
   bool refresh();
-  /// Deltas count from the present value on.
+  /// Deltas count from the present value from now on.
   void told() { told_ = terminal_; }
 
  private:
@@ -79,7 +79,7 @@ class AnalogueInput {
   std::int16_t told_;
 };
 
-/// One analogue output of 16 bits: 6411h, or the error value 6444h where 6443h says so.
+/// One analogue output of 16 bits: 6411h, or the error value 6444h if 6443h enables it.
 class AnalogueOutput {
  public:
   AnalogueOutput(ObjectDictionary& dictionary, std::uint8_t sub);

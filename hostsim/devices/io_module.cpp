@@ -12,12 +12,9 @@ namespace cbcan::devices {
 
 namespace {
 
-constexpr std::uint16_t kDigitalInterruptEnable = 0x6005;
-constexpr std::uint16_t kInterruptSource = 0x6422;
-constexpr std::uint16_t kAnalogueInterruptEnable = 0x6423;
-constexpr std::size_t kChannelsPerSource = 32;
+constexpr std::size_t kChannelsPerSource = 32;  ///< of a sub-index of 6422h
 
-/// Of all widths, digital and analogue.
+/// Write objects of all widths, digital and analogue.
 constexpr auto kOutputs = std::to_array<std::uint16_t>(
     {kWriteOutput, 0x6220, 0x6300, 0x6320, 0x6410, kWriteAnalogueOutput, 0x6412, 0x6413, 0x6414});
 
@@ -27,13 +24,6 @@ constexpr std::array<ErrorKind, 2> kIncidentErrors{{
     {0x3120, ErrorRegister::kGeneric | ErrorRegister::kVoltage},
 }};
 
-std::vector<sim::Bound<std::uint32_t>> numbers(ObjectDictionary& dictionary, std::uint16_t index) {
-  std::vector<sim::Bound<std::uint32_t>> all;
-  for (unsigned sub = 1; sub <= highest_sub(dictionary, index); ++sub)
-    all.emplace_back(dictionary, index, static_cast<std::uint8_t>(sub));
-  return all;
-}
-
 template <class Channel>
 std::size_t place_in(const std::vector<Channel>& all, const Channel& channel) {
   return static_cast<std::size_t>(&channel - all.data());
@@ -42,20 +32,19 @@ std::size_t place_in(const std::vector<Channel>& all, const Channel& channel) {
 }  // namespace
 
 IoModule::IoModule(sim::DeviceNode& node)
-    : node_(node),
-      digital_interrupts_(node.dictionary(), kDigitalInterruptEnable, 0, 1),
-      analogue_interrupts_(node.dictionary(), kAnalogueInterruptEnable, 0, 0),
-      digital_inputs_(channels<Input<Shown<DigitalInput>>>(node.dictionary(), kReadInput)),
-      digital_outputs_(channels<Shown<DigitalOutput>>(node.dictionary(), kWriteOutput)),
-      analogue_inputs_(channels<Input<AnalogueInput>>(node.dictionary(), kReadAnalogueInput)),
-      analogue_outputs_(channels<Shown<AnalogueOutput>>(node.dictionary(), kWriteAnalogueOutput)),
-      interrupt_sources_(numbers(node.dictionary(), kInterruptSource)),
-      incidents_(kIncidents, kIncidentErrors) {
-  if (!analogue_interrupts_.exists()) analogue_interrupts_.set(1);  // nobody could enable them
+    : DeviceWithIncidents(node, kIncidents, kIncidentErrors),
+      digital_interrupts_(node.dictionary(), 0x6005, 0, 1),
+      analogue_interrupts_(node.dictionary(), 0x6423, 0, 0),
+      digital_inputs_(channels<Input<Shown<DigitalInput>>>(node.dictionary(), {kReadInput})),
+      digital_outputs_(channels<Shown<DigitalOutput>>(node.dictionary(), {kWriteOutput})),
+      analogue_inputs_(channels<Input<AnalogueInput>>(node.dictionary(), {kReadAnalogueInput})),
+      analogue_outputs_(channels<Shown<AnalogueOutput>>(node.dictionary(), {kWriteAnalogueOutput})),
+      interrupt_sources_(channels<InterruptSource>(node.dictionary(), {0x6422})) {
+  if (!analogue_interrupts_.exists()) analogue_interrupts_.set(1);  // without 6423h no client could enable them
 }
 
 std::optional<double> IoModule::output(std::uint16_t index, std::uint8_t sub) const {
-  const std::size_t place = sub - std::size_t{1};  // of sub-index 0 there is none
+  const std::size_t place = sub - std::size_t{1};  // sub-index 0 wraps and is out of range
   if (index == kWriteOutput && place < digital_outputs_.size()) return digital_outputs_[place].terminals();
   if (index == kWriteAnalogueOutput && place < analogue_outputs_.size())
     return analogue_outputs_[place].terminals();
@@ -63,7 +52,7 @@ std::optional<double> IoModule::output(std::uint16_t index, std::uint8_t sub) co
 }
 
 void IoModule::reset(bool application, Time now) {
-  incidents_.reset();
+  told_ = 0;
   if (!application) return;
   begun_ = true;
   failed_ = false;
@@ -86,13 +75,13 @@ Time IoModule::update(Time now) {
   Time next = kNever;
   for (auto& input : digital_inputs_) {
     next = earlier(next, input.filter(now));
-    if (input.refresh() && digital_interrupts_.get() != 0) interrupt(input.interrupt);
+    if (input.refresh() && digital_interrupts_.get() != 0) input.interrupt = interrupted_ = true;
     tell_terminals(digital_inputs_, input, kReadInput, now);
   }
   for (auto& input : analogue_inputs_) {
     if (!input.refresh() || analogue_interrupts_.get() == 0) continue;
     input.told();
-    interrupt(input.interrupt);
+    input.interrupt = interrupted_ = true;
     note_source(place_in(analogue_inputs_, input), now);
   }
   for (auto& output : digital_outputs_) {
@@ -103,13 +92,9 @@ Time IoModule::update(Time now) {
     output.refresh(failed_);
     tell_terminals(analogue_outputs_, output, kWriteAnalogueOutput, now);
   }
-  incidents_.update(node_, now);
+  if (present_ != told_) tell_incidents(now);
   if (interrupted_) tell(now);
   return next;
-}
-
-void IoModule::interrupt(bool& input) {
-  input = interrupted_ = true;
 }
 
 void IoModule::note_source(std::size_t channel, Time now) {
@@ -122,7 +107,7 @@ void IoModule::note_source(std::size_t channel, Time now) {
   source.set(source.get() | 1u << channel % kChannelsPerSource);
 }
 
-/// When everything is up to date: a PDO that the first one sends may carry the others too.
+/// After all inputs have been updated: a PDO triggered by the first may carry the others too.
 void IoModule::tell(Time now) {
   for (std::size_t i = 0; i < digital_inputs_.size(); ++i)
     if (std::exchange(digital_inputs_[i].interrupt, false)) node_.changed(kReadInput, sub_of(i), now);
@@ -132,7 +117,7 @@ void IoModule::tell(Time now) {
   interrupted_ = false;
 }
 
-/// Not of analogue inputs, which move all the time.
+/// Not for analogue inputs, which change continuously.
 template <class Channel>
 void IoModule::tell_terminals(const std::vector<Channel>& all, Channel& channel, std::uint16_t index,
                               Time now) {
@@ -166,14 +151,6 @@ bool IoModule::set_input(std::uint16_t index, std::uint8_t sub, double value, Ti
       return true;
     }
   return false;
-}
-
-std::span<const std::string_view> IoModule::incidents() const {
-  return incidents_.names();
-}
-
-void IoModule::set_incident(std::string_view incident, bool present, Time /*now*/) {
-  incidents_.set(incident, present);
 }
 
 }  // namespace cbcan::devices

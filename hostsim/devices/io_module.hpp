@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// An I/O module (CiA 401): as many blocks of eight digital inputs and outputs, and as many analogue ones of
-/// 16 bits, as its dictionary has sub-indices of 6000h, 6200h, 6401h and 6411h. docs/reference/devices.md
-/// lists the objects. An object that the file leaves out, or has with another size, is as the profile's
-/// default.
+/// An I/O module (CiA 401): one block of eight digital inputs or outputs for each sub-index of 6000h and 6200h,
+/// one analogue input or output of 16 bits for each of 6401h and 6411h. docs/reference/devices.md lists the
+/// objects. An object that is missing, or has another size, has the profile's default.
 ///
-/// Interrupts become DeviceNode::changed() of 6000h or 6401h. An analogue one needs 6423h, a change of the
-/// value, one of the limits chosen in 6421h (if any is) and one of the deltas (if any is); deltas count from
-/// the value at the last interrupt. 6422h shows the channels that had one in the last moment in which there
-/// was any.
+/// Interrupts are reported by DeviceNode::changed() of 6000h or 6401h. An analogue interrupt needs 6423h, a
+/// change of the value, one of the limits selected in 6421h (if any) and one of the deltas (if any); deltas
+/// count from the value at the last interrupt. 6422h shows all channels with an interrupt at the latest time at
+/// which there was one.
 ///
-/// Outputs have their error values from a network failure or NMT Stopped on until the node is Operational
-/// again; 6200h and 6411h keep what was written.
+/// Outputs have their error values from a network failure or NMT Stopped until the node is Operational again;
+/// 6200h and 6411h keep the written values.
+///
+/// Incidents: "output-short-circuit" (EMCY 2320h) and "input-voltage-low" (3120h).
 
 #include <cstdint>
 #include <vector>
@@ -23,7 +24,7 @@
 
 namespace cbcan::devices {
 
-class IoModule final : public sim::Behaviour {
+class IoModule final : public DeviceWithIncidents {
  public:
   explicit IoModule(sim::DeviceNode& node);
 
@@ -32,46 +33,44 @@ class IoModule final : public sim::Behaviour {
   void on_state(nmt::State state, Time now) override;
   void on_network_failure(sim::NetworkFailure failure, Time now) override;
   bool is_set_point(std::uint16_t index) const override;
-  /// 6200h: the levels at eight terminals, bit 0 is the first. 6411h: in its unit. After polarity, filter
-  /// mask and error values.
+  /// 6200h: the levels at eight terminals, bit 0 is the first. 6411h: in the object's unit. After polarity,
+  /// filter mask and error values.
   std::optional<double> output(std::uint16_t index, std::uint8_t sub) const override;
-  /// 6000h: levels at eight terminals, 0..255. 6401h: the number that it will show. Both are rounded.
+  /// 6000h: levels at eight terminals, 0..255. 6401h: the number to show. Both are rounded.
   bool set_input(std::uint16_t index, std::uint8_t sub, double value, Time now) override;
-  /// "output-short-circuit" (EMCY 2320h) and "input-voltage-low" (3120h).
-  std::span<const std::string_view> incidents() const override;
-  void set_incident(std::string_view incident, bool present, Time now) override;
 
  private:
   template <class Channel>
   struct Input : Channel {
     using Channel::Channel;
-    bool interrupt = false;  ///< that the node has not been told of
+    bool interrupt = false;  ///< not yet reported to the node
   };
   template <class Channel>
   struct Shown : Channel {
     using Channel::Channel;
-    std::int32_t shown = 0;  ///< at its terminals, as the node was told last
+    std::int32_t shown = 0;  ///< levels last reported to the node
   };
 
-  void interrupt(bool& input);
+  struct InterruptSource : sim::Bound<std::uint32_t> {
+    InterruptSource(ObjectDictionary& dictionary, std::uint8_t sub) : Bound(dictionary, 0x6422, sub) {}
+  };
+
   void note_source(std::size_t channel, Time now);
   void tell(Time now);
   template <class Channel>
   void tell_terminals(const std::vector<Channel>& all, Channel& channel, std::uint16_t index, Time now);
 
-  sim::DeviceNode& node_;
   sim::Bound<std::uint8_t> digital_interrupts_;
   sim::Bound<std::uint8_t> analogue_interrupts_;
   std::vector<Input<Shown<DigitalInput>>> digital_inputs_;
   std::vector<Shown<DigitalOutput>> digital_outputs_;
   std::vector<Input<AnalogueInput>> analogue_inputs_;
   std::vector<Shown<AnalogueOutput>> analogue_outputs_;
-  std::vector<sim::Bound<std::uint32_t>> interrupt_sources_;
+  std::vector<InterruptSource> interrupt_sources_;
   Time interrupt_at_ = kNever;
   bool failed_ = false;
-  bool begun_ = false;        ///< before, nothing is told of terminals
-  bool interrupted_ = false;  ///< an input's interrupt is set
-  Incidents incidents_;
+  bool begun_ = false;        ///< before the first reset, terminals are not reported
+  bool interrupted_ = false;  ///< an interrupt is to be reported
 };
 
 }  // namespace cbcan::devices

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "devices/transducer.hpp"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -14,8 +13,6 @@ namespace cbcan::devices {
 
 namespace {
 
-constexpr std::uint16_t kDecimalDigits = 0x6132;
-constexpr std::uint16_t kStatus = 0x6150;
 // Process values.
 constexpr std::uint16_t kReal = 0x6130;
 constexpr std::uint16_t kShort = 0x7130;
@@ -38,19 +35,12 @@ std::uint8_t overload_of(double value) {
   return 0;
 }
 
-/// True = it is another one now.
+/// True = the value has changed.
 template <class Number>
 bool replace(sim::Bound<Number>& value, Number number) {
   const bool changed = value.exists() && value.get() != number;
   value.set(number);
   return changed;
-}
-
-std::uint8_t most_channels(const ObjectDictionary& dictionary) {
-  std::uint8_t most = 0;
-  for (const std::uint16_t index : kProcessValues)
-    most = std::max(most, highest_sub(dictionary, index));
-  return most;
 }
 
 }  // namespace
@@ -59,8 +49,8 @@ Transducer::Channel::Channel(ObjectDictionary& dictionary, std::uint8_t sub)
     : real_(dictionary, kReal, sub),
       short_(dictionary, kShort, sub),
       long_(dictionary, kLong, sub),
-      decimal_digits_(dictionary, kDecimalDigits, sub),
-      status_(dictionary, kStatus, sub),
+      decimal_digits_(dictionary, 0x6132, sub),
+      status_(dictionary, 0x6150, sub),
       input_(long_.exists()    ? long_.get() / scale()
              : short_.exists() ? short_.get() / scale()
                                : static_cast<double>(real_.get())) {}
@@ -74,7 +64,7 @@ double Transducer::Channel::scale() const {
   return std::pow(10.0, decimal_digits_.get());
 }
 
-/// Of the narrowest that there is.
+/// Of the narrowest process value present.
 std::uint8_t Transducer::Channel::overload() const {
   const double value = input_ * scale();
   if (short_.exists()) return overload_of<std::int16_t>(value);
@@ -96,23 +86,22 @@ void Transducer::Channel::tell(sim::DeviceNode& node, std::uint8_t sub, Time now
 }
 
 Transducer::Transducer(sim::DeviceNode& node)
-    : node_(node),
-      channels_(channels_up_to<Channel>(node.dictionary(), most_channels(node.dictionary()))),
-      incidents_(kSensorIncidents, kSensorErrors) {}
+    : DeviceWithIncidents(node, kSensorIncidents, kSensorErrors),
+      channels_(channels<Channel>(node.dictionary(), {kReal, kShort, kLong})) {}
 
 void Transducer::reset(bool application, Time /*now*/) {
-  incidents_.reset();
+  told_ = 0;
   if (!application) return;
   for (Channel& channel : channels_) {
-    channel.refresh(incidents_.present(kSensorBreak));
+    channel.refresh(present(kSensorBreak));
     channel.keep_quiet();
   }
 }
 
 Time Transducer::update(Time now) {
   for (Channel& channel : channels_)
-    channel.refresh(incidents_.present(kSensorBreak));
-  incidents_.update(node_, now);
+    channel.refresh(present(kSensorBreak));
+  if (present_ != told_) tell_incidents(now);
   for (std::size_t i = 0; i < channels_.size(); ++i)
     channels_[i].tell(node_, sub_of(i), now);
   return kNever;
@@ -122,14 +111,6 @@ bool Transducer::set_input(std::uint16_t index, std::uint8_t sub, double value, 
   if (sub == 0 || sub > channels_.size() || !channels_[sub - 1u].has(index)) return false;
   channels_[sub - 1u].set_input(value);
   return true;
-}
-
-std::span<const std::string_view> Transducer::incidents() const {
-  return incidents_.names();
-}
-
-void Transducer::set_incident(std::string_view incident, bool present, Time /*now*/) {
-  incidents_.set(incident, present);
 }
 
 }  // namespace cbcan::devices

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// A measuring device (CiA 404, analogue input): as many channels as its dictionary has sub-indices of the
-/// process value, which is INTEGER32 in 9130h, INTEGER16 in 7130h, REAL32 in 6130h; a file has one of them or
-/// several. The value in the world, in the unit of 6131h, becomes 6130h as it is, the others with the decimal
-/// digits of 6132h; 6150h says what is wrong with it.
+/// A measuring device (CiA 404, analogue input): one channel for each sub-index of the process value, which is
+/// INTEGER32 in 9130h, INTEGER16 in 7130h, REAL32 in 6130h; a file has one or more of them. 6130h is the input
+/// value in the unit of 6131h; the others have the decimal digits of 6132h. 6150h is the status of the value.
+///
+/// Incident "sensor-break" (EMCY 5000h): process values remain unchanged, and 6150h shows that they are not
+/// valid.
 
 #include <array>
 #include <cstdint>
@@ -16,18 +18,15 @@
 
 namespace cbcan::devices {
 
-class Transducer final : public sim::Behaviour {
+class Transducer final : public DeviceWithIncidents {
  public:
   explicit Transducer(sim::DeviceNode& node);
 
   void reset(bool application, Time now) override;
   Time update(Time now) override;
-  /// The process value that the file has, in the unit of 6131h; with 6132h = 2, 12.5 shows as 1250. Every
+  /// A process value that the file has, in the unit of 6131h; with 6132h = 2, 12.5 is shown as 1250. Every
   /// change is an event.
   bool set_input(std::uint16_t index, std::uint8_t sub, double value, Time now) override;
-  /// "sensor-break" (EMCY 5000h): process values stay as they are, and 6150h says that they are not valid.
-  std::span<const std::string_view> incidents() const override;
-  void set_incident(std::string_view incident, bool present, Time now) override;
 
  private:
   class Channel {
@@ -36,7 +35,7 @@ class Transducer final : public sim::Behaviour {
     bool has(std::uint16_t index) const;
     void set_input(double value) { input_ = value; }
     void refresh(bool broken);
-    /// Tells the node which process values have changed since it was told.
+    /// Reports the process values that have changed since the last report.
     void tell(sim::DeviceNode& node, std::uint8_t sub, Time now);
     void keep_quiet() { untold_ = {}; }
 
@@ -48,13 +47,11 @@ class Transducer final : public sim::Behaviour {
     sim::Bound<std::int16_t> short_;
     sim::Bound<std::int32_t> long_;
     sim::Bound<std::uint8_t> decimal_digits_, status_;
-    std::array<bool, 3> untold_{};  ///< in that order
+    std::array<bool, 3> untold_{};  ///< changes to report: real, short, long
     double input_;
   };
 
-  sim::DeviceNode& node_;
   std::vector<Channel> channels_;
-  Incidents incidents_;
 };
 
 }  // namespace cbcan::devices

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <fmt/core.h>
+#include <fmt/format.h>
 
 #include <deque>
 #include <utility>
@@ -28,10 +28,7 @@ config::FileReader reader() {
 }
 
 [[noreturn]] void throw_plant_error(const std::vector<std::string>& lines) {
-  std::string text;
-  for (const std::string& line : lines)
-    (text += text.empty() ? "" : "\n") += line;
-  throw PlantError(text);
+  throw PlantError(fmt::format("{}", fmt::join(lines, "\n")));
 }
 
 config::Config config_of(std::string_view text, const std::string& file) {
@@ -51,7 +48,7 @@ config::PlantBuild build_of(const config::Config& config) {
   return build;
 }
 
-/// What is there to say, or thrown.
+/// Throws an error response, returns any other.
 std::string checked(std::string response) {
   if (response.starts_with(plant::kError))
     throw PlantError(std::string(text::trim(response.substr(plant::kError.size()))));
@@ -111,14 +108,12 @@ void Plant::write(std::uint16_t first, const Words& words, unsigned unit) {
   command(fmt::format("write {}/{} {}", unit, first, text::joined(words)));
 }
 
-Plant::Words Plant::registers(std::uint16_t first, std::size_t count, unsigned unit) {
-  try {
-    if (unit < 1 || unit > inside_->plant.view().networks())
-      throw plant::Refused(fmt::format("unit {}: there are 1..{}", unit, inside_->plant.view().networks()));
-    return inside_->plant.view().read(unit, first, count);
-  } catch (const plant::Refused& refused) {
-    throw PlantError(refused.what());
-  }
+Plant::Words Plant::registers(std::uint16_t first, std::size_t count, unsigned unit) try {
+  if (unit < 1 || unit > inside_->plant.view().networks())
+    throw plant::Refused(fmt::format("unit {}: there are 1..{}", unit, inside_->plant.view().networks()));
+  return inside_->plant.view().read(unit, first, count);
+} catch (const plant::Refused& refused) {
+  throw PlantError(refused.what());
 }
 
 Plant::Duration Plant::now() const {
@@ -141,12 +136,10 @@ bool Plant::wait(std::string_view condition, Duration within) {
   return !response.starts_with(plant::kNotWithin) && !checked(response).empty();
 }
 
-bool Plant::holds(std::string_view condition) {
-  try {
-    return make_condition(condition, inside_->plant.view())->holds(inside_->plant.view());
-  } catch (const plant::Refused& refused) {
-    throw PlantError(refused.what());
-  }
+bool Plant::holds(std::string_view condition) try {
+  return make_condition(condition, inside_->plant.view())->holds(inside_->plant.view());
+} catch (const plant::Refused& refused) {
+  throw PlantError(refused.what());
 }
 
 std::vector<std::string> Plant::frames() {

@@ -8,7 +8,7 @@ namespace cbcan::test {
 
 namespace {
 
-/// A node without objects; values of its device's own may change.
+/// A node without objects that fails on errors.
 struct QuietNode final : sim::DeviceNode {
   eds::DictionaryImage image = dictionary_of({});
   ObjectDictionary own{image.entries, image.values, nullptr};

@@ -9,7 +9,7 @@
 
 namespace cbcan::test {
 
-// Of the statusword, 6041h.
+// Bits of the statusword, 6041h.
 inline constexpr unsigned kEnabled = 0x0237;
 inline constexpr unsigned kReached = 0x0400;
 inline constexpr unsigned kLimit = 0x0800;
@@ -70,7 +70,7 @@ struct DriveBench : sim::DeviceNode {
     const std::uint64_t raw = objects.get(index, sub);
     return is_signed(entry.type) ? sign_extend(raw, entry.capacity) : static_cast<std::int64_t>(raw);
   }
-  /// As by SDO, with the drive's say.
+  /// As by SDO: the drive may refuse the value.
   AbortCode write(std::uint16_t index, std::uint8_t sub, std::int64_t value) {
     ObjectEntry entry{};
     REQUIRE(objects.find(index, sub, entry) == AbortCode::kNone);
@@ -86,7 +86,7 @@ struct DriveBench : sim::DeviceNode {
   std::int64_t position() { return get(0x6064); }
   std::int64_t velocity() { return get(0x606C); }
 
-  /// What can be seen of the drive.
+  /// Expected state of the drive.
   struct Seen {
     std::optional<unsigned> status{};
     std::optional<std::int64_t> position{}, velocity{};
@@ -111,7 +111,7 @@ struct DriveBench : sim::DeviceNode {
     drive.on_sync(now);
     return update();
   }
-  /// In this mode, operation enabled, behind these objects.
+  /// Sets these objects, then enables operation in this mode.
   DriveBench& enable(std::int8_t mode, std::initializer_list<Value> values = {}) {
     put(values);
     put(0x6060, 0, mode);

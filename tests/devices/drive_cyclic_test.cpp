@@ -19,7 +19,7 @@ TEST_CASE("Profile torque: the slope, the limit, halt") {
 
 TEST_CASE("Cyclic position: straight lines between the set-points of SYNCs; the last one holds") {
   DriveBench bench;
-  bench.put(0x6007, 0, 0);  // whatever becomes of the SYNC
+  bench.put(0x6007, 0, 0);  // no action for a missed SYNC
   bench.enable(8, {{0x60C2, 1, 10}}).shows({.status = kEnabled | kBit12});
   bench.set(0x607A, 0, 1'000);
   bench.pass(kSecond).shows({.position = 0});
@@ -57,7 +57,7 @@ TEST_CASE("Cyclic modes: SYNCs faster than 60C2h do not begin a set-point anew")
     bench.put(set_point, 0, 0);
     cycles(1);
     CHECK(bench.get(shown) == value * 4 / 5);
-    bench.set(0x6060, 0, 0).set(0x6060, 0, mode);  // entered anew it begins anew
+    bench.set(0x6060, 0, 0).set(0x6060, 0, mode);  // entering the mode again starts again
     bench.put(set_point, 0, value);
     bench.pass(kSecond);
     cycles(5);
@@ -92,7 +92,7 @@ TEST_CASE("Cyclic modes: SYNCs that have come at the period of 60C2h are missed 
       DriveBench bench;
       bench.enable(static_cast<std::int8_t>(mode), {{0x60C2, 1, 10}, {0x6007, 0, row.option}});
       bench.sync();
-      bench.pass(20'000);  // late by one is in time
+      bench.pass(20'000);  // one period late is still in time
       bench.sync();
       bench.pass(29'999).shows({.status = kEnabled | kBit12});
       CHECK(bench.log.empty());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Homing, method by method. The axis: negative limit at -100,000, positive limit at 100,000, home switch from
-// 20,500 to 24,500, an index pulse every 10,000. Homes worked out by hand from the drawings of CiA 402.
+// 20,500 to 24,500, an index pulse every 10,000. Homes calculated by hand from the drawings of CiA 402.
 
 #include "drive_bench.hpp"
 #include "sim/number.hpp"
@@ -16,7 +16,7 @@ constexpr unsigned kAttained = 0x1400;
 constexpr unsigned kMovingError = 0x2000;
 constexpr unsigned kError = 0x2400;
 
-/// A drive in homing mode that stands at this place, where it also began to count.
+/// A drive in homing mode, at rest at this place; homing has not moved the zero of position yet.
 struct Home : DriveBench {
   explicit Home(std::int64_t place) : DriveBench(kLayout) {
     enable(1);
@@ -32,7 +32,7 @@ struct Home : DriveBench {
     put(0x6098, 0, method);
     control(0x001F);
   }
-  /// The place where the axis stands: homing does not move this.
+  /// The machine coordinate of the axis: homing does not change it.
   std::int64_t place() {
     return sim::rounded<std::int32_t>(drive.axis().to_machine(drive.axis().actual(now).position));
   }
@@ -51,7 +51,7 @@ TEST_CASE("Every homing method, from the left of the home switch, from within an
   constexpr std::array<HomingRow, 30> kRows = {{
       {1, -90'000, -90'000, -90'000},
       {2, 90'000, 90'000, 90'000},
-      // 3 and 4 look for the switch to the right, 5 and 6 to the left; beyond it there is only the limit.
+      // 3 and 4 search for the switch to the right, 5 and 6 to the left; beyond it there is only the limit.
       {3, 20'000, 20'000, kNone},
       {4, 30'000, 30'000, kNone},
       {5, kNone, 30'000, 30'000},
@@ -178,7 +178,7 @@ TEST_CASE("The zero of position is the home offset further than the home") {
   bench.put(0x607C, 0, 1'500);
   bench.start(34);
   CHECK(bench.status() == kEnabled);
-  bench.pass(kSecond + 9'999);  // 10,000 at 10,000/s, and 10 ms for each ramp's half
+  bench.pass(kSecond + 9'999);  // 10,000 at 10,000/s, and half of each ramp of 10 ms
   CHECK(bench.status() == kEnabled);
   bench.pass(1).shows({.status = kEnabled | kAttained, .position = -1'500, .objects = {{0x6063, -1'500}}});
   bench.control(0x000F).shows({.status = kEnabled | kAttained});
@@ -188,7 +188,7 @@ TEST_CASE("A search: fast to the switch, slowly off it, at the speeds of 6099h")
   Home bench(-70'000);
   bench.start(17);
   bench.pass(100'000).shows({.velocity = -50'000});
-  // 0.05 s and 1,250, then 28,750 at 50,000/s: the switch at 0.625 s; then 1,250 further to stop.
+  // 0.05 s and 1,250, then 28,750 at 50,000/s: the switch at 0.625 s; then 1,250 more to stop.
   bench.pass(525'000);
   CHECK(bench.place() == -100'000);
   CHECK(bench.get(0x60FD) == 0x1);
@@ -203,7 +203,7 @@ TEST_CASE("A search: fast to the switch, slowly off it, at the speeds of 6099h")
 TEST_CASE("An edge that has to be found from outside: past it, back out, and slowly to it") {
   Home bench(0);
   bench.start(24);
-  // 1,250 to speed up; 20,500 after 0.435 s; 1,250 further to turn, and out again over 20,500 after 0.535 s.
+  // 1,250 to speed up; 20,500 after 0.435 s; 1,250 more to turn, and back past 20,500 after 0.535 s.
   bench.pass(485'000);
   CHECK(bench.place() == 21'750);
   CHECK(bench.get(0x60FD) == 0x4);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// A drive with a load, on the EDS's ramps (see drive_modes_test.cpp): 10,000 increments are a revolution, and
-// 1,000 mNm are rated, as the file has no 6076h. 10 kg cm2: 1 mNm more than friction is 1 rad/s2, or 1591.549
-// increments/s2.
+// A drive with a load, on the EDS's ramps (see drive_modes_test.cpp): 10,000 increments per revolution; the rated
+// torque is 1,000 mNm, as the file has no 6076h. With 10 kg cm2, 1 mNm more than friction is 1 rad/s2, or
+// 1591.549 increments/s2.
 #include "drive_bench.hpp"
 
 namespace cbcan::test {
@@ -29,11 +29,11 @@ TEST_CASE("Load: torque and following error go with the acceleration, torque wit
   bench.enable(1);
   go_to(bench, 50'000);
   struct Row {
-    Time until;  ///< of 0.1 s up, 0.4 s at 100,000/s, 0.1 s down
+    Time until;  ///< in 0.1 s up, 0.4 s at 100,000/s, 0.1 s down
     std::int64_t torque;
     std::int64_t lag;
   };
-  // 1,000,000/s2 are 628.3 rad/s2, and the lag is that acceleration by (188/s)^2.
+  // 1,000,000/s2 are 628.3 rad/s2, and the lag is that acceleration divided by (188/s)^2.
   for (const auto& [until, torque, lag] :
        {Row{90'000, 678, 28}, Row{300'000, 50, 0}, Row{590'000, -578, -28}, Row{900'000, 0, 0}}) {
     bench.pass(1000 + until - bench.now);
@@ -54,9 +54,9 @@ TEST_CASE("Load: what the torque limit leaves makes a following error, and then 
   bench.pass(80'000);
   CHECK(bench.get(0x6077) == 400);
   CHECK(double(bench.position()) ==
-        Approx(350 * kPerMilliNewtonMetre * 0.08 * 0.08 / 2).epsilon(0.02));  // and the lag
+        Approx(350 * kPerMilliNewtonMetre * 0.08 * 0.08 / 2).epsilon(0.02));  // the lag is within 2 %
   CHECK(bench.log.empty());
-  bench.pass(50'000);  // 2,000 increments at some 95 ms
+  bench.pass(50'000);  // the lag is 2,000 increments after about 95 ms
   CHECK(bench.log == std::vector<std::string>{"8611/21"});
 }
 
@@ -67,7 +67,7 @@ TEST_CASE("Load: torque modes move the axis, up to the hard stop") {
   CHECK(double(bench.velocity()) == Approx(250 * kPerMilliNewtonMetre * 0.5).epsilon(0.001));
   CHECK(double(bench.position()) == Approx(250 * kPerMilliNewtonMetre * 0.125).epsilon(0.001));
   CHECK(bench.get(0x6077) == 300);
-  bench.set(0x6071, 0, 0);  // friction alone: 5 times as long
+  bench.set(0x6071, 0, 0);  // friction alone stops it: 5 times as long
   bench.pass(2'600'000);
   CHECK(bench.velocity() == 0);
   CHECK(double(bench.position()) == Approx(250 * kPerMilliNewtonMetre * 0.125 * 6).epsilon(0.001));
@@ -77,7 +77,7 @@ TEST_CASE("Load: torque modes move the axis, up to the hard stop") {
   CHECK(bench.position() == 1'050'000);
   CHECK(bench.velocity() == 0);
   CHECK((bench.get(0x60FD) & 2) == 2);
-  bench.set(0x6060, 0, 1);  // position control takes over from where it is
+  bench.set(0x6060, 0, 1);  // position control starts from the current position
   bench.pass(100'000);
   CHECK(bench.position() == 1'050'000);
   CHECK(bench.get(0x60F4) == 0);
@@ -125,7 +125,7 @@ TEST_CASE("Load: bit 11 while it takes all of 6072h, bit 10 where 6064h is") {
   DriveBench bench(machine({.inertia = 10, .friction = 50}));
   bench.enable(1, {{0x6072, 0, 400}, {0x6065, 0, 0xFFFFFFFF}, {0x6067, 0, 0xFFFFFFFF}});
   go_to(bench, 50'000);
-  bench.pass(80'000).shows({.status = kEnabled | kLimit});  // 678 are wanted
+  bench.pass(80'000).shows({.status = kEnabled | kLimit});  // 678 would be needed
   bench.pass(520'000);
   CHECK(bench.get(0x6062) == 50'000);
   CHECK(bench.position() != 50'000);
@@ -141,7 +141,7 @@ TEST_CASE("Load: a brake that is set holds until operation is enabled, and again
   bench.enable(1);
   go_to(bench, 5'000);
   bench.pass(kSecond).shows({.status = kEnabled | kReached, .position = 5'000});
-  bench.set(0x60FE, 1, 0).set(0x60FE, 1, 1);  // set by hand it holds with power too
+  bench.set(0x60FE, 1, 0).set(0x60FE, 1, 1);  // a brake set during operation holds despite power
   go_to(bench, 6'000);
   bench.pass(kSecond).shows({.position = 5'000});
   bench.set(0x60FE, 1, 0);

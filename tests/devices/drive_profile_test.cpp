@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The profile in closed form, against values worked out by hand, and against what no profile may do.
+// The profile in closed form: values calculated by hand, and properties that hold for every profile.
 #include <rapidcheck.h>
 
 #include "devices/drive/profile.hpp"
@@ -27,7 +27,7 @@ void check_at(const Profile& profile, Time after, double position, double veloci
 }  // namespace
 
 TEST_CASE("A trapezoid: speeds up, runs, slows down") {
-  // 100/s at 100/s^2 up and 50/s^2 down: 1 s and 50, 2 s and 100; 350 of 500 remain: 3.5 s.
+  // 100/s at 100/s^2 up and 50/s^2 down: 1 s and 50, 2 s and 100; the remaining 350 of 500 take 3.5 s.
   const Profile profile = Profile::to_position({0, 0}, 500, {100, 100, 50}, kStart);
   check_at(profile, 0, 0, 0);
   check_at(profile, 500'000, 12.5, 50);
@@ -50,7 +50,7 @@ TEST_CASE("A way too short for full speed is a triangle") {
 }
 
 TEST_CASE("A target behind a moving axis: it stops, reverses and comes back") {
-  // From 100/s stopping takes 1 s and 50; then 50 back: a triangle of 2 * sqrt(0.5) s.
+  // Stopping from 100/s takes 1 s and 50; then 50 back: a triangle of 2 * sqrt(0.5) s.
   const Profile profile = Profile::to_position({0, 100}, 0, {1000, 100, 100}, kStart);
   check_at(profile, 1'000'000, 50, 0);
   check_at(profile, 1'000'000 + 707'107, 25, -70.7107);
@@ -102,7 +102,7 @@ TEST_CASE("Straight lines are there on the microsecond") {
 }
 
 TEST_CASE("User units: 80,000 increments are 24.41 mm") {
-  // 65,536 increments a revolution, 5 of the motor for 1 of the shaft, 100 mm for each of those.
+  // 65,536 increments per revolution, 5 motor revolutions per shaft revolution, a feed of 100 mm.
   const devices::Units units({{65'536, 1}, {5, 1}, {100, 1}});
   CHECK(units.user(80'000) == Approx(24.4140625));
   CHECK(units.increments(24.4140625) == 80'000);
@@ -152,20 +152,6 @@ TEST_CASE("User units: what else may say so") {
     CHECK(units.increments_per_second(1) == Approx(velocity));
     CHECK(units.user_velocity(velocity) == Approx(1));
   }
-}
-
-TEST_CASE("Numbers become the nearest INTEGER32") {
-  CHECK(sim::rounded<std::int32_t>(2.5) == 3);
-  CHECK(sim::rounded<std::int32_t>(-2.5) == -3);
-  CHECK(sim::rounded<std::int32_t>(0.49999999999999994) ==
-        0);  // the last number below a half; plus a half it is 1
-  CHECK(sim::rounded<std::int32_t>(-0.49999999999999994) == 0);
-  CHECK(sim::rounded<std::int16_t>(32766.5) == 32767);
-  CHECK(sim::rounded<std::int16_t>(-32767.5) == -32768);
-  CHECK(sim::rounded<std::uint8_t>(-0.75) == 0);
-  CHECK(sim::rounded<std::int32_t>(0.0 / 0.0) == 0);
-  CHECK(sim::rounded<std::int32_t>(1e12) == 2'147'483'647);
-  CHECK(sim::rounded<std::int32_t>(-1e12) == -2'147'483'647 - 1);
 }
 
 TEST_CASE("No profile is faster or steeper than it may be, and each ends on its target") {

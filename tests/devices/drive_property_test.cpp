@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Whatever is done to a drive, in whatever order: what may never be seen. The seed is fixed in
-// CMakeLists.txt.
+// Properties of a drive that hold for any sequence of actions. The seed is fixed in CMakeLists.txt.
 #include <rapidcheck.h>
 
 #include "drive_bench.hpp"
@@ -9,7 +8,7 @@ namespace cbcan::test {
 
 namespace {
 
-/// What to do, and with which of its values.
+/// An action, and which of its values to use.
 using Action = std::pair<unsigned, unsigned>;
 
 template <class Value, std::size_t kCount>
@@ -36,7 +35,7 @@ struct Room {
   bool blocking;
 };
 
-/// All of 607Fh, so that no mode may be faster.
+/// Limits the velocity (607Fh) for all modes.
 void prepare(DriveBench& bench, const Room& room) {
   bench.put(0x607F, 0, 100'000);
   if (!room.limits) return;
@@ -63,7 +62,7 @@ void toggle(DriveBench& bench, std::set<std::string_view>& present, const Room& 
   bench.incident(name, begins);
 }
 
-/// Everything but time.
+/// Any action except the passing of time.
 void act(DriveBench& bench, std::set<std::string_view>& present, const Room& room, const Action& action) {
   const unsigned which = action.second;
   switch (action.first) {
@@ -90,7 +89,7 @@ std::vector<Action> actions() {
       rc::gen::pair(rc::gen::inRange(0U, 24U), rc::gen::inRange(0U, 1000U)));
 }
 
-/// Statusword bits 0..3, 5 and 6, and what may come next, from one update to the next.
+/// Statusword bits 0..3, 5 and 6, and their possible values after the next update.
 struct StateRow {
   unsigned bits;
   std::vector<unsigned> next;
@@ -116,7 +115,7 @@ void check_step(unsigned before, unsigned after) {
   RC_ASSERT(from != nullptr);
   RC_ASSERT(row_of(after) != nullptr);
   RC_ASSERT(std::ranges::count(from->next, after & 0x6FU) == 1);
-  RC_ASSERT((after & 0xC100U) == 0U);  // nobody's bits
+  RC_ASSERT((after & 0xC100U) == 0U);  // unused bits
   RC_ASSERT((after & 0x0200U) != 0U);
   const bool mode_bits = (after & 0x1800U) != 0;
   RC_ASSERT(!mode_bits || (after & 0x6FU) == 0x27U);
@@ -128,7 +127,7 @@ bool is_cyclic(std::int64_t mode) {
   return mode >= 8;
 }
 
-/// Looks at a bench after every update, and compares with the look before.
+/// Checks a bench after every update against the update before.
 struct Watch {
   Watch(DriveBench& bench, const Room& room) : bench_(bench), room_(room) {
     remember();

@@ -12,7 +12,7 @@ using Module = Rig<devices::IoModule>;
 
 constexpr std::uint8_t kUpper = 1, kLower = 2, kDelta = 4, kNegativeDelta = 8, kPositiveDelta = 16;
 
-/// The demo plant's module, events on, channel 1 with this selection.
+/// The demo plant's module with analogue events enabled and this selection (6421h) for channel 1.
 struct Watched {
   explicit Watched(std::uint8_t trigger) : module_(demo_dictionary("io_module.eds")) { set_up(trigger); }
   void set_up(std::uint8_t trigger) {
@@ -21,7 +21,7 @@ struct Watched {
   }
   void write(std::uint16_t index, std::uint8_t sub, std::uint64_t value) { module_.write(index, sub, value); }
   void reset() { module_.reset(true); }
-  /// What the channel's value becomes; an event is due only where `event` says so.
+  /// A new value of the channel, and whether it is an event.
   struct Step {
     double value;
     bool event;
@@ -100,7 +100,7 @@ TEST_CASE("a file without 6421h: limits and delta count, by CiA 401") {
 TEST_CASE("no bit of 6421h: no event") {
   Watched module(0);
   module.steps({{100, false}});
-  module.write(0x6421, 1, 0xE0);  // bits that mean nothing
+  module.write(0x6421, 1, 0xE0);  // unused bits
   module.steps({{200, false}});
 }
 
@@ -118,7 +118,7 @@ TEST_CASE("6425h: below the lower limit, every change") {
 
 TEST_CASE("limits are numbers of 32 bits in the unit of 6401h") {
   Watched module(kUpper | kLower);
-  module.write(0x6424, 1, 0x00010000);  // beyond what 16 bits can reach
+  module.write(0x6424, 1, 0x00010000);  // out of reach of 16 bits
   module.write(0x6425, 1, bits(-32768));
   module.steps({{32767, false}, {-32768, false}});
 }
@@ -160,7 +160,7 @@ TEST_CASE("6422h shows the channels of the last moment with an event") {
   Module module(demo_dictionary("io_module.eds"));
   module.write(0x6423, 0, 1);
   module.input(0x6401, 2, 5).expect("changed 6401:02").shows(0x6422, 1, 2);
-  module.input(0x6401, 1, 5).expect("changed 6401:01");  // in the same moment
+  module.input(0x6401, 1, 5).expect("changed 6401:01");  // at the same time
   module.shows(0x6422, 1, 3);
   module.now += 1;
   module.run();
@@ -207,7 +207,7 @@ TEST_CASE("6443h and 6444h: analogue error values") {
   module.puts_out(0x6411, 1, -7);
   module.puts_out(0x6411, 2, 400);
   module.shows(0x6411, 1, 300);
-  module.write(0x6444, 1, 100000);  // the nearest that 16 bits have
+  module.write(0x6444, 1, 100000);  // limited to 16 bits
   module.puts_out(0x6411, 1, 32767);
   module.state(State::kPreOperational);
   module.state(State::kOperational).puts_out(0x6411, 1, 300);

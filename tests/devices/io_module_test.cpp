@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The digital half of the CiA 401 I/O module, and what both halves have in common.
+// The digital half of the CiA 401 I/O module, and functions common to both halves.
 #include "devices/io_module.hpp"
 
 #include "tests/devices/rig.hpp"
@@ -64,7 +64,7 @@ TEST_CASE("6003h: a filtered input has to stand for 3 ms") {
   module.input(0x6000, 1, 0x03);
   module.pass(10000).shows(0x6000, 1, 0x03);
 
-  module.input(0x6000, 1, 0x02);  // bounces: the time counts from the last edge
+  module.input(0x6000, 1, 0x02);  // bounces: the filter time counts from the last edge
   module.pass(2000);
   module.input(0x6000, 1, 0x03);
   module.pass(1000);
@@ -87,7 +87,7 @@ TEST_CASE("6005h turns digital events off, not the inputs") {
   Module module(demo_dictionary("io_module.eds"));
   module.write(0x6005, 0, 0);
   module.input(0x6000, 1, 0xFF).shows(0x6000, 1, 0xFF);
-  module.write(0x6005, 0, 1);  // what has been missed is not made up for
+  module.write(0x6005, 0, 1);  // the missed event is not sent later
   module.input(0x6000, 1, 0xFE).expect("changed 6000:01");
 }
 
@@ -160,7 +160,7 @@ TEST_CASE("reset node: outputs as at power-on, inputs as they are, without an ev
   module.write(0x6208, 1, 0x0F);
   module.state(State::kStopped);
   module.reset(true).shows(0x6000, 1, 0x12).puts_out(0x6200, 1, 0x00);
-  module.write(0x6207, 1, 0xFF).puts_out(0x6200, 1, 0x00);  // the failure is over
+  module.write(0x6207, 1, 0xFF).puts_out(0x6200, 1, 0x00);  // the failure has ended
 }
 
 TEST_CASE("reset node switches outputs off that are masked from power-on") {
@@ -195,7 +195,7 @@ TEST_CASE("an incident is an error with the code of CiA 401, told once") {
   module.incident("output-short-circuit", true);
   module.incident("input-voltage-low", true).expect("error 3120 05");
   module.incident("output-short-circuit", false).expect("over 2320");
-  module.incident("earthquake", true);  // no such thing
+  module.incident("earthquake", true);  // unknown: ignored
   module.reset(false).expect("error 3120 05");
   module.reset(true).expect("error 3120 05");
   module.incident("input-voltage-low", false).expect("over 3120");
@@ -204,19 +204,10 @@ TEST_CASE("an incident is an error with the code of CiA 401, told once") {
 TEST_CASE("a module has as many blocks as its dictionary") {
   Module module(dictionary_of({{0x6000, 254, DataType::kUnsigned8}, {0x6200, 3, DataType::kUnsigned8}}));
   module.input(0x6000, 254, 0x80).shows(0x6000, 254, 0x80);
-  module.expect("changed 6000:FE");  // 6005h and 6006h are not there: as the profile's default
+  module.expect("changed 6000:FE");  // without 6005h and 6006h the profile's defaults apply
   module.write(0x6200, 3, 0x42).puts_out(0x6200, 3, 0x42).puts_out(0x6200, 2, 0x00);
-  module.state(State::kStopped);  // 6206h and 6207h likewise
+  module.state(State::kStopped);  // also without 6206h and 6207h
   module.puts_out(0x6200, 3, 0x00);
-}
-
-TEST_CASE("a module without channels does nothing") {
-  Module module(dictionary_of({{0x2000, 0, DataType::kUnsigned8}}));
-  module.state(State::kStopped);
-  CHECK_FALSE(module.device.set_input(0x6000, 1, 1, module.now));
-  CHECK(module.device.output(0x6200, 1) == std::nullopt);
-  CHECK(module.device.output(0x6411, 1) == std::nullopt);
-  CHECK(module.next == kNever);
 }
 
 TEST_CASE("all values are up to date before the first event is told") {

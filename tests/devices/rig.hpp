@@ -27,7 +27,7 @@ inline eds::DictionaryImage dictionary_of(const std::vector<Objects>& objects) {
   return image;
 }
 
-/// The dictionary of a node of the demo plant.
+/// The dictionary of a node of the demo plant, from its EDS file.
 inline eds::DictionaryImage demo_dictionary(const std::string& file) {
   std::ifstream stream(std::string(DEMO_PLANT) + "/" + file);
   std::ostringstream text;
@@ -35,11 +35,10 @@ inline eds::DictionaryImage demo_dictionary(const std::string& file) {
   return eds::dictionary_image(eds::read(text.str(), file, 0x42).device);
 }
 
-/// A node that plays its part by hand and writes down what the device asks of it. Everything that it is asked
-/// has to be expected, in order, and nothing may be left over at the end.
+/// A node driven by the test. It records the device's requests; the test must expect each of them, in order.
 template <class Device>
 struct Rig final : sim::DeviceNode {
-  /// `values`: what the plant file sets.
+  /// A value set by the plant file.
   struct Value {
     std::uint16_t index;
     std::uint8_t sub;
@@ -86,7 +85,7 @@ struct Rig final : sim::DeviceNode {
     run();
     return *this;
   }
-  /// Lets time pass, with every call that the device wants on the way.
+  /// Lets time pass, with every update that the device requests in between.
   Rig& pass(Time duration) {
     const Time end = now + duration;
     while (next <= end) {
@@ -104,7 +103,7 @@ struct Rig final : sim::DeviceNode {
     return *this;
   }
 
-  /// Of a device with outputs.
+  /// For a device with outputs.
   Rig& puts_out(std::uint16_t index, std::uint8_t sub, double value, int line = __builtin_LINE()) {
     INFO("in line " << line << ", output " << std::hex << index);
     CHECK(device.output(index, sub) == value);

@@ -53,7 +53,7 @@ TEST_CASE("a ramp that holds") {
   const Signal ramp = signal(Ramp{100, 20, 4 * kSecond, Ramp::Then::kHold}, 3 * kSecond);
   CHECK(values(ramp, {0, 1, 2, 4, 5, 1000}) == List{100, 80, 60, 20, 20, 20});
   CHECK(ramp.next_sample(0) == 3 * kSecond);
-  CHECK(ramp.next_sample(3 * kSecond) == 6 * kSecond);  // the last value is seen
+  CHECK(ramp.next_sample(3 * kSecond) == 6 * kSecond);  // samples the final value
   CHECK(ramp.next_sample(6 * kSecond) == kNever);
 }
 
@@ -92,7 +92,7 @@ TEST_CASE("a sine without a period is its mean") {
 }
 
 TEST_CASE("noise is SplitMix64 of the seed and the sample's number") {
-  // The first output for seed 0 is E220A8397B1DCDAFh; the rest was computed by a program in another language.
+  // The first output for seed 0 is E220A8397B1DCDAFh; the others were computed by a program in another language.
   const Signal uniform = signal(Noise{10, 2, 0, Noise::Distribution::kUniform});
   const List expected{11.53324323285457, 9.72611198819404, 8.105735086370391};
   const Signal normal = signal(Noise{100, 3, 42, Noise::Distribution::kNormal});
@@ -190,6 +190,10 @@ TEST_CASE("rounding into an object") {
   CHECK(sim::rounded<std::uint8_t>(254.5) == 255);
   CHECK(sim::rounded<std::uint8_t>(-0.4) == 0);
   CHECK(sim::rounded<std::int16_t>(-2.5) == -3);
+  CHECK(sim::rounded<std::int16_t>(32766.5) == 32767);
+  CHECK(sim::rounded<std::int16_t>(-32767.5) == -32768);
+  CHECK(sim::rounded<std::int32_t>(0.49999999999999994) == 0);  // the largest number below 0.5; adding 0.5 rounds to 1
+  CHECK(sim::rounded<std::int32_t>(-0.49999999999999994) == 0);
   CHECK(sim::rounded<std::int32_t>(1e300) == 2147483647);
   CHECK(sim::rounded<std::int32_t>(-1e300) == -2147483647 - 1);
   CHECK(sim::rounded<std::uint32_t>(4294967294.6) == 4294967295u);

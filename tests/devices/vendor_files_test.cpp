@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Drives made from files as vendors write them: values left out, limits of 0, wrong device types. Each has to
-// move with the program that moves the real one. The files here are written by hand in the shapes that are
-// found, and are no vendor's.
+// Drives from EDS files with the usual defects of vendor files: missing values, limits of 0, wrong device types.
+// Each must move with the program that moves the real drive. The files here are written by hand; none is from a
+// vendor.
 #include "devices/devices.hpp"
 #include "eds/dictionary_image.hpp"
 #include "eds/eds_reader.hpp"
@@ -13,9 +13,9 @@ namespace {
 
 struct Line {
   const char* index;
-  const char* type;    ///< empty: the file does not say
-  const char* access;  ///< likewise
-  const char* value;   ///< likewise
+  const char* type;    ///< empty: missing in the file
+  const char* access;  ///< empty: missing in the file
+  const char* value;   ///< empty: missing in the file
 };
 
 std::string text_of(const Line& line) {
@@ -26,7 +26,7 @@ std::string text_of(const Line& line) {
          key("AccessType", line.access) + key("DefaultValue", line.value) + "PDOMapping=0\n\n";
 }
 
-/// A drive as a template of CiA 402 has it: not one value.
+/// A drive as in a CiA 402 template: no values.
 const std::vector<Line> kTemplate{
     {"1000", "7", "ro", ""}, {"6007", "3", "rw", ""},  {"6040", "6", "rww", ""}, {"6041", "6", "ro", ""},
     {"605A", "3", "rw", ""}, {"6060", "2", "rww", ""}, {"6061", "2", "ro", ""},  {"6064", "4", "ro", ""},
@@ -35,7 +35,7 @@ const std::vector<Line> kTemplate{
     {"6084", "7", "rw", ""}, {"60FF", "4", "rww", ""}, {"6502", "7", "ro", ""},
 };
 
-/// The template with other lines in the place of its own; a line without anything takes one out.
+/// The template with lines replaced; a line of type "-" removes one.
 std::string file_with(const std::vector<Line>& changes) {
   std::string text;
   for (Line line : kTemplate) {
@@ -50,7 +50,7 @@ std::string file_with(const std::vector<Line>& changes) {
   return text;
 }
 
-/// Node 5 made of a file, and the master's program.
+/// Node 5 from a file, and the master's program.
 struct Plant {
   explicit Plant(const std::string& text) {
     eds::DictionaryImage image =
@@ -70,6 +70,12 @@ struct Plant {
     write("606000", (std::string(mode) + "000000").c_str(), "2F");
     for (const char* word : {"06000000", "07000000", "0F000000"})
       write("406000", word);
+  }
+  void move_to(const char* position) {
+    enable("01");
+    write("7A6000", position, "23");
+    write("406000", "1F000000");
+    bench.pass(10 * kSecond);
   }
   std::int32_t get(std::uint16_t index) {
     node->bring_up_to_date(bench.now);
@@ -98,34 +104,26 @@ const std::vector<Shape> kShapes{
 
 }  // namespace
 
-TEST_CASE("A drive from a vendor's file moves to a position") {
+TEST_CASE("A drive from a vendor's file moves to a position, and at a velocity") {
   for (const Shape& shape : kShapes) {
     INFO(shape.name);
     Plant plant(file_with(shape.changes));
-    plant.enable("01");
-    plant.write("7A6000", "F4010000", "23");
-    plant.write("406000", "1F000000");
-    plant.bench.pass(10 * kSecond);
+    plant.move_to("F4010000");
     CHECK(plant.get(0x6064) == 500);
     CHECK(plant.get(0x6061) == 1);
-  }
-}
 
-TEST_CASE("A drive from a vendor's file moves at a velocity") {
-  for (const Shape& shape : kShapes) {
-    INFO(shape.name);
-    Plant plant(file_with(shape.changes));
-    plant.enable("03");
-    plant.write("FF6000", "C8000000", "23");
-    plant.bench.pass(10 * kSecond);
-    CHECK(plant.get(0x606C) == 200);
-    CHECK(plant.get(0x6064) == 2000);
+    Plant other(file_with(shape.changes));
+    other.enable("03");
+    other.write("FF6000", "C8000000", "23");
+    other.bench.pass(10 * kSecond);
+    CHECK(other.get(0x606C) == 200);
+    CHECK(other.get(0x6064) == 2000);
   }
 }
 
 namespace {
 
-/// 608Fh and its like.
+/// An array of two numbers, such as 608Fh.
 std::string pair_of(const std::string& index, const std::string& first, const std::string& second) {
   const auto sub = [&](const std::string& number, const std::string& type, const std::string& value) {
     return "[" + index + "sub" + number + "]\nParameterName=x\nObjectType=7\nDataType=" + type +
@@ -139,13 +137,13 @@ std::string number_of(const char* index, const char* value) {
   return text_of({index, "7", "rw", value});
 }
 
-/// Units and limits as makers give them, and what one move comes to.
+/// Units and limits as vendors give them, and the results of moves.
 struct Maker {
   const char* name;
   std::string objects;
   std::vector<Line> changes;
-  int velocity;    ///< asked for in mode 3
-  int after_10_s;  ///< position, user units; accelerations of 0 are at once
+  int velocity;    ///< demanded in mode 3
+  int after_10_s;  ///< position, user units; accelerations of 0 mean without a ramp
   int increments;  ///< 6063h of a move to 1000
 };
 
@@ -207,10 +205,7 @@ TEST_CASE("A drive with a maker's units and limits moves as far as they say") {
     CHECK((plant.get(0x6041) & 0x0C00) == 0x0400);
 
     Plant other(file_with(maker.changes) + maker.objects + text_of({"6063", "4", "ro", ""}));
-    other.enable("01");
-    other.write("7A6000", "E8030000", "23");
-    other.write("406000", "1F000000");
-    other.bench.pass(10 * kSecond);
+    other.move_to("E8030000");
     CHECK(other.get(0x6064) == 1000);
     CHECK(other.get(0x6063) == maker.increments);
   }
@@ -218,10 +213,7 @@ TEST_CASE("A drive with a maker's units and limits moves as far as they say") {
 
 TEST_CASE("A drive whose file sets its brake moves when operation is enabled") {
   Plant plant(file_with({{"6502", "7", "ro", "0x63"}}) + pair_of("60FE", "1", "0xF0001"));
-  plant.enable("01");
-  plant.write("7A6000", "F4010000", "23");
-  plant.write("406000", "1F000000");
-  plant.bench.pass(10 * kSecond);
+  plant.move_to("F4010000");
   CHECK(plant.get(0x6064) == 500);
   CHECK((plant.get(0x6041) & 0x0400) == 0x0400);
 }

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Every block of code of every page is carried out: played, run, compiled, loaded or parsed, and what it prints compared with the page. What is not
-is in a table here with the reason; a block that no line here knows fails. Sessions are run_snippets.py's.
+"""Executes every code block of every page: plays, runs, compiles, loads or parses it, and compares its output with the page. Blocks that are not
+executed are in a table here with the reason; an unknown block fails. run_snippets.py plays the sessions.
 
 usage: blocks_test.py PROGRAM_DIR NPM_FOLDER EXAMPLE_PROGRAM...
 """
@@ -34,10 +34,10 @@ from simulator import LIMIT
 
 BIN, NPM = (pathlib.Path(path).resolve() for path in sys.argv[1:3])
 EXAMPLES = {pathlib.Path(path).name.removesuffix("_example"): pathlib.Path(path).resolve() for path in sys.argv[3:]}
-PYTHON = "/usr/bin/python3"  # Debian's has Debian's pymodbus
+PYTHON = "/usr/bin/python3"  # only this one finds Debian's pymodbus
 ENVIRONMENT = {"PATH": f"{BIN}:/usr/bin:/bin", "PYTHONPATH": str(ROOT / "tools/python"), "PYTHONDONTWRITEBYTECODE": "1", "HOME": "/tmp"}
 
-# What is not carried out, by its first line: why.
+# Blocks that are not executed, by a pattern of their first line: why.
 NOT_RUN = {
     r"flowchart |sequenceDiagram|stateDiagram": "a picture",
     r"2004h = ": "what the programs of examples/clients print; clients() compares it",
@@ -48,7 +48,7 @@ NOT_RUN = {
     r"(cbcan-sim: 12\.345678 )?(network 2: )?node 5: fault 1: ": "messages of faults; tests/system/control_test.py has their form",
 }
 
-# Commands that are not carried out, by their beginning: why. The files, options, presets and targets that they name are looked for.
+# Commands that are not executed, by their beginning: why. Their files, options, presets and targets are still checked.
 NOT_EXECUTED = {
     "tools/demo": "installs packages and builds, with --mcu an image too; tools/test runs it with --check",
     "tools/test": "runs this test",
@@ -63,10 +63,10 @@ NOT_EXECUTED = {
     "openocd ": "needs a board",
 }
 
-# Programs with commands that have a --help of their own.
+# Programs whose commands have their own --help.
 COMMANDS = {"cbcan-sim": [["run"]], "cbcanctl": [[name] for name in ("configure", "dump", "emcy", "read", "scan", "write")]}
 
-# Options of programs that are not ours, as prose names them.
+# Options of other projects' programs in prose.
 FOREIGN_OPTIONS = {"--preset", "--install", "--prefix", "--gc-sections", "--cflags", "--libs"}
 
 VALVE = """[FileInfo]
@@ -89,12 +89,12 @@ def squeezed(text):
 
 @functools.cache
 def shipped(folder):
-    """(path, lines) of the sources in a folder; those of the examples are compiled and run by tests."""
+    """(path, lines) of the sources in a folder; tests compile and run the examples."""
     return [(path, squeezed(path.read_text())) for path in sorted((ROOT / folder).rglob("*.*")) if path.is_file()]
 
 
 def stands_in(block, *folders):
-    """The file that has these lines, one behind the other; what a page includes stands at the file's top."""
+    """The file that contains these lines in sequence, except for includes, which are at the top of the file."""
     wanted = squeezed(re.sub(r"\A(#include .*\n)+", "", block.text))
     for path, lines in [file for folder in folders for file in shipped(folder)]:
         if any(lines[i:i + len(wanted)] == wanted for i, line in enumerate(lines) if line == wanted[0]):
@@ -104,7 +104,7 @@ def stands_in(block, *folders):
 
 @functools.cache
 def built():
-    """What CMake builds, and by which switches."""
+    """The text of all CMake files: targets and switches."""
     files = [ROOT / "CMakeLists.txt", *(path for folder in ("bench", "cmake", "firmware", "hostsim", "tests", "tools") for path in (ROOT / folder).rglob("*")
                                         if path.name == "CMakeLists.txt" or path.suffix == ".cmake")]
     return "\n".join(path.read_text() for path in files)
@@ -112,7 +112,7 @@ def built():
 
 @functools.cache
 def help_of(program):
-    """Its --help; of cbcan-sim and cbcanctl also that of their commands. Of a script its text."""
+    """Its --help; for cbcan-sim and cbcanctl also that of their commands. For a script, its text."""
     if program not in COMMANDS:
         return (ROOT / program).read_text()
     return "".join(output(BIN / program, *command, "--help", env=ENVIRONMENT) for command in [[], *COMMANDS[program]])
@@ -123,7 +123,7 @@ def has_option(program, option):
 
 
 def look_for_names(command):
-    """Those of files, options, presets and targets."""
+    """Checks the command's files, options, presets and targets."""
     presets = {preset["name"] for preset in json.loads((ROOT / "CMakePresets.json").read_text())["configurePresets"]}
     program = command.split()[0].removeprefix("build/bin/")
     ours = program in ("cbcan-sim", "cbcanctl") or (ROOT / program).is_file()
@@ -153,18 +153,18 @@ class Pages:
         (self.job / "kernel").write_bytes(bytes(64))
         (self.job / "run-tests").write_text("#!/bin/sh\ncbcanctl read 0 0x3001 0\n")
         (self.job / "run-tests").chmod(0o755)
-        self.reasons, self.told = set(), set()  # of NOT_RUN and NOT_EXECUTED those that were needed; outputs that were compared
+        self.reasons, self.told = set(), set()  # used keys of NOT_RUN and NOT_EXECUTED; compared outputs
 
     def run(self, *command, **options):
         return done(*command, **{"cwd": self.job, "env": ENVIRONMENT, "timeout": LIMIT} | options).stdout
 
     def with_plant(self, *command, **options):
-        """A command beside the demo plant at the ports of the pages, in a network of its own."""
+        """Runs a command with the demo plant at the pages' ports, in its own network namespace."""
         return self.run(*run_snippets.ALONE, BIN / "cbcan-sim", "--demo", "--modbus", "127.0.0.1:1502", "--slcan", "127.0.0.1:5021", "--",
                         *command, **options)
 
     def compare(self, printed, block, page):
-        """With the block behind it, or the page's ```text."""
+        """Compares with the next block, or with the page's ```text blocks."""
         told = [other for other in page if other.language == "text"] + page[page.index(block) + 1:][:1]
         if printed not in [other.text for other in told]:
             raise Wrong(f"prints this, which the page does not say:\n{printed}")
@@ -205,12 +205,12 @@ class Pages:
         words = ["plant.toml" if word == "PLANT" else word for word in shlex.split(command.removeprefix("build/bin/"))]
         if "/dev/ttyACM0" in command:
             self.on_serial_line(command.removeprefix("build/bin/"))
-        elif words[0].startswith("qemu-system-"):  # makes the machine and does not start it; tests/firmware runs the images
+        elif words[0].startswith("qemu-system-"):  # creates the machine without starting it; tests/firmware runs the images
             words[words.index("-kernel") + 1], words[words.index("-monitor") + 1] = "kernel", "stdio"
             self.with_plant("sh", "-c", f"echo quit | {shlex.join(words)} -S")
         elif words[0] == "pytest" or words[:2] == ["cbcan-sim", "run"] or "--" in words:
             self.run(*words)
-        elif words[0] == "cbcan-sim":  # reads plant, EDS files and options, and opens nothing
+        elif words[0] == "cbcan-sim":  # reads plant, EDS files and options without opening ports
             self.run(words[0], "--check", *words[1:])
         else:
             raise Wrong(f"{words[0]}: nothing here says how it is carried out; see NOT_EXECUTED")
@@ -241,7 +241,7 @@ class Pages:
             raise Wrong("is in no test of examples/pytest")
 
     def clients(self):
-        """Each program of examples/clients prints what the page about them says. Where Node.js finds the packages."""
+        """Each program of examples/clients prints the output on its page. Runs where Node.js finds the packages."""
         page = ROOT / "docs/how-to/modbus-clients.md"
         expected, = (block.text for block in page_blocks.blocks(page) if block.language == "text")
         flags = self.run("pkg-config", "--cflags", "--libs", "libmodbus").split()
@@ -255,7 +255,7 @@ class Pages:
                     yield f"examples/clients/{path.name} prints, other than {page.name} says:\n{printed}"
 
     def examples(self):
-        """The programs that a page links, and shows only the output of."""
+        """Programs of which a page shows only the output, with a link."""
         page = ROOT / "docs/reference/function-blocks.md"
         shown = [block.text for block in page_blocks.blocks(page)]
         for name in ("function_blocks", "read_name"):
@@ -270,13 +270,13 @@ class Pages:
             self.compare(self.with_plant(EXAMPLES[file.stem]), block, page)
 
     def lua(self, block, page):
-        """The script of a device with the objects 2000h and 2001h; tests/plant/lua_test.cpp plays it."""
+        """Checks it as the script of a device with the objects 2000h and 2001h; tests/plant/lua_test.cpp runs it."""
         (self.job / "page.lua").write_text(block.text)
         (self.job / "lua.toml").write_text('[[node]]\nid = 20\neds = "tank.eds"\ndevice = "page.lua"\n')
         self.run("cbcan-sim", "--check", "--config", "lua.toml")
 
     def iecst(self, block, page):
-        """tests/st/scanner_test.py plays it with ten nodes."""
+        """Loads and scans it once; tests/st/scanner_test.py runs it with ten nodes."""
         name = re.search(r"PROGRAM (\w+)", block.text)[1]
         plc.Machine(*plc.source("cia405.st", "scanner.st"), ("page.st", block.text), plc.configuration(name)).scan(0)
 
@@ -289,7 +289,7 @@ class Pages:
             (folder / "CMakeLists.txt").write_text(f"cmake_minimum_required(VERSION 3.21)\nproject(theirs CXX)\nadd_executable({program} main.cpp)\n" + block.text)
             self.run("cmake", "-S", folder, "-B", folder / "build", "-G", "Ninja")
 
-    # ---- Every block has its way
+    # ---- Choice of the method
 
     def language(self, block):
         shell = r"(build/bin/)?cbcan-sim |cmake |bench/|build/"
@@ -297,7 +297,7 @@ class Pages:
         return block.language or next((language for language, pattern in guessed if re.match(pattern, block.first)), "text")
 
     def carry_out(self, block, page):
-        """True: it ran. False: there is a reason why not."""
+        """True: it ran. False: it is in NOT_RUN or NOT_EXECUTED."""
         if block.language == "diagram":
             return False
         if reason := next((key for key in NOT_RUN if re.match(key, block.first)), None):
@@ -313,7 +313,7 @@ class Pages:
         return wrong
 
     def of_page(self, path):
-        """(what is wrong, how many blocks ran, how many did not)"""
+        """(errors, number of blocks that ran, number that did not)"""
         page, wrong, ran, left = list(page_blocks.blocks(path)), [], 0, 0
         if any(block.is_session for block in page):
             wrong += self.play(path)
@@ -330,10 +330,10 @@ class Pages:
 
 
 def options_of_prose():
-    """Each option in `...` is one of our programs, or of FOREIGN_OPTIONS."""
+    """Errors for each option in `...` that is neither of our programs nor in FOREIGN_OPTIONS."""
     tools = [str(path.relative_to(ROOT)) for folder in ("tools", "tools/dev", "tools/st", "tests", "tests/fuzz", "bench") for path in (ROOT / folder).iterdir()
              if path.is_file() and path.stat().st_mode & 0o100]
-    for page in (page for page in page_blocks.pages() if page.name != "CHANGELOG.md"):  # which names those that went
+    for page in (page for page in page_blocks.pages() if page.name != "CHANGELOG.md"):  # it names removed options
         for number, line in page_blocks.prose(page.read_text()):
             for option in re.findall(r"(?<![\w-])--[a-z][a-z-]+", " ".join(re.findall(r"`([^`]*)`", line))):
                 if option not in FOREIGN_OPTIONS and not any(has_option(program, option) for program in ("cbcan-sim", "cbcanctl", *tools)):

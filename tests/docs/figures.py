@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Runs a test that measures, and holds the figures in the pages to what it prints.
+"""Runs a test that measures, and checks the figures in the pages against its output.
 
 usage: figures.py GROUP COMMAND...
 
-The command prints `figure: GROUP.NAME VALUE`, or `figure: GROUP.NAME VALUE, at most LIMIT`, a line each; the limit is the figure
-GROUP.NAME.most. In a page a comment stands behind the figure: `28,556<!--size.image.text-->`; or, rounded, `28.6 KB<!--...-->`
-(1,000 bytes), `36 KiB<!--...-->`. Exit code: the command's, or 1 where a page says something else. tools/dev/update figures
-lets this program correct the pages instead.
+The command prints lines `figure: GROUP.NAME VALUE` or `figure: GROUP.NAME VALUE, at most LIMIT`; the limit is the figure
+GROUP.NAME.most. In a page a comment follows the figure: `28,556<!--size.image.text-->`; or, rounded, `28.6 KB<!--...-->`
+(1,000 bytes), `36 KiB<!--...-->`. Exit code: the command's, or 1 if a page has another value. With tools/dev/update figures
+this program corrects the pages instead.
 """
 
 import os
@@ -20,7 +20,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests/support"))
 import page_blocks
 
-# Each group, and the compiler that its figures follow from; the pages are about its version 12.
+# Each group, and the compiler that its figures depend on; the pages have those of version 12.
 GROUPS = {"x86": "g++", "m3": "arm-none-eabi-g++", "size": "arm-none-eabi-g++", "host": "g++", "plant": None, "tr308": None}
 VERSION = "12"
 
@@ -31,7 +31,7 @@ UNITS = {"": 1, " KB": 1000, " KiB": 1024}
 
 
 def measured(command):
-    """The command's figures by name. What it prints is passed on as it comes."""
+    """The command's figures by name, and its exit code. Its output is passed on immediately."""
     figures = {}
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, errors="replace") as process:
         for line in process.stdout:
@@ -44,13 +44,13 @@ def measured(command):
 
 
 def text_of(value, written, unit):
-    """The value as a page writes it: with as many decimals, in the same unit."""
+    """The value in the page's unit, with the page's number of decimals."""
     decimals = len(written.partition(".")[2])
     return f"{value / UNITS[unit]:,.{decimals}f}"
 
 
 def corrected(page, group, figures, found):
-    """The page's text with this group's figures as measured; each that was another one is told."""
+    """The page's text with this group's measured figures; differences are added to `found`."""
     text = page.read_text()
 
     def correct(match):

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// cbcan-pages PAGE: the page on standard output, with what stands between `<!-- generated: WHAT -->` and
-// `<!-- end -->` made anew from the tables of the program. tools/dev/update rewrites the pages.
+// cbcan-pages PAGE: prints the page, with the text between `<!-- generated: WHAT -->` and `<!-- end -->`
+// generated from the tables of the program. tools/dev/update rewrites the pages.
 
 #include <fmt/format.h>
 
@@ -34,7 +34,7 @@ std::string sentences(std::string_view first, std::string_view more) {
   return fmt::format("{}.{}{}", first, more.empty() ? "" : " ", more);
 }
 
-/// "sine, noise"
+/// Such as "sine, noise".
 std::string shapes_of(cbcan::options::Kinds kinds) {
   std::string names;
   for (std::size_t shape = kinds.first; shape <= kinds.last; ++shape)
@@ -46,7 +46,7 @@ std::string meaning(const Row& row) {
   return sentences(row.help, row.more);
 }
 
-/// settings TABLE: its keys; of a signal's those of all shapes, and with "shapes" those of each.
+/// settings TABLE: its keys; for signals those of all shapes, and with "shapes" those of each shape.
 std::string settings(const Words& words) {
   const bool of_shapes = words.size() > 2;
   std::string rows = fmt::format("| {}Key | Value | Default | Meaning |\n|{}---|---|---|---|\n",
@@ -76,7 +76,7 @@ std::string standard_of(const cbcan::options::Setting<cbcan::sim::Fault>& key) {
   return text_in(key, standard, standard);
 }
 
-/// fault-keys FIRST LAST: those that the kinds from FIRST to LAST share.
+/// fault-keys FIRST LAST: keys common to the kinds from FIRST to LAST.
 std::string fault_keys(const Words& words) {
   std::string rows = "| Key | Value | Default | Meaning |\n|---|---|---|---|\n";
   for (const auto& key : cbcan::sim::fault_settings())
@@ -86,7 +86,7 @@ std::string fault_keys(const Words& words) {
   return rows;
 }
 
-/// fault-kinds FIRST LAST: these kinds with the keys that each has alone.
+/// fault-kinds FIRST LAST: these kinds with their own keys.
 std::string fault_kinds(const Words& words) {
   std::string rows = "| Kind | Own keys: value, default | What goes wrong |\n|---|---|---|\n";
   for (std::size_t kind = kinds_of(words).first; kind <= kinds_of(words).last; ++kind) {
@@ -115,7 +115,7 @@ std::string usages(std::string_view heading, const auto& rows) {
   return table;
 }
 
-/// step-keys: those of a scenario's steps.
+/// step-keys: keys of a scenario's steps.
 std::string step_keys() {
   std::string table = "| Key | Value | Meaning |\n|---|---|---|\n";
   for (const Row& row : cbcan::scenario::step_rows())
@@ -132,7 +132,7 @@ std::string exit_codes() {
 
 // ---- The registers
 
-/// registers TABLE: of the window also who writes them.
+/// registers TABLE: for the window also who writes them.
 std::string registers(const Words& words) {
   static const std::map<std::string_view, std::span<const regmap::RegisterRow>> kTables{
       {"window", regmap::kWindow},

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Plays the sessions of pages, ```console blocks, as a person would and compares what is printed.
+"""Plays the sessions of pages, ```console blocks, as a user would and compares the output.
 
-Lines that begin with "$ " are typed into one shell for each page, in the project's folder with its programs built and in the path; the lines below
-are what they must print; a command goes on behind "\\".  A line "..." stands for any number of lines, "..." within a line for any text, 12.345678 for any time. A command that ends
-in "&" is a server: its first line says that it serves, whether the page shows it or not. What ENDLESS names is interrupted, and has to run until
-then. Blocks whose first line is a comment with the name of a file are that file. Everything runs in a network namespace of its own, so that the
-ports which the page names are free.
+Lines that begin with "$ " are typed into one shell for each page, in the project's folder, with its programs in the path. The lines below are the
+expected output. A command ending in "\\" continues on the next line. A line "..." stands for any number of lines, "..." within a line for any text,
+12.345678 for any time. A command that ends in "&" is a server: its first line reports that it serves, even if the page does not show it. Commands in
+ENDLESS are interrupted, and must run until then. A block whose first line is a comment with a file name is that file. Everything runs in its own
+network namespace, so that the ports in the page are free.
 
 usage: run_snippets.py PROGRAM_DIR FILE.md... [--root ROOT]      where PROGRAM_DIR is in ROOT, for chroot
 """
@@ -75,7 +75,7 @@ def script_of(document_steps):
     for number, (_, command, _) in enumerate(document_steps):
         if is_server(command):
             command = command.rstrip()[:-1]
-            # The last server keeps the pipe; bash knows one coprocess by a name.
+            # The last server keeps the pipe; bash has one named coprocess at a time.
             lines.append(f"coproc SERVER{number} {{ exec {command}; }}\nread -r line <&${{SERVER{number}[0]}} && echo \"$line\"")
         elif ENDLESS.match(command):
             lines.append(f"timeout -s INT 1 {command.partition('    #')[0]}; [[ $? == 124 ]] || echo {UNEXPECTED_END}")
@@ -86,7 +86,7 @@ def script_of(document_steps):
 
 
 def type_into_shell(document, script, program_dir, root):
-    """What the shell prints. Whatever it started ends with it."""
+    """The shell's output. Its child processes end with it."""
     with tempfile.TemporaryDirectory(dir=root and f"{root}/tmp") as folder:
         inside = ["chroot", root, "env", f"--chdir=/{os.path.relpath(folder, root)}"] if root else []
         for name in ("plants", "tools", "docs", "scenarios", "examples", "firmware", "regmap"):
@@ -106,7 +106,7 @@ def type_into_shell(document, script, program_dir, root):
 
 
 def run(document, program_dir, root):
-    """(what is wrong, how many commands ran)"""
+    """(errors, number of commands that ran)"""
     document_steps = steps(document)
     if not document_steps:
         return [f"{document}: not one command in a console block"], 0

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Fails on words that are never right, on sentences of more than 30 words, on headings that ask, on pages over their number of words, and on pages
-that no other links. Words are looked for in pages, manual pages, the web page and every string of the programs (--help, messages).
+"""Fails on words that are never right, on sentences of more than 30 words, on headings that are questions, on pages over their word budget, and on
+pages without a link to them. Words are checked in pages, manual pages, the web page, comments and every string of the programs (--help, messages).
 
-Counted is all that a reader sees: prose, cells of tables (generated ones too) and code; not link targets, comments, tags and punctuation alone.
+Words are counted as a reader sees them: prose, cells of tables (generated ones too) and code; not link targets, comments, tags and bare punctuation.
 
 usage: english.py [--words]      --words: prints each page's number of words and its budget
 """
@@ -35,7 +35,7 @@ BUDGETS = {
     "firmware/boards/stm32f4/README.md": 1500,
 }
 
-# What is never right: what to write instead.
+# A pattern that is never right: what to write instead.
 WORDS = {
     r"stands?(?! (?:for|still)\b)": "is, appears",
     r"behind (?:it|them|that|those|each|which|this|one|the (?:first|last|node|other))|one behind the other": "after, next",
@@ -77,7 +77,7 @@ def words_of(text):
 
 
 def plain(text):
-    """As it is read: code is one word, a link its text."""
+    """The text as read: code is one word, a link is its text."""
     return ABBREVIATIONS.sub("etc", TAG.sub(" ", LINK.sub(r"\1", COMMENT.sub("", CODE.sub("Code", text))))).replace("**", "")
 
 
@@ -123,7 +123,7 @@ def of_page(page):
 
 
 def strings():
-    """(place, text) of what the programs say."""
+    """(place, text) of the strings of the programs."""
     for folder in ("hostsim", "regmap", "tools"):
         for path in sorted((ROOT / folder).rglob("*")):
             if path.suffix in (".cpp", ".hpp") or path.suffix in (".js", ".html") and not path.name.startswith("uPlot"):

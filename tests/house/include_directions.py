@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Fails when a file includes what its room may not know (docs/explanation/architecture.md, "Directories")."""
+"""Fails if a file includes a header that its directory must not use (docs/explanation/architecture.md, "Directories")."""
 
 import pathlib
 import re
@@ -11,7 +11,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 FIRMWARE = {"firmware/cbcan", "firmware/cbcan/canopen", "firmware/cbcan/coprocessor", "firmware/cbcan/modbus", "firmware/cbcan/slcan"}
 SIMULATION = {"hostsim/eds", "hostsim/sim", "hostsim/options", "hostsim/text", *FIRMWARE, "regmap"}
 
-# Room (a folder, an inner one before the outer) -> rooms that it may include besides itself.
+# Directory (an inner one before the outer) -> other directories that it may include.
 MAY_KNOW = {
     "regmap": set(),
     "firmware/cbcan/canopen": {"firmware/cbcan"},
@@ -43,16 +43,16 @@ MAY_KNOW = {
     "tools": {"hostsim/files", "hostsim/window", "hostsim/eds", "hostsim/options", "hostsim/text", "regmap"},
 }
 
-# First folder of an include path -> room.
+# First folder of an include path -> directory.
 PREFIXES = {"boards": "firmware/boards",
             **{name: f"hostsim/{name}" for name in ("sim", "adapters", "journal", "devices", "eds", "io", "config", "cli", "plant", "scenario", "web", "options", "text", "files",
                                                     "window", "app")}}
 
-# What a freestanding core may take from the standard library: no heap, no OS, no clock, no stream.
+# Standard headers allowed in the freestanding core: no heap, no OS, no clock, no stream.
 FREESTANDING = {"algorithm", "array", "atomic", "bit", "concepts", "cstddef", "cstdint", "limits", "optional", "span",
                 "string_view", "type_traits", "utility"}
 
-# What would let the simulation see a clock, a thread, the outside or an unseeded random number.
+# Headers that would give the simulation a clock, threads, I/O or unseeded random numbers.
 IMPURE = re.compile(r"(chrono|thread|mutex|condition_variable|future|random|fstream|iostream|filesystem|unistd\.h|time\.h"
                     r"|ctime|poll\.h|sys/.*|netinet/.*|linux/.*)")
 
@@ -99,7 +99,7 @@ def complaint(room, kind, name):
 
 
 def other_board(path, name):
-    """The board that a file of another board includes: boards are leaves, which know only what they have in common."""
+    """The other board that a board's file includes; boards may include only common files."""
     parts = name.split("/")
     own = path.parts[2] if path.is_relative_to("firmware/boards") and len(path.parts) > 3 else None
     known = {own, "common"} | ({"drivers"} if own != "common" else set())
@@ -121,7 +121,7 @@ def check(path):
 
 
 def check_contract_suite():
-    """The cases see a target, whatever is behind it; only the adapters in the folders below know what that is."""
+    """The cases use only a target; the adapters in the folders below implement it."""
     found = []
     for path in sorted((ROOT / "tests/contract").glob("*.[ch]pp")):
         for number, line in enumerate(path.read_text().splitlines(), 1):

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Fails on a page with prose of more than 100 columns, a link or a path that leads nowhere, or a figure that no test checks.
+"""Fails on a page with prose of more than 100 columns, a dead link or path, or a figure that no test checks.
 
-Tables and code are as wide as they are. A figure is checked when a comment stands behind it: see tests/docs/figures.py. Of the changelog the
-part that is not released yet is held to its paths: a file that is there no more is called removed.
+Tables and code have no limit. A figure is checked if a comment follows it: see tests/docs/figures.py. In the changelog only the paths of the
+unreleased part are checked: an item about a missing file must say removed.
 """
 
 import pathlib
@@ -39,7 +39,7 @@ def unchecked_figures(text):
 
 
 def anchors(page):
-    """As links name them: of headings, the second of a name with -1, and by <a id="...">."""
+    """Anchors as links name them: headings (the second of the same name with -1) and <a id="...">."""
     found = set()
     for _, line in page_blocks.prose(page.read_text()):
         found |= {f"#{name}" for name in re.findall(r'<a id="([^"]+)">', line)}
@@ -70,7 +70,7 @@ def dead_paths(text):
 
 
 def dead_files(text):
-    """Of the changelog's part that is not released yet: FILE or FOLDER/FILE, with or without `."""
+    """Missing files in the changelog's unreleased part: FILE or FOLDER/FILE, with or without `."""
     part = text.partition("\n## Unreleased\n")[2].partition("\n## ")[0]
     before = text.count("\n", 0, text.find(part))
     for item in re.finditer(r"^- .*(?:\n  .*)*", part, re.MULTILINE):

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Fails on a source file without an SPDX line, on one that is too long to be about one thing, and on one that names a file that is not there."""
+"""Fails on a source file without an SPDX line, with too many lines, or naming a file that does not exist."""
 
 import pathlib
 import re
@@ -10,7 +10,7 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SOURCES = {".hpp", ".cpp", ".h", ".c", ".py", ".cmake", ".sh", ".mjs"}
 MOST_LINES = 500
-# As comments and messages name a file or folder, or how its name begins; TARGET is any.
+# A file or folder, or the beginning of its name, in comments and messages; capitals such as TARGET are placeholders.
 PATH = re.compile(r"(?<![\w./{}$*-])(?:bench|docs|examples|firmware|hostsim|tests|tools)/(?:[\w.-]+/)*[\w.-]*\w")
 PLACEHOLDER = re.compile(r"/[A-Z]+\b(?!\.md)")
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Fails on a test without a time limit, and on one whose limit a busy machine reaches: tests/CMakeLists.txt, cbcan_time_limit.
+"""Fails on a test without a time limit, or with a limit that a busy machine can exceed: tests/CMakeLists.txt, cbcan_time_limit.
 
 usage: time_limits.py BUILD_DIR
 """

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The plant as somebody else's test has it: one header.
+// The plant in a test of another project: one header.
 #include <cbcan/sim.hpp>
 
 #include <filesystem>

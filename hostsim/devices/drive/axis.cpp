@@ -12,7 +12,7 @@ namespace cbcan::devices {
 namespace {
 constexpr double kSecondsPerMinute = 60;
 
-/// Increments: on one side of an edge, and not on it.
+/// Increments: clearly on one side of an edge.
 constexpr double kBeside = 1e-3;
 constexpr double kFarFrom = 1;
 constexpr double kNowhere = std::numeric_limits<double>::infinity();
@@ -46,7 +46,6 @@ Load::Lead Axis::lead() const {
 }
 
 void Axis::drive(bool powered, const Profile* torque, Time now) {
-  if (!has_load()) return;
   const bool led = powered && torque == nullptr;
   const Profile* const torque_now = powered ? torque : nullptr;
   if (torque_now != nullptr && std::exchange(torque_end_, torque_now->end()) != torque_end_) load_.wake();
@@ -103,7 +102,7 @@ void Axis::refresh(Time now) {
   shift(-increments(std::floor((position - range.low) / span) * span));
 }
 
-/// In user-defined units, with what is rounded to its ends.
+/// In user-defined units, including positions that are rounded to its ends.
 Profile::Range Axis::position_range() const {
   const std::int32_t low = objects_.range_min.get();
   const std::int32_t high = objects_.range_max.get();

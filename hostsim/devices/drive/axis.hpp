@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// One axis: motor, encoder and what it drives. It does what the profile demands, exactly, unless its motor
-/// is blocked or has a load, see load.hpp. Positions here are increments from the zero of position (what
-/// homing sets); the switches stand at places of the machine, which homing does not move.
+/// One axis: motor, encoder and the driven mechanics. It follows the profile exactly, unless the motor is
+/// blocked or has a load (load.hpp). Positions are increments from the zero of position, which homing sets.
+/// Switches are at machine coordinates (called places), which homing does not change.
 ///
-/// An axis without power runs down with the quick stop deceleration (6085h), or with a load by friction.
+/// Without power, the axis decelerates at 6085h (quick stop), or by friction if it has a load.
 
 #include <cstdint>
 
@@ -35,21 +35,21 @@ class Axis {
   Axis(DriveObjects& objects, const AxisLayout& layout)
       : objects_(objects), layout_(layout), load_(layout.load) {}
 
-  /// Power-on: at rest, and position 0 is here.
+  /// Power-on: at rest; the current position becomes 0.
   void reset(Time now);
 
-  /// Takes over changed units and wraps the position into its range (607Bh, else INTEGER32).
+  /// Applies changed units and wraps the position into its range (607Bh, else INTEGER32).
   void refresh(Time now);
 
-  // Motion. All of it begins now, from the motion that is.
+  // Motion. Each starts now, from the current motion.
   void move_to(double target, const Dynamics& dynamics, Time now);
   void run_at(double velocity, double acceleration, double deceleration, Time now);
   void line_to(double target, Time duration, Time now);
   void change_evenly_to(double velocity, Time duration, Time now);
   void stop(Ramp ramp, Time now);
-  /// Says where it is to go, without going.
+  /// Sets the target without starting a motion.
   void aim_at(double target) { target_ = target; }
-  /// The demand becomes what the axis really does: before a profile is left for good.
+  /// Sets the demand to the actual position, at rest, when a profile is abandoned.
   void give_up_demand(Time now);
 
   Motion demand(Time now) const { return led_ ? profile_.at(now) : load_.at(now); }
@@ -59,39 +59,40 @@ class Axis {
   }
   const Profile& profile() const { return profile_; }
   bool over(Time now) const { return now >= profile_.end(); }
-  /// It does what the profile demands, and stays within its range: nothing else becomes of it on the way.
+  /// It follows the profile within its position range: no wrap on the way.
   bool just_moves() const;
-  /// The profile is over and the axis stands.
+  /// The profile has ended at standstill.
   bool at_rest(Time now) const { return over(now) && profile_.final_velocity() == 0; }
-  /// What move_to(), line_to() or aim_at() was told last.
+  /// The target last given to move_to(), line_to() or aim_at().
   double target() const { return target_; }
 
-  /// A blocked motor stays where it is, whatever is demanded. Freed, it starts again from there.
+  /// A blocked motor stays at its position. When released, it starts from there.
   void set_blocked(bool blocked, Time now);
   bool blocked() const { return blocked_; }
   double blocked_at() const { return blocked_at_; }
 
-  // The load, if there is one.
+  // The load, if any.
   bool has_load() const { return load_.exists(); }
-  /// Before anything that it follows changes.
+  /// Calculates the load up to `now`; call it before anything that the load follows changes.
   void carry(Time now) {
     if (load_.exists()) load_.follow(lead(), now);
   }
-  /// Whether there is power, and the torque that is asked for in the place of a position: from now on.
+  /// For an axis with a load, from now on: power on or off, and the torque profile to follow; null = follow
+  /// positions.
   void drive(bool powered, const Profile* torque, Time now);
-  /// In thousandths of the rated one.
+  /// In thousandths of the rated torque.
   double load_torque() const { return load_.torque(); }
-  /// A load takes all of most_torque().
+  /// The load needs more than most_torque().
   bool lacks_torque() const { return load_.is_limited(); }
-  /// When it has moved further; kNever = it rests.
+  /// Time of the load's next step; kNever = it is at rest.
   Time next_load_step(Time now) const { return load_.next_change(now); }
-  /// Either way: the motor's current makes its torque.
+  /// In either direction: the smaller of max torque (6072h) and max current (6073h), which is proportional to torque.
   double most_torque() const;
 
-  // What the objects say, in increments.
+  // Values of objects, in increments.
   Dynamics profile_dynamics() const;
   double max_velocity() const;
-  /// Within the software position limits (607Dh), which count where the lower is below the upper.
+  /// Clamped to the software position limits (607Dh), which apply if the lower is below the upper.
   double within_limits(double position) const;
   bool has_limits() const;
   double increments(double user) const { return units_.increments(user); }
@@ -100,18 +101,18 @@ class Axis {
   double user_velocity(double increments) const { return units_.user_velocity(increments); }
 
   // The machine.
-  /// An axis that goes round (607Bh narrower than INTEGER32) has no ends.
+  /// A rotary axis (607Bh narrower than INTEGER32) has no ends.
   bool goes_round() const;
   AxisSwitches switches(Time now) const;
-  /// After `now`.
+  /// The first time after `now` at which the profile reaches `position`; kNever = never.
   Time passes(double position, Time now) const;
-  /// When a switch may change next.
+  /// When a switch may change next; kNever = never.
   Time next_switch(Time now) const;
   const AxisLayout& layout() const { return layout_; }
   double to_machine(double position) const { return position - zero_; }
   double from_machine(double place) const { return place + zero_; }
   double index_pitch() const { return units_.increments_per_revolution(); }
-  /// The place where it is now is `position` from here on.
+  /// The demanded position is called `position` from now on.
   void set_position(double position, Time now) { shift(position - demand(now).position); }
 
  private:
@@ -129,11 +130,11 @@ class Axis {
   Units units_{};
   Profile profile_{};
   double target_ = 0;
-  double zero_ = 0;  ///< position of the machine's place 0
+  double zero_ = 0;  ///< position of machine coordinate 0
   double blocked_at_ = 0;
   bool blocked_ = false;
   Load load_;
-  bool led_ = true;  ///< by the profile: always, without a load
+  bool led_ = true;  ///< by the position profile; only a load can be without
   const Profile* torque_ = nullptr;
   Time profile_since_ = kNever;
   double most_before_ = 0;

@@ -1,25 +1,25 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The machine that a drive moves, as the plant file describes it.
+/// The machine moved by a drive, as the plant file describes it.
 
 #include <optional>
 
 namespace cbcan::devices {
 
-/// What the motor moves, as seen at its shaft. Without inertia there is no load: the axis follows its demand
-/// exactly, and no torque moves it.
+/// The load at the motor shaft. Without inertia there is no load: the axis follows its demand exactly, and
+/// torque does not move it.
 struct AxisLoad {
-  double inertia = 0;   ///< kg cm2, with the motor's own; 0 = no load
-  double friction = 0;  ///< mNm, against every motion, and holding
-  double gravity = 0;   ///< mNm, towards negative positions; below 0 towards positive ones
+  double inertia = 0;   ///< kg cm2, including the motor's own; 0 = no load
+  double friction = 0;  ///< mNm, static and sliding
+  double gravity = 0;   ///< mNm, towards negative positions; a negative value: towards positive positions
   bool operator==(const AxisLoad&) const = default;
 };
 
-/// Where the switches are, in increments from where the axis stands at power-on. Switches at an end are
-/// active from there on outwards, the home switch from home_low to home_high; hard stops are `stops_beyond`
-/// further out than the limit switches. Without a limit switch there is neither on that side; homing to it
-/// takes it to be kFarEnd away. The encoder gives an index pulse at 0 and every motor revolution (608Fh).
+/// Positions of the switches, in increments from the power-on position. A limit switch is active from its
+/// position outwards, the home switch from home_low to home_high. Hard stops are `stops_beyond` outside the
+/// limit switches. A side without a limit switch has no hard stop either; homing then assumes the switch at
+/// kFarEnd. The encoder gives an index pulse at 0 and every motor revolution (608Fh).
 struct AxisLayout {
   static constexpr double kFarEnd = 1'000'000;
 
@@ -30,7 +30,7 @@ struct AxisLayout {
   double stops_beyond = 50'000;
   AxisLoad load = {};
 
-  /// The ends as homing finds them.
+  /// The limit switches as homing assumes them.
   double negative_end() const { return negative_limit.value_or(-kFarEnd); }
   double positive_end() const { return positive_limit.value_or(kFarEnd); }
   bool operator==(const AxisLayout&) const = default;

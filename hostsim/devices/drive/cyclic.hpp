@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Cyclic synchronous position and velocity (6060h = 8, 9): the controller makes the profile. The set-points
-/// that stand at a SYNC are reached, in a straight line, one interpolation period (60C2h) later. One that is
-/// not followed by another holds: the position stands, the velocity goes on. Without SYNC nothing moves. The
-/// same set-point at a SYNC within that period goes on as it was begun.
+/// Cyclic synchronous position and velocity (6060h = 8, 9): the controller generates the profile. The
+/// set-point that is present at a SYNC is reached linearly within one interpolation period (60C2h). The last
+/// set-point holds: the position stays, the velocity continues. Without SYNC nothing moves. The same set-point
+/// at a further SYNC within that period does not start it again.
 ///
-/// 60B0h and 60B1h are added. Positions are kept within 607Dh and a step within the velocity of 607Fh and
-/// 6080h; statusword bit 11 says so. A limit switch stops cyclic velocity at once, cyclic position at the
-/// next SYNC. With 607Dh in force cyclic velocity slows down by 6084h.
+/// 60B0h and 60B1h are added. Positions are limited to 607Dh and steps to the velocity of 607Fh and 6080h;
+/// statusword bit 11 is then set. A limit switch stops cyclic velocity immediately, cyclic position at the
+/// next SYNC. With 607Dh in force, cyclic velocity decelerates at 6084h.
 
 #include "devices/drive/mode.hpp"
 
@@ -27,13 +27,11 @@ class CyclicPosition final : public Mode {
   using Mode::Mode;
 
   void enter(const ModeInput& input, Time now) override;
-  void run(const ModeInput& /*input*/, Time /*now*/) override {}
   void on_sync(const ModeInput& input, Time now) override;
   std::uint16_t status(Time /*now*/) const override { return cyclic_status(limited_); }
 
  private:
   Time line_ends_ = 0;
-  bool limited_ = false;
 };
 
 class CyclicVelocity final : public Mode {
@@ -48,7 +46,6 @@ class CyclicVelocity final : public Mode {
  private:
   double velocity_ = 0;  ///< the last set-point, increments/s
   Time change_ends_ = 0;
-  bool limited_ = false;
 };
 
 }  // namespace cbcan::devices

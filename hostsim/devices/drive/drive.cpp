@@ -38,22 +38,17 @@ constexpr std::uint32_t kInputHomeSwitch = 0x4;
 
 constexpr std::uint32_t kOutputBrake = 0x1;  ///< 60FEh
 
-/// Periods without a SYNC after which it is missed, and up to which the next one is in time.
+/// Periods without a SYNC: the number after which it is missed, and up to which the next one is in time.
 constexpr Time kMissedAfter = 3;
 constexpr Time kInTime = 2;
 
-/// Increments by which the following error window has to be passed, so that rounding alone does not.
+/// Increments by which the following error window must be exceeded, so that rounding alone does not exceed it.
 constexpr double kPast = 1e-3;
-
-template <class Number>
-Number number_in(std::span<const std::uint8_t> value) {
-  return static_cast<Number>(load_little_endian(value));
-}
 
 }  // namespace
 
 Drive::Drive(sim::DeviceNode& node, const AxisLayout& layout)
-    : node_(node),
+    : DeviceWithIncidents(node, kIncidentNames, kFaults),
       objects_(node.dictionary()),
       axis_(objects_, layout),
       stage_(objects_, axis_),
@@ -83,7 +78,8 @@ Time Drive::update(Time now) {
   end_faults(now);
   hold_motor(now);
   run_mode(now);
-  if (axis_.has_load()) let_drive(now);
+  if (axis_.has_load())
+    axis_.drive(stage_.is_powered(), operating_ && mode_ != nullptr ? mode_->torque_profile() : nullptr, now);
   publish(now);
   return deadline(now);
 }
@@ -103,13 +99,13 @@ Mode* Drive::mode_of(std::int8_t number) {
   }
 }
 
-/// 6502h has a bit for each mode, from mode 1 on; "no mode" is always there.
+/// 6502h has a bit for each mode, from mode 1 on; "no mode" is always supported.
 bool Drive::supports(std::int8_t mode) {
   if (mode == 0) return true;
   return mode_of(mode) != nullptr && (objects_.supported_modes.get() >> (mode - 1) & 1) != 0;
 }
 
-/// Homing knows the switches of the axis.
+/// Homing handles the switches of the axis itself.
 ModeInput Drive::input(Time now) const {
   const AxisSwitches own = mode_ == &homing_ ? AxisSwitches{} : axis_.switches(now);
   return {objects_.controlword.get(), has(Incident::kNegativeLimit) || own.negative_limit,
@@ -139,10 +135,6 @@ void Drive::run_mode(Time now) {
   mode_->run(input(now), now);
 }
 
-void Drive::let_drive(Time now) {
-  axis_.drive(stage_.is_powered(), operating_ && mode_ != nullptr ? mode_->torque_profile() : nullptr, now);
-}
-
 void Drive::on_sync(Time now) {
   axis_.carry(now);
   if (operating_ && mode_ != nullptr) mode_->on_sync(input(now), now);
@@ -165,10 +157,10 @@ void Drive::watch_sync(Time now) {
 AbortCode Drive::check(const ObjectEntry& entry, std::uint8_t /*sub*/, std::span<const std::uint8_t> value,
                        Time /*now*/) {
   if (entry.index == kControlword) stage_.controlword_written();
-  if (entry.index == kModesOfOperation && !supports(number_in<std::int8_t>(value))) return AbortCode::kValue;
-  if (entry.index == kHomingMethod && !is_homing_method(number_in<std::int8_t>(value)))
-    return AbortCode::kValue;
-  return AbortCode::kNone;
+  const auto number = static_cast<std::int8_t>(load_little_endian(value));
+  const bool is_refused = (entry.index == kModesOfOperation && !supports(number)) ||
+                          (entry.index == kHomingMethod && !is_homing_method(number));
+  return is_refused ? AbortCode::kValue : AbortCode::kNone;
 }
 
 bool Drive::is_set_point(std::uint16_t index) const {
@@ -177,13 +169,7 @@ bool Drive::is_set_point(std::uint16_t index) const {
 
 // Faults.
 
-void Drive::set_incident(std::string_view incident, bool present, Time /*now*/) {
-  const std::optional<Incident> known = incident_named(incident);
-  if (!known) return;
-  present_ = present ? present_ | bit_of(*known) : present_ & ~bit_of(*known);
-}
-
-/// Power opens a brake that is set; set again it holds, power or not.
+/// Motor power opens a set brake. A brake that is set again afterwards holds, with or without power.
 bool Drive::brake_holds() {
   const std::uint32_t outputs = objects_.digital_outputs.get() & objects_.digital_outputs_mask.get();
   const bool is_set = (outputs & kOutputBrake) != 0;
@@ -200,7 +186,7 @@ void Drive::hold_motor(Time now) {
   if (blocked == axis_.blocked()) return;
   axis_.set_blocked(blocked, now);
   if (blocked && !stage_.is_powered()) axis_.give_up_demand(now);
-  if (!blocked && operating_ && stage_.is_operating() && mode_ != nullptr) mode_->resume(input(now), now);
+  if (!blocked && operating_ && stage_.is_operating() && mode_ != nullptr) mode_->resume(now);
 }
 
 void Drive::begin_faults(Time now) {
@@ -216,7 +202,7 @@ void Drive::begin_faults(Time now) {
   stage_.impose(PowerEvent::kFault, now);
 }
 
-/// After a fault reset, which the power stage lets pass only when no cause is left.
+/// After a fault reset, which the power stage accepts only if no cause is left.
 void Drive::end_faults(Time now) {
   const bool faulty =
       stage_.state() == PowerState::kFault || stage_.state() == PowerState::kFaultReactionActive;
@@ -228,7 +214,7 @@ void Drive::end_faults(Time now) {
 }
 
 void Drive::watch_following(Time now) {
-  if (axis_.has_load() && now % kMillisecond != 0) return;  // it is looked at again then
+  if (axis_.has_load() && now % kMillisecond != 0) return;  // a load is checked at whole milliseconds
   const std::uint32_t window = objects_.following_error_window.get();
   const double lag = axis_.demand(now).position - axis_.actual(now).position;
   if (window == DriveObjects::kNoLimit || std::abs(lag) < axis_.increments(window) + kPast / 2) {
@@ -260,7 +246,7 @@ void Drive::on_state(nmt::State state, Time now) {
     network_failed(kCommunicationFault, now);
 }
 
-// What is to be seen.
+// What the objects show.
 
 std::uint16_t Drive::status(Time now) const {
   std::uint16_t bits = status_of(stage_.state()) | statusword::kRemote;
@@ -322,7 +308,7 @@ std::uint32_t Drive::link_voltage() const {
   return nominal_voltage_;
 }
 
-/// The end of a cyclic mode's line concerns nobody who does not look: another one begins at the next SYNC.
+/// The end of a line in a cyclic mode needs no update: the next line begins at the next SYNC.
 Time Drive::deadline(Time now) const {
   Time first = earlier(axis_.next_load_step(now), following_deadline(now));
   first = earlier(first, earlier(axis_.next_switch(now), sync_due_));
@@ -334,7 +320,7 @@ Time Drive::deadline(Time now) const {
   return first;
 }
 
-/// Only a blocked motor lags, or one with a load, which is looked at each millisecond.
+/// Only a motor that is blocked or has a load lags; a load is checked every millisecond anyway.
 Time Drive::following_deadline(Time now) const {
   const std::uint32_t window = objects_.following_error_window.get();
   if (axis_.has_load() || !axis_.blocked() || window == DriveObjects::kNoLimit || lost_) return kNever;

@@ -2,36 +2,35 @@
 #pragma once
 
 /// A servo drive with one axis (CiA 402, IEC 61800-7-201): the power state machine and the modes profile
-/// position, profile velocity, profile torque, homing, cyclic synchronous position, velocity and torque, as
-/// far as 6502h has them.
+/// position, profile velocity, profile torque, homing, cyclic synchronous position, velocity and torque, if
+/// 6502h lists them.
 ///
 /// The axis follows its demand exactly, unless the plant file gives it a load. There are no ticks: positions
-/// are calculated when somebody looks, and update() names the time at which something changes by itself; with
-/// a load (load.hpp) that is each millisecond in which it moves. What it decides where CiA 402 leaves room is
-/// written at each part: power_stage.hpp, profile_position.hpp, ...
+/// are calculated on demand, and update() returns the time of the next change; a moving load (load.hpp)
+/// changes every millisecond. Choices that CiA 402 leaves open are described at each part: power_stage.hpp,
+/// profile_position.hpp, ...
 ///
 /// Positions are in user units (6064h, 607Ah, ...), converted by 608Fh, 6091h and 6092h and rounded to the
 /// nearest increment inside (6063h, 60FCh), to the nearest user unit outside.
 ///
-/// The switches of AxisLayout show in 60FDh (bit 0 negative limit, 1 positive limit, 2 home). A limit switch,
-/// one of those or an incident, stops the axis with the quick stop ramp and lets it move the other way only;
-/// in homing only those of incidents do. With 607Bh narrower than INTEGER32 the axis goes round and has no
-/// limit switches.
+/// 60FDh shows the switches of AxisLayout (bit 0 negative limit, 1 positive limit, 2 home). A limit switch
+/// (from AxisLayout or an incident) stops the axis with the quick stop ramp and allows motion only in the other
+/// direction; in homing only those of incidents do. With 607Bh narrower than INTEGER32 the axis is rotary and
+/// has no limit switches.
 ///
-/// What event-driven TPDOs are told of: a changed statusword (6041h), mode (6061h) or input (60FDh), not
+/// Event-driven TPDOs are triggered by a change of statusword (6041h), mode (6061h) or inputs (60FDh), not of
 /// positions.
 ///
-/// In the cyclic modes SYNCs that have come at the period of 60C2h are missed when none comes for three
-/// periods: EMCY 8700h, until the next one, and 6007h.
+/// In the cyclic modes, once SYNCs have come at the period of 60C2h, three periods without one are a fault:
+/// EMCY 8700h until the next SYNC, and 6007h.
 ///
-/// 6007h acts when the network fails, and when NMT stops the node while operation is enabled; going to
-/// Pre-operational changes nothing, because the drive can be commanded by SDO. The EMCY of a network failure
-/// is the node's.
+/// 6007h acts when the network fails, and when NMT stops the node while operation is enabled. Going to
+/// Pre-operational has no effect, because the drive can be commanded by SDO. The node sends the EMCY of a
+/// network failure.
 
 #include <array>
 #include <cstdint>
 #include <span>
-#include <string_view>
 
 #include "devices/drive/axis.hpp"
 #include "devices/drive/cyclic.hpp"
@@ -46,7 +45,7 @@
 
 namespace cbcan::devices {
 
-class Drive final : public sim::Behaviour {
+class Drive final : public DeviceWithIncidents {
  public:
   explicit Drive(sim::DeviceNode& node, const AxisLayout& layout = {});
   Drive(const Drive&) = delete;
@@ -60,14 +59,11 @@ class Drive final : public sim::Behaviour {
   void on_state(nmt::State state, Time now) override;
   void on_network_failure(sim::NetworkFailure failure, Time now) override;
   bool is_set_point(std::uint16_t index) const override;
-  std::span<const std::string_view> incidents() const override { return kIncidentNames; }
-  void set_incident(std::string_view incident, bool present, Time now) override;
 
-  PowerState state() const { return stage_.state(); }
   const Axis& axis() const { return axis_; }
 
  private:
-  bool has(Incident incident) const { return (present_ & bit_of(incident)) != 0; }
+  bool has(Incident incident) const { return present(static_cast<std::size_t>(incident)); }
   ModeInput input(Time now) const;
   Mode* mode_of(std::int8_t number);
   bool supports(std::int8_t mode);
@@ -77,7 +73,6 @@ class Drive final : public sim::Behaviour {
   void end_faults(Time now);
   void watch_following(Time now);
   void run_mode(Time now);
-  void let_drive(Time now);
   void publish(Time now);
   void publish_motion(Time now);
   bool brake_holds();
@@ -90,7 +85,6 @@ class Drive final : public sim::Behaviour {
   Time deadline(Time now) const;
   Time following_deadline(Time now) const;
 
-  sim::DeviceNode& node_;
   DriveObjects objects_;
   Axis axis_;
   PowerStage stage_;
@@ -102,16 +96,14 @@ class Drive final : public sim::Behaviour {
   CyclicVelocity cyclic_velocity_{objects_, axis_};
   CyclicTorque cyclic_torque_{objects_, axis_};
 
-  Mode* mode_ = nullptr;  ///< that of 6061h
+  Mode* mode_ = nullptr;  ///< of 6061h
   bool operating_ = false;
   bool had_power_ = false;
-  bool brake_opened_ = false;  ///< by power, though 60FEh sets it
-  std::uint32_t present_ = 0;  ///< incidents, one bit each
-  std::uint32_t told_ = 0;     ///< faults that have not been reset
+  bool brake_opened_ = false;  ///< by power, although 60FEh sets the brake
   Time lagging_since_ = kNever;
-  bool lost_ = false;  ///< the motor has been blocked for too long
+  bool lost_ = false;  ///< the following error has lasted too long
   Time last_sync_ = kNever;
-  Time sync_due_ = kNever;  ///< then it is missed; kNever = none is expected
+  Time sync_due_ = kNever;  ///< deadline for the next SYNC; kNever = none is expected
   bool sync_missed_ = false;
   std::uint32_t nominal_voltage_;  ///< mV
 };

@@ -11,8 +11,8 @@ void Homing::enter(const ModeInput& input, Time now) {
   end(Phase::kIdle, Ramp::kSlowDown, now);
 }
 
-void Homing::resume(const ModeInput& /*input*/, Time now) {
-  if (under_way()) end(Phase::kFailed, Ramp::kQuickStop, now);
+void Homing::resume(Time now) {
+  if (in_progress()) end(Phase::kFailed, Ramp::kQuickStop, now);
 }
 
 void Homing::run(const ModeInput& input, Time now) {
@@ -24,7 +24,7 @@ void Homing::run(const ModeInput& input, Time now) {
     phase_ = bit ? Phase::kHalted : Phase::kIdle;
     if (bit && !halt) start(now);
   }
-  if (!under_way()) return;
+  if (!in_progress()) return;
   if (!bit || halt) return end(bit ? Phase::kHalted : Phase::kIdle, halt_ramp(), now);
   if (input.barred(direction_)) return end(Phase::kFailed, Ramp::kQuickStop, now);
   if (phase_ == Phase::kSearching && now >= leg_ends_) next_leg(now);
@@ -47,8 +47,8 @@ void Homing::start(Time now) {
 
 void Homing::next_leg(Time now) {
   const double acceleration = axis_.increments_per_second(objects_.homing_acceleration.get());
-  if (leg_ == way_.count) {
-    if (way_.hard && leg_ != 0) axis_.line_to(axis_.from_machine(way_.legs[leg_ - 1].until), 0, now);
+  if (leg_ == way_.legs.size()) {
+    if (way_.hard && leg_ != 0) axis_.line_to(axis_.from_machine(way_.legs.back().until), 0, now);
     if (way_.blind) return end(Phase::kFailed, Ramp::kQuickStop, now);
     const double speed = axis_.increments_per_second(objects_.homing_speed_zero.get());
     const double home = std::round(axis_.from_machine(way_.home));
@@ -64,7 +64,7 @@ void Homing::next_leg(Time now) {
       std::min(axis_.increments_per_second(objects_.homing_speed_switch.get()), axis_.max_velocity());
   const bool turns = axis_.demand(now).velocity * leg.direction < 0;
   axis_.run_at(leg.direction * speed, acceleration, acceleration, now);
-  // The edge just passed comes again on the way back: that is the one that counts.
+  // The edge just passed is passed again on the way back; the second passage counts.
   const Time from = turns ? axis_.profile().next_change(now) : now;
   leg_ends_ = axis_.profile().time_at(axis_.from_machine(leg.until), from);
 }
@@ -77,14 +77,10 @@ void Homing::end(Phase phase, Ramp ramp, Time now) {
 
 std::uint16_t Homing::status(Time now) const {
   std::uint16_t bits = 0;
-  if (!under_way() && axis_.at_rest(now)) bits |= statusword::kTargetReached;
+  if (!in_progress() && axis_.at_rest(now)) bits |= statusword::kTargetReached;
   if (phase_ == Phase::kAttained) bits |= statusword::kHomingAttained;
   if (phase_ == Phase::kFailed) bits |= statusword::kHomingError;
   return bits;
-}
-
-Time Homing::deadline(Time /*now*/) const {
-  return leg_ends_;
 }
 
 }  // namespace cbcan::devices

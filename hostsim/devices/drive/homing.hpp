@@ -2,13 +2,13 @@
 #pragma once
 
 /// Homing mode (6060h = 6). The rising edge of controlword bit 4 starts the method of 6098h with the speeds
-/// 6099h and the acceleration 609Ah; bit 4 back to 0 ends it, halt interrupts it until halt is over: then the
-/// search begins anew from where the axis stands. The axis ends on its home, and the zero of position is
-/// 607Ch further: 6064h then reads -607Ch. Method 0 is attained where it stands, and changes nothing.
+/// 6099h and the acceleration 609Ah. Clearing bit 4 ends it. Halt interrupts it; after halt, the search starts
+/// again from the current position. The axis stops at its home; the zero of position is 607Ch beyond it, so
+/// 6064h reads -607Ch. Method 0 is attained immediately and changes nothing.
 ///
-/// Statusword bits 13, 12, 10: 0 0 0 under way; 0 0 1 not started or interrupted; 0 1 1 attained; 1 0 0
-/// error, still moving; 1 0 1 error. An error is a method that is not supported, or a limit switch where the
-/// method has no use for one.
+/// Statusword bits 13, 12, 10: 0 0 0 in progress; 0 0 1 not started or interrupted; 0 1 1 attained; 1 0 0
+/// error, still moving; 1 0 1 error. Errors are an unsupported method, and a limit switch that the method does
+/// not use.
 
 #include "devices/drive/homing_method.hpp"
 #include "devices/drive/mode.hpp"
@@ -21,9 +21,9 @@ class Homing final : public Mode {
 
   void enter(const ModeInput& input, Time now) override;
   void run(const ModeInput& input, Time now) override;
-  void resume(const ModeInput& input, Time now) override;
+  void resume(Time now) override;
   std::uint16_t status(Time now) const override;
-  Time deadline(Time now) const override;
+  Time deadline(Time /*now*/) const override { return leg_ends_; }
 
  private:
   enum class Phase : std::uint8_t { kIdle, kHalted, kSearching, kToHome, kAttained, kFailed };
@@ -31,12 +31,12 @@ class Homing final : public Mode {
   void start(Time now);
   void next_leg(Time now);
   void end(Phase phase, Ramp ramp, Time now);
-  bool under_way() const { return phase_ == Phase::kSearching || phase_ == Phase::kToHome; }
+  bool in_progress() const { return phase_ == Phase::kSearching || phase_ == Phase::kToHome; }
 
   HomingWay way_{};
   std::size_t leg_ = 0;
   Time leg_ends_ = kNever;
-  double direction_ = 0;  ///< its sign: that in which the leg goes
+  double direction_ = 0;  ///< of the leg; only its sign counts
   Phase phase_ = Phase::kIdle;
   bool bit_before_ = false;
 };

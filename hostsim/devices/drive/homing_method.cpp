@@ -2,13 +2,14 @@
 #include "devices/drive/homing_method.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace cbcan::devices {
 
 namespace {
 
-constexpr std::int8_t kWithoutIndex = 16;  ///< method n + 16 is n without its index pulse
+constexpr std::int8_t kWithoutIndex = 16;  ///< method n + 16 is method n without index pulse
 constexpr double kUp = 1;
 constexpr double kDown = -1;
 
@@ -19,7 +20,7 @@ struct HomeSwitchMethod {
   std::int8_t method;
   Edge edge;
   double last_direction;   ///< in which the edge is found
-  double first_direction;  ///< where the switch is looked for
+  double first_direction;  ///< in which the search for the switch begins
   bool turns_at_limit;
 };
 
@@ -43,21 +44,17 @@ double next_index(double place, double direction, double pitch) {
   return pitch * (direction > 0 ? std::floor(steps) + 1 : std::ceil(steps) - 1);
 }
 
-void add(HomingWay& way, double direction, double until) {
-  way.legs[way.count++] = {direction, until};
-}
-
-/// Until the home switch is active. False = it is not there.
+/// Adds legs until the home switch is active. False = it is not found.
 bool look_for_switch(HomingWay& way, const HomeSwitchMethod& row, double place, const AxisLayout& layout) {
   if (place >= layout.home_low && place <= layout.home_high) return true;
   double direction = row.first_direction;
   const bool ahead = direction > 0 ? place < layout.home_low : place > layout.home_high;
   if (!ahead) {
-    add(way, direction, direction > 0 ? layout.positive_end() : layout.negative_end());
+    way.legs.push_back({direction, direction > 0 ? layout.positive_end() : layout.negative_end()});
     if (!row.turns_at_limit) return false;
     direction = -direction;
   }
-  add(way, direction, direction > 0 ? layout.home_low : layout.home_high);
+  way.legs.push_back({direction, direction > 0 ? layout.home_low : layout.home_high});
   return true;
 }
 
@@ -66,14 +63,14 @@ HomingWay way_to_home_switch(const HomeSwitchMethod& row, double place, const Ax
   way.home = row.edge == Edge::kLow ? layout.home_low : layout.home_high;
   way.blind = !look_for_switch(way, row, place, layout);
   const bool from_within = (row.edge == Edge::kHigh) == (row.last_direction > 0);
-  if (!way.blind && !from_within) add(way, -row.last_direction, way.home);
+  if (!way.blind && !from_within) way.legs.push_back({-row.last_direction, way.home});
   return way;
 }
 
 HomingWay way_to_limit(double direction, double place, double limit) {
   HomingWay way;
   way.home = limit;
-  if ((limit - place) * direction > 0) add(way, direction, limit);
+  if ((limit - place) * direction > 0) way.legs.push_back({direction, limit});
   return way;
 }
 

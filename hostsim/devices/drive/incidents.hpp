@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// What can be done to the drive from outside, and the faults that come of it (CiA 301, error register; CiA
-/// 402, error codes).
+/// The drive's incidents and the faults that they cause (CiA 301, error register; CiA 402, error codes).
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <string_view>
 
 #include "devices/incidents.hpp"
@@ -15,7 +13,7 @@
 namespace cbcan::devices {
 
 enum class Incident : std::uint8_t {
-  // Faults: EMCY, 603Fh and transition 13. They stay until a fault reset after their cause is gone.
+  // Faults: EMCY, 603Fh and transition 13. They last until a fault reset after the cause has ended.
   kOvercurrent,
   kShortCircuit,
   kOvervoltage,
@@ -49,17 +47,11 @@ inline constexpr std::array<ErrorKind, kFaultKinds> kFaults = {{
     {0x8611, ErrorRegister::kGeneric | ErrorRegister::kProfile},
 }};
 
-// 603Fh after a failure of the network; the EMCY is the node's own, but for that of a SYNC that is missed.
+// 603Fh after a network failure. The node sends the EMCY, except for a missed SYNC.
 inline constexpr std::uint16_t kCommunicationFault = 0x8100;
 inline constexpr std::uint16_t kSyncFault = 0x8700;
 inline constexpr std::uint16_t kHeartbeatFault = static_cast<std::uint16_t>(EmergencyCode::kHeartbeat);
 inline constexpr std::uint16_t kBusOffFault = static_cast<std::uint16_t>(EmergencyCode::kBusOffRecovered);
-
-inline std::optional<Incident> incident_named(std::string_view name) {
-  for (std::size_t i = 0; i < kIncidentNames.size(); ++i)
-    if (kIncidentNames[i] == name) return static_cast<Incident>(i);
-  return std::nullopt;
-}
 
 constexpr std::uint32_t bit_of(Incident incident) {
   return std::uint32_t{1} << static_cast<unsigned>(incident);

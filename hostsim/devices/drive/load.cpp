@@ -10,9 +10,9 @@ namespace {
 
 constexpr Time kStep = kMillisecond;
 constexpr double kSeconds = 1e-3;
-/// Of the controller, which is critically damped: 30 Hz.
+/// Of the critically damped controller, in rad/s: 30 Hz.
 constexpr double kBandwidth = 188;
-/// Increments, and increments per second: nobody sees less.
+/// Increments, and increments per second: too small to be visible.
 constexpr double kStill = 1e-3;
 /// 1 mNm at 1 kg cm2, in rad/s2.
 constexpr double kPerInertia = 10;
@@ -37,7 +37,7 @@ void Load::follow(const Lead& lead, Time now) {
   if (settled_) at_ = now / kStep * kStep;
 }
 
-/// Increments per second squared, against friction and gravity.
+/// Increments per second squared, after friction and gravity.
 double Load::acceleration(double torque) const {
   const double friction = thousandths(load_.friction);
   const double net = torque - thousandths(load_.gravity);
@@ -46,7 +46,7 @@ double Load::acceleration(double torque) const {
   return (net - direction * friction) * rated_ / 1000 * kPerInertia / load_.inertia * per_radian_;
 }
 
-/// What the controller asks for, to be where the demand is at the end of the step.
+/// The torque that brings the load to the demand by the end of the step.
 double Load::wanted_torque(const Lead& lead, Time end) const {
   if (lead.torque != nullptr) return lead.torque->at(end).velocity;
   if (lead.demand == nullptr) return 0;
@@ -55,7 +55,7 @@ double Load::wanted_torque(const Lead& lead, Time end) const {
   constexpr double kPhase = kBandwidth * kSeconds;
   const double wanted =
       kBandwidth * (kBandwidth * lag + 2 * (demand.velocity - velocity_)) /
-      (1 + 2 * kPhase + kPhase * kPhase / 2);  // so much of it is over at the end of the step
+      (1 + 2 * kPhase + kPhase * kPhase / 2);  // the step itself already reduces lag and velocity error
   const double direction = velocity_ != 0 ? sign(velocity_) : sign(wanted);
   return thousandths(load_.gravity + direction * load_.friction +
                      wanted * load_.inertia / (kPerInertia * per_radian_));
@@ -81,9 +81,7 @@ void Load::step(const Lead& lead) {
     position_ = std::clamp(position_, lead.low, lead.high);
     velocity_ = 0;
   }
-  at_ = end;
-  settled_ = rests(lead);
-  at_ -= kStep;
+  settled_ = rests(lead, end);
   if (!settled_ || lead.demand == nullptr) return;
   position_ = lead.demand->at(end).position;
   velocity_ = 0;
@@ -91,16 +89,16 @@ void Load::step(const Lead& lead) {
   limited_ = false;
 }
 
-/// At the end of a step: nothing will change until something else does.
-bool Load::rests(const Lead& lead) const {
+/// At the end of a step: the load will not change until the lead does.
+bool Load::rests(const Lead& lead, Time end) const {
   if (lead.demand != nullptr) {
-    const bool is_over = at_ >= lead.demand->end() && lead.demand->final_velocity() == 0;
-    return is_over && std::abs(lead.demand->at(at_).position - position_) < kStill &&
+    const bool is_over = end >= lead.demand->end() && lead.demand->final_velocity() == 0;
+    return is_over && std::abs(lead.demand->at(end).position - position_) < kStill &&
            std::abs(velocity_) < kStill;
   }
   const bool at_a_stop = (position_ <= lead.low && torque_ < thousandths(load_.gravity)) ||
                          (position_ >= lead.high && torque_ > thousandths(load_.gravity));
-  const bool is_steady = lead.torque == nullptr || at_ >= lead.torque->end();
+  const bool is_steady = lead.torque == nullptr || end >= lead.torque->end();
   return is_steady && velocity_ == 0 && (at_a_stop || acceleration(torque_) == 0);
 }
 

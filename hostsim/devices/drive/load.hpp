@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// A load at the motor's shaft, and the controller that makes it follow: inertia against torque, friction,
-/// gravity, hard stops. It is calculated from one whole millisecond to the next, whenever somebody looks, so
-/// nothing depends on how often that is. Positions are increments, torques thousandths of the rated one
-/// (6076h, mNm).
+/// A load at the motor shaft and its position controller: inertia, torque, friction, gravity, hard stops. It is
+/// calculated in steps of whole milliseconds, so the result does not depend on how often it is read. Positions
+/// are increments, torques thousandths of the rated torque (6076h, mNm).
 ///
-/// The controller holds against friction and gravity by itself and takes acceleration from the following
-/// error: the axis lags by acceleration / (188 rad/s)^2, and by more where the torque is limited.
+/// The controller compensates friction and gravity and derives acceleration from the following error: the axis
+/// lags by acceleration / (188 rad/s)^2, and by more if the torque is limited.
 
 #include "cbcan/time.hpp"
 #include "devices/drive/axis_layout.hpp"
@@ -17,14 +16,13 @@ namespace cbcan::devices {
 
 class Load {
  public:
-  /// What moves it from now on.
+  /// What moves the load. Without demand and torque, the motor makes no torque.
   struct Lead {
-    const Profile* demand = nullptr;  ///< of position; null: none
-    const Profile* torque =
-        nullptr;             ///< its velocity is the torque; null with none of the two = no torque at all
-    bool held = false;       ///< by a brake
-    double most_torque = 0;  ///< either way
-    double low = 0;          ///< hard stops
+    const Profile* demand = nullptr;  ///< of position; null = none
+    const Profile* torque = nullptr;  ///< its velocity is the torque; null = none
+    bool held = false;                ///< by a brake
+    double most_torque = 0;           ///< in either direction
+    double low = 0;                   ///< hard stops
     double high = 0;
   };
 
@@ -35,26 +33,26 @@ class Load {
   void reset(double position, Time now);
   void set_units(double per_radian, double rated) { per_radian_ = per_radian, rated_ = rated; }
 
-  /// Goes on to the last whole millisecond by `now`.
+  /// Calculates up to the last whole millisecond not after `now`.
   void follow(const Lead& lead, Time now);
-  /// Something that it follows has changed.
+  /// The demand, torque or brake has changed.
   void wake() { settled_ = false; }
   void shift(double distance) { position_ += distance; }
 
   Motion at(Time now) const;
-  /// At the last whole millisecond: what is decided by this does not depend on who looks when.
+  /// At the last whole millisecond: decisions based on it do not depend on when it is read.
   double position() const { return position_; }
   double torque() const { return torque_; }
-  /// The controller would have more torque than there is.
+  /// The controller demands more torque than is allowed.
   bool is_limited() const { return limited_; }
-  /// kNever: nothing changes by itself.
+  /// kNever = the load is at rest.
   Time next_change(Time now) const;
 
  private:
   void step(const Lead& lead);
   double wanted_torque(const Lead& lead, Time end) const;
   double acceleration(double torque) const;
-  bool rests(const Lead& lead) const;
+  bool rests(const Lead& lead, Time end) const;
   double thousandths(double torque) const { return 1000 * torque / rated_; }
 
   AxisLoad load_;

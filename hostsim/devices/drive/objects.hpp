@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The objects of CiA 402 that the drive reads and writes, found once. What the dictionary leaves out, or
-/// gives no value, has the value given here. A limit of 0 is none, and a 6502h of 0 says nothing of the
-/// modes: files leave such values to the drive.
+/// The objects of CiA 402 that the drive reads and writes, looked up once. An object without value, or missing
+/// from the dictionary, has the default given here. A limit of 0 is no limit, and a 6502h of 0 means all modes:
+/// EDS files leave such values to the drive.
 
 #include <cstdint>
 

@@ -1,24 +1,22 @@
 // SPDX-License-Identifier: MIT
 #include "devices/drive/power_stage.hpp"
 
+#include <utility>
+
 namespace cbcan::devices {
 
 namespace {
 
-// Option codes. 0 is everywhere: no ramp, the power goes.
+// Option codes. 0 always means: no ramp, power off.
 constexpr std::int16_t kPowerOff = 0;
 constexpr std::int16_t kSlowDownRamp = 1;
-constexpr std::int16_t kSlowDownAndStay = 5;  ///< 605Ah; 6..8 stay as well
-
-bool has_power(PowerState state) {
-  return state == PowerState::kOperationEnabled || state == PowerState::kQuickStopActive ||
-         state == PowerState::kFaultReactionActive;
-}
+constexpr std::int16_t kSlowDownAndStay = 5;  ///< 605Ah; 6..8 also stay in Quick stop active
 
 }  // namespace
 
 bool PowerStage::is_powered() const {
-  return has_power(state_);
+  return state_ == PowerState::kOperationEnabled || state_ == PowerState::kQuickStopActive ||
+         state_ == PowerState::kFaultReactionActive;
 }
 
 void PowerStage::reset() {
@@ -79,16 +77,14 @@ void PowerStage::take(const Transition& transition, Time now) {
   state_ = transition.to;
   if (state_ == PowerState::kQuickStopActive) return stop_quickly(now);
   if (state_ == PowerState::kFaultReactionActive) return react_to_fault(powered, now);
-  if (powered && !is_powered()) cut_power(now);
+  if (!powered || is_powered()) return;
+  axis_.give_up_demand(now);
+  axis_.stop(Ramp::kQuickStop, now);
 }
 
 void PowerStage::finish(Time now) {
   if (!axis_.at_rest(now)) return;
-  if (waiting_ != nullptr) {
-    const Transition& transition = *waiting_;
-    waiting_ = nullptr;
-    take(transition, now);
-  }
+  if (waiting_ != nullptr) take(*std::exchange(waiting_, nullptr), now);
   if (state_ == PowerState::kQuickStopActive && objects_.quick_stop_option.get() < kSlowDownAndStay)
     obey(PowerEvent::kQuickStopOver, now);
   if (state_ == PowerState::kFaultReactionActive) obey(PowerEvent::kFaultReactionOver, now);
@@ -106,11 +102,6 @@ void PowerStage::react_to_fault(bool powered, Time now) {
   const std::int16_t option = objects_.fault_reaction_option.get();
   if (!powered || option == kPowerOff) return obey(PowerEvent::kFaultReactionOver, now);
   axis_.stop(option == kSlowDownRamp ? Ramp::kSlowDown : Ramp::kQuickStop, now);
-}
-
-void PowerStage::cut_power(Time now) {
-  axis_.give_up_demand(now);
-  axis_.stop(Ramp::kQuickStop, now);
 }
 
 }  // namespace cbcan::devices

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The power state machine at work: it hears the controlword, stops the axis as the option codes say (605Ah,
-/// 605Bh, 605Ch, 605Eh) and takes the transitions, those with a ramp when the axis stands.
+/// Runs the power state machine: reads the controlword, stops the axis according to the option codes (605Ah,
+/// 605Bh, 605Ch, 605Eh) and makes the transitions, those with a ramp at standstill.
 ///
-/// Option codes that name a limit of current or voltage act as the quick stop ramp. While a ramp of
-/// transition 5 or 8 runs the state is still Operation enabled; another command calls the transition off.
-/// What a fault or the network imposes holds until somebody writes another controlword, or by SDO the same
-/// one; what is over by itself (transitions 12 and 14) does not ask for that.
+/// Option codes for a current or voltage limit act as the quick stop ramp. During the ramp of transition 5 or 8
+/// the state remains Operation enabled; another command cancels the transition. After a transition imposed by
+/// a fault or the network, the controlword is ignored until another value is written, or the same by SDO.
+/// Transitions at the end of a ramp (12 and 14) do not require that.
 
 #include <optional>
 
@@ -23,19 +23,19 @@ class PowerStage {
   /// Power-on.
   void reset();
 
-  /// Acts on the controlword and on what is over. `faulty`: a fault reset is refused.
+  /// Acts on the controlword and on ramps that have ended. `faulty`: a fault reset is refused.
   void poll(bool faulty, Time now);
 
-  /// Something other than the controlword commands; the controlword as it stands counts no more.
+  /// A command from elsewhere; the present controlword is ignored from now on.
   void impose(PowerEvent event, Time now);
 
-  /// The controlword has been written, perhaps with the value it has.
+  /// The controlword has been written, possibly with the same value.
   void controlword_written() { spent_word_.reset(); }
 
   PowerState state() const { return state_; }
   /// The motor has power.
   bool is_powered() const;
-  /// Operation is enabled and stays so: the mode moves the axis.
+  /// Operation is enabled and no ramp is ending it: the mode moves the axis.
   bool is_operating() const { return state_ == PowerState::kOperationEnabled && waiting_ == nullptr; }
 
  private:
@@ -46,12 +46,11 @@ class PowerStage {
   void finish(Time now);
   void stop_quickly(Time now);
   void react_to_fault(bool powered, Time now);
-  void cut_power(Time now);
 
   DriveObjects& objects_;
   Axis& axis_;
-  const Transition* waiting_ = nullptr;      ///< until the axis stands
-  std::optional<std::uint16_t> spent_word_;  ///< a controlword that has no say any more
+  const Transition* waiting_ = nullptr;      ///< for standstill
+  std::optional<std::uint16_t> spent_word_;  ///< an ignored controlword
   std::uint16_t word_before_ = 0;
   PowerState state_ = PowerState::kNotReadyToSwitchOn;
 };

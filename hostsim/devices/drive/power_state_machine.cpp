@@ -15,7 +15,7 @@ constexpr auto kTransitions = std::to_array<Transition>({
     {1, State::kNotReadyToSwitchOn, Event::kInitialised, State::kSwitchOnDisabled},
     {2, State::kSwitchOnDisabled, Event::kShutdown, State::kReadyToSwitchOn},
     {3, State::kReadyToSwitchOn, Event::kSwitchOn, State::kSwitchedOn},
-    // 000Fh is both commands at once: 3, then 4.
+    // 000Fh is two commands: transition 3, then 4.
     {3, State::kReadyToSwitchOn, Event::kEnableOperation, State::kSwitchedOn},
     {4, State::kSwitchedOn, Event::kEnableOperation, State::kOperationEnabled},
     {5, State::kOperationEnabled, Event::kSwitchOn, State::kSwitchedOn},
@@ -57,7 +57,7 @@ constexpr auto kCommands = std::to_array<CommandPattern>({
 constexpr std::size_t kStates = 8;
 constexpr std::size_t kEvents = 11;
 
-/// By state and event: the row of the table, from 1 on; 0 = there is none.
+/// By state and event: the row of the table, from 1 on; 0 = no transition.
 using Rows = std::array<std::array<std::uint8_t, kEvents>, kStates>;
 
 constexpr Rows kRows = [] {
@@ -72,10 +72,6 @@ constexpr std::array<std::uint16_t, kStates> kStatuswords = {0x0000, 0x0040, 0x0
                                                              0x0027, 0x0007, 0x000F, 0x0008};
 
 }  // namespace
-
-std::span<const Transition> power_transitions() {
-  return kTransitions;
-}
 
 const Transition* power_transition(PowerState from, PowerEvent event) {
   const std::size_t row = kRows[static_cast<std::size_t>(from)][static_cast<std::size_t>(event)];

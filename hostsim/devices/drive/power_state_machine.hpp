@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The PDS finite state automaton of CiA 402 (IEC 61800-7-201) as a table: states, commands,
-/// transitions 1..16 and what the statusword shows. Pure; what a transition does to the motor is
-/// power_stage.hpp.
+/// The PDS finite state automaton of CiA 402 (IEC 61800-7-201) as a table: states, commands, transitions 1..16
+/// and statusword bits. Pure functions; power_stage.hpp has the effect of a transition on the motor.
 
 #include <cstdint>
-#include <span>
 
 namespace cbcan::devices {
 
@@ -21,7 +19,7 @@ enum class PowerState : std::uint8_t {
   kFault,
 };
 
-/// Commands of the controlword, then what happens within the drive.
+/// Commands of the controlword, then events within the drive.
 enum class PowerEvent : std::uint8_t {
   kNone,
   kShutdown,
@@ -62,29 +60,26 @@ inline constexpr std::uint16_t kHomingAttained = 0x1000;       ///< homing
 inline constexpr std::uint16_t kFollowsCommand = 0x1000;       ///< cyclic synchronous modes
 inline constexpr std::uint16_t kFollowingError = 0x2000;       ///< position modes
 inline constexpr std::uint16_t kHomingError = 0x2000;          ///< homing
-/// Bits 0..3, 5 and 6, which are the state.
+/// Bits 0..3, 5 and 6: the state.
 inline constexpr std::uint16_t kStateMask = 0x006F;
 }  // namespace statusword
 
 struct Transition {
-  std::uint8_t number;  ///< as CiA 402 numbers them
+  std::uint8_t number;  ///< in CiA 402
   PowerState from;
   PowerEvent event;
   PowerState to;
 };
 
-/// All of them; at most one for a state and an event. Transition 16 is there whatever the quick stop option
-/// code; the power stage allows it or not.
-std::span<const Transition> power_transitions();
-
-/// Null where the event means nothing in that state.
+/// Null if the event has no effect in that state. Transition 16 is included; the power stage allows it depending
+/// on the quick stop option code.
 const Transition* power_transition(PowerState from, PowerEvent event);
 
-/// The command that a controlword is. Fault reset is the rising edge of bit 7 against the controlword
-/// `before`; while bit 7 stays 1 there is no command.
+/// The command in a controlword. Fault reset is the rising edge of bit 7 after the controlword `before`; while
+/// bit 7 remains 1 there is no command.
 PowerEvent command_of(std::uint16_t controlword, std::uint16_t before);
 
-/// Statusword bits 0..3, 5 and 6 of a state. Where CiA 402 leaves bit 5 open it is 0.
+/// Statusword bits 0..3, 5 and 6 of a state. Where CiA 402 leaves bit 5 open, it is 0.
 std::uint16_t status_of(PowerState state);
 
 }  // namespace cbcan::devices

@@ -11,11 +11,11 @@ namespace cbcan::devices {
 namespace {
 
 constexpr double kSecondsPerTick = 1e-6;
-/// "At once": what stands for an acceleration of 0.
+/// Used for an acceleration of 0, which means without a ramp.
 constexpr double kAtOnce = 1e15;
-/// Ticks: what rounding may add to a time that is a whole number of them.
+/// Ticks: the rounding error allowed in a time that is a whole number of ticks.
 constexpr double kSameTick = 1e-3;
-/// Increments; two positions that are nearer are one.
+/// Increments; two positions closer than this are equal.
 constexpr double kSamePosition = 1e-6;
 constexpr double kNotReached = std::numeric_limits<double>::infinity();
 
@@ -27,7 +27,7 @@ double sign_of(double value) {
   return value < 0 ? -1.0 : 1.0;
 }
 
-/// Times far away are never.
+/// A time in the far future is kNever.
 Time ticks_after(Time start, double seconds) {
   constexpr double kFar = 1e18;
   const double ticks = std::ceil(seconds / kSecondsPerTick - kSameTick);
@@ -63,7 +63,7 @@ Profile Profile::to_position(const Motion& from, double target, const Dynamics& 
   return profile;
 }
 
-/// From a standstill, or from motion towards a target that is not too near to stop at.
+/// From a standstill, or from motion towards a target that is far enough to stop there.
 void Profile::travel(double target, const Dynamics& dynamics) {
   const double acceleration = usable(dynamics.acceleration);
   const double deceleration = usable(dynamics.deceleration);
@@ -181,7 +181,7 @@ Time Profile::time_at(double position, Time from) const {
     if (until < earliest) continue;
     const double reached = first_reach(phases_[i], position, std::max(earliest, phases_[i].begin), until);
     if (reached < kNotReached) return std::max(from, ticks_after(start_, reached));
-    // What is left of a stop on the very position is lost to rounding: it is there at the end.
+    // Rounding may hide a stop exactly at the position: it is reached at the end.
     if (i + 1 == count_ && std::abs(position - phases_[i].position) < kSamePosition)
       return std::max(from, end_);
   }

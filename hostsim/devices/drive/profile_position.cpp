@@ -27,8 +27,8 @@ void ProfilePosition::run(const ModeInput& input, Time now) {
 void ProfilePosition::take(const ModeInput& input, Time now) {
   const SetPoint set_point{axis_.increments(objects_.target_position.get()),
                            input.has(controlword::kRelative), axis_.profile_dynamics()};
-  const bool under_way = has_target_ && (held_ || go_ || !axis_.at_rest(now));
-  if (input.has(controlword::kChangeImmediately) || !under_way) {
+  const bool in_progress = has_target_ && (held_ || go_ || !axis_.at_rest(now));
+  if (input.has(controlword::kChangeImmediately) || !in_progress) {
     begin(set_point, now);
   } else {
     if (next_) return;
@@ -55,7 +55,7 @@ double ProfilePosition::target_of(const SetPoint& set_point, double base) const 
   return std::round((set_point.relative ? base : 0) + set_point.target);
 }
 
-/// The rest of the way at profile velocity; the next set-point begins where this one is passed.
+/// Continues at profile velocity; the next set-point begins when this one is passed.
 void ProfilePosition::pass_through(Time now) {
   const double target = axis_.target();
   if (held_ || axis_.profile().time_at(target, now) == kNever) return;
@@ -84,7 +84,7 @@ void ProfilePosition::hold_or_go(const ModeInput& input, Time now) {
   }
 }
 
-void ProfilePosition::resume(const ModeInput& /*input*/, Time now) {
+void ProfilePosition::resume(Time now) {
   if (has_target_ && !held_) axis_.move_to(axis_.target(), dynamics_, now);
   pass_at_ = kNever;
 }

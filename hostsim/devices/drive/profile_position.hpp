@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Profile position mode (6060h = 1): set-points by the handshake of controlword bit 4 and statusword bit 12.
+/// Profile position mode (6060h = 1): set-points with the handshake of controlword bit 4 and statusword bit 12.
 ///
-/// The rising edge of bit 4 takes over 607Ah, 6081h, 6083h and 6084h. With bit 5 the set-point replaces all
-/// others at once. Without, it waits, one at most, until the one before is reached; with bit 9 that one is
-/// passed at profile velocity instead of stopped at, if the next lies far enough behind it to stop there. Bit
-/// 12 is 1 until bit 4 is 0 and there is room for another. Relative set-points (bit 6) count from the
-/// set-point before.
+/// The rising edge of bit 4 takes 607Ah, 6081h, 6083h and 6084h. With bit 5 set, the new set-point replaces all
+/// others immediately. Otherwise it waits until the present one is reached; at most one waits. With bit 9 set,
+/// the axis passes the present set-point at profile velocity instead of stopping there, if the next one is far
+/// enough beyond it to stop in time. Bit 12 is 1 until bit 4 is 0 and another set-point can be taken. Relative
+/// set-points (bit 6) count from the previous set-point.
 
 #include <optional>
 
@@ -21,7 +21,7 @@ class ProfilePosition final : public Mode {
 
   void enter(const ModeInput& input, Time now) override;
   void run(const ModeInput& input, Time now) override;
-  void resume(const ModeInput& input, Time now) override;
+  void resume(Time now) override;
   std::uint16_t status(Time now) const override;
   Time deadline(Time now) const override;
 
@@ -43,12 +43,11 @@ class ProfilePosition final : public Mode {
   std::optional<SetPoint> next_;
   Dynamics dynamics_{};
   Time pass_at_ = kNever;  ///< when the set-point is passed
-  double direction_ = 0;   ///< its sign; that of the set-point when it began, 0 = it is reached
+  double direction_ = 0;   ///< of the set-point at its start; only its sign counts; 0 = reached
   bool has_target_ = false;
-  bool go_ = false;  ///< a new set-point waits for its profile
+  bool go_ = false;  ///< a new set-point has no profile yet
   bool held_ = false;
   bool halted_ = false;
-  bool limited_ = false;
   bool bit_before_ = false;
   bool acknowledged_ = false;
 };

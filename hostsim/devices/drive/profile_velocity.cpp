@@ -9,7 +9,7 @@ namespace cbcan::devices {
 
 namespace {
 
-/// The software limit that lies in this direction.
+/// The software limit in this direction.
 double limit_ahead(const Axis& axis, double direction) {
   constexpr double kFar = std::numeric_limits<double>::max();
   return axis.has_limits() ? axis.within_limits(direction < 0 ? -kFar : kFar) : 0;
@@ -31,14 +31,6 @@ bool run_within_limits(Axis& axis, double velocity, const Dynamics& dynamics, Ti
   return true;
 }
 
-void ProfileVelocity::enter(const ModeInput& /*input*/, Time /*now*/) {
-  planned_ = false;
-}
-
-void ProfileVelocity::resume(const ModeInput& /*input*/, Time /*now*/) {
-  planned_ = false;
-}
-
 void ProfileVelocity::run(const ModeInput& input, Time now) {
   const double wanted = axis_.increments_per_second(objects_.target_velocity.get());
   const double most = axis_.max_velocity();
@@ -50,16 +42,11 @@ void ProfileVelocity::run(const ModeInput& input, Time now) {
   plan.halted = input.has(controlword::kHalt);
   plan.barred = input.barred(wanted);
   limited_ = plan.velocity != wanted;
-  if (planned_ && plan == plan_) return;
+  if (plan_ == plan) return;
   plan_ = plan;
-  planned_ = true;
-  follow(now);
-}
-
-void ProfileVelocity::follow(Time now) {
-  if (plan_.halted) return axis_.stop(halt_ramp(), now);
-  if (plan_.barred) return axis_.stop(Ramp::kQuickStop, now);
-  run_within_limits(axis_, plan_.velocity, plan_.dynamics, now);
+  if (plan.halted) return axis_.stop(halt_ramp(), now);
+  if (plan.barred) return axis_.stop(Ramp::kQuickStop, now);
+  run_within_limits(axis_, plan.velocity, plan.dynamics, now);
 }
 
 bool ProfileVelocity::steady(Time now, std::uint16_t for_milliseconds) const {
@@ -69,16 +56,16 @@ bool ProfileVelocity::steady(Time now, std::uint16_t for_milliseconds) const {
 
 std::uint16_t ProfileVelocity::status(Time now) const {
   const double velocity = axis_.actual(now).velocity;
-  const double off = std::abs(velocity - plan_.velocity);
+  const double off = std::abs(velocity - plan_->velocity);
   const bool in_window = off <= axis_.increments_per_second(objects_.velocity_window.get()) &&
                          steady(now, objects_.velocity_window_time.get());
   const bool slow = std::abs(velocity) <= axis_.increments_per_second(objects_.velocity_threshold.get()) &&
                     steady(now, objects_.velocity_threshold_time.get());
-  const bool at_limit = axis_.has_limits() && plan_.velocity != 0 && !plan_.halted && axis_.at_rest(now);
+  const bool at_limit = axis_.has_limits() && plan_->velocity != 0 && !plan_->halted && axis_.at_rest(now);
   std::uint16_t bits = 0;
-  if (plan_.halted ? axis_.at_rest(now) : in_window) bits |= statusword::kTargetReached;
+  if (plan_->halted ? axis_.at_rest(now) : in_window) bits |= statusword::kTargetReached;
   if (slow) bits |= statusword::kSpeedZero;
-  if (limited_ || plan_.barred || at_limit) bits |= statusword::kInternalLimit;
+  if (limited_ || plan_->barred || at_limit) bits |= statusword::kInternalLimit;
   return bits;
 }
 

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Profile velocity mode (6060h = 3): 60FFh with the ramps 6083h and 6084h, which take effect when they
-/// change. At a software position limit the axis stops, and moves on when it is told to go back.
+/// Profile velocity mode (6060h = 3): 60FFh with the ramps 6083h and 6084h, which take effect when they change.
+/// At a software position limit the axis stops until a velocity in the other direction is set.
+
+#include <optional>
 
 #include "devices/drive/mode.hpp"
 
@@ -12,14 +14,14 @@ class ProfileVelocity final : public Mode {
  public:
   using Mode::Mode;
 
-  void enter(const ModeInput& input, Time now) override;
+  void enter(const ModeInput& /*input*/, Time /*now*/) override { plan_.reset(); }
   void run(const ModeInput& input, Time now) override;
-  void resume(const ModeInput& input, Time now) override;
+  void resume(Time /*now*/) override { plan_.reset(); }
   std::uint16_t status(Time now) const override;
   Time deadline(Time now) const override;
 
  private:
-  /// All that the profile was made from.
+  /// Everything that the profile depends on.
   struct Plan {
     Dynamics dynamics;
     double velocity = 0;
@@ -29,16 +31,13 @@ class ProfileVelocity final : public Mode {
     bool operator==(const Plan&) const = default;
   };
 
-  void follow(Time now);
   bool steady(Time now, std::uint16_t for_milliseconds) const;
 
-  Plan plan_{};
-  bool planned_ = false;
-  bool limited_ = false;
+  std::optional<Plan> plan_;  ///< set by run()
 };
 
-/// The axis runs at `velocity`, and where there are software position limits no further than them. False = it
-/// stands at the limit, or beyond.
+/// Runs the axis at `velocity`, up to the software position limit if there is one. False = it is already at the
+/// limit or beyond.
 bool run_within_limits(Axis& axis, double velocity, const Dynamics& dynamics, Time now);
 
 }  // namespace cbcan::devices

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Profile torque and cyclic synchronous torque (6060h = 4, 10). Torque moves an axis with a load; without
-/// one it is made and nothing moves. Torques are thousandths of the rated torque, at most 6072h either way;
-/// current (6078h, 6073h) is proportional to torque.
+/// Profile torque and cyclic synchronous torque (6060h = 4, 10). Torque moves an axis only if it has a load.
+/// Torques are thousandths of the rated torque, at most 6072h in either direction; current (6078h, 6073h) is
+/// proportional to torque.
 
 #include "devices/drive/cyclic.hpp"
 
 namespace cbcan::devices {
 
-/// What both have in common.
+/// Common part of both.
 class TorqueMode : public Mode {
  public:
   using Mode::Mode;
@@ -20,13 +20,12 @@ class TorqueMode : public Mode {
   const Profile* torque_profile() const override { return &torque_; }
 
  protected:
-  /// Within the limits, which limited_ says.
+  /// Clamped to the limits; sets limited_.
   double limited(double torque);
   Motion present(Time now) const { return {0, torque(now)}; }
 
   Profile torque_;  ///< its velocity is the torque
   double target_ = 0;
-  bool limited_ = false;
 };
 
 /// 6071h with the slope 6087h, thousandths per second; halt ramps to 0.
@@ -46,7 +45,6 @@ class CyclicTorque final : public TorqueMode {
  public:
   using TorqueMode::TorqueMode;
 
-  void run(const ModeInput& /*input*/, Time /*now*/) override {}
   void on_sync(const ModeInput& input, Time now) override;
   std::uint16_t status(Time /*now*/) const override { return cyclic_status(limited_); }
 };

@@ -7,7 +7,7 @@ namespace cbcan::devices {
 
 namespace {
 
-// 60A8h and 60A9h, by their bytes from the top: prefix, numerator, denominator, 0 (CiA 303-2).
+// Bytes of 60A8h and 60A9h, most significant first: prefix, numerator, denominator, 0 (CiA 303-2).
 constexpr int prefix_of(std::uint32_t unit) {
   return static_cast<std::int8_t>(unit >> 24);
 }
@@ -68,7 +68,7 @@ Units::Factor Units::velocity_of(const UnitFactors& factors, const Factor& shaft
   Factor named = size_of(unit, shaft);
   if (named.up != 0) {
     knows_revolutions_ |= numerator_of(unit) != kIncrement;
-  } else {  // metres, say: as 60A8h has them
+  } else {  // a unit such as metres: as in 60A8h
     const bool is_same = numerator_of(unit) != 0 && numerator_of(unit) == numerator_of(factors.si_position);
     if (!is_same) return position_;
     named = position_.times_ten_to(prefix_of(unit) - prefix_of(factors.si_position));

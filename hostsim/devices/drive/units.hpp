@@ -1,24 +1,24 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// User-defined units against increments of the position encoder. The first of these that the file has and
-/// that is not 1 : 1 counts.
+/// Conversion of user-defined units to increments of the position encoder. The first of the following that the
+/// file has and that is not 1 : 1 applies.
 ///
 /// Positions: 6093h, increments = user * 6093h:1 / 6093h:2; or with a feed constant (6092h)
 ///
 ///   increments = user * (608Fh:1 * 6091h:1 * 6092h:2) / (608Fh:2 * 6091h:2 * 6092h:1)
 ///
-/// or the unit that 60A8h names: increments, revolutions of the shaft, degrees. With none of them and no
-/// 6093h, the formula with a feed of 1.
+/// or the unit in 60A8h: increments, revolutions of the shaft, degrees. With none of them and no 6093h, the
+/// formula with a feed of 1.
 ///
-/// Velocities, a second: 6094h, increments = user * 6094h:1 / 6094h:2; 6096h, user units = position units *
-/// 6096h:1 / 6096h:2; the unit that 60A9h names; position units. Accelerations are velocity units a second.
+/// Velocities, per second: 6094h, increments = user * 6094h:1 / 6094h:2; 6096h, user units = position units *
+/// 6096h:1 / 6096h:2; the unit in 60A9h; position units. Accelerations are velocity units per second.
 
 #include <cstdint>
 
 namespace cbcan::devices {
 
-/// As it stands in the dictionary; with a 0 in it, it says nothing.
+/// As in the dictionary; a ratio with a 0 is ignored.
 struct Ratio {
   std::uint32_t up = 0;
   std::uint32_t down = 0;
@@ -48,13 +48,13 @@ class Units {
   /// Products up to 2^53 are exact and are divided once.
   double increments(double user) const { return user * position_.up / position_.down; }
   double user(double increments) const { return increments * position_.down / position_.up; }
-  /// Of velocities, a second, and of accelerations, a second squared.
+  /// For velocities (per second) and accelerations (per second squared).
   double increments_per_second(double user) const { return user * velocity_.up / velocity_.down; }
   double user_velocity(double increments) const { return increments * velocity_.down / velocity_.up; }
 
-  /// Of the motor; kNominalResolution where 608Fh does not say.
+  /// Of the motor; kNominalResolution if 608Fh gives none.
   double increments_per_revolution() const { return increments_per_revolution_; }
-  /// Motor speeds can be compared with velocities: 608Fh or 60A9h speaks of revolutions.
+  /// Motor speeds can be converted to velocities: 608Fh or 60A9h refers to revolutions.
   bool knows_revolutions() const { return knows_revolutions_; }
 
   static constexpr double kNominalResolution = 2000;
@@ -68,7 +68,7 @@ class Units {
     Factor times_ten_to(int exponent) const;
   };
 
-  /// One unit as 60A8h and 60A9h name it, increments; up = 0: it is none that has to do with turning.
+  /// Increments in one unit of 60A8h or 60A9h; up = 0: not a unit of rotation.
   static Factor size_of(std::uint32_t unit, const Factor& shaft);
   Factor velocity_of(const UnitFactors& factors, const Factor& shaft);
 

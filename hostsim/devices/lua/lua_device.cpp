@@ -20,9 +20,9 @@ namespace cbcan::devices {
 namespace {
 
 constexpr std::size_t kMostIncidents = 32;
-/// Of what a script says in one call.
+/// Printed by a script in one call.
 constexpr int kMostLines = 10;
-/// In one millisecond, by its own wish.
+/// In one millisecond, at the times returned by the script's update().
 constexpr int kMostUpdates = 500;
 
 class LuaDevice final : public sim::Behaviour {
@@ -39,8 +39,8 @@ class LuaDevice final : public sim::Behaviour {
     due_ = kNever;
     node_.error_over(kScriptFailed, now);
     try {
-      if (std::exchange(failed_, false)) begin();
       quiet_ = true;
+      if (std::exchange(failed_, false)) begin();
       call("reset", now);
       quiet_ = false;
     } catch (const ScriptError& error) {
@@ -97,16 +97,16 @@ class LuaDevice final : public sim::Behaviour {
   void count_updates(Time now);
   template <class Number>
   static Number whole(lua_State* state, int place);
-  ObjectEntry entry_at(lua_State* state, std::uint16_t& index, std::uint8_t& sub);
+  std::pair<ObjectEntry, std::uint8_t> entry_at(lua_State* state);
 
   double seconds(Time now) const { return static_cast<double>(now - began_at_) / kSecond; }
-  /// The first microsecond that is not before it; what is later than a hundred years is never.
+  /// The first microsecond not before it; kNever if that is in more than a hundred years.
   Time time_of(double seconds) const {
     if (!(seconds < 3.2e9)) return kNever;
     return began_at_ + static_cast<Time>(std::max(0.0, std::ceil(seconds * kSecond - 1e-3)));
   }
 
-  /// What the script's function returns, if it has one; `now` is its last argument.
+  /// Calls the script's function, if there is one, and returns its result; `now` is the last argument.
   template <class... Arguments>
   Script::Result call(const char* function, Time now, Arguments... arguments) {
     now_ = now;
@@ -134,17 +134,15 @@ class LuaDevice final : public sim::Behaviour {
   Time millisecond_ = 0;  ///< in which updates_ are counted
   int updates_ = 0;
   int lines_ = 0;
-  bool quiet_ = true;  ///< values are those of power-on: no events
+  bool quiet_ = true;  ///< values are set as at power-on: no events
   bool failed_ = false;
 };
 
 /// Throws ScriptError.
 void LuaDevice::begin() {
-  quiet_ = true;
   script_ = std::make_unique<Script>(name_, text_, seed_, kFunctions, this);
   incidents_ = script_->list("incidents", kMostIncidents);
   incident_names_.assign(incidents_.begin(), incidents_.end());
-  quiet_ = false;
 }
 
 void LuaDevice::fail(const ScriptError& error, Time now) {
@@ -181,17 +179,14 @@ AbortCode LuaDevice::check(const ObjectEntry& entry, std::uint8_t sub, std::span
 }
 
 void LuaDevice::on_state(nmt::State state, Time now) {
-  switch (state) {
-    case nmt::State::kInitialising: break;
-    case nmt::State::kStopped: call("on_state", now, std::string_view("stopped")); break;
-    case nmt::State::kOperational: call("on_state", now, std::string_view("operational")); break;
-    case nmt::State::kPreOperational: call("on_state", now, std::string_view("pre-operational")); break;
-  }
+  if (state == nmt::State::kStopped) call("on_state", now, std::string_view("stopped"));
+  if (state == nmt::State::kOperational) call("on_state", now, std::string_view("operational"));
+  if (state == nmt::State::kPreOperational) call("on_state", now, std::string_view("pre-operational"));
 }
 
-// ---- What a script can call: no destructor may be due where Lua reports an error
+// ---- Functions for scripts: no destructor may be pending where Lua reports an error
 
-/// The argument at this place, which has to fit.
+/// The argument at this place; it must be in range.
 template <class Number>
 Number LuaDevice::whole(lua_State* state, int place) {
   constexpr lua_Integer kMost = std::numeric_limits<Number>::max();
@@ -200,25 +195,23 @@ Number LuaDevice::whole(lua_State* state, int place) {
   return static_cast<Number>(number);
 }
 
-/// Of the first two arguments.
-ObjectEntry LuaDevice::entry_at(lua_State* state, std::uint16_t& index, std::uint8_t& sub) {
-  index = whole<std::uint16_t>(state, 1);
-  sub = lua_isnoneornil(state, 2) ? std::uint8_t{0} : whole<std::uint8_t>(state, 2);
+/// The entry and the sub-index given by the first two arguments.
+std::pair<ObjectEntry, std::uint8_t> LuaDevice::entry_at(lua_State* state) {
+  const auto index = whole<std::uint16_t>(state, 1);
+  const auto sub = lua_isnoneornil(state, 2) ? std::uint8_t{0} : whole<std::uint8_t>(state, 2);
   ObjectEntry entry{};
   const bool found = node_.dictionary().find(index, sub, entry) == AbortCode::kNone;
-  if (found && size_of(entry.type) != 0 && size_of(entry.type) == entry.capacity) return entry;
+  if (found && size_of(entry.type) != 0 && size_of(entry.type) == entry.capacity) return {entry, sub};
   std::array<char, 40> text{};
   std::snprintf(text.data(), text.size(), "the node has no number at %04Xh:%02X", unsigned{index},
                 unsigned{sub});
   luaL_error(state, "%s", text.data());
-  return entry;
+  return {entry, sub};
 }
 
-/// get(index [, sub]): an integer, or a float of a REAL and of what no integer of Lua's can hold.
+/// get(index [, sub]): an integer; a float for a REAL and for a value beyond Lua's integers.
 int LuaDevice::get(lua_State* state) {
-  std::uint16_t index = 0;
-  std::uint8_t sub = 0;
-  const ObjectEntry entry = of(state).entry_at(state, index, sub);
+  const auto [entry, sub] = of(state).entry_at(state);
   const double number =
       sim::from_raw(of(state).node_.dictionary().number(entry, sub), entry.type, entry.capacity);
   const bool is_real = entry.type == DataType::kReal32 || entry.type == DataType::kReal64;
@@ -228,21 +221,19 @@ int LuaDevice::get(lua_State* state) {
   return 1;
 }
 
-/// set(index, sub, value): rounded and limited. Another value than before is an event.
+/// set(index, sub, value): rounded and limited. A changed value is an event.
 int LuaDevice::set(lua_State* state) {
   LuaDevice& self = of(state);
-  std::uint16_t index = 0;
-  std::uint8_t sub = 0;
-  const ObjectEntry entry = self.entry_at(state, index, sub);
+  const auto [entry, sub] = self.entry_at(state);
   const double value = lua_isboolean(state, 3) ? lua_toboolean(state, 3) : luaL_checknumber(state, 3);
   ObjectDictionary& dictionary = self.node_.dictionary();
   const std::uint64_t before = dictionary.number(entry, sub);
-  dictionary.set(index, sub, sim::to_raw(value, entry.type, entry.capacity));
-  if (dictionary.number(entry, sub) != before && !self.quiet_) self.node_.changed(index, sub, self.now_);
+  dictionary.set(entry.index, sub, sim::to_raw(value, entry.type, entry.capacity));
+  if (dictionary.number(entry, sub) != before && !self.quiet_) self.node_.changed(entry.index, sub, self.now_);
   return 0;
 }
 
-/// emcy(code [, register bits]), and it is over.
+/// emcy(code [, register bits]); emcy_over(code) ends the error.
 int LuaDevice::error(lua_State* state) {
   const auto code = whole<std::uint16_t>(state, 1);
   const auto bits = lua_isnoneornil(state, 2) ? ErrorRegister::kGeneric : whole<std::uint8_t>(state, 2);
@@ -255,7 +246,7 @@ int LuaDevice::error_over(lua_State* state) {
   return 0;
 }
 
-/// fault("response-late delay_ms=50"): of this node.
+/// fault("response-late delay_ms=50"): on this node.
 int LuaDevice::fault(lua_State* state) {
   std::size_t length = 0;
   const char* text = luaL_checklstring(state, 1, &length);
@@ -267,7 +258,7 @@ int LuaDevice::fault(lua_State* state) {
   return problem[0] == '\0' ? 0 : luaL_error(state, "fault: %s", problem.data());
 }
 
-/// print(...): for people, in messages of the node.
+/// print(...): a message of the node.
 int LuaDevice::say(lua_State* state) {
   const int count = lua_gettop(state);
   lua_pushliteral(state, "");

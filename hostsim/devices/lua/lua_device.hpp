@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// A device whose behaviour is a Lua script. docs/how-to/lua-device.md is the manual of what a script can do;
-/// it sees no clock, no file and no other node, and the same seed makes it do the same. What it may take of
-/// memory and, in each call, of instructions is limited: a script that takes more, or makes any other
-/// mistake, stops its own device with an EMCY, and nothing else.
+/// A device whose behaviour is a Lua script; docs/how-to/lua-device.md is the manual. A script has no access to
+/// clocks, files and other nodes, and behaves identically with the same seed. Its memory, and the instructions
+/// of each call, are limited: a script that exceeds a limit or makes any other error stops only its own device,
+/// with an EMCY.
 
 #include <cstdint>
 #include <memory>
@@ -15,10 +15,11 @@
 
 namespace cbcan::devices {
 
-/// Error code of a script that has failed (CiA 301: internal software); its five bytes begin with the line.
+/// Error code of a script that has failed (CiA 301: internal software); the manufacturer-specific bytes begin
+/// with the line number.
 inline constexpr std::uint16_t kScriptFailed = 0x6100;
 
-/// `name` is what errors call the script. Throws sim::BehaviourProblem where it cannot even be begun.
+/// `name` is the script's name in errors. Throws sim::BehaviourProblem if the script cannot be started.
 std::unique_ptr<sim::Behaviour> make_lua_device(sim::DeviceNode& node, std::uint64_t seed,
                                                 const std::string& name, const std::string& script);
 

@@ -9,14 +9,14 @@ namespace cbcan::devices {
 
 namespace {
 
-/// How many '=' the bracket of a long text has that begins here, and one more; 0 = none begins.
+/// If the text begins with the bracket of a long string: one more than its number of '='; else 0.
 std::size_t long_bracket(std::string_view text) {
   if (!text.starts_with('[')) return 0;
   const std::size_t second = text.find_first_not_of('=', 1);
   return second != std::string_view::npos && text[second] == '[' ? second : 0;
 }
 
-/// What begins the text and is no code: its length, or 0.
+/// Length of the comment or string at the beginning of the text; 0 = none.
 std::size_t skipped(std::string_view text) {
   const bool is_comment = text.starts_with("--");
   const std::string_view inside = is_comment ? text.substr(2) : text;

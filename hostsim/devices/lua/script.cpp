@@ -11,9 +11,9 @@ namespace cbcan::devices {
 
 namespace {
 
-/// What differs from run to run (addresses, the order of a table), what could take for ever without an
-/// instruction being counted, and what reaches outside is taken away or done in another way. look(letters)
-/// counts what a function is about to look at.
+/// Removes or replaces functions that differ from run to run (addresses, the order of a table), could run
+/// without limit while no instruction is counted, or reach outside. look(letters) counts the bytes that a
+/// function is about to read.
 constexpr std::string_view kPrelude = R"(
 local look, type, next, error, select, ipairs = look, type, next, error, select, ipairs
 local tonumber, tostring, rawlen, rawget = tonumber, tostring, rawlen, rawget
@@ -135,27 +135,27 @@ math.randomseed, _G.next, _G.look, load, loadfile, dofile, collectgarbage, xpcal
 )";
 
 constexpr int kEveryInstruction = 1;
-// What is to be looked at for a step more: in one go, and by any one instruction.
+// Amount of data that costs one step: read in one go, or that any one instruction may read.
 constexpr std::size_t kLettersOfStep = 16;
 constexpr std::size_t kLettersOfPrice = 200;
 constexpr std::size_t kMemoryOfPrice = 6000;
 constexpr std::size_t kMetatablesOfPrice = 4;
-/// A new function is linked with each variable that it shares by a walk along all that are shared.
+/// For each shared variable of a new function, Lua walks along the list of all shared variables.
 constexpr std::size_t kSquareOfPrice = 500;
 /// The remainder of two floats takes a round for each bit between their exponents.
 constexpr int kPriceOfRemainder = 16;
-/// One may lead to the next, at each look into a table.
+/// Each access to a table may follow a chain of metatables.
 constexpr std::size_t kMostMetatables = 8;
-/// Any call is worth.
+/// Price of a call.
 constexpr int kLettersOfCall = 8;
-/// An error is worth: Lua looks for the name of what was wrong in all instructions before it.
+/// Price of an error: to name the faulty value, Lua searches all instructions before it.
 constexpr std::size_t kLettersOfError = 16'000;
-/// And a number that becomes a text.
+/// Price of converting a number to a string.
 constexpr std::size_t kLettersOfNumber = 160;
-/// These do not look through their first argument.
+/// These do not read through their first argument.
 constexpr std::array<std::string_view, 3> kOfPlaces{"byte", "len", "sub"};
 
-/// A function of C is on top.
+/// The top of the stack is a C function without upvalues.
 bool is_without_upvalues(lua_State* state) {
   if (lua_iscfunction(state, -1) == 0) return false;
   const bool has_one = lua_getupvalue(state, -1, 1) != nullptr;
@@ -163,7 +163,7 @@ bool is_without_upvalues(lua_State* state) {
   return !has_one;
 }
 
-/// Where the script is, as far as that can be told without taking memory.
+/// The script's current line, found without allocating memory; 0 = not known.
 int line_of(lua_State* state, lua_Debug& activation) {
   for (int level = 0; lua_getstack(state, level, &activation) != 0; ++level) {
     lua_getinfo(state, "Sl", &activation);
@@ -172,7 +172,7 @@ int line_of(lua_State* state, lua_Debug& activation) {
   return 0;
 }
 
-/// What the prelude complains about, the script has done.
+/// Reports errors of the prelude at the script's line.
 int blame_script(lua_State* state) {
   constexpr std::string_view kOfPrelude = "cbcan:";
   const char* message = lua_tostring(state, 1);
@@ -204,9 +204,9 @@ bool Script::may_take(std::size_t before, std::size_t wanted) {
 void* Script::allocate(void* self, void* block, std::size_t before, std::size_t wanted) {
   Script& script = *static_cast<Script*>(self);
   if (block == nullptr && before == LUA_TSTRING) script.count_longest(wanted, script.longest_);
-  if (block == nullptr && before == LUA_TSTRING) script.add(wanted);  // it may be made of numbers
+  if (block == nullptr && before == LUA_TSTRING) script.add(wanted);  // numbers may have been converted
   if (block == nullptr && before == LUA_TFUNCTION) script.count_longest(wanted, script.largest_function_);
-  if (block == nullptr) before = 0;  // it is a kind of object then
+  if (block == nullptr) before = 0;  // for a new block it is a kind of object
   void* made = nullptr;
   if (wanted == 0) {
     std::free(block);
@@ -221,7 +221,7 @@ void* Script::allocate(void* self, void* block, std::size_t before, std::size_t 
   return made;
 }
 
-/// From here on each instruction fails, so that no pcall holds it.
+/// From here on each instruction fails, so that pcall cannot continue the script.
 void Script::end_call(const char* why) {
   if (state_ == nullptr || !why_.empty()) return;
   lua_Debug activation;
@@ -230,7 +230,7 @@ void Script::end_call(const char* why) {
   lua_sethook(state_, count, LUA_MASKCOUNT, kEveryInstruction);
 }
 
-/// What the call does is counted in letters: an instruction is so many.
+/// Work is counted in letters: an instruction costs kLettersOfStep * price_.
 void Script::add(std::size_t letters) {
   letters_ += letters;
   if (letters_ >= most_ * kLettersOfStep)
@@ -242,8 +242,7 @@ void Script::spend(std::size_t letters) {
   if (!why_.empty()) luaL_error(state_, "the call has been ended");
 }
 
-/// An instruction may look at a whole text, at a whole table, or through all metatables: it costs more where
-/// there is more.
+/// An instruction may read a whole string, a whole table or all metatables, so its price grows with their size.
 void Script::set_price() {
   const std::size_t own = used_ - std::min(used_, base_);
   const std::size_t shared = largest_function_ / sizeof(void*);
@@ -259,7 +258,7 @@ void Script::count(lua_State* state, lua_Debug* /*activation*/) {
   script.set_price();
 }
 
-/// One that is much longer than those before counts at once.
+/// An object much larger than all before changes the price immediately.
 void Script::count_longest(std::size_t size, std::size_t& longest) {
   if (size <= longest) return;
   const bool at_once = state_ != nullptr && size > 2 * longest;
@@ -273,8 +272,8 @@ int Script::look(lua_State* state) {
   return 0;
 }
 
-/// A function of Lua's library, its upvalue, which looks through the texts that it is given, from the first
-/// one on or the second.
+/// Calls a function of Lua's library, its upvalue, after counting the strings that it reads: its arguments from
+/// the first or the second on.
 template <int kFirst>
 int Script::counted(lua_State* state) {
   const int count = lua_gettop(state);
@@ -285,7 +284,7 @@ int Script::counted(lua_State* state) {
   return lua_tocfunction(state, lua_upvalueindex(1))(state);
 }
 
-/// All that are in the table on top, which is taken off; those with upvalues take no texts.
+/// Wraps all functions of the table on top, which is popped, in counted(); those with upvalues take no strings.
 void Script::count_functions(lua_State* state) {
   for (lua_pushnil(state); lua_next(state, -2) != 0; lua_pop(state, 1)) {
     if (!is_without_upvalues(state)) continue;
@@ -298,7 +297,7 @@ void Script::count_functions(lua_State* state) {
   lua_pop(state, 1);
 }
 
-/// Without the address of a table.
+/// Like tostring, but without addresses.
 int Script::to_string(lua_State* state) {
   luaL_checkany(state, 1);
   const int type = lua_type(state, 1);
@@ -310,7 +309,7 @@ int Script::to_string(lua_State* state) {
   return 1;
 }
 
-/// The one on top. They are all kept, so that each counts once.
+/// Counts the metatable on top. The registry keeps all of them, so that each counts once.
 void Script::count_metatable() {
   lua_pushvalue(state_, -1);
   const bool known = lua_rawget(state_, LUA_REGISTRYINDEX) != LUA_TNIL;
@@ -325,7 +324,7 @@ void Script::count_metatable() {
   set_price();
 }
 
-/// Collecting garbage must not be seen.
+/// Refuses __gc and __mode: a script must not notice garbage collection.
 int Script::set_metatable(lua_State* state) {
   luaL_checktype(state, 1, LUA_TTABLE);
   luaL_argexpected(state, lua_isnoneornil(state, 2) || lua_istable(state, 2), 2, "nil or table");
@@ -353,14 +352,19 @@ int Script::protected_call(lua_State* state) {
   return lua_gettop(state);
 }
 
-void Script::run_protected(lua_CFunction function, void* what) {
+/// Calls `what` with the state, in Lua's protected mode. Throws ScriptError.
+template <class What>
+void Script::run_protected(What what) {
   allocated_ = 0;
   why_.clear();
   letters_ = 0;
   set_price();
   lua_pushcfunction(state_, blame_script);
-  lua_pushcfunction(state_, function);
-  lua_pushlightuserdata(state_, what);
+  lua_pushcfunction(state_, [](lua_State* state) {
+    (*static_cast<What*>(lua_touserdata(state, 1)))(state);
+    return 0;
+  });
+  lua_pushlightuserdata(state_, &what);
   const bool good = lua_pcall(state_, 1, 0, 1) == LUA_OK;
   std::string message = why_;
   if (!good && message.empty()) {
@@ -375,30 +379,45 @@ void Script::run_protected(lua_CFunction function, void* what) {
 
 // ---- Calls
 
-struct Script::Start {
-  const std::string& name;
-  std::string_view text;
-  std::uint64_t seed;
-  std::span<const luaL_Reg> functions;
-};
+Script::Script(const std::string& name, std::string_view text, std::uint64_t seed,
+               std::span<const luaL_Reg> functions, void* owner)
+    : name_(name), owner_(owner) {
+  state_ = lua_newstate(allocate, this);
+  if (state_ == nullptr) throw std::bad_alloc();
+  *static_cast<Script**>(lua_getextraspace(state_)) = this;
+  try {
+    run_protected([&](lua_State* state) {
+      load_libraries(state, seed, functions);
+      base_ = used_;
+      has_remainder_ = has_remainder(text);
+      if (has_zero(text)) luaL_error(state, "a text cannot have the character 0");
+      lua_pushfstring(state, "@%s", name.c_str());
+      if (luaL_loadbufferx(state, text.data(), text.size(), lua_tostring(state, -1), "t") != LUA_OK)
+        lua_error(state);
+      lua_call(state, 0, 0);
+    });
+    most_ = kMostInstructions;
+  } catch (...) {
+    lua_close(state_);
+    throw;
+  }
+}
 
-int Script::start(lua_State* state) {
-  const Start& from = *static_cast<const Start*>(lua_touserdata(state, 1));
+void Script::load_libraries(lua_State* state, std::uint64_t seed, std::span<const luaL_Reg> functions) {
   for (const luaL_Reg& library :
        {luaL_Reg{LUA_GNAME, luaopen_base}, luaL_Reg{LUA_TABLIBNAME, luaopen_table},
         luaL_Reg{LUA_STRLIBNAME, luaopen_string}, luaL_Reg{LUA_MATHLIBNAME, luaopen_math}})
     luaL_requiref(state, library.name, library.func, 1);
   lua_getfield(state, -1, "randomseed");
-  lua_pushinteger(state, static_cast<lua_Integer>(from.seed));
+  lua_pushinteger(state, static_cast<lua_Integer>(seed));
   lua_pushinteger(state, 0);
   lua_call(state, 2, 0);
   for (const luaL_Reg& own : {luaL_Reg{"tostring", to_string}, luaL_Reg{"setmetatable", set_metatable},
                               luaL_Reg{"pcall", protected_call}, luaL_Reg{"look", look}})
     lua_register(state, own.name, own.func);
-  if (luaL_loadbufferx(state, kPrelude.data(), kPrelude.size(), "=cbcan", "t") != LUA_OK)
-    return lua_error(state);
+  if (luaL_loadbufferx(state, kPrelude.data(), kPrelude.size(), "=cbcan", "t") != LUA_OK) lua_error(state);
   lua_call(state, 0, 0);
-  for (const auto& [name, function] : from.functions)
+  for (const auto& [name, function] : functions)
     lua_register(state, name, function);
   for (const char* library : {LUA_GNAME, LUA_TABLIBNAME, LUA_STRLIBNAME, LUA_MATHLIBNAME}) {
     lua_getglobal(state, library);
@@ -407,83 +426,39 @@ int Script::start(lua_State* state) {
   lua_pushliteral(state, "");
   lua_getmetatable(state, -1);
   count_functions(state);
-  Script& script = Script::from(state);
-  script.base_ = script.used_;
-  script.has_remainder_ = has_remainder(from.text);
-  if (has_zero(from.text)) return luaL_error(state, "a text cannot have the character 0");
-  lua_pushfstring(state, "@%s", from.name.c_str());
-  if (luaL_loadbufferx(state, from.text.data(), from.text.size(), lua_tostring(state, -1), "t") != LUA_OK)
-    return lua_error(state);
-  lua_call(state, 0, 0);
-  return 0;
-}
-
-Script::Script(const std::string& name, std::string_view text, std::uint64_t seed,
-               std::span<const luaL_Reg> functions, void* owner)
-    : name_(name), owner_(owner) {
-  state_ = lua_newstate(allocate, this);
-  if (state_ == nullptr) throw std::bad_alloc();
-  *static_cast<Script**>(lua_getextraspace(state_)) = this;
-  Start start_with{name, text, seed, functions};
-  try {
-    run_protected(start, &start_with);
-    most_ = kMostInstructions;
-  } catch (...) {
-    lua_close(state_);
-    throw;
-  }
-}
-
-struct Script::Call {
-  const char* function;
-  std::span<const Argument> arguments;
-  Result result;
-};
-
-int Script::run(lua_State* state) {
-  Call& call = *static_cast<Call*>(lua_touserdata(state, 1));
-  if (lua_getglobal(state, call.function) == LUA_TNIL) return 0;
-  for (const Argument& argument : call.arguments) {
-    if (const auto* whole = std::get_if<lua_Integer>(&argument)) lua_pushinteger(state, *whole);
-    if (const auto* number = std::get_if<double>(&argument)) lua_pushnumber(state, *number);
-    if (const auto* flag = std::get_if<bool>(&argument)) lua_pushboolean(state, *flag ? 1 : 0);
-    if (const auto* text = std::get_if<std::string_view>(&argument))
-      lua_pushlstring(state, text->data(), text->size());
-  }
-  lua_call(state, static_cast<int>(call.arguments.size()), 1);
-  const int type = lua_type(state, -1);
-  if (type == LUA_TBOOLEAN) call.result = lua_toboolean(state, -1) != 0;
-  if (type == LUA_TNUMBER) call.result = lua_tonumber(state, -1);
-  if (type <= LUA_TBOOLEAN || type == LUA_TNUMBER) return 0;
-  return luaL_error(state, "%s has returned a %s", call.function, lua_typename(state, type));
 }
 
 Script::Result Script::call(const char* function, std::span<const Argument> arguments) {
-  Call call{function, arguments, {}};
-  run_protected(run, &call);
-  return call.result;
-}
-
-struct Script::List {
-  const char* name;
-  std::size_t most;
-  std::vector<std::string> texts;
-};
-
-int Script::read_list(lua_State* state) {
-  List& list = *static_cast<List*>(lua_touserdata(state, 1));
-  if (lua_getglobal(state, list.name) != LUA_TTABLE) return 0;
-  for (lua_Integer i = 1; list.texts.size() < list.most && lua_rawgeti(state, -1, i) == LUA_TSTRING; ++i) {
-    list.texts.emplace_back(lua_tostring(state, -1));
-    lua_pop(state, 1);
-  }
-  return 0;
+  Result result;
+  run_protected([&](lua_State* state) {
+    if (lua_getglobal(state, function) == LUA_TNIL) return;
+    for (const Argument& argument : arguments) {
+      if (const auto* whole = std::get_if<lua_Integer>(&argument)) lua_pushinteger(state, *whole);
+      if (const auto* number = std::get_if<double>(&argument)) lua_pushnumber(state, *number);
+      if (const auto* flag = std::get_if<bool>(&argument)) lua_pushboolean(state, *flag ? 1 : 0);
+      if (const auto* text = std::get_if<std::string_view>(&argument))
+        lua_pushlstring(state, text->data(), text->size());
+    }
+    lua_call(state, static_cast<int>(arguments.size()), 1);
+    const int type = lua_type(state, -1);
+    if (type == LUA_TBOOLEAN) result = lua_toboolean(state, -1) != 0;
+    if (type == LUA_TNUMBER) result = lua_tonumber(state, -1);
+    if (type > LUA_TBOOLEAN && type != LUA_TNUMBER)
+      luaL_error(state, "%s has returned a %s", function, lua_typename(state, type));
+  });
+  return result;
 }
 
 std::vector<std::string> Script::list(const char* name, std::size_t most) {
-  List list{name, most, {}};
-  run_protected(read_list, &list);
-  return list.texts;
+  std::vector<std::string> texts;
+  run_protected([&](lua_State* state) {
+    if (lua_getglobal(state, name) != LUA_TTABLE) return;
+    for (lua_Integer i = 1; texts.size() < most && lua_rawgeti(state, -1, i) == LUA_TSTRING; ++i) {
+      texts.emplace_back(lua_tostring(state, -1));
+      lua_pop(state, 1);
+    }
+  });
+  return texts;
 }
 
 }  // namespace cbcan::devices

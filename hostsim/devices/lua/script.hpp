@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// A Lua script in a room of its own: what it can call is here, what it can take is limited, and nothing in
-/// it differs from run to run.
+/// A sandboxed Lua script: the functions that it can call are defined here, its resources are limited, and it
+/// behaves identically in each run.
 
 #include <lua.hpp>
 
@@ -18,7 +18,7 @@
 
 namespace cbcan::devices {
 
-/// What a script has done wrong: "tank.lua:12: attempt to ...".
+/// An error of a script: "tank.lua:12: attempt to ...".
 class ScriptError : public std::runtime_error {
  public:
   ScriptError(const std::string& what, int in_line) : std::runtime_error(what), line(in_line) {}
@@ -27,44 +27,41 @@ class ScriptError : public std::runtime_error {
 
 class Script {
  public:
-  // Of one call.
-  /// Those of Lua's machine, and what its library looks at; each counts more the more it may look at.
+  // Limits of one call.
+  /// Instructions of Lua's virtual machine and work of its library. The price of an instruction grows with the
+  /// amount of data that it may read.
   static constexpr std::size_t kMostInstructions = 100'000;
-  /// At its start.
+  /// When the script is started.
   static constexpr std::size_t kMostAtStart = 1'000'000;
   static constexpr std::size_t kMostAllocated = std::size_t{32} << 20;
-  // Of the script.
+  // Limit of the script.
   static constexpr std::size_t kMostMemory = std::size_t{4} << 20;
-  // Of one text or table.
+  // Limit of one string or table.
   static constexpr std::size_t kMostBlock = std::size_t{256} << 10;
 
-  /// How often the price of an instruction is asked for, in steps.
+  /// Interval at which the price of an instruction is updated, in steps.
   static constexpr int kSlice = 1000;
 
   using Argument = std::variant<lua_Integer, double, bool, std::string_view>;
-  /// What a function has returned: nothing, or this.
+  /// What a function has returned; monostate = nothing.
   using Result = std::variant<std::monostate, bool, double>;
 
-  /// Loads the script and runs it once. Its functions find `owner` by owner_of(). Throws ScriptError.
+  /// Loads the script and runs it once. `functions` find `owner` by owner_of(). Throws ScriptError.
   Script(const std::string& name, std::string_view text, std::uint64_t seed,
          std::span<const luaL_Reg> functions, void* owner);
   ~Script() { lua_close(state_); }
   Script(const Script&) = delete;
   Script& operator=(const Script&) = delete;
 
-  /// Calls one of its functions; nothing where it has none of this name. Throws ScriptError.
+  /// Calls a function of the script; nothing if there is none of this name. Throws ScriptError.
   Result call(const char* function, std::span<const Argument> arguments);
 
-  /// The texts in a list of this name, so many at most. Throws ScriptError.
+  /// The strings in a list of this name, at most `most`. Throws ScriptError.
   std::vector<std::string> list(const char* name, std::size_t most);
 
   static void* owner_of(lua_State* state) { return from(state).owner_; }
 
  private:
-  struct Call;
-  struct Start;
-  struct List;
-
   static Script& from(lua_State* state) { return **static_cast<Script**>(lua_getextraspace(state)); }
   static void* allocate(void* self, void* block, std::size_t before, std::size_t wanted);
   static void count(lua_State* state, lua_Debug* activation);
@@ -75,9 +72,7 @@ class Script {
   static int protected_call(lua_State* state);
   static int set_metatable(lua_State* state);
   static int to_string(lua_State* state);
-  static int run(lua_State* state);
-  static int start(lua_State* state);
-  static int read_list(lua_State* state);
+  static void load_libraries(lua_State* state, std::uint64_t seed, std::span<const luaL_Reg> functions);
   bool may_take(std::size_t before, std::size_t wanted);
   void end_call(const char* why);
   int slice() const { return std::max(1, kSlice / price_); }
@@ -86,22 +81,23 @@ class Script {
   void count_metatable();
   void add(std::size_t letters);
   void spend(std::size_t letters);
-  void run_protected(lua_CFunction function, void* what);
+  template <class What>
+  void run_protected(What what);
 
   lua_State* state_ = nullptr;
   std::string name_;
   void* owner_;
   std::size_t used_ = 0;
   std::size_t allocated_ = 0;
-  std::size_t base_ = 0;              ///< of used_, before there is a script
-  std::size_t longest_ = 0;           ///< of the texts that there have been
+  std::size_t base_ = 0;              ///< used_ before the script is loaded
+  std::size_t longest_ = 0;           ///< of all strings so far, in bytes
   std::size_t largest_function_ = 0;  ///< in bytes
   std::size_t metatables_ = 0;
-  bool has_remainder_ = false;  ///< the operator %
+  bool has_remainder_ = false;  ///< the script uses the operator %
   int price_ = 1;               ///< of an instruction
   std::size_t most_ = kMostAtStart;
   std::size_t letters_ = 0;  ///< spent in this call
-  std::string why_ = {};     ///< the call has been ended; empty = it has not
+  std::string why_ = {};     ///< why the call has been ended; empty = it has not
   int line_ = 0;
 };
 
