@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Two sectors of flash for what is to survive power, as a RecordLog uses them.
+/// Two sectors of flash for data that survives a power cycle, as RecordLog uses them.
 
 #include <cstddef>
 #include <cstdint>
@@ -13,11 +13,11 @@ class Flash {
  public:
   static constexpr std::uint32_t kErased = 0xFFFFFFFF;  ///< a word that has not been written
 
-  /// As it is in memory. Both have the same size.
+  /// The sector's content. Both sectors have the same size.
   virtual std::span<const std::uint32_t> sector(std::size_t number) const = 0;
-  /// An erased word, for some microseconds. False: it does not have this value now.
+  /// Writes an erased word; takes some microseconds. False: the word does not hold this value.
   virtual bool write(std::size_t sector, std::size_t word, std::uint32_t value) = 0;
-  /// Blocks, and may stop the core for a second. False: not all of it is erased.
+  /// Blocks, and may stop the core for a second. False: not completely erased.
   virtual bool erase(std::size_t sector) = 0;
 
  protected:

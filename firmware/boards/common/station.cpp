@@ -39,7 +39,7 @@ std::uint16_t& at(Diagnostics registers, std::size_t address) {
   return registers[address - regmap::kDiagnosticsFirst];
 }
 
-/// 32-bit numbers, the low word first, as every machine that this runs on has it.
+/// 32-bit numbers, low word first; every supported machine is little-endian.
 template <class Numbers>
 void put(Diagnostics registers, std::uint16_t address, const Numbers& value) {
   __builtin_memcpy(&at(registers, address), &value, sizeof value);
