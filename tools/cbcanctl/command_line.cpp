@@ -21,8 +21,8 @@ using options::Row;
 using Setting = options::Setting<Options>;
 using Command = options::Command<Options>;
 
-constexpr int kPatienceMs = 5000;       ///< for R3700, besides what --timeout asks for
-constexpr int kMostSdoTimeout = 65535;  ///< 3003h has two bytes
+constexpr int kPatienceMs = 5000;       ///< for R3700, in addition to --timeout
+constexpr int kMostSdoTimeout = 65535;  ///< 3003h is two bytes
 constexpr std::size_t kCommandColumn = 30;
 
 // ---- The rows
@@ -79,7 +79,7 @@ constexpr auto kCommands = std::to_array<Command>({
     {"cbcanctl kernel", "CAN errors of the coprocessor", {}, {}, kernel},
 });
 
-/// Of all commands: where the registers are, and the others.
+/// Options of all commands: first those of the server.
 constexpr std::array kShared{
     row<&Options::target, &window::Settings::host>({.option = "--host HOST", .help = "Modbus TCP server; HOST:PORT too"}),
     row<&Options::target, &window::Settings::port>({.option = "--port PORT", .help = "Its port", .low = 1, .high = 65535}),
@@ -217,8 +217,7 @@ const Command& command_of(const options::ParsedArguments& typed) {
   throw tools::UsageError(fmt::format("{}: no such command{}; {}", word, command_suggestion(word), kAll));
 }
 
-/// Until when nobody has waited in vain: a held-back request takes two SDO timeouts
-/// (docs/reference/contract.md).
+/// Long enough for a delayed request, which takes two SDO timeouts (docs/reference/contract.md).
 std::chrono::milliseconds patience(int timeout_ms, const Command& command) {
   const std::array transfers{read, write, dump, scan};
   if (std::ranges::count(transfers, command.run) == 0)
@@ -229,7 +228,7 @@ std::chrono::milliseconds patience(int timeout_ms, const Command& command) {
   return std::chrono::milliseconds(kPatienceMs + 2 * timeout_ms);
 }
 
-/// Options that are nothing without another one, or with it.
+/// Checks options that require or exclude another one.
 void check_target(const options::ParsedArguments& typed, const window::Settings& target) {
   const bool serial = !target.rtu.empty();
   for (const std::string_view option : {"--host", "--port"})
@@ -242,7 +241,7 @@ void check_target(const options::ParsedArguments& typed, const window::Settings&
     throw tools::UsageError("--station 0 is all stations, and none of them answers; write 1..247");
 }
 
-/// The address may have the port behind it; without an option it is that of the environment.
+/// The address may include the port; without an option it comes from the environment.
 void settle_address(const options::ParsedArguments& typed, const char* environment,
                     window::Settings& target) {
   const bool has_host = is_typed(typed, "--host");

@@ -24,7 +24,7 @@ std::vector<tools::PlannedNode> read_plan(const std::string& path) {
   return {node};
 }
 
-/// Of all plans; no node has two.
+/// The nodes of all plans; each node may appear once.
 std::vector<tools::PlannedNode> read_plans(const std::vector<std::string>& paths) {
   std::vector<tools::PlannedNode> nodes;
   std::array<std::string, kMaxNode + 1> planned_by;

@@ -17,7 +17,7 @@ using tools::json_string;
 
 constexpr std::size_t kScanSize = 1 + EmergencyMessage::kSize;
 
-/// `quoted`: as the elements of a JSON array.
+/// `quoted`: as elements of a JSON array.
 std::string bits_text(std::uint8_t error_register, bool quoted) {
   std::string text;
   for (const std::string_view bit : eds::error_register_bits(error_register))
@@ -25,7 +25,7 @@ std::string bits_text(std::uint8_t error_register, bool quoted) {
   return text;
 }
 
-/// `nothing` is what a message of zeros means.
+/// `nothing`: the meaning of a message of zeros.
 void print(int node, const EmergencyMessage& message, std::string_view nothing, const Options& options) {
   const bool is_nothing = message == EmergencyMessage{};
   const std::string_view meaning = is_nothing ? nothing : eds::emergency_meaning(message.code);
@@ -44,7 +44,7 @@ void print(int node, const EmergencyMessage& message, std::string_view nothing, 
 }
 
 struct Found {
-  std::uint8_t node;  ///< 0 = nothing in a full round
+  std::uint8_t node;  ///< 0 = nothing found in a full round
   EmergencyMessage message;
 };
 
@@ -53,7 +53,7 @@ Found next_of_scan(window::Client& client) {
   return {bytes[0], eds::emergency_from(std::span(bytes).subspan<1, EmergencyMessage::kSize>())};
 }
 
-/// A node that comes again has been reached once around: while it has an error the scan always stops there.
+/// A repeated node means a full round: the scan always stops at a node that has an error.
 void list_all(window::Client& client, const Options& options) {
   std::array<std::optional<EmergencyMessage>, 256> told{};
   bool any = false;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// cbcanctl: what a PLC program does with the register window, from the command line. Results on standard
-// output, everything else on standard error.
+// cbcanctl: what a PLC program does with the register window, from the command line. Results go to standard
+// output, everything else to standard error.
 
 #include <fmt/core.h>
 
@@ -16,14 +16,14 @@ namespace cbcan::ctl {
 
 namespace {
 
-/// With --json standard output has what is wrong too; `more` are further members.
+/// With --json the error is also on standard output; `more`: further members.
 ExitCode fail(ExitCode code, const std::string& why, bool json, const std::string& more = "") {
   say(why);
   if (json) std::cout << "{" << more << "\"error\": " << tools::json_string(why) << "}\n";
   return code;
 }
 
-/// 1000 means 1000h to most.
+/// A user who types 1000 often means 1000h.
 std::string hint(const Refused& refused, const Options& options) {
   const bool is_decimal = options.index.find_first_not_of("0123456789") == std::string::npos;
   if (refused.abort_code != window::abort_code::kNoObject || options.index.size() != 4 || !is_decimal)
@@ -31,7 +31,7 @@ std::string hint(const Refused& refused, const Options& options) {
   return fmt::format("; INDEX {0} is decimal: did you mean 0x{0}?", options.index);
 }
 
-/// A node that does not respond is not there.
+/// A node that does not respond is absent.
 ExitCode refused_by(const Refused& refused, const Options& options) {
   std::string more = fmt::format("\"result\": {}, ", refused.result);
   if (refused.abort_code) more += fmt::format("\"abort_code\": {}, ", *refused.abort_code);

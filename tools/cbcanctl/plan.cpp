@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::uint8_t kStartNode = 5;
 
-/// As with 1600h:00, which is 0 while its mappings change.
+/// An object may be written twice, such as 1600h:00, which is 0 while its mappings change.
 bool same_place(const PlannedObject& one, const PlannedObject& other) {
   return one.index == other.index && one.sub == other.sub;
 }
@@ -118,7 +118,7 @@ class PlanReader {
   }
 
   const std::string& name_;
-  std::string node_;  ///< in front of what is wrong
+  std::string node_;  ///< prefix of error messages
 };
 
 }  // namespace

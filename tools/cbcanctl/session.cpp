@@ -43,8 +43,8 @@ std::string reason(const window::Result& response) {
   return "R3700 is " + std::to_string(response.code) + ", which is no result";
 }
 
-/// The registers of a connection, for tools::run(); Ctrl-C throws Interrupted. A terminal has a bar as long
-/// as it lives.
+/// The registers of a connection, for tools::run(). Ctrl-C throws. Shows a progress bar on a terminal during
+/// its lifetime.
 class Registers final : public tools::RegisterAccess {
  public:
   Registers(window::Client& client, std::string_view what, std::size_t all)
@@ -73,7 +73,7 @@ class Registers final : public tools::RegisterAccess {
   std::string_view what_;
   std::size_t all_;
   bool terminal_ = isatty(STDERR_FILENO) != 0;
-  std::optional<std::size_t> shown_;  ///< how much of the bar is full
+  std::optional<std::size_t> shown_;  ///< filled part of the bar
 };
 
 void listen_for_interrupts() {
