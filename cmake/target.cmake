@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# cbcan_target(NAME): what every target of ours has in common. Nobody else's code is held to it.
+# cbcan_target(NAME): common settings of our targets; they do not apply to third-party code.
 option(CBCAN_SANITIZE "AddressSanitizer, UndefinedBehaviorSanitizer and libFuzzer's counters (clang); build the fuzz targets" OFF)
 option(CBCAN_COVERAGE "Count which lines and branches run (gcc)" OFF)
 
@@ -13,7 +13,7 @@ function(cbcan_target name)
   endif()
   if(CBCAN_SANITIZE)
     target_compile_options(${name} PUBLIC -fsanitize=fuzzer-no-link,address,undefined,float-cast-overflow -fno-sanitize-recover=all -fno-omit-frame-pointer
-      -fno-sanitize-coverage=trace-cmp)  # half of the fuzzer's time; the corpora and dictionaries know the numbers
+      -fno-sanitize-coverage=trace-cmp)  # costs half of the fuzzer's time; corpora and dictionaries contain the numbers
     target_link_options(${name} PUBLIC -fsanitize=fuzzer-no-link,address,undefined,float-cast-overflow)
   endif()
   if(CBCAN_COVERAGE)

@@ -18,8 +18,8 @@ namespace {
 
 using std::chrono::microseconds, std::chrono::milliseconds, std::chrono::steady_clock;
 
-constexpr milliseconds kPollInterval{1};  ///< from one look at the registers to the next
-/// After it no late response is expected any more: RTU has no numbers.
+constexpr milliseconds kPollInterval{1};  ///< between reads of the registers
+/// After this time a late response is no longer expected: RTU has no transaction numbers.
 constexpr Time kSerialSilence = 1'000'000;
 constexpr std::uint8_t kNoPath = 0x0A;  ///< gateway path unavailable
 
@@ -47,7 +47,7 @@ std::string hex(std::uint8_t code) {
   return text.data();
 }
 
-/// For what the connection waits for.
+/// Waits for the connection's events or deadline.
 void wait_for(const Connection& connection) {
   pollfd waiting{connection.descriptor(), connection.events(), 0};
   const Time left = std::max<Time>(connection.deadline() - now(), 0);
@@ -93,7 +93,7 @@ bool Client::interrupted() const {
   return settings_.interrupted && settings_.interrupted();
 }
 
-/// `before`: what to say where nothing has been sent yet; `after`: else, in front of what was done about it.
+/// `before`: the message if nothing has been sent yet; `after`: otherwise, the start of the message.
 void Client::give_up(Error::Cause why, const std::string& before, const std::string& after) {
   channel_.cancel();
   if (!channel_.cancelling()) throw Error(why, before);
@@ -126,7 +126,7 @@ Response Client::exchange(int unit, const Request& request) {
   throw Error(Error::Cause::kNoResponse, place() + ": " + purpose(request) + ": " + connection_->reason());
 }
 
-/// None = the connection ended instead.
+/// None = the connection has ended.
 std::optional<Response> Client::attempt(int unit, const Request& request) {
   const unsigned ends = connection_->ends();
   bool sent = false;

@@ -69,7 +69,7 @@ void TcpConnection::try_address(const addrinfo* address, Time now) {
   look_at_attempt(now);
 }
 
-/// A name may stand for several.
+/// A name may have several addresses.
 void TcpConnection::address_failed(const char* why, Time now) {
   if (next_ == nullptr) return end(why, now);
   close();
