@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A server, or a program, that is killed in the middle.
+// A server or a program is killed during a transaction.
 
 #include "cia405/fake_server.hpp"
 #include "support/catch.hpp"

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""examples/consumer, a project that uses the libraries, in its three ways and with each compiler that is here; and pkg-config.
+"""examples/consumer, a project that uses the libraries, in three ways and with each installed compiler; and pkg-config.
 
 usage: consumer_test.py BUILD_DIR SIMULATOR
 """
@@ -63,7 +63,7 @@ class Consumer(unittest.TestCase):
         self.build_and_run("-DHOW=find_package", f"-DCMAKE_PREFIX_PATH={self.prefix}", compilers=COMPILERS + NEWER)
         print("figure: examples/consumer was compiled with " + ", ".join(COMPILERS + NEWER))
 
-    # From sources with each compiler before a release; and cbcan::sim, which takes a minute, once.
+    # Before a release: from sources with each compiler; cbcan::sim, which takes a minute, only once.
 
     def test_fetch_content(self):
         self.build_and_run("-DHOW=FetchContent", f"-DFETCHCONTENT_SOURCE_DIR_CBCAN={ROOT}", compilers=COMPILERS if LONG else COMPILERS[1:],
@@ -74,7 +74,7 @@ class Consumer(unittest.TestCase):
                            sim_with=["g++-12"] if LONG else [])
 
     def find(self, components, *hidden, code=0):
-        """What CMake says of find_package() where these packages are missing, and which targets there are then."""
+        """CMake's output for find_package() if these packages are missing, and the targets that exist then."""
         source = pathlib.Path(tempfile.mkdtemp(dir=self.folder.name))
         (source / "CMakeLists.txt").write_text(
             f"cmake_minimum_required(VERSION 3.21)\nproject(theirs CXX)\nfind_package(cbcan REQUIRED {components})\n"
@@ -98,7 +98,7 @@ class Consumer(unittest.TestCase):
         self.assertIn("the components are canopen, core, rtu", self.find("COMPONENTS sdo", code=1))
 
     def test_warnings_are_errors_at_home_alone(self):
-        """A careless line in a source of ours is a warning to others and an error to us."""
+        """A careless line in our sources is a warning to others and an error to us."""
         sources = pathlib.Path(self.folder.name) / "sources"
         shutil.copytree(ROOT, sources, ignore=shutil.ignore_patterns("build", ".git", "tests", "docs"))
         with (sources / "firmware/cbcan/slcan/slcan.cpp").open("a") as source:

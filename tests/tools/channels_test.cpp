@@ -43,11 +43,11 @@ class PlantRegisters final : public RegisterAccess {
 
   Plant plant;
   std::size_t told = 0;      ///< jobs that have ended
-  unsigned distorted = 128;  ///< a node that keeps other values
+  unsigned distorted = 128;  ///< a node that stores different values
   Plant::Duration give_up_at = 60s;
 };
 
-/// The nodes' 2001h..2004h, as many writes as said.
+/// A plan with `writes` writes to 2001h..2004h of each node.
 std::string plan_of(unsigned nodes, unsigned writes) {
   std::string toml;
   for (unsigned node = 1; node <= nodes; ++node) {
@@ -71,7 +71,7 @@ std::string seconds(Plant::Duration time) {
   return std::to_string(hundredths / 100) + "." + std::to_string(100 + hundredths % 100).substr(1) + " s";
 }
 
-/// Jobs for a plan, and what became of them.
+/// Jobs for a plan, and their results.
 struct Jobs {
   explicit Jobs(const std::string& toml, bool verify = true) : plan(parse_plan(toml, "plan.toml")) {
     for (const PlannedNode& node : plan)

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The CAN controller SJA1000 in PeliCAN mode as a CanPort.
-///
-/// Source: NXP, "SJA1000 Stand-alone CAN controller", product specification, 2000 Jan 04; register and bit
-/// names are those of its section 6.4, and so are the offsets passed to `Registers`: CAN addresses 0..31, one
-/// 8-bit register each. How the board maps them (every byte, every word, indirectly) is up to `Registers`.
+/// The CAN controller SJA1000 in PeliCAN mode as a CanPort. Source: NXP, SJA1000 product specification, 2000
+/// Jan 04; register and bit names are those of its section 6.4, and so are the offsets passed to `Registers`:
+/// CAN addresses 0..31, one 8-bit register each. How the board maps them (every byte, every word, indirectly)
+/// is up to `Registers`.
 ///
 /// Two contexts: the controller's interrupt calls on_interrupt() only; the loop that also runs the core calls
 /// everything else. Nothing blocks for longer than it takes to enter or leave reset mode. The controller
