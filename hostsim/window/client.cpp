@@ -2,8 +2,6 @@
 #include <poll.h>
 
 #include <algorithm>
-#include <array>
-#include <cstdio>
 #include <thread>
 #include <utility>
 
@@ -42,9 +40,8 @@ std::string purpose(const Request& request) {
 
 /// "02h"
 std::string hex(std::uint8_t code) {
-  std::array<char, 4> text{};
-  std::snprintf(text.data(), text.size(), "%02Xh", code);
-  return text.data();
+  constexpr std::string_view kDigits = "0123456789ABCDEF";
+  return {kDigits[code >> 4], kDigits[code & 15], 'h'};
 }
 
 /// Waits for the connection's events or deadline.
@@ -63,10 +60,9 @@ Client::~Client() = default;
 Client::Client(Client&& other) noexcept = default;
 
 Result Client::execute(const Transaction& transaction) {
-  const Deadline deadline = steady_clock::now() + settings_.timeout;
   channel_.lost();
   channel_.begin(transaction);
-  wait_for_result(deadline);
+  wait_for_result();
   Result result = *channel_.take();
   if (result.known && result.size > regmap::kMaxDataBytes)
     throw Error(Error::Cause::kNoWindow,
@@ -75,7 +71,8 @@ Result Client::execute(const Transaction& transaction) {
   throw Error(Error::Cause::kUnknown, place() + ": " + kNotKnown);
 }
 
-void Client::wait_for_result(Deadline deadline) {
+void Client::wait_for_result() {
+  const auto deadline = steady_clock::now() + settings_.timeout;
   bool reported = false;
   while (channel_.busy()) {
     channel_.answered(checked(*channel_.next()));

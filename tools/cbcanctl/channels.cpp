@@ -4,15 +4,12 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <functional>
 
 #include "eds/values.hpp"
 
 namespace cbcan::tools {
 
 namespace {
-
-constexpr auto kRestarted = static_cast<std::uint16_t>(regmap::Result::kRestarted);
 
 /// Changes the SDO timeout of its channel.
 class TimeoutJob final : public Job {
@@ -66,7 +63,7 @@ class Worker {
     const std::optional<window::Result> result = channel_.take();
     if (!result) return false;
     if (!result->known) fail("the module has restarted, or another program uses its channels");
-    if (result->code == kRestarted) {
+    if (result->code == static_cast<std::uint16_t>(regmap::Result::kRestarted)) {
       start(channel_.transaction());
       return false;
     }
@@ -142,7 +139,7 @@ bool run(RegisterAccess& registers, std::span<Job* const> jobs, std::uint16_t sd
     if (Worker worker(registers, channel); worker.exists()) channels.push_back(worker);
   if (channels.empty()) return false;
   auto next = jobs.begin();
-  const auto leave = [&] { std::for_each(channels.begin(), channels.end(), std::mem_fn(&Worker::leave)); };
+  const auto leave = [&] { std::ranges::for_each(channels, &Worker::leave); };
   try {
     for (Worker& channel : channels)
       if (sdo_timeout_ms != 0) channel.set_timeout(sdo_timeout_ms);

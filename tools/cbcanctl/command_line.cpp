@@ -29,6 +29,9 @@ constexpr std::size_t kCommandColumn = 30;
 
 constexpr std::array<std::string_view, 3> kParities{"E", "O", "N"};
 constexpr std::array<std::string_view, 5> kServices{"start", "stop", "preop", "reset-node", "reset-comm"};
+static_assert(std::ranges::equal(regmap::kNmtCommands, std::array{5, 4, 127, 6, 7}, {},
+                                 &regmap::NmtRow::state_code),
+              "kServices has the order of kNmtCommands");
 constexpr std::array<std::string_view, 4> kModes{"auto", "expedited", "segmented", "block"};
 
 template <auto... kPath>
@@ -256,12 +259,6 @@ void settle_address(const options::ParsedArguments& typed, const char* environme
   if (address.port != 0) target.port = address.port;
 }
 
-void settle_target(const options::ParsedArguments& typed, const char* environment, Options& options) {
-  check_target(typed, options.target);
-  settle_address(typed, environment, options.target);
-  options.target.parity = options.parity.front();
-}
-
 }  // namespace
 
 Start parse_command_line(std::span<const char* const> words, const char* environment) {
@@ -279,8 +276,11 @@ Start parse_command_line(std::span<const char* const> words, const char* environ
   options::Problem problem = put_options<Options>(command, kShared, typed, start.options);
   if (problem.empty()) problem = put_words(command, std::span(typed.words).subspan(1), start.options);
   if (!problem.empty()) throw tools::UsageError(problem);
-  settle_target(typed, environment, start.options);
-  start.options.target.timeout = patience(start.options.timeout_ms, command);
+  window::Settings& target = start.options.target;
+  check_target(typed, target);
+  settle_address(typed, environment, target);
+  target.parity = start.options.parity.front();
+  target.timeout = patience(start.options.timeout_ms, command);
   return start;
 }
 

@@ -55,26 +55,19 @@ std::string_view way_out(window::Error::Cause cause, bool serial) {
   }
 }
 
-ExitCode failed_by(const window::Error& error, const Options& options) {
-  const bool interrupted = error.cause == window::Error::Cause::kInterrupted;
-  return fail(interrupted ? ExitCode::kInterrupted : ExitCode::kEnvironment,
-              fmt::format("{}{}", error.what(), way_out(error.cause, !options.target.rtu.empty())),
-              options.json);
-}
-
 ExitCode run_command(const Start& start) {
   const Options& options = start.options;
   try {
     start.run(options);
   } catch (const Refused& refused) {
     return refused_by(refused, options);
-  } catch (const NotAll& some) {
-    say(some.what());
-    return ExitCode::kRefused;
-  } catch (const Absent&) {
-    return ExitCode::kAbsent;
+  } catch (const Ended& ended) {
+    return ended.code;
   } catch (const window::Error& error) {
-    return failed_by(error, options);
+    const bool interrupted = error.cause == window::Error::Cause::kInterrupted;
+    return fail(interrupted ? ExitCode::kInterrupted : ExitCode::kEnvironment,
+                fmt::format("{}{}", error.what(), way_out(error.cause, !options.target.rtu.empty())),
+                options.json);
   }
   return ExitCode::kDone;
 }

@@ -121,7 +121,7 @@ void state(const Options& options) {
   tools::ReadJob job(static_cast<std::uint16_t>(node), {{regmap::kNodeStateService, 0}});
   job.ended(client.execute(*job.next()));
   print_state(node, state_of(job), options);
-  if (state_of(job) == kNotDetected) throw Absent();
+  if (state_of(job) == kNotDetected) throw Ended{ExitCode::kAbsent};
 }
 
 void kernel(const Options& options) {

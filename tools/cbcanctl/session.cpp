@@ -169,10 +169,6 @@ void write(window::Client& client, std::uint16_t index, const tools::Bytes& valu
   execute(client, tools::write_of(0, index, 0, value), name(index));
 }
 
-std::uint8_t node_id(window::Client& client) {
-  return read(client, kOwnNodeId, 0, 1)[0];
-}
-
 }  // namespace own
 
 }  // namespace cbcan::ctl

@@ -48,13 +48,9 @@ class Refused : public std::runtime_error {
   std::optional<std::uint32_t> abort_code;  ///< with result 4
 };
 
-/// The node is not there; this has already been printed.
-class Absent {};
-
-/// Some nodes have refused something; each has already been reported.
-class NotAll : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
+/// Thrown by a command that has already printed why it ends with this exit code.
+struct Ended {
+  ExitCode code;
 };
 
 /// One line on standard error.
@@ -86,12 +82,7 @@ tools::Bytes execute(window::Client& client, const tools::Transaction& transacti
 
 /// Objects of the coprocessor itself (docs/reference/contract.md, "Local objects").
 namespace own {
-using regmap::object::kEmergencyScan;
-using regmap::object::kKernelState;
-using regmap::object::kLastEmergency;
-using regmap::object::kOwnNodeId;
-using regmap::object::kSdoTimeout;
-using regmap::object::kTransferMode;
+using namespace regmap::object;
 
 /// "3003h of the coprocessor"
 std::string name(std::uint16_t index);
@@ -99,7 +90,6 @@ std::string name(std::uint16_t index);
 /// Throws window::Error if the object has another size.
 tools::Bytes read(window::Client& client, std::uint16_t index, std::uint8_t sub, std::size_t size);
 void write(window::Client& client, std::uint16_t index, const tools::Bytes& value);
-std::uint8_t node_id(window::Client& client);
 }  // namespace own
 
 }  // namespace cbcan::ctl

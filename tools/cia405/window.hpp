@@ -18,8 +18,8 @@ namespace cbcan::cia405::detail {
 using window::Request, window::Response, window::Result, window::Transaction;
 
 /// Reads the module's own object dictionary.
-inline Transaction local_read(std::uint16_t index, std::uint16_t size, std::uint16_t sub = 0) {
-  return {.command = regmap::kSdoRead, .index = index, .sub = sub, .size = size};
+inline Transaction local_read(std::uint16_t index, std::uint16_t size) {
+  return {.command = regmap::kSdoRead, .index = index, .size = size};
 }
 
 /// A block's request: one object read or written.

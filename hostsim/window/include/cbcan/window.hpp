@@ -210,11 +210,9 @@ class Client {
   std::string place() const;
 
  private:
-  using Deadline = std::chrono::steady_clock::time_point;
-
   Response checked(const Request& request);
   std::optional<Response> attempt(int unit, const Request& request);
-  void wait_for_result(Deadline deadline);
+  void wait_for_result();
   bool interrupted() const;
   [[noreturn]] void give_up(Error::Cause why, const std::string& before, const std::string& after);
 
