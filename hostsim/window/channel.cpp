@@ -81,11 +81,8 @@ std::optional<Result> Channel::take() {
 std::optional<Request> Channel::next() {
   if (flag_ == Flag::kUnknown && !is_scanner() && found_ == Found::kIsWaitedFor) return look();
   if (flag_ != Flag::kClear) return clear();
-  switch (stage_) {
-    case Stage::kIdle: break;
-    case Stage::kBegun: return start();
-    case Stage::kSent: return poll();
-  }
+  if (stage_ == Stage::kBegun) return start();
+  if (stage_ == Stage::kSent) return poll();
   return std::nullopt;
 }
 
@@ -132,16 +129,11 @@ void Channel::answered(const Response& response) {
     absent_ = is_scanner() && asked == Asked::kClear;
     return;
   }
-  switch (asked) {
-    case Asked::kClear: return on_head(response.words);
-    case Asked::kPoll: return on_poll(response.words);
-    case Asked::kLook:
-      waiting_ = response.words.front() == regmap::kExecute;
-      if (!waiting_) flag_ = Flag::kClear;
-      break;
-    case Asked::kNothing:
-    case Asked::kStart: break;
-  }
+  if (asked == Asked::kClear) on_head(response.words);
+  if (asked == Asked::kPoll) on_poll(response.words);
+  if (asked != Asked::kLook) return;
+  waiting_ = response.words.front() == regmap::kExecute;
+  if (!waiting_) flag_ = Flag::kClear;
 }
 
 /// Request numbers continue after the last one taken. An existing channel has taken a number, or reports a

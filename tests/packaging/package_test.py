@@ -82,13 +82,6 @@ class Package(unittest.TestCase):
             with self.subTest(plant=plant), Simulator(self.programs["cbcan-sim"], "--config", str(plant)) as simulator:
                 self.assertEqual(simulator.stop(), (0, ""))
 
-    def test_installed_libraries(self):
-        """The installed example."""
-        build, examples = f"{self.folder.name}/consumer", self.root / "usr/share/doc/libcbcan-dev/examples/consumer"
-        run("cmake", "-S", examples, "-B", build, "-G", "Ninja", f"-DCMAKE_PREFIX_PATH={self.root}/usr")
-        run("cmake", "--build", build)
-        self.assertEqual(run(f"{build}/with_canopen"), "4 bytes: 91 01 0F 00\n")
-
     # ---- Manual pages and completion
 
     def helps(self, program):

@@ -93,13 +93,6 @@ class Packaging(unittest.TestCase):
             again = subprocess.run([ROOT / "tools/dev/arduino-library", f"{folder}/libraries"], capture_output=True, text=True)
             self.assertEqual((again.returncode, "is there already" in again.stderr), (1, True))
 
-    def test_arduino_in_the_folder_that_the_caller_means(self):
-        with tempfile.TemporaryDirectory() as folder:
-            library = pathlib.Path(folder) / "sketchbook/libraries/cbcan"
-            self.assertEqual(run(ROOT / "tools/dev/arduino-library", "sketchbook/libraries", cwd=folder).strip(), str(library))
-            self.assertTrue((library / "src/cbcan.h").is_file())
-            self.assertFalse((ROOT / "sketchbook").exists())
-
     def test_the_demo_is_configured_without_a_warning(self):
         command = re.search(r"cmake (--preset \S+ .*?) >", (ROOT / "tools/demo").read_text())[1]
         with tempfile.TemporaryDirectory() as folder:

@@ -153,10 +153,6 @@ class Turns(BlockTest):
 class Pointers(BlockTest):
     arguments = {"files": ("cia405.st", "cia405_codesys.st", "ramp.st"), "main": "Read_Write_SDO"}
 
-    def test_no_buffer(self):
-        for name in ("SDO_READ", "SDO_WRITE"):
-            self.bad(self.plc.block(name, DEVICE=NODE, INDEX=0x2001, DATA=None, DATALENGTH=4), INTERNAL)
-
     def test_an_abort_leaves_the_size(self):
         array = self.plc.machine.types["CBCAN_BUFFER"]._replace(high=0)
         where = Pointer({"DATA": [0]}, "DATA", array, 0)

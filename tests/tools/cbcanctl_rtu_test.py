@@ -148,9 +148,6 @@ class BadDevices(unittest.TestCase):
         self.assertIn(word, done.stderr)
         return requests
 
-    def test_without_misdeeds(self):
-        self.check_done()
-
     def test_a_lost_response_to_a_read_is_asked_for_again(self):
         self.check_done(none)
         self.check_done(good, good, none)

@@ -51,9 +51,6 @@ class BadServers(unittest.TestCase):
     def test_closes(self):
         self.check(None)
 
-    def test_half_an_response(self):
-        self.check(bytes.fromhex("0000 0000 0005 01 03"))
-
     def test_garbage(self):
         self.check(b"HTTP/1.1 400 Bad Request\r\n\r\n")
 

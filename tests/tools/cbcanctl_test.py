@@ -124,13 +124,7 @@ class WithSimulator(unittest.TestCase):
         self.check("read 1 0x3333 0", "", REFUSED, "cbcanctl: 0602 0000h ABORT_NO_OBJ: no such object\n")
 
     def test_an_absent_node(self):
-        self.check("state 99", "99 Not detected\n", ABSENT)
         self.check("--json state 99", '{"node": 99, "state": 6, "name": "Not detected"}\n', ABSENT)
-        self.assertEqual(run(self.simulator.port, "read", "99", "0x1000", "0", "--timeout", "50").returncode, ABSENT)
-
-    def test_a_node_that_does_not_answer_is_named(self):
-        self.check("read 99 0x1000 0 --timeout 50", "", ABSENT, "cbcanctl: node 99: 0504 0000h "
-                   "ABORT_TIME_OUT: SDO service timed out\n")
 
     def test_a_network_that_is_not_there(self):
         self.check("--unit 2 state 1", "", NO_CONNECTION, f"cbcanctl: 127.0.0.1:{self.simulator.port}: reading R3700: there is no network 2; "

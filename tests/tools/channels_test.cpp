@@ -143,13 +143,6 @@ TEST_CASE("who gives up leaves nothing under way") {
   CHECK(registers.plant.frames().back() == "601#8000100000000008");
 }
 
-TEST_CASE("a module with one channel") {
-  PlantRegisters registers(nodes(1, "[module]\nchannels = 1\n"));
-  Jobs jobs(plan_of(1, 1));
-  CHECK_FALSE(run(registers, jobs.list));
-  CHECK(registers.plant.holds("state 1 pre-operational"));
-}
-
 TEST_CASE("an object that can only be read has to have its value already") {
   const auto [value, problem] = GENERATE(
       table<int, std::string>({{0x12345678, ""}, {1, "node 1: 2200h:00 is 78 56 34 12, not 01 00 00 00"}}));

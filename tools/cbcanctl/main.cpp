@@ -31,14 +31,6 @@ std::string hint(const Refused& refused, const Options& options) {
   return fmt::format("; INDEX {0} is decimal: did you mean 0x{0}?", options.index);
 }
 
-/// A node that does not respond is absent.
-ExitCode refused_by(const Refused& refused, const Options& options) {
-  std::string more = fmt::format("\"result\": {}, ", refused.result);
-  if (refused.abort_code) more += fmt::format("\"abort_code\": {}, ", *refused.abort_code);
-  return fail(refused.abort_code == window::abort_code::kTimedOut ? ExitCode::kAbsent : ExitCode::kRefused,
-              refused.what() + hint(refused, options), options.json, more);
-}
-
 std::string_view way_out(window::Error::Cause cause, bool serial) {
   using Cause = window::Error::Cause;
   switch (cause) {
@@ -60,7 +52,11 @@ ExitCode run_command(const Start& start) {
   try {
     start.run(options);
   } catch (const Refused& refused) {
-    return refused_by(refused, options);
+    const bool is_absent = refused.abort_code == window::abort_code::kTimedOut;
+    std::string more = fmt::format("\"result\": {}, ", refused.result);
+    if (refused.abort_code) more += fmt::format("\"abort_code\": {}, ", *refused.abort_code);
+    return fail(is_absent ? ExitCode::kAbsent : ExitCode::kRefused, refused.what() + hint(refused, options),
+                options.json, more);
   } catch (const Ended& ended) {
     return ended.code;
   } catch (const window::Error& error) {

@@ -20,10 +20,6 @@ using Cause = window::Error::Cause;
 
 volatile sig_atomic_t interrupt_seen = 0;
 
-void on_interrupt(int /*signal*/) {
-  interrupt_seen = 1;
-}
-
 std::optional<std::uint32_t> abort_code_of(const window::Result& response) {
   if (response.code != static_cast<std::uint16_t>(regmap::Result::kSdoExecutionError)) return std::nullopt;
   return response.abort_code;
@@ -76,14 +72,6 @@ class Registers final : public tools::RegisterAccess {
   std::optional<std::size_t> shown_;  ///< filled part of the bar
 };
 
-void listen_for_interrupts() {
-  struct sigaction action {};
-  action.sa_handler = on_interrupt;
-  action.sa_flags = SA_RESTART;
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
-}
-
 }  // namespace
 
 Refused::Refused(const window::Result& response, const std::string& what)
@@ -111,7 +99,11 @@ void forget_interrupt() {
 window::Client connect(const Options& options) {
   // The first response through a pseudo-terminal of QEMU takes up to one second.
   constexpr std::chrono::milliseconds kSerialResponse{1500}, kTcpResponse{1000};
-  listen_for_interrupts();
+  struct sigaction action {};
+  action.sa_handler = [](int /*signal*/) { interrupt_seen = 1; };
+  action.sa_flags = SA_RESTART;
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
   window::Settings settings = options.target;
   settings.response_timeout =
       settings.rtu.empty() ? std::max(settings.timeout, kTcpResponse) : kSerialResponse;

@@ -113,13 +113,10 @@ void Window::ended(const Result& result) {
 }
 
 void Window::succeeded(Job& job, const Result& result) {
-  switch (purpose_) {
-    case Purpose::kTimeout: known_.timeout_ms = job.module_timeout_ms; return;
-    case Purpose::kMode: known_.mode = job.service.mode; return;
-    case Purpose::kOwnId: job.own_id = result.data[0]; return;
-    case Purpose::kKernelState: return;
-    case Purpose::kService: break;
-  }
+  if (purpose_ == Purpose::kTimeout) known_.timeout_ms = job.module_timeout_ms;
+  if (purpose_ == Purpose::kMode) known_.mode = job.service.mode;
+  if (purpose_ == Purpose::kOwnId) job.own_id = result.data[0];
+  if (purpose_ != Purpose::kService) return;
   if (changes_settings(channel_.transaction())) ++changes_;
   job.data = result.data;
   finish(job, KernelError::kNone);

@@ -3,6 +3,7 @@
 
 /// Two sectors of flash for data that survives a power cycle, as RecordLog uses them.
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -12,6 +13,9 @@ namespace cbcan::boards {
 class Flash {
  public:
   static constexpr std::uint32_t kErased = 0xFFFFFFFF;  ///< a word that has not been written
+  static bool is_erased(std::span<const std::uint32_t> words) {
+    return std::ranges::all_of(words, [](std::uint32_t word) { return word == kErased; });
+  }
 
   /// The sector's content. Both sectors have the same size.
   virtual std::span<const std::uint32_t> sector(std::size_t number) const = 0;

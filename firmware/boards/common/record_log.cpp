@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "boards/common/record_log.hpp"
 
-#include <algorithm>
-
 #include "cbcan/canopen/sdo/crc16.hpp"
 
 namespace cbcan::boards {
@@ -26,10 +24,6 @@ constexpr std::size_t words_of(std::size_t bytes) {
 
 std::uint32_t seal_of(std::span<const std::uint32_t> record) {
   return kSeal | crc16({reinterpret_cast<const std::uint8_t*>(record.data()), record.size_bytes()});
-}
-
-bool is_erased(std::span<const std::uint32_t> words) {
-  return std::all_of(words.begin(), words.end(), [](std::uint32_t word) { return word == Flash::kErased; });
 }
 
 }  // namespace
@@ -70,7 +64,7 @@ RecordLog::Scan RecordLog::scan(std::size_t sector) const {
     scan.end = end;
     at = end - 1;
   }
-  scan.clean = words[0] == kMark && is_erased(words.subspan(scan.end));
+  scan.clean = words[0] == kMark && Flash::is_erased(words.subspan(scan.end));
   return scan;
 }
 

@@ -34,6 +34,10 @@ class Mmio {
   std::uintptr_t base_;
 };
 
+constexpr std::uint32_t bit(unsigned number) {
+  return std::uint32_t{1} << number;
+}
+
 /// Clears and sets bits of one register; the others are unchanged.
 template <class Registers>
 void modify(Registers& registers, std::uint32_t offset, std::uint32_t clear, std::uint32_t set) {

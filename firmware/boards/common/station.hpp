@@ -124,7 +124,10 @@ class Station {
   void execute(Time now) {
     const bool to_all = modbus_.is_broadcast();
     const std::size_t asked = kNetworks == 1 ? 0 : modbus_.request_network();
-    if (modbus_.request_reads(regmap::kDiagnosticsFirst, regmap::kDiagnosticsWords)) publish_for(asked, now);
+    // Diagnostics registers are updated only when a request reads them.
+    if (modbus_.request_reads(regmap::kDiagnosticsFirst, regmap::kDiagnosticsWords))
+      publish(registers_[asked].diagnostics, now, hardware_.health(asked), hardware_.bus_state(asked),
+              modbus_.counters(), coprocessors_[asked].counters());
     if (const auto response = executed(); !response.empty()) hardware_.respond(response);
     for (std::size_t network = 0; network < kNetworks; ++network)
       if (to_all || network == asked) tell(coprocessors_[network], now);
@@ -142,12 +145,6 @@ class Station {
     if (!executed.valid) return;
     coprocessor.on_plc(now);
     if (executed.count != 0) coprocessor.on_registers_written(executed.first, executed.count, now);
-  }
-
-  /// Diagnostics registers are updated only when a request reads them.
-  void publish_for(std::size_t network, Time now) {
-    publish(registers_[network].diagnostics, now, hardware_.health(network), hardware_.bus_state(network),
-            modbus_.counters(), coprocessors_[network].counters());
   }
 
   Hardware& hardware_;

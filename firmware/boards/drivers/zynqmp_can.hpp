@@ -275,12 +275,9 @@ class ZynqmpCan final : public CanPort {
 
   Frame take() {
     using namespace zynqmp_can;
-    Words words;
-    words.id = registers_.read(RXFIFO_ID);  // in this order; all four, whatever the DLC
-    words.dlc = registers_.read(RXFIFO_DLC);
-    words.data1 = registers_.read(RXFIFO_DATA1);
-    words.data2 = registers_.read(RXFIFO_DATA2);
-    return frame_of(words);
+    // In this order; all four, whatever the DLC.
+    return frame_of({registers_.read(RXFIFO_ID), registers_.read(RXFIFO_DLC), registers_.read(RXFIFO_DATA1),
+                     registers_.read(RXFIFO_DATA2)});
   }
 
   /// There are frames to send, and none was sent for a second.

@@ -80,17 +80,15 @@ void Board::on_modbus_received() {
 }
 
 void Board::on_modbus_sent() {
-  modbus_uart_.on_transmit_interrupt([&](std::uint8_t& byte) { return next_response_byte(byte); });
-}
-
-bool Board::next_response_byte(std::uint8_t& byte) {
-  if (response_.empty()) {
-    modbus_->on_sent();
-    return false;
-  }
-  byte = response_.front();
-  response_ = response_.subspan(1);
-  return true;
+  modbus_uart_.on_transmit_interrupt([&](std::uint8_t& byte) {
+    if (response_.empty()) {
+      modbus_->on_sent();
+      return false;
+    }
+    byte = response_.front();
+    response_ = response_.subspan(1);
+    return true;
+  });
 }
 
 void Board::on_adapter_received() {

@@ -62,8 +62,6 @@ class Board final : public Hardware {
   void on_timer();
 
  private:
-  bool next_response_byte(std::uint8_t& byte);
-
   Settings settings_;
   regmap::ResetCause reset_cause_;
   Uart<Mmio> modbus_uart_{Mmio(0x40004000)};

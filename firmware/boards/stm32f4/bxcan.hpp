@@ -208,15 +208,15 @@ class BxCan final : public CanPort {
                                                                << 16;
     modify(registers_, bxcan::kFmr, 0, bxcan::kFinit);
     registers_.write(bxcan::kFa1r, 0);
-    registers_.write(bxcan::kFm1r, bxcan::bit(1));
+    registers_.write(bxcan::kFm1r, bit(1));
     registers_.write(bxcan::kFs1r, 0);
-    registers_.write(bxcan::kFfa1r, bxcan::bit(2) | bxcan::bit(3));
+    registers_.write(bxcan::kFfa1r, bit(2) | bit(3));
     set_bank(0, masked(0x580, kFunction), masked(0x000, kWhole));
     constexpr std::uint32_t kLss = exactly(LssSlave::kRequestId) | exactly(LssSlave::kRequestId) << 16;
     set_bank(1, own, kServices.lss ? kLss : own);  // each twice
     set_bank(2, masked(0x700, kFunction), masked_with_rtr(0x680, kFunction));
     set_bank(3, masked_with_rtr(0x000, 0x400), masked_with_rtr(0x400, 0x600));  // 000h..3FFh, 400h..5FFh
-    registers_.write(bxcan::kFa1r, bxcan::bit(0) | bxcan::bit(1) | bxcan::bit(2) | bxcan::bit(3));
+    registers_.write(bxcan::kFa1r, bit(0) | bit(1) | bit(2) | bit(3));
     modify(registers_, bxcan::kFmr, bxcan::kFinit, 0);
   }
 

@@ -8,12 +8,9 @@
 #include <cstdint>
 
 #include "boards/common/bit_timing.hpp"
+#include "boards/common/registers.hpp"
 
 namespace cbcan::boards::stm32f4::bxcan {
-
-constexpr std::uint32_t bit(unsigned number) {
-  return std::uint32_t{1} << number;
-}
 
 // Master control and status, 30.9.2.
 inline constexpr std::uint32_t kMcr = 0x000;

@@ -40,10 +40,7 @@ class FlashMemory final : public Flash {
     const auto number = static_cast<std::uint32_t>(kFirst + sector);
     begin(kSectorErase | number << kSectorAt);
     modify(control_, kCr, 0, kStart);
-    if (!end()) return false;
-    for (const std::uint32_t word : this->sector(sector))
-      if (word != kErased) return false;
-    return true;
+    return end() && is_erased(this->sector(sector));
   }
 
  private:

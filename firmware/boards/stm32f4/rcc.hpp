@@ -109,8 +109,6 @@ class Rcc {
   }
 
  private:
-  static constexpr std::uint32_t bit(unsigned number) { return std::uint32_t{1} << number; }
-
   static constexpr std::uint32_t kCr = 0x00;
   static constexpr std::uint32_t kHseOn = bit(16), kHseReady = bit(17), kHseBypass = bit(18),
                                  kClockSecurity = bit(19);

@@ -112,7 +112,6 @@ class Usart {
   const UsartCounters& counters() const { return counters_; }
 
  private:
-  static constexpr std::uint32_t bit(unsigned number) { return std::uint32_t{1} << number; }
   static constexpr std::uint32_t kLateUs = 10'000;  ///< for a late interrupt or loop
 
   // RM0390, 25.6.

@@ -125,18 +125,6 @@ TEST_CASE("receive: docs/how-to/port.md lists what passes the filters") {
   }
 }
 
-TEST_CASE("receive: a frame as it stands in the FIFO's mailbox") {
-  StartedRig rig;
-  REQUIRE(rig.hear(frame_from("5C2#4B11640123456789")));
-  CHECK(rig.received() == "5C2#4B11640123456789");
-  REQUIRE(rig.hear(frame_from("742#05")));
-  CHECK(rig.received() == "742#05");
-  REQUIRE(rig.hear(frame_from("77F#R1")));
-  CHECK(rig.received() == "77F#R1");
-  CHECK(rig.received().empty());
-  CHECK(rig.can.counters().received == 3);
-}
-
 TEST_CASE("receive: a length of 9 to 15 means eight bytes; bytes past the length are 0") {
   StartedRig rig;
   Frame frame = frame_from("581#1122334455667788");
