@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "boards/common/cortex_m.hpp"
 
+#include <algorithm>
+
 #include "boards/common/registers.hpp"
 
 int main();
@@ -55,11 +57,6 @@ void copy_data() {
     *to = *from++;
 }
 
-void clear_bss() {
-  for (std::uint32_t* word = bss_begin; word != bss_end; ++word)
-    *word = 0;
-}
-
 void paint_stack() {
   std::uint32_t* used;
   asm volatile("mov %0, sp" : "=r"(used));
@@ -100,7 +97,7 @@ bool in_stack(const std::uint32_t* frame) {
 extern "C" void reset_handler() {
   paint_stack();
   copy_data();
-  clear_bss();
+  std::fill(bss_begin, bss_end, 0u);
   enable_traps();
   for (const Handler* constructor = constructors_begin; constructor != constructors_end; ++constructor)
     (*constructor)();
