@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <utility>
 
 #include "cbcanctl/commands.hpp"
 #include "options/command.hpp"

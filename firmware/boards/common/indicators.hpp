@@ -7,8 +7,6 @@
 ///   RUN  on: Operational; blinking: Pre-operational; single flash: Stopped; off: not started
 ///   ERR  off: no error; single flash: error passive, or frames were lost; on: bus-off
 
-#include <cstdint>
-
 #include "cbcan/canopen/nmt/nmt.hpp"
 #include "cbcan/frame.hpp"
 #include "cbcan/time.hpp"

@@ -30,6 +30,7 @@
 #include "boards/common/ring.hpp"
 #include "boards/stm32f4/bxcan_registers.hpp"
 #include "cbcan/can_port.hpp"
+#include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "cbcan/canopen/lss_slave.hpp"
 #include "cbcan/configuration.hpp"
 #include "cbcan/time.hpp"
@@ -93,8 +94,8 @@ class BxCan final : public CanPort {
     const std::uint32_t mailbox = status >> bxcan::kCodeAt & 3;
     const std::uint32_t base = bxcan::kTi0r + mailbox * bxcan::kMailboxStride;
     registers_.write(base + bxcan::kLengthOffset, frame.length);
-    registers_.write(base + bxcan::kLowOffset, word(frame, 0));
-    registers_.write(base + bxcan::kHighOffset, word(frame, 4));
+    registers_.write(base + bxcan::kLowOffset, load_word(&frame.data[0]));
+    registers_.write(base + bxcan::kHighOffset, load_word(&frame.data[4]));
     registers_.write(base, identifier(frame) | bxcan::kTxrq);
     pending_since_[mailbox] = kNever;
     return true;
@@ -231,11 +232,6 @@ class BxCan final : public CanPort {
     const std::uint32_t remote = (frame.flags & Frame::kRemote) != 0 ? bxcan::kRtr : 0;
     if ((frame.flags & Frame::kExtended) != 0) return frame.id << bxcan::kExidAt | bxcan::kIde | remote;
     return frame.id << bxcan::kStidAt | remote;
-  }
-
-  static std::uint32_t word(const Frame& frame, std::size_t at) {
-    return frame.data[at] | std::uint32_t{frame.data[at + 1]} << 8 | std::uint32_t{frame.data[at + 2]} << 16 |
-           std::uint32_t{frame.data[at + 3]} << 24;
   }
 
   /// Counts the outcomes of ended requests, and returns TSR.
