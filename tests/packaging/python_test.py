@@ -38,7 +38,7 @@ import cbcan_plant
 def test_that_fails(plant, window):
     window.start(5055, 99, 0x1000, 0, 4)
     with cbcan_plant.Window(plant) as other:
-        other.write(3700, *[0] * 70)  # as a module has them that has started
+        other.write(3700, *[0] * 70)  # as in a module that has just started
     window.result()
 
 def test_cancelled(window):
