@@ -20,7 +20,7 @@ void FaultRecord::note(const Fault& fault) {
 
 Time FaultRecord::can_wait() const {
   if (in_a_row_ == 0) return 0;
-  return std::min(kSecond << std::min(in_a_row_ - 1, 6), kLongestWait);
+  return kSecond << std::min(in_a_row_ - 1, 6);
 }
 
 void FaultRecord::show(Diagnostics registers) const {

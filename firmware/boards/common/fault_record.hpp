@@ -22,7 +22,6 @@ class FaultRecord {
 
   /// After this time without a fault the count of faults in a row ends.
   static constexpr Time kGoodAfter = 300 * kSecond;
-  static constexpr Time kLongestWait = 64 * kSecond;
 
   /// Call once after each reset, with its cause.
   void start(regmap::ResetCause cause);
@@ -32,7 +31,7 @@ class FaultRecord {
   void on_good() { set(fault_, count_, 0); }
 
   /// How long the board stays off the CAN bus: 1 s after a fault, doubled for each further one in a row, at
-  /// most kLongestWait.
+  /// most 64 s.
   Time can_wait() const;
   bool in_a_row() const { return in_a_row_ != 0; }
   /// Writes the registers, which change only with a reset.

@@ -91,8 +91,12 @@ class Station {
   /// the next turn; kNever = only after an interrupt.
   Time turn() {
     const Time now = hardware_.now();
-    for (std::size_t network = 0; network < kNetworks; ++network)
-      take_frames(network, now);
+    Frame frame;
+    for (std::size_t network = 0; network < kNetworks; ++network) {
+      while (hardware_.receive(network, frame))
+        coprocessors_[network].on_frame(frame, now);
+      coprocessors_[network].on_bus_state(hardware_.bus_state(network), now);
+    }
     const std::uint32_t silence = modbus_.poll(static_cast<std::uint32_t>(now));
     if (silence == 0) execute(now);
     Time due = silence == 0 || silence == RtuServer::kNoRequest ? kNever : now + silence;
@@ -113,13 +117,6 @@ class Station {
             RegisterWindow(registers_[kNetwork].window), registers_[kNetwork].process_data, *ports[kNetwork],
             settings.coprocessors[kNetwork],
             ScannerWindow(registers_[kNetwork].scanner_out, registers_[kNetwork].scanner_in))...} {}
-
-  void take_frames(std::size_t network, Time now) {
-    Frame frame;
-    while (hardware_.receive(network, frame))
-      coprocessors_[network].on_frame(frame, now);
-    coprocessors_[network].on_bus_state(hardware_.bus_state(network), now);
-  }
 
   void execute(Time now) {
     const bool to_all = modbus_.is_broadcast();
