@@ -230,17 +230,6 @@ TEST_CASE("a host has a name, and may have several addresses: each is tried") {
   }
 }
 
-TEST_CASE("a name that nobody knows: ERROR 21h, and why") {
-  Link link({.host = "no..name"});
-  GetLocalNodeId id(link);
-  id.enable = true;
-  id.call(0);
-  link.poll(0);
-  id.call(0);
-  CHECK(id.error == KernelError::kInternal);
-  CHECK(link.problem().starts_with("no..name:502: "));
-}
-
 TEST_CASE("settings that cannot be are refused, with the reason") {
   const auto refused = [](const LinkSettings& settings) {
     try {
