@@ -11,5 +11,5 @@ set(CMAKE_CXX_FLAGS_INIT
   "-mcpu=${CBCAN_CPU} -mthumb -ffreestanding -fno-exceptions -fno-rtti -fno-unwind-tables -fno-asynchronous-unwind-tables \
 -fno-threadsafe-statics -ffunction-sections -fdata-sections -fstack-usage -Wstack-usage=512 -Werror=stack-usage=512")
 set(CMAKE_CXX_FLAGS_MINSIZEREL_INIT "-Os -g -DNDEBUG")
-# Images link with -nostdlib: of the libraries only what the compiler calls, and nothing that allocates or prints.
+# Images link with -nostdlib: only library functions that the compiler calls; nothing that allocates or prints.
 set(CMAKE_CXX_STANDARD_LIBRARIES "-lc_nano -lgcc")

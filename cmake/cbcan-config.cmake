@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-# find_package(cbcan [COMPONENTS canopen core rtu slcan window cia405 sim]): a target cbcan::NAME for each. sim needs libraries of others;
-# without COMPONENTS it is left out where those are missing.
+# find_package(cbcan [COMPONENTS canopen core rtu slcan window cia405 sim]): a target cbcan::NAME for each. sim needs third-party libraries; without
+# COMPONENTS it is omitted if they are missing.
 include(${CMAKE_CURRENT_LIST_DIR}/cbcan-firmware.cmake)
 include(${CMAKE_CURRENT_LIST_DIR}/cbcan-window.cmake OPTIONAL)
 set(cbcan_sim_needs "fmt, tomlplusplus, pkg-config and Lua 5.4")

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
-# cbcan_embed(OUT.cpp FOLDER DIR HEADER H FUNCTION F TYPE T): all files of DIR, byte by byte, in a generated source. F()
-# returns a std::span<const T>, one {name, text} per file in the order of their names; H declares both. OUT.cpp is made
-# at build time in the current binary directory, again whenever a file changes, comes or goes.
+# cbcan_embed(OUT.cpp FOLDER DIR HEADER H FUNCTION F TYPE T): all files of DIR, byte for byte, in a generated source. F() returns a std::span<const
+# T>, one {name, text} per file in the order of their names; H declares both. OUT.cpp is generated at build time in the current binary directory,
+# again whenever a file changes, is added or removed.
 #
-# As a script (cmake -DFOLDER=... -P embed.cmake) it writes that source.
+# As a script (cmake -DFOLDER=... -P embed.cmake) this file writes that source.
 if(NOT CMAKE_SCRIPT_MODE_FILE)
   set(CBCAN_EMBED_SCRIPT ${CMAKE_CURRENT_LIST_FILE})
 

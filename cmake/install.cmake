@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: MIT
-# What `cmake --install` puts where, in two components: `programs` for those who run cbcan, `dev` for those who build with it.
+# `cmake --install`, in two components: `programs` to run cbcan, `dev` to build with it.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/cbcan)
 
-# cbcan_install_libraries(FILE NAME...): the libraries cbcan::NAME with FILE.cmake, which makes those targets elsewhere.
+# cbcan_install_libraries(FILE NAME...): installs the libraries cbcan::NAME and FILE.cmake, which defines these targets in other projects.
 function(cbcan_install_libraries file)
   set(targets "")
   foreach(name IN LISTS ARGN)
@@ -44,12 +44,12 @@ write_basic_package_version_file(cbcan-config-version.cmake COMPATIBILITY SameMi
 install(FILES cmake/cbcan-config.cmake ${CMAKE_CURRENT_BINARY_DIR}/cbcan-config-version.cmake
   DESTINATION ${package_folder} COMPONENT dev)
 
-# ---- Programs, and what they come with
+# ---- Programs and their files
 
 if(NOT TARGET cbcan-sim)
   return()
 endif()
-# What only repeats what the programs and the register table have: manual pages, completion, lists of registers.
+# Generated from the programs and the register table: manual pages, completion, lists of registers.
 find_package(Python3 3.9 REQUIRED COMPONENTS Interpreter)
 set(share ${CMAKE_BINARY_DIR}/share)
 set(manuals man/man1/cbcan-sim.1 man/man1/cbcanctl.1 man/man5/cbcan-plant.5 bash-completion/completions/cbcan-sim
@@ -73,7 +73,7 @@ install(DIRECTORY ${share}/ DESTINATION ${CMAKE_INSTALL_DATADIR} COMPONENT progr
 install(FILES packaging/cbcan-sim@.service DESTINATION lib/systemd/system COMPONENT programs)
 install(FILES tools/python/cbcan_plant.py DESTINATION ${data}/python COMPONENT programs)
 file(CREATE_LINK ../../../${data}/python/cbcan_plant.py ${CMAKE_CURRENT_BINARY_DIR}/cbcan_plant.py SYMBOLIC)
-install(FILES ${CMAKE_CURRENT_BINARY_DIR}/cbcan_plant.py DESTINATION lib/python3/dist-packages COMPONENT programs)  # where Debian's looks
+install(FILES ${CMAKE_CURRENT_BINARY_DIR}/cbcan_plant.py DESTINATION lib/python3/dist-packages COMPONENT programs)  # where Debian's Python looks
 install(FILES README.md SECURITY.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT programs)
 install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT programs)
 

@@ -43,7 +43,7 @@ class Program {
     start_.call(now);
     name_.enable = start_.confirm;
     name_.call(now);
-    pressure_.enable = name_.confirm && !ended(pressure_);  // again and again
+    pressure_.enable = name_.confirm && !ended(pressure_);  // repeatedly
     pressure_.call(now);
     if (pressure_.confirm) show();
     return shown_ < 3;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The coprocessor on a microcontroller that does not exist: a CAN controller with one transmit and one
-// receive buffer, a counter of microseconds, and a dual-ported memory in which a PLC reads and writes
-// R3700..R3769.
+// The coprocessor on a fictitious microcontroller: a CAN controller with one transmit and one receive buffer,
+// a microsecond counter, and a dual-ported memory in which a PLC reads and writes R3700..R3769.
 #include "boards/common/clock.hpp"
 #include "boards/common/ring.hpp"
 #include "cbcan/coprocessor/coprocessor.hpp"
@@ -16,7 +15,7 @@ struct CanBuffer {
   volatile std::uint32_t data[2];
 };
 struct CanRegisters {
-  volatile std::uint32_t status;   // of what follows
+  volatile std::uint32_t status;   // kSending, kOverrun, ...
   volatile std::uint32_t command;  // 1 = send the transmit buffer, 2 = the receive buffer has been read
   CanBuffer transmit;
   CanBuffer receive;
@@ -38,7 +37,7 @@ std::uint32_t word_of(const std::uint8_t* bytes) {
   return word;
 }
 
-// 1. try_send: into the controller, or false; never waits.
+// 1. try_send: passes the frame to the controller, or returns false; never waits.
 class Port final : public CanPort {
  public:
   bool try_send(const Frame& frame) override {
@@ -52,13 +51,13 @@ class Port final : public CanPort {
   }
 };
 
-// 3. One clock that never goes back: from 32 bits of microseconds to 64.
+// 3. One clock that never goes backwards: extends 32 bits of microseconds to 64.
 Time now() {
   static constinit boards::Clock clock;
   return clock.now(microseconds);
 }
 
-// Lost frames stay told until a reset; a real driver tells them for a second or so.
+// Reports lost frames until a reset; a real driver reports them for about a second.
 BusState bus_state() {
   const std::uint32_t status = can.status;
   if ((status & kBusOff) != 0) return BusState::kBusOff;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Reads object 1000h, the device type, of node 5. The bus is whatever try_send() makes of a frame; here it is
-// node 5 itself, an I/O module (CiA 401) that has one response.
+// Reads object 1000h, the device type, of node 5. The bus is the implementation of try_send(); here it plays
+// node 5, an I/O module (CiA 401) with one response.
 #include <chrono>
 #include <cstdio>
 #include <optional>
@@ -11,7 +11,7 @@
 using cbcan::SdoClient;
 
 struct Bus final : cbcan::CanPort {
-  bool try_send(const cbcan::Frame& request) override {  // false: no room now, it is tried again
+  bool try_send(const cbcan::Frame& request) override {  // false: no room now; the client retries
     if (request.id == 0x605) received = {0x585, 8, 0, {0x43, 0x00, 0x10, 0x00, 0x91, 0x01, 0x0F, 0x00}};
     return true;
   }

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# cpack runs this when what belongs into each package lies in a folder: what Debian wants to have besides, or otherwise.
+# cpack runs this when each package's files are in a folder: adds and changes what Debian requires.
 file(GLOB packages ${CPACK_TEMPORARY_DIRECTORY}/*)
 foreach(package IN LISTS packages)
   string(TOUPPER ${package} component)

@@ -10,7 +10,7 @@
 static modbus_t *plc;
 static uint16_t window[70];  // R3700..R3769
 
-// One SDO transfer of `words` data words in window[6..]; the result is that of R3700.
+// One SDO transfer of `words` data words in window[6..]; returns R3700.
 static int transact(int command, int node, int index, int sub, int size, int words) {
   const uint16_t head[6] = {0xCA0E, command, node, index, sub, size};
   for (int i = 0; i < 6; ++i) window[i] = head[i];

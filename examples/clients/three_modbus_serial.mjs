@@ -18,7 +18,7 @@ async function transact(command, node, index, sub, size, data = Buffer.alloc(0))
   const hex = (word) => word.toString(16).toUpperCase().padStart(4, "0");
   if (result === 4) throw new Error(`abort ${hex(high)} ${hex(low)}h`);
   if (result !== 0) throw new Error(`refused: R3700 = ${result}`);
-  return window.buffer.swap16().subarray(12, 12 + bytes);  // it has the high byte first
+  return window.buffer.swap16().subarray(12, 12 + bytes);  // high byte first
 }
 
 const read = (node, index, sub) => transact(5055, node, index, sub, 128);

@@ -8,7 +8,7 @@ plc.connect()
 
 
 def checked(response):
-    if response.isError():  # an exception of Modbus, or no response
+    if response.isError():  # a Modbus exception, or no response
         raise OSError(str(response))
     return response
 

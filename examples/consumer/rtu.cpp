@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// cbcan::rtu: station 1 has one register, 100, and a master writes 7 into it.
+// cbcan::rtu: station 1 has one register, 100, and a master writes 7 to it.
 #include <array>
 #include <cstdio>
 

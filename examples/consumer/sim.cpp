@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// cbcan::sim: what does a PLC program see of a node that has lost its power? A second of the plant's time,
-// and none of ours.
+// cbcan::sim: what a PLC program sees of a node without power. Takes a second of the plant's time, and no
+// real time.
 #include <cstdio>
 
 #include "cbcan/sim.hpp"

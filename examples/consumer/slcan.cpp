@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// cbcan::slcan: a frame as an adapter wants it.
+// cbcan::slcan: a frame as a line for an adapter.
 #include <array>
 #include <cstdio>
 

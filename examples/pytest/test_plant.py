@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Tests of a program that uses the registers, with `pytest` in this folder; the PLC here is the fixture `window`."""
+"""Tests of a program that uses the registers, with `pytest` in this folder; the fixture `window` is the PLC."""
 
 import pytest
 from cbcan_plant import READ, WRITE, NotWithin, PlantError

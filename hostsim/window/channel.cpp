@@ -14,14 +14,14 @@ using Words = std::span<const std::uint16_t>;
 constexpr std::size_t kHeadWords = regmap::kData - regmap::kWindowFirst;
 constexpr std::size_t kAbortCodeWords = 2;
 
-/// Where a response has what.
+/// Positions in a response.
 struct Layout {
   std::size_t code, size, data;
 };
 constexpr Layout kWindow{0, regmap::kDataSize - regmap::kWindowFirst, kHeadWords};
 constexpr Layout kScanner{regmap::kScannerResult, regmap::kScannerSize, regmap::kScannerData};
 
-/// R3700 and what follows. Byte 2k of the data is the low byte of word k.
+/// R3700 and the registers after it. Byte 2k of the data is the low byte of word k.
 std::vector<std::uint16_t> words_of(const Transaction& transaction) {
   const std::vector<std::uint8_t>& bytes = transaction.data;
   std::vector<std::uint16_t> words{regmap::kExecute,  transaction.command, transaction.node,
@@ -40,7 +40,7 @@ std::vector<std::uint8_t> bytes_of(Words words, std::size_t size) {
   return bytes;
 }
 
-/// That a result may have.
+/// The number of data words in a result.
 std::size_t data_words(const Transaction& transaction) {
   if (transaction.command != regmap::kSdoRead) return kAbortCodeWords;
   return std::clamp<std::size_t>((transaction.size + 1u) / 2, kAbortCodeWords, regmap::kDataWords);
@@ -81,15 +81,12 @@ std::optional<Result> Channel::take() {
 std::optional<Request> Channel::next() {
   if (flag_ == Flag::kUnknown && !is_scanner() && found_ == Found::kIsWaitedFor) return look();
   if (flag_ != Flag::kClear) return clear();
-  switch (stage_) {
-    case Stage::kIdle: break;
-    case Stage::kBegun: return start();
-    case Stage::kSent: return poll();
-  }
+  if (stage_ == Stage::kBegun) return start();
+  if (stage_ == Stage::kSent) return poll();
   return std::nullopt;
 }
 
-/// Whatever is in progress is cancelled.
+/// Cancels whatever is in progress.
 Request Channel::clear() {
   asked_ = Asked::kClear;
   flag_ = Flag::kClear;
@@ -132,19 +129,15 @@ void Channel::answered(const Response& response) {
     absent_ = is_scanner() && asked == Asked::kClear;
     return;
   }
-  switch (asked) {
-    case Asked::kClear: return on_head(response.words);
-    case Asked::kPoll: return on_poll(response.words);
-    case Asked::kLook:
-      waiting_ = response.words.front() == regmap::kExecute;
-      if (!waiting_) flag_ = Flag::kClear;
-      break;
-    case Asked::kNothing:
-    case Asked::kStart: break;
-  }
+  if (asked == Asked::kClear) on_head(response.words);
+  if (asked == Asked::kPoll) on_poll(response.words);
+  if (asked != Asked::kLook) return;
+  waiting_ = response.words.front() == regmap::kExecute;
+  if (!waiting_) flag_ = Flag::kClear;
 }
 
-/// Numbers continue after the last one. A channel that exists has taken one, or says that it has started.
+/// Request numbers continue after the last one taken. An existing channel has taken a number, or reports a
+/// restart.
 void Channel::on_head(Words words) {
   if (!is_scanner()) return;
   request_number_ = words[regmap::kScannerTaken];
@@ -160,7 +153,7 @@ void Channel::on_poll(Words words) {
   if (!result_->known || (!is_scanner() && found_ == Found::kIsWaitedFor)) flag_ = Flag::kUnknown;
 }
 
-/// A module that has restarted has another number as taken last.
+/// A restarted module shows a different last number.
 bool Channel::is_ours(Words words) const {
   return is_scanner() ? words[regmap::kScannerTaken] == request_number_
                       : is_known(words_of(transaction_), words);

@@ -2,8 +2,6 @@
 #include <poll.h>
 
 #include <algorithm>
-#include <array>
-#include <cstdio>
 #include <thread>
 #include <utility>
 
@@ -18,8 +16,8 @@ namespace {
 
 using std::chrono::microseconds, std::chrono::milliseconds, std::chrono::steady_clock;
 
-constexpr milliseconds kPollInterval{1};  ///< from one look at the registers to the next
-/// After it no late response is expected any more: RTU has no numbers.
+constexpr milliseconds kPollInterval{1};  ///< between reads of the registers
+/// After this time a late response is no longer expected: RTU has no transaction numbers.
 constexpr Time kSerialSilence = 1'000'000;
 constexpr std::uint8_t kNoPath = 0x0A;  ///< gateway path unavailable
 
@@ -42,12 +40,11 @@ std::string purpose(const Request& request) {
 
 /// "02h"
 std::string hex(std::uint8_t code) {
-  std::array<char, 4> text{};
-  std::snprintf(text.data(), text.size(), "%02Xh", code);
-  return text.data();
+  constexpr std::string_view kDigits = "0123456789ABCDEF";
+  return {kDigits[code >> 4], kDigits[code & 15], 'h'};
 }
 
-/// For what the connection waits for.
+/// Waits for the connection's events or deadline.
 void wait_for(const Connection& connection) {
   pollfd waiting{connection.descriptor(), connection.events(), 0};
   const Time left = std::max<Time>(connection.deadline() - now(), 0);
@@ -63,10 +60,9 @@ Client::~Client() = default;
 Client::Client(Client&& other) noexcept = default;
 
 Result Client::execute(const Transaction& transaction) {
-  const Deadline deadline = steady_clock::now() + settings_.timeout;
   channel_.lost();
   channel_.begin(transaction);
-  wait_for_result(deadline);
+  wait_for_result();
   Result result = *channel_.take();
   if (result.known && result.size > regmap::kMaxDataBytes)
     throw Error(Error::Cause::kNoWindow,
@@ -75,7 +71,8 @@ Result Client::execute(const Transaction& transaction) {
   throw Error(Error::Cause::kUnknown, place() + ": " + kNotKnown);
 }
 
-void Client::wait_for_result(Deadline deadline) {
+void Client::wait_for_result() {
+  const auto deadline = steady_clock::now() + settings_.timeout;
   bool reported = false;
   while (channel_.busy()) {
     channel_.answered(checked(*channel_.next()));
@@ -93,7 +90,7 @@ bool Client::interrupted() const {
   return settings_.interrupted && settings_.interrupted();
 }
 
-/// `before`: what to say where nothing has been sent yet; `after`: else, in front of what was done about it.
+/// `before`: the message if nothing has been sent yet; `after`: otherwise, the start of the message.
 void Client::give_up(Error::Cause why, const std::string& before, const std::string& after) {
   channel_.cancel();
   if (!channel_.cancelling()) throw Error(why, before);
@@ -126,7 +123,7 @@ Response Client::exchange(int unit, const Request& request) {
   throw Error(Error::Cause::kNoResponse, place() + ": " + purpose(request) + ": " + connection_->reason());
 }
 
-/// None = the connection ended instead.
+/// None = the connection has ended.
 std::optional<Response> Client::attempt(int unit, const Request& request) {
   const unsigned ends = connection_->ends();
   bool sent = false;

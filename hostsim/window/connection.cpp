@@ -43,7 +43,7 @@ std::optional<Response> Connection::receive(Time now) {
   return std::nullopt;
 }
 
-/// What is more than a frame can be is left where it is.
+/// More bytes than the longest frame are left unread.
 bool Connection::read(Time now) {
   if (size_ == buffer_.size()) return true;
   const ssize_t count = ::read(descriptor_, buffer_.data() + size_, buffer_.size() - size_);

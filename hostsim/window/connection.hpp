@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// A connection to a Modbus server that never blocks: one request at a time, and its response. What ends it,
-/// silence too, is reported as text, and after a pause it is made again.
+/// A non-blocking connection to a Modbus server: one request at a time, and its response. Whatever ends it,
+/// even silence, is reported as text; after a pause it is made again.
 
 #include <array>
 #include <cstddef>
@@ -17,15 +17,15 @@
 
 namespace cbcan::window {
 
-/// Microseconds since any moment; never goes back.
+/// Microseconds since any moment; never goes backwards.
 using Time = std::int64_t;
 
 inline constexpr std::size_t kLongestFrame = 260;  ///< over TCP; 256 over a serial line
 
 struct Timing {
-  Time response_timeout = 1'000'000;  ///< for a connection, and for each response; then it is lost
+  Time response_timeout = 1'000'000;  ///< for a connection, and for each response; then the connection ends
   Time pause = 1'000'000;             ///< between the end of a connection and the next attempt
-  /// The pause grows to this while nothing is answered: twice as long each time.
+  /// While there is no response, the pause doubles each time, up to this.
   Time longest_pause = 1'000'000;
 };
 
@@ -37,12 +37,12 @@ class Connection {
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;
 
-  /// Connects, and finds out what has become of the connection.
+  /// Connects, and checks the connection.
   virtual void poll(Time now) = 0;
   State state() const { return state_; }
-  /// How many connections and attempts have come to an end.
+  /// Number of ended connections and attempts.
   unsigned ends() const { return ends_; }
-  /// Why the last one has, with its place in front; empty while there is one.
+  /// Why the last one ended, prefixed by its place; empty while there is a connection.
   std::string problem() const { return reason_.empty() ? reason_ : place_ + ": " + reason_; }
   /// The same, without the place.
   const std::string& reason() const { return reason_; }
@@ -50,15 +50,15 @@ class Connection {
   /// For poll(2) and the like, with events().
   int descriptor() const { return descriptor_; }
   short events() const;
-  /// When poll() or receive() has something to do at the latest, if nothing comes.
+  /// The latest time at which poll() or receive() has something to do, if nothing is received.
   Time deadline() const { return due_ ? due_->until : until_; }
 
   /// A request can be sent.
   bool ready(Time now) const { return state_ == State::kOn && !due_ && now >= until_; }
-  /// When ready().
+  /// Call only when ready().
   void send(std::uint8_t unit, const Request& request, Time now);
   bool response_due() const { return due_.has_value(); }
-  /// The whole response, if it is there. What is no response to the request ends the connection.
+  /// The response, if it is complete. Bytes that are no response to the request end the connection.
   std::optional<Response> receive(Time now);
 
   /// Called with the descriptor before it is closed.
@@ -74,9 +74,9 @@ class Connection {
   virtual bool put(Bytes bytes) = 0;
   /// Unit ID and PDU of what was received, if that is one whole frame; else nothing.
   virtual Come framed_in(Come come) const = 0;
-  /// Why what was received is no response, or is `late`; null: it may still become one.
+  /// Why the received bytes are no response, or `late`; null = they may still become one.
   virtual const char* fault_of(Come come, bool late) const = 0;
-  /// Why there is nothing to read any more; `error` is 0 at the end of a stream.
+  /// Why reading failed; `error` is 0 at the end of the stream.
   virtual const char* loss_by(int error) const = 0;
 
   /// False: the connection has ended.
@@ -90,7 +90,8 @@ class Connection {
   Timing timing_;
   State state_ = State::kOff;
   int descriptor_ = -1;
-  /// kConnecting: the attempt fails; kOff: the next one; kOn: the line is silent for so long.
+  /// kConnecting: when the attempt fails; kOff: when the next one starts; kOn: end of the silence on the
+  /// line.
   Time until_ = 0;
 
  private:
@@ -101,7 +102,7 @@ class Connection {
   };
 
   std::optional<Due> due_;
-  std::array<std::uint8_t, kLongestFrame + 1> buffer_{};  ///< one more, to notice unrequested bytes
+  std::array<std::uint8_t, kLongestFrame + 1> buffer_{};  ///< one extra, to detect unrequested bytes
   std::size_t size_ = 0;
   Time silence_;  ///< between a response and the next request
   std::string place_;

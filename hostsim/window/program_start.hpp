@@ -10,9 +10,9 @@
 
 namespace cbcan::window {
 
-/// A program's first act. Descriptors 0 to 2 that its caller has closed become /dev/null, lest a socket gets
-/// such a number and what is meant for people is written to it. Libraries that may not throw where they need
-/// memory end the program with a line and this exit code.
+/// Call first in main(). Descriptors 0 to 2 that the caller has closed become /dev/null; otherwise a socket
+/// could get such a number and receive the program's messages. std::terminate(), for example when memory is
+/// exhausted in a function that may not throw, ends the program with a message and this exit code.
 template <int kExitCode>
 void start_program() {
   int opened = 0;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Modbus requests and responses as bytes from the unit ID on: those are the same over TCP and over a serial
+/// Modbus requests and responses as bytes, starting with the unit ID: they are the same over TCP and a serial
 /// line. Source: Modbus Application Protocol V1.1b3, section 6.
 
 #include <cstdint>
@@ -15,7 +15,7 @@ namespace cbcan::window {
 
 /// Unit ID and PDU.
 std::vector<std::uint8_t> bytes_of(std::uint8_t unit, const Request& request);
-/// None where `bytes`, from the unit ID on, are no response to that request.
+/// None if `bytes`, starting with the unit ID, are no response to that request.
 std::optional<Response> response_in(std::span<const std::uint8_t> bytes, std::uint8_t unit,
                                     const Request& request);
 

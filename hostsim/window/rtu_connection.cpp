@@ -65,7 +65,7 @@ int set_up(int port, speed_t speed, char parity) {
   line.c_cflag |= CLOCAL | CREAD | flags_of(parity);
   if (parity != 'N') line.c_iflag |= INPCK;
   cfsetspeed(&line, speed);
-  // A pseudo-terminal has no parity; the second time glibc calls that EINVAL.
+  // A pseudo-terminal has no parity; glibc reports that as EINVAL from the second call on.
   if (tcsetattr(port, TCSANOW, &line) != 0 && errno != EINVAL) return errno;
   tcflush(port, TCIOFLUSH);
   return 0;
@@ -95,8 +95,7 @@ void RtuConnection::poll(Time now) {
   connected();
 }
 
-/// Unrequested bytes are discarded. A frame goes into the port's buffer whole, or the port is not what
-/// it should be.
+/// Unrequested bytes are discarded. A working port buffers a whole frame.
 bool RtuConnection::put(Bytes bytes) {
   const std::uint16_t crc = crc_of(bytes);
   bytes.push_back(static_cast<std::uint8_t>(crc));

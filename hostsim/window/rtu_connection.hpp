@@ -16,13 +16,13 @@ struct Line {
   char parity = 'E';   ///< E even, O odd, N none
 };
 
-/// Opens it for bytes as they are, non-blocking, for this program alone (flock), and throws away what has
-/// come in. Returns the descriptor, or a negative error number: EINVAL = no such baud rate, ENOTTY = no
-/// serial device, EWOULDBLOCK = another program uses it, and those of open(2).
+/// Opens it in raw mode, non-blocking, exclusively (flock), and discards received bytes. Returns the
+/// descriptor, or a negative error number: EINVAL = no such baud rate, ENOTTY = no serial device, EWOULDBLOCK
+/// = another program uses it, or one of open(2).
 int open_line(const Line& line);
 
-/// The only client on its line (flock). The device is opened again after each end, so an adapter may be
-/// pulled out; what came meanwhile is thrown away.
+/// The only client on its line (flock). The device is opened again after each failure, so an adapter may be
+/// unplugged; bytes received meanwhile are discarded.
 class RtuConnection final : public Connection {
  public:
   RtuConnection(const Line& line, const Timing& timing);

@@ -19,10 +19,6 @@ namespace {
 constexpr std::size_t kZeros = 4;
 constexpr std::size_t kHeader = 6;
 
-void free_addresses(addrinfo* addresses) {
-  if (addresses != nullptr) freeaddrinfo(addresses);
-}
-
 std::size_t length_of(std::span<const std::uint8_t> come) {
   return kHeader + (std::size_t{come[kZeros]} << 8 | come[kZeros + 1]);
 }
@@ -33,7 +29,7 @@ TcpConnection::TcpConnection(std::string host, int port, const Timing& timing)
     : Connection(host + ":" + std::to_string(port), timing),
       host_(std::move(host)),
       port_(std::to_string(port)),
-      addresses_(nullptr, free_addresses) {}
+      addresses_(nullptr, freeaddrinfo) {}
 
 void TcpConnection::poll(Time now) {
   switch (state_) {
@@ -69,7 +65,7 @@ void TcpConnection::try_address(const addrinfo* address, Time now) {
   look_at_attempt(now);
 }
 
-/// A name may stand for several.
+/// A name may have several addresses.
 void TcpConnection::address_failed(const char* why, Time now) {
   if (next_ == nullptr) return end(why, now);
   close();

@@ -14,7 +14,7 @@ namespace cbcan::window {
 
 class TcpConnection final : public Connection {
  public:
-  /// `host` is an IP address, or a name: that is looked up at each attempt, by getaddrinfo(3), which may
+  /// `host` is an IP address or a name. A name is looked up at each attempt, by getaddrinfo(3), which may
   /// block.
   TcpConnection(std::string host, int port, const Timing& timing);
 
@@ -34,7 +34,7 @@ class TcpConnection final : public Connection {
   std::string host_;
   std::string port_;
   std::unique_ptr<addrinfo, void (*)(addrinfo*)> addresses_;  ///< of the attempt
-  const addrinfo* next_ = nullptr;                            ///< to be tried if this one fails
+  const addrinfo* next_ = nullptr;                            ///< tried if this one fails
 };
 
 }  // namespace cbcan::window

@@ -7,8 +7,8 @@
 
 namespace cbcan::test {
 
-/// What a driver is given of a model: boards/common/registers.hpp. A model that throws ends the suite: the
-/// driver has done what the manual forbids.
+/// A driver's access to a model: boards/common/registers.hpp. A model throws, which ends the suite, if the
+/// driver does what the manual forbids.
 template <class Model>
 struct ModelRegisters {
   explicit ModelRegisters(Model& model) : model_(&model) {}
@@ -19,7 +19,7 @@ struct ModelRegisters {
   Model* model_;
 };
 
-/// Likewise of any model; something may happen before each access.
+/// The same for any model; a function may be called before each access.
 struct SharedRegisters {
   using Happening = std::function<void()>;
 

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The SJA1000 as section 6.4 of its data sheet describes it, as far as its driver can see it; numbers are
-/// written out here again on purpose. What QEMU's model leaves out is here: bit timing, a transmit buffer
-/// that stays full, error states, bus-off.
+/// The SJA1000 as section 6.4 of its data sheet describes it, as far as its driver can see it. Numbers are
+/// deliberately repeated here. Includes what QEMU's model lacks: bit timing, a transmit buffer that stays
+/// full, error states, bus-off.
 
 #include "support/catch.hpp"
 
 namespace cbcan::test {
 
 struct Sja1000Model {
-  using Bytes = std::vector<std::uint8_t>;  ///< of a frame, from CAN address 16 on
+  using Bytes = std::vector<std::uint8_t>;  ///< a frame, from CAN address 16 on
 
   // The driver's side.
 
@@ -36,11 +36,11 @@ struct Sja1000Model {
     registers[address] = static_cast<std::uint8_t>(value);
   }
 
-  // The wire's side.
+  // The bus side.
 
   bool interrupt() const { return ((latched_ | receive_interrupt()) & registers[4]) != 0; }
 
-  /// A frame comes by.
+  /// A frame arrives.
   void arrive(const Bytes& frame) {
     REQUIRE((filter[4] & filter[5] & filter[6] & filter[7]) == 0xFF);  // both filters are open
     std::size_t used = frame.size();
@@ -51,7 +51,7 @@ struct Sja1000Model {
     latched_ |= 1u << 3;
   }
 
-  /// The frame leaves, and somebody acknowledges it.
+  /// The frame is sent and acknowledged.
   void transmit() { sending = false; }
 
   void go_bus_off() {
@@ -61,7 +61,7 @@ struct Sja1000Model {
     receive_errors = 0;
     latched_ |= 1u << 2;
   }
-  /// 128 times 11 recessive bits have come.
+  /// 128 times 11 recessive bits were received.
   void recover() {
     REQUIRE(!is_resetting());
     bus_off_ = false;
@@ -79,8 +79,8 @@ struct Sja1000Model {
   std::uint8_t receive_errors = 0;
   unsigned resets = 0;
   std::uint32_t mode = 1;
-  std::optional<std::uint8_t> nobody;  ///< it is not there, and everything reads as this
-  std::uint32_t bus_off_at = 0;        ///< it comes when this address is read
+  std::optional<std::uint8_t> nobody;  ///< the controller is missing, and everything reads as this
+  std::uint32_t bus_off_at = 0;        ///< bus-off occurs when this address is read
 
  private:
   void reset() {
@@ -130,7 +130,7 @@ struct Sja1000Model {
       return;
     }
     REQUIRE(!sending);
-    REQUIRE(writing_.size() == address - 16);  // each one, in order
+    REQUIRE(writing_.size() == address - 16);  // each address, in order
     writing_.push_back(static_cast<std::uint8_t>(value));
   }
 

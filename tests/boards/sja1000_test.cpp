@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The driver of the SJA1000 against a model of it. Register values are worked out by hand from its data
-// sheet.
+// The driver of the SJA1000 against a model of it. Register values are derived by hand from its data sheet.
 #include "boards/drivers/sja1000.hpp"
 
 #include "boards/model_registers.hpp"
@@ -130,7 +129,7 @@ TEST_CASE("SJA1000: lost frames are told for a second, be it the FIFO or the rin
   for (unsigned i = 0; i < 45; ++i) {  // 20 are in the ring of 64
     rig.arrive(0x701);
     rig.can.on_interrupt();
-    rig.arrive(0x601);  // needs no place
+    rig.arrive(0x601);  // takes no place
     rig.can.on_interrupt();
     CHECK(rig.can.poll(2'000'000) == (i < 44 ? BusState::kActive : BusState::kOverflow));
   }
@@ -178,7 +177,7 @@ TEST_CASE("SJA1000: a frame that bus-off interrupts on its way into the ring is 
   rig.model.arrive({0x02, 0, 0, 0x81, 5});
   rig.can.on_interrupt();
   CHECK(!rig.can.has_received());
-  rig.model.nobody = 0xFF;  // and then it is gone
+  rig.model.nobody = 0xFF;  // then the controller is missing
   CHECK(rig.can.poll(0) == BusState::kBusOff);
   CHECK(rig.can.counters().bus_offs == 0);
 }
@@ -189,7 +188,7 @@ TEST_CASE("SJA1000: a frame that nobody acknowledges for a second is taken back"
   REQUIRE(rig.can.try_send(frame));
   rig.can.poll(0);
   rig.can.poll(900'000);
-  rig.model.transmit();  // gets through; for the next one the second begins again
+  rig.model.transmit();  // is sent; for the next one the second starts again
   REQUIRE(rig.can.try_send(frame));
   rig.can.poll(999'000);
   rig.can.poll(1'998'999);

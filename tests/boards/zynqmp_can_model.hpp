@@ -2,8 +2,8 @@
 #pragma once
 
 /// The CAN controller of Zynq UltraScale+ as UG1085, chapter "CAN Controller", describes it, as far as its
-/// driver can see it; numbers are written out here again on purpose. What QEMU's model leaves out is here: a
-/// FIFO that stays full, error states, bus-off.
+/// driver can see it. Numbers are deliberately repeated here. Includes what QEMU's model lacks: a FIFO that
+/// stays full, error states, bus-off.
 
 #include "support/catch.hpp"
 
@@ -59,11 +59,11 @@ struct ZynqmpCanModel {
     }
   }
 
-  // The wire's side.
+  // The bus side.
 
   bool interrupt() { return (pending() & enabled) != 0; }
 
-  /// A frame comes by; false: the filters do not want it.
+  /// A frame arrives; false: the filters reject it.
   bool arrive(const Words& words) {
     bool wanted = filters_used == 0;
     for (unsigned i = 0; i < 4; ++i)
@@ -76,7 +76,7 @@ struct ZynqmpCanModel {
     return true;
   }
 
-  /// The next frame leaves, and somebody acknowledges it.
+  /// The next frame is sent and acknowledged.
   void transmit() {
     tx.pop_front();
     latched_ |= 1u << 1;
@@ -91,7 +91,7 @@ struct ZynqmpCanModel {
 
   bool is_configuring() const { return !enabled_; }
 
-  std::deque<Words> tx;  ///< waiting for the wire
+  std::deque<Words> tx;  ///< waiting for the bus
   std::deque<Words> rx;
   std::uint32_t mode = 7;
   std::uint32_t prescaler = 0;

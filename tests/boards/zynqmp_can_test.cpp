@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The driver of the Zynq UltraScale+ CAN controller against a model of it. Register values are worked out by
+// The driver of the Zynq UltraScale+ CAN controller against a model of it. Register values are derived by
 // hand from UG1087.
 #include "boards/drivers/zynqmp_can.hpp"
 
@@ -194,7 +194,7 @@ TEST_CASE("ZynqMP CAN: bus-off wakes the loop, refuses frames, and ends with a r
   CHECK(rig.model.resets == 1);
   CHECK(rig.can.poll(201'000) == BusState::kBusOff);
   CHECK(rig.model.resets == 2);
-  CHECK(rig.model.tx.empty());  // nothing old comes out
+  CHECK(rig.model.tx.empty());  // nothing old is sent
   CHECK(rig.model.prescaler == 2);
   CHECK(rig.model.timing == 0x9C);
   CHECK(rig.can.poll(201'100) == BusState::kActive);
@@ -233,7 +233,7 @@ TEST_CASE("ZynqMP CAN: frames that nobody acknowledges for a second are thrown a
   REQUIRE(rig.can.try_send(frame));
   rig.can.poll(0);
   rig.can.poll(900'000);
-  rig.model.transmit();  // one gets through: the second begins again
+  rig.model.transmit();  // one frame is sent: the second starts again
   rig.can.poll(999'000);
   rig.can.poll(1'998'999);
   CHECK(rig.model.tx.size() == 1);

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-// A program whose blocks and inputs are what scenarios_test.py says, by lines on standard input. It answers
-// `cycle` alone, with a line of members for each block.
+// A program whose blocks and inputs scenarios_test.py controls, by lines on standard input. Only `cycle` is
+// answered, with a line of members for each block.
 //
-//   new BLOCK              a block more, called in each cycle from then on
+//   new BLOCK              adds a block, which each cycle calls from then on
 //   set N MEMBER [VALUE]   of the N-th block; bytes are written in hexadecimal
-//   clear                  no blocks any more
+//   clear                  removes all blocks
 //   cycle TIME
 //
 // usage: cia405_block_program PORT
@@ -37,7 +37,7 @@ void assign(Member& member, const std::string& value) {
     member = static_cast<Member>(std::stoull(value));
 }
 
-/// An EMCY message is as it was on the bus.
+/// An EMCY message as it was on the bus.
 template <typename Member>
 std::string text(const Member& member) {
   if constexpr (std::is_same_v<Member, EmcyError>) {
@@ -56,7 +56,7 @@ struct Member {
   std::function<void(const std::string&)> assign;
 };
 
-/// A block whose members have names.
+/// A block with named members.
 struct Named {
   std::shared_ptr<FunctionBlock> block;
   std::vector<Member> members{};

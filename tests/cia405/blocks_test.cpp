@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What only the blocks in C++ have: their lifetime and members, and run(). The rest is in scenarios.txt.
+// Specific to the blocks in C++: their lifetime and members, and run(). The rest is in scenarios.txt.
 
 #include "cia405/plant.hpp"
 #include "support/catch.hpp"
@@ -82,7 +82,7 @@ TEST_CASE("run() blocks until the end, or the deadline: then the execution is ca
   Link link({.port = plant.port()});
   GetLocalNodeId id(link);
   SdoRead4 slow(link);
-  slow.device = 99;  // there is none, and time stands still in this plant
+  slow.device = 99;  // does not exist, and time stops in this plant
   slow.index = 0x2004;
   const auto soon = [] { return steady_clock::now() + std::chrono::milliseconds(50); };
   for (int i = 0; i < 2; ++i) {
@@ -91,7 +91,7 @@ TEST_CASE("run() blocks until the end, or the deadline: then the execution is ca
     CHECK_FALSE(run(slow, soon()));
     CHECK(slow.error == KernelError::kTimeout);
   }
-  // The second one has been held back: the first one's response might still come.
+  // The second one was delayed: the first one's response might still come.
   CHECK(plant.frames("663#") == std::vector<std::string>{"663#4004200000000000", "663#8004200000000008"});
   id.network = 9;
   CHECK_FALSE(run(id, steady_clock::time_point::max()));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Connections that are not made, break, or bring what is no response.
+// Connections that fail, break, or deliver invalid responses.
 
 #include "cia405/fake_server.hpp"
 #include "support/catch.hpp"
@@ -8,7 +8,7 @@ namespace cbcan::cia405::test {
 
 namespace {
 
-/// "0000" so many times.
+/// "0000" `words` times.
 std::string zeros(int words) {
   return std::string(static_cast<std::size_t>(4 * words), '0');
 }
@@ -35,13 +35,13 @@ struct Talk {
   }
 
   void cycle() { program.cycle(now += kMs); }
-  /// The program has connected, and sent its first request.
+  /// The program connects and sends its first request.
   void connect() {
     while (program.link.events() != POLLIN)
       cycle();
     server.accept();
   }
-  /// One request and its response; the next request has been sent.
+  /// One request and its response, after which the next request is sent.
   void exchange(const std::string& request, const std::string& response) {
     REQUIRE(server.request() == request);
     server.respond(response);
@@ -80,11 +80,11 @@ TEST_CASE("what is no response is ERROR 21h and ends the connection, and the nex
                                      "00000000FFFF0110",               // too long
                                      "00000000000602100E740001",       // another unit
                                      "00000000000601060E740000",       // another function
-                                     "00000000000401900200",           // an exception and something
-                                     "000000000003019000",             // an exception that is none
+                                     "00000000000401900200",           // an exception with an extra byte
+                                     "000000000003019000",             // exception code 0
                                      "00010000000601100E740001",       // another transaction
                                      "00000000000701100E74000100",     // a byte more
-                                     "00000000000601100E74000100",     // a byte behind it
+                                     "00000000000601100E74000100",     // an extra byte
                                      "474554202F20485454502F312E31");  // "GET / HTTP/1.1"
   talk.connect();
   REQUIRE(talk.server.request() == kClear);
@@ -102,7 +102,7 @@ TEST_CASE("what is no response is ERROR 21h and ends the connection, and the nex
   talk.id.enable = true;
   talk.now += 990 * kMs;
   talk.cycle();
-  CHECK(talk.program.link.events() == 0);  // not before its time
+  CHECK(talk.program.link.events() == 0);  // not before the pause has ended
   talk.connect();
   CHECK(talk.server.request() == kClear);
   CHECK(talk.program.link.problem().empty());
@@ -118,7 +118,7 @@ TEST_CASE("bytes that nobody has asked for end the connection") {
   while (talk.program.link.connected())
     talk.cycle();
   CHECK(talk.server.left());
-  CHECK(talk.id.confirm);  // what is done is done
+  CHECK(talk.id.confirm);  // a completed execution stays so
 }
 
 TEST_CASE("an exception is ERROR 21h, the connection stays") {
@@ -199,7 +199,7 @@ TEST_CASE("nobody there: 21h for every block that is enabled, and why") {
 }
 
 TEST_CASE("an address that never answers: 21h after the time for it, and nothing has blocked") {
-  // A listener whose queue is full lets further connections wait.
+  // A listener with a full queue keeps further connections waiting.
   FakeServer server;
   std::vector<std::unique_ptr<Link>> crowd;
   for (int i = 0; i < 8; ++i) {
@@ -228,17 +228,6 @@ TEST_CASE("a host has a name, and may have several addresses: each is tried") {
     wait_for(link);
     REQUIRE(link.problem().empty());
   }
-}
-
-TEST_CASE("a name that nobody knows: ERROR 21h, and why") {
-  Link link({.host = "no..name"});
-  GetLocalNodeId id(link);
-  id.enable = true;
-  id.call(0);
-  link.poll(0);
-  id.call(0);
-  CHECK(id.error == KernelError::kInternal);
-  CHECK(link.problem().starts_with("no..name:502: "));
 }
 
 TEST_CASE("settings that cannot be are refused, with the reason") {

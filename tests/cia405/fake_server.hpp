@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// A Modbus TCP server of the test's own: what it answers is written down byte by byte.
+/// The test's own Modbus TCP server, whose responses are written byte by byte.
 
 #include <netinet/in.h>
 #include <sys/socket.h>
@@ -30,7 +30,7 @@ struct FakeServer {
   }
 
   int port() const { return port_; }
-  /// Takes the connection that somebody has made.
+  /// Accepts the client's connection.
   void accept() { client_ = io::Descriptor(::accept4(listener_.get(), nullptr, nullptr, SOCK_CLOEXEC)); }
   /// The next request without its first six bytes, in hexadecimal: unit ID, function code, ...
   std::string request() {
@@ -53,7 +53,7 @@ struct FakeServer {
     char byte = 0;
     return recv(client_.get(), &byte, 1, MSG_DONTWAIT) <= 0;
   }
-  /// Connections are not even refused any more from here on.
+  /// From now on connections are not even refused.
   void stop() { listener_.reset(); }
 
  private:

@@ -46,7 +46,7 @@ void Plant::pass(Time time) {
 }
 
 std::vector<std::string> Plant::frames(const std::string& begin) {
-  pass(0);  // what has come in has been dealt with, and the log is written
+  pass(0);  // received frames are processed, and the log is written
   std::ifstream file(log_);
   std::vector<std::string> frames;
   std::string time, interface, frame;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// A cbcan-sim process on a manual clock, and programs with function blocks that talk to it. Nothing here
-/// waits for time: a program's cycle waits for the response to its request, and the simulator's time passes
-/// when told to.
+/// A cbcan-sim process with a manual clock, and programs with function blocks that use it. Nothing here waits
+/// for real time: a program's cycle waits for the response to its request, and the simulator's time advances
+/// on command.
 
 #include <poll.h>
 
@@ -20,14 +20,14 @@ inline constexpr Time kMs = 1000;
 inline constexpr Time kSecond = 1'000'000;
 
 struct Plant {
-  /// With node 5, the demo plant's generic node. `port` 0 = any free one.
+  /// With node 5, the demo plant's generic node. `port` 0 = any free port.
   explicit Plant(int port = 0);
   ~Plant();
 
   int port() const { return port_; }
   Time now() const { return now_; }
   void pass(Time time);
-  /// The frames on the bus until now that begin so, as candump writes them: "605#4000200100000000".
+  /// The frames on the bus so far that begin with `begin`, as candump writes them: "605#4000200100000000".
   std::vector<std::string> frames(const std::string& begin);
 
  private:
@@ -44,8 +44,7 @@ struct Program {
   Link link;
   std::vector<FunctionBlock*> blocks;
 
-  /// Waits until the response of the request under way is there, if there is one; then a cycle of the
-  /// program.
+  /// Waits for the response to the request in progress, if any; then runs a cycle of the program.
   void cycle(Time now);
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A server, or a program, that is killed in the middle.
+// A server or a program is killed during a transaction.
 
 #include "cia405/fake_server.hpp"
 #include "support/catch.hpp"
@@ -61,19 +61,12 @@ TEST_CASE("result 5 on a channel: 3003h and 3004h are written anew") {
     for (std::string result = "0000"; !read.confirm; program.cycle(now += kMs)) {
       const std::string request = server.request();
       if (request.substr(2, 2) == "17") {
-        server.respond(
-            "011706"
-            "0000"
-            "0005"
-            "0000");
+        server.respond("011706000000050000");
       } else if (request.substr(2, 2) == "10") {
         number = request.substr(14, 4);
         objects.push_back(request.substr(26, 4));
         result = number == restarted_at ? "0005" : "0000";
-        server.respond(
-            "0110"
-            "02BC" +
-            request.substr(8, 4));
+        server.respond("011002BC" + request.substr(8, 4));
       } else {
         server.respond("01030C" + number + result + number + "0001" + "00000000");
       }

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Every scenario of scenarios.txt against cbcan-sim, in virtual time: with the blocks of the C++ library, those in Structured Text, or
+"""Every scenario of scenarios.txt with cbcan-sim, in virtual time: with the blocks of the C++ library, those in Structured Text, or
 the recipes of docs/reference/ladder-recipes.md.
 
 usage: scenarios_test.py SIMULATOR PROGRAM     (PROGRAM: cia405_block_program, "st" or "recipes")
@@ -22,7 +22,7 @@ from st_types import Pointer
 SIMULATOR, PROGRAM = sys.argv[1:3]
 del sys.argv[1:3]
 GENERIC = f"{ROOT}/plants/demo/generic.eds"
-# The outputs that are 0 after ENABLE = FALSE, besides CONFIRM and ERROR; the buffer and its size are the program's.
+# The outputs that are 0 after ENABLE = FALSE, in addition to CONFIRM and ERROR; the buffer and its size belong to the program.
 OUTPUTS = {"NMT": (), "RECV_EMCY": ("DEVICE", "ERRORINFO"), "RECV_EMCY_DEV": ("ERRORINFO",), "GET_LOCAL_NODE_ID": ("DEVICE",),
            "GET_CANOPEN_KERNEL_STATE": ("STATE", "DEVICE"), "GET_STATE": ("STATE",), "SDO_READ": ("ERRORINFO",),
            "SDO_READ4": ("DATA", "DATALENGTH", "ERRORINFO"), "SDO_WRITE": ("ERRORINFO",), "SDO_WRITE4": ("ERRORINFO",)}
@@ -53,7 +53,7 @@ def values(words):
 
 
 class Block:
-    """Of a scenario: what each of the three programs has in common."""
+    """A block of a scenario: common to the three programs."""
 
     def __init__(self, program, kind):
         self.program, self.kind, self.room = program, kind, 4 if kind == "SDO_WRITE4" else 0
@@ -120,11 +120,11 @@ class OtherProgram(Plant):
 class CppBlock(Block):
     def __init__(self, program, kind):
         super().__init__(program, kind)
-        self.number, self.members = len(program.blocks), {}  # as the last cycle has left them
+        self.number, self.members = len(program.blocks), {}  # after the last cycle
         program.tell("new", kind)
 
     def put(self, name, value):
-        if (self.kind, name) not in (("SDO_READ", "DATALENGTH"), ("SDO_WRITE", "DATALENGTH")):  # the size of DATA is that
+        if (self.kind, name) not in (("SDO_READ", "DATALENGTH"), ("SDO_WRITE", "DATALENGTH")):  # follows from the size of DATA
             self.program.tell("set", self.number, name, value.hex() if isinstance(value, bytes) else int(value))
 
     def __getitem__(self, name):
@@ -160,7 +160,7 @@ class CppProgram(OtherProgram):
 
 
 class RecipeBlock(Block):
-    """An execution is one call. What has no output is 0."""
+    """An execution is one call. Missing outputs are 0."""
 
     def __init__(self, program, kind):
         super().__init__(program, kind)
@@ -267,7 +267,7 @@ class Run:
     def check(self, block, words):
         expected = {"CONFIRM": 0, "ERROR": 0, **values(words)}
         found = {name: block[name] for name in expected}
-        if "DATA" in expected:  # what the object does not fill is as it was
+        if "DATA" in expected:  # the bytes after the object are unchanged
             expected["DATA"], found["DATA"] = (data + block.given[len(data):] for data in (expected["DATA"], bytes(found["DATA"])))
         self.case.assertEqual(found, expected)
 
@@ -301,7 +301,7 @@ class Run:
         self.plant.pass_time(microseconds(ms))
 
     def step_behind(self, ms):
-        """The program's clock falls behind by so much."""
+        """The program's clock falls behind by this time."""
         self.step_pass(ms)
         self.plant.now -= microseconds(ms)
 
@@ -320,7 +320,7 @@ class Run:
         self.case.assertEqual(found, list(expected))
 
     def step_order(self, *names):
-        """In which the executions ended."""
+        """The order in which the executions ended."""
         self.case.assertEqual(self.order, list(names))
 
     def step_write(self, *words):
@@ -339,7 +339,7 @@ class Run:
         self.case.assertEqual(self.plant.window.read(3700, 70), [0] * 70)
 
     def step_turns(self, cycles, least, *names):
-        """Blocks that begin again as soon as they have ended get the same number of executions, more than `least`."""
+        """Blocks that restart as soon as they have ended get the same number of executions, more than `least`."""
         done = dict.fromkeys(names, 0)
         for _ in range(int(cycles)):
             for name in names:

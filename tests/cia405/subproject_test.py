@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""The C++ blocks for whoever wants only them: this project in a subfolder of another one's, where every package is hidden.
+"""The C++ blocks alone: this project as a subfolder of another project, with every package hidden.
 
 usage: subproject_test.py SIMULATOR
 """
@@ -27,7 +27,7 @@ target_link_libraries(read_name PRIVATE cbcan::cia405)
 
 
 def packages():
-    """All that any CMakeLists.txt of ours looks for."""
+    """Every package that one of our CMakeLists.txt looks for."""
     text = "".join(path.read_text() for path in (ROOT / "CMakeLists.txt", *ROOT.glob("*/**/CMakeLists.txt")))
     found = set(re.findall(r"find_package\((\w+)", text)) | {"fmt", "tomlplusplus"}
     assert {"nlohmann_json", "PkgConfig", "Catch2"} <= found, found

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What the files for CI systems and for a container say, as commands: action.yml, packaging/github.yml, gitlab.yml, Containerfile."""
+"""The files for CI systems and for a container, as commands: action.yml, packaging/github.yml, gitlab.yml, Containerfile."""
 
 import json
 import pathlib
@@ -11,7 +11,7 @@ import yaml
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 YAML = ["action.yml", "packaging/github.yml", "packaging/gitlab.yml"]
 PYTEST_INI = "[pytest]\ncbcan_plant = --config plant.toml\n"
-BASH = ["bash", "--noprofile", "--norc", "-eo", "pipefail", "-c"]  # as both systems do
+BASH = ["bash", "--noprofile", "--norc", "-eo", "pipefail", "-c"]  # as both systems use it
 
 
 def load(name):
@@ -24,7 +24,7 @@ def action_steps():
 
 
 def github_steps():
-    """The same of the example's job, with those of the action in its place."""
+    """The same for the example's job, with the action replaced by its steps."""
     (job,) = load("packaging/github.yml")["jobs"].values()
     found = []
     for step in job["steps"]:
@@ -54,9 +54,9 @@ def container():
 
 
 def repository(job):
-    """A user's: the demo plant, pytest.ini as docs/how-to/install-and-ci.md has it, and what ships as examples for the rest."""
+    """A user's project: the demo plant, pytest.ini from docs/how-to/install-and-ci.md, and shipped examples for the rest."""
     shutil.copytree(ROOT / "plants/demo", job)
-    shutil.copytree(ROOT / "plants", job / "plants")  # of the shipped scenarios
+    shutil.copytree(ROOT / "plants", job / "plants")  # for the shipped scenarios
     shutil.copytree(ROOT / "scenarios", job / "scenarios")
     shutil.copytree(ROOT / "examples/pytest", job / "tests", ignore=shutil.ignore_patterns("pytest.ini"))
     shutil.move(job / "tests" / "conftest.py", job)

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""The files for CI systems and for a container, as linters see them. Their steps are carried out by fresh_root_test.py.
+"""Lints the files for CI systems and for a container. fresh_root_test.py carries out their steps.
 
 usage: ci_files_test.py NPM_DIR
 """

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""examples/consumer, a project that uses the libraries, in its three ways and with each compiler that is here; and pkg-config.
+"""examples/consumer, a project that uses the libraries, in three ways and with each installed compiler; and pkg-config.
 
 usage: consumer_test.py BUILD_DIR SIMULATOR
 """
@@ -71,7 +71,7 @@ class Consumer(unittest.TestCase):
             self.build_and_run("-DHOW=add_subdirectory", compilers=COMPILERS, sim_with=["g++-12"])
 
     def find(self, components, *hidden, code=0):
-        """What CMake says of find_package() where these packages are missing, and which targets there are then."""
+        """CMake's output for find_package() if these packages are missing, and the targets that exist then."""
         source = pathlib.Path(tempfile.mkdtemp(dir=self.folder.name))
         (source / "CMakeLists.txt").write_text(
             f"cmake_minimum_required(VERSION 3.21)\nproject(theirs CXX)\nfind_package(cbcan REQUIRED {components})\n"
@@ -95,7 +95,7 @@ class Consumer(unittest.TestCase):
         self.assertIn("the components are canopen, core, rtu", self.find("COMPONENTS sdo", code=1))
 
     def test_warnings_are_errors_at_home_alone(self):
-        """A careless line in a source of ours is a warning to others and an error to us."""
+        """A careless line in our sources is a warning to others and an error to us."""
         sources = pathlib.Path(self.folder.name) / "sources"
         shutil.copytree(ROOT, sources, ignore=shutil.ignore_patterns("build", ".git", "tests", "docs"))
         with (sources / "firmware/cbcan/slcan/slcan.cpp").open("a") as source:

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Our packages in a fresh Debian of this one's release: a container's way, a person's, that of GitHub's and GitLab's example jobs, and a project
-that uses the libraries. Every shell step of those files is carried out; a server on this machine stands in for that of the releases.
+"""Our packages in a fresh Debian of this machine's release: installed as a container does it, as a user does it, by GitHub's and GitLab's example
+jobs, and in a project that uses the libraries. Every shell step of those files is carried out; a local server replaces the releases' server.
 
 usage: fresh_root_test.py BUILD_DIR
-mmdebstrap makes that Debian and calls this file again: fresh_root_test.py --inside PACKAGES PORT ROOT.
+mmdebstrap creates that Debian and calls this file again: fresh_root_test.py --inside PACKAGES PORT ROOT.
 """
 
 import functools
@@ -28,11 +28,11 @@ import cases
 from done import output as run
 import ci_files
 
-ALONE = ["unshare", "--net", "sh", "-c", 'ip link set dev lo up && exec "$@"', "sh"]  # the ports of its own
+ALONE = ["unshare", "--net", "sh", "-c", 'ip link set dev lo up && exec "$@"', "sh"]  # with its own ports
 
 
 class FreshRoot(unittest.TestCase):
-    """In this order: each takes away what it has installed, but for the first two."""
+    """In this order: each but the first two removes what it has installed."""
 
     def chroot(self, script, cwd="/", env=(), user="root", alone=False):
         environment = {"PATH": "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin", "HOME": "/root", "LC_ALL": "C.UTF-8",
@@ -67,7 +67,7 @@ class FreshRoot(unittest.TestCase):
         self.purge("cbcan")
 
     def carry_out(self, steps, **environment):
-        """Each step in the repository's folder; returns the seconds that all of them took."""
+        """Each step in the repository's folder; returns their total time in seconds."""
         job = ci_files.repository(self.root / "job")
         self.addCleanup(shutil.rmtree, job)
         begin = time.monotonic()
@@ -84,7 +84,7 @@ class FreshRoot(unittest.TestCase):
         self.carry_out(ci_files.gitlab_steps(), RELEASE=f"{SERVER}/OWNER/cbcan/releases/download/v0.1.0")
 
     def test_4_github(self):
-        """Where curl, sudo and pytest are there, as on its runners."""
+        """With curl, sudo and pytest installed, as on its runners."""
         sudo = self.root / "usr/local/bin/sudo"
         sudo.write_text('#!/bin/sh\nexec "$@"\n')
         sudo.chmod(0o755)
@@ -107,7 +107,7 @@ class FreshRoot(unittest.TestCase):
 
 
 def serve(packages):
-    """Releases as GitHub serves them."""
+    """Serves releases as GitHub does."""
     class Releases(http.server.SimpleHTTPRequestHandler):
         def translate_path(self, path):
             found = re.fullmatch(r"/OWNER/cbcan/releases/download/v[\d.]+/([\w.-]+)", path)

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""The Debian packages that cpack makes: what is in them, what lintian says, and the programs out of them; their manual pages, completion and
-unit. What apt makes of them in a fresh Debian: fresh_root_test.py.
+"""The Debian packages from cpack: their files, lintian's output, and their programs, manual pages, completion and unit. Installation by apt in a
+fresh Debian: fresh_root_test.py.
 
 usage: package_test.py BUILD_DIR
 """
@@ -82,17 +82,10 @@ class Package(unittest.TestCase):
             with self.subTest(plant=plant), Simulator(self.programs["cbcan-sim"], "--config", str(plant)) as simulator:
                 self.assertEqual(simulator.stop(), (0, ""))
 
-    def test_installed_libraries(self):
-        """The example as it is installed."""
-        build, examples = f"{self.folder.name}/consumer", self.root / "usr/share/doc/libcbcan-dev/examples/consumer"
-        run("cmake", "-S", examples, "-B", build, "-G", "Ninja", f"-DCMAKE_PREFIX_PATH={self.root}/usr")
-        run("cmake", "--build", build)
-        self.assertEqual(run(f"{build}/with_canopen"), "4 bytes: 91 01 0F 00\n")
-
     # ---- Manual pages and completion
 
     def helps(self, program):
-        """Its --help, and those of its commands, where they have one of their own."""
+        """Its --help, and that of each command that has its own."""
         text = run(self.programs[program], "--help")
         commands = re.search(r"\nCommands:\n(.*?)\n\n", text, re.DOTALL)
         names = re.findall(r"^  (\S+)", commands[1], re.MULTILINE) if commands else re.findall(rf"(?m)^ +{program} ([a-z]+) ", text)
@@ -100,7 +93,7 @@ class Package(unittest.TestCase):
 
     @staticmethod
     def options(text):
-        """Those that a line begins with: "  -v, --verbose", "  --station, --unit N"."""
+        """The options at the beginning of lines: "  -v, --verbose", "  --station, --unit N"."""
         return {option for line in re.findall(r"^  (-.*?)(?: |$)(--\S+)?", text, re.MULTILINE) for words in line
                 for option in re.findall(r"(?<![\w-])--?[a-z][a-z-]*", words)}
 
@@ -124,7 +117,7 @@ class Package(unittest.TestCase):
             self.assertRegex(text, rf"(?m)^ +{re.escape(key)}(\s|$)")
 
     def complete(self, program, *words):
-        """What bash offers for the last of these words."""
+        """The words that bash offers for the last of these words."""
         script = (f"source {self.root}/usr/share/bash-completion/completions/{program}\n"
                   f"COMP_WORDS=({shlex.join([program, *words])}); COMP_CWORD={len(words)}\n"
                   f"$(complete -p {program} | sed 's/.*-F //; s/ .*//') {program} {shlex.join([words[-1], words[-2] if words[1:] else program])}\n"

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""The library as others take it in: PlatformIO, Zephyr, Arduino; and the example of docs/how-to/port.md.
+"""The library in PlatformIO, Zephyr and Arduino; and the example of docs/how-to/port.md.
 
-Neither of these build systems is here; each test does with the Cortex-M3 compiler what that build system does with the
-manifest: its sources, its include paths and no other."""
+None of these build systems is installed; each test does with the Cortex-M3 compiler what the build system does with the
+manifest: its sources, its include paths and no others."""
 
 import json
 import pathlib
@@ -25,13 +25,13 @@ COMPILER = ["arm-none-eabi-g++", "-mcpu=cortex-m3", "-mthumb", "-fno-exceptions"
 
 
 def compile_with(flags, sources, program):
-    """The program whole; of the sources, which the images compile, that all they include is found."""
+    """Compiles the program; of the sources, which the images compile, only checks that their includes are found."""
     run(*COMPILER, *flags, "-fsyntax-only", program, cwd=ROOT)
     run(*COMPILER, *flags, "-M", *sources, cwd=ROOT)
 
 
 def library_sources():
-    """All that belongs into a library, relative to firmware/."""
+    """All files of a library, relative to firmware/."""
     return sorted(str(path.relative_to(ROOT / "firmware")) for path in (ROOT / "firmware/cbcan").rglob("*.cpp"))
 
 
@@ -53,7 +53,7 @@ class Packaging(unittest.TestCase):
             sign, pattern = re.fullmatch(r"([+-])<(.+)>", rule).groups()
             found = set((ROOT / build["srcDir"]).glob("**/*" if pattern == "*" else pattern + "**/*" if pattern.endswith("/") else pattern))
             sources = sources | found if sign == "+" else sources - found
-        sources = {path for path in sources if path.suffix == ".cpp"}  # a folder: what in it is source
+        sources = {path for path in sources if path.suffix == ".cpp"}  # a folder: its sources
         self.assertEqual(sorted(str(path.relative_to(ROOT / "firmware")) for path in sources), library_sources())
         flags = [flag.replace("-I ", "-I") for flag in build["flags"]]
         compile_with([f"-I{build['includeDir']}", f"-I{build['srcDir']}", *flags], sorted(sources), EXAMPLE)
@@ -83,7 +83,7 @@ class Packaging(unittest.TestCase):
     def test_arduino(self):
         """Arduino: everything below src/ is compiled, and src/ is the only include path."""
         with tempfile.TemporaryDirectory() as folder:
-            library = pathlib.Path(run(ROOT / "tools/dev/arduino-library", "libraries", cwd=folder).strip())  # from where one is
+            library = pathlib.Path(run(ROOT / "tools/dev/arduino-library", "libraries", cwd=folder).strip())  # relative to the current folder
             self.assertEqual(library, pathlib.Path(folder) / "libraries/cbcan")
             sources = sorted((library / "src").rglob("*.cpp"))
             self.assertEqual([str(path.relative_to(library / "src")) for path in sources], library_sources())
@@ -93,13 +93,6 @@ class Packaging(unittest.TestCase):
             again = subprocess.run([ROOT / "tools/dev/arduino-library", f"{folder}/libraries"], capture_output=True, text=True)
             self.assertEqual((again.returncode, "is there already" in again.stderr), (1, True))
 
-    def test_arduino_in_the_folder_that_the_caller_means(self):
-        with tempfile.TemporaryDirectory() as folder:
-            library = pathlib.Path(folder) / "sketchbook/libraries/cbcan"
-            self.assertEqual(run(ROOT / "tools/dev/arduino-library", "sketchbook/libraries", cwd=folder).strip(), str(library))
-            self.assertTrue((library / "src/cbcan.h").is_file())
-            self.assertFalse((ROOT / "sketchbook").exists())
-
     def test_the_demo_is_configured_without_a_warning(self):
         command = re.search(r"cmake (--preset \S+ .*?) >", (ROOT / "tools/demo").read_text())[1]
         with tempfile.TemporaryDirectory() as folder:
@@ -107,7 +100,7 @@ class Packaging(unittest.TestCase):
             self.assertEqual((done.returncode, done.stderr), (0, ""))
 
     def test_canopen_by_itself(self):
-        """The folder and the headers that its page names, and nothing else of us."""
+        """The folder and the headers that its page names, and no other file of ours."""
         page = (ROOT / "firmware/cbcan/canopen/README.md").read_text()
         example = ROOT / "examples/sdo_read.cpp"
         with tempfile.TemporaryDirectory() as folder:

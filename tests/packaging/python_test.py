@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""tools/python/cbcan_plant.py: with Debian's pytest, its fixtures; without, the standard library alone.
+"""tools/python/cbcan_plant.py: its fixtures with Debian's pytest; without pytest, the standard library alone.
 
 usage: python_test.py SIMULATOR
 """
@@ -38,7 +38,7 @@ import cbcan_plant
 def test_that_fails(plant, window):
     window.start(5055, 99, 0x1000, 0, 4)
     with cbcan_plant.Window(plant) as other:
-        other.write(3700, *[0] * 70)  # as a module has them that has started
+        other.write(3700, *[0] * 70)  # as in a module that has just started
     window.result()
 
 def test_cancelled(window):
@@ -55,7 +55,7 @@ def run(*command, **options):
 
 class Python(unittest.TestCase):
     def pytest(self, text, *command):
-        """What pytest says of a file of tests, under a command."""
+        """pytest's output for a file of tests, under a command."""
         with tempfile.TemporaryDirectory() as folder:
             (pathlib.Path(folder) / "conftest.py").write_text((ROOT / "examples/pytest/conftest.py").read_text())
             (pathlib.Path(folder) / "test_it.py").write_text(text)
@@ -102,7 +102,7 @@ def test_three(plant):
         self.assertEqual((code, "3 passed" in said), (0, True), said)
 
     def test_the_jobs_of_CI_systems_and_of_the_pages_pass_as_they_stand(self):
-        """Their own steps, in a repository with the examples; what installs is fresh_root_test.py's."""
+        """Their test steps, in a repository with the examples; fresh_root_test.py has the installing steps."""
         steps = {script for script, _ in ci_files.github_steps() + ci_files.gitlab_steps() if not re.search("apt-get|curl|GITHUB_ENV", script)}
         self.assertEqual(len(steps), 2, steps)
         with tempfile.TemporaryDirectory() as folder:
@@ -129,7 +129,7 @@ def test_network_2(plant):
         self.assertEqual((code, "1 passed" in said), (0, True), said)
 
     def test_standard_library_alone(self):
-        """-S: without what else is installed, so without pytest."""
+        """-S: without installed packages, so without pytest."""
         self.assertEqual(run("/usr/bin/python3", "-S", "-c", """
 import cbcan_plant
 assert cbcan_plant.pytest is None

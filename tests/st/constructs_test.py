@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""The files of tools/st are for the systems that they name, and the blocks have the inputs and outputs of CiA 405."""
+"""The files of tools/st suit the systems that they name, and the blocks have the inputs and outputs of CiA 405."""
 
 import re
 import unittest
@@ -9,7 +9,7 @@ from plc import LIBRARY, ROOT, configuration, source
 import cases
 from st_machine import Machine
 
-BLOCKS = {  # inputs, outputs and VAR_IN_OUT as the CiA 405 library of SoMachine has them, and MODE to read; besides the common ones
+BLOCKS = {  # inputs, outputs and VAR_IN_OUT as the CiA 405 library of SoMachine has them, and MODE for reading; without the common ones
     "NMT": ("DEVICE STATE", "", ""),
     "RECV_EMCY": ("", "DEVICE ERRORINFO", ""),
     "RECV_EMCY_DEV": ("DEVICE", "ERRORINFO", ""),
@@ -36,8 +36,8 @@ class Files(unittest.TestCase):
         self.assertEqual(with_pointers, {"cia405_codesys.st", "ramp.st"})
 
     def test_the_documented_text_for_openplc(self):
-        """What the page says to upload, with the names that OpenPLC's compile_program.sh moves to where it builds them: MATIEC calls
-        its files after the configuration and the resource."""
+        """The files that the page says to upload, with the names that OpenPLC's compile_program.sh expects: MATIEC names
+        files after the configuration and the resource."""
         names = re.search(r"`cat ([\w. ]+) > program\.st`", " ".join((ROOT / "docs/how-to/openplc.md").read_text().split()))[1].split()
         text = "".join(text for _, text in source(*names))
         configurations, resources = re.findall(r"^CONFIGURATION (\w+)", text, re.MULTILINE), re.findall(r"^ *RESOURCE (\w+)", text, re.MULTILINE)

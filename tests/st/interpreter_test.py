@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""The interpreter itself: what differs between systems, and what is no program."""
+"""The interpreter itself: differences between systems, and invalid programs."""
 
 import pathlib
 import sys

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A PLC that runs the function blocks of tools/st against cbcan-sim, on a clock that stands still but for the scans."""
+"""A PLC that runs the function blocks of tools/st with cbcan-sim, with a clock that advances only in scans."""
 
 import pathlib
 import subprocess
@@ -20,13 +20,13 @@ def source(*names):
 
 
 def configuration(program):
-    """That of tools/st, with another program only."""
+    """The configuration of tools/st with a different program."""
     (name, text), = source("configuration.st")
     return name, text.replace("state_of_node_5", program).replace("    PROGRAM exchange WITH cyclic : cbcan_exchange;\n", "")
 
 
 class Plant:
-    """cbcan-sim with time that stands still but for the scans of a program."""
+    """cbcan-sim, whose time advances only in the scans of a program."""
 
     def __init__(self, program, *options, scan_us=1000):
         self.simulator = Simulator(program, "--clock", "manual", *options, stdin=subprocess.PIPE)
@@ -41,7 +41,7 @@ class Plant:
         self.simulator.stop()
 
     def command(self, line):
-        """docs/reference/commands.md; the response's value"""
+        """Executes a command of docs/reference/commands.md; returns the response's value."""
         self.simulator.process.stdin.write(line + "\n")
         self.simulator.process.stdin.flush()
         response = self.simulator.process.stdout.readline().rstrip("\n")
@@ -58,18 +58,18 @@ class Plant:
             self.module_restarts()
 
     def module_restarts(self):
-        """As a PLC behind a gateway sees it: the connection stays, R3700..R3769 and 3003h are as after a start."""
+        """A restart as a PLC sees it through a gateway: the connection stays, R3700..R3769 and 3003h are as after a start."""
         self.window.write(FIRST, [0])
         self.transaction(5066, 0, 0x3003, 0, 2, 1000)
         self.window.write(FIRST, [0] * COUNT)
 
     def frames(self):
-        """All until now, as `605#4017100000000000`."""
+        """All frames so far, as `605#4017100000000000`."""
         self.heard += [line.split()[2] for line in self.log]
         return self.heard
 
     def transaction(self, *words):
-        """One of the test's own."""
+        """A program of the test's own."""
         return self.window.execute(*words)
 
 
@@ -97,7 +97,7 @@ class Instance:
 
 
 class Plc(Plant):
-    """Between two scans all registers are exchanged and some time passes."""
+    """Exchanges all registers and lets some time pass between two scans."""
 
     def __init__(self, program, *options, files=("cia405.st", "example.st"), main="state_of_node_5"):
         super().__init__(program, *options)
@@ -114,7 +114,7 @@ class Plc(Plant):
         return self.machine.globals["CBCAN"][0]["REGS"]
 
     def block(self, name, **inputs):
-        """Called in every scan from now on, behind those that are there."""
+        """Adds a block, called in every scan from now on, after the others."""
         self.called.append(Instance(self.machine.blocks[name]).set(**inputs))
         return self.called[-1]
 
@@ -133,13 +133,13 @@ class Plc(Plant):
             self.pass_time(self.scan_us)
 
     def write_back(self, window, registers, before):
-        """What has changed, in one request."""
+        """Writes the changed registers in one request."""
         changed = [i for i in range(COUNT) if registers[i] != before[i]]
         if changed:
             window.write(FIRST + changed[0], registers[changed[0]:changed[-1] + 1])
 
     def run(self, block, most=10000):
-        """Until the block is done; returns how many scans it took."""
+        """Scans until the block is done; returns the number of scans."""
         for count in range(1, most + 1):
             self.scan()
             if block.ended():

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""PLCopen XML: what tools/st/plcopen makes of the files keeps the rules of the schema and has every word of them; figure 1 of the PLC
+"""PLCopen XML: the output of tools/st/plcopen follows the schema and has every word of the files; figure 1 of the PLC
 interface, as its XML and as the steps of docs/reference/ladder-recipes.md, starts all nodes.
 
 usage: plcopen_test.py SIMULATOR
@@ -20,7 +20,7 @@ from recipes import items, tables_of
 
 PLCOPEN, XHTML = "{http://www.plcopen.org/xml/tc6_0201}", "{http://www.w3.org/1999/xhtml}"
 LD = "leftPowerRail rightPowerRail contact coil block inVariable outVariable"
-# Children in the order of tc6_xml_v201.xsd, and attributes that are required.
+# Children in the order of tc6_xml_v201.xsd, and required attributes.
 ORDER = {
     "project": "fileHeader contentHeader types instances addData", "fileHeader": "", "contentHeader": "Comment coordinateInfo",
     "coordinateInfo": "fbd ld sfc", "fbd": "scaling", "ld": "scaling", "sfc": "scaling", "scaling": "", "Comment": "",
@@ -58,7 +58,7 @@ def kind(element):
 
 
 def texts(root):
-    """All that a file in ST says too."""
+    """Everything that a file in ST contains too."""
     for element in root.iter():
         if kind(element) in ELEMENTARY:
             yield kind(element)
@@ -68,7 +68,7 @@ def texts(root):
 
 
 def words(*texts):
-    """How often each name and number is there; the XML has no keywords outside bodies, and a task's name only once."""
+    """The count of each name and number; the XML has no keywords outside bodies, and a task's name only once."""
     return collections.Counter(re.findall(r"[%\w#]+", " ".join(texts))) - collections.Counter(dict.fromkeys(KEYWORDS, 1000))
 
 
@@ -83,7 +83,7 @@ def broken_rules(element, parent=""):
     order = {"variable": "connectionPointIn connectionPointOut" if parent.endswith("Variables") else "type initialValue documentation",
              "interface": "returnType", "LD": LD, **dict.fromkeys(("type", "baseType", "returnType"), " ".join(children)),
              **dict.fromkeys(LISTS, "variable"), **ORDER}[name].split()
-    if name in ("interface", "LD"):  # one of several, again and again
+    if name in ("interface", "LD"):  # one of several, repeatedly
         order += LISTS
         found = [f"{name}: {child} does not belong here" for child in children if child not in order]
     else:
@@ -122,7 +122,7 @@ class Files(unittest.TestCase):
 
 
 class Ladder:
-    """The diagram of start_all_nodes.xml: what its rungs do in one scan."""
+    """The diagram of start_all_nodes.xml: executes its rungs in one scan."""
 
     def __init__(self, root):
         self.elements = {element.get("localId"): element for element in root.iter() if element.get("localId")}

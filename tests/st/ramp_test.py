@@ -19,7 +19,7 @@ class Ramp(BlockTest):
         self.program = self.plc.machine.programs["MAIN"][1]
 
     def written(self, node):
-        """The values that node has been sent, from the log of the bus."""
+        """The values sent to the node, from the bus log."""
         head = f"60{node}#2B3C2002"
         return [int(text[14:16] + text[12:14], 16) for text in self.plc.frames() if text.startswith(head)]
 
@@ -41,7 +41,7 @@ class Ramp(BlockTest):
             self.assertGreater(min(values[i - 1] for i in wraps), 480)
             self.assertLessEqual(max(values), 500)
             self.assertGreater(len(values), 100)
-        # Node 1 is read as it was written last: what is read is what was written, in that order.
+        # Node 1 is read after each write: the values read are those written, in the same order.
         sent = self.written(1)
         self.assertTrue(set(read) <= {0, *sent})
         self.assertGreater(len(read), 100)

@@ -30,20 +30,20 @@ def items(cell):
 class Recipes:
     def __init__(self, plc):
         self.plc, self.tables = plc, tables_of(PAGE.read_text())
-        self.written = {}  # object of the module: what has been written there last
+        self.written = {}  # object of the module: the last value written
 
     def register(self, number):
         return self.plc.window.read(number, 1)[0]
 
     def value(self, text, names):
-        """Of an expression of the page."""
+        """The value of an expression of the page."""
         text = re.sub(r"\b(low|high) R(\d+)", lambda m: str(self.register(int(m[2])) >> (8 if m[1] == "high" else 0) & 0xFF), text)
         text = re.sub(r"\bR(\d+)", lambda m: str(self.register(int(m[1]))), text)
         text = re.sub(r"\b([0-9][0-9A-F]*)h\b", lambda m: str(int(m[1], 16)), text)
         text = re.sub(r"\b[A-Z][A-Z_]+\b", lambda m: str(names[m[0]]), text)
         assert re.fullmatch(r"[\d +*/=>and]*", text), text
         text = text.replace("=", "==").replace("/", "//")
-        return eval(re.sub(r"\b0+(?=\d)", "", text))  # numbers and + * / = > and, as the line above says
+        return eval(re.sub(r"\b0+(?=\d)", "", text))  # only numbers and + * / = > and, as checked above
 
     def due(self, row, names):
         when = row[0]
@@ -59,7 +59,7 @@ class Recipes:
             names[name] = self.value(text, names)
 
     def execute(self, row, names, most_ms):
-        """One transaction; R3700, or None when it is not over in time."""
+        """One transaction; returns R3700, or None if it does not end in time."""
         _, *cells, data, _ = row
         words = [self.value(items(cell)[0], names) for cell in cells]
         if items(data) == ["DATA"]:

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""The blocks behind the adapter for the scanner window, with a master that writes and reads whole blocks again and again, as OpenPLC's
-does; and the recipe of docs/reference/ladder-recipes.md for that window."""
+"""The blocks with the adapter for the scanner window, and a master that writes and reads whole blocks repeatedly, as OpenPLC's does; and the
+recipe of docs/reference/ladder-recipes.md for that window."""
 
 import re
 
@@ -124,14 +124,14 @@ class Adapter(BlockTest):
         self.plc.scan(3)
         self.plc.restart_module(*self.options)
         self.plc.online = True
-        self.bad(block, INTERNAL)  # whether it was executed is not known
+        self.bad(block, INTERNAL)  # unknown whether it was executed
         self.assertNotIn("000#0120", self.plc.frames())
         self.off(block)
         self.good(block)
         self.assertEqual(self.plc.frames().count("000#0120"), 1)
 
     def test_a_plc_that_restarts_believes_no_old_result(self):
-        """At each step of an execution, with an IN that is as old as the program before, or as long ago as the start."""
+        """At each step of an execution, with an old IN: from the previous program, or from the start."""
         for every in (1, 7):
             self.plc = self.start(*self.options, every=every)
             zeros = list(self.plc.images["%IW"])
@@ -148,7 +148,7 @@ class Adapter(BlockTest):
 
     def test_a_plc_that_restarts_with_a_master_that_only_reads_at_first(self):
         self.good(self.plc.block("GET_LOCAL_NODE_ID"), DEVICE=127)
-        self.plc.block("SDO_READ4", DEVICE=99, INDEX=0x1000, ENABLE=True)  # 3 and 4: 3003h and 3004h; 5 is under way
+        self.plc.block("SDO_READ4", DEVICE=99, INDEX=0x1000, ENABLE=True)  # 3 and 4: 3003h and 3004h; 5 is in progress
         self.plc.scan(20)
         self.assertEqual(self.plc.images["%IW"][:3:2], [4, 5])
         self.plc.order = ["read"]
@@ -173,7 +173,7 @@ class Adapter(BlockTest):
 
 
 class ChannelsPlc(Plc):
-    """A program like the page's, but with ten nodes, or blocks, behind adapters for the first channels; the master exchanges 8 and 6 words of
+    """A program like the page's, but with ten nodes or blocks, with adapters for the first channels; the master exchanges 8 and 6 words of
     each."""
 
     def __init__(self, program, *options, channels=16, channel=0):
@@ -263,7 +263,7 @@ class Channels(BlockTest):
         self.good(reset)
         self.plc.command("fault 11 silent")
         self.plc.scan_us = 10000
-        self.bad(read, TIMEOUT)  # with 3003h as the reset leaves it, it is the module's 0504 0000h after 1000 ms
+        self.bad(read, TIMEOUT)  # with 3003h as after a reset: the module's own 0504 0000h after 1000 ms
 
 
 class Recipe(Plant):
@@ -283,7 +283,7 @@ class Recipe(Plant):
         text = re.sub(r"R(\d+)", lambda m: str(self.words[int(m[1])]), text)
         text = re.sub(r"[A-Z]+", lambda m: str(self.bits[m[0]]), text)
         assert re.fullmatch(r"[\d +=>andmo]*", text), text
-        return eval(re.sub(r"(?<!>)=", "==", text).replace("mod", "%"))  # numbers and what the line above lets through
+        return eval(re.sub(r"(?<!>)=", "==", text).replace("mod", "%"))  # only numbers and operators, as checked above
 
     def scan(self):
         was_busy = self.bits["BUSY"]
@@ -326,7 +326,7 @@ class ScannerRecipe(BlockTest):
         self.assertEqual(self.plc.frames().count("000#0120"), 1)
 
     def test_abort_time_out_and_a_plc_that_restarts(self):
-        self.assertEqual(self.plc.request(5055, 0, 0x3001, 0, 1, twice=True), 0)  # asked again after 5
+        self.assertEqual(self.plc.request(5055, 0, 0x3001, 0, 1, twice=True), 0)  # requested again after 5
         self.assertEqual([self.plc.words[603], self.plc.words[604]], [1, 127])
         self.assertEqual(self.plc.request(5055, NODE, 0x3333, 0, 4, twice=False), 4)
         self.assertEqual([self.plc.words[604], self.plc.words[605]], [0, 0x0602])

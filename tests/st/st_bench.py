@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What the tests of the function blocks have in common."""
+"""Common to the tests of the function blocks."""
 
 import sys
 import unittest
@@ -9,7 +9,7 @@ from simulator import program_from_arguments
 
 PROGRAM = program_from_arguments(sys.argv)
 NODE = 0x20  # the generic node of the demo plant
-# The ten blocks, with inputs that they end well with.
+# The ten blocks, with inputs that succeed.
 ALL = {"NMT": {"STATE": 5}, "RECV_EMCY": {}, "RECV_EMCY_DEV": {"DEVICE": 5}, "GET_LOCAL_NODE_ID": {}, "GET_CANOPEN_KERNEL_STATE": {},
        "GET_STATE": {}, "SDO_READ4": {"DEVICE": NODE, "INDEX": 0x2001},
        "SDO_READ_BUFFER": {"DEVICE": NODE, "INDEX": 0x2005, "DATALENGTH": 5},
@@ -36,7 +36,7 @@ class BlockTest(unittest.TestCase):
         self.assertEqual((block["CONFIRM"], block["ERROR"], found), (confirm, error, outputs), block.block.name)
 
     def good(self, block, **outputs):
-        """One execution that ends well."""
+        """One successful execution."""
         block.set(ENABLE=True)
         scans = self.plc.run(block)
         self.check(block, True, OK, **outputs)

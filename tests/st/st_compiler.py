@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""Structured Text to Python functions, as far as tools/st needs it: only what CODESYS, MATIEC (OpenPLC, Beremiz) and STruC++ take alike;
-pointers are for the first and the last. Anything else is an error. A body becomes a function of (the variables of an instance, the time),
+"""Structured Text to Python functions, limited to what tools/st needs: only what CODESYS, MATIEC (OpenPLC, Beremiz) and STruC++ all accept;
+pointers are for CODESYS and STruC++. Anything else is an error. A body becomes a function of (the variables of an instance, the time),
 an expression (its type, a function of the variables)."""
 
 import copy
@@ -11,7 +11,7 @@ from st_declarations import Declarations
 from st_lexer import StError
 from st_types import ADDRESS, BOOL, BYTE, ELEMENTARY, LITERAL, TIME, Block, Pointer
 
-ENOUGH = 1000  # rounds of a loop; no loop here needs more, and a PLC has a watchdog
+ENOUGH = 1000  # iterations of a loop; no loop here needs more, and a PLC has a watchdog
 PRECEDENCE = [("OR",), ("AND",), ("=", "<>"), ("<", ">", "<=", ">="), ("+", "-"), ("*", "/", "MOD")]
 COMPARISONS = PRECEDENCE[2] + PRECEDENCE[3]
 COMPUTE = {
@@ -20,11 +20,11 @@ COMPUTE = {
     "+": lambda a, b: a + b, "-": lambda a, b: a - b, "*": lambda a, b: a * b, "/": lambda a, b: a // b, "MOD": lambda a, b: a % b,
     "MIN": min, "MAX": max}
 KINDS = {"OR": "bool bits", "AND": "bool bits", "=": "bool bits int time enum", "<>": "bool bits int time enum", "+": "int time",
-         **dict.fromkeys(PRECEDENCE[3], "bits int time")}  # what an operator is for; the others are for int
+         **dict.fromkeys(PRECEDENCE[3], "bits int time")}  # operand types of operators; the others take int
 
 
 def times(time, factor):
-    """As MATIEC has it (iec_types_all.h: __time_mul): the nanoseconds beside the whole seconds go through an int of 32 bits."""
+    """As in MATIEC (iec_types_all.h: __time_mul): the nanoseconds within a second are computed in a 32-bit int."""
     nanoseconds = time % 1000000 * 1000 * factor
     if nanoseconds >= 2 ** 31:
         nanoseconds = -2 ** 31
@@ -32,7 +32,7 @@ def times(time, factor):
 
 
 def checked(compute, a_type, place):
-    """What does not fit into its type is an error here; the standard leaves it to each system (2.5.1.5.2)."""
+    """A value that does not fit its type is an error here; the standard leaves it to each system (2.5.1.5.2)."""
     if a_type.kind not in ("int", "bits", "time"):
         return compute
 
@@ -53,8 +53,8 @@ def within_variable(place, function, *arguments):
 
 class Reference(NamedTuple):
     type: object  # a Type or a Block
-    where: object  # of the variables: (container, key), or the Pointer
-    root: str  # the variable that it begins with
+    where: object  # a function of the variables: (container, key), or the Pointer
+    root: str  # the variable at its beginning
     pointed: bool = False
 
 
@@ -69,12 +69,12 @@ class Expressions(Declarations):
         return left
 
     def value_of_type(self, a_type):
-        """The expression that stands here, as one of the type."""
+        """The expression at this position, as one of the type."""
         place = self.token.place
         return self.converted(self.expression(), a_type, place)
 
     def converted(self, expression, a_type, place):
-        """A number as it is written takes every type that it fits."""
+        """A literal number takes every type that it fits."""
         found, value = expression
         if found is LITERAL and a_type.kind in ("int", "bits"):
             if not a_type.takes(value(None)):

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: MIT
-"""What a file declares: types, blocks with their variables, globals and programs."""
+"""The declarations of a file: types, blocks with their variables, globals and programs."""
 
 import copy
 
 from st_lexer import SECTIONS, StError, Words
 from st_types import Block, Type
 
-# Of IEC 61131-3, 2nd edition, tables 23 to 28: no names for variables in MATIEC.
+# IEC 61131-3, 2nd edition, tables 23 to 28: not allowed as names of variables in MATIEC.
 STANDARD_FUNCTIONS = set("ABS SQRT LN LOG EXP SIN COS TAN ASIN ACOS ATAN ADD MUL SUB DIV MOD EXPT MOVE SHL SHR ROR ROL AND OR XOR NOT SEL MAX "
                          "MIN LIMIT MUX GT GE EQ LE LT NE LEN LEFT RIGHT MID CONCAT INSERT DELETE REPLACE FIND".split())
 
@@ -52,7 +52,7 @@ class Declarations(Words):
             place = self.expect("]").place
             self.expect("OF")
             element = self.type_name()
-            if element.kind == "array":  # MATIEC's C for it does not compile
+            if element.kind == "array":  # MATIEC generates C that does not compile
                 raise StError(place, f"{name}: an ARRAY of arrays")
             return Type("array", name, low, high, element)
         return self.type_name()

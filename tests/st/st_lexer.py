@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The words of Structured Text (IEC 61131-3, 2nd edition, 2.1 and 2.2), as far as tools/st needs them."""
+"""The words of Structured Text (IEC 61131-3, 2nd edition, 2.1 and 2.2), limited to what tools/st needs."""
 
 import re
 from typing import NamedTuple
@@ -54,7 +54,7 @@ def tokens_of(text, file):
 
 
 class Words:
-    """The words of a file, one after the other."""
+    """The words of a file in order."""
 
     def __init__(self, text, file):
         self.tokens, self.at = tokens_of(text, file), 0

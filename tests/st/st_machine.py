@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Checks a program and runs it: every name, type and argument before it runs, indices and ranges while it does."""
+"""Checks a program and runs it: every name, type and argument beforehand, indices and ranges at run time."""
 
 from st_compiler import Compiler
 from st_lexer import StError
@@ -10,7 +10,7 @@ class Machine:
     """The programs of some files."""
 
     def __init__(self, *texts):
-        """texts: (file name, text) each, in the order in which they use each other; the configuration is the last."""
+        """texts: (file name, text) pairs, each after those that it uses; the configuration is last."""
         self.types, self.blocks, self.enumerators = dict(ELEMENTARY), {"TON": Timer()}, {}
         self.global_types, self.globals, self.constants, self.externals = {}, {}, set(), []
         self.programs = {}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Data types, their first values, and what has variables."""
+"""Data types, their initial values, and units with variables."""
 
 import copy
 from typing import NamedTuple
@@ -13,7 +13,7 @@ class Type(NamedTuple):
     of: object = None  # elements of an array or a pointer: a Type; enum: names; struct: {NAME: (Type, first value)}
 
     def first(self):
-        """The value where none is given."""
+        """The default initial value."""
         if self.kind == "array":
             return [self.of.first() for _ in range(self.low, self.high + 1)]
         if self.kind == "struct":
@@ -38,14 +38,14 @@ ELEMENTARY = {t.name: t for t in (BOOL, BYTE, WORD, DWORD, USINT, UINT, UDINT, T
 
 
 class Pointer(NamedTuple):
-    """A byte of a variable: its n-th, low byte first."""
+    """The n-th byte of a variable, low byte first."""
     container: object  # a list or a dict
     key: object
     type: Type
     offset: int
 
     def element(self):
-        """(container, key, type, offset) of the number that the byte belongs to; IndexError behind the variable"""
+        """(container, key, type, offset) of the number that the byte belongs to; IndexError after the end of the variable"""
         if self.type.kind == "array":
             size = bytes_of(self.type.of)
             place = self.offset // size
@@ -73,7 +73,7 @@ def bytes_of(a_type):
 
 
 class Block:
-    """A FUNCTION_BLOCK, PROGRAM or FUNCTION: the variables of an instance, and what runs."""
+    """A FUNCTION_BLOCK, PROGRAM or FUNCTION: the variables of an instance, and its body."""
 
     def __init__(self, kind, name):
         self.kind, self.name = kind, name

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""What cbcanctl does with many nodes at once (scan, dump, configure), against the real cbcan-sim."""
+"""The commands of cbcanctl for many nodes at once (scan, dump, configure), with the real cbcan-sim."""
 
 import json
 import os
@@ -87,7 +87,7 @@ class ManyNodes(Nodes):
                     self.check(f"configure {self.file('plan.toml', text)}", f"{node} started\n")
                     self.check(f"nmt preop {node}")
                     self.assertEqual(self.dumped(*arguments), text)
-        self.assertIn('\n  # { index = 0x6200, sub = 0, value = 1, type = "u8" },\n', text)  # a number of entries
+        self.assertIn('\n  # { index = 0x6200, sub = 0, value = 1, type = "u8" },\n', text)  # a number of sub-indices
         self.assertIn('\n  { index = 0x1600, sub = 0, value = 1, type = "u8" },\n', text)
 
     def test_what_a_dump_says(self):
@@ -169,7 +169,7 @@ class ManyNodes(Nodes):
             self.assertEqual((*control.communicate(timeout=LIMIT), control.returncode),
                              ("", "cbcanctl: cancelled: no request is in progress any more\n", INTERRUPTED))
         self.simulator.wait_for_frame("603#8000100000000008")
-        with self.simulator.window() as window:  # 3003h of each channel is what it was
+        with self.simulator.window() as window:  # 3003h of each channel is unchanged
             for channel in range(1, 16):
                 out, number = 500 + 200 * channel, window.read(602 + 200 * channel, 1)[0] + 1
                 window.write(out, [number, 5055, 0, 0x3003, 0, 2])

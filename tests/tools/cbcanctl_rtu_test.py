@@ -30,7 +30,7 @@ def run(device, *arguments):
 
 
 class Station:
-    """cbcan-sim without nodes at the other end of the line."""
+    """cbcan-sim without nodes, at the other end of the line."""
 
     def __init__(self, number=1):
         self.line = SerialLine()
@@ -75,8 +75,8 @@ def with_crc(frame):
 
 
 class Device:
-    """A station whose transactions are done at once: four bytes, 12345678h. Before it sends a response, the next of its misdeeds
-    may change it: a function of the response, and of this."""
+    """A station whose transactions end immediately: four bytes, 12345678h. Before it sends a response, the next of its misdeeds
+    may change it: a function of the response and this object."""
 
     def __init__(self, *misdeeds):
         self.line, self.slave = os.openpty()
@@ -148,9 +148,6 @@ class BadDevices(unittest.TestCase):
         self.assertIn(word, done.stderr)
         return requests
 
-    def test_without_misdeeds(self):
-        self.check_done()
-
     def test_a_lost_response_to_a_read_is_asked_for_again(self):
         self.check_done(none)
         self.check_done(good, good, none)
@@ -163,7 +160,7 @@ class BadDevices(unittest.TestCase):
         hurried = []
 
         def late(response, device):
-            # cbcanctl gives it up after 1.5 s; then it waits until nothing has come for 1 s.
+            # cbcanctl's timeout is 1.5 s; then it waits until nothing has arrived for 1 s.
             hurried.append(device.line in select.select([device.line, device.woken], [], [], 2)[0])
             return response
         self.check_done(good, good, late)
@@ -207,7 +204,7 @@ class NoDevice(unittest.TestCase):
         device = Device()
         self.addCleanup(device.stop)
         os.chmod(device.name, 0)
-        with tempfile.TemporaryDirectory() as folder:  # the build may be where nobody can go
+        with tempfile.TemporaryDirectory() as folder:  # the user nobody may not reach the build folder
             os.chmod(folder, 0o755)
             program = shutil.copy(CBCANCTL, folder)
             done = subprocess.run([program, "--rtu", device.name, "state", "0"], capture_output=True, text=True, timeout=LIMIT,

@@ -43,11 +43,11 @@ class PlantRegisters final : public RegisterAccess {
 
   Plant plant;
   std::size_t told = 0;      ///< jobs that have ended
-  unsigned distorted = 128;  ///< a node that keeps other values
+  unsigned distorted = 128;  ///< a node that stores different values
   Plant::Duration give_up_at = 60s;
 };
 
-/// The nodes' 2001h..2004h, as many writes as said.
+/// A plan with `writes` writes to 2001h..2004h of each node.
 std::string plan_of(unsigned nodes, unsigned writes) {
   std::string toml;
   for (unsigned node = 1; node <= nodes; ++node) {
@@ -71,7 +71,7 @@ std::string seconds(Plant::Duration time) {
   return std::to_string(hundredths / 100) + "." + std::to_string(100 + hundredths % 100).substr(1) + " s";
 }
 
-/// Jobs for a plan, and what became of them.
+/// Jobs for a plan, and their results.
 struct Jobs {
   explicit Jobs(const std::string& toml, bool verify = true) : plan(parse_plan(toml, "plan.toml")) {
     for (const PlannedNode& node : plan)
@@ -141,13 +141,6 @@ TEST_CASE("who gives up leaves nothing under way") {
   CHECK_THROWS_WITH(run(registers, jobs.list), "given up");
   registers.plant.advance(1ms);
   CHECK(registers.plant.frames().back() == "601#8000100000000008");
-}
-
-TEST_CASE("a module with one channel") {
-  PlantRegisters registers(nodes(1, "[module]\nchannels = 1\n"));
-  Jobs jobs(plan_of(1, 1));
-  CHECK_FALSE(run(registers, jobs.list));
-  CHECK(registers.plant.holds("state 1 pre-operational"));
 }
 
 TEST_CASE("an object that can only be read has to have its value already") {

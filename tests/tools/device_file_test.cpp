@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// DCF files as plans.
+// Plans from DCF files.
 #include "cbcanctl/device_file.hpp"
 
 #include "support/catch.hpp"

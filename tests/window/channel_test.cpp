@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A PLC's side of the registers, request by request; words after docs/reference/contract.md and
+// The PLC's side of the registers, request by request; words from docs/reference/contract.md and
 // docs/reference/registers.md.
 #include "cbcan/window.hpp"
 
@@ -10,7 +10,7 @@ using Words = std::vector<std::uint16_t>;
 
 const Transaction kRead{.command = 5055, .node = 0x42, .index = 0x6411, .sub = 1, .size = 2};
 
-/// What the next request is: "write 3700: 0", "read 3700 8".
+/// The next request: "write 3700: 0", "read 3700 8".
 std::string next_of(Channel& channel) {
   const std::optional<Request> request = channel.next();
   if (!request) return "none";
@@ -23,7 +23,7 @@ std::string next_of(Channel& channel) {
          std::to_string(request->count);
 }
 
-/// Carries `transaction` out as far as the first look for its result.
+/// Carries out `transaction` up to the first poll for its result.
 void start(Channel& channel, const Transaction& transaction, const Words& head = {}) {
   channel.begin(transaction);
   for (const Words& words : {head, Words{}}) {
@@ -52,7 +52,7 @@ TEST_CASE("R3700: cleared, everything in one request, and read until it has chan
   CHECK(result->code == 0);
   CHECK(result->data == std::vector<std::uint8_t>{0x2C, 0x01});
   CHECK_FALSE(channel.take());
-  channel.begin(kRead);  // nothing is cleared any more
+  channel.begin(kRead);  // no clearing now
   CHECK(next_of(channel) == "write 3700: 51726 5055 66 25617 1 2");
 }
 
@@ -70,7 +70,7 @@ TEST_CASE("an abort code has its low word first; a write has its bytes, the firs
 
 TEST_CASE("start rule: 0 in R3700, and another request in R3701..R3704, is not known to be a result") {
   const Words written{0xCA0E, 5055, 0x42, 0x6411, 1, 2};
-  CHECK(is_known(written, Words{0, 5055, 0x42, 0x6411, 1, 4}));  // R3705 is the module's
+  CHECK(is_known(written, Words{0, 5055, 0x42, 0x6411, 1, 4}));  // R3705 may be changed by the module
   CHECK(is_known(written, Words{0, 5055, 0x42}));
   for (std::size_t at = 1; at <= 4; ++at) {
     Words now{0, 5055, 0x42, 0x6411, 1, 2, 0, 0};
@@ -118,7 +118,7 @@ TEST_CASE(
   CHECK(next_of(channel) == "write 700: 1 5055 66 25617 1 2");
   channel.answered({});
   CHECK(next_of(channel) == "read 800 6");
-  channel.answered({.words = {65535, 0, 65535, 0, 0, 0}});  // another number was taken: it has restarted
+  channel.answered({.words = {65535, 0, 65535, 0, 0, 0}});  // another number was taken: a restart
   CHECK_FALSE(channel.take()->known);
 }
 
@@ -144,7 +144,7 @@ TEST_CASE("a channel that the module does not have: nothing was taken and nothin
   refused.answered({.exception = 2});
   for (Channel* channel : {&missing, &refused}) {
     CHECK(channel->absent());
-    CHECK(next_of(*channel) == "write 3500: 0, read 3600 3");  // not known any more
+    CHECK(next_of(*channel) == "write 3500: 0, read 3600 3");  // the state is unknown
   }
   CHECK_FALSE(started.absent());
 }

@@ -4,7 +4,6 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <functional>
 
 #include "eds/values.hpp"
 
@@ -12,9 +11,7 @@ namespace cbcan::tools {
 
 namespace {
 
-constexpr auto kRestarted = static_cast<std::uint16_t>(regmap::Result::kRestarted);
-
-/// Gives its channel another SDO timeout.
+/// Changes the SDO timeout of its channel.
 class TimeoutJob final : public Job {
  public:
   explicit TimeoutJob(std::uint16_t ms) : value_(eds::to_bytes(ms, 2)) {}
@@ -26,7 +23,7 @@ class TimeoutJob final : public Job {
   void ended(const window::Result& result) override {
     if (step_++ == 0 && result.code == 0) before_ = result.data;
   }
-  /// What puts back the one before, which is there once it may have been changed.
+  /// Restores the previous timeout, if it may have been changed.
   std::optional<Transaction> undo() const { return before_ ? std::optional(write(*before_)) : std::nullopt; }
 
  private:
@@ -39,7 +36,7 @@ class TimeoutJob final : public Job {
   std::optional<std::vector<std::uint8_t>> before_;
 };
 
-/// One channel, and the job that it carries out.
+/// One channel and the job that it carries out.
 class Worker {
  public:
   Worker(RegisterAccess& registers, unsigned channel) : registers_(registers), channel_(channel) {}
@@ -53,20 +50,20 @@ class Worker {
 
   void set_timeout(std::uint16_t ms) { begin(&timeout_.emplace(ms)); }
 
-  /// Begins the job's next transaction; without one it is idle again.
+  /// Begins the job's next transaction; becomes idle if there is none.
   void begin(Job* job) {
     const std::optional<Transaction> transaction = job->next();
     job_ = transaction ? job : nullptr;
     if (transaction) start(*transaction);
   }
 
-  /// True: its transaction has ended.
+  /// True if its transaction has ended.
   bool look() {
     exchange();
     const std::optional<window::Result> result = channel_.take();
     if (!result) return false;
     if (!result->known) fail("the module has restarted, or another program uses its channels");
-    if (result->code == kRestarted) {
+    if (result->code == static_cast<std::uint16_t>(regmap::Result::kRestarted)) {
       start(channel_.transaction());
       return false;
     }
@@ -75,7 +72,7 @@ class Worker {
     return true;
   }
 
-  /// Cancels whatever is in progress, and leaves the channel as it was.
+  /// Cancels a transaction in progress and restores the channel's timeout.
   void leave() {
     channel_.cancel();
     if (channel_.cancelling()) exchange();
@@ -142,7 +139,7 @@ bool run(RegisterAccess& registers, std::span<Job* const> jobs, std::uint16_t sd
     if (Worker worker(registers, channel); worker.exists()) channels.push_back(worker);
   if (channels.empty()) return false;
   auto next = jobs.begin();
-  const auto leave = [&] { std::for_each(channels.begin(), channels.end(), std::mem_fn(&Worker::leave)); };
+  const auto leave = [&] { std::ranges::for_each(channels, &Worker::leave); };
   try {
     for (Worker& channel : channels)
       if (sdo_timeout_ms != 0) channel.set_timeout(sdo_timeout_ms);

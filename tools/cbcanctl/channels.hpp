@@ -2,7 +2,7 @@
 #pragma once
 
 /// Many nodes at once: each channel of the module (docs/reference/contract.md, "Channels") carries out one
-/// job after the other. Knows no Modbus: registers are whatever reads and writes them.
+/// job after the other. Independent of Modbus: RegisterAccess reads and writes the registers.
 
 #include <cstdint>
 #include <optional>
@@ -20,22 +20,22 @@ using window::Transaction;
 Transaction read_of(unsigned node, unsigned index, unsigned sub, std::size_t size = regmap::kMaxDataBytes);
 Transaction write_of(unsigned node, unsigned index, unsigned sub, std::vector<std::uint8_t> data);
 
-/// The module's registers, each call one Modbus request.
+/// The module's registers; each call is one Modbus request.
 class RegisterAccess {
  public:
   virtual ~RegisterAccess() = default;
   virtual window::Response exchange(const window::Request& request) = 0;
-  /// No channel has a result: time passes. May throw, to give up.
+  /// Called when no channel has a result: lets time pass. May throw, to cancel.
   virtual void wait() = 0;
-  /// So many jobs have ended.
+  /// Reports the number of ended jobs.
   virtual void progress(std::size_t /*ended*/) {}
 };
 
-/// Transactions that go one after the other.
+/// Transactions, carried out one after the other.
 class Job {
  public:
   virtual ~Job() = default;
-  /// None: there are no more.
+  /// None = no more transactions.
   virtual std::optional<Transaction> next() = 0;
   virtual void ended(const window::Result& result) = 0;
 };
@@ -45,7 +45,7 @@ struct ObjectPlace {
   std::uint8_t sub = 0;
 };
 
-/// Reads objects of one node; when it does not respond to the first one, no more.
+/// Reads objects of one node; stops if it does not respond to the first read.
 class ReadJob final : public Job {
  public:
   ReadJob(std::uint16_t node, std::vector<ObjectPlace> places) : node_(node), places_(std::move(places)) {}
@@ -63,9 +63,9 @@ class ReadJob final : public Job {
   std::vector<window::Result> results_;
 };
 
-/// Carries out all jobs over the channels 16 to 2, as many as there are; returns when the last has ended.
-/// False: the module has no channels but the first, and nothing has been done. Other programs must not use
-/// these channels meanwhile. `sdo_timeout_ms`: their 3003h meanwhile, whatever ends it; 0 = as it is.
+/// Carries out all jobs on those of the channels 16 to 2 that exist; returns when the last job has ended.
+/// False: the module has only channel 1, and nothing was done. Other programs must not use these channels
+/// meanwhile. `sdo_timeout_ms`: 3003h of these channels during the call, also if it throws; 0 = unchanged.
 bool run(RegisterAccess& registers, std::span<Job* const> jobs, std::uint16_t sdo_timeout_ms = 0);
 
 }  // namespace cbcan::tools

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <utility>
 
 #include "cbcanctl/commands.hpp"
 #include "options/command.hpp"
@@ -21,14 +20,17 @@ using options::Row;
 using Setting = options::Setting<Options>;
 using Command = options::Command<Options>;
 
-constexpr int kPatienceMs = 5000;       ///< for R3700, besides what --timeout asks for
-constexpr int kMostSdoTimeout = 65535;  ///< 3003h has two bytes
+constexpr int kPatienceMs = 5000;       ///< for R3700, in addition to --timeout
+constexpr int kMostSdoTimeout = 65535;  ///< 3003h is two bytes
 constexpr std::size_t kCommandColumn = 30;
 
 // ---- The rows
 
 constexpr std::array<std::string_view, 3> kParities{"E", "O", "N"};
 constexpr std::array<std::string_view, 5> kServices{"start", "stop", "preop", "reset-node", "reset-comm"};
+static_assert(std::ranges::equal(regmap::kNmtCommands, std::array{5, 4, 127, 6, 7}, {},
+                                 &regmap::NmtRow::state_code),
+              "kServices has the order of kNmtCommands");
 constexpr std::array<std::string_view, 4> kModes{"auto", "expedited", "segmented", "block"};
 
 template <auto... kPath>
@@ -79,7 +81,7 @@ constexpr auto kCommands = std::to_array<Command>({
     {"cbcanctl kernel", "CAN errors of the coprocessor", {}, {}, kernel},
 });
 
-/// Of all commands: where the registers are, and the others.
+/// Options of all commands: first those of the server.
 constexpr std::array kShared{
     row<&Options::target, &window::Settings::host>({.option = "--host HOST", .help = "Modbus TCP server; HOST:PORT too"}),
     row<&Options::target, &window::Settings::port>({.option = "--port PORT", .help = "Its port", .low = 1, .high = 65535}),
@@ -217,8 +219,7 @@ const Command& command_of(const options::ParsedArguments& typed) {
   throw tools::UsageError(fmt::format("{}: no such command{}; {}", word, command_suggestion(word), kAll));
 }
 
-/// Until when nobody has waited in vain: a held-back request takes two SDO timeouts
-/// (docs/reference/contract.md).
+/// Long enough for a delayed request, which takes two SDO timeouts (docs/reference/contract.md).
 std::chrono::milliseconds patience(int timeout_ms, const Command& command) {
   const std::array transfers{read, write, dump, scan};
   if (std::ranges::count(transfers, command.run) == 0)
@@ -229,7 +230,7 @@ std::chrono::milliseconds patience(int timeout_ms, const Command& command) {
   return std::chrono::milliseconds(kPatienceMs + 2 * timeout_ms);
 }
 
-/// Options that are nothing without another one, or with it.
+/// Checks options that require or exclude another one.
 void check_target(const options::ParsedArguments& typed, const window::Settings& target) {
   const bool serial = !target.rtu.empty();
   for (const std::string_view option : {"--host", "--port"})
@@ -242,7 +243,7 @@ void check_target(const options::ParsedArguments& typed, const window::Settings&
     throw tools::UsageError("--station 0 is all stations, and none of them answers; write 1..247");
 }
 
-/// The address may have the port behind it; without an option it is that of the environment.
+/// The address may include the port; without an option it comes from the environment.
 void settle_address(const options::ParsedArguments& typed, const char* environment,
                     window::Settings& target) {
   const bool has_host = is_typed(typed, "--host");
@@ -255,12 +256,6 @@ void settle_address(const options::ParsedArguments& typed, const char* environme
         fmt::format("--host {}: the port is there already; leave out --port", target.host));
   target.host = address.host;
   if (address.port != 0) target.port = address.port;
-}
-
-void settle_target(const options::ParsedArguments& typed, const char* environment, Options& options) {
-  check_target(typed, options.target);
-  settle_address(typed, environment, options.target);
-  options.target.parity = options.parity.front();
 }
 
 }  // namespace
@@ -280,8 +275,11 @@ Start parse_command_line(std::span<const char* const> words, const char* environ
   options::Problem problem = put_options<Options>(command, kShared, typed, start.options);
   if (problem.empty()) problem = put_words(command, std::span(typed.words).subspan(1), start.options);
   if (!problem.empty()) throw tools::UsageError(problem);
-  settle_target(typed, environment, start.options);
-  start.options.target.timeout = patience(start.options.timeout_ms, command);
+  window::Settings& target = start.options.target;
+  check_target(typed, target);
+  settle_address(typed, environment, target);
+  target.parity = start.options.parity.front();
+  target.timeout = patience(start.options.timeout_ms, command);
   return start;
 }
 

@@ -10,15 +10,15 @@
 
 namespace cbcan::ctl {
 
-/// What to do: print `out`, or run the command.
+/// Print `out`, or run the command.
 struct Start {
   std::string out{};  ///< help or version
   void (*run)(const Options&) = nullptr;
   Options options{};
 };
 
-/// `words`: those after the program's name. `environment`: the value of CBCAN_MODBUS, null if there is none.
-/// Throws UsageError.
+/// `words`: the arguments after the program's name. `environment`: the value of CBCAN_MODBUS, null if there
+/// is none. Throws UsageError.
 Start parse_command_line(std::span<const char* const> words, const char* environment);
 
 }  // namespace cbcan::ctl

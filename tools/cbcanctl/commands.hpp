@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The commands of cbcanctl: each prints its result on standard output, and throws what keeps it from that.
+/// The commands of cbcanctl: each prints its result on standard output, or throws.
 
 #include "cbcanctl/session.hpp"
 

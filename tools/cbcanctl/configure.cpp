@@ -24,7 +24,7 @@ std::vector<tools::PlannedNode> read_plan(const std::string& path) {
   return {node};
 }
 
-/// Of all plans; no node has two.
+/// The nodes of all plans; each node may appear once.
 std::vector<tools::PlannedNode> read_plans(const std::vector<std::string>& paths) {
   std::vector<tools::PlannedNode> nodes;
   std::array<std::string, kMaxNode + 1> planned_by;
@@ -39,10 +39,6 @@ std::vector<tools::PlannedNode> read_plans(const std::vector<std::string>& paths
   return nodes;
 }
 
-std::string problem_of(const tools::NodeConfiguration& node) {
-  return node.refusal() ? Refused(*node.refusal(), node.problem()).what() : node.problem();
-}
-
 }  // namespace
 
 void configure(const Options& options) {
@@ -55,7 +51,8 @@ void configure(const Options& options) {
   run(client, jobs, "node");
   std::size_t failed = 0;
   for (const tools::NodeConfiguration& node : nodes) {
-    const std::string problem = problem_of(node);
+    const std::string problem =
+        node.refusal() ? Refused(*node.refusal(), node.problem()).what() : node.problem();
     if (!problem.empty()) say(problem);
     failed += problem.empty() ? 0u : 1u;
     if (options.json)
@@ -64,9 +61,9 @@ void configure(const Options& options) {
     else if (problem.empty())
       fmt::print("{} started\n", node.node().id);
   }
-  if (failed != 0)
-    throw NotAll(fmt::format("{} of {} nodes {} not been started", failed, nodes.size(),
-                             failed == 1 ? "has" : "have"));
+  if (failed == 0) return;
+  say(fmt::format("{} of {} nodes {} not been started", failed, nodes.size(), failed == 1 ? "has" : "have"));
+  throw Ended{ExitCode::kRefused};
 }
 
 }  // namespace cbcan::ctl

@@ -4,7 +4,6 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <array>
 #include <map>
 #include <set>
 
@@ -16,10 +15,10 @@ namespace cbcan::tools {
 namespace {
 
 constexpr std::uint16_t kToMapping = 0x200;  ///< from communication to mapping parameters
-constexpr std::uint8_t kInvalid = 0x80;      ///< of the highest byte of a PDO's COB-ID
+constexpr std::uint8_t kInvalid = 0x80;      ///< in the highest byte of a PDO's COB-ID
 constexpr std::uint8_t kCobId = 1;
 
-/// The communication parameters of the PDO that the object belongs to; 0 = of none.
+/// The communication parameters of the PDO that the object belongs to; 0 = none.
 std::uint16_t pdo_of(std::uint16_t index) {
   if (index < 0x1400 || index > 0x1BFF) return 0;
   return static_cast<std::uint16_t>(index & kToMapping ? index - kToMapping : index);
@@ -49,7 +48,7 @@ void append_pdo(std::vector<PlannedObject>& order, const std::vector<PlannedObje
   if (cob_id != nullptr && (cob_id->value.back() & kInvalid) == 0) order.push_back(*cob_id);
 }
 
-/// In 1018h a 0 says nothing, as in CiA 302's 1F85h to 1F88h.
+/// A 0 in 1018h is not checked, as in CiA 302's 1F85h to 1F88h.
 bool is_checked(const eds::Object& object) {
   const bool says_something =
       std::any_of(object.value.begin(), object.value.end(), [](std::uint8_t byte) { return byte != 0; });
@@ -57,7 +56,7 @@ bool is_checked(const eds::Object& object) {
          (object.index == kDeviceType && object.has_value);
 }
 
-/// What the file sets, and of a PDO that it touches COB-ID and number of mappings, which have to be written
+/// What the file sets; of a PDO that it changes also COB-ID and number of mappings, which must be written
 /// again.
 bool is_set(const eds::Object& object, const std::set<std::uint16_t>& touched) {
   const bool frames_others = object.first_sub == (is_mapping(object.index) ? 0 : kCobId);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// dump: the objects of a node as a plan, those of a file or those that are found.
+// dump: the objects of a node as a plan, either those of a file or those found on the node.
 
 #include <fmt/core.h>
 
@@ -19,7 +19,7 @@ namespace {
 using tools::Bytes;
 using tools::Transaction;
 
-constexpr std::uint16_t kManufacturer = 0x2000;  ///< below are communication parameters
+constexpr std::uint16_t kManufacturer = 0x2000;  ///< communication parameters are below
 
 /// Communication parameters that are read-only in every device (CiA 301, 7.5.2).
 constexpr std::array<std::uint16_t, 8> kReadOnly{0x1000, 0x1001, 0x1002, 0x1008,
@@ -34,14 +34,14 @@ struct Dumped {
   std::string name{};
 };
 
-/// Throws for a response that is not about this object.
+/// Throws if the response is not about the object but about the node or the module.
 void check(std::uint8_t node, const window::Result& response) {
   if (response.code != 0 && (response.code != 4 || response.abort_code == window::abort_code::kTimedOut))
     throw Refused(response, fmt::format("node {}", node));
 }
 
-/// Tries some indices: sub-index 0, and where that may be how many there are, the ones behind it, if there is
-/// a first one.
+/// Tries a range of indices: sub-index 0; if that may be the number of sub-indices, also the others, unless
+/// the first is missing.
 class ProbeJob final : public tools::Job {
  public:
   ProbeJob(std::uint8_t node, unsigned first, unsigned count)
@@ -55,7 +55,7 @@ class ProbeJob final : public tools::Job {
     check(node_, response);
     const bool there = response.abort_code != window::abort_code::kNoObject &&
                        response.abort_code != window::abort_code::kNoSubIndex &&
-                       index_ != regmap::kNodeStateService;  // which the module itself answers
+                       index_ != regmap::kNodeStateService;  // answered by the module itself
     if (sub_ == 0) last_ = response.data.size() == 1 ? response.data[0] : 0;
     if (sub_ == 1 && !there) last_ = 1;
     if (there) keep(response);
@@ -120,14 +120,14 @@ std::vector<Dumped> objects_found(window::Client& client, std::uint8_t node, con
   return found;
 }
 
-/// Printable, and not taken for bytes where it comes back.
+/// Printable, and not mistaken for bytes when read again.
 bool is_text(const Bytes& value) {
   return !value.empty() && !text::is_hex(std::string(value.begin(), value.end())) &&
          std::all_of(value.begin(), value.end(),
                      [](std::uint8_t byte) { return byte >= 0x20 && byte < 0x7F; });
 }
 
-/// That of the file where the value is one, else what the size says.
+/// The file's type if it fits the value, else one that fits the size.
 const tools::ValueType& fitting_type(const Bytes& value, const tools::ValueType* type) {
   if (type == nullptr)
     return tools::value_type(value.size() >= 1 && value.size() <= 8 ? fmt::format("u{}", 8 * value.size())
@@ -137,7 +137,7 @@ const tools::ValueType& fitting_type(const Bytes& value, const tools::ValueType*
   return fits ? *type : tools::value_type("hex");
 }
 
-/// As the plan has it: communication parameters in hexadecimal, and as a text what TOML has no number for.
+/// A line of the plan: communication parameters in hexadecimal, numbers too large for TOML as text.
 std::string plan_line(std::uint16_t index, std::uint8_t sub, const Bytes& value,
                       const tools::ValueType* known) {
   const tools::ValueType& type = fitting_type(value, known);

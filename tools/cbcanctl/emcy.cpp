@@ -15,9 +15,7 @@ namespace {
 using eds::EmergencyMessage;
 using tools::json_string;
 
-constexpr std::size_t kScanSize = 1 + EmergencyMessage::kSize;
-
-/// `quoted`: as the elements of a JSON array.
+/// `quoted`: as elements of a JSON array.
 std::string bits_text(std::uint8_t error_register, bool quoted) {
   std::string text;
   for (const std::string_view bit : eds::error_register_bits(error_register))
@@ -25,7 +23,7 @@ std::string bits_text(std::uint8_t error_register, bool quoted) {
   return text;
 }
 
-/// `nothing` is what a message of zeros means.
+/// `nothing`: the meaning of a message of zeros.
 void print(int node, const EmergencyMessage& message, std::string_view nothing, const Options& options) {
   const bool is_nothing = message == EmergencyMessage{};
   const std::string_view meaning = is_nothing ? nothing : eds::emergency_meaning(message.code);
@@ -43,28 +41,19 @@ void print(int node, const EmergencyMessage& message, std::string_view nothing, 
                message.error_register, bits.empty() ? "" : ": ", bits, info);
 }
 
-struct Found {
-  std::uint8_t node;  ///< 0 = nothing in a full round
-  EmergencyMessage message;
-};
-
-Found next_of_scan(window::Client& client) {
-  const tools::Bytes bytes = own::read(client, own::kEmergencyScan, 0, kScanSize);
-  return {bytes[0], eds::emergency_from(std::span(bytes).subspan<1, EmergencyMessage::kSize>())};
-}
-
-/// A node that comes again has been reached once around: while it has an error the scan always stops there.
+/// A repeated node means a full round: the scan always stops at a node that has an error.
 void list_all(window::Client& client, const Options& options) {
   std::array<std::optional<EmergencyMessage>, 256> told{};
   bool any = false;
   while (true) {
-    const Found found = next_of_scan(client);
-    if (found.node == 0) break;
+    const tools::Bytes found = own::read(client, own::kEmergencyScan, 0, 1 + EmergencyMessage::kSize);
+    const auto message = eds::emergency_from(std::span(found).subspan<1, EmergencyMessage::kSize>());
+    if (found[0] == 0) break;  // nothing found in a full round
     any = true;
-    std::optional<EmergencyMessage>& before = told[found.node];
-    if (before != found.message) print(found.node, found.message, "no error any more", options);
+    std::optional<EmergencyMessage>& before = told[found[0]];
+    if (before != message) print(found[0], message, "no error any more", options);
     if (before) return;
-    before = found.message;
+    before = message;
   }
   if (!any && !options.json) std::cout << "no error\n";
 }
@@ -76,7 +65,7 @@ void emcy(const Options& options) {
   auto node = static_cast<std::uint8_t>(all ? 0 : tools::parse_number(options.node, kMaxNode, "NODE"));
   window::Client client = connect(options);
   if (all) return list_all(client, options);
-  if (node == 0) node = own::node_id(client);
+  if (node == 0) node = own::read(client, own::kOwnNodeId, 0, 1)[0];
   const tools::Bytes bytes = own::read(client, own::kLastEmergency, node, EmergencyMessage::kSize);
   print(node, eds::emergency_from(std::span(bytes).first<EmergencyMessage::kSize>()), "no error", options);
 }

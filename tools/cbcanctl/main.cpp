@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// cbcanctl: what a PLC program does with the register window, from the command line. Results on standard
-// output, everything else on standard error.
+// cbcanctl: what a PLC program does with the register window, from the command line. Results go to standard
+// output, everything else to standard error.
 
 #include <fmt/core.h>
 
@@ -16,27 +16,19 @@ namespace cbcan::ctl {
 
 namespace {
 
-/// With --json standard output has what is wrong too; `more` are further members.
+/// With --json the error is also on standard output; `more`: further members.
 ExitCode fail(ExitCode code, const std::string& why, bool json, const std::string& more = "") {
   say(why);
   if (json) std::cout << "{" << more << "\"error\": " << tools::json_string(why) << "}\n";
   return code;
 }
 
-/// 1000 means 1000h to most.
+/// A user who types 1000 often means 1000h.
 std::string hint(const Refused& refused, const Options& options) {
   const bool is_decimal = options.index.find_first_not_of("0123456789") == std::string::npos;
   if (refused.abort_code != window::abort_code::kNoObject || options.index.size() != 4 || !is_decimal)
     return {};
   return fmt::format("; INDEX {0} is decimal: did you mean 0x{0}?", options.index);
-}
-
-/// A node that does not respond is not there.
-ExitCode refused_by(const Refused& refused, const Options& options) {
-  std::string more = fmt::format("\"result\": {}, ", refused.result);
-  if (refused.abort_code) more += fmt::format("\"abort_code\": {}, ", *refused.abort_code);
-  return fail(refused.abort_code == window::abort_code::kTimedOut ? ExitCode::kAbsent : ExitCode::kRefused,
-              refused.what() + hint(refused, options), options.json, more);
 }
 
 std::string_view way_out(window::Error::Cause cause, bool serial) {
@@ -55,26 +47,23 @@ std::string_view way_out(window::Error::Cause cause, bool serial) {
   }
 }
 
-ExitCode failed_by(const window::Error& error, const Options& options) {
-  const bool interrupted = error.cause == window::Error::Cause::kInterrupted;
-  return fail(interrupted ? ExitCode::kInterrupted : ExitCode::kEnvironment,
-              fmt::format("{}{}", error.what(), way_out(error.cause, !options.target.rtu.empty())),
-              options.json);
-}
-
 ExitCode run_command(const Start& start) {
   const Options& options = start.options;
   try {
     start.run(options);
   } catch (const Refused& refused) {
-    return refused_by(refused, options);
-  } catch (const NotAll& some) {
-    say(some.what());
-    return ExitCode::kRefused;
-  } catch (const Absent&) {
-    return ExitCode::kAbsent;
+    const bool is_absent = refused.abort_code == window::abort_code::kTimedOut;
+    std::string more = fmt::format("\"result\": {}, ", refused.result);
+    if (refused.abort_code) more += fmt::format("\"abort_code\": {}, ", *refused.abort_code);
+    return fail(is_absent ? ExitCode::kAbsent : ExitCode::kRefused, refused.what() + hint(refused, options),
+                options.json, more);
+  } catch (const Ended& ended) {
+    return ended.code;
   } catch (const window::Error& error) {
-    return failed_by(error, options);
+    const bool interrupted = error.cause == window::Error::Cause::kInterrupted;
+    return fail(interrupted ? ExitCode::kInterrupted : ExitCode::kEnvironment,
+                fmt::format("{}{}", error.what(), way_out(error.cause, !options.target.rtu.empty())),
+                options.json);
   }
   return ExitCode::kDone;
 }

@@ -17,11 +17,6 @@ namespace {
 
 constexpr std::uint8_t kStartNode = 5;
 
-/// As with 1600h:00, which is 0 while its mappings change.
-bool same_place(const PlannedObject& one, const PlannedObject& other) {
-  return one.index == other.index && one.sub == other.sub;
-}
-
 class PlanReader {
  public:
   explicit PlanReader(const std::string& name) : name_(name) {}
@@ -118,7 +113,7 @@ class PlanReader {
   }
 
   const std::string& name_;
-  std::string node_;  ///< in front of what is wrong
+  std::string node_;  ///< prefix of error messages
 };
 
 }  // namespace
@@ -139,9 +134,11 @@ NodeConfiguration::NodeConfiguration(const PlannedNode& node, bool verify) : nod
     steps_.push_back({Kind::kCheck, &object});
   for (const PlannedObject& object : node.objects)
     steps_.push_back({Kind::kWrite, &object});
+  // An object may be written twice, such as 1600h:00, which is 0 while its mappings change.
   for (auto object = node.objects.begin(); verify && object != node.objects.end(); ++object)
-    if (std::none_of(object + 1, node.objects.end(),
-                     [&](const auto& later) { return same_place(later, *object); }))
+    if (std::none_of(object + 1, node.objects.end(), [&](const PlannedObject& later) {
+          return later.index == object->index && later.sub == object->sub;
+        }))
       steps_.push_back({Kind::kReadBack, &*object});
   steps_.push_back({Kind::kStart, nullptr});
 }

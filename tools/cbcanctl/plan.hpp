@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// What nodes are to be, and one job for each that makes them so, in the order of CiA 302's boot-up: check
-/// the identity, write, read back, start.
+/// The planned configuration of nodes, and a job for each node that applies it, in the order of CiA 302's
+/// boot-up: check the identity, write, read back, start.
 
 #include <cstdint>
 #include <optional>
@@ -26,7 +26,7 @@ struct PlannedObject {
 
 struct PlannedNode {
   std::uint8_t id = 0;
-  std::vector<PlannedObject> identity;  ///< 1000h, 1018h: what is there already
+  std::vector<PlannedObject> identity;  ///< 1000h, 1018h: expected values
   std::vector<PlannedObject> objects;   ///< to write
 };
 
@@ -35,17 +35,17 @@ std::vector<PlannedNode> parse_plan(std::string_view text, const std::string& na
 
 class NodeConfiguration final : public Job {
  public:
-  /// `verify`: each value is read back; one that can only be written is taken as it was confirmed. One that
-  /// can only be read has to be there already.
+  /// `verify`: reads back each value; a write-only object counts as written. A read-only object must have the
+  /// value already.
   NodeConfiguration(const PlannedNode& node, bool verify);
 
   std::optional<Transaction> next() override;
   void ended(const window::Result& response) override;
 
   const PlannedNode& node() const { return node_; }
-  /// What kept the node from being started; empty = nothing.
+  /// Why the node was not started; empty = it was.
   const std::string& problem() const { return problem_; }
-  /// The response that did, unless it was another value that did.
+  /// The response that caused this, unless a different value did.
   const std::optional<window::Result>& refusal() const { return refusal_; }
 
  private:

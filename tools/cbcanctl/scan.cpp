@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// scan: which nodes are there, and what they are.
+// scan: the nodes that respond, with identity and name.
 
 #include <fmt/core.h>
 
@@ -26,7 +26,7 @@ constexpr std::array<Column, 6> kColumns{{
     {{0x1008, 0}, "name", "name"},
 }};
 
-/// A number in hexadecimal, the name as it is; empty where the node has no such object.
+/// A number in hexadecimal, or the name; empty if the node has no such object.
 std::string cell(const tools::Bytes& value, bool is_name) {
   if (value.empty()) return "";
   const std::string text =

@@ -30,7 +30,7 @@ constexpr std::array<regmap::NamedNumber, 4> kKernelStates{{
     {0x11, "ERROR_PASSIVE", "error passive"},
 }};
 
-/// A read of the object that is meant.
+/// A read of the object in the arguments.
 Transaction object_of(const Options& options) {
   return tools::read_of(tools::parse_number(options.node, kMaxNode, "NODE"),
                         tools::parse_number(options.index, 0xFFFF, "INDEX"),
@@ -48,7 +48,7 @@ std::string_view meaning_of(std::span<const regmap::NamedNumber> rows, std::uint
   return row == rows.end() ? "no known state" : row->meaning;
 }
 
-/// Of a job that has asked for it.
+/// The state that the job has read.
 std::uint16_t state_of(const tools::ReadJob& job) {
   const window::Result& response = job.results().front();
   if (response.code != 0) throw Refused(response);
@@ -121,7 +121,7 @@ void state(const Options& options) {
   tools::ReadJob job(static_cast<std::uint16_t>(node), {{regmap::kNodeStateService, 0}});
   job.ended(client.execute(*job.next()));
   print_state(node, state_of(job), options);
-  if (state_of(job) == kNotDetected) throw Absent();
+  if (state_of(job) == kNotDetected) throw Ended{ExitCode::kAbsent};
 }
 
 void kernel(const Options& options) {

@@ -20,10 +20,6 @@ using Cause = window::Error::Cause;
 
 volatile sig_atomic_t interrupt_seen = 0;
 
-void on_interrupt(int /*signal*/) {
-  interrupt_seen = 1;
-}
-
 std::optional<std::uint32_t> abort_code_of(const window::Result& response) {
   if (response.code != static_cast<std::uint16_t>(regmap::Result::kSdoExecutionError)) return std::nullopt;
   return response.abort_code;
@@ -43,8 +39,8 @@ std::string reason(const window::Result& response) {
   return "R3700 is " + std::to_string(response.code) + ", which is no result";
 }
 
-/// The registers of a connection, for tools::run(); Ctrl-C throws Interrupted. A terminal has a bar as long
-/// as it lives.
+/// The registers of a connection, for tools::run(). Ctrl-C throws. Shows a progress bar on a terminal during
+/// its lifetime.
 class Registers final : public tools::RegisterAccess {
  public:
   Registers(window::Client& client, std::string_view what, std::size_t all)
@@ -73,16 +69,8 @@ class Registers final : public tools::RegisterAccess {
   std::string_view what_;
   std::size_t all_;
   bool terminal_ = isatty(STDERR_FILENO) != 0;
-  std::optional<std::size_t> shown_;  ///< how much of the bar is full
+  std::optional<std::size_t> shown_;  ///< filled part of the bar
 };
-
-void listen_for_interrupts() {
-  struct sigaction action {};
-  action.sa_handler = on_interrupt;
-  action.sa_flags = SA_RESTART;
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
-}
 
 }  // namespace
 
@@ -111,7 +99,11 @@ void forget_interrupt() {
 window::Client connect(const Options& options) {
   // The first response through a pseudo-terminal of QEMU takes up to one second.
   constexpr std::chrono::milliseconds kSerialResponse{1500}, kTcpResponse{1000};
-  listen_for_interrupts();
+  struct sigaction action {};
+  action.sa_handler = [](int /*signal*/) { interrupt_seen = 1; };
+  action.sa_flags = SA_RESTART;
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
   window::Settings settings = options.target;
   settings.response_timeout =
       settings.rtu.empty() ? std::max(settings.timeout, kTcpResponse) : kSerialResponse;
@@ -167,10 +159,6 @@ tools::Bytes read(window::Client& client, std::uint16_t index, std::uint8_t sub,
 
 void write(window::Client& client, std::uint16_t index, const tools::Bytes& value) {
   execute(client, tools::write_of(0, index, 0, value), name(index));
-}
-
-std::uint8_t node_id(window::Client& client) {
-  return read(client, kOwnNodeId, 0, 1)[0];
 }
 
 }  // namespace own

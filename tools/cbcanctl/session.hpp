@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// What the commands of cbcanctl have in common: options, messages, and the window with its refusals.
+/// Common to the commands of cbcanctl: options, messages, and access to the window.
 
 #include <cstdint>
 #include <deque>
@@ -19,7 +19,7 @@ using options::ExitCode;
 
 inline constexpr unsigned kMaxNode = 127;
 
-enum class NmtService : std::uint8_t {};    ///< its place in regmap::kNmtCommands
+enum class NmtService : std::uint8_t {};    ///< index in regmap::kNmtCommands
 enum class TransferMode : std::uint8_t {};  ///< as in 3004h
 
 struct Options {
@@ -38,68 +38,58 @@ struct Options {
   std::string eds;  ///< of dump; empty = not given
 };
 
-/// A transaction came back with a result other than 0.
+/// A transaction ended with a result other than 0.
 class Refused : public std::runtime_error {
  public:
-  /// `what` is named in front of the reason, where there is something to name.
+  /// `what`, if not empty, precedes the reason.
   explicit Refused(const window::Result& response, const std::string& what = {});
 
   std::uint16_t result;                     ///< R3700
   std::optional<std::uint32_t> abort_code;  ///< with result 4
 };
 
-/// The node that was asked about is not there; that has been printed.
-class Absent {};
-
-/// Some nodes have refused something; each has been told.
-class NotAll : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
+/// Thrown by a command that has already printed why it ends with this exit code.
+struct Ended {
+  ExitCode code;
 };
 
 /// One line on standard error.
 void say(const std::string& line);
 
-/// Throws UsageError where it cannot be read.
+/// Throws UsageError if it cannot be read.
 std::string read_file(const std::string& path);
 
-/// Since connect() was called: Ctrl-C cancels what is under way.
+/// True after Ctrl-C, which cancels what is in progress once connect() was called.
 bool interrupted();
-/// It has been acted on; the next one counts again.
+/// Acknowledges it; the next Ctrl-C counts again.
 void forget_interrupt();
 
 window::Client connect(const Options& options);
 
-/// Carries out all jobs: on all channels at once, or one after the other where the module has but one. A
-/// terminal shows how far it is, "node 5 of 127". `sdo_timeout_ms`: 3003h meanwhile; 0 = as it is. Ctrl-C
+/// Carries out all jobs: on all channels at once, or one after the other if the module has only one. Shows
+/// the progress on a terminal, "node 5 of 127". `sdo_timeout_ms`: 3003h meanwhile; 0 = unchanged. Ctrl-C
 /// cancels what is in progress and throws window::Error.
 void run(window::Client& client, std::span<tools::Job* const> jobs, std::string_view what,
          int sdo_timeout_ms = 0);
 
-/// The same objects of all 127 nodes, likewise.
+/// Reads the same objects of all 127 nodes by run().
 std::deque<tools::ReadJob> read_of_all(window::Client& client, const std::vector<tools::ObjectPlace>& places,
                                        int sdo_timeout_ms = 0);
 
-/// The data of a good response; throws Refused, of `what`.
+/// The data of a successful response; throws Refused with `what`.
 tools::Bytes execute(window::Client& client, const tools::Transaction& transaction,
                      const std::string& what = {});
 
 /// Objects of the coprocessor itself (docs/reference/contract.md, "Local objects").
 namespace own {
-using regmap::object::kEmergencyScan;
-using regmap::object::kKernelState;
-using regmap::object::kLastEmergency;
-using regmap::object::kOwnNodeId;
-using regmap::object::kSdoTimeout;
-using regmap::object::kTransferMode;
+using namespace regmap::object;
 
 /// "3003h of the coprocessor"
 std::string name(std::uint16_t index);
 
-/// Throws window::Error where the object has another size.
+/// Throws window::Error if the object has another size.
 tools::Bytes read(window::Client& client, std::uint16_t index, std::uint8_t sub, std::size_t size);
 void write(window::Client& client, std::uint16_t index, const tools::Bytes& value);
-std::uint8_t node_id(window::Client& client);
 }  // namespace own
 
 }  // namespace cbcan::ctl

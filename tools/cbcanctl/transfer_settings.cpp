@@ -13,7 +13,7 @@ Borrowed::Borrowed(window::Client& client, std::uint16_t index, const tools::Byt
     changed_ = false;
     throw;
   } catch (...) {
-    put_back();  // a write that was cancelled may have been done
+    put_back();  // a cancelled write may have been carried out
     throw;
   }
 }
@@ -33,8 +33,8 @@ void Borrowed::put_back() noexcept {
 tools::Bytes with_settings(window::Client& client, const Options& options,
                            const tools::Transaction& transfer) {
   const bool asked = options.timeout_ms != 0 || options.mode;
-  // The own objects are not reached by SDO, and 3003h and 3004h should be shown as they are.
-  if (!asked || transfer.node == 0 || transfer.node == own::node_id(client)) return execute(client, transfer);
+  // The own node's objects are not read by SDO, and 3003h and 3004h should be shown unchanged.
+  if (!asked || transfer.node == 0 || transfer.node == own::read(client, own::kOwnNodeId, 0, 1)[0]) return execute(client, transfer);
   std::optional<Borrowed> timeout;
   std::optional<Borrowed> mode;
   if (options.timeout_ms != 0)

@@ -7,8 +7,8 @@
 
 namespace cbcan::ctl {
 
-/// One object of the coprocessor that has another value for as long as this lives. A second Ctrl-C leaves it
-/// as it is, and says so.
+/// Changes an object of the coprocessor during its lifetime. A second Ctrl-C prevents the restoring, with a
+/// message.
 class Borrowed {
  public:
   Borrowed(window::Client& client, std::uint16_t index, const tools::Bytes& value);
@@ -25,8 +25,8 @@ class Borrowed {
   bool changed_ = false;
 };
 
-/// Sets what --timeout and --mode ask for, while `transfer` runs, and puts back what was there, whatever
-/// happens. Other programs' transfers see it meanwhile.
+/// Applies --timeout and --mode while `transfer` runs, and always restores the previous values. Meanwhile
+/// they also apply to other programs' transfers.
 tools::Bytes with_settings(window::Client& client, const Options& options,
                            const tools::Transaction& transfer);
 

@@ -81,12 +81,6 @@ Bytes parse_boolean(std::string_view text, const ValueType& type) {
   return {0};
 }
 
-std::string print_real(std::span<const std::uint8_t> bytes) {
-  const std::uint64_t bits = from_little_endian(bytes);
-  if (bytes.size() == 8) return fmt::format("{}", std::bit_cast<double>(bits));
-  return fmt::format("{}", std::bit_cast<float>(static_cast<std::uint32_t>(bits)));
-}
-
 }  // namespace
 
 std::span<const ValueType> value_types() {
@@ -128,8 +122,10 @@ std::string print_value(std::span<const std::uint8_t> bytes, const ValueType& ty
   if (type.type == DataType::kDomain) return text::hex(bytes, " ");
   if (type.is_text()) return std::string(bytes.begin(), bytes.end());
   if (type.type == DataType::kBoolean) return bytes[0] != 0 ? "true" : "false";
-  if (eds::is_real(type.type)) return print_real(bytes);
   const std::uint64_t bits = from_little_endian(bytes);
+  if (type.type == DataType::kReal64) return fmt::format("{}", std::bit_cast<double>(bits));
+  if (type.type == DataType::kReal32)
+    return fmt::format("{}", std::bit_cast<float>(static_cast<std::uint32_t>(bits)));
   return is_signed(type.type) ? std::to_string(eds::from_bits(bits, type.type)) : std::to_string(bits);
 }
 
@@ -156,14 +152,12 @@ std::string json_string(std::string_view text) {
   std::string out = "\"";
   for (const char c : text) {
     const auto byte = static_cast<unsigned char>(c);
-    if (c == '"' || c == '\\') {
-      out += '\\';
-      out += c;
-    } else if (byte < 0x20 || byte > 0x7E) {
+    if (byte < 0x20 || byte > 0x7E) {
       out += fmt::format("\\u{:04X}", byte);
-    } else {
-      out += c;
+      continue;
     }
+    if (c == '"' || c == '\\') out += '\\';
+    out += c;
   }
   return out + "\"";
 }

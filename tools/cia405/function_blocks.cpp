@@ -22,7 +22,7 @@ Service read_local(std::uint16_t index, std::uint16_t size, OwnId own_id = OwnId
   return {.transaction = detail::local_read(index, size), .own_id = own_id};
 }
 
-/// One with a sub-index for each node, the own one too.
+/// An object of the module with a sub-index for each node, also the own one.
 std::optional<Service> read_about(std::uint8_t device, std::uint16_t index, std::uint16_t size) {
   if (device > kHighestNode) return std::nullopt;
   Service service = read_local(index, size, device == 0 ? OwnId::kAsSubIndex : OwnId::kNotAsked);
@@ -30,12 +30,12 @@ std::optional<Service> read_about(std::uint8_t device, std::uint16_t index, std:
   return service;
 }
 
-/// 0 where nothing was read.
+/// 0 if nothing was read.
 std::uint8_t first_byte(const detail::Job& done) {
   return done.data.empty() ? std::uint8_t{0} : done.data[0];
 }
 
-/// Takes an EMCY message from its eight bytes.
+/// Decodes the eight bytes of an EMCY message.
 KernelError take(EmcyError& emcy, std::span<const std::uint8_t> message) {
   emcy = {};
   if (message.empty()) return KernelError::kNone;
@@ -45,8 +45,8 @@ KernelError take(EmcyError& emcy, std::span<const std::uint8_t> message) {
   return emcy.error_code == 0 ? KernelError::kNone : KernelError::kOther;
 }
 
-/// 3003h for a block's TIMEOUT: longer by an eighth and 100 ms, so that the block's timer is the first, also
-/// where its clock is slow.
+/// 3003h for a block's TIMEOUT: longer by an eighth and 100 ms, so that the block's timer expires first even
+/// if its clock is slow.
 std::uint16_t module_timeout(std::uint32_t ms) {
   constexpr std::uint32_t kMargin = 100;
   return ms == 0 ? std::uint16_t{0}

@@ -25,7 +25,7 @@ const LinkSettings& checked(const LinkSettings& settings) {
 }  // namespace
 
 struct Link::Connected {
-  /// A unit ID, which is a network, and a channel.
+  /// Unit ID (network) and channel.
   using Place = std::pair<std::uint8_t, std::uint8_t>;
 
   explicit Connected(const LinkSettings& settings)
@@ -40,10 +40,10 @@ struct Link::Connected {
   void send(Time now);
 
   window::TcpConnection connection;
-  std::map<std::uint8_t, unsigned> changes{};  ///< of a network: see detail::Window
-  std::map<Place, detail::Window> windows{};   ///< that this connection has needed
-  Place asked{};                               ///< whose request was the last
-  unsigned ends = 0;                           ///< of connections, that the windows know of
+  std::map<std::uint8_t, unsigned> changes{};  ///< per network: see detail::Window
+  std::map<Place, detail::Window> windows{};   ///< used by this connection
+  Place asked{};                               ///< place of the last request
+  unsigned ends = 0;                           ///< ended connections that the windows know of
 };
 
 Link::Link(LinkSettings settings) : connected_(std::make_unique<Connected>(checked(settings))) {}
@@ -85,7 +85,7 @@ detail::Window* Link::window(std::uint8_t number, std::uint8_t channel) {
   return channel == 0 ? &connected_->free_window(number) : &connected_->window({number, channel});
 }
 
-/// The first channel with nothing to do, else the one with the shortest queue.
+/// The first idle channel, else the one with the shortest queue.
 detail::Window& Link::Connected::free_window(std::uint8_t unit) {
   detail::Window* best = &window({unit, 1});
   for (std::uint8_t channel = 2; channel <= regmap::kMostChannels && best->jobs() != 0; ++channel) {
@@ -103,7 +103,7 @@ void Link::Connected::receive(Time now) {
   if (window.absent()) window.leave_to(&this->window({asked.first, 1}));
 }
 
-/// Networks and channels take turns: the first that has something to do behind the one that was asked last.
+/// Networks and channels take turns: sends the request of the next one that has something to do.
 void Link::Connected::send(Time now) {
   auto next = windows.upper_bound(asked);
   for (std::size_t i = 0; i < windows.size(); ++i, ++next) {

@@ -18,8 +18,8 @@ void cycle(Link& link, FunctionBlock& block) {
   block.call(now);
 }
 
-/// Cycles until `ended`, or the deadline: false. Between them it waits for what the link waits for, and not
-/// long.
+/// Cycles until `ended`; false = the deadline came first. Between cycles it waits for the link, at most 10
+/// ms.
 template <typename Ended>
 bool cycle_until(Link& link, FunctionBlock& block, steady_clock::time_point deadline, Ended ended) {
   while (cycle(link, block), !ended()) {
@@ -41,7 +41,7 @@ bool run(FunctionBlock& block, steady_clock::time_point deadline) {
   block.enable = true;
   const auto ended = [&] { return block.confirm || block.error != KernelError::kNone; };
   if (cycle_until(link, block, deadline, ended)) return block.confirm;
-  block.enable = false;  // the execution is cancelled, in the module too: that gets a second
+  block.enable = false;  // cancels the execution, also in the module: at most one second
   cycle_until(link, block, steady_clock::now() + std::chrono::seconds(1), [&] { return link.events() == 0; });
   block.error = KernelError::kTimeout;
   return false;

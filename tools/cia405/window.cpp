@@ -95,7 +95,7 @@ void Window::ended(const Result& result) {
   Job& job = *queue_.front();
   const auto code = static_cast<regmap::Result>(result.code);
   const bool access = purpose_ == Purpose::kService && job.service.access;
-  if (!result.known) {  // nor is what 3003h and 3004h are
+  if (!result.known) {  // then 3003h and 3004h are unknown too
     known_ = {};
     finish(job, KernelError::kInternal);
   } else if (purpose_ == Purpose::kKernelState) {
@@ -104,7 +104,7 @@ void Window::ended(const Result& result) {
   } else if (code == regmap::Result::kSdoExecutionError) {
     failed(job, result.abort_code);
   } else if (code == regmap::Result::kRestarted && channel_.number() != 1) {
-    known_ = {};  // it was not executed: once more, with the next number
+    known_ = {};  // it was not executed: repeat it with the next number
   } else if (code == regmap::Result::kOk && fits(channel_.transaction(), access, result.size)) {
     succeeded(job, result);
   } else {
@@ -113,20 +113,17 @@ void Window::ended(const Result& result) {
 }
 
 void Window::succeeded(Job& job, const Result& result) {
-  switch (purpose_) {
-    case Purpose::kTimeout: known_.timeout_ms = job.module_timeout_ms; return;
-    case Purpose::kMode: known_.mode = job.service.mode; return;
-    case Purpose::kOwnId: job.own_id = result.data[0]; return;
-    case Purpose::kKernelState: return;
-    case Purpose::kService: break;
-  }
+  if (purpose_ == Purpose::kTimeout) known_.timeout_ms = job.module_timeout_ms;
+  if (purpose_ == Purpose::kMode) known_.mode = job.service.mode;
+  if (purpose_ == Purpose::kOwnId) job.own_id = result.data[0];
+  if (purpose_ != Purpose::kService) return;
   if (changes_settings(channel_.transaction())) ++changes_;
   job.data = result.data;
   finish(job, KernelError::kNone);
 }
 
-/// A block whose TIMEOUT is over is not here any more: abort 0504 0000h is the node's, or else that of an NMT
-/// command which the module could not send.
+/// A block whose TIMEOUT has expired is no longer in the queue: abort 0504 0000h is from the node, or the
+/// module could not send an NMT command.
 void Window::failed(Job& job, std::uint32_t abort_code) {
   if (purpose_ == Purpose::kService && job.service.access) {
     job.abort_code = abort_code;
@@ -146,7 +143,7 @@ void Window::finish(Job& job, KernelError error) {
   job.error = error;
 }
 
-/// The job at the head has no use any more for what has been started, which may have been done.
+/// Cancels the transaction of the job at the head; it may already have been carried out.
 void Window::abandon() {
   if (!channel_.busy()) return;
   channel_.cancel();

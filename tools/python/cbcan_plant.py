@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""A simulated CANopen plant behind a coprocessor's registers, for tests in Python: cbcan-sim on a clock that stands still until a test lets
-time pass. Needs the standard library and the program cbcan-sim; with pytest there are two fixtures. In conftest.py at the top:
+"""A simulated CANopen plant behind a coprocessor's registers, for tests in Python: cbcan-sim with a clock that advances only when a test lets
+time pass. Needs the standard library and the program cbcan-sim; with pytest there are two fixtures. In the top-level conftest.py:
 
     pytest_plugins = ["cbcan_plant"]
 
@@ -10,14 +10,14 @@ time pass. Needs the standard library and the program cbcan-sim; with pytest the
         assert window.abort == 0x05040000
         assert plant.now == 1.0                                   # the SDO timeout, in no time
 
-Each test has a plant of its own: the built-in demo, or what the key `cbcan_plant` of pytest's configuration file says, with any options of
-cbcan-sim and paths relative to that file:
+Each test has its own plant: the built-in demo, or the options in the key `cbcan_plant` of pytest's configuration file. These may be any of
+cbcan-sim, with paths relative to that file:
 
     [pytest]
     cbcan_plant = --config plant.toml
 
-@pytest.mark.plant("--config", "other.toml") gives one test, class or module another. A plant that runs already is no fixture: a test that is
-the COMMAND of `cbcan-sim ... -- COMMAND` has it by Plant.around(), with all that other tests have done to it.
+@pytest.mark.plant("--config", "other.toml") gives a test, class or module another plant. A plant that already runs is no fixture: a test that is
+the COMMAND of `cbcan-sim ... -- COMMAND` gets it by Plant.around(), in the state that other tests have left.
 """
 
 import json
@@ -32,15 +32,15 @@ LIMIT = 60  # seconds of the wall clock that anything may take
 EXECUTE = 0xCA0E
 READ, WRITE = 5055, 5066
 FIRST = 3700
-ABORTED = 4  # the result in R3700 behind which an SDO abort code stands
+ABORTED = 4  # the result in R3700 that has an SDO abort code
 
 
 class PlantError(Exception):
-    """What cbcan-sim refuses, in its words."""
+    """cbcan-sim refused something; the text is its message."""
 
 
 class NotWithin(PlantError, AssertionError):
-    """What was waited for has not come in time."""
+    """The condition did not hold in time."""
 
 
 def connect(address):
@@ -62,10 +62,10 @@ def duration(time):
 
 
 class Plant:
-    """A plant of its own, in a process that ends with stop(), or with this one."""
+    """A plant in its own process, which ends with stop() or with this process."""
 
     def __init__(self, *options, program=None, folder=None):
-        """`options` of cbcan-sim, --demo if none; paths in them are relative to `folder`, or to the current one."""
+        """`options` of cbcan-sim, default --demo; paths are relative to `folder`, or to the current folder."""
         program = program or os.environ.get("CBCAN_SIM", "cbcan-sim")
         if os.sep in program:
             program = os.path.abspath(program)
@@ -80,7 +80,7 @@ class Plant:
 
     @classmethod
     def around(cls):
-        """The plant that this program is the COMMAND of: cbcan-sim ... -- COMMAND. It ends with the command."""
+        """The plant that started this program: cbcan-sim ... -- COMMAND. It ends with the command."""
         plant = cls.__new__(cls)
         plant.process = None
         plant._join(os.environ["CBCAN_MODBUS"], os.environ["CBCAN_CONTROL"])
@@ -106,7 +106,7 @@ class Plant:
             self.process.communicate(timeout=LIMIT)
 
     def command(self, line):
-        """Any command of docs/reference/commands.md; the lines of the response, without "ok"."""
+        """Executes a command of docs/reference/commands.md; returns the lines of the response, without "ok"."""
         self.control.sendall(f"{line}\n".encode())
         said = []
         while True:
@@ -126,16 +126,16 @@ class Plant:
         return float(self.command("time")[0])
 
     def advance(self, time):
-        """Lets so much time pass: seconds, or "100ms". Returns what time it is then."""
+        """Lets this much time pass: seconds, or "100ms". Returns the new time."""
         return float(self.command(f"pass {duration(time)}")[0])
 
     def wait(self, condition, within=None):
-        """Lets time pass until "state 5 operational" or any other condition of docs/reference/commands.md holds; returns what time it is then. Raises
+        """Lets time pass until "state 5 operational" or any other condition of docs/reference/commands.md holds; returns the new time. Raises
         NotWithin when that takes longer than `within` (60 s) of the plant's time."""
         return float(self.command(f"wait {condition}" + (f" within {duration(within)}" if within else ""))[0])
 
     def get(self, node, index, sub=0):
-        """What an SDO read would give now: a number, True or False, or a text."""
+        """The value that an SDO read would return now: a number, True or False, or a text."""
         value = self.command(f"get {node} {index}:{sub}")[0]
         try:
             return json.loads(value)
@@ -143,7 +143,7 @@ class Plant:
             return value
 
     def set(self, node, index, sub, value):
-        """An input gets this value from outside."""
+        """Sets an input of the node to this value."""
         self.command(f"set {node} {index}:{sub} {value}")
 
     def fault(self, node, kind, **keys):
@@ -151,20 +151,20 @@ class Plant:
         return int(self.command(" ".join([f"fault {node} {kind}", *(f"{key}={value}" for key, value in keys.items())]))[0])
 
     def clear(self, node="", number=""):
-        """Takes away all faults, those of a node or of the "bus", or one."""
+        """Removes all faults, those of a node or of the "bus", or one."""
         self.command(f"clear {node} {number}".rstrip())
 
     def incident(self, node, name, present=True):
-        """Something happens to the device, or is over: docs/reference/devices.md."""
+        """Starts or ends an incident of the device: docs/reference/devices.md."""
         self.command(f"incident {node} {name} {'on' if present else 'off'}")
 
     def power(self, node, on):
-        """Cuts a node's power, or gives it some: a cold start that keeps stored parameters. "all" are all nodes."""
+        """Switches a node's power off or on; on is a cold start that keeps stored parameters. "all": all nodes."""
         self.command(f"power {node} {'on' if on else 'off'}")
 
 
 class Window:
-    """R3700..R3769 of a plant, as a PLC sees them: over Modbus TCP. `unit` selects the CAN network."""
+    """R3700..R3769 of a plant, as a PLC accesses them, over Modbus TCP. `unit` selects the CAN network."""
 
     def __init__(self, plant, unit=1):
         self.plant, self.unit, self.transaction, self.asked = plant, unit, 0, []
@@ -194,20 +194,20 @@ class Window:
         return data
 
     def read(self, register, count=1):
-        """A list of so many registers."""
+        """Returns `count` registers as a list."""
         return list(struct.unpack(f">{count}H", self._request(struct.pack(">BHH", 3, register, count))[2:]))
 
     def write(self, register, *words):
-        self.asked = []  # of the transaction that start() has started: what R3701..R3704 are when it has a result
+        self.asked = []  # R3701..R3704 of the transaction by start(), to compare with when it has a result
         self._request(struct.pack(f">BHHB{len(words)}H", 16, register, len(words), 2 * len(words), *words))
 
     def start(self, *words):
-        """R3701.. = words and CA0Eh in R3700, in one request; does not wait."""
+        """Writes CA0Eh to R3700 and `words` to R3701.., in one request; does not wait."""
         self.write(FIRST, EXECUTE, *words)
         self.asked = list(words[:4])
 
     def result(self, within=None):
-        """R3700 when the transaction is over: 0 = done. Lets time pass until then."""
+        """Lets time pass until the transaction has ended; returns R3700: 0 = done."""
         if self.read(FIRST)[0] == EXECUTE:
             network = "" if self.unit in (0, 1, 255) else f"{self.unit}/"
             self.plant.wait(f"register {network}{FIRST} != 0x{EXECUTE:X}", within)
@@ -222,18 +222,18 @@ class Window:
         return self.result(within)
 
     def cancel(self):
-        """Takes a transaction back that is under way."""
+        """Cancels a transaction in progress."""
         self.write(FIRST, 0)
 
     @property
     def abort(self):
-        """The SDO abort code of a transaction whose result is 4; None of others."""
+        """The SDO abort code of a transaction with result 4, else None."""
         flag, *_, low, high = self.read(FIRST, 8)
         return high << 16 | low if flag == ABORTED else None
 
     @property
     def data(self):
-        """The bytes that a read has brought."""
+        """The bytes that were read."""
         size, *words = self.read(FIRST + 5, 65)
         return struct.pack("<64H", *words)[:size]
 

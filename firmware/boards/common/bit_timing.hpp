@@ -11,21 +11,19 @@
 namespace cbcan::boards {
 
 struct BitTiming {
-  std::uint32_t prescaler;  ///< 1..what the controller has
-  std::uint32_t segment1;   ///< 1..16 time quanta, with the propagation segment
+  std::uint32_t prescaler;  ///< 1 to the controller's limit
+  std::uint32_t segment1;   ///< 1..16 time quanta; includes the propagation segment
   std::uint32_t segment2;   ///< 1..8 time quanta
 
-  /// As long as segment 2 lets it be, 4 at most: the longest resynchronisation tolerates the worst
-  /// oscillator.
+  /// The longest that segment 2 allows, at most 4: the longest jump tolerates the worst oscillator.
   constexpr std::uint32_t jump_width() const { return segment2 < 4 ? segment2 : 4; }
 
   friend constexpr bool operator==(const BitTiming&, const BitTiming&) = default;
 };
 
-/// The timing whose rate is the nearest to `bit_rate`, 1..8'000'000 Hz; of those the one whose sample point
-/// is the nearest to 87.5 % (CiA 301, 5.2); of those the one with the most time quanta, of 8 to 25. None:
-/// with this clock (Hz) the nearest rate is off by more than 500 ppm, half of what a good oscillator may be
-/// off.
+/// The timing whose rate is nearest to `bit_rate`, 1..8'000'000 Hz; among equals the one whose sample point
+/// is nearest to 87.5 % (CiA 301, 5.2); then the one with the most time quanta, 8 to 25. None if the nearest
+/// rate that `clock` (Hz) gives is off by more than 500 ppm, half of what a good oscillator may be off.
 constexpr std::optional<BitTiming> bit_timing(std::uint32_t clock, std::uint32_t bit_rate,
                                               std::uint32_t most_prescaler) {
   constexpr std::uint32_t kMinQuanta = 8, kMaxQuanta = 25, kMaxSegment1 = 16, kMaxSegment2 = 8;

@@ -7,8 +7,8 @@
 
 namespace cbcan::boards {
 
-/// Makes the core's time out of a free-running microsecond counter of 32 bits, which wraps every 71.6
-/// minutes: ask at least that often, and from one context.
+/// Extends a free-running 32-bit microsecond counter to the core's time. The counter wraps every 71.6
+/// minutes: call now() at least that often, and from one context.
 class Clock {
  public:
   Time now(std::uint32_t counter) {

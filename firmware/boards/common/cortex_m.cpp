@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "boards/common/cortex_m.hpp"
 
+#include <algorithm>
+
 #include "boards/common/registers.hpp"
 
 int main();
@@ -15,7 +17,7 @@ extern std::uint32_t bss_begin[];
 extern std::uint32_t bss_end[];
 extern const cbcan::boards::Handler constructors_begin[];
 extern const cbcan::boards::Handler constructors_end[];
-// A pure virtual function was called: without this, the library's own would bring the heap along.
+// Called instead of a pure virtual function; the library's version would link the heap.
 [[noreturn]] void __cxa_pure_virtual();
 void start_fault(const std::uint32_t* frame);
 }
@@ -55,11 +57,6 @@ void copy_data() {
     *to = *from++;
 }
 
-void clear_bss() {
-  for (std::uint32_t* word = bss_begin; word != bss_end; ++word)
-    *word = 0;
-}
-
 void paint_stack() {
   std::uint32_t* used;
   asm volatile("mov %0, sp" : "=r"(used));
@@ -73,9 +70,9 @@ void protect(std::uint32_t region, std::uintptr_t address, std::uint32_t log2) {
   kSystem.write(kMpuRegionAttributes, (log2 - 1) << 1 | 1);
 }
 
-/// Null pointers, a stack that is too deep and divisions by zero fault instead of going on.
+/// Makes null pointers, stack overflow and division by zero fault.
 void enable_traps() {
-  constexpr std::uint32_t kGuardLog2 = 10;  // no function's frame is as large: -Wstack-usage
+  constexpr std::uint32_t kGuardLog2 = 10;  // more than any function's frame: -Wstack-usage
   kSystem.write(kHandlerControl, kMemoryBusUsageFaults);
   modify(kSystem, kConfiguration, 0, kTrapDivisionByZero);
   protect(0, 0, 5);
@@ -100,14 +97,14 @@ bool in_stack(const std::uint32_t* frame) {
 extern "C" void reset_handler() {
   paint_stack();
   copy_data();
-  clear_bss();
+  std::fill(bss_begin, bss_end, 0u);
   enable_traps();
   for (const Handler* constructor = constructors_begin; constructor != constructors_end; ++constructor)
     (*constructor)();
   main();
 }
 
-// The stack may be what is wrong: a fresh one before anything else.
+// The stack pointer may be invalid: reset it first.
 extern "C" [[gnu::naked]] void fault_handler() {
   asm volatile(
       "cpsid i\n\t"
@@ -147,7 +144,7 @@ void enable_interrupt(std::size_t number) {
 }
 
 void set_priority(std::size_t number, std::uint8_t priority) {
-  constexpr std::uint32_t kAll = 0xF0;  // the bits that there are stand on top
+  constexpr std::uint32_t kAll = 0xF0;  // the implemented bits are the upper ones
   const auto at = static_cast<std::uint32_t>(number % 4 * 8);
   Mmio system = kSystem;
   modify(system, static_cast<std::uint32_t>(kInterruptPriority + number / 4 * 4), kAll << at,
@@ -155,7 +152,7 @@ void set_priority(std::size_t number, std::uint8_t priority) {
 }
 
 void pend_interrupt(std::size_t number) {
-  std::atomic_signal_fence(std::memory_order_release);  // a volatile store orders no others
+  std::atomic_signal_fence(std::memory_order_release);  // a volatile store does not order other stores
   kSystem.write(static_cast<std::uint32_t>(kInterruptPend + number / 32 * 4), 1u << number % 32);
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What the compiler calls for a compare-and-swap where the processor has none, as a Cortex-M0+: interrupts
-// are masked meanwhile. The Modbus server needs it, whose bytes come by interrupt.
+// What the compiler calls for compare-and-swap on a processor without it, such as Cortex-M0+: it masks
+// interrupts. The Modbus server, whose bytes arrive by interrupt, needs it.
 #include <cstdint>
 
 #include "boards/common/cortex_m.hpp"
@@ -21,7 +21,7 @@ bool exchange(volatile Word& word, Word& expected, Word value) {
 
 }  // namespace
 
-// By these names they are the compiler's own, whose declarations differ.
+// The compiler declares these names differently, hence asm labels.
 extern "C" {
 [[gnu::used]] bool exchange_1(volatile std::uint8_t& word, std::uint8_t& expected,
                               std::uint8_t value) asm("__atomic_compare_exchange_1");

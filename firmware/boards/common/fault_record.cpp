@@ -7,7 +7,7 @@ namespace cbcan::boards {
 
 void FaultRecord::start(regmap::ResetCause cause) {
   if (check_ != sum() || cause == regmap::ResetCause::kPowerOn) set({}, 0, 0);
-  if (cause == regmap::ResetCause::kPin) on_good();  // somebody is there
+  if (cause == regmap::ResetCause::kPin) on_good();  // a person pressed reset
   if (cause == regmap::ResetCause::kWatchdog) note({});
 }
 
@@ -20,7 +20,7 @@ void FaultRecord::note(const Fault& fault) {
 
 Time FaultRecord::can_wait() const {
   if (in_a_row_ == 0) return 0;
-  return std::min(kSecond << std::min(in_a_row_ - 1, 6), kLongestWait);
+  return kSecond << std::min(in_a_row_ - 1, 6);
 }
 
 void FaultRecord::show(Diagnostics registers) const {
@@ -29,7 +29,7 @@ void FaultRecord::show(Diagnostics registers) const {
   __builtin_memcpy(&registers[regmap::kFaultPc - regmap::kDiagnosticsFirst], &fault_, sizeof fault_);
 }
 
-/// Not 0 where all is 0, nor all ones where all is that.
+/// Never 0 if all fields are 0, nor all ones if all fields are.
 std::uint32_t FaultRecord::sum() const {
   return 0x0FA017ED ^ fault_.pc ^ fault_.lr << 1 ^ fault_.status << 2 ^
          (std::uint32_t{count_} << 16 | in_a_row_);

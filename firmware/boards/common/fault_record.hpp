@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Faults and resets by the watchdog, told over resets: in memory that start-up code leaves as it is (section
-/// ".noinit"), with a check word, as after power on there is anything in it. Shown by R4133..R4139.
+/// Records faults and watchdog resets across resets, in memory that start-up code does not touch (section
+/// ".noinit"). A check word detects the random content after power on. Shown in R4133..R4139.
 
 #include <cstdint>
 
@@ -20,29 +20,28 @@ class FaultRecord {
     std::uint32_t status;
   };
 
-  /// After this time without one more, faults are no longer in a row.
+  /// After this time without a fault the count of faults in a row ends.
   static constexpr Time kGoodAfter = 300 * kSecond;
-  static constexpr Time kLongestWait = 64 * kSecond;
 
-  /// Once after each reset, with its cause.
+  /// Call once after each reset, with its cause.
   void start(regmap::ResetCause cause);
-  /// In the fault handler, which resets the board then.
+  /// Call in the fault handler before it resets the board.
   void note(const Fault& fault);
-  /// The board has run for kGoodAfter.
+  /// Call when the board has run for kGoodAfter.
   void on_good() { set(fault_, count_, 0); }
 
-  /// How long the board is to stay off the CAN bus: 1 s after a fault, after each one more in a row twice as
-  /// long, kLongestWait at most.
+  /// How long the board stays off the CAN bus: 1 s after a fault, doubled for each further one in a row, at
+  /// most 64 s.
   Time can_wait() const;
   bool in_a_row() const { return in_a_row_ != 0; }
-  /// Into the registers; they change with resets alone.
+  /// Writes the registers, which change only with a reset.
   void show(Diagnostics registers) const;
 
  private:
   std::uint32_t sum() const;
   void set(const Fault& fault, std::uint16_t count, std::uint16_t in_a_row);
 
-  // No initial values: it is what the reset has left.
+  // No initial values: the content survives a reset.
   Fault fault_;
   std::uint16_t count_;  ///< since power on
   std::uint16_t in_a_row_;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// What a Station asks of its board besides the CanPorts. All calls come from the loop. `network` counts the
-/// CAN networks from 0; a board with one need not look at it.
+/// What a Station needs from its board in addition to the CanPorts. All calls come from the loop. `network`
+/// counts the CAN networks from 0; a board with one network ignores it.
 
 #include <cstddef>
 #include <cstdint>
@@ -16,10 +16,10 @@ namespace cbcan::boards {
 
 struct CanCounters {
   std::uint32_t received = 0;  ///< frames
-  std::uint32_t sent = 0;      ///< frames that the controller took
-  std::uint32_t refused = 0;   ///< times that it had no room
-  std::uint32_t lost = 0;      ///< frames, or bytes of a serial adapter, lost for want of room
-  std::uint32_t errors = 0;    ///< bus errors, failed starts, or lines of a serial adapter without sense
+  std::uint32_t sent = 0;      ///< frames that the controller accepted
+  std::uint32_t refused = 0;   ///< times the controller had no room
+  std::uint32_t lost = 0;      ///< frames, or bytes of a serial adapter, lost because a buffer was full
+  std::uint32_t errors = 0;    ///< bus errors, failed starts, or invalid lines from a serial adapter
 };
 
 /// For the diagnostics registers.
@@ -27,19 +27,19 @@ struct Health {
   regmap::ResetCause reset_cause = regmap::ResetCause::kUnknown;
   regmap::ClockSource clock_source = regmap::ClockSource::kOnly;
   std::uint16_t stack_size = 0;   ///< bytes
-  std::uint16_t stack_used = 0;   ///< bytes, ever
-  std::uint32_t modbus_lost = 0;  ///< bytes that the UART received and could not hand on
+  std::uint16_t stack_used = 0;   ///< bytes, maximum so far
+  std::uint32_t modbus_lost = 0;  ///< bytes that the UART received and lost
   CanCounters can;
 };
 
 class Hardware {
  public:
-  /// Never goes back.
+  /// Never goes backwards.
   virtual Time now() = 0;
   /// The next frame that has arrived; false = none.
   virtual bool receive(std::size_t network, Frame& frame) = 0;
   virtual BusState bus_state(std::size_t network) = 0;
-  /// Begins to send a Modbus response; the bytes stay until the board calls RtuServer::on_sent().
+  /// Starts sending a Modbus response; the bytes stay valid until the board calls RtuServer::on_sent().
   virtual void respond(std::span<const std::uint8_t> response) = 0;
   virtual Health health(std::size_t network) = 0;
 

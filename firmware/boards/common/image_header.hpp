@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// What a boot loader needs to know of an image, right behind its vectors: which one it is, and whether it is
-/// whole. cmake/seal_image.py writes the CRC after linking.
+/// For a boot loader, directly after the vectors: which image this is, and whether it is intact.
+/// cmake/seal_image.py writes the CRC after linking.
 
 #include <array>
 #include <cstdint>
@@ -11,7 +11,8 @@
 #include "cbcan/version.hpp"
 
 extern "C" {
-// The board's linker script: the program behind vectors and header, with the first values of its variables.
+// From the board's linker script: the program after vectors and header, with the initial values of its
+// variables.
 extern const std::uint32_t program_begin[];
 extern const std::uint32_t program_end[];
 }
@@ -29,9 +30,9 @@ struct ImageHeader {
   }
 
   std::uint32_t mark = kMark;
-  std::uint32_t form = 1;                         ///< of this header
-  std::array<char, 16> board;                     ///< zeros behind it
-  std::array<char, 16> version = text(kVersion);  ///< likewise
+  std::uint32_t form = 1;                         ///< version of this header's layout
+  std::array<char, 16> board;                     ///< padded with zeros
+  std::array<char, 16> version = text(kVersion);  ///< padded with zeros
   const std::uint32_t* begin = program_begin;
   const std::uint32_t* end = program_end;
   /// CRC-32 (IEEE 802.3) of the vectors, of this header up to here, and of begin..end.

@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The RUN and ERR LEDs of CiA 303-3 (version 1.4, 4.2 and 4.3): what they show of a node's NMT state and its
-/// CAN controller's.
+/// The RUN and ERR LEDs of CiA 303-3 (version 1.4, 4.2 and 4.3): a node's NMT state and its CAN controller's
+/// state.
 ///
 ///   RUN  on: Operational; blinking: Pre-operational; single flash: Stopped; off: not started
 ///   ERR  off: no error; single flash: error passive, or frames were lost; on: bus-off
-
-#include <cstdint>
 
 #include "cbcan/canopen/nmt/nmt.hpp"
 #include "cbcan/frame.hpp"
@@ -19,7 +17,7 @@ class Indicators {
  public:
   static constexpr Time kStep = 200 * kMillisecond;
 
-  /// In each turn of the loop; returns when it wants to be called next.
+  /// Call in each turn of the loop; returns the time of the next call.
   Time poll(nmt::State state, BusState bus, Time now) {
     if (now >= next_) {
       step_ = step_ % kSteps + 1;
@@ -33,7 +31,7 @@ class Indicators {
   bool error() const { return error_; }
 
  private:
-  // A bit for each step, from the lowest on.
+  // One bit for each step, lowest first.
   static constexpr unsigned kSteps = 6;
   static constexpr unsigned kOff = 0, kOn = 0b111111, kBlinking = 0b010101, kSingleFlash = 0b000001;
 

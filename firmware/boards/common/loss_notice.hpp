@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Frames that a driver has lost: noted by its interrupt, told by the loop for a second.
+/// Frames that a driver has lost: noted by its interrupt, reported by the loop for one second.
 
 #include <atomic>
 #include <cstdint>
@@ -14,12 +14,12 @@ class LossNotice {
  public:
   static constexpr Time kShown = kSecond;
 
-  /// The interrupt's: some have been lost.
+  /// Called by the interrupt: frames have been lost.
   void note() { times_.store(times_.load(std::memory_order_relaxed) + 1, std::memory_order_release); }
 
-  /// The loop's, in every turn: how many times there was a note so far; wraps.
+  /// Called by the loop in every turn: number of notes so far; wraps.
   std::uint32_t look(Time now) { return look(times_.load(std::memory_order_acquire), now); }
-  /// Of who counts itself.
+  /// For a driver that counts losses itself.
   std::uint32_t look(std::uint32_t times, Time now) {
     if (times != seen_) until_ = now + kShown;
     return seen_ = times;

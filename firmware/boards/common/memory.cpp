@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What the compiler calls by itself; there is no C library. Compiled with -fno-tree-loop-distribute-patterns,
-// or the loops would become calls of themselves.
+// Functions that compiled code calls implicitly; there is no C library. Compiled with
+// -fno-tree-loop-distribute-patterns, or the loops would become calls to themselves.
 #include <cstddef>
 #include <cstdint>
 

@@ -29,7 +29,7 @@ struct Value {
   }
 };
 
-/// Takes the first value off the rest of a record; false = there is none.
+/// Takes the first value of `rest`; false = there is none.
 bool take(Bytes& rest, Value& value) {
   if (rest.size() < kHeadBytes || rest.size() - kHeadBytes < rest[3]) return false;
   value = {static_cast<std::uint16_t>(rest[0] | rest[1] << 8), rest[2], rest.subspan(kHeadBytes, rest[3])};
@@ -51,10 +51,10 @@ bool is_parameter(const ObjectEntry& entry) {
          !entry.has(ObjectFlags::kSetPoint) && !entry.has(ObjectFlags::kProcess);
 }
 
-/// What a record is to hold: of the range what the node has now, or nothing; besides what is stored.
+/// A record's new content: inside the range the node's present values, or nothing; outside what is stored.
 struct Contents final : RecordLog::Source {
   Bytes before;
-  const ObjectDictionary* objects;  ///< null: nothing
+  const ObjectDictionary* objects;  ///< null: the range is cleared
   std::span<const std::uint16_t> settings;
   std::uint16_t first;
   std::uint16_t last;
@@ -89,7 +89,7 @@ struct Contents final : RecordLog::Source {
     const std::uint64_t number = load_little_endian(value.bytes);
     switch (value.index) {
       case object::kConsumerHeartbeatTime: return number == 0;
-      case object::kEmergencyCobId: {  // follows the node ID, which may be another one next time
+      case object::kEmergencyCobId: {  // follows the node ID, which may differ next time
         std::array<std::uint8_t, 1> node;
         std::size_t size = 0;
         objects->read(local::kOwnNodeId, 0, node, size, 0);

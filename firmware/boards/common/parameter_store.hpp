@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The memory behind 1010h and 1011h in a board's flash: one record (record_log.hpp) has all that is stored,
-/// the parameters of the own node and the board's own settings, words that are 2FFFh:1.. in the record and so
-/// among the manufacturer's parameters. A value is its index, sub-index and length in front of its bytes;
-/// those that have their power-on value are not in it, and those that a later image no longer knows count for
-/// nothing.
+/// The memory for 1010h and 1011h in a board's flash: one record (record_log.hpp) holds all stored parameters
+/// of the own node and the board's own settings. The settings are the words 2FFFh:1.. of the record, so they
+/// count as manufacturer parameters. An entry is index, sub-index and length, then the value's bytes. Values
+/// equal to their power-on value are not stored; entries that a later image does not know are ignored.
 
 #include <cstdint>
 #include <span>
@@ -20,22 +19,21 @@ class ParameterStore final : public ParameterMemory {
   using Words = std::span<std::uint16_t>;
   using Valid = bool (*)(std::span<const std::uint16_t>);
 
-  /// `settings`: the board's, as the image has them; `valid` says of such words whether the board can do with
-  /// them. All outlive this.
+  /// `settings`: the board's settings with the image's values; `valid` checks such words. All outlive this.
   ParameterStore(Flash& flash, Words settings, Valid valid)
       : log_(flash), settings_(settings), valid_(valid) {}
 
-  /// Once, before the rest of the board and what RecordLog::start() says: puts what is stored into the
-  /// board's settings. `leave_aside`: nothing that is stored counts until the next start.
+  /// Call once, before the rest of the board starts (see RecordLog::start()): loads the stored board
+  /// settings. `leave_aside`: ignores everything stored until the next start.
   void start(bool leave_aside);
 
   // ParameterMemory. 0800 0022h: full until the next start; 0606 0000h: the flash does not work; 0609 0030h:
-  // the board's settings are none.
+  // the board's settings are invalid.
   AbortCode save(std::uint16_t first_index, std::uint16_t last_index) override;
   AbortCode forget(std::uint16_t first_index, std::uint16_t last_index) override;
   void load(ObjectDictionary& objects, ObjectHandler& handler, std::uint16_t first_index,
             std::uint16_t last_index) override;
-  /// As R4154 and R4155, with all settings of the board; false where it has no such settings.
+  /// Stores them as R4154 and R4155, with all settings of the board; false if it has no such settings.
   bool keep_address(std::uint8_t node_id, std::uint8_t bit_rate) override;
 
  private:

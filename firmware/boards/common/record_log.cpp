@@ -1,21 +1,19 @@
 // SPDX-License-Identifier: MIT
 #include "boards/common/record_log.hpp"
 
-#include <algorithm>
-
 #include "cbcan/canopen/sdo/crc16.hpp"
 
 namespace cbcan::boards {
 
 namespace {
 
-constexpr std::uint32_t kMark = 0xCB0CA001;     // of a sector that has been erased, form 1
-constexpr std::uint32_t kSeal = 0xA55Au << 16;  // above the CRC: an erased word is none
+constexpr std::uint32_t kMark = 0xCB0CA001;     // of an erased sector, layout 1
+constexpr std::uint32_t kSeal = 0xA55Au << 16;  // above the CRC: an erased word is no seal
 constexpr std::size_t kHeadWords = 2;           // length and number
 constexpr std::size_t kFrameWords = kHeadWords + 1;
 constexpr std::size_t kMostBytes = 0xFFFF;
 
-/// The length, and its complement: half a word that was written is neither.
+/// The length and its complement: a half-written word does not match.
 constexpr std::uint32_t head_of(std::size_t bytes) {
   return static_cast<std::uint32_t>(bytes | (~bytes & 0xFFFF) << 16);
 }
@@ -26,10 +24,6 @@ constexpr std::size_t words_of(std::size_t bytes) {
 
 std::uint32_t seal_of(std::span<const std::uint32_t> record) {
   return kSeal | crc16({reinterpret_cast<const std::uint8_t*>(record.data()), record.size_bytes()});
-}
-
-bool is_erased(std::span<const std::uint32_t> words) {
-  return std::all_of(words.begin(), words.end(), [](std::uint32_t word) { return word == Flash::kErased; });
 }
 
 }  // namespace
@@ -58,7 +52,7 @@ void RecordLog::start() {
   if (!works_) works_ = here.latest == 0 ? make_blank(sector_) : move_to(1 - sector_, here);
 }
 
-/// Looks at every word that is in no whole record: the next one may begin there.
+/// Checks every word outside complete records: the next record may begin there.
 RecordLog::Scan RecordLog::scan(std::size_t sector) const {
   const auto words = flash_.sector(sector);
   Scan scan;
@@ -70,11 +64,11 @@ RecordLog::Scan RecordLog::scan(std::size_t sector) const {
     scan.end = end;
     at = end - 1;
   }
-  scan.clean = words[0] == kMark && is_erased(words.subspan(scan.end));
+  scan.clean = words[0] == kMark && Flash::is_erased(words.subspan(scan.end));
   return scan;
 }
 
-/// Behind the record at this word; 0 = there is no whole one.
+/// The word after the record that begins at `at`; 0 = no complete record.
 std::size_t RecordLog::record_end(std::span<const std::uint32_t> words, std::size_t at) const {
   if (words.size() - at < kFrameWords) return 0;
   const std::size_t bytes = words[at] & 0xFFFF;
@@ -83,14 +77,14 @@ std::size_t RecordLog::record_end(std::span<const std::uint32_t> words, std::siz
   return words[seal] == seal_of(words.subspan(at, seal - at)) ? seal + 1 : 0;
 }
 
-/// What is appended next comes here.
+/// Erases the sector and makes it the one to append to.
 bool RecordLog::make_blank(std::size_t sector) {
   sector_ = sector;
   end_ = 1;
   return flash_.erase(sector) && flash_.write(sector, 0, kMark);
 }
 
-/// The latest record alone, with a number of its own.
+/// Copies the latest record, with a new number.
 bool RecordLog::move_to(std::size_t sector, const Scan& from) {
   const auto record = flash_.sector(sector_).subspan(from.latest + kHeadWords, words_of(latest_.size()));
   works_ = make_blank(sector);
@@ -119,7 +113,7 @@ RecordLog::Result RecordLog::append(const Source& source) {
   return works_ && seal(begin) ? Result::kKept : Result::kFailed;
 }
 
-/// Behind what has been written; a word that is not what it should be is the end of all writing.
+/// Appends a word. After a word that does not hold its value nothing more is written.
 bool RecordLog::write(std::uint32_t value) {
   works_ = works_ && flash_.write(sector_, end_++, value);
   return works_;

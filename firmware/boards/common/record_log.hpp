@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Records in flash, appended one behind the other, of which only the latest counts. Whatever moment the
-/// power is cut at, the latest one that was whole is found again.
+/// Records in flash, appended one after another; only the latest counts. Whenever the power is cut, the
+/// latest complete record is found again.
 ///
-/// A sector begins with a mark, which is written when an erasure has ended. A record is a word with its
-/// length, one with its number, its bytes, and a word with the CRC of all of these: one that lacks it is
-/// none. The record with the highest number counts, wherever it is: one that has become unreadable hides no
-/// other. Nothing is erased but in start(), and there never the sector with the latest record; what it has
-/// been copied from stays until the next time.
+/// A sector begins with a mark, written after an erasure. A record is a word with its length, one with its
+/// number, its bytes, and a word with the CRC of these; without the CRC it is invalid. The record with the
+/// highest number counts, wherever it is: an unreadable one hides no other. Only start() erases, and never
+/// the sector with the latest record; the source of a copy stays until the next start.
 
 #include <cstddef>
 #include <cstdint>
@@ -22,8 +21,8 @@ class RecordLog {
  public:
   enum class Result : std::uint8_t {
     kKept,
-    kFull,    ///< until the next start(); the latest record is what it was
-    kFailed,  ///< the flash does not hold what is written; likewise
+    kFull,    ///< until the next start(); the latest record is unchanged
+    kFailed,  ///< the flash does not hold what was written; until the next start()
   };
 
   /// Takes the bytes of a record.
@@ -34,7 +33,7 @@ class RecordLog {
 
    private:
     friend class RecordLog;
-    /// Measures, where there is no `log`.
+    /// Without `log` it only measures.
     explicit Writer(std::span<const std::uint8_t> latest, RecordLog* log = nullptr)
         : latest_(latest), log_(log) {}
     void end_word();
@@ -43,13 +42,13 @@ class RecordLog {
     RecordLog* log_;
     std::size_t size_ = 0;
     std::uint32_t word_ = 0;
-    bool same_ = true;  ///< as the latest record, so far
+    bool same_ = true;  ///< equal to the latest record so far
   };
 
-  /// What a record is made of.
+  /// Produces a record's bytes.
   class Source {
    public:
-    /// Puts all bytes, the same ones each time.
+    /// Puts all bytes; the same ones in each call.
     virtual void write_to(Writer& writer) const = 0;
 
    protected:
@@ -59,22 +58,21 @@ class RecordLog {
   /// The flash outlives this. Empty until start().
   explicit RecordLog(Flash& flash) : flash_(flash) {}
 
-  /// Once, while nothing is urgent: makes room, which may erase a sector.
+  /// Call once, while nothing is urgent: makes room, which may erase a sector.
   void start();
 
   /// The bytes of the latest record, in flash; empty = there is none.
   std::span<const std::uint8_t> latest() const { return latest_; }
 
-  /// Appends a record, which is the latest one then. One like it is not written again. Takes some
-  /// microseconds for each word.
+  /// Appends a record, unless it equals the latest one. Takes some microseconds for each word.
   Result append(const Source& source);
 
  private:
   struct Scan {
-    std::size_t latest = 0;  ///< word where the latest record begins; 0 = none
+    std::size_t latest = 0;  ///< first word of the latest record; 0 = none
     std::uint32_t number = 0;
     std::size_t end = 1;  ///< the first word after all records
-    bool clean = false;   ///< from there on all is erased
+    bool clean = false;   ///< all words from `end` on are erased
   };
   Scan scan(std::size_t sector) const;
   std::size_t record_end(std::span<const std::uint32_t> words, std::size_t at) const;

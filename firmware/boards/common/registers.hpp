@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// How drivers reach the registers of a peripheral. A driver is a template on this type and uses nothing but
-/// read() and write(), so that the same source runs on the hardware and, in host tests, on a model of it:
+/// How drivers access the registers of a peripheral. A driver is a template on this type and uses only read()
+/// and write(), so the same source runs on the hardware and, in host tests, on a model:
 ///
 ///   template <class Registers>
 ///   class Uart {
@@ -34,7 +34,11 @@ class Mmio {
   std::uintptr_t base_;
 };
 
-/// Sets and clears bits of one register, others unchanged.
+constexpr std::uint32_t bit(unsigned number) {
+  return std::uint32_t{1} << number;
+}
+
+/// Clears and sets bits of one register; the others are unchanged.
 template <class Registers>
 void modify(Registers& registers, std::uint32_t offset, std::uint32_t clear, std::uint32_t set) {
   registers.write(offset, (registers.read(offset) & ~clear) | set);

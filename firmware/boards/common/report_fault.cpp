@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// on_fault() of images that run under a debugger or an emulator: says where, and ends with exit code 1.
+// on_fault() of images that run under a debugger or an emulator: prints the fault, and ends with exit code 1.
 
 #include "boards/common/cortex_m.hpp"
 #include "boards/common/semihosting.hpp"

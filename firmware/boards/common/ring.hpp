@@ -2,7 +2,7 @@
 #pragma once
 
 /// A queue of plain values between one writer and one reader, each in its own context (an interrupt and the
-/// loop). Neither blocks, neither masks interrupts.
+/// loop). Neither blocks or masks interrupts.
 
 #include <array>
 #include <atomic>
@@ -19,7 +19,7 @@ class Ring {
  public:
   // The writer's side.
 
-  /// False when full: the item is not taken, and counted.
+  /// False when full: the item is dropped and counted.
   bool push(const Item& item) {
     if (free() == 0) {
       overflows_.store(overflows_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
@@ -30,7 +30,7 @@ class Ring {
     end_.store(end + 1, std::memory_order_release);
     return true;
   }
-  /// Places left; the reader can only make it more.
+  /// Free places; the reader can only increase it.
   std::size_t free() const { return kSize - used(); }
 
   // The reader's side.
@@ -46,7 +46,7 @@ class Ring {
   // Either side.
 
   bool empty() const { return used() == 0; }
-  /// Items that push() could not take.
+  /// Number of items that push() dropped.
   std::uint32_t overflows() const { return overflows_.load(std::memory_order_relaxed); }
 
  private:

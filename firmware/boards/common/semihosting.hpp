@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Words to and from a debugger or an emulator (Semihosting for AArch32 and AArch64, ARM 100863, chapter 5).
-/// Where there is none, a call faults: only for images that run under one. Blocks have fields of a register's
-/// size.
+/// Text to and from a debugger or an emulator (Semihosting for AArch32 and AArch64, ARM 100863, chapter 5).
+/// Without one a call faults: only for images that run under one. Parameter blocks have fields of a
+/// register's size.
 
 #include <cstddef>
 #include <cstdint>
@@ -11,8 +11,7 @@
 
 namespace cbcan::boards::semihosting {
 
-/// The instruction for it, which the kind of core decides: semihosting_cortex_m.cpp,
-/// semihosting_cortex_a53.cpp.
+/// Executes the core's semihosting instruction: semihosting_cortex_m.cpp, semihosting_cortex_a53.cpp.
 std::intptr_t call(std::uintptr_t operation, const void* argument);
 
 /// SYS_WRITE0: `text` ends with 0.
@@ -30,7 +29,7 @@ inline void write_hex(std::uintptr_t value) {
   write(text);
 }
 
-/// SYS_GET_CMDLINE: what the emulator was given for the program, ended by 0; false = nothing, or no room.
+/// SYS_GET_CMDLINE: the program's command line, ended by 0; false = none, or no room.
 inline bool command_line(std::span<char> text) {
   struct {
     char* text;

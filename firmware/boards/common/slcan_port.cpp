@@ -39,7 +39,7 @@ bool SlcanPort::receive(Frame& frame) {
   return false;
 }
 
-/// Another line than a frame: a state, or a response to something that was sent.
+/// A line that is no frame: a state, or a response to a command.
 void SlcanPort::on_line(std::string_view line) {
   const auto state = slcan::decode_state(line);
   if (!state) {
@@ -55,8 +55,8 @@ void SlcanPort::on_line(std::string_view line) {
   }
 }
 
-/// A response, or anything else. Of those to what opens the adapter the last one tells whether it is open;
-/// from one that is not, a "no" is no sign of life.
+/// Any reception. The last response to the open commands shows whether the adapter is open; a "no" from a
+/// closed adapter is no sign of life.
 void SlcanPort::hear(bool yes) {
   if (answers_status_) return;
   if (opening_)
@@ -69,7 +69,7 @@ void SlcanPort::hear(bool yes) {
 Time SlcanPort::poll(Time now) {
   if (now < due_) return due_;
   if (silent_ == 0) {
-    off_ = due_ != 0;  // it has been silent, but for the first time
+    off_ = due_ != 0;  // silent, unless this is the first poll
     open_.reset();
     std::array<char, slcan::kMaxLine> line;
     put({line.data(), slcan::encode_open(kbit_per_second_, line)});

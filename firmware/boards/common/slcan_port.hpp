@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// A CAN bus behind a serial SLCAN adapter (slcan/slcan.hpp), for boards without a CAN controller: opens the
-/// adapter, and asks it for its state four times a second. An adapter that says nothing, or no longer does,
-/// as after a restart of its own, is opened again once a second.
+/// A CAN bus through a serial SLCAN adapter (slcan/slcan.hpp), for boards without a CAN controller: opens the
+/// adapter, and asks for its state four times a second. A silent adapter, for example after its own restart,
+/// is opened again once a second.
 ///
-/// The UART's interrupts call on_char() and next_char(); the loop calls all the rest.
+/// The UART's interrupts call on_char() and next_char(); the loop calls everything else.
 
 #include <algorithm>
 #include <cstdint>
@@ -30,26 +30,26 @@ class SlcanPort final : public CanPort {
   // Interrupts.
 
   void on_char(char c) { received_.push(c); }
-  /// The next character to send; false = none. A frame's characters are there as a whole.
+  /// The next character to send; false = none. A frame's characters are queued all at once.
   bool next_char(char& c) { return to_send_.pop(c); }
 
   // The loop.
 
-  /// There is something for next_char().
+  /// next_char() has a character.
   bool has_output() const { return !to_send_.empty(); }
 
-  /// False when a whole line has no room in the queue. Before the adapter has been opened, frames are queued
-  /// behind the command that opens it.
+  /// False when the queue has no room for the whole line. Before the adapter is open, frames are queued after
+  /// the command that opens it.
   bool try_send(const Frame& frame) override;
 
-  /// The next frame from the adapter; reads what lies before it. False = no more for now.
+  /// The next frame from the adapter; processes the lines before it. False = none.
   bool receive(Frame& frame);
 
-  /// Opens the adapter or asks for its state, when that is due; returns the time of the next call.
+  /// Opens the adapter or asks for its state when due; returns the time of the next call.
   Time poll(Time now);
 
-  /// kBusOff also while the adapter has been silent for a second, or refuses to open. Frames are sent all the
-  /// same: there are adapters that never say anything but frames.
+  /// Also kBusOff if the adapter has been silent for a second or refuses to open. Frames are sent
+  /// nevertheless: some adapters never send anything but frames.
   BusState state() const { return off_ ? BusState::kBusOff : std::max(status_, unasked_); }
   CanCounters counters() const;
 
@@ -65,13 +65,13 @@ class SlcanPort final : public CanPort {
   slcan::LineReader reader_;
   Time due_ = 0;
   std::uint16_t kbit_per_second_;
-  std::uint8_t silent_ = 0;               ///< polls since the adapter was opened, or last gave a sign of life
-  bool answers_status_ = false;           ///< it has done so: from then on nothing else is a sign of life
-  bool opening_ = false;                  ///< what comes now are the responses to what opens it
-  std::optional<bool> open_;              ///< the last of them
+  std::uint8_t silent_ = 0;               ///< polls since the adapter was opened or last responded
+  bool answers_status_ = false;           ///< it has: from then on only status responses count as life
+  bool opening_ = false;                  ///< responses that arrive now are to the open commands
+  std::optional<bool> open_;              ///< the last of these responses
   bool off_ = false;                      ///< silent or closed
-  BusState status_ = BusState::kActive;   ///< as asked for
-  BusState unasked_ = BusState::kActive;  ///< as it last said by itself
+  BusState status_ = BusState::kActive;   ///< from the last status response
+  BusState unasked_ = BusState::kActive;  ///< from its last unsolicited report
   CanCounters counters_;
 };
 

@@ -7,24 +7,20 @@ namespace cbcan::boards {
 
 namespace {
 
-struct Version {
-  std::uint16_t number[3]{};
-};
-
 /// "1.2.3" as numbers.
-constexpr Version parse(std::string_view text) {
-  Version version;
+constexpr std::array<std::uint16_t, 3> parse(std::string_view text) {
+  std::array<std::uint16_t, 3> numbers{};
   std::size_t part = 0;
   for (const char c : text) {
     if (c == '.')
       ++part;
     else
-      version.number[part] = static_cast<std::uint16_t>(version.number[part] * 10 + (c - '0'));
+      numbers[part] = static_cast<std::uint16_t>(numbers[part] * 10 + (c - '0'));
   }
-  return version;
+  return numbers;
 }
 
-constexpr Version kNumbers = parse(kVersion);
+constexpr std::array kNumbers = parse(kVersion);
 
 /// time / 1000 modulo 2^32, in steps of 16 bits: a 64-bit division is a library function of 800 bytes.
 std::uint32_t in_milliseconds(Time time) {
@@ -39,7 +35,7 @@ std::uint16_t& at(Diagnostics registers, std::size_t address) {
   return registers[address - regmap::kDiagnosticsFirst];
 }
 
-/// 32-bit numbers, the low word first, as every machine that this runs on has it.
+/// 32-bit numbers, low word first; every supported machine is little-endian.
 template <class Numbers>
 void put(Diagnostics registers, std::uint16_t address, const Numbers& value) {
   __builtin_memcpy(&at(registers, address), &value, sizeof value);
@@ -59,8 +55,8 @@ std::span<const std::uint8_t> identify(RtuServer& modbus, const modbus::DeviceId
 
 void publish(Diagnostics registers, Time now, const Health& health, BusState bus_state,
              const RtuServer::Counters& modbus, const Coprocessor::Counters& transactions) {
-  at(registers, regmap::kVersion) = static_cast<std::uint16_t>(kNumbers.number[0] << 8 | kNumbers.number[1]);
-  at(registers, regmap::kPatchLevel) = kNumbers.number[2];
+  at(registers, regmap::kVersion) = static_cast<std::uint16_t>(kNumbers[0] << 8 | kNumbers[1]);
+  at(registers, regmap::kPatchLevel) = kNumbers[2];
   put(registers, regmap::kUptime, in_milliseconds(now));
   at(registers, regmap::kResetCause) = static_cast<std::uint16_t>(health.reset_cause);
   at(registers, regmap::kStackSize) = health.stack_size;

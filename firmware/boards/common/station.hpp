@@ -1,18 +1,17 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// What every board runs: the PLC's registers, a Modbus RTU server in front of them, the coprocessor behind
-/// them, and the diagnostics registers (docs/reference/registers.md). With several CAN networks each has
-/// registers, a coprocessor, a port and a station address of its own (docs/reference/contract.md). A board's
-/// program is
+/// What every board runs: the PLC's registers, a Modbus RTU server and a coprocessor that access them, and
+/// the diagnostics registers (docs/reference/registers.md). With several CAN networks each has its own
+/// registers, coprocessor, port and station address (docs/reference/contract.md). A board's program is
 ///
 ///   station.start();
 ///   for (;;) sleep_until(station.turn());
 ///
-/// where sleep_until() returns early after any interrupt. Interrupts hand bytes to modbus().on_byte(), with
-/// the low 32 bits of Hardware::now(), and frames to whatever Hardware::receive() reads; everything else
-/// happens in turn(). So a Modbus request is applied whole between two polls of the coprocessor, and its
-/// response shows a window with results before the flag.
+/// where sleep_until() returns early after any interrupt. Interrupts pass bytes to modbus().on_byte(), with
+/// the low 32 bits of Hardware::now(), and frames to the queue that Hardware::receive() reads; everything
+/// else happens in turn(). So a Modbus request is applied whole between two polls of the coprocessor, and a
+/// response that shows the cleared flag also shows the results.
 
 #include <array>
 #include <cstddef>
@@ -33,7 +32,7 @@ using Diagnostics = std::span<std::uint16_t, regmap::kDiagnosticsWords>;
 void publish(Diagnostics registers, Time now, const Health& health, BusState bus_state,
              const RtuServer::Counters& modbus, const Coprocessor::Counters& transactions);
 
-/// What a PLC reads and writes of one network; another address is answered with exception 02.
+/// The registers of one network; other addresses are answered with exception 02.
 struct Registers {
   Registers(const Coprocessor::Settings& settings, std::span<std::uint16_t> board)
       : map{{
@@ -58,7 +57,7 @@ struct Registers {
 /// The response to a request of FC 43.
 std::span<const std::uint8_t> identify(RtuServer& modbus, const modbus::DeviceIdentity& identity);
 
-/// `kIdentity`: what FC 43/14 tells; null: it is no function of this station.
+/// `kIdentity`: the response to FC 43/14; null: the station does not support it.
 template <std::size_t kNetworks = 1, const modbus::DeviceIdentity* kIdentity = nullptr>
 class Station {
  public:
@@ -68,10 +67,10 @@ class Station {
     RtuServer::Settings modbus;
     std::array<Coprocessor::Settings, kNetworks> coprocessors;
     std::span<std::uint16_t> board =
-        {};  ///< kBoardWords, its own settings; empty = there are no such registers
+        {};  ///< kBoardWords, the board's own settings; empty = no such registers
   };
 
-  /// All live as long as the station.
+  /// All outlive the station.
   Station(Hardware& hardware, const Ports& ports, const Settings& settings)
       : Station(hardware, ports, settings, std::make_index_sequence<kNetworks>()) {}
 
@@ -88,12 +87,16 @@ class Station {
       coprocessor.start(hardware_.now());
   }
 
-  /// Takes what has arrived, executes at most one Modbus request, and does what is due. Returns the time of
-  /// the next turn at the latest; kNever = only after an interrupt.
+  /// Processes received frames, at most one Modbus request, and everything due. Returns the latest time of
+  /// the next turn; kNever = only after an interrupt.
   Time turn() {
     const Time now = hardware_.now();
-    for (std::size_t network = 0; network < kNetworks; ++network)
-      take_frames(network, now);
+    Frame frame;
+    for (std::size_t network = 0; network < kNetworks; ++network) {
+      while (hardware_.receive(network, frame))
+        coprocessors_[network].on_frame(frame, now);
+      coprocessors_[network].on_bus_state(hardware_.bus_state(network), now);
+    }
     const std::uint32_t silence = modbus_.poll(static_cast<std::uint32_t>(now));
     if (silence == 0) execute(now);
     Time due = silence == 0 || silence == RtuServer::kNoRequest ? kNever : now + silence;
@@ -115,17 +118,13 @@ class Station {
             settings.coprocessors[kNetwork],
             ScannerWindow(registers_[kNetwork].scanner_out, registers_[kNetwork].scanner_in))...} {}
 
-  void take_frames(std::size_t network, Time now) {
-    Frame frame;
-    while (hardware_.receive(network, frame))
-      coprocessors_[network].on_frame(frame, now);
-    coprocessors_[network].on_bus_state(hardware_.bus_state(network), now);
-  }
-
   void execute(Time now) {
     const bool to_all = modbus_.is_broadcast();
     const std::size_t asked = kNetworks == 1 ? 0 : modbus_.request_network();
-    if (modbus_.request_reads(regmap::kDiagnosticsFirst, regmap::kDiagnosticsWords)) publish_for(asked, now);
+    // Diagnostics registers are updated only when a request reads them.
+    if (modbus_.request_reads(regmap::kDiagnosticsFirst, regmap::kDiagnosticsWords))
+      publish(registers_[asked].diagnostics, now, hardware_.health(asked), hardware_.bus_state(asked),
+              modbus_.counters(), coprocessors_[asked].counters());
     if (const auto response = executed(); !response.empty()) hardware_.respond(response);
     for (std::size_t network = 0; network < kNetworks; ++network)
       if (to_all || network == asked) tell(coprocessors_[network], now);
@@ -137,18 +136,12 @@ class Station {
     return modbus_.execute();
   }
 
-  /// What the PLC has done.
+  /// Reports the executed request to the coprocessor.
   void tell(Coprocessor& coprocessor, Time now) {
     const RtuServer::Executed& executed = modbus_.executed();
     if (!executed.valid) return;
     coprocessor.on_plc(now);
     if (executed.count != 0) coprocessor.on_registers_written(executed.first, executed.count, now);
-  }
-
-  /// Fresh for whoever asks; nobody else needs them.
-  void publish_for(std::size_t network, Time now) {
-    publish(registers_[network].diagnostics, now, hardware_.health(network), hardware_.bus_state(network),
-            modbus_.counters(), coprocessors_[network].counters());
   }
 
   Hardware& hardware_;

@@ -1,20 +1,17 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The CAN controller SJA1000 in PeliCAN mode as a CanPort.
+/// The CAN controller SJA1000 in PeliCAN mode as a CanPort. Source: NXP, SJA1000 product specification, 2000
+/// Jan 04; register and bit names are those of its section 6.4, and so are the offsets passed to `Registers`:
+/// CAN addresses 0..31, one 8-bit register each. How the board maps them (every byte, every word, indirectly)
+/// is up to `Registers`.
 ///
-/// Source: NXP, "SJA1000 Stand-alone CAN controller", product specification, 2000 Jan 04; register and bit
-/// names are those of its section 6.4, and so are the offsets that `Registers` is given: CAN addresses 0..31,
-/// one register of 8 bits each. Where the board has them (every byte, every word, behind an index) is up to
-/// it.
+/// Two contexts: the controller's interrupt calls on_interrupt() only; the loop that also runs the core calls
+/// everything else. Nothing blocks for longer than it takes to enter or leave reset mode. The controller
+/// needs one of its clock cycles between two commands (6.4.4): here a status read separates them.
 ///
-/// Two contexts: on_interrupt() is called by the controller's interrupt and nothing else of this class is;
-/// all the rest is called by the loop that also runs the core. Nothing blocks for longer than it takes to
-/// enter or leave reset mode. Between two commands the controller wants one of its clock cycles (6.4.4): a
-/// status is read between any two here.
-///
-/// Both acceptance filters are open: two masks that let 000h..5FFh and 700h..77Fh pass let every identifier
-/// pass. Frames are chosen by the interrupt instead, before they take a place in the ring.
+/// Both acceptance filters are open: two masks that pass 000h..5FFh and 700h..77Fh pass every identifier.
+/// Instead the interrupt selects frames before they take a place in the ring.
 
 #include <cstddef>
 #include <cstdint>
@@ -45,7 +42,7 @@ inline constexpr std::uint32_t RXERR = 14;
 inline constexpr std::uint32_t TXERR = 15;
 inline constexpr std::uint32_t BUFFER = 16;  ///< frame information, identifier, data (6.4.13, 6.4.14)
 inline constexpr std::uint32_t ACR0 = 16;    ///< to 19, in reset mode
-inline constexpr std::uint32_t AMR0 = 20;    ///< to 23, likewise; 1 = does not matter
+inline constexpr std::uint32_t AMR0 = 20;    ///< to 23, in reset mode; 1 = don't care
 inline constexpr std::uint32_t CDR = 31;
 
 inline constexpr std::uint32_t MOD_RM = 1;  ///< reset mode; MOD.3, AFM, is 0: two filters
@@ -57,7 +54,7 @@ inline constexpr std::uint32_t SR_RBS = 1;
 inline constexpr std::uint32_t SR_DOS = 1u << 1;
 inline constexpr std::uint32_t SR_TBS = 1u << 2;
 inline constexpr std::uint32_t SR_BS = 1u << 7;
-// IER: reception, which an overrun comes with; error warning, which bus-off is too; error passive.
+// IER: reception (an overrun occurs with one), error warning (includes bus-off), error passive.
 inline constexpr std::uint32_t IER_USED = 1 | 1u << 2 | 1u << 5;
 inline constexpr std::uint32_t CDR_CBP = 1u << 6;
 inline constexpr std::uint32_t CDR_PELICAN = 1u << 7;
@@ -69,7 +66,7 @@ inline constexpr std::uint32_t INFO_DLC = 0xF;
 inline constexpr std::uint32_t kMostPrescaler = 64;
 inline constexpr std::uint32_t kPassive = 128;
 
-/// Of an identifier in a buffer, which begins with its highest bit: bytes, and unused bits of 32.
+/// Layout of an identifier in a buffer, highest bit first: its bytes, and its unused bits of 32.
 struct IdLayout {
   std::uint32_t bytes;
   std::uint32_t unused;
@@ -84,37 +81,39 @@ template <class Registers>
 class Sja1000 final : public CanPort {
  public:
   static constexpr std::size_t kReceiveRing = 64;
-  /// How long a frame waits for somebody to acknowledge it: with the cable off it would wait for ever, and
-  /// come out when it is back.
+  /// How long a frame may wait for an acknowledgement. Without this limit, with the cable off, it would be
+  /// sent when the cable is connected again.
   static constexpr Time kStuckAfter = kSecond;
 
   struct Settings {
     std::uint32_t clock_hz;  ///< half of the oscillator's (6.5.1)
     std::uint32_t bit_rate;  ///< 10'000..1'000'000
-    std::uint8_t node_id;    ///< own node, 1..127: whose SDO requests are taken
-    /// CDR besides PeliCAN mode (6.5.4): by default a transceiver at RX0, clock output as after a reset.
+    std::uint8_t node_id;    ///< own node, 1..127: its SDO requests are accepted
+    /// CDR bits in addition to PeliCAN mode (6.5.4); default: transceiver at RX0, clock output as after a
+    /// reset.
     std::uint32_t clock_divider = sja1000::CDR_CBP;
-    /// OCR (6.5.3): by default normal mode with TX0 push-pull.
+    /// OCR (6.5.3); default: normal mode with TX0 push-pull.
     std::uint32_t output_control = 0x1A;
   };
 
   enum class Start : std::uint8_t {
     kDone,
-    kBitRate,  ///< not to be made from this clock; choose another of either
-    kNoReset,  ///< the controller does not enter or leave reset mode: it is not there, or has no clock
+    kBitRate,  ///< this clock does not give this bit rate; change one of them
+    kNoReset,  ///< the controller does not enter or leave reset mode: missing, or no clock
   };
 
-  /// What happened, for people; they count up from 0 and wrap.
+  /// For diagnosis; count up from 0 and wrap.
   struct Counters {
-    std::uint32_t overflows = 0;  ///< times that the receive FIFO or the ring was found to have lost frames
+    std::uint32_t overflows = 0;  ///< times the receive FIFO or the ring was found to have lost frames
     std::uint32_t bus_offs = 0;
-    std::uint32_t stuck = 0;  ///< frames taken back as nobody acknowledged them
+    std::uint32_t stuck = 0;  ///< frames aborted because no node acknowledged them
   };
 
   explicit Sja1000(Registers registers) : registers_(registers) {}
 
-  /// Sets timing and filters and joins the bus. Again at any time, for other settings: what waits to be sent
-  /// is lost then. Taken are 000h..5FFh, 680h..77Fh, 600h + own node ID and 7E5h, 11 bits, RTR or not.
+  /// Sets timing and filters and joins the bus. May be called again at any time, with other settings: a frame
+  /// that waits to be sent is then lost. Accepted are 000h..5FFh, 680h..77Fh, 600h + own node ID and 7E5h, 11
+  /// bits, RTR or not.
   Start start(const Settings& settings) {
     const auto timing = bit_timing(settings.clock_hz, settings.bit_rate, sja1000::kMostPrescaler);
     if (!timing) return Start::kBitRate;
@@ -124,7 +123,7 @@ class Sja1000 final : public CanPort {
   }
 
   /// False while a frame is in the only transmit buffer, and while the controller is off the bus: a command
-  /// must not come out when the bus heals minutes later.
+  /// must not be sent when the bus recovers minutes later.
   bool try_send(const Frame& frame) override {
     using namespace sja1000;
     if (is_resetting()) return false;
@@ -143,14 +142,14 @@ class Sja1000 final : public CanPort {
     return true;
   }
 
-  /// The controller's interrupt: empties its FIFO, 64 bytes, into the ring.
+  /// Call in the controller's interrupt: empties its FIFO, 64 bytes, into the ring.
   void on_interrupt() {
     using namespace sja1000;
     registers_.read(IR);  // clears all but the receive interrupt, which ends with the last frame
     bool lost = false;
     while ((registers_.read(SR) & SR_RBS) != 0) {
       const Frame frame = take();
-      if ((registers_.read(SR) & SR_RBS) == 0) break;  // bus-off meanwhile: these were the filters' registers
+      if ((registers_.read(SR) & SR_RBS) == 0) break;  // bus-off occurred: take() read the filter registers
       lost = (is_wanted(frame) && !received_.push(frame)) || lost;
       registers_.write(CMR, CMR_RRB);
     }
@@ -165,9 +164,9 @@ class Sja1000 final : public CanPort {
   bool receive(Frame& frame) { return received_.pop(frame); }
   bool has_received() const { return !received_.empty(); }
 
-  /// What goes to Coprocessor::on_bus_state(). To be called in every turn of the loop, after start(): it also
-  /// leaves the reset mode that bus-off is, which throws away what waited; the controller is back on the bus
-  /// after 128 times 11 recessive bits (6.4.5, note 1). And it takes back a frame that is stuck.
+  /// The state for Coprocessor::on_bus_state(). Call in every turn of the loop, after start(). It also leaves
+  /// the reset mode that bus-off enters, which discards a waiting frame; the controller is back on the bus
+  /// after 128 times 11 recessive bits (6.4.5, note 1). It also aborts a stuck frame.
   BusState poll(Time now) {
     using namespace sja1000;
     counters_.overflows = losses_.look(now);
@@ -190,7 +189,7 @@ class Sja1000 final : public CanPort {
  private:
   bool is_resetting() const { return (registers_.read(sja1000::MOD) & sja1000::MOD_RM) != 0; }
 
-  /// Into reset mode or, with 0, out of it, which may take some clock cycles.
+  /// Enters reset mode or, with 0, leaves it; may take some clock cycles.
   bool set_mode(std::uint32_t mode) {
     constexpr unsigned kTries = 10'000;
     for (unsigned i = 0; i < kTries; ++i) {
@@ -242,9 +241,9 @@ class Sja1000 final : public CanPort {
     return !asks_somebody || frame.id == sdo::kRequestId + settings_.node_id;
   }
 
-  /// The frame may be on the bus just now; then it is sent, but not again.
+  /// If the frame is on the bus at this moment, it is sent, but not repeated.
   void take_back_stuck(Time now) {
-    if (pending_since_ == kNever) pending_since_ = now;  // try_send() is not told the time
+    if (pending_since_ == kNever) pending_since_ = now;  // try_send() has no time argument
     if (now - pending_since_ < kStuckAfter) return;
     registers_.write(sja1000::CMR, sja1000::CMR_AT);
     ++counters_.stuck;

@@ -6,9 +6,9 @@
 /// Source: UG1085, "Zynq UltraScale+ Device TRM", chapter "CAN Controller"; register and bit names are those
 /// of UG1087, module CAN.
 ///
-/// Two contexts: on_interrupt() is called by the controller's interrupt and nothing else of this class is;
-/// all the rest is called by the loop that also runs the core. Nothing blocks for longer than a reset takes.
-/// Pins, the reference clock and the interrupt controller are the board's.
+/// Two contexts: the controller's interrupt calls on_interrupt() only; the loop that also runs the core calls
+/// everything else. Nothing blocks for longer than a reset takes. The board sets up pins, the reference clock
+/// and the interrupt controller.
 
 #include <cstddef>
 #include <cstdint>
@@ -42,8 +42,8 @@ inline constexpr std::uint32_t RXFIFO_ID = 0x50;
 inline constexpr std::uint32_t RXFIFO_DLC = 0x54;
 inline constexpr std::uint32_t RXFIFO_DATA1 = 0x58;
 inline constexpr std::uint32_t RXFIFO_DATA2 = 0x5C;
-inline constexpr std::uint32_t AFR = 0x60;    ///< which of the four filters are used
-inline constexpr std::uint32_t AFMR1 = 0x64;  ///< mask of the first filter; the others 8 bytes on each
+inline constexpr std::uint32_t AFR = 0x60;    ///< enables the four filters
+inline constexpr std::uint32_t AFMR1 = 0x64;  ///< mask of the first filter; the next is 8 bytes further
 inline constexpr std::uint32_t AFIR1 = 0x68;
 
 inline constexpr std::uint32_t SRR_SRST = 1;
@@ -73,7 +73,7 @@ inline constexpr std::uint32_t kIdLowMask = (1u << kIdLowBits) - 1;
 
 inline constexpr std::uint32_t kMostPrescaler = 256;
 
-/// SJW in 8:7, TS2 in 6:4, TS1 in 3:0; each field holds one less than what it means.
+/// SJW in 8:7, TS2 in 6:4, TS1 in 3:0; each field holds its value - 1.
 constexpr std::uint32_t btr(const BitTiming& timing) {
   return (timing.jump_width() - 1) << 7 | (timing.segment2 - 1) << 4 | (timing.segment1 - 1);
 }
@@ -125,43 +125,43 @@ constexpr Frame frame_of(const Words& words) {
 template <class Registers>
 class ZynqmpCan final : public CanPort {
  public:
-  /// As many as the controller's own receive FIFO has.
+  /// As many frames as the controller's own receive FIFO.
   static constexpr std::size_t kReceiveRing = 64;
-  /// From bus-off to the reset that ends it: longer than the 128 times 11 bits of ISO 11898-1, which the
-  /// reset cuts short, take at 10 kbit/s (141 ms).
+  /// From bus-off to the reset that ends it. The reset cuts short the 128 times 11 bits of ISO 11898-1, so
+  /// the pause is longer than these at 10 kbit/s (141 ms).
   static constexpr Time kBusOffPause = 200 * kMillisecond;
 
-  /// How long frames wait for somebody to acknowledge one: with the cable off they would wait for ever, and
-  /// come out when it is back.
+  /// How long frames may wait for an acknowledgement. Without this limit, with the cable off, they would be
+  /// sent when the cable is connected again.
   static constexpr Time kStuckAfter = kSecond;
 
   struct Settings {
-    std::uint32_t clock_hz;  ///< CAN_REF_CLK; QEMU's is 24 MHz and does not matter there
+    std::uint32_t clock_hz;  ///< CAN_REF_CLK; 24 MHz in QEMU, where it has no effect
     std::uint32_t bit_rate;  ///< 10'000..1'000'000
-    std::uint8_t node_id;    ///< own node, 1..127: whose SDO requests pass the filter
+    std::uint8_t node_id;    ///< own node, 1..127: its SDO requests pass the filter
   };
 
   enum class Start : std::uint8_t {
     kDone,
-    kBitRate,  ///< not to be made from this clock; choose another of either
+    kBitRate,  ///< this clock does not give this bit rate; change one of them
     kNoReset,  ///< the controller does not enter configuration mode: its clock is off
   };
 
-  /// What happened, for people; they count up from 0 and wrap.
+  /// For diagnosis; count up from 0 and wrap.
   struct Counters {
-    std::uint32_t overflows = 0;  ///< times that the receive FIFO or the ring was found to have lost frames
+    std::uint32_t overflows = 0;  ///< times the receive FIFO or the ring was found to have lost frames
     std::uint32_t bus_offs = 0;   ///< resets to end a bus-off
-    std::uint32_t stuck = 0;      ///< resets to throw away frames that nobody acknowledged
+    std::uint32_t stuck = 0;      ///< resets to discard frames that no node acknowledged
   };
 
   explicit ZynqmpCan(Registers registers) : registers_(registers) {}
 
-  /// Resets the controller, sets timing and filters and joins the bus. Again at any time, for other settings:
-  /// what waits to be sent is lost then.
+  /// Resets the controller, sets timing and filters and joins the bus. May be called again at any time, with
+  /// other settings: frames that wait to be sent are then lost.
   ///
-  /// There are four filters: 000h..3FFh and 400h..5FFh (NMT, SYNC, EMCY, TIME, PDOs, SDO responses),
-  /// 700h..77Fh (error control), 600h + own node ID (SDO requests). So PDOs cannot be received on 680h..6DFh,
-  /// where CiA 301 puts none by itself. All are for 11-bit identifiers; RTR or not is left to the core.
+  /// The four filters pass 000h..3FFh and 400h..5FFh (NMT, SYNC, EMCY, TIME, PDOs, SDO responses), 700h..77Fh
+  /// (error control), 600h + own node ID (SDO requests). So PDOs cannot be received on 680h..6DFh, where CiA
+  /// 301 has none by default. All are for 11-bit identifiers, with or without RTR.
   Start start(const Settings& settings) {
     const auto timing = bit_timing(settings.clock_hz, settings.bit_rate, zynqmp_can::kMostPrescaler);
     if (!timing) return Start::kBitRate;
@@ -172,7 +172,7 @@ class ZynqmpCan final : public CanPort {
   }
 
   /// False while the transmit FIFO (64 frames) is full, and while the controller is off the bus: a command
-  /// must not come out when the bus heals minutes later.
+  /// must not be sent when the bus recovers minutes later.
   bool try_send(const Frame& frame) override {
     using namespace zynqmp_can;
     const std::uint32_t status = registers_.read(SR);
@@ -181,13 +181,13 @@ class ZynqmpCan final : public CanPort {
     registers_.write(TXFIFO_ID, words.id);
     registers_.write(TXFIFO_DLC, words.dlc);
     registers_.write(TXFIFO_DATA1, words.data1);
-    registers_.write(TXFIFO_DATA2, words.data2);  // starts it: all four words, whatever the DLC
-    registers_.write(ICR, IXR_TXFEMP);            // comes back when the FIFO is empty
+    registers_.write(TXFIFO_DATA2, words.data2);  // starts transmission; all four words, whatever the DLC
+    registers_.write(ICR, IXR_TXFEMP);            // set again when the FIFO is empty
     sending_ = true;
     return true;
   }
 
-  /// The controller's interrupt: empties its FIFO into the ring.
+  /// Call in the controller's interrupt: empties its FIFO into the ring.
   void on_interrupt() {
     using namespace zynqmp_can;
     const std::uint32_t pending = registers_.read(ISR);
@@ -195,7 +195,7 @@ class ZynqmpCan final : public CanPort {
     bool lost = (pending & IXR_RXOFLW) != 0;
     while ((registers_.read(ISR) & IXR_RXNEMP) != 0) {
       lost = !received_.push(take()) || lost;
-      registers_.write(ICR, IXR_RXNEMP);  // comes back while there are more
+      registers_.write(ICR, IXR_RXNEMP);  // set again while there are more
     }
     if (lost) losses_.note();
   }
@@ -204,8 +204,8 @@ class ZynqmpCan final : public CanPort {
   bool receive(Frame& frame) { return received_.pop(frame); }
   bool has_received() const { return !received_.empty(); }
 
-  /// What goes to Coprocessor::on_bus_state(). To be called in every turn of the loop, after start(): it also
-  /// ends a bus-off, by a reset kBusOffPause after it was seen, and throws away frames that are stuck.
+  /// The state for Coprocessor::on_bus_state(). Call in every turn of the loop, after start(). It also ends
+  /// bus-off, by a reset kBusOffPause after it was seen, and discards stuck frames.
   BusState poll(Time now) {
     const std::uint32_t status = registers_.read(zynqmp_can::SR);
     counters_.overflows = losses_.look(now);
@@ -226,13 +226,13 @@ class ZynqmpCan final : public CanPort {
   const Counters& counters() const { return counters_; }
 
  private:
-  /// Off the bus: by errors, or because a reset did not come to its end.
+  /// Off the bus because of errors, or because a reset did not complete.
   static constexpr bool is_off_bus(std::uint32_t status) {
     return (status & zynqmp_can::SR_CONFIG) != 0 ||
            (status & zynqmp_can::SR_ESTAT) == zynqmp_can::SR_ESTAT_BUS_OFF;
   }
 
-  /// Reads of a register until these bits are as wanted; a reset takes some cycles of the reference clock.
+  /// Polls SR until these bits are set or clear; a reset takes some cycles of the reference clock.
   bool wait_for(std::uint32_t bits, bool set) const {
     constexpr unsigned kTries = 10'000;
     for (unsigned i = 0; i < kTries; ++i)
@@ -275,15 +275,12 @@ class ZynqmpCan final : public CanPort {
 
   Frame take() {
     using namespace zynqmp_can;
-    Words words;
-    words.id = registers_.read(RXFIFO_ID);  // in this order; all four, whatever the DLC
-    words.dlc = registers_.read(RXFIFO_DLC);
-    words.data1 = registers_.read(RXFIFO_DATA1);
-    words.data2 = registers_.read(RXFIFO_DATA2);
-    return frame_of(words);
+    // In this order; all four, whatever the DLC.
+    return frame_of({registers_.read(RXFIFO_ID), registers_.read(RXFIFO_DLC), registers_.read(RXFIFO_DATA1),
+                     registers_.read(RXFIFO_DATA2)});
   }
 
-  /// There are frames to send, and for a second none has left.
+  /// There are frames to send, and none was sent for a second.
   bool is_stuck(Time now) {
     using namespace zynqmp_can;
     if (!sending_) {
@@ -304,7 +301,7 @@ class ZynqmpCan final : public CanPort {
     recover_at_ = kNever;
     ++counters_.bus_offs;
     restart();
-    return BusState::kBusOff;  // the next poll sees what has come of it
+    return BusState::kBusOff;  // the next poll sees the result
   }
 
   Registers registers_;
@@ -312,7 +309,7 @@ class ZynqmpCan final : public CanPort {
   LossNotice losses_;
   Time recover_at_ = kNever;
   Time stuck_at_ = kNever;
-  bool sending_ = false;  ///< frames were taken, and the transmit FIFO was not seen empty since
+  bool sending_ = false;  ///< frames were accepted, and the transmit FIFO has not been seen empty since
   BitTiming timing_{};
   std::uint8_t node_id_ = 0;
   Counters counters_;

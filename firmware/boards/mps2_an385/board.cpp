@@ -14,7 +14,7 @@ constexpr std::size_t kTimer = 10;
 
 constexpr std::uint32_t kTicksPerMicrosecond = kSystemClock / kSecond;
 constexpr std::uint32_t kWatchdogPeriod =
-    4 * kSystemClock;  // one until the NMI, which resets; the second one resets without it
+    4 * kSystemClock;  // until the NMI, which resets the board; a second period resets it without the NMI
 
 constexpr std::uint32_t kWatchdogNote = 0x52535421;
 [[gnu::section(".noinit")]] std::uint32_t note;
@@ -44,7 +44,7 @@ void Board::start(RtuServer& modbus) {
   for (const std::size_t interrupt :
        {kModbusReceive, kModbusTransmit, kAdapterReceive, kAdapterTransmit, kTimer})
     enable_interrupt(interrupt);
-  can_.poll(now());  // opens the adapter ahead of the first frame
+  can_.poll(now());  // opens the adapter before the first frame
 }
 
 void Board::sleep_until(Time due) {
@@ -80,17 +80,15 @@ void Board::on_modbus_received() {
 }
 
 void Board::on_modbus_sent() {
-  modbus_uart_.on_transmit_interrupt([&](std::uint8_t& byte) { return next_response_byte(byte); });
-}
-
-bool Board::next_response_byte(std::uint8_t& byte) {
-  if (response_.empty()) {
-    modbus_->on_sent();
-    return false;
-  }
-  byte = response_.front();
-  response_ = response_.subspan(1);
-  return true;
+  modbus_uart_.on_transmit_interrupt([&](std::uint8_t& byte) {
+    if (response_.empty()) {
+      modbus_->on_sent();
+      return false;
+    }
+    byte = response_.front();
+    response_ = response_.subspan(1);
+    return true;
+  });
 }
 
 void Board::on_adapter_received() {

@@ -5,7 +5,7 @@
 /// same program runs on mps2-an386, a Cortex-M4, and mps2-an500, a Cortex-M7):
 ///
 ///   UART0   Modbus RTU, 115200 baud, 8N1
-///   UART1   SLCAN: the way to the CAN bus, through an adapter or an emulator's socket
+///   UART1   SLCAN: the CAN bus, through an adapter or an emulator's socket
 ///   FPGAIO  time; the dual timer ends a sleep; the watchdog resets a loop that hangs for 4 seconds
 
 #include <cstdint>
@@ -22,11 +22,11 @@ namespace cbcan::boards::mps2 {
 
 inline constexpr std::uint32_t kSystemClock = 25'000'000;  ///< Hz
 
-/// Why the board was reset: it has no register that tells, so the watchdog leaves a note in memory. Power on
-/// where there is no note; the next reset finds none again.
+/// Why the board was reset. It has no register for this, so the watchdog leaves a note in memory; without a
+/// note it was power on. Clears the note.
 regmap::ResetCause take_reset_cause();
 
-/// The vector of the NMI: the watchdog's only warning. Leaves the note and resets the board.
+/// The NMI vector, the watchdog's warning: leaves the note and resets the board.
 void on_watchdog();
 
 class Board final : public Hardware {
@@ -37,7 +37,7 @@ class Board final : public Hardware {
     std::uint16_t can_kbit_per_second;  ///< one of slcan::kBitRates
   };
 
-  /// `cause`: of the reset that has just been.
+  /// `cause`: of the last reset.
   Board(const Settings& settings, regmap::ResetCause cause);
 
   /// Interrupts on. `modbus` gets the bytes of UART0.
@@ -62,8 +62,6 @@ class Board final : public Hardware {
   void on_timer();
 
  private:
-  bool next_response_byte(std::uint8_t& byte);
-
   Settings settings_;
   regmap::ResetCause reset_cause_;
   Uart<Mmio> modbus_uart_{Mmio(0x40004000)};
@@ -74,7 +72,7 @@ class Board final : public Hardware {
   Clock clock_;
   SlcanPort can_;
   RtuServer* modbus_ = nullptr;
-  std::span<const std::uint8_t> response_;  ///< what of it is still to be sent
+  std::span<const std::uint8_t> response_;  ///< the part still to be sent
   Sleep sleep_;
 };
 

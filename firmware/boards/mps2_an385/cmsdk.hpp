@@ -17,13 +17,13 @@ class Uart {
  public:
   explicit Uart(Registers registers) : registers_(registers) {}
 
-  /// `clock` and `baud` in Hz. Interrupts of both directions on.
+  /// `clock` and `baud` in Hz. Enables the interrupts of both directions.
   void start(std::uint32_t clock, std::uint32_t baud) {
     registers_.write(kDivider, clock / baud);
     registers_.write(kControl, kTransmit | kReceive | kTransmitInterrupt | kReceiveInterrupt);
   }
 
-  /// The receive interrupt: take(byte) for each byte that is there.
+  /// Call in the receive interrupt: calls take(byte) for each byte received.
   template <class Take>
   void on_receive_interrupt(Take take) {
     registers_.write(kInterrupt, kReceived);
@@ -35,8 +35,8 @@ class Uart {
     }
   }
 
-  /// The transmit interrupt, after a byte has left or when it was pended: next(byte) gives the next one, or
-  /// false when there is none.
+  /// Call in the transmit interrupt, which occurs after a byte was sent or when it was pended: next(byte)
+  /// gives the next byte, or false when there is none.
   template <class Next>
   void on_transmit_interrupt(Next next) {
     registers_.write(kInterrupt, kTransmitted);
@@ -45,7 +45,7 @@ class Uart {
       registers_.write(kData, byte);
   }
 
-  /// Times that a byte came before the one before it was taken.
+  /// Number of overruns: a byte arrived before the previous one was read.
   std::uint32_t lost() const { return lost_; }
 
  private:
@@ -69,13 +69,13 @@ class Uart {
 };
 
 /// APB dual timer (4.5), the first of the two, as a one-shot that wakes the core. (Not an APB timer: in QEMU
-/// with -icount sleep=off the interrupt of one with a reload value comes late.)
+/// with -icount sleep=off, its interrupt comes late when it has a reload value.)
 template <class Registers>
 class WakeUp {
  public:
   explicit WakeUp(Registers registers) : registers_(registers) {}
 
-  /// An interrupt `ticks` of the system clock from now, at least 1; replaces the one asked for before.
+  /// An interrupt `ticks` of the system clock from now, at least 1; replaces an earlier one.
   void arm(std::uint32_t ticks) {
     registers_.write(kControl, 0);
     registers_.write(kLoad, ticks);
@@ -101,7 +101,7 @@ class Watchdog {
  public:
   explicit Watchdog(Registers registers) : registers_(registers) {}
 
-  /// Cannot be stopped by accident any more: its registers are locked.
+  /// Locks the registers, so it cannot be stopped by accident.
   void start(std::uint32_t ticks) {
     registers_.write(kLock, kUnlock);
     registers_.write(kLoad, ticks);

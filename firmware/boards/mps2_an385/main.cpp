@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The coprocessor on an MPS2 with AN385: what board.hpp and settings.hpp say, put together. A fault is
-// reported by semihosting (common/report_fault.cpp).
+// The coprocessor on an MPS2 with AN385: board.hpp with settings.hpp. A fault is reported by semihosting
+// (common/report_fault.cpp).
 
 #include "boards/mps2_an385/board.hpp"
 #include "boards/mps2_an385/settings.hpp"

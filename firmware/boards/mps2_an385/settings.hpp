@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// What a plant may want otherwise. The image is built again after a change.
+/// What a plant may want to change. The image must be rebuilt after a change.
 
 #include "boards/mps2_an385/board.hpp"
 
@@ -9,8 +9,8 @@ namespace cbcan::boards::mps2 {
 
 inline constexpr std::size_t kNetworks = 1;  ///< the adapter on UART1
 inline constexpr Board::Settings kBoardSettings{115'200, 115'200, 500};
-/// Modbus station 1, CANopen node 127. The gap is for an emulator on a loaded PC, yet below what clients wait
-/// for a response; on a bench leave it out.
+/// Modbus station 1, CANopen node 127. The gap suits an emulator on a loaded PC, and is shorter than clients'
+/// response timeouts; leave it out on a bench.
 inline constexpr Station<kNetworks>::Settings kStationSettings{
     .modbus = {.silence_us = rtu_silence_us(kBoardSettings.modbus_baud, 10), .gap_us = 250'000},
     .coprocessors = {}};

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The vector table of a program for the board: its interrupts go to the one Board that `kBoard` returns.
+/// The vector table of a program for the board: interrupts call the Board that `kBoard` returns.
 ///
 ///   [[gnu::section(".vectors"), gnu::used]] constinit const mps2::Vectors vectors =
 ///   mps2::vectors_of<board>();

@@ -5,7 +5,7 @@ namespace cbcan::boards::stm32f4 {
 
 namespace {
 
-// Clocks of peripherals: AHB1ENR, APB1ENR and APB2ENR (RM0390, 6.3.10, 6.3.13, 6.3.14).
+// Peripheral clocks: AHB1ENR, APB1ENR and APB2ENR (RM0390, 6.3.10, 6.3.13, 6.3.14).
 constexpr std::uint32_t kPortsAAndB = 1u << 0 | 1u << 1;
 constexpr std::uint32_t kTim2Usart2Can1 = 1u << 0 | 1u << 17 | 1u << 25;
 constexpr std::uint32_t kUsart1 = 1u << 4;
@@ -41,7 +41,7 @@ void Board::start(RtuServer& modbus) {
   }
 }
 
-/// Inputs are pulled up: a line that is not connected is idle.
+/// Inputs are pulled up, so an unconnected line is idle.
 void Board::set_pins() {
   port_b_.set_alternate(kCan1Rx, kCanFunction, Pull::kUp);
   port_b_.set_alternate(kCan1Tx, kCanFunction, Pull::kNone);
@@ -75,7 +75,7 @@ Time Board::show(nmt::State state, Time now) {
 void Board::respond(std::span<const std::uint8_t> response) {
   if (is_rs485()) port_a_.write(kDriverEnable, true);
   usart_.send(response);
-  pend_interrupt(modbus_interrupt());  // TXE does that too, but not in every emulator
+  pend_interrupt(modbus_interrupt());  // TXE would do that too, but not in every emulator
 }
 
 Health Board::health(std::size_t /*network*/) {
@@ -95,7 +95,7 @@ Health Board::health(std::size_t /*network*/) {
   return health;
 }
 
-/// An interrupt that is pending keeps the core from sleeping even where the loop has just decided to.
+/// A pending interrupt keeps the core from sleeping even if the loop has just decided to sleep.
 void Board::on_nmi() {
   supervisor_.on_nmi();
   pend_interrupt(kTim2Interrupt);

@@ -5,9 +5,9 @@
 ///
 ///   CAN1    PB8 (D15) receives, PB9 (D14) sends, to a transceiver
 ///   LEDs    RUN is PA5 (LD2), ERR is PB5 (D4), both on when high
-///   PC13    the blue button: held while the board starts, nothing that is stored counts
+///   PC13    the blue button: if held at start, stored parameters are ignored
 ///   USART   Modbus RTU, one of two lines (settings.hpp)
-///   TIM2    time, and the end of a sleep; the watchdog resets a loop that hangs for some seconds
+///   TIM2    time, and end of a sleep; the watchdog resets a loop that hangs for some seconds
 
 #include <cstdint>
 #include <span>
@@ -41,13 +41,13 @@ class Board final : public Hardware {
  public:
   Board(const Settings& settings, FaultRecord& faults);
 
-  /// Pins, peripherals and interrupts on, CAN when there is a clock for it (clock_supervisor.hpp) and the
-  /// last faults are long enough ago. `modbus` gets the bytes of the line.
+  /// Sets up pins, peripherals and interrupts. CAN starts when its clock is there (clock_supervisor.hpp) and
+  /// the wait after faults has ended. `modbus` receives the line's bytes.
   void start(RtuServer& modbus);
 
   CanPort& can() { return can_; }
-  /// Feeds the watchdog, shows the own node's state, and waits for an interrupt or until `due`, but not
-  /// longer than Sleep::kLongest.
+  /// Feeds the watchdog, shows the own node's state, and sleeps until an interrupt or `due`, at most
+  /// Sleep::kLongest.
   void sleep_until(Time due, nmt::State state);
 
   // Hardware.
@@ -64,7 +64,7 @@ class Board final : public Hardware {
   void on_modbus();
   void on_timer();
 
-  // What the USART calls in its interrupt.
+  // Called by the USART driver in its interrupt.
   void on_byte(std::uint8_t byte) { modbus_->on_byte(byte, timer_.read()); }
   void on_broken_byte() { modbus_->on_broken_byte(timer_.read()); }
   void on_sent();

@@ -3,22 +3,21 @@
 
 /// Driver of the bxCAN controller of STM32F1/F2/F4 (RM0390, chapter 30) as the core's CanPort.
 ///
-/// Who calls what: init() after each reset of the peripheral; on_rx_interrupt() from CAN1_RX0 and CAN1_RX1,
-/// which have the same priority; on_error_interrupt() from CAN1_SCE; everything else from the loop. Nothing
-/// blocks. A controller that does not do what it is asked for within kGiveUpAfter is left alone: stopped().
-/// Then it wants a reset, and init().
+/// Contexts: init() after each reset of the peripheral; on_rx_interrupt() from CAN1_RX0 and CAN1_RX1, which
+/// have the same priority; on_error_interrupt() from CAN1_SCE; everything else from the loop. Nothing blocks.
+/// If the controller does not respond within kGiveUpAfter, the driver stops: stopped(). Then it needs a reset
+/// and init().
 ///
-/// Reception: FIFO 0 has what is addressed to this node - SDO responses and requests, NMT commands, node
-/// guarding and LSS requests - and FIFO 1 what nodes say of their own accord: boot-up, heartbeat, EMCY, SYNC,
-/// TIME, PDOs. Each has its own queue in memory too, so that a storm of EMCY messages fills its own places
-/// and loses no SDO response. Other frames are turned away by the filters: SDO requests to other nodes,
-/// 29-bit identifiers.
+/// Reception: FIFO 0 takes frames addressed to this node: SDO responses and requests, NMT commands, node
+/// guarding and LSS requests. FIFO 1 takes unsolicited frames: boot-up, heartbeat, EMCY, SYNC, TIME, PDOs.
+/// Each FIFO also has its own queue in memory, so a storm of EMCY messages cannot displace SDO responses. The
+/// filters reject all other frames: SDO requests to other nodes, 29-bit identifiers.
 ///
-/// Bus-off: the controller is told to recover (ABOM = 0) by poll(), once every mailbox has been emptied; from
-/// bus-off to recovery try_send() takes nothing. With ABOM = 1 the controller comes back by itself, and
-/// whatever was handed to it in the moment of bus-off goes out then: an NMT command, minutes late. For the
-/// same reason a frame that nobody acknowledges (the cable is off: the controller would repeat it for ever)
-/// is taken back after kStaleAfter. After that time the one who sent it has given up waiting for a response.
+/// Bus-off: poll() starts recovery (ABOM = 0) after every mailbox has been emptied; from bus-off to recovery
+/// try_send() accepts nothing. With ABOM = 1 the controller would recover automatically and then send a frame
+/// that was accepted just before bus-off: an NMT command, minutes late. For the same reason a frame that no
+/// node acknowledges (the cable is off: the controller would repeat it without limit) is aborted after
+/// kStaleAfter. By then its sender no longer waits for a response.
 
 #include <array>
 #include <atomic>
@@ -31,6 +30,7 @@
 #include "boards/common/ring.hpp"
 #include "boards/stm32f4/bxcan_registers.hpp"
 #include "cbcan/can_port.hpp"
+#include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "cbcan/canopen/lss_slave.hpp"
 #include "cbcan/configuration.hpp"
 #include "cbcan/time.hpp"
@@ -41,32 +41,32 @@ struct BxCanCounters {
   std::uint32_t received = 0;    ///< frames that passed the filters
   std::uint32_t sent = 0;        ///< acknowledged by another node
   std::uint32_t refused = 0;     ///< try_send() had no room, or was not on the bus
-  std::uint32_t overruns = 0;    ///< times a FIFO was full: the interrupt came too late
-  std::uint32_t queue_full = 0;  ///< frames lost as the loop came too late
-  std::uint32_t taken_back = 0;  ///< frames that were not sent: bus-off, or kStaleAfter
-  std::uint32_t errors = 0;      ///< times that poll() found a new code in LEC
+  std::uint32_t overruns = 0;    ///< times a FIFO overflowed: the interrupt came too late
+  std::uint32_t queue_full = 0;  ///< frames lost because the loop came too late
+  std::uint32_t taken_back = 0;  ///< frames aborted: bus-off, or kStaleAfter
+  std::uint32_t errors = 0;      ///< times poll() found a new code in LEC
   std::uint32_t bus_off = 0;     ///< times bus-off was entered
-  std::uint32_t given_up = 0;    ///< times that the controller did not enter initialization mode (it has no
-                                 ///< clock, or no CANRX pin to follow a frame's end) or kept a frame
+  std::uint32_t given_up = 0;    ///< times the controller did not enter initialization mode (no
+                                 ///< clock, or no CANRX pin to see a frame's end) or kept a frame
 };
 
 template <class Registers>
 class BxCan final : public CanPort {
  public:
-  /// Frames that wait for the loop, per FIFO.
+  /// Places for frames that wait for the loop, per FIFO.
   static constexpr std::size_t kQueue = 64;
-  /// After this time in a mailbox a frame is taken back.
+  /// After this time in a mailbox a frame is aborted.
   static constexpr Time kStaleAfter = kSecond;
-  /// Longer than a frame at 10 kbit/s, and than the 128 times 11 bits of bus-off, which a reset would cut
-  /// short.
+  /// Longer than a frame at 10 kbit/s, and than the 128 times 11 bits of bus-off recovery, which a reset
+  /// would cut short.
   static constexpr Time kGiveUpAfter = 200 * kMillisecond;
 
   explicit BxCan(Registers registers) : registers_(registers) {}
   BxCan(const BxCan&) = delete;
   BxCan& operator=(const BxCan&) = delete;
 
-  /// `clock` is that of APB1, `bit_rate` 10'000..1'000'000, both in Hz; `node_id` the own one, 1..127. poll()
-  /// does the rest. The controller joins the bus when it has seen 11 recessive bits: until then state() is
+  /// `clock` is that of APB1, `bit_rate` 10'000..1'000'000, both in Hz; `node_id` of the own node, 1..127.
+  /// poll() does the rest. The controller joins the bus after 11 recessive bits: until then state() is
   /// kBusOff. False: the clock does not give this bit rate.
   bool init(std::uint32_t clock, std::uint32_t bit_rate, std::uint8_t node_id, Time now) {
     const std::optional<BitTiming> timing = bit_timing(clock, bit_rate, bxcan::kMostPrescaler);
@@ -94,8 +94,8 @@ class BxCan final : public CanPort {
     const std::uint32_t mailbox = status >> bxcan::kCodeAt & 3;
     const std::uint32_t base = bxcan::kTi0r + mailbox * bxcan::kMailboxStride;
     registers_.write(base + bxcan::kLengthOffset, frame.length);
-    registers_.write(base + bxcan::kLowOffset, word(frame, 0));
-    registers_.write(base + bxcan::kHighOffset, word(frame, 4));
+    registers_.write(base + bxcan::kLowOffset, load_word(&frame.data[0]));
+    registers_.write(base + bxcan::kHighOffset, load_word(&frame.data[4]));
     registers_.write(base, identifier(frame) | bxcan::kTxrq);
     pending_since_[mailbox] = kNever;
     return true;
@@ -106,14 +106,14 @@ class BxCan final : public CanPort {
     drain(1);
   }
 
-  /// Wakes the loop, nothing else: poll() looks.
+  /// Only wakes the loop; poll() reads the errors.
   void on_error_interrupt() { registers_.write(bxcan::kMsr, bxcan::kErri); }
 
   /// The next received frame; those addressed to this node first.
   bool receive(Frame& frame) { return queues_[0].pop(frame) || queues_[1].pop(frame); }
 
-  /// Follows errors, bus-off and old frames; once in each turn of the loop. Returns when it wants to be
-  /// called next.
+  /// Handles errors, bus-off and stale frames; call in each turn of the loop. Returns the time of the next
+  /// call.
   Time poll(Time now) {
     if (stopped()) return kNever;
     collect();
@@ -136,27 +136,27 @@ class BxCan final : public CanPort {
     counters.queue_full = queues_[0].overflows() + queues_[1].overflows();
     return counters;
   }
-  /// Frames that have come and are not there, or times of it.
+  /// Frames lost after reception, or times that frames were lost.
   std::uint32_t lost() const {
     return overruns_.load(std::memory_order_relaxed) + queues_[0].overflows() + queues_[1].overflows();
   }
 
  private:
-  /// Requests are served in their order, as CanPort asks. A full FIFO keeps what it has: what the interrupt
-  /// is reading cannot change under it. DBF is left as reset leaves it.
+  /// Frames are sent in the order of their requests, as CanPort requires. A full FIFO keeps its frames, so
+  /// the one that the interrupt reads cannot change. DBF keeps its reset value.
   static constexpr std::uint32_t kOptions = bxcan::kTxfp | bxcan::kRflm | bxcan::kDbf;
-  /// How often poll() wants to be called while the bus is not well: that it is well again is no interrupt.
+  /// Interval of poll() while the bus has errors: no interrupt reports their end.
   static constexpr Time kLook = kMillisecond;
 
   enum class Phase : std::uint8_t {
     kStopped,
-    kEntering,  ///< until the controller is in initialization mode, which asks for recovery from bus-off too
-    kJoining,   ///< until it is on the bus: 11 recessive bits, after bus-off 128 times
+    kEntering,  ///< until the controller is in initialization mode, which also requests recovery from bus-off
+    kJoining,   ///< until it is on the bus: 11 recessive bits, or 128 times 11 after bus-off
     kRunning,
     kEmptying,  ///< bus-off: until all mailboxes are empty
   };
 
-  // ---- On the bus, and back from bus-off
+  // ---- Joining the bus, bus-off
 
   void follow_phase(std::uint32_t errors, Time now) {
     const bool bus_off = (errors & bxcan::kBoff) != 0;
@@ -180,7 +180,7 @@ class BxCan final : public CanPort {
     phase_ = Phase::kEntering;
   }
 
-  /// In initialization mode, and out of it.
+  /// Configures the controller in initialization mode, then leaves that mode.
   void configure() {
     registers_.write(bxcan::kBtr, btr_);
     set_filters();
@@ -191,11 +191,11 @@ class BxCan final : public CanPort {
     phase_ = Phase::kJoining;
   }
 
-  // ---- Filters: 16-bit, banks 0 and 1 to FIFO 0, 2 and 3 to FIFO 1; where two match, the lower bank counts.
-  // 11-bit identifiers only; RTR frames where they may ask for a PDO, and the node guarding request.
+  // ---- Filters: 16-bit, banks 0 and 1 to FIFO 0, 2 and 3 to FIFO 1; if two match, the lower bank wins.
+  // 11-bit identifiers only. RTR frames only if they may request a PDO, and the node guarding request.
 
   static constexpr std::uint32_t exactly(std::uint32_t id) { return id << bxcan::kFilterStidAt; }
-  /// One half of a mask bank: the identifiers that equal `id` where `mask` is 1.
+  /// Half of a mask bank: passes identifiers that equal `id` in the bits set in `mask`.
   static constexpr std::uint32_t masked(std::uint32_t id, std::uint32_t mask) {
     return (exactly(mask) | bxcan::kFilterRtr | bxcan::kFilterIde) << 16 | exactly(id);
   }
@@ -209,15 +209,15 @@ class BxCan final : public CanPort {
                                                                << 16;
     modify(registers_, bxcan::kFmr, 0, bxcan::kFinit);
     registers_.write(bxcan::kFa1r, 0);
-    registers_.write(bxcan::kFm1r, bxcan::bit(1));
+    registers_.write(bxcan::kFm1r, bit(1));
     registers_.write(bxcan::kFs1r, 0);
-    registers_.write(bxcan::kFfa1r, bxcan::bit(2) | bxcan::bit(3));
+    registers_.write(bxcan::kFfa1r, bit(2) | bit(3));
     set_bank(0, masked(0x580, kFunction), masked(0x000, kWhole));
     constexpr std::uint32_t kLss = exactly(LssSlave::kRequestId) | exactly(LssSlave::kRequestId) << 16;
     set_bank(1, own, kServices.lss ? kLss : own);  // each twice
     set_bank(2, masked(0x700, kFunction), masked_with_rtr(0x680, kFunction));
     set_bank(3, masked_with_rtr(0x000, 0x400), masked_with_rtr(0x400, 0x600));  // 000h..3FFh, 400h..5FFh
-    registers_.write(bxcan::kFa1r, bxcan::bit(0) | bxcan::bit(1) | bxcan::bit(2) | bxcan::bit(3));
+    registers_.write(bxcan::kFa1r, bit(0) | bit(1) | bit(2) | bit(3));
     modify(registers_, bxcan::kFmr, bxcan::kFinit, 0);
   }
 
@@ -234,12 +234,7 @@ class BxCan final : public CanPort {
     return frame.id << bxcan::kStidAt | remote;
   }
 
-  static std::uint32_t word(const Frame& frame, std::size_t at) {
-    return frame.data[at] | std::uint32_t{frame.data[at + 1]} << 8 | std::uint32_t{frame.data[at + 2]} << 16 |
-           std::uint32_t{frame.data[at + 3]} << 24;
-  }
-
-  /// Counts what became of the requests that have ended, and returns TSR.
+  /// Counts the outcomes of ended requests, and returns TSR.
   std::uint32_t collect() {
     const std::uint32_t status = registers_.read(bxcan::kTsr);
     std::uint32_t ended = 0;
@@ -253,12 +248,12 @@ class BxCan final : public CanPort {
     return status;
   }
 
-  /// Asks for the frame back; one that is just on the bus may still be sent.
+  /// Requests an abort; a frame that is on the bus at this moment may still be sent.
   void abort(unsigned mailbox) {
     registers_.write(bxcan::kTsr, bxcan::kAbrq0 << mailbox * bxcan::kTsrStride);
   }
 
-  /// True while there was something to abort.
+  /// True if there was something to abort.
   bool abort_all() {
     const bool pending = (registers_.read(bxcan::kTsr) & bxcan::kAllTme) != bxcan::kAllTme;
     for (unsigned mailbox = 0; pending && mailbox < bxcan::kMailboxes; ++mailbox)
@@ -272,7 +267,7 @@ class BxCan final : public CanPort {
     for (unsigned mailbox = 0; mailbox < bxcan::kMailboxes; ++mailbox) {
       if ((status & bxcan::kTme0 << mailbox) != 0) continue;
       Time& since = pending_since_[mailbox];
-      if (since == kNever) since = now;  // try_send() is not told the time
+      if (since == kNever) since = now;  // try_send() has no time argument
       if (now - since >= kStaleAfter) abort(mailbox);
       due = earlier(due, now - since < kStaleAfter ? since + kStaleAfter : now + kLook);
     }
@@ -281,7 +276,7 @@ class BxCan final : public CanPort {
 
   // ---- Errors
 
-  /// ESR, a new error counted.
+  /// Returns ESR; counts a new error.
   std::uint32_t read_errors() {
     const std::uint32_t errors = registers_.read(bxcan::kEsr);
     const std::uint32_t last = (errors & bxcan::kLec) >> bxcan::kLecAt;
@@ -300,7 +295,7 @@ class BxCan final : public CanPort {
 
   // ---- Reception, in the interrupt
 
-  /// No more than a FIFO holds: what has come meanwhile brings the next interrupt.
+  /// Reads at most as many frames as a FIFO holds: later ones trigger the next interrupt.
   void drain(unsigned fifo) {
     const std::uint32_t control = bxcan::kRf0r + fifo * bxcan::kRfrStride;
     for (unsigned i = 0; i < bxcan::kFifoDepth; ++i) {
@@ -324,7 +319,7 @@ class BxCan final : public CanPort {
     const std::uint32_t high = registers_.read(base + bxcan::kHighOffset);
     Frame frame;
     frame.length = static_cast<std::uint8_t>(length < 8 ? length : 8);  // 9..15 mean 8 (ISO 11898-1)
-    frame.id = id >> bxcan::kStidAt;  // the filters let no 29-bit identifier pass
+    frame.id = id >> bxcan::kStidAt;  // the filters reject 29-bit identifiers
     if ((id & bxcan::kRtr) != 0) {
       frame.flags |= Frame::kRemote;
       return frame;  // has a length, but no data
@@ -343,7 +338,7 @@ class BxCan final : public CanPort {
   std::array<Ring<Frame, kQueue>, bxcan::kFifos> queues_;
   std::atomic<std::uint32_t> received_{0};
   std::atomic<std::uint32_t> overruns_{0};
-  std::array<Time, bxcan::kMailboxes> pending_since_{};  ///< kNever: since after the last poll()
+  std::array<Time, bxcan::kMailboxes> pending_since_{};  ///< kNever: accepted after the last poll()
   LossNotice losses_;
   BxCanCounters counters_;
   std::uint32_t btr_ = 0;

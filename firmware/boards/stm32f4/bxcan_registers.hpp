@@ -2,23 +2,20 @@
 #pragma once
 
 /// The registers of the bxCAN controller that the driver uses: RM0390 (STM32F446), 30.9 "CAN registers". The
-/// names are the manual's without their CAN_; the numbers are those of mailbox, FIFO or bank 0, with a
+/// names are the manual's without CAN_. Offsets are those of mailbox, FIFO or bank 0; the others follow at a
 /// stride.
 
 #include <cstdint>
 
 #include "boards/common/bit_timing.hpp"
+#include "boards/common/registers.hpp"
 
 namespace cbcan::boards::stm32f4::bxcan {
-
-constexpr std::uint32_t bit(unsigned number) {
-  return std::uint32_t{1} << number;
-}
 
 // Master control and status, 30.9.2.
 inline constexpr std::uint32_t kMcr = 0x000;
 inline constexpr std::uint32_t kInrq = bit(0);  ///< asks for the initialization mode
-inline constexpr std::uint32_t kTxfp = bit(2);  ///< mailboxes in the order of their requests, not identifiers
+inline constexpr std::uint32_t kTxfp = bit(2);  ///< sends mailboxes in the order of requests, not identifiers
 inline constexpr std::uint32_t kRflm = bit(3);  ///< a full FIFO refuses the newest frame
 inline constexpr std::uint32_t kDbf = bit(16);  ///< frozen while a debugger halts the core; set after reset
 
@@ -43,7 +40,7 @@ inline constexpr std::uint32_t kRf0r = 0x00C;
 inline constexpr std::uint32_t kRfrStride = 4;
 inline constexpr std::uint32_t kFmp = 3;        ///< FMP[1:0]: frames pending
 inline constexpr std::uint32_t kFovr = bit(4);  ///< write 1 to clear
-inline constexpr std::uint32_t kRfom = bit(5);  ///< releases the oldest frame; 0 again when that is done
+inline constexpr std::uint32_t kRfom = bit(5);  ///< releases the oldest frame; reads 0 when done
 inline constexpr unsigned kFifos = 2;
 inline constexpr unsigned kFifoDepth = 3;
 
@@ -74,7 +71,7 @@ constexpr std::uint32_t btr(const BitTiming& timing) {
          (timing.segment1 - 1) << kTs1At | (timing.prescaler - 1);
 }
 
-// Mailboxes, 30.9.3: identifier, length, four bytes, four bytes.
+// Mailboxes, 30.9.3: identifier, length, two words of data.
 inline constexpr std::uint32_t kTi0r = 0x180;
 inline constexpr std::uint32_t kRi0r = 0x1B0;
 inline constexpr std::uint32_t kMailboxStride = 0x10;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Sectors 2 and 3 of the STM32F4's flash, 16 KB each, for what is to survive power (RM0390, chapter 3). The
-/// core stands still while it is written, some 16 us a word, or erased, up to 0.8 s, as its program is in the
-/// same flash. The supply is 2.7 V or more, which words of 32 bits need.
+/// Sectors 2 and 3 of the STM32F4's flash, 16 KB each, for data that survives a power cycle (RM0390, chapter
+/// 3). The core stops during a write, some 16 us a word, and an erasure, up to 0.8 s, because its program is
+/// in the same flash. Writing 32-bit words requires a supply of at least 2.7 V.
 
 #include <cstddef>
 #include <cstdint>
@@ -14,13 +14,13 @@
 
 namespace cbcan::boards::stm32f4 {
 
-inline constexpr std::uintptr_t kStoreBase = 0x08008000;  ///< of sector 2; 3 is behind it
+inline constexpr std::uintptr_t kStoreBase = 0x08008000;  ///< of sector 2; sector 3 follows
 inline constexpr std::size_t kStoreSectorBytes = 16 * 1024;
 
 template <class Registers>
 class FlashMemory final : public Flash {
  public:
-  /// `control` is the peripheral, `memory` the two sectors for writing, `words` the same for reading.
+  /// `control`: the peripheral; `memory`: the two sectors for writing; `words`: the same for reading.
   FlashMemory(Registers control, Registers memory, const std::uint32_t* words)
       : control_(control), memory_(memory), words_(words) {}
 
@@ -40,10 +40,7 @@ class FlashMemory final : public Flash {
     const auto number = static_cast<std::uint32_t>(kFirst + sector);
     begin(kSectorErase | number << kSectorAt);
     modify(control_, kCr, 0, kStart);
-    if (!end()) return false;
-    for (const std::uint32_t word : this->sector(sector))
-      if (word != kErased) return false;
-    return true;
+    return end() && is_erased(this->sector(sector));
   }
 
  private:
@@ -53,7 +50,7 @@ class FlashMemory final : public Flash {
   static constexpr std::uint32_t kSr = 0x0C, kErrors = 0x1F2, kBusy = 1u << 16;
   static constexpr std::uint32_t kCr = 0x10, kProgram = 1, kSectorErase = 2, kSectorAt = 3,
                                  kWordsOf32 = 2u << 8, kStart = 1u << 16, kLock = 1u << 31;
-  /// Longer than the erasure of a sector, where the program runs from a cache.
+  /// Longer than an erasure, even if the program runs from a cache.
   static constexpr std::uint32_t kWaitReads = 50'000'000;
 
   void begin(std::uint32_t operation) {

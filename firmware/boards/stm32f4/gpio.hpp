@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// One port of general-purpose pins of the STM32F4 (RM0390, chapter 7), as far as the drivers need it. From
-/// one context.
+/// One port of general-purpose pins of the STM32F4 (RM0390, chapter 7), as far as the drivers need it. To be
+/// called from one context.
 
 #include <cstdint>
 
@@ -17,7 +17,7 @@ class Gpio {
  public:
   explicit Gpio(Registers registers) : registers_(registers) {}
 
-  /// Pin 0..15 belongs to a peripheral: alternate function 0..15, push-pull, of medium speed.
+  /// Assigns pin 0..15 to a peripheral: alternate function 0..15, push-pull, medium speed.
   void set_alternate(unsigned pin, std::uint32_t function, Pull pull) {
     const unsigned at = pin % 8 * 4;
     modify(registers_, pin < 8 ? kAfrl : kAfrh, 15u << at, function << at);
@@ -26,7 +26,7 @@ class Gpio {
     set_pair(kModer, pin, kAlternate);
   }
 
-  /// An input, as a reset leaves it: is it high?
+  /// True if the pin, an input as after reset, is high.
   bool read(unsigned pin) const { return (registers_.read(kIdr) >> pin & 1) != 0; }
 
   /// A push-pull output, low at first.

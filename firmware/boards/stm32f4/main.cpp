@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The coprocessor on an STM32F446: what board.hpp and settings.hpp say, put together.
+// The coprocessor on an STM32F446: board.hpp with settings.hpp.
 
 #include "boards/common/cortex_m.hpp"
 #include "boards/common/image_header.hpp"
@@ -71,14 +71,14 @@ constexpr VectorTable<stm32f4::kInterrupts> table() {
 
 }  // namespace
 
-/// The PLC sees it: R4133 counts, and the reset's cause is software, which nothing else here does.
+/// The PLC sees the fault: R4133 counts it, and the reset cause is software, which only this function causes.
 void cbcan::boards::on_fault(const Fault& fault) {
   faults.note({fault.pc(), fault.lr(), fault.status});
   system_reset();
 }
 
 int main() {
-  // Where a boot loader started the program, something else is at address 0.
+  // If a boot loader started the program, address 0 has other vectors.
   Mmio(kVectorTableOffset).write(0, reinterpret_cast<std::uintptr_t>(&vectors));
   board.start(station.modbus());
   faults.show(station.registers().diagnostics);

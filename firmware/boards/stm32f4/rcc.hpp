@@ -4,9 +4,9 @@
 /// Clocks and the cause of a reset of the STM32F446 (RM0390, chapter 6 for RCC, 3.4 for the flash's wait
 /// states).
 ///
-/// From HSE 160 MHz for the core, 40 MHz for APB1, 80 MHz for APB2 and for the timers of both. Not the 180
-/// MHz that it could do: of 40 MHz CAN has every bit rate of CiA 301 with its sample point, of 45 MHz it has
-/// not, and below 168 MHz the regulator needs no over-drive (5.1.4). Without HSE 16 MHz for all.
+/// With HSE: 160 MHz for the core, 40 MHz for APB1, 80 MHz for APB2 and for the timers of both. Not the
+/// possible 180 MHz: 40 MHz gives CAN every bit rate of CiA 301 with its sample point, 45 MHz does not, and
+/// below 168 MHz the regulator needs no over-drive (5.1.4). Without HSE: 16 MHz for all.
 
 #include <atomic>
 #include <cstdint>
@@ -16,16 +16,16 @@
 
 namespace cbcan::boards::stm32f4 {
 
-/// In Hz; `timers` is that of TIM2..TIM7: twice APB1 where that is divided (6.2).
+/// In Hz. `timers`: TIM2..TIM7, twice APB1 if that is divided (6.2).
 struct Clocks {
   std::uint32_t apb1;
   std::uint32_t apb2;
   std::uint32_t timers;
 };
 
-/// The 8 MHz from outside, through the PLL.
+/// The external 8 MHz, through the PLL.
 inline constexpr Clocks kHseClocks{40'000'000, 80'000'000, 80'000'000};
-/// The RC oscillator itself, as after a reset: 1 % off at 25 C, more over temperature.
+/// The RC oscillator, as after a reset: 1 % off at 25 C, more over temperature.
 inline constexpr Clocks kHsiClocks{16'000'000, 16'000'000, 16'000'000};
 
 template <class Registers>
@@ -34,10 +34,10 @@ class Rcc {
   /// `rcc` and `flash` are the two peripherals.
   Rcc(Registers rcc, Registers flash) : rcc_(rcc), flash_(flash) {}
 
-  // ---- The loop's, from one context. Nothing blocks but switch_to_hse(), for some microseconds.
+  // ---- Called by the loop. Only switch_to_hse() blocks, for some microseconds.
 
-  /// Switches HSE and then the PLL on, and says whether both are ready; call it again and again. `bypass`:
-  /// HSE is a clock signal (on a Nucleo the ST-LINK's), else a crystal. From here on its failure is an NMI.
+  /// Switches HSE and then the PLL on; returns whether both are ready. Call repeatedly. `bypass`: HSE is a
+  /// clock signal (on a Nucleo from the ST-LINK), else a crystal. From now on a failure of HSE is an NMI.
   bool hse_ready(bool bypass) {
     const std::uint32_t state = rcc_.read(kCr);
     if ((state & kHseOn) == 0) {
@@ -50,7 +50,7 @@ class Rcc {
     return (state & (kHseReady | kPllReady)) == (kHseReady | kPllReady);
   }
 
-  /// After hse_ready(): on to kHseClocks. False: it did not come to that; return_to_hsi().
+  /// Call after hse_ready(): switches to kHseClocks. False: it failed; call return_to_hsi().
   bool switch_to_hse() {
     flash_.write(kAcr, kFlashCaches | kFiveWaitStates);
     if (!wait_for(flash_, kAcr, kWaitStates, kFiveWaitStates)) return false;
@@ -59,18 +59,18 @@ class Rcc {
     return wait_for(rcc_, kCfgr, kSwitched, kSwitchedToPll);
   }
 
-  /// Back to kHsiClocks; hse_ready() begins anew.
+  /// Switches back to kHsiClocks; hse_ready() starts again.
   void return_to_hsi() {
     modify(rcc_, kCfgr, kSwitch, 0);
     wait_for(rcc_, kCfgr, kSwitched, 0);
-    rcc_.write(kCfgr, 0);  // not before: the buses bear no 160 MHz
+    rcc_.write(kCfgr, 0);  // not earlier: the buses do not tolerate 160 MHz
     modify(rcc_, kCr, kPllOn | kHseOn | kClockSecurity, 0);
   }
 
-  /// HSE has failed since the last call.
+  /// True if HSE has failed since the last call.
   bool take_failure() { return failed_.exchange(false, std::memory_order_acquire); }
 
-  /// Ends what on_nmi() began, too.
+  /// Also releases CAN1 from the reset by on_nmi().
   void reset_can1() {
     rcc_.write(kApb1rstr, kCan1);
     rcc_.write(kApb1rstr, 0);
@@ -78,8 +78,8 @@ class Rcc {
 
   // ---- The NMI of the clock security system (6.2.7)
 
-  /// HSE has failed, and the hardware has gone to HSI, with the prescalers as they were. CAN1 is in its reset
-  /// from the first instruction on, so that no bit of the wrong length comes out.
+  /// HSE has failed, and the hardware has switched to HSI with unchanged prescalers. The first instruction
+  /// resets CAN1, so that it sends no bit of the wrong length.
   void on_nmi() {
     rcc_.write(kApb1rstr, kCan1);
     failed_.store(true, std::memory_order_release);
@@ -88,7 +88,7 @@ class Rcc {
 
   // ---- At the start
 
-  /// Peripherals on; the bits are those of AHB1ENR, APB1ENR and APB2ENR.
+  /// Switches peripherals on; the bits are those of AHB1ENR, APB1ENR and APB2ENR.
   void enable(std::uint32_t ahb1, std::uint32_t apb1, std::uint32_t apb2) {
     modify(rcc_, kAhb1enr, 0, ahb1);
     modify(rcc_, kApb1enr, 0, apb1);
@@ -96,11 +96,11 @@ class Rcc {
     rcc_.read(kApb2enr);  // two clock periods until a peripheral answers (errata sheet ES0298)
   }
 
-  /// Why the last reset was, once: the flags stay over resets, and are cleared.
+  /// The cause of the last reset. Clears the flags, which survive resets.
   regmap::ResetCause take_reset_cause() {
     const std::uint32_t flags = rcc_.read(kCsr);
     modify(rcc_, kCsr, 0, kClearFlags);
-    // Every reset pulls the pin too, and power on is a brown-out too.
+    // Every reset also sets the pin flag, and power on also sets the brown-out flag.
     if ((flags & (kIndependentWatchdog | kWindowWatchdog)) != 0) return regmap::ResetCause::kWatchdog;
     if ((flags & kSoftware) != 0) return regmap::ResetCause::kSoftware;
     if ((flags & kPowerOn) != 0) return regmap::ResetCause::kPowerOn;
@@ -109,13 +109,11 @@ class Rcc {
   }
 
  private:
-  static constexpr std::uint32_t bit(unsigned number) { return std::uint32_t{1} << number; }
-
   static constexpr std::uint32_t kCr = 0x00;
   static constexpr std::uint32_t kHseOn = bit(16), kHseReady = bit(17), kHseBypass = bit(18),
                                  kClockSecurity = bit(19);
   static constexpr std::uint32_t kPllOn = bit(24), kPllReady = bit(25);
-  /// HSE / M = 4, x N = 160, / P = 2 (00). Q = 7 and R = 2 are for clocks that are not used.
+  /// HSE / M = 4, x N = 160, / P = 2 (00). Q = 7 and R = 2 are for unused clocks.
   static constexpr std::uint32_t kPllcfgr = 0x04;
   static constexpr std::uint32_t kPll160MHz = 4u | 160u << 6 | bit(22) | 7u << 24 | 2u << 28;
   static constexpr std::uint32_t kCfgr = 0x08;

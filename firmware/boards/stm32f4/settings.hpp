@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// What a plant may want otherwise: as the image is built, and as registers of the board (R4150..), which
-/// count after 1010h has stored them and the board has been reset.
+/// What a plant may want to change: in the image, or in the board's registers (R4150..), which take effect
+/// after 1010h has stored them and the board has been reset.
 
 #include <algorithm>
 #include <array>
@@ -26,11 +26,11 @@ struct Settings {
   ModbusLine line = ModbusLine::kVirtualComPort;
   std::uint32_t baud = 115'200;
   SerialFormat format = SerialFormat::k8E1;
-  /// From a request to its response, where that should be more than t3.5, for masters whose transceivers are
-  /// slow to listen; at most 50,000.
+  /// From a request to its response, if more than t3.5 is needed, for masters whose transceivers are slow to
+  /// switch to receive; at most 50,000.
   std::uint32_t response_delay_us = 0;
   std::uint32_t can_bit_rate = 500'000;  ///< bit/s
-  bool hse_is_clock = true;              ///< 8 MHz from the ST-LINK; false = a crystal of 8 MHz
+  bool hse_is_clock = true;              ///< 8 MHz from the ST-LINK; false = an 8 MHz crystal
   std::uint8_t station = 1;              ///< Modbus
   std::uint8_t node_id = 127;            ///< CANopen
 };
@@ -54,9 +54,9 @@ constexpr Words words_of(const Settings& settings) {
           settings.node_id};
 }
 
-/// Those of a board with these words; none: it cannot do with them. The rest is as the image has it.
+/// The settings from these words, the rest from the image; none = the words are invalid.
 constexpr std::optional<Settings> settings_of(std::span<const std::uint16_t> words) {
-  constexpr std::uint32_t kLeastBaud = 1'221, kMostBaud = 500'000;  // of a bus with 80 MHz, and with 16 MHz
+  constexpr std::uint32_t kLeastBaud = 1'221, kMostBaud = 500'000;  // with a bus clock of 80 MHz, of 16 MHz
   Settings settings = kBoardSettings;
   settings.station = static_cast<std::uint8_t>(words[0]);
   settings.baud = words[1] * kBaudUnit;
@@ -72,21 +72,21 @@ constexpr std::optional<Settings> settings_of(std::span<const std::uint16_t> wor
   return valid ? std::optional(settings) : std::nullopt;
 }
 
-// ---- What follows from them
+// ---- Derived values
 
-/// Of interrupts, highest first: a byte of the USART waits for one character, the CAN controller for three
-/// frames.
+/// Interrupt priorities, highest first: a byte in the USART can wait for one character, the CAN controller
+/// for three frames.
 inline constexpr std::uint8_t kModbusPriority = 0, kOthersPriority = 1;
 
-/// From the USART's word of a request's last byte to the response: `setting_us`, t3.5 at least. It tells in
-/// the middle of the first stop bit, and the RC oscillator may be 5 % fast.
+/// From the USART's interrupt for a request's last byte to the response: `setting_us`, at least t3.5. The
+/// interrupt comes in the middle of the first stop bit, and the RC oscillator may be 5 % fast.
 constexpr std::uint32_t response_delay_us(std::uint32_t baud, SerialFormat format, std::uint32_t setting_us) {
   const std::uint32_t two_bits = 2'000'000 / baud;
   return std::max(setting_us, (rtu_silence_us(baud, bits(format)) + two_bits) * 21 / 20);
 }
 
-/// The gap is t3.5, and so follows the baud rate; the ST-LINK passes bytes on in packets, so there it is 20
-/// ms at least. `board` is where the registers of its settings are.
+/// The gap is t3.5 at the baud rate; the ST-LINK forwards bytes in packets, so there it is at least 20 ms.
+/// `board`: the registers of the board's settings.
 constexpr TheStation::Settings station_settings(const Settings& settings, std::span<std::uint16_t> board) {
   TheStation::Settings station;
   station.modbus = {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// One of the two 32-bit timers of the STM32F4, TIM2 or TIM5 (RM0390, chapter 17): counts microseconds for
-/// ever, and its first compare channel ends a sleep.
+/// One of the two 32-bit timers of the STM32F4, TIM2 or TIM5 (RM0390, chapter 17): counts microseconds
+/// without end, and its first compare channel ends a sleep.
 
 #include <cstdint>
 
@@ -19,12 +19,12 @@ class MicrosecondTimer {
   void start(std::uint32_t clock) {
     registers_.write(kPsc, clock / 1'000'000 - 1);
     registers_.write(kArr, 0xFFFFFFFF);
-    registers_.write(kEgr, kUg);  // takes the prescaler over
+    registers_.write(kEgr, kUg);  // loads the prescaler
     registers_.write(kCr1, kCen);
   }
 
-  /// Goes on counting microseconds after another clock has come. No interrupt may read() meanwhile; wake_at()
-  /// is kept.
+  /// Continues counting microseconds after a change of the clock. No interrupt may call read() meanwhile;
+  /// wake_at() stays in effect.
   void set_clock(std::uint32_t clock) {
     const std::uint32_t now = read();
     registers_.write(kPsc, clock / 1'000'000 - 1);
@@ -35,8 +35,8 @@ class MicrosecondTimer {
   /// Microseconds, wraps at 2^32. From any context.
   std::uint32_t read() const { return registers_.read(kCnt); }
 
-  /// One interrupt when read() is `at`, or at once where that has been, up to 2^31 - 1 us ahead or back.
-  /// Replaces the one asked for before.
+  /// One interrupt when read() is `at`, or immediately if that has passed; up to 2^31 - 1 us ahead or back.
+  /// Replaces an earlier request.
   void wake_at(std::uint32_t at) {
     registers_.write(kCcr1, at);
     registers_.write(kSr, ~kCc1);

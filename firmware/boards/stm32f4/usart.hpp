@@ -2,7 +2,7 @@
 #pragma once
 
 /// Driver of the USART of STM32F1/F2/F4 (RM0390, chapter 25) for a protocol of requests and responses, such
-/// as Modbus RTU: every byte that arrives goes to a handler in the interrupt, and a response is sent from the
+/// as Modbus RTU: every received byte goes to a handler in the interrupt, and a response is sent from the
 /// caller's memory. Nothing blocks.
 
 #include <atomic>
@@ -14,27 +14,27 @@
 
 namespace cbcan::boards::stm32f4 {
 
-/// Data bits, parity, stop bits. Modbus asks for 8E1, or 8N2 without parity; 8N1 is what many devices have.
+/// Data bits, parity, stop bits. Modbus requires 8E1, or 8N2 without parity; many devices use 8N1.
 enum class SerialFormat : std::uint8_t { k8E1, k8O1, k8N1, k8N2 };
 
 constexpr bool has_parity(SerialFormat format) {
   return format == SerialFormat::k8E1 || format == SerialFormat::k8O1;
 }
 
-/// Of a character, with start, parity and stop bits.
+/// Bits of a character, with start, parity and stop bits.
 constexpr std::uint32_t bits(SerialFormat format) {
   return format == SerialFormat::k8N1 ? 10 : 11;
 }
 
 struct UsartCounters {
   std::uint32_t parity = 0;    ///< bytes with a wrong parity
-  std::uint32_t framing = 0;   ///< bytes without a stop bit, breaks too
-  std::uint32_t overrun = 0;   ///< bytes lost as the interrupt came too late
-  std::uint32_t given_up = 0;  ///< responses whose end was not told
+  std::uint32_t framing = 0;   ///< bytes without a stop bit, or breaks
+  std::uint32_t overrun = 0;   ///< bytes lost because the interrupt came too late
+  std::uint32_t given_up = 0;  ///< responses whose end was not reported
 };
 
-/// BRR for a baud rate, both in Hz; none where it is not within clock / 65535 .. clock / 16. With
-/// oversampling by 16 mantissa and fraction are the digits of the divider (25.4.4).
+/// BRR for a baud rate, both in Hz; none if it is outside clock / 65535 .. clock / 16. With oversampling by
+/// 16, mantissa and fraction together are the divider (25.4.4).
 constexpr std::optional<std::uint32_t> usart_divider(std::uint32_t clock, std::uint32_t baud) {
   constexpr std::uint32_t kLeast = 16, kMost = 0xFFFF;
   const std::uint32_t divider = baud == 0 ? 0 : (clock + baud / 2) / baud;
@@ -61,7 +61,7 @@ class Usart {
     return true;
   }
 
-  /// The bus has another clock now. A character that is under way is lost. False: as in init().
+  /// The bus clock has changed. A character in progress is lost. False: as in init().
   bool set_clock(std::uint32_t clock) {
     const std::optional<std::uint32_t> divider = usart_divider(clock, baud_);
     if (divider) registers_.write(kBrr, *divider);
@@ -71,7 +71,7 @@ class Usart {
   /// From send() to on_sent().
   bool is_sending() { return (registers_.read(kCr1) & (kTxeie | kTcie)) != 0; }
 
-  /// From the loop, while nothing is being sent. The bytes, one or more, stay until on_sent().
+  /// Call in the loop, while nothing is being sent. The bytes, at least one, stay valid until on_sent().
   void send(std::span<const std::uint8_t> bytes) {
     constexpr std::uint32_t kMore = 2;  // in DR and in the shift register
     watched_ = false;
@@ -82,8 +82,8 @@ class Usart {
     modify(registers_, kCr1, 0, kTxeie);
   }
 
-  /// In each turn of the loop, with interrupts off. True: a response should have left long ago, and nothing
-  /// has told its end, as where an interrupt was lost. It is over now: on_sent() has to follow.
+  /// Call in each turn of the loop, with interrupts off. True: the end of a response is overdue, for example
+  /// after a lost interrupt. The response is abandoned; the caller does what on_sent() does.
   bool give_up(std::uint32_t now_us) {
     if (!is_sending()) return false;
     if (!watched_) since_us_ = now_us;
@@ -95,9 +95,9 @@ class Usart {
     return true;
   }
 
-  /// The USART's interrupt. Calls handler.on_byte(byte) for what has arrived, or handler.on_broken_byte()
-  /// where parity or framing is wrong or the byte behind it was lost, and handler.on_sent() when the last
-  /// stop bit has left: time to switch an RS-485 driver off.
+  /// Call in the USART's interrupt. Calls handler.on_byte(byte) for a received byte, or
+  /// handler.on_broken_byte() if parity or framing is wrong or the next byte was lost, and handler.on_sent()
+  /// after the last stop bit, when an RS-485 driver can be switched off.
   template <class Handler>
   void on_interrupt(Handler& handler) {
     const std::uint32_t status = registers_.read(kSr);
@@ -108,12 +108,11 @@ class Usart {
     handler.on_sent();
   }
 
-  /// Each has one writer, the interrupt.
+  /// Written by the interrupt, or with interrupts off.
   const UsartCounters& counters() const { return counters_; }
 
  private:
-  static constexpr std::uint32_t bit(unsigned number) { return std::uint32_t{1} << number; }
-  static constexpr std::uint32_t kLateUs = 10'000;  ///< an interrupt may be, and the loop
+  static constexpr std::uint32_t kLateUs = 10'000;  ///< for a late interrupt or loop
 
   // RM0390, 25.6.
   static constexpr std::uint32_t kSr = 0x00;
@@ -129,7 +128,7 @@ class Usart {
   static constexpr std::uint32_t kCr2 = 0x10;
   static constexpr std::uint32_t kTwoStopBits = bit(13);
 
-  /// Reading SR, then DR has cleared the flags.
+  /// Reading SR, then DR clears the flags.
   template <class Handler>
   void receive(std::uint32_t status, Handler& handler) {
     const auto byte = static_cast<std::uint8_t>(registers_.read(kDr));
@@ -142,7 +141,7 @@ class Usart {
       handler.on_broken_byte();
   }
 
-  /// Reading SR, then writing DR clears TC: from the last byte on it means that byte's end.
+  /// Reading SR, then writing DR clears TC: so after the last byte it reports the end of that byte.
   void send_more() {
     while (!rest_.empty()) {
       if ((registers_.read(kSr) & kTxe) == 0) return;
@@ -155,10 +154,10 @@ class Usart {
   Registers registers_;
   std::uint32_t baud_ = 0;
   std::uint32_t bits_ = 0;      ///< of a character
-  std::uint32_t most_us_ = 0;   ///< what sending takes, and some more
-  std::uint32_t since_us_ = 0;  ///< when the loop saw it first
+  std::uint32_t most_us_ = 0;   ///< time for sending, with a margin
+  std::uint32_t since_us_ = 0;  ///< when the loop first saw the response
   bool watched_ = false;
-  std::span<const std::uint8_t> rest_;  ///< of what is being sent
+  std::span<const std::uint8_t> rest_;  ///< of the response being sent
   UsartCounters counters_;
 };
 

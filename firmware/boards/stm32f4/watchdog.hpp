@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The independent watchdog of the STM32F4 (RM0390, chapter 20): an oscillator of its own resets a program
-/// that does not feed it. Once started nothing but a reset stops it.
+/// The independent watchdog of the STM32F4 (RM0390, chapter 20): its own oscillator resets a program that
+/// does not feed it. Once started, only a reset stops it.
 
 #include <cstdint>
 
@@ -16,14 +16,14 @@ class Watchdog {
   explicit Watchdog(Registers registers) : registers_(registers) {}
 
   /// 4096 periods of LSI / 32: 4.1 s at its nominal 32 kHz; 2.8..7.7 s at the 17..47 kHz that the data sheet
-  /// leaves it.
+  /// allows.
   void start() {
     registers_.write(kKr, kStart);
     registers_.write(kKr, kUnlock);
     registers_.write(kPr, kBy32);  // RLR is 4095 after reset
     feed();
   }
-  /// Another period begins; locks the registers.
+  /// Starts another period; locks the registers.
   void feed() { registers_.write(kKr, kReload); }
 
  private:

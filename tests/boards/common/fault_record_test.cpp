@@ -21,7 +21,7 @@ std::vector<std::uint16_t> shown(const FaultRecord& record) {
   return {words.begin() + 33, words.end()};
 }
 
-/// Memory in which power has been off, or has not.
+/// Memory after power on, or after a reset.
 struct Memory {
   explicit Memory(int content) { std::memset(static_cast<void*>(&record), content, sizeof record); }
   FaultRecord record;

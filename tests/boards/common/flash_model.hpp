@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Two sectors of flash in memory, whose power can be cut at any write or erasure.
+/// Two sectors of flash in memory; the power can be cut at any write or erasure.
 
 #include <vector>
 
@@ -12,7 +12,7 @@ namespace cbcan::test {
 
 struct PowerCut {};
 
-/// How far the operation had got when the power went.
+/// How far the operation had progressed at the power cut.
 enum class Cut { kBefore, kHalfWay, kAfter };
 
 struct FlashModel final : boards::Flash {

@@ -14,7 +14,7 @@ using test::kSave;
 
 namespace {
 
-/// A board: it is switched on again by on().
+/// A board; on() switches it on again.
 struct Board : test::StoringCoprocessor {
   void on(bool leave_aside = false, std::uint8_t node_id = 127) {
     settings = {1, 1152};
@@ -71,7 +71,7 @@ TEST_CASE("1010h: 3003h and 3004h of the window that it is written through, for 
   board.save();
   board.on();
   std::array<std::uint16_t, 8> request{0, 5055, 0, 0x3003, 0, 2};
-  for (std::uint16_t number = 1; number < 3; ++number) {  // the first one is told of the restart
+  for (std::uint16_t number = 1; number < 3; ++number) {  // the first request reports the restart
     request[0] = number;
     std::ranges::copy(request, board.bench->out.begin());
     board.bench->coprocessor.on_registers_written(500, 70, board.bench->now);
@@ -101,7 +101,7 @@ TEST_CASE("1010h and 1011h: a sub-index is a range, the others keep what is stor
   board.save(4);
   check(500, 600, 600);
   change(700);
-  board.save(3);  // the application has none
+  board.save(3);  // no application parameters
   check(500, 600, 600);
   board.command(0x1011, 2, kLoad).check_done();
   CHECK(board.get(0x1017, 0) == 500);  // until the next reset
@@ -158,7 +158,7 @@ TEST_CASE("1010h: what has its power-on value takes no room") {
 TEST_CASE("1010h: stored values that another image knows otherwise, or not at all, do not count") {
   struct Other final : RecordLog::Source {
     void write_to(RecordLog::Writer& writer) const override {
-      for (const int byte : {0x17, 0x10, 0, 4, 1,    2, 3, 4,  // four bytes, where two are known
+      for (const int byte : {0x17, 0x10, 0, 4, 1,    2, 3, 4,  // four bytes instead of two
                              0x00, 0x20, 1, 1, 9,              // 2000h:01
                              0x02, 0x30, 0, 1, 9,              // read-only
                              0x03, 0x30, 0, 2, 0xFA, 0,        //

@@ -15,7 +15,7 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 
-/// What a record log is to keep.
+/// A record's content.
 struct Record final : RecordLog::Source {
   explicit Record(Bytes content) : bytes(std::move(content)) {}
   void write_to(RecordLog::Writer& writer) const override {
@@ -25,15 +25,15 @@ struct Record final : RecordLog::Source {
   Bytes bytes;
 };
 
-constexpr std::size_t kWords = 32;        // of a sector: four or five records
-constexpr std::size_t kRottenWords = 24;  // likewise: three records and more
+constexpr std::size_t kWords = 32;        // in a sector: four or five records
+constexpr std::size_t kRottenWords = 24;  // in a sector: three records and more
 
 Bytes latest(const RecordLog& log) {
   return {log.latest().begin(), log.latest().end()};
 }
 
-/// A life: records of 0 to 19 bytes, and a restart wherever the log is full. `kept` is what has been
-/// confirmed, `wanted` what may be there besides. The power goes at operation `at`.
+/// Appends records of 0 to 19 bytes, and restarts when the log is full. `kept`: the last confirmed content;
+/// `wanted`: the other content that is allowed. The power is cut at operation `at`.
 struct Life {
   Life(std::size_t words, std::size_t records, Cut cut = Cut::kBefore, std::size_t at = SIZE_MAX)
       : flash(words) {
@@ -64,7 +64,7 @@ struct Life {
   bool was_cut = false;
 };
 
-/// What is loaded, once what is saved then is there after one more start; no value: it is not.
+/// The loaded content; none if a record appended afterwards is not found by the next start.
 std::optional<Bytes> loaded(FlashModel flash) {
   const Bytes next{1, 2, 3, 4};
   RecordLog log(flash);
@@ -76,7 +76,7 @@ std::optional<Bytes> loaded(FlashModel flash) {
   return latest(again) == next ? std::optional(found) : std::nullopt;
 }
 
-/// The power goes at operation `at` of a start; false = it has fewer.
+/// Cuts the power at operation `at` of a start; false = it has fewer operations.
 bool start_cut(FlashModel& flash, Cut cut, std::size_t at) {
   flash.cut = cut;
   flash.cut_at = flash.operations + at;
@@ -134,7 +134,7 @@ std::vector<Place> places(const FlashModel& flash) {
   return found;
 }
 
-/// What the newest whole record holds that this word is no part of; nothing where there is none.
+/// The content of the newest complete record without this word; empty if there is none.
 Bytes newest_without(const std::vector<Place>& places, std::size_t sector, std::size_t word) {
   std::uint32_t number = 0;
   Bytes bytes;
@@ -146,7 +146,7 @@ Bytes newest_without(const std::vector<Place>& places, std::size_t sector, std::
   return bytes;
 }
 
-/// check(rotten flash, what is to be loaded) for each bit; false = something is lost.
+/// check(damaged flash, expected content) for each bit; false = something is lost.
 template <class Check>
 void rot(const FlashModel& flash, Check check) {
   const std::vector<Place> before = places(flash);
@@ -213,7 +213,7 @@ TEST_CASE("Record log: full is full until the next start, which alone erases") {
   std::uint8_t number = 0;
   while (log.append(Record(Bytes(12, ++number))) == Result::kKept)
     REQUIRE(number < 20);
-  CHECK(number == 6);  // 31 words, 6 a record
+  CHECK(number == 6);  // 31 words, 6 per record
   CHECK(log.append(Record({})) == Result::kFull);
   CHECK(latest(log) == Bytes(12, 5));
   CHECK(flash.erasures == erasures);

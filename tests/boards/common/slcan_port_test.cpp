@@ -9,7 +9,7 @@ using namespace cbcan::boards;
 
 namespace {
 
-/// A port, and the adapter that the test plays.
+/// A port; the test plays the adapter.
 struct Adapter {
   /// What has been sent since the last call.
   std::string heard() {
@@ -31,7 +31,7 @@ struct Adapter {
     Frame frame;
     return port.receive(frame) ? test::text_of(frame) : "";
   }
-  /// Polls at `ms` and gives what is sent then.
+  /// Polls at `ms`, and returns what is sent.
   std::string at(std::uint32_t ms) {
     port.poll(milliseconds(ms));
     return heard();
@@ -78,7 +78,7 @@ TEST_CASE("An adapter that says nothing is shown as bus-off after a second, unti
     adapter.at(ms);
     CHECK(adapter.port.state() == BusState::kBusOff);
   }
-  CHECK(adapter.port.try_send(test::frame_from("705#")));  // it may be one that never says anything
+  CHECK(adapter.port.try_send(test::frame_from("705#")));  // the adapter may be one that never responds
   SECTION("a state") {
     adapter.respond("F00\r");
   }
@@ -102,7 +102,7 @@ TEST_CASE("An adapter that refuses to open is shown as bus-off, and opened again
     CHECK(adapter.port.state() == (ms == 0 ? BusState::kActive : BusState::kBusOff));
   }
   CHECK(adapter.at(5000) == kOpening);
-  adapter.respond("\r\r\r\a\r\r");  // C: no, it was closed
+  adapter.respond("\r\r\r\a\r\r");  // C: no, it is closed already
   CHECK(adapter.at(5250) == "F\r");
   CHECK(adapter.port.state() == BusState::kActive);
 }

@@ -10,7 +10,7 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 
-/// A board that the test plays.
+/// A board played by the test.
 struct FakeBoard final : Hardware {
   Time now() override { return time; }
   bool receive(std::size_t network, Frame& frame) override {
@@ -38,7 +38,7 @@ struct BenchOf {
     station.start();
   }
 
-  /// A request with its CRC, and the turns that follow; the response.
+  /// Sends a request with its CRC, runs the turns that follow, and returns the response.
   Bytes ask(std::initializer_list<std::uint8_t> request) {
     board.response.clear();
     send(request);
@@ -48,7 +48,7 @@ struct BenchOf {
     station.modbus().on_sent();
     return board.response;
   }
-  /// All at once, after a gap.
+  /// Receives all bytes at once, after a gap.
   void send(std::initializer_list<std::uint8_t> bytes) {
     board.time += kSilence + 1;
     for (const std::uint8_t byte : bytes)
@@ -60,14 +60,14 @@ struct BenchOf {
   std::uint32_t pair(std::size_t address, std::size_t network = 0) {
     return reg(address, network) | static_cast<std::uint32_t>(reg(address + 1, network)) << 16;
   }
-  /// Pairs of registers, by the address of the low word.
+  /// A pair of registers, by the address of the low word.
   void pairs(std::initializer_list<std::pair<std::size_t, std::uint32_t>> expected) {
     for (const auto& [address, value] : expected) {
       INFO("R" << address);
       CHECK(pair(address) == value);
     }
   }
-  /// Four bytes of 2000h:00 of node 5, but for CA0Eh.
+  /// Prepares a read of four bytes of 2000h:00 of node 5, without CA0Eh.
   void prepare(std::size_t network = 0) {
     reg(3701, network) = 5055;
     reg(3702, network) = 5;
@@ -76,7 +76,7 @@ struct BenchOf {
   }
 
   static constexpr Time kSilence = 1750;
-  static constexpr Time kAsking = 2 * kSilence + 1;  ///< what ask() takes
+  static constexpr Time kAsking = 2 * kSilence + 1;  ///< duration of ask()
   FakeBoard board;
   Board station;
 };
@@ -102,7 +102,7 @@ struct TwoNetworks : Ports, BenchOf<2> {
   }
 };
 
-// CRCs by the algorithm of MODBUS over Serial Line V1.02, 6.2.2, worked out apart from this project.
+// CRCs by the algorithm of MODBUS over Serial Line V1.02, 6.2.2, calculated independently of this project.
 constexpr std::initializer_list<std::uint8_t> kExecute = {0x01, 0x06, 0x0E, 0x74, 0xCA, 0x0E, 0x1C, 0x5C};
 
 }  // namespace
@@ -180,7 +180,7 @@ TEST_CASE("The diagnostics registers are fresh when somebody reads") {
   bench.pairs({{4124, 5}, {4126, 0}});
   CHECK(bench.reg(4132) == 2);
   bench.board.report[0].stack_used = 500;
-  bench.ask({0x01, 0x03, 0x0E, 0x74, 0x00, 0x01, 0xC6, 0xF8});  // R3700: nobody reads them
+  bench.ask({0x01, 0x03, 0x0E, 0x74, 0x00, 0x01, 0xC6, 0xF8});  // R3700: not the diagnostics
   CHECK(bench.reg(4106) == 400);
   bench.board.time += 1'234'567'001 - 2 * Bench::kAsking;
   bench.reg(3700) = 0xCA0E;  // with command 0
@@ -305,7 +305,7 @@ TEST_CASE("Two networks: each shows diagnostics of its own CAN controller and tr
   CHECK(bench.reg(4107, 1) == 0x10);
   CHECK(bench.pair(4116, 1) == 20);
   CHECK(bench.pair(4126, 1) == 1);
-  CHECK(bench.pair(4116) == 0);  // nobody has asked
+  CHECK(bench.pair(4116) == 0);  // no request has read them
   bench.ask({0x01, 0x03, 0x10, 0x04, 0x00, 0x21, 0xC0, 0xD3});
   CHECK(bench.reg(4107) == 0);
   CHECK(bench.pair(4116) == 10);

@@ -9,7 +9,7 @@ namespace {
 constexpr std::uint32_t kTsr = 0x008;
 constexpr std::uint32_t kAllEmpty = 0x1C000000;
 
-/// As many polls as it takes until the driver waits for the bus.
+/// Polls until the driver waits for the bus.
 void let_it_ask(BxCanRig& rig) {
   for (int i = 0; i < 10; ++i)
     rig.poll(kMillisecond);
@@ -28,7 +28,7 @@ TEST_CASE("errors: passive and active again") {
   CHECK(rig.model.sce_line());
   rig.can.on_error_interrupt();
   CHECK_FALSE(rig.model.sce_line());
-  CHECK(rig.poll() == rig.now + kMillisecond);  // looks again: getting well is no interrupt
+  CHECK(rig.poll() == rig.now + kMillisecond);  // polls again: no interrupt reports recovery
   CHECK(rig.can.state() == BusState::kErrorPassive);
   CHECK(rig.sent() == "601#");
   rig.poll();
@@ -84,7 +84,7 @@ TEST_CASE("bus-off: the controller is not asked to recover before every mailbox 
   StartedRig rig;
   CHECK(rig.send("601#"));
   rig.fail(32);
-  // A frame that is handed over in the moment of bus-off, before the loop has seen it.
+  // A frame accepted at the moment of bus-off, before the loop has seen it.
   CHECK(rig.send("000#0100"));
   rig.poll();
   CHECK((rig.model.read(0x000) & 1) == 0);  // not yet INRQ
@@ -132,19 +132,9 @@ TEST_CASE("bus-off: a controller that does not empty its mailboxes is given up a
   CHECK(rig.can.stopped());
   CHECK(rig.can.state() == BusState::kBusOff);
   CHECK(rig.can.counters().given_up == 1);
-  rig.model.hold_in_reset(true);  // what empties them for certain
+  rig.model.hold_in_reset(true);  // empties the mailboxes for certain
   rig.model.hold_in_reset(false);
   rig.model.abort_held = false;
   rig.start();
   CHECK(rig.sent().empty());
-}
-
-TEST_CASE("bus-off: a bus that stays dominant is waited for without end") {
-  StartedRig rig;
-  CHECK(rig.send("601#"));
-  rig.fail(32);
-  for (int ms = 0; ms < 5000; ++ms)
-    rig.poll(kMillisecond);
-  CHECK_FALSE(rig.can.stopped());
-  CHECK(rig.can.counters().given_up == 0);
 }

@@ -34,7 +34,7 @@ TEST_CASE("transmit: three mailboxes, then full; in the order of the requests, n
   CHECK(rig.send("601#"));
   CHECK_FALSE(rig.send("000#0100"));
   CHECK(rig.sent() == "603#");
-  CHECK(rig.send("000#0100"));  // refused, then taken: behind those before it
+  CHECK(rig.send("000#0100"));  // refused, then accepted: after the earlier ones
   CHECK_FALSE(rig.send("701#00"));
   CHECK(rig.sent() == "602#");
   CHECK(rig.sent() == "601#");
@@ -81,7 +81,7 @@ TEST_CASE("transmit: a frame that is on the bus when it gets old may still be se
   CHECK(rig.send("601#"));
   rig.poll();
   REQUIRE(rig.model.start_frame());
-  CHECK(rig.poll(kSecond) == kSecond + kMillisecond);  // aborted, looks again
+  CHECK(rig.poll(kSecond) == kSecond + kMillisecond);  // aborted, polls again
   rig.model.end_frame(BxCanRig::Model::End::kAcknowledged);
   CHECK(rig.poll(kMillisecond) == kNever);
   CHECK(rig.can.counters().sent == 1);
@@ -92,7 +92,7 @@ TEST_CASE("transmit: a frame that is on the bus when it gets old may still be se
 
 namespace {
 
-/// FIFO that the frame is for, of node 7Fh; -1 = none. Written down from what the driver promises.
+/// FIFO that the frame is for, of node 7Fh; -1 = none. Written from the driver's promises.
 int fifo_for(std::uint32_t id, bool remote) {
   const bool where_pdos_are = id <= 0x5FF || (id >= 0x680 && id <= 0x6FF);
   if (remote) return id == 0x77F ? 0 : where_pdos_are ? 1 : -1;
@@ -117,24 +117,12 @@ TEST_CASE("receive: docs/how-to/port.md lists what passes the filters") {
   std::ifstream file(CBCAN_SOURCE_DIR "/docs/how-to/port.md");
   const std::string page(std::istreambuf_iterator<char>(file), {});
   for (std::uint32_t id = 0; id <= 0x7FF; ++id) {
-    // Where a PDO may be put, and nothing else is: the page has that in words.
+    // Identifiers that only a PDO can use: the page has these as text.
     const bool is_elsewhere =
         (id >= 0x001 && id < 0x080) || (id > 0x100 && id < 0x180) || (id >= 0x680 && id < 0x700);
     INFO(std::hex << id);
     CHECK((is_in_page(page, id) || is_elsewhere) == (fifo_for(id, false) >= 0));
   }
-}
-
-TEST_CASE("receive: a frame as it stands in the FIFO's mailbox") {
-  StartedRig rig;
-  REQUIRE(rig.hear(frame_from("5C2#4B11640123456789")));
-  CHECK(rig.received() == "5C2#4B11640123456789");
-  REQUIRE(rig.hear(frame_from("742#05")));
-  CHECK(rig.received() == "742#05");
-  REQUIRE(rig.hear(frame_from("77F#R1")));
-  CHECK(rig.received() == "77F#R1");
-  CHECK(rig.received().empty());
-  CHECK(rig.can.counters().received == 3);
 }
 
 TEST_CASE("receive: a length of 9 to 15 means eight bytes; bytes past the length are 0") {
@@ -195,7 +183,7 @@ TEST_CASE("receive: an overrun keeps what was there, is counted, and shows for a
   for (const char* frame : {"581#01", "582#02", "583#03"})
     CHECK(rig.received() == frame);
   CHECK(rig.received().empty());
-  CHECK(rig.can.counters().overruns == 1);  // FOVR is one bit: how many were lost is not known
+  CHECK(rig.can.counters().overruns == 1);  // FOVR is one bit: the number of lost frames is unknown
   CHECK((rig.model.read(0x00C) & 0x10) == 0);
   rig.poll();
   CHECK(rig.can.state() == BusState::kOverflow);
@@ -211,7 +199,7 @@ TEST_CASE("receive: a storm of EMCY messages that the loop does not follow loses
   for (int i = 0; i < 1000; ++i)
     rig.hear(frame_from("081#0010010000000000"));
   rig.hear(frame_from("5C2#6011640100000000"));
-  CHECK(rig.received() == "5C2#6011640100000000");  // and before the storm
+  CHECK(rig.received() == "5C2#6011640100000000");  // received before the storm
   int emcy = 0;
   while (rig.received() == "081#0010010000000000")
     ++emcy;

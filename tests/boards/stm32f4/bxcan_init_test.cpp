@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What init() leaves in the registers: expected values from the bit definitions of RM0390, 30.9, by hand.
+// The registers after init(): expected values derived by hand from the bit definitions of RM0390, 30.9.
 
 #include "boards/stm32f4/bxcan_rig.hpp"
 
@@ -109,7 +109,7 @@ TEST_CASE("stop: in the registers' reset state it is off the bus, and takes noth
   StartedRig rig;
   CHECK(rig.send("601#"));
   rig.model.hold_in_reset(true);
-  CHECK_FALSE(rig.send("602#"));  // before the loop knows
+  CHECK_FALSE(rig.send("602#"));  // before the loop has seen it
   rig.can.stop();
   CHECK(rig.can.stopped());
   CHECK(rig.can.state() == BusState::kBusOff);

@@ -2,15 +2,14 @@
 #pragma once
 
 /// A model of the bxCAN controller, from RM0390 (STM32F446), chapter 30: registers on one side, the bus on
-/// the other. It shares no constant with the driver: its numbers are the manual's, written down a second
-/// time.
+/// the other. It shares no constants with the driver: its numbers are taken from the manual independently.
 ///
 /// Modelled: reset values; the handshakes of sleep and initialization mode; write protection of bit timing,
 /// filters and pending mailboxes; mailbox states, abort, the order of requests (TXFP); both FIFOs, overrun,
 /// locked mode (RFLM); 16-bit filter banks; fault confinement with bus-off and recovery; the interrupt lines
-/// of reception and errors. What the driver does not use is not modelled, and throws where it is asked for.
+/// of reception and errors. What the driver does not use is not modelled, and throws.
 ///
-/// Nothing happens by itself: the test is the bus. What is written to a read-only bit is ignored; an offset
+/// Nothing happens automatically: the test plays the bus. Writes to read-only bits are ignored; an offset
 /// that the manual does not have throws.
 
 #include <array>
@@ -110,12 +109,12 @@ struct BxCanModel {
     no_such("write", offset);
   }
 
-  /// Interrupt lines, as they stand: levels.
+  /// Present levels of the interrupt lines.
   bool rx0_line() const { return rx_line(0); }
   bool rx1_line() const { return rx_line(1); }
   bool sce_line() const { return (ier_ >> 15 & 1) != 0 && (msr_ & kErri) != 0; }
 
-  /// By the reset and clock control: while it is held registers read as 0, and writes are lost.
+  /// Reset by RCC: while held, registers read as 0 and writes are lost.
   void hold_in_reset(bool hold) {
     held_ = hold;
     if (hold) reset();
@@ -126,9 +125,9 @@ struct BxCanModel {
   enum class End { kAcknowledged, kError, kArbitrationLost };
   enum Error : std::uint32_t { kNoError, kStuff, kForm, kAcknowledgement, kBit1, kBit0, kCrc };
 
-  /// It takes part: acknowledges, may send.
+  /// The controller takes part in the bus: acknowledges, may send.
   bool on_bus() const { return !held_ && (msr_ & 3) == 0 && !joining_ && !bus_off(); }
-  /// So many recessive bits pass.
+  /// Lets this many recessive bits pass.
   void recessive(unsigned bits) {
     for (; bits > 0; --bits) {
       if (joining_ && ++recessive_ == 11) {
@@ -143,7 +142,7 @@ struct BxCanModel {
       }
     }
   }
-  /// Another node's frame. False: not heard, or turned away by the filters.
+  /// Another node's frame. False: not received, or rejected by the filters.
   bool arrive(const Frame& frame) {
     if (!on_bus()) return false;
     rec_ = rec_ > 127 ? 119 : rec_ > 0 ? rec_ - 1 : 0;
@@ -154,7 +153,7 @@ struct BxCanModel {
     store(fifos_[*fifo], received);
     return true;
   }
-  /// The oldest request begins its frame. False: none is pending, or not on the bus.
+  /// Starts the frame of the oldest request. False: none is pending, or not on the bus.
   bool start_frame() {
     Mailbox* next = nullptr;
     for (Mailbox& mailbox : mailboxes_)
@@ -164,7 +163,7 @@ struct BxCanModel {
     next->state = Mailbox::kOnBus;
     return true;
   }
-  /// How that frame ends.
+  /// Ends that frame.
   void end_frame(End end, Error error = kNoError) {
     for (unsigned i = 0; i < 3; ++i) {
       Mailbox& mailbox = mailboxes_[i];
@@ -185,7 +184,7 @@ struct BxCanModel {
     }
     throw std::logic_error("no frame is on the bus");
   }
-  /// Start and end of one frame: what went over the bus.
+  /// Start and end of one frame; returns what was sent.
   std::optional<Frame> sent() {
     if (!start_frame()) return {};
     for (const Mailbox& mailbox : mailboxes_) {
@@ -208,7 +207,7 @@ struct BxCanModel {
   bool init_refused = false;
   /// Reads of MSR until a mode that could be entered is acknowledged; 0 = the first one shows it.
   unsigned acknowledge_after = 3;
-  /// An abort has to wait, as for a frame that is on the bus.
+  /// An abort must wait, as for a frame that is on the bus.
   bool abort_held = false;
   /// Reads of RFxR until a release is done.
   unsigned release_after = 0;
@@ -257,7 +256,7 @@ struct BxCanModel {
     joining_ = (mcr_ & (kInrq | kSleep)) == 0 && (msr_ & (kInak | kSlak)) != 0;
     if (joining_) recessive_ = 0;
   }
-  /// Modes that need no bus are acknowledged after some reads; a frame on the bus is waited for.
+  /// Modes that need no bus are acknowledged after some reads, and after the frame on the bus.
   void step_handshake() {
     const bool init = (mcr_ & kInrq) != 0, sleep = (mcr_ & kSleep) != 0;
     const std::uint32_t wanted = init ? kInak : kSlak;
@@ -278,7 +277,7 @@ struct BxCanModel {
 
   std::uint32_t read_tsr() const {
     std::uint32_t value = tsr_results_;
-    std::uint32_t free = 0;  // CODE without one is not modelled
+    std::uint32_t free = 0;  // CODE without a free mailbox is not modelled
     for (unsigned i = 3; i-- > 0;) {
       if (mailboxes_[i].state == Mailbox::kEmpty) {
         value |= 1u << (26 + i);
@@ -292,7 +291,7 @@ struct BxCanModel {
   void write_tsr(std::uint32_t value) {
     for (unsigned i = 0; i < 3; ++i) {
       const unsigned at = i * 8;
-      // Clearing RQCP clears the other results too; each can be cleared alone.
+      // Clearing RQCP clears the other results too; each can be cleared separately.
       tsr_results_ &= ~((value >> at & 1) != 0 ? 0xFu << at : value & 0xFu << at);
       Mailbox& mailbox = mailboxes_[i];
       if ((value >> at & 0x80) == 0 || mailbox.state == Mailbox::kEmpty) continue;
@@ -371,12 +370,13 @@ struct BxCanModel {
     const unsigned bank = (offset - 0x240) / 8;
     if (init || (fa1r_ >> bank & 1) == 0) banks_[bank][offset / 4 % 2] = value;
   }
-  /// The FIFO of the filter that counts: a list before a mask, then the lower bank. `identifier` as in RIxR.
+  /// The FIFO of the matching filter: a list takes precedence over a mask, then the lower bank. `identifier`
+  /// as in RIxR.
   std::optional<unsigned> match(std::uint32_t identifier) const {
     if ((fmr_ & 1) != 0) return {};  // FINIT: reception is off
     const std::uint32_t seen = (identifier >> 21) << 5 | (identifier >> 1 & 1) << 4 |
                                (identifier >> 2 & 1) << 3 | (identifier >> 18 & 7);
-    const unsigned banks = std::min(fmr_ >> 8 & 0x3F, 28u);  // CAN2SB: the first that CAN2 has
+    const unsigned banks = std::min(fmr_ >> 8 & 0x3F, 28u);  // CAN2SB: the first bank of CAN2
     for (const std::uint32_t of_kind : {fa1r_ & fm1r_, fa1r_ & ~fm1r_})
       for (unsigned bank = 0; bank < banks; ++bank)
         if ((of_kind >> bank & 1) != 0 && hits(bank, seen)) return ffa1r_ >> bank & 1;
@@ -397,7 +397,7 @@ struct BxCanModel {
     const std::uint32_t passive = tec_ > 127 || rec_ > 127 ? 2 : 0;
     return rec_ << 24 | (tec_ & 0xFF) << 16 | lec_ << 4 | (bus_off() ? 4u : 0) | passive | warning;
   }
-  /// ERRI is set by what is new and enabled: EWGIE, EPVIE, BOFIE, LECIE.
+  /// ERRI is set by new enabled errors: EWGIE, EPVIE, BOFIE, LECIE.
   void count_error(unsigned& counter, unsigned weight, Error error) {
     const std::uint32_t before = read_esr() & 7;
     counter += weight;
@@ -416,9 +416,9 @@ struct BxCanModel {
   unsigned next_order_;
   std::array<Fifo, 2> fifos_;
   unsigned tec_, rec_;
-  bool joining_;         ///< normal mode asked for, 11 recessive bits not yet seen
+  bool joining_;         ///< normal mode requested, 11 recessive bits not yet seen
   bool recovery_asked_;  ///< through initialization mode, since bus-off
-  unsigned recessive_;   ///< bits seen for what is waited for
+  unsigned recessive_;   ///< bits seen so far
   unsigned acknowledge_reads_;
   std::uint32_t fmr_, fm1r_, ffa1r_, fa1r_;
   std::array<std::array<std::uint32_t, 2>, 28> banks_;

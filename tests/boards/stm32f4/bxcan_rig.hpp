@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The bxCAN driver on a model of the controller, with the test as the bus and as the loop.
+/// The bxCAN driver on a model of the controller; the test plays the bus and the loop.
 
 #include "boards/model_registers.hpp"
 #include "boards/stm32f4/bxcan.hpp"
@@ -42,13 +42,13 @@ struct BxCanRig {
   }
 
   bool send(std::string_view text) { return can.try_send(frame_from(text)); }
-  /// What the controller puts on the bus next; "" = nothing.
+  /// The next frame that the controller sends; "" = none.
   std::string sent() {
     const std::optional<Frame> frame = model.sent();
     return frame ? text_of(*frame) : "";
   }
 
-  /// A frame comes, and the interrupt that it raises is served at once.
+  /// A frame arrives, and its interrupt is served immediately.
   bool hear(const Frame& frame) {
     const bool heard = model.arrive(frame);
     if (model.rx0_line() || model.rx1_line()) can.on_rx_interrupt();

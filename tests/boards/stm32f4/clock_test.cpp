@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The clock's drivers and their supervisor on models of RCC, TIM2, USART2 and bxCAN: what runs on which
-// clock, and that CAN never takes part on the wrong one. Expected values from the bit definitions of RM0390,
-// by hand.
+// clock, and that CAN never joins the bus on the wrong one. Expected values derived by hand from the bit
+// definitions of RM0390.
 
 #include "boards/model_registers.hpp"
 #include "boards/stm32f4/bxcan_model.hpp"
@@ -32,7 +32,7 @@ struct ClockRig {
     rcc_model.wait_states = [this] { return flash.words[0] & 15; };
     tim2.on_write = [this](std::uint32_t offset, std::uint32_t value) {
       if (offset != 0x14 || (value & 1) == 0) return;
-      tim2.words[0x24] = 0;  // UG clears CNT, and takes PSC over
+      tim2.words[0x24] = 0;  // UG clears CNT and loads PSC
       prescaler = tim2.words[0x28];
     };
     supervisor.start();
@@ -60,7 +60,7 @@ struct ClockRig {
     CHECK(tim2.words[0x24] == us());  // whatever the clock is
     return supervisor.poll_can(now);
   }
-  /// A turn each millisecond, on a bus where nobody speaks.
+  /// A turn each millisecond, on a silent bus.
   void pass(Time time) {
     for (Time ms = 0; ms < time / kMillisecond; ++ms) {
       turn(kMillisecond);
@@ -216,7 +216,7 @@ TEST_CASE("clock: the NMI resets CAN before anything else, and the loop does the
   rig.check_internal();
 
   rig.start_hse();
-  CHECK_FALSE(rig.can_model.sent());  // the frame from before
+  CHECK_FALSE(rig.can_model.sent());  // not the earlier frame
   rig.fail_hse();
   rig.turn(10);
   rig.check_internal();

@@ -9,7 +9,7 @@
 namespace cbcan {
 namespace {
 
-/// The controller and sectors 2 and 3. What the manual forbids throws.
+/// The controller and sectors 2 and 3; throws on what the manual forbids.
 struct FlashController {
   struct Registers {
     std::uint32_t read(std::uint32_t offset) {
@@ -32,7 +32,7 @@ struct FlashController {
       }
     }
     std::function<void()> start;
-    std::uint32_t sr = 0x1F2, cr = 1u << 31, key_before = 0;  // errors of somebody before
+    std::uint32_t sr = 0x1F2, cr = 1u << 31, key_before = 0;  // errors of an earlier user
     unsigned busy_reads = 0;
   };
   struct Memory {

@@ -9,7 +9,7 @@
 
 namespace cbcan::test {
 
-/// A simple peripheral: words in memory, what was written to them in order, and a hook where hardware acts.
+/// A simple peripheral: words in memory, the writes in order, and a hook for the hardware's actions.
 struct Peripheral {
   using Write = std::pair<std::uint32_t, std::uint32_t>;  // offset, value
 

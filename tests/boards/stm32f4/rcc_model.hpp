@@ -2,8 +2,8 @@
 #pragma once
 
 /// A model of the STM32F446's clocks, from RM0390, chapter 6 (RCC) and 3.4 (wait states): HSI, HSE, one PLL,
-/// the switch, prescalers, the clock security system, CAN1's reset. Its numbers are the manual's, written
-/// down a second time. What the manual forbids throws. Other registers are words in memory.
+/// the switch, prescalers, the clock security system, CAN1's reset. Its numbers are taken from the manual
+/// independently. What the manual forbids throws. Other registers are words in memory.
 
 #include <cstdint>
 #include <functional>
@@ -41,7 +41,7 @@ struct RccModel {
     words_[offset] = value;
   }
 
-  /// CSSF: not masked by anything.
+  /// CSSF: cannot be masked.
   bool nmi_line() const { return is(kCir, 1u << 7); }
 
   // ---- Outside.
@@ -59,7 +59,7 @@ struct RccModel {
     }
     words_[kCir] |= 1u << 7;
   }
-  /// It is on the PLL, and that on HSE as it should be.
+  /// The core runs on the PLL, and the PLL on HSE with the intended settings.
   bool on_hse() const { return on_pll() && hse_comes_; }
   bool pll_works = true, switch_works = true;
   std::function<std::uint32_t()> wait_states = [] { return 5u; };
@@ -138,7 +138,7 @@ struct RccModel {
   std::map<std::uint32_t, std::uint32_t> words_{
       {kCr, 0x83}, {kPllcfgr, 0x24003010}, {kCfgr, 0}, {kCir, 0}};  // reset values, 6.3
   bool hse_comes_ = false;
-  bool hse_failed_ = false;  ///< and is off until HSEON has been 0
+  bool hse_failed_ = false;  ///< off until HSEON has been 0
   bool watched_ = false;     ///< by the clock security system, from CSSON's edge on
   unsigned reads_ = 0, switch_reads_ = 0;
 };

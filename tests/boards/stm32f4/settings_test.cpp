@@ -37,7 +37,7 @@ TEST_CASE("Settings of the board: as registers and back, and words that are none
   CHECK(line.silence_us == 4011);  // 3.5 characters of 11 bits
   CHECK(line.gap_us == 20'000);    // the ST-LINK's
   settings.line = ModbusLine::kRs485;
-  CHECK(station_settings(settings, {}).modbus.gap_us == 0);  // so it is the silence
+  CHECK(station_settings(settings, {}).modbus.gap_us == 0);  // no extra gap: the silence applies
   CHECK(settings_of(Words{1, 5000, 3, 0, 1000, 127}));
   CHECK(settings_of(Words{1, 13, 0, 0, 800, 127}));
   for (const Words& none :

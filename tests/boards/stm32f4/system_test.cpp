@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Pins, timer, watchdog, the cause of a reset: expected register values from the bit definitions of RM0390,
-// by hand.
+// Pins, timer, watchdog, the cause of a reset: expected register values derived by hand from the bit
+// definitions of RM0390.
 
 #include "boards/model_registers.hpp"
 #include "boards/stm32f4/gpio.hpp"

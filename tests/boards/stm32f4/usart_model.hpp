@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// A model of the STM32F4's USART, from RM0390, chapter 25: data and shift register each way, the flags and
-/// how they are cleared, the interrupt line. The test is the wire: it says when a character is over. Not
-/// modelled: baud rate, bits on the wire, DMA, the other modes.
+/// A model of the STM32F4's USART, from RM0390, chapter 25: data and shift register in each direction, the
+/// flags and how they are cleared, the interrupt line. The test plays the line: it decides when a character
+/// ends. Not modelled: baud rate, bits on the line, DMA, other modes.
 
 #include <cstdint>
 #include <optional>
@@ -19,7 +19,7 @@ struct UsartModel {
     switch (offset) {
       case 0x00: seen_ = sr_; return sr_;
       case 0x04:
-        // Read SR, then DR: clears the error flags that had been seen.
+        // Read SR, then DR: clears the error flags that were read.
         sr_ &= ~((seen_ & 0x0F) | 0x20);
         return received_;
       case 0x08: return brr_;
@@ -48,7 +48,7 @@ struct UsartModel {
            ((cr1_ & 0x100) != 0 && (sr_ & 1) != 0);
   }
 
-  /// A character has arrived. One that has not been read yet stays, and this one is lost.
+  /// A character has arrived. If the previous one has not been read, this one is lost.
   void receive(std::uint8_t byte, std::uint32_t faults = kGood) {
     if ((cr1_ & 0x2004) != 0x2004) return;  // UE, RE
     if ((sr_ & 0x20) != 0) {
@@ -59,7 +59,7 @@ struct UsartModel {
     sr_ |= 0x20 | faults;
   }
 
-  /// The character in the shift register has left; the next one follows it.
+  /// The character in the shift register has been sent; the next one follows.
   std::optional<std::uint8_t> shift_out() {
     if (!shifting_) return {};
     const std::uint8_t byte = *shifting_;

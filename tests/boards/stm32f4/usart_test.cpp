@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Expected register values from the bit definitions of RM0390, 25.6, by hand.
+// Expected register values derived by hand from the bit definitions of RM0390, 25.6.
 
 #include "boards/stm32f4/usart.hpp"
 
@@ -28,7 +28,7 @@ struct UsartRig {
   void on_broken_byte() { ++broken; }
   void on_sent() { ++sent; }
 
-  /// Interrupts as long as the line asks for them.
+  /// Serves interrupts while the interrupt line is active.
   void serve() {
     for (int i = 0; model.line(); ++i) {
       REQUIRE(i < 10);
@@ -165,7 +165,7 @@ TEST_CASE("USART: a response whose end is never told is given up; one that leave
     CHECK(rig.usart.give_up(now += 1));
     CHECK_FALSE(rig.usart.is_sending());
     CHECK(rig.usart.counters().given_up == i);
-    for (unsigned left = 0; left < 2; ++left)  // what it had got, the rest is gone
+    for (unsigned left = 0; left < 2; ++left)  // what was in the registers; the rest is dropped
       CHECK(rig.model.shift_out());
     CHECK_FALSE(rig.model.shift_out());
     CHECK_FALSE(rig.usart.give_up(now += 100'000));

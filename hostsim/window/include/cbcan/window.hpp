@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The PLC's side of the register window (docs/reference/contract.md) for C++ programs, over Modbus TCP
-/// and RTU. It needs nothing but POSIX.
+/// The PLC's side of the register window (docs/reference/contract.md) for C++ programs, over Modbus TCP and
+/// RTU. It needs only POSIX.
 ///
 ///     cbcan::window::Client client({.host = "192.168.1.7"});
 ///     const auto name = client.execute({.command = 5055, .node = 1, .index = 0x1008, .size = 32});
 ///     if (name.code == 0) use(name.data);
 ///
-/// `Client` is for programs that may wait: each call blocks until its response is there or its time is over.
-/// `Channel` is for programs that may not: it knows no socket and no time, says which registers to write and
-/// to read next, and is given the words. Nothing here starts a thread; an object belongs to one thread at a
-/// time. Addresses are Modbus addresses: R3700 is 3700.
+/// `Client` is for programs that may block: each call returns with its response or at its timeout. `Channel`
+/// is for programs that may not block: it uses no socket and no clock, returns which registers to write and
+/// read next, and takes their words. Nothing here starts a thread; an object belongs to one thread at a time.
+/// Addresses are Modbus addresses: R3700 is 3700.
 
 #include <array>
 #include <chrono>
@@ -26,8 +26,8 @@
 
 namespace cbcan::window {
 
-/// One Modbus request for holding registers: FC 16 when it only writes, FC 3 when it only reads, FC 23, which
-/// writes first, when it does both (Modbus Application Protocol V1.1b3, section 6).
+/// One Modbus request for holding registers: FC 16 if it only writes, FC 3 if it only reads, FC 23, which
+/// writes first, if it does both (Modbus Application Protocol V1.1b3, section 6).
 struct Request {
   std::uint16_t write_address = 0;
   std::vector<std::uint16_t> words{};  ///< to write
@@ -36,11 +36,11 @@ struct Request {
 };
 
 struct Response {
-  std::uint8_t exception = 0;          ///< its code; 0 = none
+  std::uint8_t exception = 0;          ///< exception code; 0 = none
   std::vector<std::uint16_t> words{};  ///< as many as the request reads
 };
 
-/// What a PLC program writes to R3701..R3705, and the data after them.
+/// What a PLC program writes to R3701..R3705, and the data that follow.
 struct Transaction {
   std::uint16_t command = 0;  ///< 5055 = SDO read, 5066 = SDO write
   std::uint16_t node = 0;     ///< 1..127; 0 = the coprocessor itself
@@ -50,27 +50,26 @@ struct Transaction {
   std::vector<std::uint8_t> data{};  ///< to write, low byte first
 };
 
-/// What has become of a transaction.
+/// The outcome of a transaction.
 struct Result {
   /// False: the module has restarted, or another program has written to the window. Whether the transaction
-  /// was executed is not known, and nothing else here has a meaning.
+  /// was executed is unknown, and the other members are meaningless.
   bool known = true;
   std::uint16_t code =
       0;  ///< R3700: 0 = done, 4 = SDO abort; in a scanner window 5 = restarted, not executed
   std::uint32_t abort_code = 0;      ///< with code 4
   std::uint16_t size = 0;            ///< R3705, in bytes
-  std::vector<std::uint8_t> data{};  ///< after a good read: `size` bytes, or as many as were asked for
+  std::vector<std::uint8_t> data{};  ///< after a successful read: `size` bytes, at most as many as requested
 };
 
 /// The start rule (docs/reference/contract.md, TX-10). `written` and `now` begin at R3700 and may be short.
-/// False: R3701..R3704 are not as the request has written them, so 0 in R3700 is that of a module that has
-/// restarted.
+/// False: R3701..R3704 differ from the request, so a 0 in R3700 is not its result: the module has restarted.
 bool is_known(std::span<const std::uint16_t> written, std::span<const std::uint16_t> now);
 inline constexpr const char* kNotKnown =
     "the module has restarted, or another program has written to R3701..R3704; it is not known whether the "
     "request was carried out";
 
-/// SDO abort codes that tell more than that an access has failed (CiA 301, table 22).
+/// SDO abort codes that programs treat specially (CiA 301, table 22).
 namespace abort_code {
 inline constexpr std::uint32_t kTimedOut = 0x0504'0000;
 inline constexpr std::uint32_t kWriteOnly = 0x0601'0001;
@@ -79,51 +78,51 @@ inline constexpr std::uint32_t kNoObject = 0x0602'0000;
 inline constexpr std::uint32_t kNoSubIndex = 0x0609'0011;
 }  // namespace abort_code
 
-/// One channel of a module, with one transaction at a time: that of channel 1 is R3700..R3769, others have a
-/// scanner window. The caller carries out what next() says, and gives each response to answered() before it
-/// asks for the next request; without a response it calls lost().
+/// One channel of a module, with one transaction at a time: channel 1 uses R3700..R3769, the others a scanner
+/// window. The caller carries out the request of next(), and passes the response to answered() before it
+/// calls next() again; without a response it calls lost().
 class Channel {
  public:
-  /// What becomes of a transaction that is found in R3700: it is left over, and cancelled; or it is another
-  /// program's, and waited for, before each transaction. In a scanner window it is cancelled.
+  /// How to treat a transaction found in R3700: cancel it as a remnant, or wait before each transaction until
+  /// that of another program has ended. In a scanner window it is always cancelled.
   enum class Found : std::uint8_t { kIsCancelled, kIsWaitedFor };
 
   /// `number` is 1..16.
   explicit Channel(unsigned number, Found found = Found::kIsCancelled) : number_(number), found_(found) {}
 
   unsigned number() const { return number_; }
-  /// A transaction has begun, and has no result yet.
+  /// A transaction has begun and has no result yet.
   bool busy() const { return stage_ != Stage::kIdle; }
-  /// Not busy, and a transaction that begins now is the next request.
+  /// Not busy, and a transaction begun now would be the next request.
   bool ready() const { return !busy() && flag_ == Flag::kClear; }
-  /// The next request cancels what has begun.
+  /// The next request cancels the transaction.
   bool cancelling() const { return flag_ == Flag::kToCancel; }
-  /// The last response has brought nothing new: time may pass before the next request.
+  /// The last response brought no result: the next request may be delayed.
   bool waiting() const { return waiting_; }
-  /// It is another program's transaction that is waited for.
+  /// Waiting for another program's transaction.
   bool occupied() const { return waiting_ && stage_ == Stage::kBegun; }
-  /// The module has no such channel, and what has begun has ended without a result; known after the first
+  /// The module has no such channel, and the transaction has ended without a result; known after the first
   /// response.
   bool absent() const { return absent_; }
 
-  /// When not busy.
+  /// Call only when not busy.
   void begin(Transaction transaction);
-  /// The last one that has begun.
+  /// The last transaction begun.
   const Transaction& transaction() const { return transaction_; }
-  /// Ends what has begun, without a result.
+  /// Ends the transaction without a result.
   void cancel();
 
   /// None = there is nothing to do.
   std::optional<Request> next();
-  /// An exception ends what has begun, without a result.
+  /// An exception ends the transaction without a result.
   void answered(const Response& response);
-  /// The connection is gone: ends what has begun, without a result.
+  /// Call when the connection is lost: ends the transaction without a result.
   void lost();
   /// The result, once.
   std::optional<Result> take();
 
  private:
-  /// What the module may hold besides the transaction that has begun.
+  /// What the module may still hold apart from the transaction.
   enum class Flag : std::uint8_t { kUnknown, kClear, kToCancel };
   enum class Stage : std::uint8_t { kIdle, kBegun, kSent };
   enum class Asked : std::uint8_t { kNothing, kClear, kLook, kStart, kPoll };
@@ -151,19 +150,19 @@ class Channel {
   std::optional<Result> result_{};
 };
 
-/// What keeps a Client from a result. The text names the server and the registers.
+/// Thrown when a Client has no result. The text names the server and the registers.
 class Error : public std::runtime_error {
  public:
   enum class Cause : std::uint8_t {
-    kNoConnection,  ///< over TCP: no such name, refused, or no response to the attempt
-    kNoDevice,      ///< over RTU: it cannot be opened, or another program uses it
-    kNoResponse,    ///< in time, or none that is Modbus; the connection has ended
+    kNoConnection,  ///< over TCP: unknown name, refused, or no response to the attempt
+    kNoDevice,      ///< over RTU: the device cannot be opened, or another program uses it
+    kNoResponse,    ///< no Modbus response in time; the connection has ended
     kNoNetwork,     ///< exception 0Ah: there is no network with this unit ID
     kException,     ///< any other Modbus exception
-    kNoResult,      ///< R3700 was CA0Eh for longer than Settings::timeout; what was begun is cancelled
+    kNoResult,      ///< R3700 was CA0Eh for longer than Settings::timeout; the transaction is cancelled
     kUnknown,       ///< see Result::known
-    kNoWindow,      ///< what is in the registers cannot be a CBCAN window's
-    kInterrupted,   ///< by Settings::interrupted; what was begun is cancelled
+    kNoWindow,      ///< the registers are not a CBCAN window
+    kInterrupted,   ///< by Settings::interrupted; the transaction is cancelled
   };
 
   Error(Cause why, const std::string& text) : std::runtime_error(text), cause(why) {}
@@ -179,10 +178,10 @@ struct Settings {
   int baud = 19200;                                  ///< of the device; one of kBaudRates
   char parity = 'E';                                 ///< E, O, or N, which has two stop bits
   int unit = 1;                                      ///< 0..247; over RTU the station, 1..247
-  std::chrono::milliseconds timeout{5000};           ///< for a transaction, and others' before it
+  std::chrono::milliseconds timeout{5000};           ///< for a transaction and another program's before it
   std::chrono::milliseconds response_timeout{1000};  ///< for a connection, and each Modbus response
-  std::function<bool()> interrupted{};               ///< asked while waiting; true = give up
-  std::function<void()> occupied{};  ///< called when another program's transaction is waited for
+  std::function<bool()> interrupted{};               ///< called while waiting; true = cancel
+  std::function<void()> occupied{};  ///< called when waiting for another program's transaction
 };
 
 inline constexpr std::array kBaudRates{1200,  2400,   4800,   9600,   19200, 38400,
@@ -190,32 +189,30 @@ inline constexpr std::array kBaudRates{1200,  2400,   4800,   9600,   19200, 384
 
 class Connection;
 
-/// R3700..R3769, and all other registers, of one module. Connects when it is first needed, and again in the
-/// call after one that has lost the connection. All calls block, for as long as the time-outs allow, and
-/// throw Error. A read over RTU that is disturbed is repeated once, as it changes nothing.
+/// R3700..R3769 and all other registers of one module. Connects at the first call, and again in the call
+/// after one that has lost the connection. All calls block, at most for the timeouts, and throw Error. A
+/// failed read over RTU is repeated once, as it changes nothing.
 class Client {
  public:
   explicit Client(Settings settings);
   ~Client();
   Client(Client&& other) noexcept;
 
-  /// One transaction through R3700, from CA0Eh to its result, which is always known.
+  /// One transaction through R3700, from CA0Eh to its result, in which `known` is always true.
   Result execute(const Transaction& transaction);
   std::vector<std::uint16_t> read(std::uint16_t address, std::size_t count);
   void write(std::uint16_t address, std::span<const std::uint16_t> words);
-  /// Any request, to a unit ID; the response may be an exception. For a Channel.
+  /// Any request, to any unit ID; the response may be an exception. For use with Channel.
   Response exchange(int unit, const Request& request);
   Response exchange(const Request& request) { return exchange(settings_.unit, request); }
 
-  /// The server, as errors name it.
+  /// The server, as named in errors.
   std::string place() const;
 
  private:
-  using Deadline = std::chrono::steady_clock::time_point;
-
   Response checked(const Request& request);
   std::optional<Response> attempt(int unit, const Request& request);
-  void wait_for_result(Deadline deadline);
+  void wait_for_result();
   bool interrupted() const;
   [[noreturn]] void give_up(Error::Cause why, const std::string& before, const std::string& after);
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The ten function blocks of CiA 405 for a C++ program that runs in cycles, as a PLC program does, on top of
-/// the register contract (docs/reference/contract.md) over Modbus TCP. docs/reference/function-blocks.md is
-/// the page with tables and an example.
+/// The ten function blocks of CiA 405 for a C++ program that runs in cycles like a PLC program, based on the
+/// register contract (docs/reference/contract.md) over Modbus TCP. docs/reference/function-blocks.md has
+/// tables and an example.
 ///
 ///     cbcan::cia405::Link link({.host = "192.168.1.7", .port = 502});
 ///     cbcan::cia405::SdoRead4 speed(link);
@@ -12,10 +12,9 @@
 ///     speed.enable = !speed.confirm && speed.error == cbcan::cia405::KernelError::kNone;
 ///     speed.call(now);
 ///
-/// Nothing blocks but run() and the look-up of a host's name, nothing else reads a clock, nothing starts a
-/// thread; all objects of one Link belong to one
-/// thread. Names, numbers and behaviour of the blocks are those of CiA 405 as PLC makers document them; what
-/// those leave open is said here.
+/// Only run() and the look-up of a host name block, and only run() reads a clock. No threads are started; all
+/// objects of one Link belong to one thread. Names, numbers and behaviour of the blocks are those of CiA 405
+/// as PLC makers document them; what they leave open is defined here.
 
 #include <array>
 #include <chrono>
@@ -28,18 +27,18 @@
 
 namespace cbcan::cia405 {
 
-/// Microseconds since any moment; never goes back.
+/// Microseconds since any moment; never goes backwards.
 using Time = std::int64_t;
 
-/// CANOPEN_KERNEL_ERROR. `error` of a block; `state` of GetCanopenKernelState.
+/// CANOPEN_KERNEL_ERROR: `error` of a block, `state` of GetCanopenKernelState.
 enum class KernelError : std::uint8_t {
   kNone = 0x00,
-  kOther = 0x01,     ///< `errorinfo` says more; blocks without `errorinfo` never have it
+  kOther = 0x01,     ///< `errorinfo` has details; never set by blocks without `errorinfo`
   kOverflow = 0x02,  ///< of the module's send or receive buffers
   kTimeout = 0x03,
   kBusOff = 0x10,
   kErrorPassive = 0x11,
-  /// Invalid inputs, a network that does not exist, no connection or one that was lost, a response that is no
+  /// Invalid inputs, a network that does not exist, no connection or a lost one, a response that is not the
   /// result of a transaction.
   kInternal = 0x21,
 };
@@ -62,8 +61,8 @@ enum class DeviceState : std::uint8_t {
   kPreOperational = 3,
   kStopped = 4,
   kOperational = 5,
-  kUnknown = 6,   ///< nobody watches the node: neither heartbeat nor guarding
-  kNotAvail = 7,  ///< it is watched, and does not report
+  kUnknown = 6,   ///< the node is not monitored, neither by heartbeat nor by guarding
+  kNotAvail = 7,  ///< the node is monitored, and does not report
 };
 
 /// SDO_MODE of SdoWrite.
@@ -79,7 +78,7 @@ struct EmcyError {
 };
 
 struct LinkSettings {
-  /// An IP address, or a name: that is looked up at each attempt to connect, by getaddrinfo(3), which may
+  /// An IP address or a name. A name is looked up at each attempt to connect, by getaddrinfo(3), which may
   /// block; its addresses are tried one after the other.
   std::string host = "127.0.0.1";
   int port = 502;
@@ -90,8 +89,9 @@ struct LinkSettings {
 class FunctionBlock;
 
 /// For programs without cycles: one execution of the block, from a rising edge of `enable` to its end.
-/// Blocks; its outputs stay until its next execution. False: `error` says why, kTimeout if it is `deadline`
-/// that was over first; then the execution is cancelled. A Link whose blocks are run so has no other poll().
+/// Blocks. The outputs stay until the next execution. False: `error` says why; it is kTimeout if `deadline`
+/// passed first, and the execution is cancelled. Do not also call poll() of a Link whose blocks are run this
+/// way.
 bool run(FunctionBlock& block, std::chrono::steady_clock::time_point deadline);
 
 namespace detail {
@@ -101,35 +101,34 @@ class Window;
 }  // namespace detail
 
 /// One Modbus TCP connection to a module, or to several: Modbus unit ID n is `network` n of a block, and each
-/// channel of each network has a window and a queue of its own. One request is under way at a time, so each
-/// poll() is at most one step of one transaction; networks and channels take turns.
+/// channel of each network has its own window and queue. One request is in progress at a time, so each poll()
+/// is at most one step of one transaction; networks and channels take turns.
 ///
-/// In a queue executions are served one after the other in the order of the rising edges of `enable`. The
-/// connection makes itself at the first poll() and again after it was lost. When it is lost, or an attempt
-/// fails, every execution that is enabled then ends with kInternal.
+/// In a queue, executions are served one after the other in the order of the rising edges of `enable`. The
+/// first poll() makes the connection, and a later one makes it again after a loss. When it is lost, or an
+/// attempt fails, every enabled execution ends with kInternal.
 ///
-/// The library owns 3003h and 3004h of the module: it writes them whenever an execution needs another
-/// time-out or mode. A transaction that it finds under way in R3700 at its first request is cancelled: its
-/// program is gone.
+/// The library owns 3003h and 3004h of the module: it writes them whenever an execution needs another timeout
+/// or mode. Its first request cancels a transaction in progress in R3700: the program that started it no
+/// longer runs.
 class Link {
  public:
-  /// Throws std::invalid_argument, with what is wrong, where settings are not in their ranges. Connects
-  /// nothing yet.
+  /// Throws std::invalid_argument if a setting is out of range. Does not connect yet.
   explicit Link(LinkSettings settings);
-  /// After all of its blocks. An execution under way is not cancelled in the module.
+  /// Must outlive its blocks. An execution in progress is not cancelled in the module.
   ~Link();
   Link(const Link&) = delete;
   Link& operator=(const Link&) = delete;
 
-  /// Moves bytes and ends what is over; once per cycle, before the blocks are called.
+  /// Sends, receives and handles timeouts; call once per cycle, before the blocks.
   void poll(Time now);
 
   bool connected() const;
-  /// Why there is no connection, for people; "" while there is one, or none has been tried.
+  /// Why there is no connection, as text; "" while there is one, or before the first attempt.
   std::string problem() const;
 
-  /// For programs that wait with poll(2) instead of a cycle time: the socket, or -1; and what it is waited
-  /// for: POLLIN, POLLOUT, or 0 while nothing is under way. Valid until the next poll().
+  /// For programs that wait with poll(2) instead of a cycle time: the socket, or -1, and its events: POLLIN,
+  /// POLLOUT, or 0 while nothing is in progress. Valid until the next poll().
   int descriptor() const;
   short events() const;
 
@@ -140,46 +139,45 @@ class Link {
   std::unique_ptr<Connected> connected_;
 };
 
-/// What all blocks have. Inputs are taken at the rising edge of `enable` and not looked at until the next
-/// one; outputs change in call() alone.
+/// Common to all blocks. Inputs are read only at the rising edge of `enable`; outputs change only in call().
 ///
-/// * Done: when the response is there `confirm` is true and stays so until call() finds `enable` false.
-/// * Cancelled: call() with `enable` false before that takes the execution back; in the module it is
-///   cancelled if it has begun. Nothing that comes later is seen.
-/// * Ended by an error: `error` is not kNone, and stays so until call() finds `enable` false.
+/// * Done: `confirm` becomes true with the response, and stays true until call() finds `enable` false.
+/// * Cancelled: call() with `enable` false before that cancels the execution, also in the module if it has
+///   begun there. Later responses are ignored.
+/// * Ended by an error: `error` is not kNone, and stays unchanged until call() finds `enable` false.
 ///
 /// After call() with `enable` false all outputs are 0, and the block is ready for the next execution.
 class FunctionBlock {
  public:
   bool enable = false;
-  /// 1..247: Modbus unit ID. A network without a module is kInternal.
+  /// 1..247: Modbus unit ID. A network without a module gives kInternal.
   std::uint8_t network = 1;
-  /// In ms, from the rising edge of `enable`, 0..65535; 0 = none. When it is over and the transaction has
-  /// begun, that is cancelled, and `error` is the kernel's state if that is an error, else kTimeout. The
-  /// module's own time-out (3003h) is set to an eighth and 100 ms more, at most 65535.
+  /// In ms, from the rising edge of `enable`, 0..65535; 0 = none. When it expires after the transaction has
+  /// begun, the transaction is cancelled, and `error` is the kernel's state if that is an error, else
+  /// kTimeout. The module's own timeout (3003h) is set to an eighth and 100 ms more, at most 65535.
   std::uint32_t timeout = 0;
 
   bool confirm = false;
   KernelError error = KernelError::kNone;
 
-  /// Once per cycle. A block that is not called keeps its outputs, while its execution goes on.
+  /// Call once per cycle. A block that is not called keeps its outputs, while its execution continues.
   void call(Time now);
 
   FunctionBlock(const FunctionBlock&) = delete;
   FunctionBlock& operator=(const FunctionBlock&) = delete;
 
  protected:
-  /// `link` is the caller's and outlives the block.
+  /// The caller owns `link`, which outlives the block.
   explicit FunctionBlock(Link& link);
-  /// Cancels what is under way.
+  /// Cancels an execution in progress.
   virtual ~FunctionBlock();
 
  private:
   friend bool run(FunctionBlock& block, std::chrono::steady_clock::time_point deadline);
 
-  /// What the inputs ask for; none = they are invalid.
+  /// The service that the inputs request; none = invalid inputs.
   virtual std::optional<detail::Service> service() const = 0;
-  /// What was read, or an abort code, becomes the specific outputs; others become 0. kNone = confirm.
+  /// Sets the block's own outputs from the data or abort code; the others to 0. kNone = confirm.
   virtual KernelError show(const detail::Job& done);
 
   void start(Time now);
@@ -196,21 +194,21 @@ class Nmt final : public FunctionBlock {
  public:
   explicit Nmt(Link& link) : FunctionBlock(link) {}
 
-  std::uint8_t device = 0;  ///< 1..127; 0 = all, but the own node
+  std::uint8_t device = 0;  ///< 1..127; 0 = all, except the own node
   TransitionState state{};
 
  private:
   std::optional<detail::Service> service() const override;
 };
 
-/// RECV_EMCY: goes on with the scan of all devices' last EMCY messages, up to the next that is worth a look.
-/// There is one scan in a module, whoever asks.
+/// RECV_EMCY: continues the scan of all devices' last EMCY messages, up to the next one to report. A module
+/// has one scan, common to all clients.
 class RecvEmcy final : public FunctionBlock {
  public:
   explicit RecvEmcy(Link& link) : FunctionBlock(link) {}
 
-  /// Whose message `errorinfo` is. With kOther an error; with `confirm` and `errorinfo` 0 a device whose
-  /// errors are over, or 0: nothing found in a full round.
+  /// The device that sent `errorinfo`. With kOther an error. With `confirm` and `errorinfo` 0 a device whose
+  /// errors have ended; or 0: nothing found in a full round.
   std::uint8_t device = 0;
   EmcyError errorinfo{};
 
@@ -227,7 +225,7 @@ class RecvEmcyDev final : public FunctionBlock {
   std::uint8_t device = 0;  ///< 1..127; 0 = the own node
 
   EmcyError
-      errorinfo{};  ///< with kOther an error; with `confirm` its code is 0, and all is 0 where there was none
+      errorinfo{};  ///< with kOther an error; with `confirm` its code is 0; all 0 if there was no message
 
  private:
   std::optional<detail::Service> service() const override;
@@ -246,7 +244,7 @@ class GetLocalNodeId final : public FunctionBlock {
   KernelError show(const detail::Job& done) override;
 };
 
-/// GET_CANOPEN_KERNEL_STATE: how the module's CAN controller is, and its node ID.
+/// GET_CANOPEN_KERNEL_STATE: the state of the module's CAN controller, and its node ID.
 class GetCanopenKernelState final : public FunctionBlock {
  public:
   explicit GetCanopenKernelState(Link& link) : FunctionBlock(link) {}
@@ -259,7 +257,7 @@ class GetCanopenKernelState final : public FunctionBlock {
   KernelError show(const detail::Job& done) override;
 };
 
-/// GET_STATE: the NMT state of a device, as heartbeat or node guarding tell it.
+/// GET_STATE: the NMT state of a device, from heartbeat or node guarding.
 class GetState final : public FunctionBlock {
  public:
   explicit GetState(Link& link) : FunctionBlock(link) {}
@@ -273,12 +271,12 @@ class GetState final : public FunctionBlock {
   KernelError show(const detail::Job& done) override;
 };
 
-/// What blocks of SDO access have: the object, and the abort code of a transfer that failed.
+/// Common to the SDO blocks: the object, and the abort code of a failed transfer.
 class SdoAccess : public FunctionBlock {
  public:
   std::uint8_t device = 0;  ///< 1..127; 0 = the module's own object dictionary
-  /// 1..16; 0 = any that is free. Executions of different channels with different devices are under way at
-  /// the same time. A channel that the module does not have is kInternal.
+  /// 1..16; 0 = any free channel. Executions on different channels with different devices run at the same
+  /// time. A channel that the module does not have gives kInternal.
   std::uint8_t channel = 1;
   std::uint16_t index = 0;
   std::uint8_t subindex = 0;
@@ -298,8 +296,8 @@ class SdoRead final : public SdoAccess {
  public:
   explicit SdoRead(Link& link) : SdoAccess(link) {}
 
-  /// The caller's buffer; its size, 1 or more, is DATALENGTH as an input, and 128 bytes of it are used at
-  /// most. It has to stay as it is until the end of the execution, and is written once, with `confirm`.
+  /// The caller's buffer; its size, at least 1, is DATALENGTH as an input; at most 128 bytes are used. It
+  /// must stay valid and unchanged until the end of the execution, and is written once, with `confirm`.
   std::span<std::uint8_t> data{};
 
   std::uint16_t datalength = 0;  ///< bytes read

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// All that the contract promises.
+/// Everything that the contract promises.
 
 #include "cbcan/services.hpp"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Minimal, and four PDOs each way.
+/// Minimal, plus four PDOs in each direction.
 
 #include "cbcan/services.hpp"
 
