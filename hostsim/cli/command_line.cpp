@@ -45,7 +45,7 @@ std::string about(const options::WrongWord& wrong) {
   return fmt::format("no such option; did you mean --set {}=...?", found);
 }
 
-/// What was typed, with the network that each option is about.
+/// With the network that each option applies to.
 class Typed {
  public:
   explicit Typed(std::span<const char* const> words) {
@@ -68,7 +68,7 @@ class Typed {
   std::size_t count(std::string_view option) const {
     return static_cast<std::size_t>(std::ranges::count(arguments, option, &Argument::option));
   }
-  /// By its option, or by --set.
+  /// Whether it is set by its option or by --set.
   bool is_named(std::string_view option, std::string_view key, std::size_t network = 1) const {
     const std::string path = fmt::format("{}=", key);
     const std::string long_path = fmt::format("network.{}.{}", network, path);
@@ -92,7 +92,7 @@ class Typed {
     arguments.push_back(std::move(argument));
   }
 
-  /// Behind the ones before it.
+  /// In view of the arguments before it.
   std::string problem_with(const Argument& argument) const {
     const auto same = [&](const Argument& other) {
       return other.option == argument.option && other.network == argument.network;
@@ -108,7 +108,7 @@ class Typed {
   std::size_t network_ = 1;
 };
 
-/// CiA 306 begins such a file with this section.
+/// CiA 306: an EDS or DCF file begins with this section.
 bool is_eds(std::string_view text) {
   constexpr std::string_view kSection = "[FileInfo]";
   while (!text.empty())
@@ -149,7 +149,8 @@ std::string remarks_on(const config::NetworkConfig& network) {
   return text;
 }
 
-/// A command is told where the plant is: so any number of them can run at once. What options name stays.
+/// The environment of a command has the addresses, so any number of commands can run at a time. Addresses from
+/// options stay.
 void use_free_addresses(const Typed& typed, config::Config& config) {
   constexpr std::string_view kFree = "127.0.0.1:0";
   if (!typed.is_named("--modbus", "modbus.port")) config.modbus.port = 0;
@@ -193,7 +194,7 @@ Start parse_command_line(int argc, const char* const* argv, const config::FileRe
   Start start;
   config::Diagnostics problems = read_plant_of(typed, read, start.config);
   config::Diagnostics of_options = apply_options(typed.arguments, start.config);
-  // Of a plant with mistakes, nodes may be missing that options are about.
+  // After mistakes in the plant file, nodes that options refer to may be missing.
   if (problems.empty()) problems = std::move(of_options);
   if (!typed.command.empty()) use_free_addresses(typed, start.config);
   std::ranges::move(check(start.config), std::back_inserter(problems));

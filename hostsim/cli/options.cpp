@@ -65,7 +65,7 @@ class Options {
  public:
   Options(const Arguments& arguments, config::Config& config) : arguments_(arguments), config_(config) {}
 
-  /// Nodes first: others may be about them wherever they stand.
+  /// Nodes first: options before --node may refer to them.
   config::Diagnostics apply() {
     make_networks();
     for (const Argument& argument : arguments_)
@@ -76,7 +76,7 @@ class Options {
   }
 
  private:
-  /// Those in front, and behind, may have been typed in any order.
+  /// The networks may have been typed in any order.
   void make_networks() {
     std::map<std::size_t, config::Place> places;
     for (const Argument& argument : arguments_) {
@@ -100,7 +100,7 @@ class Options {
     }
   }
 
-  /// What is said about a network that has been complained about is left out.
+  /// False for options of a network that does not exist, which has been reported.
   bool is_about(const Argument& argument) {
     if (argument.network == 0 || argument.network > config_.networks.size()) return false;
     network_ = &config_.networks[argument.network - 1];
@@ -153,7 +153,7 @@ class Options {
     }
   }
 
-  /// One that the plant file has gets another file.
+  /// A node of the plant file gets another EDS file.
   void apply_node(std::string_view text) {
     const auto sides = text::split(text, '=');
     if (!sides) return complain("must be ID=FILE, such as 5=io_module.eds");
@@ -165,7 +165,7 @@ class Options {
       apply_texts("node+", keys);
   }
 
-  /// On top of the faults of the plant file.
+  /// Adds to the faults of the plant file.
   void apply_fault(std::string_view text) {
     const auto parts = text::split(text, ':');
     if (!parts)
@@ -180,7 +180,7 @@ class Options {
     (of_bus ? network_->can.faults : node->faults).push_back({made.fault, where_});
   }
 
-  /// FROM=TO are keys too.
+  /// FROM=TO stands for two keys.
   void apply_wire(std::string_view text) {
     const auto words = text::words_of(text);
     const auto ends = words.empty() ? std::nullopt : text::split(words.front(), '=');
@@ -191,7 +191,7 @@ class Options {
     apply_texts("wire+", keys);
   }
 
-  /// The node that an argument begins with; null after a complaint.
+  /// The node that an argument begins with; null if there is none, which is reported.
   config::NodeConfig* addressed(std::string_view id) {
     config::NodeConfig* node = find(id);
     if (node == nullptr) complain(fmt::format("there is no node {0}; add --node {0}=FILE.eds", id));
@@ -207,8 +207,8 @@ class Options {
 
   const Arguments& arguments_;
   config::Config& config_;
-  config::NetworkConfig* network_ = &config_.networks.front();  ///< that the argument is about
-  config::Place where_;                                         ///< the argument
+  config::NetworkConfig* network_ = &config_.networks.front();  ///< of the current argument
+  config::Place where_;                                         ///< the current argument
   config::Diagnostics found_;
 };
 

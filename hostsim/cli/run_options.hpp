@@ -26,10 +26,10 @@ struct RunConfig {
   bool check = false;
 };
 
-/// Somebody else's registers.
+/// The Modbus server whose registers scenarios are played on.
 struct TargetPlace {
   text::ListenAddress server;  ///< of Modbus TCP
-  config::LineConfig line;     ///< of Modbus RTU, station 1; without a device it is the server
+  config::LineConfig line;     ///< of Modbus RTU, station 1; without a device `server` is used
 };
 /// "HOST:PORT" or "rtu:DEV,BAUD,PARITY"; throws text::UsageError.
 TargetPlace target_of(const std::string& text);
@@ -49,7 +49,7 @@ struct RunStart {
   RunConfig config;
 };
 
-/// `words`: those behind "run".
+/// `words`: those after "run".
 RunStart parse_run_command_line(std::span<const char* const> words);
 
 }  // namespace cbcan::cli

@@ -27,7 +27,7 @@ std::string name_of(const SignalConfig& signal) {
   return fmt::format("object {} already has a signal", object_name(signal.signal.index, signal.signal.sub));
 }
 
-/// Values, or signals, of the same object.
+/// Reports two values, or two signals, of one object.
 template <class Item>
 void check_objects(const NodeConfig& node, const std::vector<Item>& items, Diagnostics& found) {
   for (auto later = items.begin(); later != items.end(); ++later) {
@@ -39,17 +39,17 @@ void check_objects(const NodeConfig& node, const std::vector<Item>& items, Diagn
   }
 }
 
-/// Two names of one file look the same, as far as names can tell.
+/// Two names of one file become equal, as far as the names show it.
 std::string normal(const std::string& path) {
   return std::filesystem::path(path).lexically_normal().string();
 }
 
-/// Files, addresses, serial ports and buses, which only one setting can have.
+/// Files, addresses, serial ports and buses, each of which only one setting can have.
 class Owners {
  public:
   explicit Owners(Diagnostics& found) : found_(found) {}
 
-  /// `name`: of the setting. `place`: none of one of the whole plant.
+  /// `name`: of the setting. `place`: empty for a setting of the whole plant.
   void own(std::string_view what, const std::string& name, const Place& place = {}) {
     if (what.empty()) return;
     const auto [owner, is_first] = owners_.emplace(what, std::pair(name, place));
@@ -133,12 +133,12 @@ void check_node_ids(const NetworkConfig& network, Diagnostics& found) {
   }
 }
 
-/// Of the member of a network with this number.
+/// Of the member with this number in a network.
 std::uint64_t seed_of(const Config& config, std::size_t network, std::uint64_t number) {
   return sim::Random(std::uint64_t{config.seed} << 32 | std::uint64_t{network - 1} << 24 | number).next();
 }
 
-/// A range of the module's registers, and the key of the setting that says where it begins.
+/// A range of the module's registers, and the key of the setting for its first register.
 struct Registers {
   std::string_view key;
   std::size_t first;
@@ -167,7 +167,7 @@ std::vector<Registers> registers_of(const ModuleConfig& module) {
   return ranges;
 }
 
-/// One complaint is enough: channels lie one behind the other.
+/// Only the first: if one channel has no room, those after it have none either.
 void check_registers(const NetworkConfig& network, Diagnostics& found) {
   const std::vector<Registers> ranges = registers_of(network.module);
   const auto complain = [&](const Registers& range, const Registers& other, const std::string& what) {
@@ -242,7 +242,7 @@ std::string object_name(std::uint16_t index, std::uint8_t sub) {
 }
 
 std::uint64_t network_seed(const Config& config, const NetworkConfig& network) {
-  constexpr std::uint64_t kItself = 0;  // no node has it
+  constexpr std::uint64_t kItself = 0;  // no node has this number
   return network.number == 1 ? config.seed : seed_of(config, network.number, kItself);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What can be set of a node: its objects, signals and faults too; and of the wires between nodes.
+// Settings of nodes, with their objects, signals and faults, and of wires.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -26,7 +26,7 @@ constexpr std::array<std::string_view, 3> kThen{"hold", "repeat", "back-and-fort
 constexpr std::array<std::string_view, 2> kDistributions{"uniform", "normal"};
 constexpr std::array<std::string_view, 2> kBetween{"step", "linear"};
 
-// ---- What a range cannot tell, and what is stored in another way
+// ---- Checks besides the range, and values that are stored in another form
 
 Problem check_bytes(const Value& value) {
   const auto* text = std::get_if<std::string>(&value);
@@ -93,7 +93,7 @@ constexpr auto object(Row row) {
   return setting<InitialValue, kMember>(row);
 }
 
-/// Of a signal of these shapes.
+/// For signals of these shapes.
 template <auto... kPath>
 constexpr auto signal(std::size_t first, std::size_t last, Row row) {
   row.kinds = {static_cast<std::uint8_t>(first), static_cast<std::uint8_t>(last)};
@@ -104,7 +104,7 @@ constexpr auto any_signal(Row row) {
   return signal<kPath...>(0, 0xFF, row);
 }
 
-/// The shape's place in sim::Shape.
+/// The shape's index in sim::Shape.
 template <class Shape, std::size_t kPlace = 0>
 constexpr std::size_t place_of() {
   if constexpr (std::is_same_v<std::variant_alternative_t<kPlace, sim::Shape>, Shape>) {
@@ -114,7 +114,7 @@ constexpr std::size_t place_of() {
   }
 }
 
-/// A member of a shape, which belongs() has seen to.
+/// A member of a shape; belongs() has checked that the signal has it.
 template <class Shape, auto kMember>
 constexpr auto of(Row row) {
   constexpr auto kStep = [](auto& owner) -> auto& {
@@ -154,7 +154,7 @@ constexpr Row duration(Row row) {
 }
 
 // clang-format off
-/// Not constexpr: the devices' names are another room's.
+/// Not constexpr: another module has the devices' names.
 const std::array kNode{
     node<&NodeConfig::id>({
         .key = "node.id", .help = "Node ID, unique in its network",

@@ -24,7 +24,7 @@ std::size_t line_of(const toml::source_region& source) {
   return source.begin.line;
 }
 
-/// nullopt for dates, tables and arrays, which no setting is.
+/// nullopt for dates, tables and arrays, which no setting accepts.
 std::optional<Value> value_of(const toml::node& node) {
   if (const auto* boolean = node.as_boolean()) return boolean->get();
   if (const auto* integer = node.as_integer()) return integer->get();
@@ -35,19 +35,19 @@ std::optional<Value> value_of(const toml::node& node) {
 
 constexpr std::string_view kNodeTable = "node";
 constexpr std::size_t kLongestLine = 10'000;
-constexpr std::size_t kMostMistakes = 100;  // each takes time, for what may have been meant is looked for
+constexpr std::size_t kMostMistakes = 100;  // a suggestion for each takes time
 
 bool is_section(std::string_view name, const auto& rows) {
   return std::ranges::any_of(rows, [name](const Row& row) { return text::table_of(row.key) == name; });
 }
 
-/// A table that each network has, nodes too.
+/// A table that each network has, or the list of nodes.
 bool is_of_network(std::string_view name) {
   return name == kNodeTable || is_section(name, network_settings());
 }
 
-/// The keys of one table, for a user who is nowhere near any: "can has spec, bit_rate". The empty table is
-/// the top of a plant file, or of a network.
+/// The keys of one table, if no key is similar: "can has spec, bit_rate". The empty table is the top of a plant
+/// file or of a network.
 std::string contents_of(std::string_view table, bool in_first_network) {
   std::vector<std::string_view> keys;
   for (const std::string_view key : plant_keys())
@@ -60,7 +60,7 @@ std::string contents_of(std::string_view table, bool in_first_network) {
 class Reader {
  public:
   Reader(const std::string& file_name, Config& config) : file_name_(file_name), config_(config) {}
-  /// Of a change by --set: `where` is what was typed, and paths are as they stand.
+  /// For a change by --set: `where` is what was typed; paths stay as they are.
   Reader(Config& config, NetworkConfig& network, Place where)
       : config_(config), network_(&network), change_(std::move(where)) {}
 
@@ -81,7 +81,7 @@ class Reader {
  private:
   struct TooManyErrors {};
 
-  /// What stands at the top of the file, or in a network.
+  /// The top of the file, or a network.
   void read(const toml::table& root, std::span<const std::string_view> others = {}) {
     for (const auto& [key, node] : root) {
       const std::string_view name = key.str();
@@ -104,7 +104,7 @@ class Reader {
     }
   }
 
-  /// What stands behind [[network]] may be meant for that one, but is the first one's.
+  /// A table after [[network]] may be meant for that network, but belongs to the first one.
   void check_place(const toml::table& root, std::string_view name, const toml::key& key) {
     const toml::node* const networks = in_first_network() ? root.get(kNetworkTable) : nullptr;
     const bool is_first = networks == nullptr || line_of(key.source()) < line_of(networks->source());
@@ -143,7 +143,7 @@ class Reader {
       read_faults(table->get("faults"), "can.faults", sim::FaultPlace::kBus, network_->can.faults);
   }
 
-  /// "node", "network.node": what stands in the brackets.
+  /// The text in the brackets: "node", "network.node".
   std::string header(std::string_view table) const {
     return fmt::format("{}{}", in_first_network() ? "" : "network.", table);
   }
@@ -181,7 +181,7 @@ class Reader {
     read_table("node.axis", *axis.as_table(), axis_settings(), node.axis ? *node.axis : node.axis.emplace());
   }
 
-  /// A table with one key, or a list to be added to.
+  /// `root` is a table with one key, or a list to be appended.
   void change(const toml::table& root) {
     if (is_of_plant(root)) network_ = &config_.networks.front();
     const toml::table* const networks = root[kNetworkTable].as_table();
@@ -197,7 +197,7 @@ class Reader {
     change_network(*node.as_table());
   }
 
-  /// And not of one network.
+  /// Not of a single network.
   static bool is_of_plant(const toml::table& root) {
     const auto first = root.begin();
     const auto& [key, node] = *first;
@@ -221,7 +221,7 @@ class Reader {
     change_node(*table.as_table(), *node);
   }
 
-  /// What is said of an object now takes the place of what the plant file says of it.
+  /// Values and signals of an object replace those of the plant file.
   void change_node(const toml::table& table, NodeConfig& node) {
     const Place place = std::exchange(node.place, *change_);
     read_rows("node", table, node_settings(), node, false);
@@ -265,7 +265,7 @@ class Reader {
     });
   }
 
-  /// All but the kind.
+  /// All keys except the kind.
   static std::vector<sim::FaultKey> keys_of_fault(const toml::table& table) {
     std::vector<sim::FaultKey> keys;
     for (const auto& [key, node] : table)
@@ -273,7 +273,7 @@ class Reader {
     return keys;
   }
 
-  /// `list`: null = it is not there.
+  /// `list` may be null.
   template <class Action>
   void for_each_item(const toml::node* list, std::string_view name, std::string_view example, Action action) {
     if (list == nullptr || for_each_table(*list, action)) return;
@@ -281,7 +281,7 @@ class Reader {
              fmt::format("{}: must be a list; write {} = [{{ {} }}]", name, text::leaf_of(name), example));
   }
 
-  /// False if `node` is not an array with tables and nothing else in it.
+  /// False if `node` is not an array of tables.
   template <class Action>
   static bool for_each_table(const toml::node& node, Action action) {
     const toml::array* array = node.as_array();
@@ -297,8 +297,8 @@ class Reader {
     if (read_rows(name, table, rows, target)) check_keys(name, table);
   }
 
-  /// In the order of the rows, as some depend on those before. `whole`: those that have to be there are
-  /// missed. False: which keys there can be is not known.
+  /// In the order of the rows, as some depend on those before. `whole`: missing required keys are reported.
+  /// False: the allowed keys are not known.
   template <class Target>
   bool read_rows(std::string_view name, const toml::table& table, std::span<const Setting<Target>> rows,
                  Target& target, bool whole = true) {
@@ -314,7 +314,7 @@ class Reader {
     return true;
   }
 
-  /// The key is missing, but another one, which there is not, may be meant for it: that is told.
+  /// The key is missing, but an unknown key, which is reported, is probably a misspelling of it.
   static bool is_misspelt(std::string_view key, const toml::table& table) {
     const auto& keys = plant_keys();
     return std::any_of(table.begin(), table.end(), [&](const auto& each) {
@@ -377,7 +377,7 @@ class Reader {
                               full.substr(0, full.find('.'))));
   }
 
-  /// `where`: a key, or what it has.
+  /// `where`: a key, or its value.
   void complain(const auto& where, const std::string& message) {
     if (found_.size() == kMostMistakes) throw TooManyErrors();
     found_.push_back({place(where), in_network(network_->number) + message});
@@ -389,19 +389,19 @@ class Reader {
 
   const std::string file_name_;
   Config& config_;
-  NetworkConfig* network_ = &config_.networks.front();  ///< that is being read
-  std::optional<Place> change_;                         ///< nothing is read from a file
+  NetworkConfig* network_ = &config_.networks.front();  ///< the one being read
+  std::optional<Place> change_;                         ///< set for changes that come from no file
   Diagnostics found_;
 };
 
-/// From 1; 0 = none. Within a line the parser's stack grows with each part of a key.
+/// Its number from 1; 0 = none. Within a line the parser's stack grows with each part of a key.
 std::size_t line_too_long(std::string_view text) {
   for (std::size_t line = 1; !text.empty(); ++line)
     if (text::take_line(text).size() > kLongestLine) return line;
   return 0;
 }
 
-/// toml++ says "Error while parsing string: ..."; a word without quotes is what people get wrong most.
+/// toml++ says "Error while parsing string: ..."; the most common mistake is a text without quotes.
 std::string syntax_message(std::string_view description) {
   constexpr std::string_view kPrefix = "Error while parsing ";
   if (description.starts_with(kPrefix)) description.remove_prefix(kPrefix.size());
@@ -421,8 +421,7 @@ toml::table table_with(const std::string& path, Value&& value) {
   return root;
 }
 
-/// What is not written as a table, a list or in quotes is a text to TOML; what it means depends on the
-/// setting.
+/// A value without braces, brackets and quotes is passed on as a text; the setting decides what it means.
 toml::table table_of_change(const std::string& path, const std::string& value) {
   constexpr std::string_view kWritten = "{[\"'";
   if (!value.empty() && kWritten.find(value.front()) != kWritten.npos)
@@ -430,13 +429,13 @@ toml::table table_of_change(const std::string& path, const std::string& value) {
   return table_with(path, value);
 }
 
-/// "wire+" is a list that gets one more.
+/// "wire+" appends to a list.
 std::pair<std::string, bool> path_and_whether_it_adds(std::string_view path) {
   const bool adds = path.ends_with('+');
   return {std::string(path.substr(0, path.size() - (adds ? 1 : 0))), adds};
 }
 
-/// `make` makes the table that has the change.
+/// `make` returns a table with the change.
 Diagnostics changed(const Place& place, Config& config, NetworkConfig& network, auto make) try {
   Reader reader(config, network, place);
   reader.read_file(make(), {});
@@ -477,7 +476,7 @@ std::string path_in(const std::string& file_name, std::string_view path) {
 
 Diagnostics read_plant(std::string_view text, const std::string& file_name, Config& into,
                        std::span<const std::string_view> others) {
-  // toml++ refuses such a file too, but may name a line further up.
+  // toml++ rejects such a file too, but may name an earlier line.
   if (const std::size_t line = text::first_line_not_utf8(text); line != 0)
     return {{{file_name, line}, "this line is not UTF-8; save the file as UTF-8"}};
   if (const std::size_t line = line_too_long(text); line != 0)

@@ -26,7 +26,7 @@ constexpr std::array<std::string_view, 2> kPlcLostStates{"pre-operational", "sto
 constexpr std::array kBauds{1200, 2400, 4800, 9600, 19'200, 38'400, 57'600, 115'200};
 constexpr std::array kStartResults{0, 5};
 
-// ---- What a range cannot tell
+// ---- Checks besides the range
 
 Problem check_bit_rate(const Value& value) {
   constexpr std::int64_t kSlowest = 10'000;
@@ -67,7 +67,7 @@ Problem check_plc_address(const Value& value) {
   return check_address(value, 502, "must be HOST:PORT with the PLC's port; Modbus TCP's own is 502");
 }
 
-/// "/dev/ttyUSB0,9600,E,1" as it was once written.
+/// Rejects the former syntax "/dev/ttyUSB0,9600,E,1".
 Problem check_device(const Value& value) {
   std::string_view rest = std::get<std::string>(value);
   text::take_part(rest, ',');
@@ -76,7 +76,7 @@ Problem check_device(const Value& value) {
                   : "";
 }
 
-// ---- What is stored in another way
+// ---- Values that are stored in another form
 
 void store_can_spec(const Row& /*row*/, NetworkConfig& network, const Value& value) {
   const auto& spec = std::get<std::string>(value);
@@ -100,7 +100,7 @@ template <auto... kPath>
 constexpr auto rtu(Row row) {
   return setting<Config, &Config::rtu, kPath...>(row);
 }
-/// Of a PLC, over TCP and over a serial line.
+/// For a PLC over TCP and over a serial line.
 template <auto... kPath>
 constexpr auto plc(Row row) {
   return setting<NetworkConfig, &NetworkConfig::plc, kPath...>(row);

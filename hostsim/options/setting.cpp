@@ -41,7 +41,7 @@ bool in_range(const Row& row, const Value& value) {
                                                             *number <= static_cast<double>(row.high)));
 }
 
-/// 32 bits, an index, a CAN-ID.
+/// Eight digits for 32 bits, four for an index, three for a CAN-ID.
 std::string whole_text(const Row& row, std::int64_t whole) {
   if (row.form != Form::kHexadecimal) return std::to_string(whole);
   const bool is_index = row.high > 0xFFF && row.high <= 0xFFFF;
