@@ -17,11 +17,11 @@ namespace cbcan::app {
 
 namespace {
 
-/// In real time, for clients of socketcand.
+/// For clients of socketcand, in real time.
 constexpr Time kPauseBehindOk = 20 * kMillisecond;
 constexpr std::uint16_t kModbusPort = 502;
 
-/// What hours that pass at once bring to a pipe.
+/// Hours may pass at once, and a pipe has to take their frames.
 constexpr std::size_t kMostLogWaitingOnManualClock = 256 * 1024 * 1024;
 
 }  // namespace
@@ -58,7 +58,7 @@ void BusConnections::open_outside() {
         is_adapter ? io::slcan_dialect(can.kbit) : io::socketcand_dialect(can.name), warn_);
 }
 
-/// On a manual clock hours may pass between two looks at the clients: nobody is too slow then.
+/// On a manual clock hours may pass before clients can read, so none is too slow.
 void BusConnections::open_servers(const config::CanConfig& config) {
   const std::size_t most_unsent =
       clock_.runs() ? adapters::Adapter::kMostUnsent : adapters::Adapter::kUnlimited;
@@ -104,7 +104,7 @@ void BusConnections::open_plc(const config::NetworkConfig& config) {
                io::PlcSettings{plc.unit, milliseconds(plc.period_ms)}, warn_);
 }
 
-/// A manual clock's log begins at 0, and is the same every time: a reader may be slow while hours pass.
+/// On a manual clock the log begins at 0 and is reproducible, so it drops nothing for a slow reader.
 void BusConnections::open_log(const config::NetworkConfig& config) {
   const bool on_interface = spec_ && spec_->kind == config::CanSpec::Kind::kSocketCan;
   const std::string interface = on_interface ? spec_->name : "virtual";

@@ -24,7 +24,7 @@ std::ptrdiff_t count(std::span<const Outcome> outcomes, Verdict verdict) {
   return std::ranges::count(outcomes, verdict, &Outcome::verdict);
 }
 
-/// What XML 1.0 takes in a text or an attribute.
+/// For a text or an attribute of XML 1.0.
 std::string escaped(std::string_view text) {
   std::string result;
   for (const char c : text::to_utf8(text)) {

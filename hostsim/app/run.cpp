@@ -31,7 +31,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// One of each file, however it was named.
+/// The scenario files, each once, even if it is named several times.
 class Files {
  public:
   explicit Files(const config::FileReader& read) : read_(read) {}
@@ -132,7 +132,7 @@ class Runner {
     };
   }
 
-  /// NAME.log, of network 2 NAME.2.log.
+  /// NAME.log, for network 2 NAME.2.log.
   std::vector<std::unique_ptr<io::CandumpLog>> open_logs(const std::string& file,
                                                          plant::VirtualPlant& plant) const {
     std::vector<std::unique_ptr<io::CandumpLog>> logs;
@@ -150,7 +150,7 @@ class Runner {
   const config::FileReader& read_;
 };
 
-/// On a terminal: how far it is.
+/// Shows progress on a terminal.
 class Progress {
  public:
   explicit Progress(std::size_t all) : all_(all) {}
@@ -172,7 +172,7 @@ class Progress {
   std::size_t failed_ = 0;
 };
 
-/// So many at a time: a plant knows nothing of another one.
+/// config.jobs at a time: plants are independent of each other.
 std::vector<Outcome> play_all(const std::vector<std::string>& files, const cli::RunConfig& config,
                               const config::FileReader& read) {
   const Runner runner(config, read);
@@ -197,7 +197,7 @@ std::vector<Outcome> play_all(const std::vector<std::string>& files, const cli::
   return outcomes;
 }
 
-/// nullopt: nobody wants them.
+/// nullopt: not requested.
 std::optional<io::Output> open_results(const std::string& path) {
   return path.empty() ? std::nullopt : std::optional(io::Output::open("--junit", path));
 }

@@ -38,7 +38,7 @@ std::vector<std::string> environment_of(std::string_view where) {
   return lines;
 }
 
-/// What hours that pass at once bring to those who are told.
+/// Hours may pass at once, and readers have to take their events.
 constexpr std::size_t kMostWaitingOnManualClock = 256 * 1024 * 1024;
 
 std::unique_ptr<Clock> make_clock(config::ClockKind kind, io::Reactor& reactor, Console& console,
@@ -79,12 +79,12 @@ void Simulator::on_fault(std::size_t network, std::string_view text, Time now) {
       fmt::format("{} {}{}", text::seconds_text(std::max(now, started_) - started_), name_of(network), text));
 }
 
-/// In front of lines for people; empty if it is the only one.
+/// Prefix of messages; empty if there is only one network.
 std::string Simulator::name_of(std::size_t network) const {
   return is_only_network_ ? "" : fmt::format("network {}: ", network);
 }
 
-/// Null: no file is named.
+/// Null if `file` is empty.
 sim::ParameterStore* Simulator::parameters_in(const std::string& file) {
   if (file.empty()) return nullptr;
   return parameters_.emplace_back(std::make_unique<io::ParameterFile>(file, warn_)).get();
@@ -105,7 +105,7 @@ void Simulator::open_plant(const config::Config& config, config::PlantBuild buil
   find_name_ = names_of(control());
 }
 
-/// Where no network has a module there is nothing to serve.
+/// Without a module in any network there is nothing to serve.
 void Simulator::open_modbus(const config::Config& config) {
   if (std::ranges::all_of(plant_->networks(),
                           [](const auto& network) { return network->registers().empty(); }))
@@ -205,7 +205,7 @@ std::string Simulator::ways_in() const {
   return lines;
 }
 
-/// A scenario may be kept anywhere, so it names the file by its absolute path.
+/// The path is absolute, as a recorded scenario may be in any folder.
 void Simulator::set_plant(const std::string& plant_file) {
   const bool is_file = !plant_file.empty() && plant_file != "demo";
   plant_file_ = is_file ? std::filesystem::absolute(plant_file).string() : plant_file;
@@ -236,8 +236,7 @@ void Simulator::stop() {
   child_ ? child_->signal(SIGTERM) : void(stopping_ = true);
 }
 
-/// Devices' clocks show this machine's time; on a manual clock it is midnight of 1984-01-01 when the world
-/// begins.
+/// Sets the devices' clocks to this machine's time; on a manual clock they start at midnight of 1984-01-01.
 void Simulator::tell_time_of_day() {
   constexpr Time kDay = 24 * 3600 * kSecond;
   constexpr Time kDaysTo1984 = 5113;  // since 1970
@@ -256,8 +255,8 @@ std::size_t Simulator::poll(Time until) {
   return reactor_.run_once(earlier(until, next));
 }
 
-/// What is due in the plant, one time after the other, and for so long at most: clients and signals have
-/// their turn before the rest.
+/// Does what is due in the plant, in order of time, for kLongestPiece at most; then clients and signals are
+/// polled before the rest.
 void Simulator::advance_in_pieces() {
   constexpr Time kLongestPiece = 10 * kMillisecond;
   constexpr Time kMostBehind = kSecond;
@@ -278,13 +277,13 @@ void Simulator::advance_in_pieces() {
   is_behind_ = is_behind;
 }
 
-/// When something is due, whoever attends.
+/// When something is due, apart from observers.
 Time Simulator::next_deadline() const {
   const Time modbus = modbus_ ? modbus_->next_deadline() : kNever;
   return runs_ ? earlier(modbus, plant_->schedule().first_time()) : modbus;
 }
 
-/// Does what is due; returns when there is something to do next.
+/// Does what is due; returns the time of the next action.
 Time Simulator::poll_due() {
   for (BusConnections* network : connected_)
     network->advance();
@@ -296,7 +295,7 @@ Time Simulator::poll_due() {
   return earlier(earlier(observers, next_deadline()), console_.flush());
 }
 
-/// Returns when it has something to do next.
+/// Returns the time of their next action.
 Time Simulator::poll_observers(Time now) {
   if (rtu_) rtu_->poll(now);
   for (BusConnections* network : connected_)
@@ -307,7 +306,7 @@ Time Simulator::poll_observers(Time now) {
   return observers_deadline();
 }
 
-/// What is due is done, and who has waited for it is answered.
+/// Does what is due and answers waits.
 void Simulator::advance_and_answer() {
   advance();
   poll_waits();

@@ -19,7 +19,7 @@ namespace cbcan::app {
 
 namespace {
 
-/// From one look at the registers to the next.
+/// Polling period of the registers.
 constexpr Time kPeriod = kMillisecond;
 
 window::Settings settings_of(const cli::TargetPlace& place) {
@@ -63,7 +63,7 @@ std::vector<std::uint16_t> Target::read(std::size_t network, std::uint32_t first
   return std::move(response.words);
 }
 
-/// The start rule.
+/// The start rule: throws if the response in R3700.. is not to this client's request.
 void Target::check_own(std::size_t network) {
   const std::vector<std::uint16_t> written = std::exchange(written_[network], {});
   if (written.empty() || window::is_known(written, read(network, regmap::kWindowFirst, written.size())))

@@ -13,11 +13,11 @@
 
 namespace cbcan::app {
 
-/// Any implementation of the register window, behind a Modbus server, in real time. Of commands there are
-/// those for registers, of conditions those about registers, transactions and time. Blocks.
+/// Any implementation of the register window, as a Modbus server in real time. Supports commands for registers,
+/// and conditions on registers, transactions and time. Blocks.
 class Target final : public plant::Bench, private plant::View {
  public:
-  /// Throws io::EnvironmentError when there is no connection; so do all others when it is lost.
+  /// Throws io::EnvironmentError without a connection, as do all functions when it is lost.
   explicit Target(const cli::TargetPlace& place);
 
   plant::View& view() override { return *this; }

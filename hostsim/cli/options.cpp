@@ -180,7 +180,7 @@ class Options {
     (of_bus ? network_->can.faults : node->faults).push_back({made.fault, where_});
   }
 
-  /// FROM=TO stands for two keys.
+  /// FROM=TO becomes two keys.
   void apply_wire(std::string_view text) {
     const auto words = text::words_of(text);
     const auto ends = words.empty() ? std::nullopt : text::split(words.front(), '=');

@@ -43,7 +43,7 @@ class NodeBuilder {
 struct PlantBuild {
   std::vector<std::vector<sim::NodeParts>> networks;  ///< the nodes of each network, in their order
   std::vector<std::vector<sim::TimedFrame>> replays;  ///< of each network, from the start on
-  std::vector<std::string> lines;                     ///< messages, which may be there without an error
+  std::vector<std::string> lines;                     ///< messages, warnings included
   bool good = true;                                   ///< false: nodes are missing
 };
 

@@ -18,7 +18,7 @@ namespace cbcan::plant {
 
 namespace {
 
-/// What is behind the kind and, of an event, how many of them there should be.
+/// The words after the kind and, for an event, the wanted number.
 struct Written {
   Words words;
   std::optional<unsigned> count;
@@ -49,7 +49,7 @@ std::optional<double> number_in(const text::Value& value) {
   return std::nullopt;
 }
 
-/// Numbers by their value, anything else by how it is written.
+/// Compares numbers by value, anything else as text.
 bool compare_values(std::string_view with, std::string_view is, std::string_view wanted) {
   const text::Value a = text::parse_value(is);
   const text::Value b = text::parse_value(wanted);
@@ -62,7 +62,7 @@ bool compare_values(std::string_view with, std::string_view is, std::string_view
   return compare(with, text::value_text(a), text::value_text(b));
 }
 
-// ---- What is so at a time
+// ---- States
 
 class RegisterCondition final : public Condition {
  public:
@@ -87,7 +87,7 @@ class RegisterCondition final : public Condition {
   std::vector<std::uint16_t> wanted_;
 };
 
-/// A device may change what it has while nothing else happens.
+/// Polled, as a device may change an object without an event.
 class ObjectCondition final : public Condition {
  public:
   ObjectCondition(const Written& written, View& view)
@@ -163,7 +163,7 @@ class TookCondition final : public Condition {
   Time wanted_;
 };
 
-// ---- What happens
+// ---- Events
 
 class EventCondition : public Condition {
  public:
@@ -180,7 +180,7 @@ class EventCondition : public Condition {
   std::optional<unsigned> wanted_;
 };
 
-/// Level, not edge: one that is under way has started.
+/// A level, not an edge: one in progress has started.
 class TransactionCondition final : public EventCondition {
  public:
   TransactionCondition(const Written& written, View& view) : EventCondition(written) {
@@ -206,7 +206,7 @@ class TransactionCondition final : public EventCondition {
   std::size_t before_ = 0;
 };
 
-/// Of frames written as text: x stands for any digit, and * at the end for anything.
+/// A pattern for frames written as text: x is any digit, * at the end anything.
 class FrameCondition final : public EventCondition {
  public:
   FrameCondition(const Written& written, View& view) : EventCondition(written) {
@@ -266,7 +266,7 @@ class EmergencyCondition final : public EventCondition {
 // ---- The rows
 
 struct Row {
-  std::size_t least;  ///< words behind the name
+  std::size_t least;  ///< words after the name
   std::size_t most;
   bool is_event;
   std::unique_ptr<Condition> (*make)(const Written&, View&);
@@ -297,7 +297,7 @@ constexpr auto kKinds = std::to_array<Row>({
 });
 // clang-format on
 
-/// Takes "no" or a number off the front.
+/// Removes "no" or a number from the front.
 std::optional<unsigned> take_count(Words& words) {
   if (words.empty()) return std::nullopt;
   std::optional<unsigned> count;

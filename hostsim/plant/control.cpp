@@ -35,7 +35,7 @@ std::string id_text(const sim::Node& node, std::size_t network) {
   return id == sim::Node::kNoNodeId ? "-" : prefix_of(network) + std::to_string(id);
 }
 
-/// A line for each fault, and when there have been many how many more there are.
+/// A line for each fault; after kMost lines, the number of others.
 class FaultList {
  public:
   void add(std::string_view place, const sim::FaultSet& faults) {
@@ -54,7 +54,7 @@ class FaultList {
   std::size_t count_ = 0;
 };
 
-/// One of a few names; `what` they are.
+/// The value of the row with this name.
 template <class Rows>
 const auto& named(const Rows& rows, std::string_view name) {
   const auto found = std::ranges::find(rows, name, [](const auto& row) { return row.first; });
@@ -82,7 +82,7 @@ class Execution {
       : control_(control), words_(std::move(words)), now_(control.started() + control.now()) {}
 
   struct Command {
-    std::size_t least;  ///< words behind the name
+    std::size_t least;  ///< words after the name
     std::size_t most;
     Reply (Execution::*run)();
     Usage text;
@@ -111,7 +111,7 @@ class Execution {
 
   Where place(std::string_view word) const { return where(word, control_.networks()); }
   sim::World& world(std::size_t network) const { return control_.world(network); }
-  /// Of the bus or the node that the word means.
+  /// Those of the bus or node that the word names.
   sim::FaultSet& faults(std::string_view word) const;
   /// Calls `visit(place, faults)` for every bus and every node.
   template <class Visitor>
@@ -170,7 +170,7 @@ std::span<const Execution::Command> Execution::commands() {
   return kCommands;
 }
 
-/// That the line begins with.
+/// The command that the line begins with.
 const Execution::Command& command_of(const Words& words) {
   std::vector<std::string_view> names;
   for (const Execution::Command& command : Execution::commands()) {
@@ -319,7 +319,7 @@ Reply Execution::write() {
   return {"ok\n"};
 }
 
-// ---- Others on the bus
+// ---- Other nodes on the bus
 
 Reply Execution::put_on_bus(std::size_t network, const Frame& frame) {
   if (!control_.network(network).send(frame)) refuse("the bus takes no frame now");
@@ -399,7 +399,7 @@ void check_command(std::string_view line) {
 
 // ---- Control
 
-/// Hears one bus for all who listen, while there are any.
+/// Observes one bus for all listeners, while there are any.
 class Control::BusObserver final : public sim::Observer {
  public:
   BusObserver(Control& control, std::size_t network) : control_(control), network_(network) {}

@@ -37,7 +37,7 @@ RegisterWindow window_of(std::vector<std::uint16_t>& registers) {
   return RegisterWindow(all.subspan<regmap::kWindowFirst, regmap::kWindowWords>());
 }
 
-/// Those of all channels.
+/// The windows of all channels.
 std::vector<ScannerWindow> scanners_of(std::vector<std::uint16_t>& registers,
                                        const config::ModuleConfig& module) {
   const std::span<std::uint16_t> all(registers);
@@ -58,7 +58,7 @@ void add_faults(sim::FaultSet& to, const std::vector<config::FaultConfig>& fault
     to.add(fault.fault, started);
 }
 
-/// Of "1.2.3", from 0.
+/// A part of "1.2.3", from 0.
 std::uint16_t version_part(unsigned part) {
   std::string_view rest = kVersion;
   std::string_view number;
@@ -215,7 +215,7 @@ void Network::publish() {
   put(regmap::kTransactionsCancelled, transactions.cancelled);
 }
 
-/// One that writes behind a newer client is a second program where one alone may write: a scanner window.
+/// A scanner window may have one writer: a client that writes after a newer one is a second program.
 void Network::on_writer(std::uint32_t client, const adapters::ModbusRange& written) {
   for (unsigned channel = 1; channel <= module_config_.channels; ++channel) {
     const std::size_t out = regmap::of_channel(module_config_.scanner_out_first, channel);

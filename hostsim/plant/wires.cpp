@@ -9,7 +9,7 @@
 namespace cbcan::plant {
 
 namespace {
-/// A device may pass on at once what a wire brings it: so often at one time, and then once a millisecond.
+/// Wires and devices without delay may form a loop: this many rounds at one time, then one per millisecond.
 constexpr unsigned kMostRounds = 100;
 }  // namespace
 
@@ -100,7 +100,7 @@ void Wires::sample(ActiveWire& active) {
   if (active.sample_due <= at_) active.sample_due += active.sample_period;
 }
 
-/// True: it has another value now.
+/// True if the input has changed.
 bool Wires::deliver(ActiveWire& active) {
   const double value = active.wire.take(at_);
   active.due = active.wire.next_change(at_);

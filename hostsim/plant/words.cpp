@@ -17,7 +17,7 @@ namespace cbcan::plant {
 
 namespace {
 
-/// A whole number as one.
+/// Integers without a point.
 std::string text_of_number(double number) {
   const bool is_whole = number == std::trunc(number) && std::abs(number) < 1e15;
   return is_whole ? std::to_string(static_cast<std::int64_t>(number)) : text::value_text(number);
@@ -90,7 +90,7 @@ std::string_view state_of(const sim::Node& node) {
 
 namespace {
 
-/// Of an object as it is there is more to say than its number.
+/// nullopt for a whole object, which has a type and not only a number.
 std::optional<sim::Terminal> terminal_of(std::string_view word) {
   const bool is_object =
       !word.empty() && word[0] >= '0' && word[0] <= '9' && word.find('.') == std::string_view::npos;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// From the TOML text to a Scenario.
+// Reads a Scenario from TOML.
 #include <fmt/core.h>
 #include <toml++/toml.h>
 
@@ -24,7 +24,7 @@ constexpr std::string_view kDemo = "demo";
 
 constexpr std::string_view kDuration = "a duration";
 constexpr std::string_view kLines = "one or a list";
-/// A key of a step, and where it is stored.
+/// A key of a step, and the member for it.
 struct Key {
   options::Row row;
   std::variant<std::optional<Time> Step::*, std::vector<Line> Step::*> where;
@@ -149,7 +149,7 @@ Scenario read_scenario(std::string_view text, const std::string& file, const con
   try {
     Reader(scenario, read).read(text);
   } catch (const toml::parse_error&) {
-    scenario.problems = config::read_plant(text, file, scenario.config);  // says what is wrong
+    scenario.problems = config::read_plant(text, file, scenario.config);  // reports the mistake
   }
   if (scenario.problems.empty()) scenario.problems = config::check(scenario.config);
   config::sort_by_place(scenario.problems);

@@ -10,7 +10,7 @@ using namespace cbcan::config::test;
 
 namespace {
 
-/// What is wrong with a plant file, with what only the whole shows.
+/// All mistakes in a plant file, also those that only the whole configuration shows.
 Lines wrong_in(std::string_view text) {
   const Plant plant = read(text);
   Lines lines = plant.errors;
@@ -25,7 +25,7 @@ void wrong_networks(std::string_view text, const Told&... told) {
   CHECK(wrong_in(text) == behind("plant.toml:", {told...}));
 }
 
-/// By this, and the hint at --help.
+/// With this message and the reference to --help.
 void refused(const std::vector<const char*>& arguments, const std::string& told) {
   CHECK(refusal(arguments) == "cbcan-sim: " + told + "\n" + kHint);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// --help and docs/reference/plant-file.md say what the code does, no less and no more.
+// --help and docs/reference/plant-file.md match the code.
 
 #include "cli/options.hpp"
 #include "config/settings.hpp"
@@ -22,7 +22,7 @@ Lines lines_of(const std::string& text) {
   return lines;
 }
 
-/// What --help says about one option, its lines joined; empty if it is not there.
+/// The text of one option in --help, its lines joined; empty if there is none.
 std::string help_on(std::string_view option) {
   std::string found;
   for (const std::string& line : lines_of(help_text())) {
@@ -43,7 +43,7 @@ std::string words_only(const std::string& text) {
   return joined;
 }
 
-/// The options named in a text: "--" and what belongs to it.
+/// The options in a text: words that begin with "--".
 std::set<std::string> options_in(const std::string& text) {
   constexpr const char* kLetters = "abcdefghijklmnopqrstuvwxyz-";
   std::set<std::string> found;

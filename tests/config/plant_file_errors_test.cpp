@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Every mistake in a plant file and what the user is told about it.
+// Every mistake in a plant file and its message.
 #include <fmt/core.h>
 
 #include "plant_support.hpp"
@@ -17,7 +17,7 @@ Lines errors_in(std::string_view text) {
   return read(text).errors;
 }
 
-/// Errors in the fourth line, in the table of a good node.
+/// Mistakes in the fourth line, in the table of a correct node.
 Lines errors_in_node(const std::string& line) {
   return errors_in(std::string(kNode) + line + "\n");
 }
@@ -26,7 +26,7 @@ Lines checked(std::string_view text) {
   return to_lines(check(read(text).config));
 }
 
-/// All that is wrong with a file, with a node's fourth line, or with what a file says in all.
+/// All mistakes in a file, in a node's fourth line, or in the whole configuration of a file.
 template <class... Told>
 void wrong(std::string_view text, const Told&... told) {
   INFO(text);
@@ -169,7 +169,7 @@ TEST_CASE("bus specifications") {
       "socketcand:127.0.0.1:29536/can0";
   struct Row {
     const char* spec;
-    std::string error;  ///< behind the key and the text
+    std::string error;  ///< after the key and the text
   };
   const std::vector<Row> rows{
       {"socketcan", missing},

@@ -17,7 +17,7 @@ std::optional<std::string> read_plant_file(const std::string& path) {
   return file ? std::optional(text.str()) : std::nullopt;
 }
 
-/// Of ID 0: without one.
+/// ID 0: without an ID.
 sim::NodeParts built(std::uint8_t id, const std::string& eds, const std::string& name) {
   config::NodeConfig node;
   node.name = name;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A scenario's text, and what comes of playing it on a plant in this process.
+// Scenarios as text, and their results on a plant in this process.
 #include <filesystem>
 #include <fstream>
 #include <sstream>

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""cbcan-sim as a program: how it starts, what it says when it cannot, how it ends, and that one client does not hurt another."""
+"""cbcan-sim as a program: its start, messages about a failed start, its end, and that clients do not disturb each other."""
 
 import os
 import pathlib
@@ -142,7 +142,7 @@ class Starting(unittest.TestCase):
         self.check_refused(run("--demo", "--modbus", "127.0.0.1:0", "--log", "/proc"), 3, "log /proc: Is a directory; ")
 
     def test_closed_descriptors(self):
-        """What its caller has closed is /dev/null: no socket of its own gets such a number."""
+        """Descriptors that its caller has closed become /dev/null: no socket gets such a number."""
         for closed in ((0,), (1,), (2,), (0, 1), (0, 1, 2)):
             def close(closed=closed):
                 for number in closed:
@@ -201,7 +201,7 @@ class Starting(unittest.TestCase):
 
 
 class Diagnostics(unittest.TestCase):
-    """R4100..R4140, as an image for a microcontroller has them."""
+    """R4100..R4140, as in an image for a microcontroller."""
 
     def check(self, plc, registers):
         for first, words in registers.items():
@@ -284,7 +284,7 @@ class Ending(unittest.TestCase):
         healthy.wait_for(50)
         simulator.process.send_signal(signal.SIGTERM)
         self.assertEqual(simulator.process.wait(LIMIT), 0)
-        healthy.join(LIMIT)  # it goes on until it finds nobody there
+        healthy.join(LIMIT)  # it runs until the server is gone
         with self.assertRaises(AssertionError):
             healthy.finish()
         log = simulator.log_path.read_text()
@@ -314,7 +314,7 @@ class Ending(unittest.TestCase):
 
 
 class BehindTheClock(unittest.TestCase):
-    """update() takes 0.4 ms and more, and wants to be called every 10 us."""
+    """update() takes 0.4 ms and more, and is to be called every 10 us."""
 
     def test_clients_and_signals_have_their_turn(self):
         with tempfile.TemporaryDirectory() as folder:
