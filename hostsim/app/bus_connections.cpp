@@ -21,9 +21,6 @@ namespace {
 constexpr Time kPauseBehindOk = 20 * kMillisecond;
 constexpr std::uint16_t kModbusPort = 502;
 
-/// Hours may pass at once, and a pipe has to take their frames.
-constexpr std::size_t kMostLogWaitingOnManualClock = 256 * 1024 * 1024;
-
 }  // namespace
 
 window::Line line_of(const config::LineConfig& config) {
@@ -108,8 +105,7 @@ void BusConnections::open_plc(const config::NetworkConfig& config) {
 void BusConnections::open_log(const config::NetworkConfig& config) {
   const bool on_interface = spec_ && spec_->kind == config::CanSpec::Kind::kSocketCan;
   const std::string interface = on_interface ? spec_->name : "virtual";
-  const std::size_t most_waiting = clock_.runs() ? io::Output::kMostWaiting : kMostLogWaitingOnManualClock;
-  log_.emplace(config.log, interface, clock_.wall_offset(), warn_, most_waiting);
+  log_.emplace(config.log, interface, clock_.wall_offset(), warn_, clock_.most_waiting());
   network_.world().bus().observe(*log_);
 }
 
@@ -128,17 +124,16 @@ std::string BusConnections::ways_in() const {
   const auto logger = [&](std::string_view client, const std::string& arguments) {
     lines += fmt::format("{}{}: python3 -m can.logger -i {}\n", name_, client, text::to_utf8(arguments));
   };
-  const auto at = [](const text::ListenAddress& tcp) {
-    return fmt::format("--host={} --port={}", tcp.host, tcp.port);
-  };
   const auto& slcan = slcan_.server;
   const auto& socketcand = socketcand_.server;
   if (slcan && slcan->address().path.empty())
     logger("slcan", "slcan -c socket://" + to_string(slcan->address()));
   else if (slcan && slcan->address().is_pty)
     logger("slcan", "slcan -c " + slcan->address().path);
-  if (socketcand && socketcand->address().path.empty())
-    logger("socketcand", "socketcand -c can0 " + at(socketcand->address().tcp));
+  if (socketcand && socketcand->address().path.empty()) {
+    const text::ListenAddress& tcp = socketcand->address().tcp;
+    logger("socketcand", fmt::format("socketcand -c can0 --host={} --port={}", tcp.host, tcp.port));
+  }
   if (spec_ && spec_->kind == config::CanSpec::Kind::kSocketCan)
     lines += fmt::format("{}socketcan: candump {}\n", name_, spec_->name);
   return lines;

@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "cbcan/time.hpp"
+#include "io/loop/output.hpp"
 #include "io/loop/reactor.hpp"
 
 namespace cbcan::app {
@@ -27,6 +28,8 @@ class Clock {
   virtual Time wall_offset() const { return io::Reactor::wall_offset(); }
   /// Time passes automatically; else by commands, in steps of any length.
   virtual bool runs() const { return true; }
+  /// For output that may not be read in time, in bytes: on a manual clock hours may pass at once.
+  std::size_t most_waiting() const { return runs() ? io::Output::kMostWaiting : 256 * 1024 * 1024; }
   /// Until the program is to stop.
   virtual void drive(Simulator& simulator);
 

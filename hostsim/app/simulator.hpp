@@ -78,19 +78,15 @@ class Simulator final : private plant::NetworkListener {
  private:
   void open_plant(const config::Config& config, config::PlantBuild build);
   void open_modbus(const config::Config& config);
-  void open_rtu(const config::RtuConfig& config, const std::vector<adapters::ModbusUnit*>& units);
-  void open_control(const config::Config& config);
   void open_views(const config::Config& config);
-  void open_http(const config::HttpConfig& config);
+  void open_commands(const config::Config& config);
   web::Json about() const;
   void poll_views();
   plant::Control& control() { return plant_->control(); }
   void advance_and_answer();
-  void stop();
   void on_fault(std::size_t network, std::string_view text, Time now) override;
   void on_written(std::size_t network, const adapters::ModbusRange& written) override;
   void on_applied() override { poll_waits(); }
-  sim::ParameterStore* parameters_in(const std::string& file);
   void tell_time_of_day();
   std::string name_of(std::size_t network) const;
   std::string module_summary(const plant::Network& network) const;

@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "cbcan/regmap.hpp"
-#include "config/config.hpp"
 #include "io/errors.hpp"
 #include "plant/control.hpp"
 #include "text/numbers.hpp"
@@ -46,10 +45,6 @@ window::Response Target::exchange(std::size_t network, const window::Request& re
   } catch (const window::Error& error) {
     throw io::EnvironmentError(error.what());
   }
-}
-
-std::size_t Target::networks() const {
-  return config::kMostNetworks;
 }
 
 std::vector<std::uint16_t> Target::read(std::size_t network, std::uint32_t first, std::size_t count) {

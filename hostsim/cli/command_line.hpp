@@ -19,13 +19,13 @@ struct Start {
   bool run = false;
   bool check = false;  ///< open and serve nothing, only report mistakes
   ExitCode exit_code = ExitCode::kDone;  ///< if not run
-  std::string out;                       ///< for standard output: help, version
-  std::string err;                       ///< for standard error: all mistakes, or remarks on a run
-  config::Config config;
-  std::string plant_file;  ///< path, "demo", or empty
+  std::string out = {};                  ///< for standard output: help, version
+  std::string err = {};                  ///< for standard error: all mistakes, or remarks on a run
+  config::Config config = {};
+  std::string plant_file = {};  ///< path, "demo", or empty
   /// After "--": a program and its arguments. It runs with the plant at free addresses of this machine, except
   /// for addresses from options.
-  std::vector<std::string> command;
+  std::vector<std::string> command = {};
 };
 
 /// `argv[0]` is the program's name. `read` reads plant files, also that of the demo (with_demo_plant()); EDS

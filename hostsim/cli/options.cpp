@@ -14,7 +14,6 @@
 #include "config/plant_file.hpp"
 #include "config/settings.hpp"
 #include "text/address.hpp"
-#include "text/error.hpp"
 #include "text/numbers.hpp"
 #include "text/words.hpp"
 
@@ -54,12 +53,6 @@ constexpr auto kRows = std::to_array<Row>({
      .help = "Connects an output or object to an input; one argument: --wire \"66:output:1=5:0x2001 scale=100\""},
 });
 // clang-format on
-
-bool has_option(const auto& rows, std::string_view option) {
-  return std::ranges::any_of(rows, [option](const Row& row) {
-    return !row.option.empty() && options::option_name(row.option) == option;
-  });
-}
 
 class Options {
  public:
@@ -129,7 +122,7 @@ class Options {
   template <class Target>
   void apply_row(std::span<const Setting<Target>> rows, Target& target, const Argument& argument) {
     for (const auto& row : rows) {
-      if (row.option.empty() || options::option_name(row.option) != argument.option) continue;
+      if (options::option_name(row.option) != argument.option) continue;
       const text::Value value = options::value_of(row, argument);
       if (const Problem problem = config::assign(row, target, value, where_); !problem.empty())
         complain(problem);
@@ -146,11 +139,8 @@ class Options {
   }
 
   void apply_modbus(std::string_view text) {
-    try {
-      config_.modbus = text::parse_listen_address(text, config_.modbus.port);
-    } catch (const text::UsageError& error) {
-      complain(error.what());
-    }
+    const auto parse = [&] { config_.modbus = text::parse_listen_address(text, config_.modbus.port); };
+    if (const Problem problem = options::problem_of(parse); !problem.empty()) complain(problem);
   }
 
   /// A node of the plant file gets another EDS file.
@@ -172,8 +162,9 @@ class Options {
       return complain(
           "must be ID:KIND KEY=VALUE... or bus:KIND KEY=VALUE..., such as 5:response-late delay_ms=50");
     const bool of_bus = parts->first == "bus";
-    config::NodeConfig* node = of_bus ? nullptr : addressed(parts->first);
-    if (!of_bus && node == nullptr) return;
+    config::NodeConfig* node = of_bus ? nullptr : find(parts->first);
+    if (!of_bus && node == nullptr)
+      return complain(fmt::format("there is no node {0}; add --node {0}=FILE.eds", parts->first));
     const sim::FaultOrProblem made =
         sim::parse_fault(parts->second, of_bus ? sim::FaultPlace::kBus : sim::FaultPlace::kNode);
     if (!made.problem.empty()) return complain(made.problem);
@@ -189,13 +180,6 @@ class Options {
     for (const std::string_view word : std::span(words).subspan(1))
       keys.push_back(text::split(word, '=').value_or(config::TextKey(word, {})));
     apply_texts("wire+", keys);
-  }
-
-  /// The node that an argument begins with; null if there is none, which is reported.
-  config::NodeConfig* addressed(std::string_view id) {
-    config::NodeConfig* node = find(id);
-    if (node == nullptr) complain(fmt::format("there is no node {0}; add --node {0}=FILE.eds", id));
-    return node;
   }
 
   config::NodeConfig* find(std::string_view id) {
@@ -237,7 +221,8 @@ std::size_t network_number(std::string_view text) {
 }
 
 bool is_about_whole_plant(std::string_view option) {
-  return option == "--modbus" || has_option(config::settings(), option);
+  const auto is_it = [option](const Row& row) { return options::option_name(row.option) == option; };
+  return option == "--modbus" || std::ranges::any_of(config::settings(), is_it);
 }
 
 bool is_repeatable(std::string_view option) {

@@ -39,6 +39,7 @@ struct Shard {
   std::size_t part = 1;  ///< from 1
   std::size_t parts = 1;
 };
+/// Throws text::UsageError.
 Shard shard_of(const std::string& text);
 
 struct RunStart {

@@ -73,11 +73,6 @@ std::string put(const InitialValue& initial, ObjectDictionary& dictionary, eds::
   return {};
 }
 
-/// For a noise without a seed of its own; other signals of the node do not change it.
-std::uint64_t noise_seed(std::uint64_t node_seed, const sim::Signal& signal) {
-  return sim::Random(node_seed ^ (std::uint64_t{signal.index} << 8 | signal.sub)).next();
-}
-
 class Builder {
  public:
   Builder(const NodeConfig& node, std::uint64_t seed, const FileReader& read)
@@ -225,8 +220,10 @@ class Builder {
 
   void add_signal(const SignalConfig& config) {
     sim::Signal signal = config.signal;
-    if (auto* noise = std::get_if<sim::Noise>(&signal.shape))
-      noise->seed = config.seed ? *config.seed : noise_seed(seed_, signal);
+    if (auto* noise = std::get_if<sim::Noise>(&signal.shape)) {
+      const std::uint64_t object = std::uint64_t{signal.index} << 8 | signal.sub;
+      noise->seed = config.seed ? *config.seed : sim::Random(seed_ ^ object).next();
+    }
     if (auto* replay = std::get_if<sim::Replay>(&signal.shape)) {
       const std::optional<std::string> text = read_(config.file);
       if (!text) return complain(config.place, cannot_read(config.file, config.place));

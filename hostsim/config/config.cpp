@@ -19,23 +19,17 @@
 namespace cbcan::config {
 namespace {
 
-std::string name_of(const InitialValue& value) {
-  return fmt::format("object {} is already set", object_name(value.index, value.sub));
-}
-
-std::string name_of(const SignalConfig& signal) {
-  return fmt::format("object {} already has a signal", object_name(signal.signal.index, signal.signal.sub));
-}
-
 /// Reports two values, or two signals, of one object.
 template <class Item>
-void check_objects(const NodeConfig& node, const std::vector<Item>& items, Diagnostics& found) {
+void check_objects(const NodeConfig& node, const std::vector<Item>& items, std::string_view what,
+                   Diagnostics& found) {
   for (auto later = items.begin(); later != items.end(); ++later) {
+    const auto [index, sub] = object_of(*later);
     const auto first =
-        std::find_if(items.begin(), later, [&](const Item& item) { return same_object(item, *later); });
+        std::ranges::find(items, object_of(*later), [](const Item& item) { return object_of(item); });
     if (first != later)
-      found.push_back({later->place, fmt::format("{}: {} at {}; remove one of the two", node_name(node),
-                                                 name_of(*later), to_string(first->place))});
+      found.push_back({later->place, fmt::format("{}: object {} {} at {}; remove one of the two", node_name(node),
+                                                 object_name(index, sub), what, to_string(first->place))});
   }
 }
 
@@ -106,13 +100,6 @@ void check_owners(const Config& config, Diagnostics& found) {
   owners.own_address(config.http.listen, "http.listen");
   for (const NetworkConfig& network : config.networks)
     own_those_of(network, owners);
-}
-
-void check_number_of_networks(const Config& config, Diagnostics& found) {
-  if (config.networks.size() > kMostNetworks)
-    found.push_back({config.networks[kMostNetworks].place,
-                     fmt::format("network {}: there can be {} at most, as many as Modbus has unit IDs",
-                                 kMostNetworks + 1, kMostNetworks)});
 }
 
 void check_node_ids(const NetworkConfig& network, Diagnostics& found) {
@@ -204,8 +191,8 @@ void check_network(const Config& config, const NetworkConfig& network, Diagnosti
                                  fmt::format("{}the time of {} cannot stand still; use it with --can virtual",
                                              in_network(network.number), can_spec(network.can))));
   for (const NodeConfig& node : network.nodes) {
-    check_objects(node, node.objects, found);
-    check_objects(node, node.signals, found);
+    check_objects(node, node.objects, "is already set", found);
+    check_objects(node, node.signals, "already has a signal", found);
   }
 }
 
@@ -219,14 +206,6 @@ bool logs_to_standard_output(const Config& config) {
 
 std::string can_spec(const CanConfig& can) {
   return can.outside.empty() ? "virtual" : can.outside;
-}
-
-bool same_object(const InitialValue& one, const InitialValue& other) {
-  return one.index == other.index && one.sub == other.sub;
-}
-
-bool same_object(const SignalConfig& one, const SignalConfig& other) {
-  return one.signal.index == other.signal.index && one.signal.sub == other.signal.sub;
 }
 
 std::string in_network(std::size_t number) {
@@ -260,7 +239,10 @@ Diagnostics check(const Config& config) {
   Diagnostics found;
   for (const NetworkConfig& network : config.networks)
     check_network(config, network, found);
-  check_number_of_networks(config, found);
+  if (config.networks.size() > kMostNetworks)
+    found.push_back({config.networks[kMostNetworks].place,
+                     fmt::format("network {}: there can be {} at most, as many as Modbus has unit IDs",
+                                 kMostNetworks + 1, kMostNetworks)});
   if (config.clock == ClockKind::kManual && logs_to_standard_output(config))
     found.push_back(about_option(config.pcap == kStandardOutput ? "--pcap -" : "--log -",
                                  "standard output has the responses of --clock manual; name a file"));

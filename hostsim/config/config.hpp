@@ -11,6 +11,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "cbcan/time.hpp"
@@ -218,9 +219,13 @@ std::string in_network(std::size_t number);
 /// "node 5", "node without an ID", "network 2: node 5"
 std::string node_name(const NodeConfig& node);
 
-/// Are both about the same object?
-bool same_object(const InitialValue& one, const InitialValue& other);
-bool same_object(const SignalConfig& one, const SignalConfig& other);
+/// Index and sub-index of its object.
+inline auto object_of(const InitialValue& value) {
+  return std::pair(value.index, value.sub);
+}
+inline auto object_of(const SignalConfig& signal) {
+  return std::pair(signal.signal.index, signal.signal.sub);
+}
 
 /// "6401h:02"
 std::string object_name(std::uint16_t index, std::uint8_t sub);

@@ -80,12 +80,10 @@ std::string keys_of(const SignalConfig& signal);
 /// A signal of this shape with its defaults.
 SignalConfig signal_of(std::size_t shape);
 
-inline constexpr std::string_view kRequired = "required";
-
 /// The default of a setting as text.
 template <class Target>
 std::string standard_of(const Setting<Target>& row) {
-  if (!row.example.empty()) return std::string(kRequired);
+  if (!row.example.empty()) return "required";
   Target standard{};
   if constexpr (std::is_same_v<Target, SignalConfig>) standard = signal_of(row.kinds.first);
   return options::text_in(row, standard, standard);

@@ -80,18 +80,15 @@ class Check {
 
   void add_node(const NetworkConfig& network, const NodeConfig& node) {
     const auto place = static_cast<std::size_t>(&node - network.nodes.data());
-    if (node.id != 0) places_.emplace(std::pair(network.number, node.id), place);
     for (const SignalConfig& signal : node.signals)
       signals_.emplace(Object(network.number, place, signal.signal.index, signal.signal.sub), &signal);
   }
 
   /// nullopt: no such node.
   std::optional<Object> object_at(const WireEnd& end) const {
-    const auto known = places_.find({end.network, static_cast<std::uint8_t>(end.id)});
-    const bool is_known = end.place != 0 ? place_of(config_, end).has_value() : known != places_.end();
-    if (!is_known) return std::nullopt;
-    return Object(end.network, end.place != 0 ? end.place - 1 : known->second, end.terminal.index,
-                  end.terminal.sub);
+    const auto place = place_of(config_, end);
+    if (!place) return std::nullopt;
+    return Object(end.network, *place, end.terminal.index, end.terminal.sub);
   }
 
   void check_nodes(const WireConfig& wire) {
@@ -135,7 +132,6 @@ class Check {
 
   const Config& config_;
   Diagnostics& found_;
-  std::map<std::pair<std::size_t, std::uint8_t>, std::size_t> places_;  ///< by network and node ID
   std::map<Object, const SignalConfig*> signals_;
   std::map<Object, std::vector<const WireConfig*>> wires_;  ///< by their target
   std::vector<bool> rounds_;                                ///< by wire: whether it is part of a loop

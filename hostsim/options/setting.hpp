@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <span>
@@ -15,6 +16,7 @@
 #include <utility>
 #include <vector>
 
+#include "text/error.hpp"
 #include "text/value.hpp"
 
 namespace cbcan::options {
@@ -87,6 +89,15 @@ std::string written(const Row& row, const Value& value);
 [[nodiscard]] Problem wrong_form(const Row& row);
 [[nodiscard]] Problem check(const Row& row, const Value& value);
 
+/// The message of the UsageError that `parse` throws; empty = none.
+template <class Parse>
+Problem problem_of(Parse parse) try {
+  parse();
+  return {};
+} catch (const text::UsageError& error) {
+  return error.what();
+}
+
 /// Parses a value as typed for this row: a text needs no quotes.
 Value typed(const Row& row, std::string_view text);
 
@@ -116,22 +127,17 @@ namespace detail {
 
 std::int64_t place_of(const Row& row, const Value& value);
 
+/// Of an optional, the type in it.
 template <class Member>
-struct Unwrapped {
-  using Type = Member;
-};
+Member unwrapped(const std::optional<Member>&);
 template <class Member>
-struct Unwrapped<std::optional<Member>> {
-  using Type = Member;
-};
+Member unwrapped(const Member&);
 
-/// Each value is appended.
-template <class Member>
-inline constexpr bool kIsList = std::is_same_v<Member, std::vector<std::string>>;
+using List = std::vector<std::string>;
 
 template <class Member>
 void put(const Row& row, Member& member, const Value& value) {
-  using Type = typename Unwrapped<Member>::Type;
+  using Type = decltype(unwrapped(member));
   if constexpr (std::is_enum_v<Type>) {
     member = static_cast<Type>(place_of(row, value));
   } else if constexpr (std::is_same_v<Type, bool>) {
@@ -141,7 +147,7 @@ void put(const Row& row, Member& member, const Value& value) {
   } else if constexpr (std::is_same_v<Type, double>) {
     const auto* whole = std::get_if<std::int64_t>(&value);
     member = whole != nullptr ? static_cast<double>(*whole) : std::get<double>(value);
-  } else if constexpr (kIsList<Type>) {
+  } else if constexpr (std::is_same_v<Type, List>) {
     member.push_back(std::get<std::string>(value));
   } else {
     member = std::get<Type>(value);
@@ -157,7 +163,7 @@ Value get(const Row& row, const Member& member) {
     return member;
   } else if constexpr (std::is_integral_v<Member>) {
     return static_cast<std::int64_t>(member / static_cast<Member>(row.scale));
-  } else if constexpr (kIsList<Member>) {
+  } else if constexpr (std::is_same_v<Member, List>) {
     return std::string();
   } else {
     return member ? get(row, *member) : Value(std::string());
@@ -170,11 +176,7 @@ constexpr Object& at(Object& object) {
 }
 template <class Object, class Step, class... Steps>
 constexpr auto& at(Object& object, Step step, Steps... steps) {
-  if constexpr (std::is_member_pointer_v<Step>) {
-    return at(object.*step, steps...);
-  } else {
-    return at(step(object), steps...);
-  }
+  return at(std::invoke(step, object), steps...);
 }
 
 template <class Type>
@@ -184,13 +186,16 @@ constexpr Form form_of() {
   return std::is_same_v<Type, double> ? Form::kNumber : Form::kText;
 }
 
+template <class Target, class Member>
+Target target_of(Member Target::*);
+
 }  // namespace detail
 
 /// The row of the member at the end of `kPath`: member pointers or functions, from a Target on.
 template <class Target, auto... kPath>
 constexpr Setting<Target> setting(Row row) {
   using Member = std::remove_cvref_t<decltype(detail::at(std::declval<Target&>(), kPath...))>;
-  using Type = typename detail::Unwrapped<Member>::Type;
+  using Type = decltype(detail::unwrapped(std::declval<Member>()));
   if (row.form == Form::kOfMember) row.form = detail::form_of<Type>();
   if constexpr (std::is_integral_v<Type> && sizeof(Type) < sizeof row.high)
     if (row.low == row.high) row.high = std::numeric_limits<Type>::max();
@@ -200,6 +205,11 @@ constexpr Setting<Target> setting(Row row) {
         detail::put(self, detail::at(target, kPath...), value);
       },
       [](const Row& self, const Target& target) { return detail::get(self, detail::at(target, kPath...)); }};
+}
+/// The Target is that of the first member pointer.
+template <auto kFirst, auto... kPath>
+constexpr auto setting(Row row) {
+  return setting<decltype(detail::target_of(kFirst)), kFirst, kPath...>(row);
 }
 
 }  // namespace cbcan::options

@@ -38,9 +38,6 @@ struct ResponseParts {
 };
 ResponseParts parts_of(std::string_view response);
 
-/// Whether the command with this name changes something.
-bool changes_plant(std::string_view name);
-
 /// Throws Refused if the line is no command, has too few or too many words, or is wait or pass, for which
 /// scenarios have keys.
 void check_command(std::string_view line);

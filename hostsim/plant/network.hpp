@@ -72,7 +72,6 @@ class Network final : public adapters::ModbusUnit,
   /// From 1.
   std::size_t number() const { return number_; }
   sim::World& world() { return world_; }
-  const sim::World& world() const { return world_; }
   /// Null = none.
   const sim::CoprocessorModule* module() const { return module_; }
   const config::ModuleConfig& module_config() const { return module_config_; }
@@ -80,7 +79,6 @@ class Network final : public adapters::ModbusUnit,
   /// Adds events to this journal from now on; it outlives this. `started`: its time 0.
   void listen(journal::Journal& journal, Time started);
   /// Null without a journal.
-  journal::NetworkWatch* watch() { return watch_ ? &*watch_ : nullptr; }
   const journal::NetworkWatch* watch() const { return watch_ ? &*watch_ : nullptr; }
 
   /// Frames, in order, that another node sends from start() on.
@@ -117,8 +115,6 @@ class Network final : public adapters::ModbusUnit,
   void on_frame(const Frame& /*frame*/, Time /*now*/) override {}
   void on_bus_state(BusState /*state*/, Time /*now*/) override {}
 
-  /// The PLC has made a valid request.
-  void on_plc();
   /// Starts what the written words request.
   void apply(std::size_t first, std::size_t count);
 

@@ -38,7 +38,6 @@ class Plant {
   const sim::Schedule& schedule() const { return schedule_; }
 
   Control& control() { return *control_; }
-  const Control& control() const { return *control_; }
   const std::vector<std::unique_ptr<Network>>& networks() const { return networks_; }
 
  private:

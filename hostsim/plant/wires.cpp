@@ -38,12 +38,9 @@ Wires::End Wires::end(const config::Config& config, const config::WireEnd& end) 
   return {&node, &watched, end.terminal};
 }
 
-bool Wires::has_activity() const {
-  return std::ranges::any_of(watched_, [](const auto& node) { return node.second.active; });
-}
-
 Time Wires::own_deadline() const {
-  Time next = has_activity() ? std::max(at_, held_until_) : kNever;
+  const bool is_active = std::ranges::any_of(watched_, [](const auto& node) { return node.second.active; });
+  Time next = is_active ? std::max(at_, held_until_) : kNever;
   for (const ActiveWire& wire : wires_)
     next = earlier(next, earlier(wire.sample_due, wire.due));
   return next;

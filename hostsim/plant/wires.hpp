@@ -59,7 +59,6 @@ class Wires final : private sim::Timed {
   void advance_to(Time time);
   void sample(ActiveWire& wire);
   bool deliver(ActiveWire& wire);
-  bool has_activity() const;
 
   const Time& now_;
   std::vector<Network*> networks_;

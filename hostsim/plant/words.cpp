@@ -10,8 +10,6 @@
 #include "config/wires.hpp"
 #include "journal/words.hpp"
 #include "text/numbers.hpp"
-#include "text/suggestion.hpp"
-#include "text/words.hpp"
 
 namespace cbcan::plant {
 
@@ -24,6 +22,13 @@ std::string text_of_number(double number) {
 }
 
 }  // namespace
+
+std::optional<double> number_in(const text::Value& value) {
+  if (const auto* whole = std::get_if<std::int64_t>(&value)) return static_cast<double>(*whole);
+  if (const auto* flag = std::get_if<bool>(&value)) return *flag ? 1 : 0;
+  if (const auto* number = std::get_if<double>(&value)) return *number;
+  return std::nullopt;
+}
 
 std::uint32_t number_of(std::string_view text, std::uint32_t low, std::uint32_t high, std::string_view what) {
   const auto number = text::parse_integer(text);

@@ -7,6 +7,8 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -15,6 +17,9 @@
 
 #include "cbcan/time.hpp"
 #include "sim/world.hpp"
+#include "text/suggestion.hpp"
+#include "text/value.hpp"
+#include "text/words.hpp"
 
 namespace cbcan::plant {
 
@@ -47,6 +52,28 @@ struct Usage {
 
   std::string_view name() const { return usage.substr(0, usage.find(' ')); }
 };
+
+/// The row whose usage the words follow; throws Refused. A Row has its Usage `text` and the numbers of words after
+/// the name, `least` and `most`. `hint`: for an unknown name; empty = lists the names.
+template <class Row>
+const Row& row_of(std::span<const Row> rows, const Words& words, std::string_view kind,
+                  std::string_view hint = {}) {
+  const std::string_view name = words.empty() ? "" : words.front();
+  std::vector<std::string_view> names;
+  for (const Row& row : rows) {
+    names.push_back(row.text.name());
+    if (names.back() != name) continue;
+    const std::size_t given = words.size() - 1;
+    if (given < row.least || given > row.most) refuse("write {}", row.text.usage);
+    return row;
+  }
+  std::string more = text::did_you_mean(name, names);
+  if (more.empty()) more = hint.empty() ? "; there are " + text::listed(names, " and ") : hint;
+  refuse("\"{}\": no such {}{}", name, kind, more);
+}
+
+/// true and false are 1 and 0; nullopt for texts and bytes.
+std::optional<double> number_in(const text::Value& value);
 
 /// These and the following functions throw Refused.
 std::uint32_t number_of(std::string_view text, std::uint32_t low, std::uint32_t high, std::string_view what);
