@@ -66,7 +66,7 @@ class ParsedArguments {
   std::size_t count(std::string_view option) const {
     return static_cast<std::size_t>(std::ranges::count(arguments, option, &Argument::option));
   }
-  /// Of --demo or --config; null = neither.
+  /// The argument --demo or --config; null = neither.
   const Argument* plant() const {
     const auto found = std::ranges::find_if(arguments, is_plant);
     return found == arguments.end() ? nullptr : &*found;

@@ -221,6 +221,7 @@ class Builder {
   void add_signal(const SignalConfig& config) {
     sim::Signal signal = config.signal;
     if (auto* noise = std::get_if<sim::Noise>(&signal.shape)) {
+      // Depends on node and object only: other signals do not change it.
       const std::uint64_t object = std::uint64_t{signal.index} << 8 | signal.sub;
       noise->seed = config.seed ? *config.seed : sim::Random(seed_ ^ object).next();
     }

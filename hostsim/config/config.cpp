@@ -144,12 +144,11 @@ std::string to_string(const Registers& range) {
 std::vector<Registers> registers_of(const ModuleConfig& module) {
   std::vector<Registers> ranges{{"", regmap::kWindowFirst, regmap::kWindowWords},
                                 {"module.process_first", module.process_first, regmap::kProcessWords}};
-  for (std::size_t n = 1; n <= module.channels; ++n) {
-    const std::size_t behind = regmap::kScannerStride * (n - 1);
-    ranges.push_back(
-        {"module.scanner_out_first", module.scanner_out_first + behind, regmap::kScannerOutWords, n});
-    ranges.push_back(
-        {"module.scanner_in_first", module.scanner_in_first + behind, regmap::kScannerInWords, n});
+  for (unsigned n = 1; n <= module.channels; ++n) {
+    ranges.push_back({"module.scanner_out_first", regmap::of_channel(module.scanner_out_first, n),
+                      regmap::kScannerOutWords, n});
+    ranges.push_back({"module.scanner_in_first", regmap::of_channel(module.scanner_in_first, n),
+                      regmap::kScannerInWords, n});
   }
   return ranges;
 }

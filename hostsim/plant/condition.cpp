@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <optional>
 
 #include "cbcan/regmap.hpp"
@@ -318,13 +319,10 @@ std::unique_ptr<Condition> make_condition(std::string_view text, View& view) {
   return kind.make(written, view);
 }
 
-std::span<const Usage> condition_usages() {
-  static constexpr auto kUsages = [] {
-    std::array<Usage, kKinds.size()> usages;
-    std::ranges::transform(kKinds, usages.begin(), &Row::text);
-    return usages;
-  }();
-  return kUsages;
+std::vector<Usage> condition_usages() {
+  std::vector<Usage> usages;
+  std::ranges::transform(kKinds, std::back_inserter(usages), &Row::text);
+  return usages;
 }
 
 }  // namespace cbcan::plant

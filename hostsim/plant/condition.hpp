@@ -5,9 +5,9 @@
 /// (frames, EMCY messages, transactions) count from the construction of the condition.
 
 #include <memory>
-#include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "plant/words.hpp"
 
@@ -41,6 +41,6 @@ class Condition : public Listener {
 std::unique_ptr<Condition> make_condition(std::string_view text, View& view);
 
 /// All conditions, for the page.
-std::span<const Usage> condition_usages();
+std::vector<Usage> condition_usages();
 
 }  // namespace cbcan::plant

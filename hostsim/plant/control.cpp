@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <utility>
 
 #include "cbcan/canopen/dictionary/objects.hpp"
@@ -316,8 +317,7 @@ bool changes_plant(std::string_view name) {
 
 std::vector<Usage> command_usages() {
   std::vector<Usage> usages;
-  for (const auto& command : Execution::commands())
-    usages.push_back(command.text);
+  std::ranges::transform(Execution::commands(), std::back_inserter(usages), &Execution::Command::text);
   return usages;
 }
 

@@ -5,7 +5,6 @@
 
 #include <cstddef>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -43,7 +42,7 @@ struct Scenario {
 };
 
 /// The keys of a step, for the page.
-std::span<const options::Row> step_rows();
+std::vector<options::Row> step_rows();
 
 /// `read` reads the plant file that the scenario names, also that of the demo.
 Scenario read_scenario(std::string_view text, const std::string& file, const config::FileReader& read);

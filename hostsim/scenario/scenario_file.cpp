@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <variant>
 
 #include "config/demo_plant.hpp"
@@ -134,13 +135,10 @@ class Reader {
 
 }  // namespace
 
-std::span<const options::Row> step_rows() {
-  static constexpr auto kRows = [] {
-    std::array<options::Row, kKeys.size()> rows;
-    std::ranges::transform(kKeys, rows.begin(), &Key::row);
-    return rows;
-  }();
-  return kRows;
+std::vector<options::Row> step_rows() {
+  std::vector<options::Row> rows;
+  std::ranges::transform(kKeys, std::back_inserter(rows), &Key::row);
+  return rows;
 }
 
 Scenario read_scenario(std::string_view text, const std::string& file, const config::FileReader& read) {

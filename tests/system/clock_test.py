@@ -134,8 +134,5 @@ class Standing(unittest.TestCase):
             wait_until(lambda path=simulator.log_path: path.stat().st_size > 0, "time to pass")
             self.assertEqual(simulator.stop(number), (0, ""))
 
-    def test_signals_end_it(self):
-        self.assertEqual(self.simulator.stop(), (0, ""))
-
 
 cases.main()
