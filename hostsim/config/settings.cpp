@@ -56,7 +56,7 @@ Problem check_plc_address(const Value& value) {
 }
 
 /// Rejects the former syntax "/dev/ttyUSB0,9600,E,1".
-Problem check_device(const Value& value) {
+Problem check_serial_port(const Value& value) {
   std::string_view rest = std::get<std::string>(value);
   text::take_part(rest, ',');
   const bool has_rate = text::parse<std::uint32_t>(text::take_part(rest, ',')).has_value();
@@ -97,7 +97,7 @@ constexpr std::array kPlant{
     setting<&Config::rtu, &RtuConfig::line, &LineConfig::device>({
         .key = "rtu.device", .option = "--rtu DEVICE",
         .help = "Serial port or pseudo-terminal for the same registers by Modbus RTU",
-        .form = Form::kPath, .domain = "a path", .check = check_device}),
+        .form = Form::kPath, .domain = "a path", .check = check_serial_port}),
     setting<&Config::rtu, &RtuConfig::line, &LineConfig::baud>({
         .key = "rtu.baud", .help = "Its baud rate", .numbers = kBauds}),
     setting<&Config::rtu, &RtuConfig::line, &LineConfig::parity>({
