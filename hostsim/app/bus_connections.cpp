@@ -17,12 +17,9 @@ namespace cbcan::app {
 
 namespace {
 
-/// In real time, for clients of socketcand.
+/// For clients of socketcand, in real time.
 constexpr Time kPauseBehindOk = 20 * kMillisecond;
 constexpr std::uint16_t kModbusPort = 502;
-
-/// What hours that pass at once bring to a pipe.
-constexpr std::size_t kMostLogWaitingOnManualClock = 256 * 1024 * 1024;
 
 }  // namespace
 
@@ -58,7 +55,7 @@ void BusConnections::open_outside() {
         is_adapter ? io::slcan_dialect(can.kbit) : io::socketcand_dialect(can.name), warn_);
 }
 
-/// On a manual clock hours may pass between two looks at the clients: nobody is too slow then.
+/// On a manual clock hours may pass before clients can read, so none is too slow.
 void BusConnections::open_servers(const config::CanConfig& config) {
   const std::size_t most_unsent =
       clock_.runs() ? adapters::Adapter::kMostUnsent : adapters::Adapter::kUnlimited;
@@ -104,12 +101,11 @@ void BusConnections::open_plc(const config::NetworkConfig& config) {
                io::PlcSettings{plc.unit, milliseconds(plc.period_ms)}, warn_);
 }
 
-/// A manual clock's log begins at 0, and is the same every time: a reader may be slow while hours pass.
+/// On a manual clock the log begins at 0 and is reproducible, so it drops nothing for a slow reader.
 void BusConnections::open_log(const config::NetworkConfig& config) {
   const bool on_interface = spec_ && spec_->kind == config::CanSpec::Kind::kSocketCan;
   const std::string interface = on_interface ? spec_->name : "virtual";
-  const std::size_t most_waiting = clock_.runs() ? io::Output::kMostWaiting : kMostLogWaitingOnManualClock;
-  log_.emplace(config.log, interface, clock_.wall_offset(), warn_, most_waiting);
+  log_.emplace(config.log, interface, clock_.wall_offset(), warn_, clock_.most_waiting());
   network_.world().bus().observe(*log_);
 }
 
@@ -128,17 +124,16 @@ std::string BusConnections::ways_in() const {
   const auto logger = [&](std::string_view client, const std::string& arguments) {
     lines += fmt::format("{}{}: python3 -m can.logger -i {}\n", name_, client, text::to_utf8(arguments));
   };
-  const auto at = [](const text::ListenAddress& tcp) {
-    return fmt::format("--host={} --port={}", tcp.host, tcp.port);
-  };
   const auto& slcan = slcan_.server;
   const auto& socketcand = socketcand_.server;
   if (slcan && slcan->address().path.empty())
     logger("slcan", "slcan -c socket://" + to_string(slcan->address()));
   else if (slcan && slcan->address().is_pty)
     logger("slcan", "slcan -c " + slcan->address().path);
-  if (socketcand && socketcand->address().path.empty())
-    logger("socketcand", "socketcand -c can0 " + at(socketcand->address().tcp));
+  if (socketcand && socketcand->address().path.empty()) {
+    const text::ListenAddress& tcp = socketcand->address().tcp;
+    logger("socketcand", fmt::format("socketcand -c can0 --host={} --port={}", tcp.host, tcp.port));
+  }
   if (spec_ && spec_->kind == config::CanSpec::Kind::kSocketCan)
     lines += fmt::format("{}socketcan: candump {}\n", name_, spec_->name);
   return lines;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// What connects a network's bus with the world outside the program: CAN interface, SLCAN and socketcand
-/// servers, log; and the module's client of a PLC that has the registers.
+/// Connections of a network with the world outside the program: CAN interface, SLCAN and socketcand servers,
+/// log; and the client of a PLC that owns the registers.
 
 #include <cstddef>
 #include <memory>
@@ -27,30 +27,30 @@ window::Line line_of(const config::LineConfig& config);
 
 class BusConnections {
  public:
-  /// Opens all; throws io::EnvironmentError. The arguments outlive it. `name`: in front of lines for people.
+  /// Opens all; throws io::EnvironmentError. The arguments outlive it. `name`: prefix of messages.
   BusConnections(const config::NetworkConfig& config, std::string name, plant::Network& network,
                  io::Reactor& reactor, const Clock& clock, const io::Warn& warn);
   BusConnections(const BusConnections&) = delete;
   BusConnections& operator=(const BusConnections&) = delete;
 
-  /// One that has to be polled every turn.
+  /// There is one that has to be polled every turn.
   bool exist() const { return outside_ || slcan_.server || socketcand_.server || log_ || plc_; }
 
   /// "can=virtual slcan=127.0.0.1:29536", with the real ports.
   std::string where() const;
-  /// How programs join the bus, in lines for people.
+  /// Lines for people: commands by which programs join the bus.
   std::string ways_in() const;
 
-  /// To be called before the network is advanced.
+  /// Call it before the network is advanced.
   void poll_outside() {
     if (outside_) outside_->poll(clock_.now());
   }
-  /// The bus, with what is outside.
+  /// The bus, and the bus outside.
   void advance() {
     poll_outside();
     network_.advance();
   }
-  /// Once per turn, `now` being the reactor's time, and at next_deadline().
+  /// Call it once per turn with the reactor's time, and at next_deadline().
   void poll(Time now);
   void flush();
   Time next_deadline() const;
@@ -59,10 +59,10 @@ class BusConnections {
   std::string adapters_summary() const;
 
  private:
-  /// Of SLCAN, or of socketcand.
+  /// Those of SLCAN, or of socketcand.
   struct Clients {
     std::optional<io::StreamServer> server{};
-    std::uint64_t lost = 0;  ///< frames that they did not read in time
+    std::uint64_t lost = 0;  ///< frames that they have not read in time
   };
 
   void open_outside();
@@ -78,7 +78,7 @@ class BusConnections {
   std::string name_;
   std::string can_;
   std::optional<io::CandumpLog> log_;
-  std::optional<config::CanSpec> spec_;  ///< of what is outside
+  std::optional<config::CanSpec> spec_;  ///< of the bus outside
   std::unique_ptr<io::OutsideBus> outside_;
   std::optional<adapters::SocketcandBus> socketcand_bus_;
   Clients slcan_;

@@ -4,11 +4,12 @@
 #include <stdexcept>
 
 #include "cbcan/time.hpp"
+#include "io/loop/output.hpp"
 #include "io/loop/reactor.hpp"
 
 namespace cbcan::app {
 
-/// What a script has waited for has not come.
+/// A script's wait has timed out.
 class CheckFailed : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -16,17 +17,19 @@ class CheckFailed : public std::runtime_error {
 
 class Simulator;
 
-/// What time it is in the simulation, and what makes it go on: this machine's clock, or a ManualClock.
+/// The time of the simulation, and what advances it: this machine's clock, or a ManualClock.
 class Clock {
  public:
   explicit Clock(io::Reactor& reactor) : Clock(reactor, reactor.time()) {}
   virtual ~Clock() = default;
-  /// The same during a turn; who keeps the reference sees it change.
+  /// Constant during a turn; the reference stays valid and shows later changes.
   const Time& now() const { return shown_; }
-  /// What makes wall-clock time (microseconds since 1970) of now()'s; 0 where there is none.
+  /// To be added to now() for wall-clock time (microseconds since 1970); 0 = there is none.
   virtual Time wall_offset() const { return io::Reactor::wall_offset(); }
-  /// Time passes by itself; else in steps of any length, when it is told to.
+  /// Time passes automatically; else by commands, in steps of any length.
   virtual bool runs() const { return true; }
+  /// For output that may not be read in time, in bytes: on a manual clock hours may pass at once.
+  std::size_t most_waiting() const { return runs() ? io::Output::kMostWaiting : 256 * 1024 * 1024; }
   /// Until the program is to stop.
   virtual void drive(Simulator& simulator);
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Standard output, for results, and standard error, for people. Nobody waits for those who read them. What
-/// is quoted from files and scripts cannot command a terminal: control characters become blanks.
+/// Standard output, for results, and standard error, for messages. Neither blocks when it is not read. Control
+/// characters become blanks, so that text from files and scripts cannot control a terminal.
 
 #include <cstdint>
 #include <string>
@@ -15,18 +15,18 @@ namespace cbcan::app {
 
 class Console {
  public:
-  /// Whole lines of results. Throws io::EnvironmentError when standard output cannot take them, as on a full
-  /// disk; that nobody reads them any more is no error.
+  /// Whole lines of results. Throws io::EnvironmentError if they cannot be written, as on a full disk; a closed
+  /// pipe is no error.
   void say(std::string_view lines);
-  /// All that was said has been taken. Who is to read it should not be asked for more before.
+  /// All results have been read. Take no further input before.
   bool heard() const { return out_.waiting() == 0; }
 
-  /// One line, for people.
+  /// One message, without its line end.
   void warn(std::string_view line);
-  /// Whole lines, for people. What nobody reads in time is dropped; how many lines those were is told later.
+  /// Whole lines of messages. Lines that are not read in time are dropped; their number is reported later.
   void tell(std::string_view lines);
 
-  /// To be called once per turn, if something waits(); returns when at the latest.
+  /// Call it once per turn if something waits(); returns the time of the next call at the latest.
   Time flush() { return waits() ? flush_waiting() : kNever; }
   bool waits() const { return out_.waiting() != 0 || err_.waiting() != 0 || dropped_ != 0; }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// cbcan-sim: results on standard output, everything for people on standard error.
+// cbcan-sim: results on standard output, messages on standard error.
 
 #include <fmt/core.h>
 
@@ -34,7 +34,7 @@ int code(ExitCode code) {
   return static_cast<int>(code);
 }
 
-/// The folder of a file or socket that is to be made, and what is no port. Throws io::UsageError.
+/// Throws io::UsageError for a missing folder of a file or socket, and for a serial port that is a file.
 template <class Target>
 void check_place(const options::Setting<Target>& row, const Target& target) {
   using options::Form;
@@ -44,7 +44,7 @@ void check_place(const options::Setting<Target>& row, const Target& target) {
       row.form == Form::kPath || text.empty() ? text : text::parse_stream_address(text).path;
   const std::string folder = std::filesystem::path(path).parent_path().string();
   const std::string where = fmt::format("{} {}: ", row.key, path);
-  std::error_code error;  // what cannot be seen is left to who opens it
+  std::error_code error;  // without permission, opening it reports the error
   if (!folder.empty() && !std::filesystem::is_directory(folder, error) &&
       error != std::errc::permission_denied)
     throw io::UsageError(where + "there is no folder " + folder + "; make it first");
@@ -63,7 +63,7 @@ void check_places(const config::Config& config) {
   }
 }
 
-/// Throws io::UsageError, as a start does, which reads them for its nodes.
+/// Throws io::UsageError, as a start does, which loads them for its nodes.
 void check_parameters(const config::Config& config) {
   const auto load = [](const std::string& file) {
     if (!file.empty()) io::ParameterFile(file, [](const std::string&) {}).load();
@@ -80,7 +80,7 @@ int run(const cli::Start& start, const config::FileReader& read, Console& consol
   config::PlantBuild build = config::build_nodes(config, read);
   for (const std::string& line : build.lines)
     console.tell((line.starts_with('-') ? "cbcan-sim: " : "") + text::to_utf8(line) +
-                 "\n");  // an option, and no file
+                 "\n");  // about an option, not a file
   if (build.good) check_places(config);
   if (build.good && start.check) check_parameters(config);
   if (!build.good || start.check) return code(build.good ? ExitCode::kDone : ExitCode::kUsage);

@@ -13,11 +13,11 @@
 namespace cbcan::app {
 namespace {
 
-/// Before time passes, what has come in until then is dealt with: so many turns of it at most, lest clients
-/// that never stop asking stop the clock.
+/// Requests that have arrived are handled before time passes, in this many turns at most: endless requests do
+/// not stop the clock.
 constexpr int kMostTurnsBeforeTime = 100;
 
-/// However much happens in this time, a signal can wait so long.
+/// The longest step between two checks for signals.
 constexpr Time kLongestStep = kSecond;
 
 void poll_clients(Simulator& simulator) {
@@ -27,7 +27,7 @@ void poll_clients(Simulator& simulator) {
 
 }  // namespace
 
-/// While nobody reads the responses, no more lines are taken.
+/// Takes no further lines while the responses are not read.
 void ManualClock::drive(Simulator& simulator) {
   std::optional<io::LineInput> input;
   if (reads_input_) input.emplace(reactor_, STDIN_FILENO, "standard input");
@@ -55,7 +55,7 @@ void ManualClock::take_lines(io::LineInput& input, Simulator& simulator) {
   }
 }
 
-/// Until a wait is over, or a signal has come. Nothing depends on the steps of a pass.
+/// Until a wait has ended, or a signal has come. The result does not depend on the steps of a pass.
 void ManualClock::let_time_pass(Simulator& simulator) {
   poll_clients(simulator);
   bool is_over = false;
@@ -68,7 +68,7 @@ void ManualClock::let_time_pass(Simulator& simulator) {
   simulator.flush();
 }
 
-/// What a line brings about has happened and been sent when it is answered.
+/// The effects of a line have happened and been sent before its response.
 void ManualClock::say(std::string response) {
   const auto [lines, last] = plant::parts_of(response);
   if (!last.starts_with(plant::kError)) {

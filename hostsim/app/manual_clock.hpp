@@ -12,12 +12,11 @@
 
 namespace cbcan::app {
 
-/// Time stands still and passes by the commands pass and wait, on standard input and from wherever else. Ends
-/// the program with the input; throws io::UsageError for a line that means nothing, and CheckFailed for a
-/// wait that was in vain: whoever wrote it is a script.
+/// Time passes only by the commands pass and wait, on standard input and from all other sources. The end of the
+/// input ends the program; a wrong line throws io::UsageError, and a wait that times out CheckFailed.
 class ManualClock final : public Clock {
  public:
-  /// `reads_input`: else standard input belongs to somebody else, who says when the program ends.
+  /// `reads_input` = false: standard input is not for commands, and its end does not end the program.
   ManualClock(io::Reactor& reactor, Console& console, bool reads_input)
       : Clock(reactor, now_), console_(console), reads_input_(reads_input) {}
 

@@ -24,7 +24,7 @@ std::ptrdiff_t count(std::span<const Outcome> outcomes, Verdict verdict) {
   return std::ranges::count(outcomes, verdict, &Outcome::verdict);
 }
 
-/// What XML 1.0 takes in a text or an attribute.
+/// For a text or an attribute of XML 1.0.
 std::string escaped(std::string_view text) {
   std::string result;
   for (const char c : text::to_utf8(text)) {
@@ -40,10 +40,6 @@ std::string escaped(std::string_view text) {
   return result;
 }
 
-std::string_view element_of(Verdict verdict) {
-  return verdict == Verdict::kSkipped ? "skipped" : verdict == Verdict::kWrong ? "error" : "failure";
-}
-
 std::string test_case(std::string_view file, const Outcome& outcome) {
   const std::size_t slash = file.rfind('/');
   const std::string_view folder = slash == std::string_view::npos ? "." : file.substr(0, slash);
@@ -52,7 +48,9 @@ std::string test_case(std::string_view file, const Outcome& outcome) {
                   escaped(file.substr(slash + 1)), escaped(file), text::seconds_text(outcome.duration));
   if (outcome.verdict == Verdict::kPassed) return text + "/>\n";
   const std::string_view why = std::string_view(outcome.text).substr(0, outcome.text.find('\n'));
-  const std::string_view element = element_of(outcome.verdict);
+  const std::string_view element = outcome.verdict == Verdict::kSkipped ? "skipped"
+                                   : outcome.verdict == Verdict::kWrong ? "error"
+                                                                        : "failure";
   return text + fmt::format(">\n    <{0} message=\"{1}\">{2}</{0}>\n  </testcase>\n", element, escaped(why),
                             escaped(outcome.text));
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// What has come of scenarios, for people and as JUnit XML.
+/// Results of scenarios, as text and as JUnit XML.
 
 #include <span>
 #include <string>
@@ -15,17 +15,17 @@ enum class Verdict : char { kPassed = 'p', kFailed = 'f', kSkipped = 's', kWrong
 
 struct Outcome {
   Verdict verdict = Verdict::kPassed;
-  Time duration = 0;  ///< of the plant's time, which is the same on every machine
-  std::string text;   ///< why it has not passed: lines
+  Time duration = 0;  ///< on the plant's clock, the same on every machine
+  std::string text;   ///< lines with the reason why it has not passed
 };
 
-/// "passed scenarios/x.toml: 2.000000 s", or FAILED and why.
+/// "passed scenarios/x.toml: 2.000000 s", or FAILED and the reason.
 std::string report(std::string_view file, const Outcome& outcome);
 
 /// "12 passed, 1 failed"
 std::string summary(std::span<const Outcome> outcomes);
 
-/// `files` and `outcomes` belong together. The format that Jenkins and GitLab read.
+/// In the format that Jenkins and GitLab read. `outcomes`: one for each of `files`.
 std::string junit(std::span<const std::string> files, std::span<const Outcome> outcomes);
 
 }  // namespace cbcan::app

@@ -31,39 +31,33 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// One of each file, however it was named.
-class Files {
- public:
-  explicit Files(const config::FileReader& read) : read_(read) {}
-
-  void add(const std::string& path) {
+/// The scenario files of this shard, each once, even if it is named several times.
+std::vector<std::string> files_of(const cli::RunConfig& config, const config::FileReader& read) {
+  std::vector<std::string> files;
+  const auto has_steps = [&read](const std::string& path) {
+    return ("\n" + read(path).value_or("")).find("\n[[step]]") != std::string::npos;
+  };
+  for (const std::string& path : config.paths) {
     std::error_code error;
-    if (!fs::is_directory(path, error)) return files_.push_back(path);
-    const std::size_t before = files_.size();
+    const std::size_t before = files.size();
+    if (!fs::is_directory(path, error)) {
+      files.push_back(path);
+      continue;
+    }
     for (const auto& entry : fs::recursive_directory_iterator(path))
       if (entry.path().extension() == ".toml" && entry.is_regular_file(error) &&
           has_steps(entry.path().string()))
-        files_.push_back(entry.path().lexically_normal().string());
-    if (files_.size() == before) throw io::UsageError(path + ": no file *.toml in it has a [[step]]");
+        files.push_back(entry.path().lexically_normal().string());
+    if (files.size() == before) throw io::UsageError(path + ": no file *.toml in it has a [[step]]");
   }
-
-  std::vector<std::string> take(const cli::Shard& shard) {
-    std::ranges::sort(files_);
-    files_.erase(std::unique(files_.begin(), files_.end()), files_.end());
-    std::vector<std::string> part;
-    for (std::size_t i = shard.part - 1; i < files_.size(); i += shard.parts)
-      part.push_back(files_[i]);
-    return part;
-  }
-
- private:
-  bool has_steps(const std::string& path) const {
-    return ("\n" + read_(path).value_or("")).find("\n[[step]]") != std::string::npos;
-  }
-
-  const config::FileReader& read_;
-  std::vector<std::string> files_;
-};
+  std::ranges::sort(files);
+  files.erase(std::unique(files.begin(), files.end()), files.end());
+  const cli::Shard shard = cli::shard_of(config.shard);
+  std::vector<std::string> part;
+  for (std::size_t i = shard.part - 1; i < files.size(); i += shard.parts)
+    part.push_back(files[i]);
+  return part;
+}
 
 Outcome wrong(const config::Diagnostics& problems) {
   Outcome outcome{Verdict::kWrong, 0, {}};
@@ -132,7 +126,7 @@ class Runner {
     };
   }
 
-  /// NAME.log, of network 2 NAME.2.log.
+  /// NAME.log, for network 2 NAME.2.log.
   std::vector<std::unique_ptr<io::CandumpLog>> open_logs(const std::string& file,
                                                          plant::VirtualPlant& plant) const {
     std::vector<std::unique_ptr<io::CandumpLog>> logs;
@@ -150,7 +144,7 @@ class Runner {
   const config::FileReader& read_;
 };
 
-/// On a terminal: how far it is.
+/// Shows progress on a terminal.
 class Progress {
  public:
   explicit Progress(std::size_t all) : all_(all) {}
@@ -172,7 +166,7 @@ class Progress {
   std::size_t failed_ = 0;
 };
 
-/// So many at a time: a plant knows nothing of another one.
+/// config.jobs at a time: plants are independent of each other.
 std::vector<Outcome> play_all(const std::vector<std::string>& files, const cli::RunConfig& config,
                               const config::FileReader& read) {
   const Runner runner(config, read);
@@ -197,11 +191,6 @@ std::vector<Outcome> play_all(const std::vector<std::string>& files, const cli::
   return outcomes;
 }
 
-/// nullopt: nobody wants them.
-std::optional<io::Output> open_results(const std::string& path) {
-  return path.empty() ? std::nullopt : std::optional(io::Output::open("--junit", path));
-}
-
 }  // namespace
 
 options::ExitCode run_scenarios(const cli::RunConfig& config, const config::FileReader& read,
@@ -209,11 +198,9 @@ options::ExitCode run_scenarios(const cli::RunConfig& config, const config::File
   std::error_code error;
   if (!config.logs.empty() && !fs::is_directory(config.logs, error))
     throw io::UsageError("--log " + config.logs + ": there is no such folder; make it first");
-  Files found(read);
-  for (const std::string& path : config.paths)
-    found.add(path);
-  const std::vector<std::string> files = found.take(cli::shard_of(config.shard));
-  std::optional<io::Output> results = open_results(config.junit);
+  const std::vector<std::string> files = files_of(config, read);
+  std::optional<io::Output> results;
+  if (!config.junit.empty()) results.emplace(io::Output::open("--junit", config.junit));
   const std::vector<Outcome> outcomes = play_all(files, config, read);
   for (std::size_t i = 0; i < files.size(); ++i)
     console.say(report(files[i], outcomes[i]));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// `cbcan-sim run`: plays scenarios and says what has come of them.
+/// `cbcan-sim run`: plays scenarios and reports the results.
 
 #include "app/console.hpp"
 #include "cli/run_options.hpp"

@@ -38,9 +38,6 @@ std::vector<std::string> environment_of(std::string_view where) {
   return lines;
 }
 
-/// What hours that pass at once bring to those who are told.
-constexpr std::size_t kMostWaitingOnManualClock = 256 * 1024 * 1024;
-
 std::unique_ptr<Clock> make_clock(config::ClockKind kind, io::Reactor& reactor, Console& console,
                                   bool reads_input) {
   if (kind == config::ClockKind::kManual) return std::make_unique<ManualClock>(reactor, console, reads_input);
@@ -62,8 +59,7 @@ Simulator::Simulator(const config::Config& config, config::PlantBuild build, Con
       started_(clock_->now()) {
   open_plant(config, std::move(build));
   open_modbus(config);
-  if (!config.control.empty()) open_control(config);
-  if (!config.http.listen.empty()) open_http(config.http);
+  open_commands(config);
   open_views(config);
 }
 
@@ -79,21 +75,18 @@ void Simulator::on_fault(std::size_t network, std::string_view text, Time now) {
       fmt::format("{} {}{}", text::seconds_text(std::max(now, started_) - started_), name_of(network), text));
 }
 
-/// In front of lines for people; empty if it is the only one.
+/// Prefix of messages; empty if there is only one network.
 std::string Simulator::name_of(std::size_t network) const {
   return is_only_network_ ? "" : fmt::format("network {}: ", network);
 }
 
-/// Null: no file is named.
-sim::ParameterStore* Simulator::parameters_in(const std::string& file) {
-  if (file.empty()) return nullptr;
-  return parameters_.emplace_back(std::make_unique<io::ParameterFile>(file, warn_)).get();
-}
-
 void Simulator::open_plant(const config::Config& config, config::PlantBuild build) {
   plant::NetworkListener& listener = *this;
-  plant_.emplace(config, std::move(build), clock_->now(), listener,
-                 [this](const std::string& file) { return parameters_in(file); });
+  const auto store = [this](const std::string& file) -> sim::ParameterStore* {
+    if (file.empty()) return nullptr;
+    return parameters_.emplace_back(std::make_unique<io::ParameterFile>(file, warn_)).get();
+  };
+  plant_.emplace(config, std::move(build), clock_->now(), listener, store);
   is_only_network_ = config.networks.size() == 1;
   for (std::size_t i = 0; i < config.networks.size(); ++i) {
     const config::NetworkConfig& network = config.networks[i];
@@ -105,7 +98,7 @@ void Simulator::open_plant(const config::Config& config, config::PlantBuild buil
   find_name_ = names_of(control());
 }
 
-/// Where no network has a module there is nothing to serve.
+/// Without a module in any network there is nothing to serve.
 void Simulator::open_modbus(const config::Config& config) {
   if (std::ranges::all_of(plant_->networks(),
                           [](const auto& network) { return network->registers().empty(); }))
@@ -113,7 +106,11 @@ void Simulator::open_modbus(const config::Config& config) {
   std::vector<adapters::ModbusUnit*> units;
   for (const auto& network : plant_->networks())
     units.push_back(network.get());
-  open_rtu(config.rtu, units);
+  const config::RtuConfig& rtu = config.rtu;
+  if (!rtu.line.device.empty()) rtu_.emplace(reactor_, units, line_of(rtu.line), rtu.station, warn_);
+  if (!rtu.listen.empty())
+    rtu_tcp_.emplace(reactor_, "rtu over tcp", text::parse_stream_address(rtu.listen),
+                     io::rtu_over_tcp(units, rtu.station), warn_);
   modbus_.emplace(reactor_, std::move(units), settings_of(config.modbus), warn_);
 }
 
@@ -126,8 +123,7 @@ void Simulator::open_views(const config::Config& config) {
     pcap_.emplace(
         control().journal(),
         io::PcapFile::Settings{config.pcap, config.pcap_mb * kMegabyte, plant_->networks().size(),
-                               clock_->wall_offset() + started_,
-                               clock_->runs() ? io::Output::kMostWaiting : kMostWaitingOnManualClock},
+                               clock_->wall_offset() + started_, clock_->most_waiting()},
         [this](const auto& event) { return packet_comment(event, control().journal(), find_name_); }, warn_);
   if (!trace_ && !pcap_ && !http_) return;
   control().journal();
@@ -142,13 +138,16 @@ void Simulator::open_views(const config::Config& config) {
     };
 }
 
-void Simulator::open_http(const config::HttpConfig& config) {
-  api_.emplace(
-      web::Api::Parts{control(), find_name_,
-                      [this](std::string_view line, const auto& dialogue) { return execute(line, dialogue); },
-                      [this] { advance_and_answer(); }, [this] { return about(); }});
+void Simulator::open_commands(const config::Config& config) {
+  const auto run = [this](std::string_view line, const auto& dialogue) { return execute(line, dialogue); };
+  if (!config.control.empty())
+    commands_.emplace(reactor_, "control", text::parse_stream_address(config.control),
+                      io::command_sessions(run), warn_);
+  if (config.http.listen.empty()) return;
+  api_.emplace(web::Api::Parts{
+      control(), find_name_, run, [this] { advance_and_answer(); }, [this] { return about(); }});
   http_.emplace(
-      reactor_, text::parse_listen_address(config.listen, 0), config.write,
+      reactor_, text::parse_listen_address(config.http.listen, 0), config.http.write,
       [this](const adapters::HttpRequest& request) { return api_->respond(request); }, warn_);
 }
 
@@ -171,21 +170,6 @@ void Simulator::poll_views() {
   if (pcap_) pcap_->poll();
 }
 
-void Simulator::open_rtu(const config::RtuConfig& config, const std::vector<adapters::ModbusUnit*>& units) {
-  if (!config.line.device.empty()) rtu_.emplace(reactor_, units, line_of(config.line), config.station, warn_);
-  if (!config.listen.empty())
-    rtu_tcp_.emplace(reactor_, "rtu over tcp", text::parse_stream_address(config.listen),
-                     io::rtu_over_tcp(units, config.station), warn_);
-}
-
-void Simulator::open_control(const config::Config& config) {
-  commands_.emplace(reactor_, "control", text::parse_stream_address(config.control),
-                    io::command_sessions([this](std::string_view line, const auto& dialogue) {
-                      return execute(line, dialogue);
-                    }),
-                    warn_);
-}
-
 std::string Simulator::where() const {
   std::string text;
   if (modbus_) text += "modbus=" + to_string(modbus_->address()) + " ";
@@ -205,7 +189,7 @@ std::string Simulator::ways_in() const {
   return lines;
 }
 
-/// A scenario may be kept anywhere, so it names the file by its absolute path.
+/// The path is absolute, as a recorded scenario may be in any folder.
 void Simulator::set_plant(const std::string& plant_file) {
   const bool is_file = !plant_file.empty() && plant_file != "demo";
   plant_file_ = is_file ? std::filesystem::absolute(plant_file).string() : plant_file;
@@ -232,12 +216,7 @@ bool Simulator::stop_requested() const {
   return child_ ? child_->exit_code().has_value() : stopping_ || signals_.stop_requested();
 }
 
-void Simulator::stop() {
-  child_ ? child_->signal(SIGTERM) : void(stopping_ = true);
-}
-
-/// Devices' clocks show this machine's time; on a manual clock it is midnight of 1984-01-01 when the world
-/// begins.
+/// Sets the devices' clocks to this machine's time; on a manual clock they start at midnight of 1984-01-01.
 void Simulator::tell_time_of_day() {
   constexpr Time kDay = 24 * 3600 * kSecond;
   constexpr Time kDaysTo1984 = 5113;  // since 1970
@@ -256,8 +235,8 @@ std::size_t Simulator::poll(Time until) {
   return reactor_.poll(earlier(until, next));
 }
 
-/// What is due in the plant, one time after the other, and for so long at most: clients and signals have
-/// their turn before the rest.
+/// Does what is due in the plant, in order of time, for kLongestPiece at most; then clients and signals are
+/// polled before the rest.
 void Simulator::advance_in_pieces() {
   constexpr Time kLongestPiece = 10 * kMillisecond;
   constexpr Time kMostBehind = kSecond;
@@ -278,13 +257,13 @@ void Simulator::advance_in_pieces() {
   is_behind_ = is_behind;
 }
 
-/// When something is due, whoever attends.
+/// When something is due, apart from observers.
 Time Simulator::next_deadline() const {
   const Time modbus = modbus_ ? modbus_->next_deadline() : kNever;
   return runs_ ? earlier(modbus, plant_->schedule().first_time()) : modbus;
 }
 
-/// Does what is due; returns when there is something to do next.
+/// Does what is due; returns the time of the next action.
 Time Simulator::poll_due() {
   for (BusConnections* network : connected_)
     network->advance();
@@ -296,7 +275,7 @@ Time Simulator::poll_due() {
   return earlier(earlier(observers, next_deadline()), console_.flush());
 }
 
-/// Returns when it has something to do next.
+/// Returns the time of their next action.
 Time Simulator::poll_observers(Time now) {
   if (rtu_) rtu_->poll(now);
   for (BusConnections* network : connected_)
@@ -307,7 +286,7 @@ Time Simulator::poll_observers(Time now) {
   return observers_deadline();
 }
 
-/// What is due is done, and who has waited for it is answered.
+/// Does what is due and answers waits.
 void Simulator::advance_and_answer() {
   advance();
   poll_waits();
@@ -317,7 +296,7 @@ std::string Simulator::execute(std::string_view line, const std::shared_ptr<adap
   advance_and_answer();
   plant::Reply reply = control().execute(line, clock_->now());
   advance_and_answer();
-  if (reply.shutdown) stop();
+  if (reply.shutdown) child_ ? child_->signal(SIGTERM) : void(stopping_ = true);
   std::string response = waits_.take(std::move(reply), dialogue);
   flush();
   return response;

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// cbcan-sim put together: its CAN networks with Modbus in front of them, commands at run time, and a
-/// clock that drives them.
+/// cbcan-sim as a whole: CAN networks, Modbus servers, commands at run time, and the clock.
 
 #include <memory>
 #include <optional>
@@ -31,69 +30,63 @@ namespace cbcan::app {
 
 class Simulator final : private plant::NetworkListener {
  public:
-  /// `build` is all that config::build_nodes() has made of `config`. Opens everything; throws
-  /// io::EnvironmentError, or io::UsageError for a parameter file that cannot be understood. `reads_input`:
-  /// see ManualClock.
+  /// `build` is the result of config::build_nodes() for `config`. Opens everything; throws io::EnvironmentError,
+  /// or io::UsageError for an invalid parameter file. `reads_input`: see ManualClock.
   Simulator(const config::Config& config, config::PlantBuild build, Console& console, bool reads_input);
 
-  /// "modbus=127.0.0.1:1502 can=virtual slcan=127.0.0.1:29536 2/can=virtual", with the real ports; what is
-  /// not served is left out.
+  /// "modbus=127.0.0.1:1502 can=virtual slcan=127.0.0.1:29536 2/can=virtual", with the real ports, of all that is
+  /// served.
   std::string where() const;
-  /// How programs join the buses, in lines for people.
+  /// Lines for people: commands by which programs join the buses.
   std::string ways_in() const;
 
-  /// The plant file, "demo" or nothing: what scenarios of this session name.
+  /// The plant that scenarios of this session name: a file, "demo" or none.
   void set_plant(const std::string& plant_file);
-  /// Writes a scenario of what happens from now on. Throws io::EnvironmentError.
+  /// Writes the session from now on as a scenario. Throws io::EnvironmentError.
   void record(const std::string& path) {
     recorder_.emplace(path, plant_file_, plant_->control(), find_name_);
   }
 
   /// Serves until SIGINT, SIGTERM or SIGHUP, or the clock's end. Throws what Clock::drive() throws.
   void run();
-  /// Serves as long as the command runs, which finds where in its environment, and returns its exit code.
-  /// Throws io::EnvironmentError where there can be no process more.
+  /// Serves as long as the command runs, with the addresses in its environment, and returns its exit code. Throws
+  /// io::EnvironmentError if the process cannot be created.
   int run(const std::vector<std::string>& command);
 
-  /// What has happened, in lines for people.
+  /// Counters, in lines for people.
   std::string summary() const;
 
   // For the clock that drives it.
   bool stop_requested() const;
-  /// The same in the middle of long work: asks for signals.
+  /// The same during long work: polls signals first.
   bool stopped_meanwhile() { return signals_.poll(); }
-  /// Does what is due, waits until `until` at most, and takes in what has come; returns how many had
-  /// something.
+  /// Does what is due, waits until `until` at most, and handles input; returns the number of inputs.
   std::size_t poll(Time until);
   /// Does what is due.
   void advance();
-  /// Sends what has come of it.
+  /// Sends the output of it.
   void flush();
-  /// When the plant has something to do next.
+  /// The plant's next deadline.
   Time next_event() const { return plant_->next_deadline(); }
-  /// A command of docs/reference/commands.md; what it brings about has happened when it returns the response,
-  /// or when the response is there later, see adapters::Dialogue.
+  /// A command of docs/reference/commands.md; its effects have happened when it returns the response, or when the
+  /// response is available later, see adapters::Dialogue.
   std::string execute(std::string_view line, const std::shared_ptr<adapters::Dialogue>& dialogue);
   Waits& waits() { return waits_; }
-  /// Answers those that have ended now; true if there was one.
+  /// Answers waits that have ended; true if there was one.
   bool poll_waits();
 
  private:
   void open_plant(const config::Config& config, config::PlantBuild build);
   void open_modbus(const config::Config& config);
-  void open_rtu(const config::RtuConfig& config, const std::vector<adapters::ModbusUnit*>& units);
-  void open_control(const config::Config& config);
   void open_views(const config::Config& config);
-  void open_http(const config::HttpConfig& config);
+  void open_commands(const config::Config& config);
   web::Json about() const;
   void poll_views();
   plant::Control& control() { return plant_->control(); }
   void advance_and_answer();
-  void stop();
   void on_fault(std::size_t network, std::string_view text, Time now) override;
   void on_written(std::size_t network, const adapters::ModbusRange& written) override;
   void on_applied() override { poll_waits(); }
-  sim::ParameterStore* parameters_in(const std::string& file);
   void tell_time_of_day();
   std::string name_of(std::size_t network) const;
   std::string module_summary(const plant::Network& network) const;
@@ -113,7 +106,7 @@ class Simulator final : private plant::NetworkListener {
   std::vector<std::unique_ptr<io::ParameterFile>> parameters_;
   std::optional<plant::Plant> plant_;
   std::vector<std::unique_ptr<BusConnections>> connections_;  ///< of each network
-  std::vector<BusConnections*> connected_;                    ///< those that there are
+  std::vector<BusConnections*> connected_;                    ///< those that exist()
   journal::FindName find_name_;
   std::string plant_file_;
   bool is_only_network_ = true;
@@ -122,8 +115,8 @@ class Simulator final : private plant::NetworkListener {
   std::optional<io::PcapFile> pcap_;
   Waits waits_;
   bool stopping_ = false;
-  bool is_behind_ = false;  ///< the plant; that has been said
-  bool observed_ = true;    ///< by more than Modbus clients: views, commands, buses; a clock that stands
+  bool is_behind_ = false;  ///< the plant, which has been reported
+  bool observed_ = true;    ///< by more than Modbus clients: views, commands, buses, a manual clock
   std::optional<io::StreamServer> commands_;
   std::optional<io::ModbusTcp> modbus_;
   std::optional<io::ModbusSerial> rtu_;

@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "cbcan/regmap.hpp"
-#include "config/config.hpp"
 #include "io/errors.hpp"
 #include "plant/control.hpp"
 #include "text/numbers.hpp"
@@ -19,7 +18,7 @@ namespace cbcan::app {
 
 namespace {
 
-/// From one look at the registers to the next.
+/// Polling period of the registers.
 constexpr Time kPeriod = kMillisecond;
 
 window::Settings settings_of(const cli::TargetPlace& place) {
@@ -48,10 +47,6 @@ window::Response Target::exchange(std::size_t network, const window::Request& re
   }
 }
 
-std::size_t Target::networks() const {
-  return config::kMostNetworks;
-}
-
 std::vector<std::uint16_t> Target::read(std::size_t network, std::uint32_t first, std::size_t count) {
   window::Request request;
   request.read_address = static_cast<std::uint16_t>(first);
@@ -63,7 +58,7 @@ std::vector<std::uint16_t> Target::read(std::size_t network, std::uint32_t first
   return std::move(response.words);
 }
 
-/// The start rule.
+/// The start rule: throws if the response in R3700.. is not to this client's request.
 void Target::check_own(std::size_t network) {
   const std::vector<std::uint16_t> written = std::exchange(written_[network], {});
   if (written.empty() || window::is_known(written, read(network, regmap::kWindowFirst, written.size())))

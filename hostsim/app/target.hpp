@@ -8,16 +8,17 @@
 
 #include "cbcan/window.hpp"
 #include "cli/run_options.hpp"
+#include "config/config.hpp"
 #include "io/loop/reactor.hpp"
 #include "plant/bench.hpp"
 
 namespace cbcan::app {
 
-/// Any implementation of the register window, behind a Modbus server, in real time. Of commands there are
-/// those for registers, of conditions those about registers, transactions and time. Blocks.
+/// Any implementation of the register window, as a Modbus server in real time. Supports commands for registers,
+/// and conditions on registers, transactions and time. Blocks.
 class Target final : public plant::Bench, private plant::View {
  public:
-  /// Throws io::EnvironmentError when there is no connection; so do all others when it is lost.
+  /// Throws io::EnvironmentError without a connection, as do all functions when it is lost.
   explicit Target(const cli::TargetPlace& place);
 
   plant::View& view() override { return *this; }
@@ -30,7 +31,7 @@ class Target final : public plant::Bench, private plant::View {
  private:
   Time now() const override { return io::Reactor::now() - started_; }
   Time started() const override { return started_; }
-  std::size_t networks() const override;
+  std::size_t networks() const override { return config::kMostNetworks; }
   std::vector<std::uint16_t> read(std::size_t network, std::uint32_t first, std::size_t count) override;
   std::uint32_t transactions(std::size_t /*network*/) override { return transactions_; }
   sim::World& world(std::size_t network) override;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Views of the journal that are there from the start: lines on standard error (-v, -vv), a pcapng file, and
-/// the session as a scenario (--record).
+/// Views of the journal from the start on: lines on standard error (-v, -vv), a pcapng file, and the session as
+/// a scenario (--record).
 
 #include <functional>
 #include <span>
@@ -18,18 +18,17 @@
 
 namespace cbcan::app {
 
-/// Names of objects as the EDS files of the nodes have them that have these node IDs now; `control` outlives
-/// it.
+/// Finds the name of an object in the EDS file of the node that has the node ID now; `control` outlives it.
 journal::FindName names_of(plant::Control& control);
 
-/// Transactions that have ended, states and EMCY messages, a line each, and with `frames` all frames.
+/// Writes a line for each ended transaction, state and EMCY message, and with `frames` for each frame.
 class Trace {
  public:
   /// `tell` takes whole lines.
   Trace(plant::Control& control, journal::FindName find, bool frames,
         std::function<void(std::string_view lines)> tell);
 
-  /// Tells what has happened.
+  /// Writes new events.
   void poll();
 
  private:
@@ -39,16 +38,16 @@ class Trace {
   journal::Cursor cursor_;
 };
 
-/// The scenario of this session, written while it goes on.
+/// Writes this session as a scenario while it runs.
 class Recorder {
  public:
-  /// Throws io::EnvironmentError where the file cannot be written. The control outlives it.
+  /// Throws io::EnvironmentError if the file cannot be written. The control outlives it.
   Recorder(const std::string& path, const std::string& plant, plant::Control& control,
            journal::FindName find);
 
-  /// The PLC has written these, which has had no effects yet.
+  /// The PLC has written these, without effects so far.
   void on_written(std::size_t network, std::size_t first, std::span<const std::uint16_t> words);
-  /// Commands may have been given, transactions may have ended.
+  /// Call it after commands and ends of transactions.
   void poll();
 
  private:
@@ -58,7 +57,7 @@ class Recorder {
   journal::Cursor cursor_;
 };
 
-/// What a packet's comment says: the transaction, with what it is at its beginning; faults in words.
+/// The comment of a packet: the number of the transaction, its text at begin and end, or a fault's text.
 std::string packet_comment(const journal::Event& event, const journal::Journal& journal,
                            const journal::FindName& find);
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Commands that are answered later (docs/reference/commands.md: wait, pass). Those of connections that have
-/// ended go.
+/// Commands that are answered later (docs/reference/commands.md: wait, pass). Those of closed connections are
+/// dropped.
 
 #include <cstddef>
 #include <memory>
@@ -20,22 +20,20 @@ class Waits {
  public:
   using Dialogue = std::shared_ptr<adapters::Dialogue>;
 
-  /// The response to a command whose reply this is; none, if it comes later.
+  /// The response of a command's reply; empty if it comes later.
   std::string take(plant::Reply reply, const Dialogue& dialogue);
 
-  /// Answers those that are over; true if there was one. The time is that of the Control.
+  /// Answers those that have ended; true if there was one. The time is that of the Control.
   bool poll() { return !waiting_.empty() && poll_waiting(); }
-  /// When one may be over though nothing happens, of the plant's time since its start; kNever = there is
-  /// none.
+  /// When one may end without an event, in the plant's time since its start; kNever = none.
   Time next_deadline() const { return waiting_.empty() ? kNever : deadline_of_each(); }
 
-  // For a clock that stands.
-  /// There is one that time can bring about.
+  // For a manual clock.
+  /// There is one that can end as time passes.
   bool want_time() const;
-  /// Nothing that happens can end any of them.
+  /// No event can end any of them.
   bool are_passes() const;
-  /// Of this machine's clock: when one has waited for the PLC as long as it was to; give_up_on_plc() ends
-  /// that.
+  /// On this machine's clock: when the first wait for the PLC reaches its limit; give_up_on_plc() ends it then.
   Time plc_deadline() const;
   void give_up_on_plc(Time now);
 
@@ -43,7 +41,7 @@ class Waits {
   struct Waiting {
     std::unique_ptr<plant::Wait> wait;
     std::weak_ptr<adapters::Dialogue> dialogue;
-    Time since;  ///< of this machine's clock
+    Time since;  ///< on this machine's clock
   };
 
   Time deadline_of_each() const;

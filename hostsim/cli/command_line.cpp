@@ -22,8 +22,6 @@ namespace {
 
 constexpr std::string_view kCommand = "--";
 constexpr std::string_view kDemo = "demo";
-constexpr std::string_view kEdsAsPlant =
-    "this is an EDS or DCF file, not a plant file; --node 5=FILE is a node made from it";
 
 std::string lost_word(std::string_view word) {
   return word.ends_with(".toml") ? fmt::format("a plant file is given with --config {}", word)
@@ -45,10 +43,10 @@ std::string about(const options::WrongWord& wrong) {
   return fmt::format("no such option; did you mean --set {}=...?", found);
 }
 
-/// What was typed, with the network that each option is about.
-class Typed {
+/// With the network that each option applies to.
+class ParsedArguments {
  public:
-  explicit Typed(std::span<const char* const> words) {
+  explicit ParsedArguments(std::span<const char* const> words) {
     options::ParsedArguments parsed = options::parse_arguments(words, all_options());
     for (const options::WrongWord& wrong : parsed.wrong)
       complain(wrong.word, about(wrong));
@@ -68,7 +66,12 @@ class Typed {
   std::size_t count(std::string_view option) const {
     return static_cast<std::size_t>(std::ranges::count(arguments, option, &Argument::option));
   }
-  /// By its option, or by --set.
+  /// The argument --demo or --config; null = neither.
+  const Argument* plant() const {
+    const auto found = std::ranges::find_if(arguments, is_plant);
+    return found == arguments.end() ? nullptr : &*found;
+  }
+  /// Whether it is set by its option or by --set.
   bool is_named(std::string_view option, std::string_view key, std::size_t network = 1) const {
     const std::string path = fmt::format("{}=", key);
     const std::string long_path = fmt::format("network.{}.{}", network, path);
@@ -92,13 +95,16 @@ class Typed {
     arguments.push_back(std::move(argument));
   }
 
-  /// Behind the ones before it.
+  static bool is_plant(const Argument& argument) {
+    return argument.option == kDemoOption || argument.option == kConfigOption;
+  }
+
+  /// In view of the arguments before it.
   std::string problem_with(const Argument& argument) const {
     const auto same = [&](const Argument& other) {
       return other.option == argument.option && other.network == argument.network;
     };
-    const bool is_plant = argument.option == kDemoOption || argument.option == kConfigOption;
-    if (is_plant && count(kDemoOption) + count(kConfigOption) != 0)
+    if (is_plant(argument) && plant() != nullptr)
       return "there can be only one plant; leave out the other --config, or --demo";
     if (!is_repeatable(argument.option) && std::ranges::any_of(arguments, same))
       return config::in_network(argument.network) + "is given twice";
@@ -108,7 +114,7 @@ class Typed {
   std::size_t network_ = 1;
 };
 
-/// CiA 306 begins such a file with this section.
+/// CiA 306: an EDS or DCF file begins with this section.
 bool is_eds(std::string_view text) {
   constexpr std::string_view kSection = "[FileInfo]";
   while (!text.empty())
@@ -116,20 +122,17 @@ bool is_eds(std::string_view text) {
   return false;
 }
 
-config::Diagnostics read_plant_of(const Typed& typed, const config::FileReader& read,
+config::Diagnostics read_plant_of(const Argument& plant, const config::FileReader& read,
                                   config::Config& config) {
-  for (const Argument& argument : typed.arguments) {
-    if (argument.option != kDemoOption && argument.option != kConfigOption) continue;
-    const std::string path(argument.option == kDemoOption ? config::kDemoPlant : argument.text);
-    if (const auto text = read(path)) {
-      if (is_eds(*text))
-        return {config::about_option(fmt::format("{} {}", kConfigOption, path), std::string(kEdsAsPlant))};
-      return config::read_plant(*text, path, config);
-    }
-    return {config::about_option(fmt::format("{} {}", kConfigOption, path),
-                                 "this file cannot be read; check the path and its permissions")};
-  }
-  return {};
+  const std::string path(plant.option == kDemoOption ? config::kDemoPlant : plant.text);
+  const std::string option = fmt::format("{} {}", kConfigOption, path);
+  const auto text = read(path);
+  if (!text)
+    return {config::about_option(option, "this file cannot be read; check the path and its permissions")};
+  if (is_eds(*text))
+    return {config::about_option(
+        option, "this is an EDS or DCF file, not a plant file; --node 5=FILE is a node made from it")};
+  return config::read_plant(*text, path, config);
 }
 
 std::string remarks_on(const config::NetworkConfig& network) {
@@ -149,8 +152,9 @@ std::string remarks_on(const config::NetworkConfig& network) {
   return text;
 }
 
-/// A command is told where the plant is: so any number of them can run at once. What options name stays.
-void use_free_addresses(const Typed& typed, config::Config& config) {
+/// The environment of a command has the addresses, so any number of commands can run at a time. Addresses from
+/// options stay.
+void use_free_addresses(const ParsedArguments& typed, config::Config& config) {
   constexpr std::string_view kFree = "127.0.0.1:0";
   if (!typed.is_named("--modbus", "modbus.port")) config.modbus.port = 0;
   if (!typed.is_named("--control", "control.listen")) config.control = kFree;
@@ -175,25 +179,23 @@ Start refuse(config::Diagnostics problems) {
   return start;
 }
 
-Start print(std::string text) {
-  Start start;
-  start.out = std::move(text);
-  return start;
-}
-
 }  // namespace
 
 Start parse_command_line(int argc, const char* const* argv, const config::FileReader& read) {
-  Typed typed(std::span(argv + 1, argv + argc));
-  if (typed.count(options::kHelpOption) != 0) return print(help_text());
-  if (typed.count(options::kShortHelpOption) != 0) return print(short_help_text());
-  if (typed.count(options::kVersionOption) != 0) return print(fmt::format("cbcan-sim {}\n", kVersion));
+  ParsedArguments typed(std::span(argv + 1, argv + argc));
+  if (typed.count(options::kHelpOption) != 0) return {.out = help_text()};
+  if (typed.count(options::kShortHelpOption) != 0) return {.out = short_help_text()};
+  if (typed.count(options::kVersionOption) != 0) return {.out = fmt::format("cbcan-sim {}\n", kVersion)};
   if (!typed.problems.empty()) return refuse(std::move(typed.problems));
 
   Start start;
-  config::Diagnostics problems = read_plant_of(typed, read, start.config);
+  config::Diagnostics problems;
+  if (const Argument* const plant = typed.plant()) {
+    problems = read_plant_of(*plant, read, start.config);
+    start.plant_file = plant->option == kDemoOption ? kDemo : plant->text;
+  }
   config::Diagnostics of_options = apply_options(typed.arguments, start.config);
-  // Of a plant with mistakes, nodes may be missing that options are about.
+  // After mistakes in the plant file, nodes that options refer to may be missing.
   if (problems.empty()) problems = std::move(of_options);
   if (!typed.command.empty()) use_free_addresses(typed, start.config);
   std::ranges::move(check(start.config), std::back_inserter(problems));
@@ -202,9 +204,6 @@ Start parse_command_line(int argc, const char* const* argv, const config::FileRe
   start.run = true;
   start.check = typed.count(kCheckOption) != 0;
   start.command = typed.command;
-  for (const Argument& argument : typed.arguments)
-    if (argument.option == kDemoOption || argument.option == kConfigOption)
-      start.plant_file = argument.option == kDemoOption ? kDemo : argument.text;
   for (const config::NetworkConfig& network : start.config.networks)
     start.err += remarks_on(network);
   return start;

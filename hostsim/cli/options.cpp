@@ -14,7 +14,6 @@
 #include "config/plant_file.hpp"
 #include "config/settings.hpp"
 #include "text/address.hpp"
-#include "text/error.hpp"
 #include "text/numbers.hpp"
 #include "text/words.hpp"
 
@@ -55,17 +54,11 @@ constexpr auto kRows = std::to_array<Row>({
 });
 // clang-format on
 
-bool has_option(const auto& rows, std::string_view option) {
-  return std::ranges::any_of(rows, [option](const Row& row) {
-    return !row.option.empty() && options::option_name(row.option) == option;
-  });
-}
-
 class Options {
  public:
   Options(const Arguments& arguments, config::Config& config) : arguments_(arguments), config_(config) {}
 
-  /// Nodes first: others may be about them wherever they stand.
+  /// Nodes first: options before --node may refer to them.
   config::Diagnostics apply() {
     make_networks();
     for (const Argument& argument : arguments_)
@@ -76,7 +69,7 @@ class Options {
   }
 
  private:
-  /// Those in front, and behind, may have been typed in any order.
+  /// The networks may have been typed in any order.
   void make_networks() {
     std::map<std::size_t, config::Place> places;
     for (const Argument& argument : arguments_) {
@@ -100,7 +93,7 @@ class Options {
     }
   }
 
-  /// What is said about a network that has been complained about is left out.
+  /// False for options of a network that does not exist, which has been reported.
   bool is_about(const Argument& argument) {
     if (argument.network == 0 || argument.network > config_.networks.size()) return false;
     network_ = &config_.networks[argument.network - 1];
@@ -129,7 +122,7 @@ class Options {
   template <class Target>
   void apply_row(std::span<const Setting<Target>> rows, Target& target, const Argument& argument) {
     for (const auto& row : rows) {
-      if (row.option.empty() || options::option_name(row.option) != argument.option) continue;
+      if (options::option_name(row.option) != argument.option) continue;
       const text::Value value = options::value_of(row, argument);
       if (const Problem problem = config::assign(row, target, value, where_); !problem.empty())
         complain(problem);
@@ -146,14 +139,11 @@ class Options {
   }
 
   void apply_modbus(std::string_view text) {
-    try {
-      config_.modbus = text::parse_listen_address(text, config_.modbus.port);
-    } catch (const text::UsageError& error) {
-      complain(error.what());
-    }
+    const auto parse = [&] { config_.modbus = text::parse_listen_address(text, config_.modbus.port); };
+    if (const Problem problem = options::problem_of(parse); !problem.empty()) complain(problem);
   }
 
-  /// One that the plant file has gets another file.
+  /// A node of the plant file gets another EDS file.
   void apply_node(std::string_view text) {
     const auto sides = text::split(text, '=');
     if (!sides) return complain("must be ID=FILE, such as 5=io_module.eds");
@@ -165,22 +155,23 @@ class Options {
       apply_texts("node+", keys);
   }
 
-  /// On top of the faults of the plant file.
+  /// Adds to the faults of the plant file.
   void apply_fault(std::string_view text) {
     const auto parts = text::split(text, ':');
     if (!parts)
       return complain(
           "must be ID:KIND KEY=VALUE... or bus:KIND KEY=VALUE..., such as 5:response-late delay_ms=50");
     const bool of_bus = parts->first == "bus";
-    config::NodeConfig* node = of_bus ? nullptr : addressed(parts->first);
-    if (!of_bus && node == nullptr) return;
+    config::NodeConfig* node = of_bus ? nullptr : find(parts->first);
+    if (!of_bus && node == nullptr)
+      return complain(fmt::format("there is no node {0}; add --node {0}=FILE.eds", parts->first));
     const sim::FaultOrProblem made =
         sim::parse_fault(parts->second, of_bus ? sim::FaultPlace::kBus : sim::FaultPlace::kNode);
     if (!made.problem.empty()) return complain(made.problem);
     (of_bus ? network_->can.faults : node->faults).push_back({made.fault, where_});
   }
 
-  /// FROM=TO are keys too.
+  /// FROM=TO becomes two keys.
   void apply_wire(std::string_view text) {
     const auto words = text::words_of(text);
     const auto ends = words.empty() ? std::nullopt : text::split(words.front(), '=');
@@ -189,13 +180,6 @@ class Options {
     for (const std::string_view word : std::span(words).subspan(1))
       keys.push_back(text::split(word, '=').value_or(config::TextKey(word, {})));
     apply_texts("wire+", keys);
-  }
-
-  /// The node that an argument begins with; null after a complaint.
-  config::NodeConfig* addressed(std::string_view id) {
-    config::NodeConfig* node = find(id);
-    if (node == nullptr) complain(fmt::format("there is no node {0}; add --node {0}=FILE.eds", id));
-    return node;
   }
 
   config::NodeConfig* find(std::string_view id) {
@@ -207,8 +191,8 @@ class Options {
 
   const Arguments& arguments_;
   config::Config& config_;
-  config::NetworkConfig* network_ = &config_.networks.front();  ///< that the argument is about
-  config::Place where_;                                         ///< the argument
+  config::NetworkConfig* network_ = &config_.networks.front();  ///< of the current argument
+  config::Place where_;                                         ///< the current argument
   config::Diagnostics found_;
 };
 
@@ -237,7 +221,8 @@ std::size_t network_number(std::string_view text) {
 }
 
 bool is_about_whole_plant(std::string_view option) {
-  return option == "--modbus" || has_option(config::settings(), option);
+  const auto is_it = [option](const Row& row) { return options::option_name(row.option) == option; };
+  return option == "--modbus" || std::ranges::any_of(config::settings(), is_it);
 }
 
 bool is_repeatable(std::string_view option) {

@@ -21,60 +21,41 @@ namespace cbcan::cli {
 namespace {
 
 options::Problem check_shard(const text::Value& value) {
-  const Shard shard = shard_of(std::get<std::string>(value));
-  return shard.part == 0 ? "must be I/N, the I-th part of N, such as 1/4" : "";
+  return options::problem_of([&] { shard_of(std::get<std::string>(value)); });
 }
 
 options::Problem check_target(const text::Value& value) {
-  try {
-    target_of(std::get<std::string>(value));
-    return {};
-  } catch (const text::UsageError& error) {
-    return error.what();
-  }
+  return options::problem_of([&] { target_of(std::get<std::string>(value)); });
 }
 
-template <auto kMember>
-constexpr auto row(options::Row row) {
-  return options::setting<RunConfig, kMember>(row);
-}
+using options::setting;
 
 // clang-format off
 constexpr std::array kRunRows{
-    row<&RunConfig::junit>({.key = "run.junit", .option = "--junit FILE", .help = "Writes the results as JUnit XML",
+    setting<&RunConfig::junit>({.key = "run.junit", .option = "--junit FILE", .help = "Writes the results as JUnit XML",
                             .form = options::Form::kPath, .domain = "a path"}),
-    row<&RunConfig::logs>({.key = "run.log", .option = "--log FOLDER",
+    setting<&RunConfig::logs>({.key = "run.log", .option = "--log FOLDER",
                            .help = "Writes the bus of each scenario there, in the format of candump -L",
                            .form = options::Form::kPath, .domain = "a path"}),
-    row<&RunConfig::jobs>({.key = "run.jobs", .option = "-j, --jobs N", .help = "Number of scenarios played at a time", .low = 1, .high = 1000}),
-    row<&RunConfig::shard>({.key = "run.shard", .option = "--shard I/N",
+    setting<&RunConfig::jobs>({.key = "run.jobs", .option = "-j, --jobs N", .help = "Number of scenarios played at a time", .low = 1, .high = 1000}),
+    setting<&RunConfig::shard>({.key = "run.shard", .option = "--shard I/N",
                             .help = "Plays part I of N, always the same scenarios",
                             .domain = "I/N", .check = check_shard}),
-    row<&RunConfig::real_time>({.key = "run.real_time", .option = "--real-time", .help = "Runs in real time"}),
-    row<&RunConfig::target>({.key = "run.target", .option = "--target HOST:PORT|rtu:DEV,BAUD,PARITY",
+    setting<&RunConfig::real_time>({.key = "run.real_time", .option = "--real-time", .help = "Runs in real time"}),
+    setting<&RunConfig::target>({.key = "run.target", .option = "--target HOST:PORT|rtu:DEV,BAUD,PARITY",
                              .help = "Plays on the registers of this Modbus server, in real time; expectations about nodes and frames are "
                                      "ignored, and scenarios that act on them are skipped",
                              .domain = "HOST:PORT or rtu:DEV,BAUD,PARITY", .check = check_target}),
-    row<&RunConfig::check>({.key = "run.check", .option = "--check", .help = "Only checks the files and reports mistakes"}),
+    setting<&RunConfig::check>({.key = "run.check", .option = "--check", .help = "Only checks the files and reports mistakes"}),
 };
 constexpr std::array kRunWords{
-    row<&RunConfig::paths>({.key = "run.paths", .option = "FILE|FOLDER...",
+    setting<&RunConfig::paths>({.key = "run.paths", .option = "FILE|FOLDER...",
                             .help = "Scenarios; of a folder all files *.toml that have a [[step]], in it and below"}),
 };
 // clang-format on
 
 constexpr options::Command<RunConfig> kRun{
     "cbcan-sim run", "plays scenarios; docs/reference/scenarios.md explains them", kRunWords, kRunRows};
-
-std::string help() {
-  return options::help_of(kRun) + "\nExit codes:\n" + options::exit_code_lines("cbcan-sim");
-}
-
-std::vector<std::string_view> known_options() {
-  std::vector<std::string_view> known{"-h, --help"};
-  std::ranges::transform(kRunRows, std::back_inserter(known), &options::Row::option);
-  return known;
-}
 
 }  // namespace
 
@@ -102,15 +83,18 @@ Shard shard_of(const std::string& text) {
   const auto sides = text::split(text, '/');
   const auto part = sides ? text::parse<std::size_t>(sides->first) : std::nullopt;
   const auto parts = sides ? text::parse<std::size_t>(sides->second) : std::nullopt;
-  if (!part || !parts || *part < 1 || *part > *parts) return {0, 0};
+  if (!part || !parts || *part < 1 || *part > *parts)
+    throw text::UsageError("must be I/N, the I-th part of N, such as 1/4");
   return {*part, *parts};
 }
 
 RunStart parse_run_command_line(std::span<const char* const> words) {
   RunStart start;
-  const options::ParsedArguments typed = options::parse_arguments(words, known_options());
+  std::vector<std::string_view> known{"-h, --help"};
+  std::ranges::transform(kRunRows, std::back_inserter(known), &options::Row::option);
+  const options::ParsedArguments typed = options::parse_arguments(words, known);
   if (is_typed(typed, options::kHelpOption)) {
-    start.out = help();
+    start.out = options::help_of(kRun) + "\nExit codes:\n" + options::exit_code_lines("cbcan-sim");
     return start;
   }
   for (const options::WrongWord& wrong : typed.wrong)

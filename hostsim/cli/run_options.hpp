@@ -26,10 +26,10 @@ struct RunConfig {
   bool check = false;
 };
 
-/// Somebody else's registers.
+/// The Modbus server whose registers scenarios are played on.
 struct TargetPlace {
   text::ListenAddress server;  ///< of Modbus TCP
-  config::LineConfig line;     ///< of Modbus RTU, station 1; without a device it is the server
+  config::LineConfig line;     ///< of Modbus RTU, station 1; without a device `server` is used
 };
 /// "HOST:PORT" or "rtu:DEV,BAUD,PARITY"; throws text::UsageError.
 TargetPlace target_of(const std::string& text);
@@ -39,6 +39,7 @@ struct Shard {
   std::size_t part = 1;  ///< from 1
   std::size_t parts = 1;
 };
+/// Throws text::UsageError.
 Shard shard_of(const std::string& text);
 
 struct RunStart {
@@ -49,7 +50,7 @@ struct RunStart {
   RunConfig config;
 };
 
-/// `words`: those behind "run".
+/// `words`: those after "run".
 RunStart parse_run_command_line(std::span<const char* const> words);
 
 }  // namespace cbcan::cli

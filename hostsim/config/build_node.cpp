@@ -43,7 +43,7 @@ std::optional<Bytes> encode_real(double number, DataType type) {
   return eds::to_bytes(std::bit_cast<std::uint32_t>(static_cast<float>(number)), 4);
 }
 
-/// Of an index that was written in decimal digits and meant in hexadecimal ones.
+/// For an index that was probably meant in hexadecimal digits.
 std::string meant_index(std::uint16_t index, std::uint8_t sub, const ObjectDictionary& dictionary) {
   const auto meant = text::parse<std::uint16_t>(std::to_string(index), 16);
   ObjectEntry entry{};
@@ -51,7 +51,7 @@ std::string meant_index(std::uint16_t index, std::uint8_t sub, const ObjectDicti
   return is_there ? fmt::format("; did you mean 0x{}?", index) : "";
 }
 
-/// Puts the value in, which then no longer follows the node ID; returns what is wrong with it, or nothing.
+/// Stores the value, which then no longer depends on the node ID; returns what is wrong with it, or nothing.
 std::string put(const InitialValue& initial, ObjectDictionary& dictionary, eds::DictionaryImage& image) {
   ObjectEntry entry{};
   const std::string name = object_name(initial.index, initial.sub);
@@ -73,17 +73,12 @@ std::string put(const InitialValue& initial, ObjectDictionary& dictionary, eds::
   return {};
 }
 
-/// A noise without a seed of its own has one by its object: other signals of the node do not change it.
-std::uint64_t noise_seed(std::uint64_t node_seed, const sim::Signal& signal) {
-  return sim::Random(node_seed ^ (std::uint64_t{signal.index} << 8 | signal.sub)).next();
-}
-
 class Builder {
  public:
   Builder(const NodeConfig& node, std::uint64_t seed, const FileReader& read)
       : node_(node), seed_(seed), read_(read) {}
 
-  /// null: the file cannot be read.
+  /// `file`: null if it cannot be read.
   NodeBuild build(EdsFile* file) {
     if (file == nullptr) {
       complain(node_.place, cannot_read(node_.eds, node_.place));
@@ -112,7 +107,7 @@ class Builder {
     for (const eds::Diagnostic& diagnostic : diagnostics)
       build_.warnings.push_back(eds::to_string(diagnostic));
     if (image.entries.empty()) {
-      build_ = {};  // what there is to say of each of its lines helps nobody
+      build_ = {};  // messages for each of its lines would not help
       build_.problems.push_back(node_.eds +
                                 ": not one object in it that a node could have; write an EDS or DCF file");
     }
@@ -125,7 +120,7 @@ class Builder {
     build_.node->names = file.names();
   }
 
-  /// What is said here counts where the node has a device, but not all that belongs to it.
+  /// Warns of devices that the file describes incompletely.
   void choose_device(ObjectDictionary& dictionary) {
     ObjectEntry type{};
     const bool has_type = dictionary.find(object::kDeviceType, 0, type) == AbortCode::kNone;
@@ -142,7 +137,7 @@ class Builder {
                       kind_->name, missing));
   }
 
-  /// Empty: nobody expects one.
+  /// Empty: no device is expected.
   static std::string why_no_device(const ObjectDictionary& dictionary, std::uint64_t profile, bool unset) {
     if (unset) return "1000h has no value";
     if (profile != 0) return fmt::format("1000h names profile {}, which is not simulated", profile);
@@ -192,7 +187,7 @@ class Builder {
     };
   }
 
-  /// Reads the file each time, so that a script can be loaded again.
+  /// Reads the file each time, so that `reload` works.
   sim::BehaviourMaker script() const {
     return
         [read = read_, path = node_.device, place = node_.place](sim::DeviceNode& node, std::uint64_t seed) {
@@ -202,7 +197,7 @@ class Builder {
         };
   }
 
-  /// Which inputs there are, and whether a script runs, only a node that runs can tell.
+  /// Only a running node shows which inputs it has and whether its script works.
   void try_out() try {
     if (node_.signals.empty() && kind_ != nullptr) return;
     sim::World world;
@@ -225,8 +220,11 @@ class Builder {
 
   void add_signal(const SignalConfig& config) {
     sim::Signal signal = config.signal;
-    if (auto* noise = std::get_if<sim::Noise>(&signal.shape))
-      noise->seed = config.seed ? *config.seed : noise_seed(seed_, signal);
+    if (auto* noise = std::get_if<sim::Noise>(&signal.shape)) {
+      // Depends on node and object only: other signals do not change it.
+      const std::uint64_t object = std::uint64_t{signal.index} << 8 | signal.sub;
+      noise->seed = config.seed ? *config.seed : sim::Random(seed_ ^ object).next();
+    }
     if (auto* replay = std::get_if<sim::Replay>(&signal.shape)) {
       const std::optional<std::string> text = read_(config.file);
       if (!text) return complain(config.place, cannot_read(config.file, config.place));
@@ -297,7 +295,7 @@ PlantBuild build_nodes(const Config& config, const FileReader& read) {
       NodeBuild build = builder.build(node, node_seed(config, node));
       for (const auto* lines : {&build.warnings, &build.problems})
         std::ranges::remove_copy_if(*lines, std::back_inserter(plant.lines), [&](const std::string& line) {
-          return std::ranges::find(plant.lines, line) != plant.lines.end();  // of another node's same file
+          return std::ranges::find(plant.lines, line) != plant.lines.end();  // another node has the same file
         });
       plant.good = plant.good && build.node;
       if (build.node) nodes.push_back(std::move(*build.node));

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// From a node of the configuration to what the simulation runs: its EDS read, its values of the plant file
-/// put in, its device found, its signals ready.
+/// Turns a node of the configuration into what the simulation runs: reads its EDS file, applies the values of
+/// the plant file, finds its device and prepares its signals.
 
 #include <functional>
 #include <map>
@@ -20,10 +20,10 @@
 namespace cbcan::config {
 
 struct NodeBuild {
-  /// Without parameters and listener; none if a file cannot be read, or a value or a signal not be put in.
+  /// Without parameters and listener; none if a file cannot be read, or a value or signal cannot be applied.
   std::optional<sim::NodeParts> node;
   std::vector<std::string> problems;  ///< why there is no node
-  std::vector<std::string> warnings;  ///< what is wrong in the EDS file and what is used in its place
+  std::vector<std::string> warnings;  ///< mistakes in the EDS file and what is used instead
 };
 
 /// Builds the nodes of a plant; reads each EDS file once.
@@ -31,8 +31,8 @@ class NodeBuilder {
  public:
   explicit NodeBuilder(FileReader read) : read_(std::move(read)) {}
 
-  /// `seed`: see node_seed(). A node without an ID is built for the ID 0, see sim::Node; the node ID that a
-  /// DCF has of its own counts for nothing. What is wrong in a file is said with the first of its nodes.
+  /// `seed`: see node_seed(). A node without an ID is built for the ID 0, see sim::Node; the node ID in a DCF
+  /// is ignored. Mistakes in a file are reported with the first of its nodes.
   NodeBuild build(const NodeConfig& node, std::uint64_t seed);
 
  private:
@@ -41,16 +41,16 @@ class NodeBuilder {
 };
 
 struct PlantBuild {
-  std::vector<std::vector<sim::NodeParts>> networks;  ///< the nodes of each, in their order
-  std::vector<std::vector<sim::TimedFrame>> replays;  ///< of each, from the start on
-  std::vector<std::string> lines;                     ///< what is to be said, also where nothing is wrong
+  std::vector<std::vector<sim::NodeParts>> networks;  ///< the nodes of each network, in their order
+  std::vector<std::vector<sim::TimedFrame>> replays;  ///< of each network, from the start on
+  std::vector<std::string> lines;                     ///< messages, warnings included
   bool good = true;                                   ///< false: nodes are missing
 };
 
-/// All nodes of all networks, and what is replayed there.
+/// Builds all nodes of all networks, and reads the frames to be replayed.
 PlantBuild build_nodes(const Config& config, const FileReader& read);
 
-/// The bytes of a value as an object of this type has them, little-endian; nullopt if it does not fit.
+/// The bytes of a value for an object of this type, little-endian; nullopt if it does not fit.
 std::optional<Bytes> encode(const Value& value, DataType type);
 
 }  // namespace cbcan::config

@@ -22,7 +22,7 @@ constexpr std::size_t kLongestBusName = 16;
 constexpr std::uint32_t kBitsPerKbit = 1000;
 
 constexpr std::array<std::string_view, 4> kKinds{"socketcan", "slcan", "socketcand", "virtual"};
-/// What is written where something is missing.
+/// For messages about missing parts.
 constexpr std::array<std::string_view, 3> kExamples{"socketcan:vcan0", "slcan:/dev/ttyACM0",
                                                     "socketcand:127.0.0.1:29536/can0"};
 
@@ -34,7 +34,7 @@ bool looks_like_interface(std::string_view text) {
   return text.starts_with("can") || text.starts_with("vcan") || text.starts_with("slcan");
 }
 
-/// `spec` is `kind`, with ":" and more behind it or not.
+/// `spec` is `kind`, or begins with `kind` and ":".
 [[noreturn]] void refuse_kind(std::string_view spec, std::string_view kind) {
   const std::string_view meant = text::nearest(kind, kKinds);
   if (meant == kKinds.back()) refuse("no such bus; did you mean virtual?");

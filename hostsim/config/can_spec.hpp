@@ -9,7 +9,7 @@
 
 namespace cbcan::config {
 
-/// Where the wire of a bus goes on outside this program.
+/// The bus outside this program that a bus is connected to.
 struct CanSpec {
   enum class Kind : std::uint8_t { kSocketCan, kSlcan, kSocketcand };
 
@@ -20,7 +20,7 @@ struct CanSpec {
 };
 
 /// Reads socketcan:IFNAME, slcan:/DEVICE[@BITRATE], slcan:HOST:PORT[@BITRATE] and socketcand:HOST:PORT/BUS.
-/// Throws UsageError for anything else; its text says what is wrong without repeating `spec`.
+/// Throws UsageError for anything else; its text does not repeat `spec`.
 CanSpec parse_can_spec(std::string_view spec);
 
 }  // namespace cbcan::config

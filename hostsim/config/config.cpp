@@ -19,37 +19,31 @@
 namespace cbcan::config {
 namespace {
 
-std::string name_of(const InitialValue& value) {
-  return fmt::format("object {} is already set", object_name(value.index, value.sub));
-}
-
-std::string name_of(const SignalConfig& signal) {
-  return fmt::format("object {} already has a signal", object_name(signal.signal.index, signal.signal.sub));
-}
-
-/// Values, or signals, of the same object.
+/// Reports two values, or two signals, of one object.
 template <class Item>
-void check_objects(const NodeConfig& node, const std::vector<Item>& items, Diagnostics& found) {
+void check_objects(const NodeConfig& node, const std::vector<Item>& items, std::string_view what,
+                   Diagnostics& found) {
   for (auto later = items.begin(); later != items.end(); ++later) {
+    const auto [index, sub] = object_of(*later);
     const auto first =
-        std::find_if(items.begin(), later, [&](const Item& item) { return same_object(item, *later); });
+        std::ranges::find(items, object_of(*later), [](const Item& item) { return object_of(item); });
     if (first != later)
-      found.push_back({later->place, fmt::format("{}: {} at {}; remove one of the two", node_name(node),
-                                                 name_of(*later), to_string(first->place))});
+      found.push_back({later->place, fmt::format("{}: object {} {} at {}; remove one of the two", node_name(node),
+                                                 object_name(index, sub), what, to_string(first->place))});
   }
 }
 
-/// Two names of one file look the same, as far as names can tell.
+/// Two names of one file become equal, as far as the names show it.
 std::string normal(const std::string& path) {
   return std::filesystem::path(path).lexically_normal().string();
 }
 
-/// Files, addresses, serial ports and buses, which only one setting can have.
+/// Files, addresses, serial ports and buses, each of which only one setting can have.
 class Owners {
  public:
   explicit Owners(Diagnostics& found) : found_(found) {}
 
-  /// `name`: of the setting. `place`: none of one of the whole plant.
+  /// `name`: of the setting. `place`: empty for a setting of the whole plant.
   void own(std::string_view what, const std::string& name, const Place& place = {}) {
     if (what.empty()) return;
     const auto [owner, is_first] = owners_.emplace(what, std::pair(name, place));
@@ -108,13 +102,6 @@ void check_owners(const Config& config, Diagnostics& found) {
     own_those_of(network, owners);
 }
 
-void check_number_of_networks(const Config& config, Diagnostics& found) {
-  if (config.networks.size() > kMostNetworks)
-    found.push_back({config.networks[kMostNetworks].place,
-                     fmt::format("network {}: there can be {} at most, as many as Modbus has unit IDs",
-                                 kMostNetworks + 1, kMostNetworks)});
-}
-
 void check_node_ids(const NetworkConfig& network, Diagnostics& found) {
   std::array<const NodeConfig*, 128> owner{};
   for (const NodeConfig& node : network.nodes) {
@@ -133,12 +120,12 @@ void check_node_ids(const NetworkConfig& network, Diagnostics& found) {
   }
 }
 
-/// Of the member of a network with this number.
+/// Of the member with this number in a network.
 std::uint64_t seed_of(const Config& config, std::size_t network, std::uint64_t number) {
   return sim::Random(std::uint64_t{config.seed} << 32 | std::uint64_t{network - 1} << 24 | number).next();
 }
 
-/// A range of the module's registers, and the key of the setting that says where it begins.
+/// A range of the module's registers, and the key of the setting for its first register.
 struct Registers {
   std::string_view key;
   std::size_t first;
@@ -157,17 +144,16 @@ std::string to_string(const Registers& range) {
 std::vector<Registers> registers_of(const ModuleConfig& module) {
   std::vector<Registers> ranges{{"", regmap::kWindowFirst, regmap::kWindowWords},
                                 {"module.process_first", module.process_first, regmap::kProcessWords}};
-  for (std::size_t n = 1; n <= module.channels; ++n) {
-    const std::size_t behind = regmap::kScannerStride * (n - 1);
-    ranges.push_back(
-        {"module.scanner_out_first", module.scanner_out_first + behind, regmap::kScannerOutWords, n});
-    ranges.push_back(
-        {"module.scanner_in_first", module.scanner_in_first + behind, regmap::kScannerInWords, n});
+  for (unsigned n = 1; n <= module.channels; ++n) {
+    ranges.push_back({"module.scanner_out_first", regmap::of_channel(module.scanner_out_first, n),
+                      regmap::kScannerOutWords, n});
+    ranges.push_back({"module.scanner_in_first", regmap::of_channel(module.scanner_in_first, n),
+                      regmap::kScannerInWords, n});
   }
   return ranges;
 }
 
-/// One complaint is enough: channels lie one behind the other.
+/// Only the first: if one channel has no room, those after it have none either.
 void check_registers(const NetworkConfig& network, Diagnostics& found) {
   const std::vector<Registers> ranges = registers_of(network.module);
   const auto complain = [&](const Registers& range, const Registers& other, const std::string& what) {
@@ -204,8 +190,8 @@ void check_network(const Config& config, const NetworkConfig& network, Diagnosti
                                  fmt::format("{}the time of {} cannot stand still; use it with --can virtual",
                                              in_network(network.number), can_spec(network.can))));
   for (const NodeConfig& node : network.nodes) {
-    check_objects(node, node.objects, found);
-    check_objects(node, node.signals, found);
+    check_objects(node, node.objects, "is already set", found);
+    check_objects(node, node.signals, "already has a signal", found);
   }
 }
 
@@ -221,14 +207,6 @@ std::string can_spec(const CanConfig& can) {
   return can.outside.empty() ? "virtual" : can.outside;
 }
 
-bool same_object(const InitialValue& one, const InitialValue& other) {
-  return one.index == other.index && one.sub == other.sub;
-}
-
-bool same_object(const SignalConfig& one, const SignalConfig& other) {
-  return one.signal.index == other.signal.index && one.signal.sub == other.signal.sub;
-}
-
 std::string in_network(std::size_t number) {
   return number == 1 ? "" : fmt::format("network {}: ", number);
 }
@@ -242,7 +220,7 @@ std::string object_name(std::uint16_t index, std::uint8_t sub) {
 }
 
 std::uint64_t network_seed(const Config& config, const NetworkConfig& network) {
-  constexpr std::uint64_t kItself = 0;  // no node has it
+  constexpr std::uint64_t kItself = 0;  // no node has this number
   return network.number == 1 ? config.seed : seed_of(config, network.number, kItself);
 }
 
@@ -260,7 +238,10 @@ Diagnostics check(const Config& config) {
   Diagnostics found;
   for (const NetworkConfig& network : config.networks)
     check_network(config, network, found);
-  check_number_of_networks(config, found);
+  if (config.networks.size() > kMostNetworks)
+    found.push_back({config.networks[kMostNetworks].place,
+                     fmt::format("network {}: there can be {} at most, as many as Modbus has unit IDs",
+                                 kMostNetworks + 1, kMostNetworks)});
   if (config.clock == ClockKind::kManual && logs_to_standard_output(config))
     found.push_back(about_option(config.pcap == kStandardOutput ? "--pcap -" : "--log -",
                                  "standard output has the responses of --clock manual; name a file"));

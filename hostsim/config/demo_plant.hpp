@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The plant of `--demo`: the files of plants/demo as they were when the program was built, inside the
-/// program.
+/// The plant of `--demo`: the files of plants/demo, embedded in the program when it is built.
 
 #include <span>
 #include <string_view>
@@ -16,14 +15,14 @@ struct EmbeddedFile {
   std::string_view text;
 };
 
-/// Generated from plants/demo by cmake/embed.cmake. Lives as long as the program.
+/// Generated from plants/demo by cmake/embed.cmake.
 std::span<const EmbeddedFile> demo_files();
 
 /// The path under which a reader made by with_demo_plant() finds the demo's plant file; its EDS files are
 /// next to it.
 inline constexpr std::string_view kDemoPlant = "demo:/plant.toml";
 
-/// A reader that has the demo's files under "demo:/" and asks `disk` for everything else.
+/// A reader with the demo's files under "demo:/", and `disk` for all other paths.
 FileReader with_demo_plant(FileReader disk);
 
 }  // namespace cbcan::config

@@ -2,7 +2,6 @@
 #include "config/diagnostic.hpp"
 
 #include <algorithm>
-#include <limits>
 #include <utility>
 
 #include "text/utf8.hpp"
@@ -22,11 +21,9 @@ std::string to_string(const Diagnostic& diagnostic) {
 }
 
 void sort_by_place(Diagnostics& diagnostics) {
-  const auto rank = [](const Diagnostic& diagnostic) {
-    return diagnostic.place.line == 0 ? std::numeric_limits<std::size_t>::max() : diagnostic.place.line;
-  };
-  std::stable_sort(diagnostics.begin(), diagnostics.end(),
-                   [rank](const Diagnostic& a, const Diagnostic& b) { return rank(a) < rank(b); });
+  std::ranges::stable_sort(diagnostics, {}, [](const Diagnostic& diagnostic) {
+    return std::pair(diagnostic.place.line == 0, diagnostic.place.line);
+  });
 }
 
 }  // namespace cbcan::config

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Complaints about a configuration, each with the place where the user can put it right.
+/// Mistakes in a configuration, each with the place where the user can correct it.
 
 #include <cstddef>
 #include <string>
@@ -10,8 +10,7 @@
 
 namespace cbcan::config {
 
-/// Where something was configured: a line of a plant file, or an option of the command line as it was typed
-/// (line 0).
+/// Where something was configured: a line of a plant file, or an option as it was typed (line 0).
 struct Place {
   std::string source;
   std::size_t line = 0;
@@ -25,7 +24,7 @@ struct Diagnostic {
 
 using Diagnostics = std::vector<Diagnostic>;
 
-/// About an option, or a word on the command line, as it was typed.
+/// For an option, or a word of the command line, as it was typed.
 Diagnostic about_option(std::string_view typed, std::string message);
 
 /// "plant.toml:12", "--node 5=io_module.eds"
@@ -34,7 +33,7 @@ std::string to_string(const Place& place);
 /// "plant.toml:12: node.id 300: must be 1..127", without a line end.
 std::string to_string(const Diagnostic& diagnostic);
 
-/// Plant file first, in line order; then the command line, in the order of finding.
+/// Plant file first, in line order; then the command line, in unchanged order.
 void sort_by_place(Diagnostics& diagnostics);
 
 }  // namespace cbcan::config

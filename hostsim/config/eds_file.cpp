@@ -16,7 +16,7 @@ eds::Result read(const std::string& text, const std::string& name, std::uint8_t 
   return eds::read(text, name, node_id, devices::standard_type);
 }
 
-/// What dictionary_image() and change_node_id() would come to for the highest node ID.
+/// The same as dictionary_image() and change_node_id() for the highest node ID.
 void move_to_last_node(std::vector<eds::Object>& objects) {
   for (eds::Object& object : objects) {
     const NodeIdValue all{0, object.node_ids, static_cast<std::uint8_t>(object.value.size())};

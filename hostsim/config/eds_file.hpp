@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// One EDS or DCF file for all nodes that have it.
+/// One EDS or DCF file for all nodes that use it.
 
 #include <cstdint>
 #include <memory>
@@ -14,9 +14,9 @@
 
 namespace cbcan::config {
 
-/// Nodes differ in what $NODEID adds to values. A file that says the same with the lowest node ID and with
-/// the highest one but for such values is read no more: the values are moved, which takes no parsing. In any
-/// other file $NODEID stands in a limit, say, or a value fits with some IDs only; it is read for each node.
+/// Nodes differ by the values that contain $NODEID. If the results for the lowest and the highest node ID
+/// differ by nothing else, the file is not read again: the node ID is added to these values. Any other file,
+/// such as one with $NODEID in a limit or with a value that fits some IDs only, is read for each node.
 class EdsFile {
  public:
   /// `name` is for the diagnostics.
@@ -24,18 +24,18 @@ class EdsFile {
 
   struct ForNode {
     eds::DictionaryImage image;
-    std::vector<eds::Diagnostic> diagnostics;  ///< what all nodes have in common is told the first time only
+    std::vector<eds::Diagnostic> diagnostics;  ///< those that all nodes have in common only the first time
   };
-  /// For a node with this ID; 0 = for none.
+  /// For a node with this ID; 0 = without one.
   ForNode for_node(std::uint8_t node_id);
 
-  /// For people; shared by all nodes that have the file.
+  /// Shared by all nodes that use the file.
   std::shared_ptr<const eds::ObjectNames> names() const { return names_; }
 
  private:
   std::string name_;
   std::string text_;
-  bool alike_;  ///< for all node IDs
+  bool alike_;  ///< the results for all node IDs, apart from values with $NODEID
   ForNode none_;
   std::shared_ptr<const eds::ObjectNames> names_;
 };

@@ -7,7 +7,7 @@
 
 namespace cbcan::config {
 
-/// Gives the whole content of a file, or nullopt where it cannot be read.
+/// Returns the whole content of a file; nullopt if it cannot be read.
 using FileReader = std::function<std::optional<std::string>(const std::string& path)>;
 
 }  // namespace cbcan::config

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What can be set of a node: its objects, signals and faults too; and of the wires between nodes.
+// Settings of nodes, with their objects, signals and faults, and of wires.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -26,7 +26,7 @@ constexpr std::array<std::string_view, 3> kThen{"hold", "repeat", "back-and-fort
 constexpr std::array<std::string_view, 2> kDistributions{"uniform", "normal"};
 constexpr std::array<std::string_view, 2> kBetween{"step", "linear"};
 
-// ---- What a range cannot tell, and what is stored in another way
+// ---- Checks besides the range, and values that are stored in another form
 
 Problem check_bytes(const Value& value) {
   const auto* text = std::get_if<std::string>(&value);
@@ -48,23 +48,14 @@ Problem check_device(const Value& value) {
 void store_heartbeat(const Row& /*row*/, NodeConfig& node, const Value& value) {
   node.objects.push_back({cbcan::object::kProducerHeartbeatTime, 0, value, node.place});
 }
-Value load_no_heartbeat(const Row& /*row*/, const NodeConfig& /*node*/) {
-  return std::string();
-}
 
 void store_object_value(const Row& /*row*/, InitialValue& object, const Value& value) {
   const auto* text = std::get_if<std::string>(&value);
   object.value = text != nullptr && text::is_hex(*text) ? Value(*text::parse_hex(*text)) : value;
 }
-Value load_object_value(const Row& /*row*/, const InitialValue& object) {
-  return object.value;
-}
 
 void store_shape(const Row& row, SignalConfig& signal, const Value& value) {
   signal.signal.shape = signal_of(static_cast<std::size_t>(options::detail::place_of(row, value))).signal.shape;
-}
-Value load_shape(const Row& /*row*/, const SignalConfig& signal) {
-  return std::string(kShapes[signal.signal.shape.index()]);
 }
 
 Problem check_wire_end(const Value& value) {
@@ -73,38 +64,17 @@ Problem check_wire_end(const Value& value) {
          "NODE:analogue-output:N, "
          "NODE:input:N or NODE:analogue-input:N; 2/NODE is on network 2";
 }
-template <auto kEnd>
-void store_wire_end(const Row& /*row*/, WireConfig& wire, const Value& value) {
-  wire.*kEnd = *parse_wire_end(std::get<std::string>(value));
-}
-template <auto kEnd>
-Value load_wire_end(const Row& /*row*/, const WireConfig& wire) {
-  return (wire.*kEnd).text;
-}
 
 // ---- The rows
 
-template <auto kMember>
-constexpr auto node(Row row) {
-  return setting<NodeConfig, kMember>(row);
-}
-template <auto kMember>
-constexpr auto object(Row row) {
-  return setting<InitialValue, kMember>(row);
-}
-
-/// Of a signal of these shapes.
+/// For signals of these shapes.
 template <auto... kPath>
 constexpr auto signal(std::size_t first, std::size_t last, Row row) {
   row.kinds = {static_cast<std::uint8_t>(first), static_cast<std::uint8_t>(last)};
   return setting<SignalConfig, kPath...>(row);
 }
-template <auto... kPath>
-constexpr auto any_signal(Row row) {
-  return signal<kPath...>(0, 0xFF, row);
-}
 
-/// The shape's place in sim::Shape.
+/// The shape's index in sim::Shape.
 template <class Shape, std::size_t kPlace = 0>
 constexpr std::size_t place_of() {
   if constexpr (std::is_same_v<std::variant_alternative_t<kPlace, sim::Shape>, Shape>) {
@@ -114,7 +84,7 @@ constexpr std::size_t place_of() {
   }
 }
 
-/// A member of a shape, which belongs() has seen to.
+/// A member of a shape; belongs() has checked that the signal has it.
 template <class Shape, auto kMember>
 constexpr auto of(Row row) {
   constexpr auto kStep = [](auto& owner) -> auto& {
@@ -133,16 +103,15 @@ template <auto kEnd>
 constexpr Setting<WireConfig> wire_end(Row row) {
   row.form = Form::kText;
   row.check = check_wire_end;
-  return {row, store_wire_end<kEnd>, load_wire_end<kEnd>};
+  return {row,
+          [](const Row& /*row*/, WireConfig& wire, const Value& value) {
+            wire.*kEnd = *parse_wire_end(std::get<std::string>(value));
+          },
+          [](const Row& /*row*/, const WireConfig& wire) { return Value((wire.*kEnd).text); }};
 }
 template <auto kMember>
 constexpr auto wire(Row row) {
-  return setting<WireConfig, &WireConfig::transfer, kMember>(row);
-}
-
-template <auto... kPath>
-constexpr auto axis(Row row) {
-  return setting<AxisConfig, kPath...>(row);
+  return setting<&WireConfig::transfer, kMember>(row);
 }
 
 constexpr Row duration(Row row) {
@@ -154,58 +123,58 @@ constexpr Row duration(Row row) {
 }
 
 // clang-format off
-/// Not constexpr: the devices' names are another room's.
-const std::array kNode{
-    node<&NodeConfig::id>({
+constexpr std::array kNode{
+    setting<&NodeConfig::id>({
         .key = "node.id", .help = "Node ID, unique in its network",
         .more = "Only a node with `lss = true` may omit it.", .low = 1, .high = 127, .absent = kNone}),
-    node<&NodeConfig::eds>({
+    setting<&NodeConfig::eds>({
         .key = "node.eds", .help = "Device description for the object dictionary",
         .more = "`$NODEID` in it is `node.id`.", .form = Form::kPath, .domain = "the path of an EDS or DCF file",
         .example = "\"FILE.eds\""}),
-    node<&NodeConfig::name>({
+    setting<&NodeConfig::name>({
         .key = "node.name", .help = "Name in messages", .domain = "a name"}),
     Setting<NodeConfig>{{
         .key = "node.heartbeat_ms",
         .help = "Producer heartbeat time at power-on, object 1017h; without it the EDS file decides",
         .form = Form::kInteger, .high = 65535, .unit = " ms, 0 = none"},
-        store_heartbeat, load_no_heartbeat},
-    node<&NodeConfig::device>({
+        store_heartbeat, [](const Row& /*row*/, const NodeConfig& /*node*/) { return Value(std::string()); }},
+    setting<&NodeConfig::device>({
         .key = "node.device",
         .help = "Behaviour of the node; without it the profile number in object 1000h decides",
         .more = "See [devices](devices.md).", .domain = "the name of a device, or the path of a Lua script, FILE.lua",
         .check = check_device}),
-    node<&NodeConfig::parameters>({
+    setting<&NodeConfig::parameters>({
         .key = "node.parameters",
         .help = "File in which object 1010h and LSS store values",
         .more = "One for each node, created when first needed. Without it values last until the program ends.",
         .form = Form::kPath, .domain = "a path"}),
-    node<&NodeConfig::lss>({
+    setting<&NodeConfig::lss>({
         .key = "node.lss",
         .help = "An LSS master (CiA 305) finds the node by its object 1018h and can set its node ID and bit rate"}),
 };
 
 constexpr std::array kObjects{
-    object<&InitialValue::index>({
+    setting<&InitialValue::index>({
         .key = "node.objects.index", .help = "Index of the object", .form = Form::kHexadecimal, .low = 1, .high = 0xFFFF,
         .example = "0x2001"}),
-    object<&InitialValue::sub>({.key = "node.objects.sub", .help = "Its sub-index"}),
+    setting<&InitialValue::sub>({.key = "node.objects.sub", .help = "Its sub-index"}),
     Setting<InitialValue>{{
         .key = "node.objects.value",
         .help = "Value, which has to fit the object's data type", .form = Form::kAny,
         .domain = "a number, true or false, a text, or bytes as \"hex:01 02\"", .example = "1", .check = check_bytes},
-        store_object_value, load_object_value},
+        store_object_value, [](const Row& /*row*/, const InitialValue& object) { return object.value; }},
 };
 
 constexpr std::array kSignals{
-    any_signal<&SignalConfig::signal, &sim::Signal::index>({
+    setting<&SignalConfig::signal, &sim::Signal::index>({
         .key = "node.signals.index", .help = "Index of the object", .form = Form::kHexadecimal, .low = 1, .high = 0xFFFF,
         .example = "0x6401"}),
-    any_signal<&SignalConfig::signal, &sim::Signal::sub>({.key = "node.signals.sub", .help = "Its sub-index"}),
+    setting<&SignalConfig::signal, &sim::Signal::sub>({.key = "node.signals.sub", .help = "Its sub-index"}),
     Setting<SignalConfig>{{
         .key = kSignalShape, .help = "Shape of the signal",
         .form = Form::kText, .choices = kShapes, .example = "\"sine\""},
-        store_shape, load_shape},
+        store_shape,
+        [](const Row& /*row*/, const SignalConfig& signal) { return Value(std::string(kShapes[signal.signal.shape.index()])); }},
     of<sim::Constant, &sim::Constant::value>({.key = "node.signals.value", .help = "Value", .example = "1"}),
     of<sim::Ramp, &sim::Ramp::from>({.key = "node.signals.from", .help = "First value"}),
     of<sim::Ramp, &sim::Ramp::to>({.key = "node.signals.to", .help = "Last value", .example = "100"}),
@@ -239,7 +208,7 @@ constexpr std::array kSignals{
         .choices = kBetween}),
     of<sim::Replay, &sim::Replay::repeat>({
         .key = "node.signals.repeat", .help = "Begins again at the time of the last point"}),
-    any_signal<&SignalConfig::signal, &sim::Signal::sample_period>(duration({
+    setting<&SignalConfig::signal, &sim::Signal::sample_period>(duration({
         .key = "node.signals.sample_ms", .help = "Sampling period"})),
 };
 
@@ -253,24 +222,24 @@ constexpr std::array kFaultKinds{
 };
 
 constexpr std::array kAxis{
-    axis<&AxisConfig::negative_limit>({
+    setting<&AxisConfig::negative_limit>({
         .key = "node.axis.negative_limit",
         .help = "Position of the negative limit switch, in increments from power-on",
         .absent = kNone}),
-    axis<&AxisConfig::positive_limit>({
+    setting<&AxisConfig::positive_limit>({
         .key = "node.axis.positive_limit", .help = "Position of the positive one", .absent = kNone}),
-    axis<&AxisConfig::home_low>({.key = "node.axis.home_low", .help = "Start of the home switch"}),
-    axis<&AxisConfig::home_high>({.key = "node.axis.home_high", .help = "End of the home switch"}),
-    axis<&AxisConfig::stops_beyond>({
+    setting<&AxisConfig::home_low>({.key = "node.axis.home_low", .help = "Start of the home switch"}),
+    setting<&AxisConfig::home_high>({.key = "node.axis.home_high", .help = "End of the home switch"}),
+    setting<&AxisConfig::stops_beyond>({
         .key = "node.axis.stops_beyond", .help = "Distance of the hard stops beyond the limit switches",
         .more = "Without a switch there is no stop."}),
-    axis<&AxisConfig::load, &devices::AxisLoad::inertia>({
+    setting<&AxisConfig::load, &devices::AxisLoad::inertia>({
         .key = "node.axis.inertia_kgcm2", .help = "Inertia at the shaft, with the motor's own; 0 = no load",
         .more = "Without load the axis follows its demand exactly, and torque moves nothing.", .high = 1'000'000,
         .unit = " kg cm2"}),
-    axis<&AxisConfig::load, &devices::AxisLoad::friction>({
+    setting<&AxisConfig::load, &devices::AxisLoad::friction>({
         .key = "node.axis.friction_mnm", .help = "Friction torque, in both directions", .high = 1'000'000, .unit = " mNm"}),
-    axis<&AxisConfig::load, &devices::AxisLoad::gravity>({
+    setting<&AxisConfig::load, &devices::AxisLoad::gravity>({
         .key = "node.axis.gravity_mnm", .help = "Torque towards negative positions; below 0 towards positive ones",
         .low = -1'000'000, .high = 1'000'000, .unit = " mNm"}),
 };

@@ -24,7 +24,7 @@ std::size_t line_of(const toml::source_region& source) {
   return source.begin.line;
 }
 
-/// nullopt for dates, tables and arrays, which no setting is.
+/// nullopt for dates, tables and arrays, which no setting accepts.
 std::optional<Value> value_of(const toml::node& node) {
   if (const auto* boolean = node.as_boolean()) return boolean->get();
   if (const auto* integer = node.as_integer()) return integer->get();
@@ -35,19 +35,23 @@ std::optional<Value> value_of(const toml::node& node) {
 
 constexpr std::string_view kNodeTable = "node";
 constexpr std::size_t kLongestLine = 10'000;
-constexpr std::size_t kMostMistakes = 100;  // each takes time, for what may have been meant is looked for
+constexpr std::size_t kMostMistakes = 100;  // a suggestion for each takes time
 
 bool is_section(std::string_view name, const auto& rows) {
   return std::ranges::any_of(rows, [name](const Row& row) { return text::table_of(row.key) == name; });
 }
 
-/// A table that each network has, nodes too.
+bool is_global(std::string_view key) {
+  return std::ranges::find(settings(), key, &Row::key) != settings().end();
+}
+
+/// A table that each network has, or the list of nodes.
 bool is_of_network(std::string_view name) {
   return name == kNodeTable || is_section(name, network_settings());
 }
 
-/// The keys of one table, for a user who is nowhere near any: "can has spec, bit_rate". The empty table is
-/// the top of a plant file, or of a network.
+/// The keys of one table, if no key is similar: "can has spec, bit_rate". The empty table is the top of a plant
+/// file or of a network.
 std::string contents_of(std::string_view table, bool in_first_network) {
   std::vector<std::string_view> keys;
   for (const std::string_view key : plant_keys())
@@ -60,20 +64,19 @@ std::string contents_of(std::string_view table, bool in_first_network) {
 class Reader {
  public:
   Reader(const std::string& file_name, Config& config) : file_name_(file_name), config_(config) {}
-  /// Of a change by --set: `where` is what was typed, and paths are as they stand.
+  /// For a change by --set: `where` is what was typed; paths stay as they are.
   Reader(Config& config, NetworkConfig& network, Place where)
       : config_(config), network_(&network), change_(std::move(where)) {}
 
-  void read_file(const toml::table& root, std::span<const std::string_view> others) try {
-    change_ ? change(root) : read(root, others);
-  } catch (const TooManyErrors&) {
-    found_.push_back(
-        {{file_name_, 0},
-         fmt::format("{} mistakes, and the rest of the file has not been checked; correct these first",
-                     kMostMistakes)});
-  }
-
-  Diagnostics take() {
+  Diagnostics read_file(const toml::table& root, std::span<const std::string_view> others) {
+    try {
+      change_ ? change(root) : read(root, others);
+    } catch (const TooManyErrors&) {
+      found_.push_back(
+          {{file_name_, 0},
+           fmt::format("{} mistakes, and the rest of the file has not been checked; correct these first",
+                       kMostMistakes)});
+    }
     sort_by_place(found_);
     return std::move(found_);
   }
@@ -81,18 +84,18 @@ class Reader {
  private:
   struct TooManyErrors {};
 
-  /// What stands at the top of the file, or in a network.
+  /// The top of the file, or a network.
   void read(const toml::table& root, std::span<const std::string_view> others = {}) {
     for (const auto& [key, node] : root) {
       const std::string_view name = key.str();
       if (std::ranges::find(others, name) != others.end()) continue;
       check_place(root, name, key);
       if (name == kNodeTable) {
-        read_nodes(key, node);
+        read_tables(key, node, "node", &Reader::read_node);
       } else if (is_of_network(name) || (in_first_network() && is_section(name, settings()))) {
         read_section(key, node);
       } else if (in_first_network() && name == kNetworkTable) {
-        read_networks(key, node);
+        read_tables(key, node, "network after the first", &Reader::read_network);
       } else if (in_first_network() && name == kWireTable) {
         read_list(&node, kWireTable, wire_settings(), config_.wires,
                   "from = \"66:output:1\", to = \"5:0x2001\"");
@@ -104,7 +107,7 @@ class Reader {
     }
   }
 
-  /// What stands behind [[network]] may be meant for that one, but is the first one's.
+  /// A table after [[network]] may be meant for that network, but belongs to the first one.
   void check_place(const toml::table& root, std::string_view name, const toml::key& key) {
     const toml::node* const networks = in_first_network() ? root.get(kNetworkTable) : nullptr;
     const bool is_first = networks == nullptr || line_of(key.source()) < line_of(networks->source());
@@ -115,11 +118,11 @@ class Reader {
 
   bool in_first_network() const { return network_->number == 1; }
 
-  void read_networks(const toml::key& key, const toml::node& node) {
-    const bool listed = for_each_table(node, [this](const toml::table& table) { read_network(table); });
-    if (!listed)
-      complain(key,
-               "network: must be a list of tables; write [[network]] above each network after the first");
+  void read_tables(const toml::key& key, const toml::node& node, std::string_view each,
+                   void (Reader::*read_one)(const toml::table&)) {
+    if (!for_each_table(node, [&](const toml::table& table) { (this->*read_one)(table); }))
+      complain(key, fmt::format("{}: must be a list of tables; write [[{}]] above each {}", key.str(),
+                                header(key.str()), each));
   }
 
   void read_network(const toml::table& table) {
@@ -143,16 +146,9 @@ class Reader {
       read_faults(table->get("faults"), "can.faults", sim::FaultPlace::kBus, network_->can.faults);
   }
 
-  /// "node", "network.node": what stands in the brackets.
+  /// The text in the brackets: "node", "network.node".
   std::string header(std::string_view table) const {
     return fmt::format("{}{}", in_first_network() ? "" : "network.", table);
-  }
-
-  void read_nodes(const toml::key& key, const toml::node& node) {
-    const bool listed = for_each_table(node, [this](const toml::table& table) { read_node(table); });
-    if (!listed)
-      complain(key,
-               fmt::format("node: must be a list of tables; write [[{}]] above each node", header("node")));
   }
 
   void read_node(const toml::table& table) {
@@ -181,13 +177,12 @@ class Reader {
     read_table("node.axis", *axis.as_table(), axis_settings(), node.axis ? *node.axis : node.axis.emplace());
   }
 
-  /// A table with one key, or a list to be added to.
+  /// `root` is a table with one key, or a list to be appended.
   void change(const toml::table& root) {
     if (is_of_plant(root)) network_ = &config_.networks.front();
     const toml::table* const networks = root[kNetworkTable].as_table();
     if (networks == nullptr) return change_network(root);
-    const auto first = networks->begin();
-    const auto& [key, node] = *first;
+    const auto [key, node] = *networks->begin();
     const auto number = text::parse_integer(key.str());
     if (!number || *number < 1 || *number > static_cast<std::int64_t>(config_.networks.size()))
       return complain(
@@ -197,22 +192,19 @@ class Reader {
     change_network(*node.as_table());
   }
 
-  /// And not of one network.
+  /// Not of a single network.
   static bool is_of_plant(const toml::table& root) {
-    const auto first = root.begin();
-    const auto& [key, node] = *first;
+    const auto [key, node] = *root.begin();
     const toml::table* const table = node.as_table();
     const std::string full =
         fmt::format("{}.{}", key.str(), table != nullptr ? (*table->begin()).first.str() : "");
-    return !is_of_network(key.str()) ||
-           std::ranges::any_of(settings(), [&](const Row& row) { return row.key == full; });
+    return !is_of_network(key.str()) || is_global(full);
   }
 
   void change_network(const toml::table& root) {
     const toml::table* const nodes = root[kNodeTable].as_table();
     if (nodes == nullptr) return read(root);
-    const auto first = nodes->begin();
-    const auto& [key, table] = *first;
+    const auto [key, table] = *nodes->begin();
     const auto id = text::parse_integer(key.str());
     const auto node = std::ranges::find_if(network_->nodes, [id](const NodeConfig& n) { return id == n.id; });
     if (node == network_->nodes.end())
@@ -221,7 +213,7 @@ class Reader {
     change_node(*table.as_table(), *node);
   }
 
-  /// What is said of an object now takes the place of what the plant file says of it.
+  /// Values and signals of an object replace those of the plant file.
   void change_node(const toml::table& table, NodeConfig& node) {
     const Place place = std::exchange(node.place, *change_);
     read_rows("node", table, node_settings(), node, false);
@@ -236,8 +228,9 @@ class Reader {
   static void keep_last(std::vector<Item>& items) {
     if (items.empty() || items.back().place.line != 0) return;
     const Item last = items.back();
-    std::erase_if(items,
-                  [&last](const Item& item) { return item.place.line != 0 && same_object(item, last); });
+    std::erase_if(items, [&last](const Item& item) {
+      return item.place.line != 0 && object_of(item) == object_of(last);
+    });
   }
 
   template <class Item>
@@ -265,7 +258,7 @@ class Reader {
     });
   }
 
-  /// All but the kind.
+  /// All keys except the kind.
   static std::vector<sim::FaultKey> keys_of_fault(const toml::table& table) {
     std::vector<sim::FaultKey> keys;
     for (const auto& [key, node] : table)
@@ -273,7 +266,7 @@ class Reader {
     return keys;
   }
 
-  /// `list`: null = it is not there.
+  /// `list` may be null.
   template <class Action>
   void for_each_item(const toml::node* list, std::string_view name, std::string_view example, Action action) {
     if (list == nullptr || for_each_table(*list, action)) return;
@@ -281,7 +274,7 @@ class Reader {
              fmt::format("{}: must be a list; write {} = [{{ {} }}]", name, text::leaf_of(name), example));
   }
 
-  /// False if `node` is not an array with tables and nothing else in it.
+  /// False if `node` is not an array of tables.
   template <class Action>
   static bool for_each_table(const toml::node& node, Action action) {
     const toml::array* array = node.as_array();
@@ -297,8 +290,8 @@ class Reader {
     if (read_rows(name, table, rows, target)) check_keys(name, table);
   }
 
-  /// In the order of the rows, as some depend on those before. `whole`: those that have to be there are
-  /// missed. False: which keys there can be is not known.
+  /// In the order of the rows, as some depend on those before. `whole`: missing required keys are reported.
+  /// False: the allowed keys are not known.
   template <class Target>
   bool read_rows(std::string_view name, const toml::table& table, std::span<const Setting<Target>> rows,
                  Target& target, bool whole = true) {
@@ -314,7 +307,7 @@ class Reader {
     return true;
   }
 
-  /// The key is missing, but another one, which there is not, may be meant for it: that is told.
+  /// The key is missing, but an unknown key, which is reported, is probably a misspelling of it.
   static bool is_misspelt(std::string_view key, const toml::table& table) {
     const auto& keys = plant_keys();
     return std::any_of(table.begin(), table.end(), [&](const auto& each) {
@@ -329,8 +322,7 @@ class Reader {
       const std::string full = fmt::format("{}.{}", name, key.str());
       if (std::ranges::find(keys, full) == keys.end()) {
         complain_unknown(key, name);
-      } else if (!in_first_network() &&
-                 std::ranges::any_of(settings(), [&](const Row& row) { return row.key == full; })) {
+      } else if (!in_first_network() && is_global(full)) {
         complain_global(key, full);
       }
     }
@@ -351,15 +343,13 @@ class Reader {
     if (path == nullptr || path->empty()) return value;
     const bool is_path =
         row.form == options::Form::kPath || (row.key == "node.device" && devices::is_script(*path));
-    if (is_path) return based_here(*path);
+    if (is_path) return path_in(file_name_, *path);
     if (row.form != options::Form::kAddress) return value;
     for (const std::string_view kind : {text::kUnix, text::kPty})
       if (path->starts_with(kind) && path->size() > kind.size())
-        return std::string(kind) + based_here(path->substr(kind.size()));
+        return std::string(kind) + path_in(file_name_, path->substr(kind.size()));
     return value;
   }
-
-  std::string based_here(std::string_view path) const { return path_in(file_name_, path); }
 
   void complain_missing(const Row& row, const toml::table& table) {
     complain(table, fmt::format("{}: is missing; add {} = {}", row.key, text::leaf_of(row.key), row.example));
@@ -377,7 +367,7 @@ class Reader {
                               full.substr(0, full.find('.'))));
   }
 
-  /// `where`: a key, or what it has.
+  /// `where`: a key, or its value.
   void complain(const auto& where, const std::string& message) {
     if (found_.size() == kMostMistakes) throw TooManyErrors();
     found_.push_back({place(where), in_network(network_->number) + message});
@@ -389,19 +379,19 @@ class Reader {
 
   const std::string file_name_;
   Config& config_;
-  NetworkConfig* network_ = &config_.networks.front();  ///< that is being read
-  std::optional<Place> change_;                         ///< nothing is read from a file
+  NetworkConfig* network_ = &config_.networks.front();  ///< the one being read
+  std::optional<Place> change_;                         ///< set for changes that come from no file
   Diagnostics found_;
 };
 
-/// From 1; 0 = none. Within a line the parser's stack grows with each part of a key.
+/// Its number from 1; 0 = none. Within a line the parser's stack grows with each part of a key.
 std::size_t line_too_long(std::string_view text) {
   for (std::size_t line = 1; !text.empty(); ++line)
     if (text::take_line(text).size() > kLongestLine) return line;
   return 0;
 }
 
-/// toml++ says "Error while parsing string: ..."; a word without quotes is what people get wrong most.
+/// toml++ says "Error while parsing string: ..."; the most common mistake is a text without quotes.
 std::string syntax_message(std::string_view description) {
   constexpr std::string_view kPrefix = "Error while parsing ";
   if (description.starts_with(kPrefix)) description.remove_prefix(kPrefix.size());
@@ -409,38 +399,24 @@ std::string syntax_message(std::string_view description) {
   return fmt::format("TOML syntax: {}{}", description, bare_word ? "; write texts in double quotes" : "");
 }
 
-/// "can.bit_rate" and a value as a table.
-template <class Value>
-toml::table table_with(const std::string& path, Value&& value) {
-  toml::table root = toml::parse(path + " = 0");
+/// "can.bit_rate" and a value as a table; "wire+" appends the value to a list.
+toml::table table_with(std::string_view path, auto value) {
+  const bool adds = path.ends_with('+');
+  toml::table root = toml::parse(fmt::format("{} = 0", path.substr(0, path.size() - (adds ? 1 : 0))));
   toml::table* table = &root;
   while (toml::table* const inner = (*table->begin()).second.as_table())
     table = inner;
   const std::string key((*table->begin()).first.str());
-  table->insert_or_assign(key, std::forward<Value>(value));
+  if (adds)
+    table->insert_or_assign(key, toml::array{std::move(value)});
+  else
+    table->insert_or_assign(key, std::move(value));
   return root;
 }
 
-/// What is not written as a table, a list or in quotes is a text to TOML; what it means depends on the
-/// setting.
-toml::table table_of_change(const std::string& path, const std::string& value) {
-  constexpr std::string_view kWritten = "{[\"'";
-  if (!value.empty() && kWritten.find(value.front()) != kWritten.npos)
-    return toml::parse(path + " = " + value);
-  return table_with(path, value);
-}
-
-/// "wire+" is a list that gets one more.
-std::pair<std::string, bool> path_and_whether_it_adds(std::string_view path) {
-  const bool adds = path.ends_with('+');
-  return {std::string(path.substr(0, path.size() - (adds ? 1 : 0))), adds};
-}
-
-/// `make` makes the table that has the change.
+/// `make` returns a table with the change.
 Diagnostics changed(const Place& place, Config& config, NetworkConfig& network, auto make) try {
-  Reader reader(config, network, place);
-  reader.read_file(make(), {});
-  return reader.take();
+  return Reader(config, network, place).read_file(make(), {});
 } catch (const toml::parse_error& error) {
   return {{place, syntax_message(error.description())}};
 }
@@ -453,9 +429,13 @@ Diagnostics change_plant(std::string_view change, const Place& place, Config& co
   if (!sides || sides->first.empty())
     return {{place,
              "must be PATH=VALUE, such as can.bit_rate=125000; docs/reference/plant-file.md has the keys"}};
-  const auto [path, adds] = path_and_whether_it_adds(sides->first);
-  return changed(place, config, network, [&, &path = path, adds = adds] {
-    return table_of_change(path, adds ? fmt::format("[{}]", sides->second) : std::string(sides->second));
+  return changed(place, config, network, [sides] {
+    const auto [path, value] = *sides;
+    if (path.ends_with('+'))
+      return toml::parse(fmt::format("{} = [{}]", path.substr(0, path.size() - 1), value));
+    // A value without braces, brackets and quotes is a text here; the setting decides what it means.
+    const bool is_toml = !value.empty() && std::string_view("{[\"'").find(value.front()) != value.npos;
+    return is_toml ? toml::parse(fmt::format("{} = {}", path, value)) : table_with(path, std::string(value));
   });
 }
 
@@ -465,10 +445,7 @@ Diagnostics change_plant(std::string_view table, std::span<const TextKey> keys, 
   for (const auto& [key, text] : keys)
     if (!changes.insert(key, std::string(text)).second)
       return {{place, fmt::format("{}: is given twice", key)}};
-  const auto [path, adds] = path_and_whether_it_adds(table);
-  return changed(place, config, network, [&, &path = path, adds = adds] {
-    return adds ? table_with(path, toml::array{std::move(changes)}) : table_with(path, std::move(changes));
-  });
+  return changed(place, config, network, [&] { return table_with(table, std::move(changes)); });
 }
 
 std::string path_in(const std::string& file_name, std::string_view path) {
@@ -477,17 +454,14 @@ std::string path_in(const std::string& file_name, std::string_view path) {
 
 Diagnostics read_plant(std::string_view text, const std::string& file_name, Config& into,
                        std::span<const std::string_view> others) {
-  // toml++ refuses such a file too, but may name a line further up.
+  // toml++ rejects such a file too, but may name an earlier line.
   if (const std::size_t line = text::first_line_not_utf8(text); line != 0)
     return {{{file_name, line}, "this line is not UTF-8; save the file as UTF-8"}};
   if (const std::size_t line = line_too_long(text); line != 0)
     return {{{file_name, line},
              fmt::format("a line of more than {} characters; write a list in several lines", kLongestLine)}};
   try {
-    const toml::table root = toml::parse(text, std::string_view(file_name));
-    Reader reader(file_name, into);
-    reader.read_file(root, others);
-    return reader.take();
+    return Reader(file_name, into).read_file(toml::parse(text, std::string_view(file_name)), others);
   } catch (const toml::parse_error& error) {
     return {{{file_name, line_of(error.source())}, syntax_message(error.description())}};
   }

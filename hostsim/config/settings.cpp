@@ -26,7 +26,7 @@ constexpr std::array<std::string_view, 2> kPlcLostStates{"pre-operational", "sto
 constexpr std::array kBauds{1200, 2400, 4800, 9600, 19'200, 38'400, 57'600, 115'200};
 constexpr std::array kStartResults{0, 5};
 
-// ---- What a range cannot tell
+// ---- Checks besides the range
 
 Problem check_bit_rate(const Value& value) {
   constexpr std::int64_t kSlowest = 10'000;
@@ -41,34 +41,22 @@ constexpr std::string_view kVirtual = "virtual";
 
 Problem check_can_spec(const Value& value) {
   const std::string_view spec = std::get<std::string>(value);
-  if (spec == kVirtual) return {};
-  try {
-    parse_can_spec(spec);
-    return {};
-  } catch (const text::UsageError& error) {
-    return error.what();
-  }
-}
-
-Problem check_address(const Value& value, std::uint16_t default_port, std::string_view without_port) {
-  try {
-    const ListenAddress address = text::parse_listen_address(std::get<std::string>(value), default_port);
-    return std::string(address.port == 0 ? without_port : "");
-  } catch (const text::UsageError& error) {
-    return error.what();
-  }
+  return spec == kVirtual ? Problem() : options::problem_of([spec] { parse_can_spec(spec); });
 }
 
 Problem check_http_address(const Value& value) {
-  return check_address(value, 0, "");
+  return options::problem_of([&] { return text::parse_listen_address(std::get<std::string>(value), 0); });
 }
 
 Problem check_plc_address(const Value& value) {
-  return check_address(value, 502, "must be HOST:PORT with the PLC's port; Modbus TCP's own is 502");
+  return options::problem_of([&] {
+    if (text::parse_listen_address(std::get<std::string>(value), 502).port == 0)
+      throw text::UsageError("must be HOST:PORT with the PLC's port; Modbus TCP's own is 502");
+  });
 }
 
-/// "/dev/ttyUSB0,9600,E,1" as it was once written.
-Problem check_device(const Value& value) {
+/// Rejects the former syntax "/dev/ttyUSB0,9600,E,1".
+Problem check_serial_port(const Value& value) {
   std::string_view rest = std::get<std::string>(value);
   text::take_part(rest, ',');
   const bool has_rate = text::parse<std::uint32_t>(text::take_part(rest, ',')).has_value();
@@ -76,110 +64,93 @@ Problem check_device(const Value& value) {
                   : "";
 }
 
-// ---- What is stored in another way
-
 void store_can_spec(const Row& /*row*/, NetworkConfig& network, const Value& value) {
   const auto& spec = std::get<std::string>(value);
   network.can.outside = spec == kVirtual ? "" : spec;
-}
-Value load_can_spec(const Row& /*row*/, const NetworkConfig& network) {
-  return can_spec(network.can);
 }
 
 // ---- The rows
 
 template <auto... kPath>
-constexpr auto plant(Row row) {
-  return setting<Config, kPath...>(row);
-}
-template <auto... kPath>
 constexpr auto module(Row row) {
-  return setting<NetworkConfig, &NetworkConfig::module, kPath...>(row);
+  return setting<&NetworkConfig::module, kPath...>(row);
 }
-template <auto... kPath>
-constexpr auto rtu(Row row) {
-  return setting<Config, &Config::rtu, kPath...>(row);
-}
-/// Of a PLC, over TCP and over a serial line.
+/// For a PLC over TCP and over a serial line.
 template <auto... kPath>
 constexpr auto plc(Row row) {
-  return setting<NetworkConfig, &NetworkConfig::plc, kPath...>(row);
-}
-template <auto... kPath>
-constexpr auto plc_line(Row row) {
-  return setting<NetworkConfig, &NetworkConfig::plc, &PlcConfig::line, kPath...>(row);
+  return setting<&NetworkConfig::plc, kPath...>(row);
 }
 template <auto kMember>
 constexpr auto can(Row row) {
-  return setting<NetworkConfig, &NetworkConfig::can, kMember>(row);
+  return setting<&NetworkConfig::can, kMember>(row);
 }
 // clang-format off
 constexpr std::array kPlant{
-    plant<&Config::modbus, &ListenAddress::host>({
+    setting<&Config::modbus, &ListenAddress::host>({
         .key = "modbus.host", .help = "Listening address",
         .more = "`0.0.0.0` is every IPv4 address; any client that reaches it can write registers.",
         .domain = "an IP address or a host name"}),
-    plant<&Config::modbus, &ListenAddress::port>({
+    setting<&Config::modbus, &ListenAddress::port>({
         .key = "modbus.port", .help = "Its port",
         .more = "Modbus TCP's own is 502; ports below 1024 need a privilege.",
         .unit = ", 0 = any free one"}),
-    rtu<&RtuConfig::line, &LineConfig::device>({
+    setting<&Config::rtu, &RtuConfig::line, &LineConfig::device>({
         .key = "rtu.device", .option = "--rtu DEVICE",
         .help = "Serial port or pseudo-terminal for the same registers by Modbus RTU",
-        .form = Form::kPath, .domain = "a path", .check = check_device}),
-    rtu<&RtuConfig::line, &LineConfig::baud>({
+        .form = Form::kPath, .domain = "a path", .check = check_serial_port}),
+    setting<&Config::rtu, &RtuConfig::line, &LineConfig::baud>({
         .key = "rtu.baud", .help = "Its baud rate", .numbers = kBauds}),
-    rtu<&RtuConfig::line, &LineConfig::parity>({
+    setting<&Config::rtu, &RtuConfig::line, &LineConfig::parity>({
         .key = "rtu.parity",
         .help = "E even, O odd, or N none with two stop bits", .choices = kParities}),
-    rtu<&RtuConfig::station>({
+    setting<&Config::rtu, &RtuConfig::station>({
         .key = "rtu.station",
         .help = "Station address of the first network, also for RTU over TCP; further networks have the following "
                 "ones", .low = 1,
         .high = 247}),
-    rtu<&RtuConfig::listen>({
+    setting<&Config::rtu, &RtuConfig::listen>({
         .key = "rtu.listen",
         .help = "Listening address for the same frames over TCP, as from serial device servers",
         .form = Form::kAddress, .domain = "HOST:PORT, unix:PATH or pty:PATH"}),
-    plant<&Config::clock>({
+    setting<&Config::clock>({
         .key = "time.clock", .option = "--clock CLOCK",
         .help = "How time passes; manual: only by lines such as \"pass 100ms\" (us, ms, s) on standard input, "
                 "answered by \"at SECONDS\"; the end of the input ends the program",
         .choices = kClocks}),
-    plant<&Config::seed>({
+    setting<&Config::seed>({
         .key = "random.seed", .option = "--seed N", .help = "Seed of all noise and all randomness of faults",
         .more = "The same plant with the same seed is the same every time."}),
-    plant<&Config::control>({
+    setting<&Config::control>({
         .key = "control.listen", .option = "--control ADDRESS",
         .help = "Listening address for commands; \"help\" lists them",
         .more = "See [commands](commands.md). Any client that reaches the address can give commands.",
         .form = Form::kAddress, .domain = "HOST:PORT, unix:PATH or pty:PATH"}),
-    plant<&Config::record>({
+    setting<&Config::record>({
         .key = "log.record", .option = "--record FILE",
         .help = "Session as a scenario: register writes, commands and results of transactions",
         .form = Form::kPath, .domain = "a path"}),
-    plant<&Config::verbose>({
+    setting<&Config::verbose>({
         .key = "log.verbose", .option = "-v, --verbose",
         .help = "Reports transactions, node states and EMCY messages on standard error"}),
-    plant<&Config::verbose_frames>({
+    setting<&Config::verbose_frames>({
         .key = "log.verbose_frames", .option = "-vv, --verbose-frames", .help = "The same, and each frame"}),
-    plant<&Config::summary>({
+    setting<&Config::summary>({
         .key = "log.summary",
         .help = "Summary on standard error at the end; also with --verbose"}),
-    plant<&Config::pcap>({
+    setting<&Config::pcap>({
         .key = "log.pcap", .option = "--pcap FILE",
         .help = "Modbus TCP and CAN on one clock as pcapng for Wireshark, with transaction numbers as comments",
         .more = "`-` is standard output, with the `ready` line on standard error. A FIFO is accepted.",
         .form = Form::kPath, .domain = "a path"}),
-    plant<&Config::pcap_mb>({
+    setting<&Config::pcap_mb>({
         .key = "log.pcap_mb",
         .help = "Size at which FILE is renamed to FILE.1, replacing the previous one, and begins again",
         .high = 1'000'000, .unit = " MB, 0 = never"}),
-    plant<&Config::http, &HttpConfig::listen>({
+    setting<&Config::http, &HttpConfig::listen>({
         .key = "http.listen", .option = "--http HOST:PORT", .help = "Listening address of the HTTP interface",
         .more = "See [HTTP](http.md).",
         .domain = "HOST:PORT", .check = check_http_address}),
-    plant<&Config::http, &HttpConfig::write>({
+    setting<&Config::http, &HttpConfig::write>({
         .key = "http.write",
         .help = "Writes and commands are accepted also on an address that other machines reach"}),
 };
@@ -263,13 +234,13 @@ constexpr std::array kNetwork{
         .more = "`execute` executes it again, `refuse` answers 5. The scanner layout always answers its first "
                 "number by 5.",
         .choices = kPlcAtStart}),
-    plc_line<&LineConfig::device>({
+    plc<&PlcConfig::line, &LineConfig::device>({
         .key = "plc.device",
         .help = "The same by Modbus RTU, on a serial port or pseudo-terminal",
         .form = Form::kPath, .domain = "a path"}),
-    plc_line<&LineConfig::baud>({
+    plc<&PlcConfig::line, &LineConfig::baud>({
         .key = "plc.baud", .help = "Its baud rate", .numbers = kBauds}),
-    plc_line<&LineConfig::parity>({
+    plc<&PlcConfig::line, &LineConfig::parity>({
         .key = "plc.parity", .help = "E even, O odd, or N none with two stop bits", .choices = kParities}),
     Setting<NetworkConfig>{{
         .key = "can.spec", .option = "--can SPEC",
@@ -278,7 +249,7 @@ constexpr std::array kNetwork{
         .form = Form::kText,
         .domain = "virtual, socketcan:IFNAME, slcan:DEV[@BITRATE], slcan:HOST:PORT or socketcand:HOST:PORT/BUS",
         .check = check_can_spec},
-        store_can_spec, load_can_spec},
+        store_can_spec, [](const Row& /*row*/, const NetworkConfig& network) { return Value(can_spec(network.can)); }},
     can<&CanConfig::bit_rate>({
         .key = "can.bit_rate", .option = "--bit-rate N", .help = "Bit rate of the virtual bus",
         .more = "Another bus keeps its own.", .high = 1'000'000,
@@ -295,7 +266,7 @@ constexpr std::array kNetwork{
         .key = "can.replay",
         .help = "Log in the format of candump -L, sent by another node from the start on",
         .form = Form::kPath, .domain = "a path"}),
-    setting<NetworkConfig, &NetworkConfig::log>({
+    setting<&NetworkConfig::log>({
         .key = "log.file", .option = "--log FILE", .help = "Every frame on the bus, in the format of candump -L",
         .more = "`-` is standard output, with the `ready` line on standard error.",
         .form = Form::kPath, .domain = "a path"}),
@@ -311,26 +282,21 @@ std::span<const Setting<Config>> settings() {
 std::span<const Setting<NetworkConfig>> network_settings() {
   return kNetwork;
 }
-namespace {
-
-std::vector<std::string_view> collect_keys() {
-  std::vector<std::string_view> tables;
-  std::vector<std::string_view> keys;
-  for_each_setting([&](const Row& row) {
-    const std::string_view table = text::table_of(row.key);
-    if (std::ranges::find(tables, table) == tables.end()) tables.push_back(table);
-    keys.push_back(row.key);
-  });
-  keys.insert(keys.end(), tables.begin(), tables.end());
-  keys.push_back(kNetworkTable);
-  return keys;
-}
-
-}  // namespace
 
 const std::vector<std::string_view>& plant_keys() {
-  static const std::vector<std::string_view> keys = collect_keys();
-  return keys;
+  static const std::vector<std::string_view> all = [] {
+    std::vector<std::string_view> tables;
+    std::vector<std::string_view> keys;
+    for_each_setting([&](const Row& row) {
+      const std::string_view table = text::table_of(row.key);
+      if (std::ranges::find(tables, table) == tables.end()) tables.push_back(table);
+      keys.push_back(row.key);
+    });
+    keys.insert(keys.end(), tables.begin(), tables.end());
+    keys.push_back(kNetworkTable);
+    return keys;
+  }();
+  return all;
 }
 
 }  // namespace cbcan::config

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The settings of a plant as tables (options/setting.hpp): key in the plant file, twin on the command line,
-/// range, help. Both readers go by these rows; --help and docs/reference/plant-file.md are made from them. A
-/// new setting is a member in config.hpp and a row.
+/// The settings of a plant as tables (options/setting.hpp): key in the plant file, option on the command line,
+/// range, help. Plant file and command line are read by these rows; --help and docs/reference/plant-file.md are
+/// generated from them. A new setting is a member in config.hpp and a row.
 
 #include <optional>
 #include <span>
@@ -22,13 +22,13 @@ using options::Problem;
 using options::Row;
 using options::Setting;
 
-/// The key that says which other ones a signal has.
+/// The key that decides which other keys a signal has.
 inline constexpr std::string_view kSignalShape = "node.signals.shape";
 
-/// The list of further networks; each has the tables of network_settings(), and nodes, as network 1 has at
+/// The list of further networks; each has the tables of network_settings() and nodes, which network 1 has at
 /// the top of the file.
 inline constexpr std::string_view kNetworkTable = "network";
-/// The list of wires, of the whole plant.
+/// The list of wires of the whole plant.
 inline constexpr std::string_view kWireTable = "wire";
 
 /// Of the whole plant.
@@ -37,11 +37,11 @@ std::span<const Setting<Config>> settings();
 std::span<const Setting<NetworkConfig>> network_settings();
 std::span<const Setting<NodeConfig>> node_settings();
 std::span<const Setting<InitialValue>> object_settings();
-/// kSignalShape stands before the keys that only some shapes have.
+/// kSignalShape comes before the keys that only some shapes have.
 std::span<const Setting<SignalConfig>> signal_settings();
 std::span<const Setting<WireConfig>> wire_settings();
 std::span<const Setting<AxisConfig>> axis_settings();
-/// The name of a fault's kind, of nodes and of the bus; its other keys are those of sim/faults/fault.hpp.
+/// The kinds of faults of nodes and of the bus; sim/faults/fault.hpp has their other keys.
 std::span<const Setting<std::string>> fault_kind_settings();
 
 /// Calls `visit` with each row of all these tables.
@@ -61,13 +61,13 @@ void for_each_setting(Visit visit) {
   each(wire_settings());
 }
 
-/// Every name that a plant file may have: all keys of the rows above and the tables that they are in.
+/// All keys of a plant file: those of the rows above, and their tables.
 const std::vector<std::string_view>& plant_keys();
 
-/// By sim::Shape.
+/// In the order of sim::Shape.
 std::span<const std::string_view> shape_names();
 
-/// False: a signal of this shape has no such key.
+/// Whether a signal of this shape has the key.
 template <class Target>
 bool belongs(const Row& /*row*/, const Target& /*target*/) {
   return true;
@@ -77,22 +77,20 @@ bool belongs(const Row& row, const SignalConfig& signal);
 /// `shape "constant" has index, sub, shape, value and sample_ms`
 std::string keys_of(const SignalConfig& signal);
 
-/// A signal of this shape with all its defaults.
+/// A signal of this shape with its defaults.
 SignalConfig signal_of(std::size_t shape);
 
-inline constexpr std::string_view kRequired = "required";
-
-/// The default of a setting, in words.
+/// The default of a setting as text.
 template <class Target>
 std::string standard_of(const Setting<Target>& row) {
-  if (!row.example.empty()) return std::string(kRequired);
+  if (!row.example.empty()) return "required";
   Target standard{};
   if constexpr (std::is_same_v<Target, SignalConfig>) standard = signal_of(row.kinds.first);
   return options::text_in(row, standard, standard);
 }
 
-/// What both sources come to: checks `value` and puts it where it belongs; a refused one changes nothing.
-/// nullopt is what no setting can be, such as a date.
+/// Checks and stores `value`, for plant file and command line; a rejected value changes nothing. nullopt: a
+/// value that no setting can have, such as a date.
 template <class Target>
 [[nodiscard]] Problem assign(const Setting<Target>& row, Target& target, const std::optional<Value>& value,
                              const Place& place) {
@@ -104,7 +102,7 @@ template <class Target>
   return problem;
 }
 
-/// The row with this key, which has to exist.
+/// The row with this key, which must exist.
 template <class Target>
 const Setting<Target>& setting_of(std::span<const Setting<Target>> rows, std::string_view key) {
   std::size_t row = 0;

@@ -16,7 +16,7 @@
 namespace cbcan::config {
 namespace {
 
-/// nullopt unless it is one of 0..most.
+/// nullopt unless it is in 0..most.
 std::optional<unsigned> number(std::string_view text, std::int64_t most) {
   const auto parsed = text::parse_integer(text);
   if (!parsed || *parsed < 0 || *parsed > most) return std::nullopt;
@@ -58,7 +58,7 @@ class Check {
 
   void check() {
     for (const WireConfig& wire : config_.wires) {
-      if (wire.from.text.empty() || wire.to.text.empty()) continue;  // that has been told
+      if (wire.from.text.empty() || wire.to.text.empty()) continue;  // has been reported
       check_nodes(wire);
       if (wire.transfer.low > wire.transfer.high && wire.transfer.low && wire.transfer.high)
         complain(wire, "low is above high; exchange them");
@@ -71,7 +71,7 @@ class Check {
   }
 
  private:
-  /// Network, place of the node in it, index, sub-index.
+  /// Network, index of the node in it, index and sub-index of the object.
   using Object = std::tuple<std::size_t, std::size_t, std::uint16_t, std::uint8_t>;
 
   void complain(const WireConfig& wire, std::string_view what) {
@@ -80,18 +80,15 @@ class Check {
 
   void add_node(const NetworkConfig& network, const NodeConfig& node) {
     const auto place = static_cast<std::size_t>(&node - network.nodes.data());
-    if (node.id != 0) places_.emplace(std::pair(network.number, node.id), place);
     for (const SignalConfig& signal : node.signals)
       signals_.emplace(Object(network.number, place, signal.signal.index, signal.signal.sub), &signal);
   }
 
-  /// nullopt: there is no such node.
+  /// nullopt: no such node.
   std::optional<Object> object_at(const WireEnd& end) const {
-    const auto known = places_.find({end.network, static_cast<std::uint8_t>(end.id)});
-    const bool is_known = end.place != 0 ? place_of(config_, end).has_value() : known != places_.end();
-    if (!is_known) return std::nullopt;
-    return Object(end.network, end.place != 0 ? end.place - 1 : known->second, end.terminal.index,
-                  end.terminal.sub);
+    const auto place = place_of(config_, end);
+    if (!place) return std::nullopt;
+    return Object(end.network, *place, end.terminal.index, end.terminal.sub);
   }
 
   void check_nodes(const WireConfig& wire) {
@@ -104,7 +101,7 @@ class Check {
                                  to_string(signal->second->place)));
   }
 
-  /// The first one; null where there is none.
+  /// The first one; null = none.
   const WireConfig* wire_to(const WireEnd& end) const {
     const auto object = end.terminal.is_output ? std::nullopt : object_at(end);
     const auto wires = object ? wires_.find(*object) : wires_.end();
@@ -118,8 +115,8 @@ class Check {
     return static_cast<std::size_t>(&wire - config_.wires.data());
   }
 
-  /// From each wire back by wires without delay, as far as nobody has been before: who comes to where it has
-  /// been itself has found a loop.
+  /// Follows wires without delay backwards from each wire, until one that was visited before: if this search has
+  /// visited it, it is part of a loop.
   void find_rounds() {
     rounds_.resize(config_.wires.size());
     std::vector<const WireConfig*> seen_from(config_.wires.size());
@@ -135,10 +132,9 @@ class Check {
 
   const Config& config_;
   Diagnostics& found_;
-  std::map<std::pair<std::size_t, std::uint8_t>, std::size_t> places_;  ///< by network and node ID
   std::map<Object, const SignalConfig*> signals_;
-  std::map<Object, std::vector<const WireConfig*>> wires_;  ///< that end there
-  std::vector<bool> rounds_;                                ///< by wire: it is part of a loop
+  std::map<Object, std::vector<const WireConfig*>> wires_;  ///< by their target
+  std::vector<bool> rounds_;                                ///< by wire: whether it is part of a loop
 };
 
 }  // namespace

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Command lines taken apart, for all programs. Options are told as --help shows them: "-v, --verbose" is a
-/// flag, "--seed N" has an argument, which may also follow "=". What an argument means is not known here.
+/// Parser for the command lines of all programs. Options are described as --help shows them: "-v, --verbose"
+/// is a flag, "--seed N" takes an argument, also as "--seed=N". Arguments are not interpreted here.
 
 #include <span>
 #include <string>
@@ -30,10 +30,10 @@ struct WrongWord {
   std::string message;
 };
 
-/// Of words that outlive it.
+/// Refers to the parsed words, which outlive it.
 struct ParsedArguments {
   std::vector<Argument> options;        ///< in order
-  std::vector<std::string_view> words;  ///< that belong to no option; negative numbers too
+  std::vector<std::string_view> words;  ///< that belong to no option, negative numbers included
   std::vector<WrongWord> wrong;
   bool has_command = false;          ///< there is a "--"
   std::vector<std::string> command;  ///< what follows it

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Commands as rows: the words and options that each takes, how they are put into a Target, and their help.
+/// Commands as rows: their words and options, how these are stored in a Target, and their help.
 
 #include <fmt/core.h>
 
@@ -20,14 +20,14 @@ inline constexpr std::string_view kShortHelpOption = "-h";
 inline constexpr std::string_view kHelpOption = "--help";
 inline constexpr std::string_view kVersionOption = "--version";
 
-/// Of every program.
+/// The options of every program.
 std::span<const Row> help_rows();
 
 template <class Target>
 struct Command {
-  std::string_view name;  ///< with the program's: "cbcanctl read"
+  std::string_view name;  ///< with the program's name: "cbcanctl read"
   std::string_view help;
-  /// In order, each under the name that its `option` is. Behind "..." it takes all words that are left.
+  /// In order; `option` is the word's name. One that ends with "..." takes all remaining words.
   std::span<const Setting<Target>> words = {};
   std::span<const Setting<Target>> options = {};
   void (*run)(const Target&) = nullptr;
@@ -38,7 +38,7 @@ struct Command {
 /// In two columns: "  --unit N       Modbus unit ID: 0..247 (default 1)"
 std::string line_of(const Row& row, std::string_view standard = kNone);
 
-/// A heading, and a line for each row; nothing where there are no rows.
+/// A heading and a line for each row; empty without rows.
 template <class Target>
 std::string section_of(std::string_view heading, std::span<const Setting<Target>> rows) {
   const Target standard{};
@@ -63,14 +63,14 @@ std::string help_of(const Command<Target>& command) {
          section_of("Arguments", command.words) + section_of("Options", command.options);
 }
 
-// ---- What was typed
+// ---- Parsed arguments
 
 bool is_typed(const ParsedArguments& typed, std::string_view option);
 
-/// Of a flag: true.
+/// true for a flag.
 Value value_of(const Row& row, const Argument& argument);
 
-/// "--size 129: must be 1..128", or nothing.
+/// Returns "--size 129: must be 1..128", or nothing.
 template <class Target>
 [[nodiscard]] Problem put(const Setting<Target>& row, const Argument& argument, Target& target) {
   const Problem problem = assign(row, target, value_of(row, argument));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// What the exit codes of cbcan-sim and cbcanctl mean to a script: one table for both.
+/// The exit codes of cbcan-sim and cbcanctl: one table for both.
 
 #include <array>
 #include <string>
@@ -23,7 +23,7 @@ enum class ExitCode : int {
 
 struct ExitCodeRow {
   ExitCode code;
-  std::string_view programs;  ///< that end with it
+  std::string_view programs;  ///< that use it
   std::string_view meaning;
 };
 
@@ -41,7 +41,7 @@ inline constexpr std::array kExitCodes = std::to_array<ExitCodeRow>({
     {ExitCode::kInterrupted, "cbcanctl", "interrupted; the transaction in progress has been cancelled"},
 });
 
-/// Lines for --help, those of one program: "  0  done".
+/// The exit codes of one program as lines for --help: "  0  done".
 inline std::string exit_code_lines(std::string_view program) {
   constexpr std::size_t kColumn = 7;
   std::string lines;

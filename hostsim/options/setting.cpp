@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "text/address.hpp"
-#include "text/error.hpp"
 #include "text/numbers.hpp"
 #include "text/suggestion.hpp"
 #include "text/words.hpp"
@@ -41,22 +40,13 @@ bool in_range(const Row& row, const Value& value) {
                                                             *number <= static_cast<double>(row.high)));
 }
 
-/// 32 bits, an index, a CAN-ID.
+/// Eight digits for 32 bits, four for an index, three for a CAN-ID.
 std::string whole_text(const Row& row, std::int64_t whole) {
   if (row.form != Form::kHexadecimal) return std::to_string(whole);
   const bool is_index = row.high > 0xFFF && row.high <= 0xFFFF;
   return "0x" + text::hex(static_cast<std::uint64_t>(whole), whole > 0xFFFF              ? 8
                                                              : whole > 0xFFF || is_index ? 4
                                                                                          : 3);
-}
-
-Problem address_problem(const Value& value) {
-  try {
-    static_cast<void>(text::parse_stream_address(std::get<std::string>(value)));
-  } catch (const text::UsageError& error) {
-    return error.what();
-  }
-  return {};
 }
 
 }  // namespace
@@ -100,7 +90,8 @@ Problem check(const Row& row, const Value& value) {
   if (is_choice && detail::place_of(row, value) == std::ssize(row.choices))
     return "must be " + domain_of(row) + text::did_you_mean(std::get<std::string>(value), row.choices);
   if (!in_range(row, value)) return "must be " + domain_of(row);
-  if (row.form == Form::kAddress) return address_problem(value);
+  if (row.form == Form::kAddress)
+    return problem_of([&] { return text::parse_stream_address(std::get<std::string>(value)); });
   return row.check != nullptr ? row.check(value) : Problem();
 }
 

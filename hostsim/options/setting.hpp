@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Things that can be set, as rows of tables. Plant file, command line and commands put values in by these
-/// rows; --help and the tables of the pages are made from them. A default stands where the member is
-/// declared.
+/// Settings as rows of tables. Plant file, command line and commands store values by these rows; --help and
+/// the tables of the pages are generated from them. A default is the initialiser of its member.
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <span>
@@ -16,18 +16,18 @@
 #include <utility>
 #include <vector>
 
+#include "text/error.hpp"
 #include "text/value.hpp"
 
 namespace cbcan::options {
 
 using text::Value;
 
-/// What is wrong with a value, to be put behind its name: "must be 1..127". Empty = nothing.
+/// What is wrong with a value, to follow its name: "must be 1..127". Empty = nothing.
 using Problem = std::string;
 
-/// kPath is a text that a file gives relative to itself, and so is what follows `unix:` or `pty:` in a
-/// kAddress.
-/// kAny is whatever the thing needs. kOfMember: as the member's type says.
+/// A kPath, and the path after `unix:` or `pty:` in a kAddress, is relative to the file that contains it.
+/// kAny: a value of any type. kOfMember: the member's type decides.
 enum class Form : std::uint8_t {
   kOfMember,
   kInteger,
@@ -40,7 +40,7 @@ enum class Form : std::uint8_t {
   kAny
 };
 
-/// Of things that have kinds, such as a signal's shape: the first and the last that have this row.
+/// Of objects that have kinds, such as the shapes of a signal: the first and the last kind with this row.
 struct Kinds {
   std::uint8_t first = 0;
   std::uint8_t last = 0xFF;
@@ -49,25 +49,25 @@ struct Kinds {
   bool operator==(const Kinds&) const = default;
 };
 
-/// All of a row but where it is stored.
+/// A row without the place where its value is stored.
 struct Row {
   std::string_view key = {};     ///< "module.node_id"
-  std::string_view option = {};  ///< its own on the command line, as --help shows it: "--seed N"; mostly none
-  std::string_view help = {};    ///< what it is; a sentence without its full stop
-  std::string_view more = {};    ///< what only the reference adds: sentences
+  std::string_view option = {};  ///< of its own, as --help shows it: "--seed N"; most rows have none
+  std::string_view help = {};    ///< a sentence without its full stop
+  std::string_view more = {};    ///< sentences that only the reference page adds
   Form form = Form::kOfMember;
-  std::int64_t low = 0;  ///< low = high: a whole number is what its member can hold, another one any
+  std::int64_t low = 0;  ///< low = high: the range of an integer is that of its member, other numbers have none
   std::int64_t high = 0;
-  std::string_view unit = {};    ///< behind the range: " ms, 0 = none"
-  std::string_view domain = {};  ///< what it may be, in words; empty = range or choices say it
+  std::string_view unit = {};    ///< after the range: " ms, 0 = none"
+  std::string_view domain = {};  ///< the values it can have, as text; empty = range or choices
   std::span<const std::string_view> choices =
-      {};                         ///< a text has to be one of these; an enumerator is its place
-  std::span<const int> numbers = {};  ///< a whole number has to be one of these
-  std::string_view example = {};  ///< of one that has to be there; empty = may be left out
-  std::string_view absent = {};   ///< what it means to leave it out, where that is no value
-  std::uint32_t scale = 1;        ///< what is stored is so many times the value
+      {};                         ///< a text has to be one of these; their order is that of the enumerators
+  std::span<const int> numbers = {};  ///< an integer has to be one of these
+  std::string_view example = {};  ///< of a required setting; empty = optional
+  std::string_view absent = {};   ///< meaning of an omitted setting, if no value has it
+  std::uint32_t scale = 1;        ///< the stored number is the value times this
   Kinds kinds = {};
-  Problem (*check)(const Value&) = nullptr;  ///< of what has the right form and is in range
+  Problem (*check)(const Value&) = nullptr;  ///< called if form and range are right
 };
 
 template <class Target>
@@ -76,7 +76,7 @@ struct Setting : Row {
   Value (*load)(const Row&, const Target&);
 };
 
-/// It is written as a text.
+/// Its value is written as a text.
 bool is_text(const Row& row);
 
 /// "1..127", "hold, repeat or back-and-forth", "a path"
@@ -85,14 +85,23 @@ std::string domain_of(const Row& row);
 /// "50", "0x7FF", "hold"
 std::string written(const Row& row, const Value& value);
 
-/// What a value of another form is told; a date, say, which is not even a Value.
+/// The problem of a value of another form; of a date, for example, which is no Value.
 [[nodiscard]] Problem wrong_form(const Row& row);
 [[nodiscard]] Problem check(const Row& row, const Value& value);
 
-/// A value as somebody types it who knows what it is for.
+/// The message of the UsageError that `parse` throws; empty = none.
+template <class Parse>
+Problem problem_of(Parse parse) try {
+  parse();
+  return {};
+} catch (const text::UsageError& error) {
+  return error.what();
+}
+
+/// Parses a value as typed for this row: a text needs no quotes.
 Value typed(const Row& row, std::string_view text);
 
-/// Checks `value` and puts it where it belongs; a refused one changes nothing.
+/// Checks and stores `value`; a rejected value changes nothing.
 template <class Target>
 [[nodiscard]] Problem assign(const Setting<Target>& setting, Target& target, const Value& value) {
   Problem problem = check(setting, value);
@@ -100,10 +109,10 @@ template <class Target>
   return problem;
 }
 
-/// Of a default that is no value.
+/// The text of a default that is no value.
 inline constexpr std::string_view kNone = "none";
 
-/// What it is in `target`, in words; `absent`, or kNone, where that is no value.
+/// The value in `target` as text; `absent` or kNone if there is no value.
 template <class Target>
 std::string text_in(const Setting<Target>& setting, const Target& target, const Target& standard) {
   const Value value = setting.load(setting, target);
@@ -118,22 +127,17 @@ namespace detail {
 
 std::int64_t place_of(const Row& row, const Value& value);
 
+/// Of an optional, the type in it.
 template <class Member>
-struct Unwrapped {
-  using Type = Member;
-};
+Member unwrapped(const std::optional<Member>&);
 template <class Member>
-struct Unwrapped<std::optional<Member>> {
-  using Type = Member;
-};
+Member unwrapped(const Member&);
 
-/// Each value is added to it.
-template <class Member>
-inline constexpr bool kIsList = std::is_same_v<Member, std::vector<std::string>>;
+using List = std::vector<std::string>;
 
 template <class Member>
 void put(const Row& row, Member& member, const Value& value) {
-  using Type = typename Unwrapped<Member>::Type;
+  using Type = decltype(unwrapped(member));
   if constexpr (std::is_enum_v<Type>) {
     member = static_cast<Type>(place_of(row, value));
   } else if constexpr (std::is_same_v<Type, bool>) {
@@ -143,7 +147,7 @@ void put(const Row& row, Member& member, const Value& value) {
   } else if constexpr (std::is_same_v<Type, double>) {
     const auto* whole = std::get_if<std::int64_t>(&value);
     member = whole != nullptr ? static_cast<double>(*whole) : std::get<double>(value);
-  } else if constexpr (kIsList<Type>) {
+  } else if constexpr (std::is_same_v<Type, List>) {
     member.push_back(std::get<std::string>(value));
   } else {
     member = std::get<Type>(value);
@@ -159,7 +163,7 @@ Value get(const Row& row, const Member& member) {
     return member;
   } else if constexpr (std::is_integral_v<Member>) {
     return static_cast<std::int64_t>(member / static_cast<Member>(row.scale));
-  } else if constexpr (kIsList<Member>) {
+  } else if constexpr (std::is_same_v<Member, List>) {
     return std::string();
   } else {
     return member ? get(row, *member) : Value(std::string());
@@ -172,11 +176,7 @@ constexpr Object& at(Object& object) {
 }
 template <class Object, class Step, class... Steps>
 constexpr auto& at(Object& object, Step step, Steps... steps) {
-  if constexpr (std::is_member_pointer_v<Step>) {
-    return at(object.*step, steps...);
-  } else {
-    return at(step(object), steps...);
-  }
+  return at(std::invoke(step, object), steps...);
 }
 
 template <class Type>
@@ -186,13 +186,16 @@ constexpr Form form_of() {
   return std::is_same_v<Type, double> ? Form::kNumber : Form::kText;
 }
 
+template <class Target, class Member>
+Target target_of(Member Target::*);
+
 }  // namespace detail
 
-/// The row of what `path`, member pointers or functions, leads to from a Target.
+/// The row of the member at the end of `kPath`: member pointers or functions, from a Target on.
 template <class Target, auto... kPath>
 constexpr Setting<Target> setting(Row row) {
   using Member = std::remove_cvref_t<decltype(detail::at(std::declval<Target&>(), kPath...))>;
-  using Type = typename detail::Unwrapped<Member>::Type;
+  using Type = decltype(detail::unwrapped(std::declval<Member>()));
   if (row.form == Form::kOfMember) row.form = detail::form_of<Type>();
   if constexpr (std::is_integral_v<Type> && sizeof(Type) < sizeof row.high)
     if (row.low == row.high) row.high = std::numeric_limits<Type>::max();
@@ -202,6 +205,11 @@ constexpr Setting<Target> setting(Row row) {
         detail::put(self, detail::at(target, kPath...), value);
       },
       [](const Row& self, const Target& target) { return detail::get(self, detail::at(target, kPath...)); }};
+}
+/// The Target is that of the first member pointer.
+template <auto kFirst, auto... kPath>
+constexpr auto setting(Row row) {
+  return setting<decltype(detail::target_of(kFirst)), kFirst, kPath...>(row);
 }
 
 }  // namespace cbcan::options

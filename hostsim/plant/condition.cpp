@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <optional>
 
 #include "cbcan/regmap.hpp"
@@ -10,7 +11,6 @@
 #include "journal/words.hpp"
 #include "sim/frame_text.hpp"
 #include "text/numbers.hpp"
-#include "text/suggestion.hpp"
 #include "text/value.hpp"
 #include "text/words.hpp"
 
@@ -18,10 +18,11 @@ namespace cbcan::plant {
 
 namespace {
 
-/// What is behind the kind and, of an event, how many of them there should be.
+/// The words after the kind; for an event, the wanted number, and the network that was in front of words[0].
 struct Written {
   Words words;
-  std::optional<unsigned> count;
+  std::optional<unsigned> count = {};
+  std::size_t network = 1;
 };
 
 // ---- Comparisons
@@ -42,14 +43,7 @@ std::string operator_of(std::string_view word) {
   return std::string(word);
 }
 
-std::optional<double> number_in(const text::Value& value) {
-  if (const auto* whole = std::get_if<std::int64_t>(&value)) return static_cast<double>(*whole);
-  if (const auto* flag = std::get_if<bool>(&value)) return *flag ? 1 : 0;
-  if (const auto* number = std::get_if<double>(&value)) return *number;
-  return std::nullopt;
-}
-
-/// Numbers by their value, anything else by how it is written.
+/// Compares numbers by value, anything else as text.
 bool compare_values(std::string_view with, std::string_view is, std::string_view wanted) {
   const text::Value a = text::parse_value(is);
   const text::Value b = text::parse_value(wanted);
@@ -62,7 +56,7 @@ bool compare_values(std::string_view with, std::string_view is, std::string_view
   return compare(with, text::value_text(a), text::value_text(b));
 }
 
-// ---- What is so at a time
+// ---- States
 
 class RegisterCondition final : public Condition {
  public:
@@ -87,7 +81,7 @@ class RegisterCondition final : public Condition {
   std::vector<std::uint16_t> wanted_;
 };
 
-/// A device may change what it has while nothing else happens.
+/// Polled, as a device may change an object without an event.
 class ObjectCondition final : public Condition {
  public:
   ObjectCondition(const Written& written, View& view)
@@ -163,16 +157,19 @@ class TookCondition final : public Condition {
   Time wanted_;
 };
 
-// ---- What happens
+// ---- Events
 
 class EventCondition : public Condition {
  public:
-  explicit EventCondition(const Written& written) : wanted_(written.count) {}
+  explicit EventCondition(const Written& written) : network_(written.network), wanted_(written.count) {}
   bool holds(View& view) override {
     const std::size_t count = happened(view);
     return wanted_ ? count == *wanted_ : count != 0;
   }
   std::string seen(View& view) override { return fmt::format("{} of them", happened(view)); }
+
+ protected:
+  const std::size_t network_;
 
  private:
   virtual std::size_t happened(View& view) const = 0;
@@ -180,93 +177,92 @@ class EventCondition : public Condition {
   std::optional<unsigned> wanted_;
 };
 
-/// Level, not edge: one that is under way has started.
+/// A level, not an edge: one in progress has started.
 class TransactionCondition final : public EventCondition {
  public:
-  TransactionCondition(const Written& written, View& view) : EventCondition(written) {
-    const auto [network, name] = where(written.words[0], view.networks());
-    network_ = network;
-    ended_ = name == "ended";
-    if (!ended_ && name != "started") refuse("\"{}\": must be started or ended", name);
+  TransactionCondition(const Written& written, View& view)
+      : EventCondition(written), ended_(written.words[0] == "ended") {
+    if (!ended_ && written.words[0] != "started")
+      refuse("\"{}\": must be started or ended", written.words[0]);
     before_ = ended(view);
   }
-  bool is_up_to_plc(View& view) const override { return !is_under_way(view); }
+  bool is_up_to_plc(View& view) const override { return !is_in_progress(view); }
 
  private:
-  bool is_under_way(View& view) const {
+  bool is_in_progress(View& view) const {
     return view.read(network_, regmap::kWindowFirst, 1)[0] == regmap::kExecute;
   }
-  std::size_t ended(View& view) const { return view.transactions(network_) - (is_under_way(view) ? 1 : 0); }
+  std::size_t ended(View& view) const { return view.transactions(network_) - (is_in_progress(view) ? 1 : 0); }
   std::size_t happened(View& view) const override {
     return (ended_ ? ended(view) : view.transactions(network_)) - before_;
   }
 
-  std::size_t network_ = 1;
-  bool ended_ = false;
+  bool ended_;
   std::size_t before_ = 0;
 };
 
-/// Of frames written as text: x stands for any digit, and * at the end for anything.
-class FrameCondition final : public EventCondition {
+class FramesCondition : public EventCondition {
  public:
-  FrameCondition(const Written& written, View& view) : EventCondition(written) {
-    const auto [network, name] = where(written.words[0], view.networks());
-    network_ = network;
+  FramesCondition(const Written& written, View& view) : EventCondition(written) {
     view.world(network_);
-    for (const char letter : name)
+  }
+  void on_frame(std::size_t network, const Frame& frame, Time /*now*/) final {
+    if (network == network_ && matches(frame)) ++count_;
+  }
+
+ private:
+  virtual bool matches(const Frame& frame) const = 0;
+  std::size_t happened(View& /*view*/) const final { return count_; }
+
+  std::size_t count_ = 0;
+};
+
+/// A pattern for frames written as text: x is any digit, * at the end anything.
+class FrameCondition final : public FramesCondition {
+ public:
+  FrameCondition(const Written& written, View& view) : FramesCondition(written, view) {
+    for (const char letter : written.words[0])
       pattern_ += letter >= 'a' && letter <= 'f' ? static_cast<char>(letter - 'a' + 'A') : letter;
     const std::size_t id = pattern_.find('#');
     if ((id != 3 && id != 8) || pattern_.find_first_not_of("0123456789ABCDEFRx#*") != std::string::npos)
       refuse("frame \"{}\": write it as candump does, 605#4017*, with x for any digit and * for any end",
-             name);
-  }
-  void on_frame(std::size_t network, const Frame& frame, Time /*now*/) override {
-    if (network == network_ && matches(sim::frame_text(frame))) ++count_;
+             written.words[0]);
   }
 
  private:
-  bool matches(std::string_view frame) const {
+  bool matches(const Frame& frame) const override {
+    const std::string text = sim::frame_text(frame);
     const bool open = pattern_.ends_with('*');
     const std::string_view wanted(pattern_.data(), pattern_.size() - (open ? 1 : 0));
-    if (open ? frame.size() < wanted.size() : frame.size() != wanted.size()) return false;
-    return std::ranges::equal(wanted, frame.substr(0, wanted.size()),
+    if (open ? text.size() < wanted.size() : text.size() != wanted.size()) return false;
+    return std::ranges::equal(wanted, std::string_view(text).substr(0, wanted.size()),
                               [](char any, char is) { return any == is || (any == 'x' && is != '#'); });
   }
-  std::size_t happened(View& /*view*/) const override { return count_; }
 
-  std::size_t network_ = 1;
   std::string pattern_;
-  std::size_t count_ = 0;
 };
 
-class EmergencyCondition final : public EventCondition {
+class EmergencyCondition final : public FramesCondition {
  public:
-  EmergencyCondition(const Written& written, View& view) : EventCondition(written) {
-    const auto [network, name] = where(written.words[0], view.networks());
-    network_ = network;
-    node_ = number_of(name, 1, nmt::kMaxNode, "node");
-    view.world(network_);
+  EmergencyCondition(const Written& written, View& view)
+      : FramesCondition(written, view), node_(number_of(written.words[0], 1, nmt::kMaxNode, "node")) {
     if (written.words.size() == 2) code_ = number_of(written.words[1], 0, 0xFFFF, "code");
-  }
-  void on_frame(std::size_t network, const Frame& frame, Time /*now*/) override {
-    const auto message = journal::emergency_of(frame);
-    if (network == network_ && message && message->node == node_ && (!code_ || message->code == *code_))
-      ++count_;
   }
 
  private:
-  std::size_t happened(View& /*view*/) const override { return count_; }
+  bool matches(const Frame& frame) const override {
+    const auto message = journal::emergency_of(frame);
+    return message && message->node == node_ && (!code_ || message->code == *code_);
+  }
 
-  std::size_t network_ = 1;
-  std::uint32_t node_ = 0;
+  std::uint32_t node_;
   std::optional<std::uint32_t> code_;
-  std::size_t count_ = 0;
 };
 
 // ---- The rows
 
 struct Row {
-  std::size_t least;  ///< words behind the name
+  std::size_t least;  ///< words after the name
   std::size_t most;
   bool is_event;
   std::unique_ptr<Condition> (*make)(const Written&, View&);
@@ -297,7 +293,7 @@ constexpr auto kKinds = std::to_array<Row>({
 });
 // clang-format on
 
-/// Takes "no" or a number off the front.
+/// Removes "no" or a number from the front.
 std::optional<unsigned> take_count(Words& words) {
   if (words.empty()) return std::nullopt;
   std::optional<unsigned> count;
@@ -310,32 +306,23 @@ std::optional<unsigned> take_count(Words& words) {
 }  // namespace
 
 std::unique_ptr<Condition> make_condition(std::string_view text, View& view) {
-  Written written{text::words_of(text), std::nullopt};
+  Written written{text::words_of(text)};
   written.count = take_count(written.words);
-  const std::string_view name = written.words.empty() ? "" : written.words.front();
-  std::vector<std::string_view> names;
-  for (const Row& kind : kKinds) {
-    names.push_back(kind.text.name());
-    if (names.back() != name) continue;
-    const std::size_t given = written.words.size() - 1;
-    if (given < kind.least || given > kind.most) refuse("write {}", kind.text.usage);
-    if (written.count && !kind.is_event)
-      refuse("{}: only events are counted: transaction, frame, emcy", text);
-    written.words.erase(written.words.begin());
-    return kind.make(written, view);
+  const Row& kind = row_of<Row>(kKinds, written.words, "condition");
+  if (written.count && !kind.is_event) refuse("{}: only events are counted: transaction, frame, emcy", text);
+  written.words.erase(written.words.begin());
+  if (kind.is_event) {
+    const auto [network, name] = where(written.words[0], view.networks());
+    written.network = network;
+    written.words[0] = name;
   }
-  const std::string suggestion = text::did_you_mean(name, names);
-  refuse("\"{}\": no such condition{}", name,
-         suggestion.empty() ? "; there are " + text::listed(names, " and ") : suggestion);
+  return kind.make(written, view);
 }
 
-std::span<const Usage> condition_usages() {
-  static constexpr auto kUsages = [] {
-    std::array<Usage, kKinds.size()> usages;
-    std::ranges::transform(kKinds, usages.begin(), &Row::text);
-    return usages;
-  }();
-  return kUsages;
+std::vector<Usage> condition_usages() {
+  std::vector<Usage> usages;
+  std::ranges::transform(kKinds, std::back_inserter(usages), &Row::text);
+  return usages;
 }
 
 }  // namespace cbcan::plant

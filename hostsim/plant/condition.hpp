@@ -1,22 +1,22 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Conditions about a plant, as `wait` and scenarios write them: "register 3700 = 0", "frame 5C2#4B*", "state
-/// 5 operational". Events (frames, EMCY messages, transactions) count from the making of the condition on.
+/// Conditions of `wait` and scenarios: "register 3700 = 0", "frame 5C2#4B*", "state 5 operational". Events
+/// (frames, EMCY messages, transactions) count from the construction of the condition.
 
 #include <memory>
-#include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "plant/words.hpp"
 
 namespace cbcan::plant {
 
-/// Hears everything that is on the buses.
+/// Receives every frame on the buses.
 class Listener {
  public:
-  /// `network`: from 1; `now` since the plant's start.
+  /// `network`: from 1; `now`: since the plant's start.
   virtual void on_frame(std::size_t network, const Frame& frame, Time now) = 0;
 
  protected:
@@ -29,18 +29,18 @@ class Condition : public Listener {
   void on_frame(std::size_t /*network*/, const Frame& /*frame*/, Time /*now*/) override {}
 
   virtual bool holds(View& view) = 0;
-  /// Of one that does not hold: "it is 4", "2 of them".
+  /// The state if it does not hold: "it is 4", "2 of them".
   virtual std::string seen(View& view) = 0;
-  /// When it may hold though nothing happens; kNever = it will not.
+  /// When it may hold without an event; kNever = not without one.
   virtual Time next_deadline(View& /*view*/) const { return kNever; }
-  /// The PLC has to do something first: no time should pass before.
+  /// It waits for the PLC, and no time should pass until then.
   virtual bool is_up_to_plc(View& /*view*/) const { return false; }
 };
 
-/// Throws Refused. The view outlives it.
+/// Throws Refused. The view outlives the condition.
 std::unique_ptr<Condition> make_condition(std::string_view text, View& view);
 
-/// All there are, for the page.
-std::span<const Usage> condition_usages();
+/// All conditions, for the page.
+std::vector<Usage> condition_usages();
 
 }  // namespace cbcan::plant

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <utility>
 
 #include "cbcan/canopen/dictionary/objects.hpp"
@@ -13,9 +14,7 @@
 #include "devices/devices.hpp"
 #include "sim/frame_text.hpp"
 #include "text/numbers.hpp"
-#include "text/suggestion.hpp"
 #include "text/utf8.hpp"
-#include "text/value.hpp"
 #include "text/words.hpp"
 
 namespace cbcan::plant {
@@ -35,26 +34,7 @@ std::string id_text(const sim::Node& node, std::size_t network) {
   return id == sim::Node::kNoNodeId ? "-" : prefix_of(network) + std::to_string(id);
 }
 
-/// A line for each fault, and when there have been many how many more there are.
-class FaultList {
- public:
-  void add(std::string_view place, const sim::FaultSet& faults) {
-    for (const sim::SetFault& set : faults.list())
-      if (++count_ <= kMost)
-        text_ += fmt::format("{} {} {} occasions={} fired={}\n", place, set.number, set.text, set.occasions,
-                             set.fired);
-  }
-  std::string text() const {
-    return text_ + (count_ > kMost ? fmt::format("and {} more\nok\n", count_ - kMost) : "ok\n");
-  }
-
- private:
-  static constexpr std::size_t kMost = 1000;
-  std::string text_;
-  std::size_t count_ = 0;
-};
-
-/// One of a few names; `what` they are.
+/// The value of the row with this name.
 template <class Rows>
 const auto& named(const Rows& rows, std::string_view name) {
   const auto found = std::ranges::find(rows, name, [](const auto& row) { return row.first; });
@@ -82,7 +62,7 @@ class Execution {
       : control_(control), words_(std::move(words)), now_(control.started() + control.now()) {}
 
   struct Command {
-    std::size_t least;  ///< words behind the name
+    std::size_t least;  ///< words after the name
     std::size_t most;
     Reply (Execution::*run)();
     Usage text;
@@ -90,34 +70,186 @@ class Execution {
   static std::span<const Command> commands();
 
  private:
-  Reply list_nodes();
-  Reply get();
-  Reply set();
-  Reply incident();
-  Reply reload();
-  Reply power();
-  Reply fault();
-  Reply list_faults();
-  Reply clear();
-  Reply read();
-  Reply write();
-  Reply send();
-  Reply nmt();
-  Reply wait();
-  Reply pass();
-  Reply tell_time() { return {"ok " + text::seconds_text(control_.now()) + "\n"}; }
-  Reply shutdown() { return {.text = "ok\n", .shutdown = true}; }
-  Reply help();
-
   Where place(std::string_view word) const { return where(word, control_.networks()); }
   sim::World& world(std::size_t network) const { return control_.world(network); }
-  /// Of the bus or the node that the word means.
-  sim::FaultSet& faults(std::string_view word) const;
+  /// Those of the bus or node that the word names.
+  sim::FaultSet& faults(std::string_view word) const {
+    const Where of = place(word);
+    return of.name == kBus ? world(of.network).faults() : node_of(control_, word).faults();
+  }
+
   /// Calls `visit(place, faults)` for every bus and every node.
   template <class Visitor>
-  void for_all_faults(Visitor visit) const;
-  std::string nodes_of(std::size_t network) const;
-  Reply put_on_bus(std::size_t network, const Frame& frame);
+  void for_all_faults(Visitor visit) const {
+    for (std::size_t network = 1; network <= control_.networks(); ++network) {
+      sim::World& all = world(network);
+      visit(fmt::format("{}{}", prefix_of(network), kBus), all.faults());
+      for (std::size_t place = 0; place < all.nodes().size(); ++place)
+        visit(place_name(network, place), all.nodes()[place]->faults());
+    }
+  }
+
+  Reply list_nodes() {
+    std::string text;
+    for (std::size_t network = 1; network <= control_.networks(); ++network) {
+      const auto nodes = world(network).nodes();
+      for (std::size_t place = 0; place < nodes.size(); ++place) {
+        const sim::Node& node = *nodes[place];
+        text += fmt::format("{} {} {} {}", place_name(network, place), id_text(node, network), state_of(node),
+                            node.device_name());
+        text += node.name().empty() ? "\n" : fmt::format(" \"{}\"\n", text::to_utf8(node.name()));
+      }
+    }
+    return {text + "ok\n"};
+  }
+
+  Reply get() { return {"ok " + value_of(control_, words_[1], words_[2]) + "\n"}; }
+
+  Reply set() {
+    sim::Node& of = running_node_of(control_, words_[1]);
+    const Address address = address_of(words_[2]);
+    const auto number = number_in(text::parse_value(words_[3]));
+    if (!number) refuse("\"{}\": must be a number, true or false", words_[3]);
+    const std::string name = config::object_name(address.index, address.sub);
+    if (address.index <= object::kLastCommunication)
+      refuse("{}: objects below 2000h are for SDO, not for set", name);
+    if (!of.set_input(address.index, address.sub, *number, now_))
+      refuse("{}: node {} has no such number", name, words_[1]);
+    return {"ok\n"};
+  }
+
+  Reply incident() {
+    sim::Node& of = running_node_of(control_, words_[1]);
+    const bool present = named(kOnOff, words_[3]);
+    if (of.set_incident(words_[2], present, now_)) return {"ok\n"};
+    const auto known = of.behaviour().incidents();
+    refuse("\"{}\": node {} has no such incident{}{}", words_[2], words_[1], known.empty() ? "" : "; it has ",
+           text::listed(known, ", "));
+  }
+
+  Reply reload() {
+    sim::Node& of = running_node_of(control_, words_[1]);
+    if (of.device_name() != devices::kScript)
+      refuse("node {}: its device is {}, which is no script", words_[1], of.device_name());
+    try {
+      of.reload(now_);
+    } catch (const std::runtime_error& problem) {
+      throw Refused(problem.what());
+    }
+    return {"ok\n"};
+  }
+
+  Reply fault() {
+    const std::string_view text = rest_of(words_, 2);
+    sim::FaultSet& of = faults(words_[1]);
+    const sim::FaultOrProblem parsed = sim::parse_fault(text, of.place());
+    if (!parsed.problem.empty()) throw Refused(parsed.problem);
+    return {fmt::format("ok {}\n", of.add(parsed.fault, now_))};
+  }
+
+  Reply list_faults() {
+    constexpr std::size_t kMost = 1000;
+    std::string text;
+    std::size_t count = 0;
+    const auto add = [&](std::string_view place, const sim::FaultSet& of) {
+      for (const sim::SetFault& set : of.list())
+        if (++count <= kMost)
+          text += fmt::format("{} {} {} occasions={} fired={}\n", place, set.number, set.text, set.occasions,
+                              set.fired);
+    };
+    if (words_.size() == 2)
+      add(words_[1], faults(words_[1]));
+    else
+      for_all_faults(add);
+    return {text + (count > kMost ? fmt::format("and {} more\nok\n", count - kMost) : "ok\n")};
+  }
+
+  Reply clear() {
+    constexpr std::uint32_t kMostNumber = 1'000'000'000;
+    if (words_.size() == 1) {
+      for_all_faults([this](const std::string& /*place*/, sim::FaultSet& of) { of.clear(now_); });
+      return {"ok\n"};
+    }
+    sim::FaultSet& of = faults(words_[1]);
+    if (words_.size() == 2) return of.clear(now_), Reply{"ok\n"};
+    const std::uint32_t number = number_of(words_[2], 1, kMostNumber, "fault");
+    if (!of.remove(number, now_)) refuse("fault {}: {} has none with this number", words_[2], words_[1]);
+    return {"ok\n"};
+  }
+
+  Reply power() {
+    const bool on = named(kOnOff, words_[2]);
+    const Where of = place(words_[1]);
+    if (of.name != kAll) return node_of(control_, words_[1]).set_power(on, now_), Reply{"ok\n"};
+    for (const auto& node : world(of.network).nodes())
+      node->set_power(on, now_);
+    return {"ok\n"};
+  }
+
+  // ---- The PLC
+
+  Reply read() {
+    const auto [network, first, count] = read_of(words_, control_.networks());
+    return {fmt::format("ok {}\n", text::joined(control_.read(network, first, count)))};
+  }
+
+  /// write and trigger
+  Reply write() {
+    const auto [network, first, words] = writing_of(words_, control_.networks());
+    control_.read(network, first, words.size());
+    control_.network(network).write(first, words);
+    return {"ok\n"};
+  }
+
+  // ---- Other nodes on the bus
+
+  Reply put_on_bus(std::size_t network, const Frame& frame) {
+    if (!control_.network(network).send(frame)) refuse("the bus takes no frame now");
+    return {"ok\n"};
+  }
+
+  Reply send() {
+    const auto [network, name] = place(words_[1]);
+    const auto frame = sim::parse_frame(name);
+    if (!frame) refuse("frame \"{}\": write it as candump does: 605#4017100000000000", name);
+    return put_on_bus(network, *frame);
+  }
+
+  Reply nmt() {
+    const nmt::Command command = named(kNmtCommands, words_[1]);
+    const auto [network, name] = place(words_[2]);
+    const std::uint32_t node = name == kAll ? 0 : number_of(name, 1, nmt::kMaxNode, "node");
+    return put_on_bus(network, nmt::command_frame(command, static_cast<std::uint8_t>(node)));
+  }
+
+  // ---- Time
+
+  Reply wait() {
+    Time within = kWaitWithin;
+    if (words_.size() > 3 && words_[words_.size() - 2] == "within") {
+      within = duration_of(words_.back());
+      words_.resize(words_.size() - 2);
+    }
+    const std::string_view text = rest_of(words_, 1);
+    return {.wait = std::make_unique<Wait>(control_, make_condition(text, control_), std::string(text), within,
+                                           false)};
+  }
+
+  Reply pass() {
+    const Time duration = duration_of(words_[1]);
+    const std::string text = fmt::format("took >= {}", words_[1]);
+    return {.wait = std::make_unique<Wait>(control_, make_condition(text, control_), text, duration, true)};
+  }
+
+  Reply help() {
+    std::string text;
+    for (const Usage& command : command_usages())
+      text += fmt::format("{:37} {}\n", command.usage, command.meaning);
+    return {text + "ok\n"};
+  }
+
+  Reply tell_time() { return {"ok " + text::seconds_text(control_.now()) + "\n"}; }
+  Reply shutdown() { return {.text = "ok\n", .shutdown = true}; }
 
   Control& control_;
   Words words_;
@@ -170,208 +302,22 @@ std::span<const Execution::Command> Execution::commands() {
   return kCommands;
 }
 
-/// That the line begins with.
+/// The command that the line begins with.
 const Execution::Command& command_of(const Words& words) {
-  std::vector<std::string_view> names;
-  for (const Execution::Command& command : Execution::commands()) {
-    names.push_back(command.text.name());
-    if (names.back() != words.front()) continue;
-    const std::size_t given = words.size() - 1;
-    if (given < command.least || given > command.most) refuse("write {}", command.text.usage);
-    return command;
-  }
-  const std::string suggestion = text::did_you_mean(words.front(), names);
-  refuse("\"{}\": no such command{}", words.front(), suggestion.empty() ? "; help lists them" : suggestion);
+  return row_of(Execution::commands(), words, "command", "; help lists them");
 }
 
-sim::FaultSet& Execution::faults(std::string_view word) const {
-  const Where of = place(word);
-  return of.name == kBus ? world(of.network).faults() : node_of(control_, word).faults();
-}
-
-template <class Visitor>
-void Execution::for_all_faults(Visitor visit) const {
-  for (std::size_t network = 1; network <= control_.networks(); ++network) {
-    sim::World& all = world(network);
-    visit(fmt::format("{}{}", prefix_of(network), kBus), all.faults());
-    for (std::size_t place = 0; place < all.nodes().size(); ++place)
-      visit(place_name(network, place), all.nodes()[place]->faults());
-  }
-}
-
-Reply Execution::list_nodes() {
-  std::string text;
-  for (std::size_t network = 1; network <= control_.networks(); ++network)
-    text += nodes_of(network);
-  return {text + "ok\n"};
-}
-
-std::string Execution::nodes_of(std::size_t network) const {
-  const auto nodes = world(network).nodes();
-  std::string text;
-  for (std::size_t place = 0; place < nodes.size(); ++place) {
-    const sim::Node& node = *nodes[place];
-    text += fmt::format("{} {} {} {}", place_name(network, place), id_text(node, network), state_of(node),
-                        node.device_name());
-    text += node.name().empty() ? "\n" : fmt::format(" \"{}\"\n", text::to_utf8(node.name()));
-  }
-  return text;
-}
-
-Reply Execution::get() {
-  return {"ok " + value_of(control_, words_[1], words_[2]) + "\n"};
-}
-
-Reply Execution::set() {
-  sim::Node& of = running_node_of(control_, words_[1]);
-  const Address address = address_of(words_[2]);
-  const text::Value value = text::parse_value(words_[3]);
-  double number = 0;
-  if (const auto* integer = std::get_if<std::int64_t>(&value)) {
-    number = static_cast<double>(*integer);
-  } else if (const auto* real = std::get_if<double>(&value)) {
-    number = *real;
-  } else if (const auto* flag = std::get_if<bool>(&value)) {
-    number = *flag ? 1 : 0;
-  } else {
-    refuse("\"{}\": must be a number, true or false", words_[3]);
-  }
-  const std::string name = config::object_name(address.index, address.sub);
-  if (address.index <= object::kLastCommunication)
-    refuse("{}: objects below 2000h are for SDO, not for set", name);
-  if (!of.set_input(address.index, address.sub, number, now_))
-    refuse("{}: node {} has no such number", name, words_[1]);
-  return {"ok\n"};
-}
-
-Reply Execution::incident() {
-  sim::Node& of = running_node_of(control_, words_[1]);
-  const bool present = named(kOnOff, words_[3]);
-  if (of.set_incident(words_[2], present, now_)) return {"ok\n"};
-  const auto known = of.behaviour().incidents();
-  refuse("\"{}\": node {} has no such incident{}{}", words_[2], words_[1], known.empty() ? "" : "; it has ",
-         text::listed(known, ", "));
-}
-
-Reply Execution::reload() {
-  sim::Node& of = running_node_of(control_, words_[1]);
-  if (of.device_name() != devices::kScript)
-    refuse("node {}: its device is {}, which is no script", words_[1], of.device_name());
-  try {
-    of.reload(now_);
-  } catch (const std::runtime_error& problem) {
-    throw Refused(problem.what());
-  }
-  return {"ok\n"};
-}
-
-Reply Execution::fault() {
-  const std::string_view text = rest_of(words_, 2);
-  sim::FaultSet& of = faults(words_[1]);
-  const sim::FaultOrProblem parsed = sim::parse_fault(text, of.place());
-  if (!parsed.problem.empty()) throw Refused(parsed.problem);
-  return {fmt::format("ok {}\n", of.add(parsed.fault, now_))};
-}
-
-Reply Execution::list_faults() {
-  FaultList list;
-  if (words_.size() == 2)
-    list.add(words_[1], faults(words_[1]));
-  else
-    for_all_faults([&](const std::string& place, sim::FaultSet& of) { list.add(place, of); });
-  return {list.text()};
-}
-
-Reply Execution::clear() {
-  constexpr std::uint32_t kMostNumber = 1'000'000'000;
-  if (words_.size() == 1) {
-    for_all_faults([this](const std::string& /*place*/, sim::FaultSet& of) { of.clear(now_); });
-    return {"ok\n"};
-  }
-  sim::FaultSet& of = faults(words_[1]);
-  if (words_.size() == 2) return of.clear(now_), Reply{"ok\n"};
-  const std::uint32_t number = number_of(words_[2], 1, kMostNumber, "fault");
-  if (!of.remove(number, now_)) refuse("fault {}: {} has none with this number", words_[2], words_[1]);
-  return {"ok\n"};
-}
-
-Reply Execution::power() {
-  const bool on = named(kOnOff, words_[2]);
-  const Where of = place(words_[1]);
-  if (of.name != kAll) return node_of(control_, words_[1]).set_power(on, now_), Reply{"ok\n"};
-  for (const auto& node : world(of.network).nodes())
-    node->set_power(on, now_);
-  return {"ok\n"};
-}
-
-// ---- The PLC
-
-Reply Execution::read() {
-  const auto [network, first, count] = read_of(words_, control_.networks());
-  return {fmt::format("ok {}\n", text::joined(control_.read(network, first, count)))};
-}
-
-/// write and trigger
-Reply Execution::write() {
-  const auto [network, first, words] = writing_of(words_, control_.networks());
-  control_.read(network, first, words.size());
-  control_.network(network).write(first, words);
-  return {"ok\n"};
-}
-
-// ---- Others on the bus
-
-Reply Execution::put_on_bus(std::size_t network, const Frame& frame) {
-  if (!control_.network(network).send(frame)) refuse("the bus takes no frame now");
-  return {"ok\n"};
-}
-
-Reply Execution::send() {
-  const auto [network, name] = place(words_[1]);
-  const auto frame = sim::parse_frame(name);
-  if (!frame) refuse("frame \"{}\": write it as candump does: 605#4017100000000000", name);
-  return put_on_bus(network, *frame);
-}
-
-Reply Execution::nmt() {
-  const nmt::Command command = named(kNmtCommands, words_[1]);
-  const auto [network, name] = place(words_[2]);
-  const std::uint32_t node = name == kAll ? 0 : number_of(name, 1, nmt::kMaxNode, "node");
-  return put_on_bus(network, nmt::command_frame(command, static_cast<std::uint8_t>(node)));
-}
-
-// ---- Time
-
-Reply Execution::wait() {
-  Time within = kWaitWithin;
-  if (words_.size() > 3 && words_[words_.size() - 2] == "within") {
-    within = duration_of(words_.back());
-    words_.resize(words_.size() - 2);
-  }
-  const std::string_view text = rest_of(words_, 1);
-  return {.wait = std::make_unique<Wait>(control_, make_condition(text, control_), std::string(text), within,
-                                         false)};
-}
-
-Reply Execution::pass() {
-  const Time duration = duration_of(words_[1]);
-  const std::string text = fmt::format("took >= {}", words_[1]);
-  return {.wait = std::make_unique<Wait>(control_, make_condition(text, control_), text, duration, true)};
-}
-
-Reply Execution::help() {
-  std::string text;
-  for (const Usage& command : command_usages())
-    text += fmt::format("{:37} {}\n", command.usage, command.meaning);
-  return {text + "ok\n"};
+bool changes_plant(std::string_view name) {
+  static constexpr std::array<std::string_view, 10> kThese{"set",   "incident", "power", "fault", "clear",
+                                                           "write", "trigger",  "send",  "nmt",   "reload"};
+  return std::ranges::find(kThese, name) != kThese.end();
 }
 
 }  // namespace
 
 std::vector<Usage> command_usages() {
   std::vector<Usage> usages;
-  for (const auto& command : Execution::commands())
-    usages.push_back(command.text);
+  std::ranges::transform(Execution::commands(), std::back_inserter(usages), &Execution::Command::text);
   return usages;
 }
 
@@ -379,12 +325,6 @@ ResponseParts parts_of(std::string_view response) {
   if (response.ends_with('\n')) response.remove_suffix(1);
   const std::size_t last = response.rfind('\n') + 1;  // 0 where there is one line
   return {response.substr(0, last), response.substr(last)};
-}
-
-bool changes_plant(std::string_view name) {
-  static constexpr std::array<std::string_view, 10> kThese{"set",   "incident", "power", "fault", "clear",
-                                                           "write", "trigger",  "send",  "nmt",   "reload"};
-  return std::ranges::find(kThese, name) != kThese.end();
 }
 
 void check_command(std::string_view line) {
@@ -399,7 +339,7 @@ void check_command(std::string_view line) {
 
 // ---- Control
 
-/// Hears one bus for all who listen, while there are any.
+/// Observes one bus for all listeners, while there are any.
 class Control::BusObserver final : public sim::Observer {
  public:
   BusObserver(Control& control, std::size_t network) : control_(control), network_(network) {}

@@ -32,15 +32,8 @@ Coprocessor::Settings settings_of(const config::ModuleConfig& module) {
   return settings;
 }
 
-RegisterWindow window_of(std::vector<std::uint16_t>& registers) {
-  const std::span<std::uint16_t> all(registers);
-  return RegisterWindow(all.subspan<regmap::kWindowFirst, regmap::kWindowWords>());
-}
-
-/// Those of all channels.
-std::vector<ScannerWindow> scanners_of(std::vector<std::uint16_t>& registers,
-                                       const config::ModuleConfig& module) {
-  const std::span<std::uint16_t> all(registers);
+/// The windows of all channels.
+std::vector<ScannerWindow> scanners_of(std::span<std::uint16_t> all, const config::ModuleConfig& module) {
   std::vector<ScannerWindow> scanners;
   for (unsigned channel = 1; channel <= module.channels; ++channel)
     scanners.emplace_back(
@@ -49,16 +42,12 @@ std::vector<ScannerWindow> scanners_of(std::vector<std::uint16_t>& registers,
   return scanners;
 }
 
-ProcessRegisters process_of(std::vector<std::uint16_t>& registers, const config::ModuleConfig& module) {
-  return std::span(registers).subspan(module.process_first).first<regmap::kProcessWords>();
-}
-
 void add_faults(sim::FaultSet& to, const std::vector<config::FaultConfig>& faults, Time started) {
   for (const config::FaultConfig& fault : faults)
     to.add(fault.fault, started);
 }
 
-/// Of "1.2.3", from 0.
+/// A part of "1.2.3", from 0.
 std::uint16_t version_part(unsigned part) {
   std::string_view rest = kVersion;
   std::string_view number;
@@ -81,9 +70,10 @@ Network::Network(const config::Config& plant, const config::NetworkConfig& confi
   if (config.module.enabled) {
     registers_.resize(regmap::kRegisterFileWords);
     registers_[regmap::kExecuteFlag] = config.module.start_result;
-    module_ =
-        &world_.add_module(window_of(registers_), process_of(registers_, config.module),
-                           settings_of(config.module), scanners_of(registers_, config.module), parameters);
+    const std::span<std::uint16_t> all(registers_);
+    module_ = &world_.add_module(RegisterWindow(all.subspan<regmap::kWindowFirst, regmap::kWindowWords>()),
+                                 all.subspan(config.module.process_first).first<regmap::kProcessWords>(),
+                                 settings_of(config.module), scanners_of(all, config.module), parameters);
   }
   for (sim::NodeParts& node : nodes) {
     node.listener = this;
@@ -163,7 +153,7 @@ void Network::on_request(bool valid, const adapters::ModbusRange& written) {
   const bool writes = written.count != 0;
   if (!writes) advance_due();
   if (writes && observed_) context_.listener.on_written(number_, written);
-  if (valid) on_plc();
+  if (valid && module_ != nullptr) module_->on_plc(context_.now);
   if (!writes) return;
   apply(written.first, written.count);
   if (observed_) context_.listener.on_applied();
@@ -171,10 +161,6 @@ void Network::on_request(bool valid, const adapters::ModbusRange& written) {
 
 void Network::on_exchange(const adapters::ModbusExchange& exchange) {
   watch_->on_modbus(exchange, context_.now);
-}
-
-void Network::on_plc() {
-  if (module_ != nullptr) module_->on_plc(context_.now);
 }
 
 void Network::apply(std::size_t first, std::size_t count) {
@@ -186,7 +172,7 @@ void Network::apply(std::size_t first, std::size_t count) {
 void Network::write(std::size_t first, std::span<const std::uint16_t> words) {
   world_.advance(context_.now);
   std::ranges::copy(words, registers_.begin() + static_cast<std::ptrdiff_t>(first));
-  on_plc();
+  module_->on_plc(context_.now);
   apply(first, words.size());
 }
 
@@ -215,7 +201,7 @@ void Network::publish() {
   put(regmap::kTransactionsCancelled, transactions.cancelled);
 }
 
-/// One that writes behind a newer client is a second program where one alone may write: a scanner window.
+/// A scanner window may have one writer: a client that writes after a newer one is a second program.
 void Network::on_writer(std::uint32_t client, const adapters::ModbusRange& written) {
   for (unsigned channel = 1; channel <= module_config_.channels; ++channel) {
     const std::size_t out = regmap::of_channel(module_config_.scanner_out_first, channel);

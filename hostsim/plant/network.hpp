@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// One CAN network: registers, module, nodes and bus. Modbus servers serve it as a unit.
+/// One CAN network: registers, module, nodes and bus; a unit for Modbus servers.
 
 #include <array>
 #include <cstddef>
@@ -23,21 +23,21 @@
 
 namespace cbcan::plant {
 
-/// Who wants to know what happens to networks; `network` counts from 1.
+/// Receives events of networks; `network` counts from 1.
 class NetworkListener {
  public:
   /// An injected fault has acted.
   virtual void on_fault(std::size_t network, std::string_view text, Time now) = 0;
-  /// Modbus has written these registers, which has had no effect yet.
+  /// Modbus has written these registers, without effects so far.
   virtual void on_written(std::size_t /*network*/, const adapters::ModbusRange& /*written*/) {}
-  /// Its effects up to now are done, and the next Modbus request is not read yet.
+  /// The effects up to now have happened; the next Modbus request has not been read.
   virtual void on_applied() {}
 
  protected:
   ~NetworkListener() = default;
 };
 
-/// What networks take from whoever drives them; all of it outlives them.
+/// What networks use of the program around them; all of it outlives them.
 struct NetworkContext {
   const Time& now;          ///< never goes back
   sim::Schedule& schedule;  ///< polls what is due
@@ -51,15 +51,15 @@ class Network final : public adapters::ModbusUnit,
                       private sim::Receiver,
                       private sim::FaultListener {
  public:
-  /// `config` is one of `plant`'s, and `nodes` has one for each of its nodes, in their order. Its injected
-  /// faults begin now; `parameters` are the module's, see CoprocessorModule.
+  /// `config` is one of `plant`'s networks; `nodes` has its nodes in their order. Its faults are injected now;
+  /// `parameters` are the module's, see CoprocessorModule.
   Network(const config::Config& plant, const config::NetworkConfig& config, std::vector<sim::NodeParts> nodes,
           const NetworkContext& context, sim::ParameterStore* parameters = nullptr);
   Network(const Network&) = delete;
   Network& operator=(const Network&) = delete;
 
-  // What Modbus servers see: adapters::ModbusUnit.
-  /// The same words always; none where there is no module.
+  // adapters::ModbusUnit, for Modbus servers.
+  /// Always the same words; none without a module.
   std::span<std::uint16_t> registers() override { return registers_; }
 
   void advance_due() override;
@@ -72,40 +72,38 @@ class Network final : public adapters::ModbusUnit,
   /// From 1.
   std::size_t number() const { return number_; }
   sim::World& world() { return world_; }
-  const sim::World& world() const { return world_; }
-  /// Null where there is none.
+  /// Null = none.
   const sim::CoprocessorModule* module() const { return module_; }
   const config::ModuleConfig& module_config() const { return module_config_; }
 
-  /// From now on this journal has what happens here; it outlives this. `started`: its time 0.
+  /// Adds events to this journal from now on; it outlives this. `started`: its time 0.
   void listen(journal::Journal& journal, Time started);
-  /// Null where there is no journal.
-  journal::NetworkWatch* watch() { return watch_ ? &*watch_ : nullptr; }
+  /// Null without a journal.
   const journal::NetworkWatch* watch() const { return watch_ ? &*watch_ : nullptr; }
 
-  /// What somebody else on the bus sends, from start() on; in order.
+  /// Frames, in order, that another node sends from start() on.
   void replay(std::vector<sim::TimedFrame> frames) { replay_ = std::move(frames); }
 
-  /// `observed`: the listener is called for what Modbus writes.
+  /// `observed`: the listener is called for Modbus writes.
   void start(bool observed);
-  /// To the context's time; with all those that wires connect.
+  /// To the context's time, together with the networks that wires connect.
   void advance();
   void poll(Time /*now*/) override { advance(); }
   Time next_deadline() const;
 
-  /// For the wires that it belongs to, which outlive it and have its deadlines from now on.
+  /// Called by the plant's wires, which outlive it and schedule it from now on.
   void attach(Wires& wires) { wires_ = &wires; }
   void advance_alone(Time now);
   Time own_deadline() const { return earlier(world_.next_deadline(), replay_due()); }
   Time started() const { return started_; }
 
-  /// Writes registers that there are, as a valid request of the PLC does.
+  /// Writes existing registers, as a valid request of the PLC does.
   void write(std::size_t first, std::span<const std::uint16_t> words);
   /// Brings the diagnostics registers up to date.
   void publish();
   std::uint32_t second_writers() const { return second_writers_; }
 
-  /// Somebody else on the bus sends this frame. False: the bus takes none now.
+  /// Sends this frame as another node. False: the bus accepts none now.
   bool send(const Frame& frame) { return tester_.try_send(frame); }
 
  private:
@@ -117,9 +115,7 @@ class Network final : public adapters::ModbusUnit,
   void on_frame(const Frame& /*frame*/, Time /*now*/) override {}
   void on_bus_state(BusState /*state*/, Time /*now*/) override {}
 
-  /// The PLC has made a valid request.
-  void on_plc();
-  /// Does what the words bring about.
+  /// Starts what the written words request.
   void apply(std::size_t first, std::size_t count);
 
   NetworkContext context_;
@@ -134,8 +130,8 @@ class Network final : public adapters::ModbusUnit,
   std::size_t replayed_ = 0;
   Time started_ = 0;
   std::uint32_t requests_ = 0;                                  ///< of Modbus
-  std::uint32_t exceptions_ = 0;                                ///< those that were answered by one
-  std::array<std::uint32_t, regmap::kMostChannels> writers_{};  ///< of each scanner window the last one
+  std::uint32_t exceptions_ = 0;                                ///< answered by an exception
+  std::array<std::uint32_t, regmap::kMostChannels> writers_{};  ///< the last one of each scanner window
   std::uint32_t second_writers_ = 0;
   std::optional<journal::NetworkWatch> watch_;
   Wires* wires_ = nullptr;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// A plant inside this process: networks with their nodes and modules, wires, commands. Without a socket.
+/// A plant inside this process: networks with their nodes and modules, wires, commands; without sockets.
 
 #include <functional>
 #include <memory>
@@ -17,11 +17,11 @@ namespace cbcan::plant {
 
 class Plant {
  public:
-  /// Where a module or a node keeps its parameters, by the file's name, which may be empty; null: nowhere.
+  /// The store for the parameters of a module or node, by the file's name, which may be empty; null = none.
   using FindStore = std::function<sim::ParameterStore*(const std::string& file)>;
 
-  /// `build` is all that config::build_nodes() has made of `config`. All nodes are off until start(). `now`
-  /// never goes back; it, the listener and the stores outlive the plant.
+  /// `build` is the result of config::build_nodes() for `config`. All nodes are off until start(). `now` never
+  /// goes back; it, the listener and the stores outlive the plant.
   Plant(const config::Config& config, config::PlantBuild build, const Time& now, NetworkListener& listener,
         const FindStore& find_store);
   Plant(const Plant&) = delete;
@@ -29,16 +29,15 @@ class Plant {
 
   /// `observed`: see Network::start().
   void start(bool observed);
-  /// All networks, to this time.
+  /// All networks, to the present time.
   void advance();
-  /// When a network has something to do next.
+  /// Of all networks.
   Time next_deadline() const;
-  /// Polls what is due, one time after the other.
+  /// Polls what is due, in order of time.
   sim::Schedule& schedule() { return schedule_; }
   const sim::Schedule& schedule() const { return schedule_; }
 
   Control& control() { return *control_; }
-  const Control& control() const { return *control_; }
   const std::vector<std::unique_ptr<Network>>& networks() const { return networks_; }
 
  private:

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// A plant in virtual time. What the plant file says about Modbus, SocketCAN, SLCAN, logs and files of
-/// parameters is left out; what nodes store lasts as long as the plant.
+/// A plant in virtual time. Settings for Modbus, SocketCAN, SLCAN, logs and parameter files are ignored; stored
+/// parameters last as long as the plant.
 
 #include <functional>
 #include <string>
@@ -16,7 +16,7 @@ namespace cbcan::plant {
 
 class VirtualPlant final : public Bench, private NetworkListener {
  public:
-  /// Is told before it is this time; nobody has to be.
+  /// Called before time passes to this time; may be empty.
   using Pace = std::function<void(Time)>;
 
   /// See Plant.
@@ -34,7 +34,7 @@ class VirtualPlant final : public Bench, private NetworkListener {
   std::vector<std::string> said() const override { return said_; }
 
   Time now() const { return now_; }
-  /// Until it is this time.
+  /// Lets time pass to this time.
   void advance_to(Time time);
 
  private:

@@ -10,15 +10,15 @@
 
 namespace cbcan::plant {
 
-/// What the response to a wait that was not over in time begins with.
+/// The beginning of the response to a wait that has timed out.
 inline constexpr std::string_view kNotWithin = "error: not within ";
 
-/// The most that a wait may take unless it says another time.
+/// The default limit of a wait.
 inline constexpr Time kWaitWithin = 60 * kSecond;
 
 class Control;
 
-/// A command that is answered later: when its condition holds, or its time is over.
+/// A command that is answered later: when its condition holds, or at its limit.
 class Wait {
  public:
   Wait(Control& control, std::unique_ptr<Condition> condition, std::string text, Time within, bool is_pass);
@@ -26,16 +26,16 @@ class Wait {
   Wait(const Wait&) = delete;
   Wait& operator=(const Wait&) = delete;
 
-  /// The response, when it is over.
+  /// The response, once it has ended.
   std::optional<std::string> poll();
-  /// When that may be though nothing happens; of Control's now().
+  /// When it may end without an event; on the scale of Control::now().
   Time next_deadline() const;
   /// See Condition.
   bool is_up_to_plc() const;
-  /// The response where the time is over.
+  /// The response after the limit.
   std::string give_up() const;
   Time within() const { return within_; }
-  /// Only time can end it: nothing that happens meanwhile.
+  /// Only time can end it, no event.
   bool is_pass() const { return is_pass_; }
 
  private:

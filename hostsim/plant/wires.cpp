@@ -9,7 +9,7 @@
 namespace cbcan::plant {
 
 namespace {
-/// A device may pass on at once what a wire brings it: so often at one time, and then once a millisecond.
+/// Wires and devices without delay may form a loop: this many rounds at one time, then one per millisecond.
 constexpr unsigned kMostRounds = 100;
 }  // namespace
 
@@ -38,12 +38,9 @@ Wires::End Wires::end(const config::Config& config, const config::WireEnd& end) 
   return {&node, &watched, end.terminal};
 }
 
-bool Wires::has_activity() const {
-  return std::ranges::any_of(watched_, [](const auto& node) { return node.second.active; });
-}
-
 Time Wires::own_deadline() const {
-  Time next = has_activity() ? std::max(at_, held_until_) : kNever;
+  const bool is_active = std::ranges::any_of(watched_, [](const auto& node) { return node.second.active; });
+  Time next = is_active ? std::max(at_, held_until_) : kNever;
   for (const ActiveWire& wire : wires_)
     next = earlier(next, earlier(wire.sample_due, wire.due));
   return next;
@@ -100,7 +97,7 @@ void Wires::sample(ActiveWire& active) {
   if (active.sample_due <= at_) active.sample_due += active.sample_period;
 }
 
-/// True: it has another value now.
+/// True if the input has changed.
 bool Wires::deliver(ActiveWire& active) {
   const double value = active.wire.take(at_);
   active.due = active.wire.next_change(at_);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The wires of a plant at work: what stands at outputs and objects is given to inputs, also across networks,
-/// which then go through time together. Each change is passed on at the time at which it happens, so nothing
-/// depends on how time is cut into steps.
+/// The wires of a running plant: values of outputs and objects are passed to inputs, also across networks, which
+/// are then advanced together. Each change is passed on at the time at which it happens, so the result does not
+/// depend on the steps of time.
 
 #include <cstddef>
 #include <cstdint>
@@ -20,8 +20,8 @@ namespace cbcan::plant {
 
 class Wires final : private sim::Timed {
  public:
-  /// `networks`: all of `config`'s, in order, which outlive it and have not been started. Their advance() is
-  /// that of all from now on, where there are wires.
+  /// `networks`: all of `config`'s, in order, which outlive it and have not been started. If there are wires, the
+  /// advance() of each advances all from now on.
   Wires(const config::Config& config, std::vector<Network*> networks, const NetworkContext& context);
   Wires(const Wires&) = delete;
   Wires& operator=(const Wires&) = delete;
@@ -31,10 +31,10 @@ class Wires final : private sim::Timed {
   Time next_deadline() const;
 
  private:
-  /// What a node of a wire says, see sim::Node::watch().
+  /// Activity of a node with wires, see sim::Node::watch().
   struct Watched {
     bool active = true;
-    bool fresh = false;  ///< it is being looked at
+    bool fresh = false;  ///< to be sampled in this step
   };
   struct End {
     sim::Node* node;
@@ -46,10 +46,10 @@ class Wires final : private sim::Timed {
     End to;
     sim::Wire wire;
     Time sample_period;
-    Time sample_due;                   ///< of an object, which may flow; kNever for an output
-    std::uint64_t* bits;               ///< of all wires to bits of this object
-    Time due = kNever;                 ///< then something comes out at the end
-    std::optional<double> given = {};  ///< to the input; none = nothing since it has power
+    Time sample_due;                   ///< of an object, which may change continuously; kNever for an output
+    std::uint64_t* bits;               ///< shared by all wires to bits of this object
+    Time due = kNever;                 ///< next change at the target
+    std::optional<double> given = {};  ///< last value of the input; none = none since power-on
   };
 
   void poll(Time /*now*/) override { advance(); }
@@ -59,7 +59,6 @@ class Wires final : private sim::Timed {
   void advance_to(Time time);
   void sample(ActiveWire& wire);
   bool deliver(ActiveWire& wire);
-  bool has_activity() const;
 
   const Time& now_;
   std::vector<Network*> networks_;
@@ -67,9 +66,9 @@ class Wires final : private sim::Timed {
   std::map<std::tuple<sim::Node*, std::uint16_t, std::uint8_t>, std::uint64_t> bits_;
   std::vector<ActiveWire> wires_;
   bool begun_ = false;
-  Time at_ = 0;          ///< all networks are there
-  unsigned rounds_ = 0;  ///< in which inputs were given something at this time
-  Time held_until_ = 0;  ///< what has happened is looked at then: wires and devices go round in a loop
+  Time at_ = 0;          ///< the time of all networks
+  unsigned rounds_ = 0;  ///< with a changed input at this time
+  Time held_until_ = 0;  ///< no sampling before: wires and devices form a loop
 };
 
 }  // namespace cbcan::plant

@@ -10,20 +10,25 @@
 #include "config/wires.hpp"
 #include "journal/words.hpp"
 #include "text/numbers.hpp"
-#include "text/suggestion.hpp"
-#include "text/words.hpp"
 
 namespace cbcan::plant {
 
 namespace {
 
-/// A whole number as one.
+/// Integers without a point.
 std::string text_of_number(double number) {
   const bool is_whole = number == std::trunc(number) && std::abs(number) < 1e15;
   return is_whole ? std::to_string(static_cast<std::int64_t>(number)) : text::value_text(number);
 }
 
 }  // namespace
+
+std::optional<double> number_in(const text::Value& value) {
+  if (const auto* whole = std::get_if<std::int64_t>(&value)) return static_cast<double>(*whole);
+  if (const auto* flag = std::get_if<bool>(&value)) return *flag ? 1 : 0;
+  if (const auto* number = std::get_if<double>(&value)) return *number;
+  return std::nullopt;
+}
 
 std::uint32_t number_of(std::string_view text, std::uint32_t low, std::uint32_t high, std::string_view what) {
   const auto number = text::parse_integer(text);
@@ -90,7 +95,7 @@ std::string_view state_of(const sim::Node& node) {
 
 namespace {
 
-/// Of an object as it is there is more to say than its number.
+/// nullopt for a whole object, which has a type and not only a number.
 std::optional<sim::Terminal> terminal_of(std::string_view word) {
   const bool is_object =
       !word.empty() && word[0] >= '0' && word[0] <= '9' && word.find('.') == std::string_view::npos;

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// What commands and conditions have in common: how they name things, and how they complain.
+/// Shared by commands and conditions: names of nodes, objects and registers, and errors.
 
 #include <fmt/core.h>
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -15,20 +17,23 @@
 
 #include "cbcan/time.hpp"
 #include "sim/world.hpp"
+#include "text/suggestion.hpp"
+#include "text/value.hpp"
+#include "text/words.hpp"
 
 namespace cbcan::plant {
 
 using Words = std::vector<std::string_view>;
-/// As the most that something takes.
+/// As a maximum: no limit.
 inline constexpr std::size_t kAnyNumber = ~std::size_t{0};
 
-/// Why a command or a condition means nothing.
+/// Why a command or a condition is rejected.
 class Refused : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// Because it cannot be seen from here, not because it is wrong.
+/// It is correct, but cannot be observed here.
 class NotObservable : public Refused {
  public:
   using Refused::Refused;
@@ -39,20 +44,42 @@ template <class... Args>
   throw Refused(fmt::format(text, std::forward<Args>(args)...));
 }
 
-/// Something that can be written in a line, as `help` and the pages show it.
+/// A command or a condition, as `help` and the pages show it.
 struct Usage {
   std::string_view usage;    ///< "set NODE INDEX[:SUB] NUMBER"
   std::string_view meaning;  ///< "An input gets this value from outside"
-  std::string_view more;     ///< what only the page adds: sentences
+  std::string_view more;     ///< sentences that only the page adds
 
   std::string_view name() const { return usage.substr(0, usage.find(' ')); }
 };
 
-/// These and the following throw Refused.
+/// The row whose usage the words follow; throws Refused. A Row has its Usage `text` and the numbers of words after
+/// the name, `least` and `most`. `hint`: for an unknown name; empty = lists the names.
+template <class Row>
+const Row& row_of(std::span<const Row> rows, const Words& words, std::string_view kind,
+                  std::string_view hint = {}) {
+  const std::string_view name = words.empty() ? "" : words.front();
+  std::vector<std::string_view> names;
+  for (const Row& row : rows) {
+    names.push_back(row.text.name());
+    if (names.back() != name) continue;
+    const std::size_t given = words.size() - 1;
+    if (given < row.least || given > row.most) refuse("write {}", row.text.usage);
+    return row;
+  }
+  std::string more = text::did_you_mean(name, names);
+  if (more.empty()) more = hint.empty() ? "; there are " + text::listed(names, " and ") : hint;
+  refuse("\"{}\": no such {}{}", name, kind, more);
+}
+
+/// true and false are 1 and 0; nullopt for texts and bytes.
+std::optional<double> number_in(const text::Value& value);
+
+/// These and the following functions throw Refused.
 std::uint32_t number_of(std::string_view text, std::uint32_t low, std::uint32_t high, std::string_view what);
 Time duration_of(std::string_view text);
 
-/// The text of the words from `first` on, with the blanks between them.
+/// The text from word `first` to the end, with the blanks between the words.
 std::string_view rest_of(const Words& words, std::size_t first);
 
 struct Address {
@@ -62,50 +89,50 @@ struct Address {
 /// "0x6041", "0x6401:2"
 Address address_of(std::string_view text);
 
-/// "2/5" is 5 of network 2; without a number it is of network 1.
+/// "2/5" is 5 of network 2; without a number, of network 1.
 struct Where {
   std::size_t network;  ///< from 1
   std::string_view name;
 };
 Where where(std::string_view word, std::size_t networks);
-/// "2/", in front of what is in network 2; nothing for network 1.
+/// "2/", the prefix of names in network 2; empty for network 1.
 std::string prefix_of(std::size_t network);
 
-/// What can be asked about a plant.
+/// The observable state of a plant.
 class View {
  public:
   virtual Time now() const = 0;  ///< since the plant's start, as are all times here
   virtual std::size_t networks() const = 0;
-  /// Those of a network, numbered from 1; throws Refused where there are none.
+  /// Registers of a network, numbered from 1; throws Refused if there are none.
   virtual std::vector<std::uint16_t> read(std::size_t network, std::uint32_t first, std::size_t count) = 0;
-  /// So many transactions have begun on this network.
+  /// Number of transactions that have begun on this network.
   virtual std::uint32_t transactions(std::size_t network) = 0;
-  /// Nodes and bus; throws NotObservable where registers alone can be seen.
+  /// Nodes and bus; throws NotObservable if only registers can be observed.
   virtual sim::World& world(std::size_t network) = 0;
-  /// Of that world's clock; add to now().
+  /// The start on that world's clock; add it to now().
   virtual Time started() const = 0;
-  /// Time is the plant's own, to the microsecond.
+  /// The plant has its own time, exact to the microsecond.
   virtual bool has_exact_time() const { return true; }
 
  protected:
   ~View() = default;
 };
 
-/// The node that "5", "#1" or "2/5" means.
+/// The node named by "5", "#1" or "2/5".
 sim::Node& node_of(View& view, std::string_view word);
-/// One that has power.
+/// The same for a node that must have power.
 sim::Node& running_node_of(View& view, std::string_view word);
 
 /// "off" without power
 std::string_view state_of(const sim::Node& node);
 
-/// Throws Refused unless this node, whether it has power or not, has such an object or terminal.
+/// Throws Refused if the node, with or without power, has no such object or terminal.
 void check_value(View& view, std::string_view node, std::string_view word);
 
-/// What `get` shows: as a plant file would write it. `word`: "0x6401:2", "0x6200:1.7", "output:8".
+/// The value that `get` shows, as a plant file writes it. `word`: "0x6401:2", "0x6200:1.7", "output:8".
 std::string value_of(View& view, std::string_view node, std::string_view word);
 
-/// What `read` reads, and what `write` and `trigger` write. These throw Refused.
+/// The registers that `read` reads, and those that `write` and `trigger` write.
 struct Reading {
   std::size_t network;
   std::uint32_t first;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// From the steps of a Scenario to what comes of them.
+// Plays the steps of a Scenario.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -21,14 +21,14 @@ namespace {
 constexpr std::size_t kLastFrames = 12;
 constexpr std::size_t kRegistersShown = 10;
 
-/// Where the scenario has failed, and why.
+/// The failure of a scenario, with its line.
 class Failed : public std::runtime_error {
  public:
   Failed(const Line& where, const std::string& why) : std::runtime_error(why), line(where.number) {}
   std::size_t line;
 };
 
-/// A condition that hears the buses for as long as it is here.
+/// A condition that observes the buses during its lifetime.
 class Heard {
  public:
   Heard(const Line& line, plant::Bench& bench) : line_(line), bench_(bench) {
@@ -144,7 +144,7 @@ class Player {
     }
   }
 
-  /// Or until the condition holds: true.
+  /// Ends early if the condition holds: true.
   bool advance_to(Time time, Heard* condition) {
     while (true) {
       if (condition != nullptr && condition->holds()) return true;
@@ -170,7 +170,7 @@ class Player {
     }
   }
 
-  /// By nodes and faults.
+  /// The messages of nodes and faults.
   std::string said() const {
     std::string lines;
     for (const std::string& line : bench_.said())

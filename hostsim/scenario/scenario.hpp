@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Scenarios: a plant and the steps of a test, in one TOML file. docs/reference/scenarios.md is the page
-/// about them.
+/// Scenarios: a plant and the steps of a test, in one TOML file (docs/reference/scenarios.md).
 
 #include <cstddef>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -19,7 +17,7 @@
 
 namespace cbcan::scenario {
 
-/// A command or a condition, and the line of the file that has it.
+/// A command or a condition, and its line in the file.
 struct Line {
   std::string text;
   std::size_t number = 0;
@@ -27,8 +25,8 @@ struct Line {
 
 struct Step {
   std::optional<Time> at;     ///< since the start
-  std::optional<Time> after;  ///< since the step before was done
-  std::optional<Time> every;  ///< from then on to the end
+  std::optional<Time> after;  ///< since the end of the previous step
+  std::optional<Time> every;  ///< period, to the end of the scenario
   std::vector<Line> commands;
   std::vector<Line> waits;
   std::optional<Time> within;  ///< for each wait; kWaitWithin unless set
@@ -40,28 +38,28 @@ struct Scenario {
   std::string file;
   config::Config config;
   std::vector<Step> steps;
-  config::Diagnostics problems;  ///< with any, the rest is not to be used
+  config::Diagnostics problems;  ///< if not empty, the rest is not valid
 };
 
 /// The keys of a step, for the page.
-std::span<const options::Row> step_rows();
+std::vector<options::Row> step_rows();
 
-/// `read` gives the plant file that the scenario names, the demo's too.
+/// `read` reads the plant file that the scenario names, also that of the demo.
 Scenario read_scenario(std::string_view text, const std::string& file, const config::FileReader& read);
 
-/// Takes out the expectations of what this bench does not show; returns how many. Throws NotObservable where
-/// nothing is left of a step.
+/// Removes the expectations that cannot be observed on this bench; returns their number. Throws NotObservable
+/// if nothing is left of a step.
 std::size_t leave_out_unobservable(Scenario& scenario, plant::Bench& bench);
 
-/// What is wrong with the steps, as far as that can be told without playing them on it.
+/// Mistakes in the steps, as far as they show without playing them.
 config::Diagnostics check_steps(const Scenario& scenario, plant::Bench& bench);
 
 struct Played {
-  std::string failure;  ///< empty = passed; else lines: place, expected and seen, registers, the last frames
-  Time duration = 0;    ///< of the plant's time
+  std::string failure;  ///< empty = passed; else lines: place, expected and actual, registers, the last frames
+  Time duration = 0;    ///< on the plant's clock
 };
 
-/// Plays it. Throws what the bench throws.
+/// Throws what the bench throws.
 Played play(const Scenario& scenario, plant::Bench& bench);
 
 }  // namespace cbcan::scenario

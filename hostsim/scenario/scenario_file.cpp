@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
-// From the TOML text to a Scenario.
+// Reads a Scenario from TOML.
 #include <fmt/core.h>
 #include <toml++/toml.h>
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <variant>
 
 #include "config/demo_plant.hpp"
@@ -24,7 +25,7 @@ constexpr std::string_view kDemo = "demo";
 
 constexpr std::string_view kDuration = "a duration";
 constexpr std::string_view kLines = "one or a list";
-/// A key of a step, and where it is stored.
+/// A key of a step, and the member for it.
 struct Key {
   options::Row row;
   std::variant<std::optional<Time> Step::*, std::vector<Line> Step::*> where;
@@ -134,13 +135,10 @@ class Reader {
 
 }  // namespace
 
-std::span<const options::Row> step_rows() {
-  static constexpr auto kRows = [] {
-    std::array<options::Row, kKeys.size()> rows;
-    std::ranges::transform(kKeys, rows.begin(), &Key::row);
-    return rows;
-  }();
-  return kRows;
+std::vector<options::Row> step_rows() {
+  std::vector<options::Row> rows;
+  std::ranges::transform(kKeys, std::back_inserter(rows), &Key::row);
+  return rows;
 }
 
 Scenario read_scenario(std::string_view text, const std::string& file, const config::FileReader& read) {
@@ -149,7 +147,7 @@ Scenario read_scenario(std::string_view text, const std::string& file, const con
   try {
     Reader(scenario, read).read(text);
   } catch (const toml::parse_error&) {
-    scenario.problems = config::read_plant(text, file, scenario.config);  // says what is wrong
+    scenario.problems = config::read_plant(text, file, scenario.config);  // reports the mistake
   }
   if (scenario.problems.empty()) scenario.problems = config::check(scenario.config);
   config::sort_by_place(scenario.problems);

@@ -23,7 +23,7 @@ using journal::Kind;
 
 constexpr Time kMinute = 60 * kSecond;
 
-/// As TOML writes a text.
+/// A text in TOML.
 std::string toml_text(std::string_view text) {
   std::string result = "\"";
   for (const char c : text)
@@ -31,7 +31,7 @@ std::string toml_text(std::string_view text) {
   return result + '"';
 }
 
-/// As R3705 and those behind it show a value that was read.
+/// R3705 and the following registers after a read of this value.
 std::vector<std::uint16_t> size_and_words(std::span<const std::uint8_t> bytes) {
   std::vector<std::uint16_t> words(1 + (bytes.size() + 1) / 2);
   words[0] = static_cast<std::uint16_t>(bytes.size());
@@ -64,7 +64,7 @@ std::string ScenarioWriter::text_of(const Event& event) const {
   return step(event.at, fmt::format("do = {}", toml_text(control_.journal().text(event))));
 }
 
-/// What FC 22 has written is not known.
+/// FC 22 is left out, as the written value is not known.
 std::string ScenarioWriter::request(const Event& event) const {
   const auto pdu =
       control_.journal().bytes(event).first(control_.journal().bytes(event).empty() ? 0 : event.index);
@@ -78,7 +78,7 @@ std::string ScenarioWriter::request(const Event& event) const {
   return written(event.at, event.network, range.first, words);
 }
 
-/// Of one that had begun before the scenario, or that has no result, the words alone.
+/// Only a comment for a transaction that began before the scenario or has no result.
 std::string ScenarioWriter::ended(const Event& event) const {
   const std::string text = fmt::format("# #{} {}: {}\n", event.transaction,
                                        request_text(event, control_.journal(), find_), result_text(event));
@@ -113,7 +113,7 @@ std::string ScenarioWriter::expected(const Event& ended) const {
 
 namespace {
 
-/// A line of what comes at the start of the last minute; nothing for most events.
+/// For an event before the last minute: a line for its start if the effect lasts, else empty.
 std::string lasting(const Event& event, const journal::Journal& journal) {
   if (event.kind != Kind::kCommand || event.state == journal::kRefused) return {};
   const std::string_view command = journal.text(event);
@@ -122,8 +122,7 @@ std::string lasting(const Event& event, const journal::Journal& journal) {
   return lasts ? fmt::format("  {},\n", toml_text(command)) : "";
 }
 
-/// A scanner window that was in use goes on with its numbers, of which a module that starts answers the first
-/// one by 5.
+/// A used scanner window continues with its numbers; a module that starts answers the first number by 5.
 std::string handshake(const Event& ended, const config::ModuleConfig& module) {
   if (ended.result == static_cast<std::uint16_t>(regmap::Result::kRestarted)) return {};
   return fmt::format("  \"write {}{} {}\",\n", plant::prefix_of(ended.network),

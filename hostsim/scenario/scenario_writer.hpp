@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Turns a session into a scenario: what the PLC writes, what commands do, and the results of transactions.
+/// Turns a session into a scenario: register writes of the PLC, commands, and results of transactions.
 
 #include <cstdint>
 #include <span>
@@ -13,18 +13,18 @@
 
 namespace cbcan::scenario {
 
-/// Steps as text. `begin`: the time of the plant that is time 0 of the scenario.
+/// Steps as text. `begin`: the plant's time that is time 0 of the scenario.
 class ScenarioWriter {
  public:
   ScenarioWriter(plant::Control& control, journal::FindName find, Time begin = 0)
       : control_(control), find_(std::move(find)), begin_(begin) {}
 
-  /// `plant`: an absolute path, "demo", or empty: none, as options alone have made it.
+  /// `plant`: an absolute path, "demo", or empty for a plant from options alone.
   static std::string opening(const std::string& plant);
   std::string step(Time at, std::string_view keys) const;
   std::string written(Time at, std::size_t network, std::size_t first,
                       std::span<const std::uint16_t> words) const;
-  /// What a command, a Modbus request that writes or the end of a transaction adds; nothing of others.
+  /// The text for a command, a Modbus request that writes, or the end of a transaction; empty for other events.
   std::string text_of(const journal::Event& event) const;
 
  private:
@@ -37,7 +37,7 @@ class ScenarioWriter {
   Time begin_;
 };
 
-/// The last minute; what had been changed before comes at its start.
+/// The last minute; earlier changes are repeated at its start.
 std::string scenario_of_last_minute(plant::Control& control, const journal::FindName& find,
                                     const std::string& plant);
 

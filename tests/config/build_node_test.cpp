@@ -173,7 +173,7 @@ TEST_CASE("Every node of the demo plant is built without a word") {
   CHECK(devices == std::vector<std::string>{"cia401", "cia404", "cia404", "cia402", "none"});
 }
 
-// ---- What a simulated node is made of besides its dictionary
+// ---- Parts of a simulated node other than its dictionary
 
 namespace {
 

@@ -15,31 +15,6 @@ TEST_CASE("an empty plant file is all defaults") {
   CHECK(plant.config == Config{});
 }
 
-TEST_CASE("every key arrives where it belongs") {
-  const Plant plant = read(R"(
-[module]
-node_id = 0x7E
-sdo_timeout_ms = 0
-node_state_fresh_ms = 3000
-guarding_timeout_ms = 50
-[modbus]
-host = "::1"
-port = 0
-[can]
-spec = "socketcan:can0"
-bit_rate = 125000
-[log]
-file = "bus.log"
-verbose = true
-)");
-  REQUIRE(plant.errors == Lines{});
-  CHECK(plant.config.networks.at(0).module == ModuleConfig{126, 0, 3000, 50, 3800, true});
-  CHECK(plant.config.modbus == ListenAddress{"::1", 0});
-  CHECK(plant.config.networks.at(0).can == CanConfig{"socketcan:can0", 125000, "", {}});
-  CHECK(plant.config.networks.at(0).log == "bus.log");
-  CHECK(plant.config.verbose == true);
-}
-
 TEST_CASE("nodes, and where they stand") {
   const Plant plant = read(R"([[node]]
 id = 0x42

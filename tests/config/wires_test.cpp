@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Wires in a plant file, and what the user is told about them.
+// Wires in a plant file, and messages about them.
 #include "config/wires.hpp"
 
 #include <fmt/core.h>

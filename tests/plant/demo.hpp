@@ -13,7 +13,7 @@ inline std::optional<std::string> no_file(const std::string& /*path*/) {
   return std::nullopt;
 }
 
-/// The demo plant, and what is in `more` of a plant file besides.
+/// The demo plant, with `more` appended to its plant file.
 inline std::unique_ptr<VirtualPlant> demo(std::string_view more = "") {
   const config::FileReader read = config::with_demo_plant(no_file);
   config::Config config;
@@ -27,7 +27,7 @@ inline std::unique_ptr<VirtualPlant> demo(std::string_view more = "") {
   return plant;
 }
 
-/// The frames from now on, as candump writes them.
+/// The frames from now on, in the format of candump.
 struct Frames final : Listener {
   explicit Frames(VirtualPlant& plant) : plant_(plant) { plant_.add(*this); }
   ~Frames() { plant_.remove(*this); }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Scripts that would stop the plant, and what becomes of them. tests/plant looks at what they are told,
-/// bench/instructions at how long their calls take.
+/// Scripts that would stop the plant, and their errors. tests/plant checks the messages, bench/instructions the
+/// duration of the calls.
 
 #include <string>
 #include <vector>
@@ -10,8 +10,8 @@
 namespace cbcan::test {
 
 struct Hostile {
-  std::string script;       ///< of update, in line 2
-  std::string why;          ///< how its message begins; empty: it may have none
+  std::string script;       ///< body of update, in line 2
+  std::string why;          ///< beginning of the message; empty = there may be none
   std::string before = "";  ///< in line 1, at the start
 };
 
@@ -25,7 +25,7 @@ inline const std::string kLong = "local long = string.rep('0', 250000) ";
 inline const std::string kTwins = "local a, b = string.rep('0', 250000), string.rep('0', 249999) .. '0' ";
 inline const std::string kMany = "local many = {} for i = 1, 4000 do many[i] = '' end ";
 
-/// The same over and over, without a jump between.
+/// The same many times, without a jump.
 inline std::string often(const std::string& statement) {
   std::string text;
   for (int i = 0; i < 200; ++i)
@@ -40,7 +40,7 @@ inline std::string joined(int count) {
   return text;
 }
 
-/// Functions that share so many variables, over and over.
+/// Functions that share this many variables, again and again.
 inline std::string shared(int count, const std::string& begin) {
   std::string names = "a0";
   for (int i = 1; i < count; ++i)
@@ -173,7 +173,7 @@ inline const std::vector<Hostile> kHostile{
      kTooLong},
     {"::a:: goto a", kTooLong},
     {"error(long)", "t.lua:2: 0000", kLong},
-    // What is done to the node.
+    // Calls of the node.
     {"while true do set(0x2001, 0, 0) set(0x2001, 0, 1) end", kTooLong},
     {"while true do get(0x2001) end", kTooLong},
     {"while true do emcy(0xFF01) emcy_over(0xFF01) end", kTooLong},

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Devices that are Lua scripts: what a script can do, and that it can harm nobody but its own node.
+// Devices that are Lua scripts: what a script can do, and that it can disturb only its own node.
 #include "hostile_scripts.hpp"
 #include "scripts.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The models of plants/: each against its analytic answer, within 0.1 %, and the same however time is cut.
+// The models of plants/: each within 0.1 % of its analytic solution, and independent of the steps of time.
 #include <cmath>
 
 #include "scripts.hpp"
@@ -19,7 +19,7 @@ double number(VirtualPlant& plant, std::string_view object) {
   return std::stod(run(plant, fmt::format("get 20 {}", object)));
 }
 
-/// To this time in seconds; in steps of so many microseconds, with a look at each, or at once.
+/// To this time in seconds: in steps of this many microseconds with a read after each, or in one step.
 void pass(VirtualPlant& plant, double to, Time step) {
   const auto end = static_cast<Time>(std::llround(to * 1e6));
   while (step != 0 && plant.now() + step < end) {
@@ -31,7 +31,7 @@ void pass(VirtualPlant& plant, double to, Time step) {
 
 constexpr std::array<Time, 3> kSteps{0, 1'000'000, 377'777};
 
-/// Commands at their times, and the analytic answers in between.
+/// Commands at their times, and the analytic solution in between.
 struct Event {
   double at;
   const char* command;
@@ -78,7 +78,7 @@ TEST_CASE("tank: filling, Torricelli's outflow, both, full, and a leak") {
   check("tank", {{0, "set 20 0x2001 30"}, {0, "set 20 0x2002 100"}}, {{1000, 1000 * std::pow(0.003 / k, 2)}});
   check("tank", {{0, "set 20 0x2001 100"}, {40, "set 20 0x2001 0"}, {40, "incident 20 leak on"}},
         {{19.99, 999.5}, {20.01, 1000}, {30, 1, "0x2003"}, {50, emptied(1, 0.1, 10)}});
-  // The way there, by Runge and Kutta in steps of 1 ms.
+  // The way there, by the Runge-Kutta method in steps of 1 ms.
   double level = 1e-9;
   for (int i = 0; i < 60'000; ++i) {
     const auto rate = [k](double l) { return (0.003 - k * std::sqrt(l)) / 0.2; };

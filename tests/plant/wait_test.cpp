@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What is answered later: wait and pass; with the commands that bring something
-// about.
+// Commands that are answered later: wait and pass, with commands that cause events.
 #include "plant/demo.hpp"
 
 namespace cbcan::plant::test {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Wires between nodes: what comes out, when, and that nothing depends on how time is cut into steps.
+// Wires between nodes: their values over time, independent of the steps of time.
 #include "config/wires.hpp"
 #include "demo.hpp"
 #include "plant/wires.hpp"
@@ -13,7 +13,7 @@ std::string wire(std::string_view from, std::string_view to, std::string_view mo
   return fmt::format("[[wire]]\nfrom = \"{}\"\nto = \"{}\"\n{}\n", from, to, more);
 }
 
-/// Of a response without "ok" and the line end.
+/// The response without "ok" and the line end, as a number.
 std::string get(VirtualPlant& plant, std::string_view what) {
   const std::string response = plant.execute(fmt::format("get {}", what));
   return std::string(text::trim(std::string_view(response).substr(2)));
@@ -90,7 +90,7 @@ TEST_CASE("an output is wired as it stands at the terminal, bit by bit, at once"
   write_outputs(*plant, 0x02);
   CHECK(get(*plant, "32 0x2001") == "1");
   CHECK(get(*plant, "0x42 0x6000:1") == "129");
-  plant->execute("set 0x42 0x6202:1 0x02");  // polarity: the terminal is the other way round
+  plant->execute("set 0x42 0x6202:1 0x02");  // polarity: the terminal is inverted
   CHECK(get(*plant, "32 0x2001") == "0");
   CHECK(get(*plant, "66 output:2") == "0");
   CHECK(get(*plant, "66 0x6200:1.1") == "1");
@@ -183,7 +183,7 @@ eds = "demo:/io_module.eds"
     return std::pair(seen[0].lines, seen[1].lines);
   };
   const auto known = logs(1'000);
-  // Bit 1 of 0..50 changes 25 times: each is a TPDO there, 7 ms later, and one here at that same moment.
+  // Bit 1 of 0..50 changes 25 times: each is a TPDO there, 7 ms later, and one here at the same time.
   CHECK(std::ranges::count_if(known.first,
                               [](const auto& line) { return line.find(" 1C2#02") != line.npos; }) == 13);
   CHECK(std::ranges::count_if(known.second,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Networks whose time does not begin at 0, as where a wall clock drives them.
+// Networks whose time does not begin at 0, as with the real clock.
 #include "plant/demo.hpp"
 #include "plant/wires.hpp"
 #include "support/bare_network.hpp"

@@ -1,9 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A scenario's text, and what comes of playing it on a plant in this process.
-#include <filesystem>
-#include <fstream>
-#include <sstream>
-
+// Scenarios as text, and their results on a plant in this process.
 #include "plant/demo.hpp"
 #include "scenario/scenario.hpp"
 
@@ -15,18 +11,10 @@ namespace {
 
 using Lines = std::vector<std::string>;
 
-std::optional<std::string> file(const std::string& path) {
-  std::ifstream stream(path);
-  if (!stream) return std::nullopt;
-  std::ostringstream text;
-  text << stream.rdbuf();
-  return text.str();
-}
+const config::FileReader kRead = config::with_demo_plant(no_file);
 
-const config::FileReader kRead = config::with_demo_plant(file);
-
-Scenario scenario(const std::string& text, const std::string& name = "dir/s.toml") {
-  return read_scenario(text, name, kRead);
+Scenario scenario(const std::string& text) {
+  return read_scenario(text, "dir/s.toml", kRead);
 }
 
 Lines problems(const config::Diagnostics& found) {
@@ -55,22 +43,6 @@ Played played(const std::string& text) {
 }
 
 }  // namespace
-
-TEST_CASE("scenarios: each of those that come along passes") {
-  std::size_t count = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(CBCAN_SOURCE_DIR "/scenarios")) {
-    if (entry.path().extension() != ".toml") continue;
-    INFO(entry.path());
-    const Scenario made = scenario(*file(entry.path()), entry.path());
-    CHECK(problems(made.problems).empty());
-    Stage stage(made);
-    CHECK(problems(check_steps(made, *stage.plant)).empty());
-    stage.plant->start();
-    CHECK(play(made, *stage.plant).failure.empty());
-    ++count;
-  }
-  CHECK(count >= 20);
-}
 
 TEST_CASE("scenarios: what is wrong with a file is told by line") {
   const auto wrong = [](const std::string& text) { return problems(scenario(text).problems); };

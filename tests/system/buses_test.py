@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Connections with the bus: socketcand's clients, a pseudo-terminal, and plants that span processes. python-can is the client that nobody here wrote;
-what SavvyCAN and Kayak say is replayed."""
+"""Connections with the bus: socketcand's clients, a pseudo-terminal, and plants that span processes. The client is python-can; sessions of SavvyCAN
+and Kayak are replayed."""
 
 import os
 import pathlib
@@ -38,7 +38,7 @@ def port_of(server):
 
 
 class Client:
-    """One that compares what a single read brings."""
+    """A client that compares the bytes of a single read."""
 
     def __init__(self, address):
         host, port = address.rsplit(":", 1)
@@ -138,7 +138,7 @@ class Terminal(Case):
 
 
 class TwoProcesses(Case):
-    """One has the module, one the nodes."""
+    """One process has the module, one the nodes."""
 
     def check_spans(self, spec):
         module = self.start("--can", spec)
@@ -166,7 +166,7 @@ class TwoProcesses(Case):
 
 
 class Away(Case):
-    """The other side, played here, comes and goes."""
+    """The test is the other side, which connects and disconnects."""
 
     def kernel(self, window):
         self.assertEqual(window.execute(READ, 0, KERNEL, 0, 1), 0)
@@ -196,13 +196,13 @@ class Away(Case):
 
 
 class Crowd(Case):
-    """64 at two servers join, flood, stop reading and die at random while a PLC transacts and somebody listens."""
+    """64 clients at two servers join, flood, stop reading and end at random, with a PLC's transactions and a reader."""
 
     CLIENTS, FIRST = 64, 0x10000000
     SECONDS = float(os.environ.get("CBCAN_CROWD_SECONDS", 4))
 
     def flood(self, number):
-        """So many frames of a client, each with a number that only grows."""
+        """Frames of a client, with increasing numbers."""
         frames = b""
         for _ in range(self.random.randrange(1, 300)):
             self.sent += 1
@@ -220,7 +220,7 @@ class Crowd(Case):
                 host, port = self.simulator.where["socketcand" if number % 2 else "slcan"].rsplit(":", 1)
                 client = self.clients[number] = socket.create_connection((host, int(port)), timeout=LIMIT)
                 client.setblocking(False)
-                self.ids[number] = max(self.ids) + 1  # of this connection: what is left of the last one still goes out
+                self.ids[number] = max(self.ids) + 1  # frames of the previous connection are still sent
                 client.send(b"< open can0 >< rawmode >" if number % 2 else b"O\r")
             elif choice < 0.05:
                 if choice < 0.02:
@@ -228,8 +228,8 @@ class Crowd(Case):
                 client.close()
                 self.clients[number] = None
             elif choice < 0.5:
-                client.send(self.flood(number))  # a part of it, where there is no more room
-            elif number % 4 != 3:  # those never read
+                client.send(self.flood(number))  # a part of it, if there is no room for all
+            elif number % 4 != 3:  # the others never read
                 client.recv(1 << 20)
         except BlockingIOError:
             pass
@@ -260,7 +260,7 @@ class Crowd(Case):
 
 
 class Witness(threading.Thread):
-    """Reads all, and looks whether the frames of each sender come in their order."""
+    """Reads all, and checks that the frames of each sender are in order."""
 
     def __init__(self, address):
         super().__init__(daemon=True)

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""cbcan-sim ... -- COMMAND: where the plant is, signals, exit codes, and that nothing is left behind."""
+"""cbcan-sim ... -- COMMAND: environment, signals, exit codes, and no processes left over."""
 
 import os
 import pathlib
@@ -20,7 +20,7 @@ from simulator import LIMIT, program_from_arguments, wait_until
 
 PROGRAM, CTL = program_from_arguments(sys.argv, 2)
 READ = 5055
-# Says which, then those that have come since by the time of a line; its exit code is the signal's number. A shell's read may miss one.
+# Prints the signal, then further ones until a line is read; its exit code is the signal's number. A shell's read may miss a signal.
 WAITS_FOR_A_SIGNAL = """import signal, sys
 signals = {signal.SIGINT, signal.SIGTERM, signal.SIGHUP}
 signal.pthread_sigmask(signal.SIG_BLOCK, signals)
@@ -147,7 +147,7 @@ time.sleep(60)""")
         pids = [process.stdout.readline().strip() for _ in range(3)]
         process.kill()
         process.wait(timeout=LIMIT)
-        process.stdout.read()  # its end: nobody has it any more
+        process.stdout.read()  # until all processes have closed it
         process.stdout.close()
         for pid in pids:
             wait_until(lambda: not is_alive(pid), f"the end of {pid}")

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Commands at run time: over a socket on a running clock, and between `pass` lines on a standing one; signals, faults and stored
-parameters of a plant file."""
+"""Commands at run time: over a socket on the real clock, and between `pass` lines on a manual clock; signals, faults and stored parameters of a
+plant file."""
 
 import pathlib
 import socket

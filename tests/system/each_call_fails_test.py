@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""One call fails: for each function that cbcan-sim calls the kernel by, and for each allocation, the first one, the second one, and so
-on, over scenarios with a client at each server, on a manual clock. The program goes on, and then one client at most is closed and all
-values are right; or it ends with one line and an exit code. It never hangs, and no client ever gets a wrong value.
+"""One call fails: of each function by which cbcan-sim calls the kernel, and of allocations, the first one, the second one, and so on, in
+scenarios with a client at each server, on a manual clock. Either the program continues, with one closed connection at most and all
+values right, or it ends with one line and an exit code. It never hangs, and no client ever gets a wrong value.
 
-One scenario has the servers that clients come to, one a serial line and a PLC that owns the registers, one HTTP, a Lua script and a further
-channel; in the last one the calls are those of `cbcanctl configure`. Of the allocations of all but the first only every seventh or fewer
-fail, unless CBCAN_LONG is set.
+One scenario has the servers, one a serial line and a PLC that owns the registers, one HTTP, a Lua script and a second channel; in the last
+one the calls are those of `cbcanctl configure`. In all but the first scenario only every seventh allocation or fewer fail, unless
+CBCAN_LONG is set.
 """
 
 import errno
@@ -32,7 +32,7 @@ def run_failing(scenario, failing):
 
 
 class EachCall:
-    """Every case of it for one scenario."""
+    """All cases of one scenario."""
 
     stride = 1
     errors = {}
@@ -57,7 +57,7 @@ class EachCall:
                     for k in range(1, count + 1) for error in self.errors.get(name, ERRORS[name])])
 
     def test_each_allocation(self):
-        """None in a program with AddressSanitizer, which has an allocator of its own."""
+        """None in a program with AddressSanitizer, which has its own allocator."""
         self.check([("malloc", k, errno.ENOMEM) for k in range(1, self.calls.get("malloc", 0) + 1, self.stride)])
 
 
@@ -72,7 +72,7 @@ class WithPlcAndLine(EachCall, unittest.TestCase):
 
 class WithHttpAndScript(EachCall, unittest.TestCase):
     scenario = Web
-    errors = {"send": [errno.EPIPE]}  # libmicrohttpd waits for room by an edge, which a full buffer has and this has not
+    errors = {"send": [errno.EPIPE]}  # libmicrohttpd waits for an edge, which comes after a full buffer but not after this error
     stride = 1 if os.environ.get("CBCAN_LONG") else 37
 
 

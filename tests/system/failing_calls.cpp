@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // To be preloaded. CBCAN_FAIL="NAME K ERROR": the K-th call of that function, from 1, fails with this errno;
-// the name malloc is every allocation. CBCAN_CALLS=PATH: at its end the program writes there how often it has
-// called each. CBCAN_UNWATCHED=K: epoll_ctl() refuses to watch a client's connection for the K-th time; a
-// PLC's is watched twice.
+// the name malloc is every allocation. CBCAN_CALLS=PATH: at its end the program writes the number of calls of each
+// function to this file. CBCAN_UNWATCHED=K: the K-th call of epoll_ctl() to watch a client's connection fails; a
+// PLC's connection is watched twice.
 
 #include <dlfcn.h>
 #include <fcntl.h>
@@ -39,7 +39,7 @@ struct Calls {
 constexpr int kMostNames = 64;
 Calls calls[kMostNames];
 
-/// Nothing here may allocate: the first allocation comes before anything is ready.
+/// Nothing here may allocate: the first allocation comes before any initialisation.
 long count_of(const char* name) {
   for (Calls& one : calls) {
     if (one.name == nullptr) one.name = name;
@@ -48,7 +48,7 @@ long count_of(const char* name) {
   std::abort();
 }
 
-/// errno is set when it is true.
+/// Sets errno if true.
 bool fails(const char* name) {
   const long count = count_of(name);
   const char* const what = std::getenv("CBCAN_FAIL");
@@ -105,10 +105,10 @@ void* realloc(void* memory, std::size_t size) {
 
 int epoll_ctl(int epoll, int operation, int fd, epoll_event* event) {
   if (is_unwatched_client(operation, fd)) return errno = ENOSPC, -1;
-  if (operation != EPOLL_CTL_DEL && fails("epoll_ctl")) return -1;  // nothing is needed to remove
+  if (operation != EPOLL_CTL_DEL && fails("epoll_ctl")) return -1;  // removal needs no memory
   return real<decltype(epoll_ctl)>("epoll_ctl")(epoll, operation, fd, event);
 }
-/// One that fails has closed the descriptor all the same (close(2), Linux).
+/// The descriptor is closed even if the call fails (close(2), Linux).
 int close(int fd) {
   const int result = real<decltype(close)>("close")(fd);
   return fails("close") ? -1 : result;

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""A system call fails for one client of cbcan-sim: that one is closed, the others do not notice."""
+"""A system call fails for one client of cbcan-sim: its connection is closed, other clients are unaffected."""
 
 import os
 import pathlib

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""Runs of which one call fails: clients at each address, a PLC and a serial line, HTTP with a script, `cbcanctl configure`. Each knows what is
-wrong with it."""
+"""Runs with one failing call: clients at each address, a PLC and a serial line, HTTP with a script, `cbcanctl configure`. Each run checks its own
+result."""
 
 import collections
 import errno
@@ -20,7 +20,7 @@ from owned_registers import OwnedRegisters
 from simulator import HOW_TO_JOIN, Simulator, Window, program_from_arguments
 
 PROGRAM, CBCANCTL, PRELOAD = program_from_arguments(sys.argv, 3)
-LIMIT = 30  # seconds; for what takes a millisecond
+LIMIT = 30  # seconds, for actions that take a millisecond
 
 READ, WRITE = 5055, 5066
 NODE = 5
@@ -28,7 +28,7 @@ NUMBER, NAME = 0x2001, 0x2002
 AT_FIRST, WRITTEN = 0x12345678, 0x0A0B0C0D
 TEXT = b"what each call that fails leaves as it is"
 
-# By function: the errors that it is made to fail with. ENOMEM where there is no better one.
+# By function: the errors with which it fails; ENOMEM if none is more realistic.
 ERRORS = collections.defaultdict(lambda: [errno.ENOMEM], {
     "accept4": [errno.EMFILE, errno.ENOMEM, errno.ECONNABORTED],
     "close": [errno.EIO],
@@ -74,7 +74,7 @@ parameters = "stored"
 
 
 class Wrong(Exception):
-    """What must not be."""
+    """A wrong result."""
 
 
 def stored_line(number):
@@ -93,7 +93,7 @@ class Lines:
         self.text = b""
 
     def take(self):
-        """The next one; None when the program has ended."""
+        """The next line; None when the program has ended."""
         while b"\n" not in self.text:
             if not select.select([self.pipe], [], [], LIMIT)[0]:
                 raise Wrong("hangs")
@@ -134,7 +134,7 @@ class Modbus(Window):
         self.socket.settimeout(LIMIT)
 
     def result(self):
-        """Time stands still: what does not come at once never comes."""
+        """Time does not pass, so a response comes immediately or never."""
         flag = self.read(3700, 1)[0]
         if flag == 0xCA0E:
             raise Wrong("no result")
@@ -159,7 +159,7 @@ class Modbus(Window):
             raise Wrong("a write failed")
 
     def save(self):
-        """True: stored."""
+        """True if the value has been stored."""
         stored = self.execute(WRITE, NODE, 0x1010, 1, 4, *words(0x65766173)) == 0
         if not stored and self.abort_code() != 0x06060000:
             raise Wrong(f"stored: {self.abort_code():08X}h")
@@ -167,7 +167,7 @@ class Modbus(Window):
 
 
 class Servers:
-    """One run with a client at each server that clients come to; `wrong` is None or what is wrong with it."""
+    """One run with a client at each server; `wrong` is None or the mistake."""
 
     MOST_LINES = 1
 
@@ -247,7 +247,7 @@ class Servers:
         self.stored = plc.save()
 
     def go(self, connect, *steps):
-        """One client's life; it may be cut off."""
+        """One client's session, which may be cut off."""
         try:
             client = connect()
             for step in steps:
@@ -276,7 +276,7 @@ class Servers:
             return f"exit code {code}: {lines}"
         if lines and lines[-1] == "cbcan-sim --help shows all options":
             lines.pop()
-        if len(lines) > (self.MOST_LINES if code == 0 else 1) or (code != 0 and not lines and self.failing[0] not in ("write", "fcntl")):  # these say it
+        if len(lines) > (self.MOST_LINES if code == 0 else 1) or (code != 0 and not lines and self.failing[0] not in ("write", "fcntl")):  # no message
             return f"exit code {code}, and says {lines}"
         if code == 0 and len(self.lost) > 1:
             return f"{len(self.lost)} clients are lost: {lines}"
@@ -285,14 +285,14 @@ class Servers:
         return None
 
     def numbers(self):
-        """What the number may be."""
+        """The possible values of the number."""
         return [WRITTEN] if self.written else [AT_FIRST, WRITTEN]
 
 
 class PlcAndLine(Servers):
     """One run with a PLC that owns the registers, and a serial line."""
 
-    MOST_LINES = 2  # lost, and there again
+    MOST_LINES = 2  # connection lost, connected again
 
     def plant(self):
         self.plc = OwnedRegisters()
@@ -342,7 +342,7 @@ parameters = "stored"
         got = b""
         while got != response + crc(response):
             if not select.select([self.line], [], [], 1)[0]:
-                self.lost.append(self.line)  # nobody answers on the line
+                self.lost.append(self.line)  # no response on the line
                 return
             got += os.read(self.line, 256)
             if not (response + crc(response)).startswith(got):
@@ -404,7 +404,7 @@ device = "double.lua"
         self.pass_time()
 
     def by_channel(self, plc, number, result):
-        """The first number after a start is answered by 5."""
+        """The response to the first number after a start is 5."""
         plc.write(self.OUT, [number, WRITE, NODE, NUMBER, 0, 4, *words(WRITTEN)])
         if plc.read(self.IN, 2) != [number, result]:
             raise Wrong(f"channel 2 answers {plc.read(self.IN, 8)}")
@@ -424,7 +424,7 @@ device = "double.lua"
 
 
 class Configure:
-    """One run of `cbcanctl configure` beside a simulator of which nothing fails."""
+    """One run of `cbcanctl configure` with a simulator in which no call fails."""
 
     PLAN = f"[[node]]\nid = {NODE}\nobjects = [ {{ index = {NUMBER}, value = {WRITTEN}, type = 'u32' }} ]\n"
 

@@ -179,7 +179,7 @@ class Events(Http):
         self.assertEqual(self.get("/api/registers?network=2&first=100")["registers"][0]["value"], 7)
 
     def test_the_last_minute_as_a_scenario(self):
-        """What was refused is not in it, what came before is, and it passes."""
+        """A saved scenario has earlier events, has no refused commands, and passes."""
         simulator = self.start("--clock", "manual", stdin=subprocess.PIPE)
         with simulator.window() as window:
             for number in (1, 2):
@@ -258,7 +258,7 @@ class Crowd(Http):
         self.assertEqual(len(self.get("/api/transactions")["events"]), 1000)
         time = self.get("/api/time")
         self.assertGreaterEqual(time["requests"], 2000)
-        is_sanitized = self.memory(simulator, "VmSize") > 100_000_000  # AddressSanitizer takes its time to free
+        is_sanitized = self.memory(simulator, "VmSize") > 100_000_000  # AddressSanitizer frees memory late
         self.assertLess(self.memory(simulator, "VmRSS"), 1_000_000 if is_sanitized else 100_000)
         self.assertEqual(simulator.stop(), (0, ""))
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""What happens is told: on standard error, and to Wireshark's dissectors."""
+"""Events on standard error, and in Wireshark's dissectors."""
 
 import json
 import pathlib
@@ -19,7 +19,7 @@ READ, WRITE = 5055, 5066
 
 
 def transactions(simulator):
-    """Three: good, refused by the node, and swallowed by a fault."""
+    """Three transactions: successful, refused by the node, and without response because of a fault."""
     with simulator.window() as window:
         assert window.execute(READ, 0x42, 0x1000, 0, 4) == 0
         assert window.execute(WRITE, 0x42, 0x1000, 0, 4, 1, 0) == 4
@@ -67,7 +67,7 @@ class Handshake(unittest.TestCase):
 
 
 class TwoWriters(unittest.TestCase):
-    """Of one scanner window: both write their block and read the other, and each believes what is the other's."""
+    """Two clients of one scanner window: both write their block and read the other, and each takes the other's results for its own."""
 
     def exchange(self, simulator, *windows):
         for number in range(1, 101):
@@ -120,7 +120,7 @@ class Pcap(unittest.TestCase):
                                "_ws.col.Info", "frame.time_epoch")
         self.assertEqual([packet for packet in packets if packet[0]], [])
         self.assertEqual({(protocol, interface) for _, _, protocol, interface, *_ in packets}, {("CANopen", "can1"), ("Modbus/TCP", "modbus")})
-        times = [float(packet[6]) for packet in packets]  # what is due has the time at which it was due, so they are not sorted
+        times = [float(packet[6]) for packet in packets]  # events have the time at which they were due, so they are not sorted
         self.assertLess(max(times) - min(times), LIMIT)
         comments = [comment for *_, comment, _, _ in packets]
         for number in range(1, 5):

@@ -21,13 +21,13 @@ import cases
 from simulator import LIMIT, Simulator, program_from_arguments, wait_until
 
 PROGRAM = program_from_arguments(sys.argv)
-CONNECTS = {"plc.address", "can.spec"}  # keys with an address of somebody else
+CONNECTS = {"plc.address", "can.spec"}  # keys with the address of another program
 LISTENS = {"rtu_tcp": "rtu.listen", "slcan": "can.slcan", "socketcand": "can.socketcand", "control": "control.listen", "http": "http.listen"}
 READ_R0 = bytes.fromhex("010300000001840a")
 STREAMS = {"rtu_tcp": (READ_R0, bytes.fromhex("0103020000b844")), "slcan": (b"V\r", b"V1013\r"), "socketcand": (b"< open can0 >", b"< hi >< ok >"),
            "control": (b"time\n", b"ok ")}
 
-# What each protocol would execute, if it took the lines behind a request's head for its own.
+# Lines that each protocol would execute if it parsed the body of an HTTP request.
 COMMANDS = ("power 16 off\nnmt stop all\nwrite 3700 1\n" "O\rt00020200\r" "< open can0 >< rawmode >< send 0 2 2 0 >").encode()
 WRITE_R3700 = bytes.fromhex("01060e740001") + bytes.fromhex("0af8")
 
@@ -43,7 +43,7 @@ def connect(address):
 
 
 def rest_of(client):
-    """All until the server closes."""
+    """All data until the server closes the connection."""
     data = b""
     with contextlib.suppress(ConnectionError):
         while part := client.recv(4096):
@@ -52,7 +52,7 @@ def rest_of(client):
 
 
 def asked(address, request):
-    """The response to a request of a client that closes its sending side at once; the server closes the connection."""
+    """The response to a client that sends a request and closes its sending side; the server closes the connection."""
     with contextlib.closing(connect(address)) as client:
         client.sendall(request)
         client.shutdown(socket.SHUT_WR)
@@ -77,13 +77,13 @@ class Case(unittest.TestCase):
         return Simulator(PROGRAM, "--demo", *options, **keywords, test=self)
 
     def start_all(self, *options, **keywords):
-        """With every TCP listener that there is."""
+        """With all TCP listeners."""
         every = [word for key in LISTENS.values() for word in ("--set", f"{key}=127.0.0.1:0")]
         return self.start(*every, *options, **keywords)
 
 
 class Browser(Case):
-    """A page of another site may have a browser send a POST with any body to any address of this machine."""
+    """A page of another site can make a browser send a POST with any body to any address of this machine."""
 
     def test_no_address_is_forgotten(self):
         page = (pathlib.Path(__file__).resolve().parents[2] / "docs/reference/plant-file.md").read_text()
@@ -101,7 +101,7 @@ class Browser(Case):
             self.assertEqual(window.execute(5055, 16, 0x1000, 0, 4), 0)
         self.assertEqual([frame for frame in simulator.frames() if not frame.startswith("7")], ["610#4000100000000000", "590#4300100092010200"])
         warned = {line for line in simulator.errors() if "speaks HTTP" in line}
-        self.assertEqual(len(warned), len(STREAMS), warned)  # each says it once
+        self.assertEqual(len(warned), len(STREAMS), warned)  # one message for each
         for line in warned:
             self.assertRegex(line, r"^cbcan-sim: .+ \S+: a client that speaks HTTP, as a browser does, is turned away; --http serves HTTP$")
 
@@ -116,7 +116,7 @@ class Browser(Case):
 
 
     def test_a_handshake_of_tls_is_executed_nowhere(self):
-        """Its session ticket is what another server has given to the browser."""
+        """Its session ticket comes from another server by way of the browser."""
         ticket = COMMANDS + b"\rO\rt00020242\r< open can0 >< rawmode >< send 0 2 2 42 >" + COMMANDS
         hello = b"\x01\0" + (200 + len(ticket)).to_bytes(2, "big") + b"\x03\x03" + bytes(100) + ticket + bytes(98)
         handshake = b"\x16\x03\x01" + len(hello).to_bytes(2, "big") + hello
@@ -134,7 +134,7 @@ class Browser(Case):
 
 
 class SendingSide(Case):
-    """Clients that have said all they want: printf ... | socat."""
+    """Clients that close their sending side after the requests: printf ... | socat."""
 
     LINES = b"trigger read 99 0x1000 0 4\nwait transaction ended\nread 3700\nset 0x42 0x6000:1 7\nget 0x42 0x6000:1\n"
 
@@ -175,7 +175,7 @@ class SendingSide(Case):
         simulator = self.start("--control", f"pty:{self.folder}/p")
         pathlib.Path(f"{self.folder}/p").write_bytes(b"wait time 3600s within 3600s\nset 0x42 0x6000:1 7\n")
         with simulator.window() as window:
-            for _ in range(3):  # so many turns later the simulator has seen that nobody has it open
+            for _ in range(3):  # after this many turns the simulator has seen that no program has it open
                 window.read(0, 1)
         with open(f"{self.folder}/p", "r+b", buffering=0) as terminal:
             terminal.write(b"get 0x42 0x6000:1\n")
@@ -212,7 +212,7 @@ class SendingSide(Case):
 
 
 class Places(Case):
-    """Each limit of each server: fill it, empty it, ask again."""
+    """Each limit of each server: fill it, empty it, request again."""
 
     def ask(self, simulator, name):
         address = simulator.where[name]

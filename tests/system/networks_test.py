@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Two CAN networks in one program: the Modbus unit ID selects, and nothing of one reaches the other."""
+"""Two CAN networks in one program: the Modbus unit ID selects the network, and they are independent."""
 
 import pathlib
 import socket
@@ -46,7 +46,7 @@ def frames_in(log):
 
 
 class OneUnit:
-    """A pymodbus client of its own, which knows one unit ID."""
+    """A pymodbus client for one unit ID."""
 
     def __init__(self, port, unit):
         self.unit = unit

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Nobody reads what cbcan-sim writes, or the disk is full: it goes on, and ends when it is told to."""
+"""The output of cbcan-sim is not read, or the disk is full: it continues, and ends on request."""
 
 import contextlib
 import os
@@ -24,7 +24,7 @@ FULL = "No space left on device; make room, or send it elsewhere\n"
 
 
 class StuckPipe:
-    """A pipe without room, until somebody reads it."""
+    """A pipe without room, until it is read."""
 
     def __init__(self):
         self.out, self.into = os.pipe()
@@ -36,7 +36,7 @@ class StuckPipe:
         os.set_blocking(self.into, True)
 
     def read_until(self, end):
-        """What has come behind the filling, up to this text."""
+        """The output after the filling, up to this text."""
         with os.fdopen(os.dup(self.out), "rb", buffering=0) as pipe:
             text = b""
             while not text[self.filling:].endswith(end.encode()):

@@ -24,7 +24,7 @@ from serial_line import SerialLine
 from simulator import LIMIT, Simulator, program_from_arguments, wait_until
 
 PROGRAM = program_from_arguments(sys.argv)
-logging.disable()  # pymodbus tells of every client that leaves
+logging.disable()  # pymodbus logs every closed connection
 
 
 class Block(ModbusSequentialDataBlock):
@@ -92,7 +92,7 @@ class Mapping(ctypes.Structure):
 
 
 class LinePlc:
-    """libmodbus's RTU server. Station 1 has holding registers from 3700 on, and a program behind each request."""
+    """libmodbus's RTU server. Station 1 has holding registers from 3700 on, and a program that runs after each request."""
 
     def __init__(self, device, program):
         self.library = ctypes.CDLL("libmodbus.so.5")
@@ -105,7 +105,7 @@ class LinePlc:
         self.program = program
 
     def serve(self):
-        """Until the program has had enough."""
+        """Until the program has ended."""
         request = (ctypes.c_uint8 * 260)()
         words = self.mapping.contents.words
         while self.program(words):

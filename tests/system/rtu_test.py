@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Modbus RTU on a pseudo-terminal and over TCP, next to Modbus TCP, with clients that nobody here wrote: mbpoll (libmodbus) and pymodbus."""
+"""Modbus RTU on a pseudo-terminal and over TCP, next to Modbus TCP, with clients of other projects: mbpoll (libmodbus) and pymodbus."""
 
 import os
 import pathlib
@@ -84,7 +84,7 @@ class AtTheOtherEnd(unittest.TestCase):
         with Simulator(PROGRAM, "--demo", "--rtu", f"{link}", "--set", "rtu.baud=115200") as simulator:
             os.write(master, frame("010310150001"))
             self.assertEqual(os.read(master, 100), frame("0103020000"))
-            link.unlink()  # its number may be another test's soon
+            link.unlink()  # another test may get its number
             os.close(slave)
             os.close(master)
             wait_until(simulator.errors, "a line about it")

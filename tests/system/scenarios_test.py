@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""cbcan-sim run: the scenarios that come with cbcan, outcomes, parts, and the same log every time."""
+"""cbcan-sim run: the scenarios of cbcan, results, parts, and reproducible logs."""
 
 import hashlib
 import os
@@ -23,7 +23,7 @@ from simulator import LIMIT, Simulator, program_from_arguments
 PROGRAM = program_from_arguments(sys.argv)
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SHIPPED = sorted((ROOT / "scenarios").glob("*.toml"))
-DIGESTS = pathlib.Path(__file__).with_name("scenario_logs.sha256")  # as sha256sum writes them
+DIGESTS = pathlib.Path(__file__).with_name("scenario_logs.sha256")  # in the format of sha256sum
 FAILS = """plant = "demo"
 
 [[step]]
@@ -64,7 +64,7 @@ class Shipped(unittest.TestCase):
         self.assertTrue(logs[0]["two_networks.2.log"])
 
     def test_a_module_that_restarts_is_no_success(self):
-        """Registers that show CA0Eh once and are 0 then."""
+        """Registers that contain CA0Eh at the first read and 0 afterwards."""
         words = [0] * 4168
 
         def serve(listener):

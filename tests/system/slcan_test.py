@@ -24,7 +24,7 @@ class PythonCan(unittest.TestCase):
     def python_can(self, **options):
         bus = can.Bus(interface="slcan", channel=f"socket://{self.slcan}", sleep_after_open=0, **options)
         self.addCleanup(bus.shutdown)
-        # O is answered before V: from now on the frames come.
+        # O is answered before V: frames are received from now on.
         self.assertEqual(bus.get_version(LIMIT), (10, 13))
         return bus
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Wireshark's CANopen dissector reads what cbcan-sim has logged of a session with simulated devices."""
+"""Wireshark's CANopen dissector reads cbcan-sim's log of a session with simulated devices."""
 
 import collections
 import pathlib
@@ -39,8 +39,7 @@ NMT = ("000#8042", "000#0242", "000#8242", "000#8120")
 
 
 def record(log, *lines):
-    """Sends these frames, one after the other when all that the one before brought about has been sent; on a standing clock but for
-    `pass` lines."""
+    """Sends these frames on a manual clock, each after all frames that the previous one has caused."""
     with Simulator(PROGRAM, "--config", str(PLANT), "--slcan", "127.0.0.1:0", "--clock", "manual", "--log", str(log), log=False,
                    stdin=subprocess.PIPE) as simulator:
         host, port = simulator.where["slcan"].rsplit(":", 1)
@@ -118,7 +117,7 @@ class Dissected(unittest.TestCase):
             "Default-SDO (rx): Upload segment request": 2, "Default-SDO (tx): Upload segment response": 2})
 
     def test_block(self):
-        # The dissector takes each frame by itself: it shows the segments of a block as what their first byte means elsewhere.
+        # The dissector takes each frame alone: it shows the segments of a block according to what their first byte means elsewhere.
         self.assertEqual(self.kinds(*BLOCK)[1], {
             "Default-SDO (rx): Block download": 2, "Default-SDO (tx): Block download": 3,
             "Default-SDO (rx): Block upload": 4, "Default-SDO (tx): Block upload": 2,
@@ -141,7 +140,7 @@ class Dissected(unittest.TestCase):
         self.assertEqual(self.column("canopen.nmt_guard.toggle"), list("0000010000"))  # boot-ups and heartbeats too
 
     def test_process_data_and_emergencies(self):
-        # Four nodes tell 8240h: the second SYNC has a counter, and 1019h says none.
+        # Four nodes report 8240h: the second SYNC has a counter, and according to 1019h there is none.
         self.assertEqual(self.kinds(*PROCESS)[1], {
             "NMT: Start remote node": 1, "SYNC": 2, "TIME STAMP": 1, "EMCY": 6, "remote frame": 1,
             "PDO1 (tx)": 6, "PDO2 (tx)": 3, "PDO3 (tx)": 2, "PDO4 (tx)": 2, "PDO1 (rx)": 2, "PDO2 (rx)": 2})

@@ -30,7 +30,7 @@ def cansend(frame):
 
 
 class Candump:
-    """candump -L as a witness; it hears what comes after it has heard a first frame, which starts it off."""
+    """candump -L as a witness; it is ready when it has received a first frame."""
 
     MARK = "7E5#00"
 
@@ -145,7 +145,7 @@ def none_such(interface):
 
 
 class OwnInterface(unittest.TestCase):
-    """What comes and goes is an interface of the test's own; Modbus is served meanwhile."""
+    """The test adds and removes its own interface; Modbus is served meanwhile."""
 
     NAME = f"cbsys{os.getpid() % 100000}"
 
@@ -164,7 +164,7 @@ class OwnInterface(unittest.TestCase):
         return self.window.execute(READ, 0x42, 0x1000, 0, 4) == 0
 
     def stop(self):
-        """The exit code, and what was said, except of the machine: an emulated one may be too slow for a plant."""
+        """The exit code and the messages, except about a slow machine: an emulated one may be too slow for a plant."""
         code, errors = self.simulator.stop()
         return code, "".join(line for line in errors.splitlines(keepends=True) if "behind the clock" not in line)
 
@@ -185,7 +185,7 @@ class OwnInterface(unittest.TestCase):
         ip_link("up", interface=self.NAME)
         wait_until(self.reads, "the bus to be back")
         code, error = self.simulator.stop()
-        # The kernel takes an interface down before it deletes it, which may have been seen.
+        # The kernel takes an interface down before it deletes it; the message about that is possible, too.
         self.assertEqual((code, error.removeprefix(is_down(self.NAME))),
                          (0, none_such(self.NAME) + is_down(self.NAME) + is_up_again(self.NAME)))
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The bus of a simulator for programs on Node.js: an SLCAN socket, or a SocketCAN interface through can-utils. Frames are
-// { id, data }; on("frame") tells those that others have sent.
+// { id, data }; on("frame") reports frames of other nodes.
 import { spawn, spawnSync } from "node:child_process";
 import { EventEmitter, once } from "node:events";
 import { connect } from "node:net";
@@ -12,7 +12,7 @@ const MARK = "7E5#00";  // a request that no LSS slave knows
 const hex = (data) => Buffer.from(data).toString("hex").toUpperCase();
 const frameId = (id) => id.toString(16).toUpperCase().padStart(3, "0");
 
-/// The bus behind HOST:PORT, an adapter that is open.
+/// The bus at HOST:PORT, through an open adapter.
 export async function slcanBus(address) {
   const [host, port] = address.split(":");
   const socket = connect({ host, port: Number(port), noDelay: true });
@@ -41,7 +41,7 @@ export async function socketCanBus(name) {
   const candump = spawn("candump", ["-L", name], { stdio: ["ignore", "pipe", "inherit"] });
   const canplayer = spawn("canplayer", ["-t"], { stdio: ["pipe", "ignore", "inherit"] });
   const bus = new EventEmitter();
-  const own = [];  // what candump will hear of us
+  const own = [];  // own frames, which candump also reports
   let listens = false;
   createInterface({ input: candump.stdout }).on("line", (line) => {
     listens = true;

@@ -16,7 +16,7 @@ const [program, sources] = process.argv.slice(2);
 const vcan = process.env.CBCAN_VCAN;
 const require = createRequire(import.meta.url);
 
-// What canopen has from a native package, which is not built here: a CRC of 16 bits, not reflected, from 0 on.
+// Replaces a native package of canopen, which is not built here: a CRC of 16 bits, not reflected, initial value 0.
 function crc(...parameters) {
   const polynomial = parameters[2], data = parameters[8];
   let value = 0;
@@ -62,7 +62,7 @@ const write = (master, deviceId, index, subIndex, data, dataType, options = {}) 
 
 const refusal = (code) => (error) => error.code === code;
 
-/// canopen does not know $NODEID: its user writes the node ID in.
+/// canopen does not support $NODEID: its user inserts the node ID.
 function description(node) {
   const folder = mkdtempSync(join(tmpdir(), "cbcan-eds-"));
   try {
@@ -129,7 +129,7 @@ test("SDO: block there and back", () => withPlant(async (master) => {
   assert.deepEqual(await read(master, GENERIC, 0x2100, 0, null, block), bytes(1000));
 }));
 
-// It answers an abort with an abort, which a server has to leave unanswered.
+// It answers an abort with an abort, which a server must ignore.
 test("SDO: aborts", () => withPlant(async (master, bus) => {
   master.start();
   let responses = 0;
@@ -238,7 +238,7 @@ test("SYNC: with counter, from a start value on", () => withPlant(async (master,
   const after = [];
   for (const counter of [1, 2, 3, 4, 1, 2, 3]) {
     master.sync.write(counter);
-    await read(master, IO, 0x1001, 0, DataType.UNSIGNED8);  // what it sent comes before this response
+    await read(master, IO, 0x1001, 0, DataType.UNSIGNED8);  // earlier frames come before this response
     after.push(sent.length);
   }
   assert.deepEqual([...new Set(sent)], ["d204feff"]);
@@ -273,8 +273,8 @@ test("TIME: the module is set by it, and produces it", () => withPlant(async (ma
 
 const IDENTITY = { vendorId: 0x2b, productCode: 0xc0ffee, revisionNumber: 0x10002, serialNumber: 0x80000001 };
 
-// No response within so much time is a response to fastscan. So time passes when another node has answered twice: its first response may
-// have overtaken that of an LSS slave on the bus, the second question came after both.
+// For fastscan, no response within a time is an answer. So time passes when another node has answered twice: its first response may have
+// overtaken that of an LSS slave on the bus, the second request came after both.
 async function fastscan(master, bus) {
   const { setTimeout, clearTimeout } = globalThis;
   const waiting = new Set();
@@ -327,7 +327,7 @@ test("LSS: fastscan, node ID, boot-up", () => withPlant(async (master, bus) => {
   master.lss.switchModeGlobal(LssMode.OPERATION);
   assert.deepEqual(await bootUp, Buffer.from([0]));
   assert.equal(await read(master, 0x30, 0x1018, 4, DataType.UNSIGNED32), IDENTITY.serialNumber);
-  assert.equal(await fastscan(master, bus), null);  // nobody is without a node ID
+  assert.equal(await fastscan(master, bus), null);  // no node is without a node ID
 }));
 
 test("LSS: selected by its identity", () => withPlant(async (master, bus) => {

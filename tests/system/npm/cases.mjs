@@ -4,7 +4,7 @@ import { spawn } from "node:child_process";
 import { once } from "node:events";
 import { createInterface } from "node:readline";
 
-/// Milliseconds; for what takes few of them on a machine that has nothing else to do.
+/// Milliseconds, for actions that take few of them on an idle machine.
 export const LIMIT = 60_000;
 
 let ran = 0;
@@ -12,7 +12,7 @@ export const count = () => ++ran;
 
 const running = new Set();
 process.on("exit", () => {
-  for (const simulator of running) simulator.kill();  // whatever has ended the test
+  for (const simulator of running) simulator.kill();  // however the test has ended
   console.log(`${ran} cases ran`);
   const committed = Number(process.env.CBCAN_CASES ?? 0);
   if (ran >= committed) return;
