@@ -13,7 +13,7 @@ void set_mode(Window& window, std::uint16_t mode) {
   window.configure(0x3004, 0, 1, {mode});
 }
 
-/// A transfer with node 5 that is cancelled at once: what its first request was. The late response ends the
+/// The first request of a transfer with node 5 that is cancelled immediately. The late response ends the
 /// quarantine.
 std::string first_request(Window& window) {
   std::string request = window.target().next_frame();
@@ -32,7 +32,7 @@ std::string first_of_read(Window& window, std::uint16_t room) {
   return first_request(window);
 }
 
-/// Node 5 takes a block write of "123456789" in mode 3; its CRC is the published check value 31C3h.
+/// Node 5 accepts a block write of "123456789" in mode 3; its CRC is the published check value 31C3h.
 void show_block(Window& window) {
   set_mode(window, kBlock);
   window.write(5, 0x2000, 0, 9, {0x3231, 0x3433, 0x3635, 0x3837, 0x0039});
@@ -91,7 +91,7 @@ void read_29(Window& window, const std::vector<Step>& steps) {
   CHECK(window.reg(3721) == 0xD000 + 3721);
 }
 
-/// What node 5 says to the first request of a block transfer; then it goes on without.
+/// Node 5 rejects the first request of a block transfer; then the transfer continues without.
 std::vector<Step> refused(const char* request, const std::vector<Step>& then) {
   std::vector<Step> steps{{request, "585#8000200001000405"}};
   steps.insert(steps.end(), then.begin(), then.end());

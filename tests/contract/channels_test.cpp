@@ -12,7 +12,8 @@ constexpr const char* kResponse5 = "585#4300200144332211";
 constexpr const char* kAsk6 = "606#4000200100000000";
 constexpr const char* kResponse6 = "586#4300200144332211";
 
-/// Channels whose scanner windows have got over the start, but for 16: number 1 has been answered by 5.
+/// Channels whose scanner windows, except that of channel 16, have had the first request since the start: number 1
+/// was answered by result 5.
 class Channels : public Window {
  public:
   Channels() {
@@ -38,7 +39,7 @@ class Channels : public Window {
   void check_read(unsigned channel, std::uint16_t number = 2) {
     CHECK(in(channel) == Words{number, 0, number, 4, 0x3344, 0x1122});
   }
-  /// The request leaves, and is answered.
+  /// The request is sent and answered.
   void check_served(unsigned channel, std::uint16_t number = 2) {
     exchange({{kAsk5, kResponse5}});
     check_read(channel, number);

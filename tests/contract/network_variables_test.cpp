@@ -11,7 +11,7 @@ constexpr std::size_t kBytes = 128;
 
 using Bytes = std::vector<std::uint8_t>;
 
-/// Byte 2k is the low byte and byte 2k+1 the high byte of word k; an odd one out is a low byte.
+/// Byte 2k is the low byte and byte 2k+1 the high byte of word k; an odd last byte is a low byte.
 Words words_of(const Bytes& bytes) {
   Words words((bytes.size() + 1) / 2);
   for (std::size_t i = 0; i < bytes.size(); ++i)
@@ -37,7 +37,7 @@ Bytes counting(std::size_t first, std::size_t count) {
   return bytes;
 }
 
-/// By SDO, as UNSIGNED64.
+/// Writes the inputs by SDO, as UNSIGNED64.
 void fill_inputs(Window& window, const Bytes& bytes) {
   for (std::uint16_t sub = 1; sub <= 16; ++sub) {
     const auto element = bytes.begin() + 8 * (sub - 1);
@@ -45,13 +45,13 @@ void fill_inputs(Window& window, const Bytes& bytes) {
   }
 }
 
-/// Sub-index 0 says how many; the last one is there, and none behind it.
+/// Sub-index 0 is the count; the last sub-index exists, and the next does not.
 void check_count(Window& window, std::uint16_t index, std::uint16_t count) {
   CHECK(read_local(window, index, 0) == Value{count, 1});
   check_missing(window, index, static_cast<std::uint16_t>(count + 1), kNoSubIndex);
 }
 
-/// What is written to an input stands in its registers and nowhere else, and can be read.
+/// A value written to an input is in its registers and nowhere else, and can be read.
 void check_input(Window& window, std::uint16_t index, std::uint16_t sub, std::size_t size) {
   INFO("sub-index " << sub);
   const std::size_t place = (sub - 1u) * size;
@@ -65,7 +65,7 @@ void check_input(Window& window, std::uint16_t index, std::uint16_t sub, std::si
   CHECK(local_bytes(window, index, sub) == text_of(value));
 }
 
-/// What the PLC has written to the registers of an output is read.
+/// A value that the PLC has written to the registers of an output can be read.
 void check_output(Window& window, std::uint16_t index, std::uint16_t sub, std::size_t size) {
   INFO("sub-index " << sub);
   const std::size_t place = (sub - 1u) * size;

@@ -7,7 +7,7 @@ using namespace cbcan::contract;
 
 namespace {
 
-/// Writes these numbers to 1F82h for one node and for all: the frames that leave.
+/// Writes these numbers to 1F82h for one node and for all, and checks the sent frames.
 void check_service(const Words& numbers, const char* to_node_66, const char* to_all) {
   for (const std::uint16_t number : numbers) {
     Window window;

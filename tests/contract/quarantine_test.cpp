@@ -15,19 +15,19 @@ void time_out(Window& window) {
   window.check_failed(0x05040000);
 }
 
-/// Asks node 5 for the same object again: nothing may leave now.
+/// Requests the same object of node 5 again: nothing may be sent yet.
 void ask_again(Window& window) {
   window.read(5, 0x2000, 1, 4).expect_silence();
   CHECK(window.busy());
 }
 
-/// What was held back has left: it gets its own response.
+/// The delayed request has been sent, and gets its own response.
 void check_let_go(Window& window) {
   window.exchange({{"605#4000200100000000", "585#4300200122222222"}}).check_done();
   CHECK(window.reg(3706) == 0x2222);
 }
 
-/// Nothing leaves until one SDO timeout has passed since the end of the transfer before.
+/// Nothing is sent until one SDO timeout after the end of the previous transfer.
 void check_only_time_ends_it(Window& window) {
   window.pass_nearly(1s).expect_silence();
   CHECK(window.busy());
@@ -215,7 +215,7 @@ TEST_CASE("[SDO-32] eight nodes in quarantine") {
   CHECK(window.busy());
   window.pass_rest().exchange({{"609#4000200100000000", "589#4300200122222222"}});
   window.check_done();
-  window.read(2, 0x2000, 1, 4).expect_silence();  // and all eight were held back
+  window.read(2, 0x2000, 1, 4).expect_silence();  // all eight nodes were still in quarantine
   window.arrive("582#4300200111111111").exchange({{"602#4000200100000000", "582#4300200133333333"}});
   CHECK(window.reg(3706) == 0x3333);
   window.read(8, 0x2000, 1, 4).expect_silence();

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// docs/reference/contract.md, "SDO service": what is ignored, what is legal, what has an end, and block
-// reads.
+// docs/reference/contract.md, "SDO service": what is ignored, what is allowed, what is limited, and block reads.
 
 #include "contract/phases.hpp"
 
@@ -38,7 +37,7 @@ TEST_CASE("[SDO-22] in every phase") {
           "585#C1", "585#C00020", "585#C6002001"}) {
       const bool is_response =
           std::string_view(frame).starts_with("585#") && frame[4] != 'R' && frame[4] != 0;
-      if (phase.expected == Phase::kSegment && is_response) continue;  // cannot be told from segments
+      if (phase.expected == Phase::kSegment && is_response) continue;  // cannot be distinguished from segments
       INFO(phase.name << ", and then " << frame);
       Window window;
       enter(window, phase);

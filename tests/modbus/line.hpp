@@ -20,7 +20,7 @@ namespace cbcan::test {
 using io::test::Bytes;
 using io::test::hex;
 
-/// A read of R0 of station 1, and the response where it is 1234h.
+/// A read of R0 of station 1, and the response if it is 1234h.
 inline const Bytes kRead = hex("01 03 00 00 00 01 84 0A");
 inline const Bytes kValue = hex("01 03 02 12 34 B5 33");
 
@@ -39,12 +39,12 @@ struct LineOf {
       server.on_byte(byte, now);
     }
   }
-  /// The next byte comes this long after the last one.
+  /// The next byte arrives this long after the last one.
   void wait(std::uint32_t us) { now += us - kByteUs; }
-  /// Just over one.
+  /// Just longer than a gap.
   void gap() { wait(gap_us + 1); }
 
-  /// What t3.5 of silence brings; it has been sent then.
+  /// The response after t3.5 of silence; it has been sent then.
   Bytes response() {
     now += kSilenceUs;
     if (server.poll(now) != 0) return {};
@@ -58,7 +58,7 @@ struct LineOf {
     send(request);
     return response();
   }
-  /// Such a request comes, and waits for its silence.
+  /// A request is waiting for its silence.
   bool request_waits() { return server.poll(now) != RtuServer::kNoRequest; }
 
   std::uint32_t gap_us;
@@ -77,7 +77,7 @@ struct LineOf {
   std::uint32_t now = 1'000'000;
 };
 
-/// For a port whose times are not the line's: silence may go unseen.
+/// For a port whose times are not those of the line: silence may go undetected.
 inline RtuServer::Settings late_port() {
   RtuServer::Settings settings;
   settings.gap_us = 20'000;
@@ -88,7 +88,7 @@ struct Line : LineOf<1> {
   explicit Line(const RtuServer::Settings& settings = {}) : LineOf(settings) {}
 };
 
-/// Stations 17 and 18, unless the settings name another one.
+/// Stations 17 and 18, unless the settings contain another one.
 struct TwoNetworks : LineOf<2> {
   explicit TwoNetworks(const RtuServer::Settings& settings = {}) : LineOf(with_station(settings)) {}
 

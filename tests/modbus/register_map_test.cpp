@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Registers in several ranges. The CRCs were worked out with another implementation.
+// Registers in several ranges. The CRCs were computed with another implementation.
 #include "modbus/line.hpp"
 #include "support/catch.hpp"
 
@@ -9,7 +9,7 @@ namespace {
 using test::Bytes;
 using test::hex;
 
-/// R10..R12; R13 and R14, read-only; a gap; R16..R17. Neither memory nor map has them in this order.
+/// R10..R12; R13 and R14, read-only; a gap; R16..R17. Memory and map have them in other orders.
 struct Memory {
   std::array<std::uint16_t, 2> high{16, 17};
   std::array<std::uint16_t, 3> low{10, 11, 12};

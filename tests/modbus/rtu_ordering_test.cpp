@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The order in which words that another context looks at are read and written (docs/reference/contract.md).
+// The order in which words shared with another context are read and written (docs/reference/contract.md).
 #include <signal.h>
 #include <sys/mman.h>
 #include <unistd.h>
@@ -15,8 +15,8 @@ namespace {
 using test::Bytes;
 using test::hex;
 
-/// The register file, laid out so that R3700 ends a page. While the pages up to there are protected, the
-/// first access to R3700 traps and `other` runs, as another context would, just before it. One at a time.
+/// The register file, placed so that R3700 ends a page. While the pages up to there are protected, the first
+/// access to R3700 traps and `other` runs just before it, like another context. One at a time.
 struct TrappedRegisters {
   using Words = std::array<std::uint16_t, regmap::kRegisterFileWords>;
 
@@ -30,7 +30,7 @@ struct TrappedRegisters {
   TrappedRegisters(const TrappedRegisters&) = delete;
   TrappedRegisters& operator=(const TrappedRegisters&) = delete;
 
-  /// `protection` is what stays allowed up to R3700. True when R3700 was touched.
+  /// `protection`: the accesses that stay allowed up to R3700. True: R3700 was accessed.
   bool run(int protection, const std::function<void()>& action, const std::function<void()>& other) {
     struct sigaction trap {};
     struct sigaction before {};
@@ -50,7 +50,7 @@ struct TrappedRegisters {
   Words* words;
 
  private:
-  /// Back to the access, which now succeeds; a fault of another kind comes again and ends the program.
+  /// Repeats the access, which now succeeds; another kind of fault occurs again and ends the program.
   static void on_access(int number, siginfo_t* info, void* /*context*/) {
     if (info->si_addr != &(*watched->words)[regmap::kExecuteFlag]) {
       signal(number, SIG_DFL);
@@ -79,10 +79,10 @@ Bytes executed(RtuServer& server, const Bytes& request) {
   return copy;
 }
 
-/// The request writes 13BFh, 0042h, 6411h, 0001h to R3701..R3704, and CA0Eh to R3700 when those are there.
+/// The request writes 13BFh, 0042h, 6411h, 0001h to R3701..R3704, and then CA0Eh to R3700.
 void check_flag_comes_last(const Bytes& request) {
   TrappedRegisters registers;
-  // Ranges with a border between the first word and the others.
+  // The first word and the others are in different ranges.
   const std::array<RegisterRange, 2> ranges{
       {{0, std::span(*registers.words).first(3701)}, {3701, std::span(*registers.words).subspan(3701)}}};
   const RegisterMap map(ranges);
@@ -108,7 +108,7 @@ TEST_CASE("RTU: one FC 23 stores R3700 after all that comes behind it") {
 
 TEST_CASE("RTU: a read loads R3700 before all that comes behind it") {
   TrappedRegisters registers;
-  // Ranges with a border between the first word and the others.
+  // The first word and the others are in different ranges.
   const std::array<RegisterRange, 2> ranges{
       {{0, std::span(*registers.words).first(3701)}, {3701, std::span(*registers.words).subspan(3701)}}};
   const RegisterMap map(ranges);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Lines written by hand after the LAWICEL manual.
+// Lines written by hand from the LAWICEL manual.
 
 #include "cbcan/slcan/slcan.hpp"
 #include "support/catch.hpp"
@@ -20,7 +20,7 @@ std::string open_command(std::uint16_t kbit_per_second) {
   return {text.data(), slcan::encode_open(kbit_per_second, text)};
 }
 
-/// What the reader makes of a text: each line in brackets, ! for a bell, ? for a lost line.
+/// The events of the reader for a text: each line in brackets, ! for a bell, ? for a lost line.
 struct Reading {
   slcan::LineReader reader;
 

@@ -21,13 +21,13 @@ struct Range {
   std::uint16_t last;
 };
 
-/// By sub-index: everything, communication, application, and the manufacturer's behind them.
+/// By sub-index: all, communication, application, manufacturer-specific (also for all higher sub-indices).
 constexpr std::array<Range, 4> kRanges{{{object::kFirstCommunication, object::kLast},
                                         {object::kFirstCommunication, object::kLastCommunication},
                                         {object::kFirstProfile, object::kLastProfile},
                                         {object::kFirstManufacturer, object::kLastManufacturer}}};
 
-/// 1029h:01, what becomes of a node when its network fails. Pre-operational is for one in Operational only.
+/// 1029h:01, the reaction to a communication error. Pre-operational only applies in Operational.
 enum class Reaction : std::uint8_t { kPreOperational = 0, kNone = 1, kStopped = 2 };
 
 constexpr std::uint16_t number(EmergencyCode code) {
@@ -82,7 +82,8 @@ bool Device::on_sdo_request(const Frame& frame, Time now) {
   return written || slave_.sdo_server().waits();
 }
 
-/// What a frame has changed in one part and concerns others. False: a SYNC, and deadline() is what it was.
+/// Passes on what a frame has changed in one part and concerns others. False: it was a SYNC, and deadline() has
+/// not changed.
 bool Device::react(Time now) {
   const Time emergency_due = emergency_.deadline();
   if (sync_.misfits() != known_misfit_) {
@@ -96,7 +97,7 @@ bool Device::react(Time now) {
   return !sync || pdos_moved || changed || emergency_.deadline() != emergency_due;
 }
 
-/// An error of the communication begins, or is over; one that is there already, or is not, is not told.
+/// Reports that a communication error has occurred or has ended; without effect if that is known already.
 void Device::show(EmergencyCode code, bool present, Time now) {
   if (present) return emergency_.error(number(code), ErrorRegister::kCommunication, {}, now);
   emergency_.error_over(number(code), now);
@@ -123,7 +124,7 @@ Time Device::deadline() const {
 
 // ---- The network
 
-/// One error for any number of lost nodes; each further loss is acted on, but told once.
+/// Any number of lost nodes are one EMCY error; fail() is called for each further loss.
 void Device::watch_network(Time now) {
   const std::size_t lost = consumer_.lost();
   const bool unguarded = life_guard_.lost();

@@ -33,7 +33,7 @@ cbcan::BusState core_state(BusState state) {
 
 using Bench = test::BasicBench<MultiChannelCoprocessor>;
 
-/// The scanner windows of all channels, and memory for all but the first.
+/// The scanner windows of all channels, and memory for all except the first.
 struct Channels {
   static constexpr std::size_t kCount = MultiChannelCoprocessor::kMostChannels;
 

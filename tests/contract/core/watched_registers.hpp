@@ -11,9 +11,9 @@
 
 namespace cbcan::contract {
 
-/// The 70 words, laid out across a page boundary: R3700 ends a page, R3701 begins the next. With the first
-/// page write-protected a write to R3700 traps, and what the others hold at that moment is kept: a second
-/// reader who sees the new R3700 sees at least that. One at a time.
+/// The 70 words, placed across a page boundary: R3700 ends a page, R3701 begins the next. With the first page
+/// write-protected a write to R3700 traps, and the other words at that moment are kept: a second reader that sees
+/// the new R3700 sees at least these. One at a time.
 struct WatchedRegisters {
   WatchedRegisters() : page_(static_cast<std::size_t>(sysconf(_SC_PAGESIZE))) {
     void* const pages = mmap(nullptr, 2 * page_, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
@@ -27,7 +27,7 @@ struct WatchedRegisters {
 
   test::Registers& words() { return *words_; }
 
-  /// True when `action` wrote to R3700; `seen` is then the window as it was just before the first such write.
+  /// True if `action` wrote to R3700; `seen` is then the window just before the first such write.
   template <class Action>
   bool watch(const Action& action, test::Registers& seen) {
     struct sigaction trap {};
@@ -46,7 +46,7 @@ struct WatchedRegisters {
   }
 
  private:
-  /// Back to the write, which now succeeds; a fault of another kind comes again and ends the program.
+  /// Repeats the write, which now succeeds; another kind of fault occurs again and ends the program.
   static void on_write(int number, siginfo_t* info, void* /*context*/) {
     if (info->si_addr != watched->words_->data()) {
       signal(number, SIG_DFL);

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The suite's target "sim": a cbcan-sim process for each case, with Modbus TCP (libmodbus) in front, an SLCAN
-// adapter behind, and its clock in the suite's hands. Nothing here is a race: cbcan-sim is one thread, and
-// everything that a request, a frame or a `pass` brings about has been done when it looks at the next one, on
-// whichever connection that comes.
+// The suite's target "sim": a cbcan-sim process for each case, with Modbus TCP (libmodbus) for the PLC, an SLCAN
+// adapter for the bus, and a clock controlled by the suite. There are no races: cbcan-sim has one thread, and all
+// effects of a request, a frame or a `pass` are complete before it handles the next one, on any connection.
 
 #include <modbus.h>
 
@@ -23,7 +22,7 @@ std::string in_ms(Duration duration) {
   return std::to_string(duration / 1ms);
 }
 
-/// The number behind "modbus=127.0.0.1:" or "slcan=127.0.0.1:".
+/// The number after "modbus=127.0.0.1:" or "slcan=127.0.0.1:".
 std::uint16_t port_in(const std::string& ready, const std::string& service) {
   const std::string begin = service + "=127.0.0.1:";
   const std::size_t at = ready.find(begin);
