@@ -84,7 +84,7 @@ inline const Phase& phase_called(std::string_view name) {
 
 /// Brings a newly started window into the phase.
 inline void enter(Window& window, const Phase& phase) {
-  if (phase.mode != 0) window.configure(0x3004, 0, 1, {phase.mode});
+  if (phase.mode != 0) window.set_mode(phase.mode);
   window.start(phase.request);
   window.exchange(phase.steps);
   window.exchange({{phase.waiting, ""}});

@@ -35,6 +35,13 @@ void check_only_time_ends_it(Window& window) {
   check_let_go(window);
 }
 
+/// This frame ends the quarantine; "" = only time does.
+void check_ends(Window& window, const std::string& ending) {
+  if (ending.empty()) return check_only_time_ends_it(window);
+  window.arrive(ending);
+  check_let_go(window);
+}
+
 }  // namespace
 
 TEST_CASE("[SDO-27] quarantine after a timeout") {
@@ -68,7 +75,7 @@ TEST_CASE("[SDO-27] in every phase of a transfer") {
     Window window;
     enter(window, phase);
     window.pass(1s).expect("605#8000200100000405");
-    window.configure(0x3004, 0, 1, {0});
+    window.set_mode(kAuto);
     ask_again(window);
     window.arrive("585#4300200111111111");
     check_let_go(window);
@@ -135,12 +142,7 @@ TEST_CASE("[SDO-29] quarantine after a cancel, 0503 0000h, 0504 0001h") {
       if (row.steps.empty()) window.set(3700, {0});
       window.expect(row.abort);
       ask_again(window);
-      if (*ending == 0) {
-        check_only_time_ends_it(window);
-      } else {
-        window.arrive(ending);
-        check_let_go(window);
-      }
+      check_ends(window, ending);
     }
   }
 }
@@ -163,42 +165,32 @@ TEST_CASE("[SDO-30] quarantine after a block read given up") {
                          Row{"block read: one segment", "", "605#8000200100000008"},
                          Row{"block read: one segment", "585#0338390000000000", "605#8000200103000405"},
                          Row{"block read: one segment", "585#0238394142434445", "605#8000200110000706"}}) {
-    for (const bool boots : {false, true}) {
+    for (const char* ending : {"", "705#00"}) {
       INFO(row.phase << " and then " << row.segment);
       Window window;
       enter(window, phase_called(row.phase));
       window.exchange({{"", row.segment}});
       if (*row.segment == 0) window.set(3700, {0});
       window.expect(row.abort);
-      window.configure(0x3004, 0, 1, {0});
+      window.set_mode(kAuto);
       ask_again(window);
       window.arrive("585#4300200111111111");  // segment 67, which looks like a response
       window.arrive("585#4400200111111111").expect_silence();
-      if (boots) {
-        window.arrive("705#00");
-        check_let_go(window);
-      } else {
-        check_only_time_ends_it(window);
-      }
+      check_ends(window, ending);
     }
   }
 }
 
 TEST_CASE("[SDO-31] quarantine after a block write aborted") {
-  for (const bool boots : {false, true}) {
+  for (const char* ending : {"", "705#00"}) {
     Window window;
     enter(window, phase_called("block write: segments"));
     window.arrive("585#8000200111000906").check_failed(0x06090011);
-    window.configure(0x3004, 0, 1, {0});
+    window.set_mode(kAuto);
     ask_again(window);
     window.arrive("585#8000200101000405");  // to the segments
     window.arrive("585#8000200101000405").expect_silence();
-    if (boots) {
-      window.arrive("705#00");
-      check_let_go(window);
-    } else {
-      check_only_time_ends_it(window);
-    }
+    check_ends(window, ending);
   }
 }
 

@@ -33,7 +33,7 @@ void check_read(std::uint16_t room, const std::vector<Step>& steps, std::uint32_
                 const char* abort = nullptr) {
   INFO("answered by " << steps.back().answered);
   Window window;
-  if (std::string_view(steps.front().sent) == kBlockRead) window.configure(0x3004, 0, 1, {3});
+  if (std::string_view(steps.front().sent) == kBlockRead) window.set_mode(kBlock);
   window.read(5, 0x2000, 1, room).exchange(steps);
   if (abort != nullptr) window.expect(abort);
   window.check_failed(code);
@@ -60,7 +60,7 @@ TEST_CASE("[SDO-13] each response restarts it") {
     if (phase.steps.empty() || phase.asked_again != nullptr) continue;
     INFO(phase.name);
     Window window;
-    if (phase.mode != 0) window.configure(0x3004, 0, 1, {phase.mode});
+    if (phase.mode != 0) window.set_mode(phase.mode);
     window.start(phase.request);
     for (const Step& step : phase.steps) {
       // Within a sub-block of the server, the rest is requested after half of the timeout.
@@ -219,7 +219,7 @@ TEST_CASE("[SDO-20] with a controller that was full") {
     std::vector<Step> steps = phase.steps;
     const Step last = steps.back();
     steps.pop_back();
-    if (phase.mode != 0) window.configure(0x3004, 0, 1, {phase.mode});
+    if (phase.mode != 0) window.set_mode(phase.mode);
     window.start(phase.request);
     window.exchange(steps);
     window.exchange({{last.sent, ""}});
@@ -239,7 +239,7 @@ TEST_CASE("[SDO-20] a first frame that could not leave") {
     INFO(phase.name);
     Window window;
     CONTRACT_NEEDS(window, Ability::kRefusal);
-    if (phase.mode != 0) window.configure(0x3004, 0, 1, {phase.mode});
+    if (phase.mode != 0) window.set_mode(phase.mode);
     window.target().refuse_frames(true);
     window.start(phase.request);
     window.pass_nearly(1s);

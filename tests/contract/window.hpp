@@ -26,6 +26,9 @@ namespace cbcan::contract {
 // SDO abort codes.
 inline constexpr std::uint32_t kNoObject = 0x06020000, kNoSubIndex = 0x06090011;
 
+// Values of 3004h.
+inline constexpr std::uint16_t kAuto = 0, kExpedited = 1, kSegmented = 2, kBlock = 3;
+
 // OUT and IN of the scanner window.
 inline constexpr unsigned kOut = 500;
 inline constexpr unsigned kIn = 600;
@@ -80,6 +83,7 @@ struct Window {
     write(0, index, sub, size, data);
     check_done();
   }
+  void set_mode(std::uint16_t mode) { configure(0x3004, 0, 1, {mode}); }
   bool busy() { return reg(3700) == kExecute; }
   void check_done() { CHECK(reg(3700) == 0); }
   /// R3700 = 4, and the abort code.

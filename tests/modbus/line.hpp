@@ -24,6 +24,23 @@ using io::test::hex;
 inline const Bytes kRead = hex("01 03 00 00 00 01 84 0A");
 inline const Bytes kValue = hex("01 03 02 12 34 B5 33");
 
+/// The response to the request that waits, if its silence has passed at `now`; it has been sent then.
+inline Bytes execute(RtuServer& server, std::uint32_t now) {
+  if (server.poll(now) != 0) return {};
+  const std::span<const std::uint8_t> bytes = server.execute();
+  Bytes copy(bytes.begin(), bytes.end());
+  server.on_sent();
+  return copy;
+}
+
+/// A request after a gap, and its response.
+inline Bytes ask(RtuServer& server, std::uint32_t& now, const Bytes& request) {
+  now += 10'000;
+  for (const std::uint8_t byte : request)
+    server.on_byte(byte, now);
+  return execute(server, now += 1'750);
+}
+
 /// A server on a line of 115200 baud, and the client at its other end. Each network has R0..R4167.
 template <std::size_t kNetworks>
 struct LineOf {
@@ -46,12 +63,7 @@ struct LineOf {
 
   /// The response after t3.5 of silence; it has been sent then.
   Bytes response() {
-    now += kSilenceUs;
-    if (server.poll(now) != 0) return {};
-    const std::span<const std::uint8_t> bytes = server.execute();
-    Bytes copy(bytes.begin(), bytes.end());
-    server.on_sent();
-    return copy;
+    return execute(server, now += kSilenceUs);
   }
   Bytes ask(const Bytes& request) {
     gap();
