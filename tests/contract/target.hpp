@@ -67,7 +67,7 @@ struct Target {
 
   virtual void set_bus_state(BusState state) = 0;
   /// The CAN controller refuses frames, or accepts them again.
-  virtual void refuse_frames(bool refuse) = 0;
+  virtual void refuse_frames(bool /*refuse*/) {}
   /// Runs `ending` while a second reader reads the registers continuously: the first 70 words that it read with
   /// R3700 no longer CA0Eh; none if that did not happen.
   virtual Words first_done(const std::function<void()>& ending) = 0;

@@ -55,7 +55,6 @@ std::vector<std::uint8_t> values_of(const std::vector<Row>& rows) {
 
 /// All objects that a Device acts on, except PDOs.
 std::vector<Row> everything() {
-  using enum DataType;
   return {
       {0x1001, 0, 0, kUnsigned8},         {0x1003, 0, 0, kUnsigned8},
       {0x1003, 1, 3, kUnsigned32},        {0x1005, 0, 0, kUnsigned32, 0x80},
@@ -163,27 +162,18 @@ struct DeviceRig final : Wire, private DeviceApplication {
   std::vector<std::string> events;  ///< calls of the application
 
  private:
-  AbortCode on_read(const ObjectEntry&, std::uint8_t, std::span<std::uint8_t>, std::size_t&, Time) override {
-    return AbortCode::kGeneral;
-  }
-  AbortCode on_write(const ObjectEntry&, std::uint8_t, std::span<const std::uint8_t>, Time) override {
-    return AbortCode::kNone;
-  }
   void restore(std::uint16_t first_index, std::uint16_t last_index, Time) override {
     restore_values(entries, power_on, values, first_index, last_index);
   }
   void on_state(nmt::State state, Time) override {
     events.push_back("state " + std::to_string(static_cast<int>(state)));
   }
-  void refresh(Time) override {}
   void on_written(Time) override { events.push_back("written"); }
   void on_sync(Time) override { events.push_back("sync"); }
-  void on_received_ids() override {}
   void on_network_failure(NetworkFailure failure, Time) override {
     const char* const names[] = {"heartbeat", "guarding", "bus-off"};
     events.push_back(std::string("lost ") + names[static_cast<int>(failure)]);
   }
-  ParameterMemory* memory() override { return nullptr; }
 
   std::vector<std::uint8_t> buffer_ = std::vector<std::uint8_t>(64);
   std::vector<Pdo::Rpdo> rpdos_ = std::vector<Pdo::Rpdo>(4);

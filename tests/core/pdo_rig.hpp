@@ -236,9 +236,6 @@ struct PdoRig final : Wire, PdoApplication, private ObjectHandler {
     std::snprintf(text, sizeof text, "recovered %04X", unsigned{code});
     if (log_recovery) port.sent.push_back(text);
   }
-  AbortCode on_read(const ObjectEntry&, std::uint8_t, std::span<std::uint8_t>, std::size_t&, Time) override {
-    return AbortCode::kGeneral;
-  }
   AbortCode on_write(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value,
                      Time) override {
     CHECK(Pdo::owns(entry.index));

@@ -25,14 +25,6 @@ constexpr std::array<std::uint8_t, 3> kUnits{1, 0, 255};
 constexpr unsigned kRepeatShift = 3;
 constexpr unsigned kMostPieces = 400;  ///< of one input
 
-/// Initial values of the registers; nearly all are different.
-const std::vector<std::uint16_t> kAtStart = [] {
-  std::vector<std::uint16_t> values(ModbusModel::kRegisters);
-  for (std::size_t i = 0; i < values.size(); ++i)
-    values[i] = static_cast<std::uint16_t>(i * 40503);
-  return values;
-}();
-
 /// Exists as long as the program: a listener for each input would cost more than everything else.
 struct Server final : adapters::ModbusUnit {
   std::span<std::uint16_t> registers() override { return words; }

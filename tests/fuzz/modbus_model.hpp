@@ -48,4 +48,12 @@ struct ModbusModel {
   bool closed_ = false;
 };
 
+/// Initial values of the registers; nearly all are different.
+inline const std::vector<std::uint16_t> kAtStart = [] {
+  std::vector<std::uint16_t> values(ModbusModel::kRegisters);
+  for (std::size_t i = 0; i < values.size(); ++i)
+    values[i] = static_cast<std::uint16_t>(i * 40503);
+  return values;
+}();
+
 }  // namespace cbcan::fuzz

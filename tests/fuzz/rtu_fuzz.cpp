@@ -35,13 +35,6 @@ enum Step : std::uint8_t {
 constexpr std::uint32_t kByteUs = 96;
 constexpr std::uint64_t kStart = 0xFFFF0000;  ///< so that the counter of microseconds wraps soon
 
-const std::vector<std::uint16_t> kAtStart = [] {
-  std::vector<std::uint16_t> values(ModbusModel::kRegisters);
-  for (std::size_t i = 0; i < values.size(); ++i)
-    values[i] = static_cast<std::uint16_t>(i * 40503);
-  return values;
-}();
-
 RtuServer::Settings settings_of(std::uint8_t choice) {
   constexpr std::array<RtuServer::Settings, 4> kTimes{
       {{.silence_us = 1750, .gap_us = 1750},

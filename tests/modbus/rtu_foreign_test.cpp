@@ -14,9 +14,6 @@ using test::kValue;
 using test::late_port;
 using test::Line;
 
-/// A request to station 9, and its response.
-const Bytes kAsked = hex("09 03 00 6B 00 03 75 5F");
-const Bytes kAnswered = hex("09 03 06 02 2B 00 00 00 64 62 BA");
 /// Writes 0BADh to R0 of station 1.
 const char* const kHarmToR0 = "01 06 00 00 0B AD 4F 47";
 

@@ -107,7 +107,6 @@ struct McuTarget final : Target {
     emulator_.can().send(state == BusState::kBusOff ? "sb000255\r" : "sa000000\r");
     emulator_.settle();
   }
-  void refuse_frames(bool /*refuse*/) override {}
   Words first_done(const std::function<void()>& /*ending*/) override { return {}; }
 
  private:
