@@ -90,9 +90,8 @@ TEST_CASE("[CHAN-3] sixteen nodes are asked at the same time") {
   const auto frame = [](const char* id, unsigned node, const char* data) {
     return std::string(id) + "0123456789ABCDEF"[node] + data;
   };
-  for (unsigned n = 1; n <= 15; ++n) {
+  for (unsigned n = 1; n <= 15; ++n)
     window.read4(n, static_cast<std::uint16_t>(n)).expect(frame("60", n, "#4000200100000000"));
-  }
   window.read4(16, 0x10).expect("610#4000200100000000");
   window.arrive("590#4300200144332211");
   window.check_read(16);

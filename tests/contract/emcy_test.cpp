@@ -91,9 +91,8 @@ TEST_CASE("[OBJ-6] 3006h") {
 TEST_CASE("[OBJ-22] 3006h: the order") {
   Window window;
   window.arrive("0FE#3081110102030405", "085#0010010000000000", "081#0020010000000000");
-  for (int round = 0; round < 2; ++round) {
+  for (int round = 0; round < 2; ++round)
     check_stops(window, "010020010000000000", "050010010000000000", "7E3081110102030405");
-  }
   check_stop(window, "010020010000000000");
   window.arrive("083#0030010000000000");  // before 5, where the scan would have continued
   check_stop(window, "030030010000000000");
@@ -104,9 +103,8 @@ TEST_CASE("[OBJ-22] 3006h: the order") {
 TEST_CASE("[OBJ-23] 3006h: an error stops each round") {
   Window window;
   window.arrive("085#0010010000000000", "089#0050010000000000");
-  for (int round = 0; round < 3; ++round) {
+  for (int round = 0; round < 3; ++round)
     check_stops(window, "050010010000000000", "090050010000000000");
-  }
   window.arrive("089#0060050000000000");  // replaced by another message
   check_stops(window, "050010010000000000", "090060050000000000");
   window.arrive("085#0000000000000000");
