@@ -47,10 +47,6 @@ Device::Device(std::uint8_t node_id, const Slave::Tables& tables, const Storage&
       life_guard_(slave_.dictionary()),
       time_(slave_.dictionary(), port) {}
 
-void Device::start(Time now) {
-  slave_.start(now);
-}
-
 // ---- Frames
 
 bool Device::on_frame(const Frame& frame, Time now) {
@@ -160,11 +156,6 @@ void Device::on_bus_state(BusState state, Time now) {
 
 // ---- The dictionary
 
-AbortCode Device::on_read(const ObjectEntry& entry, std::uint8_t sub, std::span<std::uint8_t> out,
-                          std::size_t& size, Time now) {
-  return application_.on_read(entry, sub, out, size, now);
-}
-
 AbortCode Device::on_write(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value,
                            Time now) {
   if (kServices.stored_parameters && (entry.index == object::kStore || entry.index == object::kRestore))
@@ -215,26 +206,10 @@ void Device::on_state(nmt::State state, Time now) {
 
 // ---- Process data
 
-void Device::refresh(Time now) {
-  application_.refresh(now);
-}
-
-void Device::on_written(Time now) {
-  application_.on_written(now);
-}
-
-void Device::on_sync(Time now) {
-  application_.on_sync(now);
-}
-
 void Device::on_pdo_error(std::uint16_t code, std::uint16_t pdo, Time now) {
   const auto low = static_cast<std::uint8_t>(pdo);
   const auto high = static_cast<std::uint8_t>(pdo >> 8);
   emergency_.error(code, ErrorRegister::kCommunication, {low, high}, now);
-}
-
-void Device::on_pdo_error_over(std::uint16_t code, Time now) {
-  emergency_.error_over(code, now);
 }
 
 }  // namespace cbcan

@@ -76,7 +76,7 @@ class Device final : private Application, private PdoApplication {
   Device& operator=(const Device&) = delete;
 
   /// Power on: boot-up message, then Pre-operational.
-  void start(Time now);
+  void start(Time now) { slave_.start(now); }
   /// Used from the next start() or reset on. Above 127 = no node ID: that reset ends in Initialising, off the
   /// bus until start().
   void set_node_id(std::uint8_t node_id) { slave_.set_node_id(node_id); }
@@ -111,17 +111,19 @@ class Device final : private Application, private PdoApplication {
 
  private:
   AbortCode on_read(const ObjectEntry& entry, std::uint8_t sub, std::span<std::uint8_t> out,
-                    std::size_t& size, Time now) override;
+                    std::size_t& size, Time now) override {
+    return application_.on_read(entry, sub, out, size, now);
+  }
   AbortCode on_write(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value,
                      Time now) override;
   void on_stored(const ObjectEntry& entry, std::uint8_t sub, Time now) override;
   void restore(std::uint16_t first_index, std::uint16_t last_index, Time now) override;
   void on_state(nmt::State state, Time now) override;
-  void refresh(Time now) override;
-  void on_written(Time now) override;
-  void on_sync(Time now) override;
+  void refresh(Time now) override { application_.refresh(now); }
+  void on_written(Time now) override { application_.on_written(now); }
+  void on_sync(Time now) override { application_.on_sync(now); }
   void on_pdo_error(std::uint16_t code, std::uint16_t pdo, Time now) override;
-  void on_pdo_error_over(std::uint16_t code, Time now) override;
+  void on_pdo_error_over(std::uint16_t code, Time now) override { emergency_.error_over(code, now); }
 
   template <bool kIsThere, class Part>
   using If = std::conditional_t<kIsThere, Part, NoPart>;

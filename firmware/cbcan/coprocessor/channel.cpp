@@ -216,7 +216,7 @@ void Channel::begin_nmt(std::uint16_t addressed, Time now) {
   if (row == nullptr) return end(AbortCode::kValue);
   const auto command = static_cast<nmt::Command>(row->specifier);
   if (addressed == node_.node_id()) {
-    node_.command(command, now);
+    node_.slave().command(command, now);
     follow_node();
     return finish(regmap::Result::kOk);
   }

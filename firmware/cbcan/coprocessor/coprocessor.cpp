@@ -80,7 +80,7 @@ void Coprocessor::watch_plc(Time now) {
   plc_due_ = plc_heard_at_ + milliseconds(settings().plc_timeout_ms);
   if (now < plc_due_) return;
   plc_due_ = kNever;
-  if (node_.state() == nmt::State::kOperational) node_.command(settings().plc_lost, now);
+  if (node_.state() == nmt::State::kOperational) node_.slave().command(settings().plc_lost, now);
 }
 
 void Coprocessor::on_error_control(const Frame& frame, Time now) {

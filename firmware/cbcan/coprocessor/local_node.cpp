@@ -58,10 +58,6 @@ void LocalNode::on_bus_state(BusState state, Time now) {
   device_.on_bus_state(state, now);
 }
 
-void LocalNode::on_emergency_sent(const EmergencyConsumer::Message& message) {
-  emergencies_.note(node_id(), message);
-}
-
 void LocalNode::restore(std::uint16_t first_index, std::uint16_t last_index, Time now) {
   local::restore(room_.values, first_index, last_index);
   lss_.start(now);

@@ -89,16 +89,16 @@ class LocalNode final : private DeviceApplication {
     return slave().read(index, sub, out, size, now);
   }
   AbortCode write(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> value, Time now) {
-    return device_.slave().write(index, sub, value, now);
+    return slave().write(index, sub, value, now);
   }
 
-  void command(nmt::Command command, Time now) { device_.slave().command(command, now); }
   std::uint8_t node_id() const { return device_.node_id(); }
   nmt::State state() const { return device_.state(); }
   /// How often 3003h and 3004h have been reset to the settings, modulo 256.
   std::uint8_t resets() const { return resets_; }
   /// Their values after a reset.
   const Transfers& transfers() const { return transfers_[0]; }
+  Slave& slave() { return device_.slave(); }
   const Slave& slave() const { return device_.slave(); }
   NodeMonitor& monitor() { return monitor_; }
   const NodeMonitor& monitor() const { return monitor_; }
@@ -111,7 +111,9 @@ class LocalNode final : private DeviceApplication {
   void on_stored(const ObjectEntry& entry, std::uint8_t sub, Time now) override;
   void restore(std::uint16_t first_index, std::uint16_t last_index, Time now) override;
   ParameterMemory* memory() override { return memory_; }
-  void on_emergency_sent(const EmergencyConsumer::Message& message) override;
+  void on_emergency_sent(const EmergencyConsumer::Message& message) override {
+    emergencies_.note(node_id(), message);
+  }
 
   bool on_low_id(const Frame& frame, Time now);
   std::uint32_t number_of(std::uint16_t index, std::uint8_t sub, Time now) const;

@@ -18,14 +18,7 @@
 
 namespace cbcan::local {
 
-using regmap::object::kClock;
-using regmap::object::kDeviceState;
-using regmap::object::kEmergencyScan;
-using regmap::object::kKernelState;
-using regmap::object::kLastEmergency;
-using regmap::object::kOwnNodeId;
-using regmap::object::kSdoTimeout;
-using regmap::object::kTransferMode;
+using namespace regmap::object;
 
 /// CiA 405, CANOPEN_KERNEL_ERROR: the states of a CAN controller.
 enum class KernelState : std::uint8_t {
@@ -57,10 +50,8 @@ enum class DeviceState : std::uint8_t {
   kNotAvailable = 7,
 };
 
-inline constexpr std::size_t kValueBytes = table::kLayout.bytes;
-
 /// The stored values; entries() describes the layout.
-using LocalValues = std::array<std::uint8_t, kValueBytes>;
+using LocalValues = std::array<std::uint8_t, table::kLayout.bytes>;
 
 /// All entries, sorted.
 std::span<const ObjectEntry> entries();

@@ -44,10 +44,6 @@ inline constexpr std::uint16_t kConfigured = Flags::kReadWrite | Flags::kChecked
 inline constexpr std::uint8_t kStoreSubs = 4;
 inline constexpr std::uint8_t kAndRestore = 1;  // more indices
 
-inline constexpr std::string_view kName = "cbcan coprocessor";
-inline constexpr std::string_view kHardware = "1.0";
-inline constexpr std::string_view kSoftware = kVersion;
-
 /// A row of the dictionary with its power-on value; the place of the value is computed below.
 struct Row {
   std::uint16_t index = 0;
@@ -65,12 +61,9 @@ struct Row {
   constexpr bool zero() const { return value == 0 && text.empty(); }
 };
 
-constexpr std::uint32_t length(std::string_view text) {
-  return static_cast<std::uint32_t>(text.size());
-}
-
 constexpr Row name(std::uint16_t index, std::string_view text) {
-  return {index, 0, 0, kVisibleString, Flags::kRead | Flags::kVariable, length(text), 0, text};
+  const auto length = static_cast<std::uint32_t>(text.size());
+  return {index, 0, 0, kVisibleString, Flags::kRead | Flags::kVariable, length, 0, text};
 }
 
 /// Sub-indices `sub` to `last_sub` of the PDO parameters or mappings from `index` on.
@@ -89,9 +82,9 @@ inline constexpr std::array kObjects{
     Row{kSyncCobId, 0, 0, kUnsigned32, kConfigured, 4, 0x80},
     Row{kSyncPeriod, 0, 0, kUnsigned32, kConfigured, 4},
     Row{kSyncWindow, 0, 0, kUnsigned32, kConfigured, 4},
-    name(kDeviceName, kName),
-    name(kHardwareVersion, kHardware),
-    name(kSoftwareVersion, kSoftware),
+    name(kDeviceName, "cbcan coprocessor"),
+    name(kHardwareVersion, "1.0"),
+    name(kSoftwareVersion, kVersion),
     Row{kStore, 1, kStoreSubs, kUnsigned32, kCommand | Flags::kCounted, 4, 0, {}, kAndRestore},
     Row{kTimeCobId, 0, 0, kUnsigned32, kConfigured, 4, 0x100},
     Row{kEmergencyCobId, 0, 0, kUnsigned32, kConfigured, 4},  // follows the node ID

@@ -60,9 +60,9 @@ ScannerWindow::Event ScannerWindow::cancel() {
 
 /// Words that this request consists of; other errors are not checked here.
 std::size_t ScannerWindow::words_needed() const {
-  if (word(regmap::kCommand - regmap::kWindowFirst) != regmap::kSdoWrite) return kHeadWords;
-  if (word(regmap::kObjectIndex - regmap::kWindowFirst) == regmap::kNmtService) return kHeadWords + 1;
-  const std::size_t size = word(regmap::kDataSize - regmap::kWindowFirst);
+  if (out_[regmap::kCommand - regmap::kWindowFirst] != regmap::kSdoWrite) return kHeadWords;
+  if (out_[regmap::kObjectIndex - regmap::kWindowFirst] == regmap::kNmtService) return kHeadWords + 1;
+  const std::size_t size = out_[regmap::kDataSize - regmap::kWindowFirst];
   return size > regmap::kMaxDataBytes ? kHeadWords : kHeadWords + (size + 1) / 2;
 }
 

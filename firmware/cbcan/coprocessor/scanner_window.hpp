@@ -65,7 +65,6 @@ class ScannerWindow {
  private:
   enum class State : std::uint8_t { kIdle, kWaiting, kUnderWay };
 
-  std::uint16_t word(std::size_t k) const { return out_[k]; }
   Event take(std::uint16_t number, std::size_t count);
   Event cancel();
   std::size_t words_needed() const;

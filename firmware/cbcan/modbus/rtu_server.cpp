@@ -191,10 +191,6 @@ bool RtuServer::is_broadcast() const {
   return buffer_[0] == kBroadcast;
 }
 
-bool RtuServer::is_for_us() const {
-  return request_network() < networks_.size();
-}
-
 std::size_t RtuServer::request_network() const {
   return is_broadcast() ? 0 : static_cast<std::uint8_t>(buffer_[0] - settings_.station);
 }
@@ -416,7 +412,9 @@ void RtuServer::load(const RegisterMap& registers, std::uint16_t address, std::s
   buffer_[kByteCount] = static_cast<std::uint8_t>(2 * count);
   for (std::size_t i = 0; i < count; ++i) {
     const std::atomic_ref<std::uint16_t> source(registers[address + i]);
-    put_word(kByteCount + 1 + 2 * i, source.load(std::memory_order_relaxed));
+    const std::uint16_t value = source.load(std::memory_order_relaxed);
+    buffer_[kByteCount + 1 + 2 * i] = static_cast<std::uint8_t>(value >> 8);
+    buffer_[kByteCount + 2 + 2 * i] = static_cast<std::uint8_t>(value);
     if (i == 0) std::atomic_thread_fence(std::memory_order_acquire);
   }
   size_ = kByteCount + 1 + 2 * count;
@@ -436,11 +434,6 @@ void RtuServer::store(const RegisterMap& registers, std::uint16_t address, std::
 
 std::uint16_t RtuServer::word(std::size_t offset) const {
   return static_cast<std::uint16_t>(buffer_[offset] << 8 | buffer_[offset + 1]);
-}
-
-void RtuServer::put_word(std::size_t offset, std::uint16_t value) {
-  buffer_[offset] = static_cast<std::uint8_t>(value >> 8);
-  buffer_[offset + 1] = static_cast<std::uint8_t>(value);
 }
 
 }  // namespace cbcan

@@ -158,7 +158,7 @@ class RtuServer final {
   enum class Exception : std::uint8_t { kNone = 0, kFunction = 1, kAddress = 2, kValue = 3 };
 
   bool times_are_exact() const { return settings_.gap_us <= settings_.silence_us; }
-  bool is_for_us() const;
+  bool is_for_us() const { return request_network() < networks_.size(); }
   bool listens(bool after_gap);
   bool takes(std::uint32_t now_us);
   void end_by_gap();
@@ -177,7 +177,6 @@ class RtuServer final {
   bool may_be_request() const;
   bool fits_request() const;
   std::uint16_t word(std::size_t offset) const;
-  void put_word(std::size_t offset, std::uint16_t value);
   bool values_allowed(std::size_t offset, std::size_t most) const;
   Exception execute_on(const RegisterMap& registers);
   Exception read_registers(const RegisterMap& registers);

@@ -116,42 +116,38 @@ inline constexpr std::array<RegisterRow, 2> kProcessData{{
      Writer::kPlc, "0..65535", "network variables A480h..A8FFh, sent by TPDOs; low byte first"},
 }};
 
-constexpr RegisterRow scanner_out(std::size_t first, std::size_t last, std::string_view name,
-                                  std::string_view range, std::string_view meaning) {
-  return {static_cast<std::uint16_t>(kScannerOutFirst + first),
-          static_cast<std::uint16_t>(kScannerOutFirst + last),
-          name,
-          Access::kReadWrite,
-          Writer::kPlc,
-          range,
-          meaning};
+constexpr RegisterRow register_row(Access access, Writer writer, std::size_t first, std::size_t words,
+                                   std::string_view name, std::string_view range, std::string_view meaning) {
+  const auto address = static_cast<std::uint16_t>(first);
+  const auto last = static_cast<std::uint16_t>(first + words - 1);
+  return {address, last, name, access, writer, range, meaning};
 }
 
-constexpr RegisterRow scanner_in(std::size_t first, std::size_t last, std::string_view name,
+constexpr RegisterRow scanner_out(std::size_t first, std::size_t words, std::string_view name,
+                                  std::string_view range, std::string_view meaning) {
+  return register_row(Access::kReadWrite, Writer::kPlc, kScannerOutFirst + first, words, name, range, meaning);
+}
+
+constexpr RegisterRow scanner_in(std::size_t first, std::size_t words, std::string_view name,
                                  std::string_view range, std::string_view meaning) {
-  return {static_cast<std::uint16_t>(kScannerInFirst + first),
-          static_cast<std::uint16_t>(kScannerInFirst + last),
-          name,
-          Access::kReadWrite,
-          Writer::kCoprocessor,
-          range,
-          meaning};
+  return register_row(Access::kReadWrite, Writer::kCoprocessor, kScannerInFirst + first, words, name, range,
+                      meaning);
 }
 
 inline constexpr std::array<RegisterRow, 12> kScanner{{
-    scanner_out(0, 0, "OUT_NUMBER", "0..65535", "number of the request; 0 = none, and cancels"),
+    scanner_out(0, 1, "OUT_NUMBER", "0..65535", "number of the request; 0 = none, and cancels"),
     scanner_out(1, 1, "OUT_COMMAND", "5055, 5066", "as R3701"),
-    scanner_out(2, 2, "OUT_NODE_ID", "0..127", "as R3702"),
-    scanner_out(3, 3, "OUT_OBJECT_INDEX", "0..65535", "as R3703"),
-    scanner_out(4, 4, "OUT_OBJECT_SUB_INDEX", "0..255", "as R3704"),
-    scanner_out(5, 5, "OUT_DATA_SIZE", "1..128", "as R3705, bytes to write, or the room for a read"),
-    scanner_out(6, kScannerOutWords - 1, "OUT_DATA", "0..65535", "data words #0..#63, as R3706..R3769"),
-    scanner_in(0, 0, "IN_NUMBER", "0..65535", "number of the request whose result this is"),
+    scanner_out(2, 1, "OUT_NODE_ID", "0..127", "as R3702"),
+    scanner_out(3, 1, "OUT_OBJECT_INDEX", "0..65535", "as R3703"),
+    scanner_out(4, 1, "OUT_OBJECT_SUB_INDEX", "0..255", "as R3704"),
+    scanner_out(5, 1, "OUT_DATA_SIZE", "1..128", "as R3705, bytes to write, or the room for a read"),
+    scanner_out(6, kDataWords, "OUT_DATA", "0..65535", "data words #0..#63, as R3706..R3769"),
+    scanner_in(0, 1, "IN_NUMBER", "0..65535", "number of the request whose result this is"),
     scanner_in(1, 1, "IN_RESULT", "0, 1, 2, 4, 5, 6", "its result code"),
-    scanner_in(2, 2, "IN_TAKEN", "0..65535", "number taken last"),
-    scanner_in(3, 3, "IN_DATA_SIZE", "0..128", "bytes that were read"),
+    scanner_in(2, 1, "IN_TAKEN", "0..65535", "number taken last"),
+    scanner_in(3, 1, "IN_DATA_SIZE", "0..128", "bytes that were read"),
     scanner_in(
-        4, kScannerInWords - 1, "IN_DATA", "0..65535",
+        4, kDataWords, "IN_DATA", "0..65535",
         "data words #0..#63, low byte first; with result 4 #0 and #1 hold the SDO abort code, low word "
         "first"),
 }};
@@ -191,13 +187,7 @@ inline constexpr std::uint16_t kSecondWriters = 4140;  ///< after them, in the s
 
 constexpr RegisterRow diagnostic(std::uint16_t first, std::uint16_t words, std::string_view name,
                                  std::string_view range, std::string_view meaning) {
-  return {first,
-          static_cast<std::uint16_t>(first + words - 1),
-          name,
-          Access::kReadOnly,
-          Writer::kCoprocessor,
-          range,
-          meaning};
+  return register_row(Access::kReadOnly, Writer::kCoprocessor, first, words, name, range, meaning);
 }
 
 inline constexpr std::array<RegisterRow, 25> kDiagnostics{{
@@ -256,7 +246,7 @@ inline constexpr std::size_t kBoardWords = 6;
 
 constexpr RegisterRow board_setting(std::uint16_t address, std::string_view name, std::string_view range,
                                     std::string_view meaning) {
-  return {address, address, name, Access::kReadWrite, Writer::kPlc, range, meaning};
+  return register_row(Access::kReadWrite, Writer::kPlc, address, 1, name, range, meaning);
 }
 
 inline constexpr std::array<RegisterRow, kBoardWords> kBoard{{

@@ -8,12 +8,6 @@
 
 namespace cbcan {
 
-namespace {
-
-constexpr std::uint8_t kMostRemembered = 254;
-
-}  // namespace
-
 void Emergency::reset(const Reset& reset, Time now) {
   waiting_count_ = 0;
   next_allowed_ = now;

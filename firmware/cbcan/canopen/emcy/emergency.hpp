@@ -99,6 +99,8 @@ class Emergency : public Part {
     Info info;
   };
 
+  static constexpr std::uint8_t kMostRemembered = 254;  ///< in 1003h
+
   std::size_t place_of(std::uint16_t code) const;
   void enqueue(const Message& message, Time now);
   void remember(const Message& message);

@@ -76,19 +76,14 @@ constexpr std::uint8_t sub_of(Multiplexer mux) {
 constexpr std::uint16_t load16(const Frame& frame, unsigned at) {
   return static_cast<std::uint16_t>(frame.data[at] | frame.data[at + 1] << 8);
 }
-constexpr std::uint32_t load32(const Frame& frame, unsigned at) {
-  return load16(frame, at) | std::uint32_t{load16(frame, at + 2)} << 16;
-}
 
 // ---- Decoding
 
 constexpr std::uint8_t specifier_of(std::uint8_t command) {
   return static_cast<std::uint8_t>(command >> 5);
 }
-constexpr bool is(std::uint8_t command, Request specifier) {
-  return specifier_of(command) == static_cast<std::uint8_t>(specifier);
-}
-constexpr bool is(std::uint8_t command, Response specifier) {
+template <class Specifier>
+constexpr bool is(std::uint8_t command, Specifier specifier) {
   return specifier_of(command) == static_cast<std::uint8_t>(specifier);
 }
 constexpr BlockStep block_step(std::uint8_t command) {
@@ -101,7 +96,7 @@ constexpr BlockStep block_step(std::uint8_t command) {
   return word >> 8;  // as one number it is one load, which is shorter than a call
 }
 constexpr std::uint32_t tail_of(const Frame& frame) {
-  return load32(frame, 4);
+  return load16(frame, 4) | std::uint32_t{load16(frame, 6)} << 16;
 }
 
 /// Bytes of data in an expedited initiate frame whose size is indicated.
@@ -192,10 +187,8 @@ inline void take_expedited(const Frame& frame, std::uint8_t* to, std::size_t siz
 
 // ---- Encoding
 
-constexpr std::uint8_t command(Request specifier, std::uint8_t bits = 0) {
-  return static_cast<std::uint8_t>(static_cast<std::uint8_t>(specifier) << 5 | bits);
-}
-constexpr std::uint8_t command(Response specifier, std::uint8_t bits = 0) {
+template <class Specifier>
+constexpr std::uint8_t command(Specifier specifier, std::uint8_t bits = 0) {
   return static_cast<std::uint8_t>(static_cast<std::uint8_t>(specifier) << 5 | bits);
 }
 constexpr std::uint8_t expedited_bits(std::size_t size) {
