@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// One program for all measurements of the host; README.md says how each figure is measured.
+// One program for all measurements of the host; README.md describes how each figure is measured.
 #include "bench.hpp"
 
 #include <cstdio>
@@ -48,7 +48,7 @@ int main(int argc, char** argv) {
     try {
       row.run(arguments);
       return 0;
-    } catch (const std::logic_error&) {  // of a number
+    } catch (const std::logic_error&) {  // thrown by number()
       return usage();
     } catch (const std::exception& error) {
       return std::fprintf(stderr, "cbcan-bench %s: %s\n", row.name, error.what()), 1;

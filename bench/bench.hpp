@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The measurements of cbcan-bench. Each prints what it measured and throws where an outcome was wrong.
+/// The measurements of cbcan-bench. Each prints its figures and throws if an outcome was wrong.
 
 #include <ctime>
 #include <stdexcept>
@@ -15,7 +15,7 @@ class Arguments {
   explicit Arguments(std::vector<std::string> words) : words_(std::move(words)) {}
 
   std::size_t size() const { return words_.size(); }
-  /// Also hexadecimal. Throws std::logic_error where it is not in its range.
+  /// Decimal or hexadecimal. Throws std::logic_error if it is not in its range.
   unsigned number(std::size_t at, unsigned otherwise, unsigned least = 0, unsigned most = 100'000'000) const {
     if (at >= words_.size()) return otherwise;
     const unsigned long value = std::stoul(words_[at], nullptr, 0);

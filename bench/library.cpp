@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// By cbcan::sim, in virtual time.
+// With cbcan::sim, in virtual time.
 #include <cbcan/sim.hpp>
 
 #include <array>
@@ -15,7 +15,7 @@ using namespace std::chrono_literals;
 
 constexpr const char* kFastBus = "[module]\nnode_id = 127\n[can]\nbit_rate = 1000000\n";
 
-/// Of the demo's files.
+/// A node with one of the demo's EDS files.
 std::string node(unsigned id, const std::string& eds) {
   return "[[node]]\nid = " + std::to_string(id) + "\neds = \"demo:/" + eds + ".eds\"\n";
 }
@@ -23,7 +23,7 @@ std::string node(unsigned id, const std::string& eds) {
 // ---- Channels
 
 constexpr unsigned kNodes = 16;
-constexpr double kWire = 1e6 / 238;  // two frames of eight data bytes, their stuff bits included
+constexpr double kWire = 1e6 / 238;  // two frames of eight data bytes with stuff bits
 
 /// Nodes 1..16; `late`: each takes 5 ms to respond.
 Plant plant_of_nodes(bool late) {
@@ -33,7 +33,7 @@ Plant plant_of_nodes(bool late) {
   return Plant::from_text(toml);
 }
 
-/// One channel asks all nodes in turn, sixteen have one each; as fast as results come.
+/// One channel sends requests to all nodes in turn, sixteen have one node each; as fast as results arrive.
 double reads_a_second(Plant plant, unsigned channels) {
   std::array<std::uint16_t, kNodes> number{};
   unsigned done = 0;
@@ -61,7 +61,7 @@ double reads_a_second(Plant plant, unsigned channels) {
 
 // ---- CiA TR 308: performance measurement basics
 
-/// One on a bus of its own.
+/// A device on its own bus.
 struct Device {
   const char* name;
   const char* eds;  ///< empty: the own node
@@ -76,14 +76,14 @@ constexpr Device kDevices[] = {
     {"pressure-transducer", "pressure_transducer", 5, 1},
 };
 
-/// How a frame with this CAN-ID begins, as candump writes it.
+/// The first characters of a frame with this CAN-ID in candump's format.
 std::string begin_of(unsigned id) {
   char text[8];
   std::snprintf(text, sizeof text, "%03X#", id % 0x800);
   return text;
 }
 
-/// The time at which a frame with this CAN-ID has passed, to the last bit.
+/// The time when the last bit of a frame with this CAN-ID has been sent.
 long passed(Plant& plant, unsigned id) {
   const std::string wanted = begin_of(id);
   for (;;) {
@@ -102,7 +102,7 @@ Plant plant_of(const Device& device) {
   return Plant::from_text(kFastBus + node(device.id, device.eds) + "objects = [\n" + objects + "]\n");
 }
 
-/// The own node has no TPDO before it is configured: A580h:01 with every SYNC.
+/// Configures a TPDO of the own node, which has none by default: A580h:01 with every SYNC.
 void configure_own(Plant& plant) {
   for (const char* download :
        {"2F00180201000000", "23001A01100180A5", "2F001A0001000000", "23001801FF010040"}) {

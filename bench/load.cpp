@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // A number of Modbus TCP clients in one thread with one epoll, each with one transaction in progress: FC 16
-// of R3700..R3709, then FC 3 of R3700 until that is no longer CA0Eh. Prints what it measured as one line of
-// JSON.
+// of R3700..R3709, then FC 3 of R3700 until that is no longer CA0Eh. Prints the figures as one line of JSON.
 #include <arpa/inet.h>
 #include <netinet/tcp.h>
 #include <sys/epoll.h>
@@ -72,7 +71,8 @@ class Client {
   }
   void poll() { send(read_, true); }
 
-  /// The response to the last request, which comes in one piece over loopback. R3700, if that was asked for.
+  /// Receives the response to the last request, which arrives in one piece over loopback; returns R3700, if that
+  /// was requested.
   std::uint16_t receive() {
     std::array<std::uint8_t, 64> response;
     const ssize_t size = recv(socket_, response.data(), response.size(), 0);

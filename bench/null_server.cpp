@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What there is to compare with: the least that a Modbus TCP server for many clients can do, and nothing
-// behind it. One epoll; for each request one recv(), FC 16 and FC 3 on registers without a check, one send().
+// For comparison: a minimal Modbus TCP server for many clients, without a coprocessor. One epoll; for each
+// request one recv(), FC 16 and FC 3 on registers without a check, one send().
 // Prints its port; runs until it is killed.
 
 #include <netinet/in.h>
@@ -31,7 +31,7 @@ std::size_t word(const Bytes& bytes, std::size_t offset) {
   return static_cast<std::size_t>(bytes[offset] << 8 | bytes[offset + 1]);
 }
 
-/// Makes the response in place of the request and returns its size.
+/// Replaces the request by the response and returns its size.
 std::size_t execute(Bytes& bytes) {
   const std::size_t first = word(bytes, kHeaderBytes + 1);
   const std::size_t count = word(bytes, kHeaderBytes + 3);

@@ -22,7 +22,7 @@ constexpr unsigned kNodes = 127;
 constexpr unsigned kModules = 100;
 constexpr unsigned kCallsPerSecond = 100;
 
-/// A first order lag of an input, with a switch at a limit.
+/// A first-order lag of an input, with a switch at a limit.
 const std::string kScript = R"(
 local value, since = 0, 0
 function update(now)
@@ -35,7 +35,7 @@ function update(now)
 end
 )";
 
-/// Of one of the demo's files, with more lines of a plant file.
+/// A node with one of the demo's EDS files and `more` lines, in a plant file.
 std::string node(unsigned id, const std::string& eds, const std::string& more) {
   return "[[node]]\nid = " + std::to_string(id) + "\neds = \"demo:/" + eds + ".eds\"\n" + more;
 }
@@ -51,7 +51,7 @@ std::vector<sim::NodeParts> nodes_of(const std::string& toml) {
   return std::move(build.networks.front());
 }
 
-/// The last of them.
+/// Adds the nodes of a plant file; returns the last one.
 sim::Node& add_nodes(sim::World& world, const std::string& toml) {
   sim::Node* last = nullptr;
   for (sim::NodeParts& parts : nodes_of(toml))
@@ -59,7 +59,7 @@ sim::Node& add_nodes(sim::World& world, const std::string& toml) {
   return *last;
 }
 
-/// Every PDO is valid by default, and takes part in every SYNC.
+/// Lines of a plant file that make all PDOs valid and synchronous, with every SYNC.
 std::string synchronous(unsigned tpdos, unsigned rpdos) {
   std::string objects;
   for (unsigned pdo = 0; pdo < tpdos; ++pdo)
@@ -79,7 +79,7 @@ std::string modules_and_drives(unsigned modules, unsigned drives) {
   return toml;
 }
 
-/// Sends SYNC and everybody's RPDOs, and counts what comes.
+/// Sends SYNC and the RPDOs of all nodes, and counts received frames.
 class Master final : public sim::Receiver {
  public:
   explicit Master(sim::World& world) : world_(world), port_(world.bus().attach(*this)) {

@@ -16,7 +16,7 @@ using Mode = SdoClient::Mode;
 
 constexpr std::uint8_t kNode = 5;
 
-/// An in-memory wire: what is sent to node 5 is answered at once.
+/// An in-memory wire: node 5 responds immediately.
 class Loopback final : public CanPort {
  public:
   explicit Loopback(std::size_t size) : peer_(size) {}
@@ -53,7 +53,7 @@ bool transfers(unsigned count) {
   return good;
 }
 
-/// The whole coprocessor, and a PLC that uses it by its registers. The own node has ID 127.
+/// The whole coprocessor, and a PLC that uses it through its registers. The own node has ID 127.
 struct Machine {
   explicit Machine(std::size_t object_size = 4) : wire(object_size) {
     coprocessor.start(0);
@@ -62,7 +62,7 @@ struct Machine {
 
   std::uint16_t& at(std::size_t address) { return words[address - regmap::kWindowFirst]; }
 
-  /// One transaction: CA0Eh behind R3701..R3705, a poll, and all frames that come of it.
+  /// One transaction: R3701..R3705, CA0Eh, a poll, and all resulting frames.
   bool execute(std::uint16_t command, std::uint16_t node, std::uint16_t index, std::uint16_t sub,
                std::uint16_t size) {
     at(regmap::kCommand) = command;
@@ -77,7 +77,7 @@ struct Machine {
     return at(regmap::kExecuteFlag) == 0;
   }
 
-  /// A number into an object of the own node.
+  /// Writes a number to an object of the own node.
   bool configure(std::uint16_t index, std::uint8_t sub, std::uint16_t size, std::uint32_t value) {
     at(regmap::kData) = static_cast<std::uint16_t>(value);
     at(regmap::kData + 1) = static_cast<std::uint16_t>(value >> 16);
@@ -135,7 +135,7 @@ bool heartbeats(unsigned count) {
   return machine.coprocessor.node_monitor().counters().heartbeats == count;
 }
 
-/// With both windows and all nodes; that they are there makes no difference.
+/// With both windows and all nodes, which make no difference.
 bool idle_polls(unsigned count) {
   Machine machine;
   hear(machine.coprocessor, 126);
@@ -145,7 +145,7 @@ bool idle_polls(unsigned count) {
   return good;
 }
 
-/// To each of nodes 1..126 in turn, all of which have reported.
+/// To each of the nodes 1..126 in turn, all of which have reported.
 bool nmt_commands(unsigned count) {
   Machine machine;
   hear(machine.coprocessor, 126);
@@ -158,11 +158,11 @@ bool nmt_commands(unsigned count) {
 // ---- Process data
 
 constexpr std::uint16_t kPdos = 16;
-constexpr std::uint16_t kObjects = 8;  ///< of a PDO, at most
+constexpr std::uint16_t kObjects = 8;  ///< most objects of a PDO
 constexpr std::uint32_t kRpdoId = 0x181;
 constexpr std::uint32_t kTpdoId = 0x381;
 
-/// What the k-th object of a PDO is; PDO and k from 0. 0 = there is none.
+/// The mapping entry of the k-th object of a PDO; PDO and k from 0. 0 = none.
 using Mapped = std::uint32_t (*)(bool receive, std::uint32_t pdo, std::uint32_t k);
 
 /// Four UNSIGNED16 each: all 64 registers.
@@ -170,7 +170,7 @@ constexpr std::uint32_t words(bool receive, std::uint32_t pdo, std::uint32_t k) 
   return k >= 4 ? 0 : (receive ? 0xA1000010 : 0xA5800010) + (4 * pdo + k + 1) * 0x100;
 }
 
-/// Eight BOOLEANs each, one behind the other.
+/// Eight consecutive BOOLEANs each.
 constexpr std::uint32_t bits(bool receive, std::uint32_t pdo, std::uint32_t k) {
   return (receive ? 0xA0800001 : 0xA5000001) + (8 * pdo + k + 1) * 0x100;
 }
@@ -205,7 +205,7 @@ bool set_up(Machine& machine, std::uint8_t type, Mapped mapped) {
   return machine.command(127, 5) && good;
 }
 
-/// All RPDOs, then the SYNC, which lets them take effect and all TPDOs go.
+/// All RPDOs, then a SYNC, which applies them and sends all TPDOs.
 template <Mapped kMapped, std::uint8_t Length>
 bool sync_cycles(unsigned count) {
   Machine machine;
@@ -219,7 +219,7 @@ bool sync_cycles(unsigned count) {
   return good && machine.wire.sent() - before == kPdos * count;
 }
 
-/// All 64 output registers, as they were, with TPDOs that wait for a change.
+/// Writes unchanged values to all 64 output registers, with TPDOs that wait for a change.
 bool writes_without_change(unsigned count) {
   Machine machine;
   const bool good = set_up(machine, 255, words);
@@ -230,7 +230,7 @@ bool writes_without_change(unsigned count) {
   return good && machine.wire.sent() == before;
 }
 
-/// Likewise, but one register is another one each time, so that one TPDO goes.
+/// The same, but each time one register has a new value, so that one TPDO is sent.
 bool writes_with_change(unsigned count) {
   Machine machine;
   const bool good = set_up(machine, 255, words);
@@ -243,7 +243,7 @@ bool writes_with_change(unsigned count) {
   return good && machine.wire.sent() - before == count;
 }
 
-/// PDOs of other nodes, with identifiers on both sides of the own ones.
+/// PDOs of other nodes, with identifiers below and above the own ones.
 bool foreign_frames(unsigned count) {
   Machine machine;
   const bool good = set_up(machine, 1, words);
@@ -252,7 +252,7 @@ bool foreign_frames(unsigned count) {
   return good;
 }
 
-// ---- The rest: for the worst single call
+// ---- Others: for the worst single call
 
 constexpr std::array<std::uint8_t, 8> sdo_write(std::uint8_t size, std::uint16_t index, std::uint8_t sub,
                                                 std::uint32_t value) {
@@ -267,9 +267,9 @@ constexpr std::array<std::uint8_t, 8> sdo_write(std::uint8_t size, std::uint16_t
           byte(value, 3)};
 }
 
-/// Once for ten: what happens seldom, with all PDOs in use: errors and their end, other nodes' news,
-/// configuration by SDO from outside, an emergency of another node, a master that starts and stops
-/// the own node.
+/// One tenth of the count: rare events with all PDOs in use: errors and their end, reports of other nodes,
+/// configuration by SDO from another node, an emergency of another node, a master that starts and stops the own
+/// node.
 bool rare_events(unsigned count) {
   Machine machine;
   constexpr std::uint32_t kOwn = 127;
@@ -278,9 +278,9 @@ bool rare_events(unsigned count) {
     ++machine.now;
     good = set_up(machine, 255, words) && good;
     machine.hear(kRpdoId, 0);  // too short: an emergency
-    machine.hear(kRpdoId, 8);  // and its end
+    machine.hear(kRpdoId, 8);  // the error has ended
     machine.hear(kRpdoId, 1);
-    machine.hear(0x600 + kOwn, 8, sdo_write(1, 0xA4C0, 1, i));  // an output: its TPDO goes
+    machine.hear(0x600 + kOwn, 8, sdo_write(1, 0xA4C0, 1, i));  // an output: its TPDO is sent
     machine.hear(0x600 + kOwn, 8, sdo_write(4, 0x1016, 127, 0x1003E8));
     machine.hear(0x600 + kOwn, 8, sdo_write(1, 0x1003, 0, 0));
     machine.hear(0x600 + kOwn, 8, {0x40, 0x08, 0x10, 0});  // 1008h, in segments
@@ -288,7 +288,7 @@ bool rare_events(unsigned count) {
     machine.hear(0x705, 1);                   // boot-up
     machine.hear(0x085, 8, {0x10, 0x81, 1});  // emergency of another node
     machine.hear(0x000, 2, {0x80, 0});        // all pre-operational
-    machine.hear(0x000, 2, {0x01, 0});        // all operational: all TPDOs go
+    machine.hear(0x000, 2, {0x01, 0});        // all operational: all TPDOs are sent
     machine.hear(0x000, 2, {0x80, kOwn});
     for (std::uint16_t pdo = 0; pdo < kPdos; ++pdo)
       good = machine.configure(static_cast<std::uint16_t>(0x1400 + pdo), 1, 4, 0x80000000) &&
@@ -299,7 +299,7 @@ bool rare_events(unsigned count) {
   return good && machine.coprocessor.own_node().state() == nmt::State::kPreOperational;
 }
 
-// ---- What others see of the own node
+// ---- The own node as seen by other nodes
 
 /// Expedited uploads from it.
 bool sdo_responses(unsigned count) {
@@ -333,7 +333,7 @@ bool own_heartbeats(unsigned count) {
   return good && machine.wire.sent() - before == count;
 }
 
-/// By an NMT master: all values and all that is known go back to those of power-on.
+/// By an NMT master: all values and states are reset to those of power-on.
 bool resets(unsigned count) {
   Machine machine;
   for (unsigned i = 0; i < count; ++i)

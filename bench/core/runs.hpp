@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// What is measured of the core, once each, over the loopback: counted by `instructions` on x86-64 and on a
-/// Cortex-M3.
+/// The measurements of the core, over the loopback: counted by `instructions` on x86-64 and on a Cortex-M3.
 
 #include <span>
 
@@ -10,9 +9,9 @@ namespace cbcan::bench {
 
 struct Run {
   const char* name;
-  unsigned limit;            ///< instructions, x86-64 -O2: at most; 0 = not held
-  unsigned limit_cortex_m3;  ///< likewise, Cortex-M3 -Os
-  /// Does it `count` times; false: an outcome was wrong.
+  unsigned limit;            ///< most instructions, x86-64 -O2; 0 = no limit
+  unsigned limit_cortex_m3;  ///< the same, Cortex-M3 -Os
+  /// Runs it `count` times; false: an outcome was wrong.
   bool (*run)(unsigned count);
 };
 

@@ -106,7 +106,7 @@ void SdoPeer::download_segment(const Frame& frame) {
 
 // ---- Upload
 
-/// Puts up to seven bytes from `at` behind the command; says how many.
+/// Copies up to seven bytes from `at` into the frame after the command; returns how many.
 std::size_t SdoPeer::fill(Frame& frame, std::size_t at) const {
   const std::size_t count = std::min<std::size_t>(7, size_ - at);
   for (std::size_t i = 0; i < count; ++i)

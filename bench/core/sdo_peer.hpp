@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// An SDO server written by hand, with nothing of the product in it but the frame:
-/// node 5 with one object, 2000h sub-index 0. It keeps to CiA 301, 7.2.4 and does the least that this asks
-/// for.
+/// A minimal SDO server (CiA 301, 7.2.4) that uses nothing of the product except Frame: node 5 with one object,
+/// 2000h sub-index 0.
 
 #include <array>
 #include <cstddef>
@@ -15,7 +14,7 @@ namespace cbcan::test {
 
 struct SdoPeer {
   static constexpr std::size_t kCapacity = 128;
-  /// What it says to whatever it does not take ("local control"): a code that no client has of its own.
+  /// The abort code for everything that it does not accept ("local control"): no client creates it itself.
   static constexpr std::uint32_t kRefusal = 0x08000021;
 
   static constexpr std::uint8_t kBlockSize = 127;  ///< segments of a block download between confirmations
@@ -23,7 +22,7 @@ struct SdoPeer {
   /// An object of `size` bytes, 1..128: 0, 1, 2, ...
   explicit SdoPeer(std::size_t size) : size_(size) {}
 
-  /// A request. The responses to it, none or several, wait for response().
+  /// A request. Its responses, none or several, are returned by response().
   void on_frame(const Frame& frame);
 
   /// The next response; null = none. Valid until the next request.
@@ -62,7 +61,7 @@ struct SdoPeer {
   State state_ = State::kIdle;
   std::uint8_t toggle_ = 0;
   std::uint8_t sequence_ = 0;
-  std::uint8_t window_ = 0;  ///< segments that the client takes at a time
+  std::uint8_t window_ = 0;  ///< segments in a sub-block, as requested by the client
   std::size_t done_ = 0;
   std::size_t confirmed_ = 0;
   std::array<std::uint8_t, kCapacity + 7> value_{};

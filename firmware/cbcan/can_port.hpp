@@ -6,15 +6,15 @@
 
 namespace cbcan {
 
-/// How soon is tried again what the port has refused: sooner than a frame of eight bytes takes at 1
-/// Mbit/s, so that a controller with a single mailbox is kept busy.
+/// Delay until a frame that the port refused is tried again: shorter than a frame of eight bytes takes at
+/// 1 Mbit/s, so that a controller with a single mailbox is kept busy.
 inline constexpr Time kRetryInterval = 100;
 
-/// The way out to one CAN controller.
+/// Sends frames through one CAN controller.
 class CanPort {
  public:
-  /// Hands one frame to the controller, in order with the frames before it. False = no room now: it
-  /// is tried again at the next poll. Must not block and must not call back into its caller.
+  /// Hands one frame to the controller, in order. False = no room now: the caller tries again later. Must not
+  /// block and must not call back into its caller.
   [[nodiscard]] virtual bool try_send(const Frame& frame) = 0;
 
  protected:

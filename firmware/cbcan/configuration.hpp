@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Everything, unless an image has a header of this name ahead of this one: cbcan/services.hpp.
+/// The default: all services. An image may have its own header of this name: see cbcan/services.hpp.
 
 #include "cbcan/services.hpp"
 

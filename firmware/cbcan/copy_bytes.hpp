@@ -6,8 +6,8 @@
 
 namespace cbcan {
 
-/// Two machine words at a time, the last ones over bytes that have been copied already: C libraries for
-/// microcontrollers have a memcpy that goes byte by byte. The two do not overlap.
+/// Copies two machine words at a time, as C libraries for microcontrollers have a memcpy that goes byte by
+/// byte. The last copy may repeat bytes. The two blocks do not overlap.
 inline void copy_bytes(const std::uint8_t* from, std::uint8_t* to, std::size_t count) {
   constexpr std::size_t kWords = 2 * sizeof(std::size_t);
   if (count >= kWords) {

@@ -8,13 +8,13 @@
 
 namespace cbcan {
 
-/// Nobody looks at it.
+/// Takes the place of a counter in a build without counters.
 struct NoCount {
   constexpr void operator++() const {}
   constexpr operator std::uint32_t() const { return 0; }
 };
 
-/// How often something has happened, for people; from 0, and it wraps.
+/// A diagnostic counter: starts at 0 and wraps.
 using Count = std::conditional_t<kServices.counters, std::uint32_t, NoCount>;
 
 }  // namespace cbcan

@@ -11,18 +11,17 @@ namespace cbcan {
 struct Frame {
   static constexpr std::uint8_t kRemote = 1;    ///< RTR: asks for the frame, carries no data
   static constexpr std::uint8_t kExtended = 2;  ///< 29-bit identifier
-  static constexpr std::uint8_t kError =
-      4;  ///< the controller's report of a bus error, not a frame on the bus
+  static constexpr std::uint8_t kError = 4;     ///< the controller reports a bus error; not a frame on the bus
 
   std::uint32_t id = 0;     ///< 0..7FFh, or 0..1FFF FFFFh when extended
   std::uint8_t length = 0;  ///< DLC, 0..8
-  std::uint8_t flags = 0;   ///< kRemote, kExtended, kError; 0 = a data frame that CANopen may look at
+  std::uint8_t flags = 0;   ///< kRemote, kExtended, kError; 0 = a data frame as CANopen uses it
   alignas(8) std::array<std::uint8_t, 8> data{};
 
   friend constexpr bool operator==(const Frame&, const Frame&) = default;
 };
 
-/// All eight bytes of data, the first one lowest: as one number they are one store.
+/// Sets all eight bytes of data from one number, lowest byte first: a single store.
 constexpr void put_data(Frame& frame, std::uint64_t bytes) {
   if constexpr (std::endian::native == std::endian::big) bytes = __builtin_bswap64(bytes);
   frame.data = std::bit_cast<std::array<std::uint8_t, 8>>(bytes);

@@ -6,7 +6,7 @@
 namespace cbcan {
 
 /// Microseconds since any fixed moment. Monotonic, 64 bits: it never wraps, so times compare with <.
-/// The core never reads a clock; whoever calls it says what time it is.
+/// The core never reads a clock: the caller passes the time.
 using Time = std::uint64_t;
 
 inline constexpr Time kNever = ~Time{0};
@@ -21,7 +21,7 @@ constexpr Time earlier(Time a, Time b) {
   return a < b ? a : b;
 }
 
-/// The next moment of a period, without drift; after a long sleep, without a burst.
+/// When a periodic event is due next: without drift, and without a burst after a long delay.
 constexpr Time next_after(Time due, Time period, Time now) {
   return due + period > now ? due + period : now + period;
 }

@@ -5,7 +5,7 @@
 
 namespace cbcan {
 
-/// The one place where the version stands; CMake reads it from here.
+/// The only definition of the version; CMake reads it from here.
 inline constexpr std::string_view kVersion = "0.1.0";
 
 }  // namespace cbcan

@@ -7,13 +7,7 @@ using namespace cbcan::contract;
 
 namespace {
 
-constexpr std::uint16_t kAuto = 0, kBlock = 3;
-
-void set_mode(Window& window, std::uint16_t mode) {
-  window.configure(0x3004, 0, 1, {mode});
-}
-
-/// A transfer with node 5 that is cancelled at once: what its first request was. The late response ends the
+/// The first request of a transfer with node 5 that is cancelled immediately. The late response ends the
 /// quarantine.
 std::string first_request(Window& window) {
   std::string request = window.target().next_frame();
@@ -32,16 +26,16 @@ std::string first_of_read(Window& window, std::uint16_t room) {
   return first_request(window);
 }
 
-/// Node 5 takes a block write of "123456789" in mode 3; its CRC is the published check value 31C3h.
+/// Node 5 accepts a block write of "123456789" in mode 3; its CRC is the published check value 31C3h.
 void show_block(Window& window) {
-  set_mode(window, kBlock);
+  window.set_mode(kBlock);
   window.write(5, 0x2000, 0, 9, {0x3231, 0x3433, 0x3635, 0x3837, 0x0039});
   window.exchange({{"605#C600200009000000", "585#A40020007F000000"},
                    {"605#0131323334353637", ""},
                    {"605#8238390000000000", "585#A2027F0000000000"},
                    {"605#D5C3310000000000", "585#A100000000000000"}});
   window.check_done();
-  set_mode(window, kAuto);
+  window.set_mode(kAuto);
 }
 
 // 2000h:00 of node 5 holds, or gets, the bytes 01h, 02h, ... 1Dh.
@@ -91,7 +85,7 @@ void read_29(Window& window, const std::vector<Step>& steps) {
   CHECK(window.reg(3721) == 0xD000 + 3721);
 }
 
-/// What node 5 says to the first request of a block transfer; then it goes on without.
+/// Node 5 rejects the first request of a block transfer; then the transfer continues without.
 std::vector<Step> refused(const char* request, const std::vector<Step>& then) {
   std::vector<Step> steps{{request, "585#8000200001000405"}};
   steps.insert(steps.end(), then.begin(), then.end());
@@ -117,9 +111,9 @@ TEST_CASE("[SDO-8] block transfer in mode 0") {
     CHECK(first_of_write(window, 4) == "605#2300200000000000");
   }
   SECTION("after a read") {
-    set_mode(window, kBlock);
+    window.set_mode(kBlock);
     read_29(window, kBlockRead);
-    set_mode(window, kAuto);
+    window.set_mode(kAuto);
     CHECK(first_of_write(window, 29) == "605#C60020001D000000");
     CHECK(first_of_read(window, 29) == "605#A400200005000000");
   }
@@ -128,9 +122,9 @@ TEST_CASE("[SDO-8] block transfer in mode 0") {
     write_29(window, kBlockWrite);
     write_29(window, kBlockWrite);
     window.write(5, 0x2000, 0, 2, {0x2211}).exchange({{"605#2B00200011220000", "585#6000200000000000"}});
-    set_mode(window, 2);
+    window.set_mode(2);
     read_29(window, kSegmentedRead);
-    set_mode(window, kAuto);
+    window.set_mode(kAuto);
     read_29(window, kBlockRead);
   }
   SECTION("not with another node") {
@@ -139,19 +133,19 @@ TEST_CASE("[SDO-8] block transfer in mode 0") {
     window.check_failed(0x06020000);
   }
   SECTION("not after one that did not end well") {
-    set_mode(window, kBlock);
+    window.set_mode(kBlock);
     window.write(5, 0x2000, 0, 9, {0, 0, 0, 0, 0});
     window.exchange({{"605#C600200009000000", "585#A40020007F000000"},
                      {"605#0100000000000000", ""},
                      {"605#8200000000000000", "585#A2027F0000000000"},
                      {"605#D500000000000000", "585#8000200004000405"}});
     window.check_failed(0x05040004);
-    set_mode(window, kAuto);
+    window.set_mode(kAuto);
     CHECK(first_of_write(window, 29) == "605#210020001D000000");
   }
   SECTION("the other modes are what they are") {
     show_block(window);
-    set_mode(window, 2);
+    window.set_mode(2);
     CHECK(first_of_write(window, 29) == "605#210020001D000000");
   }
 }
@@ -205,13 +199,13 @@ TEST_CASE("[SDO-9] block transfer refused") {
   }
   SECTION("another node is not affected") {
     write_29(window, refused("605#C60020001D000000", kSegmentedWrite));
-    set_mode(window, kBlock);
+    window.set_mode(kBlock);
     window.write(6, 0x2000, 0, 9, {0x3231, 0x3433, 0x3635, 0x3837, 0x0039});
     window.exchange({{"606#C600200009000000", "586#A40020007F000000"},
                      {"606#0131323334353637", ""},
                      {"606#8238390000000000", "586#A2027F0000000000"},
                      {"606#D5C3310000000000", "586#A100000000000000"}});
-    set_mode(window, kAuto);
+    window.set_mode(kAuto);
     window.read(6, 0x2000, 0, 29);
     window.exchange(
         {{"606#A400200005000000", "586#C60020001D000000"}, {"606#A300000000000000", "586#8000200002000106"}});
@@ -219,7 +213,7 @@ TEST_CASE("[SDO-9] block transfer refused") {
     CHECK(first_of_write(window, 29) == "605#210020001D000000");
   }
   SECTION("mode 3 is not asked again") {
-    set_mode(window, kBlock);
+    window.set_mode(kBlock);
     window.write(5, 0x2000, 0, 29, counting_words());
     window.exchange({{"605#C60020001D000000", "585#8000200001000405"}}).check_failed(0x05040001);
   }

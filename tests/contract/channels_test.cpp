@@ -12,7 +12,8 @@ constexpr const char* kResponse5 = "585#4300200144332211";
 constexpr const char* kAsk6 = "606#4000200100000000";
 constexpr const char* kResponse6 = "586#4300200144332211";
 
-/// Channels whose scanner windows have got over the start, but for 16: number 1 has been answered by 5.
+/// Channels whose scanner windows, except that of channel 16, have had the first request since the start: number 1
+/// was answered by result 5.
 class Channels : public Window {
  public:
   Channels() {
@@ -38,7 +39,7 @@ class Channels : public Window {
   void check_read(unsigned channel, std::uint16_t number = 2) {
     CHECK(in(channel) == Words{number, 0, number, 4, 0x3344, 0x1122});
   }
-  /// The request leaves, and is answered.
+  /// The request is sent and answered.
   void check_served(unsigned channel, std::uint16_t number = 2) {
     exchange({{kAsk5, kResponse5}});
     check_read(channel, number);
@@ -89,9 +90,8 @@ TEST_CASE("[CHAN-3] sixteen nodes are asked at the same time") {
   const auto frame = [](const char* id, unsigned node, const char* data) {
     return std::string(id) + "0123456789ABCDEF"[node] + data;
   };
-  for (unsigned n = 1; n <= 15; ++n) {
+  for (unsigned n = 1; n <= 15; ++n)
     window.read4(n, static_cast<std::uint16_t>(n)).expect(frame("60", n, "#4000200100000000"));
-  }
   window.read4(16, 0x10).expect("610#4000200100000000");
   window.arrive("590#4300200144332211");
   window.check_read(16);

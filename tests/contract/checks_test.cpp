@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// docs/reference/contract.md, "Checks, in this order": each case also violates every check behind its own.
+// docs/reference/contract.md, "Checks, in this order": each case also violates every later check.
 
 #include "contract/window.hpp"
 
@@ -7,7 +7,7 @@ using namespace cbcan::contract;
 
 namespace {
 
-/// Executes these words from R3701 on, the data words filled, and says what the window was before.
+/// Executes these words from R3701 on, with filled data words; returns the window before the execution.
 Words execute(Window& window, const Words& words) {
   window.set(3706, filled_data());
   window.set(3701, words);

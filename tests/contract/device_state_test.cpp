@@ -14,7 +14,7 @@ void check_state(Window& window, std::uint16_t node, std::uint32_t state) {
   CHECK(read_local(window, 0x3007, node) == Value{state, 1});
 }
 
-/// Node 5 has to be heard every 300 ms.
+/// Consumer heartbeat time of node 5: 300 ms.
 void watch(Window& window) {
   window.configure(0x1016, 1, 4, {300, 5});
 }
@@ -151,7 +151,7 @@ TEST_CASE("[OBJ-28] 3007h: not available") {
     window.pass_rest();
     check_state(window, 5, kNotAvailable);
     window.configure(0x1016, 1, 4, {0, 0});
-    check_state(window, 5, kOperational);  // still watched, and heard within 2 s
+    check_state(window, 5, kOperational);  // still watched, with a report within 2 s
   }
 }
 

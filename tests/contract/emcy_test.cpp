@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// docs/reference/contract.md, "Local objects: R3702 = 0": EMCY messages of the nodes and the own ones.
+// docs/reference/contract.md, "Local objects: R3702 = 0": EMCY messages of other nodes and of the own node.
 
 #include "contract/pdo.hpp"
 
@@ -91,23 +91,21 @@ TEST_CASE("[OBJ-6] 3006h") {
 TEST_CASE("[OBJ-22] 3006h: the order") {
   Window window;
   window.arrive("0FE#3081110102030405", "085#0010010000000000", "081#0020010000000000");
-  for (int round = 0; round < 2; ++round) {
+  for (int round = 0; round < 2; ++round)
     check_stops(window, "010020010000000000", "050010010000000000", "7E3081110102030405");
-  }
   check_stop(window, "010020010000000000");
-  window.arrive("083#0030010000000000");  // before 5, where it would have gone on
+  window.arrive("083#0030010000000000");  // before 5, where the scan would have continued
   check_stop(window, "030030010000000000");
-  window.arrive("082#0040010000000000");  // behind it already: comes in the next round
+  window.arrive("082#0040010000000000");  // before the current position: found in the next round
   check_stops(window, "050010010000000000", "7E3081110102030405", "010020010000000000", "020040010000000000");
 }
 
 TEST_CASE("[OBJ-23] 3006h: an error stops each round") {
   Window window;
   window.arrive("085#0010010000000000", "089#0050010000000000");
-  for (int round = 0; round < 3; ++round) {
+  for (int round = 0; round < 3; ++round)
     check_stops(window, "050010010000000000", "090050010000000000");
-  }
-  window.arrive("089#0060050000000000");  // another one takes its place
+  window.arrive("089#0060050000000000");  // replaced by another message
   check_stops(window, "050010010000000000", "090060050000000000");
   window.arrive("085#0000000000000000");
   check_stop(window, "05" + kNothing);
@@ -191,7 +189,7 @@ TEST_CASE("[OBJ-32] the own EMCY messages") {
   SECTION("too short") {
     start_with_rpdos(window);
     window.arrive("27F#01").expect("0FF#1082110100000000");
-    window.arrive("27F#02").expect_silence();  // told once
+    window.arrive("27F#02").expect_silence();  // reported once
     CHECK(read_local(window, 0x1001, 0) == Value{0x11, 1});
     window.arrive("27F#0304").expect("0FF#0000000000000000");
   }
@@ -203,7 +201,7 @@ TEST_CASE("[OBJ-32] the own EMCY messages") {
   SECTION("too late") {
     window.configure(0x1400, 5, 2, {100});
     start_with_rpdos(window);
-    window.pass(1s).expect_silence();  // the first has not come yet
+    window.pass(1s).expect_silence();  // the first has not been received yet
     window.arrive("27F#0102");
     window.pass_nearly(100ms).expect_silence();
     window.pass_rest().expect("0FF#5082110100000000");

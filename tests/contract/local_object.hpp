@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The own object dictionary, as R3702 = 0 reads and writes it.
+/// The own object dictionary, read and written with R3702 = 0.
 
 #include <ostream>
 
@@ -9,7 +9,7 @@
 
 namespace cbcan::contract {
 
-/// A number of up to four bytes, and how many bytes it has.
+/// A number of up to four bytes, and its size.
 struct Value {
   std::uint32_t number;
   std::uint16_t size;
@@ -50,7 +50,7 @@ inline void check_kept(Window& window, std::uint16_t index, std::uint16_t sub, c
   CHECK(read_local(window, index, sub) == value);
 }
 
-/// A local object of any length, as "0102AB".
+/// Reads a local object of any length, as "0102AB".
 inline std::string local_bytes(Window& window, std::uint16_t index, std::uint16_t sub) {
   window.read(0, index, sub, 128).check_done();
   const std::size_t size = window.reg(3705);

@@ -19,7 +19,7 @@ TEST_CASE("[OBJ-2] 3002h") {
   struct Row {
     BusState state;
     std::uint32_t shown;
-    const char* emcy;  ///< of bus-off when it is over
+    const char* emcy;  ///< when bus-off has ended
   };
   for (const Row& row : {Row{BusState::kOverflow, 0x02, "0FF#1081110000000000"},
                          Row{BusState::kBusOff, 0x10, "0FF#4081110000000000"},
@@ -48,7 +48,7 @@ TEST_CASE("[OBJ-3] 3003h") {
   SECTION("none") {
     window.configure(0x3003, 0, 2, {0});
     window.read(5, 0x2000, 1, 4).expect("605#4000200100000000");
-    window.pass(100s);  // the longest time-out is 65.535 s
+    window.pass(100s);  // the longest timeout is 65.535 s
     CHECK(window.busy());
     window.arrive("585#4300200111223344").check_done();
   }
@@ -77,7 +77,7 @@ TEST_CASE("[OBJ-14] 1016h") {
     CHECK(read_local(window, 0x1016, sub) == Value{0, 4});
     check_kept(window, 0x1016, sub, {0x002105DC, 4});
     window.write(0, 0x1016, 8, 4, {1500, 33}).check_failed(0x06040043);
-    check_kept(window, 0x1016, sub, {0x002109C4, 4});  // in its own entry it may change
+    check_kept(window, 0x1016, sub, {0x002109C4, 4});  // may change in its own entry
     window.configure(0x1016, sub, 4, {0, 33});
     CHECK(read_local(window, 0x1016, sub) == Value{0, 4});
   }
@@ -166,7 +166,7 @@ TEST_CASE("[OBJ-12] 1012h") {
       window.arrive(frame);
       CHECK(local_bytes(window, 0x3008, 0) == "010000000100");
     }
-    window.arrive("100#040302F11B2A");  // the four highest bits are no milliseconds
+    window.arrive("100#040302F11B2A");  // the four highest bits are not part of the milliseconds
     CHECK(local_bytes(window, 0x3008, 0) == "040302011B2A");
     window.configure(0x3008, 0, 6, {1, 0, 1});
     window.expect_silence();

@@ -42,7 +42,7 @@ TEST_CASE("[LSS-2] until the next start the own node keeps what it has") {
   window.arrive("7E5#1500000000000000").expect_silence();  // activate bit timing
   window.arrive("7E5#5E00000000000000").expect("7E4#5E7F000000000000");
   window.write(0, 0x1F82, 127, 1, {130}).expect("77F#00");
-  window.arrive("7E5#5E00000000000000").expect_silence();  // waits again
+  window.arrive("7E5#5E00000000000000").expect_silence();  // in the waiting state again
   window.arrive(kConfiguration);
   window.arrive("7E5#5E00000000000000").expect("7E4#5E7F000000000000");
 }

@@ -7,7 +7,7 @@ using namespace cbcan::contract;
 
 namespace {
 
-/// Writes these numbers to 1F82h for one node and for all: the frames that leave.
+/// Writes these numbers to 1F82h for one node and for all, and checks the sent frames.
 void check_service(const Words& numbers, const char* to_node_66, const char* to_all) {
   for (const std::uint16_t number : numbers) {
     Window window;
@@ -56,23 +56,11 @@ TEST_CASE("[NMT-4] services by either number") {
   }
 }
 
-TEST_CASE("[1F82h-5] Start Remote Node") {
+TEST_CASE("[1F82h-5] [1F82h-4] [1F82h-127] [1F82h-6] [1F82h-7] each command, by both of its numbers") {
   check_service({5, 1}, "000#0142", "000#0100");
-}
-
-TEST_CASE("[1F82h-4] Stop Remote Node") {
   check_service({4, 2}, "000#0242", "000#0200");
-}
-
-TEST_CASE("[1F82h-127] Enter Pre-Operational") {
   check_service({127, 128}, "000#8042", "000#8000");
-}
-
-TEST_CASE("[1F82h-6] Reset Node") {
   check_service({6, 129}, "000#8142", "000#8100");
-}
-
-TEST_CASE("[1F82h-7] Reset Communication") {
   check_service({7, 130}, "000#8242", "000#8200");
 }
 

@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::uint16_t kPreOperational = 127, kNotDetected = 6;
 
-/// Asks for the state of node 5, of which nothing has to be asked on the bus.
+/// Requests the state of node 5, for which no frame is needed.
 void check_state(Window& window, std::uint16_t state) {
   window.read(5, 0x300C, 0, 0).expect_silence();
   window.check_done();
@@ -17,7 +17,7 @@ void check_state(Window& window, std::uint16_t state) {
   CHECK(window.reg(3706) == state);
 }
 
-/// Asks for the state of node 5, which is guarded and does not answer.
+/// Requests the state of node 5, which does not respond to node guarding.
 void check_state_without_response(Window& window, std::uint16_t state) {
   window.read(5, 0x300C, 0, 0).expect("705#R1");
   CHECK(window.busy());

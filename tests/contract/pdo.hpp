@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// PDOs of the own node, set up through the window as a PLC program does it.
+/// PDOs of the own node, set up through the window as by a PLC program.
 
 #include "contract/local_object.hpp"
 
@@ -14,8 +14,8 @@ inline void configure32(Window& window, unsigned index, std::uint16_t sub, std::
                    {static_cast<std::uint16_t>(value), static_cast<std::uint16_t>(value >> 16)});
 }
 
-/// What PDO `index` (1400h.., 1800h..) carries, and when; it stays invalid. Entries are as in 1600h.. and
-/// 1A00h..: index, sub-index, bits.
+/// Sets mapping and transmission type of PDO `index` (1400h.., 1800h..), which stays invalid. Entries are as in
+/// 1600h.. and 1A00h..: index, sub-index, bits.
 inline void prepare_pdo(Window& window, unsigned index, std::uint16_t type,
                         const std::vector<std::uint32_t>& objects) {
   INFO("PDO " << std::hex << index);
@@ -45,7 +45,7 @@ inline Words inputs(Window& window) {
   return window.target().read(kInputs, 64);
 }
 
-/// 64 registers: 0 but for those given, by their number.
+/// 64 registers: 0 except those given, by their number.
 inline Words registers_with(const std::map<unsigned, std::uint16_t>& words) {
   Words all(64);
   for (const auto& [number, word] : words)

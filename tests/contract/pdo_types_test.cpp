@@ -122,7 +122,7 @@ TEST_CASE("[PDO-28] inhibit time and event timer") {
       window.pass_rest().expect("1FF#0000");
     }
     window.pass(50ms);
-    window.set(kOutputs, {1}).expect("1FF#0100");  // starts it anew
+    window.set(kOutputs, {1}).expect("1FF#0100");  // restarts it
     window.pass_nearly(100ms).expect_silence();
     window.pass_rest().expect("1FF#0100");
   }
@@ -166,7 +166,7 @@ TEST_CASE("[PDO-28] refusals") {
     configure32(window, 0x1600, 2, 0xA0000908);
     check_refused(window, 0x1600, 0, 1, 2, kLength);  // 72 bits
     window.configure(0x1600, 0, 1, {1});
-    check_refused(window, 0x1600, 2, 4, 0xA0000A08, kState);  // not while sub-index 0 counts
+    check_refused(window, 0x1600, 2, 4, 0xA0000A08, kState);  // not while sub-index 0 is not 0
   }
   SECTION("types") {
     for (const std::uint32_t type : {241u, 251u, 252u, 253u})
@@ -175,7 +175,7 @@ TEST_CASE("[PDO-28] refusals") {
       check_refused(window, 0x1800, 2, 1, type, kValue);
   }
   SECTION("COB-ID") {
-    check_refused(window, 0x1400, 1, 4, 0x27F, kState);  // there is nothing in it
+    check_refused(window, 0x1400, 1, 4, 0x27F, kState);  // no mapping
     prepare_pdo(window, 0x1400, 255, kFirstInput);
     for (const std::uint32_t cob_id : {0x0u, 0x7Fu, 0x601u, 0x77Fu, 0x2000027Fu})
       check_refused(window, 0x1400, 1, 4, cob_id, kValue);

@@ -5,15 +5,15 @@
 
 namespace cbcan::contract {
 
-/// A transfer with object 2000h:01 of node 5, up to a frame whose response is awaited. What is written is
+/// A transfer with object 2000h:01 of node 5, up to a frame whose response is awaited. The value written is
 /// "123456789", whose CRC is the published check value 31C3h.
 struct Phase {
   const char* name;
   std::uint16_t mode;  ///< 3004h
   Words request;       ///< R3701..
   std::vector<Step> steps;
-  const char* waiting;                ///< the frame; "" = a segment of the server's is awaited
-  std::uint8_t expected;              ///< command specifier that belongs there; kSegment = a sequence number
+  const char* waiting;                ///< the frame; "" = a segment of the server is awaited
+  std::uint8_t expected;              ///< expected command specifier; kSegment = a sequence number
   const char* asked_again = nullptr;  ///< after half the SDO timeout
 
   static constexpr std::uint8_t kSegment = 8;
@@ -82,9 +82,9 @@ inline const Phase& phase_called(std::string_view name) {
   throw std::invalid_argument("no phase is called " + std::string(name));
 }
 
-/// Brings a window that has just been started into the phase.
+/// Brings a newly started window into the phase.
 inline void enter(Window& window, const Phase& phase) {
-  if (phase.mode != 0) window.configure(0x3004, 0, 1, {phase.mode});
+  if (phase.mode != 0) window.set_mode(phase.mode);
   window.start(phase.request);
   window.exchange(phase.steps);
   window.exchange({{phase.waiting, ""}});

@@ -7,7 +7,7 @@ using namespace cbcan::contract;
 
 namespace {
 
-/// Four UNSIGNED16 from the first register on, and one UNSIGNED64 in their place.
+/// Four UNSIGNED16 from the first register on, and one UNSIGNED64 in the same registers.
 const std::vector<std::uint32_t> kFourInputs{0xA1000110, 0xA1000210, 0xA1000310, 0xA1000410};
 const std::vector<std::uint32_t> kFourOutputs{0xA5800110, 0xA5800210, 0xA5800310, 0xA5800410};
 
@@ -174,7 +174,7 @@ TEST_CASE("[PDO-29] whole PDOs") {
     start_own_node(window);
     window.arrive("27F#0102030405060708", "27F#1112131415161718");
     CHECK(inputs(window) == registers_with({{0, 0x1211}, {1, 0x1413}, {62, 0x1615}, {63, 0x1817}}));
-    window.arrive("27F#01020304050607").expect("0FF#1082110100000000");  // too short: none of them
+    window.arrive("27F#01020304050607").expect("0FF#1082110100000000");  // too short: no input changes
     CHECK(inputs(window) == registers_with({{0, 0x1211}, {1, 0x1413}, {62, 0x1615}, {63, 0x1817}}));
   }
   SECTION("in, by SYNC") {

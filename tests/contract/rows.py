@@ -18,7 +18,7 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 CONTRACT, REGISTERS = "docs/reference/contract.md", "docs/reference/registers.md"
 
-# Sections that promise nothing to be tested here: why.
+# Sections without promises to be tested here, and why.
 NO_PROMISE = {
     (CONTRACT, "The register contract"): "what the page is, and how it writes numbers",
     (CONTRACT, "Several CAN networks"): "a target has one network; tests/io, tests/modbus, tests/system",

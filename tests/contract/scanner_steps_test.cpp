@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// docs/reference/contract.md, "The scanner window": a PLC's whole program, exchange by exchange, and what may happen to
-// it at each step.
+// docs/reference/contract.md, "The scanner window": a complete PLC program, exchange by exchange, with a disturbance
+// at each step.
 
 #include "contract/window.hpp"
 #include "support/scanner_plc.hpp"
@@ -29,9 +29,9 @@ std::string frame_of(const Bytes& bytes) {
   return frame;
 }
 
-/// A PLC program, its Modbus master, a module, and a node that takes its time.
+/// A PLC program, its Modbus master, a module, and a slow node.
 struct Plant {
-  // One step each; the exchange is in the order that they are called in.
+  // One step each, called in the order of the exchange.
   void scan() { plc.scan(); }
   void write() {
     written_ = Words(plc.out.begin(), plc.out.end());
@@ -53,7 +53,7 @@ struct Plant {
       target_->arrive(frame_of(node.responses.front()));
   }
 
-  // What may happen.
+  // Disturbances.
   void module_restarts() {
     node_takes();
     node.responses.clear();
@@ -62,7 +62,7 @@ struct Plant {
   void zeros() { target_->write(kOut, Words(plc.out.size())); }
   void pass(Duration duration) { target_->pass(duration); }
 
-  /// 20 steps make one request or two, with the PLC's scan between any two exchanges.
+  /// In 20 steps there are one or two requests, with a scan of the PLC between any two exchanges.
   static constexpr unsigned kSteps = 20;
   void step(unsigned number) {
     using Step = void (Plant::*)();
@@ -70,7 +70,7 @@ struct Plant {
                                       &Plant::read, &Plant::node_responds, &Plant::scan, &Plant::read};
     (this->*kCycle[number % std::size(kCycle)])();
   }
-  /// Until so many requests have ended well.
+  /// Continues until so many requests have succeeded.
   void go_on(unsigned requests) {
     constexpr unsigned kMost = 500;
     const std::size_t enough = plc.done.size() + requests;
@@ -90,7 +90,7 @@ struct Plant {
   Words written_;
 };
 
-/// `disturb` before each step of a running program; afterwards the program goes on.
+/// Calls `disturb` before each step of a running program; then the program must continue.
 template <class Disturb>
 void at_each_step(Disturb disturb) {
   Plant plant;

@@ -29,7 +29,7 @@ struct Scanner : Window {
   }
 };
 
-/// It has got over the start: number 1 has been answered by 5.
+/// After the first request since the start: number 1 has been answered by 5.
 struct Started : Scanner {
   Started() { out({1, 0, 0, 0, 0, 0}).shows({1, 5, 1, 0, 0, 0}); }
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// docs/reference/contract.md, "SDO service": the coprocessor's own codes, and who is told.
+// docs/reference/contract.md, "SDO service": the coprocessor's own codes, and whether the server gets an abort.
 
 #include "contract/phases.hpp"
 
@@ -7,7 +7,7 @@ using namespace cbcan::contract;
 
 namespace {
 
-/// A response that ends a transfer: what the server is then told, and the PLC.
+/// A response that ends a transfer, and the codes for the server and the PLC.
 struct Refusal {
   const char *phase, *response, *abort;
   std::uint32_t code;
@@ -28,12 +28,12 @@ constexpr const char *kRead = "605#4000200100000000", *kFirst = "605#60000000000
 constexpr const char *kOfNine = "585#0131323334353637", *kLastOfNine = "585#8238390000000000",
                      *kTaken = "605#A202020000000000";
 
-/// A read with this much room, in mode 0 or 3, that ends with these frames.
+/// A read with `room` bytes in R3705, in mode 0 or 3, that ends with these frames.
 void check_read(std::uint16_t room, const std::vector<Step>& steps, std::uint32_t code,
                 const char* abort = nullptr) {
   INFO("answered by " << steps.back().answered);
   Window window;
-  if (std::string_view(steps.front().sent) == kBlockRead) window.configure(0x3004, 0, 1, {3});
+  if (std::string_view(steps.front().sent) == kBlockRead) window.set_mode(kBlock);
   window.read(5, 0x2000, 1, room).exchange(steps);
   if (abort != nullptr) window.expect(abort);
   window.check_failed(code);
@@ -60,10 +60,10 @@ TEST_CASE("[SDO-13] each response restarts it") {
     if (phase.steps.empty() || phase.asked_again != nullptr) continue;
     INFO(phase.name);
     Window window;
-    if (phase.mode != 0) window.configure(0x3004, 0, 1, {phase.mode});
+    if (phase.mode != 0) window.set_mode(phase.mode);
     window.start(phase.request);
     for (const Step& step : phase.steps) {
-      // Within a sub-block that the server sends it is asked for the rest after half of it.
+      // Within a sub-block of the server, the rest is requested after half of the timeout.
       const bool of_a_block = *step.sent == 0 || std::string(step.sent) == "605#A300000000000000";
       window.exchange({{step.sent, ""}});
       if (*step.answered != 0) window.pass_nearly(of_a_block ? 500ms : 1s);
@@ -111,25 +111,25 @@ TEST_CASE("[SDO-15] the subcommands of a block transfer too") {
 }
 
 TEST_CASE("[SDO-16] [SDO-33] larger than R3705") {
-  constexpr const char *kAbort = "605#8000200105000405", *kNotTold = "585#4000200100000000";
-  check_read(2, {{kRead, "585#4100200103000000"}}, 0x05040005, kAbort);  // as the declared size says
+  constexpr const char *kAbort = "605#8000200105000405", *kNoSize = "585#4000200100000000";
+  check_read(2, {{kRead, "585#4100200103000000"}}, 0x05040005, kAbort);  // by the declared size
   check_read(2, {{kRead, "585#41002001FFFFFFFF"}}, 0x05040005, kAbort);
   check_read(2, {{kRead, "585#4700200111223300"}}, 0x05040005);  // expedited: the server is done
   // At the byte that overflows, also in the last segment.
-  check_read(2, {{kRead, kNotTold}, {kFirst, "585#0811223300000000"}}, 0x05040005, kAbort);
-  check_read(2, {{kRead, kNotTold}, {kFirst, "585#0911223300000000"}}, 0x05040005, kAbort);
+  check_read(2, {{kRead, kNoSize}, {kFirst, "585#0811223300000000"}}, 0x05040005, kAbort);
+  check_read(2, {{kRead, kNoSize}, {kFirst, "585#0911223300000000"}}, 0x05040005, kAbort);
 }
 
 TEST_CASE("[SDO-16] in a block transfer") {
-  constexpr const char *kAbort = "605#8000200105000405", *kNotTold = "585#C400200100000000";
-  check_read(8, {{kBlockRead, "585#C600200109000000"}}, 0x05040005, kAbort);  // as the declared size says
+  constexpr const char *kAbort = "605#8000200105000405", *kNoSize = "585#C400200100000000";
+  check_read(8, {{kBlockRead, "585#C600200109000000"}}, 0x05040005, kAbort);  // by the declared size
   check_read(8, {{kBlockRead, "585#C6002001FFFFFFFF"}}, 0x05040005, kAbort);
-  // At the segment that overflows; at the end, which tells how much of the last segment is data.
-  check_read(8, {{kBlockRead, kNotTold}, {kBlockStart, kOfNine}, {"", "585#0238394142434445"}}, 0x05040005,
+  // At the segment that overflows; at the end, which contains the length of the last segment.
+  check_read(8, {{kBlockRead, kNoSize}, {kBlockStart, kOfNine}, {"", "585#0238394142434445"}}, 0x05040005,
              kAbort);
   check_read(
       8,
-      {{kBlockRead, kNotTold}, {kBlockStart, kOfNine}, {"", kLastOfNine}, {kTaken, "585#D5C3310000000000"}},
+      {{kBlockRead, kNoSize}, {kBlockStart, kOfNine}, {"", kLastOfNine}, {kTaken, "585#D5C3310000000000"}},
       0x05040005, kAbort);
 }
 
@@ -219,7 +219,7 @@ TEST_CASE("[SDO-20] with a controller that was full") {
     std::vector<Step> steps = phase.steps;
     const Step last = steps.back();
     steps.pop_back();
-    if (phase.mode != 0) window.configure(0x3004, 0, 1, {phase.mode});
+    if (phase.mode != 0) window.set_mode(phase.mode);
     window.start(phase.request);
     window.exchange(steps);
     window.exchange({{last.sent, ""}});
@@ -239,7 +239,7 @@ TEST_CASE("[SDO-20] a first frame that could not leave") {
     INFO(phase.name);
     Window window;
     CONTRACT_NEEDS(window, Ability::kRefusal);
-    if (phase.mode != 0) window.configure(0x3004, 0, 1, {phase.mode});
+    if (phase.mode != 0) window.set_mode(phase.mode);
     window.target().refuse_frames(true);
     window.start(phase.request);
     window.pass_nearly(1s);

@@ -1,17 +1,11 @@
 // SPDX-License-Identifier: MIT
 // docs/reference/contract.md, "SDO service": data, transfer modes, what changes, aborts of the server.
 
-#include "contract/window.hpp"
+#include "contract/phases.hpp"
 
 using namespace cbcan::contract;
 
 namespace {
-
-constexpr std::uint16_t kExpedited = 1, kSegmented = 2, kBlock = 3;
-
-void set_mode(Window& window, std::uint16_t mode) {
-  window.configure(0x3004, 0, 1, {mode});
-}
 
 /// Words 0100h, 0302h, ... 7F7Eh: bytes 00h to 7Fh.
 Words counting_words() {
@@ -176,29 +170,29 @@ TEST_CASE("[SDO-5] reads: the server chooses") {
 TEST_CASE("[SDO-6] the modes of 3004h") {
   Window window;
   SECTION("1 expedited, writing") {
-    set_mode(window, kExpedited);
+    window.set_mode(kExpedited);
     window.write(5, 0x2000, 1, 4, {0x2211, 0x4433});
     window.exchange({{"605#2300200111223344", "585#6000200100000000"}});
   }
   SECTION("1 expedited, reading") {
-    set_mode(window, kExpedited);
+    window.set_mode(kExpedited);
     window.read(5, 0x2000, 1, 4).exchange({{"605#4000200100000000", "585#4300200111223344"}});
   }
   SECTION("2 segmented, also for up to four bytes") {
-    set_mode(window, kSegmented);
+    window.set_mode(kSegmented);
     window.write(5, 0x2000, 1, 2, {0x2211});
     window.exchange(
         {{"605#2100200102000000", "585#6000200100000000"}, {"605#0B11220000000000", "585#2000000000000000"}});
   }
   SECTION("2 segmented, reading") {
-    set_mode(window, kSegmented);
+    window.set_mode(kSegmented);
     window.read(5, 0x2000, 1, 4);
     window.exchange(
         {{"605#4000200100000000", "585#4100200102000000"}, {"605#6000000000000000", "585#0B11220000000000"}});
   }
   // The value is "123456789": its CRC with this polynomial is the published check value 31C3h.
   SECTION("3 block with CRC, writing") {
-    set_mode(window, kBlock);
+    window.set_mode(kBlock);
     window.write(5, 0x2000, 1, 9, {0x3231, 0x3433, 0x3635, 0x3837, 0x0039});
     window.exchange({{"605#C600200109000000", "585#A40020017F000000"}});
     window.expect("605#0131323334353637");
@@ -206,10 +200,7 @@ TEST_CASE("[SDO-6] the modes of 3004h") {
         {{"605#8238390000000000", "585#A2027F0000000000"}, {"605#D5C3310000000000", "585#A100000000000000"}});
   }
   SECTION("3 block with CRC, reading") {
-    set_mode(window, kBlock);
-    window.read(5, 0x2000, 1, 9);
-    window.exchange(
-        {{"605#A400200102000000", "585#C600200109000000"}, {"605#A300000000000000", "585#0131323334353637"}});
+    enter(window, phase_called("block read: one segment"));
     window.arrive("585#8238390000000000").exchange({{"605#A202020000000000", "585#D5C3310000000000"}});
     window.expect("605#A100000000000000");
     CHECK(window.reg(3705) == 9);
@@ -220,7 +211,7 @@ TEST_CASE("[SDO-6] the modes of 3004h") {
 
 TEST_CASE("[SDO-7] what mode 1 cannot carry") {
   Window window;
-  set_mode(window, kExpedited);
+  window.set_mode(kExpedited);
   for (const std::uint16_t size : Words{5, 128}) {
     window.write(5, 0x2000, 1, size, {1, 2, 3}).check_failed(0x06010000);
     window.expect_silence();
@@ -326,10 +317,7 @@ TEST_CASE("[SDO-12] whose abort counts") {
 
 TEST_CASE("[SDO-12] between the segments of a block") {
   Window window;
-  set_mode(window, kBlock);
-  window.read(5, 0x2000, 1, 9);
-  window.exchange(
-      {{"605#A400200102000000", "585#C600200109000000"}, {"605#A300000000000000", "585#0131323334353637"}});
+  enter(window, phase_called("block read: one segment"));
   window.arrive("585#8038390000000001");
   CHECK(window.busy());
   window.arrive("585#8000200100000206").check_failed(0x06020000);

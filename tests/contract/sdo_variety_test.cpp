@@ -1,18 +1,9 @@
 // SPDX-License-Identifier: MIT
-// docs/reference/contract.md, "SDO service": what is ignored, what is legal, what has an end, and block
-// reads.
+// docs/reference/contract.md, "SDO service": what is ignored, what is allowed, what is limited, and block reads.
 
 #include "contract/phases.hpp"
 
 using namespace cbcan::contract;
-
-namespace {
-
-void set_block_mode(Window& window) {
-  window.configure(0x3004, 0, 1, {3});
-}
-
-}  // namespace
 
 TEST_CASE("[SDO-22] ignored and counted") {
   for (const char* frame :
@@ -38,7 +29,7 @@ TEST_CASE("[SDO-22] in every phase") {
           "585#C1", "585#C00020", "585#C6002001"}) {
       const bool is_response =
           std::string_view(frame).starts_with("585#") && frame[4] != 'R' && frame[4] != 0;
-      if (phase.expected == Phase::kSegment && is_response) continue;  // cannot be told from segments
+      if (phase.expected == Phase::kSegment && is_response) continue;  // cannot be distinguished from segments
       INFO(phase.name << ", and then " << frame);
       Window window;
       enter(window, phase);
@@ -106,7 +97,7 @@ TEST_CASE("[SDO-23] legal and understood") {
 
 TEST_CASE("[SDO-23] in a block transfer") {
   Window window;
-  set_block_mode(window);
+  window.set_mode(kBlock);
   window.set(3706, {0xEEEE});
   SECTION("size not indicated, no CRC") {
     window.read(5, 0x2000, 1, 128);
@@ -160,7 +151,7 @@ TEST_CASE("[SDO-24] a stream without end") {
 
 TEST_CASE("[SDO-24] eight times") {
   Window window;
-  set_block_mode(window);
+  window.set_mode(kBlock);
   SECTION("writing") {
     window.write(5, 0x2000, 1, 9, {0x3231, 0x3433, 0x3635, 0x3837, 0x0039});
     window.exchange({{"605#C600200109000000", "585#A40020017F000000"}});
@@ -209,7 +200,7 @@ TEST_CASE("[SDO-25] block size asked for") {
         Row{14, "605#A400200102000000"}, Row{15, "605#A400200103000000"}, Row{126, "605#A400200112000000"},
         Row{127, "605#A400200113000000"}, Row{128, "605#A400200113000000"}}) {
     Window window;
-    set_block_mode(window);
+    window.set_mode(kBlock);
     window.read(5, 0x2000, 1, row.room);
     window.expect(row.request);
   }

@@ -13,7 +13,7 @@ Settings one_second() {
   return settings;
 }
 
-/// What the own node tells who asks for its state by node guarding; that is no request of the PLC.
+/// The own node's response to node guarding, which is not a request of the PLC.
 struct OwnNode {
   explicit OwnNode(Window& window) : window_(window) {}
   void check(unsigned state) {

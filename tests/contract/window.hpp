@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The suite's hands: a PLC program and the nodes of a bus, as short calls on a Target.
+/// A PLC program and the nodes of a bus, as short calls on a Target.
 ///
 /// The name of every case quotes what it proves: a row of a table, its cells joined by " | ", or a sentence
-/// of docs/reference/contract.md; rows.py holds the two together.
+/// of docs/reference/contract.md; rows.py compares the two.
 
 #include <exception>
 
@@ -12,7 +12,7 @@
 #include "support/catch.hpp"
 #include "support/skips.hpp"
 
-/// Ends a case that the target cannot run, and has that reported with the target's reason.
+/// Skips a case that the target cannot run, and reports the target's reason.
 #define CONTRACT_NEEDS(window, ability)                                        \
   do {                                                                         \
     if (const std::string reason = (window).lacks(ability); !reason.empty()) { \
@@ -26,18 +26,21 @@ namespace cbcan::contract {
 // SDO abort codes.
 inline constexpr std::uint32_t kNoObject = 0x06020000, kNoSubIndex = 0x06090011;
 
+// Values of 3004h.
+inline constexpr std::uint16_t kAuto = 0, kExpedited = 1, kSegmented = 2, kBlock = 3;
+
 // OUT and IN of the scanner window.
 inline constexpr unsigned kOut = 500;
 inline constexpr unsigned kIn = 600;
 
-/// A frame that has to leave, and what the node then answers; "" = none.
+/// A frame that must be sent, and the node's response; "" = none.
 struct Step {
   const char* sent;
   const char* answered;
 };
 
-/// A coprocessor between a PLC and a bus that the case plays. Every frame that leaves has to be expected, in
-/// order, and nothing may be left over at the end.
+/// A coprocessor between a PLC and a bus that the case plays. Every sent frame must be expected, in order, and
+/// none may be left at the end.
 struct Window {
   static constexpr std::uint16_t kOwnNode = 127;
   static constexpr std::uint16_t kExecute = 0xCA0E;
@@ -80,6 +83,7 @@ struct Window {
     write(0, index, sub, size, data);
     check_done();
   }
+  void set_mode(std::uint16_t mode) { configure(0x3004, 0, 1, {mode}); }
   bool busy() { return reg(3700) == kExecute; }
   void check_done() { CHECK(reg(3700) == 0); }
   /// R3700 = 4, and the abort code.
@@ -91,7 +95,7 @@ struct Window {
     const Words words = target_->read(3706, 2);
     return words[0] | static_cast<std::uint32_t>(words[1]) << 16;
   }
-  /// All 70 registers are as they were, but for these.
+  /// All 70 registers are unchanged, except these.
   void check_changes(Words before, const std::map<unsigned, std::uint16_t>& changes) {
     for (const auto& [address, value] : changes)
       before.at(address - 3700) = value;
@@ -126,7 +130,7 @@ struct Window {
     target_->pass(duration);
     return *this;
   }
-  /// Until just before `duration` is over; pass_rest() then is until just after.
+  /// Until just before the end of `duration`; pass_rest() then is until just after it.
   Window& pass_nearly(Duration duration) {
     pass(duration - 4 * target_->precision());
     return *this;
@@ -140,7 +144,7 @@ struct Window {
   std::unique_ptr<Target> target_;
 };
 
-/// R3700..R3769 with a value of its own in each data word.
+/// R3700..R3769 with a different value in each data word.
 inline Words filled_data() {
   Words words;
   for (unsigned address = 3706; address <= 3769; ++address)

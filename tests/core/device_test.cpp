@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A whole CANopen device, as its master sees it on the wire: what the contract and the simulated nodes do not
-// show. PDOs have tests of their own.
+// A whole CANopen device as seen by its master: what the tests of the contract and of simulated nodes do not
+// cover. PDOs have their own tests.
 
 #include "cbcan/canopen/device.hpp"
 #include "support/bench.hpp"
@@ -11,7 +11,7 @@ using enum cbcan::DataType;
 
 namespace {
 
-/// One or more sub-indices that are alike, and their power-on value.
+/// One or more identical sub-indices, and their power-on value.
 struct Row {
   std::uint16_t index;
   std::uint8_t first_sub;
@@ -53,9 +53,8 @@ std::vector<std::uint8_t> values_of(const std::vector<Row>& rows) {
   return values;
 }
 
-/// All that a Device acts on, but PDOs.
+/// All objects that a Device acts on, except PDOs.
 std::vector<Row> everything() {
-  using enum DataType;
   return {
       {0x1001, 0, 0, kUnsigned8},         {0x1003, 0, 0, kUnsigned8},
       {0x1003, 1, 3, kUnsigned32},        {0x1005, 0, 0, kUnsigned32, 0x80},
@@ -76,7 +75,7 @@ struct DeviceRig final : Wire, private DeviceApplication {
         values(power_on),
         device(0x42, {entries, values, {}}, {buffer_, {rpdos_, tpdos_, pieces_}, watched_}, *this, port) {}
 
-  /// Lets frames arrive; everything that is due then happens behind each.
+  /// Lets frames arrive; after each one everything due is done.
   template <class... More>
   Wire& arrive(const std::string& frame, const More&... more) {
     const Time due = device.deadline();
@@ -85,8 +84,8 @@ struct DeviceRig final : Wire, private DeviceApplication {
     if constexpr (sizeof...(more) != 0) arrive(more...);
     return *this;
   }
-  /// An expedited SDO download of `size` bytes to the device's object, and the response that it has to give:
-  /// "60" done, or an abort code such as "06090030".
+  /// An expedited SDO download of `size` bytes to the device's object, and the expected response: "60" done, or
+  /// an abort code such as "06090030".
   void write(std::uint16_t index, std::uint8_t sub, std::size_t size, std::uint32_t value,
              const std::string& outcome = "done") {
     const char* const commands[] = {"", "2F", "2B", "27", "23"};
@@ -139,7 +138,7 @@ struct DeviceRig final : Wire, private DeviceApplication {
       CHECK(read(each.index, each.sub) == each.value);
     }
   }
-  /// Power on, with the boot-up message taken off the wire, then Operational if asked for.
+  /// Power on; takes the boot-up message off the wire, then enters Operational if `operational`.
   DeviceRig& start(bool operational = false) {
     device.start(now);
     pass(0);
@@ -160,30 +159,21 @@ struct DeviceRig final : Wire, private DeviceApplication {
   std::vector<std::uint8_t> power_on;
   std::vector<std::uint8_t> values;
   Time now = 0;
-  std::vector<std::string> events;  ///< what the application has heard
+  std::vector<std::string> events;  ///< calls of the application
 
  private:
-  AbortCode on_read(const ObjectEntry&, std::uint8_t, std::span<std::uint8_t>, std::size_t&, Time) override {
-    return AbortCode::kGeneral;
-  }
-  AbortCode on_write(const ObjectEntry&, std::uint8_t, std::span<const std::uint8_t>, Time) override {
-    return AbortCode::kNone;
-  }
   void restore(std::uint16_t first_index, std::uint16_t last_index, Time) override {
     restore_values(entries, power_on, values, first_index, last_index);
   }
   void on_state(nmt::State state, Time) override {
     events.push_back("state " + std::to_string(static_cast<int>(state)));
   }
-  void refresh(Time) override {}
   void on_written(Time) override { events.push_back("written"); }
   void on_sync(Time) override { events.push_back("sync"); }
-  void on_received_ids() override {}
   void on_network_failure(NetworkFailure failure, Time) override {
     const char* const names[] = {"heartbeat", "guarding", "bus-off"};
     events.push_back(std::string("lost ") + names[static_cast<int>(failure)]);
   }
-  ParameterMemory* memory() override { return nullptr; }
 
   std::vector<std::uint8_t> buffer_ = std::vector<std::uint8_t>(64);
   std::vector<Pdo::Rpdo> rpdos_ = std::vector<Pdo::Rpdo>(4);
@@ -309,7 +299,7 @@ TEST_CASE("More errors and messages than there is room for are counted, and thos
     emergency.error(code, 0, {}, rig.now);
   CHECK(emergency.counters().lost == 1);
   CHECK_FALSE(emergency.has(0x1011));
-  emergency.error_over(0x1001, rig.now);  // its message finds no room either
+  emergency.error_over(0x1001, rig.now);  // no room for its message either
   CHECK(emergency.counters().lost == 2);
   CHECK_FALSE(emergency.has(0x1001));
   rig.arrive("000#8000");
@@ -369,7 +359,7 @@ TEST_CASE("Node guarding: the toggle bit alternates; life guarding watches the m
   CHECK(rig.events == std::vector<std::string>{"lost guarding", "state 127"});
   rig.arrive("742#R1").expect("742#7F", "0C2#0000000000000000");
   rig.arrive("000#8242").expect("742#00");
-  rig.arrive("742#R1").expect("742#7F");  // the toggle bit starts anew
+  rig.arrive("742#R1").expect("742#7F");  // the toggle bit has been reset
   rig.write(0x1017, 0, 2, 1000);
   rig.arrive("742#R1").expect_silence();  // it has a heartbeat
 }

@@ -38,7 +38,7 @@ TEST_CASE("Lookup: no object, no sub-index, runs of sub-indices") {
   CHECK(fixture.dictionary.find(0x2000, 200, entry) == AbortCode::kNone);
   CHECK(entry.capacity == 2);
   CHECK(fixture.dictionary.find(0x2000, 201, entry) == AbortCode::kNoSubIndex);
-  CHECK(entry.capacity == 2);  // left alone
+  CHECK(entry.capacity == 2);  // unchanged
   CHECK(fixture.dictionary.find(0x2001, 4, entry) == AbortCode::kNoSubIndex);
   CHECK(fixture.dictionary.find(0x2001, 6, entry) == AbortCode::kNoSubIndex);
   CHECK(fixture.dictionary.find(0x2002, 0, entry) == AbortCode::kNoObject);

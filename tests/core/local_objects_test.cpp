@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// R3702 = 0 or the own node ID: the local object dictionary answers, no SDO frame on the bus.
+// R3702 = 0 or the own node ID: accesses the local object dictionary, without an SDO frame on the bus.
 
 #include "support/bench.hpp"
 
@@ -95,7 +95,7 @@ TEST_CASE("Each object has its sub-indices with their sizes, and there are no ot
   for (unsigned index = 0; index <= 0xFFFF; ++index)
     for (unsigned sub = 0; sub <= (indices.count(index) != 0 ? 255u : 0u); ++sub) {
       const auto size = sizes.find({index, sub});
-      // Texts, and of 1003h the entries that there are not, have tests of their own.
+      // Texts, and the empty entries of 1003h, have their own tests.
       if (index == 0x300C || (index >= 0x1008 && index <= 0x100A && sub == 0) ||
           (index == 0x1003 && sub >= 1 && sub <= 8))
         continue;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The LSS slave as an LSS master sees it. Frames are those of CiA 305: requests have CAN-ID 7E5h, responses
-// 7E4h, both eight bytes; zeros at their end are left out here. That reserved bytes are not 0 is what
-// CANopenNode's master does in switch state selective.
+// 7E4h, both eight bytes; zeros at their end are left out here. Reserved bytes are not 0 in some requests, as in
+// switch state selective of CANopenNode's master.
 
 #include "cbcan/canopen/lss_slave.hpp"
 #include "support/bench.hpp"
@@ -23,7 +23,7 @@ struct Exchange {
   std::string request, response;
 };
 
-/// A device behind an LSS slave; what it is told to do is in the log, with the time.
+/// A device with an LSS slave; logs the calls of its functions, with the time.
 struct LssDevice final : private LssApplication {
   explicit LssDevice(std::uint8_t node_id,
                      const Identity& address = {0x319, 0x04030201, 0x00010002, 0x12345678})
@@ -31,7 +31,7 @@ struct LssDevice final : private LssApplication {
     if (node_id != kNotStarted) slave.start(node_id, 4, now);
   }
 
-  /// What it says.
+  /// Its response.
   std::string hear(const std::string& request) {
     slave.on_frame(frame_from("7E5#" + request + std::string(16 - request.size(), '0')), now);
     std::string said;
@@ -86,18 +86,17 @@ struct LssDevice final : private LssApplication {
   LssSlave slave;
 };
 
-/// What the master asks for in the configuration state, and its responses while node 5 has the identity
-/// above.
+/// The requests of the configuration state, and the responses of node 5 with the identity above.
 const std::vector<Exchange> kConfigurationServices{
     {"110A", "11"},       {"130002", "13"},     {"17", "17"},         {"5A", "5A1903"},
     {"5B", "5B01020304"}, {"5C", "5C02000100"}, {"5D", "5D78563412"}, {"5E", "5E05"}};
 
-/// Each is one of a run of requests that is not complete without it.
+/// A sequence of requests that is only complete with all of them.
 const Requests kSelect{"401903", "4101020304", "4202000100", "4378563412"};
 const Requests kIdentify{"461903", "4701020304", "48", "49FFFFFFFF", "4A", "4BFFFFFFFF"};
 
-/// One of them left out, or another number in its place or, but for the first, before it; the device says
-/// nothing.
+/// The device does not respond if one of them is missing, or has another number, or (except the first) follows
+/// one with another number.
 void check_incomplete(LssDevice& device, const Requests& run, const std::string& wrong_byte,
                       std::size_t compared) {
   for (std::size_t at = 0; at < run.size(); ++at) {
@@ -154,10 +153,10 @@ TEST_CASE("LSS: switch state selective needs all four numbers, in order; rubbish
   LssDevice device(5);
   check_incomplete(device, kSelect, "FF", 4);
   device.ask_in_vain({kSelect[0], kSelect[2], kSelect[1], kSelect[3], kSelect[0], kSelect[1], kSelect[2]});
-  device.ask_in_vain({kWaiting, kSelect[3]});  // begins anew
+  device.ask_in_vain({kWaiting, kSelect[3]});  // begins again
   device.ask_in_vain({kSelect[0], "4019030000AABBCC", "4101020304AABBCC", "4202000100AABBCC"});
   device.ask({{"4378563412AABBCC", "44"}, {"5E", "5E05"}});
-  device.ask_in_vain(kSelect);  // none of it in the configuration state
+  device.ask_in_vain(kSelect);  // not in the configuration state
 }
 
 TEST_CASE("LSS: configure node-ID takes 1..127 and 255") {
@@ -320,10 +319,10 @@ TEST_CASE("LSS: fastscan with parts that the master knows or leaves out") {
               {"511903", "4F"},        // the whole number, and once more
               {"5E", kSilence},
               {"5119030000000003", "4F"},      // vendor known, then the serial number
-              {"5101020304000102", kSilence},  // not the part that it has come to
+              {"5101020304000102", kSilence},  // not the current part
               {"5179563412000300", kSilence},  // one bit wrong
-              {"5179563412010303", "4F"},      // not looked at
-              {"5179563412010300", "4F"},      // back, but the part is not complete
+              {"5179563412010303", "4F"},      // not checked
+              {"5179563412010300", "4F"},      // back to part 0, but the part is not complete
               {"5E", kSilence},
               {"5119030000000003", "4F"},
               {"5178563412000300", "4F"},

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Configuration of PDOs by SDO: every refusal with its code, and what is allowed when.
+// Configuration of PDOs by SDO: every rejection with its code, and what is allowed when.
 
 #include "core/pdo_rig.hpp"
 
@@ -28,7 +28,7 @@ TEST_CASE("Values from the start: valid PDOs work, ones whose mapping does not h
   rig.arrive("501#22").expect("received");
   rig.arrive("301#", "401#33", "000#33");
   rig.shows({{0x2001, 1, 0x11}, {0x2001, 2, 0x22}, {0x2001, 3, 0}});
-  rig.configure(0x1604, 0, 0);  // without a COB-ID that can be one it is not valid
+  rig.configure(0x1604, 0, 0);  // not valid without a usable COB-ID
   rig.pdo.reset({}, rig.now);
   rig.arrive("201#44");
   CHECK(rig.get(0x2001, 1) == 0x11);
@@ -39,7 +39,7 @@ TEST_CASE("A PDO maps what stands in its mapping when it becomes valid, whatever
   rig.operational();
   rig.configure(0x1400, 2, 255);
   rig.map(0x1400, 1, {0x20010108, 0x20010208});
-  rig.refuse(0x1600, 0, 3, 0x06020000);  // entry 3 is 0: two still count
+  rig.refuse(0x1600, 0, 3, 0x06020000);  // entry 3 is 0; two entries are still mapped
   rig.configure(0x1400, 1, 0x201);
   rig.arrive("201#1122").expect("received");
   rig.shows({{0x2001, 1, 0x11}, {0x2001, 2, 0x22}});
@@ -87,7 +87,7 @@ TEST_CASE("A PDO that becomes valid, changes or ends in Operational") {
   rig.set_up(0x1800, 1, 0x40000191, 255, {0x20010208});
   rig.expect("191#00");
   rig.set_up(0x1400, 1, 0x201, 255, {0x20010208});
-  rig.configure({{0x1400, 1, 0x40000201}, {0x1400, 3, 200}});  // bit 30 may change, and what means nothing
+  rig.configure({{0x1400, 1, 0x40000201}, {0x1400, 3, 200}});  // bit 30, and what has no meaning, may change
   rig.arrive("201#07").expect("received");
   CHECK(rig.get(0x2001, 2) == 7);
   rig.configure(0x1400, 1, 0x80000201);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Every mapping of up to five objects of each kind that a mapping tells apart, with every value of one entry;
-// what it refuses, and the frame bit by bit, after CiA 301: 64 objects and 64 bits at most, lowest bit first
-// (7.5.2.36, 7.5.2.38); only objects that may be mapped that way, in their length, and for RPDOs the data
-// types (table 44) as dummies, of which each has its length as its bits.
+// Every mapping of up to five objects of each kind that a mapping distinguishes, and every value of one entry:
+// what is rejected, and the frame bit by bit, after CiA 301: at most 64 objects and 64 bits, lowest bit first
+// (7.5.2.36, 7.5.2.38); only objects that may be mapped in that direction, with their length, and for RPDOs the
+// data types (table 44) as dummies with their length.
 
 #include "cbcan/canopen/pdo/mapping.hpp"
 #include "support/catch.hpp"
@@ -18,7 +18,7 @@ constexpr std::uint32_t kNoObject = 0x06020000, kNoSub = 0x06090011, kNotMappabl
 
 constexpr std::uint16_t kBoth = Flags::kReadWrite | Flags::kMapRpdo | Flags::kMapTpdo;
 
-/// The objects, one behind the other; the offsets are written out.
+/// The objects; the offsets are written by hand.
 const std::vector<ObjectEntry> kEntries{
     {0x1600, 1, 64, DataType::kUnsigned32, 0, Flags::kReadWrite, 0, 4},
     {0x1A00, 1, 64, DataType::kUnsigned32, 0, Flags::kReadWrite, 256, 4},
@@ -37,7 +37,7 @@ const std::vector<ObjectEntry> kEntries{
 };
 constexpr std::size_t kValues = 543, kProcess = 8;
 
-/// One kind of mapped object each: what it has to be refused with, and where its value is.
+/// One object of each kind: its abort codes, and the place of its value.
 struct Object {
   std::uint32_t mapped;
   std::uint32_t receive = 0, transmit = 0;  ///< abort codes
@@ -60,7 +60,7 @@ constexpr Object kObjects[] = {
     {0x00050008, 0, kNotMappable},
     {0x00070020, 0, kNotMappable},
     {0x20050008, kNotMappable, kNotMappable},
-    {0x20080040, kNotMappable, kNotMappable},  // of a length that varies
+    {0x20080040, kNotMappable, kNotMappable},  // of variable length
     {0x20090010, kNotMappable, kNotMappable},  // computed
     {0x20020008, kNotMappable, kNotMappable},  // not its length
     {0x30000008, kNoObject, kNoObject},
@@ -78,7 +78,7 @@ struct Device {
     return static_cast<std::uint32_t>(
         pdo.resolve(dictionary, mapping_, static_cast<std::uint32_t>(count), pieces_));
   }
-  /// Not two bytes of the objects are alike.
+  /// Makes all bytes of the objects different.
   void fill() {
     for (std::size_t i = 512; i < kValues; ++i)
       values[i] = static_cast<std::uint8_t>(0xA3 + 29 * i);
@@ -106,7 +106,7 @@ void put_bit(std::uint8_t* bytes, unsigned bit, bool value) {
 
 using Mapped = std::vector<const Object*>;
 
-/// The frame of what is mapped, bit by bit.
+/// The expected frame, bit by bit.
 std::array<std::uint8_t, 8> frame_of(const Device& device, const Mapped& mapped) {
   std::array<std::uint8_t, 8> frame{};
   unsigned place = 0;
@@ -119,7 +119,7 @@ std::array<std::uint8_t, 8> frame_of(const Device& device, const Mapped& mapped)
   return frame;
 }
 
-/// Values and process image when `frame` has come.
+/// Expected values and process image after `frame`.
 void take(const std::uint8_t* frame, const Mapped& mapped, std::uint8_t* values, std::uint8_t* process) {
   unsigned place = 0;
   for (const Object* object : mapped) {
@@ -158,7 +158,7 @@ struct Sweep {
   Mapped mapped{};
   std::size_t mappings = 0, usable = 0;
 
-  /// What goes on from here; `bits` are mapped already.
+  /// Checks all continuations of this mapping; `bits` are mapped already.
   void go_on(unsigned bits) {
     for (const Object& object : kObjects) {
       mapped.push_back(&object);
@@ -217,14 +217,14 @@ TEST_CASE("PDO mapping: 0 to 255 BOOLEANs, and up to nine bytes behind them") {
 
 // ---- One entry
 
-/// Bits of the data types (CiA 301, table 44); 0 = of no length of its own, or none.
+/// Bits of the data types (CiA 301, table 44); 0 = of variable length, or not a type.
 unsigned bits_of_type(std::uint32_t index) {
   constexpr unsigned char kBits[] = {0, 1, 8,  16, 32, 8,  16, 32, 32, 0, 0,  0,  48, 48,
                                      0, 0, 24, 64, 40, 48, 56, 64, 24, 0, 40, 48, 56, 64};
   return index < sizeof kBits ? kBits[index] : 0;
 }
 
-/// The code for one entry of a mapping.
+/// The expected code for one entry of a mapping.
 std::uint32_t expected_code(std::uint32_t mapped, bool receives) {
   const std::uint32_t index = mapped >> 16, sub = mapped >> 8 & 0xFF, bits = mapped & 0xFF;
   if (index < 0x20) {

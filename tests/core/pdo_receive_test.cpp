@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// RPDOs: when data takes effect, what is refused, deadline monitoring.
+// RPDOs: when data takes effect, what is rejected, deadline monitoring.
 
 #include "core/pdo_rig.hpp"
 
@@ -22,7 +22,7 @@ TEST_CASE("Synchronous RPDOs behind the window are ignored until the next SYNC")
   rig.sync(0, 500);
   CHECK(rig.get(0x2001, 1) == 2);
   rig.pass(501);
-  rig.sync(0, 0);  // none: any time
+  rig.sync(0, 0);  // no window: any time
   rig.pass(100'000);
   rig.arrive("201#04");
   rig.sync();
@@ -101,7 +101,7 @@ TEST_CASE("Several RPDOs may have one COB-ID; ones in the same place of the inde
   rig.set_up(0x1400, 5, 0x220, 1, {0x20010508});
   rig.operational();
   rig.arrive("201#11", "220#22", "243#33");
-  rig.arrive("262#44");  // nobody's, in that place too
+  rig.arrive("262#44");  // no RPDO has this ID, but the same place in the index
   CHECK(rig.get(0x2001, 1) == 0);
   rig.sync();
   rig.shows({{0x2001, 1, 0x11}, {0x2001, 2, 0x22}, {0x2001, 3, 0x33}, {0x2001, 5, 0x22}});

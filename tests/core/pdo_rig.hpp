@@ -71,8 +71,8 @@ inline std::size_t bytes_of(const std::vector<ObjectEntry>& entries) {
   return last.offset + std::size_t{last.stride()} * (last.last_sub - last.first_sub + 1u);
 }
 
-/// Process data over a small dictionary, in virtual time. What the application is told stands in the
-/// wire's log too, in order.
+/// Process data over a small dictionary, in virtual time. Calls of the application are in the wire's log too, in
+/// order.
 ///
 /// RPDOs 1, 2, 3, 5, 512 and TPDOs 1, 2, 3, 5, 512, all invalid with an empty mapping. 2000h:1..8 BOOLEAN,
 /// 2001h:1..8 U8, 2002h:1..4 U16, 2003h U32, 2004h U64, 2005h I24, mappable both ways; 2010h U8 not at all;
@@ -121,7 +121,7 @@ struct PdoRig final : Wire, PdoApplication, private ObjectHandler {
     CHECK(static_cast<std::uint32_t>(write(index, sub, value)) == abort_code);
     CHECK(get(index, sub) == before);
   }
-  /// By the procedure of CiA 301. `first` is 1400h or 1800h, `number` from 1.
+  /// With the procedure of CiA 301. `first` is 1400h or 1800h, `number` from 1.
   void map(std::uint16_t first, std::uint16_t number, std::initializer_list<std::uint32_t> objects) {
     const auto index = static_cast<std::uint16_t>(first + 0x200 + number - 1);
     configure(index, 0, 0);
@@ -235,9 +235,6 @@ struct PdoRig final : Wire, PdoApplication, private ObjectHandler {
     char text[32];
     std::snprintf(text, sizeof text, "recovered %04X", unsigned{code});
     if (log_recovery) port.sent.push_back(text);
-  }
-  AbortCode on_read(const ObjectEntry&, std::uint8_t, std::span<std::uint8_t>, std::size_t&, Time) override {
-    return AbortCode::kGeneral;
   }
   AbortCode on_write(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value,
                      Time) override {

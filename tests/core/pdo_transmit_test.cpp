@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// TPDOs: what makes them be sent, for every transmission type; timers, SYNC window, a port that refuses.
+// TPDOs: when they are sent, for every transmission type; timers, SYNC window, a port that refuses frames.
 
 #include "core/pdo_rig.hpp"
 
@@ -108,7 +108,7 @@ TEST_CASE("Synchronous TPDOs that the port does not take within the window are d
   SECTION("behind it when the next SYNC comes first") {
     rig.port.refuse_next = 1;
     rig.sync(0, 50);
-    rig.pdo.request(3, rig.now);  // knows no window
+    rig.pdo.request(3, rig.now);  // not limited by the window
     rig.pass(60);
     rig.set(0x2001, 1, 2);
     rig.sync(0, 250);

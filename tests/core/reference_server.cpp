@@ -15,8 +15,8 @@ constexpr std::uint32_t kToggle = 0x05030000, kCommand = 0x05040001, kBlockSize 
                         kLength = 0x06070010, kTooLong = 0x06070012, kNoSub = 0x06090011,
                         kTooHigh = 0x06090031, kTooLow = 0x06090032;
 
-/// Decided [SDO-24]: sub-blocks in a row of which nothing is confirmed, until a block upload is given up.
-constexpr unsigned kMostFruitless = 8;
+/// Decided [SDO-24]: consecutive unconfirmed sub-blocks until a block upload is aborted.
+constexpr unsigned kMostUnconfirmed = 8;
 
 }  // namespace
 
@@ -48,14 +48,14 @@ void ReferenceServer::respond(unsigned command, const Sdo& multiplexer, std::uin
   responses_.push_back(response);
 }
 
-/// Ends the transfer. Decided: an abort names the object of the last request that named one.
+/// Ends the transfer. Decided: an abort contains the multiplexer of the last request that had one.
 bool ReferenceServer::abort(std::uint32_t code) {
   state_ = State::kIdle;
   respond(0x80, multiplexer_, code);
   return false;
 }
 
-/// Decided: a request that begins a transfer ends the one that is under way without a word.
+/// Decided: a request that begins a transfer ends the current one without an abort.
 bool ReferenceServer::find(const Sdo& request) {
   state_ = State::kIdle;
   multiplexer_ = {0, request[1], request[2], request[3]};
@@ -73,8 +73,8 @@ bool ReferenceServer::find(const Sdo& request) {
 
 // ---- Download
 
-/// What can be known at once is refused at once. Decided: 0607 0010h for too short (of CiA's own two codes
-/// for it the CBCAN document's table 3 has this one); 0504 0005h for an object that there is no room for.
+/// Rejects as early as possible. Decided: 0607 0010h for too short (of CiA's two codes for it, table 3 of the
+/// CBCAN document has this one); 0504 0005h for an object that is larger than the memory.
 bool ReferenceServer::may_be_written(bool sized, std::size_t size) {
   if (!object_->writable) return abort(kReadOnly);
   if (sized && size > object_->longest) return abort(kTooLong);
@@ -108,7 +108,7 @@ void ReferenceServer::initiate_download(const Sdo& request) {
     toggle_ = 0;
   } else {
     if (!object_->writable) return void(abort(kReadOnly));
-    // Decided: where the size is not told the object takes of the four bytes what it has.
+    // Decided: if the size is not indicated, the object takes as many of the four bytes as it has.
     const std::size_t size = sized ? 4 - request[0] / 4 % 4 : std::min<std::size_t>(4, object_->longest);
     bytes_.assign(request.begin() + 4, request.begin() + 4 + static_cast<std::ptrdiff_t>(size));
     declared_ = false;
@@ -137,7 +137,7 @@ bool ReferenceServer::may_be_read() {
   return true;
 }
 
-/// Decided [SDO-23]: a value without bytes is told as a size of 0.
+/// Decided [SDO-23]: an empty value is reported with a size of 0.
 void ReferenceServer::initiate_upload(const Sdo& request) {
   if (!find(request) || !may_be_read()) return;
   const auto size = static_cast<unsigned>(bytes_.size());
@@ -175,11 +175,11 @@ void ReferenceServer::initiate_block_download(const Sdo& request) {
   state_ = State::kBlockDownload;
   crc_ = (request[0] & 4) != 0;
   sequence_ = 0;
-  respond(0xA4, multiplexer_, 127);  // a CRC is supported
+  respond(0xA4, multiplexer_, 127);  // CRC supported
 }
 
-/// Decided: what is no sequence number is 0504 0003h; a value that gets too long is refused at once, but for
-/// its last segment, of which the end tells how much counts.
+/// Decided: an invalid sequence number is 0504 0003h; a value that gets too long is rejected immediately, except
+/// in its last segment, whose length is only known at the end.
 void ReferenceServer::block_download_segment(const Sdo& request) {
   const unsigned number = request[0] % 128;
   const bool last = request[0] >= 128, next = number == sequence_ + 1;
@@ -199,7 +199,7 @@ void ReferenceServer::block_download_segment(const Sdo& request) {
 void ReferenceServer::end_block_download(const Sdo& request) {
   if (state_ != State::kBlockDownloadEnd) return void(abort(kCommand));
   const std::size_t unused = request[0] / 4 % 8;
-  bytes_.resize(bytes_.size() - unused);  // there is a segment, and seven at most
+  bytes_.resize(bytes_.size() - unused);  // there is a segment, and `unused` is at most seven
   if (bytes_.size() > object_->longest) return void(abort(kTooLong));
   if (crc_ && reference_crc(bytes_) != request[1] + 256u * request[2]) return void(abort(kCrc));
   if (store()) respond(0xA1, {});
@@ -227,8 +227,7 @@ void ReferenceServer::initiate_block_upload(const Sdo& request) {
   respond(0xC6, multiplexer_, static_cast<std::uint32_t>(bytes_.size()));
 }
 
-/// The segments behind the `done_` bytes that are confirmed. Decided [SDO-23]: of a value without bytes it is
-/// one without data.
+/// The segments after the `done_` confirmed bytes. Decided [SDO-23]: an empty value has one segment without data.
 void ReferenceServer::send_sub_block() {
   state_ = State::kBlockUpload;
   sequence_ = 0;
@@ -248,7 +247,7 @@ void ReferenceServer::acknowledged(const Sdo& request) {
   block_size_ = request[2];
   if (block_size_ < 1 || block_size_ > 127) return void(abort(kBlockSize));
   no_progress_count_ = taken == 0 ? no_progress_count_ + 1 : 0;
-  if (no_progress_count_ == kMostFruitless) return void(abort(kSequence));
+  if (no_progress_count_ == kMostUnconfirmed) return void(abort(kSequence));
   done_ = std::min(done_ + 7 * taken, bytes_.size());
   if (taken == 0 || done_ < bytes_.size()) return send_sub_block();
   const std::size_t unused = bytes_.empty() ? 7 : (7 - bytes_.size() % 7) % 7;

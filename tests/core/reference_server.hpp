@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// An SDO server once more, for tests: written from the tables of CiA 301, 7.2.4.3, and not from the product.
-/// Where the standard leaves something open, a comment says what is decided and, where it has one, by which
-/// row of docs/reference/contract.md. No time passes, and every frame that is sent has room.
+/// A second SDO server, for tests: written from the tables of CiA 301, 7.2.4.3, independently of the product. If
+/// the standard leaves something open, a comment gives the decision and its id in docs/reference/contract.md, if
+/// it has one. No time passes, and no frame is refused.
 
 #include <array>
 #include <cstdint>
@@ -52,13 +52,13 @@ struct ReferenceServer {
     kBlockUploadEnd
   };
 
-  /// `longest` = bytes of the longest value that it has room for.
+  /// `longest`: size of its memory for a value, in bytes.
   ReferenceServer(std::vector<ReferenceObject> objects, std::size_t longest)
       : objects_(std::move(objects)), room_(longest) {}
 
   std::vector<Sdo> receive(const Sdo& request);
 
-  // For whoever makes up the next request.
+  // For the generator of the next request.
   State state() const { return state_; }
   const ReferenceObject* object() const { return object_; }
   unsigned toggle() const { return toggle_; }
@@ -91,7 +91,7 @@ struct ReferenceServer {
   State state_ = State::kIdle;
   ReferenceObject* object_ = nullptr;
   Sdo multiplexer_{};  ///< in bytes 1..3, of the last request that had one
-  SdoBytes bytes_;     ///< of a download so far, of an upload in all
+  SdoBytes bytes_;     ///< of a download so far; of an upload all
   std::size_t done_ = 0;
   bool declared_ = false;
   std::size_t size_ = 0;  ///< as declared

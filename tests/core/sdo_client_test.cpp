@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The SDO client by itself: the edge of its caller's memory, and what it counts.
+// The SDO client alone: the limits of its memory, and its counters.
 
 #include "cbcan/canopen/sdo/client.hpp"
 #include "cbcan/canopen/sdo/quarantine.hpp"
@@ -12,7 +12,7 @@ namespace {
 using enum SdoClient::Direction;
 using enum SdoClient::Mode;
 
-/// Ten bytes of data in the middle of memory that is somebody else's.
+/// Ten bytes of data in the middle of memory that must not change.
 struct WiredClient final : Wire {
   static constexpr std::size_t kRoom = 10, kFence = 8;
 
@@ -48,7 +48,7 @@ TEST_CASE("SDO client: a sub-block goes on when the port takes frames again") {
   CHECK(client.client.phase() == SdoClient::Phase::kBlockDownloadStream);
   client.pass(kMillisecond).expect("605#01EEEEEEEEEEEEEE");
   client.port.refuse_next = 1;
-  client.arrive("585#A200020000000000");  // once more, and two segments at a time
+  client.arrive("585#A200020000000000");  // again, now two segments at a time
   client.pass(kMillisecond).expect("605#01EEEEEEEEEEEEEE");
   client.expect("605#82EEEEEE00000000");
   client.arrive("585#A202020000000000").expect("605#D1962B0000000000");
@@ -109,7 +109,7 @@ TEST_CASE("SDO client: what it counts") {
   client.arrive("586#4300200111111111");
   client.port.refuse_next = 1;
   client.arrive("585#4100200104000000");
-  client.arrive("585#0701020304000000");  // before the request for it has left
+  client.arrive("585#0701020304000000");  // before its request has been sent
   client.pass(kMillisecond).expect("605#6000000000000000");
   client.arrive("585#1701020304000000").expect("605#8000200100000305");
   client.arrive("585#R8");
@@ -129,7 +129,7 @@ TEST_CASE("SDO client: what it counts") {
   CHECK(client.client.outcome() == SdoClient::Outcome::kIdle);
 }
 
-// ---- The quarantine by itself, as several clients would share it
+// ---- The quarantine alone
 
 namespace {
 
@@ -160,7 +160,7 @@ TEST_CASE("quarantine: a boot-up releases a node from all of it, and no other") 
   quarantine.add(5, kFirst, true, 3000);
   quarantine.add(5, kSecond, false, 2000);
   quarantine.add(6, kFirst, false, 4000);
-  CHECK(quarantine.take(frame_from("585#4300200000000000"), 1000));  // a block: time alone ends it
+  CHECK(quarantine.take(frame_from("585#4300200000000000"), 1000));  // a block: only time ends it
   CHECK(quarantine.held_until(5, 1000) == 3000);
   quarantine.release(5);
   CHECK(quarantine.held_until(5, 1000) == 1000);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The SDO server beside a second one, by random frames: what goes on with the transfer that is under way,
-// nearly that, and anything. Each response is the same, byte for byte. And the SDO client with the second
-// server, for sizes at whose ends counters of 8 and 16 bits are.
+// The SDO server compared with a second one, with random frames: requests that continue the current transfer,
+// nearly such requests, and any others. The responses must be the same, byte for byte. Also the SDO client with
+// the second server, with sizes at the limits of 8-bit and 16-bit counters.
 
 #include "cbcan/canopen/sdo/client.hpp"
 #include "cbcan/canopen/sdo/server.hpp"
@@ -48,7 +48,7 @@ std::vector<ReferenceObject> objects() {
           {0x2008, 0, true, true, 21, 21, 0, kMost, zeros(21)}};
 }
 
-/// What a client could say next.
+/// Generates the next request of a client.
 struct Client {
   Client(const ReferenceServer& server, unsigned seed) : server_(server), chance_(seed) {}
 
@@ -74,7 +74,7 @@ struct Client {
       default: return initiate();
     }
   }
-  /// How many bytes the object still takes.
+  /// The remaining bytes of the object.
   std::size_t left() const {
     const std::size_t longest = server_.object()->longest;
     return longest - std::min(longest, server_.bytes().size());
@@ -114,7 +114,7 @@ struct Client {
     const bool last = size == left() || one_of(20) == 0;
     return with(16 * server_.toggle() + 2 * (7 - static_cast<unsigned>(size)) + last);
   }
-  /// Now and then one is lost.
+  /// Sometimes one is lost.
   Sdo block_segment() {
     const unsigned number = server_.sequence() + 1 + (one_of(40) == 0);
     return with(number + (left() <= 7 || one_of(30) == 0 ? 128 : 0));
@@ -191,7 +191,7 @@ struct Beside {
     }
     if (port.sent != expected) differ(expected);
   }
-  /// No request: too short, of 29 bits, remote.
+  /// Not a request: too short, of 29 bits, remote.
   void ignored(const Sdo& request) {
     Frame frame{0x642, 8, 0, request};
     const std::size_t kind = client.one_of(3);
@@ -276,7 +276,7 @@ TEST_CASE("SDO sizes: 256 and 65,535 bytes, each way, in segments and in blocks"
   const auto size = GENERATE(as<std::uint16_t>(), 256, 65535);
   const auto mode = GENERATE(SdoClient::Mode::kSegmented, SdoClient::Mode::kBlock);
   const auto direction = GENERATE(SdoClient::Direction::kRead, SdoClient::Direction::kWrite);
-  SdoBytes value(size), memory(size + 1u, 0xEE);  // a guard behind it
+  SdoBytes value(size), memory(size + 1u, 0xEE);  // a guard after it
   for (std::size_t i = 0; i < size; ++i)
     value[i] = static_cast<std::uint8_t>(i * 7 + i / 251 + i / 65);  // no two blocks are alike
   const bool write = direction == SdoClient::Direction::kWrite;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the contract does not show: cancelled in the last instant, and two windows in one poll.
+// Not covered by the tests of the contract: cancelled at the last moment, and two windows in one poll.
 
 #include "support/bench.hpp"
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# Builds what is there for one kind of microcontroller, or one target of it: libraries, images, tests that run in an emulator.
+# Builds everything for one kind of microcontroller, or some targets: libraries, images, tests that run in an emulator.
 # usage: build.sh SOURCE_DIR BUILD_DIR TOOLCHAIN [TARGET...]
 set -euo pipefail
 cmake -S "$1" -B "$2" -G Ninja -DCMAKE_BUILD_TYPE=MinSizeRel -DCMAKE_TOOLCHAIN_FILE="$1/$3" >/dev/null

@@ -1,15 +1,15 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# Looks at the libraries for Cortex-M3: no static data, and nothing needed from outside but these.
-# Other processors than little-endian ones are told why it does not compile.
+# Checks the libraries for Cortex-M3: no static data, and only these external symbols. For processors that are not little-endian
+# the compiler must report the reason.
 # usage: cortex_m3_library.sh BUILD_DIR SOURCE_DIR
 set -euo pipefail
 build_dir=$1
 
 allowed='^(memcpy|memmove|memset|memcmp|__aeabi_(memcpy|memcpy4|memcpy8|memset|memclr|memclr4|memclr8|lmul|llsl|llsr|lasr))$'
 
-# look_at LIBRARY LEAST_TEXT [LIBRARY that it stands on]
-look_at() {
+# check LIBRARY LEAST_TEXT [LIBRARY that it needs]
+check() {
   local library=$build_dir/firmware/lib$1.a text data bss defined undefined outside foreign
   arm-none-eabi-size -t "$library"
   read -r text data bss _ < <(arm-none-eabi-size -t "$library" | tail -n 1)
@@ -28,10 +28,10 @@ look_at() {
   fi
   echo "$1 needs from outside: $(tr '\n' ' ' <<<"$outside")"
 }
-look_at cbcan_canopen 15000
-look_at cbcan_core 4000 cbcan_canopen
-look_at cbcan_modbus 800
-look_at cbcan_slcan 500
+check cbcan_canopen 15000
+check cbcan_core 4000 cbcan_canopen
+check cbcan_modbus 800
+check cbcan_slcan 500
 
 for source in channel local_node; do
   told=$(arm-none-eabi-g++ -mcpu=cortex-m3 -mthumb -mbig-endian -std=c++20 -w -fsyntax-only -I "$2/firmware" -I "$2/regmap/include" \

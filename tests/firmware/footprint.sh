@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# Prints what images for Cortex-M3 and M4, -Os, take, all included; fails above the limits. Those of boards are whole, the others
-# without startup code.
+# Prints the sizes of images for Cortex-M3 and M4, -Os, all included; fails above the limits. Those of boards are complete, the
+# others lack startup code.
 # usage: footprint.sh BUILD_DIR_M3 BUILD_DIR_M4
 set -euo pipefail
 
@@ -25,11 +25,11 @@ measure master "$1/tests/firmware/images/master" 6000 2000
 measure coprocessor "$1/tests/firmware/images/coprocessor" 30500 9200
 measure canopen_services_plain "$1/tests/firmware/images/canopen_services_plain" 25700 6000
 measure canopen_services_lto "$1/tests/firmware/images/canopen_services_lto" 23500 6000
-# As long as the regions in their linker scripts.
+# Limits as in their linker scripts.
 measure minimal "$1/firmware/boards/mps2_an385/cbcan_mps2_minimal.elf" 16384 6144
 measure process_data "$1/firmware/boards/mps2_an385/cbcan_mps2_process_data.elf" 24576 9216
 measure image "$1/firmware/boards/mps2_an385/cbcan_mps2_an385.elf" 32768 13312
 measure stm32f4 "$2/firmware/boards/stm32f4/cbcan_stm32f4.elf" 45056 16384
-# Each function of it; an image links fewer.
+# All functions of the library; an image links fewer.
 echo "figure: size.canopen.text $(arm-none-eabi-size -t "$1/firmware/libcbcan_canopen.a" | awk 'END {print $1}')"
 if $failed; then exit 1; fi

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# What does not belong into an image does not link, and the linker says why.
+# What is not allowed in an image does not link, and the linker reports the reason.
 # usage: linker_script.sh SOURCE_DIR BUILD_DIR
 set -euo pipefail
 boards=$1/firmware/boards build=$2
@@ -12,7 +12,7 @@ lean=(-fno-exceptions -fno-unwind-tables -fno-asynchronous-unwind-tables)
 libraries=("$build/firmware/boards/mps2_an385/libcbcan_mps2.a" "$build/firmware/boards/libcbcan_cortex_m.a" "$build"/firmware/libcbcan_*.a)
 ran=0 failed=false
 
-# image NAME SAID CODE FLAG...: CODE does not become an image, and the linker says SAID; an empty SAID: it does.
+# image NAME SAID CODE FLAG...: CODE does not link, and the linker prints SAID; with an empty SAID it links.
 image() {
   local name=$1 said=$2 output code=0
   printf '%s\n' "$3" >"$scratch/image.cpp"

@@ -96,12 +96,12 @@ class Image(unittest.TestCase):
         with Mcu(IMAGE) as mcu:
             self.assertEqual(mcu.request(b"\x2b\x0e\x01\x00", 2), b"\xab\x01")  # no such function
             for first, count in (0, 1), (3699, 1), (3699, 2), (3769, 2), (3927, 2), (4139, 2), (4140, 1), (4150, 1):
-                self.assertEqual(mcu.request(struct.pack(">BHH", 3, first, count), 2), b"\x83\x02", first)  # not there
+                self.assertEqual(mcu.request(struct.pack(">BHH", 3, first, count), 2), b"\x83\x02", first)  # do not exist
             self.assertEqual(mcu.request(struct.pack(">BHH", 3, 0, 126), 2), b"\x83\x03")
             self.assertEqual(mcu.request(struct.pack(">BHH", 6, 4100, 1), 2), b"\x86\x02")  # read-only
             other = b"\x02" + struct.pack(">BHH", 6, 3900, 7)
             mcu.modbus.send(other + crc(other))
-            hear_silence(mcu.modbus)  # the other station is not there
+            hear_silence(mcu.modbus)  # the other station does not exist
             everybody = b"\x00" + struct.pack(">BHH", 6, 3901, 8)
             mcu.modbus.send(everybody + crc(everybody))
             hear_silence(mcu.modbus)  # the turnaround delay after a broadcast

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# Runs a day of the board's time in QEMU. The clock counts instructions and idle time is skipped, so that it takes a minute or
-# two and a busy machine changes nothing. The image checks itself.
+# Runs a day of the board's time in QEMU. The clock counts instructions and idle time is skipped, so that it takes one or two
+# minutes and does not depend on the load of the machine. The image checks itself.
 # usage: mps2_soak.sh IMAGE
 set -euo pipefail
 

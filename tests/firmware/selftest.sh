@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# Runs the self-test image of a machine in QEMU, with two CAN controllers on one bus. The clock counts instructions, so that a
-# busy machine changes nothing.
+# Runs the self-test image of a machine in QEMU, with two CAN controllers on one bus. The clock counts instructions, so that the
+# result does not depend on the load of the machine.
 # usage: selftest.sh zynqmp|virt IMAGE
 set -euo pipefail
 case $1 in

@@ -25,7 +25,7 @@ from mcu import Line, crc, die_with_parent  # noqa: E402
 from simulator import program_from_arguments, wait_until  # noqa: E402
 
 FLASH, PROGRAM, RAM, STACK = 0x08000000, 0x08010000, 0x20000000, 2048
-RESPONSE_WITHIN = 1  # seconds; later it would be taken for the response to the next request
+RESPONSE_WITHIN = 1  # seconds; a later response would be taken for that to the next request
 
 
 class Machine:
@@ -137,7 +137,7 @@ class Image(unittest.TestCase):
             self.assertEqual(words[6:], [0x0000, 0x0504])
 
     def test_its_settings_are_registers_and_flash_that_does_not_work_is_told(self):
-        with Machine() as machine:  # QEMU's flash can only be read
+        with Machine() as machine:  # QEMU's flash is read-only
             self.assertEqual(machine.read(4150, 6), [1, 1152, 0, 0, 500, 127])
             machine.write(4155, 42)
             self.assertEqual(machine.read(4155, 1), [42])

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What connects with a bus: a client of socketcand, the other side of --can slcan: and socketcand:.
-// The first byte says which.
+// The connections to a bus: a client of socketcand, the other side of --can slcan: and socketcand:. The first byte
+// selects one.
 
 #include <optional>
 #include <utility>
@@ -14,7 +14,7 @@ namespace cbcan::fuzz {
 
 namespace {
 
-/// A frame is one that can be on a bus.
+/// The frame is valid on a bus.
 void check(const Frame& frame) {
   const bool extended = (frame.flags & Frame::kExtended) != 0;
   require(frame.id <= (extended ? 0x1FFF'FFFFu : 0x7FFu) && frame.length <= 8 &&
@@ -22,7 +22,7 @@ void check(const Frame& frame) {
           "a frame is within its limits");
 }
 
-struct Ear final : sim::Receiver {
+struct Observer final : sim::Receiver {
   void on_frame(const Frame& frame, Time /*now*/) override {
     check(frame);
     ++heard;
@@ -31,35 +31,35 @@ struct Ear final : sim::Receiver {
   std::size_t heard = 0;
 };
 
-/// All that is said is elements, a greeting first; however much is asked for, what waits is limited; and
-/// when it has gone nothing of it happens any more.
+/// The output consists of elements, with a greeting first. Cyclic frames are limited, however many are requested,
+/// and end when the client has gone.
 void check_server(std::string_view text) {
   sim::World world;
   Time now = kSecond;
   adapters::SocketcandBus bus(
       world.bus(), world.schedule(), [&] { return now; }, 0, text.size() % 2 * kMillisecond);
   std::optional<adapters::SocketcandAdapter> adapter(std::in_place, bus, [&] { world.advance(now); });
-  Ear ear;
-  sim::Port& other = world.bus().attach(ear);
+  Observer observer;
+  sim::Port& other = world.bus().attach(observer);
   other.accept_all();
   adapter->receive("< open can0 >");
   adapter->receive(text);
   for (std::uint32_t id = 0; id < 8; ++id)
     other.try_send({id, 1, 0, {static_cast<std::uint8_t>(text.size())}});
   world.advance(now += 10 * kMillisecond);
-  require(ear.heard <= text.size() + 101, "cyclic frames have a limit");
+  require(observer.heard <= text.size() + 101, "cyclic frames have a limit");
   while (!adapter->unsent().empty()) {
     const std::string_view part = adapter->unsent().substr(0, adapter->segment());
     require(part.starts_with("< ") && part.ends_with(" >"), "whole elements leave");
     adapter->sent(part.size());
   }
   adapter.reset();
-  ear.heard = 0;
+  observer.heard = 0;
   world.advance(now += kSecond);
-  require(ear.heard == 0, "who has gone does nothing");
+  require(observer.heard == 0, "who has gone does nothing");
 }
 
-/// Whatever the other side says: frames are frames, and what is said has a limit.
+/// Whatever the other side sends: received frames are valid, and the output is limited.
 void check_dialect(io::Dialect& dialect, std::string_view text) {
   std::string said;
   Frame frame;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Any bytes, in any pieces, from a Modbus server to a client: what it takes for the response to its request
-// is one, byte for byte, and anything else ends the connection.
+// Any bytes, in any pieces, from a Modbus server to a client: what it accepts as the response to its request is
+// one, byte for byte, and anything else ends the connection.
 //
-// The input: three bytes of the request (function, words to write, words to read), then a list of pieces,
-// each with two bytes in front: flags and length.
+// The input: three bytes of the request (function, words to write, words to read), then a list of pieces, each
+// after two bytes: flags and length.
 #include <netinet/in.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
@@ -21,11 +21,11 @@ using Bytes = std::vector<std::uint8_t>;
 
 constexpr std::uint8_t kUnit = 7;
 constexpr std::uint8_t kIsPdu = 1;   ///< the piece is sent as a response with a good header
-constexpr std::uint8_t kIsGood = 2;  ///< it is what a good server says, and the piece its data
-constexpr std::uint8_t kGather = 4;  ///< the client gets it together with the next
+constexpr std::uint8_t kIsGood = 2;  ///< the response of a correct server is sent, with the piece as data
+constexpr std::uint8_t kGather = 4;  ///< the client receives it together with the next
 constexpr window::Time kTimeout = 1'000;
 
-/// Lives as long as the program.
+/// Exists as long as the program.
 struct Listener {
   Listener() : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
     sockaddr_in address{};
@@ -104,7 +104,7 @@ struct Model {
   }
 
   enum class Verdict { kComes, kResponse, kNone };
-  /// Of all that has come. What FC 16 tells of its address is not looked at.
+  /// The expected verdict on all received bytes. The address in a response to FC 16 is not checked.
   Verdict verdict(const Bytes& come, window::Response& response) const {
     if (come.size() < 6) return Verdict::kComes;
     const std::size_t length = come[4] * 256u + come[5];
@@ -140,13 +140,13 @@ struct Run {
     if ((flags & kIsGood) != 0) sent = model_.good(bytes);
     if (!sent.empty()) ::send(server_.get(), sent.data(), sent.size(), MSG_NOSIGNAL);
     come_.insert(come_.end(), sent.begin(), sent.end());
-    if ((flags & kGather) == 0) look();
+    if ((flags & kGather) == 0) check_client();
   }
   bool over() const { return over_; }
 
-  /// Silence ends what is not whole.
+  /// Silence ends an incomplete response.
   void end() {
-    if (!over_) look();
+    if (!over_) check_client();
     if (over_) return;
     require(!client_.receive(kTimeout).has_value(), "no response comes of silence");
     require(client_.state() == window::Connection::State::kOff, "silence ends the connection");
@@ -172,7 +172,7 @@ struct Run {
     }
   }
 
-  void look() {
+  void check_client() {
     wait_until_all_has_come();
     window::Response expected;
     const Model::Verdict verdict = model_.verdict(come_, expected);
@@ -193,7 +193,7 @@ struct Run {
   window::TcpConnection client_{"127.0.0.1", listener().port, {kTimeout, 1, 1}};
   io::Descriptor server_;
   Bytes come_;
-  std::size_t taken_ = 0;  ///< of them, by the client
+  std::size_t taken_ = 0;  ///< of them, taken by the client
   bool over_ = false;
 };
 

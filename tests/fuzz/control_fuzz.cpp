@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Any lines as commands at run time: each has its response, and one that is refused has changed nothing.
+// Any lines as commands at run time: each has its response, and a rejected one has changed nothing.
 
 #include "fuzz/device_plant.hpp"
 #include "fuzz/fuzz.hpp"

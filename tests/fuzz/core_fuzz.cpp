@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// A program for the PLC, the bus and the clock around one coprocessor. Whatever they do, it keeps its
-// contract (core_plc.hpp, core_wire.hpp), and afterwards the next transaction works (core_rig.hpp).
+// A program for the PLC, the bus and the clock of one coprocessor. Whatever they do, it keeps its contract
+// (core_plc.hpp, core_wire.hpp), and afterwards the next transaction works (core_rig.hpp).
 //
-// The input is a list of steps: one byte says which, the next ones are its arguments; what is missing is 0.
+// The input is a list of steps: one byte selects the step, the next ones are its arguments; missing ones are 0.
 
 #include "fuzz/core_rig.hpp"
 #include "fuzz/fuzz.hpp"
@@ -12,7 +12,7 @@ namespace cbcan::fuzz {
 
 namespace {
 
-/// Objects that mean something to the coprocessor; the last one does not.
+/// Objects that the coprocessor handles; it does not have the last one.
 constexpr std::array<std::uint16_t, 16> kObjects{0x1000, 0x1005, 0x1006, 0x1008, 0x1016, 0x1017,
                                                  0x1018, 0x1200, 0x3001, 0x3002, 0x3003, 0x3004,
                                                  0x3007, 0x300C, 0x1F82, 0x2000};
@@ -31,7 +31,7 @@ struct Program : private Input {
   using Step = void (Program::*)();
   static const Step kSteps[14];
 
-  /// The last steps came later; the corpus keeps its meaning.
+  /// The last steps were added later, so that the meaning of the corpus did not change.
   void step() {
     constexpr std::uint8_t kFirstLater = 0xE0, kScanner = 0xFC;
     const std::uint8_t choice = byte();
@@ -126,7 +126,7 @@ struct Program : private Input {
 
   std::uint8_t server() const { return static_cast<std::uint8_t>(rig_.plc.request().node & 0x7F); }
 
-  /// With the multiplexer that the transfer has.
+  /// With the multiplexer of the transfer.
   void respond_with_object() {
     const auto given = bytes<5>();
     const Plc::Request& request = rig_.plc.request();
@@ -138,7 +138,7 @@ struct Program : private Input {
 
   void respond_segment() { rig_.respond(server(), bytes<8>()); }
 
-  /// What a good server says to the last request, as far as it is no block transfer.
+  /// The response of a correct server to the last request, unless it is a block transfer.
   void respond_well() {
     const std::uint8_t size = byte();
     if (rig_.wire.requests.empty()) return;
@@ -163,7 +163,7 @@ struct Program : private Input {
     }
   }
 
-  /// To the own node, from a client elsewhere.
+  /// To the own node, from another node.
   void ask_own_node() {
     const std::uint8_t object = byte();
     const auto given = bytes<6>();
@@ -203,7 +203,7 @@ struct Program : private Input {
     rig_.poll();
   }
 
-  /// By SDO from a client elsewhere, expedited.
+  /// By expedited SDO from another node.
   void write_own(unsigned index, std::uint8_t sub, std::uint8_t size, std::uint32_t value) {
     Frame frame;
     frame.id = 0x600u + Rig::kOwnNode;
@@ -215,7 +215,7 @@ struct Program : private Input {
     rig_.arrive(frame);
   }
 
-  /// A PDO with one network variable, of whatever type, and the own node started.
+  /// Configures a PDO with one network variable of any type, and starts the own node.
   void make_pdo() {
     constexpr std::uint8_t kBits[] = {8, 8, 1, 16, 16, 24, 24, 32, 32, 32, 40, 40, 48, 48, 56, 56, 64, 64};
     const std::uint8_t which = byte(), type = byte(), variable = byte() % 18, element = byte();

@@ -16,12 +16,12 @@ inline bool is_nmt_service(std::uint16_t code) {
   return std::ranges::find(kCodes, code) != kCodes.end();
 }
 
-/// What a PLC program may rely on (docs/reference/contract.md), asked after every call into the core: which registers
+/// What a PLC program may rely on (docs/reference/contract.md), checked after every call of the core: which registers
 /// have changed, and to what.
 struct Plc {
   enum class Kind : std::uint8_t { kRefused, kNmt, kNodeState, kLocal, kSdo };
 
-  /// The transaction under way, or the last one, as it stood in the registers when it began.
+  /// The current or last transaction, as in the registers when it began.
   struct Request {
     std::uint16_t command, node, index, sub, size;
     std::array<std::uint16_t, regmap::kDataWords> data;
@@ -38,11 +38,10 @@ struct Plc {
 
   std::uint16_t& reg(unsigned address) { return registers.at(address - 3700); }
 
-  /// Somebody else uses the coprocessor too, through another window: a transaction may begin late, with what
-  /// stands in the registers then.
+  /// Another window is used too: a transaction may begin late, with the values in the registers then.
   bool shared = false;
 
-  /// Around each call into the core; only a poll looks at R3700.
+  /// Call them before and after each call of the core; only a poll reads R3700.
   void before_poll() {
     seen_ = registers;
     const bool wanted = word(3700) == kExecute;
@@ -67,9 +66,9 @@ struct Plc {
 
   bool busy() const { return busy_; }
   const Request& request() const { return request_; }
-  /// Counts transactions; 0 = there was none.
+  /// Number of transactions.
   unsigned number() const { return number_; }
-  /// R3700 of the last transaction that ended by itself; CA0Eh while there is none.
+  /// R3700 of the last transaction that was not cancelled; CA0Eh = none yet.
   std::uint16_t result() const { return result_; }
 
   std::array<std::uint16_t, regmap::kWindowWords> registers{};

@@ -12,25 +12,25 @@ namespace cbcan::fuzz {
 
 inline constexpr Time kMostExactPolls = 48;
 inline constexpr Time kLatePolls = 32;
-/// The object of the transactions that finish() makes.
+/// The object of the transactions in finish().
 inline constexpr std::uint8_t kNode = 9;
 inline constexpr std::uint16_t kIndex = 0x2345;
 
-/// A PLC's second way in: the scanner window. What its results are, tests/contract/scanner_test.cpp says.
+/// The scanner window. Its results are tested in tests/contract/scanner_test.cpp.
 struct Scanner {
   /// A number has been taken and is not answered yet.
   bool open() const { return in[2] != in[0]; }
-  /// The number that comes next; never 0.
+  /// The next number; never 0.
   std::uint16_t next() const {
     return in[2] == 0xFFFF ? std::uint16_t{1} : static_cast<std::uint16_t>(in[2] + 1);
   }
 
   std::array<std::uint16_t, regmap::kScannerOutWords> out{};
   std::array<std::uint16_t, regmap::kScannerInWords> in{};
-  bool used = false;  ///< the two windows share the coprocessor from then on
+  bool used = false;  ///< from then on the two windows share the coprocessor
 };
 
-/// A coprocessor in virtual time between a PLC and a bus that both hold it to its contract.
+/// A coprocessor in virtual time between a PLC and a bus that both check its contract.
 struct Rig {
   static constexpr std::uint8_t kOwnNode = 127;
 
@@ -64,7 +64,7 @@ struct Rig {
     if (was_busy && !plc.busy() && from_server && (is_abort || is_boot_up)) wire.server_knows();
     poll();
   }
-  /// An SDO response of eight bytes; what is missing is 0.
+  /// An SDO response of eight bytes; missing bytes are 0.
   void respond(std::uint8_t node, std::span<const std::uint8_t> bytes) {
     Frame frame;
     frame.id = 0x580u + node;
@@ -72,7 +72,7 @@ struct Rig {
     std::copy_n(bytes.begin(), std::min<std::size_t>(bytes.size(), 8), frame.data.begin());
     arrive(frame);
   }
-  /// Deadlines are met on the way, but not more than some dozens: then polls come late.
+  /// Polls at each deadline, up to some dozens; after that polls are late.
   void pass(Time duration) {
     const Time end = now_ + duration;
     for (Time polls = 0; deadline_ <= end && polls < kMostExactPolls; ++polls)
@@ -87,14 +87,14 @@ struct Rig {
     if (deadline_ != kNever) now_ = std::max(now_, deadline_);
     poll();
   }
-  /// Tells that process data have been written.
+  /// Reports that process data have been written.
   void write_registers() {
     plc.before_frame();
     coprocessor.on_registers_written(regmap::kProcessFirst, regmap::kProcessWords, now_);
     plc.after();
     poll();
   }
-  /// Tells that OUT+first..OUT+first+count-1 have been written.
+  /// Reports that OUT+first..OUT+first+count-1 have been written.
   void write_scanner(std::size_t first, std::size_t count) {
     plc.before_frame();
     plc.shared = true;
@@ -104,8 +104,7 @@ struct Rig {
     poll();
   }
 
-  /// Lets the bus be well and silent until nothing can be under way, then demands what a new transaction
-  /// gets.
+  /// Keeps the bus working and silent until nothing can be in progress, then requires that a new transaction works.
   void finish() {
     settle();
     if (scanner.used) check_scanner();
@@ -130,14 +129,14 @@ struct Rig {
   void note_settings() {
     const std::uint16_t timeout = coprocessor.sdo_client().timeout_ms();
     longest_timeout_ms_ = std::max(longest_timeout_ms_, timeout);
-    if (timeout == 0) waited_for_ever_ = true;
+    if (timeout == 0) had_no_timeout_ = true;
     std::array<std::uint8_t, 1> mode{};
     std::size_t size = 0;
     require(coprocessor.own_node().read(0x3004, 0, mode, size, 0) == AbortCode::kNone && mode[0] <= 3,
             "there are four modes");
     if (!plc.busy()) wire.mode = mode[0];
   }
-  /// Held back by a quarantine, then a timeout: two of them, and one to spare.
+  /// Waits for a quarantine and a timeout: twice the longest timeout, and once in reserve.
   void settle() {
     wire.refuse = 0;
     coprocessor.on_bus_state(BusState::kActive, now_);
@@ -146,7 +145,7 @@ struct Rig {
     poll();
     pass(3 * longest + 200 * kMillisecond);
     if (scanner.used) pass(3 * longest);
-    require((!plc.busy() && !scanner.open()) || waited_for_ever_,
+    require((!plc.busy() && !scanner.open()) || had_no_timeout_,
             "every transaction ends when nothing comes any more");
     plc.reg(3700) = 0;
     scanner.out[0] = 0;
@@ -216,7 +215,7 @@ struct Rig {
     respond(kNode, std::array<std::uint8_t, 8>{0x30});
     require(plc.reg(3700) == 0, "a clean write is good");
   }
-  /// The response to a read that has timed out comes while the next read, of the same object, waits.
+  /// The response to a read that has timed out arrives while the next read, of the same object, waits.
   void check_late_response() {
     execute(5055, kNode, 3, 4);
     expect_request(kNode, {0x40, 0x45, 0x23, 3});
@@ -235,7 +234,7 @@ struct Rig {
   Time now_ = 1000;
   Time deadline_ = 0;
   std::uint16_t longest_timeout_ms_ = 1000;
-  bool waited_for_ever_ = false;  ///< the SDO timeout was 0 for a while
+  bool had_no_timeout_ = false;  ///< the SDO timeout was 0 for a while
 };
 
 }  // namespace cbcan::fuzz

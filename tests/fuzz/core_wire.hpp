@@ -17,7 +17,7 @@ inline std::uint32_t mux_of(const Frame& frame) {
   return frame.data[1] | std::uint32_t{frame.data[2]} << 8 | std::uint32_t{frame.data[3]} << 16;
 }
 
-/// CiA 301, 7.3.5: CAN-IDs that nothing configurable may use.
+/// CAN-IDs that no configurable message may use (CiA 301, 7.3.5).
 inline bool is_restricted(std::uint32_t id) {
   return id <= 0x07F || (id >= 0x101 && id <= 0x180) || (id >= 0x581 && id <= 0x5FF) ||
          (id >= 0x601 && id <= 0x67F) || (id >= 0x6E0 && id <= 0x6FF) || id >= 0x701;
@@ -37,8 +37,8 @@ inline std::uint8_t nmt_specifier(std::uint16_t code) {
   }
 }
 
-/// The CAN port of the core under test. Looks at every frame that leaves: whether the contract has it, and
-/// whether the transaction that it belongs to may still send.
+/// The CAN port of the core under test. Checks every sent frame: whether the contract allows it, and whether its
+/// transaction may still send.
 struct Wire final : CanPort {
   Wire(const Plc& plc, std::uint8_t own_node) : plc_(plc), own_node_(own_node) {}
 
@@ -51,14 +51,14 @@ struct Wire final : CanPort {
     return true;
   }
 
-  /// The server has ended the transfer itself, or is new born: no frame to it any more, also no abort.
+  /// The server has ended the transfer itself, or has booted: no more frames to it, not even an abort.
   void server_knows() { open_ = false; }
 
-  const Slave* own = nullptr;  ///< its objects say which frames are its own
+  const Slave* own = nullptr;  ///< its objects define its own frames
   static constexpr unsigned kAlways = 255;
   unsigned refuse = 0;
   std::uint8_t mode = 0;        ///< 3004h when the transaction began
-  std::vector<Frame> requests;  ///< frames to SDO servers, for those who answer them
+  std::vector<Frame> requests;  ///< frames to SDO servers, to be answered
 
  private:
   void check(const Frame& frame) {
@@ -132,7 +132,7 @@ struct Wire final : CanPort {
     require(is_pdo && own->state() == nmt::State::kOperational,
             "nothing else than TPDOs in Operational is left");
   }
-  /// The frame has the CAN-ID that this object gives to its message, which exists.
+  /// The frame has the CAN-ID in this object, whose message exists.
   bool is_at(std::uint16_t index, std::uint8_t sub, const Frame& frame) const {
     const auto cob_id = static_cast<std::uint32_t>(own->dictionary().get(index, sub));
     const bool exists = index == 0x1005 || index == 0x1012 || (cob_id & 0x80000000) == 0;
@@ -160,7 +160,7 @@ struct Wire final : CanPort {
     }
     return frame;
   }
-  /// The end of a block read, after which nothing comes; the port may have refused it for a while.
+  /// The last frame of a block read; the port may have refused it for a while.
   bool is_last_word(const Frame& frame) const {
     const bool over = !plc_.busy() || transfer_ != plc_.number();
     return over && open_ && frame.data[0] == 0xA1 && frame.id == transfer_id_;

@@ -3,8 +3,8 @@
 // and a node without behaviour and without a node ID. Whatever they do, the nodes keep their promises
 // (device_plant.hpp), and the same program gives the same frames however coarse the steps of time are.
 //
-// The input is a list of steps: its first byte says how the plant is, then one byte says which step, the next
-// ones are its arguments.
+// The input is a byte of plant settings and a list of steps: one byte selects the step, the next ones are its
+// arguments.
 #include <bit>
 #include <cmath>
 
@@ -91,7 +91,7 @@ struct Program {
     receive(sdo::kRequestId + plant_.id(whom), request);
   }
 
-  /// With the length that the object has, where it has one.
+  /// With the length of the object, if it has one.
   void write(std::size_t whom, std::uint16_t index, std::uint8_t sub, std::uint32_t value) {
     ObjectEntry entry{};
     std::size_t size = 4;
@@ -136,7 +136,7 @@ struct Program {
     write(whom, store ? 0x1010 : 0x1011, 1 + input_.byte() % 3, store ? 0x65766173 : 0x64616F6C);
   }
 
-  /// By the procedure of CiA 301, 7.5.2.36.
+  /// With the procedure of CiA 301, 7.5.2.36.
   void configure_pdo() {
     const std::size_t whom = place();
     const std::uint8_t which = input_.byte();
@@ -216,7 +216,7 @@ struct Program {
   void wait() { pass(Time{1} << input_.byte() % 25u); }
   void wait_milliseconds() { pass(input_.byte() * kMillisecond); }
 
-  // ---- The world outside
+  // ---- Signals
 
   void set_input() {
     const std::size_t whom = place();
@@ -259,7 +259,7 @@ struct Program {
     return static_cast<std::int64_t>(within);
   }
 
-  /// Any kind with any values that it may have.
+  /// A fault of any kind with any allowed values.
   sim::FaultOrProblem any_fault(sim::FaultPlace here) {
     const std::size_t kind = input_.byte() % sim::kFaultKinds;
     sim::Fault fault = sim::fault_rows()[kind].standard;
@@ -307,7 +307,7 @@ struct Program {
   DevicePlant plant_;
   bool fine_;
   bool may_fault_ = false;
-  std::vector<Time>& ends_;  ///< of the times that pass: as far as the first run came
+  std::vector<Time>& ends_;  ///< of the steps of time: as far as the first run came
   std::size_t passes_ = 0;
 };
 

@@ -11,7 +11,7 @@ namespace cbcan::fuzz {
 namespace {
 
 constexpr std::size_t kMostStepsAtOnce = 100;
-constexpr unsigned kMostFramesAtOnce = 20'000;  // what queues hold, many times over
+constexpr unsigned kMostFramesAtOnce = 20'000;  // many times the size of the queues
 
 sim::NodeParts read_node(std::uint8_t id, const char* eds) {
   config::NodeConfig config;
@@ -44,7 +44,7 @@ constexpr unsigned kInitialising = 1;
 constexpr unsigned kOperational = 8;
 constexpr unsigned kRunning = 4 | kOperational;
 
-/// CiA 402: the patterns that a statusword can have.
+/// CiA 402: the possible patterns of a statusword.
 bool is_status(std::uint16_t word) {
   const unsigned without_quick_stop = word & 0x4Fu;
   const unsigned whole = word & 0x6Fu;
@@ -115,7 +115,7 @@ Time DevicePlant::advance_to(Time end) {
 }
 
 void DevicePlant::settle() {
-  // Faults of frames on the bus put themselves between the wire and this, and leave nobody there.
+  // Faults of the bus are between the wire and this receiver, and are removed afterwards.
   const auto faults = world.faults().list();
   const auto is_of_frames = [](const sim::SetFault& set) { return sim::is_of_frames(set.fault.kind); };
   if (options_.by_deadlines && std::ranges::none_of(faults, is_of_frames)) world.bus().set_modifier(this);
@@ -137,7 +137,7 @@ void DevicePlant::check_states() {
           "the statusword is one of CiA 402");
 }
 
-/// What waits in a queue was sent in one of the states that there have been since the bus was silent.
+/// A frame in a queue was sent in one of the states since the bus was last silent.
 void DevicePlant::note_states() {
   for (Watched& watched : nodes_)
     watched.states |= bit_of(watched.node->device().state());
@@ -212,7 +212,7 @@ bool DevicePlant::is_heard(Watched& node) {
          (bit_of(node.node->device().state()) & kRunning) != 0;
 }
 
-/// Block transfers have requests with many responses, and with none.
+/// In block transfers, requests may have several responses or none.
 bool DevicePlant::is_answered_once(Watched& node, const Frame& request) {
   const bool is_request = request.flags == 0 && request.length == 8 && request.data[0] < 0x80;
   return is_request && !node.in_block && is_heard(node);

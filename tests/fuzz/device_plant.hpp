@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Three simulated nodes in virtual time, and what they promise whatever is done to them. The promises are
-/// checked frame by frame on their way to the wire, and after every step of the time.
+/// Three simulated nodes in virtual time, and promises that they keep whatever happens. The promises are checked
+/// for every sent frame, and after every step of time.
 
 #include <array>
 #include <cstdint>
@@ -15,10 +15,10 @@
 namespace cbcan::fuzz {
 
 struct PlantOptions {
-  std::uint32_t bit_rate = 0;  ///< see Bus; on a paced one less is known of the frames that wait
+  std::uint32_t bit_rate = 0;  ///< see Bus; not 0: less is known of waiting frames
   bool signals = false;        ///< the I/O module's inputs move
   bool stores = true;          ///< parameters can be stored
-  bool by_deadlines = true;    ///< false: time passes in one step, nothing is checked on the way
+  bool by_deadlines = true;    ///< false: time passes in one step, without intermediate checks
 };
 
 struct DevicePlant final : private sim::Observer, private sim::FrameModifier {
@@ -30,16 +30,16 @@ struct DevicePlant final : private sim::Observer, private sim::FrameModifier {
   sim::Node& node(std::size_t place) { return *nodes_[place].node; }
   std::uint8_t id(std::size_t place) const { return nodes_[place].node->device().node_id(); }
 
-  /// A frame from a master. An SDO request is answered once, as far as that can be known.
+  /// A frame from a master. Checks that an SDO request gets one response, if that is certain.
   void receive(const Frame& frame);
 
-  /// Lets time pass, until `end` or what a run may cost. Returns when that was.
+  /// Lets time pass until `end`, or until the limit of a run; returns that time.
   Time advance_to(Time end);
 
   void add_fault(std::size_t place, const sim::Fault& fault);
   void add_bus_fault(const sim::Fault& fault);
 
-  /// What has been done to the plant from outside has its effects, and the promises are kept.
+  /// Completes the effects of outside changes, and checks the promises.
   void settle();
 
   struct Seen {
@@ -67,10 +67,10 @@ struct DevicePlant final : private sim::Observer, private sim::FrameModifier {
   struct Watched {
     sim::Node* node = nullptr;
     Store store;
-    unsigned states = 0;     ///< those in which what is still on its way may have been sent
-    unsigned responses = 0;  ///< SDO responses, all in all
-    bool harmed = false;     ///< had a fault once: what it held back may still come
-    bool in_block = false;   ///< an SDO block transfer may be under way
+    unsigned states = 0;     ///< the states in which waiting frames may have been sent
+    unsigned responses = 0;  ///< number of SDO responses
+    bool harmed = false;     ///< has had a fault: delayed frames may still arrive
+    bool in_block = false;   ///< an SDO block transfer may be in progress
   };
 
   void add(std::size_t place, std::uint8_t id, const char* eds, sim::NodeParts parts);

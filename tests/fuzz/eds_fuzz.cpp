@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Any bytes as an EDS or DCF: reading ends, says the same twice, and what comes out is within its limits.
+// Any bytes as an EDS or DCF: reading ends, has the same result twice, and the result is within its limits.
 
 #include "eds/dictionary_image.hpp"
 #include "eds/eds_reader.hpp"
@@ -9,7 +9,7 @@ namespace cbcan::fuzz {
 
 namespace {
 
-/// Larger ones cost milliseconds and tell nothing more.
+/// Larger images take milliseconds without testing more.
 constexpr std::uint64_t kMostImageBytes = 1U << 18;
 
 void check_diagnostics(const eds::Result& result, std::string_view text) {
@@ -52,7 +52,7 @@ std::uint64_t check_device(const eds::DeviceDescription& device) {
   return bytes;
 }
 
-/// Every value of the dictionary is read and written back as the device itself would.
+/// Reads every value of the dictionary and writes it back, as the device itself would.
 void check_image(const eds::DeviceDescription& device) {
   eds::DictionaryImage image = eds::dictionary_image(device);
   ObjectDictionary dictionary(image.entries, image.values, nullptr, image.limits);
@@ -80,7 +80,7 @@ void check_image(const eds::DeviceDescription& device) {
           "limits are sorted");
 }
 
-/// Any file is an input, so it is its size that says which node ID the caller gives; 0 = none.
+/// The input is only the file, so its size determines the caller's node ID; 0 = none.
 std::optional<std::uint8_t> node_id_for(std::size_t size) {
   const auto id = static_cast<std::uint8_t>(size & 0x7F);
   return id == 0 ? std::nullopt : std::optional(id);

@@ -14,7 +14,7 @@
 #include <string_view>
 #include <vector>
 
-/// libFuzzer's entry point: one input. It ends the program where a promise is broken.
+/// libFuzzer's entry point: one input. Ends the program if a promise is broken.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
 
 namespace cbcan::fuzz {
@@ -30,7 +30,7 @@ inline std::string_view text_of(const std::uint8_t* data, std::size_t size) {
   return {reinterpret_cast<const char*>(data), size};
 }
 
-/// Not for every input: it halves the speed.
+/// Not every input is read twice, as that halves the speed.
 constexpr bool is_read_twice(std::size_t size) {
   return size % 8 == 0;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Any bytes from an HTTP client, in pieces of the length that the first byte says: the server ends a
-// connection or responds, JSON is JSON, only commands change the plant, and the next client is served.
+// Any bytes from an HTTP client, in pieces of the length in the first byte: the server closes the connection or
+// responds, JSON is valid, only commands change the plant, and the next client is served.
 #include <sys/socket.h>
 
 #include <nlohmann/json.hpp>
@@ -42,7 +42,7 @@ struct Plant {
                 }}};
 };
 
-/// Lives as long as the program: a listener for each input would cost more than the rest.
+/// Exists as long as the program: a listener for each input would cost more than everything else.
 struct Server {
   io::Reactor reactor;
   Plant* plant = nullptr;
@@ -83,7 +83,7 @@ struct Client {
   std::string heard;
 };
 
-/// Of the first response, which is whole.
+/// Checks the JSON of the first response, which is complete.
 void check_json(std::string_view heard) {
   constexpr std::string_view kLength = "Content-Length: ";
   const std::size_t body = heard.find("\r\n\r\n");

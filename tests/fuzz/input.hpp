@@ -8,7 +8,7 @@
 
 namespace cbcan::fuzz {
 
-/// The bytes of an input, one after the other; behind the last one there are zeros.
+/// The bytes of an input in order; zeros after the last one.
 struct Input {
   explicit Input(std::span<const std::uint8_t> bytes) : rest_(bytes) {}
 

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Any bytes, in any pieces, to the Modbus TCP server: it answers byte for byte what the model answers, has
-// the model's registers afterwards, and closes the connection when the model does and not otherwise.
+// Any bytes, in any pieces, to the Modbus TCP server: its responses and registers are those of the model, byte for
+// byte, and it closes the connection if and only if the model does.
 //
-// The input is a list of pieces, each with two bytes in front: flags with the number of repetitions, and
-// length.
+// The input is a list of pieces, each after two bytes: flags with the number of repetitions, and length.
 #include <sys/socket.h>
 
 #include <cerrno>
@@ -20,21 +19,13 @@ using Bytes = ModbusModel::Bytes;
 using View = ModbusModel::View;
 
 constexpr std::uint8_t kIsPdu = 1;    ///< the piece is sent as one request with a good header
-constexpr std::uint8_t kKeepOut = 2;  ///< the client does not take the responses yet
-constexpr std::uint8_t kGather = 4;   ///< the server gets this piece together with the next
+constexpr std::uint8_t kKeepOut = 2;  ///< the client does not read the responses yet
+constexpr std::uint8_t kGather = 4;   ///< the server receives this piece together with the next
 constexpr std::array<std::uint8_t, 3> kUnits{1, 0, 255};
 constexpr unsigned kRepeatShift = 3;
 constexpr unsigned kMostPieces = 400;  ///< of one input
 
-/// Each register's value at the start; hardly two are the same.
-const std::vector<std::uint16_t> kAtStart = [] {
-  std::vector<std::uint16_t> values(ModbusModel::kRegisters);
-  for (std::size_t i = 0; i < values.size(); ++i)
-    values[i] = static_cast<std::uint16_t>(i * 40503);
-  return values;
-}();
-
-/// Lives as long as the program: a listener for each input would cost more than the rest.
+/// Exists as long as the program: a listener for each input would cost more than everything else.
 struct Server final : adapters::ModbusUnit {
   std::span<std::uint16_t> registers() override { return words; }
   void on_request(bool, const adapters::ModbusRange&) override { ++requests; }
@@ -104,7 +95,7 @@ struct Run {
     return request;
   }
 
-  /// A client that gets no room takes its responses after all.
+  /// Reads the responses if the server accepts no more bytes.
   void send(View bytes) {
     while (!bytes.empty() && !closed_) {
       const ssize_t sent = ::send(client_.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL);

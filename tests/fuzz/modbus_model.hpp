@@ -9,9 +9,8 @@
 
 namespace cbcan::fuzz {
 
-/// What a Modbus TCP server has to do with a stream of bytes, written down once more from the specification
-/// (Modbus Application Protocol V1.1b3; Messaging on TCP/IP Implementation Guide V1.0b) and sharing nothing
-/// with the product.
+/// The correct behaviour of a Modbus TCP server with a stream of bytes, written from the specification (Modbus
+/// Application Protocol V1.1b3; Messaging on TCP/IP Implementation Guide V1.0b), independently of the product.
 struct ModbusModel {
   static constexpr std::size_t kRegisters = 4168;
   using Bytes = std::vector<std::uint8_t>;
@@ -21,13 +20,13 @@ struct ModbusModel {
 
   void receive(View bytes);
 
-  /// All that has to come back so far.
+  /// All expected responses so far.
   const Bytes& responses() const { return responses_; }
-  /// What came cannot be Modbus: the connection ends after the responses.
+  /// The stream is not Modbus: the connection ends after the responses.
   bool closed() const { return closed_; }
   /// The last request is not complete.
   bool waits() const { return !closed_ && !rest_.empty(); }
-  /// To the one network that there is.
+  /// Requests to the only network.
   std::size_t requests() const { return requests_; }
 
   std::vector<std::uint16_t> registers;  ///< R0..R4167
@@ -48,5 +47,13 @@ struct ModbusModel {
   std::size_t requests_ = 0;
   bool closed_ = false;
 };
+
+/// Initial values of the registers; nearly all are different.
+inline const std::vector<std::uint16_t> kAtStart = [] {
+  std::vector<std::uint16_t> values(ModbusModel::kRegisters);
+  for (std::size_t i = 0; i < values.size(); ++i)
+    values[i] = static_cast<std::uint16_t>(i * 40503);
+  return values;
+}();
 
 }  // namespace cbcan::fuzz

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Any bytes as a plant file: either a plant whose nodes can be built, or complaints that name file and line.
+// Any bytes as a plant file: either a plant whose nodes can be built, or errors with file and line.
 
 #include "config/build_node.hpp"
 #include "config/config.hpp"
@@ -12,7 +12,7 @@ namespace {
 
 const std::string kPlant = "plant.toml";
 
-/// One object of each kind that a value of a plant file can be put into.
+/// One object of each kind that a plant file can set.
 constexpr std::string_view kEds = R"([DeviceInfo]
 [MandatoryObjects]
 SupportedObjects=1
@@ -41,13 +41,13 @@ CompactSubObj=3
 DataType=5
 )";
 
-/// The disk has one EDS file and nothing else.
+/// There is only one EDS file.
 std::optional<std::string> read_file(const std::string& path) {
   if (path == "a.eds") return std::string(kEds);
   return std::nullopt;
 }
 
-/// "plant.toml:12: text", with a line that the file has.
+/// "plant.toml:12: text", with an existing line of the file.
 void check_complaint(const std::string& line, std::size_t lines) {
   const std::string opening = kPlant + ":";
   require(line.starts_with(opening), "a complaint names the file");
@@ -91,7 +91,7 @@ bool same(const config::Diagnostic& one, const config::Diagnostic& other) {
   return one.place == other.place && one.message == other.message;
 }
 
-/// Not a number is not equal to itself.
+/// NaN is not equal to itself.
 bool has_nan(const config::NodeConfig& node) {
   return std::ranges::any_of(node.objects, [](const config::InitialValue& object) {
     const auto* number = std::get_if<double>(&object.value);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Gives the fuzz target that this is linked with its corpus: with `corpus/eds` every file of that
-// folder, and every input of tests/fuzz/corpus/eds.packed.
+// Runs the linked fuzz target with its corpus: with `corpus/eds` every file of that folder, and every input of
+// tests/fuzz/corpus/eds.packed.
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -15,7 +15,7 @@ std::string contents(const std::filesystem::path& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-/// Says which: the last one names the culprit.
+/// Prints the name first: the last name printed is the input that failed.
 void give(const std::string& name, const std::string& input) {
   std::cout << name << std::endl;
   LLVMFuzzerTestOneInput(reinterpret_cast<const std::uint8_t*>(input.data()), input.size());
@@ -31,7 +31,7 @@ std::size_t give_files(const std::filesystem::path& folder) {
   return inputs;
 }
 
-/// Each is its size, ":", so many bytes and "," (tests/fuzz/corpus_file).
+/// Each input is its size, ":", its bytes and "," (tests/fuzz/corpus_file).
 std::size_t give_packed(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   std::size_t inputs = 0, size = 0;

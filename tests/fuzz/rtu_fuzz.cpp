@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Any bytes, whole and broken, at any times to the Modbus RTU server, polls and ends of transmissions in
-// between. What it executes is a frame with a right CRC that ends with the last byte; response and registers
-// are those of a second implementation.
+// Any bytes, intact and broken, at any times to the Modbus RTU server, with polls and ends of transmissions in
+// between. What it executes is a frame with a right CRC that ends with the last byte; response and registers are
+// those of a second implementation.
 //
-// The input is a byte of settings and then steps; each is a byte and what belongs to it.
+// The input is a byte of settings and then steps; each is a byte and its arguments.
 
 #include "cbcan/modbus/rtu_server.hpp"
 #include "fuzz/fuzz.hpp"
@@ -20,11 +20,11 @@ using View = ModbusModel::View;
 
 enum Step : std::uint8_t {
   kBytes,    ///< length, bytes
-  kFrame,    ///< length, bytes; they get a CRC
-  kLong,     ///< length, bytes, number: they get so many times their last byte, and a CRC
+  kFrame,    ///< length, bytes; a CRC is added
+  kLong,     ///< length, bytes, number: the last byte is repeated so often, and a CRC is added
   kWait,     ///< two bytes: microseconds
-  kNearGap,  ///< a byte: so much more than 128 microseconds less than a gap
-  kPoll,     ///< when the request that waits is to be executed
+  kNearGap,  ///< a byte: a gap minus 128 microseconds, plus this number
+  kPoll,     ///< at the time when the waiting request is to be executed
   kSent,
   kPollSent,
   kPollNow,
@@ -34,13 +34,6 @@ enum Step : std::uint8_t {
 
 constexpr std::uint32_t kByteUs = 96;
 constexpr std::uint64_t kStart = 0xFFFF0000;  ///< so that the counter of microseconds wraps soon
-
-const std::vector<std::uint16_t> kAtStart = [] {
-  std::vector<std::uint16_t> values(ModbusModel::kRegisters);
-  for (std::size_t i = 0; i < values.size(); ++i)
-    values[i] = static_cast<std::uint16_t>(i * 40503);
-  return values;
-}();
 
 RtuServer::Settings settings_of(std::uint8_t choice) {
   constexpr std::array<RtuServer::Settings, 4> kTimes{
@@ -61,7 +54,7 @@ Bytes with_crc(View bytes) {
   return frame;
 }
 
-/// The frame that answers this one, after the model; empty for a broadcast.
+/// The response to this frame according to the model; empty for a broadcast.
 Bytes response_to(View frame, ModbusModel& model) {
   constexpr std::array<std::uint8_t, 6> kExecuted{3, 4, 6, 16, 22, 23};
   constexpr std::size_t kLongestPdu = 253, kTcpHead = 7;
@@ -82,7 +75,7 @@ Bytes response_to(View frame, ModbusModel& model) {
 
 struct Run {
   explicit Run(std::uint8_t choice) : settings_(settings_of(choice)), server_({&map_, 1}, settings_) {
-    // A counter that wraps before the first byte would have begun just then.
+    // Without a first byte the wrap of the counter would look like the start of the line.
     send(Bytes{0xFF});
     wait(gap() + 1);
   }
@@ -105,7 +98,7 @@ struct Run {
   void wait(std::uint64_t us) { now_ += us; }
   std::uint64_t gap() const { return settings_.gap_us; }
 
-  /// When the request that waits is to be executed.
+  /// At the time when the waiting request is to be executed.
   void poll() {
     const std::uint32_t us = server_.poll(static_cast<std::uint32_t>(now_));
     if (us != RtuServer::kNoRequest) wait(us);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Any text as the script of a device: it is refused with its file, or runs; whatever it does, the node beside
-// it is served, and it does the same twice.
+// Any text as the script of a device: it is rejected with its file name, or runs. Whatever it does, the other node
+// works, and a second run has the same result.
 
 #include <array>
 

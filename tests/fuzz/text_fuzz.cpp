@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Any bytes as one of the smaller texts: a fault, recorded values, stored parameters. What is understood
-// survives being written and read again; what is not is complained of with its place. The first byte says
-// which text it is.
+// Any bytes as one of the smaller texts: a fault, recorded values, stored parameters. What is accepted is the same
+// after being written and read again; what is not is reported with its place. The first byte selects the kind of
+// text.
 
 #include "fuzz/fuzz.hpp"
 #include "io/files/parameter_file.hpp"
@@ -52,7 +52,7 @@ void check_parameters(std::string_view text) {
   } catch (const io::UsageError& error) {
     return require(std::string_view(error.what()).starts_with(path + ":"), "a complaint names the file");
   }
-  if (read.lss.node_id == 0) read.lss.bit_rate = 0;  // a bit rate is kept with a node ID
+  if (read.lss.node_id == 0) read.lss.bit_rate = 0;  // a bit rate is only stored with a node ID
   require(io::parse_parameters(io::parameter_text(read), path) == read,
           "stored parameters can be written and read");
 }

@@ -20,9 +20,26 @@ namespace cbcan::test {
 using io::test::Bytes;
 using io::test::hex;
 
-/// A read of R0 of station 1, and the response where it is 1234h.
+/// A read of R0 of station 1, and the response if it is 1234h.
 inline const Bytes kRead = hex("01 03 00 00 00 01 84 0A");
 inline const Bytes kValue = hex("01 03 02 12 34 B5 33");
+
+/// The response to the request that waits, if its silence has passed at `now`; it has been sent then.
+inline Bytes execute(RtuServer& server, std::uint32_t now) {
+  if (server.poll(now) != 0) return {};
+  const std::span<const std::uint8_t> bytes = server.execute();
+  Bytes copy(bytes.begin(), bytes.end());
+  server.on_sent();
+  return copy;
+}
+
+/// A request after a gap, and its response.
+inline Bytes ask(RtuServer& server, std::uint32_t& now, const Bytes& request) {
+  now += 10'000;
+  for (const std::uint8_t byte : request)
+    server.on_byte(byte, now);
+  return execute(server, now += 1'750);
+}
 
 /// A server on a line of 115200 baud, and the client at its other end. Each network has R0..R4167.
 template <std::size_t kNetworks>
@@ -39,26 +56,21 @@ struct LineOf {
       server.on_byte(byte, now);
     }
   }
-  /// The next byte comes this long after the last one.
+  /// The next byte arrives this long after the last one.
   void wait(std::uint32_t us) { now += us - kByteUs; }
-  /// Just over one.
+  /// Just longer than a gap.
   void gap() { wait(gap_us + 1); }
 
-  /// What t3.5 of silence brings; it has been sent then.
+  /// The response after t3.5 of silence; it has been sent then.
   Bytes response() {
-    now += kSilenceUs;
-    if (server.poll(now) != 0) return {};
-    const std::span<const std::uint8_t> bytes = server.execute();
-    Bytes copy(bytes.begin(), bytes.end());
-    server.on_sent();
-    return copy;
+    return execute(server, now += kSilenceUs);
   }
   Bytes ask(const Bytes& request) {
     gap();
     send(request);
     return response();
   }
-  /// Such a request comes, and waits for its silence.
+  /// A request is waiting for its silence.
   bool request_waits() { return server.poll(now) != RtuServer::kNoRequest; }
 
   std::uint32_t gap_us;
@@ -77,7 +89,7 @@ struct LineOf {
   std::uint32_t now = 1'000'000;
 };
 
-/// For a port whose times are not the line's: silence may go unseen.
+/// For a port whose times are not those of the line: silence may go undetected.
 inline RtuServer::Settings late_port() {
   RtuServer::Settings settings;
   settings.gap_us = 20'000;
@@ -88,7 +100,7 @@ struct Line : LineOf<1> {
   explicit Line(const RtuServer::Settings& settings = {}) : LineOf(settings) {}
 };
 
-/// Stations 17 and 18, unless the settings name another one.
+/// Stations 17 and 18, unless the settings contain another one.
 struct TwoNetworks : LineOf<2> {
   explicit TwoNetworks(const RtuServer::Settings& settings = {}) : LineOf(with_station(settings)) {}
 

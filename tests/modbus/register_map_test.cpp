@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Registers in several ranges. The CRCs were worked out with another implementation.
+// Registers in several ranges. The CRCs were computed with another implementation.
 #include "modbus/line.hpp"
 #include "support/catch.hpp"
 
@@ -9,7 +9,7 @@ namespace {
 using test::Bytes;
 using test::hex;
 
-/// R10..R12; R13 and R14, read-only; a gap; R16..R17. Neither memory nor map has them in this order.
+/// R10..R12; R13 and R14, read-only; a gap; R16..R17. Memory and map have them in other orders.
 struct Memory {
   std::array<std::uint16_t, 2> high{16, 17};
   std::array<std::uint16_t, 3> low{10, 11, 12};
@@ -49,17 +49,7 @@ static_assert(kMap.exist(3701, 1) && !kMap.exist(3702, 1) && kMap.writable(3700,
 
 /// A station 1 with those registers.
 struct Station : Memory {
-  Bytes ask(const Bytes& request) {
-    now += 10'000;
-    for (const std::uint8_t byte : request)
-      server.on_byte(byte, now);
-    now += 1750;
-    if (server.poll(now) != 0) return {};
-    const std::span<const std::uint8_t> bytes = server.execute();
-    Bytes copy(bytes.begin(), bytes.end());
-    server.on_sent();
-    return copy;
-  }
+  Bytes ask(const Bytes& request) { return test::ask(server, now, request); }
 
   RtuServer server{{&map, 1}, {}};
   std::uint32_t now = 0;
@@ -95,18 +85,10 @@ TEST_CASE("RTU: what is read-only is so in every network, for a broadcast too") 
   const std::array<RegisterMap, 2> networks{first.map, second.map};
   RtuServer server(networks, {});
   std::uint32_t now = 0;
-  const auto send = [&](const Bytes& request) {
-    now += 10'000;
-    for (const std::uint8_t byte : request)
-      server.on_byte(byte, now);
-    now += 1750;
-    if (server.poll(now) == 0) server.execute();
-    server.on_sent();
-  };
-  send(hex("00 06 00 0D 00 01 D8 18"));
-  send(hex("02 06 00 0D 00 01 D9 FA"));
+  test::ask(server, now, hex("00 06 00 0D 00 01 D8 18"));
+  test::ask(server, now, hex("02 06 00 0D 00 01 D9 FA"));
   CHECK(server.counters().slave_exceptions == 2);
-  send(hex("00 06 00 0C 00 01 89 D8"));
+  test::ask(server, now, hex("00 06 00 0C 00 01 89 D8"));
   CHECK(server.counters().slave_exceptions == 2);
   CHECK(first.low[2] == 1);
   CHECK(second.low[2] == 1);

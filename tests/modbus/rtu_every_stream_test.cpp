@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Every stream of bytes and gaps up to a length, every frame of every function code, and every gap between
-// and within two frames, on a line whose silence is seen. There the rule is short (Serial StreamLine
-// V1.02, 2.5.1): what stands between two gaps is a frame or nothing. `is_request` is that rule once more,
-// without states.
+// and within two frames, on a line whose silence is detected. There the rule is short (Serial Line V1.02, 2.5.1):
+// the bytes between two gaps are a frame or nothing. `is_request` is the same rule without states.
 
 #include "modbus/line.hpp"
 #include "support/catch.hpp"
@@ -13,9 +12,9 @@ namespace {
 using test::Bytes;
 using test::hex;
 
-constexpr std::size_t kShortest = 4, kLongest = 256;  // Serial StreamLine V1.02, 2.5.1
+constexpr std::size_t kShortest = 4, kLongest = 256;  // Serial Line V1.02, 2.5.1
 
-/// What stood between two gaps. Plain memory: there are millions of them.
+/// The bytes between two gaps. Plain memory: there are millions of them.
 struct Frame {
   std::uint8_t bytes[300];
   std::uint16_t crcs[301] = {0xFFFF};  ///< of its first 0, 1, 2, ... bytes
@@ -30,7 +29,7 @@ struct Frame {
   }
 };
 
-/// The length of a request with its CRC (Application Protocol V1.1b3, section 6); 0 = that of any.
+/// The length of a request with its CRC (Application Protocol V1.1b3, section 6); 0 = any length.
 std::size_t length_of(const Frame& frame) {
   const auto counted = [&frame](std::size_t at) { return frame.size > at ? at + 3 + frame.bytes[at] : 1; };
   switch (frame.bytes[1]) {
@@ -55,7 +54,7 @@ std::size_t length_of(const Frame& frame) {
   }
 }
 
-/// One of known length that says so itself may be too long for a frame: it is refused by exception 03.
+/// A request whose byte count makes it too long for a frame is a request too: rejected with exception 03.
 bool is_request(const Frame& frame) {
   const std::size_t size = frame.size;
   if (size < kShortest || frame.bytes[0] > 1) return false;
@@ -65,12 +64,12 @@ bool is_request(const Frame& frame) {
   return length == 0 ? frame.bytes[0] == 1 && size <= kLongest : length == size;
 }
 
-/// A server, station 1, that is polled whenever there has been silence, and the frames that it should see.
+/// A server, station 1, that is polled after each silence, and the frames that it should receive.
 struct StreamLine {
   explicit StreamLine(const RtuServer::Settings& settings = {}) : server_({&map_, 1}, settings) { gap(); }
 
   void gap() {
-    look();
+    check_frame();
     now_ += kGapUs;
   }
   void send(std::uint8_t byte) {
@@ -78,15 +77,15 @@ struct StreamLine {
     server_.on_byte(byte, now_);
     frame_.add(byte);
   }
-  /// The two bytes that make the CRC right, one behind the other.
+  /// The first and the second byte of the right CRC.
   std::uint8_t low() const { return static_cast<std::uint8_t>(frame_.crcs[frame_.size]); }
   std::uint8_t high() const {
     return static_cast<std::uint8_t>(frame_.size == 0 ? 0 : frame_.crcs[frame_.size - 1] >> 8);
   }
 
-  /// False, once and for all, if a request has not been executed or something else has.
+  /// False from then on if a request has not been executed or something else has.
   bool good() {
-    look();
+    check_frame();
     return good_;
   }
   std::size_t executed() const { return executed_; }
@@ -94,7 +93,7 @@ struct StreamLine {
  private:
   static constexpr std::uint32_t kGapUs = 50'000;
 
-  void look() {
+  void check_frame() {
     const bool executed = server_.poll(now_ + 1'750) == 0;
     if (executed) {
       server_.execute();
@@ -117,13 +116,13 @@ struct StreamLine {
 
 // ---- Streams
 
-/// The framer compares the station (0, own, other), looks the function code up (by length: fixed, behind a
-/// count, unknown) and computes a CRC: one byte of each kind, and the two that make a CRC right. The numbers
-/// are counts too.
+/// The framer compares the station (0, own, other), finds the function code (by length: fixed, by byte count,
+/// unknown) and computes a CRC: one byte of each kind, and the two of a right CRC. The numbers are byte counts
+/// too.
 constexpr int kLow = 256, kHigh = 257;
 constexpr int kSymbols[] = {0, 1, 2, 7, kLow, kHigh, 24, 20, 0x41};
 
-/// All streams of `length` of the first `symbols` symbols, with a gap at each of `gaps`' bits.
+/// All streams of `length` of the first `symbols` symbols, with a gap at each bit of `gaps`.
 std::size_t check_streams(std::size_t length, std::size_t symbols, unsigned gaps) {
   std::size_t all = 1;
   for (std::size_t i = 0; i < length; ++i)
@@ -145,7 +144,7 @@ std::size_t check_streams(std::size_t length, std::size_t symbols, unsigned gaps
 
 std::size_t check_all_streams(std::size_t length, std::size_t symbols) {
   std::size_t executed = 0;
-  for (unsigned gaps = 0; gaps < 1u << length; gaps += 2)  // there is one before the first byte anyway
+  for (unsigned gaps = 0; gaps < 1u << length; gaps += 2)  // there is always one before the first byte
     executed += check_streams(length, symbols, gaps);
   return executed;
 }
@@ -163,7 +162,7 @@ TEST_CASE("RTU: every stream of six bytes of nine kinds and of seven of seven", 
 
 // ---- Frames
 
-/// One frame of `length` bytes whose counts, wherever they are, are `count`.
+/// One frame of `length` bytes in which every byte count is `count`.
 void send_frame(StreamLine& line, std::uint8_t station, std::uint8_t function, std::size_t length,
                 std::size_t count, bool right) {
   line.send(station);
@@ -211,7 +210,7 @@ const std::vector<Bytes> kFrames{
     hex("01 07 41 E2"),
     hex("01 41 C0 10"),              // of unknown length
     hex("00 06 00 01 00 03 99 DA"),  // for all
-    hex("09 03 00 6B 00 03 75 5F"),  // for another one
+    hex("09 03 00 6B 00 03 75 5F"),  // for another station
     hex("09 03 02 00 05 99 86"),
     hex("09 83 02 41 33"),
 };

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// One exchange between a master and another station, on a port where silence may go unseen: of every function
-// code whose lengths are known, with a request for this station at every place in it where there is room,
-// behind a CRC that is right so far, with t3.5 of silence at every place, whatever came before. Nothing of it
-// is executed; the requests of ours around it are.
+// One exchange between a master and another station, on a port where silence may go undetected: with every
+// function code of known lengths, containing a request for this station at every possible place after a CRC that
+// is right so far (a trap), with t3.5 of silence at every place, after each kind of frame. Nothing of it is
+// executed; the requests for this station before and after it are.
 
 #include "modbus/line.hpp"
 #include "support/catch.hpp"
@@ -16,7 +16,7 @@ using test::hex;
 using test::late_port;
 using test::Line;
 
-constexpr std::size_t kData = 24;                        // bytes that a frame counts
+constexpr std::size_t kData = 24;                        // counted bytes of a frame
 constexpr std::size_t kTrap = 2 + 8;                     // a CRC and a request
 const Bytes kHarmToR7 = hex("01 06 00 07 0B AD FE 86");  // 0BADh to R7
 const Bytes kOurs = hex("01 06 00 01 00 03 98 0B");      // V1.1b3, 6.6
@@ -40,7 +40,7 @@ Bytes frame_of(Bytes head, std::size_t data, std::size_t at) {
   return with_crc(head);
 }
 
-/// A request and its response to station 9; those that end in a count have kData bytes behind it.
+/// A request and its response to station 9; those that end in a count are followed by kData bytes.
 struct Exchange {
   const char *request, *response;
 };
@@ -68,7 +68,7 @@ bool counts(const Bytes& head) {
   return head.back() == kData;
 }
 
-/// Each form that one of the two frames can have: without a trap, and with one at each place.
+/// A frame without a trap, and with one at each place.
 std::vector<Bytes> forms_of(const Bytes& head) {
   const std::size_t data = counts(head) ? kData : 0;
   std::vector<Bytes> forms{frame_of(head, data, kNoTrap)};
@@ -77,20 +77,20 @@ std::vector<Bytes> forms_of(const Bytes& head) {
   return forms;
 }
 
-/// What stood on the line before, with t3.5 or a gap behind it.
+/// The previous frame on the line, with t3.5 or a gap after it.
 struct Before {
   const char* frame;
   bool gap;
-  bool in_step;  ///< it is known that a request comes next, so that what follows is heard without a gap
+  bool in_step;  ///< a request is expected next, so that it is received without a gap
 };
 const Before kBefore[] = {
     {"", true, false},
-    {"01 03 00 00 00 01 84 0A", false, true},     // ours
-    {"00 06 00 00 00 00 88 1B", false, true},     // for all, ours too
-    {"0A 03 00 6B 00 03 75 6C", false, true},     // a request to a station that is not there
+    {"01 03 00 00 00 01 84 0A", false, true},     // for this station
+    {"00 06 00 00 00 00 88 1B", false, true},     // for all
+    {"0A 03 00 6B 00 03 75 6C", false, true},     // a request to a station that does not exist
     {"09 03 00 6B 00 03 75 5F", true, true},      // a request that got no response
     {"09 03 00 6B 00 03 75 5F 00", true, false},  // a broken frame
-    {"09 2B 0E 01 00 91 B6", true, false},        // of a length that nobody knows
+    {"09 2B 0E 01 00 91 B6", true, false},        // of unknown length
 };
 
 struct Conversation {
@@ -100,7 +100,7 @@ struct Conversation {
     before.gap ? line_.gap() : pause();
     executed_ = line_.server.counters().slave_messages;
   }
-  /// With t3.5 of silence in front of byte `cut`.
+  /// With t3.5 of silence before byte `cut`.
   void send(const Bytes& frame, std::size_t cut = 0) {
     for (std::size_t i = 0; i < frame.size(); ++i) {
       if (i == cut && i != 0) pause();
@@ -120,7 +120,7 @@ struct Conversation {
   std::uint32_t executed_ = 0;
 };
 
-/// The cut is somewhere in the request and the response, one behind the other.
+/// `cut` is an offset in the request followed by the response.
 void check(const Before& before, const Bytes& request, const Bytes& response, std::size_t cut) {
   Conversation conversation(before);
   conversation.send(request, cut);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What a request does and what it is answered. The CRCs were worked out with another implementation (one bit
-// at a time, in Python), which gives the documents' examples too.
+// Effects of requests and their responses. The CRCs were computed with another implementation (one bit at a time,
+// in Python), which also reproduces the documents' examples.
 #include "modbus/line.hpp"
 #include "support/catch.hpp"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Bytes that are meant for another station, with bytes in them that would be a request for this one, 1. The
-// CRCs were worked out with another implementation.
+// Frames of other stations that contain bytes of a request for this one, station 1. The CRCs were computed with
+// another implementation.
 #include "modbus/line.hpp"
 #include "support/catch.hpp"
 
@@ -14,9 +14,6 @@ using test::kValue;
 using test::late_port;
 using test::Line;
 
-/// A request to station 9, and its response.
-const Bytes kAsked = hex("09 03 00 6B 00 03 75 5F");
-const Bytes kAnswered = hex("09 03 06 02 2B 00 00 00 64 62 BA");
 /// Writes 0BADh to R0 of station 1.
 const char* const kHarmToR0 = "01 06 00 00 0B AD 4F 47";
 
@@ -26,7 +23,7 @@ struct ForeignLine : Line {
     words[0] = 0x1234;
     gap();
   }
-  /// Nothing has been executed; our request is heard, after a gap if it needs one.
+  /// Nothing has been executed; a request for this station is received, after a gap if it needs one.
   void check_unharmed(bool without_gap = false) {
     CHECK_FALSE(request_waits());
     CHECK(words[0] == 0x1234);
@@ -64,7 +61,7 @@ TEST_CASE("RTU: a foreign frame of unknown function ends with a gap") {
   }
 }
 
-/// A response is on its way: what comes is not heard.
+/// A response is being sent: bytes are not received.
 void begin_to_send(ForeignLine& line) {
   line.send(kRead);
   line.now += 1'750;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// One server in front of two CAN networks: stations 17 (11h) and 18 (12h). The CRCs were worked out with
-// another implementation.
+// One server for two CAN networks: stations 17 (11h) and 18 (12h). The CRCs were computed with another
+// implementation.
 #include "modbus/line.hpp"
 #include "support/catch.hpp"
 
@@ -77,7 +77,7 @@ TEST_CASE("RTU: the end of a request is known for every network, and only for th
     line.send(station == 0x11 ? hex("11 03 00 00 00 01 86 9A") : hex("12 03 00 00 00 01 86 A9"));
     CHECK(line.response()[0] == station);
   }
-  // Stations 10h and 13h are others' on the same line.
+  // Stations 10h and 13h are other devices on the same line.
   line.send(hex("10 03 00 00 00 01 87 4B"));
   line.send(hex("10 03 02 00 00 44 47"));
   line.send(hex("13 06 00 00 00 01 4B 78"));

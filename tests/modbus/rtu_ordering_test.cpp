@@ -1,11 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The order in which words that another context looks at are read and written (docs/reference/contract.md).
-#include <signal.h>
-#include <sys/mman.h>
-#include <unistd.h>
-
-#include <new>
-
+// The order in which words shared with another context are read and written (docs/reference/contract.md).
+#include "contract/core/watched_registers.hpp"
 #include "modbus/line.hpp"
 #include "support/catch.hpp"
 
@@ -15,115 +10,53 @@ namespace {
 using test::Bytes;
 using test::hex;
 
-/// The register file, laid out so that R3700 ends a page. While the pages up to there are protected, the
-/// first access to R3700 traps and `other` runs, as another context would, just before it. One at a time.
-struct TrappedRegisters {
-  using Words = std::array<std::uint16_t, regmap::kRegisterFileWords>;
+/// The register file; R3700 is watched.
+using TrappedRegisters = contract::WatchedRegisters<regmap::kRegisterFileWords, regmap::kExecuteFlag>;
 
-  TrappedRegisters() {
-    pages_ = static_cast<char*>(
-        mmap(nullptr, 4 * page_, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0));
-    if (pages_ == MAP_FAILED) throw std::bad_alloc();
-    words = new (pages_ + 2 * page_ - 2 * (regmap::kWindowFirst + 1)) Words{};
-  }
-  ~TrappedRegisters() { munmap(pages_, 4 * page_); }
-  TrappedRegisters(const TrappedRegisters&) = delete;
-  TrappedRegisters& operator=(const TrappedRegisters&) = delete;
-
-  /// `protection` is what stays allowed up to R3700. True when R3700 was touched.
-  bool run(int protection, const std::function<void()>& action, const std::function<void()>& other) {
-    struct sigaction trap {};
-    struct sigaction before {};
-    trap.sa_sigaction = &TrappedRegisters::on_access;
-    trap.sa_flags = SA_SIGINFO;
-    watched = this;
-    other_ = &other;
-    trapped_ = false;
-    sigaction(SIGSEGV, &trap, &before);
-    mprotect(pages_, 2 * page_, protection);
-    action();
-    mprotect(pages_, 2 * page_, PROT_READ | PROT_WRITE);
-    sigaction(SIGSEGV, &before, nullptr);
-    return trapped_;
-  }
-
-  Words* words;
-
- private:
-  /// Back to the access, which now succeeds; a fault of another kind comes again and ends the program.
-  static void on_access(int number, siginfo_t* info, void* /*context*/) {
-    if (info->si_addr != &(*watched->words)[regmap::kExecuteFlag]) {
-      signal(number, SIG_DFL);
-      return;
-    }
-    mprotect(watched->pages_, 2 * watched->page_, PROT_READ | PROT_WRITE);
-    watched->trapped_ = true;
-    (*watched->other_)();
-  }
-
-  static inline TrappedRegisters* watched = nullptr;
-  std::size_t page_ = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
-  char* pages_ = nullptr;
-  const std::function<void()>* other_ = nullptr;
-  volatile bool trapped_ = false;
+/// A server whose first window register and the others are in different ranges.
+struct SharedServer {
+  TrappedRegisters registers;
+  std::array<RegisterRange, 2> ranges{
+      {{0, std::span(registers.words()).first(3701)}, {3701, std::span(registers.words()).subspan(3701)}}};
+  RegisterMap map{ranges};
+  RtuServer server{{&map, 1}, {}};
+  std::uint32_t now = 0;
 };
 
-Bytes executed(RtuServer& server, const Bytes& request) {
-  constexpr std::uint32_t kTime = 10'000;
-  for (const std::uint8_t byte : request)
-    server.on_byte(byte, kTime);
-  if (server.poll(2 * kTime) != 0) return {};
-  const std::span<const std::uint8_t> response = server.execute();
-  Bytes copy(response.begin(), response.end());
-  server.on_sent();
-  return copy;
-}
-
-/// The request writes 13BFh, 0042h, 6411h, 0001h to R3701..R3704, and CA0Eh to R3700 when those are there.
+/// The request writes 13BFh, 0042h, 6411h, 0001h to R3701..R3704, and then CA0Eh to R3700.
 void check_flag_comes_last(const Bytes& request) {
-  TrappedRegisters registers;
-  // Ranges with a border between the first word and the others.
-  const std::array<RegisterRange, 2> ranges{
-      {{0, std::span(*registers.words).first(3701)}, {3701, std::span(*registers.words).subspan(3701)}}};
-  const RegisterMap map(ranges);
-  RtuServer server({&map, 1}, {});
+  SharedServer shared;
+  TrappedRegisters& registers = shared.registers;
   std::array<std::uint16_t, 5> seen{};
-  const auto look = [&] {
+  const auto record = [&] {
     for (std::size_t i = 0; i < seen.size(); ++i)
-      seen[i] = (*registers.words)[regmap::kWindowFirst + i];
+      seen[i] = registers.words()[regmap::kWindowFirst + i];
   };
   REQUIRE(registers.run(
-      PROT_READ, [&] { executed(server, request); }, look));
+      PROT_READ, [&] { test::ask(shared.server, shared.now, request); }, record));
   CHECK(seen == std::array<std::uint16_t, 5>{0, 0x13BF, 0x0042, 0x6411, 0x0001});
-  CHECK((*registers.words)[regmap::kExecuteFlag] == 0xCA0E);
+  CHECK(registers.words()[regmap::kExecuteFlag] == 0xCA0E);
 }
 
-TEST_CASE("RTU: one FC 16 stores R3700 after all that comes behind it") {
+TEST_CASE("RTU: one FC 16 or FC 23 stores R3700 after all that comes behind it") {
   check_flag_comes_last(hex("01 10 0E 74 00 05 0A CA 0E 13 BF 00 42 64 11 00 01 6B DC"));
-}
-
-TEST_CASE("RTU: one FC 23 stores R3700 after all that comes behind it") {
   check_flag_comes_last(hex("01 17 0E 75 00 01 0E 74 00 05 0A CA 0E 13 BF 00 42 64 11 00 01 9A 71"));
 }
 
 TEST_CASE("RTU: a read loads R3700 before all that comes behind it") {
-  TrappedRegisters registers;
-  // Ranges with a border between the first word and the others.
-  const std::array<RegisterRange, 2> ranges{
-      {{0, std::span(*registers.words).first(3701)}, {3701, std::span(*registers.words).subspan(3701)}}};
-  const RegisterMap map(ranges);
-  RtuServer server({&map, 1}, {});
-  (*registers.words)[regmap::kExecuteFlag] = 0xCA0E;
+  SharedServer shared;
+  TrappedRegisters& registers = shared.registers;
+  registers.words()[regmap::kExecuteFlag] = 0xCA0E;
   Bytes response;
   // Another context ends a transaction at the last moment: R3700 then shows its result, so the rest must too.
   const auto finish = [&] {
-    (*registers.words)[regmap::kDataSize] = 2;
-    (*registers.words)[regmap::kData] = 0x012C;
-    (*registers.words)[regmap::kExecuteFlag] = 0;
+    registers.words()[regmap::kDataSize] = 2;
+    registers.words()[regmap::kData] = 0x012C;
+    registers.words()[regmap::kExecuteFlag] = 0;
   };
   const Bytes read = hex("01 03 0E 74 00 07 46 FA");
   REQUIRE(registers.run(
-      PROT_NONE, [&] { response = executed(server, read); }, finish));
+      PROT_NONE, [&] { response = test::ask(shared.server, shared.now, read); }, finish));
   CHECK(response == hex("01 03 0E 00 00 00 00 00 00 00 00 00 00 00 02 01 2C 4E 98"));
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The silence behind a request, before its response (Serial Line V1.02, 2.5.1.1). The CRCs were worked out
-// with another implementation.
+// The silence between a request and its response (Serial Line V1.02, 2.5.1.1). The CRCs were computed with
+// another implementation.
 #include "modbus/line.hpp"
 #include "support/catch.hpp"
 
@@ -25,7 +25,7 @@ static_assert(rtu_silence_us(19'200, 10) == 1'823);
 static_assert(rtu_silence_us(19'201) == 1'750);
 static_assert(rtu_silence_us(115'200, 10) == 1'750);
 
-/// How long after its last byte a request is executed.
+/// Time from the last byte of a request to its execution.
 struct Delay {
   RtuServer::Settings settings;
   std::uint32_t us;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The table against the document, number by number, as typed from it.
+// The table compared with the document; the numbers are typed from it.
 
 #include "cbcan/regmap.hpp"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Every text up to a length, and every line that differs from a frame's in one character, against the
-// grammar of the LAWICEL manual: t iii l dd.., T iiiiiiii l dd.., r iii l, R iiiiiiii l, and four digits of a
-// time stamp behind it or not.
+// Every text up to a length, and every line that differs from that of a frame in one character, compared with
+// the grammar of the LAWICEL manual: t iii l dd.., T iiiiiiii l dd.., r iii l, R iiiiiiii l, optionally followed
+// by four digits of a time stamp.
 
 #include "cbcan/slcan/slcan.hpp"
 #include "support/catch.hpp"
@@ -18,7 +18,7 @@ int digit(char c) {
   return at == small.npos ? -1 : static_cast<int>(at);
 }
 
-/// A number of `count` digits from `at` on; -1 where they are not all there.
+/// A number of `count` digits from `at` on; -1 if some are missing.
 std::int64_t number(std::string_view line, std::size_t at, std::size_t count) {
   std::int64_t value = 0;
   for (std::size_t i = at; i < at + count; ++i) {
@@ -28,7 +28,7 @@ std::int64_t number(std::string_view line, std::size_t at, std::size_t count) {
   return value;
 }
 
-/// False if the line is no frame's.
+/// False if the line is not a frame.
 bool grammar(std::string_view line, Frame& frame) {
   const char type = line.empty() ? ' ' : line[0];
   const bool extended = type == 'T' || type == 'R', remote = type == 'r' || type == 'R';
@@ -62,15 +62,15 @@ bool check(std::string_view line) {
 
 // ---- Texts
 
-/// One of each kind that a character can be: the four types, digits below and above the limits of DLC and
-/// identifier, letters that are digits and one that is none, the ends of a line and what is ignored.
+/// One character of each kind: the four types, digits below and above the limits of DLC and identifier, letters
+/// that are digits and one that is not, the ends of a line and an ignored character.
 constexpr std::string_view kCharacters = "tTrR0179fFg\r\a\n";
 
 struct Sweep {
   std::size_t most;  ///< characters
   std::size_t texts = 0, frames = 0;
 
-  /// All texts that go on from here, with the reader as it is; `line` is what it should have.
+  /// Checks all continuations of the current text; `line` is the expected content of the reader.
   void go_on(const slcan::LineReader& before, std::string& line, std::size_t characters) {
     for (const char c : kCharacters) {
       slcan::LineReader reader = before;
@@ -140,7 +140,7 @@ TEST_CASE("SLCAN: every identifier of 11 bits and both sides of its limits with 
   }
 }
 
-// ---- What a line says about the controller
+// ---- States of the controller
 
 TEST_CASE("SLCAN: F with every two characters") {
   for (int high = 0; high < 256; ++high)

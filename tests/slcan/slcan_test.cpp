@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Lines written by hand after the LAWICEL manual.
+// Lines written by hand from the LAWICEL manual.
 
 #include "cbcan/slcan/slcan.hpp"
 #include "support/catch.hpp"
@@ -20,7 +20,7 @@ std::string open_command(std::uint16_t kbit_per_second) {
   return {text.data(), slcan::encode_open(kbit_per_second, text)};
 }
 
-/// What the reader makes of a text: each line in brackets, ! for a bell, ? for a lost line.
+/// The events of the reader for a text: each line in brackets, ! for a bell, ? for a lost line.
 struct Reading {
   slcan::LineReader reader;
 
@@ -38,24 +38,15 @@ struct Reading {
 
 }  // namespace
 
-TEST_CASE("A data frame with an 11-bit identifier is a t line") {
+TEST_CASE("A frame is a line of its type, with its data unless it is remote; an error report is none") {
   CHECK(encoded({0x605, 8, 0, {0x40, 0x17, 0x10}}) == "t60584017100000000000\r");
   CHECK(encoded({0x000, 0, 0, {}}) == "t0000\r");
   CHECK(encoded({0x7FF, 2, 0, {0xAB, 0xCD, 0xEE}}) == "t7FF2ABCD\r");
-}
-
-TEST_CASE("A data frame with a 29-bit identifier is a T line") {
   CHECK(encoded({0x1FFFFFFF, 8, Frame::kExtended, {0xFE, 0xDC, 0xBA, 0x98, 0x76, 0x54, 0x32, 0x10}}) ==
         "T1FFFFFFF8FEDCBA9876543210\r");
   CHECK(encoded({0x42, 1, Frame::kExtended, {5}}) == "T00000042105\r");
-}
-
-TEST_CASE("A remote frame has a DLC and never data") {
   CHECK(encoded({0x702, 1, Frame::kRemote, {0xFF}}) == "r7021\r");
   CHECK(encoded({0x702, 8, Frame::kRemote | Frame::kExtended, {0xFF}}) == "R000007028\r");
-}
-
-TEST_CASE("An error report is not a line") {
   CHECK(encoded({0x4, 8, Frame::kError, {}}).empty());
 }
 

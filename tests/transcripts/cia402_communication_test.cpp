@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The CiA 402 introduction, its part on CiA 301: messages byte for byte, and its table of states and
-// services.
+// The CiA 402 introduction, part on CiA 301: messages byte for byte, and its table of states and services.
 //
 //   Section of the introduction                  Case
 //   NMT: 01h 02h 80h 81h 82h                     overview_test.cpp, "NMT: the five commands ..."
@@ -23,15 +22,14 @@ namespace {
 
 using Frames = std::vector<std::string>;
 
-/// An I/O module that produces everything that a node can: SYNC every 10 ms, TIME every 50 ms, a heartbeat
-/// every 20 ms.
+/// An I/O module that produces every kind of message: SYNC every 10 ms, TIME every 50 ms, a heartbeat every 20 ms.
 struct Producer {
   Producer() {
     node.device().time_stamp().produce_every(50 * kMillisecond, bench.now);
     bench.start().expect("742#00");
     bench.expect_silence();
   }
-  /// Identifiers that are heard within 100 ms, while the input changes and an error occurs.
+  /// Identifiers received within 100 ms, while the input changes and an error occurs.
   std::set<std::string> identifiers() {
     bench.heard();
     bench.input(node, 0x6000, 1, 0xFF);
@@ -53,7 +51,7 @@ struct Producer {
 
 }  // namespace
 
-// Node guarding in the other direction: the node, too, misses the requests. (CiA 301, 7.2.8.3.2.1.)
+// Life guarding: the node also detects missing requests (CiA 301, 7.2.8.3.2.1).
 TEST_CASE("CiA 402 introduction, node guarding with its time-out") {
   WorldBench bench;
   add_demo_node(bench, "pressure_transducer.eds", 1, {{0x100C, 0, 100}, {0x100D, 0, 2}});
@@ -65,8 +63,8 @@ TEST_CASE("CiA 402 introduction, node guarding with its time-out") {
   bench.send("701#R1").expect("701#7F", "081#0000000000000000");
 }
 
-// The introduction's table has lost the places of its marks: Pre-operational has five services and Stopped
-// two. CiA 301, table 37, decides: no PDO in Pre-operational, error and node control alone in Stopped.
+// The columns of the introduction's table are wrong: Pre-operational has five services and Stopped two. CiA 301,
+// table 37, decides: no PDO in Pre-operational, only node and error control in Stopped.
 TEST_CASE("CiA 402 introduction, state-object relationship: which service is there in which state") {
   struct Row {
     const char* state;
@@ -89,14 +87,14 @@ TEST_CASE("CiA 402 introduction, state-object relationship: which service is the
     std::set<std::string> sent = row.sent;
     sent.erase("2C2");  // once, when it became Operational
     CHECK(producer.identifiers() == sent);
-    // Node control is there in each of them.
+    // Node control works in each state.
     producer.bench.send("000#8242");
     CHECK(producer.bench.heard() == Frames{"742#00"});
   }
 }
 
-// "A0h to A4h for block download, C0h to C2h for block upload" are what the server sends in them; the client
-// has the other pair. C6h is C2h with the server's support of the CRC.
+// "A0h to A4h for block download, C0h to C2h for block upload" are the codes of the server; the client has the
+// other pair. C6h is C2h with the server's support of the CRC.
 TEST_CASE("CiA 402 introduction, SDO: block") {
   Generic generic;
   WorldBench& bench = generic.bench;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The CiA 402 introduction, its part on drives, as messages to and from the demo plant's drive, node 5.
+// The CiA 402 introduction, part on drives, as messages to and from the demo plant's drive, node 5.
 //
 //   Section of the introduction                  Case
 //   Overview of the state transitions            "every row of the table of transitions"
@@ -10,7 +10,7 @@
 //   Important object dictionary entries          "the objects and their sizes"
 //   Position scaling, example                    "80,000 increments are 24.41 mm"
 //
-// Its first part, CiA 301: cia402_communication_test.cpp.
+// First part, on CiA 301: cia402_communication_test.cpp.
 
 #include "demo_nodes.hpp"
 
@@ -18,7 +18,7 @@ namespace cbcan::test {
 
 namespace {
 
-/// How the master commands the drive and sees it.
+/// How the master commands and monitors the drive.
 enum class Way : std::uint8_t {
   kSdo,  ///< 6040h and 6041h, in Pre-operational
   kPdo,  ///< RPDO 1 and TPDO 1, in Operational
@@ -28,21 +28,21 @@ struct DriveNode {
   explicit DriveNode(Way way = Way::kSdo) : way_(way) {
     bench.start().expect("705#00");
     if (way_ == Way::kSdo) return;
-    // TPDOs 2 to 4 have the statusword too; off.
+    // TPDOs 2 to 4 contain the statusword too: off.
     bench.ask("605#2301180185020080", "585#6001180100000000");
     bench.ask("605#2302180185030080", "585#6002180100000000");
     bench.ask("605#2303180185040080", "585#6003180100000000");
     bench.ask("000#0105", "185#5002");
   }
 
-  /// The controlword, and the statusword that comes of it at once.
+  /// The controlword, and the resulting statusword.
   void control(const std::string& word, const std::string& status) {
     INFO("controlword " << word);
     if (way_ == Way::kPdo) return bench.ask("205#" + word, "185#" + status);
     bench.ask("605#2B406000" + word + "0000", "585#6040600000000000");
     expect_status(status);
   }
-  /// A statusword that has come by itself.
+  /// A statusword sent without a controlword.
   void expect_status(const std::string& status) {
     if (way_ == Way::kPdo) return bench.expect("185#" + status);
     bench.ask("605#4041600000000000", "585#4B416000" + status + "0000");
@@ -65,22 +65,22 @@ struct DriveNode {
 
 }  // namespace
 
-// The statuswords have remote (0200h) and voltage enabled (0010h) besides the pattern. The introduction's bit
-// patterns of controlwords have one to four digits too many; their hexadecimal values are right. Rows 8 and 9
-// are missing in it: Disable voltage leads from Operation enabled, Quick stop from Ready to switch on, to
-// Switch on disabled.
+// In addition to the pattern the statuswords have remote (0200h) and voltage enabled (0010h). The introduction's
+// bit patterns of controlwords have one to four digits too many; their hexadecimal values are right. Its rows 8
+// and 9 are missing: Disable voltage leads from Operation enabled, Quick stop from Ready to switch on, to Switch
+// on disabled.
 TEST_CASE("CiA 402 introduction: every row of the table of transitions, by SDO and by PDO") {
   for (const Way way : {Way::kSdo, Way::kPdo}) {
     INFO((way == Way::kSdo ? "SDO" : "PDO"));
     DriveNode drive(way);
     drive.write("2B5A600006000000");  // quick stop option code 6: it stays in Quick stop active
-    if (way == Way::kSdo) drive.expect_status("5002");  // 1: by itself after power-on
+    if (way == Way::kSdo) drive.expect_status("5002");  // 1: automatic after power-on
     drive.control("0600", "3102");                      // 2: Shutdown
     drive.control("0700", "3302");                      // 3: Switch on
     drive.control("0600", "3102");                      // 6: Shutdown
     drive.control("0000", "5002");                      // 7: Disable voltage
     drive.control("0600", "3102");
-    drive.control("0200", "5002");  // 7, which CiA 402 lets Quick stop do too
+    drive.control("0200", "5002");  // 7, in CiA 402 also by Quick stop
     drive.control("0600", "3102");
     drive.control("0700", "3302");
     drive.control("0000", "5002");  // 10: Disable voltage
@@ -112,10 +112,10 @@ TEST_CASE("CiA 402 introduction: fault, its reaction and its reset, by SDO and b
     drive.control("0F00", "3702");
     bench.pass(kSecond);
     bench.heard();
-    bench.incident(drive.node, "overcurrent", true).expect("085#1023030000000000");  // 13: by itself
+    bench.incident(drive.node, "overcurrent", true).expect("085#1023030000000000");  // 13: automatic
     drive.expect_status("1F02");
     bench.pass(25 * kMillisecond);
-    drive.expect_status("1802");  // 14: by itself, when the axis stands
+    drive.expect_status("1802");  // 14: automatic, when the axis is at rest
     bench.incident(drive.node, "overcurrent", false).expect_silence();
     // 15: Fault reset, the rising edge of bit 7.
     bench.send(way == Way::kSdo ? "605#2B40600080000000" : "205#8000");
@@ -126,7 +126,7 @@ TEST_CASE("CiA 402 introduction: fault, its reaction and its reset, by SDO and b
 }
 
 // The introduction sets bits 0, 1 and 2 from Switch on disabled, then bit 3. By CiA 402 that is Switch on,
-// which does nothing there: Shutdown, 0006h, comes first.
+// which has no effect there: Shutdown, 0006h, must be first.
 TEST_CASE("CiA 402 introduction: bits 0, 1 and 2, then bit 3, do not enable a drive") {
   DriveNode drive;
   drive.control("0700", "5002");
@@ -183,7 +183,7 @@ TEST_CASE("CiA 402 introduction: profile velocity, the four steps") {
   drive.bench.ask("605#406C600000000000", "585#436C600000000000");
 }
 
-// INTEGER8, INTEGER16 and UNSIGNED16, INTEGER32 and UNSIGNED32 have a response with 4Fh, 4Bh, 43h.
+// The responses for INTEGER8, 16-bit types and 32-bit types begin with 4Fh, 4Bh, 43h.
 TEST_CASE("CiA 402 introduction: the objects and their sizes") {
   DriveNode drive;
   drive.bench.ask("605#4040600000000000", "585#4B40600000000000");
@@ -206,8 +206,8 @@ TEST_CASE("CiA 402 introduction: the objects and their sizes") {
 }
 
 // 65,536 increments, gear 5:1, feed 100 mm: 80,000 increments are 24.414 mm. Positions are whole numbers: in
-// micrometres 24,414, in hundredths of a millimetre 2,441, in millimetres 24. The way there is 24,414 um,
-// which is 79,999.8 increments.
+// micrometres 24,414, in hundredths of a millimetre 2,441, in millimetres 24. The distance is 24,414 um, which is
+// 79,999.8 increments.
 TEST_CASE("CiA 402 introduction: 80,000 increments are 24.41 mm") {
   DriveNode drive;
   drive.write("238F600100000100");  // 608Fh:1 = 65,536

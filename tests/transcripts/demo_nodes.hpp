@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Nodes of the demo plant on a simulated bus, as cbcan-sim makes them.
+/// Nodes of the demo plant on a simulated bus, as in cbcan-sim.
 
 #include "devices/devices.hpp"
 #include "eds/dictionary_image.hpp"
@@ -10,7 +10,7 @@
 
 namespace cbcan::test {
 
-/// What a plant file sets.
+/// A value as set in a plant file.
 struct InitialValue {
   std::uint16_t index;
   std::uint8_t sub;
@@ -28,7 +28,7 @@ inline eds::DictionaryImage demo_image(const std::string& file, std::uint8_t nod
   return image;
 }
 
-/// With the device that belongs to its profile.
+/// With the device of its profile.
 inline sim::Node& add_demo_node(WorldBench& bench, const std::string& file, std::uint8_t node_id,
                                 const std::vector<InitialValue>& values = {}, sim::NodeParts parts = {}) {
   parts.node_id = node_id;

@@ -2,13 +2,16 @@
 // The messages of an I/O module's application note, node 42h, byte for byte and in its order.
 //
 //   Section of the note                          Case
-//   1  states after start-up                     "after start-up the module is Pre-operational and sends no
-//   PDO" 1  000: 01 00, 80 00, 02 00; 742: 05, 7f, 04 "start, pre-operational, stop, and the heartbeats that
-//   follow" 1  what is sent in Stopped                   "Stopped: heartbeats alone" 1  000: 81 00 "restart
-//   the device" 1  000: 82 00                                "restart the communication" 1  table of the five
-//   command words           the three cases with NMT commands 2  function codes 2F 2B 27 23, 60 "write one to
-//   four bytes" 2  function codes 40, 4F 4B 47 43            "read one to four bytes" 2  642: 2b 11 64 01 2c
-//   01, 40 11 64 01       "write 300 to channel 1 and read it back" 2  function code 80 "a write that fails"
+//   1  states after start-up                     "after start-up the module is Pre-operational and sends no PDO"
+//   1  000: 01 00, 80 00, 02 00; 742: 05, 7f, 04 "start, pre-operational, stop, and the heartbeats that follow"
+//   1  what is sent in Stopped                   "Stopped: heartbeats alone"
+//   1  000: 81 00                                "restart the device"
+//   1  000: 82 00                                "restart the communication"
+//   1  table of the five command words           the three cases with NMT commands
+//   2  function codes 2F 2B 27 23, 60            "write one to four bytes"
+//   2  function codes 40, 4F 4B 47 43            "read one to four bytes"
+//   2  642: 2b 11 64 01 2c 01, 40 11 64 01       "write 300 to channel 1 and read it back"
+//   2  function code 80                          "a write that fails"
 //   3  "n is the device address"                 "n is the PDO's number, not the node's"
 //   3.1 steps 1 to 3                             "RPDO: COB-ID, transmission type, mapping"
 //   3.2 steps 1 to 3                             "TPDO: COB-ID, transmission type, mapping"
@@ -25,7 +28,7 @@ namespace {
 /// The module, after its boot-up.
 struct IoModule {
   IoModule() { bench.start().expect("742#00"); }
-  /// The note sets this first: without it nothing tells the state.
+  /// The note sets this first: without it nothing shows the state.
   void set_heartbeat() { bench.ask("642#2B171000E8030000", "5C2#6017100000000000"); }
   void expect_heartbeat(const std::string& frame) {
     bench.pass(kSecond - bench.now % kSecond);
@@ -63,8 +66,8 @@ TEST_CASE("I/O module note, 1: start, pre-operational, stop, and the heartbeats 
   module.expect_heartbeat("742#04");
 }
 
-// The note lets heartbeats and emergency messages through in Stopped, and lets the module receive. By CiA
-// 301, table 37, there is node control and error control alone: no EMCY, no SDO.
+// In the note the module sends heartbeats and emergency messages in Stopped, and receives. By CiA 301, table 37,
+// there are only node control and error control: no EMCY, no SDO.
 TEST_CASE("I/O module note, 1: Stopped: heartbeats alone") {
   IoModule module;
   module.set_heartbeat();
@@ -72,7 +75,7 @@ TEST_CASE("I/O module note, 1: Stopped: heartbeats alone") {
   module.bench.incident(module.node, "output-short-circuit", true);
   module.bench.send("642#4011640100000000").expect_silence();
   module.expect_heartbeat("742#04");
-  module.bench.send("000#8000").expect("0C2#2023030000000000");  // what has waited
+  module.bench.send("000#8000").expect("0C2#2023030000000000");  // the delayed EMCY message
 }
 
 TEST_CASE("I/O module note, 1: restart the device: what was changed is as it was") {
@@ -123,14 +126,14 @@ TEST_CASE("I/O module note, 2: write 300 to channel 1 and read it back") {
   module.bench.ask("642#4011640100000000", "5C2#4B1164012C010000");
 }
 
-// The note's failure is function code 80h; CiA 301, 7.2.4.3.17, has the reason in bytes 4..7.
+// In the note a failure is function code 80h; in CiA 301, 7.2.4.3.17, the reason is in bytes 4..7.
 TEST_CASE("I/O module note, 2: a write that fails") {
   IoModule module;
   module.bench.ask("642#2B1164032C010000", "5C2#8011640311000906");  // there are two channels
   module.bench.ask("642#2B0164012C010000", "5C2#8001640102000106");  // an input
 }
 
-// The note adds the node's ID to 1400h and 1800h. By CiA 301, 7.5.2.35, it is the number of the PDO.
+// The note adds the node ID to 1400h and 1800h. By CiA 301, 7.5.2.35, the number of the PDO is added.
 TEST_CASE("I/O module note, 3: n is the PDO's number, not the node's") {
   IoModule module;
   module.bench.ask("642#2342140142020000", "5C2#8042140100000206");
@@ -140,7 +143,7 @@ TEST_CASE("I/O module note, 3: n is the PDO's number, not the node's") {
 }
 
 // The note writes the COB-ID first and the mapping last. By CiA 301, 7.5.2.36, the PDO is made valid when its
-// mapping stands: COB-ID last. The note's two objects are inputs: they cannot be received; outputs can.
+// mapping is complete: COB-ID last. The note's two objects are inputs, which cannot be received; outputs can.
 TEST_CASE("I/O module note, 3.1: RPDO: COB-ID, transmission type, mapping") {
   IoModule module;
   WorldBench& bench = module.bench;
@@ -176,7 +179,7 @@ TEST_CASE("I/O module note, 3: transmission types") {
   IoModule module;
   WorldBench& bench = module.bench;
   bench.input(module.node, 0x6000, 1, 0x81);
-  for (const unsigned type : {1U, 2U, 240U}) {  // with each, with each second, with each 240th SYNC
+  for (const unsigned type : {1U, 2U, 240U}) {  // with every, every second, every 240th SYNC
     char write[24];
     std::snprintf(write, sizeof write, "642#2F001802%02X000000", type);
     bench.ask(write, "5C2#6000180200000000");
@@ -190,12 +193,12 @@ TEST_CASE("I/O module note, 3: transmission types") {
   }
   bench.ask("642#2F001802F1000000", "5C2#8000180230000906");  // there is no 241
   bench.ask("642#2F001402FD000000", "5C2#8000140230000906");  // 253 is for TPDOs
-  bench.ask("642#2F001802FD000000", "5C2#6000180200000000");  // 253: when asked by a remote frame
+  bench.ask("642#2F001802FD000000", "5C2#6000180200000000");  // 253: on a remote frame
   bench.send("000#0100").expect("2C2#00000000");
   bench.input(module.node, 0x6000, 1, 0x82).expect_silence();
   bench.ask("1C2#R1", "1C2#82");
   bench.send("000#8000");
-  bench.ask("642#2F001802FF000000", "5C2#6000180200000000");  // 255: with each event
+  bench.ask("642#2F001802FF000000", "5C2#6000180200000000");  // 255: on each event
   bench.send("000#0100").expect("1C2#82", "2C2#00000000");
   bench.input(module.node, 0x6000, 1, 0x83).expect("1C2#83");
 }
@@ -203,15 +206,15 @@ TEST_CASE("I/O module note, 3: transmission types") {
 TEST_CASE("I/O module note, 4: a heartbeat every second") {
   IoModule module;
   module.bench.pass(10 * kSecond).expect_silence();                          // by default there is none
-  module.bench.send("642#2B171000E8030000").expect("5C2#6017100000000000");  // which the note leaves out
+  module.bench.send("642#2B171000E8030000").expect("5C2#6017100000000000");  // left out in the note
   for (int i = 0; i < 5; ++i)
     module.bench.pass(kSecond).expect("742#7F");
   module.bench.ask("642#2B17100000000000", "5C2#6017100000000000");
   module.bench.pass(10 * kSecond);
 }
 
-// The note prints the SYNC as "0x80" and eight bytes 0, and says that it has no data. By CiA 301, 7.2.5.3, it
-// has none: DLC 0, or a counter of one byte where 1019h asks for it.
+// The note prints the SYNC as "0x80" and eight bytes 0, and states that it has no data. By CiA 301, 7.2.5.3, it
+// has none: DLC 0, or a counter of one byte if 1019h requires it.
 TEST_CASE("I/O module note, 5: SYNC every 10 ms") {
   IoModule module;
   WorldBench& bench = module.bench;

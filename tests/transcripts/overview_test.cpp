@@ -74,7 +74,7 @@ TEST_CASE("Overview, NMT: the five commands, to one node and to all") {
     const char* first;
     const char* second;
   };
-  // To node 1, to node 2, to both; what the heartbeats say after it.
+  // To node 1, to node 2, to both; the heartbeats after it.
   for (const Row& row : std::initializer_list<Row>{{"000#0101", "701#05", "702#7F"},
                                                    {"000#0201", "701#04", "702#7F"},
                                                    {"000#0102", "701#04", "702#05"},
@@ -88,7 +88,7 @@ TEST_CASE("Overview, NMT: the five commands, to one node and to all") {
     bench.expect(row.first);
     bench.expect(row.second);
   }
-  bench.send("000#0103");  // nobody
+  bench.send("000#0103");  // no such node
   bench.pass(10 * kMillisecond).expect("701#7F", "702#7F");
   bench.ask("000#8101", "701#00");
   bench.ask("000#8202", "702#00");
@@ -136,7 +136,7 @@ TEST_CASE("Overview, SDO: abort, ccs 4") {
   bench.ask("605#2108200008000000", "585#6008200000000000");
   bench.ask("605#0001020304050607", "585#2000000000000000");
   bench.send("605#8008200000000008").expect_silence();        // an abort is not answered
-  bench.ask("605#1D08000000000000", "585#8008200001000405");  // the transfer is over
+  bench.ask("605#1D08000000000000", "585#8008200001000405");  // the transfer has ended
   bench.ask("605#4008200000000000", "585#4108200008000000");
   bench.ask("605#6000000000000000", "585#0000000000000000");  // nothing was written
   bench.ask("605#7000000000000000", "585#1D00000000000000");
@@ -175,7 +175,7 @@ TEST_CASE("Overview, PDO: two devices with the same RPDO") {
   bench.send("242#55");
   bench.ask("642#4000620100000000", "5C2#4F00620155000000");
   bench.ask("643#4000620100000000", "5C3#4F00620155000000");
-  bench.send("243#AA");  // nobody's any more
+  bench.send("243#AA");  // no longer the identifier of an RPDO
   bench.ask("643#4000620100000000", "5C3#4F00620155000000");
 }
 

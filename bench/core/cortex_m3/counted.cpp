@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// For a Cortex-M3 in QEMU: does one of the runs a number of times, "RUN COUNT" on the command line, so that
-// ../../instructions can count. Without them: lists the runs.
+// For a Cortex-M3 in QEMU: performs a run a number of times ("RUN COUNT" on the command line), so that
+// ../../instructions can count. Without arguments: lists the runs.
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -22,7 +22,7 @@ constexpr VectorTable<32> table() {
 
 [[gnu::section(".vectors"), gnu::used]] constinit const VectorTable<32> vectors = table();
 
-/// A decimal number; `at` is then behind it and the blanks around it.
+/// Reads a decimal number and the blanks around it; `at` is then the position after them.
 unsigned number(const char*& at) {
   unsigned value = 0;
   for (; *at == ' '; ++at) {
@@ -58,8 +58,7 @@ void cbcan::boards::on_fault(const Fault& fault) {
 }
 
 int main() {
-  // With the MPU on, QEMU's semihosting cannot read strings that lie in the first kilobyte, next to its
-  // region.
+  // With the MPU on, QEMU's semihosting cannot read strings in the first kilobyte, next to its region.
   constexpr std::uint32_t kMpuControl = 0xD94;
   Mmio(0xE000E000).write(kMpuControl, 0);
   std::array<char, 256> line{};

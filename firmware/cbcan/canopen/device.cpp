@@ -21,13 +21,13 @@ struct Range {
   std::uint16_t last;
 };
 
-/// By sub-index: everything, communication, application, and the manufacturer's behind them.
+/// By sub-index: all, communication, application, manufacturer-specific (also for all higher sub-indices).
 constexpr std::array<Range, 4> kRanges{{{object::kFirstCommunication, object::kLast},
                                         {object::kFirstCommunication, object::kLastCommunication},
                                         {object::kFirstProfile, object::kLastProfile},
                                         {object::kFirstManufacturer, object::kLastManufacturer}}};
 
-/// 1029h:01, what becomes of a node when its network fails. Pre-operational is for one in Operational only.
+/// 1029h:01, the reaction to a communication error. Pre-operational only applies in Operational.
 enum class Reaction : std::uint8_t { kPreOperational = 0, kNone = 1, kStopped = 2 };
 
 constexpr std::uint16_t number(EmergencyCode code) {
@@ -46,10 +46,6 @@ Device::Device(std::uint8_t node_id, const Slave::Tables& tables, const Storage&
       consumer_(slave_.dictionary(), storage.watched),
       life_guard_(slave_.dictionary()),
       time_(slave_.dictionary(), port) {}
-
-void Device::start(Time now) {
-  slave_.start(now);
-}
 
 // ---- Frames
 
@@ -82,7 +78,8 @@ bool Device::on_sdo_request(const Frame& frame, Time now) {
   return written || slave_.sdo_server().waits();
 }
 
-/// What a frame has changed in one part and concerns others. False: a SYNC, and deadline() is what it was.
+/// Passes on what a frame has changed in one part and concerns others. False: it was a SYNC, and deadline() has
+/// not changed.
 bool Device::react(Time now) {
   const Time emergency_due = emergency_.deadline();
   if (sync_.misfits() != known_misfit_) {
@@ -96,7 +93,7 @@ bool Device::react(Time now) {
   return !sync || pdos_moved || changed || emergency_.deadline() != emergency_due;
 }
 
-/// An error of the communication begins, or is over; one that is there already, or is not, is not told.
+/// Reports that a communication error has occurred or has ended; without effect if that is known already.
 void Device::show(EmergencyCode code, bool present, Time now) {
   if (present) return emergency_.error(number(code), ErrorRegister::kCommunication, {}, now);
   emergency_.error_over(number(code), now);
@@ -123,7 +120,7 @@ Time Device::deadline() const {
 
 // ---- The network
 
-/// One error for any number of lost nodes; each further loss is acted on, but told once.
+/// Any number of lost nodes are one EMCY error; fail() is called for each further loss.
 void Device::watch_network(Time now) {
   const std::size_t lost = consumer_.lost();
   const bool unguarded = life_guard_.lost();
@@ -158,11 +155,6 @@ void Device::on_bus_state(BusState state, Time now) {
 }
 
 // ---- The dictionary
-
-AbortCode Device::on_read(const ObjectEntry& entry, std::uint8_t sub, std::span<std::uint8_t> out,
-                          std::size_t& size, Time now) {
-  return application_.on_read(entry, sub, out, size, now);
-}
 
 AbortCode Device::on_write(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value,
                            Time now) {
@@ -214,26 +206,10 @@ void Device::on_state(nmt::State state, Time now) {
 
 // ---- Process data
 
-void Device::refresh(Time now) {
-  application_.refresh(now);
-}
-
-void Device::on_written(Time now) {
-  application_.on_written(now);
-}
-
-void Device::on_sync(Time now) {
-  application_.on_sync(now);
-}
-
 void Device::on_pdo_error(std::uint16_t code, std::uint16_t pdo, Time now) {
   const auto low = static_cast<std::uint8_t>(pdo);
   const auto high = static_cast<std::uint8_t>(pdo >> 8);
   emergency_.error(code, ErrorRegister::kCommunication, {low, high}, now);
-}
-
-void Device::on_pdo_error_over(std::uint16_t code, Time now) {
-  emergency_.error_over(code, now);
 }
 
 }  // namespace cbcan

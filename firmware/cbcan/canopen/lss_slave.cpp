@@ -136,8 +136,8 @@ void LssSlave::configure(const Frame& frame, Time now) {
   }
 }
 
-/// Both services are runs of frames with specifiers that follow each other. The device that matches all of
-/// them answers the last.
+/// Both services are sequences of frames with consecutive specifiers. The device that matches all of them
+/// responds to the last one.
 void LssSlave::select_or_identify(std::uint8_t command, std::uint32_t number, Time now) {
   const bool in_order = command == kSelectVendor || command == kIdentifyVendor || command == expected_;
   if (!in_order || !matches(command, number)) {
@@ -168,8 +168,9 @@ bool LssSlave::matches(std::uint8_t command, std::uint32_t number) const {
   }
 }
 
-/// All devices whose bits match, down to the one that is asked for, answer with the same frame. A part that
-/// is complete leads to the next; going back from it, as to part 0 after the last one, ends the scan.
+/// All devices whose bits match, down to the requested one, respond with the same frame. When a part is
+/// complete the master goes on to the next; going back to an earlier part, as from the last to part 0, ends the
+/// scan.
 void LssSlave::fastscan(const Frame& frame, Time now) {
   const std::uint8_t bit = frame.data[5];
   const std::uint8_t part = frame.data[6];
@@ -198,7 +199,7 @@ void LssSlave::configure_bit_timing(std::uint8_t table, std::uint8_t index, Time
   respond(kConfigureBitTiming, valid ? kOk : kOutOfRange, now);
 }
 
-/// Silent for twice the delay: once until every device has stopped, once until every device has switched.
+/// Silent for twice the delay: first until every device has stopped, then until every device has switched.
 void LssSlave::activate_bit_timing(Time delay, Time now) {
   if (!application_.is_bit_rate_supported(pending_bit_rate_)) return;
   switch_at_ = now + delay;
@@ -219,7 +220,7 @@ void LssSlave::poll(Time now) {
   outbox_.retry(now);
 }
 
-/// `value` goes into bytes 1..4; an error code is its lowest.
+/// `value` goes into bytes 1..4; an error code is in its lowest byte.
 void LssSlave::respond(std::uint8_t command, std::uint32_t value, Time now) {
   Frame frame;
   frame.id = kResponseId;

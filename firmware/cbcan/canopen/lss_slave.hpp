@@ -5,14 +5,14 @@
 /// bit rate, and finds devices that have no node ID yet. Nothing blocks, nothing is allocated; not
 /// re-entrant, but for start() and reset_communication() from inside on_node_id().
 ///
-/// A device without a node ID (255) takes part in nothing but LSS; whoever owns it sees to that. A node ID
-/// that the master configures is pending: it becomes active when the master switches a device without one
-/// back to the waiting state, otherwise with the next reset of the communication.
+/// A device without a node ID (255) takes part in LSS only; its owner ensures that. A node ID that the master
+/// configures is pending: it becomes active when the master switches a device without a node ID back to the
+/// waiting state, otherwise with the next reset of the communication.
 ///
-/// Where the standard leaves room: frames of other lengths than 8 are ignored and bytes that a service does
-/// not use are not looked at, as masters leave all kinds of things in them; "inquire node-ID" tells the
-/// pending one while there is no active one; a response that the port has not taken is dropped when the next
-/// request is there, which it would be taken to answer.
+/// Decided where the standard is not specific: frames of other lengths than 8 are ignored. Bytes that a service
+/// does not use are not checked, as masters put various values there. "Inquire node-ID" returns the pending
+/// node ID while there is no active one. A response that the port has not accepted is dropped when the next
+/// request arrives, because the master would take it for the response to that request.
 
 #include <array>
 #include <cstdint>
@@ -29,28 +29,28 @@ inline constexpr std::array<std::uint32_t, 9> kLssBitRates{1'000'000, 800'000, 5
                                                            0,         50'000,  20'000,  10'000};
 inline constexpr std::uint8_t kReservedLssBitRate = 5;
 
-/// The device behind LSS. A bit rate is an index into that table.
+/// The device that LSS configures. A bit rate is an index into that table.
 class LssApplication {
  public:
-  /// What became of "store configuration"; the values are those on the bus.
+  /// Result of "store configuration"; the values are those on the bus.
   enum class StoreResult : std::uint8_t { kStored = 0, kNoStorage = 1, kAccessError = 2 };
 
-  /// The LSS address, which no other device has: vendor ID, product code, revision number, serial number
-  /// (1018h:1..4) for `part` 0..3.
+  /// The LSS address, unique to this device: vendor ID, product code, revision number, serial number (1018h:1..4)
+  /// for `part` 0..3.
   virtual std::uint32_t identity(std::uint8_t part) const = 0;
 
-  /// Never asked for indices that the table does not have. False for all = no bit rate can be set by LSS.
+  /// Only called with indices that the table has. False for all = no bit rate can be set by LSS.
   virtual bool is_bit_rate_supported(std::uint8_t table_index) const = 0;
 
-  /// "Activate bit timing" takes the device off the bus, and puts it back when all devices have switched:
-  /// while it is off, nothing is sent and nothing is heard. activate_bit_rate() comes half-way.
+  /// "Activate bit timing" takes the device off the bus until all devices have switched: meanwhile nothing is
+  /// sent or received. activate_bit_rate() is called halfway through.
   virtual void set_on_bus(bool on, Time now) = 0;
   virtual void activate_bit_rate(std::uint8_t table_index, Time now) = 0;
 
-  /// Keeps both for the next power-on.
+  /// Stores both for the next power-on.
   virtual StoreResult store(std::uint8_t node_id, std::uint8_t bit_rate) = 0;
 
-  /// A device without a node ID now has this one, 1..127: do the NMT initialisation and boot up.
+  /// A device without a node ID now has this one, 1..127: perform the NMT initialisation and boot up.
   virtual void on_node_id(std::uint8_t node_id, Time now) = 0;
 
  protected:
@@ -63,17 +63,16 @@ class LssSlave final {
   static constexpr std::uint32_t kResponseId = 0x7E4;
   static constexpr std::uint8_t kNoNodeId = 255;
 
-  /// Both outlive it. It hears nothing before start().
+  /// Both outlive it. It ignores frames before start().
   LssSlave(LssApplication& application, CanPort& port) : application_(application), outbox_(port) {}
 
-  /// Power-on and reset node, with what has been stored: `node_id` 1..127 or kNoNodeId, `bit_rate` the table
-  /// index.
+  /// Power-on and reset node, with the stored values: `node_id` 1..127 or kNoNodeId, `bit_rate` the table index.
   void start(std::uint8_t node_id, std::uint8_t bit_rate, Time now);
 
-  /// Reset communication: the pending node ID becomes active, and is the result.
+  /// Reset communication: the pending node ID becomes active, and is returned.
   std::uint8_t reset_communication(Time now);
 
-  /// A frame from the bus; those that are no LSS requests are ignored.
+  /// A frame from the bus; ignored unless it is an LSS request.
   void on_frame(const Frame& frame, Time now);
 
   /// Does what is due.
@@ -109,8 +108,8 @@ class LssSlave final {
   std::uint8_t node_id_ = kNoNodeId;
   std::uint8_t pending_node_id_ = kNoNodeId;
   std::uint8_t pending_bit_rate_ = 0;
-  std::uint8_t expected_ = 0;       ///< the frame that would be next in a selection or identification
-  std::uint8_t fastscan_part_ = 0;  ///< of the identity that the scan has reached
+  std::uint8_t expected_ = 0;       ///< specifier of the next frame of a selection or identification
+  std::uint8_t fastscan_part_ = 0;  ///< part of the identity that the scan has reached
 };
 
 }  // namespace cbcan

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// In the place of a part that a Device does without (cbcan/services.hpp): it has nothing to tell and does
-/// nothing.
+/// Replaces a part that a Device is built without (cbcan/services.hpp); does nothing.
 
 #include <cstddef>
 #include <cstdint>
@@ -15,10 +14,10 @@ namespace cbcan {
 
 class NoPart : public Part {
  public:
-  /// Whatever the part's constructor takes.
+  /// Takes the arguments of any part's constructor.
   explicit NoPart(const auto&... /*arguments*/) {}
 
-  // What Device and applications ask of a Sync, ...
+  // The functions that Device and applications call: of a Sync,
   static constexpr bool take() { return false; }
   static constexpr std::uint8_t counter() { return 0; }
   static constexpr bool misfits() { return false; }

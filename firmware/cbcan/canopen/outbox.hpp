@@ -9,16 +9,16 @@
 
 namespace cbcan {
 
-/// The frame on its way to the port: one that is refused stays here until the port takes it.
+/// A frame to be sent: one that the port refuses stays here until the port accepts it.
 class Outbox {
  public:
   explicit Outbox(CanPort& port) : port_(port) {}
 
-  /// The one sent last, and the place for the next one: what both have in common stays.
+  /// The frame sent last, and the place for the next one: what both have in common can stay.
   Frame& frame() { return frame_; }
 
-  /// False: the port has no room; the frame is kept. By reference: who has the time in memory need not keep
-  /// it in a register meanwhile.
+  /// False: the port has no room; the frame is kept. `now` is a reference so that a caller with the time in
+  /// memory need not keep it in a register during the call.
   bool send(const Time& now) {
     waiting_ = !port_.try_send(frame_);
     if (waiting_) retry_at_ = now + kRetryInterval;
@@ -29,11 +29,11 @@ class Outbox {
     return send(now);
   }
 
-  /// Tries once more what is waiting; true = it has gone.
+  /// Tries the waiting frame again; true = it has been sent.
   bool retry(Time now) { return waiting_ && send(now); }
 
   bool waiting() const { return waiting_; }
-  /// It is a frame with this CAN-ID.
+  /// A frame with this CAN-ID is waiting.
   bool holds(std::uint32_t id) const { return waiting_ && frame_.id == id; }
   void drop() { waiting_ = false; }
   Time deadline() const { return waiting_ ? retry_at_ : kNever; }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// What 1010h and 1011h ask for (CiA 301, 7.5.2.13 and 7.5.2.14): a memory that survives power. A device
-/// without one refuses both (0800 0020h).
+/// Non-volatile memory for 1010h and 1011h (CiA 301, 7.5.2.13 and 7.5.2.14). A device without one rejects both
+/// (0800 0020h).
 
 #include <cstdint>
 
@@ -12,17 +12,17 @@ namespace cbcan {
 
 class ParameterMemory {
  public:
-  /// 1010h: keeps the values of the parameters first_index..last_index for the resets to come. kNone, or why
-  /// not: then what was kept before still is.
+  /// 1010h: stores the values of the parameters first_index..last_index for later resets. kNone, or the reason
+  /// why not: then the values stored before are unchanged.
   virtual AbortCode save(std::uint16_t first_index, std::uint16_t last_index) = 0;
-  /// 1011h: from the next reset on those parameters have their power-on values. Likewise.
+  /// 1011h: from the next reset on those parameters have their power-on values. Returns the same.
   virtual AbortCode forget(std::uint16_t first_index, std::uint16_t last_index) = 0;
-  /// A reset has put power-on values into first_index..last_index: puts those that are kept over them,
-  /// computed ones by handler.on_write(). For devices whose own restore() does not do that.
+  /// A reset has restored the power-on values of first_index..last_index: replaces them by the stored ones,
+  /// computed ones with handler.on_write(). For devices whose own restore() does not do that.
   virtual void load(ObjectDictionary& /*objects*/, ObjectHandler& /*handler*/, std::uint16_t /*first_index*/,
                     std::uint16_t /*last_index*/) {}
-  /// LSS: keeps both for the next power-on. `node_id` 1..127; `bit_rate` as LssApplication has it,
-  /// kReservedLssBitRate = as it is. False: could not. For devices with an LSS slave of their own.
+  /// LSS: stores both for the next power-on. `node_id` 1..127; `bit_rate` as in LssApplication,
+  /// kReservedLssBitRate = unchanged. False: could not. For devices with their own LSS slave.
   virtual bool keep_address(std::uint8_t /*node_id*/, std::uint8_t /*bit_rate*/) { return false; }
 
  protected:

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// What a Device has besides NMT, SDO and error control: SYNC, TIME, EMCY, heartbeat consumer, life guarding,
-/// process data. A part knows the dictionary and a port and none of the others; Device passes on what happens
-/// in one and concerns another. All parts have this shape, and hide here what they do something about; it is
-/// not virtual. To add a part: give it this shape, and a place in Device::with_parts() and poll().
+/// A service of a Device other than NMT, SDO and error control: SYNC, TIME, EMCY, heartbeat consumer, life
+/// guarding, process data. A part knows the dictionary and a port but no other part; Device passes on what
+/// concerns another part. All parts have these functions and hide the ones that they implement; none is virtual.
+/// To add a part: derive it from Part, and add it to Device::with_parts() and poll().
 
 #include <cstdint>
 #include <span>
@@ -19,7 +19,7 @@ namespace cbcan {
 
 class Part {
  public:
-  /// What begins anew.
+  /// What is being reset.
   struct Reset {
     std::uint8_t node_id;
     bool application;  ///< power-on or reset node; false: the communication alone
@@ -28,7 +28,7 @@ class Part {
   /// The objects that configure it.
   static constexpr bool owns(std::uint16_t /*index*/) { return false; }
 
-  /// Before a number is stored in such an object: kNone, or why it cannot be.
+  /// Before a number is stored in such an object: kNone, or the reason why it cannot be.
   AbortCode check(std::uint16_t /*index*/, std::uint8_t /*sub*/, std::uint32_t /*number*/) const {
     return AbortCode::kNone;
   }
@@ -36,18 +36,18 @@ class Part {
   void configure(std::uint16_t /*index*/, Time /*now*/) {}
   /// The dictionary's values have been restored; on_state() follows.
   void reset(const Reset& /*reset*/, Time /*now*/) {}
-  /// This NMT state has been entered, perhaps anew.
+  /// This NMT state has been entered, or entered again.
   void on_state(nmt::State /*state*/, Time /*now*/) {}
 
-  /// Frames with this CAN-ID are for on_frame() before they may be process data.
+  /// Frames with this CAN-ID go to on_frame() before they are checked for process data.
   bool hears(std::uint32_t /*id*/) const { return false; }
-  /// A frame from the bus. True: it is this part's, and of no interest to the others.
+  /// A frame from the bus. True: it is for this part and no other.
   bool on_frame(const Frame& /*frame*/, Time /*now*/) { return false; }
-  /// Does what is due. To be called at deadline() at the latest; more often is harmless.
+  /// Does what is due. Call it at deadline() at the latest; more often is harmless.
   void poll(Time /*now*/) {}
   Time deadline() const { return kNever; }
 
-  /// Calls visit(id) for each CAN-ID that it wants to hear; for some perhaps twice.
+  /// Calls visit(id) for each CAN-ID that it must receive; for some perhaps twice.
   template <class Visitor>
   void visit_ids(Visitor /*visit*/) const {}
 };

@@ -36,17 +36,17 @@ void Slave::reset(std::uint16_t first_index, std::uint16_t last_index, Time now)
   heartbeat_period_ = 0;
   heartbeat_at_ = kNever;
   wanted_ = 0;
-  if (node_id_ > nmt::kMaxNode) return;  // start() has to come again
+  if (node_id_ > nmt::kMaxNode) return;  // off the bus until start()
   configure(now);
   wanted_ = kBootUp;
-  poll(now);  // before what Pre-operational lets out
+  poll(now);  // before any frame of Pre-operational
   enter(nmt::State::kPreOperational, now);
 }
 
 void Slave::enter(nmt::State state, Time now) {
   state_ = state;
   if (!nmt::is_running(state))
-    sdo_server_.reset(sdo::kResponseId + node_id_);  // neither a response nor a segment any more
+    sdo_server_.reset(sdo::kResponseId + node_id_);  // no more responses or segments
   application_.on_state(state, now);
 }
 
@@ -110,7 +110,7 @@ bool Slave::send_wanted(Time now) {
   return true;
 }
 
-/// Made when it is sent, so that it tells the state of that moment.
+/// Created when it is sent, so that it contains the current state.
 Frame Slave::frame_for(std::uint8_t wanted) const {
   const auto state = static_cast<std::uint8_t>(state_);
   if (wanted == kBootUp)

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// What every CANopen device has (CiA 301): NMT state machine, SDO server over its object dictionary,
-/// boot-up, heartbeat producer, node guarding. It stands by itself, and is the inside of every Device
-/// (device.hpp), which adds process data and the rest.
+/// What every CANopen device has (CiA 301): NMT state machine, SDO server over its object dictionary, boot-up,
+/// heartbeat producer, node guarding. It can be used alone, and is part of every Device (device.hpp), which adds
+/// process data and other services.
 ///
-/// Acts on 1017h (heartbeat producer), where the dictionary has it. Nothing blocks, nothing is allocated; not
-/// re-entrant. A frame that the port refuses stays wanted and is tried again.
+/// Acts on 1017h (heartbeat producer), if the dictionary has it. Nothing blocks, nothing is allocated; not
+/// re-entrant. A frame that the port refuses is tried again.
 
 #include <cstddef>
 #include <cstdint>
@@ -22,13 +22,13 @@
 
 namespace cbcan {
 
-/// The device behind the communication: its values and what it does. What is the Slave's of what has been
-/// stored its on_stored() passes on.
+/// The application of a slave: its values and behaviour. Its on_stored() must call Slave::configure() for the
+/// objects that Slave owns().
 class Application : public ObjectHandler {
  public:
-  /// Puts stored values back to what they are at power-on: those with first_index <= index <= last_index.
+  /// Restores the power-on values of stored objects with first_index <= index <= last_index.
   virtual void restore(std::uint16_t first_index, std::uint16_t last_index, Time now) = 0;
-  /// This NMT state has been entered, perhaps anew: a node may be started that is Operational.
+  /// This NMT state has been entered, or entered again: a node that is Operational may be started.
   virtual void on_state(nmt::State /*state*/, Time /*now*/) {}
 
  protected:
@@ -52,20 +52,19 @@ class Slave {
   /// Power on: boot-up message, then Pre-operational.
   void start(Time now);
 
-  /// False: frames with this CAN-ID need not be given to on_frame(). Those for it are NMT commands, and this
-  /// node's SDO requests and error control.
+  /// False: on_frame() ignores frames with this CAN-ID. It handles NMT commands, and this node's SDO requests and
+  /// error control.
   bool hears(std::uint32_t id) const {
     return id == nmt::kCommandId || (id % (nmt::kMaxNode + 1u) == node_id_ && id >= sdo::kRequestId);
   }
   /// A frame from the bus; frames that are not for this node are ignored.
   void on_frame(const Frame& frame, Time now);
 
-  /// Sends what is due. Returns when it wants to be called next; kNever = only after a frame.
+  /// Sends what is due. Returns the time of the next call; kNever = only after a frame.
   Time poll(Time now);
   Time deadline() const;
 
-  /// The object that configures it; to be called when it has been stored. A period that has not changed keeps
-  /// its beat.
+  /// Call configure() when an object that it owns has been stored. An unchanged period is not restarted.
   static constexpr bool owns(std::uint16_t index) { return index == object::kProducerHeartbeatTime; }
   void configure(Time now);
 
@@ -83,8 +82,8 @@ class Slave {
 
   nmt::State state() const { return state_; }
   std::uint8_t node_id() const { return node_id_; }
-  /// Counts from the next start() or reset on. Above 127 there is none: that reset ends in Initialising,
-  /// where it is off the bus until start().
+  /// Used from the next start() or reset on. Above 127 = no node ID: that reset ends in Initialising, off the
+  /// bus until start().
   void set_node_id(std::uint8_t node_id) { next_node_id_ = node_id; }
   ObjectDictionary& dictionary() { return dictionary_; }
   const ObjectDictionary& dictionary() const { return dictionary_; }
@@ -101,7 +100,7 @@ class Slave {
   std::uint8_t node_id_;
   std::uint8_t next_node_id_;
   std::uint8_t guard_toggle_ = 0;
-  std::uint8_t wanted_ = 0;  ///< frames that are to be sent, one bit each
+  std::uint8_t wanted_ = 0;  ///< frames to be sent, one bit each
   Application& application_;
   CanPort& port_;
   Time heartbeat_at_ = kNever;

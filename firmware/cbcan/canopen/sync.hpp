@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// SYNC, consumed and produced (CiA 301, 7.2.5). Objects, where the dictionary has them: 1005h COB-ID (bit
+/// SYNC, consumed and produced (CiA 301, 7.2.5). Objects, if the dictionary has them: 1005h COB-ID (bit
 /// 30: producer), 1006h period in microseconds, 1007h window in microseconds, 1019h counter overflow value.
 /// Nothing blocks, nothing is allocated; not re-entrant.
 
@@ -29,10 +29,10 @@ class Sync : public Part {
            index == object::kSyncCounterOverflow;
   }
   AbortCode check(std::uint16_t index, std::uint8_t sub, std::uint32_t number) const;
-  /// A period that has not changed keeps its beat.
+  /// An unchanged period is not restarted.
   void configure(std::uint16_t index, Time now);
   void reset(const Reset& reset, Time now);
-  /// A SYNC is sent and heard in Pre-operational and Operational only. The first one carries counter 1.
+  /// SYNC is sent and received in Pre-operational and Operational only. The first one has counter 1.
   void on_state(nmt::State state, Time now);
   bool hears(std::uint32_t id) const { return id == id_; }
   bool on_frame(const Frame& frame, Time now);
@@ -43,14 +43,14 @@ class Sync : public Part {
     if (id_ != 0) visit(id_);
   }
 
-  /// Once for every SYNC, heard or sent: act on it.
+  /// True once for every SYNC, received or sent: act on it.
   bool take() { return std::exchange(came_, false); }
 
-  /// Of the last SYNC, 1..240; 0 = it had none.
+  /// The counter of the last SYNC, 1..240; 0 = none.
   std::uint8_t counter() const { return counter_; }
-  /// The last SYNC did not have the length that 1019h says; it counts all the same.
+  /// The length of the last SYNC was not as in 1019h; the SYNC is used nevertheless.
   bool misfits() const { return misfits_; }
-  /// The time behind a SYNC within which synchronous PDOs count; 0 = any.
+  /// The time after a SYNC during which synchronous PDOs are valid; 0 = without limit.
   Time window() const { return window_; }
 
  private:

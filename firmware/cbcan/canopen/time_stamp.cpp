@@ -38,11 +38,11 @@ void TimeStamp::configure(std::uint16_t /*index*/, Time now) {
 }
 
 void TimeStamp::produce_every(Time period, Time now) {
-  const bool keeps_its_beat = period == period_ && due_ != kNever;
+  const bool unchanged = period == period_ && due_ != kNever;
   period_ = period;
   if (!produces_ || !running_ || period == 0) {
     due_ = kNever;
-  } else if (!keeps_its_beat) {
+  } else if (!unchanged) {
     due_ = now + period;
   }
 }
@@ -87,7 +87,7 @@ void TimeStamp::set(const TimeOfDay& time_of_day, Time now) {
   set_at_ = now;
 }
 
-/// By days and hours, so that what is left fits 32 bits: a 64-bit division would be a library call.
+/// Subtracts days and hours so that the rest fits in 32 bits: a 64-bit division would be a library call.
 TimeOfDay TimeStamp::at(Time now) const {
   Time since = now - set_at_;
   TimeOfDay time = set_;

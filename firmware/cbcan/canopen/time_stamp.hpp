@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// TIME, consumed and produced (CiA 301, 7.2.6), and the time of day that it sets. Object 1012h, where the
+/// TIME, consumed and produced (CiA 301, 7.2.6), and the time of day that it sets. Object 1012h, if the
 /// dictionary has it: COB-ID, bit 31 consumer, bit 30 producer. Nothing blocks, nothing is allocated; not
 /// re-entrant.
 
@@ -31,9 +31,9 @@ class TimeStamp : public Part {
   static constexpr bool owns(std::uint16_t index) { return index == object::kTimeCobId; }
   AbortCode check(std::uint16_t index, std::uint8_t sub, std::uint32_t number) const;
   void configure(std::uint16_t index, Time now);
-  /// The time of day goes on.
+  /// The time of day is not reset.
   void reset(const Reset& reset, Time now);
-  /// TIME is sent and heard in Pre-operational and Operational only.
+  /// TIME is sent and received in Pre-operational and Operational only.
   void on_state(nmt::State state, Time now);
   bool hears(std::uint32_t id) const { return id == id_; }
   bool on_frame(const Frame& frame, Time now);
@@ -44,7 +44,7 @@ class TimeStamp : public Part {
     if (consumes_) visit(id_);
   }
 
-  /// As a producer: sends the time of day this often, microseconds; 0 = never.
+  /// As a producer: sends the time of day with this period, in microseconds; 0 = never.
   void produce_every(Time period, Time now);
   /// As a producer: sends the time of day now.
   void produce(Time now);

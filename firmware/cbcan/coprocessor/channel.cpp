@@ -10,7 +10,7 @@ namespace cbcan {
 
 namespace {
 
-/// R3706 for a node whose state nobody knows (CBCAN, section 3).
+/// R3706 for a node whose state is not known (CBCAN, section 3).
 constexpr std::uint16_t kNotDetected = 6;
 
 const regmap::NmtRow* find_nmt_command(std::uint16_t code) {
@@ -19,11 +19,11 @@ const regmap::NmtRow* find_nmt_command(std::uint16_t code) {
   return nullptr;
 }
 
-/// Words of a request, from its first one.
+/// Offsets of words in a request.
 constexpr std::size_t kSizePlace = regmap::kDataSize - regmap::kWindowFirst;
 constexpr std::size_t kDataPlace = regmap::kData - regmap::kWindowFirst;
 
-/// Data words carry the low byte first, and so does every machine that this runs on.
+/// Data words hold the low byte first, as the words of every supported processor do.
 static_assert(std::endian::native == std::endian::little, "the coprocessor needs a little-endian processor");
 
 }  // namespace
@@ -52,7 +52,7 @@ void Channel::work(Time now) {
 
 // ---- The two windows
 
-/// The PLC has written CA0Eh, or something else over it.
+/// The PLC has written CA0Eh, or has overwritten it.
 void Channel::on_flag(bool execute, Time now) {
   flagged_ = execute;
   if (execute) {
@@ -63,7 +63,7 @@ void Channel::on_flag(bool execute, Time now) {
   if (activity_ != Activity::kIdle && served_ == Window::kRegisters) cancel(now);
 }
 
-/// In turns, where both have a request.
+/// In turns if both windows have a request.
 void Channel::begin_waiting(Time now) {
   if (!flagged_ && !scanner_.waiting()) return;
   const bool registers = flagged_ && (!scanner_.waiting() || !serves_registers());
@@ -77,14 +77,14 @@ void Channel::hold_back() {
   if (!serves_registers()) scanner_.hold_back();
 }
 
-/// The window that was held back asks first, as if the other one had been served last.
+/// The window whose request was delayed is served first, as if the other one had been served last.
 void Channel::resume(Time now) {
   activity_ = Activity::kIdle;
   served_ = served_ == Window::kRegisters ? Window::kScanner : Window::kRegisters;
   begin_waiting(now);
 }
 
-/// Where its data, or its abort code, are to go.
+/// Destination of the data or the abort code.
 std::uint16_t* Channel::data_words() const {
   return serves_registers() ? window_.words() + kDataPlace : scanner_.data();
 }
@@ -93,7 +93,7 @@ void Channel::load_data(std::span<std::uint8_t> bytes) const {
   copy_bytes(reinterpret_cast<const std::uint8_t*>(words() + kDataPlace), bytes.data(), bytes.size());
 }
 
-/// Words past the last byte are not touched; the unused half of the last word is 0.
+/// Words after the last byte are not changed; the unused half of the last word is 0.
 inline void Channel::store_data(std::span<const std::uint8_t> bytes) const {
   auto* const to = reinterpret_cast<std::uint8_t*>(data_words());
   copy_bytes(bytes.data(), to, bytes.size());
@@ -145,7 +145,7 @@ void Channel::leave() {
   deadline_ = kNever;
 }
 
-/// The next request, which may have waited, begins at the next poll: nothing here calls itself.
+/// A waiting request begins at the next poll: this avoids recursion.
 void Channel::finish(regmap::Result result, std::size_t size) {
   leave();
   if (result != regmap::Result::kOk) ++counters_.failed;
@@ -175,7 +175,7 @@ void Channel::end_read(std::span<const std::uint8_t> bytes) {
 
 // ---- SDO
 
-/// The client may have ended its transfer, and may want to be called at another time.
+/// The client's transfer may have ended, and its deadline may have changed.
 void Channel::follow_sdo() {
   if (client_.busy()) return wake_at(client_.deadline());
   if (activity_ == Activity::kSdo) end_sdo();
@@ -188,7 +188,7 @@ void Channel::on_sdo_response(const Frame& frame, Time now) {
 
 void Channel::end_sdo() {
   if (client_.outcome() == SdoClient::Outcome::kFailed) {
-    due_ = 0;  // its abort may wait for the port
+    due_ = 0;  // its abort may be waiting for the port
     return end(client_.error());
   }
   if (direction_ == SdoClient::Direction::kWrite) return finish(regmap::Result::kOk);
@@ -216,7 +216,7 @@ void Channel::begin_nmt(std::uint16_t addressed, Time now) {
   if (row == nullptr) return end(AbortCode::kValue);
   const auto command = static_cast<nmt::Command>(row->specifier);
   if (addressed == node_.node_id()) {
-    node_.command(command, now);
+    node_.slave().command(command, now);
     follow_node();
     return finish(regmap::Result::kOk);
   }
@@ -237,7 +237,7 @@ void Channel::begin_node_state(std::uint8_t node, Time now) {
   send_command(now);
 }
 
-/// An NMT command is done when the port has taken it; a guarding request then waits for its response.
+/// An NMT command is done when the port has accepted it; a guarding request then waits for its response.
 void Channel::send_command(Time now) {
   if (!port_.try_send(command_)) return wait_for_port(now);
   command_refused_ = false;
@@ -258,7 +258,7 @@ void Channel::wait_for_port(Time now) {
   wake_at(now);
 }
 
-/// Nodes with a heartbeat need not answer: what they reported stands while it is fresh.
+/// Nodes with a heartbeat need not respond: their last report is valid while it is fresh.
 void Channel::end_node_state_unanswered(Time now) {
   if (node_.monitor().is_fresh(state_node_, now))
     return end_node_state(node_.monitor().last_state(state_node_));

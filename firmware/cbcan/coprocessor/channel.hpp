@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// One SDO client and the requests that a PLC makes through it: one at a time, with its services, its checks
-/// and its result (docs/reference/contract.md). A channel has the window R3700..R3769, a scanner window or
-/// both; where both have a request they take turns. Requests to other nodes are made by the channel's own
-/// client, those to the own node by the LocalNode that all channels share.
+/// One SDO client and the requests of a PLC to it: one at a time, with its services, its checks and its result
+/// (docs/reference/contract.md). A channel has the window R3700..R3769, a scanner window or both; if both have a
+/// request they take turns. Requests to other nodes use the channel's own client, those to the own node the
+/// LocalNode that all channels share.
 ///
-/// Who owns it calls the functions below, as Coprocessor says of its own; and poll() at the time that it
-/// returned, or that due() gives after another call. Not re-entrant.
+/// The owner calls the functions below as described for Coprocessor, and poll() at the time that it returned, or
+/// that due() returns after another call. Not re-entrant.
 
 #include <algorithm>
 #include <array>
@@ -27,10 +27,10 @@ namespace cbcan {
 
 class Channel;
 
-/// Of several channels on one bus: who may begin.
+/// Decides which of several channels on one bus may begin a request.
 class ChannelTurns {
  public:
-  /// A request waits in this channel: calls its begin(), or its hold_back().
+  /// A request is waiting in this channel: calls its begin() or its hold_back().
   virtual void begin_or_hold_back(Channel& channel, Time now) = 0;
 
  protected:
@@ -39,22 +39,22 @@ class ChannelTurns {
 
 class Channel {
  public:
-  /// Of the whole coprocessor.
+  /// Settings of the whole coprocessor.
   struct Settings {
     std::uint8_t node_id = 127;           ///< own node ID, 1..127
-    std::uint16_t sdo_timeout_ms = 1000;  ///< 0 = wait for ever; 3003h at run time
-    Time state_fresh_for = 2 * kSecond;  ///< age up to which a heartbeat is believed where 1016h sets no time
+    std::uint16_t sdo_timeout_ms = 1000;  ///< 0 = wait without limit; 3003h at run time
+    Time state_fresh_for = 2 * kSecond;  ///< age up to which a heartbeat is valid if 1016h sets no time
     Time guard_timeout = 100 * kMillisecond;  ///< wait for the response to a node guarding request
-    /// Silence of the PLC after which the own node leaves Operational; 0 = it may be silent for ever.
+    /// Silence of the PLC after which the own node leaves Operational; 0 = no limit.
     std::uint16_t plc_timeout_ms = 0;
-    nmt::Command plc_lost = nmt::Command::kEnterPreOperational;  ///< what the own node does then
-    // Where the ranges begin, as the PLC and on_registers_written() know them.
+    nmt::Command plc_lost = nmt::Command::kEnterPreOperational;  ///< executed by the own node then
+    // First registers of the ranges, as used by the PLC and on_registers_written().
     std::uint16_t scanner_out_first = regmap::kScannerOutFirst;
     std::uint16_t scanner_in_first = regmap::kScannerInFirst;
     std::uint16_t process_first = regmap::kProcessFirst;
   };
 
-  /// `number`: from 0, for ChannelTurns. Without `turns` every request may begin.
+  /// `number`: from 0, for ChannelTurns. Without `turns` every request begins immediately.
   Channel(RegisterWindow window, ScannerWindow scanner, LocalNode& node, CanPort& port,
           const Settings& settings, ChannelTurns* turns = nullptr, std::uint8_t number = 0)
       : window_(window),
@@ -71,7 +71,7 @@ class Channel {
   void start(Time now);
 
   void on_sdo_response(const Frame& frame, Time now);
-  /// A node, 1..127, has told its state.
+  /// A node, 1..127, has reported its state.
   void on_news(std::uint8_t node, NodeMonitor::News news, Time now) {
     if (news == NodeMonitor::News::kBootUp) {
       client_.on_boot_up(node, now);
@@ -104,7 +104,7 @@ class Channel {
   /// The own node may be due earlier.
   void follow_node() { wake_at(node_.deadline()); }
   /// Before each poll() of a channel that has the window R3700..R3769.
-  void look_at_flag(Time now) {
+  void check_flag(Time now) {
     const bool execute = window_.flag() == regmap::kExecute;
     if (execute != flagged_) on_flag(execute, now);
   }
@@ -112,13 +112,13 @@ class Channel {
   struct Counters {
     std::uint32_t executed = 0;   ///< requests begun, of either window
     std::uint32_t failed = 0;     ///< ended with a result other than 0
-    std::uint32_t cancelled = 0;  ///< no longer wanted by the PLC while under way
+    std::uint32_t cancelled = 0;  ///< cancelled by the PLC while in progress
   };
   const Counters& counters() const { return counters_; }
   const Settings& settings() const { return settings_; }
   SdoClient& sdo_client() { return client_; }
   const SdoClient& sdo_client() const { return client_; }
-  /// 3003h and 3004h of each window; those of R3700..R3769 first.
+  /// 3003h and 3004h of each window; R3700..R3769 first.
   std::array<Transfers, 2>& all_transfers() { return transfers_; }
 
   // For ChannelTurns.
@@ -130,36 +130,36 @@ class Channel {
     std::uint16_t sub;
     std::uint16_t size;
   };
-  /// The one that waits, or is under way. Each word is looked at once: the PLC may write to it meanwhile.
+  /// The request that waits or is in progress. Each word is read once: the PLC may write to it at any time.
   Request request() const {
     const volatile std::uint16_t* const word = words() - regmap::kWindowFirst;
     return {word[regmap::kCommand], word[regmap::kNodeId], word[regmap::kObjectIndex],
             word[regmap::kObjectSubIndex], word[regmap::kDataSize]};
   }
   std::uint8_t number() const { return number_; }
-  /// When this channel lets another one ask this node; kNever = not before its own transfer's end.
+  /// When another channel may send a request to this node; kNever = not before the end of this channel's transfer.
   Time node_free_from(std::uint8_t node, Time now) { return client_.node_free_from(node, now); }
-  /// An NMT command or a node state is under way.
+  /// An NMT command or a node state request is in progress.
   bool in_service() const { return activity_ == Activity::kNmtCommand || activity_ == Activity::kNodeState; }
   void begin(Time now);
-  /// Until resume() the request waits, as it is or as the PLC writes it anew.
+  /// The request waits until resume(); the PLC may write it again meanwhile.
   void hold_back();
   bool held_back() const { return activity_ == Activity::kHeldBack; }
-  /// Lets it ask again.
+  /// Hands the request to ChannelTurns again.
   void resume(Time now);
   /// The own node has been reset.
   void reset();
 
  private:
   enum class Activity : std::uint8_t { kIdle, kHeldBack, kSdo, kNmtCommand, kNodeState };
-  /// The two ways in. What 3003h and 3004h say holds for the one they are written through.
+  /// The two windows. Each has its own 3003h and 3004h, which are written through it.
   enum class Window : std::uint8_t { kRegisters, kScanner };
 
   void work(Time now);
   void on_flag(bool execute, Time now);
   void begin_waiting(Time now);
   void follow_sdo();
-  /// Of the request, in the order of R3700..R3769.
+  /// The words of the request, in the order of R3700..R3769.
   const std::uint16_t* words() const { return serves_registers() ? window_.words() : scanner_.words(); }
   std::uint16_t* data_words() const;
   void load_data(std::span<std::uint8_t> bytes) const;
@@ -183,14 +183,14 @@ class Channel {
   Transfers& transfers() { return transfers_[static_cast<std::size_t>(served_)]; }
 
   RegisterWindow window_;
-  bool flagged_ = false;  ///< the last poll has seen CA0Eh in R3700: it waits, or is under way
+  bool flagged_ = false;  ///< the last poll has seen CA0Eh in R3700: its request waits or is in progress
   Activity activity_ = Activity::kIdle;
-  Window served_ = Window::kScanner;                              ///< whose request is under way, or was last
+  Window served_ = Window::kScanner;                              ///< whose request is in progress, or was last
   SdoClient::Direction direction_ = SdoClient::Direction::kRead;  ///< of the SDO transfer
   bool command_refused_ = false;
   std::uint8_t number_;
-  std::uint8_t state_node_ = 0;  ///< whose state is asked for
-  Time due_ = 0;                 ///< poll has work to do from then on; may be early, is never late
+  std::uint8_t state_node_ = 0;  ///< whose state is requested
+  Time due_ = 0;                 ///< poll() has work to do then; may be too early, never too late
   Time deadline_ = kNever;       ///< of an NMT command or a node state request
   LocalNode& node_;
   CanPort& port_;

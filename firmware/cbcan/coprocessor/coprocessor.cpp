@@ -19,7 +19,7 @@ void Coprocessor::start(Time now) {
 }
 
 Time Coprocessor::poll(Time now) {
-  channel_.look_at_flag(now);
+  channel_.check_flag(now);
   if (now >= channel_.due()) work(now);
   return channel_.due();
 }
@@ -36,7 +36,7 @@ void Coprocessor::on_registers_written(std::size_t first, std::size_t count, Tim
   scanner ? on_scanner_written(first, count, now) : on_outputs_written(first, count, now);
 }
 
-/// And maybe to outputs.
+/// The range may also contain outputs.
 void Coprocessor::on_scanner_written(std::size_t first, std::size_t count, Time now) {
   on_outputs_written(first, count, now);
   channel_.on_registers_written(settings().scanner_out_first, first, count, now);
@@ -74,12 +74,13 @@ void Coprocessor::on_plc(Time now) {
   channel_.wake_at(plc_due_);
 }
 
-/// The bus sees that the PLC is gone: TPDOs end, the heartbeat tells. Outputs stay as they are.
+/// Shows other nodes that the PLC is silent: no more TPDOs, and the heartbeat reports the new state. Outputs are
+/// not changed.
 void Coprocessor::watch_plc(Time now) {
   plc_due_ = plc_heard_at_ + milliseconds(settings().plc_timeout_ms);
   if (now < plc_due_) return;
   plc_due_ = kNever;
-  if (node_.state() == nmt::State::kOperational) node_.command(settings().plc_lost, now);
+  if (node_.state() == nmt::State::kOperational) node_.slave().command(settings().plc_lost, now);
 }
 
 void Coprocessor::on_error_control(const Frame& frame, Time now) {

@@ -1,22 +1,22 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The coprocessor: turns what a PLC program writes to R3700..R3769, or to the scanner window, into CANopen
-/// services and writes the results back. The only room that knows both registers and CANopen. The contract is
+/// The coprocessor: executes the CANopen services that a PLC program requests in R3700..R3769, or in the scanner
+/// window, and writes back the results. Only this directory uses both registers and CANopen. The contract is
 /// docs/reference/contract.md.
 ///
-/// How to run it, on anything:
+/// How to run it:
 ///   start(now) once; on_frame(frame, now) for every frame that arrives; on_bus_state() when the CAN
 ///   controller's state changes; on_registers_written() after each request of the PLC that has written
-///   registers of the scanner window or of process data, on_plc() after each request at all; poll(now) at the
-///   time that the last poll returned, and whenever R3700 may have been written, something else has been
+///   registers of the scanner window or of process data; on_plc() after every request of the PLC; poll(now) at
+///   the time that the last poll returned, and whenever R3700 may have been written, another function has been
 ///   called or the port has room again. Times are microseconds, monotonic (cbcan/time.hpp).
 ///
-/// Both windows share it: one request at a time, in turns where both have one. A request is copied when its
-/// turn comes.
+/// Both windows share it: one request at a time, in turns if both have one. A request is copied when its turn
+/// comes.
 ///
 /// Nothing blocks, nothing is allocated, there are no globals: several coprocessors may run in one program.
-/// Not re-entrant: all calls come from one place (a loop, one interrupt level). Only the register words are
+/// Not re-entrant: make all calls from one place (a loop, one interrupt level). Only the register words are
 /// shared. An idle poll costs two loads and two compares, whatever the number of nodes.
 
 #include <cstddef>
@@ -38,20 +38,21 @@ class Coprocessor {
   Coprocessor(RegisterWindow window, ProcessRegisters process, CanPort& port, const Settings& settings,
               ScannerWindow scanner = {}, ChannelTurns* turns = nullptr);
 
-  /// Before start(): where 1010h stores the own node's parameters; outlives this. Without it stores nothing.
+  /// Call it before start(): where 1010h stores the own node's parameters; outlives this. By default nothing is
+  /// stored.
   void keep_in(ParameterMemory& memory) { node_.keep_in(memory); }
 
-  /// Sends the boot-up message. A CA0Eh that already stands in R3700 is executed at the next poll.
+  /// Sends the boot-up message. A CA0Eh that is already in R3700 is executed at the next poll.
   void start(Time now);
 
   void on_frame(const Frame& frame, Time now);
   void on_bus_state(BusState state, Time now);
-  /// One request of the PLC has written registers first..first+count-1, whole.
+  /// One request of the PLC has written registers first..first+count-1; call it after all are written.
   void on_registers_written(std::size_t first, std::size_t count, Time now);
-  /// The PLC has shown that it is there: a valid Modbus request, or a response to one.
+  /// The PLC is alive: a valid Modbus request, or a response to one, has been received.
   void on_plc(Time now);
 
-  /// Returns the time of the next call at the latest; kNever = only when something happens.
+  /// Returns the latest time of the next call; kNever = only after another call.
   Time poll(Time now);
 
   const Counters& counters() const { return channel_.counters(); }
@@ -74,7 +75,7 @@ class Coprocessor {
 
   Channel channel_;
   Time plc_heard_at_ = 0;
-  Time plc_due_ = kNever;  ///< when to look whether the PLC is silent for too long
+  Time plc_due_ = kNever;  ///< when to check whether the PLC has been silent for too long
   LocalNode node_;
 };
 

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kConsumerTimeBits = 16;
 
-/// Network variables are little-endian, and so are the words of every machine that this runs on.
+/// Network variables are little-endian, as the words of every supported processor are.
 static_assert(std::endian::native == std::endian::little, "the coprocessor needs a little-endian processor");
 
 std::span<std::uint8_t> bytes_of(ProcessRegisters registers) {
@@ -40,7 +40,7 @@ LocalNode::LocalNode(ProcessRegisters registers, CanPort& port, SdoClient& clien
               {room_.buffer, {room_.rpdos, room_.tpdos, room_.pieces}, {}}, *this, port),
       lss_(device_, static_cast<DeviceApplication&>(*this), port) {}
 
-/// Among them are the other nodes' emergencies, and what an NMT master tells them.
+/// Includes the emergencies of other nodes, and NMT commands of another master.
 bool LocalNode::on_low_id(const Frame& frame, Time now) {
   const std::uint32_t sender = frame.id - EmergencyConsumer::kFirstId;
   if (sender - 1 < nmt::kMaxNode && sender != node_id() && frame.flags == 0) emergencies_.on_frame(frame);
@@ -58,17 +58,13 @@ void LocalNode::on_bus_state(BusState state, Time now) {
   device_.on_bus_state(state, now);
 }
 
-void LocalNode::on_emergency_sent(const EmergencyConsumer::Message& message) {
-  emergencies_.note(node_id(), message);
-}
-
 void LocalNode::restore(std::uint16_t first_index, std::uint16_t last_index, Time now) {
   local::restore(room_.values, first_index, last_index);
   lss_.start(now);
   if (kServices.emergencies)
     device_.dictionary().set(object::kEmergencyCobId, 0, EmergencyConsumer::kFirstId + device_.node_id());
   room_.consumer_node.fill(0);
-  monitor_.watch_nobody();
+  monitor_.stop_watching();
   Transfers transfers{sdo_timeout_ms_, SdoClient::Mode::kAuto};
   if (kServices.stored_parameters && memory_ != nullptr) {
     access(transfers);

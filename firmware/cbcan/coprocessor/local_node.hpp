@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The coprocessor's own node: a Device with CBCAN's local objects, process data in the PLC's registers, and
-/// what is known of the other nodes (state, EMCY). Knows neither the window nor transactions.
+/// The coprocessor's own node: a Device with CBCAN's local objects, process data in the PLC's registers, and the
+/// states and EMCY messages of other nodes. Does not use the window or transactions.
 
 #include <array>
 #include <cstddef>
@@ -22,7 +22,7 @@
 
 namespace cbcan {
 
-/// What 3003h and 3004h say of one window. Over SDO they are those of R3700..R3769.
+/// 3003h and 3004h of one window. SDO clients access those of R3700..R3769.
 struct Transfers {
   std::uint16_t timeout_ms;
   SdoClient::Mode mode;
@@ -39,50 +39,49 @@ class LocalNode final : private DeviceApplication {
   /// The largest own object that can be transferred by SDO, in bytes.
   static constexpr std::size_t kOwnObjectBytes = kServices.sdo_server ? 32 : 0;
 
-  /// Off the bus until start(). `transfers` and `client` go back to the settings with the node; the first of
-  /// `transfers` is that of R3700..R3769.
+  /// Off the bus until start(). A reset of the node also resets `transfers` and `client` to the settings; the
+  /// first of `transfers` belongs to R3700..R3769.
   LocalNode(ProcessRegisters registers, CanPort& port, SdoClient& client, std::span<Transfers, 2> transfers,
             const Settings& settings);
   LocalNode(const LocalNode&) = delete;
   LocalNode& operator=(const LocalNode&) = delete;
 
-  /// Before start(): where 1010h stores parameters.
+  /// Call it before start(): where 1010h stores parameters.
   void keep_in(ParameterMemory& memory) { memory_ = &memory; }
   void start(Time now) { device_.start(now); }
   const ObjectDictionary& dictionary() const { return device_.dictionary(); }
 
-  /// Any frame but those of other nodes' error control, which on_error_control() takes. True: deadline() may
-  /// have changed.
+  /// Any frame except error control of other nodes, which on_error_control() takes. True: deadline() may have
+  /// changed.
   bool on_frame(const Frame& frame, Time now) {
     return frame.id <= EmergencyConsumer::kLastId ? on_low_id(frame, now) : device_.on_frame(frame, now);
   }
   NodeMonitor::News on_error_control(const Frame& frame, Time now) { return monitor_.on_frame(frame, now); }
   void on_bus_state(BusState state, Time now);
 
-  /// One of outputs first..first+count-1 is another one than when it was looked at last. Most writes change
-  /// nothing.
+  /// One of the outputs first..first+count-1 has changed since on_outputs_changed(). Most writes change nothing.
   bool outputs_changed(std::size_t first, std::size_t count) const {
     return kServices.process_data() &&
            __builtin_memcmp(registers_.data() + regmap::kInputWords + first, known_outputs_.data() + first,
                             count * sizeof(std::uint16_t)) != 0;
   }
-  /// So deadline() may have changed.
+  /// Call it after that. deadline() may have changed.
   void on_outputs_changed(Time now);
 
-  /// Returns when it wants to be called next.
+  /// Returns the time of the next call.
   Time poll(Time now) {
     lss_.poll(now);
     return earlier(device_.poll(now), lss_.deadline());
   }
-  /// But for on_lss(), which returns its own.
+  /// Without that of LSS, which on_lss() returns.
   Time deadline() const { return device_.deadline(); }
   Time on_lss(const Frame& frame, Time now) {
     lss_.on_frame(frame, now);
     return lss_.deadline();
   }
 
-  /// Local access with the rights of an SDO client. From access() to access_own() 3003h and 3004h are those
-  /// of another window.
+  /// Local access with the rights of an SDO client. From access() to access_own() 3003h and 3004h are those of
+  /// `transfers`.
   void access(Transfers& transfers) { accessed_ = &transfers; }
   void access_own() { accessed_ = transfers_.data(); }
   AbortCode read(std::uint16_t index, std::uint8_t sub, std::span<std::uint8_t> out, std::size_t& size,
@@ -90,16 +89,16 @@ class LocalNode final : private DeviceApplication {
     return slave().read(index, sub, out, size, now);
   }
   AbortCode write(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> value, Time now) {
-    return device_.slave().write(index, sub, value, now);
+    return slave().write(index, sub, value, now);
   }
 
-  void command(nmt::Command command, Time now) { device_.slave().command(command, now); }
   std::uint8_t node_id() const { return device_.node_id(); }
   nmt::State state() const { return device_.state(); }
-  /// How often 3003h and 3004h have gone back to the settings, modulo 256.
+  /// How often 3003h and 3004h have been reset to the settings, modulo 256.
   std::uint8_t resets() const { return resets_; }
-  /// What they go back to then.
+  /// Their values after a reset.
   const Transfers& transfers() const { return transfers_[0]; }
+  Slave& slave() { return device_.slave(); }
   const Slave& slave() const { return device_.slave(); }
   NodeMonitor& monitor() { return monitor_; }
   const NodeMonitor& monitor() const { return monitor_; }
@@ -112,7 +111,9 @@ class LocalNode final : private DeviceApplication {
   void on_stored(const ObjectEntry& entry, std::uint8_t sub, Time now) override;
   void restore(std::uint16_t first_index, std::uint16_t last_index, Time now) override;
   ParameterMemory* memory() override { return memory_; }
-  void on_emergency_sent(const EmergencyConsumer::Message& message) override;
+  void on_emergency_sent(const EmergencyConsumer::Message& message) override {
+    emergencies_.note(node_id(), message);
+  }
 
   bool on_low_id(const Frame& frame, Time now);
   std::uint32_t number_of(std::uint16_t index, std::uint8_t sub, Time now) const;
@@ -123,7 +124,7 @@ class LocalNode final : private DeviceApplication {
   local::DeviceState device_state(std::uint8_t node, Time now) const;
 
   ProcessRegisters registers_;
-  std::array<std::uint16_t, kOutputWords> known_outputs_{};  ///< as last looked at
+  std::array<std::uint16_t, kOutputWords> known_outputs_{};  ///< as at the last on_outputs_changed()
   SdoClient& client_;
   std::uint16_t sdo_timeout_ms_;
   std::uint8_t resets_ = 0;
@@ -139,9 +140,8 @@ class LocalNode final : private DeviceApplication {
     std::array<Pdo::Tpdo, kServices.tpdos> tpdos;
     std::array<PdoMapping::Piece, (kServices.rpdos + kServices.tpdos) * kServices.objects_of_pdo> pieces;
     local::LocalValues values;
-    std::array<std::uint8_t, nmt::kMaxNode>
-        consumer_node;  ///< node that sub-index n + 1 of 1016h names; 0 = none
-  } room_{};            ///< cleared at once
+    std::array<std::uint8_t, nmt::kMaxNode> consumer_node;  ///< node in sub-index n + 1 of 1016h; 0 = none
+  } room_{};  ///< one struct, so that one call clears it
   Device device_;
   std::conditional_t<kServices.lss, OwnLss, NoPart> lss_;
 };

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The coprocessor's own object dictionary: what R3702 = 0 reads and writes, and what other nodes see by SDO.
-/// The table is constant; the values live in a LocalValues, network variables in the PLC's registers.
+/// The coprocessor's own object dictionary: accessed with R3702 = 0, and by other nodes with SDO. The table is
+/// constant; the values are in a LocalValues, network variables in the PLC's registers.
 ///
-/// 3001h..3008h are CBCAN's manner of giving a PLC program the function blocks of CiA 405; see
-/// docs/reference/contract.md.
+/// 3001h..3008h give a PLC program the function blocks of CiA 405; see docs/reference/contract.md.
 
 #include <array>
 #include <cstddef>
@@ -19,16 +18,9 @@
 
 namespace cbcan::local {
 
-using regmap::object::kClock;
-using regmap::object::kDeviceState;
-using regmap::object::kEmergencyScan;
-using regmap::object::kKernelState;
-using regmap::object::kLastEmergency;
-using regmap::object::kOwnNodeId;
-using regmap::object::kSdoTimeout;
-using regmap::object::kTransferMode;
+using namespace regmap::object;
 
-/// CiA 405, CANOPEN_KERNEL_ERROR, as far as a CAN controller's state goes.
+/// CiA 405, CANOPEN_KERNEL_ERROR: the states of a CAN controller.
 enum class KernelState : std::uint8_t {
   kNone = 0x00,
   kOverflow = 0x02,
@@ -58,10 +50,8 @@ enum class DeviceState : std::uint8_t {
   kNotAvailable = 7,
 };
 
-inline constexpr std::size_t kValueBytes = table::kLayout.bytes;
-
-/// The stored values, laid out as entries() says.
-using LocalValues = std::array<std::uint8_t, kValueBytes>;
+/// The stored values; entries() describes the layout.
+using LocalValues = std::array<std::uint8_t, table::kLayout.bytes>;
 
 /// All entries, sorted.
 std::span<const ObjectEntry> entries();
@@ -69,7 +59,7 @@ std::span<const ObjectEntry> entries();
 /// Copies the power-on values of the entries first_index..last_index to `values`.
 void restore(LocalValues& values, std::uint16_t first_index, std::uint16_t last_index);
 
-/// Do the values begin with `bytes` at `offset`, as power-on leaves them?
+/// The power-on values at `offset` are equal to `bytes`.
 bool is_power_on(std::size_t offset, std::span<const std::uint8_t> bytes);
 
 }  // namespace cbcan::local

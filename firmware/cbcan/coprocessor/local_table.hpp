@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The rows of the coprocessor's own object dictionary (local_objects.hpp), as far as a build has the
-/// services that they belong to, and where their values go.
+/// The rows of the coprocessor's own object dictionary (local_objects.hpp), for the services in this build, and
+/// the places of their values.
 
 #include <algorithm>
 #include <array>
@@ -40,15 +40,11 @@ inline constexpr std::uint16_t kComputedReadWrite = Flags::kReadWrite | Flags::k
 inline constexpr std::uint16_t kCommand = kComputedReadWrite | Flags::kSetPoint;
 inline constexpr std::uint16_t kConfigured = Flags::kReadWrite | Flags::kChecked;
 
-inline constexpr std::uint8_t kStoreSubs =
-    4;  // 1010h and 1011h: all, communication, application, manufacturer
+// 1010h and 1011h: all, communication, application, manufacturer.
+inline constexpr std::uint8_t kStoreSubs = 4;
 inline constexpr std::uint8_t kAndRestore = 1;  // more indices
 
-inline constexpr std::string_view kName = "cbcan coprocessor";
-inline constexpr std::string_view kHardware = "1.0";
-inline constexpr std::string_view kSoftware = kVersion;
-
-/// A row of the dictionary with its power-on value; where the value goes is computed below.
+/// A row of the dictionary with its power-on value; the place of the value is computed below.
 struct Row {
   std::uint16_t index = 0;
   std::uint8_t first_sub = 0;
@@ -59,21 +55,18 @@ struct Row {
   std::uint32_t value = 0;
   std::string_view text = {};
   std::uint8_t more_indices = 0;
-  std::uint32_t process_offset = 0;  ///< of a kProcess one: bytes, bits for BOOLEANs
+  std::uint32_t process_offset = 0;  ///< with kProcess: in bytes, for BOOLEANs in bits
 
   constexpr bool stored() const { return (flags & (Flags::kComputed | Flags::kProcess)) == 0; }
   constexpr bool zero() const { return value == 0 && text.empty(); }
 };
 
-constexpr std::uint32_t length(std::string_view text) {
-  return static_cast<std::uint32_t>(text.size());
-}
-
 constexpr Row name(std::uint16_t index, std::string_view text) {
-  return {index, 0, 0, kVisibleString, Flags::kRead | Flags::kVariable, length(text), 0, text};
+  const auto length = static_cast<std::uint32_t>(text.size());
+  return {index, 0, 0, kVisibleString, Flags::kRead | Flags::kVariable, length, 0, text};
 }
 
-/// Sub-index `sub` of the PDO parameters or mappings from `index` on.
+/// Sub-indices `sub` to `last_sub` of the PDO parameters or mappings from `index` on.
 constexpr Row of_pdos(std::uint16_t index, std::size_t pdos, std::uint8_t sub, DataType type,
                       std::uint32_t size, std::uint32_t value, std::uint16_t flags = kConfigured,
                       std::uint8_t last_sub = 0) {
@@ -89,9 +82,9 @@ inline constexpr std::array kObjects{
     Row{kSyncCobId, 0, 0, kUnsigned32, kConfigured, 4, 0x80},
     Row{kSyncPeriod, 0, 0, kUnsigned32, kConfigured, 4},
     Row{kSyncWindow, 0, 0, kUnsigned32, kConfigured, 4},
-    name(kDeviceName, kName),
-    name(kHardwareVersion, kHardware),
-    name(kSoftwareVersion, kSoftware),
+    name(kDeviceName, "cbcan coprocessor"),
+    name(kHardwareVersion, "1.0"),
+    name(kSoftwareVersion, kVersion),
     Row{kStore, 1, kStoreSubs, kUnsigned32, kCommand | Flags::kCounted, 4, 0, {}, kAndRestore},
     Row{kTimeCobId, 0, 0, kUnsigned32, kConfigured, 4, 0x100},
     Row{kEmergencyCobId, 0, 0, kUnsigned32, kConfigured, 4},  // follows the node ID
@@ -134,7 +127,7 @@ inline constexpr std::array kTypes{kInteger8,   kUnsigned8,  kBoolean,    kInteg
 inline constexpr std::uint16_t kIndicesOfType = 0x40;
 inline constexpr std::uint32_t kMostSubs = 254;
 
-/// A row for a type; for BOOLEANs two, as those of 128 bytes fill four indices and a part of the fifth.
+/// One row for each type; two for BOOLEANs, as those of 128 bytes fill four indices and a part of the fifth.
 inline constexpr std::size_t kVariableRows = 2 * (kTypes.size() + 1);
 static_assert(8 * kInputBytes / kMostSubs == 4 && 8 * kOutputBytes / kMostSubs == 4);
 
@@ -169,7 +162,7 @@ constexpr Row* put_variables(Row* row, std::uint16_t first, std::uint32_t start,
   return row;
 }
 
-/// To something that this build has.
+/// The row belongs to a service in this build.
 constexpr bool belongs(const Row& row) {
   switch (row.index) {
     case kErrorHistory:
@@ -209,7 +202,7 @@ struct Layout {
   std::uint32_t bytes = 0;
 };
 
-/// Values that begin as zeros stand behind all others, so that flash need not hold them.
+/// Values that are 0 at power-on are placed after all others, so that they need no flash.
 inline constexpr Layout kLayout = [] {
   Layout layout;
   const auto place = [&layout](bool zeros) {

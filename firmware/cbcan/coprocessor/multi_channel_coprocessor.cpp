@@ -36,7 +36,7 @@ void MultiChannelCoprocessor::poll_more(Time now) {
   first_channel().follow_node();
 }
 
-/// The own node has been reset since a request began.
+/// The own node has been reset since the last request began.
 void MultiChannelCoprocessor::reset_more() {
   resets_ = node().resets();
   for (Memory& channel : more_)
@@ -53,9 +53,9 @@ Coprocessor::Counters MultiChannelCoprocessor::counters() const {
   return all;
 }
 
-// ---- What arrives
+// ---- Frames and writes
 
-/// A response is that of the channel that has asked the node last: nobody else can be meant.
+/// A response is for the channel that sent the last request to the node.
 void MultiChannelCoprocessor::on_frame(const Frame& frame, Time now) {
   constexpr std::uint32_t kFunction = ~std::uint32_t{nmt::kMaxNode};
   const std::uint32_t function = frame.id & kFunction;
@@ -63,7 +63,7 @@ void MultiChannelCoprocessor::on_frame(const Frame& frame, Time now) {
   if (function == sdo::kResponseId) return on_response(frame, channel(owner_[node]), now);
   Coprocessor::on_frame(frame, now);
   if (function == nmt::kErrorControlId && frame.flags == 0 && node != 0)
-    tell_more(node, NodeMonitor::news(frame), now);
+    pass_news(node, NodeMonitor::news(frame), now);
 }
 
 void MultiChannelCoprocessor::on_response(const Frame& frame, Channel& asking, Time now) {
@@ -71,8 +71,9 @@ void MultiChannelCoprocessor::on_response(const Frame& frame, Channel& asking, T
   if (&asking != &first_channel()) wake_more_at(asking.due());
 }
 
-/// A node, 1..127, has told its state: also those of the other channels that have asked it, or for it.
-void MultiChannelCoprocessor::tell_more(std::uint8_t node, NodeMonitor::News news, Time now) {
+/// A node, 1..127, has reported its state: passes that to the other channels with a transfer with this node, or a
+/// request for its state.
+void MultiChannelCoprocessor::pass_news(std::uint8_t node, NodeMonitor::News news, Time now) {
   if (news == NodeMonitor::News::kNone) return;
   Channel& last = channel(owner_[node]);
   Channel& asking = channel(owner_[kState + node]);
@@ -82,14 +83,14 @@ void MultiChannelCoprocessor::tell_more(std::uint8_t node, NodeMonitor::News new
 }
 
 void MultiChannelCoprocessor::on_registers_written(std::size_t first, std::size_t count, Time now) {
-  written_anew_ = true;
+  written_ = true;
   const std::size_t out = settings().scanner_out_first + regmap::kScannerStride;
   const std::size_t end = out + more_.size() * regmap::kScannerStride;
   const bool more = first < end && out < first + count;
   more ? on_more_written(first, count, now) : Coprocessor::on_registers_written(first, count, now);
 }
 
-/// Also to a scanner window of another channel.
+/// The range contains a scanner window of another channel.
 void MultiChannelCoprocessor::on_more_written(std::size_t first, std::size_t count, Time now) {
   Coprocessor::on_registers_written(first, count, now);
   std::size_t out = settings().scanner_out_first;
@@ -102,8 +103,7 @@ void MultiChannelCoprocessor::on_more_written(std::size_t first, std::size_t cou
 
 // ---- Turns
 
-/// When this channel may have the line, as far as the one is concerned that had it last; kNever = after that
-/// one's end.
+/// When the channel that had the line last releases it for this channel; kNever = at the end of its request.
 Time MultiChannelCoprocessor::free_from(Line line, const Channel& channel, Time now) {
   Channel& last = this->channel(owner_[line]);
   if (&last == &channel) return now;
@@ -112,14 +112,14 @@ Time MultiChannelCoprocessor::free_from(Line line, const Channel& channel, Time 
   return last.node_free_from(line, now);
 }
 
-/// Nobody who waits in this line has come before this channel.
+/// No other channel has been waiting longer in this line.
 bool MultiChannelCoprocessor::is_next(Line line, const Channel& channel) const {
   for (std::size_t i = 0; i < waiting_count_ && waiting_[i] != channel.number(); ++i)
     if (line_[waiting_[i]] == line) return false;
   return true;
 }
 
-/// When this channel's turn in this line comes; kNever = after somebody else's.
+/// When it is this channel's turn in this line; kNever = after that of another channel.
 Time MultiChannelCoprocessor::turn(Line line, const Channel& channel, Time now) {
   if (line == kNone) return now;
   return is_next(line, channel) ? free_from(line, channel, now) : kNever;
@@ -153,17 +153,17 @@ void MultiChannelCoprocessor::leave_line(const Channel& channel) {
       static_cast<std::size_t>(std::remove(waiting_.begin(), end, channel.number()) - waiting_.begin());
 }
 
-/// In the order of arrival. What a request says is looked at only when its turn has come, or when it has been
-/// written anew and whole: in between its words may be half written.
+/// In the order of arrival. A request is read only when its turn has come, or after a complete write: in between
+/// its words may be partly written.
 void MultiChannelCoprocessor::ask_again(Time now) {
   const auto asking = waiting_;
   const std::size_t count = waiting_count_;
-  const bool anew = std::exchange(written_anew_, false);
+  const bool written = std::exchange(written_, false);
   for (std::size_t i = 0; i < count; ++i) {
     Channel& channel = this->channel(asking[i]);
     if (channel.held_back()) {
       const Time from = turn(line_[asking[i]], channel, now);
-      if (anew || from <= now) channel.resume(now);
+      if (written || from <= now) channel.resume(now);
       wake_more_at(from > now ? from : channel.due());
     }
     if (!channel.held_back()) leave_line(channel);

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// A Coprocessor with up to 16 channels: as many SDO clients, each with a scanner window of its own, so that
-/// requests to different nodes are under way at the same time (docs/reference/contract.md, "Channels").
-/// Channel 1 is the Coprocessor's own, with R3700..R3769. Called as a Coprocessor is, but for poll(), which
-/// has to follow each of the other calls: a request that has waited for another one's end begins there.
+/// A Coprocessor with up to 16 channels: as many SDO clients, each with its own scanner window, so that requests
+/// to different nodes can be in progress at the same time (docs/reference/contract.md, "Channels"). Channel 1 is
+/// the Coprocessor's own, with R3700..R3769. Used like a Coprocessor, except that poll() must follow each of the
+/// other calls: it begins the requests that have waited for the end of another one.
 ///
-/// Requests to one node are executed in the order in which they came, and none while another channel's client
-/// has the node in quarantine. NMT commands are executed in that order too, and so are the requests for one
-/// node's state.
+/// Requests to one node are executed in order of arrival, and none while another channel's client has the node in
+/// quarantine. NMT commands are also executed in order of arrival, as are the requests for one node's state.
 
 #include <array>
 #include <cstddef>
@@ -26,8 +25,8 @@ class MultiChannelCoprocessor final : public Coprocessor, private ChannelTurns {
   /// Memory for one more channel.
   using Memory = std::optional<Channel>;
 
-  /// `scanners`: the scanner window of each channel, channel n's kScannerStride * (n - 1) registers behind
-  /// the first one's. `more`: memory for one channel less, 15 at most; it outlives this.
+  /// `scanners`: the scanner window of each channel; that of channel n begins kScannerStride * (n - 1) registers
+  /// after the first. `more`: memory for the channels except the first, at most 15; it outlives this.
   MultiChannelCoprocessor(RegisterWindow window, ProcessRegisters process, CanPort& port,
                           const Settings& settings, std::span<const ScannerWindow> scanners,
                           std::span<Memory> more);
@@ -37,25 +36,25 @@ class MultiChannelCoprocessor final : public Coprocessor, private ChannelTurns {
   void on_registers_written(std::size_t first, std::size_t count, Time now);
   Time poll(Time now);
 
-  /// Of all channels.
+  /// The sums of all channels.
   Counters counters() const;
 
  private:
   void begin_or_hold_back(Channel& channel, Time now) override;
   void on_more_written(std::size_t first, std::size_t count, Time now);
   void on_response(const Frame& frame, Channel& asking, Time now);
-  void tell_more(std::uint8_t node, NodeMonitor::News news, Time now);
+  void pass_news(std::uint8_t node, NodeMonitor::News news, Time now);
 
-  /// Where requests wait for each other: NMT commands, transfers with each node, states of each node; or
-  /// nowhere.
+  /// Requests in the same line wait for each other: NMT commands, transfers with each node, states of each node.
+  /// Those in kNone do not wait.
   using Line = std::uint8_t;
   static constexpr Line kNmt = 0;
   static constexpr Line kNone = nmt::kMaxNode + 1;
-  static constexpr Line kState = kNone;  ///< and the node ID
+  static constexpr Line kState = kNone;  ///< + node ID
   static constexpr std::size_t kLines = kState + nmt::kMaxNode + 1;
 
   Channel& channel(std::uint8_t number) { return number == 0 ? first_channel() : *more_[number - 1u]; }
-  /// As Channel::begin() has it; a request that is refused there may wait before that.
+  /// As in Channel::begin(); a request that is rejected there may wait before that.
   Line line_of(const Channel::Request& request) const {
     const bool write = request.command == regmap::kSdoWrite;
     if (write && request.index == regmap::kNmtService) return kNmt;
@@ -74,14 +73,14 @@ class MultiChannelCoprocessor final : public Coprocessor, private ChannelTurns {
   void wake_more_at(Time time) { more_due_ = earlier(more_due_, time); }
 
   std::span<Memory> more_;
-  Time more_due_ = kNever;   ///< of the other channels, or of a request that waits
-  std::uint8_t resets_ = 0;  ///< of the own node that the other channels know of
-  /// By line, the number of the channel that had it last; of kNone nobody asks.
+  Time more_due_ = kNever;   ///< of the other channels, or of a waiting request
+  std::uint8_t resets_ = 0;  ///< of the own node, as known to the other channels
+  /// By line, the number of the channel that had it last; not used for kNone.
   std::array<std::uint8_t, kLines> owner_{};
-  std::array<std::uint8_t, kMostChannels> waiting_{};  ///< channels that are held back, in order of arrival
+  std::array<std::uint8_t, kMostChannels> waiting_{};  ///< channels whose requests wait, in order of arrival
   std::size_t waiting_count_ = 0;
   std::array<Line, kMostChannels> line_{};  ///< in which they wait, by channel
-  bool written_anew_ = false;               ///< a request that waits may be another one
+  bool written_ = false;                    ///< a waiting request may have been replaced
 };
 
 }  // namespace cbcan

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// LSS (CiA 305) of the coprocessor's own node: an LSS master reads who it is, and gives it a node ID and a
-/// bit rate, which the memory behind 1010h keeps for the next power-on; until then both are what they were.
-/// "Activate bit timing" so has nothing to switch to.
+/// LSS (CiA 305) of the coprocessor's own node: an LSS master reads its identity, and gives it a node ID and a
+/// bit rate, which the memory of 1010h stores for the next power-on; until then both are unchanged. "Activate
+/// bit timing" therefore does not switch.
 
 #include "cbcan/canopen/device.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"

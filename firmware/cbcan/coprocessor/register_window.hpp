@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Memory that the core shares with the PLC's side: the 70 words of the window, and process data.
+/// Memory that the core shares with the Modbus side: the 70 words of the window, and process data.
 
 #include <atomic>
 #include <cstddef>
@@ -13,30 +13,29 @@
 
 namespace cbcan {
 
-/// R3700..R3769 as the core sees them: ordinary memory that an interrupt, a thread or another processor also
+/// The core's view of R3700..R3769: ordinary memory that an interrupt, a thread or another processor also
 /// writes.
 ///
-/// Ordering: every word written through words() is visible to a reader that has seen the result which
-/// finish() wrote; every word that the PLC wrote before CA0Eh is seen once flag() has returned CA0Eh. In
-/// between they are the core's. Words are in host byte order. The memory is the caller's and must outlive
-/// this view.
+/// Ordering: every word written through words() is visible to a reader that has seen the result which finish()
+/// wrote; every word that the PLC wrote before CA0Eh is visible here once flag() has returned CA0Eh. In between
+/// only the core uses them. Words are in host byte order. The caller owns the memory, which must outlive this
+/// view.
 class RegisterWindow {
  public:
   using Words = std::span<std::uint16_t, regmap::kWindowWords>;
 
-  /// None: to be asked nothing.
+  /// No window: no other function may be called.
   RegisterWindow() = default;
   explicit RegisterWindow(Words words) : words_(words.data()) {}
 
   std::uint16_t flag() const { return atomic_flag().load(std::memory_order_acquire); }
 
-  /// R3700 on.
+  /// The words from R3700 on.
   std::uint16_t* words() const { return words_; }
 
-  /// Replaces CA0Eh by the result, after everything set before. Where the PLC has written something else
-  /// meanwhile, that stays and the response is false: the transaction was cancelled at the last moment.
-  /// A processor without compare-and-swap (Cortex-M0+) loads and stores: there an interrupt that writes R3700
-  /// is masked while the core is called.
+  /// Replaces CA0Eh by the result, after all earlier writes. False: the PLC has written another value, which is
+  /// kept; the transaction was cancelled at the last moment. A processor without compare-and-swap (Cortex-M0+)
+  /// uses a load and a store: there an interrupt that writes R3700 must be masked while the core is called.
   bool finish(regmap::Result result) const {
     std::uint16_t expected = regmap::kExecute;
     if constexpr (!std::atomic_ref<std::uint16_t>::is_always_lock_free) {
@@ -55,15 +54,15 @@ class RegisterWindow {
   std::uint16_t* words_ = nullptr;
 };
 
-// Words that a build without process data, or without the scanner window, needs no memory for.
+// 0 in a build without process data, or without the scanner window.
 inline constexpr std::size_t kProcessWords = kServices.process_data() ? regmap::kProcessWords : 0;
 inline constexpr std::size_t kOutputWords = kServices.process_data() ? regmap::kOutputWords : 0;
 inline constexpr std::size_t kScannerOutWords = kServices.scanner_window ? regmap::kScannerOutWords : 0;
 inline constexpr std::size_t kScannerInWords = kServices.scanner_window ? regmap::kScannerInWords : 0;
 
-/// R3800..R3927, or wherever the range has been put: inputs, then outputs. The core writes and reads them
-/// inside its own calls only, so whoever serves Modbus from the same place sees a PDO whole. The memory is
-/// the caller's.
+/// R3800..R3927, or another range by configuration: inputs, then outputs. The core accesses them only inside its
+/// own calls, so a Modbus server called from the same place always reads a complete PDO. The caller owns the
+/// memory.
 using ProcessRegisters = std::span<std::uint16_t, kProcessWords>;
 
 }  // namespace cbcan

@@ -30,7 +30,7 @@ ScannerWindow::Event ScannerWindow::on_written(std::size_t first, std::size_t co
   const bool numbered = first == regmap::kScannerNumber;
   if (numbered && number == 0) return cancel();
   if (numbered && number != taken_) return take(number, count);
-  // Until its turn comes a request may be written again, but as it was at first: whole.
+  // Until its turn comes a request may be written again, but only completely.
   const std::size_t needed = words_needed();
   if (waiting() && first < needed && (!numbered || count < needed)) finish(regmap::Result::kIncomplete);
   return Event::kNone;
@@ -58,11 +58,11 @@ ScannerWindow::Event ScannerWindow::cancel() {
   return over;
 }
 
-/// Those that this request is made of; what is wrong with it otherwise is not looked at here.
+/// Words that this request consists of; other errors are not checked here.
 std::size_t ScannerWindow::words_needed() const {
-  if (word(regmap::kCommand - regmap::kWindowFirst) != regmap::kSdoWrite) return kHeadWords;
-  if (word(regmap::kObjectIndex - regmap::kWindowFirst) == regmap::kNmtService) return kHeadWords + 1;
-  const std::size_t size = word(regmap::kDataSize - regmap::kWindowFirst);
+  if (out_[regmap::kCommand - regmap::kWindowFirst] != regmap::kSdoWrite) return kHeadWords;
+  if (out_[regmap::kObjectIndex - regmap::kWindowFirst] == regmap::kNmtService) return kHeadWords + 1;
+  const std::size_t size = out_[regmap::kDataSize - regmap::kWindowFirst];
   return size > regmap::kMaxDataBytes ? kHeadWords : kHeadWords + (size + 1) / 2;
 }
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The window for PLCs that exchange whole blocks of registers again and again (docs/reference/contract.md,
-/// "The scanner window"): OUT words that the PLC writes as often as it likes, IN words that it reads as often
-/// as it likes. A request goes by its number, so writing it again starts nothing, and its result stays.
+/// The window for PLCs that exchange whole blocks of registers cyclically (docs/reference/contract.md, "The
+/// scanner window"): OUT words that the PLC writes any number of times, IN words that it reads any number of
+/// times. A request is identified by its number, so writing it again has no effect, and its result stays.
 ///
 ///   OUT+0  number          IN+0  number answered
 ///   OUT+1  as R3701        IN+1  its result
@@ -11,8 +11,8 @@
 ///   OUT+69 as R3769        IN+3  bytes of data
 ///                          IN+4  data, or the SDO abort code
 ///
-/// Numbers and words only: what a request means is the coprocessor's. Ordering: IN+0 is released after the
-/// result, so who reads IN upwards and finds a number there finds its result behind it.
+/// This class handles numbers and words only; Channel interprets requests. Ordering: IN+0 is released after the
+/// result, so a client that reads IN upwards and finds a number there also finds its result.
 
 #include <cstddef>
 #include <cstdint>
@@ -29,52 +29,51 @@ class ScannerWindow {
   using Out = std::span<const std::uint16_t, kScannerOutWords>;
   using In = std::span<std::uint16_t, kScannerInWords>;
 
-  /// None: nothing comes through it.
+  /// No window: there are no requests.
   ScannerWindow() = default;
-  /// Host byte order; the memory is the caller's and outlives this. To be started by restart().
+  /// Host byte order; the caller owns the memory, which outlives this. Call restart() first.
   ScannerWindow(Out out, In in) : out_(out.data()), in_(in.data()) {}
 
-  /// What a write asks of whoever executes requests.
+  /// What the owner must do after a write.
   enum class Event : std::uint8_t {
     kNone,
-    kCancel,   ///< the request under way is no longer wanted
-    kRequest,  ///< likewise, if there is one; and a new one waits for begin()
+    kCancel,   ///< cancel the request in progress
+    kRequest,  ///< the same, if there is one; and a new one waits for begin()
   };
 
-  /// Power on: what has been executed before is not known.
+  /// Power on: it is not known which requests have been executed.
   void restart();
 
   /// OUT+first..OUT+first+count-1 have been written, by one request of the PLC.
   Event on_written(std::size_t first, std::size_t count);
 
-  /// A request waits for its turn.
+  /// A request is waiting for its turn.
   bool waiting() const { return kServices.scanner_window && state_ == State::kWaiting; }
-  /// Its turn: its words are to be copied now.
+  /// The waiting request begins: copy its words now.
   void begin() { state_ = State::kUnderWay; }
-  /// It was not: it waits again.
+  /// It could not begin: it waits again.
   void hold_back() { state_ = State::kWaiting; }
 
-  /// The words of the request: word k is what is R3700 + k in the other window.
+  /// The words of the request: word k corresponds to R3700 + k.
   const std::uint16_t* words() const { return out_; }
 
-  /// Where the data of the request under way, or its abort code, go before finish(): kDataWords words.
+  /// Destination of the data or the abort code of the request in progress, before finish(): kDataWords words.
   std::uint16_t* data() const { return in_ + regmap::kScannerData; }
-  /// Ends the request under way. `size`: bytes in data().
+  /// Ends the request in progress. `size`: bytes in data().
   void finish(regmap::Result result, std::size_t size = 0);
 
  private:
   enum class State : std::uint8_t { kIdle, kWaiting, kUnderWay };
 
-  std::uint16_t word(std::size_t k) const { return out_[k]; }
   Event take(std::uint16_t number, std::size_t count);
   Event cancel();
   std::size_t words_needed() const;
 
   const std::uint16_t* out_ = nullptr;
-  std::uint16_t* in_ = nullptr;  ///< null: there is no such window
-  std::uint16_t taken_ = 0;      ///< number taken last; what IN+2 shows, where the PLC cannot write it
+  std::uint16_t* in_ = nullptr;  ///< null: there is no window
+  std::uint16_t taken_ = 0;      ///< number taken last, as in IN+2, which the PLC can overwrite
   State state_ = State::kIdle;
-  bool restarted_ = true;  ///< no number has come since
+  bool restarted_ = true;  ///< and no number has been written since
 };
 
 }  // namespace cbcan

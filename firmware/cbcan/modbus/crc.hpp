@@ -2,7 +2,7 @@
 #pragma once
 
 /// The CRC of Modbus RTU (Serial Line V1.02, 2.5.1.2): x^16 + x^15 + x^2 + 1, reflected, start value FFFFh.
-/// Over a frame and its CRC, low byte first, it comes out as 0.
+/// Over a frame and its CRC, low byte first, it is 0.
 
 #include <array>
 #include <cstddef>
@@ -12,7 +12,7 @@ namespace cbcan {
 
 inline constexpr std::uint16_t kCrcStart = 0xFFFF;
 
-/// For four bits at a time: 32 bytes of flash instead of 512, for five instructions more a byte.
+/// Four bits at a time: 32 bytes of flash instead of 512, for five more instructions per byte.
 inline constexpr std::array<std::uint16_t, 16> kCrcTable = [] {
   constexpr std::size_t kPolynomial = 0xA001;
   std::array<std::uint16_t, 16> table{};

@@ -12,20 +12,20 @@ namespace cbcan::modbus {
 
 inline constexpr std::uint8_t kEncapsulatedInterface = 43;
 
-/// At most 64 characters of each are told.
+/// At most 64 characters of each are sent.
 struct DeviceIdentity {
   std::string_view vendor;
   std::string_view product_code;
   std::string_view revision;
 };
 
-/// Of an identification's response.
+/// Longest PDU of an identification response.
 inline constexpr std::size_t kMostIdentityBytes = 7 + 3 * (2 + 64);
 
-/// The exception code that a request of FC 43 ends with, 0 = none. `pdu` is function code and data.
+/// The exception code for a request of FC 43, 0 = none. `pdu` is function code and data.
 std::uint8_t check_identification(std::span<const std::uint8_t> pdu);
 
-/// The PDU of the response to a request that check_identification() has passed; returns its size.
+/// Writes the PDU of the response to a request that check_identification() has accepted; returns its size.
 std::size_t identification_response(std::span<const std::uint8_t> pdu, const DeviceIdentity& identity,
                                     std::span<std::uint8_t> response);
 

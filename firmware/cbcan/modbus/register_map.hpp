@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Which holding registers a Modbus server has, and where they are in memory.
+/// The holding registers of a Modbus server, and their memory.
 
 #include <cstddef>
 #include <cstdint>
@@ -9,15 +9,15 @@
 
 namespace cbcan {
 
-/// Registers `first`, first + 1, ... up to 65535 at most, in host byte order.
+/// Registers first, first + 1, ..., at most up to 65535, in host byte order.
 struct RegisterRange {
   std::uint16_t first;
   std::span<std::uint16_t> words;
   bool read_only = false;  ///< for Modbus
 };
 
-/// Ranges in any order that do not overlap. They, and the words, are the caller's and must outlive the
-/// map. Ranges that follow each other without a gap are one to a request.
+/// Ranges in any order that do not overlap. The caller owns them and the words, which must outlive the map. A
+/// request may extend over ranges without a gap between them.
 class RegisterMap {
  public:
   constexpr explicit RegisterMap(std::span<const RegisterRange> ranges) : ranges_(ranges) {}
@@ -33,7 +33,7 @@ class RegisterMap {
   }
 
  private:
-  /// The range that has it; null = none has.
+  /// The range that contains the register; null = none.
   constexpr const RegisterRange* find(std::size_t address) const {
     for (const RegisterRange& range : ranges_)
       if (address - range.first < range.words.size()) return &range;

@@ -12,7 +12,7 @@ namespace {
 constexpr std::uint8_t kBroadcast = 0;
 constexpr std::uint8_t kExceptionBit = 0x80;
 
-/// Of the function codes that are not executed here, the lengths of other stations' frames are known.
+/// Codes that are not executed here are listed for the lengths of other stations' frames.
 enum Function : std::uint8_t {
   kReadCoils = 1,
   kReadDiscreteInputs = 2,
@@ -47,9 +47,9 @@ constexpr std::size_t kWriteQuantity = 8;  // FC 23
 
 constexpr std::size_t kCrcBytes = 2;
 constexpr std::size_t kShortestFrame = 4;
-constexpr std::size_t kOnlySilenceTells = SIZE_MAX;  // where a frame ends
+constexpr std::size_t kEndsBySilence = SIZE_MAX;  // the size of the frame is not known
 
-/// Of a frame with its CRC, or kCountAt and the offset of its count of bytes; 0 = not known.
+/// Of a frame with its CRC, or kCountAt + the offset of its byte count; 0 = not known.
 struct Sizes {
   std::uint8_t request;
   std::uint8_t response;
@@ -78,9 +78,9 @@ Sizes sizes_of(std::uint8_t function) {
   return function < kSizes.size() ? kSizes[function] : Sizes{};
 }
 
-// Whose response is due: station and function code, or
-constexpr std::uint16_t kNobodys = 0;  // no station has the address 0
-constexpr std::uint16_t kAnybodys = 0xFFFF;
+// The expected response: station and function code, or
+constexpr std::uint16_t kNoResponse = 0;  // no station has the address 0
+constexpr std::uint16_t kAnyResponse = 0xFFFF;
 
 bool readable(std::size_t quantity) {
   return quantity >= 1 && quantity <= kMaxRead;
@@ -92,7 +92,7 @@ RtuServer::RtuServer(std::span<const RegisterMap> networks, const Settings& sett
     : networks_(networks),
       settings_(settings),
       skipping_(times_are_exact()),
-      asked_(kAnybodys),
+      asked_(kAnyResponse),
       crc_(kCrcStart) {
   settings_.gap_us = std::max(settings.gap_us, settings.silence_us);
 }
@@ -111,7 +111,7 @@ void RtuServer::on_broken_byte(std::uint32_t now_us) {
   if (takes(now_us) && size_ > 0) skip_to_gap(counters_.broken_frames);
 }
 
-/// A byte that has come is part of a frame.
+/// True: the received byte is part of a frame.
 bool RtuServer::takes(std::uint32_t now_us) {
   const bool after_gap = now_us - last_us_.load(std::memory_order_relaxed) > settings_.gap_us;
   last_us_.store(now_us, std::memory_order_relaxed);
@@ -125,19 +125,19 @@ bool RtuServer::takes(std::uint32_t now_us) {
   return !skipping_;
 }
 
-/// Takes back a request that has not been taken yet: this byte is part of it, or it lacks its silence, or its
-/// master no longer waits.
+/// Cancels a request that poll() has not taken yet: this byte is part of it, or the silence after it is too
+/// short, or its master no longer waits.
 bool RtuServer::listens(bool after_gap) {
   State state = state_.load(std::memory_order_acquire);
   if (state != State::kRequest ||
       !state_.compare_exchange_strong(state, State::kReceiving, std::memory_order_acq_rel))
     return state == State::kReceiving;
-  if (after_gap || frame_size() != kOnlySilenceTells) skip_to_gap(counters_.broken_frames);
+  if (after_gap || frame_size() != kEndsBySilence) skip_to_gap(counters_.broken_frames);
   return true;
 }
 
 void RtuServer::end_by_gap() {
-  const bool may_end = !is_for_us() || frame_size() == kOnlySilenceTells;
+  const bool may_end = !is_for_us() || frame_size() == kEndsBySilence;
   if (size_ >= kShortestFrame && crc_ == 0 && may_end)
     on_foreign_frame();
   else if (size_ > 0)
@@ -149,7 +149,7 @@ void RtuServer::end_by_gap() {
 
 void RtuServer::look_for_end() {
   const std::size_t end = frame_size();
-  if (end == kOnlySilenceTells) {
+  if (end == kEndsBySilence) {
     if (size_ > kMaxFrame) return skip_to_gap(counters_.broken_frames);
     if (size_ < kShortestFrame || crc_ != 0 || !is_for_us() || is_broadcast()) return;
   } else if (size_ < end) {
@@ -158,7 +158,7 @@ void RtuServer::look_for_end() {
     return skip_to_gap(is_for_us() ? counters_.bus_communication_errors : counters_.broken_frames);
   }
   if (!is_for_us()) return on_foreign_frame();
-  asked_ = kNobodys;
+  asked_ = kNoResponse;
   unheard_ = 0;
   state_.store(State::kRequest, std::memory_order_release);
 }
@@ -166,11 +166,11 @@ void RtuServer::look_for_end() {
 void RtuServer::on_foreign_frame() {
   ++counters_.bus_messages;
   ++counters_.foreign_frames;
-  const auto fits = [this](std::size_t size) { return size == size_ || size == kOnlySilenceTells; };
+  const auto fits = [this](std::size_t size) { return size == size_ || size == kEndsBySilence; };
   if (may_be_request() && fits(request_size()))
     asked_ = station_and_function();
   else
-    asked_ = fits(response_size()) ? kNobodys : kAnybodys;
+    asked_ = fits(response_size()) ? kNoResponse : kAnyResponse;
   begin_frame();
 }
 
@@ -178,7 +178,7 @@ void RtuServer::skip_to_gap(std::uint32_t& reason) {
   ++reason;
   begin_frame();
   skipping_ = true;
-  asked_ = kAnybodys;
+  asked_ = kAnyResponse;
 }
 
 void RtuServer::begin_frame() {
@@ -191,32 +191,28 @@ bool RtuServer::is_broadcast() const {
   return buffer_[0] == kBroadcast;
 }
 
-bool RtuServer::is_for_us() const {
-  return request_network() < networks_.size();
-}
-
 std::size_t RtuServer::request_network() const {
   return is_broadcast() ? 0 : static_cast<std::uint8_t>(buffer_[0] - settings_.station);
 }
 
 // ---- Where a frame ends
 
-/// Size of the frame under way, with its CRC; at least so much, where its bytes do not tell yet.
+/// Size of the current frame, with its CRC; a minimum while the bytes that determine it are missing.
 std::size_t RtuServer::frame_size() const {
   if (size_ < kShortestFrame) return kShortestFrame;
   return is_for_us() ? request_size() : foreign_size();
 }
 
 std::size_t RtuServer::foreign_size() const {
-  if (times_are_exact()) return kOnlySilenceTells;
+  if (times_are_exact()) return kEndsBySilence;
   const std::size_t as_request = may_be_request() ? request_size() : 0;
   const std::size_t as_response = may_be_response() ? response_size() : 0;
-  if (as_request == 0 && as_response == 0) return kOnlySilenceTells;
+  if (as_request == 0 && as_response == 0) return kEndsBySilence;
   if (as_response != 0 && !fits_request()) return as_response;
   return std::max(as_request, as_response);
 }
 
-/// It may be more than the buffer has: then the byte count is not allowed either, and its bytes are not
+/// May be more than the size of the buffer: then the byte count is not allowed either, and the bytes are not
 /// needed.
 std::size_t RtuServer::request_size() const {
   return size_by(sizes_of(buffer_[kFunction]).request);
@@ -228,7 +224,7 @@ std::size_t RtuServer::response_size() const {
 }
 
 std::size_t RtuServer::size_by(std::uint8_t rule) const {
-  if (rule < kCountAt) return rule == 0 ? kOnlySilenceTells : rule;
+  if (rule < kCountAt) return rule == 0 ? kEndsBySilence : rule;
   const std::size_t offset = rule - kCountAt;
   return offset + 1 + (size_ > offset ? buffer_[offset] : 0) + kCrcBytes;
 }
@@ -238,14 +234,14 @@ std::uint16_t RtuServer::station_and_function() const {
 }
 
 bool RtuServer::may_be_response() const {
-  return asked_ == kAnybodys || asked_ == station_and_function();
+  return asked_ == kAnyResponse || asked_ == station_and_function();
 }
 
 bool RtuServer::may_be_request() const {
   return (buffer_[kFunction] & kExceptionBit) == 0 && (!may_be_response() || after_gap_);
 }
 
-/// Not where its quantity says that it can only be a response.
+/// False: the quantity shows that it can only be a response.
 bool RtuServer::fits_request() const {
   switch (buffer_[kFunction]) {
     case kReadHoldingRegisters:
@@ -262,7 +258,7 @@ std::uint32_t RtuServer::poll(std::uint32_t now_us) {
   if (state_.load(std::memory_order_acquire) != state) return kNoRequest;
   const std::uint32_t delay = std::max(settings_.silence_us, settings_.response_delay_us);
   const std::uint32_t wait = last_us_.load(std::memory_order_relaxed) + delay - now_us;
-  // The byte may be younger than `now_us`; a past time is a negative number.
+  // The byte may have arrived after `now_us`; a past time is a negative number.
   if (static_cast<std::int32_t>(wait) > 0) return wait;
   const bool taken = state_.compare_exchange_strong(state, State::kExecuting, std::memory_order_acq_rel);
   return taken ? 0 : kNoRequest;
@@ -284,7 +280,7 @@ std::span<const std::uint8_t> RtuServer::execute() {
   ++counters_.slave_messages;
   executed_ = {};
   Exception exception = execute_on(networks_[request_network()]);
-  // A broadcast is refused by all networks or by none: their registers are alike.
+  // A broadcast is rejected by all networks or by none: they have the same registers.
   for (std::size_t i = 1; is_broadcast() && i < networks_.size(); ++i)
     exception = execute_on(networks_[i]);
   executed_.valid = exception == Exception::kNone;
@@ -316,17 +312,17 @@ void RtuServer::on_sent() {
   if (state_.load(std::memory_order_acquire) == State::kSending) listen(size_ + kCrcBytes);
 }
 
-/// What came meanwhile, unless it is an echo of so many bytes, may be the first part of another station's
-/// frame.
+/// Bytes received meanwhile may be the first part of another station's frame, unless they are an echo of this
+/// length.
 void RtuServer::listen(std::size_t echo) {
   const bool missed = unheard_ != 0 && unheard_ != echo;
   begin_frame();
   skipping_ = missed || times_are_exact();
-  if (missed) asked_ = kAnybodys;
+  if (missed) asked_ = kAnyResponse;
   state_.store(State::kReceiving, std::memory_order_release);
 }
 
-/// The response with its CRC, on its way.
+/// Adds the CRC to the response; returns what is to be sent.
 std::span<const std::uint8_t> RtuServer::sealed() {
   std::uint16_t crc = kCrcStart;
   for (std::size_t i = 0; i < size_; ++i)
@@ -337,7 +333,7 @@ std::span<const std::uint8_t> RtuServer::sealed() {
   return std::span(buffer_).first(size_ + kCrcBytes);
 }
 
-/// Leaves the response in the buffer, `size_` bytes; of a broadcast the request.
+/// Leaves the response in the buffer, `size_` bytes; for a broadcast the request.
 RtuServer::Exception RtuServer::execute_on(const RegisterMap& registers) {
   switch (buffer_[kFunction]) {
     case kReadHoldingRegisters:
@@ -403,26 +399,28 @@ RtuServer::Exception RtuServer::read_write_registers(const RegisterMap& register
   return Exception::kNone;
 }
 
-/// Quantity at `offset`, and the byte count behind it.
+/// Checks the quantity at `offset` and the byte count after it.
 bool RtuServer::values_allowed(std::size_t offset, std::size_t most) const {
   const std::size_t quantity = word(offset);
   return quantity >= 1 && quantity <= most && buffer_[offset + 2] == 2 * quantity;
 }
 
-/// Registers into the response of FC 3, 4 and 23.
+/// Copies registers to the response of FC 3, 4 and 23.
 void RtuServer::load(const RegisterMap& registers, std::uint16_t address, std::size_t count) {
   constexpr std::size_t kByteCount = 2;
   if (is_broadcast()) return;
   buffer_[kByteCount] = static_cast<std::uint8_t>(2 * count);
   for (std::size_t i = 0; i < count; ++i) {
     const std::atomic_ref<std::uint16_t> source(registers[address + i]);
-    put_word(kByteCount + 1 + 2 * i, source.load(std::memory_order_relaxed));
+    const std::uint16_t value = source.load(std::memory_order_relaxed);
+    buffer_[kByteCount + 1 + 2 * i] = static_cast<std::uint8_t>(value >> 8);
+    buffer_[kByteCount + 2 + 2 * i] = static_cast<std::uint8_t>(value);
     if (i == 0) std::atomic_thread_fence(std::memory_order_acquire);
   }
   size_ = kByteCount + 1 + 2 * count;
 }
 
-/// The values at `offset` into registers.
+/// Copies the values at `offset` to registers.
 void RtuServer::store(const RegisterMap& registers, std::uint16_t address, std::size_t count,
                       std::size_t offset) {
   executed_.first = address;
@@ -436,11 +434,6 @@ void RtuServer::store(const RegisterMap& registers, std::uint16_t address, std::
 
 std::uint16_t RtuServer::word(std::size_t offset) const {
   return static_cast<std::uint16_t>(buffer_[offset] << 8 | buffer_[offset + 1]);
-}
-
-void RtuServer::put_word(std::size_t offset, std::uint16_t value) {
-  buffer_[offset] = static_cast<std::uint8_t>(value >> 8);
-  buffer_[offset + 1] = static_cast<std::uint8_t>(value);
 }
 
 }  // namespace cbcan

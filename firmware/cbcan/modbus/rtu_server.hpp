@@ -6,50 +6,50 @@
 ///
 /// How to run it:
 ///   on_byte(byte, now) from the UART's receive interrupt, for every byte;
-///   poll(now) from the loop, after such an interrupt and when the last poll() wanted it: 0 = a request is
-///   there, and execute() does it and gives the response to send;
-///   on_sent() when the last byte of the response has left the wire: from then on it listens again. A board
-///   must call it, or the server stays deaf.
+///   poll(now) from the loop, after such an interrupt and when the last poll() requested it: 0 = there is a
+///   request, and execute() executes it and returns the response to send;
+///   on_sent() when the last byte of the response has been sent: from then on it receives again. A board must
+///   call it, or the server stops receiving.
 ///
 /// There is one buffer for both directions. One atomic state hands it over: from the interrupt (receiving) to
-/// the loop (a request is complete), to the transmitter (sending) and back. What arrives while it does not
-/// receive is counted and thrown away, the echo of a two-wire transceiver too; where that has an echo,
-/// on_sent() comes after the echo's last byte.
+/// the loop (a request is complete), to the transmitter (sending) and back. Bytes that arrive in the other
+/// states are counted and discarded, including the echo of a two-wire transceiver; if there is an echo, call
+/// on_sent() after its last byte.
 ///
-/// Silence: a request is executed, and its response begins, t3.5 after its last byte, or later where a
-/// response delay is set. A byte that comes before that takes the request back: it is neither executed nor
-/// answered, and everything up to the next gap is ignored.
+/// Silence: a request is executed, and its response begins, t3.5 after its last byte, or later if a response
+/// delay is set. A byte that arrives earlier cancels the request: it is neither executed nor answered, and
+/// everything up to the next gap is ignored.
 ///
 /// Framing: the length of a request for this station, or for all (address 0), follows from its bytes. A byte
-/// that comes more than a gap after the one before it begins a new frame whatever went before; after a wrong
-/// CRC nothing else does. A request for this station whose function code has no known length ends where its
-/// CRC is right and silence follows; one for all is ignored.
+/// that arrives more than a gap after the previous one always begins a new frame; after a wrong CRC nothing else
+/// does. A request for this station whose function code has no known length ends when its CRC is right and
+/// silence follows; one for all is ignored.
 ///
 /// Frames of other stations are never executed, whatever they contain:
-/// * Where the gap is the silence, because the times of on_byte() are the line's own, a frame ends with a
-///   gap, and nothing else begins one. What remains: a sender that pauses for more than a gap within a frame.
-/// * Where the gap is longer, because bytes come late or in bunches, silence between frames may go unseen.
-///   There a frame also ends at the length that a request or response of its function code has, if the CRC is
-///   right. Which of the two it is follows from the frame before: a request is followed by its response, or
-///   by a request to another station. After a gap a repeated request is possible too, after a broken frame
-///   either; then it takes the longer one. A frame of a function code without known length ends with a gap.
-///   What remains: a frame under way when the server starts; a gap within a frame; a response that comes
-///   after its master has gone on to another station.
-/// So a request for this station that has a gap before it and t3.5 behind it is always heard.
+/// * If the gap is the silence, because the times of on_byte() are those of the line, a frame ends with a gap,
+///   and only a gap begins one. Not covered: a sender that pauses for more than a gap within a frame.
+/// * If the gap is longer, because bytes arrive late or in bunches, silence between frames may go undetected.
+///   Then a frame also ends at the length of a request or response of its function code, if the CRC is right.
+///   Which of the two it is follows from the previous frame: a request is followed by its response, or by a
+///   request to another station. After a gap it may also be a repeated request, after a broken frame either;
+///   then the longer length is used. A frame of a function code without known length ends with a gap. Not
+///   covered: a frame in progress when the server starts; a gap within a frame; a response that arrives after
+///   its master has sent a request to another station.
+/// So a request for this station with a gap before it and t3.5 after it is always received.
 ///
-/// Several CAN networks: each has registers of its own and is a station of its own, the first at the address
-/// that is set, the next ones behind it. So a broadcast, which every station on a line executes (Serial Line
-/// V1.02, 2.1), writes to all of them. One request at a time, whichever of them it is for.
+/// Several CAN networks: each has its own registers and its own station address, the first the address that is
+/// set, the next ones the following addresses. A broadcast, which every station on a line executes (Serial Line
+/// V1.02, 2.1), writes to all of them. One request at a time for all networks.
 ///
 /// FC 3, 4 (the same registers), 6, 16, 22, 23. Exceptions: 01 another function; 03 a quantity or byte count
 /// that is not allowed; 02 an address that does not exist, or a write to a read-only one. Lengths and
-/// quantities are checked before addresses, and a request that is refused changes nothing. Address 0 writes
-/// and is not answered.
+/// quantities are checked before addresses, and a rejected request changes nothing. A request with address 0
+/// writes and is not answered.
 ///
-/// Ordering, where the words are shared with another context: a write stores the highest address first, and
-/// the lowest after a release fence, so CA0Eh in R3700 is seen last of one FC 16 or FC 23; a read loads the
-/// lowest address first, and the others after an acquire fence, so results are whole where R3700 shows one
-/// (docs/reference/contract.md). FC 22 is one atomic change.
+/// Ordering, if the words are shared with another context: a write stores the highest address first, and the
+/// lowest after a release fence, so CA0Eh in R3700 is the last word of one FC 16 or FC 23 to become visible; a
+/// read loads the lowest address first, and the others after an acquire fence, so if R3700 contains a result the
+/// other words belong to it (docs/reference/contract.md). FC 22 is one atomic change.
 
 #include <array>
 #include <atomic>
@@ -61,8 +61,8 @@
 
 namespace cbcan {
 
-/// t3.5 in us (Serial Line V1.02, 2.5.1.1): 1750 above 19200 baud, else 3.5 characters of so many bits,
-/// start, parity and stop bits included: 11, or 10 for 8N1.
+/// t3.5 in us (Serial Line V1.02, 2.5.1.1): 1750 above 19200 baud, otherwise 3.5 characters of `bits` bits,
+/// including start, parity and stop bits: 11, or 10 for 8N1.
 constexpr std::uint32_t rtu_silence_us(std::uint32_t baud, std::uint32_t bits = 11) {
   return baud > 19'200 ? 1750 : (3'500'000 * bits + baud - 1) / baud;
 }
@@ -70,88 +70,85 @@ constexpr std::uint32_t rtu_silence_us(std::uint32_t baud, std::uint32_t bits = 
 class RtuServer final {
  public:
   struct Settings {
-    std::uint8_t station = 1;         ///< own address, of the first network; of all of them within 1..247
+    std::uint8_t station = 1;         ///< address of the first network; those of all networks are within 1..247
     std::uint32_t silence_us = 1750;  ///< t3.5 of the line: rtu_silence_us()
-    /// Longest time from one byte of a frame to the next, as on_byte() is told it, in us, where that is more
-    /// than the silence, because bytes come late or in bunches as in an emulator or over USB. Nothing waits
-    /// for it.
+    /// Longest time from one byte of a frame to the next, as passed to on_byte(), in us, if that is more than
+    /// the silence because bytes arrive late or in bunches, as in an emulator or over USB. Causes no delay.
     std::uint32_t gap_us = 0;
-    /// From a request to its response, in us, where that is more than the silence; at most 50,000. For
-    /// masters whose transceivers are slow to listen.
+    /// From a request to its response, in us, if that is more than the silence; at most 50,000. For masters
+    /// whose transceivers are slow to switch to receiving.
     std::uint32_t response_delay_us = 0;
   };
 
-  /// After the diagnostic counters of Application Protocol V1.1b3, 6.8, where there is one. They wrap. Each
-  /// is an aligned 32-bit word, read whole on a 32-bit MCU.
+  /// With the numbers of the diagnostic counters of Application Protocol V1.1b3, 6.8, if there is one. They wrap.
+  /// Each is an aligned 32-bit word, which a 32-bit MCU reads atomically.
   struct Counters {
-    std::uint32_t bus_messages = 0;              ///< 0Bh: frames with a right CRC, for whomever
+    std::uint32_t bus_messages = 0;              ///< 0Bh: frames with a right CRC, for any station
     std::uint32_t bus_communication_errors = 0;  ///< 0Ch: requests with a wrong CRC
-    std::uint32_t slave_exceptions = 0;          ///< 0Dh: requests refused, those of address 0 too
-    std::uint32_t slave_messages = 0;            ///< 0Eh: requests for this station or all, looked at
-    std::uint32_t slave_no_responses = 0;        ///< 0Fh: those among them that went to all
+    std::uint32_t slave_exceptions = 0;          ///< 0Dh: requests rejected, including those of address 0
+    std::uint32_t slave_messages = 0;            ///< 0Eh: requests for this station or all
+    std::uint32_t slave_no_responses = 0;        ///< 0Fh: those of them for all
     std::uint32_t foreign_frames = 0;  ///< with a right CRC, of other stations; counted when they end
-    std::uint32_t broken_frames = 0;   ///< cut short by a gap, too long, without silence behind, with a
+    std::uint32_t broken_frames = 0;   ///< cut short by a gap, too long, without silence after it, with a
                                        ///< broken byte, or foreign with a wrong CRC
-    std::uint32_t ignored_bytes = 0;   ///< came while executing or sending, or where only a gap helps
+    std::uint32_t ignored_bytes = 0;   ///< received while executing or sending, or while waiting for a gap
   };
 
   /// The longest frame (Serial Line V1.02, 2.5.1), in bytes.
   static constexpr std::size_t kMaxFrame = 256;
-  /// What poll() returns where there is nothing to wait for.
+  /// Returned by poll(): no request is waiting.
   static constexpr std::uint32_t kNoRequest = 0xFFFFFFFF;
 
-  /// `networks`: the registers of each, at the same addresses in all of them. The maps are the caller's and
+  /// `networks`: the registers of each, at the same addresses in all of them. The caller owns the maps, which
   /// must outlive the server.
   RtuServer(std::span<const RegisterMap> networks, const Settings& settings);
   RtuServer(const RtuServer&) = delete;
   RtuServer& operator=(const RtuServer&) = delete;
 
   /// Interrupt: one byte has arrived. `now_us` is a free-running microsecond counter that wraps at 2^32; only
-  /// differences count, but it should have begun at 0 when the line was switched on.
+  /// differences are used, but it should have started at 0 when the line was switched on.
   void on_byte(std::uint8_t byte, std::uint32_t now_us);
 
-  /// Interrupt, in its place where the byte has a parity or framing error, or the one behind it was lost: the
-  /// frame under way, or the request that waits, is invalid. Ahead of a frame it does no harm, as where a
-  /// transceiver is switched on.
+  /// Interrupt, instead of on_byte() if the byte has a parity or framing error, or the next one was lost: the
+  /// frame in progress, or the request that waits, is invalid. Harmless before a frame, as when a transceiver is
+  /// switched on.
   void on_broken_byte(std::uint32_t now_us);
 
-  /// Loop: how many microseconds the request that waits still needs silence: the loop may sleep that long, or
-  /// until the next byte. 0 = the request is taken, no byte takes it back any more, and execute() has to
-  /// follow. kNoRequest = none waits. `now_us` is the counter of on_byte(); ask at least every 35 minutes.
+  /// Loop: the remaining silence for the waiting request, in microseconds: the loop may sleep that long, or until
+  /// the next byte. 0 = the request is taken, no byte cancels it any more, and execute() must follow. kNoRequest =
+  /// none waits. `now_us` is the counter of on_byte(); call it at least every 35 minutes.
   std::uint32_t poll(std::uint32_t now_us);
 
-  /// Loop, between poll() and execute(): which network the request is for, from 0; of a broadcast the first.
+  /// Loop, between poll() and execute(): the network of the request, from 0; the first for a broadcast.
   std::size_t request_network() const;
 
-  /// Loop, likewise: the request is for all of them.
+  /// Loop, between poll() and execute(): the request is for all networks.
   bool is_broadcast() const;
 
-  /// Loop, likewise: the request's frame without its CRC.
+  /// Loop, between poll() and execute(): the request's frame without its CRC.
   std::span<const std::uint8_t> request() const { return std::span(buffer_).first(size_ - 2); }
 
-  /// Loop, likewise: the request reads one of these registers: the moment to make them fresh.
+  /// Loop, between poll() and execute(): the request reads one of these registers, so they can be updated first.
   bool request_reads(std::uint16_t first, std::size_t count) const;
 
-  /// Loop: executes the request that poll() has taken, and gives the frame to send; empty = nothing to send.
-  /// The bytes stay valid until on_sent(). At most one request: poll the coprocessor after each, so that it
-  /// misses no cancel.
+  /// Loop: executes the request that poll() has taken, and returns the frame to send; empty = nothing to send.
+  /// The bytes stay valid until on_sent(). Poll the coprocessor after each request, so that it misses no cancel.
   std::span<const std::uint8_t> execute();
 
-  /// Loop, in its place: the response is this PDU, made by somebody else, or an exception. Otherwise
-  /// likewise.
+  /// Loop, instead of execute(): the response, or exception, is this PDU. Returns the frame to send.
   std::span<const std::uint8_t> respond_with(std::span<const std::uint8_t> pdu);
 
-  /// What a request has done: for the coprocessor.
+  /// Effect of a request, for the coprocessor.
   struct Executed {
     bool valid;           ///< not refused by an exception
     std::uint16_t first;  ///< registers first..first+count-1 have been written
     std::uint16_t count;  ///< 0 = none
   };
-  /// Loop: what the last execute() has done, in the network of the request; of a broadcast in each.
+  /// Loop: the effect of the last execute() in the network of the request; of a broadcast in each network.
   const Executed& executed() const { return executed_; }
 
-  /// Interrupt or loop: the response has left, the driver of the line is off. Without a response under way
-  /// nothing happens.
+  /// Interrupt or loop: the response has been sent, and the driver of the line is off. Without a response in
+  /// progress it has no effect.
   void on_sent();
 
   const Counters& counters() const { return counters_; }
@@ -161,7 +158,7 @@ class RtuServer final {
   enum class Exception : std::uint8_t { kNone = 0, kFunction = 1, kAddress = 2, kValue = 3 };
 
   bool times_are_exact() const { return settings_.gap_us <= settings_.silence_us; }
-  bool is_for_us() const;
+  bool is_for_us() const { return request_network() < networks_.size(); }
   bool listens(bool after_gap);
   bool takes(std::uint32_t now_us);
   void end_by_gap();
@@ -180,7 +177,6 @@ class RtuServer final {
   bool may_be_request() const;
   bool fits_request() const;
   std::uint16_t word(std::size_t offset) const;
-  void put_word(std::size_t offset, std::uint16_t value);
   bool values_allowed(std::size_t offset, std::size_t most) const;
   Exception execute_on(const RegisterMap& registers);
   Exception read_registers(const RegisterMap& registers);
@@ -197,12 +193,12 @@ class RtuServer final {
   Executed executed_{};
   std::atomic<State> state_{State::kReceiving};
   bool skipping_;          ///< until the next gap
-  bool after_gap_ = true;  ///< the frame under way began after one
-  std::uint16_t asked_;    ///< whose response is due, in a line whose silence goes unseen
+  bool after_gap_ = true;  ///< the current frame began after one
+  std::uint16_t asked_;    ///< the expected response, if silence may go undetected
   std::uint16_t crc_;
   std::atomic<std::uint32_t> last_us_ = 0;  ///< when the last byte came
   std::size_t size_ = 0;     ///< bytes of the frame so far, received or to be sent, without its CRC
-  std::size_t unheard_ = 0;  ///< bytes that came while executing and sending
+  std::size_t unheard_ = 0;  ///< bytes received while executing and sending
   std::array<std::uint8_t, kMaxFrame> buffer_{};
   Counters counters_;
 };

@@ -12,7 +12,7 @@ constexpr std::uint32_t kLastExtendedId = 0x1FFF'FFFF;
 constexpr std::size_t kTimeStampDigits = 4;
 constexpr char kSmall = 0x20;  // the bit that makes a letter small
 
-/// Writes text without asking for room: the caller knows how long it becomes.
+/// Writes text without a check of size: the caller knows the maximum length.
 class Writer {
  public:
   explicit Writer(char* begin) : begin_(begin), next_(begin) {}
@@ -33,7 +33,7 @@ class Writer {
   char* next_;
 };
 
-/// Takes digits from the front of a text; one that is missing or none spoils it for good.
+/// Takes digits from the front of a text; after a missing or invalid one ended() stays false.
 class Digits {
  public:
   explicit Digits(std::string_view text) : next_(text.begin()), end_(text.end()) {}

@@ -2,11 +2,11 @@
 #pragma once
 
 /// CAN frames as lines of text on a serial line (SLCAN): the protocol of the LAWICEL adapters, both
-/// directions. Pure: no port, no clock, no state but the line that is being read.
+/// directions. No port, no clock, no state except the line that is being read.
 ///
 /// Source: LAWICEL AB, "CAN232 Version 3 Manual" (February 2010), chapter "Available CAN232 commands"; the
 /// same commands as in "CANUSB Manual". A command and a received frame end with CR; an adapter answers a
-/// command with CR (z CR or Z CR for a frame to send) or, where it cannot, with BEL (07h).
+/// command with CR (z CR or Z CR for a frame to send) or, if it cannot execute it, with BEL (07h).
 ///
 ///   t60584017100000000000 CR    identifier 605h, DLC 8, 40h 17h 10h 00h 00h 00h 00h 00h
 ///   T1FFFFFFF0 CR               29-bit identifier 1FFF FFFFh, no data
@@ -29,24 +29,23 @@ inline constexpr char kEnd = '\r';
 inline constexpr char kNo = '\a';  ///< the adapter's "no"
 
 /// Writes the line of a frame with its CR, hexadecimal digits in capitals; returns its length in characters,
-/// at most 27. 0 = an error report (Frame::kError), which is not a frame to send. Identifier and length are
-/// within the limits that Frame names.
+/// at most 27. 0 = an error report (Frame::kError), which is not a frame to send. Identifier and length must be
+/// within the limits in Frame.
 std::size_t encode(const Frame& frame, std::span<char, kMaxLine> out);
 
 /// Reads the line of a frame, without its CR. False, and `frame` unchanged, for anything else: another
-/// command, a wrong number of digits, something that is no digit, a DLC over 8, an identifier over 7FFh or
-/// 1FFF FFFFh. Small letters are digits too. The time stamp of adapters with Z1, four digits after the data,
-/// is ignored.
+/// command, a wrong number of digits, an invalid digit, a DLC over 8, an identifier over 7FFh or 1FFF FFFFh.
+/// Digits may be small letters. The time stamp of adapters with Z1, four digits after the data, is ignored.
 bool decode(std::string_view line, Frame& frame);
 
-/// Takes characters as they come and makes lines of them. Line feeds are ignored.
+/// Assembles lines from single characters. Line feeds are ignored.
 class LineReader {
  public:
   enum class Event : std::uint8_t {
     kNone,
-    kLine,  ///< line() has one; it may be empty: the response "yes"
-    kBell,  ///< the response "no"; a line that had begun is gone
-    kLost,  ///< the end of a line that was too long: it is dropped whole
+    kLine,  ///< line() is complete; if empty, the response "yes"
+    kBell,  ///< the response "no"; an unfinished line is dropped
+    kLost,  ///< the end of a line that was too long: it is dropped
   };
 
   Event on_char(char c);
@@ -77,12 +76,11 @@ inline constexpr std::uint8_t kArbitrationLost = 0x40;
 inline constexpr std::uint8_t kBusError = 0x80;  ///< some error on the bus; not bus-off
 }  // namespace status
 
-/// What a line says about the adapter's CAN controller; none where it says nothing about it.
-///   F28            response to the command F: error passive, else overflow where received frames were lost
-///                  (kReceiveFull, kDataOverrun), else active. It cannot say bus-off.
-///   sb256000       unasked, by newer adapters: s, the state (a active, w warning, p passive, b bus-off),
-///   three
-///                  decimal digits each of the receive and the transmit error counter (Linux,
+/// The state of the adapter's CAN controller in a line; none if the line contains none.
+///   F28            response to the command F: error passive, otherwise overflow if received frames were lost
+///                  (kReceiveFull, kDataOverrun), otherwise active. It cannot report bus-off.
+///   sb256000       sent unrequested by newer adapters: s, the state (a active, w warning, p passive, b
+///                  bus-off), three decimal digits each of the receive and the transmit error counter (Linux,
 ///                  drivers/net/can/slcan/slcan-core.c, slcan_bump_state)
 std::optional<BusState> decode_state(std::string_view line);
 
@@ -90,12 +88,12 @@ inline constexpr std::string_view kClose = "C\r";
 inline constexpr std::string_view kOpen = "O\r";
 inline constexpr std::string_view kAskStatus = "F\r";
 
-/// What Sn sets, by n: kbit/s.
+/// The bit rate of command Sn, by n, in kbit/s.
 inline constexpr std::array<std::uint16_t, 9> kBitRates{10, 20, 50, 100, 125, 250, 500, 800, 1000};
 
-/// Writes what brings an adapter onto the bus from whatever state it was left in, at `kbit_per_second`: three
-/// CR that end what it may have read before, C, Sn, O. Returns the length; 0 = not one of kBitRates. The
-/// responses, of which those before the last may be "no", need not be waited for.
+/// Writes the commands that open an adapter at `kbit_per_second`, whatever its state: three CR that end a
+/// partial command, C, Sn, O. Returns the length; 0 = not one of kBitRates. There is no need to wait for the
+/// responses; those before the last may be "no".
 std::size_t encode_open(std::uint16_t kbit_per_second, std::span<char, kMaxLine> out);
 
 }  // namespace cbcan::slcan

@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The register contract as data: which register is what, who writes it, and every number that may appear in
-/// one.
+/// The register contract as data: the meaning of each register, who writes it, and all numbers in it.
 ///
 /// Source: "CBCAN SDO and NMT Service PLC Interface" V1.2 (15 June 2012), tables 1 to 4 and section 3; in the
-/// comments "CBCAN, table N". What that document leaves open is settled in docs/reference/contract.md.
+/// comments "CBCAN, table N". docs/reference/contract.md decides what that document leaves open.
 ///
 /// Freestanding and header-only. Register R<n> is Modbus holding register address n (0-based on the wire),
-/// shown as 4xxxx number 40001 + n. All numbers are the ones a PLC programmer writes: 5055 and 5066 are
-/// decimal.
+/// shown as 4xxxx number 40001 + n. All numbers are as a PLC programmer writes them: 5055 and 5066 are decimal.
 
 #include <array>
 #include <cstddef>
@@ -35,36 +33,36 @@ inline constexpr std::size_t kWindowWords = kLastData - kWindowFirst + 1;
 inline constexpr std::size_t kDataWords = kLastData - kData + 1;
 inline constexpr std::size_t kMaxDataBytes = 2 * kDataWords;
 
-/// Process data (CiA 405's network variables): inputs from the network, behind them outputs to it. The range
-/// may begin elsewhere.
+/// Process data (CiA 405's network variables): inputs from the network, followed by outputs to it. The first
+/// register can be configured.
 inline constexpr std::uint16_t kProcessFirst = 3800;
 inline constexpr std::size_t kInputWords = 64;
 inline constexpr std::size_t kOutputWords = 64;
 inline constexpr std::size_t kProcessWords = kInputWords + kOutputWords;
 
-/// The scanner window, for PLCs that exchange whole blocks of registers again and again: a block that the PLC
-/// writes and one that it reads. Both may begin elsewhere. Channel n has its blocks kScannerStride * (n - 1)
-/// registers further on, so all of them end below R3700.
+/// The scanner window, for PLCs that exchange whole blocks of registers cyclically: a block that the PLC writes
+/// and one that it reads. The first registers can be configured. The blocks of channel n begin
+/// kScannerStride * (n - 1) registers later, so by default all of them end below R3700.
 inline constexpr std::uint16_t kScannerOutFirst = 500;
 inline constexpr std::uint16_t kScannerInFirst = 600;
 inline constexpr std::uint16_t kScannerStride = 200;
 inline constexpr std::uint8_t kMostChannels = 16;
-/// Of channel 1..16: where the block begins that is at `first` in channel 1.
+/// The first register of the block of channel 1..16; `first` is that of channel 1.
 constexpr std::uint16_t of_channel(std::uint16_t first, unsigned channel) {
   return static_cast<std::uint16_t>(first + kScannerStride * (channel - 1));
 }
-/// The number behind this one: 0 is none.
+/// The request number after this one; 0 is skipped.
 constexpr std::uint16_t next_number(std::uint16_t number) {
   return number == 0xFFFF ? 1 : static_cast<std::uint16_t>(number + 1);
 }
 
-/// Words of the OUT block: the number of the request, and behind it the same words as in R3701..R3769.
+/// Words of the OUT block: the number of the request, then the same words as in R3701..R3769.
 inline constexpr std::size_t kScannerNumber = 0;
 inline constexpr std::size_t kScannerOutWords = kWindowWords;
 /// Words of the IN block.
 inline constexpr std::size_t kScannerAnswered = 0;  ///< number of the request whose result this is
 inline constexpr std::size_t kScannerResult = 1;
-inline constexpr std::size_t kScannerTaken = 2;  ///< number of the last request that was looked at
+inline constexpr std::size_t kScannerTaken = 2;  ///< number of the last request that was taken
 inline constexpr std::size_t kScannerSize = 3;   ///< bytes of data
 inline constexpr std::size_t kScannerData = 4;
 inline constexpr std::size_t kScannerInWords = kScannerData + kDataWords;
@@ -118,50 +116,46 @@ inline constexpr std::array<RegisterRow, 2> kProcessData{{
      Writer::kPlc, "0..65535", "network variables A480h..A8FFh, sent by TPDOs; low byte first"},
 }};
 
-constexpr RegisterRow scanner_out(std::size_t first, std::size_t last, std::string_view name,
-                                  std::string_view range, std::string_view meaning) {
-  return {static_cast<std::uint16_t>(kScannerOutFirst + first),
-          static_cast<std::uint16_t>(kScannerOutFirst + last),
-          name,
-          Access::kReadWrite,
-          Writer::kPlc,
-          range,
-          meaning};
+constexpr RegisterRow register_row(Access access, Writer writer, std::size_t first, std::size_t words,
+                                   std::string_view name, std::string_view range, std::string_view meaning) {
+  const auto address = static_cast<std::uint16_t>(first);
+  const auto last = static_cast<std::uint16_t>(first + words - 1);
+  return {address, last, name, access, writer, range, meaning};
 }
 
-constexpr RegisterRow scanner_in(std::size_t first, std::size_t last, std::string_view name,
+constexpr RegisterRow scanner_out(std::size_t first, std::size_t words, std::string_view name,
+                                  std::string_view range, std::string_view meaning) {
+  return register_row(Access::kReadWrite, Writer::kPlc, kScannerOutFirst + first, words, name, range, meaning);
+}
+
+constexpr RegisterRow scanner_in(std::size_t first, std::size_t words, std::string_view name,
                                  std::string_view range, std::string_view meaning) {
-  return {static_cast<std::uint16_t>(kScannerInFirst + first),
-          static_cast<std::uint16_t>(kScannerInFirst + last),
-          name,
-          Access::kReadWrite,
-          Writer::kCoprocessor,
-          range,
-          meaning};
+  return register_row(Access::kReadWrite, Writer::kCoprocessor, kScannerInFirst + first, words, name, range,
+                      meaning);
 }
 
 inline constexpr std::array<RegisterRow, 12> kScanner{{
-    scanner_out(0, 0, "OUT_NUMBER", "0..65535", "number of the request; 0 = none, and cancels"),
+    scanner_out(0, 1, "OUT_NUMBER", "0..65535", "number of the request; 0 = none, and cancels"),
     scanner_out(1, 1, "OUT_COMMAND", "5055, 5066", "as R3701"),
-    scanner_out(2, 2, "OUT_NODE_ID", "0..127", "as R3702"),
-    scanner_out(3, 3, "OUT_OBJECT_INDEX", "0..65535", "as R3703"),
-    scanner_out(4, 4, "OUT_OBJECT_SUB_INDEX", "0..255", "as R3704"),
-    scanner_out(5, 5, "OUT_DATA_SIZE", "1..128", "as R3705, bytes to write, or the room for a read"),
-    scanner_out(6, kScannerOutWords - 1, "OUT_DATA", "0..65535", "data words #0..#63, as R3706..R3769"),
-    scanner_in(0, 0, "IN_NUMBER", "0..65535", "number of the request whose result this is"),
+    scanner_out(2, 1, "OUT_NODE_ID", "0..127", "as R3702"),
+    scanner_out(3, 1, "OUT_OBJECT_INDEX", "0..65535", "as R3703"),
+    scanner_out(4, 1, "OUT_OBJECT_SUB_INDEX", "0..255", "as R3704"),
+    scanner_out(5, 1, "OUT_DATA_SIZE", "1..128", "as R3705, bytes to write, or the room for a read"),
+    scanner_out(6, kDataWords, "OUT_DATA", "0..65535", "data words #0..#63, as R3706..R3769"),
+    scanner_in(0, 1, "IN_NUMBER", "0..65535", "number of the request whose result this is"),
     scanner_in(1, 1, "IN_RESULT", "0, 1, 2, 4, 5, 6", "its result code"),
-    scanner_in(2, 2, "IN_TAKEN", "0..65535", "number taken last"),
-    scanner_in(3, 3, "IN_DATA_SIZE", "0..128", "bytes that were read"),
+    scanner_in(2, 1, "IN_TAKEN", "0..65535", "number taken last"),
+    scanner_in(3, 1, "IN_DATA_SIZE", "0..128", "bytes that were read"),
     scanner_in(
-        4, kScannerInWords - 1, "IN_DATA", "0..65535",
+        4, kDataWords, "IN_DATA", "0..65535",
         "data words #0..#63, low byte first; with result 4 #0 and #1 hold the SDO abort code, low word "
         "first"),
 }};
 
 // ---- Diagnostics of the firmware images
 
-/// A block of read-only registers outside the window. What only a board can know is 0 in the simulator. Two
-/// registers hold a 32-bit number, low word first.
+/// A block of read-only registers outside the window. Values that only a board has are 0 in the simulator.
+/// 32-bit numbers are in two registers, low word first.
 inline constexpr std::uint16_t kVersion = 4100;
 inline constexpr std::uint16_t kPatchLevel = 4101;
 inline constexpr std::uint16_t kUptime = 4102;
@@ -189,17 +183,11 @@ inline constexpr std::uint16_t kFaultStatus = 4138;
 
 inline constexpr std::uint16_t kDiagnosticsFirst = kVersion;
 inline constexpr std::size_t kDiagnosticsWords = 40;
-inline constexpr std::uint16_t kSecondWriters = 4140;  ///< behind them, of the simulator alone
+inline constexpr std::uint16_t kSecondWriters = 4140;  ///< after them, in the simulator only
 
 constexpr RegisterRow diagnostic(std::uint16_t first, std::uint16_t words, std::string_view name,
                                  std::string_view range, std::string_view meaning) {
-  return {first,
-          static_cast<std::uint16_t>(first + words - 1),
-          name,
-          Access::kReadOnly,
-          Writer::kCoprocessor,
-          range,
-          meaning};
+  return register_row(Access::kReadOnly, Writer::kCoprocessor, first, words, name, range, meaning);
 }
 
 inline constexpr std::array<RegisterRow, 25> kDiagnostics{{
@@ -245,8 +233,7 @@ inline constexpr std::array<RegisterRow, 25> kDiagnostics{{
 
 // ---- Settings of a board
 
-/// Registers of boards that store their settings. The values count after a reset, and only those that 1010h
-/// has stored before it.
+/// Registers of boards that store their settings. The values take effect after a reset, if 1010h has stored them.
 inline constexpr std::uint16_t kBoardStation = 4150;
 inline constexpr std::uint16_t kBoardBaudRate = 4151;
 inline constexpr std::uint16_t kBoardFormat = 4152;
@@ -259,7 +246,7 @@ inline constexpr std::size_t kBoardWords = 6;
 
 constexpr RegisterRow board_setting(std::uint16_t address, std::string_view name, std::string_view range,
                                     std::string_view meaning) {
-  return {address, address, name, Access::kReadWrite, Writer::kPlc, range, meaning};
+  return register_row(Access::kReadWrite, Writer::kPlc, address, 1, name, range, meaning);
 }
 
 inline constexpr std::array<RegisterRow, kBoardWords> kBoard{{
@@ -296,14 +283,14 @@ inline constexpr std::array<NamedNumber, 2> kCommands{{
     {kSdoWrite, "SDO_WRITE", "SDO write (download)"},
 }};
 
-/// Result codes in R3700 (CBCAN, table 2), and of the scanner window. There is no code 3.
+/// Result codes in R3700 (CBCAN, table 2) and of the scanner window. There is no code 3.
 enum class Result : std::uint16_t {
   kOk = 0,
   kCommandCodeError = 1,
   kNodeIdError = 2,
   kSdoExecutionError = 4,
-  kRestarted = 5,   ///< of the scanner window; in R3700 where a setting asks for it
-  kIncomplete = 6,  ///< of the scanner window alone
+  kRestarted = 5,   ///< scanner window; in R3700 only with a setting
+  kIncomplete = 6,  ///< scanner window only
 };
 
 inline constexpr std::array<NamedNumber, 4> kResults{{
@@ -313,7 +300,7 @@ inline constexpr std::array<NamedNumber, 4> kResults{{
     {4, "SDO_EXEC_ERR", "the service failed; R3706 (low word) and R3707 (high word) hold the SDO abort code"},
 }};
 
-/// Those of the scanner window besides.
+/// Additional results of the scanner window.
 inline constexpr std::array<NamedNumber, 2> kScannerResults{{
     {5, "RESTARTED",
      "handshake after a start of the coprocessor: the number is not executed, as it may have been before"},
@@ -368,7 +355,7 @@ inline constexpr std::array<NamedNumber, 4> kNodeStates{{
 
 struct AbortRow {
   std::uint32_t code;
-  std::string_view name;  ///< CBCAN table 3's name where it has one; else one in its manner
+  std::string_view name;  ///< from CBCAN, table 3; otherwise in the same style
   std::string_view meaning;
   bool in_table_3;
 };
@@ -410,7 +397,7 @@ inline constexpr std::array<AbortRow, 31> kAbortCodes{{
     {0x08000024, "ABORT_NO_DATA", "no data available", false},
 }};
 
-/// The row of an abort code; nullptr for a code that neither document names.
+/// The row of an abort code; nullptr for an unknown code.
 constexpr const AbortRow* find_abort(std::uint32_t code) {
   for (const AbortRow& row : kAbortCodes)
     if (row.code == code) return &row;

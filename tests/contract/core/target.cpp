@@ -33,7 +33,7 @@ cbcan::BusState core_state(BusState state) {
 
 using Bench = test::BasicBench<MultiChannelCoprocessor>;
 
-/// The scanner windows of all channels, and memory for all but the first.
+/// The scanner windows of all channels, and memory for all except the first.
 struct Channels {
   static constexpr std::size_t kCount = MultiChannelCoprocessor::kMostChannels;
 
@@ -90,7 +90,7 @@ struct CoreTarget final : Target {
 
   Words first_done(const std::function<void()>& ending) override {
     test::Registers seen;
-    if (!registers_.watch(ending, seen)) return {};
+    if (!registers_.run(PROT_READ, ending, [&] { seen = registers_.words(); })) return {};
     Words words(seen.begin(), seen.end());
     words[0] = bench_->reg(regmap::kExecuteFlag);
     return words;
@@ -111,7 +111,7 @@ struct CoreTarget final : Target {
     return bench_->reg(address);
   }
 
-  WatchedRegisters registers_;
+  WatchedRegisters<regmap::kWindowWords, 0> registers_;
   Channels channels_;
   std::unique_ptr<Bench> bench_;
   Settings settings_;

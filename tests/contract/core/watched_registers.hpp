@@ -5,63 +5,66 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
 #include <new>
-
-#include "support/bench.hpp"
 
 namespace cbcan::contract {
 
-/// The 70 words, laid out across a page boundary: R3700 ends a page, R3701 begins the next. With the first
-/// page write-protected a write to R3700 traps, and what the others hold at that moment is kept: a second
-/// reader who sees the new R3700 sees at least that. One at a time.
+/// `kWords` registers, placed so that register `kWatched` ends a page. While the pages up to there are protected,
+/// the first access to it traps and `other` runs just before the access, like another context. One at a time.
+template <std::size_t kWords, std::size_t kWatched>
 struct WatchedRegisters {
-  WatchedRegisters() : page_(static_cast<std::size_t>(sysconf(_SC_PAGESIZE))) {
-    void* const pages = mmap(nullptr, 2 * page_, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  using Words = std::array<std::uint16_t, kWords>;
+
+  WatchedRegisters() {
+    void* const pages = mmap(nullptr, 4 * page_, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     if (pages == MAP_FAILED) throw std::bad_alloc();
-    first_page_ = static_cast<char*>(pages);
-    words_ = new (first_page_ + page_ - sizeof(std::uint16_t)) test::Registers{};
+    pages_ = static_cast<char*>(pages);
+    words_ = new (pages_ + 2 * page_ - sizeof(std::uint16_t) * (kWatched + 1)) Words{};
   }
-  ~WatchedRegisters() { munmap(first_page_, 2 * page_); }
+  ~WatchedRegisters() { munmap(pages_, 4 * page_); }
   WatchedRegisters(const WatchedRegisters&) = delete;
   WatchedRegisters& operator=(const WatchedRegisters&) = delete;
 
-  test::Registers& words() { return *words_; }
+  Words& words() { return *words_; }
 
-  /// True when `action` wrote to R3700; `seen` is then the window as it was just before the first such write.
-  template <class Action>
-  bool watch(const Action& action, test::Registers& seen) {
+  /// Runs `action`. `protection`: the accesses that stay allowed up to the watched register. True: it was accessed.
+  bool run(int protection, const std::function<void()>& action, const std::function<void()>& other) {
     struct sigaction trap {};
     struct sigaction before {};
-    trap.sa_sigaction = &WatchedRegisters::on_write;
+    trap.sa_sigaction = &WatchedRegisters::on_access;
     trap.sa_flags = SA_SIGINFO;
     watched = this;
+    other_ = &other;
     trapped_ = false;
     sigaction(SIGSEGV, &trap, &before);
-    mprotect(first_page_, page_, PROT_READ);
+    mprotect(pages_, 2 * page_, protection);
     action();
-    mprotect(first_page_, page_, PROT_READ | PROT_WRITE);
+    mprotect(pages_, 2 * page_, PROT_READ | PROT_WRITE);
     sigaction(SIGSEGV, &before, nullptr);
-    seen = seen_;
     return trapped_;
   }
 
  private:
-  /// Back to the write, which now succeeds; a fault of another kind comes again and ends the program.
-  static void on_write(int number, siginfo_t* info, void* /*context*/) {
-    if (info->si_addr != watched->words_->data()) {
+  /// Repeats the access, which now succeeds; another kind of fault occurs again and ends the program.
+  static void on_access(int number, siginfo_t* info, void* /*context*/) {
+    if (info->si_addr != &(*watched->words_)[kWatched]) {
       signal(number, SIG_DFL);
       return;
     }
-    watched->seen_ = *watched->words_;
+    mprotect(watched->pages_, 2 * watched->page_, PROT_READ | PROT_WRITE);
     watched->trapped_ = true;
-    mprotect(watched->first_page_, watched->page_, PROT_READ | PROT_WRITE);
+    (*watched->other_)();
   }
 
   static inline WatchedRegisters* watched = nullptr;
-  std::size_t page_;
-  char* first_page_ = nullptr;
-  test::Registers* words_ = nullptr;
-  test::Registers seen_{};
+  std::size_t page_ = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+  char* pages_ = nullptr;
+  Words* words_ = nullptr;
+  const std::function<void()>* other_ = nullptr;
   volatile bool trapped_ = false;
 };
 

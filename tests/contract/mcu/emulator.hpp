@@ -30,15 +30,15 @@ inline constexpr std::chrono::minutes kPatience{1};
 inline constexpr std::uint32_t kCounter = 0x40028018;
 inline constexpr std::uint32_t kPrescale = 0x4002801C;
 inline constexpr std::uint32_t kNearlyNever = 0x7FFFFFFE;
-inline constexpr std::uint32_t kWakeUpControl = 0x40002008;  ///< not 0 when the image has gone to sleep
-inline constexpr std::uint32_t kWakeUpLoad = 0x40002000;     ///< what it has asked for then
+inline constexpr std::uint32_t kWakeUpControl = 0x40002008;  ///< not 0 while the image sleeps
+inline constexpr std::uint32_t kWakeUpLoad = 0x40002000;     ///< the requested time then
 inline constexpr std::uint32_t kTicksPerMicrosecond = 25;
 
 // Armv7-M: the application interrupt and reset control register; its key and SYSRESETREQ.
 inline constexpr std::uint32_t kAircr = 0xE000ED0C;
 inline constexpr std::uint32_t kResetSystem = 0x05FA0004;
 
-/// A serial line, or another stream, of an emulator that runs in a process of its own.
+/// A serial line, or another stream, of an emulator in its own process.
 struct Stream {
   explicit Stream(std::filesystem::path path)
       : path_(std::move(path)), listener_(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
@@ -52,7 +52,7 @@ struct Stream {
       throw std::runtime_error(name + ": no socket");
   }
 
-  /// Where the emulator is to connect to, as QEMU writes it.
+  /// The address for the emulator to connect to, in QEMU's format.
   std::string address() const { return "unix:" + path_.string(); }
   void accept() {
     wait_readable(listener_.get(), "QEMU");
@@ -63,7 +63,7 @@ struct Stream {
     if (::send(socket_.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL) != static_cast<ssize_t>(bytes.size()))
       throw std::runtime_error("QEMU has closed " + path_.filename().string());
   }
-  /// Throws std::runtime_error when they do not come within a minute.
+  /// Throws std::runtime_error if they do not arrive within a minute.
   std::string receive(std::size_t count) {
     std::string bytes(count, '\0');
     for (std::size_t got = 0; got < count;) {
@@ -74,7 +74,7 @@ struct Stream {
     }
     return bytes;
   }
-  /// What has come so far.
+  /// What has arrived so far.
   std::string receive_available() {
     std::array<char, 4096> part;
     const ssize_t count = recv(socket_.get(), part.data(), part.size(), MSG_DONTWAIT);
@@ -95,7 +95,7 @@ struct Stream {
   io::Descriptor socket_;
 };
 
-/// A folder that goes with this object.
+/// A folder that is removed with this object.
 struct TemporaryFolder {
   TemporaryFolder() {
     std::string name = std::filesystem::temp_directory_path() / "cbcan-XXXXXX";
@@ -114,9 +114,8 @@ struct TemporaryFolder {
   std::filesystem::path path_;
 };
 
-/// The image for the MPS2 board in QEMU, with its clock in the suite's hands: the board's microsecond counter
-/// is told to stand still and is set from outside, as a debugger would do it. The program is the unchanged
-/// one.
+/// The image for the MPS2 board in QEMU, with a clock controlled by the suite: the board's microsecond counter is
+/// stopped and set from outside, as by a debugger. The program is unchanged.
 struct Emulator {
   explicit Emulator(const std::string& image)
       : modbus_(folder_.path() / "modbus"),
@@ -151,7 +150,7 @@ struct Emulator {
   Stream& modbus() { return modbus_; }
   Stream& can() { return can_; }
 
-  /// The board as after power-on, but for what is left in its RAM.
+  /// The board as after power-on, except that its RAM is not cleared.
   void reset() {
     do
       settle();
@@ -159,23 +158,23 @@ struct Emulator {
     adapter_state_ = "F00\r";
     write(kAircr, kResetSystem);
   }
-  /// What the adapter says of its state, all the time: an F line with its CR.
+  /// The state that the adapter reports: an F line with its CR.
   void set_adapter_state(std::string line) { adapter_state_ = std::move(line); }
-  /// Stops the clock; to be called once the image runs.
+  /// Stops the clock; call it when the image is running.
   void freeze() {
     write(kPrescale, kNearlyNever);
     write(kWakeUpControl, 0);
     settle();
   }
-  /// Returns when everything that was sent to the image has been dealt with, and what it sent then is there.
-  // A turn of the image's loop that had begun before may end first: the second one began later.
+  /// Returns when the image has handled everything that was sent to it, and its output has arrived.
+  // A turn of the image's loop that had already begun may end first; the second turn began later.
   void settle() {
     can_.wait_taken();
     modbus_.wait_taken();
     turn();
     due_ = turn();
   }
-  /// Lets `us` microseconds pass: the image wakes at each time that it has asked for, and at the end.
+  /// Lets `us` microseconds pass: the image wakes at each time that it has requested, and at the end.
   void pass(std::uint64_t us) {
     settle();
     std::uint32_t counter = read(kCounter);
@@ -198,8 +197,8 @@ struct Emulator {
     hardware_.send("writel " + std::to_string(address) + " " + std::to_string(value) + "\n");
     hardware_.receive(std::string("OK\n").size());
   }
-  /// Wakes the image by the adapter's state, and returns when it has gone to sleep: in how many microseconds
-  /// it wants to wake. Its timer does not know that the clock stands still, and is stopped.
+  /// Wakes the image with the adapter's state, and returns when it sleeps: the microseconds until it must wake. Its
+  /// timer runs independently of the stopped clock, and is stopped too.
   std::uint64_t turn() {
     can_.send(adapter_state_);
     can_.wait_taken();
@@ -216,7 +215,7 @@ struct Emulator {
   Stream hardware_;  ///< QEMU's protocol "qtest": its memory-mapped registers from outside
   Child qemu_;
   std::string adapter_state_ = "F00\r";
-  std::uint64_t due_ = 0;  ///< in how many microseconds the image wants to wake
+  std::uint64_t due_ = 0;  ///< microseconds until the image must wake
 };
 
 }  // namespace cbcan::contract

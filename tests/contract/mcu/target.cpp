@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The suite's target "mcu": the image for the MPS2 board in QEMU, reset for each case, with Modbus RTU in front
-// and an SLCAN adapter behind that the suite plays.
+// The suite's target "mcu": the image for the MPS2 board in QEMU, reset for each case, with Modbus RTU for the PLC
+// and, for the bus, an SLCAN adapter played by the suite.
 
 #include "contract/target.hpp"
 #include "cbcan/configuration.hpp"
@@ -24,7 +24,7 @@ std::string big_endian(std::size_t value) {
   return {static_cast<char>(value >> 8), static_cast<char>(value)};
 }
 
-/// Says at the end of the program how deep the stack has been in any case.
+/// Prints at the end of the program the greatest depth of the stack in any case.
 struct DeepestStack {
   DeepestStack() = default;
   DeepestStack(const DeepestStack&) = delete;
@@ -33,7 +33,7 @@ struct DeepestStack {
   std::uint16_t bytes = 0;
 } deepest_stack;
 
-/// One of an image for the whole program: to start it takes longer than most cases.
+/// One emulator of each image for the whole program: starting it takes longer than most cases.
 Emulator& reset_emulator(bool watches_plc) {
   static std::array<std::unique_ptr<Emulator>, 2> emulators;
   std::unique_ptr<Emulator>& emulator = emulators.at(watches_plc ? 1 : 0);
@@ -51,7 +51,7 @@ struct McuTarget final : Target {
       throw std::runtime_error("the image begins otherwise");
     emulator_.freeze();
   }
-  /// Every case ends with a look at the stack (docs/reference/registers.md, STACK_SIZE and STACK_USED).
+  /// Every case ends with a check of the stack (docs/reference/registers.md, STACK_SIZE and STACK_USED).
   ~McuTarget() override {
     const Words size_and_used = read(4105, 2);
     const std::uint16_t used = size_and_used.at(1);
@@ -107,7 +107,6 @@ struct McuTarget final : Target {
     emulator_.can().send(state == BusState::kBusOff ? "sb000255\r" : "sa000000\r");
     emulator_.settle();
   }
-  void refuse_frames(bool /*refuse*/) override {}
   Words first_done(const std::function<void()>& /*ending*/) override { return {}; }
 
  private:

@@ -28,7 +28,7 @@ struct Pipe {
   io::Descriptor in;
 };
 
-/// In the new process; nothing but system calls from here on.
+/// In the new process; only system calls from here on.
 [[noreturn]] void become(char* const* arguments, int input, int output) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   dup2(input, STDIN_FILENO);

@@ -10,10 +10,10 @@
 
 namespace cbcan::contract {
 
-/// A program that a test has started, with its standard input and output. It ends with this object, and also
-/// when the test is killed.
+/// A program started by a test, with its standard input and output. It ends with this object, and also when the
+/// test is killed.
 struct Child {
-  /// Throws std::runtime_error when it cannot be started.
+  /// Throws std::runtime_error if it cannot be started.
   explicit Child(const std::vector<std::string>& command);
   ~Child();
   Child(const Child&) = delete;
@@ -21,8 +21,8 @@ struct Child {
 
   /// Writes a line to its standard input.
   void say(const std::string& line);
-  /// The next line of its standard output, without the end; throws std::runtime_error when none comes within
-  /// a minute, or the program has ended.
+  /// The next line of its standard output, without the end; throws std::runtime_error if none arrives within a
+  /// minute, or the program has ended.
   std::string hear();
 
  private:

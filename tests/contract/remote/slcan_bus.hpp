@@ -30,8 +30,8 @@ inline io::Descriptor connect_to(std::uint16_t port) {
   return socket;
 }
 
-/// The far side of a CAN bus: a connection to one of cbcan-sim's SLCAN adapters. Frames are text as candump
-/// writes it. Throws std::runtime_error when the adapter refuses something or says nothing for a minute.
+/// The other nodes on a CAN bus: a connection to one of cbcan-sim's SLCAN adapters. Frames are text in candump's
+/// format. Throws std::runtime_error if the adapter rejects something or sends nothing for a minute.
 struct SlcanBus {
   /// Connects to 127.0.0.1 and opens the channel.
   explicit SlcanBus(std::uint16_t port) : socket_(connect_to(port)) {
@@ -39,16 +39,14 @@ struct SlcanBus {
     if (!read_line().empty()) throw std::runtime_error("the SLCAN adapter does not open");
   }
 
-  /// Returns when the adapter has put the frame on the bus, and everybody on cbcan-sim's bus has dealt with
-  /// it.
+  /// Returns when the adapter has sent the frame, and all nodes on cbcan-sim's bus have handled it.
   void send(const std::string& frame) {
     const std::string line = slcan_line(frame);
     write(line);
     read_until(frame.find('#') == 8 ? 'Z' : 'z');
   }
 
-  /// Asks the adapter something and waits for the response: whatever was on the bus before is in the inbox
-  /// then.
+  /// Waits for the adapter's response to a command: all earlier frames of the bus are in the inbox then.
   void settle() {
     write("V");
     read_until('V');
@@ -82,7 +80,7 @@ struct SlcanBus {
     characters_.erase(0, end + 1);
     return line;
   }
-  /// Frames that come on the way go to the inbox.
+  /// Frames that arrive before it go to the inbox.
   void read_until(char response) {
     for (std::string line = read_line(); !line.starts_with(response); line = read_line())
       if (is_slcan_frame(line)) inbox_.push_back(candump_text(line));

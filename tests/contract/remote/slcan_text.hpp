@@ -6,7 +6,7 @@
 
 namespace cbcan::contract {
 
-/// "605#4000200100000000" to "t60584000200100000000", "705#R1" to "r7051": without our own encoder.
+/// "605#4000200100000000" to "t60584000200100000000", "705#R1" to "r7051": without the product's encoder.
 inline std::string slcan_line(const std::string& frame) {
   const std::size_t hash = frame.find('#');
   std::string data = frame.substr(hash + 1);
@@ -19,7 +19,7 @@ inline std::string slcan_line(const std::string& frame) {
   return line + std::to_string(data.size() / 2) + data;
 }
 
-/// The way back.
+/// The reverse.
 inline std::string candump_text(const std::string& line) {
   const std::size_t digits = std::isupper(static_cast<unsigned char>(line[0])) ? 8 : 3;
   const bool remote = line[0] == 'r' || line[0] == 'R';

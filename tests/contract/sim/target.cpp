@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The suite's target "sim": a cbcan-sim process for each case, with Modbus TCP (libmodbus) in front, an SLCAN
-// adapter behind, and its clock in the suite's hands. Nothing here is a race: cbcan-sim is one thread, and
-// everything that a request, a frame or a `pass` brings about has been done when it looks at the next one, on
-// whichever connection that comes.
+// The suite's target "sim": a cbcan-sim process for each case, with Modbus TCP (libmodbus) for the PLC, an SLCAN
+// adapter for the bus, and a clock controlled by the suite. There are no races: cbcan-sim has one thread, and all
+// effects of a request, a frame or a `pass` are complete before it handles the next one, on any connection.
 
 #include <modbus.h>
 
@@ -23,7 +22,7 @@ std::string in_ms(Duration duration) {
   return std::to_string(duration / 1ms);
 }
 
-/// The number behind "modbus=127.0.0.1:" or "slcan=127.0.0.1:".
+/// The number after "modbus=127.0.0.1:" or "slcan=127.0.0.1:".
 std::uint16_t port_in(const std::string& ready, const std::string& service) {
   const std::string begin = service + "=127.0.0.1:";
   const std::size_t at = ready.find(begin);
@@ -72,34 +71,27 @@ struct Plc {
   modbus_t* modbus_;
 };
 
+std::vector<std::string> command(const Settings& settings) {
+  const bool channels = settings.scanner_out_first == 500 && settings.process_first == 3800;
+  std::vector<std::string> words{CBCAN_SIM, "--clock", "manual", "--modbus", "127.0.0.1:0", "--slcan", "127.0.0.1:0"};
+  for (const std::string& setting :
+       {"node_state_fresh_ms=" + in_ms(settings.state_fresh_for),
+        "guarding_timeout_ms=" + in_ms(settings.guard_timeout),
+        "process_first=" + std::to_string(settings.process_first),
+        "scanner_out_first=" + std::to_string(settings.scanner_out_first),
+        "scanner_in_first=" + std::to_string(settings.scanner_in_first),
+        std::string("channels=") + (channels ? "16" : "1"),
+        "plc_timeout_ms=" + in_ms(settings.plc_timeout),
+        std::string("plc_lost_state=") + (settings.plc_lost_stopped ? "stopped" : "pre-operational")}) {
+    words.push_back("--set");
+    words.push_back("module." + setting);
+  }
+  return words;
+}
+
 struct SimTarget final : Target {
   explicit SimTarget(const Settings& settings)
-      : simulator_({CBCAN_SIM,
-                    "--clock",
-                    "manual",
-                    "--modbus",
-                    "127.0.0.1:0",
-                    "--slcan",
-                    "127.0.0.1:0",
-                    "--set",
-                    "module.node_state_fresh_ms=" + in_ms(settings.state_fresh_for),
-                    "--set",
-                    "module.guarding_timeout_ms=" + in_ms(settings.guard_timeout),
-                    "--set",
-                    "module.process_first=" + std::to_string(settings.process_first),
-                    "--set",
-                    "module.scanner_out_first=" + std::to_string(settings.scanner_out_first),
-                    "--set",
-                    "module.scanner_in_first=" + std::to_string(settings.scanner_in_first),
-                    "--set",
-                    "module.channels=" +
-                        std::string(
-                            settings.scanner_out_first == 500 && settings.process_first == 3800 ? "16" : "1"),
-                    "--set",
-                    "module.plc_timeout_ms=" + in_ms(settings.plc_timeout),
-                    "--set",
-                    std::string("module.plc_lost_state=") +
-                        (settings.plc_lost_stopped ? "stopped" : "pre-operational")}),
+      : simulator_(command(settings)),
         ready_(simulator_.hear()),
         plc_(port_in(ready_, "modbus")),
         bus_(port_in(ready_, "slcan")) {}
@@ -144,7 +136,6 @@ struct SimTarget final : Target {
     tell(std::string("fault bus ") + kinds[static_cast<std::size_t>(state)],
          "ok " + std::to_string(++bus_faults_));
   }
-  void refuse_frames(bool /*refuse*/) override {}
 
   Words first_done(const std::function<void()>& ending) override {
     Plc second(port_in(ready_, "modbus"));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The whole coprocessor, linked to see what it takes, never run; its hardware is hardware.hpp.
+// The whole coprocessor, linked for its size, never run; its hardware is hardware.hpp.
 #include <new>
 
 #include "cbcan/coprocessor/coprocessor.hpp"
@@ -10,7 +10,7 @@ namespace {
 using namespace cbcan;
 
 volatile BusState& bus = *reinterpret_cast<volatile BusState*>(0x40000100);
-// Not counted: their places, and whether there are any, are the port's.
+// Not counted: the port decides whether and where they exist.
 auto& scanner_out = *reinterpret_cast<std::array<std::uint16_t, kScannerOutWords>*>(0x40000200);
 auto& scanner_in = *reinterpret_cast<std::array<std::uint16_t, kScannerInWords>*>(0x40000300);
 

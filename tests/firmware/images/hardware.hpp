@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The hardware of the images that are linked for their size: one struct in memory, never there.
+/// The hardware of the images that are linked for their size: one struct in memory that does not exist.
 
 #include "cbcan/can_port.hpp"
 
@@ -9,7 +9,7 @@ struct Hardware {
   volatile bool sent;
   volatile bool received;
   volatile std::uint16_t first;    ///< registers that the PLC has written
-  volatile std::uint16_t written;  ///< so many
+  volatile std::uint16_t written;  ///< number of these
   cbcan::Frame out;
   cbcan::Frame in;
   volatile cbcan::Time now;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // A CANopen master without registers and without a dictionary: SDO client with block transfer, NMT commands,
-// the heartbeats of 127 nodes. It is linked to see what that takes, never run; its hardware is one struct in
-// memory.
+// the heartbeats of 127 nodes. Linked for its size, never run; its hardware is one struct in memory.
 #include <new>
 
 #include "cbcan/canopen/nmt/node_monitor.hpp"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// An SDO client with memory for 128 bytes and nothing else, linked to see what it takes, never run; its
-// hardware is one struct in memory.
+// An SDO client with memory for 128 bytes and nothing else, linked for its size, never run; its hardware is one
+// struct in memory.
 #include <new>
 
 #include "cbcan/canopen/sdo/client.hpp"

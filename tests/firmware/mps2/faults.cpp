@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Does what the emulator's command line names, on the start-up code, the fault handlers and the watchdog of
-// the real image; mps2_faults_test.py knows what has to come of it.
+// Causes the fault named on the emulator's command line, with the startup code, the fault handlers and the watchdog
+// of the real image; mps2_faults_test.py checks the results.
 
 #include <array>
 #include <string_view>

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
-// A day of the board's time: the board's own image with what is around it in memory, four CANopen nodes at
-// the CAN port and a PLC program at the registers. Time, sleep, interrupts and the watchdog are the board's;
-// its two UARTs lead nowhere. Nothing may drift, leak or be lost, and the board's 32-bit counter wraps 20
-// times on the way. Exit code 1 when something is wrong. Expected values are from docs/reference/contract.md
-// and worked out by hand.
+// A day of the board's time: the board's own image with its environment in memory, four CANopen nodes at the CAN
+// port and a PLC program at the registers. Time, sleep, interrupts and the watchdog are those of the board; its two
+// UARTs are not connected. Nothing may drift, leak or be lost, and the board's 32-bit counter wraps 20 times. Exit
+// code 1 if something is wrong. Expected values are from docs/reference/contract.md, computed by hand.
 
 #include <algorithm>
 #include <array>
@@ -24,7 +23,7 @@ using namespace cbcan::boards;
 
 constexpr Time kRound = 60 * kSecond;
 constexpr std::uint32_t kRounds = 1'440;
-// The end lies between the beats of all nodes, so that their number is certain.
+// The end is between the heartbeats of all nodes, so that their number is certain.
 constexpr Time kDay = 86'400 * kSecond + 200 * kMillisecond;
 constexpr std::uint32_t kWraps = 20;  ///< 86,400,000,000 / 2^32 = 20.1
 
@@ -41,7 +40,7 @@ constexpr std::uint16_t kRead = 5055, kWrite = 5066;
 constexpr Time kMostOffBeat = 1'000, kMostLate = 300;
 // A microsecond is 25 ticks, and the two counters are read one after the other.
 constexpr std::uint32_t kTicksPerMicrosecond = 25, kMostTicksApart = 75;
-/// An interrupt may come where the stack is deeper than at any one before.
+/// An interrupt may occur when the stack is deeper than at any earlier one.
 constexpr std::size_t kInterruptBytes = 96;
 
 void tell(const char* what, std::uint64_t number) {
@@ -53,7 +52,7 @@ void tell(const char* what, std::uint64_t number) {
   semihosting::write("h\n");
 }
 
-/// Ends the emulator with exit code 1 and says why, unless found is in least..most.
+/// Ends the emulator with exit code 1 and a message, unless found is in least..most.
 void check_range(std::uint64_t found, std::uint64_t least, std::uint64_t most, const char* what) {
   if (found >= least && found <= most) return;
   tell(what, found);
@@ -63,7 +62,7 @@ void check_range(std::uint64_t found, std::uint64_t least, std::uint64_t most, c
 }
 #define CHECK(found, expected) check_range(static_cast<std::uint64_t>(found), expected, expected, #found)
 
-/// Messages that have to come at a steady beat for ever.
+/// Messages that must always have the same period.
 struct Beat {
   void on_message(Time now) {
     if (count++ == 0) expected = now;
@@ -81,8 +80,7 @@ struct Line final : CanPort {
   Ring<Frame, 64> frames;
 };
 
-/// The board's microseconds against ticks of the system clock, counted down by a timer that nothing else
-/// uses.
+/// Compares the board's microseconds with ticks of the system clock, counted down by an unused timer.
 struct Reference {
   static constexpr std::uint32_t kControl = 0x00, kValue = 0x04, kReload = 0x08, kEnable = 1;
   void start(Time now) {
@@ -92,7 +90,7 @@ struct Reference {
     last = timer.read(kValue);
     started = now;
   }
-  /// At least every 171 s: the timer has 32 bits.
+  /// Call it at least every 171 s: the timer has 32 bits.
   void check(Time now) {
     const std::uint32_t value = timer.read(kValue);
     ticks += last - value;
@@ -151,7 +149,7 @@ struct Bench final : Hardware {
 
   std::uint16_t& reg(unsigned address) { return station.registers().window[address - regmap::kWindowFirst]; }
   std::uint32_t value() { return reg(3706) | static_cast<std::uint32_t>(reg(3707)) << 16; }
-  /// R3701.. = these, CA0Eh, and the turn that begins the transaction.
+  /// Writes R3701.. and CA0Eh; one turn begins the transaction.
   void begin(std::initializer_list<std::uint16_t> request) {
     std::copy(request.begin(), request.end(), &reg(3701));
     reg(3700) = 0xCA0E;
@@ -227,7 +225,7 @@ void block(std::uint16_t round) {  // 4
   bench.execute({kWrite, 0, 0x3004, 0, 1, 0});
 }
 
-/// All nodes by one command; then their heartbeats tell, and one node by guarding.
+/// All nodes by one command; then their states from heartbeats, and of one node by guarding.
 void all_nodes(std::uint16_t round) {  // 8
   const std::uint16_t state = round % 2 == 0 ? 5 : 127;
   bench.execute({kWrite, 0, 0x1F82, 128, 2, state});
@@ -261,7 +259,7 @@ void check_day() {
   const Coprocessor& coprocessor = bench.station.coprocessor();
   const NodeMonitor::Counters& monitor = coprocessor.node_monitor().counters();
   CHECK(monitor.boot_ups, 4);
-  CHECK(monitor.heartbeats, 86'400 + 66'461 + 50'823 + kRounds);  // one of each round by guarding
+  CHECK(monitor.heartbeats, 86'400 + 66'461 + 50'823 + kRounds);  // one in each round by guarding
   CHECK(monitor.ignored, 0);
   const SdoClient::Counters& sdo = coprocessor.sdo_client().counters();
   CHECK(sdo.timeouts, kRounds + kWraps);

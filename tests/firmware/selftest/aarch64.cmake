@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# Cortex-A53, bare metal: Debian's Linux compiler, of which only the code generator and the freestanding headers are used. No
+# Cortex-A53, bare metal, with Debian's Linux compiler: only its code generator and freestanding headers are used. No
 # FPU (interrupts save no such registers), no unaligned access (the MMU is off), no helper functions for atomics.
 set(CMAKE_SYSTEM_NAME Generic)
 set(CMAKE_SYSTEM_PROCESSOR cortex-a53)

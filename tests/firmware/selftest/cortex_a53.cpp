@@ -12,8 +12,9 @@ constexpr boards::Mmio distributor(kDistributor);
 constexpr std::uint32_t kDistributorControl = 0x000;
 constexpr std::uint32_t kSetEnable = 0x100;
 constexpr std::uint32_t kClearEnable = 0x180;
-constexpr std::uint32_t kPriority = 0x400;  // a byte for each interrupt
-constexpr std::uint32_t kTargets = 0x800;   // likewise
+// One byte for each interrupt.
+constexpr std::uint32_t kPriority = 0x400;
+constexpr std::uint32_t kTargets = 0x800;
 
 constexpr boards::Mmio processor(kProcessorInterface);
 constexpr std::uint32_t kProcessorControl = 0x00;
@@ -28,7 +29,7 @@ constexpr std::uint32_t kThisProcessor = 0x01;
 constexpr std::uint32_t kIdMask = 0x3FF;
 constexpr std::uint32_t kFirstSpecialId = 1020;
 
-/// Interrupt `id` has its byte in one of the words from `first` on.
+/// Sets the byte of interrupt `id` in the words from `first` on.
 void set_byte(std::uint32_t first, std::uint32_t id, std::uint32_t value) {
   const std::uint32_t shift = id % 4 * 8;
   boards::Mmio registers = distributor;
@@ -58,7 +59,7 @@ void disable_interrupt(std::uint32_t id) {
 extern "C" void dispatch_interrupt() {
   const std::uint32_t acknowledged = processor.read(kAcknowledge);
   const std::uint32_t id = acknowledged & kIdMask;
-  if (id >= kFirstSpecialId) return;  // it has gone away meanwhile
+  if (id >= kFirstSpecialId) return;  // no longer pending
   on_interrupt(id);
   processor.write(kEndOfInterrupt, acknowledged);
 }

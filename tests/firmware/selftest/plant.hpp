@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Both ends of QEMU's CAN bus in one image: the first controller has the coprocessor, with the test as its
-/// PLC, the second one CANopen node.
+/// Both ends of QEMU's CAN bus in one image: the coprocessor on the first controller, with the test as its PLC, and
+/// a CANopen node on the second.
 
 #include <array>
 #include <cstdint>
@@ -23,9 +23,10 @@ struct Plant {
   /// One turn of the loop.
   void turn();
 
-  // The PLC's side of the registers.
+  // The registers as accessed by the PLC.
   std::uint16_t& reg(unsigned address) { return words[address - regmap::kWindowFirst]; }
-  /// R3701.. = these, CA0Eh, and turns until there is a result: R3700. CA0Eh: there was none for 5 seconds.
+  /// Writes R3701.. and CA0Eh, and runs turns until R3700 is a result, which is returned; CA0Eh = none within 5
+  /// seconds.
   std::uint16_t execute(std::initializer_list<std::uint16_t> request);
 
   std::array<std::uint16_t, regmap::kWindowWords> words{};

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The coprocessor and a node on two CAN controllers of an emulated board. A line for each case; exit
-// code 1 when one has failed. Expected values are written by hand from docs/reference/contract.md and CiA
-// 301.
+// The coprocessor and a node on two CAN controllers of an emulated board. Prints a line for each case; exit code 1
+// if one has failed. Expected values are written by hand from docs/reference/contract.md and CiA 301.
 #include "boards/common/semihosting.hpp"
 #include "plant.hpp"
 
@@ -165,7 +164,7 @@ void receive_overflow() {
   CHECK(plant.execute({kRead, kNode, 0x2000, 0, 4}), 0);
 }
 
-/// 1,000 frames of every length each way: all come, in order, as they were.
+/// 1,000 frames of every length each way: all arrive unchanged and in order.
 void every_frame() {
   for (unsigned i = 0; i < 1'000; ++i)
     for (Can* from : {&plant.can0, &plant.can1}) {
@@ -181,7 +180,7 @@ void every_frame() {
   CHECK(plant.can0.has_received() || plant.can1.has_received(), false);
 }
 
-/// 100,000 random bytes of random length under random identifiers, to both: neither is the worse for it.
+/// 100,000 random frames of random length with random identifiers, to both: both still work afterwards.
 void random_frames() {
   std::uint32_t random = 1;
   const auto next = [&] { return (random = random * 1'664'525 + 1'013'904'223) >> 16; };
@@ -196,14 +195,14 @@ void random_frames() {
     CHECK((next() % 2 == 0 ? plant.can0 : plant.can1).try_send(frame), true);
     plant.turn();
   }
-  turns_for(2 * kSecond);  // what still waits for segments ends
+  turns_for(2 * kSecond);  // transfers waiting for segments time out
   CHECK(plant.execute({kWrite, 0, 0x1F82, kNode, 1, 6}), 0);
   turns_for(10 * kMillisecond);
   CHECK(plant.execute({kRead, kNode, 0x2000, 0, 4}), 0);
   CHECK(data_0_1(), 0x12345678);
 }
 
-/// Every frame to the coprocessor, and every one to the node, has come by an interrupt.
+/// Every frame to the coprocessor, and every frame to the node, has caused an interrupt.
 void by_interrupts() {
   CHECK(plant.interrupts[0].load() > 50, true);
   CHECK(plant.interrupts[1].load() > 50, true);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// From the reset to main(); a fault ends the emulator with exit code 1. In assembler is only what C++ cannot
-// say: the stack pointer, the vector table (Arm ARM, D1.10.2), the registers around an interrupt. The MMU
-// stays off.
+// From the reset to main(); a fault ends the emulator with exit code 1. Assembler is only used for what C++ cannot
+// express: the stack pointer, the vector table (Arm ARM, D1.10.2), the registers around an interrupt. The MMU stays
+// off.
 #include <cstdint>
 
 #include "boards/common/semihosting.hpp"
@@ -45,7 +45,7 @@ vectors:
   .endr
 
   .balign 0x80
-fault:                        // the stack may be what is wrong: a fresh one
+fault:                        // the stack may be the cause: use a new one
   ldr x1, =stack_end
   mov sp, x1
   b report_fault

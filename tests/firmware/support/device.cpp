@@ -20,7 +20,7 @@ constexpr std::array kEntries{
 Device::Device(std::uint8_t node_id, CanPort& port, std::uint16_t heartbeat_ms)
     : slave(node_id, {kEntries, values_, {}}, buffer_, *this, port), heartbeat_ms_(heartbeat_ms) {}
 
-/// Power-on: 2000h = 12345678h, everything else but 1017h 0 or empty.
+/// Power-on: 2000h = 12345678h, everything else except 1017h 0 or empty.
 void Device::restore(std::uint16_t first_index, std::uint16_t last_index, Time /*now*/) {
   static constexpr std::array<std::uint8_t, 192> kPowerOn{0, 0, 0, 0, 0x78, 0x56, 0x34, 0x12};
   restore_values(kEntries, kPowerOn, values_, first_index, last_index);

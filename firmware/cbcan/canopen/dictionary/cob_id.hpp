@@ -1,24 +1,24 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// COB-IDs as objects of the dictionary hold them (CiA 301, 7.5.2): a CAN-ID of 11 bits below, bits that say
-/// what it is for above. 29-bit identifiers are not supported.
+/// COB-IDs as objects of the dictionary hold them (CiA 301, 7.5.2): a CAN-ID in the low 11 bits, flags in the
+/// high bits. 29-bit identifiers are not supported.
 
 #include <cstdint>
 
 namespace cbcan::cob {
 
 inline constexpr std::uint32_t kIdMask = 0x7FF;
-/// Bits that have to be 0 while the identifier has 11 bits.
+/// Bits that must be 0 with an 11-bit identifier.
 inline constexpr std::uint32_t kReserved = 0x3FFFF800;
 
-/// Of PDOs and EMCY, 1014h, 14xxh, 18xxh: does not exist.
+/// PDOs and EMCY, 1014h, 14xxh, 18xxh: does not exist.
 inline constexpr std::uint32_t kInvalid = 0x80000000;
-/// Of TPDOs: no RTR allowed.
+/// TPDOs: no RTR allowed.
 inline constexpr std::uint32_t kNoRemote = 0x40000000;
-/// Of SYNC and TIME, 1005h and 1012h: this device produces it.
+/// SYNC and TIME, 1005h and 1012h: this device produces it.
 inline constexpr std::uint32_t kProduces = 0x40000000;
-/// Of TIME, 1012h: this device consumes it.
+/// TIME, 1012h: this device consumes it.
 inline constexpr std::uint32_t kConsumes = 0x80000000;
 
 constexpr std::uint32_t id_of(std::uint32_t cob_id) {

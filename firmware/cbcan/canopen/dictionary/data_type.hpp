@@ -36,12 +36,11 @@ enum class DataType : std::uint8_t {
   kUnsigned64 = 0x1B,
 };
 
-/// Bytes of a value of each type from 00h on; 0 = the length varies, or there is no such type.
+/// See size_of(); by type.
 inline constexpr std::array<std::uint8_t, 28> kDataTypeBytes{0, 1, 1, 2, 4, 1, 2, 4, 4, 0, 0, 0, 6, 6,
                                                              0, 0, 3, 8, 5, 6, 7, 8, 3, 0, 5, 6, 7, 8};
 
-/// Bytes of a value of this type; 0 = the length varies (strings, DOMAIN) or the type is not one of the
-/// above.
+/// Bytes of a value of this type; 0 = the length varies (strings, DOMAIN) or the type is none of the above.
 constexpr std::size_t size_of(DataType type) {
   const auto index = static_cast<std::size_t>(type);
   return index < kDataTypeBytes.size() ? kDataTypeBytes[index] : 0;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Numbers as CANopen has them on the bus and in the dictionary: low byte first (CiA 301, 7.1.4).
+/// Numbers as CANopen transfers them on the bus and as the dictionary stores them: low byte first (CiA 301,
+/// 7.1.4).
 
 #include <cstddef>
 #include <cstdint>
@@ -9,13 +10,13 @@
 
 namespace cbcan {
 
-/// Four bytes: one load.
+/// A number of four bytes: compiles to one load.
 constexpr std::uint32_t load_word(const std::uint8_t* bytes) {
   return bytes[0] | std::uint32_t{bytes[1]} << 8 | std::uint32_t{bytes[2]} << 16 |
          std::uint32_t{bytes[3]} << 24;
 }
 
-/// Of at most eight bytes; most often it is four.
+/// At most eight bytes; usually four.
 constexpr std::uint64_t load_little_endian(std::span<const std::uint8_t> bytes) {
   if (bytes.size() == 4) return load_word(bytes.data());
   std::uint64_t value = 0;

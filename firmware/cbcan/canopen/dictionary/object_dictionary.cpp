@@ -10,7 +10,7 @@ namespace cbcan {
 
 namespace {
 
-/// Of a number of elements that find() makes up.
+/// Flags of the entry that find_count() creates.
 constexpr std::uint16_t kCount = ObjectFlags::kRead | ObjectFlags::kComputed | ObjectFlags::kCounted;
 
 constexpr std::uint32_t order_of(std::uint16_t index, std::uint8_t sub) {
@@ -52,7 +52,7 @@ AbortCode ObjectDictionary::find(std::uint16_t index, std::uint8_t sub, ObjectEn
   return AbortCode::kNone;
 }
 
-/// The first entry that is not before this one.
+/// The first entry that is not before this object.
 std::size_t ObjectDictionary::search(std::uint16_t index, std::uint8_t sub) const {
   const auto found =
       std::partition_point(entries_.begin(), entries_.end(), [&](const ObjectEntry& candidate) {
@@ -61,8 +61,8 @@ std::size_t ObjectDictionary::search(std::uint16_t index, std::uint8_t sub) cons
   return static_cast<std::size_t>(found - entries_.begin());
 }
 
-/// Sub-index 0 of what is kCounted; or why there is nothing. It would stand at found_: an entry of the same
-/// index is right there, or right before.
+/// Sub-index 0 of a kCounted entry; or the reason why there is none. Its place would be found_: an entry of the
+/// same index is at found_ or immediately before it.
 AbortCode ObjectDictionary::find_count(std::uint16_t index, std::uint8_t sub, ObjectEntry& entry) const {
   const bool here = found_ != entries_.size() && entries_[found_].has_index(index);
   if (here && sub == 0 && entries_[found_].has(ObjectFlags::kCounted)) {

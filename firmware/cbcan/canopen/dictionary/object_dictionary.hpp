@@ -2,8 +2,8 @@
 #pragma once
 
 /// An object dictionary (CiA 301, 7.4): a sorted table of entries, which may be constant and in flash, over a
-/// block of values in RAM. It owns neither; nothing here allocates. One access is a binary search, O(log n);
-/// none where it is in the same entry as the one before.
+/// block of values in RAM. It owns neither; nothing here allocates. An access takes a binary search, O(log n),
+/// or none when it is in the same entry as the access before.
 ///
 /// Not re-entrant: call it from the place that also calls the rest of the core.
 
@@ -19,49 +19,48 @@
 
 namespace cbcan {
 
-/// What may be done with an entry.
+/// Access rights and properties of an entry.
 struct ObjectFlags {
   static constexpr std::uint16_t kRead = 0x01;
   static constexpr std::uint16_t kWrite = 0x02;
   static constexpr std::uint16_t kReadWrite = kRead | kWrite;
-  /// The length may be anything up to the capacity. The current one is kept in the four bytes in front of the
-  /// value.
+  /// Any length up to the capacity. The current length is in the four bytes before the value.
   static constexpr std::uint16_t kVariable = 0x04;
-  /// The value is not stored; the handler makes it when it is read and takes it when it is written.
+  /// The value is not stored: the handler provides it when it is read and takes it when it is written.
   static constexpr std::uint16_t kComputed = 0x08;
   /// The handler is asked before a written value is stored.
   static constexpr std::uint16_t kChecked = 0x10;
-  /// A row of the limits table holds for it.
+  /// The limits table has a row for it.
   static constexpr std::uint16_t kLimited = 0x20;
   /// May be mapped into an RPDO or a TPDO.
   static constexpr std::uint16_t kMapRpdo = 0x40;
   static constexpr std::uint16_t kMapTpdo = 0x80;
-  /// The value lies in the process image, not among the values.
+  /// The value is in the process image, not in the block of values.
   static constexpr std::uint16_t kProcess = 0x100;
   /// BOOLEANs, eight to a byte: the offset counts bits.
   static constexpr std::uint16_t kPacked = 0x200;
-  /// Whoever wrote the table left the value to the device, which may have a default of its own.
+  /// The table gives no value: the device may have its own default.
   static constexpr std::uint16_t kUnset = 0x400;
   /// A command or a set point, not a parameter that 1010h stores.
   static constexpr std::uint16_t kSetPoint = 0x800;
-  /// Sub-index 0 is there too, an UNSIGNED8 that says what the last one is: an entry less for each array.
+  /// Sub-index 0 also exists, an UNSIGNED8 with the highest sub-index: saves an entry for each array.
   static constexpr std::uint16_t kCounted = 0x1000;
 };
 
-/// Places and lengths of values; the coprocessor's own fit 16 bits.
+/// Offsets and lengths of values; those of the coprocessor's own objects fit in 16 bits.
 using ObjectSize = std::conditional_t<kServices.other_devices, std::uint32_t, std::uint16_t>;
 
-/// One entry, or a run of sub-indices that are alike (an array's elements, CompactSubObj), or such a run in
-/// each of several indices that follow each other (PDO parameters). Element k of a run, counted through all
-/// its indices, has its value at offset + k * stride(). Numbers are stored little-endian, as on the bus.
+/// One object, or a run of identical sub-indices (an array's elements, CompactSubObj), or such a run in each of
+/// several consecutive indices (PDO parameters). The value of element k of a run, counted through all its
+/// indices, is at offset + k * stride(). Numbers are stored little-endian, as on the bus.
 struct ObjectEntry {
   std::uint16_t index;
   std::uint8_t first_sub;
   std::uint8_t last_sub;
   DataType type;
-  std::uint8_t more_indices;  ///< behind the first
+  std::uint8_t more_indices;  ///< after the first
   std::uint16_t flags;
-  ObjectSize offset;    ///< into the values or the process image; behind the length, for a variable one
+  ObjectSize offset;    ///< into the values or the process image; with kVariable, after the length
   ObjectSize capacity;  ///< bytes of one element
 
   static constexpr std::uint32_t kLengthBytes = 4;
@@ -71,16 +70,16 @@ struct ObjectEntry {
   constexpr bool holds(std::uint16_t i, std::uint8_t sub) const {
     return has_index(i) && first_sub <= sub && sub <= last_sub;
   }
-  /// Elements in each index, and in all.
+  /// Elements in each index, and in all of them.
   constexpr std::uint32_t subs() const { return last_sub - first_sub + 1u; }
   constexpr std::uint32_t count() const { return subs() * (more_indices + 1u); }
-  /// Bytes in front of each value.
+  /// Bytes before each value.
   constexpr std::uint32_t front() const { return has(ObjectFlags::kVariable) ? kLengthBytes : 0; }
-  /// Bytes, for packed ones bits, from one element to the next.
+  /// Distance from one element to the next, in bytes; in bits with kPacked.
   constexpr std::uint32_t stride() const { return has(ObjectFlags::kPacked) ? 1 : front() + capacity; }
 };
 
-/// Lowest and highest value of a number, both allowed. Unsigned values are compared as their bit pattern.
+/// Lowest and highest allowed value of a number. For unsigned types these are bit patterns.
 struct ObjectLimits {
   std::uint16_t index;
   std::uint8_t sub;
@@ -88,7 +87,8 @@ struct ObjectLimits {
   std::int64_t high;
 };
 
-/// Behaviour behind entries: computed values, a say before a value is stored, and word of it afterwards.
+/// The device's part in an access: provides computed values, checks values before they are stored, and is
+/// notified afterwards.
 class ObjectHandler {
  public:
   /// Writes the value of a kComputed entry to `out` and its length to `size`.
@@ -97,61 +97,62 @@ class ObjectHandler {
     return AbortCode::kGeneral;
   }
 
-  /// `value` has passed access, length and limits. A code other than kNone refuses it and nothing is stored.
+  /// `value` has passed the checks of access, length and limits. A code other than kNone rejects it: nothing is
+  /// stored.
   virtual AbortCode on_write(const ObjectEntry& /*entry*/, std::uint8_t /*sub*/,
                              std::span<const std::uint8_t> /*value*/, Time /*now*/) {
     return AbortCode::kNone;
   }
 
-  /// A value that on_write() let pass stands in the dictionary now.
+  /// A value that on_write() accepted is now in the dictionary.
   virtual void on_stored(const ObjectEntry& /*entry*/, std::uint8_t /*sub*/, Time /*now*/) {}
 
  protected:
   ~ObjectHandler() = default;
 };
 
-/// Copies the power-on values of the stored entries first_index..last_index over the values; both blocks are
-/// laid out alike. Entries that lie behind the end of `power_on` become zeros.
+/// Copies the power-on values of the stored entries first_index..last_index to `values`; both blocks have the
+/// same layout. Entries after the end of `power_on` become zeros.
 void restore_values(std::span<const ObjectEntry> entries, std::span<const std::uint8_t> power_on,
                     std::span<std::uint8_t> values, std::uint16_t first_index, std::uint16_t last_index);
 
 class ObjectDictionary {
  public:
-  /// `entries` sorted by index, then first_sub, without overlap; entries of several indices share them with
-  /// entries of the very same indices only. `limits` sorted by index, then sub. `process` is the memory of
-  /// kProcess entries. All of it is the caller's and outlives the dictionary. `handler` may be null if no
-  /// entry is kComputed or kChecked.
+  /// `entries`: sorted by index, then first_sub, without overlap; an entry of several indices may share them
+  /// only with entries of exactly the same indices. `limits`: sorted by index, then sub. `process`: the memory
+  /// of kProcess entries. The caller owns all of it, and it outlives the dictionary. `handler` may be null if
+  /// no entry is kComputed or kChecked.
   ObjectDictionary(std::span<const ObjectEntry> entries, std::span<std::uint8_t> values,
                    ObjectHandler* handler, std::span<const ObjectLimits> limits = {},
                    std::span<std::uint8_t> process = {});
 
-  /// kNone and the entry, as one of this index alone; or kNoObject, kNoSubIndex and an `entry` left alone.
+  /// kNone: `entry` is the entry, reduced to this index. kNoObject, kNoSubIndex: `entry` is unchanged.
   AbortCode find(std::uint16_t index, std::uint8_t sub, ObjectEntry& entry) const;
 
-  /// As an SDO upload sees it: access rights count. At most out.size() bytes; a larger object is kReadLength.
+  /// Reads with the access rights of an SDO upload. An object larger than out.size() is kReadLength.
   AbortCode read(std::uint16_t index, std::uint8_t sub, std::span<std::uint8_t> out, std::size_t& size,
                  Time now) const;
 
-  /// As an SDO download sees it: access rights, length (too long kParameterLength, too short kObjectLength),
-  /// limits and handler count; the value is stored whole or not at all.
+  /// Writes as an SDO download does: checks access rights, length (too long kParameterLength, too short
+  /// kObjectLength) and limits, and asks the handler. The value is stored completely or not at all.
   AbortCode write(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> value, Time now);
 
-  /// The device's own side: a stored number of up to 8 bytes, whatever its access rights. 0 where there is
-  /// none.
+  /// For the device itself: a stored number of up to 8 bytes, whatever its access rights; 0 if there is none.
   std::uint64_t get(std::uint16_t index, std::uint8_t sub) const;
-  /// The same of an entry that find() has found.
+  /// The same for an entry returned by find().
   std::uint64_t number(const ObjectEntry& entry, std::uint8_t sub) const;
 
-  /// Likewise; false where there is no such stored number. The handler is not asked. Not for packed ones.
+  /// Sets such a number without asking the handler. False: there is no such stored number. Not for kPacked.
   bool set(std::uint16_t index, std::uint8_t sub, std::uint64_t value);
 
-  /// Likewise for a value of any kind. `bytes` has the capacity's length, or less for a variable one.
+  /// Sets a value of any type without asking the handler. `bytes` has the length of the capacity, or less with
+  /// kVariable.
   void store(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> bytes);
 
-  /// The bytes of a stored element, current length; empty for a computed one. Of a packed one the byte that
-  /// it is in.
+  /// The bytes of a stored element, in its current length; empty for kComputed. With kPacked, the byte that
+  /// contains it.
   std::span<std::uint8_t> value(const ObjectEntry& entry, std::uint8_t sub) const;
-  /// Where an element begins in its block(): bits from the first one.
+  /// The offset of an element in its block(), in bits.
   static std::size_t first_bit(const ObjectEntry& entry, std::uint8_t sub) {
     return entry.has(ObjectFlags::kPacked) ? offset_of(entry, sub) : 8 * offset_of(entry, sub);
   }
@@ -174,8 +175,7 @@ class ObjectDictionary {
   std::span<std::uint8_t> process_;
   std::span<const ObjectLimits> limits_;
   ObjectHandler* handler_;
-  mutable std::size_t found_ =
-      0;  ///< the entry found last: objects that belong together are asked for together
+  mutable std::size_t found_ = 0;  ///< the entry found last: related objects are accessed in succession
 };
 
 }  // namespace cbcan

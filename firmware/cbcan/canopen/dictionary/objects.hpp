@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Indices of the dictionary that CiA 301 gives a meaning, each with its section there.
+/// Indices of the objects that CiA 301 defines, each with its section there.
 
 #include <cstdint>
 
@@ -29,7 +29,7 @@ inline constexpr std::uint16_t kIdentity = 0x1018;               ///< 7.5.2.21
 inline constexpr std::uint16_t kSyncCounterOverflow = 0x1019;    ///< 7.5.2.22
 inline constexpr std::uint16_t kErrorBehaviour = 0x1029;         ///< 7.5.2.32
 inline constexpr std::uint16_t kSdoServerParameter = 0x1200;     ///< 7.5.2.33
-// The first of 512 each.
+// Each the first of 512.
 inline constexpr std::uint16_t kRpdoParameter = 0x1400;  ///< 7.5.2.35
 inline constexpr std::uint16_t kRpdoMapping = 0x1600;    ///< 7.5.2.36
 inline constexpr std::uint16_t kTpdoParameter = 0x1800;  ///< 7.5.2.37

@@ -8,12 +8,6 @@
 
 namespace cbcan {
 
-namespace {
-
-constexpr std::uint8_t kMostRemembered = 254;
-
-}  // namespace
-
 void Emergency::reset(const Reset& reset, Time now) {
   waiting_count_ = 0;
   next_allowed_ = now;
@@ -56,17 +50,17 @@ void Emergency::error(std::uint16_t code, std::uint8_t register_bits, const Info
   errors_[error_count_++] = {code, static_cast<std::uint8_t>(register_bits | ErrorRegister::kGeneric)};
   const Message message{code, update_register(), info};
   remember(message);
-  tell(message, now);
+  enqueue(message, now);
 }
 
 void Emergency::error_over(std::uint16_t code, Time now) {
   const std::size_t over = place_of(code);
   if (over == error_count_) return;
   errors_[over] = errors_[--error_count_];
-  tell({static_cast<std::uint16_t>(EmergencyCode::kReset), update_register(), {}}, now);
+  enqueue({static_cast<std::uint16_t>(EmergencyCode::kReset), update_register(), {}}, now);
 }
 
-/// Among the errors, or behind them.
+/// The index of this error; error_count_ = not present.
 std::size_t Emergency::place_of(std::uint16_t code) const {
   std::size_t place = 0;
   while (place != error_count_ && errors_[place].code != code)
@@ -91,8 +85,8 @@ std::uint8_t Emergency::update_register() {
   return bits;
 }
 
-/// The newest is 1003h:01; the code in the low word, the first two bytes of the manufacturer in the high one.
-/// Each entry takes what stood in the one before it.
+/// The newest entry is 1003h:01: the error code in the low word, the manufacturer's first two bytes in the high
+/// word. Each older entry moves to the next sub-index.
 void Emergency::remember(const Message& message) {
   std::uint64_t value =
       message.code | std::uint32_t{message.info[0]} << 16 | std::uint32_t{message.info[1]} << 24;
@@ -107,7 +101,7 @@ void Emergency::remember(const Message& message) {
   dictionary_.set(object::kErrorHistory, 0, sub - 1u);
 }
 
-void Emergency::tell(const Message& message, Time now) {
+void Emergency::enqueue(const Message& message, Time now) {
   if (waiting_count_ == kMostWaiting) {
     ++counters_.lost;
     return;

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// EMCY producer (CiA 301, 7.2.7): one message for each error that occurs and one for each that is over,
-/// never repeated. Objects, where the dictionary has them: 1001h error register, 1003h error history, 1014h
-/// COB-ID, 1015h inhibit time in 100 us. Without 1014h nothing is sent. Nothing blocks, nothing is allocated;
-/// not re-entrant.
+/// EMCY producer (CiA 301, 7.2.7): one message when an error occurs and one when it has ended, never repeated.
+/// Objects, if the dictionary has them: 1001h error register, 1003h error history, 1014h COB-ID, 1015h inhibit
+/// time in 100 us. Without 1014h nothing is sent. Nothing blocks, nothing is allocated; not re-entrant.
 
 #include <array>
 #include <cstddef>
@@ -27,7 +26,7 @@ enum class EmergencyCode : std::uint16_t {
   kErrorPassive = 0x8120,
   kBusOffRecovered = 0x8140,
   kHeartbeat = 0x8130,   ///< life guard error or heartbeat error
-  kSyncLength = 0x8240,  ///< SYNC with a counter, or without, where 1019h says the other
+  kSyncLength = 0x8240,  ///< SYNC with a counter although 1019h is 0, or the reverse
 };
 
 /// Bits of the error register, 1001h.
@@ -41,10 +40,10 @@ struct ErrorRegister {
   static constexpr std::uint8_t kManufacturer = 0x80;
 };
 
-/// Who wants to know what is sent.
+/// Observes the messages that are sent.
 class EmergencyApplication {
  public:
-  /// The port has taken this message; as on the bus.
+  /// The port has accepted this message; bytes as on the bus.
   virtual void on_emergency_sent(const std::array<std::uint8_t, 8>& /*message*/) {}
 
  protected:
@@ -53,7 +52,7 @@ class EmergencyApplication {
 
 class Emergency : public Part {
  public:
-  /// Errors present at a time, and messages waiting. What is more is not told, and counted.
+  /// Limits of errors present and of messages waiting. What exceeds them is not reported, only counted.
   static constexpr std::size_t kMostErrors = 16;
   static constexpr std::size_t kMostWaiting = 16;
 
@@ -69,23 +68,23 @@ class Emergency : public Part {
   }
   AbortCode check(std::uint16_t index, std::uint8_t sub, std::uint32_t number) const;
   void configure(std::uint16_t index, Time now);
-  /// Errors are forgotten with those of the application; else 1001h shows them again. 1003h is empty.
+  /// Clears 1003h. The errors are forgotten when the application is reset; otherwise 1001h shows them again.
   void reset(const Reset& reset, Time now);
   /// Messages go out in Pre-operational and Operational; in other states they wait.
   void on_state(nmt::State state, Time now);
   void poll(Time now);
   Time deadline() const { return due_; }
 
-  /// The error with this code is there, with these bits of 1001h (the generic one is added). Told once, until
-  /// error_over().
+  /// The error with this code is present, with these bits of 1001h (the generic bit is added). Reported once
+  /// until error_over().
   void error(std::uint16_t code, std::uint8_t register_bits, const Info& info, Time now);
-  /// It is gone: EMCY 0000h with what is left in 1001h.
+  /// The error has ended: sends EMCY 0000h with the remaining bits of 1001h.
   void error_over(std::uint16_t code, Time now);
   bool has(std::uint16_t code) const { return place_of(code) != error_count_; }
 
   struct Counters {
     Count sent{};
-    Count lost{};  ///< errors or messages for which there was no room
+    Count lost{};  ///< errors or messages beyond the limits
   };
   const Counters& counters() const { return counters_; }
 
@@ -100,8 +99,10 @@ class Emergency : public Part {
     Info info;
   };
 
+  static constexpr std::uint8_t kMostRemembered = 254;  ///< in 1003h
+
   std::size_t place_of(std::uint16_t code) const;
-  void tell(const Message& message, Time now);
+  void enqueue(const Message& message, Time now);
   void remember(const Message& message);
   void clear_history();
   void send_waiting(Time now);

@@ -2,7 +2,7 @@
 #pragma once
 
 /// EMCY consumer for all nodes (CiA 301, 7.2.7), with the scan of CiA 405's RECV_EMCY. A message costs one
-/// copy of eight bytes; a step of the scan looks at four words, whatever the number of nodes. Nothing is
+/// copy of eight bytes; a step of the scan reads four words, whatever the number of nodes. Nothing is
 /// allocated; not re-entrant.
 
 #include <array>
@@ -22,23 +22,23 @@ class EmergencyConsumer {
   static constexpr std::uint32_t kFirstId = 0x080;  ///< + node ID
   static constexpr std::uint32_t kLastId = kFirstId + nmt::kMaxNode;
 
-  /// A data frame on 081h..0FFh; one with less than eight bytes is none.
+  /// A data frame on 081h..0FFh; ignored if it has less than eight bytes.
   void on_frame(const Frame& frame) {
     if (frame.length == frame.data.size())
       note(static_cast<std::uint8_t>(frame.id & nmt::kMaxNode), frame.data);
   }
 
-  /// The last message of node 1..127.
+  /// Node 1..127 has sent this message.
   void note(std::uint8_t node, const Message& message) {
     if (is_error(message) || is_error(last_[node])) stops_.insert(node);
     last_[node] = message;
   }
 
-  /// Zeros: there was none.
+  /// The last message of a node; zeros = none.
   const Message& last(std::uint8_t node) const { return last_[node]; }
 
-  /// Where the scan stops next, behind where it stopped last: a node whose last message is an error; once,
-  /// one whose last message is No Error (code 0000h) after an error. 0 = no such node.
+  /// The next node, after the one returned last, whose last message is an error, or (once) is No Error (code
+  /// 0000h) after an error. 0 = no such node.
   std::uint8_t scan() {
     const std::uint8_t node = stops_.next(stopped_at_);
     if (node == 0) return 0;
@@ -61,7 +61,7 @@ class EmergencyConsumer {
   std::uint8_t stopped_at_ = 0;
 };
 
-/// In its place, where nobody asks for them.
+/// Replaces it in a build without emergencies.
 class NoEmergencyConsumer {
  public:
   static void on_frame(const Frame& /*frame*/) {}

@@ -2,8 +2,8 @@
 #pragma once
 
 /// Heartbeat consumer (CiA 301, 7.2.8.3.2.1): watches the nodes that 1016h names. A heartbeat costs two array
-/// accesses; deadlines are looked through only when the earliest of them may have passed. Nothing is
-/// allocated; not re-entrant.
+/// accesses; deadlines are only checked when the earliest of them may have passed. Nothing is allocated; not
+/// re-entrant.
 
 #include <array>
 #include <cstddef>
@@ -23,19 +23,19 @@ class HeartbeatConsumer : public Part {
  public:
   /// One watched node.
   struct Watched {
-    Time period;    ///< that may pass between two heartbeats
-    Time deadline;  ///< kNever: not heard yet, or lost
+    Time period;    ///< longest time between two heartbeats
+    Time deadline;  ///< kNever: no heartbeat yet, or lost
     std::uint8_t node;
     bool lost;
   };
 
-  /// `slots`: as many entries of 1016h as are looked at; the caller's.
+  /// `slots`: the caller's memory; as many entries of 1016h are used.
   HeartbeatConsumer(const ObjectDictionary& dictionary, std::span<Watched> slots)
       : dictionary_(dictionary), slots_(slots) {}
 
   static constexpr bool owns(std::uint16_t index) { return index == object::kConsumerHeartbeatTime; }
   AbortCode check(std::uint16_t index, std::uint8_t sub, std::uint32_t number) const;
-  /// Whoever was watched before has to be heard anew.
+  /// Each watched node is monitored again from its next heartbeat on.
   void configure(std::uint16_t index, Time now);
   void reset(const Reset& /*reset*/, Time now) { configure(object::kConsumerHeartbeatTime, now); }
   bool hears(std::uint32_t id) const { return id >= nmt::kErrorControlId; }
@@ -57,9 +57,9 @@ class HeartbeatConsumer : public Part {
   const ObjectDictionary& dictionary_;
   std::span<Watched> slots_;
   std::array<std::uint8_t, nmt::kMaxNode + 1> slot_of_{};
-  std::size_t count_ = 0;
+  std::size_t count_ = 0;  ///< slots in use
   std::size_t lost_ = 0;
-  Time due_ = kNever;  ///< no deadline is earlier
+  Time due_ = kNever;      ///< no deadline is earlier
 };
 
 }  // namespace cbcan

@@ -2,8 +2,8 @@
 #pragma once
 
 /// Life guarding (CiA 301, 7.2.8.3.2.2): a guarded device notices that its NMT master has fallen silent.
-/// Objects, where the dictionary has them: 100Ch guard time in ms, 100Dh life time factor; their product is
-/// the life time, 0 = none.
+/// Objects, if the dictionary has them: 100Ch guard time in ms, 100Dh life time factor; their product is the
+/// life time, 0 = none.
 
 #include <cstdint>
 
@@ -22,7 +22,7 @@ class LifeGuard : public Part {
   static constexpr bool owns(std::uint16_t index) {
     return index == object::kGuardTime || index == object::kLifeTimeFactor;
   }
-  /// The life time counts from the next request on.
+  /// The life time starts with the next request.
   void configure(std::uint16_t /*index*/, Time /*now*/) {
     life_time_ =
         dictionary_.get(object::kGuardTime, 0) * dictionary_.get(object::kLifeTimeFactor, 0) * kMillisecond;
@@ -33,7 +33,7 @@ class LifeGuard : public Part {
     node_id_ = reset.node_id;
     configure(object::kGuardTime, now);
   }
-  /// The master asks for this node's state.
+  /// True: the master asks for this node's state.
   bool on_frame(const Frame& frame, Time now) {
     if (frame.id != nmt::kErrorControlId + node_id_ || frame.flags != Frame::kRemote) return false;
     lost_ = false;

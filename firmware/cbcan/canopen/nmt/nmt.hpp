@@ -9,7 +9,7 @@
 
 namespace cbcan::nmt {
 
-/// NMT states as they stand in heartbeat and node guarding messages.
+/// NMT states as encoded in heartbeat and node guarding messages.
 enum class State : std::uint8_t { kInitialising = 0, kStopped = 4, kOperational = 5, kPreOperational = 127 };
 
 /// Command specifiers.
@@ -40,8 +40,8 @@ constexpr bool is_state(std::uint8_t value) {
   return false;
 }
 
-/// In Pre-operational and Operational SDO, SYNC, TIME and EMCY are there; in Stopped and before, NMT and
-/// error control alone (CiA 301, table 37).
+/// SDO, SYNC, TIME and EMCY work in Pre-operational and Operational; in the other states only NMT and error
+/// control do (CiA 301, table 37).
 constexpr bool is_running(State state) {
   return state == State::kPreOperational || state == State::kOperational;
 }
@@ -78,7 +78,7 @@ constexpr Frame error_control_frame(std::uint8_t node, std::uint8_t state_and_to
   return frame;
 }
 
-/// Asks a node for its state. The DLC of a remote frame is that of the frame it asks for (ISO 11898-1).
+/// Asks a node for its state. The DLC of a remote frame is that of the requested frame (ISO 11898-1).
 constexpr Frame guard_request(std::uint8_t node) {
   Frame frame;
   frame.id = kErrorControlId + node;

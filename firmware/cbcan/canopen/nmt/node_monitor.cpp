@@ -10,7 +10,7 @@ void NodeMonitor::doubt(nmt::Command command, std::uint8_t node) {
   if (command >= nmt::Command::kResetNode && was_seen(node)) of_.report[node] = report_after(command);
 }
 
-/// Four nodes at a time, as a port waits meanwhile.
+/// Four nodes at a time, as the port waits for this.
 void NodeMonitor::doubt_all(nmt::Command command) {
   std::uint32_t four = 0;
   for (std::size_t node = 0; node != of_.state.size(); node += sizeof four) {
@@ -27,7 +27,7 @@ NodeMonitor::Report NodeMonitor::report_after(nmt::Command reset) {
   return reset == nmt::Command::kResetNode ? Report::kResetNode : Report::kResetCommunication;
 }
 
-void NodeMonitor::watch_nobody() {
+void NodeMonitor::stop_watching() {
   of_.consumer_ms.fill(0);
   guarded_.clear();
 }

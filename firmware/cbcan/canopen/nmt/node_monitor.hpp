@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// What is known of the other nodes from their boot-up, heartbeat and node guarding messages (CiA
-/// 301, 7.2.8.2.2 and 7.2.8.3.2). A message costs one array access; time passing costs nothing: how old the
-/// news are is found when somebody asks.
+/// The states of the other nodes, from their boot-up, heartbeat and node guarding messages (CiA 301, 7.2.8.2.2
+/// and 7.2.8.3.2). A message costs one array access. There is no timer: the age of a report is computed on
+/// request.
 
 #include <array>
 #include <cstdint>
@@ -21,32 +21,32 @@ class NodeMonitor {
   struct Counters {
     Count boot_ups{};
     Count heartbeats{};  ///< heartbeats and node guarding responses
-    Count ignored{};     ///< no state in it, or no such state
+    Count ignored{};     ///< without a state, or with an undefined one
   };
 
-  /// `fresh_for`: how long news count where no consumer heartbeat time is set.
+  /// `fresh_for`: how long a report is valid if no consumer heartbeat time is set.
   explicit NodeMonitor(Time fresh_for) : fresh_for_(fresh_for) {}
 
   enum class News : std::uint8_t { kNone, kBootUp, kState };
 
-  /// What a data frame with CAN-ID 700h + 1..127 tells.
+  /// What a data frame with CAN-ID 700h + 1..127 reports.
   static News news(const Frame& frame) {
     const std::uint8_t state = frame.data[0] & nmt::kStateMask;
     if (frame.length == 0 || !nmt::is_state(state)) return News::kNone;
     return static_cast<nmt::State>(state) == nmt::State::kInitialising ? News::kBootUp : News::kState;
   }
 
-  /// Such a frame has come.
+  /// Such a frame has arrived.
   News on_frame(const Frame& frame, Time now) {
-    const News told = news(frame);
-    if (told == News::kNone) {
+    const News reported = news(frame);
+    if (reported == News::kNone) {
       ++counters_.ignored;
-      return told;
+      return reported;
     }
     const std::size_t node = frame.id & nmt::kMaxNode;
     const std::uint8_t state = frame.data[0] & nmt::kStateMask;
     of_.reported_at[node] = now;
-    if (told == News::kBootUp) {
+    if (reported == News::kBootUp) {
       of_.state[node] = static_cast<std::uint8_t>(nmt::State::kPreOperational);
       of_.report[node] = Report::kBootUp;
       ++counters_.boot_ups;
@@ -62,28 +62,29 @@ class NodeMonitor {
   void set_consumer_time(std::uint8_t node, std::uint16_t ms) { of_.consumer_ms[node] = ms; }
   std::uint16_t consumer_time(std::uint8_t node) const { return of_.consumer_ms[node]; }
 
-  /// What the last news of a node were.
+  /// The last report of a node, and NMT commands since.
   enum class Report : std::uint8_t {
     kNone,                ///< it has never reported
     kBootUp,              ///< its boot-up message
     kState,               ///< a heartbeat, or the response to node guarding
-    kResetCommunication,  ///< either, but this NMT command has gone to it since
-    kResetNode,           ///< likewise
+    kResetCommunication,  ///< either, but this NMT command has been sent to it since
+    kResetNode,           ///< the same for this command
   };
   Report report(std::uint8_t node) const { return of_.report[node]; }
 
-  /// This NMT command has gone to this node, 0 = to all, from here or from another master: what it reported
-  /// before may no longer be so.
+  /// This NMT command has been sent to this node, 0 = to all, from here or by another master: its last report
+  /// may be out of date.
   void doubt(nmt::Command command, std::uint8_t node);
   bool in_doubt(std::uint8_t node) const { return (of_.state[node] & kDoubted) != 0; }
 
-  /// A node guarding request has gone to this node: it is watched, with or without a consumer heartbeat time.
+  /// A node guarding request has been sent to this node: it is watched, with or without a consumer heartbeat
+  /// time.
   void guard(std::uint8_t node) { guarded_.insert(node); }
-  /// As after power-on: nobody is watched.
-  void watch_nobody();
+  /// As after power-on: no node is watched.
+  void stop_watching();
   bool is_watched(std::uint8_t node) const { return consumer_time(node) != 0 || guarded_.has(node); }
 
-  /// The last reported state is recent enough to be believed.
+  /// The last reported state is recent enough to be valid.
   bool is_fresh(std::uint8_t node, Time now) const;
 
   /// The node has reported at least once.
@@ -107,7 +108,7 @@ class NodeMonitor {
     std::array<std::uint8_t, nmt::kMaxNode + 1> state;  ///< as reported, and kDoubted
     std::array<Report, nmt::kMaxNode + 1> report;
     std::array<std::uint16_t, nmt::kMaxNode + 1> consumer_ms;
-  } of_{};  ///< by node; cleared at once
+  } of_{};  ///< by node; one struct, so that one call clears it
   NodeSet guarded_;
   Time fresh_for_;
   Counters counters_;

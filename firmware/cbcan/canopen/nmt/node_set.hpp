@@ -10,7 +10,7 @@
 
 namespace cbcan {
 
-/// Some of the nodes 1..127, a bit each.
+/// A set of nodes 1..127, one bit each.
 class NodeSet {
  public:
   void insert(std::uint8_t node) { word_of(node) |= bit_of(node); }
@@ -18,11 +18,12 @@ class NodeSet {
   bool has(std::uint8_t node) const { return (words_[node / kBits] & bit_of(node)) != 0; }
   void clear() { words_ = {}; }
 
-  /// The first one behind `node`, 0..127, by node ID and then round again, to `node` itself; 0 = none at all.
+  /// The first one after `node`, 0..127, by node ID, then from the beginning up to `node` itself; 0 = the set is
+  /// empty.
   std::uint8_t next(std::uint8_t node) const {
     const std::size_t start = node / kBits;
-    const std::uint32_t up_to_node = (bit_of(node) << 1) - 1;  // all, for the last bit of a word
-    if (const std::uint32_t behind = words_[start] & ~up_to_node; behind != 0) return number(start, behind);
+    const std::uint32_t up_to_node = (bit_of(node) << 1) - 1;  // all bits, for the last bit of a word
+    if (const std::uint32_t after = words_[start] & ~up_to_node; after != 0) return number(start, after);
     for (std::size_t i = 1; i <= words_.size(); ++i) {
       const std::size_t at = (start + i) % words_.size();
       if (words_[at] != 0) return number(at, words_[at]);

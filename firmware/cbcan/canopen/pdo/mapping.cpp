@@ -20,7 +20,7 @@ std::uint32_t bits_of(DataType type, std::size_t bytes) {
   return type == DataType::kBoolean ? 1 : static_cast<std::uint32_t>(8 * bytes);
 }
 
-/// A bit, whole bytes, or as many bits at a time as stand in one byte on both sides.
+/// Copies one bit, whole bytes, or as many bits at a time as are in one byte on both sides.
 void copy_bits(const std::uint8_t* from, std::uint32_t from_bit, std::uint8_t* to, std::uint32_t to_bit,
                std::uint32_t count) {
   if (count == 1) {
@@ -52,7 +52,7 @@ AbortCode find_data_type(bool receive, std::uint16_t index, std::uint8_t sub, Pi
   return receive ? AbortCode::kNone : AbortCode::kNotMappable;
 }
 
-/// `entry`: that of the object before, of which this one may be a neighbour.
+/// `entry`: the entry of the previous object, which may also contain this one.
 AbortCode find_object(const ObjectDictionary& dictionary, bool receive, std::uint16_t index, std::uint8_t sub,
                       ObjectEntry& entry, Piece& object) {
   if (!entry.holds(index, sub)) {
@@ -82,7 +82,7 @@ AbortCode find_mapped(const ObjectDictionary& dictionary, std::uint16_t mapping_
   return (mapped & 0xFF) == object.more_bits + 1u ? AbortCode::kNone : AbortCode::kNotMappable;
 }
 
-/// Not one of several bits in a byte, but all of it: 0 or 1.
+/// A BOOLEAN that takes a whole byte, 0 or 1, instead of one of its bits.
 constexpr bool is_whole_byte(const Piece& piece) {
   return piece.more_bits == 0 && piece.process == 0;
 }
@@ -108,7 +108,7 @@ AbortCode PdoMapping::resolve(const ObjectDictionary& dictionary, std::uint16_t 
   *this = {};
   pieces_ = pieces.data();
   std::uint32_t bits = 0;
-  ObjectEntry entries{};  // of the mapping, and of what it maps: each found once where neighbours share it
+  ObjectEntry entries{};  // of the mapping, as `entry` of the mapped object: found once for consecutive sub-indices
   ObjectEntry entry{};
   for (std::uint8_t k = 1; k <= count; ++k) {
     if (!entries.holds(index, k)) dictionary.find(index, k, entries);
@@ -128,7 +128,7 @@ AbortCode PdoMapping::resolve(const ObjectDictionary& dictionary, std::uint16_t 
   return AbortCode::kNone;
 }
 
-/// To the last piece, where it goes on.
+/// Extends the last piece if the object follows it.
 void PdoMapping::add(const Piece& object) {
   Piece& last = pieces_[count_ == 0 ? 0 : count_ - 1];
   if (count_ != 0 && follows(last, object))

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::uint16_t kNoError = 0;
 constexpr std::uint16_t kNumberMask = 0x1FF;
-constexpr std::uint16_t kMappingBit = 0x200;  ///< from parameters 1400h, 1800h to mapping 1600h, 1A00h
+constexpr std::uint16_t kMappingBit = 0x200;  ///< set in mappings 1600h, 1A00h; not in parameters 1400h, 1800h
 
 // Sub-indices of 1400h+n and 1800h+n.
 constexpr std::uint8_t kCobId = 1;
@@ -35,7 +35,7 @@ constexpr bool is_synchronous(std::uint8_t type) {
   return type <= kLastSynchronous;
 }
 
-/// True where the values are those of the moment of sending.
+/// True if values are sampled when they are sent.
 constexpr bool is_sampled_late(std::uint8_t type) {
   return type >= kRemoteEvent;
 }
@@ -52,7 +52,7 @@ constexpr bool is_valid(std::uint32_t cob_id) {
   return (cob_id & cob::kInvalid) == 0 && cob::is_usable(cob_id);
 }
 
-/// 1400h, 1600h, 1800h or 1A00h of an index in between.
+/// 1400h, 1600h, 1800h or 1A00h: the first index of its range.
 constexpr std::uint16_t first_of(std::uint16_t index) {
   return static_cast<std::uint16_t>(index & ~kNumberMask);
 }
@@ -97,27 +97,27 @@ bool takes_sync(Pdo::Tpdo& tpdo, std::uint8_t counter) {
 // ---- The application
 
 template <class Call>
-void Pdo::tell(Call call) {
-  telling_ = true;
+void Pdo::notify(Call call) {
+  notifying_ = true;
   call();
-  telling_ = false;
+  notifying_ = false;
 }
 
 void Pdo::update(Time now) {
-  tell([&] { application_.refresh(now); });
+  notify([&] { application_.refresh(now); });
 }
 
-/// What is wrong with an RPDO lasts until it is received as it should be.
+/// An error of an RPDO lasts until the RPDO is received correctly.
 void Pdo::note(std::uint16_t emergency_code, Rpdo& rpdo, Time now) {
   const std::uint16_t before = std::exchange(rpdo.error, emergency_code);
   if (emergency_code != kNoError) {
     const auto number = static_cast<std::uint16_t>(rpdo.number + 1);
-    tell([&] { application_.on_pdo_error(emergency_code, number, now); });
+    notify([&] { application_.on_pdo_error(emergency_code, number, now); });
   }
   if (before == kNoError || before == emergency_code) return;
   for (const Rpdo& other : rpdos_)
     if (other.error == before) return;
-  tell([&] { application_.on_pdo_error_over(before, now); });
+  notify([&] { application_.on_pdo_error_over(before, now); });
 }
 
 // ---- Configuration
@@ -185,9 +185,9 @@ AbortCode Pdo::check_cob_id(std::uint16_t index, std::uint32_t value, std::uint3
   return has_mapping(index) ? AbortCode::kNone : AbortCode::kDeviceState;
 }
 
-/// Resolves what the PDO with parameters `index`, which is not valid, maps with `count` objects, for when it
-/// becomes valid: `anew`, or where nobody has.
-AbortCode Pdo::take_mapping(std::uint16_t index, std::uint32_t count, bool anew) const {
+/// Resolves the `count` mapped objects of the PDO with parameters `index`, which is not valid, for when it becomes
+/// valid; if that has been done already, only with `again`.
+AbortCode Pdo::take_mapping(std::uint16_t index, std::uint32_t count, bool again) const {
   PdoMapping without_room;
   PdoMapping* mapping = &without_room;
   std::span<PdoMapping::Piece> pieces;
@@ -198,24 +198,24 @@ AbortCode Pdo::take_mapping(std::uint16_t index, std::uint32_t count, bool anew)
     mapping = &tpdo->mapping;
     pieces = pieces_of(room_.rpdos.size() + static_cast<std::size_t>(tpdo - tpdos_.data()));
   }
-  if (!anew && mapping->bytes() != 0) return AbortCode::kNone;
+  if (!again && mapping->bytes() != 0) return AbortCode::kNone;
   return mapping->resolve(dictionary_, static_cast<std::uint16_t>(index | kMappingBit), count, pieces);
 }
 
-/// It maps one object at least, and all hold.
+/// It maps at least one object, and all of them are valid.
 bool Pdo::has_mapping(std::uint16_t index) const {
   const std::uint32_t count = parameter(index | kMappingBit, 0);
   return count != 0 && take_mapping(index, count, false) == AbortCode::kNone;
 }
 
-/// Of the PDO in this place, RPDOs first.
+/// The memory for the PDO in this place, RPDOs first.
 std::span<PdoMapping::Piece> Pdo::pieces_of(std::size_t place) const {
   const std::size_t each = room_.pieces.size() / (room_.rpdos.size() + room_.tpdos.size());
   return room_.pieces.subspan(place * each, each);
 }
 
 void Pdo::configure(std::uint16_t index, Time now) {
-  if ((index & kMappingBit) != 0) return;  // comes with the COB-ID that makes it valid
+  if ((index & kMappingBit) != 0) return;  // used when the COB-ID makes the PDO valid
   const std::uint16_t number = number_of(index);
   if (is_receive(index)) {
     Rpdo* const rpdo = find_number(rpdos_, number);
@@ -236,25 +236,25 @@ void Pdo::configure(std::uint16_t index, Time now) {
   }
 }
 
-/// What both kinds have; the COB-ID. `anew`: nobody has taken the mapping yet.
-std::uint32_t Pdo::load_common(Common& pdo, std::uint16_t index, bool anew) {
+/// Loads what both kinds have; returns the COB-ID. `after_reset`: the mapping has not been taken yet.
+std::uint32_t Pdo::load_common(Common& pdo, std::uint16_t index, bool after_reset) {
   const std::uint32_t cob_id = parameter(index, kCobId);
-  pdo.active = is_valid(cob_id) && (!anew || has_mapping(index));
+  pdo.active = is_valid(cob_id) && (!after_reset || has_mapping(index));
   if (!pdo.active) return cob_id;
   pdo.type = static_cast<std::uint8_t>(parameter(index, kType));
   pdo.timer = parameter(index, kEventTimer) * kTimerUnit;
   return cob_id;
 }
 
-void Pdo::load(Rpdo& rpdo, bool anew, Time now) {
+void Pdo::load(Rpdo& rpdo, bool after_reset, Time now) {
   const auto index = static_cast<std::uint16_t>(object::kRpdoParameter + rpdo.number);
-  rpdo.id = static_cast<std::uint16_t>(cob::id_of(load_common(rpdo, index, anew)));
+  rpdo.id = static_cast<std::uint16_t>(cob::id_of(load_common(rpdo, index, after_reset)));
   start(rpdo, now);
 }
 
-void Pdo::load(Tpdo& tpdo, bool anew) {
+void Pdo::load(Tpdo& tpdo, bool after_reset) {
   const auto index = static_cast<std::uint16_t>(object::kTpdoParameter + tpdo.number);
-  const std::uint32_t cob_id = load_common(tpdo, index, anew);
+  const std::uint32_t cob_id = load_common(tpdo, index, after_reset);
   if (!tpdo.active) return;
   tpdo.remote = (cob_id & cob::kNoRemote) == 0;
   tpdo.inhibit_time = parameter(index, kInhibitTime) * object::kInhibitUnit;
@@ -268,8 +268,8 @@ void Pdo::load(Tpdo& tpdo, bool anew) {
 template <class Kind>
 Pdo::Used<Kind> Pdo::used(std::span<Kind> pdos) {
   Used<Kind> all{pdos.data(), pdos.data() + pdos.size()};
-  while (all.first != all.behind && !all.behind[-1].active)
-    --all.behind;
+  while (all.first != all.last && !all.last[-1].active)
+    --all.last;
   return all;
 }
 
@@ -306,7 +306,7 @@ void Pdo::on_state(nmt::State state, Time now) {
   poll(now);
 }
 
-/// The timer runs from the first reception.
+/// The timer starts with the first reception.
 void Pdo::start(Rpdo& rpdo, Time now) {
   rpdo.timer_at = kNever;
   rpdo.fresh = false;
@@ -320,7 +320,7 @@ void Pdo::start(Tpdo& tpdo, bool send, Time now) {
   tpdo.inhibited_until = 0;
   tpdo.timer_at = tpdo.timer == 0 ? kNever : now + tpdo.timer;
   tpdo.wanted = send && tpdo.type >= kFirstEvent;
-  if (!tpdo.wanted) sample(tpdo);  // the others when they are sent
+  if (!tpdo.wanted) sample(tpdo);  // otherwise when it is sent
 }
 
 inline bool Pdo::receive(Rpdo& rpdo, const Frame& frame, Time now) {
@@ -335,17 +335,17 @@ inline bool Pdo::receive(Rpdo& rpdo, const Frame& frame, Time now) {
   return true;
 }
 
-/// By this RPDO and those behind it with the same CAN-ID.
+/// Receives the frame with this RPDO and the following ones with the same CAN-ID.
 void Pdo::receive_all(Rpdo& first, const Frame& frame, Time now) {
   bool stored = false;
   for (Rpdo* rpdo = &first; rpdo != nullptr; rpdo = with_id(frame.id, rpdo->next))
     stored |= receive(*rpdo, frame, now);
   if (!stored) return;
-  tell([&] { application_.on_written(now); });
+  notify([&] { application_.on_written(now); });
   poll(now);
 }
 
-/// What is longer counts as well. An error begins, or is over.
+/// Longer frames are accepted too. Reports that a length error has occurred or ended.
 bool Pdo::fits(Rpdo& rpdo, std::size_t length, Time now) {
   const std::size_t mapped = rpdo.mapping.bytes();
   note(length < mapped ? kTooShort : length > mapped ? kTooLong : kNoError, rpdo, now);
@@ -366,19 +366,19 @@ bool Pdo::on_sync(std::uint8_t counter, Time window, Time now) {
   if (now > window_end_) drop_windowed();
   window_end_ = window == 0 ? kNever : now + window;
   take_effect();
-  tell([&] { application_.on_sync(now); });
+  notify([&] { application_.on_sync(now); });
   sample_and_send(counter, now);
   poll(now);
   return deadline() != due;
 }
 
-/// RPDOs that have waited for the SYNC.
+/// Applies the RPDOs that have waited for the SYNC.
 void Pdo::take_effect() {
   for (Rpdo& received : used_rpdos_)
     if (std::exchange(received.fresh, false)) received.mapping.apply(dictionary_, received.data);
 }
 
-/// The window of the last SYNC was over, and so is what was to be sent in it.
+/// Drops the TPDOs still to be sent in the window of the last SYNC, which has ended.
 void Pdo::drop_windowed() {
   for (Tpdo& tpdo : used_tpdos_)
     if (tpdo.windowed) tpdo.wanted = false;
@@ -422,12 +422,12 @@ void Pdo::changed(std::uint16_t index, std::uint8_t sub, Time now) {
 
 void Pdo::look_for_changes(Time now) {
   if (!operational_) return;
-  for (Tpdo& looked_at : used_tpdos_) {
-    const bool waits = looked_at.type == kAcyclic || looked_at.type >= kFirstEvent;
-    if (!looked_at.active || !waits) continue;
-    std::array<std::uint8_t, PdoMapping::kMostBytes> data = looked_at.frame.data;
-    looked_at.mapping.sample(dictionary_, data);
-    if (data != looked_at.frame.data) on_event(looked_at);
+  for (Tpdo& tpdo : used_tpdos_) {
+    const bool waits = tpdo.type == kAcyclic || tpdo.type >= kFirstEvent;
+    if (!tpdo.active || !waits) continue;
+    std::array<std::uint8_t, PdoMapping::kMostBytes> data = tpdo.frame.data;
+    tpdo.mapping.sample(dictionary_, data);
+    if (data != tpdo.frame.data) on_event(tpdo);
   }
   poll(now);
 }
@@ -470,7 +470,7 @@ void Pdo::watch_receptions(Time now) {
   }
 }
 
-/// The application is brought up to date once, before the first frame: what it wants sent then goes out too.
+/// The application updates its values once, before the first frame: what it then asks to be sent is sent too.
 void Pdo::transmit(Time now) {
   bool samples = false;
   for (Tpdo& due : used_tpdos_) {

@@ -3,29 +3,29 @@
 
 /// Process data (CiA 301, 7.2.2): the RPDOs and TPDOs that a dictionary describes, up to 512 each way.
 /// Objects: 1400h+n and 1600h+n (RPDO n+1), 1800h+n and 1A00h+n (TPDO n+1); gaps are fine, and a sub-index
-/// that is not there means 0. MPDOs are not supported.
+/// that does not exist means 0. MPDOs are not supported.
 ///
 /// Configured at run time by the procedure of CiA 301, 7.5.2.36 (make it invalid, mapping sub 0 = 0, write
-/// entries, set sub 0, make it valid). check() refuses everything else:
+/// entries, set sub 0, make it valid). check() rejects everything else:
 ///
 ///   0602 0000h, 0609 0011h  mapping: there is no such object or sub-index
-///   0604 0041h              mapping: that object cannot be mapped this way, or its length is another
+///   0604 0041h              mapping: that object cannot be mapped this way, or its length differs
 ///   0604 0042h              mapping: more than 64 objects or 64 bits
-///   0609 0030h              COB-ID of 29 bits or restricted, or changed while valid; transmission type that
-///                           there is not; SYNC start value above 240
-///   0800 0022h              not while the PDO is valid: mapping, inhibit time, SYNC start value; mapping
-///                           entries while sub 0 is not 0; valid without a mapping that holds
+///   0609 0030h              COB-ID of 29 bits or restricted, or changed while valid; undefined transmission
+///                           type; SYNC start value above 240
+///   0800 0022h              not while the PDO is valid: mapping, inhibit time, SYNC start value; not while
+///                           sub 0 is not 0: mapping entries; not without a valid mapping: making it valid
 ///
-/// An entry of 0 may be written (an unused one) but not be counted by sub 0. A PDO that is valid from the
-/// start with a mapping that does not hold stays off.
+/// A mapping entry may be set to 0 (unused), but sub 0 must not count it. A PDO that is valid from the start
+/// with an invalid mapping stays off.
 ///
 /// Decided where CiA 301 leaves it open: event-driven TPDOs are sent once when the node becomes Operational
 /// or they become valid; an RTR for one of them is an event; synchronous ones are sampled at that time too,
-/// so that an RTR before the first SYNC finds something. Bit 30 of a TPDO's COB-ID (no RTR) holds for every
-/// type, also for the two that nothing but an RTR triggers. Limits of objects do not hold for RPDOs.
+/// so that an RTR before the first SYNC returns data. Bit 30 of a TPDO's COB-ID (no RTR) applies to every type,
+/// also to the two that only an RTR triggers. Limits of objects do not apply to RPDOs.
 ///
-/// Nothing blocks, nothing is allocated; not re-entrant. A frame that the port refuses is tried again
-/// kRetryInterval later, before any that comes after it.
+/// Nothing blocks, nothing is allocated; not re-entrant. A frame that the port refuses is tried again after
+/// kRetryInterval, before later frames.
 
 #include <array>
 #include <cstddef>
@@ -42,19 +42,19 @@
 
 namespace cbcan {
 
-/// The device behind its process data. Of Pdo, it may call changed() and request() from in here.
+/// The application of the process data. From these functions it may call changed() and request() of Pdo.
 class PdoApplication {
  public:
-  /// Bring the values that TPDOs carry up to `now`: some are sampled next.
+  /// Bring the values that TPDOs carry up to date: some are sampled next.
   virtual void refresh(Time now) = 0;
-  /// The data of an RPDO stand in the dictionary.
+  /// The data of an RPDO are in the dictionary.
   virtual void on_written(Time now) = 0;
-  /// A SYNC: the data of synchronous RPDOs stand in the dictionary, synchronous TPDOs are sampled next.
+  /// A SYNC: the data of synchronous RPDOs are in the dictionary, synchronous TPDOs are sampled next.
   virtual void on_sync(Time now) = 0;
   /// RPDO `number`, 1..512: Pdo::kTooShort (it was ignored), kTooLong (the rest was ignored), kTimedOut
   /// (once, until it is received again).
   virtual void on_pdo_error(std::uint16_t emergency_code, std::uint16_t number, Time now) = 0;
-  /// There is no RPDO any more with this error: each has been received as it should be, or is off.
+  /// No RPDO has this error any more: each has been received correctly, or is off.
   virtual void on_pdo_error_over(std::uint16_t emergency_code, Time now) = 0;
 
  protected:
@@ -68,7 +68,7 @@ class Pdo : public Part {
   static constexpr std::uint16_t kTooLong = 0x8220;
   static constexpr std::uint16_t kTimedOut = 0x8250;
 
-  /// What both kinds have.
+  /// What both kinds of PDO have.
   struct Common {
     PdoMapping mapping;
     Time timer_at = 0;
@@ -86,17 +86,17 @@ class Pdo : public Part {
   /// Room for one RPDO; the content is Pdo's.
   struct Rpdo : Common {
     bool fresh = false;       ///< data waits for the SYNC
-    bool just_waits = false;  ///< synchronous, without a timer, and no other one has its CAN-ID
+    bool just_waits = false;  ///< synchronous, without a timer, and the only one with its CAN-ID
     std::uint16_t id = 0;
     std::uint16_t next = 0;   ///< see first_of_
-    std::uint16_t error = 0;  ///< emergency error code of what is wrong with it
-    std::array<std::uint8_t, PdoMapping::kMostBytes> data{};  ///< of a synchronous one, until the SYNC
+    std::uint16_t error = 0;  ///< its emergency error code, 0 = none
+    std::array<std::uint8_t, PdoMapping::kMostBytes> data{};  ///< of a synchronous RPDO, until the SYNC
   };
 
   /// Room for one TPDO; the content is Pdo's.
   struct Tpdo : Common {
     std::uint8_t start_value = 0;
-    std::uint8_t syncs_left = 0;     ///< until it is sent; 0 = the first has not come
+    std::uint8_t syncs_left = 0;     ///< until it is sent; 0 = the first has not arrived
     bool remote = false;             ///< RTR allowed
     bool event = false;              ///< type 0: to be sent at the next SYNC
     bool wanted = false;             ///< to be sent as soon as inhibit time and port allow
@@ -106,16 +106,15 @@ class Pdo : public Part {
     Frame frame;  ///< as sampled last
   };
 
-  /// How many of each a dictionary describes.
+  /// The number of RPDOs and of TPDOs that a dictionary describes.
   static std::size_t rpdo_count(std::span<const ObjectEntry> entries);
   static std::size_t tpdo_count(std::span<const ObjectEntry> entries);
 
-  /// Memory, the caller's. With less of it than the dictionary describes, PDOs with the highest numbers do
-  /// not work.
+  /// The caller's memory. If the dictionary describes more, the PDOs with the highest numbers do not work.
   struct Storage {
     std::span<Rpdo> rpdos;
     std::span<Tpdo> tpdos;
-    /// For what they map: as many for each PDO, RPDOs first, as it may map objects.
+    /// For the mappings, divided equally among all PDOs, RPDOs first: for each PDO as many as it may map objects.
     std::span<PdoMapping::Piece> pieces;
   };
 
@@ -129,14 +128,14 @@ class Pdo : public Part {
     return index >= object::kRpdoParameter && index <= object::kLastPdo;
   }
   AbortCode check(std::uint16_t index, std::uint8_t sub, std::uint32_t number) const;
-  /// Of a PDO that stays valid what waited to be sent or for a SYNC is forgotten and the timer starts anew.
+  /// If the PDO stays valid, data waiting to be sent or for a SYNC are dropped and its timer restarts.
   void configure(std::uint16_t index, Time now);
-  /// Not Operational.
+  /// Loads all PDOs; not Operational until on_state().
   void reset(const Reset& reset, Time now);
-  /// PDOs are exchanged in Operational only. What waited when it was left is forgotten.
+  /// PDOs are exchanged in Operational only. What is waiting when it is left is dropped.
   void on_state(nmt::State state, Time now);
-  /// Data or RTR. A data frame costs a look at those valid RPDOs whose CAN-ID has the same place in an index
-  /// of 32. True: deadline() may have changed.
+  /// Data or RTR. For a data frame only the valid RPDOs whose CAN-ID has the same place in a hash table of 32
+  /// are checked. True: deadline() may have changed.
   bool on_frame(const Frame& frame, Time now) {
     if (!operational_) return false;
     if (frame.flags != 0) return on_remote(frame, now);
@@ -147,25 +146,24 @@ class Pdo : public Part {
     return true;
   }
 
-  /// A SYNC with this counter, 0 = none: RPDOs take effect, the application is told, TPDOs are sampled and
-  /// sent. Synchronous PDOs count for `window` (1007h) behind it, 0 = always. True: deadline() has changed.
+  /// A SYNC with this counter, 0 = none: applies RPDOs, calls the application, samples and sends TPDOs.
+  /// Synchronous PDOs are valid for `window` (1007h) after it, 0 = without limit. True: deadline() has changed.
   bool on_sync(std::uint8_t counter, Time window, Time now);
 
-  /// The event that TPDOs with this object in them wait for.
+  /// The event of all TPDOs that map this object.
   void changed(std::uint16_t index, std::uint8_t sub, Time now);
-  /// Any values may have changed: likewise for the TPDOs whose data are no longer those sampled last.
+  /// Any values may have changed: the event of all TPDOs whose data differ from the last sample.
   void look_for_changes(Time now);
-  /// The event that TPDO `number`, 1..512, waits for.
+  /// The event of TPDO `number`, 1..512.
   void request(std::uint16_t number, Time now);
 
   void poll(Time now) {
-    if (now >= deadline() && !telling_) do_what_is_due(now);
+    if (now >= deadline() && !notifying_) do_what_is_due(now);
   }
-  /// May turn out to be too early.
+  /// May be too early, never too late.
   Time deadline() const { return earlier(reception_due_, transmission_due_); }
 
-  /// Of valid RPDOs, and of valid TPDOs that answer an RTR. Only reset() and configure() change what they
-  /// are.
+  /// Of valid RPDOs, and of valid TPDOs that answer an RTR. Only reset() and configure() change them.
   template <class Visitor>
   void visit_ids(Visitor visit) const {
     for (const Rpdo& rpdo : rpdos_)
@@ -178,15 +176,15 @@ class Pdo : public Part {
   static constexpr std::size_t kPlaces = 32;
   static constexpr std::uint16_t kNoneLeft = 0xFFFF;
 
-  /// IDs of one kind of PDO go up with the node ID, those of one node by 100h and 80h.
+  /// CAN-IDs of one kind of PDO increase with the node ID; those of one node differ by 100h and 80h.
   static constexpr std::size_t place_of(std::uint32_t id) { return (id ^ id >> 5) % kPlaces; }
-  /// Those that no valid one is behind.
+  /// PDOs up to the last valid one.
   template <class Kind>
   struct Used {
     Kind* first = nullptr;
-    Kind* behind = nullptr;
+    Kind* last = nullptr;  ///< one after it
     Kind* begin() const { return first; }
-    Kind* end() const { return behind; }
+    Kind* end() const { return last; }
   };
 
   std::uint32_t parameter(std::uint16_t index, std::uint8_t sub) const {
@@ -194,12 +192,12 @@ class Pdo : public Part {
   }
   AbortCode check_mapping(std::uint16_t index, std::uint8_t sub, std::uint32_t value) const;
   AbortCode check_cob_id(std::uint16_t index, std::uint32_t value, std::uint32_t current) const;
-  AbortCode take_mapping(std::uint16_t index, std::uint32_t count, bool anew) const;
+  AbortCode take_mapping(std::uint16_t index, std::uint32_t count, bool again) const;
   bool has_mapping(std::uint16_t index) const;
   std::span<PdoMapping::Piece> pieces_of(std::size_t place) const;
-  std::uint32_t load_common(Common& pdo, std::uint16_t index, bool anew);
-  void load(Rpdo& rpdo, bool anew, Time now);
-  void load(Tpdo& tpdo, bool anew);
+  std::uint32_t load_common(Common& pdo, std::uint16_t index, bool after_reset);
+  void load(Rpdo& rpdo, bool after_reset, Time now);
+  void load(Tpdo& tpdo, bool after_reset);
   template <class Kind>
   static Used<Kind> used(std::span<Kind> pdos);
   void index_rpdos();
@@ -208,7 +206,7 @@ class Pdo : public Part {
 
   bool receive(Rpdo& rpdo, const Frame& frame, Time now);
   bool fits(Rpdo& rpdo, std::size_t length, Time now);
-  /// RPDO k, or the next behind it in the index, with this CAN-ID; null = none.
+  /// RPDO k, or the next one in its list, with this CAN-ID; null = none.
   Rpdo* with_id(std::uint32_t id, std::uint16_t k) {
     for (; k != kNoneLeft; k = rpdos_[k].next)
       if (rpdos_[k].id == id) return &rpdos_[k];
@@ -217,7 +215,7 @@ class Pdo : public Part {
   static bool fits_as_before(const Rpdo& rpdo, const Frame& frame) {
     return frame.length == rpdo.mapping.bytes() && rpdo.error == 0;
   }
-  /// For the SYNC.
+  /// Keeps the data until the SYNC.
   bool keep(Rpdo& rpdo, const Frame& frame, Time now) {
     if (now > window_end_) return false;
     rpdo.data = frame.data;
@@ -239,12 +237,12 @@ class Pdo : public Part {
   void transmit(Time now);
 
   template <class Call>
-  void tell(Call call);
+  void notify(Call call);
   void update(Time now);
   void note(std::uint16_t emergency_code, Rpdo& rpdo, Time now);
 
   bool operational_ = false;
-  bool telling_ = false;  ///< the application is being called: what it wants sent waits until it has returned
+  bool notifying_ = false;  ///< the application is being called: what it asks to be sent waits until it returns
   ObjectDictionary& dictionary_;
   CanPort& port_;
   PdoApplication& application_;
@@ -254,10 +252,10 @@ class Pdo : public Part {
   std::span<Tpdo> tpdos_;
   Time reception_due_ = kNever;
   Time transmission_due_ = kNever;
-  Time retry_at_ = 0;  ///< the port has no room before
+  Time retry_at_ = 0;  ///< the port has no room until then
   Time window_end_ = kNever;
   Storage room_;
-  std::array<std::uint16_t, kPlaces> first_of_{};  ///< by place_of(id): which RPDO to look at, then its next
+  std::array<std::uint16_t, kPlaces> first_of_{};  ///< by place_of(id): first RPDO of a list linked by Rpdo::next
 };
 
 }  // namespace cbcan

@@ -10,13 +10,13 @@ namespace cbcan {
 // ---- The states
 
 /// What each kind of event means in one state. An abort, a frame with another multiplexer and a short frame
-/// mean the same in all of them and never get here.
+/// mean the same in all states and are handled elsewhere.
 struct SdoClient::State {
-  sdo::CommandPattern accepts;  ///< responses that belong here; any other is ABORT_SYNC
-  bool initiates;               ///< waits for the response to the first request: it names the object
+  sdo::CommandPattern accepts;  ///< responses expected here; any other is ABORT_SYNC
+  bool initiates;               ///< waits for the response to the first request, which contains the multiplexer
   void (*on_response)(SdoClient&, const Frame&);
   void (*on_deadline)(SdoClient&);
-  void (*on_room)(SdoClient&);  ///< the port has taken the frame that it had refused
+  void (*on_room)(SdoClient&);  ///< the port has accepted a frame that it had refused
 
   template <auto kOnResponse, auto kOnDeadline, auto kOnRoom>
   static constexpr State of(sdo::CommandPattern accepts, bool initiates = false) {
@@ -24,7 +24,7 @@ struct SdoClient::State {
   }
   static constexpr auto table();
 
-  // Member functions as plain ones: pointers to members are twice the size, and slower to call.
+  // Wraps member functions: pointers to members have twice the size and are slower to call.
   template <void (SdoClient::*kHandler)(const Frame&)>
   static void respond(SdoClient& client, const Frame& frame) {
     (client.*kHandler)(frame);
@@ -40,14 +40,14 @@ namespace {
 using sdo::only;
 
 constexpr sdo::CommandPattern kNone{0, 0xFF};
-/// Of a block, with a sequence number where other responses have a command specifier; but the last one.
+/// A segment of a block, with a sequence number instead of a command specifier; not the last one.
 constexpr sdo::CommandPattern kSegment{sdo::kBlockLast, 0};
 constexpr bool kInitiates = true;
 
-/// What the server is told when nobody wants its response any more.
+/// Sent to the server when the transfer has been cancelled.
 constexpr AbortCode kCancelled = AbortCode::kGeneral;
 
-/// 06xx xxxxh but 0601 0000h (unsupported access): without block the response would be the same.
+/// 06xx xxxxh except 0601 0000h (unsupported access): without block transfer the response would be the same.
 constexpr bool is_about_object(AbortCode code) {
   return static_cast<std::uint32_t>(code) >> 24 == 6 && code != AbortCode::kNoSegment;
 }
@@ -64,7 +64,7 @@ constexpr auto SdoClient::State::table() {
   using enum sdo::Response;
   using enum sdo::BlockStep;
   return std::to_array<State>({
-    // a response                        a deadline         room again           responses that belong here
+    // on_response                       on_deadline        on_room              accepts, initiates
     of<&C::misplaced,                   &C::nothing,       &C::nothing>       (kNone),                                             // kIdle
     of<&C::misplaced,                   &C::hold_or_begin, &C::nothing>       (kNone),                                             // kHeldBack
     of<&C::misplaced,                   &C::timed_out,     &C::begin>         (kNone),                                             // kQueued
@@ -84,7 +84,7 @@ constexpr auto SdoClient::State::table() {
 }
 // clang-format on
 
-/// Those of block transfers are the last ones.
+/// The states of block transfers are last.
 constinit const std::array<SdoClient::State, SdoClient::kPhases> SdoClient::kStates = [] {
   std::array<State, kPhases> states;
   std::copy_n(State::table().begin(), kPhases, states.begin());
@@ -97,7 +97,7 @@ const SdoClient::State& SdoClient::state() const {
 
 void SdoClient::leave(Outcome outcome) {
   enter(kIdle, kNever);
-  response_id_ = kNobody;
+  response_id_ = kNoResponse;
   outcome_ = outcome;
 }
 
@@ -106,7 +106,7 @@ void SdoClient::done(std::size_t size) {
   leave(Outcome::kDone);
 }
 
-/// The server knows already, or is no longer waiting.
+/// Without an abort: the server knows already, or is no longer waiting.
 void SdoClient::fail(AbortCode code) {
   drop_refused();
   error_ = code;
@@ -164,7 +164,7 @@ void SdoClient::hold_or_begin() {
 }
 
 void SdoClient::begin() {
-  // The abort of the transfer before may still be waiting for the port: it goes first.
+  // The abort of the previous transfer may still be waiting for the port: it is sent first.
   if (outbox_.waiting()) return await(kQueued);
   response_id_ = static_cast<std::uint16_t>(sdo::kResponseId + request_.node);
   request_.direction == Direction::kRead ? begin_read() : begin_write();
@@ -175,7 +175,7 @@ void SdoClient::begin_read() {
     make_request(sdo::command(sdo::Request::kInitiateUpload), mux());
     return ask(kUploadInitiate);
   }
-  // No more segments on their way than the room needs: what must be thrown away after a fault stays little.
+  // No more segments than the memory needs: few must be discarded after a fault.
   const std::uint32_t segments = (request_.size + sdo::kSegmentBytes - 1) / sdo::kSegmentBytes;
   block_size_ = static_cast<std::uint8_t>(std::min<std::uint32_t>(segments, kBlockReadSegments));
   const std::uint8_t bits = sdo::bits(sdo::BlockStep::kInitiate, sdo::kBlockCrc);
@@ -199,9 +199,9 @@ void SdoClient::begin_write() {
   ask(kDownloadExpedited);
 }
 
-// ---- What arrives
+// ---- Responses
 
-/// The usual one first: of all its bytes, the one that is waited for, and about our object.
+/// The usual case first: a frame of eight bytes with the expected response about our object.
 void SdoClient::on_frame(const Frame& frame, Time now) {
   now_ = now;
   const State& waiting = state();
@@ -219,7 +219,7 @@ void SdoClient::on_unusual(const Frame& frame) {
   }
   if (frame.id != response_id_ || !opened()) return on_stray(frame);
   const std::uint8_t command = frame.data[0];
-  // Among the segments of a block only sequence number 0 is free to mean something else.
+  // While segments of a block arrive, only sequence number 0 can be something else.
   const bool numbered = kServices.block_transfer && phase_ >= kBlockUploadStream;
   const bool abort =
       numbered ? command == sdo::command(sdo::Response::kAbort) : sdo::is(command, sdo::Response::kAbort);
@@ -240,8 +240,8 @@ void SdoClient::on_unusual(const Frame& frame) {
   numbered || state().accepts.is(command) ? state().on_response(*this, frame) : misplaced(frame);
 }
 
-/// Nothing is asked of this node. If it is in quarantine this may be the late response, and the next transfer
-/// may begin.
+/// No response from this node is expected. If it is in quarantine this may be the late response, and the next
+/// transfer may begin.
 void SdoClient::on_stray(const Frame& frame) {
   ++(quarantine_.take(frame, now_) ? counters_.late : counters_.unexpected);
   if (phase_ == kHeldBack) hold_or_begin();
@@ -256,7 +256,7 @@ void SdoClient::on_boot_up(std::uint8_t node, Time now) {
 
 void SdoClient::on_abort(const Frame& frame) {
   ++counters_.aborts_received;
-  // Segments that were on their way when the server gave up may be answered too, each by an abort.
+  // The server may also answer each segment that was sent before its abort arrived, by an abort.
   if (kServices.block_transfer && (phase_ == kBlockDownloadStream || phase_ == kBlockDownloadAcknowledge))
     quarantine(true);
   const auto code = static_cast<AbortCode>(sdo::tail_of(frame));
@@ -264,7 +264,7 @@ void SdoClient::on_abort(const Frame& frame) {
   fail(code == AbortCode::kNone ? AbortCode::kGeneral : code);
 }
 
-/// The server has refused the block transfer that nobody but this client wanted.
+/// The server has rejected a block transfer that kAuto had chosen: begins again without.
 bool SdoClient::begin_without_block() {
   if (!kServices.block_transfer) return false;
   const bool initiating = phase_ == kBlockDownloadInitiate || phase_ == kBlockUploadInitiate;
@@ -319,7 +319,8 @@ void SdoClient::ask_for_segment() {
   ask(kUploadSegment);
 }
 
-/// What may come: the size that the server declares, else as much as there is room. False: that does not fit.
+/// Sets the number of bytes expected: the size that the server declares, otherwise the size of the memory. False:
+/// it does not fit.
 bool SdoClient::declare(bool sized, const Frame& frame) {
   const std::uint32_t size = sized ? sdo::tail_of(frame) : request_.size;
   declared_ = sized;
@@ -327,7 +328,7 @@ bool SdoClient::declare(bool sized, const Frame& frame) {
   return size <= request_.size;
 }
 
-/// More bytes than may come.
+/// More bytes than expected.
 void SdoClient::overflow() {
   send_abort(declared_ ? AbortCode::kObjectLength : AbortCode::kReadLength);
 }
@@ -359,7 +360,7 @@ void SdoClient::send_download_segment() {
   ask(kDownloadSegment);
 }
 
-// ---- Deadlines and room
+// ---- Deadlines and refused frames
 
 void SdoClient::poll(Time now) {
   now_ = now;
@@ -369,9 +370,9 @@ void SdoClient::poll(Time now) {
 
 void SdoClient::nothing() {}
 
-/// The first request has left: the server may know of this transfer.
+/// The first request has been sent: the server may know of this transfer.
 bool SdoClient::opened() const {
-  return response_id_ != kNobody && !(outbox_.waiting() && state().initiates);
+  return response_id_ != kNoResponse && !(outbox_.waiting() && state().initiates);
 }
 
 void SdoClient::timed_out() {
@@ -396,8 +397,7 @@ void SdoClient::ask(Phase phase) {
   outbox_.send(now_);
 }
 
-/// Frames of a transfer that has failed must not follow its end; the abort of the one before is not this
-/// one's.
+/// No frame may follow the end of a failed transfer, except the abort of the previous transfer.
 void SdoClient::drop_refused() {
   if (phase_ != kQueued && phase_ != kHeldBack) outbox_.drop();
 }

@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// SDO client (CiA 301, 7.2.4): one transfer at a time, to any node, expedited, segmented or block, of as
-/// many bytes as the caller has memory for, 65,535 at most.
+/// SDO client (CiA 301, 7.2.4): one transfer at a time, with any node, expedited, segmented or block, of as
+/// many bytes as the caller has memory for, at most 65,535.
 ///
-/// Nothing blocks and nothing is allocated. Responses are dealt with where they arrive: the next request
-/// leaves from inside on_frame(). Not re-entrant: start, on_frame, on_boot_up, cancel and poll are called
-/// from one place.
+/// Nothing blocks and nothing is allocated. Responses are handled immediately: on_frame() sends the next
+/// request. Not re-entrant: start, on_frame, on_boot_up, cancel and poll are called from one place.
 ///
-/// Every transfer that start() accepted ends exactly once: kDone, or kFailed with a code. Where the server
-/// may still be waiting, or has sent more or fewer bytes than it declared, it is sent one abort, and no other
-/// frame of that transfer follows.
+/// Every transfer that start() accepted ends exactly once: kDone, or kFailed with a code. If the server may
+/// still be waiting, or has sent more or fewer bytes than it declared, it is sent one abort, and no other frame
+/// of that transfer follows.
 
 #include <array>
 #include <cstddef>
@@ -31,29 +30,29 @@ namespace cbcan {
 
 class SdoClient {
  public:
-  /// How long an endless stream of empty segments is listened to.
+  /// Empty segments that a transfer may contain before it is aborted.
   static constexpr std::uint16_t kMaxEmptySegments = 256;
-  /// Sub-blocks in a row that may bring nothing new before a block transfer is given up.
+  /// Consecutive sub-blocks without progress before a block transfer is aborted.
   static constexpr std::uint8_t kMaxBlocksWithoutProgress = 8;
-  /// Segments that a block read asks for at a time, at most: up to here none looks like the end of the
-  /// transfer (C1h..DDh), so that one that comes twice is told from it.
+  /// Most segments in a sub-block of a block read: none of their sequence numbers can be mistaken for the end of
+  /// the transfer (C1h..DDh), so that a repeated segment can be distinguished from it.
   static constexpr std::uint8_t kBlockReadSegments = 64;
-  /// kAuto: from this size on a block transfer takes fewer frames. It is tried with nodes that have completed
-  /// one in kBlock; where it is refused, the same transfer begins again without.
+  /// kAuto: from this size on a block transfer takes fewer frames. It is used for nodes that have completed one
+  /// with kBlock; if the server rejects it, the transfer begins again without.
   static constexpr std::uint16_t kAutoBlockBytes = 29;
-  /// Length of a quarantine while there is no SDO timeout.
+  /// Length of a quarantine if there is no SDO timeout, in ms.
   static constexpr std::uint16_t kDefaultTimeoutMs = 1000;
 
   enum class Direction : std::uint8_t { kRead, kWrite };
-  /// The last one is the client's own: kAuto has chosen block.
+  /// The last one is internal: kAuto has chosen block.
   enum class Mode : std::uint8_t { kAuto, kExpedited, kSegmented, kBlock, kAutoBlock };
   enum class Outcome : std::uint8_t { kIdle, kBusy, kDone, kFailed };
 
-  /// Where a transfer stands, for people and tests: what the client is waiting for.
+  /// What the client is waiting for, for diagnostics and tests.
   enum class Phase : std::uint8_t {
     kIdle,                      ///< nothing to do
     kHeldBack,                  ///< the end of the node's quarantine
-    kQueued,                    ///< the port: the abort of the transfer before has not left yet
+    kQueued,                    ///< the port: the abort of the previous transfer has not been sent yet
     kUploadInitiate,            ///< response to "initiate upload"
     kUploadSegment,             ///< next segment
     kDownloadExpedited,         ///< confirmation of an expedited download
@@ -75,56 +74,55 @@ class SdoClient {
     std::uint8_t node;  ///< 1..127
     std::uint8_t sub;
     std::uint16_t index;
-    std::uint16_t size;  ///< to write: bytes of data(); to read: the room, from 1; up to data().size()
+    std::uint16_t size;  ///< to write: bytes in data(); to read: most bytes, from 1; up to data().size()
     Direction direction;
     Mode mode;
   };
 
-  /// What happened, for people; they count up from 0 and wrap.
+  /// Diagnostics; they start at 0 and wrap.
   struct Counters {
     Count transfers{};
     Count timeouts{};
     Count aborts_sent{};
     Count aborts_received{};
-    Count late{};             ///< responses thrown away in quarantine
-    Count unexpected{};       ///< responses while nothing was asked, or from another node
-    Count not_data{};         ///< RTR or 29-bit frames in the place of a response
-    Count too_short{};        ///< frames without all the bytes that their command needs
+    Count late{};             ///< responses discarded in quarantine
+    Count unexpected{};       ///< responses without a request, or from another node
+    Count not_data{};         ///< RTR or 29-bit frames with the CAN-ID of a response
+    Count too_short{};        ///< frames shorter than their command requires
     Count other_object{};     ///< responses and aborts with another index or sub-index
     Count repeated_blocks{};  ///< sub-blocks of which a part had to be sent again
   };
 
-  /// `data` holds one transfer's bytes: 4 at least; more than 65,535 are not used. Both outlive the client.
+  /// `data` holds one transfer's bytes: at least 4; more than 65,535 are not used. Both outlive the client.
   SdoClient(CanPort& port, std::span<std::uint8_t> data) : data_(data), outbox_(port) {}
 
-  /// 0 = wait for ever. Holds from the next response or transfer on.
+  /// 0 = wait without limit. Applies from the next response or transfer on.
   void set_timeout(std::uint16_t timeout_ms) { timeout_ms_ = timeout_ms; }
   std::uint16_t timeout_ms() const { return timeout_ms_; }
 
-  /// What nodes have shown that they can is forgotten.
+  /// Forgets which nodes support block transfer.
   void forget_nodes() { block_nodes_.clear(); }
 
-  /// The transfer's bytes: fill them before start() of a write, take size() of them after a read.
+  /// The transfer's bytes: fill them before start() of a write; a read leaves size() bytes.
   std::span<std::uint8_t> data() const { return data_; }
 
-  /// Begins a transfer. Allowed unless busy. May end at once (kFailed): 0504 0005h where data() has less
-  /// room.
+  /// Begins a transfer. Allowed unless busy. May fail immediately (kFailed): 0504 0005h if data() is too small.
   void start(const Request& request, Time now);
 
-  /// A frame with a CAN-ID of 580h + 1..127, of whatever kind.
+  /// A frame of any kind with a CAN-ID of 580h + 1..127.
   void on_frame(const Frame& frame, Time now);
 
-  /// The node, 1..127, has sent its boot-up message: it has lost whatever it was doing.
+  /// The node, 1..127, has sent its boot-up message: its transfer is lost.
   void on_boot_up(std::uint8_t node, Time now);
 
-  /// Ends a transfer that is under way, without an outcome: idle at once.
+  /// Ends a transfer in progress, without an outcome: idle immediately.
   void cancel(Time now);
 
-  /// When another client may ask this node: at `now`, at the end of the quarantine that it is in here, or
-  /// kNever, where a transfer or its abort is under way.
+  /// When another client may send a request to this node: at `now`, at the end of its quarantine here, or kNever
+  /// while a transfer or its abort is in progress.
   Time node_free_from(std::uint8_t node, Time now);
 
-  /// Deadlines and refused frames. To be called at deadline() at the latest; more often is harmless.
+  /// Deadlines and refused frames. Call it at deadline() at the latest; more often is harmless.
   void poll(Time now);
   Time deadline() const { return outbox_.waiting() ? earlier(deadline_, outbox_.deadline()) : deadline_; }
 
@@ -137,12 +135,12 @@ class SdoClient {
 
  private:
   struct State;
-  static constexpr std::uint16_t kNobody = 0;
+  static constexpr std::uint16_t kNoResponse = 0;
 
   using enum Phase;
   static const std::array<State, kPhases> kStates;  ///< by Phase
 
-  // Responses, one for each state.
+  // State::on_response.
   void upload_initiated(const Frame& frame);
   void upload_segment(const Frame& frame);
   void download_done(const Frame& frame);
@@ -156,7 +154,7 @@ class SdoClient {
   void block_upload_ended(const Frame& frame);
   void misplaced(const Frame& frame);
 
-  // A deadline has passed, or the port has taken the frame that it had refused.
+  // State::on_deadline and State::on_room.
   void nothing();
   void hold_or_begin();
   void begin();
@@ -164,7 +162,7 @@ class SdoClient {
   void ask_for_rest();
   void stream_segments();
 
-  // The ways out of a transfer.
+  // The ends of a transfer.
   void done(std::size_t size);
   void fail(AbortCode code);
   void send_abort(AbortCode code);
@@ -206,29 +204,29 @@ class SdoClient {
   sdo::Multiplexer mux() const { return sdo::multiplexer(request_.index, request_.sub); }
   Time timeout() const { return timeout_ms_ == 0 ? kNever : now_ + milliseconds(timeout_ms_); }
 
-  // In this order, as a Cortex-M reaches what is in front with short instructions.
+  // In this order because a Cortex-M accesses the first members with short instructions.
   Request request_{};
   std::uint16_t timeout_ms_ = kDefaultTimeoutMs;
-  std::uint16_t response_id_ = kNobody;  ///< of whom is asked
-  std::uint16_t limit_ = 0;      ///< bytes that a read may bring: what the server declared, or the room
-  std::uint16_t moved_ = 0;      ///< bytes of a read so far; of a write on their way or there
+  std::uint16_t response_id_ = kNoResponse;  ///< CAN-ID of the expected response
+  std::uint16_t limit_ = 0;      ///< most bytes of a read: as the server declared, or as there is memory
+  std::uint16_t moved_ = 0;      ///< bytes read so far, or bytes sent
   std::uint16_t confirmed_ = 0;  ///< bytes of a block write that the server has acknowledged
-  std::uint16_t no_progress_count_ = 0;  ///< segments, or sub-blocks in a row, that have brought nothing new
+  std::uint16_t no_progress_count_ = 0;  ///< empty segments, or consecutive sub-blocks without progress
   std::uint8_t toggle_ = 0;
   std::uint8_t block_size_ = 0;
   std::uint8_t sequence_ = 0;  ///< of the last block segment sent, or received in order
-  bool declared_ = false;      ///< the server has announced the size
+  bool declared_ = false;      ///< the server has declared the size
   Outcome outcome_ = Outcome::kIdle;
   Phase phase_ = Phase::kIdle;
   AbortCode error_ = AbortCode::kNone;
   std::span<std::uint8_t> data_;
   NodeSet block_nodes_;
   Counters counters_;
-  Time now_ = 0;            ///< of the call that is under way
+  Time now_ = 0;            ///< time of the current call
   Time deadline_ = kNever;  ///< of the phase; kNever when idle, so it cannot outlive a transfer
   Outbox outbox_;
-  [[no_unique_address]] SdoQuarantine quarantine_;  ///< what is behind it is in its last word
-  std::uint8_t segments_ = 0;  ///< of this sub-block that have come, in order or not: they must have an end
+  [[no_unique_address]] SdoQuarantine quarantine_;  ///< the next members share its last word
+  std::uint8_t segments_ = 0;  ///< received in this sub-block, in order or not: they are limited
   bool asked_again_ = false;
   bool crc_ = false;
 };

@@ -18,7 +18,7 @@ void SdoClient::block_download_initiated(const Frame& frame) {
   stream_segments();
 }
 
-/// Sends what the port takes of this sub-block; comes back here when the port has room again.
+/// Sends the segments of this sub-block that the port accepts; called again when the port has room.
 void SdoClient::stream_segments() {
   Frame& frame = outbox_.frame();
   const std::uint8_t* const data = data_.data();
@@ -61,7 +61,7 @@ void SdoClient::block_download_ended(const Frame& /*frame*/) {
   block_done(0);
 }
 
-/// The node has shown that it can.
+/// The node supports block transfer.
 void SdoClient::block_done(std::size_t size) {
   block_nodes_.insert(request_.node);
   done(size);
@@ -81,13 +81,13 @@ void SdoClient::block_upload_initiated(const Frame& frame) {
   outbox_.send(now_);
 }
 
-/// Half the timeout is for the segment; the other half is for asking once more.
+/// Waits half the timeout for the segment; the other half is for one retry.
 void SdoClient::await_segment() {
   enter(kBlockUploadStream, timeout_ms_ == 0 ? kNever : now_ + milliseconds(timeout_ms_) / 2);
 }
 
-/// Segments in order are kept. One out of order shows a loss: the rest of the sub-block, with its "last" bit,
-/// is not believed, and at its end everything behind the gap is asked for again.
+/// Segments in order are kept. One out of order shows a loss: the rest of the sub-block, with its "last" bit, is
+/// ignored, and at its end all segments from the gap on are requested again.
 void SdoClient::block_upload_segment(const Frame& frame) {
   const std::uint8_t sequence = frame.data[0] & sdo::kSequenceMask;
   const bool last = (frame.data[0] & sdo::kBlockLast) != 0;
@@ -100,7 +100,7 @@ void SdoClient::block_upload_segment(const Frame& frame) {
     return;
   }
   sequence_ = sequence;
-  if (last) {  // how many of its bytes are data is told at the end of the transfer
+  if (last) {  // the number of its data bytes is reported at the end of the transfer
     sdo::take_segment(frame, data_.data() + moved_,
                       std::min<std::size_t>(sdo::kSegmentBytes, data_.size() - moved_));
     await(kBlockUploadEnd);
@@ -111,7 +111,7 @@ void SdoClient::block_upload_segment(const Frame& frame) {
   if (sequence == block_size_) acknowledge_block();
 }
 
-/// Ends a sub-block and asks for the next, or for the rest of this one once more.
+/// Ends a sub-block and requests the next, or the rest of this one again.
 void SdoClient::acknowledge_block() {
   no_progress_count_ = sequence_ == 0 ? static_cast<std::uint16_t>(no_progress_count_ + 1) : 0;
   if (no_progress_count_ == kMaxBlocksWithoutProgress) return send_abort(AbortCode::kBlockSequence);
@@ -127,7 +127,7 @@ void SdoClient::send_block_acknowledge() {
   outbox_.send(now_);
 }
 
-/// Silence in the middle of a sub-block: its last segment may be lost. The server is asked once to go on.
+/// No segment in the middle of a sub-block: its last one may be lost. The rest is requested once.
 void SdoClient::ask_for_rest() {
   if (asked_again_) return timed_out();
   asked_again_ = true;
@@ -138,7 +138,7 @@ void SdoClient::ask_for_rest() {
 void SdoClient::block_upload_ended(const Frame& frame) {
   const std::uint8_t command = frame.data[0];
   const std::uint8_t sequence = command & sdo::kSequenceMask;
-  if (sequence != 0 && sequence <= block_size_) {  // a segment came twice; no end looks like one so short
+  if (sequence != 0 && sequence <= block_size_) {  // a repeated segment, see kBlockReadSegments
     ++counters_.unexpected;
     return;
   }

@@ -7,16 +7,16 @@ namespace cbcan {
 
 namespace {
 
-/// As many bytes at a time as a register has.
+/// Processes as many bytes at a time as a register has.
 using Word = std::size_t;
 constexpr unsigned kBits = 8 * sizeof(Word);
 
-/// What is shifted by all its bits and more is gone.
+/// A shift by all bits or more gives 0.
 constexpr Word right(Word value, unsigned bits) {
   return bits < kBits ? value >> bits % kBits : 0;
 }
 
-/// value * x^16 modulo P = x^16 + x^12 + x^5 + 1, without a table: a word costs less than two lookups do.
+/// value * x^16 modulo P = x^16 + x^12 + x^5 + 1, without a table: a word costs less than two table lookups.
 ///
 /// The quotient q is value / (1 + a) with a = x^-4 + x^-11 + x^-16, and in GF(2) 1 / (1 + a) is the product
 /// of (1 + a), (1 + a^2), (1 + a^4), (1 + a^8), ..., where a^2 = x^-8 + x^-22 + x^-32 and so on. The

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The bits of SDO frames, once, for both sides (CiA 301, 7.2.4.3). Client and server take frames apart and
-/// put them together with these functions and with nothing else.
+/// The bits of SDO frames (CiA 301, 7.2.4.3). Client and server decode and encode frames only with these
+/// functions.
 
 #include <algorithm>
 #include <array>
@@ -42,11 +42,11 @@ enum class Response : std::uint8_t {
   kBlockUpload = 6,
 };
 
-/// Subcommands of the block services: the lower two bits of byte 0, or the lowest one where
-/// kBlockSizeIndicated is.
+/// Subcommands of the block services: the lower two bits of byte 0, or only the lowest if bit 1 is
+/// kBlockSizeIndicated.
 enum class BlockStep : std::uint8_t { kInitiate = 0, kEnd = 1, kAcknowledge = 2, kStart = 3 };
 
-/// Byte 0, but in segments of a block.
+/// Byte 0, except in segments of a block.
 inline constexpr std::uint8_t kSpecifierMask = 0xE0;
 // Byte 0 of the initiate services.
 inline constexpr std::uint8_t kSizeIndicated = 0x01;
@@ -57,11 +57,11 @@ inline constexpr std::uint8_t kToggle = 0x10;
 // Byte 0 of the block services.
 inline constexpr std::uint8_t kBlockSizeIndicated = 0x02;
 inline constexpr std::uint8_t kBlockCrc = 0x04;
-// Byte 0 of a segment within a block: no command specifier, but a sequence number 1..127.
+// Byte 0 of a segment within a block: a sequence number 1..127 instead of a command specifier.
 inline constexpr std::uint8_t kBlockLast = 0x80;
 inline constexpr std::uint8_t kSequenceMask = 0x7F;
 
-/// Index and sub-index as they stand in bytes 1..3.
+/// Index and sub-index as in bytes 1..3.
 using Multiplexer = std::uint32_t;
 constexpr Multiplexer multiplexer(std::uint16_t index, std::uint8_t sub) {
   return index | std::uint32_t{sub} << 16;
@@ -76,19 +76,14 @@ constexpr std::uint8_t sub_of(Multiplexer mux) {
 constexpr std::uint16_t load16(const Frame& frame, unsigned at) {
   return static_cast<std::uint16_t>(frame.data[at] | frame.data[at + 1] << 8);
 }
-constexpr std::uint32_t load32(const Frame& frame, unsigned at) {
-  return load16(frame, at) | std::uint32_t{load16(frame, at + 2)} << 16;
-}
 
-// ---- Taking apart
+// ---- Decoding
 
 constexpr std::uint8_t specifier_of(std::uint8_t command) {
   return static_cast<std::uint8_t>(command >> 5);
 }
-constexpr bool is(std::uint8_t command, Request specifier) {
-  return specifier_of(command) == static_cast<std::uint8_t>(specifier);
-}
-constexpr bool is(std::uint8_t command, Response specifier) {
+template <class Specifier>
+constexpr bool is(std::uint8_t command, Specifier specifier) {
   return specifier_of(command) == static_cast<std::uint8_t>(specifier);
 }
 constexpr BlockStep block_step(std::uint8_t command) {
@@ -98,10 +93,10 @@ constexpr BlockStep block_step(std::uint8_t command) {
 [[gnu::always_inline]] constexpr Multiplexer multiplexer_of(const Frame& frame) {
   const std::uint32_t word = frame.data[0] | std::uint32_t{frame.data[1]} << 8 |
                              std::uint32_t{frame.data[2]} << 16 | std::uint32_t{frame.data[3]} << 24;
-  return word >> 8;  // as one number it is one load: shorter than a call
+  return word >> 8;  // as one number it is one load, which is shorter than a call
 }
 constexpr std::uint32_t tail_of(const Frame& frame) {
-  return load32(frame, 4);
+  return load16(frame, 4) | std::uint32_t{load16(frame, 6)} << 16;
 }
 
 /// Bytes of data in an expedited initiate frame whose size is indicated.
@@ -112,12 +107,12 @@ constexpr std::uint8_t expedited_size(std::uint8_t command) {
 constexpr std::uint8_t segment_size(std::uint8_t command) {
   return static_cast<std::uint8_t>(7 - (command >> 1 & 7));
 }
-/// Bytes of the last block segment that carry no data, from the end of a block transfer.
+/// Unused bytes of the last block segment, from the frame that ends a block transfer.
 constexpr std::uint8_t block_unused(std::uint8_t command) {
   return command >> 2 & 7;
 }
 
-/// Bytes that a response must have for its command to be read; a shorter frame is no response.
+/// Shortest length of a response with this command.
 constexpr std::uint8_t response_length(std::uint8_t command) {
   const bool sized = (command & kSizeIndicated) != 0;
   switch (static_cast<Response>(specifier_of(command))) {
@@ -137,7 +132,7 @@ constexpr std::uint8_t response_length(std::uint8_t command) {
   }
 }
 
-/// A data frame of all eight bytes: what CiA 301 has SDO frames be.
+/// A data frame of eight bytes, as CiA 301 requires of SDO frames.
 constexpr bool is_full(const Frame& frame) {
   return frame.flags == 0 && frame.length == 8;
 }
@@ -146,7 +141,7 @@ constexpr bool is_short(const Frame& frame) {
   return frame.length < frame.data.size() && frame.length < response_length(frame.data[0]);
 }
 
-/// Does this response carry a multiplexer, so that it can be told from one to another request?
+/// A response with this command contains a multiplexer, which shows the request that it belongs to.
 constexpr bool has_multiplexer(std::uint8_t command) {
   switch (static_cast<Response>(specifier_of(command))) {
     case Response::kInitiateUpload:
@@ -158,8 +153,8 @@ constexpr bool has_multiplexer(std::uint8_t command) {
   }
 }
 
-/// Belongs to a request with this multiplexer, as far as it tells. An abort without index and sub-index is
-/// about whatever there is. The usual case comes first.
+/// The response belongs to a request with this multiplexer, or has none. An abort without index and sub-index
+/// belongs to any request. The usual case comes first.
 constexpr bool is_about(Multiplexer mux, const Frame& response) {
   const Multiplexer theirs = multiplexer_of(response);
   if (theirs == mux) return true;
@@ -167,13 +162,13 @@ constexpr bool is_about(Multiplexer mux, const Frame& response) {
   return !has_multiplexer(command) || (theirs == 0 && is(command, Response::kAbort));
 }
 
-/// The response to a segment, either way: it has no multiplexer.
+/// The response to a segment, upload or download: it has no multiplexer.
 constexpr bool is_segment_response(std::uint8_t command) {
   return specifier_of(command) <= static_cast<std::uint8_t>(Response::kDownloadSegment);
 }
 
-/// The bytes from `at` on, as many as are data. Nearly always these are `kAll`, and those go as words: the
-/// two never overlap, which std::copy cannot know, and a freestanding compiler would call std::memcpy.
+/// Copies `size` bytes from `at` on. Nearly always these are `kAll`, which are copied as words: the two never
+/// overlap, which std::copy cannot know, and a freestanding compiler would call std::memcpy.
 template <std::size_t kAll>
 void take(const Frame& frame, unsigned at, std::uint8_t* to, std::size_t size) {
   if (size == kAll) {
@@ -190,12 +185,10 @@ inline void take_expedited(const Frame& frame, std::uint8_t* to, std::size_t siz
   take<kExpeditedBytes>(frame, 4, to, size);
 }
 
-// ---- Putting together
+// ---- Encoding
 
-constexpr std::uint8_t command(Request specifier, std::uint8_t bits = 0) {
-  return static_cast<std::uint8_t>(static_cast<std::uint8_t>(specifier) << 5 | bits);
-}
-constexpr std::uint8_t command(Response specifier, std::uint8_t bits = 0) {
+template <class Specifier>
+constexpr std::uint8_t command(Specifier specifier, std::uint8_t bits = 0) {
   return static_cast<std::uint8_t>(static_cast<std::uint8_t>(specifier) << 5 | bits);
 }
 constexpr std::uint8_t expedited_bits(std::size_t size) {
@@ -224,7 +217,7 @@ constexpr Frame make_frame(std::uint32_t id, std::uint8_t command, std::uint32_t
   return frame;
 }
 
-/// Command bytes that are alike in the bits of `mask`.
+/// Command bytes that are equal in the bits of `mask`.
 struct CommandPattern {
   std::uint8_t mask;
   std::uint8_t value;
@@ -234,12 +227,12 @@ struct CommandPattern {
 constexpr CommandPattern only(Response specifier) {
   return {kSpecifierMask, command(specifier)};
 }
-/// `step_mask`: as many of its bits as this response has.
+/// `step_mask`: the bits of the step that this response has.
 constexpr CommandPattern only(Response specifier, BlockStep step, std::uint8_t step_mask) {
   return {static_cast<std::uint8_t>(kSpecifierMask | step_mask), command(specifier, bits(step))};
 }
 
-/// Fills bytes 1..7 of a segment; those that it does not need are 0.
+/// Fills bytes 1..7 of a segment; unused bytes are 0.
 inline void put_segment(Frame& frame, const std::uint8_t* from, std::size_t size) {
   if (size == kSegmentBytes) {
     __builtin_memcpy(&frame.data[1], from, kSegmentBytes);

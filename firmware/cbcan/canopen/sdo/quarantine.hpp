@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Transfers that a client has given up while the server may still answer: a late response must not be taken
-/// for one to the next transfer, so nothing is asked of such a node until the response has come, the node has
-/// booted, or a time has passed. Knows no client: several, on all channels of a node, may share one.
+/// Transfers that a client has abandoned while the server may still respond: a late response must not be taken
+/// for the response to the next transfer, so such a node gets no request until the response has arrived, the node
+/// has booted, or a time has passed.
 
 #include <array>
 #include <cstddef>
@@ -17,18 +17,18 @@ namespace cbcan {
 
 class SdoQuarantine {
  public:
-  /// With a constant timeout one is enough for timeouts; the others are for transfers cancelled in quick
-  /// succession. When all are taken, the next transfer waits for the first to come free.
+  /// With a constant timeout one slot is enough for timeouts; the others are for transfers cancelled in quick
+  /// succession. When all are in use, the next transfer waits for the first free slot.
   static constexpr std::size_t kSlots = 8;
 
-  /// True: nobody is in it. False: somebody may be, see held_until().
+  /// True: no node is in quarantine. False: one may be, see held_until().
   bool empty() const { return empty_; }
 
-  /// A transfer with this node has been given up. `stream`: a block may still be on its way, and only time
-  /// ends that. Takes the place of the one that ends first when there is no other.
+  /// A transfer with this node has been abandoned. `stream`: segments of a block may still arrive, so only time
+  /// ends this quarantine. If no slot is free, the one that ends first is replaced.
   void add(std::uint8_t node, sdo::Multiplexer mux, bool stream, Time until);
 
-  /// A response that nobody waits for. True: its node is in quarantine; it may be the late one that ends it.
+  /// A response without a request. True: its node is in quarantine; this may be the late response that ends it.
   bool take(const Frame& frame, Time now) {
     bool late = false;
     for (Slot& slot : slots_) {
@@ -41,7 +41,7 @@ class SdoQuarantine {
     return late;
   }
 
-  /// The node has booted: it has forgotten what it was asked.
+  /// The node has booted: it no longer responds to earlier requests.
   void release(std::uint8_t node);
 
   /// When a transfer with this node may begin: at `now`, or at the end of its quarantine.
@@ -50,7 +50,7 @@ class SdoQuarantine {
  private:
   struct Slot {
     Time until;            ///< free from then on
-    sdo::Multiplexer mux;  ///< of the transfer whose response may still come
+    sdo::Multiplexer mux;  ///< of the transfer whose response may still arrive
     std::uint8_t node;
     bool stream;
   };

@@ -26,7 +26,7 @@ void SdoServer::on_frame(const Frame& frame, Time now) {
       command != sdo::command(sdo::Request::kAbort))
     return block_download_segment(frame);
   ++counters_.requests;
-  outbox_.drop();  // a client that asks anew no longer waits for what could not be sent
+  outbox_.drop();  // a client that sends a new request no longer waits for the refused response
   switch (static_cast<sdo::Request>(sdo::specifier_of(command))) {
     case sdo::Request::kInitiateDownload: return initiate_download(frame);
     case sdo::Request::kDownloadSegment: return download_segment(frame);
@@ -65,7 +65,7 @@ void SdoServer::respond(std::uint8_t command, std::uint32_t bytes_1_to_3, std::u
 
 // ---- Download
 
-/// What can be refused is refused before the first byte: no object, no right, a size that cannot fit.
+/// Rejects as much as possible before the first byte: no object, no access, a size that cannot fit.
 AbortCode SdoServer::begin_download(const Frame& frame, bool sized) {
   mux_ = sdo::multiplexer_of(frame);
   done_ = 0;
@@ -100,7 +100,7 @@ void SdoServer::download_expedited(const Frame& frame) {
   state_ = State::kIdle;
   mux_ = sdo::multiplexer_of(frame);
   std::size_t size = sdo::expedited_size(command);
-  if ((command & sdo::kSizeIndicated) == 0) {  // four bytes, of which the object takes what it has
+  if ((command & sdo::kSizeIndicated) == 0) {  // four bytes, of which the object takes as many as it has
     ObjectEntry entry{};
     if (dictionary_.find(sdo::index_of(mux_), sdo::sub_of(mux_), entry) == AbortCode::kNone)
       size = std::min<std::size_t>(sdo::kExpeditedBytes, entry.capacity);
@@ -182,8 +182,8 @@ void SdoServer::initiate_block_download(const Frame& frame) {
           mux_, block_size_);
 }
 
-/// The last segment of a value may be longer than the value: all seven bytes are kept as far as there is
-/// room, and counted until the end says how many are data.
+/// The last segment may be longer than the rest of the value: all seven bytes are kept if there is room, and
+/// counted until the end of the transfer reports how many are data.
 void SdoServer::block_download_segment(const Frame& frame) {
   const std::uint8_t sequence = frame.data[0] & sdo::kSequenceMask;
   const bool last = (frame.data[0] & sdo::kBlockLast) != 0;
@@ -245,7 +245,7 @@ void SdoServer::initiate_block_upload(const Frame& frame) {
   respond(sdo::command(sdo::Response::kBlockUpload, bits), mux_, static_cast<std::uint32_t>(size_));
 }
 
-/// Sends what the port takes of this sub-block. An empty value is one segment without data.
+/// Sends the segments of this sub-block that the port accepts. An empty value is one segment without data.
 void SdoServer::stream_segments() {
   bool last = sequence_ != 0 && done_ == size_;
   while (!outbox_.waiting() && sequence_ < block_size_ && !last) {

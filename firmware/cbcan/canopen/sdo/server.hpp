@@ -2,9 +2,9 @@
 #pragma once
 
 /// SDO server (CiA 301, 7.2.4) of one node over its object dictionary: expedited, segmented and block, one
-/// transfer at a time. Values are read whole when an upload begins and written whole when a download has come
-/// completely and without fault, so a transfer that breaks off changes nothing. Nothing blocks, nothing is
-/// allocated; not re-entrant.
+/// transfer at a time. Values are read completely when an upload begins and written completely when a download
+/// has ended without an error, so an interrupted transfer changes nothing. Nothing blocks, nothing is allocated;
+/// not re-entrant.
 
 #include <cstddef>
 #include <cstdint>
@@ -22,31 +22,31 @@ namespace cbcan {
 
 class SdoServer {
  public:
-  /// Sub-blocks in a row that may bring nothing new before a block upload is given up.
+  /// Consecutive sub-blocks without progress before a block upload is aborted.
   static constexpr std::uint8_t kMaxBlocksWithoutProgress = 8;
 
   struct Counters {
     Count requests{};
     Count aborts_sent{};
     Count aborts_received{};
-    Count ignored{};  ///< not eight bytes, RTR or 29-bit: no request
+    Count ignored{};  ///< frames that are no request: not eight bytes, RTR or 29-bit
   };
 
-  /// `buffer` holds one value on its way in or out: an object larger than it cannot be transferred (0504
-  /// 0005h, which is CiA 301's "out of memory"). All three outlive the server.
+  /// `buffer` holds one value during a transfer: a larger object cannot be transferred (0504 0005h, "out of
+  /// memory" in CiA 301). All three outlive the server.
   SdoServer(ObjectDictionary& dictionary, CanPort& port, std::span<std::uint8_t> buffer)
       : dictionary_(dictionary), buffer_(buffer), outbox_(port) {}
 
-  /// Forgets what was under way; responses are now on this CAN-ID, of the first server 580h + node ID.
+  /// Drops the current transfer, and sets the CAN-ID of responses: 580h + node ID for the first server.
   void reset(std::uint32_t response_id);
 
-  /// A frame on the CAN-ID of its requests, of the first server 600h + node ID.
+  /// A frame with the CAN-ID of requests: 600h + node ID for the first server.
   void on_frame(const Frame& frame, Time now);
 
-  /// Tries again what the port has refused. To be called at deadline() at the latest.
+  /// Tries a refused frame again. Call it at deadline() at the latest.
   void poll(Time now);
   Time deadline() const { return outbox_.deadline(); }
-  /// A response, or a segment, has been refused.
+  /// The port has refused a response or a segment.
   bool waits() const { return outbox_.waiting(); }
 
   const Counters& counters() const { return counters_; }
@@ -93,18 +93,18 @@ class SdoServer {
   std::uint8_t no_progress_count_ = 0;
   bool crc_ = false;
   sdo::Multiplexer mux_ = 0;
-  std::size_t size_ = 0;  ///< bytes of the value: of an upload, as declared for a download, or kUndeclared
+  std::size_t size_ = 0;  ///< bytes of the value; of a download as declared, or kUndeclared
   std::size_t done_ = 0;  ///< bytes transferred
   std::size_t confirmed_ = 0;  ///< bytes of a block upload that the client has acknowledged
   std::size_t capacity_ = 0;   ///< bytes that a download may have
   ObjectDictionary& dictionary_;
   std::span<std::uint8_t> buffer_;
-  Time now_ = 0;  ///< of the call that is under way
+  Time now_ = 0;  ///< time of the current call
   Outbox outbox_;
   Counters counters_;
 };
 
-/// In its place, where other nodes do not reach the dictionary.
+/// Replaces it in a build without an SDO server.
 class NoSdoServer {
  public:
   explicit NoSdoServer(const auto&... /*arguments*/) {}

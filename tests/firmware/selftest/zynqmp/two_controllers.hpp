@@ -18,11 +18,11 @@ using Can = boards::ZynqmpCan<boards::Mmio>;
 inline constexpr std::array kControllers{boards::Mmio(0xFF06'0000), boards::Mmio(0xFF07'0000)};
 inline constexpr std::array kInterrupts{32u + 23, 32u + 24};
 inline constexpr std::uint32_t kClock = 24'000'000;
-/// Frames with one byte that the receive FIFO has room for.
+/// Capacity of the receive FIFO in frames with one byte.
 inline constexpr unsigned kFifoFrames = 64;
 inline constexpr std::array kKeptOut{0x600u, 0x67Eu, 0x680u, 0x6FFu, 0x780u, 0x7FFu};
 
-/// What the controllers need before they start.
+/// Prepares the start of the controllers.
 inline bool prepare() {
   return true;
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// All services of CANopen that need no memory behind them: SDO with block transfer both ways, four PDOs each
+/// All services of CANopen that need no non-volatile memory: SDO with block transfer both ways, four PDOs each
 /// way, SYNC, TIME, EMCY, NMT, heartbeats.
 
 #include "cbcan/services.hpp"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The settings of the image that the contract's suite runs on, in place of the board's own: a request needs
-/// no silence behind it, as the suite's clock stands still meanwhile.
+/// The settings of the image for the contract's suite, instead of the board's own: a request needs no silence
+/// after it, as the suite's clock is stopped meanwhile.
 
 #include "boards/mps2_an385/board.hpp"
 
