@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// All of the library, for sketches.
+// The whole library, for sketches.
 #include "boards/common/clock.hpp"
 #include "boards/common/ring.hpp"
 #include "cbcan/coprocessor/coprocessor.hpp"

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Fails when a promise of the contract has no id or no test, or a test names an id that is not there.
+"""Fails when a promise of the contract has no id or no test, or a test names an id that does not exist.
 
     rows.py PROGRAM    PROGRAM: a target of the suite, contract_sim_test
 
 Promises are the rows of docs/reference/contract.md, each with its id in the first cell, <a id="sdo-14"></a>SDO-14, and the rows of the generated
-docs/reference/registers.md: there the id is the register or object and the row's first number, [R3700-4]. A test's name begins with the ids of what
-it shows. Text outside the tables explains and promises nothing: "must" and "never" fail there.
+docs/reference/registers.md: there the id is the register or object and the row's first number, [R3700-4]. A test's name begins with the ids that it
+proves. Text outside the tables only explains: "must" and "never" fail there.
 """
 
 import collections
@@ -39,7 +39,7 @@ REGISTER = re.compile(r"R\d{3,4}$|[0-9A-F]{4}h$")
 
 
 def rows(name):
-    """(line, row, section) of each row with a promise."""
+    """Yields (line, row, section) of each row with a promise."""
     section, in_table = None, False
     for number, text in enumerate((ROOT / name).read_text().splitlines(), 1):
         if text.startswith("#"):

@@ -278,7 +278,7 @@ TEST_CASE("SDO sizes: 256 and 65,535 bytes, each way, in segments and in blocks"
   const auto direction = GENERATE(SdoClient::Direction::kRead, SdoClient::Direction::kWrite);
   SdoBytes value(size), memory(size + 1u, 0xEE);  // a guard after it
   for (std::size_t i = 0; i < size; ++i)
-    value[i] = static_cast<std::uint8_t>(i * 7 + i / 251 + i / 65);  // no two blocks are alike
+    value[i] = static_cast<std::uint8_t>(i * 7 + i / 251 + i / 65);  // all blocks are different
   const bool write = direction == SdoClient::Direction::kWrite;
   if (write) std::copy(value.begin(), value.end(), memory.begin());
   ReferenceServer server({{0x2000, 0, true, true, size, size, 0, ~0u, write ? SdoBytes(size) : value}}, size);

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What goes wrong on the board is told, and ends the emulator with exit code 1; a loop that hangs is restarted.
+"""A fault on the board is reported, and ends the emulator with exit code 1; a loop that hangs is restarted.
 
 usage: mps2_faults_test.py IMAGE
 """
@@ -19,7 +19,7 @@ FAULT = re.compile(r"cbcan: fault: exception (\w{8}) status (\w{8}) address (\w{
 
 
 def run(name):
-    """(exit code, standard error) of the image told to do `name`; time passes with its instructions alone."""
+    """(exit code, standard error) of the image with the command `name`; its clock counts instructions."""
     done = subprocess.run(
         ["qemu-system-arm", "-M", "mps2-an385", "-kernel", IMAGE, "-display", "none", "-monitor", "none",
          "-serial", "null", "-serial", "null", "-icount", "shift=5,sleep=off",
@@ -30,7 +30,7 @@ def run(name):
 
 class Mps2(unittest.TestCase):
     def check_fault(self, name, exception, status, address):
-        """Numbers as in the ARMv7-M manual: the exception's, CFSR, and the address if the core tells one."""
+        """Numbers as in the ARMv7-M manual: exception, CFSR, and the address if the core reports one."""
         code, error = run(name)
         self.assertEqual(code, 1, error)
         fault = FAULT.search(error)

@@ -35,7 +35,7 @@ def spin():
 
 
 class LoadedHost:
-    """As many busy processes as the machine has processors, and one."""
+    """One more busy process than the machine has processors."""
 
     def __enter__(self):
         self.processes = [multiprocessing.Process(target=spin, daemon=True) for _ in range(os.cpu_count() + 1)]
@@ -49,13 +49,13 @@ class LoadedHost:
 
 
 def hear_silence(line):
-    """Takes what comes until nothing has come for a while: the silence between frames that RTU asks of a client."""
+    """Discards input until there is none for a while: the silence between frames that RTU requires of a client."""
     while select.select([line.socket], [], [], 0.3)[0]:
         line.socket.recv(65536)
 
 
 def ask_until_answered(mcu):
-    """The line may still be full of garbage, so that a request drowns: one after another, with silence between."""
+    """The line may still be full of garbage, so that a request is lost: repeats it, with silence in between."""
     frame = b"\x01" + struct.pack(">BHH", 3, 3700, 1)
 
     def answered():
@@ -76,7 +76,7 @@ def read_until(line, text):
 
 class Image(unittest.TestCase):
     def finish(self, mcu):
-        """What every test ends with: it still answers, nothing was lost, and the stack is within its limit."""
+        """The end of every test: the image still responds, and its stack is within its limit."""
         diagnostics = mcu.diagnostics()
         print(f"figure: {self.id().split('.')[-1]}: stack {diagnostics['stack_used']} of {diagnostics['stack_size']} bytes")
         self.assertIn(diagnostics["stack_size"], (1536, 2048))
@@ -119,7 +119,7 @@ class Image(unittest.TestCase):
         self.assertIn(f"\n{len(names)} passed\n", done.stdout)
 
     def test_thousands_of_transactions_on_a_loaded_host_none_lost_none_wrong(self):
-        """Writes of random bytes of every size to the node, and their reading back; no request is sent twice."""
+        """Writes random bytes of both sizes to the node and reads them back; no request is sent twice."""
         chance = random.Random(1)
         with Simulator(SIMULATOR, "--demo", "--no-module", "--slcan", "127.0.0.1:0", log=False) as sim:
             with Mcu(IMAGE, can=f"tcp:{sim.where['slcan']},nodelay=on", options=("-icount", "shift=5,sleep=on")) as mcu, LoadedHost():

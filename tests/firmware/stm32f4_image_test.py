@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""The image for the STM32F446: its start, and as much of it as QEMU has hardware for.
+"""The image for the STM32F446: its start, and the parts for which QEMU has the hardware.
 
-QEMU's netduinoplus2 is an STM32F405 with the USARTs, TIM2 and the flash where the F446 has them; clocks, pins, watchdog and CAN are not there and
-read as 0. So no clock comes from outside: the image stays at 16 MHz and off the CAN bus, which shows as bus-off. TIM2 counts 62.5 times too fast:
-20 ms between two bytes are 0.3 ms, which a loaded host exceeds. A request without a response is repeated, as a Modbus client does. TIM2 has no
+QEMU's netduinoplus2 is an STM32F405 with the USARTs, TIM2 and the flash at the addresses of the F446; clocks, pins, watchdog and CAN are missing and
+read as 0. So there is no external clock: the image stays at 16 MHz and off the CAN bus, which is reported as bus-off. TIM2 counts 62.5 times too fast:
+20 ms between two bytes are 0.3 ms, which a loaded host exceeds. A request without a response is repeated, as by a Modbus client. TIM2 has no
 compare channel, which would end the image's sleep before a response: the test raises its interrupt instead.
 
 usage: stm32f4_image_test.py IMAGE.elf
@@ -52,7 +52,7 @@ class Machine:
         self.hardware.close()
 
     def send(self, frame, expected):
-        """What comes back within ANSWER_WITHIN, up to `expected` bytes."""
+        """Returns the bytes received within RESPONSE_WITHIN, up to `expected`."""
         self.line.send(frame)
         response = b""
         end = time.monotonic() + RESPONSE_WITHIN
@@ -64,7 +64,7 @@ class Machine:
         return response
 
     def raise_interrupt(self, line):
-        """By QEMU's protocol "qtest"."""
+        """With QEMU's protocol "qtest"."""
         for level in 1, 0:
             self.hardware.send(f"set_irq_in /machine/unattached/device[0]/armv7m {line} {level}\n".encode())
             self.hardware.receive(len("OK\n"))
@@ -85,7 +85,7 @@ class Machine:
         self.ask(struct.pack(">BHHB", 16, first, len(values), len(data)) + data, 6)
 
     def transact(self, *request):
-        """R3700..R3707 after a transaction; R3701 is written last but R3700."""
+        """R3700..R3707 after a transaction; R3700 is written last."""
         self.write(3701, *request)
         self.write(3700, 0xCA0E)
         return wait_until(lambda: (words := self.read(3700, 8))[0] != 0xCA0E and words, "the transaction's end")
@@ -155,7 +155,7 @@ class Image(unittest.TestCase):
 
 
 def version():
-    """What R4100 and R4101 should hold."""
+    """The expected values of R4100 and R4101."""
     text = (pathlib.Path(__file__).resolve().parents[2] / "firmware/cbcan/version.hpp").read_text()
     major, minor, patch = (int(n) for n in text.split('kVersion = "')[1].split('"')[0].split("."))
     return [major << 8 | minor, patch]

@@ -203,7 +203,7 @@ TEST_CASE("RTU: every function code in frames of 3 to 258 bytes", "[.long]") {
 
 // ---- Cuts
 
-/// With their CRCs, which were worked out with another implementation.
+/// With their CRCs, which were computed with another implementation.
 const std::vector<Bytes> kFrames{
     hex("01 06 00 00 0B AD 4F 47"),  // for this station
     hex("01 03 00 00 00 01 84 0A"),

@@ -35,7 +35,7 @@ namespace cbcan {
 
 /// Why a device has lost its network.
 enum class NetworkFailure : std::uint8_t {
-  kHeartbeat,  ///< a node watched by 1016h is no longer heard
+  kHeartbeat,  ///< a node watched by 1016h has sent no heartbeat in time
   kGuarding,   ///< the life time of node guarding has passed
   kBusOff,
 };
