@@ -328,6 +328,23 @@ look("another network is chosen", async (page, plant) => {
   await shows(page, "#legend", /Position actual/);
 }, { options: ["--network", "2"] });
 
+look("events of before a network was chosen do not clear its list", async (page, plant) => {
+  await plant.control("trigger 2/read 5 0x1000 0 4", "pass 2s", "trigger read 32 0x1000 0 4", "pass 1ms");
+  await shows(page, "#event-list", /read node 32/);
+  const polled = { polling: 20 };  // not by animation frames, which are held here
+  await page.evaluate(() => {
+    const atOnce = window.requestAnimationFrame, held = [];
+    window.requestAnimationFrame = (call) => held.push(call);
+    Object.assign(window, { held, release: () => { window.requestAnimationFrame = atOnce; held.forEach((call) => atOnce(call)); } });
+  });
+  await plant.control("trigger 2/read 5 0x1000 0 4", "pass 2s");
+  await page.waitForFunction(() => window.held.length > 0, polled);
+  await page.select("#network", "2");
+  await page.waitForFunction(async () => (await import("./state.js")).state.ended.length === 2, polled);
+  await page.evaluate(() => { window.release(); return new Promise((done) => requestAnimationFrame(() => setTimeout(done))); });
+  assert.equal(await page.evaluate(async () => (await import("./state.js")).state.ended.length), 2);
+}, { options: ["--network", "2", "--clock", "manual"] });
+
 look("a day leaves no more than an hour did", async (page, plant) => {
   await plant.control("nmt start all", "trigger write 66 0x1017 0 2 500", "pass 1ms", "trigger write 16 0x1017 0 2 500", "pass 1ms");
   const heap = async (hours) => {

@@ -99,6 +99,7 @@ function arrive(message) {
 
 function open() {
   source?.close();
+  pending = [];  // the new stream repeats what comes after `last`
   const mine = source = new EventSource(`api/events?since=${last}${watched && `&watch=${watched}`}`);
   source.onopen = () => { tell('live', true); refresh(); };
   source.onmessage = arrive;
