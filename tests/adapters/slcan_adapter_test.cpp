@@ -143,7 +143,7 @@ TEST_CASE("SLCAN: Z1 adds the milliseconds of the minute") {
   CHECK(desk.said() == "t1231AAEA5F\rr12300000\r");
 }
 
-TEST_CASE("SLCAN: whoever does not read loses frames, and F says so once") {
+TEST_CASE("SLCAN: a client that does not read loses frames, and F reports it once") {
   SlcanDesk desk;
   CHECK(desk.respond("O\r") == "\r");
   for (int i = 0; i < 10'000; ++i)
@@ -184,7 +184,7 @@ TEST_CASE("SLCAN: a full transmit queue refuses, and F says so once") {
   CHECK(desk.respond("O\rt0000\rF\rF\r") == "\r\aF02\rF00\r");
 }
 
-TEST_CASE("SLCAN: the controller's state is told unasked and by F") {
+TEST_CASE("SLCAN: the controller's state is reported unasked and by F") {
   SlcanDesk desk;
   desk.bus.set_state(BusState::kErrorPassive, 0);
   CHECK(desk.said() == "");
@@ -215,7 +215,7 @@ TEST_CASE("SLCAN: adapters hear each other, in the order of the bus") {
   CHECK(desk.said() == "t1250\r");
 }
 
-TEST_CASE("SLCAN: what an adapter that goes has queued is sent; the next one begins anew") {
+TEST_CASE("SLCAN: frames queued by a closed adapter are sent; the next adapter starts clean") {
   SlcanDesk desk;
   auto gone = std::make_unique<SlcanAdapter>(desk.bus, [] {});
   gone->receive("O\rt1230\r");

@@ -72,7 +72,7 @@ TEST_CASE("what leaves together") {
                                              "< ok >"});
 }
 
-TEST_CASE("nothing is told for a moment behind an ok, and nothing is lost") {
+TEST_CASE("no frame follows an ok immediately, and no frame is lost") {
   SocketcandDesk desk(20 * kMillisecond);
   desk.open("rawmode");
   desk.arrive("123#01");

@@ -115,7 +115,7 @@ TEST_CASE("SJA1000: what the core looks at comes from the receive FIFO, and noth
   CHECK(rig.model.rx.empty());
 }
 
-TEST_CASE("SJA1000: lost frames are told for a second, be it the FIFO or the ring that was full") {
+TEST_CASE("SJA1000: lost frames are reported for a second, whether the FIFO or the ring was full") {
   Rig rig;
   for (unsigned i = 0; i < 22; ++i)  // 21 times 3 bytes fit
     rig.arrive(0x701);
@@ -182,7 +182,7 @@ TEST_CASE("SJA1000: a frame that bus-off interrupts on its way into the ring is 
   CHECK(rig.can.counters().bus_offs == 0);
 }
 
-TEST_CASE("SJA1000: a frame that nobody acknowledges for a second is taken back") {
+TEST_CASE("SJA1000: a frame without acknowledgement for a second is cancelled") {
   Rig rig;
   const Frame frame = frame_from("000#0100");
   REQUIRE(rig.can.try_send(frame));

@@ -224,7 +224,7 @@ TEST_CASE("ZynqMP CAN: a reset that does not succeed is tried again") {
   CHECK(rig.can.try_send(frame_from("000#0100")));
 }
 
-TEST_CASE("ZynqMP CAN: frames that nobody acknowledges for a second are thrown away") {
+TEST_CASE("ZynqMP CAN: frames without acknowledgement for a second are discarded") {
   Rig rig;
   const Frame frame = frame_from("000#0100");
   REQUIRE(rig.can.try_send(frame));

@@ -58,7 +58,7 @@ struct Talk {
 
 }  // namespace
 
-TEST_CASE("one request is under way at a time, and a response in pieces is waited for") {
+TEST_CASE("one request is in progress at a time, and a response in pieces is awaited") {
   Talk talk;
   talk.connect();
   REQUIRE(talk.server.request() == kClear);
@@ -108,7 +108,7 @@ TEST_CASE("what is no response is ERROR 21h and ends the connection, and the nex
   CHECK(talk.program.link.problem().empty());
 }
 
-TEST_CASE("bytes that nobody has asked for end the connection") {
+TEST_CASE("unrequested bytes end the connection") {
   Talk talk;
   talk.start();
   talk.server.respond(kId);
@@ -184,7 +184,7 @@ TEST_CASE("a response that is there counts, however late the program looks for i
   CHECK(talk.id.confirm);
 }
 
-TEST_CASE("nobody there: 21h for every block that is enabled, and why") {
+TEST_CASE("no server: 21h for every enabled block, and the reason") {
   FakeServer server;
   server.stop();
   Program program(server.port());

@@ -6,7 +6,7 @@
 
 namespace cbcan::cia405::test {
 
-TEST_CASE("a server that is killed and comes back: 21h, then everything works, settings written anew") {
+TEST_CASE("a server that is killed and restarted: 21h, then everything works, settings are written again") {
   auto plant = std::make_unique<Plant>();
   const int port = plant->port();
   Program program(port);
@@ -42,7 +42,7 @@ TEST_CASE("a server that is killed and comes back: 21h, then everything works, s
   CHECK(read.data == std::array<std::uint8_t, 4>{0xB5, 0x01, 0, 0});
 }
 
-TEST_CASE("result 5 on a channel: 3003h and 3004h are written anew") {
+TEST_CASE("result 5 on a channel: 3003h and 3004h are written again") {
   FakeServer server;
   Program program(server.port());
   SdoRead4 read(program.link);

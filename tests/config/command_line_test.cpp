@@ -102,7 +102,7 @@ TEST_CASE("--rtu and --plc, and what else there is of them by --set") {
       "plc.device: the PLC is at plc already; leave out one of plc.address (--plc) and plc.device\n"));
 }
 
-TEST_CASE("the command line wins over the plant file, wherever --config stands") {
+TEST_CASE("the command line wins over the plant file, wherever --config is") {
   const Start file = start({"--config", "plant.toml"}, disk_files());
   REQUIRE(file.err == "");
   CHECK(file.config.networks.at(0).module == ModuleConfig{10, 11, 12, 13, 3800, true});
@@ -187,7 +187,7 @@ TEST_CASE("a plant file that is not there") {
              "--config none.toml: this file cannot be read; check the path and its permissions");
 }
 
-TEST_CASE("a bad plant file is told line by line, without the hint at options") {
+TEST_CASE("a bad plant file is reported line by line, without the hint at options") {
   CHECK(refusal({"--config", "bad.toml", "--set", "node.5.name=x"}, disk_files()) ==
         "bad.toml:2: module.node_id 300: must be 1..127\n"
         "bad.toml:4: can.spec \"socketcan\": the interface is missing; write socketcan:vcan0\n");
@@ -235,7 +235,7 @@ TEST_CASE("--clock is real or manual, and manual on the virtual bus") {
             std::string(kHint));
 }
 
-TEST_CASE("behind -- stands a command, for which the plant is at free addresses") {
+TEST_CASE("a command follows --, for which the plant uses free addresses") {
   const Start made = start({"--demo", "--", "pytest", "--verbose", "tests"});
   REQUIRE(made.run);
   CHECK(made.command == std::vector<std::string>{"pytest", "--verbose", "tests"});
@@ -253,7 +253,7 @@ TEST_CASE("behind -- stands a command, for which the plant is at free addresses"
   refused_as({"--demo", "--"}, "--: write a command after it, such as -- ./run-tests");
 }
 
-TEST_CASE("an EDS file that is given as a plant file is told so") {
+TEST_CASE("an EDS file given as a plant file is named as such") {
   const Start refused = start({"--config", "node.eds"},
                               {{"node.eds", "\xEF\xBB\xBF; comment\r\n[fileinfo]\r\nFileName=node.eds\r\n"}});
   CHECK(

@@ -101,7 +101,7 @@ TEST_CASE("mistakes in a further network name it") {
       "1: network: must be a list of tables; write [[network]] above each network after the first");
 }
 
-TEST_CASE("what is for all networks stands in none") {
+TEST_CASE("settings of all networks are in none") {
   const std::string told = ": is for all networks; write it at the top of the file, in [";
   for (const std::string table : {"modbus", "time", "random", "control"}) {
     INFO(table);
@@ -250,7 +250,7 @@ TEST_CASE("an option once for each network, one for all networks once") {
   refused({"--seed", "1", "--network", "2", "--seed", "2"}, "--seed: is given twice");
 }
 
-TEST_CASE("each network has chance of its own, and network 1 that of a plant with one") {
+TEST_CASE("each network has its own random sequence, and network 1 that of a plant with one") {
   const Plant plant = read(kTwo);
   const Config& config = plant.config;
   const NetworkConfig& first = config.networks[0];

@@ -161,7 +161,7 @@ TEST_CASE("the reference's networks are the same on the command line") {
   }
 }
 
-TEST_CASE("the mistakes shown in the reference are told in these words") {
+TEST_CASE("the errors in the reference have these messages") {
   const Plant plant = read(R"(# The mistakes of the reference, on the lines that it names.
 
 

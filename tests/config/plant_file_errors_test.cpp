@@ -76,7 +76,7 @@ TEST_CASE("a key that several tables have, and not this one, gets the list") {
   wrong("[modbus]\nlisten = \"127.0.0.1:502\"\n", "2: modbus.listen: no such key; modbus has host, port");
 }
 
-TEST_CASE("what stands behind [[network]] is not taken for the first network's") {
+TEST_CASE("keys after [[network]] are not the first network's") {
   wrong("[[network]]\n[module]\nnode_id = 5\n",
         "2: module: is of the first network; put it above [[network]], or write network.module");
   wrong("[[network]]\n[can]\n[[node]]\nid = 5\neds = \"a.eds\"\n",
@@ -196,7 +196,7 @@ TEST_CASE("bus specifications") {
   }
 }
 
-TEST_CASE("a file with more than 100 mistakes is not looked at any further") {
+TEST_CASE("a file with more than 100 errors is not read further") {
   std::string text = "[can]\n";
   for (int i = 0; i < 100; ++i)
     text += "key" + std::to_string(i) + " = 1\n";
@@ -332,7 +332,7 @@ TEST_CASE("signals that are wrong") {
             "\"constant\", value = 1 }]"});
 }
 
-TEST_CASE("a key of another shape is told the shape's own") {
+TEST_CASE("a key of another shape is answered with the keys of this shape") {
   const auto error_of = [](const std::string& keys) {
     return errors_in_node("signals = [{ index = 0x6401, " + keys + " }]").at(0);
   };

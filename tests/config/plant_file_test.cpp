@@ -15,7 +15,7 @@ TEST_CASE("an empty plant file is all defaults") {
   CHECK(plant.config == Config{});
 }
 
-TEST_CASE("nodes, and where they stand") {
+TEST_CASE("nodes, and their lines") {
   const Plant plant = read(R"([[node]]
 id = 0x42
 eds = "io.eds"
@@ -172,7 +172,7 @@ signals = [
   CHECK(signals[7].place == Place{"plants/plant.toml", 12});
 }
 
-TEST_CASE("faults of nodes and of the bus, and where they stand") {
+TEST_CASE("faults of nodes and of the bus, and their lines") {
   const Plant plant = read(R"([can]
 faults = [ { kind = "frame-corrupt", part = "data", probability = 0.5 } ]
 [[node]]

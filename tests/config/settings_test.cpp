@@ -68,7 +68,7 @@ void check_own(std::span<const Setting<Target>> rows) {
 
 }  // namespace
 
-TEST_CASE("the defaults that are told are those of the structs") {
+TEST_CASE("the defaults in the help are those of the structs") {
   check_defaults(settings());
   check_defaults(network_settings());
 }

@@ -17,7 +17,7 @@ constexpr std::string_view kNode = "[[node]]\nid = 5\neds = \"a.eds\"\n";
 
 }  // namespace
 
-TEST_CASE("ten thousand wires in a row, and the loop that they are, are looked at once") {
+TEST_CASE("ten thousand wires in a row, and the loop that they form, are checked once") {
   Config config = read(kNode).config;
   constexpr unsigned kWires = 20'000;
   for (unsigned i = 0; i < kWires; ++i) {
@@ -34,7 +34,7 @@ TEST_CASE("ten thousand wires in a row, and the loop that they are, are looked a
       lines.back().ends_with("goes round in a loop without delay; give one of its wires delay_ms or lag_ms"));
 }
 
-TEST_CASE("an end of a wire that is none is told once") {
+TEST_CASE("an impossible end of a wire is reported once") {
   const std::string text = std::string(kNode) + "[[wire]]\nfrom = \"5:outpt:1\"\nto = \"5:0x2001\"\n";
   CHECK(read(text).errors.size() == 1);
   CHECK(check(read(text).config).empty());

@@ -156,7 +156,7 @@ TEST_CASE("[CHAN-4] requests to one node, in the order of arrival") {
   }
 }
 
-TEST_CASE("[CHAN-4] likewise of the first node and the last one") {
+TEST_CASE("[CHAN-4] the same for the first node and the last one") {
   Channels window;
   CONTRACT_NEEDS(window, Ability::kChannels);
   const auto [node, digits] = GENERATE(std::pair(1, "01"), std::pair(126, "7E"));

@@ -68,7 +68,7 @@ TEST_CASE("[OBJ-21] 3005h of the own node") {
   check_stops(window, "7F" + kNothing, kNoStop);
 }
 
-TEST_CASE("[OBJ-21] not one of somebody else's with the same ID") {
+TEST_CASE("[OBJ-21] not that of another node with the same ID") {
   Window window;
   window.arrive("0FF#3081110102030405");
   check_last(window, Window::kOwnNode, kNothing);

@@ -194,7 +194,7 @@ TEST_CASE("[OBJ-12] 1012h") {
   }
 }
 
-TEST_CASE("[OBJ-34] 1010h, 1011h, where no memory is behind them") {
+TEST_CASE("[OBJ-34] 1010h, 1011h, without a memory") {
   Window window;
   for (const std::uint16_t index : Words{0x1010, 0x1011}) {
     check_locals(window, {{index, 0, {4, 1}}, {index, 1, {0, 4}}});

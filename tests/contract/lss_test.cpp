@@ -26,7 +26,7 @@ TEST_CASE("[LSS-1] who it is") {
   window.arrive("7E5#4C00000000000000").expect_silence();  // it has a node ID
 }
 
-TEST_CASE("[LSS-1] in every own state, while a transaction is under way") {
+TEST_CASE("[LSS-1] in every own state, while a transaction is in progress") {
   Window window;
   window.write(0, 0x1F82, 127, 1, {4}).check_done();  // stopped
   window.read(5, 0x2000, 1, 4).expect("605#4000200100000000");

@@ -90,7 +90,7 @@ TEST_CASE("[PDO-28] transmission types of RPDOs") {
   CHECK(window.target().read(kInputs, 4) == Words{0x2211, 0x2211, 0x2211, 0x2211});
 }
 
-TEST_CASE("[PDO-28] bytes for somebody else, passed over by data types") {
+TEST_CASE("[PDO-28] bytes for another node, skipped by data types") {
   Window window;
   set_up_pdo(window, 0x1400, 0x27F, 255, {0x00050008, 0xA1000110, 0x00070020, 0xA0400408});
   start_own_node(window);

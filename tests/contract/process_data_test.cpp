@@ -316,7 +316,7 @@ TEST_CASE("[PDO-29] with a controller that was full") {
   window.pass(1ms).expect("1FF#1112131415161718", "2FF#0102030405060708");  // as it was at the SYNC
 }
 
-TEST_CASE("[PDO-31] while transactions are under way") {
+TEST_CASE("[PDO-31] while transactions are in progress") {
   Window window;
   set_up_pdo(window, 0x1400, 0x27F, 255, {0xA1000110});
   set_up_pdo(window, 0x1401, 0x37F, 1, {0xA1000210});

@@ -147,7 +147,7 @@ TEST_CASE("[SDO-29] quarantine after a cancel, 0503 0000h, 0504 0001h") {
   }
 }
 
-TEST_CASE("[SDO-29] also when the request that is held back is cancelled") {
+TEST_CASE("[SDO-29] also when the delayed request is cancelled") {
   Window window;
   time_out(window);
   ask_again(window);
@@ -157,7 +157,7 @@ TEST_CASE("[SDO-29] also when the request that is held back is cancelled") {
   check_let_go(window);
 }
 
-TEST_CASE("[SDO-30] quarantine after a block read given up") {
+TEST_CASE("[SDO-30] quarantine after an abandoned block read") {
   struct Row {
     const char *phase, *segment, *abort;
   };

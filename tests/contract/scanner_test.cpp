@@ -166,7 +166,7 @@ TEST_CASE("[SCAN-8] [R601-6] a request without all its words is refused") {
   window.read4(3).check_read4(3);
 }
 
-TEST_CASE("[SCAN-8] it cancels what is under way all the same") {
+TEST_CASE("[SCAN-8] it cancels a request in progress all the same") {
   Started window;
   window.read4(2).expect(kReadRequest);
   window.out({3, 5055}).expect(kCancelled);

@@ -178,7 +178,7 @@ TEST_CASE("[SDO-24] eight times") {
   window.check_failed(0x05040003);
 }
 
-TEST_CASE("[SDO-24] the same segment for ever") {
+TEST_CASE("[SDO-24] the same segment without end") {
   Window window;
   enter(window, phase_called("block read: one segment"));
   for (int i = 1; i < 127; ++i) {

@@ -247,7 +247,7 @@ TEST_CASE("TIME consumer: milliseconds after midnight and days since 1984") {
   CHECK(rig.device.time_stamp().at(rig.now) == cbcan::TimeOfDay{25'200'001, 15935});
 }
 
-TEST_CASE("A frame that is nobody's brings no deadline nearer, whatever else is due; one for the node may") {
+TEST_CASE("A frame for none of its services makes no deadline earlier, whatever else is due; one for the node may") {
   DeviceRig rig;
   rig.start();
   rig.write(0x1017, 0, 2, 100);
@@ -333,7 +333,7 @@ TEST_CASE("1016h: a node once; entries without a node or without a time are unus
   CHECK(rig.received_ids() == std::vector<std::uint32_t>{0x000, 0x080, 0x642, 0x705, 0x742, 0x77F});
 }
 
-TEST_CASE("1016h: what is no heartbeat of a watched node keeps nobody alive") {
+TEST_CASE("1016h: only a heartbeat of the watched node keeps it alive") {
   DeviceRig rig;
   rig.start(true);
   rig.write(0x1016, 1, 4, 0x00050064);
@@ -364,7 +364,7 @@ TEST_CASE("Node guarding: the toggle bit alternates; life guarding watches the m
   rig.arrive("742#R1").expect_silence();  // it has a heartbeat
 }
 
-TEST_CASE("Bus-off is a network failure too, once; back on the bus it is told, by EMCY 8140h") {
+TEST_CASE("Bus-off is a network failure too, once; back on the bus it is reported, by EMCY 8140h") {
   DeviceRig rig;
   rig.start(true);
   rig.device.on_bus_state(BusState::kBusOff, rig.now);

@@ -292,7 +292,7 @@ TEST_CASE("LSS: a response that the port refuses is sent when there is room, onc
   CHECK(device.slave.deadline() == kNever);
 }
 
-TEST_CASE("LSS: a response that has not left when the next request comes is dropped; so it is by a reset") {
+TEST_CASE("LSS: a response that has not left when the next request comes is dropped; a reset drops it too") {
   LssDevice device(5);
   const auto be_refused = [&] {
     device.ask_in_vain({kConfiguration});
@@ -330,7 +330,7 @@ TEST_CASE("LSS: fastscan with parts that the master knows or leaves out") {
               {"510000000080", kSilence}});  // not in the configuration state
 }
 
-TEST_CASE("LSS: fastscan: what is no such request, and what starts it anew") {
+TEST_CASE("LSS: fastscan: invalid requests, and requests that restart it") {
   LssDevice device(kNone);
   device.ask({{"510000000080", "4F"}});
   device.ask_in_vain({"5119030000200001", "51190300007F0001", "5119030000810001", "5119030000000004",

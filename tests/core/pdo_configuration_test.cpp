@@ -34,7 +34,7 @@ TEST_CASE("Values from the start: valid PDOs work, ones whose mapping does not h
   CHECK(rig.get(0x2001, 1) == 0x11);
 }
 
-TEST_CASE("A PDO maps what stands in its mapping when it becomes valid, whatever was tried before") {
+TEST_CASE("A PDO maps the objects of its mapping at the moment it becomes valid, whatever was tried before") {
   PdoRig rig;
   rig.operational();
   rig.configure(0x1400, 2, 255);

@@ -196,7 +196,7 @@ TEST_CASE("PDO mapping: every one of up to seven objects of nineteen kinds", "[.
   }
 }
 
-TEST_CASE("PDO mapping: 0 to 255 BOOLEANs, and up to nine bytes behind them") {
+TEST_CASE("PDO mapping: 0 to 255 BOOLEANs, followed by up to nine bytes") {
   for (const std::uint16_t mapping : {kRpdoMapping, kTpdoMapping})
     for (std::size_t booleans = 0; booleans <= 64; ++booleans) {
       Device device(mapping);

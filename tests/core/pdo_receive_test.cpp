@@ -50,7 +50,7 @@ TEST_CASE("What waits for the SYNC is forgotten with Operational, and with a cha
   CHECK(rig.get(0x2001, 1) == 3);
 }
 
-TEST_CASE("Event timer: 8250h once, from the first reception and anew from each") {
+TEST_CASE("Event timer: 8250h once, from the first reception and again from each") {
   PdoRig rig;
   rig.set_up(0x1400, 1, 0x201, 255, {0x20020110});
   rig.set_up(0x1400, 2, 0x202, 1, {0x20010208});
@@ -93,7 +93,7 @@ TEST_CASE("What is wrong with an RPDO is over when it comes as it should or is o
   rig.expect("recovered 8210");
 }
 
-TEST_CASE("Several RPDOs may have one COB-ID; ones in the same place of the index are told apart") {
+TEST_CASE("Several RPDOs may have one COB-ID; those with the same low digits of the index are distinguished") {
   PdoRig rig;
   rig.set_up(0x1400, 1, 0x201, 1, {0x20010108});
   rig.set_up(0x1400, 2, 0x220, 1, {0x20010208});

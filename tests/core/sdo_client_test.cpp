@@ -83,7 +83,7 @@ TEST_CASE("SDO client: a request waits until the abort of the transfer before ha
   }
 }
 
-TEST_CASE("SDO client: in the middle of a sub-block half the timeout is waited, without one for ever") {
+TEST_CASE("SDO client: in the middle of a sub-block it waits half the timeout, or without limit if there is none") {
   WiredClient client;
   client.client.set_timeout(GENERATE(std::uint16_t{0}, std::uint16_t{1000}));
   client.start(kRead, kBlock).expect("605#A400200102000000");

@@ -245,7 +245,7 @@ TEST_CASE("SDO server: 100,000 random frames, each response that of a second imp
   CHECK(beside.server.counters().requests > 10'000);
 }
 
-TEST_CASE("SDO server: eight sub-blocks in a row without a segment taken, counted anew in each upload") {
+TEST_CASE("SDO server: eight sub-blocks in a row without an accepted segment, counted from 0 in each upload") {
   Beside beside(1);
   for (const int sub_blocks : {7, 8}) {
     beside.one({0xA4, 0x02, 0x20, 0, 1});  // one segment at a time

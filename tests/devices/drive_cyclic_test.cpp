@@ -35,7 +35,7 @@ TEST_CASE("Cyclic position: straight lines between the set-points of SYNCs; the 
   bench.pass(10'000).shows({.position = 3'050});
 }
 
-TEST_CASE("Cyclic modes: SYNCs faster than 60C2h do not begin a set-point anew") {
+TEST_CASE("Cyclic modes: SYNCs faster than 60C2h do not restart a set-point") {
   struct Row {
     std::int8_t mode;
     std::uint16_t set_point, shown;

@@ -150,7 +150,7 @@ TEST_CASE("Load: a brake that is set holds until operation is enabled, and again
   bench.pass(kSecond).shows({.status = 0x0250, .position = 6'000, .objects = {{0x60F4, 0}}});
 }
 
-TEST_CASE("Load: it moves the same, however often somebody looks") {
+TEST_CASE("Load: it moves the same, however often it is read") {
   std::vector<std::int64_t> known;
   for (const Time look : {Time{0}, Time{137}, Time{2'500}, Time{33'333}}) {
     DriveBench bench(machine({.inertia = 20, .friction = 30, .gravity = 100}));

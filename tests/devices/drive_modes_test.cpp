@@ -293,7 +293,7 @@ TEST_CASE("A blocked motor: the following error grows, is shown, and becomes a f
   CHECK(bench.log == std::vector<std::string>{"8611/21", "8611 over"});
 }
 
-TEST_CASE("A motor freed in time goes on from where it stands") {
+TEST_CASE("A motor freed in time continues from its position") {
   DriveBench bench;
   bench.enable(1, {{0x6065, 0, 0xFFFFFFFF}});
   set_point(bench, 50'000);

@@ -248,7 +248,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("A fault is told again after a reset of the application, if it is still there") {
+TEST_CASE("A fault is reported again after a reset of the application, if it is still there") {
   DriveBench bench;
   bench.incident("overvoltage", true);
   bench.log.clear();

@@ -191,7 +191,7 @@ TEST_CASE("No sequence is steeper than the accelerations, or leaves the software
   CHECK(rc::check([&] { run(room); }));
 }
 
-TEST_CASE("It does not matter how often anybody looks") {
+TEST_CASE("It does not matter how often it is read") {
   const Room room{{0, 1, 3, 4, 6, 8, 9, 10}, false, true};
   CHECK(rc::check([&] {
     DriveBench seldom;

@@ -60,7 +60,7 @@ TEST_CASE("an analogue input shows in 6401h, rounded and within 16 bits") {
   module.shows(0x6401, 1, 0);
 }
 
-TEST_CASE("A module without 6423h tells of its analogue inputs; nobody could switch that on") {
+TEST_CASE("A module without 6423h reports its analogue inputs; no client could switch that on") {
   Module module(dictionary_of({{0x6401, 1, DataType::kInteger16}}));
   module.input(0x6401, 1, 100).expect("changed 6401:01");
   module.reset(true).input(0x6401, 1, 200).expect("changed 6401:01");

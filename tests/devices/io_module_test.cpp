@@ -181,7 +181,7 @@ TEST_CASE("reset communication leaves the outputs be") {
   module.reset(false).puts_out(0x6200, 1, 0x11);
 }
 
-TEST_CASE("values that the plant file gives to inputs are what stands at the terminals") {
+TEST_CASE("values that the plant file gives to inputs are the values at the terminals") {
   Module module(demo_dictionary("io_module.eds"), {{0x6000, 1, 0x0C}, {0x6002, 1, 0xFF}, {0x6401, 2, 55}});
   module.shows(0x6000, 1, 0x0C);
   module.shows(0x6401, 2, 55);
@@ -210,7 +210,7 @@ TEST_CASE("a module has as many blocks as its dictionary") {
   module.puts_out(0x6200, 3, 0x00);
 }
 
-TEST_CASE("all values are up to date before the first event is told") {
+TEST_CASE("all values are up to date before the first event is reported") {
   struct Sampling final : sim::DeviceNode {
     eds::DictionaryImage image = dictionary_of({{0x6000, 2, DataType::kUnsigned8}});
     ObjectDictionary own{image.entries, image.values, nullptr};

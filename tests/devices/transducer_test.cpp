@@ -55,7 +55,7 @@ TEST_CASE("reset node leaves the world as it is, without an event") {
   sensor.reset(false).shows(0x9130, 1, 7);
 }
 
-TEST_CASE("the process value stands in 6130h, 7130h and 9130h, as many of them as there are") {
+TEST_CASE("the process value is in 6130h, 7130h and 9130h, as many of them as there are") {
   using enum DataType;
   Sensor sensor(dictionary_of({{0x6130, 2, kReal32},
                                {0x6132, 2, kUnsigned8},

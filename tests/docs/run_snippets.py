@@ -32,7 +32,7 @@ SHELL = ["bash", "--norc"]
 LIMIT = 120  # seconds for a document
 PROLOGUE = "exec 2>&1; PATH=$PWD/build/bin:$PATH"
 ENDLESS = re.compile(r"curl -sN")
-# After each command: its own mark, so that its output can be told from the next one's.
+# After each command: its own mark, so that its output ends before that of the next one.
 MARK = "--8<-- {} --8<--"
 UNEXPECTED_END = "--it-has-ended--"
 FILE = re.compile(r"(?:#|//|--) ([\w.]+\.\w+)\b")

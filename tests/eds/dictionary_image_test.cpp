@@ -41,7 +41,7 @@ struct Device {
 
 }  // namespace
 
-TEST_CASE("Values lie one behind the other, strings with their length") {
+TEST_CASE("Values follow one another, strings with their length") {
   const eds::DictionaryImage image = image_of(variable("2000", "6", "rw", "DefaultValue=0x1234") +
                                               variable("2001", "9", "rw", "DefaultValue=Hi\nCBCAN_Size=4") +
                                               variable("2002", "5", "ro", "DefaultValue=7"));

@@ -17,7 +17,7 @@ sys.path.insert(0, str(ROOT / "tests/support"))
 import page_blocks
 
 MOST_WORDS = 30  # of a sentence
-LEAST_SENTENCES, LEAST_STRINGS, LEAST_DOCUMENTS = 4000, 1500, 40
+LEAST_SENTENCES, LEAST_STRINGS, LEAST_DOCUMENTS, LEAST_COMMENTS = 4000, 1500, 40, 6000
 MOST_OF_ALL = 36000
 BUDGET = 1000  # words of a page, unless this says otherwise
 BUDGETS = {
@@ -135,22 +135,35 @@ def strings():
                                 yield f"{path.relative_to(ROOT)}:{number}", text
 
 
-def comments():
-    """(place, text) of each block of comment lines, and of each comment after code."""
-    for folder in ("firmware", "hostsim", "regmap", "tools", "examples", "bench", "tests"):
+C_LIKE = r"///?|/?\*+(?!/)"
+MARKS = {".cpp": C_LIKE, ".hpp": C_LIKE, ".h": C_LIKE, ".js": C_LIKE, ".mjs": C_LIKE, ".lua": "--", ".py": "#", ".sh": "#", ".txt": "#", ".cmake": "#",
+         ".toml": "#", ".yml": "#", ".dict": "#", "": "#"}
+FOLDERS = ("arduino", "bench", "cmake", "examples", "firmware", "hostsim", "packaging", "plants", "regmap", "scenarios", "tests", "tools", "zephyr")
+
+
+def sources():
+    for folder in FOLDERS:
         for path in sorted((ROOT / folder).rglob("*")):
-            if path.suffix not in (".cpp", ".hpp", ".h", ".js") or path.name.startswith("uPlot"):
-                continue
-            block, first = [], 0
-            for number, line in enumerate([*path.read_text().splitlines(), ""], 1):
-                text = re.match(r"\s*(?:///?|/?\*+)[!<]* ?(.*)", line)
-                if not text and block:
-                    yield f"{path.relative_to(ROOT)}:{first}", " ".join(block)
-                    block = []
-                if text:
-                    block, first = block + [text[1]], first if block else number
-                elif (after := re.search(r"\s// (.*)$", line)) and line[:after.start()].count('"') % 2 == 0:
-                    yield f"{path.relative_to(ROOT)}:{number}", after[1]
+            if path.suffix in MARKS and path.is_file() and "corpus" not in path.parts and not path.name.startswith("uPlot"):
+                yield path
+
+
+def comments():
+    """(place, text) of each block of comment lines, docstring, comment after code, and name of a test."""
+    for path in sources():
+        mark, block, first, in_docstring = MARKS[path.suffix], [], 0, False
+        for number, line in enumerate([*path.read_text().splitlines(), ""], 1):
+            text = re.match(rf"\s*(?:{mark}|TEST_CASE\()[!<]* ?(.*)", line)
+            if path.suffix in (".py", "") and (in_docstring or line.strip().startswith('"""')):
+                text = [None, line.strip()]
+                in_docstring ^= line.count('"""') % 2 == 1
+            if not text and block:
+                yield f"{path.relative_to(ROOT)}:{first}", " ".join(block)
+                block = []
+            if text:
+                block, first = block + [text[1]], first if block else number
+            elif (after := re.search(rf"\s(?:{mark})[!<]* (.*)$", line)) and line[:after.start()].count('"') % 2 == 0:
+                yield f"{path.relative_to(ROOT)}:{number}", after[1]
 
 
 def links_of(page):
@@ -184,7 +197,7 @@ def main():
     if "--words" in sys.argv:
         print("\n".join(f"{count:6,} {name}" for name, count in counts.items()), f"{sum(counts.values()):6,} words", sep="\n")
     print(f"{len(documents)} pages with {sum(counts.values()):,} words, {read:,} sentences; {len(said):,} strings; {len(read_comments):,} comments")
-    if len(documents) < LEAST_DOCUMENTS or read < LEAST_SENTENCES or len(said) < LEAST_STRINGS:
+    if len(documents) < LEAST_DOCUMENTS or read < LEAST_SENTENCES or len(said) < LEAST_STRINGS or len(read_comments) < LEAST_COMMENTS:
         sys.exit("too few: the check looks in the wrong place")
     if sum(counts.values()) > MOST_OF_ALL:
         sys.exit(f"more than {MOST_OF_ALL:,} words in all pages")

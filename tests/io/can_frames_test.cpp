@@ -43,7 +43,7 @@ TEST_CASE("frames keep their identifier, kind, length and data on the way to the
   }
 }
 
-TEST_CASE("what the kernel leaves in unused data bytes is not looked at") {
+TEST_CASE("unused data bytes from the kernel are ignored") {
   CHECK(from_kernel(dirty_frame(0x40000701, 1)) == Frame{0x701, 1, Frame::kRemote, {}});
   CHECK(from_kernel(dirty_frame(0x701, 1)) == Frame{0x701, 1, 0, {1}});
   CHECK(from_kernel(dirty_frame(0x701, 15)).length == 8);

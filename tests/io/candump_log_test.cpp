@@ -41,7 +41,7 @@ TEST_CASE("a burst does not pile up in memory until the flush") {
   CHECK(file.text().size() > 200'000);
 }
 
-TEST_CASE("a full disk is told once, and the bus goes on") {
+TEST_CASE("a full disk is reported once, and the bus goes on") {
   std::vector<std::string> warnings;
   CandumpLog log("/dev/full", "can3", 0, [&](const std::string& text) { warnings.push_back(text); });
   for (int turn = 0; turn < 3; ++turn) {

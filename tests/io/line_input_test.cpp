@@ -49,7 +49,7 @@ TEST_CASE("lines from a pipe, when they are whole") {
   CHECK(input.ended());
 }
 
-TEST_CASE("lines that nobody takes are not read") {
+TEST_CASE("lines without a consumer are not read") {
   Reactor reactor;
   Pipe pipe;
   LineInput input(reactor, pipe.out.get(), "standard input");
@@ -93,7 +93,7 @@ TEST_CASE("a line without end is refused") {
   CHECK_THROWS_AS(reactor.poll(0), UsageError);
 }
 
-TEST_CASE("an input that cannot be read is told") {
+TEST_CASE("an input that cannot be read is reported") {
   Reactor reactor;
   const Descriptor write_only(open("/tmp", O_TMPFILE | O_WRONLY | O_CLOEXEC, 0600));
   LineInput input(reactor, write_only.get(), "standard input");

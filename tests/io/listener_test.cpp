@@ -36,7 +36,7 @@ struct Unprivileged {
   static constexpr uid_t kNobody = 65534;
 };
 
-TEST_CASE("port 0 becomes a free port, and the real one is told") {
+TEST_CASE("port 0 becomes a free port, and the real one is reported") {
   const StreamListener first = listening({"127.0.0.1", 0});
   const StreamListener second = listening({"127.0.0.1", 0});
   CHECK(first.address().tcp.host == "127.0.0.1");
@@ -52,20 +52,20 @@ TEST_CASE("an IPv6 address works too") {
   CHECK(listening({"::1", 0}).address().tcp.host == "::1");
 }
 
-TEST_CASE("an address in use is told with a way out") {
+TEST_CASE("an address in use is reported with a way out") {
   const StreamListener listener = listening({"127.0.0.1", 0});
   CHECK(complaint(listener.address().tcp) ==
         "modbus " + to_string(listener.address()) +
             ": address in use: another program listens there; stop it, or use 127.0.0.1:0 for any free port");
 }
 
-TEST_CASE("a privileged port is told with the same port a thousand higher") {
+TEST_CASE("a privileged port is reported with the same port a thousand higher") {
   const Unprivileged nobody;
   CHECK(complaint({"127.0.0.1", 502}) ==
         "modbus 127.0.0.1:502: permission denied: ports below 1024 need root; use 127.0.0.1:1502");
 }
 
-TEST_CASE("another machine's address and an impossible name are told") {
+TEST_CASE("another machine's address and an impossible name are reported") {
   CHECK(complaint({"203.0.113.1", 1502}) ==
         "modbus 203.0.113.1:1502: not an address of this machine; `ip address` lists them, 0.0.0.0 is all of "
         "them");

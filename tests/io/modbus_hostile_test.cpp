@@ -10,7 +10,7 @@ constexpr std::string_view kReadOne = "00 01 00 00 00 06 01 03 00 00 00 01";
 constexpr std::string_view kReadOneResponse = "00 01 00 00 00 05 01 03 02 00 00";
 
 // libmodbus: the others wait half a second.
-TEST_CASE("half a request holds up nobody") {
+TEST_CASE("half a request delays no client") {
   Server server;
   Client half(server);
   Client healthy(server);
@@ -59,7 +59,7 @@ TEST_CASE("each further byte of a half request gives it five seconds more") {
 }
 
 // libmodbus: the others wait more than twelve seconds.
-TEST_CASE("a request that drips in byte by byte holds up nobody and is answered") {
+TEST_CASE("a request that drips in byte by byte delays no client and is answered") {
   Server server;
   Client dripping(server);
   Client healthy(server);
@@ -112,7 +112,7 @@ Bytes read_all(Server& server, Client& client, std::size_t bytes) {
 }
 
 // libmodbus: the others wait more than ten seconds.
-TEST_CASE("a client that does not read its responses is not read from, holds up nobody and loses nothing") {
+TEST_CASE("a client that does not read its responses is not read from, delays no client and loses nothing") {
   constexpr std::size_t kRequests = 3000;
   Server server;
   LongReads reads(server.registers);

@@ -66,7 +66,7 @@ TEST_CASE("a network without registers is none, be it the first") {
   CHECK(registers[1] == 7);
 }
 
-TEST_CASE("the owner is told which network was asked") {
+TEST_CASE("the owner learns which network was asked") {
   Server server;
   Client client(server);
   ask(server, client, "00 01 00 00 00 06 02 03 00 00 00 01", 11);
@@ -77,7 +77,7 @@ TEST_CASE("the owner is told which network was asked") {
   CHECK(server.requests == std::vector<bool>{false, true, true, false});
 }
 
-TEST_CASE("writers are told by their numbers, but for what is within R3700..R3769") {
+TEST_CASE("writers are reported by their numbers, except within R3700..R3769") {
   Server server;
   Client first(server), second(server);
   for (const char* silent : {"00 01 00 00 00 06 01 06 0E 74 00 01", "00 02 00 00 00 06 01 06 0E B9 00 01"})

@@ -24,7 +24,7 @@ TEST_CASE("the largest response and the largest request") {
   CHECK(server.registers[123] == 0);
 }
 
-TEST_CASE("the owner is told of each request, once, and whether it wrote") {
+TEST_CASE("the owner learns of each request, once, and whether it wrote") {
   Server server;
   Client client(server);
   ask(server, client, "00 01 00 00 00 06 01 03 00 00 00 01", 11);
@@ -68,7 +68,7 @@ TEST_CASE("what is due happens before a request writes, and meets the registers 
   CHECK(server.second.at_catch_up.empty());
 }
 
-TEST_CASE("RTU: likewise, for all networks where all are written") {
+TEST_CASE("RTU: the same, for all networks where all are written") {
   Unit first([](bool, const adapters::ModbusRange&) {}), second([](bool, const adapters::ModbusRange&) {});
   RtuSession session({&first, &second}, {.station = 1, .silence_us = 0, .gap_us = 1750});
   for (const Bytes& request : {hex("01 06 00 09 00 07 18 0A"), hex("00 06 00 09 00 08 59 DF")})

@@ -40,7 +40,7 @@ TEST_CASE("Stored parameters: a line for each value, low byte first") {
   CHECK(parameter_text({}).find('=') == parameter_text({}).rfind('='));  // the heading's
 }
 
-TEST_CASE("Stored parameters: what is wrong is told with file and line") {
+TEST_CASE("Stored parameters: errors are reported with file and line") {
   for (const char* const line :
        {"1017 = E803", "1017:00 E803", "1017:00 = E80", "10170:00 = 01", "1017:100 = 01",
         "= : ", "1017:00 = G0", "node-id = 0", "node-id = 128", "bit-rate = x"})
@@ -75,7 +75,7 @@ TEST_CASE("A link where the new file is made is not followed") {
   CHECK(S_ISREG(status.st_mode));
 }
 
-TEST_CASE("Stored values that do not fit are told") {
+TEST_CASE("Stored values that do not fit are reported") {
   std::vector<std::string> warnings;
   ParameterFile file("5.par", [&](const std::string& line) { warnings.push_back(line); });
   file.tell_left_out({{0x1017, 0, {1}}, {0x2010, 0x1F, {}}});
@@ -85,7 +85,7 @@ TEST_CASE("Stored values that do not fit are told") {
   CHECK(warnings[1].ends_with(", 1017:00 and 1 more"));
 }
 
-TEST_CASE("A parameter file that cannot be written keeps what it had, and somebody is told") {
+TEST_CASE("A parameter file that cannot be written keeps its contents, and a message is printed") {
   const TemporaryFolder folder;
   std::vector<std::string> warnings;
   ParameterFile good(folder.file("5.par"), [](const std::string&) {});

@@ -112,7 +112,7 @@ TEST_CASE("pcap: what is said goes with the next packet") {
   CHECK(pcap.added() == hex(sync("05000000")));
 }
 
-TEST_CASE("pcap: comments without a packet do not grow for ever") {
+TEST_CASE("pcap: comments without a packet do not grow without limit") {
   Pcap pcap;
   pcap.open(1);
   pcap.added();
@@ -161,7 +161,7 @@ TEST_CASE("pcap: a request and its response, in made-up headers that count on") 
   CHECK(exchange() == both("00000001", "0000000D", "00000001"));
 }
 
-TEST_CASE("pcap: bytes that others have taken the place of are told as missing") {
+TEST_CASE("pcap: bytes that others have overwritten are reported as missing") {
   Pcap pcap;
   pcap.open(1);
   pcap.added();
@@ -190,7 +190,7 @@ TEST_CASE("pcap: a file that is full becomes path.1") {
   CHECK(pcap.warnings.empty());
 }
 
-TEST_CASE("pcap: where path.1 cannot be, the file is begun anew in its place") {
+TEST_CASE("pcap: where path.1 cannot be, the file is started again in its place") {
   Pcap pcap;
   REQUIRE(mkdir((pcap.path() + ".1").c_str(), 0700) == 0);
   pcap.open(1, 28 + 32 + 36 + 40);

@@ -201,7 +201,7 @@ TEST_CASE("a PLC that is not there is tried again, with a pause that grows to fi
   CHECK(told == std::vector<std::string>{"plc " + client.place() + ": Connection refused; it is retried"});
 }
 
-TEST_CASE("a PLC's name that nobody knows") {
+TEST_CASE("an unknown name of a PLC") {
   CHECK_THROWS_WITH(plc_over_tcp({"no name at all", 502}),
                     "plc no name at all:502: Name or service not known; write an IP address");
 }

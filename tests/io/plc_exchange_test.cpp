@@ -156,7 +156,7 @@ void check_interleavings(bool scanner, std::uint32_t seeds) {
 
 }  // namespace
 
-TEST_CASE("a request in the PLC: read whole, looked at again, its result written, R3700 last") {
+TEST_CASE("a request in the PLC: read whole, read again, its result written, R3700 last") {
   Bench bench;
   WindowExchange exchange(bench.unit, 1024);
   CHECK(round(exchange, bench.registers) == Log{"R1024+70"});
@@ -195,7 +195,7 @@ TEST_CASE(
   CHECK(bench.module.node.transfers == (refuses ? 1 : 2));
 }
 
-TEST_CASE("a request that comes behind the first look is executed in any case") {
+TEST_CASE("a request after the first read is executed in any case") {
   Bench bench;
   WindowExchange exchange(bench.unit, 1024, true);
   round(exchange, bench.registers);
@@ -245,7 +245,7 @@ TEST_CASE("a request that is gone, or another one, is cancelled, and nothing is 
   }
 }
 
-TEST_CASE("what somebody else does at R3700 of the module is waited for") {
+TEST_CASE("a request of another client at R3700 of the module is awaited") {
   Bench bench;
   WindowExchange exchange(bench.unit, 1024);
   bench.module.write(3700, Words{0xCA0E, 5055, 5, 0x3000, 9, 4});

@@ -79,7 +79,7 @@ TEST_CASE("serial: bit rates and frames of a character") {
   }
 }
 
-TEST_CASE("serial: what cannot be opened is told with a way out") {
+TEST_CASE("serial: a port that cannot be opened is reported with a way out") {
   const Place place;
   CHECK(complaint_of({"/dev/none", 9601, 'E'}) ==
         "rtu /dev/none: 9601 baud: must be 1200, 2400, 4800, 9600, 19200, 38400, 57600, 115200, 230400, "
@@ -192,7 +192,7 @@ TEST_CASE("serial: requests to the stations of two networks, and to all of them"
   CHECK(line.warnings.empty());
 }
 
-TEST_CASE("serial: a line that has gone is told, and looked for again") {
+TEST_CASE("serial: a lost line is reported, and opened again later") {
   Line line;
   line.modbus.emplace(line.reactor, std::vector<adapters::ModbusUnit*>{&line.first},
                       window::Line{line.place.link(), 115'200, 'N'}, 1,
@@ -235,7 +235,7 @@ struct Listening final : adapters::ModbusUnit {
   std::vector<unsigned> units, exceptions;
 };
 
-TEST_CASE("RTU over TCP: what listens is told the requests and responses without station and CRC") {
+TEST_CASE("RTU over TCP: the listener gets the requests and responses without station and CRC") {
   Listening unit;
   const auto session = rtu_over_tcp({&unit}, 7)();
   session->receive(frame("07 06 0001 1234"));

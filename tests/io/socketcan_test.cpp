@@ -297,7 +297,7 @@ TEST_CASE("a frame for which the interface has no room is kept and tried again")
   CHECK(rig.can.next_deadline() == kNever);
 }
 
-TEST_CASE("what is no CAN interface is told") {
+TEST_CASE("an interface that is not CAN is reported") {
   Reactor reactor;
   sim::Bus bus;
   try {

@@ -218,7 +218,7 @@ TEST_CASE("a bus over TCP: while there is no connection controllers are bus-off,
   rig.until([&] { return rig.receiver.states.back() == BusState::kActive; });
 }
 
-TEST_CASE("a bus over TCP: a far side that is none is told once, however often it is tried") {
+TEST_CASE("a bus over TCP: a foreign server is reported once, however often it is tried") {
   Rig rig;
   for (int i = 0; i < 3; ++i) {
     rig.until([&] { return rig.far.accepts(); });

@@ -164,7 +164,7 @@ TEST_CASE("frames behind the end belong to the transaction that has failed") {
   CHECK(seen.lines()[1] == "2.000000 642#4000100000000000 SDO node 66: read 1000h:00");
 }
 
-TEST_CASE("NMT, node states, EMCY messages and a transaction taken back") {
+TEST_CASE("NMT, node states, EMCY messages and a cancelled transaction") {
   const auto plant = plant::test::demo();
   Seen seen(*plant);
   plant->execute("trigger write 0 0x1F82 1 2 5");
@@ -185,7 +185,7 @@ TEST_CASE("NMT, node states, EMCY messages and a transaction taken back") {
   CHECK(lines[4] == "0.000000 #3 read node 99 1000h:00: cancelled, 0 ms");
 }
 
-TEST_CASE("what stands at terminals") {
+TEST_CASE("values at terminals") {
   const auto plant = plant::test::demo();
   Seen seen(*plant);
   for (const char* command : {

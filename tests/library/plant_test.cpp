@@ -58,7 +58,7 @@ TEST_CASE("a plant from text, with two networks") {
   CHECK(moved.holds("state 2/5 pre-operational"));
 }
 
-TEST_CASE("what is wrong with a plant is told with its place") {
+TEST_CASE("errors in a plant are reported with their place") {
   CHECK_THROWS_WITH(Plant::from_file("no/plant.toml"),
                     "no/plant.toml: cannot be read; check the path and its permissions");
   CHECK_THROWS_WITH(Plant::from_file("/proc"), "/proc: this is a folder; name a file in it");

@@ -79,7 +79,7 @@ TEST_CASE("RTU: a write into a gap, or with a read-only register, is exception 0
   CHECK(station.high == std::array<std::uint16_t, 2>{9, 17});
 }
 
-TEST_CASE("RTU: what is read-only is so in every network, for a broadcast too") {
+TEST_CASE("RTU: read-only registers are read-only in every network, for a broadcast too") {
   Memory first;
   Memory second;
   const std::array<RegisterMap, 2> networks{first.map, second.map};

@@ -86,7 +86,7 @@ TEST_CASE("RTU: whether the request reads certain registers") {
   }
 }
 
-TEST_CASE("RTU: what a request has done is told") {
+TEST_CASE("RTU: the effect of a request is reported") {
   struct Row {
     const char* request;
     bool valid;

@@ -34,7 +34,7 @@ struct ForeignLine : Line {
   }
 };
 
-TEST_CASE("RTU: where times are exact a frame under way at the start is not heard") {
+TEST_CASE("RTU: where times are exact a frame in progress at the start is not received") {
   Line line;
   line.now = 0;
   line.send(hex(kHarmToR0));

@@ -38,12 +38,12 @@ void check_flag_comes_last(const Bytes& request) {
   CHECK(registers.words()[regmap::kExecuteFlag] == 0xCA0E);
 }
 
-TEST_CASE("RTU: one FC 16 or FC 23 stores R3700 after all that comes behind it") {
+TEST_CASE("RTU: one FC 16 or FC 23 stores R3700 after the registers that follow it") {
   check_flag_comes_last(hex("01 10 0E 74 00 05 0A CA 0E 13 BF 00 42 64 11 00 01 6B DC"));
   check_flag_comes_last(hex("01 17 0E 75 00 01 0E 74 00 05 0A CA 0E 13 BF 00 42 64 11 00 01 9A 71"));
 }
 
-TEST_CASE("RTU: a read loads R3700 before all that comes behind it") {
+TEST_CASE("RTU: a read loads R3700 before the registers that follow it") {
   SharedServer shared;
   TrappedRegisters& registers = shared.registers;
   registers.words()[regmap::kExecuteFlag] = 0xCA0E;

@@ -89,7 +89,7 @@ TEST_CASE("RTU: a byte in the silence takes the request back, and only a gap hel
   }
 }
 
-TEST_CASE("RTU: a request that nobody has executed gives way to the next one") {
+TEST_CASE("RTU: a request that was not executed is replaced by the next one") {
   for (const Bytes& request : {kWrite, hex("01 64 01 CB")}) {
     Line line;
     line.send(request);
@@ -102,7 +102,7 @@ TEST_CASE("RTU: a request that nobody has executed gives way to the next one") {
   }
 }
 
-TEST_CASE("RTU: a request that has been taken is not taken back") {
+TEST_CASE("RTU: an accepted request is not cancelled") {
   Line line;
   line.send(kWrite);
   REQUIRE(line.server.poll(line.now + 1'750) == 0);
@@ -113,7 +113,7 @@ TEST_CASE("RTU: a request that has been taken is not taken back") {
   CHECK(line.ask(kRead) == kSeven);
 }
 
-TEST_CASE("RTU: a broken byte makes the frame invalid in which or behind which it comes, and no other") {
+TEST_CASE("RTU: a broken byte invalidates the frame that contains it or that it follows, and no other") {
   for (const RtuServer::Settings& settings : {RtuServer::Settings{}, late_port()}) {
     for (std::size_t before = 1; before <= kWrite.size(); ++before) {
       INFO(settings.gap_us << " us, after " << before << " bytes");

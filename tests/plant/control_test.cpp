@@ -118,7 +118,7 @@ TEST_CASE("set is an input: an event-driven TPDO tells of it") {
   CHECK(plant.run("set 66 0x6000:1") == "error: write set NODE INDEX[:SUB] NUMBER\n");
 }
 
-TEST_CASE("set leaves the communication objects alone, as nobody would check what they get") {
+TEST_CASE("set leaves the communication objects alone, as their values would not be checked") {
   TwoDevices plant;
   CHECK(plant.run("set 16 0x1014 0") == "error: 1014h:00: objects below 2000h are for SDO, not for set\n");
   CHECK(plant.run("set 16 0x1FFF 0") == "error: 1FFFh:00: objects below 2000h are for SDO, not for set\n");
@@ -233,7 +233,7 @@ TEST_CASE("places in networks that are not there") {
   CHECK(plant.run("faults") == "ok\n");
 }
 
-TEST_CASE("what a command cannot mean is told, and nothing happens") {
+TEST_CASE("an impossible command is reported, and nothing happens") {
   TwoDevices plant;
   CHECK(plant.run("fautl 66 response-never") == "error: \"fautl\": no such command; did you mean fault?\n");
   CHECK(plant.run("get 17 0x6041") == "error: node 17: not in this plant; nodes lists them\n");

@@ -195,7 +195,7 @@ device = "r.lua"
   CHECK(std::stod(run(*plant, "get 21 0x2000")) == 0);
 }
 
-TEST_CASE("a script that fails tells its line by EMCY, and begins anew at a reset") {
+TEST_CASE("a script that fails reports its line by EMCY, and starts again at a reset") {
   const Files files{
       {"t.lua", "count = (count or 0) + 1\nset(0x2001, 0, count)\n\nfunction on_sync()\n  nothing()\nend"}};
   const auto plant = plant_of(std::string(kScripted), files);
@@ -227,7 +227,7 @@ TEST_CASE("a script is loaded again, and a wrong one is not") {
   CHECK(run(*plant, "reload 32") == "error: node 32: its device is none, which is no script");
 }
 
-TEST_CASE("a script that cannot be begun is told with its line, and bytecode is none") {
+TEST_CASE("a script that cannot start is reported with its line; bytecode is rejected") {
   const auto lines = [](const std::string& script) {
     const Files files{{"t.lua", script}};
     return build(std::string(kScripted), files).build.lines;

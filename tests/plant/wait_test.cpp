@@ -59,7 +59,7 @@ TEST_CASE("a trigger is whole, and a service") {
   CHECK(plant->execute("trigger 5055 0x42 0x1000") == "ok\n");
 }
 
-TEST_CASE("a transaction that is under way, or one that has ended, is counted from where the wait begins") {
+TEST_CASE("a transaction in progress, or one that has ended, is counted from the start of the wait") {
   const auto plant = demo();
   plant->execute("fault 0x42 response-late delay_ms=1000");
   plant->execute("trigger read 0x42 0x1000 0 4");
@@ -72,7 +72,7 @@ TEST_CASE("a transaction that is under way, or one that has ended, is counted fr
   CHECK(plant->execute("wait 1 transaction ended").starts_with("ok"));
 }
 
-TEST_CASE("wait for a transaction: the end of one that is under way, and its time") {
+TEST_CASE("wait for a transaction: the end of one in progress, and its time") {
   const auto plant = demo();
   CHECK(plant->execute("trigger read 99 0x1000 0 4") == "ok\n");
   CHECK(plant->execute("wait transaction started") == "ok 0.000000\n");
@@ -213,7 +213,7 @@ TEST_CASE("a drive that moves when its power goes does not move without") {
   CHECK(plant->execute("get 16 0x6041") == "ok 592\n");
 }
 
-TEST_CASE("a frame of somebody else") {
+TEST_CASE("a frame of another node") {
   const auto plant = demo();
   Frames frames(*plant);
   CHECK(plant->execute("send 602#4000100000000000") == "ok\n");
@@ -227,7 +227,7 @@ TEST_CASE("a frame of somebody else") {
   }
 }
 
-TEST_CASE("shutdown is for whoever runs the plant") {
+TEST_CASE("shutdown is for the owner of the plant") {
   const auto plant = demo();
   CHECK(plant->control().execute("shutdown", 0).shutdown);
   CHECK_FALSE(plant->control().execute("time", 0).shutdown);

@@ -82,7 +82,7 @@ TEST_CASE("a lag is passed on at times that do not depend on who looks, until it
   CHECK(wire.next_change(21'000'000) == kNever);
 }
 
-TEST_CASE("an output is wired as it stands at the terminal, bit by bit, at once") {
+TEST_CASE("an output is wired as it is at the terminal, bit by bit, at once") {
   const auto plant = demo(wire("66:output:2", "32:0x2001") + wire("66:0x6200:1.1", "66:input:8") +
                           wire("66:output:8", "66:input:1", "inverted = true"));
   CHECK(get(*plant, "32 0x2001") == "0");
@@ -192,7 +192,7 @@ eds = "demo:/io_module.eds"
     CHECK(logs(step) == known);
 }
 
-TEST_CASE("ends that a node does not have are told") {
+TEST_CASE("ends that a node does not have are reported") {
   const config::FileReader read = config::with_demo_plant(no_file);
   config::Config config;
   const std::string text = "[[node]]\nid = 5\neds = \"demo:/io_module.eds\"\n" +

@@ -44,7 +44,7 @@ Played played(const std::string& text) {
 
 }  // namespace
 
-TEST_CASE("scenarios: what is wrong with a file is told by line") {
+TEST_CASE("scenarios: errors in a file are reported by line") {
   const auto wrong = [](const std::string& text) { return problems(scenario(text).problems); };
   const std::string no_step = "1: step: there is none; write [[step]] above each step";
   const std::string not_every = "1: every: such a step has do, and neither wait nor expect";
@@ -80,7 +80,7 @@ TEST_CASE("scenarios: what is wrong with a file is told by line") {
   CHECK(wrong("[module]\nnode = 300\n[[step]]\n").size() == 1);
 }
 
-TEST_CASE("scenarios: commands and conditions that are none are told before anything happens") {
+TEST_CASE("scenarios: invalid commands and conditions are reported before anything happens") {
   const Scenario made = scenario(
       "plant = \"demo\"\n[[step]]\ndo = [\"time\",\n \"tmie\"]\nwait = \"regster 1\"\nexpect = \"register "
       "99999 = 1\"\n");

@@ -144,7 +144,7 @@ TEST_CASE("Pacing: 8 bytes are 111 bits without stuff bits: 111 us at 1 Mbit/s, 
   CHECK(bus.next_deadline() == cbcan::kNever);
 }
 
-TEST_CASE("Bus-off: the queue is lost, nothing goes in or out, the owner is told; and back on") {
+TEST_CASE("Bus-off: the queue is lost, nothing goes in or out, the owner is notified; and back on") {
   Bus bus;
   Listener ear, other;
   cbcan::sim::Port& port = bus.attach(ear);

@@ -40,7 +40,7 @@ Texts numbered(unsigned count) {
 
 }  // namespace
 
-TEST_CASE("frame-loss: a frame reaches nobody; of 40 with 25 % the same eight each time") {
+TEST_CASE("frame-loss: a frame reaches no node; of 40 with 25 % the same eight each time") {
   const std::set<unsigned> lost{1, 9, 10, 17, 18, 19, 28, 36};
   Texts expected;
   for (unsigned i = 0; i < 40; ++i)
@@ -128,7 +128,7 @@ TEST_CASE("frame-corrupt: one bit of identifier, DLC or data, for all who hear i
   CHECK(data.bus_faults.list()[0].fired == 4);
 }
 
-TEST_CASE("Frames from outside are harmed too") {
+TEST_CASE("Frames from outside are altered too") {
   Wire wire;
   wire.set_bus("frame-loss count=1");
   wire.bus.receive(frame_from("181#01"), 0);

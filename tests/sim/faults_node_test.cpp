@@ -63,7 +63,7 @@ TEST_CASE("Setting and removing another fault does not change what one does") {
   CHECK(beside + responses(plant, 40) == alone);
 }
 
-TEST_CASE("Faults are applied in the order of their numbers; a swallowed frame is an occasion for no other") {
+TEST_CASE("Faults are applied in the order of their numbers; a suppressed frame matches no other") {
   FaultyPlant plant;
   plant.set("response-late delay_ms=5");
   plant.set("response-twice delay_ms=2");
@@ -103,7 +103,7 @@ TEST_CASE("Numbers, list, remove and clear") {
   CHECK(plant.set("silent") == 3);
 }
 
-TEST_CASE("Every firing is told: whose, which, when and to what frame") {
+TEST_CASE("Every effect is reported: node, fault, time and frame") {
   FaultyPlant plant;
   plant.set("response-late index=0x1000 count=1");
   plant.set("bus-off from_ms=20 until_ms=30");
@@ -189,7 +189,7 @@ TEST_CASE("Storms beat from the beginning on, for count frames or as long as the
   CHECK(plant.world.next_deadline() == cbcan::kNever);
 }
 
-TEST_CASE("bus-off without an end lasts until it is removed; what was held back is lost") {
+TEST_CASE("bus-off without an end lasts until it is removed; delayed frames are lost") {
   FaultyPlant plant;
   plant.set("response-late");
   plant.send(kRead);
@@ -255,7 +255,7 @@ TEST_CASE("A fault set in the middle of a transfer knows the steps, but not the 
   CHECK(plant.heard() == Texts{"0 585#100708090A0B0C0D"});
 }
 
-TEST_CASE("A last segment with number 65 is told from the end of the block: same byte, C1h") {
+TEST_CASE("A last segment with number 65 is distinguished from the end of the block: same byte, C1h") {
   cbcan::sim::SdoWatch watch;
   using cbcan::sim::SdoStep;
   watch.on_request(frame_from("605#A410200050000000"));

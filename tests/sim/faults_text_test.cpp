@@ -117,7 +117,7 @@ TEST_CASE("Every key takes its lowest and highest value and none beyond") {
   }
 }
 
-TEST_CASE("Mistakes are told with the key and what is allowed") {
+TEST_CASE("Errors are reported with the key and the permitted values") {
   CHECK(problem_of("response-lat") == "fault \"response-lat\": no such kind; did you mean response-late?");
   CHECK(
       problem_of("nonsense") ==

@@ -74,7 +74,7 @@ TEST_CASE("Module: a store that fails is 0606 0000h, and nothing has changed") {
   CHECK(module.get(0x1017, 0) == 500);
 }
 
-TEST_CASE("Module: stored values that do not fit are left out, which is told once; the others count") {
+TEST_CASE("Module: stored values that do not fit are left out, which is reported once; the others count") {
   Module module;
   module.put(0x1017, 0, 2, 500);
   module.save();  // 1014h follows the node ID: no part of it

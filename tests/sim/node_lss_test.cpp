@@ -136,7 +136,7 @@ TEST_CASE("Node: an ID that LSS has not stored is gone at the next power-on; par
   bench.ask("606#4000200000000000", "586#4B00200055000000");
 }
 
-TEST_CASE("Node: LSS is told that a store has failed, and nothing has changed") {
+TEST_CASE("Node: LSS learns that a store has failed, and nothing has changed") {
   KeptParameters kept;
   NodeBench bench(with_lss(&kept));
   kept.works = false;

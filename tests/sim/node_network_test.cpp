@@ -118,7 +118,7 @@ TEST_CASE("Node: the step in which time passes does not change what happens") {
   CHECK(logs[0] == logs[1]);
 }
 
-TEST_CASE("World: a frame that somebody sends between two calls of advance() is there at the later one") {
+TEST_CASE("World: a frame sent from outside between two calls of advance() is there at the later one") {
   NodeBench bench;
   bench.now += 10 * kSecond;
   bench.ask("605#2B17100064000000", "585#6017100000000000");

@@ -160,7 +160,7 @@ TEST_CASE("Node: a behaviour's errors: by SDO, by RPDO, by an incident") {
   bench.incident(node, "jam", false).expect("085#0000000000000000");
 }
 
-TEST_CASE("Node: an error whose cause is still there is told again after reset node, not after reset comm.") {
+TEST_CASE("Node: an error whose cause is still there is reported again after reset node, not after reset comm.") {
   NodeBench bench(with_doubler());
   sim::Node& node = bench.node;
   bench.incident(node, "jam", true).expect("085#01FF810102030405");

@@ -104,7 +104,7 @@ TEST_CASE("SLCAN: every text of up to seven characters of fourteen kinds", "[.lo
 
 // ---- Lines
 
-TEST_CASE("SLCAN: a frame's line with any character in the place of any of its own, and cut or lengthened") {
+TEST_CASE("SLCAN: a frame's line with any character instead of any of its own, and cut or lengthened") {
   std::size_t lines = 0;
   for (const char type : {'t', 'T', 'r', 'R'})
     for (char length = '0'; length <= '9'; ++length)
@@ -156,7 +156,7 @@ TEST_CASE("SLCAN: F with every two characters") {
     }
 }
 
-TEST_CASE("SLCAN: an s line with any character in the place of any of its own") {
+TEST_CASE("SLCAN: an s line with any character instead of any of its own") {
   const std::string good = "sp128007";
   for (std::size_t at = 0; at < good.size(); ++at)
     for (int c = 0; c < 256; ++c) {

@@ -41,7 +41,7 @@ TEST_CASE("The case of ASCII letters does not count") {
   CHECK_FALSE(less_text("B", "a"));
 }
 
-TEST_CASE("UTF-8 is told from other text") {
+TEST_CASE("UTF-8 is distinguished from other text") {
   CHECK(first_line_not_utf8("a\xC3\xBC\xE2\x82\xAC\xF0\x9F\x98\x80") == 0);
   CHECK(first_line_not_utf8("\xFC") == 1);              // Latin-1
   CHECK(first_line_not_utf8("\xC3") == 1);              // cut short
@@ -68,7 +68,7 @@ TEST_CASE("The first line that is not UTF-8") {
   CHECK(first_line_not_utf8("a\n\n\xE2\x82") == 3);
 }
 
-TEST_CASE("Words stand between blanks and line ends") {
+TEST_CASE("Words are separated by blanks and line ends") {
   CHECK(words_of(" a\tb \n c=1 2\r\n") == std::vector<std::string_view>{"a", "b", "c=1", "2"});
   CHECK(words_of(" \n").empty());
   CHECK(split("a=b=c", '=') == std::pair<std::string_view, std::string_view>("a", "b=c"));
@@ -76,7 +76,7 @@ TEST_CASE("Words stand between blanks and line ends") {
   CHECK_FALSE(split("a", '='));
 }
 
-TEST_CASE("Help stands in two columns, 80 wide") {
+TEST_CASE("Help has two columns, 80 wide") {
   CHECK(beside("--a N", "one two", 12) == "  --a N     one two\n");
   CHECK(beside("--longer N", "one", 12) == "  --longer N\n            one\n");
   const std::string words(67, 'x');
@@ -84,7 +84,7 @@ TEST_CASE("Help stands in two columns, 80 wide") {
   CHECK(beside("--a N", words.substr(2) + " y", 12) == "  --a N     " + words.substr(2) + " y\n");
 }
 
-TEST_CASE("what somebody may have meant") {
+TEST_CASE("suggestions for mistyped words") {
   constexpr std::array<std::string_view, 5> kKnown{"can", "can.bit_rate", "can.spec", "log.file", "node.id"};
   CHECK(nearest("can.bit_rte", kKnown) == "can.bit_rate");
   CHECK(nearest("can.rate", kKnown) == "can.bit_rate");

@@ -204,7 +204,7 @@ class NoDevice(unittest.TestCase):
         device = Device()
         self.addCleanup(device.stop)
         os.chmod(device.name, 0)
-        with tempfile.TemporaryDirectory() as folder:  # the user nobody may not reach the build folder
+        with tempfile.TemporaryDirectory() as folder:  # the other user may not reach the build folder
             os.chmod(folder, 0o755)
             program = shutil.copy(CBCANCTL, folder)
             done = subprocess.run([program, "--rtu", device.name, "state", "0"], capture_output=True, text=True, timeout=LIMIT,

@@ -132,7 +132,7 @@ TEST_CASE("a node that is another one, that refuses or that keeps another value 
   CHECK(registers.plant.holds("state 4 operational"));
 }
 
-TEST_CASE("who gives up leaves nothing under way") {
+TEST_CASE("a client that gives up leaves no request in progress") {
   PlantRegisters registers(nodes(1));
   registers.plant.advance(10ms);
   registers.plant.command("fault 1 response-never");

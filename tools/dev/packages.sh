@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: MIT
 # Sourced by tools/demo and tools/test: the Debian packages that they need, and their installation.
 
-# What it takes to build and run the simulator.
+# To build and run the simulator.
 build_packages=(g++ cmake ninja-build pkg-config libfmt-dev libtomlplusplus-dev
   libmicrohttpd-dev nlohmann-json3-dev liblua5.4-dev python3)
 
-# Besides: what it takes to build and run the image for a microcontroller.
+# In addition, to build and run the image for a microcontroller.
 mcu_packages=(gcc-arm-none-eabi libnewlib-arm-none-eabi libstdc++-arm-none-eabi-dev qemu-system-arm socat)
 
-# Besides: what the tests are made with, the clients that they drive, and the guest with a CAN kernel.
+# In addition, for the tests: their libraries and clients, and the guest whose kernel has CAN.
 test_packages=(catch2 libmodbus-dev librapidcheck-dev valgrind git
   clang-14 libclang-rt-14-dev gcovr
   "${mcu_packages[@]}" g++-aarch64-linux-gnu

@@ -41,7 +41,7 @@ class ChildProcess {
   void reap(int options);
 
   Reactor& reactor_;
-  bool in_foreground_;  ///< of the terminal, which is given to the command and taken back
+  bool in_foreground_;  ///< of the terminal, which the command gets until it ends
   Descriptor line_;     ///< to the guard: a byte for each signal; closed when this program ends
   pid_t guard_ = 0;
   Descriptor ended_;  ///< readable when the guard has ended

@@ -40,7 +40,7 @@ TEST_CASE("Faults: after power on there are none, whatever the memory holds") {
   }
 }
 
-TEST_CASE("Faults: each is counted over resets, the last one is told; of the watchdog nobody knows where") {
+TEST_CASE("Faults: each is counted over resets, the last one is reported; the watchdog has no place") {
   Memory memory(0xFF);
   memory.record.start(Cause::kPowerOn);
   memory.record.note({0x08010203, 0x08020305, 0x02000000});

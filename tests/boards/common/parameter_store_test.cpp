@@ -49,7 +49,7 @@ TEST_CASE("1010h: each parameter is what it was after power has been off") {
   board.bench->pass(20 * kMillisecond).expect("1FF#02010000");
 }
 
-TEST_CASE("1010h: stored values stand again after a reset of the node, and of its communication") {
+TEST_CASE("1010h: stored values are back after a reset of the node, and of its communication") {
   Board board;
   board.on();
   board.put(0x1006, 0, 4, 1000);

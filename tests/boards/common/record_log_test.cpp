@@ -232,7 +232,7 @@ TEST_CASE("Record log: one that can never fit") {
   CHECK(log.append(Record({1})) == Result::kKept);
 }
 
-TEST_CASE("Record log: flash that does not work is told, and what it has is read") {
+TEST_CASE("Record log: flash that fails is reported, and its contents are read") {
   FlashModel flash(kWords);
   RecordLog log(flash);
   log.start();
@@ -249,7 +249,7 @@ TEST_CASE("Record log: flash that does not work is told, and what it has is read
 }
 
 TEST_CASE(
-    "Record log: a power cut at each operation, and at each one of the start behind it, loses nothing") {
+    "Record log: a power cut at each operation, and at each one of the next start, loses nothing") {
   const std::size_t operations = Life(kWords, 25).flash.operations;
   REQUIRE(operations > 150);
   for (const Cut cut : {Cut::kBefore, Cut::kHalfWay, Cut::kAfter})

@@ -123,7 +123,7 @@ TEST_CASE("A transaction by Modbus RTU: request, frames, response, result") {
                0x00, 0x00, 0x00, 0x04, 0x56, 0x78, 0x12, 0x34, 0x21, 0x34}));
 }
 
-TEST_CASE("A cancel and a new CA0Eh right behind it are two things: one request a turn, a poll after each") {
+TEST_CASE("A cancel and a new CA0Eh right after it are two requests: one a turn, a poll after each") {
   Bench bench;
   bench.prepare();
   bench.port.sent.clear();
@@ -162,7 +162,7 @@ TEST_CASE("A request is executed after its silence, and a turn says when that is
   }
 }
 
-TEST_CASE("The diagnostics registers are fresh when somebody reads") {
+TEST_CASE("The diagnostics registers are up to date when read") {
   Bench bench;
   bench.board.report[0] = {regmap::ResetCause::kWatchdog, regmap::ClockSource::kInternal, 2048, 400, 7,
                            {0x10001, 2, 3, 4, 5}};

@@ -45,7 +45,7 @@ TEST_CASE("errors: passive because of what is received") {
   CHECK(rig.can.state() == BusState::kActive);
 }
 
-TEST_CASE("bus-off: frames in mailboxes are taken back, none is accepted, and none comes out afterwards") {
+TEST_CASE("bus-off: frames in mailboxes are cancelled, none is accepted, and none is sent afterwards") {
   StartedRig rig;
   CHECK(rig.send("000#0100"));
   CHECK(rig.send("601#"));
@@ -117,7 +117,7 @@ TEST_CASE("bus-off: an abort that the controller does not do at once is waited f
   CHECK(rig.sent().empty());
 }
 
-TEST_CASE("bus-off: a controller that does not empty its mailboxes is given up after 200 ms") {
+TEST_CASE("bus-off: a controller that does not empty its mailboxes is abandoned after 200 ms") {
   StartedRig rig;
   rig.poll(10 * kSecond);
   CHECK(rig.send("000#0100"));

@@ -8,7 +8,7 @@
 using namespace cbcan;
 using namespace cbcan::test;
 
-TEST_CASE("transmit: a frame as it stands in the mailbox, TIxR to TDHxR") {
+TEST_CASE("transmit: a frame as it is in the mailbox, TIxR to TDHxR") {
   StartedRig rig;
   CHECK(rig.send("642#4011640100000000"));
   CHECK(rig.model.read(0x180) == 0xC8400001);  // 642h << 21, TXRQ
@@ -46,7 +46,7 @@ TEST_CASE("transmit: three mailboxes, then full; in the order of the requests, n
   CHECK(rig.can.counters().taken_back == 0);
 }
 
-TEST_CASE("transmit: a frame that nobody acknowledges is taken back after a second") {
+TEST_CASE("transmit: a frame without acknowledgement is cancelled after a second") {
   StartedRig rig;
   rig.now = 5 * kSecond;
   CHECK(rig.send("000#0100"));

@@ -86,7 +86,7 @@ TEST_CASE("init: a bit rate that the clock does not give is refused") {
   CHECK(rig.can.stopped());
 }
 
-TEST_CASE("init: a controller that does not respond is given up after 200 ms, each time counted") {
+TEST_CASE("init: a controller that does not respond is abandoned after 200 ms, each time counted") {
   BxCanRig rig;
   rig.model.init_refused = true;
   for (std::uint32_t times = 1; times <= 3; ++times) {

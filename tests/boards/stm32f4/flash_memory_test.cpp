@@ -89,7 +89,7 @@ TEST_CASE("Flash: a sector is erased, the other one stays; then its words can be
   CHECK(rig.flash.registers.sr == 0);
 }
 
-TEST_CASE("Flash: a word that is not erased, and a sector that is protected, are told") {
+TEST_CASE("Flash: a word that is not erased, and a sector that is protected, are reported") {
   FlashRig rig;
   CHECK_FALSE(rig.memory.write(0, 0, 0xFFFFFFFF));
   rig.flash.protect = true;

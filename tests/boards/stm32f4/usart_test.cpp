@@ -70,7 +70,7 @@ TEST_CASE("USART: a baud rate that the clock does not give is refused") {
 }
 
 TEST_CASE(
-    "USART: bytes with parity or framing errors are told as broken, noisy ones handed on; each is counted") {
+    "USART: bytes with parity or framing errors are reported as broken, noisy ones passed on; each is counted") {
   UsartRig rig;
   rig.receive(1, UsartModel::kParity);
   rig.receive(2, UsartModel::kFraming);
@@ -84,7 +84,7 @@ TEST_CASE(
   CHECK(rig.usart.counters().overrun == 0);
 }
 
-TEST_CASE("USART: an overrun is counted, and what came before it is told as broken") {
+TEST_CASE("USART: an overrun is counted, and the bytes before it are reported as broken") {
   UsartRig rig;
   rig.model.receive(1);
   rig.model.receive(2);
@@ -153,7 +153,7 @@ TEST_CASE("USART: bytes that arrive while it sends are handed on") {
   CHECK(rig.sent == 1);
 }
 
-TEST_CASE("USART: a response whose end is never told is given up; one that leaves is not") {
+TEST_CASE("USART: a response whose end is never reported is abandoned; one that is sent is not") {
   UsartRig rig;
   const Bytes response{1, 2, 3, 4, 5, 6, 7, 8};
   std::uint32_t now = 1'000'000;
