@@ -91,6 +91,16 @@ look("the ladder tells why a transaction failed", async (page, plant) => {
   await shows(page, "#diagram", /R3700 = 0 · done/);
 }, manual);
 
+look("the ladder shows the PLC's read of the result, however late", async (page, plant) => {
+  const plc = await modbusClient(plant.where.modbus);
+  await plc.request(16, 3700, EXECUTE, READ, 32, 0x1000, 0, 4);
+  await plant.control("pass 1s");
+  await shows(page, "#diagram", /R3700 = 0 · done/);
+  await plc.request(3, 3700, 1);
+  await shows(page, "#diagram", /reads/);
+  plc.close();
+}, manual);
+
 look("transactions are filtered", async (page, plant) => {
   await failing(plant);
   await plant.control("trigger read 66 0x1000 0 4", "pass 1ms", "trigger write 66 0x6411 1 2 300", "pass 1ms");

@@ -222,8 +222,9 @@ export function startLadder() {
   }
   on('events', events => {
     latest();
-    if (events.some(event => event.transaction === state.transaction && event.kind !== 'ended') && !element('follow').checked)
-      show(state.transaction);
+    // The PLC reads the result after the end; further reads of a followed transaction change only a number.
+    const complete = element('follow').checked && shown?.ended.transaction === state.transaction && shown.rows.some(row => row.fold === 'reads');
+    if (!complete && events.some(event => event.transaction === state.transaction && event.kind !== 'ended')) show(state.transaction);
   });
   on('cursor', mark);
   on('restart', () => {
