@@ -100,16 +100,19 @@ struct Run {
 
   /// At the time when the waiting request is to be executed.
   void poll() {
-    const std::uint32_t us = server_.poll(static_cast<std::uint32_t>(now_));
-    if (us != RtuServer::kNoRequest) wait(us);
+    const std::uint32_t us = poll_now();
+    if (us == RtuServer::kNoRequest || us == 0) return;
+    wait(us);
     poll_now();
   }
-  void poll_now() {
+  /// 0 = a request has been taken and executed.
+  std::uint32_t poll_now() {
     const std::uint32_t us = server_.poll(static_cast<std::uint32_t>(now_));
-    if (us == RtuServer::kNoRequest) return;
+    if (us == RtuServer::kNoRequest) return us;
     const std::uint64_t due = last_us_ + std::max(settings_.silence_us, settings_.response_delay_us);
     require(us == (due > now_ ? due - now_ : 0), "a request is executed when its silence is over");
     if (us == 0) execute();
+    return us;
   }
   void sent() {
     server_.on_sent();
@@ -184,7 +187,7 @@ void step(Run& run, Input& input) {
     case kPoll: return run.poll();
     case kSent: return run.sent();
     case kPollSent: run.poll(); return run.sent();
-    default: return run.poll_now();
+    default: run.poll_now();
   }
 }
 
