@@ -208,23 +208,24 @@ HttpServer::HttpServer(Reactor& reactor, const text::ListenAddress& listen, bool
                                Callbacks::on_completed, this, MHD_OPTION_NOTIFY_CONNECTION,
                                Callbacks::on_connection, this, MHD_OPTION_CONNECTION_LIMIT, kMostClients,
                                MHD_OPTION_CONNECTION_TIMEOUT, kSilentForSeconds,
-                               MHD_OPTION_CONNECTION_MEMORY_LIMIT, kMemoryPerConnection, MHD_OPTION_END)) {
+                               MHD_OPTION_CONNECTION_MEMORY_LIMIT, kMemoryPerConnection, MHD_OPTION_END),
+              MHD_stop_daemon) {
   connections_.reserve(kMostClients);
-  if (daemon_ == nullptr) throw EnvironmentError("http " + to_string(listen) + ": it cannot be served");
-  const int epoll = MHD_get_daemon_info(daemon_, MHD_DAEMON_INFO_EPOLL_FD)->epoll_fd;
-  reactor_.watch(epoll, Reactor::kReadable, [this](std::uint32_t) { MHD_run(daemon_); });
+  if (!daemon_) throw EnvironmentError("http " + to_string(listen) + ": it cannot be served");
+  const int epoll = MHD_get_daemon_info(daemon_.get(), MHD_DAEMON_INFO_EPOLL_FD)->epoll_fd;
+  reactor_.watch(epoll, Reactor::kReadable, [this](std::uint32_t) { MHD_run(daemon_.get()); });
 }
 
 /// The library closes a socket that it does not accept.
 void HttpServer::adopt(Descriptor socket) {
   const sockaddr_storage nobody{};
-  if (MHD_add_connection(daemon_, socket.release(), reinterpret_cast<const sockaddr*>(&nobody),
+  if (MHD_add_connection(daemon_.get(), socket.release(), reinterpret_cast<const sockaddr*>(&nobody),
                          sizeof nobody) != MHD_YES)
     throw EnvironmentError("there is no memory for it");
 }
 
 std::size_t HttpServer::clients() const {
-  return MHD_get_daemon_info(daemon_, MHD_DAEMON_INFO_CURRENT_CONNECTIONS)->num_connections;
+  return MHD_get_daemon_info(daemon_.get(), MHD_DAEMON_INFO_CURRENT_CONNECTIONS)->num_connections;
 }
 
 /// The daemon must not be stopped with suspended connections.
@@ -233,13 +234,12 @@ HttpServer::~HttpServer() {
     live->ended = true;
     if (std::exchange(live->suspended, false)) MHD_resume_connection(live->connection);
   }
-  MHD_run(daemon_);
-  reactor_.forget(MHD_get_daemon_info(daemon_, MHD_DAEMON_INFO_EPOLL_FD)->epoll_fd);
-  MHD_stop_daemon(daemon_);
+  MHD_run(daemon_.get());
+  reactor_.forget(MHD_get_daemon_info(daemon_.get(), MHD_DAEMON_INFO_EPOLL_FD)->epoll_fd);
 }
 
-/// Any DNS server may give a name to this machine's address (DNS rebinding), so only known names are accepted;
-/// an IP address is safe.
+/// Any DNS server may give a name to this machine's address (DNS rebinding), so only known names are
+/// accepted; an IP address is safe.
 std::string HttpServer::refusal(const adapters::HttpRequest& request, const std::string& host,
                                 const std::string& origin) const {
   std::string name;
@@ -264,7 +264,7 @@ void HttpServer::poll(Time now) {
   else
     resumed = poll_streams(now);
   MHD_UNSIGNED_LONG_LONG left = 0;
-  if (resumed || (MHD_get_timeout(daemon_, &left) == MHD_YES && left == 0)) MHD_run(daemon_);
+  if (resumed || (MHD_get_timeout(daemon_.get(), &left) == MHD_YES && left == 0)) MHD_run(daemon_.get());
 }
 
 /// Closes the connections of clients that left during a request or a stream, for clients that wait.
@@ -305,7 +305,8 @@ Time HttpServer::next_deadline() const {
   const bool waits = !streams_.empty() || is_full();
   Time next = !waits ? kNever : may_have_news_ ? look_at_ : keep_alive_at_;
   MHD_UNSIGNED_LONG_LONG left = 0;
-  if (MHD_get_timeout(daemon_, &left) == MHD_YES) next = earlier(next, Reactor::now() + left * kMillisecond);
+  if (MHD_get_timeout(daemon_.get(), &left) == MHD_YES)
+    next = earlier(next, Reactor::now() + left * kMillisecond);
   return next;
 }
 

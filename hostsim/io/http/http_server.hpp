@@ -72,7 +72,7 @@ class HttpServer final : private AcceptsClients {
   Time look_at_ = 0;            ///< streams are not polled before
   bool may_have_news_ = false;  ///< a stream may have new data since it was polled
   Time keep_alive_at_ = kNever;
-  MHD_Daemon* daemon_ = nullptr;
+  std::unique_ptr<MHD_Daemon, void (*)(MHD_Daemon*)> daemon_;
 };
 
 }  // namespace cbcan::io
