@@ -109,6 +109,7 @@ TEST_CASE("[PDO-26] none is valid at first") {
   for (std::uint16_t k = 0; k < 16; ++k) {
     for (const std::uint16_t first : Words{0x1400, 0x1800})
       CHECK((read_local(window, static_cast<std::uint16_t>(first + k), 1).number & 0x80000000) != 0);
+    CHECK(read_local(window, static_cast<std::uint16_t>(0x1600 + k), 1) == Value{0, 4});
   }
   prepare_pdo(window, 0x1400, 255, {0xA1000110});
   prepare_pdo(window, 0x1800, 255, {0xA5800110});

@@ -160,6 +160,7 @@ struct DeviceRig final : Wire, private DeviceApplication {
   std::vector<std::uint8_t> values;
   Time now = 0;
   std::vector<std::string> events;  ///< calls of the application
+  unsigned id_reports = 0;          ///< that received_ids() may have changed
 
  private:
   void restore(std::uint16_t first_index, std::uint16_t last_index, Time) override {
@@ -170,6 +171,7 @@ struct DeviceRig final : Wire, private DeviceApplication {
   }
   void on_written(Time) override { events.push_back("written"); }
   void on_sync(Time) override { events.push_back("sync"); }
+  void on_received_ids() override { ++id_reports; }
   void on_network_failure(NetworkFailure failure, Time) override {
     const char* const names[] = {"heartbeat", "guarding", "bus-off"};
     events.push_back(std::string("lost ") + names[static_cast<int>(failure)]);
@@ -245,6 +247,19 @@ TEST_CASE("TIME consumer: milliseconds after midnight and days since 1984") {
   CHECK(rig.device.time_stamp().at(rig.now) == cbcan::TimeOfDay{0, 15569});
   rig.now += 366 * 24 * 3600 * kSecond + 7 * 3600 * kSecond + 1'999;
   CHECK(rig.device.time_stamp().at(rig.now) == cbcan::TimeOfDay{25'200'001, 15935});
+}
+
+TEST_CASE("Reset communication ends TIME that an SDO download has enabled, and reports the received CAN-IDs") {
+  DeviceRig rig;
+  rig.start();
+  rig.write(0x1012, 0, 4, 0x80000100);
+  const unsigned before = rig.id_reports;
+  rig.arrive("000#8242");
+  rig.expect("742#00");
+  CHECK(rig.id_reports == before + 1);
+  rig.arrive("100#0000000001000000");
+  CHECK(rig.device.time_stamp().at(rig.now) == cbcan::TimeOfDay{0, 0});
+  CHECK(rig.received_ids() == std::vector<std::uint32_t>{0x000, 0x080, 0x642, 0x742});
 }
 
 TEST_CASE("A frame for none of its services makes no deadline earlier, whatever else is due; one for the node may") {
