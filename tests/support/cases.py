@@ -2,6 +2,7 @@
 """Prints how many cases of a suite ran; it fails if fewer ran than CBCAN_CASES (from CMakeLists.txt)."""
 
 import os
+import signal
 import sys
 import unittest
 
@@ -17,6 +18,7 @@ def enough(ran):
 
 def main():
     """unittest.main() that counts the cases, unless its arguments choose some of them."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background job ignores it, and so would the programs
     chosen = len(sys.argv) > 1
     result = unittest.main(exit=False).result
     ran = result.testsRun - len(result.skipped)

@@ -3,6 +3,8 @@
 // docs/reference/registers.md.
 #include "cbcan/window.hpp"
 
+#include "support/catch.hpp"
+
 namespace cbcan::window::test {
 namespace {
 
