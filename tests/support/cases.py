@@ -18,7 +18,8 @@ def enough(ran):
 
 def main():
     """unittest.main() that counts the cases, unless its arguments choose some of them."""
-    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background job ignores it, and so would the programs
+    for number in (signal.SIGHUP, signal.SIGINT):  # a background job ignores them, and so would the programs that a test starts
+        signal.signal(number, signal.SIG_DFL)
     chosen = len(sys.argv) > 1
     result = unittest.main(exit=False).result
     ran = result.testsRun - len(result.skipped)
