@@ -275,6 +275,26 @@ TEST_CASE("a Modbus request belongs to the transaction of the registers that it 
   CHECK(transaction_of({3, 0x0E, 0xBA, 0, 1}) == 0);
 }
 
+TEST_CASE("a Modbus request as text: its registers, and the words of the request or the response") {
+  Journal journal;
+  NetworkWatch watch(journal, 1, {}, 0);
+  const auto text_of_request = [&](const std::vector<std::uint8_t>& pdu,
+                                   const std::vector<std::uint8_t>& response) {
+    Cursor cursor(journal, kinds_of({Kind::kModbus}));
+    watch.on_modbus({1, 1, 1, 0, pdu, response}, 0);
+    std::string text;
+    cursor.look(
+        [&](std::uint64_t, const Event& event) { return text = text_of(event, journal, nullptr), true; });
+    return text;
+  };
+  CHECK(text_of_request({3, 0x0E, 0x74, 0, 2}, {3, 4, 0xCA, 0x0E, 0, 1})
+            .ends_with("FC3 R3700..R3701: 51726 1"));
+  CHECK(text_of_request({6, 0x0E, 0x74, 0, 7}, {6, 0x0E, 0x74, 0, 7}).ends_with("FC6 R3700 = 7"));
+  CHECK(text_of_request({16, 0x0E, 0x74, 0, 1, 2, 0, 7}, {16, 0x0E, 0x74, 0, 1}).ends_with("FC16 R3700 = 7"));
+  CHECK(text_of_request({22, 0x0E, 0x74, 0, 0xF2, 0, 0x25}, {22, 0x0E, 0x74, 0, 0xF2, 0, 0x25})
+            .ends_with("FC22 R3700 = 242 37"));
+}
+
 TEST_CASE("the same seed gives the same journal") {
   const Lines once = session("");
   CHECK(once.size() > 300);
