@@ -24,7 +24,7 @@ function(cbcan_target name)
     target_link_options(${name} PUBLIC -fsanitize=fuzzer-no-link)
   endif()
   if(CBCAN_COVERAGE)
-    target_compile_options(${name} PUBLIC --coverage)
+    target_compile_options(${name} PUBLIC --coverage -fprofile-update=atomic)  # threads count too
     target_link_options(${name} PUBLIC --coverage)
   endif()
 endfunction()
