@@ -37,8 +37,10 @@ struct CommandServer {
 TEST_CASE("Command server: each line is executed once and answered in order, in pieces of any size") {
   CommandServer server;
   StreamClient client(server.commands.address());
-  for (const char c : std::string("one\r\n\ntwo\nthr"))
-    client.send(std::string(1, c)), server.reactor.poll(0);
+  for (const char c : std::string("one\r\n\ntwo\nthr")) {
+    client.send(std::string(1, c));
+    server.reactor.poll(0);
+  }
   server.run_until([&] { return client.heard() == "did one\ndid two\n"; });
   client.send("ee\nfour\n");
   server.run_until([&] { return client.heard() == "did one\ndid two\ndid three\ndid four\n"; });

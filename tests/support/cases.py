@@ -18,8 +18,9 @@ def enough(ran):
 
 def main():
     """unittest.main() that counts the cases, unless its arguments choose some of them."""
-    for number in (signal.SIGHUP, signal.SIGINT):  # a background job ignores them, and so would the programs that a test starts
-        signal.signal(number, signal.SIG_DFL)
+    for number in (signal.SIGHUP, signal.SIGINT):
+        if signal.getsignal(number) == signal.SIG_IGN:  # in a background job; the programs that a test starts would inherit that, but not this
+            signal.signal(number, lambda *_: None)
     chosen = len(sys.argv) > 1
     result = unittest.main(exit=False).result
     ran = result.testsRun - len(result.skipped)
