@@ -187,6 +187,16 @@ struct DeviceRig final : Wire, private DeviceApplication {
   Device device;
 };
 
+/// An application that overrides nothing but restore(): one value, 2001h, that is always 7 after power-on.
+template <class Interface>
+struct PlainApplication final : Wire, Interface {
+  void restore(std::uint16_t, std::uint16_t, Time) override { values.assign({7}); }
+
+  std::vector<ObjectEntry> entries = entries_of({{0x2001, 0, 0, kUnsigned8}});
+  std::vector<std::uint8_t> values{7};
+  std::vector<std::uint8_t> buffer = std::vector<std::uint8_t>(8);
+};
+
 }  // namespace
 
 // ---- SYNC
@@ -387,4 +397,34 @@ TEST_CASE("Bus-off is a network failure too, once; back on the bus it is reporte
   CHECK(rig.events == std::vector<std::string>{"lost bus-off", "state 127"});
   rig.device.on_bus_state(BusState::kActive, rig.now);
   rig.expect("0C2#4081110000000000", "0C2#0000000000000000");
+}
+
+TEST_CASE("A slave alone answers SDO requests, except in Stopped") {
+  PlainApplication<Application> rig;
+  Slave slave(0x42, {rig.entries, rig.values, {}}, rig.buffer, rig, rig.port);
+  slave.start(0);
+  rig.expect("742#00");
+  const auto arrive = [&](const char* frame) { slave.on_frame(frame_from(frame), 0); };
+  arrive("642#4001200000000000");
+  rig.expect("5C2#4F01200007000000");
+  arrive("000#0242");
+  arrive("642#4001200000000000");
+  rig.expect_silence();
+  arrive("000#8042");
+  arrive("642#4001200000000000");
+  rig.expect("5C2#4F01200007000000");
+}
+
+TEST_CASE("A device whose application overrides only restore() reacts to bus-off as CiA 301 says") {
+  PlainApplication<DeviceApplication> rig;
+  Device device(0x42, {rig.entries, rig.values, {}}, {rig.buffer, {}, {}}, rig, rig.port);
+  device.start(0);
+  device.on_frame(frame_from("000#0142"), 0);
+  device.poll(0);
+  rig.expect("742#00");
+  device.on_bus_state(BusState::kBusOff, 0);
+  device.on_bus_state(BusState::kActive, 0);
+  device.on_frame(frame_from("742#R1"), 0);
+  device.poll(0);
+  rig.expect("742#7F");
 }

@@ -198,6 +198,26 @@ TEST_CASE("LSS: a device without a node ID is asked for, and gets one when it is
   device.ask_in_vain({"4C"});
 }
 
+TEST_CASE("LSS: a device that reacts to nothing gets its node ID, and is silent while others switch") {
+  struct Plain final : LssApplication {
+    std::uint32_t identity(std::uint8_t) const override { return 1; }
+    bool is_bit_rate_supported(std::uint8_t) const override { return true; }
+    StoreResult store(std::uint8_t, std::uint8_t) override { return StoreResult::kNoStorage; }
+  } application;
+  RecordingPort port;
+  LssSlave slave(application, port);
+  slave.start(kNone, 4, 0);
+  const auto hear = [&](const char* frame) { slave.on_frame(frame_from(frame), 0); };
+  for (const char* request : {"7E5#0401000000000000", "7E5#1142000000000000", "7E5#0400000000000000"})
+    hear(request);
+  CHECK(slave.node_id() == 0x42);
+  for (const char* request : {"7E5#0401000000000000", "7E5#150A000000000000", "7E5#5E00000000000000"})
+    hear(request);
+  slave.poll(20 * kMillisecond);
+  hear("7E5#5E00000000000000");
+  CHECK(port.sent == std::deque<std::string>{"7E4#1100000000000000", "7E4#5E42000000000000"});
+}
+
 TEST_CASE("LSS: configure bit timing") {
   LssDevice device(5);
   device.ask_in_vain({kConfiguration});

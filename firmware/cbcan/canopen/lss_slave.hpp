@@ -43,15 +43,17 @@ class LssApplication {
   virtual bool is_bit_rate_supported(std::uint8_t table_index) const = 0;
 
   /// "Activate bit timing" takes the device off the bus until all devices have switched: meanwhile nothing is
-  /// sent or received. activate_bit_rate() is called halfway through.
-  virtual void set_on_bus(bool on, Time now) = 0;
-  virtual void activate_bit_rate(std::uint8_t table_index, Time now) = 0;
+  /// sent or received. activate_bit_rate() is called halfway through. Both do nothing where no rate is
+  /// switched.
+  virtual void set_on_bus(bool /*on*/, Time /*now*/) {}
+  virtual void activate_bit_rate(std::uint8_t /*table_index*/, Time /*now*/) {}
 
   /// Stores both for the next power-on.
   virtual StoreResult store(std::uint8_t node_id, std::uint8_t bit_rate) = 0;
 
-  /// A device without a node ID now has this one, 1..127: perform the NMT initialisation and boot up.
-  virtual void on_node_id(std::uint8_t node_id, Time now) = 0;
+  /// A device without a node ID now has this one, 1..127: perform the NMT initialisation and boot up. Nothing
+  /// to do for one that always has a node ID.
+  virtual void on_node_id(std::uint8_t /*node_id*/, Time /*now*/) {}
 
  protected:
   ~LssApplication() = default;

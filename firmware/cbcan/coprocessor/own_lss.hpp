@@ -36,9 +36,6 @@ class OwnLss final : private LssApplication {
     const bool kept = node_id != LssSlave::kNoNodeId && memory->keep_address(node_id, bit_rate);
     return kept ? StoreResult::kStored : StoreResult::kAccessError;
   }
-  void set_on_bus(bool /*on*/, Time /*now*/) override {}
-  void activate_bit_rate(std::uint8_t /*table_index*/, Time /*now*/) override {}
-  void on_node_id(std::uint8_t /*node_id*/, Time /*now*/) override {}  // it always has one
 
   const Device& device_;
   DeviceApplication& application_;

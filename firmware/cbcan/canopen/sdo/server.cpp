@@ -33,11 +33,9 @@ void SdoServer::on_frame(const Frame& frame, Time now) {
     case sdo::Request::kInitiateUpload: return initiate_upload(frame);
     case sdo::Request::kUploadSegment: return upload_segment(frame);
     case sdo::Request::kBlockDownload:
-      if (kServices.block_transfer) return block_download(frame);
-      break;
+      return kServices.block_transfer ? block_download(frame) : abort(AbortCode::kSync);
     case sdo::Request::kBlockUpload:
-      if (kServices.block_transfer) return block_upload(frame);
-      break;
+      return kServices.block_transfer ? block_upload(frame) : abort(AbortCode::kSync);
     case sdo::Request::kAbort:
       ++counters_.aborts_received;
       state_ = State::kIdle;
