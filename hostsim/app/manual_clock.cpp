@@ -20,6 +20,12 @@ constexpr int kMostTurnsBeforeTime = 100;
 /// The longest step between two checks for signals.
 constexpr Time kLongestStep = kSecond;
 
+/// A shell's background job would be stopped if it read the terminal.
+bool is_background_job() {
+  const pid_t foreground = ::tcgetpgrp(STDIN_FILENO);
+  return foreground >= 0 && foreground != ::getpgrp();
+}
+
 void poll_clients(Simulator& simulator) {
   for (int turns = 0; turns < kMostTurnsBeforeTime && simulator.poll(0) != 0; ++turns) {
   }
@@ -30,7 +36,7 @@ void poll_clients(Simulator& simulator) {
 /// Takes no further lines while the responses are not read.
 void ManualClock::drive(Simulator& simulator) {
   std::optional<io::LineInput> input;
-  if (reads_input_) input.emplace(reactor_, STDIN_FILENO, "standard input");
+  if (reads_input_ && !is_background_job()) input.emplace(reactor_, STDIN_FILENO, "standard input");
   while (!simulator.stop_requested() && !(input && input->ended() && !dialogue_->waiting)) {
     const Time look = !console_.heard() ? io::Reactor::now() + io::Output::kRetry
                       : input           ? input->next_deadline()

@@ -232,7 +232,7 @@ std::size_t Simulator::poll(Time until) {
   Time next = next_deadline();
   if (observed_ || next <= reactor_.time() || console_.waits()) next = poll_due();
   if (runs_) reactor_.hold_at(plant_->schedule().first_time());
-  return reactor_.poll(earlier(until, next));
+  return reactor_.poll(stopping_ ? 0 : earlier(until, next));
 }
 
 /// Does what is due in the plant, in order of time, for kLongestPiece at most; then clients and signals are

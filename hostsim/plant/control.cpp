@@ -264,7 +264,7 @@ std::span<const Execution::Command> Execution::commands() {
        "A line shows place in the network, node ID (`-` without one), NMT state, device and name."}},
       {2, 2, &Execution::get, {"get NODE INDEX[:SUB]|output:N", "Reads an object as by SDO, or a terminal",
        "Access rights are ignored. `output:N` is a digital output after polarity, filter mask and error value, "
-       "`analogue-output:N` an analogue one; `INDEX:SUB.BIT` is one bit."}},
+       "`analogue-output:N` an analogue one; so are `input:N` and `analogue-input:N`. `INDEX:SUB.BIT` is one bit."}},
       {3, 3, &Execution::set, {"set NODE INDEX[:SUB] NUMBER", "Sets an input from outside",
        "The value is rounded and limited to the object's range, as a signal's. Objects from 2000h on that are no input "
        "are also set."}},
@@ -291,7 +291,7 @@ std::span<const Execution::Command> Execution::commands() {
       {2, 2, &Execution::nmt, {"nmt start|stop|preop|reset-node|reset-comm NODE|all", "Sends an NMT command as another master", ""}},
       {1, kAnyNumber, &Execution::wait, {"wait CONDITION [within DURATION]", "Responds with the time when the condition holds",
        "After 60 s of the plant's time, or the duration (`us`, `ms`, `s`), the response is an error. On a manual clock time "
-       "passes meanwhile, except while the PLC has to start a transaction."}},
+       "passes meanwhile, except while the PLC has to start a transaction: the limit is real time then."}},
       {1, 1, &Execution::pass, {"pass DURATION", "Responds with `at` and the time after the duration",
        "On a manual clock it makes time pass."}},
       {0, 0, &Execution::tell_time, {"time", "Seconds since the start", ""}},

@@ -338,6 +338,25 @@ look("another network is chosen", async (page, plant) => {
   await shows(page, "#legend", /Position actual/);
 }, { options: ["--network", "2"] });
 
+look("a transaction that ends while a network is being chosen is in its list", async (page, plant) => {
+  await plant.control("trigger 2/read 5 0x1000 0 4", "pass 1ms");
+  await page.evaluate(() => {
+    const atOnce = window.fetch;
+    window.fetch = async (path, ...more) => {
+      if (path !== "api/journal?network=2") return atOnce(path, ...more);
+      await new Promise((done) => { window.release = done; });
+      return atOnce(path, ...more);
+    };
+  });
+  const before = page.waitForResponse((response) => response.url().endsWith("api/transactions?network=2"));
+  await page.select("#network", "2");
+  await before;
+  await page.waitForFunction(() => window.release);
+  await plant.control("pass 2s");
+  await page.evaluate(() => window.release());
+  await shows(page, "#verdict", /read node 5 .*0504 0000h/);
+}, { options: ["--network", "2", "--clock", "manual"] });
+
 look("events of before a network was chosen do not clear its list", async (page, plant) => {
   await plant.control("trigger 2/read 5 0x1000 0 4", "pass 2s", "trigger read 32 0x1000 0 4", "pass 1ms");
   await shows(page, "#event-list", /read node 32/);

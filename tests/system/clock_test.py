@@ -2,7 +2,9 @@
 # SPDX-License-Identifier: MIT
 """cbcan-sim on a manual clock."""
 
+import os
 import pathlib
+import pty
 import signal
 import socket
 import subprocess
@@ -48,6 +50,22 @@ class Lines(unittest.TestCase):
         done = run("wait state 0x42 operational within 2s\npass 1s\n")
         self.assertEqual(done.returncode, 1)
         self.assertEqual(done.stderr, "cbcan-sim: standard input: not within 2.000000 s: state 0x42 operational: it is pre-operational\n")
+
+    def test_a_background_job_leaves_the_terminal_to_its_shell(self):
+        with tempfile.TemporaryDirectory() as folder:
+            place = f"{folder}/control"
+            pid, terminal = pty.fork()
+            if pid == 0:
+                os.execvp("bash", ["bash", "-mc", f"{PROGRAM} --demo --clock manual --modbus 127.0.0.1:0 --control unix:{place} & wait"])
+            with os.fdopen(terminal, "rb", buffering=0) as line, socket.socket(socket.AF_UNIX) as client:
+                read = b""
+                while b"ready" not in read:
+                    read += line.read(100)
+                client.settimeout(LIMIT)
+                client.connect(place)
+                client.sendall(b"pass 1s\nshutdown\n")
+                self.assertEqual(client.makefile().read(), "at 1.000000\nok\n")
+                self.assertEqual(os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]), 0)
 
     def test_shutdown(self):
         done = run("nmt stop 1\nshutdown\npass 1s\n")

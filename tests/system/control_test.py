@@ -57,8 +57,8 @@ class Commands:
 
 
 class OverASocket(unittest.TestCase):
-    def start(self, *options):
-        simulator = Simulator(PROGRAM, "--demo", *options, test=self)
+    def start(self, *options, **more):
+        simulator = Simulator(PROGRAM, "--demo", *options, test=self, **more)
         commands = Commands(simulator.where["control"])
         self.addCleanup(commands.close)
         return simulator, commands
@@ -97,6 +97,12 @@ class OverASocket(unittest.TestCase):
     def test_shutdown(self):
         simulator, commands = self.start("--control", "127.0.0.1:0")
         self.assertEqual(commands("shutdown"), "ok\n")
+        self.assertEqual(simulator.process.wait(timeout=LIMIT), 0)
+
+    def test_shutdown_that_was_sent_behind_a_pass(self):
+        simulator, commands = self.start("--control", "127.0.0.1:0", "--clock", "manual", stdin=subprocess.PIPE)
+        commands.socket.sendall(b"pass 1s\nshutdown\n")
+        self.assertEqual(commands.lines.read(), "at 1.000000\nok\n")
         self.assertEqual(simulator.process.wait(timeout=LIMIT), 0)
 
     def test_pass_on_a_clock_that_runs_waits(self):

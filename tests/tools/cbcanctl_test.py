@@ -183,7 +183,7 @@ class WithFaults(unittest.TestCase):
                               "--fault", "bus:overflow", test=self)
         told = "66 1000h generic error; error register 01h: generic; data 00 00 00 00 00\n"
         wait_until(lambda: run(simulator.port, "emcy", "0x42").stdout == told, "EMCY of node 66")
-        self.assertEqual(run(simulator.port, "emcy", "scan").stdout, told)
+        self.assertEqual(run(simulator.port, "emcy", "all").stdout, told)
         self.assertEqual(run(simulator.port, "kernel").stdout, "02h overflow: frames were lost\n")
 
 
@@ -193,7 +193,7 @@ class Usage(unittest.TestCase):
                           "read 1 1F82 0", "write 1 0x2000 0 5", "write 1 0x2000 0 300 --type u8", "nmt begin 1",
                           "nmt start 0", "state 128", "read 1 0x1000 0 --size 129", "read 1 0x1000 0 --type u12",
                           "read 1 0x1000 0 --mode fast", "read 1 0x1000 0 --timeout 65536", "write 1 0x2000 0 hex:01 --timeout 0",
-                          "state 1 --mode block", "emcy", "emcy 128", "emcy all", "kernel 1", "watch"):
+                          "state 1 --mode block", "emcy", "emcy 128", "emcy scan", "kernel 1", "watch"):
             done = run(1, *arguments.split())
             self.assertEqual((done.returncode, done.stdout), (USAGE, ""), arguments)
             self.assertTrue(done.stderr, arguments)
@@ -376,7 +376,7 @@ class WithCoprocessor(unittest.TestCase):
     def check_scan(self, stops, text, *arguments):
         """`stops`: the results of the scan in order; there must be no further reads."""
         left = [bytes.fromhex(stop) for stop in stops]
-        done = self.check(lambda *_: left.pop(0), " ".join(arguments) + " emcy scan", text)
+        done = self.check(lambda *_: left.pop(0), " ".join(arguments) + " emcy all", text)
         self.assertEqual(done, len(stops) * [(5055, 0, 0x3006, 0, "")])
 
     def test_emcy_scan(self):

@@ -61,7 +61,7 @@ constexpr std::array kNmtWords{
 constexpr std::array kStateWords{node("1..127, or all; 0 = the coprocessor itself")};
 constexpr std::array kStateOptions{
     row<&Options::all>({.option = "--all", .help = "With all: also the nodes that are not detected"})};
-constexpr std::array kEmcyWords{node("1..127, or scan; 0 = the coprocessor itself")};
+constexpr std::array kEmcyWords{node("1..127, or all; 0 = the coprocessor itself")};
 constexpr std::array kConfigureWords{
     row<&Options::plans>({.option = "PLAN...", .help = "TOML files, [[node]] with id, identity and objects, or DCF files, one for a node"})};
 constexpr std::array kConfigureOptions{
@@ -136,9 +136,9 @@ state all, scan, dump and configure use channels 2 to 16 of the module where it
 has them: other programs must leave these alone meanwhile. configure checks the
 identity of each node, writes, reads back and starts it, all nodes at once.
 
-emcy scan shows each node whose last EMCY message is an error, and each whose
-errors have ended since the last scan. There is one scan: a PLC program that
-scans too does not see those that have ended and were reported here.
+emcy all shows each node whose last EMCY message is an error, and each whose
+errors have ended since the last time. A PLC program that scans too does not see
+those that have ended and were reported here.
 
 Exit codes:
 )";

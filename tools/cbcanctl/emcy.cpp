@@ -61,7 +61,7 @@ void list_all(window::Client& client, const Options& options) {
 }  // namespace
 
 void emcy(const Options& options) {
-  const bool all = options.node == "scan";
+  const bool all = options.node == "all";
   auto node = static_cast<std::uint8_t>(all ? 0 : tools::parse_number(options.node, kMaxNode, "NODE"));
   window::Client client = connect(options);
   if (all) return list_all(client, options);

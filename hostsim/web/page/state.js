@@ -155,8 +155,10 @@ export async function start() {
   const found = await Promise.all(paths.map(askNetwork)).catch(() => null);
   if (found) {
     const [ended, commands, recent] = found.map(answer => answer.events);
-    for (const event of commands) noteIncident(event.words);
-    Object.assign(state, {ended, recent});
+    // The answers are of different moments; what is after `last` comes by the stream, the rest of `recent` from there alone.
+    const before = event => event.number < (recent[0]?.number ?? Infinity);
+    for (const event of [...commands, ...recent]) if (event.kind === 'command') noteIncident(event.words);
+    Object.assign(state, {ended: [...ended.filter(before), ...recent.filter(event => event.kind === 'ended')], recent});
     last = recent.at(-1)?.number ?? 0;
     tell('events', []);
   }
