@@ -357,8 +357,11 @@ look("a transaction that ends while a network is being chosen is in its list", a
   await before;
   await page.waitForFunction(() => window.release);
   await plant.control("pass 2s");
+  const chosen = page.waitForRequest((request) => request.url().includes("api/events?"));
   await page.evaluate(() => window.release());
-  await shows(page, "#verdict", /read node 5 .*0504 0000h/);
+  await chosen;
+  await shows(page, "#event-list", /^#\d *read node 5.{1,60}$/);
+  assert.equal(await page.evaluate(async () => (await import("./state.js")).state.ended.length), 1);
 }, { options: ["--network", "2", "--clock", "manual"] });
 
 look("events of before a network was chosen do not clear its list", async (page, plant) => {

@@ -155,7 +155,7 @@ export async function start() {
   const found = await Promise.all(paths.map(askNetwork)).catch(() => null);
   if (found) {
     const [ended, commands, recent] = found.map(answer => answer.events);
-    // The answers are of different moments; what is after `last` comes by the stream, the rest of `recent` from there alone.
+    // The answers are of different moments: from the first of `recent` on it alone counts, and after its last one the stream.
     const before = event => event.number < (recent[0]?.number ?? Infinity);
     for (const event of [...commands, ...recent]) if (event.kind === 'command') noteIncident(event.words);
     Object.assign(state, {ended: [...ended.filter(before), ...recent.filter(event => event.kind === 'ended')], recent});
