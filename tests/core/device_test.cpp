@@ -187,13 +187,17 @@ struct DeviceRig final : Wire, private DeviceApplication {
   Device device;
 };
 
-/// An application that overrides nothing but restore(): one value, 2001h, that is always 7 after power-on.
+/// An application that overrides nothing but restore(): 2001h is always 7 after power-on; nobody computes
+/// 2002h or stores what 1010h says.
 template <class Interface>
 struct PlainApplication final : Wire, Interface {
-  void restore(std::uint16_t, std::uint16_t, Time) override { values.assign({7}); }
+  void restore(std::uint16_t, std::uint16_t, Time) override { values = {1, 0, 0, 0, 7, 0}; }
 
-  std::vector<ObjectEntry> entries = entries_of({{0x2001, 0, 0, kUnsigned8}});
-  std::vector<std::uint8_t> values{7};
+  std::vector<ObjectEntry> entries =
+      entries_of({{0x1010, 1, 1, kUnsigned32},
+                  {0x2001, 0, 0, kUnsigned8},
+                  {0x2002, 0, 0, kUnsigned8, 0, ObjectFlags::kRead | ObjectFlags::kComputed}});
+  std::vector<std::uint8_t> values{1, 0, 0, 0, 7, 0};
   std::vector<std::uint8_t> buffer = std::vector<std::uint8_t>(8);
 };
 
@@ -407,6 +411,8 @@ TEST_CASE("A slave alone answers SDO requests, except in Stopped") {
   const auto arrive = [&](const char* frame) { slave.on_frame(frame_from(frame), 0); };
   arrive("642#4001200000000000");
   rig.expect("5C2#4F01200007000000");
+  arrive("642#4002200000000000");
+  rig.expect("5C2#8002200000000008");
   arrive("000#0242");
   arrive("642#4001200000000000");
   rig.expect_silence();
@@ -415,13 +421,16 @@ TEST_CASE("A slave alone answers SDO requests, except in Stopped") {
   rig.expect("5C2#4F01200007000000");
 }
 
-TEST_CASE("A device whose application overrides only restore() reacts to bus-off as CiA 301 says") {
+TEST_CASE(
+    "A device whose application overrides only restore() stores nothing, and reacts to bus-off as CiA 301 "
+    "says") {
   PlainApplication<DeviceApplication> rig;
   Device device(0x42, {rig.entries, rig.values, {}}, {rig.buffer, {}, {}}, rig, rig.port);
   device.start(0);
+  device.on_frame(frame_from("642#2310100173617665"), 0);
   device.on_frame(frame_from("000#0142"), 0);
   device.poll(0);
-  rig.expect("742#00");
+  rig.expect("742#00", "5C2#8010100120000008");
   device.on_bus_state(BusState::kBusOff, 0);
   device.on_bus_state(BusState::kActive, 0);
   device.on_frame(frame_from("742#R1"), 0);

@@ -111,10 +111,15 @@ TEST_CASE("Each object has its sub-indices with their sizes, and there are no ot
 
 namespace {
 
-/// What LSS stores; no parameters.
-struct AddressMemory final : ParameterMemory {
+/// Stores nothing.
+struct PlainMemory : ParameterMemory {
+  virtual ~PlainMemory() = default;
   AbortCode save(std::uint16_t, std::uint16_t) override { return AbortCode::kNone; }
   AbortCode forget(std::uint16_t, std::uint16_t) override { return AbortCode::kNone; }
+};
+
+/// What LSS stores; no parameters.
+struct AddressMemory final : PlainMemory {
   bool keep_address(std::uint8_t new_node_id, std::uint8_t new_bit_rate) override {
     if (is_broken) return false;
     node_id = new_node_id;
@@ -128,6 +133,16 @@ struct AddressMemory final : ParameterMemory {
 };
 
 }  // namespace
+
+// CiA 305: 17h store (error 2: could not).
+TEST_CASE("A memory that only saves and forgets keeps no node ID and restores nothing at a reset") {
+  PlainMemory memory;
+  Bench bench;
+  bench.coprocessor.keep_in(memory);
+  bench.arrive("7E5#0401000000000000", "7E5#1700000000000000").expect("7E4#1702000000000000");
+  bench.arrive("7E5#0400000000000000", "000#817F").pass(0).expect("77F#00");
+  bench.read(0, 0x1017, 0, 2).check_done();
+}
 
 // CiA 305: 11h node ID, 13h bit rate (4 = 125 kbit/s), 15h activate after 10 ms,
 // 17h store (error 2: could not).
