@@ -187,8 +187,8 @@ struct DeviceRig final : Wire, private DeviceApplication {
   Device device;
 };
 
-/// An application that overrides nothing but restore(): 2001h is always 7 after power-on; nobody computes
-/// 2002h or stores what 1010h says.
+/// An application that overrides nothing but restore(): 2001h is always 7 after power-on; 2002h is not computed,
+/// and 1010h stores nothing.
 template <class Interface>
 struct PlainApplication final : Wire, Interface {
   void restore(std::uint16_t, std::uint16_t, Time) override { values = {1, 0, 0, 0, 7, 0}; }
