@@ -16,8 +16,8 @@ namespace cbcan::app {
 /// input ends the program; a wrong line throws io::UsageError, and a wait that times out CheckFailed.
 class ManualClock final : public Clock {
  public:
-  /// `reads_input` = false, or a background job of a terminal: standard input is not for commands, and its end
-  /// does not end the program.
+  /// `reads_input` = false, or a background job of a terminal: standard input is not for commands, and its
+  /// end does not end the program.
   ManualClock(io::Reactor& reactor, Console& console, bool reads_input)
       : Clock(reactor, now_), console_(console), reads_input_(reads_input) {}
 

@@ -264,7 +264,7 @@ std::span<const Execution::Command> Execution::commands() {
        "A line shows place in the network, node ID (`-` without one), NMT state, device and name."}},
       {2, 2, &Execution::get, {"get NODE INDEX[:SUB]|output:N", "Reads an object as by SDO, or a terminal",
        "Access rights are ignored. `output:N` is a digital output after polarity, filter mask and error value, "
-       "`analogue-output:N` an analogue one; so are `input:N` and `analogue-input:N`. `INDEX:SUB.BIT` is one bit."}},
+       "`analogue-output:N` an analogue one, `input:N` and `analogue-input:N` are inputs; `INDEX:SUB.BIT` is one bit."}},
       {3, 3, &Execution::set, {"set NODE INDEX[:SUB] NUMBER", "Sets an input from outside",
        "The value is rounded and limited to the object's range, as a signal's. Objects from 2000h on that are no input "
        "are also set."}},

@@ -187,17 +187,19 @@ struct DeviceRig final : Wire, private DeviceApplication {
   Device device;
 };
 
-/// An application that overrides nothing but restore(): 2001h is always 7 after power-on; 2002h is not computed,
-/// and 1010h stores nothing.
+/// An application that overrides nothing but restore(): 2001h is always 7 after power-on; 2002h is not
+/// computed, and 1010h stores nothing.
 template <class Interface>
 struct PlainApplication final : Wire, Interface {
-  void restore(std::uint16_t, std::uint16_t, Time) override { values = {1, 0, 0, 0, 7, 0}; }
+  void restore(std::uint16_t, std::uint16_t, Time) override {
+    std::ranges::copy(values_of(rows), values.begin());
+  }
 
-  std::vector<ObjectEntry> entries =
-      entries_of({{0x1010, 1, 1, kUnsigned32},
-                  {0x2001, 0, 0, kUnsigned8},
-                  {0x2002, 0, 0, kUnsigned8, 0, ObjectFlags::kRead | ObjectFlags::kComputed}});
-  std::vector<std::uint8_t> values{1, 0, 0, 0, 7, 0};
+  const std::vector<Row> rows{{0x1010, 1, 1, kUnsigned32, 1},
+                              {0x2001, 0, 0, kUnsigned8, 7},
+                              {0x2002, 0, 0, kUnsigned8, 0, ObjectFlags::kRead | ObjectFlags::kComputed}};
+  std::vector<ObjectEntry> entries = entries_of(rows);
+  std::vector<std::uint8_t> values = values_of(rows);
   std::vector<std::uint8_t> buffer = std::vector<std::uint8_t>(8);
 };
 

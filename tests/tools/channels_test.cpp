@@ -171,8 +171,8 @@ TEST_CASE("126 nodes asked with an SDO timeout of 100 ms, which is put back, wha
     registers.give_up_at = 60s;
   } else {
     REQUIRE(run(registers, list, 100));
-    CHECK_THAT(page(),
-               Contains("With 6 of the 126 other nodes present a scan takes " + seconds(registers.plant.now() - begin)));
+    CHECK_THAT(page(), Contains("With 6 of the 126 other nodes present a scan takes " +
+                                seconds(registers.plant.now() - begin)));
     CHECK(jobs[5].results()[0].data == Bytes{0, 0, 0, 0});
     CHECK(jobs[5].results()[1].data == Bytes{0});
     CHECK(jobs[6].silent());
