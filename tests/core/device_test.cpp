@@ -3,6 +3,9 @@
 // cover. PDOs have their own tests.
 
 #include "cbcan/canopen/device.hpp"
+
+#include <algorithm>
+
 #include "support/bench.hpp"
 
 using namespace cbcan;

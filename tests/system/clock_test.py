@@ -57,9 +57,12 @@ class Lines(unittest.TestCase):
             pid, terminal = pty.fork()
             if pid == 0:
                 os.execvp("bash", ["bash", "-mc", f"{PROGRAM} --demo --clock manual --modbus 127.0.0.1:0 --control unix:{place} & wait"])
-            with os.fdopen(terminal, "rb", buffering=0) as line, socket.socket(socket.AF_UNIX) as client:
+            with os.fdopen(terminal, "r+b", buffering=0) as line, socket.socket(socket.AF_UNIX) as client:
                 read = b""
                 while b"ready" not in read:
+                    read += line.read(100)
+                line.write(b"for the shell\n")
+                while b"for the shell" not in read:  # its echo: the line can be read now
                     read += line.read(100)
                 client.settimeout(LIMIT)
                 client.connect(place)
