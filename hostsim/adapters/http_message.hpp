@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// HTTP requests and responses, exchanged between the socket (hostsim/io) and the API (hostsim/web).
+/// HTTP requests and responses, exchanged between the connection and the API (hostsim/web).
 
 #include <cstddef>
 #include <map>
@@ -14,9 +14,12 @@ namespace cbcan::adapters {
 struct HttpRequest {
   std::string method;  ///< GET or POST
   std::string path;
-  std::map<std::string, std::string, std::less<>> query;
-  std::string body;
-  std::string last_event_id;  ///< of an EventSource that reconnects
+  std::map<std::string, std::string, std::less<>> query{};
+  std::string body{};
+  // Headers; empty = absent.
+  std::string last_event_id{};  ///< of an EventSource that reconnects
+  std::string host{};
+  std::string origin{};
 };
 
 /// A body that is produced piece by piece.

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
+#include <memory>
 #include <string_view>
 
 namespace cbcan::adapters {
@@ -9,6 +11,9 @@ namespace cbcan::adapters {
 /// The protocol side of one connection; destroyed with the connection.
 class StreamSession {
  public:
+  /// Nothing is to be read from a client that has this many bytes unread.
+  static constexpr std::size_t kMostUnsent = 64 * 1024;
+
   virtual ~StreamSession() = default;
 
   /// The client has sent bytes.
@@ -30,5 +35,12 @@ class StreamSession {
   /// The first `count` bytes of unsent() have been sent.
   virtual void sent(std::size_t count) = 0;
 };
+
+using MakeSession = std::function<std::unique_ptr<StreamSession>()>;
+
+/// A client that speaks HTTP, or TLS where text is expected, is called a browser and reaches no session:
+/// pages of other sites can make a browser send to any address of this machine.
+std::unique_ptr<StreamSession> without_browsers(std::unique_ptr<StreamSession> session,
+                                                std::function<void()> on_browser);
 
 }  // namespace cbcan::adapters

@@ -110,7 +110,7 @@ void Simulator::open_modbus(const config::Config& config) {
   if (!rtu.line.device.empty()) rtu_.emplace(reactor_, units, line_of(rtu.line), rtu.station, warn_);
   if (!rtu.listen.empty())
     rtu_tcp_.emplace(reactor_, "rtu over tcp", text::parse_stream_address(rtu.listen),
-                     io::rtu_over_tcp(units, rtu.station), warn_);
+                     adapters::rtu_over_tcp(units, io::Reactor::now, rtu.station), warn_);
   modbus_.emplace(reactor_, std::move(units), settings_of(config.modbus), warn_);
 }
 
@@ -142,7 +142,7 @@ void Simulator::open_commands(const config::Config& config) {
   const auto run = [this](std::string_view line, const auto& dialogue) { return execute(line, dialogue); };
   if (!config.control.empty())
     commands_.emplace(reactor_, "control", text::parse_stream_address(config.control),
-                      io::command_sessions(run), warn_);
+                      adapters::command_sessions(run), warn_);
   if (config.http.listen.empty()) return;
   api_.emplace(web::Api::Parts{
       control(), find_name_, run, [this] { advance_and_answer(); }, [this] { return about(); }});

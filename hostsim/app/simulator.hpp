@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "adapters/command_session.hpp"
 #include "app/bus_connections.hpp"
 #include "app/clock.hpp"
 #include "app/console.hpp"
@@ -22,7 +23,6 @@
 #include "io/loop/stop_signals.hpp"
 #include "io/modbus/modbus_rtu.hpp"
 #include "io/modbus/modbus_tcp.hpp"
-#include "io/sockets/command_session.hpp"
 #include "plant/plant.hpp"
 #include "web/api.hpp"
 

@@ -10,8 +10,8 @@
 #include <string_view>
 #include <vector>
 
+#include "adapters/command_session.hpp"
 #include "io/loop/reactor.hpp"
-#include "io/sockets/command_session.hpp"
 #include "plant/control.hpp"
 
 namespace cbcan::app {

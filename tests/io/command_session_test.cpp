@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "io/sockets/command_session.hpp"
+#include "adapters/command_session.hpp"
 
 #include "stream_client.hpp"
 #include "support/catch.hpp"
@@ -11,7 +11,7 @@ namespace {
 struct CommandServer {
   explicit CommandServer(std::string_view address = "127.0.0.1:0")
       : commands(reactor, "control", text::parse_stream_address(address),
-                 command_sessions([this](std::string_view line, const auto&) {
+                 adapters::command_sessions([this](std::string_view line, const auto&) {
                    executed.emplace_back(line);
                    return "did " + std::string(line) + "\n";
                  }),
@@ -60,7 +60,7 @@ TEST_CASE("Command server: half a line of a client that leaves is not executed; 
 TEST_CASE("Command server: lines wait while their client does not read, and all are answered when it does") {
   const std::string response(100'000, 'r');
   std::size_t executed = 0;
-  const auto session = command_sessions([&](std::string_view, const auto&) {
+  const auto session = adapters::command_sessions([&](std::string_view, const auto&) {
     ++executed;
     return response;
   })();
@@ -71,7 +71,7 @@ TEST_CASE("Command server: lines wait while their client does not read, and all 
   CHECK(executed == 1);
   std::size_t heard = 0;
   while (!session->unsent().empty()) {
-    CHECK(session->unsent().size() < StreamServer::kMostUnsent + response.size());
+    CHECK(session->unsent().size() < StreamSession::kMostUnsent + response.size());
     const std::size_t part = std::min<std::size_t>(50'000, session->unsent().size());
     session->sent(part);
     heard += part;

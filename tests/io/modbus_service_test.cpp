@@ -70,7 +70,8 @@ TEST_CASE("what is due happens before a request writes, and meets the registers 
 
 TEST_CASE("RTU: the same, for all networks where all are written") {
   Unit first([](bool, const adapters::ModbusRange&) {}), second([](bool, const adapters::ModbusRange&) {});
-  RtuSession session({&first, &second}, {.station = 1, .silence_us = 0, .gap_us = 1750});
+  adapters::RtuSession session({&first, &second}, Reactor::now,
+                               {.station = 1, .silence_us = 0, .gap_us = 1750});
   for (const Bytes& request : {hex("01 06 00 09 00 07 18 0A"), hex("00 06 00 09 00 08 59 DF")})
     session.receive({reinterpret_cast<const char*>(request.data()), request.size()});
   CHECK(first.at_catch_up == std::vector<std::uint16_t>{0, 7});

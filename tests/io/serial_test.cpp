@@ -237,7 +237,7 @@ struct Listening final : adapters::ModbusUnit {
 
 TEST_CASE("RTU over TCP: the listener gets the requests and responses without station and CRC") {
   Listening unit;
-  const auto session = rtu_over_tcp({&unit}, 7)();
+  const auto session = adapters::rtu_over_tcp({&unit}, Reactor::now, 7)();
   session->receive(frame("07 06 0001 1234"));
   session->receive(frame("07 03 0010 0001"));
   session->receive(frame("00 06 0002 0001"));

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "io/http/http_server.hpp"
 
-#include <arpa/inet.h>
 #include <microhttpd.h>
 #include <poll.h>
 #include <sys/socket.h>
@@ -21,15 +20,6 @@ constexpr Time kLookEvery = 20 * kMillisecond;
 constexpr Time kKeepAlive = 5 * kSecond;
 constexpr unsigned kSilentForSeconds = 30;  ///< a client with an incomplete request
 constexpr std::size_t kMemoryPerConnection = 32 * 1024;
-
-bool is_loopback(const std::string& host) {
-  return host == "localhost" || host == "::1" || host.starts_with("127.");
-}
-
-bool is_number(const std::string& host) {
-  in6_addr address{};
-  return inet_pton(AF_INET, host.c_str(), &address) == 1 || inet_pton(AF_INET6, host.c_str(), &address) == 1;
-}
 
 int socket_of(MHD_Connection* connection) {
   return MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD)->connect_fd;
@@ -92,11 +82,12 @@ struct HttpServer::Callbacks {
     auto& server = *static_cast<HttpServer*>(self);
     auto* exchange = static_cast<Exchange*>(*kept);
     if (exchange == nullptr) {
-      *kept = new Exchange{{method, url, {}, {}, {}}};
+      *kept = new Exchange{{.method = method, .path = url}};
       return MHD_YES;
     }
     if (*size != 0) {
-      exchange->is_too_long = exchange->is_too_long || exchange->request.body.size() + *size > kMostBody;
+      exchange->is_too_long =
+          exchange->is_too_long || exchange->request.body.size() + *size > adapters::HttpSite::kMostBody;
       if (!exchange->is_too_long) exchange->request.body.append(data, *size);
       *size = 0;
       return MHD_YES;
@@ -124,27 +115,11 @@ struct HttpServer::Callbacks {
     adapters::HttpRequest& request = exchange.request;
     MHD_get_connection_values(connection, MHD_GET_ARGUMENT_KIND, on_query, &exchange);
     if (!exchange.is_read) return MHD_NO;
+    request.host = header(connection, "Host");
+    request.origin = header(connection, "Origin");
     request.last_event_id = header(connection, "Last-Event-ID");
-    const std::string refused =
-        server.refusal(request, header(connection, "Host"), header(connection, "Origin"));
-    adapters::HttpResponse response;
-    if (!refused.empty())
-      response = {403, "text/plain", refused + "\n"};
-    else if (exchange.is_too_long)
-      response = {413, "text/plain", "a body of more than 64 KiB\n"};
-    else if (request.method != "GET" && request.method != "POST")
-      response = {405, "text/plain", "GET or POST\n"};
-    else
-      response = handled(server, request);
+    adapters::HttpResponse response = server.site_->respond(request, exchange.is_too_long);
     return queue(server, connection, std::move(response));
-  }
-
-  static adapters::HttpResponse handled(HttpServer& server, const adapters::HttpRequest& request) {
-    try {
-      return server.handle_(request);
-    } catch (const std::exception& error) {
-      return {500, "text/plain", std::string(error.what()) + "\n"};
-    }
   }
 
   static MHD_Result queue(HttpServer& server, MHD_Connection* connection, adapters::HttpResponse response) {
@@ -156,9 +131,10 @@ struct HttpServer::Callbacks {
     const auto has = [&made](const char* name, const char* value) {
       return made && MHD_add_response_header(made.get(), name, value) == MHD_YES;
     };
-    const bool whole = has("Content-Type", response.type.c_str()) && has("Cache-Control", "no-store") &&
-                       has("X-Content-Type-Options", "nosniff") &&
-                       has("Content-Security-Policy", "default-src 'self'; frame-ancestors 'none'");
+    const bool whole = has("Content-Type", response.type.c_str()) &&
+                       std::ranges::all_of(adapters::HttpSite::kHeaders, [&has](const auto& header) {
+                         return has(header.first, header.second);
+                       });
     return whole ? MHD_queue_response(connection, response.status, made.get()) : MHD_NO;
   }
 
@@ -196,13 +172,11 @@ struct HttpServer::Callbacks {
   }
 };
 
-HttpServer::HttpServer(Reactor& reactor, const text::ListenAddress& listen, bool write, Handler handle,
-                       Warn warn)
+HttpServer::HttpServer(Reactor& reactor, const text::ListenAddress& listen, bool write,
+                       adapters::HttpSite::Handler handle, Warn warn)
     : reactor_(reactor),
-      name_(listen.host),
       acceptor_(reactor, "http", {"", listen}, *this, std::move(warn)),
-      may_write_(write || is_loopback(address().host)),
-      handle_(std::move(handle)),
+      site_(std::in_place, listen.host, address(), write, std::move(handle)),
       daemon_(MHD_start_daemon(MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_NO_LISTEN_SOCKET, 0,
                                nullptr, nullptr, Callbacks::on_access, this, MHD_OPTION_NOTIFY_COMPLETED,
                                Callbacks::on_completed, this, MHD_OPTION_NOTIFY_CONNECTION,
@@ -236,24 +210,6 @@ HttpServer::~HttpServer() {
   }
   MHD_run(daemon_.get());
   reactor_.forget(MHD_get_daemon_info(daemon_.get(), MHD_DAEMON_INFO_EPOLL_FD)->epoll_fd);
-}
-
-/// Any DNS server may give a name to this machine's address (DNS rebinding), so only known names are
-/// accepted; an IP address is safe.
-std::string HttpServer::refusal(const adapters::HttpRequest& request, const std::string& host,
-                                const std::string& origin) const {
-  std::string name;
-  try {
-    name = text::parse_listen_address(host, 80).host;
-  } catch (const UsageError&) {
-    return "a request without a Host header that can be read";
-  }
-  if (!is_number(name) && name != "localhost" && name != name_)
-    return "Host is " + name + ": use the address of this machine";
-  if (!origin.empty() && origin != "http://" + host) return "pages of " + origin + " may not ask here";
-  if (request.method == "POST" && !may_write_)
-    return "read-only, as other machines reach " + to_string(address()) + "; http.write allows it";
-  return {};
 }
 
 /// The library does not report that resumed connections have something to do.

@@ -1,18 +1,16 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// An HTTP server on libmicrohttpd in the caller's loop: no thread, nothing blocks, and the memory that clients
-/// use is bounded. It has no resources of its own. It refuses requests from other sites: for a host name that
-/// is not this machine's (DNS rebinding), and from pages of other origins (Origin).
+/// An HTTP server on libmicrohttpd in the caller's loop: no thread, nothing blocks, and the memory that
+/// clients use is bounded. What it serves and refuses is adapters/http_site.hpp's.
 
 #include <cstddef>
-#include <functional>
 #include <list>
 #include <memory>
-#include <string>
+#include <optional>
 #include <vector>
 
-#include "adapters/http_message.hpp"
+#include "adapters/http_site.hpp"
 #include "cbcan/time.hpp"
 #include "io/loop/reactor.hpp"
 #include "io/sockets/acceptor.hpp"
@@ -24,20 +22,19 @@ namespace cbcan::io {
 
 class HttpServer final : private AcceptsClients {
  public:
-  static constexpr std::size_t kMostBody = 64 * 1024;
   static constexpr unsigned kMostClients = 128;  ///< more wait until one has left
-  using Handler = std::function<adapters::HttpResponse(const adapters::HttpRequest&)>;
 
-  /// Starts listening; throws EnvironmentError on failure. `handle` must not destroy the server. `write`: POST
-  /// is served even if other machines can reach the address.
-  HttpServer(Reactor& reactor, const text::ListenAddress& listen, bool write, Handler handle, Warn warn);
+  /// Starts listening; throws EnvironmentError on failure. `handle` must not destroy the server. `write`: see
+  /// HttpSite.
+  HttpServer(Reactor& reactor, const text::ListenAddress& listen, bool write,
+             adapters::HttpSite::Handler handle, Warn warn);
   ~HttpServer();
   HttpServer(const HttpServer&) = delete;
   HttpServer& operator=(const HttpServer&) = delete;
 
   /// With the real port.
   const text::ListenAddress& address() const { return acceptor_.listener().address().tcp; }
-  bool may_write() const { return may_write_; }
+  bool may_write() const { return site_->may_write(); }
   /// Streamed responses in progress.
   std::size_t streams() const { return streams_.size(); }
 
@@ -59,14 +56,10 @@ class HttpServer final : private AcceptsClients {
   /// True: a connection has been resumed.
   bool poll_streams(Time now);
   void make_way();
-  std::string refusal(const adapters::HttpRequest& request, const std::string& host,
-                      const std::string& origin) const;
 
   Reactor& reactor_;
-  std::string name_;  ///< host of the address as configured
   Acceptor acceptor_;
-  bool may_write_;
-  Handler handle_;
+  std::optional<adapters::HttpSite> site_;
   std::vector<MHD_Connection*> connections_;
   std::list<Live*> streams_;
   Time look_at_ = 0;            ///< streams are not polled before

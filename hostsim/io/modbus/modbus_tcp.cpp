@@ -7,23 +7,7 @@
 #include <cerrno>
 #include <cstring>
 
-#include "cbcan/regmap.hpp"
-
 namespace cbcan::io {
-
-namespace {
-
-// MBAP header: transaction ID, protocol ID, length of what follows, unit ID; then the PDU.
-constexpr std::size_t kProtocolOffset = 2;
-constexpr std::size_t kLengthOffset = 4;
-constexpr std::size_t kUnitOffset = 6;
-constexpr std::size_t kLeast = 8;  // with a function code
-
-// Messaging on TCP/IP V1.0b, 4.4.2.1: either one means the server itself.
-constexpr std::uint8_t kUnitOfServer = 0xFF;
-constexpr std::uint8_t kUnitOfServerToo = 0;
-
-}  // namespace
 
 struct ModbusTcp::Connection {
   explicit Connection(Descriptor accepted) : socket(std::move(accepted)) {}
@@ -34,18 +18,15 @@ struct ModbusTcp::Connection {
   std::size_t received = 0;
   Time deadline = kNever;            ///< of an incomplete request in the buffer
   std::vector<std::uint8_t> unsent;  ///< while not empty, nothing is read from this client
-  std::array<std::uint8_t, kMaxAdu> buffer;
+  std::array<std::uint8_t, adapters::ModbusServer::kMaxAdu> buffer;
 };
 
 ModbusTcp::ModbusTcp(Reactor& reactor, const std::vector<adapters::ModbusUnit*>& networks,
                      ModbusTcpSettings settings, Warn warn)
     : reactor_(reactor),
       settings_(std::move(settings)),
-      acceptor_(reactor, "modbus", {"", settings_.listen}, *this, std::move(warn)) {
-  for (std::size_t i = 0; i < networks.size(); ++i)
-    served_[i + 1] = {networks[i], networks[i]->registers()};
-  served_[kUnitOfServer] = served_[kUnitOfServerToo] = served_[1];
-}
+      server_(networks, settings_.identity),
+      acceptor_(reactor, "modbus", {"", settings_.listen}, *this, std::move(warn)) {}
 
 ModbusTcp::~ModbusTcp() {
   for (const auto& [fd, client] : connections_)
@@ -63,7 +44,7 @@ void ModbusTcp::adopt(Descriptor socket) {
   reactor_.watch(fd, Reactor::kReadable | Reactor::kUrgent, [this, &client = *made](std::uint32_t) {
     if (!on_ready(client)) close_client(client);
   });
-  made->number = static_cast<std::uint32_t>(++counters_.connections);
+  made->number = static_cast<std::uint32_t>(++connected_);
   if (on_client) on_client(made->number, made->peer = peer_of(fd), true);
   connections_[fd] = std::move(made);
 }
@@ -96,11 +77,12 @@ inline bool ModbusTcp::receive(Connection& client) {
 
 bool ModbusTcp::advance(Connection& client) {
   const std::uint8_t* rest = client.buffer.data();
-  while (client.received >= kUnitOffset && client.unsent.empty()) {
-    const std::size_t size = kUnitOffset + adapters::word({rest, kUnitOffset}, kLengthOffset);
-    if (adapters::word({rest, kUnitOffset}, kProtocolOffset) != 0 || size < kLeast || size > kMaxAdu) return false;
+  while (client.unsent.empty()) {
+    const std::size_t size = adapters::ModbusServer::request_size({rest, client.received});
+    if (size == 0) return false;
     if (client.received < size) break;
-    if (!execute(client, {rest, size})) return false;
+    const auto respond = [this, &client](Bytes response) { return send(client, response); };
+    if (!server_.execute(client.number, {rest, size}, respond)) return false;
     rest += size;
     client.received -= size;
   }
@@ -111,57 +93,11 @@ bool ModbusTcp::advance(Connection& client) {
   return true;
 }
 
-inline bool ModbusTcp::execute(Connection& client, Bytes bytes) {
-  const Bytes pdu = bytes.subspan(kPduOffset);
-  const Served to = served_[bytes[kUnitOffset]];
-  const bool reached = !to.registers.empty();
-  const adapters::ModbusRequest request =
-      reached ? adapters::look_at_request(pdu, to.registers.size())
-              : adapters::ModbusRequest{adapters::ModbusException::kGatewayPathUnavailable};
-  ++counters_.requests;
-  if (request.written.count != 0) {
-    to.unit->advance_due();
-    const auto [first, count] = request.written;
-    const bool window =
-        first >= regmap::kWindowFirst && first + count <= regmap::kWindowFirst + regmap::kWindowWords;
-    if (!window) to.unit->on_writer(client.number, request.written);
-  }
-  if (request.read.first + request.read.count > regmap::kDiagnosticsFirst) to.unit->on_diagnostics();
-  const Bytes response = respond(bytes, request, to.registers);
-  const bool alive = send(client, response);
-  if (!reached) return alive;
-  if (to.unit->listens())
-    to.unit->on_exchange({client.number, static_cast<std::uint16_t>(adapters::word(bytes, 0)),
-                          bytes[kUnitOffset], static_cast<std::uint8_t>(request.exception), pdu,
-                          response.subspan(kPduOffset)});
-  to.unit->on_request(request.exception == adapters::ModbusException::kNone, request.written);
-  return alive;
-}
-
-inline ModbusTcp::Bytes ModbusTcp::respond(Bytes bytes, const adapters::ModbusRequest& request,
-                                           std::span<std::uint16_t> registers) {
-  const Bytes pdu = bytes.subspan(kPduOffset);
-  const adapters::ModbusResponse response = std::span(response_).last<adapters::kMaxPduBytes>();
-  std::size_t size = 0;
-  if (request.exception != adapters::ModbusException::kNone) {
-    ++counters_.exceptions;
-    size = adapters::exception_response(pdu[0], request.exception, response);
-  } else if (pdu[0] == static_cast<std::uint8_t>(adapters::ModbusFunction::kEncapsulatedInterface)) {
-    size = modbus::identification_response(pdu, settings_.identity, response);
-  } else {
-    size = adapters::execute(pdu, request, registers, response);
-  }
-  std::memcpy(response_.data(), bytes.data(), kPduOffset);
-  response_[kLengthOffset] = static_cast<std::uint8_t>((1 + size) >> 8);
-  response_[kLengthOffset + 1] = static_cast<std::uint8_t>(1 + size);
-  return Bytes(response_).first(kPduOffset + size);
-}
-
 inline bool ModbusTcp::send(Connection& client, Bytes bytes) {
   if (!send_some(client, bytes)) return false;
   if (bytes.empty()) return true;
   client.unsent.assign(bytes.begin(), bytes.end());
-  ++counters_.waits_for_room;
+  ++waits_for_room_;
   return reactor_.change(client.socket.get(), Reactor::kWritable);
 }
 

@@ -1,21 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// A Modbus TCP server over the caller's 16-bit holding registers, of one network or several, for any number
-/// of clients, in one thread.
+/// A Modbus TCP server (adapters/modbus_server.hpp has the protocol) over the caller's 16-bit holding
+/// registers, of one network or several, for any number of clients, in one thread.
 ///
-/// Function codes 3, 4 (the same registers as 3), 6, 16, 22 and 23, and 43/14 (identification); others get
-/// exception 01. A request is executed as a whole. Registers are in host byte order, register n is address n.
-///
-/// The unit ID selects the network: 1 is the first, 2 the second; 0 and 255 are the first too. Any other one gets
-/// exception 0Ah (gateway path unavailable), whatever the function. It is always echoed.
-///
-/// No client can delay another one: nothing blocks, a client gets a bounded number of requests per turn, nothing
-/// is read from one that does not read its responses, and an incomplete request waits in its own connection.
-/// Sources: Modbus Messaging on TCP/IP Implementation Guide V1.0b for the framing; Modbus Application
-/// Protocol V1.1b3 for the rest (modbus_request.hpp).
+/// No client can delay another one: nothing blocks, a client gets a bounded number of requests per turn,
+/// nothing is read from one that does not read its responses, and an incomplete request waits in its own
+/// connection.
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -27,7 +19,7 @@
 #include <utility>
 #include <vector>
 
-#include "adapters/modbus_unit.hpp"
+#include "adapters/modbus_server.hpp"
 #include "cbcan/modbus/identification.hpp"
 #include "cbcan/time.hpp"
 #include "io/errors.hpp"
@@ -46,10 +38,9 @@ struct ModbusTcpSettings {
 
 class ModbusTcp final : private AcceptsClients {
  public:
-  static constexpr std::size_t kMostNetworks = 247;  ///< Messaging on TCP/IP V1.0b: unit IDs 1..247
-
   /// Starts listening; throws EnvironmentError on failure. Raises the limit of open descriptors, which alone
-  /// limits the number of clients. `networks` are kMostNetworks at most; they and `reactor` outlive the server.
+  /// limits the number of clients. `networks`: see adapters::ModbusServer; they and `reactor` outlive the
+  /// server.
   ModbusTcp(Reactor& reactor, const std::vector<adapters::ModbusUnit*>& networks, ModbusTcpSettings settings,
             Warn warn);
   ~ModbusTcp();
@@ -72,31 +63,20 @@ class ModbusTcp final : private AcceptsClients {
   /// Called when a client connects or leaves: its number, its address and whether it has connected.
   std::function<void(std::uint32_t client, std::string_view address, bool joined)> on_client;
 
-  struct Counters {
+  struct Counters : adapters::ModbusServer::Counters {
     std::uint64_t connections = 0;     ///< accepted
-    std::uint64_t requests = 0;        ///< answered, with exceptions
-    std::uint64_t exceptions = 0;      ///< answered by an exception
     std::uint64_t waits_for_room = 0;  ///< responses that had to wait for room in the client's connection
   };
-  const Counters& counters() const { return counters_; }
+  Counters counters() const { return {server_.counters(), connected_, waits_for_room_}; }
 
  private:
   struct Connection;
-  using Bytes = std::span<const std::uint8_t>;
-  struct Served {
-    adapters::ModbusUnit* unit = nullptr;
-    std::span<std::uint16_t> registers{};
-  };
-  static constexpr std::size_t kPduOffset = 7;  ///< after the MBAP header
-  static constexpr std::size_t kMaxAdu = kPduOffset + adapters::kMaxPduBytes;
-
+  using Bytes = adapters::ModbusServer::Bytes;
   void close_client(Connection& client);
 
   bool on_ready(Connection& client);
   bool receive(Connection& client);
   bool advance(Connection& client);
-  bool execute(Connection& client, Bytes bytes);
-  Bytes respond(Bytes bytes, const adapters::ModbusRequest& request, std::span<std::uint16_t> registers);
   bool send(Connection& client, Bytes bytes);
   bool send_rest(Connection& client);
   bool send_some(Connection& client, Bytes& rest);
@@ -104,11 +84,11 @@ class ModbusTcp final : private AcceptsClients {
 
   Reactor& reactor_;
   ModbusTcpSettings settings_;
-  std::array<Served, 256> served_{};              ///< by unit ID
-  std::array<std::uint8_t, kMaxAdu> response_{};  ///< the last one
+  adapters::ModbusServer server_;
   std::unordered_map<int, std::unique_ptr<Connection>> connections_;
   std::set<std::pair<Time, int>> deadlines_;  ///< of incomplete requests, with the connection's descriptor
-  Counters counters_;
+  std::uint64_t connected_ = 0;
+  std::uint64_t waits_for_room_ = 0;
   Acceptor acceptor_;
 };
 

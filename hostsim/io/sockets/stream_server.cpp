@@ -16,27 +16,9 @@ namespace cbcan::io {
 
 namespace {
 
-using namespace std::string_view_literals;
-
 constexpr std::size_t kMostReadBytes = 4096;
 constexpr std::size_t kFewestReadBytes = 32;
 constexpr std::size_t kWorkPerTurn = 512 * 1024;  ///< bytes read times clients that may get them
-
-enum class Browser : std::uint8_t { kNo, kMaybe, kYes };
-
-/// Whether the first bytes of a connection are an HTTP request (RFC 9110, 9.3) or, where clients send text, a
-/// TLS handshake (RFC 8446, 5.1). No protocol that is served here begins like that.
-Browser browser_in(std::string_view begin, bool text) {
-  constexpr std::string_view kHandshake = "\x16\x03";
-  Browser found = Browser::kNo;
-  for (const std::string_view first : {"GET "sv, "HEAD "sv, "POST "sv, "PUT "sv, "DELETE "sv, "CONNECT "sv,
-                                       "OPTIONS "sv, "TRACE "sv, "PATCH "sv, kHandshake}) {
-    if (first == kHandshake && !text) continue;
-    if (begin.starts_with(first)) return Browser::kYes;
-    if (first.starts_with(begin)) found = Browser::kMaybe;
-  }
-  return found;
-}
 
 }  // namespace
 
@@ -61,13 +43,15 @@ struct StreamServer::Connection {
   std::uint32_t interest = Reactor::kReadable;
   bool is_pty = false;
   bool input_ended = false;
-  bool is_known = false;  ///< not to be a browser
-  std::string begin{};    ///< bytes received until is_known
 };
 
 StreamServer::StreamServer(Reactor& reactor, std::string_view service, const StreamAddress& address,
                            MakeSession make, Warn warn)
-    : reactor_(reactor), make_(std::move(make)), address_(address) {
+    : reactor_(reactor),
+      make_([this, make = std::move(make)] {
+        return adapters::without_browsers(make(), [this] { warn_of_browser(); });
+      }),
+      address_(address) {
   if (address.is_pty)
     serve_pty(service);
   else
@@ -128,8 +112,7 @@ void StreamServer::close(Connection& client) {
   if (client.is_pty) {
     tcflush(fd, TCIOFLUSH);
     client.session = make_();
-    client.input_ended = client.is_known = false;
-    client.begin.clear();
+    client.input_ended = false;
     ++accepted_;
     return;
   }
@@ -153,19 +136,13 @@ bool StreamServer::receive(Connection& client) {
   if (count == 0) client.session->end_input();
   if (count <= 0) return client.input_ended;
   if (had_ended) close(client);  // a terminal: these bytes are the next client's
-  return hand_over(client, {characters.data(), static_cast<std::size_t>(count)}) &&
-         (!client.is_pty || reactor_.change(client.socket.get(), client.interest));  // there may be more
+  client.session->receive({characters.data(), static_cast<std::size_t>(count)});
+  return !client.is_pty || reactor_.change(client.socket.get(), client.interest);  // there may be more
 }
 
-bool StreamServer::hand_over(Connection& client, std::string_view bytes) {
-  if (client.is_known) return client.session->receive(bytes), true;
-  client.begin += bytes;
-  const Browser browser = browser_in(client.begin, client.session->is_text());
-  client.is_known = browser == Browser::kNo;
-  if (client.is_known) client.session->receive(std::exchange(client.begin, {}));
-  if (browser == Browser::kYes && acceptor_ && !std::exchange(browser_reported_, true))
+void StreamServer::warn_of_browser() {
+  if (acceptor_ && !std::exchange(browser_reported_, true))
     acceptor_->warn("a client that speaks HTTP, as a browser does, is turned away; --http serves HTTP");
-  return browser != Browser::kYes;
 }
 
 bool StreamServer::send(Connection& client) {
@@ -187,8 +164,8 @@ bool StreamServer::send(Connection& client) {
 /// Edge-triggered once a client's input has ended, because it would be ready all the time.
 bool StreamServer::watch(Connection& client) {
   const std::size_t unsent = client.session->unsent().size();
-  const bool reads =
-      unsent < kMostUnsent && client.session->wants_more() && (client.is_pty || !client.input_ended);
+  const bool reads = unsent < StreamSession::kMostUnsent && client.session->wants_more() &&
+                     (client.is_pty || !client.input_ended);
   const bool edge = client.is_pty || client.input_ended;
   const std::uint32_t interest =
       (reads ? Reactor::kReadable : 0) | (unsent > 0 ? Reactor::kWritable : 0) | (edge ? Reactor::kEdge : 0);

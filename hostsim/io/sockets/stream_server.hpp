@@ -27,10 +27,7 @@ using adapters::StreamSession;
 
 class StreamServer final : private AcceptsClients {
  public:
-  /// Nothing is read from a client that has this many bytes unread.
-  static constexpr std::size_t kMostUnsent = 64 * 1024;
-
-  using MakeSession = std::function<std::unique_ptr<StreamSession>()>;
+  using MakeSession = adapters::MakeSession;
 
   /// Starts listening; throws EnvironmentError, its text beginning with `service`. The reactor outlives this.
   StreamServer(Reactor& reactor, std::string_view service, const StreamAddress& address, MakeSession make,
@@ -58,7 +55,7 @@ class StreamServer final : private AcceptsClients {
   void close(Connection& client);
   std::size_t read_bytes() const;
   bool receive(Connection& client);
-  bool hand_over(Connection& client, std::string_view bytes);
+  void warn_of_browser();
   bool send(Connection& client);
   bool watch(Connection& client);
 

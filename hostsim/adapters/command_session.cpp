@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
-#include "io/sockets/command_session.hpp"
+#include "adapters/command_session.hpp"
 
 #include <utility>
 
-namespace cbcan::io {
+namespace cbcan::adapters {
 
 namespace {
 
 class CommandSession final : public StreamSession {
  public:
-  explicit CommandSession(const adapters::Execute& execute) : execute_(execute) {}
+  explicit CommandSession(const Execute& execute) : execute_(execute) {}
 
   void receive(std::string_view bytes) override {
     received_ += bytes;
@@ -19,7 +19,7 @@ class CommandSession final : public StreamSession {
     ended_ = true;
     execute_received();
   }
-  bool wants_more() const override { return received_.size() < StreamServer::kMostUnsent; }
+  bool wants_more() const override { return received_.size() < kMostUnsent; }
   std::string_view unsent() const override { return dialogue_->unsent; }
   bool is_busy() const override { return dialogue_->waiting || !received_.empty(); }
   void sent(std::size_t count) override {
@@ -31,11 +31,11 @@ class CommandSession final : public StreamSession {
   /// While the client has kMostUnsent characters to read, its lines wait, and no more are read.
   void execute_received() {
     std::string_view rest = received_;
-    for (; !rest.empty() && !dialogue_->waiting && dialogue_->unsent.size() < StreamServer::kMostUnsent;
+    for (; !rest.empty() && !dialogue_->waiting && dialogue_->unsent.size() < kMostUnsent;
          rest.remove_prefix(1)) {
       if (rest.front() == '\n') {
         end_line();
-      } else if (line_.size() <= adapters::kLongestCommand) {
+      } else if (line_.size() <= kLongestCommand) {
         line_ += rest.front();
       }
     }
@@ -48,25 +48,24 @@ class CommandSession final : public StreamSession {
     const std::string line = std::exchange(line_, {});
     std::string_view text = line;
     if (text.ends_with('\r')) text.remove_suffix(1);
-    if (text.size() > adapters::kLongestCommand) {
-      dialogue_->unsent +=
-          "error: a line of more than " + std::to_string(adapters::kLongestCommand) + " characters\n";
+    if (text.size() > kLongestCommand) {
+      dialogue_->unsent += "error: a line of more than " + std::to_string(kLongestCommand) + " characters\n";
     } else if (!text.empty()) {
       dialogue_->unsent += execute_(text, dialogue_);
     }
   }
 
-  adapters::Execute execute_;
+  Execute execute_;
   std::string received_;  ///< not yet processed
   std::string line_;
   bool ended_ = false;
-  std::shared_ptr<adapters::Dialogue> dialogue_ = std::make_shared<adapters::Dialogue>();
+  std::shared_ptr<Dialogue> dialogue_ = std::make_shared<Dialogue>();
 };
 
 }  // namespace
 
-StreamServer::MakeSession command_sessions(adapters::Execute execute) {
+MakeSession command_sessions(Execute execute) {
   return [execute = std::move(execute)] { return std::make_unique<CommandSession>(execute); };
 }
 
-}  // namespace cbcan::io
+}  // namespace cbcan::adapters
