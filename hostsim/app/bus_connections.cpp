@@ -8,9 +8,6 @@
 #include "adapters/slcan_adapter.hpp"
 #include "io/can/socketcan.hpp"
 #include "io/can/stream_bus.hpp"
-#include "plant/words.hpp"
-#include "text/numbers.hpp"
-#include "text/utf8.hpp"
 #include "window/rtu_connection.hpp"
 
 namespace cbcan::app {
@@ -109,34 +106,11 @@ void BusConnections::open_log(const config::NetworkConfig& config) {
   network_.world().bus().observe(*log_);
 }
 
-std::string BusConnections::where() const {
-  const std::string prefix = plant::prefix_of(number_);
-  const auto server = [&](std::string_view name, const auto& served) {
-    return served ? fmt::format(" {}{}={}", prefix, name, to_string(served->address())) : "";
+session::NetworkAddresses BusConnections::addresses() const {
+  const auto address = [](const Clients& clients) {
+    return clients.server ? std::optional(clients.server->address()) : std::nullopt;
   };
-  return fmt::format("{0}can={1}{2}{3}{4}", prefix, can_, server("slcan", slcan_.server),
-                     server("socketcand", socketcand_.server),
-                     plc_ ? fmt::format(" {}plc={}", prefix, plc_->place()) : "");
-}
-
-std::string BusConnections::ways_in() const {
-  std::string lines;
-  const auto logger = [&](std::string_view client, const std::string& arguments) {
-    lines += fmt::format("{}{}: python3 -m can.logger -i {}\n", name_, client, text::to_utf8(arguments));
-  };
-  const auto& slcan = slcan_.server;
-  const auto& socketcand = socketcand_.server;
-  if (slcan && slcan->address().path.empty())
-    logger("slcan", "slcan -c socket://" + to_string(slcan->address()));
-  else if (slcan && slcan->address().is_pty)
-    logger("slcan", "slcan -c " + slcan->address().path);
-  if (socketcand && socketcand->address().path.empty()) {
-    const text::ListenAddress& tcp = socketcand->address().tcp;
-    logger("socketcand", fmt::format("socketcand -c can0 --host={} --port={}", tcp.host, tcp.port));
-  }
-  if (spec_ && spec_->kind == config::CanSpec::Kind::kSocketCan)
-    lines += fmt::format("{}socketcan: candump {}\n", name_, spec_->name);
-  return lines;
+  return {number_, name_, can_, address(slcan_), address(socketcand_), plc_ ? plc_->place() : ""};
 }
 
 void BusConnections::poll(Time now) {

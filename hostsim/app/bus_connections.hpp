@@ -20,6 +20,7 @@
 #include "io/serial/serial_port.hpp"
 #include "io/sockets/stream_server.hpp"
 #include "plant/network.hpp"
+#include "session/addresses.hpp"
 
 namespace cbcan::app {
 
@@ -36,10 +37,7 @@ class BusConnections {
   /// There is one that has to be polled every turn.
   bool exist() const { return outside_ || slcan_.server || socketcand_.server || log_ || plc_; }
 
-  /// "can=virtual slcan=127.0.0.1:29536", with the real ports.
-  std::string where() const;
-  /// Lines for people: commands by which programs join the bus.
-  std::string ways_in() const;
+  session::NetworkAddresses addresses() const;
 
   /// Call it before the network is advanced.
   void poll_outside() {

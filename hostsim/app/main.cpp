@@ -84,14 +84,13 @@ int run(const cli::Start& start, const config::FileReader& read, Console& consol
   if (build.good) check_places(config);
   if (build.good && start.check) check_parameters(config);
   if (!build.good || start.check) return code(build.good ? ExitCode::kDone : ExitCode::kUsage);
-  Simulator simulator(config, std::move(build), console, start.command.empty());
-  simulator.set_plant(start.plant_file);
-  if (!config.record.empty()) simulator.record(config.record);
+  Simulator simulator(config, std::move(build), start.plant_file, console, start.command.empty());
   int exit_code = code(ExitCode::kDone);
   if (start.command.empty()) {
-    const std::string ready = "ready " + text::to_utf8(simulator.where()) + "\n";
+    const session::Addresses addresses = simulator.addresses();
+    const std::string ready = "ready " + text::to_utf8(addresses.where()) + "\n";
     config::logs_to_standard_output(config) ? console.tell(ready) : console.say(ready);
-    console.tell(simulator.ways_in());
+    console.tell(addresses.ways_in());
     io::tell_ready([&console](const std::string& line) { console.warn(line); });
     simulator.run();
   } else {

@@ -3,7 +3,6 @@
 
 #include <unistd.h>
 
-#include <algorithm>
 #include <optional>
 #include <utility>
 
@@ -16,9 +15,6 @@ namespace {
 /// Requests that have arrived are handled before time passes, in this many turns at most: endless requests do
 /// not stop the clock.
 constexpr int kMostTurnsBeforeTime = 100;
-
-/// The longest step between two checks for signals.
-constexpr Time kLongestStep = kSecond;
 
 /// A shell's background job would be stopped if it read the terminal.
 bool is_background_job() {
@@ -41,9 +37,9 @@ void ManualClock::drive(Simulator& simulator) {
     const Time look = !console_.heard() ? io::Reactor::now() + io::Output::kRetry
                       : input           ? input->next_deadline()
                                         : kNever;
-    simulator.poll(earlier(look, simulator.waits().plc_deadline()));
-    simulator.waits().give_up_on_plc(io::Reactor::now());
-    if (simulator.waits().want_time()) let_time_pass(simulator);
+    simulator.poll(earlier(look, simulator.session().waits().plc_deadline()));
+    simulator.session().waits().give_up_on_plc(io::Reactor::now());
+    if (simulator.session().waits().want_time()) let_time_pass(simulator);
     say(std::exchange(dialogue_->unsent, {}));
     if (input) take_lines(*input, simulator);
   }
@@ -55,21 +51,20 @@ void ManualClock::take_lines(io::LineInput& input, Simulator& simulator) {
     const auto line = input.take();
     if (!line) break;
     poll_clients(simulator);
-    say(simulator.execute(*line, dialogue_));
-    if (simulator.waits().want_time()) let_time_pass(simulator);
+    say(simulator.session().execute(*line, dialogue_));
+    if (simulator.session().waits().want_time()) let_time_pass(simulator);
     say(std::exchange(dialogue_->unsent, {}));
   }
 }
 
-/// Until a wait has ended, or a signal has come. The result does not depend on the steps of a pass.
+/// Until a wait has ended, or a signal has come.
 void ManualClock::let_time_pass(Simulator& simulator) {
   poll_clients(simulator);
   bool is_over = false;
-  while (!is_over && simulator.waits().want_time() && !simulator.stopped_meanwhile()) {
-    const Time step = simulator.waits().are_passes() ? now_ + kLongestStep : now_;
-    now_ = std::min(simulator.waits().next_deadline(), std::max(step, simulator.next_event()));
-    simulator.advance();
-    is_over = simulator.poll_waits();
+  while (!is_over && simulator.session().waits().want_time() && !simulator.stopped_meanwhile()) {
+    now_ = simulator.session().next_step();
+    simulator.session().advance();
+    is_over = simulator.session().poll_waits();
   }
   simulator.flush();
 }

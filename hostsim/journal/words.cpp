@@ -256,4 +256,11 @@ std::string text_of(const Event& event, const Journal& journal, const FindName& 
   return {};
 }
 
+std::string packet_comment(const Event& event, const Journal& journal, const FindName& find) {
+  const bool told = event.kind == Kind::kBegun || event.kind == Kind::kEnded || event.kind == Kind::kFault;
+  if (told) return text_of(event, journal, find);
+  const bool is_packet = event.kind == Kind::kModbus || event.kind == Kind::kFrame;
+  return is_packet && event.transaction != 0 ? fmt::format("transaction {}", event.transaction) : "";
+}
+
 }  // namespace cbcan::journal

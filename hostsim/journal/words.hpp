@@ -53,4 +53,8 @@ std::string modbus_text(const Event& request, const Journal& journal);
 /// An event as one line, without its time and without a line end.
 std::string text_of(const Event& event, const Journal& journal, const FindName& find);
 
+/// The comment of a packet in a capture: the number of the transaction, its text at begin and end, or a
+/// fault's.
+std::string packet_comment(const Event& event, const Journal& journal, const FindName& find);
+
 }  // namespace cbcan::journal

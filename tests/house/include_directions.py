@@ -36,25 +36,27 @@ MAY_KNOW = {
     "hostsim/plant": {"hostsim/config", "hostsim/adapters", "hostsim/journal", "hostsim/devices", *SIMULATION},
     "hostsim/scenario": {"hostsim/plant", "hostsim/config", "hostsim/adapters", "hostsim/journal", *SIMULATION},
     "hostsim/web": {"hostsim/scenario", "hostsim/plant", "hostsim/config", "hostsim/adapters", "hostsim/journal", *SIMULATION},
+    "hostsim/session": {"hostsim/web", "hostsim/scenario", "hostsim/plant", "hostsim/config", "hostsim/adapters", "hostsim/journal", *SIMULATION},
     "hostsim/include": set(),
     "hostsim/library": {"hostsim/include", "hostsim/files", "hostsim/plant", "hostsim/config", "hostsim/journal", *SIMULATION},
-    "hostsim/app": {"hostsim/web", "hostsim/files", "hostsim/window", "hostsim/io", "hostsim/adapters", "hostsim/cli", "hostsim/scenario", "hostsim/plant", "hostsim/config",
+    "hostsim/app": {"hostsim/session", "hostsim/web", "hostsim/files", "hostsim/window", "hostsim/io", "hostsim/adapters", "hostsim/cli", "hostsim/scenario", "hostsim/plant", "hostsim/config",
                     "hostsim/journal", "hostsim/devices", *SIMULATION},
     "tools": {"hostsim/files", "hostsim/window", "hostsim/eds", "hostsim/options", "hostsim/text", "regmap"},
 }
 
 # First folder of an include path -> directory.
 PREFIXES = {"boards": "firmware/boards",
-            **{name: f"hostsim/{name}" for name in ("sim", "adapters", "journal", "devices", "eds", "io", "config", "cli", "plant", "scenario", "web", "options", "text", "files",
+            **{name: f"hostsim/{name}" for name in ("sim", "adapters", "journal", "devices", "eds", "io", "config", "cli", "plant", "scenario", "session", "web", "options", "text", "files",
                                                     "window", "app")}}
 
 # Standard headers allowed in the freestanding core: no heap, no OS, no clock, no stream.
 FREESTANDING = {"algorithm", "array", "atomic", "bit", "concepts", "cstddef", "cstdint", "limits", "optional", "span",
                 "string_view", "type_traits", "utility"}
 
-# Headers that would give the simulation a clock, threads, I/O or unseeded random numbers.
-IMPURE = re.compile(r"(chrono|thread|mutex|condition_variable|future|random|fstream|iostream|filesystem|unistd\.h|time\.h"
-                    r"|ctime|poll\.h|sys/.*|netinet/.*|linux/.*)")
+# These directories have no operating system, so that they also run as WebAssembly: no clock, no threads, no I/O, no unseeded random numbers.
+PURE = {f"hostsim/{name}" for name in ("text", "options", "sim", "devices", "devices/lua", "eds", "journal", "adapters", "config", "cli", "plant", "scenario", "web", "session")}
+IMPURE = re.compile(r"chrono|thread|stop_token|mutex|shared_mutex|condition_variable|future|random|c?time|csignal|[io]?fstream|iostream|filesystem"
+                    r"|\w+\.h|(arpa|linux|net|netinet|sys)/.*")
 
 LUA = re.compile(r"lua\.hpp|lua\.h|lualib\.h|lauxlib\.h")
 
@@ -91,9 +93,10 @@ def complaint(room, kind, name):
         return None
     if room in ("regmap", "firmware/boards", *FIRMWARE) and name not in FREESTANDING:
         return f"{room} is freestanding"
-    if LUA.fullmatch(name) and room != "hostsim/devices/lua":
-        return "only hostsim/devices/lua sees Lua's headers"
-    if room in ("hostsim/text", "hostsim/options", "hostsim/sim", "hostsim/devices", "hostsim/devices/lua", "hostsim/eds", "hostsim/journal", "hostsim/scenario") and IMPURE.fullmatch(name):
+    if LUA.fullmatch(name):
+        return None if room == "hostsim/devices/lua" else "only hostsim/devices/lua sees Lua's headers"
+    paths_alone = room == "hostsim/config" and name == "filesystem"
+    if room in PURE and IMPURE.fullmatch(name) and not paths_alone:
         return f"{room} is pure: it is told what time it is and opens nothing"
     return None
 

@@ -4,21 +4,23 @@
 /// Commands that are answered later (docs/reference/commands.md: wait, pass). Those of closed connections are
 /// dropped.
 
-#include <cstddef>
+#include <functional>
 #include <memory>
 #include <string>
-#include <string_view>
+#include <utility>
 #include <vector>
 
-#include "adapters/command_session.hpp"
-#include "io/loop/reactor.hpp"
+#include "adapters/dialogue.hpp"
 #include "plant/control.hpp"
 
-namespace cbcan::app {
+namespace cbcan::session {
 
 class Waits {
  public:
   using Dialogue = std::shared_ptr<adapters::Dialogue>;
+
+  /// `machine_now`: this machine's clock.
+  explicit Waits(std::function<Time()> machine_now) : machine_now_(std::move(machine_now)) {}
 
   /// The response of a command's reply; empty if it comes later.
   std::string take(plant::Reply reply, const Dialogue& dialogue);
@@ -33,7 +35,8 @@ class Waits {
   bool want_time() const;
   /// No event can end any of them.
   bool are_passes() const;
-  /// On this machine's clock: when the first wait for the PLC reaches its limit; give_up_on_plc() ends it then.
+  /// On this machine's clock: when the first wait for the PLC reaches its limit; give_up_on_plc() ends it
+  /// then.
   Time plc_deadline() const;
   void give_up_on_plc(Time now);
 
@@ -48,7 +51,8 @@ class Waits {
   bool poll_waiting();
   static void answer(const Waiting& waiting, const std::string& response);
 
+  std::function<Time()> machine_now_;
   std::vector<Waiting> waiting_;
 };
 
-}  // namespace cbcan::app
+}  // namespace cbcan::session

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: MIT
-#include "app/waits.hpp"
+#include "session/waits.hpp"
 
 #include <algorithm>
 #include <utility>
 
-namespace cbcan::app {
+namespace cbcan::session {
 
 std::string Waits::take(plant::Reply reply, const Dialogue& dialogue) {
   if (!reply.wait) return std::move(reply.text);
   if (auto response = reply.wait->poll()) return std::move(*response);
   dialogue->waiting = true;
-  waiting_.push_back({std::move(reply.wait), dialogue, io::Reactor::now()});
+  waiting_.push_back({std::move(reply.wait), dialogue, machine_now_()});
   return {};
 }
 
@@ -60,4 +60,4 @@ void Waits::give_up_on_plc(Time now) {
   });
 }
 
-}  // namespace cbcan::app
+}  // namespace cbcan::session

@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: MIT
+#include "session/session.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "text/numbers.hpp"
+#include "text/utf8.hpp"
+
+namespace cbcan::session {
+
+namespace {
+
+/// The name of an object in the EDS file of the node that has the node ID now; `control` outlives it.
+journal::FindName names_of(plant::Control& control) {
+  return [&control](std::uint8_t network, std::uint8_t id, std::uint16_t index,
+                    std::uint8_t sub) -> const eds::ObjectName* {
+    for (const auto& node : control.network(network).world().nodes())
+      if (node->device().node_id() == id) return eds::find_name(node->names(), index, sub);
+    return nullptr;
+  };
+}
+
+}  // namespace
+
+Session::Session(const config::Config& config, config::PlantBuild build, std::string plant_file, Host host)
+    : host_(std::move(host)),
+      plant_file_(std::move(plant_file)),
+      is_only_network_(config.networks.size() == 1),
+      started_(host_.now),
+      plant_(config, std::move(build), host_.now, *this, host_.store),
+      find_name_(names_of(control())),
+      waits_(host_.machine_now) {
+  if (config.verbose || config.verbose_frames)
+    trace_.emplace(control(), find_name_, config.verbose_frames, host_.tell);
+}
+
+std::string Session::name_of(std::size_t network) const {
+  return is_only_network_ ? "" : fmt::format("network {}: ", network);
+}
+
+web::Api& Session::open_api() {
+  control().journal();
+  return api_.emplace(
+      web::Api::Parts{control(), find_name_,
+                      [this](std::string_view line, const auto& dialogue) { return execute(line, dialogue); },
+                      [this] { advance_and_answer(); }, [this] { return about(); }});
+}
+
+web::Json Session::about() const {
+  const Served served = host_.served();
+  web::Json json{{"program", "cbcan-sim"},
+                 {"where", served.addresses.where()},
+                 {"clock", host_.clock_runs ? "real" : "manual"}};
+  json["plant"] = plant_file_;
+  json["writable"] = served.http_may_write;
+  json["streams"] = served.http_streams;
+  if (served.addresses.modbus) {
+    json["modbus"] = to_string(*served.addresses.modbus);
+    json["clients"] = served.clients;
+    json["requests"] = served.requests;
+  }
+  return json;
+}
+
+void Session::poll_views() {
+  if (recorder_) recorder_->poll();
+  if (trace_) trace_->poll();
+}
+
+void Session::warn(std::string_view line) {
+  if (trace_) trace_->poll();
+  host_.tell(fmt::format("cbcan-sim: {}\n", text::to_utf8(line)));
+}
+
+void Session::on_fault(std::size_t network, std::string_view text, Time now) {
+  warn(
+      fmt::format("{} {}{}", text::seconds_text(std::max(now, started_) - started_), name_of(network), text));
+}
+
+void Session::on_written(std::size_t network, const adapters::ModbusRange& written) {
+  if (!recorder_) return;
+  control().set_now(host_.now);
+  const auto registers = plant_.networks()[network - 1]->registers();
+  recorder_->on_written(network, written.first, registers.subspan(written.first, written.count));
+}
+
+void Session::on_client(std::uint32_t client, std::string_view address, bool joined) {
+  control().journal().add({.kind = journal::Kind::kClient,
+                           .network = 0,
+                           .state = joined,
+                           .code = client,
+                           .at = host_.now - started_},
+                          address);
+}
+
+void Session::set_time_of_day(Time since_1970) {
+  constexpr Time kDay = 24 * 3600 * kSecond;
+  constexpr Time kDaysTo1984 = 5113;  // since 1970
+  const TimeOfDay time{static_cast<std::uint32_t>(since_1970 % kDay / kMillisecond),
+                       static_cast<std::uint16_t>(since_1970 / kDay - kDaysTo1984)};
+  for (const auto& network : plant_.networks())
+    for (const auto& node : network->world().nodes())
+      node->device().time_stamp().set(time, started_);
+}
+
+std::string Session::execute(std::string_view line, const std::shared_ptr<adapters::Dialogue>& dialogue) {
+  advance_and_answer();
+  plant::Reply reply = control().execute(line, host_.now);
+  advance_and_answer();
+  if (reply.shutdown) host_.shut_down();
+  std::string response = waits_.take(std::move(reply), dialogue);
+  host_.flush();
+  return response;
+}
+
+void Session::advance() {
+  host_.advance_buses();
+  plant_.advance();
+}
+
+bool Session::poll_waits() {
+  control().set_now(host_.now);
+  if (recorder_) recorder_->poll();
+  return waits_.poll();
+}
+
+void Session::advance_and_answer() {
+  advance();
+  poll_waits();
+}
+
+/// A pass is done in steps, between which the host looks for signals; the result does not depend on them.
+Time Session::next_step() const {
+  constexpr Time kLongestStep = kSecond;
+  const Time step = waits_.are_passes() ? host_.now + kLongestStep : host_.now;
+  return std::min(waits_.next_deadline(), std::max(step, plant_.next_deadline()));
+}
+
+std::string Session::module_summary(const plant::Network& network) const {
+  const sim::CoprocessorModule* const module = network.module();
+  if (module == nullptr) return {};
+  const auto& transactions = module->coprocessor().counters();
+  const auto& sdo = module->coprocessor().sdo_client().counters();
+  const std::string name = name_of(network.number());
+  const std::string second = network.second_writers() == 0
+                                 ? ""
+                                 : fmt::format("{}writes to scanner windows by a second client {}\n", name,
+                                               network.second_writers());
+  return fmt::format(
+      "{0}transactions {1}, failed {2}, cancelled {3}\n"
+      "{0}SDO transfers {4}, timeouts {5}, aborts sent {6}, received {7}, frames ignored {8}\n{9}",
+      name, transactions.executed, transactions.failed, transactions.cancelled, sdo.transfers, sdo.timeouts,
+      sdo.aborts_sent, sdo.aborts_received,
+      sdo.late + sdo.unexpected + sdo.not_data + sdo.too_short + sdo.other_object, second);
+}
+
+std::string Session::summary() const {
+  std::string text;
+  for (const auto& network : plant_.networks())
+    text += module_summary(*network);
+  const Served served = host_.served();
+  if (served.addresses.modbus)
+    text += fmt::format("Modbus requests {}, exceptions {}, connections {}\n", served.requests,
+                        served.exceptions, served.connections);
+  return text;
+}
+
+}  // namespace cbcan::session
