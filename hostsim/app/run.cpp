@@ -15,14 +15,11 @@
 #include <utility>
 #include <vector>
 
-#include "app/outcome.hpp"
 #include "app/target.hpp"
-#include "config/build_node.hpp"
 #include "io/can/candump_log.hpp"
 #include "io/loop/output.hpp"
-#include "plant/virtual_plant.hpp"
-#include "scenario/scenario.hpp"
-#include "text/numbers.hpp"
+#include "scenario/outcome.hpp"
+#include "scenario/run.hpp"
 #include "text/utf8.hpp"
 
 namespace cbcan::app {
@@ -30,40 +27,17 @@ namespace cbcan::app {
 namespace {
 
 namespace fs = std::filesystem;
+using scenario::Outcome;
+using scenario::Verdict;
 
-/// The scenario files of this shard, each once, even if it is named several times.
-std::vector<std::string> files_of(const cli::RunConfig& config, const config::FileReader& read) {
+std::optional<std::vector<std::string>> list_folder(const std::string& path) {
+  std::error_code error;
+  if (!fs::is_directory(path, error)) return std::nullopt;
   std::vector<std::string> files;
-  const auto has_steps = [&read](const std::string& path) {
-    return ("\n" + read(path).value_or("")).find("\n[[step]]") != std::string::npos;
-  };
-  for (const std::string& path : config.paths) {
-    std::error_code error;
-    const std::size_t before = files.size();
-    if (!fs::is_directory(path, error)) {
-      files.push_back(path);
-      continue;
-    }
-    for (const auto& entry : fs::recursive_directory_iterator(path))
-      if (entry.path().extension() == ".toml" && entry.is_regular_file(error) &&
-          has_steps(entry.path().string()))
-        files.push_back(entry.path().lexically_normal().string());
-    if (files.size() == before) throw io::UsageError(path + ": no file *.toml in it has a [[step]]");
-  }
-  std::ranges::sort(files);
-  files.erase(std::unique(files.begin(), files.end()), files.end());
-  const cli::Shard shard = cli::shard_of(config.shard);
-  std::vector<std::string> part;
-  for (std::size_t i = shard.part - 1; i < files.size(); i += shard.parts)
-    part.push_back(files[i]);
-  return part;
-}
-
-Outcome wrong(const config::Diagnostics& problems) {
-  Outcome outcome{Verdict::kWrong, 0, {}};
-  for (const config::Diagnostic& problem : problems)
-    outcome.text += to_string(problem) + "\n";
-  return outcome;
+  for (const auto& entry : fs::recursive_directory_iterator(path))
+    if (entry.path().extension() == ".toml" && entry.is_regular_file(error))
+      files.push_back(entry.path().lexically_normal().string());
+  return files;
 }
 
 class Runner {
@@ -71,31 +45,23 @@ class Runner {
   Runner(const cli::RunConfig& config, const config::FileReader& read) : config_(config), read_(read) {}
 
   Outcome play(const std::string& file) const {
-    const auto text = read_(file);
-    if (!text) return wrong({{{file}, "cannot be read; check the path and its permissions"}});
-    scenario::Scenario scenario = scenario::read_scenario(*text, file, read_);
-    if (!scenario.problems.empty()) return wrong(scenario.problems);
-    return config_.target.empty() ? play_on_plant(scenario) : play_on_target(std::move(scenario));
+    return scenario::play_file(file, read_, [this](scenario::Scenario& scenario) {
+      return config_.target.empty() ? play_on_plant(scenario) : play_on_target(scenario);
+    });
   }
 
  private:
   Outcome play_on_plant(const scenario::Scenario& scenario) const {
-    config::PlantBuild build = config::build_nodes(scenario.config, read_);
-    if (!build.good) {
-      Outcome outcome{Verdict::kWrong, 0, {}};
-      for (const std::string& line : build.lines)
-        outcome.text += text::to_utf8(line) + "\n";
-      return outcome;
-    }
-    plant::VirtualPlant plant(scenario.config, std::move(build), pace());
-    if (const auto problems = check_steps(scenario, plant); !problems.empty()) return wrong(problems);
-    if (config_.check) return {};
-    const auto logs = open_logs(scenario.file, plant);
-    plant.start();
-    return play_on(scenario, plant);
+    scenario::PlantRun run{config_.check, pace(), {}};
+    if (!config_.logs.empty())
+      run.log = [this, &scenario](std::size_t network) {
+        const std::string path = fs::path(config_.logs) / scenario::log_name(scenario.file, network);
+        return std::make_shared<io::CandumpLog>(path, "virtual", 0, [](const std::string&) {});
+      };
+    return scenario::play_on_plant(scenario, read_, run);
   }
 
-  Outcome play_on_target(scenario::Scenario scenario) const {
+  Outcome play_on_target(scenario::Scenario& scenario) const {
     Target target(cli::target_of(config_.target));
     std::size_t unseen = 0;
     try {
@@ -105,16 +71,10 @@ class Runner {
     }
     if (const auto problems = check_steps(scenario, target); !problems.empty())
       return {Verdict::kSkipped, 0, problems.front().message};
-    Outcome outcome = play_on(scenario, target);
+    Outcome outcome = scenario::play_on_bench(scenario, target);
     if (unseen != 0 && outcome.verdict == Verdict::kPassed)
       outcome.text = fmt::format("{} expectations of nodes, frames or exact times left out", unseen);
     return outcome;
-  }
-
-  static Outcome play_on(const scenario::Scenario& scenario, plant::Bench& bench) {
-    scenario::Played played = scenario::play(scenario, bench);
-    return {played.failure.empty() ? Verdict::kPassed : Verdict::kFailed, played.duration,
-            std::move(played.failure)};
   }
 
   plant::VirtualPlant::Pace pace() const {
@@ -124,20 +84,6 @@ class Runner {
       while (io::Reactor::now() < started + time)
         reactor->poll(started + time);
     };
-  }
-
-  /// NAME.log, for network 2 NAME.2.log.
-  std::vector<std::unique_ptr<io::CandumpLog>> open_logs(const std::string& file,
-                                                         plant::VirtualPlant& plant) const {
-    std::vector<std::unique_ptr<io::CandumpLog>> logs;
-    for (std::size_t network = 1; network <= plant.control().networks() && !config_.logs.empty(); ++network) {
-      const std::string number = network == 1 ? "" : fmt::format(".{}", network);
-      const std::string path =
-          (fs::path(config_.logs) / (fs::path(file).stem().string() + number + ".log")).string();
-      logs.push_back(std::make_unique<io::CandumpLog>(path, "virtual", 0, [](const std::string&) {}));
-      plant.control().world(network).bus().observe(*logs.back());
-    }
-    return logs;
   }
 
   const cli::RunConfig& config_;
@@ -198,7 +144,9 @@ options::ExitCode run_scenarios(const cli::RunConfig& config, const config::File
   std::error_code error;
   if (!config.logs.empty() && !fs::is_directory(config.logs, error))
     throw io::UsageError("--log " + config.logs + ": there is no such folder; make it first");
-  const std::vector<std::string> files = files_of(config, read);
+  const cli::Shard shard = cli::shard_of(config.shard);
+  const std::vector<std::string> files =
+      scenario::scenario_files(config.paths, shard.part, shard.parts, list_folder, read);
   std::optional<io::Output> results;
   if (!config.junit.empty()) results.emplace(io::Output::open("--junit", config.junit));
   const std::vector<Outcome> outcomes = play_all(files, config, read);
@@ -208,11 +156,7 @@ options::ExitCode run_scenarios(const cli::RunConfig& config, const config::File
   if (results) results->add(junit(files, outcomes));
   if (const int wrong = results ? results->flush() : 0; wrong != 0)
     throw io::EnvironmentError("--junit " + config.junit + ": " + io::reason(wrong) + "; write another file");
-  const auto any = [&](Verdict verdict) {
-    return std::ranges::count(outcomes, verdict, &Outcome::verdict) != 0;
-  };
-  if (any(Verdict::kWrong)) return options::ExitCode::kUsage;
-  return any(Verdict::kFailed) ? options::ExitCode::kCheckFailed : options::ExitCode::kDone;
+  return exit_code_of(outcomes);
 }
 
 }  // namespace cbcan::app

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "app/outcome.hpp"
+#include "scenario/outcome.hpp"
 
 #include <fmt/core.h>
 
@@ -10,7 +10,7 @@
 #include "text/numbers.hpp"
 #include "text/utf8.hpp"
 
-namespace cbcan::app {
+namespace cbcan::scenario {
 
 namespace {
 
@@ -93,4 +93,9 @@ std::string junit(std::span<const std::string> files, std::span<const Outcome> o
   return text + "</testsuite>\n";
 }
 
-}  // namespace cbcan::app
+options::ExitCode exit_code_of(std::span<const Outcome> outcomes) {
+  if (count(outcomes, Verdict::kWrong) != 0) return options::ExitCode::kUsage;
+  return count(outcomes, Verdict::kFailed) != 0 ? options::ExitCode::kCheckFailed : options::ExitCode::kDone;
+}
+
+}  // namespace cbcan::scenario

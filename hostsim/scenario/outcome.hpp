@@ -8,8 +8,9 @@
 #include <string_view>
 
 #include "cbcan/time.hpp"
+#include "options/exit_code.hpp"
 
-namespace cbcan::app {
+namespace cbcan::scenario {
 
 enum class Verdict : char { kPassed = 'p', kFailed = 'f', kSkipped = 's', kWrong = 'w' };
 
@@ -28,4 +29,7 @@ std::string summary(std::span<const Outcome> outcomes);
 /// In the format that Jenkins and GitLab read. `outcomes`: one for each of `files`.
 std::string junit(std::span<const std::string> files, std::span<const Outcome> outcomes);
 
-}  // namespace cbcan::app
+/// Of a program that has played them.
+options::ExitCode exit_code_of(std::span<const Outcome> outcomes);
+
+}  // namespace cbcan::scenario

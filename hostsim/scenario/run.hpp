@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Scenario files from their names to their outcomes; what `cbcan-sim run` does, without files of its own.
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "config/files.hpp"
+#include "plant/virtual_plant.hpp"
+#include "scenario/outcome.hpp"
+#include "scenario/scenario.hpp"
+#include "sim/bus.hpp"
+
+namespace cbcan::scenario {
+
+/// All files *.toml in a folder and below it; nullopt = this is no folder.
+using FolderReader = std::function<std::optional<std::vector<std::string>>(const std::string& path)>;
+
+/// The scenario files of part `part` (from 1) of `parts`, each once, even if it is named several times.
+/// Throws text::UsageError for a folder without one.
+std::vector<std::string> scenario_files(std::span<const std::string> paths, std::size_t part,
+                                        std::size_t parts, const FolderReader& list,
+                                        const config::FileReader& read);
+
+/// Where the logs of a scenario are written: NAME.log, for network 2 NAME.2.log.
+std::string log_name(const std::string& file, std::size_t network);
+
+/// Plays a file as `play` does it, unless it has mistakes.
+Outcome play_file(const std::string& file, const config::FileReader& read,
+                  const std::function<Outcome(Scenario& scenario)>& play);
+
+Outcome play_on_bench(const Scenario& scenario, plant::Bench& bench);
+
+struct PlantRun {
+  bool check = false;              ///< only check
+  plant::VirtualPlant::Pace pace;  ///< may be empty
+  /// Makes what gets the frames of a network's bus; may be empty.
+  std::function<std::shared_ptr<sim::Observer>(std::size_t network)> log;
+};
+
+/// Plays on the scenario's plant.
+Outcome play_on_plant(const Scenario& scenario, const config::FileReader& read, const PlantRun& run);
+
+}  // namespace cbcan::scenario
