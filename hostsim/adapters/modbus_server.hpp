@@ -17,6 +17,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -131,7 +132,11 @@ class ModbusServer {
 /// A connection to `server`, which outlives it.
 class ModbusTcpSession final : public StreamSession {
  public:
-  ModbusTcpSession(ModbusServer& server, std::uint32_t client) : server_(server), client_(client) {}
+  ModbusTcpSession(ModbusServer& server, std::uint32_t client, std::function<void()> on_left)
+      : server_(server), client_(client), on_left_(std::move(on_left)) {}
+  ~ModbusTcpSession() override { on_left_(); }
+  ModbusTcpSession(const ModbusTcpSession&) = delete;
+  ModbusTcpSession& operator=(const ModbusTcpSession&) = delete;
 
   bool is_text() const override { return false; }
   void receive(std::string_view bytes) override {
@@ -153,6 +158,7 @@ class ModbusTcpSession final : public StreamSession {
  private:
   ModbusServer& server_;
   std::uint32_t client_;
+  std::function<void()> on_left_;
   std::vector<std::uint8_t> received_;
   std::string unsent_;
   bool ended_ = false;

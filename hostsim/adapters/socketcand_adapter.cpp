@@ -90,7 +90,7 @@ void SocketcandAdapter::execute(std::string_view element) {
   }
   if (mode_ != kNoBus && name == "rawmode") return enter(kRaw);
   if (mode_ != kNoBus && name == "bcmmode") return enter(kBcm);
-  const auto* const command = std::ranges::find_if(
+  const auto command = std::ranges::find_if(
       kCommands, [&](const Command& c) { return c.name == name && (c.modes & mode_) != 0; });
   if (command == kCommands.end()) return refuse("unknown command");
   if (!command->execute(*this, Words(words).subspan(1)))

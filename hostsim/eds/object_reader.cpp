@@ -133,8 +133,8 @@ ObjectReader::PerSub ObjectReader::entries_per_sub(const Section* section, std::
     if (*sub == 0 || *sub > count) {
       findings_.warning(entry.line, "sub-index " + shortened(entry.key) + " is not within 1.." +
                                         std::to_string(count) + " of CompactSubObj: ignored");
-    } else if (entries[*sub] == nullptr) {
-      entries[*sub] = &entry;
+    } else if (auto& place = entries[static_cast<std::size_t>(*sub)]; place == nullptr) {
+      place = &entry;
     }
   }
   return entries;

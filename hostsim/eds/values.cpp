@@ -200,7 +200,7 @@ bool is_real(DataType type) {
 }
 
 bool is_known(std::uint64_t type_index) {
-  return type_index < kTypeNames.size() && !kTypeNames[type_index].empty();
+  return type_index < kTypeNames.size() && !kTypeNames[static_cast<std::size_t>(type_index)].empty();
 }
 
 std::string_view name_of(DataType type) {

@@ -30,6 +30,8 @@ class Waits {
   /// When one may end without an event, in the plant's time since its start; kNever = none.
   Time next_deadline() const { return waiting_.empty() ? kNever : deadline_of_each(); }
 
+  bool exist() const { return !waiting_.empty(); }
+
   // For a manual clock.
   /// There is one that can end as time passes.
   bool want_time() const;

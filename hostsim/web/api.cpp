@@ -218,7 +218,7 @@ adapters::HttpResponse Api::respond(const adapters::HttpRequest& request) {
 }
 
 std::size_t Api::network_in(const Query& query) const {
-  return number_in(query, "network", 1, parts_.control.networks(), 1);
+  return static_cast<std::size_t>(number_in(query, "network", 1, parts_.control.networks(), 1));
 }
 
 Json Api::time() const {
@@ -248,8 +248,9 @@ Json Api::registers(const Query& query) const {
   const auto words = parts_.control.read(network, 0, regmap::kRegisterFileWords);
   const config::ModuleConfig& module = parts_.control.network(network).module_config();
   const bool all = !query.contains("first");
-  const std::size_t first = number_in(query, "first", 0, words.size() - 1);
-  const std::size_t count = number_in(query, "count", all ? words.size() : 1, words.size() - first);
+  const auto first = static_cast<std::size_t>(number_in(query, "first", 0, words.size() - 1));
+  const auto count =
+      static_cast<std::size_t>(number_in(query, "count", all ? words.size() : 1, words.size() - first));
   const auto mapped =
       mapped_registers(static_cast<std::uint8_t>(network), parts_.control.network(network), parts_.find);
   Json list = Json::array();

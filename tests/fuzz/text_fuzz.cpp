@@ -4,9 +4,10 @@
 // text.
 
 #include "fuzz/fuzz.hpp"
-#include "io/files/parameter_file.hpp"
 #include "sim/faults/fault.hpp"
+#include "sim/parameter_text.hpp"
 #include "sim/signal.hpp"
+#include "text/error.hpp"
 
 namespace cbcan::fuzz {
 
@@ -48,12 +49,12 @@ void check_parameters(std::string_view text) {
   const std::string path = "node.txt";
   sim::StoredParameters read;
   try {
-    read = io::parse_parameters(text, path);
-  } catch (const io::UsageError& error) {
+    read = sim::parse_parameters(text, path);
+  } catch (const text::UsageError& error) {
     return require(std::string_view(error.what()).starts_with(path + ":"), "a complaint names the file");
   }
   if (read.lss.node_id == 0) read.lss.bit_rate = 0;  // a bit rate is only stored with a node ID
-  require(io::parse_parameters(io::parameter_text(read), path) == read,
+  require(sim::parse_parameters(sim::parameter_text(read), path) == read,
           "stored parameters can be written and read");
 }
 

@@ -7,11 +7,11 @@
 #include "support/catch.hpp"
 #include "temporary_folder.hpp"
 
-using cbcan::io::parameter_text;
 using cbcan::io::ParameterFile;
-using cbcan::io::parse_parameters;
 using cbcan::io::test::TemporaryFolder;
 using cbcan::io::test::text_of;
+using cbcan::sim::parameter_text;
+using cbcan::sim::parse_parameters;
 using cbcan::sim::StoredParameters;
 
 namespace {

@@ -17,6 +17,10 @@ test_packages=(catch2 libmodbus-dev librapidcheck-dev valgrind git
   qemu-system-x86 busybox-static
   dpkg-dev file lintian man-db mmdebstrap pngquant python3-pytest python3-yaml shellcheck systemd yamllint)
 
+# To build the WebAssembly module.
+module_packages=("${build_packages[@]}" clang-19 lld-19 llvm-19 wasi-libc libc++-19-dev-wasm32 libc++abi-19-dev-wasm32
+  libclang-rt-19-dev-wasm32 binaryen libfast-float-dev dpkg-dev)
+
 is_installed() { [[ $(dpkg-query --show --showformat='${db:Status-Status}' "$1" 2>/dev/null) == installed ]]; }
 
 # apt_get ARGUMENT...: as root, and after another apt or dpkg that is at work: for ten minutes at most.

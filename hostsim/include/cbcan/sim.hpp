@@ -8,7 +8,7 @@
 ///
 ///     cbcan::Plant plant = cbcan::Plant::from_file("plant.toml");
 ///     plant.write(3700, {0xCA0E, 5055, 0x42, 0x6411, 1, 2});
-///     REQUIRE(plant.wait("transaction ended"));
+///     REQUIRE(plant.wait("register 3700 = 0"));
 ///     CHECK(plant.registers(3705, 2) == std::vector<std::uint16_t>{2, 300});
 ///
 /// Commands and conditions are those of docs/reference/commands.md.

@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: MIT
+#include "module/instance.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <exception>
+#include <utility>
+
+#include "config/demo_plant.hpp"
+#include "scenario/run.hpp"
+#include "sim/frame_text.hpp"
+#include "sim/parameter_text.hpp"
+#include "text/error.hpp"
+#include "text/utf8.hpp"
+#include "text/words.hpp"
+
+namespace cbcan::module {
+
+namespace {
+
+/// The path is absolute, as a recorded scenario may be in any folder.
+std::string absolute_plant(const std::string& plant_file, const std::string& folder) {
+  const bool has_drive = plant_file.size() > 1 && plant_file[1] == ':';
+  const bool is_absolute = plant_file.starts_with('/') || has_drive;
+  return plant_file.empty() || plant_file == "demo" || is_absolute ? plant_file : folder + "/" + plant_file;
+}
+
+std::string message(std::string_view text) {
+  return fmt::format("cbcan-sim: {}\n", text::to_utf8(text));
+}
+
+std::vector<std::string> lines_of(std::string_view text) {
+  std::vector<std::string> lines;
+  while (!text.empty())
+    lines.emplace_back(text::take_line(text));
+  return lines;
+}
+
+}  // namespace
+
+/// The parameters of a node in a file of the host's.
+class Instance::Parameters final : public sim::ParameterText {
+ public:
+  Parameters(Instance& instance, const std::string& path)
+      : ParameterText(path, [&instance](const std::string& line) { instance.session_->warn(line); }),
+        instance_(instance) {}
+
+ private:
+  std::optional<std::string> read() override { return instance_.read(path_); }
+  bool write(const std::string& text) override {
+    instance_.tell(path_, text, true);
+    return true;
+  }
+
+  Instance& instance_;
+};
+
+/// The frames of a bus as lines of candump.
+class Instance::Log final : public sim::Observer {
+ public:
+  Log(std::function<void(const std::string&)> add, const Time& wall_offset)
+      : add_(std::move(add)), wall_offset_(wall_offset) {}
+
+  void on_bus_frame(const Frame& frame, Time now) override {
+    sim::append_candump_line(text_, frame, now + wall_offset_, "virtual");
+  }
+  void flush() {
+    if (!text_.empty()) add_(std::exchange(text_, {}));
+  }
+  ~Log() { flush(); }
+
+ private:
+  std::function<void(const std::string&)> add_;
+  const Time& wall_offset_;
+  std::string text_;
+};
+
+Instance::Instance()
+    : read_(config::with_demo_plant([this](const std::string& path) { return read(path); })) {}
+Instance::~Instance() = default;
+
+void Instance::give_file(std::string name, std::optional<std::string> text) {
+  files_[std::move(name)] = std::move(text);
+}
+
+void Instance::give_folder(std::string name, std::optional<std::string> files) {
+  folders_[std::move(name)] = files ? std::optional(lines_of(*files)) : std::nullopt;
+}
+
+/// Without the file work goes on, so that all that is missing is found at once.
+std::optional<std::string> Instance::read(const std::string& path) {
+  const auto found = files_.find(path);
+  if (found != files_.end()) return found->second;
+  missing_files_.insert(path);
+  return std::nullopt;
+}
+
+/// null = nothing.
+Json Instance::missing() {
+  if (missing_files_.empty() && missing_folders_.empty()) return {};
+  return {{"files", std::exchange(missing_files_, {})}, {"folders", std::exchange(missing_folders_, {})}};
+}
+
+void Instance::tell(std::string_view to, std::string_view text, bool replace) {
+  const bool printed = to == kOut || to == kErr;
+  Json told{to, printed ? text::lines_to_utf8(text) : std::string(text)};
+  if (replace) told.push_back(true);
+  told_.push_back(std::move(told));
+}
+
+Json Instance::take_told() {
+  if (session_) session_->poll_views();
+  for (const auto& log : logs_)
+    log->flush();
+  return std::exchange(told_, Json::array());
+}
+
+Json Instance::start(const std::vector<std::string>& arguments, const std::string& folder) {
+  session_.reset();
+  told_ = Json::array();
+  std::vector<const char*> words{"cbcan-sim"};
+  for (const std::string& argument : arguments)
+    words.push_back(argument.c_str());
+  Json result;
+  try {
+    const bool scenarios = !arguments.empty() && arguments.front() == "run";
+    result = scenarios ? start_scenarios(std::span(words).subspan(2)) : start_plant(words, folder);
+  } catch (const text::UsageError& error) {
+    tell(kErr, message(error.what()));
+    result = ended(options::ExitCode::kUsage);
+  }
+  Json needed = missing();
+  return needed.is_null() ? result : needed;
+}
+
+// ---- A plant
+
+Json Instance::start_plant(const std::vector<const char*>& words, const std::string& folder) {
+  start_ = cli::parse_command_line(static_cast<int>(words.size()), words.data(), read_);
+  tell(kErr, start_.err);
+  tell(kOut, start_.out);
+  if (!start_.run) return ended(start_.exit_code);
+  const config::Diagnostics problems = not_here();
+  for (const config::Diagnostic& problem : problems)
+    tell(kErr, message(to_string(problem)));
+  if (!problems.empty()) return ended(options::ExitCode::kUsage);
+  config::PlantBuild build = config::build_nodes(start_.config, read_);
+  for (const std::string& line : build.lines)
+    tell(kErr, (line.starts_with('-') ? "cbcan-sim: " : "") + line + "\n");
+  if (!build.good) return ended(options::ExitCode::kUsage);
+  open(std::move(build), absolute_plant(start_.plant_file, folder));
+  if (start_.check) return ended(options::ExitCode::kDone);
+  return {{"services", services()},
+          {"command", start_.command},
+          {"manual", start_.config.clock == config::ClockKind::kManual},
+          {"ready_to", config::logs_to_standard_output(start_.config) ? kErr : kOut},
+          {"summary", start_.config.summary || start_.config.verbose || start_.config.verbose_frames}};
+}
+
+/// What a host without an operating system's services does not have, and what it has instead.
+config::Diagnostics Instance::not_here() const {
+  config::Diagnostics found;
+  const auto refuse = [&found](std::string_view option, const std::string& value, std::string_view instead) {
+    if (!value.empty())
+      found.push_back(config::about_option(fmt::format("{} {}", option, value),
+                                           fmt::format("is not in this build; {}", instead)));
+  };
+  const auto refuse_path = [&refuse](std::string_view option, const std::string& address) {
+    if (!address.empty() && !text::parse_stream_address(address).path.empty())
+      refuse(option, address, "use HOST:PORT");
+  };
+  const config::Config& config = start_.config;
+  refuse("--pcap", config.pcap, "use --log FILE, in the format of candump");
+  refuse("--rtu", config.rtu.line.device, "use rtu.listen, which is Modbus RTU over TCP");
+  refuse_path("rtu.listen", config.rtu.listen);
+  refuse_path("--control", config.control);
+  for (const config::NetworkConfig& network : config.networks) {
+    refuse("--can", network.can.outside, "other programs join the virtual bus by --slcan HOST:PORT");
+    refuse("--plc", network.plc.address + network.plc.line.device,
+           "let the PLC be the client: it writes the registers at --modbus");
+    refuse_path("--slcan", network.can.slcan);
+    refuse_path("--socketcand", network.can.socketcand);
+  }
+  return found;
+}
+
+void Instance::open(config::PlantBuild build, std::string plant_file) {
+  const config::Config& config = start_.config;
+  logs_.clear();
+  parameters_.clear();
+  const auto store = [this](const std::string& file) -> sim::ParameterStore* {
+    if (file.empty()) return nullptr;
+    return parameters_.emplace_back(std::make_unique<Parameters>(*this, file)).get();
+  };
+  const auto nothing = [] {};
+  const auto shut_down = [this] { end(options::ExitCode::kDone); };
+  session_.emplace(
+      config, std::move(build), std::move(plant_file),
+      session::Host{now_, config.clock == config::ClockKind::kReal, [this] { return machine_now_; },
+                    [this](std::string_view lines) { tell(kErr, lines); }, store, nothing, nothing,
+                    [this] { return served(); }, shut_down});
+  for (const config::NetworkConfig& network : config.networks) {
+    if (network.log.empty()) continue;
+    const std::string to = network.log == config::kStandardOutput ? std::string(kOut) : network.log;
+    if (to != kOut) tell(to, "", true);
+    logs_.push_back(
+        std::make_unique<Log>([this, to](const std::string& text) { tell(to, text); }, since_1970_));
+    session_->plant().networks()[network.number - 1]->world().bus().observe(*logs_.back());
+  }
+  if (config.record.empty()) return;
+  tell(config.record, "", true);
+  session_->record([this, path = config.record](std::string_view lines) { tell(path, lines); });
+}
+
+// ---- Scenarios
+
+Json Instance::start_scenarios(std::span<const char* const> words) {
+  cli::RunStart start = cli::parse_run_command_line(words);
+  tell(kErr, start.err);
+  tell(kOut, start.out);
+  if (!start.run) return ended(start.exit_code);
+  run_ = std::move(start.config);
+  if (!run_.target.empty() || run_.real_time)
+    throw text::UsageError(fmt::format("{}: is not in this build; leave it out",
+                                       run_.real_time ? "--real-time" : "--target " + run_.target));
+  const cli::Shard shard = cli::shard_of(run_.shard);
+  const auto list = [this](const std::string& path) {
+    const auto found = folders_.find(path);
+    if (found == folders_.end()) missing_folders_.insert(path);
+    return found == folders_.end() ? std::nullopt : found->second;
+  };
+  outcomes_.clear();
+  scenarios_ = scenario::scenario_files(run_.paths, shard.part, shard.parts, list, read_);
+  return {{"scenarios", scenarios_.size()}, {"log", run_.logs}, {"junit", run_.junit}};
+}
+
+Json Instance::play(std::size_t place) {
+  const std::string& file = scenarios_[place];
+  Json texts = Json::array();
+  scenario::PlantRun run{run_.check, {}, {}};
+  if (!run_.logs.empty())
+    run.log = [&](std::size_t network) {
+      const std::string name = scenario::log_name(file, network);
+      texts.push_back({name, ""});
+      return std::make_shared<Log>(
+          [&texts, at = texts.size() - 1](const std::string& text) { texts[at][1] = text; }, since_1970_);
+    };
+  scenario::Outcome outcome;
+  try {
+    outcome = scenario::play_file(
+        file, read_, [&](const auto& found) { return scenario::play_on_plant(found, read_, run); });
+  } catch (const std::exception& error) {
+    outcome = {scenario::Verdict::kWrong, 0, text::to_utf8(error.what()) + "\n"};
+  }
+  if (Json needed = missing(); !needed.is_null()) return needed;
+  tell(kOut, report(file, outcome));
+  outcomes_.push_back(std::move(outcome));
+  return {{"log", std::move(texts)}};
+}
+
+Json Instance::played() {
+  tell(kOut, scenario::summary(outcomes_) + "\n");
+  return {{"exit", static_cast<int>(exit_code_of(outcomes_))}, {"junit", junit(scenarios_, outcomes_)}};
+}
+
+}  // namespace cbcan::module

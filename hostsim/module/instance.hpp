@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// cbcan-sim without an operating system: one plant, or one run of scenarios, for a host that has files,
+/// connections and a clock. Bytes in and bytes out; nothing is called back.
+///
+/// A host calls start(). As long as the result names files that are missing, it gives these and starts again.
+/// For a plant it then listens at the services, says by serve() where, and hands over what clients send. It
+/// tells the time by pass(), and prints and writes what take_told() has.
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "adapters/http_site.hpp"
+#include "adapters/modbus_server.hpp"
+#include "adapters/socketcand_adapter.hpp"
+#include "cli/command_line.hpp"
+#include "cli/run_options.hpp"
+#include "scenario/outcome.hpp"
+#include "session/session.hpp"
+#include "web/event_json.hpp"
+
+namespace cbcan::module {
+
+using web::Json;
+
+class Instance {
+ public:
+  Instance();
+  ~Instance();
+  Instance(const Instance&) = delete;
+  Instance& operator=(const Instance&) = delete;
+
+  /// nullopt = there is none. `files`: those named *.toml in the folder and below, one a line.
+  void give_file(std::string name, std::optional<std::string> text);
+  void give_folder(std::string name, std::optional<std::string> files);
+
+  /// The arguments of a command line, without the program's name, and the absolute path of the current
+  /// folder. Returns what is missing, {"files", "folders"}; or
+  /// * {"exit"}: it has ended, with this code;
+  /// * {"services"}: each has "name", "host" and "port" to listen at; with "command", "manual" (the clock),
+  /// "ready_to"
+  ///   ("out" or "err"), "summary" (it is wanted at the end);
+  /// * {"scenarios"}: their number; with "log" and "junit" as given.
+  Json start(const std::vector<std::string>& arguments, const std::string& folder);
+
+  // ---- A plant
+
+  /// Services and where they are now, "modbus 127.0.0.1:1502". Switches the plant on; `since_1970`: time of day.
+  /// `alone`: there is one client, so on a manual clock a wait for the PLC lets time pass too. Returns
+  /// {"ready", "ways_in", "environment"}.
+  Json serve(const std::vector<std::string>& places, Time since_1970, bool alone);
+
+  /// Lets time pass to `machine_now`, on this machine's clock from 0 on, and returns when it is to be called
+  /// next. On a manual clock the plant's time passes as far as waits want it.
+  Time pass(Time machine_now);
+
+  /// The session of a new client; null = it is not served.
+  std::unique_ptr<adapters::StreamSession> connect(const std::string& service, const std::string& peer);
+
+  /// HTTP: {"method", "path", "query", "body", "host", "origin", "last_event_id", "too_long"} to {"status",
+  /// "headers", "body"}; instead of the body "stream", its number from 1, and "keep_alive", to be sent to an
+  /// idle client.
+  Json respond(const Json& request);
+  /// {"text", "more"}: without more, the stream is complete.
+  Json fill(unsigned stream);
+  void drop(unsigned stream) { streams_.erase(stream); }
+
+  /// A line of standard input, on a manual clock; not while the one before waits. An error ends the program.
+  void input(std::string_view line) { say(session_->execute(line, input_)); }
+  bool input_waits() const { return input_->waiting; }
+
+  std::string summary() const { return session_->summary(); }
+
+  // ---- Scenarios
+
+  /// Plays scenario `place`, from 0. Returns what is missing, or {"log"}: names and texts.
+  Json play(std::size_t place);
+  /// After all: {"exit", "junit"}
+  Json played();
+
+  /// What is to be printed or written since the last call: [to, text], where `to` is "out", "err", "end" (the
+  /// text is the exit code) or a path; with a third element `true` the file is replaced, else the text is
+  /// added.
+  Json take_told();
+
+ private:
+  static constexpr std::string_view kOut = "out";
+  static constexpr std::string_view kErr = "err";
+  static constexpr std::string_view kEnd = "end";
+
+  class Parameters;
+  class Log;
+
+  std::optional<std::string> read(const std::string& path);
+  Json missing();
+  static Json ended(options::ExitCode code) { return {{"exit", static_cast<int>(code)}}; }
+  void tell(std::string_view to, std::string_view text, bool replace = false);
+  void say(const std::string& response);
+  void end(options::ExitCode code) { tell(kEnd, std::to_string(static_cast<int>(code))); }
+
+  Json start_plant(const std::vector<const char*>& words, const std::string& folder);
+  Json start_scenarios(std::span<const char* const> words);
+  config::Diagnostics not_here() const;
+  void open(config::PlantBuild build, std::string plant_file);
+  Json services() const;
+  void open_service(std::string_view place);
+  void open_bus_service(const std::string& name, const text::StreamAddress& address);
+  session::Served served() const;
+
+  bool clock_runs() const { return start_.config.clock == config::ClockKind::kReal; }
+  void advance_to(Time end);
+  void let_time_pass();
+  Time next_event() const;
+  bool want_time() const { return alone_ ? session_->waits().exist() : session_->waits().want_time(); }
+
+  std::map<std::string, std::optional<std::string>> files_;
+  std::map<std::string, std::optional<std::vector<std::string>>> folders_;
+  std::set<std::string> missing_files_;
+  std::set<std::string> missing_folders_;
+  config::FileReader read_;
+  Json told_ = Json::array();
+
+  cli::Start start_;
+  Time now_ = 0;  ///< of the plant
+  Time machine_now_ = 0;
+  Time since_1970_ = 0;
+  bool alone_ = false;
+  std::vector<std::unique_ptr<Parameters>> parameters_;
+  std::optional<session::Session> session_;
+  std::vector<std::unique_ptr<Log>> logs_;
+  std::vector<std::unique_ptr<adapters::SocketcandBus>> socketcand_;
+  std::optional<adapters::ModbusServer> modbus_;
+  std::optional<adapters::HttpSite> http_;
+  std::map<std::string, adapters::MakeSession> services_;
+  session::Addresses addresses_;
+  std::set<std::string> warned_of_browsers_;
+  std::uint32_t connections_ = 0;  ///< of Modbus TCP
+  std::uint32_t left_ = 0;         ///< of these
+  std::map<unsigned, std::unique_ptr<adapters::HttpStream>> streams_;
+  unsigned last_stream_ = 0;
+  std::shared_ptr<adapters::Dialogue> input_ = std::make_shared<adapters::Dialogue>();
+
+  cli::RunConfig run_;
+  std::vector<std::string> scenarios_;
+  std::vector<scenario::Outcome> outcomes_;
+};
+
+}  // namespace cbcan::module

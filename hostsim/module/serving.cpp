@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "adapters/command_session.hpp"
+#include "adapters/rtu_session.hpp"
+#include "adapters/slcan_adapter.hpp"
+#include "cbcan/version.hpp"
+#include "module/instance.hpp"
+#include "plant/wait.hpp"
+#include "plant/words.hpp"
+#include "text/numbers.hpp"
+#include "text/words.hpp"
+
+namespace cbcan::module {
+
+Json Instance::services() const {
+  const config::Config& config = start_.config;
+  Json services = Json::array();
+  const auto add = [&services](const std::string& name, const std::string& address) {
+    if (address.empty()) return;
+    const text::ListenAddress place = text::parse_stream_address(address).tcp;
+    services.push_back({{"name", name}, {"host", place.host}, {"port", place.port}});
+  };
+  const auto& networks = session_->plant().networks();
+  if (std::ranges::any_of(networks, [](const auto& network) { return !network->registers().empty(); })) {
+    add("modbus", to_string(text::ListenAddress{config.modbus.host, config.modbus.port}));
+    add("rtu_tcp", config.rtu.listen);
+  }
+  for (const config::NetworkConfig& network : config.networks) {
+    add(plant::prefix_of(network.number) + "slcan", network.can.slcan);
+    add(plant::prefix_of(network.number) + "socketcand", network.can.socketcand);
+  }
+  add("control", config.control);
+  add("http", config.http.listen);
+  return services;
+}
+
+Json Instance::serve(const std::vector<std::string>& places, Time since_1970, bool alone) {
+  alone_ = alone;
+  if (clock_runs()) session_->set_time_of_day(since_1970_ = since_1970);
+  for (const config::NetworkConfig& network : start_.config.networks)
+    addresses_.networks.push_back(
+        {network.number, session_->name_of(network.number), config::can_spec(network.can)});
+  for (const std::string& place : places)
+    open_service(place);
+  session_->plant().start(true);
+  session_->advance();
+  return {{"ready", "ready " + addresses_.where() + "\n"},
+          {"ways_in", addresses_.ways_in()},
+          {"environment", addresses_.environment()}};
+}
+
+void Instance::open_service(std::string_view place) {
+  const std::string name(text::take_part(place, ' '));
+  const text::StreamAddress address = text::parse_stream_address(place);
+  std::vector<adapters::ModbusUnit*> units;
+  for (const auto& network : session_->plant().networks())
+    units.push_back(network.get());
+  if (name == "modbus") {
+    addresses_.modbus = address.tcp;
+    modbus_.emplace(units, modbus::DeviceIdentity{"cbcan", "cbcan-sim", kVersion});
+  } else if (name == "rtu_tcp") {
+    addresses_.rtu_tcp = address;
+    services_[name] = adapters::rtu_over_tcp(
+        units, [this] { return machine_now_; }, start_.config.rtu.station);
+  } else if (name == "control") {
+    addresses_.control = address;
+    services_[name] = adapters::command_sessions(
+        [this](std::string_view line, const auto& dialogue) { return session_->execute(line, dialogue); });
+  } else if (name == "http") {
+    addresses_.http = address.tcp;
+    http_.emplace(
+        text::parse_stream_address(start_.config.http.listen).tcp.host, address.tcp, start_.config.http.write,
+        [&api = session_->open_api()](const adapters::HttpRequest& request) { return api.respond(request); });
+  } else {
+    open_bus_service(name, address);
+  }
+}
+
+/// "slcan", "2/socketcand"
+void Instance::open_bus_service(const std::string& name, const text::StreamAddress& address) {
+  constexpr Time kPauseBehindOk = 20 * kMillisecond;  // in real time
+  const auto [number, kind] = text::split(name, '/').value_or(std::pair("1", std::string_view(name)));
+  const std::size_t place = text::parse<std::size_t>(std::string_view(number)).value_or(1) - 1;
+  plant::Network& network = *session_->plant().networks()[place];
+  sim::World& world = network.world();
+  const auto on_queued = [&network] { network.advance(); };
+  const std::size_t most = clock_runs() ? adapters::Adapter::kMostUnsent : adapters::Adapter::kUnlimited;
+  if (kind == "slcan") {
+    addresses_.networks[place].slcan = address;
+    services_[name] = [&world, on_queued, most] {
+      return std::make_unique<adapters::SlcanAdapter>(world.bus(), on_queued, most, nullptr);
+    };
+  } else {
+    addresses_.networks[place].socketcand = address;
+    adapters::SocketcandBus& bus = *socketcand_.emplace_back(std::make_unique<adapters::SocketcandBus>(
+        world.bus(), world.schedule(), [this] { return now_; }, since_1970_,
+        clock_runs() ? kPauseBehindOk : 0));
+    services_[name] = [&bus, on_queued, most] {
+      return std::make_unique<adapters::SocketcandAdapter>(bus, on_queued, most, nullptr);
+    };
+  }
+}
+
+std::unique_ptr<adapters::StreamSession> Instance::connect(const std::string& service, const std::string& peer) {
+  const auto warn_of_browser = [this, service] {
+    if (warned_of_browsers_.insert(service).second)
+      session_->warn(service +
+                     ": a client that speaks HTTP, as a browser does, is turned away; --http serves HTTP");
+  };
+  std::unique_ptr<adapters::StreamSession> session;
+  if (service == "modbus" && modbus_) {
+    const std::uint32_t client = ++connections_;
+    session_->on_client(client, peer, true);
+    session = std::make_unique<adapters::ModbusTcpSession>(*modbus_, client, [this, client, peer] {
+      ++left_;
+      session_->on_client(client, peer, false);
+    });
+  } else if (const auto found = services_.find(service); found != services_.end()) {
+    session = found->second();
+  }
+  return session ? adapters::without_browsers(std::move(session), warn_of_browser) : nullptr;
+}
+
+Json Instance::respond(const Json& request) {
+  const auto text = [&request](const char* key) { return request.value(key, std::string()); };
+  adapters::HttpResponse response =
+      http_->respond({text("method"), text("path"), request.value("query", web::Query()), text("body"),
+                      text("last_event_id"), text("host"), text("origin")},
+                     request.value("too_long", false));
+  Json headers{{"Content-Type", response.type}};
+  for (const auto& [name, value] : adapters::HttpSite::kHeaders)
+    headers[name] = value;
+  Json json{{"status", response.status}, {"headers", std::move(headers)}};
+  if (!response.stream) {
+    json["body"] = response.body;
+    return json;
+  }
+  json["keep_alive"] = response.stream->keep_alive();
+  json["stream"] = ++last_stream_;
+  streams_[last_stream_] = std::move(response.stream);
+  return json;
+}
+
+Json Instance::fill(unsigned stream) {
+  adapters::HttpStream& filled = *streams_.at(stream);
+  std::string text;
+  const bool more = !filled.has_news() || filled.fill(text);
+  if (!more) drop(stream);
+  return {{"text", std::move(text)}, {"more", more}};
+}
+
+session::Served Instance::served() const {
+  session::Served served{.addresses = addresses_};
+  if (modbus_) {
+    served.requests = modbus_->counters().requests;
+    served.exceptions = modbus_->counters().exceptions;
+    served.connections = connections_;
+    served.clients = connections_ - left_;
+  }
+  served.http_may_write = http_ && http_->may_write();
+  served.http_streams = streams_.size();
+  return served;
+}
+
+// ---- Time
+
+Time Instance::pass(Time machine_now) {
+  machine_now_ = machine_now;
+  const session::Waits& waits = session_->waits();
+  clock_runs() ? advance_to(machine_now) : let_time_pass();
+  if (!input_->waiting) say(std::exchange(input_->unsent, {}));
+  if (clock_runs()) return next_event();
+  return want_time() ? machine_now_ : waits.plc_deadline();
+}
+
+/// Of the plant and its waits.
+Time Instance::next_event() const {
+  return earlier(session_->plant().schedule().first_time(), session_->waits().next_deadline());
+}
+
+void Instance::advance_to(Time end) {
+  for (Time next = next_event(); next <= end; next = std::max(next_event(), now_ + 1)) {
+    now_ = std::max(now_, next);
+    session_->plant().schedule().poll(now_);
+    session_->poll_waits();
+  }
+  now_ = end;
+  session_->advance_and_answer();
+}
+
+/// Until a wait has ended.
+void Instance::let_time_pass() {
+  session::Waits& waits = session_->waits();
+  waits.give_up_on_plc(machine_now_);
+  for (bool is_over = false; !is_over && want_time(); is_over = session_->poll_waits()) {
+    now_ = session_->next_step();
+    session_->advance();
+  }
+}
+
+void Instance::say(const std::string& response) {
+  const auto [lines, last] = plant::parts_of(response);
+  if (!last.starts_with(plant::kError)) return response.empty() ? void() : tell(kOut, response);
+  tell(kOut, lines);
+  session_->warn(fmt::format("standard input: {}", text::trim(last.substr(plant::kError.size()))));
+  const bool in_time = !last.starts_with(plant::kNotWithin);
+  end(in_time ? options::ExitCode::kUsage : options::ExitCode::kCheckFailed);
+}
+
+}  // namespace cbcan::module
