@@ -1,0 +1,314 @@
+#!/usr/bin/env node
+// SPDX-License-Identifier: MIT
+// cbcan-sim on Node.js: files, sockets, the clock and processes for the plant in the WebAssembly module.
+
+import { spawn } from "node:child_process";
+import fs from "node:fs";
+import http from "node:http";
+import net from "node:net";
+import os from "node:os";
+import path from "node:path";
+import process from "node:process";
+
+import { disk, module } from "./index.mjs";
+import { Instance } from "./plant.mjs";
+
+const kUsage = 2;
+const kEnvironment = 3;
+
+const warn = (text) => process.stderr.write(`cbcan-sim: ${text}\n`);
+
+class Ended extends Error {
+  constructor(code, message) {
+    super(message);
+    this.code = code;
+  }
+}
+
+/** Microseconds since the start. After a sleep of the machine the plant goes on where it was. */
+class Clock {
+  static #kMostBehind = 10e6;
+  #base = performance.now();
+  #last = 0;
+
+  now() {
+    let now = (performance.now() - this.#base) * 1000;
+    const passed = now - this.#last;
+    if (passed > Clock.#kMostBehind) {
+      this.#base += passed / 1000;
+      now = this.#last;
+      warn(`this machine or program stood still for ${(passed / 1e6).toFixed(0)} s; so did the plant`);
+    }
+    return (this.#last = Math.floor(now));
+  }
+}
+
+/** Files that are written. */
+class Files {
+  #opened = new Map();
+
+  replace(name, text) {
+    try {
+      if (text === "") return this.#opened.set(name, fs.openSync(name, "w"));
+      fs.writeFileSync(`${name}.new`, text, { flush: true });
+      fs.renameSync(`${name}.new`, name);
+    } catch (error) {
+      const folder = path.dirname(name);
+      if (!fs.existsSync(folder)) throw new Ended(kUsage, `${name}: there is no folder ${folder}; make it first`);
+      throw new Ended(kEnvironment, `${name}: ${error.message}; write it elsewhere`);
+    }
+  }
+
+  add(name, text) {
+    const file = this.#opened.get(name);
+    try {
+      if (file !== undefined) fs.writeSync(file, text);
+    } catch (error) {
+      this.#opened.delete(name);
+      warn(`${name}: ${error.message}; it ends here, the simulation goes on`);
+    }
+  }
+}
+
+const address = ({ host, port }) => `${net.isIPv6(host) ? `[${host}]` : host}:${port}`;
+
+class Program {
+  #instance = new Instance(module);
+  #files = new Files();
+  #clock = new Clock();
+  #folder = process.cwd().replaceAll(path.sep, "/");
+  #sockets = new Map(); // to the numbers of their connections
+  #streams = new Map(); // to their numbers and responses
+  #servers = [];
+  #turning = false;
+  #timer;
+  #lines; // of standard input, not yet executed
+  #child;
+  #code; // the exit code, once it is known
+
+  async run(args) {
+    const started = await this.#instance.start(args, { ...disk, folder: this.#folder });
+    this.#tell();
+    if (started.scenarios !== undefined) return this.#play(started);
+    if (started.exit !== undefined) return (process.exitCode = started.exit);
+    this.started = started;
+    const listening = started.services.map((service) => this.#listen(service));
+    const places = await Promise.all(listening);
+    const served = this.#instance.call("serve", { places, since_1970: Date.now() * 1000, alone: false });
+    for (const signal of ["SIGINT", "SIGTERM", "SIGHUP"])
+      process.on(signal, () => (this.#child ? this.#child.kill(signal) : this.#stop(0)));
+    if (started.command.length > 0) this.#spawn(started.command, served.environment);
+    else this.#ready(served);
+    this.#turn();
+  }
+
+  // ---- Scenarios
+
+  async #play({ scenarios, log, junit }) {
+    for (let place = 0; place < scenarios; ++place) {
+      const played = await this.#instance.play(place, disk);
+      for (const [name, text] of played.log) fs.writeFileSync(path.join(log, name), text);
+      this.#tell();
+    }
+    const { exit, junit: results } = this.#instance.call("played");
+    this.#tell();
+    if (junit === "-") process.stdout.write(results);
+    else if (junit !== "") this.#files.replace(junit, results);
+    process.exitCode = exit;
+  }
+
+  // ---- A plant
+
+  #ready({ ready, ways_in: waysIn }) {
+    process[this.started.ready_to === "out" ? "stdout" : "stderr"].write(ready);
+    process.stderr.write(waysIn);
+    if (!this.started.manual) return;
+    this.#lines = [];
+    let rest = "";
+    process.stdin.setEncoding("utf8").on("data", (text) => {
+      const lines = (rest + text).split(/\r?\n/);
+      rest = lines.pop();
+      this.#lines.push(...lines);
+      this.#soon();
+    });
+    process.stdin.on("end", () => {
+      this.#lines.push(...(rest === "" ? [] : [rest]), null);
+      this.#soon();
+    });
+  }
+
+  #spawn([program, ...args], environment) {
+    const variables = Object.fromEntries(environment.map((line) => line.split(/=(.*)/s, 2)));
+    this.#child = spawn(program, args, { stdio: "inherit", env: { ...process.env, ...variables } });
+    this.#child.on("error", (error) => {
+      warn(`${program}: ${error.message}`);
+      this.#stop(error.code === "ENOENT" ? 127 : 126);
+    });
+    this.#child.on("exit", (code, signal) => this.#stop(code ?? 128 + os.constants.signals[signal]));
+  }
+
+  /** Prints and writes what the plant has told. */
+  #tell() {
+    for (const [to, text, replaces] of this.#instance.call("told")) {
+      if (to === "out") process.stdout.write(text);
+      else if (to === "err") process.stderr.write(text);
+      else if (to === "end") this.#child ? this.#child.kill() : this.#stop(Number(text));
+      else if (replaces) this.#files.replace(to, text);
+      else this.#files.add(to, text);
+    }
+  }
+
+  /** Everything that has arrived is handled first. */
+  #soon() {
+    if (this.#turning) return;
+    this.#turning = true;
+    setImmediate(() => guarded(() => this.#turn()));
+  }
+
+  #turn() {
+    this.#turning = false;
+    if (this.#code !== undefined) return;
+    const now = this.#clock.now();
+    const next = this.#instance.pass(now);
+    this.#execute();
+    for (const [socket, connection] of this.#sockets) this.#flush(socket, connection);
+    for (const [response, stream] of this.#streams) this.#fill(response, stream);
+    this.#tell();
+    clearTimeout(this.#timer);
+    const most = this.#streams.size > 0 ? 20 : 2 ** 30;
+    const wait = Math.min(Math.ceil((next - now) / 1000), most);
+    if (wait <= 0) this.#soon();
+    else this.#timer = setTimeout(() => guarded(() => this.#turn()), wait);
+  }
+
+  /** Lines of standard input, one after the other. */
+  #execute() {
+    while (this.#lines?.length > 0 && this.#code === undefined && !this.#instance.call("input_waits")) {
+      const line = this.#lines.shift();
+      if (line === null) return this.#stop(0);
+      this.#instance.call("input", { line });
+      this.#tell();
+      this.#soon();
+    }
+  }
+
+  #stop(code) {
+    if (this.#code !== undefined) return;
+    process.exitCode = this.#code = code;
+    clearTimeout(this.#timer);
+    if (this.started.summary) process.stderr.write(this.#instance.call("summary"));
+    for (const server of this.#servers) server.close();
+    for (const socket of this.#sockets.keys()) socket.destroySoon();
+    for (const response of this.#streams.keys()) response.destroy();
+    process.stdin.destroy();
+    this.#tell();
+  }
+
+  // ---- Connections
+
+  async #listen({ name, host, port }) {
+    const server =
+      name === "http"
+        ? http.createServer((request, response) => this.#respond(request, response))
+        : net.createServer({ allowHalfOpen: true, noDelay: true }, (socket) => this.#accept(name, socket));
+    await new Promise((resolve, reject) => {
+      const fail = ({ code }) => reject(new Ended(kEnvironment, `${name} ${address({ host, port })}: ${code}; choose another address`));
+      server.once("error", fail).listen({ host, port }, resolve);
+    });
+    this.#servers.push(server);
+    return `${name} ${address({ host, port: server.address().port })}`;
+  }
+
+  #accept(service, socket) {
+    const peer = address({ host: socket.remoteAddress ?? "", port: socket.remotePort });
+    const connection = this.#instance.call("connect", { service, peer });
+    this.#sockets.set(socket, connection);
+    this.#flush(socket, connection);
+    socket.on("data", (bytes) =>
+      guarded(() => {
+        this.#instance.pass(this.#clock.now());
+        this.#instance.receive(connection, bytes);
+        this.#flush(socket, connection);
+        this.#soon();
+      }));
+    socket.on("end", () => guarded(() => (this.#instance.endInput(connection), this.#flush(socket, connection))));
+    socket.on("drain", () => guarded(() => this.#flush(socket, connection)));
+    socket.on("error", () => socket.destroy());
+    socket.on("close", () => {
+      this.#sockets.delete(socket);
+      if (!this.#instance.crash) this.#instance.disconnect(connection);
+    });
+  }
+
+  /** Nothing more is read from a client that does not read. */
+  #flush(socket, connection) {
+    const state = () => this.#instance.state(connection);
+    if (!socket.writableNeedDrain)
+      for (const bytes of this.#instance.sent(connection)) if (!socket.write(bytes)) break;
+    const { wantsMore, isBusy, hasEnded } = state();
+    if (hasEnded || (socket.readableEnded && !isBusy)) return socket.end();
+    socket.writableNeedDrain || !wantsMore ? socket.pause() : socket.resume();
+  }
+
+  async #respond(request, response) {
+    const kMostBody = 64 * 1024;
+    const parts = [];
+    let size = 0;
+    for await (const part of request) if ((size += part.length) <= kMostBody) parts.push(part);
+    const url = new URL(request.url, "http://localhost");
+    guarded(() => {
+      this.#instance.pass(this.#clock.now());
+      const answer = this.#instance.call("respond", {
+        method: request.method,
+        path: decodeURIComponent(url.pathname),
+        query: Object.fromEntries(url.searchParams),
+        body: Buffer.concat(parts).toString(),
+        host: request.headers.host,
+        origin: request.headers.origin,
+        last_event_id: request.headers["last-event-id"],
+        too_long: size > kMostBody,
+      });
+      response.writeHead(answer.status, answer.headers);
+      if (!answer.stream) return response.end(answer.body);
+      response.flushHeaders();
+      const stream = { number: answer.stream, keepAlive: answer.keep_alive, sentAt: performance.now() };
+      this.#streams.set(response, stream);
+      response.on("close", () => {
+        if (this.#streams.delete(response)) this.#instance.call("drop", { stream: stream.number });
+      });
+      this.#soon();
+    });
+  }
+
+  #fill(response, stream) {
+    const kKeepAlive = 5000;
+    if (response.writableNeedDrain) return;
+    const { text, more } = this.#instance.call("fill", { stream: stream.number });
+    const silent = performance.now() - stream.sentAt > kKeepAlive;
+    const sent = text || (silent ? stream.keepAlive : "");
+    if (sent !== "") {
+      stream.sentAt = performance.now();
+      response.write(sent);
+    }
+    if (more) return;
+    this.#streams.delete(response);
+    response.end();
+  }
+}
+
+/** Errors end the program. */
+function guarded(action) {
+  try {
+    return action();
+  } catch (error) {
+    warn(error.message);
+    process.exit(error.code ?? kEnvironment);
+  }
+}
+
+// Paths have slashes in the module, on every system.
+const args = process.argv.slice(2);
+const own = args.includes("--") ? args.indexOf("--") : args.length;
+new Program()
+  .run(args.map((word, place) => (place < own ? word.replaceAll(path.sep, "/") : word)))
+  .catch((error) => guarded(() => { throw error; }));

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+// The plant for tests on Node.js: with the module and files of this machine.
+
+import fs from "node:fs";
+
+import * as plant from "./plant.mjs";
+
+export const { PlantError } = plant;
+
+export const module = new WebAssembly.Module(fs.readFileSync(new URL("./cbcan.wasm", import.meta.url)));
+
+const unless_absent = (action) => {
+  try {
+    return action();
+  } catch {
+    return null;
+  }
+};
+
+/** Files and folders, null = absent. */
+export const disk = {
+  read: (name) => unless_absent(() => fs.readFileSync(name)),
+  list: (name) =>
+    unless_absent(() =>
+      fs.readdirSync(name, { withFileTypes: true, recursive: true })
+        .filter((entry) => entry.isFile() && entry.name.endsWith(".toml"))
+        .map((entry) => `${entry.parentPath ?? entry.path}/${entry.name}`.replaceAll("\\", "/"))),
+};
+
+export class Plant extends plant.Plant {
+  static open(options = {}) {
+    return super.open(module, { read: disk.read, ...options });
+  }
+}
