@@ -8,6 +8,7 @@
 #include "adapters/slcan_adapter.hpp"
 #include "io/can/socketcan.hpp"
 #include "io/can/stream_bus.hpp"
+#include "session/session.hpp"
 #include "window/rtu_connection.hpp"
 
 namespace cbcan::app {
@@ -139,9 +140,9 @@ std::string BusConnections::plc_summary() const {
 
 std::string BusConnections::adapters_summary() const {
   const auto summary = [&](std::string_view name, const Clients& clients) {
-    return clients.server ? fmt::format("{}{} connections {}, frames not read in time {}\n", name_, name,
-                                        clients.server->connections(), clients.lost)
-                          : "";
+    return clients.server
+               ? session::adapters_summary(name_, name, clients.server->connections(), clients.lost)
+               : "";
   };
   return summary("SLCAN", slcan_) + summary("socketcand", socketcand_);
 }

@@ -206,10 +206,7 @@ void Simulator::advance_in_pieces() {
   }
   reactor_.hold_at(plant().schedule().first_time());
   const bool is_behind = is_late() && (is_behind_ || reactor_.clock() - reactor_.time() > kMostBehind);
-  if (is_behind && !is_behind_)
-    warn_(
-        "the plant is more than 1 s behind the clock: its nodes take more time than there is; let scripts be "
-        "called less often, or use --clock manual");
+  if (is_behind && !is_behind_) warn_(std::string(session::kBehind));
   is_behind_ = is_behind;
 }
 

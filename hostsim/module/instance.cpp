@@ -230,6 +230,8 @@ Json Instance::start_scenarios(std::span<const char* const> words) {
     if (found == folders_.end()) missing_folders_.insert(path);
     return found == folders_.end() ? std::nullopt : found->second;
   };
+  if (!run_.logs.empty() && !list(run_.logs))
+    throw text::UsageError("--log " + run_.logs + ": there is no such folder; make it first");
   outcomes_.clear();
   scenarios_ = scenario::scenario_files(run_.paths, shard.part, shard.parts, list, read_);
   return {{"scenarios", scenarios_.size()}, {"log", run_.logs}, {"junit", run_.junit}};
@@ -256,7 +258,10 @@ Json Instance::play(std::size_t place) {
   if (Json needed = missing(); !needed.is_null()) return needed;
   tell(kOut, report(file, outcome));
   outcomes_.push_back(std::move(outcome));
-  return {{"log", std::move(texts)}};
+  const auto failed = std::ranges::count_if(outcomes_, [](const scenario::Outcome& one) {
+    return one.verdict == scenario::Verdict::kFailed || one.verdict == scenario::Verdict::kWrong;
+  });
+  return {{"log", std::move(texts)}, {"failed", failed}};
 }
 
 Json Instance::played() {

@@ -77,11 +77,12 @@ class Instance {
   void input(std::string_view line) { say(session_->execute(line, input_)); }
   bool input_waits() const { return input_->waiting; }
 
-  std::string summary() const { return session_->summary(); }
+  std::string summary() const;
 
   // ---- Scenarios
 
-  /// Plays scenario `place`, from 0. Returns what is missing, or {"log"}: names and texts.
+  /// Plays scenario `place`, from 0. Returns what is missing, or {"log", "failed"}: names and texts,
+  /// and how many have failed so far.
   Json play(std::size_t place);
   /// After all: {"exit", "junit"}
   Json played();
@@ -113,10 +114,15 @@ class Instance {
   Json services() const;
   void open_service(std::string_view place);
   void open_bus_service(const std::string& name, const text::StreamAddress& address);
+  std::string summary_of(const config::NetworkConfig& network, const std::string& kind,
+                         std::string_view title) const;
   session::Served served() const;
 
   bool clock_runs() const { return start_.config.clock == config::ClockKind::kReal; }
+  static constexpr int kMostSteps = 200;  ///< then clients have their turn
+
   void advance_to(Time end);
+  void warn_if_behind(Time lag);
   void let_time_pass();
   Time next_event() const;
   bool want_time() const { return alone_ ? session_->waits().exist() : session_->waits().want_time(); }
@@ -131,6 +137,8 @@ class Instance {
   cli::Start start_;
   Time now_ = 0;  ///< of the plant
   Time machine_now_ = 0;
+  Time lag_ = 0;  ///< of the plant behind the clock
+  bool is_behind_ = false;
   Time since_1970_ = 0;
   bool alone_ = false;
   std::vector<std::unique_ptr<Parameters>> parameters_;
@@ -139,7 +147,12 @@ class Instance {
   std::vector<std::unique_ptr<adapters::SocketcandBus>> socketcand_;
   std::optional<adapters::ModbusServer> modbus_;
   std::optional<adapters::HttpSite> http_;
-  std::map<std::string, adapters::MakeSession> services_;
+  struct Service {
+    adapters::MakeSession connect;
+    std::uint64_t connections = 0;
+    std::uint64_t lost = 0;  ///< frames that clients at the bus have not read in time
+  };
+  std::map<std::string, Service> services_;
   session::Addresses addresses_;
   std::set<std::string> warned_of_browsers_;
   std::uint32_t connections_ = 0;  ///< of Modbus TCP

@@ -64,11 +64,11 @@ void Instance::open_service(std::string_view place) {
     modbus_.emplace(units, modbus::DeviceIdentity{"cbcan", "cbcan-sim", kVersion});
   } else if (name == "rtu_tcp") {
     addresses_.rtu_tcp = address;
-    services_[name] = adapters::rtu_over_tcp(
+    services_[name].connect = adapters::rtu_over_tcp(
         units, [this] { return machine_now_; }, start_.config.rtu.station);
   } else if (name == "control") {
     addresses_.control = address;
-    services_[name] = adapters::command_sessions(
+    services_[name].connect = adapters::command_sessions(
         [this](std::string_view line, const auto& dialogue) { return session_->execute(line, dialogue); });
   } else if (name == "http") {
     addresses_.http = address.tcp;
@@ -89,18 +89,19 @@ void Instance::open_bus_service(const std::string& name, const text::StreamAddre
   sim::World& world = network.world();
   const auto on_queued = [&network] { network.advance(); };
   const std::size_t most = clock_runs() ? adapters::Adapter::kMostUnsent : adapters::Adapter::kUnlimited;
+  Service& service = services_[name];
   if (kind == "slcan") {
     addresses_.networks[place].slcan = address;
-    services_[name] = [&world, on_queued, most] {
-      return std::make_unique<adapters::SlcanAdapter>(world.bus(), on_queued, most, nullptr);
+    service.connect = [&world, on_queued, most, &service] {
+      return std::make_unique<adapters::SlcanAdapter>(world.bus(), on_queued, most, &service.lost);
     };
   } else {
     addresses_.networks[place].socketcand = address;
     adapters::SocketcandBus& bus = *socketcand_.emplace_back(std::make_unique<adapters::SocketcandBus>(
         world.bus(), world.schedule(), [this] { return now_; }, since_1970_,
         clock_runs() ? kPauseBehindOk : 0));
-    services_[name] = [&bus, on_queued, most] {
-      return std::make_unique<adapters::SocketcandAdapter>(bus, on_queued, most, nullptr);
+    service.connect = [&bus, on_queued, most, &service] {
+      return std::make_unique<adapters::SocketcandAdapter>(bus, on_queued, most, &service.lost);
     };
   }
 }
@@ -120,7 +121,8 @@ std::unique_ptr<adapters::StreamSession> Instance::connect(const std::string& se
       session_->on_client(client, peer, false);
     });
   } else if (const auto found = services_.find(service); found != services_.end()) {
-    session = found->second();
+    ++found->second.connections;
+    session = found->second.connect();
   }
   return session ? adapters::without_browsers(std::move(session), warn_of_browser) : nullptr;
 }
@@ -166,6 +168,22 @@ session::Served Instance::served() const {
   return served;
 }
 
+std::string Instance::summary() const {
+  std::string text = session_->summary();
+  for (const config::NetworkConfig& network : start_.config.networks)
+    text += summary_of(network, "slcan", "SLCAN") + summary_of(network, "socketcand", "socketcand");
+  return text;
+}
+
+std::string Instance::summary_of(const config::NetworkConfig& network, const std::string& kind,
+                                 std::string_view title) const {
+  const auto found = services_.find(plant::prefix_of(network.number) + kind);
+  if (found == services_.end()) return {};
+  const Service& service = found->second;
+  return session::adapters_summary(session_->name_of(network.number), title, service.connections,
+                                   service.lost);
+}
+
 // ---- Time
 
 Time Instance::pass(Time machine_now) {
@@ -183,22 +201,35 @@ Time Instance::next_event() const {
 }
 
 void Instance::advance_to(Time end) {
-  for (Time next = next_event(); next <= end; next = std::max(next_event(), now_ + 1)) {
+  int steps = 0;
+  for (Time next = next_event(); next <= end && steps < kMostSteps;
+       next = std::max(next_event(), now_ + 1), ++steps) {
     now_ = std::max(now_, next);
     session_->plant().schedule().poll(now_);
     session_->poll_waits();
   }
-  now_ = end;
+  if (steps < kMostSteps) now_ = end;
+  warn_if_behind(end - now_);
   session_->advance_and_answer();
+}
+
+/// After a pause it catches up: then it is not behind.
+void Instance::warn_if_behind(Time lag) {
+  const bool is_behind = lag > kSecond && (is_behind_ || lag > lag_);
+  if (is_behind && !is_behind_) session_->warn(session::kBehind);
+  is_behind_ = is_behind;
+  lag_ = lag;
 }
 
 /// Until a wait has ended.
 void Instance::let_time_pass() {
   session::Waits& waits = session_->waits();
   waits.give_up_on_plc(machine_now_);
-  for (bool is_over = false; !is_over && want_time(); is_over = session_->poll_waits()) {
+  bool is_over = false;
+  for (int steps = 0; !is_over && want_time() && steps < kMostSteps; ++steps) {
     now_ = session_->next_step();
     session_->advance();
+    is_over = session_->poll_waits();
   }
 }
 

@@ -139,6 +139,12 @@ Time Session::next_step() const {
   return std::min(waits_.next_deadline(), std::max(step, plant_.next_deadline()));
 }
 
+std::string adapters_summary(std::string_view network, std::string_view service, std::uint64_t connections,
+                             std::uint64_t lost) {
+  return fmt::format("{}{} connections {}, frames not read in time {}\n", network, service, connections,
+                     lost);
+}
+
 std::string Session::module_summary(const plant::Network& network) const {
   const sim::CoprocessorModule* const module = network.module();
   if (module == nullptr) return {};

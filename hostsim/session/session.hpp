@@ -22,6 +22,15 @@
 
 namespace cbcan::session {
 
+inline constexpr std::string_view kBehind =
+    "the plant is more than 1 s behind the clock: its nodes take more time than there is; let scripts be "
+    "called less "
+    "often, or use --clock manual";
+
+/// Of the clients of one service at the bus: one line of the summary. `service`: "SLCAN".
+std::string adapters_summary(std::string_view network, std::string_view service, std::uint64_t connections,
+                             std::uint64_t lost);
+
 /// What is served at present.
 struct Served {
   Addresses addresses;

@@ -25,6 +25,9 @@ class Ended extends Error {
   }
 }
 
+/** "no such file or directory" of Node.js' "ENOENT: no such file or directory, open 'x'". */
+const reason = ({ message }) => message.replace(/^E\w+: ([^,]*).*$/s, "$1");
+
 /** Microseconds since the start. After a sleep of the machine the plant goes on where it was. */
 class Clock {
   static #kMostBehind = 10e6;
@@ -47,15 +50,22 @@ class Clock {
 class Files {
   #opened = new Map();
 
+  create(name) {
+    const folder = path.dirname(name);
+    if (!fs.existsSync(folder)) throw new Ended(kUsage, `${name}: there is no folder ${folder}; make it first`);
+    try {
+      this.#opened.set(name, fs.openSync(name, "w"));
+    } catch (error) {
+      throw new Ended(kEnvironment, `${name}: ${reason(error)}; write another file`);
+    }
+  }
+
   replace(name, text) {
     try {
-      if (text === "") return this.#opened.set(name, fs.openSync(name, "w"));
       fs.writeFileSync(`${name}.new`, text, { flush: true });
       fs.renameSync(`${name}.new`, name);
     } catch (error) {
-      const folder = path.dirname(name);
-      if (!fs.existsSync(folder)) throw new Ended(kUsage, `${name}: there is no folder ${folder}; make it first`);
-      throw new Ended(kEnvironment, `${name}: ${error.message}; write it elsewhere`);
+      warn(`${name}: ${reason(error)}; what was there before stays`);
     }
   }
 
@@ -65,12 +75,18 @@ class Files {
       if (file !== undefined) fs.writeSync(file, text);
     } catch (error) {
       this.#opened.delete(name);
-      warn(`${name}: ${error.message}; it ends here, the simulation goes on`);
+      warn(`${name}: ${reason(error)}; it ends here, the simulation goes on`);
     }
   }
 }
 
 const address = ({ host, port }) => `${net.isIPv6(host) ? `[${host}]` : host}:${port}`;
+
+const wayOut = ({ host, port }) => ({
+  EACCES: `permission denied; use ${address({ host, port: port + 1000 })}`,
+  EADDRINUSE: `address in use: another program listens there; stop it, or use ${address({ host, port: 0 })} for any free port`,
+  EADDRNOTAVAIL: "not an address of this machine; 0.0.0.0 is all of them",
+});
 
 class Program {
   #instance = new Instance(module);
@@ -87,6 +103,8 @@ class Program {
   #code; // the exit code, once it is known
 
   async run(args) {
+    process.stdout.on("error", (error) => guarded(() => { throw new Ended(kEnvironment, `standard output: ${reason(error)}`); }));
+    process.stderr.on("error", () => {});
     const started = await this.#instance.start(args, { ...disk, folder: this.#folder });
     this.#tell();
     if (started.scenarios !== undefined) return this.#play(started);
@@ -105,15 +123,18 @@ class Program {
   // ---- Scenarios
 
   async #play({ scenarios, log, junit }) {
+    if (junit !== "" && junit !== "-") this.#files.create(junit);
+    const progress = (text) => process.stderr.isTTY && process.stderr.write(text);
     for (let place = 0; place < scenarios; ++place) {
       const played = await this.#instance.play(place, disk);
       for (const [name, text] of played.log) fs.writeFileSync(path.join(log, name), text);
-      this.#tell();
+      progress(`\r${place + 1} of ${scenarios}, ${played.failed} failed`);
     }
+    progress("\r\x1b[K");
     const { exit, junit: results } = this.#instance.call("played");
     this.#tell();
     if (junit === "-") process.stdout.write(results);
-    else if (junit !== "") this.#files.replace(junit, results);
+    else if (junit !== "") this.#files.add(junit, results);
     process.exitCode = exit;
   }
 
@@ -141,7 +162,7 @@ class Program {
     const variables = Object.fromEntries(environment.map((line) => line.split(/=(.*)/s, 2)));
     this.#child = spawn(program, args, { stdio: "inherit", env: { ...process.env, ...variables } });
     this.#child.on("error", (error) => {
-      warn(`${program}: ${error.message}`);
+      warn(`${program}: ${error.code === "ENOENT" ? "No such file or directory" : error.message}`);
       this.#stop(error.code === "ENOENT" ? 127 : 126);
     });
     this.#child.on("exit", (code, signal) => this.#stop(code ?? 128 + os.constants.signals[signal]));
@@ -153,7 +174,7 @@ class Program {
       if (to === "out") process.stdout.write(text);
       else if (to === "err") process.stderr.write(text);
       else if (to === "end") this.#child ? this.#child.kill() : this.#stop(Number(text));
-      else if (replaces) this.#files.replace(to, text);
+      else if (replaces) text === "" ? this.#files.create(to) : this.#files.replace(to, text);
       else this.#files.add(to, text);
     }
   }
@@ -175,6 +196,7 @@ class Program {
     for (const [response, stream] of this.#streams) this.#fill(response, stream);
     this.#tell();
     clearTimeout(this.#timer);
+    if (this.#code !== undefined) return;
     const most = this.#streams.size > 0 ? 20 : 2 ** 30;
     const wait = Math.min(Math.ceil((next - now) / 1000), most);
     if (wait <= 0) this.#soon();
@@ -198,7 +220,10 @@ class Program {
     clearTimeout(this.#timer);
     if (this.started.summary) process.stderr.write(this.#instance.call("summary"));
     for (const server of this.#servers) server.close();
-    for (const socket of this.#sockets.keys()) socket.destroySoon();
+    for (const [socket, connection] of this.#sockets) {
+      this.#flush(socket, connection);
+      socket.destroySoon();
+    }
     for (const response of this.#streams.keys()) response.destroy();
     process.stdin.destroy();
     this.#tell();
@@ -212,7 +237,8 @@ class Program {
         ? http.createServer((request, response) => this.#respond(request, response))
         : net.createServer({ allowHalfOpen: true, noDelay: true }, (socket) => this.#accept(name, socket));
     await new Promise((resolve, reject) => {
-      const fail = ({ code }) => reject(new Ended(kEnvironment, `${name} ${address({ host, port })}: ${code}; choose another address`));
+      const fail = (error) =>
+        reject(new Ended(kEnvironment, `${name} ${address({ host, port })}: ${wayOut({ host, port })[error.code] ?? error.message}`));
       server.once("error", fail).listen({ host, port }, resolve);
     });
     this.#servers.push(server);
@@ -228,6 +254,7 @@ class Program {
       guarded(() => {
         this.#instance.pass(this.#clock.now());
         this.#instance.receive(connection, bytes);
+        this.#tell();
         this.#flush(socket, connection);
         this.#soon();
       }));
@@ -254,7 +281,11 @@ class Program {
     const kMostBody = 64 * 1024;
     const parts = [];
     let size = 0;
-    for await (const part of request) if ((size += part.length) <= kMostBody) parts.push(part);
+    try {
+      for await (const part of request) if ((size += part.length) <= kMostBody) parts.push(part);
+    } catch {
+      return; // the client has left
+    }
     const url = new URL(request.url, "http://localhost");
     guarded(() => {
       this.#instance.pass(this.#clock.now());
@@ -268,9 +299,11 @@ class Program {
         last_event_id: request.headers["last-event-id"],
         too_long: size > kMostBody,
       });
-      response.writeHead(answer.status, answer.headers);
-      if (!answer.stream) return response.end(answer.body);
-      response.flushHeaders();
+      if (!answer.stream)
+        return response
+          .writeHead(answer.status, { ...answer.headers, "Content-Length": Buffer.byteLength(answer.body) })
+          .end(answer.body);
+      response.writeHead(answer.status, answer.headers).write(answer.keep_alive);
       const stream = { number: answer.stream, keepAlive: answer.keep_alive, sentAt: performance.now() };
       this.#streams.set(response, stream);
       response.on("close", () => {

@@ -9,7 +9,7 @@ export const { PlantError } = plant;
 
 export const module = new WebAssembly.Module(fs.readFileSync(new URL("./cbcan.wasm", import.meta.url)));
 
-const unless_absent = (action) => {
+const unlessAbsent = (action) => {
   try {
     return action();
   } catch {
@@ -17,11 +17,11 @@ const unless_absent = (action) => {
   }
 };
 
-/** Files and folders, null = absent. */
+/** Files and folders, null = absent. Not devices, which may have no end. */
 export const disk = {
-  read: (name) => unless_absent(() => fs.readFileSync(name)),
+  read: (name) => unlessAbsent(() => (fs.statSync(name).isFile() || fs.statSync(name).isFIFO() ? fs.readFileSync(name) : null)),
   list: (name) =>
-    unless_absent(() =>
+    unlessAbsent(() =>
       fs.readdirSync(name, { withFileTypes: true, recursive: true })
         .filter((entry) => entry.isFile() && entry.name.endsWith(".toml"))
         .map((entry) => `${entry.parentPath ?? entry.path}/${entry.name}`.replaceAll("\\", "/"))),
@@ -29,6 +29,6 @@ export const disk = {
 
 export class Plant extends plant.Plant {
   static open(options = {}) {
-    return super.open(module, { read: disk.read, ...options });
+    return super.open({ module, read: disk.read, ...options });
   }
 }

@@ -103,9 +103,9 @@ export class Plant {
   #control;
   #events;
 
-  static async open(module, { args = ["--demo"], files = {}, read = (name) => files[name] ?? null } = {}) {
-    const plant = new Plant();
-    await plant.#start(module, args, read);
+  static async open({ module, args = ["--demo"], files = {}, read = () => null }) {
+    const plant = new this();
+    await plant.#start(module, args, (name) => files[name] ?? read(name));
     return plant;
   }
 
@@ -113,7 +113,7 @@ export class Plant {
     this.#instance = new Instance(module);
     const manual = [...args, "--clock", "manual", "--control", ":0", "--http", ":0"];
     const started = await this.#instance.start(manual, { read });
-    if (!started.services) throw new PlantError(this.#told("err") || `it has ended with exit code ${started.exit}`);
+    if (!started.services) throw new PlantError(this.#told("err").trimEnd() || `it has ended with exit code ${started.exit}`);
     this.#instance.call("serve", { places: ["control :1", "http :2"], since_1970: 0, alone: true });
     this.#control = this.#instance.call("connect", { service: "control", peer: "" });
     const request = { method: "GET", path: "/api/events", query: { kinds: "frame" }, host: "localhost", last_event_id: "0" };
