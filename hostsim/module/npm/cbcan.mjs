@@ -4,14 +4,16 @@
 
 import { spawn } from "node:child_process";
 import fs from "node:fs";
-import http from "node:http";
 import net from "node:net";
 import os from "node:os";
 import path from "node:path";
 import process from "node:process";
+import v8 from "node:v8";
 
-import { disk, module } from "./index.mjs";
-import { Instance } from "./plant.mjs";
+// Before version 22 Node.js takes as long to optimise the start as the start itself.
+if (parseInt(process.versions.node) < 22) v8.setFlagsFromString("--wasm-tiering-budget=60000000");
+const { disk, module } = await import("./index.mjs");
+const { Instance } = await import("./plant.mjs");
 
 const kUsage = 2;
 const kEnvironment = 3;
@@ -80,7 +82,7 @@ class Files {
   }
 }
 
-const address = ({ host, port }) => `${net.isIPv6(host) ? `[${host}]` : host}:${port}`;
+const address = ({ host, port }) => `${host.includes(":") ? `[${host}]` : host}:${port}`;
 
 const wayOut = ({ host, port }) => ({
   EACCES: `permission denied; use ${address({ host, port: port + 1000 })}`,
@@ -234,7 +236,7 @@ class Program {
   async #listen({ name, host, port }) {
     const server =
       name === "http"
-        ? http.createServer((request, response) => this.#respond(request, response))
+        ? (await import("node:http")).createServer((request, response) => this.#respond(request, response))
         : net.createServer({ allowHalfOpen: true, noDelay: true }, (socket) => this.#accept(name, socket));
     await new Promise((resolve, reject) => {
       const fail = (error) =>

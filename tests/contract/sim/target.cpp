@@ -7,6 +7,7 @@
 
 #include <atomic>
 #include <cerrno>
+#include <cstdlib>
 #include <stdexcept>
 #include <thread>
 
@@ -73,7 +74,14 @@ struct Plc {
 
 std::vector<std::string> command(const Settings& settings) {
   const bool channels = settings.scanner_out_first == 500 && settings.process_first == 3800;
-  std::vector<std::string> words{CBCAN_SIM, "--clock", "manual", "--modbus", "127.0.0.1:0", "--slcan", "127.0.0.1:0"};
+  const char* const other = std::getenv("CBCAN_SIM");
+  std::vector<std::string> words{other != nullptr ? other : CBCAN_SIM,
+                                 "--clock",
+                                 "manual",
+                                 "--modbus",
+                                 "127.0.0.1:0",
+                                 "--slcan",
+                                 "127.0.0.1:0"};
   for (const std::string& setting :
        {"node_state_fresh_ms=" + in_ms(settings.state_fresh_for),
         "guarding_timeout_ms=" + in_ms(settings.guard_timeout),

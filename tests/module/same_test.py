@@ -1,0 +1,107 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""The program of the npm package says what the native one says; and what only the package has.
+usage: same_test.py CBCAN_SIM NATIVE MODULE_FOLDER"""
+
+import pathlib
+import shutil
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+import cases
+from simulator import LIMIT, Simulator, program_from_arguments
+
+PROGRAM, NATIVE, FOLDER = program_from_arguments(sys.argv, 3)
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+NUMBERS = ("", "0", "-0", "+1", " 1", "1 ", "01", "1.5", ".5", "5.", "1e3", "1E3", "1e", "1e+", "1e400", "-1e400", "1e-400", "4.9e-324", "0x10", "10h",
+           "0x", "h", "0x1p3", "1_000", "1,5", "nan", "inf", "-inf", "infinity", "0x1.8", "1f", "--1", "2147483647", "4294967296",
+           "9007199254740993", "1e22", "0.1", "123456789.123456789", "179769313486231580793728971405301e276", "\u0661")
+
+
+def said(program, *arguments, lines=None):
+    done = subprocess.run([program, *arguments], input=lines, capture_output=True, text=True, timeout=LIMIT, cwd=ROOT,
+                          stdin=None if lines is not None else subprocess.DEVNULL)
+    return done.returncode, done.stdout, done.stderr
+
+
+class Same(unittest.TestCase):
+    maxDiff = None
+
+    def same(self, *arguments, **keywords):
+        here, there = said(PROGRAM, *arguments, **keywords), said(NATIVE, *arguments, **keywords)
+        self.assertEqual(here, there, arguments)
+        return here
+
+    def test_help_versions_and_mistakes(self):
+        for arguments in (["--help"], ["--version"], ["run", "--help"], ["--demmo"], ["--demo", "--set", "x=1"], ["--config"], ["--modbus", "1.2.3.4:99999"],
+                          ["--check", "--demo"], ["--check", "--config", "plants/tank/plant.toml"], ["--list-devices"], ["run"], ["run", "nowhere"],
+                          ["run", "--shard", "2/3", "scenarios"]):
+            self.same(*arguments)
+
+    def test_a_number_is_accepted_by_both_or_neither(self):
+        outcomes = {}
+        for number in NUMBERS:
+            outcomes[number] = self.same("--check", "--demo", "--set", f"bus.bitrate={number}"), self.same(
+                "--check", "--demo", "--signal", f"66:0x6401:1=constant value={number}"), self.same(
+                "--demo", "--modbus", "127.0.0.1:1", "--no-module", "--clock", "manual", lines=f"set 66 0x6401:1 {number}\nget 66 0x6401:1\n")
+        self.assertEqual(outcomes["1e3"][2][0], 0)
+        self.assertEqual(outcomes["0x1p3"][2][0], 2)
+        self.assertEqual({number for number in NUMBERS if outcomes[number][2][0] == 0} & {"+1", "nan", "inf", "0x1p3"}, set())
+
+    def test_requests_in_halves_and_two_at_once(self):
+        request = bytes.fromhex("000100000006010300000001")
+        for program in (PROGRAM, NATIVE):
+            with Simulator(program, "--demo", log=False) as simulator:
+                with socket.create_connection(("127.0.0.1", simulator.port), timeout=LIMIT) as client:
+                    for cut in range(1, len(request)):
+                        client.sendall(request[:cut])
+                        client.sendall(request[cut:] + request)
+                        self.assertEqual(self.received(client, 22), bytes.fromhex("0001000000050103020000") * 2, cut)
+                    client.sendall(bytes.fromhex("000200000006090300000001"))
+                    self.assertEqual(self.received(client, 9), bytes.fromhex("00020000000309830a"))
+                    client.sendall(bytes.fromhex("0003000000ff01030000"))
+                    self.assertEqual(client.recv(1), b"")
+
+    def received(self, client, count):
+        data = b""
+        while len(data) < count:
+            data += client.recv(count - len(data)) or self.fail(f"closed behind {data.hex()}")
+        return data
+
+
+class Package(unittest.TestCase):
+    def test_what_it_has_not_is_refused_by_name_with_a_way_out(self):
+        for options, said_of in ((["--can", "socketcan:can0"], "--slcan HOST:PORT"), (["--pcap", "x"], "--log FILE"), (["--rtu", "/dev/ttyS0"], "rtu.listen"),
+                                 (["--plc", "10.0.0.1"], "--modbus"), (["--control", "unix:/x"], "use HOST:PORT"), (["--slcan", "pty:/x"], "use HOST:PORT")):
+            code, out, err = said(PROGRAM, "--demo", *options)
+            self.assertEqual((code, out), (2, ""), options)
+            self.assertRegex(err, rf"^cbcan-sim: {options[0]}.* is not in this build; .*{said_of}")
+        self.assertIn("--real-time: is not in this build", said(PROGRAM, "run", "--real-time", "scenarios")[2])
+        self.assertIn("--target 127.0.0.1:1: is not in this build", said(PROGRAM, "run", "--target", "127.0.0.1:1", "scenarios")[2])
+
+    def test_the_tarball_by_npx(self):
+        tarball, = pathlib.Path(FOLDER).glob("*cbcan-*.tgz")
+        with tempfile.TemporaryDirectory() as folder:
+            shutil.copy(tarball, folder)
+            begin = time.monotonic()
+            process = subprocess.Popen(["npx", "--yes", f"./{tarball.name}", "--demo", "--modbus", "127.0.0.1:0", "--clock", "manual"], text=True,
+                                       stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, cwd=folder)
+            self.assertTrue(process.stdout.readline().startswith("ready modbus="))
+            print(f"figure: ready {time.monotonic() - begin:.2f} s after npx")
+            self.assertEqual(process.communicate("pass 1s\n", timeout=LIMIT)[0], "at 1.000000\n")
+            self.assertEqual(process.returncode, 0)
+
+    def test_processor_time_until_it_serves(self):
+        with Simulator(PROGRAM, "--demo", log=False) as simulator:
+            fields = pathlib.Path(f"/proc/{simulator.process.pid}/stat").read_text().rsplit(")", 1)[1].split()
+            print(f"figure: --demo is ready after {(int(fields[11]) + int(fields[12])) / 100:.2f} s of processor time")
+            with simulator.window() as window:
+                self.assertEqual(window.execute(5055, 0x42, 0x1000, 0, 4), 0)
+
+
+cases.main()
