@@ -13,6 +13,9 @@
 
 namespace cbcan::config {
 
+/// "/plant.toml"; and "C:/plant.toml", as on Windows.
+bool is_absolute(std::string_view path);
+
 /// A path from this file, ready to be opened.
 std::string path_in(const std::string& file_name, std::string_view path);
 

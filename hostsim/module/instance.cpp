@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "config/demo_plant.hpp"
+#include "config/plant_file.hpp"
 #include "scenario/run.hpp"
 #include "sim/frame_text.hpp"
 #include "sim/parameter_text.hpp"
@@ -21,9 +22,8 @@ namespace {
 
 /// The path is absolute, as a recorded scenario may be in any folder.
 std::string absolute_plant(const std::string& plant_file, const std::string& folder) {
-  const bool has_drive = plant_file.size() > 1 && plant_file[1] == ':';
-  const bool is_absolute = plant_file.starts_with('/') || has_drive;
-  return plant_file.empty() || plant_file == "demo" || is_absolute ? plant_file : folder + "/" + plant_file;
+  const bool is_whole = plant_file.empty() || plant_file == "demo" || config::is_absolute(plant_file);
+  return is_whole ? plant_file : folder + "/" + plant_file;
 }
 
 std::string message(std::string_view text) {

@@ -85,7 +85,7 @@ class Package(unittest.TestCase):
         self.assertIn("--target 127.0.0.1:1: is not in this build", said(PROGRAM, "run", "--target", "127.0.0.1:1", "scenarios")[2])
 
     def test_the_tarball_by_npx(self):
-        tarball, = pathlib.Path(FOLDER).glob("*cbcan-*.tgz")
+        tarball, = pathlib.Path(FOLDER).glob("cbcan-*.tgz")
         with tempfile.TemporaryDirectory() as folder:
             shutil.copy(tarball, folder)
             begin = time.monotonic()

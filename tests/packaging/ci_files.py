@@ -9,6 +9,7 @@ import shutil
 import yaml
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+OWNER = (ROOT / "packaging/owner").read_text().strip()
 YAML = ["action.yml", "packaging/github.yml", "packaging/gitlab.yml"]
 PYTEST_INI = "[pytest]\ncbcan_plant = --config plant.toml\n"
 BASH = ["bash", "--noprofile", "--norc", "-eo", "pipefail", "-c"]  # as both systems use it
@@ -30,7 +31,7 @@ def github_steps():
     for step in job["steps"]:
         if "run" in step:
             found.append((step["run"], {}))
-        elif step["uses"].startswith("OWNER/cbcan@"):
+        elif step["uses"].startswith(f"{OWNER}/cbcan@"):
             found += action_steps()
         else:
             assert step["uses"].startswith("actions/checkout@"), step

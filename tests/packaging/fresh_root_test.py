@@ -47,7 +47,7 @@ class FreshRoot(unittest.TestCase):
 
     def test_1_container(self):
         container = ci_files.container()
-        self.assertEqual((container["FROM"], container["COPY"]), ("debian:12-slim", "cbcan_*.deb /tmp/"))
+        self.assertEqual((container["FROM"], container["COPY"]), ("debian:12-slim", "cbcan_*-debian12_*.deb /tmp/"))
         shutil.copy(next(self.packages.glob("cbcan_*.deb")), self.root / "tmp")
         self.chroot(container["RUN"])
         health = shlex.join(container["HEALTHCHECK"])
@@ -81,7 +81,7 @@ class FreshRoot(unittest.TestCase):
         return seconds
 
     def test_3_gitlab(self):
-        self.carry_out(ci_files.gitlab_steps(), RELEASE=f"{SERVER}/OWNER/cbcan/releases/download/v0.1.0")
+        self.carry_out(ci_files.gitlab_steps(), RELEASE=f"{SERVER}/{ci_files.OWNER}/cbcan/releases/download/v0.1.0")
 
     def test_4_github(self):
         """With curl, sudo and pytest installed, as on its runners."""
@@ -110,7 +110,7 @@ def serve(packages):
     """Serves releases as GitHub does."""
     class Releases(http.server.SimpleHTTPRequestHandler):
         def translate_path(self, path):
-            found = re.fullmatch(r"/OWNER/cbcan/releases/download/v[\d.]+/([\w.-]+)", path)
+            found = re.fullmatch(r"/[^/]+/cbcan/releases/download/v[\d.]+/([\w.-]+)", path)
             return super().translate_path(found[1] if found else "nothing")
 
         def log_message(self, *_):
@@ -134,7 +134,7 @@ def outside(build):
 if sys.argv[1] == "--inside":
     FreshRoot.packages, FreshRoot.root = pathlib.Path(sys.argv[2]), pathlib.Path(sys.argv[4])
     SERVER = f"http://127.0.0.1:{sys.argv[3]}"
-    EXPRESSIONS = {"github.server_url": SERVER, "github.action_repository": "OWNER/cbcan"}
+    EXPRESSIONS = {"github.server_url": SERVER, "github.action_repository": f"{ci_files.OWNER}/cbcan"}
     del sys.argv[1:]
     cases.main()
 else:

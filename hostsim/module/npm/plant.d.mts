@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 /**
  * A simulated CANopen plant behind a coprocessor's registers, for tests in JavaScript, in Node.js and in a browser. In Node.js import
- * "cbcan", which loads the module by itself; elsewhere "cbcan/plant.mjs". The plant's time passes only by advance(), wait() and the
+ * this package, which loads the module by itself; elsewhere its "plant.mjs". The plant's time passes only by advance(), wait() and the
  * commands `pass` and `wait`, so each run is the same. Nothing reads a clock, opens a file or a socket. Several plants at once are
  * independent of each other. Everything but open() is done when it returns.
  */
