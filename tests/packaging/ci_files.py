@@ -10,7 +10,7 @@ import yaml
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 OWNER = (ROOT / "packaging/owner").read_text().strip()
-YAML = ["action.yml", "packaging/github.yml", "packaging/gitlab.yml"]
+YAML = ["action.yml", "packaging/github.yml", "packaging/gitlab.yml", ".github/workflows/release.yml"]
 PYTEST_INI = "[pytest]\ncbcan_plant = --config plant.toml\n"
 BASH = ["bash", "--noprofile", "--norc", "-eo", "pipefail", "-c"]  # as both systems use it
 
@@ -36,6 +36,11 @@ def github_steps():
         else:
             assert step["uses"].startswith("actions/checkout@"), step
     return found
+
+
+def release_steps():
+    """The commands of the workflow, by its jobs."""
+    return {name: [step["run"] for step in job["steps"] if "run" in step] for name, job in load(".github/workflows/release.yml")["jobs"].items()}
 
 
 def gitlab_steps():

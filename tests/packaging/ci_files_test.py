@@ -5,6 +5,7 @@
 usage: ci_files_test.py NPM_DIR
 """
 
+import contextlib
 import pathlib
 import re
 import subprocess
@@ -18,6 +19,7 @@ import ci_files
 from simulator import program_from_arguments
 
 NPM = program_from_arguments(sys.argv)
+BARE = re.compile(r"""\b(?:npx|npm (?:install|i|exec)|pip3? install)(?: -\S+)* cbcan(?![\w./*-])|(?:from|import\() ?["']cbcan["']""")
 RULES = "{extends: default, rules: {line-length: {max: 140}, document-start: disable, truthy: {check-keys: false}}}"
 
 
@@ -30,7 +32,7 @@ class Linters(unittest.TestCase):
         self.check("yamllint", "--strict", "--config-data", RULES, *ci_files.YAML)
 
     def test_github(self):
-        for name in ("action.yml", "packaging/github.yml"):
+        for name in ("action.yml", "packaging/github.yml", ".github/workflows/release.yml"):
             self.check(f"{NPM}/node_modules/.bin/action-validator", name)
 
     def test_container(self):
@@ -42,6 +44,29 @@ class Linters(unittest.TestCase):
         for script, environment in steps:
             known = "".join(f"export {name}=\n" for name in environment)
             self.check("shellcheck", "--shell=bash", "-", input=known + script)
+
+    def test_the_release_is_a_script_but_for_the_uploads(self):
+        steps = [step for steps in ci_files.release_steps().values() for step in steps]
+        parts = re.findall(r"^  (\w+) +\S", subprocess.run([ROOT / "packaging/release", "--help"], capture_output=True, text=True).stdout, re.M)
+        ours = [step.split()[1] for step in steps if step.startswith("packaging/release ")]
+        self.assertEqual(sorted(ours), sorted(parts))
+        others = [step.split()[0] for step in steps if not step.startswith("packaging/release ")]
+        self.assertEqual(others, ["apt-get", "apt-get", "node", "gh", "mkdir"])
+
+    def test_a_tag_that_does_not_belong(self):
+        owner = (ROOT / "packaging/owner").read_text().strip()
+        version = re.search(r'kVersion = "([0-9.]+)"', (ROOT / "firmware/cbcan/version.hpp").read_text())[1]
+        for tag, name, said in ((f"v{version}", owner, ""), ("v9.9.9", owner, "the tag v9.9.9 is not"), (f"v{version}", "Else", "has not the name Else")):
+            done = subprocess.run([ROOT / "packaging/release", "check", tag, name], capture_output=True, text=True)
+            self.assertEqual((done.returncode, done.stdout), (1 if said else 0, ""))
+            self.assertIn(said, done.stderr)
+
+    def test_a_registry_is_not_asked_for_the_bare_name(self):
+        """Other people may own it there."""
+        names = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.split()
+        for path in (ROOT / name for name in names if not name.startswith("tests/eds/corpus/")):
+            with contextlib.suppress(UnicodeDecodeError):
+                self.assertEqual(BARE.findall(path.read_text()), [], path)
 
     def test_versions(self):
         version = re.search(r'kVersion = "([0-9.]+)"', (ROOT / "firmware/cbcan/version.hpp").read_text())[1]
