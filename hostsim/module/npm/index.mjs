@@ -2,6 +2,7 @@
 // The plant for tests on Node.js: with the module and files of this machine.
 
 import fs from "node:fs";
+import path from "node:path";
 
 import * as plant from "./plant.mjs";
 
@@ -24,7 +25,7 @@ export const disk = {
     unlessAbsent(() =>
       fs.readdirSync(name, { withFileTypes: true, recursive: true })
         .filter((entry) => entry.isFile() && entry.name.endsWith(".toml"))
-        .map((entry) => `${entry.parentPath ?? entry.path}/${entry.name}`.replaceAll("\\", "/"))),
+        .map((entry) => path.join(entry.parentPath ?? entry.path, entry.name).replaceAll(path.sep, "/"))),
 };
 
 export class Plant extends plant.Plant {
