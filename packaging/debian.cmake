@@ -14,10 +14,10 @@ foreach(package IN LISTS packages)
   file(WRITE ${doc}/copyright "Format: https://www.debian.org/doc/packaging-manuals/copyright-format/1.0/\n\n"
     "Files: *\nCopyright: ${holder}\nLicense: Expat\n ${license}")
   string(TIMESTAMP now "%a, %d %b %Y %H:%M:%S +0000" UTC)
-  file(WRITE ${doc}/changelog "cbcan (${CPACK_CBCAN_VERSION}) unstable; urgency=medium\n\n  * See CHANGELOG.md.\n\n"
+  file(WRITE ${doc}/changelog.Debian "cbcan (${CPACK_CBCAN_VERSION}) unstable; urgency=medium\n\n  * See CHANGELOG.md.\n\n"
     " -- ${CPACK_PACKAGE_CONTACT}  ${now}\n")
   file(COPY ${CPACK_CBCAN_SOURCES}/CHANGELOG.md DESTINATION ${doc})
-  file(GLOB_RECURSE compressed ${package}/usr/share/man/* ${doc}/changelog)
+  file(GLOB_RECURSE compressed ${package}/usr/share/man/* ${doc}/changelog.Debian)
   execute_process(COMMAND gzip -9nf ${compressed} COMMAND_ERROR_IS_FATAL ANY)
   file(GLOB archives ${package}/usr/lib/*.a ${package}/usr/lib/*/*.a)
   if(archives)
