@@ -43,6 +43,8 @@ NOT_RUN = {
     r"2004h = ": "what the programs of examples/clients print; clients() compares it",
     r"cbcan pressure transducer": "what two of the examples print; examples() compares it",
     r"ORG TU": "FATEK's mnemonics, for which there is no tool here; tests/st/plcopen_test.py plays the same as a ladder diagram",
+    r"\$ npx \./cbcan-": "tests/module/session_test.mjs types it",
+    r"test\(": "tests/module/plant_test.mjs runs the example and compares the page",
     r"plant\.toml:\d+: ": "messages; tests/config/pages_test.cpp compares them",
     r"fault 5 ": "tests/sim/faults_text_test.cpp reads each line",
     r"(cbcan-sim: 12\.345678 )?(network 2: )?node 5: fault 1: ": "messages of faults; tests/system/control_test.py has their form",
@@ -55,7 +57,6 @@ NOT_EXECUTED = {
     "tests/fuzz/run": "takes minutes; tools/test --long does it",
     "cmake --": "builds for minutes; tools/test does it",
     "ctest --preset": "runs this test",
-    "(cd build && cpack)": "fresh_root_test.py does it",
     "sudo ": "installs; fresh_root_test.py does it in a Debian of its own",
     "podman ": "needs a container engine; fresh_root_test.py carries out the Containerfile",
     "cp build/": "needs a board",
@@ -67,7 +68,7 @@ NOT_EXECUTED = {
 COMMANDS = {"cbcan-sim": [["run"]], "cbcanctl": [[name] for name in ("configure", "dump", "emcy", "read", "scan", "write")]}
 
 # Options of other projects' programs in prose.
-FOREIGN_OPTIONS = {"--preset", "--install", "--prefix", "--gc-sections", "--cflags", "--libs"}
+FOREIGN_OPTIONS = {"--preset", "--install", "--prefix", "--gc-sections", "--cflags", "--libs", "--wsl"}
 
 VALVE = """[FileInfo]
 FileName=valve.dcf

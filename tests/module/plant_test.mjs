@@ -3,7 +3,7 @@
 // usage: node plant_test.mjs INSTALLED SOURCE_FOLDER NATIVE
 import assert from "node:assert/strict";
 import { execFileSync, spawnSync } from "node:child_process";
-import { mkdtempSync, readFileSync, rmSync, statSync, writeFileSync } from "node:fs";
+import { copyFileSync, mkdtempSync, readFileSync, rmSync, statSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import test from "node:test";
@@ -135,6 +135,14 @@ it("Node.js 18 and the newest", () => {
     assert.equal(execFileSync(node, ["--input-type=module", "-e", script, pathToFileURL(join(installed, "cbcan/index.mjs")).href], { encoding: "utf8" }), "0\n");
     console.log(`figure: the package runs on Node.js ${version.trim()}`);
   }
+});
+
+it("the example of docs/how-to/test-in-ci.md", () => {
+  const page = readFileSync(join(source, "docs/how-to/test-in-ci.md"), "utf8");
+  assert.ok(readFileSync(join(source, "examples/javascript/plant.test.mjs"), "utf8").includes(/```js\n([^]*?)```/.exec(page)[1]));
+  const copy = join(installed, "../plant.test.mjs");
+  copyFileSync(join(source, "examples/javascript/plant.test.mjs"), copy);
+  assert.match(execFileSync(process.execPath, ["--test", copy], { encoding: "utf8" }), /^# pass 1$/m);
 });
 
 it("types", () => {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The README's session by npx, as docs/how-to/install-and-ci.md shows it, on any system with Node.js; then the shipped scenarios.
+// The README's session by npx, as docs/how-to/install.md shows it, on any system with Node.js; then the shipped scenarios.
 // usage: node session_test.mjs FOLDER_OF_THE_TARBALL      CBCAN_SIM: a command instead of npx
 import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
@@ -30,7 +30,7 @@ test.after(() => rmSync(folder, { recursive: true }));
 
 test("the README's session", () => {
   count();
-  const [, used, options, session] = /^\$ npx \.\/(\S+) (.*--clock manual.*)\n([^]*?)^```/m.exec(page("docs/how-to/install-and-ci.md"));
+  const [, used, options, session] = /^\$ npx \.\/(\S+) (.*--clock manual.*)\n([^]*?)^```/m.exec(page("docs/how-to/install.md"));
   assert.equal(used, tarball);
   const isResponse = /^(ready|ok|at)\b/;
   const typed = session.split("\n").filter((line) => line !== "" && !isResponse.test(line));

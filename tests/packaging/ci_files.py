@@ -60,7 +60,7 @@ def container():
 
 
 def repository(job):
-    """A user's project: the demo plant, pytest.ini from docs/how-to/install-and-ci.md, and shipped examples for the rest."""
+    """A user's project: the demo plant, pytest.ini from docs/how-to/test-in-ci.md, and shipped examples for the rest."""
     shutil.copytree(ROOT / "plants/demo", job)
     shutil.copytree(ROOT / "plants", job / "plants")  # for the shipped scenarios
     shutil.copytree(ROOT / "scenarios", job / "scenarios")
