@@ -12,7 +12,10 @@ foreach(package IN LISTS packages)
   string(REGEX MATCH "Copyright [^\n]*" holder "${license}")
   string(REPLACE "Copyright (c) " "" holder "${holder}")
   file(WRITE ${doc}/copyright "Format: https://www.debian.org/doc/packaging-manuals/copyright-format/1.0/\n\n"
-    "Files: *\nCopyright: ${holder}\nLicense: Expat\n ${license}")
+    "Files: *\nCopyright: ${holder}\nLicense: Expat\n ${license}\n"
+    "Files: hostsim/web/page/uPlot.*\nCopyright: 2022 Leon Sorokin\nLicense: Expat\n\n"
+    "Files: nlohmann/* toml++/* fmt/*\nCopyright: 2013-2022 Niels Lohmann\n 2020-2022 Mark Gillard\n 2012-present Victor Zverovich\n"
+    "License: Expat\nComment: headers of other projects that the programs are compiled with\n")
   string(TIMESTAMP now "%a, %d %b %Y %H:%M:%S +0000" UTC)
   file(WRITE ${doc}/changelog.Debian "cbcan (${CPACK_CBCAN_VERSION}) unstable; urgency=medium\n\n  * See CHANGELOG.md.\n\n"
     " -- ${CPACK_PACKAGE_CONTACT}  ${now}\n")
