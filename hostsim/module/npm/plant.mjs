@@ -5,6 +5,9 @@
 const encoder = new TextEncoder();
 const decoder = new TextDecoder();
 
+/** JSON without halves of characters, which UTF-8 does not have. */
+const json = (value) => JSON.stringify(value, (_, part) => (typeof part === "string" ? decoder.decode(encoder.encode(part)) : part));
+
 export class PlantError extends Error {}
 
 /** One instance of the module; hostsim/module/instance.hpp has its calls. */
@@ -22,7 +25,7 @@ export class Instance {
     try {
       return this.#exports[name](...numbers);
     } catch (error) {
-      throw (this.crash = new PlantError(`the plant has crashed and cannot go on: ${error.message}`, { cause: error }));
+      throw (this.crash = new PlantError(`the plant has crashed and cannot go on: ${error.message ?? "an exception"}`, { cause: error }));
     }
   }
 
@@ -37,7 +40,7 @@ export class Instance {
   }
 
   call(name, given = {}) {
-    this.#put(encoder.encode(JSON.stringify({ ...given, call: name })));
+    this.#put(encoder.encode(json({ ...given, call: name })));
     this.#do("call");
     return JSON.parse(decoder.decode(this.#got()));
   }
