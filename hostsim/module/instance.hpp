@@ -157,7 +157,11 @@ class Instance {
   std::set<std::string> warned_of_browsers_;
   std::uint32_t connections_ = 0;  ///< of Modbus TCP
   std::uint32_t left_ = 0;         ///< of these
-  std::map<unsigned, std::unique_ptr<adapters::HttpStream>> streams_;
+  struct Stream {
+    std::unique_ptr<adapters::HttpStream> stream;
+    bool begun = false;
+  };
+  std::map<unsigned, Stream> streams_;
   unsigned last_stream_ = 0;
   std::shared_ptr<adapters::Dialogue> input_ = std::make_shared<adapters::Dialogue>();
 

@@ -143,14 +143,15 @@ Json Instance::respond(const Json& request) {
   }
   json["keep_alive"] = response.stream->keep_alive();
   json["stream"] = ++last_stream_;
-  streams_[last_stream_] = std::move(response.stream);
+  streams_[last_stream_].stream = std::move(response.stream);
   return json;
 }
 
 Json Instance::fill(unsigned stream) {
-  adapters::HttpStream& filled = *streams_.at(stream);
+  auto& [filled, begun] = streams_.at(stream);
   std::string text;
-  const bool more = !filled.has_news() || filled.fill(text);
+  const bool has_news = !std::exchange(begun, true) || filled->has_news();
+  const bool more = !has_news || filled->fill(text);
   if (!more) drop(stream);
   return {{"text", std::move(text)}, {"more", more}};
 }

@@ -112,7 +112,7 @@ class Browser(Case):
             for i in range(0, 200, size):
                 client.sendall(request[i:i + size])
             client.sendall(request[max(200, size):])
-            self.assertIn(rest_of(client)[:12], (b"", b"< hi >", b"HTTP/1.1 403"), address)
+            self.assertIn(rest_of(client)[:12], (b"", b"< hi >", b"HTTP/1.1 400", b"HTTP/1.1 403"), address)
 
 
     def test_a_handshake_of_tls_is_executed_nowhere(self):

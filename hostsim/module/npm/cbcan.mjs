@@ -248,7 +248,8 @@ class Program {
   }
 
   #accept(service, socket) {
-    const peer = address({ host: socket.remoteAddress ?? "", port: socket.remotePort });
+    if (socket.remoteAddress === undefined) return socket.destroy(); // reset meanwhile, which looks like a half-close later
+    const peer = address({ host: socket.remoteAddress, port: socket.remotePort });
     const connection = this.#instance.call("connect", { service, peer });
     this.#sockets.set(socket, connection);
     this.#flush(socket, connection);
@@ -305,7 +306,7 @@ class Program {
         return response
           .writeHead(answer.status, { ...answer.headers, "Content-Length": Buffer.byteLength(answer.body) })
           .end(answer.body);
-      response.writeHead(answer.status, answer.headers).write(answer.keep_alive);
+      response.writeHead(answer.status, answer.headers).flushHeaders();
       const stream = { number: answer.stream, keepAlive: answer.keep_alive, sentAt: performance.now() };
       this.#streams.set(response, stream);
       response.on("close", () => {
