@@ -148,13 +148,14 @@ class Instance {
   std::optional<adapters::ModbusServer> modbus_;
   std::optional<adapters::HttpSite> http_;
   struct Service {
+    std::string place;
     adapters::MakeSession connect;
+    bool has_warned = false;
     std::uint64_t connections = 0;
     std::uint64_t lost = 0;  ///< frames that clients at the bus have not read in time
   };
   std::map<std::string, Service> services_;
   session::Addresses addresses_;
-  std::set<std::string> warned_of_browsers_;
   std::uint32_t connections_ = 0;  ///< of Modbus TCP
   std::uint32_t left_ = 0;         ///< of these
   struct Stream {

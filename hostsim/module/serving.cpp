@@ -54,6 +54,7 @@ Json Instance::serve(const std::vector<std::string>& places, Time since_1970, bo
 }
 
 void Instance::open_service(std::string_view place) {
+  const std::string whole(place);
   const std::string name(text::take_part(place, ' '));
   const text::StreamAddress address = text::parse_stream_address(place);
   std::vector<adapters::ModbusUnit*> units;
@@ -78,6 +79,7 @@ void Instance::open_service(std::string_view place) {
   } else {
     open_bus_service(name, address);
   }
+  if (const auto made = services_.find(name); made != services_.end()) made->second.place = whole;
 }
 
 /// "slcan", "2/socketcand"
@@ -106,25 +108,25 @@ void Instance::open_bus_service(const std::string& name, const text::StreamAddre
   }
 }
 
-std::unique_ptr<adapters::StreamSession> Instance::connect(const std::string& service, const std::string& peer) {
-  const auto warn_of_browser = [this, service] {
-    if (warned_of_browsers_.insert(service).second)
-      session_->warn(service +
-                     ": a client that speaks HTTP, as a browser does, is turned away; --http serves HTTP");
-  };
-  std::unique_ptr<adapters::StreamSession> session;
+std::unique_ptr<adapters::StreamSession> Instance::connect(const std::string& service,
+                                                           const std::string& peer) {
   if (service == "modbus" && modbus_) {
     const std::uint32_t client = ++connections_;
     session_->on_client(client, peer, true);
-    session = std::make_unique<adapters::ModbusTcpSession>(*modbus_, client, [this, client, peer] {
+    return std::make_unique<adapters::ModbusTcpSession>(*modbus_, client, [this, client, peer] {
       ++left_;
       session_->on_client(client, peer, false);
     });
-  } else if (const auto found = services_.find(service); found != services_.end()) {
-    ++found->second.connections;
-    session = found->second.connect();
   }
-  return session ? adapters::without_browsers(std::move(session), warn_of_browser) : nullptr;
+  const auto found = services_.find(service);
+  if (found == services_.end()) return nullptr;
+  Service& served = found->second;
+  ++served.connections;
+  return adapters::without_browsers(served.connect(), [this, &served] {
+    if (!std::exchange(served.has_warned, true))
+      session_->warn(served.place +
+                     ": a client that speaks HTTP, as a browser does, is turned away; --http serves HTTP");
+  });
 }
 
 Json Instance::respond(const Json& request) {
