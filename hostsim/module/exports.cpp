@@ -70,6 +70,7 @@ constexpr Call kCalls[] = {
     {"told", [](const Json&) { return here().instance.take_told(); }},
     {"play", [](const Json& given) { return here().instance.play(given["place"]); }},
     {"played", [](const Json&) { return here().instance.played(); }},
+    {"show", [](const Json& given) { return here().instance.show(given["place"]), nothing(); }},
 };
 
 }  // namespace

@@ -9,6 +9,7 @@
 
 #include "config/demo_plant.hpp"
 #include "config/plant_file.hpp"
+#include "plant/bench.hpp"
 #include "scenario/run.hpp"
 #include "sim/frame_text.hpp"
 #include "sim/parameter_text.hpp"
@@ -74,6 +75,32 @@ class Instance::Log final : public sim::Observer {
   std::function<void(const std::string&)> add_;
   const Time& wall_offset_;
   std::string text_;
+};
+
+/// The served plant, for a scenario: time passes as its steps want it.
+class Instance::Bench final : public plant::Bench {
+ public:
+  explicit Bench(Instance& instance) : now_(instance.now_), session_(*instance.session_) {}
+
+  plant::View& view() override { return session_.control(); }
+  void check(std::string_view line) override { plant::check_command(line); }
+  std::string execute(std::string_view line) override {
+    const auto dialogue = std::make_shared<adapters::Dialogue>();
+    std::string response = session_.execute(line, dialogue);
+    while (dialogue->waiting)
+      advance(session_.waits().next_deadline());
+    return response + dialogue->unsent;
+  }
+  void advance(Time until) override {
+    now_ = std::max(earlier(until, session_.plant().next_deadline()), now_);
+    session_.advance_and_answer();
+  }
+  void add(plant::Listener& listener) override { session_.control().add(listener); }
+  void remove(plant::Listener& listener) override { session_.control().remove(listener); }
+
+ private:
+  Time& now_;
+  session::Session& session_;
 };
 
 Instance::Instance()
@@ -267,6 +294,19 @@ Json Instance::play(std::size_t place) {
 Json Instance::played() {
   tell(kOut, scenario::summary(outcomes_) + "\n");
   return {{"exit", static_cast<int>(exit_code_of(outcomes_))}, {"junit", junit(scenarios_, outcomes_)}};
+}
+
+void Instance::show(std::size_t place) {
+  constexpr auto kPlace = "127.0.0.1:80";
+  const scenario::Scenario scenario =
+      scenario::read_scenario(read_(scenarios_[place]).value(), scenarios_[place], read_);
+  start_.config = scenario.config;
+  start_.config.clock = config::ClockKind::kManual;
+  start_.config.http.listen = kPlace;
+  open(config::build_nodes(start_.config, read_), "");
+  serve({fmt::format("http {}", kPlace)}, 0, false);
+  Bench bench(*this);
+  scenario::play(scenario, bench);
 }
 
 }  // namespace cbcan::module

@@ -86,6 +86,9 @@ class Instance {
   Json play(std::size_t place);
   /// After all: {"exit", "junit"}
   Json played();
+  /// After play() without mistakes: plays scenario `place` on a plant of its own, which is served by HTTP
+  /// then, on a manual clock.
+  void show(std::size_t place);
 
   /// What is to be printed or written since the last call: [to, text], where `to` is "out", "err", "end" (the
   /// text is the exit code) or a path; with a third element `true` the file is replaced, else the text is
@@ -99,6 +102,7 @@ class Instance {
 
   class Parameters;
   class Log;
+  class Bench;
 
   std::optional<std::string> read(const std::string& path);
   Json missing();

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: MIT
-// A browser on the page of a running cbcan-sim, and a short Modbus client.
+// A browser on the page of a running cbcan-sim or on the folder of the tab, and a short Modbus client.
 import { once } from "node:events";
+import { readFileSync } from "node:fs";
+import { createServer } from "node:http";
 import { connect } from "node:net";
+import { join } from "node:path";
+import { deflateRawSync } from "node:zlib";
 import puppeteer from "puppeteer-core";
 import { LIMIT, startSimulator } from "./cases.mjs";
 
@@ -15,12 +19,45 @@ export async function startPlant(program, options = [], http = "127.0.0.1:0") {
   const simulator = await startSimulator(program, "--demo", "--modbus", "127.0.0.1:0", "--http", http, ...options);
   const url = `http://${simulator.where.http}`;
   const control = async (...lines) => (await fetch(`${url}/api/control`, { method: "POST", body: lines.join("\n") })).text();
-  return { ...simulator, url, control };
+  const about = async () => (await fetch(`${url}/api/time`)).json();
+  return { ...simulator, url, control, about, plc: () => modbusClient(simulator.where.modbus) };
+}
+
+// ---- The tab
+
+/// A web server with this folder at /some/where/. `wasm`: the type of the module; none = it has no such file.
+export async function serveFolder(folder, wasm = "application/wasm") {
+  const types = { html: "text/html", js: "text/javascript", css: "text/css", svg: "image/svg+xml", wasm };
+  const server = createServer(({ url }, response) => {
+    const name = new URL(url, "http://localhost").pathname.replace(/^\/some\/where\//, "") || "index.html";
+    try {
+      if (!types[name.split(".").pop()] && name.endsWith("wasm")) throw new Error("not there");
+      response.writeHead(200, { "Content-Type": types[name.split(".").pop()] ?? "text/plain" }).end(readFileSync(join(folder, name)));
+    } catch {
+      response.writeHead(404).end("not found");
+    }
+  });
+  await once(server.listen(0, "127.0.0.1"), "listening");
+  server.unref();
+  return `http://127.0.0.1:${server.address().port}/some/where/`;
+}
+
+export const addressOf = (plant) => `#plant=${deflateRawSync(JSON.stringify(plant)).toString("base64url")}`;
+
+/// A plant that runs in the page once open() has opened it.
+export function tabPlant(url) {
+  const ask = (path, options) => plant.page.evaluate(async (...given) => (await (await import("./server.js")).server.request(...given)).text(), path, options);
+  const control = (...lines) => ask("api/control", { method: "POST", body: lines.join("\n") });
+  const write = (first, words) => control(`write ${first} ${words.join(" ")}`);
+  const read = async (first, count) => (await control(`read ${first} ${count}`)).trim().split(" ").slice(1).map(Number);
+  const plc = () => ({ request: (code, first, ...words) => (code === 16 ? write(first, words) : read(first, words[0])), close: () => {} });
+  const plant = { url, ask, control, plc, about: async () => JSON.parse(await ask("api/time")), stop: () => {} };
+  return plant;
 }
 
 /// The page, once it is live; `errors` has its errors, and each request to another site.
-export async function open(browser, { url }, { size = WIDE, scheme = "light" } = {}) {
-  const page = await browser.newPage();
+export async function open(browser, plant, { size = WIDE, scheme = "light" } = {}) {
+  const page = plant.page = await browser.newPage();
   page.setDefaultTimeout(LIMIT);
   page.errors = [];
   page.on("pageerror", (error) => page.errors.push(String(error.stack)));
@@ -28,7 +65,7 @@ export async function open(browser, { url }, { size = WIDE, scheme = "light" } =
   page.on("request", (request) => { if (!/^(blob:)?http:\/\/127/.test(request.url())) page.errors.push(`asks ${request.url()}`); });
   await page.setViewport(size);
   await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: scheme }, { name: "prefers-reduced-motion", value: "reduce" }]);
-  await page.goto(url);
+  await page.goto(plant.url);
   await page.waitForFunction(() => document.querySelector("#live").textContent === "live");
   await page.waitForSelector("#register-list .row");
   return page;

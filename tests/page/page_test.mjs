@@ -1,25 +1,36 @@
 // SPDX-License-Identifier: MIT
-// The page in a browser, and its effect on a plant.
-// usage: node page_test.mjs CBCAN_SIM SOURCE_FOLDER SCREENSHOT_FOLDER
+// The page in a browser, and its effect on a plant: of cbcan-sim, or in the tab.
+// usage: node page_test.mjs CBCAN_SIM SOURCE_FOLDER SCREENSHOT_FOLDER [TAB_FOLDER]
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { createHash } from "node:crypto";
 import { mkdirSync, readFileSync, readdirSync, writeFileSync } from "node:fs";
 import test, { after } from "node:test";
-import { NARROW, WIDE, click, launch, modbusClient, open, shows, startPlant, text } from "./browser.mjs";
+import { NARROW, WIDE, addressOf, click, launch, open, serveFolder, shows, startPlant, tabPlant, text } from "./browser.mjs";
 import { count } from "./cases.mjs";
 import { outside, pale } from "./inspect.mjs";
 
-const [program, source, shots] = process.argv.slice(2);
+const [program, source, shots, tab] = process.argv.slice(2);
 const EXECUTE = 0xca0e, READ = 5055;
 mkdirSync(shots, { recursive: true });
 const browser = await launch();
 after(() => browser.close());
+const site = tab && await serveFolder(tab);
 
-function look(name, use, { options = [], ...view } = {}) {
+/// The demo plant with these options.
+function start(options) {
+  if (!tab) return startPlant(program, options);
+  const main = "plants/demo/plant.toml", tables = { "--network": "[[network]]", "--clock": '[time]\nclock = "manual"' };
+  const text = [readFileSync(`${source}/${main}`, "utf8"), ...options.map((option) => tables[option])].join("\n");
+  return tabPlant(site + (options.length > 0 ? addressOf({ main, files: { [main]: text } }) : ""));
+}
+
+/// `served`: it needs a server, which also takes other clients.
+function look(name, use, { options = [], served = false, ...view } = {}) {
+  if (tab && served) return;
   test(name, async () => {
     count();
-    const plant = await startPlant(program, options);
+    const plant = await start(options);
     let page;
     try {
       page = await open(browser, plant, view);
@@ -38,7 +49,7 @@ const manual = { options: ["--clock", "manual"] };
 
 /// The PLC reads the device type of node 32, whose response is suppressed, and polls until it has the result.
 async function failing(plant) {
-  const plc = await modbusClient(plant.where.modbus);
+  const plc = await plant.plc();
   await plant.control("fault 32 response-never count=1");
   await plc.request(16, 3700, EXECUTE, READ, 32, 0x1000, 0, 4);
   for (let poll = 0; poll < 5; ++poll) {
@@ -78,13 +89,13 @@ look("files have types and a strict policy", async (page, plant) => {
     assert.ok(response.headers.get("content-type").startsWith(type), name);
   }
   assert.equal((await fetch(`${plant.url}/nothing.js`)).status, 404);
-});
+}, { served: true });
 
 look("the ladder tells why a transaction failed", async (page, plant) => {
   await failing(plant);
   await shows(page, "#verdict", /#1 +read node 32 1000h:00.*0504 0000h.*1,0\d\d ms/);
-  for (const words of [/execute · read · node 32 · 1000h:00 · 4 bytes/, /busy × 5/, /read 1000h:00/, /fault 1: response-never count=1 swallowed this/,
-    /1,000 msSDO time-out/, /R3700 = 4 · 0504 0000h/, /reads/]) await shows(page, "#diagram", words);
+  for (const words of [...tab ? [/read node 32 1000h:00/] : [/execute · read · node 32 · 1000h:00 · 4 bytes/, /busy × 5/, /reads/], /read 1000h:00/, /fault 1: response-never count=1 swallowed this/,
+    /1,000 msSDO time-out/, /R3700 = 4 · 0504 0000h/]) await shows(page, "#diagram", words);
   assert.equal(await page.$eval("#diagram .fault path", (path) => getComputedStyle(path).strokeDasharray), "5px, 4px");
   await plant.control("trigger read 32 0x1000 0 4", "pass 2s");
   await shows(page, "#diagram", /msheld back: quarantine/);
@@ -92,14 +103,14 @@ look("the ladder tells why a transaction failed", async (page, plant) => {
 }, manual);
 
 look("the ladder shows the PLC's read of the result, however late", async (page, plant) => {
-  const plc = await modbusClient(plant.where.modbus);
+  const plc = await plant.plc();
   await plc.request(16, 3700, EXECUTE, READ, 32, 0x1000, 0, 4);
   await plant.control("pass 1s");
   await shows(page, "#diagram", /R3700 = 0 · done/);
   await plc.request(3, 3700, 1);
   await shows(page, "#diagram", /reads/);
   plc.close();
-}, manual);
+}, { ...manual, served: true });
 
 look("transactions are filtered", async (page, plant) => {
   await failing(plant);
@@ -231,8 +242,8 @@ look("what is saved is a scenario that passes", async (page, plant) => {
   await failing(plant);
   await page.waitForFunction(() => document.querySelectorAll("#event-list .row").length === 3);
   const saved = await page.evaluate(async () => (await import("./scenario.js")).saveScenario());
-  assert.match(saved, /plant = "demo"[^]*"incident 16 overcurrent on"[^]*do = "trigger read 66 0x1000 0 4"[^]*do = "write 3700 51726 5055 32 4096 0 4"/);
-  writeFileSync(`${shots}/saved.toml`, saved);
+  assert.match(saved, /plant = "(?:demo|.*plant\.toml)"[^]*"incident 16 overcurrent on"[^]*do = "trigger read 66 0x1000 0 4"[^]*do = "write 3700 51726 5055 32 4096 0 4"/);
+  writeFileSync(`${shots}/saved.toml`, saved.replace("./plants/demo/plant.toml", "demo"));
   assert.match(execFileSync(program, ["run", `${shots}/saved.toml`], { encoding: "utf8" }), /1 passed/);
 }, manual);
 
@@ -303,7 +314,7 @@ look("10,000 events a second do not freeze it", async (page, plant) => {
     (function frame(now) { window.longest = Math.max(window.longest, now - last); last = now; requestAnimationFrame(frame); })(last);
   });
   await plant.control("fault bus bus-load frames_per_s=10000 percent=100");
-  const { next_event: first } = await (await fetch(`${plant.url}/api/time`)).json();
+  const { next_event: first } = await plant.about();
   for (let tenth = 0; tenth < 25; ++tenth) {
     if (tenth === 10) await click(page, "#plant button", "Start all");
     await plant.control("pass 100ms");
@@ -328,7 +339,7 @@ look("it comes back after a restart", async (page, plant) => {
   await again.control("trigger write 66 0x6411 1 2 300");
   await shows(page, "#event-list", /^#1 *write node 66.{1,60}$/);
   await again.stop();
-});
+}, { served: true });
 
 look("another network is chosen", async (page, plant) => {
   await plant.control("trigger 2/read 5 0x1000 0 4", "trigger read 32 0x1000 0 4");
@@ -344,22 +355,21 @@ look("another network is chosen", async (page, plant) => {
 
 look("a transaction that ends while a network is being chosen is in its list", async (page, plant) => {
   await plant.control("trigger 2/read 5 0x1000 0 4", "pass 1ms");
-  await page.evaluate(() => {
-    const atOnce = window.fetch;
-    window.fetch = async (path, ...more) => {
-      if (path !== "api/journal?network=2") return atOnce(path, ...more);
-      await new Promise((done) => { window.release = done; });
-      return atOnce(path, ...more);
+  await page.evaluate(async () => {
+    const { server } = await import("./server.js"), { request, follow } = server;
+    server.request = async (path, ...more) => {
+      if (path === "api/journal?network=2") await new Promise((done) => { window.release = done; });
+      const response = await request(path, ...more);
+      if (path === "api/transactions?network=2") window.answered = true;
+      return response;
     };
+    server.follow = (path) => { window.followed = true; return follow(path); };
   });
-  const before = page.waitForResponse((response) => response.url().endsWith("api/transactions?network=2"));
   await page.select("#network", "2");
-  await before;
-  await page.waitForFunction(() => window.release);
+  await page.waitForFunction(() => window.release && window.answered);
   await plant.control("pass 2s");
-  const chosen = page.waitForRequest((request) => request.url().includes("api/events?"));
-  await page.evaluate(() => window.release());
-  await chosen;
+  await page.evaluate(() => { window.followed = false; window.release(); });
+  await page.waitForFunction(() => window.followed);
   await shows(page, "#event-list", /^#\d *read node 5.{1,60}$/);
   assert.equal(await page.evaluate(async () => (await import("./state.js")).state.ended.length), 1);
 }, { options: ["--network", "2", "--clock", "manual"] });
@@ -386,7 +396,7 @@ look("a day leaves no more than an hour did", async (page, plant) => {
   const heap = async (hours) => {
     for (let hour = 0; hour < hours; ++hour)
       await plant.control("trigger read 66 0x1000 0 4", "set 66 0x6401:1 " + hour, "pass 3600s");
-    const { time } = await (await fetch(`${plant.url}/api/time`)).json();
+    const { time } = await plant.about();
     await page.waitForFunction(async (wanted) => (await import("./state.js")).state.about.time >= wanted, {}, time);
     await page.waitForFunction(async () => (await import("./state.js")).state.recent.length >= 2000);
     const session = await page.createCDPSession();

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The page's copy of the simulator's state: the stream of events, and the results of requests. Its size is bounded.
 
+import {server} from './server.js';
+
 const kMostEnded = 1000, kMostRecent = 2000, kMostPending = 4000;
 
 export const state = {
@@ -37,7 +39,7 @@ function keep(list, item, most) {
 }
 
 export async function ask(path) {
-  const response = await fetch(path);
+  const response = await server.request(path);
   const json = await response.json();
   if (!response.ok) throw new Error(json.error);
   return json;
@@ -100,7 +102,7 @@ function arrive(message) {
 function open() {
   source?.close();
   pending = [];  // the new stream repeats what comes after `last`
-  const mine = source = new EventSource(`api/events?since=${last}${watched && `&watch=${watched}`}`);
+  const mine = source = server.follow(`api/events?since=${last}${watched && `&watch=${watched}`}`);
   source.onopen = () => { tell('live', true); refresh(); };
   source.onmessage = arrive;
   source.onerror = () => {
@@ -175,7 +177,7 @@ export async function send(line) {
   tell('command', line);
   let text;
   try {
-    const response = await fetch('api/control', {method: 'POST', body: line});
+    const response = await server.request('api/control', {method: 'POST', body: line});
     text = (await response.text()).trim();
     if (text[0] === '{') text = `error: ${JSON.parse(text).error}`;
   } catch { text = 'error: the simulator cannot be reached'; }

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: MIT
+// The plant of a tab: answers the page's requests as an HTTP server does, in real time.
+
+import {Instance} from './instance.js';
+
+const kHere = '127.0.0.1:80', kWrong = 2;
+const kTurn = 20;          // milliseconds
+const kMostBehind = 10e6;  // microseconds
+const module = load();
+const streams = new Map();  // of the page's requests
+const channel = new MessageChannel();
+let instance, begin, timer, base, last = 0, turning = false, ended = '';
+const begun = new Promise(resolve => {
+  begin = resolve;
+});
+
+async function load() {
+  const response = await fetch('cbcan.wasm');
+  if (!response.ok) throw new Error(`cbcan.wasm: ${response.status} ${response.statusText}`);
+  const streamed = response.headers.get('Content-Type') === 'application/wasm';
+  return streamed ? WebAssembly.compileStreaming(response) :
+                    WebAssembly.compile(await response.arrayBuffer());
+}
+
+/// A file of plants/ or scenarios/ next to the page.
+async function shipped(name) {
+  const {href} = new URL(name, location);
+  if (!['plants/', 'scenarios/'].some(folder => href.startsWith(new URL(folder, location)))) return null;
+  const response = await fetch(href);
+  return response.ok ? response.text() : null;
+}
+
+// ---- Plants
+
+async function make({main, files}) {
+  const made = new Instance(await module);
+  const read = async name => files[name] ?? files[name.replace(/.*\//, '')] ?? shipped(name);
+  const said = () => made.call('told').map(([, text]) => text).join('').trimEnd();
+  const isScenario = /^\[\[step\]\]/m.test(await read(main));
+  const options = main === 'demo' ? ['--demo'] : ['--config', main];
+  const started =
+      await made.start(isScenario ? ['run', main] : [...options, '--http', kHere], {read, folder: '.'});
+  if (isScenario) {
+    await made.play(0, {read});
+    const report = said(), {exit} = made.call('played');
+    if (exit === kWrong) throw new Error(report);
+    made.call('show', {place: 0});
+    return {made, report, kind: exit === 0 ? 'good' : 'bad'};
+  }
+  if (!started.services) throw new Error(said());
+  made.call('serve', {places: [`http ${kHere}`], since_1970: Date.now() * 1000, alone: false});
+  return {made, report: said(), kind: ''};
+}
+
+async function open(plant) {
+  const {made, ...outcome} = await make(plant);
+  instance = made;
+  base = performance.now();
+  begin();
+  soon();
+  return outcome;
+}
+
+async function check(plant) {
+  const {made, ...outcome} = await make(plant);
+  return outcome;
+}
+
+/// For whatever reason the plant has ended, it is not used any more.
+function stop(text) {
+  ended = text;
+  for (const [id, {status}] of streams)
+    postMessage({id, status, text: '', more: false});
+  streams.clear();
+  postMessage({text});
+}
+
+// ---- Time
+
+/// Microseconds. After a sleep of the machine or the tab the plant goes on where it was.
+function now() {
+  const passed = (performance.now() - base) * 1000 - last;
+  if (passed > kMostBehind)
+    base += passed / 1000;
+  else
+    last += Math.floor(passed);
+  return last;
+}
+
+function turn() {
+  turning = false;
+  clearTimeout(timer);
+  if (ended) return;
+  try {
+    const time = now(), next = instance.pass(time);
+    for (const [id, stream] of streams)
+      fill(id, stream);
+    for (const [to, text] of instance.call('told'))
+      if (to === 'end')
+        return stop('The plant has been shut down.');
+      else if (text)
+        console.info(text.trimEnd());
+    if (next <= time)
+      soon();
+    else
+      timer = setTimeout(turn, Math.min(kTurn, (next - time) / 1000));
+  } catch (error) {
+    stop(error.message);
+  }
+}
+
+function soon() {
+  if (!turning) channel.port2.postMessage(0);
+  turning = true;
+}
+
+// ---- Requests
+
+async function request({path, method = 'GET', body = ''}, id) {
+  await begun;
+  const url = new URL(path, 'http://localhost');
+  const query = Object.fromEntries(url.searchParams);
+  try {
+    if (ended) throw new Error(ended);
+    instance.pass(now());
+    const {status, stream, body: text = ''} = instance.call(
+        'respond', {method, path: decodeURIComponent(url.pathname), query, body, host: url.host});
+    if (stream) streams.set(id, {stream, status});
+    soon();
+    return {status, text, more: Boolean(stream)};
+  } catch (error) {
+    if (!ended) stop(error.message);
+    return {status: 503, text: JSON.stringify({error: ended}), more: false};
+  }
+}
+
+function fill(id, {stream, status}) {
+  const {text, more} = instance.call('fill', {stream});
+  if (text || !more) postMessage({id, status, text, more});
+  if (!more) streams.delete(id);
+}
+
+function drop(id) {
+  const found = streams.get(id);
+  if (found) instance.call('drop', {stream: found.stream});
+  streams.delete(id);
+}
+
+channel.port1.onmessage = turn;
+const calls = {
+  open,
+  check,
+  request,
+  drop
+};
+onmessage = async ({data: {id, call, given}}) => {
+  try {
+    postMessage({id, ...await calls[call](given, id)});
+  } catch (error) {
+    postMessage({id, error: error.message});
+  }
+};
