@@ -54,6 +54,10 @@ NOT_RUN = {
 NOT_EXECUTED = {
     "tools/demo": "installs packages and builds, with --mcu an image too; tools/test runs it with --check",
     "tools/test": "runs this test",
+    "tools/dev/wheel": "builds for minutes; tools/test --long does it",
+    "pip ": "wheel_test.py does it",
+    "python3 -m http.server": "serves without end; tab_test.mjs serves the folder itself",
+    "python -m cbcan": "wheel_test.py does it",
     "tests/fuzz/run": "takes minutes; tools/test --long does it",
     "cmake --": "builds for minutes; tools/test does it",
     "ctest --preset": "runs this test",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# Sourced by tools/demo and tools/test: the Debian packages that they need, and their installation.
+# Sourced by tools/demo, tools/test and tools/dev: the Debian packages that they need, and their installation.
 
 # To build and run the simulator.
 build_packages=(g++ cmake ninja-build pkg-config libfmt-dev libtomlplusplus-dev
@@ -15,11 +15,14 @@ test_packages=(catch2 libmodbus-dev librapidcheck-dev valgrind git
   chromium fonts-dejavu-core
   python3-pymodbus python3-serial-asyncio python3-can mbpoll can-utils iproute2 tshark curl
   qemu-system-x86 busybox-static
-  dpkg-dev file lintian man-db mmdebstrap pngquant python3-pytest python3-yaml shellcheck systemd yamllint)
+  dpkg-dev file lintian man-db mmdebstrap mypy pngquant python3-pip python3-pytest python3-yaml shellcheck systemd yamllint)
 
 # To build the WebAssembly module.
 module_packages=("${build_packages[@]}" clang-19 lld-19 llvm-19 wasi-libc libc++-19-dev-wasm32 libc++abi-19-dev-wasm32
   libclang-rt-19-dev-wasm32 binaryen libfast-float-dev dpkg-dev)
+
+# To build the Python wheel.
+wheel_packages=("${build_packages[@]}" dpkg-dev make)
 
 is_installed() { [[ $(dpkg-query --show --showformat='${db:Status-Status}' "$1" 2>/dev/null) == installed ]]; }
 
@@ -51,4 +54,23 @@ install_packages() {
   echo "installing with apt: ${missing[*]}"
   apt_get update
   apt_get install -y --no-install-recommends "${missing[@]}"
+}
+
+# debian_source PACKAGE FOLDER: unpacks the source package there.
+debian_source() {
+  local work list apt
+  [[ -d $2/debian ]] && return
+  work=$(mktemp -d)
+  mkdir -p "$work/parts" "$work/lists/partial" "$2"
+  # This machine's own places, as places of source packages.
+  for list in /etc/apt/sources.list.d/*.sources; do
+    [[ -e $list ]] && sed 's/^Types:.*/Types: deb-src/' "$list" >"$work/parts/$(basename "$list")"
+  done
+  { cat /etc/apt/sources.list /etc/apt/sources.list.d/*.list 2>/dev/null || true; } | sed -n "s/^deb /deb-src /p" >"$work/parts/all.list"
+  apt=(apt-get -qq -o APT::Sandbox::User=root -o Dir::Etc::SourceList=- -o "Dir::Etc::SourceParts=$work/parts"
+    -o "Dir::State::Lists=$work/lists")
+  "${apt[@]}" update
+  (cd "$work" && "${apt[@]}" source --download-only "$1" && dpkg-source --no-check -x ./"$1"_*.dsc source >/dev/null)
+  cp -a "$work/source/." "$2"  # with its times: what is newer is made again
+  rm -r "$work"
 }

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """A simulated CANopen plant behind a coprocessor's registers, for tests in Python: cbcan-sim with a clock that advances only when a test lets
-time pass. Needs the standard library and the program cbcan-sim; with pytest there are two fixtures. In the top-level conftest.py:
+time pass. Needs the standard library and the program cbcan-sim; with pytest there are two fixtures. Installed by pip, they are found
+automatically; else, in the top-level conftest.py:
 
     pytest_plugins = ["cbcan_plant"]
 
@@ -20,12 +21,20 @@ cbcan-sim, with paths relative to that file:
 the COMMAND of `cbcan-sim ... -- COMMAND` gets it by Plant.around(), in the state that other tests have left.
 """
 
+from __future__ import annotations
+
 import json
 import os
 import signal
 import socket
 import struct
 import subprocess
+from typing import Any, Iterator
+
+try:
+    from cbcan import SIMULATOR  # of the same wheel
+except ImportError:
+    SIMULATOR = "cbcan-sim"
 
 LIMIT = 60  # seconds of the wall clock that anything may take
 
@@ -43,7 +52,7 @@ class NotWithin(PlantError, AssertionError):
     """The condition did not hold in time."""
 
 
-def connect(address):
+def connect(address: str) -> socket.socket:
     """`address` as cbcan-sim writes it: HOST:PORT, [IPV6]:PORT or unix:PATH."""
     if address.startswith("unix:"):
         made = socket.socket(socket.AF_UNIX)
@@ -56,7 +65,7 @@ def connect(address):
     return made
 
 
-def duration(time):
+def duration(time: float | str) -> str:
     """0.1 (seconds) or "100ms"."""
     return time if isinstance(time, str) else f"{round(time * 1e6)}us"
 
@@ -64,40 +73,42 @@ def duration(time):
 class Plant:
     """A plant in its own process, which ends with stop() or with this process."""
 
-    def __init__(self, *options, program=None, folder=None):
+    def __init__(self, *options: str, program: str | None = None, folder: str | os.PathLike[str] | None = None) -> None:
         """`options` of cbcan-sim, default --demo; paths are relative to `folder`, or to the current folder."""
-        program = program or os.environ.get("CBCAN_SIM", "cbcan-sim")
+        program = program or os.environ.get("CBCAN_SIM") or SIMULATOR
         if os.sep in program:
             program = os.path.abspath(program)
         command = [program, *(options or ["--demo"]), "--clock", "manual", "--modbus", "127.0.0.1:0", "--control", "127.0.0.1:0"]
-        self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=folder)
-        ready = self.process.stdout.readline()
+        process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=folder)
+        self.process: subprocess.Popen[str] | None = process
+        assert process.stdout
+        ready = process.stdout.readline()
         if not ready.startswith("ready "):
             self.stop()
-            raise PlantError(f"{' '.join(command)}: exit code {self.process.returncode}; it says why on standard error")
+            raise PlantError(f"{' '.join(command)}: exit code {process.returncode}; it says why on standard error")
         where = dict(word.split("=", 1) for word in ready.split()[1:])
         self._join(where["modbus"], where["control"])
 
     @classmethod
-    def around(cls):
+    def around(cls) -> Plant:
         """The plant that started this program: cbcan-sim ... -- COMMAND. It ends with the command."""
         plant = cls.__new__(cls)
         plant.process = None
         plant._join(os.environ["CBCAN_MODBUS"], os.environ["CBCAN_CONTROL"])
         return plant
 
-    def _join(self, modbus, control):
+    def _join(self, modbus: str, control: str) -> None:
         self.modbus = modbus
         self.control = connect(control)
         self.lines = self.control.makefile("r", encoding="utf-8", newline="\n")
 
-    def __enter__(self):
+    def __enter__(self) -> Plant:
         return self
 
-    def __exit__(self, *_):
+    def __exit__(self, *_: object) -> None:
         self.stop()
 
-    def stop(self):
+    def stop(self) -> None:
         if hasattr(self, "control"):
             self.lines.close()
             self.control.close()
@@ -105,10 +116,10 @@ class Plant:
             self.process.send_signal(signal.SIGTERM)
             self.process.communicate(timeout=LIMIT)
 
-    def command(self, line):
+    def command(self, line: str) -> list[str]:
         """Executes a command of docs/reference/commands.md; returns the lines of the response, without "ok"."""
         self.control.sendall(f"{line}\n".encode())
-        said = []
+        said: list[str] = []
         while True:
             answer = self.lines.readline().rstrip("\n")
             word, _, rest = answer.partition(" ")
@@ -121,20 +132,20 @@ class Plant:
             said.append(answer)
 
     @property
-    def now(self):
+    def now(self) -> float:
         """Seconds since the plant's start."""
         return float(self.command("time")[0])
 
-    def advance(self, time):
+    def advance(self, time: float | str) -> float:
         """Lets this much time pass: seconds, or "100ms". Returns the new time."""
         return float(self.command(f"pass {duration(time)}")[0])
 
-    def wait(self, condition, within=None):
+    def wait(self, condition: str, within: float | str | None = None) -> float:
         """Lets time pass until "state 5 operational" or any other condition of docs/reference/commands.md holds; returns the new time. Raises
         NotWithin when that takes longer than `within` (60 s) of the plant's time."""
         return float(self.command(f"wait {condition}" + (f" within {duration(within)}" if within else ""))[0])
 
-    def get(self, node, index, sub=0):
+    def get(self, node: int | str, index: int, sub: int = 0) -> Any:
         """The value that an SDO read would return now: a number, True or False, or a text."""
         value = self.command(f"get {node} {index}:{sub}")[0]
         try:
@@ -142,23 +153,23 @@ class Plant:
         except ValueError:
             return value
 
-    def set(self, node, index, sub, value):
+    def set(self, node: int | str, index: int, sub: int, value: object) -> None:
         """Sets an input of the node to this value."""
         self.command(f"set {node} {index}:{sub} {value}")
 
-    def fault(self, node, kind, **keys):
+    def fault(self, node: int | str, kind: str, **keys: object) -> int:
         """Injects a fault into a node, or the "bus"; docs/reference/faults.md has kinds and keys. Returns its number, for clear()."""
         return int(self.command(" ".join([f"fault {node} {kind}", *(f"{key}={value}" for key, value in keys.items())]))[0])
 
-    def clear(self, node="", number=""):
+    def clear(self, node: int | str = "", number: int | str = "") -> None:
         """Removes all faults, those of a node or of the "bus", or one."""
         self.command(f"clear {node} {number}".rstrip())
 
-    def incident(self, node, name, present=True):
+    def incident(self, node: int | str, name: str, present: bool = True) -> None:
         """Starts or ends an incident of the device: docs/reference/devices.md."""
         self.command(f"incident {node} {name} {'on' if present else 'off'}")
 
-    def power(self, node, on):
+    def power(self, node: int | str, on: bool) -> None:
         """Switches a node's power off or on; on is a cold start that keeps stored parameters. "all": all nodes."""
         self.command(f"power {node} {'on' if on else 'off'}")
 
@@ -166,17 +177,18 @@ class Plant:
 class Window:
     """R3700..R3769 of a plant, as a PLC accesses them, over Modbus TCP. `unit` selects the CAN network."""
 
-    def __init__(self, plant, unit=1):
-        self.plant, self.unit, self.transaction, self.asked = plant, unit, 0, []
+    def __init__(self, plant: Plant, unit: int = 1) -> None:
+        self.plant, self.unit, self.transaction = plant, unit, 0
+        self.asked: list[int] = []  # R3701..R3704 of the transaction by start(), to compare with when it has a result
         self.socket = connect(plant.modbus)
 
-    def __enter__(self):
+    def __enter__(self) -> Window:
         return self
 
-    def __exit__(self, *_):
+    def __exit__(self, *_: object) -> None:
         self.socket.close()
 
-    def _request(self, pdu):
+    def _request(self, pdu: bytes) -> bytes:
         self.transaction = self.transaction + 1 & 0xFFFF
         self.socket.sendall(struct.pack(">HHHB", self.transaction, 0, len(pdu) + 1, self.unit) + pdu)
         response = self._receive(struct.unpack(">HHHB", self._receive(7))[2] - 1)
@@ -184,7 +196,7 @@ class Window:
             raise PlantError(f"Modbus exception {response[1]}, request {pdu.hex()}")
         return response
 
-    def _receive(self, count):
+    def _receive(self, count: int) -> bytes:
         data = b""
         while len(data) < count:
             part = self.socket.recv(count - len(data))
@@ -193,20 +205,20 @@ class Window:
             data += part
         return data
 
-    def read(self, register, count=1):
+    def read(self, register: int, count: int = 1) -> list[int]:
         """Returns `count` registers as a list."""
         return list(struct.unpack(f">{count}H", self._request(struct.pack(">BHH", 3, register, count))[2:]))
 
-    def write(self, register, *words):
-        self.asked = []  # R3701..R3704 of the transaction by start(), to compare with when it has a result
+    def write(self, register: int, *words: int) -> None:
+        self.asked = []
         self._request(struct.pack(f">BHHB{len(words)}H", 16, register, len(words), 2 * len(words), *words))
 
-    def start(self, *words):
+    def start(self, *words: int) -> None:
         """Writes CA0Eh to R3700 and `words` to R3701.., in one request; does not wait."""
         self.write(FIRST, EXECUTE, *words)
         self.asked = list(words[:4])
 
-    def result(self, within=None):
+    def result(self, within: float | str | None = None) -> int:
         """Lets time pass until the transaction has ended; returns R3700: 0 = done."""
         if self.read(FIRST)[0] == EXECUTE:
             network = "" if self.unit in (0, 1, 255) else f"{self.unit}/"
@@ -216,23 +228,23 @@ class Window:
             raise PlantError("the module has restarted, or another program has written to R3701..R3704")
         return flag
 
-    def execute(self, *words, within=None):
+    def execute(self, *words: int, within: float | str | None = None) -> int:
         """start() and result(): execute(5055, node, index, sub, size)."""
         self.start(*words)
         return self.result(within)
 
-    def cancel(self):
+    def cancel(self) -> None:
         """Cancels a transaction in progress."""
         self.write(FIRST, 0)
 
     @property
-    def abort(self):
+    def abort(self) -> int | None:
         """The SDO abort code of a transaction with result 4, else None."""
         flag, *_, low, high = self.read(FIRST, 8)
         return high << 16 | low if flag == ABORTED else None
 
     @property
-    def data(self):
+    def data(self) -> bytes:
         """The bytes that were read."""
         size, *words = self.read(FIRST + 5, 65)
         return struct.pack("<64H", *words)[:size]
@@ -243,17 +255,17 @@ class Window:
 try:
     import pytest
 except ImportError:
-    pytest = None
+    pytest = None  # type: ignore[assignment]
 
 if pytest:
-    def pytest_addoption(parser):
+    def pytest_addoption(parser: pytest.Parser) -> None:
         parser.addini("cbcan_plant", "options of cbcan-sim for the fixture `plant`; --demo without", "args", [])
 
-    def pytest_configure(config):
+    def pytest_configure(config: pytest.Config) -> None:
         config.addinivalue_line("markers", "plant(option, ...): options of cbcan-sim for the fixture `plant`; else those of cbcan_plant")
 
     @pytest.fixture
-    def plant(request):
+    def plant(request: pytest.FixtureRequest) -> Iterator[Plant]:
         """A Plant for this test, at time 0."""
         marker, file = request.node.get_closest_marker("plant"), request.config.inipath
         options, folder = (marker.args, None) if marker else (request.config.getini("cbcan_plant"), file and file.parent)
@@ -264,7 +276,7 @@ if pytest:
             yield made
 
     @pytest.fixture
-    def window(plant):
+    def window(plant: Plant) -> Iterator[Window]:
         """The Window of the fixture `plant`."""
         with Window(plant) as made:
             yield made

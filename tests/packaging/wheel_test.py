@@ -1,0 +1,122 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""The wheel with this build's programs, installed by pip in a virtual environment that is not on PATH: programs, fixtures, types. With the
+portable programs, on other systems: wheel_systems_test.py.
+
+usage: wheel_test.py BUILD_DIR
+"""
+
+import base64
+import hashlib
+import os
+import pathlib
+import platform
+import re
+import sys
+import tempfile
+import unittest
+import zipfile
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests/support"))
+import cases
+from done import done, output as run
+from simulator import LIMIT, program_from_arguments
+
+BUILD = pathlib.Path(program_from_arguments(sys.argv)).resolve()
+ENVIRONMENT = {"PATH": "/usr/bin:/bin", "PYTHONDONTWRITEBYTECODE": "1"}
+TEST = '''
+import os
+import pathlib
+import sys
+
+def test_the_program_of_this_environment(plant, window):
+    program = os.readlink(f"/proc/{plant.process.pid}/exe")
+    assert program == f"{sys.prefix}/bin/cbcan-sim"
+    plant.power(0x42, False)
+    assert window.execute(5055, 0x42, 0x6411, 1, 2) == 4
+'''
+TYPED = '''
+from cbcan_plant import Plant, Window
+
+def test_it(plant: Plant, window: Window) -> None:
+    assert plant.wait("state 66 operational", within="2s") + plant.now > 0
+    plant.power(0x42, on="off")
+    window.read(3700).append("0")
+    window.abort + 1
+'''
+
+
+def make(folder):
+    return pathlib.Path(run(ROOT / "packaging/wheel", BUILD, folder).strip())
+
+
+class Wheel(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.temporary = tempfile.TemporaryDirectory()
+        cls.folder = pathlib.Path(cls.temporary.name).resolve()
+        cls.wheel = make(cls.folder / "first")
+        cls.venv = cls.folder / "venv"
+        cls.bin = cls.venv / "bin"
+        run("/usr/bin/python3", "-m", "venv", "--without-pip", "--system-site-packages", cls.venv)  # with Debian's pytest
+        run("/usr/bin/python3", "-m", "pip", "--python", cls.bin / "python", "install", "--no-index", "--no-deps", "--no-compile", cls.wheel)
+        cls.version = run(BUILD / "bin/cbcan-sim", "--version")
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.temporary.cleanup()
+
+    def python(self, *arguments, code=0, **environment):
+        return done(self.bin / "python", *arguments, env=ENVIRONMENT | environment, cwd=self.folder, code=code, timeout=LIMIT)
+
+    def pytest(self, *arguments, **options):
+        return self.python("-m", "pytest", "-q", "-W", "error", "--strict-markers", "-p", "no:cacheprovider", *arguments, **options).stdout
+
+    def test_programs(self):
+        self.assertEqual(run(self.bin / "cbcan-sim", "--version"), self.version)
+        self.assertEqual(self.python("-m", "cbcan", "--version").stdout, self.version)
+        self.assertIn("--demoo", self.python("-m", "cbcan", "--demoo", code=2).stderr)
+        self.assertEqual(run(self.bin / "cbcanctl", "--version"), run(BUILD / "bin/cbcanctl", "--version"))
+
+    def test_fixtures_without_conftest(self):
+        (self.folder / "test_it.py").write_text(TEST)
+        self.assertIn("1 passed", self.pytest("test_it.py"))
+        program = BUILD / "bin/cbcan-sim"
+        self.assertIn(f"+ {program}\n", self.pytest("test_it.py", code=1, CBCAN_SIM=str(program)))
+
+    def test_fixtures_with_conftest(self):
+        self.assertIn('pytest_plugins = ["cbcan_plant"]', (ROOT / "examples/pytest/conftest.py").read_text())
+        self.assertIn("8 passed", self.pytest(ROOT / "examples/pytest"))
+
+    def test_types(self):
+        (self.folder / "typed.py").write_text(TYPED)
+        (self.folder / "mypy.ini").write_text("[mypy]\nstrict = True\n[mypy-pytest]\nfollow_imports = skip\n")  # takes seconds
+        said = done("/usr/bin/mypy", "--show-error-codes", "--cache-dir", os.devnull, "--python-executable", self.bin / "python", "typed.py",
+                    code=1, cwd=self.folder).stdout
+        self.assertEqual(re.findall(r"(\S+:\d+): error: .*\[([a-z-]+)\]", said),
+                         [("typed.py:6", "arg-type"), ("typed.py:7", "arg-type"), ("typed.py:8", "operator")], said)
+
+    def test_metadata(self):
+        said = self.python("-c", "from importlib.metadata import *; m = metadata('cbcan'); print(m['Version'], m['Requires-Python'])").stdout
+        self.assertEqual(said, f"{self.version.split()[1]} >=3.9\n")
+
+    def test_bytes(self):
+        again = make(self.folder / "second")
+        self.assertEqual((again.name, again.read_bytes()), (self.wheel.name, self.wheel.read_bytes()))
+        self.assertTrue(again.name.endswith(f"-py3-none-linux_{platform.machine()}.whl"), again.name)
+        with zipfile.ZipFile(again) as archive:
+            names = archive.namelist()
+            info = names[-1].rpartition("/")[0]
+            *record, (last, *nothing) = [line.split(",") for line in archive.read(names[-1]).decode().splitlines()]
+            self.assertEqual((last, nothing), (f"{info}/RECORD", ["", ""]))
+            for name, digest, size in record:
+                data = archive.read(name)
+                self.assertEqual((base64.urlsafe_b64decode(digest.partition("=")[2] + "="), int(size)), (hashlib.sha256(data).digest(), len(data)))
+        self.assertEqual(names, [name for name, *_ in record] + [last])
+        self.assertEqual({name.partition(info.removesuffix("dist-info"))[2] or name for name in names}, {
+            "cbcan/__init__.py", "cbcan/__main__.py", "cbcan_plant/__init__.py", "cbcan_plant/py.typed", "data/scripts/cbcan-sim",
+            "data/scripts/cbcanctl", *(f"dist-info/{name}" for name in ("LICENSE", "METADATA", "WHEEL", "entry_points.txt", "RECORD"))})
+
+
+cases.main()
