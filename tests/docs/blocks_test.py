@@ -138,7 +138,7 @@ def look_for_names(command):
     for preset in re.findall(r"--preset (\S+)", command):
         if preset not in presets:
             raise Wrong(f"no preset {preset}")
-    for name in re.findall(r"-D(\w+)=|--target (\w+)|\bbuild/\S*?([\w-]+)(?:\.elf|\.bin)?(?=[\s:]|$)", command):
+    for name in re.findall(r"-D(\w+)=|--target (\w+)|\bbuild/(?!wheel/)\S*?([\w-]+)(?:\.elf|\.bin)?(?=[\s:]|$)", command):
         if (name := "".join(name).removeprefix("cbcan_")) not in built():
             raise Wrong(f"CMake builds no {name}")
     for path in re.findall(r"(?<![\w./-])((?:arduino|bench|docs|examples|firmware|packaging|plants|scenarios|tools)/[\w./-]*)", command):
