@@ -140,13 +140,19 @@ look("a scenario that fails, and one with a mistake", async (page, plant) => {
   assert.equal(await text(page, "#live"), "live");
 });
 
+look("a shipped scenario as a file", async (page) => {
+  await renewed(page, () => dropped(page, { "tank_level.toml": read("scenarios/tank_level.toml") }));
+  await shows(page, "#message.good", /^passed tank_level\.toml/);
+});
+
 look("an EDS file becomes a node, which a colleague sees too", async (page, plant) => {
   await renewed(page, () => dropped(page, { "io_module.eds": read("plants/demo/io_module.eds") }));
   assert.deepEqual((await nodes(plant)).map(parseFloat), [66, 1, 2, 16, 32, 3]);
+  await shows(page, "#message", /^io_module\.eds is node 3\./);
   const valve = read("plants/demo/generic.eds").replace("DataType=0x0007", "DataType=0x9999");
   await renewed(page, () => dropped(page, { "valve.dcf": valve, "x.EDS": read("plants/tank.eds") }));
   assert.deepEqual((await nodes(plant)).map(parseFloat), [66, 1, 2, 16, 32, 3, 4, 5]);
-  await shows(page, "#message", /plants\/demo\/4\/valve\.dcf:\d+: DataType 9999h is unknown/);
+  await shows(page, "#message", /plants\/demo\/4\/valve\.dcf:\d+: DataType 9999h is unknown[^]*\nx\.EDS is node 5\./);
   const context = await browser.createBrowserContext(), other = tabPlant(page.url());
   const colleague = await open(context, other);
   assert.deepEqual(await nodes(other), await nodes(plant));
@@ -190,6 +196,7 @@ look("a plant file with its files", async (page, plant) => {
 const good = addressOf({ main: "a.toml", files: { "a.toml": "" } });
 for (const [name, address, words] of [
   ["names nothing", "#plants/nowhere.toml", /^The address names no plant, or is incomplete\.\nThis is the demo plant\./],
+  ["names what every object has", "#toString", /^The address names no plant/],
   ["is cut", good.slice(0, -4), /^The address names no plant/],
   ["has something else", addressOf({ main: "a.toml", files: { "a.toml": 3 } }), /^The address names no plant/],
   ["has a plant file with a mistake", addressOf({ main: "a.toml", files: { "a.toml": "[[node]]\nid = 300\n" } }),
@@ -199,6 +206,7 @@ for (const [name, address, words] of [
   look(`an address that ${name}`, async (page, plant) => {
     await shows(page, "#message.bad", words);
     assert.deepEqual(await nodes(plant), demo);
+    assert.equal(await page.evaluate(() => location.hash), "#demo");
     assert.equal(await page.$eval("#chooser", ({ value }) => value), "demo");
     await renewed(page, () => page.evaluate((hash) => { location.hash = hash; }, good));
     assert.deepEqual(await nodes(plant), []);

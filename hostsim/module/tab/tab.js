@@ -134,8 +134,11 @@ async function begin() {
     const plant = await plantOf(location.hash.slice(1));
     const {report, kind} = await open(plant);
     present = plant;
-    if (report) say(report, kind);
+    const added = Object.keys(plant.files).map(path => /(\d+)\/([^/]+)$/.exec(path)).filter(Boolean);
+    const said = [report, ...added.map(([, id, name]) => `${name} is node ${id}.`)].filter(Boolean).join('\n');
+    if (said) say(said, kind);
   } catch (error) {
+    history.replaceState(null, '', '#demo');
     say(`${error.message}\nThis is the demo plant.`, 'bad');
     open(kDemo).catch(failure => say(failure.message, 'bad'));
   }

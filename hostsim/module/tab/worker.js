@@ -22,9 +22,9 @@ async function load() {
                     WebAssembly.compile(await response.arrayBuffer());
 }
 
-/// A file of plants/ or scenarios/ next to the page.
+/// A file of plants/ or scenarios/ next to the page, also for a dropped file that is in neither.
 async function shipped(name) {
-  const {href} = new URL(name, location);
+  const {href} = new URL(name.replace(/^(\.\.\/)+/, ''), location);
   if (!['plants/', 'scenarios/'].some(folder => href.startsWith(new URL(folder, location)))) return null;
   const response = await fetch(href);
   return response.ok ? response.text() : null;
@@ -34,7 +34,10 @@ async function shipped(name) {
 
 async function make({main, files}) {
   const made = new Instance(await module);
-  const read = async name => files[name] ?? files[name.replace(/.*\//, '')] ?? shipped(name);
+  const read = async name => {
+    const key = [name, name.replace(/.*\//, '')].find(key => Object.hasOwn(files, key));
+    return key === undefined ? shipped(name) : files[key];
+  };
   const said = () => made.call('told').map(([, text]) => text).join('').trimEnd();
   const isScenario = /^\[\[step\]\]/m.test(await read(main));
   const options = main === 'demo' ? ['--demo'] : ['--config', main];
