@@ -113,11 +113,11 @@ class Session final : private plant::NetworkListener {
   std::string plant_file_;
   bool is_only_network_;
   Time started_;
+  std::optional<Recorder> recorder_;  ///< it and trace_: the plant calls back while it is made
+  std::optional<Trace> trace_;
   plant::Plant plant_;
   journal::FindName find_name_;
   Waits waits_;
-  std::optional<Recorder> recorder_;
-  std::optional<Trace> trace_;
   std::optional<web::Api> api_;
 };
 

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT
+#include "session/session.hpp"
+
+#include <cstring>
+#include <memory>
+#include <string>
+
+#include "cli/command_line.hpp"
+#include "config/demo_plant.hpp"
+#include "support/catch.hpp"
+
+namespace cbcan::session {
+namespace {
+
+TEST_CASE("a fault that acts while the plant is made is reported, before there are views") {
+  const char* const words[] = {"cbcan-sim", "--demo", "--fault",
+                               "0x42:emcy-storm code=0x1000 interval_ms=1 count=1"};
+  const config::FileReader read =
+      config::with_demo_plant([](const std::string&) -> std::optional<std::string> { return std::nullopt; });
+  const cli::Start start = cli::parse_command_line(4, words, read);
+  REQUIRE(start.run);
+  const Time now = 0;
+  std::string told;
+  const Host host{now,
+                  false,
+                  [] { return Time{0}; },
+                  [&](std::string_view lines) { told += lines; },
+                  [](const std::string&) -> sim::ParameterStore* { return nullptr; },
+                  [] {},
+                  [] {},
+                  [] { return Served{}; },
+                  [] {}};
+  // In memory that is not 0, a member that is used too early has some value.
+  const auto memory = std::make_unique<std::byte[]>(sizeof(Session));
+  std::memset(memory.get(), 0xFF, sizeof(Session));
+  std::destroy_at(new (memory.get())
+                      Session(start.config, config::build_nodes(start.config, read), "demo", host));
+  CHECK(told ==
+        "cbcan-sim: 0.000000 node 66: fault 1: emcy-storm code=0x1000 interval_ms=1 count=1: "
+        "0C2#0010010000000000\n");
+}
+
+}  // namespace
+}  // namespace cbcan::session
