@@ -353,6 +353,22 @@ look("another network is chosen", async (page, plant) => {
   await shows(page, "#legend", /Position actual/);
 }, { options: ["--network", "2"] });
 
+look("nodes that were asked for before a network was chosen are not shown in it", async (page, plant) => {
+  await page.evaluate(async () => {
+    const { server } = await import("./server.js"), { request } = server;
+    server.request = async (path, ...more) => {
+      const response = await request(path, ...more);
+      if (path === "api/nodes?network=1") await new Promise((done) => { window.release = done; });
+      return response;
+    };
+  });
+  await page.waitForFunction(() => window.release);
+  await page.select("#network", "2");
+  await page.evaluate(() => window.release());
+  await plant.control("trigger 2/read 5 0x1000 0 4");
+  await shows(page, "#verdict", /read node 5 .*0504 0000h/);
+}, { options: ["--network", "2"] });
+
 look("a transaction that ends while a network is being chosen is in its list", async (page, plant) => {
   await plant.control("trigger 2/read 5 0x1000 0 4", "pass 1ms");
   await page.evaluate(async () => {

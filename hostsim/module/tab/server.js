@@ -6,9 +6,7 @@ const listeners = new Map();
 let last = 0, end;
 
 /// Resolves with the reason when the plant has ended.
-export const ended = new Promise(resolve => {
-  end = resolve;
-});
+export const ended = new Promise(resolve => { end = resolve; });
 
 worker.onmessage = ({data: {id, ...part}}) => {
   if (!id) return end(part.text);
@@ -24,13 +22,10 @@ function post(call, given, listen) {
   return last;
 }
 
-const answer = (call, given) => new Promise(
-    (resolve, reject) =>
-        post(call, given, part => part.error ? reject(new Error(part.error)) : resolve(part)));
+const answer = (call, given) => new Promise((resolve, reject) => post(call, given, part => part.error ? reject(new Error(part.error)) : resolve(part)));
 
-/// Starts a plant, {main, files}: the path of its file, or demo, and the texts of its files by their paths. A
-/// scenario is played first. Resolves with {report, kind}: what the plant says of its files, or the
-/// scenario's outcome, good or bad. Rejects with the plant's words.
+/// Starts a plant, {main, files}: the path of its file, or demo, and the texts of its files by their paths. A scenario is played first.
+/// Resolves with {report, kind}: what the plant says of its files, or the scenario's outcome, good or bad. Rejects with the plant's words.
 export const open = plant => answer('open', plant);
 /// The same, but what runs goes on.
 export const check = plant => answer('check', plant);
@@ -49,14 +44,9 @@ export const server = {
       if (!more) return source.onerror();
       if (!begun) source.onopen();
       begun = true;
-      for (const [, data] of text.matchAll(/^data: (.*)$/gm))
-        source.onmessage({data});
+      for (const [, data] of text.matchAll(/^data: (.*)$/gm)) source.onmessage({data});
     });
-    const source = {
-      close: () => {
-        if (listeners.delete(id)) post('drop', id, () => {});
-      }
-    };
+    const source = {close: () => { if (listeners.delete(id)) post('drop', id, () => {}); }};
     return source;
   },
 };

@@ -1,25 +1,17 @@
 // SPDX-License-Identifier: MIT
-// What the page has in a tab alone: the choice of a plant, which the address names, and files that become a
-// plant.
+// What the page has in a tab alone: the choice of a plant, which the address names, and files that become a plant.
 
-import {check, ended, open} from './server.js';
-import {kScenarios} from './shipped.js';
+import {open, check, ended} from './server.js';
 import {ask, element, make} from './state.js';
+import {kScenarios} from './shipped.js';
 
-const kPlants = {
-  demo: 'Demo plant',
-  'plants/tank.toml': 'Tank'
-};
-const kDemo = {
-  main: 'demo',
-  files: {}
-};
+const kPlants = {demo: 'Demo plant', 'plants/tank.toml': 'Tank'};
+const kDemo = {main: 'demo', files: {}};
 let present = kDemo;
 
 // ---- The address
 
-const through = async (stream, content) =>
-    new Response(new Blob([content]).stream().pipeThrough(stream)).arrayBuffer();
+const through = async (stream, content) => new Response(new Blob([content]).stream().pipeThrough(stream)).arrayBuffer();
 
 async function addressOf(plant) {
   const bytes = new Uint8Array(await through(new CompressionStream('deflate-raw'), JSON.stringify(plant)));
@@ -33,11 +25,9 @@ async function plantOf(address) {
   try {
     const text = atob(address.replace(/^plant=/, '').replaceAll('-', '+').replaceAll('_', '/'));
     const bytes = Uint8Array.from(text, letter => letter.charCodeAt(0));
-    const {main, files} =
-        JSON.parse(new TextDecoder().decode(await through(new DecompressionStream('deflate-raw'), bytes)));
+    const {main, files} = JSON.parse(new TextDecoder().decode(await through(new DecompressionStream('deflate-raw'), bytes)));
     if ([main, ...Object.values(files)].every(part => typeof part === 'string')) return {main, files};
-  } catch { /* the same message */
-  }
+  } catch { /* the same message */ }
   throw new Error('The address names no plant, or is incomplete.');
 }
 
@@ -45,11 +35,7 @@ async function plantOf(address) {
 
 /// Many tools write EDS files in the code page of Windows.
 function textOf(bytes) {
-  try {
-    return new TextDecoder('utf-8', {fatal: true}).decode(bytes);
-  } catch {
-    return new TextDecoder('windows-1252').decode(bytes);
-  }
+  try { return new TextDecoder('utf-8', {fatal: true}).decode(bytes); } catch { return new TextDecoder('windows-1252').decode(bytes); }
 }
 
 /// The present plant with a node for each of these EDS files.
@@ -59,11 +45,9 @@ async function withNodes(found) {
   const own = /^\s*node_id\s*=\s*(\w+)/m.exec(files[main])?.[1] ?? 127;
   const used = [Number(own), ...(await ask('api/nodes')).nodes.map(({node}) => node)];
   for (const [name, text] of Object.entries(found)) {
-    if (!/\.(eds|dcf)$/i.test(name))
-      throw new Error(`${name}: choose EDS or DCF files, or a plant file (TOML) and all files that it names`);
+    if (!/\.(eds|dcf)$/i.test(name)) throw new Error(`${name}: choose EDS or DCF files, or a plant file (TOML) and all files that it names`);
     let id = 1;
-    while (used.includes(id))
-      ++id;
+    while (used.includes(id)) ++id;
     used.push(id);
     const eds = `${id}/${name}`;  // no other file has this name
     files[main] += `\n[[node]]\nid = ${id}\neds = ${JSON.stringify(eds)}\n`;
@@ -74,24 +58,18 @@ async function withNodes(found) {
 
 async function take(list) {
   try {
-    const found = Object.fromEntries(
-        await Promise.all(Array.from(list, async file => [file.name, textOf(await file.arrayBuffer())])));
+    const found = Object.fromEntries(await Promise.all(Array.from(list, async file => [file.name, textOf(await file.arrayBuffer())])));
     const main = Object.keys(found).find(name => /\.toml$/i.test(name));
     const plant = main ? {main, files: found} : await withNodes(found);
     await check(plant);
     location.hash = await addressOf(plant);
-  } catch (error) {
-    say(`${error.message}\nThe plant stays as it is.`, 'bad');
-  }
+  } catch (error) { say(`${error.message}\nThe plant stays as it is.`, 'bad'); }
 }
 
 // ---- The page
 
-function say(text, className, button = 'Close', act = () => {
-  element('message').hidden = true;
-}) {
-  element('message').replaceChildren(
-      make('pre', {textContent: text}), make('button', {textContent: button, onclick: act}));
+function say(text, className, button = 'Close', act = () => { element('message').hidden = true; }) {
+  element('message').replaceChildren(make('pre', {textContent: text}), make('button', {textContent: button, onclick: act}));
   Object.assign(element('message'), {className, hidden: false});
 }
 
@@ -99,32 +77,12 @@ const group = (label, ...options) => make('optgroup', {label}, ...options);
 const words = path => path.replace(/.*\/|\.toml$/g, '').replaceAll('_', ' ');
 
 function build() {
-  const choose = make(
-      'select', {
-        id: 'chooser',
-        ariaLabel: 'Plant or scenario',
-        onchange: () => {
-          location.hash = choose.value;
-        }
-      },
-      group('Plants', ...Object.entries(kPlants).map(([path, name]) => new Option(name, path))),
-      group('Scenarios', ...kScenarios.map(path => new Option(words(path), path))));
-  const field = make('input', {
-    type: 'file',
-    id: 'files',
-    multiple: true,
-    hidden: true,
-    onchange: () => {
-      take(field.files);
-      field.value = '';
-    }
-  });
-  const button = make('button', {
-    textContent: 'Add files',
-    onclick: () => field.click(),
-    title:
-        'An EDS file becomes a node, also if you drop it on the page. A plant file and its EDS files become the plant.'
-  });
+  const choose = make('select', {id: 'chooser', ariaLabel: 'Plant or scenario', onchange: () => { location.hash = choose.value; }},
+    group('Plants', ...Object.entries(kPlants).map(([path, name]) => new Option(name, path))),
+    group('Scenarios', ...kScenarios.map(path => new Option(words(path), path))));
+  const field = make('input', {type: 'file', id: 'files', multiple: true, hidden: true, onchange: () => { take(field.files); field.value = ''; }});
+  const button = make('button', {textContent: 'Add files', onclick: () => field.click(),
+    title: 'An EDS file becomes a node, also if you drop it on the page. A plant file and its EDS files become the plant.'});
   document.querySelector('.tools').prepend(choose, button, field);
   document.querySelector('header').after(make('div', {id: 'message', role: 'status', hidden: true}));
 }
@@ -143,8 +101,7 @@ async function begin() {
     open(kDemo).catch(failure => say(failure.message, 'bad'));
   }
   const choose = element('chooser');
-  if (Object.keys(present.files).length)
-    choose.prepend(new Option(`Your ${present.main.replace(/.*\//, '')}`, present.main));
+  if (Object.keys(present.files).length) choose.prepend(new Option(`Your ${present.main.replace(/.*\//, '')}`, present.main));
   choose.value = present.main;
 }
 

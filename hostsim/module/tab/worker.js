@@ -10,16 +10,13 @@ const module = load();
 const streams = new Map();  // of the page's requests
 const channel = new MessageChannel();
 let instance, begin, timer, base, last = 0, turning = false, ended = '';
-const begun = new Promise(resolve => {
-  begin = resolve;
-});
+const begun = new Promise(resolve => { begin = resolve; });
 
 async function load() {
   const response = await fetch('cbcan.wasm');
   if (!response.ok) throw new Error(`cbcan.wasm: ${response.status} ${response.statusText}`);
   const streamed = response.headers.get('Content-Type') === 'application/wasm';
-  return streamed ? WebAssembly.compileStreaming(response) :
-                    WebAssembly.compile(await response.arrayBuffer());
+  return streamed ? WebAssembly.compileStreaming(response) : WebAssembly.compile(await response.arrayBuffer());
 }
 
 /// A file of plants/ or scenarios/ next to the page, also for a dropped file that is in neither.
@@ -41,8 +38,7 @@ async function make({main, files}) {
   const said = () => made.call('told').map(([, text]) => text).join('').trimEnd();
   const isScenario = /^\[\[step\]\]/m.test(await read(main));
   const options = main === 'demo' ? ['--demo'] : ['--config', main];
-  const started =
-      await made.start(isScenario ? ['run', main] : [...options, '--http', kHere], {read, folder: '.'});
+  const started = await made.start(isScenario ? ['run', main] : [...options, '--http', kHere], {read, folder: '.'});
   if (isScenario) {
     await made.play(0, {read});
     const report = said(), {exit} = made.call('played');
@@ -72,8 +68,7 @@ async function check(plant) {
 /// For whatever reason the plant has ended, it is not used any more.
 function stop(text) {
   ended = text;
-  for (const [id, {status}] of streams)
-    postMessage({id, status, text: '', more: false});
+  for (const [id, {status}] of streams) postMessage({id, status, text: '', more: false});
   streams.clear();
   postMessage({text});
 }
@@ -83,10 +78,8 @@ function stop(text) {
 /// Microseconds. After a sleep of the machine or the tab the plant goes on where it was.
 function now() {
   const passed = (performance.now() - base) * 1000 - last;
-  if (passed > kMostBehind)
-    base += passed / 1000;
-  else
-    last += Math.floor(passed);
+  if (passed > kMostBehind) base += passed / 1000;
+  else last += Math.floor(passed);
   return last;
 }
 
@@ -96,20 +89,13 @@ function turn() {
   if (ended) return;
   try {
     const time = now(), next = instance.pass(time);
-    for (const [id, stream] of streams)
-      fill(id, stream);
+    for (const [id, stream] of streams) fill(id, stream);
     for (const [to, text] of instance.call('told'))
-      if (to === 'end')
-        return stop('The plant has been shut down.');
-      else if (text)
-        console.info(text.trimEnd());
-    if (next <= time)
-      soon();
-    else
-      timer = setTimeout(turn, Math.min(kTurn, (next - time) / 1000));
-  } catch (error) {
-    stop(error.message);
-  }
+      if (to === 'end') return stop('The plant has been shut down.');
+      else if (text) console.info(text.trimEnd());
+    if (next <= time) soon();
+    else timer = setTimeout(turn, Math.min(kTurn, (next - time) / 1000));
+  } catch (error) { stop(error.message); }
 }
 
 function soon() {
@@ -126,8 +112,8 @@ async function request({path, method = 'GET', body = ''}, id) {
   try {
     if (ended) throw new Error(ended);
     instance.pass(now());
-    const {status, stream, body: text = ''} = instance.call(
-        'respond', {method, path: decodeURIComponent(url.pathname), query, body, host: url.host});
+    const {status, stream, body: text = ''} =
+      instance.call('respond', {method, path: decodeURIComponent(url.pathname), query, body, host: url.host});
     if (stream) streams.set(id, {stream, status});
     soon();
     return {status, text, more: Boolean(stream)};
@@ -150,16 +136,7 @@ function drop(id) {
 }
 
 channel.port1.onmessage = turn;
-const calls = {
-  open,
-  check,
-  request,
-  drop
-};
+const calls = {open, check, request, drop};
 onmessage = async ({data: {id, call, given}}) => {
-  try {
-    postMessage({id, ...await calls[call](given, id)});
-  } catch (error) {
-    postMessage({id, error: error.message});
-  }
+  try { postMessage({id, ...await calls[call](given, id)}); } catch (error) { postMessage({id, error: error.message}); }
 };

@@ -28,13 +28,9 @@ function rates() {
 
 function facts() {
   const {frames, requests, load} = rates(), about = state.about;
-  const parts = {
-    time: clock(about.time),
-    ...about.modbus &&
-        {Modbus: about.modbus, clients: about.clients, 'requests/s': number(Math.round(requests))},
-    'frames/s': number(Math.round(frames)),
-    'bus load': load
-  };
+  const parts = {time: clock(about.time),
+    ...about.modbus && {Modbus: about.modbus, clients: about.clients, 'requests/s': number(Math.round(requests))},
+    'frames/s': number(Math.round(frames)), 'bus load': load};
   if (state.missed) parts['left out'] = number(state.missed);
   const host = element('facts');
   if (host.children.length !== Object.keys(parts).length)

@@ -128,8 +128,10 @@ async function refresh() {
   if (asking) { again = true; return; }
   asking = true;
   again = false;
+  const network = state.network;
   const found = await Promise.all([ask('api/time'), askNetwork('api/nodes'), askNetwork('api/registers')]).catch(() => null);
   asking = false;
+  if (network !== state.network) return refresh();
   timer = setTimeout(refresh, again ? 120 : 1000);
   if (!found) return;  // the stream reports the failure
   const [about, {nodes}, {registers}] = found;
