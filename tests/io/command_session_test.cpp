@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "adapters/command_session.hpp"
 
+#include "io/sockets/stream_server.hpp"
 #include "stream_client.hpp"
 #include "support/catch.hpp"
 #include "turns.hpp"

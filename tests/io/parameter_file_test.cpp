@@ -4,6 +4,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "io/errors.hpp"
 #include "support/catch.hpp"
 #include "temporary_folder.hpp"
 

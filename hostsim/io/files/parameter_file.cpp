@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "files/read_file.hpp"
+#include "io/errors.hpp"
 #include "io/loop/descriptor.hpp"
 
 namespace cbcan::io {
