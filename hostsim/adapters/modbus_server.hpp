@@ -62,9 +62,13 @@ class ModbusServer {
     const Bytes pdu = bytes.subspan(kPduOffset);
     const Served to = served_[bytes[kUnitOffset]];
     const bool reached = !to.registers.empty();
-    const ModbusRequest request = reached ? look_at_request(pdu, to.registers.size())
-                                          : ModbusRequest{ModbusException::kGatewayPathUnavailable};
+    ModbusRequest request = reached ? look_at_request(pdu, to.registers.size())
+                                    : ModbusRequest{ModbusException::kGatewayPathUnavailable};
     ++counters_.requests;
+    ModbusDisturbance disturbance;
+    if (reached && to.unit->disturbed()) disturbance = to.unit->disturb(pdu, request.written.count != 0);
+    if (!disturbance.executed && disturbance.exception == 0) return false;
+    if (!disturbance.executed) request = {static_cast<ModbusException>(disturbance.exception)};
     if (request.written.count != 0) {
       to.unit->advance_due();
       const auto [first, count] = request.written;
@@ -74,12 +78,13 @@ class ModbusServer {
     }
     if (request.read.first + request.read.count > regmap::kDiagnosticsFirst) to.unit->on_diagnostics();
     const Bytes response = respond(bytes, request, to.registers);
-    const bool alive = send(response);
+    bool alive = disturbance.ends || send(response);
     if (!reached) return alive;
     if (to.unit->listens())
       to.unit->on_exchange({client, static_cast<std::uint16_t>(word(bytes, 0)), bytes[kUnitOffset],
                             static_cast<std::uint8_t>(request.exception), pdu, response.subspan(kPduOffset)});
     to.unit->on_request(request.exception == ModbusException::kNone, request.written);
+    if (disturbance.ends) alive = to.unit->end_disturbance() && send(response);
     return alive;
   }
 

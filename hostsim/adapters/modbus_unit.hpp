@@ -18,6 +18,13 @@ struct ModbusExchange {
   std::span<const std::uint8_t> response;  ///< PDU
 };
 
+/// What an injected fault does with a request.
+struct ModbusDisturbance {
+  bool executed = true;        ///< false: the connection is closed, or
+  std::uint8_t exception = 0;  ///< the response is this exception; 0 = none
+  bool ends = false;           ///< end_disturbance() is called before the response
+};
+
 /// What a unit ID selects: a network's registers, and the observer of what Modbus does with them.
 class ModbusUnit {
  public:
@@ -31,6 +38,12 @@ class ModbusUnit {
   /// A client is about to write outside R3700..R3769. Client numbers increase; a line is 0.
   virtual void on_writer(std::uint32_t /*client*/, const ModbusRange& /*written*/) {}
 
+  /// disturb() is to be called with the PDU of each request.
+  bool disturbed() const { return disturbed_; }
+  virtual ModbusDisturbance disturb(std::span<const std::uint8_t> /*pdu*/, bool /*writes*/) { return {}; }
+  /// The effects of the request have happened. False: there is no response, and the connection is closed.
+  virtual bool end_disturbance() { return true; }
+
   /// A request to this unit has been answered, and no client's next one has been read yet. `valid`: without an
   /// exception; `written`: the range that it wrote. Must not destroy the server.
   virtual void on_request(bool valid, const ModbusRange& written) = 0;
@@ -41,6 +54,8 @@ class ModbusUnit {
 
  protected:
   ~ModbusUnit() = default;
+
+  bool disturbed_ = false;
 };
 
 }  // namespace cbcan::adapters

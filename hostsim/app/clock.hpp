@@ -30,6 +30,8 @@ class Clock {
   virtual bool runs() const { return true; }
   /// For output that may not be read in time, in bytes: on a manual clock hours may pass at once.
   std::size_t most_waiting() const { return runs() ? io::Output::kMostWaiting : 256 * 1024 * 1024; }
+  /// Lets this time pass in the plant before it returns.
+  virtual void pass(Simulator& simulator, Time duration);
   /// Until the program is to stop.
   virtual void drive(Simulator& simulator);
 

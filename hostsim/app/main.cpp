@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "app/console.hpp"
+#include "app/explore.hpp"
 #include "app/run.hpp"
 #include "app/simulator.hpp"
 #include "cli/command_line.hpp"
@@ -77,13 +78,15 @@ void check_parameters(const config::Config& config) {
 
 int run(const cli::Start& start, const config::FileReader& read, Console& console) {
   const config::Config& config = start.config;
-  config::PlantBuild build = config::build_nodes(config, read);
+  config::EdsFiles files(read);
+  config::PlantBuild build = config::build_nodes(config, files);
   for (const std::string& line : build.lines)
     console.tell((line.starts_with('-') ? "cbcan-sim: " : "") + text::to_utf8(line) +
                  "\n");  // about an option, not a file
   if (build.good) check_places(config);
   if (build.good && start.check) check_parameters(config);
   if (!build.good || start.check) return code(build.good ? ExitCode::kDone : ExitCode::kUsage);
+  if (start.search.explore || !start.search.seeds.empty()) return run_many(start, files, console);
   Simulator simulator(config, std::move(build), start.plant_file, console, start.command.empty());
   int exit_code = code(ExitCode::kDone);
   if (start.command.empty()) {
@@ -108,9 +111,10 @@ int start(int argc, char** argv, Console& console) {
     console.say(start.out);
     return code(start.run ? run_scenarios(start.config, read, console) : start.exit_code);
   }
-  const cli::Start start = cli::parse_command_line(argc, argv, read);
+  cli::Start start = cli::parse_command_line(argc, argv, read);
   console.tell(start.err);
   console.say(start.out);
+  if (start.run) inject_only(start);
   return start.run ? run(start, read, console) : code(start.exit_code);
 }
 

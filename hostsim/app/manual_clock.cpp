@@ -3,6 +3,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <optional>
 #include <utility>
 
@@ -54,6 +55,13 @@ void ManualClock::take_lines(io::LineInput& input, Simulator& simulator) {
     say(simulator.session().execute(*line, dialogue_));
     if (simulator.session().waits().want_time()) let_time_pass(simulator);
     say(std::exchange(dialogue_->unsent, {}));
+  }
+}
+
+void ManualClock::pass(Simulator& simulator, Time duration) {
+  for (const Time end = now_ + duration; now_ < end;) {
+    now_ = std::max(now_, earlier(end, simulator.session().plant().next_deadline()));
+    simulator.session().advance_and_answer();
   }
 }
 

@@ -23,6 +23,7 @@ class ManualClock final : public Clock {
 
   Time wall_offset() const override { return 0; }
   bool runs() const override { return false; }
+  void pass(Simulator& simulator, Time duration) override;
   void drive(Simulator& simulator) override;
 
  private:

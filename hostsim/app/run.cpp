@@ -8,6 +8,8 @@
 #include <atomic>
 #include <exception>
 #include <filesystem>
+#include <functional>
+#include <iterator>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -15,6 +17,7 @@
 #include <utility>
 #include <vector>
 
+#include "app/explore.hpp"
 #include "app/target.hpp"
 #include "io/can/candump_log.hpp"
 #include "io/loop/output.hpp"
@@ -44,21 +47,22 @@ class Runner {
  public:
   Runner(const cli::RunConfig& config, const config::FileReader& read) : config_(config), read_(read) {}
 
-  Outcome play(const std::string& file) const {
-    return scenario::play_file(file, read_, [this](scenario::Scenario& scenario) {
-      return config_.target.empty() ? play_on_plant(scenario) : play_on_target(scenario);
+  Outcome play(const std::string& file, std::uint32_t seed, config::EdsFiles& files) const {
+    return scenario::play_file(file, read_, [&](scenario::Scenario& scenario) {
+      if (!config_.seeds.empty()) scenario.config.seed = seed;
+      return config_.target.empty() ? play_on_plant(scenario, files) : play_on_target(scenario);
     });
   }
 
  private:
-  Outcome play_on_plant(const scenario::Scenario& scenario) const {
+  Outcome play_on_plant(const scenario::Scenario& scenario, config::EdsFiles& files) const {
     scenario::PlantRun run{config_.check, pace(), {}};
     if (!config_.logs.empty())
       run.log = [this, &scenario](std::size_t network) {
         const std::string path = fs::path(config_.logs) / scenario::log_name(scenario.file, network);
         return std::make_shared<io::CandumpLog>(path, "virtual", 0, [](const std::string&) {});
       };
-    return scenario::play_on_plant(scenario, read_, run);
+    return scenario::play_on_plant(scenario, files, run);
   }
 
   Outcome play_on_target(scenario::Scenario& scenario) const {
@@ -90,51 +94,81 @@ class Runner {
   const config::FileReader& read_;
 };
 
-/// Shows progress on a terminal.
+/// Collects results, and shows progress on a terminal.
 class Progress {
  public:
   explicit Progress(std::size_t all) : all_(all) {}
-  ~Progress() { tell("\r\033[K"); }
-  void done(const Outcome& outcome) {
+  ~Progress() {
+    if (is_terminal_) tell("\r\033[K");
+  }
+  /// `keep`: one at a time.
+  void done(const Outcome& outcome, const auto& keep) {
     const std::scoped_lock lock(mutex_);
     failed_ += outcome.verdict == Verdict::kFailed || outcome.verdict == Verdict::kWrong ? 1 : 0;
-    tell(fmt::format("\r{} of {}, {} failed", ++done_, all_, failed_));
+    if (is_terminal_) tell(fmt::format("\r{} of {}, {} failed", ++done_, all_, failed_));
+    keep();
   }
 
  private:
   static void tell(const std::string& text) {
-    static const bool is_terminal = ::isatty(STDERR_FILENO) != 0;
-    if (is_terminal && ::write(STDERR_FILENO, text.data(), text.size()) < 0) return;
+    if (::write(STDERR_FILENO, text.data(), text.size()) < 0) return;
   }
+  const bool is_terminal_ = ::isatty(STDERR_FILENO) != 0;
   std::mutex mutex_;
   std::size_t all_;
   std::size_t done_ = 0;
   std::size_t failed_ = 0;
 };
 
+/// The longest files first, so that at the end no processor waits for a long one.
+std::vector<std::size_t> by_length(const std::vector<std::string>& files) {
+  std::vector<std::pair<std::uintmax_t, std::size_t>> sizes;
+  std::error_code error;
+  for (std::size_t i = 0; i < files.size(); ++i)
+    sizes.emplace_back(fs::file_size(files[i], error), i);
+  std::ranges::stable_sort(sizes, std::greater{}, &std::pair<std::uintmax_t, std::size_t>::first);
+  std::vector<std::size_t> order;
+  std::ranges::transform(sizes, std::back_inserter(order), [](const auto& size) { return size.second; });
+  return order;
+}
+
 /// config.jobs at a time: plants are independent of each other.
 std::vector<Outcome> play_all(const std::vector<std::string>& files, const cli::RunConfig& config,
                               const config::FileReader& read) {
   const Runner runner(config, read);
-  std::vector<Outcome> outcomes(files.size());
-  Progress progress(files.size());
+  const cli::Seeds seeds = config.seeds.empty() ? cli::Seeds{} : cli::seeds_of(config.seeds);
+  const std::size_t of_each = std::size_t{seeds.last} - seeds.first + 1;
+  const std::size_t all = files.size() * of_each;
+  const std::vector<std::size_t> order = by_length(files);
+  std::vector<scenario::SeedOutcomes> outcomes(files.size());
+  Progress progress(all);
   std::atomic<std::size_t> next = 0;
   const auto work = [&] {
-    for (std::size_t i = next++; i < files.size(); i = next++) {
+    config::EdsFiles eds_files(read);
+    for (std::size_t i = next++; i < all; i = next++) {
+      const std::size_t file = order[i / of_each];
+      const auto seed = static_cast<std::uint32_t>(seeds.first + i % of_each);
+      Outcome outcome;
       try {
-        outcomes[i] = runner.play(files[i]);
+        outcome = runner.play(files[file], seed, eds_files);
       } catch (const std::exception& error) {
-        outcomes[i] = {Verdict::kWrong, 0, text::to_utf8(error.what()) + "\n"};
+        outcome = {Verdict::kWrong, 0, text::to_utf8(error.what()) + "\n"};
       }
-      progress.done(outcomes[i]);
+      progress.done(outcome, [&] { outcomes[file].add(seed, std::move(outcome)); });
     }
   };
-  const std::size_t at_a_time = std::min<std::size_t>(config.jobs, files.size());
-  std::vector<std::jthread> others(at_a_time - std::min<std::size_t>(at_a_time, 1));
+  const std::size_t one_after_the_other =
+      config.jobs != 0 ? config.jobs : 1;  // on a target, which keeps its state
+  const std::size_t threads = std::min(config.target.empty() ? at_a_time(config) : one_after_the_other, all);
+  std::vector<std::jthread> others(threads - std::min<std::size_t>(threads, 1));
   for (std::jthread& other : others)
     other = std::jthread(work);
   work();
-  return outcomes;
+  others.clear();
+  std::vector<Outcome> of_files;
+  for (std::size_t i = 0; i < files.size(); ++i)
+    of_files.push_back(outcomes[i].sum("cbcan-sim run", files[i]));
+  return of_files;
 }
 
 }  // namespace
@@ -144,9 +178,14 @@ options::ExitCode run_scenarios(const cli::RunConfig& config, const config::File
   std::error_code error;
   if (!config.logs.empty() && !fs::is_directory(config.logs, error))
     throw io::UsageError("--log " + config.logs + ": there is no such folder; make it first");
+  if (const cli::Seeds seeds = cli::seeds_of(config.seeds.empty() ? "0" : config.seeds);
+      !config.logs.empty() && seeds.first != seeds.last)
+    throw io::UsageError(fmt::format(
+        "--log with --seeds {}: every run would write the same file; give one seed", config.seeds));
   const cli::Shard shard = cli::shard_of(config.shard);
   const std::vector<std::string> files =
       scenario::scenario_files(config.paths, shard.part, shard.parts, list_folder, read);
+  if (config.explore) return explore_scenarios(files, config, read, console);
   std::optional<io::Output> results;
   if (!config.junit.empty()) results.emplace(io::Output::open("--junit", config.junit));
   const std::vector<Outcome> outcomes = play_all(files, config, read);

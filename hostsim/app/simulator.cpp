@@ -4,8 +4,10 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <chrono>
 #include <csignal>
 #include <filesystem>
+#include <thread>
 #include <utility>
 
 #include "adapters/command_session.hpp"
@@ -61,10 +63,12 @@ void Simulator::open_session(const config::Config& config, config::PlantBuild bu
       network->poll_outside();
   };
   const auto shut_down = [this] { child_ ? child_->signal(SIGTERM) : void(stopping_ = true); };
-  session_.emplace(config, std::move(build), std::move(plant_file),
-                   session::Host{clock_->now(), runs_, io::Reactor::now,
-                                 [this](std::string_view lines) { console_.tell(lines); }, store,
-                                 advance_buses, [this] { flush(); }, [this] { return served(); }, shut_down});
+  session_.emplace(
+      config, std::move(build), std::move(plant_file),
+      session::Host{clock_->now(), runs_, io::Reactor::now,
+                    [this](std::string_view lines) { console_.tell(lines); }, store, advance_buses,
+                    [this] { flush(); }, [this] { return served(); }, shut_down, [this] { start_command(); },
+                    [this](Time duration) { clock_->pass(*this, duration); }});
   for (std::size_t i = 0; i < config.networks.size(); ++i) {
     const config::NetworkConfig& network = config.networks[i];
     connections_.push_back(std::make_unique<BusConnections>(
@@ -173,8 +177,14 @@ void Simulator::run() {
   if (commands_) commands_->flush();
 }
 
+void Simulator::start_command() {
+  if (!command_.empty())
+    child_.emplace(reactor_, command_, addresses().environment(), [this] { signals_.restore(); });
+}
+
 int Simulator::run(const std::vector<std::string>& command) {
-  child_.emplace(reactor_, command, addresses().environment(), [this] { signals_.restore(); });
+  command_ = command;
+  start_command();
   signals_.pass_on([this](int number) { child_->signal(number); });
   run();
   return child_->exit_code().value_or(0);
@@ -260,6 +270,12 @@ Time Simulator::observers_deadline() const {
   for (const BusConnections* network : connected_)
     next = earlier(next, network->next_deadline());
   return next;
+}
+
+/// The plant does afterwards what was due.
+void Clock::pass(Simulator& /*simulator*/, Time duration) {
+  std::this_thread::sleep_for(std::chrono::microseconds(duration));
+  reactor_.read_clock();
 }
 
 void Clock::drive(Simulator& simulator) {

@@ -54,8 +54,11 @@ class Simulator {
   /// Sends the output of it.
   void flush();
   session::Session& session() { return *session_; }
+  /// On a manual clock.
+  void pass(Time duration) { clock_->pass(*this, duration); }
 
  private:
+  void start_command();
   void open_session(const config::Config& config, config::PlantBuild build, std::string plant_file);
   plant::Plant& plant() { return session_->plant(); }
   void open_modbus(const config::Config& config);
@@ -89,6 +92,7 @@ class Simulator {
   std::optional<io::ModbusSerial> rtu_;
   std::optional<io::StreamServer> rtu_tcp_;
   std::optional<io::HttpServer> http_;
+  std::vector<std::string> command_;  ///< after --
   std::optional<io::ChildProcess> child_;
 };
 

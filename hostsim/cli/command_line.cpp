@@ -122,8 +122,7 @@ bool is_eds(std::string_view text) {
   return false;
 }
 
-config::Diagnostics read_plant_of(const Argument& plant, const config::FileReader& read,
-                                  config::Config& config) {
+config::Diagnostics read_plant_of(const Argument& plant, const config::FileReader& read, Start& start) {
   const std::string path(plant.option == kDemoOption ? config::kDemoPlant : plant.text);
   const std::string option = fmt::format("{} {}", kConfigOption, path);
   const auto text = read(path);
@@ -132,7 +131,8 @@ config::Diagnostics read_plant_of(const Argument& plant, const config::FileReade
   if (is_eds(*text))
     return {config::about_option(
         option, "this is an EDS or DCF file, not a plant file; --node 5=FILE is a node made from it")};
-  return config::read_plant(*text, path, config);
+  start.plant_text = *text;
+  return config::read_plant(*text, path, start.config, {}, &read);
 }
 
 std::string remarks_on(const config::NetworkConfig& network) {
@@ -191,16 +191,26 @@ Start parse_command_line(int argc, const char* const* argv, const config::FileRe
   Start start;
   config::Diagnostics problems;
   if (const Argument* const plant = typed.plant()) {
-    problems = read_plant_of(*plant, read, start.config);
+    problems = read_plant_of(*plant, read, start);
     start.plant_file = plant->option == kDemoOption ? kDemo : plant->text;
   }
-  config::Diagnostics of_options = apply_options(typed.arguments, start.config);
+  config::Diagnostics of_options = apply_options(typed.arguments, start.config, start.search);
   // After mistakes in the plant file, nodes that options refer to may be missing.
   if (problems.empty()) problems = std::move(of_options);
+  for (const auto& row : search_settings())
+    if (typed.command.empty() && typed.count(options::option_name(row.option)) != 0)
+      problems.push_back(config::about_option(options::option_name(row.option),
+                                              "is for a COMMAND: write -- and the command after it"));
+  if (start.search.explore || !start.search.seeds.empty()) start.config.clock = config::ClockKind::kManual;
   if (!typed.command.empty()) use_free_addresses(typed, start.config);
   std::ranges::move(check(start.config), std::back_inserter(problems));
   if (!problems.empty()) return refuse(std::move(problems));
 
+  for (const Argument& argument : typed.arguments)
+    if (std::ranges::none_of(search_settings(), [&](const auto& row) {
+          return options::option_name(row.option) == argument.option;
+        }))
+      start.words.push_back(fmt::format("{} {}", argument.option, argument.text));
   start.run = true;
   start.check = typed.count(kCheckOption) != 0;
   start.command = typed.command;

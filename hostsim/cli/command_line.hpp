@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/search_options.hpp"
 #include "config/config.hpp"
 #include "config/files.hpp"
 #include "options/exit_code.hpp"
@@ -26,6 +27,9 @@ struct Start {
   /// After "--": a program and its arguments. It runs with the plant at free addresses of this machine, except
   /// for addresses from options.
   std::vector<std::string> command = {};
+  SearchConfig search = {};             ///< of the command
+  std::vector<std::string> words = {};  ///< all others, apart from those for `search`
+  std::string plant_text = {};          ///< of plant_file
 };
 
 /// `argv[0]` is the program's name. `read` reads plant files, also that of the demo (with_demo_plant()); EDS

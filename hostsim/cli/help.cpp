@@ -94,6 +94,7 @@ constexpr std::array kSections = std::to_array<Section>({
     {"control", "Commands at run time"},
     {"http", "HTTP"},
     {"log", "Log"},
+    {"search", "Many runs of a COMMAND"},
     {"node", "Simulated nodes (these may be given several times)"},
     {"help", "Help"},
 });
@@ -106,6 +107,8 @@ std::string section_text(const Section& section) {
   };
   std::ranges::for_each(option_rows(), add);
   config::for_each_setting([&](const auto& row) { add(row, config::standard_of(row)); });
+  for (const auto& row : search_settings())
+    add(row);
   std::ranges::for_each(options::help_rows(), add);
   return text;
 }

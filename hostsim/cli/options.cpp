@@ -47,7 +47,7 @@ constexpr auto kRows = std::to_array<Row>({
     {.key = "node.eds", .option = "--node ID=FILE",
      .help = "A node, and its device description: an EDS or DCF file; one that the plant has gets this file instead"},
     {.key = "node.faults", .option = "--fault ID:KIND KEY=VALUE...",
-     .help = "A fault of a node, or of the bus with bus for ID; one argument: --fault \"5:response-late delay_ms=50 "
+     .help = "A fault of a node, or of the bus or the PLC with bus or plc for ID; one argument: --fault \"5:response-late delay_ms=50 "
              "count=1\"; docs/reference/faults.md lists kinds and keys"},
     {.key = "node.wire", .option = "--wire FROM=TO KEY=VALUE...",
      .help = "Connects an output or object to an input; one argument: --wire \"66:output:1=5:0x2001 scale=100\""},
@@ -56,7 +56,8 @@ constexpr auto kRows = std::to_array<Row>({
 
 class Options {
  public:
-  Options(const Arguments& arguments, config::Config& config) : arguments_(arguments), config_(config) {}
+  Options(const Arguments& arguments, config::Config& config, SearchConfig& search)
+      : arguments_(arguments), config_(config), search_(search) {}
 
   /// Nodes first: options before --node may refer to them.
   config::Diagnostics apply() {
@@ -109,6 +110,7 @@ class Options {
     if (argument.option == "--no-module") network_->module.enabled = false;
     apply_row(config::network_settings(), *network_, argument);
     apply_row(config::settings(), config_, argument);
+    apply_row(search_settings(), search_, argument);
   }
 
   static config::Place at(const Argument& argument) {
@@ -160,15 +162,13 @@ class Options {
     const auto parts = text::split(text, ':');
     if (!parts)
       return complain(
-          "must be ID:KIND KEY=VALUE... or bus:KIND KEY=VALUE..., such as 5:response-late delay_ms=50");
-    const bool of_bus = parts->first == "bus";
-    config::NodeConfig* node = of_bus ? nullptr : find(parts->first);
-    if (!of_bus && node == nullptr)
-      return complain(fmt::format("there is no node {0}; add --node {0}=FILE.eds", parts->first));
-    const sim::FaultOrProblem made =
-        sim::parse_fault(parts->second, of_bus ? sim::FaultPlace::kBus : sim::FaultPlace::kNode);
+          "must be ID:KIND KEY=VALUE..., with bus or plc instead of the ID or not, such as 5:response-late "
+          "delay_ms=50");
+    const auto list = config::faults_at(*network_, parts->first);
+    if (!list) return complain(fmt::format("there is no node {0}; add --node {0}=FILE.eds", parts->first));
+    const sim::FaultOrProblem made = sim::parse_fault(parts->second, list->place);
     if (!made.problem.empty()) return complain(made.problem);
-    (of_bus ? network_->can.faults : node->faults).push_back({made.fault, where_});
+    list->faults->push_back({made.fault, where_});
   }
 
   /// FROM=TO becomes two keys.
@@ -191,6 +191,7 @@ class Options {
 
   const Arguments& arguments_;
   config::Config& config_;
+  SearchConfig& search_;
   config::NetworkConfig* network_ = &config_.networks.front();  ///< of the current argument
   config::Place where_;                                         ///< the current argument
   config::Diagnostics found_;
@@ -202,12 +203,18 @@ std::span<const Row> option_rows() {
   return kRows;
 }
 
+std::span<const Setting<SearchConfig>> search_settings() {
+  static constexpr auto kSearch = search_rows<SearchConfig>();
+  return kSearch;
+}
+
 std::vector<std::string_view> all_options() {
   std::vector<std::string_view> options;
   const auto add = [&options](const Row& row) {
     if (!row.option.empty()) options.push_back(row.option);
   };
   config::for_each_setting(add);
+  std::ranges::for_each(search_settings(), add);
   std::ranges::for_each(kRows, add);
   std::ranges::for_each(options::help_rows(), add);
   return options;
@@ -222,7 +229,8 @@ std::size_t network_number(std::string_view text) {
 
 bool is_about_whole_plant(std::string_view option) {
   const auto is_it = [option](const Row& row) { return options::option_name(row.option) == option; };
-  return option == "--modbus" || std::ranges::any_of(config::settings(), is_it);
+  return option == "--modbus" || std::ranges::any_of(config::settings(), is_it) ||
+         std::ranges::any_of(search_settings(), is_it);
 }
 
 bool is_repeatable(std::string_view option) {
@@ -231,8 +239,8 @@ bool is_repeatable(std::string_view option) {
   return std::ranges::find(kRepeatable, option) != kRepeatable.end();
 }
 
-config::Diagnostics apply_options(const Arguments& arguments, config::Config& config) {
-  return Options(arguments, config).apply();
+config::Diagnostics apply_options(const Arguments& arguments, config::Config& config, SearchConfig& search) {
+  return Options(arguments, config, search).apply();
 }
 
 }  // namespace cbcan::cli

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "cli/search_options.hpp"
 #include "config/config.hpp"
 #include "options/command.hpp"
 
@@ -22,6 +23,9 @@ inline constexpr std::string_view kNetworkOption = "--network";
 
 /// Options that belong to no single setting; their keys begin with their section of --help.
 std::span<const options::Row> option_rows();
+
+/// Options for many runs of a command.
+std::span<const options::Setting<SearchConfig>> search_settings();
 
 /// Every option, each once, as --help shows it.
 std::vector<std::string_view> all_options();
@@ -44,6 +48,6 @@ std::string help_text();
 std::string short_help_text();
 
 /// Applies options to what the plant file has set. Returns all mistakes; a wrong option changes nothing.
-config::Diagnostics apply_options(const Arguments& arguments, config::Config& config);
+config::Diagnostics apply_options(const Arguments& arguments, config::Config& config, SearchConfig& search);
 
 }  // namespace cbcan::cli

@@ -20,10 +20,6 @@ namespace cbcan::cli {
 
 namespace {
 
-options::Problem check_shard(const text::Value& value) {
-  return options::problem_of([&] { shard_of(std::get<std::string>(value)); });
-}
-
 options::Problem check_target(const text::Value& value) {
   return options::problem_of([&] { target_of(std::get<std::string>(value)); });
 }
@@ -31,16 +27,10 @@ options::Problem check_target(const text::Value& value) {
 using options::setting;
 
 // clang-format off
-constexpr std::array kRunRows{
-    setting<&RunConfig::junit>({.key = "run.junit", .option = "--junit FILE", .help = "Writes the results as JUnit XML",
-                            .form = options::Form::kPath, .domain = "a path"}),
+constexpr std::array kOwnRows{
     setting<&RunConfig::logs>({.key = "run.log", .option = "--log FOLDER",
                            .help = "Writes the bus of each scenario there, in the format of candump -L",
                            .form = options::Form::kPath, .domain = "a path"}),
-    setting<&RunConfig::jobs>({.key = "run.jobs", .option = "-j, --jobs N", .help = "Number of scenarios played at a time", .low = 1, .high = 1000}),
-    setting<&RunConfig::shard>({.key = "run.shard", .option = "--shard I/N",
-                            .help = "Plays part I of N, always the same scenarios",
-                            .domain = "I/N", .check = check_shard}),
     setting<&RunConfig::real_time>({.key = "run.real_time", .option = "--real-time", .help = "Runs in real time"}),
     setting<&RunConfig::target>({.key = "run.target", .option = "--target HOST:PORT|rtu:DEV,BAUD,PARITY",
                              .help = "Plays on the registers of this Modbus server, in real time; expectations about nodes and frames are "
@@ -53,6 +43,13 @@ constexpr std::array kRunWords{
                             .help = "Scenarios; of a folder all files *.toml that have a [[step]], in it and below"}),
 };
 // clang-format on
+
+constexpr auto kRunRows = [] {
+  constexpr auto kShared = search_rows<RunConfig>();
+  std::array<options::Setting<RunConfig>, kShared.size() + kOwnRows.size()> rows{};
+  std::ranges::copy(kOwnRows, std::ranges::copy(kShared, rows.begin()).out);
+  return rows;
+}();
 
 constexpr options::Command<RunConfig> kRun{
     "cbcan-sim run", "plays scenarios; docs/reference/scenarios.md explains them", kRunWords, kRunRows};
@@ -77,15 +74,6 @@ TargetPlace target_of(const std::string& text) {
       throw text::UsageError(fmt::format("{}: {}", text::value_text(value), problem));
   place.line.baud = baud;
   return place;
-}
-
-Shard shard_of(const std::string& text) {
-  const auto sides = text::split(text, '/');
-  const auto part = sides ? text::parse<std::size_t>(sides->first) : std::nullopt;
-  const auto parts = sides ? text::parse<std::size_t>(sides->second) : std::nullopt;
-  if (!part || !parts || *part < 1 || *part > *parts)
-    throw text::UsageError("must be I/N, the I-th part of N, such as 1/4");
-  return {*part, *parts};
 }
 
 RunStart parse_run_command_line(std::span<const char* const> words) {

@@ -3,24 +3,21 @@
 
 /// The command line of `cbcan-sim run`, which plays scenarios.
 
-#include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "cli/command_line.hpp"
+#include "cli/search_options.hpp"
 #include "config/config.hpp"
 #include "options/setting.hpp"
 #include "text/address.hpp"
 
 namespace cbcan::cli {
 
-struct RunConfig {
+struct RunConfig : SearchConfig {
   std::vector<std::string> paths;  ///< of files and folders
-  std::string junit;               ///< file; empty = none
   std::string logs;                ///< folder; empty = none
-  std::uint16_t jobs = 1;          ///< scenarios at a time
-  std::string shard = "1/1";
   std::string target;  ///< see target_of(); empty = the plant of each scenario
   bool real_time = false;
   bool check = false;
@@ -33,14 +30,6 @@ struct TargetPlace {
 };
 /// "HOST:PORT" or "rtu:DEV,BAUD,PARITY"; throws text::UsageError.
 TargetPlace target_of(const std::string& text);
-
-/// Part and number of parts of a RunConfig::shard.
-struct Shard {
-  std::size_t part = 1;  ///< from 1
-  std::size_t parts = 1;
-};
-/// Throws text::UsageError.
-Shard shard_of(const std::string& text);
 
 struct RunStart {
   bool run = false;

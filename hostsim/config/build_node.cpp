@@ -8,6 +8,7 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <set>
 #include <utility>
 
 #include "cbcan/canopen/dictionary/objects.hpp"
@@ -79,7 +80,7 @@ class Builder {
       : node_(node), seed_(seed), read_(read) {}
 
   /// `file`: null if it cannot be read.
-  NodeBuild build(EdsFile* file) {
+  NodeBuild build(const EdsFile* file) {
     if (file == nullptr) {
       complain(node_.place, cannot_read(node_.eds, node_.place));
     } else {
@@ -102,7 +103,7 @@ class Builder {
         place.line != 0 ? "paths are relative to the plant file" : "check the path and its permissions");
   }
 
-  void read_eds(EdsFile& file) {
+  void read_eds(const EdsFile& file) {
     auto [image, diagnostics] = file.for_node(node_.id);
     for (const eds::Diagnostic& diagnostic : diagnostics)
       build_.warnings.push_back(eds::to_string(diagnostic));
@@ -257,13 +258,8 @@ std::optional<Bytes> encode(const Value& value, DataType type) {
   return Bytes(text.begin(), text.end());
 }
 
-NodeBuild NodeBuilder::build(const NodeConfig& node, std::uint64_t seed) {
-  auto file = files_.find(node.eds);
-  if (file == files_.end()) {
-    std::optional<std::string> text = read_(node.eds);
-    if (text) file = files_.emplace(node.eds, EdsFile(node.eds, std::move(*text))).first;
-  }
-  return Builder(node, seed, read_).build(file == files_.end() ? nullptr : &file->second);
+NodeBuild build_node(const NodeConfig& node, std::uint64_t seed, EdsFiles& files) {
+  return Builder(node, seed, files.reader()).build(files.find(node.eds));
 }
 
 /// The frames of a log, the first one at 0; returns what is wrong, or nothing.
@@ -287,22 +283,27 @@ std::string read_replay(const std::string& path, const FileReader& read,
 }
 
 PlantBuild build_nodes(const Config& config, const FileReader& read) {
+  EdsFiles files(read);
+  return build_nodes(config, files);
+}
+
+PlantBuild build_nodes(const Config& config, EdsFiles& files) {
   PlantBuild plant;
-  NodeBuilder builder(read);
+  std::set<std::string> said;  // nodes with the same file have the same lines
   for (const NetworkConfig& network : config.networks) {
     auto& nodes = plant.networks.emplace_back();
     for (const NodeConfig& node : network.nodes) {
-      NodeBuild build = builder.build(node, node_seed(config, node));
-      for (const auto* lines : {&build.warnings, &build.problems})
-        std::ranges::remove_copy_if(*lines, std::back_inserter(plant.lines), [&](const std::string& line) {
-          return std::ranges::find(plant.lines, line) != plant.lines.end();  // another node has the same file
-        });
+      NodeBuild build = build_node(node, node_seed(config, node), files);
+      for (auto* lines : {&build.warnings, &build.problems})
+        for (std::string& line : *lines)
+          if (said.insert(line).second) plant.lines.push_back(std::move(line));
       plant.good = plant.good && build.node;
       if (build.node) nodes.push_back(std::move(*build.node));
     }
     auto& replay = plant.replays.emplace_back();
     if (network.can.replay.empty()) continue;
-    if (const std::string problem = read_replay(network.can.replay, read, replay); !problem.empty()) {
+    if (const std::string problem = read_replay(network.can.replay, files.reader(), replay);
+        !problem.empty()) {
       plant.lines.push_back("can.replay: " + problem);
       plant.good = false;
     }

@@ -4,8 +4,6 @@
 /// Turns a node of the configuration into what the simulation runs: reads its EDS file, applies the values of
 /// the plant file, finds its device and prepares its signals.
 
-#include <functional>
-#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -26,19 +24,9 @@ struct NodeBuild {
   std::vector<std::string> warnings;  ///< mistakes in the EDS file and what is used instead
 };
 
-/// Builds the nodes of a plant; reads each EDS file once.
-class NodeBuilder {
- public:
-  explicit NodeBuilder(FileReader read) : read_(std::move(read)) {}
-
-  /// `seed`: see node_seed(). A node without an ID is built for the ID 0, see sim::Node; the node ID in a DCF
-  /// is ignored. Mistakes in a file are reported with the first of its nodes.
-  NodeBuild build(const NodeConfig& node, std::uint64_t seed);
-
- private:
-  FileReader read_;
-  std::map<std::string, EdsFile, std::less<>> files_;  ///< by path
-};
+/// `seed`: see node_seed(). A node without an ID is built for the ID 0, see sim::Node; the node ID in a DCF
+/// is ignored. Keeps no reference to `files`.
+NodeBuild build_node(const NodeConfig& node, std::uint64_t seed, EdsFiles& files);
 
 struct PlantBuild {
   std::vector<std::vector<sim::NodeParts>> networks;  ///< the nodes of each network, in their order
@@ -47,7 +35,10 @@ struct PlantBuild {
   bool good = true;                                   ///< false: nodes are missing
 };
 
-/// Builds all nodes of all networks, and reads the frames to be replayed.
+/// Builds all nodes of all networks, and reads the frames to be replayed. `files` are kept for further
+/// plants.
+PlantBuild build_nodes(const Config& config, EdsFiles& files);
+/// The same for a single plant.
 PlantBuild build_nodes(const Config& config, const FileReader& read);
 
 /// The bytes of a value for an object of this type, little-endian; nullopt if it does not fit.

@@ -215,6 +215,16 @@ std::string node_name(const NodeConfig& node) {
   return in_network(node.network) + (node.id != 0 ? fmt::format("node {}", node.id) : "node without an ID");
 }
 
+std::optional<FaultList> faults_at(NetworkConfig& network, std::string_view place) {
+  if (place == "bus") return FaultList{&network.can.faults, sim::FaultPlace::kBus};
+  if (place == "plc") return FaultList{&network.plc.faults, sim::FaultPlace::kPlc};
+  const auto number = text::parse_integer(place);
+  const auto node =
+      std::ranges::find_if(network.nodes, [number](const NodeConfig& each) { return number == each.id; });
+  if (node == network.nodes.end()) return std::nullopt;
+  return FaultList{&node->faults, sim::FaultPlace::kNode};
+}
+
 std::string object_name(std::uint16_t index, std::uint8_t sub) {
   return fmt::format("{:04X}h:{:02X}", index, sub);
 }

@@ -76,7 +76,15 @@ enum class PlcLayout : std::uint8_t { kWindow, kScanner };
 /// Treatment of a CA0Eh that is in R3700 of the PLC when the module starts.
 enum class PlcAtStart : std::uint8_t { kExecute, kRefuse };
 
-/// The PLC whose Modbus client the module is: over TCP or a serial line, or none.
+/// A fault that is injected from the start.
+struct FaultConfig {
+  sim::Fault fault;
+  Place place;
+  bool operator==(const FaultConfig&) const = default;
+};
+
+/// The PLC whose Modbus client the module is: over TCP or a serial line, or none. And faults of a PLC that is
+/// a client.
 struct PlcConfig {
   std::string address;  ///< HOST:PORT; empty = not over TCP
   LineConfig line;
@@ -86,14 +94,8 @@ struct PlcConfig {
   std::optional<std::uint16_t> process_first;  ///< the PLC's first register of process data
   std::uint16_t period_ms = 10;                ///< 1..65535, polling period
   PlcAtStart at_start = PlcAtStart::kExecute;  ///< of layout kWindow
+  std::vector<FaultConfig> faults{};
   bool operator==(const PlcConfig&) const = default;
-};
-
-/// A fault that is injected from the start.
-struct FaultConfig {
-  sim::Fault fault;
-  Place place;
-  bool operator==(const FaultConfig&) const = default;
 };
 
 /// A CAN bus.
@@ -187,6 +189,14 @@ struct WireConfig {
   Place place;
   bool operator==(const WireConfig&) const = default;
 };
+
+/// Where a fault can be set.
+struct FaultList {
+  std::vector<FaultConfig>* faults;
+  sim::FaultPlace place;
+};
+/// `place`: a node ID, "bus" or "plc"; nullopt = there is no such node.
+std::optional<FaultList> faults_at(NetworkConfig& network, std::string_view place);
 
 struct Config {
   ListenAddress modbus{"127.0.0.1", 1502};  ///< of the Modbus TCP server; port 0 = any free one

@@ -4,19 +4,23 @@
 /// One EDS or DCF file for all nodes that use it.
 
 #include <cstdint>
+#include <functional>
+#include <map>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "config/files.hpp"
 #include "eds/diagnostics.hpp"
 #include "eds/dictionary_image.hpp"
 #include "eds/object_names.hpp"
 
 namespace cbcan::config {
 
-/// Nodes differ by the values that contain $NODEID. If the results for the lowest and the highest node ID
-/// differ by nothing else, the file is not read again: the node ID is added to these values. Any other file,
-/// such as one with $NODEID in a limit or with a value that fits some IDs only, is read for each node.
+/// Nodes differ by the values that contain $NODEID: the file is read once, and the node ID is added to these
+/// values. A file with $NODEID elsewhere, such as in a limit, or with a value that fits some IDs only, is
+/// read for each node.
 class EdsFile {
  public:
   /// `name` is for the diagnostics.
@@ -24,10 +28,10 @@ class EdsFile {
 
   struct ForNode {
     eds::DictionaryImage image;
-    std::vector<eds::Diagnostic> diagnostics;  ///< those that all nodes have in common only the first time
+    std::vector<eds::Diagnostic> diagnostics;
   };
   /// For a node with this ID; 0 = without one.
-  ForNode for_node(std::uint8_t node_id);
+  ForNode for_node(std::uint8_t node_id) const;
 
   /// Shared by all nodes that use the file.
   std::shared_ptr<const eds::ObjectNames> names() const { return names_; }
@@ -35,9 +39,24 @@ class EdsFile {
  private:
   std::string name_;
   std::string text_;
-  bool alike_;  ///< the results for all node IDs, apart from values with $NODEID
-  ForNode none_;
+  bool alike_;    ///< the results for all node IDs, apart from values with $NODEID
+  ForNode none_;  ///< if they are alike
   std::shared_ptr<const eds::ObjectNames> names_;
+};
+
+/// The EDS and DCF files of any number of plants, each read once.
+class EdsFiles {
+ public:
+  explicit EdsFiles(FileReader read) : read_(std::move(read)) {}
+
+  /// Null if it cannot be read.
+  const EdsFile* find(const std::string& path);
+  /// For all files of a plant.
+  const FileReader& reader() const { return read_; }
+
+ private:
+  FileReader read_;
+  std::map<std::string, EdsFile, std::less<>> files_;  ///< by path
 };
 
 }  // namespace cbcan::config

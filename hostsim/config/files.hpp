@@ -4,10 +4,17 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 
 namespace cbcan::config {
 
 /// Returns the whole content of a file; nullopt if it cannot be read.
 using FileReader = std::function<std::optional<std::string>(const std::string& path)>;
+
+/// "/plant.toml"; and "C:/plant.toml", as on Windows.
+bool is_absolute(std::string_view path);
+
+/// A path from this file, ready to be opened.
+std::string path_in(const std::string& file_name, std::string_view path);
 
 }  // namespace cbcan::config

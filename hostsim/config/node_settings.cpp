@@ -219,6 +219,9 @@ constexpr std::array kFaultKinds{
     setting<std::string>({
         .key = "can.faults.kind", .help = "Kind of fault of the bus",
         .domain = "a kind of fault", .example = "\"frame-loss\""}),
+    setting<std::string>({
+        .key = "plc.faults.kind", .help = "Kind of fault of a PLC that is a Modbus TCP client",
+        .domain = "a kind of fault", .example = "\"cut\""}),
 };
 
 constexpr std::array kAxis{

@@ -5,10 +5,11 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
-#include <filesystem>
+#include <iterator>
 #include <optional>
 #include <utility>
 
+#include "config/demo_plant.hpp"
 #include "config/settings.hpp"
 #include "devices/devices.hpp"
 #include "text/address.hpp"
@@ -34,6 +35,8 @@ std::optional<Value> value_of(const toml::node& node) {
 }
 
 constexpr std::string_view kNodeTable = "node";
+constexpr std::string_view kBasePlant = "plant";
+constexpr std::string_view kDemo = "demo";
 constexpr std::size_t kLongestLine = 10'000;
 constexpr std::size_t kMostMistakes = 100;  // a suggestion for each takes time
 
@@ -63,7 +66,9 @@ std::string contents_of(std::string_view table, bool in_first_network) {
 
 class Reader {
  public:
-  Reader(const std::string& file_name, Config& config) : file_name_(file_name), config_(config) {}
+  /// `read`: for the plant file that this one adds to; null = there can be none.
+  Reader(const std::string& file_name, Config& config, const FileReader* read)
+      : file_name_(file_name), read_(read), config_(config) {}
   /// For a change by --set: `where` is what was typed; paths stay as they are.
   Reader(Config& config, NetworkConfig& network, Place where)
       : config_(config), network_(&network), change_(std::move(where)) {}
@@ -86,9 +91,12 @@ class Reader {
 
   /// The top of the file, or a network.
   void read(const toml::table& root, std::span<const std::string_view> others = {}) {
+    const toml::node* const base = read_ != nullptr && in_first_network() ? root.get(kBasePlant) : nullptr;
+    if (base != nullptr) read_base(*base);
     for (const auto& [key, node] : root) {
       const std::string_view name = key.str();
-      if (std::ranges::find(others, name) != others.end()) continue;
+      const bool is_elsewhere = in_first_network() && name == kExploreTable;
+      if (is_elsewhere || &node == base || std::ranges::find(others, name) != others.end()) continue;
       check_place(root, name, key);
       if (name == kNodeTable) {
         read_tables(key, node, "node", &Reader::read_node);
@@ -105,6 +113,18 @@ class Reader {
         complain_unknown(key, "");
       }
     }
+  }
+
+  /// Before everything else in this file.
+  void read_base(const toml::node& node) {
+    const auto* const name = node.as_string();
+    if (name == nullptr) return complain(node, "plant: must be a text: demo, or the path of a plant file");
+    const std::string path =
+        name->get() == kDemo ? std::string(kDemoPlant) : path_in(file_name_, name->get());
+    const auto text = (*read_)(path);
+    if (!text)
+      return complain(node, fmt::format("plant {}: cannot be read; paths are relative to this file", path));
+    std::ranges::move(read_plant(*text, path, config_), std::back_inserter(found_));
   }
 
   /// A table after [[network]] may be meant for that network, but belongs to the first one.
@@ -142,8 +162,9 @@ class Reader {
     read_rows(key.str(), *table, network_settings(), *network_);
     if (in_first_network()) read_rows(key.str(), *table, settings(), config_);
     check_keys(key.str(), *table);
-    if (key.str() == "can")
-      read_faults(table->get("faults"), "can.faults", sim::FaultPlace::kBus, network_->can.faults);
+    for (const auto& [section, place] : {std::pair("can", "bus"), std::pair("plc", "plc")})
+      if (const auto list = faults_at(*network_, place); key.str() == section)
+        read_faults(table->get("faults"), fmt::format("{}.faults", section), list->place, *list->faults);
   }
 
   /// The text in the brackets: "node", "network.node".
@@ -378,6 +399,7 @@ class Reader {
   }
 
   const std::string file_name_;
+  const FileReader* read_ = nullptr;
   Config& config_;
   NetworkConfig* network_ = &config_.networks.front();  ///< the one being read
   std::optional<Place> change_;                         ///< set for changes that come from no file
@@ -448,18 +470,8 @@ Diagnostics change_plant(std::string_view table, std::span<const TextKey> keys, 
   return changed(place, config, network, [&] { return table_with(table, std::move(changes)); });
 }
 
-bool is_absolute(std::string_view path) {
-  const bool has_drive = path.size() > 2 && path[1] == ':' && (path[2] == '/' || path[2] == '\\');
-  return path.starts_with('/') || has_drive;
-}
-
-std::string path_in(const std::string& file_name, std::string_view path) {
-  if (is_absolute(path)) return std::filesystem::path(path).lexically_normal().string();
-  return (std::filesystem::path(file_name).parent_path() / path).lexically_normal().string();
-}
-
 Diagnostics read_plant(std::string_view text, const std::string& file_name, Config& into,
-                       std::span<const std::string_view> others) {
+                       std::span<const std::string_view> others, const FileReader* read) {
   // toml++ rejects such a file too, but may name an earlier line.
   if (const std::size_t line = text::first_line_not_utf8(text); line != 0)
     return {{{file_name, line}, "this line is not UTF-8; save the file as UTF-8"}};
@@ -467,7 +479,7 @@ Diagnostics read_plant(std::string_view text, const std::string& file_name, Conf
     return {{{file_name, line},
              fmt::format("a line of more than {} characters; write a list in several lines", kLongestLine)}};
   try {
-    return Reader(file_name, into).read_file(toml::parse(text, std::string_view(file_name)), others);
+    return Reader(file_name, into, read).read_file(toml::parse(text, std::string_view(file_name)), others);
   } catch (const toml::parse_error& error) {
     return {{{file_name, line_of(error.source())}, syntax_message(error.description())}};
   }

@@ -10,21 +10,17 @@
 #include <utility>
 
 #include "config/config.hpp"
+#include "config/files.hpp"
 
 namespace cbcan::config {
 
-/// "/plant.toml"; and "C:/plant.toml", as on Windows.
-bool is_absolute(std::string_view path);
-
-/// A path from this file, ready to be opened.
-std::string path_in(const std::string& file_name, std::string_view path);
-
 /// Reads a plant file into `into`; settings that the file does not contain keep their values. Paths in it are
-/// relative to `file_name`. Returns all mistakes in line order, at most 100; what could be read is stored even
-/// then. Mistakes that only the whole configuration shows are found by check(). `others`: keys at the top of
-/// the file that are ignored here.
+/// relative to `file_name`. Returns all mistakes in line order, at most 100; what could be read is stored
+/// even then. Mistakes that only the whole configuration shows are found by check(). `others`: keys at the
+/// top of the file that are ignored here. `read`: reads the plant file that this one may add to, `plant =
+/// "demo"` or a path; null = the key is not allowed.
 Diagnostics read_plant(std::string_view text, const std::string& file_name, Config& into,
-                       std::span<const std::string_view> others = {});
+                       std::span<const std::string_view> others = {}, const FileReader* read = nullptr);
 
 /// Changes one setting of a plant, as --set does: "module.node_id=5", "node.0x42.heartbeat_ms=500",
 /// "network.2.can.bit_rate=125000"; "node.5.objects+={index = 0x2001, value = 1}" adds to a list. Values are

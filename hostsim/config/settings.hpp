@@ -31,6 +31,9 @@ inline constexpr std::string_view kNetworkTable = "network";
 /// The list of wires of the whole plant.
 inline constexpr std::string_view kWireTable = "wire";
 
+/// The table of faults and conditions for --explore, which explore::read_settings() reads.
+inline constexpr std::string_view kExploreTable = "explore";
+
 /// Of the whole plant.
 std::span<const Setting<Config>> settings();
 /// Of each network.

@@ -17,7 +17,7 @@ namespace cbcan::eds {
 
 namespace {
 
-constexpr std::string_view kSizeKey = "CBCAN_Size";
+constexpr Key kSizeKey = "CBCAN_Size";
 
 struct AccessName {
   std::string_view name;
@@ -116,7 +116,8 @@ void AttributeReader::read_capacity(Object& object, const Section& section) {
   if (fixed == 0) object.capacity = object.type == DataType::kDomain ? kDomainCapacity : kStringCapacity;
   if (entry == nullptr) return;
   if (fixed > 0) {
-    findings_.warning(entry->line, std::string(kSizeKey) + " is for strings and DOMAINs only: ignored");
+    findings_.warning(entry->line,
+                      std::string(kSizeKey.text()) + " is for strings and DOMAINs only: ignored");
     return;
   }
   const auto size = values_.number(section, kSizeKey, kMostCapacity, 1);
@@ -127,13 +128,13 @@ void AttributeReader::read_capacity(Object& object, const Section& section) {
 }
 
 void AttributeReader::read_value(Object& object, const Section& section) {
-  object.value.resize(std::max(object.value.size(), size_of(object.type)));
-  for (const std::string_view key : {"ParameterValue", "DefaultValue"}) {
-    const KeyValue* const entry = section.find(key);
+  for (const bool configured : {true, false}) {
+    const KeyValue* const entry = configured ? section.find("ParameterValue") : section.find("DefaultValue");
     if (entry == nullptr || !set_value(object, section, *entry)) continue;
-    object.configured = entry == section.find("ParameterValue");
+    object.configured = configured;
     return;
   }
+  object.value.resize(std::max(object.value.size(), size_of(object.type)));
 }
 
 bool AttributeReader::set_value(Object& object, const Section& section, const KeyValue& entry) {
@@ -155,7 +156,7 @@ bool AttributeReader::set_value(Object& object, const Section& section, const Ke
 
 void AttributeReader::read_limits(Object& object, const Section& section) {
   if (!has_limits(object.type)) return;
-  const auto limit = [&](std::string_view key) -> std::optional<std::int64_t> {
+  const auto limit = [&](const Key& key) -> std::optional<std::int64_t> {
     const KeyValue* const entry = section.find(key);
     const auto number = entry == nullptr ? std::nullopt : values_.pattern(*entry, object.type);
     return number ? std::optional(from_bits(number->bits, object.type)) : std::nullopt;

@@ -29,7 +29,7 @@ const Section* find_section(const std::vector<Section>& sections, std::string_vi
 }
 
 /// Reports `message` if `key` has a number above 0.
-void report_key(const std::vector<Section>& sections, std::string_view name, std::string_view key,
+void report_key(const std::vector<Section>& sections, std::string_view name, const Key& key,
                 std::string_view message, ValueReader& values, Findings& findings) {
   const Section* const section = find_section(sections, name, findings);
   if (section != nullptr && values.number(*section, key, 0xFFFF).value_or(0) > 0)

@@ -39,7 +39,7 @@ std::vector<Object> read_objects(const std::vector<Section>& sections, ValueRead
   if (objects.empty())
     findings.error(1, "there is no object in it, no section like [1000]: is this an EDS or DCF?");
   report_left_out(sections, objects, values, findings);
-  ObjectReader reader(values, standard_type, findings);
+  ObjectReader reader(values, standard_type, findings, sections.size());
   for (const ObjectSections& object : objects)
     reader.read(object);
   return reader.take();
@@ -60,7 +60,8 @@ Result read(std::string_view text, std::string file_name, std::optional<std::uin
   Findings findings(std::move(file_name));
   Result result;
   DeviceDescription& device = result.device;
-  const std::vector<Section> sections = split_sections(readable(text, findings), findings);
+  const Sections all = split_sections(readable(text, findings), findings);
+  const std::vector<Section>& sections = all.list;
   const std::optional<std::uint8_t> own = read_node_id(sections, findings);
   device.node_id = node_id ? node_id : own;
   ValueReader values(findings, device.node_id);

@@ -60,10 +60,9 @@ std::uint8_t ObjectReader::compact_count(const ObjectSections& sections) {
 }
 
 ObjectType ObjectReader::object_type(const ObjectSections& sections, bool has_subs) {
-  const std::string index = text::hex(sections.index, 4);
   if (sections.main == nullptr) {
-    findings_.warning(sections.line(),
-                      "there is no [" + index + "], but sub-objects of it: a RECORD is assumed");
+    findings_.warning(sections.line(), "there is no [" + text::hex(sections.index, 4) +
+                                           "], but sub-objects of it: a RECORD is assumed");
     return ObjectType::kRecord;
   }
   const std::optional<ObjectType> type = attributes_.object_type(*sections.main);

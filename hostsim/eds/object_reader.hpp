@@ -15,8 +15,11 @@ namespace cbcan::eds {
 
 class ObjectReader {
  public:
-  ObjectReader(ValueReader& values, StandardType standard_type, Findings& findings)
-      : attributes_(values, standard_type, findings), values_(values), findings_(findings) {}
+  /// `count`: about how many objects there will be.
+  ObjectReader(ValueReader& values, StandardType standard_type, Findings& findings, std::size_t count)
+      : attributes_(values, standard_type, findings), values_(values), findings_(findings) {
+    objects_.reserve(count);
+  }
 
   /// To be called in the order of indices.
   void read(const ObjectSections& sections);

@@ -40,25 +40,24 @@ struct Located {
 
 std::optional<std::uint64_t> parse_index(std::string_view text) {
   text = text::trim(text);
-  if (text::same_text(text.substr(0, 2), "0x")) text.remove_prefix(2);
+  if (text::has_hex_prefix(text)) text.remove_prefix(2);
   return text::parse<std::uint64_t>(text, 16);
 }
 
 /// Where "sub" is in a section name; npos if nowhere.
 std::size_t find_sub(std::string_view name) {
   for (std::size_t at = 0; at + 3 <= name.size(); ++at)
-    if (text::same_text(name.substr(at, 3), "sub")) return at;
+    if ((name[at] | 0x20) == 's' && text::same_text(name.substr(at, 3), "sub")) return at;
   return std::string_view::npos;
 }
 
-std::optional<Place> parse_sub_name(std::string_view name, std::size_t at) {
-  const std::optional<std::uint64_t> index = parse_index(name.substr(0, at));
-  const std::optional<std::uint64_t> sub = parse_index(name.substr(at + 3));
-  return index && sub ? std::optional(Place{*index, Part::kSub, *sub}) : std::nullopt;
-}
-
-/// Suffixes first: the "De" of "1018Denotation" could also be digits.
 std::optional<Place> parse_section_name(std::string_view name) {
+  if (const std::size_t at = find_sub(name); at != std::string_view::npos) {
+    const std::optional<std::uint64_t> index = parse_index(name.substr(0, at));
+    const std::optional<std::uint64_t> sub = parse_index(name.substr(at + 3));
+    return index && sub ? std::optional(Place{*index, Part::kSub, *sub}) : std::nullopt;
+  }
+  if (const auto index = parse_index(name)) return Place{*index, Part::kMain, 0};
   for (const Suffix& suffix : kSuffixes) {
     if (name.size() <= suffix.text.size()) continue;
     const std::size_t at = name.size() - suffix.text.size();
@@ -66,9 +65,7 @@ std::optional<Place> parse_section_name(std::string_view name) {
     const std::optional<std::uint64_t> index = parse_index(name.substr(0, at));
     return index ? std::optional(Place{*index, suffix.part, 0}) : std::nullopt;
   }
-  if (const std::size_t at = find_sub(name); at != std::string_view::npos) return parse_sub_name(name, at);
-  const std::optional<std::uint64_t> index = parse_index(name);
-  return index ? std::optional(Place{*index, Part::kMain, 0}) : std::nullopt;
+  return std::nullopt;
 }
 
 /// A name that can only be a mistyped object; other unknown sections are manufacturer-specific.
@@ -83,9 +80,8 @@ std::vector<Located> locate(const std::vector<Section>& sections, Findings& find
     const std::optional<Place> place = parse_section_name(section.name);
     if (!place) {
       if (looks_like_object(section.name))
-        findings.error(
-            section.line,
-            bracketed(section.name) + " is no name of a section, [1018] or [1018sub1] would be: left out");
+        findings.error(section.line, bracketed(section.name) +
+                                         " is no name of a section, [1018] or [1018sub1] would be: left out");
     } else if (place->index == 0 || place->index > 0xFFFF) {
       findings.error(section.line, bracketed(section.name) + ": an index is 1..FFFFh: left out");
     } else if (place->sub > 0xFF) {

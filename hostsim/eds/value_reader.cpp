@@ -21,7 +21,7 @@ std::string key_is(const KeyValue& entry) {
 
 }  // namespace
 
-std::optional<std::uint64_t> ValueReader::number(const Section& section, std::string_view key,
+std::optional<std::uint64_t> ValueReader::number(const Section& section, const Key& key,
                                                  std::uint64_t highest, std::uint64_t lowest) {
   const KeyValue* const entry = section.find(key);
   return entry == nullptr ? std::nullopt : number(*entry, highest, lowest);
@@ -72,7 +72,13 @@ std::optional<Value> ValueReader::value(const KeyValue& entry, DataType type) {
 }
 
 std::optional<Number> ValueReader::integer(const KeyValue& entry) {
-  const std::optional<Number> number = parse_number(without_comment(entry), node_id_.value_or(0));
+  const std::optional<Number> plain = parse_plain(entry.value);
+  return plain ? plain : unusual_integer(entry);
+}
+
+std::optional<Number> ValueReader::unusual_integer(const KeyValue& entry) {
+  std::optional<Number> number = parse_number(entry.value, node_id_.value_or(0));
+  if (!number) number = parse_number(without_comment(entry), node_id_.value_or(0));
   if (!number) {
     findings_.warning(entry.line, key_is(entry) + " is no number of up to 64 bits: ignored");
     return std::nullopt;

@@ -33,7 +33,7 @@ class ValueReader {
       : findings_(findings), node_id_(node_id) {}
 
   /// nullopt if the key is missing, empty, no number, or not within lowest..highest.
-  std::optional<std::uint64_t> number(const Section& section, std::string_view key, std::uint64_t highest,
+  std::optional<std::uint64_t> number(const Section& section, const Key& key, std::uint64_t highest,
                                       std::uint64_t lowest = 0);
 
   /// The same, for a key that exists.
@@ -50,6 +50,7 @@ class ValueReader {
 
  private:
   std::optional<Number> integer(const KeyValue& entry);
+  std::optional<Number> unusual_integer(const KeyValue& entry);
   std::string_view without_comment(const KeyValue& entry);
 
   Findings& findings_;

@@ -49,31 +49,31 @@ constexpr std::array<std::string_view, 0x1C> kTypeNames = {"",
 
 /// Some tools write integers as in C: 0x12345678UL.
 std::string_view without_c_suffix(std::string_view text) {
-  const std::size_t last = text.find_last_not_of("uUlL");
-  return text.substr(0, last == std::string_view::npos ? 0 : last + 1);
+  while (!text.empty() && std::string_view("uUlL").find(text.back()) != std::string_view::npos)
+    text.remove_suffix(1);
+  return text;
 }
 
-std::optional<Number> parse_unsigned(std::string_view text) {
+/// A part of a sum, without a sign.
+std::optional<Number> parse_term(std::string_view text, std::uint8_t node_id) {
+  if (text.starts_with('$'))
+    return text::same_text(text, kNodeId) ? std::optional(Number{.magnitude = node_id, .node_ids = 1})
+                                          : std::nullopt;
   text = without_c_suffix(text);
   Number number;
-  std::optional<std::uint64_t> magnitude;
+  int base = 10;
   if (text::has_hex_prefix(text)) {
     number.hexadecimal = true;
-    magnitude = text::parse<std::uint64_t>(text.substr(2), 16);
+    base = 16;
+    text.remove_prefix(2);
   } else if (text.size() > 1 && text.front() == '0') {
     number.no_octal = text.find_first_of("89") != std::string_view::npos;
-    magnitude = text::parse<std::uint64_t>(text, number.no_octal ? 10 : 8);
-  } else {
-    magnitude = text::parse<std::uint64_t>(text);
+    base = number.no_octal ? 10 : 8;
   }
+  const auto magnitude = text::parse<std::uint64_t>(text, base);
   if (!magnitude) return std::nullopt;
   number.magnitude = *magnitude;
   return number;
-}
-
-std::optional<Number> parse_term(std::string_view text, std::uint8_t node_id) {
-  if (text::same_text(text, kNodeId)) return Number{.magnitude = node_id, .node_ids = 1};
-  return parse_unsigned(text);
 }
 
 /// Adds a term of a sum; false if the sum needs more than 64 bits.
@@ -109,19 +109,19 @@ void append_utf16(std::vector<std::uint8_t>& out, char32_t unit) {
 
 std::optional<Number> parse_number(std::string_view text, std::uint8_t node_id) {
   text = text::trim(text);
-  if (text.starts_with('-')) {
-    std::optional<Number> number = parse_unsigned(text::trim(text.substr(1)));
-    if (number) number->negative = number->magnitude != 0;
-    return number;
-  }
   Number sum;
+  sum.negative = text.starts_with('-');
+  if (sum.negative) text.remove_prefix(1);
   while (true) {
-    const std::size_t plus = text.find('+');
+    const std::size_t plus = sum.negative ? std::string_view::npos : text.find('+');
     const std::optional<Number> term = parse_term(text::trim(text.substr(0, plus)), node_id);
     if (!term || !add(sum, *term)) return std::nullopt;
-    if (plus == std::string_view::npos) return sum;
+    if (plus == std::string_view::npos) break;
     text.remove_prefix(plus + 1);
   }
+  if (sum.negative && sum.node_ids != 0) return std::nullopt;
+  sum.negative = sum.negative && sum.magnitude != 0;
+  return sum;
 }
 
 std::optional<std::uint64_t> parse_count(std::string_view text) {

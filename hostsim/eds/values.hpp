@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "cbcan/canopen/dictionary/object_dictionary.hpp"
+#include "text/numbers.hpp"
 
 namespace cbcan::eds {
 
@@ -24,6 +25,23 @@ struct Number {
 
 /// `node_id` is the value of $NODEID. nullopt if the text is no number or needs more than 64 bits.
 std::optional<Number> parse_number(std::string_view text, std::uint8_t node_id);
+
+/// The same, faster, for "12" and "0x1F", as most values are; nullopt for any other text.
+inline std::optional<Number> parse_plain(std::string_view text) {
+  constexpr std::size_t kMostDigits = 15;  // in 64 bits, in any case
+  Number number{.hexadecimal = text::has_hex_prefix(text)};
+  if (number.hexadecimal) text.remove_prefix(2);
+  const bool is_octal = !number.hexadecimal && text.size() > 1 && text.front() == '0';
+  bool good = !text.empty() && text.size() <= kMostDigits && !is_octal;
+  for (std::size_t i = 0; good && i < text.size(); ++i) {
+    const unsigned decimal = static_cast<unsigned char>(text[i]) - unsigned{'0'};
+    const unsigned letter = (static_cast<unsigned char>(text[i]) | 0x20U) - unsigned{'a'};
+    good = decimal < 10 || (number.hexadecimal && letter < 6);
+    number.magnitude =
+        number.magnitude * (number.hexadecimal ? 16 : 10) + (decimal < 10 ? decimal : letter + 10);
+  }
+  return good ? std::optional(number) : std::nullopt;
+}
 
 /// Like parse_number, for sub-indices, counts and positions in key names: decimal or 0x, no sign, no octal.
 std::optional<std::uint64_t> parse_count(std::string_view text);

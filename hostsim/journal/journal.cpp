@@ -20,19 +20,19 @@ std::string_view name_of(Service service) {
 
 /// Bytes that do not fit at the end of the ring begin at its front again: they are never in two pieces.
 Event& Journal::add(Event event, std::initializer_list<std::span<const std::uint8_t>> parts) {
-  if (end_ % (kEvents / 2) == 0) on_filled();
+  if (end_ % (ring_.size() / 2) == 0) on_filled();
   std::size_t size = 0;
   for (const auto& part : parts)
     size += part.size();
-  if (used_ % kBytes + size > kBytes) used_ += kBytes - used_ % kBytes;
+  if (used_ % bytes_.size() + size > bytes_.size()) used_ += bytes_.size() - used_ % bytes_.size();
   event.bytes = used_;
   event.size = static_cast<std::uint16_t>(size);
   for (const auto& part : parts) {
-    std::ranges::copy(part, bytes_.begin() + static_cast<std::ptrdiff_t>(used_ % kBytes));
+    std::ranges::copy(part, bytes_.begin() + static_cast<std::ptrdiff_t>(used_ % bytes_.size()));
     used_ += part.size();
   }
   latest_[static_cast<std::size_t>(event.kind)] = end_;
-  return ring_[end_++ % kEvents] = event;
+  return ring_[end_++ % ring_.size()] = event;
 }
 
 Event& Journal::add(const Event& event, std::string_view text) {
@@ -47,8 +47,8 @@ std::uint64_t Journal::latest_of(Kinds kinds) const {
 }
 
 std::span<const std::uint8_t> Journal::bytes(const Event& event) const {
-  if (event.bytes + kBytes < used_) return {};
-  return std::span(bytes_).subspan(event.bytes % kBytes, event.size);
+  if (event.bytes + bytes_.size() < used_) return {};
+  return std::span(bytes_).subspan(event.bytes % bytes_.size(), event.size);
 }
 
 std::string_view Journal::text(const Event& event) const {

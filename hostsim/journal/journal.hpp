@@ -88,7 +88,7 @@ class Journal {
   static constexpr std::size_t kBytes = 8 * 1024 * 1024;
 
   /// Allocates all memory.
-  Journal() : ring_(kEvents), bytes_(kBytes) {}
+  explicit Journal(std::size_t events = kEvents, std::size_t bytes = kBytes) : ring_(events), bytes_(bytes) {}
 
   /// Appends an event with the concatenated `parts`, at most 64 KiB, as its bytes. The reference is valid until
   /// the next call.
@@ -96,10 +96,10 @@ class Journal {
   Event& add(const Event& event, std::string_view text);
 
   /// Events first()..end()-1 are kept; the first event of all has number 1.
-  std::uint64_t first() const { return end_ > kEvents ? end_ - kEvents : 1; }
+  std::uint64_t first() const { return end_ > ring_.size() ? end_ - ring_.size() : 1; }
   std::uint64_t end() const { return end_; }
-  const Event& operator[](std::uint64_t number) const { return ring_[number % kEvents]; }
-  Event& latest() { return ring_[(end_ - 1) % kEvents]; }
+  const Event& operator[](std::uint64_t number) const { return ring_[number % ring_.size()]; }
+  Event& latest() { return ring_[(end_ - 1) % ring_.size()]; }
   /// Number of the latest event of these kinds; 0 = there has been none.
   std::uint64_t latest_of(Kinds kinds) const;
   /// Empty when they have been overwritten.

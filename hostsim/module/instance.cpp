@@ -226,7 +226,11 @@ void Instance::open(config::PlantBuild build, std::string plant_file) {
       config, std::move(build), std::move(plant_file),
       session::Host{now_, config.clock == config::ClockKind::kReal, [this] { return machine_now_; },
                     [this](std::string_view lines) { tell(kErr, lines); }, store, nothing, nothing,
-                    [this] { return served(); }, shut_down});
+                    [this] { return served(); }, shut_down, [this] { restarts_ = true; },
+                    [this](Time duration) {
+                      now_ += duration;
+                      session_->advance_and_answer();
+                    }});
   for (const config::NetworkConfig& network : config.networks) {
     if (network.log.empty()) continue;
     const std::string to = network.log == config::kStandardOutput ? std::string(kOut) : network.log;
@@ -275,14 +279,22 @@ Json Instance::play(std::size_t place) {
       return std::make_shared<Log>(
           [&texts, at = texts.size() - 1](const std::string& text) { texts[at][1] = text; }, since_1970_);
     };
-  scenario::Outcome outcome;
-  try {
-    outcome = scenario::play_file(
-        file, read_, [&](const auto& found) { return scenario::play_on_plant(found, read_, run); });
-  } catch (const std::exception& error) {
-    outcome = {scenario::Verdict::kWrong, 0, text::to_utf8(error.what()) + "\n"};
+  const cli::Seeds seeds = run_.seeds.empty() ? cli::Seeds{} : cli::seeds_of(run_.seeds);
+  scenario::SeedOutcomes outcomes;
+  for (std::uint64_t seed = seeds.first; seed <= seeds.last; ++seed) {
+    scenario::Outcome outcome;
+    try {
+      outcome = scenario::play_file(file, read_, [&](scenario::Scenario& found) {
+        if (!run_.seeds.empty()) found.config.seed = static_cast<std::uint32_t>(seed);
+        return scenario::play_on_plant(found, eds_files_, run);
+      });
+    } catch (const std::exception& error) {
+      outcome = {scenario::Verdict::kWrong, 0, text::to_utf8(error.what()) + "\n"};
+    }
+    if (Json needed = missing(); !needed.is_null()) return needed;
+    outcomes.add(static_cast<std::uint32_t>(seed), std::move(outcome));
   }
-  if (Json needed = missing(); !needed.is_null()) return needed;
+  scenario::Outcome outcome = outcomes.sum("cbcan-sim run", file);
   tell(kOut, report(file, outcome));
   outcomes_.push_back(std::move(outcome));
   const auto failed = std::ranges::count_if(outcomes_, [](const scenario::Outcome& one) {

@@ -173,6 +173,7 @@ class Instance {
   cli::RunConfig run_;
   std::vector<std::string> scenarios_;
   std::vector<scenario::Outcome> outcomes_;
+  config::EdsFiles eds_files_{read_};  ///< of the scenarios
 };
 
 }  // namespace cbcan::module

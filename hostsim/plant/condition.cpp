@@ -91,6 +91,7 @@ class ObjectCondition final : public Condition {
         wanted_(rest_of(written.words, 3)) {
     check_value(view, node_, address_);
   }
+  bool applies(View& view) const override { return node_of(view, node_).has_power(); }
   bool holds(View& view) override {
     return node_of(view, node_).has_power() &&
            compare_values(with_, value_of(view, node_, address_), wanted_);

@@ -31,6 +31,8 @@ class Condition : public Listener {
   virtual bool holds(View& view) = 0;
   /// The state if it does not hold: "it is 4", "2 of them".
   virtual std::string seen(View& view) = 0;
+  /// False: it is about a node without power, so nothing can be said.
+  virtual bool applies(View& /*view*/) const { return true; }
   /// When it may hold without an event; kNever = not without one.
   virtual Time next_deadline(View& /*view*/) const { return kNever; }
   /// It waits for the PLC, and no time should pass until then.

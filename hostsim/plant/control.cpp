@@ -22,6 +22,7 @@ namespace cbcan::plant {
 namespace {
 
 constexpr std::string_view kBus = "bus";
+constexpr std::string_view kPlc = "plc";
 constexpr std::string_view kAll = "all";
 
 /// `place`: from 0.
@@ -75,6 +76,7 @@ class Execution {
   /// Those of the bus or node that the word names.
   sim::FaultSet& faults(std::string_view word) const {
     const Where of = place(word);
+    if (of.name == kPlc) return control_.network(of.network).plc_faults();
     return of.name == kBus ? world(of.network).faults() : node_of(control_, word).faults();
   }
 
@@ -84,6 +86,7 @@ class Execution {
     for (std::size_t network = 1; network <= control_.networks(); ++network) {
       sim::World& all = world(network);
       visit(fmt::format("{}{}", prefix_of(network), kBus), all.faults());
+      visit(fmt::format("{}{}", prefix_of(network), kPlc), control_.network(network).plc_faults());
       for (std::size_t place = 0; place < all.nodes().size(); ++place)
         visit(place_name(network, place), all.nodes()[place]->faults());
     }
@@ -274,12 +277,12 @@ std::span<const Execution::Command> Execution::commands() {
        "Objects keep their values. If the new script has an error, the old one stays."}},
       {2, 2, &Execution::power, {"power NODE|all on|off", "Switches the power of a node; on is a cold start",
        "Stored parameters, a stored node ID, faults and incidents stay; signals begin again. `2/all` is network 2."}},
-      {2, kAnyNumber, &Execution::fault, {"fault NODE|bus KIND [KEY=VALUE ...]", "Injects a fault; the response is its number",
+      {2, kAnyNumber, &Execution::fault, {"fault NODE|bus|plc KIND [KEY=VALUE ...]", "Injects a fault; the response is its number",
        "[Faults](faults.md) lists kinds and keys."}},
-      {0, 1, &Execution::list_faults, {"faults [NODE|bus]", "Lists the faults that are set",
+      {0, 1, &Execution::list_faults, {"faults [NODE|bus|plc]", "Lists the faults that are set",
        "A line shows how often each has acted; after 1,000 lines follows the number of others."}},
-      {0, 2, &Execution::clear, {"clear [NODE|bus [NUMBER]]",
-       "Removes all faults, those of one node or of the bus, or one of them", ""}},
+      {0, 2, &Execution::clear, {"clear [NODE|bus|plc [NUMBER]]",
+       "Removes all faults, those of one place, or one of them", ""}},
       {1, 2, &Execution::read, {"read R [COUNT]", "Reads registers as the PLC does", ""}},
       {2, 1 + kMostWords, &Execution::write, {"write R WORD...", "Writes registers as the PLC does, in one request", ""}},
       {1, regmap::kWindowWords - 1, &Execution::write, {"trigger read|write WORD...",
@@ -374,8 +377,12 @@ void Control::remove(Listener& listener) {
 }
 
 journal::Journal& Control::journal() {
+  return journal(journal::Journal::kEvents, journal::Journal::kBytes);
+}
+
+journal::Journal& Control::journal(std::size_t events, std::size_t bytes) {
   if (journal_) return *journal_;
-  journal_ = std::make_unique<journal::Journal>();
+  journal_ = std::make_unique<journal::Journal>(events, bytes);
   journal_->on_filled = [this] { on_journal_filled(); };
   for (Network* network : networks_)
     network->listen(*journal_, started_);

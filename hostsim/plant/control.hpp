@@ -68,6 +68,8 @@ class Control final : public View {
 
   /// Events of all networks from the first call on.
   journal::Journal& journal();
+  /// The same with room for so many, if it is the first call.
+  journal::Journal& journal(std::size_t events, std::size_t bytes);
   /// Called when views of the journal should read it, before events are overwritten.
   std::function<void()> on_journal_filled = [] {};
 

@@ -66,7 +66,9 @@ Network::Network(const config::Config& plant, const config::NetworkConfig& confi
       number_(config.number),
       module_config_(config.module),
       world_(config.can.bit_rate, config::network_seed(plant, config), this),
-      tester_(world_.bus().attach(*this)) {
+      tester_(world_.bus().attach(*this)),
+      plc_faults_(sim::FaultPlace::kPlc, "plc", config::network_seed(plant, config), this,
+                  [this](Time /*now*/) { disturbed_ = !plc_faults_.empty(); }) {
   if (config.module.enabled) {
     registers_.resize(regmap::kRegisterFileWords);
     registers_[regmap::kExecuteFlag] = config.module.start_result;
@@ -80,6 +82,7 @@ Network::Network(const config::Config& plant, const config::NetworkConfig& confi
     world_.add_node(std::move(node));
   }
   add_faults(world_.faults(), config.can.faults, context.now);
+  add_faults(plc_faults_, config.plc.faults, context.now);
   for (std::size_t i = 0; i < config.nodes.size(); ++i)
     add_faults(world_.nodes()[i]->faults(), config.nodes[i].faults, context.now);
 }
@@ -157,6 +160,41 @@ void Network::on_request(bool valid, const adapters::ModbusRange& written) {
   if (!writes) return;
   apply(written.first, written.count);
   if (observed_) context_.listener.on_applied();
+}
+
+/// One fault at most acts on a request.
+adapters::ModbusDisturbance Network::disturb(std::span<const std::uint8_t> pdu, bool writes) {
+  const bool matches = writes || std::exchange(has_written_, false);
+  if (writes) has_written_ = true;
+  disturbing_ = nullptr;
+  for (sim::SetFault& set : plc_faults_.all())
+    if (matches && plc_faults_.acts(set, context_.now) && disturbing_ == nullptr) disturbing_ = &set;
+  if (disturbing_ == nullptr) return {};
+  plc_faults_.tell(*disturbing_, fmt::format("FC{}", pdu[0]), context_.now);
+  const sim::Fault& fault = disturbing_->fault;
+  switch (fault.kind) {
+    case sim::FaultKind::kCutBefore: return {.executed = false};
+    case sim::FaultKind::kException:
+      return {.executed = false, .exception = static_cast<std::uint8_t>(fault.code)};
+    case sim::FaultKind::kModuleRestart:
+      return restart_module(), adapters::ModbusDisturbance{.executed = false};
+    default: return {.ends = true};
+  }
+}
+
+bool Network::end_disturbance() {
+  const sim::Fault& fault = disturbing_->fault;
+  if (fault.kind == sim::FaultKind::kLate) return context_.listener.on_late_response(fault.delay), true;
+  if (fault.kind == sim::FaultKind::kPlcRestart) context_.listener.on_plc_restart();
+  return false;
+}
+
+void Network::restart_module() {
+  std::ranges::fill(registers_, std::uint16_t{0});
+  registers_[regmap::kExecuteFlag] = module_config_.start_result;
+  if (watch_) watch_->before(context_.now);  // requests in progress end without a result
+  module_->restart(context_.now);
+  advance();
 }
 
 void Network::on_exchange(const adapters::ModbusExchange& exchange) {

@@ -32,6 +32,10 @@ class NetworkListener {
   virtual void on_written(std::size_t /*network*/, const adapters::ModbusRange& /*written*/) {}
   /// The effects up to now have happened; the next Modbus request has not been read.
   virtual void on_applied() {}
+  /// A fault of the PLC wants the command after -- to start again.
+  virtual void on_plc_restart() {}
+  /// This time has to pass in the plant before the next response.
+  virtual void on_late_response(Time /*delay*/) {}
 
  protected:
   ~NetworkListener() = default;
@@ -66,8 +70,13 @@ class Network final : public adapters::ModbusUnit,
   void on_diagnostics() override;
   void on_writer(std::uint32_t client, const adapters::ModbusRange& written) override;
   void on_request(bool valid, const adapters::ModbusRange& written) override;
+  adapters::ModbusDisturbance disturb(std::span<const std::uint8_t> pdu, bool writes) override;
+  bool end_disturbance() override;
   bool listens() const override { return watch_.has_value(); }
   void on_exchange(const adapters::ModbusExchange& exchange) override;
+
+  /// Of Modbus TCP.
+  sim::FaultSet& plc_faults() { return plc_faults_; }
 
   /// From 1.
   std::size_t number() const { return number_; }
@@ -101,6 +110,8 @@ class Network final : public adapters::ModbusUnit,
   void write(std::size_t first, std::span<const std::uint16_t> words);
   /// Brings the diagnostics registers up to date.
   void publish();
+  /// Modbus requests so far.
+  std::uint32_t requests() const { return requests_; }
   std::uint32_t second_writers() const { return second_writers_; }
 
   /// Sends this frame as another node. False: the bus accepts none now.
@@ -112,6 +123,7 @@ class Network final : public adapters::ModbusUnit,
   void on_terminals(std::uint8_t node, std::uint16_t index, std::uint8_t sub, std::int32_t before,
                     std::int32_t after, Time now) override;
   Time replay_due() const { return replayed_ < replay_.size() ? started_ + replay_[replayed_].at : kNever; }
+  void restart_module();
   void on_frame(const Frame& /*frame*/, Time /*now*/) override {}
   void on_bus_state(BusState /*state*/, Time /*now*/) override {}
 
@@ -134,6 +146,9 @@ class Network final : public adapters::ModbusUnit,
   std::array<std::uint32_t, regmap::kMostChannels> writers_{};  ///< the last one of each scanner window
   std::uint32_t second_writers_ = 0;
   std::optional<journal::NetworkWatch> watch_;
+  sim::FaultSet plc_faults_;
+  const sim::SetFault* disturbing_ = nullptr;  ///< the present request, until it has been answered
+  bool has_written_ = false;                   ///< since the last request that read
   Wires* wires_ = nullptr;
 };
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <utility>
 
 #include "text/numbers.hpp"
@@ -56,6 +57,27 @@ std::string test_case(std::string_view file, const Outcome& outcome) {
 }
 
 }  // namespace
+
+void SeedOutcomes::add(std::uint32_t seed, Outcome outcome) {
+  constexpr std::size_t kMostNamed = 20;
+  if (count_++ == 0 || outcome.duration > longest_.duration) longest_ = outcome;
+  if (outcome.verdict == Verdict::kPassed) return;
+  ++not_passed_;
+  lowest_.emplace(seed, std::move(outcome));
+  if (lowest_.size() > kMostNamed) lowest_.erase(std::prev(lowest_.end()));
+}
+
+Outcome SeedOutcomes::sum(std::string_view replay, std::string_view words) const {
+  if (count_ == 1 || not_passed_ == 0) return longest_;
+  const auto& [seed, first] = *lowest_.begin();
+  std::string seeds;
+  for (const auto& [failed, outcome] : lowest_)
+    seeds += fmt::format(" {}", failed);
+  return {first.verdict, longest_.duration,
+          fmt::format("with {} of {} seeds:{}{}\nreplay: {} --seeds {} {}\n{}", not_passed_, count_, seeds,
+                      lowest_.size() < not_passed_ ? " ..." : "", replay, seed, text::to_utf8(words),
+                      first.text)};
+}
 
 std::string report(std::string_view path, const Outcome& outcome) {
   const std::string file = text::to_utf8(path);

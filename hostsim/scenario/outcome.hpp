@@ -3,6 +3,8 @@
 
 /// Results of scenarios, as text and as JUnit XML.
 
+#include <cstdint>
+#include <map>
 #include <span>
 #include <string>
 #include <string_view>
@@ -18,6 +20,21 @@ struct Outcome {
   Verdict verdict = Verdict::kPassed;
   Time duration = 0;  ///< on the plant's clock, the same on every machine
   std::string text;   ///< lines with the reason why it has not passed
+};
+
+/// The outcomes of one file with different values of random.seed, in any order.
+class SeedOutcomes {
+ public:
+  void add(std::uint32_t seed, Outcome outcome);
+  /// One for all: that of the lowest seed that has not passed, and which these are. `replay`: the command for
+  /// one of them, in front of the seed and the words behind it.
+  Outcome sum(std::string_view replay, std::string_view words) const;
+
+ private:
+  std::uint64_t count_ = 0;
+  std::uint64_t not_passed_ = 0;
+  Outcome longest_;
+  std::map<std::uint32_t, Outcome> lowest_;  ///< those that have not passed
 };
 
 /// "passed scenarios/x.toml: 2.000000 s", or FAILED and the reason.

@@ -93,8 +93,8 @@ class LastFrames final : public plant::Listener {
 
 class Player {
  public:
-  Player(const Scenario& scenario, plant::Bench& bench)
-      : scenario_(scenario), bench_(bench), last_frames_(bench) {}
+  Player(const Scenario& scenario, plant::Bench& bench, bool disturbed)
+      : scenario_(scenario), bench_(bench), last_frames_(bench), disturbed_(disturbed) {}
 
   Played play() {
     Played outcome;
@@ -120,25 +120,28 @@ class Player {
 
   void play(const Step& step) {
     auto expected = heard(step.expectations, bench_);
+    auto must = heard(step.musts, bench_);
     auto waited = heard(step.waits, bench_);
     const Line here{"", step.line};
-    if (step.at && *step.at < now())
+    if (step.at && *step.at < now() && !disturbed_)
       throw Failed(here, fmt::format("at: it is {} already", text::seconds_text(now())));
-    advance_to(step.at ? *step.at : now() + step.after.value_or(0), nullptr);
+    advance_to(step.at ? std::max(*step.at, now()) : now() + step.after.value_or(0), nullptr);
     execute(step);
     if (step.every) repeated_.push_back({&step, now() + *step.every});
     const Time within = step.within.value_or(plant::kWaitWithin);
     for (Heard& condition : waited)
-      if (!advance_to(now() + within, &condition))
+      if (!advance_to(now() + within, &condition) && !disturbed_)
         condition.fail(fmt::format("not within {} s: ", text::seconds_text(within)));
     for (Heard& condition : expected)
-      if (!condition.holds()) condition.fail("expected ");
+      if (!disturbed_ && !condition.holds()) condition.fail("expected ");
+    for (Heard& condition : must)
+      if (!condition.holds()) condition.fail("must ");
   }
 
   void execute(const Step& step) {
     for (const Line& line : step.commands) {
       const std::string response = bench_.execute(line.text);
-      if (response.starts_with(plant::kError))
+      if (response.starts_with(plant::kError) && !disturbed_)
         throw Failed(line,
                      fmt::format("{}: {}", line.text, text::trim(response.substr(plant::kError.size()))));
     }
@@ -182,12 +185,13 @@ class Player {
   plant::Bench& bench_;
   LastFrames last_frames_;
   std::vector<Repeated> repeated_;
+  bool disturbed_;
 };
 
 }  // namespace
 
-Played play(const Scenario& scenario, plant::Bench& bench) {
-  return Player(scenario, bench).play();
+Played play(const Scenario& scenario, plant::Bench& bench, bool disturbed) {
+  return Player(scenario, bench, disturbed).play();
 }
 
 std::size_t leave_out_unobservable(Scenario& scenario, plant::Bench& bench) {
@@ -202,8 +206,10 @@ std::size_t leave_out_unobservable(Scenario& scenario, plant::Bench& bench) {
   };
   std::size_t count = 0;
   for (Step& step : scenario.steps) {
-    const std::size_t unseen = std::erase_if(step.expectations, is_unseen);
-    if (unseen != 0 && step.expectations.empty() && step.commands.empty() && step.waits.empty())
+    const std::size_t unseen =
+        std::erase_if(step.expectations, is_unseen) + std::erase_if(step.musts, is_unseen);
+    if (unseen != 0 && step.expectations.empty() && step.musts.empty() && step.commands.empty() &&
+        step.waits.empty())
       throw plant::NotObservable(
           fmt::format("line {}: nothing of what the step expects can be seen there", step.line));
     count += unseen;
@@ -223,7 +229,7 @@ config::Diagnostics check_steps(const Scenario& scenario, plant::Bench& bench) {
   for (const Step& step : scenario.steps) {
     for (const Line& line : step.commands)
       check(line, [&] { bench.check(line.text); });
-    for (const auto* lines : {&step.waits, &step.expectations})
+    for (const auto* lines : {&step.waits, &step.expectations, &step.musts})
       for (const Line& line : *lines)
         check(line, [&] { plant::make_condition(line.text, bench.view()); });
   }

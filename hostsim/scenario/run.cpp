@@ -68,8 +68,8 @@ Outcome play_on_bench(const Scenario& scenario, plant::Bench& bench) {
           std::move(played.failure)};
 }
 
-Outcome play_on_plant(const Scenario& scenario, const config::FileReader& read, const PlantRun& run) {
-  config::PlantBuild build = config::build_nodes(scenario.config, read);
+Outcome play_on_plant(const Scenario& scenario, config::EdsFiles& files, const PlantRun& run) {
+  config::PlantBuild build = config::build_nodes(scenario.config, files);
   if (!build.good) {
     Outcome outcome{Verdict::kWrong, 0, {}};
     for (const std::string& line : build.lines)

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "config/eds_file.hpp"
 #include "config/files.hpp"
 #include "plant/virtual_plant.hpp"
 #include "scenario/outcome.hpp"
@@ -44,6 +45,6 @@ struct PlantRun {
 };
 
 /// Plays on the scenario's plant.
-Outcome play_on_plant(const Scenario& scenario, const config::FileReader& read, const PlantRun& run);
+Outcome play_on_plant(const Scenario& scenario, config::EdsFiles& files, const PlantRun& run);
 
 }  // namespace cbcan::scenario

@@ -31,6 +31,7 @@ struct Step {
   std::vector<Line> waits;
   std::optional<Time> within;  ///< for each wait; kWaitWithin unless set
   std::vector<Line> expectations;
+  std::vector<Line> musts;  ///< expectations with and without faults
   std::size_t line = 0;
 };
 
@@ -59,7 +60,7 @@ struct Played {
   Time duration = 0;    ///< on the plant's clock
 };
 
-/// Throws what the bench throws.
-Played play(const Scenario& scenario, plant::Bench& bench);
+/// Throws what the bench throws. `disturbed`: faults have been added, so nothing but `musts` is a failure.
+Played play(const Scenario& scenario, plant::Bench& bench, bool disturbed = false);
 
 }  // namespace cbcan::scenario

@@ -23,14 +23,6 @@ using journal::Kind;
 
 constexpr Time kMinute = 60 * kSecond;
 
-/// A text in TOML.
-std::string toml_text(std::string_view text) {
-  std::string result = "\"";
-  for (const char c : text)
-    result.append(c == '"' || c == '\\' ? "\\" : "") += c == '\t' ? ' ' : c;
-  return result + '"';
-}
-
 /// R3705 and the following registers after a read of this value.
 std::vector<std::uint16_t> size_and_words(std::span<const std::uint8_t> bytes) {
   std::vector<std::uint16_t> words(1 + (bytes.size() + 1) / 2);
@@ -42,6 +34,13 @@ std::vector<std::uint16_t> size_and_words(std::span<const std::uint8_t> bytes) {
 }  // namespace
 
 // ---- Steps
+
+std::string toml_text(std::string_view text) {
+  std::string result = "\"";
+  for (const char c : text)
+    result.append(c == '"' || c == '\\' ? "\\" : "") += c == '\t' ? ' ' : c;
+  return result + '"';
+}
 
 std::string ScenarioWriter::opening(const std::string& plant) {
   return plant.empty() ? "" : fmt::format("plant = {}\n", toml_text(plant));

@@ -13,6 +13,9 @@
 
 namespace cbcan::scenario {
 
+/// A text in TOML.
+std::string toml_text(std::string_view text);
+
 /// Steps as text. `begin`: the plant's time that is time 0 of the scenario.
 class ScenarioWriter {
  public:

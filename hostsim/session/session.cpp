@@ -124,6 +124,7 @@ void Session::advance() {
 bool Session::poll_waits() {
   control().set_now(host_.now);
   if (recorder_) recorder_->poll();
+  if (look_ && !look_()) host_.shut_down();
   return waits_.poll();
 }
 

@@ -53,6 +53,8 @@ struct Host {
   std::function<void()> flush;          ///< sends what a command has caused, before its response
   std::function<Served()> served;
   std::function<void()> shut_down;
+  std::function<void()> restart_command;  ///< that runs with the plant, if there is one
+  std::function<void(Time)> let_pass;     ///< lets this time pass in the plant, while clients wait
 };
 
 class Session final : private plant::NetworkListener {
@@ -73,6 +75,8 @@ class Session final : private plant::NetworkListener {
 
   /// Writes the session from now on as a scenario.
   void record(Tell tell) { recorder_.emplace(control(), find_name_, plant_file_, std::move(tell)); }
+  /// Called when time has passed, and after each Modbus request that writes; false = the program is to end.
+  void watch(std::function<bool()> look) { look_ = std::move(look); }
   /// Serves the HTTP interface from now on.
   web::Api& open_api();
   /// Views that have to be polled: lines of messages, a recording.
@@ -106,6 +110,8 @@ class Session final : private plant::NetworkListener {
   void on_fault(std::size_t network, std::string_view text, Time now) override;
   void on_written(std::size_t network, const adapters::ModbusRange& written) override;
   void on_applied() override { poll_waits(); }
+  void on_plc_restart() override { host_.restart_command(); }
+  void on_late_response(Time delay) override { host_.let_pass(delay); }
   web::Json about() const;
   std::string module_summary(const plant::Network& network) const;
 
@@ -119,6 +125,7 @@ class Session final : private plant::NetworkListener {
   journal::FindName find_name_;
   Waits waits_;
   std::optional<web::Api> api_;
+  std::function<bool()> look_;
 };
 
 }  // namespace cbcan::session

@@ -89,6 +89,9 @@ class Behaviour {
   /// drives follow their option codes. update() follows. Starting the node again ends this.
   virtual void on_network_failure(NetworkFailure /*failure*/, Time /*now*/) {}
 
+  /// The device acts on commands this long after they have been written, until this is called again.
+  virtual void delay_commands(Time /*delay*/) {}
+
   /// Commands and set points from the master: 1010h stores neither them nor measured values.
   virtual bool is_set_point(std::uint16_t /*index*/) const { return false; }
 

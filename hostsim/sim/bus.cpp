@@ -46,25 +46,38 @@ bool Port::try_send(const Frame& frame) {
   return true;
 }
 
-void Port::accept(std::uint32_t first, std::uint32_t last) {
-  for (std::uint32_t id = first; id <= last; ++id) {
-    auto& ports = bus_.accepting_[id];
-    if (std::ranges::find(ports, this) == ports.end()) ports.push_back(this);
+void Bus::Ports::add(Port& port) {
+  if (first == nullptr)
+    first = &port;
+  else if (first != &port && std::ranges::find(others, &port) == others.end())
+    others.push_back(&port);
+}
+
+void Bus::Ports::remove(Port& port) {
+  if (first == &port) {
+    first = others.empty() ? nullptr : others.front();
+    std::erase(others, first);
+  } else {
+    std::erase(others, &port);
   }
+}
+
+void Port::accept(std::uint32_t first, std::uint32_t last) {
+  for (std::uint32_t id = first; id <= last; ++id)
+    bus_.accepting_[id].add(*this);
 }
 
 void Port::refuse(std::uint32_t first, std::uint32_t last) {
   for (std::uint32_t id = first; id <= last; ++id)
-    std::erase(bus_.accepting_[id], this);
+    bus_.accepting_[id].remove(*this);
 }
 
 void Port::accept_all() {
-  if (std::ranges::find(bus_.accepting_all_, this) == bus_.accepting_all_.end())
-    bus_.accepting_all_.push_back(this);
+  bus_.accepting_all_.add(*this);
 }
 
 void Port::refuse_all() {
-  std::erase(bus_.accepting_all_, this);
+  bus_.accepting_all_.remove(*this);
 }
 
 void Port::detach() {
@@ -235,13 +248,15 @@ inline void Bus::arrive(const Frame& frame, const Port* sender, Time now) {
     tell(frame, sender, now);
 }
 
+inline void Bus::deliver_to(Port& port, const Frame& frame, const Port* sender, Time now) {
+  if (&port != sender && port.state_ != BusState::kBusOff) port.receiver_->on_frame(frame, now);
+}
+
 /// By index, since a receiver may change its own filter in the meantime.
-inline void Bus::deliver_to(const std::vector<Port*>& ports, const Frame& frame, const Port* sender,
-                            Time now) {
-  for (std::size_t i = 0; i < ports.size(); ++i) {
-    Port& port = *ports[i];
-    if (&port != sender && port.state_ != BusState::kBusOff) port.receiver_->on_frame(frame, now);
-  }
+inline void Bus::deliver_to(const Ports& ports, const Frame& frame, const Port* sender, Time now) {
+  if (ports.first != nullptr) deliver_to(*ports.first, frame, sender, now);
+  for (std::size_t i = 0; i < ports.others.size(); ++i)
+    deliver_to(*ports.others[i], frame, sender, now);
 }
 
 /// What deliver() does, inlined for the path that every frame takes.
@@ -249,7 +264,7 @@ inline void Bus::tell(const Frame& frame, const Port* sender, Time now) {
   for (Observer* observer : observers_)
     observer->on_bus_frame(frame, now);
   deliver_to(accepting_[frame.id & kFilterMask], frame, sender, now);
-  if (!accepting_all_.empty()) deliver_to(accepting_all_, frame, sender, now);
+  if (accepting_all_.first != nullptr) deliver_to(accepting_all_, frame, sender, now);
 }
 
 void Bus::deliver(const Frame& frame, const Port* sender, Time now) {

@@ -212,17 +212,26 @@ class Bus {
  private:
   friend class Port;
   static constexpr std::size_t kIdentifiers = 2048;
+  /// Most identifiers have one: no memory for it.
+  struct Ports {
+    void add(Port& port);
+    void remove(Port& port);
+
+    Port* first = nullptr;
+    std::vector<Port*> others{};
+  };
 
   void drop_queue(Port& port);
   bool start_next(Time now);
   void arrive(const Frame& frame, const Port* sender, Time now);
   void tell(const Frame& frame, const Port* sender, Time now);
-  static void deliver_to(const std::vector<Port*>& ports, const Frame& frame, const Port* sender, Time now);
+  static void deliver_to(Port& port, const Frame& frame, const Port* sender, Time now);
+  static void deliver_to(const Ports& ports, const Frame& frame, const Port* sender, Time now);
 
   std::uint32_t bit_rate_;
   std::vector<std::unique_ptr<Port>> ports_;
-  std::array<std::vector<Port*>, kIdentifiers> accepting_{};
-  std::vector<Port*> accepting_all_;
+  std::array<Ports, kIdentifiers> accepting_{};
+  Ports accepting_all_;
   Arbitration arbitration_;
   std::vector<Observer*> observers_;
   Outside* outside_ = nullptr;

@@ -19,40 +19,56 @@ CoprocessorModule::CoprocessorModule(Bus& bus, Schedule& schedule, RegisterWindo
                                      std::span<const ScannerWindow> scanners, ParameterStore* parameters)
     : Participant(schedule),
       parameters_(parameters),
+      is_kept_(parameters != nullptr),
       port_(bus.attach(*this)),
-      channels_(scanners.size() - 1),
-      coprocessor_(window, process, port_, with_address(settings, parameters_.lss()), scanners, channels_) {
-  if (parameters != nullptr) coprocessor_.keep_in(parameters_);
+      window_(window),
+      process_(process),
+      settings_(settings),
+      scanners_(scanners.begin(), scanners.end()) {
+  make();
   const std::uint32_t bit_rate = parameters_.lss().bit_rate;
   hears_ = bit_rate == 0 || bus.bit_rate() == 0 || bit_rate == bus.bit_rate();
   port_.accept(nmt::kCommandId, sdo::kResponseId + nmt::kMaxNode);
-  const std::uint32_t own_requests = sdo::kRequestId + coprocessor_.own_node().node_id();
+  const std::uint32_t own_requests = sdo::kRequestId + coprocessor_->own_node().node_id();
   port_.accept(own_requests, own_requests);
   port_.accept(sdo::kRequestId + nmt::kMaxNode + 1, nmt::kErrorControlId + nmt::kMaxNode);
   port_.accept(LssSlave::kRequestId, LssSlave::kRequestId);
 }
 
+void CoprocessorModule::make() {
+  coprocessor_.reset();
+  channels_ = std::vector<MultiChannelCoprocessor::Memory>(scanners_.size() - 1);
+  coprocessor_.emplace(window_, process_, port_, with_address(settings_, parameters_.lss()), scanners_,
+                       channels_);
+  if (is_kept_) coprocessor_->keep_in(parameters_);
+}
+
+void CoprocessorModule::restart(Time now) {
+  make();
+  start(now);
+}
+
 void CoprocessorModule::start(Time now) {
   if (!hears_) port_.set_state(BusState::kBusOff, now);
-  coprocessor_.start(now);
+  coprocessor_->start(now);
   poll(now);
 }
 
 void CoprocessorModule::on_frame(const Frame& frame, Time now) {
   ++received_;
-  coprocessor_.on_frame(frame, now);
+  coprocessor_->on_frame(frame, now);
   if (watch_ != nullptr) watch_->after(now);
   poll(now);
 }
 
 void CoprocessorModule::on_bus_state(BusState state, Time now) {
-  coprocessor_.on_bus_state(state, now);
+  coprocessor_->on_bus_state(state, now);
   poll(now);
 }
 
 void CoprocessorModule::on_registers_written(std::size_t first, std::size_t count, Time now) {
   if (watch_ != nullptr) watch_->before(now);
-  coprocessor_.on_registers_written(first, count, now);
+  coprocessor_->on_registers_written(first, count, now);
   if (watch_ != nullptr) watch_->after(now);
   poll(now);
 }

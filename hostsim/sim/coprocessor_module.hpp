@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -31,32 +32,41 @@ class CoprocessorModule final : public Participant {
                     ParameterStore* parameters = nullptr);
 
   void start(Time now) override;
+  /// Off and on. The registers are the caller's.
+  void restart(Time now);
   /// Also to be called when R3700 may have been written.
   void poll(Time now) override {
     if (watch_ != nullptr) watch_->before(now);
-    wants(coprocessor_.poll(now));
+    wants(coprocessor_->poll(now));
     if (watch_ != nullptr) watch_->after(now);
   }
   /// See Coprocessor.
   void on_registers_written(std::size_t first, std::size_t count, Time now);
-  void on_plc(Time now) { coprocessor_.on_plc(now); }
+  void on_plc(Time now) { coprocessor_->on_plc(now); }
   void on_frame(const Frame& frame, Time now) override;
   void on_bus_state(BusState state, Time now) override;
 
   /// Null removes the watch.
   void watch(ModuleWatch* watch) { watch_ = watch; }
 
-  const MultiChannelCoprocessor& coprocessor() const { return coprocessor_; }
+  const MultiChannelCoprocessor& coprocessor() const { return *coprocessor_; }
   Port& port() const { return port_; }
   /// Frames since the start.
   std::uint32_t received() const { return received_; }
 
  private:
+  void make();
+
   ModuleParameters parameters_;
+  bool is_kept_;       ///< in parameters_
   bool hears_ = true;  ///< the bit rate is that of the bus
   Port& port_;
+  RegisterWindow window_;
+  ProcessRegisters process_;
+  Coprocessor::Settings settings_;
+  std::vector<ScannerWindow> scanners_;
   std::vector<MultiChannelCoprocessor::Memory> channels_;
-  MultiChannelCoprocessor coprocessor_;
+  std::optional<MultiChannelCoprocessor> coprocessor_;  ///< always there
   ModuleWatch* watch_ = nullptr;
   std::uint32_t received_ = 0;
 };

@@ -144,6 +144,7 @@ void Node::start(Time now) {
 
 void Node::set_power(bool on, Time now) {
   if (on == has_power_) return;
+  power_back_ = kNever;
   if (on) {
     port_.set_state(state_with_power_, now);
     has_power_ = true;
@@ -162,6 +163,7 @@ void Node::set_power(bool on, Time now) {
 }
 
 void Node::poll(Time now) {
+  if (now >= power_back_) return set_power(true, now);
   if (!has_power_) return;
   faulty_.poll(now);
   if (lss_) lss_->slave().poll(now);
@@ -174,12 +176,12 @@ void Node::poll(Time now) {
 
 void Node::on_frame(const Frame& frame, Time now) {
   faulty_.set_now(now);
-  faulty_.heard(frame);
+  if (!faulty_.hears(frame)) return finish_update(now);
   if (lss_ && frame.id == LssSlave::kRequestId)
     lss_->slave().on_frame(frame, now);
   else if (more_servers_.serves(frame.id))
     ask_more_servers(frame, now);
-  else if (!device_.on_frame(frame, now) && !update_pending_)
+  else if (!device_.on_frame(frame, now) && !update_pending_ && faulty_.is_idle())
     return;  // most RPDOs, which wait for a SYNC, most SYNCs, and SDO uploads of a node without a behaviour
   finish_update(now);
 }
@@ -235,7 +237,13 @@ void Node::finish_update(Time now) {
     device_.on_frame(faulty_.take_abort(), now);
   if (ids_changed_) follow_ids();
   if (activity_flag_ != nullptr) *activity_flag_ = true;
-  if (!has_power_) return wants(kNever);
+  if (const Time loss = faulty_.take_power_loss(); loss != 0 && has_power_) {
+    set_power(false, now);
+    power_back_ = loss == kNever ? kNever : now + loss;
+  }
+  if (!has_power_) return wants(power_back_);
+  if (faulty_.command_delay() != command_delay_)
+    behaviour_->delay_commands(command_delay_ = faulty_.command_delay());
   const Time servers = earlier(device_.deadline(), more_servers_.deadline());
   const Time own = earlier(servers, earlier(behaviour_due_, sample_due_));
   const Time lss = lss_ ? lss_->slave().deadline() : kNever;

@@ -186,7 +186,9 @@ class Node final : public Participant,
   bool ids_changed_ = false;
   bool update_pending_ = false;    ///< finish_update() is needed, whatever the device returns
   bool* activity_flag_ = nullptr;  ///< see watch()
+  Time command_delay_ = 0;         ///< that the behaviour has
   bool has_power_ = true;
+  Time power_back_ = kNever;                       ///< without power, when it comes back
   BusState state_with_power_ = BusState::kActive;  ///< of the controller, which is bus-off without power
   std::vector<std::uint32_t> received_ids_;        ///< that the port accepts for this node
 };

@@ -7,10 +7,6 @@
 
 namespace cbcan::text {
 
-bool has_hex_prefix(std::string_view text) {
-  return text.starts_with("0x") || text.starts_with("0X");
-}
-
 std::optional<std::int64_t> parse_integer(std::string_view text) {
   const bool prefixed = has_hex_prefix(text);
   const bool suffixed = !prefixed && text.size() > 1 && text.front() >= '0' && text.front() <= '9' &&

@@ -24,7 +24,9 @@ std::optional<Number> parse(std::string_view text, Base... base) {
   return number;
 }
 
-bool has_hex_prefix(std::string_view text);
+constexpr bool has_hex_prefix(std::string_view text) {
+  return text.starts_with("0x") || text.starts_with("0X");
+}
 
 /// "12", "-5", "0x1017", "1017h", "0FFh"; the text must contain nothing else.
 std::optional<std::int64_t> parse_integer(std::string_view text);

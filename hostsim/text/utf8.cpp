@@ -70,6 +70,7 @@ std::string as_utf8(std::string_view text) {
 }
 
 std::string to_utf8(std::string_view text) {
+  if (std::ranges::all_of(text, [](char c) { return c >= ' ' && c < 0x7F; })) return std::string(text);
   std::string out = lines_to_utf8(text);
   std::ranges::replace(out, '\n', ' ');
   return out;

@@ -15,15 +15,6 @@ constexpr char lower(char c) {
 
 }  // namespace
 
-std::string_view trim(std::string_view text) {
-  const auto is_blank = [](char c) { return static_cast<unsigned char>(c) <= ' '; };
-  while (!text.empty() && is_blank(text.front()))
-    text.remove_prefix(1);
-  while (!text.empty() && is_blank(text.back()))
-    text.remove_suffix(1);
-  return text;
-}
-
 std::vector<std::string_view> words_of(std::string_view text) {
   std::vector<std::string_view> words;
   for (auto at = text.find_first_not_of(kBlanks); at != std::string_view::npos;) {
@@ -50,7 +41,7 @@ std::string_view take_line(std::string_view& rest) {
   return take_part(rest, '\n');
 }
 
-bool same_text(std::string_view a, std::string_view b) {
+bool same_letters(std::string_view a, std::string_view b) {
   return std::ranges::equal(a, b, {}, lower, lower);
 }
 

@@ -14,7 +14,16 @@
 namespace cbcan::text {
 
 /// Removes blanks at both ends; every control character counts as a blank (old editors end a file with 1Ah).
-std::string_view trim(std::string_view text);
+constexpr std::string_view trim(std::string_view text) {
+  const auto is_blank = [](char c) { return static_cast<unsigned char>(c) <= ' '; };
+  const char* first = text.data();
+  const char* last = first + text.size();
+  while (first != last && is_blank(*first))
+    ++first;
+  while (first != last && is_blank(last[-1]))
+    --last;
+  return {first, static_cast<std::size_t>(last - first)};
+}
 
 /// The parts between blanks and line ends.
 std::vector<std::string_view> words_of(std::string_view text);
@@ -28,7 +37,10 @@ std::string_view take_part(std::string_view& rest, char mark);
 std::string_view take_line(std::string_view& rest);
 
 /// Equality and order without regard to the case of ASCII letters.
-bool same_text(std::string_view a, std::string_view b);
+bool same_letters(std::string_view a, std::string_view b);
+inline bool same_text(std::string_view a, std::string_view b) {
+  return a.size() == b.size() && same_letters(a, b);
+}
 bool less_text(std::string_view a, std::string_view b);
 
 /// The parts of "node.objects.sub": "node.objects" and "sub".

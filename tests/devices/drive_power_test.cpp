@@ -48,6 +48,31 @@ struct Row {
 
 }  // namespace
 
+TEST_CASE("Delayed commands: one after the other, each in its time; a reset forgets them") {
+  DriveBench bench;
+  bench.control(0x0006);
+  bench.drive.delay_commands(50 * kMillisecond);
+  CHECK(state_of(bench.control(0x0007)) == kReadyToSwitchOn);
+  bench.pass(30 * kMillisecond);
+  CHECK(state_of(bench.control(0x000F)) == kReadyToSwitchOn);
+  bench.pass(20 * kMillisecond);
+  CHECK(state_of(bench) == kSwitchedOn);
+  bench.pass(30 * kMillisecond);
+  CHECK(state_of(bench) == kOperationEnabled);
+  bench.control(0x0000);
+  bench.drive.delay_commands(0);
+  bench.control(0x0006);  // at once, but not before the one ahead
+  CHECK(state_of(bench) == kOperationEnabled);
+  bench.pass(50 * kMillisecond);
+  CHECK(state_of(bench) == kReadyToSwitchOn);
+  bench.drive.delay_commands(50 * kMillisecond);
+  bench.control(0x0007);
+  bench.put(0x6040, 0, 0);
+  bench.drive.reset(true, bench.now);
+  bench.pass(kSecond);
+  CHECK(state_of(bench) == kSwitchOnDisabled);
+}
+
 TEST_CASE("Every state and every command") {
   constexpr std::array<Row, 6> kTable = {{
       // from            0006h   0007h   000Fh   0000h   0002h   0080h

@@ -18,7 +18,8 @@ sim::NodeParts read_node(std::uint8_t id, const char* eds) {
   config.id = id;
   config.eds = std::string("demo:/") + eds;
   const auto no_disk = [](const std::string&) { return std::optional<std::string>(); };
-  config::NodeBuild build = config::NodeBuilder(config::with_demo_plant(no_disk)).build(config, 0);
+  config::EdsFiles files(config::with_demo_plant(no_disk));
+  config::NodeBuild build = config::build_node(config, 0, files);
   require(build.node.has_value(), "the demo's nodes can be built");
   return std::move(*build.node);
 }

@@ -78,9 +78,9 @@ void check_ranges(const config::NetworkConfig& config) {
 }
 
 void build_nodes(const config::Config& config, const config::NetworkConfig& network, std::size_t lines) {
-  config::NodeBuilder builder(read_file);
+  config::EdsFiles files(read_file);
   for (const config::NodeConfig& node : network.nodes) {
-    const config::NodeBuild build = builder.build(node, config::node_seed(config, node));
+    const config::NodeBuild build = config::build_node(node, config::node_seed(config, node), files);
     require(build.node.has_value() == build.problems.empty(), "a node is built, or it is said why not");
     for (const std::string& problem : build.problems)
       check_complaint(problem, lines);

@@ -16,7 +16,8 @@ sim::NodeParts built(std::uint8_t id, const std::string& eds, const std::string&
   node.name = name;
   node.id = id;
   node.eds = "demo:/" + eds;
-  config::NodeBuild build = config::NodeBuilder(config::with_demo_plant(test::no_file)).build(node, 0);
+  config::EdsFiles files(config::with_demo_plant(test::no_file));
+  config::NodeBuild build = config::build_node(node, 0, files);
   REQUIRE(build.node);
   return std::move(*build.node);
 }

@@ -29,7 +29,9 @@ TEST_CASE("a fault that acts while the plant is made is reported, before there a
                   [] {},
                   [] {},
                   [] { return Served{}; },
-                  [] {}};
+                  [] {},
+                  [] {},
+                  [](cbcan::Time) {}};
   // In memory that is not 0, a member that is used too early has some value.
   const auto memory = std::make_unique<std::byte[]>(sizeof(Session));
   std::memset(memory.get(), 0xFF, sizeof(Session));

@@ -56,6 +56,22 @@ TEST_CASE("frame-loss: a frame reaches no node; of 40 with 25 % the same eight e
   }
 }
 
+TEST_CASE("A state of the bus begins after a number of frames") {
+  Wire wire;
+  wire.set_bus("error-passive after=2 for_ms=5");
+  const auto passive = [&] { return wire.ear_port.state() == BusState::kErrorPassive; };
+  wire.send(numbered(2));
+  wire.pass(0);
+  CHECK(!passive());
+  wire.send(numbered(1));
+  wire.pass(0);
+  CHECK(passive());
+  wire.send(numbered(9));
+  wire.pass(5 * cbcan::kMillisecond);
+  CHECK(!passive());
+  CHECK(wire.bus_faults.list()[0].fired == 1);
+}
+
 TEST_CASE("Frames: identifiers, after, count and the window in time") {
   const Texts frames{"17F#", "180#", "181#", "200#", "201#", "00000190#"};
   const auto heard_with = [&](const std::string& fault) {

@@ -119,13 +119,13 @@ TEST_CASE("Every key takes its lowest and highest value and none beyond") {
 
 TEST_CASE("Errors are reported with the key and the permitted values") {
   CHECK(problem_of("response-lat") == "fault \"response-lat\": no such kind; did you mean response-late?");
-  CHECK(
-      problem_of("nonsense") ==
-      "fault \"nonsense\": no such kind; there are response-never, response-late, response-twice, "
-      "response-out-of-order, response-other-toggle, response-other-specifier, response-other-index, "
-      "response-other-size, response-other-crc, response-other-sequence, abort, short-frame, refuse, silent, "
-      "heartbeat-stops, state-wrong, duplicate-node-id, boot-up-storm, emcy-storm, bus-off, "
-      "error-passive and overflow");
+  CHECK(problem_of("nonsense") ==
+        "fault \"nonsense\": no such kind; there are response-never, response-late, response-twice, "
+        "response-out-of-order, response-other-toggle, response-other-specifier, response-other-index, "
+        "response-other-size, response-other-crc, response-other-sequence, abort, short-frame, refuse, "
+        "request-lost, "
+        "silent, heartbeat-stops, state-wrong, duplicate-node-id, boot-up-storm, emcy-storm, power, bus-off, "
+        "error-passive, overflow and slow");
   CHECK(problem_of("", FaultPlace::kBus) ==
         "fault \"\": no such kind; there are frame-loss, frame-twice, frame-late, frame-corrupt, bus-off, "
         "error-passive, overflow and bus-load");
@@ -133,7 +133,9 @@ TEST_CASE("Errors are reported with the key and the permitted values") {
   CHECK(problem_of("silent", FaultPlace::kBus) == "silent: a fault of a node, not of the bus");
   CHECK(problem_of("silent delay=5") ==
         "silent: delay: no such key; there are after, count, probability, seed, from_ms and until_ms");
-  CHECK(problem_of("bus-off after=5") == "bus-off: after: no such key; there are from_ms and until_ms");
+  CHECK(problem_of("bus-off count=5") ==
+        "bus-off: count: no such key; there are after, from_ms, until_ms and for_ms");
+  CHECK(problem_of("slow after=5") == "slow: after: no such key; there are delay_ms, from_ms and until_ms");
   CHECK(problem_of("response-late delay_ms=soon") ==
         "response-late: delay_ms \"soon\": must be an integer, 0..86400000");
   CHECK(problem_of("response-late delay_ms=-5") == "response-late: delay_ms -5: must be 0..86400000");

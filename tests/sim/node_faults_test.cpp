@@ -105,6 +105,75 @@ TEST_CASE("Node: bus-off for a while: off the bus, out of Operational, and back"
                                     "500000 node 5: fault 1: bus-off until_ms=500: ends"});
 }
 
+TEST_CASE("Node: request-lost: the node does not get a request, and the transfer is where it was") {
+  Faulty faulty;
+  faulty.set("request-lost index=0x2000 after=1 count=1");
+  faulty.bench.ask(kRead, kResponse);
+  faulty.bench.send("605#2B00200008000000");
+  faulty.bench.pass(kSecond).expect_silence();
+  faulty.bench.ask(kRead, kResponse);
+  faulty.set("request-lost count=1 after=1");
+  faulty.bench.ask("605#2100200002000000", "585#6000200000000000");
+  faulty.bench.send("605#0B08000000000000");  // the segment is lost: the same again ends the transfer
+  faulty.bench.pass(kMillisecond).expect_silence();
+  faulty.bench.ask("605#0B08000000000000", "585#2000000000000000");
+  CHECK(value_of(faulty.node, 0x2000, 0) == 8);
+  faulty.bench.send("000#8105").expect("705#00");  // NMT is no request
+}
+
+TEST_CASE("Node: power: it is off with the frame that it would get or send, and comes back by a cold start") {
+  Faulty faulty;
+  faulty.bench.ask("605#2B00200008000000", "585#6000200000000000");
+  const unsigned number = faulty.set("power after=1 count=1 for_ms=300");
+  faulty.bench.send("605#2B00200009000000");  // received; the response is the second frame
+  CHECK(!faulty.node.has_power());
+  faulty.bench.send(kRead);
+  faulty.bench.pass(300 * kMillisecond - 1).expect_silence();
+  faulty.bench.pass(1).expect("705#00");
+  faulty.bench.ask(kRead, kResponse);
+  CHECK(faulty.told.lines ==
+        Texts{"0 node 5: fault 1: power after=1 count=1 for_ms=300: 585#6000200000000000"});
+  faulty.remove(number);
+  faulty.set("power");
+  faulty.bench.send("605#2B00200009000000");  // not received
+  CHECK(!faulty.node.has_power());
+  faulty.bench.pass(24 * 3600 * kSecond).expect_silence();
+  faulty.node.faults().clear(faulty.bench.now);
+  faulty.node.set_power(true, faulty.bench.now);
+  faulty.bench.world.advance(faulty.bench.now);
+  faulty.bench.expect("705#00");
+  faulty.bench.ask(kRead, kResponse);
+}
+
+TEST_CASE("Node: power that is switched by hand in the meantime stays as it is") {
+  Faulty faulty;
+  faulty.set("power count=1 for_ms=300");
+  faulty.bench.send(kRead);
+  faulty.node.set_power(true, faulty.bench.now);
+  faulty.node.set_power(false, faulty.bench.now);
+  faulty.bench.pass(kSecond);
+  CHECK(!faulty.node.has_power());
+}
+
+TEST_CASE("Node: a state begins after a number of frames from or to the node, and lasts") {
+  Faulty faulty;
+  faulty.set("bus-off after=2 for_ms=100");
+  faulty.bench.ask(kRead, kResponse);
+  CHECK(faulty.node.port().state() == BusState::kActive);
+  faulty.bench.send(kRead);  // the third frame, which it does not get
+  CHECK(faulty.node.port().state() == BusState::kBusOff);
+  faulty.bench.pass(100 * kMillisecond - 1).expect_silence();
+  faulty.bench.pass(1);
+  CHECK(faulty.node.port().state() == BusState::kActive);
+  faulty.bench.heard();
+  faulty.bench.ask(kRead, kResponse);
+  faulty.bench.pass(kSecond);
+  CHECK(faulty.node.faults().list()[0].fired == 1);
+  CHECK(faulty.told.lines == Texts{"0 node 5: fault 1: bus-off after=2 for_ms=100: 605#4000200000000000",
+                                   "0 node 5: fault 1: bus-off after=2 for_ms=100: begins",
+                                   "100000 node 5: fault 1: bus-off after=2 for_ms=100: ends"});
+}
+
 TEST_CASE("Node: faults are for its ID, also for the one that LSS gives") {
   Told told;
   WorldBench bench;

@@ -231,6 +231,20 @@ class Outcomes(unittest.TestCase):
         self.assertTrue(all(parts))
         self.assertEqual(run("--shard", "4/3", ROOT / "scenarios").returncode, 2)
 
+    def test_seeds_in_turn(self):
+        path = self.write("chance.toml", 'plant = "demo"\n[[step]]\ndo = "fault 66 response-never probability=0.3"\n[[step]]\n'
+                          'do = "trigger read 66 0x1000 0 4"\nwait = "register 3700 != 51726"\nexpect = "register 3700 = 0"\n')
+        failed = [seed for seed in range(1, 31) if run("--seeds", str(seed), path).returncode == 1]
+        self.assertTrue(0 < len(failed) < 21)
+        outputs = {run("-j", jobs, "--seeds", "1..30", path).stdout for jobs in ("1", "4")}
+        self.assertEqual(len(outputs), 1)
+        lines = outputs.pop().splitlines()
+        self.assertEqual(lines[:3], [f"FAILED {path}", f"with {len(failed)} of 30 seeds: " + " ".join(map(str, failed)),
+                                     f"replay: cbcan-sim run --seeds {failed[0]} {path}"])
+        self.assertEqual(lines[3:], run("--seeds", str(failed[0]), path).stdout.splitlines()[1:])
+        self.assertEqual(run("--seeds", "1..30", self.write("b.toml", FAILS.replace("= 0", "= 4"))).stdout.splitlines()[1], "1 passed")
+        self.assertIn("every run would write the same file", run("--seeds", "1..2", "--log", self.folder, path).stderr)
+
     def test_progress_on_a_terminal_alone(self):
         master, terminal = pty.openpty()
         with os.fdopen(terminal, "wb") as err:
@@ -255,6 +269,7 @@ class Outcomes(unittest.TestCase):
                                 (("--junti", "x"), "--junti: no such option; did you mean --junit?"),
                                 (("-j",), "-j: needs an argument, N"),
                                 (("-j", "0", "x"), "--jobs 0: must be 1..1000"),
+                                (("--seeds", "9..7", "x"), "--seeds 9..7: must be A..B, such as 1..1000, or one number, of 0..4294967295"),
                                 (("--shard", "5", "x"), "--shard 5: must be I/N, the I-th part of N, such as 1/4")):
             done = run(*arguments)
             self.assertEqual((done.returncode, done.stderr.splitlines()[0]), (2, f"cbcan-sim run: {told}"))

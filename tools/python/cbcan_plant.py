@@ -29,7 +29,8 @@ import signal
 import socket
 import struct
 import subprocess
-from typing import Any, Iterator
+import sys
+from typing import Any, Iterator, NoReturn
 
 try:
     from cbcan import SIMULATOR  # of the same wheel
@@ -42,6 +43,7 @@ EXECUTE = 0xCA0E
 READ, WRITE = 5055, 5066
 FIRST = 3700
 ABORTED = 4  # the result in R3700 that has an SDO abort code
+GAVE_UP = 75  # exit code; EX_TEMPFAIL of sysexits.h
 
 
 class PlantError(Exception):
@@ -50,6 +52,15 @@ class PlantError(Exception):
 
 class NotWithin(PlantError, AssertionError):
     """The condition did not hold in time."""
+
+
+def gave_up(reason: str = "") -> NoReturn:
+    """Ends the program with exit code 75: it could not do its work, knows that, and has left the plant in a safe state. cbcan-sim --explore tells
+    this from a failure. In a test it ends pytest with this code."""
+    if pytest and "PYTEST_CURRENT_TEST" in os.environ:
+        pytest.exit(reason, returncode=GAVE_UP)
+    print(f"gave up: {reason}", file=sys.stderr)
+    sys.exit(GAVE_UP)
 
 
 def connect(address: str) -> socket.socket:

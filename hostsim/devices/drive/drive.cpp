@@ -58,6 +58,8 @@ void Drive::reset(bool application, Time now) {
   if (!application) return;
   objects_.mode_display.set(0);
   axis_.reset(now);
+  commands_.clear();
+  objects_.command = objects_.controlword.get();
   stage_.reset();
   had_power_ = false;
   mode_ = nullptr;
@@ -69,7 +71,16 @@ void Drive::reset(bool application, Time now) {
   sync_missed_ = false;
 }
 
+void Drive::take_commands(Time now) {
+  const std::uint16_t word = objects_.controlword.get();
+  if (word != (commands_.empty() ? objects_.command : commands_.back().word))
+    commands_.push_back({word, now + command_delay_});
+  for (; !commands_.empty() && commands_.front().due <= now; commands_.pop_front())
+    objects_.command = commands_.front().word;
+}
+
 Time Drive::update(Time now) {
+  take_commands(now);
   axis_.refresh(now);
   watch_following(now);
   watch_sync(now);
@@ -108,7 +119,7 @@ bool Drive::supports(std::int8_t mode) {
 /// Homing handles the switches of the axis itself.
 ModeInput Drive::input(Time now) const {
   const AxisSwitches own = mode_ == &homing_ ? AxisSwitches{} : axis_.switches(now);
-  return {objects_.controlword.get(), has(Incident::kNegativeLimit) || own.negative_limit,
+  return {objects_.command, has(Incident::kNegativeLimit) || own.negative_limit,
           has(Incident::kPositiveLimit) || own.positive_limit};
 }
 
@@ -312,6 +323,7 @@ std::uint32_t Drive::link_voltage() const {
 Time Drive::deadline(Time now) const {
   Time first = earlier(axis_.next_load_step(now), following_deadline(now));
   first = earlier(first, earlier(axis_.next_switch(now), sync_due_));
+  if (!commands_.empty()) first = earlier(first, commands_.front().due);
   if (!is_cyclic() || !axis_.just_moves()) first = earlier(first, axis_.profile().next_change(now));
   if (operating_ && mode_ != nullptr) {
     const Time mode = mode_->deadline(now);

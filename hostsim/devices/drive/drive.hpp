@@ -30,6 +30,7 @@
 
 #include <array>
 #include <cstdint>
+#include <deque>
 #include <span>
 
 #include "devices/drive/axis.hpp"
@@ -58,6 +59,7 @@ class Drive final : public DeviceWithIncidents {
   void on_sync(Time now) override;
   void on_state(nmt::State state, Time now) override;
   void on_network_failure(sim::NetworkFailure failure, Time now) override;
+  void delay_commands(Time delay) override { command_delay_ = delay; }
   bool is_set_point(std::uint16_t index) const override;
 
   const Axis& axis() const { return axis_; }
@@ -68,6 +70,7 @@ class Drive final : public DeviceWithIncidents {
   Mode* mode_of(std::int8_t number);
   bool supports(std::int8_t mode);
 
+  void take_commands(Time now);
   void network_failed(std::uint16_t code, Time now);
   void begin_faults(Time now);
   void end_faults(Time now);
@@ -105,6 +108,12 @@ class Drive final : public DeviceWithIncidents {
   Time last_sync_ = kNever;
   Time sync_due_ = kNever;  ///< deadline for the next SYNC; kNever = none is expected
   bool sync_missed_ = false;
+  Time command_delay_ = 0;
+  struct Command {
+    std::uint16_t word;
+    Time due;
+  };
+  std::deque<Command> commands_;   ///< written, but not yet acted on
   std::uint32_t nominal_voltage_;  ///< mV
 };
 

@@ -22,6 +22,7 @@ struct DriveObjects {
   }
 
   ObjectDictionary& d;
+  std::uint16_t command = 0;  ///< the controlword that the drive acts on
 
   Bound<std::int16_t> abort_connection_option{d, 0x6007, 0, 1};
   Bound<std::uint16_t> error_code{d, 0x603F, 0};

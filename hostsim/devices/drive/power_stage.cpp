@@ -23,12 +23,12 @@ void PowerStage::reset() {
   state_ = PowerState::kNotReadyToSwitchOn;
   waiting_ = nullptr;
   spent_word_.reset();
-  word_before_ = objects_.controlword.get();
+  word_before_ = objects_.command;
 }
 
 void PowerStage::poll(bool faulty, Time now) {
   if (state_ == PowerState::kNotReadyToSwitchOn) obey(PowerEvent::kInitialised, now);
-  const std::uint16_t word = objects_.controlword.get();
+  const std::uint16_t word = objects_.command;
   PowerEvent command = command_of(word, word_before_);
   word_before_ = word;
   if (spent_word_ == word) {
@@ -44,7 +44,7 @@ void PowerStage::poll(bool faulty, Time now) {
 void PowerStage::impose(PowerEvent event, Time now) {
   obey(event, now);
   finish(now);
-  spent_word_ = objects_.controlword.get();
+  spent_word_ = objects_.command;
 }
 
 const Transition* PowerStage::allowed(PowerEvent event) const {

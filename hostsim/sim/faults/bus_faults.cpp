@@ -74,7 +74,7 @@ bool concerns(const Fault& fault, const Frame& frame) {
 void BusFaults::follow_set(Time now) {
   bool frames = false;
   for (const SetFault& set : faults_.list()) {
-    frames = frames || is_of_frames(set.fault.kind);
+    frames = frames || is_of_frames(set.fault.kind) || set.waits;
     if (set.fault.kind == FaultKind::kBusLoad && load_port_ == nullptr) load_port_ = &bus_.attach(*this);
   }
   bus_.set_modifier(frames ? this : nullptr);
@@ -97,6 +97,7 @@ void BusFaults::on_arrival(const Frame& frame, const Port* sender, Time now) {
   Time due = now;
   unsigned copies = 1;
   for (SetFault& set : faults_.all()) {
+    faults_.begins(set, frame, now);
     if (!concerns(set.fault, frame) || !faults_.happens(set, frame, now)) continue;
     switch (set.fault.kind) {
       case FaultKind::kFrameLoss: return;

@@ -66,6 +66,7 @@ constexpr auto kKinds = std::to_array<FaultRow>({
     {"abort", kNode, "An abort instead of an SDO response.", {.code = 0x08000000}},
     {"short-frame", kNode, "An SDO response is a frame with fewer bytes.", {}},
     {"refuse", kNode, "A write by SDO is refused: an abort, and nothing is stored.", {.code = 0x08000020}},
+    {"request-lost", kNode, "An SDO request does not reach the node.", {}},
     {"silent", kNode, "Nothing that the node sends leaves it.", {}},
     {"heartbeat-stops", kNode, "Heartbeats, boot-up messages and responses to node guarding do not leave the node.", {}},
     {"state-wrong", kNode, "Heartbeats and responses to node guarding report another state.", {}},
@@ -77,9 +78,17 @@ constexpr auto kKinds = std::to_array<FaultRow>({
     {"frame-twice", kBus, "A frame arrives twice.", {}},
     {"frame-late", kBus, "A frame arrives late.", {.delay = 10 * kMillisecond}},
     {"frame-corrupt", kBus, "A frame arrives with one bit inverted.", {}},
+    {"cut", kPlc, "A Modbus request is executed, and its connection closed without a response.", {}},
+    {"cut-before", kPlc, "The connection of a Modbus request is closed, and the request not executed.", {}},
+    {"late", kPlc, "The response to a Modbus request comes late, while the plant goes on.", {.delay = 500 * kMillisecond}},
+    {"exception", kPlc, "A Modbus request is answered by an exception, and not executed.", {.code = 4}},
+    {"plc-restart", kPlc, "The command after -- is killed and starts again, while the plant goes on.", {}},
+    {"module-restart", kPlc, "The module is switched off and on: all registers are 0, and connections are closed.", {}},
+    {"power", kNode, "The node loses its power, with the frame that it would get or send.", {}},
     {"bus-off", kNodeOrBus, "The controller, or every one on the bus, is bus-off.", {}},
     {"error-passive", kNodeOrBus, "The controller, or every one on the bus, is error-passive.", {}},
     {"overflow", kNodeOrBus, "The controller, or every one on the bus, reports lost frames.", {}},
+    {"slow", kNode, "A drive acts on a controlword late.", {.delay = 50 * kMillisecond}},
     {"bus-load", kBus, "Another node sends all the time.", {}},
 });
 static_assert(kKinds.size() == kFaultKinds);
@@ -107,6 +116,9 @@ constexpr std::array kKeys{
     interval(kEmcyStorm),
     delay(kFrameLate, "Delay in ms"),
     key<&Fault::part>(kFrameCorrupt, {.key = "part", .help = "Where the bit is", .choices = kParts}),
+    delay(kLate, "Delay in ms"),
+    key<&Fault::code>(kException, {.key = "code", .help = "Exception code", .low = 1, .high = 255}),
+    delay(kSlow, "Delay in ms"),
     key<&Fault::percent>(kBusLoad, {
         .key = "percent", .help = "Of the bit rate; of 1 Mbit/s where there is none", .low = 1, .high = 100}),
     key<&Fault::rate>(kBusLoad, {
@@ -114,18 +126,19 @@ constexpr std::array kKeys{
     key<&Fault::id>(kBusLoad, {
         .key = "id", .help = "CAN-ID of the frames, which have eight bytes 0", .form = Form::kHexadecimal, .high = 0x7FF}),
 
-    key<&Fault::after>(kResponseNever, kFrameCorrupt, {.key = "after", .help = "Matching frames to skip first"}),
-    key<&Fault::count>(kResponseNever, kFrameCorrupt, {
+    key<&Fault::after>(kResponseNever, kOverflow, {.key = "after", .help = "Matching frames to skip first"}),
+    key<&Fault::count>(kResponseNever, kPower, {
         .key = "count", .help = "How often the fault acts; 0 = no limit"}),
-    key<&Fault::probability>(kResponseNever, kFrameCorrupt, {
+    key<&Fault::probability>(kResponseNever, kPower, {
         .key = "probability", .help = "Chance for each matching frame", .high = 1}),
-    key<&Fault::seed>(kResponseNever, kFrameCorrupt, {.key = "seed", .help = "Selects another random sequence"}),
+    key<&Fault::seed>(kResponseNever, kPower, {.key = "seed", .help = "Selects another random sequence"}),
     time<&Fault::from>(kResponseNever, kBusLoad, {.key = "from_ms", .help = "Delay before the fault starts, in ms"}),
     time<&Fault::until>(kResponseNever, kBusLoad, {
         .key = "until_ms", .help = "When it ends, in ms after it was set", .low = 1, .absent = "never"}),
-    key<&Fault::index>(kResponseNever, kRefuse, {
+    time<&Fault::lasts>(kPower, kOverflow, {.key = "for_ms", .help = "How long it lasts, in ms", .low = 1, .absent = "to the end"}),
+    key<&Fault::index>(kResponseNever, kRequestLost, {
         .key = "index", .help = "Transfers of this object only", .form = Form::kHexadecimal, .high = 0xFFFF, .absent = "any"}),
-    key<&Fault::sub>(kResponseNever, kRefuse, {
+    key<&Fault::sub>(kResponseNever, kRequestLost, {
         .key = "sub", .help = "Transfers of this sub-index only", .high = 0xFF, .absent = "any"}),
     key<&Fault::step>(kResponseNever, kShortFrame, {
         .key = "step", .help = "Responses only that are this within their transfer", .choices = kSteps}),
@@ -151,7 +164,12 @@ std::span<const options::Setting<Fault>> fault_settings() {
 }
 
 bool allowed(FaultPlace of_kind, FaultPlace here) {
-  return of_kind == kNodeOrBus || of_kind == here;
+  return of_kind == here || (of_kind == kNodeOrBus && here != kPlc);
+}
+
+std::string_view name_of(FaultPlace place) {
+  constexpr std::array<std::string_view, 4> kNames{"a node", "the bus", "the PLC", "a node or the bus"};
+  return kNames[static_cast<std::size_t>(place)];
 }
 
 // ---- Text
@@ -221,8 +239,7 @@ FaultOrProblem make_fault(std::string_view name, std::span<const FaultKey> keys,
   if (static_cast<std::size_t>(kind) == kFaultKinds) return {{}, no_such_kind(name, here)};
   if (!allowed(row_of(kind).place, here))
     return {{},
-            std::string(name) + (here == FaultPlace::kNode ? ": a fault of the bus, not of a node"
-                                                           : ": a fault of a node, not of the bus")};
+            fmt::format("{}: a fault of {}, not of {}", name, name_of(row_of(kind).place), name_of(here))};
   Fault fault = row_of(kind).standard;
   fault.kind = kind;
   const std::string problem = store_all(fault, keys);
@@ -244,16 +261,32 @@ FaultOrProblem parse_fault(std::string_view text, FaultPlace here) {
   return make_fault(words[0], keys, here);
 }
 
-std::string text_of(const Fault& fault) {
+namespace {
+
+std::string written(const Fault& fault, bool with_own) {
   const FaultRow& row = row_of(fault.kind);
   std::string text(row.name);
   for (const auto* setting : settings_of(fault.kind)) {
     const text::Value value = setting->load(*setting, fault);
     const bool own = setting->kinds.first == setting->kinds.last && setting->absent.empty();
-    if (own || value != setting->load(*setting, row.standard))
+    if ((own && with_own) || value != setting->load(*setting, row.standard))
       text += fmt::format(" {}={}", setting->key, options::written(*setting, value));
   }
   return text;
+}
+
+}  // namespace
+
+std::string text_of(const Fault& fault) {
+  return written(fault, true);
+}
+
+std::string short_text_of(const Fault& fault) {
+  return written(fault, false);
+}
+
+bool has_key(FaultKind kind, std::string_view key) {
+  return find(kind, key) != nullptr;
 }
 
 }  // namespace cbcan::sim

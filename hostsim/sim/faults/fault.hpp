@@ -34,6 +34,7 @@ enum class FaultKind : std::uint8_t {
   kShortFrame,
   // SDO requests to a node
   kRefuse,
+  kRequestLost,
   // everything that a node sends
   kSilent,
   kHeartbeatStops,
@@ -47,16 +48,26 @@ enum class FaultKind : std::uint8_t {
   kFrameTwice,
   kFrameLate,
   kFrameCorrupt,
+  // Modbus requests of the PLC
+  kCut,
+  kCutBefore,
+  kLate,
+  kException,
+  kPlcRestart,
+  kModuleRestart,
+  // the power of a node
+  kPower,
   // states, as long as they are set
   kBusOff,
   kErrorPassive,
   kOverflow,
+  kSlow,
   kBusLoad,
 };
 inline constexpr std::size_t kFaultKinds = static_cast<std::size_t>(FaultKind::kBusLoad) + 1;
 
 /// Where a kind can be set.
-enum class FaultPlace : std::uint8_t { kNode, kBus, kNodeOrBus };
+enum class FaultPlace : std::uint8_t { kNode, kBus, kPlc, kNodeOrBus };
 
 /// What an SDO response is within its transfer.
 enum class SdoStep : std::uint8_t {
@@ -78,12 +89,14 @@ struct Fault {
 
   FaultKind kind = FaultKind::kResponseNever;
 
-  // When. A matching frame is one that the fault could alter, or an interval of a storm.
+  // When. A matching frame is one that the fault could alter, or an interval of a storm; for power and
+  // states, any frame from or to the node, or on the bus.
   std::uint32_t after = 0;  ///< matching frames to skip first
   std::uint32_t count = 0;  ///< how often the fault acts; 0 = no limit
   double probability = 1;   ///< for each matching frame
   Time from = 0;            ///< after the fault was set, as is `until`
   Time until = kNever;
+  Time lasts = kNever;  ///< of power and states, from the matching frame on
   std::uint32_t seed = 0;
 
   // Which.
@@ -137,7 +150,10 @@ struct FaultOrProblem {
   std::string problem;  ///< empty = none; else which key is wrong, and what is allowed
 };
 
-/// `here` is kNode or kBus. Missing keys have their defaults.
+/// "a node", "the bus", "the PLC"
+std::string_view name_of(FaultPlace place);
+
+/// `here` is kNode, kBus or kPlc. Missing keys have their defaults.
 FaultOrProblem make_fault(std::string_view kind, std::span<const FaultKey> keys, FaultPlace here);
 
 /// From text: the kind, then key=value, separated by blanks. Numbers are decimal or, with 0x, hexadecimal.
@@ -146,5 +162,9 @@ FaultOrProblem parse_fault(std::string_view text, FaultPlace here);
 /// The text from which parse_fault() makes this fault: always with the keys of the kind, with other keys where
 /// they are not at their defaults.
 std::string text_of(const Fault& fault);
+/// The same without the keys that are at their defaults.
+std::string short_text_of(const Fault& fault);
+/// Whether faults of this kind have the key.
+bool has_key(FaultKind kind, std::string_view key);
 
 }  // namespace cbcan::sim

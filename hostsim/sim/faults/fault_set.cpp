@@ -24,13 +24,17 @@ bool spent(const SetFault& set) {
 unsigned FaultSet::add(const Fault& fault, Time now) {
   const unsigned number = ++last_number_;
   const Time begins = now + fault.from;
+  const bool waits = is_state(fault.kind) && fault.after != 0;
   SetFault set{.number = number,
                .fault = fault,
                .text = text_of(fault),
                .begins = begins,
                .ends = fault.until == kNever ? kNever : now + fault.until,
+               .waits = waits,
                .due = is_storm(fault.kind) || fault.kind == FaultKind::kBusLoad ? begins : kNever,
                .random = Random(seed_of(seed_, fault.seed, number))};
+  if (is_state(fault.kind) && !waits && fault.lasts != kNever)
+    set.ends = earlier(set.ends, begins + fault.lasts);
   set_.push_back(std::move(set));
   on_change_(now);
   return number;
@@ -58,11 +62,25 @@ void FaultSet::remove_ended(Time now) {
 }
 
 bool FaultSet::happens(SetFault& set, const Frame& frame, Time now) {
+  if (!acts(set, now)) return false;
+  if (listener_ != nullptr) tell(set, frame_text(frame), now);
+  return true;
+}
+
+bool FaultSet::acts(SetFault& set, Time now) {
   if (now < set.begins || now >= set.ends || spent(set)) return false;
   if (set.occasions++ < set.fault.after) return false;
   if (set.fault.probability < 1 && set.random.fraction() >= set.fault.probability) return false;
   ++set.fired;
-  if (listener_ != nullptr) tell(set, frame_text(frame), now);
+  return true;
+}
+
+bool FaultSet::begins(SetFault& set, const Frame& frame, Time now) {
+  if (!set.waits || !happens(set, frame, now)) return false;
+  set.fired = 0;  // counted as it begins
+  set.waits = false;
+  set.begins = now;
+  if (set.fault.lasts != kNever) set.ends = earlier(set.ends, now + set.fault.lasts);
   return true;
 }
 
@@ -87,7 +105,7 @@ BusState FaultSet::follow_states(Time now) {
   BusState worst = BusState::kActive;
   for (SetFault& set : set_) {
     if (!is_state(set.fault.kind)) continue;
-    const bool open = now >= set.begins && now < set.ends;
+    const bool open = !set.waits && now >= set.begins && now < set.ends;
     if (open && !set.open) {
       set.open = true;
       ++set.fired;
@@ -99,6 +117,13 @@ BusState FaultSet::follow_states(Time now) {
   return worst;
 }
 
+Time FaultSet::command_delay() const {
+  Time delay = 0;
+  for (const SetFault& set : set_)
+    if (set.open && set.fault.kind == FaultKind::kSlow) delay = std::max(delay, set.fault.delay);
+  return delay;
+}
+
 Time FaultSet::deadline() const {
   Time next = kNever;
   for (const SetFault& set : set_) {
@@ -106,7 +131,7 @@ Time FaultSet::deadline() const {
     if (!is_state(set.fault.kind)) continue;
     if (set.open)
       next = earlier(next, set.ends);
-    else if (set.fired == 0)
+    else if (set.fired == 0 && !set.waits)
       next = earlier(next, set.begins);
   }
   return next;

@@ -48,6 +48,7 @@ struct SetFault {
   std::uint64_t occasions = 0;  ///< matching frames so far
   std::uint64_t fired = 0;      ///< how often it has acted
   bool open = false;            ///< a state that holds now
+  bool waits = false;           ///< a state that begins with a matching frame
   Time due;                     ///< the next frame of a storm or a load
   Random random;
 };
@@ -66,7 +67,7 @@ class FaultSet {
         listener_(listener),
         on_change_(std::move(on_change)) {}
 
-  /// kNode or kBus: what may be added.
+  /// What may be added.
   FaultPlace place() const { return place_; }
 
   /// Returns the number for remove().
@@ -83,12 +84,18 @@ class FaultSet {
 
   /// Reports `text` to the listener, with the subject in front.
   void say(std::string_view text, Time now);
+  void tell(const SetFault& set, std::string_view what, Time now);
 
   // For the classes that carry out the faults.
   std::span<SetFault> all() { return set_; }
 
   /// This frame matches. True: the fault acts now, which is counted and reported.
   bool happens(SetFault& set, const Frame& frame, Time now);
+  /// The same for something that is no frame; it is not reported.
+  bool acts(SetFault& set, Time now);
+
+  /// The same for a state that waits for it: it begins.
+  bool begins(SetFault& set, const Frame& frame, Time now);
 
   /// True: the next frame of a storm or a load is due, and the one after it follows in `interval`. False = not
   /// yet, or there are no more.
@@ -96,13 +103,14 @@ class FaultSet {
 
   /// Begins and ends the state faults that are due, and returns the worst bus state of those that hold.
   BusState follow_states(Time now);
+  /// The longest delay of commands among those that hold.
+  Time command_delay() const;
 
   /// When follow_states() or beat_due() has something to do next.
   Time deadline() const;
 
  private:
   void close(SetFault& set, Time now);
-  void tell(const SetFault& set, std::string_view what, Time now);
 
   FaultPlace place_;
   std::string subject_;

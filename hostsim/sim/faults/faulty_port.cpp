@@ -31,9 +31,35 @@ FaultyPort::FaultyPort(Port& out, std::uint8_t node_id, std::uint64_t seed, Faul
                 on_change(now);
               }) {}
 
+bool FaultyPort::hears_with_faults(const Frame& frame) {
+  heard_ = frame;
+  if (is_cut_off(frame)) return false;
+  if (frame.id != sdo::kRequestId + node_id_) return true;
+  SdoWatch watch = watch_;
+  watch.on_request(frame);
+  const std::uint16_t index = sdo::index_of(watch.multiplexer());
+  for (SetFault& set : faults_.all())
+    if (set.fault.kind == FaultKind::kRequestLost &&
+        is_about(set.fault, index, sdo::sub_of(watch.multiplexer())) && faults_.happens(set, frame, now_))
+      return false;
+  watch_ = watch;
+  return true;
+}
+
+/// Power or bus-off: the node gets or sends this frame no more. Other states begin after it.
+bool FaultyPort::is_cut_off(const Frame& frame) {
+  bool lost = false;
+  for (SetFault& set : faults_.all()) {
+    if (faults_.begins(set, frame, now_)) lost |= set.fault.kind == FaultKind::kBusOff;
+    if (set.fault.kind == FaultKind::kPower && faults_.happens(set, frame, now_))
+      power_loss_ = set.fault.lasts;
+  }
+  return lost || power_loss_ != 0;
+}
+
 bool FaultyPort::send_with_faults(const Frame& frame) {
   if (!flush()) return false;
-  if (has_aborted_ && is_response(frame)) return true;
+  if ((has_aborted_ && is_response(frame)) || power_loss_ != 0 || is_cut_off(frame)) return true;
   SdoResponse response{SdoStep::kAny, 0};
   if (is_response(frame) && !faults_.empty()) response = {watch_.on_response(frame), watch_.multiplexer()};
   if (is_error_control(frame) && is_boot_up(frame)) watch_ = {};
@@ -65,7 +91,7 @@ Frame FaultyPort::take_abort() {
 
 void FaultyPort::poll(Time now) {
   now_ = now;
-  if (faults_.empty() && held_.empty() && own_state_ == BusState::kActive) return;
+  if (faults_.empty() && held_.empty() && own_state_ == BusState::kActive && command_delay_ == 0) return;
   follow_states();
   send_storms();
   flush();
@@ -145,6 +171,7 @@ bool FaultyPort::flush() {
 /// The controller may be in a worse state for other reasons, which is not changed.
 void FaultyPort::follow_states() {
   const BusState state = faults_.follow_states(now_);
+  command_delay_ = faults_.command_delay();
   const BusState before = std::exchange(own_state_, state);
   if (out_.state() < state || (out_.state() == before && before != state)) out_.set_state(state, now_);
 }

@@ -1,20 +1,23 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The injected faults of a node, between its CANopen stack and its controller. Without a fault this costs a call
-/// and two comparisons for each frame, and it allocates nothing.
+/// The injected faults of a node, between its CANopen stack and its controller. Without a fault this costs a
+/// call and two comparisons for each frame, and it allocates nothing.
 ///
 /// The node calls:
-///   on a frame:   port.set_now(now); port.heard(frame); stack.on_frame(frame, now);
+///   on a frame:   port.set_now(now); if (port.hears(frame)) stack.on_frame(frame, now);
 ///   on a write:   port.refusal(index, sub) before the value is stored
 ///   when polled:  port.poll(now); stack.poll(now);
 ///   after each:   while (port.has_aborted()) stack.on_frame(port.take_abort(), now);
+///                 if (const Time off = port.take_power_loss(); off != 0) the node is without power for this
+///                 time
 ///   on bus-off:   port.drop();
 /// and it polls at the earlier of the stack's deadline and port.deadline().
-/// If a fault suppresses or delays a frame, try_send() still returns true. If a fault sends an abort, take_abort()
-/// also ends the transfer of the stack, as if the client had aborted.
+/// If a fault suppresses or delays a frame, try_send() still returns true. If a fault sends an abort,
+/// take_abort() also ends the transfer of the stack, as if the client had aborted.
 
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "cbcan/can_port.hpp"
@@ -41,12 +44,13 @@ class FaultyPort final : public CanPort {
   /// To be called before each call into the stack: the time for try_send().
   void set_now(Time now) { now_ = now; }
 
-  /// A frame for this node, before the stack gets it.
-  void heard(const Frame& frame) {
-    if (faults_.empty()) return;
-    heard_ = frame;
-    if (frame.id == sdo::kRequestId + node_id_) watch_.on_request(frame);
-  }
+  /// A frame for this node. False: the stack does not get it.
+  bool hears(const Frame& frame) { return faults_.empty() || hears_with_faults(frame); }
+
+  /// How long the node loses its power now, kNever = for ever; 0 = it does not.
+  Time take_power_loss() { return std::exchange(power_loss_, 0); }
+  /// How late the device acts on commands.
+  Time command_delay() const { return command_delay_; }
 
   /// Before the value of the last request is stored: kNone, or the abort code of a fault that refuses it.
   AbortCode refusal(std::uint16_t index, std::uint8_t sub);
@@ -91,6 +95,8 @@ class FaultyPort final : public CanPort {
     bool from_duplicate = false;
   };
 
+  bool hears_with_faults(const Frame& frame);
+  bool is_cut_off(const Frame& frame);
   bool send_with_faults(const Frame& frame);
   bool concerns(const Fault& fault, const Frame& frame, const SdoResponse& response) const;
   void alter(const Fault& fault, const SdoResponse& response, Leaving& leaving);
@@ -114,6 +120,8 @@ class FaultyPort final : public CanPort {
   Time now_ = 0;
   Time retry_at_ = 0;  ///< the controller had no room
   bool has_aborted_ = false;
+  Time power_loss_ = 0;                     ///< see take_power_loss()
+  Time command_delay_ = 0;                  ///< see command_delay()
   BusState own_state_ = BusState::kActive;  ///< that faults set the controller to
 };
 

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: MIT
+#include "explore/exploration.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <iterator>
+#include <set>
+#include <utility>
+
+namespace cbcan::explore {
+
+namespace {
+
+/// So many transactions after the one with the first fault are near it.
+constexpr std::size_t kNear = 2;
+
+std::vector<std::string> texts_of(const std::vector<Line>& lines) {
+  std::vector<std::string> texts;
+  std::ranges::transform(lines, std::back_inserter(texts), &Line::text);
+  return texts;
+}
+
+std::vector<std::string> nodes_of(const config::NetworkConfig& network) {
+  std::vector<std::string> nodes;
+  for (const config::NodeConfig& node : network.nodes)
+    if (node.id != 0) nodes.push_back(std::to_string(node.id));
+  return nodes;
+}
+
+/// The transaction in which a variant has this matching frame.
+std::size_t transaction_of(const Record& record, std::size_t variant, std::uint32_t occasion) {
+  std::size_t place = 0;
+  while (place < record.transactions.size() && record.transactions[place].occasions[variant] < occasion)
+    ++place;
+  return place;
+}
+
+}  // namespace
+
+bool changes_values(const Moments& moments) {
+  return std::ranges::any_of(moments, [](const Moment& moment) {
+    const sim::FaultKind kind = moment.variant.fault.kind;
+    return kind == sim::FaultKind::kResponseOtherSize || kind == sim::FaultKind::kDuplicateNodeId ||
+           sim::is_of_frames(kind);
+  });
+}
+
+Told Runner::one(const Run& run) {
+  Told told;
+  all(
+      1, [&](std::size_t) { return run; }, [] { return true; },
+      [&](std::size_t, const Told& result) { told = result; });
+  return told;
+}
+
+Exploration::Exploration(const config::Config& plant, const Settings& settings, Runner& runner,
+                         const std::vector<std::string>& faults, std::vector<std::string> nodes)
+    : plant_(plant),
+      settings_(settings),
+      runner_(runner),
+      nodes_(nodes.empty() ? texts_of(settings.nodes) : std::move(nodes)) {
+  const std::vector<std::string> own = settings.faults.empty() ? default_faults() : texts_of(settings.faults);
+  for (const std::string& fault : faults.empty() ? own : faults)
+    for (const config::NetworkConfig& network : plant.networks)
+      for (Variant& variant : variants_of(fault, nodes_of(network), network.number))
+        if (std::ranges::find(variants_, variant) == variants_.end()) variants_.push_back(std::move(variant));
+}
+
+std::string Exploration::prepare() {
+  const Told first = runner_.one({plant_});
+  Run counting{plant_};
+  count_in(counting);
+  const Told second = runner_.one(counting);
+  for (const Told* told : {&first, &second})
+    if (!told->problem.empty()) return told->problem + "\n";
+  if (first.result.verdict != Verdict::kDone)
+    return fmt::format("without faults: {} {}: {}\n{}", name_of(first.result.verdict), first.result.what,
+                       first.result.seen, first.result.frames);
+  const auto [a, b] = std::ranges::mismatch(first.record.frames, second.record.frames);
+  if (a != first.record.frames.end() || b != second.record.frames.end())
+    return fmt::format(
+        "two runs without faults differ, so it depends on more than the plant: one had {}, the other {}\n",
+        a != first.record.frames.end() ? *a : "no frame", b != second.record.frames.end() ? *b : "no frame");
+  keep(second.record);
+  return {};
+}
+
+/// Variants of nodes that are not concerned are left out.
+void Exploration::keep(const Record& counted) {
+  const std::set<std::string> nodes =
+      nodes_.empty() ? counted.nodes : std::set<std::string>(nodes_.begin(), nodes_.end());
+  std::vector<std::size_t> kept;
+  for (std::size_t i = 0; i < variants_.size(); ++i) {
+    const bool is_of_node = variants_[i].place.find_first_of("bp") == std::string::npos;  // bus, plc
+    if (!is_of_node || nodes.contains(variants_[i].place)) kept.push_back(i);
+  }
+  const auto chosen = [&kept](const auto& all) {
+    std::remove_cvref_t<decltype(all)> some;
+    for (const std::size_t i : kept)
+      some.push_back(all.at(i));
+    return some;
+  };
+  record_ = counted;
+  variants_ = chosen(variants_);
+  record_.occasions = chosen(record_.occasions);
+  for (Record::Transaction& transaction : record_.transactions)
+    transaction.occasions = chosen(transaction.occasions);
+  auto lists = moments_of(variants_, record_);
+  for (std::size_t i = 0; i < lists.size(); ++i)
+    if (lists[i].empty()) never_.push_back(variants_[i]);
+  moments_ = in_turn(std::move(lists));
+}
+
+void Exploration::count_in(Run& run) const {
+  run.counted = variants_;
+  for (const Variant& variant : variants_)
+    if (has_moments(variant.fault.kind)) inject({{variant, kCounting}}, run.config);
+}
+
+Run Exploration::run_of(const Moments& moments, bool counts) const {
+  Run run{plant_, {}, changes_values(moments), &record_};
+  inject(moments, run.config);
+  if (counts) count_in(run);
+  return run;
+}
+
+std::vector<Moments> Exploration::pairs(const Moments& first, const Record& record) const {
+  const auto own =
+      static_cast<std::size_t>(std::ranges::find(variants_, first.front().variant) - variants_.begin());
+  const std::size_t begin = transaction_of(record_, own, first.front().occasion);
+  const std::size_t end =
+      std::min(begin + kNear, record.transactions.empty() ? 0 : record.transactions.size() - 1);
+  std::vector<Moments> pairs;
+  if (begin >= record.transactions.size()) return pairs;
+  for (std::size_t i = 0; i < variants_.size(); ++i) {
+    if (!has_moments(variants_[i].fault.kind)) continue;
+    const std::uint32_t before = begin == 0 ? 0 : record.transactions[begin - 1].occasions[i];
+    for (std::uint32_t occasion = before + 1; occasion <= record.transactions[end].occasions[i]; ++occasion)
+      if (i != own || occasion != first.front().occasion)
+        pairs.push_back({first.front(), {variants_[i], occasion}});
+  }
+  return pairs;
+}
+
+}  // namespace cbcan::explore

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// A search for the faults that break a program on its plant, or a scenario: from two runs without faults to
+/// the moments that are tried.
+
+#include <cstddef>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "config/config.hpp"
+#include "explore/judge.hpp"
+#include "explore/search.hpp"
+#include "explore/settings.hpp"
+
+namespace cbcan::explore {
+
+/// What is to be run.
+struct Run {
+  config::Config config;
+  std::vector<Variant> counted = {};  ///< their matching frames are recorded
+  bool values_may_differ = false;
+  const Record* undisturbed = nullptr;
+};
+
+/// What a run has to say.
+struct Told {
+  Result result;
+  Record record;
+  std::string problem;  ///< why it could not be made; empty = it could
+};
+
+/// Makes runs, some at a time, each from power-on.
+class Runner {
+ public:
+  /// Runs 0..count-1. `ended` gets each result, one at a time, in any order; when `wanted` is false, no
+  /// further one begins.
+  virtual void all(std::size_t count, const std::function<Run(std::size_t)>& make,
+                   const std::function<bool()>& wanted,
+                   const std::function<void(std::size_t, const Told&)>& ended) = 0;
+  Told one(const Run& run);
+
+ protected:
+  ~Runner() = default;
+};
+
+/// What is read or written may be another value than that in the node, and nothing on the bus shows it.
+bool changes_values(const Moments& moments);
+
+class Exploration {
+ public:
+  /// `faults` and `nodes`: instead of those in the settings; empty = these. All references outlive it.
+  Exploration(const config::Config& plant, const Settings& settings, Runner& runner,
+              const std::vector<std::string>& faults, std::vector<std::string> nodes);
+
+  /// Runs twice without faults; returns why it cannot be explored, lines, or nothing.
+  std::string prepare();
+  /// All single faults, in the order in which they are best tried.
+  const std::vector<Moments>& moments() const { return moments_; }
+  /// Without a matching frame.
+  const std::vector<Variant>& never() const { return never_; }
+  /// A second fault near the first one, which was alone in the run that made this record.
+  std::vector<Moments> pairs(const Moments& first, const Record& record) const;
+  /// `counts`: the result is for pairs().
+  Run run_of(const Moments& moments, bool counts) const;
+  const Record& record() const { return record_; }
+
+ private:
+  void count_in(Run& run) const;
+  void keep(const Record& counted);
+
+  const config::Config& plant_;
+  const Settings& settings_;
+  Runner& runner_;
+  std::vector<std::string> nodes_;
+  std::vector<Variant> variants_;
+  Record record_;
+  std::vector<Moments> moments_;
+  std::vector<Variant> never_;
+};
+
+}  // namespace cbcan::explore

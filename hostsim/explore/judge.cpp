@@ -1,0 +1,282 @@
+// SPDX-License-Identifier: MIT
+#include "explore/judge.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "cbcan/canopen/sdo/protocol.hpp"
+#include "cbcan/regmap.hpp"
+#include "sim/frame_text.hpp"
+#include "text/numbers.hpp"
+#include "text/words.hpp"
+
+namespace cbcan::explore {
+
+namespace {
+
+constexpr std::size_t kJournalEvents = 2048;
+constexpr std::size_t kJournalBytes = 256 * 1024;
+constexpr std::size_t kLastFrames = 12;
+constexpr std::size_t kLastReads = 16;
+constexpr std::uint64_t kMostRequestsAtATime = 100'000;
+constexpr Time kMinute = 60 * kSecond;
+constexpr Time kSettle = 5 * kSecond;
+constexpr Time kRest = 3 * kSecond;  ///< without faults, before each node is read
+
+constexpr journal::Kinds kFollowed =
+    journal::kinds_of({journal::Kind::kBegun, journal::Kind::kEnded, journal::Kind::kFault});
+
+/// No name is needed: a transaction's text names the object by its index.
+const eds::ObjectName* no_name(std::uint8_t, std::uint8_t, std::uint16_t, std::uint8_t) {
+  return nullptr;
+}
+
+Object object_of(const journal::Event& event) {
+  return {event.network, event.node, event.index, event.sub};
+}
+
+}  // namespace
+
+std::string_view name_of(Verdict verdict) {
+  constexpr std::array<std::string_view, 5> kNames{"done", "gave up", "broken", "late", "not judged"};
+  return kNames[static_cast<std::size_t>(verdict)];
+}
+
+Judge::Judge(Parts parts)
+    : parts_(std::move(parts)),
+      control_(parts_.control),
+      journal_(control_.journal(kJournalEvents, kJournalBytes)),
+      cursor_(journal_, kFollowed) {
+  control_.add(*this);
+  always_ = conditions(parts_.settings.always);
+  done_ = conditions(parts_.settings.done);
+  gave_up_ = conditions(parts_.settings.gave_up);
+  reached_ = conditions(parts_.settings.reached);
+  result_.reached.resize(reached_.size());
+}
+
+Judge::~Judge() {
+  for (const auto* held : {&always_, &done_, &gave_up_, &reached_})
+    for (const Held& each : *held)
+      control_.remove(*each.condition);
+  control_.remove(*this);
+}
+
+std::vector<Judge::Held> Judge::conditions(const std::vector<Line>& lines) {
+  std::vector<Held> made;
+  for (const Line& line : lines) {
+    made.push_back({plant::make_condition(line.text, control_), line.text});
+    control_.add(*made.back().condition);
+  }
+  return made;
+}
+
+// ---- The buses
+
+/// Before the node gets it.
+void Judge::on_frame(std::size_t network, const Frame& frame, Time now) {
+  const std::string text = plant::prefix_of(network) + sim::frame_text(frame);
+  frames_.push_back(fmt::format("  {} {}\n", text::seconds_text(now), text));
+  if (parts_.undisturbed == nullptr) record_.frames.push_back(text::seconds_text(now) + " " + text);
+  if (frames_.size() > kLastFrames) frames_.pop_front();
+  const auto number = static_cast<std::uint8_t>(network);
+  const auto node = static_cast<std::uint8_t>(frame.id & nmt::kMaxNode);
+  if (frame.id - node == sdo::kResponseId) ++responses_[{number, node}];
+  if (frame.id - node != sdo::kRequestId || frame.length != 8) return;
+  const std::uint8_t command = frame.data[0];
+  const sdo::Multiplexer mux = sdo::multiplexer_of(frame);
+  const Object object{number, node, sdo::index_of(mux), sdo::sub_of(mux)};
+  const bool uploads =
+      sdo::is(command, sdo::Request::kInitiateUpload) ||
+      (sdo::is(command, sdo::Request::kBlockUpload) && sdo::block_step(command) == sdo::BlockStep::kInitiate);
+  const bool downloads = sdo::is(command, sdo::Request::kInitiateDownload);
+  if (downloads) ++downloads_[object];
+  if (!uploads || node_of(object) == nullptr) return;
+  std::deque<Read>& reads = read_[object];
+  reads.push_back({now, value_of(object)});
+  if (reads.size() > kLastReads) reads.pop_front();
+}
+
+sim::Node* Judge::node_of(const Object& object) {
+  for (const auto& node : control_.world(std::get<0>(object)).nodes())
+    if (node->has_power() && node->device().node_id() == std::get<1>(object)) return node.get();
+  return nullptr;
+}
+
+std::vector<std::uint8_t> Judge::value_of(const Object& object) {
+  const auto [network, id, index, sub] = object;
+  sim::Node* const node = node_of(object);
+  ObjectEntry entry{};
+  if (node == nullptr || node->device().dictionary().find(index, sub, entry) != AbortCode::kNone) return {};
+  return node->value(entry, sub, control_.started() + control_.now());
+}
+
+// ---- Transactions
+
+bool Judge::look() {
+  cursor_.look([this](std::uint64_t /*number*/, const journal::Event& event) {
+    follow(event);
+    return true;
+  });
+  check(always_, "always");
+  for (std::size_t i = 0; i < reached_.size(); ++i)
+    result_.reached[i] = result_.reached[i] ||
+                         (reached_[i].condition->applies(control_) && reached_[i].condition->holds(control_));
+  check_limits();
+  return result_.verdict != Verdict::kBroken;
+}
+
+void Judge::broken(std::string_view what, std::string seen) {
+  if (result_.verdict == Verdict::kBroken) return;
+  result_.verdict = Verdict::kBroken;
+  result_.what = what;
+  result_.seen = std::move(seen);
+  result_.during = during_;
+  for (const std::string& frame : frames_)
+    result_.frames += frame;
+}
+
+void Judge::check(std::vector<Held>& held, std::string_view name) {
+  for (const Held& each : held)
+    if (each.condition->applies(control_) && !each.condition->holds(control_))
+      broken(fmt::format("{} {}", name, each.text), each.condition->seen(control_));
+}
+
+void Judge::follow(const journal::Event& event) {
+  if (event.kind == journal::Kind::kFault) {
+    if (!std::exchange(result_.happened, true)) requests_at_fault_ = requests();
+    return;
+  }
+  during_ = request_text(event, journal_, no_name);
+  const std::pair node(event.network, event.node);
+  if (event.kind == journal::Kind::kBegun) {
+    responses_before_[event.transaction] = responses_[node];
+    if (event.service == journal::Service::kWrite && downloads_[object_of(event)] > 0)
+      --downloads_[object_of(event)];
+    return;
+  }
+  follow_end(event);
+  responses_before_.erase(event.transaction);
+}
+
+void Judge::follow_end(const journal::Event& ended) {
+  const std::span<const std::uint8_t> bytes = journal_.bytes(ended);
+  if (!parts_.counted.empty())
+    record_.transactions.push_back(
+        {during_ + " " + result_text(ended) + " " + text::hex(bytes, ""), occasions()});
+  if (ended.node != 0) record_.nodes.insert(plant::prefix_of(ended.network) + std::to_string(ended.node));
+  if (ended.result == 0 && !parts_.values_may_differ) check_value(ended, object_of(ended));
+  const config::ModuleConfig& module = control_.network(ended.network).module_config();
+  const Time timeout = module.sdo_timeout_ms * kMillisecond;
+  const std::uint32_t responses =
+      responses_[{ended.network, ended.node}] - responses_before_[ended.transaction];
+  const Time limit = (responses + 3 + responses_before_.size()) * timeout;
+  if (timeout != 0 && ended.took > limit)
+    broken("a transaction ends in time",
+           fmt::format("it took {} s, the limit is {} s", text::seconds_text(ended.took),
+                       text::seconds_text(limit)));
+}
+
+void Judge::check_value(const journal::Event& ended, const Object& object) {
+  const auto bytes = journal_.bytes(ended);
+  if (node_of(object) == nullptr) return;
+  if (ended.service == journal::Service::kRead) {
+    const auto& reads = read_[object];
+    const bool is_known = std::ranges::any_of(reads, [&](const Read& read) {
+      return read.at + ended.took >= ended.at && std::ranges::equal(read.value, bytes);
+    });
+    if (!is_known) broken("what is read is in the node", "it was not: " + text::hex(bytes, " "));
+  } else if (ended.service == journal::Service::kWrite && !std::ranges::equal(value_of(object), bytes)) {
+    if (parts_.undisturbed == nullptr)
+      record_.changing.insert(object);
+    else if (!parts_.undisturbed->changing.contains(object))
+      broken("what is written is in the node", "it is not: " + text::hex(bytes, " "));
+  }
+}
+
+std::uint64_t Judge::requests() const {
+  std::uint64_t all = 0;
+  for (std::size_t network = 1; network <= control_.networks(); ++network)
+    all += control_.network(network).requests();
+  return all;
+}
+
+void Judge::check_limits() {
+  const Time now = control_.now();
+  if (std::exchange(looked_at_, now) != now) requests_before_ = requests();
+  if (requests() - requests_before_ > kMostRequestsAtATime)
+    broken("the program ends", fmt::format("{} Modbus requests while no time passed", kMostRequestsAtATime));
+  if (parts_.undisturbed == nullptr) return;
+  const Time usual = parts_.undisturbed->duration;  // 0 = not known
+  const Time most = parts_.settings.within.value_or(usual != 0 ? 10 * usual + kMinute : kNever);
+  if (now > most) broken("the program ends", fmt::format("not within {} s", text::seconds_text(most)));
+}
+
+// ---- The end
+
+Result Judge::end(std::optional<int> exit_code) {
+  record_.duration = control_.now();
+  look();
+  record_.occasions = occasions();
+  const bool gave_up = exit_code == kGaveUpCode;
+  if (exit_code.value_or(0) != 0 && !gave_up)
+    broken("the exit code is 0 or 75", fmt::format("it is {}", *exit_code));
+  if (result_.verdict != Verdict::kBroken) {
+    if (gave_up) result_.verdict = Verdict::kGaveUp;
+    parts_.pass(parts_.settings.settle.value_or(kSettle));
+    look();
+    check(gave_up ? gave_up_ : done_, gave_up ? "gave_up" : "done");
+  }
+  if (result_.verdict != Verdict::kBroken) check_nodes();
+  if (result_.verdict == Verdict::kBroken && exit_code == 0 && requests_at_fault_ == requests())
+    result_.verdict = Verdict::kLate;
+  result_.duration = record_.duration;
+  return result_;
+}
+
+void Judge::check_nodes() {
+  const auto execute = [this](const std::string& line) {
+    control_.execute(line, control_.started() + control_.now());
+  };
+  execute("clear");
+  parts_.pass(kRest);
+  for (std::size_t network = 1; network <= control_.networks(); ++network)
+    execute(fmt::format("nmt preop {}all", plant::prefix_of(network)));  // a stopped one cannot be read
+  parts_.pass(kSecond);
+  for (const std::string& node : record_.nodes) {
+    const auto [network, id] = plant::where(node, control_.networks());
+    const Object object{static_cast<std::uint8_t>(network), text::parse<std::uint8_t>(id).value_or(0), 0, 0};
+    const bool expected = parts_.undisturbed == nullptr || parts_.undisturbed->readable.contains(node);
+    if (!expected || node_of(object) == nullptr) continue;
+    execute(fmt::format("trigger {}read {} 0x1000 0 4", plant::prefix_of(network), id));
+    for (int i = 0; i < 20 && control_.read(network, regmap::kWindowFirst, 1)[0] == regmap::kExecute; ++i)
+      parts_.pass(kSecond);
+    const bool good = control_.read(network, regmap::kWindowFirst, 1)[0] == 0;
+    if (good)
+      record_.readable.insert(node);
+    else if (parts_.undisturbed != nullptr)
+      broken("each node can be read at the end", fmt::format("node {} cannot", node));
+  }
+}
+
+std::vector<std::uint32_t> Judge::occasions() {
+  std::vector<std::uint32_t> counts;
+  std::map<std::string_view, std::size_t> next;  // of the faults of a place, in the order of the variants
+  for (const Variant& variant : parts_.counted) {
+    const auto [network, name] = plant::where(variant.place, control_.networks());
+    const sim::FaultSet& set = name == "bus"   ? control_.world(network).faults()
+                               : name == "plc" ? control_.network(network).plc_faults()
+                                               : plant::node_of(control_, variant.place).faults();
+    std::size_t& place = next[variant.place];
+    const auto list = set.list();
+    while (place < list.size() && list[place].fault.after != kCounting - 1)
+      ++place;
+    counts.push_back(place < list.size() ? static_cast<std::uint32_t>(list[place++].occasions) : 0);
+  }
+  return counts;
+}
+
+}  // namespace cbcan::explore

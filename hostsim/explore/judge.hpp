@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Watches a plant while a PLC's program, or a scenario, runs on it with faults, and says whether what
+/// happened may happen. Besides the conditions of [explore] these rules always apply:
+///
+///   - A value that was read is one that the node had when the request came; a write with result 0 is in the
+///   node.
+///   - A node gets no more downloads of an object than the PLC has requested.
+///   - A transaction ends within the timeout after each response, and the quarantine.
+///   - The own node is not Operational after the PLC's timeout.
+///   - At the end, without faults, each node can be read.
+///
+/// Faults that change values beyond detection suspend the first two.
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "explore/moment.hpp"
+#include "explore/settings.hpp"
+#include "journal/words.hpp"
+#include "plant/control.hpp"
+
+namespace cbcan::explore {
+
+enum class Verdict : std::uint8_t {
+  kDone,
+  kGaveUp,     ///< knowingly, with exit code kGaveUpCode
+  kBroken,     ///< a condition or a rule
+  kLate,       ///< the same, but the fault acted after the program's last request
+  kNotJudged,  ///< the machine was too slow
+};
+std::string_view name_of(Verdict verdict);
+
+/// EX_TEMPFAIL of sysexits.h.
+inline constexpr int kGaveUpCode = 75;
+
+/// An object of a node: network, node ID, index, sub-index.
+using Object = std::tuple<std::uint8_t, std::uint8_t, std::uint16_t, std::uint8_t>;
+
+/// What a run without faults shows.
+struct Record {
+  struct Transaction {
+    std::string text;                      ///< request, result and value
+    std::vector<std::uint32_t> occasions;  ///< matching frames of each variant up to its end
+  };
+  std::vector<Transaction> transactions;
+  std::vector<std::uint32_t> occasions;  ///< up to the end of the run
+  std::set<Object> changing;             ///< not what was written right after a write
+  std::set<std::string> nodes;           ///< that the PLC spoke with
+  std::set<std::string> readable;        ///< at the end
+  std::vector<std::string> frames;       ///< all, with their times
+  Time duration = 0;
+};
+
+struct Result {
+  Verdict verdict = Verdict::kDone;
+  std::string what;    ///< the condition or rule of a broken run
+  std::string seen;    ///< what was instead
+  std::string during;  ///< the transaction at that time, or the one before
+  bool happened = false;
+  std::vector<bool> reached;  ///< by condition
+  std::string frames;         ///< the last ones, lines
+  Time duration = 0;
+};
+
+class Judge final : private plant::Listener {
+ public:
+  struct Parts {
+    plant::Control& control;
+    const Settings& settings;
+    std::vector<Variant> counted;  ///< variants whose occasions are recorded
+    bool values_may_differ;        ///< because of the faults
+    const Record* undisturbed;     ///< null in that run itself
+    std::function<void(Time)> pass;
+  };
+  /// Before the plant starts. Throws plant::Refused for a condition.
+  explicit Judge(Parts parts);
+  ~Judge();
+  Judge(const Judge&) = delete;
+  Judge& operator=(const Judge&) = delete;
+
+  /// Time has passed, or a request has been answered. False: the run is over.
+  bool look();
+  /// A scenario has failed: a report of lines.
+  void fail(const std::string& report) { broken("the scenario passes", report); }
+  /// The program has ended, with this code; nullopt = a scenario.
+  Result end(std::optional<int> exit_code);
+  const Record& record() const { return record_; }
+
+ private:
+  struct Held {
+    std::unique_ptr<plant::Condition> condition;
+    std::string text;
+  };
+
+  std::vector<Held> conditions(const std::vector<Line>& lines);
+  void on_frame(std::size_t network, const Frame& frame, Time now) override;
+  void check(std::vector<Held>& held, std::string_view name);
+  void follow(const journal::Event& event);
+  void follow_end(const journal::Event& ended);
+  void check_value(const journal::Event& ended, const Object& object);
+  void check_limits();
+  void check_nodes();
+  void broken(std::string_view what, std::string seen);
+  std::vector<std::uint32_t> occasions();
+  std::uint64_t requests() const;
+  sim::Node* node_of(const Object& object);
+  std::vector<std::uint8_t> value_of(const Object& object);
+
+  Parts parts_;
+  plant::Control& control_;
+  journal::Journal& journal_;
+  journal::Cursor cursor_;
+  std::vector<Held> always_;
+  std::vector<Held> done_;
+  std::vector<Held> gave_up_;
+  std::vector<Held> reached_;
+  struct Read {
+    Time at;
+    std::vector<std::uint8_t> value;
+  };
+  std::map<Object, std::deque<Read>> read_;
+  std::map<Object, unsigned> downloads_;  ///< more than were requested, if above 0
+  std::map<std::pair<std::uint8_t, std::uint8_t>, std::uint32_t> responses_;  ///< of a node, by network
+  std::map<std::uint32_t, std::uint32_t> responses_before_;                   ///< by open transaction
+  std::deque<std::string> frames_;
+  std::string during_;
+  Time looked_at_ = 0;
+  std::uint64_t requests_before_ = 0;  ///< looked_at_
+  std::uint64_t requests_at_fault_ = ~std::uint64_t{0};
+  Result result_;
+  Record record_;
+};
+
+}  // namespace cbcan::explore

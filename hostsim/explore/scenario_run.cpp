@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+#include "explore/scenario_run.hpp"
+
+#include "plant/virtual_plant.hpp"
+#include "text/utf8.hpp"
+
+namespace cbcan::explore {
+
+namespace {
+
+/// The run is over before the last step.
+struct Over {};
+
+/// A plant that is judged whenever something may have happened.
+class JudgedPlant final : public plant::Bench {
+ public:
+  JudgedPlant(plant::VirtualPlant& plant, Judge& judge) : plant_(plant), judge_(judge) {}
+
+  plant::View& view() override { return plant_.view(); }
+  void check(std::string_view line) override { plant_.check(line); }
+  std::string execute(std::string_view line) override {
+    std::string response = plant_.execute(line);
+    look();
+    return response;
+  }
+  void advance(Time until) override {
+    plant_.advance(until);
+    look();
+  }
+  void add(plant::Listener& listener) override { plant_.add(listener); }
+  void remove(plant::Listener& listener) override { plant_.remove(listener); }
+
+ private:
+  void look() {
+    if (!judge_.look()) throw Over();
+  }
+
+  plant::VirtualPlant& plant_;
+  Judge& judge_;
+};
+
+}  // namespace
+
+Told play(const scenario::Scenario& scenario, const Run& run, const Settings& settings,
+          config::EdsFiles& files) {
+  config::PlantBuild build = config::build_nodes(run.config, files);
+  Told told;
+  if (!build.good) return told.problem = build.lines.front(), told;
+  plant::VirtualPlant plant(run.config, std::move(build));
+  Judge judge({plant.control(), settings, run.counted, run.values_may_differ, run.undisturbed,
+               [&](Time duration) { plant.advance_to(plant.now() + duration); }});
+  plant.start();
+  JudgedPlant bench(plant, judge);
+  try {
+    const scenario::Played played = scenario::play(scenario, bench, run.undisturbed != nullptr);
+    if (!played.failure.empty()) judge.fail(played.failure);
+  } catch (const Over&) {
+  }
+  told.result = judge.end(std::nullopt);
+  told.record = judge.record();
+  told.record.duration = 0;  // it ends by itself: no limit follows from it
+  return told;
+}
+
+}  // namespace cbcan::explore

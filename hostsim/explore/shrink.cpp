@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: MIT
+#include "explore/shrink.hpp"
+
+#include <fmt/core.h>
+
+#include <array>
+#include <utility>
+
+#include "explore/scenario_run.hpp"
+#include "scenario/scenario_writer.hpp"
+
+namespace cbcan::explore {
+
+namespace {
+
+constexpr std::uint32_t kMostTries = 16;  ///< of matching frames before the present one
+
+bool is_same(const Result& result, const Failure& failure) {
+  return result.verdict == Verdict::kBroken && result.what == failure.result.what;
+}
+
+/// Plays it with the faults of the failure, one of them as the matching frame with this number.
+bool still_fails(const scenario::Scenario& scenario, Failure& failure, std::size_t place,
+                 std::uint32_t occasion, const Record& undisturbed, const Settings& settings,
+                 config::EdsFiles& files) {
+  Moments moments = failure.moments;
+  moments[place].occasion = occasion;
+  Run run{scenario.config, {}, changes_values(moments), &undisturbed};
+  inject(moments, run.config);
+  const Told told = play(scenario, run, settings, files);
+  if (!told.problem.empty() || !is_same(told.result, failure)) return false;
+  failure.moments = std::move(moments);
+  failure.result = told.result;
+  return true;
+}
+
+/// Fewer steps mean fewer matching frames, so both change together.
+bool take_out(std::size_t step, scenario::Scenario& scenario, Failure& failure, const Settings& settings,
+              config::EdsFiles& files) {
+  scenario::Scenario shorter = scenario;
+  shorter.steps.erase(shorter.steps.begin() + static_cast<std::ptrdiff_t>(step));
+  const Told undisturbed = play(shorter, {scenario.config}, settings, files);
+  if (!undisturbed.problem.empty() || undisturbed.result.verdict != Verdict::kDone) return false;
+  for (std::size_t place = 0; place < failure.moments.size(); ++place) {
+    const std::uint32_t now = failure.moments[place].occasion;
+    for (std::uint32_t less = 0; less <= std::min(now, kMostTries); ++less) {
+      if (now != 0 && less == now) break;
+      if (!still_fails(shorter, failure, place, now - less, undisturbed.record, settings, files)) continue;
+      scenario = std::move(shorter);
+      return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace
+
+Failure earlier(const Exploration& exploration, Runner& runner, Failure failure) {
+  for (std::size_t place = 0; place < failure.moments.size(); ++place) {
+    for (std::uint32_t distance = failure.moments[place].occasion; distance > 1; distance /= 2) {
+      Moments moments = failure.moments;
+      moments[place].occasion -= distance - 1;
+      const Told told = runner.one(exploration.run_of(moments, false));
+      if (!is_same(told.result, failure)) continue;
+      failure.moments = std::move(moments);
+      failure.result = told.result;
+    }
+  }
+  return failure;
+}
+
+ShrunkScenario with_fewer_steps(const scenario::Scenario& scenario, const Failure& failure,
+                                const Settings& settings, config::EdsFiles& files) {
+  ShrunkScenario shrunk{scenario, failure};
+  for (bool again = true; again;) {
+    again = false;
+    for (std::size_t step = shrunk.scenario.steps.size(); step-- != 0;)
+      again = take_out(step, shrunk.scenario, shrunk.failure, settings, files) || again;
+  }
+  return shrunk;
+}
+
+std::string steps_text(const scenario::Scenario& scenario) {
+  std::string text;
+  for (const scenario::Step& step : scenario.steps) {
+    text += "\n[[step]]\n";
+    for (const auto& [key, time] : {std::pair("at", step.at), std::pair("after", step.after),
+                                    std::pair("every", step.every), std::pair("within", step.within)})
+      if (time) text += fmt::format("{} = \"{}us\"\n", key, *time);
+    for (const auto& [key, lines] :
+         {std::pair("do", &step.commands), std::pair("wait", &step.waits),
+          std::pair("expect", &step.expectations), std::pair("must", &step.musts)}) {
+      std::string list;
+      for (const scenario::Line& line : *lines)
+        list += fmt::format("{}{}", list.empty() ? "" : ", ", scenario::toml_text(line.text));
+      if (!list.empty()) text += fmt::format("{} = [{}]\n", key, list);
+    }
+  }
+  return text;
+}
+
+}  // namespace cbcan::explore
