@@ -1,23 +1,17 @@
 // SPDX-License-Identifier: MIT
 #include "app/explore.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <poll.h>
-#include <signal.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
 #include <cctype>
-#include <cerrno>
 #include <filesystem>
 #include <functional>
 #include <iterator>
 #include <map>
 #include <mutex>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
 #include <span>
@@ -25,26 +19,18 @@
 #include <utility>
 #include <vector>
 
-#include "app/simulator.hpp"
+#include "app/processes.hpp"
+#include "app/progress.hpp"
+#include "app/told_json.hpp"
 #include "cbcan/version.hpp"
 #include "explore/exploration.hpp"
 #include "explore/scenario_run.hpp"
 #include "explore/shrink.hpp"
 #include "files/read_file.hpp"
-#include "io/loop/descriptor.hpp"
 #include "io/loop/output.hpp"
 #include "scenario/outcome.hpp"
 #include "text/numbers.hpp"
 #include "text/words.hpp"
-
-// As JSON: between processes, and in the file of --state.
-namespace cbcan::explore {
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Result, verdict, what, seen, during, happened, reached, frames, duration)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Record::Transaction, text, occasions)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Record, transactions, occasions, changing, nodes, readable, frames,
-                                   duration)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Told, result, record, problem)
-}  // namespace cbcan::explore
 
 namespace cbcan::app {
 
@@ -56,117 +42,6 @@ using explore::Result;
 using explore::Run;
 using explore::Told;
 using nlohmann::json;
-
-constexpr Time kWallLimit = 60 * kSecond;  ///< of a run on this machine's clock
-
-/// Runs the command, each with its plant in a process of its own.
-class Processes final : public explore::Runner {
- public:
-  Processes(const cli::Start& start, config::EdsFiles& files, const explore::Settings& settings)
-      : start_(start), files_(files), settings_(settings) {}
-
-  void all(std::size_t count, const std::function<Run(std::size_t)>& make,
-           const std::function<bool()>& wanted,
-           const std::function<void(std::size_t, const Told&)>& ended) override {
-    for (std::size_t next = 0; next < count || !processes_.empty();) {
-      if (!wanted()) next = count;
-      for (; next < count && processes_.size() < at_a_time(start_.search); ++next)
-        begin(next, make(next));
-      wait(ended);
-    }
-  }
-
- private:
-  struct Process {
-    pid_t id;
-    io::Descriptor end;
-    std::size_t number;
-    Time begun;
-    std::string text{};
-  };
-
-  void begin(std::size_t number, const Run& run) {
-    int ends[2];
-    if (::pipe2(ends, O_CLOEXEC) != 0) throw io::EnvironmentError("pipe: " + io::reason(errno));
-    io::Descriptor write_end(ends[1]);
-    io::Descriptor read_end(ends[0]);
-    const pid_t id = ::fork();
-    if (id < 0) throw io::EnvironmentError("fork: " + io::reason(errno));
-    if (id == 0) be(run, write_end.get());
-    processes_.push_back({id, std::move(read_end), number, io::Reactor::now()});
-  }
-
-  /// In the new process.
-  [[noreturn]] void be(const Run& run, int to) {
-    for (const int standard : {0, 1, 2})
-      if (const int nothing = ::open("/dev/null", O_RDWR); nothing >= 0) ::dup2(nothing, standard);
-    Told told;
-    try {
-      told = run_here(run);
-    } catch (const std::exception& error) {
-      told.problem = error.what();
-    }
-    const std::string text = json(told).dump(-1, ' ', true, json::error_handler_t::replace);
-    for (std::size_t sent = 0; sent < text.size();) {
-      const ssize_t count = ::write(to, text.data() + sent, text.size() - sent);
-      if (count <= 0) break;
-      sent += static_cast<std::size_t>(count);
-    }
-    ::_exit(0);
-  }
-
-  Told run_here(const Run& run) {
-    Console console;
-    Simulator simulator(run.config, config::build_nodes(run.config, files_), start_.plant_file, console,
-                        false);
-    explore::Judge judge({simulator.session().control(), settings_, run.counted, run.values_may_differ,
-                          run.undisturbed, [&](Time duration) { simulator.pass(duration); }});
-    simulator.session().watch([&judge] { return judge.look(); });
-    const int code = simulator.run(start_.command);
-    simulator.session().watch({});
-    Told told{judge.end(code), {}, {}};
-    told.record = judge.record();
-    return told;
-  }
-
-  void wait(const std::function<void(std::size_t, const Told&)>& ended) {
-    std::vector<pollfd> ends;
-    for (const Process& process : processes_)
-      ends.push_back({process.end.get(), POLLIN, 0});
-    ::poll(ends.data(), ends.size(), 1000);
-    for (std::size_t i = ends.size(); i-- != 0;) {
-      Process& process = processes_[i];
-      const bool is_slow = io::Reactor::now() - process.begun > kWallLimit;
-      if (is_slow) ::kill(process.id, SIGKILL);
-      if (!is_slow && (ends[i].revents == 0 || read_some(process))) continue;
-      ::waitpid(process.id, nullptr, 0);
-      const Process over = std::move(process);
-      processes_.erase(processes_.begin() + static_cast<std::ptrdiff_t>(i));
-      ended(over.number, told_in(over.text));
-    }
-  }
-
-  static bool read_some(Process& process) {
-    char part[65536];
-    const ssize_t count = ::read(process.end.get(), part, sizeof part);
-    if (count > 0) process.text.append(part, static_cast<std::size_t>(count));
-    return count > 0;
-  }
-
-  /// A run without a whole result was too slow.
-  static Told told_in(const std::string& text) {
-    const json parsed = json::parse(text, nullptr, false);
-    if (!parsed.is_discarded()) return parsed.get<Told>();
-    Told told;
-    told.result.verdict = explore::Verdict::kNotJudged;
-    return told;
-  }
-
-  const cli::Start& start_;
-  config::EdsFiles& files_;
-  const explore::Settings& settings_;
-  std::vector<Process> processes_;
-};
 
 /// Plays a scenario, each time on a plant of its own.
 class Threads final : public explore::Runner {
@@ -263,6 +138,7 @@ struct Subject {
   std::string identity;  ///< whatever decides the results, apart from what the undisturbed run shows
   const config::Config& plant;
   const explore::Settings& settings;
+  Moments only;  ///< the one run to make; empty = all
   explore::Runner& runner;
   std::function<std::string(const explore::Failure&)> write;  ///< returns the file that plays the failure
 };
@@ -277,7 +153,7 @@ class Search {
     explore::Exploration exploration(subject.plant, subject.settings, subject.runner,
                                      words_in(search_.faults), words_in(search_.nodes));
     if (std::string problem = exploration.prepare(); !problem.empty()) return problem;
-    std::vector<Moments> moments = exploration.moments();
+    std::vector<Moments> moments = subject.only.empty() ? exploration.moments() : std::vector<Moments>(1, subject.only);
     const cli::Shard shard = cli::shard_of(search_.shard);
     std::erase_if(moments,
                   [&](const Moments& each) { return !explore::is_in_part(each, shard.part, shard.parts); });
@@ -289,22 +165,18 @@ class Search {
     for (const explore::Variant& variant : exploration.never())
       results_.add_never(variant);
     State state(search_.state, fingerprint(subject, exploration.record()));
-    std::vector<Moments> pairs;
+    std::vector<explore::Pair> pairs;
     const bool pairs_wanted = search_.together == 2;
     try_all(subject, exploration, moments, state, pairs_wanted,
             [&](const Moments& first, const Record& record) {
               std::ranges::move(exploration.pairs(first, record), std::back_inserter(pairs));
             });
-    std::ranges::sort(pairs, {}, [](const Moments& pair) { return to_string(pair); });
-    try_all(subject, exploration, pairs, state, false, {});
+    try_all(subject, exploration, folded(std::move(pairs)), state, false, {});
     for (explore::Failure& failure : results_.failures(subject.name)) {
       failure = explore::earlier(exploration, subject.runner, std::move(failure));
-      failures_ +=
-          fmt::format("\n{}{}\n  {}: {}\n{}{}{}", subject.name.empty() ? "" : subject.name + ": ",
-                      to_string(failure.moments), failure.result.what, failure.result.seen,
-                      failure.result.during.empty() ? "" : fmt::format("  in: {}\n", failure.result.during),
-                      failure.result.frames,
-                      failure.count > 1 ? fmt::format("  and {} more like it\n", failure.count - 1) : "");
+      failures_ += fmt::format("\n{}{}\n  {}", subject.name.empty() ? "" : subject.name + ": ",
+                               to_string(failure.moments), explore::report(failure.result));
+      if (failure.count > 1) failures_ += fmt::format("  and {} more like it\n", failure.count - 1);
       if (!search_.out.empty()) failures_ += fmt::format("  replay: {}\n", subject.write(failure));
       ++distinct_;
     }
@@ -319,6 +191,7 @@ class Search {
 
   int report() {
     if (search_.list) return 0;
+    progress_.show("");
     console_.say(results_.table() + failures_);
     console_.say(fmt::format("\n{} runs, {} broken, {} distinct failures{}\n", tried_, results_.broken(),
                              distinct_, left_ != 0 ? fmt::format(", {} not tried", left_) : ""));
@@ -352,14 +225,12 @@ class Search {
           state.add(to_string(tried), told.result);
           if (counts) on_record(tried, told.record);
         });
-    if (is_terminal_) console_.tell("\r\033[K");
   }
 
   void add(const Subject& subject, std::size_t order, const Moments& moments, const Result& result) {
     results_.add(subject.name, order, moments, result);
     ++tried_;
-    if (is_terminal_)
-      console_.tell(fmt::format("\r{} runs, {} broken, {} left", tried_, results_.broken(), left_));
+    progress_.show(fmt::format("{} runs, {} broken, {} left", tried_, results_.broken(), left_));
   }
 
   static std::string fingerprint(const Subject& subject, const Record& record) {
@@ -371,9 +242,9 @@ class Search {
 
   const cli::SearchConfig& search_;
   Console& console_;
-  const bool is_terminal_ = ::isatty(STDERR_FILENO) != 0;
   const Time begun_ = io::Reactor::now();
   const Time budget_ = text::parse_duration(search_.budget).value_or(kNever);
+  Progress progress_;
   explore::Results results_;
   std::size_t tried_ = 0;
   std::size_t left_ = 0;
@@ -428,17 +299,17 @@ std::string without_steps(std::string_view text) {
 }
 
 /// With as few steps as possible.
-std::string write_scenario(const scenario::Scenario& scenario, const std::string& text,
-                           const explore::Settings& settings, const cli::SearchConfig& search,
-                           config::EdsFiles& files, const explore::Failure& failure) {
+std::string write_scenario(const scenario::Scenario& scenario, const explore::Settings& settings,
+                           const cli::SearchConfig& search, config::EdsFiles& files,
+                           const explore::Failure& failure) {
   const explore::ShrunkScenario shrunk = explore::with_fewer_steps(scenario, failure, settings, files);
   const std::string name =
       std::filesystem::path(scenario.file).stem().string() + "-" + file_name_of(shrunk.failure.moments);
   return write_file(
       search.out, name,
       fmt::format("# {}: {}\n# cbcan-sim run {}\n{}\n[explore]\nonly = \"{}\"\n{}{}", failure.result.what,
-                  failure.result.seen.substr(0, failure.result.seen.find('\n')), name, without_steps(text),
-                  to_string(shrunk.failure.moments), conditions_text(settings),
+                  failure.result.seen.substr(0, failure.result.seen.find('\n')), name,
+                  without_steps(scenario.text), to_string(shrunk.failure.moments), conditions_text(settings),
                   explore::steps_text(shrunk.scenario)));
 }
 
@@ -446,17 +317,6 @@ std::string write_scenario(const scenario::Scenario& scenario, const std::string
 
 std::size_t at_a_time(const cli::SearchConfig& search) {
   return search.jobs != 0 ? search.jobs : std::max(1U, std::thread::hardware_concurrency());
-}
-
-void inject_only(cli::Start& start) {
-  config::Diagnostics problems;
-  const explore::Settings settings = explore::read_settings(start.plant_text, start.plant_file, problems);
-  if (!problems.empty()) throw io::UsageError(to_string(problems.front()));
-  std::vector<std::string> texts{start.search.only};
-  for (const explore::Line& line : settings.only)
-    texts.push_back(line.text);
-  for (const std::string& text : texts)
-    explore::inject(explore::parse_moments(text, start.config), start.config);
 }
 
 namespace {
@@ -472,7 +332,7 @@ int run_seeds(const cli::Start& start, config::EdsFiles& files, const explore::S
   runs.all(
       count,
       [&](std::size_t i) {
-        Run run{start.config, {}, false, &nothing_known};
+        Run run{.config = start.config, .undisturbed = &nothing_known};
         run.config.seed = static_cast<std::uint32_t>(seeds.first + i);
         return run;
       },
@@ -496,19 +356,17 @@ int run_seeds(const cli::Start& start, config::EdsFiles& files, const explore::S
 
 }  // namespace
 
-int run_many(const cli::Start& start, config::EdsFiles& files, Console& console) {
-  config::Diagnostics problems;
-  const explore::Settings settings = explore::read_settings(start.plant_text, start.plant_file, problems);
-  if (!problems.empty()) throw io::UsageError(to_string(problems.front()));
+int run_many(const cli::Start& start, const explore::Settings& settings, config::EdsFiles& files,
+             Console& console) {
   if (!start.search.explore) return run_seeds(start, files, settings, console);
   Processes runner(start, files, settings);
   Search search(start.search, console);
+  config::Config plant = start.config;
   const std::string identity =
       fmt::format("{}\n{}\n{}", start.plant_text, fmt::join(start.words, " "), fmt::join(start.command, " "));
-  const std::string problem =
-      search.run({"", identity, start.config, settings, runner, [&](const explore::Failure& failure) {
-                    return write_plant_file(start, settings, failure);
-                  }});
+  const std::string problem = search.run(
+      {"", identity, start.config, settings, explore::only(start.search.only, settings, plant), runner,
+       [&](const explore::Failure& failure) { return write_plant_file(start, settings, failure); }});
   if (!problem.empty()) throw io::UsageError(problem);
   return search.report();
 }
@@ -518,16 +376,15 @@ options::ExitCode explore_scenarios(const std::vector<std::string>& paths, const
   std::vector<config::EdsFiles> files(at_a_time(search), config::EdsFiles(read));
   Search all(search, console);
   for (const std::string& path : paths) {
-    const std::string text = read(path).value_or("");
-    const scenario::Scenario scenario = scenario::read_scenario(text, path, read);
-    config::Diagnostics problems = scenario.problems;
-    const explore::Settings settings = explore::read_settings(text, path, problems);
-    if (!problems.empty()) throw io::UsageError(to_string(problems.front()));
+    scenario::Scenario scenario = scenario::read_scenario(read(path).value_or(""), path, read);
+    if (!scenario.problems.empty()) throw io::UsageError(to_string(scenario.problems.front()));
+    const explore::Settings settings = explore::read_settings(scenario.text, path);
+    const Moments only = explore::only(search.only, settings, scenario.config);
     Threads runner(scenario, files, settings);
-    const std::string problem =
-        all.run({path, text, scenario.config, settings, runner, [&](const explore::Failure& failure) {
-                   return write_scenario(scenario, text, settings, search, files.front(), failure);
-                 }});
+    const std::string problem = all.run(
+        {path, scenario.text, scenario.config, settings, only, runner, [&](const explore::Failure& failure) {
+           return write_scenario(scenario, settings, search, files.front(), failure);
+         }});
     if (!problem.empty()) throw io::UsageError(fmt::format("{}: {}", path, problem));
   }
   return static_cast<options::ExitCode>(all.report());

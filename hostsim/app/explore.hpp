@@ -7,18 +7,17 @@
 #include "app/console.hpp"
 #include "cli/command_line.hpp"
 #include "config/eds_file.hpp"
+#include "explore/settings.hpp"
 
 namespace cbcan::app {
 
 /// Runs at a time: --jobs, or as many as there are processors.
 std::size_t at_a_time(const cli::SearchConfig& search);
 
-/// Adds the faults of --only, or of `only` in [explore], to the plant. Throws io::UsageError.
-void inject_only(cli::Start& start);
-
 /// Many runs of a command, each with its plant in a process of its own: with each fault at each moment
 /// (--explore), or with each seed. Returns the exit code. Throws io::UsageError, io::EnvironmentError.
-int run_many(const cli::Start& start, config::EdsFiles& files, Console& console);
+int run_many(const cli::Start& start, const explore::Settings& settings, config::EdsFiles& files,
+             Console& console);
 
 /// The same for scenarios, in this process.
 options::ExitCode explore_scenarios(const std::vector<std::string>& paths, const cli::SearchConfig& search,

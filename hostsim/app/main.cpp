@@ -19,6 +19,7 @@
 #include "config/build_node.hpp"
 #include "config/demo_plant.hpp"
 #include "config/settings.hpp"
+#include "explore/moment.hpp"
 #include "files/read_file.hpp"
 #include "io/files/parameter_file.hpp"
 #include "io/sockets/service_manager.hpp"
@@ -76,7 +77,10 @@ void check_parameters(const config::Config& config) {
   }
 }
 
-int run(const cli::Start& start, const config::FileReader& read, Console& console) {
+int run(cli::Start& start, const config::FileReader& read, Console& console) {
+  const explore::Settings explored = explore::read_settings(start.plant_text, start.plant_file);
+  const explore::Moments faults = explore::only(start.search.only, explored, start.config);
+  if (!start.search.explore) explore::inject(faults, start.config);
   const config::Config& config = start.config;
   config::EdsFiles files(read);
   config::PlantBuild build = config::build_nodes(config, files);
@@ -86,7 +90,7 @@ int run(const cli::Start& start, const config::FileReader& read, Console& consol
   if (build.good) check_places(config);
   if (build.good && start.check) check_parameters(config);
   if (!build.good || start.check) return code(build.good ? ExitCode::kDone : ExitCode::kUsage);
-  if (start.search.explore || !start.search.seeds.empty()) return run_many(start, files, console);
+  if (start.search.explore || !start.search.seeds.empty()) return run_many(start, explored, files, console);
   Simulator simulator(config, std::move(build), start.plant_file, console, start.command.empty());
   int exit_code = code(ExitCode::kDone);
   if (start.command.empty()) {
@@ -114,7 +118,6 @@ int start(int argc, char** argv, Console& console) {
   cli::Start start = cli::parse_command_line(argc, argv, read);
   console.tell(start.err);
   console.say(start.out);
-  if (start.run) inject_only(start);
   return start.run ? run(start, read, console) : code(start.exit_code);
 }
 

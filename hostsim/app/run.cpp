@@ -2,7 +2,6 @@
 #include "app/run.hpp"
 
 #include <fmt/core.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
@@ -18,7 +17,9 @@
 #include <vector>
 
 #include "app/explore.hpp"
+#include "app/progress.hpp"
 #include "app/target.hpp"
+#include "explore/scenario_run.hpp"
 #include "io/can/candump_log.hpp"
 #include "io/loop/output.hpp"
 #include "scenario/outcome.hpp"
@@ -50,11 +51,20 @@ class Runner {
   Outcome play(const std::string& file, std::uint32_t seed, config::EdsFiles& files) const {
     return scenario::play_file(file, read_, [&](scenario::Scenario& scenario) {
       if (!config_.seeds.empty()) scenario.config.seed = seed;
-      return config_.target.empty() ? play_on_plant(scenario, files) : play_on_target(scenario);
+      return config_.target.empty() ? play_here(scenario, files) : play_on_target(scenario);
     });
   }
 
  private:
+  Outcome play_here(scenario::Scenario& scenario, config::EdsFiles& files) const {
+    const explore::Settings settings = explore::read_settings(scenario.text, scenario.file);
+    const explore::Moments faults = explore::only(config_.only, settings, scenario.config);
+    if (faults.empty() || config_.check) return play_on_plant(scenario, files);
+    if (!config_.logs.empty())
+      throw io::UsageError(fmt::format("--log {}: a run of --explore writes none", config_.logs));
+    return explore::replay(scenario, faults, settings, files);
+  }
+
   Outcome play_on_plant(const scenario::Scenario& scenario, config::EdsFiles& files) const {
     scenario::PlantRun run{config_.check, pace(), {}};
     if (!config_.logs.empty())
@@ -94,32 +104,6 @@ class Runner {
   const config::FileReader& read_;
 };
 
-/// Collects results, and shows progress on a terminal.
-class Progress {
- public:
-  explicit Progress(std::size_t all) : all_(all) {}
-  ~Progress() {
-    if (is_terminal_) tell("\r\033[K");
-  }
-  /// `keep`: one at a time.
-  void done(const Outcome& outcome, const auto& keep) {
-    const std::scoped_lock lock(mutex_);
-    failed_ += outcome.verdict == Verdict::kFailed || outcome.verdict == Verdict::kWrong ? 1 : 0;
-    if (is_terminal_) tell(fmt::format("\r{} of {}, {} failed", ++done_, all_, failed_));
-    keep();
-  }
-
- private:
-  static void tell(const std::string& text) {
-    if (::write(STDERR_FILENO, text.data(), text.size()) < 0) return;
-  }
-  const bool is_terminal_ = ::isatty(STDERR_FILENO) != 0;
-  std::mutex mutex_;
-  std::size_t all_;
-  std::size_t done_ = 0;
-  std::size_t failed_ = 0;
-};
-
 /// The longest files first, so that at the end no processor waits for a long one.
 std::vector<std::size_t> by_length(const std::vector<std::string>& files) {
   std::vector<std::pair<std::uintmax_t, std::size_t>> sizes;
@@ -141,7 +125,10 @@ std::vector<Outcome> play_all(const std::vector<std::string>& files, const cli::
   const std::size_t all = files.size() * of_each;
   const std::vector<std::size_t> order = by_length(files);
   std::vector<scenario::SeedOutcomes> outcomes(files.size());
-  Progress progress(all);
+  const Progress progress;
+  std::mutex one;
+  std::size_t done = 0;
+  std::size_t failed = 0;
   std::atomic<std::size_t> next = 0;
   const auto work = [&] {
     config::EdsFiles eds_files(read);
@@ -154,7 +141,10 @@ std::vector<Outcome> play_all(const std::vector<std::string>& files, const cli::
       } catch (const std::exception& error) {
         outcome = {Verdict::kWrong, 0, text::to_utf8(error.what()) + "\n"};
       }
-      progress.done(outcome, [&] { outcomes[file].add(seed, std::move(outcome)); });
+      const std::scoped_lock lock(one);
+      failed += outcome.verdict == Verdict::kFailed || outcome.verdict == Verdict::kWrong ? 1 : 0;
+      progress.show(fmt::format("{} of {}, {} failed", ++done, all, failed));
+      outcomes[file].add(seed, std::move(outcome));
     }
   };
   const std::size_t one_after_the_other =

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <iterator>
 #include <set>
+#include <tuple>
 #include <utility>
 
 namespace cbcan::explore {
@@ -36,14 +37,26 @@ std::size_t transaction_of(const Record& record, std::size_t variant, std::uint3
   return place;
 }
 
-}  // namespace
-
+/// What is read or written may be another value than that in the node, and nothing on the bus shows it.
 bool changes_values(const Moments& moments) {
   return std::ranges::any_of(moments, [](const Moment& moment) {
     const sim::FaultKind kind = moment.variant.fault.kind;
     return kind == sim::FaultKind::kResponseOtherSize || kind == sim::FaultKind::kDuplicateNodeId ||
            sim::is_of_frames(kind);
   });
+}
+
+/// Afterwards everything is as before.
+bool passes(const sim::Fault& fault) {
+  return sim::has_key(fault.kind, "for_ms") ? fault.lasts != kNever : fault.count == 1;
+}
+
+}  // namespace
+
+Run run_with(const Moments& moments, const config::Config& plant, const Record& undisturbed) {
+  Run run{.config = plant, .values_may_differ = changes_values(moments), .undisturbed = &undisturbed};
+  inject(moments, run.config);
+  return run;
 }
 
 Told Runner::one(const Run& run) {
@@ -65,6 +78,9 @@ Exploration::Exploration(const config::Config& plant, const Settings& settings, 
     for (const config::NetworkConfig& network : plant.networks)
       for (Variant& variant : variants_of(fault, nodes_of(network), network.number))
         if (std::ranges::find(variants_, variant) == variants_.end()) variants_.push_back(std::move(variant));
+  for (const std::string& fault : settings.survive.empty() ? default_survive() : texts_of(settings.survive))
+    for (const Variant& variant : variants_of(fault, {"1"}, 1))
+      survive_.insert(variant.fault.kind);
 }
 
 std::string Exploration::prepare() {
@@ -119,28 +135,47 @@ void Exploration::count_in(Run& run) const {
 }
 
 Run Exploration::run_of(const Moments& moments, bool counts) const {
-  Run run{plant_, {}, changes_values(moments), &record_};
-  inject(moments, run.config);
+  const sim::Fault& first = moments.front().variant.fault;
+  Run run = run_with(moments, plant_, record_);
+  run.must_survive = moments.size() == 1 && survive_.contains(first.kind) && passes(first);
   if (counts) count_in(run);
   return run;
 }
 
-std::vector<Moments> Exploration::pairs(const Moments& first, const Record& record) const {
+std::vector<Pair> Exploration::pairs(const Moments& first, const Record& record) const {
   const auto own =
       static_cast<std::size_t>(std::ranges::find(variants_, first.front().variant) - variants_.begin());
   const std::size_t begin = transaction_of(record_, own, first.front().occasion);
   const std::size_t end =
       std::min(begin + kNear, record.transactions.empty() ? 0 : record.transactions.size() - 1);
-  std::vector<Moments> pairs;
+  std::vector<Pair> pairs;
   if (begin >= record.transactions.size()) return pairs;
   for (std::size_t i = 0; i < variants_.size(); ++i) {
     if (!has_moments(variants_[i].fault.kind)) continue;
-    const std::uint32_t before = begin == 0 ? 0 : record.transactions[begin - 1].occasions[i];
-    for (std::uint32_t occasion = before + 1; occasion <= record.transactions[end].occasions[i]; ++occasion)
-      if (i != own || occasion != first.front().occasion)
-        pairs.push_back({first.front(), {variants_[i], occasion}});
+    std::uint32_t occasion = begin == 0 ? 0 : record.transactions[begin - 1].occasions[i];
+    for (std::size_t place = begin; place <= end; ++place) {
+      const Record::Transaction& during = record.transactions[place];
+      for (unsigned in_it = 1; occasion < during.occasions[i]; ++in_it)
+        if (++occasion != first.front().occasion || i != own)
+          pairs.push_back(
+              {fmt::format("{} {} {} {} {}", to_string(first.front().variant),
+                           record.transactions[begin].text, to_string(variants_[i]), during.text, in_it),
+               {first.front(), {variants_[i], occasion}}});
+    }
   }
   return pairs;
+}
+
+std::vector<Moments> folded(std::vector<Pair> pairs) {
+  const auto rank = [](const Pair& pair) {
+    return std::tuple(pair.alike, pair.moments[0].occasion, pair.moments[1].occasion);
+  };
+  std::ranges::sort(pairs, {}, rank);
+  std::vector<Moments> kept;
+  for (std::size_t i = 0; i < pairs.size(); ++i)
+    if (i == 0 || pairs[i].alike != pairs[i - 1].alike) kept.push_back(pairs[i].moments);
+  std::ranges::sort(kept, {}, [](const Moments& pair) { return hash_of(to_string(pair)); });
+  return kept;
 }
 
 }  // namespace cbcan::explore

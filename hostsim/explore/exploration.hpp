@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,7 @@ struct Run {
   config::Config config;
   std::vector<Variant> counted = {};  ///< their matching frames are recorded
   bool values_may_differ = false;
+  bool must_survive = false;
   const Record* undisturbed = nullptr;
 };
 
@@ -30,6 +32,9 @@ struct Told {
   Record record;
   std::string problem;  ///< why it could not be made; empty = it could
 };
+
+/// One with these faults.
+Run run_with(const Moments& moments, const config::Config& plant, const Record& undisturbed);
 
 /// Makes runs, some at a time, each from power-on.
 class Runner {
@@ -45,8 +50,14 @@ class Runner {
   ~Runner() = default;
 };
 
-/// What is read or written may be another value than that in the node, and nothing on the bus shows it.
-bool changes_values(const Moments& moments);
+/// Two faults, and what other pairs have in common with them: the kinds, and the transactions in which they
+/// act.
+struct Pair {
+  std::string alike;
+  Moments moments;
+};
+/// One pair of those that are alike, the earliest, in an order of which every beginning is an even sample.
+std::vector<Moments> folded(std::vector<Pair> pairs);
 
 class Exploration {
  public:
@@ -61,7 +72,7 @@ class Exploration {
   /// Without a matching frame.
   const std::vector<Variant>& never() const { return never_; }
   /// A second fault near the first one, which was alone in the run that made this record.
-  std::vector<Moments> pairs(const Moments& first, const Record& record) const;
+  std::vector<Pair> pairs(const Moments& first, const Record& record) const;
   /// `counts`: the result is for pairs().
   Run run_of(const Moments& moments, bool counts) const;
   const Record& record() const { return record_; }
@@ -75,6 +86,7 @@ class Exploration {
   Runner& runner_;
   std::vector<std::string> nodes_;
   std::vector<Variant> variants_;
+  std::set<sim::FaultKind> survive_;
   Record record_;
   std::vector<Moments> moments_;
   std::vector<Variant> never_;

@@ -45,6 +45,11 @@ std::string_view name_of(Verdict verdict) {
   return kNames[static_cast<std::size_t>(verdict)];
 }
 
+std::string report(const Result& result) {
+  return fmt::format("{}: {}\n{}{}", result.what, result.seen,
+                     result.during.empty() ? "" : fmt::format("  in: {}\n", result.during), result.frames);
+}
+
 Judge::Judge(Parts parts)
     : parts_(std::move(parts)),
       control_(parts_.control),
@@ -56,6 +61,8 @@ Judge::Judge(Parts parts)
   gave_up_ = conditions(parts_.settings.gave_up);
   reached_ = conditions(parts_.settings.reached);
   result_.reached.resize(reached_.size());
+  silent_since_.resize(control_.networks(), kNever);
+  find_counters();
 }
 
 Judge::~Judge() {
@@ -76,11 +83,14 @@ std::vector<Judge::Held> Judge::conditions(const std::vector<Line>& lines) {
 
 // ---- The buses
 
+std::string Judge::Seen::text() const {
+  return fmt::format("{} {}{}", text::seconds_text(at), plant::prefix_of(network), sim::frame_text(frame));
+}
+
 /// Before the node gets it.
 void Judge::on_frame(std::size_t network, const Frame& frame, Time now) {
-  const std::string text = plant::prefix_of(network) + sim::frame_text(frame);
-  frames_.push_back(fmt::format("  {} {}\n", text::seconds_text(now), text));
-  if (parts_.undisturbed == nullptr) record_.frames.push_back(text::seconds_text(now) + " " + text);
+  frames_.push_back({network, frame, now});
+  if (parts_.undisturbed == nullptr) record_.frames.push_back(frames_.back().text());
   if (frames_.size() > kLastFrames) frames_.pop_front();
   const auto number = static_cast<std::uint8_t>(network);
   const auto node = static_cast<std::uint8_t>(frame.id & nmt::kMaxNode);
@@ -125,6 +135,8 @@ bool Judge::look() {
   for (std::size_t i = 0; i < reached_.size(); ++i)
     result_.reached[i] = result_.reached[i] ||
                          (reached_[i].condition->applies(control_) && reached_[i].condition->holds(control_));
+  check_downloads();
+  check_own_nodes();
   check_limits();
   return result_.verdict != Verdict::kBroken;
 }
@@ -135,8 +147,8 @@ void Judge::broken(std::string_view what, std::string seen) {
   result_.what = what;
   result_.seen = std::move(seen);
   result_.during = during_;
-  for (const std::string& frame : frames_)
-    result_.frames += frame;
+  for (const Seen& last : frames_)
+    result_.frames += "  " + last.text() + "\n";
 }
 
 void Judge::check(std::vector<Held>& held, std::string_view name) {
@@ -154,8 +166,7 @@ void Judge::follow(const journal::Event& event) {
   const std::pair node(event.network, event.node);
   if (event.kind == journal::Kind::kBegun) {
     responses_before_[event.transaction] = responses_[node];
-    if (event.service == journal::Service::kWrite && downloads_[object_of(event)] > 0)
-      --downloads_[object_of(event)];
+    if (event.service == journal::Service::kWrite) --downloads_[object_of(event)];
     return;
   }
   follow_end(event);
@@ -166,7 +177,7 @@ void Judge::follow_end(const journal::Event& ended) {
   const std::span<const std::uint8_t> bytes = journal_.bytes(ended);
   if (!parts_.counted.empty())
     record_.transactions.push_back(
-        {during_ + " " + result_text(ended) + " " + text::hex(bytes, ""), occasions()});
+        {during_ + " " + result_text(ended), text::hex(bytes, ""), occasions()});
   if (ended.node != 0) record_.nodes.insert(plant::prefix_of(ended.network) + std::to_string(ended.node));
   if (ended.result == 0 && !parts_.values_may_differ) check_value(ended, object_of(ended));
   const config::ModuleConfig& module = control_.network(ended.network).module_config();
@@ -194,6 +205,34 @@ void Judge::check_value(const journal::Event& ended, const Object& object) {
       record_.changing.insert(object);
     else if (!parts_.undisturbed->changing.contains(object))
       broken("what is written is in the node", "it is not: " + text::hex(bytes, " "));
+  }
+}
+
+void Judge::check_downloads() {
+  for (auto& [object, more] : downloads_) {
+    if (more <= 0) continue;
+    more = 0;
+    if (parts_.undisturbed == nullptr)
+      record_.unrequested.insert(object);
+    else if (!parts_.values_may_differ && !parts_.undisturbed->unrequested.contains(object))
+      broken("each download has been requested",
+             fmt::format("node {} got one more of {:04X}h:{}", std::get<1>(object), std::get<2>(object),
+                         std::get<3>(object)));
+  }
+}
+
+/// Each silence of a PLC is judged once: another node may start the own one again.
+void Judge::check_own_nodes() {
+  for (std::size_t number = 1; number <= control_.networks(); ++number) {
+    const plant::Network& network = control_.network(number);
+    const Time timeout = network.module_config().plc_timeout_ms * kMillisecond;
+    const Time since = network.plc_heard_at();
+    if (timeout == 0 || network.module() == nullptr || silent_since_[number - 1] == since ||
+        control_.started() + control_.now() <= since + timeout)
+      continue;
+    silent_since_[number - 1] = since;
+    if (since != 0 && network.module()->coprocessor().own_node().state() == nmt::State::kOperational)
+      broken("the own node stops when the PLC is silent", "it is Operational after plc_timeout_ms");
   }
 }
 
@@ -226,6 +265,7 @@ Result Judge::end(std::optional<int> exit_code) {
     broken("the exit code is 0 or 75", fmt::format("it is {}", *exit_code));
   if (result_.verdict != Verdict::kBroken) {
     if (gave_up) result_.verdict = Verdict::kGaveUp;
+    if (gave_up && parts_.must_survive) broken("survive", "it gave up");
     parts_.pass(parts_.settings.settle.value_or(kSettle));
     look();
     check(gave_up ? gave_up_ : done_, gave_up ? "gave_up" : "done");
@@ -262,9 +302,9 @@ void Judge::check_nodes() {
   }
 }
 
-std::vector<std::uint32_t> Judge::occasions() {
-  std::vector<std::uint32_t> counts;
-  std::map<std::string_view, std::size_t> next;  // of the faults of a place, in the order of the variants
+/// The faults that count are in the order of their variants.
+void Judge::find_counters() {
+  std::map<std::string_view, std::size_t> next;  // of a place
   for (const Variant& variant : parts_.counted) {
     const auto [network, name] = plant::where(variant.place, control_.networks());
     const sim::FaultSet& set = name == "bus"   ? control_.world(network).faults()
@@ -274,7 +314,15 @@ std::vector<std::uint32_t> Judge::occasions() {
     const auto list = set.list();
     while (place < list.size() && list[place].fault.after != kCounting - 1)
       ++place;
-    counts.push_back(place < list.size() ? static_cast<std::uint32_t>(list[place++].occasions) : 0);
+    counters_.push_back({&set, place < list.size() ? list[place++].number : 0});
+  }
+}
+
+std::vector<std::uint32_t> Judge::occasions() const {
+  std::vector<std::uint32_t> counts;
+  for (const auto& [set, number] : counters_) {
+    const auto found = std::ranges::find(set->list(), number, &sim::SetFault::number);
+    counts.push_back(found == set->list().end() ? 0 : static_cast<std::uint32_t>(found->occasions));
   }
   return counts;
 }

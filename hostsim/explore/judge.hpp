@@ -49,12 +49,14 @@ using Object = std::tuple<std::uint8_t, std::uint8_t, std::uint16_t, std::uint8_
 /// What a run without faults shows.
 struct Record {
   struct Transaction {
-    std::string text;                      ///< request, result and value
+    std::string text;                      ///< request and result
+    std::string value;                     ///< hexadecimal
     std::vector<std::uint32_t> occasions;  ///< matching frames of each variant up to its end
   };
   std::vector<Transaction> transactions;
   std::vector<std::uint32_t> occasions;  ///< up to the end of the run
   std::set<Object> changing;             ///< not what was written right after a write
+  std::set<Object> unrequested;          ///< downloaded by another than the PLC
   std::set<std::string> nodes;           ///< that the PLC spoke with
   std::set<std::string> readable;        ///< at the end
   std::vector<std::string> frames;       ///< all, with their times
@@ -72,6 +74,9 @@ struct Result {
   Time duration = 0;
 };
 
+/// What is wrong, in which transaction, and the last frames; lines.
+std::string report(const Result& result);
+
 class Judge final : private plant::Listener {
  public:
   struct Parts {
@@ -79,6 +84,7 @@ class Judge final : private plant::Listener {
     const Settings& settings;
     std::vector<Variant> counted;  ///< variants whose occasions are recorded
     bool values_may_differ;        ///< because of the faults
+    bool must_survive;             ///< giving up is a failure
     const Record* undisturbed;     ///< null in that run itself
     std::function<void(Time)> pass;
   };
@@ -108,10 +114,13 @@ class Judge final : private plant::Listener {
   void follow(const journal::Event& event);
   void follow_end(const journal::Event& ended);
   void check_value(const journal::Event& ended, const Object& object);
+  void check_downloads();
+  void check_own_nodes();
   void check_limits();
   void check_nodes();
   void broken(std::string_view what, std::string seen);
-  std::vector<std::uint32_t> occasions();
+  void find_counters();
+  std::vector<std::uint32_t> occasions() const;
   std::uint64_t requests() const;
   sim::Node* node_of(const Object& object);
   std::vector<std::uint8_t> value_of(const Object& object);
@@ -129,11 +138,24 @@ class Judge final : private plant::Listener {
     std::vector<std::uint8_t> value;
   };
   std::map<Object, std::deque<Read>> read_;
-  std::map<Object, unsigned> downloads_;  ///< more than were requested, if above 0
+  std::map<Object, int> downloads_;  ///< on the bus, less those that were requested
   std::map<std::pair<std::uint8_t, std::uint8_t>, std::uint32_t> responses_;  ///< of a node, by network
   std::map<std::uint32_t, std::uint32_t> responses_before_;                   ///< by open transaction
-  std::deque<std::string> frames_;
+  struct Seen {
+    std::size_t network;
+    Frame frame;
+    Time at;
+    std::string text() const;
+  };
+  std::deque<Seen> frames_;  ///< the last ones
+  struct Counter {
+    const sim::FaultSet* set;
+    unsigned number;
+  };
+  std::vector<Counter> counters_;  ///< by counted variant; number 0 = it has none
   std::string during_;
+  std::vector<Time>
+      silent_since_;  ///< by network: the PLC's last request before a silence that has been judged
   Time looked_at_ = 0;
   std::uint64_t requests_before_ = 0;  ///< looked_at_
   std::uint64_t requests_at_fault_ = ~std::uint64_t{0};

@@ -4,6 +4,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <iterator>
 
 #include "plant/words.hpp"
 #include "text/error.hpp"
@@ -76,6 +77,13 @@ Moments parse_moments(std::string_view text, config::Config& plant) {
     moments.push_back({{std::string(sides->first), fault_of(sides->second, list.place)}, *number});
   }
   return moments;
+}
+
+Moments only(const std::string& option, const Settings& settings, config::Config& plant) {
+  Moments all = parse_moments(option, plant);
+  for (const Line& line : settings.only)
+    std::ranges::move(parse_moments(line.text, plant), std::back_inserter(all));
+  return all;
 }
 
 void inject(const Moments& moments, config::Config& plant) {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "config/config.hpp"
+#include "explore/settings.hpp"
 #include "sim/faults/fault.hpp"
 
 namespace cbcan::explore {
@@ -42,6 +43,8 @@ inline constexpr std::uint32_t kCounting = 0xFFFFFFFF;
 std::string to_string(const Moments& moments);
 /// Throws text::UsageError.
 Moments parse_moments(std::string_view text, config::Config& plant);
+/// Those of --only and of `only` in the settings, together. Throws text::UsageError.
+Moments only(const std::string& option, const Settings& settings, config::Config& plant);
 
 /// Adds the faults to those of the plant.
 void inject(const Moments& moments, config::Config& plant);

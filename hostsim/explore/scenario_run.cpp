@@ -47,8 +47,8 @@ Told play(const scenario::Scenario& scenario, const Run& run, const Settings& se
   Told told;
   if (!build.good) return told.problem = build.lines.front(), told;
   plant::VirtualPlant plant(run.config, std::move(build));
-  Judge judge({plant.control(), settings, run.counted, run.values_may_differ, run.undisturbed,
-               [&](Time duration) { plant.advance_to(plant.now() + duration); }});
+  Judge judge({plant.control(), settings, run.counted, run.values_may_differ, run.must_survive,
+               run.undisturbed, [&](Time duration) { plant.advance_to(plant.now() + duration); }});
   plant.start();
   JudgedPlant bench(plant, judge);
   try {
@@ -60,6 +60,17 @@ Told play(const scenario::Scenario& scenario, const Run& run, const Settings& se
   told.record = judge.record();
   told.record.duration = 0;  // it ends by itself: no limit follows from it
   return told;
+}
+
+scenario::Outcome replay(const scenario::Scenario& scenario, const Moments& moments, const Settings& settings,
+                         config::EdsFiles& files) {
+  const Told undisturbed = play(scenario, {scenario.config}, settings, files);
+  const Told told = play(scenario, run_with(moments, scenario.config, undisturbed.record), settings, files);
+  for (const Told* each : {&undisturbed, &told})
+    if (!each->problem.empty()) return {scenario::Verdict::kWrong, 0, each->problem + "\n"};
+  const bool broken = told.result.verdict == Verdict::kBroken;
+  return {broken ? scenario::Verdict::kFailed : scenario::Verdict::kPassed, told.result.duration,
+          broken ? to_string(moments) + ": " + report(told.result) : ""};
 }
 
 }  // namespace cbcan::explore

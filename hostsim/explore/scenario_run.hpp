@@ -3,6 +3,7 @@
 
 #include "config/eds_file.hpp"
 #include "explore/exploration.hpp"
+#include "scenario/outcome.hpp"
 #include "scenario/scenario.hpp"
 
 namespace cbcan::explore {
@@ -11,5 +12,9 @@ namespace cbcan::explore {
 /// does not end goes on at its limit, and what is expected is not looked at.
 Told play(const scenario::Scenario& scenario, const Run& run, const Settings& settings,
           config::EdsFiles& files);
+
+/// Plays a run of --explore again, and judges it in the same way.
+scenario::Outcome replay(const scenario::Scenario& scenario, const Moments& moments, const Settings& settings,
+                         config::EdsFiles& files);
 
 }  // namespace cbcan::explore

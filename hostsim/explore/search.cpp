@@ -43,16 +43,16 @@ std::vector<std::uint32_t> halving(const std::vector<std::uint32_t>& sorted) {
 
 std::vector<Moments> moments_of(const Variant& variant, std::size_t number, const Record& record) {
   if (!has_moments(variant.fault.kind)) return {{{variant, 0}}};
-  std::map<std::pair<std::string_view, std::uint32_t>, std::vector<std::uint32_t>>
+  std::map<std::pair<std::string, std::uint32_t>, std::vector<std::uint32_t>>
       alike;  // by text and place in it
   std::uint32_t before = 0;
-  const auto add = [&](std::string_view text, std::uint32_t up_to, bool is_rest) {
+  const auto add = [&](const std::string& text, std::uint32_t up_to, bool is_rest) {
     for (std::uint32_t occasion = before + 1; occasion <= up_to; ++occasion)
       alike[{text, is_rest ? 0 : occasion - before}].push_back(occasion);
     before = up_to;
   };
   for (const Record::Transaction& transaction : record.transactions)
-    add(transaction.text, transaction.occasions[number], false);
+    add(transaction.text + " " + transaction.value, transaction.occasions[number], false);
   add("", record.occasions[number], true);
   std::vector<std::uint32_t> all;
   for (const auto& [key, occasions] : alike)

@@ -3,8 +3,10 @@
 
 #include <array>
 
+#include "config/diagnostic.hpp"
 #include "config/settings.hpp"
 #include "scenario/line_table.hpp"
+#include "text/error.hpp"
 
 namespace cbcan::explore {
 
@@ -63,8 +65,10 @@ std::vector<options::Row> setting_rows() {
   return scenario::rows_of(std::span<const scenario::LineKey<Settings>>(kKeys));
 }
 
-Settings read_settings(std::string_view text, const std::string& file, config::Diagnostics& problems) {
+Settings read_settings(std::string_view text, const std::string& file) {
   Settings settings;
+  if (text.find(config::kExploreTable) == std::string_view::npos) return settings;
+  config::Diagnostics problems;
   try {
     const toml::table root = toml::parse(text, std::string_view(file));
     const toml::node* const node = root.get(config::kExploreTable);
@@ -75,6 +79,7 @@ Settings read_settings(std::string_view text, const std::string& file, config::D
       problems.push_back({{file, node->source().begin.line}, "explore: must be a table; write [explore]"});
   } catch (const toml::parse_error&) {  // is reported by the plant's reader
   }
+  if (!problems.empty()) throw text::UsageError(to_string(problems.front()));
   return settings;
 }
 

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "cbcan/time.hpp"
-#include "config/diagnostic.hpp"
 #include "options/setting.hpp"
 #include "scenario/scenario.hpp"
 
@@ -37,6 +36,7 @@ std::vector<std::string> default_survive();
 std::vector<options::Row> setting_rows();
 
 /// Reads the table from the text of a file, which is TOML; without the table everything is as by default.
-Settings read_settings(std::string_view text, const std::string& file, config::Diagnostics& problems);
+/// Throws text::UsageError for a mistake in the table.
+Settings read_settings(std::string_view text, const std::string& file);
 
 }  // namespace cbcan::explore

@@ -25,9 +25,7 @@ bool still_fails(const scenario::Scenario& scenario, Failure& failure, std::size
                  config::EdsFiles& files) {
   Moments moments = failure.moments;
   moments[place].occasion = occasion;
-  Run run{scenario.config, {}, changes_values(moments), &undisturbed};
-  inject(moments, run.config);
-  const Told told = play(scenario, run, settings, files);
+  const Told told = play(scenario, run_with(moments, scenario.config, undisturbed), settings, files);
   if (!told.problem.empty() || !is_same(told.result, failure)) return false;
   failure.moments = std::move(moments);
   failure.result = told.result;

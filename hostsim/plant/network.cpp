@@ -156,7 +156,7 @@ void Network::on_request(bool valid, const adapters::ModbusRange& written) {
   const bool writes = written.count != 0;
   if (!writes) advance_due();
   if (writes && observed_) context_.listener.on_written(number_, written);
-  if (valid && module_ != nullptr) module_->on_plc(context_.now);
+  if (valid && module_ != nullptr) on_plc();
   if (!writes) return;
   apply(written.first, written.count);
   if (observed_) context_.listener.on_applied();
@@ -210,8 +210,13 @@ void Network::apply(std::size_t first, std::size_t count) {
 void Network::write(std::size_t first, std::span<const std::uint16_t> words) {
   world_.advance(context_.now);
   std::ranges::copy(words, registers_.begin() + static_cast<std::ptrdiff_t>(first));
-  module_->on_plc(context_.now);
+  on_plc();
   apply(first, words.size());
+}
+
+void Network::on_plc() {
+  plc_heard_at_ = context_.now;
+  module_->on_plc(context_.now);
 }
 
 void Network::publish() {

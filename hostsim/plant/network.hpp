@@ -113,6 +113,8 @@ class Network final : public adapters::ModbusUnit,
   /// Modbus requests so far.
   std::uint32_t requests() const { return requests_; }
   std::uint32_t second_writers() const { return second_writers_; }
+  /// Time of the PLC's last valid request.
+  Time plc_heard_at() const { return plc_heard_at_; }
 
   /// Sends this frame as another node. False: the bus accepts none now.
   bool send(const Frame& frame) { return tester_.try_send(frame); }
@@ -124,6 +126,7 @@ class Network final : public adapters::ModbusUnit,
                     std::int32_t after, Time now) override;
   Time replay_due() const { return replayed_ < replay_.size() ? started_ + replay_[replayed_].at : kNever; }
   void restart_module();
+  void on_plc();
   void on_frame(const Frame& /*frame*/, Time /*now*/) override {}
   void on_bus_state(BusState /*state*/, Time /*now*/) override {}
 
@@ -143,6 +146,7 @@ class Network final : public adapters::ModbusUnit,
   Time started_ = 0;
   std::uint32_t requests_ = 0;                                  ///< of Modbus
   std::uint32_t exceptions_ = 0;                                ///< answered by an exception
+  Time plc_heard_at_ = 0;
   std::array<std::uint32_t, regmap::kMostChannels> writers_{};  ///< the last one of each scanner window
   std::uint32_t second_writers_ = 0;
   std::optional<journal::NetworkWatch> watch_;

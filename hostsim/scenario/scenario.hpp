@@ -37,6 +37,7 @@ struct Step {
 
 struct Scenario {
   std::string file;
+  std::string text;  ///< of the file
   config::Config config;
   std::vector<Step> steps;
   config::Diagnostics problems;  ///< if not empty, the rest is not valid

@@ -76,6 +76,7 @@ std::vector<options::Row> step_rows() {
 Scenario read_scenario(std::string_view text, const std::string& file, const config::FileReader& read) {
   Scenario scenario;
   scenario.file = file;
+  scenario.text = text;
   try {
     Reader(scenario, read).read(text);
   } catch (const toml::parse_error&) {

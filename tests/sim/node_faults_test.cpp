@@ -174,6 +174,17 @@ TEST_CASE("Node: a state begins after a number of frames from or to the node, an
                                    "100000 node 5: fault 1: bus-off after=2 for_ms=100: ends"});
 }
 
+TEST_CASE("Node: a state whose time passes while the power is off never begins") {
+  Faulty faulty;
+  faulty.set("bus-off from_ms=100 until_ms=200");
+  faulty.set("power count=1 for_ms=300");
+  faulty.bench.send(kRead);
+  faulty.bench.pass(300 * kMillisecond).expect("705#00");
+  CHECK(faulty.node.port().state() == BusState::kActive);
+  CHECK(faulty.node.faults().list()[0].fired == 0);
+  faulty.bench.ask(kRead, kResponse);
+}
+
 TEST_CASE("Node: faults are for its ID, also for the one that LSS gives") {
   Told told;
   WorldBench bench;

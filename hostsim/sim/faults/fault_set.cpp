@@ -112,6 +112,7 @@ BusState FaultSet::follow_states(Time now) {
       tell(set, "begins", now);
     }
     if (!open) close(set, now);
+    if (now >= set.ends) set.begins = kNever;  // perhaps it never began: the node had no power
     if (open) worst = std::max(worst, state_of(set.fault.kind));
   }
   return worst;

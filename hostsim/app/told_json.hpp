@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Runs of --explore as JSON: between processes, and in the file of --state.
+
+#include <nlohmann/json.hpp>
+
+#include "explore/exploration.hpp"
+
+namespace cbcan::explore {
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Result, verdict, what, seen, during, happened, reached, frames, duration)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Record::Transaction, text, value, occasions)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Record, transactions, occasions, changing, unrequested, nodes, readable,
+                                   frames, duration)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Told, result, record, problem)
+}  // namespace cbcan::explore
