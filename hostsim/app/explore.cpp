@@ -21,6 +21,7 @@
 
 #include "app/processes.hpp"
 #include "app/progress.hpp"
+#include "app/simulator.hpp"
 #include "app/told_json.hpp"
 #include "cbcan/version.hpp"
 #include "explore/exploration.hpp"
@@ -29,6 +30,7 @@
 #include "files/read_file.hpp"
 #include "io/loop/output.hpp"
 #include "scenario/outcome.hpp"
+#include "scenario/scenario_writer.hpp"
 #include "text/numbers.hpp"
 #include "text/words.hpp"
 
@@ -172,8 +174,7 @@ class Search {
               std::ranges::move(exploration.pairs(first, record), std::back_inserter(pairs));
             });
     try_all(subject, exploration, folded(std::move(pairs)), state, false, {});
-    for (explore::Failure& failure : results_.failures(subject.name)) {
-      failure = explore::earlier(exploration, subject.runner, std::move(failure));
+    for (const explore::Failure& failure : shrunk(subject, exploration)) {
       failures_ += fmt::format("\n{}{}\n  {}", subject.name.empty() ? "" : subject.name + ": ",
                                to_string(failure.moments), explore::report(failure.result));
       if (failure.count > 1) failures_ += fmt::format("  and {} more like it\n", failure.count - 1);
@@ -204,6 +205,22 @@ class Search {
   }
 
  private:
+  /// The failures with faults as early as possible; those that become the same are one.
+  std::vector<explore::Failure> shrunk(const Subject& subject, const explore::Exploration& exploration) {
+    std::vector<explore::Failure> distinct;
+    for (explore::Failure& failure : results_.failures(subject.name)) {
+      explore::Failure simple = explore::earlier(exploration, subject.runner, std::move(failure));
+      const auto same = std::ranges::find_if(distinct, [&](const explore::Failure& other) {
+        return other.moments == simple.moments && other.result.what == simple.result.what;
+      });
+      if (same == distinct.end())
+        distinct.push_back(std::move(simple));
+      else
+        same->count += simple.count;
+    }
+    return distinct;
+  }
+
   void try_all(const Subject& subject, const explore::Exploration& exploration,
                const std::vector<Moments>& moments, State& state, bool counts,
                const std::function<void(const Moments&, const Record&)>& on_record) {
@@ -252,50 +269,28 @@ class Search {
   std::string failures_;  ///< as text
 };
 
-std::string conditions_text(const explore::Settings& settings) {
-  std::string text;
-  for (const auto& [key, lines] : {std::pair("always", &settings.always), std::pair("done", &settings.done),
-                                   std::pair("gave_up", &settings.gave_up)}) {
-    json texts = json::array();
-    for (const explore::Line& line : *lines)
-      texts.push_back(line.text);
-    if (!texts.empty()) text += fmt::format("{} = {}\n", key, texts.dump());
-  }
-  return text;
-}
-
-std::string write_file(const std::string& folder, const std::string& name, const std::string& text) {
+/// A file that adds the faults to the plant or scenario of another one.
+std::string write_file(const std::string& folder, const std::string& name, const std::string& plant,
+                       const std::string& command, explore::Settings settings,
+                       const explore::Failure& failure, const std::string& steps) {
   const std::string path = std::filesystem::path(folder) / name;
+  settings.only = {{to_string(failure.moments)}};
   io::Output file = io::Output::open("--out", path);
-  file.add(text);
+  file.add(fmt::format("# {}: {}\n# {}\nplant = {}\n\n[explore]\n{}{}", failure.result.what,
+                       failure.result.seen.substr(0, failure.result.seen.find('\n')), command,
+                       scenario::toml_text(plant), text_of(settings), steps));
   if (const int wrong = file.flush(); wrong != 0)
     throw io::EnvironmentError(fmt::format("--out {}: {}", path, io::reason(wrong)));
   return path;
 }
 
-/// A plant file that adds the faults to the plant of the command.
 std::string write_plant_file(const cli::Start& start, const explore::Settings& settings,
                              const explore::Failure& failure) {
-  const bool is_file = !start.plant_file.empty() && start.plant_file != "demo";
-  const std::string plant = is_file ? std::filesystem::absolute(start.plant_file).string() : "demo";
   const std::string name = file_name_of(failure.moments);
-  return write_file(start.search.out, name,
-                    fmt::format("# {}: {}\n# cbcan-sim --config {} --clock manual -- {}\nplant = "
-                                "\"{}\"\n\n[explore]\nonly = \"{}\"\n{}",
-                                failure.result.what, failure.result.seen, name, fmt::join(start.command, " "),
-                                plant, to_string(failure.moments), conditions_text(settings)));
-}
-
-/// The file without its steps and without the table [explore].
-std::string without_steps(std::string_view text) {
-  std::string kept;
-  bool is_kept = true;
-  while (!text.empty()) {
-    const std::string_view line = text::take_line(text);
-    if (line.starts_with('[')) is_kept = !line.starts_with("[[step]]") && !line.starts_with("[explore]");
-    if (is_kept) kept += std::string(line) + "\n";
-  }
-  return kept;
+  const std::string plant = absolute_plant(start.plant_file);
+  return write_file(start.search.out, name, plant.empty() ? "demo" : plant,
+                    fmt::format("cbcan-sim --config {} --explore -- {}", name, fmt::join(start.command, " ")),
+                    settings, failure, "");
 }
 
 /// With as few steps as possible.
@@ -305,12 +300,11 @@ std::string write_scenario(const scenario::Scenario& scenario, const explore::Se
   const explore::ShrunkScenario shrunk = explore::with_fewer_steps(scenario, failure, settings, files);
   const std::string name =
       std::filesystem::path(scenario.file).stem().string() + "-" + file_name_of(shrunk.failure.moments);
-  return write_file(
-      search.out, name,
-      fmt::format("# {}: {}\n# cbcan-sim run {}\n{}\n[explore]\nonly = \"{}\"\n{}{}", failure.result.what,
-                  failure.result.seen.substr(0, failure.result.seen.find('\n')), name,
-                  without_steps(scenario.text), to_string(shrunk.failure.moments), conditions_text(settings),
-                  explore::steps_text(shrunk.scenario)));
+  std::string steps;
+  for (const scenario::Step& step : shrunk.scenario.steps)
+    steps += "\n[[step]]\n" + text_of(step);
+  return write_file(search.out, name, std::filesystem::absolute(scenario.file).string(),
+                    "cbcan-sim run " + name, settings, shrunk.failure, steps);
 }
 
 }  // namespace
@@ -340,12 +334,9 @@ int run_seeds(const cli::Start& start, config::EdsFiles& files, const explore::S
       [&](std::size_t i, const Told& told) {
         if (!told.problem.empty()) throw io::EnvironmentError(told.problem);
         const bool good = told.result.verdict == explore::Verdict::kDone;
-        outcomes.add(
-            static_cast<std::uint32_t>(seeds.first + i),
-            {good ? scenario::Verdict::kPassed : scenario::Verdict::kFailed, told.result.duration,
-             good ? ""
-                  : fmt::format("{}: {} {}\n  during: {}\n{}", name_of(told.result.verdict), told.result.what,
-                                told.result.seen, told.result.during, told.result.frames)});
+        outcomes.add(static_cast<std::uint32_t>(seeds.first + i),
+                     {good ? scenario::Verdict::kPassed : scenario::Verdict::kFailed, told.result.duration,
+                      good ? "" : explore::report(told.result)});
       });
   const scenario::Outcome all =
       outcomes.sum("cbcan-sim ...", fmt::format("-- {}", fmt::join(start.command, " ")));
@@ -367,8 +358,9 @@ int run_many(const cli::Start& start, const explore::Settings& settings, config:
   const std::string problem = search.run(
       {"", identity, start.config, settings, explore::only(start.search.only, settings, plant), runner,
        [&](const explore::Failure& failure) { return write_plant_file(start, settings, failure); }});
-  if (!problem.empty()) throw io::UsageError(problem);
-  return search.report();
+  if (problem.empty()) return search.report();
+  console.tell("cbcan-sim: " + problem);
+  return static_cast<int>(options::ExitCode::kUsage);
 }
 
 options::ExitCode explore_scenarios(const std::vector<std::string>& paths, const cli::SearchConfig& search,
@@ -385,7 +377,10 @@ options::ExitCode explore_scenarios(const std::vector<std::string>& paths, const
         {path, scenario.text, scenario.config, settings, only, runner, [&](const explore::Failure& failure) {
            return write_scenario(scenario, settings, search, files.front(), failure);
          }});
-    if (!problem.empty()) throw io::UsageError(fmt::format("{}: {}", path, problem));
+    if (!problem.empty()) {
+      console.tell(fmt::format("cbcan-sim: {}: {}", path, problem));
+      return options::ExitCode::kUsage;
+    }
   }
   return static_cast<options::ExitCode>(all.report());
 }

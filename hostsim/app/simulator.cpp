@@ -26,12 +26,6 @@ io::ModbusTcpSettings settings_of(const text::ListenAddress& modbus) {
   return settings;
 }
 
-/// The path is absolute, as a recorded scenario may be in any folder.
-std::string absolute_plant(const std::string& plant_file) {
-  const bool is_file = !plant_file.empty() && plant_file != "demo";
-  return is_file ? std::filesystem::absolute(plant_file).string() : plant_file;
-}
-
 std::unique_ptr<Clock> make_clock(config::ClockKind kind, io::Reactor& reactor, Console& console,
                                   bool reads_input) {
   if (kind == config::ClockKind::kManual) return std::make_unique<ManualClock>(reactor, console, reads_input);
@@ -39,6 +33,11 @@ std::unique_ptr<Clock> make_clock(config::ClockKind kind, io::Reactor& reactor, 
 }
 
 }  // namespace
+
+std::string absolute_plant(const std::string& plant_file) {
+  const bool is_file = !plant_file.empty() && plant_file != "demo";
+  return is_file ? std::filesystem::absolute(plant_file).string() : plant_file;
+}
 
 Simulator::Simulator(const config::Config& config, config::PlantBuild build, const std::string& plant_file,
                      Console& console, bool reads_input)

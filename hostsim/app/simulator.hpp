@@ -25,6 +25,9 @@
 
 namespace cbcan::app {
 
+/// A plant file as a path for a file that may be in any folder; "demo" and nothing stay as they are.
+std::string absolute_plant(const std::string& plant_file);
+
 class Simulator {
  public:
   /// `build` is the result of config::build_nodes() for `config`. Opens everything; throws

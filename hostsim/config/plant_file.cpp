@@ -39,6 +39,7 @@ constexpr std::string_view kBasePlant = "plant";
 constexpr std::string_view kDemo = "demo";
 constexpr std::size_t kLongestLine = 10'000;
 constexpr std::size_t kMostMistakes = 100;  // a suggestion for each takes time
+constexpr unsigned kMostAdding = 8;
 
 bool is_section(std::string_view name, const auto& rows) {
   return std::ranges::any_of(rows, [name](const Row& row) { return text::table_of(row.key) == name; });
@@ -64,11 +65,15 @@ std::string contents_of(std::string_view table, bool in_first_network) {
   return fmt::format("{} has {}", table.empty() ? top : table, text::listed(keys, ", "));
 }
 
+Diagnostics read_text(std::string_view text, const std::string& file_name, Config& into,
+                      std::span<const std::string_view> others, const FileReader* read, unsigned adding);
+
 class Reader {
  public:
-  /// `read`: for the plant file that this one adds to; null = there can be none.
-  Reader(const std::string& file_name, Config& config, const FileReader* read)
-      : file_name_(file_name), read_(read), config_(config) {}
+  /// `read`: for the plant file that this one adds to; null = there can be none. `adding`: files that add to
+  /// this one.
+  Reader(const std::string& file_name, Config& config, const FileReader* read, unsigned adding)
+      : file_name_(file_name), read_(read), adding_(adding), config_(config) {}
   /// For a change by --set: `where` is what was typed; paths stay as they are.
   Reader(Config& config, NetworkConfig& network, Place where)
       : config_(config), network_(&network), change_(std::move(where)) {}
@@ -92,7 +97,7 @@ class Reader {
   /// The top of the file, or a network.
   void read(const toml::table& root, std::span<const std::string_view> others = {}) {
     const toml::node* const base = read_ != nullptr && in_first_network() ? root.get(kBasePlant) : nullptr;
-    if (base != nullptr) read_base(*base);
+    if (base != nullptr) read_base(*base, others);
     for (const auto& [key, node] : root) {
       const std::string_view name = key.str();
       const bool is_elsewhere = in_first_network() && name == kExploreTable;
@@ -116,7 +121,7 @@ class Reader {
   }
 
   /// Before everything else in this file.
-  void read_base(const toml::node& node) {
+  void read_base(const toml::node& node, std::span<const std::string_view> others) {
     const auto* const name = node.as_string();
     if (name == nullptr) return complain(node, "plant: must be a text: demo, or the path of a plant file");
     const std::string path =
@@ -124,7 +129,10 @@ class Reader {
     const auto text = (*read_)(path);
     if (!text)
       return complain(node, fmt::format("plant {}: cannot be read; paths are relative to this file", path));
-    std::ranges::move(read_plant(*text, path, config_), std::back_inserter(found_));
+    if (adding_ == kMostAdding)
+      return complain(node, fmt::format("plant {}: at most {} plants add to another", path, kMostAdding));
+    std::ranges::move(read_text(*text, path, config_, others, read_, adding_ + 1),
+                      std::back_inserter(found_));
   }
 
   /// A table after [[network]] may be meant for that network, but belongs to the first one.
@@ -400,6 +408,7 @@ class Reader {
 
   const std::string file_name_;
   const FileReader* read_ = nullptr;
+  unsigned adding_ = 0;
   Config& config_;
   NetworkConfig* network_ = &config_.networks.front();  ///< the one being read
   std::optional<Place> change_;                         ///< set for changes that come from no file
@@ -470,8 +479,10 @@ Diagnostics change_plant(std::string_view table, std::span<const TextKey> keys, 
   return changed(place, config, network, [&] { return table_with(table, std::move(changes)); });
 }
 
-Diagnostics read_plant(std::string_view text, const std::string& file_name, Config& into,
-                       std::span<const std::string_view> others, const FileReader* read) {
+namespace {
+
+Diagnostics read_text(std::string_view text, const std::string& file_name, Config& into,
+                      std::span<const std::string_view> others, const FileReader* read, unsigned adding) {
   // toml++ rejects such a file too, but may name an earlier line.
   if (const std::size_t line = text::first_line_not_utf8(text); line != 0)
     return {{{file_name, line}, "this line is not UTF-8; save the file as UTF-8"}};
@@ -479,10 +490,18 @@ Diagnostics read_plant(std::string_view text, const std::string& file_name, Conf
     return {{{file_name, line},
              fmt::format("a line of more than {} characters; write a list in several lines", kLongestLine)}};
   try {
-    return Reader(file_name, into, read).read_file(toml::parse(text, std::string_view(file_name)), others);
+    return Reader(file_name, into, read, adding)
+        .read_file(toml::parse(text, std::string_view(file_name)), others);
   } catch (const toml::parse_error& error) {
     return {{{file_name, line_of(error.source())}, syntax_message(error.description())}};
   }
+}
+
+}  // namespace
+
+Diagnostics read_plant(std::string_view text, const std::string& file_name, Config& into,
+                       std::span<const std::string_view> others, const FileReader* read) {
+  return read_text(text, file_name, into, others, read, 0);
 }
 
 }  // namespace cbcan::config

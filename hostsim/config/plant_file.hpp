@@ -17,8 +17,8 @@ namespace cbcan::config {
 /// Reads a plant file into `into`; settings that the file does not contain keep their values. Paths in it are
 /// relative to `file_name`. Returns all mistakes in line order, at most 100; what could be read is stored
 /// even then. Mistakes that only the whole configuration shows are found by check(). `others`: keys at the
-/// top of the file that are ignored here. `read`: reads the plant file that this one may add to, `plant =
-/// "demo"` or a path; null = the key is not allowed.
+/// top of the file, and of that which it adds to, that are ignored here. `read`: reads the plant file that
+/// this one may add to, `plant = "demo"` or a path; null = the key is not allowed.
 Diagnostics read_plant(std::string_view text, const std::string& file_name, Config& into,
                        std::span<const std::string_view> others = {}, const FileReader* read = nullptr);
 

@@ -38,23 +38,24 @@ std::size_t transaction_of(const Record& record, std::size_t variant, std::uint3
 }
 
 /// What is read or written may be another value than that in the node, and nothing on the bus shows it.
-bool changes_values(const Moments& moments) {
-  return std::ranges::any_of(moments, [](const Moment& moment) {
-    const sim::FaultKind kind = moment.variant.fault.kind;
-    return kind == sim::FaultKind::kResponseOtherSize || kind == sim::FaultKind::kDuplicateNodeId ||
-           sim::is_of_frames(kind);
-  });
+bool changes_values(const Moment& moment) {
+  const sim::FaultKind kind = moment.variant.fault.kind;
+  return kind == sim::FaultKind::kResponseOtherSize || kind == sim::FaultKind::kDuplicateNodeId ||
+         sim::is_of_frames(kind);
 }
 
-/// Afterwards everything is as before.
+/// It prevents nothing, or not for long.
 bool passes(const sim::Fault& fault) {
-  return sim::has_key(fault.kind, "for_ms") ? fault.lasts != kNever : fault.count == 1;
+  if (sim::has_key(fault.kind, "for_ms")) return fault.lasts != kNever;
+  return fault.count == 1 || !sim::has_key(fault.kind, "count");
 }
 
 }  // namespace
 
 Run run_with(const Moments& moments, const config::Config& plant, const Record& undisturbed) {
-  Run run{.config = plant, .values_may_differ = changes_values(moments), .undisturbed = &undisturbed};
+  Run run{.config = plant,
+          .values_may_differ = std::ranges::any_of(moments, changes_values),
+          .undisturbed = &undisturbed};
   inject(moments, run.config);
   return run;
 }
@@ -90,9 +91,7 @@ std::string Exploration::prepare() {
   const Told second = runner_.one(counting);
   for (const Told* told : {&first, &second})
     if (!told->problem.empty()) return told->problem + "\n";
-  if (first.result.verdict != Verdict::kDone)
-    return fmt::format("without faults: {} {}: {}\n{}", name_of(first.result.verdict), first.result.what,
-                       first.result.seen, first.result.frames);
+  if (first.result.verdict != Verdict::kDone) return "without faults: " + report(first.result);
   const auto [a, b] = std::ranges::mismatch(first.record.frames, second.record.frames);
   if (a != first.record.frames.end() || b != second.record.frames.end())
     return fmt::format(

@@ -38,6 +38,15 @@ Object object_of(const journal::Event& event) {
   return {event.network, event.node, event.index, event.sub};
 }
 
+/// The message of a fault: the transfer in which it has acted cannot end well.
+bool ends_transfer(std::string_view message) {
+  constexpr std::array<std::string_view, 4> kKinds{"response-other-toggle", "response-other-crc", "abort",
+                                                   "refuse"};
+  return std::ranges::any_of(kKinds, [message](std::string_view kind) {
+    return message.find(fmt::format(": {} ", kind)) != std::string_view::npos;
+  });
+}
+
 }  // namespace
 
 std::string_view name_of(Verdict verdict) {
@@ -46,6 +55,7 @@ std::string_view name_of(Verdict verdict) {
 }
 
 std::string report(const Result& result) {
+  if (result.what.empty()) return fmt::format("{}\n", name_of(result.verdict));
   return fmt::format("{}: {}\n{}{}", result.what, result.seen,
                      result.during.empty() ? "" : fmt::format("  in: {}\n", result.during), result.frames);
 }
@@ -92,6 +102,7 @@ void Judge::on_frame(std::size_t network, const Frame& frame, Time now) {
   frames_.push_back({network, frame, now});
   if (parts_.undisturbed == nullptr) record_.frames.push_back(frames_.back().text());
   if (frames_.size() > kLastFrames) frames_.pop_front();
+  check_quarantine(network, frame, now);
   const auto number = static_cast<std::uint8_t>(network);
   const auto node = static_cast<std::uint8_t>(frame.id & nmt::kMaxNode);
   if (frame.id - node == sdo::kResponseId) ++responses_[{number, node}];
@@ -108,6 +119,31 @@ void Judge::on_frame(std::size_t network, const Frame& frame, Time now) {
   std::deque<Read>& reads = read_[object];
   reads.push_back({now, value_of(object)});
   if (reads.size() > kLastReads) reads.pop_front();
+}
+
+/// The time that the client has waited is that between its last request and its abort.
+void Judge::check_quarantine(std::size_t network, const Frame& frame, Time now) {
+  const auto node = static_cast<std::uint8_t>(frame.id & nmt::kMaxNode);
+  const std::uint32_t function = frame.id - node;
+  const sim::CoprocessorModule* const module = control_.network(network).module();
+  if (module == nullptr || module->coprocessor().own_node().node_id() == 0) return;
+  if (function == nmt::kErrorControlId && frame.data[0] == 0) {  // boot-up
+    if (node == module->coprocessor().own_node().node_id())
+      std::erase_if(quarantines_, [network](const auto& each) { return each.first.first == network; });
+    quarantines_.erase({network, node});
+  }
+  if (function != sdo::kRequestId && function != sdo::kResponseId) return;
+  Quarantine& quarantine = quarantines_[{network, node}];
+  const bool aborts = sdo::is(frame.data[0], sdo::Request::kAbort);
+  if (function == sdo::kResponseId)
+    quarantine.until = 0;
+  else if (aborts && load_little_endian(std::span(frame.data).subspan(4)) ==
+                         static_cast<std::uint32_t>(AbortCode::kTimeOut))
+    quarantine.until = now + (now - quarantine.active) / 10 * 9;  // frames may have waited for the bus
+  else if (!aborts && now < quarantine.until)
+    broken("a node that has not responded in time is left alone",
+           fmt::format("{} has a request", plant::prefix_of(network) + std::to_string(node)));
+  quarantine.active = now;
 }
 
 sim::Node* Judge::node_of(const Object& object) {
@@ -160,17 +196,19 @@ void Judge::check(std::vector<Held>& held, std::string_view name) {
 void Judge::follow(const journal::Event& event) {
   if (event.kind == journal::Kind::kFault) {
     if (!std::exchange(result_.happened, true)) requests_at_fault_ = requests();
+    if (const auto during = open_.find(event.transaction); during != open_.end())
+      during->second.must_fail |= ends_transfer(journal_.text(event));
     return;
   }
   during_ = request_text(event, journal_, no_name);
   const std::pair node(event.network, event.node);
   if (event.kind == journal::Kind::kBegun) {
-    responses_before_[event.transaction] = responses_[node];
+    open_[event.transaction] = {node, responses_[node]};
     if (event.service == journal::Service::kWrite) --downloads_[object_of(event)];
     return;
   }
   follow_end(event);
-  responses_before_.erase(event.transaction);
+  open_.erase(event.transaction);
 }
 
 void Judge::follow_end(const journal::Event& ended) {
@@ -182,9 +220,10 @@ void Judge::follow_end(const journal::Event& ended) {
   if (ended.result == 0 && !parts_.values_may_differ) check_value(ended, object_of(ended));
   const config::ModuleConfig& module = control_.network(ended.network).module_config();
   const Time timeout = module.sdo_timeout_ms * kMillisecond;
-  const std::uint32_t responses =
-      responses_[{ended.network, ended.node}] - responses_before_[ended.transaction];
-  const Time limit = (responses + 3 + responses_before_.size()) * timeout;
+  const Open& open = open_[ended.transaction];
+  if (open.must_fail && ended.result == 0) broken("a wrong response is noticed", "result 0");
+  const std::uint32_t responses = responses_[{ended.network, ended.node}] - open.responses_before;
+  const Time limit = (responses + 3 + open_.size()) * timeout;
   if (timeout != 0 && ended.took > limit)
     broken("a transaction ends in time",
            fmt::format("it took {} s, the limit is {} s", text::seconds_text(ended.took),

@@ -9,6 +9,8 @@
 ///   - A node gets no more downloads of an object than the PLC has requested.
 ///   - A transaction ends within the timeout after each response, and the quarantine.
 ///   - The own node is not Operational after the PLC's timeout.
+///   - A response that is wrong in a detectable way, such as a toggle bit, does not end in result 0.
+///   - A node that has not responded in time gets no request until it has, or the same time has passed again.
 ///   - At the end, without faults, each node can be read.
 ///
 /// Faults that change values beyond detection suspend the first two.
@@ -114,6 +116,7 @@ class Judge final : private plant::Listener {
   void follow(const journal::Event& event);
   void follow_end(const journal::Event& ended);
   void check_value(const journal::Event& ended, const Object& object);
+  void check_quarantine(std::size_t network, const Frame& frame, Time now);
   void check_downloads();
   void check_own_nodes();
   void check_limits();
@@ -140,7 +143,17 @@ class Judge final : private plant::Listener {
   std::map<Object, std::deque<Read>> read_;
   std::map<Object, int> downloads_;  ///< on the bus, less those that were requested
   std::map<std::pair<std::uint8_t, std::uint8_t>, std::uint32_t> responses_;  ///< of a node, by network
-  std::map<std::uint32_t, std::uint32_t> responses_before_;                   ///< by open transaction
+  struct Open {
+    std::pair<std::uint8_t, std::uint8_t> node;
+    std::uint32_t responses_before;
+    bool must_fail = false;
+  };
+  std::map<std::uint32_t, Open> open_;  ///< transactions
+  struct Quarantine {
+    Time active = 0;  ///< the last frame of a transfer
+    Time until = 0;
+  };
+  std::map<std::pair<std::size_t, std::uint8_t>, Quarantine> quarantines_;  ///< by network and node
   struct Seen {
     std::size_t network;
     Frame frame;

@@ -147,7 +147,7 @@ std::map<std::pair<std::string, std::string>, Results::Row> Results::rows() cons
   for (const auto& [order, run] : runs_) {
     Row& row = row_of(run.moments);
     ++row.verdicts[static_cast<std::size_t>(run.result.verdict)];
-    if (!run.result.happened) ++row.not_happened;
+    if (!run.result.happened && run.moments.front().occasion != 0) ++row.not_happened;
     if (run.result.verdict == Verdict::kBroken) row.broken.push_back(&run);
   }
   return rows;

@@ -65,6 +65,10 @@ std::vector<options::Row> setting_rows() {
   return scenario::rows_of(std::span<const scenario::LineKey<Settings>>(kKeys));
 }
 
+std::string text_of(const Settings& settings) {
+  return scenario::text_of(std::span<const scenario::LineKey<Settings>>(kKeys), settings);
+}
+
 Settings read_settings(std::string_view text, const std::string& file) {
   Settings settings;
   if (text.find(config::kExploreTable) == std::string_view::npos) return settings;

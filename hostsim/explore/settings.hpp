@@ -35,6 +35,9 @@ std::vector<std::string> default_survive();
 /// The keys, for the page.
 std::vector<options::Row> setting_rows();
 
+/// The lines under [explore].
+std::string text_of(const Settings& settings);
+
 /// Reads the table from the text of a file, which is TOML; without the table everything is as by default.
 /// Throws text::UsageError for a mistake in the table.
 Settings read_settings(std::string_view text, const std::string& file);

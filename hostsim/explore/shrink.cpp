@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "explore/shrink.hpp"
 
-#include <fmt/core.h>
-
-#include <array>
 #include <utility>
 
 #include "explore/scenario_run.hpp"
-#include "scenario/scenario_writer.hpp"
 
 namespace cbcan::explore {
 
@@ -76,25 +72,6 @@ ShrunkScenario with_fewer_steps(const scenario::Scenario& scenario, const Failur
       again = take_out(step, shrunk.scenario, shrunk.failure, settings, files) || again;
   }
   return shrunk;
-}
-
-std::string steps_text(const scenario::Scenario& scenario) {
-  std::string text;
-  for (const scenario::Step& step : scenario.steps) {
-    text += "\n[[step]]\n";
-    for (const auto& [key, time] : {std::pair("at", step.at), std::pair("after", step.after),
-                                    std::pair("every", step.every), std::pair("within", step.within)})
-      if (time) text += fmt::format("{} = \"{}us\"\n", key, *time);
-    for (const auto& [key, lines] :
-         {std::pair("do", &step.commands), std::pair("wait", &step.waits),
-          std::pair("expect", &step.expectations), std::pair("must", &step.musts)}) {
-      std::string list;
-      for (const scenario::Line& line : *lines)
-        list += fmt::format("{}{}", list.empty() ? "" : ", ", scenario::toml_text(line.text));
-      if (!list.empty()) text += fmt::format("{} = [{}]\n", key, list);
-    }
-  }
-  return text;
 }
 
 }  // namespace cbcan::explore

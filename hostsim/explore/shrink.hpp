@@ -22,7 +22,4 @@ struct ShrunkScenario {
 ShrunkScenario with_fewer_steps(const scenario::Scenario& scenario, const Failure& failure,
                                 const Settings& settings, config::EdsFiles& files);
 
-/// Steps as they are written in a file.
-std::string steps_text(const scenario::Scenario& scenario);
-
 }  // namespace cbcan::explore

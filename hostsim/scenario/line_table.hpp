@@ -18,6 +18,7 @@
 #include "config/diagnostic.hpp"
 #include "options/setting.hpp"
 #include "scenario/scenario.hpp"
+#include "scenario/scenario_writer.hpp"
 #include "text/numbers.hpp"
 #include "text/suggestion.hpp"
 #include "text/words.hpp"
@@ -95,6 +96,24 @@ class LineTable {
   const std::string& file_;
   config::Diagnostics& problems_;
 };
+
+/// Whatever is set, as in a file.
+template <class Target>
+std::string text_of(std::span<const LineKey<Target>> keys, const Target& target) {
+  std::string text;
+  for (const LineKey<Target>& key : keys) {
+    std::string value;
+    if (const auto* duration = std::get_if<std::optional<Time> Target::*>(&key.where)) {
+      if (target.*(*duration)) value = fmt::format("\"{}us\"", *(target.*(*duration)));
+    } else {
+      for (const Line& line : target.*std::get<std::vector<Line> Target::*>(key.where))
+        value += (value.empty() ? "[" : ", ") + toml_text(line.text);
+      if (!value.empty()) value += ']';
+    }
+    if (!value.empty()) text += fmt::format("{} = {}\n", key.row.key, value);
+  }
+  return text;
+}
 
 template <class Target>
 std::vector<options::Row> rows_of(std::span<const LineKey<Target>> keys) {

@@ -46,6 +46,9 @@ struct Scenario {
 /// The keys of a step, for the page.
 std::vector<options::Row> step_rows();
 
+/// The lines of a step under [[step]].
+std::string text_of(const Step& step);
+
 /// `read` reads the plant file that the scenario names, also that of the demo.
 Scenario read_scenario(std::string_view text, const std::string& file, const config::FileReader& read);
 

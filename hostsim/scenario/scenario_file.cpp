@@ -73,6 +73,10 @@ std::vector<options::Row> step_rows() {
   return rows_of(std::span<const LineKey<Step>>(kKeys));
 }
 
+std::string text_of(const Step& step) {
+  return text_of(std::span<const LineKey<Step>>(kKeys), step);
+}
+
 Scenario read_scenario(std::string_view text, const std::string& file, const config::FileReader& read) {
   Scenario scenario;
   scenario.file = file;
