@@ -266,11 +266,11 @@ void Judge::check_own_nodes() {
     const plant::Network& network = control_.network(number);
     const Time timeout = network.module_config().plc_timeout_ms * kMillisecond;
     const Time since = network.plc_heard_at();
-    if (timeout == 0 || network.module() == nullptr || silent_since_[number - 1] == since ||
+    if (timeout == 0 || since == kNever || silent_since_[number - 1] == since ||
         control_.started() + control_.now() <= since + timeout)
       continue;
     silent_since_[number - 1] = since;
-    if (since != 0 && network.module()->coprocessor().own_node().state() == nmt::State::kOperational)
+    if (network.module()->coprocessor().own_node().state() == nmt::State::kOperational)
       broken("the own node stops when the PLC is silent", "it is Operational after plc_timeout_ms");
   }
 }
@@ -287,7 +287,7 @@ void Judge::check_limits() {
   if (std::exchange(looked_at_, now) != now) requests_before_ = requests();
   if (requests() - requests_before_ > kMostRequestsAtATime)
     broken("the program ends", fmt::format("{} Modbus requests while no time passed", kMostRequestsAtATime));
-  if (parts_.undisturbed == nullptr) return;
+  if (parts_.undisturbed == nullptr || has_ended_) return;
   const Time usual = parts_.undisturbed->duration;  // 0 = not known
   const Time most = parts_.settings.within.value_or(usual != 0 ? 10 * usual + kMinute : kNever);
   if (now > most) broken("the program ends", fmt::format("not within {} s", text::seconds_text(most)));
@@ -298,6 +298,7 @@ void Judge::check_limits() {
 Result Judge::end(std::optional<int> exit_code) {
   record_.duration = control_.now();
   look();
+  has_ended_ = true;
   record_.occasions = occasions();
   const bool gave_up = exit_code == kGaveUpCode;
   if (exit_code.value_or(0) != 0 && !gave_up)

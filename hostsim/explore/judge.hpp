@@ -169,6 +169,7 @@ class Judge final : private plant::Listener {
   std::string during_;
   std::vector<Time>
       silent_since_;  ///< by network: the PLC's last request before a silence that has been judged
+  bool has_ended_ = false;
   Time looked_at_ = 0;
   std::uint64_t requests_before_ = 0;  ///< looked_at_
   std::uint64_t requests_at_fault_ = ~std::uint64_t{0};

@@ -113,7 +113,7 @@ class Network final : public adapters::ModbusUnit,
   /// Modbus requests so far.
   std::uint32_t requests() const { return requests_; }
   std::uint32_t second_writers() const { return second_writers_; }
-  /// Time of the PLC's last valid request.
+  /// Time of the PLC's last valid request; kNever = there was none.
   Time plc_heard_at() const { return plc_heard_at_; }
 
   /// Sends this frame as another node. False: the bus accepts none now.
@@ -146,7 +146,7 @@ class Network final : public adapters::ModbusUnit,
   Time started_ = 0;
   std::uint32_t requests_ = 0;                                  ///< of Modbus
   std::uint32_t exceptions_ = 0;                                ///< answered by an exception
-  Time plc_heard_at_ = 0;
+  Time plc_heard_at_ = kNever;
   std::array<std::uint32_t, regmap::kMostChannels> writers_{};  ///< the last one of each scanner window
   std::uint32_t second_writers_ = 0;
   std::optional<journal::NetworkWatch> watch_;

@@ -1,0 +1,128 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""cbcan-sim run --explore: the shipped scenarios with every fault, cores with a defect, and scenarios that a fault breaks."""
+
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests/support"))
+import cases
+from simulator import LIMIT, program_from_arguments
+
+PROGRAM, WITHOUT_QUARANTINE, WITHOUT_TOGGLE = program_from_arguments(sys.argv, 3)
+TOGETHER = os.environ.get("CBCAN_TOGETHER", "1")
+# A read, a write that nothing repeats, a read, and what has to hold at the end.
+FRAGILE = """plant = "demo"
+
+[[step]]
+do = ["nmt start all", "trigger read 66 0x1000 0 4"]
+wait = "transaction ended"
+expect = "register 3700 = 0"
+
+[[step]]
+do = "trigger write 66 0x6200 1 1 1"
+wait = "transaction ended"
+expect = "register 3700 = 0"
+
+[[step]]
+do = "trigger read 66 0x1018 1 4"
+wait = "transaction ended"
+
+[[step]]
+after = "1s"
+must = "object 66 0x6200:1 = 1"
+"""
+
+
+def run(*arguments, program=PROGRAM, code=0, limit=LIMIT):
+    made = subprocess.run([program, "run", *arguments], capture_output=True, text=True, timeout=limit)
+    assert made.returncode == code, (made.returncode, made.stdout, made.stderr)
+    return made.stdout + made.stderr
+
+
+class Shipped(unittest.TestCase):
+    def test_no_fault_breaks_them(self):
+        output = run("--explore", "--together", TOGETHER, ROOT / "scenarios", limit=30 * LIMIT)
+        runs, broken = map(int, re.search(r"^(\d+) runs, (\d+) broken, 0 distinct failures$", output, re.MULTILINE).groups())
+        self.assertEqual(broken, 0)
+        self.assertGreater(runs, 1000)
+
+    def test_the_table_is_the_same_with_any_number_of_jobs(self):
+        paths = [ROOT / "scenarios" / f"{name}.toml" for name in ("sdo_sizes_and_modes", "node_lost", "power_cycle")]
+        one = run("--explore", "-j", "1", *paths)
+        self.assertEqual(run("--explore", "-j", "8", *paths), one)
+
+
+class Defects(unittest.TestCase):
+    """In the core: scenarios/sdo_sizes_and_modes.toml passes, and a fault shows it."""
+
+    PATH = ROOT / "scenarios/sdo_sizes_and_modes.toml"
+
+    def find(self, program, failure):
+        run(self.PATH, program=program)
+        self.assertIn(failure, run("--explore", self.PATH, program=program, code=1))
+
+    def test_no_quarantine(self):
+        self.find(WITHOUT_QUARANTINE, "66:response-never@1\n  a node that has not responded in time is left alone: 66 has a request")
+
+    def test_a_toggle_bit_that_is_not_looked_at(self):
+        self.find(WITHOUT_TOGGLE, "66:response-other-toggle@1\n  a wrong response is noticed: result 0")
+
+
+class Fragile(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+        self.path = self.write(FRAGILE)
+
+    def write(self, text):
+        path = self.folder / "fragile.toml"
+        path.write_text(text)
+        return path
+
+    def test_only_must_is_judged_with_faults(self):
+        output = run("--explore", "--faults", "request-lost", self.path, code=1)
+        self.assertIn(": must object 66 0x6200:1 = 1: ", output)
+        self.assertIn("1 broken, 1 distinct failures", output)  # not the reads, which expect result 0
+        run("--explore", "--faults", "request-lost", self.write(FRAGILE.replace("must", "expect")))
+
+    def test_a_failure_is_written_with_fewer_steps_and_fails_the_same(self):
+        out = self.folder / "out"
+        out.mkdir()
+        output = run("--explore", "--faults", "request-lost", "--out", out, self.path, code=1)
+        file = pathlib.Path(re.search(r"replay: (.*)", output)[1])
+        self.assertEqual(file.name, "fragile-66-request-lost-1.toml")
+        self.assertEqual(file.read_text().split("\n\n", 1)[1],
+                         '[explore]\nonly = ["66:request-lost@1"]\n\n[[step]]\ndo = ["trigger write 66 0x6200 1 1 1"]\n'
+                         'wait = ["transaction ended"]\nexpect = ["register 3700 = 0"]\n\n'
+                         '[[step]]\nafter = "1000000us"\nmust = ["object 66 0x6200:1 = 1"]\n')
+        run("--check", file)
+        self.assertIn("66:request-lost@1: the scenario passes: ", run(file, code=1))
+        self.assertIn("must object 66 0x6200:1 = 1", run(file, code=1))
+        self.assertIn("1 runs, 1 broken", run("--explore", file, code=1))
+        self.assertIn(f"--log {out}: a run of --explore writes none", run("--log", out, file, code=2))
+
+    def test_one_moment(self):
+        self.assertIn("must object", run("--only", "66:request-lost@2", self.path, code=1))
+        run("--only", "66:request-lost@1", self.path)
+        run("--only", "66:request-lost@1+66:request-lost@3", self.path)
+        self.assertIn("17: there is no such node in the plant", run("--only", "17:request-lost@1", self.path, code=2))
+
+    def test_a_condition_that_was_never_true_shows_nothing(self):
+        reached = self.write(FRAGILE.replace("must", "expect").replace("\n[[step]]", '\n[explore]\nreached = "object 66 0x6200:1 = 5"\n\n[[step]]', 1))
+        self.assertIn("reached object 66 0x6200:1 = 5: in no run", run("--explore", "--faults", "silent", reached, code=1))
+
+    def test_a_scenario_that_fails_without_faults(self):
+        broken = self.write(FRAGILE.replace("must = \"object 66 0x6200:1 = 1", "must = \"object 66 0x6200:1 = 2"))
+        self.assertIn("without faults: the scenario passes: ", run("--explore", broken, code=2))
+
+
+if __name__ == "__main__":
+    cases.main()
