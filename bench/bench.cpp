@@ -22,6 +22,7 @@ constexpr Measurement kMeasurements[] = {
     {"plant", "[SECONDS [SHARE]]", "15 to 127 nodes, SYNC at 1 kHz; or one SHARE: 2 is the half", 0, 2,
      plant},
     {"scripts", "[SECONDS]", "127 Lua devices, called 100 times a second each", 0, 1, scripts},
+    {"eds", "[TIMES]", "reads the demo plant's EDS files", 0, 1, eds},
     {"hostile", "", "Lua devices that would stop the plant", 0, 0, hostile},
     {"transactions", "", "10,000 transactions by cbcan::sim", 0, 0, transactions},
     {"channels", "", "16 nodes by one channel and by sixteen", 0, 0, channels},

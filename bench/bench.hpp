@@ -49,5 +49,6 @@ void null_server(const Arguments& arguments);
 void plant(const Arguments& arguments);
 void scripts(const Arguments& arguments);
 void hostile(const Arguments& arguments);
+void eds(const Arguments& arguments);
 
 }  // namespace cbcan::bench

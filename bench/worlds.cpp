@@ -10,6 +10,7 @@
 #include "config/demo_plant.hpp"
 #include "config/plant_file.hpp"
 #include "devices/lua/lua_device.hpp"
+#include "eds/eds_reader.hpp"
 #include "plant/hostile_scripts.hpp"
 #include "sim/world.hpp"
 
@@ -192,6 +193,19 @@ void hostile(const Arguments& /*arguments*/) {
     CALLGRIND_DUMP_STATS;
   }
   std::printf("%zu scripts\n", test::kHostile.size());
+}
+
+void eds(const Arguments& arguments) {
+  const unsigned times = arguments.number(0, 1, 1);
+  const config::FileReader read = config::with_demo_plant([](const std::string&) { return std::nullopt; });
+  std::size_t bytes = 0;
+  for (const char* name : {"drive", "generic", "io_module", "pressure_transducer"}) {
+    const std::string text = read(std::string("demo:/") + name + ".eds").value();
+    bytes += text.size();
+    for (unsigned i = 0; i < times; ++i)
+      require(!eds::read(text, name, 5).device.objects.empty(), name);
+  }
+  std::printf("figure: eds.bytes %zu\n", bytes * times);
 }
 
 }  // namespace cbcan::bench

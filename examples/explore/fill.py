@@ -21,5 +21,5 @@ def level():
 
 while level() < 500:
     set_valve(1)
-    plant.advance("100ms")
+    plant.advance("250ms")
 set_valve(0)

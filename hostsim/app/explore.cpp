@@ -194,8 +194,8 @@ class Search {
     if (search_.list) return 0;
     progress_.show("");
     console_.say(results_.table() + failures_);
-    console_.say(fmt::format("\n{} runs, {} broken, {} distinct failures{}\n", tried_, results_.broken(),
-                             distinct_, left_ != 0 ? fmt::format(", {} not tried", left_) : ""));
+    console_.say(fmt::format("\nruns: {}, broken: {}, distinct failures: {}{}\n", tried_, results_.broken(),
+                             distinct_, left_ != 0 ? fmt::format(", not tried: {}", left_) : ""));
     if (!search_.junit.empty()) {
       io::Output file = io::Output::open("--junit", search_.junit);
       file.add(results_.junit(left_));

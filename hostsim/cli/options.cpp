@@ -162,7 +162,7 @@ class Options {
     const auto parts = text::split(text, ':');
     if (!parts)
       return complain(
-          "must be ID:KIND KEY=VALUE..., with bus or plc instead of the ID or not, such as 5:response-late "
+          "must be ID:KIND KEY=VALUE..., bus:KIND ... or plc:KIND ..., such as 5:response-late "
           "delay_ms=50");
     const auto list = config::faults_at(*network_, parts->first);
     if (!list) return complain(fmt::format("there is no node {0}; add --node {0}=FILE.eds", parts->first));

@@ -65,8 +65,20 @@ std::string contents_of(std::string_view table, bool in_first_network) {
   return fmt::format("{} has {}", table.empty() ? top : table, text::listed(keys, ", "));
 }
 
-Diagnostics read_text(std::string_view text, const std::string& file_name, Config& into,
-                      std::span<const std::string_view> others, const FileReader* read, unsigned adding);
+/// Its number from 1; 0 = none. Within a line the parser's stack grows with each part of a key.
+std::size_t line_too_long(std::string_view text) {
+  for (std::size_t line = 1; !text.empty(); ++line)
+    if (text::take_line(text).size() > kLongestLine) return line;
+  return 0;
+}
+
+/// toml++ says "Error while parsing string: ..."; the most common mistake is a text without quotes.
+std::string syntax_message(std::string_view description) {
+  constexpr std::string_view kPrefix = "Error while parsing ";
+  if (description.starts_with(kPrefix)) description.remove_prefix(kPrefix.size());
+  const bool bare_word = description.find("could not determine value type") != std::string_view::npos;
+  return fmt::format("TOML syntax: {}{}", description, bare_word ? "; write texts in double quotes" : "");
+}
 
 class Reader {
  public:
@@ -77,6 +89,21 @@ class Reader {
   /// For a change by --set: `where` is what was typed; paths stay as they are.
   Reader(Config& config, NetworkConfig& network, Place where)
       : config_(config), network_(&network), change_(std::move(where)) {}
+
+  Diagnostics read_text(std::string_view text, std::span<const std::string_view> others) {
+    // toml++ rejects such a file too, but may name an earlier line.
+    if (const std::size_t line = text::first_line_not_utf8(text); line != 0)
+      return {{{file_name_, line}, "this line is not UTF-8; save the file as UTF-8"}};
+    if (const std::size_t line = line_too_long(text); line != 0)
+      return {
+          {{file_name_, line},
+           fmt::format("a line of more than {} characters; write a list in several lines", kLongestLine)}};
+    try {
+      return read_file(toml::parse(text, std::string_view(file_name_)), others);
+    } catch (const toml::parse_error& error) {
+      return {{{file_name_, line_of(error.source())}, syntax_message(error.description())}};
+    }
+  }
 
   Diagnostics read_file(const toml::table& root, std::span<const std::string_view> others) {
     try {
@@ -131,7 +158,7 @@ class Reader {
       return complain(node, fmt::format("plant {}: cannot be read; paths are relative to this file", path));
     if (adding_ == kMostAdding)
       return complain(node, fmt::format("plant {}: at most {} plants add to another", path, kMostAdding));
-    std::ranges::move(read_text(*text, path, config_, others, read_, adding_ + 1),
+    std::ranges::move(Reader(path, config_, read_, adding_ + 1).read_text(*text, others),
                       std::back_inserter(found_));
   }
 
@@ -415,21 +442,6 @@ class Reader {
   Diagnostics found_;
 };
 
-/// Its number from 1; 0 = none. Within a line the parser's stack grows with each part of a key.
-std::size_t line_too_long(std::string_view text) {
-  for (std::size_t line = 1; !text.empty(); ++line)
-    if (text::take_line(text).size() > kLongestLine) return line;
-  return 0;
-}
-
-/// toml++ says "Error while parsing string: ..."; the most common mistake is a text without quotes.
-std::string syntax_message(std::string_view description) {
-  constexpr std::string_view kPrefix = "Error while parsing ";
-  if (description.starts_with(kPrefix)) description.remove_prefix(kPrefix.size());
-  const bool bare_word = description.find("could not determine value type") != std::string_view::npos;
-  return fmt::format("TOML syntax: {}{}", description, bare_word ? "; write texts in double quotes" : "");
-}
-
 /// "can.bit_rate" and a value as a table; "wire+" appends the value to a list.
 toml::table table_with(std::string_view path, auto value) {
   const bool adds = path.ends_with('+');
@@ -479,29 +491,9 @@ Diagnostics change_plant(std::string_view table, std::span<const TextKey> keys, 
   return changed(place, config, network, [&] { return table_with(table, std::move(changes)); });
 }
 
-namespace {
-
-Diagnostics read_text(std::string_view text, const std::string& file_name, Config& into,
-                      std::span<const std::string_view> others, const FileReader* read, unsigned adding) {
-  // toml++ rejects such a file too, but may name an earlier line.
-  if (const std::size_t line = text::first_line_not_utf8(text); line != 0)
-    return {{{file_name, line}, "this line is not UTF-8; save the file as UTF-8"}};
-  if (const std::size_t line = line_too_long(text); line != 0)
-    return {{{file_name, line},
-             fmt::format("a line of more than {} characters; write a list in several lines", kLongestLine)}};
-  try {
-    return Reader(file_name, into, read, adding)
-        .read_file(toml::parse(text, std::string_view(file_name)), others);
-  } catch (const toml::parse_error& error) {
-    return {{{file_name, line_of(error.source())}, syntax_message(error.description())}};
-  }
-}
-
-}  // namespace
-
 Diagnostics read_plant(std::string_view text, const std::string& file_name, Config& into,
                        std::span<const std::string_view> others, const FileReader* read) {
-  return read_text(text, file_name, into, others, read, 0);
+  return Reader(file_name, into, read, 0).read_text(text, others);
 }
 
 }  // namespace cbcan::config

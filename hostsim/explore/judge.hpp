@@ -84,7 +84,7 @@ class Judge final : private plant::Listener {
   struct Parts {
     plant::Control& control;
     const Settings& settings;
-    std::vector<Variant> counted;  ///< variants whose occasions are recorded
+    std::vector<Variant> counted;  ///< variants whose matching frames are recorded
     bool values_may_differ;        ///< because of the faults
     bool must_survive;             ///< giving up is a failure
     const Record* undisturbed;     ///< null in that run itself
@@ -96,7 +96,7 @@ class Judge final : private plant::Listener {
   Judge(const Judge&) = delete;
   Judge& operator=(const Judge&) = delete;
 
-  /// Time has passed, or a request has been answered. False: the run is over.
+  /// Time has passed, or a request has been answered. False: the run ends.
   bool look();
   /// A scenario has failed: a report of lines.
   void fail(const std::string& report) { broken("the scenario passes", report); }

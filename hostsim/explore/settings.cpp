@@ -21,7 +21,7 @@ constexpr auto kKeys = std::to_array<scenario::LineKey<Settings>>({
     {{.key = "faults", .help = "Kinds with their keys, such as `response-*` or `power for_ms=300`; each acts once unless it has a count",
       .domain = kFaults}, &Settings::faults},
     {{.key = "nodes", .help = "Nodes with faults; by default those that the run without faults spoke with", .domain = "node IDs"},
-     &Settings::nodes},
+     &Settings::nodes, true},
     {{.key = "always", .help = "Hold whenever time has passed, and after each Modbus request", .domain = kConditions}, &Settings::always},
     {{.key = "done", .help = "Hold at the end if the command ended with exit code 0", .domain = kConditions}, &Settings::done},
     {{.key = "gave_up", .help = "Hold at the end if it ended with exit code 75", .domain = kConditions}, &Settings::gave_up},

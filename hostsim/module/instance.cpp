@@ -9,6 +9,7 @@
 
 #include "config/demo_plant.hpp"
 #include "config/plant_file.hpp"
+#include "explore/settings.hpp"
 #include "plant/bench.hpp"
 #include "scenario/run.hpp"
 #include "sim/frame_text.hpp"
@@ -202,7 +203,16 @@ config::Diagnostics Instance::not_here() const {
   refuse("--rtu", config.rtu.line.device, "use rtu.listen, which is Modbus RTU over TCP");
   refuse_path("rtu.listen", config.rtu.listen);
   refuse_path("--control", config.control);
+  constexpr std::string_view kProgram = "use the program for Linux";
+  const cli::SearchConfig& search = start_.search;
+  refuse("--explore", search.explore ? "--" : "", kProgram);
+  refuse("--seeds", search.seeds, kProgram);
+  refuse("--only", search.only, kProgram);
+  for (const scenario::Line& moment : explore::read_settings(start_.plant_text, start_.plant_file).only)
+    refuse("explore.only", moment.text, kProgram);
   for (const config::NetworkConfig& network : config.networks) {
+    for (const config::FaultConfig& set : network.plc.faults)
+      if (set.fault.kind == sim::FaultKind::kPlcRestart) refuse("plc.faults", "plc-restart", kProgram);
     refuse("--can", network.can.outside, "other programs join the virtual bus by --slcan HOST:PORT");
     refuse("--plc", network.plc.address + network.plc.line.device,
            "let the PLC be the client: it writes the registers at --modbus");
@@ -226,7 +236,7 @@ void Instance::open(config::PlantBuild build, std::string plant_file) {
       config, std::move(build), std::move(plant_file),
       session::Host{now_, config.clock == config::ClockKind::kReal, [this] { return machine_now_; },
                     [this](std::string_view lines) { tell(kErr, lines); }, store, nothing, nothing,
-                    [this] { return served(); }, shut_down, [this] { restarts_ = true; },
+                    [this] { return served(); }, shut_down, nothing,
                     [this](Time duration) {
                       now_ += duration;
                       session_->advance_and_answer();
@@ -252,9 +262,11 @@ Json Instance::start_scenarios(std::span<const char* const> words) {
   tell(kOut, start.out);
   if (!start.run) return ended(start.exit_code);
   run_ = std::move(start.config);
-  if (!run_.target.empty() || run_.real_time)
-    throw text::UsageError(fmt::format("{}: is not in this build; leave it out",
-                                       run_.real_time ? "--real-time" : "--target " + run_.target));
+  for (const auto& [option, is_given] : {std::pair(std::string("--real-time"), run_.real_time),
+                                         std::pair(std::string("--explore"), run_.explore),
+                                         std::pair("--target " + run_.target, !run_.target.empty()),
+                                         std::pair("--only " + run_.only, !run_.only.empty())})
+    if (is_given) throw text::UsageError(fmt::format("{}: is not in this build; leave it out", option));
   const cli::Shard shard = cli::shard_of(run_.shard);
   const auto list = [this](const std::string& path) {
     const auto found = folders_.find(path);
@@ -286,6 +298,8 @@ Json Instance::play(std::size_t place) {
     try {
       outcome = scenario::play_file(file, read_, [&](scenario::Scenario& found) {
         if (!run_.seeds.empty()) found.config.seed = static_cast<std::uint32_t>(seed);
+        if (!explore::read_settings(found.text, file).only.empty())
+          throw text::UsageError("explore.only: is not in this build; play it with the program");
         return scenario::play_on_plant(found, eds_files_, run);
       });
     } catch (const std::exception& error) {

@@ -30,6 +30,7 @@ template <class Target>
 struct LineKey {
   options::Row row;
   std::variant<std::optional<Time> Target::*, std::vector<Line> Target::*> where;
+  bool takes_numbers = false;
 };
 
 class LineTable {
@@ -47,7 +48,7 @@ class LineTable {
       else if (const auto* duration = std::get_if<std::optional<Time> Target::*>(&key->where))
         read_duration(name.str(), node, target.*(*duration));
       else
-        read_lines(name.str(), node, target.*std::get<std::vector<Line> Target::*>(key->where));
+        read_lines(*key, node, target.*std::get<std::vector<Line> Target::*>(key->where));
     }
   }
 
@@ -61,10 +62,10 @@ class LineTable {
     for (const auto& each : keys)
       known.push_back(each.row.key);
     const std::string suggestion = text::did_you_mean(key, known);
-    complain(node, fmt::format("{}: no such key{}", key,
-                               suggestion.empty()
-                                   ? fmt::format("; a {} has {}", name_, text::listed(known, " and "))
-                                   : suggestion));
+    complain(node,
+             fmt::format("{}: no such key{}", key,
+                         suggestion.empty() ? fmt::format("; {} has {}", name_, text::listed(known, " and "))
+                                            : suggestion));
   }
 
   void read_duration(std::string_view key, const toml::node& node, std::optional<Time>& duration) {
@@ -75,7 +76,7 @@ class LineTable {
                fmt::format("{0}: write {0} = \"100ms\": a whole number of us, ms or s, a year at most", key));
   }
 
-  void read_lines(std::string_view key, const toml::node& node, std::vector<Line>& lines) {
+  void read_lines(const auto& key, const toml::node& node, std::vector<Line>& lines) {
     if (const auto* list = node.as_array())
       for (const toml::node& item : *list)
         read_line(key, item, lines);
@@ -83,13 +84,13 @@ class LineTable {
       read_line(key, node, lines);
   }
 
-  void read_line(std::string_view key, const toml::node& node, std::vector<Line>& lines) {
+  void read_line(const auto& key, const toml::node& node, std::vector<Line>& lines) {
     if (const auto* text = node.as_string())
       lines.push_back({text->get(), node.source().begin.line});
-    else if (const auto* number = node.as_integer())
+    else if (const auto* number = node.as_integer(); number != nullptr && key.takes_numbers)
       lines.push_back({std::to_string(number->get()), node.source().begin.line});
     else
-      complain(node, fmt::format("{}: must be a text, or a list of them", key));
+      complain(node, fmt::format("{}: must be a text, or a list of them", key.row.key));
   }
 
   std::string_view name_;

@@ -27,7 +27,7 @@ class SeedOutcomes {
  public:
   void add(std::uint32_t seed, Outcome outcome);
   /// One for all: that of the lowest seed that has not passed, and which these are. `replay`: the command for
-  /// one of them, in front of the seed and the words behind it.
+  /// one of them, without the seed and `words`, which follow.
   Outcome sum(std::string_view replay, std::string_view words) const;
 
  private:

@@ -242,7 +242,7 @@ TEST_CASE("faults that are wrong on the command line") {
     return line.substr(std::min(line.size(), opening.size()));
   };
   CHECK(refused("--fault", "silent") ==
-        "must be ID:KIND KEY=VALUE... or bus:KIND KEY=VALUE..., such as 5:response-late delay_ms=50");
+        "must be ID:KIND KEY=VALUE..., bus:KIND ... or plc:KIND ..., such as 5:response-late delay_ms=50");
   CHECK(refused("--fault", "6:silent") == "there is no node 6; add --node 6=FILE.eds");
   CHECK(refused("--fault", "bus:silent") == "silent: a fault of a node, not of the bus");
   CHECK(refused("--fault", "5:silent after") == "silent: \"after\": write key=value");

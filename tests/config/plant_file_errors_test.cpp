@@ -69,7 +69,6 @@ TEST_CASE("an unknown key that is like nothing gets the list") {
   wrong("[pump]\n",
         "1: pump: no such key; a plant file has module, plc, can, log, modbus, rtu, time, random, control, "
         "http, node, wire, network");
-  wrong("[faults]\n", "1: faults: no such key; did you mean node.faults?");
 }
 
 TEST_CASE("a key that several tables have, and not this one, gets the list") {
@@ -359,7 +358,10 @@ TEST_CASE("faults that are wrong") {
         "4: can.faults.kind: is missing; add kind = \"frame-loss\"");
   wrong("[can]\nfaults = \"bus-off\"\n",
         "2: can.faults: must be a list; write faults = [{ kind = \"frame-loss\" }]");
-  wrong("[module]\nfaults = []\n", "2: module.faults: no such key; did you mean node.faults?");
+  wrong("[module]\nchannels = 1\nfaults = []\n",
+        "3: module.faults: no such key; module has node_id, sdo_timeout_ms, node_state_fresh_ms, "
+        "guarding_timeout_ms, process_first, scanner_out_first, scanner_in_first, channels, plc_timeout_ms, "
+        "plc_lost_state, start_result, parameters, enabled");
 }
 
 TEST_CASE("a signal twice, a parameter file twice") {

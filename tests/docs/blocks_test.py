@@ -58,6 +58,7 @@ NOT_EXECUTED = {
     "pip ": "wheel_test.py does it",
     "python3 -m http.server": "serves without end; tab_test.mjs serves the folder itself",
     "python -m cbcan": "wheel_test.py does it",
+    "cbcan-sim --config plant.toml --explore": "has no program; docs/how-to/explore.md has one",
     "tests/fuzz/run": "takes minutes; tools/test --long does it",
     "cmake --": "builds for minutes; tools/test does it",
     "ctest --preset": "runs this test",
@@ -242,8 +243,8 @@ class Pages:
             raise Wrong("is not the pytest.ini of the CI jobs that tests run")
 
     def python(self, block, page):
-        if not stands_in(block, "examples/pytest"):
-            raise Wrong("is in no test of examples/pytest")
+        if not stands_in(block, "examples/pytest") and not stands_in(block, "examples/explore"):
+            raise Wrong("is in no program of examples/pytest or examples/explore")
 
     def clients(self):
         """Each program of examples/clients prints the output on its page. Runs where Node.js finds the packages."""

@@ -14,6 +14,7 @@
 
 #include "cbcan/regmap.hpp"
 #include "config/settings.hpp"
+#include "explore/settings.hpp"
 #include "files/read_file.hpp"
 #include "options/exit_code.hpp"
 #include "plant/control.hpp"
@@ -115,10 +116,10 @@ std::string usages(std::string_view heading, const auto& rows) {
   return table;
 }
 
-/// step-keys: keys of a scenario's steps.
-std::string step_keys() {
+/// Keys of a scenario's steps, or of [explore].
+std::string line_keys(const std::vector<Row>& rows) {
   std::string table = "| Key | Value | Meaning |\n|---|---|---|\n";
-  for (const Row& row : cbcan::scenario::step_rows())
+  for (const Row& row : rows)
     table += fmt::format("| `{}` | {} | {} |\n", row.key, row.domain, meaning(row));
   return table;
 }
@@ -186,7 +187,8 @@ std::string generated(const Words& words) {
   if (what == "fault-kinds") return fault_kinds(words);
   if (what == "commands") return usages("Command", cbcan::plant::command_usages());
   if (what == "conditions") return usages("Condition", cbcan::plant::condition_usages());
-  if (what == "step-keys") return step_keys();
+  if (what == "step-keys") return line_keys(cbcan::scenario::step_rows());
+  if (what == "explore-keys") return line_keys(cbcan::explore::setting_rows());
   if (what == "exit-codes") return exit_codes();
   if (what == "registers") return registers(words);
   if (what == "numbers") return numbers(words);

@@ -131,7 +131,7 @@ TEST_CASE("Thousands of objects and long values are read") {
 
 namespace {
 
-std::vector<eds::Section> split(std::string_view text) {
+eds::Sections split(std::string_view text) {
   eds::Findings findings("test.eds");
   return eds::split_sections(text, findings);
 }
@@ -147,7 +147,8 @@ TEST_CASE("Text in messages is short and whole") {
 }
 
 TEST_CASE("A section knows its name, its line and its keys") {
-  const auto sections = split("[A]\nx=1\n\n[B]\ny=\nz=a=b;c");
+  const eds::Sections split_text = split("[A]\nx=1\n\n[B]\ny=\nz=a=b;c");
+  const auto& sections = split_text.list;
   REQUIRE(sections.size() == 2);
   CHECK(sections[0].name == "A");
   CHECK(sections[0].line == 1);

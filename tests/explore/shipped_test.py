@@ -49,7 +49,7 @@ def run(*arguments, program=PROGRAM, code=0, limit=LIMIT):
 class Shipped(unittest.TestCase):
     def test_no_fault_breaks_them(self):
         output = run("--explore", "--together", TOGETHER, ROOT / "scenarios", limit=30 * LIMIT)
-        runs, broken = map(int, re.search(r"^(\d+) runs, (\d+) broken, 0 distinct failures$", output, re.MULTILINE).groups())
+        runs, broken = map(int, re.search(r"^runs: (\d+), broken: (\d+), distinct failures: 0$", output, re.MULTILINE).groups())
         self.assertEqual(broken, 0)
         self.assertGreater(runs, 1000)
 
@@ -90,7 +90,7 @@ class Fragile(unittest.TestCase):
     def test_only_must_is_judged_with_faults(self):
         output = run("--explore", "--faults", "request-lost", self.path, code=1)
         self.assertIn(": must object 66 0x6200:1 = 1: ", output)
-        self.assertIn("1 broken, 1 distinct failures", output)  # not the reads, which expect result 0
+        self.assertIn("broken: 1, distinct failures: 1", output)  # not the reads, which expect result 0
         run("--explore", "--faults", "request-lost", self.write(FRAGILE.replace("must", "expect")))
 
     def test_a_failure_is_written_with_fewer_steps_and_fails_the_same(self):
@@ -106,7 +106,7 @@ class Fragile(unittest.TestCase):
         run("--check", file)
         self.assertIn("66:request-lost@1: the scenario passes: ", run(file, code=1))
         self.assertIn("must object 66 0x6200:1 = 1", run(file, code=1))
-        self.assertIn("1 runs, 1 broken", run("--explore", file, code=1))
+        self.assertIn("runs: 1, broken: 1", run("--explore", file, code=1))
         self.assertIn(f"--log {out}: a run of --explore writes none", run("--log", out, file, code=2))
 
     def test_one_moment(self):

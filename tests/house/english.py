@@ -18,16 +18,16 @@ import page_blocks
 
 MOST_WORDS = 30  # of a sentence
 LEAST_SENTENCES, LEAST_STRINGS, LEAST_DOCUMENTS, LEAST_COMMENTS = 4000, 1500, 40, 6000
-MOST_OF_ALL = 36900
+MOST_OF_ALL = 38200
 BUDGET = 1000  # words of a page, unless this says otherwise
 BUDGETS = {
-    "docs/explanation/architecture.md": 1550,
+    "docs/explanation/architecture.md": 1600,
     "docs/how-to/modbus-clients.md": 1050,
     "docs/how-to/port.md": 1350,
     "docs/reference/commands.md": 1050,
     "docs/reference/contract.md": 3550,
     "docs/reference/devices.md": 2150,
-    "docs/reference/faults.md": 1450,
+    "docs/reference/faults.md": 1650,
     "docs/reference/http.md": 1050,
     "docs/reference/ladder-recipes.md": 2150,
     "docs/reference/plant-file.md": 3050,

@@ -35,19 +35,20 @@ MAY_KNOW = {
     "hostsim/cli": {"hostsim/config", "hostsim/devices", *SIMULATION},
     "hostsim/plant": {"hostsim/config", "hostsim/adapters", "hostsim/journal", "hostsim/devices", *SIMULATION},
     "hostsim/scenario": {"hostsim/plant", "hostsim/config", "hostsim/adapters", "hostsim/journal", *SIMULATION},
+    "hostsim/explore": {"hostsim/scenario", "hostsim/plant", "hostsim/config", "hostsim/adapters", "hostsim/journal", *SIMULATION},
     "hostsim/web": {"hostsim/scenario", "hostsim/plant", "hostsim/config", "hostsim/adapters", "hostsim/journal", *SIMULATION},
     "hostsim/session": {"hostsim/web", "hostsim/scenario", "hostsim/plant", "hostsim/config", "hostsim/adapters", "hostsim/journal", *SIMULATION},
-    "hostsim/module": {"hostsim/session", "hostsim/cli", "hostsim/web", "hostsim/scenario", "hostsim/plant", "hostsim/config", "hostsim/adapters", "hostsim/journal", *SIMULATION},
+    "hostsim/module": {"hostsim/explore", "hostsim/session", "hostsim/cli", "hostsim/web", "hostsim/scenario", "hostsim/plant", "hostsim/config", "hostsim/adapters", "hostsim/journal", *SIMULATION},
     "hostsim/include": set(),
     "hostsim/library": {"hostsim/include", "hostsim/files", "hostsim/plant", "hostsim/config", "hostsim/journal", *SIMULATION},
-    "hostsim/app": {"hostsim/session", "hostsim/web", "hostsim/files", "hostsim/window", "hostsim/io", "hostsim/adapters", "hostsim/cli", "hostsim/scenario", "hostsim/plant", "hostsim/config",
+    "hostsim/app": {"hostsim/explore", "hostsim/session", "hostsim/web", "hostsim/files", "hostsim/window", "hostsim/io", "hostsim/adapters", "hostsim/cli", "hostsim/scenario", "hostsim/plant", "hostsim/config",
                     "hostsim/journal", "hostsim/devices", *SIMULATION},
     "tools": {"hostsim/files", "hostsim/window", "hostsim/eds", "hostsim/options", "hostsim/text", "regmap"},
 }
 
 # First folder of an include path -> directory.
 PREFIXES = {"boards": "firmware/boards",
-            **{name: f"hostsim/{name}" for name in ("sim", "adapters", "journal", "devices", "eds", "io", "config", "cli", "plant", "scenario", "session", "module", "web", "options", "text", "files",
+            **{name: f"hostsim/{name}" for name in ("sim", "adapters", "journal", "devices", "eds", "io", "config", "cli", "plant", "scenario", "explore", "session", "module", "web", "options", "text", "files",
                                                     "window", "app")}}
 
 # Standard headers allowed in the freestanding core: no heap, no OS, no clock, no stream.
@@ -55,7 +56,7 @@ FREESTANDING = {"algorithm", "array", "atomic", "bit", "concepts", "cstddef", "c
                 "string_view", "type_traits", "utility"}
 
 # These directories have no operating system, so that they also run as WebAssembly: no clock, no threads, no I/O, no unseeded random numbers.
-PURE = {f"hostsim/{name}" for name in ("text", "options", "sim", "devices", "devices/lua", "eds", "journal", "adapters", "config", "cli", "plant", "scenario", "web", "session", "module")}
+PURE = {f"hostsim/{name}" for name in ("text", "options", "sim", "devices", "devices/lua", "eds", "journal", "adapters", "config", "cli", "plant", "scenario", "explore", "web", "session", "module")}
 IMPURE = re.compile(r"chrono|thread|stop_token|mutex|shared_mutex|condition_variable|future|random|c?time|csignal|[io]?fstream|iostream|filesystem"
                     r"|\w+\.h|(arpa|linux|net|netinet|sys)/.*")
 

@@ -77,10 +77,12 @@ class Same(unittest.TestCase):
 class Package(unittest.TestCase):
     def test_what_it_has_not_is_refused_by_name_with_a_way_out(self):
         for options, said_of in ((["--can", "socketcan:can0"], "--slcan HOST:PORT"), (["--pcap", "x"], "--log FILE"), (["--rtu", "/dev/ttyS0"], "rtu.listen"),
-                                 (["--plc", "10.0.0.1"], "--modbus"), (["--control", "unix:/x"], "use HOST:PORT"), (["--slcan", "pty:/x"], "use HOST:PORT")):
+                                 (["--plc", "10.0.0.1"], "--modbus"), (["--control", "unix:/x"], "use HOST:PORT"), (["--slcan", "pty:/x"], "use HOST:PORT"),
+                                 (["--explore"], "use the program"), (["--seeds", "1..2"], "use the program"), (["--only", "66:silent@1"], "use the program"),
+                                 (["--fault", "plc:plc-restart"], "use the program")):
             code, out, err = said(PROGRAM, "--demo", *options)
             self.assertEqual((code, out), (2, ""), options)
-            self.assertRegex(err, rf"^cbcan-sim: {options[0]}.* is not in this build; .*{said_of}")
+            self.assertRegex(err, rf"^cbcan-sim: {options[0].replace('--fault', 'plc.faults')}.* is not in this build; .*{said_of}")
         self.assertIn("--real-time: is not in this build", said(PROGRAM, "run", "--real-time", "scenarios")[2])
         self.assertIn("--target 127.0.0.1:1: is not in this build", said(PROGRAM, "run", "--target", "127.0.0.1:1", "scenarios")[2])
 

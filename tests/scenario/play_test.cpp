@@ -47,7 +47,7 @@ Played played(const std::string& text) {
 TEST_CASE("scenarios: errors in a file are reported by line") {
   const auto wrong = [](const std::string& text) { return problems(scenario(text).problems); };
   const std::string no_step = "1: step: there is none; write [[step]] above each step";
-  const std::string not_every = "1: every: such a step has do, and neither wait nor expect";
+  const std::string not_every = "1: every: such a step has do, and none of wait, expect and must";
   const std::string no_text = ": step.do: must be a text, or a list of them";
   const std::pair<std::string, std::string> rows[] = {
       {"plant = 5\n[[step]]\n", "1: plant: must be a text: demo, or the path of a plant file"},
@@ -64,7 +64,7 @@ TEST_CASE("scenarios: errors in a file are reported by line") {
       {"[[step]]\ndo = [\"time\",\n 5]\n", "3" + no_text},
       {"[[step]]\nwiat = \"x\"\n", "2: step.wiat: no such key; did you mean wait?"},
       {"[[step]]\nzzzzzzzz = \"x\"\n",
-       "2: step.zzzzzzzz: no such key; a step has at, after, every, do, wait, within and expect"},
+       "2: step.zzzzzzzz: no such key; step has at, after, every, do, wait, within, expect and must"},
   };
   for (const auto& [text, told] : rows)
     CHECK(wrong(text) == Lines{"dir/s.toml:" + told});

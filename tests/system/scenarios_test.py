@@ -249,7 +249,7 @@ class Outcomes(unittest.TestCase):
         master, terminal = pty.openpty()
         with os.fdopen(terminal, "wb") as err:
             subprocess.run([PROGRAM, "run", ROOT / "scenarios/checks.toml"], stdout=subprocess.DEVNULL, stderr=err, timeout=LIMIT)
-        self.assertEqual(os.read(master, 1000), b"\r1 of 1, 0 failed\r\x1b[K")
+        self.assertEqual(os.read(master, 1000), b"\r1 of 1, 0 failed\x1b[K\r\x1b[K")
         os.close(master)
 
     def test_every_goes_on_while_the_steps_below_do(self):

@@ -47,7 +47,7 @@ class FaultyPort final : public CanPort {
   /// A frame for this node. False: the stack does not get it.
   bool hears(const Frame& frame) { return faults_.empty() || hears_with_faults(frame); }
 
-  /// How long the node loses its power now, kNever = for ever; 0 = it does not.
+  /// How long the node loses its power now, kNever = without limit; 0 = it does not.
   Time take_power_loss() { return std::exchange(power_loss_, 0); }
   /// How late the device acts on commands.
   Time command_delay() const { return command_delay_; }

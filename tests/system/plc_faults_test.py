@@ -1,0 +1,100 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""Faults of the PLC: its Modbus requests, its program and the module's power."""
+
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests/support"))
+sys.path.insert(0, str(ROOT / "tools/python"))
+import cases
+from cbcan_plant import READ, Plant, PlantError, Window
+from simulator import LIMIT, program_from_arguments
+
+PROGRAM = program_from_arguments(sys.argv, 1)
+CLOSED = "the plant has closed the Modbus connection"
+
+
+class Faults(unittest.TestCase):
+    def plant(self, *faults):
+        plant = Plant("--demo", *(word for fault in faults for word in ("--fault", f"plc:{fault}")), program=PROGRAM)
+        self.addCleanup(plant.stop)
+        return plant
+
+    def window(self, plant):
+        window = Window(plant)
+        self.addCleanup(window.socket.close)
+        return window
+
+    def test_cut_executes_the_request_and_has_no_response(self):
+        plant = self.plant("cut count=1")
+        self.assertRaisesRegex(PlantError, CLOSED, self.window(plant).write, 3710, 7)
+        self.assertEqual(self.window(plant).read(3710), [7])
+
+    def test_cut_before_does_not_execute_it(self):
+        plant = self.plant("cut-before count=1")
+        self.assertRaisesRegex(PlantError, CLOSED, self.window(plant).write, 3710, 7)
+        self.assertEqual(self.window(plant).read(3710), [0])
+
+    def test_exception_does_not_execute_it(self):
+        plant = self.plant("exception count=1", "exception code=6 after=1 count=1")
+        window = self.window(plant)
+        self.assertRaisesRegex(PlantError, "Modbus exception 4", window.write, 3710, 7)
+        self.assertRaisesRegex(PlantError, "Modbus exception 6", window.write, 3710, 8)
+        self.assertEqual(window.read(3710), [0])
+
+    def test_late_lets_the_time_of_the_plant_pass(self):
+        plant = self.plant("late count=1")
+        window = self.window(plant)
+        window.start(READ, 66, 0x1000, 0, 4)
+        self.assertEqual(plant.now, 0.5)
+        self.assertEqual(window.result(), 0)
+
+    def test_matching_are_writes_and_the_first_read_after_each(self):
+        plant = self.plant("cut after=3")
+        window = self.window(plant)
+        for _ in range(5):
+            window.read(3700)
+        window.write(3710, 1)  # the first
+        for _ in range(5):
+            window.read(3700)  # the second, and four that do not count
+        window.write(3710, 2)  # the third
+        self.assertRaisesRegex(PlantError, CLOSED, window.read, 3700)
+
+    def test_restart_of_the_module(self):
+        plant = self.plant("module-restart after=2 count=1")
+        window = self.window(plant)
+        self.assertEqual(window.execute(READ, 66, 0x1000, 0, 4), 0)
+        self.assertRaisesRegex(PlantError, CLOSED, window.write, 3720, 5)
+        self.assertEqual(self.window(plant).read(3700, 21), [0] * 21)
+        self.assertEqual(self.window(plant).execute(READ, 66, 0x1000, 0, 4), 0)
+
+    def test_restart_of_the_program(self):
+        with tempfile.TemporaryDirectory() as folder:
+            started = pathlib.Path(folder) / "started"
+            program = ("import os, sys\nfrom cbcan_plant import Plant, Window\nplant = Plant.around()\nwindow = Window(plant)\n"
+                       f"open({str(started)!r}, 'a').write(f'{{plant.now}} {{window.read(3710)[0]}}\\n')\n"
+                       "plant.advance('1s')\nwindow.write(3710, 7)\nsys.exit(3)")
+            made = subprocess.run([PROGRAM, "--demo", "--clock", "manual", "--fault", "plc:plc-restart count=1", "--", sys.executable, "-c", program],
+                                  env={**os.environ, "PYTHONPATH": str(ROOT / "tools/python")}, timeout=LIMIT)
+            self.assertEqual(made.returncode, 3)
+            self.assertEqual(started.read_text(), "0.0 0\n1.0 7\n")
+
+    def test_at_run_time_and_where_they_cannot_be(self):
+        plant = self.plant()
+        window = self.window(plant)
+        self.assertEqual(plant.fault("plc", "exception"), 1)
+        self.assertRaisesRegex(PlantError, "Modbus exception 4", window.write, 3710, 7)
+        plant.clear("plc")
+        window.write(3710, 7)
+        self.assertRaisesRegex(PlantError, "cut", plant.fault, 66, "cut")
+        self.assertRaisesRegex(PlantError, "silent", plant.fault, "plc", "silent")
+
+
+if __name__ == "__main__":
+    cases.main()
