@@ -59,33 +59,13 @@ class ModbusServer {
   /// returned. `client`: its number in events.
   template <class Send>
   bool execute(std::uint32_t client, Bytes bytes, Send send) {
-    const Bytes pdu = bytes.subspan(kPduOffset);
     const Served to = served_[bytes[kUnitOffset]];
     const bool reached = !to.registers.empty();
-    ModbusRequest request = reached ? look_at_request(pdu, to.registers.size())
-                                    : ModbusRequest{ModbusException::kGatewayPathUnavailable};
+    const ModbusRequest request = reached ? look_at_request(bytes.subspan(kPduOffset), to.registers.size())
+                                          : ModbusRequest{ModbusException::kGatewayPathUnavailable};
     ++counters_.requests;
-    ModbusDisturbance disturbance;
-    if (reached && to.unit->disturbed()) disturbance = to.unit->disturb(pdu, request.written.count != 0);
-    if (!disturbance.executed && disturbance.exception == 0) return false;
-    if (!disturbance.executed) request = {static_cast<ModbusException>(disturbance.exception)};
-    if (request.written.count != 0) {
-      to.unit->advance_due();
-      const auto [first, count] = request.written;
-      const bool window =
-          first >= regmap::kWindowFirst && first + count <= regmap::kWindowFirst + regmap::kWindowWords;
-      if (!window) to.unit->on_writer(client, request.written);
-    }
-    if (request.read.first + request.read.count > regmap::kDiagnosticsFirst) to.unit->on_diagnostics();
-    const Bytes response = respond(bytes, request, to.registers);
-    bool alive = disturbance.ends || send(response);
-    if (!reached) return alive;
-    if (to.unit->listens())
-      to.unit->on_exchange({client, static_cast<std::uint16_t>(word(bytes, 0)), bytes[kUnitOffset],
-                            static_cast<std::uint8_t>(request.exception), pdu, response.subspan(kPduOffset)});
-    to.unit->on_request(request.exception == ModbusException::kNone, request.written);
-    if (disturbance.ends) alive = to.unit->end_disturbance() && send(response);
-    return alive;
+    if (reached && to.unit->disturbed()) return execute_disturbed(client, bytes, to, request, send);
+    return perform(client, bytes, to, request, send);
   }
 
   struct Counters {
@@ -109,6 +89,44 @@ class ModbusServer {
     ModbusUnit* unit = nullptr;
     std::span<std::uint16_t> registers{};
   };
+
+  template <class Send>
+  bool execute_disturbed(std::uint32_t client, Bytes bytes, const Served& to, const ModbusRequest& request,
+                         Send send) {
+    const ModbusDisturbance disturbance =
+        to.unit->disturb(bytes.subspan(kPduOffset), request.written.count != 0);
+    if (!disturbance.executed)
+      return disturbance.exception != 0 &&
+             perform(client, bytes, to, {static_cast<ModbusException>(disturbance.exception)}, send);
+    if (!disturbance.ends) return perform(client, bytes, to, request, send);
+    Bytes response;
+    perform(client, bytes, to, request, [&response](Bytes made) {
+      response = made;
+      return true;
+    });
+    return to.unit->end_disturbance() && send(response);
+  }
+
+  template <class Send>
+  bool perform(std::uint32_t client, Bytes bytes, const Served& to, const ModbusRequest& request, Send send) {
+    if (request.written.count != 0) {
+      to.unit->advance_due();
+      const auto [first, count] = request.written;
+      const bool window =
+          first >= regmap::kWindowFirst && first + count <= regmap::kWindowFirst + regmap::kWindowWords;
+      if (!window) to.unit->on_writer(client, request.written);
+    }
+    if (request.read.first + request.read.count > regmap::kDiagnosticsFirst) to.unit->on_diagnostics();
+    const Bytes response = respond(bytes, request, to.registers);
+    const bool alive = send(response);
+    if (to.registers.empty()) return alive;
+    if (to.unit->listens())
+      to.unit->on_exchange({client, static_cast<std::uint16_t>(word(bytes, 0)), bytes[kUnitOffset],
+                            static_cast<std::uint8_t>(request.exception), bytes.subspan(kPduOffset),
+                            response.subspan(kPduOffset)});
+    to.unit->on_request(request.exception == ModbusException::kNone, request.written);
+    return alive;
+  }
 
   Bytes respond(Bytes bytes, const ModbusRequest& request, std::span<std::uint16_t> registers) {
     const Bytes pdu = bytes.subspan(kPduOffset);

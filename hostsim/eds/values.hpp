@@ -33,12 +33,15 @@ inline std::optional<Number> parse_plain(std::string_view text) {
   if (number.hexadecimal) text.remove_prefix(2);
   const bool is_octal = !number.hexadecimal && text.size() > 1 && text.front() == '0';
   bool good = !text.empty() && text.size() <= kMostDigits && !is_octal;
+  const unsigned base = number.hexadecimal ? 16 : 10;
   for (std::size_t i = 0; good && i < text.size(); ++i) {
-    const unsigned decimal = static_cast<unsigned char>(text[i]) - unsigned{'0'};
-    const unsigned letter = (static_cast<unsigned char>(text[i]) | 0x20U) - unsigned{'a'};
-    good = decimal < 10 || (number.hexadecimal && letter < 6);
-    number.magnitude =
-        number.magnitude * (number.hexadecimal ? 16 : 10) + (decimal < 10 ? decimal : letter + 10);
+    unsigned digit = static_cast<unsigned char>(text[i]) - unsigned{'0'};
+    if (digit >= 10) {
+      const unsigned letter = (static_cast<unsigned char>(text[i]) | 0x20U) - unsigned{'a'};
+      digit = letter < 6 ? letter + 10 : 16;
+    }
+    good = digit < base;
+    number.magnitude = number.magnitude * base + digit;
   }
   return good ? std::optional(number) : std::nullopt;
 }

@@ -253,10 +253,14 @@ inline void Bus::deliver_to(Port& port, const Frame& frame, const Port* sender, 
 }
 
 /// By index, since a receiver may change its own filter in the meantime.
-inline void Bus::deliver_to(const Ports& ports, const Frame& frame, const Port* sender, Time now) {
-  if (ports.first != nullptr) deliver_to(*ports.first, frame, sender, now);
+void Bus::deliver_to_others(const Ports& ports, const Frame& frame, const Port* sender, Time now) {
   for (std::size_t i = 0; i < ports.others.size(); ++i)
     deliver_to(*ports.others[i], frame, sender, now);
+}
+
+inline void Bus::deliver_to(const Ports& ports, const Frame& frame, const Port* sender, Time now) {
+  if (ports.first != nullptr) deliver_to(*ports.first, frame, sender, now);
+  if (!ports.others.empty()) deliver_to_others(ports, frame, sender, now);
 }
 
 /// What deliver() does, inlined for the path that every frame takes.

@@ -227,6 +227,7 @@ class Bus {
   void tell(const Frame& frame, const Port* sender, Time now);
   static void deliver_to(Port& port, const Frame& frame, const Port* sender, Time now);
   static void deliver_to(const Ports& ports, const Frame& frame, const Port* sender, Time now);
+  static void deliver_to_others(const Ports& ports, const Frame& frame, const Port* sender, Time now);
 
   std::uint32_t bit_rate_;
   std::vector<std::unique_ptr<Port>> ports_;

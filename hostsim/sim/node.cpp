@@ -176,12 +176,15 @@ void Node::poll(Time now) {
 
 void Node::on_frame(const Frame& frame, Time now) {
   faulty_.set_now(now);
-  if (!faulty_.hears(frame)) return finish_update(now);
+  if (faulty_.has_faults()) {
+    if (!faulty_.hears(frame)) return finish_update(now);
+    update_pending_ = true;
+  }
   if (lss_ && frame.id == LssSlave::kRequestId)
     lss_->slave().on_frame(frame, now);
   else if (more_servers_.serves(frame.id))
     ask_more_servers(frame, now);
-  else if (!device_.on_frame(frame, now) && !update_pending_ && faulty_.is_idle())
+  else if (!device_.on_frame(frame, now) && !update_pending_)
     return;  // most RPDOs, which wait for a SYNC, most SYNCs, and SDO uploads of a node without a behaviour
   finish_update(now);
 }
@@ -237,17 +240,21 @@ void Node::finish_update(Time now) {
     device_.on_frame(faulty_.take_abort(), now);
   if (ids_changed_) follow_ids();
   if (activity_flag_ != nullptr) *activity_flag_ = true;
-  if (const Time loss = faulty_.take_power_loss(); loss != 0 && has_power_) {
-    set_power(false, now);
-    power_back_ = loss == kNever ? kNever : now + loss;
-  }
+  if (!faulty_.is_idle() || command_delay_ != 0) follow_faults(now);
   if (!has_power_) return wants(power_back_);
-  if (faulty_.command_delay() != command_delay_)
-    behaviour_->delay_commands(command_delay_ = faulty_.command_delay());
   const Time servers = earlier(device_.deadline(), more_servers_.deadline());
   const Time own = earlier(servers, earlier(behaviour_due_, sample_due_));
   const Time lss = lss_ ? lss_->slave().deadline() : kNever;
   wants(earlier(own, earlier(lss, faulty_.deadline())));
+}
+
+void Node::follow_faults(Time now) {
+  if (const Time loss = faulty_.take_power_loss(); loss != 0 && has_power_) {
+    set_power(false, now);
+    power_back_ = loss == kNever ? kNever : now + loss;
+  }
+  if (has_power_ && faulty_.command_delay() != command_delay_)
+    behaviour_->delay_commands(command_delay_ = faulty_.command_delay());
 }
 
 /// The port may be delivering through its filter right now: identifiers that stay are left alone.

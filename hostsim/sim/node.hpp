@@ -150,6 +150,7 @@ class Node final : public Participant,
   void follow_signals(Time now);
   bool put_input(std::uint16_t index, std::uint8_t sub, double value, Time now);
   void finish_update(Time now);
+  void follow_faults(Time now);
   void follow_ids();
   void tell_state(std::uint8_t state, Time now);
 

@@ -31,7 +31,7 @@ FaultyPort::FaultyPort(Port& out, std::uint8_t node_id, std::uint64_t seed, Faul
                 on_change(now);
               }) {}
 
-bool FaultyPort::hears_with_faults(const Frame& frame) {
+bool FaultyPort::hears(const Frame& frame) {
   heard_ = frame;
   if (is_cut_off(frame)) return false;
   if (frame.id != sdo::kRequestId + node_id_) return true;

@@ -5,10 +5,9 @@
 /// call and two comparisons for each frame, and it allocates nothing.
 ///
 /// The node calls:
-///   on a frame:   port.set_now(now); if (port.hears(frame)) stack.on_frame(frame, now);
-///   on a write:   port.refusal(index, sub) before the value is stored
-///   when polled:  port.poll(now); stack.poll(now);
-///   after each:   while (port.has_aborted()) stack.on_frame(port.take_abort(), now);
+///   on a frame:   port.set_now(now); if (!port.has_faults() || port.hears(frame)) stack.on_frame(frame,
+///   now); on a write:   port.refusal(index, sub) before the value is stored when polled:  port.poll(now);
+///   stack.poll(now); after each:   while (port.has_aborted()) stack.on_frame(port.take_abort(), now);
 ///                 if (const Time off = port.take_power_loss(); off != 0) the node is without power for this
 ///                 time
 ///   on bus-off:   port.drop();
@@ -44,8 +43,9 @@ class FaultyPort final : public CanPort {
   /// To be called before each call into the stack: the time for try_send().
   void set_now(Time now) { now_ = now; }
 
-  /// A frame for this node. False: the stack does not get it.
-  bool hears(const Frame& frame) { return faults_.empty() || hears_with_faults(frame); }
+  bool has_faults() const { return !faults_.empty(); }
+  /// A frame for this node, to be called if there are faults. False: the stack does not get it.
+  bool hears(const Frame& frame);
 
   /// How long the node loses its power now, kNever = without limit; 0 = it does not.
   Time take_power_loss() { return std::exchange(power_loss_, 0); }
@@ -95,7 +95,6 @@ class FaultyPort final : public CanPort {
     bool from_duplicate = false;
   };
 
-  bool hears_with_faults(const Frame& frame);
   bool is_cut_off(const Frame& frame);
   bool send_with_faults(const Frame& frame);
   bool concerns(const Fault& fault, const Frame& frame, const SdoResponse& response) const;
