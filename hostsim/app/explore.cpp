@@ -89,40 +89,63 @@ std::vector<std::string> words_in(const std::string& list) {
   return words;
 }
 
-/// The results so far, in a file: a line for each run, under one that says what they belong to.
+/// The results so far, in a file: for each subject a line with its name and what its results depend on, and a
+/// line for each run.
 class State {
  public:
-  /// Throws io::UsageError for the file of another search.
-  State(const std::string& path, const std::string& fingerprint) : path_(path) {
+  /// Throws io::UsageError for a file that is none of these.
+  explicit State(const std::string& path) : path_(path) {
     if (path.empty()) return;
     const auto text = files::read_file(path);
-    std::string_view rest = text ? std::string_view(*text) : std::string_view();
-    if (!rest.empty() && text::take_line(rest) != fingerprint)
-      throw io::UsageError(
-          fmt::format("--state {}: is of another program, plant, command or version; name a new file", path));
-    while (rest.find('\n') != std::string_view::npos) {
+    Part* part = nullptr;
+    for (std::string_view rest = text ? std::string_view(*text) : std::string_view(); !rest.empty();) {
       const json line = json::parse(text::take_line(rest), nullptr, false);
-      if (!line.is_discarded()) known_.emplace(line.at(0), line.at(1).get<Result>());
+      const bool whole = line.is_array() && line.size() == 2 && line[0].is_string();
+      if (whole && line[1].is_string())
+        (part = &parts_[line[0].get<std::string>()])->fingerprint = line[1].get<std::string>();
+      else if (whole && part != nullptr)
+        part->known.emplace(line[0].get<std::string>(), line[1].get<Result>());
+      else if (part == nullptr)
+        throw io::UsageError(fmt::format("--state {}: is no file of --explore; name a new one", path));
     }
     file_.emplace(io::Output::open("--state", path));
-    file_->add(fingerprint + "\n");
-    for (const auto& [moments, result] : known_)
-      add(moments, result);
+    for (const auto& [subject, kept] : parts_) {
+      write({subject, kept.fingerprint});
+      for (const auto& [moments, result] : kept.known)
+        write({moments, result});
+    }
   }
 
-  const Result* find(const std::string& moments) const {
-    const auto found = known_.find(moments);
-    return found == known_.end() ? nullptr : &found->second;
+  /// What follows is about this subject. Throws io::UsageError if the file has another one with its name.
+  void begin(const std::string& subject, const std::string& fingerprint) {
+    const auto [place, is_new] = parts_.try_emplace(subject, Part{fingerprint, {}});
+    part_ = &place->second;
+    if (part_->fingerprint != fingerprint)
+      throw io::UsageError(fmt::format(
+          "--state {}: is of another program, plant, command or version; name a new file", path_));
+    write({subject, fingerprint});
   }
-  void add(const std::string& moments, const Result& result) {
+  const Result* find(const std::string& moments) const {
+    const auto found = part_->known.find(moments);
+    return found == part_->known.end() ? nullptr : &found->second;
+  }
+  void add(const std::string& moments, const Result& result) { write({moments, result}); }
+
+ private:
+  struct Part {
+    std::string fingerprint;
+    std::map<std::string, Result> known;
+  };
+
+  void write(const json& line) {
     if (!file_) return;
-    file_->add(json{moments, result}.dump(-1, ' ', true, json::error_handler_t::replace) + "\n");
+    file_->add(line.dump(-1, ' ', true, json::error_handler_t::replace) + "\n");
     file_->flush();
   }
 
- private:
   std::string path_;
-  std::map<std::string, Result> known_;
+  std::map<std::string, Part> parts_;  ///< by subject
+  Part* part_ = nullptr;
   std::optional<io::Output> file_;
 };
 
@@ -148,7 +171,14 @@ struct Subject {
 /// Of any number of subjects.
 class Search {
  public:
-  Search(const cli::SearchConfig& search, Console& console) : search_(search), console_(console) {}
+  /// Throws io::UsageError, io::EnvironmentError for a file or folder of the options.
+  Search(const cli::SearchConfig& search, Console& console)
+      : search_(search), console_(console), state_(search.state) {
+    std::error_code error;
+    if (!search.out.empty() && !std::filesystem::is_directory(search.out, error))
+      throw io::UsageError("--out " + search.out + ": there is no such folder; make it first");
+    if (!search.junit.empty()) junit_.emplace(io::Output::open("--junit", search.junit));
+  }
 
   /// Returns why the subject cannot be searched, or nothing.
   std::string run(const Subject& subject) {
@@ -156,9 +186,8 @@ class Search {
                                      words_in(search_.faults), words_in(search_.nodes));
     if (std::string problem = exploration.prepare(); !problem.empty()) return problem;
     std::vector<Moments> moments = subject.only.empty() ? exploration.moments() : std::vector<Moments>(1, subject.only);
-    const cli::Shard shard = cli::shard_of(search_.shard);
-    std::erase_if(moments,
-                  [&](const Moments& each) { return !explore::is_in_part(each, shard.part, shard.parts); });
+    const bool with_pairs = search_.together == 2;
+    if (!with_pairs) std::erase_if(moments, [this](const Moments& each) { return !is_ours(each); });
     if (search_.list) {
       for (const Moments& each : moments)
         console_.say(to_string(each) + "\n");
@@ -166,14 +195,15 @@ class Search {
     }
     for (const explore::Variant& variant : exploration.never())
       results_.add_never(variant);
-    State state(search_.state, fingerprint(subject, exploration.record()));
+    state_.begin(subject.name, fingerprint(subject, exploration.record()));
     std::vector<explore::Pair> pairs;
-    const bool pairs_wanted = search_.together == 2;
-    try_all(subject, exploration, moments, state, pairs_wanted,
-            [&](const Moments& first, const Record& record) {
-              std::ranges::move(exploration.pairs(first, record), std::back_inserter(pairs));
-            });
-    try_all(subject, exploration, folded(std::move(pairs)), state, false, {});
+    const OnRecord add_pairs = [&](const Moments& first, const Record& record) {
+      std::ranges::move(exploration.pairs(first, record), std::back_inserter(pairs));
+    };
+    try_all(subject, exploration, moments, with_pairs ? add_pairs : OnRecord());
+    std::vector<Moments> folded = explore::folded(std::move(pairs));
+    std::erase_if(folded, [this](const Moments& each) { return !is_ours(each); });
+    try_all(subject, exploration, folded, {});
     for (const explore::Failure& failure : shrunk(subject, exploration)) {
       failures_ += fmt::format("\n{}{}\n  {}", subject.name.empty() ? "" : subject.name + ": ",
                                to_string(failure.moments), explore::report(failure.result));
@@ -196,11 +226,9 @@ class Search {
     console_.say(results_.table() + failures_);
     console_.say(fmt::format("\nruns: {}, broken: {}, distinct failures: {}{}\n", tried_, results_.broken(),
                              distinct_, left_ != 0 ? fmt::format(", not tried: {}", left_) : ""));
-    if (!search_.junit.empty()) {
-      io::Output file = io::Output::open("--junit", search_.junit);
-      file.add(results_.junit(left_));
-      file.flush();
-    }
+    if (junit_) junit_->add(results_.junit(left_));
+    if (const int wrong = junit_ ? junit_->flush() : 0; wrong != 0)
+      throw io::EnvironmentError(fmt::format("--junit {}: {}", search_.junit, io::reason(wrong)));
     return static_cast<int>(distinct_ == 0 ? options::ExitCode::kDone : options::ExitCode::kCheckFailed);
   }
 
@@ -221,27 +249,41 @@ class Search {
     return distinct;
   }
 
+  bool is_ours(const Moments& moments) const {
+    return explore::is_in_part(moments, shard_.part, shard_.parts);
+  }
+
+  using OnRecord = std::function<void(const Moments&, const Record&)>;
+
+  /// With `on_record`, matching frames are counted in each run, and results of others do not replace it.
   void try_all(const Subject& subject, const explore::Exploration& exploration,
-               const std::vector<Moments>& moments, State& state, bool counts,
-               const std::function<void(const Moments&, const Record&)>& on_record) {
+               const std::vector<Moments>& moments, const OnRecord& on_record) {
     std::vector<std::size_t> left;
     const std::size_t first_order = tried_ + left_;
     for (std::size_t i = 0; i < moments.size(); ++i) {
-      const Result* const known = counts ? nullptr : state.find(to_string(moments[i]));
+      const Result* const known = on_record ? nullptr : state_.find(to_string(moments[i]));
       known != nullptr ? add(subject, first_order + i, moments[i], *known) : left.push_back(i);
     }
     left_ += left.size();
+    std::atomic<bool> good = true;
+    std::string problem;
     subject.runner.all(
-        left.size(), [&](std::size_t i) { return exploration.run_of(moments[left[i]], counts); },
-        [&] { return io::Reactor::now() - begun_ < budget_; },
+        left.size(),
+        [&](std::size_t i) { return exploration.run_of(moments[left[i]], static_cast<bool>(on_record)); },
+        [&] { return good && io::Reactor::now() - begun_ < budget_; },
         [&](std::size_t i, const Told& told) {
-          if (!told.problem.empty()) throw io::EnvironmentError(told.problem);
           const Moments& tried = moments[left[i]];
           --left_;
+          if (!told.problem.empty()) {
+            problem = fmt::format("{}: {}", to_string(tried), told.problem);
+            good = false;
+          }
+          if (on_record) on_record(tried, told.record);
+          if (on_record && !is_ours(tried)) return;
           add(subject, first_order + left[i], tried, told.result);
-          state.add(to_string(tried), told.result);
-          if (counts) on_record(tried, told.record);
+          state_.add(to_string(tried), told.result);
         });
+    if (!good) throw io::EnvironmentError(problem);
   }
 
   void add(const Subject& subject, std::size_t order, const Moments& moments, const Result& result) {
@@ -254,11 +296,14 @@ class Search {
     std::string all = std::string(kVersion) + subject.identity;
     for (const std::string& frame : record.frames)
       all += frame + '\n';
-    return fmt::format("cbcan-sim --explore {:016x}", explore::hash_of(all));
+    return fmt::format("{:016x}", explore::hash_of(all));
   }
 
   const cli::SearchConfig& search_;
   Console& console_;
+  State state_;
+  std::optional<io::Output> junit_;
+  const cli::Shard shard_ = cli::shard_of(search_.shard);
   const Time begun_ = io::Reactor::now();
   const Time budget_ = text::parse_duration(search_.budget).value_or(kNever);
   Progress progress_;

@@ -172,7 +172,7 @@ options::ExitCode run_scenarios(const cli::RunConfig& config, const config::File
       !config.logs.empty() && seeds.first != seeds.last)
     throw io::UsageError(fmt::format(
         "--log with --seeds {}: every run would write the same file; give one seed", config.seeds));
-  const cli::Shard shard = cli::shard_of(config.shard);
+  const cli::Shard shard = config.explore ? cli::Shard() : cli::shard_of(config.shard);  // of its moments
   const std::vector<std::string> files =
       scenario::scenario_files(config.paths, shard.part, shard.parts, list_folder, read);
   if (config.explore) return explore_scenarios(files, config, read, console);

@@ -39,8 +39,8 @@ Run run_with(const Moments& moments, const config::Config& plant, const Record& 
 /// Makes runs, some at a time, each from power-on.
 class Runner {
  public:
-  /// Runs 0..count-1. `ended` gets each result, one at a time, in any order; when `wanted` is false, no
-  /// further one begins.
+  /// Runs 0..count-1. `ended`, which throws nothing, gets each result, one at a time, in any order; when
+  /// `wanted` is false, no further one begins.
   virtual void all(std::size_t count, const std::function<Run(std::size_t)>& make,
                    const std::function<bool()>& wanted,
                    const std::function<void(std::size_t, const Told&)>& ended) = 0;

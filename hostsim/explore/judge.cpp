@@ -38,6 +38,10 @@ Object object_of(const journal::Event& event) {
   return {event.network, event.node, event.index, event.sub};
 }
 
+bool is_boot_up(const Frame& error_control) {
+  return error_control.flags == 0 && error_control.data[0] == 0;
+}
+
 /// The message of a fault: the transfer in which it has acted cannot end well.
 bool ends_transfer(std::string_view message) {
   constexpr std::array<std::string_view, 4> kKinds{"response-other-toggle", "response-other-crc", "abort",
@@ -103,6 +107,9 @@ void Judge::on_frame(std::size_t network, const Frame& frame, Time now) {
   if (parts_.undisturbed == nullptr) record_.frames.push_back(frames_.back().text());
   if (frames_.size() > kLastFrames) frames_.pop_front();
   check_quarantine(network, frame, now);
+  if (frame.id > nmt::kErrorControlId && frame.id <= nmt::kErrorControlId + nmt::kMaxNode &&
+      is_boot_up(frame))
+    booted_[{network, static_cast<std::uint8_t>(frame.id - nmt::kErrorControlId)}] = now;
   const auto number = static_cast<std::uint8_t>(network);
   const auto node = static_cast<std::uint8_t>(frame.id & nmt::kMaxNode);
   if (frame.id - node == sdo::kResponseId) ++responses_[{number, node}];
@@ -127,7 +134,7 @@ void Judge::check_quarantine(std::size_t network, const Frame& frame, Time now) 
   const std::uint32_t function = frame.id - node;
   const sim::CoprocessorModule* const module = control_.network(network).module();
   if (module == nullptr || module->coprocessor().own_node().node_id() == 0) return;
-  if (function == nmt::kErrorControlId && frame.data[0] == 0) {  // boot-up
+  if (function == nmt::kErrorControlId && is_boot_up(frame)) {
     if (node == module->coprocessor().own_node().node_id())
       std::erase_if(quarantines_, [network](const auto& each) { return each.first.first == network; });
     quarantines_.erase({network, node});
@@ -239,12 +246,16 @@ void Judge::check_value(const journal::Event& ended, const Object& object) {
       return read.at + ended.took >= ended.at && std::ranges::equal(read.value, bytes);
     });
     if (!is_known) broken("what is read is in the node", "it was not: " + text::hex(bytes, " "));
-  } else if (ended.service == journal::Service::kWrite && !std::ranges::equal(value_of(object), bytes)) {
-    if (parts_.undisturbed == nullptr)
-      record_.changing.insert(object);
-    else if (!parts_.undisturbed->changing.contains(object))
-      broken("what is written is in the node", "it is not: " + text::hex(bytes, " "));
+    return;
   }
+  const auto booted = booted_.find({ended.network, ended.node});
+  const bool may_be_gone = booted != booted_.end() && booted->second > ended.at;
+  if (ended.service != journal::Service::kWrite || may_be_gone || std::ranges::equal(value_of(object), bytes))
+    return;
+  if (parts_.undisturbed == nullptr)
+    record_.changing.insert(object);
+  else if (!parts_.undisturbed->changing.contains(object))
+    broken("what is written is in the node", "it is not: " + text::hex(bytes, " "));
 }
 
 void Judge::check_downloads() {

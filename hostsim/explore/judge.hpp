@@ -141,6 +141,7 @@ class Judge final : private plant::Listener {
     std::vector<std::uint8_t> value;
   };
   std::map<Object, std::deque<Read>> read_;
+  std::map<std::pair<std::size_t, std::uint8_t>, Time> booted_;  ///< the last boot-up of a node, by network
   std::map<Object, int> downloads_;  ///< on the bus, less those that were requested
   std::map<std::pair<std::uint8_t, std::uint8_t>, std::uint32_t> responses_;  ///< of a node, by network
   struct Open {

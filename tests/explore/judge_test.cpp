@@ -53,6 +53,17 @@ wait = "transaction ended"
   CHECK(judged(corrupt + write, &undisturbed.record).result.verdict == Verdict::kDone);
 }
 
+TEST_CASE("Judge: a value that is gone after a boot-up is no failure") {
+  const std::string write = R"(do = "trigger write 66 0x1017 0 2 100"
+)";
+  CHECK(wrong_with("[[step]]\n" + write).empty());
+  // The node loses its power with its response, and comes back before the steps go on.
+  CHECK(
+      wrong_with("[[step]]\ndo = \"fault 66 power after=2 count=1 for_ms=300\"\n[[step]]\nafter = \"1s\"\n" +
+                 write + "[[step]]\nafter = \"1s\"\n")
+          .empty());
+}
+
 TEST_CASE("Judge: a node gets no download that was not requested") {
   const std::string other = "[[step]]\ndo = \"send 642#2F00620101000000\"\nafter = \"1s\"\n";
   CHECK(wrong_with(other) == "each download has been requested: node 66 got one more of 6200h:1");

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: MIT
 """cbcan-sim --explore and --seeds with PLC programs, correct ones and each with one bug: see plc_programs.cpp."""
 
+import os
 import pathlib
 import re
 import subprocess
@@ -77,9 +78,10 @@ class Programs(Case):
         explore(DRIVE, "drive", "--faults", "response-never")
 
     def test_the_correct_program_is_not_accused(self):
-        faults = "response-late,refuse,silent,silent count=0,power for_ms=300,power,slow,cut,exception,plc-restart,module-restart"
-        output = explore(DRIVE, "drive", "--faults", faults)
-        self.assertEqual(output, (FOLDER / "drive_table.txt").read_text())
+        faults = "response-late,refuse,silent,silent count=0,power for_ms=300,slow,plc-restart"
+        self.assertEqual(explore(DRIVE, "drive", "--faults", faults), (FOLDER / "drive_table.txt").read_text())
+        if "CBCAN_LONG" in os.environ:
+            explore(DRIVE, "drive")
 
     def test_a_level_that_is_kept_needs_a_fault_that_stays(self):
         explore(TANK, "kept-level", "--faults", "silent")
@@ -139,7 +141,7 @@ class Refused(Case):
 
 
 class TheSameTable(Case):
-    OPTIONS = ("--faults", "refuse,request-lost,silent,power for_ms=300")
+    OPTIONS = ("--faults", "refuse,request-lost")
 
     def test_with_any_number_of_jobs_parts_and_pauses(self):
         whole = explore(DRIVE, "ignored-abort", *self.OPTIONS, "-j", "1", code=1)
@@ -150,7 +152,7 @@ class TheSameTable(Case):
                   for key, row in rows(whole).items()}
         self.assertEqual(joined, rows(whole))
         state = ("--state", self.folder / "state")
-        first = subprocess.run([PROGRAM, "--config", DRIVE, "--explore", *self.OPTIONS, *state, "--budget", "300ms", "--junit",
+        first = subprocess.run([PROGRAM, "--config", DRIVE, "--explore", *self.OPTIONS, *state, "--budget", "100ms", "--junit",
                                 self.folder / "results.xml", "--", PLC, "ignored-abort"], capture_output=True, text=True, timeout=LIMIT)
         self.assertRegex(first.stdout, r"not tried: \d+")
         self.assertTrue(list(xml.parse(self.folder / "results.xml").iter("skipped")))
@@ -160,8 +162,7 @@ class TheSameTable(Case):
     def test_junit(self):
         explore(DRIVE, "ignored-abort", *self.OPTIONS, "--junit", self.folder / "results.xml", code=1)
         results = {f'{case.get("classname")}/{case.get("name")}': [child.tag for child in case] for case in xml.parse(self.folder / "results.xml").iter("testcase")}
-        self.assertEqual(results, {"16/refuse": ["failure"], "16/request-lost": ["failure"], "16/silent": [],
-                                   "16/power for_ms=300": []})
+        self.assertEqual(results, {"16/refuse": ["failure"], "16/request-lost": ["failure"]})
 
 
 class Seeds(Case):

@@ -57,6 +57,19 @@ class Shipped(unittest.TestCase):
         paths = [ROOT / "scenarios" / f"{name}.toml" for name in ("sdo_sizes_and_modes", "node_lost", "power_cycle")]
         one = run("--explore", "-j", "1", *paths)
         self.assertEqual(run("--explore", "-j", "8", *paths), one)
+        with tempfile.TemporaryDirectory() as folder:
+            state = ("--state", f"{folder}/state")
+            self.assertIn("not tried: ", run("--explore", "--budget", "10ms", *state, *paths))
+            self.assertEqual(run("--explore", *state, *paths), one)
+            self.assertEqual(run("--explore", *state, *paths), one)
+
+    def test_pairs_are_the_same_in_parts(self):
+        path = ROOT / "scenarios/cancel.toml"
+        whole = run("--explore", "--together", "2", path)
+        parts = [run("--explore", "--together", "2", "--shard", f"{part}/3", path) for part in (1, 2, 3)]
+        count = lambda output: int(re.search(r"^runs: (\d+)", output, re.MULTILINE)[1])
+        self.assertGreater(count(whole), 100)
+        self.assertEqual(sum(map(count, parts)), count(whole))
 
 
 class Defects(unittest.TestCase):
@@ -108,6 +121,13 @@ class Fragile(unittest.TestCase):
         self.assertIn("must object 66 0x6200:1 = 1", run(file, code=1))
         self.assertIn("runs: 1, broken: 1", run("--explore", file, code=1))
         self.assertIn(f"--log {out}: a run of --explore writes none", run("--log", out, file, code=2))
+
+    def test_files_that_are_not_ours(self):
+        before = self.path.read_text()
+        self.assertIn("is no file of --explore; name a new one", run("--explore", "--state", self.path, self.path, code=2))
+        self.assertEqual(self.path.read_text(), before)
+        self.assertIn("there is no such folder; make it first", run("--explore", "--out", self.folder / "nowhere", self.path, code=2))
+        self.assertIn("nowhere/x.xml", run("--explore", "--junit", self.folder / "nowhere/x.xml", self.path, code=3))
 
     def test_one_moment(self):
         self.assertIn("must object", run("--only", "66:request-lost@2", self.path, code=1))
