@@ -20,7 +20,6 @@ namespace {
 constexpr std::size_t kJournalEvents = 2048;
 constexpr std::size_t kJournalBytes = 256 * 1024;
 constexpr std::size_t kLastFrames = 12;
-constexpr std::size_t kLastReads = 16;
 constexpr std::uint64_t kMostRequestsAtATime = 100'000;
 constexpr Time kMinute = 60 * kSecond;
 constexpr Time kSettle = 5 * kSecond;
@@ -123,9 +122,7 @@ void Judge::on_frame(std::size_t network, const Frame& frame, Time now) {
   const bool downloads = sdo::is(command, sdo::Request::kInitiateDownload);
   if (downloads) ++downloads_[object];
   if (!uploads || node_of(object) == nullptr) return;
-  std::deque<Read>& reads = read_[object];
-  reads.push_back({now, value_of(object)});
-  if (reads.size() > kLastReads) reads.pop_front();
+  read_[object].add(now, value_of(object));
 }
 
 /// The time that the client has waited is that between its last request and its abort.
@@ -241,11 +238,8 @@ void Judge::check_value(const journal::Event& ended, const Object& object) {
   const auto bytes = journal_.bytes(ended);
   if (node_of(object) == nullptr) return;
   if (ended.service == journal::Service::kRead) {
-    const auto& reads = read_[object];
-    const bool is_known = std::ranges::any_of(reads, [&](const Read& read) {
-      return read.at + ended.took >= ended.at && std::ranges::equal(read.value, bytes);
-    });
-    if (!is_known) broken("what is read is in the node", "it was not: " + text::hex(bytes, " "));
+    if (!read_[object].has_since(ended.at - ended.took, bytes))
+      broken("what is read is in the node", "it was not: " + text::hex(bytes, " "));
     return;
   }
   const auto booted = booted_.find({ended.network, ended.node});

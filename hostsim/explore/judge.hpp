@@ -28,6 +28,7 @@
 
 #include "explore/moment.hpp"
 #include "explore/settings.hpp"
+#include "explore/values_seen.hpp"
 #include "journal/words.hpp"
 #include "plant/control.hpp"
 
@@ -136,11 +137,7 @@ class Judge final : private plant::Listener {
   std::vector<Held> done_;
   std::vector<Held> gave_up_;
   std::vector<Held> reached_;
-  struct Read {
-    Time at;
-    std::vector<std::uint8_t> value;
-  };
-  std::map<Object, std::deque<Read>> read_;
+  std::map<Object, ValuesSeen> read_;                            ///< when a request for an upload came
   std::map<std::pair<std::size_t, std::uint8_t>, Time> booted_;  ///< the last boot-up of a node, by network
   std::map<Object, int> downloads_;  ///< on the bus, less those that were requested
   std::map<std::pair<std::uint8_t, std::uint8_t>, std::uint32_t> responses_;  ///< of a node, by network

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "cbcan/regmap.hpp"
+#include "explore/values_seen.hpp"
 #include "sim/random.hpp"
 #include "sim/world.hpp"
 
@@ -87,12 +88,6 @@ struct Executed {
 
 /// The behaviour of a node, which records what is stored.
 struct Witness final : sim::Behaviour {
-  struct Object {
-    Bytes now;
-    Bytes before;
-    Time changed = 0;
-  };
-
   explicit Witness(sim::DeviceNode& node) : node_(node) {}
 
   Time update(Time now) override {
@@ -127,20 +122,23 @@ struct Witness final : sim::Behaviour {
     return AbortCode::kNone;
   }
 
-  const Object& object(std::uint16_t index, std::uint8_t sub) const { return objects_.at({index, sub}); }
+  /// The object has these bytes, or had them since the request began.
+  bool had(std::uint16_t index, std::uint8_t sub, const Bytes& bytes, Time begun) const {
+    const auto& [value, seen] = objects_.at({index, sub});
+    return value == bytes || seen.has_since(begun, bytes);
+  }
 
   Executed* executed = nullptr;
 
  private:
   void change(std::uint16_t index, std::uint8_t sub, const Bytes& bytes, Time now) {
-    Object& object = objects_[{index, sub}];
-    object.before = object.now;
-    object.now = bytes;
-    object.changed = now;
+    auto& [value, seen] = objects_[{index, sub}];
+    seen.add(now, value);
+    value = bytes;
   }
 
   sim::DeviceNode& node_;
-  std::map<std::pair<std::uint16_t, std::uint8_t>, Object> objects_;
+  std::map<std::pair<std::uint16_t, std::uint8_t>, std::pair<Bytes, explore::ValuesSeen>> objects_;
 };
 
 /// One CAN network with a module, three nodes, faults and restarts.

@@ -296,11 +296,9 @@ struct SoakPlc {
     if (request_.kind == SoakRequest::Kind::kMissing && code == kNoObject) return;
     if (network_.quiet_since(begun_)) complain("abort " + std::to_string(code) + " where nothing goes wrong");
   }
-  /// The object has these bytes, or had them since the request began.
   bool was_there(const Bytes& bytes) const {
-    const Witness::Object& object = network_.node(static_cast<std::uint8_t>(request_.node))
-                                        .object(request_.index, static_cast<std::uint8_t>(request_.sub));
-    return object.now == bytes || (object.before == bytes && object.changed >= begun_);
+    return network_.node(static_cast<std::uint8_t>(request_.node))
+        .had(request_.index, static_cast<std::uint8_t>(request_.sub), bytes, begun_);
   }
   /// The node's clock, in 32 bits, has been read since the request began.
   bool is_now(const SoakResult& result) const {
