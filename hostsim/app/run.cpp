@@ -168,10 +168,6 @@ options::ExitCode run_scenarios(const cli::RunConfig& config, const config::File
   std::error_code error;
   if (!config.logs.empty() && !fs::is_directory(config.logs, error))
     throw io::UsageError("--log " + config.logs + ": there is no such folder; make it first");
-  if (const cli::Seeds seeds = cli::seeds_of(config.seeds.empty() ? "0" : config.seeds);
-      !config.logs.empty() && seeds.first != seeds.last)
-    throw io::UsageError(fmt::format(
-        "--log with --seeds {}: every run would write the same file; give one seed", config.seeds));
   const cli::Shard shard = config.explore ? cli::Shard() : cli::shard_of(config.shard);  // of its moments
   const std::vector<std::string> files =
       scenario::scenario_files(config.paths, shard.part, shard.parts, list_folder, read);

@@ -89,6 +89,11 @@ RunStart parse_run_command_line(std::span<const char* const> words) {
     if (start.err.empty()) start.err = fmt::format("{}: {}", wrong.word, wrong.message);
   if (start.err.empty()) start.err = put_options<RunConfig>(kRun, {}, typed, start.config);
   if (start.err.empty()) start.err = put_words(kRun, typed.words, start.config);
+  const std::string& seeds = start.config.seeds;
+  const Seeds range = start.err.empty() && !seeds.empty() ? seeds_of(seeds) : Seeds();
+  if (!start.config.logs.empty() && range.first != range.last)
+    start.err =
+        fmt::format("--log with --seeds {}: every run would write the same file; give one seed", seeds);
   start.run = start.err.empty();
   if (start.run) return start;
   start.exit_code = ExitCode::kUsage;

@@ -78,7 +78,8 @@ class Package(unittest.TestCase):
     def test_what_it_has_not_is_refused_by_name_with_a_way_out(self):
         for options, said_of in ((["--can", "socketcan:can0"], "--slcan HOST:PORT"), (["--pcap", "x"], "--log FILE"), (["--rtu", "/dev/ttyS0"], "rtu.listen"),
                                  (["--plc", "10.0.0.1"], "--modbus"), (["--control", "unix:/x"], "use HOST:PORT"), (["--slcan", "pty:/x"], "use HOST:PORT"),
-                                 (["--explore"], "use the program"), (["--seeds", "1..2"], "use the program"), (["--only", "66:silent@1"], "use the program"),
+                                 (["--explore", "--", "true"], "use the program"), (["--seeds", "1..2", "--", "true"], "use the program"),
+                                 (["--only", "66:silent@1", "--", "true"], "use the program"),
                                  (["--fault", "plc:plc-restart"], "use the program")):
             code, out, err = said(PROGRAM, "--demo", *options)
             self.assertEqual((code, out), (2, ""), options)

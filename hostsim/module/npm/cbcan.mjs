@@ -130,7 +130,7 @@ class Program {
     for (let place = 0; place < scenarios; ++place) {
       const played = await this.#instance.play(place, disk);
       for (const [name, text] of played.log) fs.writeFileSync(path.join(log, name), text);
-      progress(`\r${place + 1} of ${scenarios}, ${played.failed} failed`);
+      progress(`\r${place + 1} of ${scenarios}, ${played.failed} failed\x1b[K`);
     }
     progress("\r\x1b[K");
     const { exit, junit: results } = this.#instance.call("played");
