@@ -4,6 +4,7 @@
 #include <fcntl.h>
 #include <poll.h>
 #include <signal.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -68,6 +69,7 @@ void Processes::begin(std::size_t number, const Run& run) {
 
 /// In the new process.
 void Processes::be(const Run& run, int to) {
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // the guard of the command then ends it
   for (const int standard : {0, 1, 2})
     if (const int nothing = ::open("/dev/null", O_RDWR); nothing >= 0) ::dup2(nothing, standard);
   Told told;

@@ -124,6 +124,18 @@ std::string line_keys(const std::vector<Row>& rows) {
   return table;
 }
 
+/// explore-defaults: a line for each key with a list.
+std::string explore_defaults() {
+  const auto listed = [](const std::vector<std::string>& faults) {
+    std::string list;
+    for (const std::string& fault : faults)
+      list += fmt::format("{}`{}`", list.empty() ? "" : ", ", fault);
+    return list;
+  };
+  return fmt::format("| Key | Default |\n|---|---|\n| `faults` | {} |\n| `survive` | {} |\n",
+                     listed(cbcan::explore::default_faults()), listed(cbcan::explore::default_survive()));
+}
+
 std::string exit_codes() {
   std::string table = "| Code | Program | Meaning |\n|---|---|---|\n";
   for (const cbcan::options::ExitCodeRow& row : cbcan::options::kExitCodes)
@@ -188,6 +200,7 @@ std::string generated(const Words& words) {
   if (what == "commands") return usages("Command", cbcan::plant::command_usages());
   if (what == "conditions") return usages("Condition", cbcan::plant::condition_usages());
   if (what == "step-keys") return line_keys(cbcan::scenario::step_rows());
+  if (what == "explore-defaults") return explore_defaults();
   if (what == "explore-keys") return line_keys(cbcan::explore::setting_rows());
   if (what == "exit-codes") return exit_codes();
   if (what == "registers") return registers(words);

@@ -5,6 +5,7 @@
 import os
 import pathlib
 import re
+import signal
 import subprocess
 import sys
 import tempfile
@@ -16,7 +17,7 @@ sys.path.insert(0, str(ROOT / "tests/support"))
 sys.path.insert(0, str(ROOT / "tools/python"))
 import cases
 from cbcan_plant import WRITE, Plant, Window
-from simulator import LIMIT, program_from_arguments
+from simulator import LIMIT, program_from_arguments, wait_until
 
 PROGRAM, PLC = program_from_arguments(sys.argv, 2)
 FOLDER = pathlib.Path(__file__).resolve().parent
@@ -124,6 +125,15 @@ class Refused(Case):
         explore("demo", "leaves-a-process", "--faults", "request-lost", "--nodes", "16")
         left = subprocess.run(["pgrep", "-f", f"{PLC} leaves-a-process"], capture_output=True, text=True)
         self.assertEqual(left.stdout, "")
+
+    def test_a_search_that_is_ended_leaves_nothing(self):
+        for number in (signal.SIGTERM, signal.SIGKILL):
+            search = subprocess.Popen([PROGRAM, "--config", DRIVE, "--explore", "--state", self.folder / f"state{number}", "--", PLC, "drive"],
+                                      stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
+            wait_until(lambda: (self.folder / f"state{number}").exists() and "verdict" in (self.folder / f"state{number}").read_text(), "first run")
+            search.send_signal(number)
+            search.wait(LIMIT)
+            wait_until(lambda: not subprocess.run(["pgrep", "-f", f"{PLC} drive$"], capture_output=True).stdout, "no process")
 
     def test_mistakes(self):
         for text, message in (("fault = 1", "explore.fault: no such key; did you mean faults?"),
