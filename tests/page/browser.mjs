@@ -16,7 +16,8 @@ export const launch = () => puppeteer.launch({ executablePath: "/usr/bin/chromiu
 
 /// cbcan-sim with its page; `control` sends commands and returns the responses.
 export async function startPlant(program, options = [], http = "127.0.0.1:0") {
-  const simulator = await startSimulator(program, "--demo", "--modbus", "127.0.0.1:0", "--http", http, ...options);
+  const demo = options.includes("--config") ? [] : ["--demo"];
+  const simulator = await startSimulator(program, ...demo, "--modbus", "127.0.0.1:0", "--http", http, ...options);
   const url = `http://${simulator.where.http}`;
   const control = async (...lines) => (await fetch(`${url}/api/control`, { method: "POST", body: lines.join("\n") })).text();
   const about = async () => (await fetch(`${url}/api/time`)).json();

@@ -102,6 +102,13 @@ look("the ladder tells why a transaction failed", async (page, plant) => {
   await shows(page, "#diagram", /R3700 = 0 · done/);
 }, manual);
 
+writeFileSync(`${shots}/failure.toml`, 'plant = "demo"\n\n[explore]\nonly = ["32:response-never@2"]\n');
+look("the ladder shows the moment of a failure that --explore has found", async (page, plant) => {
+  await plant.control("trigger read 32 0x1000 0 4", "pass 1s", "trigger read 32 0x1000 0 4", "pass 2s");
+  await shows(page, "#verdict", /#2 +read node 32 1000h:00.*0504 0000h/);
+  await shows(page, "#diagram", /fault 1: response-never after=1 count=1 swallowed this/);
+}, { options: ["--clock", "manual", "--config", `${shots}/failure.toml`], served: true });
+
 look("the ladder shows the PLC's read of the result, however late", async (page, plant) => {
   const plc = await plant.plc();
   await plc.request(16, 3700, EXECUTE, READ, 32, 0x1000, 0, 4);
