@@ -2,7 +2,6 @@
 #include "app/explore.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
@@ -13,14 +12,15 @@
 #include <map>
 #include <mutex>
 #include <optional>
-#include <set>
 #include <span>
 #include <thread>
 #include <utility>
 #include <vector>
 
+#include "app/parallel.hpp"
 #include "app/processes.hpp"
 #include "app/progress.hpp"
+#include "app/result_file.hpp"
 #include "app/simulator.hpp"
 #include "app/told_json.hpp"
 #include "cbcan/version.hpp"
@@ -56,24 +56,18 @@ class Threads final : public explore::Runner {
   void all(std::size_t count, const std::function<Run(std::size_t)>& make,
            const std::function<bool()>& wanted,
            const std::function<void(std::size_t, const Told&)>& ended) override {
-    std::atomic<std::size_t> next = 0;
     std::mutex one;
-    const auto work = [&](config::EdsFiles& files) {
-      for (std::size_t i = next++; i < count && wanted(); i = next++) {
-        Told told;
-        try {
-          told = explore::play(scenario_, make(i), settings_, files);
-        } catch (const std::exception& error) {
-          told.problem = error.what();
-        }
-        const std::scoped_lock lock(one);
-        ended(i, told);
+    in_parallel(count, files_.size(), [&](std::size_t i, std::size_t thread) {
+      if (!wanted()) return;
+      Told told;
+      try {
+        told = explore::play(scenario_, make(i), settings_, files_[thread]);
+      } catch (const std::exception& error) {
+        told.problem = error.what();
       }
-    };
-    std::vector<std::jthread> others(std::min(files_.size(), std::max<std::size_t>(count, 1)) - 1);
-    for (std::size_t i = 0; i < others.size(); ++i)
-      others[i] = std::jthread([&, i] { work(files_[i + 1]); });
-    work(files_[0]);
+      const std::scoped_lock lock(one);
+      ended(i, told);
+    });
   }
 
  private:
@@ -174,10 +168,8 @@ class Search {
   /// Throws io::UsageError, io::EnvironmentError for a file or folder of the options.
   Search(const cli::SearchConfig& search, Console& console)
       : search_(search), console_(console), state_(search.state) {
-    std::error_code error;
-    if (!search.out.empty() && !std::filesystem::is_directory(search.out, error))
-      throw io::UsageError("--out " + search.out + ": there is no such folder; make it first");
-    if (!search.junit.empty()) junit_.emplace(io::Output::open("--junit", search.junit));
+    if (!search.out.empty()) need_folder("--out", search.out);
+    if (!search.junit.empty()) junit_.emplace("--junit", search.junit);
   }
 
   /// Returns why the subject cannot be searched, or nothing.
@@ -185,7 +177,8 @@ class Search {
     explore::Exploration exploration(subject.plant, subject.settings, subject.runner,
                                      words_in(search_.faults), words_in(search_.nodes));
     if (std::string problem = exploration.prepare(); !problem.empty()) return problem;
-    std::vector<Moments> moments = subject.only.empty() ? exploration.moments() : std::vector<Moments>(1, subject.only);
+    std::vector<Moments> moments =
+        subject.only.empty() ? exploration.moments() : std::vector<Moments>(1, subject.only);
     const bool with_pairs = search_.together == 2;
     if (!with_pairs) std::erase_if(moments, [this](const Moments& each) { return !is_ours(each); });
     if (search_.list) {
@@ -204,17 +197,18 @@ class Search {
     std::vector<Moments> folded = explore::folded(std::move(pairs));
     std::erase_if(folded, [this](const Moments& each) { return !is_ours(each); });
     try_all(subject, exploration, folded, {});
+    const std::string place = subject.name.empty() ? "" : subject.name + ": ";
     for (const explore::Failure& failure : shrunk(subject, exploration)) {
-      failures_ += fmt::format("\n{}{}\n  {}", subject.name.empty() ? "" : subject.name + ": ",
-                               to_string(failure.moments), explore::report(failure.result));
+      failures_ +=
+          fmt::format("\n{}{}\n  {}", place, to_string(failure.moments), explore::report(failure.result));
       if (failure.count > 1) failures_ += fmt::format("  and {} more like it\n", failure.count - 1);
       if (!search_.out.empty()) failures_ += fmt::format("  replay: {}\n", subject.write(failure));
       ++distinct_;
     }
     for (std::size_t i = 0; i < subject.settings.reached.size() && left_ == 0; ++i)
       if (const std::string& text = subject.settings.reached[i].text; !results_.reached(subject.name, i)) {
-        failures_ += fmt::format("\n{}reached {}: in no run, so nothing has been shown about it\n",
-                                 subject.name.empty() ? "" : subject.name + ": ", text);
+        failures_ +=
+            fmt::format("\n{}reached {}: in no run, so nothing has been shown about it\n", place, text);
         ++distinct_;
       }
     return {};
@@ -226,9 +220,7 @@ class Search {
     console_.say(results_.table() + failures_);
     console_.say(fmt::format("\nruns: {}, broken: {}, distinct failures: {}{}\n", tried_, results_.broken(),
                              distinct_, left_ != 0 ? fmt::format(", not tried: {}", left_) : ""));
-    if (junit_) junit_->add(results_.junit(left_));
-    if (const int wrong = junit_ ? junit_->flush() : 0; wrong != 0)
-      throw io::EnvironmentError(fmt::format("--junit {}: {}", search_.junit, io::reason(wrong)));
+    if (junit_) junit_->write(results_.junit(left_));
     return static_cast<int>(distinct_ == 0 ? options::ExitCode::kDone : options::ExitCode::kCheckFailed);
   }
 
@@ -302,7 +294,7 @@ class Search {
   const cli::SearchConfig& search_;
   Console& console_;
   State state_;
-  std::optional<io::Output> junit_;
+  std::optional<ResultFile> junit_;
   const cli::Shard shard_ = cli::shard_of(search_.shard);
   const Time begun_ = io::Reactor::now();
   const Time budget_ = text::parse_duration(search_.budget).value_or(kNever);
@@ -320,12 +312,10 @@ std::string write_file(const std::string& folder, const std::string& name, const
                        const explore::Failure& failure, const std::string& steps) {
   const std::string path = std::filesystem::path(folder) / name;
   settings.only = {{to_string(failure.moments)}};
-  io::Output file = io::Output::open("--out", path);
-  file.add(fmt::format("# {}: {}\n# {}\nplant = {}\n\n[explore]\n{}{}", failure.result.what,
-                       failure.result.seen.substr(0, failure.result.seen.find('\n')), command,
-                       scenario::toml_text(plant), text_of(settings), steps));
-  if (const int wrong = file.flush(); wrong != 0)
-    throw io::EnvironmentError(fmt::format("--out {}: {}", path, io::reason(wrong)));
+  ResultFile("--out", path)
+      .write(fmt::format("# {}: {}\n# {}\nplant = {}\n\n[explore]\n{}{}", failure.result.what,
+                         failure.result.seen.substr(0, failure.result.seen.find('\n')), command,
+                         scenario::toml_text(plant), text_of(settings), steps));
   return path;
 }
 
@@ -351,14 +341,6 @@ std::string write_scenario(const scenario::Scenario& scenario, const explore::Se
   return write_file(search.out, name, std::filesystem::absolute(scenario.file).string(),
                     "cbcan-sim run " + name, settings, shrunk.failure, steps);
 }
-
-}  // namespace
-
-std::size_t at_a_time(const cli::SearchConfig& search) {
-  return search.jobs != 0 ? search.jobs : std::max(1U, std::thread::hardware_concurrency());
-}
-
-namespace {
 
 /// With each seed. Gave up = failed: nothing has disturbed it.
 int run_seeds(const cli::Start& start, config::EdsFiles& files, const explore::Settings& settings,
@@ -391,6 +373,10 @@ int run_seeds(const cli::Start& start, config::EdsFiles& files, const explore::S
 }
 
 }  // namespace
+
+std::size_t at_a_time(const cli::SearchConfig& search) {
+  return search.jobs != 0 ? search.jobs : std::max(1U, std::thread::hardware_concurrency());
+}
 
 int run_many(const cli::Start& start, const explore::Settings& settings, config::EdsFiles& files,
              Console& console) {

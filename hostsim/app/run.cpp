@@ -4,7 +4,6 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <atomic>
 #include <exception>
 #include <filesystem>
 #include <functional>
@@ -12,16 +11,16 @@
 #include <memory>
 #include <mutex>
 #include <optional>
-#include <thread>
 #include <utility>
 #include <vector>
 
 #include "app/explore.hpp"
+#include "app/parallel.hpp"
 #include "app/progress.hpp"
+#include "app/result_file.hpp"
 #include "app/target.hpp"
 #include "explore/scenario_run.hpp"
 #include "io/can/candump_log.hpp"
-#include "io/loop/output.hpp"
 #include "scenario/outcome.hpp"
 #include "scenario/run.hpp"
 #include "text/utf8.hpp"
@@ -129,32 +128,24 @@ std::vector<Outcome> play_all(const std::vector<std::string>& files, const cli::
   std::mutex one;
   std::size_t done = 0;
   std::size_t failed = 0;
-  std::atomic<std::size_t> next = 0;
-  const auto work = [&] {
-    config::EdsFiles eds_files(read);
-    for (std::size_t i = next++; i < all; i = next++) {
-      const std::size_t file = order[i / of_each];
-      const auto seed = static_cast<std::uint32_t>(seeds.first + i % of_each);
-      Outcome outcome;
-      try {
-        outcome = runner.play(files[file], seed, eds_files);
-      } catch (const std::exception& error) {
-        outcome = {Verdict::kWrong, 0, text::to_utf8(error.what()) + "\n"};
-      }
-      const std::scoped_lock lock(one);
-      failed += outcome.verdict == Verdict::kFailed || outcome.verdict == Verdict::kWrong ? 1 : 0;
-      progress.show(fmt::format("{} of {}, {} failed", ++done, all, failed));
-      outcomes[file].add(seed, std::move(outcome));
-    }
-  };
   const std::size_t one_after_the_other =
       config.jobs != 0 ? config.jobs : 1;  // on a target, which keeps its state
-  const std::size_t threads = std::min(config.target.empty() ? at_a_time(config) : one_after_the_other, all);
-  std::vector<std::jthread> others(threads - std::min<std::size_t>(threads, 1));
-  for (std::jthread& other : others)
-    other = std::jthread(work);
-  work();
-  others.clear();
+  const std::size_t threads = config.target.empty() ? at_a_time(config) : one_after_the_other;
+  std::vector<config::EdsFiles> eds_files(threads, config::EdsFiles(read));
+  in_parallel(all, threads, [&](std::size_t i, std::size_t thread) {
+    const std::size_t file = order[i / of_each];
+    const auto seed = static_cast<std::uint32_t>(seeds.first + i % of_each);
+    Outcome outcome;
+    try {
+      outcome = runner.play(files[file], seed, eds_files[thread]);
+    } catch (const std::exception& error) {
+      outcome = {Verdict::kWrong, 0, text::to_utf8(error.what()) + "\n"};
+    }
+    const std::scoped_lock lock(one);
+    failed += outcome.verdict == Verdict::kFailed || outcome.verdict == Verdict::kWrong ? 1 : 0;
+    progress.show(fmt::format("{} of {}, {} failed", ++done, all, failed));
+    outcomes[file].add(seed, std::move(outcome));
+  });
   std::vector<Outcome> of_files;
   for (std::size_t i = 0; i < files.size(); ++i)
     of_files.push_back(outcomes[i].sum("cbcan-sim run", files[i]));
@@ -165,22 +156,18 @@ std::vector<Outcome> play_all(const std::vector<std::string>& files, const cli::
 
 options::ExitCode run_scenarios(const cli::RunConfig& config, const config::FileReader& read,
                                 Console& console) {
-  std::error_code error;
-  if (!config.logs.empty() && !fs::is_directory(config.logs, error))
-    throw io::UsageError("--log " + config.logs + ": there is no such folder; make it first");
+  if (!config.logs.empty()) need_folder("--log", config.logs);
   const cli::Shard shard = config.explore ? cli::Shard() : cli::shard_of(config.shard);  // of its moments
   const std::vector<std::string> files =
       scenario::scenario_files(config.paths, shard.part, shard.parts, list_folder, read);
   if (config.explore) return explore_scenarios(files, config, read, console);
-  std::optional<io::Output> results;
-  if (!config.junit.empty()) results.emplace(io::Output::open("--junit", config.junit));
+  std::optional<ResultFile> results;
+  if (!config.junit.empty()) results.emplace("--junit", config.junit);
   const std::vector<Outcome> outcomes = play_all(files, config, read);
   for (std::size_t i = 0; i < files.size(); ++i)
     console.say(report(files[i], outcomes[i]));
   console.say(summary(outcomes) + "\n");
-  if (results) results->add(junit(files, outcomes));
-  if (const int wrong = results ? results->flush() : 0; wrong != 0)
-    throw io::EnvironmentError("--junit " + config.junit + ": " + io::reason(wrong) + "; write another file");
+  if (results) results->write(junit(files, outcomes));
   return exit_code_of(outcomes);
 }
 

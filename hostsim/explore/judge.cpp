@@ -7,6 +7,8 @@
 #include <array>
 #include <utility>
 
+#include "cbcan/canopen/dictionary/little_endian.hpp"
+#include "cbcan/canopen/dictionary/objects.hpp"
 #include "cbcan/canopen/sdo/protocol.hpp"
 #include "cbcan/regmap.hpp"
 #include "sim/frame_text.hpp"
@@ -35,10 +37,6 @@ const eds::ObjectName* no_name(std::uint8_t, std::uint8_t, std::uint16_t, std::u
 
 Object object_of(const journal::Event& event) {
   return {event.network, event.node, event.index, event.sub};
-}
-
-bool is_boot_up(const Frame& error_control) {
-  return error_control.flags == 0 && error_control.data[0] == 0;
 }
 
 /// The message of a fault: the transfer in which it has acted cannot end well.
@@ -105,49 +103,51 @@ void Judge::on_frame(std::size_t network, const Frame& frame, Time now) {
   frames_.push_back({network, frame, now});
   if (parts_.undisturbed == nullptr) record_.frames.push_back(frames_.back().text());
   if (frames_.size() > kLastFrames) frames_.pop_front();
-  check_quarantine(network, frame, now);
-  if (frame.id > nmt::kErrorControlId && frame.id <= nmt::kErrorControlId + nmt::kMaxNode &&
-      is_boot_up(frame))
-    booted_[{network, static_cast<std::uint8_t>(frame.id - nmt::kErrorControlId)}] = now;
   const auto number = static_cast<std::uint8_t>(network);
   const auto node = static_cast<std::uint8_t>(frame.id & nmt::kMaxNode);
-  if (frame.id - node == sdo::kResponseId) ++responses_[{number, node}];
-  if (frame.id - node != sdo::kRequestId || frame.length != 8) return;
+  const std::uint32_t function = frame.id - node;
+  if (function == nmt::kErrorControlId && frame.flags == 0 && frame.data[0] == 0)
+    on_boot_up(number, node, now);
+  if (function == sdo::kRequestId) on_request(frame, number, node, now);
+  if (function != sdo::kRequestId && function != sdo::kResponseId) return;
+  Server& server = servers_[{number, node}];
+  server.active = now;
+  if (function != sdo::kResponseId) return;
+  ++server.responses;
+  server.left_alone = 0;
+}
+
+/// 0 = there is none.
+std::uint8_t Judge::own_node(std::size_t network) const {
+  const sim::CoprocessorModule* const module = control_.network(network).module();
+  return module == nullptr ? std::uint8_t{0} : module->coprocessor().own_node().node_id();
+}
+
+void Judge::on_boot_up(std::uint8_t network, std::uint8_t node, Time now) {
+  servers_[{network, node}].booted = now;
+  for (auto& [place, server] : servers_)
+    if (place.first == network && (place.second == node || node == own_node(network))) server.left_alone = 0;
+}
+
+/// The time that a client has waited is that between its last request and its abort.
+void Judge::on_request(const Frame& frame, std::uint8_t network, std::uint8_t node, Time now) {
+  Server& server = servers_[{network, node}];
   const std::uint8_t command = frame.data[0];
+  const bool aborts = sdo::is(command, sdo::Request::kAbort);
+  if (aborts &&
+      load_little_endian(std::span(frame.data).subspan(4)) == static_cast<std::uint32_t>(AbortCode::kTimeOut))
+    server.left_alone = now + (now - server.active) / 10 * 9;  // frames may have waited for the bus
+  else if (!aborts && now < server.left_alone && own_node(network) != 0)
+    broken("a node that has not responded in time is left alone",
+           fmt::format("{}{} has a request", plant::prefix_of(network), node));
+  if (frame.length != 8) return;
   const sdo::Multiplexer mux = sdo::multiplexer_of(frame);
-  const Object object{number, node, sdo::index_of(mux), sdo::sub_of(mux)};
+  const Object object{network, node, sdo::index_of(mux), sdo::sub_of(mux)};
   const bool uploads =
       sdo::is(command, sdo::Request::kInitiateUpload) ||
       (sdo::is(command, sdo::Request::kBlockUpload) && sdo::block_step(command) == sdo::BlockStep::kInitiate);
-  const bool downloads = sdo::is(command, sdo::Request::kInitiateDownload);
-  if (downloads) ++downloads_[object];
-  if (!uploads || node_of(object) == nullptr) return;
-  read_[object].add(now, value_of(object));
-}
-
-/// The time that the client has waited is that between its last request and its abort.
-void Judge::check_quarantine(std::size_t network, const Frame& frame, Time now) {
-  const auto node = static_cast<std::uint8_t>(frame.id & nmt::kMaxNode);
-  const std::uint32_t function = frame.id - node;
-  const sim::CoprocessorModule* const module = control_.network(network).module();
-  if (module == nullptr || module->coprocessor().own_node().node_id() == 0) return;
-  if (function == nmt::kErrorControlId && is_boot_up(frame)) {
-    if (node == module->coprocessor().own_node().node_id())
-      std::erase_if(quarantines_, [network](const auto& each) { return each.first.first == network; });
-    quarantines_.erase({network, node});
-  }
-  if (function != sdo::kRequestId && function != sdo::kResponseId) return;
-  Quarantine& quarantine = quarantines_[{network, node}];
-  const bool aborts = sdo::is(frame.data[0], sdo::Request::kAbort);
-  if (function == sdo::kResponseId)
-    quarantine.until = 0;
-  else if (aborts && load_little_endian(std::span(frame.data).subspan(4)) ==
-                         static_cast<std::uint32_t>(AbortCode::kTimeOut))
-    quarantine.until = now + (now - quarantine.active) / 10 * 9;  // frames may have waited for the bus
-  else if (!aborts && now < quarantine.until)
-    broken("a node that has not responded in time is left alone",
-           fmt::format("{} has a request", plant::prefix_of(network) + std::to_string(node)));
-  quarantine.active = now;
+  if (sdo::is(command, sdo::Request::kInitiateDownload)) ++downloads_[object];
+  if (uploads && node_of(object) != nullptr) read_[object].add(now, value_of(object));
 }
 
 sim::Node* Judge::node_of(const Object& object) {
@@ -205,9 +205,8 @@ void Judge::follow(const journal::Event& event) {
     return;
   }
   during_ = request_text(event, journal_, no_name);
-  const std::pair node(event.network, event.node);
   if (event.kind == journal::Kind::kBegun) {
-    open_[event.transaction] = {node, responses_[node]};
+    open_[event.transaction] = {servers_[{event.network, event.node}].responses};
     if (event.service == journal::Service::kWrite) --downloads_[object_of(event)];
     return;
   }
@@ -226,7 +225,7 @@ void Judge::follow_end(const journal::Event& ended) {
   const Time timeout = module.sdo_timeout_ms * kMillisecond;
   const Open& open = open_[ended.transaction];
   if (open.must_fail && ended.result == 0) broken("a wrong response is noticed", "result 0");
-  const std::uint32_t responses = responses_[{ended.network, ended.node}] - open.responses_before;
+  const std::uint32_t responses = servers_[{ended.network, ended.node}].responses - open.responses_before;
   const Time limit = (responses + 3 + open_.size()) * timeout;
   if (timeout != 0 && ended.took > limit)
     broken("a transaction ends in time",
@@ -242,8 +241,7 @@ void Judge::check_value(const journal::Event& ended, const Object& object) {
       broken("what is read is in the node", "it was not: " + text::hex(bytes, " "));
     return;
   }
-  const auto booted = booted_.find({ended.network, ended.node});
-  const bool may_be_gone = booted != booted_.end() && booted->second > ended.at;
+  const bool may_be_gone = servers_[{ended.network, ended.node}].booted > ended.at;
   if (ended.service != journal::Service::kWrite || may_be_gone || std::ranges::equal(value_of(object), bytes))
     return;
   if (parts_.undisturbed == nullptr)
@@ -333,10 +331,10 @@ void Judge::check_nodes() {
   parts_.pass(kSecond);
   for (const std::string& node : record_.nodes) {
     const auto [network, id] = plant::where(node, control_.networks());
-    const Object object{static_cast<std::uint8_t>(network), text::parse<std::uint8_t>(id).value_or(0), 0, 0};
+    const Object any{static_cast<std::uint8_t>(network), text::parse<std::uint8_t>(id).value_or(0), 0, 0};
     const bool expected = parts_.undisturbed == nullptr || parts_.undisturbed->readable.contains(node);
-    if (!expected || node_of(object) == nullptr) continue;
-    execute(fmt::format("trigger {}read {} 0x1000 0 4", plant::prefix_of(network), id));
+    if (!expected || node_of(any) == nullptr) continue;
+    execute(fmt::format("trigger {}read {} {} 0 4", plant::prefix_of(network), id, object::kDeviceType));
     for (int i = 0; i < 20 && control_.read(network, regmap::kWindowFirst, 1)[0] == regmap::kExecute; ++i)
       parts_.pass(kSecond);
     const bool good = control_.read(network, regmap::kWindowFirst, 1)[0] == 0;

@@ -117,7 +117,9 @@ class Judge final : private plant::Listener {
   void follow(const journal::Event& event);
   void follow_end(const journal::Event& ended);
   void check_value(const journal::Event& ended, const Object& object);
-  void check_quarantine(std::size_t network, const Frame& frame, Time now);
+  std::uint8_t own_node(std::size_t network) const;
+  void on_boot_up(std::uint8_t network, std::uint8_t node, Time now);
+  void on_request(const Frame& frame, std::uint8_t network, std::uint8_t node, Time now);
   void check_downloads();
   void check_own_nodes();
   void check_limits();
@@ -137,21 +139,21 @@ class Judge final : private plant::Listener {
   std::vector<Held> done_;
   std::vector<Held> gave_up_;
   std::vector<Held> reached_;
-  std::map<Object, ValuesSeen> read_;                            ///< when a request for an upload came
-  std::map<std::pair<std::size_t, std::uint8_t>, Time> booted_;  ///< the last boot-up of a node, by network
-  std::map<Object, int> downloads_;  ///< on the bus, less those that were requested
-  std::map<std::pair<std::uint8_t, std::uint8_t>, std::uint32_t> responses_;  ///< of a node, by network
+  std::map<Object, ValuesSeen> read_;  ///< when a request for an upload came
+  std::map<Object, int> downloads_;    ///< on the bus, less those that were requested
+  /// What the frames of a node show.
+  struct Server {
+    std::uint32_t responses = 0;
+    Time booted = 0;
+    Time active = 0;      ///< the last frame of a transfer
+    Time left_alone = 0;  ///< the client waits until then, as there was no response
+  };
+  std::map<std::pair<std::uint8_t, std::uint8_t>, Server> servers_;  ///< by network and node
   struct Open {
-    std::pair<std::uint8_t, std::uint8_t> node;
     std::uint32_t responses_before;
     bool must_fail = false;
   };
   std::map<std::uint32_t, Open> open_;  ///< transactions
-  struct Quarantine {
-    Time active = 0;  ///< the last frame of a transfer
-    Time until = 0;
-  };
-  std::map<std::pair<std::size_t, std::uint8_t>, Quarantine> quarantines_;  ///< by network and node
   struct Seen {
     std::size_t network;
     Frame frame;
@@ -165,8 +167,7 @@ class Judge final : private plant::Listener {
   };
   std::vector<Counter> counters_;  ///< by counted variant; number 0 = it has none
   std::string during_;
-  std::vector<Time>
-      silent_since_;  ///< by network: the PLC's last request before a silence that has been judged
+  std::vector<Time> silent_since_;  ///< by network: the last request before a silence that has been judged
   bool has_ended_ = false;
   Time looked_at_ = 0;
   std::uint64_t requests_before_ = 0;  ///< looked_at_

@@ -5,11 +5,12 @@
 /// call and two comparisons for each frame, and it allocates nothing.
 ///
 /// The node calls:
-///   on a frame:   port.set_now(now); if (!port.has_faults() || port.hears(frame)) stack.on_frame(frame,
-///   now); on a write:   port.refusal(index, sub) before the value is stored when polled:  port.poll(now);
-///   stack.poll(now); after each:   while (port.has_aborted()) stack.on_frame(port.take_abort(), now);
-///                 if (const Time off = port.take_power_loss(); off != 0) the node is without power for this
-///                 time
+///   on a frame:   port.set_now(now);
+///                 if (!port.has_faults() || port.hears(frame)) stack.on_frame(frame, now);
+///   on a write:   port.refusal(index, sub) before the value is stored
+///   when polled:  port.poll(now); stack.poll(now);
+///   after each:   while (port.has_aborted()) stack.on_frame(port.take_abort(), now);
+///                 Time off = port.take_power_loss(); if it is not 0, the node has no power for this time
 ///   on bus-off:   port.drop();
 /// and it polls at the earlier of the stack's deadline and port.deadline().
 /// If a fault suppresses or delays a frame, try_send() still returns true. If a fault sends an abort,
