@@ -13,6 +13,7 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests/support"))
 import page_blocks
+import tree
 
 COLUMNS = 100
 
@@ -21,7 +22,7 @@ LINK = re.compile(r"\]\(([^)#]*)(#[^)]*)?\)")
 ROOMS = sorted(path.name for path in ROOT.iterdir() if path.is_dir() and path.name not in ("build", ".git"))
 PATH = re.compile(rf"`((?:{'|'.join(map(re.escape, ROOMS))})/[\w./-]*)[` ]")
 FILE = re.compile(r"(?<![\w.-])((?:[\w-]+/)*[\w-]+\.(?:md|[ch]pp|h|py|st|toml|eds|lua|json|xml|yml))\b")
-FILES = ["/" + str(path.relative_to(ROOT)) for path in ROOT.rglob("*.*") if path.is_file() and "build" not in path.relative_to(ROOT).parts[:1]]
+FILES = ["/" + str(path.relative_to(ROOT)) for path in tree.files()]
 FIGURE = re.compile(r"\d[\d.,]* (?:KB|KiB|instructions|bytes of (?:flash|RAM|text|stack))\b(?!<!--)")
 
 

@@ -8,6 +8,9 @@ import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests/support"))
+import tree
+
 SOURCES = {".hpp", ".cpp", ".h", ".c", ".py", ".cmake", ".sh", ".mjs"}
 MOST_LINES = 500
 # A file or folder, or the beginning of its name, in comments and messages; capitals such as TARGET are placeholders.
@@ -17,9 +20,7 @@ PLACEHOLDER = re.compile(r"/[A-Z]+\b(?!\.md)")
 
 def tracked_files():
     listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True)
-    names = listed.stdout.splitlines() if listed.returncode == 0 else [
-        str(f.relative_to(ROOT)) for f in ROOT.rglob("*") if f.is_file() and "build" not in f.parts]
-    return [ROOT / name for name in names]
+    return [ROOT / name for name in listed.stdout.splitlines()] if listed.returncode == 0 else tree.files()
 
 
 def is_source(path):

@@ -5,14 +5,15 @@ import dataclasses
 import pathlib
 import re
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-NOT_OURS = {"build", "node_modules"}
+import tree
+from tree import ROOT
+
 LEAST_PAGES = 25
 
 
 def pages():
-    found = [page for page in sorted(ROOT.rglob("*.md"))
-             if not any(part in NOT_OURS or part.startswith(".") for part in page.relative_to(ROOT).parts)]
+    found = [page for page in tree.files()
+             if page.suffix == ".md" and not any(part.startswith(".") for part in page.relative_to(ROOT).parts)]
     assert len(found) >= LEAST_PAGES, f"only {len(found)} pages found: the check looks in the wrong place"
     return found
 
