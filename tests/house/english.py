@@ -18,18 +18,18 @@ import page_blocks
 
 MOST_WORDS = 30  # of a sentence
 LEAST_SENTENCES, LEAST_STRINGS, LEAST_DOCUMENTS, LEAST_COMMENTS = 4000, 1500, 40, 6000
-MOST_OF_ALL = 38300
+MOST_OF_ALL = 41800
 BUDGET = 1000  # words of a page, unless this says otherwise
-BUDGETS = {
+BUDGETS = {  # of a page, or of each page of a folder
     "docs/explanation/architecture.md": 1600,
-    "docs/how-to/modbus-clients.md": 1050,
+    "docs/how-to/plc/": 500,
     "docs/how-to/port.md": 1350,
     "docs/reference/commands.md": 1050,
     "docs/reference/contract.md": 3550,
     "docs/reference/devices.md": 2150,
     "docs/reference/faults.md": 1650,
     "docs/reference/http.md": 1050,
-    "docs/reference/ladder-recipes.md": 2150,
+    "docs/reference/ladder-recipes.md": 2500,
     "docs/reference/plant-file.md": 3050,
     "docs/reference/registers.md": 1300,
     "firmware/boards/stm32f4/README.md": 1500,
@@ -187,7 +187,7 @@ def main():
         counts[name] = len(words_of(page.read_text()))
         read += len(list(sentences(page)))
         found += [f"{name}:{line}: {why}" for line, why in sorted(set(of_page(page)))]
-        if counts[name] > (most := BUDGETS.get(name, BUDGET)):
+        if counts[name] > (most := BUDGETS.get(name, BUDGETS.get(name[:name.rfind("/") + 1], BUDGET))):
             found.append(f"{name}: {counts[name]} words; {most} is the most: split it, or say less")
     said = list(strings())
     found += [f"{place}: {why}" for place, text in said for why in banned(text)]

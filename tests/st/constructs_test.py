@@ -38,7 +38,7 @@ class Files(unittest.TestCase):
     def test_the_documented_text_for_openplc(self):
         """The files that the page says to upload, with the names that OpenPLC's compile_program.sh expects: MATIEC names
         files after the configuration and the resource."""
-        names = re.search(r"`cat ([\w. ]+) > program\.st`", " ".join((ROOT / "docs/how-to/openplc.md").read_text().split()))[1].split()
+        names = re.search(r"`cat ([\w. ]+) > program\.st`", " ".join((ROOT / "docs/how-to/plc/openplc.md").read_text().split()))[1].split()
         text = "".join(text for _, text in source(*names))
         configurations, resources = re.findall(r"^CONFIGURATION (\w+)", text, re.MULTILINE), re.findall(r"^ *RESOURCE (\w+)", text, re.MULTILINE)
         self.assertEqual([configurations, resources], [["Config0"], ["Res0"]])

@@ -115,6 +115,42 @@ class Adapter(BlockTest):
                 self.off(block)
             self.assertEqual(confirmed[2:], [True] * 6, order)
 
+    def executions(self, order, period, node_ms, timeout, blocks=1):
+        """Milliseconds of each execution of blocks that start together: [first], [later ones]."""
+        self.plc = self.start(*self.options, order=order, every=period)
+        self.plc.command(f"fault {NODE} response-late delay_ms={node_ms}")
+        running = [self.plc.block("SDO_READ4", DEVICE=NODE, INDEX=0x2001, TIMEOUT=timeout) for _ in range(blocks)]
+        each = []
+        for pause in range(1, 6):
+            ends, begun = {}, self.plc.now
+            for block in running:
+                block.set(ENABLE=True)
+            while len(ends) < blocks:
+                self.plc.scan()
+                ends |= {i: self.plc.now - begun for i, block in enumerate(running) if block.ended() and i not in ends}
+            self.assertTrue(all(block["CONFIRM"] for block in running), (order, period, node_ms, timeout))
+            each.append([end // 1000 for end in ends.values()])
+            for block in running:
+                block.set(ENABLE=False)
+            self.plc.scan(pause)
+        return each[0], [end for ends in each[1:] for end in ends]
+
+    def test_the_page_s_rule_for_timeout(self):
+        """Its table, and its least TIMEOUT with up to three blocks on the channel."""
+        page = PAGE.read_text()
+        exchanges, each_block, margin = map(int, re.search(r"TIMEOUT >= (\d+) T \+ q \((\d+) T \+ C\) \+ (\d+)\*\*", page).groups())
+        rows = re.findall(r"^\| (read|write), then (read|write) \| (\d+) \| (\d+) \| (\d+) \| (\d+) \|$", page, re.MULTILINE)
+        self.assertEqual(len(rows), 3)
+        for first_step, second, *numbers in rows:
+            period, node_ms, first, later = map(int, numbers)
+            for blocks in (1, 3):
+                timeout = exchanges * period + blocks * (each_block * period + node_ms) + margin
+                begun, others = self.executions(f"{first_step} {second}", period, node_ms, timeout, blocks)
+                self.assertLessEqual(max(begun), timeout)
+                self.assertLessEqual(max(others), blocks * (each_block * period + node_ms))
+                if blocks == 1:
+                    self.assertEqual((begun, max(others)), ([first], later))
+
     def test_a_module_that_restarts_repeats_nothing(self):
         block = self.plc.block("NMT", DEVICE=NODE, STATE=5)
         self.good(block)
