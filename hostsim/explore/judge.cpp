@@ -108,9 +108,9 @@ void Judge::on_frame(std::size_t network, const Frame& frame, Time now) {
   const std::uint32_t function = frame.id - node;
   if (function == nmt::kErrorControlId && frame.flags == 0 && frame.data[0] == 0)
     on_boot_up(number, node, now);
-  if (function == sdo::kRequestId) on_request(frame, number, node, now);
   if (function != sdo::kRequestId && function != sdo::kResponseId) return;
   Server& server = servers_[{number, node}];
+  if (function == sdo::kRequestId) on_request(frame, number, node, server, now);
   server.active = now;
   if (function != sdo::kResponseId) return;
   ++server.responses;
@@ -130,8 +130,8 @@ void Judge::on_boot_up(std::uint8_t network, std::uint8_t node, Time now) {
 }
 
 /// The time that a client has waited is that between its last request and its abort.
-void Judge::on_request(const Frame& frame, std::uint8_t network, std::uint8_t node, Time now) {
-  Server& server = servers_[{network, node}];
+void Judge::on_request(const Frame& frame, std::uint8_t network, std::uint8_t node, Server& server,
+                       Time now) {
   const std::uint8_t command = frame.data[0];
   const bool aborts = sdo::is(command, sdo::Request::kAbort);
   if (aborts &&

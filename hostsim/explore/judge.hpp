@@ -106,6 +106,14 @@ class Judge final : private plant::Listener {
   const Record& record() const { return record_; }
 
  private:
+  /// What the frames of a node show.
+  struct Server {
+    std::uint32_t responses = 0;
+    Time booted = 0;
+    Time active = 0;      ///< the last frame of a transfer
+    Time left_alone = 0;  ///< the client waits until then, as there was no response
+  };
+
   struct Held {
     std::unique_ptr<plant::Condition> condition;
     std::string text;
@@ -119,7 +127,7 @@ class Judge final : private plant::Listener {
   void check_value(const journal::Event& ended, const Object& object);
   std::uint8_t own_node(std::size_t network) const;
   void on_boot_up(std::uint8_t network, std::uint8_t node, Time now);
-  void on_request(const Frame& frame, std::uint8_t network, std::uint8_t node, Time now);
+  void on_request(const Frame& frame, std::uint8_t network, std::uint8_t node, Server& server, Time now);
   void check_downloads();
   void check_own_nodes();
   void check_limits();
@@ -141,13 +149,6 @@ class Judge final : private plant::Listener {
   std::vector<Held> reached_;
   std::map<Object, ValuesSeen> read_;  ///< when a request for an upload came
   std::map<Object, int> downloads_;    ///< on the bus, less those that were requested
-  /// What the frames of a node show.
-  struct Server {
-    std::uint32_t responses = 0;
-    Time booted = 0;
-    Time active = 0;      ///< the last frame of a transfer
-    Time left_alone = 0;  ///< the client waits until then, as there was no response
-  };
   std::map<std::pair<std::uint8_t, std::uint8_t>, Server> servers_;  ///< by network and node
   struct Open {
     std::uint32_t responses_before;
