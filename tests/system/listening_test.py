@@ -8,6 +8,7 @@ import os
 import pathlib
 import re
 import resource
+import signal
 import socket
 import struct
 import subprocess
@@ -183,13 +184,19 @@ class SendingSide(Case):
 
     def test_a_reset_ends_what_waits(self):
         simulator = self.start("--control", "127.0.0.1:0")
-        before = len(os.listdir(f"/proc/{simulator.process.pid}/fd"))
-        client = connect(simulator.where["control"])
-        client.sendall(b"wait time 3600s within 3600s\nset 0x42 0x6000:1 7\n")
-        wait_until(lambda: len(os.listdir(f"/proc/{simulator.process.pid}/fd")) == before + 1, "the connection")
-        client.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
-        client.close()
-        wait_until(lambda: len(os.listdir(f"/proc/{simulator.process.pid}/fd")) == before, "the end of the connection")
+        descriptors = lambda: len(os.listdir(f"/proc/{simulator.process.pid}/fd"))
+        before = descriptors()
+        for together in (False, True):  # it reads the lines and the reset at once
+            client = connect(simulator.where["control"])
+            wait_until(lambda: descriptors() == before + 1, "the connection")
+            if together:
+                simulator.process.send_signal(signal.SIGSTOP)
+            client.sendall(b"wait time 3600s within 3600s\nset 0x42 0x6000:1 7\n")
+            client.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+            client.close()
+            if together:
+                simulator.process.send_signal(signal.SIGCONT)
+            wait_until(lambda: descriptors() == before, "the end of the connection")
         self.assertEqual(asked(simulator.where["control"], b"get 0x42 0x6000:1\n"), b"ok 0\n")
 
     def test_every_stream_answers_first(self):

@@ -96,6 +96,7 @@ class Program {
   #clock = new Clock();
   #folder = process.cwd().replaceAll(path.sep, "/");
   #sockets = new Map(); // to the numbers of their connections
+  #ended = new Set(); // the connections whose clients send nothing more
   #streams = new Map(); // to their numbers and responses
   #servers = [];
   #turning = false;
@@ -261,22 +262,29 @@ class Program {
         this.#flush(socket, connection);
         this.#soon();
       }));
-    socket.on("end", () => guarded(() => (this.#instance.endInput(connection), this.#flush(socket, connection))));
+    // A reset right behind bytes arrives as an end too; only a write fails then.
+    socket.on("end", () =>
+      socket.writableEnded || socket.write("", (error) =>
+        error || guarded(() => {
+          this.#ended.add(connection);
+          this.#instance.endInput(connection);
+          this.#flush(socket, connection);
+        })));
     socket.on("drain", () => guarded(() => this.#flush(socket, connection)));
     socket.on("error", () => socket.destroy());
     socket.on("close", () => {
       this.#sockets.delete(socket);
+      this.#ended.delete(connection);
       if (!this.#instance.crash) this.#instance.disconnect(connection);
     });
   }
 
   /** Nothing more is read from a client that does not read. */
   #flush(socket, connection) {
-    const state = () => this.#instance.state(connection);
     if (!socket.writableNeedDrain)
       for (const bytes of this.#instance.sent(connection)) if (!socket.write(bytes)) break;
-    const { wantsMore, isBusy, hasEnded } = state();
-    if (hasEnded || (socket.readableEnded && !isBusy)) return socket.end();
+    const { wantsMore, isBusy, hasEnded } = this.#instance.state(connection);
+    if (hasEnded || (this.#ended.has(connection) && !isBusy)) return socket.end();
     socket.writableNeedDrain || !wantsMore ? socket.pause() : socket.resume();
   }
 
