@@ -7,6 +7,8 @@ import unittest
 
 from plc import LIBRARY, ROOT, configuration, source
 import cases
+from st_declarations import STANDARD_FUNCTIONS
+from st_lexer import KEYWORDS
 from st_machine import Machine
 
 BLOCKS = {  # inputs, outputs and VAR_IN_OUT as the CiA 405 library of SoMachine has them, and MODE for reading; without the common ones
@@ -24,6 +26,18 @@ BLOCKS = {  # inputs, outputs and VAR_IN_OUT as the CiA 405 library of SoMachine
     "SDO_READ_DATA": ("DEVICE CHANNEL INDEX SUBINDEX MODE DATA", "ERRORINFO", "DATALENGTH"),
     "SDO_WRITE_DATA": ("DEVICE CHANNEL INDEX SUBINDEX MODE DATA DATALENGTH", "ERRORINFO", ""),
 }
+PLCOPEN = {  # the names of PLCopen's blocks; inputs, outputs without Axis, Busy, Error and ErrorID
+    "Power": ("ENABLE", "STATUS"), "Reset": ("EXECUTE", "DONE"), "Stop": ("EXECUTE", "DONE COMMANDABORTED"),
+    "Home": ("EXECUTE POSITION HOMINGMETHOD SEARCHVELOCITY ZEROVELOCITY ACCELERATION", "DONE COMMANDABORTED"),
+    "MoveAbsolute": ("EXECUTE POSITION VELOCITY ACCELERATION DECELERATION", "DONE COMMANDABORTED"),
+    "MoveVelocity": ("EXECUTE VELOCITY ACCELERATION DECELERATION", "INVELOCITY COMMANDABORTED")}
+# Words of the third edition, CODESYS, TwinCAT, MATIEC and STruC++ that the interpreter lets pass, and standard function blocks.
+RESERVED = KEYWORDS | STANDARD_FUNCTIONS | set(
+    "ABSTRACT ACTION ADR ANY BIT BITADR BOOL BYTE CAL CALC CALCN CLASS CODE CONTINUE CTD CTU CTUD D DATE DINT DT DWORD END EQ EXTENDS F_TRIG FINAL "
+    "GOTO IMPLEMENTS INI INIT INT INTERFACE INTERNAL JMP L LDATE LD LINT LREAL LTIME LWORD METHOD N NAMESPACE NULL OVERLAP OVERRIDE P "
+    "PERSISTENT POINTER PRIVATE PROPERTY PROTECTED PUBLIC R R_TRIG READ_ONLY READ_WRITE REAL REF REF_TO REFERENCE RET RS RTC S SD SECOND SEMA "
+    "SINGLE SINT SIZEOF SL SR ST STOPPED STRING SUPER THIS TIME TIME_OF_DAY TOD TOF TON TP TRUNC UDINT UINT ULINT UNION UNKNOWN USING USINT AUTO "
+    "BLOCK WORD WSTRING AXIS_REF MC_POWER MC_RESET MC_HOME MC_STOP MC_MOVEABSOLUTE MC_MOVEVELOCITY".split())
 DEFAULTS = {"NETWORK": 1, "CHANNEL": 1, "MODE": "AUTO"}
 TYPES = {"NETWORK": "USINT", "ENABLE": "BOOL", "TIMEOUT": "UDINT", "CONFIRM": "BOOL", "ERROR": "USINT", "DEVICE": "USINT", "CHANNEL": "USINT",
          "INDEX": "WORD", "SUBINDEX": "BYTE", "MODE": "SDO_MODE"}
@@ -54,7 +68,7 @@ class Files(unittest.TestCase):
 
 class Signatures(unittest.TestCase):
     def setUp(self):
-        self.machine = Machine(*source("cia405.st", "cia405_codesys.st", "ramp.st"), configuration("Read_Write_SDO"))
+        self.machine = Machine(*source("cia405.st", "conversions.st", "axis.st", "cia405_codesys.st", "ramp.st"), configuration("Read_Write_SDO"))
 
     def test_the_blocks_have_the_inputs_and_outputs_of_cia_405(self):
         for name, (inputs, outputs, in_outs) in BLOCKS.items():
@@ -69,6 +83,24 @@ class Signatures(unittest.TestCase):
         for name in ("SDO_READ4", "SDO_WRITE4"):
             data = self.machine.blocks[name].types["DATA"]
             self.assertEqual((data.of.name, data.low, data.high), ("BYTE", 1, 4))
+
+    def test_the_motion_blocks_have_the_inputs_and_outputs_of_plcopen(self):
+        for name, (inputs, outputs) in PLCOPEN.items():
+            block = self.machine.blocks[f"CBCAN_MC_{name.upper()}"]
+            self.assertEqual(block.names("VAR_INPUT"), inputs.split(), name)
+            self.assertEqual(set(block.names("VAR_OUTPUT")) - {"BUSY"}, {*outputs.split(), "ERROR", "ERRORID"}, name)
+            self.assertEqual([*block.names("VAR_IN_OUT"), block.types["AXIS"].name], ["AXIS", "CBCAN_AXIS_REF"])
+
+    def test_no_name_is_one_of_a_system(self):
+        """Types, blocks and enumerators have the prefix CBCAN_; variables and members are none of the RESERVED."""
+        rest = ("p.st", "PROGRAM p VAR x : UINT; END_VAR x := 1; END_PROGRAM"), configuration("p")
+        made, before = (Machine(*source("cia405.st", *more), *rest) for more in (("conversions.st", "axis.st"), ()))
+        new = {name for table in ("types", "blocks", "enumerators") for name in {*getattr(made, table)} - {*getattr(before, table)}}
+        self.assertEqual({name for name in new if not name.startswith("CBCAN_")}, set())
+        within = {name for block in new & {*made.blocks} for name in made.blocks[block].types}
+        within |= {name for kind in new & {*made.types} if made.types[kind].kind == "struct" for name in made.types[kind].of}
+        self.assertGreater(len(within), 70)
+        self.assertEqual(within & RESERVED, set())
 
     def test_enumerations_and_constants(self):
         self.assertEqual(self.machine.types["DEVICE_STATE"].of,

@@ -45,6 +45,11 @@ MISTAKES = (  # message; variables; body
     ("70000: not within UINT", "x : UINT;", "x := 70000;"),
     ("65536: not within UINT", "x : UINT := 65535;", "x := x + 1;"),
     ("-1: not within UINT", "x : UINT;", "x := x - 1;"),
+    ("-1: not within UDINT", "x : UDINT; d : DINT;", "d := d - 1; x := DINT_TO_UDINT(d);"),
+    ("32768: not within INT", "i : INT := 32767;", "i := i + 1;"),
+    ("REAL, not UINT, should", "x : UINT; r : REAL;", "r := x;"),
+    ("MOD: not for REAL", "r : REAL;", "r := r MOD 2.0;"),
+    ("ADR: of unsigned numbers only", "p : POINTER TO BYTE; i : INT;", "p := ADR(i);"),
     ("256: not within BYTE", "w : WORD := 16#0100; b : BYTE;", "b := WORD_TO_BYTE(w);"),
     ("D: VAR_IN_OUT of F, needs a variable", "b : f;", "b(I := 1);"),
     ("I: no input of F, or twice", "b : f; a : FIVE;", "b(I := 1, I := 2, D := a);"),
@@ -61,7 +66,7 @@ MISTAKES = (  # message; variables; body
     *(("", "x : UINT; t : TON;", body) for body in (
         "REPEAT x := 1; UNTIL TRUE END_REPEAT;", "RETURN;", "x := 2#1010;", "x := -1;", "x := x XOR x;", "CASE x OF 0, 1: x := 2; END_CASE;",
         "IF x = 0 THEN x := 1; END_IF", "t(IN := , PT := T#1s);", "// x\n", "x := 1.5;", "{pragma}", "FOR x := 0 TO 9 BY 2 DO END_FOR;")),
-    *(("", variables, "") for variables in ("x : REAL;", "x, y : UINT;", "x : ARRAY [0..1] OF BYTE;", "x : REFERENCE TO BYTE;")),
+    *(("", variables, "") for variables in ("x : LREAL;", "x, y : UINT;", "x : ARRAY [0..1] OF BYTE;", "x : REFERENCE TO BYTE;")),
 )
 
 
@@ -85,6 +90,12 @@ class Interpreter(unittest.TestCase):
         values = run("u : UINT := 4660; p : POINTER TO BYTE; b : BYTE; a : FIVE; n : BOOL;",
                      "n := p = 0; p := ADR(u); p := p + 1; b := p^; p^ := 16#FF; p := ADR(a); p := p + 3; p^ := 16#01;")
         self.assertEqual([values[name] for name in "BUAN"], [0x12, 0xFF34, [0, 0x100, 0, 0, 0], True])
+
+    def test_signed_numbers_and_reals(self):
+        values = run("i : INT; j : INT; k : INT; w : WORD := 16#FFF9; b : BYTE; s : SINT := 5; r : REAL := 0.1; q : DINT;",
+                     "i := WORD_TO_INT(w); j := i / 2; k := i MOD 2; s := s - 6; b := SINT_TO_BYTE(s); r := r + 0.2; q := REAL_TO_DINT(r * 0.0 - 2.6);")
+        self.assertEqual([values[name] for name in "IJKSBQ"], [-7, -3, -1, -1, 0xFF, -3])
+        self.assertEqual(values["R"], 0.30000001192092896)  # 3E99999Ah
 
     def test_mistakes_are_found_and_their_place(self):
         for message, variables, body in MISTAKES:

@@ -35,7 +35,7 @@ ORDER = {
     "block": "position inputVariables inOutVariables outputVariables", "inOutVariables": "", "inputVariables": "variable",
     "outputVariables": "variable", "inVariable": "position connectionPointOut expression",
     "outVariable": "position connectionPointIn expression"}
-ELEMENTARY = "BOOL BYTE WORD DWORD USINT UINT UDINT INT TIME".split()
+ELEMENTARY = "BOOL BYTE WORD DWORD USINT UINT UDINT SINT INT DINT REAL TIME".split()
 KEYWORDS = ("TYPE ARRAY OF STRUCT POINTER TO FUNCTION FUNCTION_BLOCK PROGRAM CONFIGURATION RESOURCE ON PLC TASK INTERVAL PRIORITY WITH AT CONSTANT VAR "
             "VAR_INPUT VAR_OUTPUT VAR_IN_OUT VAR_EXTERNAL VAR_GLOBAL cyclic").split()
 KEYWORDS += [f"END_{word}" for word in KEYWORDS]
@@ -100,8 +100,8 @@ class Files(unittest.TestCase):
                 self.assertEqual(words(*texts(ElementTree.fromstring(plcopen("--beremiz", path.name)))), words(path.read_text()))
 
     def test_the_rules_of_the_schema(self):
-        for files in (["cia405.st", "cia405_codesys.st", "scanner.st", "configuration.st"],
-                      ["--beremiz", "cia405.st", "scanner.st", "openplc.st", "example.st", "configuration.st"]):
+        for files in (["cia405.st", "conversions.st", "axis.st", "cia405_codesys.st", "scanner.st", "configuration.st"],
+                      ["--beremiz", "cia405.st", "conversions.st", "axis.st", "scanner.st", "openplc.st", "example.st", "configuration.st"]):
             root = ElementTree.fromstring(plcopen(*files))
             self.assertEqual(broken_rules(root), [])
             names = [element.get("name") for element in root.iter() if kind(element) in ("dataType", "pou")]

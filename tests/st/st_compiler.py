@@ -9,18 +9,27 @@ from typing import NamedTuple
 
 from st_declarations import Declarations
 from st_lexer import StError
-from st_types import ADDRESS, BOOL, BYTE, ELEMENTARY, LITERAL, TIME, Block, Pointer
+from st_types import ADDRESS, BOOL, BYTE, ELEMENTARY, LITERAL, REAL, TIME, Block, Pointer, bytes_of, single
 
 ENOUGH = 1000  # iterations of a loop; no loop here needs more, and a PLC has a watchdog
 PRECEDENCE = [("OR",), ("AND",), ("=", "<>"), ("<", ">", "<=", ">="), ("+", "-"), ("*", "/", "MOD")]
 COMPARISONS = PRECEDENCE[2] + PRECEDENCE[3]
+
+
+def quotient(a, b):
+    """Towards zero, as the standard has it for integers."""
+    if isinstance(a, float):
+        return a / b
+    return a // b if (a < 0) == (b < 0) else -(-a // b)
+
+
 COMPUTE = {
     "OR": lambda a, b: a | b, "AND": lambda a, b: a & b, "=": lambda a, b: a == b, "<>": lambda a, b: a != b,
     "<": lambda a, b: a < b, ">": lambda a, b: a > b, "<=": lambda a, b: a <= b, ">=": lambda a, b: a >= b,
-    "+": lambda a, b: a + b, "-": lambda a, b: a - b, "*": lambda a, b: a * b, "/": lambda a, b: a // b, "MOD": lambda a, b: a % b,
+    "+": lambda a, b: a + b, "-": lambda a, b: a - b, "*": lambda a, b: a * b, "/": quotient, "MOD": lambda a, b: a - b * quotient(a, b),
     "MIN": min, "MAX": max}
-KINDS = {"OR": "bool bits", "AND": "bool bits", "=": "bool bits int time enum", "<>": "bool bits int time enum", "+": "int time",
-         **dict.fromkeys(PRECEDENCE[3], "bits int time")}  # operand types of operators; the others take int
+KINDS = {"OR": "bool bits", "AND": "bool bits", "=": "bool bits int real time enum", "<>": "bool bits int real time enum", "+": "int real time",
+         **dict.fromkeys("-*/", "int real"), **dict.fromkeys(PRECEDENCE[3], "bits int real time")}  # operand types of operators; the others take int
 
 
 def times(time, factor):
@@ -33,6 +42,8 @@ def times(time, factor):
 
 def checked(compute, a_type, place):
     """A value that does not fit its type is an error here; the standard leaves it to each system (2.5.1.5.2)."""
+    if a_type is REAL:
+        return lambda values: single(compute(values))
     if a_type.kind not in ("int", "bits", "time"):
         return compute
 
@@ -92,9 +103,9 @@ class Expressions(Declarations):
             inner = self.expression()
             self.expect(")")
             return inner
-        if self.token.kind in ("number", "time"):
+        if self.token.kind in ("number", "real", "time"):
             kind, value, _ = self.next()
-            return {"number": LITERAL, "time": TIME}[kind], lambda values: value
+            return {"number": LITERAL, "real": REAL, "time": TIME}[kind], lambda values: value
         if self.sees("TRUE", "FALSE"):
             value = self.next().value == "TRUE"
             return BOOL, lambda values: value
@@ -143,10 +154,10 @@ class Expressions(Declarations):
     def function(self, place, name):
         conversion = re.fullmatch(r"([A-Z]+)_TO_([A-Z]+)", name)
         if conversion and conversion[1] in ELEMENTARY and conversion[2] in ELEMENTARY:
-            target = ELEMENTARY[conversion[2]]
-            value = self.value_of_type(ELEMENTARY[conversion[1]])
+            source, target = ELEMENTARY[conversion[1]], ELEMENTARY[conversion[2]]
+            value = self.value_of_type(source)
             self.expect(")")
-            return target, checked(value, target, place)
+            return target, checked(self.convert(value, source, target), target, place)
         if name == "ADR":
             return self.address(place)
         operands = self.listed(self.expression)
@@ -166,6 +177,15 @@ class Expressions(Declarations):
             return inner[block.name]
         return block.result, run
 
+    @staticmethod
+    def convert(value, source, target):
+        """Bits and a signed number of the same size are the same bits; elsewhere the systems agree only on values that fit."""
+        if source is REAL and target.kind == "int":
+            return lambda values: round(value(values))
+        if {source.kind, target.kind} == {"bits", "int"} and bytes_of(source) == bytes_of(target):
+            return lambda values: (value(values) - target.low) % (target.high - target.low + 1) + target.low
+        return value
+
     def shift(self, place, name, bits, count):
         (a_type, value), (count_type, count) = bits, count
         if a_type.kind != "bits" or count_type.kind not in ("int", "literal"):
@@ -178,8 +198,8 @@ class Expressions(Declarations):
         a_type, where, _, _ = self.writable()
         self.expect(")")
         number = a_type.of if a_type.kind == "array" else a_type
-        if number.kind not in ("int", "bits"):
-            raise StError(place, f"ADR: of numbers only in this subset, not of {a_type.name}")
+        if number.kind not in ("int", "bits") or number.low < 0:
+            raise StError(place, f"ADR: of unsigned numbers only in this subset, not of {a_type.name}")
         return ADDRESS, lambda values: Pointer(*where(values), a_type, 0)
 
     # References

@@ -19,7 +19,7 @@ class Token(NamedTuple):
 PATTERN = re.compile(r"""
     (?P<blank>\s+) | (?P<comment>\(\*.*?\*\)) |
     (?P<time>(?:T|TIME)\#(?P<count>\d+)(?P<unit>ms|s|m|h)\b) |
-    (?P<address>%[IQ]W\d+) | (?P<based>16\#[0-9A-F]+) | (?P<number>\d+(?![A-Z_#.]\w)) | (?P<word>[A-Z]\w*) |
+    (?P<address>%[IQ]W\d+) | (?P<based>16\#[0-9A-F]+) | (?P<real>\d+\.\d+) | (?P<number>\d+(?![A-Z_#.]\w)) | (?P<word>[A-Z]\w*) |
     (?P<symbol>:=|<>|<=|>=|\.\.|[-+*/<>=()\[\],;:.^])
     """, re.VERBOSE | re.DOTALL | re.IGNORECASE)
 MICROSECONDS = {"ms": 1000, "s": 1000000, "m": 60000000, "h": 3600000000}
@@ -44,6 +44,8 @@ def tokens_of(text, file):
             kind, value = "number", int(value[3:], 16)
         elif kind == "number":
             value = int(value)
+        elif kind == "real":
+            value = float(value)
         elif kind == "word":
             value = value.upper()
         if kind not in ("blank", "comment"):

@@ -2,11 +2,13 @@
 """Data types, their initial values, and units with variables."""
 
 import copy
+import math
+import struct
 from typing import NamedTuple
 
 
 class Type(NamedTuple):
-    kind: str  # bool, bits, int, time, enum, array, struct, pointer, block, or literal: a number that takes the type it meets
+    kind: str  # bool, bits, int, real, time, enum, array, struct, pointer, block, or literal: a number that takes the type it meets
     name: str
     low: int = 0    # of a number or an index
     high: int = 0
@@ -18,7 +20,7 @@ class Type(NamedTuple):
             return [self.of.first() for _ in range(self.low, self.high + 1)]
         if self.kind == "struct":
             return {name: copy.deepcopy(value) for name, (_, value) in self.of.items()}
-        return {"bool": False, "enum": self.of and self.of[0], "pointer": None}.get(self.kind, 0)
+        return {"bool": False, "enum": self.of and self.of[0], "pointer": None, "real": 0.0}.get(self.kind, 0)
 
     def takes(self, number):
         return self.kind in ("int", "bits") and self.low <= number <= self.high
@@ -28,13 +30,27 @@ def number(kind, name, bits):
     return Type(kind, name, 0, 2 ** bits - 1)
 
 
+def signed(name, bits):
+    return Type("int", name, -2 ** (bits - 1), 2 ** (bits - 1) - 1)
+
+
+def single(value):
+    """The nearest REAL; past the largest one it is Inf."""
+    try:
+        return struct.unpack("<f", struct.pack("<f", value))[0]
+    except OverflowError:
+        return math.copysign(math.inf, value)
+
+
 BOOL = Type("bool", "BOOL")
 BYTE, WORD, DWORD = number("bits", "BYTE", 8), number("bits", "WORD", 16), number("bits", "DWORD", 32)
 USINT, UINT, UDINT = number("int", "USINT", 8), number("int", "UINT", 16), number("int", "UDINT", 32)
+SINT, INT, DINT = signed("SINT", 8), signed("INT", 16), signed("DINT", 32)
+REAL = Type("real", "REAL")
 TIME = Type("time", "TIME", 0, 2 ** 63)
 LITERAL = Type("literal", "a number")
 ADDRESS = Type("pointer", "an address")
-ELEMENTARY = {t.name: t for t in (BOOL, BYTE, WORD, DWORD, USINT, UINT, UDINT, TIME)}
+ELEMENTARY = {t.name: t for t in (BOOL, BYTE, WORD, DWORD, USINT, UINT, UDINT, SINT, INT, DINT, REAL, TIME)}
 
 
 class Pointer(NamedTuple):
@@ -69,7 +85,7 @@ class Pointer(NamedTuple):
 
 
 def bytes_of(a_type):
-    return a_type.high.bit_length() // 8
+    return (a_type.high - a_type.low).bit_length() // 8
 
 
 class Block:
