@@ -282,9 +282,11 @@ class Pages:
         self.run("cbcan-sim", "--check", "--config", "lua.toml")
 
     def iecst(self, block, page):
-        """Loads and scans it once; tests/st/scanner_test.py runs it with ten nodes."""
-        name = re.search(r"PROGRAM (\w+)", block.text)[1]
-        plc.Machine(*plc.source("cia405.st", "scanner.st"), ("page.st", block.text), plc.configuration(name)).scan(0)
+        """Loads and scans a program once; tests/st runs it. A part is in a file of tools/st."""
+        if program := re.search(r"PROGRAM (\w+)", block.text):
+            plc.Machine(*plc.source("cia405.st", "conversions.st", "scanner.st"), ("page.st", block.text), plc.configuration(program[1])).scan(0)
+        elif not stands_in(block, "tools/st"):
+            raise Wrong("is in no file of tools/st")
 
     def cmake(self, block, page):
         program = re.search(r"target_link_libraries\((\w+)", block.text)[1]

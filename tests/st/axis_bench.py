@@ -6,6 +6,7 @@ import re
 import subprocess
 
 from plc import LIBRARY, ROOT, Plant, source
+from recipes import items, tables_of
 from st_machine import Machine
 
 HERE = pathlib.Path(__file__).resolve().parent
@@ -16,11 +17,19 @@ BITS = {1: "Done", 2: "Busy", 4: "CommandAborted", 8: "Error"}
 STATES = "Disabled Standstill Homing DiscreteMotion ContinuousMotion Stopping ErrorStop".split()
 # (first register, words, address of the first one), read and written by the master
 READ, WRITTEN = ((600, 68, "%IW100"), (3800, 4, "%IW168")), ((500, 70, "%QW100"), (3864, 4, "%QW170"))
-# Objects with their sizes: 6041h, 6064h and 6061h to the first seven bytes of the inputs, those of the outputs to 6040h, 607Ah and 6060h
-MODULE_PDOS = ((0x1600, 1, 4, 0xA3C00138), (0x1600, 0, 1, 1), (0x1400, 1, 4, 0x190), (0x1A00, 1, 4, 0xA8400138), (0x1A00, 0, 1, 1), (0x1800, 1, 4, 0x210))
-DRIVE_PDOS = ((0x1400, 1, 4, 0x80000210), (0x1600, 0, 1, 0), (0x1600, 1, 4, 0x60400010), (0x1600, 2, 4, 0x607A0020), (0x1600, 3, 4, 0x60600008),
-              (0x1600, 0, 1, 3), (0x1400, 1, 4, 0x210), (0x1800, 1, 4, 0x80000190), (0x1A00, 0, 1, 0), (0x1A00, 1, 4, 0x60410010),
-              (0x1A00, 2, 4, 0x60640020), (0x1A00, 3, 4, 0x60610008), (0x1A00, 0, 1, 3), (0x1800, 5, 2, 20), (0x1800, 1, 4, 0x190))
+PAGE = ROOT / "docs/reference/axis-blocks.md"
+
+
+def pdo_objects(column):
+    """[(index, sub-index, size, value)] of a column of the page's table, in the order of docs/how-to/process-data.md."""
+    rows = {row[0]: [int(item, 16) for item in items(row[column])] for row in tables_of(PAGE.read_text())["Map the process data"][1]}
+    found = []
+    for mapping, pdo in (("1600h", "1400h"), ("1A00h", "1800h")):
+        entries, (identifier,) = rows[mapping], rows[f"{pdo}:01"]
+        first, second = int(pdo[:4], 16), int(mapping[:4], 16)
+        found += [(first, 1, 4, identifier | 1 << 31), (second, 0, 1, 0), *((second, i, 4, entry) for i, entry in enumerate(entries, 1)),
+                  (second, 0, 1, len(entries)), *((first, 5, 2, ms) for ms in rows.get(f"{pdo}:05", [])), (first, 1, 4, identifier)]
+    return found
 
 
 def drive_eds(folder):
@@ -98,16 +107,17 @@ class AxisPlc(Plant):
         super().__init__(program, "--node", f"{DRIVE}={eds}", scan_us=10000)
         self.engine, self.order, self.every, self.scans = engine, order.split(), every, 0
         self.words, self.address, self.enabled = {}, names(), 0
+        self.forced = {}  # INS of a drive that this test invents
         self.pass_time(100000)
-        self.configure(DRIVE, DRIVE_PDOS)
-        self.configure(MODULE, MODULE_PDOS)
+        self.configure(DRIVE)
+        self.configure(MODULE)
 
     def close(self):
         self.engine.close()
         super().close()
 
-    def configure(self, node, objects):
-        for index, sub, size, value in objects:
+    def configure(self, node):
+        for index, sub, size, value in pdo_objects(1 if node == MODULE else 2):
             assert self.transaction(5066, node % MODULE, index, sub, size, value & 0xFFFF, value >> 16) == 0, hex(index)
         assert self.transaction(5066, 0, 0x1F82, node, 1, 5) == 0
 
@@ -138,7 +148,7 @@ class AxisPlc(Plant):
             self.window.write(first, [self.words[f"%QW{int(address[3:]) + i}"] for i in range(count)])
 
     def scan(self):
-        self.set(enables=self.enabled)
+        self.set(enables=self.enabled, **self.forced)
         self.words.update(self.engine.scan(self.now, self.words))
         self.scans += 1
         for step in self.order if self.scans % self.every == 0 else ():

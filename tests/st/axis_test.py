@@ -11,7 +11,7 @@ import sys
 import tempfile
 import unittest
 
-from axis_bench import BITS, BLOCKS, HERE, MODULE, MODULE_PDOS, STATES, AxisPlc, Compiled, Interpreted, drive_eds
+from axis_bench import BITS, BLOCKS, HERE, MODULE, STATES, AxisPlc, Compiled, Interpreted, drive_eds
 import cases
 from simulator import program_from_arguments
 
@@ -100,7 +100,7 @@ class Run:
         self.case.assertEqual(self.object(index), int(value))
 
     def step_control(self, word):
-        self.until(lambda: self.plc.window.read(3864, 1) == [int(word, 16)])
+        self.case.assertEqual(self.plc["control"], int(word, 16))
 
     def step_say(self, *words):
         self.plc.command(" ".join(words))
@@ -118,6 +118,10 @@ class Run:
     def step_abort(self, code):
         self.case.assertEqual(self.plc.long("abort_low", "abort_high"), int(code, 16))
 
+    def step_drive(self, status, mode):
+        """INS of another drive, from now on."""
+        self.plc.forced = {"status": int(status, 16), "mode": int(mode)}
+
     def step_offline(self, value):
         self.plc.set(offline=int(value))
 
@@ -125,7 +129,7 @@ class Run:
         self.plc.restart_module()
 
     def step_configure_module(self):
-        self.plc.configure(MODULE, MODULE_PDOS)
+        self.plc.configure(MODULE)
 
 
 class Axis(unittest.TestCase):

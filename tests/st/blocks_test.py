@@ -3,8 +3,13 @@
 """Specific to the blocks in Structured Text: their scans and turns, pointers, and registers that another client writes. The rest is in
 tests/cia405/scenarios.txt."""
 
+import re
+
 from st_bench import ALL, BUS_OFF, ERROR_PASSIVE, INTERNAL, NODE, OTHER, OVERFLOW, TIMEOUT, BlockTest
 import cases
+from plc import configuration, source
+from recipes import PAGE
+from st_machine import Machine
 from st_types import Pointer
 
 
@@ -148,6 +153,16 @@ class Turns(BlockTest):
         self.plc.scan(50)
         self.assertEqual(self.plc.machine.programs["MAIN"][1]["TROUBLE"], 0)
         self.assertIn(self.plc.machine.programs["MAIN"][1]["STATE"], ("UNKNOWN", "NOT_AVAIL"))
+
+
+class Conversions(BlockTest):
+    def test_the_program_of_the_page(self):
+        """It doubles 6081h of the drive; tests/st/axis_test.py has the functions' values."""
+        text, = re.findall(r"```iecst\n(PROGRAM faster.*?)```", PAGE.read_text(), re.DOTALL)
+        self.plc.machine = Machine(*source("cia405.st", "conversions.st"), ("page.st", text), configuration("faster"))
+        self.plc.runs_program = True
+        self.plc.scan(20)
+        self.assertEqual(self.plc.command("get 16 0x6081"), "200000")
 
 
 class Pointers(BlockTest):

@@ -7,6 +7,7 @@ import unittest
 
 from plc import LIBRARY, ROOT, configuration, source
 import cases
+from recipes import items, tables_of
 from st_declarations import STANDARD_FUNCTIONS
 from st_lexer import KEYWORDS
 from st_machine import Machine
@@ -115,6 +116,43 @@ class Signatures(unittest.TestCase):
             "STOP_REMOTE_NODE": 4, "START_REMOTE_NODE": 5, "RESET_NODE": 6, "RESET_COMMUNICATION": 7, "ENTER_PRE_OPERATIONAL": 0x7F,
             "ALL_EXCEPT_NMT_AND_SENDER": 0x800})
         self.assertEqual(list(self.machine.types["EMCY_ERROR"].of), ["EMCY_ERROR_CODE", "ERROR_REGISTER", "ERROR_FIELD"])
+
+
+class MotionPage(unittest.TestCase):
+    """The tables of docs/reference/axis-blocks.md."""
+
+    def setUp(self):
+        (_, self.text), = source("axis.st")
+        self.machine = Machine(*source("cia405.st", "conversions.st", "axis.st", "axis_example.st"), configuration("commission"))
+        self.page = (ROOT / "docs/reference/axis-blocks.md").read_text()
+        self.tables = tables_of(self.page)
+
+    def test_blocks(self):
+        common = {"EXECUTE", "BUSY", "COMMANDABORTED", "ERROR", "ERRORID"}
+        rows = self.tables["Write the program"][0]
+        self.assertEqual({items(row[0])[0].upper() for row in rows}, {name for name in self.machine.blocks if name.startswith("CBCAN_MC_")})
+        for name, *cells in rows:
+            block = self.machine.blocks[items(name)[0].upper()]
+            for cell, section in zip(cells, ("VAR_INPUT", "VAR_OUTPUT")):
+                self.assertEqual([item.upper() for item in items(cell)], [found for found in block.names(section) if found not in common], name)
+
+    def test_members(self):
+        struct = re.search(r"CBCAN_AXIS_REF : STRUCT(.*?)END_STRUCT", self.text, re.DOTALL)[1]
+        defaults = dict(re.findall(r"^    ([A-Z]+) : \w+(?: := ([\w#]+))?;", struct, re.MULTILINE))  # internal ones have small letters
+        rows = self.tables["Write the program"][1]
+        self.assertEqual([name for row in rows for name in items(row[0])], [*defaults])
+        for names, shown, _ in rows:
+            self.assertEqual(shown, ", ".join(filter(None, (defaults[name] for name in items(names)))), names)
+
+    def test_states_errors_and_words(self):
+        self.assertEqual([name for row in self.tables["Behaviour"][0] for name in items(row[0])], self.machine.types["CBCAN_AXIS_STATE"].of)
+        codes = {int(code, 16) for code in re.findall(r"(?:ERRORID|ErrorID|trouble) := 16#(\w+);", self.text)} - {0}
+        self.assertEqual({int(code, 16) for code in re.findall(r"^\| (\w\w)h \|", self.page, re.MULTILINE)}, codes)
+        located = self.machine.programs["MAIN"][0].located
+        first, = re.findall(r"`(%IW\d+)` and `(%QW\d+)`", self.page)
+        self.assertEqual((located[first[0]], located[first[1]]), ("IN0", "OUT0"))
+        openplc = (ROOT / "docs/how-to/plc/openplc.md").read_text()
+        self.assertEqual(first, tuple(re.findall(r"^\| \(c\).* `(%[IQ]W\d+)` to", openplc, re.MULTILINE))[::-1])
 
 
 cases.main()
