@@ -102,6 +102,9 @@ class Run:
     def step_control(self, word):
         self.case.assertEqual(self.plc["control"], int(word, 16))
 
+    def step_reaches(self, word):
+        self.until(lambda: self.plc["control"] == int(word, 16))
+
     def step_say(self, *words):
         self.plc.command(" ".join(words))
 
@@ -110,9 +113,9 @@ class Run:
 
     def step_stays(self, index):
         """After the ramp of a stop."""
-        self.step_scans(15)
+        self.step_scans(10)
         before = self.object(index)
-        self.step_scans(20)
+        self.step_scans(10)
         self.case.assertEqual(self.object(index), before)
 
     def step_abort(self, code):
