@@ -48,7 +48,7 @@ class Package(unittest.TestCase):
         self.assertEqual(set(self.packages), {"cbcan", "libcbcan-dev"})
         print(*(f"figure: {name}: {path.stat().st_size / 1024:.0f} KiB" for name, path in sorted(self.packages.items())), sep="\n")
         programs = self.contents("cbcan")
-        for name in ("bin/cbcan-sim", "bin/cbcanctl", "share/cbcan/plants/demo/plant.toml", "share/cbcan/st/cia405.st",
+        for name in ("bin/cbcan-sim", "bin/cbcanctl", "share/cbcan/plants/demo/plant.toml", "share/cbcan/st/cia405.st", "share/cbcan/st/axis.st",
                      "share/cbcan/python/cbcan_plant.py", "lib/python3/dist-packages/cbcan_plant.py", "share/man/man1/cbcan-sim.1.gz",
                      "share/man/man1/cbcanctl.1.gz", "share/man/man5/cbcan-plant.5.gz", "share/bash-completion/completions/cbcan-sim",
                      "share/bash-completion/completions/cbcanctl", "lib/systemd/system/cbcan-sim@.service",
