@@ -15,6 +15,7 @@
 #include "config/wires.hpp"
 #include "sim/random.hpp"
 #include "text/address.hpp"
+#include "text/numbers.hpp"
 
 namespace cbcan::config {
 namespace {
