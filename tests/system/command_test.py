@@ -79,8 +79,8 @@ class Environment(unittest.TestCase):
         self.addCleanup(os.close, master)
         self.addCleanup(os.close, port)
         where = self.variables("--demo", *everything, "--rtu", os.ttyname(port), "--plc", "127.0.0.1:1")
-        tables = [re.findall(r"^\| `(CBCAN_\w+)` \|", page.read_text(), re.M) for page in (ROOT / "docs").rglob("*.md")]
-        self.assertEqual([sorted(table) for table in tables if table], [sorted(where)])
+        tables = [sorted(re.findall(r"^\| `(CBCAN_\w+)` \|", page.read_text(), re.M)) for page in (ROOT / "docs").rglob("*.md")]
+        self.assertEqual([table for table in tables if "CBCAN_MODBUS" in table], [sorted(where)])
         helped = set(re.findall(r"CBCAN_\w+", subprocess.run([PROGRAM, "--help"], capture_output=True, text=True).stdout))
         self.assertEqual(sorted(helped), sorted([*where, "CBCAN_SLCAN_2"]))
 
