@@ -120,7 +120,7 @@ class Expressions(Declarations):
         where, name = reference.where, reference.name
         if isinstance(reference.type, Block):
             raise StError(place, "an instance of a function block is no value")
-        if name and self.block.sections[name] not in ("VAR_EXTERNAL", "VAR_IN_OUT"):  # most values are, and this takes half the time
+        if name and self.block.sections[name] not in ("VAR_EXTERNAL", "VAR_IN_OUT"):  # most values are whole variables; this takes half the time
             return reference.type, lambda values: values[name]
         if reference.pointed:
             return reference.type, lambda values: within_variable(place, where(values).read)

@@ -60,9 +60,13 @@ def asked(address, request):
         return rest_of(client)
 
 
+def descriptors(process):
+    return os.listdir(f"/proc/{process.pid}/fd")
+
+
 def listening_ports(process):
     """The TCP ports at which a process listens, from the kernel."""
-    links = (os.readlink(f"/proc/{process.pid}/fd/{fd}") for fd in os.listdir(f"/proc/{process.pid}/fd"))
+    links = (os.readlink(f"/proc/{process.pid}/fd/{fd}") for fd in descriptors(process))
     inodes = {link[len("socket:["):-1] for link in links if link.startswith("socket:[")}
     rows = (line.split() for line in pathlib.Path("/proc/net/tcp").read_text().splitlines()[1:])
     return {int(row[1].split(":")[1], 16) for row in rows if row[3] == "0A" and row[9] in inodes}
@@ -184,11 +188,10 @@ class SendingSide(Case):
 
     def test_a_reset_ends_what_waits(self):
         simulator = self.start("--control", "127.0.0.1:0")
-        descriptors = lambda: len(os.listdir(f"/proc/{simulator.process.pid}/fd"))
-        before = descriptors()
+        before = len(descriptors(simulator.process))
         for together in (False, True):  # it reads the lines and the reset at once
             client = connect(simulator.where["control"])
-            wait_until(lambda: descriptors() == before + 1, "the connection")
+            wait_until(lambda: len(descriptors(simulator.process)) == before + 1, "the connection")
             if together:
                 simulator.process.send_signal(signal.SIGSTOP)
             client.sendall(b"wait time 3600s within 3600s\nset 0x42 0x6000:1 7\n")
@@ -196,7 +199,7 @@ class SendingSide(Case):
             client.close()
             if together:
                 simulator.process.send_signal(signal.SIGCONT)
-            wait_until(lambda: descriptors() == before, "the end of the connection")
+            wait_until(lambda: len(descriptors(simulator.process)) == before, "the end of the connection")
         self.assertEqual(asked(simulator.where["control"], b"get 0x42 0x6000:1\n"), b"ok 0\n")
 
     def test_every_stream_answers_first(self):
@@ -264,7 +267,7 @@ class Places(Case):
         for name in LISTENS:
             simulator = self.start_all(before_start=lambda: resource.setrlimit(resource.RLIMIT_NOFILE, (64, 64)))
             crowd = [connect(simulator.where[name]) for _ in range(100)]
-            wait_until(lambda: len(os.listdir(f"/proc/{simulator.process.pid}/fd")) >= 63, f"{name} to be full")
+            wait_until(lambda: len(descriptors(simulator.process)) >= 63, f"{name} to be full")
             for other in LISTENS:
                 if other != name:
                     connect(simulator.where[other]).close()
