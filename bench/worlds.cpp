@@ -197,7 +197,7 @@ void hostile(const Arguments& /*arguments*/) {
 
 void eds(const Arguments& arguments) {
   const unsigned times = arguments.number(0, 1, 1);
-  const config::FileReader read = config::with_demo_plant([](const std::string&) { return std::nullopt; });
+  const text::FileReader read = config::with_demo_plant([](const std::string&) { return std::nullopt; });
   std::size_t bytes = 0;
   for (const char* name : {"drive", "generic", "io_module", "pressure_transducer"}) {
     const std::string text = read(std::string("demo:/") + name + ".eds").value();

@@ -342,29 +342,29 @@ bool resets(unsigned count) {
 }
 
 constexpr std::array kRuns{
-    Run{"expedited read through registers", 291, 410, transactions<4, regmap::kSdoRead, Mode::kAuto>},
-    Run{"segmented read through registers", 2030, 3080, transactions<128, regmap::kSdoRead, Mode::kAuto>},
+    Run{"expedited read through registers", 305, 410, transactions<4, regmap::kSdoRead, Mode::kAuto>},
+    Run{"segmented read through registers", 2200, 3080, transactions<128, regmap::kSdoRead, Mode::kAuto>},
     Run{"block write through registers", 1910, 2450, transactions<128, regmap::kSdoWrite, Mode::kBlock>},
     Run{"SYNC cycle with words", 2850, 4100, sync_cycles<words, 8>},
     Run{"SYNC cycle with BOOLEANs", 3030, 4250, sync_cycles<bits, 1>},
     Run{"SYNC cycle with scattered BOOLEANs", 15700, 14700, sync_cycles<scattered_bits, 1>},
-    Run{"write without change", 66, 355, writes_without_change},
+    Run{"write without change", 80, 355, writes_without_change},
     Run{"write with a change", 1260, 2670, writes_with_change},
-    Run{"NMT command", 156, 201, nmt_commands},
-    Run{"foreign frame", 58, 81, foreign_frames},
+    Run{"NMT command", 175, 210, nmt_commands},
+    Run{"foreign frame", 64, 81, foreign_frames},
     Run{"expedited read, 4 bytes", 200, 200, transfers<4, Direction::kRead, Mode::kAuto>},
     Run{"expedited write, 4 bytes", 200, 155, transfers<4, Direction::kWrite, Mode::kAuto>},
     Run{"segmented read, 128 bytes", 3400, 3600, transfers<128, Direction::kRead, Mode::kSegmented>},
     Run{"segmented write, 128 bytes", 3400, 2245, transfers<128, Direction::kWrite, Mode::kSegmented>},
     Run{"block read with CRC, 128 bytes", 3500, 3020, transfers<128, Direction::kRead, Mode::kBlock>},
     Run{"block write with CRC, 128 bytes", 2500, 2700, transfers<128, Direction::kWrite, Mode::kBlock>},
-    Run{"heartbeat frame", 50, 52, heartbeats},
+    Run{"heartbeat frame", 59, 76, heartbeats},
     Run{"idle poll", 25, 25, idle_polls},
     Run{"SDO response", 0, 0, sdo_responses},
     Run{"SYNC to TPDO", 0, 0, tpdos_at_sync},
-    Run{"own heartbeat", 380, 490, own_heartbeats},
+    Run{"own heartbeat", 395, 515, own_heartbeats},
     Run{"rare events", 0, 0, rare_events},
-    Run{"reset of the own node", 0, 21500, resets},
+    Run{"reset of the own node", 0, 22200, resets},
 };
 
 }  // namespace

@@ -32,6 +32,8 @@ struct Services {
 
   bool stored_parameters = true;  ///< 1010h, 1011h
   bool lss = true;                ///< node ID and bit rate by LSS, kept where 1010h stores
+  /// CANopen manager (CiA 302): boots the other nodes; its SDO clients, 0 = no manager, otherwise 2 or more.
+  std::uint8_t manager_clients = 8;
   /// Features that the coprocessor's own node does not need: errors when other nodes are lost (1016h, 100Ch),
   /// limits of values.
   bool other_devices = true;
@@ -43,6 +45,7 @@ struct Services {
   std::size_t serial_queue = 1024;
 
   constexpr bool process_data() const { return rpdos + tpdos != 0; }
+  constexpr bool manager() const { return manager_clients != 0; }
 };
 
 }  // namespace cbcan

@@ -87,6 +87,20 @@ ModbusRequest look_at_request(Pdu pdu, std::size_t registers) {
   return request;
 }
 
+ModbusRequest look_at_bits(Pdu pdu, const ModbusBits& bits, std::span<std::uint16_t> registers) {
+  const RegisterRange all{0, registers};
+  const ModbusBits::Request checked = bits.check(pdu, RegisterMap(std::span(&all, 1)));
+  if (checked.exception != 0) return {static_cast<ModbusException>(checked.exception)};
+  const ModbusRange range{checked.register_first, checked.register_count};
+  return checked.writes ? ModbusRequest{kNone, range, {}} : ModbusRequest{kNone, {}, range};
+}
+
+std::size_t execute_bits(Pdu pdu, const ModbusBits& bits, std::span<std::uint16_t> registers,
+                         ModbusResponse response) {
+  const RegisterRange all{0, registers};
+  return bits.execute(pdu, RegisterMap(std::span(&all, 1)), response);
+}
+
 std::size_t exception_response(std::uint8_t function, ModbusException exception, ModbusResponse response) {
   response[0] = function | kExceptionBit;
   response[1] = static_cast<std::uint8_t>(exception);

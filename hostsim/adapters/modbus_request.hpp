@@ -8,6 +8,8 @@
 #include <cstdint>
 #include <span>
 
+#include "cbcan/modbus/bits.hpp"
+
 namespace cbcan::adapters {
 
 enum class ModbusException : std::uint8_t {
@@ -58,6 +60,10 @@ struct ModbusRequest {
 /// empty.
 ModbusRequest look_at_request(std::span<const std::uint8_t> pdu, std::size_t registers);
 
+/// The same for FC 1, 2, 5 and 15; the ranges are those of the registers that contain the bits.
+ModbusRequest look_at_bits(std::span<const std::uint8_t> pdu, const ModbusBits& bits,
+                           std::span<std::uint16_t> registers);
+
 /// Buffer for a response's PDU. The functions return its size.
 using ModbusResponse = std::span<std::uint8_t, kMaxPduBytes>;
 
@@ -67,5 +73,7 @@ std::size_t exception_response(std::uint8_t function, ModbusException exception,
 /// look_at_request(), without an exception.
 std::size_t execute(std::span<const std::uint8_t> pdu, const ModbusRequest& request,
                     std::span<std::uint16_t> registers, ModbusResponse response);
+std::size_t execute_bits(std::span<const std::uint8_t> pdu, const ModbusBits& bits,
+                         std::span<std::uint16_t> registers, ModbusResponse response);
 
 }  // namespace cbcan::adapters

@@ -4,8 +4,8 @@
 /// Modbus TCP without sockets: bytes of requests in, bytes of responses out. Registers are in host byte
 /// order, register n is address n.
 ///
-/// Function codes 3, 4 (the same registers as 3), 6, 16, 22 and 23, and 43/14 (identification); others get
-/// exception 01. A request is executed as a whole.
+/// Function codes 3, 4 (the same registers as 3), 6, 16, 22 and 23, 43/14 (identification), and 1, 2, 5 and
+/// 15 if the unit has coils and discrete inputs; others get exception 01. A request is executed as a whole.
 ///
 /// The unit ID selects the network: 1 is the first, 2 the second; 0 and 255 are the first too. Any other one
 /// gets exception 0Ah (gateway path unavailable), whatever the function. It is always echoed.
@@ -43,7 +43,7 @@ class ModbusServer {
   ModbusServer(std::span<ModbusUnit* const> networks, const modbus::DeviceIdentity& identity)
       : identity_(identity) {
     for (std::size_t i = 0; i < networks.size(); ++i)
-      served_[i + 1] = {networks[i], networks[i]->registers()};
+      served_[i + 1] = {networks[i], networks[i]->registers(), networks[i]->bits()};
     served_[kUnitOfServer] = served_[kUnitOfServerToo] = served_[1];
   }
 
@@ -61,7 +61,7 @@ class ModbusServer {
   bool execute(std::uint32_t client, Bytes bytes, Send send) {
     const Served to = served_[bytes[kUnitOffset]];
     const bool reached = !to.registers.empty();
-    const ModbusRequest request = reached ? look_at_request(bytes.subspan(kPduOffset), to.registers.size())
+    const ModbusRequest request = reached ? look_at(bytes.subspan(kPduOffset), to)
                                           : ModbusRequest{ModbusException::kGatewayPathUnavailable};
     ++counters_.requests;
     if (reached && to.unit->disturbed()) return execute_disturbed(client, bytes, to, request, send);
@@ -88,7 +88,17 @@ class ModbusServer {
   struct Served {
     ModbusUnit* unit = nullptr;
     std::span<std::uint16_t> registers{};
+    const ModbusBits* bits = nullptr;
+
+    bool has_bits_for(std::uint8_t function) const {
+      return bits != nullptr && ModbusBits::is_function(function);
+    }
   };
+
+  static ModbusRequest look_at(Bytes pdu, const Served& to) {
+    return to.has_bits_for(pdu[0]) ? look_at_bits(pdu, *to.bits, to.registers)
+                                   : look_at_request(pdu, to.registers.size());
+  }
 
   template <class Send>
   bool execute_disturbed(std::uint32_t client, Bytes bytes, const Served& to, const ModbusRequest& request,
@@ -117,7 +127,7 @@ class ModbusServer {
       if (!window) to.unit->on_writer(client, request.written);
     }
     if (request.read.first + request.read.count > regmap::kDiagnosticsFirst) to.unit->on_diagnostics();
-    const Bytes response = respond(bytes, request, to.registers);
+    const Bytes response = respond(bytes, request, to);
     const bool alive = send(response);
     if (to.registers.empty()) return alive;
     if (to.unit->listens())
@@ -128,7 +138,7 @@ class ModbusServer {
     return alive;
   }
 
-  Bytes respond(Bytes bytes, const ModbusRequest& request, std::span<std::uint16_t> registers) {
+  Bytes respond(Bytes bytes, const ModbusRequest& request, const Served& to) {
     const Bytes pdu = bytes.subspan(kPduOffset);
     const ModbusResponse response = std::span(response_).last<kMaxPduBytes>();
     std::size_t size = 0;
@@ -137,8 +147,10 @@ class ModbusServer {
       size = exception_response(pdu[0], request.exception, response);
     } else if (pdu[0] == static_cast<std::uint8_t>(ModbusFunction::kEncapsulatedInterface)) {
       size = modbus::identification_response(pdu, identity_, response);
+    } else if (to.has_bits_for(pdu[0])) {
+      size = execute_bits(pdu, *to.bits, to.registers, response);
     } else {
-      size = adapters::execute(pdu, request, registers, response);
+      size = adapters::execute(pdu, request, to.registers, response);
     }
     std::memcpy(response_.data(), bytes.data(), kPduOffset);
     response_[kLengthOffset] = static_cast<std::uint8_t>((1 + size) >> 8);

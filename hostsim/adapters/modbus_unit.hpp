@@ -31,6 +31,9 @@ class ModbusUnit {
   /// Always the same words; empty = the unit ID selects nothing.
   virtual std::span<std::uint16_t> registers() = 0;
 
+  /// Coils and discrete inputs; outlive the server. Null = none.
+  virtual const ModbusBits* bits() const { return nullptr; }
+
   /// A request is about to write: what is due by now is done with the registers as they are.
   virtual void advance_due() {}
   /// A request is about to read diagnostics registers.

@@ -23,6 +23,11 @@ void tell_exchange(ModbusUnit& unit, std::span<const std::uint8_t> request, std:
   unit.on_exchange({0, 0, request[0], refused ? pdu[1] : std::uint8_t{0}, request.subspan(1), pdu});
 }
 
+RtuServer::Settings with_bits(RtuServer::Settings settings, const ModbusUnit& unit) {
+  settings.bits = unit.bits();
+  return settings;
+}
+
 }  // namespace
 
 RtuSession::RtuSession(std::vector<ModbusUnit*> networks, Now now, const RtuServer::Settings& settings)
@@ -40,7 +45,7 @@ RtuSession::RtuSession(std::vector<ModbusUnit*> networks, Now now, const RtuServ
           maps.emplace_back(std::span(&range, 1));
         return maps;
       }()),
-      server_(maps_, settings) {}
+      server_(maps_, with_bits(settings, *networks_.front())) {}
 
 void RtuSession::receive(std::string_view bytes) {
   const Time now = now_();

@@ -95,6 +95,9 @@ void BusConnections::open_plc(const config::NetworkConfig& config) {
   if (plc.process_first)
     exchanges.push_back(
         std::make_unique<io::ProcessExchange>(network_, *plc.process_first, config.module.process_first));
+  if (plc.status_first)
+    exchanges.push_back(
+        std::make_unique<io::StatusExchange>(network_, *plc.status_first, config.module.status_first));
   plc_.emplace(reactor_, network_, std::move(connection), std::move(exchanges),
                io::PlcSettings{plc.unit, milliseconds(plc.period_ms)}, warn_);
 }

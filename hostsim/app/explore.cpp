@@ -395,7 +395,7 @@ int run_many(const cli::Start& start, const explore::Settings& settings, config:
 }
 
 options::ExitCode explore_scenarios(const std::vector<std::string>& paths, const cli::SearchConfig& search,
-                                    const config::FileReader& read, Console& console) {
+                                    const text::FileReader& read, Console& console) {
   std::vector<config::EdsFiles> files(at_a_time(search), config::EdsFiles(read));
   Search all(search, console);
   for (const std::string& path : paths) {

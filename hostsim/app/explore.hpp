@@ -21,6 +21,6 @@ int run_many(const cli::Start& start, const explore::Settings& settings, config:
 
 /// The same for scenarios, in this process.
 options::ExitCode explore_scenarios(const std::vector<std::string>& paths, const cli::SearchConfig& search,
-                                    const config::FileReader& read, Console& console);
+                                    const text::FileReader& read, Console& console);
 
 }  // namespace cbcan::app

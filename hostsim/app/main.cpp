@@ -77,7 +77,7 @@ void check_parameters(const config::Config& config) {
   }
 }
 
-int run(cli::Start& start, const config::FileReader& read, Console& console) {
+int run(cli::Start& start, const text::FileReader& read, Console& console) {
   const explore::Settings explored = explore::read_settings(start.plant_text, start.plant_file);
   const explore::Moments faults = explore::only(start.search.only, explored, start.config);
   if (!start.search.explore) explore::inject(faults, start.config);
@@ -108,7 +108,7 @@ int run(cli::Start& start, const config::FileReader& read, Console& console) {
 }
 
 int start(int argc, char** argv, Console& console) {
-  const config::FileReader read = config::with_demo_plant(files::read_file);
+  const text::FileReader read = config::with_demo_plant(files::read_file);
   if (argc > 1 && std::string_view(argv[1]) == "run") {
     const cli::RunStart start = cli::parse_run_command_line(std::span(argv + 2, argv + argc));
     console.tell(start.err);

@@ -45,7 +45,7 @@ std::optional<std::vector<std::string>> list_folder(const std::string& path) {
 
 class Runner {
  public:
-  Runner(const cli::RunConfig& config, const config::FileReader& read) : config_(config), read_(read) {}
+  Runner(const cli::RunConfig& config, const text::FileReader& read) : config_(config), read_(read) {}
 
   Outcome play(const std::string& file, std::uint32_t seed, config::EdsFiles& files) const {
     return scenario::play_file(file, read_, [&](scenario::Scenario& scenario) {
@@ -100,7 +100,7 @@ class Runner {
   }
 
   const cli::RunConfig& config_;
-  const config::FileReader& read_;
+  const text::FileReader& read_;
 };
 
 /// The longest files first, so that at the end no processor waits for a long one.
@@ -117,7 +117,7 @@ std::vector<std::size_t> by_length(const std::vector<std::string>& files) {
 
 /// config.jobs at a time: plants are independent of each other.
 std::vector<Outcome> play_all(const std::vector<std::string>& files, const cli::RunConfig& config,
-                              const config::FileReader& read) {
+                              const text::FileReader& read) {
   const Runner runner(config, read);
   const cli::Seeds seeds = config.seeds.empty() ? cli::Seeds{} : cli::seeds_of(config.seeds);
   const std::size_t of_each = std::size_t{seeds.last} - seeds.first + 1;
@@ -154,7 +154,7 @@ std::vector<Outcome> play_all(const std::vector<std::string>& files, const cli::
 
 }  // namespace
 
-options::ExitCode run_scenarios(const cli::RunConfig& config, const config::FileReader& read,
+options::ExitCode run_scenarios(const cli::RunConfig& config, const text::FileReader& read,
                                 Console& console) {
   if (!config.logs.empty()) need_folder("--log", config.logs);
   const cli::Shard shard = config.explore ? cli::Shard() : cli::shard_of(config.shard);  // of its moments

@@ -5,11 +5,11 @@
 
 #include "app/console.hpp"
 #include "cli/run_options.hpp"
-#include "config/files.hpp"
+#include "text/files.hpp"
 
 namespace cbcan::app {
 
 /// Throws io::EnvironmentError for files that cannot be written, io::UsageError for paths without a scenario.
-options::ExitCode run_scenarios(const cli::RunConfig& config, const config::FileReader& read, Console& console);
+options::ExitCode run_scenarios(const cli::RunConfig& config, const text::FileReader& read, Console& console);
 
 }  // namespace cbcan::app

@@ -122,7 +122,7 @@ bool is_eds(std::string_view text) {
   return false;
 }
 
-config::Diagnostics read_plant_of(const Argument& plant, const config::FileReader& read, Start& start) {
+config::Diagnostics read_plant_of(const Argument& plant, const text::FileReader& read, Start& start) {
   const std::string path(plant.option == kDemoOption ? config::kDemoPlant : plant.text);
   const std::string option = fmt::format("{} {}", kConfigOption, path);
   const auto text = read(path);
@@ -181,7 +181,7 @@ Start refuse(config::Diagnostics problems) {
 
 }  // namespace
 
-Start parse_command_line(int argc, const char* const* argv, const config::FileReader& read) {
+Start parse_command_line(int argc, const char* const* argv, const text::FileReader& read) {
   ParsedArguments typed(std::span(argv + 1, argv + argc));
   if (typed.count(options::kHelpOption) != 0) return {.out = help_text()};
   if (typed.count(options::kShortHelpOption) != 0) return {.out = short_help_text()};

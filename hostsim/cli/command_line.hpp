@@ -8,8 +8,8 @@
 
 #include "cli/search_options.hpp"
 #include "config/config.hpp"
-#include "config/files.hpp"
 #include "options/exit_code.hpp"
+#include "text/files.hpp"
 
 namespace cbcan::cli {
 
@@ -34,6 +34,6 @@ struct Start {
 
 /// `argv[0]` is the program's name. `read` reads plant files, also that of the demo (with_demo_plant()); EDS
 /// files are not opened here.
-Start parse_command_line(int argc, const char* const* argv, const config::FileReader& read);
+Start parse_command_line(int argc, const char* const* argv, const text::FileReader& read);
 
 }  // namespace cbcan::cli

@@ -18,6 +18,7 @@
 #include "devices/lua/lua_device.hpp"
 #include "eds/dictionary_image.hpp"
 #include "eds/values.hpp"
+#include "network/network_image.hpp"
 #include "sim/random.hpp"
 #include "sim/world.hpp"
 #include "text/numbers.hpp"
@@ -76,7 +77,7 @@ std::string put(const InitialValue& initial, ObjectDictionary& dictionary, eds::
 
 class Builder {
  public:
-  Builder(const NodeConfig& node, std::uint64_t seed, const FileReader& read)
+  Builder(const NodeConfig& node, std::uint64_t seed, const text::FileReader& read)
       : node_(node), seed_(seed), read_(read) {}
 
   /// `file`: null if it cannot be read.
@@ -239,7 +240,7 @@ class Builder {
 
   const NodeConfig& node_;
   std::uint64_t seed_;
-  const FileReader& read_;
+  const text::FileReader& read_;
   NodeBuild build_;
   const devices::DeviceKind* kind_ = nullptr;
 };
@@ -263,7 +264,7 @@ NodeBuild build_node(const NodeConfig& node, std::uint64_t seed, EdsFiles& files
 }
 
 /// The frames of a log, the first one at 0; returns what is wrong, or nothing.
-std::string read_replay(const std::string& path, const FileReader& read,
+std::string read_replay(const std::string& path, const text::FileReader& read,
                         std::vector<sim::TimedFrame>& frames) {
   const auto text = read(path);
   if (!text) return path + ": cannot be read";
@@ -282,7 +283,20 @@ std::string read_replay(const std::string& path, const FileReader& read,
   return {};
 }
 
-PlantBuild build_nodes(const Config& config, const FileReader& read) {
+/// Of the network that the module boots.
+Bytes image_of(const NetworkConfig& network, const text::FileReader& read, PlantBuild& plant) {
+  const std::string& path = network.module.network;
+  if (path.empty()) return {};
+  try {
+    return network::image_of(network::read_network(path, read, plant.lines), network.module.node_id, path);
+  } catch (const text::UsageError& error) {
+    plant.lines.push_back(fmt::format("{}module.network: {}", in_network(network.number), error.what()));
+    plant.good = false;
+    return {};
+  }
+}
+
+PlantBuild build_nodes(const Config& config, const text::FileReader& read) {
   EdsFiles files(read);
   return build_nodes(config, files);
 }
@@ -300,6 +314,7 @@ PlantBuild build_nodes(const Config& config, EdsFiles& files) {
       plant.good = plant.good && build.node;
       if (build.node) nodes.push_back(std::move(*build.node));
     }
+    plant.images.push_back(image_of(network, files.reader(), plant));
     auto& replay = plant.replays.emplace_back();
     if (network.can.replay.empty()) continue;
     if (const std::string problem = read_replay(network.can.replay, files.reader(), replay);

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <filesystem>
 #include <map>
 #include <string_view>
 #include <utility>
@@ -15,6 +14,7 @@
 #include "config/wires.hpp"
 #include "sim/random.hpp"
 #include "text/address.hpp"
+#include "text/files.hpp"
 #include "text/numbers.hpp"
 
 namespace cbcan::config {
@@ -36,7 +36,7 @@ void check_objects(const NodeConfig& node, const std::vector<Item>& items, std::
 
 /// Two names of one file become equal, as far as the names show it.
 std::string normal(const std::string& path) {
-  return std::filesystem::path(path).lexically_normal().string();
+  return text::path_in({}, path);
 }
 
 /// Files, addresses, serial ports and buses, each of which only one setting can have.
@@ -144,7 +144,8 @@ std::string to_string(const Registers& range) {
 
 std::vector<Registers> registers_of(const ModuleConfig& module) {
   std::vector<Registers> ranges{{"", regmap::kWindowFirst, regmap::kWindowWords},
-                                {"module.process_first", module.process_first, regmap::kProcessWords}};
+                                {"module.process_first", module.process_first, regmap::kProcessWords},
+                                {"module.status_first", module.status_first, regmap::kStatusWords}};
   for (unsigned n = 1; n <= module.channels; ++n) {
     ranges.push_back({"module.scanner_out_first", regmap::of_channel(module.scanner_out_first, n),
                       regmap::kScannerOutWords, n});

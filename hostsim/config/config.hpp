@@ -52,6 +52,8 @@ struct ModuleConfig {
   PlcLostState plc_lost_state = PlcLostState::kPreOperational;
   std::uint16_t start_result = 0;  ///< 0 or 5, R3700 after a start
   std::string parameters{};        ///< path of the file that 1010h stores in; empty = none
+  std::string network{};           ///< path of the description of the network that it boots; empty = none
+  std::uint16_t status_first = 3928;  ///< register; 172 of them
   bool operator==(const ModuleConfig&) const = default;
 };
 
@@ -92,6 +94,7 @@ struct PlcConfig {
   PlcLayout layout = PlcLayout::kWindow;
   std::uint16_t first = 3700;                  ///< the PLC's register for R3700, or for OUT+0; IN+0 is 70 further
   std::optional<std::uint16_t> process_first;  ///< the PLC's first register of process data
+  std::optional<std::uint16_t> status_first;   ///< and of the network status
   std::uint16_t period_ms = 10;                ///< 1..65535, polling period
   PlcAtStart at_start = PlcAtStart::kExecute;  ///< of layout kWindow
   std::vector<FaultConfig> faults{};

@@ -17,7 +17,7 @@ std::optional<std::string> read_demo_file(std::string_view name) {
 
 }  // namespace
 
-FileReader with_demo_plant(FileReader disk) {
+text::FileReader with_demo_plant(text::FileReader disk) {
   return [disk = std::move(disk)](const std::string& path) {
     return path.starts_with(kFolder) ? read_demo_file(path.substr(kFolder.size())) : disk(path);
   };

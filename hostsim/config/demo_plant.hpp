@@ -6,7 +6,7 @@
 #include <span>
 #include <string_view>
 
-#include "config/files.hpp"
+#include "text/files.hpp"
 
 namespace cbcan::config {
 
@@ -23,6 +23,6 @@ std::span<const EmbeddedFile> demo_files();
 inline constexpr std::string_view kDemoPlant = "demo:/plant.toml";
 
 /// A reader with the demo's files under "demo:/", and `disk` for all other paths.
-FileReader with_demo_plant(FileReader disk);
+text::FileReader with_demo_plant(text::FileReader disk);
 
 }  // namespace cbcan::config

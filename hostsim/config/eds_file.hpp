@@ -11,10 +11,10 @@
 #include <utility>
 #include <vector>
 
-#include "config/files.hpp"
 #include "eds/diagnostics.hpp"
 #include "eds/dictionary_image.hpp"
 #include "eds/object_names.hpp"
+#include "text/files.hpp"
 
 namespace cbcan::config {
 
@@ -47,15 +47,15 @@ class EdsFile {
 /// The EDS and DCF files of any number of plants, each read once.
 class EdsFiles {
  public:
-  explicit EdsFiles(FileReader read) : read_(std::move(read)) {}
+  explicit EdsFiles(text::FileReader read) : read_(std::move(read)) {}
 
   /// Null if it cannot be read.
   const EdsFile* find(const std::string& path);
   /// For all files of a plant.
-  const FileReader& reader() const { return read_; }
+  const text::FileReader& reader() const { return read_; }
 
  private:
-  FileReader read_;
+  text::FileReader read_;
   std::map<std::string, EdsFile, std::less<>> files_;  ///< by path
 };
 

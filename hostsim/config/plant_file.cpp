@@ -12,6 +12,7 @@
 #include "config/demo_plant.hpp"
 #include "config/settings.hpp"
 #include "devices/devices.hpp"
+#include "options/toml_value.hpp"
 #include "text/address.hpp"
 #include "text/numbers.hpp"
 #include "text/suggestion.hpp"
@@ -25,14 +26,7 @@ std::size_t line_of(const toml::source_region& source) {
   return source.begin.line;
 }
 
-/// nullopt for dates, tables and arrays, which no setting accepts.
-std::optional<Value> value_of(const toml::node& node) {
-  if (const auto* boolean = node.as_boolean()) return boolean->get();
-  if (const auto* integer = node.as_integer()) return integer->get();
-  if (const auto* number = node.as_floating_point()) return number->get();
-  if (const auto* text = node.as_string()) return text->get();
-  return std::nullopt;
-}
+using options::value_of;
 
 constexpr std::string_view kNodeTable = "node";
 constexpr std::string_view kBasePlant = "plant";
@@ -84,7 +78,7 @@ class Reader {
  public:
   /// `read`: for the plant file that this one adds to; null = there can be none. `adding`: files that add to
   /// this one.
-  Reader(const std::string& file_name, Config& config, const FileReader* read, unsigned adding)
+  Reader(const std::string& file_name, Config& config, const text::FileReader* read, unsigned adding)
       : file_name_(file_name), read_(read), adding_(adding), config_(config) {}
   /// For a change by --set: `where` is what was typed; paths stay as they are.
   Reader(Config& config, NetworkConfig& network, Place where)
@@ -152,7 +146,7 @@ class Reader {
     const auto* const name = node.as_string();
     if (name == nullptr) return complain(node, "plant: must be a text: demo, or the path of a plant file");
     const std::string path =
-        name->get() == kDemo ? std::string(kDemoPlant) : path_in(file_name_, name->get());
+        name->get() == kDemo ? std::string(kDemoPlant) : text::path_in(file_name_, name->get());
     const auto text = (*read_)(path);
     if (!text)
       return complain(node, fmt::format("plant {}: cannot be read; paths are relative to this file", path));
@@ -399,11 +393,11 @@ class Reader {
     if (path == nullptr || path->empty()) return value;
     const bool is_path =
         row.form == options::Form::kPath || (row.key == "node.device" && devices::is_script(*path));
-    if (is_path) return path_in(file_name_, *path);
+    if (is_path) return text::path_in(file_name_, *path);
     if (row.form != options::Form::kAddress) return value;
     for (const std::string_view kind : {text::kUnix, text::kPty})
       if (path->starts_with(kind) && path->size() > kind.size())
-        return std::string(kind) + path_in(file_name_, path->substr(kind.size()));
+        return std::string(kind) + text::path_in(file_name_, path->substr(kind.size()));
     return value;
   }
 
@@ -434,7 +428,7 @@ class Reader {
   }
 
   const std::string file_name_;
-  const FileReader* read_ = nullptr;
+  const text::FileReader* read_ = nullptr;
   unsigned adding_ = 0;
   Config& config_;
   NetworkConfig* network_ = &config_.networks.front();  ///< the one being read
@@ -492,7 +486,7 @@ Diagnostics change_plant(std::string_view table, std::span<const TextKey> keys, 
 }
 
 Diagnostics read_plant(std::string_view text, const std::string& file_name, Config& into,
-                       std::span<const std::string_view> others, const FileReader* read) {
+                       std::span<const std::string_view> others, const text::FileReader* read) {
   return Reader(file_name, into, read, 0).read_text(text, others);
 }
 

@@ -172,6 +172,12 @@ constexpr std::array kNetwork{
         .key = "module.guarding_timeout_ms",
         .help = "Timeout for a node guarding response; a node is asked if its state is old, unknown or in doubt",
         .low = 1, .high = 65535, .unit = " ms"}),
+    module<&ModuleConfig::network>({
+        .key = "module.network", .option = "--network-file FILE",
+        .help = "Network that the module boots by itself: a network file, or a folder of DCF files (docs/reference/network-file.md)",
+        .form = Form::kPath, .domain = "a path"}),
+    module<&ModuleConfig::status_first>({
+        .key = "module.status_first", .help = "First of the 172 registers of the network status", .high = 3996}),
     module<&ModuleConfig::process_first>({
         .key = "module.process_first",
         .help = "First of the 128 registers of process data: 64 inputs, 64 outputs",
@@ -226,6 +232,9 @@ constexpr std::array kNetwork{
     plc<&PlcConfig::process_first>({
         .key = "plc.process_first", .help = "The PLC's first of the 128 registers of process data",
         .high = 65408, .absent = kNone}),
+    plc<&PlcConfig::status_first>({
+        .key = "plc.status_first", .help = "The PLC's first of the 172 registers of the network status",
+        .high = 65364, .absent = kNone}),
     plc<&PlcConfig::period_ms>({
         .key = "plc.period_ms", .help = "Polling period", .low = 1, .high = 65535, .unit = " ms"}),
     plc<&PlcConfig::at_start>({

@@ -108,13 +108,24 @@ void Judge::on_frame(std::size_t network, const Frame& frame, Time now) {
   const std::uint32_t function = frame.id - node;
   if (function == nmt::kErrorControlId && frame.flags == 0 && frame.data[0] == 0)
     on_boot_up(number, node, now);
+  if (nmt::is_command(frame) && frame.data[0] == static_cast<std::uint8_t>(nmt::Command::kStart)) {
+    const std::uint8_t started = frame.data[1] & nmt::kMaxNode;
+    for (unsigned each = 1; each <= nmt::kMaxNode; ++each)
+      if (started == nmt::kAllNodes || started == each) on_started(number, static_cast<std::uint8_t>(each));
+  }
   if (function != sdo::kRequestId && function != sdo::kResponseId) return;
   Server& server = servers_[{number, node}];
   if (function == sdo::kRequestId) on_request(frame, number, node, server, now);
   server.active = now;
   if (function != sdo::kResponseId) return;
-  ++server.responses;
+  if (server.responses++ == 0) record_.nodes.insert(plant::prefix_of(number) + std::to_string(node));
   server.left_alone = 0;
+  const bool begins_block = sdo::is(frame.data[0], sdo::Response::kBlockDownload) &&
+                            sdo::block_step(frame.data[0]) == sdo::BlockStep::kInitiate;
+  if (sdo::is(frame.data[0], sdo::Response::kInitiateDownload) || begins_block) {
+    const sdo::Multiplexer mux = sdo::multiplexer_of(frame);
+    server.written.insert({sdo::index_of(mux), sdo::sub_of(mux)});
+  }
 }
 
 /// 0 = there is none.
@@ -125,6 +136,7 @@ std::uint8_t Judge::own_node(std::size_t network) const {
 
 void Judge::on_boot_up(std::uint8_t network, std::uint8_t node, Time now) {
   servers_[{network, node}].booted = now;
+  servers_[{network, node}].written.clear();
   for (auto& [place, server] : servers_)
     if (place.first == network && (place.second == node || node == own_node(network))) server.left_alone = 0;
 }
@@ -148,6 +160,22 @@ void Judge::on_request(const Frame& frame, std::uint8_t network, std::uint8_t no
       (sdo::is(command, sdo::Request::kBlockUpload) && sdo::block_step(command) == sdo::BlockStep::kInitiate);
   if (sdo::is(command, sdo::Request::kInitiateDownload)) ++downloads_[object];
   if (uploads && node_of(object) != nullptr) read_[object].add(now, value_of(object));
+}
+
+/// A node with a number in 1F26h may have kept its configuration.
+void Judge::on_started(std::uint8_t network, std::uint8_t node) {
+  const sim::CoprocessorModule* const module = control_.network(network).module();
+  if (module == nullptr) return;
+  const Manager& manager = module->coprocessor().manager();
+  const ConciseDcf values(manager.object(object::kConciseDcf, node));
+  const bool keeps = !manager.object(object::kExpectedDate, node).empty();
+  if (manager.phase(node) != Manager::Phase::kStart || keeps || !values.is_valid()) return;
+  for (std::size_t at = ConciseDcf::kFirst; at != values.size(); at = values.after(at))
+    if (const auto [index, sub, value] = values.at(at);
+        !servers_[{network, node}].written.contains({index, sub}))
+      broken(
+          "a node that the module starts has been configured",
+          fmt::format("{}{} has not confirmed {:04X}h:{:02X}", plant::prefix_of(network), node, index, sub));
 }
 
 sim::Node* Judge::node_of(const Object& object) {
@@ -217,8 +245,7 @@ void Judge::follow(const journal::Event& event) {
 void Judge::follow_end(const journal::Event& ended) {
   const std::span<const std::uint8_t> bytes = journal_.bytes(ended);
   if (!parts_.counted.empty())
-    record_.transactions.push_back(
-        {during_ + " " + result_text(ended), text::hex(bytes, ""), occasions()});
+    record_.transactions.push_back({during_ + " " + result_text(ended), text::hex(bytes, ""), occasions()});
   if (ended.node != 0) record_.nodes.insert(plant::prefix_of(ended.network) + std::to_string(ended.node));
   if (ended.result == 0 && !parts_.values_may_differ) check_value(ended, object_of(ended));
   const config::ModuleConfig& module = control_.network(ended.network).module_config();

@@ -60,7 +60,7 @@ struct Record {
   std::vector<std::uint32_t> occasions;  ///< up to the end of the run
   std::set<Object> changing;             ///< not what was written right after a write
   std::set<Object> unrequested;          ///< downloaded by another than the PLC
-  std::set<std::string> nodes;           ///< that the PLC spoke with
+  std::set<std::string> nodes;           ///< that the run spoke with
   std::set<std::string> readable;        ///< at the end
   std::vector<std::string> frames;       ///< all, with their times
   Time duration = 0;
@@ -109,9 +109,10 @@ class Judge final : private plant::Listener {
   /// What the frames of a node show.
   struct Server {
     std::uint32_t responses = 0;
-    Time booted = 0;
+    Time booted = 0;      ///< its last boot-up message
     Time active = 0;      ///< the last frame of a transfer
     Time left_alone = 0;  ///< the client waits until then, as there was no response
+    std::set<std::pair<std::uint16_t, std::uint8_t>> written;  ///< objects whose writes it has confirmed since `booted`
   };
 
   struct Held {
@@ -128,6 +129,7 @@ class Judge final : private plant::Listener {
   std::uint8_t own_node(std::size_t network) const;
   void on_boot_up(std::uint8_t network, std::uint8_t node, Time now);
   void on_request(const Frame& frame, std::uint8_t network, std::uint8_t node, Server& server, Time now);
+  void on_started(std::uint8_t network, std::uint8_t node);
   void check_downloads();
   void check_own_nodes();
   void check_limits();

@@ -8,6 +8,9 @@
 
 #include <array>
 #include <cerrno>
+#include <filesystem>
+#include <numeric>
+#include <set>
 
 #include "text/error.hpp"
 
@@ -50,6 +53,14 @@ std::string read_all(int file, const std::string& path) {
   return text;
 }
 
+std::string names_in(const std::string& folder) {
+  std::set<std::string> names;
+  std::error_code unreadable;  // while it is read, names may go
+  for (const auto& entry : std::filesystem::directory_iterator(folder, unreadable))
+    if (!entry.is_directory(unreadable)) names.insert(entry.path().filename().string() + "\n");
+  return std::accumulate(names.begin(), names.end(), std::string());
+}
+
 }  // namespace
 
 mode_t type_of(int file) {
@@ -63,6 +74,7 @@ std::optional<std::string> read_file(const std::string& path) {
     throw std::runtime_error(path + ": Too many open files; raise the limit with `ulimit -n`");
   if (number < 0) return std::nullopt;
   const Closed closed(number);
+  if (type_of(number) == S_IFDIR && path.ends_with('/')) return names_in(path);
   if (type_of(number) == S_IFDIR) throw text::UsageError(path + ": this is a folder; name a file in it");
   return read_all(number, path);
 }

@@ -53,6 +53,8 @@ std::string_view name_of(Service service);
 inline constexpr std::uint8_t kOff = 0xFF;
 /// In place of a result: the PLC has cancelled its request.
 inline constexpr std::uint16_t kCancelled = 0xFFFF;
+/// The same, before the first frame of its SDO transfer.
+inline constexpr std::uint16_t kNeverSent = 0xFFFE;
 /// In place of a state: the command was rejected.
 inline constexpr std::uint8_t kRefused = 1;
 
@@ -66,7 +68,7 @@ struct Event {
   std::uint8_t state = 0;    ///< kState: as in a heartbeat, or kOff; kClient: 1 = connected; kModbus: exception;
                              ///< kTerminals: the bits that have changed; kCommand: 0 or kRefused;
                              ///< kBegun, kEnded: 0 = through R3700, else the channel of the scanner window
-  std::uint16_t result = 0;  ///< kEnded: as in R3700, or kCancelled; kModbus: MBAP transaction ID
+  std::uint16_t result = 0;  ///< kEnded: as in R3700, kCancelled or kNeverSent; kModbus: MBAP transaction ID
   std::uint16_t size = 0;    ///< of what bytes() gives
   std::uint32_t transaction = 0;  ///< that the event belongs to; 0 = none
   std::uint32_t code = 0;         ///< kEnded: SDO abort code; kModbus, kClient: number of the client;
@@ -76,6 +78,10 @@ struct Event {
   std::uint64_t bytes = 0;        ///< where they begin; only for Journal
   Frame frame{};  ///< kFrame, kEmergency; for a transaction of a scanner window, `id` is the request's number
 };
+
+constexpr bool is_cancelled(const Event& ended) {
+  return ended.result == kCancelled || ended.result == kNeverSent;
+}
 
 /// For kEnded. Result 5 is the handshake of a scanner window after a start.
 constexpr bool failed(const Event& ended) {

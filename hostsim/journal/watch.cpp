@@ -119,6 +119,7 @@ void NetworkWatch::begin(Watched& watched, Time now) {
   transaction.value.assign(value.begin(), value.end());
   transaction.begun = now;
   transaction.open = true;
+  transaction.sent = false;
   Event& latest = journal_.latest();
   if (latest.kind == Kind::kModbus && latest.network == network_ && latest.at == begun.at)
     latest.transaction = begun.transaction;
@@ -135,8 +136,10 @@ void NetworkWatch::end(Watched& watched, std::uint16_t result, Time now) {
   ended.kind = Kind::kEnded;
   ended.at = now - started_;
   ended.took = now - transaction.begun;
-  ended.result = result;
   const bool scanned = !watched.window.in.empty();
+  const bool by_plc = result == kCancelled || (scanned && watched.window.out[0] != watched.taken);
+  const bool transfers = ended.service == Service::kRead || ended.service == Service::kWrite;
+  ended.result = by_plc && transfers && !transaction.sent ? kNeverSent : result;
   const auto data = scanned ? watched.window.in.subspan(regmap::kScannerData)
                             : watched.window.out.subspan(place(regmap::kData));
   std::span<const std::uint8_t> value = transaction.value;
@@ -160,14 +163,18 @@ NetworkWatch::Line& NetworkWatch::line_of(const Event& request) {
 std::uint32_t NetworkWatch::open_transaction(std::uint8_t node, Service service) {
   Line& line = line_of({.node = node, .service = service});
   if (line.open) return line.transaction;
-  for (const Watched& watched : windows_) {
+  Transaction* first = nullptr;
+  for (Watched& watched : windows_) {
     const Event& request = watched.transaction.request;
     const bool is_one = watched.transaction.open && request.service != Service::kNmt &&
                         request.node == node && &line_of(request) == &line;
-    if (is_one && (!line.open || request.transaction < line.transaction))
-      line = {request.transaction, true, false};
+    if (is_one && (first == nullptr || request.transaction < first->request.transaction))
+      first = &watched.transaction;
   }
-  return line.open ? line.transaction : 0;
+  if (first == nullptr) return 0;
+  first->sent = true;
+  line = {first->request.transaction, true, false};
+  return line.transaction;
 }
 
 /// After a failure the abort follows, and perhaps a late response.

@@ -182,6 +182,7 @@ std::string request_text(const Event& transaction, const Journal& journal, const
 
 std::string result_text(const Event& ended) {
   if (ended.result == kCancelled) return "cancelled";
+  if (ended.result == kNeverSent) return "cancelled before its first frame (is TIMEOUT too short?)";
   if (ended.result == static_cast<std::uint16_t>(regmap::Result::kSdoExecutionError))
     return abort_text(ended.code);
   for (const auto& rows : {std::span<const regmap::NamedNumber>(regmap::kResults),

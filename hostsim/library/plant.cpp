@@ -23,7 +23,7 @@ std::optional<std::string> read_disk(const std::string& path) try {
   throw PlantError(error.what());
 }
 
-config::FileReader reader() {
+text::FileReader reader() {
   return config::with_demo_plant(read_disk);
 }
 

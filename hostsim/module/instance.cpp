@@ -24,7 +24,7 @@ namespace {
 
 /// The path is absolute, as a recorded scenario may be in any folder.
 std::string absolute_plant(const std::string& plant_file, const std::string& folder) {
-  const bool is_whole = plant_file.empty() || plant_file == "demo" || config::is_absolute(plant_file);
+  const bool is_whole = plant_file.empty() || plant_file == "demo" || text::is_absolute(plant_file);
   return is_whole ? plant_file : folder + "/" + plant_file;
 }
 

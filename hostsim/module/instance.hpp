@@ -135,7 +135,7 @@ class Instance {
   std::map<std::string, std::optional<std::vector<std::string>>> folders_;
   std::set<std::string> missing_files_;
   std::set<std::string> missing_folders_;
-  config::FileReader read_;
+  text::FileReader read_;
   Json told_ = Json::array();
 
   cli::Start start_;

@@ -29,6 +29,7 @@ Coprocessor::Settings settings_of(const config::ModuleConfig& module) {
   settings.scanner_out_first = module.scanner_out_first;
   settings.scanner_in_first = module.scanner_in_first;
   settings.process_first = module.process_first;
+  settings.status_first = module.status_first;
   return settings;
 }
 
@@ -40,6 +41,16 @@ std::vector<ScannerWindow> scanners_of(std::span<std::uint16_t> all, const confi
         all.subspan(regmap::of_channel(module.scanner_out_first, channel)).first<regmap::kScannerOutWords>(),
         all.subspan(regmap::of_channel(module.scanner_in_first, channel)).first<regmap::kScannerInWords>());
   return scanners;
+}
+
+/// docs/reference/contract.md, "Coils and discrete inputs".
+ModbusBits bits_of(const config::ModuleConfig& module) {
+  constexpr std::uint16_t kProcessBits = 16 * regmap::kInputWords;
+  constexpr std::uint16_t kMapBits = 16 * regmap::kStatusMapWords * regmap::kStatusMapCount;
+  const auto maps = static_cast<std::uint16_t>(module.status_first + regmap::kStatusMaps);
+  const auto outputs = static_cast<std::uint16_t>(module.process_first + regmap::kInputWords);
+  return {{0, kProcessBits, outputs},
+          {{{0, kProcessBits, module.process_first}, {kProcessBits, kMapBits, maps}}}};
 }
 
 void add_faults(sim::FaultSet& to, const std::vector<config::FaultConfig>& faults, Time started) {
@@ -60,11 +71,12 @@ std::uint16_t version_part(unsigned part) {
 
 Network::Network(const config::Config& plant, const config::NetworkConfig& config,
                  std::vector<sim::NodeParts> nodes, const NetworkContext& context,
-                 sim::ParameterStore* parameters)
+                 sim::ParameterStore* parameters, std::vector<std::uint8_t> image)
     : Timed(context.schedule),
       context_(context),
       number_(config.number),
       module_config_(config.module),
+      bits_(bits_of(config.module)),
       world_(config.can.bit_rate, config::network_seed(plant, config), this),
       tester_(world_.bus().attach(*this)),
       plc_faults_(sim::FaultPlace::kPlc, "plc", config::network_seed(plant, config), this,
@@ -76,6 +88,8 @@ Network::Network(const config::Config& plant, const config::NetworkConfig& confi
     module_ = &world_.add_module(RegisterWindow(all.subspan<regmap::kWindowFirst, regmap::kWindowWords>()),
                                  all.subspan(config.module.process_first).first<regmap::kProcessWords>(),
                                  settings_of(config.module), scanners_of(all, config.module), parameters);
+    module_->show_status_in(all.subspan(config.module.status_first).first<regmap::kStatusWords>());
+    if (!image.empty()) module_->manage(std::move(image));
   }
   for (sim::NodeParts& node : nodes) {
     node.listener = this;

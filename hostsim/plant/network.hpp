@@ -55,16 +55,18 @@ class Network final : public adapters::ModbusUnit,
                       private sim::Receiver,
                       private sim::FaultListener {
  public:
-  /// `config` is one of `plant`'s networks; `nodes` has its nodes in their order. Its faults are injected now;
-  /// `parameters` are the module's, see CoprocessorModule.
+  /// `config` is one of `plant`'s networks; `nodes` has its nodes in their order, `image` what its module
+  /// boots. Its faults are injected now; `parameters` are the module's, see CoprocessorModule.
   Network(const config::Config& plant, const config::NetworkConfig& config, std::vector<sim::NodeParts> nodes,
-          const NetworkContext& context, sim::ParameterStore* parameters = nullptr);
+          const NetworkContext& context, sim::ParameterStore* parameters = nullptr,
+          std::vector<std::uint8_t> image = {});
   Network(const Network&) = delete;
   Network& operator=(const Network&) = delete;
 
   // adapters::ModbusUnit, for Modbus servers.
   /// Always the same words; none without a module.
   std::span<std::uint16_t> registers() override { return registers_; }
+  const ModbusBits* bits() const override { return module_ == nullptr ? nullptr : &bits_; }
 
   void advance_due() override;
   void on_diagnostics() override;
@@ -138,6 +140,7 @@ class Network final : public adapters::ModbusUnit,
   config::ModuleConfig module_config_;
   bool observed_ = true;
   std::vector<std::uint16_t> registers_;
+  ModbusBits bits_;
   sim::World world_;
   sim::CoprocessorModule* module_ = nullptr;
   sim::Port& tester_;

@@ -15,7 +15,8 @@ Plant::Plant(const config::Config& config, config::PlantBuild build, const Time&
     for (std::size_t node = 0; node < nodes.size(); ++node)
       nodes[node].parameters = find_store(network.nodes[node].parameters);
     networks_.push_back(std::make_unique<Network>(config, network, std::move(nodes), context,
-                                                  find_store(network.module.parameters)));
+                                                  find_store(network.module.parameters),
+                                                  std::move(build.images[i])));
     networks_.back()->replay(std::move(build.replays[i]));
     networks.push_back(networks_.back().get());
   }

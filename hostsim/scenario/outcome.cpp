@@ -25,35 +25,19 @@ std::ptrdiff_t count(std::span<const Outcome> outcomes, Verdict verdict) {
   return std::ranges::count(outcomes, verdict, &Outcome::verdict);
 }
 
-/// For a text or an attribute of XML 1.0.
-std::string escaped(std::string_view text) {
-  std::string result;
-  for (const char c : text::to_utf8(text)) {
-    switch (c) {
-      case '&': result += "&amp;"; break;
-      case '<': result += "&lt;"; break;
-      case '>': result += "&gt;"; break;
-      case '"': result += "&quot;"; break;
-      case '\n': result += "&#10;"; break;
-      default: result += c;
-    }
-  }
-  return result;
-}
-
 std::string test_case(std::string_view file, const Outcome& outcome) {
   const std::size_t slash = file.rfind('/');
   const std::string_view folder = slash == std::string_view::npos ? "." : file.substr(0, slash);
-  std::string text =
-      fmt::format("  <testcase classname=\"{}\" name=\"{}\" file=\"{}\" time=\"{}\"", escaped(folder),
-                  escaped(file.substr(slash + 1)), escaped(file), text::seconds_text(outcome.duration));
+  std::string text = fmt::format("  <testcase classname=\"{}\" name=\"{}\" file=\"{}\" time=\"{}\"",
+                                 text::to_xml(folder), text::to_xml(file.substr(slash + 1)),
+                                 text::to_xml(file), text::seconds_text(outcome.duration));
   if (outcome.verdict == Verdict::kPassed) return text + "/>\n";
   const std::string_view why = std::string_view(outcome.text).substr(0, outcome.text.find('\n'));
   const std::string_view element = outcome.verdict == Verdict::kSkipped ? "skipped"
                                    : outcome.verdict == Verdict::kWrong ? "error"
                                                                         : "failure";
-  return text + fmt::format(">\n    <{0} message=\"{1}\">{2}</{0}>\n  </testcase>\n", element, escaped(why),
-                            escaped(outcome.text));
+  return text + fmt::format(">\n    <{0} message=\"{1}\">{2}</{0}>\n  </testcase>\n", element,
+                            text::to_xml(why), text::to_xml(outcome.text));
 }
 
 }  // namespace

@@ -25,7 +25,7 @@ Outcome wrong(const config::Diagnostics& problems) {
 
 std::vector<std::string> scenario_files(std::span<const std::string> paths, std::size_t part,
                                         std::size_t parts, const FolderReader& list,
-                                        const config::FileReader& read) {
+                                        const text::FileReader& read) {
   std::vector<std::string> files;
   const auto has_steps = [&read](const std::string& path) {
     return ("\n" + read(path).value_or("")).find("\n[[step]]") != std::string::npos;
@@ -54,7 +54,7 @@ std::string log_name(const std::string& file, std::size_t network) {
   return fmt::format("{}{}.log", name.substr(0, name.rfind('.')), number);
 }
 
-Outcome play_file(const std::string& file, const config::FileReader& read,
+Outcome play_file(const std::string& file, const text::FileReader& read,
                   const std::function<Outcome(Scenario& scenario)>& play) {
   const auto text = read(file);
   if (!text) return wrong({{{file}, "cannot be read; check the path and its permissions"}});

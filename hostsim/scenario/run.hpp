@@ -11,11 +11,11 @@
 #include <vector>
 
 #include "config/eds_file.hpp"
-#include "config/files.hpp"
 #include "plant/virtual_plant.hpp"
 #include "scenario/outcome.hpp"
 #include "scenario/scenario.hpp"
 #include "sim/bus.hpp"
+#include "text/files.hpp"
 
 namespace cbcan::scenario {
 
@@ -26,13 +26,13 @@ using FolderReader = std::function<std::optional<std::vector<std::string>>(const
 /// Throws text::UsageError for a folder without one.
 std::vector<std::string> scenario_files(std::span<const std::string> paths, std::size_t part,
                                         std::size_t parts, const FolderReader& list,
-                                        const config::FileReader& read);
+                                        const text::FileReader& read);
 
 /// Where the logs of a scenario are written: NAME.log, for network 2 NAME.2.log.
 std::string log_name(const std::string& file, std::size_t network);
 
 /// Plays a file as `play` does it, unless it has mistakes.
-Outcome play_file(const std::string& file, const config::FileReader& read,
+Outcome play_file(const std::string& file, const text::FileReader& read,
                   const std::function<Outcome(Scenario& scenario)>& play);
 
 Outcome play_on_bench(const Scenario& scenario, plant::Bench& bench);

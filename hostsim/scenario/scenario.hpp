@@ -10,10 +10,10 @@
 #include <vector>
 
 #include "config/config.hpp"
-#include "config/files.hpp"
+#include "options/setting.hpp"
 #include "plant/bench.hpp"
 #include "plant/wait.hpp"
-#include "options/setting.hpp"
+#include "text/files.hpp"
 
 namespace cbcan::scenario {
 
@@ -50,7 +50,7 @@ std::vector<options::Row> step_rows();
 std::string text_of(const Step& step);
 
 /// `read` reads the plant file that the scenario names, also that of the demo.
-Scenario read_scenario(std::string_view text, const std::string& file, const config::FileReader& read);
+Scenario read_scenario(std::string_view text, const std::string& file, const text::FileReader& read);
 
 /// Removes the expectations that cannot be observed on this bench; returns their number. Throws NotObservable
 /// if nothing is left of a step.

@@ -33,7 +33,7 @@ constexpr auto kKeys = std::to_array<LineKey<Step>>({
 
 class Reader {
  public:
-  Reader(Scenario& scenario, const config::FileReader& read) : scenario_(scenario), read_(read) {}
+  Reader(Scenario& scenario, const text::FileReader& read) : scenario_(scenario), read_(read) {}
 
   void read(std::string_view text) {
     const toml::table root = toml::parse(text, std::string_view(scenario_.file));
@@ -64,7 +64,7 @@ class Reader {
   }
 
   Scenario& scenario_;
-  const config::FileReader& read_;
+  const text::FileReader& read_;
 };
 
 }  // namespace
@@ -77,7 +77,7 @@ std::string text_of(const Step& step) {
   return text_of(std::span<const LineKey<Step>>(kKeys), step);
 }
 
-Scenario read_scenario(std::string_view text, const std::string& file, const config::FileReader& read) {
+Scenario read_scenario(std::string_view text, const std::string& file, const text::FileReader& read) {
   Scenario scenario;
   scenario.file = file;
   scenario.text = text;

@@ -81,7 +81,7 @@ std::string ScenarioWriter::request(const Event& event) const {
 std::string ScenarioWriter::ended(const Event& event) const {
   const std::string text = fmt::format("# #{} {}: {}\n", event.transaction,
                                        request_text(event, control_.journal(), find_), result_text(event));
-  const bool known = event.result != journal::kCancelled && event.at - event.took >= begin_;
+  const bool known = !journal::is_cancelled(event) && event.at - event.took >= begin_;
   return known ? text + expected(event) : text;
 }
 

@@ -1,9 +1,15 @@
 // SPDX-License-Identifier: MIT
 #include "sim/coprocessor_module.hpp"
 
+#include <algorithm>
+#include <utility>
+
 namespace cbcan::sim {
 
 namespace {
+
+/// What SDO clients may add to the objects of the network, in bytes.
+constexpr std::size_t kRoomForObjects = 8192;
 
 /// With the node ID that LSS has stored, if any.
 Coprocessor::Settings with_address(Coprocessor::Settings settings, const StoredLss& lss) {
@@ -41,6 +47,20 @@ void CoprocessorModule::make() {
   coprocessor_.emplace(window_, process_, port_, with_address(settings_, parameters_.lss()), scanners_,
                        channels_);
   if (is_kept_) coprocessor_->keep_in(parameters_);
+  if (status_) coprocessor_->show_status_in(*status_);
+  network_.assign(std::min(image_.size() + kRoomForObjects, NetworkObjects::kMostBytes), 0);
+  std::ranges::copy(image_, network_.begin());
+  coprocessor_->use_network(network_, image_.size());
+}
+
+void CoprocessorModule::show_status_in(StatusRegisters words) {
+  status_.emplace(words);
+  coprocessor_->show_status_in(words);
+}
+
+void CoprocessorModule::manage(std::vector<std::uint8_t> image) {
+  image_ = std::move(image);
+  make();
 }
 
 void CoprocessorModule::restart(Time now) {

@@ -31,6 +31,11 @@ class CoprocessorModule final : public Participant {
                     const Coprocessor::Settings& settings, std::span<const ScannerWindow> scanners,
                     ParameterStore* parameters = nullptr);
 
+  /// Before start(): the memory of R3928..R4099, which outlives it.
+  void show_status_in(StatusRegisters words);
+  /// Before start(): the network that it boots, see NetworkObjects; also after a restart.
+  void manage(std::vector<std::uint8_t> image);
+
   void start(Time now) override;
   /// Off and on. The registers are the caller's.
   void restart(Time now);
@@ -67,6 +72,9 @@ class CoprocessorModule final : public Participant {
   std::vector<ScannerWindow> scanners_;
   std::vector<MultiChannelCoprocessor::Memory> channels_;
   std::optional<MultiChannelCoprocessor> coprocessor_;  ///< always there
+  std::optional<StatusRegisters> status_;
+  std::vector<std::uint8_t> image_;
+  std::vector<std::uint8_t> network_;  ///< the memory of NetworkObjects
   ModuleWatch* watch_ = nullptr;
   std::uint32_t received_ = 0;
 };

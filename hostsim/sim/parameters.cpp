@@ -7,6 +7,7 @@
 
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "cbcan/canopen/lss_slave.hpp"
+#include "cbcan/canopen/manager/network_objects.hpp"
 
 namespace cbcan::sim {
 
@@ -14,7 +15,7 @@ namespace {
 
 bool is_parameter(const ObjectEntry& entry) {
   const bool is_command = entry.index == object::kStore || entry.index == object::kRestore ||
-                          entry.index == object::kErrorHistory;
+                          entry.index == object::kErrorHistory || NetworkObjects::is_network(entry.index);
   return entry.has(ObjectFlags::kRead) && entry.has(ObjectFlags::kWrite) &&
          !entry.has(ObjectFlags::kSetPoint) && !entry.has(ObjectFlags::kProcess) && !is_command;
 }

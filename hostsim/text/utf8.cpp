@@ -76,6 +76,20 @@ std::string to_utf8(std::string_view text) {
   return out;
 }
 
+std::string to_xml(std::string_view text) {
+  std::string result;
+  for (const char c : to_utf8(text)) {
+    switch (c) {
+      case '&': result += "&amp;"; break;
+      case '<': result += "&lt;"; break;
+      case '>': result += "&gt;"; break;
+      case '"': result += "&quot;"; break;
+      default: result += c;
+    }
+  }
+  return result;
+}
+
 std::string lines_to_utf8(std::string_view lines) {
   const std::string utf8 = as_utf8(lines);
   std::string out;

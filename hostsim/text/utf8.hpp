@@ -22,7 +22,10 @@ std::string as_utf8(std::string_view text);
 /// The same, for display: control characters become blanks.
 std::string to_utf8(std::string_view text);
 
-/// The same, but line ends are kept.
+/// The same, for a text or an attribute of XML 1.0.
+std::string to_xml(std::string_view text);
+
+/// The same as to_utf8(), but line ends are kept.
 std::string lines_to_utf8(std::string_view lines);
 
 /// At most the first `most` bytes, without an incomplete character at the end.

@@ -47,6 +47,8 @@ NamedRegister name_of(std::size_t address, const config::ModuleConfig& module) {
   if (const auto named = found(regmap::kWindow, address); named.row != nullptr) return named;
   if (const std::size_t at = moved(module.process_first, regmap::kProcessWords, regmap::kProcessFirst))
     return found(regmap::kProcessData, at);
+  if (const std::size_t at = moved(module.status_first, regmap::kStatusWords, regmap::kStatusFirst))
+    return found(regmap::kStatus, at);
   for (unsigned channel = 1; channel <= module.channels; ++channel) {
     const std::size_t out = moved(regmap::of_channel(module.scanner_out_first, channel),
                                   regmap::kScannerOutWords, regmap::kScannerOutFirst);
@@ -57,16 +59,40 @@ NamedRegister name_of(std::size_t address, const config::ModuleConfig& module) {
   return {};
 }
 
-/// The meaning of a value in one of the window's registers.
-std::string_view meaning_of(const regmap::RegisterRow* row, std::uint16_t word) {
-  const auto named = [word](const auto& rows) -> std::string_view {
-    const auto found = std::ranges::find(rows, word, &regmap::NamedNumber::value);
-    return found == rows.end() ? "" : found->meaning;
-  };
+std::string_view meaning_in(std::span<const regmap::NamedNumber> rows, unsigned value) {
+  const auto found = std::ranges::find(rows, value, &regmap::NamedNumber::value);
+  return found == rows.end() ? std::string_view() : found->meaning;
+}
+
+/// The bits that are set.
+std::string status_text(std::uint16_t word) {
+  std::string text;
+  for (const regmap::NamedNumber& bit : regmap::kStatusBits)
+    if ((word >> bit.value & 1) != 0) text += (text.empty() ? "" : "; ") + std::string(bit.meaning);
+  return text;
+}
+
+/// NMT state in the low byte, step of the boot in the high byte; a letter is a failure.
+std::string node_status_text(std::uint16_t word) {
+  const std::string_view state = meaning_in(regmap::kNodeStates, word & 0xFF);
+  const std::string_view step = meaning_in(regmap::kBootSteps, word >> 8);
+  if (word == 0) return {};
+  return fmt::format(
+      "{}, {}", state.empty() ? "no state" : state,
+      step.empty() ? fmt::format("failed: {}", static_cast<char>(word >> 8)) : std::string(step));
+}
+
+/// The meaning of a value in one of the named registers; empty = it is a number.
+std::string meaning_of(const regmap::RegisterRow* row, std::uint16_t word) {
   if (row == nullptr) return {};
-  if (row->name == "EXECUTE_FLAG") return word == regmap::kExecute ? "execute" : named(regmap::kResults);
-  if (row->name == "IN_RESULT") return word < 5 ? named(regmap::kResults) : named(regmap::kScannerResults);
-  return row->name.ends_with("COMMAND") ? named(regmap::kCommands) : "";
+  if (row->name == "EXECUTE_FLAG")
+    return std::string(word == regmap::kExecute ? "execute" : meaning_in(regmap::kResults, word));
+  if (row->name == "IN_RESULT")
+    return std::string(word < 5 ? meaning_in(regmap::kResults, word)
+                                : meaning_in(regmap::kScannerResults, word));
+  if (row->name == "STATUS") return status_text(word);
+  if (row->name == "NODE_STATUS") return node_status_text(word);
+  return std::string(row->name.ends_with("COMMAND") ? meaning_in(regmap::kCommands, word) : "");
 }
 
 adapters::HttpResponse ok(const Json& json) {
@@ -259,7 +285,8 @@ Json Api::registers(const Query& query) const {
     if (all && (row == nullptr || channel != 1)) continue;
     Json json{{"register", address}, {"name", row == nullptr ? "" : row->name}, {"value", words[address]}};
     if (channel != 1) json["channel"] = channel;
-    if (const auto meaning = meaning_of(row, words[address]); !meaning.empty()) json["words"] = meaning;
+    if (std::string meaning = meaning_of(row, words[address]); !meaning.empty())
+      json["words"] = std::move(meaning);
     if (const auto found = mapped.find(address); found != mapped.end()) json["mapped"] = found->second;
     list.push_back(std::move(json));
   }

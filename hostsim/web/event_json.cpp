@@ -43,7 +43,7 @@ void add_transaction(Json& json, const Event& event, const journal::Journal& jou
   json["value"] = bytes.empty() ? "" : journal::value_text(bytes, name);
   if (event.kind == Kind::kBegun) return;
   json["ok"] = !failed(event);
-  json["result"] = event.result == journal::kCancelled ? -1 : int{event.result};
+  json["result"] = journal::is_cancelled(event) ? -1 : int{event.result};
   json["code"] = event.code;
   json["outcome"] = journal::result_text(event);
   json["took_ms"] = static_cast<double>(event.took) / kMillisecond;

@@ -22,7 +22,7 @@ constexpr const char* kEds =
     "[2002]\nParameterName=Text\nObjectType=7\nDataType=9\nAccessType=rw\nDefaultValue=abc\nPDOMapping=0\n"
     "CBCAN_Size=8\n";
 
-cbcan::config::FileReader only_this_file() {
+cbcan::text::FileReader only_this_file() {
   return [](const std::string& path) -> std::optional<std::string> {
     if (path == "x.eds") return kEds;
     return std::nullopt;
@@ -30,7 +30,7 @@ cbcan::config::FileReader only_this_file() {
 }
 
 struct NodeBuilder {
-  explicit NodeBuilder(cbcan::config::FileReader read) : files(std::move(read)) {}
+  explicit NodeBuilder(cbcan::text::FileReader read) : files(std::move(read)) {}
   cbcan::config::NodeBuild build(const cbcan::config::NodeConfig& node, std::uint64_t seed) {
     return cbcan::config::build_node(node, seed, files);
   }

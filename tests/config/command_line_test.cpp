@@ -92,9 +92,9 @@ TEST_CASE("--rtu and --plc, and what else there is of them by --set") {
   REQUIRE(made.run);
   CHECK(made.config.rtu == RtuConfig{{"/dev/ttyS1", 9600, "N"}, 7, ""});
   CHECK(made.config.networks.at(0).plc ==
-        PlcConfig{"plc:502", {}, 2, PlcLayout::kScanner, 1024, std::nullopt, 50});
+        PlcConfig{"plc:502", {}, 2, PlcLayout::kScanner, 1024, std::nullopt, std::nullopt, 50});
   CHECK(made.config.networks.at(1).plc ==
-        PlcConfig{"", {"/dev/ttyS2", 57600, "E"}, 3, PlcLayout::kWindow, 3700, 0, 10});
+        PlcConfig{"", {"/dev/ttyS2", 57600, "E"}, 3, PlcLayout::kWindow, 3700, 0, std::nullopt, 10});
   refused_as({"--plc", "plc:0"},
              "--plc plc:0: must be HOST:PORT with the PLC's port; Modbus TCP's own is 502");
   CHECK(contains(

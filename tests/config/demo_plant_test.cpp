@@ -24,7 +24,7 @@ TEST_CASE("the program carries the files of plants/demo, byte by byte") {
 }
 
 TEST_CASE("the demo's files go the way of files on the disk") {
-  const FileReader files = with_demo_plant([](const std::string& path) {
+  const cbcan::text::FileReader files = with_demo_plant([](const std::string& path) {
     return path == "io.eds" ? std::optional<std::string>("on the disk") : std::nullopt;
   });
   CHECK(files("io.eds") == "on the disk");

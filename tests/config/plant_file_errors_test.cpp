@@ -360,7 +360,8 @@ TEST_CASE("faults that are wrong") {
         "2: can.faults: must be a list; write faults = [{ kind = \"frame-loss\" }]");
   wrong("[module]\nchannels = 1\nfaults = []\n",
         "3: module.faults: no such key; module has node_id, sdo_timeout_ms, node_state_fresh_ms, "
-        "guarding_timeout_ms, process_first, scanner_out_first, scanner_in_first, channels, plc_timeout_ms, "
+        "guarding_timeout_ms, network, status_first, process_first, scanner_out_first, scanner_in_first, "
+        "channels, plc_timeout_ms, "
         "plc_lost_state, start_result, parameters, enabled");
 }
 
@@ -386,9 +387,12 @@ TEST_CASE("ranges of registers do not overlap") {
   wrong_together("[module]\nprocess_first = 432\n",
                  "2: R500..R569 of module.scanner_out_first would lie over R432..R559 of "
                  "module.process_first; every range needs registers of its own");
-  CHECK(checked("[module]\nscanner_out_first = 3630\nscanner_in_first = 3928\nchannels = 1\n").empty());
+  wrong_together("[module]\nscanner_in_first = 3928\n",
+                 "2: R3928..R3995 of module.scanner_in_first would lie over R3928..R4099 of "
+                 "module.status_first; every range needs registers of its own");
+  CHECK(checked("[module]\nscanner_out_first = 3630\nscanner_in_first = 4200\nchannels = 1\n").empty());
   CHECK(
-      checked("[module]\nscanner_out_first = 3630\nscanner_in_first = 3928\n") ==
+      checked("[module]\nscanner_out_first = 3630\nscanner_in_first = 4200\n") ==
       Lines{
           "plant.toml:2: R3830..R3899 of module.scanner_out_first, channel 2 would lie over R3800..R3927 of "
           "module.process_first; every range needs registers of its own, or fewer channels do: "

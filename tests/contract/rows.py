@@ -26,6 +26,8 @@ NO_PROMISE = {
     (REGISTERS, "The window"): "names for the registers that every test uses; tests/regmap",
     (REGISTERS, "Scanner window"): "its registers; what they do says " + CONTRACT,
     (REGISTERS, "Process data"): "the names of what " + CONTRACT + " says under the same heading",
+    (CONTRACT, "Coils and discrete inputs"): "a target has registers; tests/modbus, tests/system",
+    (REGISTERS, "Network status"): "the names of what " + CONTRACT + " says under the same heading",
     (REGISTERS, "Diagnostics"): "not of the contract; tests/boards, tests/system",
     (REGISTERS, "Settings of a board"): "likewise",
     (REGISTERS, "SDO abort codes (R3707 and R3706)"): "names: codes of servers pass unchanged, the own ones are in " + CONTRACT,

@@ -319,10 +319,10 @@ TEST_CASE("[SCAN-18] 1 comes after 65535") {
 
 TEST_CASE("[SCAN-19] where the blocks begin") {
   Settings settings;
-  settings.scanner_out_first = 4000;
+  settings.scanner_out_first = 2000;
   settings.scanner_in_first = 0;
   Window window(settings);
   CONTRACT_NEEDS(window, Ability::kSettings);
-  window.set(4000, {1});
+  window.set(2000, {1});
   CHECK(window.target().read(0, 4) == Words{1, 5, 1, 0});
 }

@@ -46,6 +46,7 @@ NOT_RUN = {
     r"\$ npx \./cbcan-": "tests/module/session_test.mjs types it",
     r"test\(": "tests/module/plant_test.mjs runs the example and compares the page",
     r"plant\.toml:\d+: ": "messages; tests/config/pages_test.cpp compares them",
+    r"machine\.toml:\d+: ": "messages; tests/network/network_file_test.cpp has their form",
     r"fault 5 ": "tests/sim/faults_text_test.cpp reads each line",
     r"(cbcan-sim: 12\.345678 )?(network 2: )?node 5: fault 1: ": "messages of faults; tests/system/control_test.py has their form",
 }
@@ -70,7 +71,7 @@ NOT_EXECUTED = {
 }
 
 # Programs whose commands have their own --help.
-COMMANDS = {"cbcan-sim": [["run"]], "cbcanctl": [[name] for name in ("configure", "dump", "emcy", "read", "scan", "write")]}
+COMMANDS = {"cbcan-sim": [["run"]], "cbcan-network": [], "cbcanctl": [[name] for name in ("configure", "dump", "emcy", "map", "read", "scan", "status", "write")]}
 
 # Options of other projects' programs in prose.
 FOREIGN_OPTIONS = {"--preset", "--install", "--prefix", "--gc-sections", "--cflags", "--libs", "--wsl"}
@@ -187,6 +188,11 @@ class Pages:
                 self.run("cbcan-sim", "run", file.name)
             elif any("device_type" in node for node in table.get("node", [])):
                 self.with_plant("cbcanctl", "configure", file.name)
+            elif "pdos" in table or any("pdos" in node for node in table.get("node", [])):  # a network file; its EDS files are those of the project
+                network = self.job / "network.toml"
+                around = '[[node]]\nid = 66\neds = "plants/demo/io_module.eds"\n' if "pdos" in table else ""
+                network.write_text((around + block.text).replace('"plants/', f'"{ROOT}/plants/'))
+                self.run("cbcanctl", "map", network, "--for", "csv")
             else:
                 self.run("cbcan-sim", "--check", "--config", file.name)
 
@@ -218,6 +224,10 @@ class Pages:
             self.run(*words)
         elif words[0] == "cbcan-sim":  # reads plant, EDS files and options without opening ports
             self.run(words[0], "--check", *words[1:])
+        elif words[0] == "cbcanctl":
+            self.with_plant(*words)
+        elif words[0] == "cbcan-network":
+            self.run(*words[:words.index(">")])
         else:
             raise Wrong(f"{words[0]}: nothing here says how it is carried out; see NOT_EXECUTED")
 
@@ -344,7 +354,7 @@ def options_of_prose():
     for page in (page for page in page_blocks.pages() if page.name != "CHANGELOG.md"):  # it names removed options
         for number, line in page_blocks.prose(page.read_text()):
             for option in re.findall(r"(?<![\w-])--[a-z][a-z-]+", " ".join(re.findall(r"`([^`]*)`", line))):
-                if option not in FOREIGN_OPTIONS and not any(has_option(program, option) for program in ("cbcan-sim", "cbcanctl", *tools)):
+                if option not in FOREIGN_OPTIONS and not any(has_option(program, option) for program in ("cbcan-sim", "cbcanctl", "cbcan-network", *tools)):
                     yield f"{page.relative_to(ROOT)}:{number}: no program of ours has an option {option}"
 
 

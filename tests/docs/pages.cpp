@@ -16,6 +16,7 @@
 #include "config/settings.hpp"
 #include "explore/settings.hpp"
 #include "files/read_file.hpp"
+#include "network/network_file.hpp"
 #include "options/exit_code.hpp"
 #include "plant/control.hpp"
 #include "scenario/scenario.hpp"
@@ -60,6 +61,20 @@ std::string settings(const Words& words) {
                         cbcan::config::standard_of(row), meaning(row));
   });
   return rows;
+}
+
+/// network-keys TABLE
+std::string network_keys(const Words& words) {
+  std::string table = "| Key | Value | Default | Meaning |\n|---|---|---|---|\n";
+  const auto add = [&table](const auto& rows, const auto& standard) {
+    for (const auto& row : rows)
+      table += fmt::format("| `{}` | {} | {} | {} |\n", row.key, domain_of(row),
+                           row.example.empty() ? text_in(row, standard, standard) : "required", meaning(row));
+  };
+  if (words.at(1) == "network") add(cbcan::network::network_rows(), cbcan::network::Network());
+  if (words.at(1) == "node") add(cbcan::network::node_rows(), cbcan::network::Node());
+  if (words.at(1) == "pdos") add(cbcan::network::pdo_rows(), cbcan::network::Pdo());
+  return table;
 }
 
 cbcan::options::Kinds kinds_of(const Words& words) {
@@ -151,6 +166,7 @@ std::string registers(const Words& words) {
       {"window", regmap::kWindow},
       {"scanner", regmap::kScanner},
       {"process-data", regmap::kProcessData},
+      {"status", regmap::kStatus},
       {"diagnostics", regmap::kDiagnostics},
       {"board", regmap::kBoard}};
   const bool has_writer = words.at(1) == "window";
@@ -169,6 +185,8 @@ std::string numbers(const Words& words) {
       {"commands", regmap::kCommands},
       {"results", regmap::kResults},
       {"scanner-results", regmap::kScannerResults},
+      {"status-bits", regmap::kStatusBits},
+      {"boot-steps", regmap::kBootSteps},
       {"node-states", regmap::kNodeStates}};
   std::string table = "| Value | Name | Meaning |\n|---|---|---|\n";
   for (const regmap::NamedNumber& row : kTables.at(words.at(1)))
@@ -195,6 +213,7 @@ std::string abort_codes() {
 std::string generated(const Words& words) {
   const std::string_view what = words.at(0);
   if (what == "settings") return settings(words);
+  if (what == "network-keys") return network_keys(words);
   if (what == "fault-keys") return fault_keys(words);
   if (what == "fault-kinds") return fault_kinds(words);
   if (what == "commands") return usages("Command", cbcan::plant::command_usages());

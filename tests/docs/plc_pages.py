@@ -26,8 +26,9 @@ from st_machine import Machine
 BIN = pathlib.Path(program_from_arguments(sys.argv))
 PAGES = {path.stem: path.read_text() for path in sorted((ROOT / "docs/how-to/plc").glob("*.md"))}
 TABLE = json.loads(output(BIN / "cbcan-regmap", "json"))
-FIRST = {row["name"]: row["first"] for rows in ("registers", "scanner", "process_data") for row in TABLE[rows]}
-LAST = {row["name"]: row["last"] for rows in ("registers", "scanner", "process_data") for row in TABLE[rows]}
+GROUPS = "registers", "scanner", "process_data", "status"
+FIRST = {row["name"]: row["first"] for rows in GROUPS for row in TABLE[rows]}
+LAST = {row["name"]: row["last"] for rows in GROUPS for row in TABLE[rows]}
 
 MAKERS = {"codesys", "delta", "fatek", "mitsubishi", "omron", "openplc", "rockwell", "schneider", "siemens", "twincat"}
 HEADINGS = ["Jobs", "Settings", "Addresses", "Timeouts", "Traps", "Check"]
@@ -40,7 +41,6 @@ def words_from(first, last):
     return FIRST[first], LAST[last] - FIRST[first] + 1
 
 
-STATUS = LAST["OUTPUTS"] + 1, 4 + 5 * 8  # four words, and five bitmaps of 128 nodes
 BLOCKS = {  # each row of the table: the first register and the number of words
     "(a) scanner window: write OUT": words_from("OUT_NUMBER", "OUT_DATA"),
     "(a) read IN": words_from("IN_NUMBER", "IN_DATA"),
@@ -48,7 +48,7 @@ BLOCKS = {  # each row of the table: the first register and the number of words
     "(b) read result": words_from("EXECUTE_FLAG", "DATA"),
     "(c) process data: write outputs": words_from("OUTPUTS", "OUTPUTS"),
     "(c) read inputs": words_from("INPUTS", "INPUTS"),
-    "(d) network status: read": STATUS,
+    "(d) network status: read": words_from("STATUS", "LOST"),
 }
 HEADER = {"(a) s": FIRST["OUT_DATA"] - FIRST["OUT_NUMBER"], "(a) r": FIRST["IN_DATA"] - FIRST["IN_NUMBER"]}
 SHORT = [HEADER["(a) s"] + 2, HEADER["(a) r"] + 2, 8, 8, 8, 8, 4]  # Delta: objects of four bytes, and the summary of the status
@@ -63,8 +63,8 @@ OTHERS = {
     "delta": "100 502 19200 1143 1122 1127 150 604 605 200",
     "fatek": "150 19200 502 574 3701 3706 3707 40001",
     "mitsubishi": "125 123 8412 8432 3000 19200 502 604 605 200",
-    "omron": "1023 102 502 200",
-    "openplc": "1000 100",
+    "omron": "1023 102 502 200 400",
+    "openplc": "1000 100 164",
     "rockwell": "502 3702 5055 3701 0x3001 13810 32767 32768",
     "schneider": "241 251 340 580 1000 255 65535 120 123 125 100",
     "siemens": "1200 1500 123 125 255 1000 7001 7002 80A3 80C8 8200 8383 40001 400001",
@@ -118,7 +118,7 @@ def in_the_plc(page, form):
     outputs = process + FIRST["OUTPUTS"] - FIRST["INPUTS"]
     window = form.format(FIRST["EXECUTE_FLAG"]) if "plc.first" not in settings else "none, use (a)"
     return [form.format(first), form.format(first + LAST["OUT_DATA"] - FIRST["OUT_NUMBER"] + 1), window, window,
-            form.format(outputs), form.format(process), "none"]
+            form.format(outputs), form.format(process), form.format(settings["plc.status_first"])]
 
 
 def located(page):
@@ -319,7 +319,29 @@ class Played(unittest.TestCase):
                         plc.write(at, [number])
                     wait_until(lambda: plc.read(result, 1)[0] == (number if at == 0 else 0), "a result in the PLC")
                 self.started(simulator, 1)
+                state = int(plc_settings(page)[1]["plc.status_first"]) + FIRST["NODE_STATUS"] - FIRST["STATUS"] + 66
+                wait_until(lambda: plc.read(state, 1)[0] == 5, "Operational in the PLC")
                 simulator.stop()
+
+    def test_inputs_in_variables(self):
+        """OpenPLC's program, with (c) and (d) as its devices."""
+        machine = Machine(("process_data.st", (ROOT / "tools/st/process_data.st").read_text()))
+        program, values = machine.programs["MAIN"]
+        simulator = self.start("--network-file", ROOT / "plants/demo/network.toml", "--set", "node.66.signals+={index=0x6000,sub=1,shape='constant',value=90}")
+        inputs, status, outputs = (BLOCKS[key] for key in ("(c) read inputs", "(d) network status: read", "(c) process data: write outputs"))
+
+        def exchange(window):
+            words = window.read(*inputs) + window.read(*status)
+            values.update((name, words[int(address[3:]) - 100]) for address, name in program.located.items() if address[1] == "I")
+            machine.scan(0)
+            image = {address: values[name] for address, name in program.located.items()}
+            window.write(outputs[0], [image.get(f"%QW{100 + place}", 0) for place in range(outputs[1])])
+            return image["%QW100"]
+
+        with simulator.window() as window:
+            wait_until(lambda: exchange(window) == 90, "an input in a variable")
+            wait_until(lambda: self.ctl(simulator, "read", "66", "0x6200", "1", "--type", "u8") == "90\n", "an output in the node")
+        simulator.stop()
 
     def test_how_to_find_where_an_instruction_counts_from(self):
         simulator = self.start()
@@ -333,7 +355,8 @@ class Played(unittest.TestCase):
         for page in PAGES:
             said = " ".join(section(page, "Check").split())
             self.assertIn(f"Put {words}: `-v` prints `{DONE}`, and `cbcanctl state 66` `66 Operational`.", said, page)
-            self.assertEqual([block.language for block in page_blocks.blocks(ROOT / f"docs/how-to/plc/{page}.md")], ["sh"], page)
+            languages = [block.language for block in page_blocks.blocks(ROOT / f"docs/how-to/plc/{page}.md")]
+            self.assertEqual(languages, ["sh"] * (2 if page == "openplc" else 1), page)
 
 
 cases.main()

@@ -8,7 +8,7 @@
 
 namespace cbcan::explore::test {
 
-inline const config::FileReader kRead =
+inline const text::FileReader kRead =
     config::with_demo_plant([](const std::string&) { return std::nullopt; });
 
 /// A scenario on the demo plant; `text` follows plant = "demo".

@@ -22,7 +22,8 @@ measure() {
 
 measure sdo_client "$1/tests/firmware/images/sdo_client" 4700 420
 measure master "$1/tests/firmware/images/master" 6000 2000
-measure coprocessor "$1/tests/firmware/images/coprocessor" 30500 9200
+measure coprocessor "$1/tests/firmware/images/coprocessor" 30500 9300
+measure coprocessor_with_manager "$1/tests/firmware/images/coprocessor_with_manager" 45200 19700
 measure canopen_services_plain "$1/tests/firmware/images/canopen_services_plain" 25700 6000
 measure canopen_services_lto "$1/tests/firmware/images/canopen_services_lto" 23500 6000
 # Limits as in their linker scripts.

@@ -29,9 +29,10 @@ MAY_KNOW = {
     "hostsim/devices/lua": {"hostsim/devices", *SIMULATION},
     "hostsim/devices": {*SIMULATION},
     "hostsim/eds": {"hostsim/text", "firmware/cbcan/canopen"},
+    "hostsim/network": {"hostsim/eds", "hostsim/options", "hostsim/text", "firmware/cbcan/canopen", "regmap"},
     "hostsim/journal": {"hostsim/adapters", *SIMULATION},
     "hostsim/io": {"hostsim/files", "firmware/boards", "hostsim/window", "hostsim/adapters", "hostsim/journal", *SIMULATION},
-    "hostsim/config": {"hostsim/devices", *SIMULATION},
+    "hostsim/config": {"hostsim/devices", "hostsim/network", *SIMULATION},
     "hostsim/cli": {"hostsim/config", "hostsim/devices", *SIMULATION},
     "hostsim/plant": {"hostsim/config", "hostsim/adapters", "hostsim/journal", "hostsim/devices", *SIMULATION},
     "hostsim/scenario": {"hostsim/plant", "hostsim/config", "hostsim/adapters", "hostsim/journal", *SIMULATION},
@@ -43,12 +44,12 @@ MAY_KNOW = {
     "hostsim/library": {"hostsim/include", "hostsim/files", "hostsim/plant", "hostsim/config", "hostsim/journal", *SIMULATION},
     "hostsim/app": {"hostsim/explore", "hostsim/session", "hostsim/web", "hostsim/files", "hostsim/window", "hostsim/io", "hostsim/adapters", "hostsim/cli", "hostsim/scenario", "hostsim/plant", "hostsim/config",
                     "hostsim/journal", "hostsim/devices", *SIMULATION},
-    "tools": {"hostsim/files", "hostsim/window", "hostsim/eds", "hostsim/options", "hostsim/text", "regmap"},
+    "tools": {"hostsim/files", "hostsim/network", "hostsim/window", "hostsim/eds", "hostsim/options", "hostsim/text", "regmap"},
 }
 
 # First folder of an include path -> directory.
 PREFIXES = {"boards": "firmware/boards",
-            **{name: f"hostsim/{name}" for name in ("sim", "adapters", "journal", "devices", "eds", "io", "config", "cli", "plant", "scenario", "explore", "session", "module", "web", "options", "text", "files",
+            **{name: f"hostsim/{name}" for name in ("sim", "adapters", "journal", "devices", "network", "eds", "io", "config", "cli", "plant", "scenario", "explore", "session", "module", "web", "options", "text", "files",
                                                     "window", "app")}}
 
 # Standard headers allowed in the freestanding core: no heap, no OS, no clock, no stream.
@@ -56,7 +57,7 @@ FREESTANDING = {"algorithm", "array", "atomic", "bit", "concepts", "cstddef", "c
                 "string_view", "type_traits", "utility"}
 
 # These directories have no operating system, so that they also run as WebAssembly: no clock, no threads, no I/O, no unseeded random numbers.
-PURE = {f"hostsim/{name}" for name in ("text", "options", "sim", "devices", "devices/lua", "eds", "journal", "adapters", "config", "cli", "plant", "scenario", "explore", "web", "session", "module")}
+PURE = {f"hostsim/{name}" for name in ("text", "options", "sim", "network", "devices", "devices/lua", "eds", "journal", "adapters", "config", "cli", "plant", "scenario", "explore", "web", "session", "module")}
 IMPURE = re.compile(r"chrono|thread|stop_token|mutex|shared_mutex|condition_variable|future|random|c?time|csignal|[io]?fstream|iostream|filesystem"
                     r"|\w+\.h|(arpa|linux|net|netinet|sys)/.*")
 
@@ -97,7 +98,7 @@ def complaint(room, kind, name):
         return f"{room} is freestanding"
     if LUA.fullmatch(name):
         return None if room == "hostsim/devices/lua" else "only hostsim/devices/lua sees Lua's headers"
-    paths_alone = room == "hostsim/config" and name == "filesystem"
+    paths_alone = room == "hostsim/text" and name == "filesystem"
     if room in PURE and IMPURE.fullmatch(name) and not paths_alone:
         return f"{room} is pure: it is told what time it is and opens nothing"
     return None

@@ -251,6 +251,25 @@ TEST_CASE("frames belong to the channel whose turn it is with the node") {
               "0.050000 #2 read node 66 1001h:00 = 0: done, 50 ms"});
 }
 
+TEST_CASE("a request that the PLC cancels before its turn, and one after") {
+  const auto plant = plant::test::demo("[module]\nchannels = 2\n");
+  plant->execute("write 500 1 5055 0 0 0 0");
+  plant->execute("write 700 1 5055 0 0 0 0");
+  plant->execute("fault 0x42 response-late delay_ms=50 count=1");
+  Seen seen(*plant);
+  plant->execute("write 500 2 5055 0x42 0x1000 0 4");
+  plant->execute("write 700 2 5055 0x42 0x1001 0 1");
+  plant->execute("pass 10ms");
+  seen.lines();
+  plant->execute("write 700 0");
+  plant->execute("pass 1ms");
+  CHECK(seen.lines().back() ==
+        "0.010000 #2 read node 66 1001h:00: cancelled before its first frame (is TIMEOUT too short?), 10 ms");
+  plant->execute("write 500 0");
+  plant->execute("pass 1ms");
+  CHECK(seen.lines()[1] == "0.011000 #1 read node 66 1000h:00: 0800 0000h general error, 11 ms");
+}
+
 TEST_CASE("a Modbus request belongs to the transaction of the registers that it is about") {
   std::array<std::uint16_t, 70> window{};
   const std::array windows{NetworkWatch::Window{3700, window, {}}};

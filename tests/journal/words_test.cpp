@@ -61,6 +61,7 @@ TEST_CASE("results in words") {
   CHECK(result_text({.result = 6}) ==
         "the number came without all words of its request; nothing is executed");
   CHECK(result_text({.result = kCancelled}) == "cancelled");
+  CHECK(result_text({.result = kNeverSent}) == "cancelled before its first frame (is TIMEOUT too short?)");
   CHECK(result_text({.result = 77}) == "77 in place of a result");
 }
 

@@ -153,6 +153,8 @@ look("registers are named, lit and written", async (page, plant) => {
   await shows(page, "#register-list", /R500.*OUT_NUMBER/);
   await click(page, "#register-view button", "Process");
   await shows(page, "#register-list", /R3800.*IN 0/);
+  await click(page, "#register-view button", "Network");
+  await shows(page, "#register-list", /R3928.*STATUS.*R3932.*HEARD/);
 });
 
 look("process data says what it is exchanged with", async (page, plant) => {

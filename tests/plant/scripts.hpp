@@ -13,7 +13,7 @@ namespace cbcan::plant::test {
 using Files = std::map<std::string, std::string>;
 
 /// Reads these files, those of the demo plant, and those of the source tree.
-inline config::FileReader reader(const Files& files) {
+inline text::FileReader reader(const Files& files) {
   return config::with_demo_plant([&files](const std::string& path) -> std::optional<std::string> {
     if (const auto found = files.find(path); found != files.end()) return found->second;
     std::ifstream file(std::string(CBCAN_SOURCE_DIR) + "/" + path);

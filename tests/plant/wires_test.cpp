@@ -193,7 +193,7 @@ eds = "demo:/io_module.eds"
 }
 
 TEST_CASE("ends that a node does not have are reported") {
-  const config::FileReader read = config::with_demo_plant(no_file);
+  const text::FileReader read = config::with_demo_plant(no_file);
   config::Config config;
   const std::string text = "[[node]]\nid = 5\neds = \"demo:/io_module.eds\"\n" +
                            wire("5:output:999", "5:input:1") + wire("5:0x6200:1", "5:0x1017");

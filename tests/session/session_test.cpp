@@ -15,7 +15,7 @@ namespace {
 TEST_CASE("a fault that acts while the plant is made is reported, before there are views") {
   const char* const words[] = {"cbcan-sim", "--demo", "--fault",
                                "0x42:emcy-storm code=0x1000 interval_ms=1 count=1"};
-  const config::FileReader read =
+  const text::FileReader read =
       config::with_demo_plant([](const std::string&) -> std::optional<std::string> { return std::nullopt; });
   const cli::Start start = cli::parse_command_line(4, words, read);
   REQUIRE(start.run);

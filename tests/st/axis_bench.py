@@ -103,14 +103,16 @@ class Compiled:
 class AxisPlc(Plant):
     """Scans of 10 ms; the master exchanges all words after each `every`-th one."""
 
-    def __init__(self, program, engine, order, every, eds):
-        super().__init__(program, "--node", f"{DRIVE}={eds}", scan_us=10000)
+    """`network`: a file with which the module configures both; without, this does."""
+
+    def __init__(self, program, engine, order, every, eds, network=None):
+        super().__init__(program, "--node", f"{DRIVE}={eds}", *(["--network-file", network] if network else []), scan_us=10000)
         self.engine, self.order, self.every, self.scans = engine, order.split(), every, 0
         self.words, self.address, self.enabled = {}, names(), 0
         self.forced = {}  # INS of a drive that this test invents
         self.pass_time(100000)
-        self.configure(DRIVE)
-        self.configure(MODULE)
+        for node in () if network else (DRIVE, MODULE):
+            self.configure(node)
 
     def close(self):
         self.engine.close()

@@ -11,7 +11,7 @@ import sys
 import tempfile
 import unittest
 
-from axis_bench import BITS, BLOCKS, HERE, MODULE, STATES, AxisPlc, Compiled, Interpreted, drive_eds
+from axis_bench import BITS, BLOCKS, HERE, MODULE, PAGE, STATES, AxisPlc, Compiled, Interpreted, drive_eds
 import cases
 from simulator import program_from_arguments
 
@@ -150,8 +150,8 @@ class Axis(unittest.TestCase):
             self.programs[name] = Compiled.compile(IEC2C, self.folder, name)
         return Compiled(self.programs[name])
 
-    def plc(self, order, every, program="axis_program"):
-        plc = AxisPlc(PROGRAM, self.engine(program), order, every, self.eds)
+    def plc(self, order, every, program="axis_program", network=None):
+        plc = AxisPlc(PROGRAM, self.engine(program), order, every, self.eds, network)
         self.addCleanup(plc.close)
         return plc
 
@@ -166,11 +166,15 @@ class Axis(unittest.TestCase):
                         raise AssertionError(f"{step}    {order} {every} {time}") from error
 
     def test_the_example(self):
-        plc = self.plc("read write", 1, "axis_example")
-        for _ in range(400):
-            plc.scan()
-        self.assertEqual(plc.command("get 16 0x6064"), "8000")
-        self.assertEqual([frame for frame in plc.frames() if re.match("610#(2F98|2381)", frame)], ["610#2F98600023000000", "610#23816000204E0000"])
+        network = self.eds.with_name("network.toml")
+        network.write_text(re.search(r"```toml\n(.*?)```", PAGE.read_text(), re.DOTALL)[1])
+        for file in (network, None):
+            plc = self.plc("read write", 1, "axis_example", file)
+            for _ in range(400):
+                plc.scan()
+            self.assertEqual(plc.command("get 16 0x6064"), "8000")
+            self.assertEqual([frame for frame in plc.frames() if re.match("610#(2F98|2381)", frame)], ["610#2F98600023000000", "610#23816000204E0000"])
+            plc.close()
 
     def test_conversions(self):
         plc = self.plc("read write", 1)

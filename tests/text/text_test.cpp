@@ -59,6 +59,7 @@ TEST_CASE("Text for people is UTF-8 without control characters") {
                 "d\xC2\xA0") == "a b [2Kc d\xC2\xA0");
   CHECK(to_utf8("\x9F\xA0") == " \xC2\xA0");
   CHECK(lines_to_utf8("a\nb\r\n\tc\x1B") == "a\nb \n c ");
+  CHECK(to_xml("<a b=\"c\">&amp;\n\xFC") == "&lt;a b=&quot;c&quot;&gt;&amp;amp; \xC3\xBC");
 }
 
 TEST_CASE("The first line that is not UTF-8") {

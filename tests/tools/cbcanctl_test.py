@@ -87,18 +87,19 @@ class WithSimulator(unittest.TestCase):
                        "cbcanctl: 1 of 2 nodes has not been started\n")
         self.check("read 0x20 0x2002 0 --type u16", "77\n")
         self.check("state 0x20", "32 Operational\n")
-        self.check("configure /nowhere", "", USAGE, "cbcanctl: /nowhere: cannot be read; is the name right?\n")
+        self.check("configure /nowhere", "", USAGE, "cbcanctl: /nowhere: cannot be read; name a network file, or a folder of DCF files\n")
 
     def test_what_is_no_file(self):
         with tempfile.TemporaryDirectory() as folder:
             pipe = f"{folder}/pipe"
             os.mkfifo(pipe)
-            for command in ("configure", "dump 66 --eds"):
-                self.check(f"{command} {folder}", "", USAGE, f"cbcanctl: {folder}: this is a folder; name a file in it\n")
+            for command, hint in (("configure", "no *.dcf in this folder; name a file in TOML, or export DCF files into it"),
+                                  ("dump 66 --eds", "this is a folder; name a file in it")):
+                self.check(f"{command} {folder}", "", USAGE, f"cbcanctl: {folder}: {hint}\n")
                 self.check(f"{command} {pipe}", "", USAGE,
                            f"cbcanctl: {pipe}: a pipe that no program writes to; name a file, or start its writer first\n")
             self.check("dump 66 --eds /bin/ls", "", USAGE, "cbcanctl: /bin/ls: not one object in it; name an EDS or DCF file\n")
-            self.check("configure /bin/ls", "", USAGE, "cbcanctl: /bin/ls:1: this line is not UTF-8; write a plan in TOML, or name a file *.dcf\n")
+            self.check("configure /bin/ls", "", USAGE, "cbcanctl: /bin/ls:1: this line is not UTF-8; write a network in TOML, or name a file *.dcf\n")
             with open(os.open(pipe, os.O_RDWR), "wb"):  # a writer that writes nothing
                 for number in (signal.SIGINT, signal.SIGTERM):
                     process = subprocess.Popen([CBCANCTL, "configure", pipe])
@@ -206,7 +207,7 @@ class Usage(unittest.TestCase):
 
     def test_help_has_every_command_with_its_arguments_and_options(self):
         commands = re.search(r"\nCommands:\n(.*?)\n\n", run(1, "--help").stdout, re.DOTALL)[1].splitlines()
-        self.assertEqual(len(commands), 9)
+        self.assertEqual(len(commands), 11)
         for line in commands:
             usage = re.match(r"  ((\S+)(?: [A-Z.]+)*)(?: |$)", line)
             helped = run(1, usage[2], "--help").stdout

@@ -73,12 +73,20 @@ std::string seconds(Plant::Duration time) {
 
 /// Jobs for a plan, and their results.
 struct Jobs {
-  explicit Jobs(const std::string& toml, bool verify = true) : plan(parse_plan(toml, "plan.toml")) {
-    for (const PlannedNode& node : plan)
+  explicit Jobs(const std::string& toml, bool verify = true) : plan(read(toml)) {
+    for (const Node& node : plan)
       list.push_back(&nodes.emplace_back(node, verify));
   }
 
-  std::vector<PlannedNode> plan;
+  static std::vector<Node> read(const std::string& toml) {
+    std::vector<std::string> remarks;
+    const auto files = [&toml](const std::string& path) {
+      return path == "plan.toml" ? std::optional(toml) : std::nullopt;
+    };
+    return read_network("plan.toml", files, remarks).all;
+  }
+
+  std::vector<Node> plan;
   std::deque<NodeConfiguration> nodes;
   std::vector<Job*> list;
 };
@@ -183,22 +191,4 @@ TEST_CASE("126 nodes asked with an SDO timeout of 100 ms, which is put back, wha
   Job* const asks[] = {&timeout};
   REQUIRE(run(registers, asks));
   CHECK(timeout.results()[0].data == Bytes{0xE8, 0x03});
-}
-
-TEST_CASE("what is wrong with a plan, and where") {
-  const auto [toml, wrong] = GENERATE(table<std::string, std::string>({
-      {"[[node]]\nid = 128\n", "plan.toml:2: node 128: node IDs are 1..127"},
-      {"[[node]]\nname = 1\nid = 5\n",
-       "plan.toml:2: name: no such key; there are id, device_type, identity and objects"},
-      {"[[node]]\n", "plan.toml:1: id is missing"},
-      {"node = 5\n", "plan.toml:1: node: must be a list of tables"},
-      {"[[node]]\nid = 5\nobjects = [\n{ index = 0x2001, value = 300, type = \"u8\" }]\n",
-       "plan.toml:4: node 5: '300' is no u8: its range is 0..255"},
-      {"[[node]]\nid = 5\nobjects = [{ index = 0x2001, value = 300 }]\n",
-       "plan.toml:3: node 5: type is missing: u8, u16, ..., string or hex"},
-      {"[[node]]\nid = 5\nobjects = [{ index = 0x2001, type = \"u8\" }]\n",
-       "plan.toml:3: node 5: value is missing, or no number, text or truth"},
-      {"[[node]]\nid = 5\nidentity = [-1]\n", "plan.toml:3: node 5: identity: must be 0..0xffffffff"},
-  }));
-  CHECK_THROWS_WITH(parse_plan(toml, "plan.toml"), wrong);
 }

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 // Plans from DCF files.
-#include "cbcanctl/device_file.hpp"
+#include "network/device_file.hpp"
 
 #include "support/catch.hpp"
 #include "text/numbers.hpp"
 
-using namespace cbcan::tools;
+using namespace cbcan::network;
 
 namespace {
 
@@ -50,7 +50,7 @@ TEST_CASE("a DCF: identity, ParameterValues, and PDOs in the order of CiA 301") 
       section("2003", 5, "rw", "DefaultValue=9\nObjectType=8\nCompactSubObj=2") +
       "[2003Value]\nNrOfEntries=1\n2=7\n";
   std::vector<std::string> remarks;
-  const PlannedNode node = parse_dcf(dcf, "drive.dcf", remarks);
+  const Node node = parse_dcf(dcf, "drive.dcf", remarks);
   CHECK(node.id == 5);
   CHECK(remarks == std::vector<std::string>{
                        "drive.dcf:72: 1402h has no sub-index 0: a read-only one that says 2 is assumed"});

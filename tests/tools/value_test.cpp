@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "cbcanctl/value.hpp"
+#include "network/value.hpp"
 
 #include "support/catch.hpp"
 
-using namespace cbcan::tools;
+using namespace cbcan::network;
 
 namespace {
 

@@ -12,8 +12,11 @@
 
 #include "cbcan/regmap.hpp"
 #include "cbcan/window.hpp"
+#include "network/value.hpp"
 
 namespace cbcan::tools {
+
+using namespace network;
 
 using window::Transaction;
 

@@ -63,12 +63,23 @@ constexpr std::array kStateOptions{
     row<&Options::all>({.option = "--all", .help = "With all: also the nodes that are not detected"})};
 constexpr std::array kEmcyWords{node("1..127, or all; 0 = the coprocessor itself")};
 constexpr std::array kConfigureWords{
-    row<&Options::plans>({.option = "PLAN...", .help = "TOML files, [[node]] with id, identity and objects, or DCF files, one for a node"})};
+    row<&Options::plans>({.option = "PLAN...", .help = "network files in TOML, or DCF files, one for a node"})};
 constexpr std::array kConfigureOptions{
     row<&Options::no_verify>({.option = "--no-verify", .help = "Does not read back written values"})};
 constexpr std::array kDumpWords{node("1..127")};
 constexpr std::array kDumpOptions{
     row<&Options::eds>({.option = "--eds FILE", .help = "Reads the objects of this EDS or DCF file instead of trying 1000h..9FFFh"})};
+constexpr std::array kStatusOptions{
+    row<&Options::wait_ms>({.option = "--wait MS", .help = "Waits until all listed nodes are running, at most this long; exit code 4 if they are not", .low = 1, .high = 3'600'000})};
+constexpr std::array kMapWords{
+    row<&Options::network>({.option = "FILE", .help = "Network file in TOML"})};
+constexpr std::array kMapOptions{
+    row<&Options::form>({
+        .option = "--for FORM", .help = "File of a maker's tool; -scl and -st are programs that exchange the tags, with the module's "
+        "address from --host", .choices = tools::kForms}),
+    row<&Options::at>({
+        .option = "--at ADDRESS", .help = "First address of the inputs in the PLC; outputs are 64 words further on, the status 128. Without it "
+        "%MB1000 for tia, %MW100 for xsy, %MW0 for codesys, D100 for ispsoft; for tia-db the number of the block, 10", .high = 65535})};
 constexpr auto kCommands = std::to_array<Command>({
     {"cbcanctl read", "SDO read (upload)", kReadWords, kReadOptions, read},
     {"cbcanctl write", "SDO write (download)", kWriteWords, kWriteOptions, write},
@@ -77,7 +88,9 @@ constexpr auto kCommands = std::to_array<Command>({
     {"cbcanctl emcy", "Last EMCY message of a node, or errors of all", kEmcyWords, {}, emcy},
     {"cbcanctl configure", "Configures and starts the nodes of a plan", kConfigureWords, kConfigureOptions, configure},
     {"cbcanctl dump", "All objects of a node, as a plan", kDumpWords, kDumpOptions, dump},
+    {"cbcanctl status", "States of all nodes, from R3928..R4099", {}, kStatusOptions, status},
     {"cbcanctl scan", "Nodes that respond, with identity and name", {}, {}, scan},
+    {"cbcanctl map", "Tags of a network for the tool of a PLC's maker", kMapWords, kMapOptions, map},
     {"cbcanctl kernel", "CAN errors of the coprocessor", {}, {}, kernel},
 });
 
@@ -152,6 +165,7 @@ Examples:
   cbcanctl state all
   cbcanctl dump 5 --eds drive.eds > plan.toml
   cbcanctl configure plan.toml
+  cbcanctl map network.toml --for tia > tags.xml
   cbcanctl --rtu /dev/ttyUSB0 --baud 19200 --station 1 state all
 )";
 

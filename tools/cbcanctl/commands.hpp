@@ -16,5 +16,7 @@ void kernel(const Options& options);
 void configure(const Options& options);
 void dump(const Options& options);
 void scan(const Options& options);
+void status(const Options& options);
+void map(const Options& options);
 
 }  // namespace cbcan::ctl

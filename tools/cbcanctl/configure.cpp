@@ -6,30 +6,29 @@
 #include <deque>
 
 #include "cbcanctl/commands.hpp"
-#include "cbcanctl/device_file.hpp"
+#include "cbcanctl/plan.hpp"
+#include "network/device_file.hpp"
 #include "text/words.hpp"
 
 namespace cbcan::ctl {
 
 namespace {
 
-std::vector<tools::PlannedNode> read_plan(const std::string& path) {
-  const std::string text = read_file(path);
-  const std::string_view ending = std::string_view(path).substr(path.find_last_of('.') + 1);
-  if (!text::same_text(ending, "dcf") && !text::same_text(ending, "eds"))
-    return tools::parse_plan(text, path);
+std::vector<network::Node> read_plan(const std::string& path) {
+  const std::string_view ending = text::leaf_of(path);
+  if (!text::same_text(ending, "dcf") && !text::same_text(ending, "eds")) return read_network(path).all;
   std::vector<std::string> remarks;
-  const tools::PlannedNode node = tools::parse_dcf(text, path, remarks);
-  std::for_each(remarks.begin(), remarks.end(), say);
-  return {node};
+  std::vector nodes{network::parse_dcf(read_file(path), path, remarks)};
+  std::ranges::for_each(remarks, say);
+  return nodes;
 }
 
 /// The nodes of all plans; each node may appear once.
-std::vector<tools::PlannedNode> read_plans(const std::vector<std::string>& paths) {
-  std::vector<tools::PlannedNode> nodes;
+std::vector<network::Node> read_plans(const std::vector<std::string>& paths) {
+  std::vector<network::Node> nodes;
   std::array<std::string, kMaxNode + 1> planned_by;
   for (const std::string& path : paths)
-    for (tools::PlannedNode& node : read_plan(path)) {
+    for (network::Node& node : read_plan(path)) {
       if (!planned_by[node.id].empty())
         throw tools::UsageError(
             fmt::format("{}: node {} is in {} already", path, node.id, planned_by[node.id]));
@@ -42,11 +41,11 @@ std::vector<tools::PlannedNode> read_plans(const std::vector<std::string>& paths
 }  // namespace
 
 void configure(const Options& options) {
-  const std::vector<tools::PlannedNode> plan = read_plans(options.plans);
+  const std::vector<network::Node> plan = read_plans(options.plans);
   window::Client client = connect(options);
   std::deque<tools::NodeConfiguration> nodes;
   std::vector<tools::Job*> jobs;
-  for (const tools::PlannedNode& node : plan)
+  for (const network::Node& node : plan)
     jobs.push_back(&nodes.emplace_back(node, !options.no_verify));
   run(client, jobs, "node");
   std::size_t failed = 0;

@@ -8,7 +8,7 @@
 #include <map>
 
 #include "cbcanctl/commands.hpp"
-#include "cbcanctl/device_file.hpp"
+#include "network/device_file.hpp"
 #include "text/numbers.hpp"
 #include "text/value.hpp"
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The planned configuration of nodes, and a job for each node that applies it, in the order of CiA 302's
-/// boot-up: check the identity, write, read back, start.
+/// A job for each node of a network that applies its configuration, in the order of CiA 302's boot-up: check
+/// the identity, write, read back, start.
 
 #include <cstdint>
 #include <optional>
@@ -11,38 +11,20 @@
 #include <vector>
 
 #include "cbcanctl/channels.hpp"
-#include "cbcanctl/value.hpp"
+#include "network/network_file.hpp"
 
 namespace cbcan::tools {
-
-inline constexpr std::uint16_t kDeviceType = 0x1000;
-inline constexpr std::uint16_t kIdentity = 0x1018;
-
-struct PlannedObject {
-  std::uint16_t index = 0;
-  std::uint8_t sub = 0;
-  Bytes value;
-};
-
-struct PlannedNode {
-  std::uint8_t id = 0;
-  std::vector<PlannedObject> identity;  ///< 1000h, 1018h: expected values
-  std::vector<PlannedObject> objects;   ///< to write
-};
-
-/// A plan in TOML; `name` is the file's. Throws UsageError: "plan.toml:12: node 300: node IDs are 1..127".
-std::vector<PlannedNode> parse_plan(std::string_view text, const std::string& name);
 
 class NodeConfiguration final : public Job {
  public:
   /// `verify`: reads back each value; a write-only object counts as written. A read-only object must have the
   /// value already.
-  NodeConfiguration(const PlannedNode& node, bool verify);
+  NodeConfiguration(const Node& node, bool verify);
 
   std::optional<Transaction> next() override;
   void ended(const window::Result& response) override;
 
-  const PlannedNode& node() const { return node_; }
+  const Node& node() const { return node_; }
   /// Why the node was not started; empty = it was.
   const std::string& problem() const { return problem_; }
   /// The response that caused this, unless a different value did.
@@ -55,7 +37,7 @@ class NodeConfiguration final : public Job {
     const PlannedObject* object;
   };
 
-  const PlannedNode& node_;
+  const Node& node_;
   std::vector<Step> steps_;
   std::size_t at_ = 0;
   std::string problem_;

@@ -88,6 +88,13 @@ std::string read_file(const std::string& path) {
   throw tools::UsageError(path + ": cannot be read; is the name right?");
 }
 
+network::Network read_network(const std::string& path) {
+  std::vector<std::string> remarks;
+  network::Network network = network::read_network(path, files::read_file, remarks);
+  std::ranges::for_each(remarks, say);
+  return network;
+}
+
 bool interrupted() {
   return interrupt_seen != 0;
 }

@@ -10,7 +10,8 @@
 #include <string>
 
 #include "cbcanctl/channels.hpp"
-#include "cbcanctl/value.hpp"
+#include "cbcanctl/tag_forms.hpp"
+#include "network/value.hpp"
 #include "options/exit_code.hpp"
 
 namespace cbcan::ctl {
@@ -36,6 +37,11 @@ struct Options {
   std::vector<std::string> plans;
   bool no_verify = false;
   std::string eds;  ///< of dump; empty = not given
+  int wait_ms = 0;  ///< of status; 0 = does not wait
+  // Of map.
+  std::string network;
+  std::optional<tools::Form> form;
+  std::optional<int> at;
 };
 
 /// A transaction ended with a result other than 0.
@@ -58,6 +64,9 @@ void say(const std::string& line);
 
 /// Throws UsageError if it cannot be read.
 std::string read_file(const std::string& path);
+
+/// A network file with its EDS files; says what is wrong in these. Throws UsageError.
+network::Network read_network(const std::string& path);
 
 /// True after Ctrl-C, which cancels what is in progress once connect() was called.
 bool interrupted();

@@ -23,8 +23,11 @@ struct Table {
   std::span<const RegisterRow> rows;
 };
 constexpr std::array kTables{
-    Table{"registers", "R_", kWindow},         Table{"scanner", "R_SCANNER_", kScanner},
-    Table{"process_data", "R_", kProcessData}, Table{"diagnostics", "R_DIAGNOSTIC_", kDiagnostics},
+    Table{"registers", "R_", kWindow},
+    Table{"scanner", "R_SCANNER_", kScanner},
+    Table{"process_data", "R_", kProcessData},
+    Table{"status", "R_", kStatus},
+    Table{"diagnostics", "R_DIAGNOSTIC_", kDiagnostics},
     Table{"board", "R_BOARD_", kBoard},
 };
 
@@ -86,6 +89,8 @@ std::string json() {
   all["commands"] = named_numbers(kCommands);
   all["results"] = named_numbers(kResults);
   all["scanner_results"] = named_numbers(kScannerResults);
+  all["status_bits"] = named_numbers(kStatusBits);
+  all["boot_steps"] = named_numbers(kBootSteps);
   all["nmt_services"] = list_of(kNmtCommands, [](const NmtRow& row) {
     return Json{
         {"values", {row.state_code, row.command_code}}, {"specifier", row.specifier}, {"name", row.name}};
@@ -117,6 +122,9 @@ class Header {
     text_ += "\n";
     named("RESULT_", kResults);
     named("RESULT_", kScannerResults);
+    text_ += "\n";
+    named("STATUS_BIT_", kStatusBits);
+    named("BOOT_", kBootSteps);
     text_ += "\n";
     define("", "OBJECT_NMT", fmt::format("0x{:04X}", kNmtService), "written: NMT service");
     define("", "OBJECT_NODE_STATE", fmt::format("0x{:04X}", kNodeStateService), "read: NMT state of a node");

@@ -7,6 +7,7 @@
 #include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "cbcan/canopen/lss_slave.hpp"
+#include "cbcan/canopen/manager/network_objects.hpp"
 #include "cbcan/coprocessor/local_objects.hpp"
 #include "cbcan/regmap.hpp"
 
@@ -48,7 +49,8 @@ void put(RecordLog::Writer& writer, const Value& value) {
 
 bool is_parameter(const ObjectEntry& entry) {
   return entry.has(ObjectFlags::kRead) && entry.has(ObjectFlags::kWrite) &&
-         !entry.has(ObjectFlags::kSetPoint) && !entry.has(ObjectFlags::kProcess);
+         !entry.has(ObjectFlags::kSetPoint) && !entry.has(ObjectFlags::kProcess) &&
+         !NetworkObjects::is_network(entry.index);
 }
 
 /// A record's new content: inside the range the node's present values, or nothing; outside what is stored.

@@ -95,6 +95,11 @@ class Device final : private Application, private PdoApplication {
   /// Any values may have changed: event-driven TPDOs whose data differ now are due.
   void look_for_changes(Time now) { pdo_.look_for_changes(now); }
 
+  /// See Pdo.
+  bool has_received(std::size_t rpdo) const { return pdo_.has_received(rpdo); }
+  void forget_received(std::size_t rpdo) { pdo_.forget_received(rpdo); }
+  void hold_tpdos(bool held, Time now) { pdo_.hold_tpdos(held, now); }
+
   nmt::State state() const { return slave_.state(); }
   std::uint8_t node_id() const { return slave_.node_id(); }
   ObjectDictionary& dictionary() { return slave_.dictionary(); }

@@ -37,6 +37,9 @@ class NoPart : public Part {
   static constexpr bool on_sync(const auto&... /*arguments*/) { return false; }
   static void changed(const auto&... /*arguments*/) {}
   static void look_for_changes(Time /*now*/) {}
+  static constexpr bool has_received(std::size_t /*number*/) { return true; }
+  static void forget_received(std::size_t /*number*/) {}
+  static void hold_tpdos(bool /*held*/, Time /*now*/) {}
   // and of an OwnLss.
   static void start(Time /*now*/) {}
 };

@@ -69,7 +69,17 @@ void Channel::begin_waiting(Time now) {
   const bool registers = flagged_ && (!scanner_.waiting() || !serves_registers());
   served_ = registers ? Window::kRegisters : Window::kScanner;
   if (!registers) scanner_.begin();
-  turns_ == nullptr ? begin(now) : turns_->begin_or_hold_back(*this, now);
+  if (turns_ != nullptr) return turns_->begin_or_hold_back(*this, now);
+  node_.manager().active() ? begin_between_boots(now) : begin(now);
+}
+
+/// Alone with the manager: an SDO request goes between two of the manager's to the same node.
+void Channel::begin_between_boots(Time now) {
+  const std::uint8_t server = server_of(request());
+  const Time from = server == 0 ? now : node_.manager().node_free_from(server, now);
+  if (from <= now) return begin(now);
+  hold_back();
+  wake_at(now + Manager::kPause);
 }
 
 void Channel::hold_back() {
@@ -242,7 +252,8 @@ void Channel::send_command(Time now) {
   if (!port_.try_send(command_)) return wait_for_port(now);
   command_refused_ = false;
   if (activity_ == Activity::kNmtCommand) {
-    node_.monitor().doubt(static_cast<nmt::Command>(command_.data[0]), command_.data[1]);
+    node_.on_command(static_cast<nmt::Command>(command_.data[0]), command_.data[1], now);
+    if (node_.manager().active()) follow_node();
     return finish(regmap::Result::kOk);
   }
   node_.monitor().guard(state_node_);

@@ -27,8 +27,8 @@ namespace cbcan {
 
 class Channel;
 
-/// Decides which of several channels on one bus may begin a request.
-class ChannelTurns {
+/// Decides which of several channels on one bus may begin a request, and when the manager may.
+class ChannelTurns : public SdoTurns {
  public:
   /// A request is waiting in this channel: calls its begin() or its hold_back().
   virtual void begin_or_hold_back(Channel& channel, Time now) = 0;
@@ -52,6 +52,7 @@ class Channel {
     std::uint16_t scanner_out_first = regmap::kScannerOutFirst;
     std::uint16_t scanner_in_first = regmap::kScannerInFirst;
     std::uint16_t process_first = regmap::kProcessFirst;
+    std::uint16_t status_first = regmap::kStatusFirst;
   };
 
   /// `number`: from 0, for ChannelTurns. Without `turns` every request begins immediately.
@@ -136,6 +137,15 @@ class Channel {
     return {word[regmap::kCommand], word[regmap::kNodeId], word[regmap::kObjectIndex],
             word[regmap::kObjectSubIndex], word[regmap::kDataSize]};
   }
+  /// The other node whose SDO server the request uses; 0 = none. A request that begin() rejects may name one
+  /// too.
+  std::uint8_t server_of(const Request& request) const {
+    const bool write = request.command == regmap::kSdoWrite;
+    const bool service = write ? request.index == regmap::kNmtService
+                               : request.index == regmap::kNodeStateService && request.sub == 0;
+    if (service || request.node == settings_.node_id || request.node > nmt::kMaxNode) return 0;
+    return static_cast<std::uint8_t>(request.node);
+  }
   std::uint8_t number() const { return number_; }
   /// When another channel may send a request to this node; kNever = not before the end of this channel's transfer.
   Time node_free_from(std::uint8_t node, Time now) { return client_.node_free_from(node, now); }
@@ -158,6 +168,7 @@ class Channel {
   void work(Time now);
   void on_flag(bool execute, Time now);
   void begin_waiting(Time now);
+  void begin_between_boots(Time now);
   void follow_sdo();
   /// The words of the request, in the order of R3700..R3769.
   const std::uint16_t* words() const { return serves_registers() ? window_.words() : scanner_.words(); }

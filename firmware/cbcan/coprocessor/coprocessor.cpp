@@ -8,8 +8,10 @@ namespace cbcan {
 Coprocessor::Coprocessor(RegisterWindow window, ProcessRegisters process, CanPort& port,
                          const Settings& settings, ScannerWindow scanner, ChannelTurns* turns)
     : channel_(window, scanner, node_, port, settings, turns),
+      turns_(channel_),
       node_(process, port, channel_.sdo_client(), channel_.all_transfers(),
-            {settings.node_id, settings.sdo_timeout_ms, settings.state_fresh_for}) {}
+            {settings.node_id, settings.sdo_timeout_ms, settings.state_fresh_for},
+            turns != nullptr ? turns : turns_.address()) {}
 
 void Coprocessor::start(Time now) {
   channel_.start(now);
@@ -27,28 +29,42 @@ Time Coprocessor::poll(Time now) {
 void Coprocessor::work(Time now) {
   if (now >= plc_due_) watch_plc(now);
   channel_.poll(now);
+  resume_held_back(now);
   channel_.wake_at(earlier(node_.poll(now), plc_due_));
 }
 
 void Coprocessor::on_registers_written(std::size_t first, std::size_t count, Time now) {
   const std::size_t out = settings().scanner_out_first;
   const bool scanner = first < out + kScannerOutWords && out < first + count;
-  scanner ? on_scanner_written(first, count, now) : on_outputs_written(first, count, now);
+  scanner ? on_scanner_written(first, count, now) : on_others_written(first, count, now);
 }
 
-/// The range may also contain outputs.
+/// The range may also contain outputs and status registers.
 void Coprocessor::on_scanner_written(std::size_t first, std::size_t count, Time now) {
-  on_outputs_written(first, count, now);
+  on_others_written(first, count, now);
   channel_.on_registers_written(settings().scanner_out_first, first, count, now);
 }
 
-void Coprocessor::on_outputs_written(std::size_t first, std::size_t count, Time now) {
+void Coprocessor::on_others_written(std::size_t first, std::size_t count, Time now) {
+  if (kServices.manager() && first + count > settings().status_first) on_status_written(first, count);
   const std::size_t outputs = settings().process_first + regmap::kInputWords;
   const std::size_t end = std::min(first + count, outputs + kOutputWords);
   first = std::max(first, outputs);
-  if (first >= end || !node_.outputs_changed(first - outputs, end - first)) return;
+  if (first >= end) return;
+  if (node_.manager().active()) {
+    node_.on_outputs_written(now);
+    channel_.follow_node();
+  }
+  if (!node_.outputs_changed(first - outputs, end - first)) return;
   node_.on_outputs_changed(now);
   channel_.follow_node();
+}
+
+void Coprocessor::on_status_written(std::size_t first, std::size_t count) {
+  const std::size_t status = settings().status_first;
+  const std::size_t from = std::max(first, status);
+  const std::size_t end = std::min(first + count, status + regmap::kStatusWords);
+  if (from < end) node_.on_status_written(from - status, end - from);
 }
 
 // ---- Frames
@@ -56,7 +72,11 @@ void Coprocessor::on_outputs_written(std::size_t first, std::size_t count, Time 
 void Coprocessor::on_frame(const Frame& frame, Time now) {
   constexpr unsigned kFunctionShift = 7;
   const std::uint32_t function = frame.id >> kFunctionShift;
-  if (function == sdo::kResponseId >> kFunctionShift) return channel_.on_sdo_response(frame, now);
+  if (function == sdo::kResponseId >> kFunctionShift) {
+    if (node_.manager().on_response(frame, now)) [[unlikely]]
+      return on_manager_response(now);
+    return channel_.on_sdo_response(frame, now);
+  }
   if (function >= nmt::kErrorControlId >> kFunctionShift && frame.flags == 0)
     return on_error_control(frame, now);
   if (node_.on_frame(frame, now)) channel_.follow_node();
@@ -80,7 +100,7 @@ void Coprocessor::watch_plc(Time now) {
   plc_due_ = plc_heard_at_ + milliseconds(settings().plc_timeout_ms);
   if (now < plc_due_) return;
   plc_due_ = kNever;
-  if (node_.state() == nmt::State::kOperational) node_.slave().command(settings().plc_lost, now);
+  node_.on_plc_lost(settings().plc_lost, now);
 }
 
 void Coprocessor::on_error_control(const Frame& frame, Time now) {
@@ -91,7 +111,27 @@ void Coprocessor::on_error_control(const Frame& frame, Time now) {
   }
   const auto node = static_cast<std::uint8_t>(id);
   const NodeMonitor::News news = node_.on_error_control(frame, now);
-  if (news != NodeMonitor::News::kNone) channel_.on_news(node, news, now);
+  if (news == NodeMonitor::News::kNone) return;
+  channel_.on_news(node, news, now);
+  if (node_.manager().active()) channel_.follow_node();
+}
+
+void Coprocessor::on_manager_response(Time now) {
+  resume_held_back(now);
+  channel_.follow_node();
+}
+
+/// A request that waits for the manager.
+void Coprocessor::resume_held_back(Time now) {
+  if constexpr (kServices.manager())
+    if (channel_.held_back()) channel_.resume(now);
+}
+
+// ---- Turns
+
+Time OneChannelTurns::node_free_from(std::uint8_t node, Time now) {
+  if (channel_.held_back() && channel_.server_of(channel_.request()) == node) return kNever;
+  return channel_.node_free_from(node, now);
 }
 
 }  // namespace cbcan

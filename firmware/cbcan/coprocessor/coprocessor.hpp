@@ -20,6 +20,8 @@
 /// shared. An idle poll costs two loads and two compares, whatever the number of nodes.
 
 #include <cstddef>
+#include <cstdint>
+#include <type_traits>
 
 #include "cbcan/can_port.hpp"
 #include "cbcan/coprocessor/channel.hpp"
@@ -29,6 +31,24 @@
 #include "cbcan/time.hpp"
 
 namespace cbcan {
+
+/// What the manager asks before a request to a node that the PLC may use: the only channel.
+class OneChannelTurns final : public SdoTurns {
+ public:
+  explicit OneChannelTurns(Channel& channel) : channel_(channel) {}
+
+  Time node_free_from(std::uint8_t node, Time now) override;
+  SdoTurns* address() { return this; }
+
+ private:
+  Channel& channel_;
+};
+
+/// Replaces it in a build without a manager.
+struct NoTurns {
+  explicit NoTurns(Channel& /*channel*/) {}
+  static constexpr SdoTurns* address() { return nullptr; }
+};
 
 class Coprocessor {
  public:
@@ -41,6 +61,14 @@ class Coprocessor {
   /// Call it before start(): where 1010h stores the own node's parameters; outlives this. By default nothing is
   /// stored.
   void keep_in(ParameterMemory& memory) { node_.keep_in(memory); }
+  /// Call it before start(): the memory of R3928..R4099; outlives this. By default there are none.
+  void show_status_in(StatusRegisters words) { node_.show_status_in(words); }
+  /// Call it before start(): the network that the own node boots, see NetworkObjects::use(). False also in a
+  /// build without a manager.
+  bool use_network(std::span<const std::uint8_t> image) { return node_.manager().use(image); }
+  bool use_network(std::span<std::uint8_t> memory, std::size_t used) {
+    return node_.manager().use(memory, used);
+  }
 
   /// Sends the boot-up message. A CA0Eh that is already in R3700 is executed at the next poll.
   void start(Time now);
@@ -59,21 +87,28 @@ class Coprocessor {
   const SdoClient& sdo_client() const { return channel_.sdo_client(); }
   const NodeMonitor& node_monitor() const { return node_.monitor(); }
   const Slave& own_node() const { return node_.slave(); }
+  /// Boots the network; NoManager in a build without it.
+  const auto& manager() const { return node_.manager(); }
   const ObjectDictionary& own_objects() const { return node_.dictionary(); }
 
  protected:
   LocalNode& node() { return node_; }
+  const LocalNode& node() const { return node_; }
   Channel& first_channel() { return channel_; }
   const Settings& settings() const { return channel_.settings(); }
 
  private:
   void work(Time now);
   void on_scanner_written(std::size_t first, std::size_t count, Time now);
-  void on_outputs_written(std::size_t first, std::size_t count, Time now);
+  void on_others_written(std::size_t first, std::size_t count, Time now);
+  void on_status_written(std::size_t first, std::size_t count);
+  void on_manager_response(Time now);
+  void resume_held_back(Time now);
   void watch_plc(Time now);
   void on_error_control(const Frame& frame, Time now);
 
   Channel channel_;
+  [[no_unique_address]] std::conditional_t<kServices.manager(), OneChannelTurns, NoTurns> turns_;
   Time plc_heard_at_ = 0;
   Time plc_due_ = kNever;  ///< when to check whether the PLC has been silent for too long
   LocalNode node_;

@@ -26,10 +26,15 @@ constexpr local::DeviceState to_device_state(nmt::State state) {
                                            : local::DeviceState::kPreOperational;
 }
 
+constexpr bool is_network(std::uint16_t index) {
+  return kServices.manager() && (NetworkObjects::is_network(index) || index == object::kConfigureSlave ||
+                                 index == local::kBootFailure);
+}
+
 }  // namespace
 
 LocalNode::LocalNode(ProcessRegisters registers, CanPort& port, SdoClient& client,
-                     std::span<Transfers, 2> transfers, const Settings& settings)
+                     std::span<Transfers, 2> transfers, const Settings& settings, SdoTurns* turns)
     : registers_(registers),
       client_(client),
       sdo_timeout_ms_(settings.sdo_timeout_ms),
@@ -38,13 +43,19 @@ LocalNode::LocalNode(ProcessRegisters registers, CanPort& port, SdoClient& clien
       monitor_(settings.state_fresh_for),
       device_(settings.node_id, {local::entries(), room_.values, {}, bytes_of(registers)},
               {room_.buffer, {room_.rpdos, room_.tpdos, room_.pieces}, {}}, *this, port),
-      lss_(device_, static_cast<DeviceApplication&>(*this), port) {}
+      lss_(device_, static_cast<DeviceApplication&>(*this), port),
+      turns_(turns),
+      manager_(device_, monitor_, port, static_cast<ManagerApplication&>(*this)),
+      status_(device_, monitor_, emergencies_, manager_) {}
 
 /// Includes the emergencies of other nodes, and NMT commands of another master.
 bool LocalNode::on_low_id(const Frame& frame, Time now) {
   const std::uint32_t sender = frame.id - EmergencyConsumer::kFirstId;
-  if (sender - 1 < nmt::kMaxNode && sender != node_id() && frame.flags == 0) emergencies_.on_frame(frame);
-  if (nmt::is_command(frame)) monitor_.doubt(static_cast<nmt::Command>(frame.data[0]), frame.data[1]);
+  if (sender - 1 < nmt::kMaxNode && sender != node_id() && frame.flags == 0) {
+    emergencies_.on_frame(frame);
+    status_.update(static_cast<std::uint8_t>(sender));
+  }
+  if (nmt::is_command(frame)) on_command(static_cast<nmt::Command>(frame.data[0]), frame.data[1], now);
   return device_.on_frame(frame, now);
 }
 
@@ -53,7 +64,20 @@ void LocalNode::on_outputs_changed(Time now) {
   device_.look_for_changes(now);
 }
 
+void LocalNode::on_report(const Frame& frame, NodeMonitor::News news, Time now) {
+  const auto node = static_cast<std::uint8_t>(frame.id & nmt::kMaxNode);
+  if (manager_.active()) manager_.on_report(node, news, now);
+  status_.on_report(node);
+}
+
+void LocalNode::on_plc_lost(nmt::Command command, Time now) {
+  status_.on_plc_lost();
+  if (manager_.active()) return manager_.on_plc_lost(now);
+  if (state() == nmt::State::kOperational) slave().command(command, now);
+}
+
 void LocalNode::on_bus_state(BusState state, Time now) {
+  if (state != bus_state_) status_.on_bus_state(state);
   bus_state_ = state;
   device_.on_bus_state(state, now);
 }
@@ -105,7 +129,9 @@ AbortCode LocalNode::on_read(const ObjectEntry& entry, std::uint8_t sub, std::sp
       store_little_endian(out.subspan(4, 2), time.days);
       break;
     }
-    default: store_little_endian(out.first(size), number_of(entry.index, sub, now));
+    default:
+      if (is_network(entry.index)) return read_network(entry, sub, out, size);
+      store_little_endian(out.first(size), number_of(entry.index, sub, now));
   }
   return AbortCode::kNone;
 }
@@ -152,13 +178,17 @@ AbortCode LocalNode::on_write(const ObjectEntry& entry, std::uint8_t sub, std::s
     case local::kSdoTimeout: accessed_->timeout_ms = static_cast<std::uint16_t>(number); break;
     case local::kTransferMode: return write_mode(number);
     case local::kClock: set_clock(value, now); break;
-    default: break;
+    default:
+      return is_network(entry.index) ? manager_.write_object(entry.index, sub, value, now) : AbortCode::kNone;
   }
   return AbortCode::kNone;
 }
 
 void LocalNode::on_stored(const ObjectEntry& entry, std::uint8_t /*sub*/, Time now) {
-  if (entry.index >= local::kInputs && outputs_changed(0, kOutputWords)) on_outputs_changed(now);
+  if (entry.index == object::kNmtStartup) manager_.on_startup_written(now);
+  if (entry.index < local::kInputs) return;
+  if (entry.index >= local::kOutputs) manager_.on_outputs_written(now);
+  if (outputs_changed(0, kOutputWords)) on_outputs_changed(now);
 }
 
 AbortCode LocalNode::write_mode(std::uint32_t value) {
@@ -196,6 +226,26 @@ void LocalNode::set_consumer_time(std::size_t slot, std::uint8_t node, std::uint
   monitor_.set_consumer_time(room_.consumer_node[slot], 0);
   room_.consumer_node[slot] = node;
   monitor_.set_consumer_time(node, time_ms);
+}
+
+// ---- The network's objects
+
+AbortCode LocalNode::read_network(const ObjectEntry& entry, std::uint8_t sub, std::span<std::uint8_t> out,
+                                  std::size_t& size) const {
+  if (entry.index == local::kBootFailure) {
+    const Manager::Failure& failure = manager_.failure(sub == node_id() ? std::uint8_t{0} : sub);
+    store_little_endian(out.first(4), static_cast<std::uint32_t>(failure.code));
+    store_little_endian(out.subspan(4, 2), failure.index);
+    out[6] = failure.sub;
+    out[7] = static_cast<std::uint8_t>(failure.letter);
+    return AbortCode::kNone;
+  }
+  const NetworkObjects::Bytes value = manager_.object(entry.index, sub);
+  if (entry.has(ObjectFlags::kVariable)) size = value.size();
+  if (std::max(size, value.size()) > out.size()) return AbortCode::kReadLength;
+  std::fill_n(out.begin(), size, std::uint8_t{0});
+  std::ranges::copy(value, out.begin());
+  return AbortCode::kNone;
 }
 
 }  // namespace cbcan

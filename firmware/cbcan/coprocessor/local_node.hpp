@@ -13,9 +13,11 @@
 #include "cbcan/can_port.hpp"
 #include "cbcan/canopen/device.hpp"
 #include "cbcan/canopen/emcy/emergency_consumer.hpp"
+#include "cbcan/canopen/manager/manager.hpp"
 #include "cbcan/canopen/nmt/node_monitor.hpp"
 #include "cbcan/canopen/sdo/client.hpp"
 #include "cbcan/coprocessor/local_objects.hpp"
+#include "cbcan/coprocessor/network_status.hpp"
 #include "cbcan/coprocessor/own_lss.hpp"
 #include "cbcan/coprocessor/register_window.hpp"
 #include "cbcan/time.hpp"
@@ -28,7 +30,17 @@ struct Transfers {
   SdoClient::Mode mode;
 };
 
-class LocalNode final : private DeviceApplication {
+/// Decides when the manager's SDO clients may use a node's SDO server.
+class SdoTurns {
+ public:
+  /// See ManagerApplication.
+  virtual Time node_free_from(std::uint8_t node, Time now) = 0;
+
+ protected:
+  ~SdoTurns() = default;
+};
+
+class LocalNode final : private DeviceApplication, private ManagerApplication {
  public:
   struct Settings {
     std::uint8_t node_id;          ///< 1..127
@@ -36,18 +48,16 @@ class LocalNode final : private DeviceApplication {
     Time state_fresh_for;          ///< see NodeMonitor
   };
 
-  /// The largest own object that can be transferred by SDO, in bytes.
-  static constexpr std::size_t kOwnObjectBytes = kServices.sdo_server ? 32 : 0;
-
   /// Off the bus until start(). A reset of the node also resets `transfers` and `client` to the settings; the
-  /// first of `transfers` belongs to R3700..R3769.
+  /// first of `transfers` belongs to R3700..R3769. `turns`: whom the manager asks before its SDO requests.
   LocalNode(ProcessRegisters registers, CanPort& port, SdoClient& client, std::span<Transfers, 2> transfers,
-            const Settings& settings);
+            const Settings& settings, SdoTurns* turns);
   LocalNode(const LocalNode&) = delete;
   LocalNode& operator=(const LocalNode&) = delete;
 
   /// Call it before start(): where 1010h stores parameters.
   void keep_in(ParameterMemory& memory) { memory_ = &memory; }
+  void show_status_in(StatusRegisters words) { status_.show_in(words); }
   void start(Time now) { device_.start(now); }
   const ObjectDictionary& dictionary() const { return device_.dictionary(); }
 
@@ -56,7 +66,17 @@ class LocalNode final : private DeviceApplication {
   bool on_frame(const Frame& frame, Time now) {
     return frame.id <= EmergencyConsumer::kLastId ? on_low_id(frame, now) : device_.on_frame(frame, now);
   }
-  NodeMonitor::News on_error_control(const Frame& frame, Time now) { return monitor_.on_frame(frame, now); }
+  NodeMonitor::News on_error_control(const Frame& frame, Time now) {
+    const NodeMonitor::News news = monitor_.on_frame(frame, now);
+    if (news != NodeMonitor::News::kNone && (manager_.active() || status_.is_shown()))
+      on_report(frame, news, now);
+    return news;
+  }
+  /// An NMT command has been sent to this node, 0 = to all, by the PLC.
+  void on_command(nmt::Command command, std::uint8_t node, Time now) {
+    monitor_.doubt(command, node);
+    manager_.on_command(command, node, now);
+  }
   void on_bus_state(BusState state, Time now);
 
   /// One of the outputs first..first+count-1 has changed since on_outputs_changed(). Most writes change nothing.
@@ -67,14 +87,22 @@ class LocalNode final : private DeviceApplication {
   }
   /// Call it after that. deadline() may have changed.
   void on_outputs_changed(Time now);
+  /// The PLC has written outputs, changed or not.
+  void on_outputs_written(Time now) { manager_.on_outputs_written(now); }
+  /// The PLC has written words of the status registers.
+  void on_status_written(std::size_t first, std::size_t count) { status_.on_written(first, count); }
+  /// The PLC has been silent for too long: the node executes this command, or stops its TPDOs if it manages
+  /// the network.
+  void on_plc_lost(nmt::Command command, Time now);
 
   /// Returns the time of the next call.
   Time poll(Time now) {
     lss_.poll(now);
-    return earlier(device_.poll(now), lss_.deadline());
+    manager_.poll(now);
+    return earlier(device_.poll(now), earlier(manager_.deadline(), lss_.deadline()));
   }
   /// Without that of LSS, which on_lss() returns.
-  Time deadline() const { return device_.deadline(); }
+  Time deadline() const { return earlier(device_.deadline(), manager_.deadline()); }
   Time on_lss(const Frame& frame, Time now) {
     lss_.on_frame(frame, now);
     return lss_.deadline();
@@ -100,6 +128,8 @@ class LocalNode final : private DeviceApplication {
   const Transfers& transfers() const { return transfers_[0]; }
   Slave& slave() { return device_.slave(); }
   const Slave& slave() const { return device_.slave(); }
+  auto& manager() { return manager_; }
+  const auto& manager() const { return manager_; }
   NodeMonitor& monitor() { return monitor_; }
   const NodeMonitor& monitor() const { return monitor_; }
 
@@ -113,7 +143,17 @@ class LocalNode final : private DeviceApplication {
   ParameterMemory* memory() override { return memory_; }
   void on_emergency_sent(const EmergencyConsumer::Message& message) override {
     emergencies_.note(node_id(), message);
+    status_.update(node_id());
   }
+  void on_state(nmt::State state, Time now) override { manager_.on_own_state(state, now); }
+  Time node_free_from(std::uint8_t node, Time now) override {
+    return turns_ == nullptr ? now : turns_->node_free_from(node, now);
+  }
+  void on_node(std::uint8_t node) override { status_.update(node); }
+
+  void on_report(const Frame& frame, NodeMonitor::News news, Time now);
+  AbortCode read_network(const ObjectEntry& entry, std::uint8_t sub, std::span<std::uint8_t> out,
+                         std::size_t& size) const;
 
   bool on_low_id(const Frame& frame, Time now);
   std::uint32_t number_of(std::uint16_t index, std::uint8_t sub, Time now) const;
@@ -135,7 +175,7 @@ class LocalNode final : private DeviceApplication {
   NodeMonitor monitor_;
   std::conditional_t<kServices.emergencies, EmergencyConsumer, NoEmergencyConsumer> emergencies_;
   struct {
-    std::array<std::uint8_t, kOwnObjectBytes> buffer;
+    std::array<std::uint8_t, local::kOwnObjectBytes> buffer;
     std::array<Pdo::Rpdo, kServices.rpdos> rpdos;
     std::array<Pdo::Tpdo, kServices.tpdos> tpdos;
     std::array<PdoMapping::Piece, (kServices.rpdos + kServices.tpdos) * kServices.objects_of_pdo> pieces;
@@ -144,6 +184,9 @@ class LocalNode final : private DeviceApplication {
   } room_{};  ///< one struct, so that one call clears it
   Device device_;
   std::conditional_t<kServices.lss, OwnLss, NoPart> lss_;
+  SdoTurns* turns_;
+  std::conditional_t<kServices.manager(), Manager, NoManager> manager_;
+  std::conditional_t<kServices.manager(), NetworkStatus, NoNetworkStatus> status_;
 };
 
 }  // namespace cbcan

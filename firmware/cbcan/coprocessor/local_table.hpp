@@ -25,6 +25,10 @@ inline constexpr std::uint16_t kOutputs = 0xA480;
 inline constexpr std::size_t kInputBytes = 2 * regmap::kInputWords;
 inline constexpr std::size_t kOutputBytes = 2 * regmap::kOutputWords;
 
+/// The largest own object that can be transferred by SDO, in bytes; with a manager that is a node's
+/// configuration.
+inline constexpr std::size_t kOwnObjectBytes = !kServices.sdo_server ? 0 : kServices.manager() ? 1024 : 32;
+
 }  // namespace cbcan::local
 
 namespace cbcan::local::table {
@@ -35,6 +39,7 @@ using namespace regmap::object;
 using Flags = ObjectFlags;
 
 inline constexpr std::uint8_t kAll = nmt::kMaxNode;
+inline constexpr std::uint8_t kAllSlaves = 128;  ///< sub-index of 1F25h
 inline constexpr std::uint16_t kComputedRead = Flags::kRead | Flags::kComputed;
 inline constexpr std::uint16_t kComputedReadWrite = Flags::kReadWrite | Flags::kComputed;
 inline constexpr std::uint16_t kCommand = kComputedReadWrite | Flags::kSetPoint;
@@ -109,6 +114,23 @@ inline constexpr std::array kObjects{
     of_pdos(kTpdoParameter, kServices.tpdos, 6, kUnsigned8, 1, 0),
     of_pdos(kTpdoMapping, kServices.tpdos, 0, kUnsigned8, 1, 0),
     of_pdos(kTpdoMapping, kServices.tpdos, 1, kUnsigned32, 4, 0, kConfigured, kServices.objects_of_pdo),
+    Row{kConciseDcf, 1, kAll, kDomain, kComputedReadWrite | Flags::kVariable | Flags::kCounted,
+        kOwnObjectBytes},
+    Row{kConfigureSlave, 1, kAllSlaves, kUnsigned32, Flags::kWrite | Flags::kComputed | Flags::kCounted, 4},
+    Row{kExpectedDate, 1, kAll, kUnsigned32, kComputedReadWrite | Flags::kCounted, 4, 0, {}, 1},  // and time
+    Row{kNmtStartup, 0, 0, kUnsigned32, kComputedReadWrite, 4},
+    Row{kSlaveAssignment, 1, kAll, kUnsigned32, kComputedReadWrite | Flags::kCounted, 4},
+    Row{kExpectedDeviceType,
+        1,
+        kAll,
+        kUnsigned32,
+        kComputedReadWrite | Flags::kCounted,
+        4,
+        0,
+        {},
+        4},  // and identity
+    Row{kBootTime, 0, 0, kUnsigned32, kComputedReadWrite, 4},
+    Row{kRestoreConfiguration, 1, kAll, kUnsigned8, kComputedReadWrite | Flags::kCounted, 1},
     Row{kOwnNodeId, 0, 0, kUnsigned8, kComputedRead, 1},
     Row{kKernelState, 0, 0, kUnsigned8, kComputedRead, 1},
     Row{kSdoTimeout, 0, 0, kUnsigned16, kComputedReadWrite, 2},
@@ -117,6 +139,10 @@ inline constexpr std::array kObjects{
     Row{kEmergencyScan, 0, 0, kOctetString, kComputedRead, 9},
     Row{kDeviceState, 1, kAll, kUnsigned8, kComputedRead | Flags::kCounted, 1},
     Row{kClock, 0, 0, kTimeOfDay, kCommand, 6},
+    Row{kBootFailure, 1, kAll, kOctetString, kComputedRead | Flags::kCounted, 8},
+    Row{kRpdoSource, 1, kServices.rpdos, kOctetString,
+        kComputedReadWrite | Flags::kVariable | Flags::kCounted, 2 + 64 * 4},
+    Row{kOutputsMode, 0, 0, kUnsigned8, kComputedReadWrite, 1},
 };
 
 /// The types of network variables in the order of CiA 405; each has 64 indices.
@@ -182,6 +208,17 @@ constexpr bool belongs(const Row& row) {
     case kRpdoMapping: return kServices.rpdos != 0;
     case kTpdoParameter:
     case kTpdoMapping: return kServices.tpdos != 0;
+    case kConciseDcf:
+    case kConfigureSlave:
+    case kExpectedDate:
+    case kNmtStartup:
+    case kSlaveAssignment:
+    case kExpectedDeviceType:
+    case kBootTime:
+    case kRestoreConfiguration:
+    case kBootFailure:
+    case kOutputsMode: return kServices.manager();
+    case kRpdoSource: return kServices.manager() && kServices.rpdos != 0;
     default: return true;
   }
 }

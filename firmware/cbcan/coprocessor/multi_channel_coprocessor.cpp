@@ -60,7 +60,12 @@ void MultiChannelCoprocessor::on_frame(const Frame& frame, Time now) {
   constexpr std::uint32_t kFunction = ~std::uint32_t{nmt::kMaxNode};
   const std::uint32_t function = frame.id & kFunction;
   const auto node = static_cast<std::uint8_t>(frame.id & nmt::kMaxNode);
-  if (function == sdo::kResponseId) return on_response(frame, channel(owner_[node]), now);
+  if (function == sdo::kResponseId) {
+    if (!this->node().manager().on_response(frame, now))
+      return on_response(frame, channel(owner_[node]), now);
+    first_channel().follow_node();
+    return waiting_count_ != 0 ? wake_more_at(now) : void();
+  }
   Coprocessor::on_frame(frame, now);
   if (function == nmt::kErrorControlId && frame.flags == 0 && node != 0)
     pass_news(node, NodeMonitor::news(frame), now);
@@ -103,8 +108,23 @@ void MultiChannelCoprocessor::on_more_written(std::size_t first, std::size_t cou
 
 // ---- Turns
 
+/// When the manager releases it, or may have.
+Time MultiChannelCoprocessor::manager_free_from(Line line, Time now) {
+  if (!kServices.manager() || line == kNmt || line >= kNone) return now;
+  const Time from = node().manager().node_free_from(line, now);
+  return from == kNever ? now + Manager::kPause : from;
+}
+
+/// For the manager: requests of the PLC that wait for this node go first.
+Time MultiChannelCoprocessor::node_free_from(std::uint8_t node, Time now) {
+  for (std::size_t i = 0; i < waiting_count_; ++i)
+    if (line_[waiting_[i]] == node) return kNever;
+  return channel(owner_[node]).node_free_from(node, now);
+}
+
 /// When the channel that had the line last releases it for this channel; kNever = at the end of its request.
 Time MultiChannelCoprocessor::free_from(Line line, const Channel& channel, Time now) {
+  if (const Time from = manager_free_from(line, now); from > now) return from;
   Channel& last = this->channel(owner_[line]);
   if (&last == &channel) return now;
   if (line == kNmt || line > kState)
@@ -128,7 +148,8 @@ Time MultiChannelCoprocessor::turn(Line line, const Channel& channel, Time now) 
 void MultiChannelCoprocessor::begin_or_hold_back(Channel& channel, Time now) {
   if (resets_ != node().resets()) reset_more();
   const Line line = line_of(channel.request());
-  const bool goes_on = waiting_count_ == 0 && owner_[line] == channel.number();
+  const bool goes_on =
+      waiting_count_ == 0 && owner_[line] == channel.number() && manager_free_from(line, now) <= now;
   goes_on ? channel.begin(now) : join_line(line, channel, now);
 }
 

@@ -41,6 +41,7 @@ class MultiChannelCoprocessor final : public Coprocessor, private ChannelTurns {
 
  private:
   void begin_or_hold_back(Channel& channel, Time now) override;
+  Time node_free_from(std::uint8_t node, Time now) override;
   void on_more_written(std::size_t first, std::size_t count, Time now);
   void on_response(const Frame& frame, Channel& asking, Time now);
   void pass_news(std::uint8_t node, NodeMonitor::News news, Time now);
@@ -55,13 +56,13 @@ class MultiChannelCoprocessor final : public Coprocessor, private ChannelTurns {
 
   Channel& channel(std::uint8_t number) { return number == 0 ? first_channel() : *more_[number - 1u]; }
   /// As in Channel::begin(); a request that is rejected there may wait before that.
-  Line line_of(const Channel::Request& request) const {
-    const bool write = request.command == regmap::kSdoWrite;
-    if (write && request.index == regmap::kNmtService) return kNmt;
-    if (request.node == 0 || request.node == settings().node_id || request.node > nmt::kMaxNode) return kNone;
-    const bool state = !write && request.index == regmap::kNodeStateService && request.sub == 0;
-    return static_cast<Line>(state ? kState + request.node : request.node);
+  Line line_of(const Channel::Request& request) {
+    if (request.command == regmap::kSdoWrite && request.index == regmap::kNmtService) return kNmt;
+    if (const std::uint8_t server = first_channel().server_of(request); server != 0) return server;
+    const bool other = request.node - 1u < nmt::kMaxNode && request.node != settings().node_id;
+    return static_cast<Line>(other ? kState + request.node : kNone);
   }
+  Time manager_free_from(Line line, Time now);
   void join_line(Line line, Channel& channel, Time now);
   Time free_from(Line line, const Channel& channel, Time now);
   bool is_next(Line line, const Channel& channel) const;

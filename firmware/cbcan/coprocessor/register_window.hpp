@@ -65,4 +65,8 @@ inline constexpr std::size_t kScannerInWords = kServices.scanner_window ? regmap
 /// memory.
 using ProcessRegisters = std::span<std::uint16_t, kProcessWords>;
 
+/// R3928..R4099, or another range; see NetworkStatus.
+inline constexpr std::size_t kStatusWords = kServices.manager() ? regmap::kStatusWords : 0;
+using StatusRegisters = std::span<std::uint16_t, kStatusWords>;
+
 }  // namespace cbcan

@@ -342,8 +342,22 @@ RtuServer::Exception RtuServer::execute_on(const RegisterMap& registers) {
     case kWriteMultipleRegisters: return write_registers(registers);
     case kMaskWriteRegister: return mask_register(registers);
     case kReadWriteMultipleRegisters: return read_write_registers(registers);
-    default: return Exception::kFunction;
+    default: return access_bits(registers);
   }
+}
+
+/// Coils and discrete inputs, for a server that has them.
+RtuServer::Exception RtuServer::access_bits(const RegisterMap& registers) {
+  if (settings_.bits == nullptr || !BitFunctions::is_function(buffer_[kFunction]))
+    return Exception::kFunction;
+  const std::span pdu = std::span(buffer_).subspan(kFunction, size_ - kCrcBytes - kFunction);
+  const BitFunctions::Request request = settings_.bits->check(pdu, registers);
+  if (request.exception != 0) return static_cast<Exception>(request.exception);
+  if (is_broadcast() && !request.writes) return Exception::kNone;
+  const std::size_t size = settings_.bits->execute(pdu, registers, std::span(buffer_).subspan(kFunction));
+  if (request.writes) executed_ = {true, request.register_first, request.register_count};
+  if (!is_broadcast()) size_ = kFunction + size;
+  return Exception::kNone;
 }
 
 RtuServer::Exception RtuServer::read_registers(const RegisterMap& registers) {

@@ -21,12 +21,13 @@
 /// everything up to the next gap is ignored.
 ///
 /// Framing: the length of a request for this station, or for all (address 0), follows from its bytes. A byte
-/// that arrives more than a gap after the previous one always begins a new frame; after a wrong CRC nothing else
-/// does. A request for this station whose function code has no known length ends when its CRC is right and
-/// silence follows; one for all is ignored.
+/// that arrives more than a gap after the previous one always begins a new frame; after a wrong CRC nothing
+/// else does. A request for this station whose function code has no known length ends when its CRC is right
+/// and silence follows; one for all is ignored.
 ///
 /// Frames of other stations are never executed, whatever they contain:
-/// * If the gap is the silence, because the times of on_byte() are those of the line, a frame ends with a gap,
+/// * If the gap is the silence, because the times of on_byte() are those of the line, a frame ends with a
+/// gap,
 ///   and only a gap begins one. Not covered: a sender that pauses for more than a gap within a frame.
 /// * If the gap is longer, because bytes arrive late or in bunches, silence between frames may go undetected.
 ///   Then a frame also ends at the length of a request or response of its function code, if the CRC is right.
@@ -37,19 +38,19 @@
 ///   its master has sent a request to another station.
 /// So a request for this station with a gap before it and t3.5 after it is always received.
 ///
-/// Several CAN networks: each has its own registers and its own station address, the first the address that is
-/// set, the next ones the following addresses. A broadcast, which every station on a line executes (Serial Line
-/// V1.02, 2.1), writes to all of them. One request at a time for all networks.
+/// Several CAN networks: each has its own registers and its own station address, the first the address that
+/// is set, the next ones the following addresses. A broadcast, which every station on a line executes (Serial
+/// Line V1.02, 2.1), writes to all of them. One request at a time for all networks.
 ///
-/// FC 3, 4 (the same registers), 6, 16, 22, 23. Exceptions: 01 another function; 03 a quantity or byte count
-/// that is not allowed; 02 an address that does not exist, or a write to a read-only one. Lengths and
-/// quantities are checked before addresses, and a rejected request changes nothing. A request with address 0
-/// writes and is not answered.
+/// FC 3, 4 (the same registers), 6, 16, 22, 23, and with ModbusBits 1, 2, 5, 15. Exceptions: 01 another
+/// function; 03 a quantity or byte count that is not allowed; 02 an address that does not exist, or a write
+/// to a read-only one. Lengths and quantities are checked before addresses, and a rejected request changes
+/// nothing. A request with address 0 writes and is not answered.
 ///
 /// Ordering, if the words are shared with another context: a write stores the highest address first, and the
-/// lowest after a release fence, so CA0Eh in R3700 is the last word of one FC 16 or FC 23 to become visible; a
-/// read loads the lowest address first, and the others after an acquire fence, so if R3700 contains a result the
-/// other words belong to it (docs/reference/contract.md). FC 22 is one atomic change.
+/// lowest after a release fence, so CA0Eh in R3700 is the last word of one FC 16 or FC 23 to become visible;
+/// a read loads the lowest address first, and the others after an acquire fence, so if R3700 contains a
+/// result the other words belong to it (docs/reference/contract.md). FC 22 is one atomic change.
 
 #include <array>
 #include <atomic>
@@ -57,6 +58,7 @@
 #include <cstdint>
 #include <span>
 
+#include "cbcan/modbus/bits.hpp"
 #include "cbcan/modbus/register_map.hpp"
 
 namespace cbcan {
@@ -78,6 +80,8 @@ class RtuServer final {
     /// From a request to its response, in us, if that is more than the silence; at most 50,000. For masters
     /// whose transceivers are slow to switch to receiving.
     std::uint32_t response_delay_us = 0;
+    /// FC 1, 2, 5 and 15; null = exception 01. It outlives the server.
+    const BitFunctions* bits = nullptr;
   };
 
   /// With the numbers of the diagnostic counters of Application Protocol V1.1b3, 6.8, if there is one. They wrap.
@@ -184,6 +188,7 @@ class RtuServer final {
   Exception write_registers(const RegisterMap& registers);
   Exception mask_register(const RegisterMap& registers);
   Exception read_write_registers(const RegisterMap& registers);
+  Exception access_bits(const RegisterMap& registers);
   void load(const RegisterMap& registers, std::uint16_t address, std::size_t count);
   void store(const RegisterMap& registers, std::uint16_t address, std::size_t count, std::size_t offset);
   std::span<const std::uint8_t> sealed();

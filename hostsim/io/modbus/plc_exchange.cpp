@@ -178,54 +178,72 @@ void ScannerExchange::compare() {
   step_ = Step::kWriteRest;
 }
 
+// ---- What the PLC gets as it changes
+
+Request PlcCopy::write(std::size_t first, Words now) {
+  constexpr std::size_t kMostWords = 123;  // of FC 16
+  range_ = changed(now);
+  range_.count = std::min(range_.count, kMostWords);
+  const Words part = now.subspan(range_.first, range_.count);
+  std::ranges::copy(part, written_.begin());
+  return write_request(first + range_.first, part);
+}
+
+void PlcCopy::responded() {
+  std::copy_n(written_.begin(), range_.count, told_.begin() + static_cast<std::ptrdiff_t>(range_.first));
+  if (range_.first + range_.count == told_.size() && rounds_ == 0) rounds_ = kRoundsToRepeat;
+}
+
+/// From the first to the last word that differs from the PLC's.
+adapters::ModbusRange PlcCopy::changed(Words now) const {
+  std::size_t first = forgotten() ? range_.first + range_.count : 0;
+  std::size_t end = told_.size();
+  while (!forgotten() && first < end && now[first] == told_[first])
+    ++first;
+  while (!forgotten() && end > first && now[end - 1] == told_[end - 1])
+    --end;
+  return {first, end - first};
+}
+
+std::optional<Request> StatusExchange::next() {
+  const Words now = module_.registers().subspan(own_first_, regmap::kStatusWords);
+  if (!copy_.differs(now)) return std::nullopt;
+  return copy_.write(first_, now);
+}
+
 // ---- Process data
 
 void ProcessExchange::begin() {
   if (step_ != Step::kRest) return;
   step_ = Step::kRead;
-  rounds_ = rounds_ == 0 ? 0 : rounds_ - 1;
+  copy_.begin_round();
 }
 
 void ProcessExchange::lost() {
   step_ = Step::kRest;
-  rounds_ = 0;
+  copy_.forget();
 }
 
 std::optional<Request> ProcessExchange::next() {
   if (step_ == Step::kRead) return read_request(first_ + kWords, kWords);
-  const adapters::ModbusRange range = changed();
-  if (range.count == 0) step_ = Step::kRest;
+  if (!copy_.differs(inputs())) step_ = Step::kRest;
   if (step_ == Step::kRest) return std::nullopt;
-  std::ranges::copy(module_.registers().subspan(own_first_, kWords), written_.begin());
-  return write_request(first_ + range.first, Words(written_).subspan(range.first, range.count));
+  return copy_.write(first_, inputs());
 }
 
+/// The first outputs after a loss count as written even if they have not changed.
 void ProcessExchange::responded(Words words) {
   if (step_ == Step::kWrite) {
-    if (rounds_ == 0) rounds_ = kRoundsToRepeat;
-    told_ = written_;
+    copy_.responded();
     step_ = Step::kRest;
     return;
   }
   const auto outputs = module_.registers().subspan(own_first_ + kWords, kWords);
-  if (!std::ranges::equal(words, outputs)) {
+  if (copy_.forgotten() || !std::ranges::equal(words, outputs)) {
     std::ranges::copy(words, outputs.begin());
     module_.on_request(true, {own_first_ + kWords, kWords});
   }
-  step_ = changed().count != 0 ? Step::kWrite : Step::kRest;
-}
-
-/// From the first to the last input that differs from the PLC's.
-adapters::ModbusRange ProcessExchange::changed() const {
-  if (rounds_ == 0) return {0, kWords};
-  const auto inputs = module_.registers().subspan(own_first_, kWords);
-  std::size_t first = 0;
-  std::size_t end = kWords;
-  while (first < end && inputs[first] == told_[first])
-    ++first;
-  while (end > first && inputs[end - 1] == told_[end - 1])
-    --end;
-  return {first, end - first};
+  step_ = copy_.differs(inputs()) ? Step::kWrite : Step::kRest;
 }
 
 }  // namespace cbcan::io

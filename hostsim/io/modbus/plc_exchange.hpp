@@ -104,8 +104,61 @@ class ScannerExchange final : public PlcExchange {
   std::vector<std::uint16_t> in_{};  ///< snapshot of what is being written
 };
 
-/// Process data in the PLC, at `first`: outputs, and inputs as they change; all inputs are repeated from time to
-/// time, as the PLC may have lost them.
+/// Registers of the module that are written to the PLC as they change; from time to time all of them, as the
+/// PLC may have lost them.
+class PlcCopy {
+ public:
+  using Words = std::span<const std::uint16_t>;
+
+  explicit PlcCopy(std::size_t words) : told_(words), written_(words) {}
+
+  void begin_round() {
+    if (rounds_ == 1) forget();
+    if (rounds_ != 0) --rounds_;
+  }
+  void forget() {
+    rounds_ = 0;
+    range_ = {};
+  }
+  /// All are to be written.
+  bool forgotten() const { return rounds_ == 0; }
+  bool differs(Words now) const { return changed(now).count != 0; }
+  /// Writes a part that differs, at most as one request may have, to the PLC's registers from `first` on.
+  window::Request write(std::size_t first, Words now);
+  /// It has been written.
+  void responded();
+
+ private:
+  static constexpr unsigned kRoundsToRepeat = 100;
+
+  adapters::ModbusRange changed(Words now) const;
+
+  unsigned rounds_ = 0;                 ///< until all are written again
+  std::vector<std::uint16_t> told_;     ///< the PLC's
+  std::vector<std::uint16_t> written_;  ///< what is being written
+  adapters::ModbusRange range_{};       ///< of it
+};
+
+/// Network status in the PLC, at `first`.
+class StatusExchange final : public PlcExchange {
+ public:
+  /// `own_first` is the module's register.
+  StatusExchange(adapters::ModbusUnit& module, std::uint16_t first, std::uint16_t own_first)
+      : module_(module), first_(first), own_first_(own_first) {}
+
+  void begin() override { copy_.begin_round(); }
+  std::optional<window::Request> next() override;
+  void responded(Words /*words*/) override { copy_.responded(); }
+  void lost() override { copy_.forget(); }
+
+ private:
+  adapters::ModbusUnit& module_;
+  std::uint16_t first_;
+  std::uint16_t own_first_;
+  PlcCopy copy_{regmap::kStatusWords};
+};
+
+/// Process data in the PLC, at `first`: outputs, and inputs as they change.
 class ProcessExchange final : public PlcExchange {
  public:
   /// `own_first` is the module's register.
@@ -120,17 +173,14 @@ class ProcessExchange final : public PlcExchange {
  private:
   enum class Step : std::uint8_t { kRest, kRead, kWrite };
   static constexpr std::size_t kWords = regmap::kProcessWords / 2;  ///< each way
-  static constexpr unsigned kRoundsToRepeat = 100;
 
-  adapters::ModbusRange changed() const;
+  Words inputs() const { return module_.registers().subspan(own_first_, kWords); }
 
   adapters::ModbusUnit& module_;
   std::uint16_t first_;
   std::uint16_t own_first_;
   Step step_ = Step::kRest;
-  unsigned rounds_ = 0;                          ///< until all inputs are written again
-  std::array<std::uint16_t, kWords> told_{};     ///< the PLC's inputs
-  std::array<std::uint16_t, kWords> written_{};  ///< the inputs that are being written
+  PlcCopy copy_{kWords};
 };
 
 }  // namespace cbcan::io

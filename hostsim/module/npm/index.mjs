@@ -18,9 +18,17 @@ const unlessAbsent = (action) => {
   }
 };
 
+const isFile = (entry) => entry.isFile() || entry.isFIFO();
+const namesIn = (folder) =>
+  fs.readdirSync(folder, { withFileTypes: true })
+    .filter(isFile)
+    .map((entry) => `${entry.name}\n`)
+    .sort()
+    .join("");
+
 /** Files and folders, null = absent. Not devices, which may have no end. */
 export const disk = {
-  read: (name) => unlessAbsent(() => (fs.statSync(name).isFile() || fs.statSync(name).isFIFO() ? fs.readFileSync(name) : null)),
+  read: (name) => unlessAbsent(() => (name.endsWith("/") ? namesIn(name) : isFile(fs.statSync(name)) ? fs.readFileSync(name) : null)),
   list: (name) =>
     unlessAbsent(() =>
       fs.readdirSync(name, { withFileTypes: true, recursive: true })

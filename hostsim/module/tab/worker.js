@@ -37,7 +37,7 @@ async function make({main, files}) {
   };
   const said = () => made.call('told').map(([, text]) => text).join('').trimEnd();
   const isScenario = /^\[\[step\]\]/m.test(await read(main));
-  const options = main === 'demo' ? ['--demo'] : ['--config', main];
+  const options = main === 'demo' ? ['--demo', '--network-file', 'demo:/network.toml'] : ['--config', main];
   const started = await made.start(isScenario ? ['run', main] : [...options, '--http', kHere], {read, folder: '.'});
   if (isScenario) {
     await made.play(0, {read});

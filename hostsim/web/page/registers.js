@@ -10,6 +10,13 @@ const views = {
   window: {text: 'R3700', has: at => at >= 3700 && at < 3770},
   scanner: {text: 'Scanner', has: (_, name) => /^(OUT|IN)_/.test(name)},
   process: {text: 'Process data', has: (_, name) => /^(INPUTS|OUTPUTS)$/.test(name)},
+  network: {
+    text: 'Network',
+    has: (at, name, item) => name === 'NODE_STATUS' ?
+        item.value !== 0 || at === first(name) :
+        /^(STATUS|STATUS_CHANGES|NODE_COUNTS|FIRST_NOT_RUNNING|HEARD|CONFIGURED|RUNNING|EMCY|LOST)$/.test(
+            name)
+  },
 };
 const notations = {3700: number => `R${number}`, 43701: number => `4${String(number + 1).padStart(4, '0')}`,
   403701: number => `4${String(number + 1).padStart(5, '0')}`};
@@ -43,10 +50,13 @@ function objectName(node, index) {
   return event?.name ?? '';
 }
 
+const first = name => state.registers.find(item => item.name === name).register;
+
 /// DATA, INPUTS and the like have several registers, which are numbered.
 function nameOf(item) {
-  const first = state.registers.find(other => other.name === item.name).register;
-  return /DATA$|PUTS$/.test(item.name) ? `${item.name.replace('PUTS', '')} ${item.register - first}` : item.name;
+  const place = item.register - first(item.name);
+  if (item.name === 'NODE_STATUS') return place ? `node ${place}` : 'module';
+  return /DATA$|PUTS$/.test(item.name) ? `${item.name.replace('PUTS', '')} ${place}` : item.name;
 }
 
 function cells(item) {
@@ -62,7 +72,7 @@ function update() {
     seen.set(register, value);
   }
   for (const [register, when] of changed) if (now - when > kLit) changed.delete(register);
-  list.items = state.registers.filter(item => views[view].has(item.register, item.name));
+  list.items = state.registers.filter(item => views[view].has(item.register, item.name, item));
 }
 
 function choose(item) {

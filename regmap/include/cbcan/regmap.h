@@ -32,6 +32,23 @@
 #define CBCAN_R_OUTPUTS                    3864         /* network variables A480h..A8FFh, sent by TPDOs; low byte first */
 #define CBCAN_R_OUTPUTS_LAST               3927         /* the last of them */
 
+#define CBCAN_R_STATUS                     3928         /* bits of the whole network; 1 clears bit 8 */
+#define CBCAN_R_STATUS_CHANGES             3929         /* counts changes of these registers, so that none is missed */
+#define CBCAN_R_NODE_COUNTS                3930         /* listed nodes in the high byte, running ones in the low byte */
+#define CBCAN_R_FIRST_NOT_RUNNING          3931         /* lowest ID of a listed node that is not running; 0 = none */
+#define CBCAN_R_HEARD                      3932         /* bit n mod 16 of register n div 16: node n has reported its state and is not lost */
+#define CBCAN_R_HEARD_LAST                 3939         /* the last of them */
+#define CBCAN_R_CONFIGURED                 3940         /* its configuration has been written since its last boot-up message */
+#define CBCAN_R_CONFIGURED_LAST            3947         /* the last of them */
+#define CBCAN_R_RUNNING                    3948         /* it is listed and Operational */
+#define CBCAN_R_RUNNING_LAST               3955         /* the last of them */
+#define CBCAN_R_EMCY                       3956         /* its last EMCY message is an error */
+#define CBCAN_R_EMCY_LAST                  3963         /* the last of them */
+#define CBCAN_R_LOST                       3964         /* its heartbeat has been lost since the bit was cleared; 1 clears a bit */
+#define CBCAN_R_LOST_LAST                  3971         /* the last of them */
+#define CBCAN_R_NODE_STATUS                3972         /* node n at n, 0 = the module: NMT state in the low byte, 0 = not known; step of its boot in the high byte */
+#define CBCAN_R_NODE_STATUS_LAST           4099         /* the last of them */
+
 #define CBCAN_R_DIAGNOSTIC_VERSION         4100         /* version of the image: major in the high byte, minor in the low byte */
 #define CBCAN_R_DIAGNOSTIC_PATCH_LEVEL     4101         /* the version's third number */
 #define CBCAN_R_DIAGNOSTIC_UPTIME          4102         /* milliseconds since the start, modulo 2^32 */
@@ -91,6 +108,25 @@
 #define CBCAN_RESULT_SDO_EXEC_ERR          4            /* the service failed; R3706 (low word) and R3707 (high word) hold the SDO abort code */
 #define CBCAN_RESULT_RESTARTED             5            /* handshake after a start of the coprocessor: the number is not executed, as it may have been before */
 #define CBCAN_RESULT_INCOMPLETE            6            /* the number came without all words of its request; nothing is executed */
+
+#define CBCAN_STATUS_BIT_ALL_RUNNING       0            /* all listed nodes are running */
+#define CBCAN_STATUS_BIT_BOOTING           1            /* a node is booting */
+#define CBCAN_STATUS_BIT_MISSING           2            /* a mandatory node is missing */
+#define CBCAN_STATUS_BIT_ERROR             3            /* the last EMCY message of a node is an error */
+#define CBCAN_STATUS_BIT_OPERATIONAL       4            /* the own node is Operational */
+#define CBCAN_STATUS_BIT_BUS_OFF           5            /* the module is bus-off */
+#define CBCAN_STATUS_BIT_UNLISTED          6            /* a node reports that is not listed */
+#define CBCAN_STATUS_BIT_SAME_ID           7            /* two nodes have the same ID */
+#define CBCAN_STATUS_BIT_PLC_SILENT        8            /* the PLC was silent */
+#define CBCAN_BOOT_NOT_LISTED              0            /* not listed */
+#define CBCAN_BOOT_RUNNING                 1            /* running */
+#define CBCAN_BOOT_WAITING                 2            /* waiting for the node */
+#define CBCAN_BOOT_CHECK                   3            /* its identity is being checked */
+#define CBCAN_BOOT_CONFIGURATION           4            /* it is being configured */
+#define CBCAN_BOOT_AWAITS_HEARTBEAT        5            /* waiting for its heartbeat */
+#define CBCAN_BOOT_AWAITS_START            6            /* waiting for its start */
+#define CBCAN_BOOT_AWAITS_DATA             7            /* running, without process data so far */
+#define CBCAN_BOOT_LOST                    88           /* lost */
 
 #define CBCAN_OBJECT_NMT                   0x1F82       /* written: NMT service */
 #define CBCAN_OBJECT_NODE_STATE            0x300C       /* read: NMT state of a node */

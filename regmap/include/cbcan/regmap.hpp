@@ -152,6 +152,59 @@ inline constexpr std::array<RegisterRow, 12> kScanner{{
         "first"),
 }};
 
+// ---- Network status
+
+/// States of all nodes, after the process data. Words from the first register; the first can be configured in
+/// a PLC that owns the registers.
+inline constexpr std::uint16_t kStatusFirst = 3928;
+inline constexpr std::size_t kStatusSummary = 0;
+inline constexpr std::size_t kStatusChanges = 1;
+inline constexpr std::size_t kStatusCounts = 2;
+inline constexpr std::size_t kStatusFirstUnwell = 3;
+inline constexpr std::size_t kStatusMaps = 4;    ///< by StatusMap, a bit for each node ID
+inline constexpr std::size_t kStatusNodes = 44;  ///< + node ID, 0 = the module
+inline constexpr std::size_t kStatusWords = kStatusNodes + 128;
+inline constexpr std::size_t kStatusMapWords = 8;
+inline constexpr std::size_t kStatusPlcLost = 8;  ///< bit of the summary
+
+enum class StatusMap : std::uint8_t { kHeard, kConfigured, kRunning, kEmergency, kLost };
+inline constexpr std::size_t kStatusMapCount = 5;
+/// Its first word.
+constexpr std::size_t status_map(StatusMap map) {
+  return kStatusMaps + kStatusMapWords * static_cast<std::size_t>(map);
+}
+static_assert(kStatusMaps + kStatusMapWords * kStatusMapCount == kStatusNodes);
+
+constexpr RegisterRow status(std::size_t first, std::size_t words, Access access, std::string_view name,
+                             std::string_view range, std::string_view meaning) {
+  return register_row(access, Writer::kCoprocessor, kStatusFirst + first, words, name, range, meaning);
+}
+
+inline constexpr std::array<RegisterRow, 10> kStatus{{
+    status(kStatusSummary, 1, Access::kReadWrite, "STATUS", "9 bits",
+           "bits of the whole network; 1 clears bit 8"),
+    status(kStatusChanges, 1, Access::kReadOnly, "STATUS_CHANGES", "0..65535",
+           "counts changes of these registers, so that none is missed"),
+    status(kStatusCounts, 1, Access::kReadOnly, "NODE_COUNTS", "2 bytes",
+           "listed nodes in the high byte, running ones in the low byte"),
+    status(kStatusFirstUnwell, 1, Access::kReadOnly, "FIRST_NOT_RUNNING", "0..127",
+           "lowest ID of a listed node that is not running; 0 = none"),
+    status(status_map(StatusMap::kHeard), kStatusMapWords, Access::kReadOnly, "HEARD", "128 bits",
+           "bit n mod 16 of register n div 16: node n has reported its state and is not lost"),
+    status(status_map(StatusMap::kConfigured), kStatusMapWords, Access::kReadOnly, "CONFIGURED", "128 bits",
+           "its configuration has been written since its last boot-up message"),
+    status(status_map(StatusMap::kRunning), kStatusMapWords, Access::kReadOnly, "RUNNING", "128 bits",
+           "it is listed and Operational"),
+    status(status_map(StatusMap::kEmergency), kStatusMapWords, Access::kReadOnly, "EMCY", "128 bits",
+           "its last EMCY message is an error"),
+    status(status_map(StatusMap::kLost), kStatusMapWords, Access::kReadWrite, "LOST", "128 bits",
+           "its heartbeat has been lost since the bit was cleared; 1 clears a bit"),
+    status(
+        kStatusNodes, 128, Access::kReadOnly, "NODE_STATUS", "2 bytes",
+        "node n at n, 0 = the module: NMT state in the low byte, 0 = not known; step of its boot in the high "
+        "byte"),
+}};
+
 // ---- Diagnostics of the firmware images
 
 /// A block of read-only registers outside the window. Values that only a board has are 0 in the simulator.
@@ -300,6 +353,32 @@ inline constexpr std::array<NamedNumber, 4> kResults{{
     {4, "SDO_EXEC_ERR", "the service failed; R3706 (low word) and R3707 (high word) hold the SDO abort code"},
 }};
 
+/// Bits of STATUS.
+inline constexpr std::array<NamedNumber, 9> kStatusBits{{
+    {0, "ALL_RUNNING", "all listed nodes are running"},
+    {1, "BOOTING", "a node is booting"},
+    {2, "MISSING", "a mandatory node is missing"},
+    {3, "ERROR", "the last EMCY message of a node is an error"},
+    {4, "OPERATIONAL", "the own node is Operational"},
+    {5, "BUS_OFF", "the module is bus-off"},
+    {6, "UNLISTED", "a node reports that is not listed"},
+    {7, "SAME_ID", "two nodes have the same ID"},
+    {kStatusPlcLost, "PLC_SILENT", "the PLC was silent"},
+}};
+
+/// High byte of NODE_STATUS. A node that has failed has its letter of CiA 302-2 there, 41h..4Fh.
+inline constexpr std::array<NamedNumber, 9> kBootSteps{{
+    {0, "NOT_LISTED", "not listed"},
+    {1, "RUNNING", "running"},
+    {2, "WAITING", "waiting for the node"},
+    {3, "CHECK", "its identity is being checked"},
+    {4, "CONFIGURATION", "it is being configured"},
+    {5, "AWAITS_HEARTBEAT", "waiting for its heartbeat"},
+    {6, "AWAITS_START", "waiting for its start"},
+    {7, "AWAITS_DATA", "running, without process data so far"},
+    {0x58, "LOST", "lost"},
+}};
+
 /// Additional results of the scanner window.
 inline constexpr std::array<NamedNumber, 2> kScannerResults{{
     {5, "RESTARTED",
@@ -325,6 +404,7 @@ inline constexpr std::uint16_t kLastEmergency = 0x3005;  ///< sub-index = node
 inline constexpr std::uint16_t kEmergencyScan = 0x3006;
 inline constexpr std::uint16_t kDeviceState = 0x3007;  ///< sub-index = node
 inline constexpr std::uint16_t kClock = 0x3008;
+inline constexpr std::uint16_t kBootFailure = 0x3009;  ///< sub-index = node
 }  // namespace object
 
 /// One NMT service: the numbers that R3706 may hold for it, and its command specifier on the bus (CiA

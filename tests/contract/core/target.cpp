@@ -52,7 +52,10 @@ struct CoreTarget final : Target {
   explicit CoreTarget(const Settings& settings)
       : bench_(new Bench(registers_.words(), core_settings(settings), channels_.scanners,
                          std::span<MultiChannelCoprocessor::Memory>(channels_.more))),
-        settings_(settings) {}
+        settings_(settings) {
+    bench_->coprocessor.use_network(network_, 0);
+    bench_->coprocessor.show_status_in(status_);
+  }
 
   std::string lacks(Ability /*ability*/) const override { return {}; }
 
@@ -99,6 +102,7 @@ struct CoreTarget final : Target {
  private:
   std::uint16_t& reg(unsigned address) {
     const auto in = [address](const auto& range, unsigned begin) { return address - begin < range.size(); };
+    if (in(status_, regmap::kStatusFirst)) return status_.at(address - regmap::kStatusFirst);
     if (in(bench_->process, settings_.process_first))
       return bench_->process.at(address - settings_.process_first);
     for (std::size_t i = 0; i < Channels::kCount; ++i) {
@@ -113,6 +117,8 @@ struct CoreTarget final : Target {
 
   WatchedRegisters<regmap::kWindowWords, 0> registers_;
   Channels channels_;
+  std::array<std::uint16_t, regmap::kStatusWords> status_{};
+  std::array<std::uint8_t, 1024> network_{};
   std::unique_ptr<Bench> bench_;
   Settings settings_;
 };

@@ -90,7 +90,7 @@ AbortCode ObjectDictionary::read(std::uint16_t index, std::uint8_t sub, std::spa
   if (const AbortCode missing = find(index, sub, entry); missing != AbortCode::kNone) return missing;
   if (!entry.has(ObjectFlags::kRead)) return AbortCode::kWriteOnly;
   if (entry.has(ObjectFlags::kComputed)) {
-    if (entry.capacity > out.size()) return AbortCode::kReadLength;
+    if (entry.capacity > out.size() && !entry.has(ObjectFlags::kVariable)) return AbortCode::kReadLength;
     if (sub == 0 && entry.has(ObjectFlags::kCounted)) {
       size = 1;
       out[0] = entry.last_sub;

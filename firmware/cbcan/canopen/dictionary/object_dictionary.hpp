@@ -26,7 +26,8 @@ struct ObjectFlags {
   static constexpr std::uint16_t kReadWrite = kRead | kWrite;
   /// Any length up to the capacity. The current length is in the four bytes before the value.
   static constexpr std::uint16_t kVariable = 0x04;
-  /// The value is not stored: the handler provides it when it is read and takes it when it is written.
+  /// The value is not stored: the handler provides it when it is read and takes it when it is written. With
+  /// kVariable the handler checks the length of what is read.
   static constexpr std::uint16_t kComputed = 0x08;
   /// The handler is asked before a written value is stored.
   static constexpr std::uint16_t kChecked = 0x10;
@@ -91,7 +92,8 @@ struct ObjectLimits {
 /// notified afterwards.
 class ObjectHandler {
  public:
-  /// Writes the value of a kComputed entry to `out` and its length to `size`.
+  /// Writes the value of a kComputed entry to `out` and its length to `size`. With kVariable the value may be
+  /// longer than `out`: then it returns kReadLength.
   virtual AbortCode on_read(const ObjectEntry& /*entry*/, std::uint8_t /*sub*/,
                             std::span<std::uint8_t> /*out*/, std::size_t& /*size*/, Time /*now*/) {
     return AbortCode::kGeneral;

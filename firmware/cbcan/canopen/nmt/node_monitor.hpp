@@ -87,6 +87,8 @@ class NodeMonitor {
   /// The last reported state is recent enough to be valid.
   bool is_fresh(std::uint8_t node, Time now) const;
 
+  Time reported_at(std::uint8_t node) const { return of_.reported_at[node]; }
+
   /// The node has reported at least once.
   bool was_seen(std::uint8_t node) const { return of_.report[node] != Report::kNone; }
 

@@ -17,6 +17,7 @@ class NodeSet {
   void erase(std::uint8_t node) { word_of(node) &= ~bit_of(node); }
   bool has(std::uint8_t node) const { return (words_[node / kBits] & bit_of(node)) != 0; }
   void clear() { words_ = {}; }
+  bool empty() const { return next(0) == 0; }
 
   /// The first one after `node`, 0..127, by node ID, then from the beginning up to `node` itself; 0 = the set is
   /// empty.

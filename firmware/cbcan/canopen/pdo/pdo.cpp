@@ -125,7 +125,6 @@ void Pdo::note(std::uint16_t emergency_code, Rpdo& rpdo, Time now) {
 std::size_t Pdo::rpdo_count(std::span<const ObjectEntry> entries) {
   return count_objects(entries, object::kRpdoParameter);
 }
-
 std::size_t Pdo::tpdo_count(std::span<const ObjectEntry> entries) {
   return count_objects(entries, object::kTpdoParameter);
 }
@@ -152,7 +151,7 @@ void Pdo::reset(const Reset& /*reset*/, Time now) {
   for (Tpdo& tpdo : tpdos_)
     load(tpdo, true);
   index_rpdos();
-  used_tpdos_ = used(tpdos_);
+  find_tpdos();
 }
 
 AbortCode Pdo::check(std::uint16_t object, std::uint8_t sub, std::uint32_t value) const {
@@ -227,8 +226,8 @@ void Pdo::configure(std::uint16_t index, Time now) {
     if (tpdo == nullptr) return;
     const bool was_active = tpdo->active;
     load(*tpdo, false);
-    used_tpdos_ = used(tpdos_);
-    if (!operational_ || !tpdo->active) return;
+    find_tpdos();
+    if (!operational_ || tpdos_held_ || !tpdo->active) return;
     update(now);
     start(*tpdo, !was_active, now);
     transmission_due_ = now;
@@ -273,6 +272,10 @@ Pdo::Used<Kind> Pdo::used(std::span<Kind> pdos) {
   return all;
 }
 
+void Pdo::find_tpdos() {
+  used_tpdos_ = tpdos_held_ ? Used<Tpdo>{} : used(tpdos_);
+}
+
 void Pdo::index_rpdos() {
   first_of_.fill(kNoneLeft);
   used_rpdos_ = used(rpdos_);
@@ -298,6 +301,10 @@ void Pdo::on_state(nmt::State state, Time now) {
   if (!operational) return;
   for (Rpdo& rpdo : rpdos_)
     start(rpdo, now);
+  start_tpdos(now);
+}
+
+void Pdo::start_tpdos(Time now) {
   if (used_tpdos_.begin() == used_tpdos_.end()) return;
   update(now);
   for (Tpdo& tpdo : used_tpdos_)
@@ -309,7 +316,7 @@ void Pdo::on_state(nmt::State state, Time now) {
 /// The timer starts with the first reception.
 void Pdo::start(Rpdo& rpdo, Time now) {
   rpdo.timer_at = kNever;
-  rpdo.fresh = false;
+  rpdo.fresh = rpdo.received = false;
   if (rpdo.error != kNoError) note(kNoError, rpdo, now);
 }
 
@@ -331,6 +338,7 @@ inline bool Pdo::receive(Rpdo& rpdo, const Frame& frame, Time now) {
     reception_due_ = earlier(reception_due_, rpdo.timer_at);
   }
   if (is_synchronous(rpdo.type)) return keep(rpdo, frame, now);
+  rpdo.received = true;
   rpdo.mapping.apply(dictionary_, frame.data);
   return true;
 }
@@ -448,10 +456,6 @@ void Pdo::want(Tpdo& tpdo) {
   tpdo.wanted = true;
   tpdo.windowed = false;
   transmission_due_ = earlier(transmission_due_, due_of(tpdo));
-}
-
-Time Pdo::due_of(const Tpdo& tpdo) const {
-  return tpdo.wanted ? std::max(tpdo.inhibited_until, retry_at_) : tpdo.timer_at;
 }
 
 void Pdo::do_what_is_due(Time now) {

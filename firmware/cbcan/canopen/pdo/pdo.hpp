@@ -27,6 +27,7 @@
 /// Nothing blocks, nothing is allocated; not re-entrant. A frame that the port refuses is tried again after
 /// kRetryInterval, before later frames.
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -86,6 +87,7 @@ class Pdo : public Part {
   /// Room for one RPDO; the content is Pdo's.
   struct Rpdo : Common {
     bool fresh = false;       ///< data waits for the SYNC
+    bool received = false;    ///< since forget_received()
     bool just_waits = false;  ///< synchronous, without a timer, and the only one with its CAN-ID
     std::uint16_t id = 0;
     std::uint16_t next = 0;   ///< see first_of_
@@ -157,6 +159,19 @@ class Pdo : public Part {
   /// The event of TPDO `number`, 1..512.
   void request(std::uint16_t number, Time now);
 
+  /// RPDO `number`, from 0, has been received since it was last forgotten, or since reset().
+  bool has_received(std::size_t number) const { return number < rpdos_.size() && rpdos_[number].received; }
+  void forget_received(std::size_t number) {
+    if (number < rpdos_.size()) rpdos_[number].received = false;
+  }
+  /// While held no TPDO is sent; afterwards as if the node had become Operational.
+  void hold_tpdos(bool held, Time now) {
+    if (tpdos_held_ == held) return;
+    tpdos_held_ = held;
+    find_tpdos();
+    if (!held && operational_) start_tpdos(now);
+  }
+
   void poll(Time now) {
     if (now >= deadline() && !notifying_) do_what_is_due(now);
   }
@@ -201,6 +216,8 @@ class Pdo : public Part {
   template <class Kind>
   static Used<Kind> used(std::span<Kind> pdos);
   void index_rpdos();
+  void find_tpdos();
+  void start_tpdos(Time now);
   void start(Rpdo& rpdo, Time now);
   void start(Tpdo& tpdo, bool send, Time now);
 
@@ -220,6 +237,7 @@ class Pdo : public Part {
     if (now > window_end_) return false;
     rpdo.data = frame.data;
     rpdo.fresh = true;
+    rpdo.received = true;
     return false;
   }
   void receive_all(Rpdo& first, const Frame& frame, Time now);
@@ -229,7 +247,9 @@ class Pdo : public Part {
   void sample_and_send(std::uint8_t counter, Time now);
   void on_event(Tpdo& tpdo);
   void want(Tpdo& tpdo);
-  Time due_of(const Tpdo& tpdo) const;
+  Time due_of(const Tpdo& tpdo) const {
+    return tpdo.wanted ? std::max(tpdo.inhibited_until, retry_at_) : tpdo.timer_at;
+  }
   void sample(Tpdo& tpdo) { tpdo.mapping.sample(dictionary_, tpdo.frame.data); }
   void send(Tpdo& tpdo, Time now);
   void do_what_is_due(Time now);
@@ -242,6 +262,7 @@ class Pdo : public Part {
   void note(std::uint16_t emergency_code, Rpdo& rpdo, Time now);
 
   bool operational_ = false;
+  bool tpdos_held_ = false;
   bool notifying_ = false;  ///< the application is being called: what it asks to be sent waits until it returns
   ObjectDictionary& dictionary_;
   CanPort& port_;

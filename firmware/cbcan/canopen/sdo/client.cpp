@@ -230,7 +230,7 @@ void SdoClient::on_unusual(const Frame& frame) {
   }
   if (!segment && !sdo::is_about(mux(), frame)) {
     ++counters_.other_object;
-    return;
+    return count_stray();
   }
   if (abort) return on_abort(frame);
   if (outbox_.waiting()) {  // our request has not even left
@@ -243,7 +243,9 @@ void SdoClient::on_unusual(const Frame& frame) {
 /// No response from this node is expected. If it is in quarantine this may be the late response, and the next
 /// transfer may begin.
 void SdoClient::on_stray(const Frame& frame) {
-  ++(quarantine_.take(frame, now_) ? counters_.late : counters_.unexpected);
+  const bool late = quarantine_.take(frame, now_);
+  ++(late ? counters_.late : counters_.unexpected);
+  if (!late) count_stray();
   if (phase_ == kHeldBack) hold_or_begin();
 }
 

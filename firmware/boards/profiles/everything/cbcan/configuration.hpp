@@ -7,6 +7,7 @@
 
 namespace cbcan {
 
-inline constexpr Services kServices{.other_devices = false, .counters = false, .serial_queue = 512};
+inline constexpr Services kServices{
+    .manager_clients = 0, .other_devices = false, .counters = false, .serial_queue = 512};
 
 }  // namespace cbcan

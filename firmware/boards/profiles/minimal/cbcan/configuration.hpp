@@ -16,6 +16,7 @@ inline constexpr Services kServices{.scanner_window = false,
                                     .tpdos = 0,
                                     .stored_parameters = false,
                                     .lss = false,
+                                    .manager_clients = 0,
                                     .other_devices = false,
                                     .counters = false,
                                     .serial_queue = 512};

@@ -13,7 +13,7 @@
 #include "eds/values.hpp"
 #include "text/error.hpp"
 
-namespace cbcan::tools {
+namespace cbcan::network {
 
 using Bytes = std::vector<std::uint8_t>;
 
@@ -53,4 +53,4 @@ std::string json_value(std::span<const std::uint8_t> bytes, const ValueType* typ
 /// A JSON string literal; bytes outside printable ASCII become \u00XX.
 std::string json_string(std::string_view text);
 
-}  // namespace cbcan::tools
+}  // namespace cbcan::network

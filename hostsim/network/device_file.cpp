@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "cbcanctl/device_file.hpp"
+#include "network/device_file.hpp"
 
 #include <fmt/core.h>
 
@@ -7,16 +7,22 @@
 #include <map>
 #include <set>
 
+#include "cbcan/canopen/dictionary/cob_id.hpp"
+#include "cbcan/canopen/dictionary/little_endian.hpp"
+#include "cbcan/canopen/dictionary/objects.hpp"
+#include "cbcan/regmap.hpp"
 #include "eds/values.hpp"
 #include "text/words.hpp"
 
-namespace cbcan::tools {
+namespace cbcan::network {
 
 namespace {
 
-constexpr std::uint16_t kToMapping = 0x200;  ///< from communication to mapping parameters
-constexpr std::uint8_t kInvalid = 0x80;      ///< in the highest byte of a PDO's COB-ID
-constexpr std::uint8_t kCobId = 1;
+using object::kRpdoParameter;
+using object::kTpdoParameter;
+
+constexpr std::uint8_t kInvalid = 0x80;  ///< in the highest byte of a PDO's COB-ID
+constexpr std::uint64_t kMostMapped = 64;
 
 /// The communication parameters of the PDO that the object belongs to; 0 = none.
 std::uint16_t pdo_of(std::uint16_t index) {
@@ -110,26 +116,86 @@ eds::DeviceDescription parse_device(std::string_view text, const std::string& na
   return std::move(result.device);
 }
 
-PlannedNode parse_dcf(std::string_view text, const std::string& name, std::vector<std::string>& remarks) {
-  const eds::DeviceDescription device = parse_device(text, name, std::nullopt, remarks);
-  if (!device.node_id)
-    throw UsageError(name + ":1: there is no NodeID in [DeviceComissioning]: is this a DCF?");
+std::vector<PlannedObject> expected_identity(const eds::DeviceDescription& device) {
+  std::vector<PlannedObject> identity;
+  for (const eds::Object& object : device.objects)
+    if (is_checked(object)) identity.push_back({object.index, object.first_sub, object.value});
+  return identity;
+}
+
+std::vector<PlannedObject> configured_objects(const eds::DeviceDescription& device, const std::string& name) {
   std::set<std::uint16_t> touched;
   for (const eds::Object& object : device.objects)
     if (object.configured) touched.insert({object.index, pdo_of(object.index)});
-  PlannedNode node{*device.node_id, {}, {}};
+  std::vector<PlannedObject> objects;
   for (const eds::Object& object : device.objects) {
-    if (is_checked(object)) node.identity.push_back({object.index, object.first_sub, object.value});
     if (!is_set(object, touched)) continue;
     if (object.value.empty() || object.value.size() > regmap::kMaxDataBytes)
       throw UsageError(fmt::format("{}:{}: {:04X}h:{:02X} has {} bytes: must be 1..{}", name, object.line,
                                    object.index, object.first_sub, object.value.size(),
                                    regmap::kMaxDataBytes));
     for (unsigned sub = object.first_sub; sub <= object.last_sub; ++sub)
-      node.objects.push_back({object.index, static_cast<std::uint8_t>(sub), object.value});
+      objects.push_back({object.index, static_cast<std::uint8_t>(sub), object.value});
   }
-  node.objects = in_writing_order(node.objects);
+  return in_writing_order(objects);
+}
+
+std::uint8_t bits_of(const eds::Object& object) {
+  if (object.type == DataType::kBoolean) return 1;
+  const std::size_t size = size_of(object.type);
+  return static_cast<std::uint8_t>(8 * (size != 0 ? size : std::min<std::size_t>(object.value.size(), 8)));
+}
+
+bool take_from(const eds::DeviceDescription& device, Pdo& pdo) {
+  const auto parameters =
+      static_cast<std::uint16_t>((pdo.input() ? kTpdoParameter : kRpdoParameter) + pdo.number() - 1);
+  const auto number = [&device](std::uint16_t index, std::uint8_t sub) {
+    const eds::Object* const object = device.find(index, sub);
+    return object == nullptr ? std::uint64_t{0} : load_little_endian(object->value);
+  };
+  const auto cob_id = static_cast<std::uint32_t>(number(parameters, kCobId));
+  const auto mapping = static_cast<std::uint16_t>(parameters + kToMapping);
+  pdo.can_id = static_cast<std::uint16_t>(cob::id_of(cob_id));
+  pdo.no_rtr = pdo.input() && (cob_id & cob::kNoRemote) != 0;
+  pdo.type = device.find(parameters, kType) == nullptr ? pdo.type
+                                                       : static_cast<std::uint8_t>(number(parameters, kType));
+  pdo.event_ms = static_cast<std::uint16_t>(number(parameters, kEventTimer));
+  pdo.inhibit_us = static_cast<std::uint32_t>(number(parameters, kInhibitTime) * object::kInhibitUnit);
+  for (std::uint64_t sub = 1; sub <= std::min<std::uint64_t>(number(mapping, 0), kMostMapped); ++sub) {
+    const auto entry = static_cast<std::uint32_t>(number(mapping, static_cast<std::uint8_t>(sub)));
+    const auto index = static_cast<std::uint16_t>(entry >> 16);
+    const auto of_object = static_cast<std::uint8_t>(entry >> 8);
+    pdo.objects.push_back(
+        {index, of_object, static_cast<std::uint8_t>(entry), device.find(index, of_object)});
+  }
+  return cob_id != 0 && (cob_id & cob::kInvalid) == 0 && !pdo.objects.empty();
+}
+
+std::vector<Pdo> valid_pdos(const eds::DeviceDescription& device) {
+  std::vector<Pdo> pdos;
+  std::uint16_t last = 0;
+  for (const eds::Object& object : device.objects) {
+    const bool tpdo = object.index >= kTpdoParameter && object.index < kTpdoParameter + kToMapping;
+    const bool rpdo = object.index >= kRpdoParameter && object.index < kRpdoParameter + kToMapping;
+    if (object.index == last || (!tpdo && !rpdo)) continue;
+    last = object.index;
+    Pdo pdo;
+    (tpdo ? pdo.tpdo : pdo.rpdo) =
+        static_cast<std::uint16_t>(object.index - (tpdo ? kTpdoParameter : kRpdoParameter) + 1);
+    if (take_from(device, pdo)) pdos.push_back(std::move(pdo));
+  }
+  return pdos;
+}
+
+Node parse_dcf(std::string_view text, const std::string& name, std::vector<std::string>& remarks) {
+  const eds::DeviceDescription device = parse_device(text, name, std::nullopt, remarks);
+  if (!device.node_id)
+    throw UsageError(name + ":1: there is no NodeID in [DeviceComissioning]: is this a DCF?");
+  Node node;
+  node.id = *device.node_id;
+  node.identity = expected_identity(device);
+  node.objects = configured_objects(device, name);
   return node;
 }
 
-}  // namespace cbcan::tools
+}  // namespace cbcan::network

@@ -6,9 +6,10 @@
 #include <string>
 #include <string_view>
 
-namespace cbcan::config {
+namespace cbcan::text {
 
-/// Returns the whole content of a file; nullopt if it cannot be read.
+/// Returns the whole content of a file; nullopt if it cannot be read. Of a path that ends in "/" the names of
+/// the files in that folder, sorted, a line for each.
 using FileReader = std::function<std::optional<std::string>(const std::string& path)>;
 
 /// "/plant.toml"; and "C:/plant.toml", as on Windows.
@@ -17,4 +18,4 @@ bool is_absolute(std::string_view path);
 /// A path from this file, ready to be opened.
 std::string path_in(const std::string& file_name, std::string_view path);
 
-}  // namespace cbcan::config
+}  // namespace cbcan::text

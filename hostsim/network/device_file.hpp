@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// EDS and DCF files (CiA 306) for configure and dump.
+/// EDS and DCF files (CiA 306), and what they say about identity, objects and PDOs.
 
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "cbcanctl/plan.hpp"
 #include "eds/eds_reader.hpp"
+#include "network/network_file.hpp"
 
-namespace cbcan::tools {
+namespace cbcan::network {
 
 /// The objects in the order of writing: PDOs last, each as COB-ID with bit 31 set, other parameters, number
 /// of mappings 0, the mappings, their number, and its COB-ID (CiA 301, 7.5.2.36).
@@ -34,7 +34,22 @@ const ValueType& type_of(const eds::Object& object);
 eds::DeviceDescription parse_device(std::string_view text, const std::string& name,
                                     std::optional<std::uint8_t> node_id, std::vector<std::string>& remarks);
 
-/// What a DCF sets: the ParameterValues of all writable objects. Throws UsageError.
-PlannedNode parse_dcf(std::string_view text, const std::string& name, std::vector<std::string>& remarks);
+/// 1000h and 1018h of the device, as far as they say something.
+std::vector<PlannedObject> expected_identity(const eds::DeviceDescription& device);
 
-}  // namespace cbcan::tools
+/// The ParameterValues of all writable objects, in the order of writing. Throws UsageError.
+std::vector<PlannedObject> configured_objects(const eds::DeviceDescription& device, const std::string& name);
+
+/// The PDOs that are valid at power-on, without own numbers.
+std::vector<Pdo> valid_pdos(const eds::DeviceDescription& device);
+
+/// Fills in what the device has for the PDO with this number. False: it is not valid there.
+bool take_from(const eds::DeviceDescription& device, Pdo& pdo);
+
+/// Its size in a PDO; 0 = it has none.
+std::uint8_t bits_of(const eds::Object& object);
+
+/// A DCF: identity and objects of one node. Throws UsageError.
+Node parse_dcf(std::string_view text, const std::string& name, std::vector<std::string>& remarks);
+
+}  // namespace cbcan::network

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "config/files.hpp"
+#include "text/files.hpp"
 
 #include <filesystem>
 
-namespace cbcan::config {
+namespace cbcan::text {
 
 bool is_absolute(std::string_view path) {
   const bool has_drive = path.size() > 2 && path[1] == ':' && (path[2] == '/' || path[2] == '\\');
@@ -15,4 +15,4 @@ std::string path_in(const std::string& file_name, std::string_view path) {
   return (std::filesystem::path(file_name).parent_path() / path).lexically_normal().string();
 }
 
-}  // namespace cbcan::config
+}  // namespace cbcan::text

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "cbcanctl/value.hpp"
+#include "network/value.hpp"
 
 #include <fmt/core.h>
 
@@ -10,7 +10,7 @@
 #include "text/value.hpp"
 #include "text/words.hpp"
 
-namespace cbcan::tools {
+namespace cbcan::network {
 
 namespace {
 
@@ -162,4 +162,4 @@ std::string json_string(std::string_view text) {
   return out + "\"";
 }
 
-}  // namespace cbcan::tools
+}  // namespace cbcan::network

@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: MIT
+// The boot of a node up to its heartbeat: waiting for it, check, configuration.
+#include "cbcan/canopen/manager/manager.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace cbcan {
+
+namespace {
+
+constexpr std::size_t kNumberBytes = 4;
+
+}  // namespace
+
+// ---- Waiting
+
+void Manager::appeared(std::uint8_t node, nmt::State /*state*/, Time now) {
+  if (!nodes_[node].delayed) begin_check(node, now);
+}
+
+void Manager::probe(std::uint8_t node, Time now) {
+  nodes_[node].delayed = false;
+  silent_.insert(node);
+  wake_at(now);
+}
+
+void Manager::ask_device_type(Client& client, Time now) {
+  client.sdo.set_timeout(kProbeTimeoutMs);
+  request_read(client, object::kDeviceType, 0, kNumberBytes, now);
+}
+
+void Manager::found(Client& client, Time now) {
+  const std::uint8_t node = client.node;
+  release(client, now);
+  configure_again(node, now);
+}
+
+/// An abort is a response too.
+void Manager::keep_waiting(Client& client, Time now) {
+  if (client.sdo.error() != AbortCode::kTimeOut) return found(client, now);
+  nodes_[client.node].failure = {AbortCode::kTimeOut, object::kDeviceType, 0, 'B'};
+  application_.on_node(client.node);
+  look_later(client, now);
+}
+
+void Manager::ask_producer_time(Client& client, Time now) {
+  client.sdo.set_timeout(kProbeTimeoutMs);
+  request_read(client, object::kProducerHeartbeatTime, 0, sizeof(std::uint16_t), now);
+}
+
+/// A lost node with 0 there has booted without its configuration, and its boot-up message was lost.
+void Manager::producer_time_read(Client& client, Time now) {
+  load_little_endian(client.data_read()) == 0 ? found(client, now) : look_later(client, now);
+}
+
+void Manager::look_later(Client& client, Time now) {
+  nodes_[client.node].due = now + kProbePeriod;
+  wake_at(nodes_[client.node].due);
+  release(client, now);
+}
+
+// ---- Check
+
+void Manager::begin_check(std::uint8_t node, Time now) {
+  nodes_[node].failure = {};
+  nodes_[node].signs = 0;
+  enter_talking(node, Phase::kCheck, now);
+}
+
+namespace {
+
+struct Check {
+  std::uint16_t index;
+  std::uint8_t sub;
+  std::uint16_t expected;  ///< object here; 0 in it = any value
+  char letter;             ///< if it differs, or cannot be read
+};
+
+constexpr std::array<Check, 5> kChecks{{
+    {object::kDeviceType, 0, object::kExpectedDeviceType, 'C'},
+    {object::kIdentity, 1, object::kExpectedVendor, 'D'},
+    {object::kIdentity, 2, object::kExpectedProduct, 'M'},
+    {object::kIdentity, 3, object::kExpectedRevision, 'N'},
+    {object::kIdentity, 4, object::kExpectedSerial, 'O'},
+}};
+
+}  // namespace
+
+/// 1000h is always read, as a sign of life.
+void Manager::ask_check(Client& client, Time now) {
+  std::uint16_t& at = nodes_[client.node].at;
+  while (at != 0 && at != kChecks.size() && objects_.number(kChecks[at].expected, client.node) == 0)
+    ++at;
+  if (at == kChecks.size()) return checked(client, now);
+  client.sdo.set_timeout(kSdoTimeoutMs);
+  request_read(client, kChecks[at].index, kChecks[at].sub, kNumberBytes, now);
+}
+
+void Manager::check(Client& client, Time now) {
+  Node& node = nodes_[client.node];
+  const Check& check = kChecks[node.at];
+  const std::uint32_t expected = objects_.number(check.expected, client.node);
+  const bool same = load_little_endian(client.data_read()) == expected;
+  if (expected != 0 && !same) {
+    node.failure = {AbortCode::kNone, check.index, check.sub, check.letter};
+    return fail(client.node, now);
+  }
+  ++node.at;
+}
+
+void Manager::check_failed(Client& client, Time now) {
+  Node& node = nodes_[client.node];
+  const Check& check = kChecks[node.at];
+  const bool silent = client.sdo.error() == AbortCode::kTimeOut;
+  node.failure = {client.sdo.error(), check.index, check.sub, silent ? 'B' : check.letter};
+  fail(client.node, now);
+}
+
+/// Of a keep-alive node it must be known whether it is Operational.
+void Manager::checked(Client& client, Time now) {
+  const std::uint8_t node = client.node;
+  if (!nodes_[node].boots) {
+    release(client, now);
+    return enter(node, Phase::kReady, kNever);
+  }
+  if (!nodes_[node].keep_alive || nodes_[node].boot_ups != 0) return begin_configuration(client, now);
+  release(client, now);
+  if (monitor_.was_seen(node)) return decide(node, now);
+  const std::uint16_t period = monitor_.consumer_time(node);
+  enter(node, Phase::kWatch, now + (period == 0 ? kRebootTimeout : milliseconds(period)));
+}
+
+void Manager::decide(std::uint8_t node, Time now) {
+  if (monitor_.last_state(node) == nmt::State::kOperational) {
+    nodes_[node].failure.letter = 'L';
+    return run(node, now);
+  }
+  enter_talking(node, Phase::kConfigure, now);
+}
+
+// ---- Configuration
+
+void Manager::begin_configuration(Client& client, Time now) {
+  const std::uint8_t node = client.node;
+  const bool restores = objects_.number(object::kRestoreConfiguration, node) != 0;
+  enter(node, restores ? Phase::kRestore : Phase::kConfigure, kNever);
+  restores ? ask_restore(client, now) : ask_configure(client, now);
+}
+
+void Manager::ask_restore(Client& client, Time now) {
+  constexpr std::array<std::uint8_t, 4> kLoad{'l', 'o', 'a', 'd'};
+  const auto sub = static_cast<std::uint8_t>(objects_.number(object::kRestoreConfiguration, client.node));
+  request_write(client, {object::kRestore, sub, kLoad}, now);
+}
+
+void Manager::restored(Client& client, Time now) {
+  const std::uint8_t node = client.node;
+  release(client, now);
+  enter(node, Phase::kReboot, kNever);
+  commanded_.insert(node);
+  wake_at(now);
+}
+
+void Manager::no_boot_up(std::uint8_t node, Time now) {
+  nodes_[node].failure.letter = 'B';
+  fail(node, now);
+}
+
+namespace {
+
+// Node::at in kConfigure: the two parts of 1020h, then an offset in 1F22h.
+constexpr std::uint16_t kTimePart = 1;
+constexpr std::uint16_t kObjects = ConciseDcf::kFirst;
+
+}  // namespace
+
+void Manager::ask_configure(Client& client, Time now) {
+  Node& node = nodes_[client.node];
+  const bool dated = objects_.number(object::kExpectedDate, client.node) != 0 &&
+                     objects_.number(object::kExpectedTime, client.node) != 0;
+  if (node.at == 0 && !dated) node.at = kObjects;
+  if (node.at < kObjects)
+    return request_read(client, object::kConfigurationDate, static_cast<std::uint8_t>(node.at + 1),
+                        kNumberBytes, now);
+  const ConciseDcf values(objects_.find(object::kConciseDcf, client.node));
+  if (node.at >= values.size()) return configured_all(client, now);
+  if (node.at == kObjects && !values.is_valid()) {
+    node.failure = {AbortCode::kValue, object::kConciseDcf, client.node, 'J'};
+    return fail(client.node, now);
+  }
+  request_write(client, values.at(node.at), now);
+}
+
+void Manager::configured(Client& client, Time now) {
+  Node& node = nodes_[client.node];
+  if (node.at >= kObjects) {
+    const ConciseDcf values(objects_.find(object::kConciseDcf, client.node));
+    node.at = static_cast<std::uint16_t>(values.after(node.at));
+    return;
+  }
+  const std::uint16_t expected = node.at == kTimePart ? object::kExpectedTime : object::kExpectedDate;
+  const bool same = load_little_endian(client.data_read()) == objects_.number(expected, client.node);
+  if (!same)
+    node.at = kObjects;
+  else if (node.at++ == kTimePart)
+    configured_all(client, now);
+}
+
+/// A device without 1020h is configured each time.
+void Manager::configuration_failed(Client& client, Time now) {
+  Node& node = nodes_[client.node];
+  if (node.phase == Phase::kConfigure && node.at < kObjects && client.sdo.error() != AbortCode::kTimeOut) {
+    node.at = kObjects;
+    return;
+  }
+  node.failure = {client.sdo.error(), client.asked.index, client.asked.sub, 'J'};
+  fail(client.node, now);
+}
+
+void Manager::configured_all(Client& client, Time now) {
+  const std::uint8_t node = client.node;
+  release(client, now);
+  nodes_[node].configured = true;
+  if (nodes_[node].signs == 0) twins_.erase(node);
+  const std::uint16_t period = monitor_.consumer_time(node);
+  if (period != 0) return enter(node, Phase::kWatch, now + milliseconds(period));
+  enter(node, Phase::kReady, kNever);
+  start_ready(now);
+}
+
+void Manager::watched(std::uint8_t node, nmt::State /*state*/, Time now) {
+  if (!nodes_[node].configured) return decide(node, now);
+  enter(node, Phase::kReady, kNever);
+  start_ready(now);
+}
+
+/// One heartbeat may have been lost; or, in kStart, the command, which is repeated.
+void Manager::no_heartbeat(std::uint8_t node, Time now) {
+  Node& silent = nodes_[node];
+  if (!quiet(now)) {
+    silent.due = quiet_from_;
+    return;
+  }
+  if (silent.tries < kRetries && !silent.held) {
+    silent.due = now + milliseconds(monitor_.consumer_time(node));
+    ++silent.tries;
+    if (silent.phase == Phase::kStart) commanded_.insert(node);
+    return wake_at(now);
+  }
+  silent.failure.letter = silent.configured ? 'K' : 'E';
+  fail(node, now);
+}
+
+}  // namespace cbcan

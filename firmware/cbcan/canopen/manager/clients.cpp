@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: MIT
+// The manager's SDO clients: which node each of them serves, and where its outcomes go.
+#include <algorithm>
+
+#include "cbcan/canopen/manager/manager.hpp"
+
+namespace cbcan {
+
+void Manager::request_read(Client& client, std::uint16_t index, std::uint8_t sub, std::size_t size,
+                           Time now) {
+  client.asked = {index, sub, {}};
+  client.sdo.start({client.node, sub, index, static_cast<std::uint16_t>(size), SdoClient::Direction::kRead,
+                    SdoClient::Mode::kAuto},
+                   now);
+}
+
+/// One that is too long fails in start().
+void Manager::request_write(Client& client, const ConciseDcf::Entry& value, Time now) {
+  client.asked = value;
+  std::copy_n(value.value.begin(), std::min(value.value.size(), client.data.size()), client.data.begin());
+  client.sdo.start({client.node, value.sub, value.index, static_cast<std::uint16_t>(value.value.size()),
+                    SdoClient::Direction::kWrite, SdoClient::Mode::kAuto},
+                   now);
+}
+
+/// An SDO request of others to the node goes first.
+void Manager::go_on(Client& client, Time now) {
+  client.resume_at = kNever;
+  if (!state(client.node).talks) return release(client, now);
+  const Time from = std::max(application_.node_free_from(client.node, now), free_from(client.node, now));
+  if (from <= now) return state(client.node).ask(*this, client, now);
+  client.resume_at = from == kNever ? now + kPause : from;
+}
+
+/// The transfer has ended. A request that fails at its start is handled at the next poll.
+void Manager::follow(Client& client, Time now) {
+  if (client.node == 0 || client.sdo.busy()) return;
+  const std::uint8_t node = client.node;
+  note_strays(client);
+  if (client.sdo.outcome() == SdoClient::Outcome::kDone) {
+    nodes_[node].tries = 0;
+    state(node).on_done(*this, client, now);
+  } else if (client.sdo.error() == AbortCode::kTimeOut && !is_looked_for(phase(node)) &&
+             nodes_[node].tries < kRetries) {
+    try_again(client, now);
+  } else {
+    state(node).on_refused(*this, client, now);
+  }
+  if (client.node == node && !client.sdo.busy()) go_on(client, now);
+  serve(now);
+}
+
+/// Two responses to one request: two nodes have the same ID.
+void Manager::note_strays(Client& client) {
+  Node& node = nodes_[client.node];
+  if (std::exchange(client.strays, client.sdo.strays()) == client.strays || node.signs == kSignsOfTwin)
+    return;
+  if (++node.signs == kSignsOfTwin) note_twin(client.node);
+}
+
+/// By the first client, so that nodes that do not respond do not occupy the others.
+void Manager::try_again(Client& client, Time now) {
+  const std::uint8_t node = client.node;
+  ++nodes_[node].tries;
+  if (&client == clients_.data()) return;
+  release(client, now);
+  silent_.insert(node);
+}
+
+void Manager::serve(Time now) {
+  for (Client& client : clients_) {
+    if (client.node != 0) continue;
+    NodeSet& waiting = &client == clients_.data() && !silent_.empty() ? silent_ : ready_;
+    const std::uint8_t node = waiting.next(served_);
+    if (node == 0) continue;
+    waiting.erase(node);
+    served_ = node;
+    client.node = node;
+    client.strays = client.sdo.strays();
+    ++clients_in_use_;
+    go_on(client, now);
+  }
+}
+
+void Manager::release(Client& client, Time /*now*/) {
+  client.node = 0;
+  client.resume_at = kNever;
+  --clients_in_use_;
+}
+
+void Manager::drop_client(std::uint8_t node, Time now) {
+  for (Client& client : clients_) {
+    if (client.node != node) continue;
+    client.sdo.cancel(now);
+    release(client, now);
+  }
+}
+
+bool Manager::take_response(const Frame& frame, Time now) {
+  const auto node = static_cast<std::uint8_t>(frame.id & nmt::kMaxNode);
+  for (Client& client : clients_) {
+    if (client.node != node || client.resume_at != kNever) continue;
+    quiet_from_ = now + kQuietTime;
+    client.sdo.on_frame(frame, now);
+    follow(client, now);
+    return true;
+  }
+  return false;
+}
+
+Time Manager::free_from(std::uint8_t node, Time now) {
+  Time from = now;
+  for (Client& client : clients_)
+    from = std::max(from, client.sdo.node_free_from(node, now));
+  return from;
+}
+
+void Manager::poll_clients(Time now) {
+  for (Client& client : clients_) {
+    client.sdo.poll(now);
+    if (client.node == 0) continue;
+    if (client.resume_at == kNever)
+      follow(client, now);
+    else if (now >= client.resume_at)
+      go_on(client, now);
+  }
+}
+
+Time Manager::deadline_of(const Client& client) {
+  if (client.sdo.busy()) return client.sdo.deadline();
+  return client.resume_at == kNever ? 0 : earlier(client.resume_at, client.sdo.deadline());
+}
+
+}  // namespace cbcan

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: MIT
+// Process data of started nodes: 300Ah names the node and the mapping of the TPDO that an own RPDO receives.
+// An event-driven TPDO is sent once at its node's start and then after changes: one that was missed is
+// replaced by a read of its objects.
+#include "cbcan/canopen/dictionary/cob_id.hpp"
+#include "cbcan/canopen/manager/manager.hpp"
+
+namespace cbcan {
+
+namespace {
+
+// 300Ah: node, flags, entries as in 1A00h.
+constexpr std::size_t kFlags = 1;
+constexpr std::size_t kEntries = 2;
+constexpr std::size_t kEntryBytes = 4;
+constexpr std::uint8_t kZeroWhenLost = 1;
+constexpr std::uint8_t kReadAtStart = 2;
+
+// Node::at in kInputs: RPDO and entry.
+constexpr unsigned kEntryBits = 6;
+constexpr unsigned kEntryMask = (1u << kEntryBits) - 1;
+
+struct Mapped {
+  std::uint16_t index;
+  std::uint8_t sub;
+  std::uint8_t bits;
+};
+
+Mapped mapped(NetworkObjects::Bytes source, std::size_t entry) {
+  const std::uint8_t* const bytes = &source[kEntries + entry * kEntryBytes];
+  return {static_cast<std::uint16_t>(bytes[2] | bytes[3] << 8), bytes[1], bytes[0]};
+}
+
+std::size_t entries(NetworkObjects::Bytes source) {
+  return source.size() < kEntries ? 0 : (source.size() - kEntries) / kEntryBytes;
+}
+
+}  // namespace
+
+NetworkObjects::Bytes Manager::source(std::size_t rpdo) const {
+  return objects_.find(object::kRpdoSource, static_cast<std::uint8_t>(rpdo + 1));
+}
+
+bool Manager::awaits_inputs(std::uint8_t node) const {
+  for (std::size_t rpdo = 0; rpdo != sources_.size(); ++rpdo)
+    if (sources_[rpdo] == node && !own_.has_received(rpdo)) return true;
+  return false;
+}
+
+void Manager::forget_inputs(std::uint8_t node) {
+  for (std::size_t rpdo = 0; rpdo != sources_.size(); ++rpdo)
+    if (sources_[rpdo] == node) own_.forget_received(rpdo);
+}
+
+/// Node::at, or the next object to be read. False: there is none.
+bool Manager::next_input(std::uint8_t node) {
+  std::uint16_t& at = nodes_[node].at;
+  for (std::size_t rpdo = at >> kEntryBits; rpdo < sources_.size();
+       at = static_cast<std::uint16_t>(++rpdo << kEntryBits)) {
+    if (sources_[rpdo] != node || own_.has_received(rpdo)) continue;
+    const NetworkObjects::Bytes from = source(rpdo);
+    if ((from[kFlags] & kReadAtStart) != 0 && (at & kEntryMask) < entries(from)) return true;
+  }
+  return false;
+}
+
+void Manager::ask_input(Client& client, Time now) {
+  if (!next_input(client.node)) return release(client, now);
+  const std::uint16_t at = nodes_[client.node].at;
+  if ((at & kEntryMask) == 0) client.inputs = client.input_bits = 0;
+  const Mapped object = mapped(source(at >> kEntryBits), at & kEntryMask);
+  request_read(client, object.index, object.sub, (object.bits + 7u) / 8, now);
+}
+
+void Manager::input_read(Client& client, Time now) {
+  std::uint16_t& at = nodes_[client.node].at;
+  const std::size_t rpdo = at >> kEntryBits;
+  const NetworkObjects::Bytes from = source(rpdo);
+  const Mapped object = mapped(from, at & kEntryMask);
+  const std::uint64_t value = load_little_endian(client.data_read());
+  const std::uint64_t mask = object.bits >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << object.bits) - 1;
+  if (client.input_bits < 64) client.inputs |= (value & mask) << client.input_bits;
+  client.input_bits = static_cast<std::uint8_t>(client.input_bits + object.bits);
+  if ((++at & kEntryMask) < entries(from)) return;
+  at = static_cast<std::uint16_t>((rpdo + 1) << kEntryBits);
+  if (!own_.has_received(rpdo)) receive(rpdo, client.inputs, client.input_bits, now);
+}
+
+/// The registers keep their values until the PDO arrives.
+void Manager::input_failed(Client& client, Time /*now*/) {
+  std::uint16_t& at = nodes_[client.node].at;
+  at = static_cast<std::uint16_t>(((at >> kEntryBits) + 1u) << kEntryBits);
+}
+
+void Manager::look_for_inputs(std::uint8_t node, Time now) {
+  if (!awaits_inputs(node)) return enter(node, Phase::kRun, kNever);
+  nodes_[node].due = now + kInputsPeriod;
+}
+
+void Manager::zero_inputs(std::uint8_t node, Time now) {
+  for (std::size_t rpdo = 0; rpdo != sources_.size(); ++rpdo) {
+    if (sources_[rpdo] != node) continue;
+    const NetworkObjects::Bytes from = source(rpdo);
+    if ((from[kFlags] & kZeroWhenLost) == 0) continue;
+    std::size_t bits = 0;
+    for (std::size_t entry = 0; entry != entries(from); ++entry)
+      bits += mapped(from, entry).bits;
+    receive(rpdo, 0, bits, now);
+  }
+}
+
+/// As if the PDO had arrived.
+void Manager::receive(std::size_t rpdo, std::uint64_t data, std::size_t bits, Time now) {
+  constexpr std::uint8_t kCobId = 1;
+  const auto parameters = static_cast<std::uint16_t>(object::kRpdoParameter + rpdo);
+  Frame frame;
+  frame.id = static_cast<std::uint32_t>(own_.dictionary().get(parameters, kCobId)) & cob::kIdMask;
+  frame.length = static_cast<std::uint8_t>((bits + 7) / 8);
+  put_data(frame, data);
+  own_.on_frame(frame, now);
+}
+
+}  // namespace cbcan

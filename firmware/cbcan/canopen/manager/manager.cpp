@@ -1,0 +1,270 @@
+// SPDX-License-Identifier: MIT
+#include "cbcan/canopen/manager/manager.hpp"
+
+#include <algorithm>
+
+namespace cbcan {
+
+// ---- The phases
+
+template <auto kAsk, auto kDone, auto kRefused, auto kState, auto kDeadline>
+constexpr Manager::State Manager::state_of() {
+  return {kAsk != &Manager::release,
+          call<kAsk>,
+          call<kDone>,
+          call<kRefused>,
+          [](Manager& manager, std::uint8_t node, nmt::State state, Time now) {
+            (manager.*kState)(node, state, now);
+          },
+          [](Manager& manager, std::uint8_t node, Time now) { (manager.*kDeadline)(node, now); }};
+}
+
+// clang-format off
+constinit const std::array<Manager::State, Manager::kPhases> Manager::kStates = [] {
+  using M = Manager;
+  return std::array<State, kPhases>{
+    //         ask                  on_done         on_refused                on_state      on_deadline
+    state_of<&M::release,         &M::not_asked,  &M::not_asked,            &M::ignore,   &M::never>(),            // kUnlisted
+    state_of<&M::ask_device_type, &M::found,      &M::keep_waiting,         &M::appeared, &M::probe>(),            // kWait
+    state_of<&M::ask_check,       &M::check,      &M::check_failed,         &M::ignore,   &M::never>(),            // kCheck
+    state_of<&M::ask_restore,     &M::restored,   &M::configuration_failed, &M::ignore,   &M::never>(),            // kRestore
+    state_of<&M::release,         &M::not_asked,  &M::not_asked,            &M::ignore,   &M::no_boot_up>(),       // kReboot
+    state_of<&M::ask_configure,   &M::configured, &M::configuration_failed, &M::ignore,   &M::never>(),            // kConfigure
+    state_of<&M::release,         &M::not_asked,  &M::not_asked,            &M::watched,  &M::no_heartbeat>(),     // kWatch
+    state_of<&M::release,         &M::not_asked,  &M::not_asked,            &M::ignore,   &M::never>(),            // kReady
+    state_of<&M::release,         &M::not_asked,  &M::not_asked,            &M::started,  &M::no_heartbeat>(),     // kStart
+    state_of<&M::ask_input,       &M::input_read, &M::input_failed,         &M::stays,    &M::look_for_inputs>(),  // kInputs
+    state_of<&M::release,         &M::not_asked,  &M::not_asked,            &M::stays,    &M::never>(),            // kRun
+    state_of<&M::ask_producer_time, &M::producer_time_read, &M::look_later, &M::returned, &M::probe>(),           // kLost
+    state_of<&M::release,         &M::not_asked,  &M::not_asked,            &M::ignore,   &M::never>(),            // kFailed
+  };
+}();
+// clang-format on
+
+namespace {
+
+using Phase = Manager::Phase;
+
+// 1F80h and 1F81h.
+constexpr std::uint8_t kIsManager = 0;
+constexpr std::uint32_t kListed = 1u << 0;
+constexpr std::uint32_t kBoots = 1u << 2;
+constexpr std::uint32_t kMandatory = 1u << 3;
+constexpr std::uint32_t kKeepAlive = 1u << 4;
+
+constexpr std::uint32_t kConf = 0x666E6F63;  ///< "conf"
+constexpr std::uint8_t kAllSlaves = 128;     ///< sub-index of 1F25h
+
+constexpr bool is_missing(Phase phase) {
+  return phase == Phase::kLost || phase == Phase::kFailed;
+}
+
+}  // namespace
+
+void Manager::enter(std::uint8_t node, Phase phase, Time due) {
+  Node& entered = nodes_[node];
+  --count_[static_cast<std::size_t>(entered.phase)];
+  ++count_[static_cast<std::size_t>(phase)];
+  if (entered.mandatory) {
+    mandatory_unready_ =
+        static_cast<std::uint8_t>(mandatory_unready_ + is_ready(entered.phase) - is_ready(phase));
+    mandatory_missing_ =
+        static_cast<std::uint8_t>(mandatory_missing_ + is_missing(phase) - is_missing(entered.phase));
+  }
+  entered.phase = phase;
+  entered.due = due;
+  entered.at = 0;
+  entered.tries = 0;
+  phase == Phase::kRun || phase == Phase::kUnlisted ? unwell_.erase(node) : unwell_.insert(node);
+  for (NodeSet* set : {&ready_, &silent_, &commanded_})
+    set->erase(node);
+  wake_at(due);
+  application_.on_node(node);
+}
+
+/// Its requests are sent when a client is idle.
+void Manager::enter_talking(std::uint8_t node, Phase phase, Time now) {
+  enter(node, phase, kNever);
+  ready_.insert(node);
+  wake_at(now);
+}
+
+// ---- The own node
+
+void Manager::on_own_state(nmt::State state, Time now) {
+  if (state == nmt::State::kInitialising) return end(now);
+  const bool operational = state == nmt::State::kOperational;
+  if (!active_) begins_ = state == nmt::State::kPreOperational && mode(kIsManager);
+  own_held_ = active_ && !operational;
+  inputs_again_ = active_ && operational;
+  start_ready(now);
+  application_.on_node(0);
+}
+
+void Manager::on_startup_written(Time now) {
+  const bool wanted = mode(kIsManager);
+  if (active_ && !wanted) end(now);
+  begins_ = wanted && !active_;
+  wake_at(now);
+}
+
+void Manager::end(Time now) {
+  active_ = begins_ = false;
+  for (std::uint8_t node = 1; node <= nmt::kMaxNode; ++node) {
+    if (!is_listed(node)) continue;
+    drop_client(node, now);
+    enter(node, Phase::kUnlisted, kNever);
+    nodes_[node] = {};
+  }
+  count_.fill(0);
+  listed_ = mandatory_unready_ = mandatory_missing_ = 0;
+  started_all_ = boot_is_over_ = broadcasts_ = starts_ = own_held_ = false;
+  twins_.clear();
+  own_.hold_tpdos(false, now);
+  due_ = retry_at_ = boot_over_at_ = kNever;
+}
+
+void Manager::begin(Time now) {
+  begins_ = false;
+  active_ = true;
+  write_own_objects(now);
+  list_nodes(now);
+  if (const std::uint32_t limit = objects_.number(object::kBootTime, 0); limit != 0)
+    boot_over_at_ = now + limit * kMillisecond;
+  own_.hold_tpdos(objects_.number(object::kOutputsMode, 0) == 0, now);
+  send_commands(now);
+  application_.on_node(0);
+}
+
+/// The first parameter of the own node that is refused is its failure; the others are written.
+void Manager::write_own_objects(Time now) {
+  nodes_[0].failure = {};
+  objects_.visit_own([&](const ConciseDcf::Entry& entry) {
+    const AbortCode refused = own_.slave().write(entry.index, entry.sub, entry.value, now);
+    if (refused != AbortCode::kNone && nodes_[0].failure.letter == 0)
+      nodes_[0].failure = {refused, entry.index, entry.sub, 'J'};
+  });
+  sources_.fill(0);
+  for (std::size_t rpdo = 0; rpdo != sources_.size(); ++rpdo)
+    if (const auto source = objects_.find(object::kRpdoSource, static_cast<std::uint8_t>(rpdo + 1));
+        !source.empty())
+      sources_[rpdo] = source[0];
+}
+
+/// Nodes are reset, so that they begin with their boot-up message, except keep-alive ones.
+void Manager::list_nodes(Time now) {
+  bool any_kept = false;
+  for (std::uint8_t node = 1; node <= nmt::kMaxNode; ++node) {
+    const std::uint32_t assignment = objects_.number(object::kSlaveAssignment, node);
+    if ((assignment & kListed) == 0 || node == own_.node_id()) continue;
+    Node& listed = nodes_[node];
+    listed.boots = (assignment & kBoots) != 0;
+    listed.held = !listed.boots;
+    listed.keep_alive = (assignment & kKeepAlive) != 0;
+    any_kept |= listed.keep_alive;
+    listed.mandatory = (assignment & kMandatory) != 0;
+    mandatory_unready_ = static_cast<std::uint8_t>(mandatory_unready_ + listed.mandatory);
+    ++listed_;
+    ++count_[0];
+    enter(node, Phase::kWait, now + (listed.keep_alive ? 0 : kProbePeriod));
+  }
+  if (!any_kept && listed_ != 0) return command_all(nmt::Command::kResetCommunication, now);
+  for (std::uint8_t node = 1; node <= nmt::kMaxNode; ++node)
+    if (is_listed(node) && !nodes_[node].keep_alive) commanded_.insert(node);
+}
+
+// ---- Reports and commands
+
+void Manager::on_report(std::uint8_t node, NodeMonitor::News news, Time now) {
+  if (!is_listed(node)) return;
+  if (news == NodeMonitor::News::kBootUp) return on_boot_up(node, now);
+  const nmt::State reported = monitor_.last_state(node);
+  Node& reporting = nodes_[node];
+  // Before it is started a node may start by itself, but not go back: then there are two.
+  const bool before_start = reporting.phase >= Phase::kCheck && reporting.phase <= Phase::kReady;
+  if (before_start && reporting.was_operational && reported != nmt::State::kOperational) note_twin(node);
+  reporting.was_operational = before_start && reported == nmt::State::kOperational;
+  state(node).on_state(*this, node, reported, now);
+}
+
+void Manager::on_boot_up(std::uint8_t node, Time now) {
+  Node& booted = nodes_[node];
+  for (Client& client : clients_)
+    client.sdo.on_boot_up(node, now);
+  drop_client(node, now);
+  booted.configured = booted.was_operational = false;
+  if (booted.phase == Phase::kReboot) return enter_talking(node, Phase::kConfigure, now);
+  if (now - booted.booted_since > kBootWindow) {
+    booted.booted_since = now;
+    booted.boot_ups = 0;
+  }
+  if (booted.boot_ups < kMostBoots) {
+    ++booted.boot_ups;
+    return begin_check(node, now);
+  }
+  booted.delayed = true;
+  enter(node, Phase::kWait, now + kProbePeriod);
+}
+
+void Manager::take_command(nmt::Command command, std::uint8_t node, Time now) {
+  if (node != nmt::kAllNodes) return command_one(command, node, now);
+  for (std::uint8_t each = 1; each <= nmt::kMaxNode; ++each)
+    command_one(command, each, now);
+}
+
+void Manager::command_one(nmt::Command command, std::uint8_t node, Time now) {
+  if (node > nmt::kMaxNode || !is_listed(node)) return;
+  Node& commanded = nodes_[node];
+  commanded.was_operational = false;
+  switch (command) {
+    case nmt::Command::kStart:
+      commanded.held = false;
+      if (commanded.phase == Phase::kReady) await_start(node, now);
+      return sent(node, now);
+    case nmt::Command::kStop:
+    case nmt::Command::kEnterPreOperational:
+      commanded.held = true;
+      if (!is_ready(commanded.phase)) return;
+      drop_client(node, now);
+      return enter(node, Phase::kReady, kNever);
+    default:
+      drop_client(node, now);
+      commanded.held = !commanded.boots;
+      commanded.configured = false;
+      enter(node, Phase::kWait, now + kProbePeriod);
+  }
+}
+
+AbortCode Manager::write_object(std::uint16_t index, std::uint8_t sub, NetworkObjects::Bytes value,
+                                Time now) {
+  if (index == object::kConfigureSlave)
+    return configure(sub, static_cast<std::uint32_t>(load_little_endian(value)), now);
+  if (active_ && index != object::kNmtStartup) return AbortCode::kDeviceState;
+  return objects_.write(index, sub, value);
+}
+
+/// 1F25h: this node, or all listed ones, again.
+AbortCode Manager::configure(std::uint8_t node, std::uint32_t signature, Time now) {
+  if (signature != kConf) return AbortCode::kStore;
+  if (node == kAllSlaves) {
+    for (std::uint8_t each = 1; each <= nmt::kMaxNode; ++each)
+      if (is_listed(each)) configure_again(each, now);
+    return AbortCode::kNone;
+  }
+  if (!is_listed(node)) return AbortCode::kDeviceState;
+  configure_again(node, now);
+  return AbortCode::kNone;
+}
+
+void Manager::configure_again(std::uint8_t node, Time now) {
+  drop_client(node, now);
+  nodes_[node].configured = false;
+  begin_check(node, now);
+}
+
+void Manager::note_twin(std::uint8_t node) {
+  twins_.insert(node);
+  application_.on_node(node);
+}
+
+}  // namespace cbcan

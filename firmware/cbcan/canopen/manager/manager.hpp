@@ -1,0 +1,406 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// CANopen manager (CiA 302-2): boots the nodes of a network and supervises them. For each node that
+/// NetworkObjects lists: check what it is, write its configuration, await its heartbeat, start it. Several
+/// nodes at the same time; silent ones occupy one SDO client at most. It is active while bit 0 of 1F80h is
+/// set.
+///
+///   kWait       passive; read of 1000h every second, as boot-up messages can be missed
+///   kCheck      1000h and 1018h are compared with 1F84h..1F88h; a keep-alive node (bit 4 of 1F81h) that is
+///               Operational is not touched: kStart
+///   kRestore    1F8Ah: its defaults are restored, it is reset, and its boot-up message is awaited (kReboot)
+///   kConfigure  1F22h is written, unless 1020h is equal to 1F26h and 1F27h
+///   kWatch      its first heartbeat is awaited, if 1016h of the own node has a time for it
+///   kReady      waits until the own node is Operational, and for mandatory nodes
+///   kStart      NMT start has been sent; a heartbeat must report Operational
+///   kInputs     Operational; process data of the node have not been received (300Ah)
+///   kRun        Operational, and all of them have
+///   kLost       no heartbeat: it is not reset. Operational again without a boot-up message: kInputs; another
+///   state:
+///               kCheck
+///   kFailed     with a letter of CiA 302-2; again after a boot-up message, or by 1F25h
+///
+/// Invariant: no node is started here unless each object of 1F22h has been written, or found by 1020h, since
+/// its last boot-up message, except keep-alive nodes. Decided where CiA 302-2 leaves it open: an SDO timeout
+/// is repeated kRetries times, an abort is not; more than kMostBoots boot-up messages in kBootWindow delay
+/// the next check by a second; NMT commands of others win: Stop and Pre-operational hold the node until
+/// Start.
+///
+/// Nothing blocks, nothing is allocated; not re-entrant. A node's event costs no search over nodes.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+
+#include "cbcan/can_port.hpp"
+#include "cbcan/canopen/device.hpp"
+#include "cbcan/canopen/manager/network_objects.hpp"
+#include "cbcan/canopen/nmt/node_monitor.hpp"
+#include "cbcan/canopen/nmt/node_set.hpp"
+#include "cbcan/canopen/sdo/client.hpp"
+#include "cbcan/time.hpp"
+
+namespace cbcan {
+
+class ManagerApplication {
+ public:
+  /// When an SDO request to this node may begin: kNever = others use its SDO server, or wait for it. Asked
+  /// again after Manager::kPause at the latest.
+  virtual Time node_free_from(std::uint8_t node, Time now) = 0;
+  /// What the manager knows about this node has changed; 0 = about the own node.
+  virtual void on_node(std::uint8_t node) = 0;
+
+ protected:
+  ~ManagerApplication() = default;
+};
+
+class Manager {
+ public:
+  static constexpr std::uint8_t kRetries = 3;
+  static constexpr std::uint8_t kMostBoots = 5;
+  static constexpr Time kBootWindow = 10 * kSecond;
+  static constexpr Time kProbePeriod = kSecond;
+  static constexpr std::uint16_t kProbeTimeoutMs = 100;
+  static constexpr std::uint16_t kSdoTimeoutMs = 1000;
+  static constexpr Time kRebootTimeout = kSecond;  ///< from a reset to the boot-up message
+  static constexpr Time kPause = kMillisecond;     ///< until a request is tried again that others delay
+  static constexpr Time kInputsPeriod = 10 * kMillisecond;  ///< in kInputs
+  /// SDO frames precede heartbeats on the bus: no silence counts until this long after a response to the
+  /// manager.
+  static constexpr Time kQuietTime = 50 * kMillisecond;
+  static constexpr std::size_t kMostValueBytes = 128;  ///< of an object in 1F22h
+  static constexpr std::uint8_t kSignsOfTwin = 3;      ///< requests with two responses
+
+  enum class Phase : std::uint8_t {
+    kUnlisted,
+    kWait,
+    kCheck,
+    kRestore,
+    kReboot,
+    kConfigure,
+    kWatch,
+    kReady,
+    kStart,
+    kInputs,
+    kRun,
+    kLost,
+    kFailed,
+  };
+  static constexpr std::size_t kPhases = static_cast<std::size_t>(Phase::kFailed) + 1;
+  /// The boot has got as far as it can without a start.
+  static constexpr bool is_ready(Phase phase) { return phase >= Phase::kReady && phase <= Phase::kRun; }
+  /// A request is sent each second, until the node responds.
+  static constexpr bool is_looked_for(Phase phase) { return phase == Phase::kWait || phase == Phase::kLost; }
+
+  /// Why a node has failed: a letter of CiA 302-2 and, of an SDO transfer, its object and abort code.
+  struct Failure {
+    AbortCode code = AbortCode::kNone;
+    std::uint16_t index = 0;
+    std::uint8_t sub = 0;
+    char letter = 0;
+  };
+
+  /// All outlive it. `own` is the device of this node; `monitor` receives all error control messages before
+  /// this.
+  Manager(Device& own, NodeMonitor& monitor, CanPort& port, ManagerApplication& application)
+      : Manager(own, monitor, port, application, std::make_index_sequence<kServices.manager_clients>()) {}
+  Manager(const Manager&) = delete;
+  Manager& operator=(const Manager&) = delete;
+
+  /// Call it before the own node is started: what the manager knows of its network, see
+  /// NetworkObjects::use().
+  bool use(NetworkObjects::Bytes image) { return objects_.use(image); }
+  bool use(std::span<std::uint8_t> memory, std::size_t used) { return objects_.use(memory, used); }
+  /// Value of one of its objects, empty = not set.
+  NetworkObjects::Bytes object(std::uint16_t index, std::uint8_t sub) const {
+    return objects_.find(index, sub);
+  }
+  /// The manager uses its objects while it is active: only 1F80h, which stops it, and 1F25h can be written
+  /// then.
+  AbortCode write_object(std::uint16_t index, std::uint8_t sub, NetworkObjects::Bytes value, Time now);
+  /// 1F80h has bit 0.
+  bool active() const { return active_; }
+  /// The PLC has written outputs; it is silent.
+  void on_outputs_written(Time now) {
+    if (active_) own_.hold_tpdos(false, now);
+  }
+  void on_plc_lost(Time now) { own_.hold_tpdos(true, now); }
+  /// 1F80h has been written.
+  void on_startup_written(Time now);
+
+  /// The own node has entered this state; Initialising: it is reset, and all boots begin again.
+  void on_own_state(nmt::State state, Time now);
+  /// A node has reported: see NodeMonitor.
+  void on_report(std::uint8_t node, NodeMonitor::News news, Time now);
+  /// This NMT command has been sent to this node, 0 = to all, by the PLC or another master.
+  void on_command(nmt::Command command, std::uint8_t node, Time now) {
+    if (active_) take_command(command, node, now);
+  }
+  /// True: the frame, with a CAN-ID of 580h + 1..127, is for one of its SDO clients.
+  bool on_response(const Frame& frame, Time now) { return clients_in_use_ != 0 && take_response(frame, now); }
+
+  void poll(Time now) {
+    if (now >= deadline()) work(now);
+  }
+  Time deadline() const { return active_ || begins_ ? next_deadline() : kNever; }
+
+  /// When others may send an SDO request to this node; kNever = not before the current transfer ends.
+  Time node_free_from(std::uint8_t node, Time now) {
+    return clients_in_use_ == 0 ? now : free_from(node, now);
+  }
+
+  // ---- What is known
+
+  Phase phase(std::uint8_t node) const { return nodes_[node].phase; }
+  const Failure& failure(std::uint8_t node) const { return nodes_[node].failure; }
+  bool is_listed(std::uint8_t node) const { return phase(node) != Phase::kUnlisted; }
+  bool is_operational(std::uint8_t node) const {
+    return phase(node) == Phase::kInputs || phase(node) == Phase::kRun;
+  }
+  /// 1F22h has been written since its last boot-up message.
+  bool is_configured(std::uint8_t node) const { return nodes_[node].configured; }
+  bool was_lost(std::uint8_t node) const { return lost_.has(node); }
+  void forget_loss(std::uint8_t node) { lost_.erase(node); }
+  /// Two nodes use this ID.
+  bool is_twin(std::uint8_t node) const { return twins_.has(node); }
+  bool any_twin() const { return !twins_.empty(); }
+  std::uint8_t listed() const { return listed_; }
+  std::uint8_t running() const {
+    return static_cast<std::uint8_t>(in_phase(Phase::kInputs) + in_phase(Phase::kRun));
+  }
+  std::uint8_t booting() const;
+  /// A mandatory node has failed, is lost, or has not booted within 1F89h.
+  bool mandatory_missing() const {
+    return mandatory_missing_ != 0 || (boot_is_over_ && mandatory_unready_ != 0);
+  }
+  /// The listed node with the lowest ID that is not in kRun; 0 = none.
+  std::uint8_t first_unwell() const { return unwell_.next(0); }
+
+ private:
+  struct Node {
+    Time due = kNever;
+    Time booted_since = 0;  ///< boot-up messages are counted from here
+    Failure failure{};
+    std::uint16_t at = 0;  ///< of the phase: number of the check, offset in 1F22h, place in 300Ah
+    Phase phase = Phase::kUnlisted;
+    std::uint8_t tries = 0;
+    std::uint8_t boot_ups = 0;
+    std::uint8_t signs = 0;  ///< that there are two nodes
+    bool boots = true;       ///< it is configured and started here
+    bool held = false;       ///< not to be started until an NMT start of others
+    bool configured = false;
+    bool mandatory = false;
+    bool keep_alive = false;
+    bool delayed = false;          ///< it boots too often
+    bool was_operational = false;  ///< reported before it was started
+  };
+
+  struct Client {
+    explicit Client(CanPort& port) : sdo(port, data) {}
+    Client(const Client&) = delete;
+    Client& operator=(const Client&) = delete;
+
+    NetworkObjects::Bytes data_read() const { return std::span(data).first(sdo.size()); }
+
+    std::array<std::uint8_t, kMostValueBytes> data{};
+    SdoClient sdo;
+    std::uint8_t node = 0;      ///< whose boot it serves; 0 = none
+    std::uint8_t strays = 0;    ///< sdo.strays() as known
+    Time resume_at = kNever;    ///< the next transfer waits for others
+    ConciseDcf::Entry asked{};  ///< object of the transfer
+    std::uint64_t inputs = 0;   ///< data of a PDO that are being read
+    std::uint8_t input_bits = 0;
+  };
+
+  /// What each kind of event means in one phase of a node.
+  struct State {
+    bool talks;                            ///< its requests need an SDO client
+    void (*ask)(Manager&, Client&, Time);  ///< sends the next request, or releases the client
+    void (*on_done)(Manager&, Client&, Time);
+    void (*on_refused)(Manager&, Client&, Time);  ///< by an abort, or no response to any try
+    void (*on_state)(Manager&, std::uint8_t node, nmt::State, Time);  ///< a heartbeat
+    void (*on_deadline)(Manager&, std::uint8_t node, Time);
+  };
+  template <auto kAsk, auto kDone, auto kRefused, auto kState, auto kDeadline>
+  static constexpr State state_of();
+  template <auto kHandler>
+  static void call(Manager& manager, Client& client, Time now) {
+    (manager.*kHandler)(client, now);
+  }
+  static const std::array<State, kPhases> kStates;
+
+  template <std::size_t... kClient>
+  Manager(Device& own, NodeMonitor& monitor, CanPort& port, ManagerApplication& application,
+          std::index_sequence<kClient...> /*clients*/)
+      : own_(own),
+        monitor_(monitor),
+        port_(port),
+        application_(application),
+        clients_{(void(kClient), Client(port))...} {}
+
+  const State& state(std::uint8_t node) const { return kStates[static_cast<std::size_t>(phase(node))]; }
+  void enter(std::uint8_t node, Phase phase, Time due);
+  void enter_talking(std::uint8_t node, Phase phase, Time now);
+  std::uint8_t in_phase(Phase phase) const { return count_[static_cast<std::size_t>(phase)]; }
+  bool mode(std::uint8_t bit) const { return (objects_.number(object::kNmtStartup, 0) >> bit & 1) != 0; }
+
+  AbortCode configure(std::uint8_t node, std::uint32_t signature, Time now);
+  void begin(Time now);
+  void end(Time now);
+  void write_own_objects(Time now);
+  void list_nodes(Time now);
+
+  // State::ask
+  void ask_device_type(Client& client, Time now);
+  void ask_check(Client& client, Time now);
+  void ask_restore(Client& client, Time now);
+  void ask_configure(Client& client, Time now);
+  void ask_input(Client& client, Time now);
+  void release(Client& client, Time now);
+  // State::on_done
+  void found(Client& client, Time now);
+  void check(Client& client, Time now);
+  void restored(Client& client, Time now);
+  void configured(Client& client, Time now);
+  void input_read(Client& client, Time now);
+  // State::on_refused
+  void keep_waiting(Client& client, Time now);
+  void ask_producer_time(Client& client, Time now);
+  void producer_time_read(Client& client, Time now);
+  void look_later(Client& client, Time now);
+  void check_failed(Client& client, Time now);
+  void configuration_failed(Client& client, Time now);
+  void input_failed(Client& client, Time now);
+  void not_asked(Client& client, Time now);
+  // State::on_state
+  void ignore(std::uint8_t node, nmt::State state, Time now);
+  void appeared(std::uint8_t node, nmt::State state, Time now);
+  void watched(std::uint8_t node, nmt::State state, Time now);
+  void started(std::uint8_t node, nmt::State state, Time now);
+  void stays(std::uint8_t node, nmt::State state, Time now);
+  void returned(std::uint8_t node, nmt::State state, Time now);
+  // State::on_deadline
+  void never(std::uint8_t node, Time now);
+  void probe(std::uint8_t node, Time now);
+  void no_boot_up(std::uint8_t node, Time now);
+  void no_heartbeat(std::uint8_t node, Time now);
+  void look_for_inputs(std::uint8_t node, Time now);
+
+  void on_boot_up(std::uint8_t node, Time now);
+  void command_one(nmt::Command command, std::uint8_t node, Time now);
+  void configure_again(std::uint8_t node, Time now);
+  void note_twin(std::uint8_t node);
+  void begin_check(std::uint8_t node, Time now);
+  void checked(Client& client, Time now);
+  void decide(std::uint8_t node, Time now);
+  void begin_configuration(Client& client, Time now);
+  void configured_all(Client& client, Time now);
+  void start_ready(Time now);
+  void look_for_starts(Time now);
+  bool all_may_start() const;
+  void await_start(std::uint8_t node, Time now);
+  void run(std::uint8_t node, Time now);
+  void lose(std::uint8_t node, Time now);
+  void fail(std::uint8_t node, Time now);
+
+  // Process data: 300Ah
+  NetworkObjects::Bytes source(std::size_t rpdo) const;
+  bool awaits_inputs(std::uint8_t node) const;
+  bool next_input(std::uint8_t node);
+  void zero_inputs(std::uint8_t node, Time now);
+  void forget_inputs(std::uint8_t node);
+  void receive(std::size_t rpdo, std::uint64_t data, std::size_t bits, Time now);
+
+  // SDO clients
+  void request_read(Client& client, std::uint16_t index, std::uint8_t sub, std::size_t size, Time now);
+  void request_write(Client& client, const ConciseDcf::Entry& value, Time now);
+  void go_on(Client& client, Time now);
+  void follow(Client& client, Time now);
+  void note_strays(Client& client);
+  void try_again(Client& client, Time now);
+  void serve(Time now);
+  void poll_clients(Time now);
+  void drop_client(std::uint8_t node, Time now);
+  bool take_response(const Frame& frame, Time now);
+  void take_command(nmt::Command command, std::uint8_t node, Time now);
+  void work(Time now);
+  Time next_deadline() const;
+  Time free_from(std::uint8_t node, Time now);
+  static Time deadline_of(const Client& client);
+
+  // NMT commands
+  void command_all(nmt::Command command, Time now);
+  void send_commands(Time now);
+  bool send_command(nmt::Command command, std::uint8_t node, Time now);
+  void sent(std::uint8_t node, Time now);
+
+  void look_at_boot_time(Time now);
+  void look_at_nodes(Time now);
+  Time heartbeat_due(std::uint8_t node) const;
+  bool quiet(Time now) const { return now >= quiet_from_; }
+  void wake_at(Time time) { due_ = earlier(due_, time); }
+
+  Device& own_;
+  NodeMonitor& monitor_;
+  CanPort& port_;
+  ManagerApplication& application_;
+  NetworkObjects objects_;
+  bool active_ = false;
+  bool begins_ = false;        ///< at the next poll
+  bool starts_ = false;        ///< the next poll looks for nodes to start
+  bool inputs_again_ = false;  ///< the own node has become Operational: its inputs may be out of date
+  bool own_held_ = false;      ///< the own node is not to be started here
+  bool started_all_ = false;
+  bool boot_is_over_ = false;           ///< 1F89h has passed
+  bool broadcasts_ = false;             ///< broadcast_ is waiting for the port
+  nmt::Command broadcast_{};            ///< to all nodes
+  std::uint8_t mandatory_unready_ = 0;  ///< mandatory nodes that are not in kReady or beyond
+  std::uint8_t mandatory_missing_ = 0;  ///< mandatory nodes in kLost or kFailed
+  std::uint8_t clients_in_use_ = 0;
+  std::uint8_t listed_ = 0;
+  Time due_ = kNever;       ///< no node's deadline is earlier
+  Time retry_at_ = kNever;  ///< an NMT command is waiting for the port
+  Time boot_over_at_ = kNever;
+  Time quiet_from_ = 0;                        ///< heartbeats could be sent since
+  std::array<std::uint8_t, kPhases> count_{};  ///< of listed nodes
+  std::array<Node, nmt::kMaxNode + 1> nodes_{};
+  NodeSet ready_;      ///< wait for a client
+  NodeSet silent_;     ///< wait for the first client, the only one for nodes that may not respond
+  NodeSet commanded_;  ///< wait for an NMT command, which follows from their phase
+  NodeSet unwell_;
+  NodeSet lost_;
+  NodeSet twins_;
+  std::uint8_t served_ = 0;  ///< the node that got a client last
+  std::array<std::uint8_t, kServices.rpdos>
+      sources_{};  ///< node whose TPDO an own RPDO receives, 0 = not known
+  std::array<Client, kServices.manager_clients> clients_;
+};
+
+/// Replaces it in a build without a manager.
+class NoManager {
+ public:
+  explicit NoManager(const auto&... /*arguments*/) {}
+  static bool use(std::span<const std::uint8_t> /*image*/, std::size_t /*used*/ = 0) { return false; }
+  static NetworkObjects::Bytes object(std::uint16_t /*index*/, std::uint8_t /*sub*/) { return {}; }
+  static AbortCode write_object(std::uint16_t /*index*/, std::uint8_t /*sub*/,
+                                NetworkObjects::Bytes /*value*/, Time /*now*/) {
+    return AbortCode::kNoObject;
+  }
+  static Manager::Failure failure(std::uint8_t /*node*/) { return {}; }
+  static constexpr bool active() { return false; }
+  static void on_outputs_written(Time /*now*/) {}
+  static void on_plc_lost(Time /*now*/) {}
+  static void on_startup_written(Time /*now*/) {}
+  static void on_own_state(nmt::State /*state*/, Time /*now*/) {}
+  static void on_report(std::uint8_t /*node*/, NodeMonitor::News /*news*/, Time /*now*/) {}
+  static void on_command(nmt::Command /*command*/, std::uint8_t /*node*/, Time /*now*/) {}
+  static constexpr bool on_response(const Frame& /*frame*/, Time /*now*/) { return false; }
+  static void poll(Time /*now*/) {}
+  static constexpr Time deadline() { return kNever; }
+  static constexpr Time node_free_from(std::uint8_t /*node*/, Time now) { return now; }
+};
+
+}  // namespace cbcan

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: MIT
+#include "cbcan/canopen/manager/network_objects.hpp"
+
+#include <algorithm>
+
+namespace cbcan {
+
+namespace {
+
+// 300Ah: node, flags, entries of four bytes.
+constexpr std::size_t kSourceHead = 2;
+constexpr std::size_t kSourceEntry = 4;
+
+/// It is what the object's type requires.
+bool is_value(std::uint16_t index, NetworkObjects::Bytes value) {
+  constexpr std::size_t kGuardTime = 2;  // in 1F81h: this manager uses heartbeats
+  if (value.empty()) return true;        // not set
+  if (index == object::kConciseDcf) return ConciseDcf(value).is_valid();
+  if (index == object::kRpdoSource)
+    return value.size() >= kSourceHead && value.size() % kSourceEntry == kSourceHead &&
+           value[0] <= nmt::kMaxNode;
+  if (index == object::kSlaveAssignment) return value[kGuardTime] == 0 && value[kGuardTime + 1] == 0;
+  return true;
+}
+
+}  // namespace
+
+bool NetworkObjects::use(std::span<std::uint8_t> memory, std::size_t used) {
+  memory = memory.first(std::min(memory.size(), kMostBytes));
+  if (used == 0 && memory.size() >= ConciseDcf::kFirst) {
+    used = ConciseDcf::kFirst;
+    std::ranges::fill(memory.first(used), std::uint8_t{0});
+  }
+  return used <= memory.size() && take(memory.first(used), memory);
+}
+
+bool NetworkObjects::take(Bytes image, std::span<std::uint8_t> memory) {
+  dcf_ = ConciseDcf(image);
+  memory_ = memory;
+  if (image.size() <= kMostBytes && dcf_.is_valid() && find_groups()) return true;
+  dcf_ = ConciseDcf(kEmpty);
+  memory_ = {};
+  find_groups();
+  return false;
+}
+
+/// False: the objects of a node are not together, or one of no node follows them.
+bool NetworkObjects::find_groups() {
+  group_.fill(0);
+  first_group_ = dcf_.size();
+  std::uint8_t last = 0;
+  for (std::size_t at = ConciseDcf::kFirst; at < dcf_.size(); at = dcf_.after(at)) {
+    const std::uint8_t group = group_of(dcf_.at(at));
+    if (group == last) continue;
+    if (group == 0 || group_[group] != 0) return false;
+    if (last == 0) first_group_ = at;
+    group_[group] = static_cast<std::uint16_t>(at);
+    last = group;
+  }
+  return true;
+}
+
+/// size() = not set.
+std::size_t NetworkObjects::offset_of(std::uint16_t index, std::uint8_t sub) const {
+  const bool grouped = is_of_node(index) && sub <= nmt::kMaxNode;
+  const std::uint8_t group = grouped ? sub : 0;
+  std::size_t at = grouped ? group_[group] : ConciseDcf::kFirst;
+  if (at == 0) return dcf_.size();
+  for (; at < dcf_.size(); at = dcf_.after(at)) {
+    const ConciseDcf::Entry entry = dcf_.at(at);
+    if (group_of(entry) != group) return dcf_.size();
+    if (entry.index == index && entry.sub == sub) return at;
+  }
+  return at;
+}
+
+NetworkObjects::Bytes NetworkObjects::find(std::uint16_t index, std::uint8_t sub) const {
+  const std::size_t at = offset_of(index, sub);
+  return at == dcf_.size() ? Bytes{} : dcf_.at(at).value;
+}
+
+std::size_t NetworkObjects::end_of(std::uint8_t group) const {
+  if (group == 0) return first_group_;
+  std::size_t at = group_[group];
+  if (at == 0) return dcf_.size();
+  while (at < dcf_.size() && group_of(dcf_.at(at)) == group)
+    at = dcf_.after(at);
+  return at;
+}
+
+AbortCode NetworkObjects::write(std::uint16_t index, std::uint8_t sub, Bytes value) {
+  if (!is_value(index, value)) return AbortCode::kValue;
+  if (memory_.empty()) return AbortCode::kReadOnly;
+  const std::size_t found = offset_of(index, sub);
+  const std::size_t removed = found == dcf_.size() ? 0 : dcf_.after(found) - found;
+  const bool kept = std::any_of(value.begin(), value.end(), [](std::uint8_t byte) { return byte != 0; });
+  const std::size_t added = kept ? ConciseDcf::kHeader + value.size() : 0;
+  if (dcf_.size() - removed + added > memory_.size()) return AbortCode::kStore;
+  const std::size_t at =
+      removed != 0 ? found : end_of(is_of_node(index) && sub <= nmt::kMaxNode ? sub : std::uint8_t{0});
+  replace(at, removed, added);
+  if (kept) {
+    std::uint8_t* const header = &memory_[at];
+    store_little_endian({header, 2}, index);
+    header[2] = sub;
+    store_little_endian({header + 3, 4}, value.size());
+    std::copy(value.begin(), value.end(), header + ConciseDcf::kHeader);
+  }
+  find_groups();
+  return AbortCode::kNone;
+}
+
+/// Makes room, or closes it, and counts the objects.
+void NetworkObjects::replace(std::size_t at, std::size_t removed, std::size_t added) {
+  const std::size_t size = dcf_.size();
+  std::uint8_t* const from = memory_.data() + at + removed;
+  std::uint8_t* const end = memory_.data() + size;
+  added > removed ? std::copy_backward(from, end, end + (added - removed))
+                  : std::copy(from, end, memory_.data() + at + added);
+  const std::uint32_t count = load_word(memory_.data()) + (added != 0) - (removed != 0);
+  store_little_endian(memory_.first(ConciseDcf::kFirst), count);
+  dcf_ = ConciseDcf(memory_.first(size - removed + added));
+}
+
+}  // namespace cbcan

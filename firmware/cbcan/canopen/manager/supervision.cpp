@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: MIT
+// After the boot of a node: its start and its loss; and what is due, for all phases.
+#include "cbcan/canopen/manager/manager.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace cbcan {
+
+namespace {
+
+using Phase = Manager::Phase;
+
+// Bits of 1F80h.
+constexpr std::uint8_t kStartsAll = 1;
+constexpr std::uint8_t kOwnNotStarted = 2;
+constexpr std::uint8_t kSlavesNotStarted = 3;
+constexpr std::uint8_t kResetsAll = 4;
+constexpr std::uint8_t kStopsAll = 6;
+
+}  // namespace
+
+// ---- Start
+
+void Manager::start_ready(Time now) {
+  starts_ = true;
+  wake_at(now);
+}
+
+/// The own node first: a slave may send its process data once, at its start.
+void Manager::look_for_starts(Time now) {
+  starts_ = false;
+  for (std::uint8_t node = 1; inputs_again_ && node <= nmt::kMaxNode; ++node)
+    if (is_operational(node)) run(node, now);
+  inputs_again_ = false;
+  if (mandatory_unready_ != 0) return;
+  if (own_.state() == nmt::State::kPreOperational && !mode(kOwnNotStarted) && !own_held_)
+    own_.slave().command(nmt::Command::kStart, now);
+  if (own_.state() != nmt::State::kOperational || mode(kSlavesNotStarted) || in_phase(Phase::kReady) == 0)
+    return;
+  if (mode(kStartsAll) && !started_all_) {
+    const bool more_may_come = in_phase(Phase::kWait) != 0 && boot_over_at_ != kNever;
+    if (booting() != 0 || more_may_come) return;
+    started_all_ = true;
+    if (all_may_start()) return command_all(nmt::Command::kStart, now);
+  }
+  for (std::uint8_t node = 1; node <= nmt::kMaxNode; ++node)
+    if (phase(node) == Phase::kReady && !nodes_[node].held) {
+      await_start(node, now);
+      commanded_.insert(node);
+    }
+}
+
+bool Manager::all_may_start() const {
+  return std::all_of(nodes_.begin(), nodes_.end(), [](const Node& node) {
+    return node.phase == Phase::kUnlisted || (node.phase == Phase::kReady && !node.held);
+  });
+}
+
+/// An NMT start has been sent, or is going to be: then sent() follows.
+void Manager::await_start(std::uint8_t node, Time now) {
+  const std::uint16_t period = monitor_.consumer_time(node);
+  forget_inputs(node);
+  enter(node, Phase::kStart, period == 0 ? kNever : now + milliseconds(period));
+}
+
+void Manager::started(std::uint8_t node, nmt::State state, Time now) {
+  if (state == nmt::State::kOperational && !commanded_.has(node)) run(node, now);
+}
+
+void Manager::run(std::uint8_t node, Time now) {
+  if (!awaits_inputs(node)) return enter(node, Phase::kRun, kNever);
+  enter(node, Phase::kInputs, now + kInputsPeriod);
+  if (own_.state() == nmt::State::kOperational && next_input(node)) ready_.insert(node);
+  wake_at(now);
+}
+
+/// It has left Operational by itself.
+void Manager::stays(std::uint8_t node, nmt::State state, Time now) {
+  if (state == nmt::State::kOperational) return;
+  drop_client(node, now);
+  nodes_[node].configured = false;
+  begin_check(node, now);
+}
+
+// ---- Loss
+
+void Manager::lose(std::uint8_t node, Time now) {
+  drop_client(node, now);
+  lost_.insert(node);
+  twins_.erase(node);
+  zero_inputs(node, now);
+  forget_inputs(node);
+  enter(node, Phase::kLost, now + kProbePeriod);
+  if (!nodes_[node].mandatory) return;
+  if (mode(kResetsAll)) command_all(nmt::Command::kResetNode, now);
+  if (mode(kStopsAll)) command_all(nmt::Command::kStop, now);
+}
+
+void Manager::returned(std::uint8_t node, nmt::State state, Time now) {
+  state == nmt::State::kOperational ? run(node, now) : configure_again(node, now);
+}
+
+std::uint8_t Manager::booting() const {
+  std::uint8_t count = in_phase(Phase::kStart);
+  for (auto at = static_cast<std::size_t>(Phase::kCheck); at <= static_cast<std::size_t>(Phase::kWatch); ++at)
+    count = static_cast<std::uint8_t>(count + count_[at]);
+  return count;
+}
+
+void Manager::fail(std::uint8_t node, Time now) {
+  drop_client(node, now);
+  enter(node, Phase::kFailed, kNever);
+  start_ready(now);
+}
+
+void Manager::ignore(std::uint8_t /*node*/, nmt::State /*state*/, Time /*now*/) {}
+void Manager::never(std::uint8_t /*node*/, Time /*now*/) {}
+void Manager::not_asked(Client& /*client*/, Time /*now*/) {}
+
+// ---- Time
+
+void Manager::work(Time now) {
+  if (begins_) begin(now);
+  if (!active_) return;
+  poll_clients(now);
+  if (now >= boot_over_at_) look_at_boot_time(now);
+  if (now >= due_) look_at_nodes(now);
+  if (starts_) look_for_starts(now);
+  serve(now);
+  send_commands(now);
+}
+
+Time Manager::next_deadline() const {
+  if (begins_) return 0;
+  Time due = earlier(earlier(due_, retry_at_), boot_over_at_);
+  for (const Client& client : clients_)
+    if (client.node != 0) due = earlier(due, deadline_of(client));
+  return due;
+}
+
+/// Its mandatory nodes should have come.
+void Manager::look_at_boot_time(Time now) {
+  boot_over_at_ = kNever;
+  boot_is_over_ = true;
+  start_ready(now);
+  application_.on_node(0);
+}
+
+void Manager::look_at_nodes(Time now) {
+  due_ = kNever;
+  for (std::uint8_t node = 1; node <= nmt::kMaxNode; ++node) {
+    if (!is_listed(node)) continue;
+    if (now >= heartbeat_due(node) && quiet(now)) {
+      lose(node, now);
+    } else if (now >= nodes_[node].due) {
+      nodes_[node].due = kNever;
+      state(node).on_deadline(*this, node, now);
+    }
+    const Time heartbeat = heartbeat_due(node);
+    wake_at(earlier(nodes_[node].due, heartbeat == kNever ? kNever : std::max(heartbeat, quiet_from_)));
+  }
+}
+
+/// When the node is lost without another heartbeat.
+Time Manager::heartbeat_due(std::uint8_t node) const {
+  const std::uint16_t period = monitor_.consumer_time(node);
+  if (period == 0 || !is_ready(phase(node))) return kNever;
+  return monitor_.reported_at(node) + milliseconds(period) + 1;
+}
+
+// ---- NMT commands
+
+/// A command to all nodes precedes those to one node.
+void Manager::command_all(nmt::Command command, Time now) {
+  on_command(command, nmt::kAllNodes, now);
+  broadcast_ = command;
+  broadcasts_ = true;
+  wake_at(now);
+}
+
+void Manager::send_commands(Time now) {
+  retry_at_ = kNever;
+  if (broadcasts_) {
+    if (!send_command(broadcast_, nmt::kAllNodes, now)) return;
+    broadcasts_ = false;
+    for (std::uint8_t node = 1; node <= nmt::kMaxNode; ++node)
+      sent(node, now);
+  }
+  for (std::uint8_t node = 0; (node = commanded_.next(0)) != 0;) {
+    const Phase phase = nodes_[node].phase;
+    const nmt::Command command = phase == Phase::kStart    ? nmt::Command::kStart
+                                 : phase == Phase::kReboot ? nmt::Command::kResetNode
+                                                           : nmt::Command::kResetCommunication;
+    if (!send_command(command, node, now)) return;
+    commanded_.erase(node);
+    sent(node, now);
+  }
+}
+
+bool Manager::send_command(nmt::Command command, std::uint8_t node, Time now) {
+  if (!port_.try_send(nmt::command_frame(command, node))) {
+    retry_at_ = now + kRetryInterval;
+    return false;
+  }
+  monitor_.doubt(command, node);
+  return true;
+}
+
+/// Without a heartbeat nothing confirms the start.
+void Manager::sent(std::uint8_t node, Time now) {
+  if (phase(node) == Phase::kReboot) {
+    nodes_[node].due = now + kRebootTimeout;
+    wake_at(nodes_[node].due);
+  }
+  if (phase(node) == Phase::kStart && monitor_.consumer_time(node) == 0) run(node, now);
+}
+
+}  // namespace cbcan

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: MIT
+#include "cbcan/coprocessor/network_status.hpp"
+
+#include <array>
+
+namespace cbcan {
+
+namespace {
+
+using regmap::StatusMap;
+
+/// High byte of a node's register, by phase; of a failed node it is the letter.
+constexpr std::array<std::uint8_t, Manager::kPhases> kSteps{0, 2, 3, 4, 4, 4, 5, 6, 6, 7, 1, 0x58, 0};
+
+constexpr std::size_t kWordBits = 16;
+
+void assign(NodeSet& set, std::uint8_t node, bool value) {
+  value ? set.insert(node) : set.erase(node);
+}
+
+}  // namespace
+
+void NetworkStatus::show_in(StatusRegisters words) {
+  words_ = words;
+  for (std::uint8_t node = 0; !words.empty() && node <= nmt::kMaxNode; ++node)
+    update(node);
+}
+
+void NetworkStatus::put(std::size_t word, std::uint16_t value) {
+  if (std::exchange(words_[word], value) != value) ++changes_;
+}
+
+void NetworkStatus::put_bit(StatusMap map, std::uint8_t node, bool value) {
+  const std::size_t word = regmap::status_map(map) + node / kWordBits;
+  const auto bit = static_cast<std::uint16_t>(1u << node % kWordBits);
+  put(word, static_cast<std::uint16_t>(value ? words_[word] | bit : words_[word] & ~bit));
+}
+
+/// A lost node has no state.
+std::uint8_t NetworkStatus::state_of(std::uint8_t node) const {
+  if (node == 0) return static_cast<std::uint8_t>(own_.state());
+  const bool known = monitor_.was_seen(node) && manager_.phase(node) != Manager::Phase::kLost;
+  return known ? static_cast<std::uint8_t>(monitor_.last_state(node)) : std::uint8_t{0};
+}
+
+std::uint16_t NetworkStatus::step_of(std::uint8_t node) const {
+  const Manager::Phase phase = manager_.phase(node);
+  const bool waits = phase == Manager::Phase::kWait || node == 0;
+  const char letter = manager_.failure(node).letter;
+  if (letter != 0 && (waits || phase == Manager::Phase::kFailed)) return static_cast<std::uint8_t>(letter);
+  return kSteps[static_cast<std::size_t>(phase)];
+}
+
+void NetworkStatus::update(std::uint8_t node) {
+  if (words_.empty()) return;
+  put(regmap::kStatusNodes + node, static_cast<std::uint16_t>(step_of(node) << 8 | state_of(node)));
+  if (node != 0) {
+    const bool seen = state_of(node) != 0;
+    assign(unlisted_, node, seen && !manager_.is_listed(node) && node != own_.node_id());
+    assign(in_error_, node, EmergencyConsumer::is_error(emergencies_.last(node)));
+    put_bit(StatusMap::kHeard, node, seen);
+    put_bit(StatusMap::kConfigured, node, manager_.is_configured(node));
+    put_bit(StatusMap::kRunning, node, manager_.is_operational(node));
+    put_bit(StatusMap::kEmergency, node, in_error_.has(node));
+    put_bit(StatusMap::kLost, node, manager_.was_lost(node));
+  }
+  update_module();
+}
+
+void NetworkStatus::update_module() {
+  put(regmap::kStatusSummary, summary());
+  put(regmap::kStatusCounts, static_cast<std::uint16_t>(manager_.listed() << 8 | manager_.running()));
+  put(regmap::kStatusFirstUnwell, manager_.first_unwell());
+  words_[regmap::kStatusChanges] = changes_;
+}
+
+std::uint16_t NetworkStatus::summary() const {
+  const bool all_well = manager_.listed() != 0 && manager_.first_unwell() == 0;
+  const std::array<bool, regmap::kStatusBits.size()> bits{
+      all_well,
+      manager_.booting() != 0,
+      manager_.mandatory_missing(),
+      !in_error_.empty(),
+      own_.state() == nmt::State::kOperational,
+      bus_off_,
+      manager_.active() && !unlisted_.empty(),
+      manager_.any_twin(),
+      plc_was_lost_,
+  };
+  unsigned value = 0;
+  for (std::size_t bit = 0; bit != bits.size(); ++bit)
+    value |= static_cast<unsigned>(bits[bit]) << bit;
+  return static_cast<std::uint16_t>(value);
+}
+
+void NetworkStatus::on_bus_state(BusState state) {
+  bus_off_ = state == BusState::kBusOff;
+  update(0);
+}
+
+void NetworkStatus::on_plc_lost() {
+  plc_was_lost_ = true;
+  update(0);
+}
+
+void NetworkStatus::on_written(std::size_t first, std::size_t count) {
+  if (words_.empty()) return;
+  const auto written = [&](std::size_t word) {
+    return word >= first && word < first + count ? words_[word] : std::uint16_t{0};
+  };
+  if ((written(regmap::kStatusSummary) >> regmap::kStatusPlcLost & 1) != 0) plc_was_lost_ = false;
+  for (std::uint8_t node = 1; node <= nmt::kMaxNode; ++node)
+    if ((written(regmap::status_map(StatusMap::kLost) + node / kWordBits) >> node % kWordBits & 1) != 0)
+      manager_.forget_loss(node);
+  // What changes here has been changed by the PLC, but for the two above.
+  const std::uint16_t changes = changes_;
+  for (std::uint8_t node = 0; node <= nmt::kMaxNode; ++node)
+    update(node);
+  changes_ = static_cast<std::uint16_t>(changes + 1);
+  words_[regmap::kStatusChanges] = changes_;
+}
+
+}  // namespace cbcan

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// R3928..R4099: the states of all nodes as registers (docs/reference/contract.md, "Network status"). Kept up
+/// to date at each event, so a response to a read shows one moment; reading changes nothing. What the PLC
+/// writes there is replaced immediately, except that a 1 clears a bit of "lost since", or R3928 bit 8.
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <type_traits>
+
+#include "cbcan/canopen/device.hpp"
+#include "cbcan/canopen/emcy/emergency_consumer.hpp"
+#include "cbcan/canopen/manager/manager.hpp"
+#include "cbcan/canopen/nmt/node_monitor.hpp"
+#include "cbcan/canopen/nmt/node_set.hpp"
+#include "cbcan/coprocessor/register_window.hpp"
+
+namespace cbcan {
+
+class NetworkStatus {
+ public:
+  /// All outlive it.
+  NetworkStatus(const Device& own, const NodeMonitor& monitor, const EmergencyConsumer& emergencies,
+                Manager& manager)
+      : own_(own), monitor_(monitor), emergencies_(emergencies), manager_(manager) {}
+
+  /// The caller's memory, which outlives it; empty = no such registers.
+  void show_in(StatusRegisters words);
+  bool is_shown() const { return !words_.empty(); }
+
+  /// Something about this node has changed; 0 = about the module.
+  void update(std::uint8_t node);
+  /// A node has reported: without effect if its register shows this state.
+  void on_report(std::uint8_t node) {
+    if (!words_.empty() && (words_[regmap::kStatusNodes + node] & 0xFF) != state_of(node)) update(node);
+  }
+  void on_bus_state(BusState state);
+  void on_plc_lost();
+  /// The PLC has written words first..first+count-1.
+  void on_written(std::size_t first, std::size_t count);
+
+ private:
+  std::uint8_t state_of(std::uint8_t node) const;
+  std::uint16_t step_of(std::uint8_t node) const;
+  std::uint16_t summary() const;
+  void put(std::size_t word, std::uint16_t value);
+  void put_bit(regmap::StatusMap map, std::uint8_t node, bool value);
+  void update_module();
+
+  const Device& own_;
+  const NodeMonitor& monitor_;
+  const EmergencyConsumer& emergencies_;
+  Manager& manager_;
+  std::span<std::uint16_t> words_;
+  std::uint16_t changes_ = 0;
+  bool plc_was_lost_ = false;
+  bool bus_off_ = false;
+  NodeSet unlisted_;  ///< nodes that have reported and are not listed
+  NodeSet in_error_;  ///< nodes whose last EMCY message is an error
+};
+
+/// Replaces it in a build without a manager.
+class NoNetworkStatus {
+ public:
+  explicit NoNetworkStatus(const auto&... /*arguments*/) {}
+  static void show_in(StatusRegisters /*words*/) {}
+  static constexpr bool is_shown() { return false; }
+  static void update(std::uint8_t /*node*/) {}
+  static void on_report(std::uint8_t /*node*/) {}
+  static void on_bus_state(BusState /*state*/) {}
+  static void on_plc_lost() {}
+  static void on_written(std::size_t /*first*/, std::size_t /*count*/) {}
+};
+
+}  // namespace cbcan

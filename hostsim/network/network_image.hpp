@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// A network's description as the module's objects: the image of cbcan::NetworkObjects.
+
+#include "network/network_file.hpp"
+
+namespace cbcan::network {
+
+/// Throws UsageError if it has more than 65,535 bytes, or a node has the module's ID.
+Bytes image_of(const Network& network, std::uint8_t own_id, const std::string& name);
+
+/// The image as a C++ header that defines `kNetwork`, for images of a board.
+std::string header_of(const Bytes& image, const std::string& name);
+
+}  // namespace cbcan::network

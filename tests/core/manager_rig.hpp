@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// A coprocessor that boots a network; the test acts as PLC and as the other nodes.
+
+#include <vector>
+
+#include "support/bench.hpp"
+
+namespace cbcan::test {
+
+using Bytes = std::vector<std::uint8_t>;
+
+/// An object of an image: its value low byte first.
+struct Item {
+  std::uint16_t index;
+  std::uint8_t sub;
+  Bytes value;
+};
+
+inline Bytes u8(std::uint8_t value) {
+  return {value};
+}
+inline Bytes u32(std::uint32_t value) {
+  Bytes bytes(4);
+  for (std::uint8_t& byte : bytes) {
+    byte = static_cast<std::uint8_t>(value);
+    value >>= 8;
+  }
+  return bytes;
+}
+
+inline Bytes concise(const std::vector<Item>& items) {
+  Bytes bytes = u32(static_cast<std::uint32_t>(items.size()));
+  for (const Item& item : items) {
+    for (const int byte : {item.index & 0xFF, item.index >> 8, int{item.sub}})
+      bytes.push_back(static_cast<std::uint8_t>(byte));
+    for (const Bytes& part : {u32(static_cast<std::uint32_t>(item.value.size())), item.value})
+      bytes.insert(bytes.end(), part.begin(), part.end());
+  }
+  return bytes;
+}
+
+struct ManagerRig : Wire {
+  explicit ManagerRig(const std::vector<Item>& items, Coprocessor::Settings settings = {})
+      : memory(concise(items)),
+        coprocessor(RegisterWindow(RegisterWindow::Words(registers)), process, port, settings) {
+    const std::size_t used = memory.size();
+    memory.resize(used + 256);
+    REQUIRE(coprocessor.use_network(memory, used));
+    coprocessor.show_status_in(status);
+    coprocessor.start(now);
+    poll();
+  }
+
+  // The bus.
+  template <class... More>
+  ManagerRig& arrive(const std::string& frame, const More&... more) {
+    coprocessor.on_frame(frame_from(frame), now);
+    poll();
+    if constexpr (sizeof...(more) != 0) arrive(more...);
+    return *this;
+  }
+
+  // The PLC.
+  ManagerRig& request(std::initializer_list<std::uint16_t> words) {
+    std::copy(words.begin(), words.end(), registers.begin() + 1);
+    registers[0] = 0xCA0E;
+    return poll();
+  }
+  ManagerRig& nmt(std::uint16_t node, std::uint16_t command) {
+    return request({5066, 0, 0x1F82, node, 1, command});
+  }
+  ManagerRig& write_words(unsigned first, std::initializer_list<std::uint16_t> words) {
+    auto to = first >= 3928 ? status.begin() + (first - 3928) : process.begin() + (first - 3800);
+    std::copy(words.begin(), words.end(), to);
+    coprocessor.on_registers_written(first, words.size(), now);
+    coprocessor.on_plc(now);
+    return poll();
+  }
+
+  ManagerRig& poll() {
+    deadline = coprocessor.poll(now);
+    return *this;
+  }
+  /// Lets time pass and polls at every deadline.
+  ManagerRig& pass(Time duration) {
+    const Time end = now + duration;
+    for (unsigned polls = 0; deadline <= end; ++polls) {
+      REQUIRE(polls < 100'000);
+      now = std::max(now, deadline);
+      poll();
+    }
+    now = end;
+    return poll();
+  }
+
+  /// R3972 + node.
+  unsigned of(unsigned node) const { return status.at(44 + node); }
+  unsigned summary() const { return status[0]; }
+  bool in_map(unsigned map, unsigned node) const {
+    return (status.at(4 + 8 * map + node / 16) >> node % 16 & 1) != 0;
+  }
+
+  Registers registers{};
+  std::array<std::uint16_t, regmap::kProcessWords> process{};
+  std::array<std::uint16_t, regmap::kStatusWords> status{};
+  Bytes memory;
+  Time now = 1000;
+  Time deadline = 0;
+  Coprocessor coprocessor;
+};
+
+inline constexpr unsigned kHeard = 0, kConfigured = 1, kRunning = 2, kLost = 4;
+
+inline const Item kManager{0x1F80, 0, u32(1)};
+inline const Item kHeartbeats{0x1016, 1, u32(0x000500FA)};
+inline const Item kWrites{0x1F22, 5, concise({{0x1017, 0, {100, 0}}, {0x6423, 0, {1}}})};
+
+/// Node 5: 1F81h, then expected device type, vendor and product.
+inline std::vector<Item> node_5(std::uint32_t assignment = 5, const std::vector<Item>& more = {kWrites}) {
+  std::vector<Item> items{kHeartbeats,
+                          kManager,
+                          {0x1F81, 5, u32(assignment)},
+                          {0x1F84, 5, u32(0x000F0191)},
+                          {0x1F85, 5, u32(0x22)},
+                          {0x1F86, 5, u32(0x191)}};
+  items.insert(items.end(), more.begin(), more.end());
+  return items;
+}
+
+/// From the boot-up message to the last confirmed write.
+inline void check_and_configure(ManagerRig& rig) {
+  rig.arrive("705#00").expect("605#4000100000000000");
+  rig.arrive("585#4300100091010F00").expect("605#4018100100000000");
+  rig.arrive("585#4318100122000000").expect("605#4018100200000000");
+  rig.arrive("585#4318100291010000").expect("605#2B17100064000000");
+  rig.arrive("585#6017100000000000").expect("605#2F23640001000000");
+  rig.arrive("585#6023640000000000").expect_silence();
+}
+
+/// To kRun.
+inline void boot(ManagerRig& rig) {
+  check_and_configure(rig);
+  rig.arrive("705#7F").expect("000#0105");
+  rig.arrive("705#05").expect_silence();
+  REQUIRE(rig.of(5) == 0x0105);
+}
+
+inline void begin(ManagerRig& rig) {
+  rig.expect("77F#00", "000#8200");
+}
+
+}  // namespace cbcan::test

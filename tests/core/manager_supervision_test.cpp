@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: MIT
+// The network after the boot: loss, starts, what the PLC does meanwhile, process data. Node 5 is that of
+// manager_test.cpp.
+
+#include "core/manager_rig.hpp"
+
+using namespace cbcan;
+using namespace cbcan::test;
+
+TEST_CASE("a lost node is not reset, and goes on as it returns") {
+  ManagerRig rig(node_5());
+  begin(rig);
+  boot(rig);
+  rig.pass(251 * kMillisecond).expect_silence();
+  CHECK(rig.of(5) == 0x5800);
+  CHECK((rig.in_map(kLost, 5) && !rig.in_map(kRunning, 5) && !rig.in_map(kHeard, 5)));
+  SECTION("Operational: it runs, and the loss is remembered until a 1 is written") {
+    rig.arrive("705#05").expect_silence();
+    CHECK(rig.of(5) == 0x0105);
+    rig.write_words(3964, {0});
+    CHECK(rig.in_map(kLost, 5));
+    rig.write_words(3964, {1u << 5});
+    CHECK_FALSE(rig.in_map(kLost, 5));
+  }
+  SECTION("Pre-operational: it boots") {
+    rig.arrive("705#7F").expect("605#4000100000000000");
+  }
+  SECTION("boot-up message: it boots") {
+    rig.arrive("705#00").expect("605#4000100000000000");
+  }
+  SECTION("its boot-up message was lost: 1017h is 0") {
+    rig.pass(kSecond).expect("605#4017100000000000");
+    rig.arrive("585#4B17100064000000").expect_silence();
+    rig.pass(kSecond).expect("605#4017100000000000");
+    rig.arrive("585#4B17100000000000").expect("605#4000100000000000");
+  }
+  SECTION("silent") {
+    for (unsigned second = 0; second != 3; ++second) {
+      rig.pass(kSecond).expect("605#4017100000000000");
+      rig.pass(100 * kMillisecond).expect("605#8017100000000405");
+    }
+    CHECK(rig.of(5) == 0x5800);
+  }
+}
+
+TEST_CASE("mandatory nodes precede the start") {
+  std::vector<Item> items = node_5(0x0D);
+  items.push_back({0x1F81, 6, u32(5)});
+  const auto loss = GENERATE(std::uint32_t{0x01}, std::uint32_t{0x11}, std::uint32_t{0x41});
+  items[1].value = u32(loss);
+  ManagerRig rig(items);
+  begin(rig);
+  rig.arrive("706#00").expect("606#4000100000000000");
+  rig.arrive("586#4300100000000000").expect_silence();
+  CHECK((rig.of(6) == 0x067F && rig.of(0) == 0x7F));
+  check_and_configure(rig);
+  rig.arrive("705#7F").expect("000#0105", "000#0106");
+  rig.arrive("705#05");
+  CHECK((rig.of(5) == 0x0105 && rig.of(6) >> 8 == 1));
+  CHECK((rig.summary() & 4) == 0);
+  rig.pass(251 * kMillisecond);
+  if (loss == 0x11) rig.expect("000#8100");
+  if (loss == 0x41) rig.expect("000#0200");
+  CHECK((rig.summary() & 4) == (loss == 0x11 ? 0 : 4));
+  CHECK(rig.of(0) == 5);
+}
+
+TEST_CASE("mandatory nodes are missing after 1F89h") {
+  std::vector<Item> items = node_5(0x0D);
+  items.insert(items.begin() + 1, {0x1F89, 0, u32(400)});
+  ManagerRig rig(items);
+  begin(rig);
+  rig.pass(399 * kMillisecond);
+  CHECK(rig.summary() == 0);
+  rig.pass(kMillisecond);
+  CHECK(rig.summary() == 4);
+  check_and_configure(rig);
+  rig.arrive("705#7F").expect("000#0105");
+  CHECK(rig.summary() == 0x12);
+}
+
+TEST_CASE("one command starts all nodes, if all are ready") {
+  std::vector<Item> items = node_5();
+  items[1].value = u32(3);
+  items.push_back({0x1F81, 6, u32(5)});
+  ManagerRig rig(items);
+  begin(rig);
+  rig.arrive("705#00", "706#00", "586#4300100000000000")
+      .expect("605#4000100000000000", "606#4000100000000000");
+  CHECK(rig.of(6) == 0x067F);
+  SECTION("all are") {
+    rig.arrive("585#4300100091010F00", "585#4318100122000000", "585#4318100291010000", "585#6017100000000000",
+               "585#6023640000000000");
+    rig.port.sent.clear();
+    rig.arrive("705#7F").expect("000#0100");
+    rig.arrive("705#05").expect_silence();
+    CHECK((rig.of(5) == 0x0105 && rig.of(6) >> 8 == 1));
+  }
+  SECTION("one has failed") {
+    rig.arrive("585#4300100000000000").expect("000#0106");
+  }
+}
+
+TEST_CASE("NMT commands of the PLC win") {
+  ManagerRig rig(node_5());
+  begin(rig);
+  SECTION("Pre-operational and Stop hold a node until Start") {
+    const auto [command, state] = GENERATE(table<std::uint16_t, std::string>({{127, "7F"}, {4, "04"}}));
+    boot(rig);
+    rig.nmt(5, command).port.sent.clear();
+    rig.arrive("705#" + state).pass(200 * kMillisecond).arrive("705#" + state).expect_silence();
+    CHECK(rig.of(5) >> 8 == 6);
+    rig.nmt(5, 5).expect("000#0105");
+    rig.arrive("705#05");
+    CHECK(rig.of(5) == 0x0105);
+  }
+  SECTION("Stop while it boots: it is configured and not started") {
+    rig.nmt(5, 127).expect("000#8005");
+    check_and_configure(rig);
+    rig.arrive("705#7F").expect_silence();
+    CHECK(rig.of(5) == 0x067F);
+  }
+  SECTION("Start of a node that has failed: it is sent, and the letter stays") {
+    rig.arrive("705#00").arrive("585#4300100000000000").expect("605#4000100000000000");
+    rig.nmt(5, 5).expect("000#0105");
+    rig.arrive("705#05").expect_silence();
+    CHECK(rig.of(5) == 0x4305);
+  }
+  SECTION("Reset: it boots again") {
+    boot(rig);
+    rig.nmt(5, 6).expect("000#8105");
+    CHECK(rig.of(5) >> 8 == 2);
+    boot(rig);
+  }
+  SECTION("the own node: nothing is started while it is held") {
+    rig.nmt(127, 127);
+    check_and_configure(rig);
+    rig.arrive("705#7F").expect_silence();
+    rig.nmt(127, 5).expect("000#0105");
+  }
+}
+
+TEST_CASE("an SDO request of the PLC goes between two steps") {
+  ManagerRig rig(node_5());
+  begin(rig);
+  rig.arrive("705#00").expect("605#4000100000000000");
+  rig.request({5055, 5, 0x2000, 0, 4}).expect_silence();
+  rig.arrive("585#4300100091010F00").expect("605#4000200000000000");
+  rig.pass(5 * kMillisecond).expect_silence();
+  rig.arrive("585#4300200078563412");
+  CHECK(rig.registers[0] == 0);
+  CHECK(rig.registers[6] == 0x5678);
+  rig.pass(kMillisecond).expect("605#4018100100000000");
+}
+
+TEST_CASE("inputs that were sent before the start are read") {
+  // Own RPDO 1 receives 1C5h, two bytes, from node 5, which maps 6000h:01 and 6000h:02 of 8 bits each.
+  const std::vector<Item> own{{0x1600, 1, u32(0xA0400108)},
+                              {0x1600, 2, u32(0xA0400208)},
+                              {0x1600, 0, {2}},
+                              {0x1400, 1, u32(0x1C5)},
+                              kManager,
+                              {0x300A, 1, {5, 3, 8, 1, 0, 0x60, 8, 2, 0, 0x60}}};
+  std::vector<Item> items{kHeartbeats};
+  items.insert(items.end(), own.begin(), own.end());
+  for (const Item& item : node_5())
+    if (item.index >= 0x1F81 || item.index == 0x1F22) items.push_back(item);
+  ManagerRig rig(items);
+  begin(rig);
+  check_and_configure(rig);
+  rig.arrive("705#7F").expect("000#0105");
+  SECTION("the PDO arrives") {
+    rig.arrive("1C5#1234", "705#05").expect_silence();
+    CHECK(rig.of(5) == 0x0105);
+    CHECK(rig.process[0] == 0x3412);
+    SECTION("and zeros when the node is lost") {
+      rig.pass(300 * kMillisecond);
+      CHECK((rig.of(5) == 0x5800 && rig.process[0] == 0));
+    }
+  }
+  SECTION("it does not: its objects are read") {
+    rig.arrive("705#05").expect("605#4000600100000000");
+    CHECK(rig.of(5) == 0x0705);
+    rig.arrive("585#4F00600155000000").expect("605#4000600200000000");
+    SECTION("both") {
+      rig.arrive("585#4F006002AA000000").pass(10 * kMillisecond).expect_silence();
+      CHECK(rig.process[0] == 0xAA55);
+      CHECK(rig.of(5) == 0x0105);
+    }
+    SECTION("a PDO that arrives meanwhile is newer") {
+      rig.arrive("1C5#1234", "585#4F006002AA000000").pass(10 * kMillisecond).expect_silence();
+      CHECK(rig.process[0] == 0x3412);
+      CHECK(rig.of(5) == 0x0105);
+    }
+    SECTION("an object that cannot be read: until the PDO") {
+      rig.arrive("585#8000600201000106").pass(100 * kMillisecond).expect_silence();
+      CHECK(rig.of(5) == 0x0705);
+    }
+  }
+}
+
+TEST_CASE("outputs are sent after the PLC has written them") {
+  const std::vector<Item> items{
+      {0x1A00, 1, u32(0xA5800110)}, {0x1A00, 0, {1}}, {0x1800, 1, u32(0x205)}, kManager};
+  Coprocessor::Settings settings;
+  settings.plc_timeout_ms = 100;
+  ManagerRig rig(items, settings);
+  rig.expect("77F#00");
+  CHECK(rig.of(0) == 5);
+  rig.write_words(3864, {0}).expect("205#0000");
+  rig.write_words(3864, {7}).expect("205#0700");
+  rig.pass(100 * kMillisecond).expect_silence();
+  CHECK((rig.summary() & 0x110) == 0x110);  // Operational, PLC silent
+  rig.write_words(3865, {1}).expect("205#0700");
+  rig.write_words(3928, {0x100});
+  CHECK((rig.summary() & 0x110) == 0x010);
+}
+
+TEST_CASE("two nodes with the same ID are noticed") {
+  ManagerRig rig(node_5());
+  begin(rig);
+  SECTION("two responses to each request") {
+    rig.arrive("705#00", "585#4300100091010F00", "585#4300100091010F00", "585#4318100122000000",
+               "585#4318100122000000", "585#4318100291010000", "585#4318100291010000",
+               "585#6017100000000000");
+    rig.port.sent.clear();
+    CHECK((rig.summary() & 0x80) != 0);
+  }
+  SECTION("two states in turn") {
+    boot(rig);
+    rig.arrive("705#00", "705#7F", "705#05").port.sent.clear();
+    CHECK((rig.summary() & 0x80) == 0);
+    rig.arrive("705#7F").expect_silence();
+    CHECK((rig.summary() & 0x80) != 0);
+  }
+}
+
+TEST_CASE("a refused frame delays a boot, and changes nothing else") {
+  std::vector<std::string> usual;
+  for (unsigned refused = 0; refused <= 9; ++refused) {
+    ManagerRig rig(node_5());
+    rig.port.sent.clear();
+    unsigned sent = 0;
+    const auto step = [&](const std::string& response) {
+      if (sent++ == refused) rig.port.refuse_next = 2;
+      rig.arrive(response).pass(kMillisecond);
+    };
+    for (const char* response :
+         {"705#00", "585#4300100091010F00", "585#4318100122000000", "585#4318100291010000",
+          "585#6017100000000000", "585#6023640000000000", "705#7F", "705#05"})
+      step(response);
+    INFO(refused);
+    CHECK(rig.of(5) == 0x0105);
+    const std::vector<std::string> frames(rig.port.sent.begin(), rig.port.sent.end());
+    if (refused == 0) usual = frames;
+    CHECK(frames == usual);
+    rig.port.sent.clear();
+  }
+  CHECK(usual.size() == 6);
+}

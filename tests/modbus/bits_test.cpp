@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT
+// Coils and discrete inputs as bits of registers: PDUs and responses by hand (Application Protocol V1.1b3,
+// section 6).
+
+#include "cbcan/modbus/bits.hpp"
+
+#include <vector>
+
+#include "support/catch.hpp"
+
+using namespace cbcan;
+
+namespace {
+
+using Pdu = std::vector<std::uint8_t>;
+
+/// Coils 0..31 are R10, R11; discrete inputs 0..15 are R20, 16..47 are R21, R22, and R22 does not exist.
+struct Registers {
+  Pdu ask(const Pdu& pdu) {
+    const ModbusBits::Request request = bits.check(pdu, map);
+    if (request.exception != 0) return {static_cast<std::uint8_t>(pdu[0] | 0x80), request.exception};
+    Pdu response(253);
+    response.resize(bits.execute(pdu, map, response));
+    last = request;
+    return response;
+  }
+
+  std::array<std::uint16_t, 2> coils{0x8001, 0x0003};
+  std::array<std::uint16_t, 2> inputs{0xA5A5, 0x0F00};
+  std::array<RegisterRange, 2> ranges{{{10, coils}, {20, inputs, true}}};
+  RegisterMap map{ranges};
+  ModbusBits bits{{0, 32, 10}, {{{0, 16, 20}, {16, 32, 21}}}};
+  ModbusBits::Request last{};
+};
+
+}  // namespace
+
+TEST_CASE("[BIT-1] [BIT-2] [BIT-3] coils and discrete inputs are read") {
+  Registers plc;
+  CHECK(plc.ask({1, 0, 0, 0, 32}) == Pdu{1, 4, 0x01, 0x80, 0x03, 0x00});
+  CHECK(plc.ask({1, 0, 15, 0, 3}) == Pdu{1, 1, 0x07});
+  CHECK(plc.ask({2, 0, 0, 0, 16}) == Pdu{2, 2, 0xA5, 0xA5});
+  CHECK(plc.ask({2, 0, 24, 0, 5}) == Pdu{2, 1, 0x0F});
+  CHECK((plc.last.register_first == 21 && plc.last.register_count == 1 && !plc.last.writes));
+}
+
+TEST_CASE("[BIT-3] [BIT-4] coils are written, in one change") {
+  Registers plc;
+  CHECK(plc.ask({5, 0, 17, 0, 0}) == Pdu{5, 0, 17, 0, 0});
+  CHECK(plc.coils[1] == 1);
+  CHECK(plc.ask({5, 0, 31, 0xFF, 0}) == Pdu{5, 0, 31, 0xFF, 0});
+  CHECK(plc.coils[1] == 0x8001);
+  CHECK(plc.ask({15, 0, 14, 0, 4, 1, 0x05}) == Pdu{15, 0, 14, 0, 4});
+  CHECK((plc.coils[0] == 0x4001 && plc.coils[1] == 0x8001));
+  CHECK((plc.last.register_first == 10 && plc.last.register_count == 2 && plc.last.writes));
+}
+
+TEST_CASE("requests that are rejected") {
+  Registers plc;
+  CHECK(plc.ask({1, 0, 0, 0, 0}) == Pdu{0x81, 3});
+  CHECK(plc.ask({1, 0, 0, 0x07, 0xD1}) == Pdu{0x81, 3});  // 2001
+  CHECK(plc.ask({1, 0, 0, 0}) == Pdu{0x81, 3});
+  CHECK(plc.ask({5, 0, 0, 0, 1}) == Pdu{0x85, 3});
+  CHECK(plc.ask({15, 0, 0, 0, 9, 1, 0xFF}) == Pdu{0x8F, 3});
+  CHECK(plc.ask({15, 0, 0, 0, 8, 1}) == Pdu{0x8F, 3});
+  CHECK(plc.ask({1, 0, 31, 0, 2}) == Pdu{0x81, 2});
+  CHECK(plc.ask({1, 0xFF, 0xFF, 0, 1}) == Pdu{0x81, 2});
+  CHECK(plc.ask({2, 0, 15, 0, 2}) == Pdu{0x82, 2});  // in two ranges
+  CHECK(plc.ask({2, 0, 32, 0, 1}) == Pdu{0x82, 2});  // R22
+  CHECK(plc.coils[0] == 0x8001);
+}
+
+TEST_CASE("a range that may only be read") {
+  Registers plc;
+  plc.ranges[0].read_only = true;
+  CHECK(plc.ask({5, 0, 0, 0, 0}) == Pdu{0x85, 2});
+  CHECK(plc.ask({1, 0, 0, 0, 1}) == Pdu{1, 1, 1});
+}

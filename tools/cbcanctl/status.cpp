@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: MIT
+// cbcanctl status: R3928..R4099, the states of all nodes as the module sees them.
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <chrono>
+#include <thread>
+
+#include "cbcanctl/commands.hpp"
+
+namespace cbcan::ctl {
+
+namespace {
+
+using Words = std::vector<std::uint16_t>;
+
+constexpr auto kPollPeriod = std::chrono::milliseconds(20);
+
+std::string_view meaning_in(std::span<const regmap::NamedNumber> rows, unsigned value) {
+  const auto found = std::ranges::find(rows, value, &regmap::NamedNumber::value);
+  return found == rows.end() ? std::string_view() : found->meaning;
+}
+
+/// By the high byte of a node's register.
+std::string step_name(unsigned step) {
+  const std::string_view name = meaning_in(regmap::kBootSteps, step);
+  return name.empty() ? fmt::format("failed: {}", static_cast<char>(step)) : std::string(name);
+}
+
+std::string_view state_name(unsigned state) {
+  const std::string_view name = meaning_in(regmap::kNodeStates, state);
+  return name.empty() ? "no state" : name;
+}
+
+/// Listed nodes, nodes that have reported, and the module as node 0.
+bool is_shown(unsigned node, unsigned word) {
+  return node == 0 || word != 0;
+}
+
+bool all_run(const Words& status) {
+  return (status[regmap::kStatusSummary] & 1) != 0;
+}
+
+/// In two requests: the summary and the bitmaps are of one moment.
+Words read_status(window::Client& client) {
+  Words words = client.read(regmap::kStatusFirst, regmap::kStatusNodes);
+  constexpr std::size_t kHalf = 64;
+  for (std::size_t first = regmap::kStatusNodes; first < regmap::kStatusWords; first += kHalf) {
+    const Words more = client.read(static_cast<std::uint16_t>(regmap::kStatusFirst + first), kHalf);
+    words.insert(words.end(), more.begin(), more.end());
+  }
+  return words;
+}
+
+void print(const Words& status, bool json) {
+  for (unsigned node = 0; node <= kMaxNode; ++node) {
+    const unsigned word = status[regmap::kStatusNodes + node];
+    if (!is_shown(node, word)) continue;
+    const std::string name = node == 0 ? "module" : std::to_string(node);
+    const bool is_own = node == 0 && word >> 8 == 0;
+    const std::string step = is_own ? "" : step_name(word >> 8);
+    if (json)
+      fmt::print("{{\"node\": {}, \"state\": {}, \"step\": \"{}\"}}\n", node, word & 0xFF,
+                 is_own ? "own node" : step);
+    else
+      fmt::print("{:6} {:{}}{}\n", name, state_name(word & 0xFF), is_own ? 0 : 17, step);
+  }
+}
+
+}  // namespace
+
+void status(const Options& options) {
+  window::Client client = connect(options);
+  Words status = read_status(client);
+  const auto end = std::chrono::steady_clock::now() + std::chrono::milliseconds(options.wait_ms);
+  while (!all_run(status) && std::chrono::steady_clock::now() < end && !interrupted()) {
+    std::this_thread::sleep_for(kPollPeriod);
+    status = read_status(client);
+  }
+  print(status, options.json);
+  if (options.wait_ms != 0 && !all_run(status)) throw Ended{ExitCode::kRefused};
+}
+
+}  // namespace cbcan::ctl

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Tags as files for makers' tools, and the program that exchanges them.
+
+#include <array>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "cbcanctl/tags.hpp"
+
+namespace cbcan::tools {
+
+/// Variables, in the order of kForms; then programs.
+enum class Form : std::uint8_t {
+  kCsv,
+  kTia,
+  kTiaDb,
+  kXsy,
+  kLogix,
+  kCodesys,
+  kIspsoft,
+  kTiaScl,
+  kTiaDbScl,
+  kXsySt,
+  kCodesysSt
+};
+inline constexpr std::array<std::string_view, 11> kForms{"csv",        "tia",     "tia-db",    "xsy",
+                                                         "logix",      "codesys", "ispsoft",   "tia-scl",
+                                                         "tia-db-scl", "xsy-st",  "codesys-st"};
+
+/// The module, as the PLC's program reaches it.
+struct Server {
+  std::string host;
+  std::uint16_t port = 0;
+};
+
+/// The whole file. `at`: first address in the PLC, by default that of the form. Throws UsageError if the form
+/// has no such address, or needs the host as an IPv4 address and it is none.
+std::string text_of(Form form, const std::vector<Tag>& tags, std::optional<unsigned> at,
+                    const Server& server);
+
+}  // namespace cbcan::tools

@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: MIT
+#include "cbcanctl/tags.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <array>
+#include <set>
+
+#include "cbcan/regmap.hpp"
+#include "text/utf8.hpp"
+
+namespace cbcan::tools {
+
+namespace {
+
+constexpr std::size_t kRegisterBits = 16;
+constexpr std::size_t kMostOfNode = 12;
+constexpr std::size_t kMostOfComment = 300;
+constexpr std::size_t kMostRead = 125;  ///< registers of a request, FC 3
+
+/// Keywords, types and functions of IEC 61131-3 that continue after a _, such as END_IF and R_TRIG: no node
+/// has such a name.
+constexpr std::string_view kBegins =
+    " ADD AND BCD BOOL BYTE CHAR CONCAT CTD CTU CTUD DATE DIV DINT DT DWORD END F FUNCTION INT IS LDATE LDT "
+    "LINT LREAL LTIME "
+    "LTOD LWORD MUL OR R READ REAL SINT SUB TIME TO TOD TRUNC UDINT UINT ULINT USINT VAR WORD WSTRING STRING "
+    "CBCAN ";
+
+constexpr bool is_letter(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
+}
+constexpr bool is_digit(char c) {
+  return c >= '0' && c <= '9';
+}
+
+std::string upper(std::string text) {
+  std::ranges::transform(text, text.begin(),
+                         [](char c) { return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c; });
+  return text;
+}
+
+/// At most `most` letters, digits and single _ between them.
+std::string identifier(std::string_view text, std::size_t most) {
+  std::string name;
+  for (const char c : text)
+    if (is_letter(c) || is_digit(c))
+      name += c;
+    else if (!name.empty() && name.back() != '_')
+      name += '_';
+  name.resize(std::min(name.size(), most));
+  if (name.ends_with('_')) name.pop_back();
+  return name;
+}
+
+std::size_t registers_of(const Tag& tag) {
+  return (tag.bit + tag.bits + kRegisterBits - 1) / kRegisterBits;
+}
+
+std::string name_of_part(const std::string& name, std::size_t word) {
+  return fmt::format("{}_w{}", name, word);
+}
+
+std::string name_of(const network::Node& node) {
+  std::string name = identifier(node.name, kMostOfNode);
+  const bool is_reserved = kBegins.find(" " + upper(name) + " ") != std::string_view::npos;
+  if (name.empty() || is_reserved) return fmt::format("n{}", node.id);
+  return is_digit(name.front()) ? "n" + name : name;
+}
+
+class Names {
+ public:
+  /// Gives the tag its name: `wanted`, or the same with `object` or a number, whichever is free first.
+  void give(Tag& tag, const std::string& wanted, const std::string& object) {
+    const std::size_t words = registers_of(tag);
+    const std::size_t most = kMostOfName - (words > 1 ? name_of_part({}, 0).size() : 0);
+    for (unsigned number = 0;; ++number) {
+      const std::string suffix = number == 0 ? "" : number == 1 ? "_" + object : fmt::format("_{}", number);
+      tag.name = identifier(wanted, most - suffix.size()) + suffix;
+      if (take(tag.name, words)) return;
+    }
+  }
+
+ private:
+  bool take(const std::string& name, std::size_t words) {
+    std::vector<std::string> all{upper(name)};
+    for (std::size_t word = 0; words > 1 && word < words; ++word)
+      all.push_back(upper(name_of_part(name, word)));
+    if (std::ranges::any_of(all, [this](const std::string& each) { return taken_.contains(each); }))
+      return false;
+    taken_.insert(all.begin(), all.end());
+    return true;
+  }
+
+  std::set<std::string> taken_;  ///< in capitals
+};
+
+std::string comment_of(const std::string& text) {
+  return std::string(text::head(text::to_utf8(text), kMostOfComment));
+}
+
+class Tags {
+ public:
+  void add_status(const network::Network& network) {
+    constexpr std::size_t kOfNodes = regmap::kStatusFirst + regmap::kStatusNodes;
+    for (const regmap::RegisterRow& row : regmap::kStatus)
+      for (std::size_t at = row.first; row.first != kOfNodes && at <= row.last; ++at) {
+        const std::size_t part = at - row.first;
+        const bool single = row.first == row.last;
+        const auto nodes =
+            single ? std::string()
+                   : fmt::format("nodes {} to {}: ", kRegisterBits * part, kRegisterBits * part + 15);
+        add_word(at, 0, single ? std::string(row.name) : fmt::format("{}_{}", row.name, part),
+                 nodes + std::string(row.meaning));
+      }
+    for (const network::Node& node : network.all)
+      add_word(
+          kOfNodes + node.id, node.id, "NODE_" + name_of(node),
+          fmt::format("node {}: NMT state in the low byte; its step in the high byte, 1 = running", node.id));
+  }
+
+  void add(const network::Node& node, const network::Pdo& pdo, network::Words words) {
+    constexpr std::size_t kWordsOfPdo = 4;
+    const std::size_t first =
+        regmap::kProcessFirst + (pdo.input() ? 0 : regmap::kInputWords) + kWordsOfPdo * (pdo.own - 1u);
+    std::size_t bits = 0;
+    for (const network::MappedObject& mapped : pdo.objects) {
+      Tag tag{.first = static_cast<std::uint16_t>(first + bits / kRegisterBits),
+              .bit = static_cast<std::uint8_t>(bits % kRegisterBits),
+              .bits = mapped.bits,
+              .direction = pdo.input() ? Direction::kInput : Direction::kOutput,
+              .high_first = words == network::Words::kHighFirst && mapped.bits == 32,
+              .node = node.id,
+              .object = fmt::format("{:04X}h:{:02X}", mapped.index, mapped.sub)};
+      bits += mapped.bits;
+      describe(tag, mapped.object);
+      const std::string object = fmt::format("{:04X}_{:02X}", mapped.index, mapped.sub);
+      const std::string name = identifier(mapped.object == nullptr ? "" : mapped.object->name, kMostOfName);
+      names_.give(tag, fmt::format("{}_{}", name_of(node), name.empty() ? "o" + object : name), object);
+      all.push_back(std::move(tag));
+    }
+  }
+
+  std::vector<Tag> all{};
+
+ private:
+  void add_word(std::size_t first, std::uint8_t node, const std::string& name, const std::string& comment) {
+    Tag tag{.comment = comment_of(comment), .first = static_cast<std::uint16_t>(first), .node = node};
+    names_.give(tag, "cbcan_" + name, std::to_string(node));
+    all.push_back(std::move(tag));
+  }
+
+  static void describe(Tag& tag, const eds::Object* object) {
+    tag.comment = fmt::format("node {} {}", tag.node, tag.object);
+    if (object == nullptr) return;
+    tag.type = object->type;
+    const bool is_signed = object->type <= DataType::kInteger32 ||
+                           (object->type >= DataType::kInteger24 && object->type <= DataType::kInteger64);
+    const auto text = [&](const std::optional<std::int64_t>& limit) {
+      if (!limit) return std::string();
+      return is_signed ? std::to_string(*limit) : std::to_string(static_cast<std::uint64_t>(*limit));
+    };
+    tag.low = text(object->low);
+    tag.high = text(object->high);
+    tag.comment = comment_of(fmt::format("{} {}", tag.comment, object->name));
+    if (object->low && object->high) tag.comment += fmt::format(" [{}..{}]", tag.low, tag.high);
+  }
+
+  Names names_{};
+};
+
+}  // namespace
+
+std::vector<Tag> tags_of(const network::Network& network) {
+  Tags tags;
+  tags.add_status(network);
+  for (const network::Node& node : network.all)
+    for (const network::Pdo& pdo : node.pdos)
+      tags.add(node, pdo, network.words);
+  return std::move(tags.all);
+}
+
+std::vector<Tag> parts_of(const Tag& tag) {
+  const std::size_t words = registers_of(tag);
+  std::vector<Tag> parts(words, tag);
+  for (std::size_t word = 0; word < words; ++word) {
+    Tag& part = parts[word];
+    const std::size_t from = word == 0 ? 0 : kRegisterBits * word - tag.bit;
+    const std::size_t last = std::min<std::size_t>(kRegisterBits * (word + 1) - tag.bit, tag.bits) - 1;
+    part.first = static_cast<std::uint16_t>(tag.first + (tag.high_first ? words - 1 - word : word));
+    part.bits = kRegisterBits;
+    part.type.reset();
+    if (words > 1) part.name = name_of_part(tag.name, word);
+    const std::size_t place = word == 0 ? tag.bit : 0;
+    part.comment += tag.bits == 1 ? fmt::format(" (bit {})", place)
+                                  : fmt::format(" (its bits {}..{} from bit {} on)", from, last, place);
+    part.bit = 0;
+  }
+  return parts;
+}
+
+std::vector<Exchange> exchanges_of(const std::vector<Tag>& tags) {
+  constexpr std::size_t kOfNodes = regmap::kStatusFirst + regmap::kStatusNodes;
+  const auto has = [&](Direction direction) {
+    return std::ranges::find(tags, direction, &Tag::direction) != tags.end();
+  };
+  const std::size_t end = std::ranges::max(tags, {}, &Tag::first).first + std::size_t{1};
+  std::vector<Exchange> all;
+  if (has(Direction::kInput))
+    all.push_back({"cbcan_in_words", regmap::kProcessFirst, regmap::kInputWords, false});
+  if (has(Direction::kOutput))
+    all.push_back(
+        {"cbcan_out_words", regmap::kProcessFirst + regmap::kInputWords, regmap::kOutputWords, true});
+  all.push_back({"cbcan_status_words", regmap::kStatusFirst, regmap::kStatusNodes, false});
+  if (end > kOfNodes) all.push_back({"cbcan_states", kOfNodes, std::min(end - kOfNodes, kMostRead), false});
+  if (end > kOfNodes + kMostRead)
+    all.push_back({"cbcan_last_states", kOfNodes + kMostRead, end - kOfNodes - kMostRead, false});
+  return all;
+}
+
+}  // namespace cbcan::tools
