@@ -26,7 +26,7 @@ constexpr std::uint64_t kMostMapped = 64;
 
 /// The communication parameters of the PDO that the object belongs to; 0 = none.
 std::uint16_t pdo_of(std::uint16_t index) {
-  if (index < 0x1400 || index > 0x1BFF) return 0;
+  if (index < kRpdoParameter || index > object::kLastPdo) return 0;
   return static_cast<std::uint16_t>(index & kToMapping ? index - kToMapping : index);
 }
 
@@ -83,7 +83,7 @@ std::vector<PlannedObject> in_writing_order(const std::vector<PlannedObject>& ob
 }
 
 bool is_command(std::uint16_t index) {
-  return index == 0x1003 || index == 0x1010 || index == 0x1011;
+  return index == object::kErrorHistory || index == object::kStore || index == object::kRestore;
 }
 
 bool is_mapping(std::uint16_t index) {
@@ -92,7 +92,7 @@ bool is_mapping(std::uint16_t index) {
 
 bool is_writable(const eds::Object& object) {
   return object.access != eds::Access::kReadOnly && object.access != eds::Access::kConstant &&
-         object.index >= 0x1000 && !is_command(object.index);
+         object.index >= object::kFirstCommunication && !is_command(object.index);
 }
 
 const ValueType& type_of(const eds::Object& object) {
@@ -187,14 +187,18 @@ std::vector<Pdo> valid_pdos(const eds::DeviceDescription& device) {
   return pdos;
 }
 
+void configure_by(const eds::DeviceDescription& device, const std::string& name, Node& node) {
+  node.id = *device.node_id;
+  node.identity = expected_identity(device);
+  node.objects = configured_objects(device, name);
+}
+
 Node parse_dcf(std::string_view text, const std::string& name, std::vector<std::string>& remarks) {
   const eds::DeviceDescription device = parse_device(text, name, std::nullopt, remarks);
   if (!device.node_id)
     throw UsageError(name + ":1: there is no NodeID in [DeviceComissioning]: is this a DCF?");
   Node node;
-  node.id = *device.node_id;
-  node.identity = expected_identity(device);
-  node.objects = configured_objects(device, name);
+  configure_by(device, name, node);
   return node;
 }
 

@@ -49,6 +49,9 @@ bool take_from(const eds::DeviceDescription& device, Pdo& pdo);
 /// Its size in a PDO; 0 = it has none.
 std::uint8_t bits_of(const eds::Object& object);
 
+/// Gives a node the ID, the identity and the objects of a DCF, which has a node ID. Throws UsageError.
+void configure_by(const eds::DeviceDescription& device, const std::string& name, Node& node);
+
 /// A DCF: identity and objects of one node. Throws UsageError.
 Node parse_dcf(std::string_view text, const std::string& name, std::vector<std::string>& remarks);
 

@@ -205,7 +205,8 @@ class Reader {
     if (std::ranges::find(network.all, node.id, &Node::id) != network.all.end())
       fail(table, (node.dcf.empty() ? "" : node.dcf + ": ") + "another node has this ID already");
     read_identity(table, node);
-    if (node.heartbeat_ms != 0) node.objects.push_back({0x1017, 0, eds::to_bytes(node.heartbeat_ms, 2)});
+    if (node.heartbeat_ms != 0)
+      node.objects.push_back({object::kProducerHeartbeatTime, 0, eds::to_bytes(node.heartbeat_ms, 2)});
     for (const toml::table* each : tables_of(table, "objects"))
       node.objects.push_back(object(*each, node));
     for (const toml::table* each : tables_of(table, "pdos"))
@@ -231,9 +232,7 @@ class Reader {
     if (node.id != 0 && node.id != *device->node_id)
       fail(place,
            fmt::format("{} is for node {}; leave out id, or export the file again", path, *device->node_id));
-    node.id = *device->node_id;
-    node.identity = expected_identity(*device);
-    node.objects = configured_objects(*device, path);
+    configure_by(*device, path, node);
     if (!table.contains("pdos")) node.pdos = valid_pdos(*device);
     for (Pdo& pdo : node.pdos)
       pdo.line = place.source().begin.line;

@@ -13,6 +13,7 @@
 #include <string_view>
 #include <vector>
 
+#include "cbcan/canopen/dictionary/objects.hpp"
 #include "eds/device_description.hpp"
 #include "network/value.hpp"
 #include "options/setting.hpp"
@@ -20,8 +21,8 @@
 
 namespace cbcan::network {
 
-inline constexpr std::uint16_t kDeviceType = 0x1000;
-inline constexpr std::uint16_t kIdentity = 0x1018;
+using object::kDeviceType;
+using object::kIdentity;
 
 // Sub-indices of 1400h and 1800h, and the distance to 1600h and 1A00h.
 inline constexpr std::uint8_t kCobId = 1;

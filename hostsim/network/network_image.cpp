@@ -21,15 +21,10 @@ constexpr std::uint16_t kToOutputs = 0x480;
 constexpr std::size_t kSlotBytes = 8;
 constexpr std::size_t kSlotWords = 4;
 
-// 1F80h and 1F81h.
-constexpr std::uint32_t kIsManager = 1u << 0;
-constexpr unsigned kStartsAll = 1, kOwnNotStarted = 2, kNodesNotStarted = 3;
-constexpr std::uint32_t kResetsAll = 1u << 4, kStopsAll = 1u << 6;
-constexpr std::uint32_t kListed = 1u << 0;
-constexpr unsigned kBoots = 2, kMandatory = 3, kKeepAlive = 4;
-
-// 300Ah.
-constexpr unsigned kZeroWhenLost = 0, kReadAtStart = 1;
+/// A number with this bit, or 0.
+constexpr std::uint32_t bit(std::uint8_t number, bool set = true) {
+  return std::uint32_t{set} << number;
+}
 
 class Image {
  public:
@@ -117,8 +112,9 @@ std::vector<PlannedObject> own_pdo(const Pdo& pdo, Words words) {
 Bytes source_of(const Node& node, const Pdo& pdo) {
   constexpr std::uint8_t kFirstEvent = 254;
   const bool sent_once = pdo.type >= kFirstEvent && pdo.event_ms == 0;
-  Bytes source{node.id, static_cast<std::uint8_t>((node.on_loss == OnLoss::kZero) << kZeroWhenLost |
-                                                  sent_once << kReadAtStart)};
+  Bytes source{node.id,
+               static_cast<std::uint8_t>(bit(RpdoSource::kZeroWhenLost, node.on_loss == OnLoss::kZero) |
+                                         bit(RpdoSource::kReadAtStart, sent_once))};
   for (const MappedObject& mapped : pdo.objects) {
     const Bytes bytes = eds::to_bytes(entry_of(mapped), 4);
     source.insert(source.end(), bytes.begin(), bytes.end());
@@ -142,13 +138,12 @@ void add_own(Image& image, const Network& network) {
     image.add(object::kSyncPeriod, 0, network.sync_us, 4);
     image.add(object::kSyncCobId, 0, kSyncId | cob::kProduces, 4);
   }
-  const std::uint32_t lost = network.mandatory_lost == MandatoryLost::kReset  ? kResetsAll
-                             : network.mandatory_lost == MandatoryLost::kStop ? kStopsAll
-                                                                              : 0;
   image.add(object::kNmtStartup, 0,
-            kIsManager | lost | std::uint32_t{network.start_together} << kStartsAll |
-                std::uint32_t{network.own_node == StartedBy::kPlc} << kOwnNotStarted |
-                std::uint32_t{network.nodes == StartedBy::kPlc} << kNodesNotStarted,
+            bit(StartupBit::kIsManager) | bit(StartupBit::kStartsAll, network.start_together) |
+                bit(StartupBit::kOwnNotStarted, network.own_node == StartedBy::kPlc) |
+                bit(StartupBit::kSlavesNotStarted, network.nodes == StartedBy::kPlc) |
+                bit(StartupBit::kResetsAll, network.mandatory_lost == MandatoryLost::kReset) |
+                bit(StartupBit::kStopsAll, network.mandatory_lost == MandatoryLost::kStop),
             4);
   if (network.boot_time_ms != 0) image.add(object::kBootTime, 0, network.boot_time_ms, 4);
   if (network.outputs == Outputs::kAtOnce) image.add(object::kOutputsMode, 0, 1, 1);
@@ -164,8 +159,8 @@ std::uint32_t number_of(const Bytes& bytes) {
 
 void add_node(Image& image, const Node& node) {
   image.add(object::kSlaveAssignment, node.id,
-            kListed | std::uint32_t{node.boot} << kBoots | std::uint32_t{node.mandatory} << kMandatory |
-                std::uint32_t{node.keep_alive} << kKeepAlive,
+            bit(SlaveBit::kListed) | bit(SlaveBit::kBoots, node.boot) |
+                bit(SlaveBit::kMandatory, node.mandatory) | bit(SlaveBit::kKeepAlive, node.keep_alive),
             4);
   for (const PlannedObject& expected : node.identity) {
     const std::size_t object = expected.index == kDeviceType ? object::kExpectedDeviceType

@@ -59,11 +59,6 @@ NamedRegister name_of(std::size_t address, const config::ModuleConfig& module) {
   return {};
 }
 
-std::string_view meaning_in(std::span<const regmap::NamedNumber> rows, unsigned value) {
-  const auto found = std::ranges::find(rows, value, &regmap::NamedNumber::value);
-  return found == rows.end() ? std::string_view() : found->meaning;
-}
-
 /// The bits that are set.
 std::string status_text(std::uint16_t word) {
   std::string text;
@@ -74,11 +69,11 @@ std::string status_text(std::uint16_t word) {
 
 /// NMT state in the low byte, step of the boot in the high byte; a letter is a failure.
 std::string node_status_text(std::uint16_t word) {
-  const std::string_view state = meaning_in(regmap::kNodeStates, word & 0xFF);
-  const std::string_view step = meaning_in(regmap::kBootSteps, word >> 8);
+  const std::string_view state = regmap::meaning_of(regmap::kNodeStates, word & 0xFF, "no state");
+  const std::string_view step = regmap::meaning_of(regmap::kBootSteps, word >> 8);
   if (word == 0) return {};
   return fmt::format(
-      "{}, {}", state.empty() ? "no state" : state,
+      "{}, {}", state,
       step.empty() ? fmt::format("failed: {}", static_cast<char>(word >> 8)) : std::string(step));
 }
 
@@ -86,13 +81,13 @@ std::string node_status_text(std::uint16_t word) {
 std::string meaning_of(const regmap::RegisterRow* row, std::uint16_t word) {
   if (row == nullptr) return {};
   if (row->name == "EXECUTE_FLAG")
-    return std::string(word == regmap::kExecute ? "execute" : meaning_in(regmap::kResults, word));
+    return std::string(word == regmap::kExecute ? "execute" : regmap::meaning_of(regmap::kResults, word));
   if (row->name == "IN_RESULT")
-    return std::string(word < 5 ? meaning_in(regmap::kResults, word)
-                                : meaning_in(regmap::kScannerResults, word));
+    return std::string(word < 5 ? regmap::meaning_of(regmap::kResults, word)
+                                : regmap::meaning_of(regmap::kScannerResults, word));
   if (row->name == "STATUS") return status_text(word);
   if (row->name == "NODE_STATUS") return node_status_text(word);
-  return std::string(row->name.ends_with("COMMAND") ? meaning_in(regmap::kCommands, word) : "");
+  return std::string(row->name.ends_with("COMMAND") ? regmap::meaning_of(regmap::kCommands, word) : "");
 }
 
 adapters::HttpResponse ok(const Json& json) {

@@ -4,6 +4,7 @@
 #include "network/network_file.hpp"
 #include "network/network_image.hpp"
 #include "support/catch.hpp"
+#include "text/numbers.hpp"
 
 using namespace cbcan::network;
 
@@ -106,16 +107,9 @@ std::string problem(const std::string& text) try {
 
 std::string written(const std::vector<PlannedObject>& objects) {
   std::string text;
-  for (const PlannedObject& object : objects) {
-    char begin[16];
-    std::snprintf(begin, sizeof begin, "%04X:%02X=", unsigned{object.index}, unsigned{object.sub});
-    text += (text.empty() ? "" : " ") + std::string(begin);
-    for (const std::uint8_t byte : object.value) {
-      char hex[4];
-      std::snprintf(hex, sizeof hex, "%02X", unsigned{byte});
-      text += hex;
-    }
-  }
+  for (const PlannedObject& object : objects)
+    text += (text.empty() ? "" : " ") + cbcan::text::hex(object.index, 4) + ":" +
+            cbcan::text::hex(object.sub, 2) + "=" + cbcan::text::hex(object.value, "");
   return text;
 }
 
@@ -166,73 +160,24 @@ pdos = [ { tpdo = 1 }, { tpdo = 2 }, { tpdo = 3, can_id = 0x385, event_ms = 50 }
 
 TEST_CASE("own PDOs map the registers of their slots") {
   const auto own = [](const std::string& head) {
-    const Bytes image =
-        image_of(read(head + "[[node]]\nid = 5\neds = \"d.eds\"\npdos = [ { tpdo = 2 } ]\n"), 127, "n.toml");
-    std::string hex;
-    for (const std::uint8_t byte : image) {
-      char digits[4];
-      std::snprintf(digits, sizeof digits, "%02X", unsigned{byte});
-      hex += digits;
-    }
-    return hex;
+    const std::string nodes = "[[node]]\nid = 5\neds = \"d.eds\"\npdos = [ { tpdo = 2 } ]\n";
+    return cbcan::text::hex(image_of(read(head + nodes), 127, "n.toml"), "");
   };
   const auto has = [](const std::string& image, const std::string& object) {
     return image.find(object) != std::string::npos;
   };
   const std::string low = own("");
-  CHECK(has(low,
-            "0016"
-            "01"
-            "04000000"
-            "080140A0"));  // 1600h:01 = A040h:01, 8 bits
-  CHECK(has(low,
-            "0016"
-            "06"
-            "04000000"
-            "080640A0"));
-  CHECK(has(low,
-            "0016"
-            "00"
-            "01000000"
-            "06"));
-  CHECK(has(low,
-            "0014"
-            "01"
-            "04000000"
-            "85020000"));
-  CHECK(has(low,
-            "0A30"
-            "01"
-            "0A000000"
-            "0500"
-            "10010164"
-            "20010264"));  // read at the start: not, as it is synchronous
+  CHECK(has(low, "00160104000000080140A0"));  // 1600h:01 = A040h:01, 8 bits
+  CHECK(has(low, "00160604000000080640A0"));
+  CHECK(has(low, "0016000100000006"));
+  CHECK(has(low, "0014010400000085020000"));
+  CHECK(has(low, "0A30010A00000005001001016420010264"));  // read at the start: not, as it is synchronous
   const std::string high = own("[network]\nwords = \"high-first\"\n");
-  CHECK(has(high,
-            "0016"
-            "01"
-            "04000000"
-            "080140A0"));
-  CHECK(has(high,
-            "0016"
-            "02"
-            "04000000"
-            "080240A0"));
-  CHECK(has(high,
-            "0016"
-            "03"
-            "04000000"
-            "100300A1"));  // A100h:03, then :02: the words in the other order
-  CHECK(has(high,
-            "0016"
-            "04"
-            "04000000"
-            "100200A1"));
-  CHECK(has(high,
-            "0016"
-            "00"
-            "01000000"
-            "04"));
+  CHECK(has(high, "00160104000000080140A0"));
+  CHECK(has(high, "00160204000000080240A0"));
+  CHECK(has(high, "00160304000000100300A1"));  // A100h:03, then :02: the words in the other order
+  CHECK(has(high, "00160404000000100200A1"));
+  CHECK(has(high, "0016000100000004"));
 }
 
 TEST_CASE("the keys of the network") {

@@ -42,11 +42,7 @@ void print_done(const Options& options) {
   if (options.json) std::cout << "{\"result\": 0}\n";
 }
 
-std::string_view meaning_of(std::span<const regmap::NamedNumber> rows, std::uint32_t value) {
-  const auto row =
-      std::find_if(rows.begin(), rows.end(), [value](const auto& each) { return each.value == value; });
-  return row == rows.end() ? "no known state" : row->meaning;
-}
+constexpr std::string_view kUnknownState = "no known state";
 
 /// The state that the job has read.
 std::uint16_t state_of(const tools::ReadJob& job) {
@@ -56,7 +52,7 @@ std::uint16_t state_of(const tools::ReadJob& job) {
 }
 
 void print_state(unsigned node, std::uint16_t state, const Options& options) {
-  const std::string_view name = meaning_of(regmap::kNodeStates, state);
+  const std::string_view name = regmap::meaning_of(regmap::kNodeStates, state, kUnknownState);
   if (options.json)
     std::cout << "{\"node\": " << node << ", \"state\": " << state << ", \"name\": " << json_string(name)
               << "}\n";
@@ -127,7 +123,7 @@ void state(const Options& options) {
 void kernel(const Options& options) {
   window::Client client = connect(options);
   const std::uint8_t state = own::read(client, own::kKernelState, 0, 1)[0];
-  const std::string_view name = meaning_of(kKernelStates, state);
+  const std::string_view name = regmap::meaning_of(kKernelStates, state, kUnknownState);
   if (options.json)
     fmt::print("{{\"kernel\": {}, \"name\": {}}}\n", state, json_string(name));
   else

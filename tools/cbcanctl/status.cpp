@@ -16,20 +16,14 @@ using Words = std::vector<std::uint16_t>;
 
 constexpr auto kPollPeriod = std::chrono::milliseconds(20);
 
-std::string_view meaning_in(std::span<const regmap::NamedNumber> rows, unsigned value) {
-  const auto found = std::ranges::find(rows, value, &regmap::NamedNumber::value);
-  return found == rows.end() ? std::string_view() : found->meaning;
-}
-
 /// By the high byte of a node's register.
 std::string step_name(unsigned step) {
-  const std::string_view name = meaning_in(regmap::kBootSteps, step);
+  const std::string_view name = regmap::meaning_of(regmap::kBootSteps, step);
   return name.empty() ? fmt::format("failed: {}", static_cast<char>(step)) : std::string(name);
 }
 
 std::string_view state_name(unsigned state) {
-  const std::string_view name = meaning_in(regmap::kNodeStates, state);
-  return name.empty() ? "no state" : name;
+  return regmap::meaning_of(regmap::kNodeStates, state, "no state");
 }
 
 /// Listed nodes, nodes that have reported, and the module as node 0.

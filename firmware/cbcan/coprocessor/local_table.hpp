@@ -39,7 +39,6 @@ using namespace regmap::object;
 using Flags = ObjectFlags;
 
 inline constexpr std::uint8_t kAll = nmt::kMaxNode;
-inline constexpr std::uint8_t kAllSlaves = 128;  ///< sub-index of 1F25h
 inline constexpr std::uint16_t kComputedRead = Flags::kRead | Flags::kComputed;
 inline constexpr std::uint16_t kComputedReadWrite = Flags::kReadWrite | Flags::kComputed;
 inline constexpr std::uint16_t kCommand = kComputedReadWrite | Flags::kSetPoint;

@@ -10,13 +10,8 @@ const views = {
   window: {text: 'R3700', has: at => at >= 3700 && at < 3770},
   scanner: {text: 'Scanner', has: (_, name) => /^(OUT|IN)_/.test(name)},
   process: {text: 'Process data', has: (_, name) => /^(INPUTS|OUTPUTS)$/.test(name)},
-  network: {
-    text: 'Network',
-    has: (at, name, item) => name === 'NODE_STATUS' ?
-        item.value !== 0 || at === first(name) :
-        /^(STATUS|STATUS_CHANGES|NODE_COUNTS|FIRST_NOT_RUNNING|HEARD|CONFIGURED|RUNNING|EMCY|LOST)$/.test(
-            name)
-  },
+  network: {text: 'Network', has: (at, name, item) => name === 'NODE_STATUS' ? item.value !== 0 || at === first(name) :
+    /^(STATUS|STATUS_CHANGES|NODE_COUNTS|FIRST_NOT_RUNNING|HEARD|CONFIGURED|RUNNING|EMCY|LOST)$/.test(name)},
 };
 const notations = {3700: number => `R${number}`, 43701: number => `4${String(number + 1).padStart(4, '0')}`,
   403701: number => `4${String(number + 1).padStart(5, '0')}`};

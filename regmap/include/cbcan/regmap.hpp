@@ -12,6 +12,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string_view>
 
 namespace cbcan::regmap {
@@ -325,6 +326,14 @@ struct NamedNumber {
   std::string_view name;
   std::string_view meaning;
 };
+
+/// The meaning of the row with this value; `otherwise` if there is none.
+constexpr std::string_view meaning_of(std::span<const NamedNumber> rows, std::uint32_t value,
+                                      std::string_view otherwise = {}) {
+  for (const NamedNumber& row : rows)
+    if (row.value == value) return row.meaning;
+  return otherwise;
+}
 
 inline constexpr std::uint16_t kExecute = 0xCA0E;
 

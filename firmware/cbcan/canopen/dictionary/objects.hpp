@@ -40,6 +40,7 @@ inline constexpr std::uint16_t kLastPdo = 0x1BFF;
 inline constexpr std::uint16_t kConfigurationDate = 0x1020;  ///< of every device: 1 = date, 2 = time
 inline constexpr std::uint16_t kConciseDcf = 0x1F22;
 inline constexpr std::uint16_t kConfigureSlave = 0x1F25;  ///< written "conf"
+inline constexpr std::uint8_t kAllSlaves = 128;           ///< its sub-index for all of them
 inline constexpr std::uint16_t kExpectedDate = 0x1F26;    ///< of the configuration: 1020h:01
 inline constexpr std::uint16_t kExpectedTime = 0x1F27;    ///< 1020h:02
 inline constexpr std::uint16_t kNmtStartup = 0x1F80;

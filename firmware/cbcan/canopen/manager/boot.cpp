@@ -2,7 +2,6 @@
 // The boot of a node up to its heartbeat: waiting for it, check, configuration.
 #include "cbcan/canopen/manager/manager.hpp"
 
-#include <algorithm>
 #include <array>
 
 namespace cbcan {

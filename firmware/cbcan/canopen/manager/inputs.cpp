@@ -9,13 +9,6 @@ namespace cbcan {
 
 namespace {
 
-// 300Ah: node, flags, entries as in 1A00h.
-constexpr std::size_t kFlags = 1;
-constexpr std::size_t kEntries = 2;
-constexpr std::size_t kEntryBytes = 4;
-constexpr std::uint8_t kZeroWhenLost = 1;
-constexpr std::uint8_t kReadAtStart = 2;
-
 // Node::at in kInputs: RPDO and entry.
 constexpr unsigned kEntryBits = 6;
 constexpr unsigned kEntryMask = (1u << kEntryBits) - 1;
@@ -27,12 +20,17 @@ struct Mapped {
 };
 
 Mapped mapped(NetworkObjects::Bytes source, std::size_t entry) {
-  const std::uint8_t* const bytes = &source[kEntries + entry * kEntryBytes];
+  const std::uint8_t* const bytes = &source[RpdoSource::kHead + entry * RpdoSource::kEntryBytes];
   return {static_cast<std::uint16_t>(bytes[2] | bytes[3] << 8), bytes[1], bytes[0]};
 }
 
 std::size_t entries(NetworkObjects::Bytes source) {
-  return source.size() < kEntries ? 0 : (source.size() - kEntries) / kEntryBytes;
+  return source.size() < RpdoSource::kHead ? 0
+                                           : (source.size() - RpdoSource::kHead) / RpdoSource::kEntryBytes;
+}
+
+bool has_flag(NetworkObjects::Bytes source, std::uint8_t bit) {
+  return (source[RpdoSource::kFlags] >> bit & 1) != 0;
 }
 
 }  // namespace
@@ -59,7 +57,7 @@ bool Manager::next_input(std::uint8_t node) {
        at = static_cast<std::uint16_t>(++rpdo << kEntryBits)) {
     if (sources_[rpdo] != node || own_.has_received(rpdo)) continue;
     const NetworkObjects::Bytes from = source(rpdo);
-    if ((from[kFlags] & kReadAtStart) != 0 && (at & kEntryMask) < entries(from)) return true;
+    if (has_flag(from, RpdoSource::kReadAtStart) && (at & kEntryMask) < entries(from)) return true;
   }
   return false;
 }
@@ -101,7 +99,7 @@ void Manager::zero_inputs(std::uint8_t node, Time now) {
   for (std::size_t rpdo = 0; rpdo != sources_.size(); ++rpdo) {
     if (sources_[rpdo] != node) continue;
     const NetworkObjects::Bytes from = source(rpdo);
-    if ((from[kFlags] & kZeroWhenLost) == 0) continue;
+    if (!has_flag(from, RpdoSource::kZeroWhenLost)) continue;
     std::size_t bits = 0;
     for (std::size_t entry = 0; entry != entries(from); ++entry)
       bits += mapped(from, entry).bits;

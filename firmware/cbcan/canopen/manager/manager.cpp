@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "cbcan/canopen/manager/manager.hpp"
 
-#include <algorithm>
-
 namespace cbcan {
 
 // ---- The phases
@@ -45,15 +43,7 @@ namespace {
 
 using Phase = Manager::Phase;
 
-// 1F80h and 1F81h.
-constexpr std::uint8_t kIsManager = 0;
-constexpr std::uint32_t kListed = 1u << 0;
-constexpr std::uint32_t kBoots = 1u << 2;
-constexpr std::uint32_t kMandatory = 1u << 3;
-constexpr std::uint32_t kKeepAlive = 1u << 4;
-
 constexpr std::uint32_t kConf = 0x666E6F63;  ///< "conf"
-constexpr std::uint8_t kAllSlaves = 128;     ///< sub-index of 1F25h
 
 constexpr bool is_missing(Phase phase) {
   return phase == Phase::kLost || phase == Phase::kFailed;
@@ -94,7 +84,7 @@ void Manager::enter_talking(std::uint8_t node, Phase phase, Time now) {
 void Manager::on_own_state(nmt::State state, Time now) {
   if (state == nmt::State::kInitialising) return end(now);
   const bool operational = state == nmt::State::kOperational;
-  if (!active_) begins_ = state == nmt::State::kPreOperational && mode(kIsManager);
+  if (!active_) begins_ = state == nmt::State::kPreOperational && mode(StartupBit::kIsManager);
   own_held_ = active_ && !operational;
   inputs_again_ = active_ && operational;
   start_ready(now);
@@ -102,7 +92,7 @@ void Manager::on_own_state(nmt::State state, Time now) {
 }
 
 void Manager::on_startup_written(Time now) {
-  const bool wanted = mode(kIsManager);
+  const bool wanted = mode(StartupBit::kIsManager);
   if (active_ && !wanted) end(now);
   begins_ = wanted && !active_;
   wake_at(now);
@@ -156,13 +146,14 @@ void Manager::list_nodes(Time now) {
   bool any_kept = false;
   for (std::uint8_t node = 1; node <= nmt::kMaxNode; ++node) {
     const std::uint32_t assignment = objects_.number(object::kSlaveAssignment, node);
-    if ((assignment & kListed) == 0 || node == own_.node_id()) continue;
+    const auto has = [assignment](std::uint8_t bit) { return (assignment >> bit & 1) != 0; };
+    if (!has(SlaveBit::kListed) || node == own_.node_id()) continue;
     Node& listed = nodes_[node];
-    listed.boots = (assignment & kBoots) != 0;
+    listed.boots = has(SlaveBit::kBoots);
     listed.held = !listed.boots;
-    listed.keep_alive = (assignment & kKeepAlive) != 0;
+    listed.keep_alive = has(SlaveBit::kKeepAlive);
     any_kept |= listed.keep_alive;
-    listed.mandatory = (assignment & kMandatory) != 0;
+    listed.mandatory = has(SlaveBit::kMandatory);
     mandatory_unready_ = static_cast<std::uint8_t>(mandatory_unready_ + listed.mandatory);
     ++listed_;
     ++count_[0];
@@ -246,7 +237,7 @@ AbortCode Manager::write_object(std::uint16_t index, std::uint8_t sub, NetworkOb
 /// 1F25h: this node, or all listed ones, again.
 AbortCode Manager::configure(std::uint8_t node, std::uint32_t signature, Time now) {
   if (signature != kConf) return AbortCode::kStore;
-  if (node == kAllSlaves) {
+  if (node == object::kAllSlaves) {
     for (std::uint8_t each = 1; each <= nmt::kMaxNode; ++each)
       if (is_listed(each)) configure_again(each, now);
     return AbortCode::kNone;

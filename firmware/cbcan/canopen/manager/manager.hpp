@@ -164,8 +164,7 @@ class Manager {
   bool is_configured(std::uint8_t node) const { return nodes_[node].configured; }
   bool was_lost(std::uint8_t node) const { return lost_.has(node); }
   void forget_loss(std::uint8_t node) { lost_.erase(node); }
-  /// Two nodes use this ID.
-  bool is_twin(std::uint8_t node) const { return twins_.has(node); }
+  /// Two nodes use the same ID.
   bool any_twin() const { return !twins_.empty(); }
   std::uint8_t listed() const { return listed_; }
   std::uint8_t running() const {
@@ -255,6 +254,7 @@ class Manager {
 
   // State::ask
   void ask_device_type(Client& client, Time now);
+  void ask_producer_time(Client& client, Time now);
   void ask_check(Client& client, Time now);
   void ask_restore(Client& client, Time now);
   void ask_configure(Client& client, Time now);
@@ -262,14 +262,13 @@ class Manager {
   void release(Client& client, Time now);
   // State::on_done
   void found(Client& client, Time now);
+  void producer_time_read(Client& client, Time now);
   void check(Client& client, Time now);
   void restored(Client& client, Time now);
   void configured(Client& client, Time now);
   void input_read(Client& client, Time now);
   // State::on_refused
   void keep_waiting(Client& client, Time now);
-  void ask_producer_time(Client& client, Time now);
-  void producer_time_read(Client& client, Time now);
   void look_later(Client& client, Time now);
   void check_failed(Client& client, Time now);
   void configuration_failed(Client& client, Time now);

@@ -7,17 +7,13 @@ namespace cbcan {
 
 namespace {
 
-// 300Ah: node, flags, entries of four bytes.
-constexpr std::size_t kSourceHead = 2;
-constexpr std::size_t kSourceEntry = 4;
-
 /// It is what the object's type requires.
 bool is_value(std::uint16_t index, NetworkObjects::Bytes value) {
   constexpr std::size_t kGuardTime = 2;  // in 1F81h: this manager uses heartbeats
   if (value.empty()) return true;        // not set
   if (index == object::kConciseDcf) return ConciseDcf(value).is_valid();
   if (index == object::kRpdoSource)
-    return value.size() >= kSourceHead && value.size() % kSourceEntry == kSourceHead &&
+    return value.size() >= RpdoSource::kHead && value.size() % RpdoSource::kEntryBytes == RpdoSource::kHead &&
            value[0] <= nmt::kMaxNode;
   if (index == object::kSlaveAssignment) return value[kGuardTime] == 0 && value[kGuardTime + 1] == 0;
   return true;

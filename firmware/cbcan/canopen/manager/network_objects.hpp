@@ -20,6 +20,34 @@
 
 namespace cbcan {
 
+/// Bits of 1F80h, by number.
+struct StartupBit {
+  static constexpr std::uint8_t kIsManager = 0;
+  static constexpr std::uint8_t kStartsAll = 1;
+  static constexpr std::uint8_t kOwnNotStarted = 2;
+  static constexpr std::uint8_t kSlavesNotStarted = 3;
+  static constexpr std::uint8_t kResetsAll = 4;
+  static constexpr std::uint8_t kStopsAll = 6;
+};
+
+/// Bits of 1F81h, by number.
+struct SlaveBit {
+  static constexpr std::uint8_t kListed = 0;
+  static constexpr std::uint8_t kBoots = 2;
+  static constexpr std::uint8_t kMandatory = 3;
+  static constexpr std::uint8_t kKeepAlive = 4;
+};
+
+/// 300Ah: node, flags, then entries as in 1A00h, low byte first.
+struct RpdoSource {
+  static constexpr std::size_t kFlags = 1;
+  static constexpr std::size_t kHead = 2;
+  static constexpr std::size_t kEntryBytes = 4;
+  // Bits of the flags, by number.
+  static constexpr std::uint8_t kZeroWhenLost = 0;
+  static constexpr std::uint8_t kReadAtStart = 1;
+};
+
 class NetworkObjects {
  public:
   using Bytes = std::span<const std::uint8_t>;

@@ -3,20 +3,12 @@
 #include "cbcan/canopen/manager/manager.hpp"
 
 #include <algorithm>
-#include <array>
 
 namespace cbcan {
 
 namespace {
 
 using Phase = Manager::Phase;
-
-// Bits of 1F80h.
-constexpr std::uint8_t kStartsAll = 1;
-constexpr std::uint8_t kOwnNotStarted = 2;
-constexpr std::uint8_t kSlavesNotStarted = 3;
-constexpr std::uint8_t kResetsAll = 4;
-constexpr std::uint8_t kStopsAll = 6;
 
 }  // namespace
 
@@ -34,11 +26,12 @@ void Manager::look_for_starts(Time now) {
     if (is_operational(node)) run(node, now);
   inputs_again_ = false;
   if (mandatory_unready_ != 0) return;
-  if (own_.state() == nmt::State::kPreOperational && !mode(kOwnNotStarted) && !own_held_)
+  if (own_.state() == nmt::State::kPreOperational && !mode(StartupBit::kOwnNotStarted) && !own_held_)
     own_.slave().command(nmt::Command::kStart, now);
-  if (own_.state() != nmt::State::kOperational || mode(kSlavesNotStarted) || in_phase(Phase::kReady) == 0)
+  if (own_.state() != nmt::State::kOperational || mode(StartupBit::kSlavesNotStarted) ||
+      in_phase(Phase::kReady) == 0)
     return;
-  if (mode(kStartsAll) && !started_all_) {
+  if (mode(StartupBit::kStartsAll) && !started_all_) {
     const bool more_may_come = in_phase(Phase::kWait) != 0 && boot_over_at_ != kNever;
     if (booting() != 0 || more_may_come) return;
     started_all_ = true;
@@ -93,8 +86,8 @@ void Manager::lose(std::uint8_t node, Time now) {
   forget_inputs(node);
   enter(node, Phase::kLost, now + kProbePeriod);
   if (!nodes_[node].mandatory) return;
-  if (mode(kResetsAll)) command_all(nmt::Command::kResetNode, now);
-  if (mode(kStopsAll)) command_all(nmt::Command::kStop, now);
+  if (mode(StartupBit::kResetsAll)) command_all(nmt::Command::kResetNode, now);
+  if (mode(StartupBit::kStopsAll)) command_all(nmt::Command::kStop, now);
 }
 
 void Manager::returned(std::uint8_t node, nmt::State state, Time now) {
