@@ -52,7 +52,7 @@ TEST_CASE("an identity that differs is a letter, and nothing is written") {
     rig.arrive("585#4318100" + sub + "22000000");
   }
   rig.pass(5 * kSecond).expect_silence();
-  CHECK(rig.of(5) == (letter << 8 | 0x7Fu));
+  CHECK(rig.of(5) == (static_cast<unsigned>(letter) << 8 | 0x7Fu));
   CHECK_FALSE(rig.in_map(kConfigured, 5));
   rig.request({5055, 0, 0x3009, 5, 8});
   std::uint64_t shown = 0;

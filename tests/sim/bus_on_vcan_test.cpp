@@ -2,6 +2,14 @@
 // The bus suite with a real interface in the middle. CBCAN_VCAN names a vcan that is up; cutting it needs root.
 
 #include "io/can/socketcan.hpp"
+
+#include <linux/can.h>
+#include <linux/can/error.h>
+#include <linux/can/raw.h>
+#include <net/if.h>
+#include <sched.h>
+#include <sys/socket.h>
+
 #include "io/loop/reactor.hpp"
 #include "sim/bus_suite.hpp"
 
@@ -18,6 +26,39 @@ std::string vcan() {
   return name;
 }
 
+/// A socket that sends error frames of a kind that no one else receives, and waits for its own. On one processor the
+/// kernel delivers frames in the order in which they were sent, but not always within the sender's system call.
+class Marker {
+ public:
+  Marker() : socket_(::socket(PF_CAN, SOCK_RAW | SOCK_CLOEXEC, CAN_RAW)) {
+    cpu_set_t first;
+    CPU_ZERO(&first);
+    CPU_SET(0, &first);
+    REQUIRE(sched_setaffinity(0, sizeof first, &first) == 0);
+    const int on = 1;
+    const can_err_mask_t kind = CAN_ERR_PROT;
+    setsockopt(socket_.get(), SOL_CAN_RAW, CAN_RAW_RECV_OWN_MSGS, &on, sizeof on);
+    setsockopt(socket_.get(), SOL_CAN_RAW, CAN_RAW_FILTER, nullptr, 0);
+    setsockopt(socket_.get(), SOL_CAN_RAW, CAN_RAW_ERR_FILTER, &kind, sizeof kind);
+    sockaddr_can address{};
+    address.can_family = AF_CAN;
+    address.can_ifindex = static_cast<int>(if_nametoindex(vcan().c_str()));
+    REQUIRE(bind(socket_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
+  }
+
+  /// Returns when every frame that was sent before has been delivered; at once if the interface is down.
+  void pass() {
+    can_frame frame{};
+    frame.can_id = CAN_ERR_FLAG | CAN_ERR_PROT;
+    frame.can_dlc = CAN_ERR_DLC;
+    if (::write(socket_.get(), &frame, sizeof frame) == sizeof frame)
+      static_cast<void>(!::read(socket_.get(), &frame, sizeof frame));
+  }
+
+ private:
+  cbcan::io::Descriptor socket_;
+};
+
 /// Two buses that are connected to the same interface.
 struct VcanWire {
   VcanWire() {
@@ -31,8 +72,7 @@ struct VcanWire {
   const Texts& heard_left() const { return left_ear_.heard; }
   const Texts& heard_right() const { return right_ear_.heard; }
 
-  /// vcan delivers in the sender's system call, so a frame that was written can be read. Ends when a turn has done
-  /// nothing.
+  /// Ends when a turn has done nothing.
   void settle() {
     do {
       const Time now = Reactor::now();
@@ -40,6 +80,7 @@ struct VcanWire {
         side->can.poll(now);
         side->bus.advance(now);
       }
+      marker_.pass();
     } while (reactor_.poll(0) != 0 || left_.queued() != 0 || right_.queued() != 0);
   }
   void cut() { set("down"); }
@@ -59,6 +100,7 @@ struct VcanWire {
     settle();
   }
 
+  Marker marker_;
   Reactor reactor_;
   Side left_side_{reactor_}, right_side_{reactor_};
   Listener left_ear_, right_ear_;
