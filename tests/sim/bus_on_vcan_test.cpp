@@ -26,8 +26,8 @@ std::string vcan() {
   return name;
 }
 
-/// A socket that sends error frames of a kind that no one else receives, and waits for its own. On one processor the
-/// kernel delivers frames in the order in which they were sent, but not always within the sender's system call.
+/// Sends error frames of a kind that no other socket receives, and waits for its own: on one processor the kernel
+/// delivers frames in the order in which they were sent, but not always within the sender's system call.
 class Marker {
  public:
   Marker() : socket_(::socket(PF_CAN, SOCK_RAW | SOCK_CLOEXEC, CAN_RAW)) {

@@ -249,7 +249,9 @@ class Outcomes(unittest.TestCase):
         master, terminal = pty.openpty()
         with os.fdopen(terminal, "wb") as err:
             subprocess.run([PROGRAM, "run", ROOT / "scenarios/checks.toml"], stdout=subprocess.DEVNULL, stderr=err, timeout=LIMIT)
-        self.assertEqual(os.read(master, 1000), b"\r1 of 1, 0 failed\x1b[K\r\x1b[K")
+        written = b"\r1 of 1, 0 failed\x1b[K\r\x1b[K"
+        with os.fdopen(os.dup(master), "rb") as screen:
+            self.assertEqual(screen.read(len(written)), written)
         os.close(master)
 
     def test_every_goes_on_while_the_steps_below_do(self):
