@@ -10,6 +10,12 @@ local cells = { 200, 1000, 1900 }            -- mm
 local ramp = 1000                            -- mm/s2
 
 incidents = { "blocked" }
+inputs = { { index = 0x2001, name = "wanted speed", unit = "mm/s", low = -2000, high = 2000 }, { index = 0x2002, name = "piece", bits = { "place" } } }
+outputs = {
+  { index = 0x2003, name = "photo cells", bits = { "200 mm", "1000 mm", "1900 mm" } },
+  { index = 0x2000, name = "speed", unit = "mm/s", low = -2000, high = 2000 }, { index = 0x2004, name = "fallen off" },
+}
+curves = { { index = 0x2000, name = "speed", unit = "mm/s" } }
 
 local fronts = {}                            -- positions of the pieces' front edges, in mm
 local speed, wanted, since, blocked, fallen, gate = 0, 0, 0, false, 0, false

@@ -12,6 +12,9 @@ local opening = 0.0008    -- m2, effective
 local gravity = 9.81      -- m/s2
 
 incidents = { "leak" }
+inputs = { { index = 0x2001, name = "inlet", unit = "%", high = 100 }, { index = 0x2002, name = "outlet", unit = "%", high = 100 } }
+outputs = { { index = 0x2000, name = "level", unit = "mm", high = 1000, level = true }, { index = 0x2003, name = "marks", bits = { "full", "empty" } } }
+curves = { { index = 0x2000, name = "level", unit = "mm" } }
 
 local level, inflow, outlet, leak, since = 0, 0, 0, 0, 0
 

@@ -11,6 +11,9 @@ local capacity = 10000    -- J/K
 local loss = 20           -- W/K
 
 incidents = { "heater-broken", "door-open" }
+inputs = { { index = 0x2001, name = "heater", unit = "%", high = 100 }, { index = 0x2002, name = "surroundings", unit = "°C", high = 50 } }
+outputs = { { index = 0x2000, name = "temperature", unit = "°C", high = 150 }, { index = 0x2003, name = "power", unit = "W", high = 2000 } }
+curves = { { index = 0x2000, name = "temperature", unit = "°C" }, { index = 0x2003, name = "power", unit = "W" } }
 
 local here = {}           -- present incidents
 local temperature = 20.0  -- degrees C

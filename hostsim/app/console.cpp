@@ -22,7 +22,9 @@ void Console::warn(std::string_view line) {
 }
 
 void Console::tell(std::string_view lines) {
-  if (!err_.add(text::lines_to_utf8(lines)))
+  if (err_.room())
+    text::append_lines(err_.text(), lines);
+  else
     dropped_ += static_cast<std::uint64_t>(std::ranges::count(lines, '\n'));
   flush();
 }

@@ -101,8 +101,8 @@ void Simulator::open_views(const config::Config& config) {
         session_->control().journal(),
         io::PcapFile::Settings{config.pcap, config.pcap_mb * kMegabyte, plant().networks().size(),
                                clock_->wall_offset() + session_->started(), clock_->most_waiting()},
-        [this](const auto& event) {
-          return packet_comment(event, session_->control().journal(), session_->find_name());
+        [this](text::Buffer& to, const auto& event) {
+          append_packet_comment(to, event, session_->control().journal(), session_->find_name());
         },
         warn_);
   if (modbus_ && (session_->has_views() || pcap_ || http_))

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "devices/io_module.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <utility>
 
 #include "devices/channels.hpp"
@@ -24,6 +27,28 @@ constexpr std::array<ErrorKind, 2> kIncidentErrors{{
     {0x3120, ErrorRegister::kGeneric | ErrorRegister::kVoltage},
 }};
 
+/// Eight terminals with their numbers.
+sim::Point digital(sim::Point::Kind kind, std::uint16_t index, std::size_t place) {
+  const std::size_t first = 8 * place + 1;
+  sim::Point point{.kind = kind, .index = index, .sub = sub_of(place)};
+  point.name =
+      fmt::format("{} {} to {}", kind == sim::Point::Kind::kInput ? "inputs" : "outputs", first, first + 7);
+  for (std::size_t number = first; number != first + 8; ++number)
+    point.bits.push_back(std::to_string(number));
+  return point;
+}
+
+sim::Point analogue(sim::Point::Kind kind, std::uint16_t index, std::size_t place) {
+  using Limits = std::numeric_limits<std::int16_t>;
+  const std::string_view name = kind == sim::Point::Kind::kInput ? "analogue input" : "analogue output";
+  return {.kind = kind,
+          .index = index,
+          .sub = sub_of(place),
+          .name = fmt::format("{} {}", name, place + 1),
+          .low = Limits::min(),
+          .high = Limits::max()};
+}
+
 template <class Channel>
 std::size_t place_in(const std::vector<Channel>& all, const Channel& channel) {
   return static_cast<std::size_t>(&channel - all.data());
@@ -41,6 +66,20 @@ IoModule::IoModule(sim::DeviceNode& node)
       analogue_outputs_(channels<Shown<AnalogueOutput>>(node.dictionary(), {kWriteAnalogueOutput})),
       interrupt_sources_(channels<InterruptSource>(node.dictionary(), {0x6422})) {
   if (!analogue_interrupts_.exists()) analogue_interrupts_.set(1);  // without 6423h no client could enable them
+}
+
+std::vector<sim::Point> IoModule::points() const {
+  using enum sim::Point::Kind;
+  std::vector<sim::Point> points;
+  const auto add = [&points](const auto& channels, auto make, sim::Point::Kind kind, std::uint16_t index) {
+    for (std::size_t place = 0; place != channels.size(); ++place)
+      points.push_back(make(kind, index, place));
+  };
+  add(digital_inputs_, digital, kInput, kReadInput);
+  add(digital_outputs_, digital, kOutput, kWriteOutput);
+  add(analogue_inputs_, analogue, kInput, kReadAnalogueInput);
+  add(analogue_outputs_, analogue, kOutput, kWriteAnalogueOutput);
+  return points;
 }
 
 std::optional<double> IoModule::output(std::uint16_t index, std::uint8_t sub) const {

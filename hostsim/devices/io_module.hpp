@@ -38,6 +38,7 @@ class IoModule final : public DeviceWithIncidents {
   std::optional<double> output(std::uint16_t index, std::uint8_t sub) const override;
   /// 6000h: levels at eight terminals, 0..255. 6401h: the number to show. Both are rounded.
   bool set_input(std::uint16_t index, std::uint8_t sub, double value, Time now) override;
+  std::vector<sim::Point> points() const override;
 
  private:
   template <class Channel>

@@ -107,6 +107,18 @@ Time Transducer::update(Time now) {
   return kNever;
 }
 
+std::vector<sim::Point> Transducer::points() const {
+  std::vector<sim::Point> points;
+  for (std::size_t place = 0; place != channels_.size(); ++place)
+    for (const std::uint16_t index : {kReal, kLong, kShort})
+      if (channels_[place].has(index) && (points.empty() || points.back().sub != sub_of(place)))
+        points.push_back({.kind = sim::Point::Kind::kInput,
+                          .index = index,
+                          .sub = sub_of(place),
+                          .name = "process value " + std::to_string(place + 1)});
+  return points;
+}
+
 bool Transducer::set_input(std::uint16_t index, std::uint8_t sub, double value, Time /*now*/) {
   if (sub == 0 || sub > channels_.size() || !channels_[sub - 1u].has(index)) return false;
   channels_[sub - 1u].set_input(value);

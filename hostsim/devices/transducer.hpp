@@ -27,6 +27,8 @@ class Transducer final : public DeviceWithIncidents {
   /// A process value that the file has, in the unit of 6131h; with 6132h = 2, 12.5 is shown as 1250. Every
   /// change is an event.
   bool set_input(std::uint16_t index, std::uint8_t sub, double value, Time now) override;
+  /// One input for each channel, in the widest form that it has.
+  std::vector<sim::Point> points() const override;
 
  private:
   class Channel {

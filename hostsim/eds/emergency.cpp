@@ -57,11 +57,6 @@ constexpr std::array kMeanings{
     Meaning{0xF000, kGroup, "additional functions"},
 };
 
-/// CiA 301, 7.5.2.2.
-constexpr std::array<std::string_view, 8> kRegisterBits{
-    "generic",       "current",        "voltage",  "temperature",
-    "communication", "device profile", "reserved", "manufacturer-specific"};
-
 }  // namespace
 
 EmergencyMessage emergency_from(std::span<const std::uint8_t, EmergencyMessage::kSize> bytes) {
@@ -76,13 +71,6 @@ std::string_view emergency_meaning(std::uint16_t code) {
   for (const Meaning& row : kMeanings)
     if ((code & row.mask) == row.code) return row.words;
   return "a code that CiA 301 reserves";
-}
-
-std::vector<std::string_view> error_register_bits(std::uint8_t error_register) {
-  std::vector<std::string_view> names;
-  for (std::size_t bit = 0; bit < kRegisterBits.size(); ++bit)
-    if ((error_register >> bit & 1) != 0) names.push_back(kRegisterBits[bit]);
-  return names;
 }
 
 }  // namespace cbcan::eds

@@ -8,7 +8,6 @@
 #include <cstdint>
 #include <span>
 #include <string_view>
-#include <vector>
 
 namespace cbcan::eds {
 
@@ -28,7 +27,16 @@ EmergencyMessage emergency_from(std::span<const std::uint8_t, EmergencyMessage::
 /// The meaning of this code, or else of its class, in CiA 301, table 26: "current, output side" for 2310h.
 std::string_view emergency_meaning(std::uint16_t code);
 
-/// The names of the bits that are set in the error register, from bit 0.
-std::vector<std::string_view> error_register_bits(std::uint8_t error_register);
+/// The names of the error register's bits, from bit 0 (CiA 301, 7.5.2.2).
+inline constexpr std::array<std::string_view, 8> kErrorRegisterBits{
+    "generic",       "current",        "voltage",  "temperature",
+    "communication", "device profile", "reserved", "manufacturer-specific"};
+
+/// Calls `visit(name)` for each bit that is set in the error register, from bit 0.
+template <class Visit>
+void for_each_error(std::uint8_t error_register, Visit visit) {
+  for (std::size_t bit = 0; bit < kErrorRegisterBits.size(); ++bit)
+    if ((error_register >> bit & 1) != 0) visit(kErrorRegisterBits[bit]);
+}
 
 }  // namespace cbcan::eds

@@ -5,6 +5,8 @@
 #include <array>
 #include <bit>
 
+#include "text/buffer.hpp"
+
 namespace cbcan::journal {
 
 std::span<const std::string_view> kind_names() {
@@ -19,18 +21,25 @@ std::string_view name_of(Service service) {
 }
 
 /// Bytes that do not fit at the end of the ring begin at its front again: they are never in two pieces.
+std::uint64_t ByteRing::add(std::initializer_list<std::span<const std::uint8_t>> parts) {
+  std::size_t size = 0;
+  for (const auto& part : parts)
+    size += part.size();
+  if (used_ % bytes_.size() + size > bytes_.size()) used_ += bytes_.size() - used_ % bytes_.size();
+  std::uint8_t* to = bytes_.data() + used_ % bytes_.size();
+  for (const auto& part : parts)
+    to = std::copy_n(part.data(), part.size(), to);
+  used_ += size;
+  return used_ - size;
+}
+
 Event& Journal::add(Event event, std::initializer_list<std::span<const std::uint8_t>> parts) {
   if (end_ % (ring_.size() / 2) == 0) on_filled();
   std::size_t size = 0;
   for (const auto& part : parts)
     size += part.size();
-  if (used_ % bytes_.size() + size > bytes_.size()) used_ += bytes_.size() - used_ % bytes_.size();
-  event.bytes = used_;
+  event.bytes = bytes_.add(parts);
   event.size = static_cast<std::uint16_t>(size);
-  for (const auto& part : parts) {
-    std::ranges::copy(part, bytes_.begin() + static_cast<std::ptrdiff_t>(used_ % bytes_.size()));
-    used_ += part.size();
-  }
   latest_[static_cast<std::size_t>(event.kind)] = end_;
   return ring_[end_++ % ring_.size()] = event;
 }
@@ -46,14 +55,8 @@ std::uint64_t Journal::latest_of(Kinds kinds) const {
   return latest;
 }
 
-std::span<const std::uint8_t> Journal::bytes(const Event& event) const {
-  if (event.bytes + bytes_.size() < used_) return {};
-  return std::span(bytes_).subspan(event.bytes % bytes_.size(), event.size);
-}
-
 std::string_view Journal::text(const Event& event) const {
-  const auto all = bytes(event);
-  return {reinterpret_cast<const char*>(all.data()), all.size()};
+  return text::characters(bytes(event));
 }
 
 }  // namespace cbcan::journal

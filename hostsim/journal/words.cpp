@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "journal/words.hpp"
 
-#include <fmt/ranges.h>
-
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <utility>
 
 #include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "cbcan/canopen/nmt/nmt.hpp"
@@ -15,7 +14,6 @@
 #include "journal/watch.hpp"
 #include "sim/frame_text.hpp"
 #include "sim/wire.hpp"
-#include "text/numbers.hpp"
 #include "text/value.hpp"
 
 namespace cbcan::journal {
@@ -23,15 +21,17 @@ namespace cbcan::journal {
 namespace {
 
 using Bytes = std::span<const std::uint8_t>;
+using text::append;
+using text::Hex;
 
 bool is_one_line(Bytes text) {
   return std::ranges::none_of(text, [](std::uint8_t byte) { return byte < ' ' || byte == 0x7F; });
 }
 
 /// "1000h:00 Device type"
-std::string object_text(std::uint16_t index, std::uint8_t sub, const eds::ObjectName* name) {
-  return fmt::format("{:04X}h:{:02X}{}{}", index, sub, name == nullptr ? "" : " ",
-                     name == nullptr ? "" : name->name);
+void append_object(Buffer& to, std::uint16_t index, std::uint8_t sub, const eds::ObjectName* name) {
+  append(to, Hex{index, 4}, "h:", Hex{sub, 2});
+  if (name != nullptr) append(to, ' ', name->name);
 }
 
 std::string_view nmt_text(std::uint32_t specifier) {
@@ -40,79 +40,135 @@ std::string_view nmt_text(std::uint32_t specifier) {
   return "unknown NMT command";
 }
 
-std::string node_text(std::uint8_t node) {
-  return node == 0 ? "all nodes" : fmt::format("node {}", node);
+void append_nmt(Buffer& to, std::string_view command, std::uint8_t node) {
+  append(to, "NMT ", command, ": ");
+  node == 0 ? append(to, "all nodes") : append(to, "node ", node);
+}
+
+/// "0602 0000h no such object"
+void append_abort(Buffer& to, std::uint32_t code) {
+  const regmap::AbortRow* const row = regmap::find_abort(code);
+  append(to, Hex{code >> 16, 4}, ' ', Hex{code & 0xFFFF, 4}, "h ",
+         row == nullptr ? "an abort code of the node's own" : row->meaning);
 }
 
 // ---- SDO
 
 /// " = 983441" for an expedited transfer.
-std::string expedited_text(const Frame& frame, const eds::ObjectName* name) {
+void append_expedited(Buffer& to, const Frame& frame, const eds::ObjectName* name) {
   const std::uint8_t command = frame.data[0];
-  if ((command & sdo::kExpedited) == 0) return "";
+  if ((command & sdo::kExpedited) == 0) return;
   const bool sized = (command & sdo::kSizeIndicated) != 0;
   const std::size_t size = sized ? sdo::expedited_size(command) : sdo::kExpeditedBytes;
-  return " = " + value_text(std::span(frame.data).subspan(4, size), name);
+  append(to, " = ");
+  append_value(to, std::span(frame.data).subspan(4, size), name);
 }
 
 /// By command specifier. Segments of blocks have none: they are shown as what their first byte means in other
 /// frames.
-std::string sdo_text(const Frame& frame, bool from_client, const eds::ObjectName* name) {
+void append_sdo(Buffer& to, const Frame& frame, std::uint8_t network, std::uint8_t node,
+                const FindName& find) {
   static constexpr std::array<std::string_view, 8> kRequests{"write segment",     "write",     "read",
                                                              "read next segment", "abort",     "block read",
                                                              "block write",       "no command"};
   static constexpr std::array<std::string_view, 8> kResponses{
       "segment", "segment written",       "value of",   "written",
       "abort",   "block write confirmed", "block read", "no command"};
+  const bool from_client = (frame.id & 0x80) == 0;
   const std::uint8_t specifier = sdo::specifier_of(frame.data[0]);
-  const std::string what((from_client ? kRequests : kResponses)[specifier]);
+  append(to, "SDO node ", node, ": ", (from_client ? kRequests : kResponses)[specifier]);
   const bool is_abort = specifier == static_cast<std::uint8_t>(sdo::Request::kAbort);
-  if (!is_abort && specifier != (from_client ? 1 : 3) && specifier != 2) return what;
+  if (!is_abort && specifier != (from_client ? 1 : 3) && specifier != 2) return;
   const sdo::Multiplexer mux = sdo::multiplexer_of(frame);
-  return fmt::format("{} {}{}", what, object_text(sdo::index_of(mux), sdo::sub_of(mux), name),
-                     is_abort ? ": " + abort_text(sdo::tail_of(frame)) : expedited_text(frame, name));
+  const eds::ObjectName* const name = find(network, node, sdo::index_of(mux), sdo::sub_of(mux));
+  append(to, ' ');
+  append_object(to, sdo::index_of(mux), sdo::sub_of(mux), name);
+  if (!is_abort) return append_expedited(to, frame, name);
+  append(to, ": ");
+  append_abort(to, sdo::tail_of(frame));
 }
 
-std::string error_control_text(const Frame& frame, std::uint8_t node) {
-  if ((frame.flags & Frame::kRemote) != 0) return fmt::format("node {}: node guarding request", node);
-  if (frame.data[0] == 0) return fmt::format("node {}: boot-up", node);
-  return fmt::format("node {}: heartbeat or guarding: {}", node, state_text(frame.data[0] & nmt::kStateMask));
+void append_error_control(Buffer& to, const Frame& frame, std::uint8_t node) {
+  append(to, "node ", node);
+  if ((frame.flags & Frame::kRemote) != 0) return append(to, ": node guarding request");
+  if (frame.data[0] == 0) return append(to, ": boot-up");
+  append(to, ": heartbeat or guarding: ", state_text(frame.data[0] & nmt::kStateMask));
 }
 
-std::string emergency_text(const Frame& frame) {
+void append_emergency(Buffer& to, const Frame& frame) {
   const auto message = eds::emergency_from(frame.data);
-  const auto bits = eds::error_register_bits(message.error_register);
-  return fmt::format("EMCY node {}: {:04X}h {}{}{}", frame.id & nmt::kMaxNode, message.code,
-                     eds::emergency_meaning(message.code), bits.empty() ? "" : "; ", fmt::join(bits, ", "));
+  append(to, "EMCY node ", frame.id & nmt::kMaxNode, ": ", Hex{message.code, 4}, "h ",
+         eds::emergency_meaning(message.code));
+  std::string_view between = "; ";
+  eds::for_each_error(message.error_register,
+                      [&](std::string_view bit) { append(to, std::exchange(between, ", "), bit); });
 }
 
 /// By the default identifiers of CiA 301.
-std::string pdo_text(const Frame& frame, std::uint8_t node) {
-  const std::uint32_t number = (frame.id - 0x180) / 0x100 + 1;
+void append_pdo(Buffer& to, const Frame& frame, std::uint8_t node) {
   const bool transmit = (frame.id & 0x80) != 0;
-  return fmt::format("{}PDO{} node {}", transmit ? "T" : "R", number, node);
+  append(to, transmit ? 'T' : 'R', "PDO", (frame.id - 0x180) / 0x100 + 1, " node ", node);
+}
+
+void append_modbus(Buffer& to, const Event& request, const Journal& journal) {
+  const Bytes all = journal.bytes(request);
+  if (all.empty()) return append(to, "no longer kept");
+  const Bytes pdu = all.first(request.index);
+  const unsigned function = pdu[0];
+  append(to, "FC", function);
+  if (request.state != 0) return append(to, " exception ", Hex{request.state, 2}, 'h');
+  const bool one = function == 6 || function == 22;
+  const bool reads = function == 3 || function == 4 || function == 23;
+  if (!one && !reads && function != 16) return;
+  const std::uint32_t first = word_at(pdu, 1);
+  const std::uint32_t count = one ? 1 : word_at(pdu, 3);
+  append(to, " R", first);
+  if (count > 1) append(to, "..R", first + count - 1);
+  const Bytes words = reads ? all.subspan(std::min<std::size_t>(request.index + 2, all.size()))
+                      : one ? pdu.subspan(3)
+                            : pdu.subspan(std::min<std::size_t>(6, pdu.size()));
+  constexpr std::size_t kMostShown = 16;
+  for (std::size_t at = 0; at + 1 < std::min(words.size(), kMostShown); at += 2)
+    append(to, at != 0 ? " " : reads ? ": " : " = ", word_at(words, at));
+  if (words.size() > kMostShown) append(to, " ...");
+}
+
+/// With the names of docs/reference/commands.md: "output:3 on, output:4 off", "analogue-output:1 = -5".
+void append_terminals(Buffer& to, const Event& event) {
+  const auto value = static_cast<std::int32_t>(event.code);
+  const auto kind = std::ranges::find(sim::kTerminals, event.index, &sim::Terminals::index);
+  if (kind == sim::kTerminals.end()) {
+    append_object(to, event.index, event.sub, nullptr);
+    return append(to, " = ", value);
+  }
+  if (kind->bits == 0) return append(to, kind->name, ':', event.sub, " = ", value);
+  std::string_view between;
+  for (unsigned bit = 0; bit < kind->bits; ++bit)
+    if ((event.state >> bit & 1) != 0)
+      append(to, std::exchange(between, ", "), kind->name, ':', (event.sub - 1U) * kind->bits + bit + 1,
+             (value >> bit & 1) != 0 ? " on" : " off");
 }
 
 }  // namespace
 
-std::string value_text(Bytes bytes, DataType type) {
+void append_value(Buffer& to, Bytes bytes, DataType type) {
   const std::uint64_t raw = bytes.size() <= 8 ? load_little_endian(bytes) : 0;
   if (type == DataType::kReal32)
-    return text::value_text(static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(raw))));
-  if (type == DataType::kReal64) return text::value_text(std::bit_cast<double>(raw));
-  if (type == DataType::kBoolean) return text::value_text(raw != 0);
-  if (is_signed(type)) return text::value_text(sign_extend(raw, bytes.size()));
+    return text::append_value(to, std::bit_cast<float>(static_cast<std::uint32_t>(raw)));
+  if (type == DataType::kReal64) return text::append_value(to, std::bit_cast<double>(raw));
+  if (type == DataType::kBoolean) return append(to, raw != 0 ? "true" : "false");
+  if (is_signed(type)) return append(to, sign_extend(raw, bytes.size()));
   if (type == DataType::kVisibleString && is_one_line(bytes))
-    return text::value_text(std::string(bytes.begin(), bytes.end()));
-  if (size_of(type) != 0) return std::to_string(raw);
-  return text::value_text(text::Bytes(bytes.begin(), bytes.end()));
+    return append(to, '"', text::characters(bytes), '"');
+  if (size_of(type) != 0) return append(to, raw);
+  text::append_value(to, bytes);
 }
 
-std::string value_text(Bytes bytes, const eds::ObjectName* name) {
+void append_value(Buffer& to, Bytes bytes, const eds::ObjectName* name) {
   const bool fits = name != nullptr && (size_of(name->type) == 0 || size_of(name->type) == bytes.size());
-  if (fits) return value_text(bytes, name->type);
-  if (!bytes.empty() && bytes.size() <= 4) return std::to_string(load_little_endian(bytes));
-  return value_text(bytes, DataType::kOctetString);
+  if (fits) return append_value(to, bytes, name->type);
+  if (!bytes.empty() && bytes.size() <= 4) return append(to, load_little_endian(bytes));
+  text::append_value(to, bytes);
 }
 
 std::span<const StateName> state_names() {
@@ -130,138 +186,124 @@ std::string_view state_text(std::uint8_t state) {
   return found == state_names().end() ? "unknown" : found->name;
 }
 
-std::string abort_text(std::uint32_t code) {
-  const regmap::AbortRow* const row = regmap::find_abort(code);
-  return fmt::format("{:04X} {:04X}h {}", code >> 16, code & 0xFFFF,
-                     row == nullptr ? "an abort code of the node's own" : row->meaning);
-}
-
-std::string frame_text(const Frame& frame, std::uint8_t network, const FindName& find) {
-  if ((frame.flags & Frame::kError) != 0) return "bus error";
-  if ((frame.flags & Frame::kExtended) != 0) return "29-bit frame";
+void append_frame(Buffer& to, const Frame& frame, std::uint8_t network, const FindName& find) {
+  if ((frame.flags & Frame::kError) != 0) return append(to, "bus error");
+  if ((frame.flags & Frame::kExtended) != 0) return append(to, "29-bit frame");
   const auto node = static_cast<std::uint8_t>(frame.id & nmt::kMaxNode);
-  if (nmt::is_command(frame))
-    return fmt::format("NMT {}: {}", nmt_text(frame.data[0]), node_text(frame.data[1]));
-  if (frame.id == 0x80) return "SYNC";
-  if (emergency_of(frame)) return emergency_text(frame);
-  if (frame.id == 0x100) return "TIME";
-  if (frame.id == 0x7E4 || frame.id == 0x7E5) return frame.id == 0x7E5 ? "LSS master" : "LSS slave";
+  if (nmt::is_command(frame)) return append_nmt(to, nmt_text(frame.data[0]), frame.data[1]);
+  if (frame.id == 0x80) return append(to, "SYNC");
+  if (emergency_of(frame)) return append_emergency(to, frame);
+  if (frame.id == 0x100) return append(to, "TIME");
+  if (frame.id == 0x7E4 || frame.id == 0x7E5)
+    return append(to, frame.id == 0x7E5 ? "LSS master" : "LSS slave");
   switch (frame.id & ~std::uint32_t{nmt::kMaxNode}) {
-    case nmt::kErrorControlId: return error_control_text(frame, node);
+    case nmt::kErrorControlId: return append_error_control(to, frame, node);
     case sdo::kRequestId:
-    case sdo::kResponseId: {
-      const sdo::Multiplexer mux = sdo::multiplexer_of(frame);
-      const eds::ObjectName* name = find(network, node, sdo::index_of(mux), sdo::sub_of(mux));
-      return fmt::format("SDO node {}: {}", node, sdo_text(frame, (frame.id & 0x80) == 0, name));
-    }
-    default: return frame.id > 0x180 && frame.id < sdo::kResponseId ? pdo_text(frame, node) : "a frame";
-  }
-}
-
-std::string request_text(const Event& transaction, const Journal& journal, const FindName& find) {
-  const Bytes value = journal.bytes(transaction);
-  const eds::ObjectName* name =
-      find(transaction.network, transaction.node, transaction.index, transaction.sub);
-  switch (transaction.service) {
-    case Service::kNone: return "no command";
-    case Service::kState: return fmt::format("state of node {}", transaction.node);
-    case Service::kNmt: {
-      const std::uint64_t code = load_little_endian(value);
-      for (const regmap::NmtRow& row : regmap::kNmtCommands)
-        if (code == row.state_code || code == row.command_code)
-          return fmt::format("NMT {}: {}", row.name, node_text(transaction.node));
-      return fmt::format("NMT {}: {}", code, node_text(transaction.node));
-    }
+    case sdo::kResponseId: return append_sdo(to, frame, network, node, find);
     default: break;
   }
-  const bool shows = !value.empty() && transaction.result == 0;
-  return fmt::format("{} node {} {}{}{}", name_of(transaction.service), transaction.node,
-                     object_text(transaction.index, transaction.sub, name), shows ? " = " : "",
-                     shows ? value_text(value, name) : "");
+  frame.id > 0x180 && frame.id < sdo::kResponseId ? append_pdo(to, frame, node) : append(to, "a frame");
 }
 
-std::string result_text(const Event& ended) {
-  if (ended.result == kCancelled) return "cancelled";
-  if (ended.result == kNeverSent) return "cancelled before its first frame (is TIMEOUT too short?)";
+void append_request(Buffer& to, const Event& transaction, const Journal& journal, const FindName& find) {
+  const Bytes value = journal.bytes(transaction);
+  if (transaction.service == Service::kNone) return append(to, "no command");
+  if (transaction.service == Service::kState) return append(to, "state of node ", transaction.node);
+  if (transaction.service == Service::kNmt) {
+    const std::uint64_t code = load_little_endian(value);
+    for (const regmap::NmtRow& row : regmap::kNmtCommands)
+      if (code == row.state_code || code == row.command_code)
+        return append_nmt(to, row.name, transaction.node);
+    return append_nmt(to, std::to_string(code), transaction.node);
+  }
+  const eds::ObjectName* const name =
+      find(transaction.network, transaction.node, transaction.index, transaction.sub);
+  append(to, name_of(transaction.service), " node ", transaction.node, ' ');
+  append_object(to, transaction.index, transaction.sub, name);
+  if (value.empty() || transaction.result != 0) return;
+  append(to, " = ");
+  append_value(to, value, name);
+}
+
+void append_result(Buffer& to, const Event& ended) {
+  if (ended.result == kCancelled) return append(to, "cancelled");
+  if (ended.result == kNeverSent)
+    return append(to, "cancelled before its first frame (is TIMEOUT too short?)");
   if (ended.result == static_cast<std::uint16_t>(regmap::Result::kSdoExecutionError))
-    return abort_text(ended.code);
+    return append_abort(to, ended.code);
   for (const auto& rows : {std::span<const regmap::NamedNumber>(regmap::kResults),
                            std::span<const regmap::NamedNumber>(regmap::kScannerResults)})
     for (const regmap::NamedNumber& row : rows)
-      if (row.value == ended.result) return std::string(row.meaning);
-  return fmt::format("{} in place of a result", ended.result);
+      if (row.value == ended.result) return append(to, row.meaning);
+  append(to, ended.result, " in place of a result");
 }
 
-std::string modbus_text(const Event& request, const Journal& journal) {
-  const Bytes all = journal.bytes(request);
-  if (all.empty()) return "no longer kept";
-  const Bytes pdu = all.first(request.index);
-  const unsigned function = pdu[0];
-  if (request.state != 0) return fmt::format("FC{} exception {:02X}h", function, request.state);
-  const bool one = function == 6 || function == 22;
-  const bool reads = function == 3 || function == 4 || function == 23;
-  if (!one && !reads && function != 16) return fmt::format("FC{}", function);
-  const std::uint32_t first = word_at(pdu, 1);
-  const std::uint32_t count = one ? 1 : word_at(pdu, 3);
-  std::string text = fmt::format("FC{} R{}", function, first);
-  if (count > 1) text += fmt::format("..R{}", first + count - 1);
-  const Bytes words = reads ? all.subspan(std::min<std::size_t>(request.index + 2, all.size()))
-                      : one ? pdu.subspan(3)
-                            : pdu.subspan(std::min<std::size_t>(6, pdu.size()));
-  constexpr std::size_t kMostShown = 16;
-  for (std::size_t at = 0; at + 1 < std::min(words.size(), kMostShown); at += 2)
-    text += fmt::format("{}{}", at == 0 ? (reads ? ": " : " = ") : " ", word_at(words, at));
-  return text + (words.size() > kMostShown ? " ..." : "");
-}
+namespace {
 
-std::string terminals_text(const Event& event) {
-  const auto value = static_cast<std::int32_t>(event.code);
-  const auto kind = std::ranges::find(sim::kTerminals, event.index, &sim::Terminals::index);
-  if (kind == sim::kTerminals.end())
-    return fmt::format("{} = {}", object_text(event.index, event.sub, nullptr), value);
-  if (kind->bits == 0) return fmt::format("{}:{} = {}", kind->name, event.sub, value);
-  std::string text;
-  for (unsigned bit = 0; bit < kind->bits; ++bit)
-    if ((event.state >> bit & 1) != 0)
-      text += fmt::format("{}{}:{} {}", text.empty() ? "" : ", ", kind->name,
-                          (event.sub - 1U) * kind->bits + bit + 1, (value >> bit & 1) != 0 ? "on" : "off");
-  return text;
-}
-
-std::string text_of(const Event& event, const Journal& journal, const FindName& find) {
-  const std::string number = event.transaction == 0 ? "" : fmt::format("#{} ", event.transaction);
+/// What is before the words.
+void append_subject(Buffer& to, const Event& event) {
+  constexpr Kinds kNumbered =
+      kinds_of({Kind::kModbus, Kind::kBegun, Kind::kEnded, Kind::kFrame, Kind::kFault});
+  if (event.transaction != 0 && (kinds_of({event.kind}) & kNumbered) != 0)
+    append(to, '#', event.transaction, ' ');
   switch (event.kind) {
-    case Kind::kModbus:
-      return fmt::format("{}Modbus unit {}: {}", number, event.node, modbus_text(event, journal));
-    case Kind::kBegun: return number + request_text(event, journal, find) + " begun";
-    case Kind::kEnded: {
-      const Bytes value = journal.bytes(event);
-      const bool told = event.service == Service::kState && event.result == 0 && !value.empty();
-      return fmt::format("{}{}{}{}: {}, {} ms", number, request_text(event, journal, find), told ? " = " : "",
-                         told ? state_text(value[0]) : "", result_text(event),
-                         static_cast<double>(event.took) / kMillisecond);
-    }
-    case Kind::kFrame:
-      return fmt::format("{}{} {}", number, sim::frame_text(event.frame),
-                         frame_text(event.frame, event.network, find));
-    case Kind::kEmergency: return emergency_text(event.frame);
-    case Kind::kState: return fmt::format("node {} {}", event.node, state_text(event.state));
-    case Kind::kTerminals: return fmt::format("node {} {}", event.node, terminals_text(event));
-    case Kind::kFault: return number + std::string(journal.text(event));
-    case Kind::kCommand:
-      return fmt::format("command {}{}", journal.text(event), event.state == kRefused ? ": refused" : "");
-    case Kind::kClient:
-      return fmt::format("Modbus client {} {} {}", event.code, journal.text(event),
-                         event.state != 0 ? "joined" : "left");
+    case Kind::kModbus: return append(to, "Modbus unit ", event.node, ": ");
+    case Kind::kFrame: return sim::append_frame(to, event.frame), append(to, ' ');
+    case Kind::kState:
+    case Kind::kTerminals: return append(to, "node ", event.node, ' ');
+    case Kind::kCommand: return append(to, "command ");
+    case Kind::kClient: return append(to, "Modbus client ", event.code, ' ');
+    default: return;
   }
-  return {};
 }
 
-std::string packet_comment(const Event& event, const Journal& journal, const FindName& find) {
+void append_words(Buffer& to, const Event& event, const Journal& journal, const FindName& find) {
+  switch (event.kind) {
+    case Kind::kModbus: return append_modbus(to, event, journal);
+    case Kind::kBegun:
+    case Kind::kEnded: return append_request(to, event, journal, find);
+    case Kind::kFrame: return append_frame(to, event.frame, event.network, find);
+    case Kind::kEmergency: return append_emergency(to, event.frame);
+    case Kind::kState: return append(to, state_text(event.state));
+    case Kind::kTerminals: return append_terminals(to, event);
+    case Kind::kFault:
+    case Kind::kCommand:
+    case Kind::kClient: return append(to, journal.text(event));
+  }
+}
+
+/// What is after the words.
+void append_outcome(Buffer& to, const Event& event, const Journal& journal) {
+  if (event.kind == Kind::kBegun) append(to, " begun");
+  if (event.kind == Kind::kCommand && event.state == kRefused) append(to, ": refused");
+  if (event.kind == Kind::kClient) append(to, event.state != 0 ? " joined" : " left");
+  if (event.kind != Kind::kEnded) return;
+  const Bytes value = journal.bytes(event);
+  if (event.service == Service::kState && event.result == 0 && !value.empty())
+    append(to, " = ", state_text(value[0]));
+  append(to, ": ");
+  append_result(to, event);
+  append(to, ", ", text::Decimal{event.took, 3}, " ms");
+}
+
+}  // namespace
+
+std::string_view append_text(Buffer& to, const Event& event, const Journal& journal, const FindName& find) {
+  append_subject(to, event);
+  const std::size_t begin = to.size();
+  append_words(to, event, journal, find);
+  const std::size_t size = to.size() - begin;
+  append_outcome(to, event, journal);
+  return text::view(to, begin).substr(0, size);
+}
+
+void append_packet_comment(Buffer& to, const Event& event, const Journal& journal, const FindName& find) {
   const bool told = event.kind == Kind::kBegun || event.kind == Kind::kEnded || event.kind == Kind::kFault;
-  if (told) return text_of(event, journal, find);
   const bool is_packet = event.kind == Kind::kModbus || event.kind == Kind::kFrame;
-  return is_packet && event.transaction != 0 ? fmt::format("transaction {}", event.transaction) : "";
+  if (told)
+    append_text(to, event, journal, find);
+  else if (is_packet && event.transaction != 0)
+    append(to, "transaction ", event.transaction);
 }
 
 }  // namespace cbcan::journal

@@ -12,6 +12,7 @@
 #include "cbcan/regmap.hpp"
 #include "config/config.hpp"
 #include "devices/devices.hpp"
+#include "plant/points.hpp"
 #include "sim/frame_text.hpp"
 #include "text/numbers.hpp"
 #include "text/utf8.hpp"
@@ -108,17 +109,41 @@ class Execution {
 
   Reply get() { return {"ok " + value_of(control_, words_[1], words_[2]) + "\n"}; }
 
+  Reply list_points() {
+    std::string text;
+    for (const auto& [point, object, value, target] : points_of(control_, words_[1]))
+      text +=
+          fmt::format("{} {} {}{}{}{}{} \"{}\"\n", name_of(point.kind), object, text_of_number(value),
+                      target ? " to " : "", target ? text_of_number(*target) : "",
+                      point.unit.empty() ? "" : " ", text::to_utf8(point.unit), text::to_utf8(point.name));
+    return {text + "ok\n"};
+  }
+
   Reply set() {
     sim::Node& of = running_node_of(control_, words_[1]);
-    const Address address = address_of(words_[2]);
-    const auto number = number_in(text::parse_value(words_[3]));
+    auto number = number_in(text::parse_value(words_[3]));
     if (!number) refuse("\"{}\": must be a number, true or false", words_[3]);
+    const std::string object = object_of(of, words_[2]);
+    const auto terminal = terminal_of(object);
+    const Address address = terminal ? Address{terminal->index, terminal->sub} : address_of(object);
+    if (terminal && terminal->is_output)
+      refuse("{}: an output; set an input, or let a PLC write it", words_[2]);
+    if (terminal && terminal->bit) number = with_bit(of, *terminal, *number != 0);
     const std::string name = config::object_name(address.index, address.sub);
     if (address.index <= object::kLastCommunication)
       refuse("{}: objects below 2000h are for SDO, not for set", name);
     if (!of.set_input(address.index, address.sub, *number, now_))
       refuse("{}: node {} has no such number", name, words_[1]);
     return {"ok\n"};
+  }
+
+  /// The number of which only this bit is set or cleared.
+  double with_bit(sim::Node& of, const sim::Terminal& terminal, bool on) {
+    of.bring_up_to_date(now_);
+    const auto before = static_cast<std::uint64_t>(
+        of.number({terminal.index, terminal.sub, std::nullopt, false}).value_or(0));
+    const std::uint64_t bit = std::uint64_t{1} << *terminal.bit;
+    return static_cast<double>(on ? before | bit : before & ~bit);
   }
 
   Reply incident() {
@@ -265,11 +290,14 @@ std::span<const Execution::Command> Execution::commands() {
   static constexpr auto kCommands = std::to_array<Command>({
       {0, 0, &Execution::list_nodes, {"nodes", "Lists the nodes of all networks",
        "A line shows place in the network, node ID (`-` without one), NMT state, device and name."}},
-      {2, 2, &Execution::get, {"get NODE INDEX[:SUB]|output:N", "Reads an object as by SDO, or a terminal",
+      {2, 2, &Execution::get, {"get NODE INDEX[:SUB]|output:N|NAME", "Reads an object as by SDO, or a terminal",
        "Access rights are ignored. `output:N` is a digital output after polarity, filter mask and error value, "
-       "`analogue-output:N` an analogue one, `input:N` and `analogue-input:N` are inputs; `INDEX:SUB.BIT` is one bit."}},
-      {3, 3, &Execution::set, {"set NODE INDEX[:SUB] NUMBER", "Sets an input from outside",
-       "The value is rounded and limited to the object's range, as a signal's. Objects from 2000h on that are no input "
+       "`analogue-output:N` an analogue one, `input:N` and `analogue-input:N` are inputs; `INDEX:SUB.BIT` is one bit. "
+       "`NAME` is one that `points` lists, with `-` for blanks: `level`."}},
+      {1, 1, &Execution::list_points, {"points NODE", "Lists inputs, outputs and curves of the node's device",
+       "A line shows kind, object, value, its target, unit and name."}},
+      {3, 3, &Execution::set, {"set NODE INDEX[:SUB]|input:N|NAME NUMBER", "Sets an input from outside",
+       "`input:N` is a digital input, `INDEX:SUB.BIT` one bit. The value is rounded and limited to the object's range, as a signal's. Objects from 2000h on that are no input "
        "are also set."}},
       {3, 3, &Execution::incident, {"incident NODE NAME on|off", "Begins or ends an incident of the device",
        "[Devices](devices.md) lists the names."}},
@@ -322,6 +350,14 @@ std::vector<Usage> command_usages() {
   std::vector<Usage> usages;
   std::ranges::transform(Execution::commands(), std::back_inserter(usages), &Execution::Command::text);
   return usages;
+}
+
+std::vector<std::pair<std::string_view, std::string_view>> nmt_verbs() {
+  std::vector<std::pair<std::string_view, std::string_view>> verbs;
+  for (const auto& [verb, command] : kNmtCommands)
+    for (const regmap::NmtRow& row : regmap::kNmtCommands)
+      if (row.specifier == static_cast<std::uint8_t>(command)) verbs.emplace_back(verb, row.name);
+  return verbs;
 }
 
 ResponseParts parts_of(std::string_view response) {

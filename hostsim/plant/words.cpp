@@ -9,19 +9,10 @@
 #include "config/config.hpp"
 #include "config/wires.hpp"
 #include "journal/words.hpp"
+#include "plant/points.hpp"
 #include "text/numbers.hpp"
 
 namespace cbcan::plant {
-
-namespace {
-
-/// Integers without a point.
-std::string text_of_number(double number) {
-  const bool is_whole = number == std::trunc(number) && std::abs(number) < 1e15;
-  return is_whole ? std::to_string(static_cast<std::int64_t>(number)) : text::value_text(number);
-}
-
-}  // namespace
 
 std::optional<double> number_in(const text::Value& value) {
   if (const auto* whole = std::get_if<std::int64_t>(&value)) return static_cast<double>(*whole);
@@ -93,14 +84,18 @@ std::string_view state_of(const sim::Node& node) {
                                               : journal::kOff);
 }
 
-namespace {
+std::string text_of_number(double number) {
+  const bool is_whole = number == std::trunc(number) && std::abs(number) < 1e15;
+  return is_whole ? std::to_string(static_cast<std::int64_t>(number)) : text::value_text(number);
+}
 
-/// nullopt for a whole object, which has a type and not only a number.
 std::optional<sim::Terminal> terminal_of(std::string_view word) {
   const bool is_object =
       !word.empty() && word[0] >= '0' && word[0] <= '9' && word.find('.') == std::string_view::npos;
   return is_object ? std::nullopt : config::parse_terminal(word);
 }
+
+namespace {
 
 ObjectEntry entry_of(const sim::Node& of, std::string_view node, const Address& address) {
   ObjectEntry entry{};
@@ -118,19 +113,21 @@ double number_at(sim::Node& of, std::string_view node, std::string_view word, co
 
 void check_value(View& view, std::string_view node, std::string_view word) {
   sim::Node& of = node_of(view, node);
-  if (const auto terminal = terminal_of(word)) return void(number_at(of, node, word, *terminal));
-  entry_of(of, node, address_of(word));
+  const std::string object = object_of(of, word);
+  if (const auto terminal = terminal_of(object)) return void(number_at(of, node, word, *terminal));
+  entry_of(of, node, address_of(object));
 }
 
 std::string value_of(View& view, std::string_view node, std::string_view word) {
   check_value(view, node, word);
   sim::Node& of = running_node_of(view, node);
   const Time now = view.started() + view.now();
-  if (const auto terminal = terminal_of(word)) {
+  const std::string object = object_of(of, word);
+  if (const auto terminal = terminal_of(object)) {
     of.bring_up_to_date(now);
     return text_of_number(number_at(of, node, word, *terminal));
   }
-  const Address address = address_of(word);
+  const Address address = address_of(object);
   const ObjectEntry entry = entry_of(of, node, address);
   return journal::value_text(of.value(entry, address.sub, now), entry.type);
 }

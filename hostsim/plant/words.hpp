@@ -89,6 +89,12 @@ struct Address {
 /// "0x6041", "0x6401:2"
 Address address_of(std::string_view text);
 
+/// As a plant file writes it; an integer has no point.
+std::string text_of_number(double number);
+
+/// "output:8", "0x6200:1.7"; nullopt for an object, which has a type and not only a number.
+std::optional<sim::Terminal> terminal_of(std::string_view word);
+
 /// "2/5" is 5 of network 2; without a number, of network 1.
 struct Where {
   std::size_t network;  ///< from 1

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "config/wires.hpp"
 #include "text/numbers.hpp"
 #include "text/utf8.hpp"
 
@@ -23,6 +24,17 @@ journal::FindName names_of(plant::Control& control) {
   };
 }
 
+web::Json wires_of(const config::Config& config) {
+  const auto end = [&config](const config::WireEnd& at) {
+    return web::Json{
+        {"network", at.network}, {"place", *config::place_of(config, at) + 1}, {"text", at.text}};
+  };
+  web::Json list = web::Json::array();
+  for (const config::WireConfig& wire : config.wires)
+    list.push_back({{"from", end(wire.from)}, {"to", end(wire.to)}});
+  return list;
+}
+
 }  // namespace
 
 Session::Session(const config::Config& config, config::PlantBuild build, std::string plant_file, Host host)
@@ -31,6 +43,7 @@ Session::Session(const config::Config& config, config::PlantBuild build, std::st
       is_only_network_(config.networks.size() == 1),
       started_(host_.now),
       plant_(config, std::move(build), host_.now, *this, host_.store),
+      wires_(wires_of(config)),
       find_name_(names_of(control())),
       waits_(host_.machine_now) {
   if (config.verbose || config.verbose_frames)
@@ -46,7 +59,7 @@ web::Api& Session::open_api() {
   return api_.emplace(
       web::Api::Parts{control(), find_name_,
                       [this](std::string_view line, const auto& dialogue) { return execute(line, dialogue); },
-                      [this] { advance_and_answer(); }, [this] { return about(); }});
+                      [this] { advance_and_answer(); }, [this] { return about(); }, wires_});
 }
 
 web::Json Session::about() const {

@@ -122,6 +122,7 @@ class Session final : private plant::NetworkListener {
   std::optional<Recorder> recorder_;  ///< it and trace_: the plant calls back while it is made
   std::optional<Trace> trace_;
   plant::Plant plant_;
+  web::Json wires_;  ///< for the HTTP interface
   journal::FindName find_name_;
   Waits waits_;
   std::optional<web::Api> api_;

@@ -1,16 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "session/views.hpp"
 
-#include <fmt/core.h>
-
 #include <utility>
-
-#include "text/numbers.hpp"
 
 namespace cbcan::session {
 
 using journal::Event;
 using journal::Kind;
+using text::append;
 
 Trace::Trace(plant::Control& control, journal::FindName find, bool frames, Tell tell)
     : control_(control),
@@ -20,15 +17,16 @@ Trace::Trace(plant::Control& control, journal::FindName find, bool frames, Tell 
                                      (frames ? journal::kinds_of({Kind::kFrame}) : 0)) {}
 
 void Trace::poll() {
-  std::string lines;
-  const std::uint64_t missed = cursor_.look([&](std::uint64_t /*number*/, const Event& event) {
-    lines += fmt::format("cbcan-sim: {} {}{}\n", text::seconds_text(event.at),
-                         control_.networks() == 1 ? "" : fmt::format("network {}: ", event.network),
-                         text_of(event, control_.journal(), find_));
+  const std::uint64_t missed = cursor_.look([this](std::uint64_t /*number*/, const Event& event) {
+    append(lines_, "cbcan-sim: ", event.at / kSecond, '.', text::Padded{event.at % kSecond, 6}, ' ');
+    if (control_.networks() != 1) append(lines_, "network ", event.network, ": ");
+    append_text(lines_, event, control_.journal(), find_);
+    append(lines_, '\n');
     return true;
   });
-  if (missed != 0) lines += fmt::format("cbcan-sim: {} events are missing here\n", missed);
-  if (!lines.empty()) tell_(lines);
+  if (missed != 0) append(lines_, "cbcan-sim: ", missed, " events are missing here\n");
+  if (lines_.size() != 0) tell_(text::view(lines_));
+  lines_.clear();
 }
 
 Recorder::Recorder(plant::Control& control, journal::FindName find, const std::string& plant, Tell tell)

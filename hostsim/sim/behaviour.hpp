@@ -18,11 +18,13 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "cbcan/canopen/device.hpp"
 #include "cbcan/canopen/dictionary/object_dictionary.hpp"
 #include "cbcan/canopen/nmt/nmt.hpp"
 #include "cbcan/time.hpp"
+#include "sim/point.hpp"
 
 namespace cbcan::sim {
 
@@ -106,6 +108,10 @@ class Behaviour {
   virtual std::optional<double> output(std::uint16_t /*index*/, std::uint8_t /*sub*/) const {
     return std::nullopt;
   }
+
+  /// What people can set and look at, in this order. A point whose object is not in the dictionary is left
+  /// out.
+  virtual std::vector<Point> points() const { return {}; }
 
   /// Names of the incidents that can happen to this device: "overtemperature", "limit-switch-positive".
   virtual std::span<const std::string_view> incidents() const { return {}; }

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "sim/frame_text.hpp"
 
-#include <fmt/core.h>
-
 #include <algorithm>
 
 #include "text/numbers.hpp"
@@ -14,8 +12,8 @@ namespace cbcan::sim {
 namespace {
 
 constexpr std::uint32_t kErrorFlag = 0x20000000;  // CAN_ERR_FLAG of linux/can.h
-constexpr int kStandardIdDigits = 3;
-constexpr int kExtendedIdDigits = 8;
+constexpr unsigned kStandardIdDigits = 3;
+constexpr unsigned kExtendedIdDigits = 8;
 
 }  // namespace
 
@@ -24,24 +22,21 @@ void append_hex(std::string& text, std::uint32_t value, int digits) {
     text += "0123456789ABCDEF"[value >> shift & 0xF];
 }
 
-void append_frame(std::string& text, const Frame& frame) {
+void append_frame(text::Buffer& to, const Frame& frame) {
   const bool has_error = (frame.flags & Frame::kError) != 0;
   const bool is_long = has_error || (frame.flags & Frame::kExtended) != 0;
-  append_hex(text, has_error ? frame.id | kErrorFlag : frame.id, is_long ? kExtendedIdDigits : kStandardIdDigits);
-  text += '#';
-  if ((frame.flags & Frame::kRemote) != 0) {
-    text += 'R';
-    if (frame.length != 0) append_hex(text, frame.length, 1);
-    return;
-  }
-  for (std::size_t i = 0; i < frame.length; ++i)
-    append_hex(text, frame.data[i], 2);
+  text::append(to,
+               text::Hex{has_error ? frame.id | kErrorFlag : frame.id,
+                         is_long ? kExtendedIdDigits : kStandardIdDigits},
+               '#');
+  if ((frame.flags & Frame::kRemote) == 0)
+    return text::append(to, text::HexBytes{std::span(frame.data).first(frame.length)});
+  text::append(to, 'R');
+  if (frame.length != 0) text::append(to, frame.length);
 }
 
 std::string frame_text(const Frame& frame) {
-  std::string text;
-  append_frame(text, frame);
-  return text;
+  return text::made([&frame](text::Buffer& to) { append_frame(to, frame); });
 }
 
 std::optional<Frame> parse_frame(std::string_view text) {
@@ -79,9 +74,12 @@ std::optional<TimedFrame> parse_candump_line(std::string_view line) {
 }
 
 void append_candump_line(std::string& text, const Frame& frame, Time time, std::string_view interface) {
-  text += fmt::format("({:010}.{:06}) {} ", time / kSecond, time % kSecond, interface);
-  append_frame(text, frame);
-  text += '\n';
+  text::Buffer line;
+  text::append(line, '(', text::Padded{time / kSecond, 10}, '.', text::Padded{time % kSecond, 6}, ") ",
+               interface, ' ');
+  append_frame(line, frame);
+  text::append(line, '\n');
+  text += text::view(line);
 }
 
 }  // namespace cbcan::sim

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "text/buffer.hpp"
+
 namespace cbcan::text {
 
 std::optional<std::int64_t> parse_integer(std::string_view text) {
@@ -18,7 +20,9 @@ std::optional<std::int64_t> parse_integer(std::string_view text) {
 
 std::string seconds_text(std::uint64_t microseconds) {
   constexpr std::uint64_t kSecond = 1'000'000;
-  return fmt::format("{}.{:06}", microseconds / kSecond, microseconds % kSecond);
+  return made([&](Buffer& to) {
+    append(to, microseconds / kSecond, '.', Padded{microseconds % kSecond, 6});
+  });
 }
 
 std::optional<std::uint64_t> parse_duration(std::string_view text) {
@@ -32,11 +36,11 @@ std::optional<std::uint64_t> parse_duration(std::string_view text) {
 }
 
 std::string hex(std::uint64_t number, unsigned digits) {
-  return fmt::format("{:0{}X}", number, digits);
+  return made([&](Buffer& to) { append(to, Hex{number, digits}); });
 }
 
 std::string hex(std::span<const std::uint8_t> bytes, std::string_view between) {
-  return fmt::format("{:02X}", fmt::join(bytes, between));
+  return made([&](Buffer& to) { append(to, HexBytes{bytes, between}); });
 }
 
 std::string joined(std::span<const std::uint16_t> numbers) {

@@ -90,16 +90,23 @@ std::string to_xml(std::string_view text) {
   return result;
 }
 
-std::string lines_to_utf8(std::string_view lines) {
-  const std::string utf8 = as_utf8(lines);
-  std::string out;
-  out.reserve(utf8.size());
-  for (std::string_view rest = utf8; !rest.empty();) {
-    const std::string_view from = rest;
-    const char32_t code = *take_code_point(rest);
-    const bool is_control = (code < 0x20 && code != '\n') || (code >= 0x7F && code < 0xA0);
-    out += is_control ? " " : from.substr(0, from.size() - rest.size());
+void append_lines(std::string& to, std::string_view lines) {
+  if (std::ranges::all_of(lines, [](char c) { return (c >= ' ' && c < 0x7F) || c == '\n'; })) {
+    to += lines;
+    return;
   }
+  if (first_line_not_utf8(lines) != 0) return append_lines(to, from_latin1(lines));
+  while (!lines.empty()) {
+    const std::string_view from = lines;
+    const char32_t code = *take_code_point(lines);
+    const bool is_control = (code < 0x20 && code != '\n') || (code >= 0x7F && code < 0xA0);
+    to += is_control ? " " : from.substr(0, from.size() - lines.size());
+  }
+}
+
+std::string lines_to_utf8(std::string_view lines) {
+  std::string out;
+  append_lines(out, lines);
   return out;
 }
 

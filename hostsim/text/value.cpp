@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "text/value.hpp"
 
-#include <fmt/core.h>
-
 #include "text/numbers.hpp"
 
 namespace cbcan::text {
@@ -46,14 +44,24 @@ Value parse_value(std::string_view text) {
   return std::string(is_quoted(text) ? text.substr(1, text.size() - 2) : text);
 }
 
+void append_value(Buffer& to, double number) {
+  const std::size_t begin = to.size();
+  fmt::format_to(fmt::appender(to), "{}", number);
+  if (view(to, begin).find_first_not_of("-0123456789") == std::string_view::npos) append(to, ".0");
+}
+
+void append_value(Buffer& to, std::span<const std::uint8_t> bytes) {
+  append(to, '"', kHexPrefix, HexBytes{bytes, " "}, '"');
+}
+
 std::string value_text(const Value& value) {
-  if (const auto* bytes = std::get_if<Bytes>(&value))
-    return fmt::format("\"{}{}\"", kHexPrefix, hex(*bytes, " "));
   if (const auto* text = std::get_if<std::string>(&value)) return '"' + *text + '"';
   if (const auto* boolean = std::get_if<bool>(&value)) return *boolean ? "true" : "false";
   if (const auto* integer = std::get_if<std::int64_t>(&value)) return std::to_string(*integer);
-  const std::string number = fmt::format("{}", std::get<double>(value));
-  return number.find_first_not_of("-0123456789") == std::string::npos ? number + ".0" : number;
+  const auto* const bytes = std::get_if<Bytes>(&value);
+  return made([&](Buffer& to) {
+    bytes != nullptr ? append_value(to, *bytes) : append_value(to, std::get<double>(value));
+  });
 }
 
 }  // namespace cbcan::text

@@ -5,10 +5,13 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <variant>
 #include <vector>
+
+#include "text/buffer.hpp"
 
 namespace cbcan::text {
 
@@ -24,6 +27,8 @@ bool is_hex(std::string_view text);
 Value parse_value(std::string_view text);
 
 /// The value as a plant file writes it; texts and bytes in double quotes.
+void append_value(Buffer& to, double number);
+void append_value(Buffer& to, std::span<const std::uint8_t> bytes);
 std::string value_text(const Value& value);
 
 }  // namespace cbcan::text

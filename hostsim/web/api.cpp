@@ -12,7 +12,9 @@
 #include "cbcan/version.hpp"
 #include "eds/emergency.hpp"
 #include "eds/values.hpp"
+#include "plant/points.hpp"
 #include "scenario/scenario_writer.hpp"
+#include "sim/faults/fault.hpp"
 #include "text/numbers.hpp"
 #include "text/utf8.hpp"
 #include "text/words.hpp"
@@ -111,8 +113,8 @@ Json faults_of(const sim::FaultSet& set) {
 /// Server-sent events from a number on that match the query, and the values that it watches.
 class EventStream final : public adapters::HttpStream {
  public:
-  EventStream(plant::Control& control, const journal::FindName& find, const Query& query, std::uint64_t next)
-      : control_(control), find_(find), filter_(query), cursor_(control.journal(), next, filter_.kinds()) {
+  EventStream(plant::Control& control, EventTexts& texts, const Query& query, std::uint64_t next)
+      : control_(control), texts_(texts), filter_(query), cursor_(control.journal(), next, filter_.kinds()) {
     const auto found = query.find("watch");
     std::string_view rest = found == query.end() ? "" : std::string_view(found->second);
     while (!rest.empty())
@@ -120,12 +122,9 @@ class EventStream final : public adapters::HttpStream {
   }
 
   bool fill(std::string& text) override {
-    const journal::Journal& journal = control_.journal();
     if (!std::exchange(begun_, true)) text += ": cbcan\n\n";
     const std::uint64_t missed = cursor_.look([&](std::uint64_t number, const Event& event) {
-      if (filter_.passes(event))
-        text +=
-            fmt::format("id: {}\ndata: {}\n\n", number, line_of(event_json(number, event, journal, find_)));
+      if (filter_.passes(event)) text += texts_.of(number);
       return text.size() < kMostUnsent;
     });
     if (missed != 0) text += fmt::format("data: {}\n\n", line_of({{"kind", "missed"}, {"events", missed}}));
@@ -166,7 +165,7 @@ class EventStream final : public adapters::HttpStream {
   }
 
   plant::Control& control_;
-  const journal::FindName& find_;
+  EventTexts& texts_;
   EventFilter filter_;
   journal::Cursor cursor_;
   std::vector<Watched> watched_;
@@ -201,11 +200,17 @@ class CommandStream final : public adapters::HttpStream {
   std::shared_ptr<adapters::Dialogue> dialogue_ = std::make_shared<adapters::Dialogue>();
 };
 
+/// "66" in "/api/nodes/66/objects"; nullopt: another path.
+std::optional<std::string_view> node_in(std::string_view path, std::string_view ending) {
+  constexpr std::string_view kNodes = "/api/nodes/";
+  if (!path.starts_with(kNodes) || !path.ends_with(ending) || path.size() <= kNodes.size() + ending.size())
+    return std::nullopt;
+  return path.substr(kNodes.size(), path.size() - kNodes.size() - ending.size());
+}
+
 }  // namespace
 
 adapters::HttpResponse Api::respond(const adapters::HttpRequest& request) {
-  constexpr std::string_view kNodes = "/api/nodes/";
-  constexpr std::string_view kObjects = "/objects";
   parts_.advance();
   const std::string_view path = request.path;
   const Query& query = request.query;
@@ -226,12 +231,14 @@ adapters::HttpResponse Api::respond(const adapters::HttpRequest& request) {
       return {
           .type = "application/toml",
           .body = scenario::scenario_of_last_minute(parts_.control, parts_.find, parts_.about()["plant"])};
-    if (path == "/api/transactions") return ok(events(query, journal::kinds_of({Kind::kEnded})));
-    if (path == "/api/frames") return ok(events(query, journal::kinds_of({Kind::kFrame})));
-    if (path == "/api/journal") return ok(events(query, journal::kAllKinds));
+    if (path == "/api/transactions") return events(query, journal::kinds_of({Kind::kEnded}));
+    if (path == "/api/frames") return events(query, journal::kinds_of({Kind::kFrame}));
+    if (path == "/api/journal") return events(query, journal::kAllKinds);
     if (path == "/api/events") return follow(request);
-    if (path.starts_with(kNodes) && path.ends_with(kObjects) && path.size() > kNodes.size() + kObjects.size())
-      return ok(objects(query, path.substr(kNodes.size(), path.size() - kNodes.size() - kObjects.size())));
+    if (path == "/api/words") return ok(words());
+    if (path == "/api/wires") return ok({{"wires", parts_.wires}});
+    if (const auto node = node_in(path, "/objects")) return ok(objects(query, *node));
+    if (const auto node = node_in(path, "/points")) return ok(points(query, *node));
   } catch (const plant::Refused& refused) {
     return failed(400, refused.what());
   }
@@ -352,25 +359,67 @@ Json Api::objects(const Query& query, std::string_view word) const {
   return {{"node", name}, {"time", seconds_of(parts_.control.now())}, {"objects", std::move(list)}};
 }
 
+Json Api::points(const Query& query, std::string_view word) const {
+  const std::string name = plant::prefix_of(network_in(query)) + std::string(word);
+  Json list = Json::array();
+  for (auto& [point, object, value, target] : plant::points_of(parts_.control, name)) {
+    Json json{{"kind", plant::name_of(point.kind)},
+              {"object", object},
+              {"name", text::to_utf8(point.name)},
+              {"value", value}};
+    if (!point.unit.empty()) json["unit"] = text::to_utf8(point.unit);
+    if (target) json["target"] = *target;
+    if (point.level) json["level"] = true;
+    if (point.low) json["low"] = *point.low;
+    if (point.high) json["high"] = *point.high;
+    for (const std::string& bit : point.bits)
+      json["bits"].push_back(text::to_utf8(bit));
+    list.push_back(std::move(json));
+  }
+  return {{"node", name}, {"time", seconds_of(parts_.control.now())}, {"points", std::move(list)}};
+}
+
+/// Words of commands, with what they mean.
+Json Api::words() const {
+  Json json{{"faults", Json::array()},
+            {"nmt", Json::array()},
+            {"commands", Json::array()},
+            {"kinds", journal::kind_names()}};
+  for (const sim::FaultRow& row : sim::fault_rows())
+    if (sim::allowed(row.place, sim::FaultPlace::kNode))
+      json["faults"].push_back({{"word", row.name}, {"meaning", row.meaning}});
+  for (const auto& [verb, meaning] : plant::nmt_verbs())
+    json["nmt"].push_back({{"word", verb}, {"meaning", meaning}});
+  for (const plant::Usage& usage : plant::command_usages())
+    json["commands"].push_back({{"word", usage.usage}, {"meaning", usage.meaning}});
+  return json;
+}
+
 // ---- Events
 
 /// The last `limit` events before number `before`, in their order.
-Json Api::events(const Query& query, journal::Kinds standard) const {
+adapters::HttpResponse Api::events(const Query& query, journal::Kinds standard) const {
   const EventFilter filter(query, standard);
   const journal::Journal& journal = parts_.control.journal();
   const std::uint64_t limit = number_in(query, "limit", kMostListed, kMostListed);
-  std::vector<Json> found;
+  std::vector<std::uint64_t> found;
   std::uint64_t number = std::min(number_in(query, "before", journal.end(), ~0ULL >> 1), journal.end());
   while (number-- > journal.first() && found.size() < limit)
-    if (filter.passes(journal[number]))
-      found.push_back(event_json(number, journal[number], journal, parts_.find));
-  std::ranges::reverse(found);
-  return {{"first_event", journal.first()}, {"next_event", journal.end()}, {"events", std::move(found)}};
+    if (filter.passes(journal[number])) found.push_back(number);
+  text::Buffer body;
+  text::append(body, "{\"first_event\":", journal.first(), ",\"next_event\":", journal.end(),
+               ",\"events\":[");
+  for (; !found.empty(); found.pop_back()) {
+    append_event(body, found.back(), journal[found.back()], journal, parts_.find);
+    text::append(body, found.size() == 1 ? "" : ",");
+  }
+  text::append(body, "]}\n");
+  return {.body = fmt::to_string(body)};
 }
 
 /// From `since` on, or from the last event that an EventSource has seen; numbers above the last event are from an
 /// earlier run of the program.
-adapters::HttpResponse Api::follow(const adapters::HttpRequest& request) const {
+adapters::HttpResponse Api::follow(const adapters::HttpRequest& request) {
   const journal::Journal& journal = parts_.control.journal();
   Query query = request.query;
   if (!request.last_event_id.empty()) query["since"] = request.last_event_id;
@@ -378,7 +427,8 @@ adapters::HttpResponse Api::follow(const adapters::HttpRequest& request) const {
   const std::uint64_t since = number_in(query, "since", 0, ~0ULL >> 1);
   const std::uint64_t next =
       !again || since >= journal.end() ? (again ? journal.first() : journal.end()) : since + 1;
-  return {.type = "text/event-stream", .stream = std::make_unique<EventStream>(parts_.control, parts_.find, query, next)};
+  return {.type = "text/event-stream",
+          .stream = std::make_unique<EventStream>(parts_.control, texts_, query, next)};
 }
 
 }  // namespace cbcan::web

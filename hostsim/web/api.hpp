@@ -23,9 +23,10 @@ class Api {
     adapters::Execute execute;      ///< executes a line of docs/reference/commands.md
     std::function<void()> advance;  ///< does what is due
     std::function<Json()> about;    ///< describes the program, for /api/time
+    Json wires{};                   ///< those of the plant, for /api/wires
   };
 
-  explicit Api(Parts parts) : parts_(std::move(parts)) {}
+  explicit Api(Parts parts) : parts_(std::move(parts)), texts_(parts_.control.journal(), parts_.find) {}
 
   adapters::HttpResponse respond(const adapters::HttpRequest& request);
 
@@ -35,11 +36,14 @@ class Api {
   Json nodes(const Query& query) const;
   Json node(std::size_t network, std::size_t place) const;
   Json objects(const Query& query, std::string_view node) const;
-  Json events(const Query& query, journal::Kinds standard) const;
-  adapters::HttpResponse follow(const adapters::HttpRequest& request) const;
+  adapters::HttpResponse events(const Query& query, journal::Kinds standard) const;
+  adapters::HttpResponse follow(const adapters::HttpRequest& request);
+  Json points(const Query& query, std::string_view node) const;
+  Json words() const;
   std::size_t network_in(const Query& query) const;
 
   Parts parts_;
+  EventTexts texts_;
 };
 
 }  // namespace cbcan::web

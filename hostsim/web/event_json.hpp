@@ -8,9 +8,12 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "journal/journal.hpp"
 #include "journal/words.hpp"
+#include "text/buffer.hpp"
 
 namespace cbcan::web {
 
@@ -40,8 +43,39 @@ class EventFilter {
   std::optional<Time> slow_;
 };
 
-Json event_json(std::uint64_t number, const journal::Event& event, const journal::Journal& journal,
-                const journal::FindName& find);
+/// Appends an event as a JSON object.
+void append_event(text::Buffer& to, std::uint64_t number, const journal::Event& event,
+                  const journal::Journal& journal, const journal::FindName& find);
+
+/// The latest events as server-sent events: the text of each is made once for all streams.
+class EventTexts {
+ public:
+  /// Allocates all memory; `journal` and `find` outlive this.
+  EventTexts(const journal::Journal& journal, const journal::FindName& find)
+      : journal_(journal), find_(find) {}
+
+  /// Valid until the next call.
+  std::string_view of(std::uint64_t number) {
+    Kept& kept = kept_[number % kEvents];
+    return kept.number == number && ring_.holds(kept.begin) ? kept.text : make(number, kept);
+  }
+
+ private:
+  static constexpr std::size_t kEvents = 512;
+  static constexpr std::size_t kBytes = 128 * 1024;
+  struct Kept {
+    std::uint64_t number = 0;
+    std::uint64_t begin = 0;  ///< in the ring
+    std::string_view text{};
+  };
+  std::string_view make(std::uint64_t number, Kept& kept);
+
+  const journal::Journal& journal_;
+  const journal::FindName& find_;
+  std::vector<Kept> kept_ = std::vector<Kept>(kEvents);  ///< by number
+  journal::ByteRing ring_{kBytes};
+  text::Buffer made_;
+};
 
 /// Microseconds as seconds.
 double seconds_of(Time time);

@@ -138,6 +138,8 @@ struct Feed {
   std::string waiting;
   bool ended = false;
   bool broken = false;
+  bool always = false;  ///< something new each time
+  int filled = 0;
   int gone = 0;
 };
 
@@ -147,10 +149,14 @@ class Stream final : public adapters::HttpStream {
   ~Stream() override { ++feed_.gone; }
   bool fill(std::string& text) override {
     if (feed_.broken) throw std::runtime_error("broken");
+    ++feed_.filled;
+    if (feed_.always) text += "x\n";
     text += std::exchange(feed_.waiting, {});
     return !feed_.ended;
   }
-  bool has_news() const override { return !feed_.waiting.empty() || feed_.ended || feed_.broken; }
+  bool has_news() const override {
+    return feed_.always || !feed_.waiting.empty() || feed_.ended || feed_.broken;
+  }
   std::string_view keep_alive() const override { return ":\n"; }
 
  private:
@@ -190,6 +196,19 @@ TEST_CASE("http: a stream goes on until it ends") {
   streaming.hear("last\n");
   io::test::turn_until([&] { streaming.web.turn(); }, [&] { return streaming.feed.gone == 1; });
   CHECK(streaming.web.server.streams() == 0);
+}
+
+TEST_CASE("http: a value that changes at every moment is sent once in 20 ms") {
+  Streaming streaming;
+  streaming.feed.always = true;
+  streaming.hear("x\n");
+  const Time now = Reactor::now() + kSecond;
+  const int before = streaming.feed.filled;
+  for (int turn = 0; turn < 100; ++turn) {
+    streaming.web.server.poll(now);
+    streaming.web.reactor.poll(0);
+  }
+  CHECK(streaming.feed.filled == before + 1);
 }
 
 TEST_CASE("http: a stream that breaks, or whose client has gone, is over") {

@@ -189,14 +189,19 @@ look("what a click does is a command", async (page, plant) => {
   await click(page, "#faults .switch", "response-late");
   await does("clear 16 1");
   await click(page, "#node-list .row", "I/O module");
-  await page.waitForSelector("#node-panel input[type=range][aria-label^='6401h:01']");
-  await page.$eval("#node-panel input[type=range][aria-label^='6401h:01']", (slider) => {
+  await page.waitForSelector("#node-panel input[type=range][aria-label='analogue input 1']");
+  await page.$eval("#node-panel input[type=range][aria-label='analogue input 1']", (slider) => {
     slider.value = 1000;
     slider.dispatchEvent(new Event("change"));
   });
   await does("set 66 0x6401:1 1000");
   await plant.control("set 66 0x6401:1 -7");  // by another client
-  await page.waitForFunction(() => [...document.querySelectorAll("#node-panel .inputs input[aria-label^='6401h:01']")].every((input) => input.value === "-7"));
+  await page.waitForFunction(() => [...document.querySelectorAll("#node-panel .points input[aria-label^='analogue input 1']")].every((input) => input.value === "-7"));
+  await click(page, "#node-panel .points .switch", "3");
+  await does("set 66 0x6000:1.2 1");
+  await plant.control("trigger write 66 0x6200 1 1 5");
+  await page.waitForSelector("#node-panel .lamp.on[aria-label='outputs 1 to 8: 3 on']");
+  assert.equal((await page.$$("#node-panel .lamp.on")).length, 2);
   await click(page, "#node-panel .switch", "power");
   await does("power 66 off");
   await shows(page, "#node-list", /I\/O module *off/);
@@ -209,7 +214,7 @@ look("what a click does is a command", async (page, plant) => {
 });
 
 look("one cursor goes through plots, transactions and frames", async (page, plant) => {
-  await shows(page, "#legend", /Position actual/);
+  await shows(page, "#legend", /position demand/);
   await drive(plant);
   await page.waitForFunction(() => document.querySelectorAll("#legend b")[1].textContent === "60000");
   const { x, y, width, height } = await (await page.$("#plot .u-over")).boundingBox();
@@ -259,7 +264,7 @@ look("what is saved is a scenario that passes", async (page, plant) => {
 for (const [size, width] of [[WIDE, 1280], [NARROW, 390]])
   for (const scheme of ["light", "dark"])
     look(`nothing is cut or pale at ${width} in ${scheme}`, async (page, plant) => {
-      await shows(page, "#legend", /Position actual/);
+      await shows(page, "#legend", /position demand/);
       await drive(plant);
       await failing(plant);
       await shows(page, "#verdict", /0504 0000h/);
@@ -359,7 +364,7 @@ look("another network is chosen", async (page, plant) => {
   await page.waitForFunction(() => document.querySelector("#command").value === "nmt start 2/all");
   await page.select("#network", "1");
   await shows(page, "#verdict", /read node 32/);
-  await shows(page, "#legend", /Position actual/);
+  await shows(page, "#legend", /position demand/);
 }, { options: ["--network", "2"] });
 
 look("nodes that were asked for before a network was chosen are not shown in it", async (page, plant) => {

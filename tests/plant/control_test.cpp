@@ -106,7 +106,10 @@ TEST_CASE("get shows values as a plant file would write them, brought up to date
   CHECK(plant.run("get 16 0x1011:1") == "ok 1\n");
   CHECK(plant.run("get 66 0x2000") == "error: 2000h:00: node 66 has no such object\n");
   CHECK(plant.run("get 66 0x6401:300") == "error: sub-index \"300\": must be 0..255\n");
-  CHECK(plant.run("get 66 x") == "error: index \"x\": must be 1..65535\n");
+  CHECK(plant.run("get 66 x") ==
+        "error: \"x\": the node has no such object; its names are inputs-1-to-8, outputs-1-to-8, "
+        "analogue-input-1, "
+        "analogue-input-2, analogue-output-1, analogue-output-2\n");
 }
 
 TEST_CASE("set is an input: an event-driven TPDO tells of it") {
@@ -116,7 +119,46 @@ TEST_CASE("set is an input: an event-driven TPDO tells of it") {
   CHECK(plant.run("set 66 0x6000:1 true") == "ok\n");
   CHECK(plant.run("get 66 0x6000:1") == "ok 1\n");
   CHECK(plant.run("set 66 0x6000:1 abc") == "error: \"abc\": must be a number, true or false\n");
-  CHECK(plant.run("set 66 0x6000:1") == "error: write set NODE INDEX[:SUB] NUMBER\n");
+  CHECK(plant.run("set 66 0x6000:1") == "error: write set NODE INDEX[:SUB]|input:N|NAME NUMBER\n");
+}
+
+TEST_CASE("points lists inputs, outputs and curves of a device") {
+  TwoDevices plant;
+  CHECK(plant.run("points 66") ==
+        "input 0x6000:1 0 \"inputs 1 to 8\"\n"
+        "output 0x6200:1 0 \"outputs 1 to 8\"\n"
+        "input 0x6401:1 0 \"analogue input 1\"\n"
+        "input 0x6401:2 0 \"analogue input 2\"\n"
+        "output 0x6411:1 0 \"analogue output 1\"\n"
+        "output 0x6411:2 0 \"analogue output 2\"\n"
+        "ok\n");
+  CHECK(plant.run("points 16").find("curve 0x606C:0 0 \"velocity\"\n") != std::string::npos);
+  CHECK(plant.run("points 1") == "error: node 1: not in this plant; nodes lists them\n");
+}
+
+TEST_CASE("an object of a device is named as the device declares it") {
+  TwoDevices plant;
+  CHECK(plant.run("set 66 analogue-input-2 -7") == "ok\n");
+  CHECK(plant.run("get 66 analogue-input-2") == "ok -7\n");
+  CHECK(plant.run("get 66 0x6401:2") == "ok -7\n");
+  CHECK(plant.run("get 16 velocty") ==
+        "error: \"velocty\": the node has no such object; did you mean velocity?\n");
+  CHECK(plant.run("set 16 weight 1") ==
+        "error: \"weight\": the node has no such object; its names are position, position-demand, velocity, "
+        "torque\n");
+}
+
+TEST_CASE("set changes one bit of an input") {
+  TwoDevices plant;
+  CHECK(plant.run("set 66 input:3 1") == "ok\n");
+  CHECK(plant.run("set 66 0x6000:1.7 true") == "ok\n");
+  CHECK(plant.run("get 66 0x6000:1") == "ok 132\n");
+  CHECK(plant.run("set 66 input:3 0") == "ok\n");
+  CHECK(plant.run("get 66 0x6000:1") == "ok 128\n");
+  CHECK(plant.run("set 66 analogue-input:2 -7") == "ok\n");
+  CHECK(plant.run("get 66 0x6401:2") == "ok -7\n");
+  CHECK(plant.run("set 66 output:1 1") ==
+        "error: output:1: an output; set an input, or let a PLC write it\n");
 }
 
 TEST_CASE("set leaves the communication objects alone, as their values would not be checked") {

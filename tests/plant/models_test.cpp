@@ -58,6 +58,18 @@ void check(std::string_view name, const std::vector<Event>& events, const std::v
   }
 }
 
+TEST_CASE("the models declare what they have") {
+  const auto points = [](std::string_view name) { return run(*model(name), "points 20"); };
+  CHECK(points("tank") ==
+        "input 0x2001:0 0 % \"inlet\"\n"
+        "input 0x2002:0 0 % \"outlet\"\n"
+        "output 0x2000:0 0 mm \"level\"\n"
+        "output 0x2003:0 2 \"marks\"\n"
+        "curve 0x2000:0 0 mm \"level\"\nok");
+  CHECK(points("thermal").starts_with("input 0x2001:0 0 % \"heater\"\n"));
+  CHECK(points("conveyor").find("output 0x2003:0 0 \"photo cells\"\n") != std::string::npos);
+}
+
 TEST_CASE("tank: filling, Torricelli's outflow, both, full, and a leak") {
   const double k = 0.0008 * std::sqrt(2 * 9.81);  // per opening, m2.5/s
   const auto emptied = [k](double from, double opening, double t) {

@@ -22,8 +22,8 @@ READ, WRITE = 5055, 5066
 
 
 class Http(unittest.TestCase):
-    def start(self, *options, **keywords):
-        simulator = Simulator(PROGRAM, "--demo", "--http", "127.0.0.1:0", *options, **keywords)
+    def start(self, *options, plant=("--demo",), **keywords):
+        simulator = Simulator(PROGRAM, *plant, "--http", "127.0.0.1:0", *options, **keywords)
         self.addCleanup(simulator.stop)
         self.http_port = int(simulator.where["http"].rsplit(":", 1)[1])
         return simulator
@@ -98,7 +98,23 @@ class Page(Http):
         nodes["nodes"] = nodes["nodes"][3:4]
         self.assertEqual(shape(nodes), shape(examples["GET /api/nodes"]))
         self.assertEqual((objects["objects"], shape(objects)), (examples["GET /api/nodes/N/objects"]["objects"], shape(examples["GET /api/nodes/N/objects"])))
+        points = self.get("/api/nodes/66/points")
+        self.assertEqual((points["points"][0], shape(points)),
+                         (examples["GET /api/nodes/N/points"]["points"][0], shape(examples["GET /api/nodes/N/points"])))
+        words = self.get("/api/words")
+        self.assertIn({"word": "stop", "meaning": "Stop Remote Node"}, words["nmt"])
+        self.assertIn("response-never", [fault["word"] for fault in words["faults"]])
+        self.assertEqual([len(words[name]) > 8 for name in ("faults", "commands", "kinds")], [True] * 3)
+        self.assertEqual(self.get("/api/wires"), {"wires": []})
         self.assertEqual(self.get("/api/nodes/%231/objects?first=0x1000&last=0x1000")["objects"][0]["value"], "983441")
+
+    def test_wires_are_as_the_page_shows_them(self):
+        self.start(plant=("--config", pathlib.Path(PAGE).parents[2] / "plants/tank.toml"))
+        examples, _ = self.examples()
+        wires = self.get("/api/wires")["wires"]
+        self.assertEqual((len(wires), wires[0]), (2, examples["GET /api/wires"]["wires"][0]))
+        level = self.get("/api/nodes/20/points")["points"][2]
+        self.assertEqual((level["name"], level["level"], level["unit"]), ("level", True, "mm"))
 
     def test_process_data_say_what_they_are_exchanged_with(self):
         simulator = self.start()

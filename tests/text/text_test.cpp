@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 
 #include "support/catch.hpp"
+#include "text/buffer.hpp"
 #include "text/numbers.hpp"
 #include "text/suggestion.hpp"
 #include "text/utf8.hpp"
@@ -159,4 +160,15 @@ TEST_CASE("values are shown as a plant file writes them") {
   CHECK(value_text("a b"s) == "\"a b\"");
   CHECK(value_text(Bytes{1, 0xFF}) == "\"hex:01 FF\"");
   CHECK(value_text(Bytes{}) == "\"hex:\"");
+}
+
+TEST_CASE("parts of a text are appended") {
+  const std::uint8_t bytes[] = {0x0A, 0xFF, 0x30};
+  const auto text = [](const auto&... parts) { return made([&](Buffer& to) { append(to, parts...); }); };
+  CHECK(text("a", 'b', "c"s, std::uint8_t{7}, -5, UINT64_MAX) == "abc7-518446744073709551615");
+  CHECK(text(Hex{0x1F, 4}, Hex{0xABCDE, 2}, Hex{0, 1}, Hex{UINT64_MAX, 3}) == "001FABCDE0FFFFFFFFFFFFFFFF");
+  CHECK(text(HexBytes{bytes}, HexBytes{bytes, ", "}, HexBytes{{}, " "}) == "0AFF300A, FF, 30");
+  CHECK(text(Padded{42, 6}, Padded{1234, 2}) == "0000421234");
+  CHECK(text(Decimal{1500, 3}, Decimal{2000, 3}, Decimal{1, 6}, Decimal{0, 3}) == "1.520.0000010");
+  CHECK(text(std::string(10'000, 'x'), "y") == std::string(10'000, 'x') + "y");
 }

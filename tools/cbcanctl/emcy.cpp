@@ -18,8 +18,9 @@ using tools::json_string;
 /// `quoted`: as elements of a JSON array.
 std::string bits_text(std::uint8_t error_register, bool quoted) {
   std::string text;
-  for (const std::string_view bit : eds::error_register_bits(error_register))
+  eds::for_each_error(error_register, [&](std::string_view bit) {
     text += (text.empty() ? "" : ", ") + (quoted ? json_string(bit) : std::string(bit));
+  });
   return text;
 }
 

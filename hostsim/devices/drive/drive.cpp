@@ -71,6 +71,19 @@ void Drive::reset(bool application, Time now) {
   sync_missed_ = false;
 }
 
+std::vector<sim::Point> Drive::points() const {
+  using enum sim::Point::Kind;
+  std::vector<sim::Point> points{{.kind = kOutput, .index = 0x6064, .name = "position", .target = 0x607A},
+                                 {.kind = kCurve, .index = 0x6062, .name = "position demand"},
+                                 {.kind = kCurve, .index = 0x6064, .name = "position"},
+                                 {.kind = kCurve, .index = 0x606C, .name = "velocity"},
+                                 {.kind = kCurve, .index = 0x6077, .name = "torque"}};
+  if (objects_.limit_min.get() < objects_.limit_max.get())
+    for (sim::Point& point : points)
+      if (point.kind == kOutput) point.low = objects_.limit_min.get(), point.high = objects_.limit_max.get();
+  return points;
+}
+
 void Drive::take_commands(Time now) {
   const std::uint16_t word = objects_.controlword.get();
   if (word != (commands_.empty() ? objects_.command : commands_.back().word))

@@ -61,6 +61,7 @@ class Drive final : public DeviceWithIncidents {
   void on_network_failure(sim::NetworkFailure failure, Time now) override;
   void delay_commands(Time delay) override { command_delay_ = delay; }
   bool is_set_point(std::uint16_t index) const override;
+  std::vector<sim::Point> points() const override;
 
   const Axis& axis() const { return axis_; }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "devices/lua/lua_device.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -20,6 +22,7 @@ namespace cbcan::devices {
 namespace {
 
 constexpr std::size_t kMostIncidents = 32;
+constexpr std::size_t kMostPoints = 64;  ///< of each kind
 /// Printed by a script in one call.
 constexpr int kMostLines = 10;
 /// In one millisecond, at the times returned by the script's update().
@@ -73,6 +76,7 @@ class LuaDevice final : public sim::Behaviour {
   }
 
   std::span<const std::string_view> incidents() const override { return incident_names_; }
+  std::vector<sim::Point> points() const override { return points_; }
   void set_incident(std::string_view incident, bool present, Time now) override {
     call("on_incident", now, incident, present);
   }
@@ -93,6 +97,7 @@ class LuaDevice final : public sim::Behaviour {
                                                        {"print", say}}};
 
   void begin();
+  static sim::Point point(const Script::Record& record, sim::Point::Kind kind, const std::string& what);
   void fail(const ScriptError& error, Time now);
   void count_updates(Time now);
   template <class Number>
@@ -128,6 +133,7 @@ class LuaDevice final : public sim::Behaviour {
   std::unique_ptr<Script> script_;
   std::vector<std::string> incidents_;
   std::vector<std::string_view> incident_names_;
+  std::vector<sim::Point> points_;
   Time began_at_ = kNever;  ///< the script's time 0
   Time now_ = 0;
   Time due_ = kNever;
@@ -143,6 +149,38 @@ void LuaDevice::begin() {
   script_ = std::make_unique<Script>(name_, text_, seed_, kFunctions, this);
   incidents_ = script_->list("incidents", kMostIncidents);
   incident_names_.assign(incidents_.begin(), incidents_.end());
+  points_.clear();
+  using enum sim::Point::Kind;
+  for (const auto& [name, kind] : {std::pair("inputs", kInput), {"outputs", kOutput}, {"curves", kCurve}})
+    for (const Script::Record& record : script_->records(name, kMostPoints))
+      points_.push_back(point(record, kind, fmt::format("{}: {}", name_, name)));
+}
+
+/// `what` is the list, in errors.
+sim::Point LuaDevice::point(const Script::Record& record, sim::Point::Kind kind, const std::string& what) {
+  const auto number = [&](const char* key) {
+    const auto found = record.numbers.find(key);
+    return found == record.numbers.end() ? std::nullopt : std::optional(found->second);
+  };
+  const auto texts = [&](const char* key) {
+    const auto found = record.texts.find(key);
+    return found == record.texts.end() ? std::vector<std::string>{} : found->second;
+  };
+  const auto text = [&](const char* key) { return texts(key).empty() ? std::string() : texts(key).front(); };
+  const double index = number("index").value_or(0), sub = number("sub").value_or(0);
+  const double target = number("target").value_or(0);
+  if (!(index >= 1 && index <= 0xFFFF && sub >= 0 && sub <= 0xFF && target >= 0 && target <= 0xFFFF))
+    throw ScriptError(what + ": index must be 1..65535, sub 0..255, target 0..65535", 0);
+  return {.kind = kind,
+          .index = static_cast<std::uint16_t>(index),
+          .sub = static_cast<std::uint8_t>(sub),
+          .name = text("name"),
+          .unit = text("unit"),
+          .low = number("low"),
+          .high = number("high"),
+          .bits = texts("bits"),
+          .target = static_cast<std::uint16_t>(target),
+          .level = number("level").value_or(0) != 0};
 }
 
 void LuaDevice::fail(const ScriptError& error, Time now) {

@@ -449,16 +449,51 @@ Script::Result Script::call(const char* function, std::span<const Argument> argu
   return result;
 }
 
+namespace {
+
+/// Appends the strings of the list on the stack.
+void read_list(lua_State* state, std::vector<std::string>& texts, std::size_t most) {
+  for (lua_Integer i = 1; texts.size() < most && lua_rawgeti(state, -1, i) == LUA_TSTRING; ++i) {
+    texts.emplace_back(lua_tostring(state, -1));
+    lua_pop(state, 1);
+  }
+}
+
+/// The table on the stack.
+void read_record(lua_State* state, Script::Record& record) {
+  constexpr std::size_t kMostTexts = 64;
+  for (lua_pushnil(state); lua_next(state, -2) != 0; lua_pop(state, 1)) {
+    const int value = lua_gettop(state);
+    if (lua_type(state, value - 1) != LUA_TSTRING) continue;
+    const char* const key = lua_tostring(state, value - 1);
+    if (lua_type(state, value) == LUA_TNUMBER) record.numbers[key] = lua_tonumber(state, value);
+    if (lua_type(state, value) == LUA_TBOOLEAN) record.numbers[key] = lua_toboolean(state, value);
+    if (lua_type(state, value) == LUA_TSTRING) record.texts[key] = {lua_tostring(state, value)};
+    if (lua_type(state, value) == LUA_TTABLE) read_list(state, record.texts[key], kMostTexts);
+    lua_settop(state, value);
+  }
+}
+
+}  // namespace
+
 std::vector<std::string> Script::list(const char* name, std::size_t most) {
   std::vector<std::string> texts;
   run_protected([&](lua_State* state) {
+    if (lua_getglobal(state, name) == LUA_TTABLE) read_list(state, texts, most);
+  });
+  return texts;
+}
+
+std::vector<Script::Record> Script::records(const char* name, std::size_t most) {
+  std::vector<Record> records;
+  run_protected([&](lua_State* state) {
     if (lua_getglobal(state, name) != LUA_TTABLE) return;
-    for (lua_Integer i = 1; texts.size() < most && lua_rawgeti(state, -1, i) == LUA_TSTRING; ++i) {
-      texts.emplace_back(lua_tostring(state, -1));
+    for (lua_Integer i = 1; records.size() < most && lua_rawgeti(state, -1, i) == LUA_TTABLE; ++i) {
+      read_record(state, records.emplace_back());
       lua_pop(state, 1);
     }
   });
-  return texts;
+  return records;
 }
 
 }  // namespace cbcan::devices

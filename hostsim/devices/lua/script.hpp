@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -58,6 +59,14 @@ class Script {
 
   /// The strings in a list of this name, at most `most`. Throws ScriptError.
   std::vector<std::string> list(const char* name, std::size_t most);
+
+  /// The fields of a table: numbers, and texts or lists of them.
+  struct Record {
+    std::map<std::string, double> numbers;
+    std::map<std::string, std::vector<std::string>> texts;
+  };
+  /// The tables in a list of this name, at most `most`. Throws ScriptError.
+  std::vector<Record> records(const char* name, std::size_t most);
 
   static void* owner_of(lua_State* state) { return from(state).owner_; }
 

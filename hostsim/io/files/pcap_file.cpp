@@ -3,14 +3,19 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
+#include <bit>
 #include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <utility>
 
 #include "io/can/can_frames.hpp"
 
 namespace cbcan::io {
+
+using text::Buffer;
 
 namespace {
 
@@ -32,48 +37,65 @@ constexpr std::uint32_t kFirstClientPort = 49152;
 constexpr std::size_t kIpBytes = 20;
 constexpr std::size_t kTcpBytes = 20;
 
-/// Appends numbers in this machine's byte order.
+/// A part of text::append(): the bytes of a number.
+template <class Number>
+struct Raw {
+  Number number;
+  bool is_big;  ///< high byte first, else in this machine's byte order
+};
+template <class Number>
+constexpr std::size_t room(Raw<Number> /*raw*/) {
+  return sizeof(Number);
+}
+template <class Number>
+char* write(char* at, Raw<Number> raw) {
+  std::memcpy(at, &raw.number, sizeof raw.number);
+  if (raw.is_big && std::endian::native == std::endian::little) std::reverse(at, at + sizeof raw.number);
+  return at + sizeof raw.number;
+}
+
 template <class... Numbers>
-void put(std::string& text, Numbers... numbers) {
-  (text.append(reinterpret_cast<const char*>(&numbers), sizeof numbers), ...);
+void put(Buffer& to, Numbers... numbers) {
+  text::append(to, Raw<Numbers>{numbers, false}...);
 }
 
-/// Appends numbers, high byte first.
 template <class... Numbers>
-void put_big(std::string& text, Numbers... numbers) {
-  const auto one = [&text](auto number) {
-    for (std::size_t byte = sizeof number; byte-- > 0;)
-      text += static_cast<char>(number >> 8 * byte);
-  };
-  (one(numbers), ...);
+void put_big(Buffer& to, Numbers... numbers) {
+  text::append(to, Raw<Numbers>{numbers, true}...);
 }
 
-void pad(std::string& text) {
-  text.append((4 - text.size() % 4) % 4, '\0');
+/// All blocks of a file begin at a multiple of four.
+void pad(Buffer& to) {
+  while (to.size() % 4 != 0)
+    to.push_back('\0');
 }
 
-void put_option(std::string& body, std::uint16_t code, std::string_view value) {
+void put_option(Buffer& to, std::uint16_t code, std::string_view value) {
   if (value.empty()) return;
-  put(body, code, static_cast<std::uint16_t>(value.size()));
-  body += value;
-  pad(body);
+  put(to, code, static_cast<std::uint16_t>(value.size()));
+  text::append(to, value);
+  pad(to);
 }
 
-std::string block(std::uint32_t type, std::string_view body) {
-  std::string text;
-  const auto size = static_cast<std::uint32_t>(body.size() + 12);
-  put(text, type, size);
-  text += body;
-  put(text, size);
-  return text;
+/// Appends a block without its size; returns where it begins.
+template <class... Numbers>
+std::size_t begin_block(Buffer& to, std::uint32_t type, Numbers... numbers) {
+  const std::size_t begin = to.size();
+  put(to, type, std::uint32_t{0}, numbers...);
+  return begin;
 }
 
-std::string interface_block(std::uint16_t link_type, std::string_view name) {
-  std::string body;
-  put(body, link_type, std::uint16_t{0}, std::uint32_t{0});
-  put_option(body, kInterfaceName, name);
-  put(body, std::uint32_t{0});
-  return block(kInterface, body);
+void end_block(Buffer& to, std::size_t begin) {
+  const auto size = static_cast<std::uint32_t>(to.size() - begin + sizeof(std::uint32_t));
+  put(to, size);
+  std::memcpy(to.data() + begin + sizeof(std::uint32_t), &size, sizeof size);
+}
+
+void put_interface(Buffer& to, std::uint16_t link_type, std::string_view name) {
+  const std::size_t begin = begin_block(to, kInterface, link_type, std::uint16_t{0}, std::uint32_t{0});
+  put_option(to, kInterfaceName, name);
+  put(to, std::uint32_t{0});
+  end_block(to, begin);
 }
 
 /// RFC 1071; `header` has an even number of bytes.
@@ -85,16 +107,19 @@ std::uint16_t checksum(std::string_view header) {
   return static_cast<std::uint16_t>(~(sum + (sum >> 16)));
 }
 
-std::string ip_header(std::uint32_t from, std::uint32_t to, std::size_t size) {
+void put_ip_header(Buffer& to, std::uint32_t from, std::uint32_t where, std::size_t size) {
   constexpr std::uint16_t kDoNotFragment = 0x4000;
   constexpr std::uint16_t kHopsAndTcp = 0x4006;
   const auto total = static_cast<std::uint16_t>(kIpBytes + size);
-  const auto header = [&](std::uint16_t sum) {
-    std::string text;
-    put_big(text, std::uint16_t{0x4500}, total, std::uint16_t{0}, kDoNotFragment, kHopsAndTcp, sum, from, to);
-    return text;
+  const std::size_t begin = to.size();
+  const auto put_header = [&](std::uint16_t sum) {
+    put_big(to, std::uint16_t{0x4500}, total, std::uint16_t{0}, kDoNotFragment, kHopsAndTcp, sum, from,
+            where);
   };
-  return header(checksum(header(0)));
+  put_header(0);
+  const std::uint16_t sum = checksum(text::view(to, begin));
+  to.resize(begin);
+  put_header(sum);
 }
 
 }  // namespace
@@ -120,14 +145,15 @@ PcapFile::~PcapFile() {
 
 /// Writes the section header and the interfaces.
 void PcapFile::begin() {
-  std::string body;
-  put(body, kByteOrder, std::uint16_t{1}, std::uint16_t{0}, ~std::uint64_t{0});
-  std::string text = block(kSectionHeader, body);
+  Buffer blocks;
+  const std::size_t section =
+      begin_block(blocks, kSectionHeader, kByteOrder, std::uint16_t{1}, std::uint16_t{0}, ~std::uint64_t{0});
+  end_block(blocks, section);
   for (std::size_t network = 1; network <= settings_.networks; ++network)
-    text += interface_block(kLinkTypeCan, fmt::format("can{}", network));
-  text += interface_block(kLinkTypeRaw, "modbus");
-  output_.add(text);
-  written_ = text.size();
+    put_interface(blocks, kLinkTypeCan, fmt::format("can{}", network));
+  put_interface(blocks, kLinkTypeRaw, "modbus");
+  output_.add(text::view(blocks));
+  written_ = blocks.size();
 }
 
 /// Pending output still goes to the old file.
@@ -155,34 +181,41 @@ void PcapFile::poll() {
   if (output_.waiting() == 0) warn_of_missing(warn_, where_, dropped_, "packets");
 }
 
+/// A comment for an event that is no packet is a line before that of the next packet.
 void PcapFile::add(const journal::Event& event) {
-  const std::string comment = comment_(event);
-  if (event.kind == journal::Kind::kFrame) return add_can(event, comment);
-  if (event.kind == journal::Kind::kModbus && event.code != 0) return add_modbus(event, comment);
+  const std::size_t before = comments_.size();
+  comment_(comments_, event);
+  if (event.kind == journal::Kind::kFrame) return add_can(event);
+  if (event.kind == journal::Kind::kModbus && event.code != 0) return add_modbus(event, before);
   if (event.kind == journal::Kind::kClient && event.state == 0) sent_.erase(event.code);
   constexpr std::size_t kMostPending = 8192;  // an option has 65,535 bytes at most
-  if (!comment.empty() && pending_.size() < kMostPending) pending_ += comment + "\n";
+  if (comments_.size() == before) return;
+  before < kMostPending ? comments_.push_back('\n') : comments_.resize(before);
 }
 
 /// As in SocketCAN, but the identifier is big-endian.
-void PcapFile::add_can(const journal::Event& event, const std::string& comment) {
+void PcapFile::add_can(const journal::Event& event) {
   const Frame& frame = event.frame;
-  std::string data;
-  put_big(data, to_kernel(frame).can_id, frame.length, std::uint8_t{0}, std::uint8_t{0}, std::uint8_t{0});
+  constexpr std::size_t kHeader = 8;
   const std::size_t size = (frame.flags & Frame::kRemote) != 0 ? 0 : frame.length;
-  data.append(reinterpret_cast<const char*>(frame.data.data()), size);
-  add_packet(event.network - 1U, event.at, data, comment);
+  begin_packet(event.network - 1U, event.at, kHeader + size);
+  put_big(packet_, to_kernel(frame).can_id, frame.length, std::uint8_t{0}, std::uint8_t{0}, std::uint8_t{0});
+  text::append(packet_, text::characters(Bytes(frame.data).first(size)));
+  end_packet();
 }
 
-void PcapFile::add_modbus(const journal::Event& event, const std::string& comment) {
+void PcapFile::add_modbus(const journal::Event& event, std::size_t comments_before) {
   const Bytes all = journal_.bytes(event);
-  if (all.empty()) return void(++dropped_);
-  add_segment(event, true, all.first(event.index), comment);
-  add_segment(event, false, all.subspan(event.index), "");
+  if (all.empty()) {
+    comments_.resize(comments_before);
+    ++dropped_;
+    return;
+  }
+  add_segment(event, true, all.first(event.index));
+  add_segment(event, false, all.subspan(event.index));
 }
 
-void PcapFile::add_segment(const journal::Event& event, bool is_request, Bytes pdu,
-                           const std::string& comment) {
+void PcapFile::add_segment(const journal::Event& event, bool is_request, Bytes pdu) {
   constexpr std::size_t kHeader = 7;
   constexpr std::uint16_t kPushAcknowledge = 0x5018;
   Sent& sent = sent_[event.code];
@@ -190,31 +223,35 @@ void PcapFile::add_segment(const journal::Event& event, bool is_request, Bytes p
   const std::uint32_t other = is_request ? sent.responses : sent.requests;
   const std::uint32_t client = kFirstClient + (event.code & 0xFFFFFF);
   const auto port = static_cast<std::uint16_t>(kFirstClientPort + event.code % 16384);
-  std::string data = ip_header(is_request ? client : kServer, is_request ? kServer : client,
-                               kTcpBytes + kHeader + pdu.size());
-  put_big(data, is_request ? port : kModbusPort, is_request ? kModbusPort : port, own, other,
+  const std::size_t size = kTcpBytes + kHeader + pdu.size();
+  begin_packet(static_cast<std::uint32_t>(settings_.networks), event.at, kIpBytes + size);
+  put_ip_header(packet_, is_request ? client : kServer, is_request ? kServer : client, size);
+  put_big(packet_, is_request ? port : kModbusPort, is_request ? kModbusPort : port, own, other,
           kPushAcknowledge, std::uint16_t{0xFFFF}, std::uint32_t{0});
-  put_big(data, event.result, std::uint16_t{0}, static_cast<std::uint16_t>(1 + pdu.size()), event.node);
-  data.append(reinterpret_cast<const char*>(pdu.data()), pdu.size());
+  put_big(packet_, event.result, std::uint16_t{0}, static_cast<std::uint16_t>(1 + pdu.size()), event.node);
+  text::append(packet_, text::characters(pdu));
   own += static_cast<std::uint32_t>(kHeader + pdu.size());
-  add_packet(static_cast<std::uint32_t>(settings_.networks), event.at, data, comment);
+  end_packet();
 }
 
-void PcapFile::add_packet(std::uint32_t interface, Time at, std::string_view data,
-                          const std::string& comment) {
+void PcapFile::begin_packet(std::uint32_t interface, Time at, std::size_t size) {
   const Time time = at + settings_.wall_offset;
-  const auto size = static_cast<std::uint32_t>(data.size());
-  std::string body;
-  put(body, interface, static_cast<std::uint32_t>(time >> 32), static_cast<std::uint32_t>(time), size, size);
-  body += data;
-  pad(body);
-  const std::string said = std::exchange(pending_, {}) + comment;
-  put_option(body, kComment, said);
-  if (!said.empty()) put(body, std::uint32_t{0});
-  const std::string text = block(kEnhancedPacket, body);
-  if (settings_.most != 0 && written_ + text.size() > settings_.most) turn_over();
-  written_ += text.size();
-  if (!output_.add(text)) ++dropped_;
+  const auto count = static_cast<std::uint32_t>(size);
+  packet_.clear();
+  begin_block(packet_, kEnhancedPacket, interface, static_cast<std::uint32_t>(time >> 32),
+              static_cast<std::uint32_t>(time), count, count);
+}
+
+/// With all comments since the last packet.
+void PcapFile::end_packet() {
+  pad(packet_);
+  put_option(packet_, kComment, text::view(comments_));
+  if (comments_.size() != 0) put(packet_, std::uint32_t{0});
+  comments_.clear();
+  end_block(packet_, 0);
+  if (settings_.most != 0 && written_ + packet_.size() > settings_.most) turn_over();
+  written_ += packet_.size();
+  if (!output_.add(text::view(packet_))) ++dropped_;
 }
 
 }  // namespace cbcan::io

@@ -18,6 +18,7 @@
 #include "io/errors.hpp"
 #include "io/loop/output.hpp"
 #include "journal/journal.hpp"
+#include "text/buffer.hpp"
 
 namespace cbcan::io {
 
@@ -30,10 +31,10 @@ class PcapFile {
     Time wall_offset = 0;  ///< added to the journal's times to get microseconds since 1970
     std::size_t most_waiting = Output::kMostWaiting;
   };
-  using Comment = std::function<std::string(const journal::Event&)>;
+  using Comment = std::function<void(text::Buffer& to, const journal::Event&)>;
 
-  /// Throws EnvironmentError. `comment` returns the comment for an event, or nothing; the comment for an event
-  /// that is not a packet is added to the next packet. The journal outlives this.
+  /// Throws EnvironmentError. `comment` appends the comment for an event, or nothing; the comment for an
+  /// event that is not a packet is added to the next packet. The journal outlives this.
   PcapFile(const journal::Journal& journal, Settings settings, Comment comment, Warn warn);
   /// Waits for a reader as Output does.
   ~PcapFile();
@@ -55,10 +56,11 @@ class PcapFile {
   void begin();
   void turn_over();
   void add(const journal::Event& event);
-  void add_can(const journal::Event& event, const std::string& comment);
-  void add_modbus(const journal::Event& event, const std::string& comment);
-  void add_segment(const journal::Event& event, bool is_request, Bytes pdu, const std::string& comment);
-  void add_packet(std::uint32_t interface, Time at, std::string_view data, const std::string& comment);
+  void add_can(const journal::Event& event);
+  void add_modbus(const journal::Event& event, std::size_t comments_before);
+  void add_segment(const journal::Event& event, bool is_request, Bytes pdu);
+  void begin_packet(std::uint32_t interface, Time at, std::size_t size);
+  void end_packet();
 
   const journal::Journal& journal_;
   Settings settings_;
@@ -68,7 +70,8 @@ class PcapFile {
   Output output_;
   journal::Cursor cursor_;
   std::map<std::uint32_t, Sent> sent_;  ///< by client
-  std::string pending_;                 ///< comments for the next packet
+  text::Buffer comments_;               ///< for the next packet
+  text::Buffer packet_;
   std::uint64_t written_ = 0;           ///< bytes in the present file
   std::uint64_t dropped_ = 0;           ///< packets that were not reported yet
   bool ended_ = false;

@@ -6,7 +6,6 @@
 #include <sys/socket.h>
 
 #include <algorithm>
-#include <cstring>
 #include <exception>
 #include <utility>
 
@@ -50,16 +49,22 @@ struct HttpServer::Live {
   HttpServer& server;
   std::unique_ptr<adapters::HttpStream> stream;
   MHD_Connection* connection;
-  std::string unsent{};
+  std::string text{};
+  std::size_t sent = 0;  ///< characters of it
   Time sent_at = Reactor::now();
+  bool has_more = true;  ///< the last fill was full
   bool ended = false;
   bool broken = false;  ///< ended too early
   bool suspended = false;
 
+  std::string_view unsent() const { return std::string_view(text).substr(sent); }
   void fill() {
-    if (!unsent.empty() || ended) return;
+    if (!unsent().empty() || ended) return;
+    text.clear();
+    sent = 0;
     try {
-      ended = !stream->fill(unsent);
+      ended = !stream->fill(text);
+      has_more = text.size() >= adapters::HttpStream::kMostUnsent;
     } catch (const std::exception&) {
       ended = broken = true;
     }
@@ -150,17 +155,16 @@ struct HttpServer::Callbacks {
 
   static ssize_t on_read(void* self, std::uint64_t /*position*/, char* to, size_t most) {
     auto& live = *static_cast<Live*>(self);
-    live.fill();
-    if (live.unsent.empty()) {
+    if (live.has_more) live.fill();
+    if (live.unsent().empty()) {
       if (live.broken) return MHD_CONTENT_READER_END_WITH_ERROR;
       if (live.ended) return MHD_CONTENT_READER_END_OF_STREAM;
       MHD_suspend_connection(live.connection);
       live.suspended = true;
       return 0;
     }
-    const std::size_t count = std::min(most, live.unsent.size());
-    std::memcpy(to, live.unsent.data(), count);
-    live.unsent.erase(0, count);
+    const std::size_t count = live.unsent().copy(to, most);
+    live.sent += count;
     live.sent_at = Reactor::now();
     return static_cast<ssize_t>(count);
   }
@@ -240,14 +244,15 @@ bool HttpServer::poll_streams(Time now) {
     if (!live->suspended) continue;
     if (live->stream->has_news()) live->fill();
     may_have_news_ = may_have_news_ || live->stream->has_news();
-    if (live->unsent.empty() && !live->ended) {
+    if (live->unsent().empty() && !live->ended) {
       const std::string_view keep_alive = live->stream->keep_alive();
       const Time due = keep_alive.empty() ? kNever : live->sent_at + kKeepAlive;
       if (now < due) {
         keep_alive_at_ = earlier(keep_alive_at_, due);
         continue;
       }
-      live->unsent = keep_alive;
+      live->text = keep_alive;
+      live->sent = 0;
     }
     live->suspended = false;
     MHD_resume_connection(live->connection);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The list of the last transactions, or of all events, with filters.
 
-import {state, on, tell, element, nearest} from './state.js';
-import {milliseconds, nodeText} from './words.js';
+import {state, on, tell, element, nearest, askWords} from './state.js';
+import {duration, nodeText} from './words.js';
 import {List, choice} from './list.js';
 import {chooseTransaction} from './ladder.js';
 
@@ -13,12 +13,12 @@ const kinds = {
   transactions: {
     kind: 'transaction', key: event => event.number,
     cells: event => [[`#${event.transaction}`, 'quiet'], [event.words, 'words'],
-      [event.outcome, event.ok ? 'good words' : 'bad words'], [milliseconds(event.took_ms), 'right quiet']],
+      [event.outcome, event.ok ? 'good words' : 'bad words'], [duration(event.took_ms), 'right quiet']],
   },
   everything: {
     kind: 'event', key: event => event.number,
     cells: event => [[event.time.toFixed(3), 'quiet right'], [event.transaction ? `#${event.transaction}` : '', 'quiet'],
-      [event.words ? (event.kind === 'command' && !event.refused ? event.words : event.text.replace(/^#\d+ /, '')) : event.text, wordsClass(event)],
+      [`${event.kind === 'command' && !event.refused ? event.words : event.text.replace(/^#\d+ /, '')}${event.times ? ` × ${event.times}` : ''}`, wordsClass(event)],
       [event.kind, 'quiet']],
   },
 };
@@ -28,11 +28,23 @@ function wordsClass(event) {
   return bad ? 'bad words' : 'words';
 }
 
+/// The newest first: requests that repeat the one before are one line with their number.
+function folded(events) {
+  const found = [];
+  for (const event of events) {
+    const last = found.at(-1);
+    if (last && event.kind === 'modbus' && last.kind === 'modbus' && last.text === event.text) last.times = (last.times ?? 1) + 1;
+    else found.push({...event});
+  }
+  return found;
+}
+
 function passes() {
+  const kind = view === 'everything' ? element('filter-kind').value : '';
   const node = Number(element('filter-node').value), service = element('filter-service').value;
   const failed = element('filter-failed').checked, slow = element('filter-slow').checked;
   const text = element('filter-text').value.toLowerCase();
-  return event => (!node || event.node === node) && (!service || event.service === service) &&
+  return event => (!kind || event.kind === kind) && (!node || event.node === node) && (!service || event.service === service) &&
     (!failed || event.ok === false || event.kind === 'fault') && (!slow || event.took_ms > 10) &&
     (!text || event.text.toLowerCase().includes(text));
 }
@@ -40,7 +52,7 @@ function passes() {
 function update() {
   const found = [], all = view === 'transactions' ? state.ended : state.recent, pass = passes();
   for (let at = all.length; at-- > 0 && found.length < kMostListed;) if (pass(all[at])) found.push(all[at]);
-  list.items = found;
+  list.items = view === 'everything' ? folded(found) : found;
 }
 
 function mark() {
@@ -65,10 +77,13 @@ export function startHappened() {
   choice(element('event-view'), {transactions: 'Transactions', everything: 'Everything'}, view, key => {
     view = key;
     Object.assign(list, kinds[key]);
+    element('filter-kind').hidden = key !== 'everything';
+    element('filter-service').hidden = key === 'everything';
     update();
   });
   element('filters').oninput = update;
   element('filters').onsubmit = event => event.preventDefault();
+  askWords().then(({kinds: names}) => element('filter-kind').append(...names.map(name => new Option(name))));
   on('events', update);
   on('restart', update);
   on('so', fillNodes);

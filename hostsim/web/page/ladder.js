@@ -1,18 +1,11 @@
 // SPDX-License-Identifier: MIT
 // The ladder diagram of one transaction: messages between PLC, coprocessor and node, and waiting times.
 
-import {state, on, tell, element, make, nearest, ask, send, prefix} from './state.js';
-import {rounded, nodeHex, objectText, milliseconds, registersOf, kServices} from './words.js';
+import {state, on, tell, element, make, svg, nearest, ask, send, prefix} from './state.js';
+import {nodeHex, objectText, duration, valueText, registersOf, kServices} from './words.js';
 
-const kRow = 34, kTop = 44, kGutter = 58, kPause = 0.002, kMostRows = 400;
+const kRow = 34, kTop = 44, kGutter = 66, kPause = 0.002, kMostRows = 400;
 let shown = null, asked = 0, busy = false;
-
-const svg = (name, attributes, ...children) => {
-  const node = document.createElementNS('http://www.w3.org/2000/svg', name);
-  for (const [key, value] of Object.entries(attributes)) node.setAttribute(key, value);
-  node.append(...children);
-  return node;
-};
 
 const nodeName = id => state.nodes.find(node => node.node === id)?.name ?? '';
 /// "5C2 · 4B 11 64" of "5C2#4B1164".
@@ -55,7 +48,7 @@ function faultRow(event) {
 function resultRow(event) {
   return {from: 1, to: 0, kind: event.ok ? 'good' : 'bad',
     what: event.result < 0 ? 'taken back by the PLC' : `R3700 = ${event.result} · ${event.outcome}`,
-    more: event.service === 'read' && event.ok ? `value ${event.value}` : ''};
+    more: event.service === 'read' && event.ok ? `value ${valueText(event.index, event.sub, event.value)}` : ''};
 }
 
 /// The reason of a pause.
@@ -112,11 +105,11 @@ function arrow(x1, x2, y, row) {
 function drawRow(row, y, lives, width, start) {
   const group = svg('g', {class: row.kind, 'data-time': row.time});
   const time = svg('text', {class: 'small', x: kGutter - 8, y: y + 4, 'text-anchor': 'end'},
-    row.time === start ? '0' : `+${rounded((row.time - start) * 1000)}`);
+    row.time === start ? '0' : `+${duration((row.time - start) * 1000)}`);
   group.append(svg('title', {}, `${row.what}\n${row.more ?? ''}`), time);
   if (row.pause) {
     group.append(svg('rect', {x: lives[1] - 5, y: y - 12, width: 10, height: heightOf(row) - 8, rx: 3}),
-      svg('text', {class: 'what', x: lives[1] + 12, y: y + heightOf(row) / 2 - 17}, milliseconds(row.pause)),
+      svg('text', {class: 'what', x: lives[1] + 12, y: y + heightOf(row) / 2 - 17}, duration(row.pause)),
       svg('text', {class: 'what', x: lives[1] + 12, y: y + heightOf(row) / 2 - 3}, row.what));
     return group;
   }
@@ -151,12 +144,19 @@ function draw() {
   host.scrollTop = top;
   for (const text of picture.querySelectorAll('g text:not([text-anchor=end].small:first-of-type)'))
     fit(text, text.parentNode.classList.contains('pause') ? width - lives[1] - 16 : width - kGutter - 18);
+  for (const text of picture.querySelectorAll('g text.what')) interrupt(text);
   mark();
+}
+
+/// No life line goes through a label.
+function interrupt(text) {
+  const {x, y, width, height} = text.getBBox();
+  text.before(svg('rect', {class: 'label', x: x - 3, y, width: width + 6, height}));
 }
 
 function verdict(ended) {
   const lines = [[`#${ended.transaction}  ${ended.words}`, 'strong'],
-    [`${ended.result < 0 ? 'taken back' : ended.outcome} · ${milliseconds(ended.took_ms)}`, ended.ok ? 'good' : 'bad']];
+    [`${ended.result < 0 ? 'taken back' : ended.outcome} · ${duration(ended.took_ms)}`, ended.ok ? 'good' : 'bad']];
   lines.forEach(([text, name], at) =>
     Object.assign(element('verdict').children[at], {textContent: text, className: name, title: text}));
 }
@@ -194,11 +194,27 @@ function step(by) {
   if (next) chooseTransaction(next.transaction);
 }
 
-/// The contents before there is a transaction.
+/// What to try before there is a transaction: title, what happens and where to look, lines of commands.
+function trials() {
+  const node = state.nodes.find(each => each.node && each.state !== 'off')?.node;
+  const drive = state.nodes.find(each => each.node && each.statusword !== undefined)?.node;
+  const write = (object, size, ...words) => [`trigger ${prefix()}write ${drive} ${object} 0 ${size} ${words.join(' ')}`, `wait register ${prefix()}3700 != 51726`];
+  const read = `trigger ${prefix()}read ${node} 0x1000 0 4`;
+  return [
+    node && ['Read', `A PLC reads the device type of node ${node}: each message of it appears here.`, [read]],
+    drive && ['Move the drive', `Node ${drive} is enabled and moves: look at the plot.`, [`nmt start ${prefix()}${drive}`,
+      ...[6, 7, 15].flatMap(word => write('0x6040', 2, word)), ...write('0x6060', 1, 1), ...write('0x6081', 4, 20000, 0),
+      ...write('0x607A', 4, 60000, 0), ...write('0x6040', 2, 31)]],
+    node && ['Break something', `Node ${node} does not respond: see what the PLC gets, and when.`,
+      [`fault ${prefix()}${node} response-never count=1`, read]],
+  ].filter(Boolean);
+}
+
 function empty() {
   element('diagram').replaceChildren(
-    make('p', {className: 'quiet', textContent: 'No transaction yet: a PLC writes CA0Eh to R3700, or a command says'}),
-    make('button', {textContent: 'trigger read 32 0x1000 0 4', onclick: () => send(`trigger ${prefix()}read 32 0x1000 0 4`)}));
+    make('p', {className: 'quiet', textContent: 'No transaction yet: a PLC writes CA0Eh to R3700. Or try:'}),
+    ...trials().map(([title, what, lines]) => make('button', {className: 'trial', onclick: () => send(lines.join('\n'))},
+      make('b', {textContent: title}), make('span', {textContent: what}))));
 }
 
 function mark() {
@@ -226,6 +242,7 @@ export function startLadder() {
     const complete = element('follow').checked && shown?.ended.transaction === state.transaction && shown.rows.some(row => row.fold === 'reads');
     if (!complete && events.some(event => event.transaction === state.transaction && event.kind !== 'ended')) show(state.transaction);
   });
+  on('so', () => { if (!shown && !state.ended.length && !element('diagram').matches(':focus-within')) empty(); });
   on('cursor', mark);
   on('restart', () => {
     shown = null;

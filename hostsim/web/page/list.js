@@ -7,7 +7,7 @@ import {make} from './state.js';
 let lists = 0;
 
 export class List {
-  #items = []; #rows = new Map(); #name = `list${++lists}`; #body = make('div', {className: 'rows', role: 'presentation'});
+  #items = []; #rows = new Map(); #beside; #name = `list${++lists}`; #body = make('div', {className: 'rows', role: 'presentation'});
 
   /// kind: class of the rows. key(item): its unique key. cells(item): an array of [text, class, title].
   /// mark(item): more classes. choose(item): called when a row is chosen. Enter and a click move the focus to the field
@@ -40,6 +40,12 @@ export class List {
     this.#items = items;
     this.#resize();
     this.draw();
+  }
+
+  /// Shows one element beside the rows, which scrolls with them.
+  beside(element) {
+    this.#beside?.remove();
+    this.#beside = this.#body.appendChild(element);
   }
 
   #resize() { this.#body.style.height = `${this.#items.length * this.height}px`; }

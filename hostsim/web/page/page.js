@@ -44,6 +44,7 @@ function facts() {
 }
 
 function live(yes) {
+  document.body.classList.toggle('gone', !yes);
   Object.assign(element('live'), {textContent: yes ? 'live' : 'no simulator', className: `pill ${yes ? 'good' : 'bad'}`});
 }
 

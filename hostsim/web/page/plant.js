@@ -1,18 +1,17 @@
 // SPDX-License-Identifier: MIT
 // The nodes; controls and the dictionary of the chosen node.
 
-import {state, on, tell, element, make, send, askNetwork, prefix} from './state.js';
-import {hex, nodeText, nodeHex, objectText, objectWord, driveState, stateClass} from './words.js';
+import {state, on, tell, element, make, svg, ask, commands, send, askWords, askNetwork, prefix} from './state.js';
+import {hex, nodeText, nodeHex, objectText, objectWord, valueText, driveState, stateClass} from './words.js';
 import {List, choice} from './list.js';
 import {watchObject} from './plots.js';
+import {controls, show} from './device.js';
 
-const kInputs = {0x6000: [0, 255], 0x6401: [-32768, 32767], 0x9130: [0, 200000], 0x7130: [-32768, 32767], 0x6130: [0, 200000]};
-const kFaults = ['response-never', 'response-late delay_ms=50', 'response-twice', 'abort code=0x06090030', 'silent',
-  'heartbeat-stops', 'short-frame', 'response-other-toggle', 'emcy-storm', 'bus-off until_ms=500'];
-const kNmt = {start: 'Start', preop: 'Pre-op', stop: 'Stop', 'reset-node': 'Reset', 'reset-comm': 'Reset comm.'};
-let view = 'control', nodes, dictionary = [], objects, search = '', panel, shownFaults = '';
+const kGutter = 26;
+let view = 'control', nodes, dictionary = [], objects, search = '', panel, shownFaults = '', words = {faults: [], nmt: []};
 
 const wordOf = node => prefix() + (node.node || `#${node.place}`);
+const pathOf = node => node.node ? String(node.node) : `%23${node.place}`;
 const chosen = () => state.nodes.find(node => node.place === state.node);
 
 // ---- Nodes
@@ -29,6 +28,33 @@ const age = seconds => seconds < 1 ? 'now' : seconds < 120 ? `${Math.floor(secon
 
 const nodeCells = node => [[nodeText(node.node), 'right'], [node.name, 'words'], [node.state, `pill words ${stateClass(node.state)}`],
   [nodeHex(node.node), 'quiet right'], [summary(node), `second words ${node.emergency?.code || node.faults.length ? 'bad' : 'quiet'}`]];
+
+// ---- Wires: lines beside the rows of the nodes
+
+let wires = [];
+
+const here = end => end.network === state.network;
+
+function drawWires() {
+  const drawn = wires.filter(({from, to}) => here(from) && here(to)), middle = end => (end.place - 0.5) * nodes.height;
+  const paths = drawn.map(({from, to}) => {
+    const a = middle(from), b = middle(to), bulge = kGutter - Math.min(kGutter - 3, 6 + Math.abs(from.place - to.place) * 3);
+    const path = svg('path', {d: `M${kGutter} ${a}C${bulge} ${a} ${bulge} ${b} ${kGutter - 5} ${b}m-4 -3l4 3l-4 3`});
+    path.classList.toggle('chosen', [from.place, to.place].includes(state.node));
+    return path;
+  });
+  nodes.beside(svg('svg', {class: 'wires', width: kGutter, height: state.nodes.length * nodes.height, 'aria-hidden': true}, ...paths));
+  element('node-list').classList.toggle('wired', paths.length > 0);
+}
+
+/// The wires of a node in words; a click chooses the node at the other end.
+function wireWords(node) {
+  const isAt = end => here(end) && end.place === node.place, name = end => end.text.replace(/^[^:]*:/, '');
+  return wires.filter(({from, to}) => isAt(from) || isAt(to)).map(({from, to}) => {
+    const other = isAt(from) ? to : from;
+    return button(isAt(from) ? `${name(from)} → ${to.text}` : `${name(to)} ← ${from.text}`, () => here(other) && nodes.pick(other.place), 'a wire');
+  });
+}
 
 function chooseNode(node) {
   if (state.node === node.place && panel) return;
@@ -48,39 +74,26 @@ function toggle(text, isOn, lineOf) {
 }
 
 const group = (...children) => make('div', {className: 'group'}, ...children);
-const button = (text, call) => make('button', {type: 'button', textContent: text, onclick: call});
+const button = (text, call, title = '') => make('button', {type: 'button', textContent: text, onclick: call, title});
 
-function slider(node, object) {
-  const [low, high] = kInputs[object.index];
-  const line = value => `set ${wordOf(node)} ${objectWord(object)} ${value}`;
-  const name = `${objectText(object.index, object.sub)} ${object.name}`;
-  const range = make('input', {type: 'range', ariaLabel: name, min: low, max: high, step: high > 100000 ? 100 : 1, value: object.value});
-  const field = make('input', {className: 'number', ariaLabel: `${name}, as a number`, value: object.value});
-  for (const input of [range, field]) input.dataset.object = objectKey(object);
-  range.oninput = () => { field.value = range.value; };
-  range.onchange = () => send(line(range.value));
-  field.onchange = () => { range.value = field.value; send(line(field.value)); };
-  return [make('label', {textContent: name, title: name}), range, field];
+async function pointsOf(node) {
+  try { return (await askNetwork(`api/nodes/${pathOf(node)}/points`)).points; } catch { return []; }
 }
 
-const inputsOf = async node =>
-  (await objectsOf(node, '?first=0x6000&last=0x9FFF')).filter(object => kInputs[object.index] && object.sub);
-
-/// Other clients, wires and signals set inputs too; an input that is being edited is left unchanged.
-async function followInputs() {
-  const node = chosen();
-  if (view !== 'control' || !node || !panel.querySelector('.inputs input')) return;
-  for (const object of await inputsOf(node)) {
-    const inputs = [...panel.querySelectorAll(`[data-object="${objectKey(object)}"]`)];
-    if (!inputs.includes(document.activeElement)) inputs.forEach(input => { input.value = object.value; });
-  }
+/// Other clients, wires and signals change values too.
+async function followPoints() {
+  const node = chosen(), grid = panel?.querySelector('.points');
+  const {sent} = commands;  // values of before a command would take it back
+  if (view !== 'control' || !node || !grid || sent !== commands.answered) return;
+  const points = await pointsOf(node);
+  if (node.place === state.node && sent === commands.sent) show(grid, points);
 }
 
 function faultForm(node) {
   const field = make('input', {className: 'number', ariaLabel: 'Fault', placeholder: 'response-late delay_ms=50'});
   field.setAttribute('list', 'fault-kinds');
   const form = make('form', {className: 'fault-form', autocomplete: 'off'}, field, make('button', {textContent: 'Inject'}),
-    make('datalist', {id: 'fault-kinds'}, ...kFaults.map(kind => make('option', {value: kind}))));
+    make('datalist', {id: 'fault-kinds'}, ...words.faults.map(({word, meaning}) => make('option', {value: word, label: meaning}))));
   form.onsubmit = event => {
     event.preventDefault();
     send(`fault ${wordOf(node)} ${field.value || field.placeholder}`);
@@ -92,16 +105,15 @@ async function buildControl(node) {
   const word = wordOf(node);
   panel.replaceChildren(
     group(toggle('power', () => chosen()?.state !== 'off', onOff => `power ${word} ${onOff ? 'on' : 'off'}`),
-      ...Object.entries(kNmt).map(([verb, text]) => button(text, () => send(`nmt ${verb} ${word}`)))),
-    make('div', {className: 'inputs'}),
+      ...words.nmt.map(({word: verb, meaning}) => button(verb, () => send(`nmt ${verb} ${word}`), meaning))),
+    make('div', {className: 'points'}), group(...wireWords(node)),
     group(...node.incidents.map(name =>
       toggle(name, () => state.incidents.has(`${node.place} ${name}`), onOff => `incident ${word} ${name} ${onOff ? 'on' : 'off'}`))),
     make('div', {className: 'group', id: 'faults'}), faultForm(node));
   shownFaults = '';
   fillFaults(node);
-  const inputs = await inputsOf(node);
-  if (panel.querySelector('.inputs') && node.place === state.node)
-    panel.querySelector('.inputs').replaceChildren(...inputs.flatMap(object => slider(node, object)));
+  const points = await pointsOf(node);
+  if (node.place === state.node) panel.querySelector('.points')?.replaceWith(controls(points, node, word));
 }
 
 function fillFaults(node) {
@@ -114,14 +126,13 @@ function fillFaults(node) {
 
 // ---- Dictionary
 
-async function objectsOf(node, part = '') {
-  const word = node.node ? String(node.node) : `%23${node.place}`;
-  try { return (await askNetwork(`api/nodes/${word}/objects${part}`)).objects; } catch { return []; }
+async function objectsOf(node) {
+  try { return (await askNetwork(`api/nodes/${pathOf(node)}/objects`)).objects; } catch { return []; }
 }
 
 const objectKey = object => object.index * 256 + object.sub;
 const objectCells = object => [[objectText(object.index, object.sub), 'quiet'], [object.name, 'words'],
-  [object.value, 'right', `${object.value} (${object.type})`], [object.writable ? 'rw' : 'ro', 'quiet right']];
+  [valueText(object.index, object.sub, object.value, object.type), 'right', `${object.value} (${object.type})`], [object.writable ? 'rw' : 'ro', 'quiet right']];
 
 function filterObjects() {
   const words = search.toLowerCase().split(/\s+/);
@@ -134,7 +145,7 @@ function filterObjects() {
 async function buildDictionary(node) {
   const field = make('input', {type: 'search', ariaLabel: 'Search in the dictionary', placeholder: 'search: 6040 or controlword', value: search});
   field.oninput = () => { search = field.value; filterObjects(); };
-  const host = make('div', {className: 'list', ariaLabel: 'Objects'});
+  const host = make('div', {className: 'list', id: 'objects-list', ariaLabel: 'Objects'});
   const value = make('input', {className: 'number', ariaLabel: 'Value', disabled: true}), label = make('label', {textContent: 'choose an object'});
   const form = make('form', {className: 'edit', autocomplete: 'off'}, label, value, make('button', {textContent: 'Set'}),
     button('Plot', () => watchObject(node, objects.item)));
@@ -169,15 +180,26 @@ function update() {
   nodes.items = state.nodes;
   const node = chosen() ?? state.nodes.find(other => other.statusword !== undefined) ?? state.nodes[0];
   if (node && node.place !== state.node) nodes.pick(node.place);
+  drawWires();
   if (!node || view !== 'control') return;
   fillFaults(node);
-  for (const box of panel.querySelectorAll('input[type=checkbox]')) box.checked = box.isOn();
+  for (const box of panel.querySelectorAll('input[type=checkbox]')) if (box.isOn) box.checked = box.isOn();
 }
 
 export function startPlant() {
   nodes = new List(element('node-list'), {kind: 'node', height: 38, key: node => node.place, cells: nodeCells, choose: chooseNode});
   choice(element('node-view'), {control: 'Control', dictionary: 'Dictionary'}, view, key => { view = key; build(); });
   on('so', update);
-  on('restart', () => { state.node = null; });
-  setInterval(() => { if (!document.hidden) { reload(); followInputs(); } }, 1000);
+  on('restart', () => {
+    state.node = null;
+    ask('api/wires').then(served => { wires = served.wires; }).catch(() => {});
+  });
+  on('node', drawWires);
+  setInterval(() => { if (!document.hidden) reload(); }, 1000);
+  setInterval(() => { if (!document.hidden) followPoints(); }, 250);
+  Promise.all([askWords(), ask('api/wires')]).then(([served, plant]) => {
+    words = served;
+    wires = plant.wires;
+    build();
+  });
 }

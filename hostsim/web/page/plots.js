@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Plots of watched objects, and a statusword's bits as lanes, with a common cursor.
 
-import {state, on, tell, element, make, watch, prefix} from './state.js';
-import {objectText, objectWord, nodeText, kStatusBits} from './words.js';
+import {state, on, tell, element, make, watch, askNetwork, prefix} from './state.js';
+import {objectText, objectWord, nodeText, shortText, kStatusBits} from './words.js';
 
 const kLeft = 66, kRight = 44, kMostPoints = 6000, kMostWatched = 6, kStatus = 0x6041;
 let watched = [], status = null, times = [], plot, lanes, stale = true, latest = 0, asked = 0, drawn = 0;
@@ -32,11 +32,15 @@ export function watchObject(node, object) {
   rewatch();
 }
 
-function watchDrive(node) {
-  if (node.statusword === undefined || status?.node === node.node) return;
-  const object = (index, name) => ({node: node.node, index, sub: 0, name, values: []});
-  watched = [object(0x6062, 'Position demand'), object(0x6064, 'Position actual'), object(0x606C, 'Velocity actual')];
-  status = object(kStatus, 'Statusword');
+/// The curves of the device, and the statusword of a drive; what others have chosen stays if it has none.
+async function watchNode(node) {
+  const object = (index, sub, name) => ({node: node.node, index, sub, name, values: []});
+  const {points} = await askNetwork(`api/nodes/${node.node}/points`).catch(() => ({points: []}));
+  const curves = points.filter(point => point.kind === 'curve').slice(0, kMostWatched);
+  const first = curves[0] && object(...curves[0].object.split(':').map(Number), '');
+  if (!first || !node.node || (watched[0] && key(watched[0]) === key(first))) return;
+  watched = curves.map(point => object(...point.object.split(':').map(Number), point.name));
+  status = node.statusword === undefined ? null : object(kStatus, 0, 'Statusword');
   rewatch();
 }
 
@@ -91,6 +95,7 @@ function build() {
   lanes?.destroy();
   plot = lanes = null;
   legend();
+  element('lanes').hidden = !status;
   const host = element('plot'), scales = [...new Set(watched.map(scaleOf))];
   if (!window.uPlot || host.clientWidth === 0 || !watched.length) return;
   const axes = [axis({size: 22, space: 60, values: (_, marks) => marks.map(mark => `${mark} s`)}), ...scales.slice(0, 2).map(valueAxis)];
@@ -143,7 +148,7 @@ function legend() {
 function showValues() {
   let at = times.length - 1;
   if (state.cursor !== null) while (at > 0 && times[at] > state.cursor) --at;
-  element('legend').querySelectorAll('b').forEach((field, number) => { field.textContent = watched[number]?.values[at] ?? '–'; });
+  element('legend').querySelectorAll('b').forEach((field, number) => { field.textContent = shortText(watched[number]?.values[at] ?? '–'); });
 }
 
 function draw() {
@@ -172,7 +177,7 @@ function moveCursor() {
 export function startPlots() {
   on('values', take);
   on('so', () => { latest = state.about.time; asked = performance.now(); stale = true; });
-  on('node', watchDrive);
+  on('node', watchNode);
   on('restart', () => { status = null; watched = []; reset(); build(); });
   on('cursor', () => {
     showValues();

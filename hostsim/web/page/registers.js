@@ -10,12 +10,13 @@ const views = {
   window: {text: 'R3700', has: at => at >= 3700 && at < 3770},
   scanner: {text: 'Scanner', has: (_, name) => /^(OUT|IN)_/.test(name)},
   process: {text: 'Process data', has: (_, name) => /^(INPUTS|OUTPUTS)$/.test(name)},
-  network: {text: 'Network', has: (at, name, item) => name === 'NODE_STATUS' ? item.value !== 0 || at === first(name) :
-    /^(STATUS|STATUS_CHANGES|NODE_COUNTS|FIRST_NOT_RUNNING|HEARD|CONFIGURED|RUNNING|EMCY|LOST)$/.test(name)},
+  network: {text: 'Network', has: (at, name, item) =>
+    /^(STATUS|STATUS_CHANGES|NODE_COUNTS|FIRST_NOT_RUNNING|HEARD|CONFIGURED|RUNNING|EMCY|LOST|NODE_STATUS)$/.test(name) &&
+    (item.value !== 0 || at === first(name))},
 };
 const notations = {3700: number => `R${number}`, 43701: number => `4${String(number + 1).padStart(4, '0')}`,
   403701: number => `4${String(number + 1).padStart(5, '0')}`};
-let view = 'window', notation = '3700', list, seen = new Map(), changed = new Map();
+let view = 'window', unfolded = false, notation = '3700', list, seen = new Map(), changed = new Map();
 
 const numbered = item => notations[notation](item.register);
 
@@ -54,7 +55,18 @@ function nameOf(item) {
   return /DATA$|PUTS$/.test(item.name) ? `${item.name.replace('PUTS', '')} ${place}` : item.name;
 }
 
+/// In the window, words at the end that no request uses are one row until it is chosen.
+function folded(items) {
+  if (view !== 'window' || unfolded) return items;
+  const at = name => items.find(item => item.name === name)?.value ?? 0;
+  const used = 6 + Math.max(2, Math.ceil(Math.min(at('DATA_SIZE'), 128) / 2));
+  const end = Math.max(used, 1 + items.findLastIndex(item => item.value !== 0 || changed.has(item.register)));
+  const rest = items.slice(end);
+  return rest.length < 3 ? items : [...items.slice(0, end), {...rest[0], fold: rest.length}];
+}
+
 function cells(item) {
+  if (item.fold) return [[numbered(item), 'quiet'], ['0', 'right'], ['…', 'quiet'], [`${item.fold} words of 0`, 'words quiet'], ['show them', 'words quiet']];
   const digits = item.value.toString(16).toUpperCase().padStart(4, '0');
   return [[numbered(item), 'quiet'], [String(item.value), 'right'], [`${digits}h`, 'quiet'], [nameOf(item), 'words quiet'],
     [meaning(item, state.registers), 'words', item.words ?? '']];
@@ -67,10 +79,14 @@ function update() {
     seen.set(register, value);
   }
   for (const [register, when] of changed) if (now - when > kLit) changed.delete(register);
-  list.items = state.registers.filter(item => views[view].has(item.register, item.name, item));
+  list.items = folded(state.registers.filter(item => views[view].has(item.register, item.name, item)));
 }
 
 function choose(item) {
+  if (item.fold) {
+    unfolded = true;
+    update();
+  }
   const form = element('register-form');
   form.register = item.register;
   form.querySelector('label').textContent = `${numbered(item)} ${item.name}`;
@@ -94,7 +110,7 @@ export function startRegisters() {
   list = new List(element('register-list'), {kind: 'register', key: item => item.register, cells, choose,
     edit: element('register-value'), mark: item => changed.has(item.register) ? 'lit' : ''});
   choice(element('register-view'), Object.fromEntries(Object.entries(views).map(([key, {text}]) => [key, text])), view,
-    key => { view = key; element('register-list').scrollTop = 0; update(); });
+    key => { view = key; unfolded = false; element('register-list').scrollTop = 0; update(); });
   element('notation').textContent = notation;
   element('notation').onclick = renumber;
   element('register-form').onsubmit = write;

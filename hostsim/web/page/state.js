@@ -24,6 +24,12 @@ export function make(name, properties = {}, ...children) {
   node.append(...children);
   return node;
 }
+export function svg(name, attributes, ...children) {
+  const node = document.createElementNS('http://www.w3.org/2000/svg', name);
+  for (const [key, value] of Object.entries(attributes)) node.setAttribute(key, value);
+  node.append(...children);
+  return node;
+}
 export const prefix = () => state.network === 1 ? '' : `${state.network}/`;
 
 /// The item nearest to the cursor, if that is within a second.
@@ -45,6 +51,10 @@ export async function ask(path) {
   return json;
 }
 export const askNetwork = path => ask(path + (path.includes('?') ? '&' : '?') + `network=${state.network}`);
+
+let words;
+/// The words of commands and events, from /api/words.
+export const askWords = () => words ??= ask('api/words').catch(() => ({faults: [], nmt: [], kinds: []}));
 
 // ---- Events
 
@@ -171,11 +181,11 @@ export async function start() {
 
 // ---- Commands
 
-let number = 0;
+export const commands = {sent: 0, answered: 0};
 
 /// Sends a line of docs/reference/commands.md; topics 'command' and 'response' show it and its response.
 export async function send(line) {
-  const mine = ++number;
+  const mine = ++commands.sent;
   tell('command', line);
   let text;
   try {
@@ -183,7 +193,8 @@ export async function send(line) {
     text = (await response.text()).trim();
     if (text[0] === '{') text = `error: ${JSON.parse(text).error}`;
   } catch { text = 'error: the simulator cannot be reached'; }
-  if (mine === number) tell('response', text);
+  ++commands.answered;
+  if (mine === commands.sent) tell('response', text);
   refreshSoon();
   return text;
 }

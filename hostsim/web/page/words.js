@@ -11,7 +11,16 @@ export const nodeHex = id => id ? hex(id, 2) : '';
 export const objectWord = object => `0x${object.index.toString(16).toUpperCase().padStart(4, '0')}:${object.sub}`;
 
 export const rounded = ms => number(ms >= 100 ? Math.round(ms) : Math.round(ms * 100) / 100);
-export const milliseconds = ms => ms >= 10000 ? `${number(Math.round(ms / 100) / 10)} s` : `${rounded(ms)} ms`;
+/// With the unit in which the number says most.
+export const duration = ms => ms >= 10000 ? `${number(Math.round(ms / 100) / 10)} s` : ms >= 1 ? `${rounded(ms)} ms` : `${Math.round(ms * 1000)} µs`;
+
+/// Objects whose values CiA writes in hexadecimal: types, identity, errors, COB-IDs, mappings, controlword, statusword.
+export const isHexadecimal = (index, sub) => [0x1000, 0x1001, 0x1002, 0x1003, 0x1005, 0x1012, 0x1014, 0x1018, 0x603F, 0x6040, 0x6041].includes(index) ||
+  (index >= 0x1400 && index <= 0x1BFF && sub > 0 && ((index & 0x200) !== 0 || sub === 1));
+/// `type`: UNSIGNED32 and the like, for the number of digits.
+export const valueText = (index, sub, value, type = '') =>
+  isHexadecimal(index, sub) && /^\d+$/.test(value) ? hex(Number(value), Number(/\d+$/.exec(type)?.[0] ?? 16) / 4) : value;
+export const shortText = value => Number.isInteger(value) || typeof value !== 'number' ? String(value) : value.toPrecision(6);
 
 export function clock(seconds) {
   const two = value => String(Math.floor(value)).padStart(2, '0');

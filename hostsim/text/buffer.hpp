@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Text made piece by piece in memory that is used again, so that it allocates nothing.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <concepts>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace cbcan::text {
+
+/// Short texts are in the object; clear() keeps the memory of longer ones.
+using Buffer = fmt::memory_buffer;
+
+inline std::string_view view(const Buffer& buffer, std::size_t from = 0) {
+  return {buffer.data() + from, buffer.size() - from};
+}
+
+inline std::string_view characters(std::span<const std::uint8_t> bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+/// A number with at least this many upper-case hexadecimal digits, 16 at most.
+struct Hex {
+  std::uint64_t number;
+  unsigned digits;
+};
+/// Two upper-case hexadecimal digits for each byte.
+struct HexBytes {
+  std::span<const std::uint8_t> bytes;
+  std::string_view between = "";
+};
+/// A number with at least this many decimal digits, 20 at most.
+struct Padded {
+  std::uint64_t number;
+  unsigned digits;
+};
+/// A number of units of 1/10^places without zeros at its end: "1.5", "2".
+struct Decimal {
+  std::uint64_t number;
+  unsigned places;
+};
+
+// The parts of append(): room() is at least what write() writes, and write() returns the end. Other
+// directories have these for their types.
+
+constexpr std::size_t room(std::string_view text) {
+  return text.size();
+}
+inline char* write(char* at, std::string_view text) {
+  return std::copy_n(text.data(), text.size(), at);
+}
+template <std::size_t kSize>
+constexpr std::size_t room(const char (&)[kSize]) {
+  return kSize - 1;
+}
+template <std::size_t kSize>
+char* write(char* at, const char (&literal)[kSize]) {
+  return std::copy_n(literal, kSize - 1, at);
+}
+
+template <std::integral Number>
+constexpr std::size_t room(Number /*number*/) {
+  return 20;
+}
+template <std::integral Number>
+requires(!std::same_as<Number, bool>) char* write(char* at, Number number) {
+  return std::to_chars(at, at + room(number), number).ptr;
+}
+inline char* write(char* at, char c) {
+  *at = c;
+  return at + 1;
+}
+
+constexpr std::size_t room(const Hex& /*hex*/) {
+  return 16;
+}
+char* write(char* at, const Hex& hex);
+constexpr std::size_t room(const HexBytes& hex) {
+  return hex.bytes.size() * (2 + hex.between.size());
+}
+char* write(char* at, const HexBytes& hex);
+constexpr std::size_t room(const Padded& /*padded*/) {
+  return 20;
+}
+char* write(char* at, const Padded& padded);
+constexpr std::size_t room(const Decimal& /*decimal*/) {
+  return 21 + 20;
+}
+char* write(char* at, const Decimal& decimal);
+
+/// Appends texts, characters, numbers and the above.
+template <class... Parts>
+void append(Buffer& to, const Parts&... parts) {
+  const std::size_t size = to.size();
+  to.resize(size + (room(parts) + ...));
+  char* at = to.data() + size;
+  ((at = write(at, parts)), ...);
+  to.resize(static_cast<std::size_t>(at - to.data()));
+}
+
+/// What `make(buffer)` appends.
+template <class Make>
+std::string made(Make make) {
+  Buffer buffer;
+  make(buffer);
+  return std::string(view(buffer));
+}
+
+}  // namespace cbcan::text

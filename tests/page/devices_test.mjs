@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: MIT
+// What devices declare, on the page in a browser: each input can be set, each output and curve is seen.
+// usage: node devices_test.mjs CBCAN_SIM SOURCE_FOLDER FOLDER
+import assert from "node:assert/strict";
+import { mkdirSync, writeFileSync } from "node:fs";
+import test, { after } from "node:test";
+import { click, launch, open, shows, startPlant } from "./browser.mjs";
+import { count } from "./cases.mjs";
+
+const [program, source, folder] = process.argv.slice(2);
+mkdirSync(folder, { recursive: true });
+const browser = await launch();
+after(() => browser.close());
+
+function look(name, options, use) {
+  test(name, async () => {
+    count();
+    const plant = await startPlant(program, ["--clock", "manual", ...options]);
+    try {
+      const page = await open(browser, plant);
+      await use(page, plant);
+      assert.deepEqual(page.errors, []);
+      await page.screenshot({ path: `${folder}/${name.replace(/\W+/g, "-")}.png` });
+      await page.close();
+    } finally {
+      await plant.stop();
+    }
+  });
+}
+
+const points = async (plant, node) => (await (await fetch(`${plant.url}/api/nodes/${node}/points`)).json()).points;
+
+/// Waits until the device has the value.
+async function has(plant, node, { kind, object }, test) {
+  for (let turn = 0; turn < 500; ++turn)
+    if (test((await points(plant, node)).find((point) => point.kind === kind && point.object === object).value)) return;
+  assert.fail(`node ${node}: ${kind} ${object} does not get the value`);
+}
+
+async function switchEach(page, plant, node, point) {
+  for (const [bit, name] of point.bits.entries())
+    for (const on of [1, 0]) {
+      await (await page.waitForSelector(`#node-panel input[aria-label="${point.name}: ${name}"]`)).evaluate((box) => box.click());
+      await has(plant, node, point, (value) => (value >> bit & 1) === on);
+    }
+}
+
+async function slide(page, plant, node, point) {
+  const { low = 0, high = 100 } = point;
+  for (const [label, value] of [[point.name, Math.round(low + (high - low) / 4)], [`${point.name}, as a number`, Math.round(low + (high - low) / 2)]]) {
+    await (await page.waitForSelector(`#node-panel input[aria-label="${label}"]`)).evaluate((input, wanted) => {
+      input.value = wanted;
+      input.dispatchEvent(new Event("change"));
+    }, value);
+    await has(plant, node, point, (now) => Math.abs(now - value) < 1e-6);
+  }
+}
+
+async function seesEachLamp(page, plant, node, point) {
+  const [index, sub] = point.object.split(":");
+  for (let bit = 0; bit < point.bits.length; ++bit) {
+    await plant.control(`trigger write ${node} ${index} ${sub} 1 ${1 << bit}`, "pass 20ms");
+    await page.waitForSelector(`#node-panel .lamp.on[aria-label="${point.name}: ${point.bits[bit]} on"]`);
+    assert.equal((await page.$$(`#node-panel [data-point="output ${point.object}"] .lamp.on`)).length, 1);
+  }
+}
+
+const sees = (page, point) => page.waitForFunction((name, value) =>
+  Number(document.querySelector(`#node-panel [role=meter][aria-label="${name}"]`)?.ariaValueNow) === value, {}, point.name, point.value);
+
+/// Uses each control of a node; returns how many there were of each kind.
+async function useEach(page, plant, node, name) {
+  const used = { switches: 0, sliders: 0, lamps: 0, gauges: 0, curves: 0 };
+  await click(page, "#node-list .row", name);
+  for (const point of await points(plant, node)) {
+    if (point.kind === "input" && point.bits) await switchEach(page, plant, node, point), used.switches += point.bits.length;
+    else if (point.kind === "input") await slide(page, plant, node, point), ++used.sliders;
+    else if (point.kind === "curve") {
+      await click(page, "#node-panel .curves button", point.name);
+      await shows(page, "#legend", new RegExp(point.name));
+      ++used.curves;
+    } else if (point.bits) await seesEachLamp(page, plant, node, point), used.lamps += point.bits.length;
+    else await sees(page, (await points(plant, node)).find((now) => now.object === point.object && now.kind === "output")), ++used.gauges;
+  }
+  return used;
+}
+
+look("each control of each kind of device", [], async (page, plant) => {
+  await plant.control("nmt start all", "pass 10ms");
+  assert.deepEqual(await useEach(page, plant, 66, "I/O module"), { switches: 8, sliders: 2, lamps: 8, gauges: 2, curves: 0 });
+  await click(page, "#node-panel .curves button", "analogue output 2");
+  await shows(page, "#legend", /analogue output 2/);
+  assert.deepEqual(await useEach(page, plant, 1, "Pressure transducer 1"), { switches: 0, sliders: 1, lamps: 0, gauges: 0, curves: 0 });
+  await plant.control(...[6, 7, 15].flatMap((word) => [`trigger write 16 0x6040 0 2 ${word}`, "pass 20ms"]), "trigger write 16 0x6060 0 1 1", "pass 20ms",
+    "trigger write 16 0x607A 0 4 30000 0", "pass 20ms", "trigger write 16 0x6040 0 2 31", "pass 20s");
+  assert.deepEqual(await useEach(page, plant, 16, "Drive"), { switches: 0, sliders: 0, lamps: 0, gauges: 1, curves: 4 });
+  assert.equal(await page.$eval("#node-panel .axis b", (mark) => mark.style.left), await page.$eval("#node-panel .axis i", (fill) => fill.style.width));
+  assert.deepEqual(await useEach(page, plant, 32, "Generic node"), { switches: 0, sliders: 0, lamps: 0, gauges: 0, curves: 0 });
+});
+
+for (const [title, verdict] of [["Read", /read node 66 1000h:00.*done/], ["Move the drive", /write node 16 6040h:00 Controlword = 31.*done/],
+  ["Break something", /read node 66 1000h:00.*0504 0000h/]])
+  look(`a first visitor: ${title}`, [], async (page, plant) => {
+    await click(page, "#diagram .trial", title);
+    await shows(page, "#answer", /ok/);
+    await plant.control("pass 5s");
+    await shows(page, "#verdict", verdict);
+    const position = (await points(plant, 16)).find((point) => point.name === "position");
+    assert.equal(position.value, title === "Move the drive" ? 60000 : 0);
+    if (title === "Move the drive") await sees(page, position);
+  });
+
+// ---- A plant that this project does not ship
+
+const OBJECTS = [[0x1000, "Device type", 7, "ro", 0], [0x1001, "Error register", 5, "ro", 0], [0x2100, "Setpoint", 6, "rw", 900], [0x2101, "Temperature", 8, "ro", 20],
+  [0x2102, "Gas", 5, "ro", 0], [0x2103, "Doors", 5, "ro", 0], [0x2104, "Alarms", 5, "rw", 0], [0x2105, "Glaze", 6, "ro", 400]];
+const list = (name, objects) => [`[${name}]`, `SupportedObjects=${objects.length}`, ...objects.map(([index], at) => `${at + 1}=0x${index.toString(16)}`)];
+const EDS = ["[DeviceInfo]", "VendorNumber=0", "ProductNumber=0", "RevisionNumber=0", ...list("MandatoryObjects", OBJECTS.slice(0, 2)), ...list("ManufacturerObjects", OBJECTS.slice(2)),
+  ...OBJECTS.flatMap(([index, name, type, access, value]) => [`[${index.toString(16)}]`, `ParameterName=${name}`, "ObjectType=0x7", `DataType=0x000${type}`,
+    `AccessType=${access}`, `DefaultValue=${value}`])].join("\n");
+const SCRIPT = `
+inputs = { { index = 0x2102, name = "gas", unit = "%", high = 100 }, { index = 0x2103, name = "doors", bits = { "front", "rear", "flue" } } }
+outputs = { { index = 0x2101, name = "temperature", unit = "°C", low = -50, high = 1300, target = 0x2100 }, { index = 0x2104, name = "alarms", bits = { "hot", "open" } },
+  { index = 0x2105, name = "glaze", unit = "l", high = 500, level = true } }
+curves = { { index = 0x2101, name = "heat", unit = "°C" } }
+incidents = { "flame-out" }
+function update(now) set(0x2101, 0, 20 + 8 * get(0x2102)) end
+function set_input(index, sub, value) set(index, sub, value) return true end
+`;
+const FILES = { "kiln.eds": EDS, "kiln.lua": SCRIPT, "kiln.toml": `
+[[node]]
+id = 66
+name = "Terminals"
+eds = "${source}/plants/demo/io_module.eds"
+[[node]]
+id = 9
+name = "Kiln"
+eds = "kiln.eds"
+device = "kiln.lua"
+[[wire]]
+from = "66:output:2"
+to = "9:0x2102"
+scale = 40
+` };
+
+for (const [name, text] of Object.entries(FILES)) writeFileSync(`${folder}/${name}`, text);
+look("a kiln in Lua with wires to terminals", ["--config", `${folder}/kiln.toml`], async (page, plant) => {
+  assert.deepEqual(await useEach(page, plant, 9, "Kiln"), { switches: 3, sliders: 1, lamps: 2, gauges: 2, curves: 1 });
+  await plant.control("trigger write 66 0x6200 1 1 2", "pass 20ms");
+  await sees(page, { name: "temperature", value: 20 + 8 * 40 });
+  const shares = await page.$$eval("#node-panel [role=meter] i", (fills) => fills.map((fill) => fill.style));
+  assert.equal(shares.length, 2);
+  assert.equal(await page.$eval("#node-panel .level i", (fill) => fill.style.height), "80%");
+  const mark = Number.parseFloat(await page.$eval("#node-panel .axis b", (element) => element.style.left));
+  assert.ok(Math.abs(mark - 100 * (900 + 50) / 1350) < 0.01, `${mark}`);
+  assert.equal((await page.$$("#node-list .wires .chosen")).length, 1);
+  await click(page, "#node-panel .switch", "flame-out");
+  await shows(page, "#answer", /^ok/);
+  await click(page, "#node-panel button", "0x2102 ← 66:output:2");
+  await shows(page, "#node-title", /66 Terminals/);
+  await shows(page, "#node-panel", /output:2 → 9:0x2102/);
+});
+
+// ---- Many nodes
+
+writeFileSync(`${folder}/many.toml`, ["", "network."].flatMap((table, network) => [table && "[[network]]", ...Array.from({ length: 50 }, (_, at) =>
+  `[[${table}node]]\nid = ${at + 1}\nname = "Module ${network + 1}.${at + 1}"\neds = "${source}/plants/demo/io_module.eds"\nheartbeat_ms = 50`)]).join("\n"));
+look("100 nodes on two networks with 2,000 frames a second", ["--config", `${folder}/many.toml`], async (page, plant) => {
+  const session = await page.createCDPSession();
+  const after = async (seconds) => {
+    for (let turn = 0; turn < seconds * 10; ++turn) await plant.control("pass 100ms");
+    const { time } = await plant.about();
+    await page.waitForFunction(async (wanted) => (await import("./state.js")).state.about.time >= wanted, {}, time);
+    const kept = await page.evaluate(async () => (await import("./state.js")).state.recent.length);
+    assert.ok(kept <= 2200, `${kept} events are kept`);
+    await session.send("HeapProfiler.collectGarbage");
+    return (await session.send("Runtime.getHeapUsage")).usedSize / 1e6;
+  };
+  const first = await after(5), second = await after(15);
+  console.log(`heap after 5 s ${first.toFixed(1)} MB, after 20 s ${second.toFixed(1)} MB`);
+  assert.ok(second < first + 3, `${first} -> ${second} MB`);
+  assert.ok((await page.$$("#node-list .row")).length < 30);
+});
