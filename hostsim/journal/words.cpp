@@ -154,7 +154,7 @@ void append_terminals(Buffer& to, const Event& event) {
 void append_value(Buffer& to, Bytes bytes, DataType type) {
   const std::uint64_t raw = bytes.size() <= 8 ? load_little_endian(bytes) : 0;
   if (type == DataType::kReal32)
-    return text::append_value(to, std::bit_cast<float>(static_cast<std::uint32_t>(raw)));
+    return text::append_value(to, static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(raw))));
   if (type == DataType::kReal64) return text::append_value(to, std::bit_cast<double>(raw));
   if (type == DataType::kBoolean) return append(to, raw != 0 ? "true" : "false");
   if (is_signed(type)) return append(to, sign_extend(raw, bytes.size()));
