@@ -163,7 +163,7 @@ class Pages:
         self.reasons, self.told = set(), set()  # used keys of NOT_RUN and NOT_EXECUTED; compared outputs
 
     def run(self, *command, **options):
-        return done(*command, **{"cwd": self.job, "env": ENVIRONMENT, "timeout": 3 * LIMIT} | options).stdout
+        return done(*command, **{"cwd": self.job, "env": ENVIRONMENT, "timeout": LIMIT} | options).stdout
 
     def with_plant(self, *command, **options):
         """Runs a command with the demo plant at the pages' ports, in its own network namespace."""

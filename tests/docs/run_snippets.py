@@ -29,7 +29,7 @@ import page_blocks
 AS_ROOT = [] if os.geteuid() == 0 else ["--map-root-user"]
 ALONE = ["unshare", "--net", *AS_ROOT, "sh", "-c", 'ip link set dev lo up && exec "$@"', "sh"]
 SHELL = ["bash", "--norc"]
-LIMIT = 120  # seconds for a document
+LIMIT = 400  # seconds for a document; one compiles the core
 PROLOGUE = "exec 2>&1; PATH=$PWD/build/bin:$PATH"
 ENDLESS = re.compile(r"curl -sN")
 # After each command: its own mark, so that its output ends before that of the next one.
