@@ -121,7 +121,7 @@ test("scenarios pass, on the plant that the page then has, with the frames of cb
         assert.deepEqual(frames, log.slice(-frames.length), scenario);
       }
     }
-    assert.equal(scenarios.length, 21);
+    assert.equal(scenarios.length, 22);
     assert.deepEqual(page.errors, []);
   } finally {
     await page.close();
