@@ -33,7 +33,8 @@ export async function serveFolder(folder, wasm = "application/wasm") {
     const name = new URL(url, "http://localhost").pathname.replace(/^\/some\/where\//, "") || "index.html";
     try {
       if (!types[name.split(".").pop()] && name.endsWith("wasm")) throw new Error("not there");
-      response.writeHead(200, { "Content-Type": types[name.split(".").pop()] ?? "text/plain" }).end(readFileSync(join(folder, name)));
+      const content = readFileSync(join(folder, name));
+      response.writeHead(200, { "Content-Type": types[name.split(".").pop()] ?? "text/plain" }).end(content);
     } catch {
       response.writeHead(404).end("not found");
     }

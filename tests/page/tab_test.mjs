@@ -79,8 +79,10 @@ look("a transaction that is done, one that aborts, and a node that starts", asyn
   await send(page, "nmt start 0x42");
   await shows(page, "#node-list", /I\/O module *operational/);
   const { events } = JSON.parse(await plant.ask("api/frames"));
-  assert.deepEqual(events.map(({ frame }) => frame).slice(-9), ["642#2B1164012C010000", "5C2#6011640100000000", "642#4011640100000000",
-    "5C2#4B1164012C010000", "620#4033330000000000", "5A0#8033330000000206", "000#0142", "1C2#00", "2C2#00000000"]);
+  const frames = events.map(({ frame }) => frame);  // among those of the network's boot
+  assert.deepEqual(frames.filter((frame) => /^(642|5C2)#..1164|^(620|5A0)#..3333/.test(frame)), ["642#2B1164012C010000", "5C2#6011640100000000",
+    "642#4011640100000000", "5C2#4B1164012C010000", "620#4033330000000000", "5A0#8033330000000206"]);
+  for (const frame of ["000#0142", "1C2#00", "2C2#00000000"]) assert.ok(frames.includes(frame), frame);
 });
 
 look("nothing inline, nothing from elsewhere", async (page) => {
