@@ -129,7 +129,9 @@ void Simulator::open_commands(const config::Config& config) {
   if (config.http.listen.empty()) return;
   http_.emplace(
       reactor_, text::parse_listen_address(config.http.listen, 0), config.http.write,
-      [&api = session_->open_api()](const adapters::HttpRequest& request) { return api.respond(request); },
+      [&api = session_->open_api(config)](const adapters::HttpRequest& request) {
+        return api.respond(request);
+      },
       warn_);
 }
 

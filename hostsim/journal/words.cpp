@@ -34,12 +34,6 @@ void append_object(Buffer& to, std::uint16_t index, std::uint8_t sub, const eds:
   if (name != nullptr) append(to, ' ', name->name);
 }
 
-std::string_view nmt_text(std::uint32_t specifier) {
-  for (const regmap::NmtRow& row : regmap::kNmtCommands)
-    if (row.specifier == specifier) return row.name;
-  return "unknown NMT command";
-}
-
 void append_nmt(Buffer& to, std::string_view command, std::uint8_t node) {
   append(to, "NMT ", command, ": ");
   node == 0 ? append(to, "all nodes") : append(to, "node ", node);
@@ -151,6 +145,12 @@ void append_terminals(Buffer& to, const Event& event) {
 
 }  // namespace
 
+std::string_view nmt_text(std::uint32_t specifier) {
+  for (const regmap::NmtRow& row : regmap::kNmtCommands)
+    if (row.specifier == specifier) return row.name;
+  return "unknown NMT command";
+}
+
 void append_value(Buffer& to, Bytes bytes, DataType type) {
   const std::uint64_t raw = bytes.size() <= 8 ? load_little_endian(bytes) : 0;
   if (type == DataType::kReal32)
@@ -231,10 +231,9 @@ void append_result(Buffer& to, const Event& ended) {
     return append(to, "cancelled before its first frame (is TIMEOUT too short?)");
   if (ended.result == static_cast<std::uint16_t>(regmap::Result::kSdoExecutionError))
     return append_abort(to, ended.code);
-  for (const auto& rows : {std::span<const regmap::NamedNumber>(regmap::kResults),
-                           std::span<const regmap::NamedNumber>(regmap::kScannerResults)})
-    for (const regmap::NamedNumber& row : rows)
-      if (row.value == ended.result) return append(to, row.meaning);
+  const std::string_view meaning = regmap::meaning_of(
+      regmap::kResults, ended.result, regmap::meaning_of(regmap::kScannerResults, ended.result));
+  if (!meaning.empty()) return append(to, meaning);
   append(to, ended.result, " in place of a result");
 }
 

@@ -35,6 +35,9 @@ std::span<const StateName> state_names();
 /// "pre-operational", "off" for kOff
 std::string_view state_text(std::uint8_t state);
 
+/// "Start Remote Node"
+std::string_view nmt_text(std::uint32_t specifier);
+
 /// "SDO node 66: read 1000h:00 Device type"
 void append_frame(Buffer& to, const Frame& frame, std::uint8_t network, const FindName& find);
 

@@ -73,9 +73,11 @@ void Instance::open_service(std::string_view place) {
         [this](std::string_view line, const auto& dialogue) { return session_->execute(line, dialogue); });
   } else if (name == "http") {
     addresses_.http = address.tcp;
-    http_.emplace(
-        text::parse_stream_address(start_.config.http.listen).tcp.host, address.tcp, start_.config.http.write,
-        [&api = session_->open_api()](const adapters::HttpRequest& request) { return api.respond(request); });
+    http_.emplace(text::parse_stream_address(start_.config.http.listen).tcp.host, address.tcp,
+                  start_.config.http.write,
+                  [&api = session_->open_api(start_.config)](const adapters::HttpRequest& request) {
+                    return api.respond(request);
+                  });
   } else {
     open_bus_service(name, address);
   }

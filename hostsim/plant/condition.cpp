@@ -9,6 +9,7 @@
 #include "cbcan/regmap.hpp"
 #include "journal/watch.hpp"
 #include "journal/words.hpp"
+#include "plant/points.hpp"
 #include "sim/frame_text.hpp"
 #include "text/numbers.hpp"
 #include "text/value.hpp"
@@ -90,6 +91,7 @@ class ObjectCondition final : public Condition {
         with_(operator_of(written.words[2])),
         wanted_(rest_of(written.words, 3)) {
     check_value(view, node_, address_);
+    address_ = object_of(node_of(view, node_), address_);
   }
   bool applies(View& view) const override { return node_of(view, node_).has_power(); }
   bool holds(View& view) override {

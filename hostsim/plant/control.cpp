@@ -12,6 +12,7 @@
 #include "cbcan/regmap.hpp"
 #include "config/config.hpp"
 #include "devices/devices.hpp"
+#include "journal/words.hpp"
 #include "plant/points.hpp"
 #include "sim/frame_text.hpp"
 #include "text/numbers.hpp"
@@ -355,8 +356,7 @@ std::vector<Usage> command_usages() {
 std::vector<std::pair<std::string_view, std::string_view>> nmt_verbs() {
   std::vector<std::pair<std::string_view, std::string_view>> verbs;
   for (const auto& [verb, command] : kNmtCommands)
-    for (const regmap::NmtRow& row : regmap::kNmtCommands)
-      if (row.specifier == static_cast<std::uint8_t>(command)) verbs.emplace_back(verb, row.name);
+    verbs.emplace_back(verb, journal::nmt_text(static_cast<std::uint8_t>(command)));
   return verbs;
 }
 

@@ -43,7 +43,6 @@ Session::Session(const config::Config& config, config::PlantBuild build, std::st
       is_only_network_(config.networks.size() == 1),
       started_(host_.now),
       plant_(config, std::move(build), host_.now, *this, host_.store),
-      wires_(wires_of(config)),
       find_name_(names_of(control())),
       waits_(host_.machine_now) {
   if (config.verbose || config.verbose_frames)
@@ -54,12 +53,12 @@ std::string Session::name_of(std::size_t network) const {
   return is_only_network_ ? "" : fmt::format("network {}: ", network);
 }
 
-web::Api& Session::open_api() {
+web::Api& Session::open_api(const config::Config& config) {
   control().journal();
   return api_.emplace(
       web::Api::Parts{control(), find_name_,
                       [this](std::string_view line, const auto& dialogue) { return execute(line, dialogue); },
-                      [this] { advance_and_answer(); }, [this] { return about(); }, wires_});
+                      [this] { advance_and_answer(); }, [this] { return about(); }, wires_of(config)});
 }
 
 web::Json Session::about() const {

@@ -77,8 +77,8 @@ class Session final : private plant::NetworkListener {
   void record(Tell tell) { recorder_.emplace(control(), find_name_, plant_file_, std::move(tell)); }
   /// Called when time has passed, and after each Modbus request that writes; false = the program is to end.
   void watch(std::function<bool()> look) { look_ = std::move(look); }
-  /// Serves the HTTP interface from now on.
-  web::Api& open_api();
+  /// Serves the HTTP interface from now on. `config`: that of the constructor.
+  web::Api& open_api(const config::Config& config);
   /// Views that have to be polled: lines of messages, a recording.
   bool has_views() const { return trace_ || recorder_; }
   void poll_views();
@@ -122,7 +122,6 @@ class Session final : private plant::NetworkListener {
   std::optional<Recorder> recorder_;  ///< it and trace_: the plant calls back while it is made
   std::optional<Trace> trace_;
   plant::Plant plant_;
-  web::Json wires_;  ///< for the HTTP interface
   journal::FindName find_name_;
   Waits waits_;
   std::optional<web::Api> api_;

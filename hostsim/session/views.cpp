@@ -18,7 +18,7 @@ Trace::Trace(plant::Control& control, journal::FindName find, bool frames, Tell 
 
 void Trace::poll() {
   const std::uint64_t missed = cursor_.look([this](std::uint64_t /*number*/, const Event& event) {
-    append(lines_, "cbcan-sim: ", event.at / kSecond, '.', text::Padded{event.at % kSecond, 6}, ' ');
+    append(lines_, "cbcan-sim: ", text::Seconds{event.at}, ' ');
     if (control_.networks() != 1) append(lines_, "network ", event.network, ": ");
     append_text(lines_, event, control_.journal(), find_);
     append(lines_, '\n');

@@ -46,6 +46,13 @@ char* write(char* at, const Padded& padded) {
   return write_digits<10>(at, padded.number, padded.digits);
 }
 
+char* write(char* at, const Seconds& seconds) {
+  constexpr std::uint64_t kSecond = 1'000'000;
+  at = write(at, seconds.microseconds / kSecond);
+  *at = '.';
+  return write_digits<10>(at + 1, seconds.microseconds % kSecond, 6);
+}
+
 char* write(char* at, const Decimal& decimal) {
   std::uint64_t scale = 1;
   for (unsigned place = 0; place < decimal.places; ++place)

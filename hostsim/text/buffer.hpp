@@ -46,6 +46,10 @@ struct Decimal {
   std::uint64_t number;
   unsigned places;
 };
+/// Microseconds as seconds with six places: "12.345678".
+struct Seconds {
+  std::uint64_t microseconds;
+};
 
 // The parts of append(): room() is at least what write() writes, and write() returns the end. Other
 // directories have these for their types.
@@ -94,6 +98,10 @@ constexpr std::size_t room(const Decimal& /*decimal*/) {
   return 21 + 20;
 }
 char* write(char* at, const Decimal& decimal);
+constexpr std::size_t room(const Seconds& /*seconds*/) {
+  return 21 + 20;
+}
+char* write(char* at, const Seconds& seconds);
 
 /// Appends texts, characters, numbers and the above.
 template <class... Parts>

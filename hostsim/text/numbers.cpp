@@ -19,10 +19,7 @@ std::optional<std::int64_t> parse_integer(std::string_view text) {
 }
 
 std::string seconds_text(std::uint64_t microseconds) {
-  constexpr std::uint64_t kSecond = 1'000'000;
-  return made([&](Buffer& to) {
-    append(to, microseconds / kSecond, '.', Padded{microseconds % kSecond, 6});
-  });
+  return made([&](Buffer& to) { append(to, Seconds{microseconds}); });
 }
 
 std::optional<std::uint64_t> parse_duration(std::string_view text) {

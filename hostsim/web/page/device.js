@@ -2,7 +2,7 @@
 // The inputs, outputs and curves of a node, as its device declares them (/api/nodes/N/points).
 
 import {make, send} from './state.js';
-import {shortText} from './words.js';
+import {addressOf, shortText} from './words.js';
 import {watchObject} from './plots.js';
 
 const titled = point => point.unit ? `${point.name} (${point.unit})` : point.name;
@@ -82,8 +82,7 @@ export function controls(points, node, word) {
   }
   const isCurve = point => points.some(each => each.kind === 'curve' && each.object === point.object);
   const curves = points.filter(each => each.kind === 'curve' || !each.bits && !isCurve(each)).map(point => {
-    const [index, sub] = point.object.split(':').map(Number);
-    return make('button', {type: 'button', textContent: titled(point), onclick: () => watchObject(node, {index, sub, name: point.name})});
+    return make('button', {type: 'button', textContent: titled(point), onclick: () => watchObject(node, {...addressOf(point), name: point.name})});
   });
   if (curves.length) grid.append(make('div', {className: 'curves'}, 'plot', ...curves));
   show(grid, points);

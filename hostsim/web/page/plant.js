@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The nodes; controls and the dictionary of the chosen node.
 
-import {state, on, tell, element, make, svg, ask, commands, send, askWords, askNetwork, prefix} from './state.js';
+import {state, on, tell, element, make, svg, ask, commands, send, askWords, askNetwork, pathOf, pointsOf, prefix} from './state.js';
 import {hex, nodeText, nodeHex, objectText, objectWord, valueText, driveState, stateClass} from './words.js';
 import {List, choice} from './list.js';
 import {watchObject} from './plots.js';
@@ -11,7 +11,6 @@ const kGutter = 26;
 let view = 'control', nodes, dictionary = [], objects, search = '', panel, shownFaults = '', words = {faults: [], nmt: []};
 
 const wordOf = node => prefix() + (node.node || `#${node.place}`);
-const pathOf = node => node.node ? String(node.node) : `%23${node.place}`;
 const chosen = () => state.nodes.find(node => node.place === state.node);
 
 // ---- Nodes
@@ -76,10 +75,6 @@ function toggle(text, isOn, lineOf) {
 const group = (...children) => make('div', {className: 'group'}, ...children);
 const button = (text, call, title = '') => make('button', {type: 'button', textContent: text, onclick: call, title});
 
-async function pointsOf(node) {
-  try { return (await askNetwork(`api/nodes/${pathOf(node)}/points`)).points; } catch { return []; }
-}
-
 /// Other clients, wires and signals change values too.
 async function followPoints() {
   const node = chosen(), grid = panel?.querySelector('.points');
@@ -127,7 +122,7 @@ function fillFaults(node) {
 // ---- Dictionary
 
 async function objectsOf(node) {
-  try { return (await askNetwork(`api/nodes/${pathOf(node)}/objects`)).objects; } catch { return []; }
+  try { return (await askNetwork(`${pathOf(node)}/objects`)).objects; } catch { return []; }
 }
 
 const objectKey = object => object.index * 256 + object.sub;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Plots of watched objects, and a statusword's bits as lanes, with a common cursor.
 
-import {state, on, tell, element, make, watch, askNetwork, prefix} from './state.js';
-import {objectText, objectWord, nodeText, shortText, kStatusBits} from './words.js';
+import {state, on, tell, element, make, watch, pointsOf, prefix} from './state.js';
+import {addressOf, objectText, objectWord, nodeText, shortText, kStatusBits} from './words.js';
 
 const kLeft = 66, kRight = 44, kMostPoints = 6000, kMostWatched = 6, kStatus = 0x6041;
 let watched = [], status = null, times = [], plot, lanes, stale = true, latest = 0, asked = 0, drawn = 0;
@@ -34,13 +34,13 @@ export function watchObject(node, object) {
 
 /// The curves of the device, and the statusword of a drive; what others have chosen stays if it has none.
 async function watchNode(node) {
-  const object = (index, sub, name) => ({node: node.node, index, sub, name, values: []});
-  const {points} = await askNetwork(`api/nodes/${node.node}/points`).catch(() => ({points: []}));
-  const curves = points.filter(point => point.kind === 'curve').slice(0, kMostWatched);
-  const first = curves[0] && object(...curves[0].object.split(':').map(Number), '');
-  if (!first || !node.node || (watched[0] && key(watched[0]) === key(first))) return;
-  watched = curves.map(point => object(...point.object.split(':').map(Number), point.name));
-  status = node.statusword === undefined ? null : object(kStatus, 0, 'Statusword');
+  if (!node.node) return;
+  const object = address => ({...address, node: node.node, values: []});
+  const curves = (await pointsOf(node)).filter(point => point.kind === 'curve').slice(0, kMostWatched)
+    .map(point => object({...addressOf(point), name: point.name}));
+  if (!curves.length || (watched[0] && key(watched[0]) === key(curves[0]))) return;
+  watched = curves;
+  status = node.statusword === undefined ? null : object({index: kStatus, sub: 0, name: 'Statusword'});
   rewatch();
 }
 

@@ -32,6 +32,12 @@ export function svg(name, attributes, ...children) {
 }
 export const prefix = () => state.network === 1 ? '' : `${state.network}/`;
 
+/// Of a node, in the HTTP interface.
+export const pathOf = node => `api/nodes/${node.node || `%23${node.place}`}`;
+
+/// Inputs, outputs and curves of a node.
+export const pointsOf = node => askNetwork(`${pathOf(node)}/points`).then(({points}) => points).catch(() => []);
+
 /// The item nearest to the cursor, if that is within a second.
 export function nearest(items, timeOf) {
   const distance = item => Math.abs(timeOf(item) - state.cursor);

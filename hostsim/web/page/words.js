@@ -10,6 +10,11 @@ export const nodeHex = id => id ? hex(id, 2) : '';
 /// In the notation of commands.
 export const objectWord = object => `0x${object.index.toString(16).toUpperCase().padStart(4, '0')}:${object.sub}`;
 
+export const addressOf = point => {
+  const [index, sub] = point.object.split(':').map(Number);
+  return {index, sub};
+};
+
 export const rounded = ms => number(ms >= 100 ? Math.round(ms) : Math.round(ms * 100) / 100);
 /// With the unit in which the number says most.
 export const duration = ms => ms >= 10000 ? `${number(Math.round(ms / 100) / 10)} s` : ms >= 1 ? `${rounded(ms)} ms` : `${Math.round(ms * 1000)} µs`;
