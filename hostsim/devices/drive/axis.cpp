@@ -19,6 +19,8 @@ constexpr double kNowhere = std::numeric_limits<double>::infinity();
 constexpr std::int32_t kLowest = std::numeric_limits<std::int32_t>::min();
 constexpr std::int32_t kHighest = std::numeric_limits<std::int32_t>::max();
 
+constexpr std::int8_t kVelocityMode = 2;
+
 constexpr double limit(std::uint32_t value) {
   return value == 0 ? DriveObjects::kNoLimit : value;
 }
@@ -143,9 +145,15 @@ void Axis::change_evenly_to(double velocity, Time duration, Time now) {
 }
 
 void Axis::stop(Ramp ramp, Time now) {
-  const std::uint32_t rate =
-      ramp == Ramp::kSlowDown ? objects_.profile_deceleration.get() : objects_.quick_stop_deceleration.get();
-  run_at(0, 0, increments_per_second(rate), now);
+  run_at(0, 0, deceleration(ramp), now);
+}
+
+double Axis::deceleration(Ramp ramp) const {
+  const bool is_slow = ramp == Ramp::kSlowDown;
+  if (objects_.mode_display.get() == kVelocityMode)
+    return slope(is_slow ? objects_.vl_deceleration : objects_.vl_quick_stop);
+  return increments_per_second(is_slow ? objects_.profile_deceleration.get()
+                                       : objects_.quick_stop_deceleration.get());
 }
 
 void Axis::give_up_demand(Time now) {
@@ -173,15 +181,34 @@ Dynamics Axis::profile_dynamics() const {
 double Axis::max_velocity() const {
   const double profile = increments_per_second(limit(objects_.max_profile_velocity.get()));
   if (!units_.knows_revolutions()) return profile;
-  const double motor =
-      limit(objects_.max_motor_speed.get()) / kSecondsPerMinute * units_.increments_per_revolution();
-  return std::min(profile, motor);
+  return std::min(profile, per_minute(limit(objects_.max_motor_speed.get())));
+}
+
+double Axis::per_minute(double revolutions) const {
+  return revolutions / kSecondsPerMinute * units_.increments_per_revolution();
+}
+
+double Axis::from_vl(double velocity) const {
+  return per_minute(velocity * ratio(objects_.vl_dimension_factor, objects_.vl_dimension_divisor));
+}
+
+double Axis::to_vl(double increments_per_second) const {
+  return increments_per_second / from_vl(1);
+}
+
+double Axis::slope(const DriveObjects::Slope& slope) const {
+  return slope.time.get() == 0 ? 0 : std::abs(from_vl(slope.speed.get())) / slope.time.get();
 }
 
 bool Axis::goes_round() const {
   const std::int32_t low = objects_.range_min.get();
   const std::int32_t high = objects_.range_max.get();
   return low < high && (low != kLowest || high != kHighest);
+}
+
+double Axis::circumference() const {
+  const Profile::Range range = position_range();
+  return increments(range.high - range.low);
 }
 
 double Axis::negative_limit() const {
@@ -193,7 +220,7 @@ double Axis::positive_limit() const {
 }
 
 AxisSwitches Axis::switches(Time now) const {
-  const double place = to_machine(has_load() && !blocked_ ? load_.position() : actual(now).position);
+  const double place = this->place(now);
   return {place <= negative_limit(), place >= positive_limit(),
           place >= layout_.home_low && place <= layout_.home_high};
 }
@@ -202,13 +229,19 @@ Time Axis::next_switch(Time now) const {
   if (blocked_ || has_load() || at_rest(now)) return kNever;
   Time next = kNever;
   const Profile::Range range = profile_.range();
-  for (const double edge : {negative_limit(), positive_limit(), layout_.home_low, layout_.home_high}) {
-    const double position = from_machine(edge);
-    if (std::isinf(edge) || position < range.low - kFarFrom || position > range.high + kFarFrom) continue;
-    for (const double beside : {-kBeside, kBeside})
-      next = earlier(next, passes(from_machine(edge + beside), now));
-  }
+  for (const double edge : {negative_limit(), positive_limit(), layout_.home_low, layout_.home_high})
+    next = earlier(next, passes_beside(from_machine(edge), range, now));
+  if (!has_limits()) return next;
+  for (const double end : {objects_.limit_min.get() - 0.5, objects_.limit_max.get() + 0.5})
+    next = earlier(next, passes_beside(increments(end), range, now));
   return next;
+}
+
+/// On either side; `range` is that of the profile.
+Time Axis::passes_beside(double position, const Profile::Range& range, Time now) const {
+  if (std::isinf(position) || position < range.low - kFarFrom || position > range.high + kFarFrom)
+    return kNever;
+  return earlier(passes(position - kBeside, now), passes(position + kBeside, now));
 }
 
 Time Axis::passes(double position, Time now) const {
@@ -218,6 +251,12 @@ Time Axis::passes(double position, Time now) const {
 
 bool Axis::has_limits() const {
   return objects_.limit_min.get() < objects_.limit_max.get();
+}
+
+bool Axis::is_outside_limits(Time now) const {
+  if (!has_limits()) return false;
+  const double position = std::round(user(from_machine(place(now))));
+  return position < objects_.limit_min.get() || position > objects_.limit_max.get();
 }
 
 double Axis::within_limits(double position) const {

@@ -26,8 +26,8 @@ struct AxisSwitches {
 
 /// The ramps that option codes 605Ah..605Eh choose.
 enum class Ramp : std::uint8_t {
-  kSlowDown,   ///< profile deceleration, 6084h
-  kQuickStop,  ///< quick stop deceleration, 6085h
+  kSlowDown,   ///< profile deceleration, 6084h; in velocity mode 6049h
+  kQuickStop,  ///< quick stop deceleration, 6085h; in velocity mode 604Ah
 };
 
 class Axis {
@@ -56,6 +56,10 @@ class Axis {
   Motion actual(Time now) const {
     if (blocked_) return {blocked_at_, 0};
     return load_.exists() ? load_.at(now) : profile_.at(now);
+  }
+  /// The actual position for decisions: that of a load does not depend on when it is read.
+  double place(Time now) const {
+    return to_machine(has_load() && !blocked_ ? load_.position() : actual(now).position);
   }
   const Profile& profile() const { return profile_; }
   bool over(Time now) const { return now >= profile_.end(); }
@@ -92,9 +96,15 @@ class Axis {
   // Values of objects, in increments.
   Dynamics profile_dynamics() const;
   double max_velocity() const;
+  /// Of velocity mode: 1/min of the motor, scaled by 604Ch.
+  double from_vl(double velocity) const;
+  double to_vl(double increments_per_second) const;
+  double slope(const DriveObjects::Slope& slope) const;
   /// Clamped to the software position limits (607Dh), which apply if the lower is below the upper.
   double within_limits(double position) const;
   bool has_limits() const;
+  /// The actual position, as 6064h shows it, is outside these limits.
+  bool is_outside_limits(Time now) const;
   double increments(double user) const { return units_.increments(user); }
   double user(double increments) const { return units_.user(increments); }
   double increments_per_second(double user) const { return units_.increments_per_second(user); }
@@ -111,6 +121,8 @@ class Axis {
   const AxisLayout& layout() const { return layout_; }
   double to_machine(double position) const { return position - zero_; }
   double from_machine(double place) const { return place + zero_; }
+  /// Distance around a rotary axis.
+  double circumference() const;
   double index_pitch() const { return units_.increments_per_revolution(); }
   /// The demanded position is called `position` from now on.
   void set_position(double position, Time now) { shift(position - demand(now).position); }
@@ -120,6 +132,9 @@ class Axis {
   void take_over_units();
   Profile::Range position_range() const;
   Load::Lead lead() const;
+  double deceleration(Ramp ramp) const;
+  double per_minute(double revolutions) const;
+  Time passes_beside(double position, const Profile::Range& range, Time now) const;
   double negative_limit() const;  ///< places; infinite without a switch
   double positive_limit() const;
   void follow_profile(const Profile& profile, Time now);

@@ -25,16 +25,15 @@ Time interpolation_period(const DriveObjects& objects) {
   return std::min(period, kLongestPeriod);
 }
 
-void CyclicPosition::enter(const ModeInput& /*input*/, Time now) {
+void LineMode::enter(const ModeInput& /*input*/, Time now) {
   limited_ = false;
   line_ends_ = 0;
   axis_.stop(Ramp::kSlowDown, now);
 }
 
-void CyclicPosition::on_sync(const ModeInput& input, Time now) {
+void LineMode::draw_line(double user, const ModeInput& input, Time now) {
   const Time period = interpolation_period(objects_);
   const double here = axis_.demand(now).position;
-  const double user = double{1} * objects_.target_position.get() + objects_.position_offset.get();
   const double wanted = std::round(axis_.increments(user));
   const double step = axis_.max_velocity() * static_cast<double>(period) / kTicksPerSecond;
   double target = axis_.within_limits(wanted);
@@ -44,6 +43,48 @@ void CyclicPosition::on_sync(const ModeInput& input, Time now) {
   if (target == axis_.target() && now < line_ends_ && !axis_.over(now)) return;
   line_ends_ = now + period;
   axis_.line_to(target, period, now);
+}
+
+void CyclicPosition::on_sync(const ModeInput& input, Time now) {
+  draw_line(double{1} * objects_.target_position.get() + objects_.position_offset.get(), input, now);
+}
+
+void InterpolatedPosition::enter(const ModeInput& input, Time now) {
+  LineMode::enter(input, now);
+  points_.clear();
+  last_point_ = objects_.interpolation_data.get();
+  active_ = is_written_ = false;
+}
+
+void InterpolatedPosition::run(const ModeInput& input, Time now) {
+  take_point();
+  const bool halt = input.has(controlword::kHalt);
+  const bool active = input.has(controlword::kInterpolate) && !halt;
+  if (std::exchange(active_, active) && !active) {
+    axis_.stop(halt ? halt_ramp() : Ramp::kSlowDown, now);
+    line_ends_ = 0;
+  }
+  for (; active_ && !points_.empty() && now >= line_ends_; points_.pop_front())
+    draw_line(points_.front(), input, now);
+}
+
+void InterpolatedPosition::take_point() {
+  const std::int32_t point = objects_.interpolation_data.get();
+  const bool is_new = std::exchange(is_written_, false) || point != last_point_;
+  last_point_ = point;
+  if (is_new && has_buffer() && points_.size() < objects_.interpolation_buffer.get()) points_.push_back(point);
+}
+
+void InterpolatedPosition::on_sync(const ModeInput& input, Time now) {
+  if (follows_sync()) draw_line(objects_.interpolation_data.get(), input, now);
+}
+
+std::uint16_t InterpolatedPosition::status(Time now) const {
+  std::uint16_t bits = 0;
+  if (active_) bits |= statusword::kInterpolates;
+  if (points_.empty() && axis_.at_rest(now)) bits |= statusword::kTargetReached;
+  if (limited_) bits |= statusword::kInternalLimit;
+  return bits;
 }
 
 void CyclicVelocity::enter(const ModeInput& /*input*/, Time now) {

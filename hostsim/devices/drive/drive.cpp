@@ -17,12 +17,19 @@ constexpr std::uint16_t kStatusword = 0x6041;
 constexpr std::uint16_t kModesOfOperation = 0x6060;
 constexpr std::uint16_t kModesOfOperationDisplay = 0x6061;
 constexpr std::uint16_t kHomingMethod = 0x6098;
+constexpr std::uint16_t kProbeStatus = 0x60B9;
+constexpr std::uint16_t kFirstProbe = 0x60BA;
+constexpr std::uint16_t kSecondProbe = 0x60BC;
+constexpr std::uint16_t kInterpolationData = 0x60C1;
+constexpr std::uint16_t kInterpolationBuffer = 0x60C4;
+constexpr std::uint8_t kBufferClear = 6;
 constexpr std::uint16_t kDigitalInputs = 0x60FD;
 
-/// Controlword, target torque, target position, offsets of the cyclic modes, digital outputs, target
-/// velocity.
+/// Controlword, targets of velocity mode, torque and position, offsets of the cyclic modes, touch probe function,
+/// interpolation data, digital outputs, target velocity.
 constexpr auto kSetPoints =
-    std::to_array<std::uint16_t>({kControlword, 0x6071, 0x607A, 0x60B0, 0x60B1, 0x60B2, 0x60FE, 0x60FF});
+    std::to_array<std::uint16_t>({kControlword, 0x6042, 0x6071, 0x607A, 0x60B0, 0x60B1, 0x60B2, 0x60B8,
+                                  kInterpolationData, 0x60FE, 0x60FF});
 
 constexpr std::uint32_t kAllFaults = (std::uint32_t{1} << kFaultKinds) - 1;
 
@@ -38,6 +45,8 @@ constexpr std::uint32_t kInputHomeSwitch = 0x4;
 
 constexpr std::uint32_t kOutputBrake = 0x1;  ///< 60FEh
 
+constexpr double kActiveFrom = 0.5;  ///< of an input
+
 /// Periods without a SYNC: the number after which it is missed, and up to which the next one is in time.
 constexpr Time kMissedAfter = 3;
 constexpr Time kInTime = 2;
@@ -47,9 +56,9 @@ constexpr double kPast = 1e-3;
 
 }  // namespace
 
-Drive::Drive(sim::DeviceNode& node, const AxisLayout& layout)
+Drive::Drive(sim::DeviceNode& node, const AxisLayout& layout, std::uint16_t offset)
     : DeviceWithIncidents(node, kIncidentNames, kFaults),
-      objects_(node.dictionary()),
+      objects_(node.dictionary(), offset),
       axis_(objects_, layout),
       stage_(objects_, axis_),
       nominal_voltage_(objects_.link_voltage.get()) {}
@@ -61,9 +70,10 @@ void Drive::reset(bool application, Time now) {
   commands_.clear();
   objects_.command = objects_.controlword.get();
   stage_.reset();
+  velocity_.reset();
   had_power_ = false;
   mode_ = nullptr;
-  operating_ = false;
+  operating_ = follows_sync_ = false;
   told_ = 0;
   lagging_since_ = kNever;
   lost_ = false;
@@ -97,6 +107,7 @@ Time Drive::update(Time now) {
   axis_.refresh(now);
   watch_following(now);
   watch_sync(now);
+  if (probes_.exist() && probes_.update(now)) tell_changed(kProbeStatus, now);
   begin_faults(now);
   stage_.poll((present_ & kAllFaults) != 0, now);
   end_faults(now);
@@ -113,9 +124,11 @@ Time Drive::update(Time now) {
 Mode* Drive::mode_of(std::int8_t number) {
   switch (number) {
     case 1: return &profile_position_;
+    case 2: return &velocity_;
     case 3: return &profile_velocity_;
     case 4: return &profile_torque_;
     case 6: return &homing_;
+    case 7: return &interpolated_position_;
     case 8: return &cyclic_position_;
     case 9: return &cyclic_velocity_;
     case 10: return &cyclic_torque_;
@@ -136,20 +149,17 @@ ModeInput Drive::input(Time now) const {
           has(Incident::kPositiveLimit) || own.positive_limit};
 }
 
-bool Drive::is_cyclic() const {
-  return operating_ && (mode_ == &cyclic_position_ || mode_ == &cyclic_velocity_ || mode_ == &cyclic_torque_);
-}
-
 void Drive::run_mode(Time now) {
   const std::int8_t wanted = objects_.mode.get();
   const bool changed = wanted != objects_.mode_display.get() && supports(wanted);
   if (changed) {
     mode_ = mode_of(wanted);
     objects_.mode_display.set(wanted);
-    node_.changed(kModesOfOperationDisplay, 0, now);
+    tell_changed(kModesOfOperationDisplay, now);
   }
   const bool before = operating_;
   operating_ = stage_.is_operating();
+  follows_sync_ = false;
   if (!operating_) return;
   if (mode_ == nullptr) {
     if (changed) axis_.stop(Ramp::kSlowDown, now);
@@ -157,6 +167,7 @@ void Drive::run_mode(Time now) {
   }
   if (changed || !before) mode_->enter(input(now), now);
   mode_->run(input(now), now);
+  follows_sync_ = mode_->follows_sync();
 }
 
 void Drive::on_sync(Time now) {
@@ -164,13 +175,13 @@ void Drive::on_sync(Time now) {
   if (operating_ && mode_ != nullptr) mode_->on_sync(input(now), now);
   const Time period = interpolation_period(objects_);
   const bool in_time = period != 0 && last_sync_ != kNever && now <= last_sync_ + kInTime * period;
-  sync_due_ = is_cyclic() && in_time ? now + kMissedAfter * period : kNever;
+  sync_due_ = follows_sync_ && in_time ? now + kMissedAfter * period : kNever;
   last_sync_ = now;
   if (std::exchange(sync_missed_, false)) node_.error_over(kSyncFault, now);
 }
 
 void Drive::watch_sync(Time now) {
-  if (!is_cyclic()) last_sync_ = sync_due_ = kNever;
+  if (!follows_sync_) last_sync_ = sync_due_ = kNever;
   if (now < sync_due_) return;
   sync_due_ = kNever;
   sync_missed_ = true;
@@ -178,17 +189,27 @@ void Drive::watch_sync(Time now) {
   network_failed(kSyncFault, now);
 }
 
-AbortCode Drive::check(const ObjectEntry& entry, std::uint8_t /*sub*/, std::span<const std::uint8_t> value,
+AbortCode Drive::check(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value,
                        Time /*now*/) {
-  if (entry.index == kControlword) stage_.controlword_written();
+  const std::uint16_t index = own(entry.index);
   const auto number = static_cast<std::int8_t>(load_little_endian(value));
-  const bool is_refused = (entry.index == kModesOfOperation && !supports(number)) ||
-                          (entry.index == kHomingMethod && !is_homing_method(number));
+  if (index == kControlword) stage_.controlword_written();
+  if (index == kInterpolationData) interpolated_position_.point_written();
+  if (index == kInterpolationBuffer && sub == kBufferClear && number == 0) interpolated_position_.clear_buffer();
+  const bool is_refused = (index == kModesOfOperation && !supports(number)) ||
+                          (index == kHomingMethod && !is_homing_method(number));
   return is_refused ? AbortCode::kValue : AbortCode::kNone;
 }
 
 bool Drive::is_set_point(std::uint16_t index) const {
-  return std::ranges::find(kSetPoints, index) != kSetPoints.end();
+  return std::ranges::find(kSetPoints, own(index)) != kSetPoints.end();
+}
+
+bool Drive::set_input(std::uint16_t place, std::uint8_t /*sub*/, double value, Time /*now*/) {
+  const std::uint16_t index = own(place);
+  if (!probes_.exist() || (index != kFirstProbe && index != kSecondProbe)) return false;
+  probes_.set_level(index == kFirstProbe ? 0 : 1, value >= kActiveFrom);
+  return true;
 }
 
 // Faults.
@@ -277,7 +298,8 @@ std::uint16_t Drive::status(Time now) const {
   if (stage_.state() != PowerState::kNotReadyToSwitchOn && !has(Incident::kUndervoltage))
     bits |= statusword::kVoltageEnabled;
   if (has(Incident::kWarning)) bits |= statusword::kWarning;
-  if (axis_.lacks_torque()) bits |= statusword::kInternalLimit;
+  if (axis_.lacks_torque() || (operating_ && axis_.is_outside_limits(now)))
+    bits |= statusword::kInternalLimit;
   if (stage_.state() == PowerState::kQuickStopActive && axis_.at_rest(now))
     bits |= statusword::kTargetReached;
   const bool positions = mode_ == &profile_position_ || mode_ == &cyclic_position_;
@@ -293,8 +315,8 @@ void Drive::publish(Time now) {
   const bool status_changed = bits != objects_.statusword.get();
   objects_.digital_inputs.set(inputs);
   objects_.statusword.set(bits);
-  if (inputs_changed) node_.changed(kDigitalInputs, 0, now);
-  if (status_changed) node_.changed(kStatusword, 0, now);
+  if (inputs_changed) tell_changed(kDigitalInputs, now);
+  if (status_changed) tell_changed(kStatusword, now);
 }
 
 void Drive::publish_motion(Time now) {
@@ -306,6 +328,7 @@ void Drive::publish_motion(Time now) {
   objects_.position_actual_increments.set(sim::rounded<std::int32_t>(actual.position));
   objects_.velocity_demand.set(sim::rounded<std::int32_t>(axis_.user_velocity(demand.velocity)));
   objects_.velocity_actual.set(sim::rounded<std::int32_t>(axis_.user_velocity(actual.velocity)));
+  if (objects_.vl_actual.exists()) velocity_.show(demand.velocity, actual.velocity);
   objects_.following_error.set(sim::rounded<std::int32_t>(axis_.user(demand.position - actual.position)));
   const double torque = axis_.has_load()                 ? axis_.load_torque()
                         : operating_ && mode_ != nullptr ? mode_->torque(now)
@@ -337,7 +360,8 @@ Time Drive::deadline(Time now) const {
   Time first = earlier(axis_.next_load_step(now), following_deadline(now));
   first = earlier(first, earlier(axis_.next_switch(now), sync_due_));
   if (!commands_.empty()) first = earlier(first, commands_.front().due);
-  if (!is_cyclic() || !axis_.just_moves()) first = earlier(first, axis_.profile().next_change(now));
+  if (!follows_sync_ || !axis_.just_moves()) first = earlier(first, axis_.profile().next_change(now));
+  if (probes_.exist()) first = earlier(first, probes_.deadline(now));
   if (operating_ && mode_ != nullptr) {
     const Time mode = mode_->deadline(now);
     if (mode > now) first = earlier(first, mode);

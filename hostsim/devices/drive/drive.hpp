@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// A servo drive with one axis (CiA 402, IEC 61800-7-201): the power state machine and the modes profile
-/// position, profile velocity, profile torque, homing, cyclic synchronous position, velocity and torque, if
-/// 6502h lists them.
+/// One axis of a drive (CiA 402, IEC 61800-7-201): the power state machine and the modes profile position, velocity,
+/// profile velocity, profile torque, homing, interpolated position, cyclic synchronous position, velocity and torque,
+/// if 6502h lists them. axes.hpp is a node with several.
 ///
 /// The axis follows its demand exactly, unless the plant file gives it a load. There are no ticks: positions
 /// are calculated on demand, and update() returns the time of the next change; a moving load (load.hpp)
@@ -13,6 +13,8 @@
 /// Positions are in user units (6064h, 607Ah, ...), converted by 608Fh, 6091h and 6092h and rounded to the
 /// nearest increment inside (6063h, 60FCh), to the nearest user unit outside.
 ///
+/// Bit 11 of 6041h is also set while the axis is outside the software position limits (607Dh), in every mode.
+///
 /// 60FDh shows the switches of AxisLayout (bit 0 negative limit, 1 positive limit, 2 home). A limit switch
 /// (from AxisLayout or an incident) stops the axis with the quick stop ramp and allows motion only in the other
 /// direction; in homing only those of incidents do. With 607Bh narrower than INTEGER32 the axis is rotary and
@@ -21,7 +23,7 @@
 /// Event-driven TPDOs are triggered by a change of statusword (6041h), mode (6061h) or inputs (60FDh), not of
 /// positions.
 ///
-/// In the cyclic modes, once SYNCs have come at the period of 60C2h, three periods without one are a fault:
+/// In the cyclic modes, and in interpolated position without a buffer, once SYNCs have come at the period of 60C2h, three periods without one are a fault:
 /// EMCY 8700h until the next SYNC, and 6007h.
 ///
 /// 6007h acts when the network fails, and when NMT stops the node while operation is enabled. Going to
@@ -42,13 +44,16 @@
 #include "devices/drive/profile_position.hpp"
 #include "devices/drive/profile_velocity.hpp"
 #include "devices/drive/torque.hpp"
+#include "devices/drive/touch_probe.hpp"
+#include "devices/drive/velocity.hpp"
 #include "sim/behaviour.hpp"
 
 namespace cbcan::devices {
 
 class Drive final : public DeviceWithIncidents {
  public:
-  explicit Drive(sim::DeviceNode& node, const AxisLayout& layout = {});
+  /// `offset` of its objects, as of DriveObjects.
+  explicit Drive(sim::DeviceNode& node, const AxisLayout& layout = {}, std::uint16_t offset = 0);
   Drive(const Drive&) = delete;
   Drive& operator=(const Drive&) = delete;
 
@@ -62,10 +67,17 @@ class Drive final : public DeviceWithIncidents {
   void delay_commands(Time delay) override { command_delay_ = delay; }
   bool is_set_point(std::uint16_t index) const override;
   std::vector<sim::Point> points() const override;
+  /// 60BAh and 60BCh: the levels at the touch probes, from 0.5 on 1.
+  bool set_input(std::uint16_t index, std::uint8_t sub, double value, Time now) override;
 
   const Axis& axis() const { return axis_; }
 
  private:
+  /// The first axis has this object at the returned index.
+  std::uint16_t own(std::uint16_t index) const { return static_cast<std::uint16_t>(index - objects_.d.offset); }
+  void tell_changed(std::uint16_t index, Time now) {
+    node_.changed(static_cast<std::uint16_t>(index + objects_.d.offset), 0, now);
+  }
   bool has(Incident incident) const { return present(static_cast<std::size_t>(incident)); }
   ModeInput input(Time now) const;
   Mode* mode_of(std::int8_t number);
@@ -82,7 +94,6 @@ class Drive final : public DeviceWithIncidents {
   bool brake_holds();
   void hold_motor(Time now);
   void watch_sync(Time now);
-  bool is_cyclic() const;
   std::uint32_t digital_inputs(Time now) const;
   std::uint32_t link_voltage() const;
   std::uint16_t status(Time now) const;
@@ -93,15 +104,19 @@ class Drive final : public DeviceWithIncidents {
   Axis axis_;
   PowerStage stage_;
   ProfilePosition profile_position_{objects_, axis_};
+  Velocity velocity_{objects_, axis_};
   ProfileVelocity profile_velocity_{objects_, axis_};
   ProfileTorque profile_torque_{objects_, axis_};
   Homing homing_{objects_, axis_};
+  InterpolatedPosition interpolated_position_{objects_, axis_};
   CyclicPosition cyclic_position_{objects_, axis_};
   CyclicVelocity cyclic_velocity_{objects_, axis_};
   CyclicTorque cyclic_torque_{objects_, axis_};
+  TouchProbes probes_{objects_, axis_};
 
   Mode* mode_ = nullptr;  ///< of 6061h
   bool operating_ = false;
+  bool follows_sync_ = false;
   bool had_power_ = false;
   bool brake_opened_ = false;  ///< by power, although 60FEh sets the brake
   Time lagging_since_ = kNever;

@@ -34,6 +34,8 @@ class Mode {
   virtual void enter(const ModeInput& input, Time now) = 0;
   /// Does all that is due by `now`.
   virtual void run(const ModeInput& /*input*/, Time /*now*/) {}
+  /// Set-points come with SYNCs: they may be missed.
+  virtual bool follows_sync() const { return false; }
   virtual void on_sync(const ModeInput& /*input*/, Time /*now*/) {}
   /// The motor is no longer blocked: continue to the target from the current position.
   virtual void resume(Time /*now*/) {}

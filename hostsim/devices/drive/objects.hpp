@@ -1,33 +1,63 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The objects of CiA 402 that the drive reads and writes, looked up once. An object without value, or missing
+/// The objects of CiA 402 that an axis reads and writes, looked up once. An object without value, or missing
 /// from the dictionary, has the default given here. A limit of 0 is no limit, and a 6502h of 0 means all modes:
 /// EDS files leave such values to the drive.
 
+#include <array>
 #include <cstdint>
 
 #include "sim/bound.hpp"
 
 namespace cbcan::devices {
 
-struct DriveObjects {
-  template <class Number>
-  using Bound = sim::Bound<Number>;
-  static constexpr std::uint32_t kNoLimit = 0xFFFFFFFF;
-  static constexpr std::uint32_t kAllModes = 0x000003AD;
+/// Axis n of a node, from 0 on, has the objects of the first at this times n after them.
+inline constexpr std::uint16_t kAxisStride = 0x800;
 
-  explicit DriveObjects(ObjectDictionary& dictionary) : d(dictionary) {
+struct DriveObjects {
+  struct Place {
+    ObjectDictionary& dictionary;
+    std::uint16_t offset;
+  };
+  template <class Number>
+  struct Bound : sim::Bound<Number> {
+    Bound(const Place& place, unsigned index, std::uint8_t sub, Number standard = {})
+        : sim::Bound<Number>(place.dictionary, static_cast<std::uint16_t>(index + place.offset), sub,
+                             standard) {}
+  };
+  /// Of velocity mode: a change of velocity in a time in s.
+  struct Slope {
+    Slope(const Place& place, unsigned index) : speed(place, index, 1), time(place, index, 2, 1) {}
+    Bound<std::uint32_t> speed;
+    Bound<std::uint16_t> time;
+  };
+  static constexpr std::uint32_t kNoLimit = 0xFFFFFFFF;
+  static constexpr std::uint32_t kAllModes = 0x000003EF;
+
+  explicit DriveObjects(ObjectDictionary& dictionary, std::uint16_t offset = 0) : d{dictionary, offset} {
     if (supported_modes.get() == 0) supported_modes.set(kAllModes);
   }
 
-  ObjectDictionary& d;
+  Place d;
   std::uint16_t command = 0;  ///< the controlword that the drive acts on
 
   Bound<std::int16_t> abort_connection_option{d, 0x6007, 0, 1};
   Bound<std::uint16_t> error_code{d, 0x603F, 0};
   Bound<std::uint16_t> controlword{d, 0x6040, 0};
   Bound<std::uint16_t> statusword{d, 0x6041, 0};
+  Bound<std::int16_t> vl_target{d, 0x6042, 0};
+  Bound<std::int16_t> vl_demand{d, 0x6043, 0};
+  Bound<std::int16_t> vl_actual{d, 0x6044, 0};
+  Bound<std::uint32_t> vl_min{d, 0x6046, 1};
+  Bound<std::uint32_t> vl_max{d, 0x6046, 2};
+  Slope vl_acceleration{d, 0x6048};
+  Slope vl_deceleration{d, 0x6049};
+  Slope vl_quick_stop{d, 0x604A};
+  Bound<std::int16_t> vl_set_point_factor{d, 0x604B, 1, 1};
+  Bound<std::int16_t> vl_set_point_divisor{d, 0x604B, 2, 1};
+  Bound<std::int32_t> vl_dimension_factor{d, 0x604C, 1, 1};
+  Bound<std::int32_t> vl_dimension_divisor{d, 0x604C, 2, 1};
   Bound<std::int16_t> quick_stop_option{d, 0x605A, 0, 2};
   Bound<std::int16_t> shutdown_option{d, 0x605B, 0, 0};
   Bound<std::int16_t> disable_operation_option{d, 0x605C, 0, 1};
@@ -92,8 +122,18 @@ struct DriveObjects {
   Bound<std::int32_t> position_offset{d, 0x60B0, 0};
   Bound<std::int32_t> velocity_offset{d, 0x60B1, 0};
   Bound<std::int16_t> torque_offset{d, 0x60B2, 0};
+  Bound<std::uint16_t> probe_function{d, 0x60B8, 0};
+  Bound<std::uint16_t> probe_status{d, 0x60B9, 0};
+  /// Positive and negative edge of the first probe, then of the second.
+  std::array<Bound<std::int32_t>, 4> probe_positions{
+      {{d, 0x60BA, 0}, {d, 0x60BB, 0}, {d, 0x60BC, 0}, {d, 0x60BD, 0}}};
+  std::array<Bound<std::uint16_t>, 4> probe_counters{
+      {{d, 0x60D5, 0}, {d, 0x60D6, 0}, {d, 0x60D7, 0}, {d, 0x60D8, 0}}};
+  Bound<std::int32_t> interpolation_data{d, 0x60C1, 1};
+  Bound<std::uint32_t> interpolation_buffer{d, 0x60C4, 2, 1};
   Bound<std::uint8_t> interpolation_time{d, 0x60C2, 1, 1};
   Bound<std::int8_t> interpolation_exponent{d, 0x60C2, 2, -3};
+  Bound<std::uint16_t> positioning_option{d, 0x60F2, 0};
   Bound<std::int32_t> following_error{d, 0x60F4, 0};
   Bound<std::int32_t> position_demand_increments{d, 0x60FC, 0};
   Bound<std::uint32_t> digital_inputs{d, 0x60FD, 0};
@@ -101,5 +141,12 @@ struct DriveObjects {
   Bound<std::uint32_t> digital_outputs_mask{d, 0x60FE, 2, 0xFFFFFFFF};
   Bound<std::int32_t> target_velocity{d, 0x60FF, 0};
 };
+
+/// 1 if the file leaves one of them out or at 0.
+template <class Number>
+double ratio(const DriveObjects::Bound<Number>& factor, const DriveObjects::Bound<Number>& divisor) {
+  const bool counts = factor.get() != 0 && divisor.get() != 0;
+  return counts ? double{1} * factor.get() / divisor.get() : 1;
+}
 
 }  // namespace cbcan::devices

@@ -41,6 +41,11 @@ inline constexpr std::uint16_t kQuickStop = 0x0004;  ///< 0 = quick stop
 inline constexpr std::uint16_t kEnableOperation = 0x0008;
 inline constexpr std::uint16_t kNewSetPoint = 0x0010;  ///< profile position
 inline constexpr std::uint16_t kStartHoming = 0x0010;  ///< homing
+inline constexpr std::uint16_t kInterpolate = 0x0010;  ///< interpolated position
+inline constexpr std::uint16_t kEnableRamp = 0x0010;   ///< velocity mode
+inline constexpr std::uint16_t kUnlockRamp = 0x0020;
+inline constexpr std::uint16_t kReferenceRamp = 0x0040;
+inline constexpr std::uint16_t kRampBits = kEnableRamp | kUnlockRamp | kReferenceRamp;
 inline constexpr std::uint16_t kChangeImmediately = 0x0020;
 inline constexpr std::uint16_t kRelative = 0x0040;
 inline constexpr std::uint16_t kFaultReset = 0x0080;
@@ -58,6 +63,7 @@ inline constexpr std::uint16_t kSetPointAcknowledge = 0x1000;  ///< profile posi
 inline constexpr std::uint16_t kSpeedZero = 0x1000;            ///< profile velocity
 inline constexpr std::uint16_t kHomingAttained = 0x1000;       ///< homing
 inline constexpr std::uint16_t kFollowsCommand = 0x1000;       ///< cyclic synchronous modes
+inline constexpr std::uint16_t kInterpolates = 0x1000;         ///< interpolated position
 inline constexpr std::uint16_t kFollowingError = 0x2000;       ///< position modes
 inline constexpr std::uint16_t kHomingError = 0x2000;          ///< homing
 /// Bits 0..3, 5 and 6: the state.

@@ -7,6 +7,22 @@
 
 namespace cbcan::devices {
 
+namespace {
+
+// Fields of 60F2h.
+constexpr std::uint16_t kRelativeOption = 0x0003;
+constexpr std::uint16_t kToDemand = 0x0001;
+constexpr std::uint16_t kToActual = 0x0002;
+constexpr std::uint16_t kRotaryOption = 0x00C0;
+constexpr std::uint16_t kNegative = 0x0040;
+constexpr std::uint16_t kPositive = 0x0080;
+constexpr std::uint16_t kShortest = 0x00C0;
+
+/// Increments: a target this near needs no turn.
+constexpr double kHere = 0.5;
+
+}  // namespace
+
 void ProfilePosition::enter(const ModeInput& input, Time now) {
   next_.reset();
   pass_at_ = kNever;
@@ -39,16 +55,39 @@ void ProfilePosition::take(const ModeInput& input, Time now) {
 }
 
 void ProfilePosition::begin(const SetPoint& set_point, Time now) {
-  const double base = has_target_ ? axis_.target() : axis_.demand(now).position;
-  const double wanted = target_of(set_point, base);
-  const double target = axis_.within_limits(wanted);
+  const double here = axis_.demand(now).position;
+  const double wanted = target_of(set_point, base(now));
+  double target = axis_.within_limits(wanted);
   limited_ = target != wanted;
+  if (!set_point.relative) target = way_round(target, here);
   dynamics_ = set_point.dynamics;
-  direction_ = target - axis_.demand(now).position;
+  direction_ = target - here;
   axis_.aim_at(target);
   next_.reset();
   pass_at_ = kNever;
   has_target_ = go_ = true;
+}
+
+/// What relative set-points count from.
+double ProfilePosition::base(Time now) const {
+  switch (objects_.positioning_option.get() & kRelativeOption) {
+    case kToDemand: return axis_.demand(now).position;
+    case kToActual: return axis_.actual(now).position;
+    default: return has_target_ ? axis_.target() : axis_.demand(now).position;
+  }
+}
+
+/// The same position of a rotary axis, in the direction of 60F2h.
+double ProfilePosition::way_round(double target, double from) const {
+  if (!axis_.goes_round()) return target;
+  const double once = axis_.circumference();
+  const double way = target - from;
+  switch (objects_.positioning_option.get() & kRotaryOption) {
+    case kNegative: return target - std::ceil((way - kHere) / once) * once;
+    case kPositive: return target - std::floor((way + kHere) / once) * once;
+    case kShortest: return target - std::round(way / once) * once;
+    default: return target;
+  }
 }
 
 double ProfilePosition::target_of(const SetPoint& set_point, double base) const {

@@ -8,6 +8,9 @@
 /// the axis passes the present set-point at profile velocity instead of stopping there, if the next one is far
 /// enough beyond it to stop in time. Bit 12 is 1 until bit 4 is 0 and another set-point can be taken. Relative
 /// set-points (bit 6) count from the previous set-point.
+///
+/// 60F2h: relative set-points count from the demand (bits 0, 1 = 1) or from the actual position (2). A rotary axis
+/// turns as the numbers say (bits 6, 7 = 0), in negative (1) or positive direction (2), or the shortest way (3).
 
 #include <optional>
 
@@ -35,6 +38,8 @@ class ProfilePosition final : public Mode {
   void take(const ModeInput& input, Time now);
   void begin(const SetPoint& set_point, Time now);
   double target_of(const SetPoint& set_point, double base) const;
+  double base(Time now) const;
+  double way_round(double target, double from) const;
   void pass_through(Time now);
   void hold_or_go(const ModeInput& input, Time now);
   bool reached(Time now) const;

@@ -31,22 +31,29 @@ bool run_within_limits(Axis& axis, double velocity, const Dynamics& dynamics, Ti
   return true;
 }
 
-void ProfileVelocity::run(const ModeInput& input, Time now) {
-  const double wanted = axis_.increments_per_second(objects_.target_velocity.get());
+void VelocityMode::run_at(double wanted, const Dynamics& dynamics, std::optional<Ramp> stop,
+                          const ModeInput& input, Time now) {
   const double most = axis_.max_velocity();
-  Plan plan;
-  plan.velocity = std::clamp(wanted, -most, most);
-  plan.dynamics = axis_.profile_dynamics();
-  plan.dynamics.velocity = 0;  // 6081h means nothing here
-  plan.limit = limit_ahead(axis_, wanted);
-  plan.halted = input.has(controlword::kHalt);
-  plan.barred = input.barred(wanted);
+  const Plan plan{dynamics, std::clamp(wanted, -most, most), limit_ahead(axis_, wanted), stop,
+                  input.barred(wanted)};
   limited_ = plan.velocity != wanted;
   if (plan_ == plan) return;
   plan_ = plan;
-  if (plan.halted) return axis_.stop(halt_ramp(), now);
+  if (stop) return axis_.stop(*stop, now);
   if (plan.barred) return axis_.stop(Ramp::kQuickStop, now);
-  run_within_limits(axis_, plan.velocity, plan.dynamics, now);
+  run_within_limits(axis_, plan.velocity, dynamics, now);
+}
+
+std::uint16_t VelocityMode::limit_bit(Time now) const {
+  const bool at_limit = axis_.has_limits() && plan_->velocity != 0 && !plan_->stop && axis_.at_rest(now);
+  return limited_ || plan_->barred || at_limit ? statusword::kInternalLimit : 0;
+}
+
+void ProfileVelocity::run(const ModeInput& input, Time now) {
+  Dynamics dynamics = axis_.profile_dynamics();
+  dynamics.velocity = 0;  // 6081h means nothing here
+  const auto stop = input.has(controlword::kHalt) ? std::optional(halt_ramp()) : std::nullopt;
+  run_at(axis_.increments_per_second(objects_.target_velocity.get()), dynamics, stop, input, now);
 }
 
 bool ProfileVelocity::steady(Time now, std::uint16_t for_milliseconds) const {
@@ -61,11 +68,9 @@ std::uint16_t ProfileVelocity::status(Time now) const {
                          steady(now, objects_.velocity_window_time.get());
   const bool slow = std::abs(velocity) <= axis_.increments_per_second(objects_.velocity_threshold.get()) &&
                     steady(now, objects_.velocity_threshold_time.get());
-  const bool at_limit = axis_.has_limits() && plan_->velocity != 0 && !plan_->halted && axis_.at_rest(now);
-  std::uint16_t bits = 0;
-  if (plan_->halted ? axis_.at_rest(now) : in_window) bits |= statusword::kTargetReached;
+  std::uint16_t bits = limit_bit(now);
+  if (plan_->stop ? axis_.at_rest(now) : in_window) bits |= statusword::kTargetReached;
   if (slow) bits |= statusword::kSpeedZero;
-  if (limited_ || plan_->barred || at_limit) bits |= statusword::kInternalLimit;
   return bits;
 }
 

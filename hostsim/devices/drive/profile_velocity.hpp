@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Profile velocity mode (6060h = 3): 60FFh with the ramps 6083h and 6084h, which take effect when they change.
-/// At a software position limit the axis stops until a velocity in the other direction is set.
+/// Modes in which the axis runs at a velocity, with ramps that take effect when they change. At a software position
+/// limit the axis stops until a velocity in the other direction is set.
 
 #include <optional>
 
@@ -10,30 +10,44 @@
 
 namespace cbcan::devices {
 
-class ProfileVelocity final : public Mode {
+class VelocityMode : public Mode {
  public:
   using Mode::Mode;
 
   void enter(const ModeInput& /*input*/, Time /*now*/) override { plan_.reset(); }
-  void run(const ModeInput& input, Time now) override;
   void resume(Time /*now*/) override { plan_.reset(); }
-  std::uint16_t status(Time now) const override;
-  Time deadline(Time now) const override;
 
- private:
+ protected:
   /// Everything that the profile depends on.
   struct Plan {
-    Dynamics dynamics;
+    Dynamics dynamics;  ///< with a velocity of 0
     double velocity = 0;
     double limit = 0;
-    bool halted = false;
+    std::optional<Ramp> stop;  ///< by command
     bool barred = false;
     bool operator==(const Plan&) const = default;
   };
 
-  bool steady(Time now, std::uint16_t for_milliseconds) const;
+  /// To `wanted`, in increments/s, at most the greatest velocity.
+  void run_at(double wanted, const Dynamics& dynamics, std::optional<Ramp> stop, const ModeInput& input,
+              Time now);
+  /// Statusword bit 11.
+  std::uint16_t limit_bit(Time now) const;
 
-  std::optional<Plan> plan_;  ///< set by run()
+  std::optional<Plan> plan_;  ///< set by run_at()
+};
+
+/// Profile velocity (6060h = 3): 60FFh with the ramps 6083h and 6084h.
+class ProfileVelocity final : public VelocityMode {
+ public:
+  using VelocityMode::VelocityMode;
+
+  void run(const ModeInput& input, Time now) override;
+  std::uint16_t status(Time now) const override;
+  Time deadline(Time now) const override;
+
+ private:
+  bool steady(Time now, std::uint16_t for_milliseconds) const;
 };
 
 /// Runs the axis at `velocity`, up to the software position limit if there is one. False = it is already at the

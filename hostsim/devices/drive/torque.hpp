@@ -45,6 +45,7 @@ class CyclicTorque final : public TorqueMode {
  public:
   using TorqueMode::TorqueMode;
 
+  bool follows_sync() const override { return true; }
   void on_sync(const ModeInput& input, Time now) override;
   std::uint16_t status(Time /*now*/) const override { return cyclic_status(limited_); }
 };
