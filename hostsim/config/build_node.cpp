@@ -14,7 +14,7 @@
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "config/wires.hpp"
 #include "devices/devices.hpp"
-#include "devices/drive/drive.hpp"
+#include "devices/drive/axes.hpp"
 #include "devices/lua/lua_device.hpp"
 #include "eds/dictionary_image.hpp"
 #include "eds/values.hpp"
@@ -169,8 +169,8 @@ class Builder {
     parts.node_id = node_.id != 0 ? node_.id : sim::Node::kNoNodeId;
     parts.name = node_.name;
     parts.device = kind_ != nullptr ? kind_->name : devices::kScript;
-    if (node_.axis)
-      add_axis();
+    if (!node_.axes.empty())
+      add_axes();
     else if (kind_ == nullptr)
       parts.behaviour = script();
     else if (kind_->make != nullptr)
@@ -179,13 +179,19 @@ class Builder {
     parts.lss = node_.lss;
   }
 
-  void add_axis() {
+  void add_axes() {
     constexpr std::string_view kDrive = "cia402";
-    if (build_.node->device != kDrive)
+    sim::NodeParts& parts = *build_.node;
+    if (parts.device != kDrive)
       return complain(node_.place,
-                      fmt::format("axis: the device {} has none; a {} has one", build_.node->device, kDrive));
-    build_.node->behaviour = [axis = *node_.axis](sim::DeviceNode& node, std::uint64_t /*seed*/) {
-      return std::make_unique<devices::Drive>(node, axis);
+                      fmt::format("axis: the device {} has none; a {} has one", parts.device, kDrive));
+    const std::size_t count =
+        devices::axis_count(ObjectDictionary(parts.image.entries, parts.image.values, nullptr));
+    if (node_.axes.size() > count)
+      return complain(node_.place, fmt::format("axis.{}: {} has objects of {} ax{}", node_.axes.size(), node_.eds,
+                                               count, count == 1 ? "is" : "es"));
+    parts.behaviour = [axes = node_.axes](sim::DeviceNode& node, std::uint64_t /*seed*/) {
+      return devices::make_drive(node, axes);
     };
   }
 

@@ -145,7 +145,7 @@ struct NodeConfig {
   std::string device;      ///< name of a device of devices.hpp, or path of a script; empty = 1000h decides
   std::string parameters;  ///< path of the file that 1010h and LSS store in; empty = none
   bool lss = false;        ///< has an LSS slave
-  std::optional<AxisConfig> axis;  ///< of a drive; none = the default
+  std::vector<AxisConfig> axes;  ///< of a drive, from the first on; without one, or more axes: the default
   std::vector<InitialValue> objects;
   std::vector<SignalConfig> signals;
   std::vector<FaultConfig> faults;

@@ -29,6 +29,7 @@ std::size_t line_of(const toml::source_region& source) {
 using options::value_of;
 
 constexpr std::string_view kNodeTable = "node";
+constexpr std::string_view kAxisTable = "node.axis";
 constexpr std::string_view kBasePlant = "plant";
 constexpr std::string_view kDemo = "demo";
 constexpr std::size_t kLongestLine = 10'000;
@@ -221,10 +222,20 @@ class Reader {
     if (const toml::node* const axis = table.get("axis")) read_axis(*axis, node);
   }
 
-  void read_axis(const toml::node& axis, NodeConfig& node) {
+  /// `axis.2` is the second one, in the same way.
+  void read_axis(const toml::node& axis, NodeConfig& node, std::size_t number = 1) {
     if (!axis.is_table())
       return complain(axis, "node.axis: must be a table; write axis = { inertia_kgcm2 = 10 }");
-    read_table("node.axis", *axis.as_table(), axis_settings(), node.axis ? *node.axis : node.axis.emplace());
+    node.axes.resize(std::max(node.axes.size(), number));
+    read_table(kAxisTable, *axis.as_table(), axis_settings(), node.axes[number - 1]);
+    for (const auto& [key, other] : *axis.as_table()) {
+      const auto other_number = text::parse_integer(key.str());
+      if (!other_number) continue;
+      if (number == 1 && *other_number >= 2 && *other_number <= static_cast<std::int64_t>(devices::kMostAxes))
+        read_axis(other, node, static_cast<std::size_t>(*other_number));
+      else
+        complain(key, fmt::format("node.axis.{}: must be 2..{}, in node.axis", key.str(), devices::kMostAxes));
+    }
   }
 
   /// `root` is a table with one key, or a list to be appended.
@@ -370,6 +381,7 @@ class Reader {
     const auto& keys = plant_keys();
     for (const auto& [key, node] : table) {
       const std::string full = fmt::format("{}.{}", name, key.str());
+      if (name == kAxisTable && text::parse_integer(key.str())) continue;  // read_axis() has them
       if (std::ranges::find(keys, full) == keys.end()) {
         complain_unknown(key, name);
       } else if (!in_first_network() && is_global(full)) {

@@ -7,7 +7,7 @@
 #include <memory>
 
 #include "cbcan/canopen/dictionary/objects.hpp"
-#include "devices/drive/drive.hpp"
+#include "devices/drive/axes.hpp"
 #include "devices/io_module.hpp"
 #include "devices/transducer.hpp"
 
@@ -18,6 +18,10 @@ namespace {
 template <class Device>
 std::unique_ptr<sim::Behaviour> make(sim::DeviceNode& node, std::uint64_t /*seed*/) {
   return std::make_unique<Device>(node);
+}
+
+std::unique_ptr<sim::Behaviour> make_default_drive(sim::DeviceNode& node, std::uint64_t /*seed*/) {
+  return make_drive(node, {});
 }
 
 constexpr std::uint16_t kNoProfile = 0;
@@ -37,14 +41,16 @@ constexpr auto kOfDrives = std::to_array<NeededObject>({{0x6040, kUnsigned16, kM
                                                         {0x6061, kInteger8, kAlways},
                                                         {0x607A, kInteger32, kOneOf},
                                                         {0x60FF, kInteger32, kOneOf},
-                                                        {0x6071, kInteger16, kOneOf}});
+                                                        {0x6071, kInteger16, kOneOf},
+                                                        {0x6042, kInteger16, kOneOf},
+                                                        {0x60C1, kInteger32, kOneOf}});
 constexpr auto kOfTransducers = std::to_array<NeededObject>(
     {{0x9130, kInteger32, kOneOf}, {0x7130, kInteger16, kOneOf}, {0x6130, kReal32, kOneOf}});
 
 constexpr auto kKinds = std::to_array<DeviceKind>({
     {"none", kNoProfile, nullptr, "values that stay as they were written"},
     {"cia401", 401, make<IoModule>, "I/O module: digital and analogue inputs and outputs", kOfModules},
-    {"cia402", kDriveProfile, make<Drive>,
+    {"cia402", kDriveProfile, make_default_drive,
      "drive: power state machine, motion profiles, homing, cyclic synchronous modes", kOfDrives},
     {"cia404", 404, make<Transducer>, "measuring device: process values with decimal digits and status",
      kOfTransducers},
@@ -61,6 +67,12 @@ template <class Is>
 const DeviceKind* first_kind(Is is) {
   const auto found = std::ranges::find_if(kKinds, is);
   return found != kKinds.end() ? &*found : nullptr;
+}
+
+/// It is in the dictionary, and the file gives it no value.
+bool is_unset(const ObjectDictionary& dictionary, std::uint16_t index) {
+  ObjectEntry entry{};
+  return dictionary.find(index, 0, entry) == AbortCode::kNone && entry.has(ObjectFlags::kUnset);
 }
 
 bool has(const ObjectDictionary& dictionary, const NeededObject& needed) {
@@ -109,6 +121,11 @@ const DeviceKind& device_for(const ObjectDictionary& dictionary) {
     kind = first_kind([&](const DeviceKind& each) {
       return std::ranges::any_of(each.needs, is_mark) && std::ranges::all_of(each.needs, is_there);
     });
+  const auto is_digital = [&](const NeededObject& object) {
+    return object.type == kUnsigned8 && has(dictionary, object);
+  };
+  if (kind == nullptr && is_unset(dictionary, object::kDeviceType) && std::ranges::any_of(kOfModules, is_digital))
+    kind = find_device("cia401");
   return kind != nullptr ? *kind : kKinds.front();
 }
 
@@ -132,10 +149,6 @@ std::vector<std::string> missing_objects(const DeviceKind& kind, const ObjectDic
 std::vector<std::string> left_out(const DeviceKind& kind, const ObjectDictionary& dictionary) {
   std::vector<std::string> all;
   if (kind.profile != kDriveProfile) return all;
-  if (has(dictionary, {0x6840, kUnsigned16, kMark}))
-    all.emplace_back("axes after the first (6800h and up): make each a node of its own");
-  if (has(dictionary, {0x60B8, kUnsigned16, kMark}))
-    all.emplace_back("touch probe (60B8h): the command set gives 60B9h and 60BAh their values");
   const std::uint64_t modes = dictionary.get(0x6502, 0) & kModesOfProfile;
   if (const std::uint64_t missing = modes & ~std::uint64_t{DriveObjects::kAllModes}; missing != 0)
     all.push_back("modes " + mode_numbers(missing) + " of 6502h: 6060h can be " +

@@ -356,7 +356,10 @@ TEST_CASE("A file that leaves its device to the reader: by its objects, or a war
   const std::string inputs = variable("6000", "DataType=5\n");
   const std::string module =
       "so the node has no device: name one in the plant file, device = \"cia401\", whose objects it has";
-  CHECK(built(type + inputs).warnings == std::vector{"x.eds: 1000h has no value, " + module});
+  const auto unset = built(type + inputs);
+  CHECK(unset.node->device == "cia401");
+  CHECK(unset.warnings.empty());
+  CHECK(unset.node->image.values.at(0) == 0x91);
   CHECK(built(inputs).warnings == std::vector{"x.eds: 1000h names no profile, " + module});
   CHECK(built(inputs, "cia401").warnings.empty());
   CHECK(built(variable("2000", "DataType=5\n")).warnings.empty());
@@ -380,9 +383,23 @@ TEST_CASE("A file that leaves its device to the reader: by its objects, or a war
         std::vector<std::string>{
             "x.eds: the device cia402 needs object 6060h, and the file has none of CiA's data type",
             "x.eds: the device cia402 needs object 6061h, and the file has none of CiA's data type",
-            "x.eds: the device cia402 needs one of the objects 607Ah, 60FFh, 6071h, and the file has none of "
-            "CiA's "
-            "data type"});
+            "x.eds: the device cia402 needs one of the objects 607Ah, 60FFh, 6071h, 6042h, 60C1h, and the file "
+            "has none of CiA's data type"});
+}
+
+TEST_CASE("A drive's axes are those whose controlword and statusword its file has") {
+  const auto words = [](const std::string& index) {
+    return "[" + index + "]\nParameterName=x\nAccessType=rw\nDataType=6\nDefaultValue=0\n";
+  };
+  const std::string file = words("6040") + words("6041") + words("6840") + words("6841") + words("7040");
+  NodeBuilder builder([&](const std::string&) { return std::optional(file); });
+  cbcan::config::NodeConfig node = node_with({});
+  node.device = "cia402";
+  node.axes.resize(2);
+  CHECK(builder.build(node, 0).problems.empty());
+  node.axes.resize(3);
+  CHECK(builder.build(node, 0).problems ==
+        std::vector<std::string>{"plant.toml:1: node 5: axis.3: x.eds has objects of 2 axes"});
 }
 
 TEST_CASE("What a drive's file has and is not simulated: one line a file, with what to do") {
@@ -400,15 +417,9 @@ TEST_CASE("What a drive's file has and is not simulated: one line a file, with w
   };
   CHECK(lines(variable("6502", "7", "0x103AD")).empty());
   CHECK(lines(variable("6502", "7", "0")).empty());
-  CHECK(
-      lines(variable("6840", "6") + variable("60B8", "6") + variable("6502", "7", "0x63")) ==
-      std::vector<std::string>{
-          "x.eds: not simulated: axes after the first (6800h and up): make each a node of its own; touch "
-          "probe "
-          "(60B8h): the command set gives 60B9h and 60BAh their values; modes 2, 7 of 6502h: 6060h can be 1, "
-          "6"});
-  CHECK(lines(variable("6502", "7", "0x42")) ==
-        std::vector<std::string>{"x.eds: not simulated: modes 2, 7 of 6502h: 6060h can be 0"});
+  CHECK(lines(variable("6840", "6") + variable("60B8", "6") + variable("6502", "7", "0x63")).empty());
+  CHECK(lines(variable("6502", "7", "0x410")) ==
+        std::vector<std::string>{"x.eds: not simulated: modes 5, 11 of 6502h: 6060h can be 0"});
 }
 
 TEST_CASE("A value of the plant file is not taken for one that the file leaves to the device") {

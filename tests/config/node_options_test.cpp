@@ -169,7 +169,8 @@ TEST_CASE("the same thing twice on the command line") {
 TEST_CASE("wires and what a drive moves, on the command line") {
   const Start both =
       with_plant({"--wire", "5:output:3=5:0x2001 scale=2.5 delay_ms=20", "--wire", "5:0x2001.1=#1:input:9",
-                  "--set", "node.5.axis.inertia_kgcm2=10", "--set", "node.5.axis.friction_mnm=50"});
+                  "--set", "node.5.axis.inertia_kgcm2=10", "--set", "node.5.axis.friction_mnm=50", "--set",
+                  "node.5.axis.2.inertia_kgcm2=7"});
   REQUIRE(both.err == "");
   REQUIRE(both.config.wires.size() == 2);
   CHECK(both.config.wires[0].from.terminal == cbcan::sim::Terminal{0x6200, 1, 2, true});
@@ -178,7 +179,9 @@ TEST_CASE("wires and what a drive moves, on the command line") {
   CHECK(both.config.wires[0].transfer.delay == 20'000);
   CHECK(both.config.wires[1].from.terminal == cbcan::sim::Terminal{0x2001, 0, 1, false});
   CHECK(both.config.wires[1].to.terminal == cbcan::sim::Terminal{0x6000, 2, 0, false});
-  CHECK(both.config.networks.at(0).nodes.at(0).axis->load == cbcan::devices::AxisLoad{10, 50, 0});
+  REQUIRE(both.config.networks.at(0).nodes.at(0).axes.size() == 2);
+  CHECK(both.config.networks.at(0).nodes.at(0).axes[0].load == cbcan::devices::AxisLoad{10, 50, 0});
+  CHECK(both.config.networks.at(0).nodes.at(0).axes[1].load == cbcan::devices::AxisLoad{7, 0, 0});
   refused(with_plant({"--wire", "5:1"}),
           "--wire 5:1: must be FROM=TO KEY=VALUE..., such as 66:output:1=5:0x2001 scale=100");
   refused(with_plant({"--wire", "5:1=5:2 lag=3"}),

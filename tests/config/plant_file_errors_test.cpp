@@ -107,10 +107,20 @@ TEST_CASE("a drive's axis") {
   const Plant good =
       read(std::string(kNode) + "axis = { positive_limit = 4e5, inertia_kgcm2 = 12.5, gravity_mnm = -3 }\n");
   CHECK(good.errors.empty());
-  const auto& axis = good.config.networks.at(0).nodes.at(0).axis;
-  REQUIRE(axis);
-  CHECK(axis->positive_limit == 400'000);
-  CHECK(axis->load == cbcan::devices::AxisLoad{12.5, 0, -3});
+  const auto& axes = good.config.networks.at(0).nodes.at(0).axes;
+  REQUIRE(axes.size() == 1);
+  CHECK(axes[0].positive_limit == 400'000);
+  CHECK(axes[0].load == cbcan::devices::AxisLoad{12.5, 0, -3});
+  const auto several = read(std::string(kNode) + "axis = { home_low = 7, 3.home_low = 9 }\n");
+  CHECK(several.errors.empty());
+  REQUIRE(several.config.networks.at(0).nodes.at(0).axes.size() == 3);
+  CHECK(several.config.networks.at(0).nodes.at(0).axes[0].home_low == 7);
+  CHECK(several.config.networks.at(0).nodes.at(0).axes[1] == cbcan::devices::AxisLayout{});
+  CHECK(several.config.networks.at(0).nodes.at(0).axes[2].home_low == 9);
+  wrong_node("axis = { 9.home_low = 7 }", "4: node.axis.9: must be 2..8, in node.axis");
+  wrong_node("axis = { 1.home_low = 7 }", "4: node.axis.1: must be 2..8, in node.axis");
+  wrong_node("axis = { 2 = { 3.home_low = 7 } }", "4: node.axis.3: must be 2..8, in node.axis");
+  wrong_node("axis = { 2 = 5 }", "4: node.axis: must be a table; write axis = { inertia_kgcm2 = 10 }");
   wrong_node("axis = 5", "4: node.axis: must be a table; write axis = { inertia_kgcm2 = 10 }");
   wrong_node("axis = { inertia = 5 }",
              "4: node.axis.inertia: no such key; did you mean node.axis.inertia_kgcm2?");

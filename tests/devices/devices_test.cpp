@@ -51,6 +51,15 @@ TEST_CASE("where 1000h names no device, its objects tell a drive") {
   CHECK(by_objects({{0x6040, 0, kUnsigned16}}) == "none");
   CHECK(by_objects({{0x6040, 0, kUnsigned8}, {0x6041, 0, kUnsigned16}}) == "none");  // as of CiA 406
   CHECK(by_objects({{0x6000, 2, kUnsigned8}}) == "none");                            // may be anything
+  const auto without_value = [](std::uint16_t index, DataType type) {
+    eds::DictionaryImage image = dictionary_of({{0x1000, 0, kUnsigned32}, {index, 2, type}});
+    image.entries[0].flags |= ObjectFlags::kUnset;
+    return devices::device_for(ObjectDictionary(image.entries, image.values, nullptr)).name;
+  };
+  CHECK(without_value(0x6000, kUnsigned8) == "cia401");
+  CHECK(without_value(0x6200, kUnsigned8) == "cia401");
+  CHECK(without_value(0x6000, kUnsigned16) == "none");  // as of CiA 406
+  CHECK(without_value(0x6401, kInteger16) == "none");
 }
 
 TEST_CASE("what a device needs and a dictionary lacks has names") {
@@ -62,13 +71,19 @@ TEST_CASE("what a device needs and a dictionary lacks has names") {
   using enum DataType;
   using Names = std::vector<std::string>;
   const Names all{"object 6040h", "object 6041h", "object 6060h", "object 6061h",
-                  "one of the objects 607Ah, 60FFh, 6071h"};
+                  "one of the objects 607Ah, 60FFh, 6071h, 6042h, 60C1h"};
   CHECK(missing("cia402", {}) == all);
   CHECK(missing("cia402", {{0x6040, 0, kUnsigned16},
                            {0x6041, 0, kUnsigned16},
                            {0x6060, 0, kInteger16},
                            {0x6061, 0, kInteger8},
                            {0x60FF, 0, kInteger32}}) == Names{"object 6060h"});
+  CHECK(missing("cia402", {{0x6040, 0, kUnsigned16},
+                           {0x6041, 0, kUnsigned16},
+                           {0x6060, 0, kInteger8},
+                           {0x6061, 0, kInteger8},
+                           {0x60C1, 1, kInteger32}})
+            .empty());
   CHECK(missing("cia401", {}) == Names{"one of the objects 6000h, 6200h, 6401h, 6411h"});
   CHECK(missing("cia401", {{0x6411, 3, kInteger16}}).empty());
   CHECK(missing("cia404", {}) == Names{"one of the objects 9130h, 7130h, 6130h"});
@@ -81,7 +96,7 @@ TEST_CASE("set points and commands, which 1010h does not store, are named by eac
     return devices::find_device(name)->make(node, 1)->is_set_point(index);
   };
   for (const std::uint16_t index :
-       std::initializer_list<std::uint16_t>{0x6040, 0x6071, 0x607A, 0x60B0, 0x60B1, 0x60B2, 0x60FE, 0x60FF})
+       std::initializer_list<std::uint16_t>{0x6040, 0x6042, 0x6071, 0x607A, 0x60B0, 0x60B1, 0x60B2, 0x60B8, 0x60C1, 0x60FE, 0x60FF})
     CHECK(is_set_point("cia402", index));
   for (const std::uint16_t index : std::initializer_list<std::uint16_t>{0x6060, 0x6083, 0x607C, 0x6200})
     CHECK_FALSE(is_set_point("cia402", index));

@@ -5,6 +5,7 @@
 #include "devices/drive/drive.hpp"
 #include "eds/dictionary_image.hpp"
 #include "eds/eds_reader.hpp"
+#include "eds_text.hpp"
 #include "support/catch.hpp"
 
 namespace cbcan::test {
@@ -15,47 +16,20 @@ inline constexpr unsigned kReached = 0x0400;
 inline constexpr unsigned kLimit = 0x0800;
 inline constexpr unsigned kBit12 = 0x1000;
 
-/// An object of a hand-written EDS file: the values of sub-index 0, or of 1 and up.
-struct Written {
-  const char* index;
-  const char* type;
-  std::vector<std::string> values{"0"};
-  bool is_array = false;
-};
-
-inline std::string eds_text(const Written& object) {
-  const auto variable = [&](const std::string& section, const std::string& type, const std::string& value) {
-    return "[" + section + "]\nParameterName=x\nObjectType=7\nDataType=" + type +
-           "\nAccessType=rw\nPDOMapping=1\n" + (value.empty() ? "" : "DefaultValue=" + value + "\n");
-  };
-  const std::string index = object.index;
-  if (!object.is_array) return variable(index, object.type, object.values.front());
-  const std::string count = std::to_string(object.values.size());
-  std::string text = "[" + index + "]\nParameterName=x\nObjectType=8\nSubNumber=" +
-                     std::to_string(object.values.size() + 1) + "\n" + variable(index + "sub0", "5", count);
-  for (std::size_t i = 0; i < object.values.size(); ++i)
-    text += variable(index + "sub" + std::to_string(i + 1), object.type, object.values[i]);
-  return text;
-}
-
 /// What the drive of the demo plant does not have: velocity mode, interpolated position, touch probes, 60F2h.
 /// Ramps of 6000 1/min in 1 s are 1,000,000/s^2, as 6083h and 6084h.
 inline std::string more_objects() {
-  std::string text;
+  std::string text = pair_of("6046", "0", "0") + pair_of("6048", "6000", "1", "7", "6") +
+                     pair_of("6049", "6000", "1", "7", "6") + pair_of("604A", "24000", "1", "7", "6") +
+                     pair_of("604B", "1", "1", "3") + pair_of("604C", "1", "1", "4") +
+                     pair_of("60C1", "0", "0", "4") + pair_of("60C4", "8", "1") +
+                     text_of({"60C4sub6", "5", "rw", "0"});
   for (const char* index : {"6042", "6043", "6044"})
-    text += eds_text({index, "3"});
-  text += eds_text({"6046", "7", {"0", "0"}, true});
-  for (const auto& [index, speed] : {std::pair{"6048", "6000"}, {"6049", "6000"}, {"604A", "24000"}}) {
-    text += eds_text({index, "7", {speed}, true});
-    text += "[" + std::string(index) + "sub2]\nParameterName=x\nDataType=6\nAccessType=rw\nDefaultValue=1\n";
-  }
-  text += eds_text({"604B", "3", {"1", "1"}, true}) + eds_text({"604C", "4", {"1", "1"}, true});
-  text += eds_text({"60C1", "4", {"0"}, true}) + eds_text({"60C4", "7", {"8", "1"}, true});
-  text += "[60C4sub6]\nParameterName=x\nDataType=5\nAccessType=rw\nDefaultValue=0\n";
+    text += text_of({index, "3", "rw", "0"});
   for (const char* index : {"60B8", "60B9", "60D5", "60D6", "60D7", "60D8", "60F2"})
-    text += eds_text({index, "6"});
+    text += text_of({index, "6", "rw", "0"});
   for (const char* index : {"60BA", "60BB", "60BC", "60BD"})
-    text += eds_text({index, "4"});
+    text += text_of({index, "4", "rw", "0"});
   return text;
 }
 
@@ -74,7 +48,9 @@ inline const eds::DictionaryImage& drive_image() {
 
 /// A drive on the dictionary of plants/demo/drive.eds; the test is its node, in virtual time.
 struct DriveBench : sim::DeviceNode {
-  explicit DriveBench(const devices::AxisLayout& layout = {}) : drive(*this, layout) {
+  /// `by`: its objects are so much further, as those of another axis; the test writes the indices of the first.
+  explicit DriveBench(const devices::AxisLayout& layout = {}, std::uint16_t by = 0)
+      : offset(by), drive(*this, layout, by) {
     drive.reset(true, now);
     update();
   }
@@ -92,12 +68,12 @@ struct DriveBench : sim::DeviceNode {
     std::snprintf(text, sizeof text, "%04X over", unsigned{code});
     log.emplace_back(text);
   }
-  void changed(std::uint16_t index, std::uint8_t, Time) override { events.push_back(index); }
+  void changed(std::uint16_t index, std::uint8_t, Time) override { events.push_back(moved(index, -offset)); }
 
   // Objects.
   void put(std::uint16_t index, std::uint8_t sub, std::int64_t value) {
     INFO(index);
-    REQUIRE(objects.set(index, sub, static_cast<std::uint64_t>(value)));
+    REQUIRE(objects.set(moved(index, offset), sub, static_cast<std::uint64_t>(value)));
   }
   struct Value {
     std::uint16_t index;
@@ -114,14 +90,14 @@ struct DriveBench : sim::DeviceNode {
   }
   std::int64_t get(std::uint16_t index, std::uint8_t sub = 0) {
     ObjectEntry entry{};
-    REQUIRE(objects.find(index, sub, entry) == AbortCode::kNone);
-    const std::uint64_t raw = objects.get(index, sub);
+    REQUIRE(objects.find(moved(index, offset), sub, entry) == AbortCode::kNone);
+    const std::uint64_t raw = objects.get(entry.index, sub);
     return is_signed(entry.type) ? sign_extend(raw, entry.capacity) : static_cast<std::int64_t>(raw);
   }
   /// As by SDO: the drive may refuse the value.
   AbortCode write(std::uint16_t index, std::uint8_t sub, std::int64_t value) {
     ObjectEntry entry{};
-    REQUIRE(objects.find(index, sub, entry) == AbortCode::kNone);
+    REQUIRE(objects.find(moved(index, offset), sub, entry) == AbortCode::kNone);
     std::vector<std::uint8_t> bytes(entry.capacity);
     store_little_endian(bytes, static_cast<std::uint64_t>(value));
     const AbortCode code = drive.check(entry, sub, bytes, now);
@@ -156,6 +132,7 @@ struct DriveBench : sim::DeviceNode {
     drive.set_incident(name, present, now);
     return update();
   }
+  bool input(std::uint16_t index, double value) { return drive.set_input(moved(index, offset), 0, value, now); }
   DriveBench& sync() {
     drive.on_sync(now);
     return update();
@@ -187,7 +164,17 @@ struct DriveBench : sim::DeviceNode {
     return update();
   }
 
-  eds::DictionaryImage image = drive_image();
+  static std::uint16_t moved(unsigned index, int by) {
+    return static_cast<std::uint16_t>(static_cast<int>(index) + by);
+  }
+  static eds::DictionaryImage moved(eds::DictionaryImage all, int by) {
+    for (ObjectEntry& entry : all.entries)
+      if (entry.index >= 0x6000) entry.index = moved(entry.index, by);
+    return all;
+  }
+
+  int offset;
+  eds::DictionaryImage image = moved(drive_image(), offset);
   ObjectDictionary objects{image.entries, image.values, nullptr, image.limits};
   std::function<void()> seen;  ///< called after every update
   std::vector<std::string> log;

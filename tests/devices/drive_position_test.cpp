@@ -8,7 +8,7 @@ namespace cbcan::test {
 namespace {
 
 DriveBench& level(DriveBench& bench, std::uint16_t input, double value) {
-  CHECK(bench.drive.set_input(input, 0, value, bench.now));
+  CHECK(bench.input(input, value));
   return bench.update();
 }
 
@@ -55,7 +55,7 @@ TEST_CASE("Touch probe: the second one, each edge, counted") {
     bench.shows({.objects = {{0x60B9, 0x0300}, {0x60BC, 5'000 + 1'000 * edge}, {0x60D7, edge}, {0x60BD, 0}, {0x60D8, 0}}});
   }
   level(bench, 0x60BA, 1).shows({.objects = {{0x60B9, 0x0300}, {0x60BA, 0}}});
-  CHECK_FALSE(bench.drive.set_input(0x60BB, 0, 1, bench.now));
+  CHECK_FALSE(bench.input(0x60BB, 1));
 }
 
 TEST_CASE("Touch probe: the index pulse, at its own position however late it is noticed") {

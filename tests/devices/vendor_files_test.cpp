@@ -2,88 +2,11 @@
 // Drives from EDS files with the usual defects of vendor files: missing values, limits of 0, wrong device types.
 // Each must move with the program that moves the real drive. The files here are written by hand; none is from a
 // vendor.
-#include "devices/devices.hpp"
-#include "eds/dictionary_image.hpp"
-#include "eds/eds_reader.hpp"
-#include "support/world_bench.hpp"
+#include "tests/devices/vendor_plant.hpp"
 
 namespace cbcan::test {
 
 namespace {
-
-struct Line {
-  const char* index;
-  const char* type;    ///< empty: missing in the file
-  const char* access;  ///< empty: missing in the file
-  const char* value;   ///< empty: missing in the file
-};
-
-std::string text_of(const Line& line) {
-  const auto key = [](const char* name, const std::string& value) {
-    return value.empty() ? std::string() : std::string(name) + "=" + value + "\n";
-  };
-  return "[" + std::string(line.index) + "]\nParameterName=x\nObjectType=7\n" + key("DataType", line.type) +
-         key("AccessType", line.access) + key("DefaultValue", line.value) + "PDOMapping=0\n\n";
-}
-
-/// A drive as in a CiA 402 template: no values.
-const std::vector<Line> kTemplate{
-    {"1000", "7", "ro", ""}, {"6007", "3", "rw", ""},  {"6040", "6", "rww", ""}, {"6041", "6", "ro", ""},
-    {"605A", "3", "rw", ""}, {"6060", "2", "rww", ""}, {"6061", "2", "ro", ""},  {"6064", "4", "ro", ""},
-    {"6065", "7", "rw", ""}, {"6067", "7", "rw", ""},  {"606C", "4", "ro", ""},  {"607A", "4", "rww", ""},
-    {"607F", "7", "rw", ""}, {"6080", "7", "rw", ""},  {"6081", "7", "rw", ""},  {"6083", "7", "rw", ""},
-    {"6084", "7", "rw", ""}, {"60FF", "4", "rww", ""}, {"6502", "7", "ro", ""},
-};
-
-/// The template with lines replaced; a line of type "-" removes one.
-std::string file_with(const std::vector<Line>& changes) {
-  std::string text;
-  for (Line line : kTemplate) {
-    bool there = true;
-    for (const Line& change : changes) {
-      if (std::string(change.index) != line.index) continue;
-      there = std::string(change.type) != "-";
-      line = change;
-    }
-    if (there) text += text_of(line);
-  }
-  return text;
-}
-
-/// Node 5 from a file, and the master's program.
-struct Plant {
-  explicit Plant(const std::string& text) {
-    eds::DictionaryImage image =
-        eds::dictionary_image(eds::read(text, "x.eds", std::uint8_t{5}, devices::standard_type).device);
-    sim::NodeParts parts;
-    parts.behaviour = devices::device_for(ObjectDictionary(image.entries, image.values, nullptr)).make;
-    parts.node_id = 5;
-    parts.image = std::move(image);
-    node = &bench.world.add_node(std::move(parts));
-    bench.start().expect("705#00");
-  }
-  void write(const char* multiplexer, const char* bytes, const char* command = "2B") {
-    const std::string place(multiplexer);
-    bench.ask("605#" + std::string(command) + place + bytes, "585#60" + place + "00000000");
-  }
-  void enable(const char* mode) {
-    write("606000", (std::string(mode) + "000000").c_str(), "2F");
-    for (const char* word : {"06000000", "07000000", "0F000000"})
-      write("406000", word);
-  }
-  void move_to(const char* position) {
-    enable("01");
-    write("7A6000", position, "23");
-    write("406000", "1F000000");
-    bench.pass(10 * kSecond);
-  }
-  std::int32_t get(std::uint16_t index) {
-    node->bring_up_to_date(bench.now);
-    return static_cast<std::int32_t>(node->device().dictionary().get(index, 0));
-  }
-  WorldBench bench;
-  sim::Node* node = nullptr;
-};
 
 struct Shape {
   const char* name;
@@ -122,20 +45,6 @@ TEST_CASE("A drive from a vendor's file moves to a position, and at a velocity")
 }
 
 namespace {
-
-/// An array of two numbers, such as 608Fh.
-std::string pair_of(const std::string& index, const std::string& first, const std::string& second) {
-  const auto sub = [&](const std::string& number, const std::string& type, const std::string& value) {
-    return "[" + index + "sub" + number + "]\nParameterName=x\nObjectType=7\nDataType=" + type +
-           "\nAccessType=rw\nDefaultValue=" + value + "\n";
-  };
-  return "[" + index + "]\nParameterName=x\nObjectType=8\nSubNumber=3\n" + sub("0", "5", "2") +
-         sub("1", "7", first) + sub("2", "7", second);
-}
-
-std::string number_of(const char* index, const char* value) {
-  return text_of({index, "7", "rw", value});
-}
 
 /// Units and limits as vendors give them, and the results of moves.
 struct Maker {
@@ -222,7 +131,7 @@ TEST_CASE("What a file leaves out is the profile's default, and a master reads i
   Plant plant(file_with({{"6067", "7", "rw", "0"}}));
   for (const char* reset : {"000#8105", "000#8205"}) {
     plant.bench.ask(reset, "705#00");
-    CHECK(plant.get(0x6502) == 0x3AD);
+    CHECK(plant.get(0x6502) == 0x3EF);
     CHECK(plant.get(0x605A) == 2);
     CHECK(plant.get(0x6007) == 1);
     CHECK(plant.get(0x6065) == -1);  // no window

@@ -3,9 +3,12 @@
 
 /// The machine moved by a drive, as the plant file describes it.
 
+#include <cstddef>
 #include <optional>
 
 namespace cbcan::devices {
+
+inline constexpr std::size_t kMostAxes = 8;  ///< of a node
 
 /// The load at the motor shaft. Without inertia there is no load: the axis follows its demand exactly, and
 /// torque does not move it.
