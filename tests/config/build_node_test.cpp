@@ -399,7 +399,7 @@ TEST_CASE("A drive's axes are those whose controlword and statusword its file ha
   CHECK(builder.build(node, 0).problems.empty());
   node.axes.resize(3);
   CHECK(builder.build(node, 0).problems ==
-        std::vector<std::string>{"plant.toml:1: node 5: axis.3: x.eds has objects of 2 axes"});
+        std::vector<std::string>{"plant.toml:3: node 5: axis.3: x.eds has objects of 2 axes"});
 }
 
 TEST_CASE("What a drive's file has and is not simulated: one line a file, with what to do") {

@@ -48,9 +48,9 @@ inline const eds::DictionaryImage& drive_image() {
 
 /// A drive on the dictionary of plants/demo/drive.eds; the test is its node, in virtual time.
 struct DriveBench : sim::DeviceNode {
+  explicit DriveBench(const devices::AxisLayout& layout = {}) : DriveBench(0, layout) {}
   /// `by`: its objects are so much further, as those of another axis; the test writes the indices of the first.
-  explicit DriveBench(const devices::AxisLayout& layout = {}, std::uint16_t by = 0)
-      : offset(by), drive(*this, layout, by) {
+  DriveBench(std::uint16_t by, const devices::AxisLayout& layout) : offset(by), drive(*this, layout, by) {
     drive.reset(true, now);
     update();
   }

@@ -82,6 +82,14 @@ TEST_CASE("A drive that can only home and interpolate: 60C1h by RPDO with SYNC")
   CHECK(plant.get(0x6064) == 1000);
 }
 
+TEST_CASE("A file without modes has velocity and interpolated mode if it has their set-points") {
+  for (const auto& [index, type, modes] : {std::tuple{"6042", "3", 0x3AF}, {"60C1", "4", 0x3ED}}) {
+    const std::string set_point = std::string(index) == "60C1" ? pair_of(index, "0", "0", type) : text_of({index, type, "rw", "0"});
+    CHECK(Plant(file_with({}) + set_point).get(0x6502) == modes);
+    CHECK(Plant(file_with({{"6502", "7", "ro", "0"}}) + set_point).get(0x6502) == modes);
+  }
+}
+
 TEST_CASE("A drive with two axes: each moves alone, by its own objects") {
   Plant plant(file_with({}) + second_axis());
   plant.write("606800", "01000000", "2F");
@@ -94,7 +102,7 @@ TEST_CASE("A drive with two axes: each moves alone, by its own objects") {
   CHECK(plant.get(0x6841) == 0x1637);
   CHECK(plant.get(0x6064) == 0);
   CHECK(plant.get(0x6041) == 0x0250);
-  CHECK(plant.get(0x6D02) == 0x3EF);
+  CHECK(plant.get(0x6D02) == 0x3AD);
   plant.bench.ask("605#2F60680021000000", "585#8060680030000906");
   plant.move_to("0CFEFFFF");
   CHECK(plant.get(0x6064) == -500);

@@ -208,7 +208,7 @@ TEST_CASE("It does not matter how often it is read, nor which axis of a node it 
   const Room room{{0, 1, 2, 3, 4, 6, 7, 8, 9, 10}, limits, true};
   CHECK(rc::check([&] {
     DriveBench seldom;
-    DriveBench often({}, 0x2800);
+    DriveBench often(0x2800, {});
     prepare(seldom, room);
     prepare(often, room);
     std::set<std::string_view> present_seldom;

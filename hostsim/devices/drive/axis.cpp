@@ -19,7 +19,7 @@ constexpr double kNowhere = std::numeric_limits<double>::infinity();
 constexpr std::int32_t kLowest = std::numeric_limits<std::int32_t>::min();
 constexpr std::int32_t kHighest = std::numeric_limits<std::int32_t>::max();
 
-constexpr std::int8_t kVelocityMode = 2;
+constexpr std::int8_t kVl = 2;
 
 constexpr double limit(std::uint32_t value) {
   return value == 0 ? DriveObjects::kNoLimit : value;
@@ -150,7 +150,7 @@ void Axis::stop(Ramp ramp, Time now) {
 
 double Axis::deceleration(Ramp ramp) const {
   const bool is_slow = ramp == Ramp::kSlowDown;
-  if (objects_.mode_display.get() == kVelocityMode)
+  if (objects_.mode_display.get() == kVl)
     return slope(is_slow ? objects_.vl_deceleration : objects_.vl_quick_stop);
   return increments_per_second(is_slow ? objects_.profile_deceleration.get()
                                        : objects_.quick_stop_deceleration.get());

@@ -2,8 +2,8 @@
 #pragma once
 
 /// The objects of CiA 402 that an axis reads and writes, looked up once. An object without value, or missing
-/// from the dictionary, has the default given here. A limit of 0 is no limit, and a 6502h of 0 means all modes:
-/// EDS files leave such values to the drive.
+/// from the dictionary, has the default given here. A limit of 0 is no limit, and a 6502h of 0 means all modes, but 2
+/// and 7 only with 6042h and 60C1h: EDS files leave such values to the drive.
 
 #include <array>
 #include <cstdint>
@@ -33,10 +33,19 @@ struct DriveObjects {
     Bound<std::uint16_t> time;
   };
   static constexpr std::uint32_t kNoLimit = 0xFFFFFFFF;
+  // Bits of 6502h.
+  static constexpr std::uint32_t kVelocityMode = 0x00000002;
+  static constexpr std::uint32_t kInterpolatedMode = 0x00000040;
   static constexpr std::uint32_t kAllModes = 0x000003EF;
 
   explicit DriveObjects(ObjectDictionary& dictionary, std::uint16_t offset = 0) : d{dictionary, offset} {
-    if (supported_modes.get() == 0) supported_modes.set(kAllModes);
+    if (supported_modes.get() == 0) supported_modes.set(modes());
+  }
+
+  /// Without those for which the dictionary has no set-point.
+  std::uint32_t modes() const {
+    return kAllModes & ~(vl_target.exists() ? 0 : kVelocityMode) &
+           ~(interpolation_data.exists() ? 0 : kInterpolatedMode);
   }
 
   Place d;
@@ -65,7 +74,6 @@ struct DriveObjects {
   Bound<std::int16_t> fault_reaction_option{d, 0x605E, 0, 2};
   Bound<std::int8_t> mode{d, 0x6060, 0};
   Bound<std::int8_t> mode_display{d, 0x6061, 0};
-  Bound<std::uint32_t> supported_modes{d, 0x6502, 0, kAllModes};
 
   Bound<std::int32_t> position_demand{d, 0x6062, 0};
   Bound<std::int32_t> position_actual_increments{d, 0x6063, 0};
@@ -140,6 +148,7 @@ struct DriveObjects {
   Bound<std::uint32_t> digital_outputs{d, 0x60FE, 1};
   Bound<std::uint32_t> digital_outputs_mask{d, 0x60FE, 2, 0xFFFFFFFF};
   Bound<std::int32_t> target_velocity{d, 0x60FF, 0};
+  Bound<std::uint32_t> supported_modes{d, 0x6502, 0, modes()};
 };
 
 /// 1 if the file leaves one of them out or at 0.
