@@ -188,8 +188,8 @@ class Builder {
     const std::size_t count =
         devices::axis_count(ObjectDictionary(parts.image.entries, parts.image.values, nullptr));
     if (node_.axes.size() > count)
-      return complain(node_.place, fmt::format("axis.{}: {} has objects of {} ax{}", node_.axes.size(), node_.eds,
-                                               count, count == 1 ? "is" : "es"));
+      return complain(node_.place, fmt::format("axis.{}: {} has objects of {} ax{}", node_.axes.size(),
+                                               node_.eds, count, count == 1 ? "is" : "es"));
     parts.behaviour = [axes = node_.axes](sim::DeviceNode& node, std::uint64_t /*seed*/) {
       return devices::make_drive(node, axes);
     };

@@ -234,7 +234,8 @@ class Reader {
       if (number == 1 && *other_number >= 2 && *other_number <= static_cast<std::int64_t>(devices::kMostAxes))
         read_axis(other, node, static_cast<std::size_t>(*other_number));
       else
-        complain(key, fmt::format("node.axis.{}: must be 2..{}, in node.axis", key.str(), devices::kMostAxes));
+        complain(key,
+                 fmt::format("node.axis.{}: must be 2..{}, in node.axis", key.str(), devices::kMostAxes));
     }
   }
 

@@ -124,7 +124,8 @@ const DeviceKind& device_for(const ObjectDictionary& dictionary) {
   const auto is_digital = [&](const NeededObject& object) {
     return object.type == kUnsigned8 && has(dictionary, object);
   };
-  if (kind == nullptr && is_unset(dictionary, object::kDeviceType) && std::ranges::any_of(kOfModules, is_digital))
+  if (kind == nullptr && is_unset(dictionary, object::kDeviceType) &&
+      std::ranges::any_of(kOfModules, is_digital))
     kind = find_device("cia401");
   return kind != nullptr ? *kind : kKinds.front();
 }

@@ -52,15 +52,16 @@ constexpr bool is_script(std::string_view device) {
 const DeviceKind* find_device(std::string_view name);
 
 /// For the low 16 bits of 1000h (CiA 301, 7.5.2.1). If no device has that number (files have 0 or a wrong one
-/// there): the device whose marks are present. If 1000h has no value: an I/O module with 6000h or 6200h. Else "none".
+/// there): the device whose marks are present. If 1000h has no value: an I/O module with 6000h or 6200h. Else
+/// "none".
 const DeviceKind& device_for(const ObjectDictionary& dictionary);
 
 /// Objects that the device needs and the dictionary lacks or has with another size: "object 6040h", "one of
 /// the objects 607Ah, 60FFh".
 std::vector<std::string> missing_objects(const DeviceKind& kind, const ObjectDictionary& dictionary);
 
-/// Functions that the dictionary has and the device does not simulate, each with what to do instead: "modes 5 of
-/// 6502h: ...".
+/// Functions that the dictionary has and the device does not simulate, each with what to do instead: "modes 5
+/// of 6502h: ...".
 std::vector<std::string> left_out(const DeviceKind& kind, const ObjectDictionary& dictionary);
 
 /// The device whose needed objects are present, whatever 1000h says; null if there is none.

@@ -379,12 +379,13 @@ TEST_CASE("A file that leaves its device to the reader: by its objects, or a war
   CHECK(drive.node->image.values.at(0) == 0x92);
   CHECK(drive.node->image.values.at(1) == 0x01);
 
-  CHECK(built(variable("1000", "DataType=7\nDefaultValue=0x192\n") + words).warnings ==
-        std::vector<std::string>{
-            "x.eds: the device cia402 needs object 6060h, and the file has none of CiA's data type",
-            "x.eds: the device cia402 needs object 6061h, and the file has none of CiA's data type",
-            "x.eds: the device cia402 needs one of the objects 607Ah, 60FFh, 6071h, 6042h, 60C1h, and the file "
-            "has none of CiA's data type"});
+  CHECK(
+      built(variable("1000", "DataType=7\nDefaultValue=0x192\n") + words).warnings ==
+      std::vector<std::string>{
+          "x.eds: the device cia402 needs object 6060h, and the file has none of CiA's data type",
+          "x.eds: the device cia402 needs object 6061h, and the file has none of CiA's data type",
+          "x.eds: the device cia402 needs one of the objects 607Ah, 60FFh, 6071h, 6042h, 60C1h, and the file "
+          "has none of CiA's data type"});
 }
 
 TEST_CASE("A drive's axes are those whose controlword and statusword its file has") {

@@ -167,10 +167,9 @@ TEST_CASE("the same thing twice on the command line") {
 }
 
 TEST_CASE("wires and what a drive moves, on the command line") {
-  const Start both =
-      with_plant({"--wire", "5:output:3=5:0x2001 scale=2.5 delay_ms=20", "--wire", "5:0x2001.1=#1:input:9",
-                  "--set", "node.5.axis.inertia_kgcm2=10", "--set", "node.5.axis.friction_mnm=50", "--set",
-                  "node.5.axis.2.inertia_kgcm2=7"});
+  const Start both = with_plant({"--wire", "5:output:3=5:0x2001 scale=2.5 delay_ms=20", "--wire",
+                                 "5:0x2001.1=#1:input:9", "--set", "node.5.axis.inertia_kgcm2=10", "--set",
+                                 "node.5.axis.friction_mnm=50", "--set", "node.5.axis.2.inertia_kgcm2=7"});
   REQUIRE(both.err == "");
   REQUIRE(both.config.wires.size() == 2);
   CHECK(both.config.wires[0].from.terminal == cbcan::sim::Terminal{0x6200, 1, 2, true});

@@ -95,8 +95,8 @@ TEST_CASE("set points and commands, which 1010h does not store, are named by eac
     QuietNode node;
     return devices::find_device(name)->make(node, 1)->is_set_point(index);
   };
-  for (const std::uint16_t index :
-       std::initializer_list<std::uint16_t>{0x6040, 0x6042, 0x6071, 0x607A, 0x60B0, 0x60B1, 0x60B2, 0x60B8, 0x60C1, 0x60FE, 0x60FF})
+  for (const std::uint16_t index : std::initializer_list<std::uint16_t>{
+           0x6040, 0x6042, 0x6071, 0x607A, 0x60B0, 0x60B1, 0x60B2, 0x60B8, 0x60C1, 0x60FE, 0x60FF})
     CHECK(is_set_point("cia402", index));
   for (const std::uint16_t index : std::initializer_list<std::uint16_t>{0x6060, 0x6083, 0x607C, 0x6200})
     CHECK_FALSE(is_set_point("cia402", index));

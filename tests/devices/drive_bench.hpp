@@ -49,7 +49,7 @@ inline const eds::DictionaryImage& drive_image() {
 /// A drive on the dictionary of plants/demo/drive.eds; the test is its node, in virtual time.
 struct DriveBench : sim::DeviceNode {
   explicit DriveBench(const devices::AxisLayout& layout = {}) : DriveBench(0, layout) {}
-  /// `by`: its objects are so much further, as those of another axis; the test writes the indices of the first.
+  /// Of another axis: its objects are `by` further, and the test writes the indices of the first.
   DriveBench(std::uint16_t by, const devices::AxisLayout& layout) : offset(by), drive(*this, layout, by) {
     drive.reset(true, now);
     update();
@@ -132,7 +132,9 @@ struct DriveBench : sim::DeviceNode {
     drive.set_incident(name, present, now);
     return update();
   }
-  bool input(std::uint16_t index, double value) { return drive.set_input(moved(index, offset), 0, value, now); }
+  bool input(std::uint16_t index, double value) {
+    return drive.set_input(moved(index, offset), 0, value, now);
+  }
   DriveBench& sync() {
     drive.on_sync(now);
     return update();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Inverters, interpolating drives and drives with several axes, each with the frames of its master. The dictionaries
-// are written by hand.
+// Inverters, interpolating drives and drives with several axes, each with the frames of its master. The
+// dictionaries are written by hand.
 #include "tests/devices/vendor_plant.hpp"
 
 namespace cbcan::test {
@@ -9,8 +9,9 @@ namespace {
 
 /// RPDO 1 and TPDO 1 of node 5 with two objects of these indices and 16 or 32 bits; type of the RPDO.
 std::string pdos(const std::string& received, const std::string& sent, const char* type) {
-  return text_of({"1005", "7", "rw", "0x80"}) + pair_of("1400", "0x205", type, "7", "5") + pair_of("1600", "0x60400010", received.c_str()) +
-         pair_of("1800", "0x185", "1", "7", "5") + pair_of("1A00", "0x60410010", sent.c_str());
+  return text_of({"1005", "7", "rw", "0x80"}) + pair_of("1400", "0x205", type, "7", "5") +
+         pair_of("1600", "0x60400010", received.c_str()) + pair_of("1800", "0x185", "1", "7", "5") +
+         pair_of("1A00", "0x60410010", sent.c_str());
 }
 
 std::string inverter(const char* acceleration) {
@@ -72,8 +73,10 @@ TEST_CASE("A drive that can only home and interpolate: 60C1h by RPDO with SYNC")
   plant.enable("07");
   plant.bench.send("000#0105");
   // 1000 in 50 ms, with SYNCs of 10 ms; the RPDO counts at the SYNC.
-  for (const auto& [point, answer] : {std::pair{"00000000", "371600000000"}, {"E8030000", "371200000000"},
-                                      {"E8030000", "3712C8000000"}, {"E8030000", "371290010000"}}) {
+  for (const auto& [point, answer] : {std::pair{"00000000", "371600000000"},
+                                      {"E8030000", "371200000000"},
+                                      {"E8030000", "3712C8000000"},
+                                      {"E8030000", "371290010000"}}) {
     plant.bench.send("205#1F00" + std::string(point)).send("080#");
     plant.bench.expect("185#" + std::string(answer));
     plant.bench.pass(10'000);
@@ -84,7 +87,8 @@ TEST_CASE("A drive that can only home and interpolate: 60C1h by RPDO with SYNC")
 
 TEST_CASE("A file without modes has velocity and interpolated mode if it has their set-points") {
   for (const auto& [index, type, modes] : {std::tuple{"6042", "3", 0x3AF}, {"60C1", "4", 0x3ED}}) {
-    const std::string set_point = std::string(index) == "60C1" ? pair_of(index, "0", "0", type) : text_of({index, type, "rw", "0"});
+    const std::string set_point =
+        std::string(index) == "60C1" ? pair_of(index, "0", "0", type) : text_of({index, type, "rw", "0"});
     CHECK(Plant(file_with({}) + set_point).get(0x6502) == modes);
     CHECK(Plant(file_with({{"6502", "7", "ro", "0"}}) + set_point).get(0x6502) == modes);
   }
@@ -137,9 +141,10 @@ TEST_CASE("A drive with two axes: incidents name the axis, the EMCY too") {
 }
 
 TEST_CASE("A drive with two axes: touch probes, events and refused values of the second") {
-  Plant plant(file_with({}) + second_axis() + text_of({"68B8", "6", "rw", "0"}) + text_of({"68B9", "6", "ro", "0"}) +
-              text_of({"68BA", "4", "ro", "0"}) + text_of({"6898", "2", "rw", "0"}) +
-              pair_of("1800", "0x185", "255", "7", "5") + pair_of("1A00", "0x68410010", "0x68B90010"));
+  Plant plant(file_with({}) + second_axis() + text_of({"68B8", "6", "rw", "0"}) +
+              text_of({"68B9", "6", "ro", "0"}) + text_of({"68BA", "4", "ro", "0"}) +
+              text_of({"6898", "2", "rw", "0"}) + pair_of("1800", "0x185", "255", "7", "5") +
+              pair_of("1A00", "0x68410010", "0x68B90010"));
   plant.bench.send("000#0105");
   plant.bench.expect("185#50020000");
   plant.bench.send("605#2BB8680011000000");

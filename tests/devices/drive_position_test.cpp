@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Touch probes, the positioning options 60F2h, and bit 11 at the position limits 607Dh. 10,000 increments a revolution,
-// 1,000,000/s^2.
+// Touch probes, the positioning options 60F2h, and bit 11 at the position limits 607Dh. 10,000 increments a
+// revolution, 1,000,000/s^2.
 #include "drive_bench.hpp"
 
 namespace cbcan::test {
@@ -41,7 +41,8 @@ TEST_CASE("Touch probe: the first edge of its input, until it is switched off") 
   bench.shows({.objects = {{0x60D5, 1}, {0x60D6, 1}}});
   bench.set(0x60B8, 0, 0x0021).shows({.objects = {{0x60B9, 0x0005}}});  // the positive edge alone is off
   bench.set(0x60B8, 0, 0x0031);
-  level(level(bench, 0x60BA, 0), 0x60BA, 1).shows({.objects = {{0x60B9, 0x0007}, {0x60BA, 8'000}, {0x60BB, 6'000}}});
+  level(level(bench, 0x60BA, 0), 0x60BA, 1)
+      .shows({.objects = {{0x60B9, 0x0007}, {0x60BA, 8'000}, {0x60BB, 6'000}}});
   bench.set(0x60B8, 0, 0x0030).shows({.objects = {{0x60B9, 0}, {0x60BA, 8'000}}});
 }
 
@@ -52,7 +53,9 @@ TEST_CASE("Touch probe: the second one, each edge, counted") {
   for (int edge = 1; edge <= 3; ++edge) {
     bench.pass(10'000);
     level(level(bench, 0x60BC, 1), 0x60BC, 0);
-    bench.shows({.objects = {{0x60B9, 0x0300}, {0x60BC, 5'000 + 1'000 * edge}, {0x60D7, edge}, {0x60BD, 0}, {0x60D8, 0}}});
+    bench.shows(
+        {.objects = {
+             {0x60B9, 0x0300}, {0x60BC, 5'000 + 1'000 * edge}, {0x60D7, edge}, {0x60BD, 0}, {0x60D8, 0}}});
   }
   level(bench, 0x60BA, 1).shows({.objects = {{0x60B9, 0x0300}, {0x60BA, 0}}});
   CHECK_FALSE(bench.input(0x60BB, 1));
@@ -67,7 +70,8 @@ TEST_CASE("Touch probe: the index pulse, at its own position however late it is 
     speed_up(bench);
     bench.set(0x60B8, 0, 0x3715);  // the first positive edge; of the second probe each
     bench.pass(40'000).shows({.objects = {{0x60B9, 0x0101}}});
-    bench.pass(20'000).shows({.objects = {{0x60B9, 0x0703}, {0x60BA, 10'000}, {0x60BC, 10'000}, {0x60BD, 10'000}}});
+    bench.pass(20'000).shows(
+        {.objects = {{0x60B9, 0x0703}, {0x60BA, 10'000}, {0x60BC, 10'000}, {0x60BD, 10'000}}});
     bench.pass(291'000).shows({.objects = {{0x60BA, 10'000}, {0x60BC, 40'000}, {0x60D5, 1}, {0x60D7, 4}}});
     // Back by 5,000 from 45,100 and 180,000 further, to -139,900.
     bench.set(0x60FF, 0, -100'000).pass(2 * kSecond);
@@ -105,10 +109,17 @@ TEST_CASE("60F2h: a rotary axis turns as the numbers say, one way only, or the s
     int option, target;
     std::int64_t way;  ///< from 1,000, around 10,000
   };
-  for (const auto& [option, target, way] :
-       {Row{0x00, 9'000, 8'000}, {0x00, 500, -500}, {0x40, 9'000, -2'000}, {0x40, 500, -500}, {0x40, 1'000, 0},
-        {0x80, 9'000, 8'000}, {0x80, 500, 9'500}, {0x80, 1'000, 0}, {0xC0, 9'000, -2'000}, {0xC0, 5'900, 4'900},
-        {0xC0, 500, -500}}) {
+  for (const auto& [option, target, way] : {Row{0x00, 9'000, 8'000},
+                                            {0x00, 500, -500},
+                                            {0x40, 9'000, -2'000},
+                                            {0x40, 500, -500},
+                                            {0x40, 1'000, 0},
+                                            {0x80, 9'000, 8'000},
+                                            {0x80, 500, 9'500},
+                                            {0x80, 1'000, 0},
+                                            {0xC0, 9'000, -2'000},
+                                            {0xC0, 5'900, 4'900},
+                                            {0xC0, 500, -500}}) {
     INFO("60F2h = " << option << ", " << target);
     DriveBench bench;
     bench.enable(1, {{0x607B, 1, 0}, {0x607B, 2, 9'999}});
@@ -123,7 +134,10 @@ TEST_CASE("60F2h: a rotary axis turns as the numbers say, one way only, or the s
 
 TEST_CASE("Position limits: bit 11 while the axis is outside, in every mode, from the moment it passes") {
   DriveBench bench;
-  bench.enable(6, {{0x6098, 0, 35}, {0x607C, 0, -7'000}}).control(0x001F).pass(kSecond).shows({.position = 7'000});
+  bench.enable(6, {{0x6098, 0, 35}, {0x607C, 0, -7'000}})
+      .control(0x001F)
+      .pass(kSecond)
+      .shows({.position = 7'000});
   bench.put({{0x607D, 1, -2'000}, {0x607D, 2, 2'000}});
   bench.update();
   for (const int mode : {1, 3, 4, 6, 8, 0}) {
@@ -148,7 +162,8 @@ TEST_CASE("Position limits: a torque that drives a load out of them sets bit 11"
   layout.load = {.inertia = 10, .friction = 50};
   DriveBench bench(layout);
   bench.enable(4, {{0x6087, 0, 0}, {0x6071, 0, 300}, {0x607D, 1, -2'000}, {0x607D, 2, 2'000}});
-  bench.pass(100'000).shows({.status = kEnabled | kReached, .position = 1'989});  // 250 x 1591.549/s2 x 0.01 s2 / 2
+  bench.pass(100'000).shows(
+      {.status = kEnabled | kReached, .position = 1'989});  // 250 x 1591.549/s2 x 0.01 s2 / 2
   bench.pass(1'000).shows({.status = kEnabled | kReached | kLimit});
 }
 

@@ -17,8 +17,8 @@ Value pick(const std::array<Value, kCount>& values, unsigned which) {
 }
 
 constexpr std::array<std::uint16_t, 21> kWords = {0x0000, 0x0002, 0x0006, 0x0007, 0x000F, 0x000F, 0x001F,
-                                                  0x003F, 0x005F, 0x006F, 0x007F, 0x020F, 0x021F, 0x010F, 0x011F,
-                                                  0x0080, 0x008F, 0x0006, 0x000F, 0x001F, 0xFFFF};
+                                                  0x003F, 0x005F, 0x006F, 0x007F, 0x020F, 0x021F, 0x010F,
+                                                  0x011F, 0x0080, 0x008F, 0x0006, 0x000F, 0x001F, 0xFFFF};
 constexpr std::array<int, 12> kPositions = {0,      1,       -1,     500,    -500,   4'000,
                                             12'345, -20'000, 29'999, 40'000, 30'000, -60'000};
 constexpr std::array<int, 8> kVelocities = {0, 1, -1, 5'000, -20'000, 100'000, -100'000, 300'000};
@@ -85,9 +85,7 @@ void act(DriveBench& bench, std::set<std::string_view>& present, const Room& roo
     case 10: return void(bench.set(0x60C1, 1, pick(kPositions, which)));
     case 11: return void(bench.set(0x60C4, 2, which % 4));
     case 12: return void(bench.set(0x60B8, 0, pick(kProbes, which)));
-    case 13:
-      bench.input(which % 2 == 0 ? 0x60BA : 0x60BC, which / 2 % 2);
-      return void(bench.update());
+    case 13: bench.input(which % 2 == 0 ? 0x60BA : 0x60BC, which / 2 % 2); return void(bench.update());
     case 14: return void(bench.set(0x60F2, 0, which % 4 + which / 4 % 4 * 0x40));
     case 15: bench.enable(static_cast<std::int8_t>(bench.get(0x6060))); return;
     default: return void(bench.control(pick(kWords, which)));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Velocity mode (vl) of frequency inverters: 10,000 increments a revolution, ramps of 6000 1/min in 1 s, which is
-// 1,000,000/s^2; quick stop four times as steep.
+// Velocity mode (vl) of frequency inverters: 10,000 increments a revolution, ramps of 6000 1/min in 1 s,
+// which is 1,000,000/s^2; quick stop four times as steep.
 #include "drive_bench.hpp"
 
 namespace cbcan::test {
@@ -24,7 +24,10 @@ TEST_CASE("Velocity mode: ramp bits 4, 5 and 6 of the controlword count from the
   DriveBench bench;
   bench.enable(2, {{0x6042, 0, 300}}).pass(kSecond).shows({.objects = {{0x6044, 300}}});
   bench.control(0x007F).pass(kSecond).shows({.objects = {{0x6044, 300}}});
-  bench.control(0x005F).set(0x6042, 0, 100).pass(kSecond).shows({.status = kEnabled, .objects = {{0x6044, 300}}});
+  bench.control(0x005F)
+      .set(0x6042, 0, 100)
+      .pass(kSecond)
+      .shows({.status = kEnabled, .objects = {{0x6044, 300}}});
   bench.control(0x007F).pass(10'000).shows({.velocity = 40'000});
   bench.control(0x005F).pass(kSecond).shows({.velocity = 40'000, .objects = {{0x6043, 240}}});
   bench.control(0x003F).pass(10'000).shows({.velocity = 30'000});
@@ -43,9 +46,12 @@ TEST_CASE("Velocity mode: the amounts of 6046h, motor speed and position limits 
     int target, reached;
     unsigned status;
   };
-  for (const auto& [target, reached, status] :
-       {Row{300, 200, kEnabled | kLimit}, {-300, -200, kEnabled | kLimit}, {50, 100, kEnabled | kLimit},
-        {-1, -100, kEnabled | kLimit}, {150, 150, kEnabled}, {0, 0, kEnabled}}) {
+  for (const auto& [target, reached, status] : {Row{300, 200, kEnabled | kLimit},
+                                                {-300, -200, kEnabled | kLimit},
+                                                {50, 100, kEnabled | kLimit},
+                                                {-1, -100, kEnabled | kLimit},
+                                                {150, 150, kEnabled},
+                                                {0, 0, kEnabled}}) {
     CAPTURE(target);
     DriveBench bench;
     bench.enable(2, {{0x6046, 1, 100}, {0x6046, 2, 200}, {0x6042, 0, target}});
@@ -91,7 +97,9 @@ TEST_CASE("Velocity mode: halt, quick stop and disabled operation use its ramps"
 TEST_CASE("Velocity mode: a limit switch stops the axis, which moves only away from it") {
   DriveBench bench;
   bench.enable(2, {{0x6042, 0, 300}}).pass(kSecond);
-  bench.incident("limit-switch-positive", true).pass(12'500).shows({.status = kEnabled | kLimit, .velocity = 0});
+  bench.incident("limit-switch-positive", true)
+      .pass(12'500)
+      .shows({.status = kEnabled | kLimit, .velocity = 0});
   bench.set(0x6042, 0, -300).pass(50'000).shows({.status = kEnabled, .velocity = -50'000});
 }
 

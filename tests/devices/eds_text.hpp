@@ -27,9 +27,10 @@ inline std::string text_of(const Line& line) {
 inline std::string pair_of(const char* index, const char* first, const char* second, const char* type = "7",
                            const char* second_type = nullptr) {
   const std::string name(index);
-  const std::string subs = text_of({(name + "sub0").c_str(), "5", "ro", "2"}) +
-                           text_of({(name + "sub1").c_str(), type, "rw", first}) +
-                           text_of({(name + "sub2").c_str(), second_type != nullptr ? second_type : type, "rw", second});
+  const std::string subs =
+      text_of({(name + "sub0").c_str(), "5", "ro", "2"}) +
+      text_of({(name + "sub1").c_str(), type, "rw", first}) +
+      text_of({(name + "sub2").c_str(), second_type != nullptr ? second_type : type, "rw", second});
   return "[" + name + "]\nParameterName=x\nObjectType=8\nSubNumber=3\n" + subs;
 }
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Nodes from hand-written EDS files with the usual defects of vendor files, and the program that moves a drive.
+/// Nodes from hand-written EDS files with the usual defects of vendor files, and the program that moves a
+/// drive.
 
 #include "devices/devices.hpp"
 #include "eds/dictionary_image.hpp"

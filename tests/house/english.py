@@ -18,7 +18,7 @@ import page_blocks
 
 MOST_WORDS = 30  # of a sentence
 LEAST_SENTENCES, LEAST_STRINGS, LEAST_DOCUMENTS, LEAST_COMMENTS = 4000, 1500, 40, 6000
-MOST_OF_ALL = 46300
+MOST_OF_ALL = 46200
 BUDGET = 1000  # words of a page, unless this says otherwise
 BUDGETS = {  # of a page, or of each page of a folder
     "docs/explanation/architecture.md": 1650,
@@ -26,7 +26,7 @@ BUDGETS = {  # of a page, or of each page of a folder
     "docs/how-to/port.md": 1350,
     "docs/reference/commands.md": 1050,
     "docs/reference/contract.md": 4300,
-    "docs/reference/devices.md": 2150,
+    "docs/reference/devices.md": 2600,
     "docs/reference/faults.md": 1650,
     "docs/reference/http.md": 1050,
     "docs/reference/ladder-recipes.md": 2650,

@@ -97,15 +97,14 @@ bool Axes::is_set_point(std::uint16_t index) const {
 }
 
 bool Axes::set_input(std::uint16_t index, std::uint8_t sub, double value, Time now) {
-  return std::ranges::any_of(axes_,
-                             [&](One& axis) { return axis.drive.set_input(index, sub, value, now); });
+  return std::ranges::any_of(axes_, [&](One& axis) { return axis.drive.set_input(index, sub, value, now); });
 }
 
 void Axes::set_incident(std::string_view name, bool present, Time now) {
   const auto place = static_cast<std::size_t>(std::ranges::find(names_, name) - names_.begin());
   if (place == names_.size()) return;
-  axes_[place / kIncidentNames.size()].drive.set_incident(kIncidentNames[place % kIncidentNames.size()], present,
-                                                          now);
+  axes_[place / kIncidentNames.size()].drive.set_incident(kIncidentNames[place % kIncidentNames.size()],
+                                                          present, now);
 }
 
 }  // namespace cbcan::devices

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// A drive with one or several axes. Axis n, from 1 on, is a Drive whose objects are 800h * (n - 1) after those of the
-/// first (CiA 301, logical devices), so 6840h is the controlword of the second.
+/// A drive with one or several axes. Axis n, from 1 on, is a Drive whose objects are 800h * (n - 1) after
+/// those of the first (CiA 301, logical devices), so 6840h is the controlword of the second.
 ///
-/// Incidents of the second axis are called "axis-2-overcurrent". The first manufacturer-specific byte of an EMCY
-/// is the number of the axis. A code that two axes have ends when the last of them no longer has it.
+/// Incidents of the second axis are called "axis-2-overcurrent". The first manufacturer-specific byte of an
+/// EMCY is the number of the axis. A code that two axes have ends when the last of them no longer has it.
 
 #include <cstddef>
 #include <cstdint>

@@ -72,7 +72,8 @@ void InterpolatedPosition::take_point() {
   const std::int32_t point = objects_.interpolation_data.get();
   const bool is_new = std::exchange(is_written_, false) || point != last_point_;
   last_point_ = point;
-  if (is_new && has_buffer() && points_.size() < objects_.interpolation_buffer.get()) points_.push_back(point);
+  if (is_new && has_buffer() && points_.size() < objects_.interpolation_buffer.get())
+    points_.push_back(point);
 }
 
 void InterpolatedPosition::on_sync(const ModeInput& input, Time now) {

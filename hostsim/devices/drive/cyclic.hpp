@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Cyclic synchronous position and velocity (6060h = 8, 9), and interpolated position (7): the controller generates
-/// the profile. The
-/// set-point that is present at a SYNC is reached linearly within one interpolation period (60C2h). The last
-/// set-point holds: the position stays, the velocity continues. Without SYNC nothing moves. The same set-point
-/// at a further SYNC within that period does not start it again.
+/// Cyclic synchronous position and velocity (6060h = 8, 9), and interpolated position (7): the controller
+/// generates the profile. The set-point that is present at a SYNC is reached linearly within one
+/// interpolation period (60C2h). The last set-point holds: the position stays, the velocity continues.
+/// Without SYNC nothing moves. The same set-point at a further SYNC within that period does not start it
+/// again.
 ///
 /// 60B0h and 60B1h are added. Positions are limited to 607Dh and steps to the velocity of 607Fh and 6080h;
 /// statusword bit 11 is then set. A limit switch stops cyclic velocity immediately, cyclic position at the
@@ -49,9 +49,9 @@ class CyclicPosition final : public LineMode {
   std::uint16_t status(Time /*now*/) const override { return cyclic_status(limited_); }
 };
 
-/// 60C1h:1 as the set-point, while controlword bit 4 is 1; statusword bit 12 shows that. With a buffer (60C4h:2 more
-/// than 1) each point that is written waits there, and one is taken each period, without SYNC. The same value as
-/// before is another point only if it is written by SDO. A point without room is lost.
+/// 60C1h:1 as the set-point, while controlword bit 4 is 1; statusword bit 12 shows that. With a buffer
+/// (60C4h:2 more than 1) each point that is written waits there, and one is taken each period, without SYNC.
+/// The same value as before is another point only if it is written by SDO. A point without room is lost.
 class InterpolatedPosition final : public LineMode {
  public:
   using LineMode::LineMode;

@@ -25,8 +25,8 @@ constexpr std::uint16_t kInterpolationBuffer = 0x60C4;
 constexpr std::uint8_t kBufferClear = 6;
 constexpr std::uint16_t kDigitalInputs = 0x60FD;
 
-/// Controlword, targets of velocity mode, torque and position, offsets of the cyclic modes, touch probe function,
-/// interpolation data, digital outputs, target velocity.
+/// Controlword, targets of velocity mode, torque and position, offsets of the cyclic modes, touch probe
+/// function, interpolation data, digital outputs, target velocity.
 constexpr auto kSetPoints =
     std::to_array<std::uint16_t>({kControlword, 0x6042, 0x6071, 0x607A, 0x60B0, 0x60B1, 0x60B2, 0x60B8,
                                   kInterpolationData, 0x60FE, 0x60FF});
@@ -195,7 +195,8 @@ AbortCode Drive::check(const ObjectEntry& entry, std::uint8_t sub, std::span<con
   const auto number = static_cast<std::int8_t>(load_little_endian(value));
   if (index == kControlword) stage_.controlword_written();
   if (index == kInterpolationData) interpolated_position_.point_written();
-  if (index == kInterpolationBuffer && sub == kBufferClear && number == 0) interpolated_position_.clear_buffer();
+  if (index == kInterpolationBuffer && sub == kBufferClear && number == 0)
+    interpolated_position_.clear_buffer();
   const bool is_refused = (index == kModesOfOperation && !supports(number)) ||
                           (index == kHomingMethod && !is_homing_method(number));
   return is_refused ? AbortCode::kValue : AbortCode::kNone;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// One axis of a drive (CiA 402, IEC 61800-7-201): the power state machine and the modes profile position, velocity,
-/// profile velocity, profile torque, homing, interpolated position, cyclic synchronous position, velocity and torque,
-/// if 6502h lists them. axes.hpp is a node with several.
+/// One axis of a drive (CiA 402, IEC 61800-7-201): the power state machine and the modes profile position,
+/// velocity, profile velocity, profile torque, homing, interpolated position, cyclic synchronous position,
+/// velocity and torque, if 6502h lists them. axes.hpp is a node with several.
 ///
 /// The axis follows its demand exactly, unless the plant file gives it a load. There are no ticks: positions
 /// are calculated on demand, and update() returns the time of the next change; a moving load (load.hpp)
@@ -16,15 +16,15 @@
 /// Bit 11 of 6041h is also set while the axis is outside the software position limits (607Dh), in every mode.
 ///
 /// 60FDh shows the switches of AxisLayout (bit 0 negative limit, 1 positive limit, 2 home). A limit switch
-/// (from AxisLayout or an incident) stops the axis with the quick stop ramp and allows motion only in the other
-/// direction; in homing only those of incidents do. With 607Bh narrower than INTEGER32 the axis is rotary and
-/// has no limit switches.
+/// (from AxisLayout or an incident) stops the axis with the quick stop ramp and allows motion only in the
+/// other direction; in homing only those of incidents do. With 607Bh narrower than INTEGER32 the axis is
+/// rotary and has no limit switches.
 ///
 /// Event-driven TPDOs are triggered by a change of statusword (6041h), mode (6061h) or inputs (60FDh), not of
 /// positions.
 ///
-/// In the cyclic modes, and in interpolated position without a buffer, once SYNCs have come at the period of 60C2h, three periods without one are a fault:
-/// EMCY 8700h until the next SYNC, and 6007h.
+/// In the cyclic modes, and in interpolated position without a buffer, once SYNCs have come at the period of
+/// 60C2h, three periods without one are a fault: EMCY 8700h until the next SYNC, and 6007h.
 ///
 /// 6007h acts when the network fails, and when NMT stops the node while operation is enabled. Going to
 /// Pre-operational has no effect, because the drive can be commanded by SDO. The node sends the EMCY of a
@@ -74,7 +74,9 @@ class Drive final : public DeviceWithIncidents {
 
  private:
   /// The first axis has this object at the returned index.
-  std::uint16_t own(std::uint16_t index) const { return static_cast<std::uint16_t>(index - objects_.d.offset); }
+  std::uint16_t own(std::uint16_t index) const {
+    return static_cast<std::uint16_t>(index - objects_.d.offset);
+  }
   void tell_changed(std::uint16_t index, Time now) {
     node_.changed(static_cast<std::uint16_t>(index + objects_.d.offset), 0, now);
   }

@@ -2,8 +2,8 @@
 #pragma once
 
 /// The objects of CiA 402 that an axis reads and writes, looked up once. An object without value, or missing
-/// from the dictionary, has the default given here. A limit of 0 is no limit, and a 6502h of 0 means all modes, but 2
-/// and 7 only with 6042h and 60C1h: EDS files leave such values to the drive.
+/// from the dictionary, has the default given here. A limit of 0 is no limit, and a 6502h of 0 means all
+/// modes, but 2 and 7 only with 6042h and 60C1h: EDS files leave such values to the drive.
 
 #include <array>
 #include <cstdint>

@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Profile position mode (6060h = 1): set-points with the handshake of controlword bit 4 and statusword bit 12.
+/// Profile position mode (6060h = 1): set-points with the handshake of controlword bit 4 and statusword
+/// bit 12.
 ///
-/// The rising edge of bit 4 takes 607Ah, 6081h, 6083h and 6084h. With bit 5 set, the new set-point replaces all
-/// others immediately. Otherwise it waits until the present one is reached; at most one waits. With bit 9 set,
-/// the axis passes the present set-point at profile velocity instead of stopping there, if the next one is far
-/// enough beyond it to stop in time. Bit 12 is 1 until bit 4 is 0 and another set-point can be taken. Relative
-/// set-points (bit 6) count from the previous set-point.
+/// The rising edge of bit 4 takes 607Ah, 6081h, 6083h and 6084h. With bit 5 set, the new set-point replaces
+/// all others immediately. Otherwise it waits until the present one is reached; at most one waits. With bit 9
+/// set, the axis passes the present set-point at profile velocity instead of stopping there, if the next one
+/// is far enough beyond it to stop in time. Bit 12 is 1 until bit 4 is 0 and another set-point can be taken.
+/// Relative set-points (bit 6) count from the previous set-point.
 ///
-/// 60F2h: relative set-points count from the demand (bits 0, 1 = 1) or from the actual position (2). A rotary axis
-/// turns as the numbers say (bits 6, 7 = 0), in negative (1) or positive direction (2), or the shortest way (3).
+/// 60F2h: relative set-points count from the demand (bits 0, 1 = 1) or from the actual position (2). A rotary
+/// axis turns as the numbers say (bits 6, 7 = 0), in negative (1) or positive direction (2), or the shortest
+/// way (3).
 
 #include <optional>
 

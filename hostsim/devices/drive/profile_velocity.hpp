@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Modes in which the axis runs at a velocity, with ramps that take effect when they change. At a software position
-/// limit the axis stops until a velocity in the other direction is set.
+/// Modes in which the axis runs at a velocity, with ramps that take effect when they change. At a software
+/// position limit the axis stops until a velocity in the other direction is set.
 
 #include <optional>
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The two touch probes (60B8h..60BDh, counters 60D5h..60D8h). A probe's event is an edge of its input, or the index
-/// pulse of the encoder (60B8h bit 2), which is both edges at its exact position. An edge is stored once until its
-/// bit (4, 5) or the probe (0) is switched off, or each time (bit 1).
+/// The two touch probes (60B8h..60BDh, counters 60D5h..60D8h). A probe's event is an edge of its input, or
+/// the index pulse of the encoder (60B8h bit 2), which is both edges at its exact position. An edge is stored
+/// once until its bit (4, 5) or the probe (0) is switched off, or each time (bit 1).
 
 #include <array>
 #include <cstddef>

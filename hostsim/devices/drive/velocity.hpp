@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Velocity mode of frequency inverters (6060h = 2, "vl"): 6042h, scaled by 604Bh, with an amount between those of
-/// 6046h, and the ramps 6048h and 6049h. Velocities are 1/min of the motor, scaled by 604Ch.
+/// Velocity mode of frequency inverters (6060h = 2, "vl"): 6042h, scaled by 604Bh, with an amount between
+/// those of 6046h, and the ramps 6048h and 6049h. Velocities are 1/min of the motor, scaled by 604Ch.
 ///
-/// Controlword bits 4, 5, 6: the motor follows the ramp, the ramp moves, the ramp goes to 6042h. Without bit 4 the
-/// motor stops with 604Ah; without bit 5 it keeps its velocity; without bit 6 the ramp goes to 0. Many inverters
-/// ignore these bits: until one of them has been 1, all are taken as 1. Halt (605Dh) and quick stop use 6049h and
-/// 604Ah. The mode has no statusword bits except bit 11.
+/// Controlword bits 4, 5, 6: the motor follows the ramp, the ramp moves, the ramp goes to 6042h. Without bit
+/// 4 the motor stops with 604Ah; without bit 5 it keeps its velocity; without bit 6 the ramp goes to 0. Many
+/// inverters ignore these bits: until one of them has been 1, all are taken as 1. Halt (605Dh) and quick stop
+/// use 6049h and 604Ah. The mode has no statusword bits except bit 11.
 
 #include <optional>
 
