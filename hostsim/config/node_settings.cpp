@@ -10,6 +10,7 @@
 #include "config/settings.hpp"
 #include "config/wires.hpp"
 #include "devices/devices.hpp"
+#include "text/numbers.hpp"
 #include "text/words.hpp"
 
 namespace cbcan::config {
@@ -289,6 +290,11 @@ std::span<const Setting<std::string>> fault_kind_settings() {
 }
 std::span<const Setting<AxisConfig>> axis_settings() {
   return kAxis;
+}
+std::optional<std::size_t> axis_number(std::string_view key) {
+  const auto number = text::parse_integer(key);
+  const bool is_one = number && *number > 1 && *number <= static_cast<std::int64_t>(devices::kMostAxes);
+  return is_one ? std::optional(static_cast<std::size_t>(*number)) : std::nullopt;
 }
 std::span<const Setting<WireConfig>> wire_settings() {
   return kWires;

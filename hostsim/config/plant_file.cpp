@@ -228,15 +228,9 @@ class Reader {
       return complain(axis, "node.axis: must be a table; write axis = { inertia_kgcm2 = 10 }");
     node.axes.resize(std::max(node.axes.size(), number));
     read_table(kAxisTable, *axis.as_table(), axis_settings(), node.axes[number - 1]);
-    for (const auto& [key, other] : *axis.as_table()) {
-      const auto other_number = text::parse_integer(key.str());
-      if (!other_number) continue;
-      if (number == 1 && *other_number >= 2 && *other_number <= static_cast<std::int64_t>(devices::kMostAxes))
-        read_axis(other, node, static_cast<std::size_t>(*other_number));
-      else
-        complain(key,
-                 fmt::format("node.axis.{}: must be 2..{}, in node.axis", key.str(), devices::kMostAxes));
-    }
+    for (const auto& [key, other] : *axis.as_table())
+      if (const auto of = axis_number(key.str()))
+        number == 1 ? read_axis(other, node, *of) : complain_unknown(key, kAxisTable);
   }
 
   /// `root` is a table with one key, or a list to be appended.
@@ -382,7 +376,7 @@ class Reader {
     const auto& keys = plant_keys();
     for (const auto& [key, node] : table) {
       const std::string full = fmt::format("{}.{}", name, key.str());
-      if (name == kAxisTable && text::parse_integer(key.str())) continue;  // read_axis() has them
+      if (name == kAxisTable && axis_number(key.str())) continue;  // read_axis() has them
       if (std::ranges::find(keys, full) == keys.end()) {
         complain_unknown(key, name);
       } else if (!in_first_network() && is_global(full)) {

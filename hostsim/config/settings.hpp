@@ -5,6 +5,7 @@
 /// range, help. Plant file and command line are read by these rows; --help and docs/reference/plant-file.md are
 /// generated from them. A new setting is a member in config.hpp and a row.
 
+#include <cstddef>
 #include <optional>
 #include <span>
 #include <string>
@@ -44,6 +45,8 @@ std::span<const Setting<InitialValue>> object_settings();
 std::span<const Setting<SignalConfig>> signal_settings();
 std::span<const Setting<WireConfig>> wire_settings();
 std::span<const Setting<AxisConfig>> axis_settings();
+/// Of a key of node.axis that is another axis, such as "2", up to kMostAxes.
+std::optional<std::size_t> axis_number(std::string_view key);
 /// The kinds of faults of nodes and of the bus; sim/faults/fault.hpp has their other keys.
 std::span<const Setting<std::string>> fault_kind_settings();
 
