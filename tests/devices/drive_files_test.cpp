@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Inverters, interpolating drives and drives with several axes, each with the frames of its master. The
 // dictionaries are written by hand.
+#include "devices/drive/axes.hpp"
 #include "tests/devices/vendor_plant.hpp"
 
 namespace cbcan::test {
@@ -153,6 +154,44 @@ TEST_CASE("A drive with two axes: touch probes, events and refused values of the
   CHECK(plant.node->set_input(0x68BA, 0, 1, plant.bench.now));
   plant.bench.pass(1).expect_at(plant.bench.now - 1, "185#50020300");
   plant.bench.ask("605#2F98680064000000", "585#8098680030000906");
+}
+
+TEST_CASE("A drive with two axes: the second follows SYNC, NMT and the network, and has its own machine") {
+  const std::vector<devices::AxisLayout> layouts{{}, {.positive_limit = 100}};
+  Plant plant(file_with({}) + second_axis() + text_of({"1005", "7", "rw", "0x80"}) + text_of({"68FD", "7", "ro", "0"}),
+              [&](sim::DeviceNode& node, std::uint64_t) { return devices::make_drive(node, layouts); });
+  const auto enable_second = [&] {
+    plant.write("406800", "80000000");
+    for (const char* word : {"06000000", "0F000000"})
+      plant.write("406800", word);
+    CHECK((plant.get(0x6841) & 0x6F) == 0x27);
+  };
+  plant.write("606800", "08000000", "2F");
+  enable_second();
+  plant.bench.send("000#0105");
+  plant.write("7A6800", "96000000", "23");
+  plant.bench.send("080#").pass(10'000);
+  CHECK(plant.get(0x6864) == 150);
+  CHECK(plant.get(0x68FD) == 2);
+  CHECK(plant.get(0x6064) == 0);
+  plant.bench.send("000#0205");  // stopped
+  CHECK((plant.get(0x6841) & 0x6F) == 0x08);
+  CHECK(plant.get(0x6041) == 0x0250);
+  plant.bench.send("000#8005");
+  enable_second();
+  sim::Behaviour& drive = plant.node->behaviour();
+  drive.on_network_failure(sim::NetworkFailure::kHeartbeat, plant.bench.now);
+  plant.bench.pass(1);
+  CHECK((plant.get(0x6841) & 0x6F) == 0x08);
+  drive.delay_commands(5'000);
+  plant.write("406800", "80000000");
+  CHECK((plant.get(0x6841) & 0x6F) == 0x08);
+  plant.bench.pass(5'000);
+  CHECK((plant.get(0x6841) & 0x6F) == 0x40);
+  for (const std::uint16_t index : std::initializer_list<std::uint16_t>{0x6040, 0x6840, 0x687A, 0x68C1})
+    CHECK(drive.is_set_point(index));
+  for (const std::uint16_t index : std::initializer_list<std::uint16_t>{0x6883, 0x7040})
+    CHECK_FALSE(drive.is_set_point(index));
 }
 
 }  // namespace cbcan::test

@@ -37,6 +37,8 @@ TEST_CASE("Velocity mode: ramp bits 4, 5 and 6 of the controlword count from the
   bench.pass(kSecond).shows({.status = kEnabled, .velocity = 0});
   bench.control(0x000F).pass(kSecond).shows({.status = kEnabled, .velocity = 0});
   bench.control(0x0006).control(0x000F).pass(kSecond).shows({.velocity = 0});
+  bench.control(0x007F).pass(kSecond).control(0x005F).shows({.objects = {{0x6044, 100}}});
+  bench.control(0x0006).pass(kSecond).control(0x005F).pass(kSecond).shows({.velocity = 0});  // locked at rest
   bench.drive.reset(true, bench.now);
   bench.control(0x0000).control(0x0006).control(0x000F).pass(kSecond).shows({.objects = {{0x6044, 100}}});
 }

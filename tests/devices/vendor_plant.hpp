@@ -38,11 +38,13 @@ inline std::string file_with(const std::vector<Line>& changes) {
 
 /// Node 5 from a file, and the master's program.
 struct Plant {
-  explicit Plant(const std::string& text) {
+  /// With the device of 1000h, or another.
+  explicit Plant(const std::string& text, const sim::BehaviourMaker& maker = nullptr) {
     eds::DictionaryImage image =
         eds::dictionary_image(eds::read(text, "x.eds", std::uint8_t{5}, devices::standard_type).device);
     sim::NodeParts parts;
-    parts.behaviour = devices::device_for(ObjectDictionary(image.entries, image.values, nullptr)).make;
+    parts.behaviour = maker;
+    if (!maker) parts.behaviour = devices::device_for(ObjectDictionary(image.entries, image.values, nullptr)).make;
     parts.node_id = 5;
     parts.image = std::move(image);
     node = &bench.world.add_node(std::move(parts));
