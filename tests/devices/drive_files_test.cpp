@@ -158,7 +158,8 @@ TEST_CASE("A drive with two axes: touch probes, events and refused values of the
 
 TEST_CASE("A drive with two axes: the second follows SYNC, NMT and the network, and has its own machine") {
   const std::vector<devices::AxisLayout> layouts{{}, {.positive_limit = 100}};
-  Plant plant(file_with({}) + second_axis() + text_of({"1005", "7", "rw", "0x80"}) + text_of({"68FD", "7", "ro", "0"}),
+  Plant plant(file_with({}) + second_axis() + text_of({"1005", "7", "rw", "0x80"}) +
+                  text_of({"68FD", "7", "ro", "0"}),
               [&](sim::DeviceNode& node, std::uint64_t) { return devices::make_drive(node, layouts); });
   const auto enable_second = [&] {
     plant.write("406800", "80000000");

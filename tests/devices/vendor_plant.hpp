@@ -44,7 +44,8 @@ struct Plant {
         eds::dictionary_image(eds::read(text, "x.eds", std::uint8_t{5}, devices::standard_type).device);
     sim::NodeParts parts;
     parts.behaviour = maker;
-    if (!maker) parts.behaviour = devices::device_for(ObjectDictionary(image.entries, image.values, nullptr)).make;
+    if (!maker)
+      parts.behaviour = devices::device_for(ObjectDictionary(image.entries, image.values, nullptr)).make;
     parts.node_id = 5;
     parts.image = std::move(image);
     node = &bench.world.add_node(std::move(parts));
