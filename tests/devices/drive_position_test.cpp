@@ -79,28 +79,39 @@ TEST_CASE("Touch probe: the index pulse, at its own position however late it is 
   }
 }
 
+TEST_CASE("Touch probe: several index pulses in one step of a load") {
+  devices::AxisLayout layout;
+  layout.load.inertia = 0.001;
+  DriveBench bench(layout);
+  bench.put({{0x608F, 1, 33}, {0x6092, 1, 33}, {0x6080, 0, 0}});
+  speed_up(bench);
+  bench.set(0x60B8, 0, 0x1315);  // at 4,972, as the ramp takes a lag of 28; pulse 151 is at 4,983
+  bench.pass(10'000).shows({.objects = {{0x60BA, 4'983}, {0x60BC, 0}, {0x60D5, 1}}});
+  bench.set(0x60B8, 0, 0x1700).pass(10'000).shows({.objects = {{0x60BC, 6'996}, {0x60D7, 31}}});
+}
+
 TEST_CASE("Touch probe: the index pulse is waited for only while a probe wants it") {
   DriveBench bench;
   speed_up(bench);
   CHECK(bench.deadline > bench.now + kSecond);
-  bench.set(0x60B8, 0, 0x0015);
-  CHECK(bench.deadline == bench.now + 50'001);
+  bench.now += 150'000;  // not updated meanwhile
+  bench.set(0x60B8, 0, 0x0015).shows({.objects = {{0x60B9, 0x0001}}});
+  CHECK(bench.deadline == bench.now + 100'001);  // from 20,000
   bench.pass(100'000);
   bench.control(0x0000).pass(kSecond);
   CHECK(bench.deadline == kNever);
 }
 
 TEST_CASE("60F2h: relative set-points count from the target, the demand or the actual position") {
-  for (const auto& [option, reached] : {std::pair{0, 12'000}, {1, 7'000}, {2, 6'000}, {3, 12'000}}) {
+  for (const auto& [option, reached] : {std::pair{0, 12'000}, {1, 7'000}, {2, 4'500}, {3, 12'000}}) {
     CAPTURE(option);
     DriveBench bench;
-    bench.enable(1, {{0x60F2, 0, option}, {0x607A, 0, 10'000}});
-    bench.control(0x001F).control(0x000F).pass(70'711);  // 2,500 increments
-    bench.incident("motor-blocked", option == 2);
-    bench.pass(29'289).shows({.objects = {{0x60FC, 5'000}}});
-    const std::int64_t actual = bench.position();
-    travel_to(bench.incident("motor-blocked", false), 2'000, 0x60);
-    bench.shows({.position = option == 2 ? actual + 2'000 : reached});
+    bench.enable(1, {{0x60F2, 0, option}, {0x607A, 0, 10'000}, {0x6065, 0, -1}});
+    bench.control(0x001F).control(0x000F).pass(70'711).shows({.position = 2'500});
+    bench.incident("motor-blocked", true);
+    bench.pass(29'289).shows({.position = 2'500, .objects = {{0x60FC, 5'000}}});
+    bench.set(0x607A, 0, 2'000).control(0x007F).incident("motor-blocked", false);
+    bench.pass(kSecond).shows({.position = reached});
   }
 }
 
@@ -132,6 +143,18 @@ TEST_CASE("60F2h: a rotary axis turns as the numbers say, one way only, or the s
   }
 }
 
+TEST_CASE("60F2h: a relative set-point is as long as it says, and a fraction of an increment needs no turn") {
+  DriveBench bench;
+  bench.enable(1, {{0x607B, 1, 0}, {0x607B, 2, 9'999}, {0x60F2, 0, 0x80}});
+  bench.set(0x607A, 0, 9'000).control(0x001F).pass(70'711).control(0x010F).pass(kSecond);
+  bench.shows({.position = 5'000});  // 5,000.04
+  const double before = bench.drive.axis().place(bench.now);
+  travel_to(bench, 5'000, 0x20);
+  CHECK(bench.drive.axis().place(bench.now) == Approx(before).margin(0.1));
+  travel_to(bench, -7'000, 0x40);
+  CHECK(bench.drive.axis().place(bench.now) == Approx(before - 7'000).margin(0.1));
+}
+
 TEST_CASE("Position limits: bit 11 while the axis is outside, in every mode, from the moment it passes") {
   DriveBench bench;
   bench.enable(6, {{0x6098, 0, 35}, {0x607C, 0, -7'000}})
@@ -152,7 +175,9 @@ TEST_CASE("Position limits: bit 11 while the axis is outside, in every mode, fro
   bench.control(0x001F).shows({.status = kEnabled | kLimit | kBit12});
   bench.control(0x000F).events.clear();
   // 0.01 s and 50 increments, then 4,949.5 at 10,000/s until 6064h shows 2,000.
-  bench.pass(504'949).shows({.status = kEnabled | kLimit});
+  bench.pass(400'000);
+  CHECK(bench.deadline == bench.now + 104'950);
+  bench.pass(104'949).shows({.status = kEnabled | kLimit});
   bench.pass(2).shows({.status = kEnabled, .position = 2'000});
   CHECK(bench.events == std::vector<std::uint16_t>{0x6041});
 }

@@ -41,7 +41,7 @@ Axes::Axes(sim::DeviceNode& node, std::size_t count, std::span<const AxisLayout>
 
 void Axes::AxisNode::error(std::uint16_t code, std::uint8_t register_bits, const sim::EmergencyInfo& info,
                            Time now) {
-  if (++errors_[code] > 1) return;
+  ++errors_[code];  // the node reports it once
   sim::EmergencyInfo with_number = info;
   with_number[0] = number_;
   node_.error(code, register_bits, with_number, now);
