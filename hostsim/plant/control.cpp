@@ -141,8 +141,9 @@ class Execution {
   /// The number of which only this bit is set or cleared.
   double with_bit(sim::Node& of, const sim::Terminal& terminal, bool on) {
     of.bring_up_to_date(now_);
+    const auto object = of.number({terminal.index, terminal.sub, std::nullopt, false});
     const auto before = static_cast<std::uint64_t>(
-        of.number({terminal.index, terminal.sub, std::nullopt, false}).value_or(0));
+        of.number({terminal.index, terminal.sub, std::nullopt, true}).value_or(object.value_or(0)));
     const std::uint64_t bit = std::uint64_t{1} << *terminal.bit;
     return static_cast<double>(on ? before | bit : before & ~bit);
   }

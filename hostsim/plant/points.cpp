@@ -33,8 +33,8 @@ std::vector<ShownPoint> points_of(View& view, std::string_view node) {
   for (sim::Point& point : of.behaviour().points()) {
     const auto value = of.number({point.index, point.sub, std::nullopt, false});
     if (!value) continue;
-    const bool is_output = point.kind == sim::Point::Kind::kOutput;
-    const auto terminals = is_output ? of.number({point.index, point.sub, std::nullopt, true}) : std::nullopt;
+    const bool is_curve = point.kind == sim::Point::Kind::kCurve;
+    const auto terminals = is_curve ? std::nullopt : of.number({point.index, point.sub, std::nullopt, true});
     point.name = name_in(of, point);
     const auto target =
         point.target == 0 ? std::nullopt : of.number({point.target, point.sub, std::nullopt, false});

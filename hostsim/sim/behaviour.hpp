@@ -104,7 +104,8 @@ class Behaviour {
   }
 
   /// The value at the terminals of an output, after everything that the device does with the value of this
-  /// object; none = the device has no such terminals. As of the last update().
+  /// object, or of an input whose object shows something else; none = the device has no such terminals. As of
+  /// the last update().
   virtual std::optional<double> output(std::uint16_t /*index*/, std::uint8_t /*sub*/) const {
     return std::nullopt;
   }

@@ -156,6 +156,28 @@ TEST_CASE("A drive with two axes: touch probes, events and refused values of the
   plant.bench.ask("605#2F98680064000000", "585#8098680030000906");
 }
 
+TEST_CASE("A drive shows the modes that it has, of each axis, and the levels at its touch probes") {
+  Plant plant(file_with({}) + second_axis() + text_of({"6042", "3", "rww", "0"}) +
+              text_of({"6044", "3", "ro", "0"}) + text_of({"68B8", "6", "rw", "0"}) +
+              text_of({"68BA", "4", "ro", "0"}));
+  const std::vector<sim::Point> points = plant.node->behaviour().points();
+  const auto of = [&](std::uint16_t index, sim::Point::Kind kind) {
+    const auto found = std::ranges::find_if(
+        points, [&](const sim::Point& point) { return point.index == index && point.kind == kind; });
+    return found == points.end() ? "" : found->name + " " + found->unit;
+  };
+  using enum sim::Point::Kind;
+  CHECK(of(0x6042, kOutput) == "axis 1 target speed 1/min");
+  CHECK(of(0x6044, kCurve) == "axis 1 speed 1/min");
+  CHECK(of(0x6864, kCurve) == "axis 2 position ");
+  CHECK(of(0x68BA, kInput) == "axis 2 touch probe ");
+  CHECK(of(0x60BA, kInput) == "");
+  const sim::Terminal probe{0x68BA, 0, std::nullopt, true};
+  CHECK(plant.node->number(probe) == 0);
+  CHECK(plant.node->set_input(0x68BA, 0, 1, plant.bench.now));
+  CHECK(plant.node->number(probe) == 1);
+}
+
 TEST_CASE("A drive with two axes: the second follows SYNC, NMT and the network, and has its own machine") {
   const std::vector<devices::AxisLayout> layouts{{}, {.positive_limit = 100}};
   Plant plant(file_with({}) + second_axis() + text_of({"1005", "7", "rw", "0x80"}) +

@@ -100,6 +100,23 @@ bool Axes::set_input(std::uint16_t index, std::uint8_t sub, double value, Time n
   return std::ranges::any_of(axes_, [&](One& axis) { return axis.drive.set_input(index, sub, value, now); });
 }
 
+std::optional<double> Axes::output(std::uint16_t index, std::uint8_t sub) const {
+  std::optional<double> value;
+  for (const One& axis : axes_)
+    if (!value) value = axis.drive.output(index, sub);
+  return value;
+}
+
+std::vector<sim::Point> Axes::points() const {
+  std::vector<sim::Point> all;
+  for (std::size_t i = 0; i < axes_.size(); ++i)
+    for (sim::Point point : axes_[i].drive.points()) {
+      point.name = "axis " + std::to_string(i + 1) + " " + point.name;
+      all.push_back(std::move(point));
+    }
+  return all;
+}
+
 void Axes::set_incident(std::string_view name, bool present, Time now) {
   const auto place = static_cast<std::size_t>(std::ranges::find(names_, name) - names_.begin());
   if (place == names_.size()) return;

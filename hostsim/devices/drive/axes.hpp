@@ -41,6 +41,8 @@ class Axes final : public sim::Behaviour {
   void delay_commands(Time delay) override;
   bool is_set_point(std::uint16_t index) const override;
   bool set_input(std::uint16_t index, std::uint8_t sub, double value, Time now) override;
+  std::optional<double> output(std::uint16_t index, std::uint8_t sub) const override;
+  std::vector<sim::Point> points() const override;
   std::span<const std::string_view> incidents() const override { return incident_names_; }
   void set_incident(std::string_view name, bool present, Time now) override;
 

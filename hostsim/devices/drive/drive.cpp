@@ -81,17 +81,38 @@ void Drive::reset(bool application, Time now) {
   sync_missed_ = false;
 }
 
+/// Of the first axis. 604Ch scales what is else in 1/min.
 std::vector<sim::Point> Drive::points() const {
   using enum sim::Point::Kind;
-  std::vector<sim::Point> points{{.kind = kOutput, .index = 0x6064, .name = "position", .target = 0x607A},
-                                 {.kind = kCurve, .index = 0x6062, .name = "position demand"},
-                                 {.kind = kCurve, .index = 0x6064, .name = "position"},
-                                 {.kind = kCurve, .index = 0x606C, .name = "velocity"},
-                                 {.kind = kCurve, .index = 0x6077, .name = "torque"}};
+  const bool is_scaled = ratio(objects_.vl_dimension_factor, objects_.vl_dimension_divisor) != 1;
+  const char* const per_minute = is_scaled ? "" : "1/min";
+  std::vector<sim::Point> points{
+      {.kind = kOutput, .index = 0x6064, .name = "position", .target = 0x607A},
+      {.kind = kOutput, .index = 0x60C1, .sub = 1, .name = "interpolated position"},
+      {.kind = kOutput, .index = 0x6042, .name = "target speed", .unit = per_minute},
+      {.kind = kCurve, .index = 0x6062, .name = "position demand"},
+      {.kind = kCurve, .index = 0x6064, .name = "position"},
+      {.kind = kCurve, .index = 0x606C, .name = "velocity"},
+      {.kind = kCurve, .index = 0x6044, .name = "speed", .unit = per_minute},
+      {.kind = kCurve, .index = 0x6077, .name = "torque"}};
   if (objects_.limit_min.get() < objects_.limit_max.get())
     for (sim::Point& point : points)
-      if (point.kind == kOutput) point.low = objects_.limit_min.get(), point.high = objects_.limit_max.get();
+      if (point.kind == kOutput && point.index != 0x6042)
+        point.low = objects_.limit_min.get(), point.high = objects_.limit_max.get();
+  if (probes_.exist())
+    for (const std::uint16_t index : {kFirstProbe, kSecondProbe})
+      points.push_back({.kind = kInput, .index = index, .name = "touch probe", .bits = {index == kFirstProbe ? "1" : "2"}});
+  for (sim::Point& point : points) {
+    point.index += objects_.d.offset;
+    if (point.target != 0) point.target += objects_.d.offset;
+  }
   return points;
+}
+
+std::optional<double> Drive::output(std::uint16_t place, std::uint8_t /*sub*/) const {
+  const std::uint16_t index = own(place);
+  if (!probes_.exist() || (index != kFirstProbe && index != kSecondProbe)) return std::nullopt;
+  return probes_.level(index == kFirstProbe ? 0 : 1) ? 1 : 0;
 }
 
 void Drive::take_commands(Time now) {

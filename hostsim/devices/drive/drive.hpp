@@ -69,6 +69,7 @@ class Drive final : public DeviceWithIncidents {
   std::vector<sim::Point> points() const override;
   /// 60BAh and 60BCh: the levels at the touch probes, from 0.5 on 1.
   bool set_input(std::uint16_t index, std::uint8_t sub, double value, Time now) override;
+  std::optional<double> output(std::uint16_t index, std::uint8_t sub) const override;
 
   const Axis& axis() const { return axis_; }
 

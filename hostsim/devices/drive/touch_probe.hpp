@@ -20,6 +20,7 @@ class TouchProbes {
   bool exist() const { return objects_.probe_function.exists(); }
   /// Of the first (0) or the second probe (1); seen by the next update().
   void set_level(std::size_t probe, bool level) { probes_[probe].level = level; }
+  bool level(std::size_t probe) const { return probes_[probe].level; }
   /// True = 60B9h has changed.
   bool update(Time now);
   /// The next index pulse that would be stored.
