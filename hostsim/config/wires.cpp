@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <map>
+#include <span>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -42,7 +43,10 @@ bool overlap(const sim::Terminal& one, const sim::Terminal& other) {
 }
 
 bool delays(const WireConfig& wire) {
-  return wire.transfer.delay != 0 || wire.transfer.lag != 0;
+  const sim::TransferFunction& transfer = wire.transfer;
+  const bool has_slow_block =
+      !transfer.block.empty() && !sim::Block::parse(transfer.block).block.is_immediate();
+  return transfer.delay != 0 || transfer.lag != 0 || has_slow_block;
 }
 
 class Check {
@@ -53,7 +57,10 @@ class Check {
         add_node(network, node);
     for (const WireConfig& wire : config.wires)
       if (const auto to = object_at(wire.to)) wires_[*to].push_back(&wire);
-    find_rounds();
+    rounds_.resize(config.wires.size());
+    states_.resize(config.wires.size());
+    for (const WireConfig& wire : config.wires)
+      find_rounds(wire);
   }
 
   void check() {
@@ -62,9 +69,9 @@ class Check {
       check_nodes(wire);
       if (wire.transfer.low > wire.transfer.high && wire.transfer.low && wire.transfer.high)
         complain(wire, "low is above high; exchange them");
-      if (const WireConfig* first = wire_to(wire.to); first != nullptr && first != &wire)
-        complain(wire, fmt::format("{} already has a wire at {}; remove one of the two", wire.to.text,
-                                   to_string(first->place)));
+      if (wire.transfer.lag != 0 && !wire.transfer.block.empty())
+        complain(wire, "has lag_ms and block; remove one of the two");
+      check_single(wire);
       if (rounds_[number_of(wire)])
         complain(wire, "goes round in a loop without delay; give one of its wires delay_ms or lag_ms");
     }
@@ -101,32 +108,58 @@ class Check {
                                  to_string(signal->second->place)));
   }
 
-  /// The first one; null = none.
-  const WireConfig* wire_to(const WireEnd& end) const {
+  /// Those to the object of an input, also to other bits of it.
+  std::span<const WireConfig* const> wires_to(const WireEnd& end) const {
     const auto object = end.terminal.is_output ? std::nullopt : object_at(end);
     const auto wires = object ? wires_.find(*object) : wires_.end();
-    if (wires == wires_.end()) return nullptr;
-    const auto found = std::ranges::find_if(
-        wires->second, [&](const WireConfig* wire) { return overlap(end.terminal, wire->to.terminal); });
-    return found == wires->second.end() ? nullptr : *found;
+    if (wires == wires_.end()) return {};
+    return wires->second;
+  }
+
+  void check_single(const WireConfig& wire) {
+    for (const WireConfig* first : wires_to(wire.to)) {
+      if (first == &wire) return;
+      if (!overlap(wire.to.terminal, first->to.terminal)) continue;
+      const bool adds = wire.transfer.sum && first->transfer.sum && wire.to.terminal == first->to.terminal;
+      if (adds) continue;
+      return complain(wire, fmt::format("{} already has a wire at {}; remove one of the two, or write sum = "
+                                        "true in both",
+                                        wire.to.text, to_string(first->place)));
+    }
   }
 
   std::size_t number_of(const WireConfig& wire) const {
     return static_cast<std::size_t>(&wire - config_.wires.data());
   }
 
-  /// Follows wires without delay backwards from each wire, until one that was visited before: if this search has
-  /// visited it, it is part of a loop.
-  void find_rounds() {
-    rounds_.resize(config_.wires.size());
-    std::vector<const WireConfig*> seen_from(config_.wires.size());
-    for (const WireConfig& wire : config_.wires) {
-      const WireConfig* at = &wire;
-      for (; at != nullptr && !delays(*at) && seen_from[number_of(*at)] == nullptr; at = wire_to(at->from))
-        seen_from[number_of(*at)] = &wire;
-      if (at == nullptr || seen_from[number_of(*at)] != &wire) continue;
-      for (; !rounds_[number_of(*at)]; at = wire_to(at->from))
-        rounds_[number_of(*at)] = true;
+  /// Follows wires without delay backwards, depth first: one that is met on its own way is part of a loop.
+  void find_rounds(const WireConfig& start) {
+    std::vector<std::pair<const WireConfig*, std::size_t>> way;  // and the next wire to follow from there
+    const auto go_to = [&](const WireConfig& wire) {
+      states_[number_of(wire)] = State::kOnWay;
+      way.emplace_back(&wire, 0);
+    };
+    if (states_[number_of(start)] == State::kNew) go_to(start);
+    while (!way.empty()) {
+      auto& [wire, next] = way.back();
+      const auto before = delays(*wire) ? std::span<const WireConfig* const>() : wires_to(wire->from);
+      if (next == before.size()) {
+        states_[number_of(*wire)] = State::kDone;
+        way.pop_back();
+        continue;
+      }
+      const WireConfig& other = *before[next++];
+      if (!overlap(wire->from.terminal, other.to.terminal)) continue;
+      if (states_[number_of(other)] == State::kOnWay) mark(way, other);
+      if (states_[number_of(other)] == State::kNew) go_to(other);
+    }
+  }
+
+  /// From `first` to the end of the way.
+  void mark(std::span<const std::pair<const WireConfig*, std::size_t>> way, const WireConfig& first) {
+    for (std::size_t i = way.size(); i-- > 0;) {
+      rounds_[number_of(*way[i].first)] = true;
+      if (way[i].first == &first) return;
     }
   }
 
@@ -134,7 +167,9 @@ class Check {
   Diagnostics& found_;
   std::map<Object, const SignalConfig*> signals_;
   std::map<Object, std::vector<const WireConfig*>> wires_;  ///< by their target
-  std::vector<bool> rounds_;                                ///< by wire: whether it is part of a loop
+  enum class State : std::uint8_t { kNew, kOnWay, kDone };
+  std::vector<State> states_;  ///< by wire, in find_rounds()
+  std::vector<bool> rounds_;   ///< by wire: whether it is part of a loop
 };
 
 }  // namespace

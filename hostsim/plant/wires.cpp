@@ -20,6 +20,7 @@ Wires::Wires(const config::Config& config, std::vector<Network*> networks, const
     ActiveWire active{.from = end(config, wire.from),
                       .to = to,
                       .wire = sim::Wire(wire.transfer),
+                      .sum = wire.transfer.sum,
                       .sample_period = wire.transfer.sample_period,
                       .sample_due = wire.from.terminal.is_output ? kNever : 0,
                       .bits = &bits_[{to.node, to.terminal.index, to.terminal.sub}]};
@@ -97,6 +98,18 @@ void Wires::sample(ActiveWire& active) {
   if (active.sample_due <= at_) active.sample_due += active.sample_period;
 }
 
+/// Of all wires to the target, which has to add them; none while one of them has given nothing.
+std::optional<double> Wires::total_at(const ActiveWire& active) const {
+  if (!active.sum) return active.given;
+  double total = 0;
+  for (const ActiveWire& wire : wires_) {
+    if (wire.to.node != active.to.node || !(wire.to.terminal == active.to.terminal)) continue;
+    if (!wire.given) return std::nullopt;
+    total += *wire.given;
+  }
+  return total;
+}
+
 /// True if the input has changed.
 bool Wires::deliver(ActiveWire& active) {
   const double value = active.wire.take(at_);
@@ -105,12 +118,14 @@ bool Wires::deliver(ActiveWire& active) {
   if (!to.has_power()) return active.given.reset(), false;
   if (active.given == value) return false;
   active.given = value;
+  const std::optional<double> total = total_at(active);
+  if (!total) return false;
   const sim::Terminal& terminal = active.to.terminal;
   if (terminal.bit) {
     const std::uint64_t mask = std::uint64_t{1} << *terminal.bit;
-    *active.bits = value >= 0.5 ? *active.bits | mask : *active.bits & ~mask;
+    *active.bits = *total >= 0.5 ? *active.bits | mask : *active.bits & ~mask;
   }
-  to.set_input(terminal.index, terminal.sub, terminal.bit ? static_cast<double>(*active.bits) : value, at_);
+  to.set_input(terminal.index, terminal.sub, terminal.bit ? static_cast<double>(*active.bits) : *total, at_);
   return true;
 }
 

@@ -45,6 +45,7 @@ class Wires final : private sim::Timed {
     End from;
     End to;
     sim::Wire wire;
+    bool sum;
     Time sample_period;
     Time sample_due;                   ///< of an object, which may change continuously; kNever for an output
     std::uint64_t* bits;               ///< shared by all wires to bits of this object
@@ -59,6 +60,7 @@ class Wires final : private sim::Timed {
   void advance_to(Time time);
   void sample(ActiveWire& wire);
   bool deliver(ActiveWire& wire);
+  std::optional<double> total_at(const ActiveWire& wire) const;
 
   const Time& now_;
   std::vector<Network*> networks_;

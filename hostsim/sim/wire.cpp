@@ -3,13 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace cbcan::sim {
 
-namespace {
-/// Number of time constants after which a double no longer distinguishes a lag from its final value.
-constexpr Time kSettled = 40;
-}  // namespace
+Wire::Wire(const TransferFunction& transfer)
+    : transfer_(transfer),
+      delay_(Block::dead_time(transfer.delay)),
+      block_(transfer.block.empty() ? Block::lag(transfer.lag) : Block::parse(transfer.block).block) {}
 
 double Wire::shaped(double value) const {
   if (transfer_.inverted) value = value == 0 ? 1 : 0;
@@ -21,39 +22,22 @@ double Wire::shaped(double value) const {
 
 void Wire::put(double value, Time now) {
   const double next = shaped(value);
-  if (!begun_) {
-    begun_ = true;
-    from_ = to_ = last_ = next;
-  }
-  if (next == last_) return;
-  last_ = next;
-  const Time arrives = now + transfer_.delay;
-  if (!on_way_.empty() && on_way_.back().first == arrives) on_way_.pop_back();
-  on_way_.emplace_back(arrives, next);
-}
-
-double Wire::at(Time now) const {
-  if (now - since_ >= kSettled * transfer_.lag) return to_;
-  const double share = static_cast<double>(now - since_) / static_cast<double>(transfer_.lag);
-  return to_ + (from_ - to_) * std::exp(-share);
+  delay_.put(next, now);
+  if (!std::exchange(begun_, true)) block_.put(next, now);
 }
 
 double Wire::take(Time now) {
-  for (; !on_way_.empty() && on_way_.front().first <= now; on_way_.pop_front()) {
-    const auto [arrived, value] = on_way_.front();
-    from_ = at(arrived);
-    to_ = value;
-    since_ = arrived;
-  }
-  return at(now);
+  for (Time arrived = delay_.next_step(); arrived <= now; arrived = delay_.next_step())
+    block_.put(delay_.at(arrived), arrived);
+  return block_.at(now);
 }
 
 Time Wire::next_change(Time now) const {
-  Time next = on_way_.empty() ? kNever : on_way_.front().first;
-  const Time settled = since_ + kSettled * transfer_.lag;
-  if (from_ == to_ || now >= settled) return next;
-  const Time samples = (now - since_) / transfer_.sample_period + 1;
-  return earlier(next, std::min(settled, since_ + samples * transfer_.sample_period));
+  const Time next = earlier(delay_.next_step(), block_.next_step());
+  const Time until = block_.moves_until();
+  if (now >= until) return next;
+  const Time samples = (now - block_.since()) / transfer_.sample_period + 1;
+  return earlier(next, std::min(until, block_.since() + samples * transfer_.sample_period));
 }
 
 }  // namespace cbcan::sim

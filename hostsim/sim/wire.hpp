@@ -6,12 +6,12 @@
 
 #include <array>
 #include <cstdint>
-#include <deque>
 #include <optional>
+#include <string>
 #include <string_view>
-#include <utility>
 
 #include "cbcan/time.hpp"
+#include "sim/block.hpp"
 
 namespace cbcan::sim {
 
@@ -36,7 +36,7 @@ inline constexpr auto kTerminals = std::to_array<Terminals>({{"output", 0x6200, 
                                                              {"input", 0x6000, 8, false},
                                                              {"analogue-input", 0x6401, 0, false}});
 
-/// Applied in this order: inversion, scale and offset, limits, delay, lag.
+/// Applied in this order: inversion, scale and offset, limits, delay, then lag or block.
 struct TransferFunction {
   bool inverted = false;  ///< 0 becomes 1, anything else 0
   double scale = 1;
@@ -44,14 +44,17 @@ struct TransferFunction {
   std::optional<double> low;
   std::optional<double> high;
   Time delay = 0;
-  Time lag = 0;                            ///< the time constant of a first order lag; 0 = none
+  Time lag = 0;         ///< the time constant of a first order lag; 0 = none
+  std::string block{};  ///< as Block::parse() reads it; empty = none
+  bool sum = false;     ///< the target gets the sum of all its wires
   Time sample_period = 10 * kMillisecond;  ///< above 0: how often a value that changes continuously is passed on
   bool operator==(const TransferFunction&) const = default;
 };
 
 class Wire {
  public:
-  explicit Wire(const TransferFunction& transfer) : transfer_(transfer) {}
+  /// A block has been checked.
+  explicit Wire(const TransferFunction& transfer);
 
   /// Sets the value at the beginning. The first value counts as if it had always been there.
   void put(double value, Time now);
@@ -64,15 +67,11 @@ class Wire {
 
  private:
   double shaped(double value) const;
-  double at(Time now) const;
 
   TransferFunction transfer_;
+  Block delay_;
+  Block block_;
   bool begun_ = false;
-  double last_ = 0;                               ///< last value that was put, after inversion, scale and limits
-  std::deque<std::pair<Time, double>> on_way_{};  ///< when each arrives, and its value
-  double from_ = 0;                               ///< the value at since_
-  double to_ = 0;                                 ///< the value that it approaches
-  Time since_ = 0;
 };
 
 }  // namespace cbcan::sim
