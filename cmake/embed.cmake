@@ -36,12 +36,9 @@ file(WRITE ${OUT} "// Made by cmake/embed.cmake from ${FOLDER}; do not edit.
 
 using namespace std::string_view_literals;
 
-namespace {
-
-constexpr ${TYPE} kFiles[] = {
+std::span<const ${TYPE}> ${FUNCTION}() {
+  static constexpr ${TYPE} kFiles[] = {
 ${rows}};
-
-}  // namespace
-
-std::span<const ${TYPE}> ${FUNCTION}() { return kFiles; }
+  return kFiles;
+}
 ")

@@ -10,12 +10,14 @@ local cells = { 200, 1000, 1900 }            -- mm
 local ramp = 1000                            -- mm/s2
 
 incidents = { "blocked" }
-inputs = { { index = 0x2001, name = "wanted speed", unit = "mm/s", low = -2000, high = 2000 }, { index = 0x2002, name = "piece", bits = { "place" } } }
-outputs = {
-  { index = 0x2003, name = "photo cells", bits = { "200 mm", "1000 mm", "1900 mm" } },
-  { index = 0x2000, name = "speed", unit = "mm/s", low = -2000, high = 2000 }, { index = 0x2004, name = "fallen off" },
+device = { name = "Conveyor", product = 0x32, revision = 0x10000 }
+objects = {
+  { index = 0x2000, name = "speed", type = "f32", access = "ro", pdo = "tx", unit = "mm/s", low = -2000, high = 2000, show = { "output", "curve" } },
+  { index = 0x2001, name = "wanted speed", type = "i16", pdo = "rx", unit = "mm/s", low = -2000, high = 2000, show = "input" },
+  { index = 0x2002, name = "piece", type = "u8", pdo = "rx", bits = { "place" }, show = "input" },
+  { index = 0x2003, name = "photo cells", type = "u8", access = "ro", pdo = "tx", bits = { "200 mm", "1000 mm", "1900 mm" }, show = "output" },
+  { index = 0x2004, name = "fallen off", type = "u16", access = "ro", show = "output" },
 }
-curves = { { index = 0x2000, name = "speed", unit = "mm/s" } }
 
 local fronts = {}                            -- positions of the pieces' front edges, in mm
 local speed, wanted, since, blocked, fallen, gate = 0, 0, 0, false, 0, false

@@ -12,9 +12,13 @@ local opening = 0.0008    -- m2, effective
 local gravity = 9.81      -- m/s2
 
 incidents = { "leak" }
-inputs = { { index = 0x2001, name = "inlet", unit = "%", high = 100 }, { index = 0x2002, name = "outlet", unit = "%", high = 100 } }
-outputs = { { index = 0x2000, name = "level", unit = "mm", high = 1000, level = true }, { index = 0x2003, name = "marks", bits = { "full", "empty" } } }
-curves = { { index = 0x2000, name = "level", unit = "mm" } }
+device = { name = "Tank", product = 0x30, revision = 0x10000 }
+objects = {
+  { index = 0x2000, name = "level", type = "f32", access = "ro", pdo = "tx", unit = "mm", high = 1000, level = true, show = { "output", "curve" } },
+  { index = 0x2001, name = "inlet", type = "u8", pdo = "rx", unit = "%", high = 100, show = "input" },
+  { index = 0x2002, name = "outlet", type = "u8", pdo = "rx", unit = "%", high = 100, show = "input" },
+  { index = 0x2003, name = "marks", type = "u8", access = "ro", pdo = "tx", bits = { "full", "empty" }, show = "output" },
+}
 
 local level, inflow, outlet, leak, since = 0, 0, 0, 0, 0
 
@@ -54,12 +58,6 @@ function update(now)
   show()
   local still = inflow == 0 and (outlet == 0 or level == 0) or inflow > 0 and outlet == 0 and level == height
   return not still and (math.floor(now * 20 + 1e-6) + 1) / 20 or nil  -- every 50 ms while the level changes
-end
-
-function set_input(index, sub, value)
-  if index ~= 0x2001 and index ~= 0x2002 then return false end
-  set(index, sub, math.min(100, math.max(0, value)))
-  return true
 end
 
 function on_incident(_, present) leak = present and 10 or 0 end

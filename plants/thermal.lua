@@ -11,9 +11,13 @@ local capacity = 10000    -- J/K
 local loss = 20           -- W/K
 
 incidents = { "heater-broken", "door-open" }
-inputs = { { index = 0x2001, name = "heater", unit = "%", high = 100 }, { index = 0x2002, name = "surroundings", unit = "°C", high = 50 } }
-outputs = { { index = 0x2000, name = "temperature", unit = "°C", high = 150 }, { index = 0x2003, name = "power", unit = "W", high = 2000 } }
-curves = { { index = 0x2000, name = "temperature", unit = "°C" }, { index = 0x2003, name = "power", unit = "W" } }
+device = { name = "Heated body", product = 0x31, revision = 0x10000 }
+objects = {
+  { index = 0x2000, name = "temperature", type = "f32", access = "ro", pdo = "tx", default = 20, unit = "°C", high = 150, show = { "output", "curve" } },
+  { index = 0x2001, name = "heater", type = "u8", pdo = "rx", unit = "%", low = 0, high = 100, show = "input" },
+  { index = 0x2002, name = "surroundings", type = "f32", default = 20, unit = "°C", low = -50, high = 50, show = "input" },
+  { index = 0x2003, name = "power", type = "f32", access = "ro", pdo = "tx", unit = "W", high = 2000, show = { "output", "curve" } },
+}
 
 local here = {}           -- present incidents
 local temperature = 20.0  -- degrees C
@@ -47,12 +51,6 @@ function update(now)
   show()
   local still = math.abs(power - wanted) < 0.01 and math.abs(power - loss * (temperature - around)) < 0.01
   return not still and (math.floor(now * 10 + 1e-6) + 1) / 10 or nil  -- every 100 ms until the temperature is steady
-end
-
-function set_input(index, sub, value)
-  if index ~= 0x2001 and index ~= 0x2002 then return false end
-  set(index, sub, index == 0x2001 and math.min(100, math.max(0, value)) or value)
-  return true
 end
 
 -- First calculates up to now with the old state.

@@ -19,6 +19,7 @@
 #include "config/build_node.hpp"
 #include "config/demo_plant.hpp"
 #include "config/settings.hpp"
+#include "config/wires.hpp"
 #include "explore/moment.hpp"
 #include "files/read_file.hpp"
 #include "io/files/parameter_file.hpp"
@@ -107,6 +108,24 @@ int run(cli::Start& start, const text::FileReader& read, Console& console) {
   return exit_code;
 }
 
+/// `cbcan-sim eds NODE [OPTION...]`
+int print_eds(int argc, char** argv, const text::FileReader& read, Console& console) {
+  if (argc < 3) throw io::UsageError("eds: write cbcan-sim eds NODE --config FILE");
+  const cli::Start start = cli::parse_command_line(argc - 2, argv + 2, read);
+  console.tell(start.err);
+  console.say(start.out);
+  if (!start.run) return code(start.exit_code);
+  const auto end = config::parse_wire_end(fmt::format("{}:1", argv[2]));
+  const auto place = end ? config::place_of(start.config, *end) : std::nullopt;
+  if (!place) throw io::UsageError(fmt::format("eds {}: there is no such node in the plant", argv[2]));
+  const std::string path = config::description_of(start.config.networks[end->network - 1].nodes[*place]);
+  config::EdsFiles files(read);
+  const config::EdsFile* const file = files.find(path);
+  if (file == nullptr) throw io::UsageError(path + ": this file cannot be read");
+  console.say(file->text());
+  return code(ExitCode::kDone);
+}
+
 int start(int argc, char** argv, Console& console) {
   const text::FileReader read = config::with_demo_plant(files::read_file);
   if (argc > 1 && std::string_view(argv[1]) == "run") {
@@ -115,6 +134,7 @@ int start(int argc, char** argv, Console& console) {
     console.say(start.out);
     return code(start.run ? run_scenarios(start.config, read, console) : start.exit_code);
   }
+  if (argc > 1 && std::string_view(argv[1]) == "eds") return print_eds(argc, argv, read, console);
   cli::Start start = cli::parse_command_line(argc, argv, read);
   console.tell(start.err);
   console.say(start.out);

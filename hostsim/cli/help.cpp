@@ -26,6 +26,7 @@ Usage:  cbcan-sim --demo [OPTION...]
         cbcan-sim [OPTION...]
         cbcan-sim ... -- COMMAND [ARGUMENT...]
         cbcan-sim run [OPTION...] FILE|FOLDER...   (cbcan-sim run --help)
+        cbcan-sim eds NODE [OPTION...]             writes the EDS file of a node
 
 A Modbus TCP client writes the PLC registers R3700..R3769; cbcan-sim does the
 SDO or NMT service that they ask for on a CAN bus and writes the response back.

@@ -150,7 +150,9 @@ class Options {
     const auto sides = text::split(text, '=');
     if (!sides) return complain("must be ID=FILE, such as 5=io_module.eds");
     const config::NodeConfig* const known = find(sides->first);
-    const std::array keys{config::TextKey("id", sides->first), config::TextKey("eds", sides->second)};
+    const std::array keys{
+        config::TextKey("id", sides->first),
+        config::TextKey(devices::is_script(sides->second) ? "device" : "eds", sides->second)};
     if (known != nullptr && known->place.line != 0)
       apply_texts(fmt::format("node.{}", sides->first), std::span(keys).last(1));
     else

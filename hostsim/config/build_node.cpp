@@ -78,12 +78,12 @@ std::string put(const InitialValue& initial, ObjectDictionary& dictionary, eds::
 class Builder {
  public:
   Builder(const NodeConfig& node, std::uint64_t seed, const text::FileReader& read)
-      : node_(node), seed_(seed), read_(read) {}
+      : node_(node), file_(description_of(node)), seed_(seed), read_(read) {}
 
   /// `file`: null if it cannot be read.
   NodeBuild build(const EdsFile* file) {
     if (file == nullptr) {
-      complain(node_.place, cannot_read(node_.eds, node_.place));
+      complain(node_.place, cannot_read(file_, node_.place));
     } else {
       read_eds(*file);
       if (build_.problems.empty()) add_parts();
@@ -110,7 +110,7 @@ class Builder {
       build_.warnings.push_back(eds::to_string(diagnostic));
     if (image.entries.empty()) {
       build_ = {};  // messages for each of its lines would not help
-      build_.problems.push_back(node_.eds +
+      build_.problems.push_back(file_ +
                                 ": not one object in it that a node could have; write an EDS or DCF file");
     }
     ObjectDictionary dictionary(image.entries, image.values, nullptr);
@@ -132,10 +132,10 @@ class Builder {
       check_profile(dictionary, has_type && type.has(ObjectFlags::kUnset));
     }
     if (const auto left_out = devices::left_out(*kind_, dictionary); !left_out.empty())
-      build_.warnings.push_back(fmt::format("{}: not simulated: {}", node_.eds, fmt::join(left_out, "; ")));
+      build_.warnings.push_back(fmt::format("{}: not simulated: {}", file_, fmt::join(left_out, "; ")));
     for (const std::string& missing : devices::missing_objects(*kind_, dictionary))
       build_.warnings.push_back(
-          fmt::format("{}: the device {} needs {}, and the file has none of CiA's data type", node_.eds,
+          fmt::format("{}: the device {} needs {}, and the file has none of CiA's data type", file_,
                       kind_->name, missing));
   }
 
@@ -157,7 +157,7 @@ class Builder {
     if (kind_->profile == 0) {
       if (const std::string why = why_no_device(dictionary, number & 0xFFFF, unset); !why.empty())
         build_.warnings.push_back(
-            fmt::format("{}: {}, so the node has no device: name one in the plant file, {}", node_.eds, why,
+            fmt::format("{}: {}, so the node has no device: name one in the plant file, {}", file_, why,
                         suggestion(dictionary)));
     } else if (unset && (number & 0xFFFF) != kind_->profile) {
       dictionary.set(object::kDeviceType, 0, kind_->profile);
@@ -171,8 +171,8 @@ class Builder {
     parts.device = kind_ != nullptr ? kind_->name : devices::kScript;
     if (!node_.axes.empty())
       add_axes();
-    else if (kind_ == nullptr)
-      parts.behaviour = script();
+    else if (kind_ == nullptr || !kind_->script.empty())
+      parts.behaviour = script(kind_ == nullptr ? node_.device : std::string(kind_->script));
     else if (kind_->make != nullptr)
       parts.behaviour = kind_->make;
     parts.seed = seed_;
@@ -188,26 +188,26 @@ class Builder {
     const std::size_t count =
         devices::axis_count(ObjectDictionary(parts.image.entries, parts.image.values, nullptr));
     if (node_.axes.size() > count)
-      return complain(node_.place, fmt::format("axis.{}: {} has objects of {} ax{}", node_.axes.size(),
-                                               node_.eds, count, count == 1 ? "is" : "es"));
+      return complain(node_.place, fmt::format("axis.{}: {} has objects of {} ax{}", node_.axes.size(), file_,
+                                               count, count == 1 ? "is" : "es"));
     parts.behaviour = [axes = node_.axes](sim::DeviceNode& node, std::uint64_t /*seed*/) {
       return devices::make_drive(node, axes);
     };
   }
 
   /// Reads the file each time, so that `reload` works.
-  sim::BehaviourMaker script() const {
-    return
-        [read = read_, path = node_.device, place = node_.place](sim::DeviceNode& node, std::uint64_t seed) {
-          const std::optional<std::string> text = read(path);
-          if (!text) throw sim::BehaviourProblem(cannot_read(path, place));
-          return devices::make_lua_device(node, seed, path, *text);
-        };
+  sim::BehaviourMaker script(std::string path) const {
+    return [read = read_, path = std::move(path), place = node_.place](sim::DeviceNode& node,
+                                                                       std::uint64_t seed) {
+      const std::optional<std::string> text = read(path);
+      if (!text) throw sim::BehaviourProblem(cannot_read(path, place));
+      return devices::make_lua_device(node, seed, path, *text);
+    };
   }
 
   /// Only a running node shows which inputs it has and whether its script works.
   void try_out() try {
-    if (node_.signals.empty() && kind_ != nullptr) return;
+    if (node_.signals.empty() && kind_ != nullptr && kind_->script.empty()) return;
     sim::World world;
     sim::Node& trial = world.add_node(*build_.node);
     world.start(0);
@@ -218,7 +218,7 @@ class Builder {
         complain(
             signal.place,
             fmt::format("signal at {}: neither {} has such a number nor the device {} such an input{}",
-                        object_name(signal.signal.index, signal.signal.sub), node_.eds, build_.node->device,
+                        object_name(signal.signal.index, signal.signal.sub), file_, build_.node->device,
                         meant_index(signal.signal.index, signal.signal.sub, trial.device().dictionary())));
       }
     }
@@ -245,6 +245,7 @@ class Builder {
   }
 
   const NodeConfig& node_;
+  const std::string file_;  ///< that describes its objects
   std::uint64_t seed_;
   const text::FileReader& read_;
   NodeBuild build_;
@@ -265,8 +266,12 @@ std::optional<Bytes> encode(const Value& value, DataType type) {
   return Bytes(text.begin(), text.end());
 }
 
-NodeBuild build_node(const NodeConfig& node, std::uint64_t seed, EdsFiles& files) {
-  return Builder(node, seed, files.reader()).build(files.find(node.eds));
+NodeBuild build_node(const NodeConfig& node, std::uint64_t seed, EdsFiles& files) try {
+  return Builder(node, seed, files.reader()).build(files.find(description_of(node)));
+} catch (const sim::BehaviourProblem& problem) {
+  NodeBuild build;
+  build.problems = {fmt::format("{}: {}: {}", to_string(node.place), node_name(node), problem.what())};
+  return build;
 }
 
 /// The frames of a log, the first one at 0; returns what is wrong, or nothing.
@@ -318,6 +323,7 @@ PlantBuild build_nodes(const Config& config, EdsFiles& files) {
         for (std::string& line : *lines)
           if (said.insert(line).second) plant.lines.push_back(std::move(line));
       plant.good = plant.good && build.node;
+      if (build.node) build.node->takes_time = node.timing.value_or(config.timing) == NodeTiming::kTypical;
       if (build.node) nodes.push_back(std::move(*build.node));
     }
     plant.images.push_back(image_of(network, files.reader(), plant));

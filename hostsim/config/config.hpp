@@ -137,6 +137,9 @@ struct SignalConfig {
 /// What a drive moves.
 using AxisConfig = devices::AxisLayout;
 
+/// How long a node takes for what it does.
+enum class NodeTiming : std::uint8_t { kAtOnce, kTypical };
+
 /// A simulated node.
 struct NodeConfig {
   std::uint8_t id = 0;     ///< 1..127, unique on the bus; 0 = none, LSS sets it
@@ -145,6 +148,7 @@ struct NodeConfig {
   std::string device;      ///< name of a device of devices.hpp, or path of a script; empty = 1000h decides
   std::string parameters;  ///< path of the file that 1010h and LSS store in; empty = none
   bool lss = false;        ///< has an LSS slave
+  std::optional<NodeTiming> timing;  ///< none = that of the plant
   std::vector<AxisConfig> axes;  ///< of a drive, from the first on; without one, or more axes: the default
   std::vector<InitialValue> objects;
   std::vector<SignalConfig> signals;
@@ -205,6 +209,7 @@ struct Config {
   ListenAddress modbus{"127.0.0.1", 1502};  ///< of the Modbus TCP server; port 0 = any free one
   RtuConfig rtu;
   ClockKind clock = ClockKind::kReal;
+  NodeTiming timing = NodeTiming::kAtOnce;  ///< of nodes without their own
   std::uint32_t seed = 1;  ///< of all randomness: noise, and the probability of faults
   std::string control;     ///< where commands at run time are served: HOST:PORT or unix:PATH; empty = not served
   bool summary = false;    ///< at the end, on standard error

@@ -4,14 +4,16 @@
 #include <algorithm>
 #include <utility>
 
+#include "devices/devices.hpp"
+
 namespace cbcan::config {
 namespace {
 
 constexpr std::string_view kFolder = "demo:/";
 
-std::optional<std::string> read_demo_file(std::string_view name) {
-  const auto file = std::ranges::find(demo_files(), name, &EmbeddedFile::name);
-  if (file == demo_files().end()) return std::nullopt;
+std::optional<std::string> read_embedded(std::span<const EmbeddedFile> files, std::string_view name) {
+  const auto file = std::ranges::find(files, name, &EmbeddedFile::name);
+  if (file == files.end()) return std::nullopt;
   return std::string(file->text);
 }
 
@@ -19,7 +21,9 @@ std::optional<std::string> read_demo_file(std::string_view name) {
 
 text::FileReader with_demo_plant(text::FileReader disk) {
   return [disk = std::move(disk)](const std::string& path) {
-    return path.starts_with(kFolder) ? read_demo_file(path.substr(kFolder.size())) : disk(path);
+    for (const auto& [folder, files] : {std::pair(kFolder, demo_files()), {devices::kShelf, shelf_files()}})
+      if (path.starts_with(folder)) return read_embedded(files, path.substr(folder.size()));
+    return disk(path);
   };
 }
 

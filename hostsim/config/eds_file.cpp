@@ -7,6 +7,7 @@
 #include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "cbcan/canopen/nmt/nmt.hpp"
 #include "devices/devices.hpp"
+#include "devices/lua/lua_device.hpp"
 #include "eds/eds_reader.hpp"
 #include "eds/values.hpp"
 
@@ -57,10 +58,15 @@ EdsFile::ForNode EdsFile::for_node(std::uint8_t node_id) const {
   return node;
 }
 
+std::string description_of(const NodeConfig& node) {
+  return node.eds.empty() ? std::string(devices::script_of(node.device)) : node.eds;
+}
+
 const EdsFile* EdsFiles::find(const std::string& path) {
   auto file = files_.find(path);
   if (file == files_.end()) {
     std::optional<std::string> text = read_(path);
+    if (text && devices::is_script(path)) text = devices::eds_of_script(path, *text);
     if (text) file = files_.emplace(path, EdsFile(path, std::move(*text))).first;
   }
   return file == files_.end() ? nullptr : &file->second;

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "config/config.hpp"
 #include "eds/diagnostics.hpp"
 #include "eds/dictionary_image.hpp"
 #include "eds/object_names.hpp"
@@ -35,6 +36,7 @@ class EdsFile {
 
   /// Shared by all nodes that use the file.
   std::shared_ptr<const eds::ObjectNames> names() const { return names_; }
+  const std::string& text() const { return text_; }
 
  private:
   std::string name_;
@@ -44,12 +46,16 @@ class EdsFile {
   std::shared_ptr<const eds::ObjectNames> names_;
 };
 
+/// The path of the node's EDS or DCF file; without one, that of the script that describes it.
+std::string description_of(const NodeConfig& node);
+
 /// The EDS and DCF files of any number of plants, each read once.
 class EdsFiles {
  public:
   explicit EdsFiles(text::FileReader read) : read_(std::move(read)) {}
 
-  /// Null if it cannot be read.
+  /// Null if it cannot be read. Of a script: the file that its declarations describe; throws
+  /// sim::BehaviourProblem.
   const EdsFile* find(const std::string& path);
   /// For all files of a plant.
   const text::FileReader& reader() const { return read_; }

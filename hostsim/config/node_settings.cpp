@@ -59,6 +59,11 @@ void store_shape(const Row& row, SignalConfig& signal, const Value& value) {
   signal.signal.shape = signal_of(static_cast<std::size_t>(options::detail::place_of(row, value))).signal.shape;
 }
 
+Problem check_block(const Value& value) {
+  const std::string& text = std::get<std::string>(value);
+  return text.empty() ? "" : sim::Block::parse(text).problem;
+}
+
 Problem check_wire_end(const Value& value) {
   if (parse_wire_end(std::get<std::string>(value))) return {};
   return "must be NODE:INDEX:SUB, with .BIT appended for one bit, or NODE:output:N, "
@@ -128,10 +133,6 @@ constexpr std::array kNode{
     setting<&NodeConfig::id>({
         .key = "node.id", .help = "Node ID, unique in its network",
         .more = "Only a node with `lss = true` may omit it.", .low = 1, .high = 127, .absent = kNone}),
-    setting<&NodeConfig::eds>({
-        .key = "node.eds", .help = "Device description for the object dictionary",
-        .more = "`$NODEID` in it is `node.id`.", .form = Form::kPath, .domain = "the path of an EDS or DCF file",
-        .example = "\"FILE.eds\""}),
     setting<&NodeConfig::name>({
         .key = "node.name", .help = "Name in messages", .domain = "a name"}),
     Setting<NodeConfig>{{
@@ -144,6 +145,10 @@ constexpr std::array kNode{
         .help = "Behaviour of the node; without it the profile number in object 1000h decides",
         .more = "See [devices](devices.md).", .domain = "the name of a device, or the path of a Lua script, FILE.lua",
         .check = check_device}),
+    setting<&NodeConfig::eds>({
+        .key = "node.eds", .help = "Device description for the object dictionary",
+        .more = "`$NODEID` in it is `node.id`. A device that is a script can do without.", .form = Form::kPath, .domain = "the path of an EDS or DCF file",
+        .example = "\"FILE.eds\""}),
     setting<&NodeConfig::parameters>({
         .key = "node.parameters",
         .help = "File in which object 1010h and LSS store values",
@@ -152,6 +157,9 @@ constexpr std::array kNode{
     setting<&NodeConfig::lss>({
         .key = "node.lss",
         .help = "An LSS master (CiA 305) finds the node by its object 1018h and can set its node ID and bit rate"}),
+    setting<&NodeConfig::timing>({
+        .key = "node.timing", .help = "[Times](devices.md#times) of the node", .choices = kNodeTimings,
+        .absent = "time.timing"}),
 };
 
 constexpr std::array kObjects{
@@ -269,8 +277,14 @@ constexpr std::array kWires{
     wire<&sim::TransferFunction::lag>({
         .key = "wire.lag_ms", .help = "Time constant of a first-order lag", .high = kHourInMs, .unit = " ms, 0 = none",
         .scale = kMillisecond}),
+    wire<&sim::TransferFunction::block>({
+        .key = "wire.block", .help = "[Block](devices.md#blocks-of-processes) instead of the lag",
+        .domain = "a block, such as \"pid p=2 i=0.1\"", .check = check_block}),
+    wire<&sim::TransferFunction::sum>({
+        .key = "wire.sum", .help = "The target gets the sum of all its wires, each of which has this key"}),
     wire<&sim::TransferFunction::sample_period>(duration({
-        .key = "wire.sample_ms", .help = "Sampling period of a lag, and of an object that changes continuously"})),
+        .key = "wire.sample_ms",
+        .help = "Sampling period of a lag or block, and of an object that changes continuously"})),
 };
 // clang-format on
 
@@ -309,6 +323,10 @@ SignalConfig signal_of(std::size_t shape) {
   SignalConfig signal;
   signal.signal.shape = shapes[shape];
   return signal;
+}
+
+bool belongs(const Row& row, const NodeConfig& node) {
+  return row.key != "node.eds" || devices::script_of(node.device).empty();
 }
 
 bool belongs(const Row& row, const SignalConfig& signal) {

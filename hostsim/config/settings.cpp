@@ -117,6 +117,10 @@ constexpr std::array kPlant{
         .help = "How time passes; manual: only by lines such as \"pass 100ms\" (us, ms, s) on standard input, "
                 "answered by \"at SECONDS\"; the end of the input ends the program",
         .choices = kClocks}),
+    setting<&Config::timing>({
+        .key = "time.timing", .option = "--timing TIMING",
+        .help = "Times of all nodes: responses, boot and state changes at once, or after typical times",
+        .more = "See [times](devices.md#times).", .choices = kNodeTimings}),
     setting<&Config::seed>({
         .key = "random.seed", .option = "--seed N", .help = "Seed of all noise and all randomness of faults",
         .more = "The same plant with the same seed is the same every time."}),

@@ -5,6 +5,7 @@
 /// range, help. Plant file and command line are read by these rows; --help and docs/reference/plant-file.md are
 /// generated from them. A new setting is a member in config.hpp and a row.
 
+#include <array>
 #include <cstddef>
 #include <optional>
 #include <span>
@@ -22,6 +23,9 @@ using options::kNone;
 using options::Problem;
 using options::Row;
 using options::Setting;
+
+/// In the order of NodeTiming.
+inline constexpr std::array<std::string_view, 2> kNodeTimings{"at-once", "typical"};
 
 /// The key that decides which other keys a signal has.
 inline constexpr std::string_view kSignalShape = "node.signals.shape";
@@ -79,6 +83,8 @@ bool belongs(const Row& /*row*/, const Target& /*target*/) {
   return true;
 }
 bool belongs(const Row& row, const SignalConfig& signal);
+/// A script needs no EDS file.
+bool belongs(const Row& row, const NodeConfig& node);
 
 /// `shape "constant" has index, sub, shape, value and sample_ms`
 std::string keys_of(const SignalConfig& signal);

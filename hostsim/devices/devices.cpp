@@ -47,6 +47,12 @@ constexpr auto kOfDrives = std::to_array<NeededObject>({{0x6040, kUnsigned16, kM
 constexpr auto kOfTransducers = std::to_array<NeededObject>(
     {{0x9130, kInteger32, kOneOf}, {0x7130, kInteger16, kOneOf}, {0x6130, kReal32, kOneOf}});
 
+constexpr auto kOfEncoders = std::to_array<NeededObject>({{0x6004, kUnsigned32, kAlways}});
+constexpr auto kOfValves = std::to_array<NeededObject>(
+    {{0x6040, kUnsigned16, kAlways}, {0x6041, kUnsigned16, kAlways}, {0x6300, kInteger16, kAlways}});
+constexpr auto kOfInclinometers =
+    std::to_array<NeededObject>({{0x6010, kInteger16, kOneOf}, {0x6110, kInteger32, kOneOf}});
+
 constexpr auto kKinds = std::to_array<DeviceKind>({
     {"none", kNoProfile, nullptr, "values that stay as they were written"},
     {"cia401", 401, make<IoModule>, "I/O module: digital and analogue inputs and outputs", kOfModules},
@@ -54,6 +60,12 @@ constexpr auto kKinds = std::to_array<DeviceKind>({
      "drive: power state machine, motion profiles, homing, cyclic synchronous modes", kOfDrives},
     {"cia404", 404, make<Transducer>, "measuring device: process values with decimal digits and status",
      kOfTransducers},
+    {"cia406", 406, nullptr, "encoder: position with scaling and preset, speed", kOfEncoders,
+     "shelf:/encoder.lua"},
+    {"cia408", 408, nullptr, "proportional valve: state machine, spool with a lag", kOfValves,
+     "shelf:/valve.lua"},
+    {"cia410", 410, nullptr, "inclinometer: slopes with resolution and preset", kOfInclinometers,
+     "shelf:/inclinometer.lua"},
 });
 
 constexpr auto kNames = [] {
@@ -110,13 +122,20 @@ const DeviceKind* find_device(std::string_view name) {
   return first_kind([name](const DeviceKind& kind) { return kind.name == name; });
 }
 
+std::string_view script_of(std::string_view device) {
+  const DeviceKind* const kind = find_device(device);
+  if (kind != nullptr) return kind->script;
+  return is_script(device) ? device : std::string_view();
+}
+
 const DeviceKind& device_for(const ObjectDictionary& dictionary) {
   const std::uint64_t profile = dictionary.get(object::kDeviceType, 0) & 0xFFFF;
-  const DeviceKind* kind = first_kind([&](const DeviceKind& each) {
-    return each.profile != kNoProfile && each.profile == profile;
-  });
+  const DeviceKind* kind = first_kind(
+      [&](const DeviceKind& each) { return each.profile != kNoProfile && each.profile == profile; });
   const auto is_mark = [](const NeededObject& object) { return object.need == kMark; };
-  const auto is_there = [&](const NeededObject& object) { return !is_mark(object) || has(dictionary, object); };
+  const auto is_there = [&](const NeededObject& object) {
+    return !is_mark(object) || has(dictionary, object);
+  };
   if (kind == nullptr)
     kind = first_kind([&](const DeviceKind& each) {
       return std::ranges::any_of(each.needs, is_mark) && std::ranges::all_of(each.needs, is_there);

@@ -33,6 +33,7 @@ struct DeviceKind {
                                           std::uint64_t);  ///< null = the node has no behaviour
   std::string_view summary;                                ///< one line, for --help
   std::span<const NeededObject> needs{};
+  std::string_view script{};  ///< path of the script that it is; empty = none
 };
 
 /// All devices; the first is "none".
@@ -50,6 +51,10 @@ constexpr bool is_script(std::string_view device) {
 
 /// Null if no device has this name.
 const DeviceKind* find_device(std::string_view name);
+/// The path of the script that this device is; empty = none.
+std::string_view script_of(std::string_view device);
+/// The folder of the scripts that are devices, for readers of files.
+inline constexpr std::string_view kShelf = "shelf:/";
 
 /// For the low 16 bits of 1000h (CiA 301, 7.5.2.1). If no device has that number (files have 0 or a wrong one
 /// there): the device whose marks are present. If 1000h has no value: an I/O module with 6000h or 6200h. Else

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The wires of a running plant: values of outputs and objects are passed to inputs, also across networks, which
-/// are then advanced together. Each change is passed on at the time at which it happens, so the result does not
-/// depend on the steps of time.
+/// The wires of a running plant: values of outputs and objects are passed to inputs, also across networks,
+/// which are then advanced together. Each change is passed on at the time at which it happens, so the result
+/// does not depend on the steps of time.
 
 #include <cstddef>
 #include <cstdint>
@@ -20,8 +20,8 @@ namespace cbcan::plant {
 
 class Wires final : private sim::Timed {
  public:
-  /// `networks`: all of `config`'s, in order, which outlive it and have not been started. If there are wires, the
-  /// advance() of each advances all from now on.
+  /// `networks`: all of `config`'s, in order, which outlive it and have not been started. If there are wires,
+  /// the advance() of each advances all from now on.
   Wires(const config::Config& config, std::vector<Network*> networks, const NetworkContext& context);
   Wires(const Wires&) = delete;
   Wires& operator=(const Wires&) = delete;

@@ -20,11 +20,11 @@ using BlockParameters = Block::Parameters;
 
 struct BlockKey {
   std::string_view name;
-  double BlockParameters::* member;
+  double BlockParameters::*member;
   bool is_positive = false;  ///< else any number
 };
-constexpr BlockKey kStart{"start", &BlockParameters::start}, kLow{"low", &BlockParameters::low}, kHigh{"high", &BlockParameters::high},
-    kTime{"time", &BlockParameters::time, true};
+constexpr BlockKey kStart{"start", &BlockParameters::start}, kLow{"low", &BlockParameters::low},
+    kHigh{"high", &BlockParameters::high}, kTime{"time", &BlockParameters::time, true};
 
 struct BlockRow {
   std::string_view name;
@@ -37,8 +37,13 @@ const std::array<BlockRow, 6>& block_rows() {
       {"integrator", {{"gain", &BlockParameters::gain}, kLow, kHigh, kStart}},
       {"dead-time", {kTime, kStart}},
       {"pid",
-       {{"p", &BlockParameters::p}, {"i", &BlockParameters::i}, {"d", &BlockParameters::d},
-        {"filter", &BlockParameters::filter, true}, kLow, kHigh, kStart}},
+       {{"p", &BlockParameters::p},
+        {"i", &BlockParameters::i},
+        {"d", &BlockParameters::d},
+        {"filter", &BlockParameters::filter, true},
+        kLow,
+        kHigh,
+        kStart}},
       {"ramp", {{"up", &BlockParameters::up, true}, {"down", &BlockParameters::down, true}, kStart}},
       {"hysteresis", {{"on", &BlockParameters::on}, {"off", &BlockParameters::off}, kStart}},
   }};
@@ -91,7 +96,8 @@ Time after_seconds(Time since, double duration) {
 Block::Parsed Block::parse(std::string_view text) {
   Parsed parsed;
   const std::vector<std::string_view> words = text::words_of(text);
-  const auto row = words.empty() ? block_rows().end() : std::ranges::find(block_rows(), words[0], &BlockRow::name);
+  const auto row =
+      words.empty() ? block_rows().end() : std::ranges::find(block_rows(), words[0], &BlockRow::name);
   if (row == block_rows().end()) {
     parsed.problem = fmt::format("block \"{}\": no such kind; there are {}", text, list_of(block_rows()));
     return parsed;
@@ -132,7 +138,8 @@ void Block::begin(double input, Time now) {
 
 void Block::put_later(double input, Time arrives) {
   if (!waiting_.empty() && waiting_.back().first == arrives) waiting_.pop_back();
-  if (input != (waiting_.empty() ? state_.output : waiting_.back().second)) waiting_.emplace_back(arrives, input);
+  if (input != (waiting_.empty() ? state_.output : waiting_.back().second))
+    waiting_.emplace_back(arrives, input);
 }
 
 void Block::put(double input, Time now) {
@@ -157,13 +164,15 @@ Block::State Block::after(Time elapsed) const {
   const double way = input_ - state_.output;
   switch (kind_) {
     case Kind::kPt1:
-      return {t >= kTimeConstants * parameters_.time ? input_ : lagged(state_.output, input_, t / parameters_.time)};
+      return {t >= kTimeConstants * parameters_.time ? input_
+                                                     : lagged(state_.output, input_, t / parameters_.time)};
     case Kind::kIntegrator: return {limited(state_.output + parameters_.gain * input_ * t)};
     case Kind::kPid:
       return {limited(state_.output + parameters_.i * input_ * t),
               lagged(state_.filtered, input_, t / parameters_.filter)};
     case Kind::kRamp:
-      return {state_.output + std::clamp(way, -given(parameters_.down, parameters_.up) * t, parameters_.up * t)};
+      return {state_.output +
+              std::clamp(way, -given(parameters_.down, parameters_.up) * t, parameters_.up * t)};
     default: return state_;
   }
 }

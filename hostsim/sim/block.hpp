@@ -25,18 +25,19 @@ class Block {
 
   /// Keys of the text; times are in s.
   struct Parameters {
-    double time = 1;           ///< time constant, or dead time
-    double gain = 1;           ///< of an integrator, per s
+    double time = 1;  ///< time constant, or dead time
+    double gain = 1;  ///< of an integrator, per s
     double p = 1, i = 0, d = 0;
-    double filter = 0.1;       ///< time constant of the derivative
-    double up = 1;             ///< slopes of a ramp, per s
-    double down = kNone;       ///< as up
-    double on = 1, off = 0;    ///< thresholds
+    double filter = 0.1;     ///< time constant of the derivative
+    double up = 1;           ///< slopes of a ramp, per s
+    double down = kNone;     ///< as up
+    double on = 1, off = 0;  ///< thresholds
     double low = -kMost, high = kMost;
-    double start = kNone;      ///< first output: the first input, or 0
+    double start = kNone;  ///< first output: the first input, or 0
   };
 
-  /// `problem`: what is wrong with the text, such as "ramp: hight: no such key; there are up, down and start".
+  /// `problem`: what is wrong with the text, such as "ramp: hight: no such key; there are up, down and
+  /// start".
   struct Parsed;
   /// "pt1 time=5", "pid p=2 i=0.1 low=0 high=100"
   static Parsed parse(std::string_view text);

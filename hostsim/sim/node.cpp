@@ -99,6 +99,7 @@ Node::Node(Bus& bus, Schedule& schedule, NodeParts parts)
       make_behaviour_(std::move(parts.behaviour)),
       seed_(parts.seed) {
   LssNode& lss_node = *this;
+  if (parts.takes_time) faulty_.set_timing(seed_);
   if (parts.lss) lss_.emplace(lss_node, port_, faulty_, bus.bit_rate());
   behaviour_ = make_behaviour_ ? make_behaviour_(*this, seed_) : std::make_unique<Behaviour>();
   image_.values = saved_ = values_;  // with the behaviour's values for objects that have none in the file

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// How a wire changes the value from its beginning to its end: pure, and independent of when and how often it is
-/// read.
+/// How a wire changes the value from its beginning to its end: pure, and independent of when and how often it
+/// is read.
 
 #include <array>
 #include <cstdint>
@@ -47,7 +47,8 @@ struct TransferFunction {
   Time lag = 0;         ///< the time constant of a first order lag; 0 = none
   std::string block{};  ///< as Block::parse() reads it; empty = none
   bool sum = false;     ///< the target gets the sum of all its wires
-  Time sample_period = 10 * kMillisecond;  ///< above 0: how often a value that changes continuously is passed on
+  Time sample_period =
+      10 * kMillisecond;  ///< above 0: how often a value that changes continuously is passed on
   bool operator==(const TransferFunction&) const = default;
 };
 

@@ -152,7 +152,7 @@ look("an EDS file becomes a node, which a colleague sees too", async (page, plan
   assert.deepEqual((await nodes(plant)).map(parseFloat), [66, 1, 2, 16, 32, 3]);
   await shows(page, "#message", /^io_module\.eds is node 3\./);
   const valve = read("plants/demo/generic.eds").replace("DataType=0x0007", "DataType=0x9999");
-  await renewed(page, () => dropped(page, { "valve.dcf": valve, "x.EDS": read("plants/tank.eds") }));
+  await renewed(page, () => dropped(page, { "valve.dcf": valve, "x.EDS": read("plants/demo/generic.eds") }));
   assert.deepEqual((await nodes(plant)).map(parseFloat), [66, 1, 2, 16, 32, 3, 4, 5]);
   await shows(page, "#message", /plants\/demo\/4\/valve\.dcf:\d+: DataType 9999h is unknown[^]*\nx\.EDS is node 5\./);
   const context = await browser.createBrowserContext(), other = tabPlant(page.url());
@@ -181,7 +181,9 @@ look("an EDS file with mistakes leaves the plant as it is", async (page, plant) 
 });
 
 look("a plant file with its files", async (page, plant) => {
-  const eds = Buffer.from(read("plants/tank.eds", "latin1").replace(/(?<=\[2000\]\r?\nParameterName=).*/, "F\xfcllstand"), "latin1");
+  const objects = { 1000: 7, 1001: 5, 2000: 8, 2001: 5, 2002: 5, 2003: 5 };
+  const sections = Object.entries(objects).map(([index, type]) => `[${index}]\nParameterName=F\xfcllstand\nDataType=${type}\n`);
+  const eds = Buffer.from(`[FileInfo]\n${sections.join("")}`, "latin1");
   const file = '[module]\nnode_id = 1\n[[node]]\nid = 20\nname = "Tank"\neds = "../devices/tank.eds"\ndevice = "tank.lua"\n';
   await renewed(page, () => dropped(page, { "tank.eds": eds, "my.toml": file, "tank.lua": read("plants/tank.lua") }));
   assert.deepEqual(await nodes(plant), ["20 Tank"]);

@@ -54,7 +54,7 @@ TEST_CASE("the script of docs/how-to/lua-device.md is a valve that takes two sec
   const std::string page = *reader({})("docs/how-to/lua-device.md");
   const std::size_t begin = page.find("```lua\n") + 7;
   const Files files{{"t.lua", page.substr(begin, page.find("```", begin) - begin)}};
-  const auto plant = plant_of("[[node]]\nid = 20\neds = \"plants/tank.eds\"\ndevice = \"t.lua\"\n", files);
+  const auto plant = plant_of("[[node]]\nid = 20\ndevice = \"t.lua\"\n", files);
   run(*plant, "set 20 0x2001 100");
   run(*plant, "pass 1234ms");
   CHECK(std::stod(run(*plant, "get 20 0x2000")) == Approx(61.7));
@@ -175,7 +175,7 @@ function on_sync() print(large) print(all) end
                     {"r.lua", "function update() set(0x2000, 0, get(0x2001) * 1e300) end"}};
   const auto plant = plant_of(std::string(kScripted) + R"([[node]]
 id = 21
-eds = "plants/tank.eds"
+eds = "plants/tank.lua"
 device = "r.lua"
 )",
                               files);

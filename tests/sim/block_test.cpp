@@ -44,7 +44,7 @@ void check(const char* text, const std::vector<Input>& inputs, const Answer& ans
   }
 }
 
-const std::vector<Input> kStep{{0, 0}, {1, 100}};       // a step of 100 at 1 s
+const std::vector<Input> kStep{{0, 0}, {1, 100}};          // a step of 100 at 1 s
 const std::vector<Input> kPulse{{0, 0}, {1, 4}, {5, -2}};  // 4 from 1 s to 5 s, then -2
 
 }  // namespace
@@ -64,7 +64,9 @@ TEST_CASE("integrator: ramps up to its limits, and leaves them at once") {
 }
 
 TEST_CASE("dead-time: each change comes later") {
-  check("dead-time time=1.5", kPulse, [](double t) { return us(t) < us(2.5) ? 0 : us(t) < us(6.5) ? 4 : -2; });
+  check("dead-time time=1.5", kPulse, [](double t) {
+    return us(t) < us(2.5) ? 0 : us(t) < us(6.5) ? 4 : -2;
+  });
   check("dead-time time=30 start=9", kPulse, [](double) { return 9; });
 }
 
@@ -113,7 +115,8 @@ TEST_CASE("A block says when its output changes next") {
 
 TEST_CASE("What is no block is refused with what it can be") {
   const auto problem = [](const char* text) { return Block::parse(text).problem; };
-  CHECK(problem("") == "block \"\": no such kind; there are pt1, integrator, dead-time, pid, ramp and hysteresis");
+  CHECK(problem("") ==
+        "block \"\": no such kind; there are pt1, integrator, dead-time, pid, ramp and hysteresis");
   CHECK(problem("pt2 time=1").starts_with("block \"pt2 time=1\": no such kind"));
   CHECK(problem("pt1 tme=1") == "block pt1: tme: no such key; there are time and start");
   CHECK(problem("pt1 time=0") == "block pt1: time: must be 0.000001..1e9");

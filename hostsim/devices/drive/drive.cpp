@@ -51,7 +51,8 @@ constexpr double kActiveFrom = 0.5;  ///< of an input
 constexpr Time kMissedAfter = 3;
 constexpr Time kInTime = 2;
 
-/// Increments by which the following error window must be exceeded, so that rounding alone does not exceed it.
+/// Increments by which the following error window must be exceeded, so that rounding alone does not exceed
+/// it.
 constexpr double kPast = 1e-3;
 
 }  // namespace
@@ -101,7 +102,10 @@ std::vector<sim::Point> Drive::points() const {
         point.low = objects_.limit_min.get(), point.high = objects_.limit_max.get();
   if (probes_.exist())
     for (const std::uint16_t index : {kFirstProbe, kSecondProbe})
-      points.push_back({.kind = kInput, .index = index, .name = "touch probe", .bits = {index == kFirstProbe ? "1" : "2"}});
+      points.push_back({.kind = kInput,
+                        .index = index,
+                        .name = "touch probe",
+                        .bits = {index == kFirstProbe ? "1" : "2"}});
   for (sim::Point& point : points) {
     point.index += objects_.d.offset;
     if (point.target != 0) point.target += objects_.d.offset;

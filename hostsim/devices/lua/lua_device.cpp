@@ -8,13 +8,18 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <map>
+#include <memory>
+#include <new>
 #include <optional>
 #include <utility>
 #include <vector>
 
 #include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
+#include "devices/lua/declaration.hpp"
 #include "devices/lua/script.hpp"
+#include "sim/block.hpp"
 #include "sim/number.hpp"
 
 namespace cbcan::devices {
@@ -22,7 +27,6 @@ namespace cbcan::devices {
 namespace {
 
 constexpr std::size_t kMostIncidents = 32;
-constexpr std::size_t kMostPoints = 64;  ///< of each kind
 /// Printed by a script in one call.
 constexpr int kMostLines = 10;
 /// In one millisecond, at the times returned by the script's update().
@@ -70,10 +74,8 @@ class LuaDevice final : public sim::Behaviour {
     call("on_network_failure", now);
   }
 
-  bool set_input(std::uint16_t index, std::uint8_t sub, double value, Time now) override {
-    const Script::Result result = call("set_input", now, lua_Integer{index}, lua_Integer{sub}, value);
-    return result == Script::Result(true);
-  }
+  bool set_input(std::uint16_t index, std::uint8_t sub, double value, Time now) override;
+  std::optional<double> output(std::uint16_t index, std::uint8_t sub) const override;
 
   std::span<const std::string_view> incidents() const override { return incident_names_; }
   std::vector<sim::Point> points() const override { return points_; }
@@ -85,24 +87,35 @@ class LuaDevice final : public sim::Behaviour {
   static LuaDevice& of(lua_State* state) { return *static_cast<LuaDevice*>(Script::owner_of(state)); }
   static int get(lua_State* state);
   static int set(lua_State* state);
+  static int has(lua_State* state);
+  static int event(lua_State* state);
   static int error(lua_State* state);
   static int error_over(lua_State* state);
   static int fault(lua_State* state);
   static int say(lua_State* state);
-  static constexpr std::array<luaL_Reg, 6> kFunctions{{{"get", get},
+  static int block(lua_State* state);
+  static int run_block(lua_State* state);
+
+ public:
+  static constexpr std::array<luaL_Reg, 9> kFunctions{{{"get", get},
                                                        {"set", set},
+                                                       {"has", has},
+                                                       {"event", event},
                                                        {"emcy", error},
                                                        {"emcy_over", error_over},
                                                        {"fault", fault},
-                                                       {"print", say}}};
+                                                       {"print", say},
+                                                       {"block", block}}};
 
+ private:
   void begin();
-  static sim::Point point(const Script::Record& record, sim::Point::Kind kind, const std::string& what);
   void fail(const ScriptError& error, Time now);
   void count_updates(Time now);
   template <class Number>
   static Number whole(lua_State* state, int place);
+  std::optional<ObjectEntry> number_at(std::uint16_t index, std::uint8_t sub);
   std::pair<ObjectEntry, std::uint8_t> entry_at(lua_State* state);
+  void store(const ObjectEntry& entry, std::uint8_t sub, double value);
 
   double seconds(Time now) const { return static_cast<double>(now - began_at_) / kSecond; }
   /// The first microsecond not before it; kNever if that is in more than a hundred years.
@@ -134,7 +147,8 @@ class LuaDevice final : public sim::Behaviour {
   std::vector<std::string> incidents_;
   std::vector<std::string_view> incident_names_;
   std::vector<sim::Point> points_;
-  Time began_at_ = kNever;  ///< the script's time 0
+  std::map<std::pair<std::uint16_t, std::uint8_t>, double> given_;  ///< to inputs that the script has taken
+  Time began_at_ = kNever;                                          ///< the script's time 0
   Time now_ = 0;
   Time due_ = kNever;
   Time millisecond_ = 0;  ///< in which updates_ are counted
@@ -149,38 +163,7 @@ void LuaDevice::begin() {
   script_ = std::make_unique<Script>(name_, text_, seed_, kFunctions, this);
   incidents_ = script_->list("incidents", kMostIncidents);
   incident_names_.assign(incidents_.begin(), incidents_.end());
-  points_.clear();
-  using enum sim::Point::Kind;
-  for (const auto& [name, kind] : {std::pair("inputs", kInput), {"outputs", kOutput}, {"curves", kCurve}})
-    for (const Script::Record& record : script_->records(name, kMostPoints))
-      points_.push_back(point(record, kind, fmt::format("{}: {}", name_, name)));
-}
-
-/// `what` is the list, in errors.
-sim::Point LuaDevice::point(const Script::Record& record, sim::Point::Kind kind, const std::string& what) {
-  const auto number = [&](const char* key) {
-    const auto found = record.numbers.find(key);
-    return found == record.numbers.end() ? std::nullopt : std::optional(found->second);
-  };
-  const auto texts = [&](const char* key) {
-    const auto found = record.texts.find(key);
-    return found == record.texts.end() ? std::vector<std::string>{} : found->second;
-  };
-  const auto text = [&](const char* key) { return texts(key).empty() ? std::string() : texts(key).front(); };
-  const double index = number("index").value_or(0), sub = number("sub").value_or(0);
-  const double target = number("target").value_or(0);
-  if (!(index >= 1 && index <= 0xFFFF && sub >= 0 && sub <= 0xFF && target >= 0 && target <= 0xFFFF))
-    throw ScriptError(what + ": index must be 1..65535, sub 0..255, target 0..65535", 0);
-  return {.kind = kind,
-          .index = static_cast<std::uint16_t>(index),
-          .sub = static_cast<std::uint8_t>(sub),
-          .name = text("name"),
-          .unit = text("unit"),
-          .low = number("low"),
-          .high = number("high"),
-          .bits = texts("bits"),
-          .target = static_cast<std::uint16_t>(target),
-          .level = number("level").value_or(0) != 0};
+  points_ = declared_points(*script_);
 }
 
 void LuaDevice::fail(const ScriptError& error, Time now) {
@@ -197,6 +180,29 @@ void LuaDevice::count_updates(Time now) {
   if (std::exchange(millisecond_, now / kMillisecond) != now / kMillisecond) updates_ = 0;
   if (++updates_ > kMostUpdates)
     fail(ScriptError(name_ + ": update wants to be called more than 500 times in a millisecond", 0), now);
+}
+
+/// Within the declared range. Without set_input() in the script it is the object's value.
+bool LuaDevice::set_input(std::uint16_t index, std::uint8_t sub, double value, Time now) {
+  const auto point = std::ranges::find_if(points_, [&](const sim::Point& each) {
+    return each.kind == sim::Point::Kind::kInput && each.index == index && each.sub == sub;
+  });
+  if (point != points_.end()) {
+    if (point->low) value = std::max(value, *point->low);
+    if (point->high) value = std::min(value, *point->high);
+  }
+  const Script::Result result = call("set_input", now, lua_Integer{index}, lua_Integer{sub}, value);
+  if (result == Script::Result(true)) return given_[{index, sub}] = value, true;
+  const auto entry = number_at(index, sub);
+  if (point == points_.end() || !entry) return false;
+  store(*entry, sub, value);
+  return true;
+}
+
+/// Of an input: its object may show something else.
+std::optional<double> LuaDevice::output(std::uint16_t index, std::uint8_t sub) const {
+  const auto given = given_.find({index, sub});
+  return given == given_.end() ? std::nullopt : std::optional(given->second);
 }
 
 AbortCode LuaDevice::check(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value,
@@ -233,18 +239,31 @@ Number LuaDevice::whole(lua_State* state, int place) {
   return static_cast<Number>(number);
 }
 
+/// The entry of a number; nullopt if there is none.
+std::optional<ObjectEntry> LuaDevice::number_at(std::uint16_t index, std::uint8_t sub) {
+  ObjectEntry entry{};
+  const bool found = node_.dictionary().find(index, sub, entry) == AbortCode::kNone;
+  const bool is_number = found && size_of(entry.type) != 0 && size_of(entry.type) == entry.capacity;
+  return is_number ? std::optional(entry) : std::nullopt;
+}
+
 /// The entry and the sub-index given by the first two arguments.
 std::pair<ObjectEntry, std::uint8_t> LuaDevice::entry_at(lua_State* state) {
   const auto index = whole<std::uint16_t>(state, 1);
   const auto sub = lua_isnoneornil(state, 2) ? std::uint8_t{0} : whole<std::uint8_t>(state, 2);
-  ObjectEntry entry{};
-  const bool found = node_.dictionary().find(index, sub, entry) == AbortCode::kNone;
-  if (found && size_of(entry.type) != 0 && size_of(entry.type) == entry.capacity) return {entry, sub};
+  if (const auto entry = number_at(index, sub)) return {*entry, sub};
   std::array<char, 40> text{};
   std::snprintf(text.data(), text.size(), "the node has no number at %04Xh:%02X", unsigned{index},
                 unsigned{sub});
   luaL_error(state, "%s", text.data());
-  return {entry, sub};
+  return {};
+}
+
+/// has(index [, sub]): whether get() and set() can be called with it.
+int LuaDevice::has(lua_State* state) {
+  const auto sub = lua_isnoneornil(state, 2) ? std::uint8_t{0} : whole<std::uint8_t>(state, 2);
+  lua_pushboolean(state, of(state).number_at(whole<std::uint16_t>(state, 1), sub) ? 1 : 0);
+  return 1;
 }
 
 /// get(index [, sub]): an integer; a float for a REAL and for a value beyond Lua's integers.
@@ -264,10 +283,21 @@ int LuaDevice::set(lua_State* state) {
   LuaDevice& self = of(state);
   const auto [entry, sub] = self.entry_at(state);
   const double value = lua_isboolean(state, 3) ? lua_toboolean(state, 3) : luaL_checknumber(state, 3);
-  ObjectDictionary& dictionary = self.node_.dictionary();
+  self.store(entry, sub, value);
+  return 0;
+}
+
+void LuaDevice::store(const ObjectEntry& entry, std::uint8_t sub, double value) {
+  ObjectDictionary& dictionary = node_.dictionary();
   const std::uint64_t before = dictionary.number(entry, sub);
   dictionary.set(entry.index, sub, sim::to_raw(value, entry.type, entry.capacity));
-  if (dictionary.number(entry, sub) != before && !self.quiet_) self.node_.changed(entry.index, sub, self.now_);
+  if (dictionary.number(entry, sub) != before && !quiet_) node_.changed(entry.index, sub, now_);
+}
+
+/// event(index [, sub]): an event for TPDOs, whether or not the value has changed.
+int LuaDevice::event(lua_State* state) {
+  const auto [entry, sub] = of(state).entry_at(state);
+  of(state).node_.changed(entry.index, sub, of(state).now_);
   return 0;
 }
 
@@ -315,7 +345,71 @@ int LuaDevice::say(lua_State* state) {
   return 0;
 }
 
+constexpr const char* kBlockType = "block";
+
+/// block("pt1 time=5"): a function of the input from now on, which returns the output, and the time until
+/// which that changes; nil = it does not.
+int LuaDevice::block(lua_State* state) {
+  std::size_t length = 0;
+  const char* text = luaL_checklstring(state, 1, &length);
+  std::array<char, 200> problem{};
+  const bool is_new = luaL_newmetatable(state, kBlockType) != 0;
+  lua_pushcfunction(state, [](lua_State* self) {
+    std::destroy_at(static_cast<sim::Block*>(lua_touserdata(self, 1)));
+    return 0;
+  });
+  is_new ? lua_setfield(state, -2, "__gc") : lua_pop(state, 1);
+  void* const memory = lua_newuserdatauv(state, sizeof(sim::Block), 0);
+  {
+    sim::Block::Parsed parsed = sim::Block::parse({text, length});
+    std::snprintf(problem.data(), problem.size(), "%s", parsed.problem.c_str());
+    new (memory) sim::Block(std::move(parsed.block));
+  }
+  lua_insert(state, -2);
+  lua_setmetatable(state, -2);
+  if (problem[0] != '\0') return luaL_error(state, "%s", problem.data());
+  lua_pushcclosure(state, run_block, 1);
+  return 1;
+}
+
+int LuaDevice::run_block(lua_State* state) {
+  constexpr std::size_t kMostWaiting = 1000;
+  sim::Block& block = *static_cast<sim::Block*>(lua_touserdata(state, lua_upvalueindex(1)));
+  const Time now = of(state).now_;
+  const double input = luaL_checknumber(state, 1);
+  if (block.waiting() >= kMostWaiting) return luaL_error(state, "more than 1000 changes wait in a dead-time");
+  block.put(input, now);
+  lua_pushnumber(state, block.at(now));
+  const bool moves = block.moves_until() > now;
+  if (!moves && block.next_step() == kNever) return 1;
+  const Time until = earlier(block.next_step(), moves ? block.moves_until() : kNever);
+  lua_pushnumber(state, until == kNever ? HUGE_VAL : of(state).seconds(until));
+  return 2;
+}
+
+// Functions while a script is loaded for its declarations.
+int no_number(lua_State* state) {
+  lua_pushinteger(state, 0);
+  return 1;
+}
+int no_block(lua_State* state) {
+  lua_pushcfunction(state, no_number);
+  return 1;
+}
+
 }  // namespace
+
+std::string eds_of_script(const std::string& name, std::string_view script) {
+  auto functions = LuaDevice::kFunctions;
+  for (luaL_Reg& function : functions)
+    function.func = std::string_view(function.name) == kBlockType ? no_block : no_number;
+  try {
+    Script loaded(name, script, 0, functions, nullptr);
+    return declared_eds(loaded, name);
+  } catch (const ScriptError& error) {
+    throw sim::BehaviourProblem(error.what());
+  }
+}
 
 std::unique_ptr<sim::Behaviour> make_lua_device(sim::DeviceNode& node, std::uint64_t seed,
                                                 const std::string& name, const std::string& script) {

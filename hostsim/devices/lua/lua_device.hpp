@@ -23,4 +23,8 @@ inline constexpr std::uint16_t kScriptFailed = 0x6100;
 std::unique_ptr<sim::Behaviour> make_lua_device(sim::DeviceNode& node, std::uint64_t seed,
                                                 const std::string& name, const std::string& script);
 
+/// The EDS file that the script's declarations describe; `$NODEID` in it is the node's ID. Throws
+/// sim::BehaviourProblem.
+std::string eds_of_script(const std::string& name, std::string_view script);
+
 }  // namespace cbcan::devices

@@ -492,6 +492,7 @@ std::vector<Script::Record> Script::records(const char* name, std::size_t most) 
       read_record(state, records.emplace_back());
       lua_pop(state, 1);
     }
+    if (records.empty()) lua_settop(state, 2), read_record(state, records.emplace_back());
   });
   return records;
 }

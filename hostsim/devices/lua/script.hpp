@@ -65,7 +65,8 @@ class Script {
     std::map<std::string, double> numbers;
     std::map<std::string, std::vector<std::string>> texts;
   };
-  /// The tables in a list of this name, at most `most`. Throws ScriptError.
+  /// The tables in a list of this name, at most `most`; a table that is no such list is one itself. Throws
+  /// ScriptError.
   std::vector<Record> records(const char* name, std::size_t most);
 
   static void* owner_of(lua_State* state) { return from(state).owner_; }

@@ -33,7 +33,7 @@ FaultyPort::FaultyPort(Port& out, std::uint8_t node_id, std::uint64_t seed, Faul
 
 bool FaultyPort::hears(const Frame& frame) {
   heard_ = frame;
-  if (is_cut_off(frame)) return false;
+  if (now_ < booted_at_ || is_cut_off(frame)) return false;
   if (frame.id != sdo::kRequestId + node_id_) return true;
   SdoWatch watch = watch_;
   watch.on_request(frame);
@@ -57,13 +57,26 @@ bool FaultyPort::is_cut_off(const Frame& frame) {
   return lost || power_loss_ != 0;
 }
 
+/// When the frame is sent; kNever = it is not.
+Time FaultyPort::typical_due(const Frame& frame) {
+  if (!timing_) return now_;
+  if (is_error_control(frame) && is_boot_up(frame)) {
+    held_.clear();
+    return booted_at_ = now_ + timing_->boot();
+  }
+  if (now_ < booted_at_) return kNever;
+  if (is_error_control(frame)) return now_ + timing_->heartbeat(now_);
+  return is_response(frame) ? timing_->response(now_) : now_;
+}
+
 bool FaultyPort::send_with_faults(const Frame& frame) {
   if (!flush()) return false;
   if ((has_aborted_ && is_response(frame)) || power_loss_ != 0 || is_cut_off(frame)) return true;
   SdoResponse response{SdoStep::kAny, 0};
   if (is_response(frame) && !faults_.empty()) response = {watch_.on_response(frame), watch_.multiplexer()};
   if (is_error_control(frame) && is_boot_up(frame)) watch_ = {};
-  Leaving leaving{.frame = frame, .due = now_};
+  Leaving leaving{.frame = frame, .due = typical_due(frame)};
+  if (leaving.due == kNever) return true;
   for (SetFault& set : faults_.all()) {
     if (!concerns(set.fault, frame, response) || !faults_.happens(set, frame, now_)) continue;
     alter(set.fault, response, leaving);
@@ -91,7 +104,7 @@ Frame FaultyPort::take_abort() {
 
 void FaultyPort::poll(Time now) {
   now_ = now;
-  if (faults_.empty() && held_.empty() && own_state_ == BusState::kActive && command_delay_ == 0) return;
+  if (is_idle() && own_state_ == BusState::kActive && command_delay_ == 0) return;
   follow_states();
   send_storms();
   flush();
@@ -171,7 +184,7 @@ bool FaultyPort::flush() {
 /// The controller may be in a worse state for other reasons, which is not changed.
 void FaultyPort::follow_states() {
   const BusState state = faults_.follow_states(now_);
-  command_delay_ = faults_.command_delay();
+  command_delay_ = std::max(faults_.command_delay(), timing_ ? timing_->command() : 0);
   const BusState before = std::exchange(own_state_, state);
   if (out_.state() < state || (out_.state() == before && before != state)) out_.set_state(state, now_);
 }

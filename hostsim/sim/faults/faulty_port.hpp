@@ -17,6 +17,7 @@
 /// take_abort() also ends the transfer of the stack, as if the client had aborted.
 
 #include <cstdint>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -26,13 +27,14 @@
 #include "sim/faults/fault_set.hpp"
 #include "sim/faults/response_faults.hpp"
 #include "sim/faults/sdo_watch.hpp"
+#include "sim/faults/timing.hpp"
 
 namespace cbcan::sim {
 
 class FaultyPort final : public CanPort {
  public:
-  /// `seed` is that of the node. `listener` may be null. All references outlive the port. When the faults have
-  /// changed, it sends what is due and calls `on_change`.
+  /// `seed` is that of the node. `listener` may be null. All references outlive the port. When the faults
+  /// have changed, it sends what is due and calls `on_change`.
   FaultyPort(Port& out, std::uint8_t node_id, std::uint64_t seed, FaultListener* listener,
              FaultSet::OnChange on_change);
 
@@ -41,10 +43,13 @@ class FaultyPort final : public CanPort {
 
   FaultSet& faults() { return faults_; }
 
+  /// From now on the device needs time for all that it does, see Timing.
+  void set_timing(std::uint64_t seed) { timing_.emplace(seed); }
+
   /// To be called before each call into the stack: the time for try_send().
   void set_now(Time now) { now_ = now; }
 
-  bool has_faults() const { return !faults_.empty(); }
+  bool has_faults() const { return !faults_.empty() || timing_; }
   /// A frame for this node, to be called if there are faults. False: the stack does not get it.
   bool hears(const Frame& frame);
 
@@ -65,16 +70,16 @@ class FaultyPort final : public CanPort {
     return is_idle() ? out_.try_send(frame) : send_with_faults(frame);
   }
 
-  /// An SDO response was replaced by an abort, which the stack needs to know. Until take_abort(), responses of
-  /// the aborted transfer are suppressed.
+  /// An SDO response was replaced by an abort, which the stack needs to know. Until take_abort(), responses
+  /// of the aborted transfer are suppressed.
   bool has_aborted() const { return has_aborted_; }
   Frame take_abort();
 
   /// Sends what is due.
   void poll(Time now);
   Time deadline() const { return is_idle() ? kNever : next_due(); }
-  /// There is no fault and no delayed frame.
-  bool is_idle() const { return faults_.empty() && held_.empty(); }
+  /// There is no fault, no delayed frame, and nothing takes time.
+  bool is_idle() const { return faults_.empty() && held_.empty() && !timing_; }
 
   /// The controller has gone bus-off: delayed frames are lost.
   void drop() { held_.clear(); }
@@ -97,6 +102,7 @@ class FaultyPort final : public CanPort {
   };
 
   bool is_cut_off(const Frame& frame);
+  Time typical_due(const Frame& frame);
   bool send_with_faults(const Frame& frame);
   bool concerns(const Fault& fault, const Frame& frame, const SdoResponse& response) const;
   void alter(const Fault& fault, const SdoResponse& response, Leaving& leaving);
@@ -114,6 +120,8 @@ class FaultyPort final : public CanPort {
   Port& out_;
   std::uint8_t node_id_;
   FaultSet faults_;
+  std::optional<Timing> timing_{};
+  Time booted_at_ = 0;  ///< with timing_: before it the device neither receives nor sends
   SdoWatch watch_;
   Frame heard_{};           ///< while there are faults
   std::vector<Held> held_;  ///< by due time

@@ -1,0 +1,353 @@
+// SPDX-License-Identifier: MIT
+#include "devices/lua/declaration.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <utility>
+
+#include "cbcan/canopen/dictionary/object_dictionary.hpp"
+#include "cbcan/canopen/dictionary/objects.hpp"
+#include "text/numbers.hpp"
+
+namespace cbcan::devices {
+
+namespace {
+
+using enum DataType;
+
+constexpr std::size_t kMostObjects = 250;
+constexpr std::size_t kMostText = 200;  ///< a line of an EDS has 255 characters
+constexpr std::size_t kMostPdos = 4;    ///< with a default COB-ID, in each direction
+
+constexpr auto kTypes = std::to_array<std::pair<std::string_view, DataType>>({{"bool", kBoolean},
+                                                                              {"i8", kInteger8},
+                                                                              {"i16", kInteger16},
+                                                                              {"i32", kInteger32},
+                                                                              {"i64", kInteger64},
+                                                                              {"u8", kUnsigned8},
+                                                                              {"u16", kUnsigned16},
+                                                                              {"u32", kUnsigned32},
+                                                                              {"u64", kUnsigned64},
+                                                                              {"f32", kReal32},
+                                                                              {"f64", kReal64},
+                                                                              {"text", kVisibleString}});
+constexpr std::array<std::string_view, 4> kAccesses{"rw", "ro", "wo", "const"};
+constexpr std::array<std::string_view, 3> kPdos{"", "tx", "rx"};
+/// In the order of sim::Point::Kind.
+constexpr std::array<std::string_view, 3> kShown{"input", "output", "curve"};
+
+/// One object of the EDS.
+struct Entry {
+  std::string name;
+  DataType type;
+  std::string_view access;
+  std::string value;
+  bool in_pdos = false;
+  std::optional<double> low{}, high{};
+};
+using Entries = std::map<std::pair<std::uint16_t, std::uint8_t>, Entry>;
+
+/// The fields of one table.
+class Fields {
+ public:
+  explicit Fields(const Script::Record& record) : record_(record) {}
+
+  std::optional<double> number(const char* key) const {
+    const auto found = record_.numbers.find(key);
+    return found == record_.numbers.end() ? std::nullopt : std::optional(found->second);
+  }
+  std::vector<std::string> texts(const char* key) const {
+    const auto found = record_.texts.find(key);
+    return found == record_.texts.end() ? std::vector<std::string>{} : found->second;
+  }
+  /// Without line ends.
+  std::string text(const char* key) const {
+    const auto all = texts(key);
+    std::string text = all.empty() ? "" : all.front().substr(0, kMostText);
+    std::ranges::replace_if(
+        text, [](char c) { return static_cast<unsigned char>(c) < ' '; }, ' ');
+    return text;
+  }
+  template <class Integer>
+  Integer integer(const char* key, double least, double most, std::optional<double> standard = {}) const {
+    const std::optional<double> value = number(key) ? number(key) : standard;
+    if (value && *value >= least && *value <= most && *value == std::floor(*value))
+      return static_cast<Integer>(*value);
+    throw ScriptError(fmt::format("{}{}: must be {:.0f}..{:.0f}", of_, key, least, most), 0);
+  }
+  /// The place of its text in `choices`.
+  template <class Choices>
+  std::size_t choice(const char* key, const Choices& choices, std::string_view value) const {
+    const auto found = std::ranges::find(choices, value);
+    if (found == std::end(choices))
+      throw ScriptError(fmt::format("{}{}: \"{}\" is none", of_, key, value), 0);
+    return static_cast<std::size_t>(found - std::begin(choices));
+  }
+  void name_in_errors(std::string of) { of_ = std::move(of); }
+
+ private:
+  const Script::Record& record_;
+  std::string of_ = "objects: ";
+};
+
+struct Declared {
+  std::uint16_t index;
+  std::uint8_t sub;
+  Fields fields;
+};
+
+std::vector<Declared> declared(const std::vector<Script::Record>& records) {
+  std::vector<Declared> all;
+  for (const Script::Record& record : records) {
+    Fields fields(record);
+    const auto index = fields.integer<std::uint16_t>("index", 1, 0xFFFF);
+    fields.name_in_errors(fmt::format("objects: {:04X}h: ", index));
+    all.push_back({index, fields.integer<std::uint8_t>("sub", 0, 0xFE, 0), fields});
+  }
+  return all;
+}
+
+DataType type_of(const Fields& fields) {
+  std::array<std::string_view, kTypes.size()> names;
+  std::ranges::transform(kTypes, names.begin(), [](const auto& type) { return type.first; });
+  return kTypes[fields.choice("type", names, fields.text("type"))].second;
+}
+
+std::string value_text(const Fields& fields, DataType type) {
+  if (type == kVisibleString) return fields.text("default");
+  const double value = fields.number("default").value_or(0);
+  return type == kReal32 || type == kReal64 ? fmt::format("{}", value) : fmt::format("{:.0f}", value);
+}
+
+// ---- The communication part
+
+void put(Entries& entries, std::uint16_t index, std::uint8_t sub, std::string name, DataType type,
+         std::string_view access, std::string value) {
+  entries.insert_or_assign({index, sub}, Entry{std::move(name), type, access, std::move(value)});
+}
+
+void add_communication(Entries& entries, const Fields& device) {
+  const auto number = [&](const char* key) {
+    return fmt::format("0x{:08X}", device.integer<std::uint32_t>(key, 0, 0xFFFFFFFF, 0));
+  };
+  const std::string name = device.text("name");
+  const std::string heartbeat = std::to_string(device.integer<std::uint16_t>("heartbeat_ms", 0, 0xFFFF, 0));
+  put(entries, 0x1000, 0, "Device type", kUnsigned32, "ro", number("type"));
+  put(entries, 0x1001, 0, "Error register", kUnsigned8, "ro", "0");
+  put(entries, 0x1003, 0, "Pre-defined error field: number of errors", kUnsigned8, "rw", "0");
+  for (std::uint8_t sub = 1; sub <= 4; ++sub)
+    put(entries, 0x1003, sub, fmt::format("Pre-defined error field: {}", sub), kUnsigned32, "ro", "0");
+  put(entries, 0x1005, 0, "COB-ID SYNC", kUnsigned32, "rw", "0x80");
+  put(entries, 0x1008, 0, "Manufacturer device name", kVisibleString, "const", name);
+  put(entries, 0x1010, 1, "Store parameters: all", kUnsigned32, "rw", "1");
+  put(entries, 0x1011, 1, "Restore default parameters: all", kUnsigned32, "rw", "1");
+  put(entries, 0x1014, 0, "COB-ID EMCY", kUnsigned32, "rw", "$NODEID+0x80");
+  put(entries, 0x1016, 1, "Consumer heartbeat time: 1", kUnsigned32, "rw", "0");
+  put(entries, 0x1017, 0, "Producer heartbeat time", kUnsigned16, "rw", heartbeat);
+  put(entries, 0x1018, 1, "Identity: vendor-ID", kUnsigned32, "ro", number("vendor"));
+  put(entries, 0x1018, 2, "Identity: product code", kUnsigned32, "ro", number("product"));
+  put(entries, 0x1018, 3, "Identity: revision number", kUnsigned32, "ro", number("revision"));
+  put(entries, 0x1018, 4, "Identity: serial number", kUnsigned32, "ro", "0");
+}
+
+/// PDOs of one direction, filled in the order of the objects.
+class PdoWriter {
+ public:
+  PdoWriter(Entries& entries, bool sends) : entries_(entries), sends_(sends) {}
+
+  void add(std::uint16_t index, std::uint8_t sub, DataType type) {
+    const unsigned bits = type == kBoolean ? 1 : static_cast<unsigned>(8 * size_of(type));
+    if (bits == 0)
+      throw ScriptError(fmt::format("objects: {:04X}h: pdo: its type is not for PDOs", index), 0);
+    if (count_ == 0 || bits_ + bits > 64 || mapped_ == 8) begin();
+    bits_ += bits;
+    ++mapped_;
+    const std::string value = fmt::format("0x{:04X}{:02X}{:02X}", index, sub, bits);
+    put(entries_, mapping(), mapped_, name("mapping: object {}", mapped_), kUnsigned32, "rw", value);
+    put(entries_, mapping(), 0, name("mapping: number of objects", 0), kUnsigned8, "rw",
+        std::to_string(mapped_));
+  }
+
+  std::size_t count() const { return count_; }
+
+ private:
+  std::uint16_t at(std::uint16_t first) const { return static_cast<std::uint16_t>(first + count_ - 1); }
+  std::uint16_t mapping() const { return at(sends_ ? object::kTpdoMapping : object::kRpdoMapping); }
+  std::string name(std::string_view what, unsigned number) const {
+    return fmt::format("{}PDO {} {}", sends_ ? 'T' : 'R', count_, fmt::format(fmt::runtime(what), number));
+  }
+
+  void begin() {
+    if (++count_ > kMostPdos)
+      throw ScriptError("objects: pdo: at most four PDOs in each direction have a default COB-ID", 0);
+    bits_ = mapped_ = 0;
+    const std::uint16_t index = at(sends_ ? object::kTpdoParameter : object::kRpdoParameter);
+    const std::size_t id = (sends_ ? 0x80 : 0x100) + 0x100 * count_;
+    put(entries_, index, 1, name("parameter: COB-ID", 0), kUnsigned32, "rw",
+        fmt::format("$NODEID+0x{:X}", id));
+    put(entries_, index, 2, name("parameter: transmission type", 0), kUnsigned8, "rw", "255");
+    if (sends_) put(entries_, index, 3, name("parameter: inhibit time", 0), kUnsigned16, "rw", "0");
+    if (sends_) put(entries_, index, 5, name("parameter: event timer", 0), kUnsigned16, "rw", "0");
+    for (std::uint8_t sub = 1; sub <= 8; ++sub)
+      put(entries_, mapping(), sub, name("mapping: object {}", sub), kUnsigned32, "rw", "0");
+  }
+
+  Entries& entries_;
+  bool sends_;
+  std::size_t count_ = 0;
+  unsigned bits_ = 0;
+  std::uint8_t mapped_ = 0;
+};
+
+// ---- The text
+
+/// Sub-index 0 of records that do not declare it.
+void add_counts(Entries& entries) {
+  std::map<std::uint16_t, std::uint8_t> highest;
+  for (const auto& [place, entry] : entries)
+    highest[place.first] = place.second;
+  for (const auto& [index, sub] : highest)
+    if (sub != 0)
+      entries.try_emplace({index, std::uint8_t{0}},
+                          Entry{"Highest sub-index supported", kUnsigned8, "const", std::to_string(sub)});
+}
+
+std::string limit(const char* key, const Entry& entry, const std::optional<double>& value) {
+  const bool is_integer = entry.type >= kInteger8 && entry.type <= kUnsigned32;
+  const bool is_written = entry.access == "rw" || entry.access == "wo";
+  return value && is_integer && is_written ? fmt::format("{}={:.0f}\n", key, *value) : "";
+}
+
+/// The name of a sub-index follows that of its object.
+std::string_view own_name(std::string_view name, bool is_sub) {
+  const std::size_t colon = is_sub ? name.find(": ") : name.npos;
+  return colon == name.npos ? name : name.substr(colon + 2);
+}
+
+void write(std::string& text, const std::string& section, const Entry& entry, bool is_sub) {
+  text += fmt::format(
+      "[{}]\nParameterName={}\nObjectType=0x7\nDataType=0x{:04X}\nAccessType={}\n{}{}DefaultValue={}\n"
+      "PDOMapping={}\n\n",
+      section, own_name(entry.name, is_sub), static_cast<unsigned>(entry.type), entry.access,
+      limit("LowLimit", entry, entry.low), limit("HighLimit", entry, entry.high), entry.value,
+      entry.in_pdos ? 1 : 0);
+}
+
+void write_objects(std::string& text, const Entries& entries) {
+  for (auto first = entries.begin(); first != entries.end();) {
+    const std::uint16_t index = first->first.first;
+    const auto last = entries.upper_bound({index, std::uint8_t{0xFF}});
+    const std::string section = fmt::format("{:04X}", index);
+    const auto count = std::distance(first, last);
+    if (count == 1) {
+      write(text, section, first->second, false);
+    } else {
+      const std::string& name = std::next(first)->second.name;
+      text += fmt::format("[{}]\nParameterName={}\nObjectType=0x9\nSubNumber={}\n\n", section,
+                          name.substr(0, name.find(": ")), count);
+      for (auto each = first; each != last; ++each)
+        write(text, fmt::format("{}sub{:X}", section, each->first.second), each->second, true);
+    }
+    first = last;
+  }
+}
+
+void write_list(std::string& text, std::string_view name, const Entries& entries, auto is_of) {
+  std::vector<std::uint16_t> indices;
+  for (const auto& [place, entry] : entries)
+    if (is_of(place.first) && (indices.empty() || indices.back() != place.first))
+      indices.push_back(place.first);
+  text += fmt::format("[{}]\nSupportedObjects={}\n", name, indices.size());
+  for (std::size_t i = 0; i < indices.size(); ++i)
+    text += fmt::format("{}=0x{:04X}\n", i + 1, indices[i]);
+  text += "\n";
+}
+
+void write_head(std::string& text, std::string_view file, const Entries& entries, std::size_t rpdos,
+                std::size_t tpdos) {
+  const std::string_view leaf = file.substr(file.rfind('/') + 1);  // npos + 1 = 0
+  const auto value = [&](std::uint16_t index, std::uint8_t sub) { return entries.at({index, sub}).value; };
+  text += fmt::format(
+      "[FileInfo]\nFileName={}.eds\nFileVersion=1\nFileRevision=0\nEDSVersion=4.0\nCreatedBy=cbcan\n\n",
+      leaf.substr(0, leaf.rfind('.')));
+  text += fmt::format(
+      "[DeviceInfo]\nVendorName=\nVendorNumber={}\nProductName={}\nProductNumber={}\nRevisionNumber={}\n",
+      value(0x1018, 1), value(0x1008, 0), value(0x1018, 2), value(0x1018, 3));
+  for (const int rate : {10, 20, 50, 125, 250, 500, 800, 1000})
+    text += fmt::format("BaudRate_{}=1\n", rate);
+  text += fmt::format(
+      "SimpleBootUpMaster=0\nSimpleBootUpSlave=1\nGranularity=8\nNrOfRXPDO={}\nNrOfTXPDO={}\n"
+      "LSS_Supported=0\n\n",
+      rpdos, tpdos);
+  const auto is_mandatory = [](std::uint16_t index) {
+    return index == 0x1000 || index == 0x1001 || index == 0x1018;
+  };
+  const auto is_own = [](std::uint16_t index) {
+    return index >= object::kFirstManufacturer && index < 0x6000;
+  };
+  write_list(text, "MandatoryObjects", entries, is_mandatory);
+  write_list(text, "OptionalObjects", entries,
+             [&](std::uint16_t index) { return !is_mandatory(index) && !is_own(index); });
+  write_list(text, "ManufacturerObjects", entries, is_own);
+}
+
+}  // namespace
+
+std::vector<sim::Point> declared_points(Script& script) {
+  const std::vector<Script::Record> records = script.records("objects", kMostObjects);
+  std::vector<sim::Point> points;
+  const std::vector<Declared> all = declared(records);
+  for (std::size_t kind = 0; kind < kShown.size(); ++kind)
+    for (const auto& [index, sub, fields] : all)
+      for (const std::string& shown : fields.texts("show"))
+        if (fields.choice("show", kShown, shown) == kind)
+          points.push_back({.kind = static_cast<sim::Point::Kind>(kind),
+                            .index = index,
+                            .sub = sub,
+                            .name = fields.text("name"),
+                            .unit = fields.text("unit"),
+                            .low = fields.number("low"),
+                            .high = fields.number("high"),
+                            .bits = fields.texts("bits"),
+                            .target = fields.integer<std::uint16_t>("target", 0, 0xFFFF, 0),
+                            .level = fields.number("level").value_or(0) != 0});
+  return points;
+}
+
+std::string declared_eds(Script& script, std::string_view file) {
+  const std::vector<Script::Record> records = script.records("objects", kMostObjects);
+  if (records.empty())
+    throw ScriptError(
+        fmt::format("{}: has no table objects; add it, or eds = \"FILE.eds\" to the node", file), 0);
+  std::vector<Script::Record> described = script.records("device", 1);
+  described.resize(1);
+  Fields device(described.front());
+  device.name_in_errors("device: ");
+  Entries entries;
+  add_communication(entries, device);
+  PdoWriter rpdos(entries, false), tpdos(entries, true);
+  for (const auto& [index, sub, fields] : declared(records)) {
+    const DataType type = type_of(fields);
+    const std::string access = fields.text("access"), pdo = fields.text("pdo");
+    const std::size_t direction = fields.choice("pdo", kPdos, pdo);
+    if (direction != 0) (kPdos[direction] == "tx" ? tpdos : rpdos).add(index, sub, type);
+    entries.insert_or_assign(
+        {index, sub},
+        Entry{fields.text("name"), type,
+              kAccesses[fields.choice("access", kAccesses, access.empty() ? "rw" : access)],
+              value_text(fields, type), direction != 0, fields.number("low"), fields.number("high")});
+  }
+  add_counts(entries);
+  std::string text;
+  write_head(text, file, entries, rpdos.count(), tpdos.count());
+  write_objects(text, entries);
+  return text;
+}
+
+}  // namespace cbcan::devices

@@ -1,0 +1,265 @@
+// SPDX-License-Identifier: MIT
+// Devices without an EDS file, from the declarations of their scripts; blocks in scripts and on wires; the
+// shelf.
+#include <algorithm>
+
+#include "config/eds_file.hpp"
+#include "devices/lua/lua_device.hpp"
+#include "eds/eds_reader.hpp"
+#include "scripts.hpp"
+
+namespace cbcan::plant::test {
+namespace {
+
+constexpr std::string_view kAlone = "[[node]]\nid = 20\ndevice = \"t.lua\"\n";
+
+eds::Result read_declared(const std::string& script) {
+  return eds::read(devices::eds_of_script("t.lua", script), "t.eds", std::uint8_t{20});
+}
+
+/// Little-endian, of the object there.
+std::vector<std::uint8_t> value(const eds::Result& result, std::uint16_t index, std::uint8_t sub = 0) {
+  const eds::Object* const object = result.device.find(index, sub);
+  REQUIRE(object != nullptr);
+  return object->value;
+}
+
+std::string what_is_wrong(const std::string& script) {
+  const Built built = build(std::string(kAlone), {{"t.lua", script}});
+  CHECK_FALSE(built.build.good);
+  return built.build.lines.empty() ? "" : built.build.lines.front();
+}
+
+using Value = std::vector<std::uint8_t>;
+
+TEST_CASE("a script's declarations are a whole EDS file, without a remark of the reader") {
+  const eds::Result result = read_declared(R"(
+device = { type = 0x12345678, name = "Thing", vendor = 0x99, product = 2, revision = 3, heartbeat_ms = 500 }
+objects = {
+  { index = 0x2000, name = "a", type = "f32", access = "ro", default = 1.5, pdo = "tx" },
+  { index = 0x2001, name = "b", type = "i16", default = -2, low = -100, high = 300, pdo = "rx" },
+  { index = 0x2002, sub = 1, name = "c: first", type = "u8", pdo = "tx" },
+  { index = 0x2002, sub = 3, name = "c: third", type = "u32", access = "wo", default = 0xFFFFFFFF, pdo = "tx" },
+  { index = 0x6000, name = "d", type = "text", default = "abc" },
+  { index = 0x6001, name = "e", type = "bool", default = 1, pdo = "rx" },
+}
+)");
+  CHECK(result.diagnostics.empty());
+  CHECK(value(result, 0x1000) == Value{0x78, 0x56, 0x34, 0x12});
+  CHECK(value(result, 0x1001) == Value{0});
+  CHECK(value(result, 0x1008) == Value{'T', 'h', 'i', 'n', 'g'});
+  CHECK(value(result, 0x1014) == Value{0x94, 0, 0, 0});
+  CHECK(value(result, 0x1017) == Value{0xF4, 0x01});
+  CHECK(value(result, 0x1018) == Value{4});
+  CHECK(value(result, 0x1018, 1) == Value{0x99, 0, 0, 0});
+  CHECK(value(result, 0x1018, 3) == Value{3, 0, 0, 0});
+  // 2000h and 2002h:01 take 5 bytes; 4 more are another TPDO.
+  CHECK(value(result, 0x1800, 1) == Value{0x94, 0x01, 0, 0});
+  CHECK(value(result, 0x1801, 1) == Value{0x94, 0x02, 0, 0});
+  CHECK(value(result, 0x1A00) == Value{2});
+  CHECK(value(result, 0x1A00, 1) == Value{0x20, 0x00, 0x00, 0x20});
+  CHECK(value(result, 0x1A00, 2) == Value{0x08, 0x01, 0x02, 0x20});
+  CHECK(value(result, 0x1A01, 1) == Value{0x20, 0x03, 0x02, 0x20});
+  CHECK(value(result, 0x1400, 1) == Value{0x14, 0x02, 0, 0});
+  CHECK(value(result, 0x1600, 1) == Value{0x10, 0x00, 0x01, 0x20});
+  CHECK(value(result, 0x1600, 2) == Value{0x01, 0x00, 0x01, 0x60});
+  CHECK(value(result, 0x2000) == Value{0, 0, 0xC0, 0x3F});
+  CHECK(value(result, 0x2001) == Value{0xFE, 0xFF});
+  CHECK(result.device.find(0x2001, 0)->low == -100);
+  CHECK(result.device.find(0x2001, 0)->high == 300);
+  CHECK(value(result, 0x2002) == Value{3});
+  CHECK(result.device.find(0x2002, 3)->access == eds::Access::kWriteOnly);
+  CHECK(value(result, 0x6000) == Value{'a', 'b', 'c'});
+  CHECK(value(result, 0x6001) == Value{1});
+  CHECK(result.device.find(0x2002, 2) == nullptr);
+}
+
+TEST_CASE("a device without an EDS file boots, sends PDOs, and has the ranges of its inputs") {
+  const Files files{{"t.lua", R"(
+device = { name = "Adder" }
+objects = {
+  { index = 0x2000, name = "sum", type = "i16", access = "ro", pdo = "tx", show = "output" },
+  { index = 0x2001, name = "a", type = "i16", pdo = "rx", low = -5, high = 5, show = "input" },
+  { index = 0x2002, name = "b", type = "i16", pdo = "rx", show = { "input", "curve" } },
+}
+function update() set(0x2000, 0, get(0x2001) + get(0x2002)) end
+)"}};
+  const auto plant = plant_of(std::string(kAlone), files);
+  Frames frames(*plant);
+  run(*plant, "nmt start 20");
+  run(*plant, "send 214#0300F6FF");  // 3 and -10
+  CHECK(frames.seen.back() == "194#F9FF");
+  run(*plant, "set 20 0x2001 99");
+  CHECK(run(*plant, "get 20 0x2001") == "5");
+  CHECK(run(*plant, "points 20") ==
+        "input 0x2001:0 5 \"a\"\ninput 0x2002:0 -10 \"b\"\noutput 0x2000:0 -5 \"sum\"\n"
+        "curve 0x2002:0 -10 \"b\"\nok");
+}
+
+TEST_CASE("mistakes in declarations have a line of the plant file") {
+  CHECK(what_is_wrong("") ==
+        "plant.toml:1: node 20: t.lua: has no table objects; add it, or eds = \"FILE.eds\" to the node");
+  CHECK(what_is_wrong("objects = { { name = \"a\" } }").ends_with("objects: index: must be 1..65535"));
+  CHECK(what_is_wrong("objects = { { index = 0x2000 } }").ends_with("objects: 2000h: type: \"\" is none"));
+  CHECK(what_is_wrong("objects = { { index = 0x2000, type = \"u8\", access = \"r\" } }")
+            .ends_with("objects: 2000h: access: \"r\" is none"));
+  CHECK(what_is_wrong("device = { heartbeat_ms = 1e9 } objects = { { index = 0x2000, type = \"u8\" } }")
+            .ends_with("device: heartbeat_ms: must be 0..65535"));
+  CHECK(what_is_wrong("objects = { { index = 0x2000, type = \"text\", pdo = \"tx\" } }")
+            .ends_with("objects: 2000h: pdo: its type is not for PDOs"));
+  CHECK(what_is_wrong("objects = {} for i = 1, 33 do objects[i] = { index = 0x2000 + i, type = \"u8\", pdo = "
+                      "\"rx\" } end")
+            .ends_with("objects: pdo: at most four PDOs in each direction have a default COB-ID"));
+}
+
+TEST_CASE("blocks in a script: the same as by themselves, and an error for what is none") {
+  const Files files{{"t.lua", R"(
+objects = { { index = 0x2000, name = "level", type = "f32" }, { index = 0x2001, name = "in", type = "i16" } }
+local level = block("integrator gain=2 high=7")
+function update(now)
+  local value, moves = level(get(0x2001))
+  set(0x2000, 0, value)
+  return moves and math.min(now + 0.3, moves)
+end
+function on_sync() block("pt3") end
+)"}};
+  const auto plant = plant_of(std::string(kAlone), files);
+  run(*plant, "set 20 0x2001 1");
+  run(*plant, "pass 1700ms");
+  CHECK(std::stod(run(*plant, "get 20 0x2000")) == Approx(3.4).epsilon(1e-6));
+  CHECK(run(*plant, "wait object 20 0x2000 >= 7") == "3.500000");
+  run(*plant, "nmt start 20");
+  run(*plant, "send 080#");
+  REQUIRE(plant->said().size() == 1);
+  CHECK(plant->said()[0].find("t.lua:9: block \"pt3\": no such kind; there are pt1, ") != std::string::npos);
+}
+
+TEST_CASE("wires: a block, and the sum of two wires at one input") {
+  constexpr std::string_view kWires = R"([[node]]
+id = 32
+eds = "demo:/generic.eds"
+[[node]]
+id = 20
+device = "plants/tank.lua"
+[[wire]]
+from = "32:0x2002"
+to = "20:0x2001"
+sum = true
+[[wire]]
+from = "32:0x2003"
+to = "20:0x2001"
+sum = true
+scale = -1
+block = "ramp up=10 down=5"
+)";
+  const Files none;
+  const auto plant = plant_of(std::string(kWires), none);
+  run(*plant, "set 32 0x2002 50");
+  run(*plant, "set 32 0x2003 20");
+  CHECK(run(*plant, "get 20 0x2001") == "50");
+  run(*plant, "pass 2s");
+  CHECK(run(*plant, "get 20 0x2001") == "40");
+  run(*plant, "pass 8s");
+  CHECK(run(*plant, "get 20 0x2001") == "30");
+}
+
+/// A node of the shelf, with lines of the plant file.
+std::unique_ptr<VirtualPlant> of_shelf(std::string_view device, std::string_view more = "") {
+  const Files none;
+  return plant_of(fmt::format("[[node]]\nid = 20\ndevice = \"{}\"\n{}", device, more), none);
+}
+
+TEST_CASE("shelf: the devices are taken for their profile in a file's 1000h, with what the file has") {
+  const std::string file =
+      "[1000]\nDataType=7\nDefaultValue=0x00010196\n[1001]\nDataType=5\n[6004]\nDataType=7\nAccessType=ro\n";
+  const Files files{{"e.eds", file}};
+  const auto plant = plant_of("[[node]]\nid = 20\neds = \"e.eds\"\n", files);
+  CHECK(run(*plant, "nodes").starts_with("#1 20 pre-operational cia406"));
+  run(*plant, "set 20 0x6004 0.25");
+  CHECK(run(*plant, "get 20 0x6004") == "1024");  // of 4096 steps
+  const std::string slopes =
+      "[1000]\nDataType=7\nDefaultValue=0x0000019A\n[1001]\nDataType=5\n[6110]\nDataType=4\nAccessType=ro\n";
+  const Files others{{"e.eds", slopes}};
+  const auto wide = plant_of("[[node]]\nid = 20\neds = \"e.eds\"\n", others);
+  run(*wide, "set 20 0x6110 -45.5");
+  CHECK(run(*wide, "get 20 0x6110") == "-4550");
+}
+
+TEST_CASE("shelf: an encoder counts, wraps, turns round, and sends by its cyclic timer") {
+  const auto plant = of_shelf("cia406");
+  run(*plant, "set 20 0x6004 -0.5");
+  CHECK(run(*plant, "get 20 0x6004") == "16775168");  // 4096 * 4096 - 2048
+  run(*plant, "set 20 0x6000 1");
+  CHECK(run(*plant, "get 20 0x6004") == "2048");
+  CHECK(run(*plant, "points 20").starts_with("input 0x6004:0 -0.5 rev \"position\"\n"));
+  Frames frames(*plant);
+  run(*plant, "nmt start 20");
+  run(*plant, "set 20 0x6200 100");
+  run(*plant, "pass 350ms");
+  CHECK(std::ranges::count(frames.seen, "194#0008000000000000") == 4);  // at the start, and each 100 ms
+}
+
+TEST_CASE("shelf: a valve goes through its states, and not past a fault") {
+  const auto plant = of_shelf("cia408");
+  const auto status = [&](int word) {
+    run(*plant, fmt::format("set 20 0x6040 {}", word));
+    return run(*plant, "get 20 0x6041");
+  };
+  CHECK(status(1) == "9");
+  CHECK(status(2) == "8");  // hold needs bit 0 too
+  CHECK(status(3) == "11");
+  CHECK(status(7) == "15");
+  run(*plant, "incident 20 spool-stuck on");
+  CHECK(run(*plant, "get 20 0x1001") == "1");
+  CHECK(status(7) == "3");
+  CHECK(status(15) == "3");  // its cause is still there
+  CHECK(status(7) == "3");
+  run(*plant, "incident 20 spool-stuck off");
+  CHECK(status(15) == "15");
+  CHECK(run(*plant, "get 20 0x1001") == "0");
+}
+
+TEST_CASE("timing: a node needs time to boot and to answer, the same with each seed") {
+  const auto times = [](std::string_view seed) {
+    const auto plant = of_shelf("cia406", fmt::format("timing = \"typical\"\n[random]\nseed = {}\n", seed));
+    Frames frames(*plant);
+    std::string all = run(*plant, "wait frame 714#00 within 5s");
+    for (int i = 0; i < 20; ++i) {
+      const double before = std::stod(run(*plant, "time"));
+      run(*plant, "trigger read 20 0x1000 0 4");
+      const double took = std::stod(run(*plant, "wait transaction ended")) - before;
+      all += fmt::format(" {:.6f}", took);
+      CHECK(run(*plant, "read 3700") == "0");
+      CHECK((took >= 0.001 && took <= 0.0081));
+    }
+    return all;
+  };
+  const std::string one = times("1");
+  CHECK(std::stod(one) >= 0.3);
+  CHECK(std::stod(one) <= 2);
+  CHECK(times("1") == one);
+  CHECK(times("2") != one);
+}
+
+TEST_CASE("timing: before its boot-up message a node hears nothing; heartbeats drift by at most 10 ms") {
+  const auto plant = of_shelf("cia406", "timing = \"typical\"\nheartbeat_ms = 1000\n");
+  run(*plant, "trigger read 20 0x1000 0 4");
+  CHECK(std::stod(run(*plant, "wait transaction ended")) > 0.3);
+  CHECK(run(*plant, "read 3706 2") == "34 2048");  // 0800 0022h: ended by the boot-up message
+  run(*plant, "pass 2s");
+  std::vector<Time> late;
+  for (int i = 0; i < 200; ++i) {
+    run(*plant, "wait frame 714#7F");
+    late.push_back(plant->now());
+  }
+  const auto offset = [&](std::size_t i) { return (late[i] - late[0] + 10'000'000'000 - i * kSecond); };
+  std::vector<Time> offsets;
+  for (std::size_t i = 0; i < late.size(); ++i)
+    offsets.push_back(offset(i));
+  const auto [least, most] = std::ranges::minmax(offsets);
+  CHECK(most - least > 5'000);
+  CHECK(most - least < 10'000);
+}
+
+}  // namespace
+}  // namespace cbcan::plant::test
