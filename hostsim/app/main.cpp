@@ -24,6 +24,7 @@
 #include "files/read_file.hpp"
 #include "io/files/parameter_file.hpp"
 #include "io/sockets/service_manager.hpp"
+#include "options/command.hpp"
 #include "text/address.hpp"
 #include "text/utf8.hpp"
 #include "window/program_start.hpp"
@@ -111,6 +112,10 @@ int run(cli::Start& start, const text::FileReader& read, Console& console) {
 /// `cbcan-sim eds NODE [OPTION...]`
 int print_eds(int argc, char** argv, const text::FileReader& read, Console& console) {
   if (argc < 3) throw io::UsageError("eds: write cbcan-sim eds NODE --config FILE");
+  if (std::string_view(argv[2]) == options::kHelpOption) {
+    console.say(cli::eds_help_text());
+    return code(ExitCode::kDone);
+  }
   const cli::Start start = cli::parse_command_line(argc - 2, argv + 2, read);
   console.tell(start.err);
   console.say(start.out);

@@ -36,4 +36,7 @@ struct Start {
 /// files are not opened here.
 Start parse_command_line(int argc, const char* const* argv, const text::FileReader& read);
 
+/// Of `cbcan-sim eds --help`.
+std::string eds_help_text();
+
 }  // namespace cbcan::cli

@@ -5,6 +5,7 @@
 #include <array>
 #include <utility>
 
+#include "cli/command_line.hpp"
 #include "cli/options.hpp"
 #include "config/settings.hpp"
 #include "devices/devices.hpp"
@@ -26,7 +27,7 @@ Usage:  cbcan-sim --demo [OPTION...]
         cbcan-sim [OPTION...]
         cbcan-sim ... -- COMMAND [ARGUMENT...]
         cbcan-sim run [OPTION...] FILE|FOLDER...   (cbcan-sim run --help)
-        cbcan-sim eds NODE [OPTION...]             writes the EDS file of a node
+        cbcan-sim eds NODE [OPTION...]             (cbcan-sim eds --help)
 
 A Modbus TCP client writes the PLC registers R3700..R3769; cbcan-sim does the
 SDO or NMT service that they ask for on a CAN bus and writes the response back.
@@ -147,6 +148,16 @@ std::string help_text() {
 
 std::string short_help_text() {
   return std::string(kShort);
+}
+
+std::string eds_help_text() {
+  return R"(cbcan-sim eds: writes the EDS file of a node, as masters read it
+
+Usage:  cbcan-sim eds NODE [OPTION...]
+
+NODE is a node ID, or 2.20 for node 20 of network 2. The options are those of
+cbcan-sim: --config FILE, --demo or --node say what the plant is.
+)";
 }
 
 }  // namespace cbcan::cli

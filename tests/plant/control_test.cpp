@@ -144,8 +144,8 @@ TEST_CASE("an object of a device is named as the device declares it") {
   CHECK(plant.run("get 16 velocty") ==
         "error: \"velocty\": the node has no such object; did you mean velocity?\n");
   CHECK(plant.run("set 16 weight 1") ==
-        "error: \"weight\": the node has no such object; its names are position, position-demand, velocity, "
-        "torque\n");
+        "error: \"weight\": the node has no such object; its names are position, interpolated-position, "
+        "target-speed, position-demand, velocity, speed, torque\n");
 }
 
 TEST_CASE("set changes one bit of an input") {
