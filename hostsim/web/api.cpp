@@ -30,6 +30,7 @@ namespace {
 
 constexpr std::uint64_t kMostListed = 1000;
 constexpr std::uint16_t kStatusword = 0x6041;
+constexpr std::uint16_t kModeDisplay = 0x6061;  // a drive has it; a valve has a 6041h of its own
 
 struct NamedRegister {
   const regmap::RegisterRow* row = nullptr;  ///< null: without a name
@@ -323,8 +324,11 @@ Json Api::node(std::size_t network, std::size_t place) const {
     json["emergency"] = {{"code", message->code},
                          {"words", eds::emergency_meaning(message->code)},
                          {"error_register", watch.last_emergency(id).data[2]}};
-  ObjectEntry entry{};
-  if (node.device().dictionary().find(kStatusword, 0, entry) == AbortCode::kNone) {
+  const auto has = [&node](std::uint16_t index) {
+    ObjectEntry entry{};
+    return node.device().dictionary().find(index, 0, entry) == AbortCode::kNone;
+  };
+  if (has(kStatusword) && has(kModeDisplay)) {
     node.bring_up_to_date(parts_.control.started() + parts_.control.now());
     json["statusword"] = node.device().dictionary().get(kStatusword, 0);
   }

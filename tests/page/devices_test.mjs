@@ -112,22 +112,21 @@ for (const [title, verdict] of [["Read", /read node 66 1000h:00.*done/], ["Move 
 
 // ---- A plant that this project does not ship
 
-const OBJECTS = [[0x1000, "Device type", 7, "ro", 0], [0x1001, "Error register", 5, "ro", 0], [0x2100, "Setpoint", 6, "rw", 900], [0x2101, "Temperature", 8, "ro", 20],
-  [0x2102, "Gas", 5, "ro", 0], [0x2103, "Doors", 5, "ro", 0], [0x2104, "Alarms", 5, "rw", 0], [0x2105, "Glaze", 6, "ro", 400]];
-const list = (name, objects) => [`[${name}]`, `SupportedObjects=${objects.length}`, ...objects.map(([index], at) => `${at + 1}=0x${index.toString(16)}`)];
-const EDS = ["[DeviceInfo]", "VendorNumber=0", "ProductNumber=0", "RevisionNumber=0", ...list("MandatoryObjects", OBJECTS.slice(0, 2)), ...list("ManufacturerObjects", OBJECTS.slice(2)),
-  ...OBJECTS.flatMap(([index, name, type, access, value]) => [`[${index.toString(16)}]`, `ParameterName=${name}`, "ObjectType=0x7", `DataType=0x000${type}`,
-    `AccessType=${access}`, `DefaultValue=${value}`])].join("\n");
 const SCRIPT = `
-inputs = { { index = 0x2102, name = "gas", unit = "%", high = 100 }, { index = 0x2103, name = "doors", bits = { "front", "rear", "flue" } } }
-outputs = { { index = 0x2101, name = "temperature", unit = "°C", low = -50, high = 1300, target = 0x2100 }, { index = 0x2104, name = "alarms", bits = { "hot", "open" } },
-  { index = 0x2105, name = "glaze", unit = "l", high = 500, level = true } }
-curves = { { index = 0x2101, name = "heat", unit = "°C" } }
+device = { name = "Kiln" }
+objects = {
+  { index = 0x2100, name = "setpoint", type = "u16", default = 900 },
+  { index = 0x2101, name = "temperature", type = "f32", access = "ro", default = 20, unit = "°C", low = -50, high = 1300, target = 0x2100, show = { "output", "curve" } },
+  { index = 0x2102, name = "gas", type = "u8", access = "ro", unit = "%", high = 100, show = "input" },
+  { index = 0x2103, name = "doors", type = "u8", access = "ro", bits = { "front", "rear", "flue" }, show = "input" },
+  { index = 0x2104, name = "alarms", type = "u8", bits = { "hot", "open" }, show = "output" },
+  { index = 0x2105, name = "glaze", type = "u16", access = "ro", default = 400, unit = "l", high = 500, level = true, show = "output" },
+}
 incidents = { "flame-out" }
 function update(now) set(0x2101, 0, 20 + 8 * get(0x2102)) end
 function set_input(index, sub, value) set(index, sub, value) return true end
 `;
-const FILES = { "kiln.eds": EDS, "kiln.lua": SCRIPT, "kiln.toml": `
+const FILES = { "kiln.lua": SCRIPT, "kiln.toml": `
 [[node]]
 id = 66
 name = "Terminals"
@@ -135,7 +134,6 @@ eds = "${source}/plants/demo/io_module.eds"
 [[node]]
 id = 9
 name = "Kiln"
-eds = "kiln.eds"
 device = "kiln.lua"
 [[wire]]
 from = "66:output:2"
@@ -159,6 +157,30 @@ look("a kiln in Lua with wires to terminals", ["--config", `${folder}/kiln.toml`
   await click(page, "#node-panel button", "0x2102 ← 66:output:2");
   await shows(page, "#node-title", /66 Terminals/);
   await shows(page, "#node-panel", /output:2 → 9:0x2102/);
+});
+
+// ---- The shelf
+
+writeFileSync(`${folder}/shelf.toml`, [[6, "cia406"], [8, "cia408"], [10, "cia410"]].map(([id, device]) =>
+  `[[node]]\nid = ${id}\nname = "${device}"\ndevice = "${device}"`).join("\n"));
+look("an encoder, a valve and an inclinometer", ["--config", `${folder}/shelf.toml`], async (page, plant) => {
+  const lamp = (name) => page.waitForSelector(`#node-panel .lamp.on[aria-label="${name} on"]`);
+  const inputs = async (node, name) => {
+    await click(page, "#node-list .row", name);
+    const found = (await points(plant, node)).filter(({ kind }) => kind === "input");
+    for (const point of found) await slide(page, plant, node, point);
+    return found.length;
+  };
+  assert.equal(await inputs(6, "cia406"), 1);
+  await click(page, "#node-panel .switch", "sensor-break");
+  await plant.control("pass 20ms");
+  await lamp("alarms: position");
+  assert.equal(await inputs(10, "cia410"), 2);
+  assert.equal(await inputs(8, "cia408"), 0);
+  await plant.control(...[1, 3, 7].flatMap((word) => [`trigger write 8 0x6040 0 2 ${word}`, "pass 20ms"]), "trigger write 8 0x6300 1 2 8192", "pass 1s");
+  for (const name of ["disabled", "hold", "active", "ready"]) await lamp(`status word: ${name}`);
+  await sees(page, { name: "actual value: value", value: 8192 });
+  assert.equal(await page.$eval("#watched", (title) => title.textContent), "");  // its 6041h is not that of a drive
 });
 
 // ---- Many nodes
