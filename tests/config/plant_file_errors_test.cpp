@@ -86,7 +86,8 @@ TEST_CASE("keys after [[network]] are not the first network's") {
 
 TEST_CASE("a device that is called by what it is") {
   wrong_node("device = \"drive\"",
-             "4: node.device \"drive\": must be none, cia401, cia402, cia404, cia406, cia408, cia410, or the path of a Lua script, "
+             "4: node.device \"drive\": must be none, cia401, cia402, cia404, cia406, cia408, cia410, or the "
+             "path of a Lua script, "
              "FILE.lua; did you mean cia402?");
 }
 
@@ -296,7 +297,8 @@ TEST_CASE("an object twice") {
 
 TEST_CASE("devices, LSS, parameters and addresses that are wrong") {
   wrong_node("device = \"cia405\"",
-             "4: node.device \"cia405\": must be none, cia401, cia402, cia404, cia406, cia408, cia410, or the path of a Lua script, "
+             "4: node.device \"cia405\": must be none, cia401, cia402, cia404, cia406, cia408, cia410, or "
+             "the path of a Lua script, "
              "FILE.lua");
   wrong_node("device = 401",
              "4: node.device 401: must be a text in double quotes: the name of a device, or the path of a "

@@ -71,7 +71,8 @@ TEST_CASE("wires") {
         "delay_ms or lag_ms");
   CHECK(with(loop + "lag_ms = 1") == "");
   CHECK(with(loop + "block = \"ramp up=1\"") == "");
-  CHECK(with(loop + "block = \"hysteresis\"").starts_with("plant.toml:4: wire 5:0x2001 to 5:0x2002: goes round"));
+  CHECK(with(loop + "block = \"hysteresis\"")
+            .starts_with("plant.toml:4: wire 5:0x2001 to 5:0x2002: goes round"));
   CHECK(with(ends + "block = \"pt1 time=x\"") ==
         "plant.toml:7: wire.block \"pt1 time=x\": block pt1: time: must be 0.000001..1e9");
   CHECK(with(ends + "lag_ms = 1\nblock = \"pt1\"") ==
@@ -81,7 +82,8 @@ TEST_CASE("wires") {
   CHECK(with(sum + "[[wire]]\nfrom = \"5:0x2002\"\nto = \"5:0x2003\"\n")
             .starts_with("plant.toml:8: wire 5:0x2003 to 5:0x2002: goes round"));
   CHECK(with(sum + "[[wire]]\nfrom = \"5:0x2003\"\nto = \"5:0x2002.1\"\nsum = true\n")
-            .ends_with("5:0x2002.1 already has a wire at plant.toml:4; remove one of the two, or write sum = true in both"));
+            .ends_with("5:0x2002.1 already has a wire at plant.toml:4; remove one of the two, or write sum = "
+                       "true in both"));
   CHECK(read("wire = 5\n").errors == Lines{"plant.toml:1: wire: must be a list; write wire = [{ from = "
                                            "\"66:output:1\", to = \"5:0x2001\" }]"});
 }

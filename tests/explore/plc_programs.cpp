@@ -93,7 +93,7 @@ struct Bugs {
   bool second_try_unchecked = false;  ///< a second write if the first fails, and no look at its result
   bool relative = false;              ///< relative moves, repeated if their confirmation is lost
   bool gives_up = false;              ///< where a correct program begins again
-  bool status_not_awaited = false;    ///< starts the move without waiting for Operation enabled
+  bool status_not_awaited = false;    ///< writes controlwords without waiting for the states
 };
 
 void set_velocity(Plc& plc, const Bugs& bugs) {
@@ -112,7 +112,7 @@ void enable(Plc& plc, const Bugs& bugs) {
   plc.control(0);
   plc.await(0x4F, 0x40);
   plc.control(6);
-  plc.await(0x6F, 0x21);
+  if (!bugs.status_not_awaited) plc.await(0x6F, 0x21);
   plc.control(0xF);
   if (!bugs.status_not_awaited) plc.await(0x6F, 0x27);
 }
@@ -207,7 +207,7 @@ const std::map<std::string_view, std::function<int(Plc&)>> kPrograms{
     {"second-try", [](Plc& plc) { return run_drive(plc, {.second_try_unchecked = true}); }},
     {"relative", [](Plc& plc) { return run_drive(plc, {.relative = true}); }},
     {"gives-up", [](Plc& plc) { return run_drive(plc, {.gives_up = true}); }},
-    {"no-wait", [](Plc& plc) { return run_drive(plc, {.status_not_awaited = true}); }},
+    {"no-wait", [](Plc& plc) { return run_drive(plc, {.gives_up = true, .status_not_awaited = true}); }},
     {"fill", [](Plc& plc) { return fill(plc, false); }},
     {"kept-level", [](Plc& plc) { return fill(plc, true); }},
     {"polls", poll_without_time},

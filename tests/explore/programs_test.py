@@ -102,6 +102,12 @@ class Programs(Case):
         self.assertIn("survive: it gave up", explore(strict, "no-wait", "--faults", "slow", code=1))
         explore(strict, "drive", "--faults", "slow")
 
+    def test_a_program_that_is_too_quick_fails_with_typical_times(self):
+        lost, typical = ("--faults", "request-lost"), ("--timing", "typical")
+        explore(DRIVE, "no-wait", *lost)
+        self.assertIn("without faults: gave up", explore(DRIVE, "no-wait", *lost, *typical, code=2))
+        explore(DRIVE, "drive", *lost, *typical)
+
     def test_a_second_try_that_is_not_looked_at_needs_two_faults(self):
         lost = ("--faults", "request-lost")
         explore(DRIVE, "second-try", *lost)

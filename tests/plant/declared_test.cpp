@@ -261,5 +261,26 @@ TEST_CASE("timing: before its boot-up message a node hears nothing; heartbeats d
   CHECK(most - least < 10'000);
 }
 
+TEST_CASE("timing: a drive acts on a controlword 2 to 8 ms later, and misses one that is replaced before") {
+  const auto plant =
+      plant_of("[[node]]\nid = 16\neds = \"plants/demo/drive.eds\"\ntiming = \"typical\"\n", Files{});
+  run(*plant, "wait frame 710#00 within 5s");
+  const auto delay_of = [&](std::string_view word, std::string_view status) {
+    const Time before = plant->now();
+    run(*plant, fmt::format("set 16 0x6040 {}", word));
+    run(*plant, fmt::format("wait object 16 0x6041 = {} within 1s", status));
+    return plant->now() - before;
+  };
+  CHECK(run(*plant, "get 16 0x6041") == "592");
+  const Time delay = delay_of("6", "561");
+  CHECK((delay >= 2'000 && delay <= 8'000));
+  CHECK(delay_of("7", "563") == delay);
+  CHECK(delay_of("0", "592") == delay);
+  run(*plant, "set 16 0x6040 6");
+  run(*plant, "set 16 0x6040 7");  // Switch on alone does nothing in Switch on disabled
+  run(*plant, "pass 100ms");
+  CHECK(run(*plant, "get 16 0x6041") == "592");
+}
+
 }  // namespace
 }  // namespace cbcan::plant::test

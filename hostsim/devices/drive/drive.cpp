@@ -68,7 +68,7 @@ void Drive::reset(bool application, Time now) {
   if (!application) return;
   objects_.mode_display.set(0);
   axis_.reset(now);
-  commands_.clear();
+  command_due_ = kNever;
   objects_.command = objects_.controlword.get();
   stage_.reset();
   velocity_.reset();
@@ -119,16 +119,17 @@ std::optional<double> Drive::output(std::uint16_t place, std::uint8_t /*sub*/) c
   return probes_.level(index == kFirstProbe ? 0 : 1) ? 1 : 0;
 }
 
-void Drive::take_commands(Time now) {
+/// Like a cycle of the firmware: of the words of one delay only the last is seen.
+void Drive::take_command(Time now) {
   const std::uint16_t word = objects_.controlword.get();
-  if (word != (commands_.empty() ? objects_.command : commands_.back().word))
-    commands_.push_back({word, now + command_delay_});
-  for (; !commands_.empty() && commands_.front().due <= now; commands_.pop_front())
-    objects_.command = commands_.front().word;
+  if (word != objects_.command) command_due_ = earlier(command_due_, now + command_delay_);
+  if (command_due_ > now) return;
+  objects_.command = word;
+  command_due_ = kNever;
 }
 
 Time Drive::update(Time now) {
-  take_commands(now);
+  take_command(now);
   axis_.refresh(now);
   watch_following(now);
   watch_sync(now);
@@ -385,7 +386,7 @@ std::uint32_t Drive::link_voltage() const {
 Time Drive::deadline(Time now) const {
   Time first = earlier(axis_.next_load_step(now), following_deadline(now));
   first = earlier(first, earlier(axis_.next_switch(now), sync_due_));
-  if (!commands_.empty()) first = earlier(first, commands_.front().due);
+  first = earlier(first, command_due_);
   if (!follows_sync_ || !axis_.just_moves()) first = earlier(first, axis_.profile().next_change(now));
   if (probes_.exist()) first = earlier(first, probes_.deadline(now));
   if (operating_ && mode_ != nullptr) {

@@ -32,7 +32,6 @@
 
 #include <array>
 #include <cstdint>
-#include <deque>
 #include <span>
 
 #include "devices/drive/axis.hpp"
@@ -86,7 +85,7 @@ class Drive final : public DeviceWithIncidents {
   Mode* mode_of(std::int8_t number);
   bool supports(std::int8_t mode);
 
-  void take_commands(Time now);
+  void take_command(Time now);
   void network_failed(std::uint16_t code, Time now);
   void begin_faults(Time now);
   void end_faults(Time now);
@@ -128,11 +127,7 @@ class Drive final : public DeviceWithIncidents {
   Time sync_due_ = kNever;  ///< deadline for the next SYNC; kNever = none is expected
   bool sync_missed_ = false;
   Time command_delay_ = 0;
-  struct Command {
-    std::uint16_t word;
-    Time due;
-  };
-  std::deque<Command> commands_;   ///< written, but not yet acted on
+  Time command_due_ = kNever;      ///< when the next controlword is acted on
   std::uint32_t nominal_voltage_;  ///< mV
 };
 

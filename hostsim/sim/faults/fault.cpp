@@ -88,7 +88,7 @@ constexpr auto kKinds = std::to_array<FaultRow>({
     {"bus-off", kNodeOrBus, "The controller, or every one on the bus, is bus-off.", {}},
     {"error-passive", kNodeOrBus, "The controller, or every one on the bus, is error-passive.", {}},
     {"overflow", kNodeOrBus, "The controller, or every one on the bus, reports lost frames.", {}},
-    {"slow", kNode, "A drive acts on a controlword late.", {.delay = 50 * kMillisecond}},
+    {"slow", kNode, "A drive acts on a controlword late, and of the words until then only on the last.", {.delay = 50 * kMillisecond}},
     {"bus-load", kBus, "Another node sends all the time.", {}},
 });
 static_assert(kKinds.size() == kFaultKinds);
