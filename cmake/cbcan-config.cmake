@@ -1,6 +1,11 @@
 # SPDX-License-Identifier: MIT
 # find_package(cbcan [COMPONENTS canopen core rtu slcan window cia405 sim]): a target cbcan::NAME for each. sim needs third-party libraries; without
 # COMPONENTS it is omitted if they are missing.
+if(CBCAN_CONFIGURATION)
+  set(cbcan_FOUND FALSE)
+  set(cbcan_NOT_FOUND_MESSAGE "an installation has its own configuration: set CBCAN_CONFIGURATION where cbcan is built and installed, not here")
+  return()
+endif()
 include(${CMAKE_CURRENT_LIST_DIR}/cbcan-firmware.cmake)
 include(${CMAKE_CURRENT_LIST_DIR}/cbcan-window.cmake OPTIONAL)
 set(cbcan_sim_needs "fmt, tomlplusplus, pkg-config and Lua 5.4")

@@ -18,13 +18,19 @@ function(cbcan_install_libraries file)
 endfunction()
 
 function(cbcan_install_headers)
-  install(DIRECTORY ${ARGN} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT dev FILES_MATCHING PATTERN "*.h" PATTERN "*.hpp")
+  install(DIRECTORY ${ARGN} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT dev FILES_MATCHING PATTERN "*.h" PATTERN "*.hpp"
+    PATTERN configuration.hpp EXCLUDE)
 endfunction()
 
 # ---- Libraries
 
 cbcan_install_libraries(cbcan-firmware canopen core rtu slcan regmap)
 cbcan_install_headers(firmware/cbcan regmap/include/cbcan)
+set(configuration firmware)
+if(CBCAN_CONFIGURATION)
+  set(configuration ${CBCAN_CONFIGURATION})
+endif()
+install(FILES ${configuration}/cbcan/configuration.hpp DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/cbcan COMPONENT dev)
 
 if(TARGET cbcan::cia405)
   cbcan_install_libraries(cbcan-window window cia405)

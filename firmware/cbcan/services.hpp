@@ -9,8 +9,9 @@
 ///   inline constexpr Services kServices{.time = false, .rpdos = 4, .tpdos = 4};
 ///   }
 ///
-/// The core and all code that includes its headers must be compiled with the same one. A service that is left
-/// out takes neither flash nor RAM, and its objects are not in the own dictionary.
+/// The core and all code that includes its headers must be compiled with the same one: the set is part of the
+/// types that constructors take, so otherwise the program does not link. A service that is left out takes neither
+/// flash nor RAM, and its objects are not in the own dictionary.
 
 #include <cstddef>
 #include <cstdint>

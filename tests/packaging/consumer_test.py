@@ -5,8 +5,10 @@
 usage: consumer_test.py BUILD_DIR SIMULATOR
 """
 
+import itertools
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -23,6 +25,7 @@ BUILD, SIMULATOR = program_from_arguments(sys.argv, 2)
 COMPILERS = ["g++-12", "clang++-14"]
 NEWER = [name for name in ("g++-13", "g++-14", "clang++-16", "clang++-19") if shutil.which(name)]
 LONG = "CBCAN_LONG" in os.environ
+PROFILES = ROOT / "firmware/boards/profiles"
 CCACHE = ["-DCMAKE_CXX_COMPILER_LAUNCHER=ccache"] if shutil.which("ccache") else []
 PRINTED = {
     "with_canopen": "4 bytes: 91 01 0F 00\n",
@@ -103,6 +106,61 @@ class Consumer(unittest.TestCase):
         self.assertIn("[-Wconversion]", run("cmake", "--build", build, "--target", "cbcan_slcan"))
         build, _ = self.configure("-DCBCAN_HOST=OFF", source=sources)
         self.assertIn("[-Werror=conversion]", run("cmake", "--build", build, "--target", "cbcan_slcan", code=1))
+
+    def test_nothing_else_is_built(self):
+        """A project that links cbcan::canopen compiles its sources and no others."""
+        source = pathlib.Path(tempfile.mkdtemp(dir=self.folder.name))
+        shutil.copy(ROOT / "examples/sdo_read.cpp", source)
+        (source / "CMakeLists.txt").write_text(
+            f"cmake_minimum_required(VERSION 3.21)\nproject(theirs CXX)\nadd_subdirectory({ROOT} cbcan)\n"
+            "add_executable(theirs sdo_read.cpp)\ntarget_link_libraries(theirs cbcan::canopen)\n")
+        build, _ = self.configure(source=source)
+        steps = run("ninja", "-C", build, "-n")
+        compiled = set(re.findall(r"Building CXX object (?:cbcan/firmware/CMakeFiles/cbcan_canopen\.dir/)?(\S+\.cpp)\.o", steps))
+        wanted = {str(path.relative_to(ROOT / "firmware")) for path in (ROOT / "firmware/cbcan/canopen").rglob("*.cpp")}
+        self.assertEqual(compiled, wanted | {"CMakeFiles/theirs.dir/sdo_read.cpp"})
+
+    def test_another_configuration_does_not_link(self):
+        """Whatever the program begins with: a coprocessor, a slave, a dictionary, an SDO client."""
+        programs = {
+            "Coprocessor": (ROOT / "examples/consumer/core.cpp").read_text(),
+            "SdoClient": (ROOT / "examples/sdo_read.cpp").read_text(),
+            "Slave": '#include "cbcan/canopen/slave.hpp"\nusing namespace cbcan;\nint main(int count, char** words) { '
+                     "if (count > 1) new Slave(1, {}, {}, *reinterpret_cast<Application*>(words), *reinterpret_cast<CanPort*>(words)); }\n",
+            "ObjectDictionary": '#include "cbcan/canopen/dictionary/object_dictionary.hpp"\n'
+                                "int main() { cbcan::ObjectDictionary({}, {}, nullptr); }\n"}
+        folder = pathlib.Path(tempfile.mkdtemp(dir=self.folder.name))
+        for (name, text), compiler in itertools.product(programs.items(), COMPILERS):
+            with self.subTest(program=name, compiler=compiler):
+                source = folder / f"{name}.cpp"
+                source.write_text(text)
+                link = [compiler, "-std=c++20", source, f"-I{self.prefix}/include", f"-L{self.prefix}/lib", "-lcbcan_core", "-lcbcan_canopen",
+                        "-ffunction-sections", "-Wl,--gc-sections", "-o", folder / name]
+                run(*link)
+                for profile in ("everything", "process_data"):
+                    refused = run(*link, f"-iquote{PROFILES / profile}", code=1)
+                    self.assertRegex(refused, rf"undefined reference to `cbcan::{name}::[^\n]*Services\{{")
+
+    def test_configuration(self):
+        """CBCAN_CONFIGURATION reaches the libraries and those who link them, from sources and from an installation."""
+        profile = PROFILES / "process_data"
+        program = '#include "cbcan/configuration.hpp"\nstatic_assert(!cbcan::kServices.sdo_server);\n' + (ROOT / "examples/consumer/core.cpp").read_text()
+        for how in (f"set(CBCAN_CONFIGURATION {profile})\nadd_subdirectory({ROOT} cbcan)", "find_package(cbcan REQUIRED COMPONENTS core rtu)"):
+            source = pathlib.Path(tempfile.mkdtemp(dir=self.folder.name))
+            (source / "program.cpp").write_text(program)
+            (source / "CMakeLists.txt").write_text(f"cmake_minimum_required(VERSION 3.21)\nproject(theirs CXX)\n{how}\n"
+                                                   "add_executable(theirs program.cpp)\ntarget_link_libraries(theirs cbcan::rtu cbcan::core)\n")
+            prefix = source / "installed"
+            if how.startswith("find"):
+                whole, _ = self.configure(f"-DCBCAN_CONFIGURATION={profile}", source=ROOT)
+                run("cmake", "--build", whole)
+                run("cmake", "--install", whole, "--prefix", prefix)
+                self.assertIn("an installation has its own configuration",
+                              " ".join(self.configure(f"-DCMAKE_PREFIX_PATH={prefix}", f"-DCBCAN_CONFIGURATION={profile}", source=source, code=1)[1].split()))
+            build, _ = self.configure(f"-DCMAKE_PREFIX_PATH={prefix}", source=source)
+            run("cmake", "--build", build)
+            self.assertEqual(run(f"{build}/theirs"), PRINTED["with_core"])
+        self.assertIn("there is no /nowhere/cbcan/configuration.hpp", self.configure("-DCBCAN_CONFIGURATION=/nowhere", source=ROOT, code=1)[1])
 
     def test_pkg_config(self):
         found = subprocess.run(["pkg-config", "--cflags", "--libs", "cbcan-cia405"], capture_output=True, text=True,

@@ -6,6 +6,7 @@ None of these build systems is installed; each test does with the Cortex-M3 comp
 manifest: its sources, its include paths and no others."""
 
 import json
+import os
 import pathlib
 import re
 import shutil
@@ -19,15 +20,24 @@ sys.path.insert(0, str(ROOT / "tests/support"))
 import cases
 from done import output as run
 
+PORTING = (ROOT / "docs/how-to/port.md").read_text()
 EXAMPLE = ROOT / "examples/minimal_port.cpp"
 COMPILER = ["arm-none-eabi-g++", "-mcpu=cortex-m3", "-mthumb", "-fno-exceptions", "-fno-rtti", "-fno-threadsafe-statics", "-Os",
             "-Wall", "-Wextra", "-Werror", "-Wno-psabi"]
 
 
+PROFILE = ROOT / "firmware/boards/profiles/process_data"
+
+
 def compile_with(flags, sources, program):
-    """Compiles the program; of the sources, which the images compile, only checks that their includes are found."""
+    """Compiles the program; of the sources, which the images compile, only checks that their includes are found. Returns all files read."""
     run(*COMPILER, *flags, "-fsyntax-only", program, cwd=ROOT)
-    run(*COMPILER, *flags, "-M", *sources, cwd=ROOT)
+    return run(*COMPILER, *flags, "-M", *sources, program, cwd=ROOT)
+
+
+def configurations(files):
+    """The folders of those cbcan/configuration.hpp that these files, as -M prints them, include."""
+    return {str((ROOT / path).resolve().parents[1]) for path in re.findall(r"(\S*cbcan/configuration\.hpp)", files)}
 
 
 def library_sources():
@@ -56,7 +66,11 @@ class Packaging(unittest.TestCase):
         sources = {path for path in sources if path.suffix == ".cpp"}  # a folder: its sources
         self.assertEqual(sorted(str(path.relative_to(ROOT / "firmware")) for path in sources), library_sources())
         flags = [flag.replace("-I ", "-I") for flag in build["flags"]]
-        compile_with([f"-I{build['includeDir']}", f"-I{build['srcDir']}", *flags], sorted(sources), EXAMPLE)
+        flags = [f"-I{build['includeDir']}", f"-I{build['srcDir']}", *flags]
+        compile_with(flags, sorted(sources), EXAMPLE)
+        # build_flags of a project come after the include paths of the library.
+        self.assertIn("`build_flags = -std=gnu++20 -iquote", PORTING)
+        self.assertEqual(configurations(compile_with([*flags, f"-iquote{PROFILE}"], sorted(sources), EXAMPLE)), {str(PROFILE)})
 
     def test_platformio_exports_what_it_builds(self):
         manifest = json.loads((ROOT / "library.json").read_text())
@@ -73,10 +87,16 @@ class Packaging(unittest.TestCase):
         self.assertRegex((ROOT / "zephyr/Kconfig").read_text(), r"(?m)^config CBCAN$")
         listed = re.findall(r"\$\{cbcan\}/firmware/(\S+\.cpp)", (ROOT / "zephyr/CMakeLists.txt").read_text())
         self.assertEqual(sorted(listed), library_sources())
+        kconfig = (ROOT / "zephyr/Kconfig").read_text()
+        self.assertRegex(kconfig, r"(?m)^config CBCAN_CONFIGURATION$")
+        self.assertNotIn("select", kconfig)  # of the C++ library only headers
+        for option in re.findall(r"`CONFIG_(CBCAN\w*)=", PORTING):
+            self.assertRegex(kconfig, rf"(?m)^config {option}$")
         with tempfile.TemporaryDirectory() as folder:
-            run("cmake", "-S", ROOT / "tests/packaging/zephyr", "-B", folder, "-G", "Ninja",
+            run("cmake", "-S", ROOT / "tests/packaging/zephyr", "-B", folder, "-G", "Ninja", f"-DPROFILE={PROFILE}",
                 f"-DCMAKE_TOOLCHAIN_FILE={ROOT}/cmake/arm-none-eabi.cmake", "-DCMAKE_BUILD_TYPE=MinSizeRel")
             run("cmake", "--build", folder)
+            self.assertEqual(configurations(run("ninja", "-C", folder, "-t", "deps")), {str(PROFILE)})
             defined = run("arm-none-eabi-nm", "-C", "--defined-only", pathlib.Path(folder) / "cbcan/libcbcan.a")
             self.assertIn("cbcan::Coprocessor::poll", defined)
 
@@ -92,6 +112,26 @@ class Packaging(unittest.TestCase):
             compile_with([f"-I{library}/src", "-std=gnu++20"], sources, sketch)
             again = subprocess.run([ROOT / "tools/dev/arduino-library", f"{folder}/libraries"], capture_output=True, text=True)
             self.assertEqual((again.returncode, "is there already" in again.stderr), (1, True))
+            own = pathlib.Path(run(ROOT / "tools/dev/arduino-library", "own", os.path.relpath(PROFILE, folder), cwd=folder).strip())
+            self.assertEqual((own / "src/cbcan/configuration.hpp").read_text(), (PROFILE / "cbcan/configuration.hpp").read_text())
+
+    def test_riscv(self):
+        """What the Modbus server needs on a RV32 without compare-and-swap of a byte is in the file that its page names."""
+        name, = re.findall(r"`(firmware/boards/common/exchange_riscv\.cpp)`", PORTING)
+        with tempfile.TemporaryDirectory() as folder:
+            folder = pathlib.Path(folder)
+            # The distribution's compiler is Linux's for RV64: its headers lack two things that no program needs.
+            (folder / "gnu").mkdir()
+            (folder / "gnu/stubs-ilp32.h").touch()
+            compiler = ["riscv64-linux-gnu-g++", "-march=rv32imac_zicsr", "-mabi=ilp32", "-DSYS_futex=0", f"-I{folder}", "-ffreestanding", "-std=c++20",
+                        "-Os", "-fno-exceptions", "-Wall", "-Wextra", "-Werror", f"-I{ROOT}/firmware", f"-I{ROOT}/regmap/include", "-c"]
+            run(*compiler, ROOT / "firmware/cbcan/modbus/rtu_server.cpp", "-o", folder / "server.o")
+            run(*compiler, ROOT / name, "-o", folder / "exchange.o")
+            needed = set(re.findall(r"U (__atomic\w+)", run("riscv64-linux-gnu-nm", folder / "server.o")))
+            self.assertEqual(needed, {"__atomic_compare_exchange_1", "__atomic_compare_exchange_2"})
+            self.assertLessEqual(needed, set(re.findall(r"T (__atomic\w+)", run("riscv64-linux-gnu-nm", folder / "exchange.o"))))
+            masked = run("riscv64-linux-gnu-objdump", "-d", folder / "exchange.o")
+            self.assertEqual(len(re.findall(r"csrrc\s+a\d,mstatus", masked)), len(re.findall(r"csrs\s+mstatus", masked)))
 
     def test_the_demo_is_configured_without_a_warning(self):
         command = re.search(r"cmake (--preset \S+ .*?) >", (ROOT / "tools/demo").read_text())[1]

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// What every CANopen device has (CiA 301): NMT state machine, SDO server over its object dictionary, boot-up,
-/// heartbeat producer, node guarding. It can be used alone, and is part of every Device (device.hpp), which adds
-/// process data and other services.
+/// What every CANopen device has (CiA 301): NMT state machine, SDO server over its object dictionary,
+/// boot-up, heartbeat producer, node guarding. It can be used alone, and is part of every Device
+/// (device.hpp), which adds process data and other services.
 ///
 /// Acts on 1017h (heartbeat producer), if the dictionary has it. Nothing blocks, nothing is allocated; not
 /// re-entrant. A frame that the port refuses is tried again.
@@ -18,6 +18,7 @@
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "cbcan/canopen/nmt/nmt.hpp"
 #include "cbcan/canopen/sdo/server.hpp"
+#include "cbcan/configuration.hpp"
 #include "cbcan/time.hpp"
 
 namespace cbcan {
@@ -37,13 +38,15 @@ class Application : public ObjectHandler {
 
 class Slave {
  public:
-  /// The tables of a dictionary, see ObjectDictionary.
-  struct Tables {
+  /// The tables of a dictionary, see ObjectDictionary, in a build with this set of services.
+  template <Services>
+  struct TablesOf {
     std::span<const ObjectEntry> entries;
     std::span<std::uint8_t> values;
     std::span<const ObjectLimits> limits;
     std::span<std::uint8_t> process = {};
   };
+  using Tables = TablesOf<kServices>;
 
   /// `buffer`: see SdoServer. The slave is off the bus until start().
   Slave(std::uint8_t node_id, const Tables& tables, std::span<std::uint8_t> buffer, Application& application,
@@ -52,8 +55,8 @@ class Slave {
   /// Power on: boot-up message, then Pre-operational.
   void start(Time now);
 
-  /// False: on_frame() ignores frames with this CAN-ID. It handles NMT commands, and this node's SDO requests and
-  /// error control.
+  /// False: on_frame() ignores frames with this CAN-ID. It handles NMT commands, and this node's SDO requests
+  /// and error control.
   bool hears(std::uint32_t id) const {
     return id == nmt::kCommandId || (id % (nmt::kMaxNode + 1u) == node_id_ && id >= sdo::kRequestId);
   }
