@@ -20,7 +20,7 @@ Slave::Slave(std::uint8_t node_id, const Tables& tables, std::span<std::uint8_t>
       next_node_id_(node_id),
       application_(application),
       port_(port),
-      dictionary_(tables.entries, tables.values, &application, tables.limits, tables.process),
+      dictionary_(tables, &application),
       sdo_server_(dictionary_, port, buffer) {}
 
 void Slave::start(Time now) {

@@ -18,7 +18,6 @@
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "cbcan/canopen/nmt/nmt.hpp"
 #include "cbcan/canopen/sdo/server.hpp"
-#include "cbcan/configuration.hpp"
 #include "cbcan/time.hpp"
 
 namespace cbcan {
@@ -38,15 +37,7 @@ class Application : public ObjectHandler {
 
 class Slave {
  public:
-  /// The tables of a dictionary, see ObjectDictionary, in a build with this set of services.
-  template <Services>
-  struct TablesOf {
-    std::span<const ObjectEntry> entries;
-    std::span<std::uint8_t> values;
-    std::span<const ObjectLimits> limits;
-    std::span<std::uint8_t> process = {};
-  };
-  using Tables = TablesOf<kServices>;
+  using Tables = ObjectDictionary::Tables;
 
   /// `buffer`: see SdoServer. The slave is off the bus until start().
   Slave(std::uint8_t node_id, const Tables& tables, std::span<std::uint8_t> buffer, Application& application,

@@ -6,6 +6,7 @@
 
 #include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
+#include "cbcan/copy_bytes.hpp"
 
 namespace cbcan {
 
@@ -16,7 +17,7 @@ constexpr std::size_t kConsumerTimeBits = 16;
 /// Network variables are little-endian, as the words of every supported processor are.
 static_assert(std::endian::native == std::endian::little, "the coprocessor needs a little-endian processor");
 
-std::span<std::uint8_t> bytes_of(ProcessRegisters registers) {
+std::span<std::uint8_t> bytes_of(std::span<std::uint16_t> registers) {
   return {reinterpret_cast<std::uint8_t*>(registers.data()), registers.size_bytes()};
 }
 
@@ -44,8 +45,8 @@ LocalNode::LocalNode(ProcessRegisters registers, CanPort& port, SdoClient& clien
       device_(settings.node_id, {local::entries(), room_.values, {}, bytes_of(registers)},
               {room_.buffer, {room_.rpdos, room_.tpdos, room_.pieces}, {}}, *this, port),
       lss_(device_, static_cast<DeviceApplication&>(*this), port),
-      turns_(turns),
-      manager_(device_, monitor_, port, static_cast<ManagerApplication&>(*this)),
+      answers_(turns, status_),
+      manager_(device_, monitor_, port, answers_),
       status_(device_, monitor_, emergencies_, manager_) {}
 
 /// Includes the emergencies of other nodes, and NMT commands of another master.
@@ -60,7 +61,8 @@ bool LocalNode::on_low_id(const Frame& frame, Time now) {
 }
 
 void LocalNode::on_outputs_changed(Time now) {
-  std::copy_n(registers_.data() + regmap::kInputWords, kOutputWords, known_outputs_.data());
+  const std::span<std::uint8_t> known = bytes_of(known_outputs_);
+  copy_bytes(bytes_of(registers_).data() + local::kInputBytes, known.data(), known.size());
   device_.look_for_changes(now);
 }
 
@@ -110,7 +112,7 @@ AbortCode LocalNode::on_read(const ObjectEntry& entry, std::uint8_t sub, std::sp
   switch (entry.index) {
     case local::kLastEmergency: {
       if (!kServices.emergencies) break;
-      std::copy_n(emergencies_.last(sub).begin(), size, out.begin());
+      copy_bytes(emergencies_.last(sub).data(), out.data(), size);
       break;
     }
     case local::kEmergencyScan: {
@@ -119,7 +121,7 @@ AbortCode LocalNode::on_read(const ObjectEntry& entry, std::uint8_t sub, std::sp
       const EmergencyConsumer::Message& message = emergencies_.last(node);
       std::fill_n(out.begin(), size, std::uint8_t{0});
       out[0] = node;
-      if (EmergencyConsumer::is_error(message)) std::copy(message.begin(), message.end(), out.begin() + 1);
+      if (EmergencyConsumer::is_error(message)) copy_bytes(message.data(), out.data() + 1, message.size());
       break;
     }
     case local::kClock: {

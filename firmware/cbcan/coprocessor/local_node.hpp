@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The coprocessor's own node: a Device with CBCAN's local objects, process data in the PLC's registers, and the
-/// states and EMCY messages of other nodes. Does not use the window or transactions.
+/// The coprocessor's own node: a Device with CBCAN's local objects, process data in the PLC's registers, and
+/// the states and EMCY messages of other nodes. Does not use the window or transactions.
 
 #include <array>
 #include <cstddef>
@@ -40,7 +40,22 @@ class SdoTurns {
   ~SdoTurns() = default;
 };
 
-class LocalNode final : private DeviceApplication, private ManagerApplication {
+/// Answers the manager, for the own node.
+class ManagerAnswers final : public ManagerApplication {
+ public:
+  ManagerAnswers(SdoTurns* turns, NetworkStatus& status) : turns_(turns), status_(status) {}
+
+  Time node_free_from(std::uint8_t node, Time now) override {
+    return turns_ == nullptr ? now : turns_->node_free_from(node, now);
+  }
+  void on_node(std::uint8_t node) override { status_.update(node); }
+
+ private:
+  SdoTurns* turns_;
+  NetworkStatus& status_;
+};
+
+class LocalNode final : private DeviceApplication {
  public:
   struct Settings {
     std::uint8_t node_id;          ///< 1..127
@@ -79,7 +94,8 @@ class LocalNode final : private DeviceApplication, private ManagerApplication {
   }
   void on_bus_state(BusState state, Time now);
 
-  /// One of the outputs first..first+count-1 has changed since on_outputs_changed(). Most writes change nothing.
+  /// One of the outputs first..first+count-1 has changed since on_outputs_changed(). Most writes change
+  /// nothing.
   bool outputs_changed(std::size_t first, std::size_t count) const {
     return kServices.process_data() &&
            __builtin_memcmp(registers_.data() + regmap::kInputWords + first, known_outputs_.data() + first,
@@ -108,8 +124,8 @@ class LocalNode final : private DeviceApplication, private ManagerApplication {
     return lss_.deadline();
   }
 
-  /// Local access with the rights of an SDO client. From access() to access_own() 3003h and 3004h are those of
-  /// `transfers`.
+  /// Local access with the rights of an SDO client. From access() to access_own() 3003h and 3004h are those
+  /// of `transfers`.
   void access(Transfers& transfers) { accessed_ = &transfers; }
   void access_own() { accessed_ = transfers_.data(); }
   AbortCode read(std::uint16_t index, std::uint8_t sub, std::span<std::uint8_t> out, std::size_t& size,
@@ -146,10 +162,6 @@ class LocalNode final : private DeviceApplication, private ManagerApplication {
     status_.update(node_id());
   }
   void on_state(nmt::State state, Time now) override { manager_.on_own_state(state, now); }
-  Time node_free_from(std::uint8_t node, Time now) override {
-    return turns_ == nullptr ? now : turns_->node_free_from(node, now);
-  }
-  void on_node(std::uint8_t node) override { status_.update(node); }
 
   void on_report(const Frame& frame, NodeMonitor::News news, Time now);
   AbortCode read_network(const ObjectEntry& entry, std::uint8_t sub, std::span<std::uint8_t> out,
@@ -181,10 +193,10 @@ class LocalNode final : private DeviceApplication, private ManagerApplication {
     std::array<PdoMapping::Piece, (kServices.rpdos + kServices.tpdos) * kServices.objects_of_pdo> pieces;
     local::LocalValues values;
     std::array<std::uint8_t, nmt::kMaxNode> consumer_node;  ///< node in sub-index n + 1 of 1016h; 0 = none
-  } room_{};  ///< one struct, so that one call clears it
+  } room_{};                                                ///< one struct, so that one call clears it
   Device device_;
   std::conditional_t<kServices.lss, OwnLss, NoPart> lss_;
-  SdoTurns* turns_;
+  std::conditional_t<kServices.manager(), ManagerAnswers, NoPart> answers_;
   std::conditional_t<kServices.manager(), Manager, NoManager> manager_;
   std::conditional_t<kServices.manager(), NetworkStatus, NoNetworkStatus> status_;
 };

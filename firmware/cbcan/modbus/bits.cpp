@@ -7,6 +7,7 @@ namespace cbcan {
 
 namespace {
 
+constexpr std::uint8_t kIllegalFunction = 1;
 constexpr std::uint8_t kIllegalAddress = 2;
 constexpr std::uint8_t kIllegalValue = 3;
 constexpr std::size_t kMostRead = 2000;   // V1.1b3, 6.1
@@ -24,6 +25,17 @@ std::size_t bytes_for(std::size_t bits) {
 }
 
 }  // namespace
+
+ModbusBits::Response ModbusBits::serve(std::span<const std::uint8_t> pdu, bool for_all,
+                                       const RegisterMap& registers, std::span<std::uint8_t> response) const {
+  if (!is_function(pdu[0])) return {kIllegalFunction};
+  const Request request = check(pdu, registers);
+  if (request.exception != 0) return {request.exception};
+  if (for_all && !request.writes) return {};
+  const std::size_t size = execute(pdu, registers, response);
+  if (!request.writes) return {0, size};
+  return {0, size, request.register_first, request.register_count};
+}
 
 /// FC 5 has the value FF00h or 0000h.
 ModbusBits::Request ModbusBits::check(std::span<const std::uint8_t> pdu, const RegisterMap& registers) const {

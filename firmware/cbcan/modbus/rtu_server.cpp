@@ -348,15 +348,14 @@ RtuServer::Exception RtuServer::execute_on(const RegisterMap& registers) {
 
 /// Coils and discrete inputs, for a server that has them.
 RtuServer::Exception RtuServer::access_bits(const RegisterMap& registers) {
-  if (settings_.bits == nullptr || !BitFunctions::is_function(buffer_[kFunction]))
-    return Exception::kFunction;
-  const std::span pdu = std::span(buffer_).subspan(kFunction, size_ - kCrcBytes - kFunction);
-  const BitFunctions::Request request = settings_.bits->check(pdu, registers);
-  if (request.exception != 0) return static_cast<Exception>(request.exception);
-  if (is_broadcast() && !request.writes) return Exception::kNone;
-  const std::size_t size = settings_.bits->execute(pdu, registers, std::span(buffer_).subspan(kFunction));
-  if (request.writes) executed_ = {true, request.register_first, request.register_count};
-  if (!is_broadcast()) size_ = kFunction + size;
+  if (settings_.bits == nullptr) return Exception::kFunction;
+  const std::span frame(buffer_);
+  const BitFunctions::Response served =
+      settings_.bits->serve(frame.subspan(kFunction, size_ - kCrcBytes - kFunction), is_broadcast(),
+                            registers, frame.subspan(kFunction));
+  if (served.exception != 0) return static_cast<Exception>(served.exception);
+  if (served.register_count != 0) executed_ = {true, served.register_first, served.register_count};
+  if (!is_broadcast()) size_ = kFunction + served.size;
   return Exception::kNone;
 }
 

@@ -5,6 +5,7 @@
 
 #include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "cbcan/configuration.hpp"
+#include "cbcan/copy_bytes.hpp"
 
 namespace cbcan {
 
@@ -29,22 +30,20 @@ void restore_values(std::span<const ObjectEntry> entries, std::span<const std::u
     if (from >= power_on.size())
       std::fill_n(values.data() + from, bytes, std::uint8_t{0});
     else
-      std::copy_n(power_on.data() + from, bytes, values.data() + from);
+      copy_bytes(power_on.data() + from, values.data() + from, bytes);
   }
 }
 
-ObjectDictionary::ObjectDictionary(std::span<const ObjectEntry> entries, std::span<std::uint8_t> values,
-                                   ObjectHandler* handler, std::span<const ObjectLimits> limits,
-                                   std::span<std::uint8_t> process)
-    : entries_(entries), values_(values), process_(process), limits_(limits), handler_(handler) {}
+ObjectDictionary::ObjectDictionary(const Tables& tables, ObjectHandler* handler)
+    : tables_(tables), handler_(handler) {}
 
 AbortCode ObjectDictionary::find(std::uint16_t index, std::uint8_t sub, ObjectEntry& entry) const {
-  if (found_ >= entries_.size() || !entries_[found_].holds(index, sub)) {
+  if (found_ >= tables_.entries.size() || !tables_.entries[found_].holds(index, sub)) {
     found_ = search(index, sub);
-    if (found_ == entries_.size() || !entries_[found_].holds(index, sub))
+    if (found_ == tables_.entries.size() || !tables_.entries[found_].holds(index, sub))
       return find_count(index, sub, entry);
   }
-  entry = entries_[found_];
+  entry = tables_.entries[found_];
   if (entry.more_indices == 0) return AbortCode::kNone;
   entry.offset += static_cast<ObjectSize>(entry.stride() * entry.subs() * (index - entry.index));
   entry.index = index;
@@ -55,33 +54,33 @@ AbortCode ObjectDictionary::find(std::uint16_t index, std::uint8_t sub, ObjectEn
 /// The first entry that is not before this object.
 std::size_t ObjectDictionary::search(std::uint16_t index, std::uint8_t sub) const {
   const auto found =
-      std::partition_point(entries_.begin(), entries_.end(), [&](const ObjectEntry& candidate) {
+      std::partition_point(tables_.entries.begin(), tables_.entries.end(), [&](const ObjectEntry& candidate) {
         return candidate.last_index() < index || (candidate.index <= index && candidate.last_sub < sub);
       });
-  return static_cast<std::size_t>(found - entries_.begin());
+  return static_cast<std::size_t>(found - tables_.entries.begin());
 }
 
-/// Sub-index 0 of a kCounted entry; or the reason why there is none. Its place would be found_: an entry of the
-/// same index is at found_ or immediately before it.
+/// Sub-index 0 of a kCounted entry; or the reason why there is none. Its place would be found_: an entry of
+/// the same index is at found_ or immediately before it.
 AbortCode ObjectDictionary::find_count(std::uint16_t index, std::uint8_t sub, ObjectEntry& entry) const {
-  const bool here = found_ != entries_.size() && entries_[found_].has_index(index);
-  if (here && sub == 0 && entries_[found_].has(ObjectFlags::kCounted)) {
-    entry = {index, 0, entries_[found_].last_sub, DataType::kUnsigned8, 0, kCount, 0, 1};
+  const bool here = found_ != tables_.entries.size() && tables_.entries[found_].has_index(index);
+  if (here && sub == 0 && tables_.entries[found_].has(ObjectFlags::kCounted)) {
+    entry = {index, 0, tables_.entries[found_].last_sub, DataType::kUnsigned8, 0, kCount, 0, 1};
     return AbortCode::kNone;
   }
-  const bool object_here = here || (found_ != 0 && entries_[found_ - 1].has_index(index));
+  const bool object_here = here || (found_ != 0 && tables_.entries[found_ - 1].has_index(index));
   return object_here ? AbortCode::kNoSubIndex : AbortCode::kNoObject;
 }
 
 std::span<std::uint8_t> ObjectDictionary::value(const ObjectEntry& entry, std::uint8_t sub) const {
   if (entry.has(ObjectFlags::kComputed)) return {};
   const std::size_t offset = offset_of(entry, sub);
-  if (entry.has(ObjectFlags::kPacked)) return process_.subspan(offset / 8, 1);
-  if (entry.has(ObjectFlags::kProcess)) return process_.subspan(offset, entry.capacity);
+  if (entry.has(ObjectFlags::kPacked)) return tables_.process.subspan(offset / 8, 1);
+  if (entry.has(ObjectFlags::kProcess)) return tables_.process.subspan(offset, entry.capacity);
   std::size_t size = entry.capacity;
   if (entry.has(ObjectFlags::kVariable))
-    size = load_word(values_.data() + offset - ObjectEntry::kLengthBytes);
-  return values_.subspan(offset, size);
+    size = load_word(tables_.values.data() + offset - ObjectEntry::kLengthBytes);
+  return tables_.values.subspan(offset, size);
 }
 
 AbortCode ObjectDictionary::read(std::uint16_t index, std::uint8_t sub, std::span<std::uint8_t> out,
@@ -100,7 +99,7 @@ AbortCode ObjectDictionary::read(std::uint16_t index, std::uint8_t sub, std::spa
   }
   const std::span<const std::uint8_t> bytes = value(entry, sub);
   if (bytes.size() > out.size()) return AbortCode::kReadLength;
-  std::copy(bytes.begin(), bytes.end(), out.begin());
+  copy_bytes(bytes.data(), out.data(), bytes.size());
   if (entry.has(ObjectFlags::kPacked))
     out[0] = static_cast<std::uint8_t>(out[0] >> first_bit(entry, sub) % 8 & 1);
   size = bytes.size();
@@ -128,11 +127,12 @@ AbortCode ObjectDictionary::write(std::uint16_t index, std::uint8_t sub, std::sp
 void ObjectDictionary::store(const ObjectEntry& entry, std::uint8_t sub,
                              std::span<const std::uint8_t> bytes) {
   const std::size_t offset = offset_of(entry, sub);
-  if (entry.has(ObjectFlags::kPacked)) return assign_bit(process_[offset / 8], offset % 8, bytes[0] != 0);
-  const auto block = entry.has(ObjectFlags::kProcess) ? process_ : values_;
-  std::copy(bytes.begin(), bytes.end(), block.subspan(offset).begin());
+  if (entry.has(ObjectFlags::kPacked))
+    return assign_bit(tables_.process[offset / 8], offset % 8, bytes[0] != 0);
+  const auto block = entry.has(ObjectFlags::kProcess) ? tables_.process : tables_.values;
+  copy_bytes(bytes.data(), block.data() + offset, bytes.size());
   if (entry.has(ObjectFlags::kVariable))
-    store_little_endian(values_.subspan(offset - ObjectEntry::kLengthBytes, ObjectEntry::kLengthBytes),
+    store_little_endian(tables_.values.subspan(offset - ObjectEntry::kLengthBytes, ObjectEntry::kLengthBytes),
                         bytes.size());
 }
 
@@ -140,10 +140,11 @@ AbortCode ObjectDictionary::check_limits(const ObjectEntry& entry, std::uint8_t 
                                          std::span<const std::uint8_t> bytes) const {
   if (!kServices.other_devices || !entry.has(ObjectFlags::kLimited) || bytes.empty() || bytes.size() > 8)
     return AbortCode::kNone;
-  const auto limits = std::partition_point(limits_.begin(), limits_.end(), [&](const ObjectLimits& row) {
-    return order_of(row.index, row.sub) < order_of(entry.index, sub);
-  });
-  if (limits == limits_.end() || limits->index != entry.index || limits->sub != sub) return AbortCode::kNone;
+  const auto limits = std::partition_point(
+      tables_.limits.begin(), tables_.limits.end(),
+      [&](const ObjectLimits& row) { return order_of(row.index, row.sub) < order_of(entry.index, sub); });
+  if (limits == tables_.limits.end() || limits->index != entry.index || limits->sub != sub)
+    return AbortCode::kNone;
   const std::uint64_t raw = load_little_endian(bytes);
   if (is_signed(entry.type)) {
     const std::int64_t number = sign_extend(raw, bytes.size());

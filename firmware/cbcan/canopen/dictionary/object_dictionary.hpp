@@ -54,8 +54,7 @@ using ObjectSize = std::conditional_t<kServices.other_devices, std::uint32_t, st
 /// One object, or a run of identical sub-indices (an array's elements, CompactSubObj), or such a run in each
 /// of several consecutive indices (PDO parameters). The value of element k of a run, counted through all its
 /// indices, is at offset + k * stride(). Numbers are stored little-endian, as on the bus.
-template <Services>
-struct ObjectEntryOf {
+struct ObjectEntry {
   std::uint16_t index;
   std::uint8_t first_sub;
   std::uint8_t last_sub;
@@ -80,7 +79,6 @@ struct ObjectEntryOf {
   /// Distance from one element to the next, in bytes; in bits with kPacked.
   constexpr std::uint32_t stride() const { return has(ObjectFlags::kPacked) ? 1 : front() + capacity; }
 };
-using ObjectEntry = ObjectEntryOf<kServices>;  // a program with other services does not link
 
 /// Lowest and highest allowed value of a number. For unsigned types these are bit patterns.
 struct ObjectLimits {
@@ -124,11 +122,23 @@ class ObjectDictionary {
  public:
   /// `entries`: sorted by index, then first_sub, without overlap; an entry of several indices may share them
   /// only with entries of exactly the same indices. `limits`: sorted by index, then sub. `process`: the
-  /// memory of kProcess entries. The caller owns all of it, and it outlives the dictionary. `handler` may be
-  /// null if no entry is kComputed or kChecked.
+  /// memory of kProcess entries. The caller owns all of it, and it outlives the dictionary.
+  template <Services>
+  struct TablesOf {
+    std::span<const ObjectEntry> entries;
+    std::span<std::uint8_t> values;
+    std::span<const ObjectLimits> limits = {};
+    std::span<std::uint8_t> process = {};
+  };
+  /// Of this build: a program with other services does not link.
+  using Tables = TablesOf<kServices>;
+
+  /// `handler` may be null if no entry is kComputed or kChecked.
+  ObjectDictionary(const Tables& tables, ObjectHandler* handler);
   ObjectDictionary(std::span<const ObjectEntry> entries, std::span<std::uint8_t> values,
                    ObjectHandler* handler, std::span<const ObjectLimits> limits = {},
-                   std::span<std::uint8_t> process = {});
+                   std::span<std::uint8_t> process = {})
+      : ObjectDictionary({entries, values, limits, process}, handler) {}
 
   /// kNone: `entry` is the entry, reduced to this index. kNoObject, kNoSubIndex: `entry` is unchanged.
   AbortCode find(std::uint16_t index, std::uint8_t sub, ObjectEntry& entry) const;
@@ -161,9 +171,9 @@ class ObjectDictionary {
     return entry.has(ObjectFlags::kPacked) ? offset_of(entry, sub) : 8 * offset_of(entry, sub);
   }
   /// The process image, or the values.
-  std::uint8_t* block(bool process) const { return process ? process_.data() : values_.data(); }
+  std::uint8_t* block(bool process) const { return process ? tables_.process.data() : tables_.values.data(); }
 
-  std::span<const ObjectEntry> entries() const { return entries_; }
+  std::span<const ObjectEntry> entries() const { return tables_.entries; }
 
  private:
   static std::size_t offset_of(const ObjectEntry& entry, std::uint8_t sub) {
@@ -174,10 +184,7 @@ class ObjectDictionary {
   AbortCode check_limits(const ObjectEntry& entry, std::uint8_t sub,
                          std::span<const std::uint8_t> value) const;
 
-  std::span<const ObjectEntry> entries_;
-  std::span<std::uint8_t> values_;
-  std::span<std::uint8_t> process_;
-  std::span<const ObjectLimits> limits_;
+  Tables tables_;
   ObjectHandler* handler_;
   mutable std::size_t found_ = 0;  ///< the entry found last: related objects are accessed in succession
 };
