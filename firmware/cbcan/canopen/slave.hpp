@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// What every CANopen device has (CiA 301): NMT state machine, SDO server over its object dictionary,
-/// boot-up, heartbeat producer, node guarding. It can be used alone, and is part of every Device
-/// (device.hpp), which adds process data and other services.
+/// What every CANopen device has (CiA 301): NMT state machine, SDO server over its object dictionary, boot-up,
+/// heartbeat producer, node guarding. It can be used alone, and is part of every Device (device.hpp), which adds
+/// process data and other services.
 ///
 /// Acts on 1017h (heartbeat producer), if the dictionary has it. Nothing blocks, nothing is allocated; not
 /// re-entrant. A frame that the port refuses is tried again.
@@ -46,8 +46,8 @@ class Slave {
   /// Power on: boot-up message, then Pre-operational.
   void start(Time now);
 
-  /// False: on_frame() ignores frames with this CAN-ID. It handles NMT commands, and this node's SDO requests
-  /// and error control.
+  /// False: on_frame() ignores frames with this CAN-ID. It handles NMT commands, and this node's SDO requests and
+  /// error control.
   bool hears(std::uint32_t id) const {
     return id == nmt::kCommandId || (id % (nmt::kMaxNode + 1u) == node_id_ && id >= sdo::kRequestId);
   }

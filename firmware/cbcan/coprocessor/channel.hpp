@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// One SDO client and the requests of a PLC to it: one at a time, with its services, its checks and its
-/// result (docs/reference/contract.md). A channel has the window R3700..R3769, a scanner window or both; if
-/// both have a request they take turns. Requests to other nodes use the channel's own client, those to the
-/// own node the LocalNode that all channels share.
+/// One SDO client and the requests of a PLC to it: one at a time, with its services, its checks and its result
+/// (docs/reference/contract.md). A channel has the window R3700..R3769, a scanner window or both; if both have a
+/// request they take turns. Requests to other nodes use the channel's own client, those to the own node the
+/// LocalNode that all channels share.
 ///
-/// The owner calls the functions below as described for Coprocessor, and poll() at the time that it returned,
-/// or that due() returns after another call. Not re-entrant.
+/// The owner calls the functions below as described for Coprocessor, and poll() at the time that it returned, or
+/// that due() returns after another call. Not re-entrant.
 
 #include <algorithm>
 #include <array>
@@ -43,9 +43,9 @@ class Channel {
   /// Settings of the whole coprocessor, built with this set of services.
   template <Services>
   struct SettingsOf {
-    std::uint8_t node_id = 127;               ///< own node ID, 1..127
-    std::uint16_t sdo_timeout_ms = 1000;      ///< 0 = wait without limit; 3003h at run time
-    Time state_fresh_for = 2 * kSecond;       ///< age up to which a heartbeat is valid if 1016h sets no time
+    std::uint8_t node_id = 127;           ///< own node ID, 1..127
+    std::uint16_t sdo_timeout_ms = 1000;  ///< 0 = wait without limit; 3003h at run time
+    Time state_fresh_for = 2 * kSecond;  ///< age up to which a heartbeat is valid if 1016h sets no time
     Time guard_timeout = 100 * kMillisecond;  ///< wait for the response to a node guarding request
     /// Silence of the PLC after which the own node leaves Operational; 0 = no limit.
     std::uint16_t plc_timeout_ms = 0;
@@ -150,8 +150,7 @@ class Channel {
     return static_cast<std::uint8_t>(request.node);
   }
   std::uint8_t number() const { return number_; }
-  /// When another channel may send a request to this node; kNever = not before the end of this channel's
-  /// transfer.
+  /// When another channel may send a request to this node; kNever = not before the end of this channel's transfer.
   Time node_free_from(std::uint8_t node, Time now) { return client_.node_free_from(node, now); }
   /// An NMT command or a node state request is in progress.
   bool in_service() const { return activity_ == Activity::kNmtCommand || activity_ == Activity::kNodeState; }
@@ -200,7 +199,7 @@ class Channel {
   RegisterWindow window_;
   bool flagged_ = false;  ///< the last poll has seen CA0Eh in R3700: its request waits or is in progress
   Activity activity_ = Activity::kIdle;
-  Window served_ = Window::kScanner;  ///< whose request is in progress, or was last
+  Window served_ = Window::kScanner;                              ///< whose request is in progress, or was last
   SdoClient::Direction direction_ = SdoClient::Direction::kRead;  ///< of the SDO transfer
   bool command_refused_ = false;
   std::uint8_t number_;

@@ -60,8 +60,8 @@ std::size_t ObjectDictionary::search(std::uint16_t index, std::uint8_t sub) cons
   return static_cast<std::size_t>(found - tables_.entries.begin());
 }
 
-/// Sub-index 0 of a kCounted entry; or the reason why there is none. Its place would be found_: an entry of
-/// the same index is at found_ or immediately before it.
+/// Sub-index 0 of a kCounted entry; or the reason why there is none. Its place would be found_: an entry of the
+/// same index is at found_ or immediately before it.
 AbortCode ObjectDictionary::find_count(std::uint16_t index, std::uint8_t sub, ObjectEntry& entry) const {
   const bool here = found_ != tables_.entries.size() && tables_.entries[found_].has_index(index);
   if (here && sub == 0 && tables_.entries[found_].has(ObjectFlags::kCounted)) {
