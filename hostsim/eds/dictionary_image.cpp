@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "eds/dictionary_image.hpp"
 
+#include <algorithm>
 #include <array>
 
+#include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
+#include "cbcan/canopen/nmt/nmt.hpp"
+#include "cbcan/canopen/pdo/pdo.hpp"
 #include "eds/values.hpp"
 
 namespace cbcan::eds {
@@ -42,8 +46,8 @@ bool is_limited(const Object& object) {
   return object.low.value_or(all.low) != all.low || object.high.value_or(all.high) != all.high;
 }
 
-/// The flags for access, PDO mapping and a missing value. rwr maps into TPDOs only, rww into RPDOs only (CiA 306,
-/// 4.6.3).
+/// The flags for access, PDO mapping and a missing value. rwr maps into TPDOs only, rww into RPDOs only (CiA
+/// 306, 4.6.3).
 std::uint16_t object_flags(const Object& object) {
   const AccessFlags& access = kAccessFlags[static_cast<std::size_t>(object.access)];
   unsigned flags = access.sdo;
@@ -88,6 +92,62 @@ DictionaryImage dictionary_image(const DeviceDescription& device) {
   for (const Object& object : device.objects)
     if (object.index >= object::kFirstCommunication) append(object, image);
   return image;
+}
+
+bool follows_node_id(const Object& object) {
+  if (object.node_ids == 0) return true;
+  const std::int64_t value = from_bits(load_little_endian(object.value), object.type);
+  const std::uint64_t highest = highest_pattern(object.value.size()) >> (is_signed(object.type) ? 1 : 0);
+  const std::uint64_t most = std::uint64_t{object.node_ids} * nmt::kMaxNode;
+  const bool may_be_count = object.last_sub == 0 && object.value.size() == 1;
+  const bool is_checked = object.low || object.high || may_be_count;
+  return !is_checked && value >= 0 && most <= highest && static_cast<std::uint64_t>(value) <= highest - most;
+}
+
+bool only_values_differ(std::string_view text, const std::vector<Object>& objects) {
+  std::size_t found = 0;
+  for (const Object& object : objects)
+    found += object.node_ids;
+  return found == static_cast<std::size_t>(std::ranges::count(text, '$')) &&
+         std::ranges::all_of(objects, follows_node_id);
+}
+
+DictionaryImage prepared(DictionaryImage image) {
+  for (ObjectEntry& entry : image.entries) {
+    entry.flags |= ObjectFlags::kChecked;
+    const bool is_command = entry.index == object::kStore || entry.index == object::kRestore;
+    if (is_command && entry.first_sub != 0) entry.flags |= ObjectFlags::kComputed;
+    if (is_command || entry.index == object::kErrorHistory) entry.flags |= ObjectFlags::kSetPoint;
+  }
+  return image;
+}
+
+void mark_mapped(std::vector<ObjectEntry>& entries, const ObjectDictionary& dictionary) {
+  for (const ObjectEntry& mapping : entries)
+    for (unsigned sub = mapping.first_sub; is_mapping(mapping.index) && sub <= mapping.last_sub; ++sub) {
+      const std::uint64_t mapped = dictionary.get(mapping.index, static_cast<std::uint8_t>(sub));
+      for (ObjectEntry& entry : entries)
+        if (entry.index == mapped >> 16 && entry.first_sub <= (mapped >> 8 & 0xFF) &&
+            (mapped >> 8 & 0xFF) <= entry.last_sub)
+          entry.flags |= ObjectFlags::kSetPoint;
+    }
+}
+
+DeviceMemory memory_of(const std::vector<ObjectEntry>& entries) {
+  DeviceMemory memory{.rpdos = Pdo::rpdo_count(entries), .tpdos = Pdo::tpdo_count(entries)};
+  for (const ObjectEntry& entry : entries) {
+    memory.largest_value = std::max<std::size_t>(memory.largest_value, entry.capacity);
+    if (is_mapping(entry.index))
+      memory.objects_of_pdo =
+          std::max(memory.objects_of_pdo, std::min<std::size_t>(entry.last_sub, PdoMapping::kMostObjects));
+    if (entry.index == object::kConsumerHeartbeatTime) memory.watched_nodes = entry.last_sub;
+  }
+  return memory;
+}
+
+bool is_mapping(std::uint16_t index) {
+  return (index >= object::kRpdoMapping && index < object::kTpdoParameter) ||
+         (index >= object::kTpdoMapping && index <= object::kLastPdo);
 }
 
 }  // namespace cbcan::eds

@@ -4,6 +4,7 @@
 /// From a device description to the data of an ObjectDictionary.
 
 #include <cstdint>
+#include <string_view>
 #include <vector>
 
 #include "cbcan/canopen/dictionary/node_id_values.hpp"
@@ -27,5 +28,31 @@ struct DictionaryImage {
 /// One entry for each of `device.objects`, except those below 1000h (data types, which SDO cannot access). No
 /// entry is kComputed or kChecked.
 DictionaryImage dictionary_image(const DeviceDescription& device);
+
+/// The value fits its type with every node ID, and nothing but the value depends on it.
+bool follows_node_id(const Object& object);
+
+/// Read for any node ID, the text gives objects that differ by values only. `objects`: for node ID 0.
+bool only_values_differ(std::string_view text, const std::vector<Object>& objects);
+
+/// The same for a Device: every write goes through on_write(), and what is written to 1003h, 1010h and 1011h
+/// is a command.
+DictionaryImage prepared(DictionaryImage image);
+
+/// Objects that are mapped into PDOs at the start are taken for process data. `dictionary`: of these entries.
+void mark_mapped(std::vector<ObjectEntry>& entries, const ObjectDictionary& dictionary);
+
+/// The memory that a Device with these entries needs.
+struct DeviceMemory {
+  std::size_t largest_value = 0;  ///< bytes
+  std::size_t rpdos = 0;
+  std::size_t tpdos = 0;
+  std::size_t objects_of_pdo = 0;  ///< most that a mapping has room for
+  std::size_t watched_nodes = 0;   ///< 1016h
+};
+DeviceMemory memory_of(const std::vector<ObjectEntry>& entries);
+
+/// 1600h and so on.
+bool is_mapping(std::uint16_t index);
 
 }  // namespace cbcan::eds

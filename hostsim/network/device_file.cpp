@@ -86,10 +86,6 @@ bool is_command(std::uint16_t index) {
   return index == object::kErrorHistory || index == object::kStore || index == object::kRestore;
 }
 
-bool is_mapping(std::uint16_t index) {
-  return pdo_of(index) != index && pdo_of(index) != 0;
-}
-
 bool is_writable(const eds::Object& object) {
   return object.access != eds::Access::kReadOnly && object.access != eds::Access::kConstant &&
          object.index >= object::kFirstCommunication && !is_command(object.index);

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "eds/dictionary_image.hpp"
 #include "eds/eds_reader.hpp"
 #include "network/network_file.hpp"
 
@@ -22,9 +23,8 @@ bool is_command(std::uint16_t index);
 /// A parameter that can be written by SDO.
 bool is_writable(const eds::Object& object);
 
-/// A mapping parameter, 1600h and so on: its sub-index 0 is written; elsewhere it is the read-only number of
-/// sub-indices.
-bool is_mapping(std::uint16_t index);
+/// Its sub-index 0 is written; elsewhere it is the read-only number of sub-indices.
+using eds::is_mapping;
 
 /// The value of an object as a type of --type: u16, i8, f32, bool, string, hex.
 const ValueType& type_of(const eds::Object& object);

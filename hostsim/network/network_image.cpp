@@ -201,16 +201,21 @@ Bytes image_of(const Network& network, std::uint8_t own_id, const std::string& n
   return bytes;
 }
 
-std::string header_of(const Bytes& image, const std::string& name) {
-  std::string text = fmt::format(
-      "// Made by cbcan-network from {}: do not edit.\n#pragma once\n\n#include <array>\n#include "
-      "<cstdint>\n\n"
-      "inline constexpr std::array<std::uint8_t, {}> kNetwork{{",
-      name, image.size());
+std::string made_by(std::string_view program, std::string_view file) {
+  return fmt::format("// Made by {} from {}: do not edit.\n", program, file);
+}
+
+std::string array_of(std::string_view array, const Bytes& bytes) {
+  std::string text = fmt::format("inline constexpr std::array<std::uint8_t, {}> {}{{", bytes.size(), array);
   constexpr std::size_t kBytesOfLine = 16;
-  for (std::size_t i = 0; i < image.size(); ++i)
-    text += fmt::format("{}0x{:02X},", i % kBytesOfLine == 0 ? "\n    " : " ", image[i]);
+  for (std::size_t i = 0; i < bytes.size(); ++i)
+    text += fmt::format("{}0x{:02X},", i % kBytesOfLine == 0 ? "\n    " : " ", bytes[i]);
   return text + "\n};\n";
+}
+
+std::string header_of(const Bytes& image, const std::string& name) {
+  return made_by("cbcan-network", name) + "#pragma once\n\n#include <array>\n#include <cstdint>\n\n" +
+         array_of("kNetwork", image);
 }
 
 }  // namespace cbcan::network

@@ -13,4 +13,8 @@ Bytes image_of(const Network& network, std::uint8_t own_id, const std::string& n
 /// The image as a C++ header that defines `kNetwork`, for images of a board.
 std::string header_of(const Bytes& image, const std::string& name);
 
+// Parts of such headers: the first line, and an array of bytes.
+std::string made_by(std::string_view program, std::string_view file);
+std::string array_of(std::string_view array, const Bytes& bytes);
+
 }  // namespace cbcan::network

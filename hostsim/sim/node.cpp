@@ -13,47 +13,6 @@ namespace cbcan::sim {
 
 namespace {
 
-std::size_t largest_object(const std::vector<ObjectEntry>& entries) {
-  std::size_t largest = 0;
-  for (const ObjectEntry& entry : entries)
-    largest = std::max<std::size_t>(largest, entry.capacity);
-  return largest;
-}
-
-std::size_t highest_sub(const std::vector<ObjectEntry>& entries, std::uint16_t index) {
-  std::size_t highest = 0;
-  for (const ObjectEntry& entry : entries)
-    if (entry.index == index) highest = entry.last_sub;
-  return highest;
-}
-
-/// Every write goes through on_write(); what is written to 1010h and 1011h is a command and not kept.
-eds::DictionaryImage prepared(eds::DictionaryImage image) {
-  for (ObjectEntry& entry : image.entries) {
-    entry.flags |= ObjectFlags::kChecked;
-    const bool is_command = entry.index == object::kStore || entry.index == object::kRestore;
-    if (is_command && entry.first_sub != 0) entry.flags |= ObjectFlags::kComputed;
-  }
-  return image;
-}
-
-bool is_mapping(std::uint16_t index) {
-  return (index >= object::kRpdoMapping && index < object::kTpdoParameter) ||
-         (index >= object::kTpdoMapping && index <= object::kLastPdo);
-}
-
-/// Without a behaviour, objects that are mapped into PDOs at the start are taken for process data.
-void mark_mapped(std::vector<ObjectEntry>& entries, const ObjectDictionary& dictionary) {
-  for (const ObjectEntry& mapping : entries)
-    for (unsigned sub = mapping.first_sub; is_mapping(mapping.index) && sub <= mapping.last_sub; ++sub) {
-      const std::uint64_t mapped = dictionary.get(mapping.index, static_cast<std::uint8_t>(sub));
-      for (ObjectEntry& entry : entries)
-        if (entry.index == mapped >> 16 && entry.first_sub <= (mapped >> 8 & 0xFF) &&
-            (mapped >> 8 & 0xFF) <= entry.last_sub)
-          entry.flags |= ObjectFlags::kSetPoint;
-    }
-}
-
 /// The node ID that an image is made for; 0 = for none.
 constexpr std::uint8_t image_id(std::uint8_t node_id) {
   return node_id == Node::kNoNodeId ? std::uint8_t{0} : node_id;
@@ -77,21 +36,18 @@ Node::Node(Bus& bus, Schedule& schedule, NodeParts parts)
       name_(std::move(parts.name)),
       device_name_(parts.device),
       names_(parts.names ? std::move(parts.names) : std::make_shared<const eds::ObjectNames>()),
-      image_(prepared(std::move(parts.image))),
+      image_(eds::prepared(std::move(parts.image))),
       values_(image_.values),
       saved_(image_.values),
-      buffer_(largest_object(image_.entries)),
-      rpdos_(Pdo::rpdo_count(image_.entries)),
-      tpdos_(Pdo::tpdo_count(image_.entries)),
-      pieces_((rpdos_.size() + tpdos_.size()) * PdoMapping::kMostObjects),
-      watched_(highest_sub(image_.entries, object::kConsumerHeartbeatTime)),
+      memory_(eds::memory_of(image_.entries)),
       parameters_(parts.parameters),
       listener_(parts.listener),
       port_(bus.attach(*this)),
       faulty_(port_, parts.node_id, parts.seed, parts.listener, [this](Time now) { finish_update(now); }),
       device_(parts.node_id, {image_.entries, values_, image_.limits},
-              {buffer_, {rpdos_, tpdos_, pieces_}, watched_}, *this, faulty_),
-      more_servers_(device_.dictionary(), faulty_, buffer_.size()),
+              {memory_.buffer, {memory_.rpdos, memory_.tpdos, memory_.pieces}, memory_.watched}, *this,
+              faulty_),
+      more_servers_(device_.dictionary(), faulty_, memory_.buffer.size()),
       start_node_id_(parts.node_id),
       values_node_id_(image_id(parts.node_id)),
       signals_(std::move(parts.signals)),
@@ -103,7 +59,7 @@ Node::Node(Bus& bus, Schedule& schedule, NodeParts parts)
   if (parts.lss) lss_.emplace(lss_node, port_, faulty_, bus.bit_rate());
   behaviour_ = make_behaviour_ ? make_behaviour_(*this, seed_) : std::make_unique<Behaviour>();
   image_.values = saved_ = values_;  // with the behaviour's values for objects that have none in the file
-  if (!make_behaviour_) mark_mapped(image_.entries, dictionary());
+  if (!make_behaviour_) eds::mark_mapped(image_.entries, dictionary());
   for (ObjectEntry& entry : image_.entries)
     if (behaviour_->is_set_point(entry.index)) entry.flags |= ObjectFlags::kSetPoint;
   if (parameters_ != nullptr) load_parameters();
@@ -234,7 +190,8 @@ void Node::start_with(std::uint8_t node_id, Time now) {
   device_.start(now);
 }
 
-/// After every event: ends a transfer that a fault has aborted, updates the filter, and sets the next deadline.
+/// After every event: ends a transfer that a fault has aborted, updates the filter, and sets the next
+/// deadline.
 void Node::finish_update(Time now) {
   update_pending_ = false;
   while (faulty_.has_aborted())
@@ -328,7 +285,8 @@ bool Node::set_input(std::uint16_t index, std::uint8_t sub, double value, Time n
 
 bool Node::put_input(std::uint16_t index, std::uint8_t sub, double value, Time now) {
   if (behaviour_->set_input(index, sub, value, now)) return true;
-  if (index < object::kFirstManufacturer) return false;  // communication objects need the checks of an SDO write
+  if (index < object::kFirstManufacturer)
+    return false;  // communication objects need the checks of an SDO write
   ObjectEntry entry{};
   if (dictionary().find(index, sub, entry) != AbortCode::kNone) return false;
   const std::size_t bytes = size_of(entry.type);

@@ -59,8 +59,8 @@ class Node final : public Participant,
   void on_frame(const Frame& frame, Time now) override;
   void on_bus_state(BusState state, Time now) override;
 
-  /// Sets this input of the behaviour, or else the object itself, from 2000h on. The value is rounded and limited
-  /// to the range of its data type. False = there is no such number.
+  /// Sets this input of the behaviour, or else the object itself, from 2000h on. The value is rounded and
+  /// limited to the range of its data type. False = there is no such number.
   bool set_input(std::uint16_t index, std::uint8_t sub, double value, Time now);
 
   /// Brings all values up to `now`.
@@ -80,8 +80,8 @@ class Node final : public Participant,
   void set_power(bool on, Time now);
   bool has_power() const { return has_power_; }
 
-  /// Replaces the behaviour by a new one from its maker, and resets it. Objects keep their values. Throws what
-  /// the maker throws; then nothing has changed.
+  /// Replaces the behaviour by a new one from its maker, and resets it. Objects keep their values. Throws
+  /// what the maker throws; then nothing has changed.
   void reload(Time now);
 
   /// See Behaviour; false = there is no such incident.
@@ -161,11 +161,19 @@ class Node final : public Participant,
   eds::DictionaryImage image_;
   std::vector<std::uint8_t> values_;
   std::vector<std::uint8_t> saved_;  ///< what reset node restores: factory values, or stored ones
-  std::vector<std::uint8_t> buffer_;
-  std::vector<Pdo::Rpdo> rpdos_;
-  std::vector<Pdo::Tpdo> tpdos_;
-  std::vector<PdoMapping::Piece> pieces_;
-  std::vector<HeartbeatConsumer::Watched> watched_;
+  struct Memory {
+    explicit Memory(const eds::DeviceMemory& needed)
+        : buffer(needed.largest_value),
+          rpdos(needed.rpdos),
+          tpdos(needed.tpdos),
+          pieces((needed.rpdos + needed.tpdos) * needed.objects_of_pdo),
+          watched(needed.watched_nodes) {}
+    std::vector<std::uint8_t> buffer;
+    std::vector<Pdo::Rpdo> rpdos;
+    std::vector<Pdo::Tpdo> tpdos;
+    std::vector<PdoMapping::Piece> pieces;
+    std::vector<HeartbeatConsumer::Watched> watched;
+  } memory_;
   ParameterStore* parameters_;
   FaultListener* listener_;
   Port& port_;

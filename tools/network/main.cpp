@@ -1,15 +1,11 @@
 // SPDX-License-Identifier: MIT
 // cbcan-network: a network file as the objects of the module, for images of a board.
 
-#include <fmt/core.h>
-
-#include <cstdio>
 #include <filesystem>
-#include <vector>
 
 #include "files/read_file.hpp"
+#include "generator.hpp"
 #include "network/network_image.hpp"
-#include "options/exit_code.hpp"
 #include "text/numbers.hpp"
 
 namespace {
@@ -51,30 +47,17 @@ Arguments arguments_of(const std::vector<std::string>& words) {
   return arguments;
 }
 
-void print(const Arguments& arguments) {
+std::string output_of(const tools::Words& words, tools::Words& remarks) {
+  const Arguments arguments = arguments_of(words);
   const std::string& path = arguments.file;
-  std::vector<std::string> remarks;
   const network::Network network = network::read_network(path, files::read_file, remarks);
-  for (const std::string& remark : remarks)
-    fmt::print(stderr, "{}\n", remark);
   const network::Bytes image = network::image_of(network, arguments.own_node, path);
-  const std::string output = arguments.binary
-                                 ? std::string(image.begin(), image.end())
-                                 : network::header_of(image, std::filesystem::path(path).filename());
-  if (std::fwrite(output.data(), 1, output.size(), stdout) != output.size() || std::fflush(stdout) != 0)
-    throw std::runtime_error("standard output: cannot be written");
+  return arguments.binary ? std::string(image.begin(), image.end())
+                          : network::header_of(image, std::filesystem::path(path).filename());
 }
 
 }  // namespace
 
 int main(int count, char** words) {
-  const std::vector<std::string> given(words + 1, words + count);
-  try {
-    if (given == std::vector<std::string>{"--help"}) return std::fputs(kHelp, stdout) < 0;
-    print(arguments_of(given));
-    return 0;
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "cbcan-network: {}\n", error.what());
-    return static_cast<int>(options::ExitCode::kUsage);
-  }
+  return cbcan::tools::generate("cbcan-network", kHelp, count, words, output_of);
 }

@@ -19,7 +19,8 @@ using Bytes = std::span<const std::uint8_t>;
 
 constexpr std::uint16_t kBoardSettings = 0x2FFF;
 constexpr std::size_t kHeadBytes = 4;
-constexpr std::size_t kMostValueBytes = 8;  // of a parameter
+constexpr std::size_t kMostValueBytes = 255;
+constexpr std::size_t kMostComputedBytes = 8;
 
 struct Value {
   std::uint16_t index;
@@ -57,6 +58,7 @@ bool is_parameter(const ObjectEntry& entry) {
 struct Contents final : RecordLog::Source {
   Bytes before;
   const ObjectDictionary* objects;  ///< null: the range is cleared
+  const PowerOnValues* power_on;
   std::span<const std::uint16_t> settings;
   std::uint16_t first;
   std::uint16_t last;
@@ -78,29 +80,17 @@ struct Contents final : RecordLog::Source {
   }
 
   void put_value(RecordLog::Writer& writer, std::uint16_t index, std::uint8_t sub) const {
-    std::array<std::uint8_t, kMostValueBytes> bytes;
-    std::size_t size = 0;
-    if (objects->read(index, sub, bytes, size, 0) != AbortCode::kNone) return;
-    const Value value{index, sub, Bytes(bytes).first(size)};
-    if (!is_power_on(value)) put(writer, value);
-  }
-
-  bool is_power_on(const Value& value) const {
     ObjectEntry entry;
-    objects->find(value.index, value.sub, entry);
-    const std::uint64_t number = load_little_endian(value.bytes);
-    switch (value.index) {
-      case object::kConsumerHeartbeatTime: return number == 0;
-      case object::kEmergencyCobId: {  // follows the node ID, which may differ next time
-        std::array<std::uint8_t, 1> node;
-        std::size_t size = 0;
-        objects->read(local::kOwnNodeId, 0, node, size, 0);
-        return number == 0x80u + node[0];
-      }
-      default: break;
+    objects->find(index, sub, entry);
+    Bytes bytes = objects->value(entry, sub);
+    std::array<std::uint8_t, kMostComputedBytes> computed;
+    if (entry.has(ObjectFlags::kComputed)) {
+      std::size_t size = 0;
+      if (objects->read(index, sub, computed, size, 0) != AbortCode::kNone) return;
+      bytes = Bytes(computed).first(size);
     }
-    return !entry.has(ObjectFlags::kComputed) &&
-           local::is_power_on(ObjectDictionary::first_bit(entry, value.sub) / 8, value.bytes);
+    if (bytes.size() <= kMostValueBytes && !power_on->is_power_on(*objects, entry, sub, bytes))
+      put(writer, {index, sub, bytes});
   }
 
   void put_settings(RecordLog::Writer& writer) const {
@@ -112,7 +102,36 @@ struct Contents final : RecordLog::Source {
   }
 };
 
+struct OfCoprocessor final : PowerOnValues {
+  bool is_power_on(const ObjectDictionary& objects, const ObjectEntry& entry, std::uint8_t sub,
+                   Bytes bytes) const override {
+    const std::uint64_t number = load_little_endian(bytes);
+    switch (entry.index) {
+      case object::kConsumerHeartbeatTime: return number == 0;
+      case object::kEmergencyCobId: {  // follows the node ID, which may differ next time
+        std::array<std::uint8_t, 1> node;
+        std::size_t size = 0;
+        objects.read(local::kOwnNodeId, 0, node, size, 0);
+        return number == 0x80u + node[0];
+      }
+      default: break;
+    }
+    return !entry.has(ObjectFlags::kComputed) &&
+           local::is_power_on(ObjectDictionary::first_bit(entry, sub) / 8, bytes);
+  }
+};
+constexpr OfCoprocessor kOfCoprocessor;
+
 }  // namespace
+
+ParameterStore::ParameterStore(Flash& flash, Words settings, Valid valid)
+    : log_(flash),
+      settings_(settings),
+      valid_(valid),
+      address_(settings.size() == regmap::kBoardWords
+                   ? settings.subspan(regmap::kBoardNodeId - regmap::kBoardFirst, kAddressWords)
+                   : Words()),
+      power_on_(kOfCoprocessor) {}
 
 void ParameterStore::start(bool leave_aside) {
   log_.start();
@@ -138,11 +157,10 @@ AbortCode ParameterStore::forget(std::uint16_t first_index, std::uint16_t last_i
 }
 
 bool ParameterStore::keep_address(std::uint8_t node_id, std::uint8_t bit_rate) {
-  if (settings_.size() != regmap::kBoardWords) return false;
-  settings_[regmap::kBoardNodeId - regmap::kBoardFirst] = node_id;
+  if (address_.empty()) return false;
+  address_[0] = node_id;
   if (bit_rate != kReservedLssBitRate)
-    settings_[regmap::kBoardBitRate - regmap::kBoardFirst] =
-        static_cast<std::uint16_t>(kLssBitRates[bit_rate] / 1000);
+    address_[1] = static_cast<std::uint16_t>(kLssBitRates[bit_rate] / 1000);
   return save(kBoardSettings, kBoardSettings) == AbortCode::kNone;
 }
 
@@ -150,6 +168,7 @@ AbortCode ParameterStore::keep(std::uint16_t first_index, std::uint16_t last_ind
   Contents contents;
   contents.before = log_.latest();
   contents.objects = save ? objects_ : nullptr;
+  contents.power_on = &power_on_;
   contents.settings = settings_;
   contents.first = first_index;
   contents.last = last_index;
@@ -169,7 +188,8 @@ void ParameterStore::load(ObjectDictionary& objects, ObjectHandler& handler, std
     ObjectEntry entry;
     if (!value.in(first_index, last_index) ||
         objects.find(value.index, value.sub, entry) != AbortCode::kNone || !is_parameter(entry) ||
-        value.bytes.size() != entry.capacity)
+        value.bytes.size() > entry.capacity ||
+        (value.bytes.size() < entry.capacity && !entry.has(ObjectFlags::kVariable)))
       continue;
     entry.has(ObjectFlags::kComputed) ? void(handler.on_write(entry, value.sub, value.bytes, 0))
                                       : objects.store(entry, value.sub, value.bytes);

@@ -2,9 +2,10 @@
 #pragma once
 
 /// The memory for 1010h and 1011h in a board's flash: one record (record_log.hpp) holds all stored parameters
-/// of the own node and the board's own settings. The settings are the words 2FFFh:1.. of the record, so they
+/// of a device and the board's own settings. The settings are the words 2FFFh:1.. of the record, so they
 /// count as manufacturer parameters. An entry is index, sub-index and length, then the value's bytes. Values
-/// equal to their power-on value are not stored; entries that a later image does not know are ignored.
+/// equal to their power-on value, or longer than 255 bytes, are not stored; entries that a later image does
+/// not know are ignored.
 
 #include <cstdint>
 #include <span>
@@ -19,9 +20,16 @@ class ParameterStore final : public ParameterMemory {
   using Words = std::span<std::uint16_t>;
   using Valid = bool (*)(std::span<const std::uint16_t>);
 
-  /// `settings`: the board's settings with the image's values; `valid` checks such words. All outlive this.
-  ParameterStore(Flash& flash, Words settings, Valid valid)
-      : log_(flash), settings_(settings), valid_(valid) {}
+  /// For a coprocessor. `settings`: the board's settings with the image's values; `valid` checks such words.
+  /// All outlive this.
+  ParameterStore(Flash& flash, Words settings, Valid valid);
+  /// For another device. The settings begin with its node ID and the bit rate in kbit/s.
+  ParameterStore(Flash& flash, Words settings, Valid valid, const PowerOnValues& power_on)
+      : log_(flash),
+        settings_(settings),
+        valid_(valid),
+        address_(settings.first(kAddressWords)),
+        power_on_(power_on) {}
 
   /// Call once, before the rest of the board starts (see RecordLog::start()): loads the stored board
   /// settings. `leave_aside`: ignores everything stored until the next start.
@@ -33,15 +41,20 @@ class ParameterStore final : public ParameterMemory {
   AbortCode forget(std::uint16_t first_index, std::uint16_t last_index) override;
   void load(ObjectDictionary& objects, ObjectHandler& handler, std::uint16_t first_index,
             std::uint16_t last_index) override;
-  /// Stores them as R4154 and R4155, with all settings of the board; false if it has no such settings.
+  /// Stores them with all settings of the board, those of a coprocessor as R4154 and R4155; false if it has
+  /// no such settings.
   bool keep_address(std::uint8_t node_id, std::uint8_t bit_rate) override;
 
  private:
+  static constexpr std::size_t kAddressWords = 2;
+
   AbortCode keep(std::uint16_t first_index, std::uint16_t last_index, bool save);
 
   RecordLog log_;
   Words settings_;
   Valid valid_;
+  Words address_;  ///< node ID and bit rate; empty = they cannot be set
+  const PowerOnValues& power_on_;
   const ObjectDictionary* objects_ = nullptr;
   bool left_aside_ = false;
 };

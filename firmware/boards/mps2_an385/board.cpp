@@ -35,16 +35,21 @@ void on_watchdog() {
 Board::Board(const Settings& settings, regmap::ResetCause cause)
     : settings_(settings), reset_cause_(cause), can_(settings.can_kbit_per_second) {}
 
-void Board::start(RtuServer& modbus) {
-  modbus_ = &modbus;
+void Board::start() {
   counter_.start(kSystemClock);
   watchdog_.start(kWatchdogPeriod);
-  modbus_uart_.start(kSystemClock, settings_.modbus_baud);
   adapter_uart_.start(kSystemClock, settings_.adapter_baud);
-  for (const std::size_t interrupt :
-       {kModbusReceive, kModbusTransmit, kAdapterReceive, kAdapterTransmit, kTimer})
+  for (const std::size_t interrupt : {kAdapterReceive, kAdapterTransmit, kTimer})
     enable_interrupt(interrupt);
   can_.poll(now());  // opens the adapter before the first frame
+}
+
+void Board::start(RtuServer& modbus) {
+  modbus_ = &modbus;
+  modbus_uart_.start(kSystemClock, settings_.modbus_baud);
+  for (const std::size_t interrupt : {kModbusReceive, kModbusTransmit})
+    enable_interrupt(interrupt);
+  start();
 }
 
 void Board::sleep_until(Time due) {

@@ -40,7 +40,9 @@ class Board final : public Hardware {
   /// `cause`: of the last reset.
   Board(const Settings& settings, regmap::ResetCause cause);
 
-  /// Interrupts on. `modbus` gets the bytes of UART0.
+  /// Interrupts on; UART0 is not used.
+  void start();
+  /// `modbus` gets the bytes of UART0.
   void start(RtuServer& modbus);
 
   CanPort& can() { return can_; }

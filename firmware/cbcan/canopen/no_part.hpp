@@ -40,8 +40,9 @@ class NoPart : public Part {
   static constexpr bool has_received(std::size_t /*number*/) { return true; }
   static void forget_received(std::size_t /*number*/) {}
   static void hold_tpdos(bool /*held*/, Time /*now*/) {}
-  // and of an OwnLss.
-  static void start(Time /*now*/) {}
+  // and of a DeviceLss.
+  static void start(std::uint8_t /*node_id*/, Time /*now*/) {}
+  static constexpr std::uint8_t reset_communication(Time /*now*/) { return 0; }
 };
 
 }  // namespace cbcan

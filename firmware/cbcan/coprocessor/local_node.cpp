@@ -86,7 +86,7 @@ void LocalNode::on_bus_state(BusState state, Time now) {
 
 void LocalNode::restore(std::uint16_t first_index, std::uint16_t last_index, Time now) {
   local::restore(room_.values, first_index, last_index);
-  lss_.start(now);
+  lss_.start(device_.node_id(), now);
   if (kServices.emergencies)
     device_.dictionary().set(object::kEmergencyCobId, 0, EmergencyConsumer::kFirstId + device_.node_id());
   room_.consumer_node.fill(0);

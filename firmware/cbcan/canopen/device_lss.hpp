@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// LSS (CiA 305) of the coprocessor's own node: an LSS master reads its identity, and gives it a node ID and a
-/// bit rate, which the memory of 1010h stores for the next power-on; until then both are unchanged. "Activate
-/// bit timing" therefore does not switch.
+/// LSS (CiA 305) of a device: an LSS master reads its identity, and gives it a node ID and a bit rate, which
+/// the memory of 1010h stores for the next power-on. The bit rate is unchanged until then: "activate bit
+/// timing" does not switch.
 
 #include "cbcan/canopen/device.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
@@ -11,13 +11,15 @@
 
 namespace cbcan {
 
-class OwnLss final : private LssApplication {
+class DeviceLss final : private LssApplication {
  public:
-  /// Both outlive it.
-  OwnLss(const Device& device, DeviceApplication& application, CanPort& port)
+  /// All outlive it.
+  DeviceLss(Device& device, DeviceApplication& application, CanPort& port)
       : device_(device), application_(application), slave_(*this, port) {}
 
-  void start(Time now) { slave_.start(device_.node_id(), kReservedLssBitRate, now); }
+  /// Power-on and reset node: see LssSlave.
+  void start(std::uint8_t node_id, Time now) { slave_.start(node_id, kReservedLssBitRate, now); }
+  std::uint8_t reset_communication(Time now) { return slave_.reset_communication(now); }
   void on_frame(const Frame& frame, Time now) { slave_.on_frame(frame, now); }
   void poll(Time now) { slave_.poll(now); }
   Time deadline() const { return slave_.deadline(); }
@@ -36,8 +38,12 @@ class OwnLss final : private LssApplication {
     const bool kept = node_id != LssSlave::kNoNodeId && memory->keep_address(node_id, bit_rate);
     return kept ? StoreResult::kStored : StoreResult::kAccessError;
   }
+  void on_node_id(std::uint8_t node_id, Time now) override {
+    device_.set_node_id(node_id);
+    device_.start(now);
+  }
 
-  const Device& device_;
+  Device& device_;
   DeviceApplication& application_;
   LssSlave slave_;
 };

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// A Device with the dictionary of an EDS file (cbcan-eds), its memory, LSS and stored parameters. An
+/// application derives from EdsDeviceOf, overrides what it needs of DeviceApplication, and accesses objects
+/// by their names:
+///
+///   class Module final : public cbcan::EdsDeviceOf<module::kDictionary> { ... };
+///   Module module(port);
+///   module.start(5, now);
+///
+/// on_read() gives the objects that the EDS file has no value for; nothing else has to be overridden. An
+/// override of on_stored() or on_state() calls the one here first. Nothing blocks, nothing is allocated; not
+/// re-entrant.
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <type_traits>
+
+#include "cbcan/canopen/device.hpp"
+#include "cbcan/canopen/device_lss.hpp"
+#include "cbcan/canopen/dictionary/eds_dictionary.hpp"
+
+namespace cbcan {
+
+/// What a device with this dictionary keeps in RAM.
+template <const EdsDictionary& kDictionary>
+struct EdsMemory {
+  std::array<std::uint8_t, kDictionary.value_bytes> values{};
+  std::array<std::uint8_t, kDictionary.largest_value> buffer{};
+  std::array<Pdo::Rpdo, kDictionary.rpdos> rpdos{};
+  std::array<Pdo::Tpdo, kDictionary.tpdos> tpdos{};
+  std::array<PdoMapping::Piece, (kDictionary.rpdos + kDictionary.tpdos) * kDictionary.objects_of_pdo>
+      pieces{};
+  std::array<HeartbeatConsumer::Watched, kDictionary.watched_nodes> watched{};
+};
+
+class EdsDevice : protected DeviceApplication, public PowerOnValues {
+ public:
+  static constexpr std::uint8_t kNoNodeId = LssSlave::kNoNodeId;
+
+  /// All outlive it. `values`: EdsDictionary::value_bytes.
+  EdsDevice(const EdsDictionary& dictionary, std::span<std::uint8_t> values, const Device::Storage& storage,
+            CanPort& port)
+      : dictionary_(dictionary),
+        values_(values),
+        device_(kNoNodeId, {dictionary.entries, values, dictionary.limits}, storage, *this, port),
+        lss_(device_, static_cast<DeviceApplication&>(*this), port) {}
+  EdsDevice(const EdsDevice&) = delete;
+  EdsDevice& operator=(const EdsDevice&) = delete;
+
+  /// Before start(): where 1010h and LSS store; without it both are rejected. It outlives the device.
+  void keep_in(ParameterMemory& memory) { memory_ = &memory; }
+  /// Power on: boot-up message, then Pre-operational. kNoNodeId: waits for an LSS master.
+  void start(std::uint8_t node_id, Time now);
+
+  void on_frame(const Frame& frame, Time now);
+  void on_bus_state(BusState state, Time now) { device_.on_bus_state(state, now); }
+  /// Sends what is due. Returns the time of the next call; kNever = only after another call.
+  Time poll(Time now);
+
+  /// A stored number of up to 8 bytes.
+  std::uint64_t get(ObjectAddress object) const { return device_.dictionary().get(object.index, object.sub); }
+  /// A change is an event for the TPDOs that map it.
+  void set(ObjectAddress object, std::uint64_t value, Time now);
+
+  Device& device() { return device_; }
+  const Device& device() const { return device_; }
+
+  bool is_power_on(const ObjectDictionary& objects, const ObjectEntry& entry, std::uint8_t sub,
+                   std::span<const std::uint8_t> bytes) const override;
+
+ protected:
+  ~EdsDevice() = default;
+
+  AbortCode on_read(const ObjectEntry& entry, std::uint8_t sub, std::span<std::uint8_t> out,
+                    std::size_t& size, Time now) override;
+  void on_stored(const ObjectEntry& entry, std::uint8_t sub, Time now) override;
+  void on_state(nmt::State state, Time now) override;
+
+ private:
+  void restore(std::uint16_t first_index, std::uint16_t last_index, Time now) override;
+  ParameterMemory* memory() override { return memory_; }
+
+  const EdsDictionary& dictionary_;
+  std::span<std::uint8_t> values_;
+  ParameterMemory* memory_ = nullptr;
+  Device device_;
+  std::conditional_t<kServices.lss, DeviceLss, NoPart> lss_;
+};
+
+template <const EdsDictionary& kDictionary>
+class EdsDeviceOf : private EdsMemory<kDictionary>, public EdsDevice {
+  using Memory = EdsMemory<kDictionary>;
+
+ public:
+  explicit EdsDeviceOf(CanPort& port)
+      : EdsDevice(kDictionary, Memory::values,
+                  {Memory::buffer, {Memory::rpdos, Memory::tpdos, Memory::pieces}, Memory::watched}, port) {}
+
+ protected:
+  ~EdsDeviceOf() = default;
+};
+
+}  // namespace cbcan

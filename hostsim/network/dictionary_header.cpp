@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: MIT
+#include "network/dictionary_header.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <map>
+
+#include "cbcan/canopen/dictionary/cob_id.hpp"
+#include "cbcan/canopen/dictionary/little_endian.hpp"
+#include "cbcan/canopen/nmt/nmt.hpp"
+#include "cbcan/canopen/pdo/mapping.hpp"
+#include "eds/firmware_dictionary.hpp"
+#include "network/device_file.hpp"
+#include "network/network_image.hpp"
+
+namespace cbcan::network {
+
+namespace {
+
+using eds::Object;
+
+// ---- What the stack does not have
+
+/// Refuses a file, with the line of the object.
+class Check {
+ public:
+  Check(const eds::DeviceDescription& device, std::string_view text, const std::string& name)
+      : device_(device), text_(text), name_(name) {}
+
+  void objects() const {
+    for (const Object& object : device_.objects) {
+      if (!eds::follows_node_id(object))
+        refuse(object, "its value with $NODEID does not fit each node ID 1..127");
+      if (object.index > object::kSdoServerParameter && object.index <= kLastSdoServer)
+        refuse(object, "the stack has one SDO server, 1200h");
+      if (is_cob_id(object)) cob_id(object);
+    }
+    if (!eds::only_values_differ(text_, device_.objects))
+      throw UsageError(name_ + ":1: $NODEID is used for something other than a value");
+  }
+
+  /// Of PDOs, by the stack itself.
+  void mappings(eds::FirmwareDictionary& made) const {
+    std::vector<std::uint8_t> values = made.power_on;
+    values.resize(made.value_bytes);
+    const ObjectDictionary dictionary(made.entries, values, nullptr);
+    for (const Object& object : device_.objects)
+      if (is_mapping(object.index) && object.first_sub == 0) mapping(dictionary, object);
+  }
+
+ private:
+  static constexpr std::uint16_t kLastSdoServer = 0x127F;
+
+  [[noreturn]] void refuse(const Object& object, std::string_view why) const {
+    throw UsageError(
+        fmt::format("{}:{}: {:04X}h:{:02X}: {}", name_, object.line, object.index, object.first_sub, why));
+  }
+
+  static bool is_cob_id(const Object& object) {
+    const bool pdo = object.index >= object::kRpdoParameter && object.index <= object::kLastPdo;
+    return (pdo && !is_mapping(object.index) && object.first_sub == kCobId) ||
+           ((object.index == object::kSyncCobId || object.index == object::kEmergencyCobId) &&
+            object.first_sub == 0);
+  }
+
+  void cob_id(const Object& object) const {
+    const auto value = static_cast<std::uint32_t>(load_little_endian(object.value));
+    if (!object.has_value || ((value & cob::kInvalid) != 0 && object.index != object::kSyncCobId)) return;
+    if ((value & cob::kReserved) != 0) refuse(object, "the stack has no 29-bit identifiers");
+    for (std::uint32_t node = 1; node <= nmt::kMaxNode; ++node)
+      if (cob::is_restricted(cob::id_of(value + object.node_ids * node)))
+        refuse(object, fmt::format("CiA 301 restricts CAN-ID {:03X}h (of node {})",
+                                   cob::id_of(value + object.node_ids * node), node));
+  }
+
+  void mapping(const ObjectDictionary& dictionary, const Object& count) const {
+    const std::uint64_t most = load_little_endian(count.value);
+    for (std::uint8_t sub = 1; sub <= std::min<std::uint64_t>(most, PdoMapping::kMostObjects); ++sub) {
+      const auto mapped = static_cast<std::uint32_t>(dictionary.get(count.index, sub));
+      const Object* const entry = device_.find(count.index, sub);
+      const AbortCode wrong = PdoMapping::check(dictionary, count.index, mapped);
+      if (wrong == AbortCode::kNone) continue;
+      refuse(entry == nullptr ? count : *entry,
+             fmt::format("{:08X}h {}", mapped,
+                         wrong == AbortCode::kNotMappable ? "cannot be mapped, or has another length"
+                                                          : "maps no object"));
+    }
+    if (PdoMapping().resolve(dictionary, count.index, static_cast<std::uint32_t>(most), {}) !=
+        AbortCode::kNone)
+      refuse(count, "maps more than 64 objects or 64 bits");
+  }
+
+  const eds::DeviceDescription& device_;
+  std::string_view text_;
+  const std::string& name_;
+};
+
+// ---- Names
+
+/// "Read input 8-bit" is ReadInput8Bit.
+std::string camel(std::string_view text) {
+  std::string name;
+  bool begins = true;
+  for (const char c : text) {
+    const bool letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
+    if (!letter && (c < '0' || c > '9')) {
+      begins = true;
+      continue;
+    }
+    name += begins && c >= 'a' ? static_cast<char>(c - 'a' + 'A') : c;
+    begins = false;
+  }
+  return name.empty() ? "Object" : name;
+}
+
+/// A name that several objects have is followed by index and sub-index.
+std::string names_of(const eds::DeviceDescription& device) {
+  std::map<std::string, int> count;
+  for (const Object& object : device.objects)
+    ++count[camel(object.name)];
+  std::string text;
+  for (const Object& object : device.objects) {
+    std::string name = camel(object.name);
+    if (count[name] != 1 || name == "Object")
+      name += fmt::format("_{:04X}_{:02X}", object.index, object.first_sub);
+    text += fmt::format("inline constexpr cbcan::ObjectAddress k{}{{0x{:04X}, 0x{:02X}}};\n", name,
+                        object.index, object.first_sub);
+  }
+  return text;
+}
+
+// ---- Tables
+
+std::string number_of(std::int64_t value) {
+  return value == std::numeric_limits<std::int64_t>::min() ? fmt::format("{} - 1", value + 1)
+                                                           : fmt::format("{}", value);
+}
+
+template <class Row, class Print>
+std::string table(std::string_view type, std::string_view name, const std::vector<Row>& rows, Print print) {
+  std::string text =
+      fmt::format("inline constexpr std::array<cbcan::{}, {}> {}{{{{\n", type, rows.size(), name);
+  for (const Row& row : rows)
+    text += fmt::format("    {{{}}},\n", print(row));
+  return rows.empty() ? fmt::format("inline constexpr std::array<cbcan::{}, 0> {}{{}};\n", type, name)
+                      : text + "}};\n";
+}
+
+std::string tables(const eds::FirmwareDictionary& made) {
+  return table("ObjectEntry", "kEntries", made.entries,
+               [](const ObjectEntry& entry) {
+                 return fmt::format("0x{:04X}, {}, {}, cbcan::DataType{{0x{:02X}}}, {}, 0x{:04X}, {}, {}",
+                                    entry.index, entry.first_sub, entry.last_sub,
+                                    static_cast<unsigned>(entry.type), entry.more_indices, entry.flags,
+                                    entry.offset, entry.capacity);
+               }) +
+         table("ObjectLimits", "kLimits", made.limits,
+               [](const ObjectLimits& row) {
+                 return fmt::format("0x{:04X}, {}, {}, {}", row.index, row.sub, number_of(row.low),
+                                    number_of(row.high));
+               }) +
+         table("NodeIdValue", "kNodeIdValues", made.node_id_values,
+               [](const NodeIdValue& row) {
+                 return fmt::format("{}, {}, {}", row.offset, row.factor, row.size);
+               }) +
+         array_of("kPowerOn", made.power_on);
+}
+
+std::string sizes_of(const eds::FirmwareDictionary& made) {
+  const std::size_t flash = made.entries.size() * sizeof(ObjectEntry) +
+                            made.limits.size() * sizeof(ObjectLimits) +
+                            made.node_id_values.size() * sizeof(NodeIdValue) + made.power_on.size();
+  return fmt::format(
+      "// Flash: {} bytes, of {} entries, {} limits, {} values with $NODEID, {} bytes of values.\n"
+      "// RAM: {} bytes of values, {} for SDO, {} RPDOs and {} TPDOs of {} objects, {} watched nodes.\n",
+      flash, made.entries.size(), made.limits.size(), made.node_id_values.size(), made.power_on.size(),
+      made.value_bytes, made.memory.largest_value, made.memory.rpdos, made.memory.tpdos,
+      made.memory.objects_of_pdo, made.memory.watched_nodes);
+}
+
+}  // namespace
+
+std::string dictionary_header(std::string_view text, const std::string& name, const std::string& space,
+                              std::vector<std::string>& remarks) {
+  const eds::DeviceDescription device = parse_device(text, name, std::uint8_t{0}, remarks);
+  const Check check(device, text, name);
+  check.objects();
+  eds::FirmwareDictionary made = eds::firmware_dictionary(eds::dictionary_image(device));
+  check.mappings(made);
+  const eds::DeviceMemory& memory = made.memory;
+  return made_by("cbcan-eds", name) + sizes_of(made) +
+         "#pragma once\n\n#include <array>\n#include <cstdint>\n\n#include "
+         "\"cbcan/canopen/dictionary/eds_dictionary.hpp\"\n\n" +
+         fmt::format("namespace {} {{\n\nnamespace tables {{\n{}}}\n\n", space, tables(made)) +
+         fmt::format(
+             "inline constexpr cbcan::EdsDictionary kDictionary{{tables::kEntries, tables::kLimits, "
+             "tables::kPowerOn, "
+             "tables::kNodeIdValues, {}, {}, {}, {}, {}, {}, {}}};\n\n",
+             made.communication_node_id_values, made.value_bytes, memory.largest_value, memory.rpdos,
+             memory.tpdos, memory.objects_of_pdo, memory.watched_nodes) +
+         fmt::format("namespace od {{\n{}}}\n\n}}\n", names_of(device));
+}
+
+}  // namespace cbcan::network

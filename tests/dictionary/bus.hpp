@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// A bus with one device, of any of the files; the suite compares what devices of different kinds do there.
+
+#include <deque>
+#include <string>
+#include <vector>
+
+#include "dictionaries.hpp"
+
+namespace cbcan::test {
+
+using Frames = std::vector<std::string>;  ///< "605#4000100000000000"
+
+class Bus {
+ public:
+  virtual ~Bus() = default;
+  /// A new device of this file, with node ID 5; or the same one again, with what it has stored. Returns what
+  /// it sends.
+  virtual Frames power_on(std::size_t file) = 0;
+  virtual Frames power_cycle() = 0;
+  /// Sends at most kMostAtOnce frames; returns all that the device has sent then.
+  virtual Frames exchange(const Frames& frames) = 0;
+  virtual Frames pass(Time duration) = 0;
+
+  /// Single characters of more frames do not fit the emulator's socket.
+  static constexpr std::size_t kMostAtOnce = 10;
+  /// How many frames each exchange() must return, for a device that needs time.
+  std::deque<std::size_t> counts;
+};
+
+/// The kind of device that the suite compares with the simulated one.
+Bus& compared_bus();
+bool is_slow();
+
+}  // namespace cbcan::test
