@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What cbcan-network prints for plants/demo/network.toml, in a program.
 #include "cbcan/canopen/manager/network_objects.hpp"
-#include "demo_network.hpp"
+#include "network.hpp"
 #include "support/catch.hpp"
 
 TEST_CASE("the header is a network in constant memory") {

@@ -27,6 +27,11 @@ namespace cbcan {
 /// What a device with this dictionary keeps in RAM.
 template <const EdsDictionary& kDictionary>
 struct EdsMemory {
+  static_assert(kServices.other_devices || (kDictionary.limits.empty() && kDictionary.watched_nodes == 0),
+                "the EDS file has limits or 1016h, and kServices no other_devices");
+  static_assert(kServices.process_data() || kDictionary.rpdos + kDictionary.tpdos == 0,
+                "the EDS file has PDOs, and kServices none");
+
   std::array<std::uint8_t, kDictionary.value_bytes> values{};
   std::array<std::uint8_t, kDictionary.largest_value> buffer{};
   std::array<Pdo::Rpdo, kDictionary.rpdos> rpdos{};

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 // The simulated devices with npm's canopen as the master. On the interface that CBCAN_VCAN names, or else over SLCAN.
-// usage: node canopen_test.mjs CBCAN_SIM SOURCE_FOLDER
+// usage: node canopen_test.mjs CBCAN_SIM SOURCE_FOLDER [SLAVE]
+// SLAVE is the I/O module instead of the simulated one: the program of examples/slave, or its image for QEMU.
 import assert from "node:assert/strict";
+import { spawn } from "node:child_process";
 import { once } from "node:events";
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { createRequire } from "node:module";
@@ -10,10 +12,10 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import test from "node:test";
 import { slcanBus, socketCanBus } from "./can_bus.mjs";
-import { LIMIT, count, startSimulator } from "./cases.mjs";
+import { LIMIT, count, running, startSimulator } from "./cases.mjs";
 
-const [program, sources] = process.argv.slice(2);
-const vcan = process.env.CBCAN_VCAN;
+const [program, sources, slave] = process.argv.slice(2);
+const vcan = slave ? undefined : process.env.CBCAN_VCAN;
 const require = createRequire(import.meta.url);
 
 // Replaces a native package of canopen, which is not built here: a CRC of 16 bits, not reflected, initial value 0.
@@ -33,12 +35,36 @@ const { DataType, Device, Eds, LssMode, NmtState } = require("canopen");
 const IO = 0x42, TRANSDUCER = 1, DRIVE = 5, GENERIC = 0x20;
 const EDS = { [IO]: "io_module", [TRANSDUCER]: "pressure_transducer", [DRIVE]: "drive" };
 
+/// The plant; without the I/O module if there is a slave.
+function plant(folder) {
+  const file = join(sources, "tests/system/devices.toml");
+  if (!slave) return file;
+  const text = readFileSync(file, "utf8").replaceAll("../../plants", join(sources, "plants"));
+  const path = join(folder, "devices.toml");
+  writeFileSync(path, text.replace(/\[\[node\]\]\nid = 0x42\n[^]*?(?=\[\[node\]\])/, ""));
+  return path;
+}
+
+/// Returns when it has booted.
+async function startSlave(bus, address) {
+  const booted = new Promise((resolve) => bus.on("frame", ({ id }) => id === 0x742 && resolve()));
+  const [host, port] = address.split(":");
+  const qemu = ["-M", "mps2-an385", "-kernel", slave, "-display", "none", "-monitor", "none", "-serial", "null",
+    "-serial", `tcp:${address},nodelay=on`];
+  const child = slave.endsWith(".elf") ? spawn("qemu-system-arm", qemu) : spawn(slave, [host, port]);
+  running.add(child);
+  await booted;
+  return child;
+}
+
 /// Calls use(master) with a Device on a bus with the plant of devices.toml, that knows the nodes as SDO servers.
 async function withPlant(use, ...options) {
   count();
   const place = vcan ? ["--can", `socketcan:${vcan}`] : ["--slcan", "127.0.0.1:0"];
-  const simulator = await startSimulator(program, "--config", join(sources, "tests/system/devices.toml"), ...place, ...options);
+  const folder = mkdtempSync(join(tmpdir(), "cbcan-plant-"));
+  const simulator = await startSimulator(program, "--config", plant(folder), ...place, ...options);
   const bus = vcan ? await socketCanBus(vcan) : await slcanBus(simulator.where.slcan);
+  const io = slave && (await startSlave(bus, simulator.where.slcan));
   const master = new Device({ id: 126, eds: new Eds() });
   try {
     for (const node of [IO, TRANSDUCER, DRIVE, GENERIC]) master.eds.addSdoClientParameter(node, 0x600 + node, 0x580 + node);
@@ -48,7 +74,10 @@ async function withPlant(use, ...options) {
   } finally {
     master.stop();
     bus.close();
+    io?.kill();
+    running.delete(io);
     await simulator.stop();
+    rmSync(folder, { recursive: true });
   }
 }
 

@@ -10,7 +10,8 @@ export const LIMIT = 60_000;
 let ran = 0;
 export const count = () => ++ran;
 
-const running = new Set();
+/// Child processes, killed at the end.
+export const running = new Set();
 process.on("exit", () => {
   for (const simulator of running) simulator.kill();  // however the test has ended
   console.log(`${ran} cases ran`);

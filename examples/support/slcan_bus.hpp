@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// A CAN bus for the examples on a PC: an SLCAN adapter at a TCP port, such as that of `cbcan-sim --slcan`.
+
+#include <netdb.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <time.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <string>
+
+#include "boards/common/slcan_port.hpp"
+
+class SlcanBus {
+ public:
+  /// Ends the program if nothing is there.
+  SlcanBus(const char* host, const char* port) {
+    addrinfo* found = nullptr;
+    if (getaddrinfo(host, port, nullptr, &found) != 0) std::exit(1);
+    socket_ = ::socket(found->ai_family, SOCK_STREAM, 0);
+    if (::connect(socket_, found->ai_addr, found->ai_addrlen) != 0) std::exit(1);
+    freeaddrinfo(found);
+    port_.poll(now());  // opens the adapter before the first frame
+  }
+  ~SlcanBus() { ::close(socket_); }
+  SlcanBus(const SlcanBus&) = delete;
+  SlcanBus& operator=(const SlcanBus&) = delete;
+
+  cbcan::CanPort& port() { return port_; }
+  cbcan::BusState state() const { return port_.state(); }
+  bool receive(cbcan::Frame& frame) { return port_.receive(frame); }
+
+  static cbcan::Time now() {
+    timespec time{};
+    clock_gettime(CLOCK_MONOTONIC, &time);
+    return static_cast<cbcan::Time>(time.tv_sec) * cbcan::kSecond +
+           static_cast<cbcan::Time>(time.tv_nsec) / 1000;
+  }
+
+  /// Sends what is queued, and waits for characters or until `due`. Ends the program when the adapter is
+  /// closed.
+  void wait_until(cbcan::Time due) {
+    constexpr cbcan::Time kLongest = cbcan::kSecond;
+    const cbcan::Time at = now();
+    due = std::min({due, port_.poll(at), at + kLongest});
+    std::string out;
+    for (char c; port_.next_char(c);)
+      out += c;
+    if (!out.empty() && ::send(socket_, out.data(), out.size(), MSG_NOSIGNAL) < 0) std::exit(0);
+    pollfd readable{socket_, POLLIN, 0};
+    if (::poll(&readable, 1, due <= at ? 0 : static_cast<int>((due - at + 999) / 1000)) <= 0) return;
+    char in[256];
+    const ssize_t count = ::recv(socket_, in, sizeof in, 0);
+    if (count <= 0) std::exit(0);
+    for (ssize_t i = 0; i < count; ++i)
+      port_.on_char(in[i]);
+  }
+
+ private:
+  int socket_;
+  cbcan::boards::SlcanPort port_{500};
+};
