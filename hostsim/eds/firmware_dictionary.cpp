@@ -23,7 +23,7 @@ bool is_alike(const ObjectEntry& a, const ObjectEntry& b) {
   return a.type == b.type && a.flags == b.flags && a.capacity == b.capacity;
 }
 
-/// A string that nobody writes needs no room for a longer one.
+/// A string that cannot be written needs no room for a longer one.
 Row row_of(const ObjectEntry& entry, const std::vector<std::uint8_t>& values) {
   Row row{entry, {}};
   for (std::uint32_t element = 0; element < entry.count(); ++element)

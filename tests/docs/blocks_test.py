@@ -62,6 +62,7 @@ NOT_EXECUTED = {
     "cbcan-sim --config plant.toml --explore": "has no program; docs/how-to/explore.md has one",
     "tests/fuzz/run": "takes minutes; tools/test --long does it",
     "cmake --": "builds for minutes; tools/test does it",
+    "cmake -S examples/": "builds for minutes; tests/examples compiles the same sources",
     "ctest --preset": "runs this test",
     "sudo ": "installs; fresh_root_test.py does it in a Debian of its own",
     "podman ": "needs a container engine; fresh_root_test.py carries out the Containerfile",
@@ -71,7 +72,7 @@ NOT_EXECUTED = {
 }
 
 # Programs whose commands have their own --help.
-COMMANDS = {"cbcan-sim": [["run"]], "cbcan-network": [], "cbcanctl": [[name] for name in ("configure", "dump", "emcy", "map", "read", "scan", "status", "write")]}
+COMMANDS = {"cbcan-sim": [["run"]], "cbcan-eds": [], "cbcan-network": [], "cbcanctl": [[name] for name in ("configure", "dump", "emcy", "map", "read", "scan", "status", "write")]}
 
 # Options of other projects' programs in prose.
 FOREIGN_OPTIONS = {"--preset", "--install", "--prefix", "--gc-sections", "--cflags", "--libs", "--wsl"}
@@ -226,7 +227,7 @@ class Pages:
             self.run(words[0], "--check", *words[1:])
         elif words[0] == "cbcanctl":
             self.with_plant(*words)
-        elif words[0] == "cbcan-network":
+        elif words[0] in ("cbcan-eds", "cbcan-network"):
             self.run(*words[:words.index(">")])
         else:
             raise Wrong(f"{words[0]}: nothing here says how it is carried out; see NOT_EXECUTED")
@@ -354,7 +355,7 @@ def options_of_prose():
     for page in (page for page in page_blocks.pages() if page.name != "CHANGELOG.md"):  # it names removed options
         for number, line in page_blocks.prose(page.read_text()):
             for option in re.findall(r"(?<![\w-])--[a-z][a-z-]+", " ".join(re.findall(r"`([^`]*)`", line))):
-                if option not in FOREIGN_OPTIONS and not any(has_option(program, option) for program in ("cbcan-sim", "cbcanctl", "cbcan-network", *tools)):
+                if option not in FOREIGN_OPTIONS and not any(has_option(program, option) for program in ("cbcan-sim", "cbcanctl", "cbcan-eds", "cbcan-network", *tools)):
                     yield f"{page.relative_to(ROOT)}:{number}: no program of ours has an option {option}"
 
 

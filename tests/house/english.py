@@ -22,7 +22,7 @@ MOST_OF_ALL = 48600
 BUDGET = 1000  # words of a page, unless this says otherwise
 BUDGETS = {  # of a page, or of each page of a folder
     "docs/explanation/architecture.md": 1650,
-    "CHANGELOG.md": 1100,
+    "CHANGELOG.md": 1250,
     "docs/how-to/lua-device.md": 1150,
     "docs/how-to/plc/": 500,
     "docs/how-to/port.md": 1350,
@@ -66,7 +66,7 @@ BANNED = re.compile("|".join(rf"(?P<w{number}>\b(?:{pattern})\b)" if not pattern
                              for number, pattern in enumerate(WORDS)), re.IGNORECASE)
 
 HEADING = re.compile(r"\b(?:what|who|so)\b", re.IGNORECASE)
-VERBS = set("""Add Address Answer Arm Build Call Change Check Choose Compile Connect Copy Describe Fail Fill Give Hand Let Look Open Play Provide Put Read
+VERBS = set("""Add Address Answer Arm Build Call Change Check Choose Compile Connect Copy Describe Fail Fill Give Hand Let Look Make Open Play Provide Put Read
             Replace Run See Send Set Share Start Try Use Watch Wire Write""".split())
 
 CODE, LINK, COMMENT, TAG = re.compile(r"`[^`]*`"), re.compile(r"!?\[([^]]*)\]\([^)]*\)"), re.compile(r"<!--.*?-->"), re.compile(r"<[^>]*>")
