@@ -49,13 +49,13 @@ class TwoSectors final : public boards::Flash {
     .board = boards::ImageHeader::text("my board")};
 
 TwoSectors flash;
-std::array<std::uint16_t, 2> settings{0x42, 500};  // node ID and kbit/s of a new device
+std::array<std::uint16_t, 2> settings{500, 0x42};  // kbit/s and node ID of a new device
 Terminals terminals;
 Module module(can_port(), terminals);
 boards::ParameterStore store(
     flash, settings,
     [](std::span<const std::uint16_t> some) {
-      return (some[0] >= 1 && some[0] <= nmt::kMaxNode) || some[0] == EdsDevice::kNoNodeId;
+      return (some[1] >= 1 && some[1] <= nmt::kMaxNode) || some[1] == EdsDevice::kNoNodeId;
     },
     module);
 
@@ -71,7 +71,7 @@ int main() {
   store.start(false);  // loads what 1010h and LSS have stored: then the CAN controller gets its bit rate
   module.keep_in(store);
   sleep_until(now() + faults.can_wait());  // a device that faults again and again leaves the bus alone
-  module.start(static_cast<std::uint8_t>(settings[0]), now());
+  module.start(static_cast<std::uint8_t>(settings[1]), now());
   boards::Indicators leds;
   for (;;) {
     for (Frame frame; receive(frame);)

@@ -54,7 +54,7 @@ class StoredDevice {
   void start(Time now) {
     store_.start(false);
     device.keep_in(store_);
-    device.start(static_cast<std::uint8_t>(settings_[0]), now);
+    device.start(static_cast<std::uint8_t>(settings_[1]), now);
   }
 
  private:
@@ -64,7 +64,7 @@ class StoredDevice {
   std::array<Pdo::Tpdo, 8> tpdos_{};
   std::array<PdoMapping::Piece, 1024> pieces_{};
   std::array<HeartbeatConsumer::Watched, 128> watched_{};
-  std::array<std::uint16_t, 2> settings_{5, 0};
+  std::array<std::uint16_t, 2> settings_{500, 5};
 
  public:
   AnyDevice device;

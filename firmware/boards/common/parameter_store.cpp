@@ -129,7 +129,7 @@ ParameterStore::ParameterStore(Flash& flash, Words settings, Valid valid)
       settings_(settings),
       valid_(valid),
       address_(settings.size() == regmap::kBoardWords
-                   ? settings.subspan(regmap::kBoardNodeId - regmap::kBoardFirst, kAddressWords)
+                   ? settings.subspan(regmap::kBoardBitRate - regmap::kBoardFirst, kAddressWords)
                    : Words()),
       power_on_(kOfCoprocessor) {}
 
@@ -158,9 +158,9 @@ AbortCode ParameterStore::forget(std::uint16_t first_index, std::uint16_t last_i
 
 bool ParameterStore::keep_address(std::uint8_t node_id, std::uint8_t bit_rate) {
   if (address_.empty()) return false;
-  address_[0] = node_id;
+  address_[1] = node_id;
   if (bit_rate != kReservedLssBitRate)
-    address_[1] = static_cast<std::uint16_t>(kLssBitRates[bit_rate] / 1000);
+    address_[0] = static_cast<std::uint16_t>(kLssBitRates[bit_rate] / 1000);
   return save(kBoardSettings, kBoardSettings) == AbortCode::kNone;
 }
 

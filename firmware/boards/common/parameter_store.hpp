@@ -23,7 +23,7 @@ class ParameterStore final : public ParameterMemory {
   /// For a coprocessor. `settings`: the board's settings with the image's values; `valid` checks such words.
   /// All outlive this.
   ParameterStore(Flash& flash, Words settings, Valid valid);
-  /// For another device. The settings begin with its node ID and the bit rate in kbit/s.
+  /// For another device. The settings begin with the bit rate in kbit/s and the node ID.
   ParameterStore(Flash& flash, Words settings, Valid valid, const PowerOnValues& power_on)
       : log_(flash),
         settings_(settings),
@@ -53,7 +53,7 @@ class ParameterStore final : public ParameterMemory {
   RecordLog log_;
   Words settings_;
   Valid valid_;
-  Words address_;  ///< node ID and bit rate; empty = they cannot be set
+  Words address_;  ///< bit rate and node ID; empty = they cannot be set
   const PowerOnValues& power_on_;
   const ObjectDictionary* objects_ = nullptr;
   bool left_aside_ = false;
