@@ -75,8 +75,11 @@ class DeviceBus final : public Bus, private CanPort {
   }
   Frames pass(Time duration) override {
     const Time end = now_ + duration;
-    for (Time due = device_->device.poll(now_); due <= end; due = device_->device.poll(now_))
+    unsigned polls = 0;
+    for (Time due = device_->device.poll(now_); due <= end; due = device_->device.poll(now_)) {
+      REQUIRE(++polls < 100'000);
       now_ = std::max(now_, due);
+    }
     now_ = end;
     return std::exchange(sent_, {});
   }
