@@ -59,8 +59,8 @@ class Node final : public Participant,
   void on_frame(const Frame& frame, Time now) override;
   void on_bus_state(BusState state, Time now) override;
 
-  /// Sets this input of the behaviour, or else the object itself, from 2000h on. The value is rounded and
-  /// limited to the range of its data type. False = there is no such number.
+  /// Sets this input of the behaviour, or else the object itself, from 2000h on. The value is rounded and limited
+  /// to the range of its data type. False = there is no such number.
   bool set_input(std::uint16_t index, std::uint8_t sub, double value, Time now);
 
   /// Brings all values up to `now`.
@@ -80,8 +80,8 @@ class Node final : public Participant,
   void set_power(bool on, Time now);
   bool has_power() const { return has_power_; }
 
-  /// Replaces the behaviour by a new one from its maker, and resets it. Objects keep their values. Throws
-  /// what the maker throws; then nothing has changed.
+  /// Replaces the behaviour by a new one from its maker, and resets it. Objects keep their values. Throws what
+  /// the maker throws; then nothing has changed.
   void reload(Time now);
 
   /// See Behaviour; false = there is no such incident.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Non-volatile memory for 1010h and 1011h (CiA 301, 7.5.2.13 and 7.5.2.14). A device without one rejects
-/// both (0800 0020h).
+/// Non-volatile memory for 1010h and 1011h (CiA 301, 7.5.2.13 and 7.5.2.14). A device without one rejects both
+/// (0800 0020h).
 
 #include <cstdint>
 #include <span>
@@ -13,8 +13,8 @@ namespace cbcan {
 
 class ParameterMemory {
  public:
-  /// 1010h: stores the values of the parameters first_index..last_index for later resets. kNone, or the
-  /// reason why not: then the values stored before are unchanged.
+  /// 1010h: stores the values of the parameters first_index..last_index for later resets. kNone, or the reason
+  /// why not: then the values stored before are unchanged.
   virtual AbortCode save(std::uint16_t first_index, std::uint16_t last_index) = 0;
   /// 1011h: from the next reset on those parameters have their power-on values. Returns the same.
   virtual AbortCode forget(std::uint16_t first_index, std::uint16_t last_index) = 0;

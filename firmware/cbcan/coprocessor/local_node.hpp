@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The coprocessor's own node: a Device with CBCAN's local objects, process data in the PLC's registers, and
-/// the states and EMCY messages of other nodes. Does not use the window or transactions.
+/// The coprocessor's own node: a Device with CBCAN's local objects, process data in the PLC's registers, and the
+/// states and EMCY messages of other nodes. Does not use the window or transactions.
 
 #include <array>
 #include <cstddef>
@@ -94,8 +94,7 @@ class LocalNode final : private DeviceApplication {
   }
   void on_bus_state(BusState state, Time now);
 
-  /// One of the outputs first..first+count-1 has changed since on_outputs_changed(). Most writes change
-  /// nothing.
+  /// One of the outputs first..first+count-1 has changed since on_outputs_changed(). Most writes change nothing.
   bool outputs_changed(std::size_t first, std::size_t count) const {
     return kServices.process_data() &&
            __builtin_memcmp(registers_.data() + regmap::kInputWords + first, known_outputs_.data() + first,
@@ -124,8 +123,8 @@ class LocalNode final : private DeviceApplication {
     return lss_.deadline();
   }
 
-  /// Local access with the rights of an SDO client. From access() to access_own() 3003h and 3004h are those
-  /// of `transfers`.
+  /// Local access with the rights of an SDO client. From access() to access_own() 3003h and 3004h are those of
+  /// `transfers`.
   void access(Transfers& transfers) { accessed_ = &transfers; }
   void access_own() { accessed_ = transfers_.data(); }
   AbortCode read(std::uint16_t index, std::uint8_t sub, std::span<std::uint8_t> out, std::size_t& size,
@@ -193,7 +192,7 @@ class LocalNode final : private DeviceApplication {
     std::array<PdoMapping::Piece, (kServices.rpdos + kServices.tpdos) * kServices.objects_of_pdo> pieces;
     local::LocalValues values;
     std::array<std::uint8_t, nmt::kMaxNode> consumer_node;  ///< node in sub-index n + 1 of 1016h; 0 = none
-  } room_{};                                                ///< one struct, so that one call clears it
+  } room_{};  ///< one struct, so that one call clears it
   Device device_;
   std::conditional_t<kServices.lss, DeviceLss, NoPart> lss_;
   std::conditional_t<kServices.manager(), ManagerAnswers, NoPart> answers_;
