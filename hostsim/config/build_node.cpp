@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "cbcan/canopen/dictionary/objects.hpp"
+#include "cbcan/canopen/pdo/mapping.hpp"
 #include "config/wires.hpp"
 #include "devices/devices.hpp"
 #include "devices/drive/axes.hpp"
@@ -118,6 +119,8 @@ class Builder {
       if (const std::string wrong = put(initial, dictionary, image); !wrong.empty())
         complain(initial.place, wrong);
     if (!devices::is_script(node_.device)) choose_device(dictionary);
+    for (const ObjectEntry& entry : image.entries)
+      if (eds::is_mapping(entry.index) && entry.first_sub == 0) check_mapping(dictionary, entry.index);
     build_.node.emplace().image = std::move(image);
     build_.node->names = file.names();
   }
@@ -139,11 +142,28 @@ class Builder {
                       kind_->name, missing));
   }
 
+  /// Warns of a PDO that its default mapping makes unusable.
+  void check_mapping(const ObjectDictionary& dictionary, std::uint16_t index) {
+    const std::uint64_t count = std::min<std::uint64_t>(dictionary.get(index, 0), PdoMapping::kMostObjects);
+    for (std::uint8_t sub = 1; sub <= count; ++sub) {
+      const auto mapped = static_cast<std::uint32_t>(dictionary.get(index, sub));
+      const AbortCode wrong = PdoMapping::check(dictionary, index, mapped);
+      if (wrong == AbortCode::kNone) continue;
+      build_.warnings.push_back(
+          fmt::format("{}: {:04X}h:{:02X}: {:08X}h {}, so this PDO is not used", file_, index, sub, mapped,
+                      wrong == AbortCode::kNotMappable ? "cannot be mapped, or has another length"
+                                                       : "maps no object of the file"));
+      return;
+    }
+  }
+
   /// Empty: no device is expected.
   static std::string why_no_device(const ObjectDictionary& dictionary, std::uint64_t profile, bool unset) {
     if (unset) return "1000h has no value";
     if (profile != 0) return fmt::format("1000h names profile {}, which is not simulated", profile);
-    return devices::device_by_objects(dictionary) != nullptr ? "1000h names no profile" : "";
+    const bool has_profile = std::ranges::any_of(
+        dictionary.entries(), [](const ObjectEntry& entry) { return entry.index >= object::kFirstProfile; });
+    return has_profile ? "1000h names no profile" : "";
   }
 
   static std::string suggestion(const ObjectDictionary& dictionary) {

@@ -81,6 +81,21 @@ const DeviceKind* first_kind(Is is) {
   return found != kKinds.end() ? &*found : nullptr;
 }
 
+/// What a mode cannot work without.
+struct NeededByMode {
+  std::uint8_t mode;
+  NeededObject object;
+};
+constexpr auto kNeededByModes = std::to_array<NeededByMode>({{1, {0x607A, kInteger32, kAlways}},
+                                                             {2, {0x6042, kInteger16, kAlways}},
+                                                             {3, {0x60FF, kInteger32, kAlways}},
+                                                             {4, {0x6071, kInteger16, kAlways}},
+                                                             {6, {0x6098, kInteger8, kAlways}},
+                                                             {7, {0x60C1, kInteger32, kAlways}},
+                                                             {8, {0x607A, kInteger32, kAlways}},
+                                                             {9, {0x60FF, kInteger32, kAlways}},
+                                                             {10, {0x6071, kInteger16, kAlways}}});
+
 /// It is in the dictionary, and the file gives it no value.
 bool is_unset(const ObjectDictionary& dictionary, std::uint16_t index) {
   ObjectEntry entry{};
@@ -173,6 +188,9 @@ std::vector<std::string> left_out(const DeviceKind& kind, const ObjectDictionary
   if (const std::uint64_t missing = modes & ~std::uint64_t{DriveObjects::kAllModes}; missing != 0)
     all.push_back("modes " + mode_numbers(missing) + " of 6502h: 6060h can be " +
                   mode_numbers(modes & DriveObjects::kAllModes));
+  for (const NeededByMode& needed : kNeededByModes)
+    if ((modes >> (needed.mode - 1) & 1) != 0 && !has(dictionary, needed.object))
+      all.push_back("mode " + std::to_string(needed.mode) + ", for there is no " + name_of(needed.object));
   return all;
 }
 

@@ -85,12 +85,26 @@ void append(const Object& object, DictionaryImage& image) {
   }
 }
 
+/// What a default mapping names may be mapped, also with PDOMapping=0: real files contradict themselves.
+void allow_mapped(const Object& mapping, std::vector<ObjectEntry>& entries) {
+  const bool receive = mapping.index < object::kTpdoParameter;
+  const std::uint64_t mapped = load_little_endian(mapping.value);
+  const auto sub = static_cast<std::uint8_t>(mapped >> 8);
+  for (auto entry = std::ranges::lower_bound(entries, mapped >> 16, {}, &ObjectEntry::index);
+       entry != entries.end() && entry->index == mapped >> 16; ++entry)
+    if (entry->first_sub <= sub && sub <= entry->last_sub &&
+        entry->has(receive ? ObjectFlags::kWrite : ObjectFlags::kRead))
+      entry->flags |= receive ? ObjectFlags::kMapRpdo : ObjectFlags::kMapTpdo;
+}
+
 }  // namespace
 
 DictionaryImage dictionary_image(const DeviceDescription& device) {
   DictionaryImage image;
   for (const Object& object : device.objects)
     if (object.index >= object::kFirstCommunication) append(object, image);
+  for (const Object& object : device.objects)
+    if (is_mapping(object.index) && object.first_sub != 0) allow_mapped(object, image.entries);
   return image;
 }
 

@@ -363,6 +363,10 @@ TEST_CASE("A file that leaves its device to the reader: by its objects, or a war
   CHECK(built(inputs).warnings == std::vector{"x.eds: 1000h names no profile, " + module});
   CHECK(built(inputs, "cia401").warnings.empty());
   CHECK(built(variable("2000", "DataType=5\n")).warnings.empty());
+  CHECK(built(variable("6500", "DataType=5\n")).warnings ==
+        std::vector<std::string>{
+            "x.eds: 1000h names no profile, so the node has no device: name one in the plant "
+            "file, a Lua script, or device = \"none\""});
   for (const char* profile : {"405", "418", "419"}) {
     const std::string file = variable("1000", "DataType=7\nDefaultValue=" + std::string(profile) + "\n");
     CHECK(
@@ -388,6 +392,32 @@ TEST_CASE("A file that leaves its device to the reader: by its objects, or a war
           "has none of CiA's data type"});
 }
 
+TEST_CASE("A default mapping may name objects with PDOMapping=0; one that maps nothing is reported") {
+  const auto rows = [](const std::string& index, const std::string& type, const std::string& value) {
+    return "[" + index + "]\nParameterName=x\nAccessType=rw\nDataType=" + type + "\nDefaultValue=" + value +
+           "\n";
+  };
+  const auto built = [&](const std::string& mapped) {
+    const std::string text = "[1600]\nParameterName=x\nObjectType=9\nSubNumber=2\n" +
+                             rows("1600sub0", "5", "1") + rows("1600sub1", "7", mapped) +
+                             rows("2001", "6", "0");
+    return NodeBuilder([&](const std::string&) { return std::optional(text); }).build(node_with({}), 0);
+  };
+  const auto flags = [](const cbcan::config::NodeBuild& build) {
+    return build.node->image.entries.back().flags;
+  };
+  const auto good = built("0x20010010");
+  CHECK(good.node->image.entries.back().index == 0x2001);
+  CHECK((flags(good) & cbcan::ObjectFlags::kMapRpdo) != 0);
+  CHECK((flags(good) & cbcan::ObjectFlags::kMapTpdo) == 0);
+  CHECK(good.warnings.empty());
+  const auto end = [](const cbcan::config::NodeBuild& build) { return build.warnings.at(0); };
+  CHECK(end(built("0x20020010")) ==
+        "x.eds: 1600h:01: 20020010h maps no object of the file, so this PDO is not used");
+  CHECK(end(built("0x20010008")) ==
+        "x.eds: 1600h:01: 20010008h cannot be mapped, or has another length, so this PDO is not used");
+}
+
 TEST_CASE("A drive's axes are those whose controlword and statusword its file has") {
   const auto words = [](const std::string& index) {
     return "[" + index + "]\nParameterName=x\nAccessType=rw\nDataType=6\nDefaultValue=0\n";
@@ -410,15 +440,20 @@ TEST_CASE("What a drive's file has and is not simulated: one line a file, with w
            "\n";
   };
   const std::string drive = variable("1000", "7", "0x20192") + variable("6040", "6") + variable("6041", "6") +
-                            variable("6060", "2") + variable("6061", "2") + variable("607A", "4");
+                            variable("6060", "2") + variable("6061", "2") + variable("607A", "4") +
+                            variable("6071", "3") + variable("60FF", "4");
   const auto lines = [&](const std::string& more) {
     cbcan::config::Config config;
     config.networks.at(0).nodes = {node_with({}), node_with({})};
     return cbcan::config::build_nodes(config, [&](const std::string&) { return drive + more; }).lines;
   };
-  CHECK(lines(variable("6502", "7", "0x103AD")).empty());
+  CHECK(lines(variable("6502", "7", "0x103AD") + variable("6098", "2")).empty());
   CHECK(lines(variable("6502", "7", "0")).empty());
-  CHECK(lines(variable("6840", "6") + variable("60B8", "6") + variable("6502", "7", "0x63")).empty());
+  CHECK(lines(variable("6840", "6") + variable("60B8", "6") + variable("6502", "7", "0x5")).empty());
+  CHECK(
+      lines(variable("6502", "7", "0x62")) ==
+      std::vector<std::string>{"x.eds: not simulated: mode 2, for there is no 6042h; mode 6, for there is no "
+                               "6098h; mode 7, for there is no 60C1h"});
   CHECK(lines(variable("6502", "7", "0x410")) ==
         std::vector<std::string>{"x.eds: not simulated: modes 5, 11 of 6502h: 6060h can be 0"});
 }

@@ -219,11 +219,13 @@ TEST_CASE("A SYNC that the node itself produces is also its own") {
   CHECK(rig.events == std::vector<std::string>{"sync"});
 }
 
-TEST_CASE("Without 1005h there is no SYNC, and NMT commands are NMT commands") {
+TEST_CASE("Without 1005h SYNC has CAN-ID 80h, and NMT commands are NMT commands") {
   DeviceRig rig({{0x1001, 0, 0, kUnsigned8}});
   rig.start();
   rig.arrive("000#0100");
   CHECK(rig.events == std::vector<std::string>{"state 5"});
+  rig.arrive("080#");
+  CHECK(rig.events == std::vector<std::string>{"state 5", "sync"});
 }
 
 // ---- SDO

@@ -127,6 +127,16 @@ TEST_CASE("Reserved homing methods are refused, and an error where no SDO brough
   CHECK(bench.status() == (kEnabled | kError));
 }
 
+TEST_CASE("The home switch is within position limits that are narrower than its place") {
+  DriveBench bench;
+  bench.put({{0x607D, 1, -1'000}, {0x607D, 2, 1'000}});
+  bench.drive.reset(true, bench.now);
+  bench.enable(1, {{0x607A, 0, 790}}).control(0x001F).pass(10 * kSecond);
+  bench.shows({.position = 790, .objects = {{0x60FD, 0}}});
+  bench.control(0x000F).set(0x607A, 0, 810).control(0x001F).pass(10 * kSecond);
+  bench.shows({.position = 810, .objects = {{0x60FD, 4}}});
+}
+
 TEST_CASE("Hard stops, 50,000 beyond the limit switches: at them, or at the next index pulse off them") {
   for (const auto& [method, home] :
        {std::pair{-1, 140'000}, {-2, -140'000}, {-3, 150'000}, {-4, -150'000}, {36, -150'000}}) {

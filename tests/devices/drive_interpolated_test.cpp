@@ -32,6 +32,15 @@ TEST_CASE("Interpolated position: SYNCs of 10 ms with a period of 50 ms") {
   bench.pass(40'000).shows({.status = kEnabled | kBit12 | kReached, .position = 6'000});
 }
 
+TEST_CASE("Interpolated position: target reached, while SYNCs go on") {
+  DriveBench bench;
+  bench.enable(7, {{0x60C2, 1, 10}}).control(0x001F).set(0x60C1, 1, 1'000);
+  for (int cycle = 0; cycle < 3; ++cycle)
+    bench.sync().pass(10'000);
+  bench.sync().shows({.status = kEnabled | kBit12 | kReached, .position = 1'000});
+  bench.pass(5'000).shows({.status = kEnabled | kBit12 | kReached, .position = 1'000});
+}
+
 TEST_CASE("Interpolated position: halt, the position limits, the greatest velocity, a SYNC that is missed") {
   DriveBench bench;
   bench.enable(7, {{0x60C2, 1, 10}, {0x607D, 1, -400}, {0x607D, 2, 2'000}, {0x605D, 0, 2}}).control(0x001F);

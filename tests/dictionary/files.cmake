@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 # cbcan_dictionaries(RESULT PROGRAM): makes dictionaries/dictionaries.hpp of all files by PROGRAM, cbcan-eds; RESULT is its path.
 function(cbcan_dictionaries result program)
-  file(GLOB files CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/plants/*.eds ${PROJECT_SOURCE_DIR}/plants/demo/*.eds
+  file(GLOB files CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/plants/demo/*.eds
     ${PROJECT_SOURCE_DIR}/tests/eds/corpus/*.eds ${PROJECT_SOURCE_DIR}/tests/eds/corpus/*.dcf ${PROJECT_SOURCE_DIR}/tests/st/plant/*.eds)
   set(make ${CMAKE_CURRENT_FUNCTION_LIST_DIR}/make_dictionaries.py)
   if(TARGET ${program})

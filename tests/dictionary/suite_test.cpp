@@ -11,8 +11,8 @@ namespace {
 
 /// A few files have every kind of object; in an emulator the others take minutes.
 bool is_chosen(std::string_view path) {
-  constexpr std::string_view kFew[] = {"conveyor.eds", "all_data_types.eds", "signed_limits.eds",
-                                       "compact.eds",  "access_types.eds",   "capacity.eds"};
+  constexpr std::string_view kFew[] = {"io_module.eds", "all_data_types.eds", "signed_limits.eds",
+                                       "compact.eds",   "access_types.eds",   "capacity.eds"};
   return !is_slow() || std::getenv("CBCAN_LONG") != nullptr ||
          std::ranges::any_of(kFew, [&](std::string_view name) { return path.ends_with(name); });
 }

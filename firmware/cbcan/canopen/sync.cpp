@@ -28,7 +28,7 @@ AbortCode Sync::check(std::uint16_t index, std::uint8_t /*sub*/, std::uint32_t n
 
 void Sync::configure(std::uint16_t /*index*/, Time now) {
   const auto cob_id = static_cast<std::uint32_t>(dictionary_.get(object::kSyncCobId, 0));
-  id_ = cob::id_of(cob_id);
+  id_ = cob_id == 0 ? kStandardId : cob::id_of(cob_id);
   window_ = dictionary_.get(object::kSyncWindow, 0);
   const auto overflow = static_cast<std::uint8_t>(dictionary_.get(object::kSyncCounterOverflow, 0));
   if (overflow != overflow_) counter_ = 0;
@@ -51,7 +51,7 @@ void Sync::on_state(nmt::State state, Time now) {
 }
 
 bool Sync::on_frame(const Frame& frame, Time /*now*/) {
-  if (!running_ || id_ == 0 || frame.id != id_ || frame.flags != 0) return false;
+  if (!running_ || frame.id != id_ || frame.flags != 0) return false;
   counter_ = frame.length == 1 ? frame.data[0] : std::uint8_t{0};
   misfits_ = frame.length != (overflow_ == 0 ? 0 : 1);
   came_ = true;

@@ -20,6 +20,7 @@ namespace cbcan {
 class Sync : public Part {
  public:
   static constexpr std::uint8_t kHighestCounter = 240;
+  static constexpr std::uint32_t kStandardId = 0x80;  ///< without 1005h
 
   /// Both outlive it. It does nothing before reset().
   Sync(const ObjectDictionary& dictionary, CanPort& port) : dictionary_(dictionary), outbox_(port) {}
@@ -40,7 +41,7 @@ class Sync : public Part {
   Time deadline() const { return earlier(due_, outbox_.deadline()); }
   template <class Visitor>
   void visit_ids(Visitor visit) const {
-    if (id_ != 0) visit(id_);
+    visit(id_);
   }
 
   /// True once for every SYNC, received or sent: act on it.
@@ -59,7 +60,7 @@ class Sync : public Part {
   bool running_ = false;
   bool came_ = false;
   bool misfits_ = false;
-  std::uint32_t id_ = 0;  ///< 0 = the dictionary has no 1005h
+  std::uint32_t id_ = kStandardId;
   const ObjectDictionary& dictionary_;
   Time due_ = kNever;
   Time period_ = 0;

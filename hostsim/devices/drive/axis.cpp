@@ -28,6 +28,7 @@ constexpr double limit(std::uint32_t value) {
 
 void Axis::reset(Time now) {
   take_over_units();
+  place_home_switch();
   const double here = actual(now).position;
   zero_ -= here;
   blocked_at_ = 0;
@@ -36,6 +37,16 @@ void Axis::reset(Time now) {
   torque_ = nullptr;
   led_ = !load_.exists();
   load_.reset(0, now);
+}
+
+/// Where the plant file has not placed it, within a narrower 607Dh.
+void Axis::place_home_switch() {
+  constexpr AxisLayout kStandard;
+  const double end = increments(objects_.limit_max.get());
+  if (!has_limits() || end <= 0 || end >= kStandard.home_high) return;
+  if (layout_.home_low != kStandard.home_low || layout_.home_high != kStandard.home_high) return;
+  layout_.home_low = 0.8 * end;
+  layout_.home_high = end;
 }
 
 Load::Lead Axis::lead() const {

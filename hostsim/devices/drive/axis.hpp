@@ -130,6 +130,7 @@ class Axis {
  private:
   void shift(double distance);
   void take_over_units();
+  void place_home_switch();
   Profile::Range position_range() const;
   Load::Lead lead() const;
   double deceleration(Ramp ramp) const;

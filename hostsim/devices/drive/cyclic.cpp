@@ -31,7 +31,7 @@ void LineMode::enter(const ModeInput& /*input*/, Time now) {
   axis_.stop(Ramp::kSlowDown, now);
 }
 
-void LineMode::draw_line(double user, const ModeInput& input, Time now) {
+void LineMode::draw_line(double user, const ModeInput& input, Time now, bool also_at_rest) {
   const Time period = interpolation_period(objects_);
   const double here = axis_.demand(now).position;
   const double wanted = std::round(axis_.increments(user));
@@ -40,13 +40,14 @@ void LineMode::draw_line(double user, const ModeInput& input, Time now) {
   if (period != 0) target = std::clamp(target, here - step, here + step);
   if (input.barred(target - here)) target = here;
   limited_ = target != wanted;
+  if (!also_at_rest && target == here && axis_.at_rest(now)) return;
   if (target == axis_.target() && now < line_ends_ && !axis_.over(now)) return;
   line_ends_ = now + period;
   axis_.line_to(target, period, now);
 }
 
 void CyclicPosition::on_sync(const ModeInput& input, Time now) {
-  draw_line(double{1} * objects_.target_position.get() + objects_.position_offset.get(), input, now);
+  draw_line(double{1} * objects_.target_position.get() + objects_.position_offset.get(), input, now, false);
 }
 
 void InterpolatedPosition::enter(const ModeInput& input, Time now) {
@@ -65,7 +66,7 @@ void InterpolatedPosition::run(const ModeInput& input, Time now) {
     line_ends_ = 0;
   }
   for (; active_ && !points_.empty() && now >= line_ends_; points_.pop_front())
-    draw_line(points_.front(), input, now);
+    draw_line(points_.front(), input, now, true);
 }
 
 void InterpolatedPosition::take_point() {
@@ -77,7 +78,7 @@ void InterpolatedPosition::take_point() {
 }
 
 void InterpolatedPosition::on_sync(const ModeInput& input, Time now) {
-  if (follows_sync()) draw_line(objects_.interpolation_data.get(), input, now);
+  if (follows_sync()) draw_line(objects_.interpolation_data.get(), input, now, false);
 }
 
 std::uint16_t InterpolatedPosition::status(Time now) const {

@@ -34,8 +34,8 @@ class LineMode : public Mode {
   void enter(const ModeInput& input, Time now) override;
 
  protected:
-  /// To a position in user units.
-  void draw_line(double user, const ModeInput& input, Time now);
+  /// To a position in user units. `also_at_rest`: a line without length takes its period too.
+  void draw_line(double user, const ModeInput& input, Time now, bool also_at_rest);
 
   Time line_ends_ = 0;
 };
