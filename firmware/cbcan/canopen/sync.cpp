@@ -28,7 +28,7 @@ AbortCode Sync::check(std::uint16_t index, std::uint8_t /*sub*/, std::uint32_t n
 
 void Sync::configure(std::uint16_t /*index*/, Time now) {
   const auto cob_id = static_cast<std::uint32_t>(dictionary_.get(object::kSyncCobId, 0));
-  id_ = cob_id == 0 ? kStandardId : cob::id_of(cob_id);
+  if (cob_id != 0) id_ = cob::id_of(cob_id);
   window_ = dictionary_.get(object::kSyncWindow, 0);
   const auto overflow = static_cast<std::uint8_t>(dictionary_.get(object::kSyncCounterOverflow, 0));
   if (overflow != overflow_) counter_ = 0;
