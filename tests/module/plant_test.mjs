@@ -23,7 +23,7 @@ const { Plant, PlantError, module } = await import(pathToFileURL(join(installed,
 const { Instance } = await import(pathToFileURL(join(installed, "cbcan/plant.mjs")));
 
 // 5 % above what was measured, and what was promised.
-const MOST_OF_MODULE = 1_580_000, MOST_OF_TARBALL = 600_000;
+const MOST_OF_MODULE = 1_500_000, MOST_OF_TARBALL = 600_000;
 
 const EXECUTE = 0xca0e, READ = 5055;
 const it = (name, run) => test(name, () => (count(), run()));
