@@ -3,7 +3,7 @@
 // usage: node plant_test.mjs INSTALLED SOURCE_FOLDER NATIVE
 import assert from "node:assert/strict";
 import { execFileSync, spawnSync } from "node:child_process";
-import { copyFileSync, mkdtempSync, readFileSync, rmSync, statSync, writeFileSync } from "node:fs";
+import { copyFileSync, mkdtempSync, readFileSync, readdirSync, rmSync, statSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import test from "node:test";
@@ -25,6 +25,7 @@ const { Instance } = await import(pathToFileURL(join(installed, "cbcan/plant.mjs
 // 5 % above what was measured, and what was promised.
 const MOST_OF_MODULE = 1_500_000, MOST_OF_TARBALL = 600_000;
 
+const shipped = readdirSync(join(source, "scenarios")).filter((name) => name.endsWith(".toml")).length;
 const EXECUTE = 0xca0e, READ = 5055;
 const it = (name, run) => test(name, () => (count(), run()));
 
@@ -131,7 +132,7 @@ it("Node.js 18 and the newest", () => {
     const node = join(installed, name, "bin/node");
     const version = execFileSync(node, ["--version"], { encoding: "utf8" });
     const run = (...args) => execFileSync(node, [join(installed, "cbcan/cbcan.mjs"), ...args], { encoding: "utf8", cwd: source });
-    assert.match(run("run", "scenarios"), /\n22 passed\n$/, version);
+    assert.ok(run("run", "scenarios").endsWith(`\n${shipped} passed\n`), version);
     const script = 'const { Plant } = await import(process.argv[1]); console.log((await Plant.open()).now)';
     assert.equal(execFileSync(node, ["--input-type=module", "-e", script, pathToFileURL(join(installed, "cbcan/index.mjs")).href], { encoding: "utf8" }), "0\n");
     console.log(`figure: the package runs on Node.js ${version.trim()}`);

@@ -43,5 +43,6 @@ test("the README's session", () => {
 
 test("the shipped scenarios", () => {
   count();
-  assert.match(type(`run "${process.env.CBCAN_SCENARIOS ?? join(root, "scenarios")}"`), /^22 passed$/m);
+  const shipped = readdirSync(join(root, "scenarios")).filter((name) => name.endsWith(".toml")).length;
+  assert.match(type(`run "${process.env.CBCAN_SCENARIOS ?? join(root, "scenarios")}"`), new RegExp(`^${shipped} passed$`, "m"));
 });
