@@ -336,8 +336,11 @@ bool own_heartbeats(unsigned count) {
 /// By an NMT master: all values and states are reset to those of power-on.
 bool resets(unsigned count) {
   Machine machine;
-  for (unsigned i = 0; i < count; ++i)
+  for (unsigned i = 0; i < count; ++i) {
     machine.hear(0x000, 2, {0x81, 127});
+    while (machine.coprocessor.poll(machine.now) <= machine.now) {
+    }
+  }
   return machine.coprocessor.own_node().state() == nmt::State::kPreOperational;
 }
 

@@ -253,6 +253,32 @@ TEST_CASE("Stopped ends an SDO transfer, and a response that has not left") {
   rig.pass(10 * kMillisecond).expect_silence();
 }
 
+// ---- Reset
+
+TEST_CASE("A reset by an NMT command takes several calls of poll(); until the last the node hears and sends nothing") {
+  const bool whole = GENERATE(true, false);
+  DeviceRig rig;
+  rig.start(true);
+  rig.write({{0x2001, 0, 1, 0x12}, {0x1017, 0, 2, 100}});
+  rig.events.clear();
+  rig.device.on_frame(frame_from(whole ? "000#8142" : "000#8242"), rig.now);
+  unsigned polls = 0;
+  for (; rig.device.state() == nmt::State::kInitialising; ++polls) {
+    CHECK(rig.device.deadline() <= rig.now);
+    for (const char* const frame : {"642#4001100000000000", "000#0142", "000#8142", "080#"})
+      CHECK_FALSE(rig.device.on_frame(frame_from(frame), rig.now));
+    rig.device.slave().command(nmt::Command::kStart, rig.now);
+    rig.device.on_bus_state(BusState::kErrorPassive, rig.now);
+    rig.expect_silence();
+    rig.device.poll(rig.now);
+  }
+  CHECK(polls == 8);  // the values, six parts, the end; there are no PDOs
+  rig.expect("742#00");
+  CHECK(rig.events == std::vector<std::string>{"state 0", "state 127"});
+  rig.reads({{0x2001, 0, whole ? 0u : 0x12u}, {0x1017, 0, 0}});
+  rig.pass(kSecond).expect_silence();
+}
+
 // ---- TIME
 
 TEST_CASE("TIME consumer: milliseconds after midnight and days since 1984") {

@@ -21,7 +21,7 @@ TEST_CASE("Values from the start: valid PDOs work, ones whose mapping does not h
   put(0x15FF, 0x501, 0x20010208);
   put(0x1800, 0x40000181, 0x20010108);
   put(0x1801, 0x281, 0x20010208);
-  rig.pdo.reset({}, rig.now);
+  rig.reset();
   CHECK(rig.ids() == Ids{0x201, 0x501, 0x281});
   rig.operational().expect("181#00", "281#00");
   rig.arrive("201#11").expect("received");
@@ -29,7 +29,7 @@ TEST_CASE("Values from the start: valid PDOs work, ones whose mapping does not h
   rig.arrive("301#", "401#33", "000#33");
   rig.shows({{0x2001, 1, 0x11}, {0x2001, 2, 0x22}, {0x2001, 3, 0}});
   rig.configure(0x1604, 0, 0);  // not valid without a usable COB-ID
-  rig.pdo.reset({}, rig.now);
+  rig.reset();
   rig.arrive("201#44");
   CHECK(rig.get(0x2001, 1) == 0x11);
 }
@@ -46,7 +46,7 @@ TEST_CASE("A PDO maps the objects of its mapping at the moment it becomes valid,
   rig.configure(0x1400, 1, 0x80000201);
   rig.map(0x1400, 1, {0x20010308});
   rig.set({{0x1600, 0, 1}, {0x1600, 1, 0x20010408}});  // as at power-on
-  rig.pdo.reset({}, rig.now);
+  rig.reset();
   rig.operational();
   rig.configure(0x1400, 1, 0x201);
   rig.arrive("201#44").expect("received");

@@ -90,7 +90,13 @@ struct PdoRig final : Wire, PdoApplication, private ObjectHandler {
       set(static_cast<std::uint16_t>(0x1400 + number), 1, 0x80000000);
       set(static_cast<std::uint16_t>(0x1800 + number), 1, 0x80000000);
     }
+    reset();
+  }
+
+  void reset() {
     pdo.reset({}, now);
+    for (std::size_t k = 0; pdo.load_one(k, now);)
+      ++k;
   }
 
   // As an SDO client.

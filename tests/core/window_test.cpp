@@ -34,3 +34,30 @@ TEST_CASE("A request that still waits when another has ended at once is begun by
   CHECK(bench.deadline <= bench.now);
   bench.poll().expect("606#4000200000000000");
 }
+
+TEST_CASE("A request waits while the own node is being reset, and then finds the values of power-on") {
+  const bool by_scanner = GENERATE(true, false);
+  Bench bench;
+  const auto scan = [&bench](std::uint16_t number) {
+    const auto request = {number, std::uint16_t{5055}, std::uint16_t{0}, std::uint16_t{0x3003},
+                          std::uint16_t{0}, std::uint16_t{2}};
+    std::copy(request.begin(), request.end(), bench.out.begin());
+    bench.coprocessor.on_registers_written(500, 70, bench.now);
+  };
+  scan(1);  // the first number since the start
+  bench.write(0, 0x3003, 0, 2, {250}).check_done();
+  bench.coprocessor.on_frame(cbcan::test::frame_from("000#817F"), bench.now);
+  if (by_scanner) {
+    scan(2);
+  } else {
+    bench.write(3701, {5055, 0, 0x3003, 0, 2});
+    bench.reg(3700) = 0xCA0E;
+  }
+  do {
+    CHECK(bench.coprocessor.poll(bench.now) <= bench.now);
+    CHECK((by_scanner ? bench.in[0] != 2 : bench.busy()));
+  } while (bench.coprocessor.own_node().resetting());
+  bench.poll().expect("77F#00");
+  CHECK((by_scanner ? bench.in[0] == 2 : bench.reg(3700) == 0));
+  CHECK((by_scanner ? bench.in[4] : bench.reg(3706)) == 1000);
+}

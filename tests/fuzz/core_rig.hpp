@@ -47,9 +47,11 @@ struct Rig {
 
   void poll() {
     note_settings();
-    plc.before_poll();
-    deadline_ = coprocessor.poll(now_);
-    plc.after();
+    do {
+      plc.before_poll();
+      deadline_ = coprocessor.poll(now_);
+      plc.after();
+    } while (coprocessor.own_node().resetting());
     note_settings();
   }
   void arrive(const Frame& frame) {

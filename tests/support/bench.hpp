@@ -114,6 +114,8 @@ struct BasicBench : Wire {
   // Time.
   BasicBench& poll() {
     deadline = coprocessor.poll(now);
+    while (coprocessor.own_node().resetting())
+      deadline = coprocessor.poll(now);
     return *this;
   }
   /// Lets time pass and polls at every deadline.

@@ -100,7 +100,9 @@ void Device::show(EmergencyCode code, bool present, Time now) {
 }
 
 Time Device::poll(Time now) {
+  const bool resetting = slave_.resetting();
   slave_.poll(now);
+  if (resetting) return deadline();
   sync_.poll(now);
   if (sync_.take()) pdo_.on_sync(sync_.counter(), sync_.window(), now);
   emergency_.poll(now);
@@ -191,12 +193,19 @@ void Device::on_stored(const ObjectEntry& entry, std::uint8_t sub, Time now) {
 
 void Device::restore(std::uint16_t first_index, std::uint16_t last_index, Time now) {
   application_.restore(first_index, last_index, now);
+}
+
+/// Part by part, then PDO by PDO.
+bool Device::restore_more(std::uint16_t step, std::uint16_t last_index, Time now) {
   const Part::Reset reset{node_id(), last_index >= object::kFirstManufacturer};
-  with_parts(*this, [&](auto&... part) { (part.reset(reset, now), ...); });
+  std::uint16_t parts = 0;
+  with_parts(*this, [&](auto&... part) { ((parts++ == step ? part.reset(reset, now) : void()), ...); });
+  if (step < parts || pdo_.load_one(std::size_t{step} - parts, now)) return true;
   known_lost_ = kServices.other_devices && emergency_.has(number(EmergencyCode::kHeartbeat));  // over now
   known_unguarded_ = false;
   known_misfit_ = emergency_.has(number(EmergencyCode::kSyncLength));
   application_.on_received_ids();
+  return false;
 }
 
 void Device::on_state(nmt::State state, Time now) {

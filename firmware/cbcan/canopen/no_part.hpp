@@ -34,6 +34,7 @@ class NoPart : public Part {
   // of a HeartbeatConsumer and a LifeGuard,
   static constexpr std::size_t lost() { return 0; }
   // of a Pdo,
+  static constexpr bool load_one(std::size_t /*k*/, Time /*now*/) { return false; }
   static constexpr bool on_sync(const auto&... /*arguments*/) { return false; }
   static void changed(const auto&... /*arguments*/) {}
   static void look_for_changes(Time /*now*/) {}

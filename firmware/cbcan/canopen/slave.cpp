@@ -24,18 +24,32 @@ Slave::Slave(std::uint8_t node_id, const Tables& tables, std::span<std::uint8_t>
       sdo_server_(dictionary_, port, buffer) {}
 
 void Slave::start(Time now) {
-  reset(0, object::kLast, now);
+  reset(true, now);
+  while (resetting())
+    go_on_with_reset(now);
 }
 
-void Slave::reset(std::uint16_t first_index, std::uint16_t last_index, Time now) {
+void Slave::reset(bool application, Time now) {
   if (state_ != nmt::State::kInitialising) enter(nmt::State::kInitialising, now);
   node_id_ = next_node_id_;
-  application_.restore(first_index, last_index, now);
+  reset_application_ = application;
+  step_ = 0;
   sdo_server_.reset(sdo::kResponseId + node_id_);
   guard_toggle_ = 0;
   heartbeat_period_ = 0;
   heartbeat_at_ = kNever;
   wanted_ = 0;
+  retry_at_ = now;
+}
+
+void Slave::go_on_with_reset(Time now) {
+  const std::uint16_t last_index = reset_application_ ? object::kLast : object::kLastCommunication;
+  const std::uint16_t step = step_++;
+  if (step == 0)
+    return application_.restore(reset_application_ ? 0 : object::kFirstCommunication, last_index, now);
+  if (application_.restore_more(step - 1, last_index, now)) return;
+  step_ = kNoReset;
+  retry_at_ = kNever;
   if (node_id_ > nmt::kMaxNode) return;  // off the bus until start()
   configure(now);
   wanted_ = kBootUp;
@@ -51,13 +65,13 @@ void Slave::enter(nmt::State state, Time now) {
 }
 
 void Slave::command(nmt::Command command, Time now) {
+  if (resetting()) return;
   switch (command) {
     case nmt::Command::kStart: return enter(nmt::State::kOperational, now);
     case nmt::Command::kStop: return enter(nmt::State::kStopped, now);
     case nmt::Command::kEnterPreOperational: return enter(nmt::State::kPreOperational, now);
-    case nmt::Command::kResetNode: return reset(0, object::kLast, now);
-    case nmt::Command::kResetCommunication:
-      return reset(object::kFirstCommunication, object::kLastCommunication, now);
+    case nmt::Command::kResetNode: return reset(true, now);
+    case nmt::Command::kResetCommunication: return reset(false, now);
   }
 }
 
@@ -84,6 +98,10 @@ void Slave::configure(Time now) {
 }
 
 Time Slave::poll(Time now) {
+  if (resetting()) [[unlikely]] {
+    go_on_with_reset(now);
+    return deadline();
+  }
   if (now >= heartbeat_at_) {
     wanted_ |= kHeartbeat;
     heartbeat_at_ = next_after(heartbeat_at_, heartbeat_period_, now);

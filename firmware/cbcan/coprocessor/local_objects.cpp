@@ -39,6 +39,11 @@ std::span<const ObjectEntry> entries() {
 }
 
 void restore(LocalValues& values, std::uint16_t first_index, std::uint16_t last_index) {
+  if (first_index == 0) {
+    std::copy(kPowerOn.begin(), kPowerOn.end(), values.begin());
+    std::fill(values.begin() + kPowerOn.size(), values.end(), std::uint8_t{0});
+    return;
+  }
   restore_values(kEntries, kPowerOn, values, first_index, last_index);
 }
 

@@ -146,12 +146,21 @@ void Pdo::reset(const Reset& /*reset*/, Time now) {
   }
   rpdos_ = room_.rpdos.first(rpdos);
   tpdos_ = room_.tpdos.first(tpdos);
-  for (Rpdo& rpdo : rpdos_)
-    load(rpdo, true, now);
-  for (Tpdo& tpdo : tpdos_)
-    load(tpdo, true);
+}
+
+bool Pdo::load_one(std::size_t k, Time now) {
+  if (k < rpdos_.size()) {
+    load(rpdos_[k], true, now);
+    return true;
+  }
+  k -= rpdos_.size();
+  if (k < tpdos_.size()) {
+    load(tpdos_[k], true);
+    return true;
+  }
   index_rpdos();
   find_tpdos();
+  return false;
 }
 
 AbortCode Pdo::check(std::uint16_t object, std::uint8_t sub, std::uint32_t value) const {

@@ -132,8 +132,10 @@ class Pdo : public Part {
   AbortCode check(std::uint16_t index, std::uint8_t sub, std::uint32_t number) const;
   /// If the PDO stays valid, data waiting to be sent or for a SYNC are dropped and its timer restarts.
   void configure(std::uint16_t index, Time now);
-  /// Loads all PDOs; not Operational until on_state().
+  /// Counts the PDOs; load_one() loads them. Not Operational until on_state().
   void reset(const Reset& reset, Time now);
+  /// After reset(), for k = 0, 1, ...: loads one PDO. False: there are no more, and all are ready.
+  bool load_one(std::size_t k, Time now);
   /// PDOs are exchanged in Operational only. What is waiting when it is left is dropped.
   void on_state(nmt::State state, Time now);
   /// Data or RTR. For a data frame only the valid RPDOs whose CAN-ID has the same place in a hash table of 32
