@@ -117,8 +117,8 @@ class Layout {
         if (is_zero(row) == zeros) place(row, zeros);
     for (const Row& row : rows)
       made_.entries.push_back(row.entry);
-    std::ranges::stable_partition(
-        relative_, [](const auto& value) { return value.first <= object::kLastCommunication; });
+    std::stable_partition(relative_.begin(), relative_.end(),
+                          [](const auto& value) { return value.first <= object::kLastCommunication; });
     for (const auto& [index, value] : relative_) {
       made_.node_id_values.push_back(value);
       made_.communication_node_id_values += index <= object::kLastCommunication;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "cbcan/coprocessor/local_objects.hpp"
 
+#include "cbcan/copy_bytes.hpp"
+
 namespace cbcan::local {
 
 namespace {
@@ -40,9 +42,8 @@ std::span<const ObjectEntry> entries() {
 
 void restore(LocalValues& values, std::uint16_t first_index, std::uint16_t last_index) {
   if (first_index == 0) {
-    std::copy(kPowerOn.begin(), kPowerOn.end(), values.begin());
-    std::fill(values.begin() + kPowerOn.size(), values.end(), std::uint8_t{0});
-    return;
+    values.fill(0);
+    return copy_bytes(kPowerOn.data(), values.data(), kPowerOn.size());
   }
   restore_values(kEntries, kPowerOn, values, first_index, last_index);
 }
