@@ -367,7 +367,7 @@ constexpr std::array kRuns{
     Run{"SYNC to TPDO", 0, 0, tpdos_at_sync},
     Run{"own heartbeat", 395, 515, own_heartbeats},
     Run{"rare events", 0, 0, rare_events},
-    Run{"reset of the own node", 0, 22200, resets},
+    Run{"reset of the own node", 0, 36500, resets},
 };
 
 }  // namespace

@@ -190,8 +190,8 @@ void Node::start_with(std::uint8_t node_id, Time now) {
   device_.start(now);
 }
 
-/// After every event: ends a reset and a transfer that a fault has aborted, updates the filter, and sets the next
-/// deadline.
+/// After every event: ends a reset, and a transfer that a fault has aborted, updates the filter, and sets the
+/// next deadline.
 void Node::finish_update(Time now) {
   update_pending_ = false;
   while (device_.slave().resetting())

@@ -255,7 +255,7 @@ TEST_CASE("Stopped ends an SDO transfer, and a response that has not left") {
 
 // ---- Reset
 
-TEST_CASE("A reset by an NMT command takes several calls of poll(); until the last the node hears and sends nothing") {
+TEST_CASE("A reset by NMT takes several calls of poll(); until the last the node hears and sends nothing") {
   const bool whole = GENERATE(true, false);
   DeviceRig rig;
   rig.start(true);

@@ -39,9 +39,7 @@ TEST_CASE("A request waits while the own node is being reset, and then finds the
   const bool by_scanner = GENERATE(true, false);
   Bench bench;
   const auto scan = [&bench](std::uint16_t number) {
-    const auto request = {number, std::uint16_t{5055}, std::uint16_t{0}, std::uint16_t{0x3003},
-                          std::uint16_t{0}, std::uint16_t{2}};
-    std::copy(request.begin(), request.end(), bench.out.begin());
+    bench.out = {number, 5055, 0, 0x3003, 0, 2};
     bench.coprocessor.on_registers_written(500, 70, bench.now);
   };
   scan(1);  // the first number since the start

@@ -15,7 +15,7 @@ using Frames = std::vector<std::string>;  ///< "605#4000100000000000"
 
 class Bus {
  public:
-  virtual ~Bus() = default;
+  virtual ~Bus() noexcept(false) {}  // a simulated one checks at its end
   /// A new device of this file, with node ID 5; or the same one again, with what it has stored. Returns what
   /// it sends.
   virtual Frames power_on(std::size_t file) = 0;

@@ -100,9 +100,8 @@ void Device::show(EmergencyCode code, bool present, Time now) {
 }
 
 Time Device::poll(Time now) {
-  const bool resetting = slave_.resetting();
   slave_.poll(now);
-  if (resetting) return deadline();
+  if (slave_.resetting()) return deadline();
   sync_.poll(now);
   if (sync_.take()) pdo_.on_sync(sync_.counter(), sync_.window(), now);
   emergency_.poll(now);
@@ -196,11 +195,11 @@ void Device::restore(std::uint16_t first_index, std::uint16_t last_index, Time n
 }
 
 /// Part by part, then PDO by PDO.
-bool Device::restore_more(std::uint16_t step, std::uint16_t last_index, Time now) {
+bool Device::restore_more(std::uint32_t step, std::uint16_t last_index, Time now) {
   const Part::Reset reset{node_id(), last_index >= object::kFirstManufacturer};
-  std::uint16_t parts = 0;
-  with_parts(*this, [&](auto&... part) { ((parts++ == step ? part.reset(reset, now) : void()), ...); });
-  if (step < parts || pdo_.load_one(std::size_t{step} - parts, now)) return true;
+  std::uint32_t parts = 0;
+  with_parts(*this, [&](auto&... part) { ((step == parts++ ? part.reset(reset, now) : void()), ...); });
+  if (step < parts || pdo_.load_one(step - parts, now)) return true;
   known_lost_ = kServices.other_devices && emergency_.has(number(EmergencyCode::kHeartbeat));  // over now
   known_unguarded_ = false;
   known_misfit_ = emergency_.has(number(EmergencyCode::kSyncLength));

@@ -33,7 +33,7 @@ void Slave::reset(bool application, Time now) {
   if (state_ != nmt::State::kInitialising) enter(nmt::State::kInitialising, now);
   node_id_ = next_node_id_;
   reset_application_ = application;
-  step_ = 0;
+  step_ = 1;
   sdo_server_.reset(sdo::kResponseId + node_id_);
   guard_toggle_ = 0;
   heartbeat_period_ = 0;
@@ -44,11 +44,11 @@ void Slave::reset(bool application, Time now) {
 
 void Slave::go_on_with_reset(Time now) {
   const std::uint16_t last_index = reset_application_ ? object::kLast : object::kLastCommunication;
-  const std::uint16_t step = step_++;
-  if (step == 0)
+  const std::uint32_t step = step_++;
+  if (step == 1)
     return application_.restore(reset_application_ ? 0 : object::kFirstCommunication, last_index, now);
-  if (application_.restore_more(step - 1, last_index, now)) return;
-  step_ = kNoReset;
+  if (application_.restore_more(step - 2u, last_index, now)) return;
+  step_ = 0;
   retry_at_ = kNever;
   if (node_id_ > nmt::kMaxNode) return;  // off the bus until start()
   configure(now);

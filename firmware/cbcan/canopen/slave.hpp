@@ -28,8 +28,10 @@ class Application : public ObjectHandler {
  public:
   /// Restores the power-on values of stored objects with first_index <= index <= last_index.
   virtual void restore(std::uint16_t first_index, std::uint16_t last_index, Time now) = 0;
-  /// After restore(), in further calls of poll(): the rest of the reset in steps, from 0. False: that was the last.
-  virtual bool restore_more(std::uint16_t /*step*/, std::uint16_t /*last_index*/, Time /*now*/) { return false; }
+  /// After restore(), in further calls of poll(): the rest of the reset, in steps from 0. False: the last.
+  virtual bool restore_more(std::uint32_t /*step*/, std::uint16_t /*last_index*/, Time /*now*/) {
+    return false;
+  }
   /// This NMT state has been entered, or entered again: a node that is Operational may be started.
   virtual void on_state(nmt::State /*state*/, Time /*now*/) {}
 
@@ -46,7 +48,7 @@ class Slave {
         CanPort& port);
 
   /// Power on: boot-up message, then Pre-operational. A reset by command() does the same in several calls of
-  /// poll(), so that no call takes long; until then the state is Initialising, and commands and frames are ignored.
+  /// poll(), so that none takes long; until then the state is Initialising: commands and frames are ignored.
   void start(Time now);
 
   /// False: on_frame() ignores frames with this CAN-ID. It handles NMT commands, and this node's SDO requests and
@@ -79,7 +81,7 @@ class Slave {
 
   nmt::State state() const { return state_; }
   /// A reset has begun and needs further calls of poll().
-  bool resetting() const { return step_ != kNoReset; }
+  bool resetting() const { return step_ != 0; }
   std::uint8_t node_id() const { return node_id_; }
   /// Used from the next start() or reset on. Above 127 = no node ID: that reset ends in Initialising, off the
   /// bus until start().
@@ -90,8 +92,6 @@ class Slave {
   const auto& sdo_server() const { return sdo_server_; }
 
  private:
-  static constexpr std::uint16_t kNoReset = 0xFFFF;
-
   void enter(nmt::State state, Time now);
   void reset(bool application, Time now);
   void go_on_with_reset(Time now);
@@ -104,7 +104,7 @@ class Slave {
   std::uint8_t guard_toggle_ = 0;
   std::uint8_t wanted_ = 0;  ///< frames to be sent, one bit each
   bool reset_application_ = false;  ///< by the last reset; false: the communication alone
-  std::uint16_t step_ = kNoReset;   ///< of a reset; 0: restore()
+  std::uint32_t step_ = 0;  ///< of a reset, from 1; 0 = none
   Application& application_;
   CanPort& port_;
   Time heartbeat_at_ = kNever;

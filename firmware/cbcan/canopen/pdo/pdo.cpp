@@ -149,15 +149,8 @@ void Pdo::reset(const Reset& /*reset*/, Time now) {
 }
 
 bool Pdo::load_one(std::size_t k, Time now) {
-  if (k < rpdos_.size()) {
-    load(rpdos_[k], true, now);
-    return true;
-  }
-  k -= rpdos_.size();
-  if (k < tpdos_.size()) {
-    load(tpdos_[k], true);
-    return true;
-  }
+  if (k < rpdos_.size()) return load(rpdos_[k], true, now), true;
+  if (k -= rpdos_.size(); k < tpdos_.size()) return load(tpdos_[k], true), true;
   index_rpdos();
   find_tpdos();
   return false;
@@ -303,8 +296,7 @@ void Pdo::on_state(nmt::State state, Time now) {
   const bool operational = state == nmt::State::kOperational;
   if (operational == operational_) return;
   operational_ = operational;
-  reception_due_ = kNever;
-  transmission_due_ = kNever;
+  reception_due_ = transmission_due_ = kNever;
   retry_at_ = 0;
   window_end_ = kNever;
   if (!operational) return;
@@ -330,8 +322,7 @@ void Pdo::start(Rpdo& rpdo, Time now) {
 }
 
 void Pdo::start(Tpdo& tpdo, bool send, Time now) {
-  tpdo.event = false;
-  tpdo.windowed = false;
+  tpdo.event = tpdo.windowed = false;
   tpdo.syncs_left = 0;
   tpdo.inhibited_until = 0;
   tpdo.timer_at = tpdo.timer == 0 ? kNever : now + tpdo.timer;
