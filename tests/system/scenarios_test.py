@@ -46,6 +46,24 @@ class Shipped(unittest.TestCase):
         self.assertEqual(done.stdout.splitlines()[-1], f"{len(SHIPPED)} passed")
         print(f"{len(SHIPPED)} scenarios in {took:.3f} s")
 
+    def test_a_module_boots_all_nodes_of_a_network_in_a_second(self):
+        """With 3 checks, 20 writes and a heartbeat of 100 ms each, at 1 Mbit/s; and those beside 16 that are not there."""
+        node = f'[[node]]\nid = {{}}\neds = "{ROOT}/plants/demo/io_module.eds"\n'
+        objects = ", ".join(f"{{ index = 0x6206, sub = 1, value = {value} }}" for value in range(1, 20))
+        for missing in (set(), set(range(8, 127, 8)) | {126}):
+            there = [number for number in range(1, 127) if number not in missing]
+            files = {
+                "network.toml": "".join(node.format(number) + f"identity = [0, 0x191, 0x10000]\nheartbeat_ms = 100\nobjects = [{objects}]\n" for number in range(1, 127)),
+                "plant.toml": '[can]\nbit_rate = 1000000\n[module]\nnetwork = "network.toml"\n' + "".join(map(node.format, there)),
+                "boot.toml": 'plant = "plant.toml"\n[[step]]\nat = "1s"\nexpect = '
+                             + str([text for number in there for text in (f"state {number} operational", f"object {number} 0x6206:1 = 19")]),
+            }
+            with self.subTest(missing=len(missing)), tempfile.TemporaryDirectory() as folder:
+                for name, text in files.items():
+                    (pathlib.Path(folder) / name).write_text(text)
+                done = run(pathlib.Path(folder) / "boot.toml")
+                self.assertEqual(done.returncode, 0, done.stdout)
+
     def test_again_and_again(self):
         for _ in range(int(os.environ.get("CBCAN_RUNS", "5"))):
             self.assertEqual(run("-j", 4, ROOT / "scenarios").returncode, 0)
