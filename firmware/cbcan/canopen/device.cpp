@@ -195,8 +195,8 @@ void Device::restore(std::uint16_t first_index, std::uint16_t last_index, Time n
 }
 
 /// Part by part, then PDO by PDO.
-bool Device::restore_more(std::uint32_t step, std::uint16_t last_index, Time now) {
-  const Part::Reset reset{node_id(), last_index >= object::kFirstManufacturer};
+bool Device::restore_more(std::uint32_t step, bool application, Time now) {
+  const Part::Reset reset{node_id(), application};
   std::uint32_t parts = 0;
   with_parts(*this, [&](auto&... part) { ((step == parts++ ? part.reset(reset, now) : void()), ...); });
   if (step < parts || pdo_.load_one(step - parts, now)) return true;

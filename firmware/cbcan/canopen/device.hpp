@@ -123,7 +123,7 @@ class Device final : private Application, private PdoApplication {
                      Time now) override;
   void on_stored(const ObjectEntry& entry, std::uint8_t sub, Time now) override;
   void restore(std::uint16_t first_index, std::uint16_t last_index, Time now) override;
-  bool restore_more(std::uint32_t step, std::uint16_t last_index, Time now) override;
+  bool restore_more(std::uint32_t step, bool application, Time now) override;
   void on_state(nmt::State state, Time now) override;
   void refresh(Time now) override { application_.refresh(now); }
   void on_written(Time now) override { application_.on_written(now); }

@@ -43,11 +43,10 @@ void Slave::reset(bool application, Time now) {
 }
 
 void Slave::go_on_with_reset(Time now) {
-  const std::uint16_t last_index = reset_application_ ? object::kLast : object::kLastCommunication;
   const std::uint32_t step = step_++;
-  if (step == 1)
-    return application_.restore(reset_application_ ? 0 : object::kFirstCommunication, last_index, now);
-  if (application_.restore_more(step - 2u, last_index, now)) return;
+  if (step == 1 && reset_application_) return application_.restore(0, object::kLast, now);
+  if (step == 1) return application_.restore(object::kFirstCommunication, object::kLastCommunication, now);
+  if (application_.restore_more(step - 2, reset_application_, now)) return;
   step_ = 0;
   retry_at_ = kNever;
   if (node_id_ > nmt::kMaxNode) return;  // off the bus until start()

@@ -29,9 +29,7 @@ class Application : public ObjectHandler {
   /// Restores the power-on values of stored objects with first_index <= index <= last_index.
   virtual void restore(std::uint16_t first_index, std::uint16_t last_index, Time now) = 0;
   /// After restore(), in further calls of poll(): the rest of the reset, in steps from 0. False: the last.
-  virtual bool restore_more(std::uint32_t /*step*/, std::uint16_t /*last_index*/, Time /*now*/) {
-    return false;
-  }
+  virtual bool restore_more(std::uint32_t /*step*/, bool /*application*/, Time /*now*/) { return false; }
   /// This NMT state has been entered, or entered again: a node that is Operational may be started.
   virtual void on_state(nmt::State /*state*/, Time /*now*/) {}
 
