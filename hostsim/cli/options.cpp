@@ -13,6 +13,7 @@
 
 #include "config/plant_file.hpp"
 #include "config/settings.hpp"
+#include "devices/devices.hpp"
 #include "text/address.hpp"
 #include "text/numbers.hpp"
 #include "text/words.hpp"
