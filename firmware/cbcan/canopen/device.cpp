@@ -101,7 +101,7 @@ void Device::show(EmergencyCode code, bool present, Time now) {
 
 Time Device::poll(Time now) {
   slave_.poll(now);
-  if (slave_.resetting()) return deadline();
+  if (slave_.state() == nmt::State::kInitialising) return deadline();
   sync_.poll(now);
   if (sync_.take()) pdo_.on_sync(sync_.counter(), sync_.window(), now);
   emergency_.poll(now);
@@ -143,8 +143,8 @@ void Device::fail(NetworkFailure failure, Time now) {
 }
 
 void Device::on_bus_state(BusState state, Time now) {
-  const bool was_off = std::exchange(bus_off_, state == BusState::kBusOff);
   if (slave_.state() == nmt::State::kInitialising) return;
+  const bool was_off = std::exchange(bus_off_, state == BusState::kBusOff);
   if (bus_off_ && was_off) return;
   if (bus_off_) return fail(NetworkFailure::kBusOff, now);
   if (was_off) {
@@ -159,8 +159,8 @@ void Device::on_bus_state(BusState state, Time now) {
 
 AbortCode Device::on_write(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value,
                            Time now) {
-  if (kServices.stored_parameters && (entry.index == object::kStore || entry.index == object::kRestore))
-    return store_or_restore(entry.index, sub, value);
+  if (entry.index == object::kStore || entry.index == object::kRestore)
+    return kServices.stored_parameters ? store_or_restore(entry.index, sub, value) : AbortCode::kStore;
   const auto number = static_cast<std::uint32_t>(load_little_endian(value));
   AbortCode refused = AbortCode::kNone;
   with_parts(*this, [&](const auto&... part) {
@@ -195,10 +195,9 @@ void Device::restore(std::uint16_t first_index, std::uint16_t last_index, Time n
 }
 
 /// Part by part, then PDO by PDO.
-bool Device::restore_more(std::uint32_t step, bool application, Time now) {
-  const Part::Reset reset{node_id(), application};
+bool Device::restore_more(std::uint32_t step, Time now) {
   std::uint32_t parts = 0;
-  with_parts(*this, [&](auto&... part) { ((step == parts++ ? part.reset(reset, now) : void()), ...); });
+  with_parts(*this, [&](auto&... part) { ((step == parts++ ? part.reset(node_id(), now) : void()), ...); });
   if (step < parts || pdo_.load_one(step - parts, now)) return true;
   known_lost_ = kServices.other_devices && emergency_.has(number(EmergencyCode::kHeartbeat));  // over now
   known_unguarded_ = false;
@@ -208,6 +207,7 @@ bool Device::restore_more(std::uint32_t step, bool application, Time now) {
 }
 
 void Device::on_state(nmt::State state, Time now) {
+  if (state == nmt::State::kInitialising) emergency_.forget(slave_.resets_application());
   application_.on_state(state, now);
   with_parts(*this, [&](auto&... part) { (part.on_state(state, now), ...); });
 }

@@ -99,6 +99,8 @@ class Device final : private Application, private PdoApplication {
   bool has_received(std::size_t rpdo) const { return pdo_.has_received(rpdo); }
   void forget_received(std::size_t rpdo) { pdo_.forget_received(rpdo); }
   void hold_tpdos(bool held, Time now) { pdo_.hold_tpdos(held, now); }
+  /// The event of all TPDOs.
+  void request_tpdos(Time now) { pdo_.request(0, now); }
 
   nmt::State state() const { return slave_.state(); }
   std::uint8_t node_id() const { return slave_.node_id(); }
@@ -123,7 +125,7 @@ class Device final : private Application, private PdoApplication {
                      Time now) override;
   void on_stored(const ObjectEntry& entry, std::uint8_t sub, Time now) override;
   void restore(std::uint16_t first_index, std::uint16_t last_index, Time now) override;
-  bool restore_more(std::uint32_t step, bool application, Time now) override;
+  bool restore_more(std::uint32_t step, Time now) override;
   void on_state(nmt::State state, Time now) override;
   void refresh(Time now) override { application_.refresh(now); }
   void on_written(Time now) override { application_.on_written(now); }

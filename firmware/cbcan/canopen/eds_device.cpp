@@ -24,8 +24,9 @@ Time EdsDevice::poll(Time now) {
 }
 
 void EdsDevice::set(ObjectAddress object, std::uint64_t value, Time now) {
-  if (get(object) == value || !device_.dictionary().set(object.index, object.sub, value)) return;
-  device_.changed(object.index, object.sub, now);
+  const std::uint64_t before = get(object);
+  device_.dictionary().set(object.index, object.sub, value);
+  if (get(object) != before) device_.changed(object.index, object.sub, now);
 }
 
 /// 1010h and 1011h: what the device supports, as its EDS file says.

@@ -57,7 +57,8 @@ class EdsDevice : protected DeviceApplication, public PowerOnValues {
 
   /// Before start(): where 1010h and LSS store; without it both are rejected. It outlives the device.
   void keep_in(ParameterMemory& memory) { memory_ = &memory; }
-  /// Power on: boot-up message, then Pre-operational. kNoNodeId: waits for an LSS master.
+  /// Power on: boot-up message, then Pre-operational. kNoNodeId: waits for an LSS master. With LSS the node
+  /// ID comes only from here and from LSS, not from device().set_node_id().
   void start(std::uint8_t node_id, Time now);
 
   void on_frame(const Frame& frame, Time now);
@@ -65,7 +66,7 @@ class EdsDevice : protected DeviceApplication, public PowerOnValues {
   /// Sends what is due. Returns the time of the next call; kNever = only after another call.
   Time poll(Time now);
 
-  /// A stored number of up to 8 bytes.
+  /// A stored number of up to 8 bytes, without its sign's upper bits.
   std::uint64_t get(ObjectAddress object) const { return device_.dictionary().get(object.index, object.sub); }
   /// A change is an event for the TPDOs that map it.
   void set(ObjectAddress object, std::uint64_t value, Time now);

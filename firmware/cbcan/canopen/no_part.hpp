@@ -27,6 +27,7 @@ class NoPart : public Part {
                     Time /*now*/) {}
   static void error_over(std::uint16_t /*code*/, Time /*now*/) {}
   static constexpr bool has(std::uint16_t /*code*/) { return false; }
+  static void forget(bool /*application*/) {}
   // of a TimeStamp,
   static constexpr TimeOfDay at(Time /*now*/) { return {}; }
   static void set(const TimeOfDay& /*time*/, Time /*now*/) {}
@@ -34,6 +35,7 @@ class NoPart : public Part {
   // of a HeartbeatConsumer and a LifeGuard,
   static constexpr std::size_t lost() { return 0; }
   // of a Pdo,
+  static void request(std::uint16_t /*number*/, Time /*now*/) {}
   static constexpr bool load_one(std::size_t /*k*/, Time /*now*/) { return false; }
   static constexpr bool on_sync(const auto&... /*arguments*/) { return false; }
   static void changed(const auto&... /*arguments*/) {}

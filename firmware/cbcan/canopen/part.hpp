@@ -19,12 +19,6 @@ namespace cbcan {
 
 class Part {
  public:
-  /// What is being reset.
-  struct Reset {
-    std::uint8_t node_id;
-    bool application;  ///< power-on or reset node; false: the communication alone
-  };
-
   /// The objects that configure it.
   static constexpr bool owns(std::uint16_t /*index*/) { return false; }
 
@@ -35,7 +29,7 @@ class Part {
   /// After one has been stored.
   void configure(std::uint16_t /*index*/, Time /*now*/) {}
   /// The dictionary's values have been restored; on_state() follows.
-  void reset(const Reset& /*reset*/, Time /*now*/) {}
+  void reset(std::uint8_t /*node_id*/, Time /*now*/) {}
   /// This NMT state has been entered, or entered again.
   void on_state(nmt::State /*state*/, Time /*now*/) {}
 

@@ -30,11 +30,12 @@ void Slave::start(Time now) {
 }
 
 void Slave::reset(bool application, Time now) {
+  reset_application_ = application;
   if (state_ != nmt::State::kInitialising) enter(nmt::State::kInitialising, now);
   node_id_ = next_node_id_;
-  reset_application_ = application;
   step_ = 1;
   sdo_server_.reset(sdo::kResponseId + node_id_);
+  next_state_ = nmt::State::kPreOperational;
   guard_toggle_ = 0;
   heartbeat_period_ = 0;
   heartbeat_at_ = kNever;
@@ -46,14 +47,13 @@ void Slave::go_on_with_reset(Time now) {
   const std::uint32_t step = step_++;
   if (step == 1 && reset_application_) return application_.restore(0, object::kLast, now);
   if (step == 1) return application_.restore(object::kFirstCommunication, object::kLastCommunication, now);
-  if (application_.restore_more(step - 2, reset_application_, now)) return;
+  if (application_.restore_more(step - 2, now)) return;
   step_ = 0;
   retry_at_ = kNever;
   if (node_id_ > nmt::kMaxNode) return;  // off the bus until start()
   configure(now);
   wanted_ = kBootUp;
-  poll(now);  // before any frame of Pre-operational
-  enter(nmt::State::kPreOperational, now);
+  poll(now);
 }
 
 void Slave::enter(nmt::State state, Time now) {
@@ -63,12 +63,16 @@ void Slave::enter(nmt::State state, Time now) {
   application_.on_state(state, now);
 }
 
+void Slave::change(nmt::State state, Time now) {
+  next_state_ = state;
+  if (state_ != nmt::State::kInitialising) enter(state, now);
+}
+
 void Slave::command(nmt::Command command, Time now) {
-  if (resetting()) return;
   switch (command) {
-    case nmt::Command::kStart: return enter(nmt::State::kOperational, now);
-    case nmt::Command::kStop: return enter(nmt::State::kStopped, now);
-    case nmt::Command::kEnterPreOperational: return enter(nmt::State::kPreOperational, now);
+    case nmt::Command::kStart: return change(nmt::State::kOperational, now);
+    case nmt::Command::kStop: return change(nmt::State::kStopped, now);
+    case nmt::Command::kEnterPreOperational: return change(nmt::State::kPreOperational, now);
     case nmt::Command::kResetNode: return reset(true, now);
     case nmt::Command::kResetCommunication: return reset(false, now);
   }
@@ -124,6 +128,10 @@ bool Slave::send_wanted(Time now) {
   }
   wanted_ = static_cast<std::uint8_t>(wanted_ & ~lowest);
   if (lowest == kGuardResponse) guard_toggle_ ^= nmt::kGuardToggle;
+  if (lowest != kBootUp) return true;
+  const nmt::State next = next_state_;
+  enter(nmt::State::kPreOperational, now);
+  if (next != nmt::State::kPreOperational) enter(next, now);
   return true;
 }
 

@@ -29,7 +29,7 @@ class Application : public ObjectHandler {
   /// Restores the power-on values of stored objects with first_index <= index <= last_index.
   virtual void restore(std::uint16_t first_index, std::uint16_t last_index, Time now) = 0;
   /// After restore(), in further calls of poll(): the rest of the reset, in steps from 0. False: the last.
-  virtual bool restore_more(std::uint32_t /*step*/, bool /*application*/, Time /*now*/) { return false; }
+  virtual bool restore_more(std::uint32_t /*step*/, Time /*now*/) { return false; }
   /// This NMT state has been entered, or entered again: a node that is Operational may be started.
   virtual void on_state(nmt::State /*state*/, Time /*now*/) {}
 
@@ -46,7 +46,8 @@ class Slave {
         CanPort& port);
 
   /// Power on: boot-up message, then Pre-operational. A reset by command() does the same in several calls of
-  /// poll(), so that none takes long; until then the state is Initialising: commands and frames are ignored.
+  /// poll(), so that none takes long. Until the port has accepted the message the state is Initialising:
+  /// frames are ignored.
   void start(Time now);
 
   /// False: on_frame() ignores frames with this CAN-ID. It handles NMT commands, and this node's SDO requests and
@@ -65,7 +66,8 @@ class Slave {
   static constexpr bool owns(std::uint16_t index) { return index == object::kProducerHeartbeatTime; }
   void configure(Time now);
 
-  /// An NMT command for this node, from the bus or from within.
+  /// An NMT command for this node, from the bus or from within. In Initialising it takes effect after the
+  /// boot-up message.
   void command(nmt::Command command, Time now);
 
   /// Local access with the rights of an SDO client.
@@ -78,6 +80,8 @@ class Slave {
   }
 
   nmt::State state() const { return state_; }
+  /// The last reset was one of the application too, not of the communication alone.
+  bool resets_application() const { return reset_application_; }
   /// A reset has begun and needs further calls of poll().
   bool resetting() const { return step_ != 0; }
   std::uint8_t node_id() const { return node_id_; }
@@ -91,17 +95,19 @@ class Slave {
 
  private:
   void enter(nmt::State state, Time now);
+  void change(nmt::State state, Time now);
   void reset(bool application, Time now);
   void go_on_with_reset(Time now);
   bool send_wanted(Time now);
   Frame frame_for(std::uint8_t wanted) const;
 
   nmt::State state_ = nmt::State::kInitialising;
+  nmt::State next_state_ = nmt::State::kPreOperational;  ///< after the boot-up message
   std::uint8_t node_id_;
   std::uint8_t next_node_id_;
   std::uint8_t guard_toggle_ = 0;
   std::uint8_t wanted_ = 0;  ///< frames to be sent, one bit each
-  bool reset_application_ = false;  ///< by the last reset; false: the communication alone
+  bool reset_application_ = true;
   std::uint32_t step_ = 0;  ///< of a reset, from 1; 0 = none
   Application& application_;
   CanPort& port_;

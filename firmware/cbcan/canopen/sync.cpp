@@ -5,7 +5,7 @@
 
 namespace cbcan {
 
-void Sync::reset(const Reset& /*reset*/, Time now) {
+void Sync::reset(std::uint8_t /*node_id*/, Time now) {
   outbox_.drop();
   due_ = kNever;
   period_ = 0;

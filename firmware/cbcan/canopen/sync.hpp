@@ -32,7 +32,7 @@ class Sync : public Part {
   AbortCode check(std::uint16_t index, std::uint8_t sub, std::uint32_t number) const;
   /// An unchanged period is not restarted.
   void configure(std::uint16_t index, Time now);
-  void reset(const Reset& reset, Time now);
+  void reset(std::uint8_t node_id, Time now);
   /// SYNC is sent and received in Pre-operational and Operational only. The first one has counter 1.
   void on_state(nmt::State state, Time now);
   bool hears(std::uint32_t id) const { return id == id_; }

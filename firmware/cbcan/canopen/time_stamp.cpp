@@ -17,7 +17,7 @@ constexpr std::uint8_t kMessageBytes = 6;
 
 }  // namespace
 
-void TimeStamp::reset(const Reset& /*reset*/, Time now) {
+void TimeStamp::reset(std::uint8_t /*node_id*/, Time now) {
   outbox_.drop();
   running_ = false;
   configure(object::kTimeCobId, now);

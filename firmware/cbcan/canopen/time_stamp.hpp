@@ -32,7 +32,7 @@ class TimeStamp : public Part {
   AbortCode check(std::uint16_t index, std::uint8_t sub, std::uint32_t number) const;
   void configure(std::uint16_t index, Time now);
   /// The time of day is not reset.
-  void reset(const Reset& reset, Time now);
+  void reset(std::uint8_t node_id, Time now);
   /// TIME is sent and received in Pre-operational and Operational only.
   void on_state(nmt::State state, Time now);
   bool hears(std::uint32_t id) const { return id == id_; }

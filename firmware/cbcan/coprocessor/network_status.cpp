@@ -112,6 +112,9 @@ void NetworkStatus::on_written(std::size_t first, std::size_t count) {
   for (std::uint8_t node = 1; node <= nmt::kMaxNode; ++node)
     if ((written(regmap::status_map(StatusMap::kLost) + node / kWordBits) >> node % kWordBits & 1) != 0)
       manager_.forget_loss(node);
+  for (const StatusMap map : {StatusMap::kHeard, StatusMap::kConfigured, StatusMap::kRunning,
+                              StatusMap::kEmergency, StatusMap::kLost})
+    put_bit(map, 0, false);
   // What changes here has been changed by the PLC, but for the two above.
   const std::uint16_t changes = changes_;
   for (std::uint8_t node = 0; node <= nmt::kMaxNode; ++node)

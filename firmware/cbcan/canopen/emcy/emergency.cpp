@@ -8,14 +8,17 @@
 
 namespace cbcan {
 
-void Emergency::reset(const Reset& reset, Time now) {
+void Emergency::forget(bool application) {
   waiting_count_ = 0;
+  if (application) error_count_ = 0;
+}
+
+void Emergency::reset(std::uint8_t /*node_id*/, Time now) {
   next_allowed_ = now;
-  due_ = kNever;
-  running_ = false;
-  if (reset.application) error_count_ = 0;
   update_register();
   clear_history();
+  for (std::size_t i = 0; i < waiting_count_; ++i)
+    remember(waiting_[(first_waiting_ + i) % kMostWaiting]);
   configure(object::kEmergencyCobId, now);
 }
 
@@ -113,7 +116,7 @@ void Emergency::enqueue(const Message& message, Time now) {
 void Emergency::send_waiting(Time now) {
   due_ = kNever;
   const bool exists = cob_id_ != 0 && (cob_id_ & cob::kInvalid) == 0;
-  if (!exists) waiting_count_ = 0;
+  if (running_ && !exists) waiting_count_ = 0;
   while (running_ && waiting_count_ != 0) {
     if (now < next_allowed_) {
       due_ = next_allowed_;

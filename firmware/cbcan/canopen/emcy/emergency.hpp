@@ -68,8 +68,11 @@ class Emergency : public Part {
   }
   AbortCode check(std::uint16_t index, std::uint8_t sub, std::uint32_t number) const;
   void configure(std::uint16_t index, Time now);
-  /// Clears 1003h. The errors are forgotten when the application is reset; otherwise 1001h shows them again.
-  void reset(const Reset& reset, Time now);
+  /// Initialising begins: what has been reported is forgotten, but with `application` = false 1001h shows the
+  /// errors again.
+  void forget(bool application);
+  /// Clears 1003h, but for errors since forget().
+  void reset(std::uint8_t node_id, Time now);
   /// Messages go out in Pre-operational and Operational; in other states they wait.
   void on_state(nmt::State state, Time now);
   void poll(Time now);

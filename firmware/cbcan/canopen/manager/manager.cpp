@@ -65,7 +65,7 @@ void Manager::enter(std::uint8_t node, Phase phase, Time due) {
   entered.due = due;
   entered.at = 0;
   entered.tries = 0;
-  phase == Phase::kRun || phase == Phase::kUnlisted ? unwell_.erase(node) : unwell_.insert(node);
+  phase == Phase::kRun ? unwell_.erase(node) : unwell_.insert(node);
   for (NodeSet* set : {&ready_, &silent_, &commanded_})
     set->erase(node);
   wake_at(due);
@@ -100,16 +100,18 @@ void Manager::on_startup_written(Time now) {
 
 void Manager::end(Time now) {
   active_ = begins_ = false;
-  for (std::uint8_t node = 1; node <= nmt::kMaxNode; ++node) {
-    if (!is_listed(node)) continue;
-    drop_client(node, now);
-    enter(node, Phase::kUnlisted, kNever);
-    nodes_[node] = {};
-  }
   count_.fill(0);
   listed_ = mandatory_unready_ = mandatory_missing_ = 0;
   started_all_ = boot_is_over_ = broadcasts_ = starts_ = own_held_ = false;
-  twins_.clear();
+  for (NodeSet* set : {&ready_, &silent_, &commanded_, &unwell_, &twins_})
+    set->clear();
+  for (std::uint8_t node = 1; node <= nmt::kMaxNode; ++node) {
+    if (!is_listed(node)) continue;
+    drop_client(node, now);
+    nodes_[node] = {};
+    application_.on_node(node);
+  }
+  application_.on_node(0);
   own_.hold_tpdos(false, now);
   due_ = retry_at_ = boot_over_at_ = kNever;
 }

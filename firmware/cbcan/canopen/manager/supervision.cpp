@@ -61,7 +61,9 @@ void Manager::started(std::uint8_t node, nmt::State state, Time now) {
   if (state == nmt::State::kOperational && !commanded_.has(node)) run(node, now);
 }
 
+/// Outputs that were sent before it listened are sent again.
 void Manager::run(std::uint8_t node, Time now) {
+  own_.request_tpdos(now);
   if (!awaits_inputs(node)) return enter(node, Phase::kRun, kNever);
   enter(node, Phase::kInputs, now + kInputsPeriod);
   if (own_.state() == nmt::State::kOperational && next_input(node)) ready_.insert(node);

@@ -37,7 +37,7 @@ class HeartbeatConsumer : public Part {
   AbortCode check(std::uint16_t index, std::uint8_t sub, std::uint32_t number) const;
   /// Each watched node is monitored again from its next heartbeat on.
   void configure(std::uint16_t index, Time now);
-  void reset(const Reset& /*reset*/, Time now) { configure(object::kConsumerHeartbeatTime, now); }
+  void reset(std::uint8_t /*node_id*/, Time now) { configure(object::kConsumerHeartbeatTime, now); }
   bool hears(std::uint32_t id) const { return id >= nmt::kErrorControlId; }
   bool on_frame(const Frame& frame, Time now);
   void poll(Time now);

@@ -29,8 +29,8 @@ class LifeGuard : public Part {
     due_ = kNever;
     lost_ = false;
   }
-  void reset(const Reset& reset, Time now) {
-    node_id_ = reset.node_id;
+  void reset(std::uint8_t node_id, Time now) {
+    node_id_ = node_id;
     configure(object::kGuardTime, now);
   }
   /// True: the master asks for this node's state.

@@ -129,7 +129,7 @@ std::size_t Pdo::tpdo_count(std::span<const ObjectEntry> entries) {
   return count_objects(entries, object::kTpdoParameter);
 }
 
-void Pdo::reset(const Reset& /*reset*/, Time now) {
+void Pdo::reset(std::uint8_t /*node_id*/, Time now) {
   on_state(nmt::State::kInitialising, now);
   std::size_t rpdos = 0;
   std::size_t tpdos = 0;
@@ -441,9 +441,9 @@ void Pdo::look_for_changes(Time now) {
 }
 
 void Pdo::request(std::uint16_t number, Time now) {
-  Tpdo* const requested = find_number(tpdos_, number - 1u);
-  if (!operational_ || requested == nullptr || !requested->active) return;
-  on_event(*requested);
+  if (!operational_) return;
+  for (Tpdo& tpdo : used_tpdos_)
+    if (tpdo.active && (number == 0 || tpdo.number == number - 1)) on_event(tpdo);
   poll(now);
 }
 

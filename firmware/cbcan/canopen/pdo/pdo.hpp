@@ -133,7 +133,7 @@ class Pdo : public Part {
   /// If the PDO stays valid, data waiting to be sent or for a SYNC are dropped and its timer restarts.
   void configure(std::uint16_t index, Time now);
   /// Counts the PDOs; load_one() loads them. Not Operational until on_state().
-  void reset(const Reset& reset, Time now);
+  void reset(std::uint8_t node_id, Time now);
   /// After reset(), for k = 0, 1, ...: loads one PDO. False: there are no more, and all are ready.
   bool load_one(std::size_t k, Time now);
   /// PDOs are exchanged in Operational only. What is waiting when it is left is dropped.
@@ -158,7 +158,7 @@ class Pdo : public Part {
   void changed(std::uint16_t index, std::uint8_t sub, Time now);
   /// Any values may have changed: the event of all TPDOs whose data differ from the last sample.
   void look_for_changes(Time now);
-  /// The event of TPDO `number`, 1..512.
+  /// The event of TPDO `number`, 1..512, or of all, 0.
   void request(std::uint16_t number, Time now);
 
   /// RPDO `number`, from 0, has been received since it was last forgotten, or since reset().
