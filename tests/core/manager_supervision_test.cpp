@@ -216,6 +216,39 @@ TEST_CASE("outputs are sent after the PLC has written them") {
   CHECK((rig.summary() & 0x110) == 0x010);
 }
 
+TEST_CASE("outputs are sent again to a node that returns") {
+  std::vector<Item> items = node_5();
+  items.insert(items.begin(), {{0x1A00, 1, u32(0xA5800110)}, {0x1A00, 0, {1}}, {0x1800, 1, u32(0x205)}});
+  ManagerRig rig(items);
+  begin(rig);
+  boot(rig);
+  rig.write_words(3864, {7}).expect("205#0700");
+  check_and_configure(rig);
+  rig.arrive("705#7F").expect("000#0105");
+  rig.arrive("705#05").expect("205#0700");
+  rig.write_words(3864, {7}).expect_silence();
+}
+
+TEST_CASE("without bit 0 of 1F80h no node is listed, and the status words say so") {
+  ManagerRig rig(node_5());
+  begin(rig);
+  boot(rig);
+  CHECK((rig.summary() == 0x11 && rig.status[2] == 0x0101));
+  rig.request({5066, 0, 0x1F80, 0, 4, 0, 0});
+  CHECK(rig.registers[0] == 0);
+  CHECK((rig.summary() == 0x10 && rig.status[2] == 0));
+  CHECK((rig.in_map(kHeard, 5) && !rig.in_map(kConfigured, 5) && !rig.in_map(kRunning, 5)));
+}
+
+TEST_CASE("bit 0 of the status maps, which is no node, cannot be written") {
+  ManagerRig rig(node_5());
+  for (unsigned map = 0; map != 5; ++map) {
+    rig.write_words(3932 + 8 * map, {0xFFFF});
+    CHECK_FALSE(rig.in_map(map, 0));
+  }
+  rig.expect("77F#00", "000#8200");
+}
+
 TEST_CASE("two nodes with the same ID are noticed") {
   ManagerRig rig(node_5());
   begin(rig);

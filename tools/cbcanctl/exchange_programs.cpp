@@ -7,6 +7,7 @@
 #include <algorithm>
 
 #include "cbcan/regmap.hpp"
+#include "text/error.hpp"
 
 namespace cbcan::tools {
 
@@ -124,7 +125,7 @@ std::array<unsigned char, 4> bytes_of(const std::string& host, Form form) {
   constexpr unsigned char kLoopback = 127;
   std::array<unsigned char, 4> bytes{};
   if (inet_pton(AF_INET, host.c_str(), bytes.data()) != 1 || bytes[0] == kLoopback)
-    throw UsageError(
+    throw text::UsageError(
         fmt::format("--host {}: --for {} needs the module's IPv4 address in the PLC's network, such as "
                     "--host 192.168.1.5",
                     host, kForms[static_cast<std::size_t>(form)]));

@@ -7,6 +7,7 @@
 
 #include "cbcan/regmap.hpp"
 #include "cbcanctl/exchange_programs.hpp"
+#include "text/error.hpp"
 #include "text/utf8.hpp"
 
 namespace cbcan::tools {
@@ -264,9 +265,9 @@ std::string text_of(Form form, const std::vector<Tag>& tags, std::optional<unsig
   const FormRow& row = kRows[static_cast<std::size_t>(variables_form)];
   const std::string_view name = kForms[static_cast<std::size_t>(form)];
   if (at && (!row.at || form == Form::kCodesysSt))
-    throw UsageError(fmt::format("--at {}: --for {} has no addresses; leave it out", *at, name));
+    throw text::UsageError(fmt::format("--at {}: --for {} has no addresses; leave it out", *at, name));
   if (variables_form == Form::kTia && at.value_or(0) % 2 != 0)
-    throw UsageError(fmt::format("--at {}: must be even, a register is two bytes of %M", *at));
+    throw text::UsageError(fmt::format("--at {}: must be even, a register is two bytes of %M", *at));
   const unsigned first = at.value_or(row.at.value_or(0));
   const std::vector<Exchange> arrays = exchanges_of(tags);
   if (is_program) return program_of(form, arrays, first, server);
