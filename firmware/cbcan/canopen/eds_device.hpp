@@ -24,9 +24,22 @@
 
 namespace cbcan {
 
+/// An object with one of these indices is in the dictionary.
+constexpr bool describes(const EdsDictionary& dictionary, std::uint16_t first, std::uint16_t last) {
+  for (const ObjectEntry& entry : dictionary.entries)
+    if (entry.index >= first && entry.index <= last) return true;
+  return false;
+}
+
 /// What a device with this dictionary keeps in RAM.
 template <const EdsDictionary& kDictionary>
 struct EdsMemory {
+  static_assert(kServices.emergencies ||
+                    (!describes(kDictionary, object::kErrorHistory, object::kErrorHistory) &&
+                     !describes(kDictionary, object::kEmergencyCobId, object::kEmergencyInhibitTime)),
+                "the EDS file has 1003h, 1014h or 1015h, and kServices no emergencies");
+  static_assert(kServices.time || !describes(kDictionary, object::kTimeCobId, object::kTimeCobId),
+                "the EDS file has 1012h, and kServices no time");
   static_assert(kServices.other_devices || (kDictionary.limits.empty() && kDictionary.watched_nodes == 0),
                 "the EDS file has limits or 1016h, and kServices no other_devices");
   static_assert(kServices.process_data() || kDictionary.rpdos + kDictionary.tpdos == 0,

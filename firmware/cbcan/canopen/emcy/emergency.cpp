@@ -9,6 +9,7 @@
 namespace cbcan {
 
 void Emergency::forget(bool application) {
+  running_ = false;
   waiting_count_ = 0;
   if (application) error_count_ = 0;
 }
