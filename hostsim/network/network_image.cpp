@@ -192,6 +192,12 @@ Bytes image_of(const Network& network, std::uint8_t own_id, const std::string& n
     if (node.id == own_id)
       throw UsageError(fmt::format(
           "{}: node {} is the module's own node: another module.node_id, or leave it out", name, node.id));
+    for (const Pdo& pdo : node.pdos)
+      if (pdo.can_id == kEmergencyId + own_id)
+        throw UsageError(
+            fmt::format("{}{}: node {}: CAN-ID {:#x} is that of the module's EMCY: set another can_id, or "
+                        "another module.node_id",
+                        name, pdo.line == 0 ? "" : fmt::format(":{}", pdo.line), node.id, pdo.can_id));
     add_node(image, node);
   }
   const Bytes bytes = image.bytes();
