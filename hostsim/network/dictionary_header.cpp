@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <limits>
 #include <map>
 
@@ -144,6 +145,29 @@ class Check {
 
 // ---- Names
 
+/// Keywords of C++20, and macros that compilers or the headers used have.
+constexpr std::string_view kTaken =
+    " alignas alignof and and_eq asm auto bitand bitor bool break case catch char class co_await co_return "
+    "co_yield "
+    "compl concept const const_cast consteval constexpr constinit continue decltype default delete do double "
+    "dynamic_cast else enum explicit export extern false float for friend goto if inline int linux long "
+    "mutable "
+    "namespace new noexcept not not_eq nullptr operator or or_eq private protected public register "
+    "reinterpret_cast requires return short signed sizeof static static_assert static_cast struct switch "
+    "template "
+    "this throw true try typedef typeid typename union unix unsigned using virtual void volatile while xor "
+    "xor_eq "
+    "NULL ";
+
+/// Standard types, such as uint8_t, end with _t.
+void check_space(const std::string& name) {
+  bool good = !name.empty() && std::isdigit(static_cast<unsigned char>(name.front())) == 0 &&
+              !name.ends_with("_t") && kTaken.find(" " + name + " ") == std::string_view::npos;
+  for (const char c : name)
+    good = good && (c == '_' || (static_cast<unsigned char>(c) < 0x80 && std::isalnum(c) != 0));
+  if (!good) throw UsageError(name + ": no name of a C++ namespace; write --name NAME");
+}
+
 /// "Read input 8-bit" is ReadInput8Bit.
 std::string camel(std::string_view text) {
   std::string name;
@@ -229,6 +253,7 @@ std::string sizes_of(const eds::FirmwareDictionary& made) {
 
 std::string dictionary_header(std::string_view text, const std::string& name, const std::string& space,
                               std::vector<std::string>& remarks) {
+  check_space(space);
   std::vector<std::string> same_remarks;  // but also of limits that the value for node ID 0 breaks
   const eds::DeviceDescription device = parse_device(text, name, std::uint8_t{0}, same_remarks);
   const Check check(device, name);

@@ -208,7 +208,7 @@ Bytes image_of(const Network& network, std::uint8_t own_id, const std::string& n
 }
 
 std::string made_by(std::string_view program, std::string_view file) {
-  return fmt::format("// Made by {} from {}: do not edit.\n", program, file);
+  return fmt::format("// Made by {} from {}: do not edit.\n", program, text::to_utf8(file));
 }
 
 std::string array_of(std::string_view array, const Bytes& bytes) {

@@ -22,10 +22,10 @@ std::string pdo(const std::string& cob_id, const std::string& count, const std::
          object("1600sub1", "7", mapped) + object("1600sub2", "7", mapped) + object("1600sub3", "7", mapped) +
          object("2000", "7", "0", "PDOMapping=1\n") + object("2001", "7", "0");
 }
-std::string made(const std::string& text) {
+std::string made(const std::string& text, const std::string& file = "x.eds", const std::string& space = "x") {
   std::vector<std::string> remarks;
   try {
-    return network::dictionary_header(text, "x.eds", "x", remarks);
+    return network::dictionary_header(text, file, space, remarks);
   } catch (const text::UsageError& error) {
     return error.what();
   }
@@ -122,6 +122,16 @@ TEST_CASE("cbcan-eds: values that the stack refuses when they are written") {
     else
       CHECK(made(each.text) == each.problem);
   }
+}
+
+TEST_CASE("cbcan-eds: names that a header cannot have") {
+  const std::string text = object("2000", "5", "1");
+  for (const char* name : {"class", "int", "co_await", "xor_eq", "NULL", "linux", "uint8_t", "", "3rd", "a-b",
+                           "a.b", "\xC3\x9C"})
+    CHECK(made(text, "x.eds", name) == std::string(name) + ": no name of a C++ namespace; write --name NAME");
+  for (const char* name : {"io_module", "DRIVE", "classes", "a1", "_"})
+    CHECK(made(text, "x.eds", name).starts_with("// Made by"));
+  CHECK(made(text, "a\nb.eds").starts_with("// Made by cbcan-eds from a b.eds: do not edit.\n// Flash"));
 }
 
 TEST_CASE("cbcan-eds: a name that two objects have is followed by index and sub-index") {
