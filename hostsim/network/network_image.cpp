@@ -8,6 +8,7 @@
 #include "cbcan/canopen/dictionary/cob_id.hpp"
 #include "cbcan/canopen/manager/network_objects.hpp"
 #include "network/device_file.hpp"
+#include "text/utf8.hpp"
 
 namespace cbcan::network {
 

@@ -41,7 +41,8 @@ Arguments arguments_of(const tools::Words& words) {
 
 std::string output_of(const tools::Words& words, tools::Words& remarks) {
   const Arguments arguments = arguments_of(words);
-  if (std::filesystem::is_directory(arguments.file))
+  std::error_code ignored;
+  if (std::filesystem::is_directory(arguments.file, ignored))
     throw UsageError(arguments.file + " is a folder; name an EDS or DCF file");
   const auto content = files::read_file(arguments.file);
   if (!content) throw UsageError("cannot read " + arguments.file + "; check the path and its permissions");
