@@ -10,27 +10,42 @@ foreach(room eds network)
   endif()
 endforeach()
 
-# cbcan_object_dictionary(TARGET FILE): TARGET may include "NAME.hpp", the dictionary of FILE, an EDS or DCF file called NAME.
+# cbcan_object_dictionary(TARGET FILE [NAME NAME]): TARGET may include "NAME.hpp", the dictionary of FILE, an EDS or DCF file. NAME is also the
+# namespace; by default it is the file's name.
 function(cbcan_object_dictionary target file)
-  cbcan_made_header(${target} ${file} CBCAN_EDS)
+  cmake_parse_arguments(PARSE_ARGV 2 arg "" "NAME" "")
+  if(arg_UNPARSED_ARGUMENTS)
+    message(FATAL_ERROR "${file}: ${arg_UNPARSED_ARGUMENTS}: write NAME and the header's name")
+  elseif(arg_NAME)
+    cbcan_made_header(${target} ${file} CBCAN_EDS ${arg_NAME} --name ${arg_NAME})
+  else()
+    get_filename_component(name ${file} NAME_WLE)
+    cbcan_made_header(${target} ${file} CBCAN_EDS ${name})
+  endif()
 endfunction()
 
 # cbcan_network_header(TARGET FILE): the same for a network file, with the object kNetwork.
 function(cbcan_network_header target file)
-  cbcan_made_header(${target} ${file} CBCAN_NETWORK)
+  get_filename_component(name ${file} NAME_WLE)
+  cbcan_made_header(${target} ${file} CBCAN_NETWORK ${name})
 endfunction()
 
-function(cbcan_made_header target file program)
+# Further arguments: options of the program.
+function(cbcan_made_header target file program name)
   if(NOT ${program})
     message(FATAL_ERROR "${file}: set ${program} to the program of a build on the host")
   endif()
   get_filename_component(path ${file} ABSOLUTE)
-  get_filename_component(name ${file} NAME_WE)
   set(folder ${CMAKE_CURRENT_BINARY_DIR}/${target}_made)
   file(MAKE_DIRECTORY ${folder})
+  set(command ${${program}})
+  if(TARGET "${command}")
+    set(command $<TARGET_FILE:${command}>)
+  endif()
   add_custom_command(OUTPUT ${folder}/${name}.hpp
-    COMMAND ${${program}} ${path} >${folder}/${name}.hpp
-    DEPENDS ${${program}} ${path})
+    COMMAND sh -c [[out=$1 && shift && "$@" >"$out"]] sh ${folder}/${name}.hpp ${command} ${ARGN} ${path}
+    DEPENDS ${${program}} ${path}
+    VERBATIM)
   target_sources(${target} PRIVATE ${folder}/${name}.hpp)
   target_include_directories(${target} PRIVATE ${folder})
 endfunction()

@@ -55,9 +55,8 @@ class Jobs {
 }  // namespace
 
 int main(int count, char** words) {
-  if (count != 3) return 2;
   std::setvbuf(stdout, nullptr, _IOLBF, 0);
-  SlcanBus bus(words[1], words[2]);
+  SlcanBus bus(count, words);
   Master master(bus.port());
   Jobs jobs;
   bool ran[2] = {};

@@ -5,8 +5,7 @@
 #include "module.hpp"
 
 int main(int count, char** words) {
-  if (count != 3) return 2;
-  SlcanBus bus(words[1], words[2]);
+  SlcanBus bus(count, words);
   Terminals terminals{0x5A, {1234, -2}};  // instead of pins
   Module module(bus.port(), terminals);
   module.start(0x42, SlcanBus::now());

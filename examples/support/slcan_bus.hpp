@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <cstdlib>
 #include <string>
 
@@ -17,12 +18,20 @@
 
 class SlcanBus {
  public:
-  /// Ends the program if nothing is there.
-  SlcanBus(const char* host, const char* port) {
+  /// The program's arguments are HOST and PORT. Ends the program if nothing is there.
+  SlcanBus(int count, char** words) {
+    if (count != 3) {
+      std::fprintf(stderr, "usage: %s HOST PORT\n", words[0]);
+      std::exit(2);
+    }
     addrinfo* found = nullptr;
-    if (getaddrinfo(host, port, nullptr, &found) != 0) std::exit(1);
-    socket_ = ::socket(found->ai_family, SOCK_STREAM, 0);
-    if (::connect(socket_, found->ai_addr, found->ai_addrlen) != 0) std::exit(1);
+    if (getaddrinfo(words[1], words[2], nullptr, &found) == 0)
+      socket_ = ::socket(found->ai_family, SOCK_STREAM, 0);
+    if (socket_ < 0 || ::connect(socket_, found->ai_addr, found->ai_addrlen) != 0) {
+      std::fprintf(stderr, "%s %s: nothing listens there; start cbcan-sim --slcan %s:%s\n", words[1],
+                   words[2], words[1], words[2]);
+      std::exit(1);
+    }
     freeaddrinfo(found);
     port_.poll(now());  // opens the adapter before the first frame
   }
@@ -61,6 +70,6 @@ class SlcanBus {
   }
 
  private:
-  int socket_;
+  int socket_ = -1;
   cbcan::boards::SlcanPort port_{500};
 };

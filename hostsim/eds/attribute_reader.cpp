@@ -155,7 +155,13 @@ bool AttributeReader::set_value(Object& object, const Section& section, const Ke
 }
 
 void AttributeReader::read_limits(Object& object, const Section& section) {
-  if (!has_limits(object.type)) return;
+  if (!has_limits(object.type)) {
+    for (const Key key : {Key("LowLimit"), Key("HighLimit")})
+      if (const KeyValue* const entry = section.find(key); entry != nullptr && is_real(object.type))
+        findings_.warning(entry->line, shortened(entry->key) + " of a " + std::string(name_of(object.type)) +
+                                           " is not checked");
+    return;
+  }
   const auto limit = [&](const Key& key) -> std::optional<std::int64_t> {
     const KeyValue* const entry = section.find(key);
     const auto number = entry == nullptr ? std::nullopt : values_.pattern(*entry, object.type);

@@ -97,6 +97,17 @@ void allow_mapped(const Object& mapping, std::vector<ObjectEntry>& entries) {
       entry->flags |= receive ? ObjectFlags::kMapRpdo : ObjectFlags::kMapTpdo;
 }
 
+/// The value fits its type with every node ID, and nothing but the value depends on it.
+bool follows_node_id(const Object& object) {
+  if (object.node_ids == 0) return true;
+  const std::int64_t value = from_bits(load_little_endian(object.value), object.type);
+  const std::uint64_t highest = highest_pattern(object.value.size()) >> (is_signed(object.type) ? 1 : 0);
+  const std::uint64_t most = std::uint64_t{object.node_ids} * nmt::kMaxNode;
+  const bool may_be_count = object.last_sub == 0 && object.value.size() == 1;
+  const bool is_checked = object.low || object.high || may_be_count;
+  return !is_checked && value >= 0 && most <= highest && static_cast<std::uint64_t>(value) <= highest - most;
+}
+
 }  // namespace
 
 DictionaryImage dictionary_image(const DeviceDescription& device) {
@@ -106,16 +117,6 @@ DictionaryImage dictionary_image(const DeviceDescription& device) {
   for (const Object& object : device.objects)
     if (is_mapping(object.index) && object.first_sub != 0) allow_mapped(object, image.entries);
   return image;
-}
-
-bool follows_node_id(const Object& object) {
-  if (object.node_ids == 0) return true;
-  const std::int64_t value = from_bits(load_little_endian(object.value), object.type);
-  const std::uint64_t highest = highest_pattern(object.value.size()) >> (is_signed(object.type) ? 1 : 0);
-  const std::uint64_t most = std::uint64_t{object.node_ids} * nmt::kMaxNode;
-  const bool may_be_count = object.last_sub == 0 && object.value.size() == 1;
-  const bool is_checked = object.low || object.high || may_be_count;
-  return !is_checked && value >= 0 && most <= highest && static_cast<std::uint64_t>(value) <= highest - most;
 }
 
 bool only_values_differ(std::string_view text, const std::vector<Object>& objects) {

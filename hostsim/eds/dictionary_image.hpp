@@ -29,10 +29,8 @@ struct DictionaryImage {
 /// entry is kComputed or kChecked.
 DictionaryImage dictionary_image(const DeviceDescription& device);
 
-/// The value fits its type with every node ID, and nothing but the value depends on it.
-bool follows_node_id(const Object& object);
-
-/// Read for any node ID, the text gives objects that differ by values only. `objects`: for node ID 0.
+/// Read for any node ID, the text gives objects that differ by values only; false also if that is not
+/// certain. `objects`: for node ID 0.
 bool only_values_differ(std::string_view text, const std::vector<Object>& objects);
 
 /// The same for a Device: every write goes through on_write(), and what is written to 1003h, 1010h and 1011h

@@ -16,7 +16,7 @@
 ///   OCTET_STRING.
 /// * $NODEID is the node ID given, else NodeID of the DCF, else 0 with a warning.
 /// * Objects come from the sections, not from the lists. Text that is not UTF-8 is Latin-1.
-/// * LowLimit and HighLimit are used for integers only.
+/// * LowLimit and HighLimit are used for integers only; those of a REAL are reported.
 /// * Objects of modules or CompactPDO are not added. Counts, the rest of [DeviceInfo] and [DeviceComissioning],
 ///   denotations, files, object links, comments, dynamic channels, tools and unknown keys are ignored.
 ///

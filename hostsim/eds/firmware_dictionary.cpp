@@ -65,7 +65,9 @@ void fold_count(Rows& rows, const DictionaryImage& image) {
   if (rows.size() != 2 || needs_count(rows[0].entry.index)) return;
   const ObjectEntry& count = rows[0].entry;
   if (count.last_sub != 0 || count.type != DataType::kUnsigned8 || !count.has(ObjectFlags::kRead) ||
-      count.has(kForbidden) || image.values[rows[0].places[0]] != rows[1].entry.last_sub)
+      count.has(kForbidden) || image.values[rows[0].places[0]] != rows[1].entry.last_sub ||
+      std::ranges::find(image.node_id_values, rows[0].places[0], &NodeIdValue::offset) !=
+          image.node_id_values.end())
     return;
   rows[1].entry.flags |= ObjectFlags::kCounted;
   rows.erase(rows.begin());

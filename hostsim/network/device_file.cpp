@@ -99,6 +99,12 @@ const ValueType& type_of(const eds::Object& object) {
 eds::DeviceDescription parse_device(std::string_view text, const std::string& name,
                                     std::optional<std::uint8_t> node_id, std::vector<std::string>& remarks) {
   eds::Result result = eds::read(text, name, node_id);
+  const auto refusal = [](const eds::Diagnostic& found) {
+    std::string message = to_string(found);
+    for (const std::string_view part : {": left out", ": ignored"})  // nothing of the file is used
+      if (message.ends_with(part)) message.resize(message.size() - part.size());
+    return message;
+  };
   const auto is_about_all = [](const eds::Diagnostic& found) {
     return found.line == 1 && found.severity == eds::Severity::kError;
   };
@@ -106,7 +112,7 @@ eds::DeviceDescription parse_device(std::string_view text, const std::string& na
     throw UsageError(name + ": not one object in it; name an EDS or DCF file");
   for (const eds::Diagnostic& found : result.diagnostics) {
     const bool is_value = text::same_text(found.message.substr(0, 14), "ParameterValue");
-    if (found.severity == eds::Severity::kError || is_value) throw UsageError(to_string(found));
+    if (found.severity == eds::Severity::kError || is_value) throw UsageError(refusal(found));
     if (found.severity == eds::Severity::kWarning) remarks.push_back(to_string(found));
   }
   return std::move(result.device);
@@ -134,6 +140,13 @@ std::vector<PlannedObject> configured_objects(const eds::DeviceDescription& devi
       objects.push_back({object.index, static_cast<std::uint8_t>(sub), object.value});
   }
   return in_writing_order(objects);
+}
+
+bool is_reserved_type(std::uint64_t type, bool tpdo) {
+  constexpr std::uint64_t kLastSynchronous = 240;
+  constexpr std::uint64_t kRemote = 252;  // of a TPDO only
+  constexpr std::uint64_t kEvent = 254;
+  return type > kLastSynchronous && type < (tpdo ? kRemote : kEvent);
 }
 
 std::uint8_t bits_of(const eds::Object& object) {

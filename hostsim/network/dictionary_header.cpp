@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <limits>
 #include <map>
 
@@ -11,6 +12,7 @@
 #include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "cbcan/canopen/nmt/nmt.hpp"
 #include "cbcan/canopen/pdo/mapping.hpp"
+#include "cbcan/canopen/sdo/protocol.hpp"
 #include "eds/firmware_dictionary.hpp"
 #include "network/device_file.hpp"
 #include "network/network_image.hpp"
@@ -23,22 +25,36 @@ using eds::Object;
 
 // ---- What the stack does not have
 
-/// Refuses a file, with the line of the object.
+/// Refuses a file, with the line of the object. `device`: read for node ID 0.
 class Check {
  public:
-  Check(const eds::DeviceDescription& device, std::string_view text, const std::string& name)
-      : device_(device), text_(text), name_(name) {}
+  Check(const eds::DeviceDescription& device, const std::string& name) : device_(device), name_(name) {}
+
+  /// `last`: the device read for the last node ID. Values follow the node ID, and nothing else does.
+  void node_ids(const eds::DeviceDescription& last) const {
+    for (std::size_t i = 0; i != device_.objects.size(); ++i) {
+      Object expected = device_.objects[i];
+      const std::uint64_t added = std::uint64_t{expected.node_ids} * nmt::kMaxNode;
+      if (added != 0) store_little_endian(expected.value, load_little_endian(expected.value) + added);
+      if (i < last.objects.size() && expected == last.objects[i]) continue;
+      const bool one_fits = i < last.objects.size() && expected.has_value != last.objects[i].has_value;
+      refuse(expected, one_fits ? "its value with $NODEID does not fit each node ID 1..127"
+                                : "$NODEID is used for something other than its value");
+    }
+  }
 
   void objects() const {
     for (const Object& object : device_.objects) {
-      if (!eds::follows_node_id(object))
-        refuse(object, "its value with $NODEID does not fit each node ID 1..127");
       if (object.index > object::kSdoServerParameter && object.index <= kLastSdoServer)
         refuse(object, "the stack has one SDO server, 1200h");
+      if (is_mapping(object.index) && object.node_ids != 0) refuse(object, "$NODEID cannot be in a mapping");
       if (is_cob_id(object)) cob_id(object);
+      for (std::uint32_t node = 1; object.has_value && node <= nmt::kMaxNode; ++node)
+        if (const std::string why = problem_of(
+                object, load_little_endian(object.value) + std::uint64_t{object.node_ids} * node, node);
+            !why.empty())
+          refuse(object, why);
     }
-    if (!eds::only_values_differ(text_, device_.objects))
-      throw UsageError(name_ + ":1: $NODEID is used for something other than a value");
   }
 
   /// Of PDOs, by the stack itself.
@@ -58,21 +74,52 @@ class Check {
         fmt::format("{}:{}: {:04X}h:{:02X}: {}", name_, object.line, object.index, object.first_sub, why));
   }
 
+  static bool is_pdo_parameter(std::uint16_t index) {
+    return index >= object::kRpdoParameter && index <= object::kLastPdo && !is_mapping(index);
+  }
+
   static bool is_cob_id(const Object& object) {
-    const bool pdo = object.index >= object::kRpdoParameter && object.index <= object::kLastPdo;
-    return (pdo && !is_mapping(object.index) && object.first_sub == kCobId) ||
-           ((object.index == object::kSyncCobId || object.index == object::kEmergencyCobId) &&
+    return (is_pdo_parameter(object.index) && object.first_sub == kCobId) ||
+           ((object.index == object::kSyncCobId || object.index == object::kTimeCobId ||
+             object.index == object::kEmergencyCobId) &&
             object.first_sub == 0);
+  }
+
+  /// The bits say that there is no such message.
+  static bool is_unused(std::uint16_t index, std::uint32_t cob_id) {
+    if (index == object::kTimeCobId) return (cob_id & (cob::kConsumes | cob::kProduces)) == 0;
+    return index != object::kSyncCobId && (cob_id & cob::kInvalid) != 0;
   }
 
   void cob_id(const Object& object) const {
     const auto value = static_cast<std::uint32_t>(load_little_endian(object.value));
-    if (!object.has_value || ((value & cob::kInvalid) != 0 && object.index != object::kSyncCobId)) return;
+    if (!object.has_value || is_unused(object.index, value)) return;
     if ((value & cob::kReserved) != 0) refuse(object, "the stack has no 29-bit identifiers");
     for (std::uint32_t node = 1; node <= nmt::kMaxNode; ++node)
       if (cob::is_restricted(cob::id_of(value + object.node_ids * node)))
         refuse(object, fmt::format("CiA 301 restricts CAN-ID {:03X}h (of node {})",
                                    cob::id_of(value + object.node_ids * node), node));
+  }
+
+  /// What the stack would not accept as this value of a node; empty = nothing.
+  std::string problem_of(const Object& object, std::uint64_t value, std::uint32_t node) const {
+    constexpr std::uint64_t kHighestCounter = 240;
+    const std::uint8_t sub = object.first_sub;
+    if (object.index == object::kSdoServerParameter && (sub == 1 || sub == 2)) {
+      const std::uint32_t id = sub == 1 ? sdo::kRequestId : sdo::kResponseId;
+      return value == id + node ? "" : fmt::format("the stack's SDO server has $NODEID+{:#x}", id);
+    }
+    if (object.index == object::kSyncCounterOverflow && (value == 1 || value > kHighestCounter))
+      return "the counter of SYNC is 0 or 2..240";
+    if (object.index == object::kConsumerHeartbeatTime && sub != 0 && (value & 0xFFFF) != 0 &&
+        (value >> 16 & 0xFF) > nmt::kMaxNode)
+      return "node IDs are 1..127";
+    const Object* const cob_id = device_.find(object.index, kCobId);
+    if (is_pdo_parameter(object.index) && sub == kType && cob_id != nullptr && cob_id->has_value &&
+        !is_unused(object.index, static_cast<std::uint32_t>(load_little_endian(cob_id->value))) &&
+        is_reserved_type(value, object.index >= object::kTpdoParameter))
+      return fmt::format("transmission type {} is reserved", value);
+    return {};
   }
 
   void mapping(const ObjectDictionary& dictionary, const Object& count) const {
@@ -93,11 +140,33 @@ class Check {
   }
 
   const eds::DeviceDescription& device_;
-  std::string_view text_;
   const std::string& name_;
 };
 
 // ---- Names
+
+/// Keywords of C++20, and macros that compilers or the headers used have.
+constexpr std::string_view kTaken =
+    " alignas alignof and and_eq asm auto bitand bitor bool break case catch char class co_await co_return "
+    "co_yield "
+    "compl concept const const_cast consteval constexpr constinit continue decltype default delete do double "
+    "dynamic_cast else enum explicit export extern false float for friend goto if inline int linux long "
+    "mutable "
+    "namespace new noexcept not not_eq nullptr operator or or_eq private protected public register "
+    "reinterpret_cast requires return short signed sizeof static static_assert static_cast struct switch "
+    "template "
+    "this throw true try typedef typeid typename union unix unsigned using virtual void volatile while xor "
+    "xor_eq "
+    "NULL ";
+
+/// Standard types, such as uint8_t, end with _t.
+void check_space(const std::string& name) {
+  bool good = !name.empty() && std::isdigit(static_cast<unsigned char>(name.front())) == 0 &&
+              !name.ends_with("_t") && kTaken.find(" " + name + " ") == std::string_view::npos;
+  for (const char c : name)
+    good = good && (c == '_' || (static_cast<unsigned char>(c) < 0x80 && std::isalnum(c) != 0));
+  if (!good) throw UsageError(name + ": no name of a C++ namespace; write --name NAME");
+}
 
 /// "Read input 8-bit" is ReadInput8Bit.
 std::string camel(std::string_view text) {
@@ -184,8 +253,11 @@ std::string sizes_of(const eds::FirmwareDictionary& made) {
 
 std::string dictionary_header(std::string_view text, const std::string& name, const std::string& space,
                               std::vector<std::string>& remarks) {
-  const eds::DeviceDescription device = parse_device(text, name, std::uint8_t{0}, remarks);
-  const Check check(device, text, name);
+  check_space(space);
+  std::vector<std::string> same_remarks;  // but also of limits that the value for node ID 0 breaks
+  const eds::DeviceDescription device = parse_device(text, name, std::uint8_t{0}, same_remarks);
+  const Check check(device, name);
+  check.node_ids(parse_device(text, name, nmt::kMaxNode, remarks));
   check.objects();
   eds::FirmwareDictionary made = eds::firmware_dictionary(eds::dictionary_image(device));
   check.mappings(made);

@@ -178,16 +178,20 @@ class Reader {
     return tables;
   }
 
-  std::uint32_t number(const toml::node& value, std::string_view what, std::uint32_t most) const {
+  std::uint32_t number(const toml::node& value, std::string_view what, std::uint32_t most,
+                       std::uint32_t least = 0) const {
     const auto found = value.value_exact<std::int64_t>();
-    if (!found || *found < 0 || *found > most) fail(value, fmt::format("{}: must be 0..{:#x}", what, most));
+    if (!found || *found < least || *found > most)
+      fail(value, fmt::format("{}: must be {}..{}", what, least,
+                              least == 0 ? fmt::format("{:#x}", most) : std::to_string(most)));
     return static_cast<std::uint32_t>(*found);
   }
 
-  std::uint32_t number_of(const toml::table& table, std::string_view key, std::uint32_t most) const {
+  std::uint32_t number_of(const toml::table& table, std::string_view key, std::uint32_t most,
+                          std::uint32_t least = 0) const {
     const toml::node* const found = table.get(key);
     if (found == nullptr) fail(table, fmt::format("{} is missing", key));
-    return number(*found, key, most);
+    return number(*found, key, most, least);
   }
 
   void add(Network& network, const toml::table& table) {
@@ -202,8 +206,11 @@ class Reader {
     read_device(table, node);
     if (node.id == 0) fail(table, "id is missing");
     node_ = fmt::format("node {}: ", node.id);
-    if (std::ranges::find(network.all, node.id, &Node::id) != network.all.end())
-      fail(table, (node.dcf.empty() ? "" : node.dcf + ": ") + "another node has this ID already");
+    node.line = table.source().begin.line;
+    const auto other = std::ranges::find(network.all, node.id, &Node::id);
+    if (other != network.all.end())
+      fail(table, fmt::format("{}{} has this ID already", node.dcf.empty() ? "" : node.dcf + ": ",
+                              node.line == 0 ? other->dcf : fmt::format("the node of line {}", other->line)));
     read_identity(table, node);
     if (node.heartbeat_ms != 0)
       node.objects.push_back({object::kProducerHeartbeatTime, 0, eds::to_bytes(node.heartbeat_ms, 2)});
@@ -267,7 +274,11 @@ class Reader {
     object.sub =
         table.contains("sub") ? static_cast<std::uint8_t>(number_of(table, "sub", 0xFF)) : std::uint8_t{0};
     const std::string value = text_of(table);
-    const ValueType& type = type_of_value(table, node, object);
+    const eds::Object* const known = node.device ? node.device->find(object.index, object.sub) : nullptr;
+    if (known != nullptr && !is_writable(*known) && !is_command(object.index))
+      fail(table,
+           fmt::format("{:04X}h:{:02X} is read-only in the EDS: leave it out", object.index, object.sub));
+    const ValueType& type = type_of_value(table, node, object, known);
     try {
       object.value = parse_value(value, type);
     } catch (const UsageError& error) {
@@ -279,11 +290,13 @@ class Reader {
   }
 
   /// By default that of the EDS.
-  const ValueType& type_of_value(const toml::table& table, const Node& node,
-                                 const PlannedObject& object) const {
+  const ValueType& type_of_value(const toml::table& table, const Node& node, const PlannedObject& object,
+                                 const eds::Object* known) const {
     if (const auto type = table["type"].value<std::string>()) return value_type(*type);
-    const eds::Object* const known = node.device ? node.device->find(object.index, object.sub) : nullptr;
-    if (known == nullptr) fail(table, "type is missing: u8, u16, ..., string or hex");
+    if (!node.device) fail(table, "type is missing: u8, u16, ..., string or hex");
+    if (known == nullptr)
+      fail(table, fmt::format("{:04X}h:{:02X} is not in the EDS: check index and sub, or add type",
+                              object.index, object.sub));
     return type_of(*known);
   }
 
@@ -301,8 +314,7 @@ class Reader {
     pdo.line = table.source().begin.line;
     if (table.contains("tpdo") == table.contains("rpdo")) fail(table, "pdos: needs one of tpdo and rpdo");
     const std::uint16_t number =
-        static_cast<std::uint16_t>(number_of(table, table.contains("tpdo") ? "tpdo" : "rpdo", 512));
-    if (number == 0) fail(table, "pdos: PDOs are numbered from 1");
+        static_cast<std::uint16_t>(number_of(table, table.contains("tpdo") ? "tpdo" : "rpdo", 512, 1));
     (table.contains("tpdo") ? pdo.tpdo : pdo.rpdo) = number;
     if (node.device) take_from(*node.device, pdo);
     read_rows(table, pdo_rows(), pdo, kPdoLists);
@@ -321,9 +333,11 @@ class Reader {
         table.contains("sub") ? static_cast<std::uint8_t>(number_of(table, "sub", 0xFF)) : std::uint8_t{0};
     mapped.object = node.device ? node.device->find(mapped.index, mapped.sub) : nullptr;
     if (table.contains("bits"))
-      mapped.bits = static_cast<std::uint8_t>(number_of(table, "bits", 64));
+      mapped.bits = static_cast<std::uint8_t>(number_of(table, "bits", 64, 1));
     else if (mapped.object != nullptr)
       mapped.bits = bits_of(*mapped.object);
+    else if (node.device)
+      fail(table, fmt::format("map: {:04X}h:{:02X} is not in the EDS", mapped.index, mapped.sub));
     if (mapped.bits == 0) fail(table, "map: bits is missing");
     return mapped;
   }

@@ -31,6 +31,9 @@ inline constexpr std::uint8_t kInhibitTime = 3;
 inline constexpr std::uint8_t kEventTimer = 5;
 inline constexpr std::uint16_t kToMapping = 0x200;
 
+/// And the node ID: the CAN-ID of EMCY (CiA 301, 7.3.5).
+inline constexpr std::uint16_t kEmergencyId = 0x80;
+
 struct PlannedObject {
   std::uint16_t index = 0;
   std::uint8_t sub = 0;
@@ -80,6 +83,7 @@ struct Node {
   std::uint8_t restore = 0;  ///< sub-index of 1011h, 0 = not restored
   std::uint16_t heartbeat_ms = 0;
   OnLoss on_loss = OnLoss::kHold;                        ///< of its inputs
+  std::size_t line = 0;
   std::shared_ptr<const eds::DeviceDescription> device;  ///< null = no file
 };
 

@@ -8,6 +8,7 @@
 #include "cbcan/canopen/dictionary/cob_id.hpp"
 #include "cbcan/canopen/manager/network_objects.hpp"
 #include "network/device_file.hpp"
+#include "text/utf8.hpp"
 
 namespace cbcan::network {
 
@@ -192,6 +193,12 @@ Bytes image_of(const Network& network, std::uint8_t own_id, const std::string& n
     if (node.id == own_id)
       throw UsageError(fmt::format(
           "{}: node {} is the module's own node: another module.node_id, or leave it out", name, node.id));
+    for (const Pdo& pdo : node.pdos)
+      if (pdo.can_id == kEmergencyId + own_id)
+        throw UsageError(
+            fmt::format("{}{}: node {}: CAN-ID {:#x} is that of the module's EMCY: set another can_id, or "
+                        "another module.node_id",
+                        name, pdo.line == 0 ? "" : fmt::format(":{}", pdo.line), node.id, pdo.can_id));
     add_node(image, node);
   }
   const Bytes bytes = image.bytes();
@@ -202,7 +209,7 @@ Bytes image_of(const Network& network, std::uint8_t own_id, const std::string& n
 }
 
 std::string made_by(std::string_view program, std::string_view file) {
-  return fmt::format("// Made by {} from {}: do not edit.\n", program, file);
+  return fmt::format("// Made by {} from {}: do not edit.\n", program, text::to_utf8(file));
 }
 
 std::string array_of(std::string_view array, const Bytes& bytes) {

@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <array>
 #include <map>
 
 #include "cbcan/canopen/dictionary/cob_id.hpp"
@@ -13,6 +14,10 @@
 namespace cbcan::network {
 
 namespace {
+
+// CiA 301, 7.3.5.
+constexpr std::uint16_t kSyncId = 0x80;
+constexpr std::uint16_t kTimeId = 0x100;
 
 constexpr std::size_t kMostBits = 64;
 constexpr std::size_t kWordBits = 32;
@@ -59,6 +64,10 @@ std::string problem_of(const Pdo& pdo, const Node& node, Words words) {
   if (pdo.can_id == 0) return "has no CAN-ID in the EDS: add can_id";
   if (cob::is_restricted(pdo.can_id))
     return fmt::format("can_id {:#x} is restricted (CiA 301, 7.3.5)", pdo.can_id);
+  if (is_reserved_type(pdo.type, pdo.input()))
+    return fmt::format("type {} is reserved: must be 0..240 or {}..255", pdo.type, pdo.input() ? 252 : 254);
+  if (pdo.inhibit_us % object::kInhibitUnit != 0)
+    return fmt::format("inhibit_us {}: must be a multiple of {}", pdo.inhibit_us, object::kInhibitUnit);
   return words == Words::kHighFirst ? problem_of_words(pdo) : std::string();
 }
 
@@ -68,6 +77,19 @@ bool same(const Pdo& one, const Pdo& other) {
          std::ranges::equal(one.objects, other.objects, [](const MappedObject& a, const MappedObject& b) {
            return a.index == b.index && a.sub == b.sub && a.bits == b.bits;
          });
+}
+
+/// What is wrong with writing this for a PDO; empty = nothing. A file may describe no PDOs, or too few
+/// mappings.
+std::string problem_of(const PlannedObject& written, const Node& node) {
+  constexpr std::array<std::string_view, kEventTimer + 1> kKeys{"",           "can_id", "type",
+                                                                "inhibit_us", "",       "event_ms"};
+  const bool mapping = is_mapping(written.index);
+  const eds::Object* const known = node.device ? node.device->find(written.index, written.sub) : nullptr;
+  const bool may_be_there = mapping || !node.device || node.device->find(written.index, kCobId) == nullptr;
+  if (known == nullptr ? may_be_there : is_writable(*known)) return {};
+  return fmt::format("{:04X}h:{:02X} is {} in the EDS: leave out {}", written.index, written.sub,
+                     known == nullptr ? "not" : "read-only", mapping ? "map" : kKeys[written.sub]);
 }
 
 /// What must be written to the node; nothing if its file has the PDO like this.
@@ -93,6 +115,10 @@ std::vector<PlannedObject> configuration_of(const Pdo& pdo, const Node& node) {
   std::uint8_t sub = 0;
   for (const MappedObject& mapped : pdo.objects)
     objects.push_back({mapping, ++sub, eds::to_bytes(entry_of(mapped), 4)});
+  std::erase_if(objects, [&](const PlannedObject& object) {
+    const eds::Object* const known = node.device ? node.device->find(object.index, object.sub) : nullptr;
+    return known != nullptr && !is_writable(*known) && known->value == object.value;
+  });
   return in_writing_order(objects);
 }
 
@@ -110,23 +136,36 @@ std::uint32_t entry_of(const MappedObject& mapped) {
 }
 
 void complete_pdos(Network& network, const Fail& fail) {
-  std::map<std::uint16_t, std::string> used;  // by CAN-ID
+  std::map<std::uint16_t, std::string> used{{kSyncId, "SYNC"}, {kTimeId, "TIME"}};  // by CAN-ID
+  for (const Node& node : network.all)
+    if (!node.device || node.device->find(object::kEmergencyCobId, 0) != nullptr)
+      used.insert(
+          {static_cast<std::uint16_t>(kEmergencyId + node.id), fmt::format("node {}, EMCY", node.id)});
   std::array<std::size_t, 2> count{};
   for (Node& node : network.all)
     for (Pdo& pdo : node.pdos) {
+      const auto& first = *std::ranges::find_if(node.pdos, [&](const Pdo& other) {
+        return other.input() == pdo.input() && other.number() == pdo.number();
+      });
+      if (&first != &pdo)
+        fail(node, pdo.line, fmt::format("{}: line {} has it already", name_of(pdo), first.line));
       if (const std::string problem = problem_of(pdo, node, network.words); !problem.empty())
         fail(node, pdo.line, name_of(pdo) + ": " + problem);
       const auto [other, is_new] =
           used.insert({pdo.can_id, fmt::format("node {}, {}", node.id, name_of(pdo))});
       if (!is_new)
         fail(node, pdo.line,
-             fmt::format("{}: {} has CAN-ID {:#x} already", name_of(pdo), other->second, pdo.can_id));
+             fmt::format("{}: {} has CAN-ID {:#x} already: set another can_id", name_of(pdo), other->second,
+                         pdo.can_id));
       if (++count[pdo.input()] > kMostPdos)
         fail(node, pdo.line,
              fmt::format("{}: the module has {} {}s; map more objects into one, or leave this one out",
                          name_of(pdo), kMostPdos, pdo.input() ? "RPDO" : "TPDO"));
       pdo.own = static_cast<std::uint8_t>(count[pdo.input()]);
       const std::vector<PlannedObject> written = configuration_of(pdo, node);
+      for (const PlannedObject& each : written)
+        if (const std::string problem = problem_of(each, node); !problem.empty())
+          fail(node, pdo.line, name_of(pdo) + ": " + problem);
       node.objects.insert(node.objects.end(), written.begin(), written.end());
     }
 }

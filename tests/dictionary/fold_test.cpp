@@ -86,16 +86,15 @@ TEST_CASE("What the stack does not have, and mistakes, are refused with their li
                                          std::end(dictionaries::kRefused));
   const std::vector<std::string> expected{
       "binary.eds:1: there is no object in it, no section like [1000]: is this an EDS or DCF?",
-      "compact_mistakes.eds:5: object 2FFEh is listed, but there is no [2FFE]: left out",
+      "compact_mistakes.eds:5: object 2FFEh is listed, but there is no [2FFE]",
       "empty.eds:1: there is no object in it, no section like [1000]: is this an EDS or DCF?",
-      "lists_that_lie.eds:4: object 1018h is listed, but there is no [1018]: left out",
-      "main_without_subs.eds:5: [2000] should have sub-objects, but has none: left out",
+      "lists_that_lie.eds:4: object 1018h is listed, but there is no [1018]",
+      "main_without_subs.eds:5: [2000] should have sub-objects, but has none",
       "no_objects.eds:1: there is no object in it, no section like [1000]: is this an EDS or DCF?",
       "node_id_formula_mistakes.dcf:36: 2005h:00: its value with $NODEID does not fit each node ID 1..127",
-      "node_id_formula_orders.dcf:37: 2005h:00: its value with $NODEID does not fit each node ID 1..127",
-      "node_id_formulas.dcf:35: 2004h:00: its value with $NODEID does not fit each node ID 1..127",
-      "parameter_values.dcf:24: ParameterValue=\"x\" is no number of up to 64 bits: ignored",
-      "places_out_of_range.eds:9: [0000]: an index is 1..FFFFh: left out",
+      "node_id_formulas.dcf:55: 2008h:00: its value with $NODEID does not fit each node ID 1..127",
+      "parameter_values.dcf:24: ParameterValue=\"x\" is no number of up to 64 bits",
+      "places_out_of_range.eds:9: [0000]: an index is 1..FFFFh",
       "utf16.eds:1: this is UTF-16: save the file as ASCII or UTF-8",
   };
   CHECK(refused == expected);

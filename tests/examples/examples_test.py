@@ -82,6 +82,13 @@ class Examples(unittest.TestCase):
         self.send(0x642, "4000600100000000")
         self.hear("5C2#4F006001A5000000")
 
+    def test_without_a_bus_they_say_so(self):
+        for program in (SLAVE, MASTER):
+            for arguments, code, text in (([], 2, f"usage: {program} HOST PORT\n"),
+                                          (["127.0.0.1", "1"], 1, "127.0.0.1 1: nothing listens there; start cbcan-sim --slcan 127.0.0.1:1\n")):
+                ended = subprocess.run([program, *arguments], capture_output=True, text=True, timeout=LIMIT)
+                self.assertEqual((ended.returncode, ended.stderr), (code, text))
+
     def test_the_slave_watches_the_master(self):
         self.start(SLAVE)
         self.hear("742#00")

@@ -11,7 +11,7 @@ using namespace cbcan::network;
 namespace {
 
 /// TPDO 1 maps 6000h:01 (8 bits), TPDO 2 6401h:01 (16 bits) and 6402h:01 (32 bits), RPDO 1 6200h:01; TPDO 3
-/// is invalid.
+/// is invalid. TPDO 2 has a constant type and no event timer.
 const std::string kEds = R"([FileInfo]
 [DeviceInfo]
 [MandatoryObjects]
@@ -52,8 +52,11 @@ std::string record(const std::string& index, const std::vector<std::string>& sub
 
 std::string eds() {
   const auto pdo = [](const std::string& index, const std::string& cob, const std::string& type) {
-    return record(index, {var(index + "sub0", "5", "ro", "5"), var(index + "sub1", "7", "rw", cob),
-                          var(index + "sub2", "5", "rw", type), var(index + "sub5", "6", "rw", "0")});
+    std::vector<std::string> subs{var(index + "sub0", "5", "ro", index == "1801" ? "2" : "5"),
+                                  var(index + "sub1", "7", "rw", cob),
+                                  var(index + "sub2", "5", index == "1801" ? "const" : "rw", type)};
+    if (index != "1801") subs.push_back(var(index + "sub5", "6", "rw", "0"));
+    return record(index, subs);
   };
   const auto map = [](const std::string& index, const std::vector<std::string>& entries) {
     std::vector<std::string> subs{var(index + "sub0", "5", "rw", std::to_string(entries.size()))};
@@ -224,7 +227,7 @@ TEST_CASE("mistakes name line and node") {
       {"[[node]]\nid = 5\nobjects = [{ index = 0x2001, type = \"u8\" }]\n",
        "n.toml:3: node 5: value is missing, or no number, text or truth"},
       {"[[node]]\nid = 5\nidentity = [-1]\n", "n.toml:3: node 5: identity: must be 0..0xffffffff"},
-      {"[[node]]\nid = 5\n[[node]]\nid = 5\n", "n.toml:3: node 5: another node has this ID already"},
+      {"[[node]]\nid = 5\n[[node]]\nid = 5\n", "n.toml:3: node 5: the node of line 1 has this ID already"},
       {"[[node]]\nid = 5\neds = \"x.eds\"\n",
        "n.toml:3: node 5: x.eds: cannot be read; the path is relative to this file"},
       {"[[node]]\nid = 127\n",
@@ -235,11 +238,50 @@ TEST_CASE("mistakes name line and node") {
       {node + "heartbeat_ms = 50000\n",
        "n.toml:4: node 5: heartbeat_ms 50000: must be 0..43000 ms, 0 = no supervision"},
       {node + "objects = [ { index = 0x2000, value = 1 } ]\n",
-       "n.toml:4: node 5: type is missing: u8, u16, ..., string or hex"},
+       "n.toml:4: node 5: 2000h:00 is not in the EDS: check index and sub, or add type"},
+      {"[[node]]\nid = 5\nobjects = [ { index = 0x2000, value = 1 } ]\n",
+       "n.toml:3: node 5: type is missing: u8, u16, ..., string or hex"},
+      {node + "objects = [ { index = 0x1000, value = 1 } ]\n",
+       "n.toml:4: node 5: 1000h:00 is read-only in the EDS: leave it out"},
       {node + "pdos = [ { tpdo = 1, rpdo = 1 } ]\n", "n.toml:4: node 5: pdos: needs one of tpdo and rpdo"},
       {node + "pdos = [ { tpdo = 9 } ]\n", "n.toml:4: node 5: TPDO 9: maps nothing: add map = [...]"},
-      {node + "pdos = [ { tpdo = 1 }, { tpdo = 1 } ]\n",
-       "n.toml:4: node 5: TPDO 1: node 5, TPDO 1 has CAN-ID 0x185 already"},
+      {node + "pdos = [ { tpdo = 1 }, { tpdo = 1 } ]\n", "n.toml:4: node 5: TPDO 1: line 4 has it already"},
+      {node + "pdos = [ { tpdo = 1 }, { tpdo = 2, can_id = 0x185 } ]\n",
+       "n.toml:4: node 5: TPDO 2: node 5, TPDO 1 has CAN-ID 0x185 already: set another can_id"},
+      {node + "pdos = [ { rpdo = 1, can_id = 0x80 } ]\n",
+       "n.toml:4: node 5: RPDO 1: SYNC has CAN-ID 0x80 already: set another can_id"},
+      {node + "pdos = [ { rpdo = 1, can_id = 0x100 } ]\n",
+       "n.toml:4: node 5: RPDO 1: TIME has CAN-ID 0x100 already: set another can_id"},
+      {node + "pdos = [ { rpdo = 1, can_id = 0x86 } ]\n[[node]]\nid = 6\n",
+       "n.toml:4: node 5: RPDO 1: node 6, EMCY has CAN-ID 0x86 already: set another can_id"},
+      {node + "pdos = [ { rpdo = 1, can_id = 0x85 } ]\n", ""},  // its EDS has no EMCY
+      {node + "pdos = [ { rpdo = 1, can_id = 0xFF } ]\n",
+       "n.toml:4: node 5: CAN-ID 0xff is that of the module's EMCY: set another can_id, or another "
+       "module.node_id"},
+      {node + "pdos = [ { tpdo = 513 } ]\n", "n.toml:4: node 5: tpdo: must be 1..512"},
+      {node + "pdos = [ { tpdo = 0 } ]\n", "n.toml:4: node 5: tpdo: must be 1..512"},
+      {node + "pdos = [ { tpdo = 1, type = 251 } ]\n",
+       "n.toml:4: node 5: TPDO 1: type 251 is reserved: must be 0..240 or 252..255"},
+      {node + "pdos = [ { tpdo = 1, type = 252 } ]\n", ""},
+      {node + "pdos = [ { rpdo = 1, type = 253 } ]\n",
+       "n.toml:4: node 5: RPDO 1: type 253 is reserved: must be 0..240 or 254..255"},
+      {node + "pdos = [ { tpdo = 1, inhibit_us = 50 } ]\n",
+       "n.toml:4: node 5: TPDO 1: inhibit_us 50: must be a multiple of 100"},
+      {node + "pdos = [ { tpdo = 1, inhibit_us = 100 } ]\n",
+       "n.toml:4: node 5: TPDO 1: 1800h:03 is not in the EDS: leave out inhibit_us"},
+      {node + "pdos = [ { tpdo = 2, event_ms = 100 } ]\n",
+       "n.toml:4: node 5: TPDO 2: 1801h:05 is not in the EDS: leave out event_ms"},
+      {node + "pdos = [ { tpdo = 2, type = 2 } ]\n",
+       "n.toml:4: node 5: TPDO 2: 1801h:02 is read-only in the EDS: leave out type"},
+      {node + "pdos = [ { tpdo = 2, can_id = 0x300 } ]\n", ""},
+      {node + "pdos = [ { tpdo = 1, map = [ { index = 0x6000, sub = 1 }, { index = 0x6000, sub = 1 } ] } ]\n",
+       ""},  // real files have too few sub-indices
+      {node + "pdos = [ { tpdo = 1, map = [ { index = 0x9000, sub = 1 } ] } ]\n",
+       "n.toml:4: node 5: map: 9000h:01 is not in the EDS"},
+      {"[[node]]\nid = 5\npdos = [ { tpdo = 1, map = [ { index = 0x9000, sub = 1 } ] } ]\n",
+       "n.toml:3: node 5: map: bits is missing"},
+      {node + "pdos = [ { tpdo = 1, map = [ { index = 0x6000, sub = 1, bits = 0 } ] } ]\n",
+       "n.toml:4: node 5: bits: must be 1..64"},
       {node + "pdos = [ { tpdo = 1, can_id = 0x5FF } ]\n",
        "n.toml:4: node 5: TPDO 1: can_id 0x5ff is restricted (CiA 301, 7.3.5)"},
       {node + "pdos = [ { tpdo = 1, map = [ { index = 0x6200, sub = 1 } ] } ]\n",
@@ -258,8 +300,10 @@ TEST_CASE("mistakes name line and node") {
        "n.toml:6: node 5: TPDO 1: 6402h:01 has 32 bits and does not begin at a register: words = "
        "\"high-first\" needs that"},
   };
-  for (const Case& each : cases)
+  for (const Case& each : cases) {
+    INFO(each.text);
     CHECK(problem(each.text) == each.problem);
+  }
 }
 
 TEST_CASE("seventeen PDOs in a direction are one too many") {
@@ -287,7 +331,7 @@ TEST_CASE("a folder with the DCF of each node") {
     files[name] = text;
     CHECK_THROWS_WITH(read_network("line", reader_of(files), remarks), message);
   };
-  wrong("line/b.dcf", dcf("7"), "line: node 7: b.dcf: another node has this ID already");
+  wrong("line/b.dcf", dcf("7"), "line: node 7: b.dcf: a.DCF has this ID already");
   wrong("line/b.dcf", all_sections(),
         "line: b.dcf: there is no NodeID in [DeviceComissioning]: is this a DCF?");
   wrong("line/", "d.eds\n",

@@ -143,8 +143,9 @@ class Consumer(unittest.TestCase):
         """CBCAN_CONFIGURATION reaches the libraries and those who link them, from sources and from an installation."""
         profile = PROFILES / "process_data"
         program = '#include "cbcan/configuration.hpp"\nstatic_assert(!cbcan::kServices.sdo_server);\n' + (ROOT / "examples/consumer/core.cpp").read_text()
-        for how in (f"set(CBCAN_CONFIGURATION {profile})\nadd_subdirectory({ROOT} cbcan)", "find_package(cbcan REQUIRED COMPONENTS core rtu)"):
+        for how in (f"set(CBCAN_CONFIGURATION relative)\nadd_subdirectory({ROOT} cbcan)", "find_package(cbcan REQUIRED COMPONENTS core rtu)"):
             source = pathlib.Path(tempfile.mkdtemp(dir=self.folder.name))
+            (source / "relative").symlink_to(profile)
             (source / "program.cpp").write_text(program)
             (source / "CMakeLists.txt").write_text(f"cmake_minimum_required(VERSION 3.21)\nproject(theirs CXX)\n{how}\n"
                                                    "add_executable(theirs program.cpp)\ntarget_link_libraries(theirs cbcan::rtu cbcan::core)\n")

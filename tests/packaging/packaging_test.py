@@ -112,6 +112,9 @@ class Packaging(unittest.TestCase):
             compile_with([f"-I{library}/src", "-std=gnu++20"], sources, sketch)
             again = subprocess.run([ROOT / "tools/dev/arduino-library", f"{folder}/libraries"], capture_output=True, text=True)
             self.assertEqual((again.returncode, "is there already" in again.stderr), (1, True))
+            wrong = subprocess.run([ROOT / "tools/dev/arduino-library", "wrong", "."], cwd=folder, capture_output=True, text=True)
+            self.assertEqual((wrong.returncode, wrong.stderr.partition(";")[0]), (2, f"arduino-library: there is no {folder}/cbcan/configuration.hpp"))
+            self.assertFalse((pathlib.Path(folder) / "wrong").exists())
             own = pathlib.Path(run(ROOT / "tools/dev/arduino-library", "own", os.path.relpath(PROFILE, folder), cwd=folder).strip())
             self.assertEqual((own / "src/cbcan/configuration.hpp").read_text(), (PROFILE / "cbcan/configuration.hpp").read_text())
 

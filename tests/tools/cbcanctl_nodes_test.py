@@ -142,7 +142,7 @@ class ManyNodes(Nodes):
         self.check(f"configure {generic} {generic}", "", USAGE, f"cbcanctl: {generic}: node 32 is in {generic} already\n")
         wrong = self.dcf("generic", 32, {"2002": "70000"})
         line = wrong.read_text().splitlines().index("ParameterValue=70000") + 1
-        self.check(f"configure {wrong}", "", USAGE, f'cbcanctl: {wrong}:{line}: ParameterValue="70000" is no UNSIGNED16: ignored\n')
+        self.check(f"configure {wrong}", "", USAGE, f'cbcanctl: {wrong}:{line}: ParameterValue="70000" is no UNSIGNED16\n')
         self.check(f"configure {eds('generic')}", "", USAGE,
                    f"cbcanctl: {eds('generic')}:1: there is no NodeID in [DeviceComissioning]: is this a DCF?\n")
         self.check(f"configure {self.dcf('generic', 16, {'2002': '1'})}", "", REFUSED, "cbcanctl: node 16: 1000h:00 is 92 01 02 00, not "

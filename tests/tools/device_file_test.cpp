@@ -94,7 +94,7 @@ TEST_CASE("what is wrong with a DCF, and where") {
       {"[DeviceComissioning]\nNodeID=128\n" + section("2001", 5, "rw", ""),
        "a.dcf:1: there is no NodeID in [DeviceComissioning]: is this a DCF?"},
       {node + section("2001", 5, "rw", "ParameterValue=300"),
-       "a.dcf:7: ParameterValue=\"300\" is no UNSIGNED8: ignored"},
+       "a.dcf:7: ParameterValue=\"300\" is no UNSIGNED8"},
       {node + section("2001", 9, "rw", "ParameterValue=" + std::string(129, 'x')),
        "a.dcf:3: 2001h:00 has 129 bytes: must be 1..128"},
   }));

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // cbcan-eds: an EDS or DCF file as the object dictionary of firmware.
 
-#include <cctype>
 #include <filesystem>
 
 #include "files/read_file.hpp"
@@ -40,16 +39,11 @@ Arguments arguments_of(const tools::Words& words) {
   return arguments;
 }
 
-void check_name(const std::string& name) {
-  bool good = std::isdigit(static_cast<unsigned char>(name.front())) == 0;
-  for (const char c : name)
-    good = good && (c == '_' || (static_cast<unsigned char>(c) < 0x80 && std::isalnum(c) != 0));
-  if (!good) throw UsageError(name + ": no name of a C++ namespace; write --name NAME");
-}
-
 std::string output_of(const tools::Words& words, tools::Words& remarks) {
   const Arguments arguments = arguments_of(words);
-  check_name(arguments.name);
+  std::error_code ignored;
+  if (std::filesystem::is_directory(arguments.file, ignored))
+    throw UsageError(arguments.file + " is a folder; name an EDS or DCF file");
   const auto content = files::read_file(arguments.file);
   if (!content) throw UsageError("cannot read " + arguments.file + "; check the path and its permissions");
   return network::dictionary_header(*content, arguments.file, arguments.name, remarks);
