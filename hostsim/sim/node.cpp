@@ -276,16 +276,16 @@ void Node::on_network_failure(NetworkFailure failure, Time now) {
   update(now);
 }
 
-bool Node::set_input(std::uint16_t index, std::uint8_t sub, double value, Time now) {
+bool Node::set_input(std::uint16_t index, std::uint8_t sub, double value, Time now, bool connected) {
   bool known = false;
   at(now, [&] {
-    known = put_input(index, sub, value, now);
+    known = put_input(index, sub, value, now, connected);
     if (known) update(now);
   });
   return known;
 }
 
-bool Node::put_input(std::uint16_t index, std::uint8_t sub, double value, Time now) {
+bool Node::put_input(std::uint16_t index, std::uint8_t sub, double value, Time now, bool connected) {
   if (behaviour_->set_input(index, sub, value, now)) return true;
   if (index < object::kFirstManufacturer)
     return false;  // communication objects need the checks of an SDO write
@@ -295,8 +295,15 @@ bool Node::put_input(std::uint16_t index, std::uint8_t sub, double value, Time n
   if (bytes == 0 || bytes != entry.capacity || entry.has(ObjectFlags::kComputed)) return false;
   const std::uint64_t before = dictionary().get(index, sub);
   dictionary().set(index, sub, to_raw(value, entry.type, bytes));
-  if (dictionary().get(index, sub) != before) device_.changed(index, sub, now);
+  const std::uint64_t after = dictionary().get(index, sub);
+  if (connected || !make_behaviour_) kept_inputs_[{index, sub}] = after;
+  if (after != before) device_.changed(index, sub, now);
   return true;
+}
+
+void Node::put_kept_inputs() {
+  for (const auto& [place, raw] : kept_inputs_)
+    dictionary().set(place.first, place.second, raw);
 }
 
 void Node::follow_signals(Time now) {
@@ -305,7 +312,7 @@ void Node::follow_signals(Time now) {
   for (std::size_t i = 0; i < signals_.size(); ++i) {
     const Signal& signal = signals_[i];
     if (now >= samples_due_[i]) {
-      put_input(signal.index, signal.sub, signal.value_at(since_start), now);
+      put_input(signal.index, signal.sub, signal.value_at(since_start), now, true);
       const Time next = signal.next_sample(since_start);
       samples_due_[i] = next == kNever ? kNever : started_at_ + next;
     }
@@ -410,7 +417,10 @@ void Node::on_stored(const ObjectEntry& entry, std::uint8_t sub, Time now) {
 
 void Node::restore(std::uint16_t first_index, std::uint16_t last_index, Time now) {
   restore_values(image_.entries, saved_, values_, first_index, last_index);
-  behaviour_->reset(last_index >= object::kFirstManufacturer, now);
+  const bool application = last_index >= object::kFirstManufacturer;
+  if (application) put_kept_inputs();
+  behaviour_->reset(application, now);
+  if (application) put_kept_inputs();  // whatever the device has set there
 }
 
 AbortCode Node::save_from(std::span<const std::uint8_t> values, std::uint16_t first_index,
