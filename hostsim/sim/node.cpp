@@ -286,7 +286,8 @@ bool Node::set_input(std::uint16_t index, std::uint8_t sub, double value, Time n
 }
 
 bool Node::put_input(std::uint16_t index, std::uint8_t sub, double value, Time now, bool connected) {
-  if (behaviour_->set_input(index, sub, value, now)) return true;
+  const std::pair place(index, sub);
+  if (behaviour_->set_input(index, sub, value, now)) return inputs_[place] = {value}, true;
   if (index < object::kFirstManufacturer)
     return false;  // communication objects need the checks of an SDO write
   ObjectEntry entry{};
@@ -296,14 +297,14 @@ bool Node::put_input(std::uint16_t index, std::uint8_t sub, double value, Time n
   const std::uint64_t before = dictionary().get(index, sub);
   dictionary().set(index, sub, to_raw(value, entry.type, bytes));
   const std::uint64_t after = dictionary().get(index, sub);
-  if (connected || !make_behaviour_) kept_inputs_[{index, sub}] = after;
+  if (connected || !make_behaviour_ || inputs_.contains(place)) inputs_[place] = {value, after};
   if (after != before) device_.changed(index, sub, now);
   return true;
 }
 
-void Node::put_kept_inputs() {
-  for (const auto& [place, raw] : kept_inputs_)
-    dictionary().set(place.first, place.second, raw);
+void Node::put_stored_inputs() {
+  for (const auto& [place, input] : inputs_)
+    if (input.stored) dictionary().set(place.first, place.second, *input.stored);
 }
 
 void Node::follow_signals(Time now) {
@@ -357,6 +358,8 @@ void Node::reload(Time now) {
   at(now, [&] {
     behaviour_ = std::move(fresh);
     behaviour_->reset(true, now);
+    for (const auto& [place, input] : inputs_)
+      if (!input.stored) behaviour_->set_input(place.first, place.second, input.value, now);
     update(now);
   });
 }
@@ -418,9 +421,9 @@ void Node::on_stored(const ObjectEntry& entry, std::uint8_t sub, Time now) {
 void Node::restore(std::uint16_t first_index, std::uint16_t last_index, Time now) {
   restore_values(image_.entries, saved_, values_, first_index, last_index);
   const bool application = last_index >= object::kFirstManufacturer;
-  if (application) put_kept_inputs();
+  if (application) put_stored_inputs();
   behaviour_->reset(application, now);
-  if (application) put_kept_inputs();  // whatever the device has set there
+  if (application) put_stored_inputs();  // whatever the device has set there
 }
 
 AbortCode Node::save_from(std::span<const std::uint8_t> values, std::uint16_t first_index,

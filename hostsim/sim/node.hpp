@@ -153,7 +153,7 @@ class Node final : public Participant,
   void update(Time now);
   void follow_signals(Time now);
   bool put_input(std::uint16_t index, std::uint8_t sub, double value, Time now, bool connected);
-  void put_kept_inputs();
+  void put_stored_inputs();
   void finish_update(Time now);
   void follow_faults(Time now);
   void follow_ids();
@@ -188,7 +188,11 @@ class Node final : public Participant,
   StoredLss stored_lss_;
   std::uint8_t start_node_id_;   ///< at power-on
   std::uint8_t values_node_id_;  ///< that $NODEID stands for in the images; 0 = none
-  std::map<std::pair<std::uint16_t, std::uint8_t>, std::uint64_t> kept_inputs_;  ///< as stored there
+  struct Input {
+    double value;
+    std::optional<std::uint64_t> stored{};  ///< as it is in the dictionary; none = the behaviour has taken it
+  };
+  std::map<std::pair<std::uint16_t, std::uint8_t>, Input> inputs_;
   std::vector<Signal> signals_;
   std::vector<Time> samples_due_;  ///< by signal
   Time sample_due_ = kNever;       ///< the earliest of them

@@ -238,8 +238,10 @@ TEST_CASE("a script is loaded again, and a wrong one is not") {
   CHECK(run(*plant, "get 20 0x2001") == "6");
   files.clear();
   CHECK(run(*plant, "reload 20") == "error: cannot read t.lua; paths are relative to the plant file");
-  const auto shelf = plant_of("[[node]]\nid = 5\ndevice = \"cia408\"\n", files);
-  CHECK(run(*shelf, "reload 5") == "");
+  const auto shelf = plant_of("[[node]]\nid = 5\ndevice = \"cia406\"\n", files);
+  for (const char* line : {"set 5 0x6004 1", "reload 5"})
+    CHECK(run(*shelf, line) == "");
+  CHECK(run(*shelf, "get 5 0x6004") == "4096");
   CHECK(run(*plant, "reload 32") == "error: node 32: its device is none, which is no script");
 }
 
