@@ -261,6 +261,7 @@ void Node::on_sync(Time now) {
 void Node::on_state(nmt::State state, Time now) {
   if (lss_ && state == nmt::State::kInitialising) take_node_id(lss_->slave().reset_communication(now));
   more_servers_.configure();
+  ids_changed_ = true;  // an Initialising node receives nothing
   if (!nmt::is_running(state)) more_servers_.reset();
   tell_state(static_cast<std::uint8_t>(state), now);
   behaviour_->on_state(state, now);

@@ -309,8 +309,11 @@ TEST_CASE("timing: a node needs time to boot and to answer, the same with each s
 
 TEST_CASE("timing: before its boot-up message a node hears nothing; heartbeats drift by at most 10 ms") {
   const auto plant = of_shelf("cia406", "timing = \"typical\"\nheartbeat_ms = 1000\n");
+  CHECK(run(*plant, "nodes").starts_with("#1 20 initialising "));
+  run(*plant, "nmt start 20");
   run(*plant, "trigger read 20 0x1000 0 4");
   CHECK(std::stod(run(*plant, "wait transaction ended")) > 0.3);
+  CHECK(run(*plant, "nodes").starts_with("#1 20 pre-operational "));
   CHECK(run(*plant, "read 3706 2") == "34 2048");  // 0800 0022h: ended by the boot-up message
   run(*plant, "pass 2s");
   std::vector<Time> late;

@@ -48,7 +48,6 @@ class LuaDevice final : public sim::Behaviour {
     due_ = kNever;
     node_.error_over(kScriptFailed, now);
     quiet_ = true;
-    waiting_.clear();
     try {
       if (std::exchange(failed_, false)) {
         begin();
@@ -67,8 +66,6 @@ class LuaDevice final : public sim::Behaviour {
   }
 
   Time update(Time now) override {
-    for (const auto& [code, error] : std::exchange(waiting_, {}))
-      node_.error(code, error.first, error.second, now);
     count_updates(now);
     const Script::Result result = call("update", now);
     if (const auto* next = std::get_if<double>(&result))
@@ -131,7 +128,6 @@ class LuaDevice final : public sim::Behaviour {
   std::pair<ObjectEntry, std::uint8_t> entry_at(lua_State* state);
   void store(const ObjectEntry& entry, std::uint8_t sub, std::uint64_t raw);
   void put_kept_inputs();
-  void raise(std::uint16_t code, std::uint8_t register_bits, const sim::EmergencyInfo& info);
 
   double seconds(Time now) const { return static_cast<double>(now - began_at_) / kSecond; }
   /// The first microsecond not before it; kNever if that is in more than a hundred years.
@@ -165,7 +161,6 @@ class LuaDevice final : public sim::Behaviour {
   std::vector<sim::Point> points_;
   std::map<std::pair<std::uint16_t, std::uint8_t>, double> given_;  ///< to inputs that the script has taken
   std::map<std::pair<std::uint16_t, std::uint8_t>, double> kept_;   ///< inputs that are their object's value
-  std::map<std::uint16_t, std::pair<std::uint8_t, sim::EmergencyInfo>> waiting_;  ///< errors during a reset
   std::set<std::string> present_;                                                 ///< incidents
   Time began_at_ = kNever;                                          ///< the script's time 0
   Time now_ = 0;
@@ -188,10 +183,9 @@ void LuaDevice::begin() {
 void LuaDevice::fail(const ScriptError& error, Time now) {
   failed_ = true;
   due_ = kNever;
-  now_ = now;
   node_.tell(error.what(), now);
-  raise(kScriptFailed, ErrorRegister::kGeneric,
-        {static_cast<std::uint8_t>(error.line), static_cast<std::uint8_t>(error.line >> 8)});
+  node_.error(kScriptFailed, ErrorRegister::kGeneric,
+              {static_cast<std::uint8_t>(error.line), static_cast<std::uint8_t>(error.line >> 8)}, now);
 }
 
 void LuaDevice::count_updates(Time now) {
@@ -336,23 +330,13 @@ int LuaDevice::event(lua_State* state) {
 int LuaDevice::error(lua_State* state) {
   const auto code = whole<std::uint16_t>(state, 1);
   const auto bits = lua_isnoneornil(state, 2) ? ErrorRegister::kGeneric : whole<std::uint8_t>(state, 2);
-  of(state).raise(code, bits, {});
+  of(state).node_.error(code, bits, {}, of(state).now_);
   return 0;
 }
 
 int LuaDevice::error_over(lua_State* state) {
-  const auto code = whole<std::uint16_t>(state, 1);
-  of(state).waiting_.erase(code);
-  of(state).node_.error_over(code, of(state).now_);
+  of(state).node_.error_over(whole<std::uint16_t>(state, 1), of(state).now_);
   return 0;
-}
-
-/// A reset makes the node forget its errors, so those of the script wait for its end.
-void LuaDevice::raise(std::uint16_t code, std::uint8_t register_bits, const sim::EmergencyInfo& info) {
-  if (quiet_)
-    waiting_.try_emplace(code, register_bits, info);
-  else
-    node_.error(code, register_bits, info, now_);
 }
 
 /// fault("response-late delay_ms=50"): on this node.
