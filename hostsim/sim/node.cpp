@@ -202,7 +202,8 @@ void Node::finish_update(Time now) {
   if (activity_flag_ != nullptr) *activity_flag_ = true;
   if (!faulty_.is_idle() || command_delay_ != 0) follow_faults(now);
   if (!has_power_) return wants(power_back_);
-  const Time servers = earlier(device_.deadline(), more_servers_.deadline());
+  const Time device = faulty_.boots() ? kNever : device_.deadline();  // it would try again and again
+  const Time servers = earlier(device, more_servers_.deadline());
   const Time own = earlier(servers, earlier(behaviour_due_, sample_due_));
   const Time lss = lss_ ? lss_->slave().deadline() : kNever;
   wants(earlier(own, earlier(lss, faulty_.deadline())));

@@ -53,6 +53,8 @@ class FaultyPort final : public CanPort {
   /// A frame for this node, to be called if there are faults. False: the stack does not get it.
   bool hears(const Frame& frame);
 
+  /// With a timing: the boot-up message is refused until deadline().
+  bool boots() const { return boots_; }
   /// How long the node loses its power now, kNever = without limit; 0 = it does not.
   Time take_power_loss() { return std::exchange(power_loss_, 0); }
   /// How late the device acts on commands.
