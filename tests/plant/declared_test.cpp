@@ -114,6 +114,7 @@ TEST_CASE("mistakes in declarations have a line of the plant file") {
            {"default = 256", "default: must be 0..255"},
            {"default = -1", "default: must be 0..255"},
            {"high = 1e3", "high: must be 0..255"},
+           {"low = 5, high = 4", "low: is above high"},
            {"low = '5'", "low: must be a number"},
            {"name = 5", "name: must be a text"},
            {"colour = 1", "colour: there is no such field; remove it"},
@@ -187,6 +188,9 @@ block = "ramp up=10 down=5"
   run(*plant, "pass 2s");
   CHECK(run(*plant, "get 20 0x2001") == "40");
   run(*plant, "pass 8s");
+  CHECK(run(*plant, "get 20 0x2001") == "30");
+  run(*plant, "nmt reset-node all");
+  run(*plant, "pass 1s");
   CHECK(run(*plant, "get 20 0x2001") == "30");
 }
 

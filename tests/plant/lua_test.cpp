@@ -223,6 +223,20 @@ TEST_CASE("a script that fails reports its line by EMCY, and starts again at a r
   run(*plant, "nmt start 20");
   run(*plant, "send 080#");
   CHECK(frames.seen.back() == "094#0061010500000000");
+  const Files others{{"t.lua", R"(
+local input, leaks = 0, 0
+incidents = { "leak" }
+function update() set(0x2001, 0, input) set(0x2002, 0, leaks) end
+function set_input(_, _, value) input = value return true end
+function on_incident(_, present) leaks = present and 1 or 0 end
+function on_sync() nothing() end
+)"}};
+  const auto other = plant_of(std::string(kScripted), others);
+  for (const char* line : {"set 20 0x2003 5", "incident 20 leak on", "nmt start 20", "send 080#"})
+    run(*other, line);
+  run(*other, "nmt reset-node 20");
+  CHECK(run(*other, "get 20 0x2001") == "5");
+  CHECK(run(*other, "get 20 0x2002") == "1");
 }
 
 TEST_CASE("a script is loaded again, and a wrong one is not") {

@@ -145,6 +145,8 @@ std::vector<Declared> declared(const Script& script, const std::vector<Script::R
     fields.check(kOfObjects);
     if (!places.emplace(index, sub).second)
       fields.refuse("sub", "is there twice; remove one, or give another");
+    const auto low = fields.number("low"), high = fields.number("high");
+    if (low && high && *low > *high) fields.refuse("low", "is above high");
     all.push_back({index, sub, fields});
   }
   return all;
