@@ -15,9 +15,14 @@ std::span<const std::string_view> kind_names() {
   return kNames;
 }
 
+constexpr std::array<std::string_view, 5> kServices{"none", "read", "write", "nmt", "state"};
+
 std::string_view name_of(Service service) {
-  static constexpr std::array<std::string_view, 5> kNames{"none", "read", "write", "nmt", "state"};
-  return kNames[static_cast<std::size_t>(service)];
+  return kServices[static_cast<std::size_t>(service)];
+}
+
+std::span<const std::string_view> service_names() {
+  return std::span(kServices).subspan(1);
 }
 
 /// Bytes that do not fit at the end of the ring begin at its front again: they are never in two pieces.

@@ -48,6 +48,8 @@ constexpr Kinds kinds_of(std::initializer_list<Kind> list) {
 /// What a transaction does.
 enum class Service : std::uint8_t { kNone, kRead, kWrite, kNmt, kState };
 std::string_view name_of(Service service);
+/// Without that of none.
+std::span<const std::string_view> service_names();
 
 /// In place of an NMT state: the node has no power.
 inline constexpr std::uint8_t kOff = 0xFF;

@@ -159,7 +159,7 @@ class Execution {
 
   Reply reload() {
     sim::Node& of = running_node_of(control_, words_[1]);
-    if (of.device_name() != devices::kScript)
+    if (of.device_name() != devices::kScript && devices::script_of(of.device_name()).empty())
       refuse("node {}: its device is {}, which is no script", words_[1], of.device_name());
     try {
       of.reload(now_);

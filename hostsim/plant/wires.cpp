@@ -125,7 +125,8 @@ bool Wires::deliver(ActiveWire& active) {
     const std::uint64_t mask = std::uint64_t{1} << *terminal.bit;
     *active.bits = *total >= 0.5 ? *active.bits | mask : *active.bits & ~mask;
   }
-  to.set_input(terminal.index, terminal.sub, terminal.bit ? static_cast<double>(*active.bits) : *total, at_);
+  to.set_input(terminal.index, terminal.sub, terminal.bit ? static_cast<double>(*active.bits) : *total, at_,
+               true);
   return true;
 }
 

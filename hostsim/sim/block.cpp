@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <set>
 #include <vector>
 
 #include "text/numbers.hpp"
@@ -42,8 +43,7 @@ const std::array<BlockRow, 6>& block_rows() {
         {"d", &BlockParameters::d},
         {"filter", &BlockParameters::filter, true},
         kLow,
-        kHigh,
-        kStart}},
+        kHigh}},
       {"ramp", {{"up", &BlockParameters::up, true}, {"down", &BlockParameters::down, true}, kStart}},
       {"hysteresis", {{"on", &BlockParameters::on}, {"off", &BlockParameters::off}, kStart}},
   }};
@@ -104,8 +104,12 @@ Block::Parsed Block::parse(std::string_view text) {
   }
   parsed.block.kind_ = static_cast<Kind>(row - block_rows().begin());
   BlockParameters& parameters = parsed.block.parameters_;
-  for (std::size_t i = 1; i < words.size() && parsed.problem.empty(); ++i)
-    parsed.problem = store_key(*row, words[i], parameters);
+  std::set<std::string_view> keys;
+  for (std::size_t i = 1; i < words.size() && parsed.problem.empty(); ++i) {
+    const std::string_view key = words[i].substr(0, words[i].find('='));
+    parsed.problem = keys.insert(key).second ? store_key(*row, words[i], parameters)
+                                             : fmt::format("{}: is there twice; remove one", key);
+  }
   if (parsed.problem.empty() && parameters.low > parameters.high) parsed.problem = "low is above high";
   if (parsed.problem.empty() && parameters.off >= parameters.on) parsed.problem = "off must be below on";
   if (!parsed.problem.empty()) parsed.problem = fmt::format("block {}: {}", row->name, parsed.problem);

@@ -202,7 +202,8 @@ void Node::finish_update(Time now) {
   if (activity_flag_ != nullptr) *activity_flag_ = true;
   if (!faulty_.is_idle() || command_delay_ != 0) follow_faults(now);
   if (!has_power_) return wants(power_back_);
-  const Time servers = earlier(device_.deadline(), more_servers_.deadline());
+  const Time device = faulty_.boots() ? kNever : device_.deadline();  // it would try again and again
+  const Time servers = earlier(device, more_servers_.deadline());
   const Time own = earlier(servers, earlier(behaviour_due_, sample_due_));
   const Time lss = lss_ ? lss_->slave().deadline() : kNever;
   wants(earlier(own, earlier(lss, faulty_.deadline())));
@@ -261,6 +262,7 @@ void Node::on_sync(Time now) {
 void Node::on_state(nmt::State state, Time now) {
   if (lss_ && state == nmt::State::kInitialising) take_node_id(lss_->slave().reset_communication(now));
   more_servers_.configure();
+  ids_changed_ = true;  // an Initialising node receives nothing
   if (!nmt::is_running(state)) more_servers_.reset();
   tell_state(static_cast<std::uint8_t>(state), now);
   behaviour_->on_state(state, now);
@@ -276,17 +278,18 @@ void Node::on_network_failure(NetworkFailure failure, Time now) {
   update(now);
 }
 
-bool Node::set_input(std::uint16_t index, std::uint8_t sub, double value, Time now) {
+bool Node::set_input(std::uint16_t index, std::uint8_t sub, double value, Time now, bool connected) {
   bool known = false;
   at(now, [&] {
-    known = put_input(index, sub, value, now);
+    known = put_input(index, sub, value, now, connected);
     if (known) update(now);
   });
   return known;
 }
 
-bool Node::put_input(std::uint16_t index, std::uint8_t sub, double value, Time now) {
-  if (behaviour_->set_input(index, sub, value, now)) return true;
+bool Node::put_input(std::uint16_t index, std::uint8_t sub, double value, Time now, bool connected) {
+  const std::pair place(index, sub);
+  if (behaviour_->set_input(index, sub, value, now)) return inputs_[place] = {value}, true;
   if (index < object::kFirstManufacturer)
     return false;  // communication objects need the checks of an SDO write
   ObjectEntry entry{};
@@ -295,8 +298,15 @@ bool Node::put_input(std::uint16_t index, std::uint8_t sub, double value, Time n
   if (bytes == 0 || bytes != entry.capacity || entry.has(ObjectFlags::kComputed)) return false;
   const std::uint64_t before = dictionary().get(index, sub);
   dictionary().set(index, sub, to_raw(value, entry.type, bytes));
-  if (dictionary().get(index, sub) != before) device_.changed(index, sub, now);
+  const std::uint64_t after = dictionary().get(index, sub);
+  if (connected || !make_behaviour_ || inputs_.contains(place)) inputs_[place] = {value, after};
+  if (after != before) device_.changed(index, sub, now);
   return true;
+}
+
+void Node::put_stored_inputs() {
+  for (const auto& [place, input] : inputs_)
+    if (input.stored) dictionary().set(place.first, place.second, *input.stored);
 }
 
 void Node::follow_signals(Time now) {
@@ -305,7 +315,7 @@ void Node::follow_signals(Time now) {
   for (std::size_t i = 0; i < signals_.size(); ++i) {
     const Signal& signal = signals_[i];
     if (now >= samples_due_[i]) {
-      put_input(signal.index, signal.sub, signal.value_at(since_start), now);
+      put_input(signal.index, signal.sub, signal.value_at(since_start), now, true);
       const Time next = signal.next_sample(since_start);
       samples_due_[i] = next == kNever ? kNever : started_at_ + next;
     }
@@ -350,6 +360,8 @@ void Node::reload(Time now) {
   at(now, [&] {
     behaviour_ = std::move(fresh);
     behaviour_->reset(true, now);
+    for (const auto& [place, input] : inputs_)
+      if (!input.stored) behaviour_->set_input(place.first, place.second, input.value, now);
     update(now);
   });
 }
@@ -410,7 +422,10 @@ void Node::on_stored(const ObjectEntry& entry, std::uint8_t sub, Time now) {
 
 void Node::restore(std::uint16_t first_index, std::uint16_t last_index, Time now) {
   restore_values(image_.entries, saved_, values_, first_index, last_index);
-  behaviour_->reset(last_index >= object::kFirstManufacturer, now);
+  const bool application = last_index >= object::kFirstManufacturer;
+  if (application) put_stored_inputs();
+  behaviour_->reset(application, now);
+  if (application) put_stored_inputs();  // whatever the device has set there
 }
 
 AbortCode Node::save_from(std::span<const std::uint8_t> values, std::uint16_t first_index,

@@ -5,11 +5,13 @@
 /// them, stored parameters, LSS, and injected faults.
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "cbcan/canopen/device.hpp"
@@ -59,9 +61,10 @@ class Node final : public Participant,
   void on_frame(const Frame& frame, Time now) override;
   void on_bus_state(BusState state, Time now) override;
 
-  /// Sets this input of the behaviour, or else the object itself, from 2000h on. The value is rounded and limited
-  /// to the range of its data type. False = there is no such number.
-  bool set_input(std::uint16_t index, std::uint8_t sub, double value, Time now);
+  /// Sets this input of the behaviour, or else the object itself, from 2000h on. The value is rounded and
+  /// limited to the range of its data type. False = there is no such number. An object of a device keeps it
+  /// through a reset only if it is connected: an input.
+  bool set_input(std::uint16_t index, std::uint8_t sub, double value, Time now, bool connected = false);
 
   /// Brings all values up to `now`.
   void bring_up_to_date(Time now);
@@ -149,7 +152,8 @@ class Node final : public Participant,
   void ask_more_servers(const Frame& frame, Time now);
   void update(Time now);
   void follow_signals(Time now);
-  bool put_input(std::uint16_t index, std::uint8_t sub, double value, Time now);
+  bool put_input(std::uint16_t index, std::uint8_t sub, double value, Time now, bool connected);
+  void put_stored_inputs();
   void finish_update(Time now);
   void follow_faults(Time now);
   void follow_ids();
@@ -184,6 +188,11 @@ class Node final : public Participant,
   StoredLss stored_lss_;
   std::uint8_t start_node_id_;   ///< at power-on
   std::uint8_t values_node_id_;  ///< that $NODEID stands for in the images; 0 = none
+  struct Input {
+    double value;
+    std::optional<std::uint64_t> stored{};  ///< as it is in the dictionary; none = the behaviour has taken it
+  };
+  std::map<std::pair<std::uint16_t, std::uint8_t>, Input> inputs_;
   std::vector<Signal> signals_;
   std::vector<Time> samples_due_;  ///< by signal
   Time sample_due_ = kNever;       ///< the earliest of them

@@ -35,6 +35,15 @@ std::uint64_t to_raw(double value, DataType type, std::size_t bytes) {
   return whole <= 0 ? 0 : static_cast<std::uint64_t>(whole);
 }
 
+std::uint64_t whole_to_raw(std::int64_t value, DataType type, std::size_t bytes) {
+  const std::uint64_t raw = static_cast<std::uint64_t>(value) & ~std::uint64_t{0} >> (64 - 8 * bytes);
+  const bool is_integer =
+      type != DataType::kBoolean && type != DataType::kReal32 && type != DataType::kReal64;
+  const bool fits = is_signed(type) ? sign_extend(raw, bytes) == value
+                                    : value >= 0 && raw == static_cast<std::uint64_t>(value);
+  return is_integer && fits ? raw : to_raw(static_cast<double>(value), type, bytes);
+}
+
 double from_raw(std::uint64_t raw, DataType type, std::size_t bytes) {
   if (type == DataType::kReal32)
     return static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(raw)));

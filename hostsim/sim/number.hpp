@@ -16,6 +16,9 @@ namespace cbcan::sim {
 /// The nearest number that the type, of `bytes` bytes, can hold; NaN becomes 0 in an integer.
 std::uint64_t to_raw(double value, DataType type, std::size_t bytes);
 
+/// The same of an integer, exactly.
+std::uint64_t whole_to_raw(std::int64_t value, DataType type, std::size_t bytes);
+
 /// The value of a stored number.
 double from_raw(std::uint64_t raw, DataType type, std::size_t bytes);
 

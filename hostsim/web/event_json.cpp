@@ -179,6 +179,9 @@ EventFilter::EventFilter(const Query& query, journal::Kinds standard)
   constexpr std::uint64_t kMostMs = 1'000'000'000;
   if (query.contains("slow")) slow_ = kMillisecond * number_in(query, "slow", 0, kMostMs);
   if (const auto found = query.find("service"); found != query.end()) service_ = found->second;
+  if (const auto names = journal::service_names();
+      !service_.empty() && std::ranges::find(names, service_) == names.end())
+    plant::refuse("service={}: must be {}", service_, text::listed(names));
   const auto found = query.find("kinds");
   std::string_view rest = found == query.end() ? "" : std::string_view(found->second);
   kinds_ = rest.empty() ? standard : 0;

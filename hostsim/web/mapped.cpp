@@ -110,7 +110,9 @@ std::map<std::size_t, std::string> mapped_registers(std::uint8_t number, plant::
       for (const Mapped& variable : mapping_of(own, pdo)) {
         if (variable.index < variables || variable.sub == 0) continue;
         std::string& text = found[first + place_of(variable, variables) / 16];
-        text += (text.empty() ? "" : ", ") + far_side(number, *pdos, cob::id_of(cob_id), variable.at, find);
+        const std::string far = far_side(number, *pdos, cob::id_of(cob_id), variable.at, find);
+        if (!text.ends_with(far))
+          text += (text.empty() ? "" : ", ") + far;  // one object may be two variables
       }
     }
   };

@@ -9,7 +9,7 @@ objects = {
   { index = 0x6001, name = "steps per revolution", type = "u32", default = 4096, low = 1 },
   { index = 0x6002, name = "total measuring range", type = "u32", default = 16777216, low = 1 },
   { index = 0x6003, name = "preset", type = "u32" },
-  { index = 0x6004, name = "position", type = "u32", access = "ro", pdo = "tx", unit = "rev", high = 10, show = { "input", "curve" } },
+  { index = 0x6004, name = "position", type = "u32", access = "ro", pdo = "tx", unit = "rev", show = { "input", "curve" } },
   { index = 0x6030, sub = 1, name = "speed in steps/s", type = "i16", access = "ro", pdo = "tx", show = "curve" },
   { index = 0x6200, name = "cyclic timer", type = "u16", unit = "ms" },
   { index = 0x6500, name = "operating status", type = "u16", access = "ro" },
@@ -27,6 +27,7 @@ incidents = { "sensor-break" }
 local at_rest = 0.2                           -- s without a new position
 local shaft, speed, moved_at = 0, 0, nil      -- revolutions, revolutions per s, s
 local offset, broken, next_cycle = 0, false, nil
+local position = 0                            -- that is shown
 
 -- A value of an object; the standard one where a file has no such object, or 0.
 local function read(index, standard)
@@ -57,7 +58,7 @@ local function raw()
 end
 
 function reset(now)
-  speed, moved_at, next_cycle = 0, nil, nil
+  speed, moved_at, next_cycle, offset = 0, nil, nil, 0
   update(now)
 end
 
@@ -65,9 +66,10 @@ function update(now)
   if moved_at and now >= moved_at + at_rest then speed, moved_at = 0, nil end
   if not broken then
     local steps, range = raw()
-    show(0x6004, 0, wrapped(steps + offset, range))
-    show(0x6030, 1, direction() * speed * scale())
+    position = wrapped(steps + offset, range)
   end
+  show(0x6004, 0, position)
+  if not broken then show(0x6030, 1, direction() * speed * scale()) end
   show(0x6500, 0, read(0x6000, 0))
   show(0x6503, 0, broken and 1 or 0)
   show(0x6509, 0, offset)

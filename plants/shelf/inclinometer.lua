@@ -21,6 +21,7 @@ end
 incidents = { "sensor-break" }
 
 local slopes, broken = { 0, 0 }, false        -- degrees
+local shown = {}                              -- by object
 
 -- The axis and the first object of its group; nil = it is none.
 local function axis_of(index)
@@ -44,10 +45,12 @@ local function offsets(group)
 end
 
 function update()
-  if broken then return end
   for axis = 1, 2 do
     for _, group in ipairs({ 0x6000 + 16 * axis, 0x6100 + 16 * axis }) do
-      if has(group) then set(group, 0, measured(axis, group) + offsets(group)) end
+      if has(group) then
+        if not broken then shown[group] = measured(axis, group) + offsets(group) end
+        set(group, 0, shown[group] or 0)
+      end
     end
   end
 end

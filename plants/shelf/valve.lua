@@ -53,7 +53,6 @@ end
 function reset(now)
   follow = block("pt1 start=0 time=" .. lag)
   state, word = init, 0
-  if stuck then on_incident("", true, now) end
   update(now)
 end
 

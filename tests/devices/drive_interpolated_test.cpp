@@ -73,6 +73,9 @@ TEST_CASE("Interpolated position: a buffer of points, one a period and without S
   bench.set(0x60C1, 1, 4'000).pass(2'500).shows({.status = kEnabled | kBit12, .position = 3'250});
   bench.set(0x60C1, 1, 5'000);
   CHECK(bench.write(0x60C4, 6, 0) == AbortCode::kNone);  // the buffer is cleared
+  CHECK(bench.write(0x60C4, 2, 9) == AbortCode::kValueHigh);  // 60C4h:01 is 8
+  CHECK(bench.write(0x60C4, 2, 0xFFFFFFFF) == AbortCode::kValueHigh);
+  CHECK(bench.write(0x60C4, 2, 8) == AbortCode::kNone);
   bench.pass(kSecond).shows({.status = kEnabled | kBit12 | kReached, .position = 4'000});
   CHECK(bench.log.empty());
 }

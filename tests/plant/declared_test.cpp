@@ -42,6 +42,7 @@ objects = {
   { index = 0x2002, sub = 3, name = "c: third", type = "u32", access = "wo", default = 0xFFFFFFFF, pdo = "tx" },
   { index = 0x6000, name = "d", type = "text", default = "abc" },
   { index = 0x6001, name = "e", type = "bool", default = 1, pdo = "rx" },
+  { index = 0x6002, name = "f", type = "i64", default = 9223372036854775807 },
 }
 )");
   CHECK(result.diagnostics.empty());
@@ -71,6 +72,7 @@ objects = {
   CHECK(result.device.find(0x2002, 3)->access == eds::Access::kWriteOnly);
   CHECK(value(result, 0x6000) == Value{'a', 'b', 'c'});
   CHECK(value(result, 0x6001) == Value{1});
+  CHECK(value(result, 0x6002) == Value{0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0x7F});
   CHECK(result.device.find(0x2002, 2) == nullptr);
 }
 
@@ -91,6 +93,9 @@ function update() set(0x2000, 0, get(0x2001) + get(0x2002)) end
   CHECK(frames.seen.back() == "194#F9FF");
   run(*plant, "set 20 0x2001 99");
   CHECK(run(*plant, "get 20 0x2001") == "5");
+  run(*plant, "nmt reset-node 20");
+  CHECK(run(*plant, "get 20 0x2000") == "5");  // inputs stay, what an RPDO has written does not
+  run(*plant, "set 20 0x2002 -10");
   CHECK(run(*plant, "points 20") ==
         "input 0x2001:0 5 \"a\"\ninput 0x2002:0 -10 \"b\"\noutput 0x2000:0 -5 \"sum\"\n"
         "curve 0x2002:0 -10 \"b\"\nok");
@@ -100,6 +105,28 @@ TEST_CASE("mistakes in declarations have a line of the plant file") {
   CHECK(what_is_wrong("") ==
         "plant.toml:1: node 20: t.lua: has no table objects; add it, or eds = \"FILE.eds\" to the node");
   CHECK(what_is_wrong("objects = { { name = \"a\" } }").ends_with("objects: index: must be 1..65535"));
+  // One object with these fields, and what is reported.
+  const auto report = [](const std::string& fields) {
+    return what_is_wrong("objects = { { index = 0x2000, sub = 1, type = \"u8\", " + fields + " } }");
+  };
+  constexpr std::string_view kPlace = "plant.toml:1: node 20: t.lua: objects: 2000h:01: ";
+  for (const auto& [fields, why] : std::initializer_list<std::pair<const char*, std::string_view>>{
+           {"default = 256", "default: must be 0..255"},
+           {"default = -1", "default: must be 0..255"},
+           {"high = 1e3", "high: must be 0..255"},
+           {"low = 5, high = 4", "low: is above high"},
+           {"low = '5'", "low: must be a number"},
+           {"name = 5", "name: must be a text"},
+           {"colour = 1", "colour: there is no such field; remove it"},
+           {"defualt = 1", "defualt: there is no such field; remove it; did you mean default?"},
+           {"type = 'i64', default = 2.0 ^ 63", "default: must be -9223372036854775808..9223372036854775807"},
+           {"type = 'f32', default = 1e39",
+            "default: must be -3.4028234663852886e+38..3.4028234663852886e+38"},
+           {"}, { index = 0x2000, sub = 1, type = 'u16'",
+            "sub: is there twice; remove one, or give another"}})
+    CHECK(report(fields) == fmt::format("{}{}", kPlace, why));
+  CHECK(what_is_wrong("device = { product = 'a' } objects = { { index = 0x2000, type = 'u8' } }") ==
+        "plant.toml:1: node 20: t.lua: device: product: must be a number");
   CHECK(what_is_wrong("objects = { { index = 0x2000 } }").ends_with("objects: 2000h: type: \"\" is none"));
   CHECK(what_is_wrong("objects = { { index = 0x2000, type = \"u8\", access = \"r\" } }")
             .ends_with("objects: 2000h: access: \"r\" is none"));
@@ -109,7 +136,8 @@ TEST_CASE("mistakes in declarations have a line of the plant file") {
             .ends_with("objects: 2000h: pdo: its type is not for PDOs"));
   CHECK(what_is_wrong("objects = {} for i = 1, 33 do objects[i] = { index = 0x2000 + i, type = \"u8\", pdo = "
                       "\"rx\" } end")
-            .ends_with("objects: pdo: at most four PDOs in each direction have a default COB-ID"));
+            .ends_with(
+                "t.lua: objects: 2021h: pdo: at most four PDOs in each direction have a default COB-ID"));
 }
 
 TEST_CASE("blocks in a script: the same as by themselves, and an error for what is none") {
@@ -161,6 +189,9 @@ block = "ramp up=10 down=5"
   CHECK(run(*plant, "get 20 0x2001") == "40");
   run(*plant, "pass 8s");
   CHECK(run(*plant, "get 20 0x2001") == "30");
+  run(*plant, "nmt reset-node all");
+  run(*plant, "pass 1s");
+  CHECK(run(*plant, "get 20 0x2001") == "30");
 }
 
 /// A node of the shelf, with lines of the plant file.
@@ -189,6 +220,15 @@ TEST_CASE("shelf: an encoder counts, wraps, turns round, and sends by its cyclic
   const auto plant = of_shelf("cia406");
   run(*plant, "set 20 0x6004 -0.5");
   CHECK(run(*plant, "get 20 0x6004") == "16775168");  // 4096 * 4096 - 2048
+  run(*plant, "set 20 0x6004 100");
+  CHECK(run(*plant, "get 20 0x6004") == "409600");
+  run(*plant, "trigger write 20 0x6003 0 4 0 0");
+  run(*plant, "wait transaction ended");
+  CHECK(run(*plant, "get 20 0x6509") == "-409600");
+  run(*plant, "nmt reset-node 20");
+  CHECK(run(*plant, "get 20 0x6509") == "0");
+  CHECK(run(*plant, "get 20 0x6004") == "409600");
+  run(*plant, "set 20 0x6004 -0.5");
   run(*plant, "set 20 0x6000 1");
   CHECK(run(*plant, "get 20 0x6004") == "2048");
   CHECK(run(*plant, "points 20").starts_with("input 0x6004:0 -0.5 rev \"position\"\n"));
@@ -219,6 +259,36 @@ TEST_CASE("shelf: a valve goes through its states, and not past a fault") {
   CHECK(run(*plant, "get 20 0x1001") == "0");
 }
 
+TEST_CASE("shelf: an incident outlasts reset and power-off, with its EMCY after the boot-up message") {
+  struct Shelf {
+    const char *device, *incident, *emcy, *set, *shown, *value;
+  };
+  for (const Shelf& row :
+       {Shelf{"cia406", "sensor-break", "094#0050010000000000", "0x6004 1.5", "0x6004", "6144"},
+        {"cia408", "spool-stuck", "094#0070010000000000", "0x6300:1 5", "0x6041", "1"},
+        {"cia410", "sensor-break", "094#0050010000000000", "0x6010 45", "0x6010", "4500"}}) {
+    const auto plant = of_shelf(row.device);
+    Frames frames(*plant);
+    const auto runs = [&](const std::vector<std::string>& lines) {
+      frames.seen.clear();
+      for (const std::string& line : lines)
+        run(*plant, line);
+      CHECK(run(*plant, "get 20 0x1001") == "1");
+      CHECK(run(*plant, fmt::format("get 20 {}", row.shown)) == row.value);
+      return frames.seen;
+    };
+    run(*plant, fmt::format("set 20 {}", row.set));
+    run(*plant, "get 20 0x1001");
+    CHECK(runs({fmt::format("incident 20 {} on", row.incident)}) == std::vector<std::string>{row.emcy});
+    CHECK(runs({"nmt reset-node 20"}) == std::vector<std::string>{"000#8114", "714#00", row.emcy});
+    CHECK(runs({"power 20 off", "power 20 on"}) == std::vector<std::string>{"714#00", row.emcy});
+    run(*plant, fmt::format("incident 20 {} off", row.incident));
+    frames.seen.clear();
+    run(*plant, "nmt reset-node 20");
+    CHECK(frames.seen == std::vector<std::string>{"000#8114", "714#00"});
+  }
+}
+
 TEST_CASE("timing: a node needs time to boot and to answer, the same with each seed") {
   const auto times = [](std::string_view seed) {
     const auto plant = of_shelf("cia406", fmt::format("timing = \"typical\"\n[random]\nseed = {}\n", seed));
@@ -243,8 +313,11 @@ TEST_CASE("timing: a node needs time to boot and to answer, the same with each s
 
 TEST_CASE("timing: before its boot-up message a node hears nothing; heartbeats drift by at most 10 ms") {
   const auto plant = of_shelf("cia406", "timing = \"typical\"\nheartbeat_ms = 1000\n");
+  CHECK(run(*plant, "nodes").starts_with("#1 20 initialising "));
+  run(*plant, "nmt start 20");
   run(*plant, "trigger read 20 0x1000 0 4");
   CHECK(std::stod(run(*plant, "wait transaction ended")) > 0.3);
+  CHECK(run(*plant, "nodes").starts_with("#1 20 pre-operational "));
   CHECK(run(*plant, "read 3706 2") == "34 2048");  // 0800 0022h: ended by the boot-up message
   run(*plant, "pass 2s");
   std::vector<Time> late;

@@ -189,6 +189,20 @@ device = "r.lua"
         "bad argument #1 to 'emcy' (is out of range)"})
     CHECK(said[1].find(problem) != std::string::npos);
   CHECK(said[1].find("good") == std::string::npos);
+  const Files wide{{"w.lua", R"(
+objects = { { index = 0x2000, type = "i64" }, { index = 0x2001, type = "u64" }, { index = 0x2002, type = "i8" } }
+function on_sync()
+  set(0x2000, 0, 9007199254740993) set(0x2001, 0, math.maxinteger) set(0x2002, 0, math.mininteger)
+  print(get(0x2000), get(0x2001), get(0x2002))
+  set(0x2000, 0, math.mininteger) set(0x2001, 0, -1) set(0x2002, 0, 300)
+  print(get(0x2000), get(0x2001), get(0x2002))
+end)"}};
+  const auto exact = plant_of("[[node]]\nid = 20\ndevice = \"w.lua\"\n", wide);
+  run(*exact, "nmt start 20");
+  run(*exact, "send 080#");
+  REQUIRE(exact->said().size() == 2);
+  CHECK(exact->said()[0].ends_with(" 9007199254740993 9223372036854775807 -128"));
+  CHECK(exact->said()[1].ends_with(" -9223372036854775808 0 127"));
   run(*plant, "set 21 0x2001 100");
   CHECK(std::stod(run(*plant, "get 21 0x2000")) == Approx(3.4028235e38));
   run(*plant, "set 21 0x2001 0");
@@ -209,6 +223,20 @@ TEST_CASE("a script that fails reports its line by EMCY, and starts again at a r
   run(*plant, "nmt start 20");
   run(*plant, "send 080#");
   CHECK(frames.seen.back() == "094#0061010500000000");
+  const Files others{{"t.lua", R"(
+local input, leaks = 0, 0
+incidents = { "leak" }
+function update() set(0x2001, 0, input) set(0x2002, 0, leaks) end
+function set_input(_, _, value) input = value return true end
+function on_incident(_, present) leaks = present and 1 or 0 end
+function on_sync() nothing() end
+)"}};
+  const auto other = plant_of(std::string(kScripted), others);
+  for (const char* line : {"set 20 0x2003 5", "incident 20 leak on", "nmt start 20", "send 080#"})
+    run(*other, line);
+  run(*other, "nmt reset-node 20");
+  CHECK(run(*other, "get 20 0x2001") == "5");
+  CHECK(run(*other, "get 20 0x2002") == "1");
 }
 
 TEST_CASE("a script is loaded again, and a wrong one is not") {
@@ -224,6 +252,10 @@ TEST_CASE("a script is loaded again, and a wrong one is not") {
   CHECK(run(*plant, "get 20 0x2001") == "6");
   files.clear();
   CHECK(run(*plant, "reload 20") == "error: cannot read t.lua; paths are relative to the plant file");
+  const auto shelf = plant_of("[[node]]\nid = 5\ndevice = \"cia406\"\n", files);
+  for (const char* line : {"set 5 0x6004 1", "reload 5"})
+    CHECK(run(*shelf, line) == "");
+  CHECK(run(*shelf, "get 5 0x6004") == "4096");
   CHECK(run(*plant, "reload 32") == "error: node 32: its device is none, which is no script");
 }
 

@@ -120,6 +120,8 @@ TEST_CASE("What is no block is refused with what it can be") {
   CHECK(problem("pt2 time=1").starts_with("block \"pt2 time=1\": no such kind"));
   CHECK(problem("pt1 tme=1") == "block pt1: tme: no such key; there are time and start");
   CHECK(problem("pt1 time=0") == "block pt1: time: must be 0.000001..1e9");
+  CHECK(problem("pid start=1") == "block pid: start: no such key; there are p, i, d, filter, low and high");
+  CHECK(problem("pid p=1 p=2") == "block pid: p: is there twice; remove one");
   CHECK(problem("pid p=x") == "block pid: p: must be -1e9..1e9");
   CHECK(problem("ramp up=-1") == "block ramp: up: must be 0.000001..1e9");
   CHECK(problem("pid low=2 high=1") == "block pid: low is above high");

@@ -68,6 +68,12 @@ TEST_CASE("Node: a constant signal is there at power-on, and stays through reset
   bench.ask("605#4000600100000000", "585#4B00600134120000");
   bench.ask("000#0105", "185#3412");
   bench.pass(kSecond).expect_silence();
+  bench.ask("000#8105", "705#00");
+  bench.ask("605#4000600100000000", "585#4B00600134120000");
+  bench.input(bench.node, 0x6000, 1, 0x4321);
+  bench.send("000#8205").expect("705#00");
+  bench.ask("000#8105", "705#00");
+  bench.ask("605#4000600100000000", "585#4B00600121430000");
 }
 
 TEST_CASE("Node: a CSV's values at their times, in steps of the sample period, again and again") {
@@ -144,6 +150,11 @@ TEST_CASE("Node: a behaviour has its inputs, the others are the dictionary's") {
   bench.input(node, 0x6000, 1, 0x11).expect("185#2200");
   bench.input(node, 0x6002, 0, 0x11);
   CHECK(value_of(node, 0x6002, 0) == 0x11);
+  CHECK(node.set_input(0x6003, 0, 1, bench.now, true));  // a wire
+  bench.ask("000#8105", "705#00");
+  CHECK(value_of(node, 0x6002, 0) == 0);
+  CHECK(value_of(node, 0x6003, 0) == 0x3F800000);
+  CHECK(value_of(node, 0x6000, 1) == 0x22);
 }
 
 TEST_CASE("Node: a behaviour's errors: by SDO, by RPDO, by an incident") {

@@ -119,7 +119,7 @@ class Page(Http):
     def test_process_data_say_what_they_are_exchanged_with(self):
         simulator = self.start()
         with simulator.window() as window:
-            for index, sub, size, value in [(0x1600, 1, 4, 0xA1000210), (0x1600, 2, 4, 0xA1000410), (0x1600, 0, 1, 2), (0x1400, 1, 4, 0x2C2),
+            for index, sub, size, value in [(0x1600, 1, 4, 0xA0400308), (0x1600, 2, 4, 0xA0400408), (0x1600, 3, 4, 0xA1000410), (0x1600, 0, 1, 3), (0x1400, 1, 4, 0x2C2),
                                             (0x1A00, 1, 4, 0xA5800110), (0x1A00, 0, 1, 1), (0x1800, 1, 4, 0x345)]:
                 self.assertEqual(window.execute(WRITE, 0, index, sub, size, value & 0xFFFF, value >> 16), 0)
             inputs = {3801: "node 66 6401h:01 Channel 1", 3803: "node 66 6401h:02 Channel 2"}
@@ -239,6 +239,7 @@ class Strangers(Http):
                                   ("/api/registers?first=5000", 400, "first=5000: must be 0..4167"), ("/api/nodes?network=2", 400, "network=2"),
                                   ("/api/registers?network=0", 400, "network=0: must be 1..1"),
                                   ("/api/time?network=7", 400, "network=7"),
+                                  ("/api/transactions?service=foo", 400, "service=foo: must be read, write, nmt or state"),
                                   ("/api/events?watch=16", 400, "write NODE:INDEX"), ("/api/events?watch=16:0x9999", 400, "no such object")):
             got, answer = self.ask(path)
             self.assertEqual(got, status, path)

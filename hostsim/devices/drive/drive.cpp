@@ -22,6 +22,7 @@ constexpr std::uint16_t kFirstProbe = 0x60BA;
 constexpr std::uint16_t kSecondProbe = 0x60BC;
 constexpr std::uint16_t kInterpolationData = 0x60C1;
 constexpr std::uint16_t kInterpolationBuffer = 0x60C4;
+constexpr std::uint8_t kBufferSize = 2;
 constexpr std::uint8_t kBufferClear = 6;
 constexpr std::uint16_t kDigitalInputs = 0x60FD;
 
@@ -218,11 +219,14 @@ void Drive::watch_sync(Time now) {
 AbortCode Drive::check(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value,
                        Time /*now*/) {
   const std::uint16_t index = own(entry.index);
-  const auto number = static_cast<std::int8_t>(load_little_endian(value));
+  const std::uint64_t raw = load_little_endian(value);
+  const auto number = static_cast<std::int8_t>(raw);
   if (index == kControlword) stage_.controlword_written();
   if (index == kInterpolationData) interpolated_position_.point_written();
   if (index == kInterpolationBuffer && sub == kBufferClear && number == 0)
     interpolated_position_.clear_buffer();
+  const std::uint64_t largest = index == kInterpolationBuffer ? node_.dictionary().get(entry.index, 1) : 0;
+  if (sub == kBufferSize && largest != 0 && raw > largest) return AbortCode::kValueHigh;
   const bool is_refused = (index == kModesOfOperation && !supports(number)) ||
                           (index == kHomingMethod && !is_homing_method(number));
   return is_refused ? AbortCode::kValue : AbortCode::kNone;

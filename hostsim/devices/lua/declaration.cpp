@@ -7,13 +7,15 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "cbcan/canopen/dictionary/object_dictionary.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
-#include "text/numbers.hpp"
+#include "text/suggestion.hpp"
 
 namespace cbcan::devices {
 
@@ -42,6 +44,13 @@ constexpr std::array<std::string_view, 3> kPdos{"", "tx", "rx"};
 /// In the order of sim::Point::Kind.
 constexpr std::array<std::string_view, 3> kShown{"input", "output", "curve"};
 
+struct Keys {
+  std::vector<std::string_view> numbers, texts;
+};
+const Keys kOfObjects{{"index", "sub", "default", "low", "high", "target", "level"},
+                      {"name", "type", "access", "default", "unit", "pdo", "bits", "show"}};
+const Keys kOfDevice{{"type", "vendor", "product", "revision", "heartbeat_ms"}, {"name"}};
+
 /// One object of the EDS.
 struct Entry {
   std::string name;
@@ -49,14 +58,22 @@ struct Entry {
   std::string_view access;
   std::string value;
   bool in_pdos = false;
-  std::optional<double> low{}, high{};
+  std::string limits{};  ///< lines of them
 };
 using Entries = std::map<std::pair<std::uint16_t, std::uint8_t>, Entry>;
 
 /// The fields of one table.
 class Fields {
  public:
-  explicit Fields(const Script::Record& record) : record_(record) {}
+  Fields(const Script::Record& record, std::string of) : record_(record), of_(std::move(of)) {}
+
+  [[noreturn]] void refuse(std::string_view key, std::string_view why) const {
+    throw ScriptError(fmt::format("{}: {}: {}", of_, key, why), 0);
+  }
+  void check(const Keys& keys) const {
+    check(record_.numbers, keys.numbers, keys.texts, "a text");
+    check(record_.texts, keys.texts, keys.numbers, "a number");
+  }
 
   std::optional<double> number(const char* key) const {
     const auto found = record_.numbers.find(key);
@@ -65,6 +82,10 @@ class Fields {
   std::vector<std::string> texts(const char* key) const {
     const auto found = record_.texts.find(key);
     return found == record_.texts.end() ? std::vector<std::string>{} : found->second;
+  }
+  std::optional<lua_Integer> whole(const char* key) const {
+    const auto found = record_.integers.find(key);
+    return found == record_.integers.end() ? std::nullopt : std::optional(found->second);
   }
   /// Without line ends.
   std::string text(const char* key) const {
@@ -79,21 +100,30 @@ class Fields {
     const std::optional<double> value = number(key) ? number(key) : standard;
     if (value && *value >= least && *value <= most && *value == std::floor(*value))
       return static_cast<Integer>(*value);
-    throw ScriptError(fmt::format("{}{}: must be {:.0f}..{:.0f}", of_, key, least, most), 0);
+    refuse(key, fmt::format("must be {:.0f}..{:.0f}", least, most));
   }
   /// The place of its text in `choices`.
   template <class Choices>
   std::size_t choice(const char* key, const Choices& choices, std::string_view value) const {
     const auto found = std::ranges::find(choices, value);
-    if (found == std::end(choices))
-      throw ScriptError(fmt::format("{}{}: \"{}\" is none", of_, key, value), 0);
+    if (found == std::end(choices)) refuse(key, fmt::format("\"{}\" is none", value));
     return static_cast<std::size_t>(found - std::begin(choices));
   }
   void name_in_errors(std::string of) { of_ = std::move(of); }
 
  private:
+  void check(const auto& fields, const auto& keys, const auto& others, std::string_view kind) const {
+    for (const auto& [key, value] : fields) {
+      if (std::ranges::find(keys, key) != keys.end()) continue;
+      if (std::ranges::find(others, key) != others.end()) refuse(key, fmt::format("must be {}", kind));
+      std::vector<std::string_view> all = keys;
+      all.insert(all.end(), others.begin(), others.end());
+      refuse(key, "there is no such field; remove it" + text::did_you_mean(key, all));
+    }
+  }
+
   const Script::Record& record_;
-  std::string of_ = "objects: ";
+  std::string of_;
 };
 
 struct Declared {
@@ -102,13 +132,22 @@ struct Declared {
   Fields fields;
 };
 
-std::vector<Declared> declared(const std::vector<Script::Record>& records) {
+std::vector<Declared> declared(const Script& script, const std::vector<Script::Record>& records) {
   std::vector<Declared> all;
+  std::set<std::pair<std::uint16_t, std::uint8_t>> places;
   for (const Script::Record& record : records) {
-    Fields fields(record);
+    Fields fields(record, script.name() + ": objects");
     const auto index = fields.integer<std::uint16_t>("index", 1, 0xFFFF);
-    fields.name_in_errors(fmt::format("objects: {:04X}h: ", index));
-    all.push_back({index, fields.integer<std::uint8_t>("sub", 0, 0xFE, 0), fields});
+    fields.name_in_errors(fmt::format("{}: objects: {:04X}h", script.name(), index));
+    const auto sub = fields.integer<std::uint8_t>("sub", 0, 0xFE, 0);
+    if (sub != 0)
+      fields.name_in_errors(fmt::format("{}: objects: {:04X}h:{:02X}", script.name(), index, sub));
+    fields.check(kOfObjects);
+    if (!places.emplace(index, sub).second)
+      fields.refuse("sub", "is there twice; remove one, or give another");
+    const auto low = fields.number("low"), high = fields.number("high");
+    if (low && high && *low > *high) fields.refuse("low", "is above high");
+    all.push_back({index, sub, fields});
   }
   return all;
 }
@@ -119,10 +158,37 @@ DataType type_of(const Fields& fields) {
   return kTypes[fields.choice("type", names, fields.text("type"))].second;
 }
 
+/// Of an integer type.
+std::string integer_text(const Fields& fields, const char* key, DataType type) {
+  const int bits = type == kBoolean ? 1 : static_cast<int>(8 * size_of(type)) - (is_signed(type) ? 1 : 0);
+  const std::uint64_t most = ~std::uint64_t{0} >> (64 - bits);
+  const std::int64_t least = is_signed(type) ? -static_cast<std::int64_t>(most) - 1 : 0;
+  const double value = fields.number(key).value_or(0);
+  if (const auto whole = fields.whole(key);
+      whole && *whole >= least && (*whole < 0 || static_cast<std::uint64_t>(*whole) <= most))
+    return std::to_string(*whole);
+  if (std::round(value) >= static_cast<double>(least) && std::round(value) < std::ldexp(1.0, bits))
+    return fmt::format("{:.0f}", std::round(value));
+  fields.refuse(key, fmt::format("must be {}..{}", least, most));
+}
+
 std::string value_text(const Fields& fields, DataType type) {
   if (type == kVisibleString) return fields.text("default");
+  if (type != kReal32 && type != kReal64) return integer_text(fields, "default", type);
+  const double most =
+      type == kReal32 ? double{std::numeric_limits<float>::max()} : std::numeric_limits<double>::max();
   const double value = fields.number("default").value_or(0);
-  return type == kReal32 || type == kReal64 ? fmt::format("{}", value) : fmt::format("{:.0f}", value);
+  if (!(std::abs(value) <= most)) fields.refuse("default", fmt::format("must be {}..{}", -most, most));
+  return fmt::format("{}", value);
+}
+
+/// Lines of the EDS, for integers that SDO can write.
+std::string limits(const Fields& fields, DataType type, std::string_view access) {
+  std::string lines;
+  if (type < kInteger8 || type > kUnsigned32 || (access != "rw" && access != "wo")) return lines;
+  if (fields.number("low")) lines += fmt::format("LowLimit={}\n", integer_text(fields, "low", type));
+  if (fields.number("high")) lines += fmt::format("HighLimit={}\n", integer_text(fields, "high", type));
+  return lines;
 }
 
 // ---- The communication part
@@ -161,14 +227,13 @@ class PdoWriter {
  public:
   PdoWriter(Entries& entries, bool sends) : entries_(entries), sends_(sends) {}
 
-  void add(std::uint16_t index, std::uint8_t sub, DataType type) {
+  void add(const Declared& object, DataType type) {
     const unsigned bits = type == kBoolean ? 1 : static_cast<unsigned>(8 * size_of(type));
-    if (bits == 0)
-      throw ScriptError(fmt::format("objects: {:04X}h: pdo: its type is not for PDOs", index), 0);
-    if (count_ == 0 || bits_ + bits > 64 || mapped_ == 8) begin();
+    if (bits == 0) object.fields.refuse("pdo", "its type is not for PDOs");
+    if (count_ == 0 || bits_ + bits > 64 || mapped_ == 8) begin(object.fields);
     bits_ += bits;
     ++mapped_;
-    const std::string value = fmt::format("0x{:04X}{:02X}{:02X}", index, sub, bits);
+    const std::string value = fmt::format("0x{:04X}{:02X}{:02X}", object.index, object.sub, bits);
     put(entries_, mapping(), mapped_, name("mapping: object {}", mapped_), kUnsigned32, "rw", value);
     put(entries_, mapping(), 0, name("mapping: number of objects", 0), kUnsigned8, "rw",
         std::to_string(mapped_));
@@ -183,9 +248,9 @@ class PdoWriter {
     return fmt::format("{}PDO {} {}", sends_ ? 'T' : 'R', count_, fmt::format(fmt::runtime(what), number));
   }
 
-  void begin() {
+  void begin(const Fields& fields) {
     if (++count_ > kMostPdos)
-      throw ScriptError("objects: pdo: at most four PDOs in each direction have a default COB-ID", 0);
+      fields.refuse("pdo", "at most four PDOs in each direction have a default COB-ID");
     bits_ = mapped_ = 0;
     const std::uint16_t index = at(sends_ ? object::kTpdoParameter : object::kRpdoParameter);
     const std::size_t id = (sends_ ? 0x80 : 0x100) + 0x100 * count_;
@@ -218,12 +283,6 @@ void add_counts(Entries& entries) {
                           Entry{"Highest sub-index supported", kUnsigned8, "const", std::to_string(sub)});
 }
 
-std::string limit(const char* key, const Entry& entry, const std::optional<double>& value) {
-  const bool is_integer = entry.type >= kInteger8 && entry.type <= kUnsigned32;
-  const bool is_written = entry.access == "rw" || entry.access == "wo";
-  return value && is_integer && is_written ? fmt::format("{}={:.0f}\n", key, *value) : "";
-}
-
 /// The name of a sub-index follows that of its object.
 std::string_view own_name(std::string_view name, bool is_sub) {
   const std::size_t colon = is_sub ? name.find(": ") : name.npos;
@@ -232,11 +291,10 @@ std::string_view own_name(std::string_view name, bool is_sub) {
 
 void write(std::string& text, const std::string& section, const Entry& entry, bool is_sub) {
   text += fmt::format(
-      "[{}]\nParameterName={}\nObjectType=0x7\nDataType=0x{:04X}\nAccessType={}\n{}{}DefaultValue={}\n"
+      "[{}]\nParameterName={}\nObjectType=0x7\nDataType=0x{:04X}\nAccessType={}\n{}DefaultValue={}\n"
       "PDOMapping={}\n\n",
-      section, own_name(entry.name, is_sub), static_cast<unsigned>(entry.type), entry.access,
-      limit("LowLimit", entry, entry.low), limit("HighLimit", entry, entry.high), entry.value,
-      entry.in_pdos ? 1 : 0);
+      section, own_name(entry.name, is_sub), static_cast<unsigned>(entry.type), entry.access, entry.limits,
+      entry.value, entry.in_pdos ? 1 : 0);
 }
 
 void write_objects(std::string& text, const Entries& entries) {
@@ -302,7 +360,7 @@ void write_head(std::string& text, std::string_view file, const Entries& entries
 std::vector<sim::Point> declared_points(Script& script) {
   const std::vector<Script::Record> records = script.records("objects", kMostObjects);
   std::vector<sim::Point> points;
-  const std::vector<Declared> all = declared(records);
+  const std::vector<Declared> all = declared(script, records);
   for (std::size_t kind = 0; kind < kShown.size(); ++kind)
     for (const auto& [index, sub, fields] : all)
       for (const std::string& shown : fields.texts("show"))
@@ -327,21 +385,22 @@ std::string declared_eds(Script& script, std::string_view file) {
         fmt::format("{}: has no table objects; add it, or eds = \"FILE.eds\" to the node", file), 0);
   std::vector<Script::Record> described = script.records("device", 1);
   described.resize(1);
-  Fields device(described.front());
-  device.name_in_errors("device: ");
+  const Fields device(described.front(), script.name() + ": device");
+  device.check(kOfDevice);
   Entries entries;
   add_communication(entries, device);
   PdoWriter rpdos(entries, false), tpdos(entries, true);
-  for (const auto& [index, sub, fields] : declared(records)) {
+  for (const Declared& object : declared(script, records)) {
+    const Fields& fields = object.fields;
     const DataType type = type_of(fields);
     const std::string access = fields.text("access"), pdo = fields.text("pdo");
+    const std::string_view given =
+        kAccesses[fields.choice("access", kAccesses, access.empty() ? "rw" : access)];
     const std::size_t direction = fields.choice("pdo", kPdos, pdo);
-    if (direction != 0) (kPdos[direction] == "tx" ? tpdos : rpdos).add(index, sub, type);
-    entries.insert_or_assign(
-        {index, sub},
-        Entry{fields.text("name"), type,
-              kAccesses[fields.choice("access", kAccesses, access.empty() ? "rw" : access)],
-              value_text(fields, type), direction != 0, fields.number("low"), fields.number("high")});
+    if (direction != 0) (kPdos[direction] == "tx" ? tpdos : rpdos).add(object, type);
+    entries.insert_or_assign({object.index, object.sub},
+                             Entry{fields.text("name"), type, given, value_text(fields, type), direction != 0,
+                                   limits(fields, type, given)});
   }
   add_counts(entries);
   std::string text;

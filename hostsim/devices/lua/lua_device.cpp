@@ -12,6 +12,8 @@
 #include <memory>
 #include <new>
 #include <optional>
+#include <set>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -45,14 +47,22 @@ class LuaDevice final : public sim::Behaviour {
     now_ = now;
     due_ = kNever;
     node_.error_over(kScriptFailed, now);
+    quiet_ = true;
     try {
-      quiet_ = true;
-      if (std::exchange(failed_, false)) begin();
+      if (std::exchange(failed_, false)) {
+        begin();
+        for (const auto& [place, value] : given_)
+          call("set_input", now, lua_Integer{place.first}, lua_Integer{place.second}, value);
+      }
+      put_kept_inputs();
       call("reset", now);
-      quiet_ = false;
+      put_kept_inputs();
+      for (const std::string& incident : present_)
+        call("on_incident", now, std::string_view(incident), true);
     } catch (const ScriptError& error) {
       fail(error, now);
     }
+    quiet_ = false;
   }
 
   Time update(Time now) override {
@@ -80,6 +90,7 @@ class LuaDevice final : public sim::Behaviour {
   std::span<const std::string_view> incidents() const override { return incident_names_; }
   std::vector<sim::Point> points() const override { return points_; }
   void set_incident(std::string_view incident, bool present, Time now) override {
+    present ? void(present_.emplace(incident)) : void(present_.erase(std::string(incident)));
     call("on_incident", now, incident, present);
   }
 
@@ -115,7 +126,8 @@ class LuaDevice final : public sim::Behaviour {
   static Number whole(lua_State* state, int place);
   std::optional<ObjectEntry> number_at(std::uint16_t index, std::uint8_t sub);
   std::pair<ObjectEntry, std::uint8_t> entry_at(lua_State* state);
-  void store(const ObjectEntry& entry, std::uint8_t sub, double value);
+  void store(const ObjectEntry& entry, std::uint8_t sub, std::uint64_t raw);
+  void put_kept_inputs();
 
   double seconds(Time now) const { return static_cast<double>(now - began_at_) / kSecond; }
   /// The first microsecond not before it; kNever if that is in more than a hundred years.
@@ -148,6 +160,8 @@ class LuaDevice final : public sim::Behaviour {
   std::vector<std::string_view> incident_names_;
   std::vector<sim::Point> points_;
   std::map<std::pair<std::uint16_t, std::uint8_t>, double> given_;  ///< to inputs that the script has taken
+  std::map<std::pair<std::uint16_t, std::uint8_t>, double> kept_;   ///< inputs that are their object's value
+  std::set<std::string> present_;                                                 ///< incidents
   Time began_at_ = kNever;                                          ///< the script's time 0
   Time now_ = 0;
   Time due_ = kNever;
@@ -168,7 +182,6 @@ void LuaDevice::begin() {
 
 void LuaDevice::fail(const ScriptError& error, Time now) {
   failed_ = true;
-  quiet_ = false;
   due_ = kNever;
   node_.tell(error.what(), now);
   node_.error(kScriptFailed, ErrorRegister::kGeneric,
@@ -195,8 +208,15 @@ bool LuaDevice::set_input(std::uint16_t index, std::uint8_t sub, double value, T
   if (result == Script::Result(true)) return given_[{index, sub}] = value, true;
   const auto entry = number_at(index, sub);
   if (point == points_.end() || !entry) return false;
-  store(*entry, sub, value);
+  kept_[{index, sub}] = value;
+  store(*entry, sub, sim::to_raw(value, entry->type, entry->capacity));
   return true;
+}
+
+void LuaDevice::put_kept_inputs() {
+  for (const auto& [place, value] : kept_)
+    if (const auto entry = number_at(place.first, place.second))
+      store(*entry, place.second, sim::to_raw(value, entry->type, entry->capacity));
 }
 
 /// Of an input: its object may show something else.
@@ -269,12 +289,13 @@ int LuaDevice::has(lua_State* state) {
 /// get(index [, sub]): an integer; a float for a REAL and for a value beyond Lua's integers.
 int LuaDevice::get(lua_State* state) {
   const auto [entry, sub] = of(state).entry_at(state);
-  const double number =
-      sim::from_raw(of(state).node_.dictionary().number(entry, sub), entry.type, entry.capacity);
+  const std::uint64_t raw = of(state).node_.dictionary().number(entry, sub);
+  const lua_Integer integer =
+      is_signed(entry.type) ? sign_extend(raw, entry.capacity) : static_cast<lua_Integer>(raw);
   const bool is_real = entry.type == DataType::kReal32 || entry.type == DataType::kReal64;
-  lua_Integer integer = 0;
-  const bool is_integer = !is_real && lua_numbertointeger(number, &integer);
-  is_integer ? lua_pushinteger(state, integer) : lua_pushnumber(state, number);
+  const bool is_integer = !is_real && (integer >= 0 || is_signed(entry.type));
+  is_integer ? lua_pushinteger(state, integer)
+             : lua_pushnumber(state, sim::from_raw(raw, entry.type, entry.capacity));
   return 1;
 }
 
@@ -282,15 +303,19 @@ int LuaDevice::get(lua_State* state) {
 int LuaDevice::set(lua_State* state) {
   LuaDevice& self = of(state);
   const auto [entry, sub] = self.entry_at(state);
-  const double value = lua_isboolean(state, 3) ? lua_toboolean(state, 3) : luaL_checknumber(state, 3);
-  self.store(entry, sub, value);
+  if (lua_isinteger(state, 3)) {
+    self.store(entry, sub, sim::whole_to_raw(lua_tointeger(state, 3), entry.type, entry.capacity));
+  } else {
+    const double value = lua_isboolean(state, 3) ? lua_toboolean(state, 3) : luaL_checknumber(state, 3);
+    self.store(entry, sub, sim::to_raw(value, entry.type, entry.capacity));
+  }
   return 0;
 }
 
-void LuaDevice::store(const ObjectEntry& entry, std::uint8_t sub, double value) {
+void LuaDevice::store(const ObjectEntry& entry, std::uint8_t sub, std::uint64_t raw) {
   ObjectDictionary& dictionary = node_.dictionary();
   const std::uint64_t before = dictionary.number(entry, sub);
-  dictionary.set(entry.index, sub, sim::to_raw(value, entry.type, entry.capacity));
+  dictionary.set(entry.index, sub, raw);
   if (dictionary.number(entry, sub) != before && !quiet_) node_.changed(entry.index, sub, now_);
 }
 

@@ -174,9 +174,8 @@ int line_of(lua_State* state, lua_Debug& activation) {
 
 /// Reports errors of the prelude at the script's line.
 int blame_script(lua_State* state) {
-  constexpr std::string_view kOfPrelude = "cbcan:";
   const char* message = lua_tostring(state, 1);
-  if (message == nullptr || !std::string_view(message).starts_with(kOfPrelude)) return 1;
+  if (message == nullptr || !std::string_view(message).starts_with("cbcan:")) return 1;
   lua_Debug activation;
   const int line = line_of(state, activation);
   lua_pushfstring(state, "%s:%d%s", line == 0 ? "" : activation.short_src, line,
@@ -467,6 +466,7 @@ void read_record(lua_State* state, Script::Record& record) {
     if (lua_type(state, value - 1) != LUA_TSTRING) continue;
     const char* const key = lua_tostring(state, value - 1);
     if (lua_type(state, value) == LUA_TNUMBER) record.numbers[key] = lua_tonumber(state, value);
+    if (lua_isinteger(state, value)) record.integers[key] = lua_tointeger(state, value);
     if (lua_type(state, value) == LUA_TBOOLEAN) record.numbers[key] = lua_toboolean(state, value);
     if (lua_type(state, value) == LUA_TSTRING) record.texts[key] = {lua_tostring(state, value)};
     if (lua_type(state, value) == LUA_TTABLE) read_list(state, record.texts[key], kMostTexts);

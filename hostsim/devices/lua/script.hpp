@@ -63,12 +63,14 @@ class Script {
   /// The fields of a table: numbers, and texts or lists of them.
   struct Record {
     std::map<std::string, double> numbers;
+    std::map<std::string, lua_Integer> integers;  ///< those of numbers that Lua has as such
     std::map<std::string, std::vector<std::string>> texts;
   };
   /// The tables in a list of this name, at most `most`; a table that is no such list is one itself. Throws
   /// ScriptError.
   std::vector<Record> records(const char* name, std::size_t most);
 
+  const std::string& name() const { return name_; }
   static void* owner_of(lua_State* state) { return from(state).owner_; }
 
  private:

@@ -60,17 +60,23 @@ bool FaultyPort::is_cut_off(const Frame& frame) {
 /// When the frame is sent; kNever = it is not.
 Time FaultyPort::typical_due(const Frame& frame) {
   if (!timing_) return now_;
-  if (is_error_control(frame) && is_boot_up(frame)) {
-    held_.clear();
-    return booted_at_ = now_ + timing_->boot();
-  }
   if (now_ < booted_at_) return kNever;
-  if (is_error_control(frame)) return now_ + timing_->heartbeat(now_);
+  if (is_error_control(frame) && !is_boot_up(frame)) return now_ + timing_->heartbeat(now_);
   return is_response(frame) ? timing_->response(now_) : now_;
 }
 
+/// A boot-up message, which is refused until its time: the device is Initialising until then.
+bool FaultyPort::is_too_early(const Frame& frame) {
+  if (!timing_ || !is_error_control(frame) || !is_boot_up(frame)) return false;
+  if (!std::exchange(boots_, true)) {
+    held_.clear();
+    booted_at_ = now_ + timing_->boot();
+  }
+  return boots_ = now_ < booted_at_;
+}
+
 bool FaultyPort::send_with_faults(const Frame& frame) {
-  if (!flush()) return false;
+  if (!flush() || is_too_early(frame)) return false;
   if ((has_aborted_ && is_response(frame)) || power_loss_ != 0 || is_cut_off(frame)) return true;
   SdoResponse response{SdoStep::kAny, 0};
   if (is_response(frame) && !faults_.empty()) response = {watch_.on_response(frame), watch_.multiplexer()};

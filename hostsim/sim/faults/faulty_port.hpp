@@ -53,6 +53,8 @@ class FaultyPort final : public CanPort {
   /// A frame for this node, to be called if there are faults. False: the stack does not get it.
   bool hears(const Frame& frame);
 
+  /// With a timing: the boot-up message is refused until deadline().
+  bool boots() const { return boots_; }
   /// How long the node loses its power now, kNever = without limit; 0 = it does not.
   Time take_power_loss() { return std::exchange(power_loss_, 0); }
   /// How late the device acts on commands.
@@ -77,12 +79,15 @@ class FaultyPort final : public CanPort {
 
   /// Sends what is due.
   void poll(Time now);
-  Time deadline() const { return is_idle() ? kNever : next_due(); }
+  Time deadline() const { return is_idle() ? kNever : earlier(next_due(), boots_ ? booted_at_ : kNever); }
   /// There is no fault, no delayed frame, and nothing takes time.
   bool is_idle() const { return faults_.empty() && held_.empty() && !timing_; }
 
   /// The controller has gone bus-off: delayed frames are lost.
-  void drop() { held_.clear(); }
+  void drop() {
+    held_.clear();
+    boots_ = false;
+  }
 
  private:
   struct Held {
@@ -102,6 +107,7 @@ class FaultyPort final : public CanPort {
   };
 
   bool is_cut_off(const Frame& frame);
+  bool is_too_early(const Frame& frame);
   Time typical_due(const Frame& frame);
   bool send_with_faults(const Frame& frame);
   bool concerns(const Fault& fault, const Frame& frame, const SdoResponse& response) const;
@@ -122,6 +128,7 @@ class FaultyPort final : public CanPort {
   FaultSet faults_;
   std::optional<Timing> timing_{};
   Time booted_at_ = 0;  ///< with timing_: before it the device neither receives nor sends
+  bool boots_ = false;  ///< until then
   SdoWatch watch_;
   Frame heard_{};           ///< while there are faults
   std::vector<Held> held_;  ///< by due time
