@@ -47,6 +47,8 @@ class ObjectDictionary(unittest.TestCase):
             done("cmake", "--build", self.build)
 
     def test_mistakes(self):
+        for folder in ("/tmp", "/tmp/"):
+            self.assertEqual(output_and_errors(PROGRAM, folder, code=2), f"cbcan-eds: {folder} is a folder; name an EDS or DCF file\n")
         done(*self.configure("drive.v2.eds", "Ninja"))
         self.assertIn("drive.v2: no name of a C++ namespace; write --name NAME",
                       output_and_errors("cmake", "--build", self.build, code=1))
