@@ -11,6 +11,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <span>
 #include <utility>
 
 #include "cbcan/canopen/dictionary/object_dictionary.hpp"
@@ -45,11 +46,17 @@ constexpr std::array<std::string_view, 3> kPdos{"", "tx", "rx"};
 constexpr std::array<std::string_view, 3> kShown{"input", "output", "curve"};
 
 struct Keys {
-  std::vector<std::string_view> numbers, texts;
+  std::span<const std::string_view> numbers, texts;
 };
-const Keys kOfObjects{{"index", "sub", "default", "low", "high", "target", "level"},
-                      {"name", "type", "access", "default", "unit", "pdo", "bits", "show"}};
-const Keys kOfDevice{{"type", "vendor", "product", "revision", "heartbeat_ms"}, {"name"}};
+constexpr std::array<std::string_view, 7> kObjectNumbers{"index", "sub",    "default", "low",
+                                                         "high",  "target", "level"};
+constexpr std::array<std::string_view, 8> kObjectTexts{"name", "type", "access", "default",
+                                                       "unit", "pdo",  "bits",   "show"};
+constexpr std::array<std::string_view, 5> kDeviceNumbers{"type", "vendor", "product", "revision",
+                                                         "heartbeat_ms"};
+constexpr std::array<std::string_view, 1> kDeviceTexts{"name"};
+constexpr Keys kOfObjects{kObjectNumbers, kObjectTexts};
+constexpr Keys kOfDevice{kDeviceNumbers, kDeviceTexts};
 
 /// One object of the EDS.
 struct Entry {
@@ -116,7 +123,7 @@ class Fields {
     for (const auto& [key, value] : fields) {
       if (std::ranges::find(keys, key) != keys.end()) continue;
       if (std::ranges::find(others, key) != others.end()) refuse(key, fmt::format("must be {}", kind));
-      std::vector<std::string_view> all = keys;
+      std::vector<std::string_view> all(keys.begin(), keys.end());
       all.insert(all.end(), others.begin(), others.end());
       refuse(key, "there is no such field; remove it" + text::did_you_mean(key, all));
     }
