@@ -338,6 +338,14 @@ TEST_CASE("[NET-21] when outputs are sent") {
     });
     network.expect("205#0000");
   }
+  SECTION("and when a node starts") {
+    Network network(1, 5, put_output);
+    network.set(3864, {7}).expect("205#0700");
+    network.exchange(kCheck);
+    network.exchange(kWrites);
+    network.arrive("705#7F").expect("000#0105");
+    network.arrive("705#05").expect("205#0700");
+  }
 }
 
 TEST_CASE("[NET-22] a silent PLC") {

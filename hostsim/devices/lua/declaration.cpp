@@ -182,8 +182,8 @@ std::string integer_text(const Fields& fields, const char* key, DataType type) {
 std::string value_text(const Fields& fields, DataType type) {
   if (type == kVisibleString) return fields.text("default");
   if (type != kReal32 && type != kReal64) return integer_text(fields, "default", type);
-  const double most =
-      type == kReal32 ? double{std::numeric_limits<float>::max()} : std::numeric_limits<double>::max();
+  const double most = type == kReal32 ? static_cast<double>(std::numeric_limits<float>::max())
+                                      : std::numeric_limits<double>::max();
   const double value = fields.number("default").value_or(0);
   if (!(std::abs(value) <= most)) fields.refuse("default", fmt::format("must be {}..{}", -most, most));
   return fmt::format("{}", value);
