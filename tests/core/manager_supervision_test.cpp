@@ -229,6 +229,14 @@ TEST_CASE("outputs are sent again to a node that returns") {
   rig.write_words(3864, {7}).expect_silence();
 }
 
+TEST_CASE("a node that leaves Operational by itself is configured again") {
+  ManagerRig rig(node_5());
+  begin(rig);
+  boot(rig);
+  rig.arrive("705#7F").expect("605#4000100000000000");
+  CHECK((rig.of(5) == 0x037F && !rig.in_map(kConfigured, 5)));
+}
+
 TEST_CASE("without bit 0 of 1F80h no node is listed, and the status words say so") {
   ManagerRig rig(node_5());
   begin(rig);

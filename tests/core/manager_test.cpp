@@ -61,6 +61,16 @@ TEST_CASE("an identity that differs is a letter, and nothing is written") {
   CHECK(shown == failure);
 }
 
+TEST_CASE("a concise DCF whose lengths are wrong is letter J, and nothing is written") {
+  ManagerRig rig(node_5(5, {{0x1F22, 5, {1, 0, 0, 0, 0x17, 0x10, 0, 9, 0, 0, 0, 100}}}));
+  begin(rig);
+  rig.arrive("705#00").expect("605#4000100000000000");
+  rig.arrive("585#4300100091010F00").expect("605#4018100100000000");
+  rig.arrive("585#4318100122000000").expect("605#4018100200000000");
+  rig.arrive("585#4318100291010000").expect_silence();
+  CHECK(rig.of(5) == 0x4A7F);
+}
+
 TEST_CASE("a silent node is looked for each second, and waits with letter B") {
   ManagerRig rig(node_5());
   begin(rig);

@@ -6,6 +6,7 @@
 
 #include <vector>
 
+#include "modbus/line.hpp"
 #include "support/catch.hpp"
 
 using namespace cbcan;
@@ -75,4 +76,24 @@ TEST_CASE("a range that may only be read") {
   plc.ranges[0].read_only = true;
   CHECK(plc.ask({5, 0, 0, 0, 0}) == Pdu{0x85, 2});
   CHECK(plc.ask({1, 0, 0, 0, 1}) == Pdu{1, 1, 1});
+}
+
+TEST_CASE("RTU: coils of a server that has them") {
+  using test::hex;
+  const ModbusBits bits{{0, 200, 0}, {{{0, 16, 20}, {16, 32, 21}}}};
+  RtuServer::Settings settings;
+  settings.station = 17;
+  settings.bits = &bits;
+  test::Line line(settings);
+  CHECK(line.ask(hex("11 0F 00 13 00 0A 02 CD 01 BF 0B")) == hex("11 0F 00 13 00 0A 26 99"));
+  CHECK(line.words[1] == 0x0E68);
+  CHECK(line.ask(hex("11 01 00 13 00 25 0E 84")) == hex("11 01 05 CD 01 00 00 00 BC 72"));
+  CHECK(line.ask(hex("11 05 00 AC FF 00 4E 8B")) == hex("11 05 00 AC FF 00 4E 8B"));
+  CHECK(line.words[10] == 0x1000);
+  CHECK(line.ask(hex("11 01 00 C8 00 01 7E A4")) == hex("11 81 02 C0 54"));
+  CHECK(line.ask(hex("11 07 4C 22")) == hex("11 87 01 83 F5"));
+  // To all stations: written, and not answered.
+  CHECK(line.ask(hex("00 0F 00 00 00 01 01 01 2E 9B")).empty());
+  CHECK(line.ask(hex("00 01 00 00 00 01 FC 1B")).empty());
+  CHECK(line.words[0] == 1);
 }
