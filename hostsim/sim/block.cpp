@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <set>
 #include <vector>
 
 #include "text/numbers.hpp"
@@ -104,11 +103,13 @@ Block::Parsed Block::parse(std::string_view text) {
   }
   parsed.block.kind_ = static_cast<Kind>(row - block_rows().begin());
   BlockParameters& parameters = parsed.block.parameters_;
-  std::set<std::string_view> keys;
+  std::vector<std::string_view> keys;
   for (std::size_t i = 1; i < words.size() && parsed.problem.empty(); ++i) {
     const std::string_view key = words[i].substr(0, words[i].find('='));
-    parsed.problem = keys.insert(key).second ? store_key(*row, words[i], parameters)
-                                             : fmt::format("{}: is there twice; remove one", key);
+    parsed.problem = std::ranges::find(keys, key) == keys.end()
+                         ? store_key(*row, words[i], parameters)
+                         : fmt::format("{}: is there twice; remove one", key);
+    keys.push_back(key);
   }
   if (parsed.problem.empty() && parameters.low > parameters.high) parsed.problem = "low is above high";
   if (parsed.problem.empty() && parameters.off >= parameters.on) parsed.problem = "off must be below on";

@@ -10,7 +10,6 @@
 #include <limits>
 #include <map>
 #include <optional>
-#include <set>
 #include <span>
 #include <utility>
 
@@ -84,15 +83,15 @@ class Fields {
 
   std::optional<double> number(const char* key) const {
     const auto found = record_.numbers.find(key);
-    return found == record_.numbers.end() ? std::nullopt : std::optional(found->second);
+    return found == record_.numbers.end() ? std::nullopt : std::optional(found->second.value);
   }
   std::vector<std::string> texts(const char* key) const {
     const auto found = record_.texts.find(key);
     return found == record_.texts.end() ? std::vector<std::string>{} : found->second;
   }
   std::optional<lua_Integer> whole(const char* key) const {
-    const auto found = record_.integers.find(key);
-    return found == record_.integers.end() ? std::nullopt : std::optional(found->second);
+    const auto found = record_.numbers.find(key);
+    return found == record_.numbers.end() ? std::nullopt : found->second.whole;
   }
   /// Without line ends.
   std::string text(const char* key) const {
@@ -141,7 +140,6 @@ struct Declared {
 
 std::vector<Declared> declared(const Script& script, const std::vector<Script::Record>& records) {
   std::vector<Declared> all;
-  std::set<std::pair<std::uint16_t, std::uint8_t>> places;
   for (const Script::Record& record : records) {
     Fields fields(record, script.name() + ": objects");
     const auto index = fields.integer<std::uint16_t>("index", 1, 0xFFFF);
@@ -150,8 +148,8 @@ std::vector<Declared> declared(const Script& script, const std::vector<Script::R
     if (sub != 0)
       fields.name_in_errors(fmt::format("{}: objects: {:04X}h:{:02X}", script.name(), index, sub));
     fields.check(kOfObjects);
-    if (!places.emplace(index, sub).second)
-      fields.refuse("sub", "is there twice; remove one, or give another");
+    const auto same = [&](const Declared& other) { return other.index == index && other.sub == sub; };
+    if (std::ranges::any_of(all, same)) fields.refuse("sub", "is there twice; remove one, or give another");
     const auto low = fields.number("low"), high = fields.number("high");
     if (low && high && *low > *high) fields.refuse("low", "is above high");
     all.push_back({index, sub, fields});

@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -62,8 +63,11 @@ class Script {
 
   /// The fields of a table: numbers, and texts or lists of them.
   struct Record {
-    std::map<std::string, double> numbers;
-    std::map<std::string, lua_Integer> integers;  ///< those of numbers that Lua has as such
+    struct Number {
+      double value;
+      std::optional<lua_Integer> whole{};  ///< if Lua has it as an integer
+    };
+    std::map<std::string, Number> numbers;
     std::map<std::string, std::vector<std::string>> texts;
   };
   /// The tables in a list of this name, at most `most`; a table that is no such list is one itself. Throws
