@@ -465,10 +465,9 @@ void read_record(lua_State* state, Script::Record& record) {
     const int value = lua_gettop(state);
     if (lua_type(state, value - 1) != LUA_TSTRING) continue;
     const char* const key = lua_tostring(state, value - 1);
-    if (lua_type(state, value) == LUA_TNUMBER) record.numbers[key] = {lua_tonumber(state, value)};
+    if (lua_type(state, value) == LUA_TNUMBER) record.numbers[key].value = lua_tonumber(state, value);
     if (lua_isinteger(state, value)) record.numbers[key].whole = lua_tointeger(state, value);
-    if (lua_type(state, value) == LUA_TBOOLEAN)
-      record.numbers[key] = {static_cast<double>(lua_toboolean(state, value))};
+    if (lua_type(state, value) == LUA_TBOOLEAN) record.numbers[key].value = lua_toboolean(state, value);
     if (lua_type(state, value) == LUA_TSTRING) record.texts[key] = {lua_tostring(state, value)};
     if (lua_type(state, value) == LUA_TTABLE) read_list(state, record.texts[key], kMostTexts);
     lua_settop(state, value);

@@ -64,7 +64,7 @@ class Script {
   /// The fields of a table: numbers, and texts or lists of them.
   struct Record {
     struct Number {
-      double value;
+      double value = 0;
       std::optional<lua_Integer> whole{};  ///< if Lua has it as an integer
     };
     std::map<std::string, Number> numbers;
