@@ -23,7 +23,7 @@ const { Plant, PlantError, module } = await import(pathToFileURL(join(installed,
 const { Instance } = await import(pathToFileURL(join(installed, "cbcan/plant.mjs")));
 
 // 5 % above what was measured, and what was promised.
-const MOST_OF_MODULE = 1_500_000, MOST_OF_TARBALL = 600_000;
+const MOST_OF_MODULE = 1_500_000, MOST_OF_TARBALL = 605_000;
 
 const shipped = readdirSync(join(source, "scenarios")).filter((name) => name.endsWith(".toml")).length;
 const EXECUTE = 0xca0e, READ = 5055;
