@@ -142,13 +142,6 @@ std::vector<PlannedObject> configured_objects(const eds::DeviceDescription& devi
   return in_writing_order(objects);
 }
 
-bool is_reserved_type(std::uint64_t type, bool tpdo) {
-  constexpr std::uint64_t kLastSynchronous = 240;
-  constexpr std::uint64_t kRemote = 252;  // of a TPDO only
-  constexpr std::uint64_t kEvent = 254;
-  return type > kLastSynchronous && type < (tpdo ? kRemote : kEvent);
-}
-
 std::uint8_t bits_of(const eds::Object& object) {
   if (object.type == DataType::kBoolean) return 1;
   const std::size_t size = size_of(object.type);

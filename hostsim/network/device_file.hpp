@@ -46,9 +46,6 @@ std::vector<Pdo> valid_pdos(const eds::DeviceDescription& device);
 /// Fills in what the device has for the PDO with this number. False: it is not valid there.
 bool take_from(const eds::DeviceDescription& device, Pdo& pdo);
 
-/// CiA 301 reserves this transmission type.
-bool is_reserved_type(std::uint64_t type, bool tpdo);
-
 /// Its size in a PDO; 0 = it has none.
 std::uint8_t bits_of(const eds::Object& object);
 

@@ -12,7 +12,9 @@
 #include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "cbcan/canopen/nmt/nmt.hpp"
 #include "cbcan/canopen/pdo/mapping.hpp"
+#include "cbcan/canopen/pdo/pdo.hpp"
 #include "cbcan/canopen/sdo/protocol.hpp"
+#include "cbcan/canopen/sync.hpp"
 #include "eds/firmware_dictionary.hpp"
 #include "network/device_file.hpp"
 #include "network/network_image.hpp"
@@ -103,23 +105,23 @@ class Check {
 
   /// What the stack would not accept as this value of a node; empty = nothing.
   std::string problem_of(const Object& object, std::uint64_t value, std::uint32_t node) const {
-    constexpr std::uint64_t kHighestCounter = 240;
     const std::uint8_t sub = object.first_sub;
     if (object.index == object::kSdoServerParameter && (sub == 1 || sub == 2)) {
       const std::uint32_t id = sub == 1 ? sdo::kRequestId : sdo::kResponseId;
       return value == id + node ? "" : fmt::format("the stack's SDO server has $NODEID+{:#x}", id);
     }
-    if (object.index == object::kSyncCounterOverflow && (value == 1 || value > kHighestCounter))
+    if (object.index == object::kSyncCounterOverflow && (value == 1 || value > Sync::kHighestCounter))
       return "the counter of SYNC is 0 or 2..240";
     if (object.index == object::kConsumerHeartbeatTime && sub != 0 && (value & 0xFFFF) != 0 &&
         (value >> 16 & 0xFF) > nmt::kMaxNode)
       return "node IDs are 1..127";
+    if (!is_pdo_parameter(object.index) || sub != kType ||
+        cbcan::Pdo::is_type(object.index, static_cast<std::uint32_t>(value)))
+      return {};
     const Object* const cob_id = device_.find(object.index, kCobId);
-    if (is_pdo_parameter(object.index) && sub == kType && cob_id != nullptr && cob_id->has_value &&
-        !is_unused(object.index, static_cast<std::uint32_t>(load_little_endian(cob_id->value))) &&
-        is_reserved_type(value, object.index >= object::kTpdoParameter))
-      return fmt::format("transmission type {} is reserved", value);
-    return {};
+    const bool used = cob_id != nullptr && cob_id->has_value &&
+                      !is_unused(object.index, static_cast<std::uint32_t>(load_little_endian(cob_id->value)));
+    return used ? fmt::format("transmission type {} is reserved", value) : "";
   }
 
   void mapping(const ObjectDictionary& dictionary, const Object& count) const {

@@ -31,9 +31,6 @@ inline constexpr std::uint8_t kInhibitTime = 3;
 inline constexpr std::uint8_t kEventTimer = 5;
 inline constexpr std::uint16_t kToMapping = 0x200;
 
-/// And the node ID: the CAN-ID of EMCY (CiA 301, 7.3.5).
-inline constexpr std::uint16_t kEmergencyId = 0x80;
-
 struct PlannedObject {
   std::uint16_t index = 0;
   std::uint8_t sub = 0;

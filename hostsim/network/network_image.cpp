@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "cbcan/canopen/dictionary/cob_id.hpp"
+#include "cbcan/canopen/emcy/emergency_consumer.hpp"
 #include "cbcan/canopen/manager/network_objects.hpp"
 #include "network/device_file.hpp"
 #include "text/utf8.hpp"
@@ -194,7 +195,7 @@ Bytes image_of(const Network& network, std::uint8_t own_id, const std::string& n
       throw UsageError(fmt::format(
           "{}: node {} is the module's own node: another module.node_id, or leave it out", name, node.id));
     for (const Pdo& pdo : node.pdos)
-      if (pdo.can_id == kEmergencyId + own_id)
+      if (pdo.can_id == EmergencyConsumer::kFirstId + own_id)
         throw UsageError(
             fmt::format("{}{}: node {}: CAN-ID {:#x} is that of the module's EMCY: set another can_id, or "
                         "another module.node_id",

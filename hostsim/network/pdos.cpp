@@ -8,16 +8,16 @@
 
 #include "cbcan/canopen/dictionary/cob_id.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
+#include "cbcan/canopen/emcy/emergency_consumer.hpp"
+#include "cbcan/canopen/pdo/pdo.hpp"
+#include "cbcan/canopen/sync.hpp"
+#include "cbcan/canopen/time_stamp.hpp"
 #include "network/device_file.hpp"
 #include "network/network_file.hpp"
 
 namespace cbcan::network {
 
 namespace {
-
-// CiA 301, 7.3.5.
-constexpr std::uint16_t kSyncId = 0x80;
-constexpr std::uint16_t kTimeId = 0x100;
 
 constexpr std::size_t kMostBits = 64;
 constexpr std::size_t kWordBits = 32;
@@ -64,7 +64,7 @@ std::string problem_of(const Pdo& pdo, const Node& node, Words words) {
   if (pdo.can_id == 0) return "has no CAN-ID in the EDS: add can_id";
   if (cob::is_restricted(pdo.can_id))
     return fmt::format("can_id {:#x} is restricted (CiA 301, 7.3.5)", pdo.can_id);
-  if (is_reserved_type(pdo.type, pdo.input()))
+  if (!cbcan::Pdo::is_type(pdo.input() ? object::kTpdoParameter : object::kRpdoParameter, pdo.type))
     return fmt::format("type {} is reserved: must be 0..240 or {}..255", pdo.type, pdo.input() ? 252 : 254);
   if (pdo.inhibit_us % object::kInhibitUnit != 0)
     return fmt::format("inhibit_us {}: must be a multiple of {}", pdo.inhibit_us, object::kInhibitUnit);
@@ -136,11 +136,12 @@ std::uint32_t entry_of(const MappedObject& mapped) {
 }
 
 void complete_pdos(Network& network, const Fail& fail) {
-  std::map<std::uint16_t, std::string> used{{kSyncId, "SYNC"}, {kTimeId, "TIME"}};  // by CAN-ID
+  std::map<std::uint16_t, std::string> used{{Sync::kStandardId, "SYNC"},
+                                            {TimeStamp::kStandardId, "TIME"}};  // by CAN-ID
   for (const Node& node : network.all)
     if (!node.device || node.device->find(object::kEmergencyCobId, 0) != nullptr)
-      used.insert(
-          {static_cast<std::uint16_t>(kEmergencyId + node.id), fmt::format("node {}, EMCY", node.id)});
+      used.insert({static_cast<std::uint16_t>(EmergencyConsumer::kFirstId + node.id),
+                   fmt::format("node {}, EMCY", node.id)});
   std::array<std::size_t, 2> count{};
   for (Node& node : network.all)
     for (Pdo& pdo : node.pdos) {

@@ -26,6 +26,8 @@ struct TimeOfDay {
 
 class TimeStamp : public Part {
  public:
+  static constexpr std::uint32_t kStandardId = 0x100;
+
   TimeStamp(const ObjectDictionary& dictionary, CanPort& port) : dictionary_(dictionary), outbox_(port) {}
 
   static constexpr bool owns(std::uint16_t index) { return index == object::kTimeCobId; }

@@ -14,6 +14,8 @@
 #include "cbcan/canopen/dictionary/object_dictionary.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "cbcan/canopen/nmt/nmt.hpp"
+#include "cbcan/canopen/sync.hpp"
+#include "cbcan/canopen/time_stamp.hpp"
 #include "cbcan/configuration.hpp"
 #include "cbcan/regmap.hpp"
 #include "cbcan/version.hpp"
@@ -83,14 +85,14 @@ inline constexpr std::array kObjects{
     Row{kErrorRegister, 0, 0, kUnsigned8, Flags::kRead, 1},
     Row{kErrorHistory, 0, 0, kUnsigned8, kConfigured | Flags::kSetPoint, 1},
     Row{kErrorHistory, 1, kServices.errors_kept, kUnsigned32, Flags::kRead, 4},
-    Row{kSyncCobId, 0, 0, kUnsigned32, kConfigured, 4, 0x80},
+    Row{kSyncCobId, 0, 0, kUnsigned32, kConfigured, 4, Sync::kStandardId},
     Row{kSyncPeriod, 0, 0, kUnsigned32, kConfigured, 4},
     Row{kSyncWindow, 0, 0, kUnsigned32, kConfigured, 4},
     name(kDeviceName, "cbcan coprocessor"),
     name(kHardwareVersion, "1.0"),
     name(kSoftwareVersion, kVersion),
     Row{kStore, 1, kStoreSubs, kUnsigned32, kCommand | Flags::kCounted, 4, 0, {}, kAndRestore},
-    Row{kTimeCobId, 0, 0, kUnsigned32, kConfigured, 4, 0x100},
+    Row{kTimeCobId, 0, 0, kUnsigned32, kConfigured, 4, TimeStamp::kStandardId},
     Row{kEmergencyCobId, 0, 0, kUnsigned32, kConfigured, 4},  // follows the node ID
     Row{kEmergencyInhibitTime, 0, 0, kUnsigned16, kConfigured, 2},
     Row{kConsumerHeartbeatTime, 1, kAll, kUnsigned32, kComputedReadWrite | Flags::kCounted, 4},

@@ -24,28 +24,17 @@ constexpr std::uint8_t kStartValue = 6;
 
 constexpr std::uint32_t kTimerUnit = 1000;  // us
 
-// Transmission types (CiA 301, 7.5.2.35 and 7.5.2.37).
-constexpr std::uint8_t kAcyclic = 0;
-constexpr std::uint8_t kLastSynchronous = 240;
-constexpr std::uint8_t kRemoteSynchronous = 252;
-constexpr std::uint8_t kRemoteEvent = 253;
-constexpr std::uint8_t kFirstEvent = 254;
-
 constexpr bool is_synchronous(std::uint8_t type) {
-  return type <= kLastSynchronous;
+  return type <= Pdo::kLastSynchronous;
 }
 
 /// True if values are sampled when they are sent.
 constexpr bool is_sampled_late(std::uint8_t type) {
-  return type >= kRemoteEvent;
+  return type >= Pdo::kRemoteEvent;
 }
 
 constexpr bool is_receive(std::uint16_t index) {
   return index < object::kTpdoParameter;
-}
-
-constexpr bool is_type(std::uint16_t index, std::uint32_t type) {
-  return type <= kLastSynchronous || type >= (is_receive(index) ? kFirstEvent : kRemoteSynchronous);
 }
 
 constexpr bool is_valid(std::uint32_t cob_id) {
@@ -80,8 +69,8 @@ Room* find_number(std::span<Room> pdos, std::uint32_t number) {
 
 /// True for a SYNC at which this TPDO is sampled.
 bool takes_sync(Pdo::Tpdo& tpdo, std::uint8_t counter) {
-  if (tpdo.type == kAcyclic) return std::exchange(tpdo.event, false);
-  if (!is_synchronous(tpdo.type)) return tpdo.type == kRemoteSynchronous;
+  if (tpdo.type == Pdo::kAcyclic) return std::exchange(tpdo.event, false);
+  if (!is_synchronous(tpdo.type)) return tpdo.type == Pdo::kRemoteSynchronous;
   if (tpdo.syncs_left == 0) {
     const bool awaited = tpdo.start_value == 0 || counter == 0 || counter == tpdo.start_value;
     if (!awaited) return false;

@@ -69,6 +69,18 @@ class Pdo : public Part {
   static constexpr std::uint16_t kTooLong = 0x8220;
   static constexpr std::uint16_t kTimedOut = 0x8250;
 
+  // Transmission types (CiA 301, 7.5.2.35 and 7.5.2.37).
+  static constexpr std::uint8_t kAcyclic = 0;
+  static constexpr std::uint8_t kLastSynchronous = 240;
+  static constexpr std::uint8_t kRemoteSynchronous = 252;
+  static constexpr std::uint8_t kRemoteEvent = 253;
+  static constexpr std::uint8_t kFirstEvent = 254;
+  /// The PDO with the parameters `index` may have it; the others are reserved.
+  static constexpr bool is_type(std::uint16_t index, std::uint32_t type) {
+    return type <= kLastSynchronous ||
+           type >= (index < object::kTpdoParameter ? kFirstEvent : kRemoteSynchronous);
+  }
+
   /// What both kinds of PDO have.
   struct Common {
     PdoMapping mapping;
