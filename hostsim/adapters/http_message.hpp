@@ -9,6 +9,8 @@
 #include <string>
 #include <string_view>
 
+#include "text/buffer.hpp"
+
 namespace cbcan::adapters {
 
 struct HttpRequest {
@@ -27,7 +29,7 @@ class HttpStream {
  public:
   virtual ~HttpStream() = default;
   /// Appends what is available, slightly more than kMostUnsent at most; false = the body is complete.
-  virtual bool fill(std::string& text) = 0;
+  virtual bool fill(text::Buffer& to) = 0;
   /// fill() may have something.
   virtual bool has_news() const = 0;
   /// Text that is sent to detect a client that has left; may be empty.

@@ -39,14 +39,14 @@ std::uint64_t ByteRing::add(std::initializer_list<std::span<const std::uint8_t>>
 }
 
 Event& Journal::add(Event event, std::initializer_list<std::span<const std::uint8_t>> parts) {
-  if (end_ % (ring_.size() / 2) == 0) on_filled();
+  if (end_ % (size_ / 2) == 0) on_filled();
   std::size_t size = 0;
   for (const auto& part : parts)
     size += part.size();
   event.bytes = bytes_.add(parts);
   event.size = static_cast<std::uint16_t>(size);
   latest_[static_cast<std::size_t>(event.kind)] = end_;
-  return ring_[end_++ % ring_.size()] = event;
+  return ring_[end_++ % size_] = event;
 }
 
 Event& Journal::add(const Event& event, std::string_view text) {
@@ -54,6 +54,7 @@ Event& Journal::add(const Event& event, std::string_view text) {
 }
 
 std::uint64_t Journal::latest_of(Kinds kinds) const {
+  if (kinds == kAllKinds) return end_ - 1;
   std::uint64_t latest = 0;
   for (; kinds != 0; kinds &= kinds - 1)
     latest = std::max(latest, latest_[static_cast<std::size_t>(std::countr_zero(kinds))]);

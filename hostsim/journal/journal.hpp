@@ -81,6 +81,10 @@ struct Event {
   Frame frame{};  ///< kFrame, kEmergency; for a transaction of a scanner window, `id` is the request's number
 };
 
+constexpr bool is_transaction(const Event& event) {
+  return event.kind == Kind::kBegun || event.kind == Kind::kEnded;
+}
+
 constexpr bool is_cancelled(const Event& ended) {
   return ended.result == kCancelled || ended.result == kNeverSent;
 }
@@ -122,10 +126,10 @@ class Journal {
   Event& add(const Event& event, std::string_view text);
 
   /// Events first()..end()-1 are kept; the first event of all has number 1.
-  std::uint64_t first() const { return end_ > ring_.size() ? end_ - ring_.size() : 1; }
+  std::uint64_t first() const { return end_ > size_ ? end_ - size_ : 1; }
   std::uint64_t end() const { return end_; }
-  const Event& operator[](std::uint64_t number) const { return ring_[number % ring_.size()]; }
-  Event& latest() { return ring_[(end_ - 1) % ring_.size()]; }
+  const Event& operator[](std::uint64_t number) const { return ring_[number % size_]; }
+  Event& latest() { return ring_[(end_ - 1) % size_]; }
   /// Number of the latest event of these kinds; 0 = there has been none.
   std::uint64_t latest_of(Kinds kinds) const;
   /// Empty when they have been overwritten.
@@ -141,6 +145,7 @@ class Journal {
 
  private:
   std::vector<Event> ring_;
+  std::uint64_t size_ = ring_.size();
   ByteRing bytes_;
   std::array<std::uint64_t, kKinds> latest_{};  ///< number by Kind; 0 = none
   std::uint64_t end_ = 1;
@@ -166,11 +171,13 @@ class Cursor {
       return 0;
     }
     const std::uint64_t missed = next_ < journal_.first() ? journal_.first() - next_ : 0;
-    for (next_ += missed; next_ < journal_.end();) {
-      const std::uint64_t number = next_++;
-      const Event& event = journal_[number];
-      if ((kinds_of({event.kind}) & kinds_) != 0 && !visit(number, event)) break;
+    const Journal& journal = journal_;
+    std::uint64_t number = next_ + missed;
+    for (bool goes_on = true; goes_on && number < journal.end(); ++number) {
+      const Event& event = journal[number];
+      goes_on = (kinds_ >> static_cast<unsigned>(event.kind) & 1) == 0 || visit(number, event);
     }
+    next_ = number;
     return missed;
   }
 

@@ -23,6 +23,7 @@ namespace {
 using Bytes = std::span<const std::uint8_t>;
 using text::append;
 using text::Hex;
+using namespace std::string_view_literals;
 
 bool is_one_line(Bytes text) {
   return std::ranges::none_of(text, [](std::uint8_t byte) { return byte < ' ' || byte == 0x7F; });
@@ -104,6 +105,12 @@ void append_pdo(Buffer& to, const Frame& frame, std::uint8_t node) {
   append(to, transmit ? 'T' : 'R', "PDO", (frame.id - 0x180) / 0x100 + 1, " node ", node);
 }
 
+void append_nmt_request(Buffer& to, std::uint64_t code, std::uint8_t node) {
+  for (const regmap::NmtRow& row : regmap::kNmtCommands)
+    if (code == row.state_code || code == row.command_code) return append_nmt(to, row.name, node);
+  append_nmt(to, std::to_string(code), node);
+}
+
 void append_modbus(Buffer& to, const Event& request, const Journal& journal) {
   const Bytes all = journal.bytes(request);
   if (all.empty()) return append(to, "no longer kept");
@@ -123,7 +130,7 @@ void append_modbus(Buffer& to, const Event& request, const Journal& journal) {
                             : pdu.subspan(std::min<std::size_t>(6, pdu.size()));
   constexpr std::size_t kMostShown = 16;
   for (std::size_t at = 0; at + 1 < std::min(words.size(), kMostShown); at += 2)
-    append(to, at != 0 ? " " : reads ? ": " : " = ", word_at(words, at));
+    append(to, at != 0 ? " "sv : reads ? ": "sv : " = "sv, word_at(words, at));
   if (words.size() > kMostShown) append(to, " ...");
 }
 
@@ -205,24 +212,22 @@ void append_frame(Buffer& to, const Frame& frame, std::uint8_t network, const Fi
   frame.id > 0x180 && frame.id < sdo::kResponseId ? append_pdo(to, frame, node) : append(to, "a frame");
 }
 
-void append_request(Buffer& to, const Event& transaction, const Journal& journal, const FindName& find) {
+std::string_view append_request(Buffer& to, const Event& transaction, const Journal& journal,
+                                const eds::ObjectName* name) {
   const Bytes value = journal.bytes(transaction);
-  if (transaction.service == Service::kNone) return append(to, "no command");
-  if (transaction.service == Service::kState) return append(to, "state of node ", transaction.node);
-  if (transaction.service == Service::kNmt) {
-    const std::uint64_t code = load_little_endian(value);
-    for (const regmap::NmtRow& row : regmap::kNmtCommands)
-      if (code == row.state_code || code == row.command_code)
-        return append_nmt(to, row.name, transaction.node);
-    return append_nmt(to, std::to_string(code), transaction.node);
+  switch (transaction.service) {
+    case Service::kNone: append(to, "no command"); return {};
+    case Service::kState: append(to, "state of node ", transaction.node); return {};
+    case Service::kNmt: append_nmt_request(to, load_little_endian(value), transaction.node); return {};
+    default: break;
   }
-  const eds::ObjectName* const name =
-      find(transaction.network, transaction.node, transaction.index, transaction.sub);
   append(to, name_of(transaction.service), " node ", transaction.node, ' ');
   append_object(to, transaction.index, transaction.sub, name);
-  if (value.empty() || transaction.result != 0) return;
+  if (value.empty() || transaction.result != 0) return {};
   append(to, " = ");
+  const std::size_t begin = to.size();
   append_value(to, value, name);
+  return text::view(to, begin);
 }
 
 void append_result(Buffer& to, const Event& ended) {
@@ -239,61 +244,78 @@ void append_result(Buffer& to, const Event& ended) {
 
 namespace {
 
-/// What is before the words.
-void append_subject(Buffer& to, const Event& event) {
+/// What is before the words. Returns the size of its frame and the space after it.
+std::size_t append_subject(Buffer& to, const Event& event) {
   constexpr Kinds kNumbered =
       kinds_of({Kind::kModbus, Kind::kBegun, Kind::kEnded, Kind::kFrame, Kind::kFault});
   if (event.transaction != 0 && (kinds_of({event.kind}) & kNumbered) != 0)
     append(to, '#', event.transaction, ' ');
+  const std::size_t begin = to.size();
   switch (event.kind) {
-    case Kind::kModbus: return append(to, "Modbus unit ", event.node, ": ");
-    case Kind::kFrame: return sim::append_frame(to, event.frame), append(to, ' ');
+    case Kind::kModbus: append(to, "Modbus unit ", event.node, ": "); break;
+    case Kind::kFrame: sim::append_frame(to, event.frame); break;
     case Kind::kState:
-    case Kind::kTerminals: return append(to, "node ", event.node, ' ');
-    case Kind::kCommand: return append(to, "command ");
-    case Kind::kClient: return append(to, "Modbus client ", event.code, ' ');
-    default: return;
+    case Kind::kTerminals: append(to, "node ", event.node, ' '); break;
+    case Kind::kCommand: append(to, "command "); break;
+    case Kind::kClient: append(to, "Modbus client ", event.code, ' '); break;
+    default: break;
   }
+  if (event.kind != Kind::kFrame) return 0;
+  append(to, ' ');
+  return to.size() - begin;
 }
 
 void append_words(Buffer& to, const Event& event, const Journal& journal, const FindName& find) {
   switch (event.kind) {
     case Kind::kModbus: return append_modbus(to, event, journal);
-    case Kind::kBegun:
-    case Kind::kEnded: return append_request(to, event, journal, find);
     case Kind::kFrame: return append_frame(to, event.frame, event.network, find);
     case Kind::kEmergency: return append_emergency(to, event.frame);
     case Kind::kState: return append(to, state_text(event.state));
     case Kind::kTerminals: return append_terminals(to, event);
-    case Kind::kFault:
-    case Kind::kCommand:
-    case Kind::kClient: return append(to, journal.text(event));
+    default: return append(to, journal.text(event));
   }
-}
-
-/// What is after the words.
-void append_outcome(Buffer& to, const Event& event, const Journal& journal) {
-  if (event.kind == Kind::kBegun) append(to, " begun");
-  if (event.kind == Kind::kCommand && event.state == kRefused) append(to, ": refused");
-  if (event.kind == Kind::kClient) append(to, event.state != 0 ? " joined" : " left");
-  if (event.kind != Kind::kEnded) return;
-  const Bytes value = journal.bytes(event);
-  if (event.service == Service::kState && event.result == 0 && !value.empty())
-    append(to, " = ", state_text(value[0]));
-  append(to, ": ");
-  append_result(to, event);
-  append(to, ", ", text::Decimal{event.took, 3}, " ms");
 }
 
 }  // namespace
 
-std::string_view append_text(Buffer& to, const Event& event, const Journal& journal, const FindName& find) {
-  append_subject(to, event);
+Line append_text(Buffer& to, const Event& event, const Journal& journal, const FindName& find) {
+  const eds::ObjectName* const name = is_transaction(event) ? name_of(event, find) : nullptr;
   const std::size_t begin = to.size();
-  append_words(to, event, journal, find);
-  const std::size_t size = to.size() - begin;
-  append_outcome(to, event, journal);
-  return text::view(to, begin).substr(0, size);
+  const std::size_t frame = append_subject(to, event);
+  const std::size_t words = to.size();
+  std::size_t value = 0;
+  if (is_transaction(event))
+    value = append_request(to, event, journal, name).size();
+  else
+    append_words(to, event, journal, find);
+  const std::size_t words_end = to.size();
+  std::size_t outcome = words_end;
+  std::size_t outcome_end = words_end;
+  if (event.kind == Kind::kEnded) {
+    const Bytes bytes = journal.bytes(event);
+    if (event.service == Service::kState && event.result == 0 && !bytes.empty())
+      append(to, " = ", state_text(bytes[0]));
+    append(to, ": ");
+    outcome = to.size();
+    append_result(to, event);
+    outcome_end = to.size();
+    append(to, ", ", text::Decimal{event.took, 3}, " ms");
+  } else if (event.kind == Kind::kBegun) {
+    append(to, " begun");
+  } else if (event.kind == Kind::kCommand && event.state == kRefused) {
+    append(to, ": refused");
+  } else if (event.kind == Kind::kClient) {
+    append(to, event.state != 0 ? " joined" : " left");
+  }
+  const auto part = [&to](std::size_t from, std::size_t end) {
+    return std::string_view(to.data() + from, end - from);
+  };
+  return {.whole = part(begin, to.size()),
+          .frame = part(words - frame, words - std::min<std::size_t>(frame, 1)),
+          .words = part(words, words_end),
+          .value = part(words_end - value, words_end),
+          .outcome = part(outcome, outcome_end),
+          .name = name == nullptr ? std::string_view() : name->name};
 }
 
 void append_packet_comment(Buffer& to, const Event& event, const Journal& journal, const FindName& find) {

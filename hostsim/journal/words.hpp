@@ -22,6 +22,13 @@ using text::Buffer;
 using FindName = std::function<const eds::ObjectName*(std::uint8_t network, std::uint8_t node,
                                                       std::uint16_t index, std::uint8_t sub)>;
 
+/// Of the object that a transaction reads or writes.
+inline const eds::ObjectName* name_of(const Event& transaction, const FindName& find) {
+  const bool has_object = transaction.service == Service::kRead || transaction.service == Service::kWrite;
+  return has_object ? find(transaction.network, transaction.node, transaction.index, transaction.sub)
+                    : nullptr;
+}
+
 /// A value as a plant file would write it.
 void append_value(Buffer& to, std::span<const std::uint8_t> bytes, DataType type);
 /// By the type that comes with the name; without a name, 1 to 4 bytes as a number, other sizes in hexadecimal.
@@ -41,15 +48,25 @@ std::string_view nmt_text(std::uint32_t specifier);
 /// "SDO node 66: read 1000h:00 Device type"
 void append_frame(Buffer& to, const Frame& frame, std::uint8_t network, const FindName& find);
 
-/// "read node 66 1000h:00 Device type", "NMT Start Remote Node: node 66", "state of node 66"
-void append_request(Buffer& to, const Event& transaction, const Journal& journal, const FindName& find);
+/// "read node 66 1000h:00 Device type", "NMT Start Remote Node: node 66", "state of node 66"; `name` of the
+/// object: null = none. Returns the value that it ends with, valid until `to` is changed; empty = none.
+std::string_view append_request(Buffer& to, const Event& transaction, const Journal& journal,
+                                const eds::ObjectName* name);
 
 /// For kEnded: "done", "cancelled" or what went wrong.
 void append_result(Buffer& to, const Event& ended);
 
-/// An event as one line, without its time and without a line end. Returns its words alone, those of a
-/// request, a frame, terminals and so on, which are valid until `to` is changed.
-std::string_view append_text(Buffer& to, const Event& event, const Journal& journal, const FindName& find);
+/// Parts of an event's line, valid until its buffer is changed; empty = it has none.
+struct Line {
+  std::string_view whole;
+  std::string_view frame;
+  std::string_view words;    ///< of a request, a frame, terminals and so on
+  std::string_view value;    ///< that a request ends with
+  std::string_view outcome;  ///< of kEnded
+  std::string_view name;     ///< of a transaction's object, UTF-8
+};
+/// An event as one line, without its time and without a line end.
+Line append_text(Buffer& to, const Event& event, const Journal& journal, const FindName& find);
 
 /// The comment of a packet in a capture: the number of the transaction, its text at begin and end, or a
 /// fault's.
@@ -65,7 +82,8 @@ inline std::string frame_text(const Frame& frame, std::uint8_t network, const Fi
   return text::made([&](Buffer& to) { append_frame(to, frame, network, find); });
 }
 inline std::string request_text(const Event& transaction, const Journal& journal, const FindName& find) {
-  return text::made([&](Buffer& to) { append_request(to, transaction, journal, find); });
+  return text::made(
+      [&](Buffer& to) { append_request(to, transaction, journal, name_of(transaction, find)); });
 }
 inline std::string result_text(const Event& ended) {
   return text::made([&](Buffer& to) { append_result(to, ended); });

@@ -153,11 +153,11 @@ Json Instance::respond(const Json& request) {
 
 Json Instance::fill(unsigned stream) {
   auto& [filled, begun] = streams_.at(stream);
-  std::string text;
+  text::Buffer text;
   const bool has_news = !std::exchange(begun, true) || filled->has_news();
   const bool more = !has_news || filled->fill(text);
   if (!more) drop(stream);
-  return {{"text", std::move(text)}, {"more", more}};
+  return {{"text", text::view(text)}, {"more", more}};
 }
 
 session::Served Instance::served() const {

@@ -45,9 +45,8 @@ Value parse_value(std::string_view text) {
 }
 
 void append_value(Buffer& to, double number) {
-  const std::size_t begin = to.size();
-  fmt::format_to(fmt::appender(to), "{}", number);
-  if (view(to, begin).find_first_not_of("-0123456789") == std::string_view::npos) append(to, ".0");
+  const std::string digits = fmt::format("{}", number);
+  append(to, digits, digits.find_first_not_of("-0123456789") == digits.npos ? ".0" : "");
 }
 
 void append_value(Buffer& to, std::span<const std::uint8_t> bytes) {

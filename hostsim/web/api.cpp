@@ -122,15 +122,15 @@ class EventStream final : public adapters::HttpStream {
       watch(text::take_part(rest, ','));
   }
 
-  bool fill(std::string& text) override {
-    if (!std::exchange(begun_, true)) text += ": cbcan\n\n";
+  bool fill(text::Buffer& to) override {
+    if (!std::exchange(begun_, true)) text::append(to, ": cbcan\n\n");
     const std::uint64_t missed = cursor_.look([&](std::uint64_t number, const Event& event) {
-      if (filter_.passes(event)) text += texts_.of(number);
-      return text.size() < kMostUnsent;
+      if (filter_.passes(event)) text::append(to, texts_.of(number));
+      return to.size() < kMostUnsent;
     });
-    if (missed != 0) text += fmt::format("data: {}\n\n", line_of({{"kind", "missed"}, {"events", missed}}));
+    if (missed != 0) append_data(to, {{"kind", "missed"}, {"events", missed}});
     for (Watched& watched : watched_)
-      tell(watched, text);
+      tell(watched, to);
     return true;
   }
   bool has_news() const override { return !watched_.empty() || cursor_.has_news(); }
@@ -153,16 +153,20 @@ class EventStream final : public adapters::HttpStream {
     plant::check_value(control_, watched_.back().node, watched_.back().object);
   }
 
-  void tell(Watched& watched, std::string& text) const {
+  static void append_data(text::Buffer& to, const Json& json) {
+    text::append(to, "data: ", line_of(json), "\n\n");
+  }
+
+  void tell(Watched& watched, text::Buffer& to) const {
     const bool runs = plant::node_of(control_, watched.node).has_power();
     std::string value = runs ? plant::value_of(control_, watched.node, watched.object) : "off";
     if (value == watched.value) return;
     watched.value = std::move(value);
-    text += fmt::format("data: {}\n\n", line_of({{"kind", "value"},
-                                                 {"time", seconds_of(control_.now())},
-                                                 {"node", watched.node},
-                                                 {"object", watched.object},
-                                                 {"value", watched.value}}));
+    append_data(to, {{"kind", "value"},
+                     {"time", seconds_of(control_.now())},
+                     {"node", watched.node},
+                     {"object", watched.object},
+                     {"value", watched.value}});
   }
 
   plant::Control& control_;
@@ -179,16 +183,16 @@ class CommandStream final : public adapters::HttpStream {
   CommandStream(adapters::Execute execute, std::string body)
       : execute_(std::move(execute)), body_(std::move(body)) {}
 
-  bool fill(std::string& text) override {
-    text += std::exchange(dialogue_->unsent, {});
-    while (!dialogue_->waiting && begun_ < body_.size() && text.size() < kMostUnsent) {
+  bool fill(text::Buffer& to) override {
+    text::append(to, std::exchange(dialogue_->unsent, {}));
+    while (!dialogue_->waiting && begun_ < body_.size() && to.size() < kMostUnsent) {
       std::string_view rest = std::string_view(body_).substr(begun_);
       const std::string_view line = text::trim(text::take_line(rest));
       begun_ = body_.size() - rest.size();
       if (line.size() > adapters::kLongestCommand)
-        text += fmt::format("error: a line of more than {} characters\n", adapters::kLongestCommand);
+        text::append(to, "error: a line of more than ", adapters::kLongestCommand, " characters\n");
       else if (!line.empty())
-        text += execute_(line, dialogue_);
+        text::append(to, execute_(line, dialogue_));
     }
     return dialogue_->waiting || begun_ < body_.size();
   }
@@ -408,8 +412,11 @@ adapters::HttpResponse Api::events(const Query& query, journal::Kinds standard) 
   const std::uint64_t limit = number_in(query, "limit", kMostListed, kMostListed);
   std::vector<std::uint64_t> found;
   std::uint64_t number = std::min(number_in(query, "before", journal.end(), ~0ULL >> 1), journal.end());
-  while (number-- > journal.first() && found.size() < limit)
-    if (filter.passes(journal[number])) found.push_back(number);
+  while (number-- > journal.first() && found.size() < limit) {
+    const Event& event = journal[number];
+    const bool is_kind = (journal::kinds_of({event.kind}) & filter.kinds()) != 0;
+    if (is_kind && filter.passes(event)) found.push_back(number);
+  }
   text::Buffer body;
   text::append(body, "{\"first_event\":", journal.first(), ",\"next_event\":", journal.end(),
                ",\"events\":[");
@@ -418,7 +425,7 @@ adapters::HttpResponse Api::events(const Query& query, journal::Kinds standard) 
     text::append(body, found.size() == 1 ? "" : ",");
   }
   text::append(body, "]}\n");
-  return {.body = fmt::to_string(body)};
+  return {.body = std::string(text::view(body))};
 }
 
 /// From `since` on, or from the last event that an EventSource has seen; numbers above the last event are from an

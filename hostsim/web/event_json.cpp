@@ -2,7 +2,8 @@
 #include "web/event_json.hpp"
 
 #include <algorithm>
-#include <cstring>
+#include <array>
+#include <bit>
 
 #include "eds/emergency.hpp"
 #include "journal/watch.hpp"
@@ -24,42 +25,34 @@ namespace {
 using text::room;
 using text::write;
 
-/// Neither control characters, quotes and backslashes nor bytes above 7Fh: eight are compared at a time.
-bool is_plain(std::string_view text) {
-  constexpr std::uint64_t kEach = 0x0101010101010101;
-  std::uint64_t others = 0;
-  const auto compare = [&others](std::uint64_t eight) {
-    others |=
-        eight | (eight - kEach * ' ') | ((eight ^ kEach * '"') - kEach) | ((eight ^ kEach * '\\') - kEach);
-  };
-  std::uint64_t eight = kEach * ' ';
-  for (; text.size() >= sizeof eight; text.remove_prefix(sizeof eight)) {
-    std::memcpy(&eight, text.data(), sizeof eight);
-    compare(eight);
-  }
-  for (const char c : text)
-    eight = eight << 8 | static_cast<unsigned char>(c);
-  compare(eight);
-  return (others & kEach * 0x80) == 0;
+/// Neither control characters, quotes and backslashes nor bytes above 7Fh. Looks at 16 characters at a time;
+/// those after the text are made spaces.
+bool is_plain(Buffer& text) {
+  constexpr std::string_view kSpaces = "                ";
+  const std::size_t size = text.size();
+  append(text, kSpaces);
+  text.cut(text.data() + size);
+  std::array<std::uint8_t, kSpaces.size()> others{};
+  for (const char *at = text.data(), *const end = at + size; at < end; at += others.size())
+    for (std::size_t i = 0; i < others.size(); ++i)
+      others[i] |=
+          static_cast<std::uint8_t>(static_cast<signed char>(at[i]) < ' ' || at[i] == '"' || at[i] == '\\');
+  const auto words = std::bit_cast<std::array<std::uint64_t, 2>>(others);
+  return (words[0] | words[1]) == 0;
 }
 
-/// A text in quotes, always valid UTF-8.
-struct Quoted {
-  explicit Quoted(std::string_view any) : Quoted(any, web::is_plain(any)) {}
-  Quoted(std::string_view any, bool plain) : text(any), is_plain(plain) {}
-
-  std::string_view text;
-  bool is_plain;
-};
-
-/// Null: it is no UTF-8.
-char* write_escaped(char* at, std::string_view rest) {
-  while (!rest.empty()) {
+/// As it is in a JSON string: valid UTF-8, at most six times as long.
+char* write_escaped(char* const begin, std::string_view text) {
+  constexpr std::string_view kNamed = "\b\t\n\f\r\"\\";
+  constexpr std::string_view kNames = "btnfr\"\\";
+  char* at = begin;
+  for (std::string_view rest = text; !rest.empty();) {
     const std::string_view from = rest;
     const auto code = text::take_code_point(rest);
-    if (!code) return nullptr;
-    constexpr std::string_view kNamed = "\b\t\n\f\r\"\\";
-    constexpr std::string_view kNames = "btnfr\"\\";
+    if (!code) {
+      const std::string quoted = line_of(Json(std::string(text)));
+      return write(begin, std::string_view(quoted).substr(1, quoted.size() - 2));
+    }
     if (const std::size_t named = kNamed.find(from.front()); named != kNamed.npos)
       at = write(write(at, '\\'), kNames[named]);
     else if (*code < ' ')
@@ -70,13 +63,21 @@ char* write_escaped(char* at, std::string_view rest) {
   return at;
 }
 
-constexpr std::size_t room(const Quoted& quoted) {
-  return (quoted.is_plain ? 1 : 6) * quoted.text.size() + 2;
-}
-char* write(char* at, const Quoted& quoted) {
-  if (quoted.is_plain) return write(write(write(at, '"'), quoted.text), '"');
-  if (char* const end = write_escaped(write(at, '"'), quoted.text)) return write(end, '"');
-  return write(at, line_of(Json(std::string(quoted.text))));
+/// The parts of a line, with that value, as they are in JSON strings, kept in `escaped`.
+journal::Line escape(journal::Line line, std::string_view value, Buffer& escaped) {
+  line.value = value;
+  const std::array parts{&line.whole, &line.words, &line.value, &line.outcome, &line.name};
+  std::size_t size = 0;
+  for (const std::string_view* part : parts)
+    size += 6 * part->size();
+  escaped.resize(size);
+  char* at = escaped.data();
+  for (std::string_view* part : parts) {
+    char* const end = write_escaped(at, *part);
+    *part = {at, end};
+    at = end;
+  }
+  return line;
 }
 
 /// Microseconds as seconds, or with three places as milliseconds: with a point, as line_of() writes a number.
@@ -90,15 +91,16 @@ constexpr std::size_t room(const Fraction& fraction) {
 }
 char* write(char* at, const Fraction& fraction) {
   constexpr Time kShortest = 100;  // less has an exponent
-  if (fraction.places == 6 && fraction.number != 0 && fraction.number < kShortest)
+  if (fraction.number == 0) return write(at, "0.0");
+  if (fraction.places == 6 && fraction.number < kShortest)
     return fmt::format_to(at, "{}", seconds_of(fraction.number));
   char* const end = write(at, text::Decimal{fraction.number, fraction.places});
-  return std::find(at, end, '.') != end ? end : write(end, ".0");
+  return fraction.number % (fraction.places == 6 ? kSecond : kMillisecond) != 0 ? end : write(end, ".0");
 }
 
-void add_modbus(Buffer& to, const Event& event, const journal::Journal& journal, const Quoted& words) {
+void add_modbus(Buffer& to, const Event& event, const journal::Journal& journal, std::string_view words) {
   append(to, ",\"unit\":", event.node, ",\"client\":", event.code, ",\"exception\":", event.state,
-         ",\"words\":", words);
+         ",\"words\":\"", words, '"');
   const auto all = journal.bytes(event);
   if (all.empty()) return;
   append(to, ",\"function\":", all[0], ",\"request\":\"", HexBytes{all.first(event.index)},
@@ -106,56 +108,59 @@ void add_modbus(Buffer& to, const Event& event, const journal::Journal& journal,
 }
 
 void add_transaction(Buffer& to, const Event& event, const journal::Journal& journal,
-                     const journal::FindName& find, const Quoted& words) {
-  const eds::ObjectName* const name = find(event.network, event.node, event.index, event.sub);
+                     const journal::Line& line) {
   const auto bytes = journal.bytes(event);
   append(to, ",\"service\":\"", journal::name_of(event.service), "\",\"node\":", event.node,
-         ",\"index\":", event.index, ",\"sub\":", event.sub,
-         ",\"name\":", Quoted{name == nullptr ? std::string_view() : name->name}, ",\"words\":", words,
-         ",\"bytes\":\"", HexBytes{bytes}, "\",\"value\":");
-  Buffer said;
-  if (!bytes.empty()) journal::append_value(said, bytes, name);
-  append(to, Quoted{text::view(said)});
+         ",\"index\":", event.index, ",\"sub\":", event.sub, ",\"name\":\"", line.name, "\",\"words\":\"",
+         line.words, "\",\"bytes\":\"", HexBytes{bytes}, "\",\"value\":\"", line.value, '"');
   if (event.kind == Kind::kBegun) return;
-  said.clear();
-  journal::append_result(said, event);
   append(to, ",\"ok\":", failed(event) ? "false" : "true",
          ",\"result\":", journal::is_cancelled(event) ? -1 : int{event.result}, ",\"code\":", event.code,
-         ",\"outcome\":", Quoted{text::view(said)}, ",\"took_ms\":", Fraction{event.took, 3});
+         ",\"outcome\":\"", line.outcome, "\",\"took_ms\":", Fraction{event.took, 3});
 }
 
 void add_emergency(Buffer& to, const Event& event) {
   const auto message = eds::emergency_from(event.frame.data);
-  append(to, ",\"node\":", event.node, ",\"code\":", message.code,
-         ",\"words\":", Quoted{eds::emergency_meaning(message.code)},
-         ",\"error_register\":", message.error_register, ",\"info\":\"", HexBytes{message.info}, '"');
+  append(to, ",\"node\":", event.node, ",\"code\":", message.code, ",\"words\":\"",
+         eds::emergency_meaning(message.code), "\",\"error_register\":", message.error_register,
+         ",\"info\":\"", HexBytes{message.info}, '"');
 }
 
-/// `subject` is the event's text before its words, whose last word is the frame.
-void add_details(Buffer& to, const Event& event, const journal::Journal& journal,
-                 const journal::FindName& find, std::string_view subject, const Quoted& words) {
+void add_details(Buffer& to, const Event& event, const journal::Journal& journal, const journal::Line& line) {
   switch (event.kind) {
-    case Kind::kModbus: return add_modbus(to, event, journal, words);
+    case Kind::kModbus: return add_modbus(to, event, journal, line.words);
     case Kind::kBegun:
-    case Kind::kEnded: return add_transaction(to, event, journal, find, words);
+    case Kind::kEnded: return add_transaction(to, event, journal, line);
     case Kind::kFrame:
-      append(to, ",\"frame\":\"", subject.substr(subject.rfind(' ') + 1), '"');
+      append(to, ",\"frame\":\"", line.frame, '"');
       if (event.node != 0) append(to, ",\"node\":", event.node);
-      return append(to, ",\"words\":", words);
+      return append(to, ",\"words\":\"", line.words, '"');
     case Kind::kEmergency: return add_emergency(to, event);
-    case Kind::kState: return append(to, ",\"node\":", event.node, ",\"state\":", words);
+    case Kind::kState: return append(to, ",\"node\":", event.node, ",\"state\":\"", line.words, '"');
     case Kind::kTerminals:
       return append(to, ",\"node\":", event.node, ",\"index\":", event.index, ",\"sub\":", event.sub,
-                    ",\"value\":", static_cast<std::int32_t>(event.code), ",\"words\":", words);
+                    ",\"value\":", static_cast<std::int32_t>(event.code), ",\"words\":\"", line.words, '"');
     case Kind::kFault: append(to, ",\"node\":", event.node); [[fallthrough]];
     case Kind::kCommand:
-      append(to, ",\"words\":", words);
+      append(to, ",\"words\":\"", line.words, '"');
       if (event.state == journal::kRefused) append(to, ",\"refused\":true");
       return;
     case Kind::kClient:
-      return append(to, ",\"client\":", event.code, ",\"address\":", words,
-                    ",\"joined\":", event.state != 0 ? "true" : "false");
+      return append(to, ",\"client\":", event.code, ",\"address\":\"", line.words,
+                    "\",\"joined\":", event.state != 0 ? "true" : "false");
   }
+}
+
+/// `line`: as in JSON strings.
+void append_json(Buffer& to, std::uint64_t number, const Event& event, const journal::Journal& journal,
+                 const journal::Line& line) {
+  append(to, "{\"number\":", number, ",\"time\":", Fraction{event.at, 6});
+  if (event.network != 0) append(to, ",\"network\":", event.network);
+  append(to, ",\"kind\":\"", journal::kind_names()[static_cast<std::size_t>(event.kind)], '"');
+  if (event.transaction != 0) append(to, ",\"transaction\":", event.transaction);
+  append(to, ",\"text\":\"", line.whole, '"');
+  add_details(to, event, journal, line);
+  append(to, '}');
 }
 
 }  // namespace
@@ -193,10 +198,10 @@ EventFilter::EventFilter(const Query& query, journal::Kinds standard)
     kinds_ |= 1U << (kind - names.begin());
   }
   if (failed_ || slow_) kinds_ &= journal::kinds_of({Kind::kEnded});
+  is_only_kinds_ = network_ == 0 && node_ == 0 && transaction_ == 0 && service_.empty() && !failed_ && !slow_;
 }
 
-bool EventFilter::passes(const Event& event) const {
-  if ((kinds_ & journal::kinds_of({event.kind})) == 0) return false;
+bool EventFilter::has_all(const Event& event) const {
   if (network_ != 0 && event.network != network_) return false;
   if (transaction_ != 0 && event.transaction != transaction_) return false;
   if (node_ != 0 && (event.node != node_ || event.kind == Kind::kModbus)) return false;
@@ -207,29 +212,29 @@ bool EventFilter::passes(const Event& event) const {
 void append_event(Buffer& to, std::uint64_t number, const Event& event, const journal::Journal& journal,
                   const journal::FindName& find) {
   Buffer said;
-  const std::string_view words = journal::append_text(said, event, journal, find);
-  const Quoted line(text::view(said));
-  append(to, "{\"number\":", number, ",\"time\":", Fraction{event.at, 6});
-  if (event.network != 0) append(to, ",\"network\":", event.network);
-  append(to, ",\"kind\":\"", journal::kind_names()[static_cast<std::size_t>(event.kind)], '"');
-  if (event.transaction != 0) append(to, ",\"transaction\":", event.transaction);
-  append(to, ",\"text\":", line);
-  const std::size_t before = static_cast<std::size_t>(words.data() - line.text.data());
-  add_details(to, event, journal, find, line.text.substr(0, before - std::min<std::size_t>(before, 1)),
-              Quoted(words, line.is_plain));
-  append(to, '}');
+  const journal::Line line = journal::append_text(said, event, journal, find);
+  const bool lacks_value = is_transaction(event) && event.size != 0 && line.value.empty();
+  if (!lacks_value && is_plain(said)) return append_json(to, number, event, journal, line);
+  Buffer value;
+  Buffer escaped;
+  append(value, line.value);
+  if (lacks_value) journal::append_value(value, journal.bytes(event), name_of(event, find));
+  append_json(to, number, event, journal, escape(line, text::view(value), escaped));
 }
 
-std::string_view EventTexts::make(std::uint64_t number, Kept& kept) {
-  made_.clear();
-  append(made_, "id: ", number, "\ndata: ");
-  append_event(made_, number, journal_[number], journal_, find_);
-  append(made_, "\n\n");
-  const std::string_view text = text::view(made_);
-  if (text.size() > kBytes) return text;
-  const std::uint64_t begin = ring_.add({{reinterpret_cast<const std::uint8_t*>(text.data()), text.size()}});
-  kept = {number, begin, text::characters(ring_.at(begin, text.size()))};
-  return kept.text;
+EventTexts::EventTexts(const journal::Journal& journal, const journal::FindName& find)
+    : journal_(journal), find_(find), kept_(kEvents) {
+  constexpr std::size_t kLongest = 1500;  // a Modbus request and its response as hexadecimal digits
+  for (Kept& kept : kept_)
+    kept.text.resize(kLongest);
+}
+
+void EventTexts::make(std::uint64_t number, Kept& kept) {
+  kept.number = number;
+  kept.text.clear();
+  append(kept.text, "id: ", number, "\ndata: ");
+  append_event(kept.text, number, journal_[number], journal_, find_);
+  append(kept.text, "\n\n");
 }
 
 double seconds_of(Time time) {

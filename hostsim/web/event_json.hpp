@@ -31,9 +31,12 @@ class EventFilter {
   explicit EventFilter(const Query& query, journal::Kinds standard = journal::kAllKinds);
   /// The only kinds that can pass.
   journal::Kinds kinds() const { return kinds_; }
-  bool passes(const journal::Event& event) const;
+  /// An event of one of these kinds.
+  bool passes(const journal::Event& event) const { return is_only_kinds_ || has_all(event); }
 
  private:
+  bool has_all(const journal::Event& event) const;
+
   journal::Kinds kinds_;
   std::uint64_t network_;  ///< 0 = any; the same for the next two
   std::uint64_t node_;
@@ -41,6 +44,7 @@ class EventFilter {
   std::string service_;
   bool failed_;
   std::optional<Time> slow_;
+  bool is_only_kinds_;  ///< none of the others is set
 };
 
 /// Appends an event as a JSON object.
@@ -50,31 +54,27 @@ void append_event(text::Buffer& to, std::uint64_t number, const journal::Event& 
 /// The latest events as server-sent events: the text of each is made once for all streams.
 class EventTexts {
  public:
-  /// Allocates all memory; `journal` and `find` outlive this.
-  EventTexts(const journal::Journal& journal, const journal::FindName& find)
-      : journal_(journal), find_(find) {}
+  /// Allocates all memory but that of texts of more than 1,500 characters; `journal` and `find` outlive this.
+  EventTexts(const journal::Journal& journal, const journal::FindName& find);
 
   /// Valid until the next call.
   std::string_view of(std::uint64_t number) {
     Kept& kept = kept_[number % kEvents];
-    return kept.number == number && ring_.holds(kept.begin) ? kept.text : make(number, kept);
+    if (kept.number != number) make(number, kept);
+    return text::view(kept.text);
   }
 
  private:
-  static constexpr std::size_t kEvents = 512;
-  static constexpr std::size_t kBytes = 128 * 1024;
+  static constexpr std::size_t kEvents = 256;
   struct Kept {
     std::uint64_t number = 0;
-    std::uint64_t begin = 0;  ///< in the ring
-    std::string_view text{};
+    text::Buffer text;
   };
-  std::string_view make(std::uint64_t number, Kept& kept);
+  void make(std::uint64_t number, Kept& kept);
 
   const journal::Journal& journal_;
   const journal::FindName& find_;
-  std::vector<Kept> kept_ = std::vector<Kept>(kEvents);  ///< by number
-  journal::ByteRing ring_{kBytes};
-  text::Buffer made_;
+  std::vector<Kept> kept_;  ///< by number
 };
 
 /// Microseconds as seconds.

@@ -147,11 +147,11 @@ class Stream final : public adapters::HttpStream {
  public:
   explicit Stream(Feed& feed) : feed_(feed) {}
   ~Stream() override { ++feed_.gone; }
-  bool fill(std::string& text) override {
+  bool fill(text::Buffer& to) override {
     if (feed_.broken) throw std::runtime_error("broken");
     ++feed_.filled;
-    if (feed_.always) text += "x\n";
-    text += std::exchange(feed_.waiting, {});
+    if (feed_.always) text::append(to, "x\n");
+    text::append(to, std::exchange(feed_.waiting, {}));
     return !feed_.ended;
   }
   bool has_news() const override {

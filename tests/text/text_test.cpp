@@ -166,9 +166,19 @@ TEST_CASE("parts of a text are appended") {
   const std::uint8_t bytes[] = {0x0A, 0xFF, 0x30};
   const auto text = [](const auto&... parts) { return made([&](Buffer& to) { append(to, parts...); }); };
   CHECK(text("a", 'b', "c"s, std::uint8_t{7}, -5, UINT64_MAX) == "abc7-518446744073709551615");
+  for (std::uint64_t power = 1; power != 0; power = power > UINT64_MAX / 10 ? 0 : power * 10)
+    for (const std::uint64_t number : {power - 1, power, power * 9 + 9}) {
+      REQUIRE(text(number) == std::to_string(number));
+      REQUIRE(text(static_cast<std::int64_t>(number)) == std::to_string(static_cast<std::int64_t>(number)));
+    }
+  CHECK(text(INT64_MIN, INT8_MIN, std::int8_t{-9}) == "-9223372036854775808-128-9");
   CHECK(text(Hex{0x1F, 4}, Hex{0xABCDE, 2}, Hex{0, 1}, Hex{UINT64_MAX, 3}) == "001FABCDE0FFFFFFFFFFFFFFFF");
   CHECK(text(HexBytes{bytes}, HexBytes{bytes, ", "}, HexBytes{{}, " "}) == "0AFF300A, FF, 30");
   CHECK(text(Padded{42, 6}, Padded{1234, 2}) == "0000421234");
+  CHECK(text(Padded{0, 3}, ' ', Padded{9, 1}, ' ', Padded{99999, 5}, ' ', Padded{1, 20}) ==
+        "000 9 99999 00000000000000000001");
+  CHECK(text(Decimal{123'456'789, 9}, ' ', Decimal{UINT64_MAX, 9}, ' ', Decimal{7, 0}) ==
+        "0.123456789 18446744073.709551615 7");
   CHECK(text(Decimal{1500, 3}, Decimal{2000, 3}, Decimal{1, 6}, Decimal{0, 3}) == "1.520.0000010");
   CHECK(text(std::string(10'000, 'x'), "y") == std::string(10'000, 'x') + "y");
 }

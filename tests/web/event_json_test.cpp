@@ -55,6 +55,25 @@ TEST_CASE("an event is one object, with its keys in this order") {
         R"({"number":1,"time":0.0,"kind":"command","text":"command power 1 off","words":"power 1 off"})");
 }
 
+TEST_CASE("the value of a transaction is there also where its text has none") {
+  journal::Journal journal(4, 1000);
+  const std::uint8_t start[] = {1, 0};
+  journal.add({.kind = Kind::kBegun, .node = 5, .service = journal::Service::kNmt, .transaction = 1}, {start});
+  journal.add({.kind = Kind::kEnded,
+               .node = 5,
+               .sub = 1,
+               .index = 0x2000,
+               .service = journal::Service::kWrite,
+               .result = 4,
+               .transaction = 2,
+               .code = 0x06090030,
+               .took = 1'000},
+              {start});
+  CHECK(json_of(journal, 1).find(R"("bytes":"0100","value":"1"})") != std::string::npos);
+  CHECK(json_of(journal, 2).find(R"("words":"write node 5 2000h:01","bytes":"0100","value":"1","ok":false,)"
+                                 R"("result":4,"code":101253168,"outcome":"0609 0030h )") != std::string::npos);
+}
+
 TEST_CASE("times are the shortest numbers with a point or an exponent") {
   CHECK(time_in(0) == "0.0");
   CHECK(time_in(7) == "7e-06");

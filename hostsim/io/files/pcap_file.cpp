@@ -67,7 +67,7 @@ void put_big(Buffer& to, Numbers... numbers) {
 /// All blocks of a file begin at a multiple of four.
 void pad(Buffer& to) {
   while (to.size() % 4 != 0)
-    to.push_back('\0');
+    text::append(to, '\0');
 }
 
 void put_option(Buffer& to, std::uint16_t code, std::string_view value) {
@@ -190,7 +190,7 @@ void PcapFile::add(const journal::Event& event) {
   if (event.kind == journal::Kind::kClient && event.state == 0) sent_.erase(event.code);
   constexpr std::size_t kMostPending = 8192;  // an option has 65,535 bytes at most
   if (comments_.size() == before) return;
-  before < kMostPending ? comments_.push_back('\n') : comments_.resize(before);
+  before < kMostPending ? text::append(comments_, '\n') : comments_.resize(before);
 }
 
 /// As in SocketCAN, but the identifier is big-endian.

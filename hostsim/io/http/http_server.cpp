@@ -49,7 +49,7 @@ struct HttpServer::Live {
   HttpServer& server;
   std::unique_ptr<adapters::HttpStream> stream;
   MHD_Connection* connection;
-  std::string text{};
+  text::Buffer text{};
   std::size_t sent = 0;  ///< characters of it
   Time sent_at = Reactor::now();
   bool has_more = true;  ///< the last fill was full
@@ -57,7 +57,7 @@ struct HttpServer::Live {
   bool broken = false;  ///< ended too early
   bool suspended = false;
 
-  std::string_view unsent() const { return std::string_view(text).substr(sent); }
+  std::string_view unsent() const { return text::view(text, sent); }
   void fill() {
     if (!unsent().empty() || ended) return;
     text.clear();
@@ -145,7 +145,7 @@ struct HttpServer::Callbacks {
 
   static MHD_Response* stream(HttpServer& server, MHD_Connection* connection,
                               std::unique_ptr<adapters::HttpStream> stream) {
-    auto live = std::make_unique<Live>(Live{server, std::move(stream), connection});
+    auto live = std::unique_ptr<Live>(new Live{server, std::move(stream), connection});
     server.streams_.push_back(live.get());
     MHD_Response* const made = MHD_create_response_from_callback(
         MHD_SIZE_UNKNOWN, adapters::HttpStream::kMostUnsent, on_read, live.get(), on_free);
@@ -251,7 +251,8 @@ bool HttpServer::poll_streams(Time now) {
         keep_alive_at_ = earlier(keep_alive_at_, due);
         continue;
       }
-      live->text = keep_alive;
+      live->text.clear();
+      text::append(live->text, keep_alive);
       live->sent = 0;
     }
     live->suspended = false;
