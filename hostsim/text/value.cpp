@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "text/value.hpp"
 
+#include <fmt/core.h>
+
 #include "text/numbers.hpp"
 
 namespace cbcan::text {

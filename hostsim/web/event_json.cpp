@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <charconv>
 
 #include "eds/emergency.hpp"
 #include "journal/watch.hpp"
@@ -93,7 +94,7 @@ char* write(char* at, const Fraction& fraction) {
   constexpr Time kShortest = 100;  // less has an exponent
   if (fraction.number == 0) return write(at, "0.0");
   if (fraction.places == 6 && fraction.number < kShortest)
-    return fmt::format_to(at, "{}", seconds_of(fraction.number));
+    return std::to_chars(at, at + room(fraction), seconds_of(fraction.number)).ptr;
   char* const end = write(at, text::Decimal{fraction.number, fraction.places});
   return fraction.number % (fraction.places == 6 ? kSecond : kMillisecond) != 0 ? end : write(end, ".0");
 }
