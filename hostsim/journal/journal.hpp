@@ -145,7 +145,7 @@ class Journal {
 
  private:
   std::vector<Event> ring_;
-  std::uint64_t size_ = ring_.size();
+  std::size_t size_ = ring_.size();
   ByteRing bytes_;
   std::array<std::uint64_t, kKinds> latest_{};  ///< number by Kind; 0 = none
   std::uint64_t end_ = 1;

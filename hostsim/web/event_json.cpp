@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "web/event_json.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <charconv>
 
 #include "eds/emergency.hpp"
 #include "journal/watch.hpp"
@@ -94,7 +95,7 @@ char* write(char* at, const Fraction& fraction) {
   constexpr Time kShortest = 100;  // less has an exponent
   if (fraction.number == 0) return write(at, "0.0");
   if (fraction.places == 6 && fraction.number < kShortest)
-    return std::to_chars(at, at + room(fraction), seconds_of(fraction.number)).ptr;
+    return write(at, fmt::format("{}", seconds_of(fraction.number)));
   char* const end = write(at, text::Decimal{fraction.number, fraction.places});
   return fraction.number % (fraction.places == 6 ? kSecond : kMillisecond) != 0 ? end : write(end, ".0");
 }
