@@ -42,12 +42,16 @@ inline Bytes concise(const std::vector<Item>& items) {
 }
 
 struct ManagerRig : Wire {
-  explicit ManagerRig(const std::vector<Item>& items, Coprocessor::Settings settings = {})
+  enum class Place { kRam, kFlash };
+  explicit ManagerRig(const std::vector<Item>& items, Coprocessor::Settings settings = {},
+                      Place place = Place::kRam)
       : memory(concise(items)),
         coprocessor(RegisterWindow(RegisterWindow::Words(registers)), process, port, settings) {
     const std::size_t used = memory.size();
     memory.resize(used + 256);
-    REQUIRE(coprocessor.use_network(memory, used));
+    REQUIRE((place == Place::kRam
+                 ? coprocessor.use_network(memory, used)
+                 : coprocessor.use_network(std::span<const std::uint8_t>(memory).first(used))));
     coprocessor.show_status_in(status);
     coprocessor.start(now);
     poll();

@@ -71,6 +71,16 @@ TEST_CASE("a concise DCF whose lengths are wrong is letter J, and nothing is wri
   CHECK(rig.of(5) == 0x4A7F);
 }
 
+TEST_CASE("a parameter of the own node that is refused is its letter J, and the others are written") {
+  std::vector<Item> items = node_5();
+  items.insert(items.begin(), {{0x1000, 0, u32(1)}, {0x1001, 0, {1}}});  // both are constant
+  ManagerRig rig(items, {}, ManagerRig::Place::kFlash);
+  begin(rig);
+  CHECK(rig.of(0) == 0x4A05);
+  rig.request({5055, 0, 0x1016, 1, 4});
+  CHECK((rig.registers[6] == 0x00FA && rig.registers[7] == 0x0005));
+}
+
 TEST_CASE("a silent node is looked for each second, and waits with letter B") {
   ManagerRig rig(node_5());
   begin(rig);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What an application does with an EdsDevice.
 
+#include "capacity.hpp"
 #include "dictionary/stored_device.hpp"
 #include "io_module.hpp"
 #include "support/bench.hpp"
@@ -70,6 +71,17 @@ TEST_CASE("EdsDevice: what is stored are the values that differ from those of th
   rig.expect("705#00");
   rig.expect("705#00");
   rig.expect("706#00");
+}
+
+TEST_CASE("EdsDevice: a text is that of the file only with its length") {
+  DeviceOnWire rig;
+  StoredDevice stored(capacity::kDictionary, rig.flash, rig.port);
+  const ObjectDictionary& objects = stored.device.device().dictionary();
+  ObjectEntry entry;
+  REQUIRE(objects.find(0x2000, 0, entry) == AbortCode::kNone);
+  constexpr std::array<std::uint8_t, 6> kText{'H', 'e', 'l', 'l', 'o', '!'};
+  for (const std::size_t size : {0U, 4U, 5U, 6U})
+    CHECK(stored.device.is_power_on(objects, entry, 0, std::span(kText).first(size)) == (size == 5));
 }
 
 TEST_CASE("EdsDevice: set() is an event only if the stored value changes, also with a negative number") {

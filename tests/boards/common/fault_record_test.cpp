@@ -3,6 +3,7 @@
 
 #include <cstring>
 
+#include "boards/common/cortex_m.hpp"
 #include "boards/common/indicators.hpp"
 #include "support/catch.hpp"
 
@@ -38,6 +39,14 @@ TEST_CASE("Faults: after power on there are none, whatever the memory holds") {
       CHECK(memory.record.can_wait() == 0);
     }
   }
+}
+
+TEST_CASE("Faults: the registers that the core has stacked, if the stack was valid") {
+  constexpr std::uint32_t kStacked[] = {0, 1, 2, 3, 12, 0x0800'0101, 0x0800'0202, 0x0100'0000};
+  const Fault fault{3, 0x8200, 0x20, kStacked};
+  CHECK((fault.lr() == 0x0800'0101 && fault.pc() == 0x0800'0202));
+  const Fault without{3, 0x1000, 0, nullptr};
+  CHECK((without.lr() == 0 && without.pc() == 0));
 }
 
 TEST_CASE("Faults: each is counted over resets, the last one is reported; the watchdog has no place") {

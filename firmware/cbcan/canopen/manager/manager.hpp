@@ -33,6 +33,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <type_traits>
 #include <utility>
 
 #include "cbcan/can_port.hpp"
@@ -225,9 +226,10 @@ class Manager {
   };
   template <auto kAsk, auto kDone, auto kRefused, auto kState, auto kDeadline>
   static constexpr State state_of();
-  template <auto kHandler>
-  static void call(Manager& manager, Client& client, Time now) {
-    (manager.*kHandler)(client, now);
+  /// Null: nothing happens.
+  template <auto kHandler, class... Given>
+  static void call(Manager& manager, Given... given) {
+    if constexpr (!std::is_null_pointer_v<decltype(kHandler)>) (manager.*kHandler)(given...);
   }
   static const std::array<State, kPhases> kStates;
 
@@ -273,16 +275,13 @@ class Manager {
   void check_failed(Client& client, Time now);
   void configuration_failed(Client& client, Time now);
   void input_failed(Client& client, Time now);
-  void not_asked(Client& client, Time now);
   // State::on_state
-  void ignore(std::uint8_t node, nmt::State state, Time now);
   void appeared(std::uint8_t node, nmt::State state, Time now);
   void watched(std::uint8_t node, nmt::State state, Time now);
   void started(std::uint8_t node, nmt::State state, Time now);
   void stays(std::uint8_t node, nmt::State state, Time now);
   void returned(std::uint8_t node, nmt::State state, Time now);
   // State::on_deadline
-  void never(std::uint8_t node, Time now);
   void probe(std::uint8_t node, Time now);
   void no_boot_up(std::uint8_t node, Time now);
   void no_heartbeat(std::uint8_t node, Time now);

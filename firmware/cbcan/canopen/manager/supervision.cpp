@@ -109,10 +109,6 @@ void Manager::fail(std::uint8_t node, Time now) {
   start_ready(now);
 }
 
-void Manager::ignore(std::uint8_t /*node*/, nmt::State /*state*/, Time /*now*/) {}
-void Manager::never(std::uint8_t /*node*/, Time /*now*/) {}
-void Manager::not_asked(Client& /*client*/, Time /*now*/) {}
-
 // ---- Time
 
 void Manager::work(Time now) {
