@@ -83,6 +83,23 @@ bool takes_sync(Pdo::Tpdo& tpdo, std::uint8_t counter) {
 
 }  // namespace
 
+/// At the start of a call. After a long time without one all is overdue, by more than any timer.
+void Pdo::begin(Time now) {
+  ticks_ += static_cast<Ticks>(std::min(static_cast<std::int64_t>(now - now_), std::int64_t{kMost}));
+  now_ = now;
+  if (ticks_ < kMost) return;
+  const Ticks by = ticks_ - kPast;
+  ticks_ = kPast;
+  move(due_, by);
+  move(retry_at_, by);
+  for (Rpdo& rpdo : used_rpdos_)
+    move(rpdo.timer_at, by);
+  for (Tpdo& tpdo : used_tpdos_) {
+    move(tpdo.timer_at, by);
+    move(tpdo.inhibited_until, by);
+  }
+}
+
 // ---- The application
 
 template <class Call>
@@ -92,21 +109,21 @@ void Pdo::notify(Call call) {
   notifying_ = false;
 }
 
-void Pdo::update(Time now) {
-  notify([&] { application_.refresh(now); });
+void Pdo::update() {
+  notify([&] { application_.refresh(now_); });
 }
 
 /// An error of an RPDO lasts until the RPDO is received correctly.
-void Pdo::note(std::uint16_t emergency_code, Rpdo& rpdo, Time now) {
+void Pdo::note(std::uint16_t emergency_code, Rpdo& rpdo) {
   const std::uint16_t before = std::exchange(rpdo.error, emergency_code);
-  if (emergency_code != kNoError) {
+  notify([&] {
     const auto number = static_cast<std::uint16_t>(rpdo.number + 1);
-    notify([&] { application_.on_pdo_error(emergency_code, number, now); });
-  }
-  if (before == kNoError || before == emergency_code) return;
-  for (const Rpdo& other : rpdos_)
-    if (other.error == before) return;
-  notify([&] { application_.on_pdo_error_over(before, now); });
+    if (emergency_code != kNoError) application_.on_pdo_error(emergency_code, number, now_);
+    if (before == kNoError || before == emergency_code) return;
+    for (const Rpdo& other : rpdos_)
+      if (other.error == before) return;
+    application_.on_pdo_error_over(before, now_);
+  });
 }
 
 // ---- Configuration
@@ -138,7 +155,8 @@ void Pdo::reset(std::uint8_t /*node_id*/, Time now) {
 }
 
 bool Pdo::load_one(std::size_t k, Time now) {
-  if (k < rpdos_.size()) return load(rpdos_[k], true, now), true;
+  begin(now);
+  if (k < rpdos_.size()) return load(rpdos_[k], true), true;
   if (k -= rpdos_.size(); k < tpdos_.size()) return load(tpdos_[k], true), true;
   index_rpdos();
   find_tpdos();
@@ -206,11 +224,12 @@ std::span<PdoMapping::Piece> Pdo::pieces_of(std::size_t place) const {
 
 void Pdo::configure(std::uint16_t index, Time now) {
   if ((index & kMappingBit) != 0) return;  // used when the COB-ID makes the PDO valid
+  begin(now);
   const std::uint16_t number = number_of(index);
   if (is_receive(index)) {
     Rpdo* const rpdo = find_number(rpdos_, number);
     if (rpdo == nullptr) return;
-    load(*rpdo, false, now);
+    load(*rpdo, false);
     index_rpdos();
   } else {
     Tpdo* const tpdo = find_number(tpdos_, number);
@@ -219,10 +238,7 @@ void Pdo::configure(std::uint16_t index, Time now) {
     load(*tpdo, false);
     find_tpdos();
     if (!operational_ || tpdos_held_ || !tpdo->active) return;
-    update(now);
-    start(*tpdo, !was_active, now);
-    transmission_due_ = now;
-    poll(now);
+    start(tpdo, tpdo + 1, !was_active);
   }
 }
 
@@ -236,10 +252,10 @@ std::uint32_t Pdo::load_common(Common& pdo, std::uint16_t index, bool after_rese
   return cob_id;
 }
 
-void Pdo::load(Rpdo& rpdo, bool after_reset, Time now) {
+void Pdo::load(Rpdo& rpdo, bool after_reset) {
   const auto index = static_cast<std::uint16_t>(object::kRpdoParameter + rpdo.number);
   rpdo.id = static_cast<std::uint16_t>(cob::id_of(load_common(rpdo, index, after_reset)));
-  start(rpdo, now);
+  start(rpdo);
 }
 
 void Pdo::load(Tpdo& tpdo, bool after_reset) {
@@ -268,10 +284,10 @@ void Pdo::find_tpdos() {
 }
 
 void Pdo::index_rpdos() {
-  first_of_.fill(kNoneLeft);
+  first_of_.fill(0);
   used_rpdos_ = used(rpdos_);
-  for (auto k = static_cast<std::uint16_t>(used_rpdos_.end() - used_rpdos_.begin()); k-- > 0;) {
-    Rpdo& rpdo = rpdos_[k];
+  for (auto k = static_cast<std::uint16_t>(used_rpdos_.end() - used_rpdos_.begin()); k > 0; --k) {
+    Rpdo& rpdo = rpdos_[k - 1u];
     if (!rpdo.active) continue;
     std::uint16_t& first = first_of_[place_of(rpdo.id)];
     rpdo.just_waits = is_synchronous(rpdo.type) && rpdo.timer == 0 && with_id(rpdo.id, first) == nullptr;
@@ -285,67 +301,66 @@ void Pdo::on_state(nmt::State state, Time now) {
   const bool operational = state == nmt::State::kOperational;
   if (operational == operational_) return;
   operational_ = operational;
-  reception_due_ = transmission_due_ = kNever;
+  begin(now);
+  due_ = kNoTick;
   retry_at_ = 0;
   window_end_ = kNever;
   if (!operational) return;
   for (Rpdo& rpdo : rpdos_)
-    start(rpdo, now);
-  start_tpdos(now);
-}
-
-void Pdo::start_tpdos(Time now) {
-  if (used_tpdos_.begin() == used_tpdos_.end()) return;
-  update(now);
-  for (Tpdo& tpdo : used_tpdos_)
-    if (tpdo.active) start(tpdo, true, now);
-  transmission_due_ = now;
-  poll(now);
+    start(rpdo);
+  start(used_tpdos_.first, used_tpdos_.last, true);
 }
 
 /// The timer starts with the first reception.
-void Pdo::start(Rpdo& rpdo, Time now) {
-  rpdo.timer_at = kNever;
+void Pdo::start(Rpdo& rpdo) {
+  rpdo.timer_at = kNoTick;
   rpdo.fresh = rpdo.received = false;
-  if (rpdo.error != kNoError) note(kNoError, rpdo, now);
+  if (rpdo.error != kNoError) note(kNoError, rpdo);
 }
 
-void Pdo::start(Tpdo& tpdo, bool send, Time now) {
-  tpdo.event = tpdo.windowed = false;
-  tpdo.syncs_left = 0;
-  tpdo.inhibited_until = 0;
-  tpdo.timer_at = tpdo.timer == 0 ? kNever : now + tpdo.timer;
-  tpdo.wanted = send && tpdo.type >= kFirstEvent;
-  if (!tpdo.wanted) sample(tpdo);  // otherwise when it is sent
-}
-
-inline bool Pdo::receive(Rpdo& rpdo, const Frame& frame, Time now) {
-  if (is_synchronous(rpdo.type) && now > window_end_) return false;
-  if (!fits_as_before(rpdo, frame) && !fits(rpdo, frame.length, now)) return false;
-  if (rpdo.timer != 0) {
-    rpdo.timer_at = now + rpdo.timer;
-    reception_due_ = earlier(reception_due_, rpdo.timer_at);
+void Pdo::start(Tpdo* first, Tpdo* last, bool send) {
+  if (first == last) return;
+  update();
+  for (Tpdo& tpdo : Used<Tpdo>{first, last}) {
+    if (!tpdo.active) continue;
+    tpdo.event = tpdo.windowed = false;
+    tpdo.syncs_left = 0;
+    tpdo.inhibited_until = 0;
+    tpdo.timer_at = tpdo.timer == 0 ? kNoTick : ticks_ + tpdo.timer;
+    tpdo.wanted = send && tpdo.type >= kFirstEvent;
+    if (!tpdo.wanted) sample(tpdo);  // otherwise when it is sent
   }
-  if (is_synchronous(rpdo.type)) return keep(rpdo, frame, now);
+  due_ = ticks_;
+  go_on();
+}
+
+inline bool Pdo::receive(Rpdo& rpdo, const Frame& frame) {
+  if (is_synchronous(rpdo.type) && now_ > window_end_) return false;
+  if (!fits_as_before(rpdo, frame) && !fits(rpdo, frame.length)) return false;
+  if (rpdo.timer != 0) {
+    rpdo.timer_at = ticks_ + rpdo.timer;
+    due_ = std::min(due_, rpdo.timer_at);
+  }
+  if (is_synchronous(rpdo.type)) return keep(rpdo, frame), false;
   rpdo.received = true;
   rpdo.mapping.apply(dictionary_, frame.data);
   return true;
 }
 
 /// Receives the frame with this RPDO and the following ones with the same CAN-ID.
-void Pdo::receive_all(Rpdo& first, const Frame& frame, Time now) {
+void Pdo::receive_all(Rpdo& first, const Frame& frame) {
   bool stored = false;
   for (Rpdo* rpdo = &first; rpdo != nullptr; rpdo = with_id(frame.id, rpdo->next))
-    stored |= receive(*rpdo, frame, now);
+    stored |= receive(*rpdo, frame);
   if (!stored) return;
-  notify([&] { application_.on_written(now); });
-  poll(now);
+  notify([&] { application_.on_written(now_); });
+  go_on();
 }
 
 /// Longer frames are accepted too. Reports that a length error has occurred or ended.
-bool Pdo::fits(Rpdo& rpdo, std::size_t length, Time now) {
+inline bool Pdo::fits(Rpdo& rpdo, std::size_t length) {
   const std::size_t mapped = rpdo.mapping.bytes();
-  note(length < mapped ? kTooShort : length > mapped ? kTooLong : kNoError, rpdo, now);
+  note(length < mapped ? kTooShort : length > mapped ? kTooLong : kNoError, rpdo);
   return length >= mapped;
 }
 
@@ -359,50 +374,53 @@ bool Pdo::on_remote(const Frame& frame, Time now) {
 
 bool Pdo::on_sync(std::uint8_t counter, Time window, Time now) {
   if (!operational_) return false;
-  const Time due = deadline();
-  if (now > window_end_) drop_windowed();
-  window_end_ = window == 0 ? kNever : now + window;
+  begin(now);
+  const Ticks before = due_;
+  drop_windowed();
+  window_end_ = window == 0 ? kNever : now_ + window;
   take_effect();
-  notify([&] { application_.on_sync(now); });
-  sample_and_send(counter, now);
-  poll(now);
-  return deadline() != due;
+  notify([&] { application_.on_sync(now_); });
+  sample_and_send(counter);
+  go_on();
+  return due_ != before;
 }
 
 /// Applies the RPDOs that have waited for the SYNC.
-void Pdo::take_effect() {
+inline void Pdo::take_effect() {
   for (Rpdo& received : used_rpdos_)
     if (std::exchange(received.fresh, false)) received.mapping.apply(dictionary_, received.data);
 }
 
-/// Drops the TPDOs still to be sent in the window of the last SYNC, which has ended.
+/// Drops the TPDOs still to be sent in the window of the last SYNC if it has ended.
 void Pdo::drop_windowed() {
+  if (now_ <= window_end_) return;
   for (Tpdo& tpdo : used_tpdos_)
     if (tpdo.windowed) tpdo.wanted = false;
 }
 
-inline void Pdo::send(Tpdo& tpdo, Time now) {
+inline void Pdo::send(Tpdo& tpdo) {
   if (!port_.try_send(tpdo.frame)) {
-    retry_at_ = now + kRetryInterval;
+    retry_at_ = ticks_ + Ticks{kRetryInterval};
     return;
   }
   tpdo.wanted = false;
-  tpdo.inhibited_until = now + tpdo.inhibit_time;
+  tpdo.inhibited_until = ticks_ + tpdo.inhibit_time;
   if (tpdo.timer == 0) return;
-  tpdo.timer_at = now >= tpdo.timer_at ? next_after(tpdo.timer_at, tpdo.timer, now) : now + tpdo.timer;
+  const bool on_time = ticks_ - tpdo.timer_at < tpdo.timer;
+  tpdo.timer_at = (on_time ? tpdo.timer_at : ticks_) + tpdo.timer;
 }
 
-void Pdo::sample_and_send(std::uint8_t counter, Time now) {
+inline void Pdo::sample_and_send(std::uint8_t counter) {
   bool updated = false;
   for (Tpdo& sampled : used_tpdos_) {
     if (!sampled.active || !takes_sync(sampled, counter)) continue;
-    if (!std::exchange(updated, true)) update(now);
+    if (!std::exchange(updated, true)) update();
     sample(sampled);
     if (sampled.type == kRemoteSynchronous) continue;
     sampled.wanted = true;
     sampled.windowed = true;
-    if (now >= retry_at_) send(sampled, now);
-    if (sampled.wanted) transmission_due_ = earlier(transmission_due_, retry_at_);
+    if (ticks_ >= retry_at_) send(sampled);
+    if (sampled.wanted) due_ = std::min(due_, retry_at_);
   }
 }
 
@@ -444,46 +462,45 @@ void Pdo::on_event(Tpdo& tpdo) {
 void Pdo::want(Tpdo& tpdo) {
   tpdo.wanted = true;
   tpdo.windowed = false;
-  transmission_due_ = earlier(transmission_due_, due_of(tpdo));
+  due_ = std::min(due_, due_of(tpdo));
 }
 
-void Pdo::do_what_is_due(Time now) {
-  if (now >= reception_due_) watch_receptions(now);
-  if (now >= transmission_due_) transmit(now);
-}
-
-void Pdo::watch_receptions(Time now) {
-  reception_due_ = kNever;
-  for (Rpdo& watched : used_rpdos_) {
-    if (now >= watched.timer_at) {
-      watched.timer_at = kNever;
-      note(kTimedOut, watched, now);
-    }
-    reception_due_ = earlier(reception_due_, watched.timer_at);
-  }
+void Pdo::poll(Time now) {
+  if (due_ == kNoTick) return;
+  begin(now);
+  go_on();
 }
 
 /// The application updates its values once, before the first frame: what it then asks to be sent is sent too.
-void Pdo::transmit(Time now) {
+void Pdo::go_on() {
+  if (ticks_ < due_ || notifying_) return;
+  Ticks next = kNoTick;
+  for (Rpdo& watched : used_rpdos_) {
+    if (watched.timer_at >= next) continue;
+    if (ticks_ < watched.timer_at) {
+      next = watched.timer_at;
+    } else {
+      watched.timer_at = kNoTick;
+      note(kTimedOut, watched);
+    }
+  }
+  drop_windowed();
   bool samples = false;
   for (Tpdo& due : used_tpdos_) {
     if (!due.active) continue;
-    if (now >= due.timer_at) due.wanted = true;
-    if (due.windowed && now > window_end_) due.wanted = false;
-    samples = samples || (due.wanted && is_sampled_late(due.type) && now >= due_of(due));
+    if (ticks_ >= due.timer_at) due.wanted = true;
+    samples = samples || (is_sampled_late(due.type) && ticks_ >= due_of(due));
   }
-  if (samples) update(now);
-  transmission_due_ = kNever;
+  if (samples) update();
   for (Tpdo& due : used_tpdos_) {
     if (!due.active) continue;
-    Time at = due_of(due);
-    if (now >= at) {
+    if (ticks_ >= due_of(due)) {
       if (is_sampled_late(due.type)) sample(due);
-      send(due, now);
-      at = due.wanted ? retry_at_ : due.timer_at;
+      send(due);
     }
-    transmission_due_ = earlier(transmission_due_, at);
+    next = std::min(next, due_of(due));
   }
+  due_ = next;
 }
 
 }  // namespace cbcan

@@ -81,10 +81,13 @@ class Pdo : public Part {
            type >= (index < object::kTpdoParameter ? kFirstEvent : kRemoteSynchronous);
   }
 
+  /// Microseconds since an epoch of Pdo's own, which it moves on before they could overflow.
+  using Ticks = std::uint32_t;
+
   /// What both kinds of PDO have.
   struct Common {
     PdoMapping mapping;
-    Time timer_at = 0;
+    Ticks timer_at = 0;
     std::uint32_t timer = 0;   ///< us
     std::uint16_t number = 0;  ///< from 0
     std::uint8_t type = 0;
@@ -116,7 +119,7 @@ class Pdo : public Part {
     bool wanted = false;             ///< to be sent as soon as inhibit time and port allow
     bool windowed = false;           ///< wanted because of a SYNC, so not after the window
     std::uint32_t inhibit_time = 0;  ///< us
-    Time inhibited_until = 0;
+    Ticks inhibited_until = 0;
     Frame frame;  ///< as sampled last
   };
 
@@ -135,7 +138,7 @@ class Pdo : public Part {
   /// All outlive it. It does nothing before reset().
   Pdo(ObjectDictionary& dictionary, CanPort& port, const Storage& storage, PdoApplication& application)
       : dictionary_(dictionary), port_(port), application_(application), room_(storage) {
-    first_of_.fill(kNoneLeft);
+    first_of_.fill(0);
   }
 
   static constexpr bool owns(std::uint16_t index) {
@@ -157,8 +160,12 @@ class Pdo : public Part {
     if (frame.flags != 0) return on_remote(frame, now);
     Rpdo* const addressed = with_id(frame.id, first_of_[place_of(frame.id)]);
     if (addressed == nullptr) return false;
-    if (addressed->just_waits && fits_as_before(*addressed, frame)) return keep(*addressed, frame, now);
-    receive_all(*addressed, frame, now);
+    if (addressed->just_waits && fits_as_before(*addressed, frame)) {
+      if (now <= window_end_) keep(*addressed, frame);
+      return false;
+    }
+    begin(now);
+    receive_all(*addressed, frame);
     return true;
   }
 
@@ -183,14 +190,16 @@ class Pdo : public Part {
     if (tpdos_held_ == held) return;
     tpdos_held_ = held;
     find_tpdos();
-    if (!held && operational_) start_tpdos(now);
+    if (held || !operational_) return;
+    begin(now);
+    start(used_tpdos_.first, used_tpdos_.last, true);
   }
 
-  void poll(Time now) {
-    if (now >= deadline() && !notifying_) do_what_is_due(now);
-  }
+  void poll(Time now);
   /// May be too early, never too late.
-  Time deadline() const { return earlier(reception_due_, transmission_due_); }
+  Time deadline() const {
+    return due_ == kNoTick ? kNever : now_ + static_cast<Time>(static_cast<std::int32_t>(due_ - ticks_));
+  }
 
   /// Of valid RPDOs, and of valid TPDOs that answer an RTR. Only reset() and configure() change them.
   template <class Visitor>
@@ -203,7 +212,9 @@ class Pdo : public Part {
 
  private:
   static constexpr std::size_t kPlaces = 32;
-  static constexpr std::uint16_t kNoneLeft = 0xFFFF;
+  static constexpr Ticks kNoTick = ~Ticks{0};  ///< never
+  static constexpr Ticks kMost = 1U << 31;     ///< the epoch moves when now is that far behind it
+  static constexpr Ticks kPast = 1U << 27;     ///< and is then that far before now: more than any timer
 
   /// CAN-IDs of one kind of PDO increase with the node ID; those of one node differ by 100h and 80h.
   static constexpr std::size_t place_of(std::uint32_t id) { return (id ^ id >> 5) % kPlaces; }
@@ -216,6 +227,12 @@ class Pdo : public Part {
     Kind* end() const { return last; }
   };
 
+  void begin(Time now);
+  /// `at` since an epoch later by this.
+  static void move(Ticks& at, Ticks by) {
+    if (at != kNoTick) at = at > by ? at - by : 0;
+  }
+
   std::uint32_t parameter(std::uint16_t index, std::uint8_t sub) const {
     return static_cast<std::uint32_t>(dictionary_.get(index, sub));
   }
@@ -225,55 +242,50 @@ class Pdo : public Part {
   bool has_mapping(std::uint16_t index) const;
   std::span<PdoMapping::Piece> pieces_of(std::size_t place) const;
   std::uint32_t load_common(Common& pdo, std::uint16_t index, bool after_reset);
-  void load(Rpdo& rpdo, bool after_reset, Time now);
+  void load(Rpdo& rpdo, bool after_reset);
   void load(Tpdo& tpdo, bool after_reset);
   template <class Kind>
   static Used<Kind> used(std::span<Kind> pdos);
   void index_rpdos();
   void find_tpdos();
-  void start_tpdos(Time now);
-  void start(Rpdo& rpdo, Time now);
-  void start(Tpdo& tpdo, bool send, Time now);
+  void start(Rpdo& rpdo);
+  void start(Tpdo* first, Tpdo* last, bool send);
 
-  bool receive(Rpdo& rpdo, const Frame& frame, Time now);
-  bool fits(Rpdo& rpdo, std::size_t length, Time now);
-  /// RPDO k, or the next one in its list, with this CAN-ID; null = none.
+  bool receive(Rpdo& rpdo, const Frame& frame);
+  bool fits(Rpdo& rpdo, std::size_t length);
+  /// RPDO k, from 1, or the next one in its list, with this CAN-ID; null = none.
   Rpdo* with_id(std::uint32_t id, std::uint16_t k) {
-    for (; k != kNoneLeft; k = rpdos_[k].next)
-      if (rpdos_[k].id == id) return &rpdos_[k];
+    for (; k != 0; k = rpdos_[k - 1u].next)
+      if (rpdos_[k - 1u].id == id) return &rpdos_[k - 1u];
     return nullptr;
   }
   static bool fits_as_before(const Rpdo& rpdo, const Frame& frame) {
     return frame.length == rpdo.mapping.bytes() && rpdo.error == 0;
   }
   /// Keeps the data until the SYNC.
-  bool keep(Rpdo& rpdo, const Frame& frame, Time now) {
-    if (now > window_end_) return false;
+  static void keep(Rpdo& rpdo, const Frame& frame) {
     rpdo.data = frame.data;
     rpdo.fresh = true;
     rpdo.received = true;
-    return false;
   }
-  void receive_all(Rpdo& first, const Frame& frame, Time now);
+  void receive_all(Rpdo& first, const Frame& frame);
   void drop_windowed();
   bool on_remote(const Frame& frame, Time now);
   void take_effect();
-  void sample_and_send(std::uint8_t counter, Time now);
+  void sample_and_send(std::uint8_t counter);
   void on_event(Tpdo& tpdo);
   void want(Tpdo& tpdo);
-  Time due_of(const Tpdo& tpdo) const {
+  Ticks due_of(const Tpdo& tpdo) const {
     return tpdo.wanted ? std::max(tpdo.inhibited_until, retry_at_) : tpdo.timer_at;
   }
   void sample(Tpdo& tpdo) { tpdo.mapping.sample(dictionary_, tpdo.frame.data); }
-  void send(Tpdo& tpdo, Time now);
-  void do_what_is_due(Time now);
-  void watch_receptions(Time now);
-  void transmit(Time now);
+  void send(Tpdo& tpdo);
+  void go_on();
 
   template <class Call>
   void notify(Call call);
-  void update(Time now);
-  void note(std::uint16_t emergency_code, Rpdo& rpdo, Time now);
+  void update();
+  void note(std::uint16_t emergency_code, Rpdo& rpdo);
 
   bool operational_ = false;
   bool tpdos_held_ = false;
@@ -285,12 +297,13 @@ class Pdo : public Part {
   Used<Tpdo> used_tpdos_;
   std::span<Rpdo> rpdos_;  ///< by number
   std::span<Tpdo> tpdos_;
-  Time reception_due_ = kNever;
-  Time transmission_due_ = kNever;
-  Time retry_at_ = 0;  ///< the port has no room until then
+  Ticks ticks_ = 0;  ///< the same as now_: the epoch is now_ - ticks_
+  Ticks due_ = kNoTick;
+  Ticks retry_at_ = 0;  ///< the port has no room until then
   Time window_end_ = kNever;
+  Time now_ = 0;  ///< of the call
   Storage room_;
-  std::array<std::uint16_t, kPlaces> first_of_{};  ///< by place_of(id): first RPDO of a list linked by Rpdo::next
+  std::array<std::uint16_t, kPlaces> first_of_;  ///< by place_of(id): first RPDO of a list linked by Rpdo::next
 };
 
 }  // namespace cbcan
