@@ -2,6 +2,7 @@
 #include "cbcan/canopen/pdo/pdo.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <utility>
 
 #include "cbcan/canopen/dictionary/cob_id.hpp"
@@ -442,7 +443,7 @@ void Pdo::look_for_changes(Time now) {
     if (!tpdo.active || !waits) continue;
     std::array<std::uint8_t, PdoMapping::kMostBytes> data = tpdo.frame.data;
     tpdo.mapping.sample(dictionary_, data);
-    if (data != tpdo.frame.data) on_event(tpdo);
+    if (std::bit_cast<std::uint64_t>(data) != std::bit_cast<std::uint64_t>(tpdo.frame.data)) on_event(tpdo);
   }
   poll(now);
 }
