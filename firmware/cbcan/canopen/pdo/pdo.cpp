@@ -460,12 +460,6 @@ void Pdo::on_event(Tpdo& tpdo) {
   if (tpdo.type >= kFirstEvent) want(tpdo);
 }
 
-void Pdo::want(Tpdo& tpdo) {
-  tpdo.wanted = true;
-  tpdo.windowed = false;
-  due_ = std::min(due_, due_of(tpdo));
-}
-
 void Pdo::poll(Time now) {
   if (due_ == kNoTick) return;
   begin(now);

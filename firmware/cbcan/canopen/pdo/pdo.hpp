@@ -213,8 +213,8 @@ class Pdo : public Part {
  private:
   static constexpr std::size_t kPlaces = 32;
   static constexpr Ticks kNoTick = ~Ticks{0};  ///< never
-  static constexpr Ticks kMost = 1U << 31;     ///< the epoch moves when now is that far behind it
-  static constexpr Ticks kPast = 1U << 27;     ///< and is then that far before now: more than any timer
+  static constexpr Ticks kMost = 1U << 31;     ///< the epoch moves when it is that long ago
+  static constexpr Ticks kPast = 1U << 27;     ///< how long it is ago then: more than any timer
 
   /// CAN-IDs of one kind of PDO increase with the node ID; those of one node differ by 100h and 80h.
   static constexpr std::size_t place_of(std::uint32_t id) { return (id ^ id >> 5) % kPlaces; }
@@ -274,7 +274,11 @@ class Pdo : public Part {
   void take_effect();
   void sample_and_send(std::uint8_t counter);
   void on_event(Tpdo& tpdo);
-  void want(Tpdo& tpdo);
+  void want(Tpdo& tpdo) {
+    tpdo.wanted = true;
+    tpdo.windowed = false;
+    due_ = std::min(due_, due_of(tpdo));
+  }
   Ticks due_of(const Tpdo& tpdo) const {
     return tpdo.wanted ? std::max(tpdo.inhibited_until, retry_at_) : tpdo.timer_at;
   }
@@ -303,7 +307,8 @@ class Pdo : public Part {
   Time window_end_ = kNever;
   Time now_ = 0;  ///< of the call
   Storage room_;
-  std::array<std::uint16_t, kPlaces> first_of_;  ///< by place_of(id): first RPDO of a list linked by Rpdo::next
+  /// By place_of(id): first RPDO, from 1, of a list linked by Rpdo::next.
+  std::array<std::uint16_t, kPlaces> first_of_;
 };
 
 }  // namespace cbcan
