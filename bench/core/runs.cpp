@@ -352,7 +352,7 @@ constexpr std::array kRuns{
     Run{"SYNC cycle with BOOLEANs", 3030, 4250, sync_cycles<bits, 1>},
     Run{"SYNC cycle with scattered BOOLEANs", 15700, 14700, sync_cycles<scattered_bits, 1>},
     Run{"write without change", 80, 355, writes_without_change},
-    Run{"write with a change", 1265, 2670, writes_with_change},
+    Run{"write with a change", 1360, 2670, writes_with_change},
     Run{"NMT command", 175, 215, nmt_commands},
     Run{"foreign frame", 64, 81, foreign_frames},
     Run{"expedited read, 4 bytes", 200, 200, transfers<4, Direction::kRead, Mode::kAuto>},

@@ -22,10 +22,10 @@ measure() {
 
 measure sdo_client "$1/tests/firmware/images/sdo_client" 4700 420
 measure master "$1/tests/firmware/images/master" 5400 2000
-measure coprocessor "$1/tests/firmware/images/coprocessor" 30300 9300
-measure coprocessor_with_manager "$1/tests/firmware/images/coprocessor_with_manager" 45350 19600
-measure canopen_services_plain "$1/tests/firmware/images/canopen_services_plain" 25500 5850
-measure canopen_services_lto "$1/tests/firmware/images/canopen_services_lto" 23350 5850
+measure coprocessor "$1/tests/firmware/images/coprocessor" 30000 9100
+measure coprocessor_with_manager "$1/tests/firmware/images/coprocessor_with_manager" 45050 19400
+measure canopen_services_plain "$1/tests/firmware/images/canopen_services_plain" 25100 5800
+measure canopen_services_lto "$1/tests/firmware/images/canopen_services_lto" 23050 5800
 # Limits as in their linker scripts.
 measure minimal "$1/firmware/boards/mps2_an385/cbcan_mps2_minimal.elf" 16384 6144
 measure process_data "$1/firmware/boards/mps2_an385/cbcan_mps2_process_data.elf" 24576 9216

@@ -186,14 +186,6 @@ AbortCode LocalNode::on_write(const ObjectEntry& entry, std::uint8_t sub, std::s
   return AbortCode::kNone;
 }
 
-bool LocalNode::outputs_changed(std::size_t first, std::size_t count) const {
-  if (!kServices.process_data()) return false;
-  const std::uint16_t* const outputs = registers_.data() + regmap::kInputWords;
-  for (std::size_t i = first; i < first + count; ++i)
-    if (outputs[i] != known_outputs_[i]) return true;
-  return false;
-}
-
 void LocalNode::on_stored(const ObjectEntry& entry, std::uint8_t /*sub*/, Time now) {
   if (entry.index == object::kNmtStartup) manager_.on_startup_written(now);
   if (entry.index < local::kInputs) return;

@@ -95,7 +95,11 @@ class LocalNode final : private DeviceApplication {
   void on_bus_state(BusState state, Time now);
 
   /// One of the outputs first..first+count-1 has changed since on_outputs_changed(). Most writes change nothing.
-  bool outputs_changed(std::size_t first, std::size_t count) const;
+  bool outputs_changed(std::size_t first, std::size_t count) const {
+    return kServices.process_data() &&
+           __builtin_memcmp(registers_.data() + regmap::kInputWords + first, known_outputs_.data() + first,
+                            count * sizeof(std::uint16_t)) != 0;
+  }
   /// Call it after that. deadline() may have changed.
   void on_outputs_changed(Time now);
   /// The PLC has written outputs, changed or not.

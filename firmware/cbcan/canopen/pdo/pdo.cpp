@@ -349,7 +349,8 @@ inline bool Pdo::receive(Rpdo& rpdo, const Frame& frame) {
 }
 
 /// Receives the frame with this RPDO and the following ones with the same CAN-ID.
-void Pdo::receive_all(Rpdo& first, const Frame& frame) {
+void Pdo::receive_all(Rpdo& first, const Frame& frame, Time now) {
+  begin(now);
   bool stored = false;
   for (Rpdo* rpdo = &first; rpdo != nullptr; rpdo = with_id(frame.id, rpdo->next))
     stored |= receive(*rpdo, frame);
@@ -379,17 +380,12 @@ bool Pdo::on_sync(std::uint8_t counter, Time window, Time now) {
   const Ticks before = due_;
   drop_windowed();
   window_end_ = window == 0 ? kNever : now_ + window;
-  take_effect();
+  for (Rpdo& waiting : used_rpdos_)
+    if (std::exchange(waiting.fresh, false)) waiting.mapping.apply(dictionary_, waiting.data);
   notify([&] { application_.on_sync(now_); });
   sample_and_send(counter);
   go_on();
   return due_ != before;
-}
-
-/// Applies the RPDOs that have waited for the SYNC.
-inline void Pdo::take_effect() {
-  for (Rpdo& received : used_rpdos_)
-    if (std::exchange(received.fresh, false)) received.mapping.apply(dictionary_, received.data);
 }
 
 /// Drops the TPDOs still to be sent in the window of the last SYNC if it has ended.

@@ -164,8 +164,7 @@ class Pdo : public Part {
       if (now <= window_end_) keep(*addressed, frame);
       return false;
     }
-    begin(now);
-    receive_all(*addressed, frame);
+    receive_all(*addressed, frame, now);
     return true;
   }
 
@@ -268,10 +267,9 @@ class Pdo : public Part {
     rpdo.fresh = true;
     rpdo.received = true;
   }
-  void receive_all(Rpdo& first, const Frame& frame);
+  void receive_all(Rpdo& first, const Frame& frame, Time now);
   void drop_windowed();
   bool on_remote(const Frame& frame, Time now);
-  void take_effect();
   void sample_and_send(std::uint8_t counter);
   void on_event(Tpdo& tpdo);
   void want(Tpdo& tpdo) {
