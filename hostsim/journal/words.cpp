@@ -7,8 +7,11 @@
 #include <utility>
 
 #include "cbcan/canopen/dictionary/little_endian.hpp"
+#include "cbcan/canopen/lss_slave.hpp"
 #include "cbcan/canopen/nmt/nmt.hpp"
 #include "cbcan/canopen/sdo/protocol.hpp"
+#include "cbcan/canopen/sync.hpp"
+#include "cbcan/canopen/time_stamp.hpp"
 #include "cbcan/regmap.hpp"
 #include "eds/emergency.hpp"
 #include "journal/watch.hpp"
@@ -198,11 +201,11 @@ void append_frame(Buffer& to, const Frame& frame, std::uint8_t network, const Fi
   if ((frame.flags & Frame::kExtended) != 0) return append(to, "29-bit frame");
   const auto node = static_cast<std::uint8_t>(frame.id & nmt::kMaxNode);
   if (nmt::is_command(frame)) return append_nmt(to, nmt_text(frame.data[0]), frame.data[1]);
-  if (frame.id == 0x80) return append(to, "SYNC");
+  if (frame.id == Sync::kStandardId) return append(to, "SYNC");
   if (emergency_of(frame)) return append_emergency(to, frame);
-  if (frame.id == 0x100) return append(to, "TIME");
-  if (frame.id == 0x7E4 || frame.id == 0x7E5)
-    return append(to, frame.id == 0x7E5 ? "LSS master" : "LSS slave");
+  if (frame.id == TimeStamp::kStandardId) return append(to, "TIME");
+  if (frame.id == LssSlave::kRequestId) return append(to, "LSS master");
+  if (frame.id == LssSlave::kResponseId) return append(to, "LSS slave");
   switch (frame.id & ~std::uint32_t{nmt::kMaxNode}) {
     case nmt::kErrorControlId: return append_error_control(to, frame, node);
     case sdo::kRequestId:
@@ -244,25 +247,20 @@ void append_result(Buffer& to, const Event& ended) {
 
 namespace {
 
-/// What is before the words. Returns the size of its frame and the space after it.
-std::size_t append_subject(Buffer& to, const Event& event) {
+/// What is before the frame, or else the words.
+void append_subject(Buffer& to, const Event& event) {
   constexpr Kinds kNumbered =
       kinds_of({Kind::kModbus, Kind::kBegun, Kind::kEnded, Kind::kFrame, Kind::kFault});
   if (event.transaction != 0 && (kinds_of({event.kind}) & kNumbered) != 0)
     append(to, '#', event.transaction, ' ');
-  const std::size_t begin = to.size();
   switch (event.kind) {
-    case Kind::kModbus: append(to, "Modbus unit ", event.node, ": "); break;
-    case Kind::kFrame: sim::append_frame(to, event.frame); break;
+    case Kind::kModbus: return append(to, "Modbus unit ", event.node, ": ");
     case Kind::kState:
-    case Kind::kTerminals: append(to, "node ", event.node, ' '); break;
-    case Kind::kCommand: append(to, "command "); break;
-    case Kind::kClient: append(to, "Modbus client ", event.code, ' '); break;
-    default: break;
+    case Kind::kTerminals: return append(to, "node ", event.node, ' ');
+    case Kind::kCommand: return append(to, "command ");
+    case Kind::kClient: return append(to, "Modbus client ", event.code, ' ');
+    default: return;
   }
-  if (event.kind != Kind::kFrame) return 0;
-  append(to, ' ');
-  return to.size() - begin;
 }
 
 void append_words(Buffer& to, const Event& event, const Journal& journal, const FindName& find) {
@@ -281,7 +279,14 @@ void append_words(Buffer& to, const Event& event, const Journal& journal, const 
 Line append_text(Buffer& to, const Event& event, const Journal& journal, const FindName& find) {
   const eds::ObjectName* const name = is_transaction(event) ? name_of(event, find) : nullptr;
   const std::size_t begin = to.size();
-  const std::size_t frame = append_subject(to, event);
+  append_subject(to, event);
+  const std::size_t frame = to.size();
+  std::size_t frame_end = frame;
+  if (event.kind == Kind::kFrame) {
+    sim::append_frame(to, event.frame);
+    frame_end = to.size();
+    append(to, ' ');
+  }
   const std::size_t words = to.size();
   std::size_t value = 0;
   if (is_transaction(event))
@@ -311,7 +316,7 @@ Line append_text(Buffer& to, const Event& event, const Journal& journal, const F
     return std::string_view(to.data() + from, end - from);
   };
   return {.whole = part(begin, to.size()),
-          .frame = part(words - frame, words - std::min<std::size_t>(frame, 1)),
+          .frame = part(frame, frame_end),
           .words = part(words, words_end),
           .value = part(words_end - value, words_end),
           .outcome = part(outcome, outcome_end),

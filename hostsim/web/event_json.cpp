@@ -93,8 +93,7 @@ constexpr std::size_t room(const Fraction& fraction) {
 }
 char* write(char* at, const Fraction& fraction) {
   constexpr Time kShortest = 100;  // less has an exponent
-  if (fraction.number == 0) return write(at, "0.0");
-  if (fraction.places == 6 && fraction.number < kShortest)
+  if (fraction.places == 6 && fraction.number != 0 && fraction.number < kShortest)
     return write(at, fmt::format("{}", seconds_of(fraction.number)));
   char* const end = write(at, text::Decimal{fraction.number, fraction.places});
   return fraction.number % (fraction.places == 6 ? kSecond : kMillisecond) != 0 ? end : write(end, ".0");
@@ -232,11 +231,12 @@ EventTexts::EventTexts(const journal::Journal& journal, const journal::FindName&
 }
 
 void EventTexts::make(std::uint64_t number, Kept& kept) {
-  kept.number = number;
+  kept.number = 0;  // until the text is there
   kept.text.clear();
   append(kept.text, "id: ", number, "\ndata: ");
   append_event(kept.text, number, journal_[number], journal_, find_);
   append(kept.text, "\n\n");
+  kept.number = number;
 }
 
 double seconds_of(Time time) {

@@ -209,22 +209,23 @@ void add_communication(Entries& entries, const Fields& device) {
   };
   const std::string name = device.text("name");
   const std::string heartbeat = std::to_string(device.integer<std::uint16_t>("heartbeat_ms", 0, 0xFFFF, 0));
-  put(entries, 0x1000, 0, "Device type", kUnsigned32, "ro", number("type"));
-  put(entries, 0x1001, 0, "Error register", kUnsigned8, "ro", "0");
-  put(entries, 0x1003, 0, "Pre-defined error field: number of errors", kUnsigned8, "rw", "0");
+  put(entries, object::kDeviceType, 0, "Device type", kUnsigned32, "ro", number("type"));
+  put(entries, object::kErrorRegister, 0, "Error register", kUnsigned8, "ro", "0");
+  put(entries, object::kErrorHistory, 0, "Pre-defined error field: number of errors", kUnsigned8, "rw", "0");
   for (std::uint8_t sub = 1; sub <= 4; ++sub)
-    put(entries, 0x1003, sub, fmt::format("Pre-defined error field: {}", sub), kUnsigned32, "ro", "0");
-  put(entries, 0x1005, 0, "COB-ID SYNC", kUnsigned32, "rw", "0x80");
-  put(entries, 0x1008, 0, "Manufacturer device name", kVisibleString, "const", name);
-  put(entries, 0x1010, 1, "Store parameters: all", kUnsigned32, "rw", "1");
-  put(entries, 0x1011, 1, "Restore default parameters: all", kUnsigned32, "rw", "1");
-  put(entries, 0x1014, 0, "COB-ID EMCY", kUnsigned32, "rw", "$NODEID+0x80");
-  put(entries, 0x1016, 1, "Consumer heartbeat time: 1", kUnsigned32, "rw", "0");
-  put(entries, 0x1017, 0, "Producer heartbeat time", kUnsigned16, "rw", heartbeat);
-  put(entries, 0x1018, 1, "Identity: vendor-ID", kUnsigned32, "ro", number("vendor"));
-  put(entries, 0x1018, 2, "Identity: product code", kUnsigned32, "ro", number("product"));
-  put(entries, 0x1018, 3, "Identity: revision number", kUnsigned32, "ro", number("revision"));
-  put(entries, 0x1018, 4, "Identity: serial number", kUnsigned32, "ro", "0");
+    put(entries, object::kErrorHistory, sub, fmt::format("Pre-defined error field: {}", sub), kUnsigned32,
+        "ro", "0");
+  put(entries, object::kSyncCobId, 0, "COB-ID SYNC", kUnsigned32, "rw", "0x80");
+  put(entries, object::kDeviceName, 0, "Manufacturer device name", kVisibleString, "const", name);
+  put(entries, object::kStore, 1, "Store parameters: all", kUnsigned32, "rw", "1");
+  put(entries, object::kRestore, 1, "Restore default parameters: all", kUnsigned32, "rw", "1");
+  put(entries, object::kEmergencyCobId, 0, "COB-ID EMCY", kUnsigned32, "rw", "$NODEID+0x80");
+  put(entries, object::kConsumerHeartbeatTime, 1, "Consumer heartbeat time: 1", kUnsigned32, "rw", "0");
+  put(entries, object::kProducerHeartbeatTime, 0, "Producer heartbeat time", kUnsigned16, "rw", heartbeat);
+  put(entries, object::kIdentity, 1, "Identity: vendor-ID", kUnsigned32, "ro", number("vendor"));
+  put(entries, object::kIdentity, 2, "Identity: product code", kUnsigned32, "ro", number("product"));
+  put(entries, object::kIdentity, 3, "Identity: revision number", kUnsigned32, "ro", number("revision"));
+  put(entries, object::kIdentity, 4, "Identity: serial number", kUnsigned32, "ro", "0");
 }
 
 /// PDOs of one direction, filled in the order of the objects.
