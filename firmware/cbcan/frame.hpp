@@ -21,10 +21,14 @@ struct Frame {
   friend constexpr bool operator==(const Frame&, const Frame&) = default;
 };
 
-/// Sets all eight bytes of data from one number, lowest byte first: a single store.
-constexpr void put_data(Frame& frame, std::uint64_t bytes) {
-  if constexpr (std::endian::native == std::endian::big) bytes = __builtin_bswap64(bytes);
-  frame.data = std::bit_cast<std::array<std::uint8_t, 8>>(bytes);
+/// Sets bytes 0..3 and 4..7 of data from a number each, lowest byte first: two stores.
+inline void put_data(Frame& frame, std::uint32_t low, std::uint32_t high) {
+  if constexpr (std::endian::native == std::endian::big) {
+    low = __builtin_bswap32(low);
+    high = __builtin_bswap32(high);
+  }
+  __builtin_memcpy(&frame.data[0], &low, 4);
+  __builtin_memcpy(&frame.data[4], &high, 4);
 }
 
 /// State of the CAN controller, worst first when several hold (fault confinement, ISO 11898-1).

@@ -222,12 +222,12 @@ void LssSlave::poll(Time now) {
 
 /// `value` goes into bytes 1..4; an error code is in its lowest byte.
 void LssSlave::respond(std::uint8_t command, std::uint32_t value, Time now) {
-  Frame frame;
+  Frame& frame = outbox_.frame();
   frame.id = kResponseId;
   frame.length = kLength;
   frame.data[0] = command;
   store_little_endian(std::span(frame.data).subspan(1, 4), value);
-  outbox_.send(frame, now);
+  outbox_.send(now);
 }
 
 }  // namespace cbcan

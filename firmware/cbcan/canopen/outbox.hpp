@@ -24,10 +24,6 @@ class Outbox {
     if (waiting_) retry_at_ = now + kRetryInterval;
     return !waiting_;
   }
-  bool send(const Frame& frame, Time now) {
-    frame_ = frame;
-    return send(now);
-  }
 
   /// Tries the waiting frame again; true = it has been sent.
   bool retry(Time now) { return waiting_ && send(now); }

@@ -95,7 +95,8 @@ void Slave::on_frame(const Frame& frame, Time now) {
 }
 
 void Slave::configure(Time now) {
-  const Time heartbeat = dictionary_.get(object::kProducerHeartbeatTime, 0) * kMillisecond;
+  const auto heartbeat = static_cast<std::uint32_t>(dictionary_.get(object::kProducerHeartbeatTime, 0)) *
+                         std::uint32_t{kMillisecond};
   if (heartbeat != heartbeat_period_) heartbeat_at_ = heartbeat == 0 ? kNever : now + heartbeat;
   heartbeat_period_ = heartbeat;
 }
@@ -122,7 +123,10 @@ Time Slave::deadline() const {
 
 bool Slave::send_wanted(Time now) {
   const auto lowest = static_cast<std::uint8_t>(wanted_ & (~wanted_ + 1));
-  if (!port_.try_send(frame_for(lowest))) {
+  // Created when it is sent, so that it contains the current state.
+  auto state = static_cast<std::uint8_t>(state_);
+  if (lowest == kGuardResponse) state |= guard_toggle_;
+  if (!port_.try_send(nmt::error_control_frame(node_id_, state))) {
     retry_at_ = now + kRetryInterval;
     return false;
   }
@@ -133,16 +137,6 @@ bool Slave::send_wanted(Time now) {
   enter(nmt::State::kPreOperational, now);
   if (next != nmt::State::kPreOperational) enter(next, now);
   return true;
-}
-
-/// Created when it is sent, so that it contains the current state.
-Frame Slave::frame_for(std::uint8_t wanted) const {
-  const auto state = static_cast<std::uint8_t>(state_);
-  if (wanted == kBootUp)
-    return nmt::error_control_frame(node_id_, static_cast<std::uint8_t>(nmt::State::kInitialising));
-  if (wanted == kGuardResponse)
-    return nmt::error_control_frame(node_id_, static_cast<std::uint8_t>(state | guard_toggle_));
-  return nmt::error_control_frame(node_id_, state);
 }
 
 }  // namespace cbcan

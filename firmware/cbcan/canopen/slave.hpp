@@ -99,7 +99,6 @@ class Slave {
   void reset(bool application, Time now);
   void go_on_with_reset(Time now);
   bool send_wanted(Time now);
-  Frame frame_for(std::uint8_t wanted) const;
 
   nmt::State state_ = nmt::State::kInitialising;
   nmt::State next_state_ = nmt::State::kPreOperational;  ///< after the boot-up message
@@ -113,7 +112,7 @@ class Slave {
   CanPort& port_;
   Time heartbeat_at_ = kNever;
   Time retry_at_ = kNever;
-  Time heartbeat_period_ = 0;
+  std::uint32_t heartbeat_period_ = 0;  ///< us
   ObjectDictionary dictionary_;
   std::conditional_t<kServices.sdo_server, SdoServer, NoSdoServer> sdo_server_;
 };

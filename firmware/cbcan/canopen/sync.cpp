@@ -29,11 +29,13 @@ AbortCode Sync::check(std::uint16_t index, std::uint8_t /*sub*/, std::uint32_t n
 void Sync::configure(std::uint16_t /*index*/, Time now) {
   const auto cob_id = static_cast<std::uint32_t>(dictionary_.get(object::kSyncCobId, 0));
   if (cob_id != 0) id_ = cob::id_of(cob_id);
-  window_ = dictionary_.get(object::kSyncWindow, 0);
+  window_ = static_cast<std::uint32_t>(dictionary_.get(object::kSyncWindow, 0));
   const auto overflow = static_cast<std::uint8_t>(dictionary_.get(object::kSyncCounterOverflow, 0));
   if (overflow != overflow_) counter_ = 0;
   overflow_ = overflow;
-  const Time period = (cob_id & cob::kProduces) != 0 ? dictionary_.get(object::kSyncPeriod, 0) : 0;
+  const std::uint32_t period = (cob_id & cob::kProduces) != 0
+                                   ? static_cast<std::uint32_t>(dictionary_.get(object::kSyncPeriod, 0))
+                                   : 0;
   if (period != period_) {
     due_ = period == 0 || !running_ ? kNever : now + period;
     counter_ = 0;
@@ -64,14 +66,15 @@ void Sync::poll(Time now) {
     return;
   }
   due_ = next_after(due_, period_, now);
-  Frame frame;
+  Frame& frame = outbox_.frame();
   frame.id = id_;
+  frame.length = 0;
   if (overflow_ != 0) {
     counter_ = counter_ >= overflow_ ? std::uint8_t{1} : static_cast<std::uint8_t>(counter_ + 1);
     frame.length = 1;
     frame.data[0] = counter_;
   }
-  came_ |= outbox_.send(frame, now);
+  came_ |= outbox_.send(now);
 }
 
 }  // namespace cbcan

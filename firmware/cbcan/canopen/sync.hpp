@@ -63,8 +63,8 @@ class Sync : public Part {
   std::uint32_t id_ = kStandardId;
   const ObjectDictionary& dictionary_;
   Time due_ = kNever;
-  Time period_ = 0;
-  Time window_ = 0;
+  std::uint32_t period_ = 0;  ///< us
+  std::uint32_t window_ = 0;  ///< us
   Outbox outbox_;
 };
 

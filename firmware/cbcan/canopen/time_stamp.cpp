@@ -37,7 +37,7 @@ void TimeStamp::configure(std::uint16_t /*index*/, Time now) {
   produce_every(period_, now);
 }
 
-void TimeStamp::produce_every(Time period, Time now) {
+void TimeStamp::produce_every(std::uint32_t period, Time now) {
   const bool unchanged = period == period_ && due_ != kNever;
   period_ = period;
   if (!produces_ || !running_ || period == 0) {
@@ -74,12 +74,12 @@ void TimeStamp::poll(Time now) {
 void TimeStamp::produce(Time now) {
   if (!produces_ || !running_) return;
   const TimeOfDay time = at(now);
-  Frame frame;
+  Frame& frame = outbox_.frame();
   frame.id = id_;
   frame.length = kMessageBytes;
   store_little_endian(std::span(frame.data).first<4>(), time.milliseconds);
   store_little_endian(std::span(frame.data).subspan<4, 2>(), time.days);
-  outbox_.send(frame, now);
+  outbox_.send(now);
 }
 
 void TimeStamp::set(const TimeOfDay& time_of_day, Time now) {
@@ -90,15 +90,16 @@ void TimeStamp::set(const TimeOfDay& time_of_day, Time now) {
 /// Subtracts days and hours so that the rest fits in 32 bits: a 64-bit division would be a library call.
 TimeOfDay TimeStamp::at(Time now) const {
   Time since = now - set_at_;
-  TimeOfDay time = set_;
+  std::uint32_t days = set_.days;
+  std::uint32_t milliseconds = set_.milliseconds;
   for (; since >= kDay; since -= kDay)
-    ++time.days;
+    ++days;
   for (; since >= kHour; since -= kHour)
-    time.milliseconds += kMillisecondsOfHour;
-  time.milliseconds += static_cast<std::uint32_t>(since) / kMicroseconds;
-  for (; time.milliseconds >= kMillisecondsOfDay; time.milliseconds -= kMillisecondsOfDay)
-    ++time.days;
-  return time;
+    milliseconds += kMillisecondsOfHour;
+  milliseconds += static_cast<std::uint32_t>(since) / kMicroseconds;
+  for (; milliseconds >= kMillisecondsOfDay; milliseconds -= kMillisecondsOfDay)
+    ++days;
+  return {milliseconds, static_cast<std::uint16_t>(days)};
 }
 
 }  // namespace cbcan

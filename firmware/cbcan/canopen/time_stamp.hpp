@@ -47,12 +47,12 @@ class TimeStamp : public Part {
   }
 
   /// As a producer: sends the time of day with this period, in microseconds; 0 = never.
-  void produce_every(Time period, Time now);
+  void produce_every(std::uint32_t period, Time now);
   /// As a producer: sends the time of day now.
   void produce(Time now);
 
   void set(const TimeOfDay& time_of_day, Time now);
-  TimeOfDay at(Time now) const;
+  [[gnu::noinline]] TimeOfDay at(Time now) const;
 
  private:
   bool consumes_ = false;
@@ -62,7 +62,7 @@ class TimeStamp : public Part {
   const ObjectDictionary& dictionary_;
   TimeOfDay set_;
   Time set_at_ = 0;
-  Time period_ = 0;
+  std::uint32_t period_ = 0;  ///< us
   Time due_ = kNever;
   Outbox outbox_;
 };

@@ -99,21 +99,14 @@ std::uint16_t* Channel::data_words() const {
   return serves_registers() ? window_.words() + kDataPlace : scanner_.data();
 }
 
-void Channel::load_data(std::span<std::uint8_t> bytes) const {
-  copy_bytes(reinterpret_cast<const std::uint8_t*>(words() + kDataPlace), bytes.data(), bytes.size());
-}
-
-/// Words after the last byte are not changed; the unused half of the last word is 0.
-inline void Channel::store_data(std::span<const std::uint8_t> bytes) const {
-  auto* const to = reinterpret_cast<std::uint8_t*>(data_words());
-  copy_bytes(bytes.data(), to, bytes.size());
-  if (bytes.size() % 2 != 0) to[bytes.size()] = 0;
+void Channel::load_data(std::uint8_t* to, std::size_t size) const {
+  copy_bytes(reinterpret_cast<const std::uint8_t*>(words() + kDataPlace), to, size);
 }
 
 // ---- One transaction
 
 inline void Channel::begin_sdo(const Request& request, SdoClient::Direction direction, Time now) {
-  if (direction == SdoClient::Direction::kWrite) load_data(client_.data().first(request.size));
+  if (direction == SdoClient::Direction::kWrite) load_data(data_.data(), request.size);
   activity_ = Activity::kSdo;
   direction_ = direction;
   client_.set_timeout(transfers().timeout_ms);
@@ -177,10 +170,13 @@ void Channel::end(AbortCode code) {
   finish(regmap::Result::kSdoExecutionError);
 }
 
-void Channel::end_read(std::span<const std::uint8_t> bytes) {
-  if (serves_registers()) window_.words()[kSizePlace] = static_cast<std::uint16_t>(bytes.size());
-  store_data(bytes);
-  finish(regmap::Result::kOk, bytes.size());
+/// Words after the last byte are not changed; the unused half of the last word is 0.
+void Channel::end_read(const std::uint8_t* bytes, std::size_t size) {
+  if (serves_registers()) window_.words()[kSizePlace] = static_cast<std::uint16_t>(size);
+  auto* const to = reinterpret_cast<std::uint8_t*>(data_words());
+  copy_bytes(bytes, to, size);
+  if (size % 2 != 0) to[size] = 0;
+  finish(regmap::Result::kOk, size);
 }
 
 // ---- SDO
@@ -202,20 +198,20 @@ void Channel::end_sdo() {
     return end(client_.error());
   }
   if (direction_ == SdoClient::Direction::kWrite) return finish(regmap::Result::kOk);
-  end_read(client_.data().first(client_.size()));
+  end_read(data_.data(), client_.size());
 }
 
 void Channel::begin_local(bool read, std::uint16_t index, std::uint8_t sub, std::size_t size, Time now) {
   std::array<std::uint8_t, regmap::kMaxDataBytes> bytes;
   const std::span<std::uint8_t> value(bytes.data(), size);
-  if (!read) load_data(value);
+  if (!read) load_data(bytes.data(), size);
   node_.access(transfers());
   const AbortCode refused =
       read ? node_.read(index, sub, value, size, now) : node_.write(index, sub, value, now);
   node_.access_own();
   follow_node();
   if (refused != AbortCode::kNone) return end(refused);
-  read ? end_read(value.first(size)) : finish(regmap::Result::kOk);
+  read ? end_read(bytes.data(), size) : finish(regmap::Result::kOk);
 }
 
 // ---- NMT and node state
@@ -232,7 +228,8 @@ void Channel::begin_nmt(std::uint16_t addressed, Time now) {
   }
   const auto node = addressed == regmap::kNmtAllNodes ? nmt::kAllNodes : static_cast<std::uint8_t>(addressed);
   activity_ = Activity::kNmtCommand;
-  command_ = nmt::command_frame(command, node);
+  command_ = command;
+  node_of_service_ = node;
   send_command(now);
 }
 
@@ -241,22 +238,24 @@ void Channel::begin_node_state(std::uint8_t node, Time now) {
   if (node_.monitor().is_fresh(node, now) && !node_.monitor().in_doubt(node))
     return end_node_state(node_.monitor().last_state(node));
   activity_ = Activity::kNodeState;
-  state_node_ = node;
+  node_of_service_ = node;
   deadline_ = now + settings_.guard_timeout;
-  command_ = nmt::guard_request(node);
   send_command(now);
 }
 
 /// An NMT command is done when the port has accepted it; a guarding request then waits for its response.
 void Channel::send_command(Time now) {
-  if (!port_.try_send(command_)) return wait_for_port(now);
+  const bool is_nmt = activity_ == Activity::kNmtCommand;
+  const Frame frame =
+      is_nmt ? nmt::command_frame(command_, node_of_service_) : nmt::guard_request(node_of_service_);
+  if (!port_.try_send(frame)) return wait_for_port(now);
   command_refused_ = false;
-  if (activity_ == Activity::kNmtCommand) {
-    node_.on_command(static_cast<nmt::Command>(command_.data[0]), command_.data[1], now);
+  if (is_nmt) {
+    node_.on_command(command_, node_of_service_, now);
     if (node_.manager().active()) follow_node();
     return finish(regmap::Result::kOk);
   }
-  node_.monitor().guard(state_node_);
+  node_.monitor().guard(node_of_service_);
   deadline_ = now + settings_.guard_timeout;
   wake_at(deadline_);
 }
@@ -271,14 +270,14 @@ void Channel::wait_for_port(Time now) {
 
 /// Nodes with a heartbeat need not respond: their last report is valid while it is fresh.
 void Channel::end_node_state_unanswered(Time now) {
-  if (node_.monitor().is_fresh(state_node_, now))
-    return end_node_state(node_.monitor().last_state(state_node_));
+  if (node_.monitor().is_fresh(node_of_service_, now))
+    return end_node_state(node_.monitor().last_state(node_of_service_));
   end_with_state(kNotDetected);
 }
 
 void Channel::end_with_state(std::uint16_t state) {
-  const std::array<std::uint8_t, 1> byte{static_cast<std::uint8_t>(state)};
-  end_read(byte);
+  const auto byte = static_cast<std::uint8_t>(state);
+  end_read(&byte, 1);
 }
 
 }  // namespace cbcan

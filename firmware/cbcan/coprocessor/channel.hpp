@@ -14,6 +14,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <type_traits>
 
 #include "cbcan/can_port.hpp"
 #include "cbcan/canopen/sdo/client.hpp"
@@ -21,6 +22,7 @@
 #include "cbcan/coprocessor/local_node.hpp"
 #include "cbcan/coprocessor/register_window.hpp"
 #include "cbcan/coprocessor/scanner_window.hpp"
+#include "cbcan/coprocessor/settings.hpp"
 #include "cbcan/regmap.hpp"
 #include "cbcan/time.hpp"
 
@@ -40,27 +42,9 @@ class ChannelTurns : public SdoTurns {
 
 class Channel {
  public:
-  /// Settings of the whole coprocessor, built with this set of services.
-  template <Services>
-  struct SettingsOf {
-    std::uint8_t node_id = 127;           ///< own node ID, 1..127
-    std::uint16_t sdo_timeout_ms = 1000;  ///< 0 = wait without limit; 3003h at run time
-    Time state_fresh_for = 2 * kSecond;  ///< age up to which a heartbeat is valid if 1016h sets no time
-    Time guard_timeout = 100 * kMillisecond;  ///< wait for the response to a node guarding request
-    /// Silence of the PLC after which the own node leaves Operational; 0 = no limit.
-    std::uint16_t plc_timeout_ms = 0;
-    nmt::Command plc_lost = nmt::Command::kEnterPreOperational;  ///< executed by the own node then
-    // First registers of the ranges, as used by the PLC and on_registers_written().
-    std::uint16_t scanner_out_first = regmap::kScannerOutFirst;
-    std::uint16_t scanner_in_first = regmap::kScannerInFirst;
-    std::uint16_t process_first = regmap::kProcessFirst;
-    std::uint16_t status_first = regmap::kStatusFirst;
-  };
-  using Settings = SettingsOf<kServices>;
-
   /// `number`: from 0, for ChannelTurns. Without `turns` every request begins immediately.
   Channel(RegisterWindow window, ScannerWindow scanner, LocalNode& node, CanPort& port,
-          const Settings& settings, ChannelTurns* turns = nullptr, std::uint8_t number = 0)
+          const CoprocessorSettings& settings, ChannelTurns* turns = nullptr, std::uint8_t number = 0)
       : window_(window),
         number_(number),
         node_(node),
@@ -81,7 +65,7 @@ class Channel {
       client_.on_boot_up(node, now);
       follow_sdo();
     }
-    if (activity_ == Activity::kNodeState && node == state_node_)
+    if (activity_ == Activity::kNodeState && node == node_of_service_)
       end_node_state(node_.monitor().last_state(node));
   }
   /// One request of the PLC has written registers first..first+count-1; OUT begins at `out`.
@@ -102,7 +86,7 @@ class Channel {
     return due_;
   }
   Time due() const { return due_; }
-  void wake_at(Time time) {
+  [[gnu::noinline]] void wake_at(Time time) {
     if (time < due_) due_ = time;
   }
   /// The own node may be due earlier.
@@ -119,7 +103,7 @@ class Channel {
     std::uint32_t cancelled = 0;  ///< cancelled by the PLC while in progress
   };
   const Counters& counters() const { return counters_; }
-  const Settings& settings() const { return settings_; }
+  const CoprocessorSettings& settings() const { return settings_; }
   SdoClient& sdo_client() { return client_; }
   const SdoClient& sdo_client() const { return client_; }
   /// 3003h and 3004h of each window; R3700..R3769 first.
@@ -176,8 +160,7 @@ class Channel {
   /// The words of the request, in the order of R3700..R3769.
   const std::uint16_t* words() const { return serves_registers() ? window_.words() : scanner_.words(); }
   std::uint16_t* data_words() const;
-  void load_data(std::span<std::uint8_t> bytes) const;
-  void store_data(std::span<const std::uint8_t> bytes) const;
+  void load_data(std::uint8_t* to, std::size_t size) const;
   void begin_nmt(std::uint16_t addressed, Time now);
   void begin_node_state(std::uint8_t node, Time now);
   void begin_local(bool read, std::uint16_t index, std::uint8_t sub, std::size_t size, Time now);
@@ -190,7 +173,7 @@ class Channel {
   void end_node_state(nmt::State state) { end_with_state(static_cast<std::uint16_t>(state)); }
   void end_node_state_unanswered(Time now);
   void end_with_state(std::uint16_t state);
-  void end_read(std::span<const std::uint8_t> bytes);
+  void end_read(const std::uint8_t* bytes, std::size_t size);
   void end(AbortCode code);
   void finish(regmap::Result result, std::size_t size = 0);
   bool serves_registers() const { return !kServices.scanner_window || served_ == Window::kRegisters; }
@@ -203,19 +186,19 @@ class Channel {
   SdoClient::Direction direction_ = SdoClient::Direction::kRead;  ///< of the SDO transfer
   bool command_refused_ = false;
   std::uint8_t number_;
-  std::uint8_t state_node_ = 0;  ///< whose state is requested
+  std::uint8_t node_of_service_ = 0;             ///< of the NMT command (0 = all) or the node state request
+  nmt::Command command_ = nmt::Command::kStart;  ///< of the NMT service
   Time due_ = 0;                 ///< poll() has work to do then; may be too early, never too late
   Time deadline_ = kNever;       ///< of an NMT command or a node state request
   LocalNode& node_;
   CanPort& port_;
   ChannelTurns* turns_;
-  Settings settings_;
-  Frame command_{};  ///< NMT command or node guarding request of this transaction
+  CoprocessorSettings settings_;
   SdoClient client_;
-  ScannerWindow scanner_;
+  [[no_unique_address]] std::conditional_t<kServices.scanner_window, ScannerWindow, NoScannerWindow> scanner_;
   std::array<Transfers, 2> transfers_{};  ///< 3003h and 3004h, by Window
   Counters counters_;
-  std::array<std::uint8_t, regmap::kMaxDataBytes> data_{};  ///< of the client's transfer
+  std::array<std::uint8_t, regmap::kMaxDataBytes> data_;  ///< of the client's transfer
 };
 
 }  // namespace cbcan

@@ -9,8 +9,7 @@ Coprocessor::Coprocessor(RegisterWindow window, ProcessRegisters process, CanPor
                          const Settings& settings, ScannerWindow scanner, ChannelTurns* turns)
     : channel_(window, scanner, node_, port, settings, turns),
       turns_(channel_),
-      node_(process, port, channel_.sdo_client(), channel_.all_transfers(),
-            {settings.node_id, settings.sdo_timeout_ms, settings.state_fresh_for},
+      node_(process, port, channel_.sdo_client(), channel_.all_transfers(), settings,
             turns != nullptr ? turns : turns_.address()) {}
 
 void Coprocessor::start(Time now) {

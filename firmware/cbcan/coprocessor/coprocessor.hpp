@@ -28,6 +28,7 @@
 #include "cbcan/coprocessor/local_node.hpp"
 #include "cbcan/coprocessor/register_window.hpp"
 #include "cbcan/coprocessor/scanner_window.hpp"
+#include "cbcan/coprocessor/settings.hpp"
 #include "cbcan/time.hpp"
 
 namespace cbcan {
@@ -53,7 +54,7 @@ struct NoTurns {
 class Coprocessor {
  public:
   using Counters = Channel::Counters;
-  using Settings = Channel::Settings;
+  using Settings = CoprocessorSettings;
 
   Coprocessor(RegisterWindow window, ProcessRegisters process, CanPort& port, const Settings& settings,
               ScannerWindow scanner = {}, ChannelTurns* turns = nullptr);

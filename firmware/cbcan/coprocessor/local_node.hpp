@@ -20,6 +20,7 @@
 #include "cbcan/coprocessor/local_objects.hpp"
 #include "cbcan/coprocessor/network_status.hpp"
 #include "cbcan/coprocessor/register_window.hpp"
+#include "cbcan/coprocessor/settings.hpp"
 #include "cbcan/time.hpp"
 
 namespace cbcan {
@@ -57,16 +58,10 @@ class ManagerAnswers final : public ManagerApplication {
 
 class LocalNode final : private DeviceApplication {
  public:
-  struct Settings {
-    std::uint8_t node_id;          ///< 1..127
-    std::uint16_t sdo_timeout_ms;  ///< 3003h at power-on
-    Time state_fresh_for;          ///< see NodeMonitor
-  };
-
   /// Off the bus until start(). A reset of the node also resets `transfers` and `client` to the settings; the
   /// first of `transfers` belongs to R3700..R3769. `turns`: whom the manager asks before its SDO requests.
   LocalNode(ProcessRegisters registers, CanPort& port, SdoClient& client, std::span<Transfers, 2> transfers,
-            const Settings& settings, SdoTurns* turns);
+            const CoprocessorSettings& settings, SdoTurns* turns);
   LocalNode(const LocalNode&) = delete;
   LocalNode& operator=(const LocalNode&) = delete;
 
@@ -95,11 +90,7 @@ class LocalNode final : private DeviceApplication {
   void on_bus_state(BusState state, Time now);
 
   /// One of the outputs first..first+count-1 has changed since on_outputs_changed(). Most writes change nothing.
-  bool outputs_changed(std::size_t first, std::size_t count) const {
-    return kServices.process_data() &&
-           __builtin_memcmp(registers_.data() + regmap::kInputWords + first, known_outputs_.data() + first,
-                            count * sizeof(std::uint16_t)) != 0;
-  }
+  bool outputs_changed(std::size_t first, std::size_t count) const;
   /// Call it after that. deadline() may have changed.
   void on_outputs_changed(Time now);
   /// The PLC has written outputs, changed or not.

@@ -48,7 +48,7 @@ class ScannerWindow {
   Event on_written(std::size_t first, std::size_t count);
 
   /// A request is waiting for its turn.
-  bool waiting() const { return kServices.scanner_window && state_ == State::kWaiting; }
+  bool waiting() const { return state_ == State::kWaiting; }
   /// The waiting request begins: copy its words now.
   void begin() { state_ = State::kUnderWay; }
   /// It could not begin: it waits again.
@@ -74,6 +74,21 @@ class ScannerWindow {
   std::uint16_t taken_ = 0;      ///< number taken last, as in IN+2, which the PLC can overwrite
   State state_ = State::kIdle;
   bool restarted_ = true;  ///< and no number has been written since
+};
+
+/// Replaces it in a build without scanner windows.
+class NoScannerWindow {
+ public:
+  using Event = ScannerWindow::Event;
+  explicit NoScannerWindow(const ScannerWindow& /*window*/) {}
+  static void restart() {}
+  static constexpr Event on_written(std::size_t /*first*/, std::size_t /*count*/) { return Event::kNone; }
+  static constexpr bool waiting() { return false; }
+  static void begin() {}
+  static void hold_back() {}
+  static constexpr const std::uint16_t* words() { return nullptr; }
+  static constexpr std::uint16_t* data() { return nullptr; }
+  static void finish(regmap::Result /*result*/, std::size_t /*size*/) {}
 };
 
 }  // namespace cbcan

@@ -32,7 +32,7 @@ constexpr bool is_restricted(std::uint32_t id) {
 }
 
 /// True for a value whose identifier may be used.
-constexpr bool is_usable(std::uint32_t cob_id) {
+[[gnu::noinline]] constexpr bool is_usable(std::uint32_t cob_id) {
   return (cob_id & kReserved) == 0 && !is_restricted(id_of(cob_id));
 }
 

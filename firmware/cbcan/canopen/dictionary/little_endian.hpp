@@ -10,8 +10,8 @@
 
 namespace cbcan {
 
-/// A number of four bytes: compiles to one load.
-constexpr std::uint32_t load_word(const std::uint8_t* bytes) {
+/// A number of four bytes: one load, which is shorter than a call.
+[[gnu::always_inline]] constexpr std::uint32_t load_word(const std::uint8_t* bytes) {
   return bytes[0] | std::uint32_t{bytes[1]} << 8 | std::uint32_t{bytes[2]} << 16 |
          std::uint32_t{bytes[3]} << 24;
 }

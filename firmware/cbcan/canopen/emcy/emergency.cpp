@@ -92,13 +92,13 @@ std::uint8_t Emergency::update_register() {
 /// The newest entry is 1003h:01: the error code in the low word, the manufacturer's first two bytes in the high
 /// word. Each older entry moves to the next sub-index.
 void Emergency::remember(const Message& message) {
-  std::uint64_t value =
+  std::uint32_t value =
       message.code | std::uint32_t{message.info[0]} << 16 | std::uint32_t{message.info[1]} << 24;
-  const std::uint64_t last =
-      std::min<std::uint64_t>(dictionary_.get(object::kErrorHistory, 0) + 1, kMostRemembered);
+  const std::uint32_t last = std::min<std::uint32_t>(
+      static_cast<std::uint8_t>(dictionary_.get(object::kErrorHistory, 0)) + 1u, kMostRemembered);
   std::uint8_t sub = 1;
   for (; sub <= last; ++sub) {
-    const std::uint64_t before = dictionary_.get(object::kErrorHistory, sub);
+    const auto before = static_cast<std::uint32_t>(dictionary_.get(object::kErrorHistory, sub));
     if (!dictionary_.set(object::kErrorHistory, sub, value)) break;
     value = before;
   }

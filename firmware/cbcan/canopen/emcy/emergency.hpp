@@ -122,8 +122,8 @@ class Emergency : public Part {
   EmergencyApplication& application_;
   Time due_ = kNever;
   Time next_allowed_ = 0;  ///< by the inhibit time
-  std::array<Error, kMostErrors> errors_{};
-  std::array<Message, kMostWaiting> waiting_{};
+  std::array<Error, kMostErrors> errors_;
+  std::array<Message, kMostWaiting> waiting_;
   Counters counters_;
 };
 

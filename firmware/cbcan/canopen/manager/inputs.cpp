@@ -114,7 +114,7 @@ void Manager::receive(std::size_t rpdo, std::uint64_t data, std::size_t bits, Ti
   Frame frame;
   frame.id = static_cast<std::uint32_t>(own_.dictionary().get(parameters, kCobId)) & cob::kIdMask;
   frame.length = static_cast<std::uint8_t>((bits + 7) / 8);
-  put_data(frame, data);
+  put_data(frame, static_cast<std::uint32_t>(data), static_cast<std::uint32_t>(data >> 32));
   own_.on_frame(frame, now);
 }
 

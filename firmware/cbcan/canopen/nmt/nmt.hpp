@@ -41,9 +41,9 @@ constexpr bool is_state(std::uint8_t value) {
 }
 
 /// SDO, SYNC, TIME and EMCY work in Pre-operational and Operational; in the other states only NMT and error
-/// control do (CiA 301, table 37).
+/// control do (CiA 301, table 37). They have the highest numbers.
 constexpr bool is_running(State state) {
-  return state == State::kPreOperational || state == State::kOperational;
+  return state >= State::kOperational;
 }
 
 constexpr bool is_command(std::uint8_t value) {
@@ -66,7 +66,8 @@ constexpr Frame command_frame(Command command, std::uint8_t node) {
   Frame frame;
   frame.id = kCommandId;
   frame.length = 2;
-  put_data(frame, static_cast<std::uint8_t>(command) | std::uint64_t{node} << 8);
+  frame.data[0] = static_cast<std::uint8_t>(command);
+  frame.data[1] = node;
   return frame;
 }
 

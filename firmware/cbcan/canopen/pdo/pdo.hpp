@@ -137,9 +137,7 @@ class Pdo : public Part {
 
   /// All outlive it. It does nothing before reset().
   Pdo(ObjectDictionary& dictionary, CanPort& port, const Storage& storage, PdoApplication& application)
-      : dictionary_(dictionary), port_(port), application_(application), room_(storage) {
-    first_of_.fill(0);
-  }
+      : dictionary_(dictionary), port_(port), application_(application), room_(storage) {}
 
   static constexpr bool owns(std::uint16_t index) {
     return index >= object::kRpdoParameter && index <= object::kLastPdo;

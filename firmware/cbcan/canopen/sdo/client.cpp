@@ -122,7 +122,8 @@ void SdoClient::send_abort(AbortCode code) {
   if (!tell) return;
   if (streaming || response_outstanding) quarantine(streaming);
   ++counters_.aborts_sent;
-  outbox_.send(sdo::make_abort(sdo::kRequestId + request_.node, mux(), code), now_);
+  make_request(sdo::command(sdo::Request::kAbort), mux(), static_cast<std::uint32_t>(code));
+  outbox_.send(now_);
 }
 
 void SdoClient::cancel(Time now) {

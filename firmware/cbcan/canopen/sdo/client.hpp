@@ -171,7 +171,7 @@ class SdoClient {
   void done(std::size_t size);
   void fail(AbortCode code);
   void send_abort(AbortCode code);
-  void leave(Outcome outcome);
+  [[gnu::noinline]] void leave(Outcome outcome);
 
   const State& state() const;
   bool opened() const;
@@ -201,7 +201,8 @@ class SdoClient {
     moved_ = static_cast<std::uint16_t>(moved_ + size);
   }
 
-  void make_request(std::uint8_t command, std::uint32_t bytes_1_to_3 = 0, std::uint32_t tail = 0);
+  [[gnu::noinline]] void make_request(std::uint8_t command, std::uint32_t bytes_1_to_3 = 0,
+                                      std::uint32_t tail = 0);
   void await(Phase phase);
   void await_segment();
   void ask(Phase phase);

@@ -205,18 +205,9 @@ constexpr std::uint8_t block_end_bits(std::size_t unused) {
 }
 
 /// All eight bytes: command, bytes 1..3, bytes 4..7.
-constexpr void put_bytes(Frame& frame, std::uint8_t command, std::uint32_t bytes_1_to_3, std::uint32_t tail) {
-  put_data(frame, command | std::uint64_t{bytes_1_to_3} << 8 | std::uint64_t{tail} << 32);
+inline void put_bytes(Frame& frame, std::uint8_t command, std::uint32_t bytes_1_to_3, std::uint32_t tail) {
+  put_data(frame, command | bytes_1_to_3 << 8, tail);
 }
-constexpr Frame make_frame(std::uint32_t id, std::uint8_t command, std::uint32_t bytes_1_to_3 = 0,
-                           std::uint32_t tail = 0) {
-  Frame frame;
-  frame.id = id;
-  frame.length = 8;
-  put_bytes(frame, command, bytes_1_to_3, tail);
-  return frame;
-}
-
 /// Command bytes that are equal in the bits of `mask`.
 struct CommandPattern {
   std::uint8_t mask;
@@ -242,8 +233,12 @@ inline void put_segment(Frame& frame, const std::uint8_t* from, std::size_t size
   }
 }
 
-constexpr Frame make_abort(std::uint32_t id, Multiplexer mux, AbortCode code) {
-  return make_frame(id, command(Request::kAbort), mux, static_cast<std::uint32_t>(code));
+inline Frame make_abort(std::uint32_t id, Multiplexer mux, AbortCode code) {
+  Frame frame;
+  frame.id = id;
+  frame.length = 8;
+  put_bytes(frame, command(Request::kAbort), mux, static_cast<std::uint32_t>(code));
+  return frame;
 }
 
 }  // namespace cbcan::sdo
