@@ -353,7 +353,7 @@ constexpr std::array kRuns{
     Run{"SYNC cycle with scattered BOOLEANs", 15700, 14700, sync_cycles<scattered_bits, 1>},
     Run{"write without change", 80, 355, writes_without_change},
     Run{"write with a change", 1360, 2670, writes_with_change},
-    Run{"NMT command", 175, 215, nmt_commands},
+    Run{"NMT command", 185, 245, nmt_commands},
     Run{"foreign frame", 64, 81, foreign_frames},
     Run{"expedited read, 4 bytes", 200, 200, transfers<4, Direction::kRead, Mode::kAuto>},
     Run{"expedited write, 4 bytes", 200, 155, transfers<4, Direction::kWrite, Mode::kAuto>},

@@ -86,7 +86,7 @@ class Channel {
     return due_;
   }
   Time due() const { return due_; }
-  [[gnu::noinline]] void wake_at(Time time) {
+  void wake_at(Time time) {
     if (time < due_) due_ = time;
   }
   /// The own node may be due earlier.

@@ -21,16 +21,6 @@ std::span<std::uint8_t> bytes_of(std::span<std::uint16_t> registers) {
   return {reinterpret_cast<std::uint8_t*>(registers.data()), registers.size_bytes()};
 }
 
-/// On microcontrollers two at a time: there a library's memcmp is longer than this.
-bool differ(const std::uint16_t* a, const std::uint16_t* b, std::size_t count) {
-  if constexpr (sizeof(std::size_t) > 4) return __builtin_memcmp(a, b, 2 * count) != 0;
-  for (; count >= 2; count -= 2, a += 2, b += 2)
-    if (load_word(reinterpret_cast<const std::uint8_t*>(a)) !=
-        load_word(reinterpret_cast<const std::uint8_t*>(b)))
-      return true;
-  return count != 0 && *a != *b;
-}
-
 constexpr local::DeviceState to_device_state(nmt::State state) {
   if (state == nmt::State::kStopped) return local::DeviceState::kStopped;
   return state == nmt::State::kOperational ? local::DeviceState::kOperational
@@ -68,11 +58,6 @@ bool LocalNode::on_low_id(const Frame& frame, Time now) {
   }
   if (nmt::is_command(frame)) on_command(static_cast<nmt::Command>(frame.data[0]), frame.data[1], now);
   return device_.on_frame(frame, now);
-}
-
-bool LocalNode::outputs_changed(std::size_t first, std::size_t count) const {
-  if (!kServices.process_data()) return false;
-  return differ(registers_.data() + regmap::kInputWords + first, known_outputs_.data() + first, count);
 }
 
 void LocalNode::on_outputs_changed(Time now) {

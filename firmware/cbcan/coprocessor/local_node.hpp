@@ -21,6 +21,7 @@
 #include "cbcan/coprocessor/network_status.hpp"
 #include "cbcan/coprocessor/register_window.hpp"
 #include "cbcan/coprocessor/settings.hpp"
+#include "cbcan/copy_bytes.hpp"
 #include "cbcan/time.hpp"
 
 namespace cbcan {
@@ -90,7 +91,10 @@ class LocalNode final : private DeviceApplication {
   void on_bus_state(BusState state, Time now);
 
   /// One of the outputs first..first+count-1 has changed since on_outputs_changed(). Most writes change nothing.
-  bool outputs_changed(std::size_t first, std::size_t count) const;
+  bool outputs_changed(std::size_t first, std::size_t count) const {
+    return kServices.process_data() &&
+           differ(registers_.data() + regmap::kInputWords + first, known_outputs_.data() + first, count);
+  }
   /// Call it after that. deadline() may have changed.
   void on_outputs_changed(Time now);
   /// The PLC has written outputs, changed or not.

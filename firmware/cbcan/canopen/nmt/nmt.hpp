@@ -63,12 +63,7 @@ constexpr bool is_command(const Frame& frame) {
 }
 
 constexpr Frame command_frame(Command command, std::uint8_t node) {
-  Frame frame;
-  frame.id = kCommandId;
-  frame.length = 2;
-  frame.data[0] = static_cast<std::uint8_t>(command);
-  frame.data[1] = node;
-  return frame;
+  return {kCommandId, 2, 0, {static_cast<std::uint8_t>(command), node}};
 }
 
 constexpr Frame error_control_frame(std::uint8_t node, std::uint8_t state_and_toggle) {

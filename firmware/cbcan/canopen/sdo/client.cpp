@@ -9,18 +9,16 @@ namespace cbcan {
 
 // ---- The states
 
-/// What each kind of event means in one state. An abort, a frame with another multiplexer and a short frame
-/// mean the same in all states and are handled elsewhere.
+/// The responses of one state. An abort, a frame with another multiplexer and a short frame mean the same in
+/// all states and are handled elsewhere.
 struct SdoClient::State {
   sdo::CommandPattern accepts;  ///< responses expected here; any other is ABORT_SYNC
   bool initiates;               ///< waits for the response to the first request, which contains the multiplexer
   void (*on_response)(SdoClient&, const Frame&);
-  void (*on_deadline)(SdoClient&);
-  void (*on_room)(SdoClient&);  ///< the port has accepted a frame that it had refused
 
-  template <auto kOnResponse, auto kOnDeadline, auto kOnRoom>
+  template <void (SdoClient::*kOnResponse)(const Frame&)>
   static constexpr State of(sdo::CommandPattern accepts, bool initiates = false) {
-    return {accepts, initiates, respond<kOnResponse>, event<kOnDeadline>, event<kOnRoom>};
+    return {accepts, initiates, respond<kOnResponse>};
   }
   static constexpr auto table();
 
@@ -28,10 +26,6 @@ struct SdoClient::State {
   template <void (SdoClient::*kHandler)(const Frame&)>
   static void respond(SdoClient& client, const Frame& frame) {
     (client.*kHandler)(frame);
-  }
-  template <void (SdoClient::*kHandler)()>
-  static void event(SdoClient& client) {
-    (client.*kHandler)();
   }
 };
 
@@ -64,22 +58,22 @@ constexpr auto SdoClient::State::table() {
   using enum sdo::Response;
   using enum sdo::BlockStep;
   return std::to_array<State>({
-    // on_response                       on_deadline        on_room              accepts, initiates
-    of<&C::misplaced,                   &C::nothing,       &C::nothing>       (kNone),                                             // kIdle
-    of<&C::misplaced,                   &C::hold_or_begin, &C::nothing>       (kNone),                                             // kHeldBack
-    of<&C::misplaced,                   &C::timed_out,     &C::begin>         (kNone),                                             // kQueued
-    of<&C::upload_initiated,            &C::timed_out,     &C::nothing>       (only(kInitiateUpload), kInitiates),                 // kUploadInitiate
-    of<&C::upload_segment,              &C::timed_out,     &C::nothing>       (only(kUploadSegment)),                              // kUploadSegment
-    of<&C::download_done,               &C::timed_out,     &C::nothing>       (only(kInitiateDownload), kInitiates),               // kDownloadExpedited
-    of<&C::download_initiated,          &C::timed_out,     &C::nothing>       (only(kInitiateDownload), kInitiates),               // kDownloadInitiate
-    of<&C::download_segment_taken,      &C::timed_out,     &C::nothing>       (only(kDownloadSegment)),                            // kDownloadSegment
-    of<&C::block_download_initiated,    &C::timed_out,     &C::nothing>       (only(kBlockDownload, kInitiate, 3), kInitiates),    // kBlockDownloadInitiate
-    of<&C::misplaced,                   &C::timed_out,     &C::stream_segments>(kNone),                                             // kBlockDownloadStream
-    of<&C::block_download_acknowledged, &C::timed_out,     &C::nothing>       (only(kBlockDownload, kAcknowledge, 3)),             // kBlockDownloadAcknowledge
-    of<&C::block_download_ended,        &C::timed_out,     &C::nothing>       (only(kBlockDownload, kEnd, 3)),                     // kBlockDownloadEnd
-    of<&C::block_upload_initiated,      &C::timed_out,     &C::nothing>       (only(kBlockUpload, kInitiate, 1), kInitiates),      // kBlockUploadInitiate
-    of<&C::block_upload_segment,        &C::ask_for_rest,  &C::nothing>       (kSegment),                                          // kBlockUploadStream
-    of<&C::block_upload_ended,          &C::timed_out,     &C::nothing>       (only(kBlockUpload, kEnd, 1)),                       // kBlockUploadEnd
+    // on_response                       accepts, initiates
+    of<&C::misplaced>                    (kNone),                                              // kIdle
+    of<&C::misplaced>                    (kNone),                                              // kHeldBack
+    of<&C::misplaced>                    (kNone),                                              // kQueued
+    of<&C::upload_initiated>             (only(kInitiateUpload), kInitiates),                  // kUploadInitiate
+    of<&C::upload_segment>               (only(kUploadSegment)),                               // kUploadSegment
+    of<&C::download_done>                (only(kInitiateDownload), kInitiates),                // kDownloadExpedited
+    of<&C::download_initiated>           (only(kInitiateDownload), kInitiates),                // kDownloadInitiate
+    of<&C::download_segment_taken>       (only(kDownloadSegment)),                             // kDownloadSegment
+    of<&C::block_download_initiated>     (only(kBlockDownload, kInitiate, 3), kInitiates),     // kBlockDownloadInitiate
+    of<&C::misplaced>                    (kNone),                                              // kBlockDownloadStream
+    of<&C::block_download_acknowledged>  (only(kBlockDownload, kAcknowledge, 3)),              // kBlockDownloadAcknowledge
+    of<&C::block_download_ended>         (only(kBlockDownload, kEnd, 3)),                      // kBlockDownloadEnd
+    of<&C::block_upload_initiated>       (only(kBlockUpload, kInitiate, 1), kInitiates),       // kBlockUploadInitiate
+    of<&C::block_upload_segment>         (kSegment),                                           // kBlockUploadStream
+    of<&C::block_upload_ended>           (only(kBlockUpload, kEnd, 1)),                        // kBlockUploadEnd
   });
 }
 // clang-format on
@@ -367,11 +361,21 @@ void SdoClient::send_download_segment() {
 
 void SdoClient::poll(Time now) {
   now_ = now;
-  if (outbox_.retry(now_)) state().on_room(*this);
-  if (now >= deadline_) state().on_deadline(*this);
+  if (outbox_.retry(now_)) on_room();
+  if (now >= deadline_) on_deadline();
 }
 
-void SdoClient::nothing() {}
+/// The port has accepted a frame that it had refused.
+void SdoClient::on_room() {
+  if (phase_ == kQueued) return begin();
+  if (kServices.block_transfer && phase_ == kBlockDownloadStream) stream_segments();
+}
+
+void SdoClient::on_deadline() {
+  if (phase_ == kHeldBack) return hold_or_begin();
+  if (kServices.block_transfer && phase_ == kBlockUploadStream) return ask_for_rest();
+  timed_out();
+}
 
 /// The first request has been sent: the server may know of this transfer.
 bool SdoClient::opened() const {

@@ -159,8 +159,8 @@ class SdoClient {
   void block_upload_ended(const Frame& frame);
   void misplaced(const Frame& frame);
 
-  // State::on_deadline and State::on_room.
-  void nothing();
+  void on_room();
+  void on_deadline();
   void hold_or_begin();
   void begin();
   void timed_out();
@@ -201,8 +201,7 @@ class SdoClient {
     moved_ = static_cast<std::uint16_t>(moved_ + size);
   }
 
-  [[gnu::noinline]] void make_request(std::uint8_t command, std::uint32_t bytes_1_to_3 = 0,
-                                      std::uint32_t tail = 0);
+  void make_request(std::uint8_t command, std::uint32_t bytes_1_to_3 = 0, std::uint32_t tail = 0);
   void await(Phase phase);
   void await_segment();
   void ask(Phase phase);
