@@ -28,7 +28,7 @@ inline void copy_bytes(const std::uint8_t* from, std::uint8_t* to, std::size_t c
   }
 }
 
-/// On microcontrollers four at a time: there a library's memcmp is longer than this.
+/// Compares 16-bit words. On microcontrollers four at a time: there a library's memcmp is longer than this.
 inline bool differ(const std::uint16_t* a, const std::uint16_t* b, std::size_t count) {
   if constexpr (sizeof(std::size_t) > 4) return __builtin_memcmp(a, b, 2 * count) != 0;
   constexpr auto word = [](const std::uint16_t* at) {

@@ -31,7 +31,7 @@ constexpr bool is_restricted(std::uint32_t id) {
          (id >= 0x601 && id <= 0x67F) || (id >= 0x6E0 && id <= 0x6FF) || id >= 0x701;
 }
 
-/// True for a value whose identifier may be used.
+/// True for a value whose identifier may be used. Not inlined: four checks share it.
 [[gnu::noinline]] constexpr bool is_usable(std::uint32_t cob_id) {
   return (cob_id & kReserved) == 0 && !is_restricted(id_of(cob_id));
 }
