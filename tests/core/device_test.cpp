@@ -38,6 +38,31 @@ TEST_CASE("A SYNC that the node itself produces is also its own") {
   CHECK(rig.events == std::vector<std::string>{"sync"});
 }
 
+TEST_CASE("A SYNC without a counter contains nothing of one with a counter") {
+  struct Keeper final : CanPort {
+    bool try_send(const Frame& frame) override {
+      last = frame;
+      return true;
+    }
+    Frame last;
+  } port;
+  const std::vector<Row> rows{{0x1005, 0, 0, kUnsigned32, 0x40000080},
+                              {0x1006, 0, 0, kUnsigned32, 1000},
+                              {0x1019, 0, 0, kUnsigned8, 2}};
+  const std::vector<ObjectEntry> entries = entries_of(rows);
+  std::vector<std::uint8_t> values = values_of(rows);
+  ObjectDictionary dictionary({entries, values}, nullptr);
+  Sync sync(dictionary, port);
+  sync.reset(1, 0);
+  sync.on_state(nmt::State::kOperational, 0);
+  sync.poll(1000);
+  CHECK(port.last == Frame{0x80, 1, 0, {1}});
+  dictionary.set(0x1019, 0, 0);
+  sync.configure(0x1019, 1000);
+  sync.poll(2000);
+  CHECK(port.last == Frame{0x80, 0, 0, {}});
+}
+
 TEST_CASE("Without 1005h SYNC has CAN-ID 80h, and NMT commands are NMT commands") {
   DeviceRig rig({{0x1001, 0, 0, kUnsigned8}});
   rig.start();

@@ -69,6 +69,7 @@ void Sync::poll(Time now) {
   Frame& frame = outbox_.frame();
   frame.id = id_;
   frame.length = 0;
+  frame.data[0] = 0;
   if (overflow_ != 0) {
     counter_ = counter_ >= overflow_ ? std::uint8_t{1} : static_cast<std::uint8_t>(counter_ + 1);
     frame.length = 1;
