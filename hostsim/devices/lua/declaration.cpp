@@ -342,7 +342,8 @@ void write_head(std::string& text, std::string_view file, const Entries& entries
       leaf.substr(0, leaf.rfind('.')));
   text += fmt::format(
       "[DeviceInfo]\nVendorName=\nVendorNumber={}\nProductName={}\nProductNumber={}\nRevisionNumber={}\n",
-      value(0x1018, 1), value(0x1008, 0), value(0x1018, 2), value(0x1018, 3));
+      value(object::kIdentity, 1), value(object::kDeviceName, 0), value(object::kIdentity, 2),
+      value(object::kIdentity, 3));
   for (const int rate : {10, 20, 50, 125, 250, 500, 800, 1000})
     text += fmt::format("BaudRate_{}=1\n", rate);
   text += fmt::format(
@@ -350,10 +351,10 @@ void write_head(std::string& text, std::string_view file, const Entries& entries
       "LSS_Supported=0\n\n",
       rpdos, tpdos);
   const auto is_mandatory = [](std::uint16_t index) {
-    return index == 0x1000 || index == 0x1001 || index == 0x1018;
+    return index == object::kDeviceType || index == object::kErrorRegister || index == object::kIdentity;
   };
   const auto is_own = [](std::uint16_t index) {
-    return index >= object::kFirstManufacturer && index < 0x6000;
+    return index >= object::kFirstManufacturer && index <= object::kLastManufacturer;
   };
   write_list(text, "MandatoryObjects", entries, is_mandatory);
   write_list(text, "OptionalObjects", entries,
