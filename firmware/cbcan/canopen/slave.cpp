@@ -123,7 +123,8 @@ Time Slave::deadline() const {
 
 bool Slave::send_wanted(Time now) {
   const auto lowest = static_cast<std::uint8_t>(wanted_ & (~wanted_ + 1));
-  // Created when it is sent, so that it contains the current state.
+  // Created when it is sent, so that it contains the current state: in a boot-up message this is
+  // Initialising.
   auto state = static_cast<std::uint8_t>(state_);
   if (lowest == kGuardResponse) state |= guard_toggle_;
   if (!port_.try_send(nmt::error_control_frame(node_id_, state))) {

@@ -16,17 +16,12 @@ struct SdoClient::State {
   bool initiates;               ///< waits for the response to the first request, which contains the multiplexer
   void (*on_response)(SdoClient&, const Frame&);
 
+  // Wraps the member function: a pointer to it would have twice the size and be slower to call.
   template <void (SdoClient::*kOnResponse)(const Frame&)>
   static constexpr State of(sdo::CommandPattern accepts, bool initiates = false) {
-    return {accepts, initiates, respond<kOnResponse>};
+    return {accepts, initiates, [](SdoClient& client, const Frame& frame) { (client.*kOnResponse)(frame); }};
   }
   static constexpr auto table();
-
-  // Wraps member functions: pointers to members have twice the size and are slower to call.
-  template <void (SdoClient::*kHandler)(const Frame&)>
-  static void respond(SdoClient& client, const Frame& frame) {
-    (client.*kHandler)(frame);
-  }
 };
 
 namespace {

@@ -159,6 +159,7 @@ class SdoClient {
   void block_upload_ended(const Frame& frame);
   void misplaced(const Frame& frame);
 
+  // What poll() finds, and the next steps.
   void on_room();
   void on_deadline();
   void hold_or_begin();

@@ -208,6 +208,7 @@ constexpr std::uint8_t block_end_bits(std::size_t unused) {
 inline void put_bytes(Frame& frame, std::uint8_t command, std::uint32_t bytes_1_to_3, std::uint32_t tail) {
   put_data(frame, command | bytes_1_to_3 << 8, tail);
 }
+
 /// Command bytes that are equal in the bits of `mask`.
 struct CommandPattern {
   std::uint8_t mask;
