@@ -97,7 +97,7 @@ class Package(unittest.TestCase):
         packages = subprocess.run(["bash", "-c", ". tools/dev/packages.sh; echo ${module_packages[*]}"], cwd=ROOT, capture_output=True, text=True,
                                   check=True).stdout.split()
         for program in used - {":", "ccache", "/usr/bin/ccache"}:
-            owner = subprocess.run(["dpkg", "-S", shutil.which(program)], capture_output=True, text=True, check=True).stdout.split(":")[0]
+            owner = subprocess.run(["dpkg", "-S", f"*/bin/{pathlib.Path(program).name}"], capture_output=True, text=True, check=True).stdout.split(":")[0]
             essential = subprocess.run(["dpkg-query", "-Wf", "${Essential}", owner], capture_output=True, text=True, check=True).stdout
             self.assertTrue(owner in packages or essential == "yes", f"{program} of {owner}")
 
