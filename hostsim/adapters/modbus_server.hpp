@@ -186,6 +186,8 @@ class ModbusTcpSession final : public StreamSession {
     ended_ = size == 0;
     received_.erase(received_.begin(), received_.end() - static_cast<std::ptrdiff_t>(rest.size()));
   }
+  void end_input() override { received_.clear(); }
+  bool is_busy() const override { return !received_.empty(); }
   std::string_view unsent() const override { return unsent_; }
   bool has_ended() const override { return ended_; }
   void sent(std::size_t count) override { unsent_.erase(0, count); }

@@ -13,6 +13,7 @@
 #include <set>
 
 #include "text/error.hpp"
+#include "text/files.hpp"
 
 namespace cbcan::files {
 
@@ -44,8 +45,7 @@ std::string read_all(int file, const std::string& path) {
     const std::size_t before = text.size();
     if (read_some(file, text) != 0) throw text::UsageError(path + ": cannot be read");
     at_end = text.size() == before;
-    if (text.size() > kMostBytes)
-      throw text::UsageError(path + ": more than 16 MiB; write a plant, EDS or parameter file");
+    if (text.size() > text::kMostFileBytes) throw text::UsageError(path + text::kTooLong);
     if (text.empty() && type_of(file) == S_IFIFO)
       throw text::UsageError(path +
                              ": a pipe that no program writes to; name a file, or start its writer first");

@@ -3,18 +3,15 @@
 
 #include <sys/types.h>
 
-#include <cstddef>
 #include <optional>
 #include <string>
 
 namespace cbcan::files {
 
-inline constexpr std::size_t kMostBytes = 16 * 1024 * 1024;
-
 /// The whole content of a file, and of "folder/" the names of its files, as text::FileReader says; nullopt if
 /// it does not exist or must not be read. Throws text::UsageError for a folder without that sign, for more
-/// than kMostBytes, and for a pipe without a writer; std::runtime_error if no descriptor is left. Blocks for
-/// as long as the disk, or the writer of a pipe, does.
+/// than text::kMostFileBytes, and for a pipe without a writer; std::runtime_error if no descriptor is left.
+/// Blocks for as long as the disk, or the writer of a pipe, does.
 std::optional<std::string> read_file(const std::string& path);
 
 /// S_IFREG, S_IFIFO and so on of an open file; 0 = not known.

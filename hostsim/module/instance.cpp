@@ -119,6 +119,8 @@ void Instance::give_folder(std::string name, std::optional<std::string> files) {
 /// Without the file work goes on, so that all that is missing is found at once.
 std::optional<std::string> Instance::read(const std::string& path) {
   const auto found = files_.find(path);
+  if (found != files_.end() && found->second && found->second->size() > text::kMostFileBytes)
+    throw text::UsageError(path + text::kTooLong);
   if (found != files_.end()) return found->second;
   missing_files_.insert(path);
   return std::nullopt;

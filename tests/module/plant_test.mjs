@@ -25,6 +25,7 @@ const { Instance } = await import(pathToFileURL(join(installed, "cbcan/plant.mjs
 // 5 % above what was measured, and what was promised.
 const MOST_OF_MODULE = 1_500_000, MOST_OF_TARBALL = 605_000;
 
+const tarball = readdirSync(join(source, "build/module")).find((name) => /^cbcan-.*\.tgz$/.test(name));
 const shipped = readdirSync(join(source, "scenarios")).filter((name) => name.endsWith(".toml")).length;
 const EXECUTE = 0xca0e, READ = 5055;
 const it = (name, run) => test(name, () => (count(), run()));
@@ -35,9 +36,19 @@ it("size", () => {
   const bytes = statSync(join(installed, "cbcan/cbcan.wasm")).size;
   console.log(`figure: the module has ${bytes} bytes`);
   assert.ok(bytes <= MOST_OF_MODULE, `${bytes} bytes`);
-  const tarball = execFileSync("sh", ["-c", `stat -c %s ${source}/build/module/cbcan-*.tgz`]);
-  console.log(`figure: the tarball has ${Number(tarball)} bytes`);
-  assert.ok(Number(tarball) <= MOST_OF_TARBALL, `${tarball} bytes`);
+  const size = statSync(join(source, "build/module", tarball)).size;
+  console.log(`figure: the tarball has ${size} bytes`);
+  assert.ok(size <= MOST_OF_TARBALL, `${size} bytes`);
+});
+
+it("what is in the tarball, with a README that says how to use it", () => {
+  const files = execFileSync("tar", ["-tzf", join(source, "build/module", tarball)], { encoding: "utf8" }).trim().split("\n");
+  const all = ["LICENSE", "README.md", "cbcan.mjs", "cbcan.wasm", "index.d.mts", "index.mjs", "package.json", "plant.d.mts", "plant.mjs"];
+  assert.deepEqual(files, ["", ...all].map((name) => `package/${name}`));
+  const readme = readFileSync(join(installed, "cbcan/README.md"), "utf8");
+  for (const page of [readme, readFileSync(join(source, "docs/how-to/test-in-ci.md"), "utf8")]) assert.ok(page.includes(`npm install ./${tarball}`));
+  writeFileSync(join(installed, "../readme.mjs"), /```js\n([^]*?)```/.exec(readme)[1]);
+  assert.match(execFileSync(process.execPath, [join(installed, "../readme.mjs")], { encoding: "utf8" }), /^\[ 401, 15 \] \[[^]*'5C2#4300100091010F00'\s*\]\n$/);
 });
 
 it("a transaction, its frames, and no time but what a test lets pass", async () => {
@@ -57,6 +68,10 @@ it("a transaction, its frames, and no time but what a test lets pass", async () 
   assert.equal(plant.now, 1);
   assert.ok(plant.holds("register 3700 = 4"));
   assert.deepEqual(plant.frames(), ["642#4000100000000000", "642#8000100000000405"]);
+  assert.equal(plant.wait("emcy 5", "2s"), false);
+  plant.advance("500ms");
+  assert.equal(plant.now, 3.5);
+  assert.throws(() => plant.wait("emcy 5", "2 hours"), PlantError);
 });
 
 it("two networks, and plants beside each other", async () => {

@@ -4,6 +4,8 @@
 usage: same_test.py CBCAN_SIM NATIVE MODULE_FOLDER"""
 
 import pathlib
+import re
+import shlex
 import shutil
 import socket
 import subprocess
@@ -18,6 +20,7 @@ from simulator import LIMIT, Simulator, program_from_arguments
 
 PROGRAM, NATIVE, FOLDER = program_from_arguments(sys.argv, 3)
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+MISSING = re.search(r"It has\nno (.*?)A message says", (ROOT / "docs/how-to/install.md").read_text(), re.S)[1]
 NUMBERS = ("", "0", "-0", "+1", " 1", "1 ", "01", "1.5", ".5", "5.", "1e3", "1E3", "1e", "1e+", "1e400", "-1e400", "1e-400", "4.9e-324", "0x10", "10h",
            "0x", "h", "0x1p3", "1_000", "1,5", "nan", "inf", "-inf", "infinity", "0x1.8", "1f", "--1", "2147483647", "4294967296",
            "9007199254740993", "1e22", "0.1", "123456789.123456789", "179769313486231580793728971405301e276", "\u0661")
@@ -81,11 +84,22 @@ class Package(unittest.TestCase):
                                  (["--explore", "--", "true"], "use the program"), (["--seeds", "1..2", "--", "true"], "use the program"),
                                  (["--only", "66:silent@1", "--", "true"], "use the program"),
                                  (["--fault", "plc:plc-restart"], "use the program")):
+            self.assertIn("Unix" if options[1][:4] in ("unix", "pty:") else "plc-restart" if options[0] == "--fault" else f"`{options[0]}`", MISSING)
             code, out, err = said(PROGRAM, "--demo", *options)
             self.assertEqual((code, out), (2, ""), options)
             self.assertRegex(err, rf"^cbcan-sim: {options[0].replace('--fault', 'plc.faults')}.* is not in this build; .*{said_of}")
         self.assertIn("--real-time: is not in this build", said(PROGRAM, "run", "--real-time", "scenarios")[2])
         self.assertIn("--target 127.0.0.1:1: is not in this build", said(PROGRAM, "run", "--target", "127.0.0.1:1", "scenarios")[2])
+
+    def test_its_build_needs_only_what_it_installs(self):
+        commands = subprocess.run(["ninja", "-C", FOLDER, "-t", "commands", "cbcan_npm", "cbcan_tab"], capture_output=True, text=True, check=True).stdout
+        used = {shlex.split(command)[0] for line in commands.splitlines() for command in line.split(" && ") if not command.startswith("cd ")}
+        packages = subprocess.run(["bash", "-c", ". tools/dev/packages.sh; echo ${module_packages[*]}"], cwd=ROOT, capture_output=True, text=True,
+                                  check=True).stdout.split()
+        for program in used - {":", "ccache", "/usr/bin/ccache"}:
+            owner = subprocess.run(["dpkg", "-S", f"*/bin/{pathlib.Path(program).name}"], capture_output=True, text=True, check=True).stdout.split(":")[0]
+            essential = subprocess.run(["dpkg-query", "-Wf", "${Essential}", owner], capture_output=True, text=True, check=True).stdout
+            self.assertTrue(owner in packages or essential == "yes", f"{program} of {owner}")
 
     def test_the_tarball_by_npx(self):
         tarball, = pathlib.Path(FOLDER).glob("cbcan-*.tgz")

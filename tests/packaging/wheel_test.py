@@ -119,4 +119,18 @@ class Wheel(unittest.TestCase):
             "data/scripts/cbcanctl", *(f"dist-info/{name}" for name in ("LICENSE", "METADATA", "WHEEL", "entry_points.txt", "RECORD"))})
 
 
+class Source(unittest.TestCase):
+    def test_libmicrohttpd_is_that_of_the_last_update(self):
+        script = """. tools/dev/packages.sh
+            dpkg-query() { echo "lua5.4 9.9"; echo "libmicrohttpd 0.9.75-6"; }
+            apt-get() { echo "asked"; exit; }
+            debian_source libmicrohttpd "$1" """
+        for unpacked, said in ("0.9.75-6", ""), ("0.9.75-7", ""), ("0.9.75-5", "asked\n"):
+            with tempfile.TemporaryDirectory() as folder:
+                (pathlib.Path(folder) / "debian").mkdir()
+                (pathlib.Path(folder) / "debian/changelog").write_text(f"libmicrohttpd ({unpacked}) unstable; urgency=low\n\n  * .\n\n"
+                                                                       " -- A <a@example>  Mon, 01 Jan 2024 00:00:00 +0000\n")
+                self.assertEqual(run("bash", "-euc", script, "sh", folder, cwd=ROOT), said, unpacked)
+
+
 cases.main()

@@ -251,6 +251,15 @@ class Strangers(Http):
         self.assertEqual(self.ask("/api/control", 1001 * "x" + "\ntime")[1].splitlines()[0], "error: a line of more than 1000 characters")
         self.assertEqual(self.ask("/api/time", "x")[0], 404)
 
+    def test_a_body_of_two_lengths_is_refused(self):
+        self.start()
+        for lengths, answer in ((b"5",), b"HTTP/1.1 200"), ((b"5", b"3"), b"HTTP/1.1 400"), ((b"5", b"5"), b"HTTP/1.1 400"):
+            head = b"".join(b"Content-Length: %s\r\n" % length for length in lengths)
+            with socket.create_connection(("127.0.0.1", self.http_port), timeout=LIMIT) as client:
+                client.sendall(b"POST /api/control HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n" + head + b"\r\ntime\n")
+                with contextlib.suppress(ConnectionError):  # or the connection is closed
+                    self.assertIn(client.recv(12), (answer, b"" if len(lengths) > 1 else answer))
+
 
 class Crowd(Http):
     def raw(self, data):

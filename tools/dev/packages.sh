@@ -56,10 +56,15 @@ install_packages() {
   apt_get install -y --no-install-recommends "${missing[@]}"
 }
 
-# debian_source PACKAGE FOLDER: unpacks the source package there.
+# debian_source PACKAGE FOLDER: unpacks the source package there, and again once the installed packages of it are newer.
 debian_source() {
-  local work list apt
-  [[ -d $2/debian ]] && return
+  local work list apt installed unpacked
+  installed=$(dpkg-query --show --showformat='${source:Package} ${source:Version}\n' | sed -n "s/^$1 //p" | sort --version-sort | tail -n 1)
+  if [[ -d $2/debian ]]; then
+    unpacked=$(dpkg-parsechangelog --file "$2/debian/changelog" --show-field Version)
+    dpkg --compare-versions "$unpacked" ge "$installed" && return
+    rm -r "$2"
+  fi
   work=$(mktemp -d)
   mkdir -p "$work/parts" "$work/lists/partial" "$2"
   # This machine's own places, as places of source packages.

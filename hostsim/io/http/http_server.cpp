@@ -3,6 +3,7 @@
 
 #include <microhttpd.h>
 #include <poll.h>
+#include <strings.h>
 #include <sys/socket.h>
 
 #include <algorithm>
@@ -82,11 +83,25 @@ struct HttpServer::Callbacks {
     return exchange.is_read ? MHD_YES : MHD_NO;
   }
 
+  static MHD_Result count_lengths(void* into, MHD_ValueKind /*kind*/, const char* key,
+                                  const char* /*value*/) {
+    *static_cast<int*>(into) += strcasecmp(key, MHD_HTTP_HEADER_CONTENT_LENGTH) == 0 ? 1 : 0;
+    return MHD_YES;
+  }
+
+  /// A second length could hide a request in the body of this one.
+  static bool has_two_lengths(MHD_Connection* connection) {
+    int lengths = 0;
+    MHD_get_connection_values(connection, MHD_HEADER_KIND, count_lengths, &lengths);
+    return lengths > 1;
+  }
+
   static MHD_Result on_access(void* self, MHD_Connection* connection, const char* url, const char* method,
                               const char* /*version*/, const char* data, size_t* size, void** kept) try {
     auto& server = *static_cast<HttpServer*>(self);
     auto* exchange = static_cast<Exchange*>(*kept);
     if (exchange == nullptr) {
+      if (has_two_lengths(connection)) return MHD_NO;
       *kept = new Exchange{{.method = method, .path = url}};
       return MHD_YES;
     }

@@ -17,6 +17,12 @@ const { Instance } = await import("./plant.mjs");
 
 const kUsage = 2;
 const kEnvironment = 3;
+const kLongestLine = 1000; // of standard input
+const kMostHttpClients = 128;
+const kMostBody = 64 * 1024;
+const kSilentFor = 30_000; // ms, a client of HTTP with an incomplete request
+const kHalfRequest = 5000; // ms, of Modbus
+const kLeaving = 1000; // ms, for what clients have not read at the end
 
 const warn = (text) => process.stderr.write(`cbcan-sim: ${text}\n`);
 
@@ -82,6 +88,10 @@ class Files {
   }
 }
 
+/** The bytes of a path, which need not be characters. */
+const decoded = (path) =>
+  Buffer.from(path.replace(/%([0-9a-f]{2})/gi, (_, hex) => String.fromCharCode(parseInt(hex, 16))), "latin1").toString();
+
 const address = ({ host, port }) => `${host.includes(":") ? `[${host}]` : host}:${port}`;
 
 const wayOut = ({ host, port }) => ({
@@ -95,8 +105,7 @@ class Program {
   #files = new Files();
   #clock = new Clock();
   #folder = process.cwd().replaceAll(path.sep, "/");
-  #sockets = new Map(); // to the numbers of their connections
-  #ended = new Set(); // the connections whose clients send nothing more
+  #clients = new Map(); // from their sockets
   #streams = new Map(); // to their numbers and responses
   #servers = [];
   #turning = false;
@@ -106,7 +115,7 @@ class Program {
   #code; // the exit code, once it is known
 
   async run(args) {
-    process.stdout.on("error", (error) => guarded(() => { throw new Ended(kEnvironment, `standard output: ${reason(error)}`); }));
+    process.stdout.on("error", (error) => fail(new Ended(kEnvironment, `standard output: ${reason(error)}`)));
     process.stderr.on("error", () => {});
     const started = await this.#instance.start(args, { ...disk, folder: this.#folder });
     this.#tell();
@@ -147,14 +156,19 @@ class Program {
     process[this.started.ready_to === "out" ? "stdout" : "stderr"].write(ready);
     process.stderr.write(waysIn);
     if (!this.started.manual) return;
+    if (fs.statSync("/dev/stdin", { throwIfNoEntry: false })?.isDirectory()) throw new Ended(kEnvironment, "standard input: Is a directory");
     this.#lines = [];
     let rest = "";
     process.stdin.setEncoding("utf8").on("data", (text) => {
       const lines = (rest + text).split(/\r?\n/);
       rest = lines.pop();
+      if ([...lines, rest].some((line) => line.length > kLongestLine))
+        fail(new Ended(kUsage, `standard input: a line of more than ${kLongestLine} characters`));
       this.#lines.push(...lines);
+      process.stdin.pause();
       this.#soon();
     });
+    process.stdin.on("error", (error) => fail(new Ended(kEnvironment, `standard input: ${reason(error)}`)));
     process.stdin.on("end", () => {
       this.#lines.push(...(rest === "" ? [] : [rest]), null);
       this.#soon();
@@ -194,8 +208,9 @@ class Program {
     if (this.#code !== undefined) return;
     const now = this.#clock.now();
     const next = this.#instance.pass(now);
-    this.#execute();
-    for (const [socket, connection] of this.#sockets) this.#flush(socket, connection);
+    let received = false; // there may be more
+    for (const [socket, client] of this.#clients) received = this.#serve(socket, client) || received;
+    received ? this.#soon() : this.#execute();
     for (const [response, stream] of this.#streams) this.#fill(response, stream);
     this.#tell();
     clearTimeout(this.#timer);
@@ -215,6 +230,7 @@ class Program {
       this.#tell();
       this.#soon();
     }
+    if (this.#lines?.length === 0) process.stdin.resume();
   }
 
   #stop(code) {
@@ -223,13 +239,14 @@ class Program {
     clearTimeout(this.#timer);
     if (this.started.summary) process.stderr.write(this.#instance.call("summary"));
     for (const server of this.#servers) server.close();
-    for (const [socket, connection] of this.#sockets) {
-      this.#flush(socket, connection);
+    for (const [socket, { connection }] of this.#clients) {
+      for (const bytes of this.#instance.sent(connection)) socket.write(bytes);
       socket.destroySoon();
     }
     for (const response of this.#streams.keys()) response.destroy();
     process.stdin.destroy();
     this.#tell();
+    setTimeout(() => process.exit(), kLeaving).unref(); // who does not read is not waited for
   }
 
   // ---- Connections
@@ -237,7 +254,7 @@ class Program {
   async #listen({ name, host, port }) {
     const server =
       name === "http"
-        ? (await import("node:http")).createServer((request, response) => this.#respond(request, response))
+        ? await this.#httpServer()
         : net.createServer({ allowHalfOpen: true, noDelay: true }, (socket) => this.#accept(name, socket));
     await new Promise((resolve, reject) => {
       const fail = (error) =>
@@ -251,77 +268,94 @@ class Program {
   #accept(service, socket) {
     if (socket.remoteAddress === undefined) return socket.destroy(); // reset meanwhile, which looks like a half-close later
     const peer = address({ host: socket.remoteAddress, port: socket.remotePort });
-    const connection = this.#instance.call("connect", { service, peer });
-    this.#sockets.set(socket, connection);
-    this.#flush(socket, connection);
-    socket.on("data", (bytes) =>
+    const client = { connection: this.#instance.call("connect", { service, peer }), unread: Buffer.alloc(0), isModbus: service === "modbus", wasHalf: false };
+    this.#clients.set(socket, client);
+    const serve = () =>
       guarded(() => {
         this.#instance.pass(this.#clock.now());
-        this.#instance.receive(connection, bytes);
+        this.#serve(socket, client);
         this.#tell();
-        this.#flush(socket, connection);
         this.#soon();
-      }));
+      });
+    socket.on("data", (bytes) => {
+      client.unread = client.unread.length === 0 ? bytes : Buffer.concat([client.unread, bytes]);
+      serve();
+    });
     // A reset right behind bytes arrives as an end too; only a write fails then.
-    socket.on("end", () =>
-      socket.writableEnded || socket.write("", (error) =>
-        error || guarded(() => {
-          this.#ended.add(connection);
-          this.#instance.endInput(connection);
-          this.#flush(socket, connection);
-        })));
-    socket.on("drain", () => guarded(() => this.#flush(socket, connection)));
+    socket.on("end", () => socket.writableEnded || socket.write("", (error) => error || ((client.ended = true), serve())));
+    socket.on("drain", serve);
+    socket.on("timeout", () => socket.destroy());
     socket.on("error", () => socket.destroy());
     socket.on("close", () => {
-      this.#sockets.delete(socket);
-      this.#ended.delete(connection);
-      if (!this.#instance.crash) this.#instance.disconnect(connection);
+      this.#clients.delete(socket);
+      if (!this.#instance.crash) this.#instance.disconnect(client.connection);
     });
+    this.#serve(socket, client);
   }
 
-  /** Nothing more is read from a client that does not read. */
-  #flush(socket, connection) {
+  /** What each client of many is served of at a time: what one sends may go to all of them. */
+  #share() {
+    const kWork = 512 * 1024, kMost = 4096, kFewest = 32;
+    return Math.max(kFewest, Math.min(kMost, Math.floor(kWork / this.#clients.size ** 2)));
+  }
+
+  /** Nothing more is read from a client that does not read. Returns whether bytes of the client were handed over. */
+  #serve(socket, client) {
+    const { connection } = client;
+    if (socket.writableEnded) return void socket.pause();
+    const reads = () => !socket.writableNeedDrain && this.#instance.state(connection).wantsMore;
+    const receives = client.unread.length > 0 && reads();
+    if (receives) {
+      const share = this.#share();
+      this.#instance.receive(connection, client.unread.subarray(0, share));
+      client.unread = client.unread.subarray(share);
+    }
+    if (client.ended && client.unread.length === 0) this.#instance.endInput(connection);
     if (!socket.writableNeedDrain)
       for (const bytes of this.#instance.sent(connection)) if (!socket.write(bytes)) break;
-    const { wantsMore, isBusy, hasEnded } = this.#instance.state(connection);
-    if (hasEnded || (this.#ended.has(connection) && !isBusy)) return socket.end();
-    socket.writableNeedDrain || !wantsMore ? socket.pause() : socket.resume();
+    const { isBusy, hasEnded } = this.#instance.state(connection);
+    const waits = client.unread.length > 0;
+    const isHalf = client.isModbus && isBusy && !waits && !socket.writableNeedDrain;
+    if (isHalf !== client.wasHalf) socket.setTimeout((client.wasHalf = isHalf) ? kHalfRequest : 0);
+    if (hasEnded || (client.ended && !isBusy && !waits)) socket.destroySoon();
+    else waits || !reads() ? socket.pause() : socket.resume();
+    return receives;
+  }
+
+  async #httpServer() {
+    const { createServer } = await import("node:http");
+    const server = createServer({ requestTimeout: kSilentFor, connectionsCheckingInterval: kSilentFor / 10 }, (request, response) =>
+      this.#respond(request, response).catch((error) => (this.#instance.crash ? fail(error) : response.destroy())));
+    server.maxConnections = kMostHttpClients;
+    return server;
   }
 
   async #respond(request, response) {
-    const kMostBody = 64 * 1024;
     const parts = [];
     let size = 0;
-    try {
-      for await (const part of request) if ((size += part.length) <= kMostBody) parts.push(part);
-    } catch {
-      return; // the client has left
-    }
-    const url = new URL(request.url, "http://localhost");
-    guarded(() => {
-      this.#instance.pass(this.#clock.now());
-      const answer = this.#instance.call("respond", {
-        method: request.method,
-        path: decodeURIComponent(url.pathname),
-        query: Object.fromEntries(url.searchParams),
-        body: Buffer.concat(parts).toString(),
-        host: request.headers.host,
-        origin: request.headers.origin,
-        last_event_id: request.headers["last-event-id"],
-        too_long: size > kMostBody,
-      });
-      if (!answer.stream)
-        return response
-          .writeHead(answer.status, { ...answer.headers, "Content-Length": Buffer.byteLength(answer.body) })
-          .end(answer.body);
-      response.writeHead(answer.status, answer.headers).flushHeaders();
-      const stream = { number: answer.stream, keepAlive: answer.keep_alive, sentAt: performance.now() };
-      this.#streams.set(response, stream);
-      response.on("close", () => {
-        if (this.#streams.delete(response)) this.#instance.call("drop", { stream: stream.number });
-      });
-      this.#soon();
+    for await (const part of request) if ((size += part.length) <= kMostBody) parts.push(part);
+    const [path, query] = request.url.split(/\?(.*)/s);
+    this.#instance.pass(this.#clock.now());
+    const answer = this.#instance.call("respond", {
+      method: request.method,
+      path: decoded(path),
+      query: Object.fromEntries(new URLSearchParams(query)),
+      body: Buffer.concat(parts).toString(),
+      host: request.headers.host,
+      origin: request.headers.origin,
+      last_event_id: request.headers["last-event-id"],
+      too_long: size > kMostBody,
     });
+    this.#soon();
+    if (!answer.stream)
+      return response
+        .writeHead(answer.status, { ...answer.headers, "Content-Length": Buffer.byteLength(answer.body) })
+        .end(answer.body);
+    const stream = { number: answer.stream, keepAlive: answer.keep_alive, sentAt: performance.now() };
+    const drop = () => this.#streams.delete(response) && this.#instance.call("drop", { stream: stream.number });
+    this.#streams.set(response, stream);
+    if (response.destroyed) return drop();
+    response.on("close", drop).writeHead(answer.status, answer.headers).flushHeaders();
   }
 
   #fill(response, stream) {
@@ -340,13 +374,17 @@ class Program {
   }
 }
 
-/** Errors end the program. */
+/** Ends the program. */
+function fail(error) {
+  warn(error.message);
+  process.exit(error instanceof Ended ? error.code : kEnvironment);
+}
+
 function guarded(action) {
   try {
     return action();
   } catch (error) {
-    warn(error.message);
-    process.exit(error.code ?? kEnvironment);
+    fail(error);
   }
 }
 
@@ -355,4 +393,4 @@ const args = process.argv.slice(2);
 const own = args.includes("--") ? args.indexOf("--") : args.length;
 new Program()
   .run(args.map((word, place) => (place < own ? word.replaceAll(path.sep, "/") : word)))
-  .catch((error) => guarded(() => { throw error; }));
+  .catch(fail);

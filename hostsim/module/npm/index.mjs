@@ -26,9 +26,13 @@ const namesIn = (folder) =>
     .sort()
     .join("");
 
+/** Of a file that is too long no more than the module needs to say so. */
+const kTooLong = 16 * 1024 * 1024 + 1;
+const content = (name) => (fs.statSync(name).size < kTooLong ? fs.readFileSync(name) : new Uint8Array(kTooLong));
+
 /** Files and folders, null = absent. Not devices, which may have no end. */
 export const disk = {
-  read: (name) => unlessAbsent(() => (name.endsWith("/") ? namesIn(name) : isFile(fs.statSync(name)) ? fs.readFileSync(name) : null)),
+  read: (name) => unlessAbsent(() => (name.endsWith("/") ? namesIn(name) : isFile(fs.statSync(name)) ? content(name) : null)),
   list: (name) =>
     unlessAbsent(() =>
       fs.readdirSync(name, { withFileTypes: true, recursive: true })

@@ -34,14 +34,14 @@ export class Plant {
   /** Seconds since the start of the plant. */
   readonly now: number;
 
-  /** Lets time pass, in seconds. */
-  advance(seconds: number): void;
+  /** Lets time pass: a number of seconds, or a duration as commands have it, "500ms". */
+  advance(time: number | string): void;
 
   /**
-   * Lets time pass until a condition of docs/reference/commands.md holds, or for `within` seconds (60). false: it did not hold in
-   * time. Throws PlantError when the condition is not understood.
+   * Lets time pass until a condition of docs/reference/commands.md holds, or for `within` (60 seconds), given as for advance().
+   * false: it did not hold in time. Throws PlantError when the condition is not understood.
    */
-  wait(condition: string, within?: number): boolean;
+  wait(condition: string, within?: number | string): boolean;
 
   /** Whether a condition holds now. */
   holds(condition: string): boolean;

@@ -8,6 +8,9 @@ const decoder = new TextDecoder();
 /** JSON without halves of characters, which UTF-8 does not have. */
 const json = (value) => JSON.stringify(value, (_, part) => (typeof part === "string" ? decoder.decode(encoder.encode(part)) : part));
 
+/** Of a number of seconds, or of a text as commands have it. */
+const duration = (time) => (typeof time === "number" ? `${Math.round(time * 1e6)}us` : time);
+
 export class PlantError extends Error {}
 
 /** One instance of the module; hostsim/module/instance.hpp has its calls. */
@@ -157,12 +160,12 @@ export class Plant {
     return Number(this.command("time"));
   }
 
-  advance(seconds) {
-    this.command(`pass ${Math.round(seconds * 1e6)}us`);
+  advance(time) {
+    this.command(`pass ${duration(time)}`);
   }
 
   wait(condition, within = 60) {
-    const response = this.#execute(`wait ${condition} within ${Math.round(within * 1e6)}us`);
+    const response = this.#execute(`wait ${condition} within ${duration(within)}`);
     if (response.startsWith("ok")) return true;
     if (response.startsWith("error: not within ")) return false;
     throw new PlantError(response.replace("error: ", ""));
