@@ -54,14 +54,14 @@ struct ManagerRig : Wire {
                  : coprocessor.use_network(std::span<const std::uint8_t>(memory).first(used))));
     coprocessor.show_status_in(status);
     coprocessor.start(now);
-    poll();
+    pass(0);
   }
 
   // The bus.
   template <class... More>
   ManagerRig& arrive(const std::string& frame, const More&... more) {
     coprocessor.on_frame(frame_from(frame), now);
-    poll();
+    pass(0);
     if constexpr (sizeof...(more) != 0) arrive(more...);
     return *this;
   }
@@ -70,7 +70,8 @@ struct ManagerRig : Wire {
   ManagerRig& request(std::initializer_list<std::uint16_t> words) {
     std::copy(words.begin(), words.end(), registers.begin() + 1);
     registers[0] = 0xCA0E;
-    return poll();
+    coprocessor.poll(now);
+    return pass(0);
   }
   ManagerRig& nmt(std::uint16_t node, std::uint16_t command) {
     return request({5066, 0, 0x1F82, node, 1, command});
@@ -80,23 +81,13 @@ struct ManagerRig : Wire {
     std::copy(words.begin(), words.end(), to);
     coprocessor.on_registers_written(first, words.size(), now);
     coprocessor.on_plc(now);
-    return poll();
+    return pass(0);
   }
 
-  ManagerRig& poll() {
-    deadline = coprocessor.poll(now);
-    return *this;
-  }
-  /// Lets time pass and polls at every deadline.
+  /// Lets time pass, and polls at deadlines alone.
   ManagerRig& pass(Time duration) {
-    const Time end = now + duration;
-    for (unsigned polls = 0; deadline <= end; ++polls) {
-      REQUIRE(polls < 100'000);
-      now = std::max(now, deadline);
-      poll();
-    }
-    now = end;
-    return poll();
+    poll_when_due(coprocessor, now, now + duration);
+    return *this;
   }
 
   /// R3972 + node.
@@ -111,7 +102,6 @@ struct ManagerRig : Wire {
   std::array<std::uint16_t, regmap::kStatusWords> status{};
   Bytes memory;
   Time now = 1000;
-  Time deadline = 0;
   Coprocessor coprocessor;
 };
 

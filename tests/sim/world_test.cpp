@@ -91,7 +91,8 @@ TEST_CASE("128 bytes there and back in every transfer mode") {
     plant.execute({5055, 1, 0x2080, 0, 128});
     CHECK(plant.reg(3700) == 0);
     CHECK(std::equal(plant.registers.begin() + 6, plant.registers.end(), written.begin() + 6));
-    // Segmented: 2 + 2 x 19 frames in each direction; block: 2 + 19 + 1 + 2 to write, one start frame more to read.
+    // Segmented: 2 + 2 x 19 frames in each direction; block: 2 + 19 + 1 + 2 to write, one start frame more to
+    // read.
     CHECK(plant.log.lines.size() == (mode == 3 ? 24u + 25u : 40u + 40u));
   }
 }

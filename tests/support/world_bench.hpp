@@ -32,8 +32,7 @@ struct WorldBench : private sim::Receiver {
   WorldBench& send(const std::string& frame) {
     INFO("sends " << frame);
     CHECK(port_.try_send(frame_from(frame)));
-    world.advance(now);
-    return *this;
+    return pass(0);
   }
 
   /// Checks the next frame that was received, at `now`.
@@ -89,6 +88,7 @@ struct WorldBench : private sim::Receiver {
     return lines;
   }
 
+  /// Advances at deadlines alone.
   WorldBench& pass(Time duration) {
     const Time end = now + duration;
     for (Time next = world.next_deadline(); next <= end; next = world.next_deadline()) {
@@ -96,20 +96,17 @@ struct WorldBench : private sim::Receiver {
       world.advance(now);
     }
     now = end;
-    world.advance(now);
     return *this;
   }
 
   // What happens to the nodes from outside.
   WorldBench& input(sim::Node& node, std::uint16_t index, std::uint8_t sub, double value) {
     CHECK(node.set_input(index, sub, value, now));
-    world.advance(now);
-    return *this;
+    return pass(0);
   }
   WorldBench& incident(sim::Node& node, const std::string& name, bool present) {
     CHECK(node.set_incident(name, present, now));
-    world.advance(now);
-    return *this;
+    return pass(0);
   }
 
   sim::World world;

@@ -9,8 +9,8 @@
 ///   start(now) once; on_frame(frame, now) for every frame that arrives; on_bus_state() when the CAN
 ///   controller's state changes; on_registers_written() after each request of the PLC that has written
 ///   registers of the scanner window or of process data; on_plc() after every request of the PLC; poll(now) at
-///   the time that the last poll returned, and whenever R3700 may have been written, another function has been
-///   called or the port has room again. Times are microseconds, monotonic (cbcan/time.hpp).
+///   deadline(), which each of these functions may bring forward, and whenever R3700 may have been written or
+///   the port has room again. Times are microseconds, monotonic (cbcan/time.hpp).
 ///
 /// Both windows share it: one request at a time, in turns if both have one. A request is copied when its turn
 /// comes.
@@ -81,8 +81,10 @@ class Coprocessor {
   /// The PLC is alive: a valid Modbus request, or a response to one, has been received.
   void on_plc(Time now);
 
-  /// Returns the latest time of the next call; kNever = only after another call.
+  /// Returns deadline().
   Time poll(Time now);
+  /// The latest time of the next poll(); kNever = only after another call.
+  Time deadline() const { return channel_.due(); }
 
   const Counters& counters() const { return channel_.counters(); }
   const SdoClient& sdo_client() const { return channel_.sdo_client(); }
@@ -96,6 +98,7 @@ class Coprocessor {
   LocalNode& node() { return node_; }
   const LocalNode& node() const { return node_; }
   Channel& first_channel() { return channel_; }
+  const Channel& first_channel() const { return channel_; }
   const Settings& settings() const { return channel_.settings(); }
 
  private:

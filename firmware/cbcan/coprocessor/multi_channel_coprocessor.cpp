@@ -26,7 +26,7 @@ Time MultiChannelCoprocessor::poll(Time now) {
   Coprocessor::poll(now);
   if (now >= more_due_) poll_more(now);
   if (waiting_count_ != 0) ask_again(now);
-  return earlier(first_channel().due(), more_due_);
+  return deadline();
 }
 
 void MultiChannelCoprocessor::poll_more(Time now) {
@@ -61,11 +61,12 @@ void MultiChannelCoprocessor::on_frame(const Frame& frame, Time now) {
   const std::uint32_t function = frame.id & kFunction;
   const auto node = static_cast<std::uint8_t>(frame.id & nmt::kMaxNode);
   if (function == sdo::kResponseId) {
+    look_at_waiting(now);
     if (!this->node().manager().on_response(frame, now))
       return on_response(frame, channel(owner_[node]), now);
-    first_channel().follow_node();
-    return waiting_count_ != 0 ? wake_more_at(now) : void();
+    return first_channel().follow_node();
   }
+  look_at_waiting(now);
   Coprocessor::on_frame(frame, now);
   if (function == nmt::kErrorControlId && frame.flags == 0 && node != 0)
     pass_news(node, NodeMonitor::news(frame), now);
@@ -89,6 +90,7 @@ void MultiChannelCoprocessor::pass_news(std::uint8_t node, NodeMonitor::News new
 
 void MultiChannelCoprocessor::on_registers_written(std::size_t first, std::size_t count, Time now) {
   written_ = true;
+  look_at_waiting(now);
   const std::size_t out = settings().scanner_out_first + regmap::kScannerStride;
   const std::size_t end = out + more_.size() * regmap::kScannerStride;
   const bool more = first < end && out < first + count;

@@ -3,8 +3,7 @@
 
 /// A Coprocessor with up to 16 channels: as many SDO clients, each with its own scanner window, so that requests
 /// to different nodes can be in progress at the same time (docs/reference/contract.md, "Channels"). Channel 1 is
-/// the Coprocessor's own, with R3700..R3769. Used like a Coprocessor, except that poll() must follow each of the
-/// other calls: it begins the requests that have waited for the end of another one.
+/// the Coprocessor's own, with R3700..R3769. Used like a Coprocessor.
 ///
 /// Requests to one node are executed in order of arrival, and none while another channel's client has the node in
 /// quarantine. NMT commands are also executed in order of arrival, as are the requests for one node's state.
@@ -35,6 +34,7 @@ class MultiChannelCoprocessor final : public Coprocessor, private ChannelTurns {
   void on_frame(const Frame& frame, Time now);
   void on_registers_written(std::size_t first, std::size_t count, Time now);
   Time poll(Time now);
+  Time deadline() const { return earlier(first_channel().due(), more_due_); }
 
   /// The sums of all channels.
   Counters counters() const;
@@ -71,6 +71,10 @@ class MultiChannelCoprocessor final : public Coprocessor, private ChannelTurns {
   void ask_again(Time now);
   void poll_more(Time now);
   void reset_more();
+  /// Something may have ended that a request waits for.
+  void look_at_waiting(Time now) {
+    if (waiting_count_ != 0) wake_more_at(now);
+  }
   void wake_more_at(Time time) { more_due_ = earlier(more_due_, time); }
 
   std::span<Memory> more_;
