@@ -66,6 +66,9 @@ constexpr std::array kNode{
     setting<&Node::restore>({
         .key = "node.restore", .help = "Sub-index of 1011h: these defaults are restored first, and the node is reset",
         .unit = ", 0 = none"}),
+    setting<&Node::sdo_timeout_ms>({
+        .key = "node.sdo_timeout_ms", .help = "Time for a response to the module's boot; for a device that stores slowly",
+        .unit = " ms, 0 = that of the module"}),
     setting<&Node::heartbeat_ms>({
         .key = "node.heartbeat_ms", .help = "Heartbeat period, written to 1017h; the node is lost after 1.5 times this and 100 ms",
         .high = 43'000, .unit = " ms, 0 = no supervision"}),

@@ -78,6 +78,7 @@ struct Node {
   bool boot = true;          ///< false: checked, but neither configured nor started
   bool store = false;        ///< it keeps its configuration, see 1020h
   std::uint8_t restore = 0;  ///< sub-index of 1011h, 0 = not restored
+  std::uint16_t sdo_timeout_ms = 0;
   std::uint16_t heartbeat_ms = 0;
   OnLoss on_loss = OnLoss::kHold;                        ///< of its inputs
   std::size_t line = 0;

@@ -170,6 +170,7 @@ void add_node(Image& image, const Node& node) {
     image.add(static_cast<std::uint16_t>(object), node.id, expected.value);
   }
   if (node.restore != 0) image.add(object::kRestoreConfiguration, node.id, node.restore, 1);
+  if (node.sdo_timeout_ms != 0) image.add(object::kSlaveSdoTimeout, node.id, node.sdo_timeout_ms, 2);
   Image writes;
   writes.add(node.objects);
   if (node.store) {

@@ -90,8 +90,19 @@ TEST_CASE("[NET-2] [NET-8] a keep-alive node is not reset, and only read if it i
   network.expect("000#8206", "605#4000100000000000");
   network.arrive("585#4300100091010F00").expect("605#4000100000000000");
   network.arrive("585#4300100091010F00").expect("605#4018100100000000");
-  network.arrive("585#4318100122000000", "705#05").expect_silence();
-  CHECK(network.of(5) == 0x0105);
+  network.arrive("585#4318100122000000").expect("705#R1");
+  SECTION("Operational") {
+    network.arrive("705#05").expect_silence();
+    CHECK(network.of(5) == 0x0105);
+  }
+  SECTION("in another state") {
+    network.arrive("705#7F").expect("000#8205");
+  }
+  SECTION("without a state") {
+    for (unsigned i = 0; i != 3; ++i)
+      network.pass(260ms).expect("705#R1");
+    network.pass(260ms).expect("606#4000100000000000", "000#8205");
+  }
 }
 
 TEST_CASE("[NET-3] a node whose boot-up message has been missed") {
@@ -102,6 +113,11 @@ TEST_CASE("[NET-3] a node whose boot-up message has been missed") {
   SECTION("a response") {
     network.pass(1s + 50ms).expect("605#4000100000000000");
     network.arrive("585#4300100091010F00").expect("605#4000100000000000");
+  }
+  SECTION("a late response: the next read waits longer") {
+    network.pass(1s + 150ms).expect("605#4000100000000000", "605#8000100000000405");
+    network.arrive("585#4300100091010F00").pass(1s).expect("605#4000100000000000");
+    network.pass(500ms).arrive("585#4300100091010F00").expect("605#4000100000000000");
   }
   SECTION("none: again after a second") {
     network.pass(1s + 150ms).expect("605#4000100000000000", "605#8000100000000405");
@@ -162,16 +178,17 @@ TEST_CASE("[NET-7] defaults are restored first") {
   SECTION("boot-up") {
     network.arrive("705#00").exchange(kWrites);
   }
-  SECTION("none") {
+  SECTION("a late one") {
     network.pass(1s + 10ms).expect_silence();
     CHECK(network.of(5) == 0x427F);
+    network.pass(500ms).arrive("705#00").exchange(kWrites);
   }
 }
 
 TEST_CASE("[NET-10] [NET-11] [NET-13] a write that is refused") {
   Network network;
   network.exchange(kCheck).expect("605#2B17100064000000");
-  network.arrive("585#8017100021000008", "705#7F").pass(200ms).expect_silence();
+  network.arrive("585#8017100000000406", "705#7F").pass(1s + 100ms).expect_silence();
   CHECK(network.of(5) == 0x4A7F);
   CHECK_FALSE(network.in_map(kConfigured, 5));
   SECTION("boot-up message") {
@@ -199,6 +216,36 @@ TEST_CASE("[NET-11] a response that is lost: three more tries") {
     network.pass(1s + 10ms).expect("605#8017100000000405");
     CHECK(network.of(5) == 0x4A7F);
   }
+}
+
+TEST_CASE("[NET-13] what may pass is tried again") {
+  Network network;
+  network.exchange(kCheck).expect("605#2B17100064000000");
+  network.arrive("585#8017100021000008").pass(900ms).expect_silence();
+  CHECK(network.of(5) == 0x4A7F);
+  network.pass(200ms).expect("605#4000100000000000");
+  network.arrive("585#8000100022000008").pass(1s + 900ms).expect_silence();
+  CHECK(network.of(5) == 0x427F);
+  network.pass(200ms).expect("605#4000100000000000");
+}
+
+TEST_CASE("[NET-25] the boot's SDO timeout") {
+  Network network(1, 5, [](Window& window) { window.configure(0x300D, 5, 2, {1500}); });
+  network.write(0, 0x3003, 0, 2, {100}).check_done();
+  network.arrive("705#00").expect("605#4000100000000000");
+  network.pass(1s + 400ms).expect_silence();
+  network.pass(200ms).expect("605#8000100000000405");
+}
+
+TEST_CASE("[NET-10] [NET-11] save is sent once") {
+  Network network(1, 5, [](Window& window) {
+    window.configure(0x1F22, 5, 15, {1, 0, 0x1010, 0x0401, 0, 0x7300, 0x7661, 0x0065});
+  });
+  network.exchange(kCheck).expect("605#2310100173617665");
+  network.pass(1s + 20ms).expect("605#8010100100000405");
+  CHECK(network.of(5) == 0x4A7F);
+  network.pass(1s).exchange({{"605#4000100000000000", "585#4300100091010F00"}, kCheck[2]});
+  CHECK(network.in_map(kConfigured, 5));
 }
 
 TEST_CASE("[NET-11] no heartbeat") {

@@ -65,6 +65,44 @@ TEST_CASE("mandatory nodes precede the start") {
   CHECK(rig.of(0) == 5);
 }
 
+TEST_CASE("a node that has become ready while a mandatory one was lost is started when that returns") {
+  std::vector<Item> items = node_5(0x0D);
+  items.push_back({0x1F81, 6, u32(5)});
+  ManagerRig rig(items);
+  begin(rig);
+  boot(rig);
+  rig.pass(251 * kMillisecond).arrive("706#00").expect("606#4000100000000000");
+  rig.arrive("586#4300100000000000").expect_silence();
+  CHECK((rig.of(5) == 0x5800 && rig.of(6) == 0x067F));
+  rig.arrive("705#05").expect("000#0106");
+}
+
+TEST_CASE("a loss is seen in the time of 1016h while another node boots") {
+  std::vector<Item> items = node_5();
+  Bytes many = concise(std::vector<Item>(100, {0x6423, 0, {1}}));
+  items.push_back({0x1F81, 6, u32(5)});
+  items.push_back({0x1F22, 6, many});
+  ManagerRig rig(items);
+  begin(rig);
+  boot(rig);
+  rig.arrive("706#00", "586#4300100000000000");
+  rig.expect("606#4000100000000000", "606#2F23640001000000");
+  for (unsigned ms = 0; ms != 200; ms += 10)
+    rig.pass(10 * kMillisecond).arrive("586#6023640000000000").expect("606#2F23640001000000");
+  SECTION("lost") {
+    rig.pass(1).arrive("586#6023640000000000").pass(50 * kMillisecond - 1).expect_silence();
+    CHECK(rig.of(5) == 0x0105);
+    rig.pass(1);
+    CHECK(rig.of(5) == 0x5800);
+  }
+  SECTION("its heartbeat has waited for the bus") {
+    rig.pass(1).arrive("586#6023640000000000").pass(5 * kMillisecond).expect_silence();
+    rig.arrive("705#05");
+    CHECK(rig.of(5) == 0x0105);
+  }
+  rig.pass(kMillisecond).expect("606#2F23640001000000");
+}
+
 TEST_CASE("mandatory nodes are missing after 1F89h") {
   std::vector<Item> items = node_5(0x0D);
   items.insert(items.begin() + 1, {0x1F89, 0, u32(400)});

@@ -105,6 +105,7 @@ TEST_CASE("a timeout is repeated three times, an abort is not") {
     }
     rig.pass(kSecond).expect("605#8000100000000405");
     CHECK(rig.of(5) == 0x427F);
+    rig.pass(kSecond).expect("605#4000100000000000");
   }
   SECTION("the last try succeeds") {
     rig.arrive("705#00").expect("605#4000100000000000");
@@ -136,13 +137,13 @@ TEST_CASE("no heartbeat after the configuration is letter K") {
     CHECK(rig.of(5) == 0x057F);
     rig.pass(2 * kMillisecond).expect_silence();
     CHECK(rig.of(5) == 0x4B7F);
+    rig.pass(998 * kMillisecond).expect_silence();
+    rig.pass(kMillisecond).expect("605#4000100000000000");
+    return;
   }
   SECTION("one that came later") {
     rig.pass(900 * kMillisecond).arrive("705#7F").expect("000#0105");
-    return;
   }
-  rig.arrive("705#7F").expect_silence();
-  rig.arrive("705#00").expect("605#4000100000000000");
 }
 
 TEST_CASE("a start that is not confirmed is repeated three times") {
@@ -166,17 +167,28 @@ TEST_CASE("a keep-alive node that is Operational is only read") {
   rig.arrive("585#4300100091010F00").expect("605#4000100000000000");
   rig.arrive("585#4300100091010F00").expect("605#4018100100000000");
   rig.arrive("585#4318100122000000").expect("605#4018100200000000");
-  rig.arrive("585#4318100291010000").expect_silence();
+  rig.arrive("585#4318100291010000").expect("705#R1");  // node guarding: it need not have a heartbeat
   SECTION("Operational") {
     rig.arrive("705#05").expect_silence();
     CHECK(rig.of(5) == 0x0105);
   }
-  SECTION("Pre-operational: configured") {
-    rig.arrive("705#7F").expect("605#2B17100064000000");
+  SECTION("Pre-operational: reset, then booted") {
+    rig.arrive("705#7F").expect("000#8205");
+    check_and_configure(rig);
   }
-  SECTION("no state: letter E") {
-    rig.pass(1001 * kMillisecond).expect_silence();
-    CHECK(rig.of(5) == 0x4500);
+  SECTION("no state in four times its time of 1016h: reset, then booted") {
+    for (unsigned tries = 1; tries <= 3; ++tries)
+      rig.pass(250 * kMillisecond).expect("705#R1");
+    rig.pass(250 * kMillisecond).expect("000#8205");
+    CHECK(rig.of(5) == 0x0200);
+    SECTION("its boot-up message is lost") {
+      rig.pass(kSecond).expect("605#4000100000000000");
+      rig.arrive("585#4300100091010F00").expect("605#4000100000000000");
+      rig.arrive("585#4300100091010F00", "585#4318100122000000", "585#4318100291010000");
+      rig.expect("605#4018100100000000", "605#4018100200000000", "605#2B17100064000000");
+      return;
+    }
+    check_and_configure(rig);
   }
   SECTION("it boots: configured") {
     rig.arrive("705#00").expect("605#4000100000000000");
@@ -217,10 +229,187 @@ TEST_CASE("defaults are restored, and the node is reset before it is configured"
   SECTION("boot-up") {
     rig.arrive("705#00").expect("605#2B17100064000000");
   }
-  SECTION("no boot-up within a second: letter B") {
+  SECTION("no boot-up within a second: letter B, until it comes") {
     rig.pass(kSecond).expect_silence();
     CHECK(rig.of(5) == 0x427F);
+    rig.pass(500 * kMillisecond).arrive("705#00").expect("605#2B17100064000000");
   }
+  SECTION("later than the next try") {
+    rig.pass(2 * kSecond).expect("605#4000100000000000");
+    rig.arrive("705#00").expect("605#2B17100064000000");
+  }
+  SECTION("it answers, and its boot-up message is lost: another reset, and no other load") {
+    rig.pass(2 * kSecond).expect("605#4000100000000000");
+    rig.arrive("585#4300100091010F00", "585#4318100122000000", "585#4318100291010000");
+    rig.expect("605#4018100100000000", "605#4018100200000000", "000#8105");
+  }
+  SECTION("each boot-up message that is not the end of a restoring begins one") {
+    rig.arrive("705#00").expect("605#2B17100064000000");
+    rig.arrive("705#00").expect("605#4000100000000000");
+    rig.arrive("585#4300100091010F00", "585#4318100122000000", "585#4318100291010000");
+    rig.expect("605#4018100100000000", "605#4018100200000000", "605#231110016C6F6164");
+  }
+}
+
+TEST_CASE("load is sent once, unless it is refused") {
+  ManagerRig rig(node_5(5, {kWrites, {0x1F8A, 5, u8(1)}}));
+  begin(rig);
+  const auto check = [&rig] {
+    rig.arrive("585#4300100091010F00", "585#4318100122000000", "585#4318100291010000");
+    rig.expect("605#4000100000000000", "605#4018100100000000", "605#4018100200000000");
+  };
+  rig.arrive("705#00");
+  check();
+  rig.expect("605#231110016C6F6164");
+  SECTION("no response: the node is reset at the next try") {
+    rig.pass(kSecond).expect("605#8011100100000405");
+    CHECK(rig.of(5) == 0x4A7F);
+    rig.pass(kSecond);
+    check();
+    rig.expect("000#8105");
+    rig.arrive("705#00").expect("605#2B17100064000000");
+  }
+  SECTION("0800 0022h: sent again") {
+    rig.arrive("585#8011100122000008").pass(kSecond);
+    check();
+    rig.expect("605#231110016C6F6164");
+  }
+}
+
+TEST_CASE("save is sent once, unless it is refused") {
+  const Item writes{0x1F22, 5, concise({{0x1017, 0, {100, 0}}, {0x1010, 1, {'s', 'a', 'v', 'e'}}})};
+  ManagerRig rig(node_5(5, {writes}));
+  begin(rig);
+  const auto check_and_write = [&rig] {
+    rig.arrive("585#4300100091010F00", "585#4318100122000000", "585#4318100291010000",
+               "585#6017100000000000");
+    rig.expect("605#4000100000000000", "605#4018100100000000", "605#4018100200000000",
+               "605#2B17100064000000");
+  };
+  rig.arrive("705#00");
+  check_and_write();
+  rig.expect("605#2310100173617665");
+  SECTION("no response: the next try goes on without") {
+    rig.pass(kSecond).expect("605#8010100100000405");
+    CHECK(rig.of(5) == 0x4A7F);
+    rig.pass(kSecond);
+    check_and_write();
+    CHECK(rig.of(5) == 0x057F);
+    SECTION("until it boots") {
+      rig.arrive("705#00");
+      check_and_write();
+      rig.expect("605#2310100173617665");
+    }
+  }
+  SECTION("0800 0021h: sent again") {
+    rig.arrive("585#8010100121000008").pass(kSecond);
+    check_and_write();
+    rig.expect("605#2310100173617665");
+  }
+}
+
+TEST_CASE("a fault that may pass is tried again after 1, 2, 4 .. 60 s, and its letter stays meanwhile") {
+  ManagerRig rig(node_5());
+  begin(rig);
+  rig.arrive("705#00").expect("605#4000100000000000");
+  const auto waits = [&rig](unsigned letter, Time delay) {
+    CHECK(rig.of(5) == (letter << 8 | 0x7F));
+    rig.pass(delay - kMillisecond).expect_silence();
+    CHECK(rig.of(5) == (letter << 8 | 0x7F));
+    CHECK((rig.summary() & 2) == 0);
+    rig.pass(kMillisecond).expect("605#4000100000000000");
+    CHECK(rig.of(5) == 0x037F);
+  };
+  SECTION("B: no response") {
+    for (const unsigned seconds : {1u, 2u, 4u, 8u, 16u, 32u, 60u, 60u}) {
+      for (unsigned tries = 1; tries <= 3; ++tries)
+        rig.pass(2 * kSecond).expect("605#8000100000000405", "605#4000100000000000");
+      rig.pass(kSecond).expect("605#8000100000000405");
+      waits('B', seconds * kSecond);
+    }
+    SECTION("a boot-up message begins the delays again") {
+      rig.arrive("705#00", "585#8000100022000008").expect("605#4000100000000000");
+      waits('B', kSecond);
+    }
+  }
+  SECTION("B: 0800 002xh in a check; J: in a write") {
+    rig.arrive("585#8000100022000008").expect_silence();
+    waits('B', kSecond);
+    rig.arrive("585#4300100091010F00", "585#4318100122000000", "585#4318100291010000",
+               "585#801710002F000008");
+    rig.expect("605#4018100100000000", "605#4018100200000000", "605#2B17100064000000");
+    waits('J', 2 * kSecond);
+  }
+  SECTION("0800 0030h is final") {
+    rig.arrive("585#8000100030000008").pass(100 * kSecond).expect_silence();
+    CHECK(rig.of(5) == 0x437F);
+    rig.request({5066, 0, 0x1F25, 5, 4, 0x6F63, 0x666E}).expect("605#4000100000000000");
+  }
+}
+
+TEST_CASE("the SDO timeout of a boot is that of the module, or of the node") {
+  Coprocessor::Settings settings;
+  std::vector<Item> items = node_5();
+  const auto [of_module, of_node, expected] = GENERATE(table<std::uint16_t, std::uint16_t, unsigned>(
+      {{3000, 0, 3000}, {3000, 1500, 1500}, {0, 0, 1000}, {65535, 65534, 65534}}));
+  settings.sdo_timeout_ms = of_module;
+  items.push_back({0x300D, 5, {static_cast<std::uint8_t>(of_node), static_cast<std::uint8_t>(of_node >> 8)}});
+  ManagerRig rig(items, settings);
+  begin(rig);
+  rig.request({5066, 0, 0x3003, 0, 2, 20});  // of the PLC's own requests
+  rig.arrive("705#00").expect("605#4000100000000000");
+  rig.pass(expected * kMillisecond - 1).expect_silence();
+  rig.pass(1).expect("605#8000100000000405");
+}
+
+TEST_CASE("a node that answers a read of 1000h late is found by the next one") {
+  ManagerRig rig(node_5());
+  begin(rig);
+  rig.pass(kSecond).expect("605#4000100000000000");
+  rig.pass(100 * kMillisecond).expect("605#8000100000000405");
+  rig.pass(50 * kMillisecond).arrive("585#4300100091010F00");
+  rig.pass(950 * kMillisecond).expect("605#4000100000000000");
+  rig.pass(900 * kMillisecond).expect_silence();
+  rig.arrive("585#4300100091010F00").expect("605#4000100000000000");
+}
+
+TEST_CASE("an abort that the port refuses is sent as soon as it has room, also by an idle client") {
+  ManagerRig rig(node_5());
+  begin(rig);
+  rig.arrive("705#00").expect("605#4000100000000000");
+  rig.port.refuse_next = 1;
+  SECTION("another master resets the node") {
+    rig.arrive("000#8105").pass(kMillisecond).expect("605#8000100000000008");
+  }
+  SECTION("the manager ends") {
+    rig.request({5066, 0, 0x1F80, 0, 4, 0, 0}).pass(kMillisecond).expect("605#8000100000000008");
+  }
+}
+
+TEST_CASE("a reset of the own node begins the boot again") {
+  std::vector<Item> items = node_5();
+  items.insert(items.begin(), {{0x1A00, 1, u32(0xA5800110)}, {0x1A00, 0, {1}}, {0x1800, 1, u32(0x205)}});
+  ManagerRig rig(items);
+  begin(rig);
+  boot(rig);
+  const auto receive = [&rig](const char* frame) { rig.coprocessor.on_frame(frame_from(frame), rig.now); };
+  SECTION("by another master") {
+    receive(GENERATE("000#8100", "000#8200", "000#817F", "000#827F"));
+    if (GENERATE(false, true)) receive("000#017F");
+    rig.pass(0);
+  }
+  SECTION("by the PLC") {
+    const std::uint16_t reset = GENERATE(std::uint16_t{6}, std::uint16_t{7});
+    rig.nmt(127, reset);
+    if (GENERATE(false, true)) rig.nmt(127, 5);
+  }
+  begin(rig);
+  CHECK(rig.of(0) == 5);
+  boot(rig);
+  rig.write_words(3864, {7}).expect("205#0700");
+  check_and_configure(rig);
+  rig.arrive("705#7F").expect("000#0105");
+  rig.arrive("705#05").expect("205#0700");
 }
 
 TEST_CASE("a node that boots more than five times in ten seconds is tried once a second") {

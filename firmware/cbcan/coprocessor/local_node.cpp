@@ -46,7 +46,7 @@ LocalNode::LocalNode(ProcessRegisters registers, CanPort& port, SdoClient& clien
               {room_.buffer, {room_.rpdos, room_.tpdos, room_.pieces}, {}}, *this, port),
       lss_(device_, static_cast<DeviceApplication&>(*this), port),
       answers_(turns, status_),
-      manager_(device_, monitor_, port, answers_),
+      manager_(device_, monitor_, port, answers_, settings.sdo_timeout_ms),
       status_(device_, monitor_, emergencies_, manager_) {}
 
 /// Includes the emergencies of other nodes, and NMT commands of another master.

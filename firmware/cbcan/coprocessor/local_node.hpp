@@ -109,7 +109,8 @@ class LocalNode final : private DeviceApplication {
   Time poll(Time now) {
     lss_.poll(now);
     manager_.poll(now);
-    return earlier(device_.poll(now), earlier(manager_.deadline(), lss_.deadline()));
+    const Time device_due = device_.poll(now);  // a reset that ends here begins a boot
+    return earlier(device_due, earlier(manager_.deadline(), lss_.deadline()));
   }
   /// Without that of LSS, which on_lss() returns.
   Time deadline() const { return earlier(device_.deadline(), manager_.deadline()); }

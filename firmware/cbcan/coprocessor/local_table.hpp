@@ -144,6 +144,7 @@ inline constexpr std::array kObjects{
     Row{kRpdoSource, 1, kServices.rpdos, kOctetString,
         kComputedReadWrite | Flags::kVariable | Flags::kCounted, 2 + 64 * 4},
     Row{kOutputsMode, 0, 0, kUnsigned8, kComputedReadWrite, 1},
+    Row{kSlaveSdoTimeout, 1, kAll, kUnsigned16, kComputedReadWrite | Flags::kCounted, 2},
 };
 
 /// The types of network variables in the order of CiA 405; each has 64 indices.
@@ -218,7 +219,8 @@ constexpr bool belongs(const Row& row) {
     case kBootTime:
     case kRestoreConfiguration:
     case kBootFailure:
-    case kOutputsMode: return kServices.manager();
+    case kOutputsMode:
+    case kSlaveSdoTimeout: return kServices.manager();
     case kRpdoSource: return kServices.manager() && kServices.rpdos != 0;
     default: return true;
   }

@@ -57,6 +57,7 @@ inline constexpr std::uint16_t kRestoreConfiguration = 0x1F8A;  ///< sub-index o
 inline constexpr std::uint16_t kRpdoSource = 0x300A;  ///< sub-index = RPDO: node, flags, mapping of its TPDO
 inline constexpr std::uint16_t kOutputsMode =
     0x300B;  ///< 0 = TPDOs after the first write of outputs, 1 = at once
+inline constexpr std::uint16_t kSlaveSdoTimeout = 0x300D;  ///< sub-index = node: ms, 0 = the manager's
 
 // Areas (7.4.1, table 33).
 inline constexpr std::uint16_t kFirstCommunication = 0x1000;

@@ -2,6 +2,7 @@
 // The boot of a node up to its heartbeat: waiting for it, check, configuration.
 #include "cbcan/canopen/manager/manager.hpp"
 
+#include <algorithm>
 #include <array>
 
 namespace cbcan {
@@ -10,22 +11,29 @@ namespace {
 
 constexpr std::size_t kNumberBytes = 4;
 
+/// There is no response from the node, or no boot-up message.
+constexpr Manager::Failure kNoResponse{AbortCode::kTimeOut, object::kDeviceType, 0, 'B'};
+
+/// What a time-out or an abort 0800 002xh reports may pass: the node cannot answer now.
+constexpr bool may_pass(AbortCode code) {
+  return code == AbortCode::kTimeOut || static_cast<std::uint32_t>(code) >> 4 == 0x0800002;
+}
+
 }  // namespace
 
 // ---- Waiting
 
 void Manager::appeared(std::uint8_t node, nmt::State /*state*/, Time now) {
-  if (!nodes_[node].delayed) begin_check(node, now);
+  if (!delayed_.has(node)) begin_check(node, now);
 }
 
 void Manager::probe(std::uint8_t node, Time now) {
-  nodes_[node].delayed = false;
+  delayed_.erase(node);
   silent_.insert(node);
   wake_at(now);
 }
 
 void Manager::ask_device_type(Client& client, Time now) {
-  client.sdo.set_timeout(kProbeTimeoutMs);
   request_read(client, object::kDeviceType, 0, kNumberBytes, now);
 }
 
@@ -38,13 +46,12 @@ void Manager::found(Client& client, Time now) {
 /// An abort is a response too.
 void Manager::keep_waiting(Client& client, Time now) {
   if (client.sdo.error() != AbortCode::kTimeOut) return found(client, now);
-  nodes_[client.node].failure = {AbortCode::kTimeOut, object::kDeviceType, 0, 'B'};
+  nodes_[client.node].failure = kNoResponse;
   application_.on_node(client.node);
   look_later(client, now);
 }
 
 void Manager::ask_producer_time(Client& client, Time now) {
-  client.sdo.set_timeout(kProbeTimeoutMs);
   request_read(client, object::kProducerHeartbeatTime, 0, sizeof(std::uint16_t), now);
 }
 
@@ -92,7 +99,6 @@ void Manager::ask_check(Client& client, Time now) {
   while (at != 0 && at != kChecks.size() && objects_.number(kChecks[at].expected, client.node) == 0)
     ++at;
   if (at == kChecks.size()) return checked(client, now);
-  client.sdo.set_timeout(kSdoTimeoutMs);
   request_read(client, kChecks[at].index, kChecks[at].sub, kNumberBytes, now);
 }
 
@@ -111,8 +117,8 @@ void Manager::check(Client& client, Time now) {
 void Manager::check_failed(Client& client, Time now) {
   Node& node = nodes_[client.node];
   const Check& check = kChecks[node.at];
-  const bool silent = client.sdo.error() == AbortCode::kTimeOut;
-  node.failure = {client.sdo.error(), check.index, check.sub, silent ? 'B' : check.letter};
+  const AbortCode error = client.sdo.error();
+  node.failure = {error, check.index, check.sub, may_pass(error) ? kNoResponse.letter : check.letter};
   fail(client.node, now);
 }
 
@@ -125,31 +131,43 @@ void Manager::checked(Client& client, Time now) {
   }
   if (!nodes_[node].keep_alive || nodes_[node].boot_ups != 0) return begin_configuration(client, now);
   release(client, now);
-  if (monitor_.was_seen(node)) return decide(node, now);
-  const std::uint16_t period = monitor_.consumer_time(node);
-  enter(node, Phase::kWatch, now + (period == 0 ? kRebootTimeout : milliseconds(period)));
+  if (monitor_.is_fresh(node, now) && !monitor_.in_doubt(node)) return decide(node, now);
+  enter(node, Phase::kWatch, now + heartbeat_time(node));
+  ask_state(node);
 }
 
 void Manager::decide(std::uint8_t node, Time now) {
-  if (monitor_.last_state(node) == nmt::State::kOperational) {
-    nodes_[node].failure.letter = 'L';
-    return run(node, now);
-  }
-  enter_talking(node, Phase::kConfigure, now);
+  if (monitor_.last_state(node) != nmt::State::kOperational) return boot_from_reset(node, now);
+  nodes_[node].failure.letter = 'L';
+  run(node, now);
+}
+
+/// A keep-alive node that is not Operational, or does not report it, is booted like the others.
+void Manager::boot_from_reset(std::uint8_t node, Time now) {
+  nodes_[node].keep_alive = false;
+  enter(node, Phase::kWait, now + kProbePeriod);
+  commanded_.insert(node);
+  wake_at(now);
 }
 
 // ---- Configuration
 
 void Manager::begin_configuration(Client& client, Time now) {
   const std::uint8_t node = client.node;
-  const bool restores = objects_.number(object::kRestoreConfiguration, node) != 0;
-  enter(node, restores ? Phase::kRestore : Phase::kConfigure, kNever);
-  restores ? ask_restore(client, now) : ask_configure(client, now);
+  const Restoring restoring = nodes_[node].restoring;
+  if (objects_.number(object::kRestoreConfiguration, node) == 0 || restoring == Restoring::kDone) {
+    enter(node, Phase::kConfigure, kNever);
+    return ask_configure(client, now);
+  }
+  if (restoring == Restoring::kLoadSent) return restored(client, now);
+  enter(node, Phase::kRestore, kNever);
+  ask_restore(client, now);
 }
 
 void Manager::ask_restore(Client& client, Time now) {
   constexpr std::array<std::uint8_t, 4> kLoad{'l', 'o', 'a', 'd'};
   const auto sub = static_cast<std::uint8_t>(objects_.number(object::kRestoreConfiguration, client.node));
+  nodes_[client.node].restoring = Restoring::kLoadSent;
   request_write(client, {object::kRestore, sub, kLoad}, now);
 }
 
@@ -162,7 +180,7 @@ void Manager::restored(Client& client, Time now) {
 }
 
 void Manager::no_boot_up(std::uint8_t node, Time now) {
-  nodes_[node].failure.letter = 'B';
+  nodes_[node].failure = kNoResponse;
   fail(node, now);
 }
 
@@ -183,11 +201,15 @@ void Manager::ask_configure(Client& client, Time now) {
     return request_read(client, object::kConfigurationDate, static_cast<std::uint8_t>(node.at + 1),
                         kNumberBytes, now);
   const ConciseDcf values(objects_.find(object::kConciseDcf, client.node));
-  if (node.at >= values.size()) return configured_all(client, now);
-  if (node.at == kObjects && !values.is_valid()) {
+  if (node.at == kObjects && values.size() != 0 && !values.is_valid()) {
     node.failure = {AbortCode::kValue, object::kConciseDcf, client.node, 'J'};
     return fail(client.node, now);
   }
+  const auto is_save = [&] { return node.at < values.size() && values.at(node.at).index == object::kStore; };
+  while (node.at < node.saved_to && is_save())
+    node.at = static_cast<std::uint16_t>(values.after(node.at));
+  if (node.at >= values.size()) return configured_all(client, now);
+  if (is_save()) node.saved_to = static_cast<std::uint16_t>(values.after(node.at));
   request_write(client, values.at(node.at), now);
 }
 
@@ -213,6 +235,10 @@ void Manager::configuration_failed(Client& client, Time now) {
     node.at = kObjects;
     return;
   }
+  if (client.sdo.error() != AbortCode::kTimeOut) {  // "load" or "save" has not been executed
+    if (client.asked.index == object::kRestore) node.restoring = Restoring::kDue;
+    if (client.asked.index == object::kStore) node.saved_to = node.at;
+  }
   node.failure = {client.sdo.error(), client.asked.index, client.asked.sub, 'J'};
   fail(client.node, now);
 }
@@ -225,30 +251,37 @@ void Manager::configured_all(Client& client, Time now) {
   const std::uint16_t period = monitor_.consumer_time(node);
   if (period != 0) return enter(node, Phase::kWatch, now + milliseconds(period));
   enter(node, Phase::kReady, kNever);
-  start_ready(now);
 }
 
 void Manager::watched(std::uint8_t node, nmt::State /*state*/, Time now) {
-  if (!nodes_[node].configured) return decide(node, now);
-  enter(node, Phase::kReady, kNever);
-  start_ready(now);
+  nodes_[node].configured ? enter(node, Phase::kReady, kNever) : decide(node, now);
 }
 
 /// One heartbeat may have been lost; or, in kStart, the command, which is repeated.
 void Manager::no_heartbeat(std::uint8_t node, Time now) {
   Node& silent = nodes_[node];
-  if (!quiet(now)) {
-    silent.due = quiet_from_;
-    return;
+  const bool asked = silent.phase == Phase::kWatch && !silent.configured;
+  listening_.erase(node);
+  if (silent.tries == kRetries && asked) return boot_from_reset(node, now);
+  if (silent.tries == kRetries) {
+    silent.failure.letter = 'K';
+    return fail(node, now);
   }
-  if (silent.tries < kRetries && !silent.held) {
-    silent.due = now + milliseconds(monitor_.consumer_time(node));
-    ++silent.tries;
-    if (silent.phase == Phase::kStart) commanded_.insert(node);
-    return wake_at(now);
-  }
-  silent.failure.letter = silent.configured ? 'K' : 'E';
-  fail(node, now);
+  ++silent.tries;
+  silent.due = now + heartbeat_time(node);
+  if (silent.phase == Phase::kStart) commanded_.insert(node);
+  if (asked) ask_state(node);
+}
+
+/// A fault that may pass is tried again; other failures are final.
+void Manager::fail(std::uint8_t node, Time now) {
+  constexpr std::uint8_t kMostDoubled = 6;
+  Node& failed = nodes_[node];
+  const bool again = failed.failure.letter == 'K' || may_pass(failed.failure.code);
+  const Time delay = std::min(kMostDelay, kSecond << failed.failures);
+  if (again && failed.failures < kMostDoubled) ++failed.failures;
+  drop_client(node, now);
+  enter(node, Phase::kFailed, again ? now + delay : kNever);
 }
 
 }  // namespace cbcan

@@ -23,11 +23,21 @@ void Manager::request_write(Client& client, const ConciseDcf::Entry& value, Time
                    now);
 }
 
-/// An SDO request of others to the node goes first.
+/// A probe is short, so that nodes that are absent do not delay others.
+std::uint16_t Manager::timeout_of(std::uint8_t node) {
+  const bool answers = answering_.has(node);
+  answering_.erase(node);
+  if (is_looked_for(phase(node)) && !answers) return kProbeTimeoutMs;
+  const auto own = static_cast<std::uint16_t>(objects_.number(object::kSlaveSdoTimeout, node));
+  return own == 0 ? sdo_timeout_ms_ : own;
+}
+
+/// Heartbeats and SDO requests of others to the node go first.
 void Manager::go_on(Client& client, Time now) {
   client.resume_at = kNever;
   if (!state(client.node).talks) return release(client, now);
-  const Time from = std::max(application_.node_free_from(client.node, now), free_from(client.node, now));
+  Time from = std::max(application_.node_free_from(client.node, now), free_from(client.node, now));
+  if (!listening_.empty()) from = kNever;
   if (from <= now) return state(client.node).ask(*this, client, now);
   client.resume_at = from == kNever ? now + kPause : from;
 }
@@ -36,11 +46,12 @@ void Manager::go_on(Client& client, Time now) {
 void Manager::follow(Client& client, Time now) {
   if (client.node == 0 || client.sdo.busy()) return;
   const std::uint8_t node = client.node;
+  const bool once = client.asked.index == object::kStore || client.asked.index == object::kRestore;
   note_strays(client);
   if (client.sdo.outcome() == SdoClient::Outcome::kDone) {
     nodes_[node].tries = 0;
     state(node).on_done(*this, client, now);
-  } else if (client.sdo.error() == AbortCode::kTimeOut && !is_looked_for(phase(node)) &&
+  } else if (client.sdo.error() == AbortCode::kTimeOut && !is_looked_for(phase(node)) && !once &&
              nodes_[node].tries < kRetries) {
     try_again(client, now);
   } else {
@@ -77,6 +88,7 @@ void Manager::serve(Time now) {
     served_ = node;
     client.node = node;
     client.strays = client.sdo.strays();
+    client.sdo.set_timeout(timeout_of(node));
     ++clients_in_use_;
     go_on(client, now);
   }
@@ -100,11 +112,11 @@ bool Manager::take_response(const Frame& frame, Time now) {
   const auto node = static_cast<std::uint8_t>(frame.id & nmt::kMaxNode);
   for (Client& client : clients_) {
     if (client.node != node || client.resume_at != kNever) continue;
-    quiet_from_ = now + kQuietTime;
     client.sdo.on_frame(frame, now);
     follow(client, now);
     return true;
   }
+  if (frame.flags == 0) answering_.insert(node);
   return false;
 }
 
@@ -127,7 +139,7 @@ void Manager::poll_clients(Time now) {
 }
 
 Time Manager::deadline_of(const Client& client) {
-  if (client.sdo.busy()) return client.sdo.deadline();
+  if (client.sdo.busy() || client.node == 0) return client.sdo.deadline();
   return client.resume_at == kNever ? 0 : earlier(client.resume_at, client.sdo.deadline());
 }
 

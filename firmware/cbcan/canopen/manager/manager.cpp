@@ -32,7 +32,7 @@ constinit const std::array<Manager::State, Manager::kPhases> Manager::kStates = 
     state_of<&M::ask_input,       &M::input_read, &M::input_failed,         &M::stays,    &M::look_for_inputs>(),  // kInputs
     state_of<&M::release,         nullptr,        nullptr,                  &M::stays,    nullptr>(),              // kRun
     state_of<&M::ask_producer_time, &M::producer_time_read, &M::look_later, &M::returned, &M::probe>(),           // kLost
-    state_of<&M::release,         nullptr,        nullptr,                  nullptr,      nullptr>(),              // kFailed
+    state_of<&M::release,         nullptr,        nullptr,                  nullptr,      &M::begin_check>(),      // kFailed
   };
 }();
 // clang-format on
@@ -64,9 +64,10 @@ void Manager::enter(std::uint8_t node, Phase phase, Time due) {
   entered.at = 0;
   entered.tries = 0;
   phase == Phase::kRun ? unwell_.erase(node) : unwell_.insert(node);
-  for (NodeSet* set : {&ready_, &silent_, &commanded_})
+  for (NodeSet* set : {&ready_, &silent_, &commanded_, &listening_})
     set->erase(node);
-  wake_at(due);
+  starts_ = starts_ || phase != Phase::kStart;
+  wake_at(next_look(node));
   application_.on_node(node);
 }
 
@@ -82,10 +83,10 @@ void Manager::enter_talking(std::uint8_t node, Phase phase, Time now) {
 void Manager::on_own_state(nmt::State state, Time now) {
   if (state == nmt::State::kInitialising) return end(now);
   const bool operational = state == nmt::State::kOperational;
-  if (!active_) begins_ = state == nmt::State::kPreOperational && mode(StartupBit::kIsManager);
+  if (!active_ && state == nmt::State::kPreOperational) begins_ = mode(StartupBit::kIsManager);
   own_held_ = active_ && !operational;
   inputs_again_ = active_ && operational;
-  start_ready(now);
+  starts_ = active_;
   application_.on_node(0);
 }
 
@@ -93,15 +94,16 @@ void Manager::on_startup_written(Time now) {
   const bool wanted = mode(StartupBit::kIsManager);
   if (active_ && !wanted) end(now);
   begins_ = wanted && !active_;
-  wake_at(now);
 }
 
 void Manager::end(Time now) {
+  ends_ = active_;
   active_ = begins_ = false;
   count_.fill(0);
   listed_ = mandatory_unready_ = mandatory_missing_ = 0;
   started_all_ = boot_is_over_ = broadcasts_ = starts_ = own_held_ = false;
-  for (NodeSet* set : {&ready_, &silent_, &commanded_, &unwell_, &twins_})
+  for (NodeSet* set :
+       {&ready_, &silent_, &commanded_, &delayed_, &answering_, &listening_, &unwell_, &twins_})
     set->clear();
   for (std::uint8_t node = 1; node <= nmt::kMaxNode; ++node) {
     if (!is_listed(node)) continue;
@@ -110,13 +112,13 @@ void Manager::end(Time now) {
     application_.on_node(node);
   }
   application_.on_node(0);
-  own_.hold_tpdos(false, now);
+  if (own_.state() != nmt::State::kInitialising) own_.hold_tpdos(false, now);
   due_ = retry_at_ = boot_over_at_ = kNever;
 }
 
 void Manager::begin(Time now) {
   begins_ = false;
-  active_ = true;
+  active_ = starts_ = true;
   write_own_objects(now);
   list_nodes(now);
   if (const std::uint32_t limit = objects_.number(object::kBootTime, 0); limit != 0)
@@ -168,6 +170,7 @@ void Manager::list_nodes(Time now) {
 
 void Manager::on_report(std::uint8_t node, NodeMonitor::News news, Time now) {
   if (!is_listed(node)) return;
+  listening_.erase(node);
   if (news == NodeMonitor::News::kBootUp) return on_boot_up(node, now);
   const nmt::State reported = monitor_.last_state(node);
   Node& reporting = nodes_[node];
@@ -184,7 +187,10 @@ void Manager::on_boot_up(std::uint8_t node, Time now) {
     client.sdo.on_boot_up(node, now);
   drop_client(node, now);
   booted.configured = booted.was_operational = false;
-  if (booted.phase == Phase::kReboot) return enter_talking(node, Phase::kConfigure, now);
+  booted.failures = 0;
+  booted.saved_to = 0;
+  booted.restoring = booted.restoring == Restoring::kLoadSent ? Restoring::kDone : Restoring::kDue;
+  if (booted.restoring == Restoring::kDone) return enter_talking(node, Phase::kConfigure, now);
   if (now - booted.booted_since > kBootWindow) {
     booted.booted_since = now;
     booted.boot_ups = 0;
@@ -193,7 +199,7 @@ void Manager::on_boot_up(std::uint8_t node, Time now) {
     ++booted.boot_ups;
     return begin_check(node, now);
   }
-  booted.delayed = true;
+  delayed_.insert(node);
   enter(node, Phase::kWait, now + kProbePeriod);
 }
 
@@ -211,7 +217,7 @@ void Manager::command_one(nmt::Command command, std::uint8_t node, Time now) {
     case nmt::Command::kStart:
       commanded.held = false;
       if (commanded.phase == Phase::kReady) await_start(node, now);
-      return sent(node, now);
+      return start_sent(node, now);
     case nmt::Command::kStop:
     case nmt::Command::kEnterPreOperational:
       commanded.held = true;
@@ -222,6 +228,7 @@ void Manager::command_one(nmt::Command command, std::uint8_t node, Time now) {
       drop_client(node, now);
       commanded.held = !commanded.boots;
       commanded.configured = false;
+      commanded.failures = 0;
       enter(node, Phase::kWait, now + kProbePeriod);
   }
 }
@@ -239,10 +246,11 @@ AbortCode Manager::configure(std::uint8_t node, std::uint32_t signature, Time no
   if (signature != kConf) return AbortCode::kStore;
   if (node == object::kAllSlaves) {
     for (std::uint8_t each = 1; each <= nmt::kMaxNode; ++each)
-      if (is_listed(each)) configure_again(each, now);
+      if (is_listed(each)) configure(each, signature, now);
     return AbortCode::kNone;
   }
   if (!is_listed(node)) return AbortCode::kDeviceState;
+  nodes_[node].failures = 0;
   configure_again(node, now);
   return AbortCode::kNone;
 }

@@ -19,13 +19,15 @@
 ///   kLost       no heartbeat: it is not reset. Operational again without a boot-up message: kInputs; another
 ///   state:
 ///               kCheck
-///   kFailed     with a letter of CiA 302-2; again after a boot-up message, or by 1F25h
+///   kFailed     with a letter of CiA 302-2; kCheck again after a boot-up message, by 1F25h, or, if the fault
+///   may
+///               pass, after 1, 2, 4 .. 60 s
 ///
 /// Invariant: no node is started here unless each object of 1F22h has been written, or found by 1020h, since
-/// its last boot-up message, except keep-alive nodes. Decided where CiA 302-2 leaves it open: an SDO timeout
-/// is repeated kRetries times, an abort is not; more than kMostBoots boot-up messages in kBootWindow delay
-/// the next check by a second; NMT commands of others win: Stop and Pre-operational hold the node until
-/// Start.
+/// its last boot-up message, except keep-alive nodes; "save" need not have been confirmed. Decided where CiA
+/// 302-2 leaves it open: an SDO timeout is repeated kRetries times, an abort is not; "load" and "save" are
+/// sent once for a boot-up message; more than kMostBoots boot-up messages in kBootWindow delay the next check
+/// by a second; NMT commands of others win: Stop and Pre-operational hold the node until Start.
 ///
 /// Nothing blocks, nothing is allocated; not re-entrant. A node's event costs no search over nodes.
 
@@ -65,13 +67,14 @@ class Manager {
   static constexpr Time kBootWindow = 10 * kSecond;
   static constexpr Time kProbePeriod = kSecond;
   static constexpr std::uint16_t kProbeTimeoutMs = 100;
-  static constexpr std::uint16_t kSdoTimeoutMs = 1000;
-  static constexpr Time kRebootTimeout = kSecond;  ///< from a reset to the boot-up message
-  static constexpr Time kPause = kMillisecond;     ///< until a request is tried again that others delay
+  static constexpr std::uint16_t kDefaultTimeoutMs = 1000;  ///< in place of 0
+  static constexpr Time kMostDelay = 60 * kSecond;          ///< until a node that has failed is booted again
+  static constexpr Time kRebootTimeout = kSecond;           ///< from a reset to the boot-up message
+  static constexpr Time kPause = kMillisecond;  ///< until a request is tried again that others delay
   static constexpr Time kInputsPeriod = 10 * kMillisecond;  ///< in kInputs
-  /// SDO frames precede heartbeats on the bus: no silence counts until this long after a response to the
-  /// manager.
-  static constexpr Time kQuietTime = 50 * kMillisecond;
+  /// SDO frames precede heartbeats on the bus: for this long before a heartbeat is overdue, at most a quarter
+  /// of its time, no request is sent.
+  static constexpr Time kListenTime = 50 * kMillisecond;
   static constexpr std::size_t kMostValueBytes = 128;  ///< of an object in 1F22h
   static constexpr std::uint8_t kSignsOfTwin = 3;      ///< requests with two responses
 
@@ -105,9 +108,11 @@ class Manager {
   };
 
   /// All outlive it. `own` is the device of this node; `monitor` receives all error control messages before
-  /// this.
-  Manager(Device& own, NodeMonitor& monitor, CanPort& port, ManagerApplication& application)
-      : Manager(own, monitor, port, application, std::make_index_sequence<kServices.manager_clients>()) {}
+  /// this. `sdo_timeout_ms`: of its requests to nodes without one of their own (300Dh).
+  Manager(Device& own, NodeMonitor& monitor, CanPort& port, ManagerApplication& application,
+          std::uint16_t sdo_timeout_ms)
+      : Manager(own, monitor, port, application, sdo_timeout_ms,
+                std::make_index_sequence<kServices.manager_clients>()) {}
   Manager(const Manager&) = delete;
   Manager& operator=(const Manager&) = delete;
 
@@ -141,12 +146,12 @@ class Manager {
     if (active_) take_command(command, node, now);
   }
   /// True: the frame, with a CAN-ID of 580h + 1..127, is for one of its SDO clients.
-  bool on_response(const Frame& frame, Time now) { return clients_in_use_ != 0 && take_response(frame, now); }
+  bool on_response(const Frame& frame, Time now) { return active_ && take_response(frame, now); }
 
   void poll(Time now) {
     if (now >= deadline()) work(now);
   }
-  Time deadline() const { return active_ || begins_ ? next_deadline() : kNever; }
+  Time deadline() const { return active_ || begins_ || ends_ ? next_deadline() : kNever; }
 
   /// When others may send an SDO request to this node; kNever = not before the current transfer ends.
   Time node_free_from(std::uint8_t node, Time now) {
@@ -180,21 +185,26 @@ class Manager {
   std::uint8_t first_unwell() const { return unwell_.next(0); }
 
  private:
+  /// Once for each boot-up message that it has not caused.
+  enum class Restoring : std::uint8_t { kDue, kLoadSent, kDone };
+
   struct Node {
     Time due = kNever;
     Time booted_since = 0;  ///< boot-up messages are counted from here
     Failure failure{};
-    std::uint16_t at = 0;  ///< of the phase: number of the check, offset in 1F22h, place in 300Ah
+    std::uint16_t at = 0;        ///< of the phase: number of the check, offset in 1F22h, place in 300Ah
+    std::uint16_t saved_to = 0;  ///< offset in 1F22h after the last "save" sent since its boot-up message
     Phase phase = Phase::kUnlisted;
     std::uint8_t tries = 0;
     std::uint8_t boot_ups = 0;
-    std::uint8_t signs = 0;  ///< that there are two nodes
-    bool boots = true;       ///< it is configured and started here
-    bool held = false;       ///< not to be started until an NMT start of others
+    std::uint8_t signs = 0;     ///< that there are two nodes
+    std::uint8_t failures = 0;  ///< in succession that may pass
+    Restoring restoring = Restoring::kDue;
+    bool boots = true;  ///< it is configured and started here
+    bool held = false;  ///< not to be started until an NMT start of others
     bool configured = false;
     bool mandatory = false;
     bool keep_alive = false;
-    bool delayed = false;          ///< it boots too often
     bool was_operational = false;  ///< reported before it was started
   };
 
@@ -235,11 +245,12 @@ class Manager {
 
   template <std::size_t... kClient>
   Manager(Device& own, NodeMonitor& monitor, CanPort& port, ManagerApplication& application,
-          std::index_sequence<kClient...> /*clients*/)
+          std::uint16_t sdo_timeout_ms, std::index_sequence<kClient...> /*clients*/)
       : own_(own),
         monitor_(monitor),
         port_(port),
         application_(application),
+        sdo_timeout_ms_(sdo_timeout_ms == 0 ? kDefaultTimeoutMs : sdo_timeout_ms),
         clients_{(void(kClient), Client(port))...} {}
 
   const State& state(std::uint8_t node) const { return kStates[static_cast<std::size_t>(phase(node))]; }
@@ -293,10 +304,11 @@ class Manager {
   void note_twin(std::uint8_t node);
   void begin_check(std::uint8_t node, Time now);
   void checked(Client& client, Time now);
+  void ask_state(std::uint8_t node) { port_.try_send(nmt::guard_request(node)); }
   void decide(std::uint8_t node, Time now);
+  void boot_from_reset(std::uint8_t node, Time now);
   void begin_configuration(Client& client, Time now);
   void configured_all(Client& client, Time now);
-  void start_ready(Time now);
   void look_for_starts(Time now);
   bool all_may_start() const;
   void await_start(std::uint8_t node, Time now);
@@ -313,6 +325,7 @@ class Manager {
   void receive(std::size_t rpdo, std::uint64_t data, std::size_t bits, Time now);
 
   // SDO clients
+  std::uint16_t timeout_of(std::uint8_t node);
   void request_read(Client& client, std::uint16_t index, std::uint8_t sub, std::size_t size, Time now);
   void request_write(Client& client, const ConciseDcf::Entry& value, Time now);
   void go_on(Client& client, Time now);
@@ -333,12 +346,13 @@ class Manager {
   void command_all(nmt::Command command, Time now);
   void send_commands(Time now);
   bool send_command(nmt::Command command, std::uint8_t node, Time now);
-  void sent(std::uint8_t node, Time now);
+  void start_sent(std::uint8_t node, Time now);
 
-  void look_at_boot_time(Time now);
+  void end_boot_time();
   void look_at_nodes(Time now);
+  Time heartbeat_time(std::uint8_t node) const;
   Time heartbeat_due(std::uint8_t node) const;
-  bool quiet(Time now) const { return now >= quiet_from_; }
+  Time next_look(std::uint8_t node) const;
   void wake_at(Time time) { due_ = earlier(due_, time); }
 
   Device& own_;
@@ -348,6 +362,7 @@ class Manager {
   NetworkObjects objects_;
   bool active_ = false;
   bool begins_ = false;        ///< at the next poll
+  bool ends_ = false;          ///< inactive, but aborts may be waiting for the port
   bool starts_ = false;        ///< the next poll looks for nodes to start
   bool inputs_again_ = false;  ///< the own node has become Operational: its inputs may be out of date
   bool own_held_ = false;      ///< the own node is not to be started here
@@ -359,15 +374,18 @@ class Manager {
   std::uint8_t mandatory_missing_ = 0;  ///< mandatory nodes in kLost or kFailed
   std::uint8_t clients_in_use_ = 0;
   std::uint8_t listed_ = 0;
+  std::uint16_t sdo_timeout_ms_;
   Time due_ = kNever;       ///< no node's deadline is earlier
   Time retry_at_ = kNever;  ///< an NMT command is waiting for the port
   Time boot_over_at_ = kNever;
-  Time quiet_from_ = 0;                        ///< heartbeats could be sent since
   std::array<std::uint8_t, kPhases> count_{};  ///< of listed nodes
   std::array<Node, nmt::kMaxNode + 1> nodes_{};
   NodeSet ready_;      ///< wait for a client
   NodeSet silent_;     ///< wait for the first client, the only one for nodes that may not respond
   NodeSet commanded_;  ///< wait for an NMT command, which follows from their phase
+  NodeSet delayed_;    ///< boot too often
+  NodeSet answering_;  ///< have answered, perhaps too late: the next probe waits longer
+  NodeSet listening_;  ///< their heartbeats are almost overdue: no requests
   NodeSet unwell_;
   NodeSet lost_;
   NodeSet twins_;

@@ -14,11 +14,6 @@ using Phase = Manager::Phase;
 
 // ---- Start
 
-void Manager::start_ready(Time now) {
-  starts_ = true;
-  wake_at(now);
-}
-
 /// The own node first: a slave may send its process data once, at its start.
 void Manager::look_for_starts(Time now) {
   starts_ = false;
@@ -50,7 +45,7 @@ bool Manager::all_may_start() const {
   });
 }
 
-/// An NMT start has been sent, or is going to be: then sent() follows.
+/// An NMT start has been sent, or is going to be: then start_sent() follows.
 void Manager::await_start(std::uint8_t node, Time now) {
   const std::uint16_t period = monitor_.consumer_time(node);
   forget_inputs(node);
@@ -63,6 +58,7 @@ void Manager::started(std::uint8_t node, nmt::State state, Time now) {
 
 /// Outputs that were sent before it listened are sent again.
 void Manager::run(std::uint8_t node, Time now) {
+  nodes_[node].failures = 0;
   own_.request_tpdos(now);
   if (!awaits_inputs(node)) return enter(node, Phase::kRun, kNever);
   enter(node, Phase::kInputs, now + kInputsPeriod);
@@ -103,19 +99,14 @@ std::uint8_t Manager::booting() const {
   return count;
 }
 
-void Manager::fail(std::uint8_t node, Time now) {
-  drop_client(node, now);
-  enter(node, Phase::kFailed, kNever);
-  start_ready(now);
-}
-
 // ---- Time
 
 void Manager::work(Time now) {
   if (begins_) begin(now);
-  if (!active_) return;
   poll_clients(now);
-  if (now >= boot_over_at_) look_at_boot_time(now);
+  ends_ = !active_ && next_deadline() != kNever;
+  if (!active_) return;
+  if (now >= boot_over_at_) end_boot_time();
   if (now >= due_) look_at_nodes(now);
   if (starts_) look_for_starts(now);
   serve(now);
@@ -123,41 +114,58 @@ void Manager::work(Time now) {
 }
 
 Time Manager::next_deadline() const {
-  if (begins_) return 0;
+  if (begins_ || starts_) return 0;
   Time due = earlier(earlier(due_, retry_at_), boot_over_at_);
   for (const Client& client : clients_)
-    if (client.node != 0) due = earlier(due, deadline_of(client));
+    due = earlier(due, deadline_of(client));
   return due;
 }
 
 /// Its mandatory nodes should have come.
-void Manager::look_at_boot_time(Time now) {
+void Manager::end_boot_time() {
   boot_over_at_ = kNever;
-  boot_is_over_ = true;
-  start_ready(now);
+  boot_is_over_ = starts_ = true;
   application_.on_node(0);
 }
 
 void Manager::look_at_nodes(Time now) {
   due_ = kNever;
   for (std::uint8_t node = 1; node <= nmt::kMaxNode; ++node) {
-    if (!is_listed(node)) continue;
-    if (now >= heartbeat_due(node) && quiet(now)) {
+    if (now < next_look(node)) {
+      wake_at(next_look(node));
+      continue;
+    }
+    if (is_ready(phase(node)) && now >= heartbeat_due(node)) {
       lose(node, now);
     } else if (now >= nodes_[node].due) {
       nodes_[node].due = kNever;
       state(node).on_deadline(*this, node, now);
+    } else {
+      listening_.insert(node);
     }
-    const Time heartbeat = heartbeat_due(node);
-    wake_at(earlier(nodes_[node].due, heartbeat == kNever ? kNever : std::max(heartbeat, quiet_from_)));
+    wake_at(next_look(node));
   }
 }
 
-/// When the node is lost without another heartbeat.
-Time Manager::heartbeat_due(std::uint8_t node) const {
+/// How long to wait for a report of the node's state.
+Time Manager::heartbeat_time(std::uint8_t node) const {
   const std::uint16_t period = monitor_.consumer_time(node);
-  if (period == 0 || !is_ready(phase(node))) return kNever;
-  return monitor_.reported_at(node) + milliseconds(period) + 1;
+  return period == 0 ? kRebootTimeout : milliseconds(period);
+}
+
+/// When the node is lost, or has not begun, without another heartbeat.
+Time Manager::heartbeat_due(std::uint8_t node) const {
+  if (monitor_.consumer_time(node) == 0) return kNever;
+  if (phase(node) == Phase::kWatch) return nodes_[node].due;
+  return is_ready(phase(node)) ? monitor_.reported_at(node) + heartbeat_time(node) + 1 : kNever;
+}
+
+/// Before a heartbeat is overdue the manager listens.
+Time Manager::next_look(std::uint8_t node) const {
+  const Time heartbeat = heartbeat_due(node);
+  const Time due = nodes_[node].due;
+  if (heartbeat == kNever || listening_.has(node)) return earlier(due, heartbeat);
+  return earlier(due, heartbeat - std::min(kListenTime, heartbeat_time(node) / 4));
 }
 
 // ---- NMT commands
@@ -176,7 +184,7 @@ void Manager::send_commands(Time now) {
     if (!send_command(broadcast_, nmt::kAllNodes, now)) return;
     broadcasts_ = false;
     for (std::uint8_t node = 1; node <= nmt::kMaxNode; ++node)
-      sent(node, now);
+      start_sent(node, now);
   }
   for (std::uint8_t node = 0; (node = commanded_.next(0)) != 0;) {
     const Phase phase = nodes_[node].phase;
@@ -185,7 +193,11 @@ void Manager::send_commands(Time now) {
                                                            : nmt::Command::kResetCommunication;
     if (!send_command(command, node, now)) return;
     commanded_.erase(node);
-    sent(node, now);
+    if (phase == Phase::kReboot) {
+      nodes_[node].due = now + kRebootTimeout;
+      wake_at(nodes_[node].due);
+    }
+    start_sent(node, now);
   }
 }
 
@@ -199,11 +211,7 @@ bool Manager::send_command(nmt::Command command, std::uint8_t node, Time now) {
 }
 
 /// Without a heartbeat nothing confirms the start.
-void Manager::sent(std::uint8_t node, Time now) {
-  if (phase(node) == Phase::kReboot) {
-    nodes_[node].due = now + kRebootTimeout;
-    wake_at(nodes_[node].due);
-  }
+void Manager::start_sent(std::uint8_t node, Time now) {
   if (phase(node) == Phase::kStart && monitor_.consumer_time(node) == 0) run(node, now);
 }
 
