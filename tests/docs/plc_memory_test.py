@@ -23,6 +23,8 @@ for page, area, first, last, use, source in ROWS:
 
 WORDS = {"window": 70, "scanner": 138, "plc.process_first": 128, "plc.status_first": 172}  # contract: R3700..R3769, OUT + IN, PDO-1, registers.md
 MAKERS = {"FATEK": "fatek", "OpenPLC": "openplc", "Omron": "omron", "CODESYS": "codesys", "Siemens": "siemens", "Beckhoff": "twincat"}
+FORMS = {"tia": ("siemens", "P#M", 2), "xsy": ("schneider", "%MW", 1), "ispsoft": ("delta", "D", 1)}  # of cbcanctl map: bytes or words
+MAPPED = 64 + 64 + 44 + 67  # inputs, outputs, status
 WIRE = {"fatek": "R", "omron": "Registers["}  # where the numbers of plc.first are those of the area
 LEAST = {"codesys": 1, "delta": 20, "fatek": 22, "mitsubishi": 12, "omron": 14, "openplc": 150, "schneider": 6, "siemens": 2, "twincat": 1}
 # What looks like an address in a PLC: an area that the file lacks is a mistake.
@@ -82,7 +84,7 @@ def used(page, text):
 
 
 def elsewhere():
-    """(page, use) in plc-owns-registers.md, ladder-recipes.md and the programs of tools/st."""
+    """(page, use) in plc-owns-registers.md, ladder-recipes.md, cbcanctl.md and the programs of tools/st."""
     for line in unlinked(OWNS).splitlines():
         makers = [page for name, page in MAKERS.items() if name in line] or ["fatek"]  # the first command is for one
         yield from ((page, use) for page in makers for use in placed(page, line, line))
@@ -90,6 +92,10 @@ def elsewhere():
             yield from (("fatek", use) for use in used("fatek", line))
     recipes = (ROOT / "docs/reference/ladder-recipes.md").read_text()
     yield from (("fatek", use) for use in used("fatek", recipes))
+    maps = (ROOT / "docs/reference/cbcanctl.md").read_text()
+    for form, (page, area, size) in FORMS.items():
+        row, = re.findall(rf"^\| `{form}` \|.*?`[%A-Z]+(\d+)`", maps, re.MULTILINE)
+        yield page, Use(area, int(row), MAPPED * size, form)
     for program in sorted((ROOT / "tools/st").glob("*.st")):
         yield from (("openplc", use) for use in used("openplc", re.sub(r"\(\*.*?\*\)", "", program.read_text(), flags=re.DOTALL)))
 
