@@ -14,7 +14,6 @@ sys.path.insert(0, str(ROOT / "tests/support"))
 import cases
 
 PAGES = {path.stem: path.read_text() for path in (ROOT / "docs/how-to/plc").glob("*.md")}
-OWNS = (ROOT / "docs/how-to/plc-owns-registers.md").read_text()
 ROWS = [[cell.strip() for cell in line.split("|")] for line in (ROOT / "tests/docs/plc_memory.txt").read_text().splitlines()
         if line and not line.startswith("#")]
 MEMORY = collections.defaultdict(lambda: collections.defaultdict(list))  # page, area: (first, last, use)
@@ -24,7 +23,6 @@ for page, area, first, last, use, source in ROWS:
 WORDS = {"window": 70, "scanner": 138, "plc.process_first": 128, "plc.status_first": 172}  # contract: R3700..R3769, OUT + IN, PDO-1, registers.md
 MAKERS = {"FATEK": "fatek", "OpenPLC": "openplc", "Omron": "omron", "CODESYS": "codesys", "Siemens": "siemens", "Beckhoff": "twincat"}
 FORMS = {"tia": ("siemens", "P#M", 2), "xsy": ("schneider", "%MW", 1), "ispsoft": ("delta", "D", 1)}  # of cbcanctl map: bytes or words
-MAPPED = 64 + 64 + 44 + 67  # inputs, outputs, status
 WIRE = {"fatek": "R", "omron": "Registers["}  # where the numbers of plc.first are those of the area
 LEAST = {"codesys": 1, "delta": 20, "fatek": 22, "mitsubishi": 12, "omron": 14, "openplc": 150, "schneider": 6, "siemens": 2, "twincat": 1}
 # What looks like an address in a PLC: an area that the file lacks is a mistake.
@@ -67,17 +65,17 @@ def settings(line):
     return [(key, int(number)) for key, number in found if key.endswith("first")]
 
 
-def placed(page, line, text):
+def placed(page, line):
     """The blocks that the module's client takes in the PLC."""
     layout = "window" if page == "fatek" and "(a)" not in line and "scanner" not in line else "scanner"
-    return [Use(WIRE.get(page, "register"), first, WORDS[layout if key == "plc.first" else key], text) for key, first in settings(line)]
+    return [Use(WIRE.get(page, "register"), first, WORDS[layout if key == "plc.first" else key], line) for key, first in settings(line)]
 
 
 def used(page, text):
     found = []
     for line in unlinked(text).replace(" \\\n", " ").splitlines():
-        found += placed(page, line, line)
-        line = re.sub(r"\((?:a|b|c|d)\) R3700:", lambda name: "(b) request:", line)  # the job's name
+        found += placed(page, line)
+        line = line.replace("(b) R3700:", "(b):")  # the job's name
         for area in MEMORY[page]:
             found += [Use(area, int(each[1]), words_of(each, line), line) for each in re.finditer(token(area), line)]
     return found
@@ -85,17 +83,16 @@ def used(page, text):
 
 def elsewhere():
     """(page, use) in plc-owns-registers.md, ladder-recipes.md, cbcanctl.md and the programs of tools/st."""
-    for line in unlinked(OWNS).splitlines():
+    for line in unlinked((ROOT / "docs/how-to/plc-owns-registers.md").read_text()).splitlines():
         makers = [page for name, page in MAKERS.items() if name in line] or ["fatek"]  # the first command is for one
-        yield from ((page, use) for page in makers for use in placed(page, line, line))
+        yield from ((page, use) for page in makers for use in placed(page, line))
         if "FATEK" in line:
             yield from (("fatek", use) for use in used("fatek", line))
-    recipes = (ROOT / "docs/reference/ladder-recipes.md").read_text()
-    yield from (("fatek", use) for use in used("fatek", recipes))
+    yield from (("fatek", use) for use in used("fatek", (ROOT / "docs/reference/ladder-recipes.md").read_text()))
     maps = (ROOT / "docs/reference/cbcanctl.md").read_text()
     for form, (page, area, size) in FORMS.items():
         row, = re.findall(rf"^\| `{form}` \|.*?`[%A-Z]+(\d+)`", maps, re.MULTILINE)
-        yield page, Use(area, int(row), MAPPED * size, form)
+        yield page, Use(area, int(row), size * (64 + 64 + 44 + 67), form)  # inputs, outputs, status
     for program in sorted((ROOT / "tools/st").glob("*.st")):
         yield from (("openplc", use) for use in used("openplc", re.sub(r"\(\*.*?\*\)", "", program.read_text(), flags=re.DOTALL)))
 
@@ -129,10 +126,8 @@ class Memory(unittest.TestCase):
     def test_every_area_is_in_the_file(self):
         for page, text in PAGES.items():
             text = unlinked(text)
-            known = [re.compile(token(area)) for area in MEMORY[page]]
-            for found in ADDRESS.finditer(text):
-                seen = any(each.start() <= found.start() < each.end() for area in known for each in area.finditer(text))
-                self.assertTrue(seen, f"{page}: {found[0]}")
+            seen = [range(*each.span()) for area in MEMORY[page] for each in re.finditer(token(area), text)]
+            self.assertEqual([found[0] for found in ADDRESS.finditer(text) if not any(found.start() in each for each in seen)], [], page)
 
     def test_every_row_has_a_source(self):
         self.assertEqual([row for row in ROWS if len(row) != 6 or not row[5] or row[4] not in ("free", "reserved", "named")], [])
@@ -158,7 +153,7 @@ class Control(unittest.TestCase):
                            ("schneider", "| (d) x | 3 | 3928 | 403929 | 44 | `%MW7990` | scanner |")):
             self.assertTrue(all_wrong(page, line), (page, line))
         for page, first in (("openplc", 1911), ("twincat", 32887), ("siemens", 1), ("codesys", 1)):
-            self.assertTrue(wrong(page, placed(page, f"`first = {first}`", "")[0]), page)
+            self.assertTrue(wrong(page, placed(page, f"`first = {first}`")[0]), page)
 
 
 cases.main()
