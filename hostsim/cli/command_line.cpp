@@ -5,10 +5,12 @@
 
 #include <algorithm>
 #include <iterator>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
 
+#include "cbcan/regmap.hpp"
 #include "cbcan/version.hpp"
 #include "cli/options.hpp"
 #include "config/demo_plant.hpp"
@@ -135,10 +137,37 @@ config::Diagnostics read_plant_of(const Argument& plant, const text::FileReader&
   return config::read_plant(*text, path, start.config, {}, &read);
 }
 
+/// Registers of the PLC that FATEK FBs controllers reserve (FBs-PLC User's Manual, memory allocation): R4047
+/// = 0 turns Modbus RTU off at ports 1 to 4.
+constexpr unsigned kReservedFirst = 3840;
+constexpr unsigned kReservedLast = 4167;
+
+std::string remarks_on_plc(const config::PlcConfig& plc, std::string_view opening) {
+  if (plc.address.empty() && plc.line.device.empty()) return {};
+  struct Range {
+    std::string_view key;
+    std::optional<std::uint16_t> first;
+    unsigned words, free;
+  };
+  const bool is_window = plc.layout == config::PlcLayout::kWindow;
+  const unsigned words =
+      is_window ? regmap::kWindowWords : regmap::kScannerOutWords + regmap::kScannerInWords;
+  std::string text;
+  for (const Range& range : {Range{"plc.first", plc.first, words, is_window ? 3700u : 500u},
+                             Range{"plc.process_first", plc.process_first, regmap::kProcessWords, 3300},
+                             Range{"plc.status_first", plc.status_first, regmap::kStatusWords, 3500}})
+    if (range.first && *range.first <= kReservedLast && *range.first + range.words > kReservedFirst)
+      text += fmt::format(
+          "{}{}: R{}..R{} would lie over R{}..R{}, which a FATEK FBs controller reserves; there set {}\n",
+          opening, range.key, *range.first, *range.first + range.words - 1, kReservedFirst, kReservedLast,
+          range.free);
+  return text;
+}
+
 std::string remarks_on(const config::NetworkConfig& network) {
   const std::string opening = "cbcan-sim: " + config::in_network(network.number);
   const config::CanConfig& can = network.can;
-  std::string text;
+  std::string text = remarks_on_plc(network.plc, opening);
   if (can.outside.empty() && network.nodes.empty() && can.slcan.empty() && can.socketcand.empty()) {
     const bool first = network.number == 1;
     text += fmt::format("{}no other node is on the virtual bus; {}add a node: {}--node 5=FILE.eds\n", opening,
@@ -152,8 +181,8 @@ std::string remarks_on(const config::NetworkConfig& network) {
   return text;
 }
 
-/// The environment of a command has the addresses, so any number of commands can run at a time. Addresses from
-/// options stay.
+/// The environment of a command has the addresses, so any number of commands can run at a time. Addresses
+/// from options stay.
 void use_free_addresses(const ParsedArguments& typed, config::Config& config) {
   constexpr std::string_view kFree = "127.0.0.1:0";
   if (!typed.is_named("--modbus", "modbus.port")) config.modbus.port = 0;

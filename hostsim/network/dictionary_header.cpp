@@ -147,7 +147,7 @@ class Check {
 
 // ---- Names
 
-/// Keywords of C++20, and macros that compilers or the headers used have.
+/// Keywords of C++20, and macros of compilers and of the C library.
 constexpr std::string_view kTaken =
     " alignas alignof and and_eq asm auto bitand bitor bool break case catch char class co_await co_return "
     "co_yield "
@@ -159,11 +159,18 @@ constexpr std::string_view kTaken =
     "template "
     "this throw true try typedef typeid typename union unix unsigned using virtual void volatile while xor "
     "xor_eq "
-    "NULL ";
+    "EOF NULL assert errno i386 offsetof stderr stdin stdout ";
 
-/// Standard types, such as uint8_t, end with _t.
+bool is_upper(char c) {
+  return c >= 'A' && c <= 'Z';
+}
+
+/// Standard types, such as uint8_t, end with _t; compilers' macros, such as __arm__, have names that C++
+/// reserves.
 void check_space(const std::string& name) {
-  bool good = !name.empty() && std::isdigit(static_cast<unsigned char>(name.front())) == 0 &&
+  const bool reserved =
+      name.find("__") != std::string::npos || (name.size() > 1 && name[0] == '_' && is_upper(name[1]));
+  bool good = !name.empty() && std::isdigit(static_cast<unsigned char>(name.front())) == 0 && !reserved &&
               !name.ends_with("_t") && kTaken.find(" " + name + " ") == std::string_view::npos;
   for (const char c : name)
     good = good && (c == '_' || (static_cast<unsigned char>(c) < 0x80 && std::isalnum(c) != 0));
@@ -175,7 +182,7 @@ std::string camel(std::string_view text) {
   std::string name;
   bool begins = true;
   for (const char c : text) {
-    const bool letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
+    const bool letter = (c >= 'a' && c <= 'z') || is_upper(c);
     if (!letter && (c < '0' || c > '9')) {
       begins = true;
       continue;
@@ -267,6 +274,8 @@ std::string dictionary_header(std::string_view text, const std::string& name, co
   return made_by("cbcan-eds", name) + sizes_of(made) +
          "#pragma once\n\n#include <array>\n#include <cstdint>\n\n#include "
          "\"cbcan/canopen/dictionary/eds_dictionary.hpp\"\n\n" +
+         fmt::format("#ifdef {0}\n#error \"{0} is a macro here: write cbcan-eds --name NAME\"\n#endif\n\n",
+                     space) +
          fmt::format("namespace {} {{\n\nnamespace tables {{\n{}}}\n\n", space, tables(made)) +
          fmt::format(
              "inline constexpr cbcan::EdsDictionary kDictionary{{tables::kEntries, tables::kLimits, "

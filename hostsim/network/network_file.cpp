@@ -200,10 +200,10 @@ class Reader {
   void add(Network& network, const toml::table& table) {
     node_.clear();
     Node node;
-    if (const toml::node* id = table.get("id"))
-      node_ = fmt::format("node {}: ", id->value<std::int64_t>().value_or(0));
-    if (const auto id = table["id"].value<std::int64_t>(); id && (*id < 1 || *id > 127))
-      fail(*table.get("id"), "node IDs are 1..127");
+    if (const auto id = table["id"].value_exact<std::int64_t>()) {
+      node_ = fmt::format("node {}: ", *id);
+      if (*id < 1 || *id > 127) fail(*table.get("id"), "node IDs are 1..127");
+    }
     read_rows(table, node_rows(), node,
               std::array{kNodeLists[0], kNodeLists[1], kNodeLists[2], std::string_view("node.pdos")});
     read_device(table, node);

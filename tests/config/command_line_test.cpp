@@ -53,6 +53,33 @@ TEST_CASE("a bit rate on a real bus is remarked on") {
         "that it was set up with\n");
 }
 
+TEST_CASE("words of the PLC that FATEK reserves are remarked on") {
+  const auto remarks = [](std::vector<const char*> sets, std::vector<const char*> more) {
+    std::vector<const char*> arguments{"--demo"};
+    for (const char* set : sets)
+      arguments.insert(arguments.end(), {"--set", set});
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return start(arguments).err;
+  };
+  const std::vector<const char*> plc{"--plc", "192.168.1.5:502"};
+  const auto lies = [](const std::string& range, const char* free) {
+    return "cbcan-sim: " + range +
+           " would lie over R3840..R4167, which a FATEK FBs controller reserves; there set " + free + "\n";
+  };
+  const std::string old_page =
+      lies("plc.process_first: R3800..R3927", "3300") + lies("plc.status_first: R3928..R4099", "3500");
+  CHECK(remarks({"plc.process_first=3800", "plc.status_first=3928"}, plc) == old_page);
+  CHECK(remarks({"plc.process_first=3800", "plc.status_first=3928"}, {}).empty());
+  CHECK(remarks({"plc.process_first=3300", "plc.status_first=3500"}, plc).empty());
+  CHECK(remarks({}, plc).empty());
+  CHECK(remarks({"plc.process_first=3712", "plc.status_first=4168", "plc.first=3770"}, plc).empty());
+  CHECK(remarks({"plc.process_first=3713"}, plc) == lies("plc.process_first: R3713..R3840", "3300"));
+  CHECK(remarks({"plc.status_first=4167"}, plc) == lies("plc.status_first: R4167..R4338", "3500"));
+  CHECK(remarks({"plc.first=3771"}, plc) == lies("plc.first: R3771..R3840", "3700"));
+  CHECK(remarks({"plc.first=3703", "plc.layout=scanner", "plc.device=/dev/ttyUSB0"}, {}) ==
+        lies("plc.first: R3703..R3840", "500"));
+}
+
 TEST_CASE("options and --set, both ways to write them") {
   Start apart =
       start({"--set", "module.node_id=3", "--sdo-timeout", "0", "--set", "module.node_state_fresh_ms=5",

@@ -60,8 +60,8 @@ NUMBER = re.compile(r"(?:0x|16#)[0-9A-F]+|[0-9A-F]{4}h\b|\b\d[0-9A-F]{3}\b|\d{3,
 EVERYWHERE = "5066 127 1502 1F82h CA0Eh"
 OTHERS = {
     "codesys": "",
-    "delta": "100 502 19200 1143 1122 1127 150 604 605 200",
-    "fatek": "150 19200 502 574 3701 3706 3707 40001",
+    "delta": "100 502 19200 1143 1120 1122 1127 150 604 605 200 1296 1311 507 707 747",
+    "fatek": "150 19200 502 574 3701 3706 3707 40001 3300 3500 3840 4047 4167",
     "mitsubishi": "125 123 8412 8432 3000 19200 502 604 605 200",
     "omron": "1023 102 502 200 400",
     "openplc": "1000 100 164",
@@ -184,10 +184,18 @@ class Parts(unittest.TestCase):
             self.assertIn(wanted, " ".join(cells), name)
 
     def test_delta_s_areas_do_not_overlap(self):
-        areas = [re.fullmatch(r"`K\d+ K\d+ D(\d+) K(\d+)`", cells[0]).groups() for *_, cells in jobs("delta")]
-        self.assertEqual([int(count) for _, count in areas], [words for *_, words, _ in jobs("delta")])
-        taken = [word for first, count in areas for word in range(int(first), int(first) + int(count))]
+        """A reading MODRW puts the response into S, a byte in each register; its words, at most 16, are in D1296 and following."""
+        responses, taken = set(), []
+        for name, code, _, words, (modrw, then) in jobs("delta"):
+            first, count = re.fullmatch(r"`K\d+ K\d+ D(\d+) K(\d+)`", modrw).groups()
+            self.assertEqual(int(count), words, name)
+            if code == 3:
+                responses |= set(range(int(first), int(first) + 3 + 2 * words + 2))
+                first, = re.fullmatch(rf"`BMOV D1296 D(\d+) K{words}`", then).groups()
+                self.assertLessEqual(words, 1311 - 1296 + 1, name)
+            taken += range(int(first), int(first) + words)
         self.assertEqual(len(taken), len(set(taken)))
+        self.assertEqual(responses & set(taken), set())
 
     def test_no_function_code_carries_more(self):
         clients = (ROOT / "docs/how-to/modbus-clients.md").read_text()

@@ -126,8 +126,9 @@ TEST_CASE("cbcan-eds: values that the stack refuses when they are written") {
 
 TEST_CASE("cbcan-eds: names that a header cannot have") {
   const std::string text = object("2000", "5", "1");
-  for (const char* name : {"class", "int", "co_await", "xor_eq", "NULL", "linux", "uint8_t", "", "3rd", "a-b",
-                           "a.b", "\xC3\x9C"})
+  for (const char* name : {"class", "int",     "co_await", "xor_eq", "NULL", "EOF",     "errno",
+                           "stdin", "assert",  "linux",    "unix",   "i386", "__arm__", "_AAPCS",
+                           "a__b",  "uint8_t", "",         "3rd",    "a-b",  "a.b",     "\xC3\x9C"})
     CHECK(made(text, "x.eds", name) == std::string(name) + ": no name of a C++ namespace; write --name NAME");
   for (const char* name : {"io_module", "DRIVE", "classes", "a1", "_"})
     CHECK(made(text, "x.eds", name).starts_with("// Made by"));

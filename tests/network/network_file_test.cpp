@@ -220,6 +220,15 @@ TEST_CASE("mistakes name line and node") {
   const std::string node = "[[node]]\nid = 5\neds = \"d.eds\"\n";
   const std::vector<Case> cases{
       {"[[node]]\nid = 300\n", "n.toml:2: node 300: node IDs are 1..127"},
+      {"[[node]]\nid = 1e300\n", "n.toml:2: id 1e+300: must be an integer, 1..127"},
+      {"[[node]]\nid = -1e300\n", "n.toml:2: id -1e+300: must be an integer, 1..127"},
+      {"[[node]]\nid = nan\n", "n.toml:2: id nan: must be an integer, 1..127"},
+      {"[[node]]\nid = 5.0\n", "n.toml:2: id 5.0: must be an integer, 1..127"},
+      {"[network]\nsync_us = 1e300\n",
+       "n.toml:2: sync_us 1e+300: must be an integer, 0..2147483647 us, 0 = no SYNC"},
+      {"[[node]]\nid = 5\nobjects = [{ index = 1e300 }]\n", "n.toml:3: node 5: index: must be 0..0xffff"},
+      {"[[node]]\nid = 5\nobjects = [{ index = 0x2000, value = 1e300, type = \"u32\" }]\n",
+       "n.toml:3: node 5: '1e+300' is no u32: write a decimal number, 0x12 or 12h"},
       {"[[node]]\n", "n.toml:1: id is missing"},
       {"node = 5\n", "n.toml:1: node: must be a list of tables"},
       {"[[node]]\nid = 5\nobjects = [\n{ index = 0x2001, value = 300, type = \"u8\" }]\n",

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: MIT
 """cbcanctl with servers that are not Modbus servers, or do not exist."""
 
+import json
 import pathlib
 import socket
 import subprocess
@@ -11,6 +12,7 @@ import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases
+from owned_registers import OwnedRegisters
 from simulator import LIMIT, program_from_arguments
 
 CBCANCTL = program_from_arguments(sys.argv)
@@ -64,6 +66,22 @@ class BadServers(unittest.TestCase):
         done = run(port, "state", "1")
         self.assertEqual(done.returncode, NO_CONNECTION)
         self.assertIn("is cbcan-sim running there?", done.stderr)
+
+    def test_status_of_words_that_are_no_step(self):
+        server = OwnedRegisters()
+        with server.changed:
+            server.write(3928 + 44 + 5, [0x1B05, 0x4204, 0x9B04])  # nodes 5, 6, 7: ESC, failure B, a C1 control character
+        steps = ["unknown step 1Bh", "failed: B", "unknown step 9Bh"]
+        done = run(server.port, "status")
+        self.assertEqual([line.split(maxsplit=2)[2] for line in done.stdout.splitlines()[1:]], steps, done)
+        done = run(server.port, "status", "--json")
+        self.assertEqual([json.loads(line)["step"] for line in done.stdout.splitlines()[1:]], steps, done)
+
+    def test_messages_have_no_control_characters(self):
+        for words in (["read\x1b[31m"], ["configure", "/no\x1b]0;where\a"], ["--host", "no\nhost\x7f", "kernel"]):
+            done = run(1, *words)
+            self.assertNotEqual(done.returncode, 0)
+            self.assertEqual([c for c in done.stderr[:-1] if not c.isprintable()], [], done.stderr)
 
 
 cases.main()

@@ -11,6 +11,7 @@
 
 #include "cbcanctl/transfer_settings.hpp"
 #include "files/read_file.hpp"
+#include "text/utf8.hpp"
 
 namespace cbcan::ctl {
 
@@ -80,7 +81,7 @@ Refused::Refused(const window::Result& response, const std::string& what)
       abort_code(abort_code_of(response)) {}
 
 void say(const std::string& line) {
-  std::cerr << "cbcanctl: " << line << "\n";
+  std::cerr << "cbcanctl: " << text::to_utf8(line) << "\n";
 }
 
 std::string read_file(const std::string& path) {

@@ -19,7 +19,9 @@ constexpr auto kPollPeriod = std::chrono::milliseconds(20);
 /// By the high byte of a node's register.
 std::string step_name(unsigned step) {
   const std::string_view name = regmap::meaning_of(regmap::kBootSteps, step);
-  return name.empty() ? fmt::format("failed: {}", static_cast<char>(step)) : std::string(name);
+  if (!name.empty()) return std::string(name);
+  return step >= 'A' && step <= 'O' ? fmt::format("failed: {}", static_cast<char>(step))
+                                    : fmt::format("unknown step {:02X}h", step);
 }
 
 std::string_view state_name(unsigned state) {
