@@ -67,7 +67,7 @@ class Manager {
   static constexpr Time kBootWindow = 10 * kSecond;
   static constexpr Time kProbePeriod = kSecond;
   static constexpr std::uint16_t kProbeTimeoutMs = 100;
-  static constexpr std::uint16_t kDefaultTimeoutMs = 1000;  ///< in place of 0
+  static constexpr std::uint16_t kDefaultTimeoutMs = 1000;  ///< also in place of 0
   static constexpr Time kMostDelay = 60 * kSecond;          ///< until a node that has failed is booted again
   static constexpr Time kRebootTimeout = kSecond;           ///< from a reset to the boot-up message
   static constexpr Time kPause = kMillisecond;  ///< until a request is tried again that others delay
@@ -110,7 +110,7 @@ class Manager {
   /// All outlive it. `own` is the device of this node; `monitor` receives all error control messages before
   /// this. `sdo_timeout_ms`: of its requests to nodes without one of their own (300Dh).
   Manager(Device& own, NodeMonitor& monitor, CanPort& port, ManagerApplication& application,
-          std::uint16_t sdo_timeout_ms)
+          std::uint16_t sdo_timeout_ms = kDefaultTimeoutMs)
       : Manager(own, monitor, port, application, sdo_timeout_ms,
                 std::make_index_sequence<kServices.manager_clients>()) {}
   Manager(const Manager&) = delete;
