@@ -60,6 +60,31 @@ class Services(unittest.TestCase):
                 with self.subTest(services=job[0], compiler=job[1]):
                     self.assertEqual(errors, "")
 
+    def test_programs_that_are_refused(self):
+        """What a program uses and its services do not have is named by the compiler."""
+        device = '#include "cbcan/canopen/eds_device.hpp"\nclass Device final : public cbcan::EdsDevice { using EdsDevice::EdsDevice; };\n'
+        device += "Device* make(const cbcan::EdsDictionary& d, cbcan::CanPort& p) { return new Device(d, {}, {}, p); }\n"
+        manager = '#include "cbcan/canopen/manager/manager.hpp"\nusing namespace cbcan;\n'
+        manager += "Manager* make(Device& d, NodeMonitor& m, CanPort& p, ManagerApplication& a) { return new Manager(d, m, p, a); }\n"
+        store = '#include "boards/common/parameter_store.hpp"\nusing namespace cbcan::boards;\nstd::array<std::uint16_t, {}> words;\n'
+        store += "ParameterStore* make(Flash& f) {{ return new ParameterStore(f, words, [](auto) {{ return true; }}); }}\n"
+        for services, program, said in (("", device, ""), (".sdo_server = false", device, "SDO server"),
+                                        ("", manager, ""), (".manager_clients = 0", manager, "manager_clients is 2 or more"),
+                                        (".manager_clients = 1", manager, "manager_clients is 2 or more"),
+                                        ("", store.format(16), ""), ("", store.format(17), "up to 16 words of settings")):
+            for compiler in ("clang++-14", "g++-12"):
+                with self.subTest(services=services, said=said, compiler=compiler):
+                    errors = self.compile(services, program, compiler=compiler)
+                    self.assertIn(said, errors) if said else self.assertEqual(errors, "")
+
+    def test_another_serial_queue_does_not_link(self):
+        library = "".join(f'#include "{FIRMWARE}/{name}"\n' for name in ("boards/common/slcan_port.cpp", "cbcan/slcan/slcan.cpp"))
+        program = '#include "boards/common/slcan_port.hpp"\nint main() { cbcan::boards::SlcanPort port(500); return port.has_output(); }\n'
+        self.assertEqual(self.compile("", library, "-c", "-o", f"{self.folder}/library.o"), "")
+        self.assertEqual(self.compile("", program, f"{self.folder}/library.o", "-o", f"{self.folder}/program"), "")
+        self.assertIn("undefined reference to `cbcan::boards::SlcanPort::SlcanPort(unsigned short, std::integral_constant<unsigned long, 512ul>)",
+                      self.compile(".serial_queue = 512", program, f"{self.folder}/library.o", "-o", f"{self.folder}/program"))
+
 
 if __name__ == "__main__":
     cases.main()

@@ -106,8 +106,11 @@ class Manager {
 
   /// All outlive it. `own` is the device of this node; `monitor` receives all error control messages before
   /// this.
+  template <Services kOf = kServices>
   Manager(Device& own, NodeMonitor& monitor, CanPort& port, ManagerApplication& application)
-      : Manager(own, monitor, port, application, std::make_index_sequence<kServices.manager_clients>()) {}
+      : Manager(own, monitor, port, application, std::make_index_sequence<kOf.manager_clients>()) {
+    static_assert(kOf.manager_clients >= 2, "for a Manager, Services::manager_clients is 2 or more");
+  }
   Manager(const Manager&) = delete;
   Manager& operator=(const Manager&) = delete;
 
