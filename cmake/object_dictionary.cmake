@@ -24,7 +24,8 @@ function(cbcan_object_dictionary target file)
   endif()
 endfunction()
 
-# cbcan_network_header(TARGET FILE): the same for a network file, with the object kNetwork.
+# cbcan_network_header(TARGET FILE): the same for a network file, with the object kNetwork. It is made again when an EDS or DCF file that
+# the network file names has changed.
 function(cbcan_network_header target file)
   get_filename_component(name ${file} NAME_WLE)
   cbcan_made_header(${target} ${file} CBCAN_NETWORK ${name})
