@@ -24,7 +24,8 @@ function(cbcan_object_dictionary target file)
   endif()
 endfunction()
 
-# cbcan_network_header(TARGET FILE): the same for a network file, with the object kNetwork.
+# cbcan_network_header(TARGET FILE): the same for a network file, with the object kNetwork. It is made again when an EDS or DCF file that
+# the network file names has changed.
 function(cbcan_network_header target file)
   get_filename_component(name ${file} NAME_WLE)
   cbcan_made_header(${target} ${file} CBCAN_NETWORK ${name})
@@ -38,6 +39,11 @@ function(cbcan_made_header target file program name)
   get_filename_component(path ${file} ABSOLUTE)
   set(folder ${CMAKE_CURRENT_BINARY_DIR}/${target}_made)
   file(MAKE_DIRECTORY ${folder})
+  if(program STREQUAL "CBCAN_NETWORK")
+    set(depfile ${folder}/${name}.hpp.d)  # the EDS and DCF files that it names
+    list(APPEND ARGN --depfile ${depfile})
+    set(depfile DEPFILE ${depfile})
+  endif()
   set(command ${${program}})
   if(TARGET "${command}")
     set(command $<TARGET_FILE:${command}>)
@@ -45,6 +51,7 @@ function(cbcan_made_header target file program name)
   add_custom_command(OUTPUT ${folder}/${name}.hpp
     COMMAND sh -c [[out=$1 && shift && "$@" >"$out"]] sh ${folder}/${name}.hpp ${command} ${ARGN} ${path}
     DEPENDS ${${program}} ${path}
+    ${depfile}
     VERBATIM)
   target_sources(${target} PRIVATE ${folder}/${name}.hpp)
   target_include_directories(${target} PRIVATE ${folder})

@@ -33,7 +33,8 @@ class Master final : public cbcan::EdsDeviceOf<own_node::kDictionary>, private c
   cbcan::Time poll(cbcan::Time now) {
     client.poll(now);
     manager_.poll(now);
-    return cbcan::earlier(EdsDeviceOf::poll(now), cbcan::earlier(client.deadline(), manager_.deadline()));
+    const cbcan::Time due = EdsDeviceOf::poll(now);  // may begin a boot: before the others' deadlines
+    return cbcan::earlier(due, cbcan::earlier(client.deadline(), manager_.deadline()));
   }
 
   /// Booted, supervised and Operational.

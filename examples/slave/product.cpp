@@ -16,6 +16,7 @@ cbcan::Time now();
 void sleep_until(cbcan::Time due);
 void set_leds(bool run, bool error);
 cbcan::regmap::ResetCause reset_cause();
+std::uint32_t serial_number();
 
 namespace {
 
@@ -70,6 +71,7 @@ int main() {
   faults.start(reset_cause());
   store.start(false);  // loads what 1010h and LSS have stored: then the CAN controller gets its bit rate
   module.keep_in(store);
+  module.set(io_module::od::kSerialNumber, serial_number(), now());  // an LSS address of its own
   sleep_until(now() + faults.can_wait());  // a device that faults again and again leaves the bus alone
   module.start(static_cast<std::uint8_t>(settings[1]), now());
   boards::Indicators leds;

@@ -8,6 +8,7 @@
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "cbcan/canopen/nmt/nmt.hpp"
 #include "cbcan/canopen/pdo/pdo.hpp"
+#include "eds/eds_reader.hpp"
 #include "eds/values.hpp"
 
 namespace cbcan::eds {
@@ -151,7 +152,9 @@ void mark_mapped(std::vector<ObjectEntry>& entries, const ObjectDictionary& dict
 DeviceMemory memory_of(const std::vector<ObjectEntry>& entries) {
   DeviceMemory memory{.rpdos = Pdo::rpdo_count(entries), .tpdos = Pdo::tpdo_count(entries)};
   for (const ObjectEntry& entry : entries) {
-    memory.largest_value = std::max<std::size_t>(memory.largest_value, entry.capacity);
+    const bool given = entry.has(ObjectFlags::kAsked) && entry.has(ObjectFlags::kVariable);
+    memory.largest_value =
+        std::max<std::size_t>({memory.largest_value, entry.capacity, given ? kStringCapacity : 0});
     if (is_mapping(entry.index))
       memory.objects_of_pdo =
           std::max(memory.objects_of_pdo, std::min<std::size_t>(entry.last_sub, PdoMapping::kMostObjects));

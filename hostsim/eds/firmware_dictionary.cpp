@@ -109,6 +109,19 @@ Rows fold(const DictionaryImage& image) {
   return all;
 }
 
+/// What the application gives: identity, unless it follows the node ID, texts that describe the device, and
+/// what the file has no value for.
+void mark_asked(DictionaryImage& image) {
+  for (ObjectEntry& entry : image.entries) {
+    const bool describes = entry.index >= object::kDeviceName && entry.index <= object::kSoftwareVersion;
+    const bool identifies = entry.index == object::kIdentity && entry.last_sub != 0 &&
+                            std::ranges::find(image.node_id_values, entry.offset, &NodeIdValue::offset) ==
+                                image.node_id_values.end();
+    if (describes || identifies || entry.has(ObjectFlags::kUnset)) entry.flags |= ObjectFlags::kAsked;
+    entry.flags &= static_cast<std::uint16_t>(~ObjectFlags::kUnset);
+  }
+}
+
 class Layout {
  public:
   explicit Layout(const DictionaryImage& image) : image_(image) {}
@@ -163,8 +176,7 @@ class Layout {
 FirmwareDictionary firmware_dictionary(DictionaryImage image) {
   image = prepared(std::move(image));
   mark_mapped(image.entries, ObjectDictionary(image.entries, image.values, nullptr));
-  for (ObjectEntry& entry : image.entries)
-    entry.flags &= static_cast<std::uint16_t>(~ObjectFlags::kUnset);
+  mark_asked(image);
   FirmwareDictionary made = Layout(image).take(fold(image));
   made.limits = image.limits;
   made.memory = memory_of(made.entries);

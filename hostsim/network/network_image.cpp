@@ -8,6 +8,7 @@
 #include "cbcan/canopen/dictionary/cob_id.hpp"
 #include "cbcan/canopen/emcy/emergency_consumer.hpp"
 #include "cbcan/canopen/manager/network_objects.hpp"
+#include "cbcan/canopen/sdo/crc16.hpp"
 #include "network/device_file.hpp"
 #include "text/utf8.hpp"
 
@@ -203,7 +204,9 @@ Bytes image_of(const Network& network, std::uint8_t own_id, const std::string& n
                         name, pdo.line == 0 ? "" : fmt::format(":{}", pdo.line), node.id, pdo.can_id));
     add_node(image, node);
   }
-  const Bytes bytes = image.bytes();
+  Bytes bytes = image.bytes();
+  for (const std::uint8_t byte : eds::to_bytes(crc16(bytes), NetworkObjects::kCheckBytes))
+    bytes.push_back(byte);
   if (bytes.size() > NetworkObjects::kMostBytes)
     throw UsageError(
         fmt::format("{}: takes {} bytes; the module has {}", name, bytes.size(), NetworkObjects::kMostBytes));

@@ -41,11 +41,24 @@ inline Bytes concise(const std::vector<Item>& items) {
   return bytes;
 }
 
+/// A concise DCF with its CRC: x^16 + x^12 + x^5 + 1.
+inline Bytes image_of(Bytes bytes) {
+  unsigned crc = 0;
+  for (const std::uint8_t byte : bytes) {
+    crc ^= unsigned{byte} << 8;
+    for (int bit = 0; bit != 8; ++bit)
+      crc = (crc << 1 ^ ((crc & 0x8000) != 0 ? 0x1021u : 0u)) & 0xFFFF;
+  }
+  for (const unsigned byte : {crc & 0xFF, crc >> 8})
+    bytes.push_back(static_cast<std::uint8_t>(byte));
+  return bytes;
+}
+
 struct ManagerRig : Wire {
   enum class Place { kRam, kFlash };
   explicit ManagerRig(const std::vector<Item>& items, Coprocessor::Settings settings = {},
                       Place place = Place::kRam)
-      : memory(concise(items)),
+      : memory(image_of(concise(items))),
         coprocessor(RegisterWindow(RegisterWindow::Words(registers)), process, port, settings) {
     const std::size_t used = memory.size();
     memory.resize(used + 256);

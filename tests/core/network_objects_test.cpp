@@ -15,12 +15,13 @@ std::vector<std::uint8_t> found(const NetworkObjects& objects, std::uint16_t ind
 
 }  // namespace
 
-TEST_CASE("an image is a concise DCF with the objects of each node together") {
+TEST_CASE("an image is a concise DCF with the objects of each node together, and a check sum") {
   NetworkObjects objects;
   // 1F80h = 1, 1F81h:05 = 5, 1F86h:05 = 191h, 1F81h:06 = 1
-  const std::vector<std::uint8_t> image{
-      4, 0, 0,    0,    0x80, 0x1F, 0, 4, 0, 0,    0, 1, 0, 0,    0,    0x81, 0x1F, 5, 4, 0, 0, 0, 5, 0,
-      0, 0, 0x86, 0x1F, 5,    4,    0, 0, 0, 0x91, 1, 0, 0, 0x81, 0x1F, 6,    4,    0, 0, 0, 1, 0, 0, 0};
+  const std::vector<std::uint8_t> image{4,    0,    0,    0,    0x80, 0x1F, 0, 4,    0, 0,    0,   1,    0,
+                                        0,    0,    0x81, 0x1F, 5,    4,    0, 0,    0, 5,    0,   0,    0,
+                                        0x86, 0x1F, 5,    4,    0,    0,    0, 0x91, 1, 0,    0,   0x81, 0x1F,
+                                        6,    4,    0,    0,    0,    1,    0, 0,    0, 0x8C, 0xC9};
   REQUIRE(objects.use(std::span<const std::uint8_t>(image)));
   CHECK(objects.number(0x1F80, 0) == 1);
   CHECK(objects.number(0x1F86, 5) == 0x191);
@@ -36,12 +37,36 @@ TEST_CASE("an image is a concise DCF with the objects of each node together") {
     }
   }
   SECTION("objects of a node in two places") {
-    const Bytes apart = concise({{0x1F81, 5, u32(5)}, {0x1F81, 6, u32(5)}, {0x1F86, 5, u32(5)}});
+    const Bytes apart = image_of(concise({{0x1F81, 5, u32(5)}, {0x1F81, 6, u32(5)}, {0x1F86, 5, u32(5)}}));
     CHECK_FALSE(objects.use(std::span<const std::uint8_t>(apart)));
   }
   SECTION("an object of no node after them") {
-    const Bytes late = concise({{0x1F81, 5, u32(5)}, {0x1F80, 0, u32(1)}});
+    const Bytes late = image_of(concise({{0x1F81, 5, u32(5)}, {0x1F80, 0, u32(1)}}));
     CHECK_FALSE(objects.use(std::span<const std::uint8_t>(late)));
+  }
+  SECTION("with one bit changed it is refused, in RAM too") {
+    for (std::size_t bit = 0; bit != 8 * image.size(); ++bit) {
+      Bytes other = image;
+      other[bit / 8] ^= static_cast<std::uint8_t>(1 << bit % 8);
+      CHECK_FALSE(objects.use(std::span<const std::uint8_t>(other)));
+      CHECK_FALSE(objects.use(std::span(other), other.size()));
+    }
+  }
+  SECTION("it may be the first bytes of a part of the flash") {
+    Bytes part = image;
+    part.resize(0x20000, 0xFF);
+    CHECK(objects.use(std::span<const std::uint8_t>(part)));
+    CHECK(objects.number(0x1F81, 6) == 1);
+    CHECK_FALSE(objects.use(std::span<const std::uint8_t>(part).subspan(image.size())));  // erased
+  }
+  SECTION("values of another length than their objects have") {
+    for (const Item& item : {Item{0x1F80, 0, {1}}, Item{0x1F81, 5, {5}}, Item{0x1F88, 5, Bytes(8)},
+                             Item{0x1F8A, 5, u32(1)}, Item{0x300B, 0, u32(1)}, Item{0x300A, 1, {5}},
+                             Item{0x300A, 1, {5, 0, 1}}, Item{0x300A, 1, Bytes(2 + 4 * 65)}}) {
+      INFO(std::hex << item.index << " " << item.value.size());
+      CHECK_FALSE(objects.use(std::span<const std::uint8_t>(image_of(concise({item})))));
+    }
+    CHECK(objects.use(std::span<const std::uint8_t>(image_of(concise({{0x300A, 1, Bytes(2 + 4 * 64)}})))));
   }
 }
 

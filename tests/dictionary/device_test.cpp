@@ -3,6 +3,8 @@
 
 #include "capacity.hpp"
 #include "dictionary/stored_device.hpp"
+#include "eds/eds_reader.hpp"
+#include "eds/firmware_dictionary.hpp"
 #include "io_module.hpp"
 #include "support/bench.hpp"
 
@@ -28,6 +30,51 @@ struct ModuleOnWire : Wire {
     }
   }
   Module module{port};
+};
+
+/// The dictionary of a text, as cbcan-eds makes it.
+struct Made {
+  explicit Made(const std::string& text)
+      : parts(eds::firmware_dictionary(eds::dictionary_image(eds::read(text, "x.eds", 0).device))),
+        dictionary{parts.entries,
+                   parts.limits,
+                   parts.power_on,
+                   parts.node_id_values,
+                   parts.communication_node_id_values,
+                   parts.value_bytes,
+                   parts.memory.largest_value,
+                   0,
+                   0,
+                   0,
+                   0} {}
+  eds::FirmwareDictionary parts;
+  EdsDictionary dictionary;
+};
+
+std::string variable(const std::string& section, const std::string& type, const std::string& access,
+                     const std::string& value = "") {
+  return "[" + section + "]\nParameterName=V\nDataType=" + type + "\nAccessType=" + access + "\n" +
+         (value.empty() ? "" : "DefaultValue=" + value + "\n");
+}
+
+/// Gives each object that asks a value of its own: the index, or a text of 20 letters.
+class Giving final : public EdsDevice {
+ public:
+  Giving(Made& made, CanPort& port)
+      : EdsDevice(made.dictionary, values_, {std::span(buffer_).first(made.dictionary.largest_value), {}, {}},
+                  port) {}
+
+ private:
+  AbortCode on_read(const ObjectEntry& entry, std::uint8_t /*sub*/, std::span<std::uint8_t> out,
+                    std::size_t& size, Time /*now*/) override {
+    size = entry.has(ObjectFlags::kVariable) ? 20 : entry.capacity;
+    std::fill_n(out.begin(), size, std::uint8_t{'x'});
+    if (size == 4) store_little_endian(out.first<4>(), entry.index);
+    return AbortCode::kNone;
+  }
+
+  std::array<std::uint8_t, 256> values_{};
+  std::array<std::uint8_t, 256> buffer_{};
 };
 
 }  // namespace
@@ -82,6 +129,86 @@ TEST_CASE("EdsDevice: a text is that of the file only with its length") {
   constexpr std::array<std::uint8_t, 6> kText{'H', 'e', 'l', 'l', 'o', '!'};
   for (const std::size_t size : {0U, 4U, 5U, 6U})
     CHECK(stored.device.is_power_on(objects, entry, 0, std::span(kText).first(size)) == (size == 5));
+}
+
+TEST_CASE("EdsDevice: a serial number set before the start is that of 1018h and of LSS, after each reset") {
+  ModuleOnWire rig;
+  rig.module.set(io_module::od::kSerialNumber, 0x00C0FFEE, 0);
+  rig.module.start(5, 0);
+  rig.expect("705#00");
+  for (const char* const reset : {"000#8205", "000#8105"}) {
+    rig.hear({reset});
+    rig.expect("705#00");
+    rig.hear({"605#4018100400000000"});
+    rig.expect("585#43181004EEFFC000");
+    rig.hear({"7E5#0401000000000000", "7E5#5D00000000000000"});
+    rig.expect("7E4#5DEEFFC000000000");
+  }
+  rig.hear({"605#4018100200000000"});
+  rig.expect("585#4318100291010000");  // of the file
+}
+
+TEST_CASE("EdsDevice: identity, texts 1008h to 100Ah and what the file has no value for ask on_read()") {
+  Made made(variable("1008", "9", "const", "name") + variable("100A", "9", "const") +
+            "[1018]\nParameterName=I\nObjectType=9\nSubNumber=2\n" + variable("1018sub0", "5", "ro", "4") +
+            variable("1018sub4", "7", "ro", "1") + variable("2000", "7", "ro") + variable("2001", "7", "rw") +
+            variable("2002", "7", "ro", "7") + variable("2003", "7", "wo"));
+  struct : Wire {
+    void ask(Giving& device, const char* request, const char* response) {
+      device.on_frame(frame_from(request), 0);
+      expect(response);
+    }
+  } rig;
+  Giving device(made, rig.port);
+  device.start(5, 0);
+  rig.expect("705#00");
+  rig.ask(device, "605#4008100000000000", "585#4108100014000000");  // 20 bytes: longer than that of the file
+  rig.ask(device, "605#400A100000000000", "585#410A100014000000");
+  rig.ask(device, "605#4018100400000000", "585#4318100418100000");
+  rig.ask(device, "605#4000200000000000", "585#4300200000200000");
+  rig.ask(device, "605#4001200000000000", "585#4301200001200000");
+  rig.ask(device, "605#4002200000000000", "585#4302200007000000");
+  rig.ask(device, "605#4003200000000000", "585#8003200001000106");
+  device.on_frame(frame_from("7E5#0401000000000000"), 0);
+  rig.ask(device, "7E5#5D00000000000000", "7E4#5D18100000000000");
+}
+
+TEST_CASE("EdsDevice: what no client can write and the file has no value for is unchanged by a reset") {
+  Made made(variable("1018", "7", "ro", "$NODEID+16") + variable("2000", "7", "ro") +
+            variable("2001", "7", "rw") + variable("2002", "7", "ro", "7"));
+  DeviceOnWire rig;
+  StoredDevice stored(made.dictionary, rig.flash, rig.port);
+  for (const ObjectAddress object : {ObjectAddress{0x2000, 0}, {0x2001, 0}, {0x2002, 0}})
+    stored.device.set(object, 9, 0);
+  for (int start = 0; start != 2; ++start) {
+    stored.device.start(5, 0);
+    rig.expect("705#00");
+    CHECK(stored.device.get({0x1018, 0}) == 21);
+    CHECK(stored.device.get({0x2000, 0}) == 9);
+    CHECK(stored.device.get({0x2001, 0}) == 0);
+    CHECK(stored.device.get({0x2002, 0}) == 7);
+  }
+}
+
+TEST_CASE("EdsDevice: 2FFFh is an object like others, next to the stored bit rate and node ID") {
+  const auto record = [](const std::string& index) {
+    return "[" + index + "]\nParameterName=R\nObjectType=9\nSubNumber=3\n" +
+           variable(index + "sub0", "5", "ro", "2");
+  };
+  Made made(record("1010") + variable("1010sub1", "7", "rw", "1") + record("2FFF") +
+            variable("2FFFsub1", "6", "rw", "1") + variable("2FFFsub2", "6", "rw", "1"));
+  DeviceOnWire rig;
+  for (const unsigned value : {1u, 99u, 99u}) {
+    StoredDevice stored(made.dictionary, rig.flash, rig.port);
+    stored.start(0);
+    rig.expect("705#00");
+    CHECK(stored.device.get({0x2FFF, 1}) == value);
+    CHECK(stored.device.get({0x2FFF, 2}) == value);
+    Slave& slave = stored.device.device().slave();
+    for (const std::uint8_t sub : {std::uint8_t{1}, std::uint8_t{2}})
+      CHECK(slave.write(0x2FFF, sub, std::array<std::uint8_t, 2>{99, 0}, 0) == AbortCode::kNone);
+    CHECK(slave.write(0x1010, 1, std::array<std::uint8_t, 4>{'s', 'a', 'v', 'e'}, 0) == AbortCode::kNone);
+  }
 }
 
 TEST_CASE("EdsDevice: set() is an event only if the stored value changes, also with a negative number") {

@@ -50,7 +50,9 @@ TEST_CASE("Each index and sub-index of a dictionary is that of its file") {
     const EdsDictionary& made = *dictionaries::kFiles[file].dictionary;
     Tables tables(made);
     eds::DictionaryImage image = eds::prepared(image_of(file));
-    const ObjectDictionary folded(made.entries, tables.values, nullptr, made.limits);
+    struct Handler final : ObjectHandler {
+    } handler;
+    const ObjectDictionary folded(made.entries, tables.values, &handler, made.limits);
     const ObjectDictionary plain(image.entries, image.values, nullptr, image.limits);
     std::vector<bool> used(0x10000);
     for (const ObjectEntry& entry : image.entries)

@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""cbcan_object_dictionary() in a project of its own, with files and folders of any name.
+"""cbcan_object_dictionary() and cbcan_network_header() in a project of its own, with files and folders of any name.
 
-usage: object_dictionary_test.py CBCAN_EDS
+usage: object_dictionary_test.py CBCAN_EDS CBCAN_NETWORK
 """
 
+import os
 import pathlib
 import re
 import shutil
@@ -18,7 +19,7 @@ sys.path.insert(0, str(ROOT / "tests/support"))
 import cases
 from done import done, output, output_and_errors
 
-PROGRAM = pathlib.Path(sys.argv.pop(1)).resolve()
+PROGRAM, NETWORK = (pathlib.Path(sys.argv.pop(1)).resolve() for _ in range(2))
 EDS = "[2000]\nParameterName=A\nDataType=5\nAccessType=rw\nDefaultValue=1\n"
 
 
@@ -88,6 +89,35 @@ class ObjectDictionary(unittest.TestCase):
             network.write_text('[[node]]\nid = 5\neds = "\\u001b[31m.eds"\n')
             said = output_and_errors(PROGRAM.with_name("cbcan-network"), network, code=2)
             self.assertIn(" [31m.eds: cannot be read", said)
+
+    def test_a_network_header_follows_the_files_of_its_nodes(self):
+        for generator in ("Ninja", "Unix Makefiles"):
+            with self.subTest(generator=generator):
+                configure = self.configure("x.eds", generator)
+                source = self.build.parent
+                (source / "net.toml").write_text('[[node]]\nid = 5\neds = "a b.eds"\n[[node]]\nid = 6\ndcf = "c.dcf"\n')
+                (source / "a b.eds").write_text(EDS)
+                (source / "c.dcf").write_text("[DeviceComissioning]\nNodeID=6\n" + EDS + "ParameterValue=7\n")
+                with (source / "CMakeLists.txt").open("a") as lists:
+                    lists.write("cbcan_network_header(x net.toml)\n")
+                done(*configure, f"-DCBCAN_NETWORK={NETWORK}")
+                done("cmake", "--build", self.build)
+                header = self.build / "x_made/net.hpp"
+                for name, old, new in (("a b.eds", "[2000]", "[1000]\nParameterName=T\nDataType=7\nAccessType=ro\nDefaultValue=8\n[2000]"),
+                                       ("c.dcf", "ParameterValue=7", "ParameterValue=9")):
+                    before, made = header.read_text(), header.stat().st_mtime_ns
+                    (source / name).write_text((source / name).read_text().replace(old, new))
+                    os.utime(source / name, ns=(made + 1, made + 1))
+                    done("cmake", "--build", self.build)
+                    self.assertNotEqual(header.read_text(), before)
+                    made = header.stat().st_mtime_ns
+                    done("cmake", "--build", self.build)
+                    self.assertEqual(header.stat().st_mtime_ns, made)
+
+    def test_depfile(self):
+        self.assertEqual(output_and_errors(NETWORK, "--depfile", "x", "net.toml", code=2), "cbcan-network: x: must end with .d\n")
+        self.assertEqual(output_and_errors(NETWORK, "--depfile", "/nowhere/x.hpp.d", ROOT / "plants/demo/network.toml", code=2),
+                         "cbcan-network: /nowhere/x.hpp.d: cannot be written\n")
 
 
 cases.main()

@@ -2,6 +2,7 @@
 // cbcan-network: a network file as the objects of the module, for images of a board.
 
 #include <filesystem>
+#include <fstream>
 
 #include "files/read_file.hpp"
 #include "generator.hpp"
@@ -14,17 +15,19 @@ using namespace cbcan;
 using text::UsageError;
 
 constexpr const char* kHelp =
-    "usage: cbcan-network [--binary] [--own-node N] NETWORK\n\n"
+    "usage: cbcan-network [--binary] [--depfile FILE.d] [--own-node N] NETWORK\n\n"
     "  Prints the network as a C++ header that defines kNetwork, for Coprocessor::use_network(). Mistakes "
     "and "
     "their\n"
     "  lines are on standard error.\n\n"
-    "  --binary      prints the bytes alone, for a part of the flash\n"
-    "  --own-node N  the module's own node ID (default: 127)\n";
+    "  --binary          prints the bytes alone, for a part of the flash\n"
+    "  --depfile FILE.d  writes a rule of make: FILE depends on all files read\n"
+    "  --own-node N      the module's own node ID (default: 127)\n";
 
 struct Arguments {
   bool binary = false;
   std::uint8_t own_node = 127;
+  std::string depfile;
   std::string file;
 };
 
@@ -33,6 +36,9 @@ Arguments arguments_of(const std::vector<std::string>& words) {
   for (std::size_t i = 0; i != words.size(); ++i) {
     if (words[i] == "--binary") {
       arguments.binary = true;
+    } else if (words[i] == "--depfile" && i + 1 != words.size()) {
+      arguments.depfile = words[++i];
+      if (!arguments.depfile.ends_with(".d")) throw UsageError(words[i] + ": must end with .d");
     } else if (words[i] == "--own-node" && i + 1 != words.size()) {
       const auto id = text::parse<std::uint8_t>(words[++i]);
       if (!id || *id < 1 || *id > 127) throw UsageError(words[i] + ": node IDs are 1..127");
@@ -47,11 +53,32 @@ Arguments arguments_of(const std::vector<std::string>& words) {
   return arguments;
 }
 
+std::string escaped(std::string name) {
+  for (std::size_t at = 0; (at = name.find(' ', at)) != std::string::npos; at += 2)
+    name.insert(at, 1, '\\');
+  return name;
+}
+
+void write_depfile(const std::string& path, const tools::Words& files) {
+  std::ofstream out(path);
+  out << escaped(path.substr(0, path.size() - 2)) << ':';
+  for (const std::string& file : files)
+    out << ' ' << escaped(file);
+  if (!(out << std::endl)) throw std::runtime_error(path + ": cannot be written");
+}
+
 std::string output_of(const tools::Words& words, tools::Words& remarks) {
   const Arguments arguments = arguments_of(words);
   const std::string& path = arguments.file;
-  const network::Network network = network::read_network(path, files::read_file, remarks);
+  tools::Words used;
+  const auto read = [&used](const std::string& name) {
+    auto content = files::read_file(name);
+    if (content) used.push_back(name);
+    return content;
+  };
+  const network::Network network = network::read_network(path, read, remarks);
   const network::Bytes image = network::image_of(network, arguments.own_node, path);
+  if (!arguments.depfile.empty()) write_depfile(arguments.depfile, used);
   return arguments.binary ? std::string(image.begin(), image.end())
                           : network::header_of(image, std::filesystem::path(path).filename());
 }

@@ -2,11 +2,12 @@
 #pragma once
 
 /// The memory for 1010h and 1011h in a board's flash: one record (record_log.hpp) holds all stored parameters
-/// of a device and the board's own settings. The settings are the words 2FFFh:1.. of the record, so they
-/// count as manufacturer parameters. An entry is index, sub-index and length, then the value's bytes. Values
+/// of a device and the board's own settings, which count as manufacturer parameters. An entry is index,
+/// sub-index and length, then the value's bytes; a setting has an index that no object has. Values
 /// equal to their power-on value, or longer than 255 bytes, are not stored; entries that a later image does
 /// not know are ignored.
 
+#include <array>
 #include <cstdint>
 #include <span>
 
@@ -17,7 +18,13 @@ namespace cbcan::boards {
 
 class ParameterStore final : public ParameterMemory {
  public:
-  using Words = std::span<std::uint16_t>;
+  static constexpr std::size_t kMostSettings = 16;
+  struct Words : std::span<std::uint16_t> {
+    template <std::size_t kWords>
+    Words(std::array<std::uint16_t, kWords>& words) : span(words) {
+      static_assert(kWords <= kMostSettings, "a ParameterStore has up to 16 words of settings");
+    }
+  };
   using Valid = bool (*)(std::span<const std::uint16_t>);
 
   /// For a coprocessor. `settings`: the board's settings with the image's values; `valid` checks such words.
@@ -53,7 +60,7 @@ class ParameterStore final : public ParameterMemory {
   RecordLog log_;
   Words settings_;
   Valid valid_;
-  Words address_;  ///< bit rate and node ID; empty = they cannot be set
+  std::span<std::uint16_t> address_;  ///< bit rate and node ID; empty = they cannot be set
   const PowerOnValues& power_on_;
   const ObjectDictionary* objects_ = nullptr;
   bool left_aside_ = false;

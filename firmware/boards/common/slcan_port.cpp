@@ -5,6 +5,8 @@
 
 namespace cbcan::boards {
 
+SlcanPort::SlcanPort(std::uint16_t kbit_per_second, Queue /*queue*/) : kbit_per_second_(kbit_per_second) {}
+
 bool SlcanPort::put(std::string_view line) {
   if (to_send_.free() < line.size()) return false;
   for (const char c : line)

@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <optional>
 #include <string_view>
+#include <type_traits>
 
 #include "boards/common/hardware.hpp"
 #include "boards/common/ring.hpp"
@@ -24,8 +25,11 @@ class SlcanPort final : public CanPort {
  public:
   static constexpr Time kStatusInterval = 250 * kMillisecond;
 
+  /// Characters. Part of the constructor's type: a program with another one than the library does not link.
+  using Queue = std::integral_constant<std::size_t, kServices.serial_queue>;
+
   /// `kbit_per_second`: one of slcan::kBitRates.
-  explicit SlcanPort(std::uint16_t kbit_per_second) : kbit_per_second_(kbit_per_second) {}
+  explicit SlcanPort(std::uint16_t kbit_per_second, Queue = {});
 
   // Interrupts.
 
@@ -60,8 +64,8 @@ class SlcanPort final : public CanPort {
   void on_line(std::string_view line);
   void hear(bool yes);
 
-  Ring<char, kServices.serial_queue> received_;
-  Ring<char, kServices.serial_queue> to_send_;
+  Ring<char, Queue::value> received_;
+  Ring<char, Queue::value> to_send_;
   slcan::LineReader reader_;
   Time due_ = 0;
   std::uint16_t kbit_per_second_;

@@ -61,7 +61,8 @@ void Board::sleep_until(Time due, nmt::State state) {
     if (usart_.give_up(timer_.read())) on_sent();
   }
   if (faults_.in_a_row() && time >= FaultRecord::kGoodAfter) faults_.on_good();
-  due = earlier(earlier(due, supervisor_.poll_can(time)), show(state, time));
+  due = earlier(due, supervisor_.poll_can(time));
+  due = earlier(due, show(state, time));
   sleep_.until(due, time, [this](Time end) { timer_.wake_at(static_cast<std::uint32_t>(end)); });
 }
 

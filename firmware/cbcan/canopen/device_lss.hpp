@@ -5,7 +5,10 @@
 /// the memory of 1010h stores for the next power-on. The bit rate is unchanged until then: "activate bit
 /// timing" does not switch.
 
+#include <array>
+
 #include "cbcan/canopen/device.hpp"
+#include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "cbcan/canopen/lss_slave.hpp"
 
@@ -27,7 +30,10 @@ class DeviceLss final : private LssApplication {
  private:
   std::uint32_t identity(std::uint8_t part) const override {
     const auto sub = static_cast<std::uint8_t>(part + 1);
-    return static_cast<std::uint32_t>(device_.dictionary().get(object::kIdentity, sub));
+    std::array<std::uint8_t, 4> value{};
+    std::size_t size = 0;
+    device_.dictionary().read(object::kIdentity, sub, value, size, 0);
+    return load_word(value.data());
   }
   bool is_bit_rate_supported(std::uint8_t table_index) const override {
     return table_index < kLssBitRates.size() && application_.memory() != nullptr;

@@ -20,7 +20,8 @@ void EdsDevice::on_frame(const Frame& frame, Time now) {
 
 Time EdsDevice::poll(Time now) {
   lss_.poll(now);
-  return earlier(device_.poll(now), lss_.deadline());
+  const Time due = device_.poll(now);
+  return earlier(due, lss_.deadline());
 }
 
 void EdsDevice::set(ObjectAddress object, std::uint64_t value, Time now) {
@@ -29,9 +30,10 @@ void EdsDevice::set(ObjectAddress object, std::uint64_t value, Time now) {
   if (get(object) != before) device_.changed(object.index, object.sub, now);
 }
 
-/// 1010h and 1011h: what the device supports, as its EDS file says.
+/// Computed are 1010h and 1011h: what the device supports, as its EDS file says.
 AbortCode EdsDevice::on_read(const ObjectEntry& entry, std::uint8_t sub, std::span<std::uint8_t> out,
                              std::size_t& size, Time /*now*/) {
+  if (!entry.has(ObjectFlags::kComputed)) return AbortCode::kNone;
   size = entry.capacity;
   const std::size_t offset = ObjectDictionary::first_bit(entry, sub) / 8;
   for (std::size_t i = 0; i < size; ++i)

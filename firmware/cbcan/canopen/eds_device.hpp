@@ -9,9 +9,20 @@
 ///   Module module(port);
 ///   module.start(5, now);
 ///
-/// on_read() gives the objects that the EDS file has no value for; nothing else has to be overridden. An
-/// override of on_stored() or on_state() calls the one here first. Nothing blocks, nothing is allocated; not
-/// re-entrant.
+/// What differs between devices of one image: set() the serial number, 1018h:04, before start(). An override
+/// of on_read() is asked for 1018h, the texts 1008h..100Ah and objects that the file has no value for. `out`
+/// has the stored value, which is also that of PDOs, and room for 64 bytes of text or more:
+///
+///   AbortCode on_read(const ObjectEntry& entry, std::uint8_t sub, std::span<std::uint8_t> out,
+///                     std::size_t& size, Time now) override {
+///     if (entry.index != object::kHardwareVersion) return EdsDeviceOf::on_read(entry, sub, out, size, now);
+///     std::ranges::copy(revision_, out.begin());
+///     size = revision_.size();
+///     return AbortCode::kNone;
+///   }
+///
+/// Nothing has to be overridden. An override of on_stored() or on_state() calls the one here first. Nothing
+/// blocks, nothing is allocated; not re-entrant.
 
 #include <array>
 #include <cstdint>
@@ -21,6 +32,7 @@
 #include "cbcan/canopen/device.hpp"
 #include "cbcan/canopen/device_lss.hpp"
 #include "cbcan/canopen/dictionary/eds_dictionary.hpp"
+#include "cbcan/copy_bytes.hpp"
 
 namespace cbcan {
 
@@ -58,13 +70,17 @@ class EdsDevice : protected DeviceApplication, public PowerOnValues {
  public:
   static constexpr std::uint8_t kNoNodeId = LssSlave::kNoNodeId;
 
-  /// All outlive it. `values`: EdsDictionary::value_bytes.
+  /// All outlive it. `values`: EdsDictionary::value_bytes zeros.
+  template <Services kOf = kServices>
   EdsDevice(const EdsDictionary& dictionary, std::span<std::uint8_t> values, const Device::Storage& storage,
             CanPort& port)
       : dictionary_(dictionary),
         values_(values),
         device_(kNoNodeId, {dictionary.entries, values, dictionary.limits}, storage, *this, port),
-        lss_(device_, static_cast<DeviceApplication&>(*this), port) {}
+        lss_(device_, static_cast<DeviceApplication&>(*this), port) {
+    copy_bytes(dictionary.power_on.data(), values.data(), dictionary.power_on.size());
+    static_assert(kOf.sdo_server, "an EdsDevice has an SDO server, and kServices none");
+  }
   EdsDevice(const EdsDevice&) = delete;
   EdsDevice& operator=(const EdsDevice&) = delete;
 
@@ -81,7 +97,8 @@ class EdsDevice : protected DeviceApplication, public PowerOnValues {
 
   /// A stored number of up to 8 bytes, without its sign's upper bits.
   std::uint64_t get(ObjectAddress object) const { return device_.dictionary().get(object.index, object.sub); }
-  /// A change is an event for the TPDOs that map it.
+  /// A change is an event for the TPDOs that map it. A reset restores the file's value, unless on_read() is
+  /// asked for the object and clients cannot write it.
   void set(ObjectAddress object, std::uint64_t value, Time now);
 
   Device& device() { return device_; }

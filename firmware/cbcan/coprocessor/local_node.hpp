@@ -180,7 +180,7 @@ class LocalNode final : private DeviceApplication {
   ParameterMemory* memory_ = nullptr;
   BusState bus_state_ = BusState::kActive;
   NodeMonitor monitor_;
-  std::conditional_t<kServices.emergencies, EmergencyConsumer, NoEmergencyConsumer> emergencies_;
+  Emergencies emergencies_;
   struct {
     std::array<std::uint8_t, local::kOwnObjectBytes> buffer;
     std::array<Pdo::Rpdo, kServices.rpdos> rpdos;

@@ -22,7 +22,7 @@ namespace cbcan {
 class NetworkStatus {
  public:
   /// All outlive it.
-  NetworkStatus(const Device& own, const NodeMonitor& monitor, const EmergencyConsumer& emergencies,
+  NetworkStatus(const Device& own, const NodeMonitor& monitor, const Emergencies& emergencies,
                 Manager& manager)
       : own_(own), monitor_(monitor), emergencies_(emergencies), manager_(manager) {}
 
@@ -51,7 +51,7 @@ class NetworkStatus {
 
   const Device& own_;
   const NodeMonitor& monitor_;
-  const EmergencyConsumer& emergencies_;
+  const Emergencies& emergencies_;
   Manager& manager_;
   std::span<std::uint16_t> words_;
   std::uint16_t changes_ = 0;

@@ -27,6 +27,21 @@ struct Board : test::StoringCoprocessor {
   std::optional<ParameterStore> store;
 };
 
+/// A record as another image has written it.
+struct OtherImage final : RecordLog::Source {
+  explicit OtherImage(std::initializer_list<int> values) : bytes(values) {}
+  void write_to(RecordLog::Writer& writer) const override {
+    for (const int byte : bytes)
+      writer.put(static_cast<std::uint8_t>(byte));
+  }
+  void keep_in(Flash& flash) const {
+    RecordLog log(flash);
+    log.start();
+    REQUIRE(log.append(*this) == RecordLog::Result::kKept);
+  }
+  std::vector<int> bytes;
+};
+
 }  // namespace
 
 TEST_CASE("1010h: each parameter is what it was after power has been off") {
@@ -155,21 +170,40 @@ TEST_CASE("1010h: what has its power-on value takes no room") {
   CHECK(board.flash.operations == before + 11);
 }
 
-TEST_CASE("1010h: stored values that another image knows otherwise, or not at all, do not count") {
-  struct Other final : RecordLog::Source {
-    void write_to(RecordLog::Writer& writer) const override {
-      for (const int byte : {0x17, 0x10, 0, 4, 1,    2, 3, 4,  // four bytes instead of two
-                             0x00, 0x20, 1, 1, 9,              // 2000h:01
-                             0x02, 0x30, 0, 1, 9,              // read-only
-                             0x03, 0x30, 0, 2, 0xFA, 0,        //
-                             0x15, 0x10, 0, 2, 7})             // cut short
-        writer.put(static_cast<std::uint8_t>(byte));
-    }
-  } source;
+TEST_CASE("1010h: board settings stored as 2FFFh by earlier versions are taken over") {
   Board board;
-  RecordLog log(board.flash);
-  log.start();
-  REQUIRE(log.append(source) == RecordLog::Result::kKept);
+  OtherImage({0xFF, 0x2F, 1, 2, 9, 0,     // settings
+              0x17, 0x10, 0, 2, 0xF4, 1,  //
+              0xFF, 0x2F, 2, 2, 96, 0})
+      .keep_in(board.flash);
+  board.on();
+  CHECK(board.settings == std::array<std::uint16_t, 2>{9, 96});
+  CHECK(board.get(0x1017, 0) == 500);
+  SECTION("and kept by a command for other parameters") {
+    board.save(2);
+    board.on();
+    CHECK(board.settings == std::array<std::uint16_t, 2>{9, 96});
+  }
+  SECTION("and not taken over again") {
+    board.settings = {8, 48};
+    board.save(4);
+    board.on();
+    CHECK(board.settings == std::array<std::uint16_t, 2>{8, 48});
+    board.command(0x1011, 4, kLoad).check_done();
+    board.on();
+    CHECK(board.settings == std::array<std::uint16_t, 2>{1, 1152});
+  }
+  CHECK(board.get(0x1017, 0) == 500);
+}
+
+TEST_CASE("1010h: stored values that another image knows otherwise, or not at all, do not count") {
+  Board board;
+  OtherImage({0x17, 0x10, 0, 4, 1,    2, 3, 4,  // four bytes instead of two
+              0x00, 0x20, 1, 1, 9,              // 2000h:01
+              0x02, 0x30, 0, 1, 9,              // read-only
+              0x03, 0x30, 0, 2, 0xFA, 0,        //
+              0x15, 0x10, 0, 2, 7})             // cut short
+      .keep_in(board.flash);
   board.on();
   CHECK(board.get(0x1017, 0) == 0);
   CHECK(board.get(0x3002, 0) == 0);

@@ -23,7 +23,8 @@ constexpr std::uint32_t order_of(std::uint16_t index, std::uint8_t sub) {
 void restore_values(std::span<const ObjectEntry> entries, std::span<const std::uint8_t> power_on,
                     std::span<std::uint8_t> values, std::uint16_t first_index, std::uint16_t last_index) {
   for (const ObjectEntry& entry : entries) {
-    const bool stored = !entry.has(ObjectFlags::kComputed) && !entry.has(ObjectFlags::kProcess);
+    const bool own = entry.has(ObjectFlags::kAsked) && !entry.has(ObjectFlags::kWrite);
+    const bool stored = !entry.has(ObjectFlags::kComputed) && !entry.has(ObjectFlags::kProcess) && !own;
     if (entry.index < first_index || entry.index > last_index || !stored) continue;
     const std::size_t from = entry.offset - entry.front();
     const std::size_t bytes = std::size_t{entry.stride()} * entry.count();
@@ -103,7 +104,7 @@ AbortCode ObjectDictionary::read(std::uint16_t index, std::uint8_t sub, std::spa
   if (entry.has(ObjectFlags::kPacked))
     out[0] = static_cast<std::uint8_t>(out[0] >> first_bit(entry, sub) % 8 & 1);
   size = bytes.size();
-  return AbortCode::kNone;
+  return entry.has(ObjectFlags::kAsked) ? handler_->on_read(entry, sub, out, size, now) : AbortCode::kNone;
 }
 
 AbortCode ObjectDictionary::write(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> bytes,

@@ -46,6 +46,9 @@ struct ObjectFlags {
   static constexpr std::uint16_t kSetPoint = 0x800;
   /// Sub-index 0 also exists, an UNSIGNED8 with the highest sub-index: saves an entry for each array.
   static constexpr std::uint16_t kCounted = 0x1000;
+  /// The handler is asked after the stored value and its length are in `out` and `size`. A value that clients
+  /// cannot write is the application's: a reset does not restore it.
+  static constexpr std::uint16_t kAsked = 0x2000;
 };
 
 /// Offsets and lengths of values; those of the coprocessor's own objects fit in 16 bits.
@@ -92,8 +95,8 @@ struct ObjectLimits {
 /// notified afterwards.
 class ObjectHandler {
  public:
-  /// Writes the value of a kComputed entry to `out` and its length to `size`. With kVariable the value may be
-  /// longer than `out`: then it returns kReadLength.
+  /// Writes the value of a kComputed or kAsked entry to `out` and its length to `size`. With kVariable the
+  /// value may be longer than `out`: then it returns kReadLength.
   virtual AbortCode on_read(const ObjectEntry& /*entry*/, std::uint8_t /*sub*/,
                             std::span<std::uint8_t> /*out*/, std::size_t& /*size*/, Time /*now*/) {
     return AbortCode::kGeneral;
@@ -133,7 +136,7 @@ class ObjectDictionary {
   /// Of this build: a program with other services does not link.
   using Tables = TablesOf<kServices>;
 
-  /// `handler` may be null if no entry is kComputed or kChecked.
+  /// `handler` may be null if no entry is kComputed, kAsked or kChecked.
   ObjectDictionary(const Tables& tables, ObjectHandler* handler);
   ObjectDictionary(std::span<const ObjectEntry> entries, std::span<std::uint8_t> values,
                    ObjectHandler* handler, std::span<const ObjectLimits> limits = {},

@@ -7,9 +7,11 @@
 
 #include <array>
 #include <cstdint>
+#include <type_traits>
 
 #include "cbcan/canopen/nmt/nmt.hpp"
 #include "cbcan/canopen/nmt/node_set.hpp"
+#include "cbcan/configuration.hpp"
 #include "cbcan/frame.hpp"
 
 namespace cbcan {
@@ -73,5 +75,7 @@ class NoEmergencyConsumer {
  private:
   static constexpr EmergencyConsumer::Message kNothing{};
 };
+
+using Emergencies = std::conditional_t<kServices.emergencies, EmergencyConsumer, NoEmergencyConsumer>;
 
 }  // namespace cbcan

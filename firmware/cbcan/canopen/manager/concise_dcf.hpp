@@ -28,18 +28,20 @@ class ConciseDcf {
 
   explicit ConciseDcf(Bytes bytes) : bytes_(bytes) {}
 
-  /// The number of objects and their sizes agree with the bytes. Other functions require it.
-  bool is_valid() const {
-    if (bytes_.size() < kFirst) return false;
+  /// Bytes up to the last object's end, by the number of objects and their sizes; 0 = there are fewer.
+  std::size_t length() const {
+    if (bytes_.size() < kFirst) return 0;
     std::uint32_t left = load_word(bytes_.data());
     std::size_t at = kFirst;
     for (; left != 0 && bytes_.size() - at >= kHeader; --left) {
       const std::uint32_t size = load_word(&bytes_[at + kSize]);
-      if (size > bytes_.size() - at - kHeader) return false;
+      if (size > bytes_.size() - at - kHeader) return 0;
       at += kHeader + size;
     }
-    return left == 0 && at == bytes_.size();
+    return left == 0 ? at : 0;
   }
+  /// Other functions require it.
+  bool is_valid() const { return !bytes_.empty() && length() == bytes_.size(); }
 
   std::size_t size() const { return bytes_.size(); }
   /// The object at this offset, below size().

@@ -109,10 +109,13 @@ class Manager {
 
   /// All outlive it. `own` is the device of this node; `monitor` receives all error control messages before
   /// this. `sdo_timeout_ms`: of its requests to nodes without one of their own (300Dh).
+  template <Services kOf = kServices>
   Manager(Device& own, NodeMonitor& monitor, CanPort& port, ManagerApplication& application,
           std::uint16_t sdo_timeout_ms = kDefaultTimeoutMs)
       : Manager(own, monitor, port, application, sdo_timeout_ms,
-                std::make_index_sequence<kServices.manager_clients>()) {}
+                std::make_index_sequence<kOf.manager_clients>()) {
+    static_assert(kOf.manager_clients >= 2, "for a Manager, Services::manager_clients is 2 or more");
+  }
   Manager(const Manager&) = delete;
   Manager& operator=(const Manager&) = delete;
 

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "cbcan/canopen/sdo/crc16.hpp"
+
 namespace cbcan {
 
 namespace {
@@ -11,42 +13,54 @@ namespace {
 bool is_value(std::uint16_t index, NetworkObjects::Bytes value) {
   constexpr std::size_t kGuardTime = 2;  // in 1F81h: this manager uses heartbeats
   if (value.empty()) return true;        // not set
-  if (index == object::kConciseDcf) return ConciseDcf(value).is_valid();
-  if (index == object::kRpdoSource)
-    return value.size() >= RpdoSource::kHead && value.size() % RpdoSource::kEntryBytes == RpdoSource::kHead &&
-           value[0] <= nmt::kMaxNode;
-  if (index == object::kSlaveAssignment) return value[kGuardTime] == 0 && value[kGuardTime + 1] == 0;
-  return true;
+  const std::size_t entries = value.size() / RpdoSource::kEntryBytes;
+  switch (index) {
+    case object::kConciseDcf: return ConciseDcf(value).is_valid();
+    case object::kRpdoSource:
+      return value.size() == RpdoSource::kHead + entries * RpdoSource::kEntryBytes &&
+             entries <= RpdoSource::kMostEntries && value[0] <= nmt::kMaxNode;
+    case object::kSlaveAssignment: return value.size() == 4 && load_word(value.data()) >> 8 * kGuardTime == 0;
+    case object::kRestoreConfiguration:
+    case object::kOutputsMode: return value.size() == 1;
+    default: return !NetworkObjects::is_network(index) || value.size() == 4;
+  }
 }
 
 }  // namespace
 
 bool NetworkObjects::use(std::span<std::uint8_t> memory, std::size_t used) {
   memory = memory.first(std::min(memory.size(), kMostBytes));
-  if (used == 0 && memory.size() >= ConciseDcf::kFirst) {
-    used = ConciseDcf::kFirst;
+  if (used == 0 && memory.size() >= ConciseDcf::kFirst + kCheckBytes) {
+    used = ConciseDcf::kFirst + kCheckBytes;  // without objects all of it is 0
     std::ranges::fill(memory.first(used), std::uint8_t{0});
   }
   return used <= memory.size() && take(memory.first(used), memory);
 }
 
 bool NetworkObjects::take(Bytes image, std::span<std::uint8_t> memory) {
-  dcf_ = ConciseDcf(image);
+  const std::size_t size = ConciseDcf(image).length();
+  const bool whole = size != 0 && size <= kMostBytes && image.size() - size >= kCheckBytes &&
+                     load_little_endian(image.subspan(size, kCheckBytes)) == crc16(image.first(size));
+  dcf_ = ConciseDcf(image.first(size));
   memory_ = memory;
-  if (image.size() <= kMostBytes && dcf_.is_valid() && find_groups()) return true;
+  if (whole && find_groups()) return true;
   dcf_ = ConciseDcf(kEmpty);
   memory_ = {};
   find_groups();
   return false;
 }
 
-/// False: the objects of a node are not together, or one of no node follows them.
+/// False: the objects of a node are not together, one of no node follows them, or one has not its type's
+/// length.
 bool NetworkObjects::find_groups() {
   group_.fill(0);
   first_group_ = dcf_.size();
   std::uint8_t last = 0;
   for (std::size_t at = ConciseDcf::kFirst; at < dcf_.size(); at = dcf_.after(at)) {
-    const std::uint8_t group = group_of(dcf_.at(at));
+    const ConciseDcf::Entry entry = dcf_.at(at);
+    const bool is_checked_later = entry.index == object::kConciseDcf;  // it fails its node alone
+    if (!is_checked_later && !is_value(entry.index, entry.value)) return false;
+    const std::uint8_t group = group_of(entry);
     if (group == last) continue;
     if (group == 0 || group_[group] != 0) return false;
     if (last == 0) first_group_ = at;

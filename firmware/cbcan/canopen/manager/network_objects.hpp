@@ -2,8 +2,8 @@
 #pragma once
 
 /// What a CANopen manager knows of its network (CiA 302-2 and -3): its own objects 1F80h to 1F8Ah, 1F22h and
-/// so on, and the parameters of its own node, as one concise DCF. The bytes come from flash, are compiled in
-/// (cbcan-network), or are in RAM, where SDO clients can change them.
+/// so on, and the parameters of its own node: an image, one concise DCF and its crc16(), low byte first. The
+/// bytes come from flash, are compiled in (cbcan-network), or are in RAM, where SDO clients can change them.
 ///
 /// Objects with a sub-index for each node (is_of_node()) are in groups: those of one node follow each other,
 /// and all others precede the first group. So an object is found among the few of its node.
@@ -43,6 +43,7 @@ struct RpdoSource {
   static constexpr std::size_t kFlags = 1;
   static constexpr std::size_t kHead = 2;
   static constexpr std::size_t kEntryBytes = 4;
+  static constexpr std::size_t kMostEntries = 64;
   // Bits of the flags, by number.
   static constexpr std::uint8_t kZeroWhenLost = 0;
   static constexpr std::uint8_t kReadAtStart = 1;
@@ -52,8 +53,10 @@ class NetworkObjects {
  public:
   using Bytes = std::span<const std::uint8_t>;
   static constexpr std::size_t kMostBytes = 0xFFFF;
+  static constexpr std::size_t kCheckBytes = 2;
 
-  /// From flash, or compiled in. False: it is no concise DCF in groups; the objects are as without one.
+  /// From flash, or compiled in; more may follow the image. False: check sum, lengths or groups are wrong;
+  /// the objects are as without one.
   bool use(Bytes image) { return take(image, {}); }
   /// In RAM: the first `used` bytes are the image, 0 = none yet; write() may use all of them.
   bool use(std::span<std::uint8_t> memory, std::size_t used);
