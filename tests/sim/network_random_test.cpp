@@ -43,7 +43,7 @@ class RandomNetwork final : private sim::Receiver {
         {0x1F80, 0, u32(1 | one_of(4) << 1 | one_of(5) << 4 | unsigned{meddles_ && one_of(5)} << 6)});
     if (one_of(4)) own.push_back({0x1F89, 0, u32(400)});
     own.insert(own.end(), of_nodes.begin(), of_nodes.end());
-    module_->manage(concise(own));
+    module_->manage(image_of(concise(own)));
     port_.accept(0, 0x7FF);
     world_.start(0);
   }
