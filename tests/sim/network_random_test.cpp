@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Random networks that the module boots, with faults that pass: none stays dead. Either the PLC and another
-// master meddle, and in the end the PLC resets all; or only faults come and go, and nobody does anything.
+// master meddle, and in the end the PLC resets all; or faults come and go without them.
 
 #include <memory>
 
