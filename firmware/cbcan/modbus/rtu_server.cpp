@@ -4,34 +4,16 @@
 #include <algorithm>
 
 #include "cbcan/modbus/crc.hpp"
+#include "cbcan/modbus/frame_sizes.hpp"
 
 namespace cbcan {
 
 namespace {
 
+using namespace modbus;
+
 constexpr std::uint8_t kBroadcast = 0;
 constexpr std::uint8_t kExceptionBit = 0x80;
-
-/// Codes that are not executed here are listed for the lengths of other stations' frames.
-enum Function : std::uint8_t {
-  kReadCoils = 1,
-  kReadDiscreteInputs = 2,
-  kReadHoldingRegisters = 3,
-  kReadInputRegisters = 4,
-  kWriteSingleCoil = 5,
-  kWriteSingleRegister = 6,
-  kReadExceptionStatus = 7,
-  kGetCommEventCounter = 11,
-  kGetCommEventLog = 12,
-  kWriteMultipleCoils = 15,
-  kWriteMultipleRegisters = 16,
-  kReportServerId = 17,
-  kReadFileRecord = 20,
-  kWriteFileRecord = 21,
-  kMaskWriteRegister = 22,
-  kReadWriteMultipleRegisters = 23,
-  kReadFifoQueue = 24,
-};
 
 // Most registers of one request (V1.1b3, 6.3, 6.12, 6.17).
 constexpr std::size_t kMaxRead = 125;
@@ -48,35 +30,6 @@ constexpr std::size_t kWriteQuantity = 8;  // FC 23
 constexpr std::size_t kCrcBytes = 2;
 constexpr std::size_t kShortestFrame = 4;
 constexpr std::size_t kEndsBySilence = SIZE_MAX;  // the size of the frame is not known
-
-/// Of a frame with its CRC, or kCountAt + the offset of its byte count; 0 = not known.
-struct Sizes {
-  std::uint8_t request;
-  std::uint8_t response;
-};
-constexpr std::uint8_t kCountAt = 0x80;
-constexpr std::size_t kExceptionSize = 5;
-
-/// By function code (V1.1b3, section 6). FC 8 and 43 have forms of any length.
-constexpr std::array<Sizes, kReadFifoQueue + 1> kSizes = [] {
-  std::array<Sizes, kReadFifoQueue + 1> sizes{};
-  for (const Function read : {kReadCoils, kReadDiscreteInputs, kReadHoldingRegisters, kReadInputRegisters})
-    sizes[read] = {8, kCountAt + 2};
-  sizes[kWriteSingleCoil] = sizes[kWriteSingleRegister] = {8, 8};
-  sizes[kReadExceptionStatus] = {4, 5};
-  sizes[kGetCommEventCounter] = {4, 8};
-  sizes[kGetCommEventLog] = sizes[kReportServerId] = {4, kCountAt + 2};
-  sizes[kWriteMultipleCoils] = sizes[kWriteMultipleRegisters] = {kCountAt + 6, 8};
-  sizes[kReadFileRecord] = sizes[kWriteFileRecord] = {kCountAt + 2, kCountAt + 2};
-  sizes[kMaskWriteRegister] = {10, 10};
-  sizes[kReadWriteMultipleRegisters] = {kCountAt + 10, kCountAt + 2};
-  sizes[kReadFifoQueue] = {6, kCountAt + 3};
-  return sizes;
-}();
-
-Sizes sizes_of(std::uint8_t function) {
-  return function < kSizes.size() ? kSizes[function] : Sizes{};
-}
 
 // The expected response: station and function code, or
 constexpr std::uint16_t kNoResponse = 0;  // no station has the address 0
