@@ -22,6 +22,7 @@ struct HttpRequest {
   std::string last_event_id{};  ///< of an EventSource that reconnects
   std::string host{};
   std::string origin{};
+  std::size_t lengths = 0;  ///< Content-Length headers
 };
 
 /// A body that is produced piece by piece.

@@ -31,6 +31,7 @@ HttpSite::HttpSite(std::string name, text::ListenAddress address, bool write, Ha
 HttpResponse HttpSite::respond(const HttpRequest& request, bool too_long) const try {
   if (const std::string refused = refusal(request); !refused.empty())
     return {403, "text/plain", refused + "\n"};
+  if (request.lengths > 1) return {400, "text/plain", "two Content-Length headers: send one\n"};
   if (too_long) return {413, "text/plain", "a body of more than 64 KiB\n"};
   if (request.method != "GET" && request.method != "POST") return {405, "text/plain", "GET or POST\n"};
   return handle_(request);

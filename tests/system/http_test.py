@@ -259,6 +259,14 @@ class Crowd(Http):
         client.sendall(data)
         return client
 
+    def test_two_content_lengths_are_refused(self):
+        self.start()
+        for lengths in ("8, 9", "9, 9", "0, 9"):
+            headers = "".join(f"Content-Length: {length}\r\n" for length in lengths.split(", "))
+            with self.raw(f"POST /api/control HTTP/1.1\r\nHost: 127.0.0.1\r\n{headers}\r\nread 3700".encode()) as client:
+                response = client.makefile("rb").read()  # until it is closed
+            self.assertEqual((response.split(b"\r\n")[0], response.count(b"HTTP/1.1")), (b"HTTP/1.1 400 Bad Request", 1), response)
+
     def memory(self, simulator, what):
         """KiB"""
         status = pathlib.Path(f"/proc/{simulator.process.pid}/status").read_text()

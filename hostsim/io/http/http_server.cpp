@@ -3,6 +3,7 @@
 
 #include <microhttpd.h>
 #include <poll.h>
+#include <strings.h>
 #include <sys/socket.h>
 
 #include <algorithm>
@@ -82,6 +83,11 @@ struct HttpServer::Callbacks {
     return exchange.is_read ? MHD_YES : MHD_NO;
   }
 
+  static MHD_Result on_header(void* lengths, MHD_ValueKind /*kind*/, const char* key, const char* /*value*/) {
+    if (::strcasecmp(key, "Content-Length") == 0) ++*static_cast<std::size_t*>(lengths);
+    return MHD_YES;
+  }
+
   static MHD_Result on_access(void* self, MHD_Connection* connection, const char* url, const char* method,
                               const char* /*version*/, const char* data, size_t* size, void** kept) try {
     auto& server = *static_cast<HttpServer*>(self);
@@ -120,6 +126,7 @@ struct HttpServer::Callbacks {
     adapters::HttpRequest& request = exchange.request;
     MHD_get_connection_values(connection, MHD_GET_ARGUMENT_KIND, on_query, &exchange);
     if (!exchange.is_read) return MHD_NO;
+    MHD_get_connection_values(connection, MHD_HEADER_KIND, on_header, &request.lengths);
     request.host = header(connection, "Host");
     request.origin = header(connection, "Origin");
     request.last_event_id = header(connection, "Last-Event-ID");
@@ -140,7 +147,9 @@ struct HttpServer::Callbacks {
                        std::ranges::all_of(adapters::HttpSite::kHeaders, [&has](const auto& header) {
                          return has(header.first, header.second);
                        });
-    return whole ? MHD_queue_response(connection, response.status, made.get()) : MHD_NO;
+    // What follows a request that is wrong may be the rest of it.
+    const bool goes_on = response.status != 400 || has("Connection", "close");
+    return whole && goes_on ? MHD_queue_response(connection, response.status, made.get()) : MHD_NO;
   }
 
   static MHD_Response* stream(HttpServer& server, MHD_Connection* connection,
