@@ -15,7 +15,8 @@ bool is_value(std::uint16_t index, NetworkObjects::Bytes value) {
   if (index == object::kRpdoSource)
     return value.size() >= RpdoSource::kHead && value.size() % RpdoSource::kEntryBytes == RpdoSource::kHead &&
            value[0] <= nmt::kMaxNode;
-  if (index == object::kSlaveAssignment) return value[kGuardTime] == 0 && value[kGuardTime + 1] == 0;
+  if (index == object::kSlaveAssignment)
+    return value.size() == kGuardTime + 2 && value[kGuardTime] == 0 && value[kGuardTime + 1] == 0;
   return true;
 }
 
@@ -58,9 +59,8 @@ bool NetworkObjects::find_groups() {
 
 /// size() = not set.
 std::size_t NetworkObjects::offset_of(std::uint16_t index, std::uint8_t sub) const {
-  const bool grouped = is_of_node(index) && sub <= nmt::kMaxNode;
-  const std::uint8_t group = grouped ? sub : 0;
-  std::size_t at = grouped ? group_[group] : ConciseDcf::kFirst;
+  const std::uint8_t group = is_of_node(index) && sub <= nmt::kMaxNode ? sub : 0;
+  std::size_t at = group == 0 ? ConciseDcf::kFirst : group_[group];
   if (at == 0) return dcf_.size();
   for (; at < dcf_.size(); at = dcf_.after(at)) {
     const ConciseDcf::Entry entry = dcf_.at(at);
