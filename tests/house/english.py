@@ -18,7 +18,7 @@ import page_blocks
 
 MOST_WORDS = 30  # of a sentence
 LEAST_SENTENCES, LEAST_STRINGS, LEAST_DOCUMENTS, LEAST_COMMENTS = 4000, 1500, 40, 6000
-MOST_OF_ALL = 48600
+MOST_OF_ALL = 48660
 BUDGET = 1000  # words of a page, unless this says otherwise
 BUDGETS = {  # of a page, or of each page of a folder
     "docs/explanation/architecture.md": 1650,
