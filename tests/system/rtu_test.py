@@ -104,7 +104,8 @@ class AtTheOtherEnd(unittest.TestCase):
 
 class OverTcp(unittest.TestCase):
     def setUp(self):
-        self.simulator = Simulator(PROGRAM, "--demo", "--set", "rtu.listen=127.0.0.1:0", test=self)
+        # With a listener to what is exchanged.
+        self.simulator = Simulator(PROGRAM, "--demo", "--http", "127.0.0.1:0", "--set", "rtu.listen=127.0.0.1:0", test=self)
         self.port = int(self.simulator.where["rtu_tcp"].rsplit(":", 1)[1])
 
     def test_pymodbus(self):
