@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: MIT
 // Any text as the script of a device: it is rejected with its file name, or runs. Whatever it does, the other node
-// works, and a second run has the same result.
+// works, and a second run has the same result. What it declares is an EDS file without mistakes.
 
 #include <array>
 
 #include "config/build_node.hpp"
 #include "config/demo_plant.hpp"
 #include "config/plant_file.hpp"
+#include "devices/lua/lua_device.hpp"
 #include "fuzz/fuzz.hpp"
+#include "network/device_file.hpp"
 #include "plant/virtual_plant.hpp"
 
 namespace cbcan::fuzz {
@@ -28,6 +30,22 @@ constexpr auto kCommands = std::to_array<std::string_view>(
     {"pass 2ms", "nmt start 20", "send 080#", "set 20 0x2001 1", "trigger write 20 0x2002 0 2 5",
      "wait transaction ended", "read 3700 8", "incident 20 stuck on", "pass 5ms", "get 20 0x2001",
      "get 20 0x2002", "get 20 0x2004", "get 20 0x2008", "nmt stop 20", "nmt reset-node 20", "faults 20"});
+
+/// A script without an EDS file: what it declares is a device.
+void check_declaration(std::string_view script) {
+  std::string eds;
+  try {
+    eds = devices::eds_of_script("t.lua", script);
+  } catch (const sim::BehaviourProblem&) {
+    return;
+  }
+  std::vector<std::string> remarks;
+  try {
+    network::parse_device(eds, "t.lua", 21, remarks);
+  } catch (const text::UsageError& error) {
+    require(false, error.what());
+  }
+}
 
 std::string told_by(std::string_view script) {
   config::Config config;
@@ -59,6 +77,7 @@ std::string told_by(std::string_view script) {
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string_view script = cbcan::fuzz::text_of(data, size);
+  cbcan::fuzz::check_declaration(script);
   const std::string told = cbcan::fuzz::told_by(script);
   if (cbcan::fuzz::is_read_twice(size))
     cbcan::fuzz::require(cbcan::fuzz::told_by(script) == told, "the same script does the same");

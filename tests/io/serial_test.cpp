@@ -253,5 +253,17 @@ TEST_CASE("RTU over TCP: the listener gets the requests and responses without st
   CHECK(unit.exceptions.back() == 0);
 }
 
+TEST_CASE("RTU over TCP: the listener gets requests of up to 256 bytes, and none of more") {
+  Listening unit;
+  const auto session = adapters::rtu_over_tcp({&unit}, Reactor::now, 7)();
+  session->receive(frame("07100000007BFF" + std::string(2 * 255, '0')));
+  CHECK(unit.requests.empty());
+  CHECK(session->unsent().empty());
+  session->receive(frame("07100000007BF7" + std::string(2 * 247, '0')));
+  REQUIRE(unit.requests.size() == 1);
+  CHECK(unit.requests[0] == hex("100000007BF7" + std::string(2 * 247, '0')));
+  CHECK(session->unsent() == frame("07 90 03"));
+}
+
 }  // namespace
 }  // namespace cbcan::io::test

@@ -104,7 +104,8 @@ class AtTheOtherEnd(unittest.TestCase):
 
 class OverTcp(unittest.TestCase):
     def setUp(self):
-        self.simulator = Simulator(PROGRAM, "--demo", "--set", "rtu.listen=127.0.0.1:0", test=self)
+        # With a listener to what is exchanged.
+        self.simulator = Simulator(PROGRAM, "--demo", "--http", "127.0.0.1:0", "--set", "rtu.listen=127.0.0.1:0", test=self)
         self.port = int(self.simulator.where["rtu_tcp"].rsplit(":", 1)[1])
 
     def test_pymodbus(self):
@@ -115,6 +116,25 @@ class OverTcp(unittest.TestCase):
         self.assertEqual(client.read_holding_registers(3700, 8, slave=1).registers, TYPE)
         self.assertEqual(client.read_input_registers(3700, 8, slave=1).registers, TYPE)
         self.assertTrue(client.read_holding_registers(4168, 1, slave=1).isError())
+
+    def test_noise_costs_no_more_than_a_request(self):
+        request, response = frame("010310150001"), frame("0103020000")
+        for noise in (b"\x55", b"\x01", frame("090300000001")[:-1] + b"\x00", frame("09080000A537"), frame("092B0E0100"), frame("09641234")):
+            with socket.create_connection(("127.0.0.1", self.port), timeout=LIMIT) as line:
+                line.sendall(request + noise)
+                received = b""
+                for _ in range(20):
+                    line.sendall(request)
+                while len(received) < 20 * len(response):  # the first one, and 19 of 20
+                    received += line.recv(300)
+                self.assertEqual(set(received[i:i + len(response)] for i in range(0, len(received), len(response))), {response}, noise.hex())
+
+    def test_more_than_256_bytes_are_no_frame(self):
+        with socket.create_connection(("127.0.0.1", self.port), timeout=LIMIT) as line:
+            line.sendall(frame("01100000007BFF" + 255 * "00") + frame("010310150001"))
+            self.assertEqual(line.recv(300), frame("0103020000"))
+            line.sendall(frame("01100000007BF7" + 247 * "00"))  # 256 bytes
+            self.assertEqual(line.recv(300), frame("019003"))
 
     def test_coils_and_discrete_inputs(self):
         modbus = int(self.simulator.where["modbus"].rsplit(":", 1)[1])

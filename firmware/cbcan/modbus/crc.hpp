@@ -32,4 +32,12 @@ inline std::uint16_t crc_with(std::uint16_t crc, std::uint8_t byte) {
   return static_cast<std::uint16_t>(value);
 }
 
+/// The inverse: the CRC before this byte, from the one after it.
+inline std::uint16_t crc_before(std::uint16_t crc, std::uint8_t byte) {
+  std::uint32_t value = crc;
+  for (int bit = 0; bit < 8; ++bit)
+    value = (value & 0x8000) != 0 ? (value ^ 0xA001) << 1 | 1 : value << 1;
+  return static_cast<std::uint16_t>(value ^ byte);
+}
+
 }  // namespace cbcan

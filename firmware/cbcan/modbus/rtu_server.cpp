@@ -4,34 +4,16 @@
 #include <algorithm>
 
 #include "cbcan/modbus/crc.hpp"
+#include "cbcan/modbus/frame_sizes.hpp"
 
 namespace cbcan {
 
 namespace {
 
+using namespace modbus;
+
 constexpr std::uint8_t kBroadcast = 0;
 constexpr std::uint8_t kExceptionBit = 0x80;
-
-/// Codes that are not executed here are listed for the lengths of other stations' frames.
-enum Function : std::uint8_t {
-  kReadCoils = 1,
-  kReadDiscreteInputs = 2,
-  kReadHoldingRegisters = 3,
-  kReadInputRegisters = 4,
-  kWriteSingleCoil = 5,
-  kWriteSingleRegister = 6,
-  kReadExceptionStatus = 7,
-  kGetCommEventCounter = 11,
-  kGetCommEventLog = 12,
-  kWriteMultipleCoils = 15,
-  kWriteMultipleRegisters = 16,
-  kReportServerId = 17,
-  kReadFileRecord = 20,
-  kWriteFileRecord = 21,
-  kMaskWriteRegister = 22,
-  kReadWriteMultipleRegisters = 23,
-  kReadFifoQueue = 24,
-};
 
 // Most registers of one request (V1.1b3, 6.3, 6.12, 6.17).
 constexpr std::size_t kMaxRead = 125;
@@ -48,35 +30,6 @@ constexpr std::size_t kWriteQuantity = 8;  // FC 23
 constexpr std::size_t kCrcBytes = 2;
 constexpr std::size_t kShortestFrame = 4;
 constexpr std::size_t kEndsBySilence = SIZE_MAX;  // the size of the frame is not known
-
-/// Of a frame with its CRC, or kCountAt + the offset of its byte count; 0 = not known.
-struct Sizes {
-  std::uint8_t request;
-  std::uint8_t response;
-};
-constexpr std::uint8_t kCountAt = 0x80;
-constexpr std::size_t kExceptionSize = 5;
-
-/// By function code (V1.1b3, section 6). FC 8 and 43 have forms of any length.
-constexpr std::array<Sizes, kReadFifoQueue + 1> kSizes = [] {
-  std::array<Sizes, kReadFifoQueue + 1> sizes{};
-  for (const Function read : {kReadCoils, kReadDiscreteInputs, kReadHoldingRegisters, kReadInputRegisters})
-    sizes[read] = {8, kCountAt + 2};
-  sizes[kWriteSingleCoil] = sizes[kWriteSingleRegister] = {8, 8};
-  sizes[kReadExceptionStatus] = {4, 5};
-  sizes[kGetCommEventCounter] = {4, 8};
-  sizes[kGetCommEventLog] = sizes[kReportServerId] = {4, kCountAt + 2};
-  sizes[kWriteMultipleCoils] = sizes[kWriteMultipleRegisters] = {kCountAt + 6, 8};
-  sizes[kReadFileRecord] = sizes[kWriteFileRecord] = {kCountAt + 2, kCountAt + 2};
-  sizes[kMaskWriteRegister] = {10, 10};
-  sizes[kReadWriteMultipleRegisters] = {kCountAt + 10, kCountAt + 2};
-  sizes[kReadFifoQueue] = {6, kCountAt + 3};
-  return sizes;
-}();
-
-Sizes sizes_of(std::uint8_t function) {
-  return function < kSizes.size() ? kSizes[function] : Sizes{};
-}
 
 // The expected response: station and function code, or
 constexpr std::uint16_t kNoResponse = 0;  // no station has the address 0
@@ -101,17 +54,24 @@ RtuServer::RtuServer(std::span<const RegisterMap> networks, const Settings& sett
 
 void RtuServer::on_byte(std::uint8_t byte, std::uint32_t now_us) {
   if (!takes(now_us)) return;
-  if (size_ < buffer_.size()) buffer_[size_] = byte;
-  ++size_;
+  if (size_ == kMaxFrame) {
+    skip(counters_.broken_frames);
+    if (times_are_exact()) return;
+    drop(1);
+  }
+  buffer_[size_++] = byte;
+  if (skipping_) return search();
   crc_ = crc_with(crc_, byte);
   look_for_end();
 }
 
 void RtuServer::on_broken_byte(std::uint32_t now_us) {
-  if (takes(now_us) && size_ > 0) skip_to_gap(counters_.broken_frames);
+  if (!takes(now_us) || size_ == 0) return;
+  begin_frame();
+  skip(counters_.broken_frames);
 }
 
-/// True: the received byte is part of a frame.
+/// True: the received byte is part of a frame, or of what is searched for one.
 bool RtuServer::takes(std::uint32_t now_us) {
   const bool after_gap = now_us - last_us_.load(std::memory_order_relaxed) > settings_.gap_us;
   last_us_.store(now_us, std::memory_order_relaxed);
@@ -122,17 +82,18 @@ bool RtuServer::takes(std::uint32_t now_us) {
   }
   if (after_gap) end_by_gap();
   if (skipping_) ++counters_.ignored_bytes;
-  return !skipping_;
+  return !skipping_ || !times_are_exact();
 }
 
 /// Cancels a request that poll() has not taken yet: this byte is part of it, or the silence after it is too
 /// short, or its master no longer waits.
 bool RtuServer::listens(bool after_gap) {
   State state = state_.load(std::memory_order_acquire);
-  if (state != State::kRequest ||
+  if (!awaits_silence(state) ||
       !state_.compare_exchange_strong(state, State::kReceiving, std::memory_order_acq_rel))
     return state == State::kReceiving;
-  if (after_gap || frame_size() != kEndsBySilence) skip_to_gap(counters_.broken_frames);
+  if (state == State::kRequest && (after_gap || frame_size() != kEndsBySilence))
+    skip(counters_.broken_frames);
   return true;
 }
 
@@ -141,7 +102,7 @@ void RtuServer::end_by_gap() {
   if (size_ >= kShortestFrame && crc_ == 0 && may_end)
     on_foreign_frame();
   else if (size_ > 0)
-    skip_to_gap(counters_.broken_frames);
+    skip(counters_.broken_frames);
   begin_frame();
   skipping_ = false;
   after_gap_ = true;
@@ -150,12 +111,14 @@ void RtuServer::end_by_gap() {
 void RtuServer::look_for_end() {
   const std::size_t end = frame_size();
   if (end == kEndsBySilence) {
-    if (size_ > kMaxFrame) return skip_to_gap(counters_.broken_frames);
+    if (!is_for_us() && !times_are_exact()) return search();
     if (size_ < kShortestFrame || crc_ != 0 || !is_for_us() || is_broadcast()) return;
+  } else if (end > kMaxFrame) {
+    return skip(counters_.broken_frames);
   } else if (size_ < end) {
     return;
   } else if (crc_ != 0) {
-    return skip_to_gap(is_for_us() ? counters_.bus_communication_errors : counters_.broken_frames);
+    return skip(is_for_us() ? counters_.bus_communication_errors : counters_.broken_frames);
   }
   if (!is_for_us()) return on_foreign_frame();
   asked_ = kNoResponse;
@@ -174,17 +137,34 @@ void RtuServer::on_foreign_frame() {
   begin_frame();
 }
 
-void RtuServer::skip_to_gap(std::uint32_t& reason) {
-  ++reason;
-  begin_frame();
+/// The frame is broken. If times are exact the next one begins after a gap, otherwise poll() looks for it.
+void RtuServer::skip(std::uint32_t& reason) {
+  if (!skipping_) ++reason;
+  crc_ = kCrcStart;  // not right at a gap
+  lose_step();
+  times_are_exact() ? begin_frame() : search();
+}
+
+void RtuServer::lose_step() {
   skipping_ = true;
+  after_gap_ = true;  // it may have been undetected
   asked_ = kAnyResponse;
+}
+
+void RtuServer::search() {
+  unheard_ = 0;
+  state_.store(State::kSearching, std::memory_order_release);
 }
 
 void RtuServer::begin_frame() {
   size_ = 0;
   crc_ = kCrcStart;
   after_gap_ = false;
+}
+
+void RtuServer::drop(std::size_t count) {
+  size_ -= count;
+  std::copy_n(&buffer_[count], size_, buffer_.begin());
 }
 
 bool RtuServer::is_broadcast() const {
@@ -208,6 +188,7 @@ std::size_t RtuServer::foreign_size() const {
   const std::size_t as_request = may_be_request() ? request_size() : 0;
   const std::size_t as_response = may_be_response() ? response_size() : 0;
   if (as_request == 0 && as_response == 0) return kEndsBySilence;
+  if (as_request == kShortestFrame && size_ == kShortestFrame && crc_ == 0) return as_request;
   if (as_response != 0 && !fits_request()) return as_response;
   return std::max(as_request, as_response);
 }
@@ -254,14 +235,48 @@ bool RtuServer::fits_request() const {
 // ---- Loop
 
 std::uint32_t RtuServer::poll(std::uint32_t now_us) {
-  State state = State::kRequest;
-  if (state_.load(std::memory_order_acquire) != state) return kNoRequest;
+  State state = state_.load(std::memory_order_acquire);
+  if (!awaits_silence(state)) return kNoRequest;
   const std::uint32_t delay = std::max(settings_.silence_us, settings_.response_delay_us);
   const std::uint32_t wait = last_us_.load(std::memory_order_relaxed) + delay - now_us;
   // The byte may have arrived after `now_us`; a past time is a negative number.
   if (static_cast<std::int32_t>(wait) > 0) return wait;
-  const bool taken = state_.compare_exchange_strong(state, State::kExecuting, std::memory_order_acq_rel);
-  return taken ? 0 : kNoRequest;
+  if (!state_.compare_exchange_strong(state, State::kExecuting, std::memory_order_acq_rel)) return kNoRequest;
+  return state == State::kRequest || find_request() ? 0 : kNoRequest;
+}
+
+/// Looks for a request for this station that ends with the last byte; without one, bytes are received again.
+bool RtuServer::find_request() {
+  const bool found = find_frame();
+  if (found && is_request()) {
+    asked_ = kNoResponse;
+    return true;
+  }
+  if (found && !is_for_us()) {
+    on_foreign_frame();
+    listen(0);
+    return false;
+  }
+  if (found) lose_step();
+  state_.store(State::kReceiving, std::memory_order_release);
+  return false;
+}
+
+/// Makes the shortest frame with a right CRC that ends with the last byte the current one.
+bool RtuServer::find_frame() {
+  std::uint16_t crc = 0;
+  for (std::size_t begin = size_; begin > 0;) {
+    crc = crc_before(crc, buffer_[--begin]);
+    if (crc != kCrcStart || size_ - begin < kShortestFrame) continue;
+    drop(begin);
+    return true;
+  }
+  return false;
+}
+
+bool RtuServer::is_request() const {
+  const std::size_t size = request_size();
+  return is_for_us() && (size == size_ || (size == kEndsBySilence && !is_broadcast()));
 }
 
 bool RtuServer::request_reads(std::uint16_t first, std::size_t count) const {
@@ -315,10 +330,9 @@ void RtuServer::on_sent() {
 /// Bytes received meanwhile may be the first part of another station's frame, unless they are an echo of this
 /// length.
 void RtuServer::listen(std::size_t echo) {
-  const bool missed = unheard_ != 0 && unheard_ != echo;
   begin_frame();
-  skipping_ = missed || times_are_exact();
-  if (missed) asked_ = kAnyResponse;
+  skipping_ = times_are_exact();
+  if (unheard_ != 0 && unheard_ != echo) lose_step();
   state_.store(State::kReceiving, std::memory_order_release);
 }
 

@@ -17,15 +17,21 @@
 /// on_sent() after its last byte.
 ///
 /// Silence: a request is executed, and its response begins, t3.5 after its last byte, or later if a response
-/// delay is set. A byte that arrives earlier cancels the request: it is neither executed nor answered, and
-/// everything up to the next gap is ignored.
+/// delay is set. A byte that arrives earlier cancels the request: it is neither executed nor answered.
 ///
-/// Framing: the length of a request for this station, or for all (address 0), follows from its bytes. A byte
-/// that arrives more than a gap after the previous one always begins a new frame; after a wrong CRC nothing
-/// else does. A request for this station whose function code has no known length ends when its CRC is right
-/// and silence follows; one for all is ignored.
+/// Framing: the length of a request for this station, or for all (address 0), follows from its bytes; more
+/// than 256 are not a frame. A byte that arrives more than a gap after the previous one always begins a new
+/// frame. A request for this station whose function code has no known length ends when its CRC is right and
+/// silence follows; one for all is ignored.
 ///
-/// Frames of other stations are never executed, whatever they contain:
+/// After a broken frame (wrong CRC, too long, no silence after it) the server is out of step:
+/// * If the gap is the silence, everything up to the next gap is ignored.
+/// * If the gap is longer, a master that polls faster leaves none. So after each silence poll() looks for a
+///   frame with a right CRC, at any place, that ends with the last byte. That ends at the latest with the
+///   first request that a master waits for. A request within a frame of another station is executed then if
+///   there is silence after it.
+///
+/// In step, frames of other stations are never executed, whatever they contain:
 /// * If the gap is the silence, because the times of on_byte() are those of the line, a frame ends with a
 /// gap,
 ///   and only a gap begins one. Not covered: a sender that pauses for more than a gap within a frame.
@@ -33,10 +39,11 @@
 ///   Then a frame also ends at the length of a request or response of its function code, if the CRC is right.
 ///   Which of the two it is follows from the previous frame: a request is followed by its response, or by a
 ///   request to another station. After a gap it may also be a repeated request, after a broken frame either;
-///   then the longer length is used. A frame of a function code without known length ends with a gap. Not
-///   covered: a frame in progress when the server starts; a gap within a frame; a response that arrives after
-///   its master has sent a request to another station.
-/// So a request for this station with a gap before it and t3.5 after it is always received.
+///   then the longer length is used. A frame of a function code without known length (8, 43, a vendor's) is
+///   searched for, as out of step. Not covered: a frame in progress when the server starts; a gap within a
+///   frame; a response that arrives after its master has sent a request to another station.
+/// So a request for this station with a gap before it and t3.5 after it is always received; if a longer gap
+/// is set, also without one, but for those within 256 bytes of noise.
 ///
 /// Several CAN networks: each has its own registers and its own station address, the first the address that
 /// is set, the next ones the following addresses. A broadcast, which every station on a line executes (Serial
@@ -95,7 +102,7 @@ class RtuServer final {
     std::uint32_t foreign_frames = 0;  ///< with a right CRC, of other stations; counted when they end
     std::uint32_t broken_frames = 0;   ///< cut short by a gap, too long, without silence after it, with a
                                        ///< broken byte, or foreign with a wrong CRC
-    std::uint32_t ignored_bytes = 0;   ///< received while executing or sending, or while waiting for a gap
+    std::uint32_t ignored_bytes = 0;   ///< received while executing, sending or out of step
   };
 
   /// The longest frame (Serial Line V1.02, 2.5.1), in bytes.
@@ -118,8 +125,8 @@ class RtuServer final {
   /// switched on.
   void on_broken_byte(std::uint32_t now_us);
 
-  /// Loop: the remaining silence for the waiting request, in microseconds: the loop may sleep that long, or until
-  /// the next byte. 0 = the request is taken, no byte cancels it any more, and execute() must follow. kNoRequest =
+  /// Loop: the remaining silence for the waiting request, or for what may contain one, in microseconds: the loop
+  /// may sleep that long, or until the next byte. 0 = the request is taken, no byte cancels it any more, and execute() must follow. kNoRequest =
   /// none waits. `now_us` is the counter of on_byte(); call it at least every 35 minutes.
   std::uint32_t poll(std::uint32_t now_us);
 
@@ -158,9 +165,10 @@ class RtuServer final {
   const Counters& counters() const { return counters_; }
 
  private:
-  enum class State : std::uint8_t { kReceiving, kRequest, kExecuting, kSending };
+  enum class State : std::uint8_t { kReceiving, kRequest, kSearching, kExecuting, kSending };
   enum class Exception : std::uint8_t { kNone = 0, kFunction = 1, kAddress = 2, kValue = 3 };
 
+  static bool awaits_silence(State state) { return state == State::kRequest || state == State::kSearching; }
   bool times_are_exact() const { return settings_.gap_us <= settings_.silence_us; }
   bool is_for_us() const { return request_network() < networks_.size(); }
   bool listens(bool after_gap);
@@ -168,8 +176,14 @@ class RtuServer final {
   void end_by_gap();
   void look_for_end();
   void on_foreign_frame();
-  void skip_to_gap(std::uint32_t& reason);
+  void skip(std::uint32_t& reason);
+  void lose_step();
+  void search();
   void begin_frame();
+  void drop(std::size_t count);
+  bool find_request();
+  bool find_frame();
+  bool is_request() const;
   void listen(std::size_t echo);
   std::size_t frame_size() const;
   std::size_t foreign_size() const;
@@ -197,8 +211,8 @@ class RtuServer final {
   Settings settings_;
   Executed executed_{};
   std::atomic<State> state_{State::kReceiving};
-  bool skipping_;          ///< until the next gap
-  bool after_gap_ = true;  ///< the current frame began after one
+  bool skipping_;          ///< until the next gap, or until a frame is found
+  bool after_gap_ = true;  ///< the current frame began after one, or may have
   std::uint16_t asked_;    ///< the expected response, if silence may go undetected
   std::uint16_t crc_;
   std::atomic<std::uint32_t> last_us_ = 0;  ///< when the last byte came

@@ -22,6 +22,7 @@ bool is_value(std::uint16_t index, NetworkObjects::Bytes value) {
     case object::kSlaveAssignment: return value.size() == 4 && load_word(value.data()) >> 8 * kGuardTime == 0;
     case object::kRestoreConfiguration:
     case object::kOutputsMode: return value.size() == 1;
+    case object::kSlaveSdoTimeout: return value.size() == 2;
     default: return !NetworkObjects::is_network(index) || value.size() == 4;
   }
 }
@@ -72,9 +73,8 @@ bool NetworkObjects::find_groups() {
 
 /// size() = not set.
 std::size_t NetworkObjects::offset_of(std::uint16_t index, std::uint8_t sub) const {
-  const bool grouped = is_of_node(index) && sub <= nmt::kMaxNode;
-  const std::uint8_t group = grouped ? sub : 0;
-  std::size_t at = grouped ? group_[group] : ConciseDcf::kFirst;
+  const std::uint8_t group = is_of_node(index) && sub <= nmt::kMaxNode ? sub : 0;
+  std::size_t at = group == 0 ? ConciseDcf::kFirst : group_[group];
   if (at == 0) return dcf_.size();
   for (; at < dcf_.size(); at = dcf_.after(at)) {
     const ConciseDcf::Entry entry = dcf_.at(at);

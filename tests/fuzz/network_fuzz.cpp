@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: MIT
+// Any text as a network file, or as a device's file for cbcan-eds: objects or a header for firmware, or a mistake
+// with the file's name. The first byte selects which.
+
+#include "cbcan/canopen/manager/network_objects.hpp"
+#include "fuzz/fuzz.hpp"
+#include "network/dictionary_header.hpp"
+#include "network/network_image.hpp"
+#include "text/error.hpp"
+
+namespace cbcan::fuzz {
+
+namespace {
+
+constexpr std::string_view kEds = R"([DeviceInfo]
+VendorNumber=0x191
+[1000]
+DataType=7
+AccessType=ro
+DefaultValue=0x30191
+[1017]
+DataType=6
+AccessType=rw
+[1018]
+ObjectType=9
+SubNumber=2
+[1018sub0]
+DataType=5
+AccessType=ro
+DefaultValue=1
+[1018sub1]
+DataType=7
+AccessType=ro
+DefaultValue=0x191
+[1800]
+ObjectType=9
+SubNumber=3
+[1800sub0]
+DataType=5
+AccessType=ro
+DefaultValue=2
+[1800sub1]
+DataType=7
+AccessType=rw
+DefaultValue=$NODEID+0x180
+[1800sub2]
+DataType=5
+AccessType=rw
+DefaultValue=255
+[1A00]
+ObjectType=9
+SubNumber=2
+[1A00sub0]
+DataType=5
+AccessType=rw
+DefaultValue=1
+[1A00sub1]
+DataType=7
+AccessType=rw
+DefaultValue=0x60000108
+[6000]
+ObjectType=8
+SubNumber=2
+[6000sub0]
+DataType=5
+AccessType=ro
+DefaultValue=1
+[6000sub1]
+DataType=5
+AccessType=ro
+PDOMapping=1
+)";
+
+/// What `make` returns; empty: it is a mistake of this file.
+template <class Make>
+auto made_or_refused(const std::string& file, Make make) {
+  try {
+    return make();
+  } catch (const text::UsageError& error) {
+    require(std::string_view(error.what()).find(file) != std::string_view::npos, "a mistake names the file");
+    return decltype(make()){};
+  }
+}
+
+void check_network(std::string_view text) {
+  const std::string name = "network.toml";
+  const text::FileReader read = [text, &name](const std::string& path) -> std::optional<std::string> {
+    if (path == name) return std::string(text);
+    if (path == "a.eds") return std::string(kEds);
+    return std::nullopt;
+  };
+  const network::Bytes image = made_or_refused(name, [&] {
+    std::vector<std::string> remarks;
+    return network::image_of(network::read_network(name, read, remarks), 127, name);
+  });
+  if (image.empty()) return;
+  NetworkObjects objects;
+  require(objects.use(NetworkObjects::Bytes(image)), "a network that is accepted can be used");
+  require(network::header_of(image, name).find("kNetwork") != std::string::npos, "and compiled in");
+}
+
+void check_dictionary(std::string_view text) {
+  const std::string name = "io.eds";
+  const std::string header = made_or_refused(name, [&] {
+    std::vector<std::string> remarks;
+    return network::dictionary_header(text, name, "io", remarks);
+  });
+  require(header.empty() || header.find("kDictionary") != std::string::npos, "a header has the dictionary");
+}
+
+}  // namespace
+
+}  // namespace cbcan::fuzz
+
+int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  if (size == 0) return 0;
+  const std::string_view text = cbcan::fuzz::text_of(data + 1, size - 1);
+  data[0] % 2 == 0 ? cbcan::fuzz::check_network(text) : cbcan::fuzz::check_dictionary(text);
+  return 0;
+}
