@@ -24,6 +24,9 @@ class SdoServer {
  public:
   /// Consecutive sub-blocks without progress before a block upload is aborted.
   static constexpr std::uint8_t kMaxBlocksWithoutProgress = 8;
+  /// Most segments in a sub-block of a download with neither CRC nor size: its last segment, repeated, cannot
+  /// be mistaken for the end of the transfer (C1h..DDh).
+  static constexpr std::uint8_t kMaxUncheckedBlockSize = 64;
 
   struct Counters {
     Count requests{};
@@ -79,6 +82,10 @@ class SdoServer {
   void initiate_block_upload(const Frame& frame);
   void block_upload_acknowledged(const Frame& frame);
   void stream_segments();
+  /// The end of a block download is expected, and this is its last segment again.
+  bool is_last_segment(std::uint8_t command) const {
+    return sequence_ <= kMaxUncheckedBlockSize && command == (sdo::kBlockLast | sequence_);
+  }
 
   AbortCode begin_download(const Frame& frame, bool sized);
   AbortCode begin_upload(const Frame& frame);
@@ -93,6 +100,7 @@ class SdoServer {
   std::uint8_t block_size_ = 0;
   std::uint8_t no_progress_count_ = 0;
   bool crc_ = false;
+  bool first_ = false;  ///< the next segment is the first of its sub-block
   sdo::Multiplexer mux_ = 0;
   std::size_t size_ = 0;  ///< bytes of the value; of a download as declared, or kUndeclared
   std::size_t done_ = 0;  ///< bytes transferred
