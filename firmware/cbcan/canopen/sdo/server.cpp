@@ -23,9 +23,9 @@ void SdoServer::on_frame(const Frame& frame, Time now) {
     return;
   }
   const std::uint8_t command = frame.data[0];
-  if (kServices.block_transfer && command != sdo::command(sdo::Request::kAbort)) {
+  if (awaits_client() && command != sdo::command(sdo::Request::kAbort)) {
     if (state_ == State::kBlockDownload) return block_download_segment(frame);
-    if (state_ == State::kBlockDownloadEnd && is_last_segment(command)) return;
+    if (is_last_segment(command)) return;
   }
   ++counters_.requests;
   outbox_.drop();  // a client that sends a new request no longer waits for the refused response
@@ -48,8 +48,12 @@ void SdoServer::on_frame(const Frame& frame, Time now) {
 
 void SdoServer::poll(Time now) {
   now_ = now;
-  if (outbox_.retry(now) && kServices.block_transfer && state_ == State::kBlockUploadStream)
-    stream_segments();
+  if (!outbox_.waiting()) {
+    if (awaits_client() && now >= deadline_) abort(AbortCode::kTimeOut);
+  } else if (outbox_.send(now_)) {
+    await_client();
+    if (kServices.block_transfer && state_ == State::kBlockUploadStream) stream_segments();
+  }
 }
 
 void SdoServer::abort(AbortCode code) {
@@ -178,9 +182,16 @@ void SdoServer::initiate_block_download(const Frame& frame) {
   state_ = State::kBlockDownload;
   sequence_ = 0;
   first_ = true;
-  block_size_ = crc_ || size_ != kUndeclared ? sdo::kMaxBlockSize : kMaxUncheckedBlockSize;
+  const bool checked = (command & (sdo::kBlockCrc | sdo::kBlockSizeIndicated)) != 0;
+  block_size_ = checked ? sdo::kMaxBlockSize : kMaxUncheckedBlockSize;
+  await_client();
   respond(sdo::command(sdo::Response::kBlockDownload, sdo::bits(sdo::BlockStep::kInitiate, sdo::kBlockCrc)),
           mux_, block_size_);
+}
+
+/// A microsecond more: the client's own timeout, which is often the same, comes first.
+void SdoServer::await_client() {
+  deadline_ = block_timeout_ms_ == 0 ? kNever : now_ + milliseconds(block_timeout_ms_) + 1;
 }
 
 /// The last segment may be longer than the rest of the value: all seven bytes are kept if there is room, and
@@ -191,6 +202,7 @@ void SdoServer::block_download_segment(const Frame& frame) {
   const std::uint8_t sequence = frame.data[0] & sdo::kSequenceMask;
   const bool last = (frame.data[0] & sdo::kBlockLast) != 0;
   if (sequence == 0) return abort(AbortCode::kBlockSequence);
+  await_client();
   const bool in_order = sequence == sequence_ + 1;
   if (std::exchange(first_, false) && sequence >= kMaxUncheckedBlockSize) return;
   if (in_order) {
