@@ -197,6 +197,7 @@ class Builder {
       parts.behaviour = kind_->make;
     parts.seed = seed_;
     parts.lss = node_.lss;
+    parts.block_timeout_ms = node_.block_timeout_ms;
   }
 
   void add_axes() {

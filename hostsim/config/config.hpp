@@ -54,6 +54,7 @@ struct ModuleConfig {
   std::string parameters{};        ///< path of the file that 1010h stores in; empty = none
   std::string network{};           ///< path of the description of the network that it boots; empty = none
   std::uint16_t status_first = 3928;  ///< register; 172 of them
+  std::uint16_t block_timeout_ms = 1000;  ///< 0..65535, of its SDO server, 0 = none
   bool operator==(const ModuleConfig&) const = default;
 };
 
@@ -148,6 +149,7 @@ struct NodeConfig {
   std::string device;      ///< name of a device of devices.hpp, or path of a script; empty = 1000h decides
   std::string parameters;  ///< path of the file that 1010h and LSS store in; empty = none
   bool lss = false;        ///< has an LSS slave
+  std::uint16_t block_timeout_ms = 1000;  ///< 0..65535, of its SDO servers, 0 = none
   std::optional<NodeTiming> timing;  ///< none = that of the plant
   std::vector<AxisConfig> axes;  ///< of a drive, from the first on; without one, or more axes: the default
   std::vector<InitialValue> objects;

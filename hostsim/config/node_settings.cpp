@@ -157,6 +157,10 @@ constexpr std::array kNode{
     setting<&NodeConfig::lss>({
         .key = "node.lss",
         .help = "An LSS master (CiA 305) finds the node by its object 1018h and can set its node ID and bit rate"}),
+    setting<&NodeConfig::block_timeout_ms>({
+        .key = "node.block_timeout_ms",
+        .help = "Longest pause of a client in an SDO block download to the node, which then ends with 0504 0000h",
+        .unit = " ms, 0 = none"}),
     setting<&NodeConfig::timing>({
         .key = "node.timing", .help = "[Times](devices.md#times) of the node", .choices = kNodeTimings,
         .absent = "time.timing"}),

@@ -167,6 +167,10 @@ constexpr std::array kNetwork{
         .key = "module.sdo_timeout_ms", .option = "--sdo-timeout MS",
         .help = "Timeout for the server's next SDO response",
         .more = "Object 3003h sub 0 shows and changes it for requests of the PLC.", .unit = " ms, 0 = none"}),
+    module<&ModuleConfig::block_timeout_ms>({
+        .key = "module.block_timeout_ms",
+        .help = "Longest pause of a client in an SDO block download to the module, which then ends with 0504 0000h",
+        .unit = " ms, 0 = none"}),
     module<&ModuleConfig::node_state_fresh_ms>({
         .key = "module.node_state_fresh_ms",
         .help = "Time for which a boot-up message, heartbeat or guarding response counts (object 300Ch), unless "

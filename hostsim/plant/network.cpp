@@ -20,6 +20,7 @@ Coprocessor::Settings settings_of(const config::ModuleConfig& module) {
   Coprocessor::Settings settings;
   settings.node_id = module.node_id;
   settings.sdo_timeout_ms = module.sdo_timeout_ms;
+  settings.block_timeout_ms = module.block_timeout_ms;
   settings.state_fresh_for = milliseconds(module.node_state_fresh_ms);
   settings.guard_timeout = milliseconds(module.guarding_timeout_ms);
   settings.plc_timeout_ms = module.plc_timeout_ms;

@@ -21,12 +21,14 @@ std::uint32_t can_id(const ObjectDictionary& dictionary, std::uint16_t index, st
 
 }  // namespace
 
-MoreSdoServers::MoreSdoServers(ObjectDictionary& dictionary, CanPort& port, std::size_t room)
+MoreSdoServers::MoreSdoServers(ObjectDictionary& dictionary, CanPort& port, std::size_t room,
+                               std::uint16_t timeout_ms)
     : dictionary_(dictionary) {
   for (const ObjectEntry& entry : dictionary.entries()) {
     if (!owns(entry.index) || (!servers_.empty() && servers_.back().index == entry.index)) continue;
     std::vector<std::uint8_t> buffer(room);
     SdoServer server(dictionary, port, buffer);
+    server.set_block_timeout(timeout_ms);
     servers_.push_back({entry.index, std::move(buffer), server});
   }
 }

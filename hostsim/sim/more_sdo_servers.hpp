@@ -16,8 +16,9 @@ namespace cbcan::sim {
 
 class MoreSdoServers {
  public:
-  /// `dictionary` and `port` outlive this; `room` is the size of the largest object in bytes.
-  MoreSdoServers(ObjectDictionary& dictionary, CanPort& port, std::size_t room);
+  /// `dictionary` and `port` outlive this; `room` is the size of the largest object in bytes. `timeout_ms`:
+  /// see SdoServer::set_block_timeout().
+  MoreSdoServers(ObjectDictionary& dictionary, CanPort& port, std::size_t room, std::uint16_t timeout_ms);
 
   static constexpr bool owns(std::uint16_t index) { return index >= kFirst && index <= kLast; }
   /// Applies the CAN-IDs in the dictionary.

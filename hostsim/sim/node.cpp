@@ -47,7 +47,7 @@ Node::Node(Bus& bus, Schedule& schedule, NodeParts parts)
       device_(parts.node_id, {image_.entries, values_, image_.limits},
               {memory_.buffer, {memory_.rpdos, memory_.tpdos, memory_.pieces}, memory_.watched}, *this,
               faulty_),
-      more_servers_(device_.dictionary(), faulty_, memory_.buffer.size()),
+      more_servers_(device_.dictionary(), faulty_, memory_.buffer.size(), parts.block_timeout_ms),
       start_node_id_(parts.node_id),
       values_node_id_(image_id(parts.node_id)),
       signals_(std::move(parts.signals)),
@@ -55,6 +55,7 @@ Node::Node(Bus& bus, Schedule& schedule, NodeParts parts)
       make_behaviour_(std::move(parts.behaviour)),
       seed_(parts.seed) {
   LssNode& lss_node = *this;
+  device_.slave().sdo_server().set_block_timeout(parts.block_timeout_ms);
   if (parts.takes_time) faulty_.set_timing(seed_);
   if (parts.lss) lss_.emplace(lss_node, port_, faulty_, bus.bit_rate());
   behaviour_ = make_behaviour_ ? make_behaviour_(*this, seed_) : std::make_unique<Behaviour>();

@@ -42,6 +42,7 @@ struct NodeParts {
   ParameterStore* parameters = nullptr;  ///< outlives the node; null: stored values last as long as the node
   FaultListener* listener = nullptr;     ///< outlives the node; null: faults are not reported
   bool lss = false;                      ///< an LSS master can find it, and set node ID and bit rate
+  std::uint16_t block_timeout_ms = SdoServer::kBlockTimeoutMs;  ///< of its SDO servers
   bool takes_time = false;               ///< it acts after a time, see Timing; else at once
 };
 

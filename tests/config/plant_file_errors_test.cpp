@@ -374,7 +374,7 @@ TEST_CASE("faults that are wrong") {
   wrong("[can]\nfaults = \"bus-off\"\n",
         "2: can.faults: must be a list; write faults = [{ kind = \"frame-loss\" }]");
   wrong("[module]\nchannels = 1\nfaults = []\n",
-        "3: module.faults: no such key; module has node_id, sdo_timeout_ms, node_state_fresh_ms, "
+        "3: module.faults: no such key; module has node_id, sdo_timeout_ms, block_timeout_ms, node_state_fresh_ms, "
         "guarding_timeout_ms, network, status_first, process_first, scanner_out_first, scanner_in_first, "
         "channels, plc_timeout_ms, "
         "plc_lost_state, start_result, parameters, enabled");

@@ -207,6 +207,16 @@ TEST_CASE("[OBJ-34] 1010h, 1011h, without a memory") {
   }
 }
 
+TEST_CASE("[OBJ-35] a block download whose client is silent") {
+  Window window;
+  window.arrive("67F#C408300000000000").expect("5FF#A40830007F000000");
+  window.pass_nearly(1s);
+  window.arrive("67F#8101000000020000").expect("5FF#A2017F0000000000");  // the time begins again
+  window.pass_nearly(1s).expect_silence();
+  window.pass_rest().expect("5FF#8008300000000405");
+  window.arrive("67F#4017100000000000").expect("5FF#4B17100000000000");
+}
+
 TEST_CASE("[OBJ-16] 1029h") {
   Window window;
   CHECK(read_local(window, 0x1029, 1) == Value{1, 1});

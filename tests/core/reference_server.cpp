@@ -23,6 +23,8 @@ constexpr unsigned kMostUnconfirmed = 8;
 std::vector<Sdo> ReferenceServer::receive(const Sdo& request) {
   responses_.clear();
   const unsigned specifier = request[0] / 32;
+  // Decided: the last segment once more is ignored; from C1h on it could be the end of the transfer.
+  if (state_ == State::kBlockDownloadEnd && request[0] == 128 + sequence_ && sequence_ <= 64) return {};
   if (state_ == State::kBlockDownload && request[0] != 0x80) {
     block_download_segment(request);
     return responses_;
@@ -175,25 +177,30 @@ void ReferenceServer::initiate_block_download(const Sdo& request) {
   state_ = State::kBlockDownload;
   crc_ = (request[0] & 4) != 0;
   sequence_ = 0;
-  respond(0xA4, multiplexer_, 127);  // CRC supported
+  begins_ = true;
+  block_size_ = crc_ || sized ? 127 : 64;
+  respond(0xA4, multiplexer_, block_size_);  // CRC supported
 }
 
-/// Decided: an invalid sequence number is 0504 0003h; a value that gets too long is rejected immediately, except
-/// in its last segment, whose length is only known at the end.
+/// Decided: a sub-block that begins with a number from 64 on begins with a repeated frame, which is ignored;
+/// an invalid sequence number is 0504 0003h; a value that gets too long is rejected immediately, except in
+/// its last segment, whose length is only known at the end.
 void ReferenceServer::block_download_segment(const Sdo& request) {
   const unsigned number = request[0] % 128;
   const bool last = request[0] >= 128, next = number == sequence_ + 1;
   if (number == 0) return void(abort(kSequence));
+  if (std::exchange(begins_, false) && number >= 64) return;
   if (next) {
     if (!last && bytes_.size() + 7 > object_->longest) return void(abort(kTooLong));
     bytes_.insert(bytes_.end(), request.begin() + 1, request.end());
     sequence_ = number;
   }
-  if (!last && number != 127) return;
-  Sdo response{0xA2, static_cast<std::uint8_t>(sequence_), 127};
+  if (!last && number != block_size_) return;
+  Sdo response{0xA2, static_cast<std::uint8_t>(sequence_), static_cast<std::uint8_t>(block_size_)};
   responses_.push_back(response);
+  begins_ = true;
+  if (next && last) return void(state_ = State::kBlockDownloadEnd);
   sequence_ = 0;
-  if (next && last) state_ = State::kBlockDownloadEnd;
 }
 
 void ReferenceServer::end_block_download(const Sdo& request) {

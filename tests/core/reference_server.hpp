@@ -58,6 +58,8 @@ struct ReferenceServer {
 
   std::vector<Sdo> receive(const Sdo& request);
 
+  const std::vector<ReferenceObject>& objects() const { return objects_; }
+
   // For the generator of the next request.
   State state() const { return state_; }
   const ReferenceObject* object() const { return object_; }
@@ -96,7 +98,7 @@ struct ReferenceServer {
   bool declared_ = false;
   std::size_t size_ = 0;  ///< as declared
   unsigned toggle_ = 0, sequence_ = 0, block_size_ = 0, no_progress_count_ = 0;
-  bool crc_ = false;
+  bool crc_ = false, begins_ = false;
 };
 
 }  // namespace cbcan::test

@@ -272,6 +272,53 @@ TEST_CASE("SDO server: what the port refuses is sent later, in order") {
   CHECK(beside.server.deadline() == kNever);
 }
 
+TEST_CASE(
+    "SDO server: a block download waits for its client as long as the setting says, any other transfer for "
+    "ever") {
+  Beside beside(1);
+  SdoServer& server = beside.server;
+  const auto ask = [&](const char* request, Time now) { server.on_frame(frame_from(request), now); };
+  SECTION("for its next frame") {
+    ask("642#C206200008000000", 0);
+    ask("642#0101020304050607", 700'000);
+    CHECK(server.deadline() == 1'700'001);
+    server.poll(1'700'000);
+    ask("642#8208000000000000", 1'700'000);
+    server.poll(2'700'000);
+    CHECK(beside.port.sent == std::deque<std::string>{"5C2#A40620007F000000", "5C2#A2027F0000000000"});
+    server.poll(2'700'001);
+    CHECK(beside.port.sent.back() == "5C2#8006200000000405");
+    CHECK(server.deadline() == kNever);
+    ask("642#4000200000000000", 2'700'001);
+    CHECK(beside.port.sent.back() == "5C2#4F00200000000000");
+  }
+  SECTION("not while the port has no room for the response") {
+    beside.port.refuse_next = 15'000;
+    ask("642#C206200008000000", 0);
+    while (beside.port.sent.empty())
+      server.poll(server.deadline());
+    CHECK(beside.port.sent == std::deque<std::string>{"5C2#A40620007F000000"});
+    CHECK(server.deadline() == 2'500'001);  // 1.5 s later, and a second
+  }
+  SECTION("0: without limit") {
+    server.set_block_timeout(0);
+    ask("642#C206200008000000", 0);
+    CHECK(server.deadline() == kNever);
+  }
+  SECTION("until its end, an abort or a reset") {
+    const auto* end = GENERATE("642#8000000000000000", "642#0000000000000000", "");
+    ask("642#C206200008000000", 0);
+    *end == 0 ? server.reset(0x5C2) : ask(end, 1);
+    CHECK(server.deadline() == kNever);
+  }
+  SECTION("others") {
+    const auto* request = GENERATE("642#2106200008000000", "642#4002200000000000", "642#A402200002000000",
+                                   "642#2F00200001000000");
+    ask(request, 0);
+    CHECK(server.deadline() == kNever);
+  }
+}
+
 TEST_CASE("SDO sizes: 256 and 65,535 bytes, each way, in segments and in blocks") {
   const auto size = GENERATE(as<std::uint16_t>(), 256, 65535);
   const auto mode = GENERATE(SdoClient::Mode::kSegmented, SdoClient::Mode::kBlock);

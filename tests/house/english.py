@@ -22,17 +22,17 @@ MOST_OF_ALL = 48860
 BUDGET = 1000  # words of a page, unless this says otherwise
 BUDGETS = {  # of a page, or of each page of a folder
     "docs/explanation/architecture.md": 1650,
-    "CHANGELOG.md": 1265,
-    "docs/how-to/lua-device.md": 1150,
+    "CHANGELOG.md": 1300,
+    "docs/how-to/lua-device.md": 1170,
     "docs/how-to/plc/": 500,
     "docs/how-to/port.md": 1350,
     "docs/reference/commands.md": 1050,
-    "docs/reference/contract.md": 4480,
+    "docs/reference/contract.md": 4520,
     "docs/reference/devices.md": 3400,
     "docs/reference/faults.md": 1650,
     "docs/reference/http.md": 1050,
     "docs/reference/ladder-recipes.md": 2650,
-    "docs/reference/plant-file.md": 3050,
+    "docs/reference/plant-file.md": 3090,
     "docs/reference/registers.md": 1600,
     "firmware/boards/stm32f4/README.md": 1500,
 }

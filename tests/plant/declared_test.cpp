@@ -119,6 +119,8 @@ TEST_CASE("mistakes in declarations have a line of the plant file") {
            {"name = 5", "name: must be a text"},
            {"colour = 1", "colour: there is no such field; remove it"},
            {"defualt = 1", "defualt: there is no such field; remove it; did you mean default?"},
+           {"name = string.rep('x', 201)", "name: a text has more than 200 letters"},
+           {"bits = { 'x', string.rep('x', 201) }", "bits: a text has more than 200 letters"},
            {"type = 'i64', default = 2.0 ^ 63", "default: must be -9223372036854775808..9223372036854775807"},
            {"type = 'f32', default = 1e39",
             "default: must be -3.4028234663852886e+38..3.4028234663852886e+38"},
@@ -138,6 +140,39 @@ TEST_CASE("mistakes in declarations have a line of the plant file") {
                       "\"rx\" } end")
             .ends_with(
                 "t.lua: objects: 2021h: pdo: at most four PDOs in each direction have a default COB-ID"));
+}
+
+TEST_CASE("what a script declares counts in its memory") {
+  constexpr std::string_view kTooMuch =
+      "plant.toml:1: node 20: t.lua: takes more memory than a script may have";
+  const auto declare = [](const std::string& letters) {
+    return "local text, show, bits = ('x'):rep(" + letters +
+           "), { 'input', 'input' }, {} for i = 1, 64 do bits[i] = text end objects = {} for i = 1, 250 do "
+           "objects[i] = { index = 0x2000 + i, type = 'u8', show = show, bits = bits } end";
+  };
+  CHECK(what_is_wrong(declare("40000")) ==
+        "plant.toml:1: node 20: t.lua: objects: 2001h: bits: a text has more than 200 letters");
+  CHECK(what_is_wrong(declare("200")) == kTooMuch);
+  CHECK(what_is_wrong("local t = { index = 1 } for i = 1, 3000 do t['k' .. i] = i end "
+                      "objects = {} for i = 1, 250 do objects[i] = t end") == kTooMuch);
+  CHECK(what_is_wrong("objects = { { index = 0x2000, type = 'u8' } } incidents = { ('x'):rep(201) }") ==
+        "plant.toml:1: node 20: t.lua: incidents: a text has more than 200 letters");
+  const Files files{{"t.lua", declare("20")}};
+  const auto plant = plant_of(std::string(kAlone), files);
+  CHECK(std::ranges::count(run(*plant, "points 20"), '\n') == 250);
+}
+
+TEST_CASE("blocks that keep changes count in a script's memory until they are gone") {
+  const auto said = [](const std::string& script) {
+    const Files files{{"t.lua", "objects = { { index = 0x2000, type = 'u8' } } " + script}};
+    const auto plant = plant_of(std::string(kAlone), files);
+    run(*plant, "pass 10s");
+    return plant->said().empty() ? "" : plant->said().front();
+  };
+  CHECK(said("local all = {} for i = 1, 300 do all[i] = block('dead-time time=99') end\n"
+             "function update(now) for i = 1, 300 do all[i](now) end return now + 0.01 end")
+            .find("t.lua:2: takes more memory than a script may have") != std::string::npos);
+  CHECK(said("function update(now) block('dead-time time=99')(now) return now + 0.001 end").empty());
 }
 
 TEST_CASE("blocks in a script: the same as by themselves, and an error for what is none") {

@@ -21,9 +21,11 @@ std::vector<Row> with_servers() {
 }
 
 struct Plant {
-  Plant() { bench.start().expect("705#00"); }
+  explicit Plant(sim::NodeParts parts = {}) : node(add_node_of(bench, 5, with_servers(), std::move(parts))) {
+    bench.start().expect("705#00");
+  }
   WorldBench bench;
-  sim::Node& node = add_node_of(bench, 5, with_servers());
+  sim::Node& node;
 };
 
 }  // namespace
@@ -60,6 +62,31 @@ TEST_CASE("Node: more SDO servers follow their objects, and are there when both 
   plant.bench.ask("000#8105", "705#00");
   plant.bench.ask("645#4000200000000000", "5C5#4B00200007000000");
   plant.bench.send("6B2#4000200000000000").expect_silence();
+}
+
+TEST_CASE(
+    "Node: each SDO server ends a block download that its client has left, after the time of the setting") {
+  SECTION("a second") {
+    Plant plant;
+    plant.bench.ask("605#C600200002000000", "585#A40020007F000000");
+    plant.bench.pass(500 * kMillisecond);
+    plant.bench.ask("645#C600200002000000", "5C5#A40020007F000000");
+    plant.bench.pass(500 * kMillisecond).expect_silence();
+    plant.bench.pass(1).expect("585#8000200000000405");
+    plant.bench.pass(500 * kMillisecond).expect("5C5#8000200000000405");
+    plant.bench.ask("605#4000200000000000", "585#4B00200007000000");
+  }
+  SECTION("another one, or none") {
+    const auto timeout_ms = GENERATE(std::uint16_t{20}, std::uint16_t{0});
+    sim::NodeParts parts;
+    parts.block_timeout_ms = timeout_ms;
+    Plant plant(std::move(parts));
+    plant.bench.ask("605#C600200002000000", "585#A40020007F000000");
+    plant.bench.ask("645#C600200002000000", "5C5#A40020007F000000");
+    plant.bench.pass(20 * kMillisecond + 1);
+    if (timeout_ms != 0) plant.bench.expect("5C5#8000200000000405", "585#8000200000000405");
+    plant.bench.pass(100 * kSecond).expect_silence();
+  }
 }
 
 }  // namespace cbcan::test

@@ -47,7 +47,9 @@ LocalNode::LocalNode(ProcessRegisters registers, CanPort& port, SdoClient& clien
       lss_(device_, static_cast<DeviceApplication&>(*this), port),
       answers_(turns, status_),
       manager_(device_, monitor_, port, answers_, settings.sdo_timeout_ms),
-      status_(device_, monitor_, emergencies_, manager_) {}
+      status_(device_, monitor_, emergencies_, manager_) {
+  slave().sdo_server().set_block_timeout(settings.block_timeout_ms);
+}
 
 /// Includes the emergencies of other nodes, and NMT commands of another master.
 bool LocalNode::on_low_id(const Frame& frame, Time now) {

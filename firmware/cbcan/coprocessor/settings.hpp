@@ -15,6 +15,7 @@ template <Services>
 struct CoprocessorSettingsOf {
   std::uint8_t node_id = 127;               ///< own node ID, 1..127
   std::uint16_t sdo_timeout_ms = 1000;      ///< 0 = wait without limit; 3003h at run time
+  std::uint16_t block_timeout_ms = 1000;    ///< of the SDO server, see SdoServer; 0 = none
   Time state_fresh_for = 2 * kSecond;       ///< age up to which a heartbeat is valid if 1016h sets no time
   Time guard_timeout = 100 * kMillisecond;  ///< wait for the response to a node guarding request
   /// Silence of the PLC after which the own node leaves Operational; 0 = no limit.

@@ -24,8 +24,7 @@ namespace {
 using enum DataType;
 
 constexpr std::size_t kMostObjects = 250;
-constexpr std::size_t kMostText = 200;  ///< a line of an EDS has 255 characters
-constexpr std::size_t kMostPdos = 4;    ///< with a default COB-ID, in each direction
+constexpr std::size_t kMostPdos = 4;  ///< with a default COB-ID, in each direction
 
 constexpr auto kTypes = std::to_array<std::pair<std::string_view, DataType>>({{"bool", kBoolean},
                                                                               {"i8", kInteger8},
@@ -79,15 +78,20 @@ class Fields {
   void check(const Keys& keys) const {
     check(record_.numbers, keys.numbers, keys.texts, "a text");
     check(record_.texts, keys.texts, keys.numbers, "a number");
+    for (const auto& [key, texts] : record_.texts)
+      for (const std::string& text : texts)
+        if (text.size() > Script::kMostText)
+          refuse(key, fmt::format("a text has more than {} letters", Script::kMostText));
   }
 
   std::optional<double> number(const char* key) const {
     const auto found = record_.numbers.find(key);
     return found == record_.numbers.end() ? std::nullopt : std::optional(found->second.value);
   }
-  std::vector<std::string> texts(const char* key) const {
+  const std::vector<std::string>& texts(const char* key) const {
+    static const std::vector<std::string> kNone;
     const auto found = record_.texts.find(key);
-    return found == record_.texts.end() ? std::vector<std::string>{} : found->second;
+    return found == record_.texts.end() ? kNone : found->second;
   }
   std::optional<lua_Integer> whole(const char* key) const {
     const auto found = record_.numbers.find(key);
@@ -95,8 +99,8 @@ class Fields {
   }
   /// Without line ends.
   std::string text(const char* key) const {
-    const auto all = texts(key);
-    std::string text = all.empty() ? "" : all.front().substr(0, kMostText);
+    const auto& all = texts(key);
+    std::string text = all.empty() ? "" : all.front();
     std::ranges::replace_if(
         text, [](char c) { return static_cast<unsigned char>(c) < ' '; }, ' ');
     return text;
@@ -370,18 +374,19 @@ std::vector<sim::Point> declared_points(Script& script) {
   const std::vector<Declared> all = declared(script, records);
   for (std::size_t kind = 0; kind < kShown.size(); ++kind)
     for (const auto& [index, sub, fields] : all)
-      for (const std::string& shown : fields.texts("show"))
-        if (fields.choice("show", kShown, shown) == kind)
-          points.push_back({.kind = static_cast<sim::Point::Kind>(kind),
-                            .index = index,
-                            .sub = sub,
-                            .name = fields.text("name"),
-                            .unit = fields.text("unit"),
-                            .low = fields.number("low"),
-                            .high = fields.number("high"),
-                            .bits = fields.texts("bits"),
-                            .target = fields.integer<std::uint16_t>("target", 0, 0xFFFF, 0),
-                            .level = fields.number("level").value_or(0) != 0});
+      if (std::ranges::count_if(fields.texts("show"), [&fields = fields, kind](const std::string& shown) {
+            return fields.choice("show", kShown, shown) == kind;
+          }) != 0)
+        points.push_back({.kind = static_cast<sim::Point::Kind>(kind),
+                          .index = index,
+                          .sub = sub,
+                          .name = fields.text("name"),
+                          .unit = fields.text("unit"),
+                          .low = fields.number("low"),
+                          .high = fields.number("high"),
+                          .bits = fields.texts("bits"),
+                          .target = fields.integer<std::uint16_t>("target", 0, 0xFFFF, 0),
+                          .level = fields.number("level").value_or(0) != 0});
   return points;
 }
 

@@ -371,6 +371,9 @@ int LuaDevice::say(lua_State* state) {
 }
 
 constexpr const char* kBlockType = "block";
+// Memory that a block has outside Lua.
+constexpr std::size_t kBytesOfBlock = 600;
+constexpr std::size_t kBytesOfChange = sizeof(std::pair<Time, double>);
 
 /// block("pt1 time=5"): a function of the input from now on, which returns the output, and the time until
 /// which that changes; nil = it does not.
@@ -380,10 +383,13 @@ int LuaDevice::block(lua_State* state) {
   std::array<char, 200> problem{};
   const bool is_new = luaL_newmetatable(state, kBlockType) != 0;
   lua_pushcfunction(state, [](lua_State* self) {
-    std::destroy_at(static_cast<sim::Block*>(lua_touserdata(self, 1)));
+    auto* const dropped = static_cast<sim::Block*>(lua_touserdata(self, 1));
+    Script::release(self, kBytesOfBlock + dropped->waiting() * kBytesOfChange);
+    std::destroy_at(dropped);
     return 0;
   });
   is_new ? lua_setfield(state, -2, "__gc") : lua_pop(state, 1);
+  Script::charge(state, kBytesOfBlock);
   void* const memory = lua_newuserdatauv(state, sizeof(sim::Block), 0);
   {
     sim::Block::Parsed parsed = sim::Block::parse({text, length});
@@ -403,8 +409,11 @@ int LuaDevice::run_block(lua_State* state) {
   const Time now = of(state).now_;
   const double input = luaL_checknumber(state, 1);
   if (block.waiting() >= kMostWaiting) return luaL_error(state, "more than 1000 changes wait in a dead-time");
+  const std::size_t before = block.waiting();
+  Script::charge(state, kBytesOfChange);
   block.put(input, now);
   lua_pushnumber(state, block.at(now));
+  Script::release(state, (before + 1 - block.waiting()) * kBytesOfChange);
   const bool moves = block.moves_until() > now;
   if (!moves && block.next_step() == kNever) return 1;
   const Time until = earlier(block.next_step(), moves ? block.moves_until() : kNever);

@@ -5,135 +5,14 @@
 #include <array>
 #include <cstdlib>
 
+#include "devices/lua/prelude.hpp"
 #include "devices/lua/program_text.hpp"
 
 namespace cbcan::devices {
 
 namespace {
 
-/// Removes or replaces functions that differ from run to run (addresses, the order of a table), could run
-/// without limit while no instruction is counted, or reach outside. look(letters) counts the bytes that a
-/// function is about to read.
-constexpr std::string_view kPrelude = R"(
-local look, type, next, error, select, ipairs = look, type, next, error, select, ipairs
-local tonumber, tostring, rawlen, rawget = tonumber, tostring, rawlen, rawget
-local find, format, rep, unpack, concat = string.find, string.format, string.rep, table.unpack, table.concat
-local rank = { boolean = 1, number = 2, string = 3 }
-
-local function before(a, b)
-  local of_a, of_b = rank[type(a)], rank[type(b)]
-  if of_a ~= of_b then return of_a < of_b end
-  if of_a == 1 then return not a and b end
-  return a < b
-end
-
-local function merge(from, to, first, middle, last, less)
-  local left, right = first, middle
-  for i = first, last - 1 do
-    if left < middle and (right >= last or not less(from[right], from[left])) then
-      to[i], left = from[left], left + 1
-    else
-      to[i], right = from[right], right + 1
-    end
-  end
-end
-
-function table.sort(list, less)
-  less = less or function(a, b) return a < b end
-  local count, width, from, to = rawlen(list), 1, list, {}
-  while width < count do
-    for first = 1, count, 2 * width do
-      local middle, last = first + width, first + 2 * width
-      if middle > count + 1 then middle = count + 1 end
-      if last > count + 1 then last = count + 1 end
-      merge(from, to, first, middle, last, less)
-    end
-    from, to, width = to, from, 2 * width
-  end
-  if from ~= list then for i = 1, count do list[i] = from[i] end end
-end
-
-local sort = table.sort
-function pairs(t)
-  local keys, place = {}, 0
-  for key in next, t do
-    if not rank[type(key)] then error("pairs: a " .. type(key) .. " as a key has no place in an order", 2) end
-    keys[#keys + 1] = key
-  end
-  sort(keys, before)
-  return function()
-    local key, value
-    repeat
-      place = place + 1
-      key = keys[place]
-      value = key ~= nil and rawget(t, key)
-    until key == nil or value ~= nil
-    return key, value
-  end, t
-end
-
-function table.insert(list, ...)
-  local count, place, value = rawlen(list), ...
-  if select("#", ...) == 1 then place, value = count + 1, place end
-  for i = count, place, -1 do list[i + 1] = list[i] end
-  list[place] = value
-end
-
-function table.remove(list, place)
-  local count = rawlen(list)
-  place = place or count
-  local value = list[place]
-  for i = place, count do list[i] = list[i + 1] end
-  return value
-end
-
-function table.unpack(list, first, last)
-  look(2 * ((last or #list) - (first or 1)))
-  return unpack(list, first, last)
-end
-
-function table.concat(list, between, first, last)
-  look(160 * ((last or #list) - (first or 1)))
-  return concat(list, between, first, last)
-end
-
-function string.rep(text, count, between)
-  between = between or ""
-  look(count)
-  return #text + #between == 0 and "" or rep(text, count, between)
-end
-
-function string.format(form, ...)
-  look(#form)
-  if #form > 1000 or find(form, "%%[^%a%%]*[cp]") then error("string.format: %c, %p, or more than 1000 characters", 2) end
-  local values = { ... }
-  for i = 1, select("#", ...) do
-    local kind = type(values[i])
-    if kind == "table" or kind == "function" then values[i] = tostring(values[i]) end
-    look(kind == "string" and #values[i] or 400)
-  end
-  return format(form, unpack(values, 1, select("#", ...)))
-end
-
-table.move, string.dump, string.find, string.match, string.gmatch, string.gsub = nil
-string.pack, string.unpack, string.packsize = nil
-local char = string.char
-function string.char(...)
-  for _, code in ipairs({ ... }) do
-    if tonumber(code) == 0 then error("string.char: a text cannot have the character 0", 2) end
-  end
-  return char(...)
-end
-
-local fmod = math.fmod
-function math.fmod(a, b)
-  look(256)
-  return fmod(a, b)
-end
-
-math.randomseed, _G.next, _G.look, load, loadfile, dofile, collectgarbage, xpcall, warn = nil
-)";
-
+constexpr const char* kTooMuch = "takes more memory than a script may have";
 constexpr int kEveryInstruction = 1;
 // Amount of data that costs one step: read in one go, or that any one instruction may read.
 constexpr std::size_t kLettersOfStep = 16;
@@ -196,7 +75,7 @@ int line_in(std::string_view message) {
 
 bool Script::may_take(std::size_t before, std::size_t wanted) {
   if (wanted <= before) return true;
-  return wanted <= kMostBlock && used_ - before + wanted <= kMostMemory &&
+  return wanted <= kMostBlock && used_ + outside_ - before + wanted <= kMostMemory &&
          allocated_ + wanted - before <= kMostAllocated;
 }
 
@@ -212,12 +91,21 @@ void* Script::allocate(void* self, void* block, std::size_t before, std::size_t 
   } else if (script.may_take(before, wanted)) {
     made = std::realloc(block, wanted);
   } else {
-    script.end_call("takes more memory than a script may have");
+    script.end_call(kTooMuch);
   }
   if (wanted != 0 && made == nullptr) return nullptr;
   script.used_ += wanted - before;
   if (wanted > before) script.allocated_ += wanted - before;
   return made;
+}
+
+void Script::charge(lua_State* state, std::size_t bytes) {
+  Script& script = from(state);
+  if (!script.may_take(0, bytes)) {
+    script.end_call(kTooMuch);
+    luaL_error(state, "%s", kTooMuch);
+  }
+  script.outside_ += bytes;
 }
 
 /// From here on each instruction fails, so that pcall cannot continue the script.
@@ -450,10 +338,20 @@ Script::Result Script::call(const char* function, std::span<const Argument> argu
 
 namespace {
 
+/// The string at this place, to be copied. No destructor may be pending.
+std::string_view charged_text(lua_State* state, int place) {
+  constexpr std::size_t kOverhead = 100;  // of a copy: a string in a map
+  std::size_t length = 0;
+  const char* const text = lua_tolstring(state, place, &length);
+  length = std::min(length, Script::kMostText + 1);
+  Script::charge(state, kOverhead + length);
+  return {text, length};
+}
+
 /// Appends the strings of the list on the stack.
 void read_list(lua_State* state, std::vector<std::string>& texts, std::size_t most) {
   for (lua_Integer i = 1; texts.size() < most && lua_rawgeti(state, -1, i) == LUA_TSTRING; ++i) {
-    texts.emplace_back(lua_tostring(state, -1));
+    texts.emplace_back(charged_text(state, -1));
     lua_pop(state, 1);
   }
 }
@@ -464,14 +362,26 @@ void read_record(lua_State* state, Script::Record& record) {
   for (lua_pushnil(state); lua_next(state, -2) != 0; lua_pop(state, 1)) {
     const int value = lua_gettop(state);
     if (lua_type(state, value - 1) != LUA_TSTRING) continue;
-    const char* const key = lua_tostring(state, value - 1);
-    if (lua_type(state, value) == LUA_TNUMBER) record.numbers[key].value = lua_tonumber(state, value);
-    if (lua_isinteger(state, value)) record.numbers[key].whole = lua_tointeger(state, value);
-    if (lua_type(state, value) == LUA_TBOOLEAN) record.numbers[key].value = lua_toboolean(state, value);
-    if (lua_type(state, value) == LUA_TSTRING) record.texts[key] = {lua_tostring(state, value)};
-    if (lua_type(state, value) == LUA_TTABLE) read_list(state, record.texts[key], kMostTexts);
+    const std::string_view key = charged_text(state, value - 1);
+    const int type = lua_type(state, value);
+    const std::string_view text = type == LUA_TSTRING ? charged_text(state, value) : std::string_view();
+    if (type == LUA_TNUMBER) record.numbers[std::string(key)].value = lua_tonumber(state, value);
+    if (lua_isinteger(state, value)) record.numbers[std::string(key)].whole = lua_tointeger(state, value);
+    if (type == LUA_TBOOLEAN) record.numbers[std::string(key)].value = lua_toboolean(state, value);
+    if (type == LUA_TSTRING) record.texts[std::string(key)] = {std::string(text)};
+    if (type == LUA_TTABLE) {
+      std::vector<std::string>& texts =
+          record.texts[std::string(key)];  // no temporary is left in read_list()
+      read_list(state, texts, kMostTexts);
+    }
     lua_settop(state, value);
   }
+}
+
+bool has_long_text(const Script::Record& record) {
+  const auto is_long = [](const std::string& text) { return text.size() > Script::kMostText; };
+  return std::ranges::any_of(record.texts,
+                             [&](const auto& field) { return std::ranges::any_of(field.second, is_long); });
 }
 
 }  // namespace
@@ -481,6 +391,10 @@ std::vector<std::string> Script::list(const char* name, std::size_t most) {
   run_protected([&](lua_State* state) {
     if (lua_getglobal(state, name) == LUA_TTABLE) read_list(state, texts, most);
   });
+  for (const std::string& text : texts)
+    if (text.size() > kMostText)
+      throw ScriptError(
+          name_ + ": " + name + ": a text has more than " + std::to_string(kMostText) + " letters", 0);
   return texts;
 }
 
@@ -491,6 +405,7 @@ std::vector<Script::Record> Script::records(const char* name, std::size_t most) 
     for (lua_Integer i = 1; records.size() < most && lua_rawgeti(state, -1, i) == LUA_TTABLE; ++i) {
       read_record(state, records.emplace_back());
       lua_pop(state, 1);
+      if (has_long_text(records.back())) return;
     }
     if (records.empty()) lua_settop(state, 2), read_record(state, records.emplace_back());
   });

@@ -40,6 +40,9 @@ class Script {
   static constexpr std::size_t kMostMemory = std::size_t{4} << 20;
   // Limit of one string or table.
   static constexpr std::size_t kMostBlock = std::size_t{256} << 10;
+  /// Letters of a text in list() and records(): a line of an EDS has 255 characters. A longer one is cut
+  /// after one more.
+  static constexpr std::size_t kMostText = 200;
 
   /// Interval at which the price of an instruction is updated, in steps.
   static constexpr int kSlice = 1000;
@@ -58,7 +61,7 @@ class Script {
   /// Calls a function of the script; nothing if there is none of this name. Throws ScriptError.
   Result call(const char* function, std::span<const Argument> arguments);
 
-  /// The strings in a list of this name, at most `most`. Throws ScriptError.
+  /// The strings in a list of this name, at most `most`; none longer than kMostText. Throws ScriptError.
   std::vector<std::string> list(const char* name, std::size_t most);
 
   /// The fields of a table: numbers, and texts or lists of them.
@@ -70,9 +73,14 @@ class Script {
     std::map<std::string, Number> numbers;
     std::map<std::string, std::vector<std::string>> texts;
   };
-  /// The tables in a list of this name, at most `most`; a table that is no such list is one itself. Throws
-  /// ScriptError.
+  /// The tables in a list of this name, at most `most`, up to the first with a text longer than kMostText; a
+  /// table that is no such list is one itself. Throws ScriptError.
   std::vector<Record> records(const char* name, std::size_t most);
+
+  /// Memory outside Lua that the script causes counts in its own: until release(), or its end. charge() is an
+  /// error of the script if there is too much.
+  static void charge(lua_State* state, std::size_t bytes);
+  static void release(lua_State* state, std::size_t bytes) { from(state).outside_ -= bytes; }
 
   const std::string& name() const { return name_; }
   static void* owner_of(lua_State* state) { return from(state).owner_; }
@@ -104,6 +112,7 @@ class Script {
   std::string name_;
   void* owner_;
   std::size_t used_ = 0;
+  std::size_t outside_ = 0;  ///< see charge()
   std::size_t allocated_ = 0;
   std::size_t base_ = 0;              ///< used_ before the script is loaded
   std::size_t longest_ = 0;           ///< of all strings so far, in bytes

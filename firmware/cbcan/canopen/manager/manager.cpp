@@ -7,7 +7,8 @@ namespace cbcan {
 
 template <auto kAsk, auto kDone, auto kRefused, auto kState, auto kDeadline>
 constexpr Manager::State Manager::state_of() {
-  return {kAsk != &Manager::release,
+  using Ask = decltype(kAsk);  // as types: g++ 12 with -fsanitize=undefined compares no pointers here
+  return {!std::is_same_v<std::integral_constant<Ask, kAsk>, std::integral_constant<Ask, &Manager::release>>,
           call<kAsk, Client&, Time>,
           call<kDone, Client&, Time>,
           call<kRefused, Client&, Time>,

@@ -86,19 +86,22 @@ void SdoClient::await_segment() {
   enter(kBlockUploadStream, timeout_ms_ == 0 ? kNever : now_ + milliseconds(timeout_ms_) / 2);
 }
 
-/// Segments in order are kept. One out of order shows a loss: the rest of the sub-block, with its "last" bit, is
-/// ignored, and at its end all segments from the gap on are requested again.
+/// Segments in order are kept. One out of order shows a loss: the rest of the sub-block, with its "last" bit,
+/// is ignored, and at its end all segments from the gap on are requested again. Not at an end that comes
+/// first: it is that of the sub-block before, or the response C0h, repeated. Nor after ask_for_rest(): the
+/// server may be slow, and still have the request; asked twice, it would send data twice.
 void SdoClient::block_upload_segment(const Frame& frame) {
   const std::uint8_t sequence = frame.data[0] & sdo::kSequenceMask;
   const bool last = (frame.data[0] & sdo::kBlockLast) != 0;
   if (sequence == 0 || sequence > block_size_ || ++segments_ > sdo::kMaxBlockSize)
     return send_abort(AbortCode::kBlockSequence);
   await_segment();
-  asked_again_ = false;
   if (sequence != sequence_ + 1) {
-    if (last || sequence == block_size_) acknowledge_block();
+    const bool repeated = sequence == kBlockReadSegments && segments_ == 1;
+    if ((last || sequence == block_size_) && !repeated && !asked_again_) acknowledge_block();
     return;
   }
+  asked_again_ = false;
   sequence_ = sequence;
   if (last) {  // the number of its data bytes is reported at the end of the transfer
     sdo::take_segment(frame, data_.data() + moved_,
@@ -127,12 +130,14 @@ void SdoClient::send_block_acknowledge() {
   outbox_.send(now_);
 }
 
-/// No segment in the middle of a sub-block: its last one may be lost. The rest is requested once.
+/// No segment in the middle of a sub-block: its last one may be lost. The rest is requested once. At its
+/// beginning the acknowledgement before may be lost, or the server slow: what then arrives twice only a CRC
+/// or size shows.
 void SdoClient::ask_for_rest() {
   if (asked_again_) return timed_out();
   asked_again_ = true;
   await_segment();
-  acknowledge_block();
+  if (sequence_ != 0 || crc_ || declared_) acknowledge_block();
 }
 
 void SdoClient::block_upload_ended(const Frame& frame) {

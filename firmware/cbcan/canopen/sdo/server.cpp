@@ -2,6 +2,7 @@
 #include "cbcan/canopen/sdo/server.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "cbcan/canopen/sdo/crc16.hpp"
@@ -22,9 +23,10 @@ void SdoServer::on_frame(const Frame& frame, Time now) {
     return;
   }
   const std::uint8_t command = frame.data[0];
-  if (kServices.block_transfer && state_ == State::kBlockDownload &&
-      command != sdo::command(sdo::Request::kAbort))
-    return block_download_segment(frame);
+  if (awaits_client() && command != sdo::command(sdo::Request::kAbort)) {
+    if (state_ == State::kBlockDownload) return block_download_segment(frame);
+    if (is_last_segment(command)) return;
+  }
   ++counters_.requests;
   outbox_.drop();  // a client that sends a new request no longer waits for the refused response
   switch (static_cast<sdo::Request>(sdo::specifier_of(command))) {
@@ -46,8 +48,12 @@ void SdoServer::on_frame(const Frame& frame, Time now) {
 
 void SdoServer::poll(Time now) {
   now_ = now;
-  if (outbox_.retry(now) && kServices.block_transfer && state_ == State::kBlockUploadStream)
-    stream_segments();
+  if (!outbox_.waiting()) {
+    if (awaits_client() && now >= deadline_) abort(AbortCode::kTimeOut);
+  } else if (outbox_.send(now_)) {
+    await_client();
+    if (kServices.block_transfer && state_ == State::kBlockUploadStream) stream_segments();
+  }
 }
 
 void SdoServer::abort(AbortCode code) {
@@ -175,18 +181,30 @@ void SdoServer::initiate_block_download(const Frame& frame) {
   crc_ = (command & sdo::kBlockCrc) != 0;
   state_ = State::kBlockDownload;
   sequence_ = 0;
-  block_size_ = sdo::kMaxBlockSize;
+  first_ = true;
+  const bool checked = (command & (sdo::kBlockCrc | sdo::kBlockSizeIndicated)) != 0;
+  block_size_ = checked ? sdo::kMaxBlockSize : kMaxUncheckedBlockSize;
+  await_client();
   respond(sdo::command(sdo::Response::kBlockDownload, sdo::bits(sdo::BlockStep::kInitiate, sdo::kBlockCrc)),
           mux_, block_size_);
 }
 
+/// A microsecond more: the client's own timeout, which is often the same, comes first.
+void SdoServer::await_client() {
+  deadline_ = block_timeout_ms_ == 0 ? kNever : now_ + milliseconds(block_timeout_ms_) + 1;
+}
+
 /// The last segment may be longer than the rest of the value: all seven bytes are kept if there is room, and
-/// counted until the end of the transfer reports how many are data.
+/// counted until the end of the transfer reports how many are data. What a sub-block cannot begin with is the
+/// end of the one before, or the request C0h..C6h, repeated: it is not acknowledged, or the client would send
+/// data twice.
 void SdoServer::block_download_segment(const Frame& frame) {
   const std::uint8_t sequence = frame.data[0] & sdo::kSequenceMask;
   const bool last = (frame.data[0] & sdo::kBlockLast) != 0;
   if (sequence == 0) return abort(AbortCode::kBlockSequence);
+  await_client();
   const bool in_order = sequence == sequence_ + 1;
+  if (std::exchange(first_, false) && sequence >= kMaxUncheckedBlockSize) return;
   if (in_order) {
     if (!last && done_ + sdo::kSegmentBytes > capacity_) return abort(AbortCode::kParameterLength);
     const std::size_t room = std::min<std::size_t>(sdo::kSegmentBytes, buffer_.size() - done_);
@@ -198,8 +216,11 @@ void SdoServer::block_download_segment(const Frame& frame) {
   const std::uint32_t taken_and_size = sequence_ | std::uint32_t{block_size_} << 8;
   respond(sdo::command(sdo::Response::kBlockDownload, sdo::bits(sdo::BlockStep::kAcknowledge)),
           taken_and_size, 0);
-  if (in_order && last) state_ = State::kBlockDownloadEnd;
-  sequence_ = 0;
+  first_ = true;
+  if (in_order && last)
+    state_ = State::kBlockDownloadEnd;
+  else
+    sequence_ = 0;
 }
 
 void SdoServer::end_block_download(const Frame& frame) {
