@@ -298,7 +298,7 @@ constexpr auto kKinds = std::to_array<Row>({
     {3, kAnyNumber, false, make<RegisterCondition>, {"register R OP VALUE...", "R and the following registers satisfy the comparison",
      "`OP` is `=`, `!=`, `<`, `<=`, `>` or `>=`; with several values `=`."}},
     {4, kAnyNumber, false, make<ObjectCondition>, {"object NODE INDEX[:SUB]|NAME OP VALUE", "An object of a simulated node satisfies the comparison",
-     "As `get` shows it."}},
+     "Numbers are ordered; a text or bytes, as `get` shows them, are `=` or `!=` others."}},
     {2, 2, false, make<StateCondition>, {"state NODE STATE", "A simulated node is in this NMT state",
      "It is initialising, pre-operational, operational, stopped, or off (without power)."}},
     {1, 1, true, make<FrameCondition>, {"frame FRAME", "Such a frame is on the bus",

@@ -179,6 +179,21 @@ function update(now) set(0x2001, 0, 0/0) end
   CHECK(wrong("0x2002 >= 4") == "\">=\": texts have no order; write = or !=");
 }
 
+TEST_CASE("a parameter file is copied: its values apply, and 1010h stores as long as the plant lasts") {
+  const Files files{{"m.txt", "1017:00 = F401\n"}};
+  const auto plant = plant_of("[module]\nnode_id = 127\nparameters = \"m.txt\"\n", files);
+  Frames frames(*plant);
+  plant->execute("send 67F#4017100000000000");
+  CHECK(frames.seen.back() == "5FF#4B171000F4010000");
+  plant->execute("send 67F#2B171000E8030000");
+  plant->execute("send 67F#2310100173617665");
+  CHECK(frames.seen.back() == "5FF#6010100100000000");
+  plant->execute("nmt reset-node 127");
+  plant->execute("pass 100ms");
+  plant->execute("send 67F#4017100000000000");
+  CHECK(frames.seen.back() == "5FF#4B171000E8030000");
+}
+
 TEST_CASE("an object of bytes is compared with bytes") {
   const auto plant = demo("[[node]]\nid = 5\neds = \"demo:/generic.eds\"\n");
   const auto condition = [&](const std::string& rest) {
