@@ -71,6 +71,7 @@ std::string text_of(const Settings& settings) {
 
 Settings read_settings(std::string_view text, const std::string& file) {
   Settings settings;
+  settings.file = file;
   if (text.find(config::kExploreTable) == std::string_view::npos) return settings;
   config::Diagnostics problems;
   try {
