@@ -22,14 +22,14 @@ MOST_OF_ALL = 48600
 BUDGET = 1000  # words of a page, unless this says otherwise
 BUDGETS = {  # of a page, or of each page of a folder
     "docs/explanation/architecture.md": 1650,
-    "CHANGELOG.md": 1250,
+    "CHANGELOG.md": 1400,
     "docs/how-to/lua-device.md": 1150,
     "docs/how-to/plc/": 500,
     "docs/how-to/port.md": 1350,
     "docs/reference/commands.md": 1050,
     "docs/reference/contract.md": 4300,
     "docs/reference/devices.md": 3400,
-    "docs/reference/faults.md": 1650,
+    "docs/reference/faults.md": 1700,
     "docs/reference/http.md": 1050,
     "docs/reference/ladder-recipes.md": 2650,
     "docs/reference/plant-file.md": 3050,
