@@ -127,6 +127,10 @@ class Search {
 
   options::ExitCode report() {
     progress_.show("");
+    if (offered_ == 0 && error_.empty()) {
+      error_ = "without faults, no frame matches one of these, so nothing can be tried";
+      exit_code_ = options::ExitCode::kUsage;
+    }
     if (!error_.empty()) console_.tell(fmt::format("cbcan-sim: {}\n", error_));
     if (junit_) junit_->write(results_.junit(left_, error_));
     if (search_.list || (!error_.empty() && tried_ == 0)) return exit_code_;
@@ -151,8 +155,7 @@ class Search {
         subject.only.empty() ? exploration.moments() : std::vector<Moments>(1, subject.only);
     if (subject.name.empty() && exploration.record().requests == 0)
       throw text::UsageError("the command has sent no Modbus request, so no fault can break it");
-    if (moments.empty())
-      throw text::UsageError("without faults, no frame matches one of these, so nothing can be tried");
+    offered_ += moments.size();
     state_.begin(subject.name, fingerprint(subject, exploration.record()));
     const bool with_pairs = search_.together == 2;
     std::size_t others = with_pairs ? 0 : leave_out_others(moments);
@@ -291,6 +294,7 @@ class Search {
   const Time budget_ = text::parse_duration(search_.budget).value_or(kNever);
   Progress progress_;
   explore::Results results_;
+  std::size_t offered_ = 0;  ///< moments of all parts
   std::size_t tried_ = 0;
   std::size_t left_ = 0;
   std::size_t distinct_ = 0;

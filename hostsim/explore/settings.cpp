@@ -54,7 +54,12 @@ std::vector<std::string> default_faults() {
           "late",
           "exception",
           "plc-restart",
-          "module-restart"};
+          "module-restart",
+          "module-nmt",
+          "module-nmt command=reset-comm",
+          "module-nmt command=stop",
+          "module-nmt command=preop",
+          "module-bus-off for_ms=300"};
 }
 
 std::vector<std::string> default_survive() {
