@@ -22,7 +22,7 @@
 #include "app/progress.hpp"
 #include "app/result_file.hpp"
 #include "app/simulator.hpp"
-#include "app/told_json.hpp"
+#include "app/state_file.hpp"
 #include "cbcan/version.hpp"
 #include "explore/exploration.hpp"
 #include "explore/scenario_run.hpp"
@@ -32,6 +32,7 @@
 #include "scenario/outcome.hpp"
 #include "scenario/scenario_writer.hpp"
 #include "text/numbers.hpp"
+#include "text/utf8.hpp"
 #include "text/words.hpp"
 
 namespace cbcan::app {
@@ -43,7 +44,6 @@ using explore::Record;
 using explore::Result;
 using explore::Run;
 using explore::Told;
-using nlohmann::json;
 
 /// Plays a scenario, each time on a plant of its own.
 class Threads final : public explore::Runner {
@@ -64,6 +64,7 @@ class Threads final : public explore::Runner {
         told = explore::play(scenario_, make(i), settings_, files_[thread]);
       } catch (const std::exception& error) {
         told.problem = error.what();
+        told.is_usage = true;  // the plant is in memory
       }
       const std::scoped_lock lock(one);
       ended(i, told);
@@ -82,66 +83,6 @@ std::vector<std::string> words_in(const std::string& list) {
     words.emplace_back(text::trim(text::take_part(rest, ',')));
   return words;
 }
-
-/// The results so far, in a file: for each subject a line with its name and what its results depend on, and a
-/// line for each run.
-class State {
- public:
-  /// Throws io::UsageError for a file that is none of these.
-  explicit State(const std::string& path) : path_(path) {
-    if (path.empty()) return;
-    const auto text = files::read_file(path);
-    Part* part = nullptr;
-    for (std::string_view rest = text ? std::string_view(*text) : std::string_view(); !rest.empty();) {
-      const json line = json::parse(text::take_line(rest), nullptr, false);
-      const bool whole = line.is_array() && line.size() == 2 && line[0].is_string();
-      if (whole && line[1].is_string())
-        (part = &parts_[line[0].get<std::string>()])->fingerprint = line[1].get<std::string>();
-      else if (whole && part != nullptr)
-        part->known.emplace(line[0].get<std::string>(), line[1].get<Result>());
-      else if (part == nullptr)
-        throw io::UsageError(fmt::format("--state {}: is no file of --explore; name a new one", path));
-    }
-    file_.emplace(io::Output::open("--state", path));
-    for (const auto& [subject, kept] : parts_) {
-      write({subject, kept.fingerprint});
-      for (const auto& [moments, result] : kept.known)
-        write({moments, result});
-    }
-  }
-
-  /// What follows is about this subject. Throws io::UsageError if the file has another one with its name.
-  void begin(const std::string& subject, const std::string& fingerprint) {
-    const auto [place, is_new] = parts_.try_emplace(subject, Part{fingerprint, {}});
-    part_ = &place->second;
-    if (part_->fingerprint != fingerprint)
-      throw io::UsageError(fmt::format(
-          "--state {}: is of another program, plant, command or version; name a new file", path_));
-    write({subject, fingerprint});
-  }
-  const Result* find(const std::string& moments) const {
-    const auto found = part_->known.find(moments);
-    return found == part_->known.end() ? nullptr : &found->second;
-  }
-  void add(const std::string& moments, const Result& result) { write({moments, result}); }
-
- private:
-  struct Part {
-    std::string fingerprint;
-    std::map<std::string, Result> known;
-  };
-
-  void write(const json& line) {
-    if (!file_) return;
-    file_->add(line.dump(-1, ' ', true, json::error_handler_t::replace) + "\n");
-    file_->flush();
-  }
-
-  std::string path_;
-  std::map<std::string, Part> parts_;  ///< by subject
-  Part* part_ = nullptr;
-  std::optional<io::Output> file_;
-};
 
 /// A file name from a moment.
 std::string file_name_of(const Moments& moments) {
@@ -172,66 +113,101 @@ class Search {
     if (!search.junit.empty()) junit_.emplace("--junit", search.junit);
   }
 
-  /// Returns why the subject cannot be searched, or nothing.
-  std::string run(const Subject& subject) {
+  /// Nothing after an error.
+  void run(const Subject& subject) {
+    if (!error_.empty()) return;
+    try {
+      search(subject);
+    } catch (const std::exception& error) {
+      const bool is_usage = dynamic_cast<const text::UsageError*>(&error) != nullptr;
+      exit_code_ = is_usage ? options::ExitCode::kUsage : options::ExitCode::kEnvironment;
+      error_ = fmt::format("{}{}", prefix(subject), text::trim(error.what()));
+    }
+  }
+
+  options::ExitCode report() {
+    progress_.show("");
+    if (offered_ == 0 && error_.empty()) {
+      error_ = "without faults, no frame matches one of these, so nothing can be tried";
+      exit_code_ = options::ExitCode::kUsage;
+    }
+    if (!error_.empty()) console_.tell(fmt::format("cbcan-sim: {}\n", error_));
+    if (junit_) junit_->write(results_.junit(left_, error_));
+    if (search_.list || (!error_.empty() && tried_ == 0)) return exit_code_;
+    console_.say(results_.table() + failures_);
+    console_.say(fmt::format("\nruns: {}, broken: {}, distinct failures: {}{}\n", tried_, results_.broken(),
+                             distinct_, left_ != 0 ? fmt::format(", not tried: {}", left_) : ""));
+    if (!error_.empty()) return exit_code_;
+    return distinct_ == 0 ? options::ExitCode::kDone : options::ExitCode::kCheckFailed;
+  }
+
+ private:
+  static std::string prefix(const Subject& subject) {
+    return subject.name.empty() ? "" : subject.name + ": ";
+  }
+
+  /// Throws text::UsageError, or another exception for what the machine prevents.
+  void search(const Subject& subject) {
     explore::Exploration exploration(subject.plant, subject.settings, subject.runner,
                                      words_in(search_.faults), words_in(search_.nodes));
-    if (std::string problem = exploration.prepare(); !problem.empty()) return problem;
+    exploration.prepare();
     std::vector<Moments> moments =
         subject.only.empty() ? exploration.moments() : std::vector<Moments>(1, subject.only);
+    if (subject.name.empty() && exploration.record().requests == 0)
+      throw text::UsageError("the command has sent no Modbus request, so no fault can break it");
+    offered_ += moments.size();
+    state_.begin(subject.name, fingerprint(subject, exploration.record()));
     const bool with_pairs = search_.together == 2;
-    if (!with_pairs) std::erase_if(moments, [this](const Moments& each) { return !is_ours(each); });
+    std::size_t others = with_pairs ? 0 : leave_out_others(moments);
     if (search_.list) {
       for (const Moments& each : moments)
         console_.say(to_string(each) + "\n");
-      return {};
+      return;
     }
     for (const explore::Variant& variant : exploration.never())
       results_.add_never(variant);
-    state_.begin(subject.name, fingerprint(subject, exploration.record()));
     std::vector<explore::Pair> pairs;
     const OnRecord add_pairs = [&](const Moments& first, const Record& record) {
       std::ranges::move(exploration.pairs(first, record), std::back_inserter(pairs));
     };
     try_all(subject, exploration, moments, with_pairs ? add_pairs : OnRecord());
     std::vector<Moments> folded = explore::folded(std::move(pairs));
-    std::erase_if(folded, [this](const Moments& each) { return !is_ours(each); });
+    others += leave_out_others(folded);
     try_all(subject, exploration, folded, {});
-    const std::string place = subject.name.empty() ? "" : subject.name + ": ";
     for (const explore::Failure& failure : shrunk(subject, exploration)) {
-      failures_ +=
-          fmt::format("\n{}{}\n  {}", place, to_string(failure.moments), explore::report(failure.result));
-      if (failure.count > 1) failures_ += fmt::format("  and {} more like it\n", failure.count - 1);
-      if (!search_.out.empty()) failures_ += fmt::format("  replay: {}\n", subject.write(failure));
-      ++distinct_;
+      std::string more = failure.count > 1 ? fmt::format("  and {} more like it\n", failure.count - 1) : "";
+      if (!search_.out.empty()) more += fmt::format("  replay: {}\n", subject.write(failure));
+      add_failure(subject, to_string(failure.moments) + "\n  " + explore::report(failure.result) + more);
     }
-    for (std::size_t i = 0; i < subject.settings.reached.size() && left_ == 0; ++i)
-      if (const std::string& text = subject.settings.reached[i].text; !results_.reached(subject.name, i)) {
-        failures_ +=
-            fmt::format("\n{}reached {}: in no run, so nothing has been shown about it\n", place, text);
-        ++distinct_;
-      }
-    return {};
+    if (left_ == 0 && others == 0) check_shown(subject);
   }
 
-  int report() {
-    if (search_.list) return 0;
-    progress_.show("");
-    console_.say(results_.table() + failures_);
-    console_.say(fmt::format("\nruns: {}, broken: {}, distinct failures: {}{}\n", tried_, results_.broken(),
-                             distinct_, left_ != 0 ? fmt::format(", not tried: {}", left_) : ""));
-    if (junit_) junit_->write(results_.junit(left_));
-    return static_cast<int>(distinct_ == 0 ? options::ExitCode::kDone : options::ExitCode::kCheckFailed);
+  void add_failure(const Subject& subject, const std::string& text) {
+    failures_ += fmt::format("\n{}{}", prefix(subject), text);
+    ++distinct_;
   }
 
- private:
-  /// The failures with faults as early as possible; those that become the same are one.
+  /// What no run has shown, when all have been made.
+  void check_shown(const Subject& subject) {
+    if (!subject.only.empty() && !results_.happened(subject.name))
+      add_failure(subject, fmt::format("{}: {}\n", to_string(subject.only), explore::kNeverHappened));
+    for (std::size_t i = 0; i < subject.settings.reached.size(); ++i)
+      if (!results_.reached(subject.name, i))
+        add_failure(subject, fmt::format("reached {}: in no run, so nothing has been shown about it\n",
+                                         subject.settings.reached[i].text));
+  }
+
+  /// The failures with faults as early as possible; those that become the same, or have the faults of another
+  /// one and more, are one.
   std::vector<explore::Failure> shrunk(const Subject& subject, const explore::Exploration& exploration) {
     std::vector<explore::Failure> distinct;
     for (explore::Failure& failure : results_.failures(subject.name)) {
       explore::Failure simple = explore::earlier(exploration, subject.runner, std::move(failure));
       const auto same = std::ranges::find_if(distinct, [&](const explore::Failure& other) {
-        return other.moments == simple.moments && other.result.what == simple.result.what;
+        const auto is_in_simple = [&](const explore::Moment& moment) {
+          return std::ranges::find(simple.moments, moment) != simple.moments.end();
+        };
+        return other.result.what == simple.result.what && std::ranges::all_of(other.moments, is_in_simple);
       });
       if (same == distinct.end())
         distinct.push_back(std::move(simple));
@@ -241,8 +217,14 @@ class Search {
     return distinct;
   }
 
+  /// Of other parts, unless --state has their results. Returns their number.
+  std::size_t leave_out_others(std::vector<Moments>& moments) const {
+    return std::erase_if(moments, [this](const Moments& each) { return !is_ours(each); });
+  }
+
   bool is_ours(const Moments& moments) const {
-    return explore::is_in_part(moments, shard_.part, shard_.parts);
+    return explore::is_in_part(moments, shard_.part, shard_.parts) ||
+           state_.find(to_string(moments)) != nullptr;
   }
 
   using OnRecord = std::function<void(const Moments&, const Record&)>;
@@ -265,17 +247,29 @@ class Search {
         [&] { return good && io::Reactor::now() - begun_ < budget_; },
         [&](std::size_t i, const Told& told) {
           const Moments& tried = moments[left[i]];
-          --left_;
           if (!told.problem.empty()) {
             problem = fmt::format("{}: {}", to_string(tried), told.problem);
             good = false;
           }
+          if (!good) return;
+          --left_;
           if (on_record) on_record(tried, told.record);
           if (on_record && !is_ours(tried)) return;
           add(subject, first_order + left[i], tried, told.result);
-          state_.add(to_string(tried), told.result);
+          good = keep(tried, told.result, problem);
         });
     if (!good) throw io::EnvironmentError(problem);
+  }
+
+  /// False: it could not.
+  bool keep(const Moments& moments, const Result& result, std::string& problem) {
+    try {
+      state_.add(to_string(moments), result);
+      return true;
+    } catch (const io::EnvironmentError& error) {
+      problem = error.what();
+      return false;
+    }
   }
 
   void add(const Subject& subject, std::size_t order, const Moments& moments, const Result& result) {
@@ -293,17 +287,20 @@ class Search {
 
   const cli::SearchConfig& search_;
   Console& console_;
-  State state_;
+  StateFile state_;
   std::optional<ResultFile> junit_;
   const cli::Shard shard_ = cli::shard_of(search_.shard);
   const Time begun_ = io::Reactor::now();
   const Time budget_ = text::parse_duration(search_.budget).value_or(kNever);
   Progress progress_;
   explore::Results results_;
+  std::size_t offered_ = 0;  ///< moments of all parts
   std::size_t tried_ = 0;
   std::size_t left_ = 0;
   std::size_t distinct_ = 0;
   std::string failures_;  ///< as text
+  std::string error_;     ///< which has ended the search
+  options::ExitCode exit_code_ = options::ExitCode::kDone;
 };
 
 /// A file that adds the faults to the plant or scenario of another one.
@@ -313,9 +310,9 @@ std::string write_file(const std::string& folder, const std::string& name, const
   const std::string path = std::filesystem::path(folder) / name;
   settings.only = {{to_string(failure.moments)}};
   ResultFile("--out", path)
-      .write(fmt::format("# {}: {}\n# {}\nplant = {}\n\n[explore]\n{}{}", failure.result.what,
-                         failure.result.seen.substr(0, failure.result.seen.find('\n')), command,
-                         scenario::toml_text(plant), text_of(settings), steps));
+      .write(fmt::format("# {}: {}\n# {}\nplant = {}\n\n[explore]\n{}{}", text::to_utf8(failure.result.what),
+                         text::to_utf8(failure.result.seen.substr(0, failure.result.seen.find('\n'))),
+                         text::to_utf8(command), scenario::toml_text(plant), text_of(settings), steps));
   return path;
 }
 
@@ -359,6 +356,7 @@ int run_seeds(const cli::Start& start, config::EdsFiles& files, const explore::S
       },
       [] { return true; },
       [&](std::size_t i, const Told& told) {
+        if (told.is_usage) throw io::UsageError(told.problem);
         if (!told.problem.empty()) throw io::EnvironmentError(told.problem);
         const bool good = told.result.verdict == explore::Verdict::kDone;
         outcomes.add(static_cast<std::uint32_t>(seeds.first + i),
@@ -386,12 +384,9 @@ int run_many(const cli::Start& start, const explore::Settings& settings, config:
   config::Config plant = start.config;
   const std::string identity =
       fmt::format("{}\n{}\n{}", start.plant_text, fmt::join(start.words, " "), fmt::join(start.command, " "));
-  const std::string problem = search.run(
-      {"", identity, start.config, settings, explore::only(start.search.only, settings, plant), runner,
-       [&](const explore::Failure& failure) { return write_plant_file(start, settings, failure); }});
-  if (problem.empty()) return search.report();
-  console.tell("cbcan-sim: " + problem);
-  return static_cast<int>(options::ExitCode::kUsage);
+  search.run({"", identity, start.config, settings, explore::only(start.search.only, settings, plant), runner,
+              [&](const explore::Failure& failure) { return write_plant_file(start, settings, failure); }});
+  return static_cast<int>(search.report());
 }
 
 options::ExitCode explore_scenarios(const std::vector<std::string>& paths, const cli::SearchConfig& search,
@@ -404,16 +399,12 @@ options::ExitCode explore_scenarios(const std::vector<std::string>& paths, const
     const explore::Settings settings = explore::read_settings(scenario.text, path);
     const Moments only = explore::only(search.only, settings, scenario.config);
     Threads runner(scenario, files, settings);
-    const std::string problem = all.run(
+    all.run(
         {path, scenario.text, scenario.config, settings, only, runner, [&](const explore::Failure& failure) {
            return write_scenario(scenario, settings, search, files.front(), failure);
          }});
-    if (!problem.empty()) {
-      console.tell(fmt::format("cbcan-sim: {}: {}", path, problem));
-      return options::ExitCode::kUsage;
-    }
   }
-  return static_cast<options::ExitCode>(all.report());
+  return all.report();
 }
 
 }  // namespace cbcan::app

@@ -21,6 +21,7 @@
 #include "config/settings.hpp"
 #include "config/wires.hpp"
 #include "explore/moment.hpp"
+#include "explore/scenario_run.hpp"
 #include "files/read_file.hpp"
 #include "io/files/parameter_file.hpp"
 #include "io/sockets/service_manager.hpp"
@@ -90,8 +91,11 @@ int run(cli::Start& start, const text::FileReader& read, Console& console) {
     console.tell((line.starts_with('-') ? "cbcan-sim: " : "") + text::to_utf8(line) +
                  "\n");  // about an option, not a file
   if (build.good) check_places(config);
-  if (build.good && start.check) check_parameters(config);
-  if (!build.good || start.check) return code(build.good ? ExitCode::kDone : ExitCode::kUsage);
+  const bool is_checked = build.good && start.check;
+  if (is_checked) check_parameters(config);
+  if (is_checked) explore::check_conditions(explored, config, std::move(build));
+  if (is_checked) return code(ExitCode::kDone);
+  if (!build.good) return code(ExitCode::kUsage);
   if (start.search.explore || !start.search.seeds.empty()) return run_many(start, explored, files, console);
   Simulator simulator(config, std::move(build), start.plant_file, console, start.command.empty());
   int exit_code = code(ExitCode::kDone);

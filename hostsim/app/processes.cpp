@@ -2,6 +2,7 @@
 #include "app/processes.hpp"
 
 #include <fcntl.h>
+#include <fmt/core.h>
 #include <poll.h>
 #include <signal.h>
 #include <sys/prctl.h>
@@ -13,8 +14,10 @@
 
 #include "app/explore.hpp"
 #include "app/simulator.hpp"
-#include "app/told_json.hpp"
+#include "explore/told_json.hpp"
 #include "io/loop/reactor.hpp"
+#include "text/utf8.hpp"
+#include "text/words.hpp"
 
 namespace cbcan::app {
 
@@ -34,49 +37,70 @@ bool read_some(int from, std::string& text) {
   return count > 0;
 }
 
-/// A run without a whole result was too slow.
-Told told_in(const std::string& text) {
-  const json parsed = json::parse(text, nullptr, false);
-  if (!parsed.is_discarded()) return parsed.get<Told>();
-  Told told;
-  told.result.verdict = explore::Verdict::kNotJudged;
-  return told;
+/// What there is, of which the end is kept.
+void read_said(int from, std::string& said) {
+  constexpr std::size_t kMostSaid = 2000;
+  pollfd ready{from, POLLIN, 0};
+  while (::poll(&ready, 1, 0) > 0 && read_some(from, said))
+    if (said.size() > 2 * kMostSaid) said.erase(0, said.size() - kMostSaid);
+  if (said.size() > kMostSaid) said.erase(0, said.size() - kMostSaid);
+}
+
+/// Its lines as a report shows them.
+std::string indented(std::string_view said) {
+  std::string lines;
+  while (!said.empty())
+    lines += fmt::format("  | {}\n", text::to_utf8(text::take_line(said)));
+  return lines;
+}
+
+std::pair<io::Descriptor, io::Descriptor> make_pipe() {
+  int ends[2];
+  if (::pipe2(ends, O_CLOEXEC) != 0) throw io::EnvironmentError("pipe: " + io::reason(errno));
+  return {io::Descriptor(ends[0]), io::Descriptor(ends[1])};
 }
 
 }  // namespace
 
 void Processes::all(std::size_t count, const std::function<Run(std::size_t)>& make,
-                    const std::function<bool()>& wanted,
-                    const std::function<void(std::size_t, const Told&)>& ended) {
+                    const std::function<bool()>& wanted, const Ended& ended) {
+  std::vector<std::size_t> again;
   for (std::size_t next = 0; next < count || !processes_.empty();) {
     if (!wanted()) next = count;
     for (; next < count && processes_.size() < at_a_time(start_.search); ++next)
       begin(next, make(next));
-    wait(ended);
+    wait(ended, [&again](const Process& slow) { again.push_back(slow.number); });
+  }
+  for (const std::size_t number : again) {
+    if (!wanted()) return;
+    begin(number, make(number));
+    while (!processes_.empty())
+      wait(ended, [&](const Process& slow) { ended(number, hanging(slow)); });
   }
 }
 
 void Processes::begin(std::size_t number, const Run& run) {
-  int ends[2];
-  if (::pipe2(ends, O_CLOEXEC) != 0) throw io::EnvironmentError("pipe: " + io::reason(errno));
-  io::Descriptor write_end(ends[1]);
-  io::Descriptor read_end(ends[0]);
+  auto [read_end, write_end] = make_pipe();
+  auto [read_error, write_error] = make_pipe();
   const pid_t id = ::fork();
   if (id < 0) throw io::EnvironmentError("fork: " + io::reason(errno));
-  if (id == 0) be(run, write_end.get());
-  processes_.push_back({id, std::move(read_end), number, io::Reactor::now()});
+  if (id == 0) be(run, write_end.get(), write_error.get());
+  processes_.push_back({id, std::move(read_end), std::move(read_error), number, io::Reactor::now()});
 }
 
 /// In the new process.
-void Processes::be(const Run& run, int to) {
+void Processes::be(const Run& run, int to, int error) {
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // the guard of the command then ends it
   for (const int standard : {0, 1, 2})
     if (const int nothing = ::open("/dev/null", O_RDWR); nothing >= 0) ::dup2(nothing, standard);
   Told told;
   try {
-    told = run_here(run);
-  } catch (const std::exception& error) {
-    told.problem = error.what();
+    told = run_here(run, error);
+  } catch (const text::UsageError& mistake) {
+    told.problem = mistake.what();
+    told.is_usage = true;
+  } catch (const std::exception& prevented) {
+    told.problem = prevented.what();
   }
   const std::string text = json(told).dump(-1, ' ', true, json::error_handler_t::replace);
   for (std::size_t sent = 0; sent < text.size();) {
@@ -87,34 +111,73 @@ void Processes::be(const Run& run, int to) {
   ::_exit(0);
 }
 
-Told Processes::run_here(const Run& run) {
+/// Nothing outside the process changes: parameter files are copies, and logs are not written.
+Told Processes::run_here(const Run& run, int error) {
+  config::Config config = run.config;
+  config.record.clear();
+  config.pcap.clear();
+  for (config::NetworkConfig& network : config.networks)
+    network.log.clear();
   Console console;
-  Simulator simulator(run.config, config::build_nodes(run.config, files_), start_.plant_file, console, false);
+  Simulator simulator(config, config::build_nodes(config, files_), start_.plant_file, console, false,
+                      Simulator::Files::kCopied);
   explore::Judge judge({simulator.session().control(), settings_, run.counted, run.values_may_differ,
                         run.must_survive, run.undisturbed, [&](Time duration) { simulator.pass(duration); }});
   simulator.session().watch([&judge] { return judge.look(); });
-  const int code = simulator.run(start_.command);
+  const int code = simulator.run(start_.command, error);
   simulator.session().watch({});
   Told told{judge.end(code), {}, {}};
   told.record = judge.record();
   return told;
 }
 
-void Processes::wait(const std::function<void(std::size_t, const Told&)>& ended) {
+void Processes::wait(const Ended& ended, const std::function<void(const Process&)>& slow) {
   std::vector<pollfd> ends;
   for (const Process& process : processes_)
     ends.push_back({process.end.get(), POLLIN, 0});
+  for (const Process& process : processes_)
+    ends.push_back({process.error.get(), POLLIN, 0});
+  const std::size_t count = processes_.size();
   ::poll(ends.data(), ends.size(), 1000);
-  for (std::size_t i = ends.size(); i-- != 0;) {
+  for (std::size_t i = count; i-- != 0;) {
     Process& process = processes_[i];
     const bool is_slow = io::Reactor::now() - process.begun > kWallLimit;
     if (is_slow) ::kill(process.id, SIGKILL);
+    if (ends[count + i].revents != 0 || is_slow) read_said(process.error.get(), process.said);
     if (!is_slow && (ends[i].revents == 0 || read_some(process.end.get(), process.text))) continue;
-    ::waitpid(process.id, nullptr, 0);
+    int status = 0;
+    ::waitpid(process.id, &status, 0);
+    read_said(process.error.get(), process.said);
     const Process over = std::move(process);
     processes_.erase(processes_.begin() + static_cast<std::ptrdiff_t>(i));
-    ended(over.number, told_in(over.text));
+    is_slow ? slow(over) : ended(over.number, told_by(over, status));
   }
+}
+
+Told Processes::told_by(const Process& process, int status) const {
+  Told told;
+  const json parsed = json::parse(process.text, nullptr, false);
+  if (parsed.is_discarded())
+    told.problem =
+        WIFSIGNALED(status)
+            ? fmt::format("the process with the plant was ended by signal {}; try again", WTERMSIG(status))
+            : "the process with the plant has ended without a result; try again";
+  else
+    told = parsed.get<Told>();
+  told.result.said = indented(process.said);
+  return told;
+}
+
+/// Killed at the limit, twice.
+Told Processes::hanging(const Process& process) const {
+  Told told;
+  told.result.verdict = explore::Verdict::kBroken;
+  told.result.what = "hangs";
+  told.result.seen =
+      fmt::format("no end within {} s of this machine's time, also alone", kWallLimit / kSecond);
+  told.result.happened = true;
+  told.result.said = indented(process.said);
+  return told;
 }
 
 }  // namespace cbcan::app

@@ -13,29 +13,36 @@
 
 namespace cbcan::app {
 
-/// Runs the command, each time with its plant in a process of its own. Throws io::EnvironmentError.
+/// Runs the command, each time with its plant in a process of its own. One that takes too long on this
+/// machine's clock is made again alone; if it does once more, it hangs, which is a failure. Throws
+/// io::EnvironmentError.
 class Processes final : public explore::Runner {
  public:
+  using Ended = std::function<void(std::size_t, const explore::Told&)>;
+
   Processes(const cli::Start& start, config::EdsFiles& files, const explore::Settings& settings)
       : start_(start), files_(files), settings_(settings) {}
 
   void all(std::size_t count, const std::function<explore::Run(std::size_t)>& make,
-           const std::function<bool()>& wanted,
-           const std::function<void(std::size_t, const explore::Told&)>& ended) override;
+           const std::function<bool()>& wanted, const Ended& ended) override;
 
  private:
   struct Process {
     pid_t id;
     io::Descriptor end;
+    io::Descriptor error;  ///< standard error of the command
     std::size_t number;
     Time begun;
-    std::string text{};
+    std::string text{};  ///< from `end`
+    std::string said{};  ///< the last of `error`
   };
 
   void begin(std::size_t number, const explore::Run& run);
-  [[noreturn]] void be(const explore::Run& run, int to);
-  explore::Told run_here(const explore::Run& run);
-  void wait(const std::function<void(std::size_t, const explore::Told&)>& ended);
+  [[noreturn]] void be(const explore::Run& run, int to, int error);
+  explore::Told run_here(const explore::Run& run, int error);
+  void wait(const Ended& ended, const std::function<void(const Process&)>& slow);
+  explore::Told told_by(const Process& process, int status) const;
+  explore::Told hanging(const Process& process) const;
 
   const cli::Start& start_;
   config::EdsFiles& files_;

@@ -58,7 +58,12 @@ class Runner {
   Outcome play_here(scenario::Scenario& scenario, config::EdsFiles& files) const {
     const explore::Settings settings = explore::read_settings(scenario.text, scenario.file);
     const explore::Moments faults = explore::only(config_.only, settings, scenario.config);
-    if (faults.empty() || config_.check) return play_on_plant(scenario, files);
+    if (faults.empty() || config_.check) {
+      const Outcome outcome = play_on_plant(scenario, files);
+      if (config_.check && outcome.verdict == Verdict::kPassed)
+        explore::check_conditions(settings, scenario.config, config::build_nodes(scenario.config, files));
+      return outcome;
+    }
     if (!config_.logs.empty())
       throw io::UsageError(fmt::format("--log {}: a run of --explore writes none", config_.logs));
     return explore::replay(scenario, faults, settings, files);

@@ -40,20 +40,23 @@ std::string absolute_plant(const std::string& plant_file) {
 }
 
 Simulator::Simulator(const config::Config& config, config::PlantBuild build, const std::string& plant_file,
-                     Console& console, bool reads_input)
+                     Console& console, bool reads_input, Files files)
     : console_(console),
       warn_([this](const std::string& line) { session_ ? session_->warn(line) : console_.warn(line); }),
       signals_(reactor_),
       clock_(make_clock(config.clock, reactor_, console, reads_input)),
       runs_(clock_->runs()) {
-  open_session(config, std::move(build), absolute_plant(plant_file));
+  open_session(config, std::move(build), absolute_plant(plant_file), files);
   open_modbus(config);
   open_commands(config);
   open_views(config);
 }
 
-void Simulator::open_session(const config::Config& config, config::PlantBuild build, std::string plant_file) {
-  const auto store = [this](const std::string& file) -> sim::ParameterStore* {
+void Simulator::open_session(const config::Config& config, config::PlantBuild build, std::string plant_file,
+                             Files files) {
+  if (files == Files::kCopied) copies_ = plant::ParameterCopies(build.parameters);
+  const auto store = [this, files](const std::string& file) -> sim::ParameterStore* {
+    if (files == Files::kCopied) return copies_.find(file);
     if (file.empty()) return nullptr;
     return parameters_.emplace_back(std::make_unique<io::ParameterFile>(file, warn_)).get();
   };
@@ -180,11 +183,15 @@ void Simulator::run() {
 
 void Simulator::start_command() {
   if (!command_.empty())
-    child_.emplace(reactor_, command_, addresses().environment(), [this] { signals_.restore(); });
+    child_.emplace(reactor_, command_, addresses().environment(), [this] {
+      signals_.restore();
+      ::dup2(command_error_, STDERR_FILENO);
+    });
 }
 
-int Simulator::run(const std::vector<std::string>& command) {
+int Simulator::run(const std::vector<std::string>& command, int error) {
   command_ = command;
+  command_error_ = error;
   start_command();
   signals_.pass_on([this](int number) { child_->signal(number); });
   run();

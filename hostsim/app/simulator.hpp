@@ -3,6 +3,9 @@
 
 /// cbcan-sim as a whole: CAN networks, Modbus servers, commands at run time, and the clock.
 
+#include <unistd.h>
+
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -21,6 +24,7 @@
 #include "io/loop/stop_signals.hpp"
 #include "io/modbus/modbus_rtu.hpp"
 #include "io/modbus/modbus_tcp.hpp"
+#include "plant/parameter_copies.hpp"
 #include "session/session.hpp"
 
 namespace cbcan::app {
@@ -30,20 +34,23 @@ std::string absolute_plant(const std::string& plant_file);
 
 class Simulator {
  public:
+  /// The parameter files of modules and nodes: written, or as copies in memory.
+  enum class Files : std::uint8_t { kWritten, kCopied };
+
   /// `build` is the result of config::build_nodes() for `config`. Opens everything; throws
   /// io::EnvironmentError, or io::UsageError for an invalid parameter file. `plant_file`: path, "demo" or
   /// empty. `reads_input`: see ManualClock.
   Simulator(const config::Config& config, config::PlantBuild build, const std::string& plant_file,
-            Console& console, bool reads_input);
+            Console& console, bool reads_input, Files files = Files::kWritten);
 
   /// With the real ports, of all that is served.
   session::Addresses addresses() const;
 
   /// Serves until SIGINT, SIGTERM or SIGHUP, or the clock's end. Throws what Clock::drive() throws.
   void run();
-  /// Serves as long as the command runs, with the addresses in its environment, and returns its exit code. Throws
-  /// io::EnvironmentError if the process cannot be created.
-  int run(const std::vector<std::string>& command);
+  /// Serves as long as the command runs, with the addresses in its environment, and returns its exit code.
+  /// `error`: its standard error. Throws io::EnvironmentError if the process cannot be created.
+  int run(const std::vector<std::string>& command, int error = STDERR_FILENO);
 
   /// Counters, in lines for people.
   std::string summary() const;
@@ -62,7 +69,8 @@ class Simulator {
 
  private:
   void start_command();
-  void open_session(const config::Config& config, config::PlantBuild build, std::string plant_file);
+  void open_session(const config::Config& config, config::PlantBuild build, std::string plant_file,
+                    Files files);
   plant::Plant& plant() { return session_->plant(); }
   void open_modbus(const config::Config& config);
   void open_views(const config::Config& config);
@@ -83,6 +91,7 @@ class Simulator {
   std::unique_ptr<Clock> clock_;
   bool runs_;  ///< the clock
   std::vector<std::unique_ptr<io::ParameterFile>> parameters_;
+  plant::ParameterCopies copies_;
   std::optional<session::Session> session_;
   std::vector<std::unique_ptr<BusConnections>> connections_;  ///< of each network
   std::vector<BusConnections*> connected_;                    ///< those that exist()
@@ -96,6 +105,7 @@ class Simulator {
   std::optional<io::StreamServer> rtu_tcp_;
   std::optional<io::HttpServer> http_;
   std::vector<std::string> command_;  ///< after --
+  int command_error_ = STDERR_FILENO;
   std::optional<io::ChildProcess> child_;
 };
 

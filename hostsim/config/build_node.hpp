@@ -4,6 +4,7 @@
 /// Turns a node of the configuration into what the simulation runs: reads its EDS file, applies the values of
 /// the plant file, finds its device and prepares its signals.
 
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -33,8 +34,9 @@ struct PlantBuild {
   std::vector<std::vector<sim::TimedFrame>> replays;  ///< of each network, from the start on
   std::vector<Bytes>
       images;  ///< of each network: what the module boots, see network::image_of(); empty = nothing
-  std::vector<std::string> lines;                     ///< messages, warnings included
-  bool good = true;                                   ///< false: nodes are missing
+  std::map<std::string, std::optional<std::string>> parameters;  ///< texts of the parameter files, by path
+  std::vector<std::string> lines;                                ///< messages, warnings included
+  bool good = true;                                              ///< false: nodes are missing
 };
 
 /// Builds all nodes of all networks, and reads the frames to be replayed. `files` are kept for further

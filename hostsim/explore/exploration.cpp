@@ -6,8 +6,12 @@
 #include <algorithm>
 #include <iterator>
 #include <set>
+#include <stdexcept>
 #include <tuple>
 #include <utility>
+
+#include "plant/words.hpp"
+#include "text/error.hpp"
 
 namespace cbcan::explore {
 
@@ -29,6 +33,12 @@ std::vector<std::string> nodes_of(const config::NetworkConfig& network) {
   return nodes;
 }
 
+bool has_node(const config::NetworkConfig& network, std::string_view name) {
+  return std::ranges::any_of(nodes_of(network), [&](const std::string& node) {
+    return plant::prefix_of(network.number) + node == name;
+  });
+}
+
 /// The transaction in which a variant has this matching frame.
 std::size_t transaction_of(const Record& record, std::size_t variant, std::uint32_t occasion) {
   std::size_t place = 0;
@@ -42,6 +52,13 @@ bool changes_values(const Moment& moment) {
   const sim::FaultKind kind = moment.variant.fault.kind;
   return kind == sim::FaultKind::kResponseOtherSize || kind == sim::FaultKind::kDuplicateNodeId ||
          sim::is_of_frames(kind);
+}
+
+/// Of a run without faults.
+void need_good(const Told& told) {
+  if (!told.problem.empty() && !told.is_usage) throw std::runtime_error(told.problem);
+  if (!told.problem.empty()) throw text::UsageError(told.problem);
+  if (told.result.verdict != Verdict::kDone) throw text::UsageError("without faults: " + report(told.result));
 }
 
 /// It prevents nothing, or not for long.
@@ -84,21 +101,22 @@ Exploration::Exploration(const config::Config& plant, const Settings& settings, 
       survive_.insert(variant.fault.kind);
 }
 
-std::string Exploration::prepare() {
+void Exploration::prepare() {
+  for (const std::string& node : nodes_)
+    if (std::ranges::none_of(plant_.networks, [&](const auto& network) { return has_node(network, node); }))
+      throw text::UsageError(fmt::format("nodes: {}: there is no such node in the plant", node));
   const Told first = runner_.one({plant_});
   Run counting{plant_};
   count_in(counting);
   const Told second = runner_.one(counting);
-  for (const Told* told : {&first, &second})
-    if (!told->problem.empty()) return told->problem + "\n";
-  if (first.result.verdict != Verdict::kDone) return "without faults: " + report(first.result);
+  need_good(first);
+  need_good(second);
   const auto [a, b] = std::ranges::mismatch(first.record.frames, second.record.frames);
   if (a != first.record.frames.end() || b != second.record.frames.end())
-    return fmt::format(
-        "two runs without faults differ, so it depends on more than the plant: one had {}, the other {}\n",
-        a != first.record.frames.end() ? *a : "no frame", b != second.record.frames.end() ? *b : "no frame");
+    throw text::UsageError(fmt::format(
+        "two runs without faults differ, so it depends on more than the plant: one had {}, the other {}",
+        a != first.record.frames.end() ? *a : "no frame", b != second.record.frames.end() ? *b : "no frame"));
   keep(second.record);
-  return {};
 }
 
 /// Variants of nodes that are not concerned are left out.

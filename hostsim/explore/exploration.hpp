@@ -30,7 +30,8 @@ struct Run {
 struct Told {
   Result result;
   Record record;
-  std::string problem;  ///< why it could not be made; empty = it could
+  std::string problem;    ///< why it could not be made; empty = it could
+  bool is_usage = false;  ///< the problem is the user's, not the machine's
 };
 
 /// One with these faults.
@@ -65,8 +66,9 @@ class Exploration {
   Exploration(const config::Config& plant, const Settings& settings, Runner& runner,
               const std::vector<std::string>& faults, std::vector<std::string> nodes);
 
-  /// Runs twice without faults; returns why it cannot be explored, lines, or nothing.
-  std::string prepare();
+  /// Runs twice without faults. Throws text::UsageError if it cannot be explored, std::runtime_error if the
+  /// machine prevents it.
+  void prepare();
   /// All single faults, in the order in which they are best tried.
   const std::vector<Moments>& moments() const { return moments_; }
   /// Without a matching frame.

@@ -12,7 +12,9 @@
 #include "cbcan/canopen/sdo/protocol.hpp"
 #include "cbcan/regmap.hpp"
 #include "sim/frame_text.hpp"
+#include "text/error.hpp"
 #include "text/numbers.hpp"
+#include "text/utf8.hpp"
 #include "text/words.hpp"
 
 namespace cbcan::explore {
@@ -27,8 +29,8 @@ constexpr Time kMinute = 60 * kSecond;
 constexpr Time kSettle = 5 * kSecond;
 constexpr Time kRest = 3 * kSecond;  ///< without faults, before each node is read
 
-constexpr journal::Kinds kFollowed =
-    journal::kinds_of({journal::Kind::kBegun, journal::Kind::kEnded, journal::Kind::kFault});
+constexpr journal::Kinds kFollowed = journal::kinds_of(
+    {journal::Kind::kModbus, journal::Kind::kBegun, journal::Kind::kEnded, journal::Kind::kFault});
 
 /// No name is needed: a transaction's text names the object by its index.
 const eds::ObjectName* no_name(std::uint8_t, std::uint8_t, std::uint16_t, std::uint8_t) {
@@ -37,6 +39,11 @@ const eds::ObjectName* no_name(std::uint8_t, std::uint8_t, std::uint16_t, std::u
 
 Object object_of(const journal::Event& event) {
   return {event.network, event.node, event.index, event.sub};
+}
+
+/// 1010h and 1011h are commands: what is written is not what is read.
+bool is_command(const Object& object) {
+  return std::get<2>(object) == object::kStore || std::get<2>(object) == object::kRestore;
 }
 
 /// The message of a fault: the transfer in which it has acted cannot end well.
@@ -51,14 +58,19 @@ bool ends_transfer(std::string_view message) {
 }  // namespace
 
 std::string_view name_of(Verdict verdict) {
-  constexpr std::array<std::string_view, 5> kNames{"done", "gave up", "broken", "late", "not judged"};
+  constexpr std::array<std::string_view, 4> kNames{"done", "gave up", "broken", "late"};
   return kNames[static_cast<std::size_t>(verdict)];
 }
 
 std::string report(const Result& result) {
   if (result.what.empty()) return fmt::format("{}\n", name_of(result.verdict));
-  return fmt::format("{}: {}\n{}{}", result.what, result.seen,
-                     result.during.empty() ? "" : fmt::format("  in: {}\n", result.during), result.frames);
+  const auto line = [](std::string_view name, const std::string& text) {
+    return text.empty() ? "" : fmt::format("  {}: {}\n", name, text);
+  };
+  const bool says_why = result.during.empty() && !result.said.empty();
+  return text::lines_to_utf8(fmt::format("{}: {}\n{}{}{}{}", result.what, result.seen,
+                                         line("in", result.during), line("last request", result.request),
+                                         result.said, says_why ? "" : result.frames));
 }
 
 Judge::Judge(Parts parts)
@@ -86,7 +98,11 @@ Judge::~Judge() {
 std::vector<Judge::Held> Judge::conditions(const std::vector<Line>& lines) {
   std::vector<Held> made;
   for (const Line& line : lines) {
-    made.push_back({plant::make_condition(line.text, control_), line.text});
+    try {
+      made.push_back({plant::make_condition(line.text, control_), line.text});
+    } catch (const plant::Refused& refused) {
+      throw text::UsageError(fmt::format("{}:{}: {}", parts_.settings.file, line.number, refused.what()));
+    }
     control_.add(*made.back().condition);
   }
   return made;
@@ -215,6 +231,7 @@ void Judge::broken(std::string_view what, std::string seen) {
   result_.what = what;
   result_.seen = std::move(seen);
   result_.during = during_;
+  result_.request = request_;
   for (const Seen& last : frames_)
     result_.frames += "  " + last.text() + "\n";
 }
@@ -226,6 +243,10 @@ void Judge::check(std::vector<Held>& held, std::string_view name) {
 }
 
 void Judge::follow(const journal::Event& event) {
+  if (event.kind == journal::Kind::kModbus) {
+    request_ = text_of(event, journal_, no_name);
+    return;
+  }
   if (event.kind == journal::Kind::kFault) {
     if (!std::exchange(result_.happened, true)) requests_at_fault_ = requests();
     if (const auto during = open_.find(event.transaction); during != open_.end())
@@ -269,7 +290,8 @@ void Judge::check_value(const journal::Event& ended, const Object& object) {
     return;
   }
   const bool may_be_gone = servers_[{ended.network, ended.node}].booted > ended.at;
-  if (ended.service != journal::Service::kWrite || may_be_gone || std::ranges::equal(value_of(object), bytes))
+  if (ended.service != journal::Service::kWrite || may_be_gone || is_command(object) ||
+      std::ranges::equal(value_of(object), bytes))
     return;
   if (parts_.undisturbed == nullptr)
     record_.changing.insert(object);
@@ -330,6 +352,7 @@ Result Judge::end(std::optional<int> exit_code) {
   look();
   has_ended_ = true;
   record_.occasions = occasions();
+  record_.requests = requests();
   const bool gave_up = exit_code == kGaveUpCode;
   if (exit_code.value_or(0) != 0 && !gave_up)
     broken("the exit code is 0 or 75", fmt::format("it is {}", *exit_code));

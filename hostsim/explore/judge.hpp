@@ -36,10 +36,9 @@ namespace cbcan::explore {
 
 enum class Verdict : std::uint8_t {
   kDone,
-  kGaveUp,     ///< knowingly, with exit code kGaveUpCode
-  kBroken,     ///< a condition or a rule
-  kLate,       ///< the same, but the fault acted after the program's last request
-  kNotJudged,  ///< the machine was too slow
+  kGaveUp,  ///< knowingly, with exit code kGaveUpCode
+  kBroken,  ///< a condition or a rule
+  kLate,    ///< the same, but the fault acted after the program's last request
 };
 std::string_view name_of(Verdict verdict);
 
@@ -63,21 +62,24 @@ struct Record {
   std::set<std::string> nodes;           ///< that the run spoke with
   std::set<std::string> readable;        ///< at the end
   std::vector<std::string> frames;       ///< all, with their times
+  std::uint64_t requests = 0;            ///< of Modbus
   Time duration = 0;
 };
 
 struct Result {
   Verdict verdict = Verdict::kDone;
-  std::string what;    ///< the condition or rule of a broken run
-  std::string seen;    ///< what was instead
-  std::string during;  ///< the transaction at that time, or the one before
+  std::string what;     ///< the condition or rule of a broken run
+  std::string seen;     ///< what was instead
+  std::string during;   ///< the transaction at that time, or the one before
+  std::string request;  ///< the last Modbus request
+  std::string said;     ///< the end of what the command has written to standard error; lines
   bool happened = false;
   std::vector<bool> reached;  ///< by condition
   std::string frames;         ///< the last ones, lines
   Time duration = 0;
 };
 
-/// What is wrong, in which transaction, and the last frames; lines.
+/// What is wrong, in which transaction, what the command has said, and the last frames; lines.
 std::string report(const Result& result);
 
 class Judge final : private plant::Listener {
@@ -91,7 +93,7 @@ class Judge final : private plant::Listener {
     const Record* undisturbed;     ///< null in that run itself
     std::function<void(Time)> pass;
   };
-  /// Before the plant starts. Throws plant::Refused for a condition.
+  /// Before the plant starts. Throws text::UsageError, with file and line, for a condition.
   explicit Judge(Parts parts);
   ~Judge();
   Judge(const Judge&) = delete;
@@ -112,7 +114,8 @@ class Judge final : private plant::Listener {
     Time booted = 0;      ///< its last boot-up message
     Time active = 0;      ///< the last frame of a transfer
     Time left_alone = 0;  ///< the client waits until then, as there was no response
-    std::set<std::pair<std::uint16_t, std::uint8_t>> written;  ///< objects whose writes it has confirmed since `booted`
+    std::set<std::pair<std::uint16_t, std::uint8_t>>
+        written;  ///< objects whose writes it has confirmed since `booted`
   };
 
   struct Held {
@@ -170,6 +173,7 @@ class Judge final : private plant::Listener {
   };
   std::vector<Counter> counters_;  ///< by counted variant; number 0 = it has none
   std::string during_;
+  std::string request_;
   std::vector<Time> silent_since_;  ///< by network: the last request before a silence that has been judged
   bool has_ended_ = false;
   Time looked_at_ = 0;

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <iterator>
+#include <optional>
+#include <utility>
 
 #include "plant/words.hpp"
 #include "text/error.hpp"
@@ -30,6 +32,21 @@ config::FaultList list_at(std::string_view word, config::Config& plant) {
   const auto list = config::faults_at(*network, name);
   if (!list) throw text::UsageError(fmt::format("{}: there is no such node in the plant", word));
   return *list;
+}
+
+struct WrittenMoment {
+  std::string_view place;
+  std::string_view fault;
+  std::uint32_t occasion;
+};
+
+/// Of "16:silent@149" or "16:silent".
+std::optional<WrittenMoment> written_moment(std::string_view text) {
+  const auto [fault, occasion] = text::split(text, '@').value_or(std::pair(text, std::string_view("0")));
+  const auto sides = text::split(fault, ':');
+  const auto number = text::parse<std::uint32_t>(occasion);
+  if (!sides || !number) return std::nullopt;
+  return WrittenMoment{sides->first, sides->second, *number};
 }
 
 sim::Fault fault_of(std::string_view text, sim::FaultPlace place) {
@@ -63,18 +80,24 @@ std::string to_string(const Moments& moments) {
   return text;
 }
 
+bool is_moments(std::string_view text) {
+  while (!text.empty())
+    if (!written_moment(text::take_part(text, '+'))) return false;
+  return true;
+}
+
 Moments parse_moments(std::string_view text, config::Config& plant) {
   Moments moments;
   while (!text.empty()) {
     const std::string_view part = text::take_part(text, '+');
-    const auto [fault, occasion] = text::split(part, '@').value_or(std::pair(part, std::string_view("0")));
-    const auto sides = text::split(fault, ':');
-    const auto number = text::parse<std::uint32_t>(occasion);
-    if (!sides || !number)
+    const auto written = written_moment(part);
+    if (!written)
       throw text::UsageError(
           fmt::format("{}: must be PLACE:FAULT@NUMBER, such as 16:response-never@149", part));
-    const config::FaultList list = list_at(sides->first, plant);
-    moments.push_back({{std::string(sides->first), fault_of(sides->second, list.place)}, *number});
+    const config::FaultList list = list_at(written->place, plant);
+    Variant variant{std::string(written->place), fault_of(written->fault, list.place)};
+    const bool is_first = written->occasion == 0 && has_moments(variant.fault.kind);
+    moments.push_back({std::move(variant), is_first ? 1 : written->occasion});
   }
   return moments;
 }

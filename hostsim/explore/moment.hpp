@@ -41,7 +41,9 @@ inline constexpr std::uint32_t kCounting = 0xFFFFFFFF;
 
 /// "16:response-never@149+66:silent count=0@12"
 std::string to_string(const Moments& moments);
-/// Throws text::UsageError.
+/// A text like that, whatever its places and faults are.
+bool is_moments(std::string_view text);
+/// Without a number, a fault that has moments acts from the first on. Throws text::UsageError.
 Moments parse_moments(std::string_view text, config::Config& plant);
 /// Those of --only and of `only` in the settings, together. Throws text::UsageError.
 Moments only(const std::string& option, const Settings& settings, config::Config& plant);

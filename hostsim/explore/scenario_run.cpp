@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "explore/scenario_run.hpp"
 
+#include <utility>
+
+#include "explore/search.hpp"
 #include "plant/virtual_plant.hpp"
 #include "text/utf8.hpp"
 
@@ -45,6 +48,7 @@ Told play(const scenario::Scenario& scenario, const Run& run, const Settings& se
           config::EdsFiles& files) {
   config::PlantBuild build = config::build_nodes(run.config, files);
   Told told;
+  told.is_usage = !build.good;
   if (!build.good) return told.problem = build.lines.front(), told;
   plant::VirtualPlant plant(run.config, std::move(build));
   Judge judge({plant.control(), settings, run.counted, run.values_may_differ, run.must_survive,
@@ -62,12 +66,20 @@ Told play(const scenario::Scenario& scenario, const Run& run, const Settings& se
   return told;
 }
 
+void check_conditions(const Settings& settings, const config::Config& config, config::PlantBuild build) {
+  plant::VirtualPlant plant(config, std::move(build));
+  const Judge judge({plant.control(), settings, {}, false, false, nullptr, {}});
+}
+
 scenario::Outcome replay(const scenario::Scenario& scenario, const Moments& moments, const Settings& settings,
                          config::EdsFiles& files) {
   const Told undisturbed = play(scenario, {scenario.config}, settings, files);
   const Told told = play(scenario, run_with(moments, scenario.config, undisturbed.record), settings, files);
   for (const Told* each : {&undisturbed, &told})
     if (!each->problem.empty()) return {scenario::Verdict::kWrong, 0, each->problem + "\n"};
+  if (!has_happened(moments, told.result))
+    return {scenario::Verdict::kFailed, told.result.duration,
+            to_string(moments) + ": " + std::string(kNeverHappened) + "\n"};
   const bool broken = told.result.verdict == Verdict::kBroken;
   return {broken ? scenario::Verdict::kFailed : scenario::Verdict::kPassed, told.result.duration,
           broken ? to_string(moments) + ": " + report(told.result) : ""};

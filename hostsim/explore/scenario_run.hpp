@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "config/build_node.hpp"
 #include "config/eds_file.hpp"
 #include "explore/exploration.hpp"
 #include "scenario/outcome.hpp"
@@ -12,6 +13,9 @@ namespace cbcan::explore {
 /// does not end goes on at its limit, and what is expected is not checked.
 Told play(const scenario::Scenario& scenario, const Run& run, const Settings& settings,
           config::EdsFiles& files);
+
+/// Throws text::UsageError for a condition of [explore] that this plant does not have.
+void check_conditions(const Settings& settings, const config::Config& config, config::PlantBuild build);
 
 /// Plays a run of --explore again, and judges it in the same way.
 scenario::Outcome replay(const scenario::Scenario& scenario, const Moments& moments, const Settings& settings,

@@ -65,7 +65,15 @@ std::vector<Moments> moments_of(const Variant& variant, std::size_t number, cons
   return moments;
 }
 
+bool is_from_power_on(const Moment& moment) {
+  return moment.occasion == 0;
+}
+
 }  // namespace
+
+bool has_happened(const Moments& moments, const Result& result) {
+  return result.happened || std::ranges::any_of(moments, is_from_power_on);
+}
 
 std::vector<std::vector<Moments>> moments_of(const std::vector<Variant>& variants, const Record& record) {
   std::vector<std::vector<Moments>> lists;
@@ -108,7 +116,14 @@ void Results::add_never(const Variant& variant) {
 
 bool Results::reached(const std::string& subject, std::size_t condition) const {
   return std::ranges::any_of(runs_, [&](const auto& run) {
-    return run.second.subject == subject && run.second.result.reached.at(condition);
+    const std::vector<bool>& reached = run.second.result.reached;
+    return run.second.subject == subject && condition < reached.size() && reached[condition];
+  });
+}
+
+bool Results::happened(const std::string& subject) const {
+  return std::ranges::any_of(runs_, [&](const auto& run) {
+    return run.second.subject == subject && has_happened(run.second.moments, run.second.result);
   });
 }
 
@@ -147,7 +162,7 @@ std::map<std::pair<std::string, std::string>, Results::Row> Results::rows() cons
   for (const auto& [order, run] : runs_) {
     Row& row = row_of(run.moments);
     ++row.verdicts[static_cast<std::size_t>(run.result.verdict)];
-    if (!run.result.happened && run.moments.front().occasion != 0) ++row.not_happened;
+    if (!has_happened(run.moments, run.result)) ++row.not_happened;
     if (run.result.verdict == Verdict::kBroken) row.broken.push_back(&run);
   }
   return rows;
@@ -162,15 +177,14 @@ std::string Results::table() const {
     if (tried == 0)
       text += "no frame for it\n";
     else
-      text += fmt::format("{:>7} {:>7} {:>7} {:>7}{}{}\n", row.verdicts[0], row.verdicts[1], row.verdicts[2],
+      text += fmt::format("{:>7} {:>7} {:>7} {:>7}{}\n", row.verdicts[0], row.verdicts[1], row.verdicts[2],
                           row.verdicts[3],
-                          row.verdicts[4] != 0 ? fmt::format(", not judged {}", row.verdicts[4]) : "",
                           row.not_happened != 0 ? fmt::format(", never happened {}", row.not_happened) : "");
   }
   return text;
 }
 
-std::string Results::junit(std::size_t not_tried) const {
+std::string Results::junit(std::size_t not_tried, const std::string& error) const {
   std::vector<std::string> names;
   std::vector<scenario::Outcome> outcomes;
   for (const auto& [key, row] : rows()) {
@@ -179,7 +193,15 @@ std::string Results::junit(std::size_t not_tried) const {
     for (const Tried* run : row.broken)
       outcome.text +=
           fmt::format("{}: {}: {}\n", to_string(run->moments), run->result.what, run->result.seen);
-    if (!row.broken.empty()) outcome.verdict = scenario::Verdict::kFailed;
+    const std::size_t tried = std::accumulate(row.verdicts.begin(), row.verdicts.end(), std::size_t{0});
+    if (!row.broken.empty())
+      outcome.verdict = scenario::Verdict::kFailed;
+    else if (tried == row.not_happened)
+      outcome = {scenario::Verdict::kSkipped, 0, "no frame for it"};
+  }
+  if (!error.empty()) {
+    names.emplace_back("explore/error");
+    outcomes.push_back({scenario::Verdict::kWrong, 0, error});
   }
   if (not_tried != 0) {
     names.emplace_back("explore/not tried");

@@ -24,6 +24,10 @@ std::vector<std::vector<Moments>> moments_of(const std::vector<Variant>& variant
 /// One of each list in turn.
 std::vector<Moments> in_turn(std::vector<std::vector<Moments>> lists);
 
+/// False: no fault has had its moment, so the run has shown nothing.
+bool has_happened(const Moments& moments, const Result& result);
+inline constexpr std::string_view kNeverHappened = "it never happened, so nothing has been shown";
+
 /// FNV-1a.
 std::uint64_t hash_of(std::string_view text);
 
@@ -50,9 +54,12 @@ class Results {
   /// Kind by place: tried, done, gave up, broken, late.
   std::string table() const;
   /// A test case for each kind and place.
-  std::string junit(std::size_t not_tried) const;
+  /// `error` of the machine, which has ended the search; empty = none.
+  std::string junit(std::size_t not_tried, const std::string& error) const;
   /// In a run of a subject.
   bool reached(const std::string& subject, std::size_t condition) const;
+  /// A fault has had its moment.
+  bool happened(const std::string& subject) const;
   std::size_t broken() const { return broken_; }
 
  private:
@@ -62,7 +69,7 @@ class Results {
     Result result;
   };
   struct Row {
-    std::array<std::size_t, 5> verdicts{};  ///< by Verdict
+    std::array<std::size_t, 4> verdicts{};  ///< by Verdict
     std::size_t not_happened = 0;
     std::vector<const Tried*> broken;
   };

@@ -54,7 +54,12 @@ std::vector<std::string> default_faults() {
           "late",
           "exception",
           "plc-restart",
-          "module-restart"};
+          "module-restart",
+          "module-nmt",
+          "module-nmt command=reset-comm",
+          "module-nmt command=stop",
+          "module-nmt command=preop",
+          "module-bus-off for_ms=300"};
 }
 
 std::vector<std::string> default_survive() {
@@ -71,6 +76,7 @@ std::string text_of(const Settings& settings) {
 
 Settings read_settings(std::string_view text, const std::string& file) {
   Settings settings;
+  settings.file = file;
   if (text.find(config::kExploreTable) == std::string_view::npos) return settings;
   config::Diagnostics problems;
   try {

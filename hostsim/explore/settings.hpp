@@ -17,6 +17,7 @@ namespace cbcan::explore {
 using scenario::Line;
 
 struct Settings {
+  std::string file;            ///< that has the table
   std::vector<Line> faults;    ///< see variants_of(); empty = kDefaultFaults
   std::vector<Line> nodes;     ///< empty = those that the undisturbed run spoke with
   std::vector<Line> always;    ///< whenever time has passed, and after each Modbus request

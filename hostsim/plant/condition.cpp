@@ -5,6 +5,7 @@
 #include <array>
 #include <iterator>
 #include <optional>
+#include <utility>
 
 #include "cbcan/regmap.hpp"
 #include "journal/watch.hpp"
@@ -44,18 +45,37 @@ std::string operator_of(std::string_view word) {
   return std::string(word);
 }
 
-/// Compares numbers by value, anything else as text.
-bool compare_values(std::string_view with, std::string_view is, std::string_view wanted) {
-  const text::Value a = text::parse_value(is);
-  const text::Value b = text::parse_value(wanted);
-  const auto* const whole_a = std::get_if<std::int64_t>(&a);
-  const auto* const whole_b = std::get_if<std::int64_t>(&b);
-  if (whole_a != nullptr && whole_b != nullptr) return compare(with, *whole_a, *whole_b);
-  const auto number_a = number_in(a);
-  const auto number_b = number_in(b);
-  if (number_a && number_b) return compare(with, *number_a, *number_b);
-  return compare(with, text::value_text(a), text::value_text(b));
-}
+/// What an object is compared with. Order is between numbers; a text or bytes are as `get` shows them.
+class Comparison {
+ public:
+  Comparison(std::string_view with, std::string_view wanted, DataType type)
+      : with_(operator_of(with)), number_(size_of(type) != 0), wanted_(text::parse_value(wanted)) {
+    const auto* const text = std::get_if<std::string>(&wanted_);
+    if (number_ && text != nullptr) refuse("\"{}\": must be a number, as the object is one", wanted);
+    if (number_) return;
+    if (with_ != "=" && with_ != "!=") refuse("\"{}\": texts have no order; write = or !=", with_);
+    std::string shown = text != nullptr ? *text : std::string(wanted);
+    const auto bytes = text::is_hex(shown) ? text::parse_hex(shown) : std::nullopt;
+    if (!bytes && type != DataType::kVisibleString)
+      refuse("\"{}\": must be bytes, such as hex:01 02", wanted);
+    wanted_ = bytes ? text::Value(*bytes) : text::Value(std::move(shown));
+  }
+
+  bool holds(std::string_view is) const {
+    if (!number_) return compare(with_, is, std::string_view(text::value_text(wanted_)));
+    const text::Value value = text::parse_value(is);
+    const auto* const whole = std::get_if<std::int64_t>(&value);
+    const auto* const whole_wanted = std::get_if<std::int64_t>(&wanted_);
+    if (whole != nullptr && whole_wanted != nullptr) return compare(with_, *whole, *whole_wanted);
+    const auto number = number_in(value) ? number_in(value) : text::parse<double>(is);  // inf, nan
+    return compare(with_, number, number_in(wanted_));
+  }
+
+ private:
+  std::string with_;
+  bool number_;
+  text::Value wanted_;
+};
 
 // ---- States
 
@@ -88,15 +108,12 @@ class ObjectCondition final : public Condition {
   ObjectCondition(const Written& written, View& view)
       : node_(written.words[0]),
         address_(written.words[1]),
-        with_(operator_of(written.words[2])),
-        wanted_(rest_of(written.words, 3)) {
-    check_value(view, node_, address_);
+        comparison_(written.words[2], rest_of(written.words, 3), check_value(view, node_, address_)) {
     address_ = object_of(node_of(view, node_), address_);
   }
   bool applies(View& view) const override { return node_of(view, node_).has_power(); }
   bool holds(View& view) override {
-    return node_of(view, node_).has_power() &&
-           compare_values(with_, value_of(view, node_, address_), wanted_);
+    return node_of(view, node_).has_power() && comparison_.holds(value_of(view, node_, address_));
   }
   std::string seen(View& view) override {
     return node_of(view, node_).has_power() ? "it is " + value_of(view, node_, address_) : "the node is off";
@@ -106,8 +123,7 @@ class ObjectCondition final : public Condition {
  private:
   std::string node_;
   std::string address_;
-  std::string with_;
-  std::string wanted_;
+  Comparison comparison_;
 };
 
 class StateCondition final : public Condition {
@@ -206,9 +222,7 @@ class TransactionCondition final : public EventCondition {
 
 class FramesCondition : public EventCondition {
  public:
-  FramesCondition(const Written& written, View& view) : EventCondition(written) {
-    view.world(network_);
-  }
+  FramesCondition(const Written& written, View& view) : EventCondition(written) { view.world(network_); }
   void on_frame(std::size_t network, const Frame& frame, Time /*now*/) final {
     if (network == network_ && matches(frame)) ++count_;
   }
@@ -284,7 +298,7 @@ constexpr auto kKinds = std::to_array<Row>({
     {3, kAnyNumber, false, make<RegisterCondition>, {"register R OP VALUE...", "R and the following registers satisfy the comparison",
      "`OP` is `=`, `!=`, `<`, `<=`, `>` or `>=`; with several values `=`."}},
     {4, kAnyNumber, false, make<ObjectCondition>, {"object NODE INDEX[:SUB]|NAME OP VALUE", "An object of a simulated node satisfies the comparison",
-     "As `get` shows it."}},
+     "Numbers are ordered; a text or bytes, as `get` shows them, are `=` or `!=` others."}},
     {2, 2, false, make<StateCondition>, {"state NODE STATE", "A simulated node is in this NMT state",
      "It is initialising, pre-operational, operational, stopped, or off (without power)."}},
     {1, 1, true, make<FrameCondition>, {"frame FRAME", "Such a frame is on the bus",
@@ -310,6 +324,8 @@ std::optional<unsigned> take_count(Words& words) {
 
 std::unique_ptr<Condition> make_condition(std::string_view text, View& view) {
   Written written{text::words_of(text)};
+  if (const auto& words = written.words; words.size() > 2 && words[words.size() - 2] == "within")
+    refuse("{}: within is a key of its own; write within = \"{}\"", text, words.back());
   written.count = take_count(written.words);
   const Row& kind = row_of<Row>(kKinds, written.words, "condition");
   if (written.count && !kind.is_event) refuse("{}: only events are counted: transaction, frame, emcy", text);

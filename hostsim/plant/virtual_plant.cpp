@@ -11,8 +11,9 @@
 namespace cbcan::plant {
 
 VirtualPlant::VirtualPlant(const config::Config& config, config::PlantBuild build, Pace pace)
-    : plant_(config, std::move(build), now_, *this,
-             [](const std::string& /*file*/) -> sim::ParameterStore* { return nullptr; }),
+    : parameters_(build.parameters),
+      plant_(config, std::move(build), now_, *this,
+             [this](const std::string& file) { return parameters_.find(file); }),
       pace_(std::move(pace)) {}
 
 void VirtualPlant::on_fault(std::size_t /*network*/, std::string_view text, Time now) {

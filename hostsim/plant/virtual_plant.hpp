@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// A plant in virtual time. Settings for Modbus, SocketCAN, SLCAN, logs and parameter files are ignored; stored
-/// parameters last as long as the plant.
+/// A plant in virtual time. Settings for Modbus, SocketCAN, SLCAN and logs are ignored. Of parameter files it
+/// has copies, which last as long as the plant.
 
 #include <functional>
 #include <string>
@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "plant/bench.hpp"
+#include "plant/parameter_copies.hpp"
 #include "plant/plant.hpp"
 
 namespace cbcan::plant {
@@ -19,7 +20,7 @@ class VirtualPlant final : public Bench, private NetworkListener {
   /// Called before time passes to this time; may be empty.
   using Pace = std::function<void(Time)>;
 
-  /// See Plant.
+  /// See Plant. Throws text::UsageError for an invalid parameter file.
   VirtualPlant(const config::Config& config, config::PlantBuild build, Pace pace = {});
 
   void start() { plant_.start(false); }
@@ -43,6 +44,7 @@ class VirtualPlant final : public Bench, private NetworkListener {
 
   Time now_ = 0;
   std::vector<std::string> said_;
+  ParameterCopies parameters_;
   Plant plant_;
   Pace pace_;
 };

@@ -111,11 +111,13 @@ double number_at(sim::Node& of, std::string_view node, std::string_view word, co
 
 }  // namespace
 
-void check_value(View& view, std::string_view node, std::string_view word) {
+DataType check_value(View& view, std::string_view node, std::string_view word) {
   sim::Node& of = node_of(view, node);
   const std::string object = object_of(of, word);
-  if (const auto terminal = terminal_of(object)) return void(number_at(of, node, word, *terminal));
-  entry_of(of, node, address_of(object));
+  const auto terminal = terminal_of(object);
+  if (!terminal) return entry_of(of, node, address_of(object)).type;
+  number_at(of, node, word, *terminal);
+  return DataType::kReal64;
 }
 
 std::string value_of(View& view, std::string_view node, std::string_view word) {

@@ -132,8 +132,9 @@ sim::Node& running_node_of(View& view, std::string_view word);
 /// "off" without power
 std::string_view state_of(const sim::Node& node);
 
-/// Throws Refused if the node, with or without power, has no such object or terminal.
-void check_value(View& view, std::string_view node, std::string_view word);
+/// The type of a value; kReal64 for a terminal. Throws Refused if the node, with or without power, has no such
+/// object or terminal.
+DataType check_value(View& view, std::string_view node, std::string_view word);
 
 /// The value that `get` shows, as a plant file writes it. `word`: "0x6401:2", "0x6200:1.7", "output:8".
 std::string value_of(View& view, std::string_view node, std::string_view word);

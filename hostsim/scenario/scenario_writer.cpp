@@ -12,6 +12,7 @@
 #include "adapters/modbus_request.hpp"
 #include "cbcan/regmap.hpp"
 #include "text/numbers.hpp"
+#include "text/utf8.hpp"
 #include "text/words.hpp"
 
 namespace cbcan::scenario {
@@ -37,8 +38,12 @@ std::vector<std::uint16_t> size_and_words(std::span<const std::uint8_t> bytes) {
 
 std::string toml_text(std::string_view text) {
   std::string result = "\"";
-  for (const char c : text)
-    result.append(c == '"' || c == '\\' ? "\\" : "") += c == '\t' ? ' ' : c;
+  for (const char c : text::as_utf8(text)) {
+    const auto code = static_cast<unsigned char>(c);
+    const bool is_control = code < ' ' || code == 0x7F;
+    if (is_control) result += c == '\t' ? " " : fmt::format("\\u{:04X}", code);
+    if (!is_control) result.append(c == '"' || c == '\\' ? "\\" : "") += c;
+  }
   return result + '"';
 }
 

@@ -16,6 +16,7 @@ CoprocessorModule& World::add_module(RegisterWindow window, ProcessRegisters pro
                                      std::span<const ScannerWindow> scanners, ParameterStore* parameters) {
   modules_.push_back(
       std::make_unique<CoprocessorModule>(bus_, schedule_, window, process, settings, scanners, parameters));
+  faults_.set_module(*modules_.back());
   return *modules_.back();
 }
 

@@ -134,6 +134,34 @@ TEST_CASE("Judge: conditions") {
                    "start 66\"\n") == "done state 66 pre-operational: it is operational");
 }
 
+TEST_CASE("Judge: a mistake in a condition is one of the file") {
+  const auto wrong = [](const std::string& condition) {
+    try {
+      wrong_with("[explore]\n" + condition + "\n[[step]]\n" + kRead1000);
+    } catch (const text::UsageError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  CHECK(wrong("always = [\"object 66 0x1000 > 0\",\n \"object 66 0x1000 >= 6O\"]") ==
+        "s.toml:4: \"6O\": must be a number, as the object is one");
+  CHECK(wrong("reached = \"register 3700 = 0 within 5s\"") ==
+        "s.toml:3: register 3700 = 0 within 5s: within is a key of its own; write within = \"5s\"");
+}
+
+TEST_CASE("Judge: the last Modbus request, and what a command has said") {
+  Result result;
+  result.what = "w";
+  result.seen = "s\x1B";
+  result.frames = "  0.1 f\n";
+  CHECK(report(result) == "w: s \n  0.1 f\n");
+  result.said = "  | not found\n";
+  CHECK(report(result) == "w: s \n  | not found\n");  // it has done nothing: no frames
+  result.during = "read";
+  result.request = "FC6";
+  CHECK(report(result) == "w: s \n  in: read\n  last request: FC6\n  | not found\n  0.1 f\n");
+}
+
 TEST_CASE("Judge: at the end each node can be read that could without faults") {
   const std::string steps = std::string("[[step]]\n") + kRead1000;
   const Told undisturbed = judged(steps, nullptr);

@@ -180,6 +180,21 @@ int fill(Plc& plc, bool keeps_level) {
   return close() ? 0 : kGaveUp;
 }
 
+// ---- Parameters
+
+/// Expects 1017h = 1000 to be stored, and stores 500 instead.
+int store_parameters(Plc& plc) {
+  constexpr std::uint16_t kHeartbeat = 0x1017, kStore = 0x1010;
+  constexpr std::uint32_t kSave = 0x65766173;
+  if (plc.must_read(kModule, kHeartbeat, 0, 2) != 1000) return 3;
+  plc.must_write(kModule, kHeartbeat, 0, 2, 500);
+  plc.must_write(kModule, kStore, 1, 4, kSave);
+  plc.link.command("power 66 off");
+  plc.link.command("power 66 on");
+  plc.link.pass("100ms");
+  return plc.must_read(kModule, kHeartbeat, 0, 2) == 500 ? 0 : 4;
+}
+
 // ---- What cannot be explored, or does not end
 
 int poll_without_time(Plc& plc) {
@@ -210,6 +225,7 @@ const std::map<std::string_view, std::function<int(Plc&)>> kPrograms{
     {"no-wait", [](Plc& plc) { return run_drive(plc, {.gives_up = true, .status_not_awaited = true}); }},
     {"fill", [](Plc& plc) { return fill(plc, false); }},
     {"kept-level", [](Plc& plc) { return fill(plc, true); }},
+    {"stores", store_parameters},
     {"polls", poll_without_time},
     {"leaves-a-process", leave_a_process},
     {"time-of-day", write_the_time_of_day},

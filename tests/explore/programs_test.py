@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: MIT
 """cbcan-sim --explore and --seeds with PLC programs, correct ones and each with one bug: see plc_programs.cpp."""
 
+import json
 import os
 import pathlib
 import re
@@ -19,7 +20,7 @@ import cases
 from cbcan_plant import WRITE, Plant, Window
 from simulator import LIMIT, program_from_arguments, wait_until
 
-PROGRAM, PLC = program_from_arguments(sys.argv, 2)
+PROGRAM, PLC, IMPATIENT = program_from_arguments(sys.argv, 3)
 FOLDER = pathlib.Path(__file__).resolve().parent
 DRIVE, TANK = FOLDER / "drive.toml", FOLDER / "tank.toml"
 ROW = re.compile(r"^(?P<fault>\S.*?)  +(?P<place>\S+) +(?P<numbers>\d+ +\d+ +\d+ +\d+ +\d+)", re.MULTILINE)
@@ -31,6 +32,15 @@ def explore(plant, name, *options, code=0):
     made = subprocess.run([PROGRAM, *(["--demo"] if plant == "demo" else ["--config", plant]), "--explore", *options, "--", PLC, name], capture_output=True, text=True, timeout=6 * LIMIT)
     assert made.returncode == code, (made.returncode, made.stdout, made.stderr)
     return made.stdout if code != 2 else made.stderr
+
+
+def explore_command(command, *options, plant=DRIVE, program=PROGRAM):
+    return subprocess.run([program, "--config", plant, "--explore", *options, "--", *command], capture_output=True, text=True, errors="replace", timeout=6 * LIMIT)
+
+
+def elements(path):
+    """Of each test case in a JUnit file: the tag in it, if any."""
+    return {case.get("name"): [child.tag for child in case] for case in xml.parse(path).iter("testcase")}
 
 
 def rows(output):
@@ -156,6 +166,112 @@ class Refused(Case):
                 self.assertIn(message, output)
 
 
+KILLS_THE_PLANT = "kill -9 $(cut -d' ' -f4 /proc/$PPID/stat)"  # the parent is the guard
+
+
+class NothingJudged(Case):
+    """A search that has shown nothing is no success."""
+
+    def test_nothing_to_try(self):
+        bare = self.folder / "bare.toml"
+        bare.write_text('plant = "demo"\n')
+        self.assertIn("the command has sent no Modbus request", explore_command(["true"], plant=bare).stderr)
+        for command, options, message in ((["true"], (), "without faults: done object"),
+                                          ([PLC, "drive"], ("--nodes", "99"), "nodes: 99: there is no such node in the plant"),
+                                          ([PLC, "drive"], ("--faults", "refuse", "--nodes", "66"), "no frame matches one of these")):
+            made = explore_command(command, *options)
+            self.assertEqual((made.returncode, made.stdout), (2, ""), made)
+            self.assertIn(message, made.stderr)
+
+    def test_one_moment_that_never_comes(self):
+        made = explore_command([PLC, "drive"], "--only", "16:silent@9999")
+        self.assertEqual(made.returncode, 1, made)
+        self.assertIn("16:silent@9999: it never happened, so nothing has been shown", made.stdout)
+        self.assertEqual(explore_command([PLC, "drive"], "--only", "16:silent@3").returncode, 0)
+
+    def test_an_empty_part_has_the_verdict_of_all(self):
+        empty = ("--faults", "refuse", "--shard", "999999/1000000")
+        made = explore_command([PLC, "ignored-abort"], *empty)
+        self.assertEqual(made.returncode, 0, made)
+        self.assertIn("runs: 0, broken: 0", made.stdout)
+        state = ("--state", self.folder / "state")
+        self.assertEqual(explore_command([PLC, "ignored-abort"], "--faults", "refuse", *state).returncode, 1)
+        self.assertEqual(explore_command([PLC, "ignored-abort"], *empty, *state).returncode, 1)
+
+    def test_a_plant_whose_process_dies(self):
+        junit = self.folder / "results.xml"
+        made = explore_command(["sh", "-c", KILLS_THE_PLANT], "--junit", junit)
+        self.assertEqual(made.returncode, 3, made)
+        self.assertIn("was ended by signal 9", made.stderr)
+        self.assertEqual(elements(junit), {"error": ["error"]})
+        made = explore_command(["sh", "-c", f"{PLC} gives-up || {KILLS_THE_PLANT}"], "--faults", "refuse count=0", "--junit", junit, "-j", "1")
+        self.assertEqual(made.returncode, 3, made)
+        self.assertRegex(made.stderr, r"16:refuse count=0@\d+: the process with the plant was ended by signal 9")
+        self.assertIn(["error"], elements(junit).values())
+
+    def test_a_program_that_hangs(self):
+        junit = self.folder / "results.xml"
+        command = ["sh", "-c", f"{PLC} gives-up || {{ echo lost >&2; while :; do sleep 1; done; }}"]
+        made = explore_command(command, "--only", "16:refuse count=0@1", "--junit", junit, program=IMPATIENT)
+        self.assertEqual(made.returncode, 1, made)
+        self.assertRegex(made.stdout, r"16:refuse count=0@1\n  hangs: no end within 5 s of this machine's time, also alone\n  \| lost\n")
+        self.assertEqual(elements(junit)["refuse count=0"], ["failure"])
+
+
+class Messages(Case):
+    def test_a_command_that_does_not_start(self):
+        made = explore_command([self.folder / "nothere"])
+        self.assertEqual(made.returncode, 2, made)
+        self.assertRegex(made.stderr, r"without faults: the exit code is 0 or 75: it is 127\n  \| cbcan-sim: .*nothere: No such file")
+        self.assertNotIn("#", made.stderr)  # no frames
+        made = explore_command([sys.executable, "-c", "import no_such_module"])
+        self.assertIn("  | ModuleNotFoundError: No module named 'no_such_module'", made.stderr)
+
+    def test_what_a_failing_run_has_said_and_asked(self):
+        made = explore_command(["sh", "-c", f"{PLC} gives-up || {{ echo 'no \33[31mway' >&2; exit 3; }}"], "--only", "16:refuse count=0@1")
+        self.assertEqual(made.returncode, 1, made)
+        self.assertIn("  | no  [31mway\n", made.stdout)
+        self.assertRegex(made.stdout, r"  last request: #\d+ Modbus unit \d+: FC\d+ R37\d\d")
+
+    def test_a_file_to_play_with_any_command(self):
+        command = ["sh", "-c", f"# \n\x1b[31m \udcff\nexec {PLC} ignored-abort"]
+        made = explore_command(command, "--faults", "refuse", "--out", self.folder)
+        file = re.search(r"replay: (.*)", made.stdout)[1]
+        self.assertEqual(subprocess.run([PROGRAM, "--config", file, "--check"]).returncode, 0)
+        self.assertIn("done object 16 0x6081 = 20000", explore_command(command, plant=file).stdout)
+
+    def test_a_mistake_in_a_condition_names_its_line(self):
+        plant = self.folder / "plant.toml"
+        plant.write_text('plant = "demo"\n[explore]\ndone = "object 16 0x6081 >= 20O00"\n')
+        for made in (explore_command([PLC, "drive"], plant=plant), subprocess.run([PROGRAM, "--config", plant, "--check"], capture_output=True, text=True)):
+            self.assertEqual(made.returncode, 2, made)
+            self.assertIn(f'{plant}:3: "20O00": must be a number', made.stderr)
+        plant.write_text(plant.read_text() + '[[step]]\nafter = "1s"\n')
+        self.assertEqual(subprocess.run([PROGRAM, "run", "--check", plant], capture_output=True).returncode, 2)
+
+
+class Files(Case):
+    """A search changes no file of the plant."""
+
+    def test_parameters_are_copies_and_logs_are_not_written(self):
+        plant, stored = self.folder / "plant.toml", self.folder / "p66.txt"
+        plant.write_text('[log]\nfile = "log"\npcap = "pcap"\nrecord = "record"\n[module]\nparameters = "m.txt"\n'
+                         f'[[node]]\nid = 66\neds = "{ROOT}/plants/demo/io_module.eds"\nparameters = "p66.txt"\n')
+        stored.write_text("1017:00 = E803\n")
+        live = subprocess.run([PROGRAM, "--config", plant, "--clock", "manual", "--", PLC, "stores"], timeout=LIMIT)
+        self.assertEqual(live.returncode, 0)
+        self.assertIn("1017:00 = F401", stored.read_text())
+        for name in ("log", "pcap", "record"):
+            (self.folder / name).unlink()
+        stored.write_text("1017:00 = E803\n")
+        made = explore_command([PLC, "stores"], "--faults", "request-lost", plant=plant)
+        self.assertEqual(made.returncode, 0, made)
+        seeds = subprocess.run([PROGRAM, "--config", plant, "--seeds", "1..3", "--", PLC, "stores"], capture_output=True, timeout=LIMIT)
+        self.assertEqual(seeds.returncode, 0, seeds)
+        self.assertEqual(stored.read_text(), "1017:00 = E803\n")
+        self.assertEqual(sorted(path.name for path in self.folder.iterdir()), ["p66.txt", "plant.toml"])
+
+
 class TheSameTable(Case):
     OPTIONS = ("--faults", "refuse,request-lost")
 
@@ -174,6 +290,45 @@ class TheSameTable(Case):
         self.assertTrue(list(xml.parse(self.folder / "results.xml").iter("skipped")))
         self.assertEqual(explore(DRIVE, "ignored-abort", *self.OPTIONS, *state, code=1), whole)
         self.assertIn("is of another program, plant, command or version", explore(DRIVE, "drive", *self.OPTIONS, *state, code=2))
+
+    def kept(self):
+        """Moments in the file of --state, once each."""
+        lines = [json.loads(line) for line in (self.folder / "state").read_text().splitlines()]
+        return {line[0] for line in lines if isinstance(line[1], dict)}
+
+    def test_two_at_a_time_keep_their_results_in_one_file(self):
+        command = [PROGRAM, "--config", DRIVE, "--explore", *self.OPTIONS, "--state", self.folder / "state", "-j", "1"]
+        both = [subprocess.Popen([*command, "--shard", f"{part}/2", "--", PLC, "ignored-abort"], stdout=subprocess.DEVNULL) for part in (1, 2)]
+        self.assertIn(1, [one.wait(6 * LIMIT) for one in both])
+        whole = explore(DRIVE, "ignored-abort", *self.OPTIONS, code=1)
+        self.assertEqual(len(self.kept()), count(whole, "tried"))
+        before = (self.folder / "state").read_text()
+        self.assertEqual(explore(DRIVE, "ignored-abort", *self.OPTIONS, "--state", self.folder / "state", code=1), whole)
+        self.assertEqual((self.folder / "state").read_text(), before)  # nothing was left to do
+
+    def test_a_file_outlives_the_end_of_the_program_and_of_its_last_line(self):
+        options = (*self.OPTIONS, "--state", self.folder / "state")
+        kept = set()
+        for _ in range(5):
+            search = subprocess.Popen([PROGRAM, "--config", DRIVE, "--explore", *options, "-j", "1", "--", PLC, "ignored-abort"], stdout=subprocess.DEVNULL)
+            wait_until(lambda: (self.folder / "state").exists() and len(self.kept()) > len(kept), "another result")
+            search.kill()
+            search.wait(LIMIT)
+            self.assertLess(kept, self.kept())
+            kept = self.kept()
+        with (self.folder / "state").open("a") as file:
+            file.write('["16:refuse@9",{"dura')
+        whole = explore(DRIVE, "ignored-abort", *self.OPTIONS, code=1)
+        self.assertEqual(explore(DRIVE, "ignored-abort", *options, code=1), whole)
+        self.assertEqual(len(self.kept()), count(whole, "tried"))
+
+    def test_a_damaged_file_is_refused_and_left_as_it_is(self):
+        state = self.folder / "state"
+        explore(DRIVE, "ignored-abort", *self.OPTIONS, "--state", state, code=1)
+        damaged = state.read_text().replace('"verdict":0', '"verdict":77', 1)
+        state.write_text(damaged)
+        self.assertRegex(explore(DRIVE, "ignored-abort", *self.OPTIONS, "--state", state, code=2), r"state:\d+: is no moment and its result; remove the line")
+        self.assertEqual(state.read_text(), damaged)
 
     def test_junit(self):
         explore(DRIVE, "ignored-abort", *self.OPTIONS, "--junit", self.folder / "results.xml", code=1)

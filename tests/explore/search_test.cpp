@@ -60,6 +60,7 @@ TEST_CASE("moments: text and back") {
         "plc:plc-restart@7", "66:power for_ms=300@4+66:bus-off@5", "16:slow",
         "16:response-late delay_ms=1500@4294967295"})
     CHECK(to_string(moments(text)) == text);
+  CHECK(to_string(moments("16:silent")) == "16:silent@1");  // the same moment
   CHECK(moments("16:silent@3")[0].variant.fault.count == 1);
   CHECK(moments("16:silent count=2@3")[0].variant.fault.count == 2);
   CHECK(error_of("silent@3") == "silent@3: must be PLACE:FAULT@NUMBER, such as 16:response-never@149");
@@ -161,6 +162,19 @@ TEST_CASE("results: the table, in the order of kinds whatever the order of runs"
       "response-other-crc                     16       0 no frame for it\n"
       "silent                                 16       2       0       0       1       1\n"
       "silent                                 66       1       0       1       0       0\n");
+}
+
+TEST_CASE("results: JUnit, where nothing was shown, and an error") {
+  Results results;
+  results.add("", 0, moments("16:silent@1"), ended(Verdict::kDone));
+  results.add("", 1, moments("16:refuse@1"), {});  // never happened
+  results.add("", 2, moments("16:slow"), {});      // from power-on
+  results.add_never(moments("16:abort@1")[0].variant);
+  const std::string xml = results.junit(0, "killed");
+  CHECK(xml.find("tests=\"5\" failures=\"0\" errors=\"1\" skipped=\"2\"") != std::string::npos);
+  CHECK(xml.find("<error message=\"killed\">") != std::string::npos);
+  CHECK(results.happened(""));
+  CHECK(!has_happened(moments("16:refuse@1"), {}));
 }
 
 TEST_CASE("settings: survive is for one fault that passes") {

@@ -135,6 +135,14 @@ class Fragile(unittest.TestCase):
         run("--only", "66:request-lost@1+66:request-lost@3", self.path)
         self.assertIn("17: there is no such node in the plant", run("--only", "17:request-lost@1", self.path, code=2))
 
+    def test_the_module_is_varied_too(self):
+        path = self.write('plant = "demo"\n\n[[step]]\nafter = "1s"\n\n[[step]]\ndo = "trigger read 66 0x1000 0 4"\nwait = "transaction ended"\nmust = "no frame 77F#00"\n')
+        output = run("--explore", path, code=1)
+        self.assertRegex(output, r"bus:module-nmt@2\n  the scenario passes: .*must no frame 77F#00: 1 of them")
+        for fault in ("module-nmt", "module-nmt command=reset-comm"):
+            self.assertRegex(output, rf"{fault} +bus +2 +1 +0 +1 ")
+        self.assertRegex(output, r"module-bus-off for_ms=300 +bus +[1-9]")
+
     def test_a_condition_that_was_never_true_shows_nothing(self):
         reached = self.write(FRAGILE.replace("must", "expect").replace("\n[[step]]", '\n[explore]\nreached = "object 66 0x6200:1 = 5"\n\n[[step]]', 1))
         self.assertIn("reached object 66 0x6200:1 = 5: in no run", run("--explore", "--faults", "silent", reached, code=1))

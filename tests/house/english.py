@@ -18,18 +18,18 @@ import page_blocks
 
 MOST_WORDS = 30  # of a sentence
 LEAST_SENTENCES, LEAST_STRINGS, LEAST_DOCUMENTS, LEAST_COMMENTS = 4000, 1500, 40, 6000
-MOST_OF_ALL = 48860
+MOST_OF_ALL = 48600
 BUDGET = 1000  # words of a page, unless this says otherwise
 BUDGETS = {  # of a page, or of each page of a folder
     "docs/explanation/architecture.md": 1650,
-    "CHANGELOG.md": 1300,
+    "CHANGELOG.md": 1250,
     "docs/how-to/lua-device.md": 1170,
     "docs/how-to/plc/": 500,
     "docs/how-to/port.md": 1350,
     "docs/reference/commands.md": 1050,
     "docs/reference/contract.md": 4520,
     "docs/reference/devices.md": 3400,
-    "docs/reference/faults.md": 1650,
+    "docs/reference/faults.md": 1700,
     "docs/reference/http.md": 1050,
     "docs/reference/ladder-recipes.md": 2650,
     "docs/reference/plant-file.md": 3090,

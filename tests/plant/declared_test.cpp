@@ -175,6 +175,74 @@ TEST_CASE("blocks that keep changes count in a script's memory until they are go
   CHECK(said("function update(now) block('dead-time time=99')(now) return now + 0.001 end").empty());
 }
 
+TEST_CASE("an object is compared with what its type has: order is between numbers") {
+  const Files files{{"t.lua", R"(
+objects = {
+  { index = 0x2000, name = "whole", type = "i16", default = 7 },
+  { index = 0x2001, name = "real", type = "f32" },
+  { index = 0x2002, name = "text", type = "text", default = "5" },
+}
+function update(now) set(0x2001, 0, 0/0) end
+)"}};
+  const auto plant = plant_of(std::string(kAlone), files);
+  const auto holds = [&](const std::string& rest) {
+    return make_condition("object 20 " + rest, plant->view())->holds(plant->view());
+  };
+  const auto wrong = [&](const std::string& rest) {
+    try {
+      make_condition("object 20 " + rest, plant->view());
+    } catch (const Refused& refused) {
+      return std::string(refused.what());
+    }
+    return std::string();
+  };
+  CHECK(holds("0x2000 >= 7"));
+  CHECK(!holds("0x2000 != 7.0"));
+  for (const char* with : {">=", "<", "!=", "="})
+    CHECK(wrong(std::string("0x2000 ") + with + " 6O") == "\"6O\": must be a number, as the object is one");
+  CHECK(wrong("0x2000 >= 5 mm") == "\"5 mm\": must be a number, as the object is one");
+  CHECK(wrong("0x2000.1 != on") == "\"on\": must be a number, as the object is one");
+  CHECK(wrong("0x2000 >= 5 within 3600s") ==
+        "object 20 0x2000 >= 5 within 3600s: within is a key of its own; write within = \"3600s\"");
+  for (const char* with : {"<", "<=", "=", ">=", ">"})  // a value that is no number
+    CHECK(!holds(std::string("0x2001 ") + with + " 600"));
+  CHECK(holds("0x2001 != 600"));
+  CHECK(holds("0x2002 = 5"));
+  CHECK(holds("0x2002 = \"5\""));
+  CHECK(!holds("0x2002 != 5"));
+  CHECK(holds("0x2002 != 5 mm"));
+  CHECK(wrong("0x2002 >= 4") == "\">=\": texts have no order; write = or !=");
+}
+
+TEST_CASE("a parameter file is copied: its values apply, and 1010h stores as long as the plant lasts") {
+  const Files files{{"m.txt", "1017:00 = F401\n"}};
+  const auto plant = plant_of("[module]\nnode_id = 127\nparameters = \"m.txt\"\n", files);
+  Frames frames(*plant);
+  plant->execute("send 67F#4017100000000000");
+  CHECK(frames.seen.back() == "5FF#4B171000F4010000");
+  plant->execute("send 67F#2B171000E8030000");
+  plant->execute("send 67F#2310100173617665");
+  CHECK(frames.seen.back() == "5FF#6010100100000000");
+  plant->execute("nmt reset-node 127");
+  plant->execute("pass 100ms");
+  plant->execute("send 67F#4017100000000000");
+  CHECK(frames.seen.back() == "5FF#4B171000E8030000");
+}
+
+TEST_CASE("an object of bytes is compared with bytes") {
+  const auto plant = demo("[[node]]\nid = 5\neds = \"demo:/generic.eds\"\n");
+  const auto condition = [&](const std::string& rest) {
+    return make_condition("object 5 0x200E " + rest, plant->view())->holds(plant->view());
+  };
+  const std::string shown = run(*plant, "get 5 0x200E");
+  REQUIRE(shown.starts_with("\"hex:"));
+  CHECK(condition("= " + shown));
+  CHECK(condition("= " + shown.substr(1, shown.size() - 2)));
+  CHECK(!condition("!= " + shown));
+  CHECK(condition("!= hex:0102 03"));
+  CHECK_THROWS_AS(condition("!= 0102"), Refused);
+}
+
 TEST_CASE("blocks in a script: the same as by themselves, and an error for what is none") {
   const Files files{{"t.lua", R"(
 objects = { { index = 0x2000, name = "level", type = "f32" }, { index = 0x2001, name = "in", type = "i16" } }

@@ -160,6 +160,35 @@ TEST_CASE("wait for a time, or for how long something took") {
         "error: 2 time 1s: only events are counted: transaction, frame, emcy\n");
 }
 
+TEST_CASE("faults of the module: another master's NMT commands to it, and its bus-off") {
+  const auto plant = demo();
+  const auto read = [&] {
+    plant->execute("trigger read 0x42 0x1000 0 4");
+    plant->execute("wait transaction ended within 5s");
+  };
+  Frames frames(*plant);
+  plant->execute("fault bus module-nmt after=1 count=1");  // after its second frame
+  read();
+  CHECK(frames.seen == Lines{"642#4000100000000000", "5C2#4300100091010F00"});
+  frames.seen.clear();
+  read();  // the command wins the bus against the response
+  CHECK(frames.seen == Lines{"642#4000100000000000", "000#817F", "5C2#4300100091010F00", "77F#00"});
+  frames.seen.clear();
+  plant->execute("fault bus module-nmt command=stop");
+  read();
+  CHECK(frames.seen == Lines{"642#4000100000000000", "000#027F", "5C2#4300100091010F00"});
+  plant->execute("clear bus");
+  plant->execute("fault bus module-bus-off for_ms=300");
+  plant->execute("pass 100ms");
+  frames.seen.clear();
+  plant->execute("trigger read 0x42 0x1000 0 4");
+  CHECK(frames.seen.empty());
+  plant->execute("pass 2s");
+  frames.seen.clear();
+  read();
+  CHECK(frames.seen.back() == "5C2#4300100091010F00");
+}
+
 TEST_CASE("a node without power is not there, and comes back with its stored parameters") {
   const auto plant = demo();
   const auto read_heartbeat = [&] {

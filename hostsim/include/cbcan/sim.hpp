@@ -4,7 +4,7 @@
 /// A plant in this process, for tests: a virtual CAN bus, simulated nodes, and the CBCAN module with its
 /// registers. Time is virtual and passes only in advance() and wait(), so a test is the same every time. No
 /// socket, thread or clock is used, and only the files of the plant are read. Settings of the plant file for
-/// Modbus, SocketCAN, SLCAN, logs and parameter files are ignored.
+/// Modbus, SocketCAN, SLCAN and logs are ignored; parameter files are read, not written.
 ///
 ///     cbcan::Plant plant = cbcan::Plant::from_file("plant.toml");
 ///     plant.write(3700, {0xCA0E, 5055, 0x42, 0x6411, 1, 2});

@@ -2,6 +2,7 @@
 #include "sim/faults/bus_faults.hpp"
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 namespace cbcan::sim {
@@ -63,7 +64,8 @@ Frame corrupted(const Frame& frame, FramePart part, Random& random) {
   return other;
 }
 
-bool concerns(const Fault& fault, const Frame& frame) {
+bool concerns(const Fault& fault, const Frame& frame, bool is_of_module) {
+  if (fault.kind == FaultKind::kModuleNmt) return is_of_module;
   if (!is_of_frames(fault.kind) || frame.id < fault.first_id || frame.id > fault.last_id) return false;
   const bool in_data = fault.kind == FaultKind::kFrameCorrupt && fault.part == FramePart::kData;
   return !in_data || data_bits_of(frame) != 0;
@@ -74,8 +76,10 @@ bool concerns(const Fault& fault, const Frame& frame) {
 void BusFaults::follow_set(Time now) {
   bool frames = false;
   for (const SetFault& set : faults_.list()) {
-    frames = frames || is_of_frames(set.fault.kind) || set.waits;
-    if (set.fault.kind == FaultKind::kBusLoad && load_port_ == nullptr) load_port_ = &bus_.attach(*this);
+    const bool is_command = set.fault.kind == FaultKind::kModuleNmt;
+    frames = frames || is_of_frames(set.fault.kind) || is_command || set.waits;
+    if ((set.fault.kind == FaultKind::kBusLoad || is_command) && own_port_ == nullptr)
+      own_port_ = &bus_.attach(*this);
   }
   bus_.set_modifier(frames ? this : nullptr);
   poll(now);
@@ -96,12 +100,14 @@ void BusFaults::on_arrival(const Frame& frame, const Port* sender, Time now) {
   Frame arriving = frame;
   Time due = now;
   unsigned copies = 1;
+  const bool is_of_module = module_ != nullptr && sender == &module_->port();
   for (SetFault& set : faults_.all()) {
-    faults_.begins(set, frame, now);
-    if (!concerns(set.fault, frame) || !faults_.happens(set, frame, now)) continue;
+    if (set.fault.kind != FaultKind::kModuleBusOff || is_of_module) faults_.begins(set, frame, now);
+    if (!concerns(set.fault, frame, is_of_module) || !faults_.happens(set, frame, now)) continue;
     switch (set.fault.kind) {
       case FaultKind::kFrameLoss: return;
       case FaultKind::kFrameTwice: copies = 2; break;
+      case FaultKind::kModuleNmt: send_command(set.fault.command); break;
       case FaultKind::kFrameLate: due = now + set.fault.delay; break;
       default: arriving = corrupted(arriving, set.fault.part, set.random); break;
     }
@@ -126,13 +132,34 @@ void BusFaults::deliver_late(Time now) {
 
 void BusFaults::follow_states(Time now) {
   const BusState state = faults_.follow_states(now);
+  follow_module(now);
   const bool holds = state != BusState::kActive;
   if (!std::exchange(has_state_, holds) && !holds) return;
   bus_.set_state(state, now);
 }
 
-/// A frame for which the queue still has no room when the next one is due is not sent: a load builds no backlog.
-/// A full load is one frame ahead, so that the bus is never idle.
+void BusFaults::follow_module(Time now) {
+  const bool is_off = std::ranges::any_of(faults_.list(), [](const SetFault& set) {
+    return set.fault.kind == FaultKind::kModuleBusOff && set.open;
+  });
+  if (module_ == nullptr || std::exchange(module_is_off_, is_off) == is_off) return;
+  module_->port().set_state(is_off ? BusState::kBusOff : BusState::kActive, now);
+}
+
+/// 0 would be all nodes.
+void BusFaults::send_command(ModuleCommand command) {
+  constexpr std::array<nmt::Command, 5> kCommands{nmt::Command::kResetNode, nmt::Command::kResetCommunication,
+                                                  nmt::Command::kStop, nmt::Command::kEnterPreOperational,
+                                                  nmt::Command::kStart};
+  const std::uint8_t node =
+      module_ == nullptr ? std::uint8_t{0} : module_->coprocessor().own_node().node_id();
+  if (node == 0) return;
+  const auto specifier = static_cast<std::uint8_t>(kCommands[static_cast<std::size_t>(command)]);
+  own_port_->try_send({.id = nmt::kCommandId, .length = 2, .data = {specifier, node}});
+}
+
+/// A frame for which the queue still has no room when the next one is due is not sent: a load builds no
+/// backlog. A full load is one frame ahead, so that the bus is never idle.
 void BusFaults::send_load(Time now) {
   for (SetFault& set : faults_.all()) {
     const Fault& fault = set.fault;
@@ -140,7 +167,7 @@ void BusFaults::send_load(Time now) {
     const bool full = fault.percent == 100 && fault.rate == 0 && bus_.bit_rate() != 0;
     const std::size_t most = full ? 2 : 1;
     while (faults_.beat_due(set, load_interval(fault, bus_.bit_rate()), now))
-      while (load_port_->queued() < most && load_port_->try_send(load_frame(fault))) {
+      while (own_port_->queued() < most && own_port_->try_send(load_frame(fault))) {
       }
   }
 }

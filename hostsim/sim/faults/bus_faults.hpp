@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "sim/bus.hpp"
+#include "sim/coprocessor_module.hpp"
 #include "sim/faults/fault_set.hpp"
 #include "sim/participant.hpp"
 
@@ -12,9 +13,9 @@ namespace cbcan::sim {
 
 /// The faults of a bus. They cost the bus nothing while no fault of frames is set.
 ///
-/// Frames are altered when their last bit has passed, before they reach receivers and logs; each takes its time
-/// on the bus once. On a bus with an Outside they are altered on the way to the receivers in this process: on the
-/// bus outside they are as they were sent.
+/// Frames are altered when their last bit has passed, before they reach receivers and logs; each takes its
+/// time on the bus once. On a bus with an Outside they are altered on the way to the receivers in this
+/// process: on the bus outside they are as they were sent.
 class BusFaults final : public Participant, private FrameModifier {
  public:
   /// `listener` may be null. All references outlive the faults.
@@ -24,6 +25,8 @@ class BusFaults final : public Participant, private FrameModifier {
         faults_(FaultPlace::kBus, "bus", seed, listener, [this](Time now) { follow_set(now); }) {}
 
   FaultSet& set() { return faults_; }
+  /// The one that faults of the module are about; without it they do nothing.
+  void set_module(const CoprocessorModule& module) { module_ = &module; }
 
   void start(Time now) override { poll(now); }
   void poll(Time now) override;
@@ -42,14 +45,18 @@ class BusFaults final : public Participant, private FrameModifier {
   void follow_set(Time now);
   void deliver_late(Time now);
   void follow_states(Time now);
+  void follow_module(Time now);
   void send_load(Time now);
+  void send_command(ModuleCommand command);
   Time next() const;
 
   Bus& bus_;
   FaultSet faults_;
-  std::vector<Late> late_;     ///< by due time
-  Port* load_port_ = nullptr;  ///< of the bus load; null until there is one
-  bool has_state_ = false;     ///< a fault has set the state of the bus
+  std::vector<Late> late_;  ///< by due time
+  const CoprocessorModule* module_ = nullptr;
+  Port* own_port_ = nullptr;  ///< of bus load and NMT commands; null until there are any
+  bool has_state_ = false;    ///< a fault has set the state of the bus
+  bool module_is_off_ = false;
 };
 
 }  // namespace cbcan::sim

@@ -26,6 +26,7 @@ constexpr std::int64_t kMostId = 0x1FFFFFFF;
 constexpr std::array<std::string_view, 7> kSteps{
     "any", "initiate", "segment", "block-segment", "block-acknowledge", "block-end", "abort"};
 constexpr std::array<std::string_view, 4> kParts{"any", "id", "dlc", "data"};
+constexpr std::array<std::string_view, 5> kModuleCommands{"reset-node", "reset-comm", "stop", "preop", "start"};
 
 template <auto kMember>
 constexpr auto key(FaultKind first, FaultKind last, Row row) {
@@ -84,8 +85,10 @@ constexpr auto kKinds = std::to_array<FaultRow>({
     {"exception", kPlc, "A Modbus request is answered by an exception, and not executed.", {.code = 4}},
     {"plc-restart", kPlc, "The command after -- is killed and starts again, while the plant goes on.", {}},
     {"module-restart", kPlc, "The module is switched off and on: all registers are 0, and connections are closed.", {}},
+    {"module-nmt", kBus, "Another master sends an NMT command to the module, after a frame of it.", {}},
     {"power", kNode, "The node loses its power, with the frame that it would get or send.", {}},
     {"bus-off", kNodeOrBus, "The controller, or every one on the bus, is bus-off.", {}},
+    {"module-bus-off", kBus, "The module's controller is bus-off.", {}},
     {"error-passive", kNodeOrBus, "The controller, or every one on the bus, is error-passive.", {}},
     {"overflow", kNodeOrBus, "The controller, or every one on the bus, reports lost frames.", {}},
     {"slow", kNode, "A drive acts on a controlword late, and of the words until then only on the last.", {.delay = 50 * kMillisecond}},
@@ -118,6 +121,7 @@ constexpr std::array kKeys{
     key<&Fault::part>(kFrameCorrupt, {.key = "part", .help = "Where the bit is", .choices = kParts}),
     delay(kLate, "Delay in ms"),
     key<&Fault::code>(kException, {.key = "code", .help = "Exception code", .low = 1, .high = 255}),
+    key<&Fault::command>(kModuleNmt, {.key = "command", .help = "The command", .choices = kModuleCommands}),
     delay(kSlow, "Delay in ms"),
     key<&Fault::percent>(kBusLoad, {
         .key = "percent", .help = "Of the bit rate; of 1 Mbit/s where there is none", .low = 1, .high = 100}),

@@ -55,10 +55,13 @@ enum class FaultKind : std::uint8_t {
   kException,
   kPlcRestart,
   kModuleRestart,
+  // another master's commands to the module, after its frames
+  kModuleNmt,
   // the power of a node
   kPower,
   // states, as long as they are set
   kBusOff,
+  kModuleBusOff,
   kErrorPassive,
   kOverflow,
   kSlow,
@@ -82,6 +85,15 @@ enum class SdoStep : std::uint8_t {
 
 /// The part of a frame in which kFrameCorrupt inverts a bit.
 enum class FramePart : std::uint8_t { kAny, kId, kDlc, kData };
+
+/// The NMT commands of kModuleNmt.
+enum class ModuleCommand : std::uint8_t {
+  kResetNode,
+  kResetCommunication,
+  kStop,
+  kEnterPreOperational,
+  kStart
+};
 
 /// All parameters of all kinds; a kind uses those whose rows include it.
 struct Fault {
@@ -120,6 +132,7 @@ struct Fault {
   std::int64_t other_index = kUnset;
   std::int64_t other_sub = kUnset;
   FramePart part = FramePart::kAny;
+  ModuleCommand command = ModuleCommand::kResetNode;
   bool operator==(const Fault&) const = default;
 };
 
@@ -159,8 +172,8 @@ FaultOrProblem make_fault(std::string_view kind, std::span<const FaultKey> keys,
 /// From text: the kind, then key=value, separated by blanks. Numbers are decimal or, with 0x, hexadecimal.
 FaultOrProblem parse_fault(std::string_view text, FaultPlace here);
 
-/// The text from which parse_fault() makes this fault: always with the keys of the kind, with other keys where
-/// they are not at their defaults.
+/// The text from which parse_fault() makes this fault: always with the keys of the kind, with other keys
+/// where they are not at their defaults.
 std::string text_of(const Fault& fault);
 /// The same without the keys that are at their defaults.
 std::string short_text_of(const Fault& fault);

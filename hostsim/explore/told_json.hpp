@@ -8,9 +8,10 @@
 #include "explore/exploration.hpp"
 
 namespace cbcan::explore {
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Result, verdict, what, seen, during, happened, reached, frames, duration)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Result, verdict, what, seen, during, request, said, happened, reached,
+                                   frames, duration)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Record::Transaction, text, value, occasions)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Record, transactions, occasions, changing, unrequested, nodes, readable,
-                                   frames, duration)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Told, result, record, problem)
+                                   frames, requests, duration)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Told, result, record, problem, is_usage)
 }  // namespace cbcan::explore

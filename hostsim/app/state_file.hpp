@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// The file of --state. It only grows: a line is written whole, under a lock, before the next run begins. So
+/// nothing is lost if the program is killed, or if several write to it.
+
+#include <sys/types.h>
+
+#include <string>
+
+#include "cbcan/time.hpp"
+#include "explore/state.hpp"
+#include "io/loop/descriptor.hpp"
+
+namespace cbcan::app {
+
+class StateFile {
+ public:
+  /// Without a path nothing is kept. Throws io::UsageError for a file that is none, which is not changed;
+  /// io::EnvironmentError.
+  explicit StateFile(const std::string& path);
+  ~StateFile();
+  StateFile(const StateFile&) = delete;
+  StateFile& operator=(const StateFile&) = delete;
+
+  /// What follows is about this subject. Throws io::UsageError if the file has another one with its name.
+  void begin(const std::string& subject, const std::string& fingerprint);
+  /// Null: it has none. Of the time when the file was opened.
+  const explore::Result* find(const std::string& moments) const;
+  /// Throws io::EnvironmentError.
+  void add(const std::string& moments, const explore::Result& result);
+
+ private:
+  void open();
+  off_t size() const;
+  void write(const std::string& lines);
+  [[noreturn]] void fail() const;
+
+  std::string name_;
+  std::string path_;
+  io::Descriptor file_;
+  explore::State state_;
+  const explore::KeptResults* known_ = nullptr;
+  std::string heading_;  ///< the subject's line
+  off_t end_ = 0;        ///< of the file after the last line that was written here
+  Time synced_ = 0;
+};
+
+}  // namespace cbcan::app
