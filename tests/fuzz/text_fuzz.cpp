@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Any bytes as one of the smaller texts: a fault, recorded values, stored parameters. What is accepted is the same
-// after being written and read again; what is not is reported with its place. The first byte selects the kind of
-// text.
+// Any bytes as one of the smaller texts: a fault, recorded values, stored parameters, a file of --state. What is
+// accepted is the same after being written and read again; what is not is reported with its place. The first byte
+// selects the kind of text.
 
+#include "explore/state.hpp"
 #include "fuzz/fuzz.hpp"
 #include "sim/faults/fault.hpp"
 #include "sim/parameter_text.hpp"
@@ -58,7 +59,29 @@ void check_parameters(std::string_view text) {
           "stored parameters can be written and read");
 }
 
+std::string text_of(const explore::State& state) {
+  std::string text;
+  for (const auto& [subject, kept] : state) {
+    text += explore::state_line(subject, kept.fingerprint);
+    for (const auto& [moments, result] : kept.runs)
+      text += explore::state_line(moments, result);
+  }
+  return text;
+}
+
+void check_state(std::string_view text) {
+  const std::string path = "state";
+  std::string written;
+  try {
+    written = text_of(explore::parse_state(text, path));
+  } catch (const text::UsageError& error) {
+    return require(std::string_view(error.what()).starts_with(path + ":"), "a complaint names the file");
+  }
+  require(text_of(explore::parse_state(written, path)) == written, "results can be written and read");
+}
+
 void check_text(std::uint8_t kind, std::string_view text) {
+  if (kind >= 0x80) return check_state(text);
   switch (kind % 4) {
     case 0: return check_fault(text, sim::FaultPlace::kNode);
     case 1: return check_fault(text, sim::FaultPlace::kBus);
