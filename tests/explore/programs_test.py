@@ -6,6 +6,7 @@ import json
 import os
 import pathlib
 import re
+import resource
 import signal
 import subprocess
 import sys
@@ -316,6 +317,10 @@ class TheSameTable(Case):
             search.wait(LIMIT)
             self.assertLess(kept, self.kept())
             kept = self.kept()
+        most = (self.folder / "state").stat().st_size // 2  # a file that is written anew dies here
+        subprocess.run([PROGRAM, "--config", DRIVE, "--explore", *options, "--", PLC, "ignored-abort"], stdout=subprocess.DEVNULL, timeout=LIMIT,
+                       preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (most, most)))
+        self.assertEqual(self.kept(), kept)
         with (self.folder / "state").open("a") as file:
             file.write('["16:refuse@9",{"dura')
         whole = explore(DRIVE, "ignored-abort", *self.OPTIONS, code=1)

@@ -127,8 +127,9 @@ TEST_CASE("Errors are reported with the key and the permitted values") {
         "silent, heartbeat-stops, state-wrong, duplicate-node-id, boot-up-storm, emcy-storm, power, bus-off, "
         "error-passive, overflow and slow");
   CHECK(problem_of("", FaultPlace::kBus) ==
-        "fault \"\": no such kind; there are frame-loss, frame-twice, frame-late, frame-corrupt, bus-off, "
-        "error-passive, overflow and bus-load");
+        "fault \"\": no such kind; there are frame-loss, frame-twice, frame-late, frame-corrupt, module-nmt, "
+        "bus-off, "
+        "module-bus-off, error-passive, overflow and bus-load");
   CHECK(problem_of("frame-loss") == "frame-loss: a fault of the bus, not of a node");
   CHECK(problem_of("silent", FaultPlace::kBus) == "silent: a fault of a node, not of the bus");
   CHECK(problem_of("silent delay=5") ==
