@@ -307,7 +307,8 @@ class Manager {
   void note_twin(std::uint8_t node);
   void begin_check(std::uint8_t node, Time now);
   void checked(Client& client, Time now);
-  void ask_state(std::uint8_t node) { port_.try_send(nmt::guard_request(node)); }
+  /// A request that the port refuses is repeated at the node's next deadline.
+  void ask_state(std::uint8_t node) { static_cast<void>(port_.try_send(nmt::guard_request(node))); }
   void decide(std::uint8_t node, Time now);
   void boot_from_reset(std::uint8_t node, Time now);
   void begin_configuration(Client& client, Time now);
