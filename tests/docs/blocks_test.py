@@ -185,7 +185,8 @@ class Pages:
     def toml(self, block, page):
         table = tomllib.loads(block.text)
         with tempfile.NamedTemporaryFile("w", dir=self.job, suffix=".toml") as file:
-            file.write((AROUND_WIRES if set(table) == {"wire"} else "") + block.text)
+            around = {frozenset(["wire"]): AROUND_WIRES, frozenset(["explore"]): f'plant = "{ROOT}/plants/tank.toml"\n'}
+            file.write(around.get(frozenset(table), "") + block.text)
             file.flush()
             if "step" in table:
                 self.run("cbcan-sim", "run", file.name)

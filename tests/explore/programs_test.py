@@ -317,7 +317,7 @@ class TheSameTable(Case):
             search.wait(LIMIT)
             self.assertLess(kept, self.kept())
             kept = self.kept()
-        most = (self.folder / "state").stat().st_size // 2  # a file that is written anew dies here
+        most = (self.folder / "state").stat().st_size // 2  # a file that is written again dies here
         subprocess.run([PROGRAM, "--config", DRIVE, "--explore", *options, "--", PLC, "ignored-abort"], stdout=subprocess.DEVNULL, timeout=LIMIT,
                        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (most, most)))
         self.assertEqual(self.kept(), kept)

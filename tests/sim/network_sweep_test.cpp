@@ -58,7 +58,7 @@ struct Plant {
         node(world.add_node(node_with_id(5))) {
     world.add_node(node_with_id(6));
     module.show_status_in(status);
-    module.manage(concise(network()));
+    module.manage(image_of(concise(network())));
     world.bus().attach(invariant).accept(0, 0x7FF);
   }
 
