@@ -365,7 +365,7 @@ constexpr std::array kRuns{
     Run{"idle poll", 25, 25, idle_polls},
     Run{"SDO response", 0, 0, sdo_responses},
     Run{"SYNC to TPDO", 0, 0, tpdos_at_sync},
-    Run{"own heartbeat", 400, 525, own_heartbeats},
+    Run{"own heartbeat", 410, 525, own_heartbeats},
     Run{"rare events", 0, 0, rare_events},
     Run{"reset of the own node", 0, 36500, resets},
 };
