@@ -126,7 +126,7 @@ bool sweep(const std::string& text) {
   plant.pass(kSecond);
   const bool fired = plant.node.faults().list()[0].fired != 0;
   plant.pass(20 * kSecond);
-  if (plant.status[44 + 5] >> 8 == 'J') plant.request({5066, 0, 0x1F25, 128, 4, 0x6F63, 0x666E});
+  if (!plant.all_run()) plant.request({5066, 0, 0x1F25, 128, 4, 0x6F63, 0x666E});
   plant.check_end();
   return fired;
 }
