@@ -191,7 +191,7 @@ void Manager::on_boot_up(std::uint8_t node, Time now) {
   booted.failures = 0;
   booted.saved_to = 0;
   booted.restoring = booted.restoring == Restoring::kLoadSent ? Restoring::kDone : Restoring::kDue;
-  if (booted.restoring == Restoring::kDone) return enter_talking(node, Phase::kConfigure, now);
+  if (booted.phase == Phase::kReboot) return enter_talking(node, Phase::kConfigure, now);
   if (now - booted.booted_since > kBootWindow) {
     booted.booted_since = now;
     booted.boot_ups = 0;
