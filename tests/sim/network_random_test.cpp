@@ -14,6 +14,7 @@ using namespace cbcan::test;
 namespace {
 
 constexpr std::uint8_t kFirstNode = 2;
+constexpr unsigned kNoCase = ~0u;
 constexpr std::uint16_t kOwn = 127, kAll = 128, kReset = 6;
 
 /// Each passes; "%" = until then, in ms.
@@ -39,8 +40,7 @@ class RandomNetwork final : private sim::Receiver {
     for (std::uint8_t node = kFirstNode; node <= last; ++node)
       add_node(node, own, of_nodes);
     // Bit 6 stops nodes, which then need a PLC.
-    own.push_back(
-        {0x1F80, 0, u32(1 | one_of(4) << 1 | one_of(5) << 4 | unsigned{meddles_ && one_of(5)} << 6)});
+    own.push_back({0x1F80, 0, u32(1 | bits({{1, 4}, {4, 5}, {6, meddles_ ? 5u : kNoCase}}))});
     if (one_of(4)) own.push_back({0x1F89, 0, u32(400)});
     own.insert(own.end(), of_nodes.begin(), of_nodes.end());
     module_->manage(image_of(concise(own)));
@@ -76,6 +76,16 @@ class RandomNetwork final : private sim::Receiver {
   void on_bus_state(BusState /*state*/, Time /*now*/) override {}
 
   bool one_of(unsigned cases) { return random_.below(cases) == 0; }
+  struct Chance {
+    unsigned bit;
+    unsigned cases;  ///< it is set in one of so many
+  };
+  std::uint32_t bits(std::initializer_list<Chance> chances) {
+    std::uint32_t value = 0;
+    for (const Chance& each : chances)
+      value |= std::uint32_t{one_of(each.cases)} << each.bit;
+    return value;
+  }
   std::uint32_t bit_rate() { return one_of(2) ? 0 : one_of(2) ? 125'000 : 1'000'000; }
 
   void add_node(std::uint8_t node, std::vector<Item>& own, std::vector<Item>& of_nodes) {
@@ -91,11 +101,12 @@ class RandomNetwork final : private sim::Receiver {
     nodes_.push_back(&world_.add_node(std::move(parts)));
     std::vector<Item> writes{{0x2001, 0, {7, 0}}};
     if (!one_of(3)) {
-      own.push_back({0x1016, static_cast<std::uint8_t>(node - kFirstNode + 1), u32(node << 16 | 250u)});
+      own.push_back(
+          {0x1016, static_cast<std::uint8_t>(node - kFirstNode + 1), u32(std::uint32_t{node} << 16 | 250u)});
       writes.push_back({0x1017, 0, {100, 0}});
     }
     if (one_of(4)) writes.push_back({0x1010, 1, {'s', 'a', 'v', 'e'}});
-    of_nodes.push_back({0x1F81, node, u32(5 | one_of(3) << 3 | one_of(4) << 4)});
+    of_nodes.push_back({0x1F81, node, u32(5 | bits({{3, 3}, {4, 4}}))});
     of_nodes.push_back({0x1F22, node, concise(writes)});
     if (one_of(4)) of_nodes.push_back({0x1F8A, node, u8(1)});
   }
@@ -195,5 +206,6 @@ TEST_CASE("1000 random networks: none stays dead") {
 }
 
 TEST_CASE("3000 random networks: none stays dead, and the digest is that of every compiler", "[.long]") {
-  std::cout << "digest " << std::hex << boot(1001, 3000) << '\n';
+  const std::uint64_t digest = boot(1001, 3000);
+  std::cout << "digest " << std::hex << digest << '\n';
 }
