@@ -275,6 +275,24 @@ TEST_CASE("a node that leaves Operational by itself is configured again") {
   CHECK((rig.of(5) == 0x037F && !rig.in_map(kConfigured, 5)));
 }
 
+TEST_CASE("a node in Stopped, which has no SDO server, begins with its reset") {
+  ManagerRig rig(node_5());
+  begin(rig);
+  SECTION("as it appears") {
+    rig.arrive("705#04").expect("000#8205");
+  }
+  SECTION("as it leaves Operational by itself") {
+    boot(rig);
+    rig.arrive("705#04").expect("000#8205");
+    CHECK((rig.of(5) == 0x0204 && !rig.in_map(kConfigured, 5)));
+  }
+  SECTION("as it returns") {
+    boot(rig);
+    rig.pass(251 * kMillisecond).arrive("705#04").expect("000#8205");
+  }
+  boot(rig);
+}
+
 TEST_CASE("without bit 0 of 1F80h no node is listed, and the status words say so") {
   ManagerRig rig(node_5());
   begin(rig);

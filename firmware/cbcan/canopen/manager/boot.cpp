@@ -23,8 +23,14 @@ constexpr bool may_pass(AbortCode code) {
 
 // ---- Waiting
 
-void Manager::appeared(std::uint8_t node, nmt::State /*state*/, Time now) {
-  if (!delayed_.has(node)) begin_check(node, now);
+void Manager::appeared(std::uint8_t node, nmt::State state, Time now) {
+  if (!delayed_.has(node)) boot_in(state, node, now);
+}
+
+/// A node in Stopped has no SDO server.
+void Manager::boot_in(nmt::State state, std::uint8_t node, Time now) {
+  if (state == nmt::State::kStopped && !nodes_[node].held) return boot_from_reset(node, now);
+  configure_again(node, now);
 }
 
 void Manager::probe(std::uint8_t node, Time now) {
@@ -142,9 +148,10 @@ void Manager::decide(std::uint8_t node, Time now) {
   run(node, now);
 }
 
-/// A keep-alive node that is not Operational, or does not report it, is booted like the others.
+/// Also a keep-alive node that is not Operational, or does not report it.
 void Manager::boot_from_reset(std::uint8_t node, Time now) {
-  nodes_[node].keep_alive = false;
+  drop_client(node, now);
+  nodes_[node].keep_alive = nodes_[node].configured = false;
   enter(node, Phase::kWait, now + kProbePeriod);
   commanded_.insert(node);
   wake_at(now);

@@ -311,6 +311,7 @@ class Manager {
   void ask_state(std::uint8_t node) { static_cast<void>(port_.try_send(nmt::guard_request(node))); }
   void decide(std::uint8_t node, Time now);
   void boot_from_reset(std::uint8_t node, Time now);
+  void boot_in(nmt::State state, std::uint8_t node, Time now);
   void begin_configuration(Client& client, Time now);
   void configured_all(Client& client, Time now);
   void look_for_starts(Time now);

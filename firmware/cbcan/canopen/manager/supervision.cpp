@@ -68,10 +68,7 @@ void Manager::run(std::uint8_t node, Time now) {
 
 /// It has left Operational by itself.
 void Manager::stays(std::uint8_t node, nmt::State state, Time now) {
-  if (state == nmt::State::kOperational) return;
-  drop_client(node, now);
-  nodes_[node].configured = false;
-  begin_check(node, now);
+  if (state != nmt::State::kOperational) boot_in(state, node, now);
 }
 
 // ---- Loss
@@ -89,7 +86,7 @@ void Manager::lose(std::uint8_t node, Time now) {
 }
 
 void Manager::returned(std::uint8_t node, nmt::State state, Time now) {
-  state == nmt::State::kOperational ? run(node, now) : configure_again(node, now);
+  state == nmt::State::kOperational ? run(node, now) : boot_in(state, node, now);
 }
 
 std::uint8_t Manager::booting() const {
