@@ -13,6 +13,7 @@
 #include "cbcan/canopen/dictionary/cob_id.hpp"
 #include "cbcan/canopen/dictionary/object_dictionary.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
+#include "cbcan/canopen/manager/network_objects.hpp"
 #include "cbcan/canopen/nmt/nmt.hpp"
 #include "cbcan/canopen/sync.hpp"
 #include "cbcan/canopen/time_stamp.hpp"
@@ -142,7 +143,8 @@ inline constexpr std::array kObjects{
     Row{kClock, 0, 0, kTimeOfDay, kCommand, 6},
     Row{kBootFailure, 1, kAll, kOctetString, kComputedRead | Flags::kCounted, 8},
     Row{kRpdoSource, 1, kServices.rpdos, kOctetString,
-        kComputedReadWrite | Flags::kVariable | Flags::kCounted, 2 + 64 * 4},
+        kComputedReadWrite | Flags::kVariable | Flags::kCounted,
+        RpdoSource::kHead + RpdoSource::kMostEntries * RpdoSource::kEntryBytes},
     Row{kOutputsMode, 0, 0, kUnsigned8, kComputedReadWrite, 1},
     Row{kSlaveSdoTimeout, 1, kAll, kUnsigned16, kComputedReadWrite | Flags::kCounted, 2},
 };

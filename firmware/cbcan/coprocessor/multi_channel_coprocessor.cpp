@@ -60,13 +60,12 @@ void MultiChannelCoprocessor::on_frame(const Frame& frame, Time now) {
   constexpr std::uint32_t kFunction = ~std::uint32_t{nmt::kMaxNode};
   const std::uint32_t function = frame.id & kFunction;
   const auto node = static_cast<std::uint8_t>(frame.id & nmt::kMaxNode);
+  look_at_waiting(now);
   if (function == sdo::kResponseId) {
-    look_at_waiting(now);
     if (!this->node().manager().on_response(frame, now))
       return on_response(frame, channel(owner_[node]), now);
     return first_channel().follow_node();
   }
-  look_at_waiting(now);
   Coprocessor::on_frame(frame, now);
   if (function == nmt::kErrorControlId && frame.flags == 0 && node != 0)
     pass_news(node, NodeMonitor::news(frame), now);

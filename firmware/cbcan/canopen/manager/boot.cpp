@@ -150,9 +150,8 @@ void Manager::decide(std::uint8_t node, Time now) {
 
 /// Also a keep-alive node that is not Operational, or does not report it.
 void Manager::boot_from_reset(std::uint8_t node, Time now) {
-  drop_client(node, now);
-  nodes_[node].keep_alive = nodes_[node].configured = false;
-  enter(node, Phase::kWait, now + kProbePeriod);
+  nodes_[node].keep_alive = false;
+  await_boot_up(node, now);
   commanded_.insert(node);
   wake_at(now);
 }

@@ -24,10 +24,8 @@ void Manager::request_write(Client& client, const ConciseDcf::Entry& value, Time
 }
 
 /// A probe is short, so that nodes that are absent do not delay others.
-std::uint16_t Manager::timeout_of(std::uint8_t node) {
-  const bool answers = answering_.has(node);
-  answering_.erase(node);
-  if (is_looked_for(phase(node)) && !answers) return kProbeTimeoutMs;
+std::uint16_t Manager::timeout_of(std::uint8_t node) const {
+  if (is_looked_for(phase(node)) && !answering_.has(node)) return kProbeTimeoutMs;
   const auto own = static_cast<std::uint16_t>(objects_.number(object::kSlaveSdoTimeout, node));
   return own == 0 ? sdo_timeout_ms_ : own;
 }
@@ -89,6 +87,7 @@ void Manager::serve(Time now) {
     client.node = node;
     client.strays = client.sdo.strays();
     client.sdo.set_timeout(timeout_of(node));
+    answering_.erase(node);
     ++clients_in_use_;
     go_on(client, now);
   }

@@ -182,6 +182,13 @@ void Manager::on_report(std::uint8_t node, NodeMonitor::News news, Time now) {
   state(node).on_state(*this, node, reported, now);
 }
 
+/// The node is being reset.
+void Manager::await_boot_up(std::uint8_t node, Time now) {
+  drop_client(node, now);
+  nodes_[node].configured = false;
+  enter(node, Phase::kWait, now + kProbePeriod);
+}
+
 void Manager::on_boot_up(std::uint8_t node, Time now) {
   Node& booted = nodes_[node];
   for (Client& client : clients_)
@@ -226,11 +233,9 @@ void Manager::command_one(nmt::Command command, std::uint8_t node, Time now) {
       drop_client(node, now);
       return enter(node, Phase::kReady, kNever);
     default:
-      drop_client(node, now);
       commanded.held = !commanded.boots;
-      commanded.configured = false;
       commanded.failures = 0;
-      enter(node, Phase::kWait, now + kProbePeriod);
+      await_boot_up(node, now);
   }
 }
 

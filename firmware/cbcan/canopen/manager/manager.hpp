@@ -16,12 +16,10 @@
 ///   kStart      NMT start has been sent; a heartbeat must report Operational
 ///   kInputs     Operational; process data of the node have not been received (300Ah)
 ///   kRun        Operational, and all of them have
-///   kLost       no heartbeat: it is not reset. Operational again without a boot-up message: kInputs; another
-///   state:
-///               kCheck
-///   kFailed     with a letter of CiA 302-2; kCheck again after a boot-up message, by 1F25h, or, if the fault
-///   may
-///               pass, after 1, 2, 4 .. 60 s
+///   kLost       no heartbeat: it is not reset. Operational again without a boot-up message: kInputs;
+///               another state: kCheck
+///   kFailed     with a letter of CiA 302-2; kCheck again after a boot-up message, by 1F25h, or, if the
+///               fault may pass, after 1, 2, 4 .. 60 s
 ///
 /// Invariant: no node is started here unless each object of 1F22h has been written, or found by 1020h, since
 /// its last boot-up message, except keep-alive nodes; "save" need not have been confirmed. Decided where CiA
@@ -67,10 +65,9 @@ class Manager {
   static constexpr Time kBootWindow = 10 * kSecond;
   static constexpr Time kProbePeriod = kSecond;
   static constexpr std::uint16_t kProbeTimeoutMs = 100;
-  static constexpr std::uint16_t kDefaultTimeoutMs = 1000;  ///< also in place of 0
-  static constexpr Time kMostDelay = 60 * kSecond;          ///< until a node that has failed is booted again
-  static constexpr Time kRebootTimeout = kSecond;           ///< from a reset to the boot-up message
-  static constexpr Time kPause = kMillisecond;  ///< until a request is tried again that others delay
+  static constexpr Time kMostDelay = 60 * kSecond;  ///< until a node that has failed is booted again
+  static constexpr Time kRebootTimeout = kSecond;   ///< from a reset to the boot-up message
+  static constexpr Time kPause = kMillisecond;      ///< until a request is tried again that others delay
   static constexpr Time kInputsPeriod = 10 * kMillisecond;  ///< in kInputs
   /// SDO frames precede heartbeats on the bus: for this long before a heartbeat is overdue, at most a quarter
   /// of its time, no request is sent.
@@ -108,10 +105,10 @@ class Manager {
   };
 
   /// All outlive it. `own` is the device of this node; `monitor` receives all error control messages before
-  /// this. `sdo_timeout_ms`: of its requests to nodes without one of their own (300Dh).
+  /// this. `sdo_timeout_ms`: for requests to nodes without a time of their own (300Dh); 0 = the default.
   template <Services kOf = kServices>
   Manager(Device& own, NodeMonitor& monitor, CanPort& port, ManagerApplication& application,
-          std::uint16_t sdo_timeout_ms = kDefaultTimeoutMs)
+          std::uint16_t sdo_timeout_ms = SdoClient::kDefaultTimeoutMs)
       : Manager(own, monitor, port, application, sdo_timeout_ms,
                 std::make_index_sequence<kOf.manager_clients>()) {
     static_assert(kOf.manager_clients >= 2, "for a Manager, Services::manager_clients is 2 or more");
@@ -253,7 +250,7 @@ class Manager {
         monitor_(monitor),
         port_(port),
         application_(application),
-        sdo_timeout_ms_(sdo_timeout_ms == 0 ? kDefaultTimeoutMs : sdo_timeout_ms),
+        sdo_timeout_ms_(sdo_timeout_ms == 0 ? SdoClient::kDefaultTimeoutMs : sdo_timeout_ms),
         clients_{(void(kClient), Client(port))...} {}
 
   const State& state(std::uint8_t node) const { return kStates[static_cast<std::size_t>(phase(node))]; }
@@ -310,6 +307,7 @@ class Manager {
   /// A request that the port refuses is repeated at the node's next deadline.
   void ask_state(std::uint8_t node) { static_cast<void>(port_.try_send(nmt::guard_request(node))); }
   void decide(std::uint8_t node, Time now);
+  void await_boot_up(std::uint8_t node, Time now);
   void boot_from_reset(std::uint8_t node, Time now);
   void boot_in(nmt::State state, std::uint8_t node, Time now);
   void begin_configuration(Client& client, Time now);
@@ -330,7 +328,7 @@ class Manager {
   void receive(std::size_t rpdo, std::uint64_t data, std::size_t bits, Time now);
 
   // SDO clients
-  std::uint16_t timeout_of(std::uint8_t node);
+  std::uint16_t timeout_of(std::uint8_t node) const;
   void request_read(Client& client, std::uint16_t index, std::uint8_t sub, std::size_t size, Time now);
   void request_write(Client& client, const ConciseDcf::Entry& value, Time now);
   void go_on(Client& client, Time now);
@@ -355,6 +353,7 @@ class Manager {
 
   void end_boot_time();
   void look_at_nodes(Time now);
+  void look_at(std::uint8_t node, Time now);
   Time heartbeat_time(std::uint8_t node) const;
   Time heartbeat_due(std::uint8_t node) const;
   Time next_look(std::uint8_t node) const;

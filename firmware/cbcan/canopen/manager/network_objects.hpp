@@ -55,8 +55,8 @@ class NetworkObjects {
   static constexpr std::size_t kMostBytes = 0xFFFF;
   static constexpr std::size_t kCheckBytes = 2;
 
-  /// From flash, or compiled in; more may follow the image. False: check sum, lengths or groups are wrong;
-  /// the objects are as without one.
+  /// Uses an image in flash, or compiled in; more may follow it. False: check sum, lengths or groups are
+  /// wrong; the objects are as without one.
   bool use(Bytes image) { return take(image, {}); }
   /// In RAM: the first `used` bytes are the image, 0 = none yet; write() may use all of them.
   bool use(std::span<std::uint8_t> memory, std::size_t used);

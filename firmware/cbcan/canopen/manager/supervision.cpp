@@ -128,20 +128,21 @@ void Manager::end_boot_time() {
 void Manager::look_at_nodes(Time now) {
   due_ = kNever;
   for (std::uint8_t node = 1; node <= nmt::kMaxNode; ++node) {
-    if (now < next_look(node)) {
-      wake_at(next_look(node));
+    const Time next = next_look(node);
+    if (now < next) {
+      wake_at(next);
       continue;
     }
-    if (is_ready(phase(node)) && now >= heartbeat_due(node)) {
-      lose(node, now);
-    } else if (now >= nodes_[node].due) {
-      nodes_[node].due = kNever;
-      state(node).on_deadline(*this, node, now);
-    } else {
-      listening_.insert(node);
-    }
+    look_at(node, now);
     wake_at(next_look(node));
   }
+}
+
+void Manager::look_at(std::uint8_t node, Time now) {
+  if (is_ready(phase(node)) && now >= heartbeat_due(node)) return lose(node, now);
+  if (now < nodes_[node].due) return listening_.insert(node);
+  nodes_[node].due = kNever;
+  state(node).on_deadline(*this, node, now);
 }
 
 /// How long to wait for a report of the node's state.
@@ -157,7 +158,7 @@ Time Manager::heartbeat_due(std::uint8_t node) const {
   return is_ready(phase(node)) ? monitor_.reported_at(node) + heartbeat_time(node) + 1 : kNever;
 }
 
-/// Before a heartbeat is overdue the manager listens.
+/// The manager listens before a heartbeat is overdue.
 Time Manager::next_look(std::uint8_t node) const {
   const Time heartbeat = heartbeat_due(node);
   const Time due = nodes_[node].due;
