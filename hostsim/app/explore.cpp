@@ -217,7 +217,7 @@ class Search {
     return distinct;
   }
 
-  /// Of other parts, unless --state has their results. Returns their number.
+  /// Removes those of other parts, unless --state has their results. Returns their number.
   std::size_t leave_out_others(std::vector<Moments>& moments) const {
     return std::erase_if(moments, [this](const Moments& each) { return !is_ours(each); });
   }

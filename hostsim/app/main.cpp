@@ -90,12 +90,13 @@ int run(cli::Start& start, const text::FileReader& read, Console& console) {
   for (const std::string& line : build.lines)
     console.tell((line.starts_with('-') ? "cbcan-sim: " : "") + text::to_utf8(line) +
                  "\n");  // about an option, not a file
-  if (build.good) check_places(config);
-  const bool is_checked = build.good && start.check;
-  if (is_checked) check_parameters(config);
-  if (is_checked) explore::check_conditions(explored, config, std::move(build));
-  if (is_checked) return code(ExitCode::kDone);
   if (!build.good) return code(ExitCode::kUsage);
+  check_places(config);
+  if (start.check) {
+    check_parameters(config);
+    explore::check_conditions(explored, config, std::move(build));
+    return code(ExitCode::kDone);
+  }
   if (start.search.explore || !start.search.seeds.empty()) return run_many(start, explored, files, console);
   Simulator simulator(config, std::move(build), start.plant_file, console, start.command.empty());
   int exit_code = code(ExitCode::kDone);

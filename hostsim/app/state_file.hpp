@@ -16,7 +16,7 @@ namespace cbcan::app {
 
 class StateFile {
  public:
-  /// Without a path nothing is kept. Throws io::UsageError for a file that is none, which is not changed;
+  /// Keeps nothing without a path. Throws io::UsageError for a file that is none, which is not changed;
   /// io::EnvironmentError.
   explicit StateFile(const std::string& path);
   ~StateFile();
@@ -25,7 +25,7 @@ class StateFile {
 
   /// What follows is about this subject. Throws io::UsageError if the file has another one with its name.
   void begin(const std::string& subject, const std::string& fingerprint);
-  /// Null: it has none. Of the time when the file was opened.
+  /// The result that the file had when it was opened; null = none.
   const explore::Result* find(const std::string& moments) const;
   /// Throws io::EnvironmentError.
   void add(const std::string& moments, const explore::Result& result);

@@ -54,7 +54,7 @@ bool changes_values(const Moment& moment) {
          sim::is_of_frames(kind);
 }
 
-/// Of a run without faults.
+/// Throws unless this run without faults is good.
 void need_good(const Told& told) {
   if (!told.problem.empty() && !told.is_usage) throw std::runtime_error(told.problem);
   if (!told.problem.empty()) throw text::UsageError(told.problem);

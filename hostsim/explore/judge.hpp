@@ -93,7 +93,7 @@ class Judge final : private plant::Listener {
     const Record* undisturbed;     ///< null in that run itself
     std::function<void(Time)> pass;
   };
-  /// Before the plant starts. Throws text::UsageError, with file and line, for a condition.
+  /// Make it before the plant starts. Throws text::UsageError, with file and line, for a condition.
   explicit Judge(Parts parts);
   ~Judge();
   Judge(const Judge&) = delete;

@@ -40,7 +40,7 @@ struct WrittenMoment {
   std::uint32_t occasion;
 };
 
-/// Of "16:silent@149" or "16:silent".
+/// The parts of "16:silent@149" or "16:silent".
 std::optional<WrittenMoment> written_moment(std::string_view text) {
   const auto [fault, occasion] = text::split(text, '@').value_or(std::pair(text, std::string_view("0")));
   const auto sides = text::split(fault, ':');

@@ -43,7 +43,7 @@ inline constexpr std::uint32_t kCounting = 0xFFFFFFFF;
 std::string to_string(const Moments& moments);
 /// A text like that, whatever its places and faults are.
 bool is_moments(std::string_view text);
-/// Without a number, a fault that has moments acts from the first on. Throws text::UsageError.
+/// A fault without a number that has moments acts from the first on. Throws text::UsageError.
 Moments parse_moments(std::string_view text, config::Config& plant);
 /// Those of --only and of `only` in the settings, together. Throws text::UsageError.
 Moments only(const std::string& option, const Settings& settings, config::Config& plant);

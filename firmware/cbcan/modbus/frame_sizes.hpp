@@ -30,7 +30,7 @@ enum Function : std::uint8_t {
   kReadFifoQueue = 24,
 };
 
-/// Of a frame with its CRC, or kCountAt + the offset of its byte count; 0 = not known.
+/// Bytes of a frame with its CRC, or kCountAt + the offset of its byte count; 0 = not known.
 struct Sizes {
   std::uint8_t request;
   std::uint8_t response;
@@ -38,7 +38,7 @@ struct Sizes {
 inline constexpr std::uint8_t kCountAt = 0x80;
 inline constexpr std::size_t kExceptionSize = 5;
 
-/// By function code. FC 8 and 43 have forms of any length.
+/// Sizes by function code. FC 8 and 43 have forms of any length.
 inline constexpr std::array<Sizes, kReadFifoQueue + 1> kSizes = [] {
   std::array<Sizes, kReadFifoQueue + 1> sizes{};
   for (const Function read : {kReadCoils, kReadDiscreteInputs, kReadHoldingRegisters, kReadInputRegisters})

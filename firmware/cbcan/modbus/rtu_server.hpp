@@ -24,17 +24,16 @@
 /// frame. A request for this station whose function code has no known length ends when its CRC is right and
 /// silence follows; one for all is ignored.
 ///
-/// After a broken frame (wrong CRC, too long, no silence after it) the server is out of step:
+/// The server is out of step after a broken frame (wrong CRC, too long, no silence after it):
 /// * If the gap is the silence, everything up to the next gap is ignored.
 /// * If the gap is longer, a master that polls faster leaves none. So after each silence poll() looks for a
 ///   frame with a right CRC, at any place, that ends with the last byte. That ends at the latest with the
 ///   first request that a master waits for. A request within a frame of another station is executed then if
 ///   there is silence after it.
 ///
-/// In step, frames of other stations are never executed, whatever they contain:
+/// Frames of other stations are never executed in step, whatever they contain:
 /// * If the gap is the silence, because the times of on_byte() are those of the line, a frame ends with a
-/// gap,
-///   and only a gap begins one. Not covered: a sender that pauses for more than a gap within a frame.
+///   gap, and only a gap begins one. Not covered: a sender that pauses for more than a gap within a frame.
 /// * If the gap is longer, because bytes arrive late or in bunches, silence between frames may go undetected.
 ///   Then a frame also ends at the length of a request or response of its function code, if the CRC is right.
 ///   Which of the two it is follows from the previous frame: a request is followed by its response, or by a
@@ -125,9 +124,10 @@ class RtuServer final {
   /// switched on.
   void on_broken_byte(std::uint32_t now_us);
 
-  /// Loop: the remaining silence for the waiting request, or for what may contain one, in microseconds: the loop
-  /// may sleep that long, or until the next byte. 0 = the request is taken, no byte cancels it any more, and execute() must follow. kNoRequest =
-  /// none waits. `now_us` is the counter of on_byte(); call it at least every 35 minutes.
+  /// Loop: the remaining silence for the waiting request, or for what may contain one, in microseconds: the
+  /// loop may sleep that long, or until the next byte. 0 = the request is taken, no byte cancels it any more,
+  /// and execute() must follow. kNoRequest = none waits. `now_us` is the counter of on_byte(); call it at
+  /// least every 35 minutes.
   std::uint32_t poll(std::uint32_t now_us);
 
   /// Loop, between poll() and execute(): the network of the request, from 0; the first for a broadcast.
