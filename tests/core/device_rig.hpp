@@ -109,12 +109,7 @@ struct DeviceRig final : Wire, private DeviceApplication {
       write(each.index, each.sub, each.size, each.value, each.outcome);
   }
   Wire& pass(Time duration) {
-    const Time end = now + duration;
-    while (device.deadline() <= end) {
-      now = std::max(now, device.deadline());
-      device.poll(now);
-    }
-    now = end;
+    poll_when_due(device, now, now + duration);
     return *this;
   }
   /// By SDO, expedited.

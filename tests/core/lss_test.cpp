@@ -51,14 +51,7 @@ struct LssDevice final : private LssApplication {
     for (const std::string& request : requests)
       ask({{request, kSilence}});
   }
-  void pass(Time duration) {
-    const Time end = now + duration;
-    while (slave.deadline() <= end) {
-      now = slave.deadline();
-      slave.poll(now);
-    }
-    now = end;
-  }
+  void pass(Time duration) { poll_when_due(slave, now, now + duration); }
 
  private:
   std::uint32_t identity(std::uint8_t part) const override { return address_.at(part); }

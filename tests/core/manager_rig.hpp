@@ -124,6 +124,10 @@ inline const Item kManager{0x1F80, 0, u32(1)};
 inline const Item kHeartbeats{0x1016, 1, u32(0x000500FA)};
 inline const Item kWrites{0x1F22, 5, concise({{0x1017, 0, {100, 0}}, {0x6423, 0, {1}}})};
 
+/// Own TPDO 1 sends the first output, R3864, on 205h.
+inline const std::vector<Item> kOutput{
+    {0x1A00, 1, u32(0xA5800110)}, {0x1A00, 0, {1}}, {0x1800, 1, u32(0x205)}};
+
 /// Node 5: 1F81h, then expected device type, vendor and product.
 inline std::vector<Item> node_5(std::uint32_t assignment = 5, const std::vector<Item>& more = {kWrites}) {
   std::vector<Item> items{kHeartbeats,
@@ -136,12 +140,19 @@ inline std::vector<Item> node_5(std::uint32_t assignment = 5, const std::vector<
   return items;
 }
 
-/// From the boot-up message to the last confirmed write.
-inline void check_and_configure(ManagerRig& rig) {
-  rig.arrive("705#00").expect("605#4000100000000000");
+/// From the request for 1000h, which has been sent, to what follows the last check.
+inline void check_identity(ManagerRig& rig) {
+  rig.expect("605#4000100000000000");
   rig.arrive("585#4300100091010F00").expect("605#4018100100000000");
   rig.arrive("585#4318100122000000").expect("605#4018100200000000");
-  rig.arrive("585#4318100291010000").expect("605#2B17100064000000");
+  rig.arrive("585#4318100291010000");
+}
+
+/// From the boot-up message to the last confirmed write.
+inline void check_and_configure(ManagerRig& rig) {
+  rig.arrive("705#00");
+  check_identity(rig);
+  rig.expect("605#2B17100064000000");
   rig.arrive("585#6017100000000000").expect("605#2F23640001000000");
   rig.arrive("585#6023640000000000").expect_silence();
 }

@@ -238,8 +238,8 @@ TEST_CASE("inputs that were sent before the start are read") {
 }
 
 TEST_CASE("outputs are sent after the PLC has written them") {
-  const std::vector<Item> items{
-      {0x1A00, 1, u32(0xA5800110)}, {0x1A00, 0, {1}}, {0x1800, 1, u32(0x205)}, kManager};
+  std::vector<Item> items = kOutput;
+  items.push_back(kManager);
   Coprocessor::Settings settings;
   settings.plc_timeout_ms = 100;
   ManagerRig rig(items, settings);
@@ -256,7 +256,7 @@ TEST_CASE("outputs are sent after the PLC has written them") {
 
 TEST_CASE("outputs are sent again to a node that returns") {
   std::vector<Item> items = node_5();
-  items.insert(items.begin(), {{0x1A00, 1, u32(0xA5800110)}, {0x1A00, 0, {1}}, {0x1800, 1, u32(0x205)}});
+  items.insert(items.begin(), kOutput.begin(), kOutput.end());
   ManagerRig rig(items);
   begin(rig);
   boot(rig);

@@ -164,10 +164,9 @@ TEST_CASE("a start that is not confirmed is repeated three times") {
 TEST_CASE("a keep-alive node that is Operational is only read") {
   ManagerRig rig(node_5(0x15));
   rig.expect("77F#00", "605#4000100000000000");  // is it there?
-  rig.arrive("585#4300100091010F00").expect("605#4000100000000000");
-  rig.arrive("585#4300100091010F00").expect("605#4018100100000000");
-  rig.arrive("585#4318100122000000").expect("605#4018100200000000");
-  rig.arrive("585#4318100291010000").expect("705#R1");  // node guarding: it need not have a heartbeat
+  rig.arrive("585#4300100091010F00");
+  check_identity(rig);
+  rig.expect("705#R1");  // node guarding: it need not have a heartbeat
   SECTION("Operational") {
     rig.arrive("705#05").expect_silence();
     CHECK(rig.of(5) == 0x0105);
@@ -183,25 +182,26 @@ TEST_CASE("a keep-alive node that is Operational is only read") {
     CHECK(rig.of(5) == 0x0200);
     SECTION("its boot-up message is lost") {
       rig.pass(kSecond).expect("605#4000100000000000");
-      rig.arrive("585#4300100091010F00").expect("605#4000100000000000");
-      rig.arrive("585#4300100091010F00", "585#4318100122000000", "585#4318100291010000");
-      rig.expect("605#4018100100000000", "605#4018100200000000", "605#2B17100064000000");
+      rig.arrive("585#4300100091010F00");
+      check_identity(rig);
+      rig.expect("605#2B17100064000000");
       return;
     }
     check_and_configure(rig);
   }
   SECTION("it boots: configured") {
-    rig.arrive("705#00").expect("605#4000100000000000");
-    rig.arrive("585#4300100091010F00", "585#4318100122000000", "585#4318100291010000")
-        .expect("605#4018100100000000", "605#4018100200000000", "605#2B17100064000000");
+    rig.arrive("705#00");
+    check_identity(rig);
+    rig.expect("605#2B17100064000000");
   }
 }
 
 TEST_CASE("a configuration that 1020h confirms is not written") {
   ManagerRig rig(node_5(5, {kWrites, {0x1F26, 5, u32(0x11)}, {0x1F27, 5, u32(0x22)}}));
   begin(rig);
-  rig.arrive("705#00", "585#4300100091010F00", "585#4318100122000000", "585#4318100291010000");
-  rig.expect("605#4000100000000000", "605#4018100100000000", "605#4018100200000000", "605#4020100100000000");
+  rig.arrive("705#00");
+  check_identity(rig);
+  rig.expect("605#4020100100000000");
   SECTION("equal") {
     rig.arrive("585#4320100111000000").expect("605#4020100200000000");
     rig.arrive("585#4320100222000000").expect_silence();
@@ -223,8 +223,9 @@ TEST_CASE("a configuration that 1020h confirms is not written") {
 TEST_CASE("defaults are restored, and the node is reset before it is configured") {
   ManagerRig rig(node_5(5, {kWrites, {0x1F8A, 5, u8(1)}}));
   begin(rig);
-  rig.arrive("705#00", "585#4300100091010F00", "585#4318100122000000", "585#4318100291010000");
-  rig.expect("605#4000100000000000", "605#4018100100000000", "605#4018100200000000", "605#231110016C6F6164");
+  rig.arrive("705#00");
+  check_identity(rig);
+  rig.expect("605#231110016C6F6164");
   rig.arrive("585#6011100100000000").expect("000#8105");
   SECTION("boot-up") {
     rig.arrive("705#00").expect("605#2B17100064000000");
@@ -240,39 +241,35 @@ TEST_CASE("defaults are restored, and the node is reset before it is configured"
     check_and_configure(rig);
   }
   SECTION("it answers, and its boot-up message is lost: another reset, and no other load") {
-    rig.pass(2 * kSecond).expect("605#4000100000000000");
-    rig.arrive("585#4300100091010F00", "585#4318100122000000", "585#4318100291010000");
-    rig.expect("605#4018100100000000", "605#4018100200000000", "000#8105");
+    rig.pass(2 * kSecond);
+    check_identity(rig);
+    rig.expect("000#8105");
   }
   SECTION("each boot-up message that is not the end of a restoring begins one") {
     rig.arrive("705#00").expect("605#2B17100064000000");
-    rig.arrive("705#00").expect("605#4000100000000000");
-    rig.arrive("585#4300100091010F00", "585#4318100122000000", "585#4318100291010000");
-    rig.expect("605#4018100100000000", "605#4018100200000000", "605#231110016C6F6164");
+    rig.arrive("705#00");
+    check_identity(rig);
+    rig.expect("605#231110016C6F6164");
   }
 }
 
 TEST_CASE("load is sent once, unless it is refused") {
   ManagerRig rig(node_5(5, {kWrites, {0x1F8A, 5, u8(1)}}));
   begin(rig);
-  const auto check = [&rig] {
-    rig.arrive("585#4300100091010F00", "585#4318100122000000", "585#4318100291010000");
-    rig.expect("605#4000100000000000", "605#4018100100000000", "605#4018100200000000");
-  };
   rig.arrive("705#00");
-  check();
+  check_identity(rig);
   rig.expect("605#231110016C6F6164");
   SECTION("no response: the node is reset at the next try") {
     rig.pass(kSecond).expect("605#8011100100000405");
     CHECK(rig.of(5) == 0x4A7F);
     rig.pass(kSecond);
-    check();
+    check_identity(rig);
     rig.expect("000#8105");
     rig.arrive("705#00").expect("605#2B17100064000000");
   }
   SECTION("0800 0022h: sent again") {
     rig.arrive("585#8011100122000008").pass(kSecond);
-    check();
+    check_identity(rig);
     rig.expect("605#231110016C6F6164");
   }
 }
@@ -282,10 +279,9 @@ TEST_CASE("save is sent once, unless it is refused") {
   ManagerRig rig(node_5(5, {writes}));
   begin(rig);
   const auto check_and_write = [&rig] {
-    rig.arrive("585#4300100091010F00", "585#4318100122000000", "585#4318100291010000",
-               "585#6017100000000000");
-    rig.expect("605#4000100000000000", "605#4018100100000000", "605#4018100200000000",
-               "605#2B17100064000000");
+    check_identity(rig);
+    rig.expect("605#2B17100064000000");
+    rig.arrive("585#6017100000000000");
   };
   rig.arrive("705#00");
   check_and_write();
@@ -389,7 +385,7 @@ TEST_CASE("an abort that the port refuses is sent as soon as it has room, also b
 
 TEST_CASE("a reset of the own node begins the boot again") {
   std::vector<Item> items = node_5();
-  items.insert(items.begin(), {{0x1A00, 1, u32(0xA5800110)}, {0x1A00, 0, {1}}, {0x1800, 1, u32(0x205)}});
+  items.insert(items.begin(), kOutput.begin(), kOutput.end());
   ManagerRig rig(items);
   begin(rig);
   boot(rig);

@@ -21,6 +21,7 @@ import unittest
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests/support"))
 import cases
+from done import done
 from simulator import LIMIT, Simulator, program_from_arguments, wait_until
 
 PROGRAM, NATIVE = program_from_arguments(sys.argv, 2)
@@ -34,14 +35,11 @@ TIME = b"GET /api/time HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n"
 
 def corpus(target):
     """(name, bytes)"""
-    folder = ROOT / "tests/fuzz/corpus"
-    for file in sorted((folder / target).iterdir()):
-        yield file.name, file.read_bytes()
-    rest, number = (folder / f"{target}.packed").read_bytes() if (folder / f"{target}.packed").exists() else b"", 0
-    while rest:
-        size, _, rest = rest.partition(b":")
-        yield f"packed-{number}", rest[:int(size)]
-        rest, number = rest[int(size) + 1:], number + 1
+    with tempfile.TemporaryDirectory() as unpacked:
+        done(ROOT / "tests/fuzz/corpus_file", "unpack", target, unpacked)
+        for folder in (ROOT / "tests/fuzz/corpus" / target, pathlib.Path(unpacked)):
+            for file in sorted(folder.iterdir()):
+                yield file.name, file.read_bytes()
 
 
 def connect(address):

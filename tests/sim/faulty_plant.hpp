@@ -5,6 +5,7 @@
 
 #include "sim/bus_suite.hpp"
 #include "sim/world.hpp"
+#include "support/world_bench.hpp"
 
 namespace cbcan::test {
 
@@ -75,15 +76,7 @@ struct FaultyPlant {
       pass(0);
     }
   }
-  void pass(Time duration) {
-    const Time end = now + duration;
-    for (Time next = world.next_deadline(); next <= end; next = world.next_deadline()) {
-      now = std::max(now, next);
-      world.advance(now);
-    }
-    now = end;
-    world.advance(now);
-  }
+  void pass(Time duration) { advance_when_due(world, now, now + duration); }
 
   /// What the master has received since the last call.
   Texts heard() { return std::exchange(master.heard, {}); }

@@ -157,15 +157,7 @@ class RandomNetwork final : private sim::Receiver {
     pass(5 * kSecond);
     CHECK(registers_[0] != 0xCA0E);
   }
-  /// Advances at deadlines alone.
-  void pass(Time duration) {
-    const Time end = now_ + duration;
-    for (Time next = world_.next_deadline(); next <= end; next = world_.next_deadline()) {
-      now_ = std::max(now_, next);
-      world_.advance(now_);
-    }
-    now_ = end;
-  }
+  void pass(Time duration) { advance_when_due(world_, now_, now_ + duration); }
   bool all_run() const { return (status_[0] & 1) != 0; }
 
   sim::Random random_;

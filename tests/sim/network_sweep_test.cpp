@@ -62,12 +62,7 @@ struct Plant {
     world.bus().attach(invariant).accept(0, 0x7FF);
   }
 
-  void pass(Time duration) {
-    for (const Time end = now + duration; now != end;) {
-      now = std::max(now, std::min(end, world.next_deadline()));
-      world.advance(now);
-    }
-  }
+  void pass(Time duration) { advance_when_due(world, now, now + duration); }
   /// Until this many frames have been on the bus. False: they do not come.
   bool pass_frames(unsigned frames) {
     const Time end = now + 3 * kSecond;

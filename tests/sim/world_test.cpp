@@ -4,6 +4,7 @@
 #include "sim/world.hpp"
 
 #include "sim/bus_suite.hpp"
+#include "support/world_bench.hpp"
 
 using namespace cbcan;
 using cbcan::sim::NodeParts;
@@ -44,15 +45,7 @@ struct Plant {
     reg(3700) = 0xCA0E;
     world.advance(now);
   }
-  void run(Time duration) {
-    const Time end = now + duration;
-    while (world.next_deadline() <= end) {
-      now = std::max(now, world.next_deadline());
-      world.advance(now);
-    }
-    now = end;
-    world.advance(now);
-  }
+  void run(Time duration) { cbcan::test::advance_when_due(world, now, now + duration); }
 
   std::array<std::uint16_t, 70> registers{};
   std::array<std::uint16_t, 128> process{};
@@ -91,8 +84,7 @@ TEST_CASE("128 bytes there and back in every transfer mode") {
     plant.execute({5055, 1, 0x2080, 0, 128});
     CHECK(plant.reg(3700) == 0);
     CHECK(std::equal(plant.registers.begin() + 6, plant.registers.end(), written.begin() + 6));
-    // Segmented: 2 + 2 x 19 frames in each direction; block: 2 + 19 + 1 + 2 to write, one start frame more to
-    // read.
+    // Segmented: 2 + 2 x 19 frames in each direction; block: 2 + 19 + 1 + 2 to write, one start frame more to read.
     CHECK(plant.log.lines.size() == (mode == 3 ? 24u + 25u : 40u + 40u));
   }
 }

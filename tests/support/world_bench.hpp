@@ -12,6 +12,15 @@
 
 namespace cbcan::test {
 
+/// Lets time pass until `end`, and advances at deadlines alone.
+inline void advance_when_due(sim::World& world, Time& now, Time end) {
+  for (Time next = world.next_deadline(); next <= end; next = world.next_deadline()) {
+    now = std::max(now, next);
+    world.advance(now);
+  }
+  now = end;
+}
+
 struct WorldBench : private sim::Receiver {
   explicit WorldBench(std::uint32_t bit_rate = 0, sim::FaultListener* listener = nullptr)
       : world(bit_rate, 0, listener) {
@@ -88,14 +97,8 @@ struct WorldBench : private sim::Receiver {
     return lines;
   }
 
-  /// Advances at deadlines alone.
   WorldBench& pass(Time duration) {
-    const Time end = now + duration;
-    for (Time next = world.next_deadline(); next <= end; next = world.next_deadline()) {
-      now = std::max(now, next);
-      world.advance(now);
-    }
-    now = end;
+    advance_when_due(world, now, now + duration);
     return *this;
   }
 
