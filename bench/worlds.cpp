@@ -9,8 +9,8 @@
 #include "config/build_node.hpp"
 #include "config/demo_plant.hpp"
 #include "config/plant_file.hpp"
+#include "descriptions/eds_reader.hpp"
 #include "devices/lua/lua_device.hpp"
-#include "eds/eds_reader.hpp"
 #include "plant/hostile_scripts.hpp"
 #include "sim/world.hpp"
 
@@ -197,13 +197,13 @@ void hostile(const Arguments& /*arguments*/) {
 
 void eds(const Arguments& arguments) {
   const unsigned times = arguments.number(0, 1, 1);
-  const text::FileReader read = config::with_demo_plant([](const std::string&) { return std::nullopt; });
+  const base::FileReader read = config::with_demo_plant([](const std::string&) { return std::nullopt; });
   std::size_t bytes = 0;
   for (const char* name : {"drive", "generic", "io_module", "pressure_transducer"}) {
     const std::string text = read(std::string("demo:/") + name + ".eds").value();
     bytes += text.size();
     for (unsigned i = 0; i < times; ++i)
-      require(!eds::read(text, name, 5).device.objects.empty(), name);
+      require(!descriptions::read(text, name, 5).device.objects.empty(), name);
   }
   std::printf("figure: eds.bytes %zu\n", bytes * times);
 }

@@ -43,7 +43,7 @@ install(DIRECTORY examples DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libcbcan-dev
   FILES_MATCHING PATTERN "*.cpp" PATTERN "*.hpp" PATTERN "*.py" PATTERN "*.ini" PATTERN CMakeLists.txt)
 if(TARGET cbcan::sim)
   cbcan_install_libraries(cbcan-sim sim)
-  cbcan_install_headers(hostsim/include/cbcan)
+  cbcan_install_headers(hostsim/plant/include/cbcan)
 endif()
 
 write_basic_package_version_file(cbcan-config-version.cmake COMPATIBILITY SameMinorVersion)

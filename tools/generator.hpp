@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
-#include "options/exit_code.hpp"
-#include "text/error.hpp"
-#include "text/utf8.hpp"
+#include "base/error.hpp"
+#include "base/exit_code.hpp"
+#include "base/utf8.hpp"
 
 namespace cbcan::tools {
 
@@ -20,7 +20,7 @@ using Words = std::vector<std::string>;
 
 inline void print(const Words& remarks, const std::string& output) {
   for (const std::string& remark : remarks)
-    fmt::print(stderr, "{}\n", text::to_utf8(remark));
+    fmt::print(stderr, "{}\n", base::to_utf8(remark));
   if (std::fwrite(output.data(), 1, output.size(), stdout) != output.size() || std::fflush(stdout) != 0)
     throw std::runtime_error("standard output: cannot be written");
 }
@@ -36,8 +36,8 @@ inline int generate(const char* program, const char* help, int count, char** wor
     print(remarks, output);
     return 0;
   } catch (const std::exception& error) {
-    fmt::print(stderr, "{}: {}\n", program, text::to_utf8(error.what()));
-    return static_cast<int>(options::ExitCode::kUsage);
+    fmt::print(stderr, "{}: {}\n", program, base::to_utf8(error.what()));
+    return static_cast<int>(base::ExitCode::kUsage);
   }
 }
 

@@ -5,9 +5,9 @@
 
 #include <utility>
 
-#include "adapters/slcan_adapter.hpp"
 #include "io/can/socketcan.hpp"
 #include "io/can/stream_bus.hpp"
+#include "protocols/slcan_adapter.hpp"
 #include "session/session.hpp"
 #include "window/rtu_connection.hpp"
 
@@ -56,15 +56,15 @@ void BusConnections::open_outside() {
 /// On a manual clock hours may pass before clients can read, so none is too slow.
 void BusConnections::open_servers(const config::CanConfig& config) {
   const std::size_t most_unsent =
-      clock_.runs() ? adapters::Adapter::kMostUnsent : adapters::Adapter::kUnlimited;
+      clock_.runs() ? protocols::Adapter::kMostUnsent : protocols::Adapter::kUnlimited;
   const auto serve = [this](Clients& clients, std::string_view service, const std::string& address,
                             auto make) {
     if (!address.empty())
-      clients.server.emplace(reactor_, service, text::parse_stream_address(address), make, warn_);
+      clients.server.emplace(reactor_, service, base::parse_stream_address(address), make, warn_);
   };
   const auto on_queued = [this] { network_.advance(); };
   serve(slcan_, "slcan", config.slcan, [this, on_queued, most_unsent] {
-    return std::make_unique<adapters::SlcanAdapter>(network_.world().bus(), on_queued, most_unsent,
+    return std::make_unique<protocols::SlcanAdapter>(network_.world().bus(), on_queued, most_unsent,
                                                     &slcan_.lost);
   });
   if (!config.socketcand.empty())
@@ -72,7 +72,7 @@ void BusConnections::open_servers(const config::CanConfig& config) {
         network_.world().bus(), network_.world().schedule(), [this] { return clock_.now(); },
         clock_.wall_offset(), clock_.runs() ? kPauseBehindOk : 0);
   serve(socketcand_, "socketcand", config.socketcand, [this, on_queued, most_unsent] {
-    return std::make_unique<adapters::SocketcandAdapter>(*socketcand_bus_, on_queued, most_unsent,
+    return std::make_unique<protocols::SocketcandAdapter>(*socketcand_bus_, on_queued, most_unsent,
                                                          &socketcand_.lost);
   });
 }
@@ -84,7 +84,7 @@ void BusConnections::open_plc(const config::NetworkConfig& config) {
   if (plc.address.empty())
     connection = std::make_unique<window::RtuConnection>(line_of(plc.line), io::kPlcTiming);
   else
-    connection = io::plc_over_tcp(text::parse_listen_address(plc.address, kModbusPort));
+    connection = io::plc_over_tcp(base::parse_listen_address(plc.address, kModbusPort));
   io::PlcClient::Exchanges exchanges;
   if (plc.layout == config::PlcLayout::kScanner)
     exchanges.push_back(std::make_unique<io::ScannerExchange>(

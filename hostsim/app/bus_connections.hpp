@@ -9,7 +9,6 @@
 #include <optional>
 #include <string>
 
-#include "adapters/socketcand_adapter.hpp"
 #include "app/clock.hpp"
 #include "config/can_spec.hpp"
 #include "config/config.hpp"
@@ -20,6 +19,7 @@
 #include "io/serial/serial_port.hpp"
 #include "io/sockets/stream_server.hpp"
 #include "plant/network.hpp"
+#include "protocols/socketcand_adapter.hpp"
 #include "session/addresses.hpp"
 
 namespace cbcan::app {
@@ -78,7 +78,7 @@ class BusConnections {
   std::optional<io::CandumpLog> log_;
   std::optional<config::CanSpec> spec_;  ///< of the bus outside
   std::unique_ptr<io::OutsideBus> outside_;
-  std::optional<adapters::SocketcandBus> socketcand_bus_;
+  std::optional<protocols::SocketcandBus> socketcand_bus_;
   Clients slcan_;
   Clients socketcand_;
   std::optional<io::PlcClient> plc_;

@@ -7,23 +7,23 @@
 #include <cerrno>
 #include <utility>
 
+#include "base/utf8.hpp"
 #include "io/errors.hpp"
-#include "text/utf8.hpp"
 
 namespace cbcan::app {
 
 void Console::say(std::string_view lines) {
-  out_.add(text::lines_to_utf8(lines));
+  out_.add(base::lines_to_utf8(lines));
   flush();
 }
 
 void Console::warn(std::string_view line) {
-  tell(fmt::format("cbcan-sim: {}\n", text::to_utf8(line)));
+  tell(fmt::format("cbcan-sim: {}\n", base::to_utf8(line)));
 }
 
 void Console::tell(std::string_view lines) {
   if (err_.room())
-    text::append_lines(err_.text(), lines);
+    base::append_lines(err_.text(), lines);
   else
     dropped_ += static_cast<std::uint64_t>(std::ranges::count(lines, '\n'));
   flush();

@@ -5,22 +5,22 @@
 #include <vector>
 
 #include "app/console.hpp"
-#include "cli/command_line.hpp"
+#include "config/command_line.hpp"
 #include "config/eds_file.hpp"
-#include "explore/settings.hpp"
+#include "scenario/search/settings.hpp"
 
 namespace cbcan::app {
 
 /// Runs at a time: --jobs, or as many as there are processors.
-std::size_t at_a_time(const cli::SearchConfig& search);
+std::size_t at_a_time(const config::SearchConfig& search);
 
 /// Many runs of a command, each with its plant in a process of its own: with each fault at each moment
 /// (--explore), or with each seed. Returns the exit code. Throws io::UsageError, io::EnvironmentError.
-int run_many(const cli::Start& start, const explore::Settings& settings, config::EdsFiles& files,
+int run_many(const config::Start& start, const search::Settings& settings, config::EdsFiles& files,
              Console& console);
 
 /// The same for scenarios, in this process.
-options::ExitCode explore_scenarios(const std::vector<std::string>& paths, const cli::SearchConfig& search,
-                                    const text::FileReader& read, Console& console);
+base::ExitCode explore_scenarios(const std::vector<std::string>& paths, const config::SearchConfig& search,
+                                    const base::FileReader& read, Console& console);
 
 }  // namespace cbcan::app

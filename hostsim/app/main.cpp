@@ -15,25 +15,25 @@
 #include "app/explore.hpp"
 #include "app/run.hpp"
 #include "app/simulator.hpp"
-#include "cli/command_line.hpp"
+#include "base/address.hpp"
+#include "base/command.hpp"
+#include "base/read_file.hpp"
+#include "base/utf8.hpp"
 #include "config/build_node.hpp"
+#include "config/command_line.hpp"
 #include "config/demo_plant.hpp"
 #include "config/settings.hpp"
 #include "config/wires.hpp"
-#include "explore/moment.hpp"
-#include "explore/scenario_run.hpp"
-#include "files/read_file.hpp"
 #include "io/files/parameter_file.hpp"
 #include "io/sockets/service_manager.hpp"
-#include "options/command.hpp"
-#include "text/address.hpp"
-#include "text/utf8.hpp"
+#include "scenario/search/moment.hpp"
+#include "scenario/search/scenario_run.hpp"
 #include "window/program_start.hpp"
 
 namespace cbcan::app {
 namespace {
 
-using cli::ExitCode;
+using config::ExitCode;
 
 int code(ExitCode code) {
   return static_cast<int>(code);
@@ -41,12 +41,12 @@ int code(ExitCode code) {
 
 /// Throws io::UsageError for a missing folder of a file or socket, and for a serial port that is a file.
 template <class Target>
-void check_place(const options::Setting<Target>& row, const Target& target) {
-  using options::Form;
+void check_place(const base::Setting<Target>& row, const Target& target) {
+  using base::Form;
   if (row.form != Form::kPath && row.form != Form::kAddress) return;
   const std::string text = std::get<std::string>(row.load(row, target));
   const std::string path =
-      row.form == Form::kPath || text.empty() ? text : text::parse_stream_address(text).path;
+      row.form == Form::kPath || text.empty() ? text : base::parse_stream_address(text).path;
   const std::string folder = std::filesystem::path(path).parent_path().string();
   const std::string where = fmt::format("{} {}: ", row.key, path);
   std::error_code error;  // without permission, opening it reports the error
@@ -80,21 +80,21 @@ void check_parameters(const config::Config& config) {
   }
 }
 
-int run(cli::Start& start, const text::FileReader& read, Console& console) {
-  const explore::Settings explored = explore::read_settings(start.plant_text, start.plant_file);
-  const explore::Moments faults = explore::only(start.search.only, explored, start.config);
-  if (!start.search.explore) explore::inject(faults, start.config);
+int run(config::Start& start, const base::FileReader& read, Console& console) {
+  const search::Settings explored = search::read_settings(start.plant_text, start.plant_file);
+  const search::Moments faults = search::only(start.search.only, explored, start.config);
+  if (!start.search.explore) search::inject(faults, start.config);
   const config::Config& config = start.config;
   config::EdsFiles files(read);
   config::PlantBuild build = config::build_nodes(config, files);
   for (const std::string& line : build.lines)
-    console.tell((line.starts_with('-') ? "cbcan-sim: " : "") + text::to_utf8(line) +
+    console.tell((line.starts_with('-') ? "cbcan-sim: " : "") + base::to_utf8(line) +
                  "\n");  // about an option, not a file
   if (!build.good) return code(ExitCode::kUsage);
   check_places(config);
   if (start.check) {
     check_parameters(config);
-    explore::check_conditions(explored, config, std::move(build));
+    search::check_conditions(explored, config, std::move(build));
     return code(ExitCode::kDone);
   }
   if (start.search.explore || !start.search.seeds.empty()) return run_many(start, explored, files, console);
@@ -102,7 +102,7 @@ int run(cli::Start& start, const text::FileReader& read, Console& console) {
   int exit_code = code(ExitCode::kDone);
   if (start.command.empty()) {
     const session::Addresses addresses = simulator.addresses();
-    const std::string ready = "ready " + text::to_utf8(addresses.where()) + "\n";
+    const std::string ready = "ready " + base::to_utf8(addresses.where()) + "\n";
     config::logs_to_standard_output(config) ? console.tell(ready) : console.say(ready);
     console.tell(addresses.ways_in());
     io::tell_ready([&console](const std::string& line) { console.warn(line); });
@@ -115,13 +115,13 @@ int run(cli::Start& start, const text::FileReader& read, Console& console) {
 }
 
 /// `cbcan-sim eds NODE [OPTION...]`
-int print_eds(int argc, char** argv, const text::FileReader& read, Console& console) {
+int print_eds(int argc, char** argv, const base::FileReader& read, Console& console) {
   if (argc < 3) throw io::UsageError("eds: write cbcan-sim eds NODE --config FILE");
-  if (std::string_view(argv[2]) == options::kHelpOption) {
-    console.say(cli::eds_help_text());
+  if (std::string_view(argv[2]) == base::kHelpOption) {
+    console.say(config::eds_help_text());
     return code(ExitCode::kDone);
   }
-  const cli::Start start = cli::parse_command_line(argc - 2, argv + 2, read);
+  const config::Start start = config::parse_command_line(argc - 2, argv + 2, read);
   console.tell(start.err);
   console.say(start.out);
   if (!start.run) return code(start.exit_code);
@@ -137,15 +137,15 @@ int print_eds(int argc, char** argv, const text::FileReader& read, Console& cons
 }
 
 int start(int argc, char** argv, Console& console) {
-  const text::FileReader read = config::with_demo_plant(files::read_file);
+  const base::FileReader read = config::with_demo_plant(base::read_file);
   if (argc > 1 && std::string_view(argv[1]) == "run") {
-    const cli::RunStart start = cli::parse_run_command_line(std::span(argv + 2, argv + argc));
+    const config::RunStart start = config::parse_run_command_line(std::span(argv + 2, argv + argc));
     console.tell(start.err);
     console.say(start.out);
     return code(start.run ? run_scenarios(start.config, read, console) : start.exit_code);
   }
   if (argc > 1 && std::string_view(argv[1]) == "eds") return print_eds(argc, argv, read, console);
-  cli::Start start = cli::parse_command_line(argc, argv, read);
+  config::Start start = config::parse_command_line(argc, argv, read);
   console.tell(start.err);
   console.say(start.out);
   return start.run ? run(start, read, console) : code(start.exit_code);
@@ -171,6 +171,6 @@ int start(int argc, char** argv) {
 }  // namespace cbcan::app
 
 int main(int argc, char** argv) {
-  cbcan::window::start_program<static_cast<int>(cbcan::options::ExitCode::kEnvironment)>();
+  cbcan::window::start_program<static_cast<int>(cbcan::base::ExitCode::kEnvironment)>();
   return cbcan::app::start(argc, argv);
 }

@@ -4,11 +4,11 @@
 #include <memory>
 #include <string>
 
-#include "adapters/dialogue.hpp"
 #include "app/clock.hpp"
 #include "app/console.hpp"
 #include "io/loop/line_input.hpp"
 #include "io/loop/reactor.hpp"
+#include "protocols/dialogue.hpp"
 
 namespace cbcan::app {
 
@@ -33,7 +33,7 @@ class ManualClock final : public Clock {
 
   Console& console_;
   bool reads_input_;
-  std::shared_ptr<adapters::Dialogue> dialogue_ = std::make_shared<adapters::Dialogue>();
+  std::shared_ptr<protocols::Dialogue> dialogue_ = std::make_shared<protocols::Dialogue>();
   Time now_ = 0;
 };
 

@@ -14,17 +14,17 @@
 
 #include "app/explore.hpp"
 #include "app/simulator.hpp"
-#include "explore/told_json.hpp"
+#include "base/utf8.hpp"
+#include "base/words.hpp"
 #include "io/loop/reactor.hpp"
-#include "text/utf8.hpp"
-#include "text/words.hpp"
+#include "scenario/search/told_json.hpp"
 
 namespace cbcan::app {
 
 namespace {
 
-using explore::Run;
-using explore::Told;
+using search::Run;
+using search::Told;
 using nlohmann::json;
 
 constexpr Time kWallLimit = 60 * kSecond;  ///< of a run on this machine's clock
@@ -50,7 +50,7 @@ void read_said(int from, std::string& said) {
 std::string indented(std::string_view said) {
   std::string lines;
   while (!said.empty())
-    lines += fmt::format("  | {}\n", text::to_utf8(text::take_line(said)));
+    lines += fmt::format("  | {}\n", base::to_utf8(base::take_line(said)));
   return lines;
 }
 
@@ -96,7 +96,7 @@ void Processes::be(const Run& run, int to, int error) {
   Told told;
   try {
     told = run_here(run, error);
-  } catch (const text::UsageError& mistake) {
+  } catch (const base::UsageError& mistake) {
     told.problem = mistake.what();
     told.is_usage = true;
   } catch (const std::exception& prevented) {
@@ -121,7 +121,7 @@ Told Processes::run_here(const Run& run, int error) {
   Console console;
   Simulator simulator(config, config::build_nodes(config, files_), start_.plant_file, console, false,
                       Simulator::Files::kCopied);
-  explore::Judge judge({simulator.session().control(), settings_, run.counted, run.values_may_differ,
+  search::Judge judge({simulator.session().control(), settings_, run.counted, run.values_may_differ,
                         run.must_survive, run.undisturbed, [&](Time duration) { simulator.pass(duration); }});
   simulator.session().watch([&judge] { return judge.look(); });
   const int code = simulator.run(start_.command, error);
@@ -171,7 +171,7 @@ Told Processes::told_by(const Process& process, int status) const {
 /// Killed at the limit, twice.
 Told Processes::hanging(const Process& process) const {
   Told told;
-  told.result.verdict = explore::Verdict::kBroken;
+  told.result.verdict = search::Verdict::kBroken;
   told.result.what = "hangs";
   told.result.seen =
       fmt::format("no end within {} s of this machine's time, also alone", kWallLimit / kSecond);

@@ -6,24 +6,24 @@
 #include <string>
 #include <vector>
 
-#include "cli/command_line.hpp"
+#include "config/command_line.hpp"
 #include "config/eds_file.hpp"
-#include "explore/exploration.hpp"
 #include "io/loop/descriptor.hpp"
+#include "scenario/search/exploration.hpp"
 
 namespace cbcan::app {
 
 /// Runs the command, each time with its plant in a process of its own. One that takes too long on this
 /// machine's clock is made again alone; if it does once more, it hangs, which is a failure. Throws
 /// io::EnvironmentError.
-class Processes final : public explore::Runner {
+class Processes final : public search::Runner {
  public:
-  using Ended = std::function<void(std::size_t, const explore::Told&)>;
+  using Ended = std::function<void(std::size_t, const search::Told&)>;
 
-  Processes(const cli::Start& start, config::EdsFiles& files, const explore::Settings& settings)
+  Processes(const config::Start& start, config::EdsFiles& files, const search::Settings& settings)
       : start_(start), files_(files), settings_(settings) {}
 
-  void all(std::size_t count, const std::function<explore::Run(std::size_t)>& make,
+  void all(std::size_t count, const std::function<search::Run(std::size_t)>& make,
            const std::function<bool()>& wanted, const Ended& ended) override;
 
  private:
@@ -37,16 +37,16 @@ class Processes final : public explore::Runner {
     std::string said{};  ///< the last of `error`
   };
 
-  void begin(std::size_t number, const explore::Run& run);
-  [[noreturn]] void be(const explore::Run& run, int to, int error);
-  explore::Told run_here(const explore::Run& run, int error);
+  void begin(std::size_t number, const search::Run& run);
+  [[noreturn]] void be(const search::Run& run, int to, int error);
+  search::Told run_here(const search::Run& run, int error);
   void wait(const Ended& ended, const std::function<void(const Process&)>& slow);
-  explore::Told told_by(const Process& process, int status) const;
-  explore::Told hanging(const Process& process) const;
+  search::Told told_by(const Process& process, int status) const;
+  search::Told hanging(const Process& process) const;
 
-  const cli::Start& start_;
+  const config::Start& start_;
   config::EdsFiles& files_;
-  const explore::Settings& settings_;
+  const search::Settings& settings_;
   std::vector<Process> processes_;
 };
 

@@ -19,11 +19,11 @@
 #include "app/progress.hpp"
 #include "app/result_file.hpp"
 #include "app/target.hpp"
-#include "explore/scenario_run.hpp"
+#include "base/utf8.hpp"
 #include "io/can/candump_log.hpp"
 #include "scenario/outcome.hpp"
 #include "scenario/run.hpp"
-#include "text/utf8.hpp"
+#include "scenario/search/scenario_run.hpp"
 
 namespace cbcan::app {
 
@@ -45,7 +45,7 @@ std::optional<std::vector<std::string>> list_folder(const std::string& path) {
 
 class Runner {
  public:
-  Runner(const cli::RunConfig& config, const text::FileReader& read) : config_(config), read_(read) {}
+  Runner(const config::RunConfig& config, const base::FileReader& read) : config_(config), read_(read) {}
 
   Outcome play(const std::string& file, std::uint32_t seed, config::EdsFiles& files) const {
     return scenario::play_file(file, read_, [&](scenario::Scenario& scenario) {
@@ -56,17 +56,17 @@ class Runner {
 
  private:
   Outcome play_here(scenario::Scenario& scenario, config::EdsFiles& files) const {
-    const explore::Settings settings = explore::read_settings(scenario.text, scenario.file);
-    const explore::Moments faults = explore::only(config_.only, settings, scenario.config);
+    const search::Settings settings = search::read_settings(scenario.text, scenario.file);
+    const search::Moments faults = search::only(config_.only, settings, scenario.config);
     if (faults.empty() || config_.check) {
       const Outcome outcome = play_on_plant(scenario, files);
       if (config_.check && outcome.verdict == Verdict::kPassed)
-        explore::check_conditions(settings, scenario.config, config::build_nodes(scenario.config, files));
+        search::check_conditions(settings, scenario.config, config::build_nodes(scenario.config, files));
       return outcome;
     }
     if (!config_.logs.empty())
       throw io::UsageError(fmt::format("--log {}: a run of --explore writes none", config_.logs));
-    return explore::replay(scenario, faults, settings, files);
+    return search::replay(scenario, faults, settings, files);
   }
 
   Outcome play_on_plant(const scenario::Scenario& scenario, config::EdsFiles& files) const {
@@ -80,7 +80,7 @@ class Runner {
   }
 
   Outcome play_on_target(scenario::Scenario& scenario) const {
-    Target target(cli::target_of(config_.target));
+    Target target(config::target_of(config_.target));
     std::size_t unseen = 0;
     try {
       unseen = leave_out_unobservable(scenario, target);
@@ -104,8 +104,8 @@ class Runner {
     };
   }
 
-  const cli::RunConfig& config_;
-  const text::FileReader& read_;
+  const config::RunConfig& config_;
+  const base::FileReader& read_;
 };
 
 /// The longest files first, so that at the end no processor waits for a long one.
@@ -121,10 +121,10 @@ std::vector<std::size_t> by_length(const std::vector<std::string>& files) {
 }
 
 /// config.jobs at a time: plants are independent of each other.
-std::vector<Outcome> play_all(const std::vector<std::string>& files, const cli::RunConfig& config,
-                              const text::FileReader& read) {
+std::vector<Outcome> play_all(const std::vector<std::string>& files, const config::RunConfig& config,
+                              const base::FileReader& read) {
   const Runner runner(config, read);
-  const cli::Seeds seeds = config.seeds.empty() ? cli::Seeds{} : cli::seeds_of(config.seeds);
+  const config::Seeds seeds = config.seeds.empty() ? config::Seeds{} : config::seeds_of(config.seeds);
   const std::size_t of_each = std::size_t{seeds.last} - seeds.first + 1;
   const std::size_t all = files.size() * of_each;
   const std::vector<std::size_t> order = by_length(files);
@@ -144,7 +144,7 @@ std::vector<Outcome> play_all(const std::vector<std::string>& files, const cli::
     try {
       outcome = runner.play(files[file], seed, eds_files[thread]);
     } catch (const std::exception& error) {
-      outcome = {Verdict::kWrong, 0, text::to_utf8(error.what()) + "\n"};
+      outcome = {Verdict::kWrong, 0, base::to_utf8(error.what()) + "\n"};
     }
     const std::scoped_lock lock(one);
     failed += outcome.verdict == Verdict::kFailed || outcome.verdict == Verdict::kWrong ? 1 : 0;
@@ -159,10 +159,10 @@ std::vector<Outcome> play_all(const std::vector<std::string>& files, const cli::
 
 }  // namespace
 
-options::ExitCode run_scenarios(const cli::RunConfig& config, const text::FileReader& read,
+base::ExitCode run_scenarios(const config::RunConfig& config, const base::FileReader& read,
                                 Console& console) {
   if (!config.logs.empty()) need_folder("--log", config.logs);
-  const cli::Shard shard = config.explore ? cli::Shard() : cli::shard_of(config.shard);  // of its moments
+  const config::Shard shard = config.explore ? config::Shard() : config::shard_of(config.shard);  // of its moments
   const std::vector<std::string> files =
       scenario::scenario_files(config.paths, shard.part, shard.parts, list_folder, read);
   if (config.explore) return explore_scenarios(files, config, read, console);

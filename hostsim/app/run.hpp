@@ -4,12 +4,12 @@
 /// `cbcan-sim run`: plays scenarios and reports the results.
 
 #include "app/console.hpp"
-#include "cli/run_options.hpp"
-#include "text/files.hpp"
+#include "base/files.hpp"
+#include "config/run_options.hpp"
 
 namespace cbcan::app {
 
 /// Throws io::EnvironmentError for files that cannot be written, io::UsageError for paths without a scenario.
-options::ExitCode run_scenarios(const cli::RunConfig& config, const text::FileReader& read, Console& console);
+base::ExitCode run_scenarios(const config::RunConfig& config, const base::FileReader& read, Console& console);
 
 }  // namespace cbcan::app

@@ -10,16 +10,16 @@
 #include <thread>
 #include <utility>
 
-#include "adapters/command_session.hpp"
 #include "app/manual_clock.hpp"
+#include "base/numbers.hpp"
 #include "cbcan/version.hpp"
-#include "text/numbers.hpp"
+#include "protocols/command_session.hpp"
 
 namespace cbcan::app {
 
 namespace {
 
-io::ModbusTcpSettings settings_of(const text::ListenAddress& modbus) {
+io::ModbusTcpSettings settings_of(const base::ListenAddress& modbus) {
   io::ModbusTcpSettings settings;
   settings.listen = {modbus.host, modbus.port};
   settings.identity = {"cbcan", "cbcan-sim", kVersion};
@@ -85,14 +85,14 @@ void Simulator::open_modbus(const config::Config& config) {
   if (std::ranges::all_of(plant().networks(),
                           [](const auto& network) { return network->registers().empty(); }))
     return;
-  std::vector<adapters::ModbusUnit*> units;
+  std::vector<protocols::ModbusUnit*> units;
   for (const auto& network : plant().networks())
     units.push_back(network.get());
   const config::RtuConfig& rtu = config.rtu;
   if (!rtu.line.device.empty()) rtu_.emplace(reactor_, units, line_of(rtu.line), rtu.station, warn_);
   if (!rtu.listen.empty())
-    rtu_tcp_.emplace(reactor_, "rtu over tcp", text::parse_stream_address(rtu.listen),
-                     adapters::rtu_over_tcp(units, io::Reactor::now, rtu.station), warn_);
+    rtu_tcp_.emplace(reactor_, "rtu over tcp", base::parse_stream_address(rtu.listen),
+                     protocols::rtu_over_tcp(units, io::Reactor::now, rtu.station), warn_);
   modbus_.emplace(reactor_, std::move(units), settings_of(config.modbus), warn_);
 }
 
@@ -104,7 +104,7 @@ void Simulator::open_views(const config::Config& config) {
         session_->control().journal(),
         io::PcapFile::Settings{config.pcap, config.pcap_mb * kMegabyte, plant().networks().size(),
                                clock_->wall_offset() + session_->started(), clock_->most_waiting()},
-        [this](text::Buffer& to, const auto& event) {
+        [this](base::Buffer& to, const auto& event) {
           append_packet_comment(to, event, session_->control().journal(), session_->find_name());
         },
         warn_);
@@ -127,12 +127,12 @@ void Simulator::open_commands(const config::Config& config) {
     return session_->execute(line, dialogue);
   };
   if (!config.control.empty())
-    commands_.emplace(reactor_, "control", text::parse_stream_address(config.control),
-                      adapters::command_sessions(run), warn_);
+    commands_.emplace(reactor_, "control", base::parse_stream_address(config.control),
+                      protocols::command_sessions(run), warn_);
   if (config.http.listen.empty()) return;
   http_.emplace(
-      reactor_, text::parse_listen_address(config.http.listen, 0), config.http.write,
-      [&api = session_->open_api(config)](const adapters::HttpRequest& request) {
+      reactor_, base::parse_listen_address(config.http.listen, 0), config.http.write,
+      [&api = session_->open_api(config)](const protocols::HttpRequest& request) {
         return api.respond(request);
       },
       warn_);

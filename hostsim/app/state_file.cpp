@@ -9,7 +9,7 @@
 
 #include <cerrno>
 
-#include "files/read_file.hpp"
+#include "base/read_file.hpp"
 #include "io/errors.hpp"
 #include "io/loop/reactor.hpp"
 
@@ -48,37 +48,37 @@ StateFile::~StateFile() {
 
 /// A last line without its end is one that a crash of the machine has cut; otherwise it gets one.
 void StateFile::open() {
-  const std::string text = files::read_file(path_).value_or("");
+  const std::string text = base::read_file(path_).value_or("");
   const std::size_t whole = text.rfind('\n') + 1;  // 0 if there is none
   try {
-    state_ = explore::parse_state(text, name_);
+    state_ = search::parse_state(text, name_);
     if (whole != text.size()) write("\n");
   } catch (const io::UsageError&) {
     if (whole == 0 || whole == text.size()) throw;
-    state_ = explore::parse_state(std::string_view(text).substr(0, whole), name_);
+    state_ = search::parse_state(std::string_view(text).substr(0, whole), name_);
     if (::ftruncate(file_.get(), static_cast<off_t>(whole)) != 0) fail();
   }
 }
 
 void StateFile::begin(const std::string& subject, const std::string& fingerprint) {
-  known_ = &state_.try_emplace(subject, explore::KeptResults{fingerprint, {}}).first->second;
+  known_ = &state_.try_emplace(subject, search::KeptResults{fingerprint, {}}).first->second;
   if (known_->fingerprint != fingerprint)
     throw io::UsageError(
         fmt::format("{}: is of another program, plant, command or version; name a new file", name_));
-  heading_ = explore::state_line(subject, fingerprint);
+  heading_ = search::state_line(subject, fingerprint);
   end_ = -1;
 }
 
-const explore::Result* StateFile::find(const std::string& moments) const {
+const search::Result* StateFile::find(const std::string& moments) const {
   const auto found = known_->runs.find(moments);
   return found == known_->runs.end() ? nullptr : &found->second;
 }
 
 /// The subject's line again where another one may have written.
-void StateFile::add(const std::string& moments, const explore::Result& result) {
+void StateFile::add(const std::string& moments, const search::Result& result) {
   if (!file_) return;
   const Locked lock(file_.get());
-  write((size() == end_ ? "" : heading_) + explore::state_line(moments, result));
+  write((size() == end_ ? "" : heading_) + search::state_line(moments, result));
   end_ = size();
   if (io::Reactor::now() - synced_ < kSecond) return;
   synced_ = io::Reactor::now();

@@ -9,8 +9,8 @@
 #include <string>
 
 #include "cbcan/time.hpp"
-#include "explore/state.hpp"
 #include "io/loop/descriptor.hpp"
+#include "scenario/search/state.hpp"
 
 namespace cbcan::app {
 
@@ -26,9 +26,9 @@ class StateFile {
   /// What follows is about this subject. Throws io::UsageError if the file has another one with its name.
   void begin(const std::string& subject, const std::string& fingerprint);
   /// The result that the file had when it was opened; null = none.
-  const explore::Result* find(const std::string& moments) const;
+  const search::Result* find(const std::string& moments) const;
   /// Throws io::EnvironmentError.
-  void add(const std::string& moments, const explore::Result& result);
+  void add(const std::string& moments, const search::Result& result);
 
  private:
   void open();
@@ -39,8 +39,8 @@ class StateFile {
   std::string name_;
   std::string path_;
   io::Descriptor file_;
-  explore::State state_;
-  const explore::KeptResults* known_ = nullptr;
+  search::State state_;
+  const search::KeptResults* known_ = nullptr;
   std::string heading_;  ///< the subject's line
   off_t end_ = 0;        ///< of the file after the last line that was written here
   Time synced_ = 0;

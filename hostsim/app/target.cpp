@@ -8,11 +8,11 @@
 #include <chrono>
 #include <utility>
 
+#include "base/numbers.hpp"
+#include "base/words.hpp"
 #include "cbcan/regmap.hpp"
 #include "io/errors.hpp"
 #include "plant/control.hpp"
-#include "text/numbers.hpp"
-#include "text/words.hpp"
 
 namespace cbcan::app {
 
@@ -21,7 +21,7 @@ namespace {
 /// Polling period of the registers.
 constexpr Time kPeriod = kMillisecond;
 
-window::Settings settings_of(const cli::TargetPlace& place) {
+window::Settings settings_of(const config::TargetPlace& place) {
   window::Settings settings{.host = place.server.host,
                             .port = place.server.port,
                             .rtu = place.line.device,
@@ -34,7 +34,7 @@ window::Settings settings_of(const cli::TargetPlace& place) {
 
 }  // namespace
 
-Target::Target(const cli::TargetPlace& place) : client_(settings_of(place)) {
+Target::Target(const config::TargetPlace& place) : client_(settings_of(place)) {
   read(1, regmap::kWindowFirst, 1);
   started_ = io::Reactor::now();
 }
@@ -73,7 +73,7 @@ sim::World& Target::world(std::size_t /*network*/) {
 void Target::check(std::string_view line) {
   static constexpr std::array<std::string_view, 3> kKnown{"read", "write", "trigger"};
   plant::check_command(line);
-  const std::string_view name = text::words_of(line).front();
+  const std::string_view name = base::words_of(line).front();
   if (std::ranges::find(kKnown, name) == kKnown.end())
     plant::refuse("{}: cannot be done there: --target has registers alone", name);
 }
@@ -81,10 +81,10 @@ void Target::check(std::string_view line) {
 std::string Target::execute(std::string_view line) {
   try {
     check(line);
-    const plant::Words words = text::words_of(line);
+    const plant::Words words = base::words_of(line);
     if (words[0] == "read") {
       const auto [network, first, count] = plant::read_of(words, networks());
-      return fmt::format("ok {}\n", text::joined(read(network, first, count)));
+      return fmt::format("ok {}\n", base::joined(read(network, first, count)));
     }
     const plant::Writing writing = plant::writing_of(words, networks());
     window::Request request;

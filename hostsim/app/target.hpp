@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "cbcan/window.hpp"
-#include "cli/run_options.hpp"
 #include "config/config.hpp"
+#include "config/run_options.hpp"
 #include "io/loop/reactor.hpp"
 #include "plant/bench.hpp"
 
@@ -19,7 +19,7 @@ namespace cbcan::app {
 class Target final : public plant::Bench, private plant::View {
  public:
   /// Throws io::EnvironmentError without a connection, as do all functions when it is lost.
-  explicit Target(const cli::TargetPlace& place);
+  explicit Target(const config::TargetPlace& place);
 
   plant::View& view() override { return *this; }
   void check(std::string_view line) override;

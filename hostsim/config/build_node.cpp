@@ -11,19 +11,19 @@
 #include <set>
 #include <utility>
 
+#include "base/numbers.hpp"
+#include "base/words.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "cbcan/canopen/pdo/mapping.hpp"
 #include "config/wires.hpp"
+#include "descriptions/dictionary_image.hpp"
+#include "descriptions/network_image.hpp"
+#include "descriptions/values.hpp"
 #include "devices/devices.hpp"
 #include "devices/drive/axes.hpp"
 #include "devices/lua/lua_device.hpp"
-#include "eds/dictionary_image.hpp"
-#include "eds/values.hpp"
-#include "network/network_image.hpp"
 #include "sim/random.hpp"
 #include "sim/world.hpp"
-#include "text/numbers.hpp"
-#include "text/words.hpp"
 
 namespace cbcan::config {
 
@@ -33,29 +33,29 @@ std::optional<Bytes> encode_integer(std::int64_t number, DataType type) {
   const std::size_t size = size_of(type);
   if (size == 0 || (type == DataType::kBoolean && (number < 0 || number > 1))) return std::nullopt;
   const auto raw = static_cast<std::uint64_t>(number);
-  const eds::Number written{.magnitude = number < 0 ? 0 - raw : raw, .negative = number < 0};
-  const std::optional<std::uint64_t> bits = eds::to_bits(written, type);
-  return bits ? std::optional(eds::to_bytes(*bits, size)) : std::nullopt;
+  const descriptions::Number written{.magnitude = number < 0 ? 0 - raw : raw, .negative = number < 0};
+  const std::optional<std::uint64_t> bits = descriptions::to_bits(written, type);
+  return bits ? std::optional(descriptions::to_bytes(*bits, size)) : std::nullopt;
 }
 
 std::optional<Bytes> encode_real(double number, DataType type) {
-  if (type == DataType::kReal64) return eds::to_bytes(std::bit_cast<std::uint64_t>(number), 8);
+  if (type == DataType::kReal64) return descriptions::to_bytes(std::bit_cast<std::uint64_t>(number), 8);
   const bool fits =
       !std::isfinite(number) || std::abs(number) <= static_cast<double>(std::numeric_limits<float>::max());
   if (type != DataType::kReal32 || !fits) return std::nullopt;
-  return eds::to_bytes(std::bit_cast<std::uint32_t>(static_cast<float>(number)), 4);
+  return descriptions::to_bytes(std::bit_cast<std::uint32_t>(static_cast<float>(number)), 4);
 }
 
 /// For an index that was probably meant in hexadecimal digits.
 std::string meant_index(std::uint16_t index, std::uint8_t sub, const ObjectDictionary& dictionary) {
-  const auto meant = text::parse<std::uint16_t>(std::to_string(index), 16);
+  const auto meant = base::parse<std::uint16_t>(std::to_string(index), 16);
   ObjectEntry entry{};
   const bool is_there = meant && dictionary.find(*meant, sub, entry) == AbortCode::kNone;
   return is_there ? fmt::format("; did you mean 0x{}?", index) : "";
 }
 
 /// Stores the value, which then no longer depends on the node ID; returns what is wrong with it, or nothing.
-std::string put(const InitialValue& initial, ObjectDictionary& dictionary, eds::DictionaryImage& image) {
+std::string put(const InitialValue& initial, ObjectDictionary& dictionary, descriptions::DictionaryImage& image) {
   ObjectEntry entry{};
   const std::string name = object_name(initial.index, initial.sub);
   if (dictionary.find(initial.index, initial.sub, entry) != AbortCode::kNone)
@@ -65,7 +65,7 @@ std::string put(const InitialValue& initial, ObjectDictionary& dictionary, eds::
   const bool variable = entry.has(ObjectFlags::kVariable);
   if (!bytes || bytes->size() > entry.capacity || (!variable && bytes->size() != entry.capacity))
     return fmt::format("object {}: {} does not fit its data type {} of {} bytes", name,
-                       text::value_text(initial.value), eds::name_of(entry.type), entry.capacity);
+                       base::value_text(initial.value), descriptions::name_of(entry.type), entry.capacity);
   dictionary.store(entry, initial.sub, *bytes);
   for (ObjectEntry& own : image.entries)
     if (own.index == initial.index && own.first_sub <= initial.sub && initial.sub <= own.last_sub)
@@ -78,7 +78,7 @@ std::string put(const InitialValue& initial, ObjectDictionary& dictionary, eds::
 
 class Builder {
  public:
-  Builder(const NodeConfig& node, std::uint64_t seed, const text::FileReader& read)
+  Builder(const NodeConfig& node, std::uint64_t seed, const base::FileReader& read)
       : node_(node), file_(description_of(node)), seed_(seed), read_(read) {}
 
   /// `file`: null if it cannot be read.
@@ -107,8 +107,8 @@ class Builder {
 
   void read_eds(const EdsFile& file) {
     auto [image, diagnostics] = file.for_node(node_.id);
-    for (const eds::Diagnostic& diagnostic : diagnostics)
-      build_.warnings.push_back(eds::to_string(diagnostic));
+    for (const descriptions::Diagnostic& diagnostic : diagnostics)
+      build_.warnings.push_back(descriptions::to_string(diagnostic));
     if (image.entries.empty()) {
       build_ = {};  // messages for each of its lines would not help
       build_.problems.push_back(file_ +
@@ -120,7 +120,7 @@ class Builder {
         complain(initial.place, wrong);
     if (!devices::is_script(node_.device)) choose_device(dictionary);
     for (const ObjectEntry& entry : image.entries)
-      if (eds::is_mapping(entry.index) && entry.first_sub == 0) check_mapping(dictionary, entry.index);
+      if (descriptions::is_mapping(entry.index) && entry.first_sub == 0) check_mapping(dictionary, entry.index);
     build_.node.emplace().image = std::move(image);
     build_.node->names = file.names();
   }
@@ -268,7 +268,7 @@ class Builder {
   const NodeConfig& node_;
   const std::string file_;  ///< that describes its objects
   std::uint64_t seed_;
-  const text::FileReader& read_;
+  const base::FileReader& read_;
   NodeBuild build_;
   const devices::DeviceKind* kind_ = nullptr;
 };
@@ -280,7 +280,7 @@ std::optional<Bytes> encode(const Value& value, DataType type) {
   if (const auto* number = std::get_if<double>(&value)) return encode_real(*number, type);
   if (const auto* flag = std::get_if<bool>(&value)) return encode_integer(*flag ? 1 : 0, type);
   if (const auto* number = std::get_if<std::int64_t>(&value))
-    return eds::is_real(type) ? encode_real(static_cast<double>(*number), type)
+    return descriptions::is_real(type) ? encode_real(static_cast<double>(*number), type)
                               : encode_integer(*number, type);
   if (size_of(type) != 0) return std::nullopt;
   const auto& text = std::get<std::string>(value);
@@ -296,14 +296,14 @@ NodeBuild build_node(const NodeConfig& node, std::uint64_t seed, EdsFiles& files
 }
 
 /// The frames of a log, the first one at 0; returns what is wrong, or nothing.
-std::string read_replay(const std::string& path, const text::FileReader& read,
+std::string read_replay(const std::string& path, const base::FileReader& read,
                         std::vector<sim::TimedFrame>& frames) {
   const auto text = read(path);
   if (!text) return path + ": cannot be read";
   std::string_view rest = *text;
   for (std::size_t line = 1; !rest.empty(); ++line) {
-    const std::string_view written = text::take_line(rest);
-    if (text::trim(written).empty()) continue;
+    const std::string_view written = base::take_line(rest);
+    if (base::trim(written).empty()) continue;
     const auto frame = sim::parse_candump_line(written);
     if (!frame || (!frames.empty() && frame->at < frames.back().at))
       return fmt::format("{}:{}: not a line of candump -L, or earlier than the one before", path, line);
@@ -316,19 +316,19 @@ std::string read_replay(const std::string& path, const text::FileReader& read,
 }
 
 /// Of the network that the module boots.
-Bytes image_of(const NetworkConfig& network, const text::FileReader& read, PlantBuild& plant) {
+Bytes image_of(const NetworkConfig& network, const base::FileReader& read, PlantBuild& plant) {
   const std::string& path = network.module.network;
   if (path.empty()) return {};
   try {
-    return network::image_of(network::read_network(path, read, plant.lines), network.module.node_id, path);
-  } catch (const text::UsageError& error) {
+    return descriptions::image_of(descriptions::read_network(path, read, plant.lines), network.module.node_id, path);
+  } catch (const base::UsageError& error) {
     plant.lines.push_back(fmt::format("{}module.network: {}", in_network(network.number), error.what()));
     plant.good = false;
     return {};
   }
 }
 
-PlantBuild build_nodes(const Config& config, const text::FileReader& read) {
+PlantBuild build_nodes(const Config& config, const base::FileReader& read) {
   EdsFiles files(read);
   return build_nodes(config, files);
 }

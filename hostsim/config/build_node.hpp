@@ -10,11 +10,11 @@
 #include <utility>
 #include <vector>
 
+#include "base/files.hpp"
 #include "config/config.hpp"
 #include "config/eds_file.hpp"
 #include "sim/frame_text.hpp"
 #include "sim/node.hpp"
-#include "text/files.hpp"
 
 namespace cbcan::config {
 
@@ -33,7 +33,7 @@ struct PlantBuild {
   std::vector<std::vector<sim::NodeParts>> networks;  ///< the nodes of each network, in their order
   std::vector<std::vector<sim::TimedFrame>> replays;  ///< of each network, from the start on
   std::vector<Bytes>
-      images;  ///< of each network: what the module boots, see network::image_of(); empty = nothing
+      images;  ///< of each network: what the module boots, see descriptions::image_of(); empty = nothing
   std::map<std::string, std::optional<std::string>> parameters;  ///< texts of the parameter files, by path
   std::vector<std::string> lines;                                ///< messages, warnings included
   bool good = true;                                              ///< false: nodes are missing
@@ -43,7 +43,7 @@ struct PlantBuild {
 /// plants.
 PlantBuild build_nodes(const Config& config, EdsFiles& files);
 /// The same for a single plant.
-PlantBuild build_nodes(const Config& config, const text::FileReader& read);
+PlantBuild build_nodes(const Config& config, const base::FileReader& read);
 
 /// The bytes of a value for an object of this type, little-endian; nullopt if it does not fit.
 std::optional<Bytes> encode(const Value& value, DataType type);

@@ -7,11 +7,11 @@
 #include <array>
 #include <iterator>
 
+#include "base/error.hpp"
+#include "base/numbers.hpp"
+#include "base/suggestion.hpp"
+#include "base/words.hpp"
 #include "cbcan/slcan/slcan.hpp"
-#include "text/error.hpp"
-#include "text/numbers.hpp"
-#include "text/suggestion.hpp"
-#include "text/words.hpp"
 
 namespace cbcan::config {
 namespace {
@@ -27,7 +27,7 @@ constexpr std::array<std::string_view, 3> kExamples{"socketcan:vcan0", "slcan:/d
                                                     "socketcand:127.0.0.1:29536/can0"};
 
 [[noreturn]] void refuse(const std::string& why) {
-  throw text::UsageError(why);
+  throw base::UsageError(why);
 }
 
 bool looks_like_interface(std::string_view text) {
@@ -36,7 +36,7 @@ bool looks_like_interface(std::string_view text) {
 
 /// `spec` is `kind`, or begins with `kind` and ":".
 [[noreturn]] void refuse_kind(std::string_view spec, std::string_view kind) {
-  const std::string_view meant = text::nearest(kind, kKinds);
+  const std::string_view meant = base::nearest(kind, kKinds);
   if (meant == kKinds.back()) refuse("no such bus; did you mean virtual?");
   if (looks_like_interface(spec)) refuse(fmt::format("no such bus; did you mean socketcan:{}?", spec));
   if (meant.empty()) refuse("no such bus; write virtual or socketcan:vcan0");
@@ -53,15 +53,15 @@ std::string interface_of(std::string_view name) {
   return std::string(name);
 }
 
-text::ListenAddress remote_of(std::string_view text, std::string_view example) {
-  text::ListenAddress address;
-  if (!text.empty()) address = text::parse_listen_address(text, 0);
+base::ListenAddress remote_of(std::string_view text, std::string_view example) {
+  base::ListenAddress address;
+  if (!text.empty()) address = base::parse_listen_address(text, 0);
   if (address.port == 0) refuse(fmt::format("the address is missing, or its port; write {}", example));
   return address;
 }
 
 std::uint16_t kbit_of(std::string_view text) {
-  const auto rate = text::parse<std::uint32_t>(text);
+  const auto rate = base::parse<std::uint32_t>(text);
   if (rate && *rate % kBitsPerKbit == 0 &&
       std::ranges::find(slcan::kBitRates, *rate / kBitsPerKbit) != slcan::kBitRates.end())
     return static_cast<std::uint16_t>(*rate / kBitsPerKbit);
@@ -85,7 +85,7 @@ CanSpec adapter_of(std::string_view text) {
 }
 
 CanSpec socketcand_of(std::string_view text) {
-  const auto [address, bus] = text::split(text, '/').value_or(std::pair(text, std::string_view()));
+  const auto [address, bus] = base::split(text, '/').value_or(std::pair(text, std::string_view()));
   if (bus.empty() || bus.size() > kLongestBusName || bus.find_first_of(" \t<>") != std::string_view::npos)
     refuse("the remote bus is missing, has a blank or more than 16 characters; write " +
            std::string(kExamples[2]));
@@ -95,7 +95,7 @@ CanSpec socketcand_of(std::string_view text) {
 }  // namespace
 
 CanSpec parse_can_spec(std::string_view spec) {
-  const auto [kind, rest] = text::split(spec, ':').value_or(std::pair(spec, std::string_view()));
+  const auto [kind, rest] = base::split(spec, ':').value_or(std::pair(spec, std::string_view()));
   if (kind == kKinds[0]) return {CanSpec::Kind::kSocketCan, interface_of(rest), {}};
   if (kind == kKinds[1]) return adapter_of(rest);
   if (kind == kKinds[2]) return socketcand_of(rest);

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "text/address.hpp"
+#include "base/address.hpp"
 
 namespace cbcan::config {
 
@@ -15,7 +15,7 @@ struct CanSpec {
 
   Kind kind = Kind::kSocketCan;
   std::string name;            ///< an interface; a serial port; the remote bus of a socketcand
-  text::ListenAddress remote;  ///< of an adapter without a serial port; of a socketcand
+  base::ListenAddress remote;  ///< of an adapter without a serial port; of a socketcand
   std::uint16_t kbit = 500;    ///< per second, of an adapter: one of slcan::kBitRates
 };
 

@@ -9,13 +9,13 @@
 #include <string_view>
 #include <utility>
 
+#include "base/address.hpp"
+#include "base/files.hpp"
+#include "base/numbers.hpp"
 #include "cbcan/regmap.hpp"
 #include "config/can_spec.hpp"
 #include "config/wires.hpp"
 #include "sim/random.hpp"
-#include "text/address.hpp"
-#include "text/files.hpp"
-#include "text/numbers.hpp"
 
 namespace cbcan::config {
 namespace {
@@ -36,7 +36,7 @@ void check_objects(const NodeConfig& node, const std::vector<Item>& items, std::
 
 /// Two names of one file become equal, as far as the names show it.
 std::string normal(const std::string& path) {
-  return text::path_in({}, path);
+  return base::path_in({}, path);
 }
 
 /// Files, addresses, serial ports and buses, each of which only one setting can have.
@@ -61,10 +61,10 @@ class Owners {
   }
   void own_address(const std::string& text, const std::string& name, const Place& place = {}) {
     if (text.empty()) return;
-    text::StreamAddress address = text::parse_stream_address(text);
+    base::StreamAddress address = base::parse_stream_address(text);
     const bool any_free_port = address.path.empty() && address.tcp.port == 0;
     if (!address.path.empty()) address.path = normal(address.path);
-    if (!any_free_port) own(text::to_string(address), name, place);
+    if (!any_free_port) own(base::to_string(address), name, place);
   }
 
  private:
@@ -93,7 +93,7 @@ void check_owners(const Config& config, Diagnostics& found) {
   Owners owners(found);
   const auto serves = [](const NetworkConfig& network) { return network.module.enabled; };
   if (std::ranges::any_of(config.networks, serves)) {
-    owners.own_address(text::to_string(config.modbus), "modbus.port");
+    owners.own_address(base::to_string(config.modbus), "modbus.port");
     owners.own_address(config.rtu.listen, "rtu.listen");
     owners.own_file(config.rtu.line.device, "rtu.device");
   }
@@ -220,7 +220,7 @@ std::string node_name(const NodeConfig& node) {
 std::optional<FaultList> faults_at(NetworkConfig& network, std::string_view place) {
   if (place == "bus") return FaultList{&network.can.faults, sim::FaultPlace::kBus};
   if (place == "plc") return FaultList{&network.plc.faults, sim::FaultPlace::kPlc};
-  const auto number = text::parse_integer(place);
+  const auto number = base::parse_integer(place);
   const auto node =
       std::ranges::find_if(network.nodes, [number](const NodeConfig& each) { return number == each.id; });
   if (node == network.nodes.end()) return std::nullopt;

@@ -14,20 +14,20 @@
 #include <utility>
 #include <vector>
 
+#include "base/address.hpp"
+#include "base/value.hpp"
 #include "cbcan/time.hpp"
 #include "config/diagnostic.hpp"
 #include "devices/drive/axis_layout.hpp"
 #include "sim/faults/fault.hpp"
 #include "sim/signal.hpp"
 #include "sim/wire.hpp"
-#include "text/address.hpp"
-#include "text/value.hpp"
 
 namespace cbcan::config {
 
-using text::Bytes;
-using text::ListenAddress;
-using text::Value;
+using base::Bytes;
+using base::ListenAddress;
+using base::Value;
 
 /// As many as Modbus has unit IDs.
 inline constexpr std::size_t kMostNetworks = 247;
@@ -107,7 +107,7 @@ struct CanConfig {
   /// "socketcan:vcan0" and the like, see can_spec.hpp; empty = a bus inside the program
   std::string outside;
   std::uint32_t bit_rate = 0;  ///< of the bus inside, in bit/s: 10000..1000000, 0 = as fast as possible
-  std::string slcan;           ///< where SLCAN adapters are served: a text::StreamAddress; empty = not served
+  std::string slcan;           ///< where SLCAN adapters are served: a base::StreamAddress; empty = not served
   std::vector<FaultConfig> faults;
   std::string replay{};      ///< file: frames of another node, in the format of `candump -L`; empty = none
   std::string socketcand{};  ///< the same for clients of socketcand

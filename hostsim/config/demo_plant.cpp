@@ -19,7 +19,7 @@ std::optional<std::string> read_embedded(std::span<const EmbeddedFile> files, st
 
 }  // namespace
 
-text::FileReader with_demo_plant(text::FileReader disk) {
+base::FileReader with_demo_plant(base::FileReader disk) {
   return [disk = std::move(disk)](const std::string& path) {
     for (const auto& [folder, files] : {std::pair(kFolder, demo_files()), {devices::kShelf, shelf_files()}})
       if (path.starts_with(folder)) return read_embedded(files, path.substr(folder.size()));

@@ -7,7 +7,7 @@
 #include <span>
 #include <string_view>
 
-#include "text/files.hpp"
+#include "base/files.hpp"
 
 namespace cbcan::config {
 
@@ -26,6 +26,6 @@ inline constexpr std::string_view kDemoPlant = "demo:/plant.toml";
 
 /// A reader with the demo's files under "demo:/", the scripts that are devices under "shelf:/", and `disk` for
 /// all other paths.
-text::FileReader with_demo_plant(text::FileReader disk);
+base::FileReader with_demo_plant(base::FileReader disk);
 
 }  // namespace cbcan::config

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "text/utf8.hpp"
+#include "base/utf8.hpp"
 
 namespace cbcan::config {
 
@@ -17,7 +17,7 @@ std::string to_string(const Place& place) {
 }
 
 std::string to_string(const Diagnostic& diagnostic) {
-  return text::to_utf8(to_string(diagnostic.place) + ": " + diagnostic.message);
+  return base::to_utf8(to_string(diagnostic.place) + ": " + diagnostic.message);
 }
 
 void sort_by_place(Diagnostics& diagnostics) {

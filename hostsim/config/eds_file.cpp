@@ -3,31 +3,31 @@
 
 #include <utility>
 
+#include "descriptions/eds_reader.hpp"
 #include "devices/devices.hpp"
 #include "devices/lua/lua_device.hpp"
-#include "eds/eds_reader.hpp"
 
 namespace cbcan::config {
 
 namespace {
 
-eds::Result read(const std::string& text, const std::string& name, std::uint8_t node_id) {
-  return eds::read(text, name, node_id, devices::standard_type);
+descriptions::Result read(const std::string& text, const std::string& name, std::uint8_t node_id) {
+  return descriptions::read(text, name, node_id, devices::standard_type);
 }
 
 }  // namespace
 
 EdsFile::EdsFile(std::string name, std::string text) : name_(std::move(name)), text_(std::move(text)) {
-  eds::Result none = read(text_, name_, 0);
-  names_ = std::make_shared<const eds::ObjectNames>(eds::object_names(none.device));
-  alike_ = eds::only_values_differ(text_, none.device.objects);
-  if (alike_) none_ = {eds::dictionary_image(none.device), std::move(none.diagnostics)};
+  descriptions::Result none = read(text_, name_, 0);
+  names_ = std::make_shared<const descriptions::ObjectNames>(descriptions::object_names(none.device));
+  alike_ = descriptions::only_values_differ(text_, none.device.objects);
+  if (alike_) none_ = {descriptions::dictionary_image(none.device), std::move(none.diagnostics)};
 }
 
 EdsFile::ForNode EdsFile::for_node(std::uint8_t node_id) const {
   if (!alike_) {
-    eds::Result result = read(text_, name_, node_id);
-    return {eds::dictionary_image(result.device), std::move(result.diagnostics)};
+    descriptions::Result result = read(text_, name_, node_id);
+    return {descriptions::dictionary_image(result.device), std::move(result.diagnostics)};
   }
   ForNode node = none_;
   change_node_id(node.image.values, node.image.node_id_values, 0, node_id);

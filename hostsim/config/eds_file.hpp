@@ -11,11 +11,11 @@
 #include <utility>
 #include <vector>
 
+#include "base/files.hpp"
 #include "config/config.hpp"
-#include "eds/diagnostics.hpp"
-#include "eds/dictionary_image.hpp"
-#include "eds/object_names.hpp"
-#include "text/files.hpp"
+#include "descriptions/diagnostics.hpp"
+#include "descriptions/dictionary_image.hpp"
+#include "descriptions/object_names.hpp"
 
 namespace cbcan::config {
 
@@ -28,14 +28,14 @@ class EdsFile {
   EdsFile(std::string name, std::string text);
 
   struct ForNode {
-    eds::DictionaryImage image;
-    std::vector<eds::Diagnostic> diagnostics;
+    descriptions::DictionaryImage image;
+    std::vector<descriptions::Diagnostic> diagnostics;
   };
   /// For a node with this ID; 0 = without one.
   ForNode for_node(std::uint8_t node_id) const;
 
   /// Shared by all nodes that use the file.
-  std::shared_ptr<const eds::ObjectNames> names() const { return names_; }
+  std::shared_ptr<const descriptions::ObjectNames> names() const { return names_; }
   const std::string& text() const { return text_; }
 
  private:
@@ -43,7 +43,7 @@ class EdsFile {
   std::string text_;
   bool alike_;    ///< the results for all node IDs, apart from values with $NODEID
   ForNode none_;  ///< if they are alike
-  std::shared_ptr<const eds::ObjectNames> names_;
+  std::shared_ptr<const descriptions::ObjectNames> names_;
 };
 
 /// The path of the node's EDS or DCF file; without one, that of the script that describes it.
@@ -52,16 +52,16 @@ std::string description_of(const NodeConfig& node);
 /// The EDS and DCF files of any number of plants, each read once.
 class EdsFiles {
  public:
-  explicit EdsFiles(text::FileReader read) : read_(std::move(read)) {}
+  explicit EdsFiles(base::FileReader read) : read_(std::move(read)) {}
 
   /// Null if it cannot be read. Of a script: the file that its declarations describe; throws
   /// sim::BehaviourProblem.
   const EdsFile* find(const std::string& path);
   /// For all files of a plant.
-  const text::FileReader& reader() const { return read_; }
+  const base::FileReader& reader() const { return read_; }
 
  private:
-  text::FileReader read_;
+  base::FileReader read_;
   std::map<std::string, EdsFile, std::less<>> files_;  ///< by path
 };
 

@@ -6,18 +6,18 @@
 #include <array>
 #include <variant>
 
+#include "base/numbers.hpp"
+#include "base/words.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "config/settings.hpp"
 #include "config/wires.hpp"
 #include "devices/devices.hpp"
-#include "text/numbers.hpp"
-#include "text/words.hpp"
 
 namespace cbcan::config {
 namespace {
 
-using options::Form;
-using options::setting;
+using base::Form;
+using base::setting;
 
 constexpr std::int64_t kDayInMs = 86'400'000;
 
@@ -31,7 +31,7 @@ constexpr std::array<std::string_view, 2> kBetween{"step", "linear"};
 
 Problem check_bytes(const Value& value) {
   const auto* text = std::get_if<std::string>(&value);
-  const bool wrong = text != nullptr && text::is_hex(*text) && !text::parse_hex(*text);
+  const bool wrong = text != nullptr && base::is_hex(*text) && !base::parse_hex(*text);
   return wrong ? "must be pairs of hex digits after hex:, such as \"hex:01 02 FF\"" : "";
 }
 
@@ -42,7 +42,7 @@ Problem check_device(const Value& value) {
   const auto meant = std::ranges::find_if(
       kinds, [&](const auto& kind) { return !name.empty() && kind.summary.starts_with(name); });
   return fmt::format("must be {}, or the path of a Lua script, FILE.lua{}",
-                     text::listed(devices::device_names(), ", "),
+                     base::listed(devices::device_names(), ", "),
                      meant == kinds.end() ? "" : fmt::format("; did you mean {}?", meant->name));
 }
 
@@ -52,11 +52,11 @@ void store_heartbeat(const Row& /*row*/, NodeConfig& node, const Value& value) {
 
 void store_object_value(const Row& /*row*/, InitialValue& object, const Value& value) {
   const auto* text = std::get_if<std::string>(&value);
-  object.value = text != nullptr && text::is_hex(*text) ? Value(*text::parse_hex(*text)) : value;
+  object.value = text != nullptr && base::is_hex(*text) ? Value(*base::parse_hex(*text)) : value;
 }
 
 void store_shape(const Row& row, SignalConfig& signal, const Value& value) {
-  signal.signal.shape = signal_of(static_cast<std::size_t>(options::detail::place_of(row, value))).signal.shape;
+  signal.signal.shape = signal_of(static_cast<std::size_t>(base::detail::place_of(row, value))).signal.shape;
 }
 
 Problem check_block(const Value& value) {
@@ -310,7 +310,7 @@ std::span<const Setting<AxisConfig>> axis_settings() {
   return kAxis;
 }
 std::optional<std::size_t> axis_number(std::string_view key) {
-  const auto number = text::parse_integer(key);
+  const auto number = base::parse_integer(key);
   const bool is_one = number && *number > 1 && *number <= static_cast<std::int64_t>(devices::kMostAxes);
   return is_one ? std::optional(static_cast<std::size_t>(*number)) : std::nullopt;
 }
@@ -340,9 +340,9 @@ bool belongs(const Row& row, const SignalConfig& signal) {
 std::string keys_of(const SignalConfig& signal) {
   std::vector<std::string_view> keys;
   for (const Row& row : kSignals)
-    if (belongs(row, signal)) keys.push_back(text::leaf_of(row.key));
+    if (belongs(row, signal)) keys.push_back(base::leaf_of(row.key));
   return fmt::format("shape \"{}\" has {}", kShapes[signal.signal.shape.index()],
-                     text::listed(keys, " and "));
+                     base::listed(keys, " and "));
 }
 
 }  // namespace cbcan::config

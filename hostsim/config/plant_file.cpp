@@ -9,15 +9,15 @@
 #include <optional>
 #include <utility>
 
+#include "base/address.hpp"
+#include "base/numbers.hpp"
+#include "base/suggestion.hpp"
+#include "base/toml_value.hpp"
+#include "base/utf8.hpp"
+#include "base/words.hpp"
 #include "config/demo_plant.hpp"
 #include "config/settings.hpp"
 #include "devices/devices.hpp"
-#include "options/toml_value.hpp"
-#include "text/address.hpp"
-#include "text/numbers.hpp"
-#include "text/suggestion.hpp"
-#include "text/utf8.hpp"
-#include "text/words.hpp"
 
 namespace cbcan::config {
 namespace {
@@ -26,7 +26,7 @@ std::size_t line_of(const toml::source_region& source) {
   return source.begin.line;
 }
 
-using options::value_of;
+using base::value_of;
 
 constexpr std::string_view kNodeTable = "node";
 constexpr std::string_view kAxisTable = "node.axis";
@@ -37,7 +37,7 @@ constexpr std::size_t kMostMistakes = 100;  // a suggestion for each takes time
 constexpr unsigned kMostAdding = 8;
 
 bool is_section(std::string_view name, const auto& rows) {
-  return std::ranges::any_of(rows, [name](const Row& row) { return text::table_of(row.key) == name; });
+  return std::ranges::any_of(rows, [name](const Row& row) { return base::table_of(row.key) == name; });
 }
 
 bool is_global(std::string_view key) {
@@ -54,16 +54,16 @@ bool is_of_network(std::string_view name) {
 std::string contents_of(std::string_view table, bool in_first_network) {
   std::vector<std::string_view> keys;
   for (const std::string_view key : plant_keys())
-    if (text::table_of(key) == table && (!table.empty() || in_first_network || is_of_network(key)))
-      keys.push_back(text::leaf_of(key));
+    if (base::table_of(key) == table && (!table.empty() || in_first_network || is_of_network(key)))
+      keys.push_back(base::leaf_of(key));
   const std::string_view top = in_first_network ? "a plant file" : "a network";
-  return fmt::format("{} has {}", table.empty() ? top : table, text::listed(keys, ", "));
+  return fmt::format("{} has {}", table.empty() ? top : table, base::listed(keys, ", "));
 }
 
 /// Its number from 1; 0 = none. Within a line the parser's stack grows with each part of a key.
 std::size_t line_too_long(std::string_view text) {
   for (std::size_t line = 1; !text.empty(); ++line)
-    if (text::take_line(text).size() > kLongestLine) return line;
+    if (base::take_line(text).size() > kLongestLine) return line;
   return 0;
 }
 
@@ -79,7 +79,7 @@ class Reader {
  public:
   /// `read`: for the plant file that this one adds to; null = there can be none. `adding`: files that add to
   /// this one.
-  Reader(const std::string& file_name, Config& config, const text::FileReader* read, unsigned adding)
+  Reader(const std::string& file_name, Config& config, const base::FileReader* read, unsigned adding)
       : file_name_(file_name), read_(read), adding_(adding), config_(config) {}
   /// For a change by --set: `where` is what was typed; paths stay as they are.
   Reader(Config& config, NetworkConfig& network, Place where)
@@ -87,7 +87,7 @@ class Reader {
 
   Diagnostics read_text(std::string_view text, std::span<const std::string_view> others) {
     // toml++ rejects such a file too, but may name an earlier line.
-    if (const std::size_t line = text::first_line_not_utf8(text); line != 0)
+    if (const std::size_t line = base::first_line_not_utf8(text); line != 0)
       return {{{file_name_, line}, "this line is not UTF-8; save the file as UTF-8"}};
     if (const std::size_t line = line_too_long(text); line != 0)
       return {
@@ -147,7 +147,7 @@ class Reader {
     const auto* const name = node.as_string();
     if (name == nullptr) return complain(node, "plant: must be a text: demo, or the path of a plant file");
     const std::string path =
-        name->get() == kDemo ? std::string(kDemoPlant) : text::path_in(file_name_, name->get());
+        name->get() == kDemo ? std::string(kDemoPlant) : base::path_in(file_name_, name->get());
     const auto text = (*read_)(path);
     if (!text)
       return complain(node, fmt::format("plant {}: cannot be read; paths are relative to this file", path));
@@ -239,7 +239,7 @@ class Reader {
     const toml::table* const networks = root[kNetworkTable].as_table();
     if (networks == nullptr) return change_network(root);
     const auto [key, node] = *networks->begin();
-    const auto number = text::parse_integer(key.str());
+    const auto number = base::parse_integer(key.str());
     if (!number || *number < 1 || *number > static_cast<std::int64_t>(config_.networks.size()))
       return complain(
           key, fmt::format("there is no network {}; there are 1..{}", key.str(), config_.networks.size()));
@@ -261,7 +261,7 @@ class Reader {
     const toml::table* const nodes = root[kNodeTable].as_table();
     if (nodes == nullptr) return read(root);
     const auto [key, table] = *nodes->begin();
-    const auto id = text::parse_integer(key.str());
+    const auto id = base::parse_integer(key.str());
     const auto node = std::ranges::find_if(network_->nodes, [id](const NodeConfig& n) { return id == n.id; });
     if (node == network_->nodes.end())
       return complain(key, fmt::format("there is no node {0}; add --node {0}=FILE.eds", key.str()));
@@ -327,7 +327,7 @@ class Reader {
   void for_each_item(const toml::node* list, std::string_view name, std::string_view example, Action action) {
     if (list == nullptr || for_each_table(*list, action)) return;
     complain(*list,
-             fmt::format("{}: must be a list; write {} = [{{ {} }}]", name, text::leaf_of(name), example));
+             fmt::format("{}: must be a list; write {} = [{{ {} }}]", name, base::leaf_of(name), example));
   }
 
   /// False if `node` is not an array of tables.
@@ -352,8 +352,8 @@ class Reader {
   bool read_rows(std::string_view name, const toml::table& table, std::span<const Setting<Target>> rows,
                  Target& target, bool whole = true) {
     for (const auto& row : rows) {
-      if (text::table_of(row.key) != name) continue;
-      const toml::node* const node = table.get(text::leaf_of(row.key));
+      if (base::table_of(row.key) != name) continue;
+      const toml::node* const node = table.get(base::leaf_of(row.key));
       const bool needed = whole && !row.example.empty() && belongs(row, target);
       const bool good = node != nullptr ? read_setting(row, *node, target) : !needed;
       const bool misspelt = node == nullptr && needed && is_misspelt(row.key, table);
@@ -367,8 +367,8 @@ class Reader {
   static bool is_misspelt(std::string_view key, const toml::table& table) {
     const auto& keys = plant_keys();
     return std::any_of(table.begin(), table.end(), [&](const auto& each) {
-      const std::string full = fmt::format("{}.{}", text::table_of(key), each.first.str());
-      return std::ranges::find(keys, full) == keys.end() && text::nearest(full, keys) == key;
+      const std::string full = fmt::format("{}.{}", base::table_of(key), each.first.str());
+      return std::ranges::find(keys, full) == keys.end() && base::nearest(full, keys) == key;
     });
   }
 
@@ -388,10 +388,10 @@ class Reader {
   template <class Target>
   bool read_setting(const Setting<Target>& row, const toml::node& node, Target& target) {
     auto value = value_of(node);
-    if (change_ && node.is_string()) value = options::typed(row, node.as_string()->get());
+    if (change_ && node.is_string()) value = base::typed(row, node.as_string()->get());
     const Problem problem = assign(row, target, based_here(row, value), place(node));
     if (problem.empty()) return true;
-    complain(node, fmt::format("{}{}: {}", row.key, value ? " " + text::value_text(*value) : "", problem));
+    complain(node, fmt::format("{}{}: {}", row.key, value ? " " + base::value_text(*value) : "", problem));
     return false;
   }
 
@@ -399,22 +399,22 @@ class Reader {
     const auto* path = value ? std::get_if<std::string>(&*value) : nullptr;
     if (path == nullptr || path->empty()) return value;
     const bool is_path =
-        row.form == options::Form::kPath || (row.key == "node.device" && devices::is_script(*path));
-    if (is_path) return text::path_in(file_name_, *path);
-    if (row.form != options::Form::kAddress) return value;
-    for (const std::string_view kind : {text::kUnix, text::kPty})
+        row.form == base::Form::kPath || (row.key == "node.device" && devices::is_script(*path));
+    if (is_path) return base::path_in(file_name_, *path);
+    if (row.form != base::Form::kAddress) return value;
+    for (const std::string_view kind : {base::kUnix, base::kPty})
       if (path->starts_with(kind) && path->size() > kind.size())
-        return std::string(kind) + text::path_in(file_name_, path->substr(kind.size()));
+        return std::string(kind) + base::path_in(file_name_, path->substr(kind.size()));
     return value;
   }
 
   void complain_missing(const Row& row, const toml::table& table) {
-    complain(table, fmt::format("{}: is missing; add {} = {}", row.key, text::leaf_of(row.key), row.example));
+    complain(table, fmt::format("{}: is missing; add {} = {}", row.key, base::leaf_of(row.key), row.example));
   }
 
   void complain_unknown(const toml::key& key, std::string_view table) {
     const std::string full = fmt::format("{}{}{}", table, table.empty() ? "" : ".", key.str());
-    const std::string suggestion = text::did_you_mean(full, plant_keys());
+    const std::string suggestion = base::did_you_mean(full, plant_keys());
     complain(key, full + ": no such key" +
                       (suggestion.empty() ? "; " + contents_of(table, in_first_network()) : suggestion));
   }
@@ -435,7 +435,7 @@ class Reader {
   }
 
   const std::string file_name_;
-  const text::FileReader* read_ = nullptr;
+  const base::FileReader* read_ = nullptr;
   unsigned adding_ = 0;
   Config& config_;
   NetworkConfig* network_ = &config_.networks.front();  ///< the one being read
@@ -469,7 +469,7 @@ Diagnostics changed(const Place& place, Config& config, NetworkConfig& network, 
 
 Diagnostics change_plant(std::string_view change, const Place& place, Config& config,
                          NetworkConfig& network) {
-  const auto sides = text::split(change, '=');
+  const auto sides = base::split(change, '=');
   if (!sides || sides->first.empty())
     return {{place,
              "must be PATH=VALUE, such as can.bit_rate=125000; docs/reference/plant-file.md has the keys"}};
@@ -493,7 +493,7 @@ Diagnostics change_plant(std::string_view table, std::span<const TextKey> keys, 
 }
 
 Diagnostics read_plant(std::string_view text, const std::string& file_name, Config& into,
-                       std::span<const std::string_view> others, const text::FileReader* read) {
+                       std::span<const std::string_view> others, const base::FileReader* read) {
   return Reader(file_name, into, read, 0).read_text(text, others);
 }
 

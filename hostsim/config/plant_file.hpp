@@ -9,8 +9,8 @@
 #include <string_view>
 #include <utility>
 
+#include "base/files.hpp"
 #include "config/config.hpp"
-#include "text/files.hpp"
 
 namespace cbcan::config {
 
@@ -20,7 +20,7 @@ namespace cbcan::config {
 /// top of the file, and of that which it adds to, that are ignored here. `read`: reads the plant file that
 /// this one may add to, `plant = "demo"` or a path; null = the key is not allowed.
 Diagnostics read_plant(std::string_view text, const std::string& file_name, Config& into,
-                       std::span<const std::string_view> others = {}, const text::FileReader* read = nullptr);
+                       std::span<const std::string_view> others = {}, const base::FileReader* read = nullptr);
 
 /// Changes one setting of a plant, as --set does: "module.node_id=5", "node.0x42.heartbeat_ms=500",
 /// "network.2.can.bit_rate=125000"; "node.5.objects+={index = 0x2001, value = 1}" adds to a list. Values are

@@ -6,17 +6,17 @@
 #include <algorithm>
 #include <array>
 
+#include "base/address.hpp"
+#include "base/error.hpp"
+#include "base/numbers.hpp"
+#include "base/words.hpp"
 #include "config/can_spec.hpp"
-#include "text/address.hpp"
-#include "text/error.hpp"
-#include "text/numbers.hpp"
-#include "text/words.hpp"
 
 namespace cbcan::config {
 namespace {
 
-using options::Form;
-using options::setting;
+using base::Form;
+using base::setting;
 
 constexpr std::array<std::string_view, 2> kClocks{"real", "manual"};
 constexpr std::array<std::string_view, 3> kParities{"E", "O", "N"};
@@ -41,25 +41,25 @@ constexpr std::string_view kVirtual = "virtual";
 
 Problem check_can_spec(const Value& value) {
   const std::string_view spec = std::get<std::string>(value);
-  return spec == kVirtual ? Problem() : options::problem_of([spec] { parse_can_spec(spec); });
+  return spec == kVirtual ? Problem() : base::problem_of([spec] { parse_can_spec(spec); });
 }
 
 Problem check_http_address(const Value& value) {
-  return options::problem_of([&] { return text::parse_listen_address(std::get<std::string>(value), 0); });
+  return base::problem_of([&] { return base::parse_listen_address(std::get<std::string>(value), 0); });
 }
 
 Problem check_plc_address(const Value& value) {
-  return options::problem_of([&] {
-    if (text::parse_listen_address(std::get<std::string>(value), 502).port == 0)
-      throw text::UsageError("must be HOST:PORT with the PLC's port; Modbus TCP's own is 502");
+  return base::problem_of([&] {
+    if (base::parse_listen_address(std::get<std::string>(value), 502).port == 0)
+      throw base::UsageError("must be HOST:PORT with the PLC's port; Modbus TCP's own is 502");
   });
 }
 
 /// Rejects the former syntax "/dev/ttyUSB0,9600,E,1".
 Problem check_serial_port(const Value& value) {
   std::string_view rest = std::get<std::string>(value);
-  text::take_part(rest, ',');
-  const bool has_rate = text::parse<std::uint32_t>(text::take_part(rest, ',')).has_value();
+  base::take_part(rest, ',');
+  const bool has_rate = base::parse<std::uint32_t>(base::take_part(rest, ',')).has_value();
   return has_rate ? "must be the path alone; the others are --set rtu.baud=, rtu.parity= and rtu.station="
                   : "";
 }
@@ -305,7 +305,7 @@ const std::vector<std::string_view>& plant_keys() {
     std::vector<std::string_view> tables;
     std::vector<std::string_view> keys;
     for_each_setting([&](const Row& row) {
-      const std::string_view table = text::table_of(row.key);
+      const std::string_view table = base::table_of(row.key);
       if (std::ranges::find(tables, table) == tables.end()) tables.push_back(table);
       keys.push_back(row.key);
     });

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The settings of a plant as tables (options/setting.hpp): key in the plant file, option on the command line,
+/// The settings of a plant as tables (base/setting.hpp): key in the plant file, option on the command line,
 /// range, help. Plant file and command line are read by these rows; --help and docs/reference/plant-file.md are
 /// generated from them. A new setting is a member in config.hpp and a row.
 
@@ -14,15 +14,15 @@
 #include <type_traits>
 #include <vector>
 
+#include "base/setting.hpp"
 #include "config/config.hpp"
-#include "options/setting.hpp"
 
 namespace cbcan::config {
 
-using options::kNone;
-using options::Problem;
-using options::Row;
-using options::Setting;
+using base::kNone;
+using base::Problem;
+using base::Row;
+using base::Setting;
 
 /// In the order of NodeTiming.
 inline constexpr std::array<std::string_view, 2> kNodeTimings{"at-once", "typical"};
@@ -36,7 +36,7 @@ inline constexpr std::string_view kNetworkTable = "network";
 /// The list of wires of the whole plant.
 inline constexpr std::string_view kWireTable = "wire";
 
-/// The table of faults and conditions for --explore, which explore::read_settings() reads.
+/// The table of faults and conditions for --explore, which search::read_settings() reads.
 inline constexpr std::string_view kExploreTable = "explore";
 
 /// Of the whole plant.
@@ -98,7 +98,7 @@ std::string standard_of(const Setting<Target>& row) {
   if (!row.example.empty()) return "required";
   Target standard{};
   if constexpr (std::is_same_v<Target, SignalConfig>) standard = signal_of(row.kinds.first);
-  return options::text_in(row, standard, standard);
+  return base::text_in(row, standard, standard);
 }
 
 /// Checks and stores `value`, for plant file and command line; a rejected value changes nothing. nullopt: a
@@ -108,7 +108,7 @@ template <class Target>
                              const Place& place) {
   if constexpr (std::is_same_v<Target, SignalConfig>)
     if (!belongs(row, target)) return keys_of(target);
-  Problem problem = value ? options::assign(row, target, *value) : options::wrong_form(row);
+  Problem problem = value ? base::assign(row, target, *value) : base::wrong_form(row);
   if constexpr (std::is_same_v<Target, NetworkConfig>)
     if (problem.empty()) target.places[row.key] = place;
   return problem;

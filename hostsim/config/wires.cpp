@@ -10,16 +10,16 @@
 #include <utility>
 #include <vector>
 
+#include "base/numbers.hpp"
+#include "base/words.hpp"
 #include "sim/world.hpp"
-#include "text/numbers.hpp"
-#include "text/words.hpp"
 
 namespace cbcan::config {
 namespace {
 
 /// nullopt unless it is in 0..most.
 std::optional<unsigned> number(std::string_view text, std::int64_t most) {
-  const auto parsed = text::parse_integer(text);
+  const auto parsed = base::parse_integer(text);
   if (!parsed || *parsed < 0 || *parsed > most) return std::nullopt;
   return static_cast<unsigned>(*parsed);
 }
@@ -175,12 +175,12 @@ class Check {
 }  // namespace
 
 std::optional<sim::Terminal> parse_terminal(std::string_view text) {
-  const auto [name, rest] = text::split(text, ':').value_or(std::pair(text, std::string_view("0")));
+  const auto [name, rest] = base::split(text, ':').value_or(std::pair(text, std::string_view("0")));
   const auto row = std::ranges::find(sim::kTerminals, name, &sim::Terminals::name);
   if (row != sim::kTerminals.end()) return numbered_terminal(*row, rest);
   constexpr std::int64_t kMostBit = 63;
-  const auto [object, bit] = text::split(text, '.').value_or(std::pair(text, std::string_view()));
-  const auto [index, sub] = text::split(object, ':').value_or(std::pair(object, std::string_view("0")));
+  const auto [object, bit] = base::split(text, '.').value_or(std::pair(text, std::string_view()));
+  const auto [index, sub] = base::split(object, ':').value_or(std::pair(object, std::string_view("0")));
   const auto index_number = number(index, 0xFFFF);
   const auto sub_number = number(sub, 0xFF);
   const auto bit_number = number(bit, kMostBit);
@@ -194,10 +194,10 @@ std::optional<sim::Terminal> parse_terminal(std::string_view text) {
 std::optional<WireEnd> parse_wire_end(std::string_view text) {
   WireEnd end;
   end.text = text;
-  const auto parts = text::split(text, ':');
+  const auto parts = base::split(text, ':');
   if (!parts) return std::nullopt;
   auto [node, rest] = *parts;
-  if (const auto sides = text::split(node, '/')) {
+  if (const auto sides = base::split(node, '/')) {
     const auto network = number(sides->first, kMostNetworks);
     if (!network || *network == 0) return std::nullopt;
     end.network = *network;

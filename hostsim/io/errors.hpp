@@ -7,7 +7,7 @@
 #include <string>
 #include <system_error>
 
-#include "text/error.hpp"
+#include "base/error.hpp"
 
 namespace cbcan::io {
 
@@ -18,7 +18,7 @@ class EnvironmentError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-using text::UsageError;
+using base::UsageError;
 
 /// Receives one line for the user, about something that does not end the program.
 using Warn = std::function<void(const std::string& line)>;

@@ -5,7 +5,7 @@
 #include <array>
 #include <bit>
 
-#include "text/buffer.hpp"
+#include "base/buffer.hpp"
 
 namespace cbcan::journal {
 
@@ -62,7 +62,7 @@ std::uint64_t Journal::latest_of(Kinds kinds) const {
 }
 
 std::string_view Journal::text(const Event& event) const {
-  return text::characters(bytes(event));
+  return base::characters(bytes(event));
 }
 
 }  // namespace cbcan::journal

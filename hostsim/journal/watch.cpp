@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <cstring>
 
+#include "base/numbers.hpp"
+#include "base/words.hpp"
 #include "cbcan/canopen/emcy/emergency_consumer.hpp"
 #include "cbcan/canopen/nmt/nmt.hpp"
 #include "cbcan/canopen/sdo/protocol.hpp"
-#include "text/numbers.hpp"
-#include "text/words.hpp"
 
 namespace cbcan::journal {
 
@@ -40,8 +40,8 @@ Service service_of(std::span<const std::uint16_t> request) {
 
 /// The node in "node 5: fault 1: ..."; 0 for the bus.
 std::uint8_t node_in(std::string_view text) {
-  const auto words = text::words_of(text.substr(0, text.find(':')));
-  return words.size() == 2 ? text::parse<std::uint8_t>(words[1]).value_or(0) & nmt::kMaxNode
+  const auto words = base::words_of(text.substr(0, text.find(':')));
+  return words.size() == 2 ? base::parse<std::uint8_t>(words[1]).value_or(0) & nmt::kMaxNode
                            : std::uint8_t{0};
 }
 
@@ -261,7 +261,7 @@ void NetworkWatch::on_fault(std::string_view text, Time now) {
 // ---- The PLC
 
 /// The request belongs to the transaction that it begins, or else to the last one of the registers in it.
-void NetworkWatch::on_modbus(const adapters::ModbusExchange& exchange, Time now) {
+void NetworkWatch::on_modbus(const protocols::ModbusExchange& exchange, Time now) {
   Event request = event(Kind::kModbus, now);
   request.node = exchange.unit;
   request.index = static_cast<std::uint16_t>(exchange.request.size());

@@ -11,9 +11,9 @@
 #include <string_view>
 #include <vector>
 
-#include "adapters/modbus_unit.hpp"
 #include "cbcan/regmap.hpp"
 #include "journal/journal.hpp"
+#include "protocols/modbus_unit.hpp"
 #include "sim/bus.hpp"
 #include "sim/coprocessor_module.hpp"
 #include "sim/faults/fault_set.hpp"
@@ -53,7 +53,7 @@ class NetworkWatch final : public sim::Observer, public sim::ModuleWatch, public
   void on_terminals(std::uint8_t node, std::uint16_t index, std::uint8_t sub, std::int32_t before,
                     std::int32_t after, Time now) override;
   /// To be called before the module handles the request.
-  void on_modbus(const adapters::ModbusExchange& exchange, Time now);
+  void on_modbus(const protocols::ModbusExchange& exchange, Time now);
 
   /// Number and bits of all frames so far.
   std::uint64_t frames() const { return frames_; }

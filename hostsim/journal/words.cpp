@@ -6,6 +6,7 @@
 #include <bit>
 #include <utility>
 
+#include "base/value.hpp"
 #include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "cbcan/canopen/lss_slave.hpp"
 #include "cbcan/canopen/nmt/nmt.hpp"
@@ -13,19 +14,18 @@
 #include "cbcan/canopen/sync.hpp"
 #include "cbcan/canopen/time_stamp.hpp"
 #include "cbcan/regmap.hpp"
-#include "eds/emergency.hpp"
+#include "descriptions/emergency.hpp"
 #include "journal/watch.hpp"
 #include "sim/frame_text.hpp"
 #include "sim/wire.hpp"
-#include "text/value.hpp"
 
 namespace cbcan::journal {
 
 namespace {
 
 using Bytes = std::span<const std::uint8_t>;
-using text::append;
-using text::Hex;
+using base::append;
+using base::Hex;
 using namespace std::string_view_literals;
 
 bool is_one_line(Bytes text) {
@@ -33,7 +33,7 @@ bool is_one_line(Bytes text) {
 }
 
 /// "1000h:00 Device type"
-void append_object(Buffer& to, std::uint16_t index, std::uint8_t sub, const eds::ObjectName* name) {
+void append_object(Buffer& to, std::uint16_t index, std::uint8_t sub, const descriptions::ObjectName* name) {
   append(to, Hex{index, 4}, "h:", Hex{sub, 2});
   if (name != nullptr) append(to, ' ', name->name);
 }
@@ -53,7 +53,7 @@ void append_abort(Buffer& to, std::uint32_t code) {
 // ---- SDO
 
 /// " = 983441" for an expedited transfer.
-void append_expedited(Buffer& to, const Frame& frame, const eds::ObjectName* name) {
+void append_expedited(Buffer& to, const Frame& frame, const descriptions::ObjectName* name) {
   const std::uint8_t command = frame.data[0];
   if ((command & sdo::kExpedited) == 0) return;
   const bool sized = (command & sdo::kSizeIndicated) != 0;
@@ -78,7 +78,7 @@ void append_sdo(Buffer& to, const Frame& frame, std::uint8_t network, std::uint8
   const bool is_abort = specifier == static_cast<std::uint8_t>(sdo::Request::kAbort);
   if (!is_abort && specifier != (from_client ? 1 : 3) && specifier != 2) return;
   const sdo::Multiplexer mux = sdo::multiplexer_of(frame);
-  const eds::ObjectName* const name = find(network, node, sdo::index_of(mux), sdo::sub_of(mux));
+  const descriptions::ObjectName* const name = find(network, node, sdo::index_of(mux), sdo::sub_of(mux));
   append(to, ' ');
   append_object(to, sdo::index_of(mux), sdo::sub_of(mux), name);
   if (!is_abort) return append_expedited(to, frame, name);
@@ -94,11 +94,11 @@ void append_error_control(Buffer& to, const Frame& frame, std::uint8_t node) {
 }
 
 void append_emergency(Buffer& to, const Frame& frame) {
-  const auto message = eds::emergency_from(frame.data);
+  const auto message = descriptions::emergency_from(frame.data);
   append(to, "EMCY node ", frame.id & nmt::kMaxNode, ": ", Hex{message.code, 4}, "h ",
-         eds::emergency_meaning(message.code));
+         descriptions::emergency_meaning(message.code));
   std::string_view between = "; ";
-  eds::for_each_error(message.error_register,
+  descriptions::for_each_error(message.error_register,
                       [&](std::string_view bit) { append(to, std::exchange(between, ", "), bit); });
 }
 
@@ -164,21 +164,21 @@ std::string_view nmt_text(std::uint32_t specifier) {
 void append_value(Buffer& to, Bytes bytes, DataType type) {
   const std::uint64_t raw = bytes.size() <= 8 ? load_little_endian(bytes) : 0;
   if (type == DataType::kReal32)
-    return text::append_value(to, static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(raw))));
-  if (type == DataType::kReal64) return text::append_value(to, std::bit_cast<double>(raw));
+    return base::append_value(to, static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(raw))));
+  if (type == DataType::kReal64) return base::append_value(to, std::bit_cast<double>(raw));
   if (type == DataType::kBoolean) return append(to, raw != 0 ? "true" : "false");
   if (is_signed(type)) return append(to, sign_extend(raw, bytes.size()));
   if (type == DataType::kVisibleString && is_one_line(bytes))
-    return append(to, '"', text::characters(bytes), '"');
+    return append(to, '"', base::characters(bytes), '"');
   if (size_of(type) != 0) return append(to, raw);
-  text::append_value(to, bytes);
+  base::append_value(to, bytes);
 }
 
-void append_value(Buffer& to, Bytes bytes, const eds::ObjectName* name) {
+void append_value(Buffer& to, Bytes bytes, const descriptions::ObjectName* name) {
   const bool fits = name != nullptr && (size_of(name->type) == 0 || size_of(name->type) == bytes.size());
   if (fits) return append_value(to, bytes, name->type);
   if (!bytes.empty() && bytes.size() <= 4) return append(to, load_little_endian(bytes));
-  text::append_value(to, bytes);
+  base::append_value(to, bytes);
 }
 
 std::span<const StateName> state_names() {
@@ -216,7 +216,7 @@ void append_frame(Buffer& to, const Frame& frame, std::uint8_t network, const Fi
 }
 
 std::string_view append_request(Buffer& to, const Event& transaction, const Journal& journal,
-                                const eds::ObjectName* name) {
+                                const descriptions::ObjectName* name) {
   const Bytes value = journal.bytes(transaction);
   switch (transaction.service) {
     case Service::kNone: append(to, "no command"); return {};
@@ -230,7 +230,7 @@ std::string_view append_request(Buffer& to, const Event& transaction, const Jour
   append(to, " = ");
   const std::size_t begin = to.size();
   append_value(to, value, name);
-  return text::view(to, begin);
+  return base::view(to, begin);
 }
 
 void append_result(Buffer& to, const Event& ended) {
@@ -277,7 +277,7 @@ void append_words(Buffer& to, const Event& event, const Journal& journal, const 
 }  // namespace
 
 Line append_text(Buffer& to, const Event& event, const Journal& journal, const FindName& find) {
-  const eds::ObjectName* const name = is_transaction(event) ? name_of(event, find) : nullptr;
+  const descriptions::ObjectName* const name = is_transaction(event) ? name_of(event, find) : nullptr;
   const std::size_t begin = to.size();
   append_subject(to, event);
   const std::size_t frame = to.size();
@@ -304,7 +304,7 @@ Line append_text(Buffer& to, const Event& event, const Journal& journal, const F
     outcome = to.size();
     append_result(to, event);
     outcome_end = to.size();
-    append(to, ", ", text::Decimal{event.took, 3}, " ms");
+    append(to, ", ", base::Decimal{event.took, 3}, " ms");
   } else if (event.kind == Kind::kBegun) {
     append(to, " begun");
   } else if (event.kind == Kind::kCommand && event.state == kRefused) {

@@ -9,21 +9,21 @@
 #include <string>
 #include <string_view>
 
+#include "base/buffer.hpp"
 #include "cbcan/canopen/dictionary/data_type.hpp"
-#include "eds/object_names.hpp"
+#include "descriptions/object_names.hpp"
 #include "journal/journal.hpp"
-#include "text/buffer.hpp"
 
 namespace cbcan::journal {
 
-using text::Buffer;
+using base::Buffer;
 
 /// The name of an object in the node's EDS; null = none.
-using FindName = std::function<const eds::ObjectName*(std::uint8_t network, std::uint8_t node,
+using FindName = std::function<const descriptions::ObjectName*(std::uint8_t network, std::uint8_t node,
                                                       std::uint16_t index, std::uint8_t sub)>;
 
 /// Of the object that a transaction reads or writes.
-inline const eds::ObjectName* name_of(const Event& transaction, const FindName& find) {
+inline const descriptions::ObjectName* name_of(const Event& transaction, const FindName& find) {
   const bool has_object = transaction.service == Service::kRead || transaction.service == Service::kWrite;
   return has_object ? find(transaction.network, transaction.node, transaction.index, transaction.sub)
                     : nullptr;
@@ -32,7 +32,7 @@ inline const eds::ObjectName* name_of(const Event& transaction, const FindName& 
 /// A value as a plant file would write it.
 void append_value(Buffer& to, std::span<const std::uint8_t> bytes, DataType type);
 /// By the type that comes with the name; without a name, 1 to 4 bytes as a number, other sizes in hexadecimal.
-void append_value(Buffer& to, std::span<const std::uint8_t> bytes, const eds::ObjectName* name);
+void append_value(Buffer& to, std::span<const std::uint8_t> bytes, const descriptions::ObjectName* name);
 
 struct StateName {
   std::uint8_t state;  ///< as in a heartbeat, or kOff
@@ -51,7 +51,7 @@ void append_frame(Buffer& to, const Frame& frame, std::uint8_t network, const Fi
 /// "read node 66 1000h:00 Device type", "NMT Start Remote Node: node 66", "state of node 66"; `name` of the
 /// object: null = none. Returns the value that it ends with, valid until `to` is changed; empty = none.
 std::string_view append_request(Buffer& to, const Event& transaction, const Journal& journal,
-                                const eds::ObjectName* name);
+                                const descriptions::ObjectName* name);
 
 /// For kEnded: "done", "cancelled" or what went wrong.
 void append_result(Buffer& to, const Event& ended);
@@ -76,20 +76,20 @@ void append_packet_comment(Buffer& to, const Event& event, const Journal& journa
 
 template <class Type>
 std::string value_text(std::span<const std::uint8_t> bytes, Type type) {
-  return text::made([&](Buffer& to) { append_value(to, bytes, type); });
+  return base::made([&](Buffer& to) { append_value(to, bytes, type); });
 }
 inline std::string frame_text(const Frame& frame, std::uint8_t network, const FindName& find) {
-  return text::made([&](Buffer& to) { append_frame(to, frame, network, find); });
+  return base::made([&](Buffer& to) { append_frame(to, frame, network, find); });
 }
 inline std::string request_text(const Event& transaction, const Journal& journal, const FindName& find) {
-  return text::made(
+  return base::made(
       [&](Buffer& to) { append_request(to, transaction, journal, name_of(transaction, find)); });
 }
 inline std::string result_text(const Event& ended) {
-  return text::made([&](Buffer& to) { append_result(to, ended); });
+  return base::made([&](Buffer& to) { append_result(to, ended); });
 }
 inline std::string text_of(const Event& event, const Journal& journal, const FindName& find) {
-  return text::made([&](Buffer& to) { append_text(to, event, journal, find); });
+  return base::made([&](Buffer& to) { append_text(to, event, journal, find); });
 }
 
 }  // namespace cbcan::journal

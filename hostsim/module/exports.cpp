@@ -19,7 +19,7 @@ struct Module {
   Instance instance;
   std::string in;
   std::string out;
-  std::map<unsigned, std::unique_ptr<adapters::StreamSession>> connections;
+  std::map<unsigned, std::unique_ptr<protocols::StreamSession>> connections;
   unsigned last_connection = 0;
 };
 
@@ -28,7 +28,7 @@ Module& here() {
   return made;
 }
 
-adapters::StreamSession& connection(unsigned number) {
+protocols::StreamSession& connection(unsigned number) {
   return *here().connections.at(number);
 }
 
@@ -115,7 +115,7 @@ CBCAN_EXPORT("pass") double module_pass(double now) {
   return next == kNever ? HUGE_VAL : static_cast<double>(next);
 }
 
-// ---- Connections, as in adapters/stream_session.hpp
+// ---- Connections, as in protocols/stream_session.hpp
 
 CBCAN_EXPORT("receive") void module_receive(unsigned number) {
   connection(number).receive(here().in);
@@ -125,13 +125,13 @@ CBCAN_EXPORT("end_input") void module_end_input(unsigned number) {
 }
 /// Returns bytes that are to be sent together, and then count as sent; none = nothing is to be sent.
 CBCAN_EXPORT("take") void module_take(unsigned number) {
-  adapters::StreamSession& session = connection(number);
+  protocols::StreamSession& session = connection(number);
   here().out = session.unsent().substr(0, session.segment());
   if (!here().out.empty()) session.sent(here().out.size());
 }
 /// 1: wants more, 2: is busy, 4: has ended.
 CBCAN_EXPORT("state") unsigned module_state(unsigned number) {
-  const adapters::StreamSession& session = connection(number);
+  const protocols::StreamSession& session = connection(number);
   return (session.wants_more() ? 1u : 0u) | (session.is_busy() ? 2u : 0u) | (session.has_ended() ? 4u : 0u);
 }
 CBCAN_EXPORT("disconnect") void module_disconnect(unsigned number) {

@@ -7,16 +7,16 @@
 #include <exception>
 #include <utility>
 
+#include "base/error.hpp"
+#include "base/utf8.hpp"
+#include "base/words.hpp"
 #include "config/demo_plant.hpp"
 #include "config/plant_file.hpp"
-#include "explore/settings.hpp"
 #include "plant/bench.hpp"
 #include "scenario/run.hpp"
+#include "scenario/search/settings.hpp"
 #include "sim/frame_text.hpp"
 #include "sim/parameter_text.hpp"
-#include "text/error.hpp"
-#include "text/utf8.hpp"
-#include "text/words.hpp"
 
 namespace cbcan::module {
 
@@ -24,18 +24,18 @@ namespace {
 
 /// The path is absolute, as a recorded scenario may be in any folder.
 std::string absolute_plant(const std::string& plant_file, const std::string& folder) {
-  const bool is_whole = plant_file.empty() || plant_file == "demo" || text::is_absolute(plant_file);
+  const bool is_whole = plant_file.empty() || plant_file == "demo" || base::is_absolute(plant_file);
   return is_whole ? plant_file : folder + "/" + plant_file;
 }
 
 std::string message(std::string_view text) {
-  return fmt::format("cbcan-sim: {}\n", text::to_utf8(text));
+  return fmt::format("cbcan-sim: {}\n", base::to_utf8(text));
 }
 
 std::vector<std::string> lines_of(std::string_view text) {
   std::vector<std::string> lines;
   while (!text.empty())
-    lines.emplace_back(text::take_line(text));
+    lines.emplace_back(base::take_line(text));
   return lines;
 }
 
@@ -86,7 +86,7 @@ class Instance::Bench final : public plant::Bench {
   plant::View& view() override { return session_.control(); }
   void check(std::string_view line) override { plant::check_command(line); }
   std::string execute(std::string_view line) override {
-    const auto dialogue = std::make_shared<adapters::Dialogue>();
+    const auto dialogue = std::make_shared<protocols::Dialogue>();
     std::string response = session_.execute(line, dialogue);
     while (dialogue->waiting)
       advance(session_.waits().next_deadline());
@@ -119,8 +119,8 @@ void Instance::give_folder(std::string name, std::optional<std::string> files) {
 /// Without the file work goes on, so that all that is missing is found at once.
 std::optional<std::string> Instance::read(const std::string& path) {
   const auto found = files_.find(path);
-  if (found != files_.end() && found->second && found->second->size() > text::kMostFileBytes)
-    throw text::UsageError(path + text::kTooLong);
+  if (found != files_.end() && found->second && found->second->size() > base::kMostFileBytes)
+    throw base::UsageError(path + base::kTooLong);
   if (found != files_.end()) return found->second;
   missing_files_.insert(path);
   return std::nullopt;
@@ -134,7 +134,7 @@ Json Instance::missing() {
 
 void Instance::tell(std::string_view to, std::string_view text, bool replace) {
   const bool printed = to == kOut || to == kErr;
-  Json told{to, printed ? text::lines_to_utf8(text) : std::string(text)};
+  Json told{to, printed ? base::lines_to_utf8(text) : std::string(text)};
   if (replace) told.push_back(true);
   told_.push_back(std::move(told));
 }
@@ -156,9 +156,9 @@ Json Instance::start(const std::vector<std::string>& arguments, const std::strin
   try {
     const bool scenarios = !arguments.empty() && arguments.front() == "run";
     result = scenarios ? start_scenarios(std::span(words).subspan(2)) : start_plant(words, folder);
-  } catch (const text::UsageError& error) {
+  } catch (const base::UsageError& error) {
     tell(kErr, message(error.what()));
-    result = ended(options::ExitCode::kUsage);
+    result = ended(base::ExitCode::kUsage);
   }
   Json needed = missing();
   return needed.is_null() ? result : needed;
@@ -167,20 +167,20 @@ Json Instance::start(const std::vector<std::string>& arguments, const std::strin
 // ---- A plant
 
 Json Instance::start_plant(const std::vector<const char*>& words, const std::string& folder) {
-  start_ = cli::parse_command_line(static_cast<int>(words.size()), words.data(), read_);
+  start_ = config::parse_command_line(static_cast<int>(words.size()), words.data(), read_);
   tell(kErr, start_.err);
   tell(kOut, start_.out);
   if (!start_.run) return ended(start_.exit_code);
   const config::Diagnostics problems = not_here();
   for (const config::Diagnostic& problem : problems)
     tell(kErr, message(to_string(problem)));
-  if (!problems.empty()) return ended(options::ExitCode::kUsage);
+  if (!problems.empty()) return ended(base::ExitCode::kUsage);
   config::PlantBuild build = config::build_nodes(start_.config, read_);
   for (const std::string& line : build.lines)
     tell(kErr, (line.starts_with('-') ? "cbcan-sim: " : "") + line + "\n");
-  if (!build.good) return ended(options::ExitCode::kUsage);
+  if (!build.good) return ended(base::ExitCode::kUsage);
   open(std::move(build), absolute_plant(start_.plant_file, folder));
-  if (start_.check) return ended(options::ExitCode::kDone);
+  if (start_.check) return ended(base::ExitCode::kDone);
   return {{"services", services()},
           {"command", start_.command},
           {"manual", start_.config.clock == config::ClockKind::kManual},
@@ -197,7 +197,7 @@ config::Diagnostics Instance::not_here() const {
                                            fmt::format("is not in this build; {}", instead)));
   };
   const auto refuse_path = [&refuse](std::string_view option, const std::string& address) {
-    if (!address.empty() && !text::parse_stream_address(address).path.empty())
+    if (!address.empty() && !base::parse_stream_address(address).path.empty())
       refuse(option, address, "use HOST:PORT");
   };
   const config::Config& config = start_.config;
@@ -206,11 +206,11 @@ config::Diagnostics Instance::not_here() const {
   refuse_path("rtu.listen", config.rtu.listen);
   refuse_path("--control", config.control);
   constexpr std::string_view kProgram = "use the program for Linux";
-  const cli::SearchConfig& search = start_.search;
+  const config::SearchConfig& search = start_.search;
   refuse("--explore", search.explore ? "--" : "", kProgram);
   refuse("--seeds", search.seeds, kProgram);
   refuse("--only", search.only, kProgram);
-  for (const scenario::Line& moment : explore::read_settings(start_.plant_text, start_.plant_file).only)
+  for (const scenario::Line& moment : search::read_settings(start_.plant_text, start_.plant_file).only)
     refuse("explore.only", moment.text, kProgram);
   for (const config::NetworkConfig& network : config.networks) {
     for (const config::FaultConfig& set : network.plc.faults)
@@ -233,7 +233,7 @@ void Instance::open(config::PlantBuild build, std::string plant_file) {
     return parameters_.emplace_back(std::make_unique<Parameters>(*this, file)).get();
   };
   const auto nothing = [] {};
-  const auto shut_down = [this] { end(options::ExitCode::kDone); };
+  const auto shut_down = [this] { end(base::ExitCode::kDone); };
   session_.emplace(
       config, std::move(build), std::move(plant_file),
       session::Host{now_, config.clock == config::ClockKind::kReal, [this] { return machine_now_; },
@@ -259,7 +259,7 @@ void Instance::open(config::PlantBuild build, std::string plant_file) {
 // ---- Scenarios
 
 Json Instance::start_scenarios(std::span<const char* const> words) {
-  cli::RunStart start = cli::parse_run_command_line(words);
+  config::RunStart start = config::parse_run_command_line(words);
   tell(kErr, start.err);
   tell(kOut, start.out);
   if (!start.run) return ended(start.exit_code);
@@ -268,15 +268,15 @@ Json Instance::start_scenarios(std::span<const char* const> words) {
                                          std::pair(std::string("--explore"), run_.explore),
                                          std::pair("--target " + run_.target, !run_.target.empty()),
                                          std::pair("--only " + run_.only, !run_.only.empty())})
-    if (is_given) throw text::UsageError(fmt::format("{}: is not in this build; leave it out", option));
-  const cli::Shard shard = cli::shard_of(run_.shard);
+    if (is_given) throw base::UsageError(fmt::format("{}: is not in this build; leave it out", option));
+  const config::Shard shard = config::shard_of(run_.shard);
   const auto list = [this](const std::string& path) {
     const auto found = folders_.find(path);
     if (found == folders_.end()) missing_folders_.insert(path);
     return found == folders_.end() ? std::nullopt : found->second;
   };
   if (!run_.logs.empty() && !list(run_.logs))
-    throw text::UsageError("--log " + run_.logs + ": there is no such folder; make it first");
+    throw base::UsageError("--log " + run_.logs + ": there is no such folder; make it first");
   outcomes_.clear();
   scenarios_ = scenario::scenario_files(run_.paths, shard.part, shard.parts, list, read_);
   return {{"scenarios", scenarios_.size()}, {"log", run_.logs}, {"junit", run_.junit}};
@@ -293,19 +293,19 @@ Json Instance::play(std::size_t place) {
       return std::make_shared<Log>(
           [&texts, at = texts.size() - 1](const std::string& text) { texts[at][1] = text; }, since_1970_);
     };
-  const cli::Seeds seeds = run_.seeds.empty() ? cli::Seeds{} : cli::seeds_of(run_.seeds);
+  const config::Seeds seeds = run_.seeds.empty() ? config::Seeds{} : config::seeds_of(run_.seeds);
   scenario::SeedOutcomes outcomes;
   for (std::uint64_t seed = seeds.first; seed <= seeds.last; ++seed) {
     scenario::Outcome outcome;
     try {
       outcome = scenario::play_file(file, read_, [&](scenario::Scenario& found) {
         if (!run_.seeds.empty()) found.config.seed = static_cast<std::uint32_t>(seed);
-        if (!explore::read_settings(found.text, file).only.empty())
-          throw text::UsageError("explore.only: is not in this build; play it with the program");
+        if (!search::read_settings(found.text, file).only.empty())
+          throw base::UsageError("explore.only: is not in this build; play it with the program");
         return scenario::play_on_plant(found, eds_files_, run);
       });
     } catch (const std::exception& error) {
-      outcome = {scenario::Verdict::kWrong, 0, text::to_utf8(error.what()) + "\n"};
+      outcome = {scenario::Verdict::kWrong, 0, base::to_utf8(error.what()) + "\n"};
     }
     if (Json needed = missing(); !needed.is_null()) return needed;
     outcomes.add(static_cast<std::uint32_t>(seed), std::move(outcome));

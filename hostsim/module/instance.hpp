@@ -18,11 +18,11 @@
 #include <string_view>
 #include <vector>
 
-#include "adapters/http_site.hpp"
-#include "adapters/modbus_server.hpp"
-#include "adapters/socketcand_adapter.hpp"
-#include "cli/command_line.hpp"
-#include "cli/run_options.hpp"
+#include "config/command_line.hpp"
+#include "config/run_options.hpp"
+#include "protocols/http_site.hpp"
+#include "protocols/modbus_server.hpp"
+#include "protocols/socketcand_adapter.hpp"
 #include "scenario/outcome.hpp"
 #include "session/session.hpp"
 #include "web/event_json.hpp"
@@ -63,7 +63,7 @@ class Instance {
   Time pass(Time machine_now);
 
   /// The session of a new client; null = it is not served.
-  std::unique_ptr<adapters::StreamSession> connect(const std::string& service, const std::string& peer);
+  std::unique_ptr<protocols::StreamSession> connect(const std::string& service, const std::string& peer);
 
   /// HTTP: {"method", "path", "query", "body", "host", "origin", "last_event_id", "too_long"} to {"status",
   /// "headers", "body"}; instead of the body "stream", its number from 1, and "keep_alive", to be sent to an
@@ -106,10 +106,10 @@ class Instance {
 
   std::optional<std::string> read(const std::string& path);
   Json missing();
-  static Json ended(options::ExitCode code) { return {{"exit", static_cast<int>(code)}}; }
+  static Json ended(base::ExitCode code) { return {{"exit", static_cast<int>(code)}}; }
   void tell(std::string_view to, std::string_view text, bool replace = false);
   void say(const std::string& response);
-  void end(options::ExitCode code) { tell(kEnd, std::to_string(static_cast<int>(code))); }
+  void end(base::ExitCode code) { tell(kEnd, std::to_string(static_cast<int>(code))); }
 
   Json start_plant(const std::vector<const char*>& words, const std::string& folder);
   Json start_scenarios(std::span<const char* const> words);
@@ -117,7 +117,7 @@ class Instance {
   void open(config::PlantBuild build, std::string plant_file);
   Json services() const;
   void open_service(std::string_view place);
-  void open_bus_service(const std::string& name, const text::StreamAddress& address);
+  void open_bus_service(const std::string& name, const base::StreamAddress& address);
   std::string summary_of(const config::NetworkConfig& network, const std::string& kind,
                          std::string_view title) const;
   session::Served served() const;
@@ -135,10 +135,10 @@ class Instance {
   std::map<std::string, std::optional<std::vector<std::string>>> folders_;
   std::set<std::string> missing_files_;
   std::set<std::string> missing_folders_;
-  text::FileReader read_;
+  base::FileReader read_;
   Json told_ = Json::array();
 
-  cli::Start start_;
+  config::Start start_;
   Time now_ = 0;  ///< of the plant
   Time machine_now_ = 0;
   Time lag_ = 0;  ///< of the plant behind the clock
@@ -148,12 +148,12 @@ class Instance {
   std::vector<std::unique_ptr<Parameters>> parameters_;
   std::optional<session::Session> session_;
   std::vector<std::unique_ptr<Log>> logs_;
-  std::vector<std::unique_ptr<adapters::SocketcandBus>> socketcand_;
-  std::optional<adapters::ModbusServer> modbus_;
-  std::optional<adapters::HttpSite> http_;
+  std::vector<std::unique_ptr<protocols::SocketcandBus>> socketcand_;
+  std::optional<protocols::ModbusServer> modbus_;
+  std::optional<protocols::HttpSite> http_;
   struct Service {
     std::string place;
-    adapters::MakeSession connect;
+    protocols::MakeSession connect;
     bool has_warned = false;
     std::uint64_t connections = 0;
     std::uint64_t lost = 0;  ///< frames that clients at the bus have not read in time
@@ -163,14 +163,14 @@ class Instance {
   std::uint32_t connections_ = 0;  ///< of Modbus TCP
   std::uint32_t left_ = 0;         ///< of these
   struct Stream {
-    std::unique_ptr<adapters::HttpStream> stream;
+    std::unique_ptr<protocols::HttpStream> stream;
     bool begun = false;
   };
   std::map<unsigned, Stream> streams_;
   unsigned last_stream_ = 0;
-  std::shared_ptr<adapters::Dialogue> input_ = std::make_shared<adapters::Dialogue>();
+  std::shared_ptr<protocols::Dialogue> input_ = std::make_shared<protocols::Dialogue>();
 
-  cli::RunConfig run_;
+  config::RunConfig run_;
   std::vector<std::string> scenarios_;
   std::vector<scenario::Outcome> outcomes_;
   config::EdsFiles eds_files_{read_};  ///< of the scenarios

@@ -4,15 +4,15 @@
 #include <algorithm>
 #include <utility>
 
-#include "adapters/command_session.hpp"
-#include "adapters/rtu_session.hpp"
-#include "adapters/slcan_adapter.hpp"
+#include "base/numbers.hpp"
+#include "base/words.hpp"
 #include "cbcan/version.hpp"
 #include "module/instance.hpp"
 #include "plant/wait.hpp"
 #include "plant/words.hpp"
-#include "text/numbers.hpp"
-#include "text/words.hpp"
+#include "protocols/command_session.hpp"
+#include "protocols/rtu_session.hpp"
+#include "protocols/slcan_adapter.hpp"
 
 namespace cbcan::module {
 
@@ -21,12 +21,12 @@ Json Instance::services() const {
   Json services = Json::array();
   const auto add = [&services](const std::string& name, const std::string& address) {
     if (address.empty()) return;
-    const text::ListenAddress place = text::parse_stream_address(address).tcp;
+    const base::ListenAddress place = base::parse_stream_address(address).tcp;
     services.push_back({{"name", name}, {"host", place.host}, {"port", place.port}});
   };
   const auto& networks = session_->plant().networks();
   if (std::ranges::any_of(networks, [](const auto& network) { return !network->registers().empty(); })) {
-    add("modbus", to_string(text::ListenAddress{config.modbus.host, config.modbus.port}));
+    add("modbus", to_string(base::ListenAddress{config.modbus.host, config.modbus.port}));
     add("rtu_tcp", config.rtu.listen);
   }
   for (const config::NetworkConfig& network : config.networks) {
@@ -55,9 +55,9 @@ Json Instance::serve(const std::vector<std::string>& places, Time since_1970, bo
 
 void Instance::open_service(std::string_view place) {
   const std::string whole(place);
-  const std::string name(text::take_part(place, ' '));
-  const text::StreamAddress address = text::parse_stream_address(place);
-  std::vector<adapters::ModbusUnit*> units;
+  const std::string name(base::take_part(place, ' '));
+  const base::StreamAddress address = base::parse_stream_address(place);
+  std::vector<protocols::ModbusUnit*> units;
   for (const auto& network : session_->plant().networks())
     units.push_back(network.get());
   if (name == "modbus") {
@@ -65,17 +65,17 @@ void Instance::open_service(std::string_view place) {
     modbus_.emplace(units, modbus::DeviceIdentity{"cbcan", "cbcan-sim", kVersion});
   } else if (name == "rtu_tcp") {
     addresses_.rtu_tcp = address;
-    services_[name].connect = adapters::rtu_over_tcp(
+    services_[name].connect = protocols::rtu_over_tcp(
         units, [this] { return machine_now_; }, start_.config.rtu.station);
   } else if (name == "control") {
     addresses_.control = address;
-    services_[name].connect = adapters::command_sessions(
+    services_[name].connect = protocols::command_sessions(
         [this](std::string_view line, const auto& dialogue) { return session_->execute(line, dialogue); });
   } else if (name == "http") {
     addresses_.http = address.tcp;
-    http_.emplace(text::parse_stream_address(start_.config.http.listen).tcp.host, address.tcp,
+    http_.emplace(base::parse_stream_address(start_.config.http.listen).tcp.host, address.tcp,
                   start_.config.http.write,
-                  [&api = session_->open_api(start_.config)](const adapters::HttpRequest& request) {
+                  [&api = session_->open_api(start_.config)](const protocols::HttpRequest& request) {
                     return api.respond(request);
                   });
   } else {
@@ -85,37 +85,37 @@ void Instance::open_service(std::string_view place) {
 }
 
 /// "slcan", "2/socketcand"
-void Instance::open_bus_service(const std::string& name, const text::StreamAddress& address) {
+void Instance::open_bus_service(const std::string& name, const base::StreamAddress& address) {
   constexpr Time kPauseBehindOk = 20 * kMillisecond;  // in real time
-  const auto [number, kind] = text::split(name, '/').value_or(std::pair("1", std::string_view(name)));
-  const std::size_t place = text::parse<std::size_t>(std::string_view(number)).value_or(1) - 1;
+  const auto [number, kind] = base::split(name, '/').value_or(std::pair("1", std::string_view(name)));
+  const std::size_t place = base::parse<std::size_t>(std::string_view(number)).value_or(1) - 1;
   plant::Network& network = *session_->plant().networks()[place];
   sim::World& world = network.world();
   const auto on_queued = [&network] { network.advance(); };
-  const std::size_t most = clock_runs() ? adapters::Adapter::kMostUnsent : adapters::Adapter::kUnlimited;
+  const std::size_t most = clock_runs() ? protocols::Adapter::kMostUnsent : protocols::Adapter::kUnlimited;
   Service& service = services_[name];
   if (kind == "slcan") {
     addresses_.networks[place].slcan = address;
     service.connect = [&world, on_queued, most, &service] {
-      return std::make_unique<adapters::SlcanAdapter>(world.bus(), on_queued, most, &service.lost);
+      return std::make_unique<protocols::SlcanAdapter>(world.bus(), on_queued, most, &service.lost);
     };
   } else {
     addresses_.networks[place].socketcand = address;
-    adapters::SocketcandBus& bus = *socketcand_.emplace_back(std::make_unique<adapters::SocketcandBus>(
+    protocols::SocketcandBus& bus = *socketcand_.emplace_back(std::make_unique<protocols::SocketcandBus>(
         world.bus(), world.schedule(), [this] { return now_; }, since_1970_,
         clock_runs() ? kPauseBehindOk : 0));
     service.connect = [&bus, on_queued, most, &service] {
-      return std::make_unique<adapters::SocketcandAdapter>(bus, on_queued, most, &service.lost);
+      return std::make_unique<protocols::SocketcandAdapter>(bus, on_queued, most, &service.lost);
     };
   }
 }
 
-std::unique_ptr<adapters::StreamSession> Instance::connect(const std::string& service,
+std::unique_ptr<protocols::StreamSession> Instance::connect(const std::string& service,
                                                            const std::string& peer) {
   if (service == "modbus" && modbus_) {
     const std::uint32_t client = ++connections_;
     session_->on_client(client, peer, true);
-    return std::make_unique<adapters::ModbusTcpSession>(*modbus_, client, [this, client, peer] {
+    return std::make_unique<protocols::ModbusTcpSession>(*modbus_, client, [this, client, peer] {
       ++left_;
       session_->on_client(client, peer, false);
     });
@@ -124,7 +124,7 @@ std::unique_ptr<adapters::StreamSession> Instance::connect(const std::string& se
   if (found == services_.end()) return nullptr;
   Service& served = found->second;
   ++served.connections;
-  return adapters::without_browsers(served.connect(), [this, &served] {
+  return protocols::without_browsers(served.connect(), [this, &served] {
     if (!std::exchange(served.has_warned, true))
       session_->warn(served.place +
                      ": a client that speaks HTTP, as a browser does, is turned away; --http serves HTTP");
@@ -133,12 +133,12 @@ std::unique_ptr<adapters::StreamSession> Instance::connect(const std::string& se
 
 Json Instance::respond(const Json& request) {
   const auto text = [&request](const char* key) { return request.value(key, std::string()); };
-  adapters::HttpResponse response =
+  protocols::HttpResponse response =
       http_->respond({text("method"), text("path"), request.value("query", web::Query()), text("body"),
                       text("last_event_id"), text("host"), text("origin")},
                      request.value("too_long", false));
   Json headers{{"Content-Type", response.type}};
-  for (const auto& [name, value] : adapters::HttpSite::kHeaders)
+  for (const auto& [name, value] : protocols::HttpSite::kHeaders)
     headers[name] = value;
   Json json{{"status", response.status}, {"headers", std::move(headers)}};
   if (!response.stream) {
@@ -153,11 +153,11 @@ Json Instance::respond(const Json& request) {
 
 Json Instance::fill(unsigned stream) {
   auto& [filled, begun] = streams_.at(stream);
-  text::Buffer text;
+  base::Buffer text;
   const bool has_news = !std::exchange(begun, true) || filled->has_news();
   const bool more = !has_news || filled->fill(text);
   if (!more) drop(stream);
-  return {{"text", text::view(text)}, {"more", more}};
+  return {{"text", base::view(text)}, {"more", more}};
 }
 
 session::Served Instance::served() const {
@@ -242,9 +242,9 @@ void Instance::say(const std::string& response) {
   const auto [lines, last] = plant::parts_of(response);
   if (!last.starts_with(plant::kError)) return response.empty() ? void() : tell(kOut, response);
   tell(kOut, lines);
-  session_->warn(fmt::format("standard input: {}", text::trim(last.substr(plant::kError.size()))));
+  session_->warn(fmt::format("standard input: {}", base::trim(last.substr(plant::kError.size()))));
   const bool in_time = !last.starts_with(plant::kNotWithin);
-  end(in_time ? options::ExitCode::kUsage : options::ExitCode::kCheckFailed);
+  end(in_time ? base::ExitCode::kUsage : base::ExitCode::kCheckFailed);
 }
 
 }  // namespace cbcan::module

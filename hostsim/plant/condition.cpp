@@ -7,14 +7,14 @@
 #include <optional>
 #include <utility>
 
+#include "base/numbers.hpp"
+#include "base/value.hpp"
+#include "base/words.hpp"
 #include "cbcan/regmap.hpp"
 #include "journal/watch.hpp"
 #include "journal/words.hpp"
 #include "plant/points.hpp"
 #include "sim/frame_text.hpp"
-#include "text/numbers.hpp"
-#include "text/value.hpp"
-#include "text/words.hpp"
 
 namespace cbcan::plant {
 
@@ -41,7 +41,7 @@ bool compare(std::string_view with, const auto& is, const auto& wanted) {
 
 std::string operator_of(std::string_view word) {
   if (std::ranges::find(kOperators, word) == kOperators.end())
-    refuse("\"{}\": must be {}", word, text::listed(kOperators));
+    refuse("\"{}\": must be {}", word, base::listed(kOperators));
   return std::string(word);
 }
 
@@ -49,32 +49,32 @@ std::string operator_of(std::string_view word) {
 class Comparison {
  public:
   Comparison(std::string_view with, std::string_view wanted, DataType type)
-      : with_(operator_of(with)), number_(size_of(type) != 0), wanted_(text::parse_value(wanted)) {
+      : with_(operator_of(with)), number_(size_of(type) != 0), wanted_(base::parse_value(wanted)) {
     const auto* const text = std::get_if<std::string>(&wanted_);
     if (number_ && text != nullptr) refuse("\"{}\": must be a number, as the object is one", wanted);
     if (number_) return;
     if (with_ != "=" && with_ != "!=") refuse("\"{}\": texts have no order; write = or !=", with_);
     std::string shown = text != nullptr ? *text : std::string(wanted);
-    const auto bytes = text::is_hex(shown) ? text::parse_hex(shown) : std::nullopt;
+    const auto bytes = base::is_hex(shown) ? base::parse_hex(shown) : std::nullopt;
     if (!bytes && type != DataType::kVisibleString)
       refuse("\"{}\": must be bytes, such as hex:01 02", wanted);
-    wanted_ = bytes ? text::Value(*bytes) : text::Value(std::move(shown));
+    wanted_ = bytes ? base::Value(*bytes) : base::Value(std::move(shown));
   }
 
   bool holds(std::string_view is) const {
-    if (!number_) return compare(with_, is, std::string_view(text::value_text(wanted_)));
-    const text::Value value = text::parse_value(is);
+    if (!number_) return compare(with_, is, std::string_view(base::value_text(wanted_)));
+    const base::Value value = base::parse_value(is);
     const auto* const whole = std::get_if<std::int64_t>(&value);
     const auto* const whole_wanted = std::get_if<std::int64_t>(&wanted_);
     if (whole != nullptr && whole_wanted != nullptr) return compare(with_, *whole, *whole_wanted);
-    const auto number = number_in(value) ? number_in(value) : text::parse<double>(is);  // inf, nan
+    const auto number = number_in(value) ? number_in(value) : base::parse<double>(is);  // inf, nan
     return compare(with_, number, number_in(wanted_));
   }
 
  private:
   std::string with_;
   bool number_;
-  text::Value wanted_;
+  base::Value wanted_;
 };
 
 // ---- States
@@ -91,7 +91,7 @@ class RegisterCondition final : public Condition {
     read(view);
   }
   bool holds(View& view) override { return compare(with_, read(view), wanted_); }
-  std::string seen(View& view) override { return "it is " + text::joined(read(view)); }
+  std::string seen(View& view) override { return "it is " + base::joined(read(view)); }
 
  private:
   std::vector<std::uint16_t> read(View& view) const { return view.read(network_, first_, wanted_.size()); }
@@ -134,7 +134,7 @@ class StateCondition final : public Condition {
       names.push_back(known.name);
     node_of(view, node_);
     if (std::ranges::find(names, state_) == names.end())
-      refuse("\"{}\": must be {}", state_, text::listed(names));
+      refuse("\"{}\": must be {}", state_, base::listed(names));
   }
   bool holds(View& view) override { return state_of(node_of(view, node_)) == state_; }
   std::string seen(View& view) override { return fmt::format("it is {}", state_of(node_of(view, node_))); }
@@ -148,7 +148,7 @@ class TimeCondition final : public Condition {
  public:
   TimeCondition(const Written& written, View& /*view*/) : wanted_(duration_of(written.words[0])) {}
   bool holds(View& view) override { return view.now() >= wanted_; }
-  std::string seen(View& view) override { return "it is " + text::seconds_text(view.now()); }
+  std::string seen(View& view) override { return "it is " + base::seconds_text(view.now()); }
   Time next_deadline(View& /*view*/) const override { return wanted_; }
 
  private:
@@ -164,7 +164,7 @@ class TookCondition final : public Condition {
   }
   bool holds(View& view) override { return compare(with_, view.now() - since_, wanted_); }
   std::string seen(View& view) override {
-    return "it took " + text::seconds_text(view.now() - since_) + " s";
+    return "it took " + base::seconds_text(view.now() - since_) + " s";
   }
   Time next_deadline(View& view) const override {
     return view.now() <= since_ + wanted_ ? std::max(view.now() + 1, since_ + wanted_) : kNever;
@@ -315,7 +315,7 @@ std::optional<unsigned> take_count(Words& words) {
   if (words.empty()) return std::nullopt;
   std::optional<unsigned> count;
   if (words.front() == "no") count = 0;
-  if (const auto number = text::parse<unsigned>(words.front())) count = *number;
+  if (const auto number = base::parse<unsigned>(words.front())) count = *number;
   if (count) words.erase(words.begin());
   return count;
 }
@@ -323,7 +323,7 @@ std::optional<unsigned> take_count(Words& words) {
 }  // namespace
 
 std::unique_ptr<Condition> make_condition(std::string_view text, View& view) {
-  Written written{text::words_of(text)};
+  Written written{base::words_of(text)};
   if (const auto& words = written.words; words.size() > 2 && words[words.size() - 2] == "within")
     refuse("{}: within is a key of its own; write within = \"{}\"", text, words.back());
   written.count = take_count(written.words);

@@ -8,6 +8,9 @@
 #include <iterator>
 #include <utility>
 
+#include "base/numbers.hpp"
+#include "base/utf8.hpp"
+#include "base/words.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "cbcan/regmap.hpp"
 #include "config/config.hpp"
@@ -15,9 +18,6 @@
 #include "journal/words.hpp"
 #include "plant/points.hpp"
 #include "sim/frame_text.hpp"
-#include "text/numbers.hpp"
-#include "text/utf8.hpp"
-#include "text/words.hpp"
 
 namespace cbcan::plant {
 
@@ -45,7 +45,7 @@ const auto& named(const Rows& rows, std::string_view name) {
   std::vector<std::string_view> names;
   for (const auto& row : rows)
     names.push_back(row.first);
-  refuse("\"{}\": must be {}", name, text::listed(names));
+  refuse("\"{}\": must be {}", name, base::listed(names));
 }
 
 constexpr auto kOnOff = std::to_array<std::pair<std::string_view, bool>>({{"on", true}, {"off", false}});
@@ -102,7 +102,7 @@ class Execution {
         const sim::Node& node = *nodes[place];
         text += fmt::format("{} {} {} {}", place_name(network, place), id_text(node, network), state_of(node),
                             node.device_name());
-        text += node.name().empty() ? "\n" : fmt::format(" \"{}\"\n", text::to_utf8(node.name()));
+        text += node.name().empty() ? "\n" : fmt::format(" \"{}\"\n", base::to_utf8(node.name()));
       }
     }
     return {text + "ok\n"};
@@ -116,13 +116,13 @@ class Execution {
       text +=
           fmt::format("{} {} {}{}{}{}{} \"{}\"\n", name_of(point.kind), object, text_of_number(value),
                       target ? " to " : "", target ? text_of_number(*target) : "",
-                      point.unit.empty() ? "" : " ", text::to_utf8(point.unit), text::to_utf8(point.name));
+                      point.unit.empty() ? "" : " ", base::to_utf8(point.unit), base::to_utf8(point.name));
     return {text + "ok\n"};
   }
 
   Reply set() {
     sim::Node& of = running_node_of(control_, words_[1]);
-    auto number = number_in(text::parse_value(words_[3]));
+    auto number = number_in(base::parse_value(words_[3]));
     if (!number) refuse("\"{}\": must be a number, true or false", words_[3]);
     const std::string object = object_of(of, words_[2]);
     const auto terminal = terminal_of(object);
@@ -154,7 +154,7 @@ class Execution {
     if (of.set_incident(words_[2], present, now_)) return {"ok\n"};
     const auto known = of.behaviour().incidents();
     refuse("\"{}\": node {} has no such incident{}{}", words_[2], words_[1], known.empty() ? "" : "; it has ",
-           text::listed(known, ", "));
+           base::listed(known, ", "));
   }
 
   Reply reload() {
@@ -220,7 +220,7 @@ class Execution {
 
   Reply read() {
     const auto [network, first, count] = read_of(words_, control_.networks());
-    return {fmt::format("ok {}\n", text::joined(control_.read(network, first, count)))};
+    return {fmt::format("ok {}\n", base::joined(control_.read(network, first, count)))};
   }
 
   /// write and trigger
@@ -278,7 +278,7 @@ class Execution {
     return {text + "ok\n"};
   }
 
-  Reply tell_time() { return {"ok " + text::seconds_text(control_.now()) + "\n"}; }
+  Reply tell_time() { return {"ok " + base::seconds_text(control_.now()) + "\n"}; }
   Reply shutdown() { return {.text = "ok\n", .shutdown = true}; }
 
   Control& control_;
@@ -368,7 +368,7 @@ ResponseParts parts_of(std::string_view response) {
 }
 
 void check_command(std::string_view line) {
-  const Words words = text::words_of(line);
+  const Words words = base::words_of(line);
   if (words.empty()) refuse("there is no command in this line");
   const std::string_view name = command_of(words).text.name();
   if (name == "read") read_of(words, config::kMostNetworks);
@@ -442,18 +442,18 @@ std::uint32_t Control::transactions(std::size_t network) {
 
 Reply Control::execute(std::string_view line, Time now) {
   now_ = now;
-  Words words = text::words_of(line);
+  Words words = base::words_of(line);
   if (words.empty()) return {};
   journal::Event* told = nullptr;
   if (journal_ && changes_plant(words.front()))
     told =
-        &journal_->add({.kind = journal::Kind::kCommand, .network = 0, .at = this->now()}, text::trim(line));
+        &journal_->add({.kind = journal::Kind::kCommand, .network = 0, .at = this->now()}, base::trim(line));
   try {
     const auto run = command_of(words).run;
     return (Execution(*this, std::move(words)).*run)();
   } catch (const Refused& refused) {
     if (told != nullptr) told->state = journal::kRefused;
-    return {fmt::format("{}{}\n", kError, text::to_utf8(refused.what()))};
+    return {fmt::format("{}{}\n", kError, base::to_utf8(refused.what()))};
   }
 }
 

@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/numbers.hpp"
+#include "base/words.hpp"
 #include "cbcan/coprocessor/local_objects.hpp"
 #include "cbcan/version.hpp"
 #include "plant/wires.hpp"
-#include "text/numbers.hpp"
-#include "text/words.hpp"
 
 namespace cbcan::plant {
 
@@ -64,8 +64,8 @@ std::uint16_t version_part(unsigned part) {
   std::string_view rest = kVersion;
   std::string_view number;
   for (unsigned i = 0; i <= part; ++i)
-    number = text::take_part(rest, '.');
-  return text::parse<std::uint16_t>(number).value_or(0);
+    number = base::take_part(rest, '.');
+  return base::parse<std::uint16_t>(number).value_or(0);
 }
 
 }  // namespace
@@ -165,7 +165,7 @@ void Network::on_diagnostics() {
   publish();
 }
 
-void Network::on_request(bool valid, const adapters::ModbusRange& written) {
+void Network::on_request(bool valid, const protocols::ModbusRange& written) {
   ++requests_;
   if (!valid) ++exceptions_;
   const bool writes = written.count != 0;
@@ -178,7 +178,7 @@ void Network::on_request(bool valid, const adapters::ModbusRange& written) {
 }
 
 /// One fault at most acts on a request.
-adapters::ModbusDisturbance Network::disturb(std::span<const std::uint8_t> pdu, bool writes) {
+protocols::ModbusDisturbance Network::disturb(std::span<const std::uint8_t> pdu, bool writes) {
   const bool matches = writes || std::exchange(has_written_, false);
   if (writes) has_written_ = true;
   disturbing_ = nullptr;
@@ -192,7 +192,7 @@ adapters::ModbusDisturbance Network::disturb(std::span<const std::uint8_t> pdu, 
     case sim::FaultKind::kException:
       return {.executed = false, .exception = static_cast<std::uint8_t>(fault.code)};
     case sim::FaultKind::kModuleRestart:
-      return restart_module(), adapters::ModbusDisturbance{.executed = false};
+      return restart_module(), protocols::ModbusDisturbance{.executed = false};
     default: return {.ends = true};
   }
 }
@@ -212,7 +212,7 @@ void Network::restart_module() {
   advance();
 }
 
-void Network::on_exchange(const adapters::ModbusExchange& exchange) {
+void Network::on_exchange(const protocols::ModbusExchange& exchange) {
   watch_->on_modbus(exchange, context_.now);
 }
 
@@ -260,7 +260,7 @@ void Network::publish() {
 }
 
 /// A scanner window may have one writer: a client that writes after a newer one is a second program.
-void Network::on_writer(std::uint32_t client, const adapters::ModbusRange& written) {
+void Network::on_writer(std::uint32_t client, const protocols::ModbusRange& written) {
   for (unsigned channel = 1; channel <= module_config_.channels; ++channel) {
     const std::size_t out = regmap::of_channel(module_config_.scanner_out_first, channel);
     if (out < written.first) continue;

@@ -12,11 +12,11 @@
 #include <utility>
 #include <vector>
 
-#include "adapters/modbus_unit.hpp"
 #include "cbcan/frame.hpp"
 #include "cbcan/regmap.hpp"
 #include "config/config.hpp"
 #include "journal/watch.hpp"
+#include "protocols/modbus_unit.hpp"
 #include "sim/frame_text.hpp"
 #include "sim/schedule.hpp"
 #include "sim/world.hpp"
@@ -29,7 +29,7 @@ class NetworkListener {
   /// An injected fault has acted.
   virtual void on_fault(std::size_t network, std::string_view text, Time now) = 0;
   /// Modbus has written these registers, without effects so far.
-  virtual void on_written(std::size_t /*network*/, const adapters::ModbusRange& /*written*/) {}
+  virtual void on_written(std::size_t /*network*/, const protocols::ModbusRange& /*written*/) {}
   /// The effects up to now have happened; the next Modbus request has not been read.
   virtual void on_applied() {}
   /// A fault of the PLC wants the command after -- to start again.
@@ -50,7 +50,7 @@ struct NetworkContext {
 
 class Wires;
 
-class Network final : public adapters::ModbusUnit,
+class Network final : public protocols::ModbusUnit,
                       public sim::Timed,
                       private sim::Receiver,
                       private sim::FaultListener {
@@ -63,19 +63,19 @@ class Network final : public adapters::ModbusUnit,
   Network(const Network&) = delete;
   Network& operator=(const Network&) = delete;
 
-  // adapters::ModbusUnit, for Modbus servers.
+  // protocols::ModbusUnit, for Modbus servers.
   /// Always the same words; none without a module.
   std::span<std::uint16_t> registers() override { return registers_; }
   const ModbusBits* bits() const override { return module_ == nullptr ? nullptr : &bits_; }
 
   void advance_due() override;
   void on_diagnostics() override;
-  void on_writer(std::uint32_t client, const adapters::ModbusRange& written) override;
-  void on_request(bool valid, const adapters::ModbusRange& written) override;
-  adapters::ModbusDisturbance disturb(std::span<const std::uint8_t> pdu, bool writes) override;
+  void on_writer(std::uint32_t client, const protocols::ModbusRange& written) override;
+  void on_request(bool valid, const protocols::ModbusRange& written) override;
+  protocols::ModbusDisturbance disturb(std::span<const std::uint8_t> pdu, bool writes) override;
   bool end_disturbance() override;
   bool listens() const override { return watch_.has_value(); }
-  void on_exchange(const adapters::ModbusExchange& exchange) override;
+  void on_exchange(const protocols::ModbusExchange& exchange) override;
 
   /// Of Modbus TCP.
   sim::FaultSet& plc_faults() { return plc_faults_; }

@@ -7,7 +7,7 @@
 #include <array>
 #include <cctype>
 
-#include "eds/object_names.hpp"
+#include "descriptions/object_names.hpp"
 
 namespace cbcan::plant {
 
@@ -15,7 +15,7 @@ namespace {
 
 std::string name_in(const sim::Node& node, const sim::Point& point) {
   if (!point.name.empty()) return point.name;
-  const eds::ObjectName* const found = eds::find_name(node.names(), point.index, point.sub);
+  const descriptions::ObjectName* const found = descriptions::find_name(node.names(), point.index, point.sub);
   return found == nullptr ? "" : std::string(found->name);
 }
 
@@ -55,8 +55,8 @@ std::string object_of(sim::Node& node, std::string_view word) {
     if (std::ranges::find(names, name) == names.end()) names.push_back(std::move(name));
   }
   const std::vector<std::string_view> known(names.begin(), names.end());
-  const std::string hint = text::did_you_mean(word, known);
-  const std::string list = known.empty() ? "" : "; its names are " + text::listed(known, ", ");
+  const std::string hint = base::did_you_mean(word, known);
+  const std::string list = known.empty() ? "" : "; its names are " + base::listed(known, ", ");
   refuse("\"{}\": the node has no such object{}", word, hint.empty() ? list : hint);
 }
 

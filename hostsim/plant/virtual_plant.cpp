@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "text/numbers.hpp"
+#include "base/numbers.hpp"
 
 namespace cbcan::plant {
 
@@ -19,7 +19,7 @@ VirtualPlant::VirtualPlant(const config::Config& config, config::PlantBuild buil
 void VirtualPlant::on_fault(std::size_t /*network*/, std::string_view text, Time now) {
   constexpr std::size_t kMost = 10;
   if (said_.size() == kMost) said_.erase(said_.begin());
-  said_.push_back(fmt::format("{} {}", text::seconds_text(now), text));
+  said_.push_back(fmt::format("{} {}", base::seconds_text(now), text));
 }
 
 void VirtualPlant::set_time(Time time) {

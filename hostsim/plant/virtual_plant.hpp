@@ -20,7 +20,7 @@ class VirtualPlant final : public Bench, private NetworkListener {
   /// Called before time passes to this time; may be empty.
   using Pace = std::function<void(Time)>;
 
-  /// See Plant. Throws text::UsageError for an invalid parameter file.
+  /// See Plant. Throws base::UsageError for an invalid parameter file.
   VirtualPlant(const config::Config& config, config::PlantBuild build, Pace pace = {});
 
   void start() { plant_.start(false); }

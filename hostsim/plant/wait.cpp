@@ -5,8 +5,8 @@
 
 #include <utility>
 
+#include "base/numbers.hpp"
 #include "plant/control.hpp"
-#include "text/numbers.hpp"
 
 namespace cbcan::plant {
 
@@ -27,7 +27,7 @@ Wait::~Wait() {
 
 std::optional<std::string> Wait::poll() {
   if (condition_->holds(control_))
-    return fmt::format("{} {}\n", is_pass_ ? "at" : "ok", text::seconds_text(control_.now()));
+    return fmt::format("{} {}\n", is_pass_ ? "at" : "ok", base::seconds_text(control_.now()));
   return control_.now() < since_ + within_ ? std::nullopt : std::optional(give_up());
 }
 
@@ -40,7 +40,7 @@ bool Wait::is_up_to_plc() const {
 }
 
 std::string Wait::give_up() const {
-  return fmt::format("{}{} s: {}: {}\n", kNotWithin, text::seconds_text(within_), text_,
+  return fmt::format("{}{} s: {}: {}\n", kNotWithin, base::seconds_text(within_), text_,
                      condition_->seen(control_));
 }
 

@@ -5,16 +5,16 @@
 #include <array>
 #include <cmath>
 
+#include "base/numbers.hpp"
 #include "cbcan/regmap.hpp"
 #include "config/config.hpp"
 #include "config/wires.hpp"
 #include "journal/words.hpp"
 #include "plant/points.hpp"
-#include "text/numbers.hpp"
 
 namespace cbcan::plant {
 
-std::optional<double> number_in(const text::Value& value) {
+std::optional<double> number_in(const base::Value& value) {
   if (const auto* whole = std::get_if<std::int64_t>(&value)) return static_cast<double>(*whole);
   if (const auto* flag = std::get_if<bool>(&value)) return *flag ? 1 : 0;
   if (const auto* number = std::get_if<double>(&value)) return *number;
@@ -22,13 +22,13 @@ std::optional<double> number_in(const text::Value& value) {
 }
 
 std::uint32_t number_of(std::string_view text, std::uint32_t low, std::uint32_t high, std::string_view what) {
-  const auto number = text::parse_integer(text);
+  const auto number = base::parse_integer(text);
   if (!number || *number < low || *number > high) refuse("{} \"{}\": must be {}..{}", what, text, low, high);
   return static_cast<std::uint32_t>(*number);
 }
 
 Time duration_of(std::string_view text) {
-  const auto duration = text::parse_duration(text);
+  const auto duration = base::parse_duration(text);
   if (!duration)
     refuse("\"{}\": write a whole number of us, ms or s, such as 100ms; an hour is 3600s, 31536000s the most",
            text);
@@ -43,13 +43,13 @@ std::string_view rest_of(const Words& words, std::size_t first) {
 
 Address address_of(std::string_view text) {
   constexpr std::uint32_t kMostIndex = 0xFFFF;
-  const auto [index, sub] = text::split(text, ':').value_or(std::pair(text, std::string_view("0")));
+  const auto [index, sub] = base::split(text, ':').value_or(std::pair(text, std::string_view("0")));
   return {static_cast<std::uint16_t>(number_of(index, 1, kMostIndex, "index")),
           static_cast<std::uint8_t>(number_of(sub, 0, 0xFF, "sub-index"))};
 }
 
 Where where(std::string_view word, std::size_t networks) {
-  const auto sides = text::split(word, '/');
+  const auto sides = base::split(word, '/');
   if (!sides) return {1, word};
   return {number_of(sides->first, 1, static_cast<std::uint32_t>(networks), "network"), sides->second};
 }
@@ -86,7 +86,7 @@ std::string_view state_of(const sim::Node& node) {
 
 std::string text_of_number(double number) {
   const bool is_whole = number == std::trunc(number) && std::abs(number) < 1e15;
-  return is_whole ? std::to_string(static_cast<std::int64_t>(number)) : text::value_text(number);
+  return is_whole ? std::to_string(static_cast<std::int64_t>(number)) : base::value_text(number);
 }
 
 std::optional<sim::Terminal> terminal_of(std::string_view word) {
@@ -153,8 +153,8 @@ Writing writing_of(const Words& words, std::size_t networks) {
   if (words[0] == "trigger" && is_named && words.size() < least)
     refuse("{}: write {}", rest_of(words, 0),
            name == "read" ? "trigger read NODE INDEX SUB SIZE" : "trigger write NODE INDEX SUB SIZE WORD...");
-  if (words[0] == "trigger" && !is_named && !text::parse_integer(name))
-    refuse("\"{}\": must be read, write or a number{}", name, text::did_you_mean(name, kCommands));
+  if (words[0] == "trigger" && !is_named && !base::parse_integer(name))
+    refuse("\"{}\": must be read, write or a number{}", name, base::did_you_mean(name, kCommands));
   if (words[0] == "write")
     writing.first = number(name, "register");
   else

@@ -15,11 +15,11 @@
 #include <utility>
 #include <vector>
 
+#include "base/suggestion.hpp"
+#include "base/value.hpp"
+#include "base/words.hpp"
 #include "cbcan/time.hpp"
 #include "sim/world.hpp"
-#include "text/suggestion.hpp"
-#include "text/value.hpp"
-#include "text/words.hpp"
 
 namespace cbcan::plant {
 
@@ -67,13 +67,13 @@ const Row& row_of(std::span<const Row> rows, const Words& words, std::string_vie
     if (given < row.least || given > row.most) refuse("write {}", row.text.usage);
     return row;
   }
-  std::string more = text::did_you_mean(name, names);
-  if (more.empty()) more = hint.empty() ? "; there are " + text::listed(names, " and ") : hint;
+  std::string more = base::did_you_mean(name, names);
+  if (more.empty()) more = hint.empty() ? "; there are " + base::listed(names, " and ") : hint;
   refuse("\"{}\": no such {}{}", name, kind, more);
 }
 
 /// true and false are 1 and 0; nullopt for texts and bytes.
-std::optional<double> number_in(const text::Value& value);
+std::optional<double> number_in(const base::Value& value);
 
 /// These and the following functions throw Refused.
 std::uint32_t number_of(std::string_view text, std::uint32_t low, std::uint32_t high, std::string_view what);

@@ -14,21 +14,21 @@
 #include <variant>
 #include <vector>
 
+#include "base/numbers.hpp"
+#include "base/setting.hpp"
+#include "base/suggestion.hpp"
+#include "base/words.hpp"
 #include "cbcan/time.hpp"
 #include "config/diagnostic.hpp"
-#include "options/setting.hpp"
 #include "scenario/scenario.hpp"
 #include "scenario/scenario_writer.hpp"
-#include "text/numbers.hpp"
-#include "text/suggestion.hpp"
-#include "text/words.hpp"
 
 namespace cbcan::scenario {
 
 /// A key, and the member for it.
 template <class Target>
 struct LineKey {
-  options::Row row;
+  base::Row row;
   std::variant<std::optional<Time> Target::*, std::vector<Line> Target::*> where;
   bool takes_numbers = false;
 };
@@ -61,16 +61,16 @@ class LineTable {
     std::vector<std::string_view> known;
     for (const auto& each : keys)
       known.push_back(each.row.key);
-    const std::string suggestion = text::did_you_mean(key, known);
+    const std::string suggestion = base::did_you_mean(key, known);
     complain(node,
              fmt::format("{}: no such key{}", key,
-                         suggestion.empty() ? fmt::format("; {} has {}", name_, text::listed(known, " and "))
+                         suggestion.empty() ? fmt::format("; {} has {}", name_, base::listed(known, " and "))
                                             : suggestion));
   }
 
   void read_duration(std::string_view key, const toml::node& node, std::optional<Time>& duration) {
     const auto* text = node.as_string();
-    if (text != nullptr) duration = text::parse_duration(text->get());
+    if (text != nullptr) duration = base::parse_duration(text->get());
     if (text == nullptr || !duration || (key == "every" && *duration == 0))
       complain(node,
                fmt::format("{0}: write {0} = \"100ms\": a whole number of us, ms or s, a year at most", key));
@@ -117,8 +117,8 @@ std::string text_of(std::span<const LineKey<Target>> keys, const Target& target)
 }
 
 template <class Target>
-std::vector<options::Row> rows_of(std::span<const LineKey<Target>> keys) {
-  std::vector<options::Row> rows;
+std::vector<base::Row> rows_of(std::span<const LineKey<Target>> keys) {
+  std::vector<base::Row> rows;
   std::ranges::transform(keys, std::back_inserter(rows), &LineKey<Target>::row);
   return rows;
 }

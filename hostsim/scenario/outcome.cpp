@@ -8,8 +8,8 @@
 #include <iterator>
 #include <utility>
 
-#include "text/numbers.hpp"
-#include "text/utf8.hpp"
+#include "base/numbers.hpp"
+#include "base/utf8.hpp"
 
 namespace cbcan::scenario {
 
@@ -29,15 +29,15 @@ std::string test_case(std::string_view file, const Outcome& outcome) {
   const std::size_t slash = file.rfind('/');
   const std::string_view folder = slash == std::string_view::npos ? "." : file.substr(0, slash);
   std::string text = fmt::format("  <testcase classname=\"{}\" name=\"{}\" file=\"{}\" time=\"{}\"",
-                                 text::to_xml(folder), text::to_xml(file.substr(slash + 1)),
-                                 text::to_xml(file), text::seconds_text(outcome.duration));
+                                 base::to_xml(folder), base::to_xml(file.substr(slash + 1)),
+                                 base::to_xml(file), base::seconds_text(outcome.duration));
   if (outcome.verdict == Verdict::kPassed) return text + "/>\n";
   const std::string_view why = std::string_view(outcome.text).substr(0, outcome.text.find('\n'));
   const std::string_view element = outcome.verdict == Verdict::kSkipped ? "skipped"
                                    : outcome.verdict == Verdict::kWrong ? "error"
                                                                         : "failure";
   return text + fmt::format(">\n    <{0} message=\"{1}\">{2}</{0}>\n  </testcase>\n", element,
-                            text::to_xml(why), text::to_xml(outcome.text));
+                            base::to_xml(why), base::to_xml(outcome.text));
 }
 
 }  // namespace
@@ -59,15 +59,15 @@ Outcome SeedOutcomes::sum(std::string_view replay, std::string_view words) const
     seeds += fmt::format(" {}", failed);
   return {first.verdict, longest_.duration,
           fmt::format("with {} of {} seeds:{}{}\nreplay: {} --seeds {} {}\n{}", not_passed_, count_, seeds,
-                      lowest_.size() < not_passed_ ? " ..." : "", replay, seed, text::to_utf8(words),
+                      lowest_.size() < not_passed_ ? " ..." : "", replay, seed, base::to_utf8(words),
                       first.text)};
 }
 
 std::string report(std::string_view path, const Outcome& outcome) {
-  const std::string file = text::to_utf8(path);
+  const std::string file = base::to_utf8(path);
   switch (outcome.verdict) {
     case Verdict::kPassed:
-      return fmt::format("passed {}: {} s{}{}\n", file, text::seconds_text(outcome.duration),
+      return fmt::format("passed {}: {} s{}{}\n", file, base::seconds_text(outcome.duration),
                          outcome.text.empty() ? "" : "; ", outcome.text);
     case Verdict::kSkipped: return fmt::format("skipped {}: {}\n", file, outcome.text);
     case Verdict::kFailed: return fmt::format("FAILED {}\n{}", file, outcome.text);
@@ -93,15 +93,15 @@ std::string junit(std::span<const std::string> files, std::span<const Outcome> o
       "failures=\"{}\" "
       "errors=\"{}\" skipped=\"{}\" time=\"{}\">\n",
       outcomes.size(), count(outcomes, Verdict::kFailed), count(outcomes, Verdict::kWrong),
-      count(outcomes, Verdict::kSkipped), text::seconds_text(duration));
+      count(outcomes, Verdict::kSkipped), base::seconds_text(duration));
   for (std::size_t i = 0; i < files.size(); ++i)
     text += test_case(files[i], outcomes[i]);
   return text + "</testsuite>\n";
 }
 
-options::ExitCode exit_code_of(std::span<const Outcome> outcomes) {
-  if (count(outcomes, Verdict::kWrong) != 0) return options::ExitCode::kUsage;
-  return count(outcomes, Verdict::kFailed) != 0 ? options::ExitCode::kCheckFailed : options::ExitCode::kDone;
+base::ExitCode exit_code_of(std::span<const Outcome> outcomes) {
+  if (count(outcomes, Verdict::kWrong) != 0) return base::ExitCode::kUsage;
+  return count(outcomes, Verdict::kFailed) != 0 ? base::ExitCode::kCheckFailed : base::ExitCode::kDone;
 }
 
 }  // namespace cbcan::scenario

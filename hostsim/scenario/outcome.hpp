@@ -9,8 +9,8 @@
 #include <string>
 #include <string_view>
 
+#include "base/exit_code.hpp"
 #include "cbcan/time.hpp"
-#include "options/exit_code.hpp"
 
 namespace cbcan::scenario {
 
@@ -47,6 +47,6 @@ std::string summary(std::span<const Outcome> outcomes);
 std::string junit(std::span<const std::string> files, std::span<const Outcome> outcomes);
 
 /// Of a program that has played them.
-options::ExitCode exit_code_of(std::span<const Outcome> outcomes);
+base::ExitCode exit_code_of(std::span<const Outcome> outcomes);
 
 }  // namespace cbcan::scenario

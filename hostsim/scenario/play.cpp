@@ -6,13 +6,13 @@
 #include <deque>
 #include <stdexcept>
 
+#include "base/numbers.hpp"
+#include "base/utf8.hpp"
+#include "base/words.hpp"
 #include "cbcan/regmap.hpp"
 #include "plant/control.hpp"
 #include "scenario/scenario.hpp"
 #include "sim/frame_text.hpp"
-#include "text/numbers.hpp"
-#include "text/utf8.hpp"
-#include "text/words.hpp"
 
 namespace cbcan::scenario {
 
@@ -76,7 +76,7 @@ class LastFrames final : public plant::Listener {
   std::string text() const {
     std::string lines;
     for (const Seen& seen : frames_)
-      lines += fmt::format("    {} {}{}\n", text::seconds_text(seen.at), plant::prefix_of(seen.network),
+      lines += fmt::format("    {} {}{}\n", base::seconds_text(seen.at), plant::prefix_of(seen.network),
                            sim::frame_text(seen.frame));
     return lines.empty() ? "" : "  the last frames:\n" + lines;
   }
@@ -102,8 +102,8 @@ class Player {
       for (const Step& step : scenario_.steps)
         play(step);
     } catch (const Failed& failed) {
-      outcome.failure = fmt::format("{}:{}: {}\n  at {}\n{}{}{}", text::to_utf8(scenario_.file), failed.line,
-                                    text::to_utf8(failed.what()), text::seconds_text(now()), registers(),
+      outcome.failure = fmt::format("{}:{}: {}\n  at {}\n{}{}{}", base::to_utf8(scenario_.file), failed.line,
+                                    base::to_utf8(failed.what()), base::seconds_text(now()), registers(),
                                     said(), last_frames_.text());
     }
     outcome.duration = now();
@@ -124,14 +124,14 @@ class Player {
     auto waited = heard(step.waits, bench_);
     const Line here{"", step.line};
     if (step.at && *step.at < now() && !disturbed_)
-      throw Failed(here, fmt::format("at: it is {} already", text::seconds_text(now())));
+      throw Failed(here, fmt::format("at: it is {} already", base::seconds_text(now())));
     advance_to(step.at ? std::max(*step.at, now()) : now() + step.after.value_or(0), nullptr);
     execute(step);
     if (step.every) repeated_.push_back({&step, now() + *step.every});
     const Time within = step.within.value_or(plant::kWaitWithin);
     for (Heard& condition : waited)
       if (!advance_to(now() + within, &condition) && !disturbed_)
-        condition.fail(fmt::format("not within {} s: ", text::seconds_text(within)));
+        condition.fail(fmt::format("not within {} s: ", base::seconds_text(within)));
     for (Heard& condition : expected)
       if (!disturbed_ && !condition.holds()) condition.fail("expected ");
     for (Heard& condition : must)
@@ -143,7 +143,7 @@ class Player {
       const std::string response = bench_.execute(line.text);
       if (response.starts_with(plant::kError) && !disturbed_)
         throw Failed(line,
-                     fmt::format("{}: {}", line.text, text::trim(response.substr(plant::kError.size()))));
+                     fmt::format("{}: {}", line.text, base::trim(response.substr(plant::kError.size()))));
     }
   }
 
@@ -167,7 +167,7 @@ class Player {
   std::string registers() {
     try {
       return fmt::format("  R{}..: {}\n", regmap::kWindowFirst,
-                         text::joined(bench_.view().read(1, regmap::kWindowFirst, kRegistersShown)));
+                         base::joined(bench_.view().read(1, regmap::kWindowFirst, kRegistersShown)));
     } catch (const plant::Refused&) {
       return {};
     }

@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/error.hpp"
+#include "base/utf8.hpp"
 #include "config/build_node.hpp"
-#include "text/error.hpp"
-#include "text/utf8.hpp"
 
 namespace cbcan::scenario {
 
@@ -25,7 +25,7 @@ Outcome wrong(const config::Diagnostics& problems) {
 
 std::vector<std::string> scenario_files(std::span<const std::string> paths, std::size_t part,
                                         std::size_t parts, const FolderReader& list,
-                                        const text::FileReader& read) {
+                                        const base::FileReader& read) {
   std::vector<std::string> files;
   const auto has_steps = [&read](const std::string& path) {
     return ("\n" + read(path).value_or("")).find("\n[[step]]") != std::string::npos;
@@ -38,7 +38,7 @@ std::vector<std::string> scenario_files(std::span<const std::string> paths, std:
     }
     const std::size_t before = files.size();
     std::ranges::copy_if(*in_folder, std::back_inserter(files), has_steps);
-    if (files.size() == before) throw text::UsageError(path + ": no file *.toml in it has a [[step]]");
+    if (files.size() == before) throw base::UsageError(path + ": no file *.toml in it has a [[step]]");
   }
   std::ranges::sort(files);
   files.erase(std::unique(files.begin(), files.end()), files.end());
@@ -54,7 +54,7 @@ std::string log_name(const std::string& file, std::size_t network) {
   return fmt::format("{}{}.log", name.substr(0, name.rfind('.')), number);
 }
 
-Outcome play_file(const std::string& file, const text::FileReader& read,
+Outcome play_file(const std::string& file, const base::FileReader& read,
                   const std::function<Outcome(Scenario& scenario)>& play) {
   const auto text = read(file);
   if (!text) return wrong({{{file}, "cannot be read; check the path and its permissions"}});
@@ -73,7 +73,7 @@ Outcome play_on_plant(const Scenario& scenario, config::EdsFiles& files, const P
   if (!build.good) {
     Outcome outcome{Verdict::kWrong, 0, {}};
     for (const std::string& line : build.lines)
-      outcome.text += text::to_utf8(line) + "\n";
+      outcome.text += base::to_utf8(line) + "\n";
     return outcome;
   }
   plant::VirtualPlant plant(scenario.config, std::move(build), run.pace);

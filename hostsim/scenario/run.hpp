@@ -10,12 +10,12 @@
 #include <string>
 #include <vector>
 
+#include "base/files.hpp"
 #include "config/eds_file.hpp"
 #include "plant/virtual_plant.hpp"
 #include "scenario/outcome.hpp"
 #include "scenario/scenario.hpp"
 #include "sim/bus.hpp"
-#include "text/files.hpp"
 
 namespace cbcan::scenario {
 
@@ -23,16 +23,16 @@ namespace cbcan::scenario {
 using FolderReader = std::function<std::optional<std::vector<std::string>>(const std::string& path)>;
 
 /// The scenario files of part `part` (from 1) of `parts`, each once, even if it is named several times.
-/// Throws text::UsageError for a folder without one.
+/// Throws base::UsageError for a folder without one.
 std::vector<std::string> scenario_files(std::span<const std::string> paths, std::size_t part,
                                         std::size_t parts, const FolderReader& list,
-                                        const text::FileReader& read);
+                                        const base::FileReader& read);
 
 /// Where the logs of a scenario are written: NAME.log, for network 2 NAME.2.log.
 std::string log_name(const std::string& file, std::size_t network);
 
 /// Plays a file as `play` does it, unless it has mistakes.
-Outcome play_file(const std::string& file, const text::FileReader& read,
+Outcome play_file(const std::string& file, const base::FileReader& read,
                   const std::function<Outcome(Scenario& scenario)>& play);
 
 Outcome play_on_bench(const Scenario& scenario, plant::Bench& bench);

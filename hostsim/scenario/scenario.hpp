@@ -9,11 +9,11 @@
 #include <string_view>
 #include <vector>
 
+#include "base/files.hpp"
+#include "base/setting.hpp"
 #include "config/config.hpp"
-#include "options/setting.hpp"
 #include "plant/bench.hpp"
 #include "plant/wait.hpp"
-#include "text/files.hpp"
 
 namespace cbcan::scenario {
 
@@ -44,13 +44,13 @@ struct Scenario {
 };
 
 /// The keys of a step, for the page.
-std::vector<options::Row> step_rows();
+std::vector<base::Row> step_rows();
 
 /// The lines of a step under [[step]].
 std::string text_of(const Step& step);
 
 /// `read` reads the plant file that the scenario names, also that of the demo.
-Scenario read_scenario(std::string_view text, const std::string& file, const text::FileReader& read);
+Scenario read_scenario(std::string_view text, const std::string& file, const base::FileReader& read);
 
 /// Removes the expectations that cannot be observed on this bench; returns their number. Throws NotObservable
 /// if nothing is left of a step.

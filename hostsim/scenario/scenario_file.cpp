@@ -33,7 +33,7 @@ constexpr auto kKeys = std::to_array<LineKey<Step>>({
 
 class Reader {
  public:
-  Reader(Scenario& scenario, const text::FileReader& read) : scenario_(scenario), read_(read) {}
+  Reader(Scenario& scenario, const base::FileReader& read) : scenario_(scenario), read_(read) {}
 
   void read(std::string_view text) {
     const toml::table root = toml::parse(text, std::string_view(scenario_.file));
@@ -64,12 +64,12 @@ class Reader {
   }
 
   Scenario& scenario_;
-  const text::FileReader& read_;
+  const base::FileReader& read_;
 };
 
 }  // namespace
 
-std::vector<options::Row> step_rows() {
+std::vector<base::Row> step_rows() {
   return rows_of(std::span<const LineKey<Step>>(kKeys));
 }
 
@@ -77,7 +77,7 @@ std::string text_of(const Step& step) {
   return text_of(std::span<const LineKey<Step>>(kKeys), step);
 }
 
-Scenario read_scenario(std::string_view text, const std::string& file, const text::FileReader& read) {
+Scenario read_scenario(std::string_view text, const std::string& file, const base::FileReader& read) {
   Scenario scenario;
   scenario.file = file;
   scenario.text = text;

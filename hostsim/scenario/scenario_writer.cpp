@@ -9,11 +9,11 @@
 #include <utility>
 #include <vector>
 
-#include "adapters/modbus_request.hpp"
+#include "base/numbers.hpp"
+#include "base/utf8.hpp"
+#include "base/words.hpp"
 #include "cbcan/regmap.hpp"
-#include "text/numbers.hpp"
-#include "text/utf8.hpp"
-#include "text/words.hpp"
+#include "protocols/modbus_request.hpp"
 
 namespace cbcan::scenario {
 
@@ -38,7 +38,7 @@ std::vector<std::uint16_t> size_and_words(std::span<const std::uint8_t> bytes) {
 
 std::string toml_text(std::string_view text) {
   std::string result = "\"";
-  for (const char c : text::as_utf8(text)) {
+  for (const char c : base::as_utf8(text)) {
     const auto code = static_cast<unsigned char>(c);
     const bool is_control = code < ' ' || code == 0x7F;
     if (is_control) result += c == '\t' ? " " : fmt::format("\\u{:04X}", code);
@@ -58,7 +58,7 @@ std::string ScenarioWriter::step(Time at, std::string_view keys) const {
 std::string ScenarioWriter::written(Time at, std::size_t network, std::size_t first,
                                     std::span<const std::uint16_t> words) const {
   return step(at,
-              fmt::format("do = \"write {}{} {}\"", plant::prefix_of(network), first, text::joined(words)));
+              fmt::format("do = \"write {}{} {}\"", plant::prefix_of(network), first, base::joined(words)));
 }
 
 std::string ScenarioWriter::text_of(const Event& event) const {
@@ -73,12 +73,12 @@ std::string ScenarioWriter::request(const Event& event) const {
   const auto pdu =
       control_.journal().bytes(event).first(control_.journal().bytes(event).empty() ? 0 : event.index);
   if (event.state != 0 || pdu.empty()) return {};
-  const adapters::ModbusRange range = adapters::look_at_request(pdu, regmap::kRegisterFileWords).written;
-  const bool masked = pdu[0] == static_cast<std::uint8_t>(adapters::ModbusFunction::kMaskWriteRegister);
+  const protocols::ModbusRange range = protocols::look_at_request(pdu, regmap::kRegisterFileWords).written;
+  const bool masked = pdu[0] == static_cast<std::uint8_t>(protocols::ModbusFunction::kMaskWriteRegister);
   if (range.count == 0 || masked) return {};
   std::vector<std::uint16_t> words;
   for (std::size_t at = pdu.size() - 2 * range.count; at < pdu.size(); at += 2)
-    words.push_back(static_cast<std::uint16_t>(adapters::word(pdu, at)));
+    words.push_back(static_cast<std::uint16_t>(protocols::word(pdu, at)));
   return written(event.at, event.network, range.first, words);
 }
 
@@ -97,7 +97,7 @@ std::string ScenarioWriter::expected(const Event& ended) const {
   const auto is = [&](std::size_t window, std::size_t scanner, const std::vector<std::uint16_t>& words,
                       std::string_view so = "=") {
     return fmt::format("\"register {}{} {} {}\"", plant::prefix_of(ended.network),
-                       scanned ? in + scanner : window, so, text::joined(words));
+                       scanned ? in + scanner : window, so, base::joined(words));
   };
   const auto low = [](std::uint32_t number) { return static_cast<std::uint16_t>(number); };
   std::string all = is(regmap::kExecuteFlag, regmap::kScannerResult, {ended.result});
@@ -121,7 +121,7 @@ namespace {
 std::string lasting(const Event& event, const journal::Journal& journal) {
   if (event.kind != Kind::kCommand || event.state == journal::kRefused) return {};
   const std::string_view command = journal.text(event);
-  const std::string_view name = text::words_of(command).front();
+  const std::string_view name = base::words_of(command).front();
   const bool lasts = name != "write" && name != "trigger" && name != "send";
   return lasts ? fmt::format("  {},\n", toml_text(command)) : "";
 }
@@ -156,8 +156,8 @@ std::string scenario_of_last_minute(plant::Control& control, const journal::Find
     steps += writer.text_of(event);
   }
   if (!before.empty()) before = writer.step(begin, fmt::format("do = [\n{}]", before));
-  return fmt::format("# Saved from the page: {} s up to {}.\n{}{}{}{}", text::seconds_text(now - begin),
-                     text::seconds_text(now), ScenarioWriter::opening(plant), before, steps,
+  return fmt::format("# Saved from the page: {} s up to {}.\n{}{}{}{}", base::seconds_text(now - begin),
+                     base::seconds_text(now), ScenarioWriter::opening(plant), before, steps,
                      writer.step(now, fmt::format("expect = \"time {}us\"", now - begin)));
 }
 

@@ -7,9 +7,9 @@
 #include <string_view>
 #include <utility>
 
+#include "base/utf8.hpp"
+#include "base/words.hpp"
 #include "plant/words.hpp"
-#include "text/utf8.hpp"
-#include "text/words.hpp"
 
 namespace cbcan::session {
 
@@ -20,7 +20,7 @@ constexpr std::string_view kSocketCan = "socketcan:";
 /// "can=virtual slcan=127.0.0.1:29536"
 std::string where_of(const NetworkAddresses& network) {
   const std::string prefix = plant::prefix_of(network.number);
-  const auto server = [&prefix](std::string_view name, const std::optional<text::StreamAddress>& served) {
+  const auto server = [&prefix](std::string_view name, const std::optional<base::StreamAddress>& served) {
     return served ? fmt::format(" {}{}={}", prefix, name, to_string(*served)) : "";
   };
   return fmt::format("{0}can={1}{2}{3}{4}", prefix, network.can, server("slcan", network.slcan),
@@ -32,7 +32,7 @@ std::string ways_into(const NetworkAddresses& network) {
   std::string lines;
   const auto logger = [&](std::string_view client, const std::string& arguments) {
     lines +=
-        fmt::format("{}{}: python3 -m can.logger -i {}\n", network.name, client, text::to_utf8(arguments));
+        fmt::format("{}{}: python3 -m can.logger -i {}\n", network.name, client, base::to_utf8(arguments));
   };
   const auto& slcan = network.slcan;
   const auto& socketcand = network.socketcand;
@@ -72,9 +72,9 @@ std::string Addresses::ways_in() const {
 std::vector<std::string> Addresses::environment() const {
   std::vector<std::string> lines;
   const std::string text = where();
-  for (const std::string_view word : text::words_of(text)) {
-    const auto [name, value] = text::split(word, '=').value_or(std::pair(word, std::string_view()));
-    const auto [number, key] = text::split(name, '/').value_or(std::pair(std::string_view(), name));
+  for (const std::string_view word : base::words_of(text)) {
+    const auto [name, value] = base::split(word, '=').value_or(std::pair(word, std::string_view()));
+    const auto [number, key] = base::split(name, '/').value_or(std::pair(std::string_view(), name));
     std::string line = fmt::format("CBCAN_{}{}{}=", key, number.empty() ? "" : "_", number);
     std::ranges::transform(line, line.begin(), [](char c) {
       return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "text/address.hpp"
+#include "base/address.hpp"
 
 namespace cbcan::session {
 
@@ -16,19 +16,19 @@ struct NetworkAddresses {
   std::size_t number = 1;
   std::string name{};  ///< prefix of messages
   std::string can{};   ///< as --can has it
-  std::optional<text::StreamAddress> slcan{};
-  std::optional<text::StreamAddress> socketcand{};
+  std::optional<base::StreamAddress> slcan{};
+  std::optional<base::StreamAddress> socketcand{};
   std::string plc{};  ///< that owns the registers; empty = none
 };
 
 /// With the real ports; what is empty is not served.
 struct Addresses {
-  std::optional<text::ListenAddress> modbus{};
+  std::optional<base::ListenAddress> modbus{};
   std::string rtu{};
-  std::optional<text::StreamAddress> rtu_tcp{};
+  std::optional<base::StreamAddress> rtu_tcp{};
   std::vector<NetworkAddresses> networks{};
-  std::optional<text::StreamAddress> control{};
-  std::optional<text::ListenAddress> http{};
+  std::optional<base::StreamAddress> control{};
+  std::optional<base::ListenAddress> http{};
 
   /// "modbus=127.0.0.1:1502 can=virtual slcan=127.0.0.1:29536 2/can=virtual"
   std::string where() const;

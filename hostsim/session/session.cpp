@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/numbers.hpp"
+#include "base/utf8.hpp"
 #include "config/wires.hpp"
-#include "text/numbers.hpp"
-#include "text/utf8.hpp"
 
 namespace cbcan::session {
 
@@ -17,9 +17,9 @@ namespace {
 /// The name of an object in the EDS file of the node that has the node ID now; `control` outlives it.
 journal::FindName names_of(plant::Control& control) {
   return [&control](std::uint8_t network, std::uint8_t id, std::uint16_t index,
-                    std::uint8_t sub) -> const eds::ObjectName* {
+                    std::uint8_t sub) -> const descriptions::ObjectName* {
     for (const auto& node : control.network(network).world().nodes())
-      if (node->device().node_id() == id) return eds::find_name(node->names(), index, sub);
+      if (node->device().node_id() == id) return descriptions::find_name(node->names(), index, sub);
     return nullptr;
   };
 }
@@ -84,15 +84,15 @@ void Session::poll_views() {
 
 void Session::warn(std::string_view line) {
   if (trace_) trace_->poll();
-  host_.tell(fmt::format("cbcan-sim: {}\n", text::to_utf8(line)));
+  host_.tell(fmt::format("cbcan-sim: {}\n", base::to_utf8(line)));
 }
 
 void Session::on_fault(std::size_t network, std::string_view text, Time now) {
   warn(
-      fmt::format("{} {}{}", text::seconds_text(std::max(now, started_) - started_), name_of(network), text));
+      fmt::format("{} {}{}", base::seconds_text(std::max(now, started_) - started_), name_of(network), text));
 }
 
-void Session::on_written(std::size_t network, const adapters::ModbusRange& written) {
+void Session::on_written(std::size_t network, const protocols::ModbusRange& written) {
   if (!recorder_) return;
   control().set_now(host_.now);
   const auto registers = plant_.networks()[network - 1]->registers();
@@ -118,7 +118,7 @@ void Session::set_time_of_day(Time since_1970) {
       node->device().time_stamp().set(time, started_);
 }
 
-std::string Session::execute(std::string_view line, const std::shared_ptr<adapters::Dialogue>& dialogue) {
+std::string Session::execute(std::string_view line, const std::shared_ptr<protocols::Dialogue>& dialogue) {
   advance_and_answer();
   plant::Reply reply = control().execute(line, host_.now);
   advance_and_answer();

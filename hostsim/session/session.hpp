@@ -11,10 +11,10 @@
 #include <string>
 #include <string_view>
 
-#include "adapters/dialogue.hpp"
 #include "config/build_node.hpp"
 #include "config/config.hpp"
 #include "plant/plant.hpp"
+#include "protocols/dialogue.hpp"
 #include "session/addresses.hpp"
 #include "session/views.hpp"
 #include "session/waits.hpp"
@@ -92,8 +92,8 @@ class Session final : private plant::NetworkListener {
   void on_client(std::uint32_t client, std::string_view address, bool joined);
 
   /// A command of docs/reference/commands.md; its effects have happened when it returns the response, or when
-  /// the response is available later, see adapters::Dialogue.
-  std::string execute(std::string_view line, const std::shared_ptr<adapters::Dialogue>& dialogue);
+  /// the response is available later, see protocols::Dialogue.
+  std::string execute(std::string_view line, const std::shared_ptr<protocols::Dialogue>& dialogue);
   /// Does what is due in the plant.
   void advance();
   /// Answers waits that have ended; true if there was one.
@@ -108,7 +108,7 @@ class Session final : private plant::NetworkListener {
 
  private:
   void on_fault(std::size_t network, std::string_view text, Time now) override;
-  void on_written(std::size_t network, const adapters::ModbusRange& written) override;
+  void on_written(std::size_t network, const protocols::ModbusRange& written) override;
   void on_applied() override { poll_waits(); }
   void on_plc_restart() override { host_.restart_command(); }
   void on_late_response(Time delay) override { host_.let_pass(delay); }

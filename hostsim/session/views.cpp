@@ -7,7 +7,7 @@ namespace cbcan::session {
 
 using journal::Event;
 using journal::Kind;
-using text::append;
+using base::append;
 
 Trace::Trace(plant::Control& control, journal::FindName find, bool frames, Tell tell)
     : control_(control),
@@ -18,14 +18,14 @@ Trace::Trace(plant::Control& control, journal::FindName find, bool frames, Tell 
 
 void Trace::poll() {
   const std::uint64_t missed = cursor_.look([this](std::uint64_t /*number*/, const Event& event) {
-    append(lines_, "cbcan-sim: ", text::Seconds{event.at}, ' ');
+    append(lines_, "cbcan-sim: ", base::Seconds{event.at}, ' ');
     if (control_.networks() != 1) append(lines_, "network ", event.network, ": ");
     append_text(lines_, event, control_.journal(), find_);
     append(lines_, '\n');
     return true;
   });
   if (missed != 0) append(lines_, "cbcan-sim: ", missed, " events are missing here\n");
-  if (lines_.size() != 0) tell_(text::view(lines_));
+  if (lines_.size() != 0) tell_(base::view(lines_));
   lines_.clear();
 }
 

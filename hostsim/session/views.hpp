@@ -32,7 +32,7 @@ class Trace {
   journal::FindName find_;
   Tell tell_;
   journal::Cursor cursor_;
-  text::Buffer lines_;
+  base::Buffer lines_;
 };
 
 /// Writes this session as a scenario while it runs.

@@ -10,14 +10,14 @@
 #include <utility>
 #include <vector>
 
-#include "adapters/dialogue.hpp"
 #include "plant/control.hpp"
+#include "protocols/dialogue.hpp"
 
 namespace cbcan::session {
 
 class Waits {
  public:
-  using Dialogue = std::shared_ptr<adapters::Dialogue>;
+  using Dialogue = std::shared_ptr<protocols::Dialogue>;
 
   /// `machine_now`: this machine's clock.
   explicit Waits(std::function<Time()> machine_now) : machine_now_(std::move(machine_now)) {}
@@ -45,7 +45,7 @@ class Waits {
  private:
   struct Waiting {
     std::unique_ptr<plant::Wait> wait;
-    std::weak_ptr<adapters::Dialogue> dialogue;
+    std::weak_ptr<protocols::Dialogue> dialogue;
     Time since;  ///< on this machine's clock
   };
 

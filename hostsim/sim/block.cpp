@@ -8,9 +8,9 @@
 #include <cmath>
 #include <vector>
 
-#include "text/numbers.hpp"
-#include "text/suggestion.hpp"
-#include "text/words.hpp"
+#include "base/numbers.hpp"
+#include "base/suggestion.hpp"
+#include "base/words.hpp"
 
 namespace cbcan::sim {
 
@@ -53,16 +53,16 @@ std::string list_of(const auto& all) {
   std::vector<std::string_view> names;
   for (const auto& each : all)
     names.push_back(each.name);
-  return text::listed(names, " and ");
+  return base::listed(names, " and ");
 }
 
 /// Returns what is wrong with "key=number".
 std::string store_key(const BlockRow& row, std::string_view word, BlockParameters& parameters) {
   constexpr double kMost = 1e9;
-  const auto [name, value] = text::split(word, '=').value_or(std::pair(word, std::string_view()));
+  const auto [name, value] = base::split(word, '=').value_or(std::pair(word, std::string_view()));
   const auto key = std::ranges::find(row.keys, name, &BlockKey::name);
   if (key == row.keys.end()) return fmt::format("{}: no such key; there are {}", name, list_of(row.keys));
-  const auto number = text::parse<double>(value);
+  const auto number = base::parse<double>(value);
   if (!number || !(*number <= kMost && *number >= (key->is_positive ? 1e-6 : -kMost)))
     return fmt::format("{}: must be {}..1e9", name, key->is_positive ? "0.000001" : "-1e9");
   parameters.*key->member = *number;
@@ -94,7 +94,7 @@ Time after_seconds(Time since, double duration) {
 
 Block::Parsed Block::parse(std::string_view text) {
   Parsed parsed;
-  const std::vector<std::string_view> words = text::words_of(text);
+  const std::vector<std::string_view> words = base::words_of(text);
   const auto row =
       words.empty() ? block_rows().end() : std::ranges::find(block_rows(), words[0], &BlockRow::name);
   if (row == block_rows().end()) {

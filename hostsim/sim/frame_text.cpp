@@ -3,9 +3,9 @@
 
 #include <algorithm>
 
-#include "text/numbers.hpp"
-#include "text/value.hpp"
-#include "text/words.hpp"
+#include "base/numbers.hpp"
+#include "base/value.hpp"
+#include "base/words.hpp"
 
 namespace cbcan::sim {
 
@@ -22,39 +22,39 @@ void append_hex(std::string& text, std::uint32_t value, int digits) {
     text += "0123456789ABCDEF"[value >> shift & 0xF];
 }
 
-void append_frame(text::Buffer& to, const Frame& frame) {
+void append_frame(base::Buffer& to, const Frame& frame) {
   const bool has_error = (frame.flags & Frame::kError) != 0;
   const bool is_long = has_error || (frame.flags & Frame::kExtended) != 0;
-  text::append(to,
-               text::Hex{has_error ? frame.id | kErrorFlag : frame.id,
+  base::append(to,
+               base::Hex{has_error ? frame.id | kErrorFlag : frame.id,
                          is_long ? kExtendedIdDigits : kStandardIdDigits},
                '#');
   if ((frame.flags & Frame::kRemote) == 0)
-    return text::append(to, text::HexBytes{std::span(frame.data).first(frame.length)});
-  text::append(to, 'R');
-  if (frame.length != 0) text::append(to, frame.length);
+    return base::append(to, base::HexBytes{std::span(frame.data).first(frame.length)});
+  base::append(to, 'R');
+  if (frame.length != 0) base::append(to, frame.length);
 }
 
 std::string frame_text(const Frame& frame) {
-  return text::made([&frame](text::Buffer& to) { append_frame(to, frame); });
+  return base::made([&frame](base::Buffer& to) { append_frame(to, frame); });
 }
 
 std::optional<Frame> parse_frame(std::string_view text) {
-  const auto sides = text::split(text, '#');
+  const auto sides = base::split(text, '#');
   const bool extended = sides && sides->first.size() == kExtendedIdDigits;
   if (!sides || (!extended && sides->first.size() != kStandardIdDigits)) return std::nullopt;
-  const auto id = text::parse<std::uint32_t>(sides->first, 16);
+  const auto id = base::parse<std::uint32_t>(sides->first, 16);
   if (!id || *id > (extended ? 0x1FFFFFFF : 0x7FF)) return std::nullopt;
   Frame frame{.id = *id, .flags = extended ? Frame::kExtended : std::uint8_t{0}};
   std::string_view data = sides->second;
   if (data.starts_with('R')) {
     frame.flags |= Frame::kRemote;
-    const auto length = data.size() == 1 ? 0 : text::parse<std::uint8_t>(data.substr(1));
+    const auto length = data.size() == 1 ? 0 : base::parse<std::uint8_t>(data.substr(1));
     if (!length || *length > frame.data.size()) return std::nullopt;
     frame.length = *length;
     return frame;
   }
-  const auto bytes = text::parse_hex(data);
+  const auto bytes = base::parse_hex(data);
   if (!bytes || bytes->size() > frame.data.size()) return std::nullopt;
   std::ranges::copy(*bytes, frame.data.begin());
   frame.length = static_cast<std::uint8_t>(bytes->size());
@@ -62,24 +62,24 @@ std::optional<Frame> parse_frame(std::string_view text) {
 }
 
 std::optional<TimedFrame> parse_candump_line(std::string_view line) {
-  const auto words = text::words_of(line);
+  const auto words = base::words_of(line);
   if (words.size() < 3 || !words[0].starts_with('(') || !words[0].ends_with(')')) return std::nullopt;
-  const auto time = text::split(words[0].substr(1, words[0].size() - 2), '.');
+  const auto time = base::split(words[0].substr(1, words[0].size() - 2), '.');
   if (!time || time->second.size() != 6) return std::nullopt;
-  const Time seconds = text::parse<Time>(time->first).value_or(kNever);
-  const Time rest = text::parse<Time>(time->second).value_or(kNever);
+  const Time seconds = base::parse<Time>(time->first).value_or(kNever);
+  const Time rest = base::parse<Time>(time->second).value_or(kNever);
   const auto frame = parse_frame(words[2]);
   if (!frame || seconds > kNever / kSecond / 2 || rest == kNever) return std::nullopt;
   return TimedFrame{seconds * kSecond + rest, *frame};
 }
 
 void append_candump_line(std::string& text, const Frame& frame, Time time, std::string_view interface) {
-  text::Buffer line;
-  text::append(line, '(', text::Padded{time / kSecond, 10}, '.', text::Padded{time % kSecond, 6}, ") ",
+  base::Buffer line;
+  base::append(line, '(', base::Padded{time / kSecond, 10}, '.', base::Padded{time % kSecond, 6}, ") ",
                interface, ' ');
   append_frame(line, frame);
-  text::append(line, '\n');
-  text += text::view(line);
+  base::append(line, '\n');
+  text += base::view(line);
 }
 
 }  // namespace cbcan::sim

@@ -6,9 +6,9 @@
 #include <string>
 #include <string_view>
 
+#include "base/buffer.hpp"
 #include "cbcan/frame.hpp"
 #include "cbcan/time.hpp"
-#include "text/buffer.hpp"
 
 namespace cbcan::sim {
 
@@ -17,7 +17,7 @@ void append_hex(std::string& text, std::uint32_t value, int digits);
 
 /// Appends a frame as candump writes it: "605#4017100000000000", "742#R1"; a 29-bit identifier has eight digits.
 /// The identifier of an error frame includes the kernel's error flag.
-void append_frame(text::Buffer& to, const Frame& frame);
+void append_frame(base::Buffer& to, const Frame& frame);
 std::string frame_text(const Frame& frame);
 
 /// Reads what append_frame() writes, except error frames; nullopt for anything else.

@@ -5,9 +5,9 @@
 #include <iterator>
 #include <utility>
 
+#include "base/utf8.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "sim/number.hpp"
-#include "text/utf8.hpp"
 
 namespace cbcan::sim {
 
@@ -35,11 +35,11 @@ Node::Node(Bus& bus, Schedule& schedule, NodeParts parts)
     : Participant(schedule),
       name_(std::move(parts.name)),
       device_name_(parts.device),
-      names_(parts.names ? std::move(parts.names) : std::make_shared<const eds::ObjectNames>()),
-      image_(eds::prepared(std::move(parts.image))),
+      names_(parts.names ? std::move(parts.names) : std::make_shared<const descriptions::ObjectNames>()),
+      image_(descriptions::prepared(std::move(parts.image))),
       values_(image_.values),
       saved_(image_.values),
-      memory_(eds::memory_of(image_.entries)),
+      memory_(descriptions::memory_of(image_.entries)),
       parameters_(parts.parameters),
       listener_(parts.listener),
       port_(bus.attach(*this)),
@@ -60,7 +60,7 @@ Node::Node(Bus& bus, Schedule& schedule, NodeParts parts)
   if (parts.lss) lss_.emplace(lss_node, port_, faulty_, bus.bit_rate());
   behaviour_ = make_behaviour_ ? make_behaviour_(*this, seed_) : std::make_unique<Behaviour>();
   image_.values = saved_ = values_;  // with the behaviour's values for objects that have none in the file
-  if (!make_behaviour_) eds::mark_mapped(image_.entries, dictionary());
+  if (!make_behaviour_) descriptions::mark_mapped(image_.entries, dictionary());
   for (ObjectEntry& entry : image_.entries)
     if (behaviour_->is_set_point(entry.index)) entry.flags |= ObjectFlags::kSetPoint;
   if (parameters_ != nullptr) load_parameters();
@@ -385,7 +385,7 @@ void Node::terminals(std::uint16_t index, std::uint8_t sub, std::int32_t before,
 
 /// One line of UTF-8, whatever a script has put into it.
 void Node::tell(std::string_view text, Time now) {
-  faults().say(text::to_utf8(text), now);
+  faults().say(base::to_utf8(text), now);
 }
 
 // ---- The dictionary

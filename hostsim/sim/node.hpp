@@ -15,8 +15,8 @@
 #include <vector>
 
 #include "cbcan/canopen/device.hpp"
-#include "eds/dictionary_image.hpp"
-#include "eds/object_names.hpp"
+#include "descriptions/dictionary_image.hpp"
+#include "descriptions/object_names.hpp"
 #include "sim/behaviour.hpp"
 #include "sim/faults/faulty_port.hpp"
 #include "sim/more_sdo_servers.hpp"
@@ -34,8 +34,8 @@ struct NodeParts {
   std::uint8_t node_id = LssSlave::kNoNodeId;
   std::string name;            ///< for people; may be empty
   std::string_view device;     ///< its kind, for people: "cia402"; the text outlives the node
-  eds::DictionaryImage image;  ///< made for the node ID
-  std::shared_ptr<const eds::ObjectNames> names;  ///< of its objects, for people; null = none are known
+  descriptions::DictionaryImage image;  ///< made for the node ID
+  std::shared_ptr<const descriptions::ObjectNames> names;  ///< of its objects, for people; null = none are known
   BehaviourMaker behaviour = nullptr;             ///< null: values stay as they were written
   std::uint64_t seed = 0;                         ///< of everything random in behaviour and faults
   std::vector<Signal> signals;                    ///< begin at the node's power-on
@@ -96,7 +96,7 @@ class Node final : public Participant,
 
   const std::string& name() const { return name_; }
   std::string_view device_name() const { return device_name_; }
-  const eds::ObjectNames& names() const { return *names_; }
+  const descriptions::ObjectNames& names() const { return *names_; }
   const Device& device() const { return device_; }
   Device& device() { return device_; }
   Behaviour& behaviour() { return *behaviour_; }
@@ -162,12 +162,12 @@ class Node final : public Participant,
 
   std::string name_;
   std::string_view device_name_;
-  std::shared_ptr<const eds::ObjectNames> names_;
-  eds::DictionaryImage image_;
+  std::shared_ptr<const descriptions::ObjectNames> names_;
+  descriptions::DictionaryImage image_;
   std::vector<std::uint8_t> values_;
   std::vector<std::uint8_t> saved_;  ///< what reset node restores: factory values, or stored ones
   struct Memory {
-    explicit Memory(const eds::DeviceMemory& needed)
+    explicit Memory(const descriptions::DeviceMemory& needed)
         : buffer(needed.largest_value),
           rpdos(needed.rpdos),
           tpdos(needed.tpdos),

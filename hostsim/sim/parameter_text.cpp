@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <span>
 
+#include "base/error.hpp"
+#include "base/numbers.hpp"
+#include "base/words.hpp"
 #include "cbcan/canopen/lss_slave.hpp"
 #include "cbcan/canopen/nmt/nmt.hpp"
-#include "text/error.hpp"
-#include "text/numbers.hpp"
-#include "text/words.hpp"
 
 namespace cbcan::sim {
 
@@ -25,13 +25,13 @@ constexpr std::string_view kBitRate = "bit-rate";
 /// False: not a number, or it does not fit.
 template <class Number>
 bool read_number(std::string_view text, Number& number, int base) {
-  const auto read = text::parse<Number>(text::trim(text), base);
+  const auto read = base::parse<Number>(base::trim(text), base);
   if (read) number = *read;
   return read.has_value();
 }
 
 bool parse_object(std::string_view object, std::string_view digits, StoredValue& value) {
-  const auto address = text::split(object, ':');
+  const auto address = base::split(object, ':');
   if (!address || digits.size() % 2 != 0 || !read_number(address->first, value.index, 16) ||
       !read_number(address->second, value.sub, 16))
     return false;
@@ -46,10 +46,10 @@ bool is_node_id(std::uint8_t id) {
 
 /// False: the line is invalid.
 bool parse_line(std::string_view line, StoredParameters& parameters) {
-  const auto sides = text::split(line, '=');
+  const auto sides = base::split(line, '=');
   if (!sides) return false;
-  const std::string_view key = text::trim(sides->first);
-  const std::string_view value = text::trim(sides->second);
+  const std::string_view key = base::trim(sides->first);
+  const std::string_view value = base::trim(sides->second);
   if (key == kNodeId)
     return read_number(value, parameters.lss.node_id, 10) && is_node_id(parameters.lss.node_id);
   if (key == kBitRate) return read_number(value, parameters.lss.bit_rate, 10);
@@ -65,16 +65,16 @@ std::string parameter_text(const StoredParameters& parameters) {
     text +=
         fmt::format("{} = {}\n{} = {}\n", kNodeId, parameters.lss.node_id, kBitRate, parameters.lss.bit_rate);
   for (const StoredValue& value : parameters.values)
-    text += fmt::format("{:04X}:{:02X} = {}\n", value.index, value.sub, text::hex(value.bytes, ""));
+    text += fmt::format("{:04X}:{:02X} = {}\n", value.index, value.sub, base::hex(value.bytes, ""));
   return text;
 }
 
 StoredParameters parse_parameters(std::string_view text, const std::string& path) {
   StoredParameters parameters;
   for (std::size_t number = 1; !text.empty(); ++number) {
-    const std::string_view line = text::trim(text::take_line(text));
+    const std::string_view line = base::trim(base::take_line(text));
     if (line.empty() || line.front() == '#' || parse_line(line, parameters)) continue;
-    throw text::UsageError(
+    throw base::UsageError(
         fmt::format("{}:{}: \"{}\": write INDEX:SUB = BYTES in hexadecimal, such as 1017:00 = E803, "
                     "node-id = 1..127 or bit-rate = 250000",
                     path, number, line));

@@ -33,7 +33,7 @@ class ParameterText : public ParameterStore {
   ParameterText(std::string path, std::function<void(const std::string& line)> warn)
       : path_(std::move(path)), warn_(std::move(warn)) {}
 
-  /// A missing text counts as empty. Throws text::UsageError, with file and line, for an invalid one.
+  /// A missing text counts as empty. Throws base::UsageError, with file and line, for an invalid one.
   StoredParameters load() override;
   bool save(const StoredParameters& parameters) override { return write(parameter_text(parameters)); }
   void tell_left_out(const std::vector<StoredValue>& values) override;

@@ -9,9 +9,9 @@
 #include <optional>
 #include <utility>
 
+#include "base/numbers.hpp"
+#include "base/words.hpp"
 #include "sim/random.hpp"
-#include "text/numbers.hpp"
-#include "text/words.hpp"
 
 namespace cbcan::sim {
 
@@ -91,7 +91,7 @@ struct SettledAt {
 };
 
 std::optional<double> number(std::string_view text) {
-  const auto value = text::parse<double>(text::trim(text));
+  const auto value = base::parse<double>(base::trim(text));
   return value && std::isfinite(*value) ? value : std::nullopt;
 }
 
@@ -100,15 +100,15 @@ constexpr double kLongest = 3.2e9;
 
 /// Appends the point of one line to `points`. Returns what is wrong with the line; empty = nothing.
 std::string add_point(std::string_view line, std::vector<Replay::Point>& points) {
-  const auto sides = text::split(line, ',');
+  const auto sides = base::split(line, ',');
   if (!sides)
     return fmt::format("`{}`: must be a time in seconds and a value with a comma between them", line);
-  const std::string_view time = text::trim(sides->first);
+  const std::string_view time = base::trim(sides->first);
   const std::optional<double> seconds = number(time);
   if (!seconds || *seconds < 0 || *seconds > kLongest)
     return fmt::format("time `{}`: must be seconds, from 0 to 3.2e9", time);
   const std::optional<double> value = number(sides->second);
-  if (!value) return fmt::format("value `{}`: must be one number", text::trim(sides->second));
+  if (!value) return fmt::format("value `{}`: must be one number", base::trim(sides->second));
   const auto at = static_cast<Time>(std::llround(*seconds * 1e6));
   if (!points.empty() && at <= points.back().at)
     return fmt::format("time `{}`: must be later than the one before", time);
@@ -118,7 +118,7 @@ std::string add_point(std::string_view line, std::vector<Replay::Point>& points)
 
 /// Column names: neither part of the line is a number.
 bool is_header(std::string_view line) {
-  const auto sides = text::split(line, ',');
+  const auto sides = base::split(line, ',');
   return sides ? !number(sides->first) && !number(sides->second) : !number(line);
 }
 
@@ -139,7 +139,7 @@ CsvPoints parse_csv_points(std::string_view text) {
   bool first = true;
   while (!text.empty()) {
     ++found.line;
-    const std::string_view line = text::trim(text::take_line(text));
+    const std::string_view line = base::trim(base::take_line(text));
     if (line.empty() || line.front() == '#') continue;
     if (std::exchange(first, false) && is_header(line)) continue;
     found.problem = add_point(line, found.points);

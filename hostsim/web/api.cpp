@@ -8,16 +8,16 @@
 #include <utility>
 #include <vector>
 
+#include "base/numbers.hpp"
+#include "base/utf8.hpp"
+#include "base/words.hpp"
 #include "cbcan/regmap.hpp"
 #include "cbcan/version.hpp"
-#include "eds/emergency.hpp"
-#include "eds/values.hpp"
+#include "descriptions/emergency.hpp"
+#include "descriptions/values.hpp"
 #include "plant/points.hpp"
 #include "scenario/scenario_writer.hpp"
 #include "sim/faults/fault.hpp"
-#include "text/numbers.hpp"
-#include "text/utf8.hpp"
-#include "text/words.hpp"
 #include "web/mapped.hpp"
 #include "web/page.hpp"
 
@@ -93,12 +93,12 @@ std::string meaning_of(const regmap::RegisterRow* row, std::uint16_t word) {
   return std::string(row->name.ends_with("COMMAND") ? regmap::meaning_of(regmap::kCommands, word) : "");
 }
 
-adapters::HttpResponse ok(const Json& json) {
+protocols::HttpResponse ok(const Json& json) {
   return {.body = line_of(json) + "\n"};
 }
 
-adapters::HttpResponse failed(unsigned status, std::string_view why) {
-  return {status, "application/json", line_of({{"error", text::to_utf8(why)}}) + "\n"};
+protocols::HttpResponse failed(unsigned status, std::string_view why) {
+  return {status, "application/json", line_of({{"error", base::to_utf8(why)}}) + "\n"};
 }
 
 Json faults_of(const sim::FaultSet& set) {
@@ -112,20 +112,20 @@ Json faults_of(const sim::FaultSet& set) {
 }
 
 /// Server-sent events from a number on that match the query, and the values that it watches.
-class EventStream final : public adapters::HttpStream {
+class EventStream final : public protocols::HttpStream {
  public:
   EventStream(plant::Control& control, EventTexts& texts, const Query& query, std::uint64_t next)
       : control_(control), texts_(texts), filter_(query), cursor_(control.journal(), next, filter_.kinds()) {
     const auto found = query.find("watch");
     std::string_view rest = found == query.end() ? "" : std::string_view(found->second);
     while (!rest.empty())
-      watch(text::take_part(rest, ','));
+      watch(base::take_part(rest, ','));
   }
 
-  bool fill(text::Buffer& to) override {
-    if (!std::exchange(begun_, true)) text::append(to, ": cbcan\n\n");
+  bool fill(base::Buffer& to) override {
+    if (!std::exchange(begun_, true)) base::append(to, ": cbcan\n\n");
     const std::uint64_t missed = cursor_.look([&](std::uint64_t number, const Event& event) {
-      if (filter_.passes(event)) text::append(to, texts_.of(number));
+      if (filter_.passes(event)) base::append(to, texts_.of(number));
       return to.size() < kMostUnsent;
     });
     if (missed != 0) append_data(to, {{"kind", "missed"}, {"events", missed}});
@@ -146,18 +146,18 @@ class EventStream final : public adapters::HttpStream {
   /// "16:0x6064:0", on network 2 "2/16:0x6064"
   void watch(std::string_view word) {
     constexpr std::size_t kMostWatched = 16;
-    const auto sides = text::split(word, ':');
+    const auto sides = base::split(word, ':');
     if (!sides || watched_.size() == kMostWatched)
       plant::refuse("watch={}: write NODE:INDEX[:SUB], {} of them at most", word, kMostWatched);
     watched_.push_back({std::string(sides->first), std::string(sides->second)});
     plant::check_value(control_, watched_.back().node, watched_.back().object);
   }
 
-  static void append_data(text::Buffer& to, const Json& json) {
-    text::append(to, "data: ", line_of(json), "\n\n");
+  static void append_data(base::Buffer& to, const Json& json) {
+    base::append(to, "data: ", line_of(json), "\n\n");
   }
 
-  void tell(Watched& watched, text::Buffer& to) const {
+  void tell(Watched& watched, base::Buffer& to) const {
     const bool runs = plant::node_of(control_, watched.node).has_power();
     std::string value = runs ? plant::value_of(control_, watched.node, watched.object) : "off";
     if (value == watched.value) return;
@@ -178,31 +178,31 @@ class EventStream final : public adapters::HttpStream {
 };
 
 /// Executes lines one after the other; each waits for the response to the one before.
-class CommandStream final : public adapters::HttpStream {
+class CommandStream final : public protocols::HttpStream {
  public:
-  CommandStream(adapters::Execute execute, std::string body)
+  CommandStream(protocols::Execute execute, std::string body)
       : execute_(std::move(execute)), body_(std::move(body)) {}
 
-  bool fill(text::Buffer& to) override {
-    text::append(to, std::exchange(dialogue_->unsent, {}));
+  bool fill(base::Buffer& to) override {
+    base::append(to, std::exchange(dialogue_->unsent, {}));
     while (!dialogue_->waiting && begun_ < body_.size() && to.size() < kMostUnsent) {
       std::string_view rest = std::string_view(body_).substr(begun_);
-      const std::string_view line = text::trim(text::take_line(rest));
+      const std::string_view line = base::trim(base::take_line(rest));
       begun_ = body_.size() - rest.size();
-      if (line.size() > adapters::kLongestCommand)
-        text::append(to, "error: a line of more than ", adapters::kLongestCommand, " characters\n");
+      if (line.size() > protocols::kLongestCommand)
+        base::append(to, "error: a line of more than ", protocols::kLongestCommand, " characters\n");
       else if (!line.empty())
-        text::append(to, execute_(line, dialogue_));
+        base::append(to, execute_(line, dialogue_));
     }
     return dialogue_->waiting || begun_ < body_.size();
   }
   bool has_news() const override { return !dialogue_->waiting || !dialogue_->unsent.empty(); }
 
  private:
-  adapters::Execute execute_;
+  protocols::Execute execute_;
   std::string body_;
   std::size_t begun_ = 0;
-  std::shared_ptr<adapters::Dialogue> dialogue_ = std::make_shared<adapters::Dialogue>();
+  std::shared_ptr<protocols::Dialogue> dialogue_ = std::make_shared<protocols::Dialogue>();
 };
 
 /// "66" in "/api/nodes/66/objects"; nullopt: another path.
@@ -215,7 +215,7 @@ std::optional<std::string_view> node_in(std::string_view path, std::string_view 
 
 }  // namespace
 
-adapters::HttpResponse Api::respond(const adapters::HttpRequest& request) {
+protocols::HttpResponse Api::respond(const protocols::HttpRequest& request) {
   parts_.advance();
   const std::string_view path = request.path;
   const Query& query = request.query;
@@ -315,7 +315,7 @@ Json Api::node(std::size_t network, std::size_t place) const {
   const journal::NetworkWatch& watch = *parts_.control.network(network).watch();
   const std::uint8_t id = node.device().node_id();
   Json json{{"place", place + 1}, {"node", id == sim::Node::kNoNodeId ? 0 : id}};
-  json["name"] = text::to_utf8(node.name());
+  json["name"] = base::to_utf8(node.name());
   json["device"] = node.device_name();
   json["state"] = plant::state_of(node);
   json["incidents"] = Json::array();
@@ -326,7 +326,7 @@ Json Api::node(std::size_t network, std::size_t place) const {
   if (const Time heard = watch.heard_at(id); heard != kNever) json["heard"] = seconds_of(heard);
   if (const auto message = journal::emergency_of(watch.last_emergency(id)))
     json["emergency"] = {{"code", message->code},
-                         {"words", eds::emergency_meaning(message->code)},
+                         {"words", descriptions::emergency_meaning(message->code)},
                          {"error_register", watch.last_emergency(id).data[2]}};
   const auto has = [&node](std::uint16_t index) {
     ObjectEntry entry{};
@@ -347,7 +347,7 @@ Json Api::objects(const Query& query, std::string_view word) const {
   const std::uint64_t last = number_in(query, "last", 0xFFFF, 0xFFFF);
   const Time now = parts_.control.started() + parts_.control.now();
   Json list = Json::array();
-  for (const eds::ObjectName& object : node.names())
+  for (const descriptions::ObjectName& object : node.names())
     for (unsigned sub = object.first_sub; sub <= object.last_sub; ++sub) {
       ObjectEntry entry{};
       const auto sub_index = static_cast<std::uint8_t>(sub);
@@ -358,11 +358,11 @@ Json Api::objects(const Query& query, std::string_view word) const {
       list.push_back({{"index", object.index},
                       {"sub", sub},
                       {"name", object.name},
-                      {"type", eds::name_of(object.type)},
+                      {"type", descriptions::name_of(object.type)},
                       {"readable", entry.has(ObjectFlags::kRead)},
                       {"writable", entry.has(ObjectFlags::kWrite)},
                       {"value", journal::value_text(bytes, object.type)},
-                      {"bytes", text::hex(bytes, "")}});
+                      {"bytes", base::hex(bytes, "")}});
     }
   return {{"node", name}, {"time", seconds_of(parts_.control.now())}, {"objects", std::move(list)}};
 }
@@ -373,15 +373,15 @@ Json Api::points(const Query& query, std::string_view word) const {
   for (auto& [point, object, value, target] : plant::points_of(parts_.control, name)) {
     Json json{{"kind", plant::name_of(point.kind)},
               {"object", object},
-              {"name", text::to_utf8(point.name)},
+              {"name", base::to_utf8(point.name)},
               {"value", value}};
-    if (!point.unit.empty()) json["unit"] = text::to_utf8(point.unit);
+    if (!point.unit.empty()) json["unit"] = base::to_utf8(point.unit);
     if (target) json["target"] = *target;
     if (point.level) json["level"] = true;
     if (point.low) json["low"] = *point.low;
     if (point.high) json["high"] = *point.high;
     for (const std::string& bit : point.bits)
-      json["bits"].push_back(text::to_utf8(bit));
+      json["bits"].push_back(base::to_utf8(bit));
     list.push_back(std::move(json));
   }
   return {{"node", name}, {"time", seconds_of(parts_.control.now())}, {"points", std::move(list)}};
@@ -406,7 +406,7 @@ Json Api::words() const {
 // ---- Events
 
 /// The last `limit` events before number `before`, in their order.
-adapters::HttpResponse Api::events(const Query& query, journal::Kinds standard) const {
+protocols::HttpResponse Api::events(const Query& query, journal::Kinds standard) const {
   const EventFilter filter(query, standard);
   const journal::Journal& journal = parts_.control.journal();
   const std::uint64_t limit = number_in(query, "limit", kMostListed, kMostListed);
@@ -417,20 +417,20 @@ adapters::HttpResponse Api::events(const Query& query, journal::Kinds standard) 
     const bool is_kind = (journal::kinds_of({event.kind}) & filter.kinds()) != 0;
     if (is_kind && filter.passes(event)) found.push_back(number);
   }
-  text::Buffer body;
-  text::append(body, "{\"first_event\":", journal.first(), ",\"next_event\":", journal.end(),
+  base::Buffer body;
+  base::append(body, "{\"first_event\":", journal.first(), ",\"next_event\":", journal.end(),
                ",\"events\":[");
   for (; !found.empty(); found.pop_back()) {
     append_event(body, found.back(), journal[found.back()], journal, parts_.find);
-    text::append(body, found.size() == 1 ? "" : ",");
+    base::append(body, found.size() == 1 ? "" : ",");
   }
-  text::append(body, "]}\n");
-  return {.body = std::string(text::view(body))};
+  base::append(body, "]}\n");
+  return {.body = std::string(base::view(body))};
 }
 
 /// From `since` on, or from the last event that an EventSource has seen; numbers above the last event are from an
 /// earlier run of the program.
-adapters::HttpResponse Api::follow(const adapters::HttpRequest& request) {
+protocols::HttpResponse Api::follow(const protocols::HttpRequest& request) {
   const journal::Journal& journal = parts_.control.journal();
   Query query = request.query;
   if (!request.last_event_id.empty()) query["since"] = request.last_event_id;

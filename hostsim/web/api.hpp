@@ -6,10 +6,10 @@
 #include <functional>
 #include <string_view>
 
-#include "adapters/dialogue.hpp"
-#include "adapters/http_message.hpp"
 #include "journal/journal.hpp"
 #include "plant/control.hpp"
+#include "protocols/dialogue.hpp"
+#include "protocols/http_message.hpp"
 #include "web/event_json.hpp"
 
 namespace cbcan::web {
@@ -20,7 +20,7 @@ class Api {
   struct Parts {
     plant::Control& control;
     const journal::FindName& find;
-    adapters::Execute execute;      ///< executes a line of docs/reference/commands.md
+    protocols::Execute execute;      ///< executes a line of docs/reference/commands.md
     std::function<void()> advance;  ///< does what is due
     std::function<Json()> about;    ///< describes the program, for /api/time
     Json wires{};                   ///< those of the plant, for /api/wires
@@ -28,7 +28,7 @@ class Api {
 
   explicit Api(Parts parts) : parts_(std::move(parts)), texts_(parts_.control.journal(), parts_.find) {}
 
-  adapters::HttpResponse respond(const adapters::HttpRequest& request);
+  protocols::HttpResponse respond(const protocols::HttpRequest& request);
 
  private:
   Json time() const;
@@ -36,8 +36,8 @@ class Api {
   Json nodes(const Query& query) const;
   Json node(std::size_t network, std::size_t place) const;
   Json objects(const Query& query, std::string_view node) const;
-  adapters::HttpResponse events(const Query& query, journal::Kinds standard) const;
-  adapters::HttpResponse follow(const adapters::HttpRequest& request);
+  protocols::HttpResponse events(const Query& query, journal::Kinds standard) const;
+  protocols::HttpResponse follow(const protocols::HttpRequest& request);
   Json points(const Query& query, std::string_view node) const;
   Json words() const;
   std::size_t network_in(const Query& query) const;

@@ -7,25 +7,25 @@
 #include <array>
 #include <bit>
 
-#include "eds/emergency.hpp"
+#include "base/numbers.hpp"
+#include "base/utf8.hpp"
+#include "base/words.hpp"
+#include "descriptions/emergency.hpp"
 #include "journal/watch.hpp"
 #include "plant/words.hpp"
-#include "text/numbers.hpp"
-#include "text/utf8.hpp"
-#include "text/words.hpp"
 
 namespace cbcan::web {
 
 using journal::Event;
 using journal::Kind;
-using text::append;
-using text::Buffer;
-using text::HexBytes;
+using base::append;
+using base::Buffer;
+using base::HexBytes;
 
 namespace {
 
-using text::room;
-using text::write;
+using base::room;
+using base::write;
 
 /// Neither control characters, quotes and backslashes nor bytes above 7Fh. Looks at 16 characters at a time;
 /// those after the text are made spaces.
@@ -50,7 +50,7 @@ char* write_escaped(char* const begin, std::string_view text) {
   char* at = begin;
   for (std::string_view rest = text; !rest.empty();) {
     const std::string_view from = rest;
-    const auto code = text::take_code_point(rest);
+    const auto code = base::take_code_point(rest);
     if (!code) {
       const std::string quoted = line_of(Json(std::string(text)));
       return write(begin, std::string_view(quoted).substr(1, quoted.size() - 2));
@@ -89,13 +89,13 @@ struct Fraction {
 };
 
 constexpr std::size_t room(const Fraction& fraction) {
-  return room(text::Decimal{fraction.number, fraction.places}) + 2;
+  return room(base::Decimal{fraction.number, fraction.places}) + 2;
 }
 char* write(char* at, const Fraction& fraction) {
   constexpr Time kShortest = 100;  // less has an exponent
   if (fraction.places == 6 && fraction.number != 0 && fraction.number < kShortest)
     return write(at, fmt::format("{}", seconds_of(fraction.number)));
-  char* const end = write(at, text::Decimal{fraction.number, fraction.places});
+  char* const end = write(at, base::Decimal{fraction.number, fraction.places});
   return fraction.number % (fraction.places == 6 ? kSecond : kMillisecond) != 0 ? end : write(end, ".0");
 }
 
@@ -121,9 +121,9 @@ void add_transaction(Buffer& to, const Event& event, const journal::Journal& jou
 }
 
 void add_emergency(Buffer& to, const Event& event) {
-  const auto message = eds::emergency_from(event.frame.data);
+  const auto message = descriptions::emergency_from(event.frame.data);
   append(to, ",\"node\":", event.node, ",\"code\":", message.code, ",\"words\":\"",
-         eds::emergency_meaning(message.code), "\",\"error_register\":", message.error_register,
+         descriptions::emergency_meaning(message.code), "\",\"error_register\":", message.error_register,
          ",\"info\":\"", HexBytes{message.info}, '"');
 }
 
@@ -170,7 +170,7 @@ std::uint64_t number_in(const Query& query, std::string_view key, std::uint64_t 
                         std::uint64_t highest, std::uint64_t lowest) {
   const auto found = query.find(key);
   if (found == query.end()) return standard;
-  const auto number = text::parse_integer(found->second);
+  const auto number = base::parse_integer(found->second);
   if (!number || *number < 0 || static_cast<std::uint64_t>(*number) < lowest ||
       static_cast<std::uint64_t>(*number) > highest)
     plant::refuse("{}={}: must be {}..{}", key, found->second, lowest, highest);
@@ -187,15 +187,15 @@ EventFilter::EventFilter(const Query& query, journal::Kinds standard)
   if (const auto found = query.find("service"); found != query.end()) service_ = found->second;
   if (const auto names = journal::service_names();
       !service_.empty() && std::ranges::find(names, service_) == names.end())
-    plant::refuse("service={}: must be {}", service_, text::listed(names));
+    plant::refuse("service={}: must be {}", service_, base::listed(names));
   const auto found = query.find("kinds");
   std::string_view rest = found == query.end() ? "" : std::string_view(found->second);
   kinds_ = rest.empty() ? standard : 0;
   while (!rest.empty()) {
-    const std::string_view name = text::take_part(rest, ',');
+    const std::string_view name = base::take_part(rest, ',');
     const auto names = journal::kind_names();
     const auto kind = std::ranges::find(names, name);
-    if (kind == names.end()) plant::refuse("kinds={}: must be {}", name, text::listed(names, " and "));
+    if (kind == names.end()) plant::refuse("kinds={}: must be {}", name, base::listed(names, " and "));
     kinds_ |= 1U << (kind - names.begin());
   }
   if (failed_ || slow_) kinds_ &= journal::kinds_of({Kind::kEnded});
@@ -220,7 +220,7 @@ void append_event(Buffer& to, std::uint64_t number, const Event& event, const jo
   Buffer escaped;
   append(value, line.value);
   if (lacks_value) journal::append_value(value, journal.bytes(event), name_of(event, find));
-  append_json(to, number, event, journal, escape(line, text::view(value), escaped));
+  append_json(to, number, event, journal, escape(line, base::view(value), escaped));
 }
 
 EventTexts::EventTexts(const journal::Journal& journal, const journal::FindName& find)

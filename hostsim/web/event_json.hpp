@@ -11,9 +11,9 @@
 #include <string_view>
 #include <vector>
 
+#include "base/buffer.hpp"
 #include "journal/journal.hpp"
 #include "journal/words.hpp"
-#include "text/buffer.hpp"
 
 namespace cbcan::web {
 
@@ -48,7 +48,7 @@ class EventFilter {
 };
 
 /// Appends an event as a JSON object.
-void append_event(text::Buffer& to, std::uint64_t number, const journal::Event& event,
+void append_event(base::Buffer& to, std::uint64_t number, const journal::Event& event,
                   const journal::Journal& journal, const journal::FindName& find);
 
 /// The latest events as server-sent events: the text of each is made once for all streams.
@@ -61,14 +61,14 @@ class EventTexts {
   std::string_view of(std::uint64_t number) {
     Kept& kept = kept_[number % kEvents];
     if (kept.number != number) make(number, kept);
-    return text::view(kept.text);
+    return base::view(kept.text);
   }
 
  private:
   static constexpr std::size_t kEvents = 256;
   struct Kept {
     std::uint64_t number = 0;
-    text::Buffer text;
+    base::Buffer text;
   };
   void make(std::uint64_t number, Kept& kept);
 

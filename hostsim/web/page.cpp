@@ -19,13 +19,13 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 4> kTypes{{
 
 }  // namespace
 
-std::optional<adapters::HttpResponse> page_at(std::string_view path) {
+std::optional<protocols::HttpResponse> page_at(std::string_view path) {
   const std::string_view name =
       path == "/" ? "index.html" : path.substr(std::min<std::size_t>(1, path.size()));
   const auto file = std::ranges::find(page_files(), name, &PageFile::name);
   if (file == page_files().end()) return std::nullopt;
   const auto type = std::ranges::find_if(kTypes, [&](const auto& row) { return name.ends_with(row.first); });
-  return adapters::HttpResponse{
+  return protocols::HttpResponse{
       .type = std::string(type == kTypes.end() ? "text/plain; charset=utf-8" : type->second),
       .body = std::string(file->text)};
 }

@@ -7,7 +7,7 @@
 #include <span>
 #include <string_view>
 
-#include "adapters/http_message.hpp"
+#include "protocols/http_message.hpp"
 
 namespace cbcan::web {
 
@@ -20,6 +20,6 @@ struct PageFile {
 std::span<const PageFile> page_files();
 
 /// The file at `path`, such as "/" or "/page.js"; nullopt if there is no such file.
-std::optional<adapters::HttpResponse> page_at(std::string_view path);
+std::optional<protocols::HttpResponse> page_at(std::string_view path);
 
 }  // namespace cbcan::web

@@ -22,7 +22,7 @@ constexpr const char* kEds =
     "[2002]\nParameterName=Text\nObjectType=7\nDataType=9\nAccessType=rw\nDefaultValue=abc\nPDOMapping=0\n"
     "CBCAN_Size=8\n";
 
-cbcan::text::FileReader only_this_file() {
+cbcan::base::FileReader only_this_file() {
   return [](const std::string& path) -> std::optional<std::string> {
     if (path == "x.eds") return kEds;
     return std::nullopt;
@@ -30,7 +30,7 @@ cbcan::text::FileReader only_this_file() {
 }
 
 struct NodeBuilder {
-  explicit NodeBuilder(cbcan::text::FileReader read) : files(std::move(read)) {}
+  explicit NodeBuilder(cbcan::base::FileReader read) : files(std::move(read)) {}
   cbcan::config::NodeBuild build(const cbcan::config::NodeConfig& node, std::uint64_t seed) {
     return cbcan::config::build_node(node, seed, files);
   }
@@ -78,7 +78,7 @@ TEST_CASE("A node's image: the EDS file's defaults, and the plant file's values 
       NodeBuilder(only_this_file()).build(node_with({{0x2002, 0, std::string("xyzzy"), {}}}), 0);
   REQUIRE(build.node);
   CHECK(build.problems.empty());
-  cbcan::eds::DictionaryImage image = build.node->image;
+  cbcan::descriptions::DictionaryImage image = build.node->image;
   const cbcan::ObjectDictionary dictionary(image.entries, image.values, nullptr);
   CHECK(dictionary.get(0x2001, 0) == 7);
   cbcan::ObjectEntry entry{};

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include "cli/command_line.hpp"
+#include "config/command_line.hpp"
 
-#include "cli/options.hpp"
+#include "config/options.hpp"
 #include "plant_support.hpp"
 #include "support/catch.hpp"
 
-using namespace cbcan::cli;
+using namespace cbcan::config;
 using namespace cbcan::config;
 using namespace cbcan::config::test;
 

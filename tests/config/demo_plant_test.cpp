@@ -6,7 +6,7 @@
 #include "plant_support.hpp"
 #include "support/catch.hpp"
 
-using namespace cbcan::cli;
+using namespace cbcan::config;
 using namespace cbcan::config;
 using namespace cbcan::config::test;
 
@@ -24,7 +24,7 @@ TEST_CASE("the program carries the files of plants/demo, byte by byte") {
 }
 
 TEST_CASE("the demo's files go the way of files on the disk") {
-  const cbcan::text::FileReader files = with_demo_plant([](const std::string& path) {
+  const cbcan::base::FileReader files = with_demo_plant([](const std::string& path) {
     return path == "io.eds" ? std::optional<std::string>("on the disk") : std::nullopt;
   });
   CHECK(files("io.eds") == "on the disk");

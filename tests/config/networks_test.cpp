@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Several CAN networks, in the plant file and on the command line.
-#include "cli/options.hpp"
+#include "config/options.hpp"
 #include "plant_support.hpp"
 #include "support/catch.hpp"
 
-using namespace cbcan::cli;
+using namespace cbcan::config;
 using namespace cbcan::config;
 using namespace cbcan::config::test;
 

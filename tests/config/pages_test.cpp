@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
 // --help and docs/reference/plant-file.md match the code.
 
-#include "cli/options.hpp"
+#include "base/words.hpp"
+#include "config/options.hpp"
 #include "config/settings.hpp"
 #include "devices/devices.hpp"
 #include "plant_support.hpp"
 #include "support/catch.hpp"
-#include "text/words.hpp"
 
-using namespace cbcan::cli;
+using namespace cbcan::config;
 using namespace cbcan::config;
 using namespace cbcan::config::test;
 
@@ -38,7 +38,7 @@ std::string help_on(std::string_view option) {
 /// With one blank between words.
 std::string words_only(const std::string& text) {
   std::string joined;
-  for (const std::string_view word : cbcan::text::words_of(text))
+  for (const std::string_view word : cbcan::base::words_of(text))
     joined += std::string(word) + " ";
   return joined;
 }
@@ -57,7 +57,7 @@ std::set<std::string> options_in(const std::string& text) {
 std::set<std::string> known_options() {
   std::set<std::string> known;
   for (const std::string_view option : all_options())
-    known.emplace(cbcan::options::option_name(option));
+    known.emplace(cbcan::base::option_name(option));
   return known;
 }
 
@@ -77,12 +77,12 @@ TEST_CASE("--help has every option with what it may be and its default, and ever
   const std::string keys = help_text().substr(help_text().find("\nKeys of a plant file"));
   for_each_setting([&](const auto& row) {
     INFO(row.key);
-    CHECK(contains(words_only(keys), " " + std::string(cbcan::text::leaf_of(row.key)) + " "));
+    CHECK(contains(words_only(keys), " " + std::string(cbcan::base::leaf_of(row.key)) + " "));
     if (row.option.empty()) return;
     const std::string help = help_on(row.option);
     REQUIRE(help != "");
     const std::string standard = standard_of(row);
-    const bool has_argument = !cbcan::options::option_argument(row.option).empty();
+    const bool has_argument = !cbcan::base::option_argument(row.option).empty();
     if (has_argument && standard != kNone) CHECK(contains(help, "(default " + standard + ")"));
     if (has_argument) CHECK(contains(help, domain_of(row)));
   });

@@ -4,7 +4,7 @@
 #include "plant_support.hpp"
 #include "support/catch.hpp"
 
-using namespace cbcan::cli;
+using namespace cbcan::config;
 using namespace cbcan::config;
 using namespace cbcan::config::test;
 using namespace std::string_literals;

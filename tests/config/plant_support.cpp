@@ -27,7 +27,7 @@ Start start(const std::vector<const char*>& arguments, const Files& files) {
   std::vector<const char*> argv{"cbcan-sim"};
   for (const char* argument : arguments)
     argv.push_back(argument);
-  const cbcan::text::FileReader disk = [&files](const std::string& path) -> std::optional<std::string> {
+  const cbcan::base::FileReader disk = [&files](const std::string& path) -> std::optional<std::string> {
     const auto file = files.find(path);
     return file == files.end() ? std::nullopt : std::optional(file->second);
   };

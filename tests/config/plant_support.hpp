@@ -6,14 +6,14 @@
 #include <string_view>
 #include <vector>
 
-#include "cli/command_line.hpp"
+#include "config/command_line.hpp"
 #include "config/config.hpp"
 #include "config/demo_plant.hpp"
 #include "config/plant_file.hpp"
 
 namespace cbcan::config::test {
 
-using namespace cbcan::cli;
+using namespace cbcan::config;
 
 using Lines = std::vector<std::string>;
 using Files = std::map<std::string, std::string>;

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "config/settings.hpp"
 
+#include "base/suggestion.hpp"
 #include "support/catch.hpp"
-#include "text/suggestion.hpp"
 
 using namespace cbcan::config;
-using cbcan::options::assign;
-using cbcan::options::Form;
-using cbcan::options::typed;
+using cbcan::base::assign;
+using cbcan::base::Form;
+using cbcan::base::typed;
 
 namespace {
 

@@ -7,7 +7,7 @@
 #include "plant_support.hpp"
 #include "support/catch.hpp"
 
-using namespace cbcan::cli;
+using namespace cbcan::config;
 using namespace cbcan::config;
 using namespace cbcan::config::test;
 

@@ -10,7 +10,7 @@ namespace {
 
 /// A node without objects that fails on errors.
 struct QuietNode final : sim::DeviceNode {
-  eds::DictionaryImage image = dictionary_of({});
+  descriptions::DictionaryImage image = dictionary_of({});
   ObjectDictionary own{image.entries, image.values, nullptr};
   ObjectDictionary& dictionary() override { return own; }
   void error(std::uint16_t, std::uint8_t, const sim::EmergencyInfo&, Time) override { FAIL_CHECK("error"); }
@@ -22,7 +22,7 @@ struct QuietNode final : sim::DeviceNode {
 
 TEST_CASE("devices are found by their names and by the profile in 1000h") {
   const auto by_profile = [](std::uint64_t device_type) {
-    eds::DictionaryImage image = dictionary_of({{0x1000, 0, DataType::kUnsigned32}});
+    descriptions::DictionaryImage image = dictionary_of({{0x1000, 0, DataType::kUnsigned32}});
     ObjectDictionary dictionary(image.entries, image.values, nullptr);
     dictionary.set(0x1000, 0, device_type);
     return &devices::device_for(dictionary);
@@ -43,7 +43,7 @@ TEST_CASE("devices are found by their names and by the profile in 1000h") {
 
 TEST_CASE("where 1000h names no device, its objects tell a drive") {
   const auto by_objects = [](const std::vector<Objects>& objects) {
-    eds::DictionaryImage image = dictionary_of(objects);
+    descriptions::DictionaryImage image = dictionary_of(objects);
     return devices::device_for(ObjectDictionary(image.entries, image.values, nullptr)).name;
   };
   using enum DataType;
@@ -52,7 +52,7 @@ TEST_CASE("where 1000h names no device, its objects tell a drive") {
   CHECK(by_objects({{0x6040, 0, kUnsigned8}, {0x6041, 0, kUnsigned16}}) == "none");  // as of CiA 406
   CHECK(by_objects({{0x6000, 2, kUnsigned8}}) == "none");                            // may be anything
   const auto without_value = [](std::uint16_t index, DataType type) {
-    eds::DictionaryImage image = dictionary_of({{0x1000, 0, kUnsigned32}, {index, 2, type}});
+    descriptions::DictionaryImage image = dictionary_of({{0x1000, 0, kUnsigned32}, {index, 2, type}});
     image.entries[0].flags |= ObjectFlags::kUnset;
     return devices::device_for(ObjectDictionary(image.entries, image.values, nullptr)).name;
   };
@@ -64,7 +64,7 @@ TEST_CASE("where 1000h names no device, its objects tell a drive") {
 
 TEST_CASE("what a device needs and a dictionary lacks has names") {
   const auto missing = [](const char* name, const std::vector<Objects>& objects) {
-    eds::DictionaryImage image = dictionary_of(objects);
+    descriptions::DictionaryImage image = dictionary_of(objects);
     return devices::missing_objects(*devices::find_device(name),
                                     ObjectDictionary(image.entries, image.values, nullptr));
   };

@@ -2,9 +2,9 @@
 #pragma once
 
 #include "cbcan/canopen/dictionary/little_endian.hpp"
+#include "descriptions/dictionary_image.hpp"
+#include "descriptions/eds_reader.hpp"
 #include "devices/drive/drive.hpp"
-#include "eds/dictionary_image.hpp"
-#include "eds/eds_reader.hpp"
 #include "eds_text.hpp"
 #include "support/catch.hpp"
 
@@ -33,15 +33,15 @@ inline std::string more_objects() {
   return text;
 }
 
-inline const eds::DictionaryImage& drive_image() {
-  static const eds::DictionaryImage image = [] {
+inline const descriptions::DictionaryImage& drive_image() {
+  static const descriptions::DictionaryImage image = [] {
     std::ifstream file(DRIVE_EDS);
     std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
     const std::string modes = "DefaultValue=0x000003AD";
     REQUIRE(text.find(modes) != std::string::npos);
     text.replace(text.find(modes), modes.size(), "DefaultValue=0x000003EF");
     text += more_objects();
-    return eds::dictionary_image(eds::read(text, "drive.eds", std::uint8_t{5}).device);
+    return descriptions::dictionary_image(descriptions::read(text, "drive.eds", std::uint8_t{5}).device);
   }();
   return image;
 }
@@ -169,14 +169,14 @@ struct DriveBench : sim::DeviceNode {
   static std::uint16_t moved(unsigned index, int by) {
     return static_cast<std::uint16_t>(static_cast<int>(index) + by);
   }
-  static eds::DictionaryImage moved(eds::DictionaryImage all, int by) {
+  static descriptions::DictionaryImage moved(descriptions::DictionaryImage all, int by) {
     for (ObjectEntry& entry : all.entries)
       if (entry.index >= 0x6000) entry.index = moved(entry.index, by);
     return all;
   }
 
   int offset;
-  eds::DictionaryImage image = moved(drive_image(), offset);
+  descriptions::DictionaryImage image = moved(drive_image(), offset);
   ObjectDictionary objects{image.entries, image.values, nullptr, image.limits};
   std::function<void()> seen;  ///< called after every update
   std::vector<std::string> log;

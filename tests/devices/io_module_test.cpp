@@ -212,7 +212,7 @@ TEST_CASE("a module has as many blocks as its dictionary") {
 
 TEST_CASE("all values are up to date before the first event is reported") {
   struct Sampling final : sim::DeviceNode {
-    eds::DictionaryImage image = dictionary_of({{0x6000, 2, DataType::kUnsigned8}});
+    descriptions::DictionaryImage image = dictionary_of({{0x6000, 2, DataType::kUnsigned8}});
     ObjectDictionary own{image.entries, image.values, nullptr};
     devices::IoModule module{*this};
     std::vector<std::uint64_t> sampled;

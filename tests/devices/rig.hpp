@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "eds/dictionary_image.hpp"
-#include "eds/eds_reader.hpp"
+#include "descriptions/dictionary_image.hpp"
+#include "descriptions/eds_reader.hpp"
 #include "sim/behaviour.hpp"
 #include "support/catch.hpp"
 
@@ -15,8 +15,8 @@ struct Objects {
   DataType type;
 };
 
-inline eds::DictionaryImage dictionary_of(const std::vector<Objects>& objects) {
-  eds::DictionaryImage image;
+inline descriptions::DictionaryImage dictionary_of(const std::vector<Objects>& objects) {
+  descriptions::DictionaryImage image;
   for (const Objects& each : objects) {
     const auto size = static_cast<std::uint32_t>(size_of(each.type));
     const std::uint8_t first = each.count == 0 ? 0 : 1;
@@ -28,11 +28,11 @@ inline eds::DictionaryImage dictionary_of(const std::vector<Objects>& objects) {
 }
 
 /// The dictionary of a node of the demo plant, from its EDS file.
-inline eds::DictionaryImage demo_dictionary(const std::string& file) {
+inline descriptions::DictionaryImage demo_dictionary(const std::string& file) {
   std::ifstream stream(std::string(DEMO_PLANT) + "/" + file);
   std::ostringstream text;
   text << stream.rdbuf();
-  return eds::dictionary_image(eds::read(text.str(), file, 0x42).device);
+  return descriptions::dictionary_image(descriptions::read(text.str(), file, 0x42).device);
 }
 
 /// A node driven by the test. It records the device's requests; the test must expect each of them, in order.
@@ -44,7 +44,7 @@ struct Rig final : sim::DeviceNode {
     std::uint8_t sub;
     std::uint64_t value;
   };
-  explicit Rig(eds::DictionaryImage image, const std::vector<Value>& values = {})
+  explicit Rig(descriptions::DictionaryImage image, const std::vector<Value>& values = {})
       : image_(with(std::move(image), values)),
         values_(image_.values),
         dictionary_(image_.entries, values_, nullptr, image_.limits),
@@ -138,7 +138,7 @@ struct Rig final : sim::DeviceNode {
   }
 
  private:
-  static eds::DictionaryImage with(eds::DictionaryImage image, const std::vector<Value>& values) {
+  static descriptions::DictionaryImage with(descriptions::DictionaryImage image, const std::vector<Value>& values) {
     ObjectDictionary dictionary(image.entries, image.values, nullptr);
     for (const Value& value : values)
       REQUIRE(dictionary.set(value.index, value.sub, value.value));
@@ -154,7 +154,7 @@ struct Rig final : sim::DeviceNode {
     CHECK(at == now);
   }
 
-  eds::DictionaryImage image_;
+  descriptions::DictionaryImage image_;
   std::vector<std::uint8_t> values_;
   ObjectDictionary dictionary_;
   std::deque<std::string> asked_;

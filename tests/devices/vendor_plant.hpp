@@ -4,9 +4,9 @@
 /// Nodes from hand-written EDS files with the usual defects of vendor files, and the program that moves a
 /// drive.
 
+#include "descriptions/dictionary_image.hpp"
+#include "descriptions/eds_reader.hpp"
 #include "devices/devices.hpp"
-#include "eds/dictionary_image.hpp"
-#include "eds/eds_reader.hpp"
 #include "eds_text.hpp"
 #include "support/world_bench.hpp"
 
@@ -40,8 +40,8 @@ inline std::string file_with(const std::vector<Line>& changes) {
 struct Plant {
   /// With the device of 1000h, or another.
   explicit Plant(const std::string& text, const sim::BehaviourMaker& maker = nullptr) {
-    eds::DictionaryImage image =
-        eds::dictionary_image(eds::read(text, "x.eds", std::uint8_t{5}, devices::standard_type).device);
+    descriptions::DictionaryImage image =
+        descriptions::dictionary_image(descriptions::read(text, "x.eds", std::uint8_t{5}, devices::standard_type).device);
     sim::NodeParts parts;
     parts.behaviour = maker;
     if (!maker)

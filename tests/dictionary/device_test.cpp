@@ -2,9 +2,9 @@
 // What an application does with an EdsDevice.
 
 #include "capacity.hpp"
+#include "descriptions/eds_reader.hpp"
+#include "descriptions/firmware_dictionary.hpp"
 #include "dictionary/stored_device.hpp"
-#include "eds/eds_reader.hpp"
-#include "eds/firmware_dictionary.hpp"
 #include "io_module.hpp"
 #include "support/bench.hpp"
 
@@ -35,7 +35,7 @@ struct ModuleOnWire : Wire {
 /// The dictionary of a text, as cbcan-eds makes it.
 struct Made {
   explicit Made(const std::string& text)
-      : parts(eds::firmware_dictionary(eds::dictionary_image(eds::read(text, "x.eds", 0).device))),
+      : parts(descriptions::firmware_dictionary(descriptions::dictionary_image(descriptions::read(text, "x.eds", 0).device))),
         dictionary{parts.entries,
                    parts.limits,
                    parts.power_on,
@@ -47,7 +47,7 @@ struct Made {
                    0,
                    0,
                    0} {}
-  eds::FirmwareDictionary parts;
+  descriptions::FirmwareDictionary parts;
   EdsDictionary dictionary;
 };
 

@@ -49,7 +49,7 @@ TEST_CASE("Each index and sub-index of a dictionary is that of its file") {
     INFO(dictionaries::kFiles[file].path);
     const EdsDictionary& made = *dictionaries::kFiles[file].dictionary;
     Tables tables(made);
-    eds::DictionaryImage image = eds::prepared(image_of(file));
+    descriptions::DictionaryImage image = descriptions::prepared(image_of(file));
     struct Handler final : ObjectHandler {
     } handler;
     const ObjectDictionary folded(made.entries, tables.values, &handler, made.limits);

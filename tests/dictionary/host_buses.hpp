@@ -6,19 +6,19 @@
 #include <memory>
 #include <optional>
 
+#include "base/read_file.hpp"
+#include "descriptions/eds_reader.hpp"
 #include "dictionary/bus.hpp"
 #include "dictionary/stored_device.hpp"
-#include "eds/eds_reader.hpp"
-#include "files/read_file.hpp"
 #include "support/world_bench.hpp"
 
 namespace cbcan::test {
 
 constexpr std::uint8_t kNode = 5;
 
-inline eds::DictionaryImage image_of(std::size_t file) {
+inline descriptions::DictionaryImage image_of(std::size_t file) {
   const std::string path = dictionaries::kFiles[file].path;
-  return eds::dictionary_image(eds::read(files::read_file(path).value(), path, kNode).device);
+  return descriptions::dictionary_image(descriptions::read(base::read_file(path).value(), path, kNode).device);
 }
 
 class SimulatedBus final : public Bus {

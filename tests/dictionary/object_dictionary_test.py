@@ -68,7 +68,7 @@ class ObjectDictionary(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             file = pathlib.Path(folder) / "x.eds"
             file.write_text(EDS)
-            reserved = re.compile("_[A-Z]|.*__")  # tests/network has three of these
+            reserved = re.compile("_[A-Z]|.*__")  # tests/descriptions has three of these
             for name in ["__arm__", *(name for name in sorted(macros) if not reserved.match(name))]:
                 self.assertEqual(output_and_errors(PROGRAM, "--name", name, file, code=2),
                                  f"cbcan-eds: {name}: no name of a C++ namespace; write --name NAME\n")

@@ -96,14 +96,14 @@ std::set<unsigned> subs_of(const ObjectEntry& entry) {
 }
 
 template <class Visit>
-void for_each(const eds::DictionaryImage& image, Visit visit) {
+void for_each(const descriptions::DictionaryImage& image, Visit visit) {
   for (const ObjectEntry& entry : image.entries)
     for (const unsigned sub : subs_of(entry))
       visit(entry, sub);
 }
 
 /// Of a number; variable ones have none.
-ObjectLimits limits_of(const eds::DictionaryImage& image, const ObjectEntry& entry, unsigned sub) {
+ObjectLimits limits_of(const descriptions::DictionaryImage& image, const ObjectEntry& entry, unsigned sub) {
   for (const ObjectLimits& limits : image.limits)
     if (limits.index == entry.index && limits.sub == sub) return limits;
   const std::uint64_t all =
@@ -111,7 +111,7 @@ ObjectLimits limits_of(const eds::DictionaryImage& image, const ObjectEntry& ent
   return {entry.index, 0, 0, static_cast<std::int64_t>(all)};
 }
 
-void write_one(Talk& talk, const eds::DictionaryImage& image, const ObjectEntry& entry, unsigned sub) {
+void write_one(Talk& talk, const descriptions::DictionaryImage& image, const ObjectEntry& entry, unsigned sub) {
   const std::size_t place = entry.offset + std::size_t{entry.stride()} * (sub - entry.first_sub);
   const std::size_t bytes = entry.capacity;
   std::uint64_t value = 0;
@@ -127,7 +127,7 @@ void write_one(Talk& talk, const eds::DictionaryImage& image, const ObjectEntry&
   talk.read(entry.index, sub, bytes);
 }
 
-bool has(const eds::DictionaryImage& image, unsigned index, unsigned sub) {
+bool has(const descriptions::DictionaryImage& image, unsigned index, unsigned sub) {
   return std::ranges::any_of(image.entries, [&](const ObjectEntry& entry) {
     return entry.index == index && entry.first_sub <= sub && sub <= entry.last_sub;
   });
@@ -153,7 +153,7 @@ void command(Talk& talk, Bus& bus, const std::string& frame) {
 
 }  // namespace
 
-Frames read_all(Bus& bus, const eds::DictionaryImage& image, unsigned node) {
+Frames read_all(Bus& bus, const descriptions::DictionaryImage& image, unsigned node) {
   Talk talk(bus, node);
   for_each(image,
            [&](const ObjectEntry& entry, unsigned sub) { talk.read(entry.index, sub, entry.capacity); });
@@ -166,13 +166,13 @@ Frames read_all(Bus& bus, const eds::DictionaryImage& image, unsigned node) {
   return talk.take();
 }
 
-Frames write_all(Bus& bus, const eds::DictionaryImage& image) {
+Frames write_all(Bus& bus, const descriptions::DictionaryImage& image) {
   Talk talk(bus, 5);
   for_each(image, [&](const ObjectEntry& entry, unsigned sub) { write_one(talk, image, entry, sub); });
   return talk.take();
 }
 
-Frames map_all(Bus& bus, const eds::DictionaryImage& image) {
+Frames map_all(Bus& bus, const descriptions::DictionaryImage& image) {
   Talk talk(bus, 5);
   for_each(image, [&](const ObjectEntry& entry, unsigned sub) {
     const unsigned bits = entry.type == DataType::kBoolean ? 1 : 8 * entry.capacity;
@@ -187,7 +187,7 @@ Frames map_all(Bus& bus, const eds::DictionaryImage& image) {
   return talk.take();
 }
 
-Frames store_all(Bus& bus, const eds::DictionaryImage& image) {
+Frames store_all(Bus& bus, const descriptions::DictionaryImage& image) {
   constexpr std::uint64_t kSave = 0x65766173, kLoad = 0x64616F6C;
   Frames lines;
   const auto play = [&](unsigned index, unsigned sub, std::uint64_t value, const char* reset) {
@@ -204,7 +204,7 @@ Frames store_all(Bus& bus, const eds::DictionaryImage& image) {
   return lines;
 }
 
-Frames change_node_id(Bus& bus, const eds::DictionaryImage& image) {
+Frames change_node_id(Bus& bus, const descriptions::DictionaryImage& image) {
   Talk talk(bus, 5);
   for (const char* frame : {"7E5#0401000000000000", "7E5#5A00000000000000", "7E5#5E00000000000000",
                             "7E5#1106000000000000", "7E5#1700000000000000", "7E5#0400000000000000"})

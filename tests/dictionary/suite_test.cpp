@@ -37,7 +37,7 @@ void compare(Scripts... scripts) {
   for (std::size_t file = 0; file < std::size(dictionaries::kFiles); ++file) {
     INFO(dictionaries::kFiles[file].path);
     if (!is_chosen(dictionaries::kFiles[file].path)) continue;
-    const eds::DictionaryImage image = image_of(file);
+    const descriptions::DictionaryImage image = image_of(file);
     CHECK(difference(simulated.power_on(file), device.power_on(file)) == "");
     const auto play = [&](auto script) {
       const Frames expected = script(simulated, image);
@@ -51,7 +51,7 @@ void compare(Scripts... scripts) {
   std::cout << "figure: frames: " << frames << "\n";
 }
 
-constexpr auto kReadAll = [](Bus& bus, const eds::DictionaryImage& image) { return read_all(bus, image); };
+constexpr auto kReadAll = [](Bus& bus, const descriptions::DictionaryImage& image) { return read_all(bus, image); };
 
 }  // namespace
 

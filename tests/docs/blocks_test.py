@@ -46,7 +46,7 @@ NOT_RUN = {
     r"\$ npx \./cbcan-": "tests/module/session_test.mjs types it",
     r"import assert ": "tests/module/plant_test.mjs runs the example and compares the page",
     r"plant\.toml:\d+: ": "messages; tests/config/pages_test.cpp compares them",
-    r"machine\.toml:\d+: ": "messages; tests/network/network_file_test.cpp has their form",
+    r"machine\.toml:\d+: ": "messages; tests/descriptions/network_file_test.cpp has their form",
     r"fault 5 ": "tests/sim/faults_text_test.cpp reads each line",
     r"(cbcan-sim: 12\.345678 )?(network 2: )?node 5: fault 1: ": "messages of faults; tests/system/control_test.py has their form",
 }
@@ -283,7 +283,7 @@ class Pages:
                 yield f"examples/{name}.cpp prints, other than {page.name} says:\n{printed}"
 
     def cpp(self, block, page):
-        file = stands_in(block, "examples", "tests/library")
+        file = stands_in(block, "examples", "tests/plant")
         if not file or block.first.startswith("// SPDX") and file.read_text() != block.text:
             raise Wrong("is in no example and no test as it is")
         if file.stem in EXAMPLES:

@@ -12,20 +12,20 @@
 #include <string>
 #include <vector>
 
+#include "base/exit_code.hpp"
+#include "base/read_file.hpp"
+#include "base/words.hpp"
 #include "cbcan/regmap.hpp"
 #include "config/settings.hpp"
-#include "explore/settings.hpp"
-#include "files/read_file.hpp"
-#include "network/network_file.hpp"
-#include "options/exit_code.hpp"
+#include "descriptions/network_file.hpp"
 #include "plant/control.hpp"
 #include "scenario/scenario.hpp"
-#include "text/words.hpp"
+#include "scenario/search/settings.hpp"
 
 namespace {
 
 namespace regmap = cbcan::regmap;
-using cbcan::options::Row;
+using cbcan::base::Row;
 using Words = std::vector<std::string_view>;
 
 [[noreturn]] void refuse(const std::string& why) {
@@ -37,7 +37,7 @@ std::string sentences(std::string_view first, std::string_view more) {
 }
 
 /// Such as "sine, noise".
-std::string shapes_of(cbcan::options::Kinds kinds) {
+std::string shapes_of(cbcan::base::Kinds kinds) {
   std::string names;
   for (std::size_t shape = kinds.first; shape <= kinds.last; ++shape)
     names.append(names.empty() ? "" : ", ").append(cbcan::config::shape_names()[shape]);
@@ -54,8 +54,8 @@ std::string settings(const Words& words) {
   std::string rows = fmt::format("| {}Key | Value | Default | Meaning |\n|{}---|---|---|---|\n",
                                  of_shapes ? "Shape | " : "", of_shapes ? "---|" : "");
   cbcan::config::for_each_setting([&](const auto& row) {
-    const bool of_all = row.kinds == cbcan::options::Kinds();
-    if (cbcan::text::table_of(row.key) != words[1] || of_all == of_shapes) return;
+    const bool of_all = row.kinds == cbcan::base::Kinds();
+    if (cbcan::base::table_of(row.key) != words[1] || of_all == of_shapes) return;
     const std::string shape = of_shapes ? shapes_of(row.kinds) + " | " : "";
     rows += fmt::format("| {}`{}` | {} | {} | {} |\n", shape, row.key, domain_of(row),
                         cbcan::config::standard_of(row), meaning(row));
@@ -71,13 +71,13 @@ std::string network_keys(const Words& words) {
       table += fmt::format("| `{}` | {} | {} | {} |\n", row.key, domain_of(row),
                            row.example.empty() ? text_in(row, standard, standard) : "required", meaning(row));
   };
-  if (words.at(1) == "network") add(cbcan::network::network_rows(), cbcan::network::Network());
-  if (words.at(1) == "node") add(cbcan::network::node_rows(), cbcan::network::Node());
-  if (words.at(1) == "pdos") add(cbcan::network::pdo_rows(), cbcan::network::Pdo());
+  if (words.at(1) == "network") add(cbcan::descriptions::network_rows(), cbcan::descriptions::PlannedNetwork());
+  if (words.at(1) == "node") add(cbcan::descriptions::node_rows(), cbcan::descriptions::PlannedNode());
+  if (words.at(1) == "pdos") add(cbcan::descriptions::pdo_rows(), cbcan::descriptions::PlannedPdo());
   return table;
 }
 
-cbcan::options::Kinds kinds_of(const Words& words) {
+cbcan::base::Kinds kinds_of(const Words& words) {
   const auto kind = [](std::string_view name) {
     const auto rows = cbcan::sim::fault_rows();
     const auto row = std::ranges::find(rows, name, &cbcan::sim::FaultRow::name);
@@ -87,7 +87,7 @@ cbcan::options::Kinds kinds_of(const Words& words) {
   return {kind(words.at(1)), kind(words.at(2))};
 }
 
-std::string standard_of(const cbcan::options::Setting<cbcan::sim::Fault>& key) {
+std::string standard_of(const cbcan::base::Setting<cbcan::sim::Fault>& key) {
   const cbcan::sim::Fault& standard = cbcan::sim::fault_rows()[key.kinds.first].standard;
   return text_in(key, standard, standard);
 }
@@ -148,12 +148,12 @@ std::string explore_defaults() {
     return list;
   };
   return fmt::format("| Key | Default |\n|---|---|\n| `faults` | {} |\n| `survive` | {} |\n",
-                     listed(cbcan::explore::default_faults()), listed(cbcan::explore::default_survive()));
+                     listed(cbcan::search::default_faults()), listed(cbcan::search::default_survive()));
 }
 
 std::string exit_codes() {
   std::string table = "| Code | Program | Meaning |\n|---|---|---|\n";
-  for (const cbcan::options::ExitCodeRow& row : cbcan::options::kExitCodes)
+  for (const cbcan::base::ExitCodeRow& row : cbcan::base::kExitCodes)
     table += fmt::format("| {} | {} | {} |\n", static_cast<int>(row.code), row.programs, row.meaning);
   return table;
 }
@@ -220,7 +220,7 @@ std::string generated(const Words& words) {
   if (what == "conditions") return usages("Condition", cbcan::plant::condition_usages());
   if (what == "step-keys") return line_keys(cbcan::scenario::step_rows());
   if (what == "explore-defaults") return explore_defaults();
-  if (what == "explore-keys") return line_keys(cbcan::explore::setting_rows());
+  if (what == "explore-keys") return line_keys(cbcan::search::setting_rows());
   if (what == "exit-codes") return exit_codes();
   if (what == "registers") return registers(words);
   if (what == "numbers") return numbers(words);
@@ -235,12 +235,12 @@ std::string renewed(std::string_view page) {
   constexpr std::string_view kOver = "<!-- end -->";
   std::string text;
   while (!page.empty()) {
-    const std::string_view line = cbcan::text::take_line(page);
+    const std::string_view line = cbcan::base::take_line(page);
     text.append(line).append("\n");
     if (!line.starts_with(kBegin)) continue;
     if (!line.ends_with(kEnd)) refuse(fmt::format("{}: write <!-- generated: WHAT -->", line));
     text += generated(
-        cbcan::text::words_of(line.substr(kBegin.size(), line.size() - kBegin.size() - kEnd.size())));
+        cbcan::base::words_of(line.substr(kBegin.size(), line.size() - kBegin.size() - kEnd.size())));
     const auto over = page.find(kOver);
     if (over == std::string_view::npos) refuse(fmt::format("{}: no {} below it", line, kOver));
     page.remove_prefix(over);
@@ -252,7 +252,7 @@ std::string renewed(std::string_view page) {
 
 int main(int argc, char** argv) {
   try {
-    const auto page = argc == 2 ? cbcan::files::read_file(argv[1]) : std::nullopt;
+    const auto page = argc == 2 ? cbcan::base::read_file(argv[1]) : std::nullopt;
     if (!page) refuse("usage: cbcan-pages PAGE");
     std::cout << renewed(*page);
     return 0;

@@ -5,9 +5,9 @@
 #include <optional>
 #include <utility>
 
-#include "adapters/socketcand_adapter.hpp"
 #include "fuzz/fuzz.hpp"
 #include "io/can/dialect.hpp"
+#include "protocols/socketcand_adapter.hpp"
 #include "sim/world.hpp"
 
 namespace cbcan::fuzz {
@@ -36,9 +36,9 @@ struct Observer final : sim::Receiver {
 void check_server(std::string_view text) {
   sim::World world;
   Time now = kSecond;
-  adapters::SocketcandBus bus(
+  protocols::SocketcandBus bus(
       world.bus(), world.schedule(), [&] { return now; }, 0, text.size() % 2 * kMillisecond);
-  std::optional<adapters::SocketcandAdapter> adapter(std::in_place, bus, [&] { world.advance(now); });
+  std::optional<protocols::SocketcandAdapter> adapter(std::in_place, bus, [&] { world.advance(now); });
   Observer observer;
   sim::Port& other = world.bus().attach(observer);
   other.accept_all();

@@ -251,11 +251,11 @@ struct Program {
 
   // ---- Faults
 
-  static text::Value value_in(const options::Row& row, std::uint16_t part) {
+  static base::Value value_in(const base::Row& row, std::uint16_t part) {
     if (!row.choices.empty()) return std::string(row.choices[part % row.choices.size()]);
     const double within =
         static_cast<double>(row.low) + static_cast<double>(row.high - row.low) * part / 65535;
-    if (row.form == options::Form::kNumber) return within;
+    if (row.form == base::Form::kNumber) return within;
     return static_cast<std::int64_t>(within);
   }
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Any bytes as an EDS or DCF: reading ends, has the same result twice, and the result is within its limits.
 
-#include "eds/dictionary_image.hpp"
-#include "eds/eds_reader.hpp"
+#include "descriptions/dictionary_image.hpp"
+#include "descriptions/eds_reader.hpp"
 #include "fuzz/fuzz.hpp"
 
 namespace cbcan::fuzz {
@@ -12,34 +12,34 @@ namespace {
 /// Larger images take milliseconds without testing more.
 constexpr std::uint64_t kMostImageBytes = 1U << 18;
 
-void check_diagnostics(const eds::Result& result, std::string_view text) {
+void check_diagnostics(const descriptions::Result& result, std::string_view text) {
   const auto lines =
       static_cast<std::size_t>(std::ranges::count_if(text, [](char c) { return c == '\n' || c == '\r'; })) +
       1;
-  require(result.diagnostics.size() <= eds::Findings::kMost + 1, "not more diagnostics than people read");
+  require(result.diagnostics.size() <= descriptions::Findings::kMost + 1, "not more diagnostics than people read");
   std::size_t previous = 1;
-  for (const eds::Diagnostic& diagnostic : result.diagnostics) {
+  for (const descriptions::Diagnostic& diagnostic : result.diagnostics) {
     require(diagnostic.line >= previous && diagnostic.line <= lines, "every diagnostic has a line, in order");
     require(!diagnostic.message.empty() && diagnostic.file == "fuzz.eds", "a diagnostic says what and where");
     previous = diagnostic.line;
   }
 }
 
-void check_object(const eds::Object& object) {
+void check_object(const descriptions::Object& object) {
   const std::size_t fixed = size_of(object.type);
   require(object.first_sub <= object.last_sub, "a run of sub-indices has a beginning and an end");
   require(object.value.size() <= object.capacity, "a value fits into its object");
-  require(object.capacity <= eds::kMostCapacity, "no object is larger than the most");
+  require(object.capacity <= descriptions::kMostCapacity, "no object is larger than the most");
   require(fixed == 0 || (object.value.size() == fixed && object.capacity == fixed),
           "a number has its type's size");
   require(object.value.size() < 8 || fixed == 0 || !object.low || object.capacity == 8,
           "limits are for integers");
 }
 
-std::uint64_t check_device(const eds::DeviceDescription& device) {
+std::uint64_t check_device(const descriptions::DeviceDescription& device) {
   std::uint64_t bytes = 0;
   std::uint32_t next = 0;
-  for (const eds::Object& object : device.objects) {
+  for (const descriptions::Object& object : device.objects) {
     check_object(object);
     const std::uint32_t first = std::uint32_t{object.index} << 8 | object.first_sub;
     require(first >= next, "objects are sorted, no sub-index twice");
@@ -47,14 +47,14 @@ std::uint64_t check_device(const eds::DeviceDescription& device) {
     bytes += std::uint64_t{object.capacity} * (object.last_sub - object.first_sub + 1u);
     require(device.find(object.index, object.last_sub) == &object, "every object is found");
   }
-  require(bytes <= eds::kMostValueBytes, "all values of a device are limited");
+  require(bytes <= descriptions::kMostValueBytes, "all values of a device are limited");
   require(!device.node_id || (*device.node_id >= 1 && *device.node_id <= 127), "a node ID is 1..127");
   return bytes;
 }
 
 /// Reads every value of the dictionary and writes it back, as the device itself would.
-void check_image(const eds::DeviceDescription& device) {
-  eds::DictionaryImage image = eds::dictionary_image(device);
+void check_image(const descriptions::DeviceDescription& device) {
+  descriptions::DictionaryImage image = descriptions::dictionary_image(device);
   ObjectDictionary dictionary(image.entries, image.values, nullptr, image.limits);
   std::size_t end = 0;
   for (const ObjectEntry& entry : image.entries) {
@@ -94,9 +94,9 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace cbcan;
   const std::string_view text = fuzz::text_of(data, size);
   const auto node_id = fuzz::node_id_for(size);
-  const eds::Result result = eds::read(text, "fuzz.eds", node_id);
+  const descriptions::Result result = descriptions::read(text, "fuzz.eds", node_id);
   if (fuzz::is_read_twice(size))
-    fuzz::require(result == eds::read(text, "fuzz.eds", node_id), "the same text gives the same result");
+    fuzz::require(result == descriptions::read(text, "fuzz.eds", node_id), "the same text gives the same result");
   fuzz::check_diagnostics(result, text);
   if (fuzz::check_device(result.device) <= fuzz::kMostImageBytes) fuzz::check_image(result.device);
   return 0;

@@ -50,7 +50,7 @@ struct Server {
   io::HttpServer http{reactor,
                       {"127.0.0.1", 0},
                       false,
-                      [this](const adapters::HttpRequest& request) { return plant->api.respond(request); },
+                      [this](const protocols::HttpRequest& request) { return plant->api.respond(request); },
                       [](const std::string&) {}};
 };
 

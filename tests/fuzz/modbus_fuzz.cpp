@@ -26,9 +26,9 @@ constexpr unsigned kRepeatShift = 3;
 constexpr unsigned kMostPieces = 400;  ///< of one input
 
 /// Exists as long as the program: a listener for each input would cost more than everything else.
-struct Server final : adapters::ModbusUnit {
+struct Server final : protocols::ModbusUnit {
   std::span<std::uint16_t> registers() override { return words; }
-  void on_request(bool, const adapters::ModbusRange&) override { ++requests; }
+  void on_request(bool, const protocols::ModbusRange&) override { ++requests; }
   static io::ModbusTcpSettings settings() { return {{"127.0.0.1", 0}, {"cb", "can", "1.0"}, 5 * kSecond}; }
 
   io::Reactor reactor;

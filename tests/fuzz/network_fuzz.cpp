@@ -2,11 +2,11 @@
 // Any text as a network file, or as a device's file for cbcan-eds: objects or a header for firmware, or a mistake
 // with the file's name. The first byte selects which.
 
+#include "base/error.hpp"
 #include "cbcan/canopen/manager/network_objects.hpp"
+#include "descriptions/dictionary_header.hpp"
+#include "descriptions/network_image.hpp"
 #include "fuzz/fuzz.hpp"
-#include "network/dictionary_header.hpp"
-#include "network/network_image.hpp"
-#include "text/error.hpp"
 
 namespace cbcan::fuzz {
 
@@ -76,7 +76,7 @@ template <class Make>
 auto made_or_refused(const std::string& file, Make make) {
   try {
     return make();
-  } catch (const text::UsageError& error) {
+  } catch (const base::UsageError& error) {
     require(std::string_view(error.what()).find(file) != std::string_view::npos, "a mistake names the file");
     return decltype(make()){};
   }
@@ -84,26 +84,26 @@ auto made_or_refused(const std::string& file, Make make) {
 
 void check_network(std::string_view text) {
   const std::string name = "network.toml";
-  const text::FileReader read = [text, &name](const std::string& path) -> std::optional<std::string> {
+  const base::FileReader read = [text, &name](const std::string& path) -> std::optional<std::string> {
     if (path == name) return std::string(text);
     if (path == "a.eds") return std::string(kEds);
     return std::nullopt;
   };
-  const network::Bytes image = made_or_refused(name, [&] {
+  const descriptions::Bytes image = made_or_refused(name, [&] {
     std::vector<std::string> remarks;
-    return network::image_of(network::read_network(name, read, remarks), 127, name);
+    return descriptions::image_of(descriptions::read_network(name, read, remarks), 127, name);
   });
   if (image.empty()) return;
   NetworkObjects objects;
   require(objects.use(NetworkObjects::Bytes(image)), "a network that is accepted can be used");
-  require(network::header_of(image, name).find("kNetwork") != std::string::npos, "and compiled in");
+  require(descriptions::header_of(image, name).find("kNetwork") != std::string::npos, "and compiled in");
 }
 
 void check_dictionary(std::string_view text) {
   const std::string name = "io.eds";
   const std::string header = made_or_refused(name, [&] {
     std::vector<std::string> remarks;
-    return network::dictionary_header(text, name, "io", remarks);
+    return descriptions::dictionary_header(text, name, "io", remarks);
   });
   require(header.empty() || header.find("kDictionary") != std::string::npos, "a header has the dictionary");
 }

@@ -7,9 +7,9 @@
 #include "config/build_node.hpp"
 #include "config/demo_plant.hpp"
 #include "config/plant_file.hpp"
+#include "descriptions/device_file.hpp"
 #include "devices/lua/lua_device.hpp"
 #include "fuzz/fuzz.hpp"
-#include "network/device_file.hpp"
 #include "plant/virtual_plant.hpp"
 
 namespace cbcan::fuzz {
@@ -41,8 +41,8 @@ void check_declaration(std::string_view script) {
   }
   std::vector<std::string> remarks;
   try {
-    network::parse_device(eds, "t.lua", 21, remarks);
-  } catch (const text::UsageError& error) {
+    descriptions::parse_device(eds, "t.lua", 21, remarks);
+  } catch (const base::UsageError& error) {
     require(false, error.what());
   }
 }

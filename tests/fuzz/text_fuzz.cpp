@@ -3,12 +3,12 @@
 // accepted is the same after being written and read again; what is not is reported with its place. The first byte
 // selects the kind of text.
 
-#include "explore/state.hpp"
+#include "base/error.hpp"
 #include "fuzz/fuzz.hpp"
+#include "scenario/search/state.hpp"
 #include "sim/faults/fault.hpp"
 #include "sim/parameter_text.hpp"
 #include "sim/signal.hpp"
-#include "text/error.hpp"
 
 namespace cbcan::fuzz {
 
@@ -51,7 +51,7 @@ void check_parameters(std::string_view text) {
   sim::StoredParameters read;
   try {
     read = sim::parse_parameters(text, path);
-  } catch (const text::UsageError& error) {
+  } catch (const base::UsageError& error) {
     return require(std::string_view(error.what()).starts_with(path + ":"), "a complaint names the file");
   }
   if (read.lss.node_id == 0) read.lss.bit_rate = 0;  // a bit rate is only stored with a node ID
@@ -59,12 +59,12 @@ void check_parameters(std::string_view text) {
           "stored parameters can be written and read");
 }
 
-std::string text_of(const explore::State& state) {
+std::string text_of(const search::State& state) {
   std::string text;
   for (const auto& [subject, kept] : state) {
-    text += explore::state_line(subject, kept.fingerprint);
+    text += search::state_line(subject, kept.fingerprint);
     for (const auto& [moments, result] : kept.runs)
-      text += explore::state_line(moments, result);
+      text += search::state_line(moments, result);
   }
   return text;
 }
@@ -73,11 +73,11 @@ void check_state(std::string_view text) {
   const std::string path = "state";
   std::string written;
   try {
-    written = text_of(explore::parse_state(text, path));
-  } catch (const text::UsageError& error) {
+    written = text_of(search::parse_state(text, path));
+  } catch (const base::UsageError& error) {
     return require(std::string_view(error.what()).starts_with(path + ":"), "a complaint names the file");
   }
-  require(text_of(explore::parse_state(written, path)) == written, "results can be written and read");
+  require(text_of(search::parse_state(written, path)) == written, "results can be written and read");
 }
 
 void check_text(std::uint8_t kind, std::string_view text) {

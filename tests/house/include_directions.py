@@ -9,7 +9,11 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 FIRMWARE = {"firmware/cbcan", "firmware/cbcan/canopen", "firmware/cbcan/coprocessor", "firmware/cbcan/modbus", "firmware/cbcan/slcan"}
-SIMULATION = {"hostsim/eds", "hostsim/sim", "hostsim/options", "hostsim/text", *FIRMWARE, "regmap"}
+BASE = "hostsim/base"
+DESCRIPTIONS = {"hostsim/descriptions", BASE}
+SIMULATION = {"hostsim/sim", *DESCRIPTIONS, *FIRMWARE, "regmap"}
+PLANT = {"hostsim/plant", "hostsim/config", "hostsim/protocols", "hostsim/journal", "hostsim/devices", *SIMULATION}
+SESSION = {"hostsim/session", "hostsim/web", "hostsim/scenario", *PLANT}
 
 # Directory (an inner one before the outer) -> other directories that it may include.
 MAY_KNOW = {
@@ -20,36 +24,30 @@ MAY_KNOW = {
     "firmware/cbcan/slcan": {"firmware/cbcan"},
     "firmware/cbcan": set(),
     "firmware/boards": {*FIRMWARE, "regmap"},
-    "hostsim/text": set(),
-    "hostsim/files": {"hostsim/text"},
-    "hostsim/options": {"hostsim/text"},
+    BASE: set(),
+    "hostsim/descriptions": {BASE, "firmware/cbcan/canopen", "regmap"},
     "hostsim/window": {"regmap"},
-    "hostsim/sim": {"hostsim/eds", "hostsim/options", "hostsim/text", *FIRMWARE, "regmap"},
-    "hostsim/adapters": {*SIMULATION},
+    "hostsim/sim": {*DESCRIPTIONS, *FIRMWARE, "regmap"},
+    "hostsim/protocols": SIMULATION,
     "hostsim/devices/lua": {"hostsim/devices", *SIMULATION},
-    "hostsim/devices": {*SIMULATION},
-    "hostsim/eds": {"hostsim/text", "firmware/cbcan/canopen"},
-    "hostsim/network": {"hostsim/eds", "hostsim/options", "hostsim/text", "firmware/cbcan/canopen", "regmap"},
-    "hostsim/journal": {"hostsim/adapters", *SIMULATION},
-    "hostsim/io": {"hostsim/files", "firmware/boards", "hostsim/window", "hostsim/adapters", "hostsim/journal", *SIMULATION},
-    "hostsim/config": {"hostsim/devices", "hostsim/network", *SIMULATION},
-    "hostsim/cli": {"hostsim/config", "hostsim/devices", *SIMULATION},
-    "hostsim/plant": {"hostsim/config", "hostsim/adapters", "hostsim/journal", "hostsim/devices", *SIMULATION},
-    "hostsim/scenario": {"hostsim/plant", "hostsim/config", "hostsim/adapters", "hostsim/journal", *SIMULATION},
-    "hostsim/explore": {"hostsim/scenario", "hostsim/plant", "hostsim/config", "hostsim/adapters", "hostsim/journal", *SIMULATION},
-    "hostsim/web": {"hostsim/scenario", "hostsim/plant", "hostsim/config", "hostsim/adapters", "hostsim/journal", *SIMULATION},
-    "hostsim/session": {"hostsim/web", "hostsim/scenario", "hostsim/plant", "hostsim/config", "hostsim/adapters", "hostsim/journal", *SIMULATION},
-    "hostsim/module": {"hostsim/explore", "hostsim/session", "hostsim/cli", "hostsim/web", "hostsim/scenario", "hostsim/plant", "hostsim/config", "hostsim/adapters", "hostsim/journal", *SIMULATION},
-    "hostsim/include": set(),
-    "hostsim/library": {"hostsim/include", "hostsim/files", "hostsim/plant", "hostsim/config", "hostsim/journal", *SIMULATION},
-    "hostsim/app": {"hostsim/explore", "hostsim/session", "hostsim/web", "hostsim/files", "hostsim/window", "hostsim/io", "hostsim/adapters", "hostsim/cli", "hostsim/scenario", "hostsim/plant", "hostsim/config",
-                    "hostsim/journal", "hostsim/devices", *SIMULATION},
-    "tools": {"hostsim/files", "hostsim/network", "hostsim/window", "hostsim/eds", "hostsim/options", "hostsim/text", "regmap"},
+    "hostsim/devices": SIMULATION,
+    "hostsim/journal": {"hostsim/protocols", *SIMULATION},
+    "hostsim/io": {"hostsim/window", "hostsim/protocols", "hostsim/journal", "firmware/boards", *SIMULATION},
+    "hostsim/config": {"hostsim/devices", "hostsim/devices/lua", *SIMULATION},
+    "hostsim/plant/include": set(),
+    "hostsim/plant": {"hostsim/plant/include", *PLANT},
+    "hostsim/scenario/search": {"hostsim/scenario", *PLANT},
+    "hostsim/scenario": PLANT,
+    "hostsim/web": {"hostsim/scenario", *PLANT},
+    "hostsim/session": SESSION,
+    "hostsim/module": {"hostsim/scenario/search", *SESSION},
+    "hostsim/app": {"hostsim/scenario/search", "hostsim/window", "hostsim/io", *SESSION},
+    "tools": {"hostsim/window", *DESCRIPTIONS, "regmap"},
 }
 
 # First folder of an include path -> directory.
 PREFIXES = {"boards": "firmware/boards",
-            **{name: f"hostsim/{name}" for name in ("sim", "adapters", "journal", "devices", "network", "eds", "io", "config", "cli", "plant", "scenario", "explore", "session", "module", "web", "options", "text", "files",
+            **{name: f"hostsim/{name}" for name in ("base", "descriptions", "sim", "protocols", "journal", "devices", "io", "config", "plant", "scenario", "session", "module", "web",
                                                     "window", "app")}}
 
 # Standard headers allowed in the freestanding core: no heap, no OS, no clock, no stream.
@@ -57,9 +55,12 @@ FREESTANDING = {"algorithm", "array", "atomic", "bit", "concepts", "cstddef", "c
                 "string_view", "type_traits", "utility"}
 
 # These directories have no operating system, so that they also run as WebAssembly: no clock, no threads, no I/O, no unseeded random numbers.
-PURE = {f"hostsim/{name}" for name in ("text", "options", "sim", "network", "devices", "devices/lua", "eds", "journal", "adapters", "config", "cli", "plant", "scenario", "explore", "web", "session", "module")}
+PURE = {f"hostsim/{name}" for name in ("base", "descriptions", "sim", "devices", "devices/lua", "journal", "protocols", "config", "plant", "scenario", "scenario/search", "web", "session", "module")}
 IMPURE = re.compile(r"chrono|thread|stop_token|mutex|shared_mutex|condition_variable|future|random|c?time|csignal|[io]?fstream|iostream|filesystem"
                     r"|\w+\.h|(arpa|linux|net|netinet|sys)/.*")
+
+# The files in pure directories that open files.
+FILES = {"hostsim/base/read_file.hpp", "hostsim/base/read_file.cpp", "hostsim/plant/library.cpp"}
 
 LUA = re.compile(r"lua\.hpp|lua\.h|lualib\.h|lauxlib\.h")
 
@@ -77,7 +78,7 @@ def room_of_include(name):
     if name in ("cbcan/regmap.hpp", "cbcan/regmap.h"):
         return "regmap"
     if name == "cbcan/sim.hpp":
-        return "hostsim/include"
+        return "hostsim/plant/include"
     if name == "cbcan/window.hpp":
         return "hostsim/window"
     if name == "cbcan/cia405.hpp":
@@ -85,21 +86,24 @@ def room_of_include(name):
     first, *rest = name.split("/")
     if first == "cbcan":
         return f"firmware/cbcan/{rest[0]}" if len(rest) > 1 else "firmware/cbcan"
-    return PREFIXES.get(first) if rest else None
+    inner = f"hostsim/{first}/{rest[0]}" if len(rest) > 1 else None
+    return inner if inner in MAY_KNOW else PREFIXES.get(first) if rest else None
 
 
-def complaint(room, kind, name):
+def complaint(path, kind, name):
+    room = room_of(path)
+    opens_files = str(path) in FILES
     if kind == '"':
         target = room_of_include(name)
         if target and target != room and target not in MAY_KNOW[room]:
             return f"{room} may not know {target}"
-        return None
+        return f"{room} is pure: a FileReader is passed to it" if name == "base/read_file.hpp" and room in PURE and not opens_files else None
     if room in ("regmap", "firmware/boards", *FIRMWARE) and name not in FREESTANDING:
         return f"{room} is freestanding"
     if LUA.fullmatch(name):
         return None if room == "hostsim/devices/lua" else "only hostsim/devices/lua sees Lua's headers"
-    paths_alone = room == "hostsim/text" and name == "filesystem"
-    if room in PURE and IMPURE.fullmatch(name) and not paths_alone:
+    paths_alone = room == BASE and name == "filesystem"
+    if room in PURE and IMPURE.fullmatch(name) and not paths_alone and not opens_files:
         return f"{room} is pure: it is told what time it is and opens nothing"
     return None
 
@@ -119,7 +123,7 @@ def check(path):
         return [f"{path}: is in no room"]
     for number, line in enumerate((ROOT / path).read_text().splitlines(), 1):
         match = INCLUDE.match(line)
-        if match and (why := complaint(room, *match.groups())):
+        if match and (why := complaint(path, *match.groups())):
             found.append(f"{path}:{number}: includes {match[2]}: {why}")
         if match and (board := other_board(path, match[2])):
             found.append(f"{path}:{number}: includes {match[2]}: a board may not know {board}")

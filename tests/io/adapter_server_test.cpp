@@ -4,8 +4,8 @@
 #include <sys/un.h>
 #include <unistd.h>
 
-#include "adapters/slcan_adapter.hpp"
 #include "io/sockets/stream_server.hpp"
+#include "protocols/slcan_adapter.hpp"
 #include "stream_client.hpp"
 #include "support/catch.hpp"
 #include "temporary_folder.hpp"
@@ -17,10 +17,10 @@ namespace {
 struct SlcanServer {
   explicit SlcanServer(std::string_view address = "127.0.0.1:0")
       : slcan(
-            reactor, "slcan", text::parse_stream_address(address),
+            reactor, "slcan", base::parse_stream_address(address),
             [this] {
-              return std::make_unique<adapters::SlcanAdapter>(
-                  bus, [this] { bus.advance(0); }, adapters::Adapter::kMostUnsent, &lost);
+              return std::make_unique<protocols::SlcanAdapter>(
+                  bus, [this] { bus.advance(0); }, protocols::Adapter::kMostUnsent, &lost);
             },
             [this](const std::string& line) { warnings.push_back(line); }) {}
 
@@ -53,7 +53,7 @@ void leave_behind(const std::string& path) {
 template <class Error>
 std::string complaint(std::string_view address) {
   try {
-    const StreamListener listener("slcan", text::parse_stream_address(address));
+    const StreamListener listener("slcan", base::parse_stream_address(address));
   } catch (const Error& error) {
     return error.what();
   }
@@ -68,11 +68,11 @@ void check_responses(SlcanServer& server, StreamClient& client, std::string_view
 }
 
 TEST_CASE("addresses of streams") {
-  CHECK(text::parse_stream_address("127.0.0.1:7") == StreamAddress{"", {"127.0.0.1", 7}});
-  CHECK(text::parse_stream_address("[::1]") == StreamAddress{"", {"::1", 0}});
-  CHECK(text::parse_stream_address("unix:a:b").path == "a:b");
-  CHECK(to_string(text::parse_stream_address("unix:/run/can")) == "unix:/run/can");
-  CHECK(to_string(text::parse_stream_address("[::1]:5")) == "[::1]:5");
+  CHECK(base::parse_stream_address("127.0.0.1:7") == StreamAddress{"", {"127.0.0.1", 7}});
+  CHECK(base::parse_stream_address("[::1]") == StreamAddress{"", {"::1", 0}});
+  CHECK(base::parse_stream_address("unix:a:b").path == "a:b");
+  CHECK(to_string(base::parse_stream_address("unix:/run/can")) == "unix:/run/can");
+  CHECK(to_string(base::parse_stream_address("[::1]:5")) == "[::1]:5");
   CHECK(complaint<UsageError>("unix:") == "address \"unix:\": the path of a socket has 1..107 characters");
   CHECK(complaint<UsageError>("unix:" + std::string(108, 'x')).ends_with("has 1..107 characters"));
 }

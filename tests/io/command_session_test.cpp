@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "adapters/command_session.hpp"
+#include "protocols/command_session.hpp"
 
 #include "io/sockets/stream_server.hpp"
 #include "stream_client.hpp"
@@ -11,8 +11,8 @@ namespace {
 
 struct CommandServer {
   explicit CommandServer(std::string_view address = "127.0.0.1:0")
-      : commands(reactor, "control", text::parse_stream_address(address),
-                 adapters::command_sessions([this](std::string_view line, const auto&) {
+      : commands(reactor, "control", base::parse_stream_address(address),
+                 protocols::command_sessions([this](std::string_view line, const auto&) {
                    executed.emplace_back(line);
                    return "did " + std::string(line) + "\n";
                  }),
@@ -61,7 +61,7 @@ TEST_CASE("Command server: half a line of a client that leaves is not executed; 
 TEST_CASE("Command server: lines wait while their client does not read, and all are answered when it does") {
   const std::string response(100'000, 'r');
   std::size_t executed = 0;
-  const auto session = adapters::command_sessions([&](std::string_view, const auto&) {
+  const auto session = protocols::command_sessions([&](std::string_view, const auto&) {
     ++executed;
     return response;
   })();
@@ -84,10 +84,10 @@ TEST_CASE("Command server: lines wait while their client does not read, and all 
 TEST_CASE("Command server: a line that is too long is refused and nothing else is lost") {
   CommandServer server;
   StreamClient client(server.commands.address());
-  client.send(std::string(adapters::kLongestCommand, 'x') + "\n");
-  client.send(std::string(adapters::kLongestCommand + 1, 'y') + "\nz\n");
+  client.send(std::string(protocols::kLongestCommand, 'x') + "\n");
+  client.send(std::string(protocols::kLongestCommand + 1, 'y') + "\nz\n");
   server.run_until([&] { return server.executed.size() == 2; });
-  CHECK(server.executed[0].size() == adapters::kLongestCommand);
+  CHECK(server.executed[0].size() == protocols::kLongestCommand);
   server.run_until(
       [&] { return client.heard().ends_with("error: a line of more than 1000 characters\ndid z\n"); });
 }

@@ -11,12 +11,12 @@ namespace cbcan::io {
 namespace {
 
 struct Web {
-  explicit Web(const text::ListenAddress& listen = {"127.0.0.1", 0}, bool write = false)
+  explicit Web(const base::ListenAddress& listen = {"127.0.0.1", 0}, bool write = false)
       : server(
-            reactor, listen, write, [this](const adapters::HttpRequest& request) { return handle(request); },
+            reactor, listen, write, [this](const protocols::HttpRequest& request) { return handle(request); },
             [](const std::string&) {}) {}
 
-  adapters::HttpResponse handle(const adapters::HttpRequest& request) {
+  protocols::HttpResponse handle(const protocols::HttpRequest& request) {
     requests.push_back(request);
     return respond(request);
   }
@@ -41,10 +41,10 @@ struct Web {
   }
 
   Reactor reactor;
-  std::vector<adapters::HttpRequest> requests;
-  std::function<adapters::HttpResponse(const adapters::HttpRequest&)> respond =
-      [](const adapters::HttpRequest&) {
-        return adapters::HttpResponse{200, "text/plain", "hello"};
+  std::vector<protocols::HttpRequest> requests;
+  std::function<protocols::HttpResponse(const protocols::HttpRequest&)> respond =
+      [](const protocols::HttpRequest&) {
+        return protocols::HttpResponse{200, "text/plain", "hello"};
       };
   HttpServer server;
 };
@@ -70,7 +70,7 @@ TEST_CASE("http: a request as it comes to the handler, and its response") {
         "Content-Security-Policy: default-src 'self'; frame-ancestors 'none'", "Content-Length: 5"})
     CHECK(has(response, line));
   REQUIRE(web.requests.size() == 1);
-  const adapters::HttpRequest& request = web.requests[0];
+  const protocols::HttpRequest& request = web.requests[0];
   CHECK(request.method == "POST");
   CHECK(request.path == "/a/b");
   CHECK(request.query ==
@@ -94,7 +94,7 @@ TEST_CASE("http: methods, bodies and exceptions") {
   CHECK(status(refused).starts_with("HTTP/1.1 413"));
   CHECK(body(refused) == "a body of more than 64 KiB\n");
   CHECK(web.requests.size() == 1);
-  web.respond = [](const adapters::HttpRequest&) -> adapters::HttpResponse {
+  web.respond = [](const protocols::HttpRequest&) -> protocols::HttpResponse {
     throw std::runtime_error("broken");
   };
   const std::string broken = web.ask("GET /");
@@ -143,15 +143,15 @@ struct Feed {
   int gone = 0;
 };
 
-class Stream final : public adapters::HttpStream {
+class Stream final : public protocols::HttpStream {
  public:
   explicit Stream(Feed& feed) : feed_(feed) {}
   ~Stream() override { ++feed_.gone; }
-  bool fill(text::Buffer& to) override {
+  bool fill(base::Buffer& to) override {
     if (feed_.broken) throw std::runtime_error("broken");
     ++feed_.filled;
-    if (feed_.always) text::append(to, "x\n");
-    text::append(to, std::exchange(feed_.waiting, {}));
+    if (feed_.always) base::append(to, "x\n");
+    base::append(to, std::exchange(feed_.waiting, {}));
     return !feed_.ended;
   }
   bool has_news() const override {
@@ -165,8 +165,8 @@ class Stream final : public adapters::HttpStream {
 
 struct Streaming {
   Streaming() {
-    web.respond = [this](const adapters::HttpRequest&) {
-      return adapters::HttpResponse{200, "text/event-stream", "", std::make_unique<Stream>(feed)};
+    web.respond = [this](const protocols::HttpRequest&) {
+      return protocols::HttpResponse{200, "text/event-stream", "", std::make_unique<Stream>(feed)};
     };
     client.send("GET /events HTTP/1.1\r\nHost: " + web.host() + "\r\n\r\n");
     io::test::turn_until([this] { web.turn(); }, [this] { return web.server.streams() == 1; });
@@ -246,8 +246,8 @@ TEST_CASE("http: the server goes while streams are there") {
   std::optional<StreamClient> client;
   {
     Web web;
-    web.respond = [&](const adapters::HttpRequest&) {
-      return adapters::HttpResponse{200, "text/event-stream", "", std::make_unique<Stream>(feed)};
+    web.respond = [&](const protocols::HttpRequest&) {
+      return protocols::HttpResponse{200, "text/event-stream", "", std::make_unique<Stream>(feed)};
     };
     client.emplace(StreamAddress{"", {"127.0.0.1", web.server.address().port}});
     client->send("GET /events HTTP/1.1\r\nHost: " + web.host() + "\r\n\r\n");

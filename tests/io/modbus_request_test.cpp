@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "adapters/modbus_request.hpp"
+#include "protocols/modbus_request.hpp"
 
 #include "bytes.hpp"
 #include "cbcan/modbus/identification.hpp"
@@ -14,22 +14,22 @@ using test::hex;
 constexpr std::size_t kRegisters = 4168;
 
 int exception_of(const Bytes& pdu) {
-  return static_cast<int>(adapters::look_at_request(pdu, kRegisters).exception);
+  return static_cast<int>(protocols::look_at_request(pdu, kRegisters).exception);
 }
 
-adapters::ModbusRange written_by(const Bytes& pdu) {
-  return adapters::look_at_request(pdu, kRegisters).written;
+protocols::ModbusRange written_by(const Bytes& pdu) {
+  return protocols::look_at_request(pdu, kRegisters).written;
 }
 
 /// The response that a function has composed.
 Bytes made(auto make) {
-  std::array<std::uint8_t, adapters::kMaxPduBytes> response{};
+  std::array<std::uint8_t, protocols::kMaxPduBytes> response{};
   const std::size_t size = make(response);
   return {response.begin(), response.begin() + static_cast<std::ptrdiff_t>(size)};
 }
 
 Bytes identification(const Bytes& pdu, const modbus::DeviceIdentity& identity) {
-  return made([&](adapters::ModbusResponse response) {
+  return made([&](protocols::ModbusResponse response) {
     return modbus::identification_response(pdu, identity, response);
   });
 }
@@ -37,8 +37,8 @@ Bytes identification(const Bytes& pdu, const modbus::DeviceIdentity& identity) {
 /// Executes on registers 0..5 of 1000h, 1001h, ...; the response and the six registers after it.
 std::pair<Bytes, std::vector<std::uint16_t>> executed(const Bytes& pdu) {
   std::vector<std::uint16_t> registers{0x1000, 0x1001, 0x1002, 0x1003, 0x1004, 0x1005};
-  const adapters::ModbusRequest request = adapters::look_at_request(pdu, registers.size());
-  Bytes response = made([&](adapters::ModbusResponse to) { return execute(pdu, request, registers, to); });
+  const protocols::ModbusRequest request = protocols::look_at_request(pdu, registers.size());
+  Bytes response = made([&](protocols::ModbusResponse to) { return execute(pdu, request, registers, to); });
   return {std::move(response), std::move(registers)};
 }
 
@@ -71,14 +71,14 @@ TEST_CASE("each function does what the specification says, and its response") {
 }
 
 TEST_CASE("what a request writes is known") {
-  CHECK(written_by(hex("06 10 47 00 01")) == adapters::ModbusRange{0x1047, 1});
-  CHECK(written_by(hex("10 10 46 00 02 04 00 01 00 02")) == adapters::ModbusRange{0x1046, 2});
-  CHECK(written_by(hex("16 10 47 FF FF 00 00")) == adapters::ModbusRange{0x1047, 1});
+  CHECK(written_by(hex("06 10 47 00 01")) == protocols::ModbusRange{0x1047, 1});
+  CHECK(written_by(hex("10 10 46 00 02 04 00 01 00 02")) == protocols::ModbusRange{0x1046, 2});
+  CHECK(written_by(hex("16 10 47 FF FF 00 00")) == protocols::ModbusRange{0x1047, 1});
   CHECK(written_by(hex("17 00 00 00 01 10 45 00 03 06 00 01 00 02 00 03")) ==
-        adapters::ModbusRange{0x1045, 3});
-  CHECK(written_by(hex("03 10 47 00 01")) == adapters::ModbusRange{0, 0});
-  CHECK(written_by(hex("04 10 47 00 01")) == adapters::ModbusRange{0, 0});
-  CHECK(written_by(hex("2B 0E 01 00")) == adapters::ModbusRange{0, 0});
+        protocols::ModbusRange{0x1045, 3});
+  CHECK(written_by(hex("03 10 47 00 01")) == protocols::ModbusRange{0, 0});
+  CHECK(written_by(hex("04 10 47 00 01")) == protocols::ModbusRange{0, 0});
+  CHECK(written_by(hex("2B 0E 01 00")) == protocols::ModbusRange{0, 0});
 }
 
 TEST_CASE("basic device identification (V1.1b3, 6.21)") {

@@ -16,11 +16,11 @@ struct Pcap {
   void open(std::size_t networks, std::uint64_t most = 0, Time wall_offset = 0) {
     file.emplace(
         journal, PcapFile::Settings{path(), most, networks, wall_offset},
-        [](text::Buffer& to, const journal::Event& event) {
+        [](base::Buffer& to, const journal::Event& event) {
           if (event.kind == journal::Kind::kCommand)
-            text::append(to, "said ", event.code);
+            base::append(to, "said ", event.code);
           else if (event.sub != 0)
-            text::append(to, "sub");
+            base::append(to, "sub");
         },
         [this](const std::string& line) { warnings.push_back(line); });
   }

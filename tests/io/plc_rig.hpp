@@ -97,10 +97,10 @@ struct ScannedModule final : CanPort {
 };
 
 /// The module as a Modbus client sees it.
-struct ModuleUnit final : adapters::ModbusUnit {
+struct ModuleUnit final : protocols::ModbusUnit {
   explicit ModuleUnit(ScannedModule& module) : module_(module) {}
   std::span<std::uint16_t> registers() override { return module_.registers; }
-  void on_request(bool valid, const adapters::ModbusRange& written) override {
+  void on_request(bool valid, const protocols::ModbusRange& written) override {
     REQUIRE(valid);
     module_.poll();
     if (written.count != 0) module_.written(written.first, written.count);
@@ -230,7 +230,7 @@ struct ScannerProgram final : PlcProgram {
 /// Registers of both layouts.
 inline constexpr std::size_t kPlcWords = regmap::kScannerOutWords + regmap::kScannerInWords;
 
-inline std::unique_ptr<PlcExchange> make_exchange(bool scanner, adapters::ModbusUnit& unit,
+inline std::unique_ptr<PlcExchange> make_exchange(bool scanner, protocols::ModbusUnit& unit,
                                                   std::uint16_t first) {
   if (scanner)
     return std::make_unique<ScannerExchange>(unit, first, regmap::kScannerOutFirst, regmap::kScannerInFirst);

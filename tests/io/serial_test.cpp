@@ -161,14 +161,14 @@ struct Line {
   Reactor reactor;
   std::vector<std::string> warnings;
   std::size_t requests = 0;
-  Unit first{[this](bool, const adapters::ModbusRange&) { ++requests; }};
-  Unit second{[this](bool, const adapters::ModbusRange&) { ++requests; }};
+  Unit first{[this](bool, const protocols::ModbusRange&) { ++requests; }};
+  Unit second{[this](bool, const protocols::ModbusRange&) { ++requests; }};
   std::optional<ModbusSerial> modbus;
 };
 
 TEST_CASE("serial: requests to the stations of two networks, and to all of them") {
   Line line;
-  line.modbus.emplace(line.reactor, std::vector<adapters::ModbusUnit*>{&line.first, &line.second},
+  line.modbus.emplace(line.reactor, std::vector<protocols::ModbusUnit*>{&line.first, &line.second},
                       window::Line{line.place.link(), 115'200, 'N'}, 5,
                       [&](const std::string& text) { line.warnings.push_back(text); });
   CHECK(line.modbus->device() == line.place.link());
@@ -194,7 +194,7 @@ TEST_CASE("serial: requests to the stations of two networks, and to all of them"
 
 TEST_CASE("serial: a lost line is reported, and opened again later") {
   Line line;
-  line.modbus.emplace(line.reactor, std::vector<adapters::ModbusUnit*>{&line.first},
+  line.modbus.emplace(line.reactor, std::vector<protocols::ModbusUnit*>{&line.first},
                       window::Line{line.place.link(), 115'200, 'N'}, 1,
                       [&](const std::string& text) { line.warnings.push_back(text); });
   line.terminal.reset();
@@ -220,11 +220,11 @@ TEST_CASE("serial: a lost line is reported, and opened again later") {
   CHECK(line.heard(8) == frame("01 06 0001 1234"));
 }
 
-struct Listening final : adapters::ModbusUnit {
+struct Listening final : protocols::ModbusUnit {
   std::span<std::uint16_t> registers() override { return words; }
-  void on_request(bool, const adapters::ModbusRange&) override {}
+  void on_request(bool, const protocols::ModbusRange&) override {}
   bool listens() const override { return true; }
-  void on_exchange(const adapters::ModbusExchange& exchange) override {
+  void on_exchange(const protocols::ModbusExchange& exchange) override {
     requests.emplace_back(exchange.request.begin(), exchange.request.end());
     responses.emplace_back(exchange.response.begin(), exchange.response.end());
     units.push_back(exchange.unit);
@@ -237,7 +237,7 @@ struct Listening final : adapters::ModbusUnit {
 
 TEST_CASE("RTU over TCP: the listener gets the requests and responses without station and CRC") {
   Listening unit;
-  const auto session = adapters::rtu_over_tcp({&unit}, Reactor::now, 7)();
+  const auto session = protocols::rtu_over_tcp({&unit}, Reactor::now, 7)();
   session->receive(frame("07 06 0001 1234"));
   session->receive(frame("07 03 0010 0001"));
   session->receive(frame("00 06 0002 0001"));
@@ -255,7 +255,7 @@ TEST_CASE("RTU over TCP: the listener gets the requests and responses without st
 
 TEST_CASE("RTU over TCP: the listener gets requests of up to 256 bytes, and none of more") {
   Listening unit;
-  const auto session = adapters::rtu_over_tcp({&unit}, Reactor::now, 7)();
+  const auto session = protocols::rtu_over_tcp({&unit}, Reactor::now, 7)();
   session->receive(frame("07100000007BFF" + std::string(2 * 255, '0')));
   CHECK(unit.requests.empty());
   CHECK(session->unsent().empty());

@@ -5,17 +5,17 @@
 
 #include <fmt/format.h>
 
+#include "base/numbers.hpp"
 #include "journal/watch.hpp"
 #include "journal/words.hpp"
 #include "plant/demo.hpp"
-#include "text/numbers.hpp"
 
 namespace cbcan::journal {
 namespace {
 
 using Lines = std::vector<std::string>;
 
-const eds::ObjectName* no_name(std::uint8_t /*network*/, std::uint8_t /*node*/, std::uint16_t /*index*/,
+const descriptions::ObjectName* no_name(std::uint8_t /*network*/, std::uint8_t /*node*/, std::uint16_t /*index*/,
                                std::uint8_t /*sub*/) {
   return nullptr;
 }
@@ -28,7 +28,7 @@ class Seen {
   Lines lines() {
     Lines lines;
     cursor_.look([&](std::uint64_t, const Event& event) {
-      lines.push_back(text::seconds_text(event.at) + " " + text_of(event, journal_, no_name));
+      lines.push_back(base::seconds_text(event.at) + " " + text_of(event, journal_, no_name));
       return true;
     });
     return lines;

@@ -64,7 +64,7 @@ class Linters(unittest.TestCase):
     def test_a_registry_is_not_asked_for_the_bare_name(self):
         """Other people may own it there."""
         names = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.split()
-        for path in (ROOT / name for name in names if not name.startswith("tests/eds/corpus/")):
+        for path in (ROOT / name for name in names if not name.startswith("tests/descriptions/corpus/")):
             with contextlib.suppress(UnicodeDecodeError):
                 self.assertEqual(BARE.findall(path.read_text()), [], path)
 

@@ -4,8 +4,8 @@
 #include <algorithm>
 
 #include "config/eds_file.hpp"
+#include "descriptions/eds_reader.hpp"
 #include "devices/lua/lua_device.hpp"
-#include "eds/eds_reader.hpp"
 #include "scripts.hpp"
 
 namespace cbcan::plant::test {
@@ -13,13 +13,13 @@ namespace {
 
 constexpr std::string_view kAlone = "[[node]]\nid = 20\ndevice = \"t.lua\"\n";
 
-eds::Result read_declared(const std::string& script) {
-  return eds::read(devices::eds_of_script("t.lua", script), "t.eds", std::uint8_t{20});
+descriptions::Result read_declared(const std::string& script) {
+  return descriptions::read(devices::eds_of_script("t.lua", script), "t.eds", std::uint8_t{20});
 }
 
 /// Little-endian, of the object there.
-std::vector<std::uint8_t> value(const eds::Result& result, std::uint16_t index, std::uint8_t sub = 0) {
-  const eds::Object* const object = result.device.find(index, sub);
+std::vector<std::uint8_t> value(const descriptions::Result& result, std::uint16_t index, std::uint8_t sub = 0) {
+  const descriptions::Object* const object = result.device.find(index, sub);
   REQUIRE(object != nullptr);
   return object->value;
 }
@@ -33,7 +33,7 @@ std::string what_is_wrong(const std::string& script) {
 using Value = std::vector<std::uint8_t>;
 
 TEST_CASE("a script's declarations are a whole EDS file, without a remark of the reader") {
-  const eds::Result result = read_declared(R"(
+  const descriptions::Result result = read_declared(R"(
 device = { type = 0x12345678, name = "Thing", vendor = 0x99, product = 2, revision = 3, heartbeat_ms = 500 }
 objects = {
   { index = 0x2000, name = "a", type = "f32", access = "ro", default = 1.5, pdo = "tx" },
@@ -69,7 +69,7 @@ objects = {
   CHECK(result.device.find(0x2001, 0)->low == -100);
   CHECK(result.device.find(0x2001, 0)->high == 300);
   CHECK(value(result, 0x2002) == Value{3});
-  CHECK(result.device.find(0x2002, 3)->access == eds::Access::kWriteOnly);
+  CHECK(result.device.find(0x2002, 3)->access == descriptions::Access::kWriteOnly);
   CHECK(value(result, 0x6000) == Value{'a', 'b', 'c'});
   CHECK(value(result, 0x6001) == Value{1});
   CHECK(value(result, 0x6002) == Value{0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0x7F});

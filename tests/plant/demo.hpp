@@ -15,7 +15,7 @@ inline std::optional<std::string> no_file(const std::string& /*path*/) {
 
 /// The demo plant, with `more` appended to its plant file.
 inline std::unique_ptr<VirtualPlant> demo(std::string_view more = "") {
-  const text::FileReader read = config::with_demo_plant(no_file);
+  const base::FileReader read = config::with_demo_plant(no_file);
   config::Config config;
   REQUIRE(config::read_plant(*read(std::string(config::kDemoPlant)), std::string(config::kDemoPlant), config)
               .empty());

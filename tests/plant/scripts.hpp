@@ -5,15 +5,15 @@
 #include <map>
 #include <sstream>
 
+#include "base/words.hpp"
 #include "demo.hpp"
-#include "text/words.hpp"
 
 namespace cbcan::plant::test {
 
 using Files = std::map<std::string, std::string>;
 
 /// Reads these files, those of the demo plant, and those of the source tree.
-inline text::FileReader reader(const Files& files) {
+inline base::FileReader reader(const Files& files) {
   return config::with_demo_plant([&files](const std::string& path) -> std::optional<std::string> {
     if (const auto found = files.find(path); found != files.end()) return found->second;
     std::ifstream file(std::string(CBCAN_SOURCE_DIR) + "/" + path);
@@ -57,8 +57,8 @@ eds = "demo:/generic.eds"
 /// The response without "ok" and the line end; an error as it is.
 inline std::string run(VirtualPlant& plant, std::string_view line) {
   const std::string response = plant.execute(line);
-  const std::string_view text = text::trim(response);
-  return std::string(text::trim(text.starts_with("ok") ? text.substr(2) : text));
+  const std::string_view text = base::trim(response);
+  return std::string(base::trim(text.starts_with("ok") ? text.substr(2) : text));
 }
 
 }  // namespace cbcan::plant::test

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Wires between nodes: their values over time, independent of the steps of time.
+#include "base/words.hpp"
 #include "config/wires.hpp"
 #include "demo.hpp"
 #include "plant/wires.hpp"
 #include "support/bare_network.hpp"
-#include "text/words.hpp"
 
 namespace cbcan::plant::test {
 namespace {
@@ -16,7 +16,7 @@ std::string wire(std::string_view from, std::string_view to, std::string_view mo
 /// The response without "ok" and the line end, as a number.
 std::string get(VirtualPlant& plant, std::string_view what) {
   const std::string response = plant.execute(fmt::format("get {}", what));
-  return std::string(text::trim(std::string_view(response).substr(2)));
+  return std::string(base::trim(std::string_view(response).substr(2)));
 }
 
 /// The PLC writes 6200h:01 of the I/O module.
@@ -193,7 +193,7 @@ eds = "demo:/io_module.eds"
 }
 
 TEST_CASE("ends that a node does not have are reported") {
-  const text::FileReader read = config::with_demo_plant(no_file);
+  const base::FileReader read = config::with_demo_plant(no_file);
   config::Config config;
   const std::string text = "[[node]]\nid = 5\neds = \"demo:/io_module.eds\"\n" +
                            wire("5:output:999", "5:input:1") + wire("5:0x6200:1", "5:0x1017");

@@ -8,7 +8,7 @@ namespace cbcan::plant::test {
 
 TEST_CASE("a wire takes no samples of the time before the networks have started: that would never end") {
   constexpr Time kStart = Time{100 * 86400} * kSecond;
-  const text::FileReader read = config::with_demo_plant(no_file);
+  const base::FileReader read = config::with_demo_plant(no_file);
   config::Config config;
   REQUIRE(config::read_plant(R"(
 [module]

@@ -11,7 +11,7 @@ namespace {
 
 using Lines = std::vector<std::string>;
 
-const text::FileReader kRead = config::with_demo_plant(no_file);
+const base::FileReader kRead = config::with_demo_plant(no_file);
 
 Scenario scenario(const std::string& text) {
   return read_scenario(text, "dir/s.toml", kRead);

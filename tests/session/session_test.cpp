@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-#include "cli/command_line.hpp"
+#include "config/command_line.hpp"
 #include "config/demo_plant.hpp"
 #include "support/catch.hpp"
 
@@ -15,9 +15,9 @@ namespace {
 TEST_CASE("a fault that acts while the plant is made is reported, before there are views") {
   const char* const words[] = {"cbcan-sim", "--demo", "--fault",
                                "0x42:emcy-storm code=0x1000 interval_ms=1 count=1"};
-  const text::FileReader read =
+  const base::FileReader read =
       config::with_demo_plant([](const std::string&) -> std::optional<std::string> { return std::nullopt; });
-  const cli::Start start = cli::parse_command_line(4, words, read);
+  const config::Start start = config::parse_command_line(4, words, read);
   REQUIRE(start.run);
   const Time now = 0;
   std::string told;

@@ -19,8 +19,8 @@ struct Row {
   bool follows_node_id = false;  ///< `value` is for node ID 0
 };
 
-inline eds::DictionaryImage image_of(const std::vector<Row>& rows, std::uint8_t node_id) {
-  eds::DictionaryImage image;
+inline descriptions::DictionaryImage image_of(const std::vector<Row>& rows, std::uint8_t node_id) {
+  descriptions::DictionaryImage image;
   for (const Row& row : rows) {
     const auto size = static_cast<std::uint8_t>(size_of(row.type));
     const auto offset = static_cast<std::uint32_t>(image.values.size());

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "cbcan/regmap.hpp"
-#include "explore/values_seen.hpp"
+#include "scenario/search/values_seen.hpp"
 #include "sim/random.hpp"
 #include "sim/world.hpp"
 
@@ -138,7 +138,7 @@ struct Witness final : sim::Behaviour {
   }
 
   sim::DeviceNode& node_;
-  std::map<std::pair<std::uint16_t, std::uint8_t>, std::pair<Bytes, explore::ValuesSeen>> objects_;
+  std::map<std::pair<std::uint16_t, std::uint8_t>, std::pair<Bytes, search::ValuesSeen>> objects_;
 };
 
 /// One CAN network with a module, three nodes, faults and restarts.
@@ -219,9 +219,9 @@ struct SoakNetwork final : private sim::FaultListener {
     witnesses_[id] = &witness;
   }
 
-  static eds::DictionaryImage image() {
+  static descriptions::DictionaryImage image() {
     using Flags = ObjectFlags;
-    eds::DictionaryImage image;
+    descriptions::DictionaryImage image;
     const auto add = [&image](std::uint16_t index, std::uint8_t first, std::uint8_t last, DataType type,
                               std::uint16_t flags, std::uint32_t capacity, const Bytes& value) {
       const std::uint32_t front = (flags & Flags::kVariable) != 0 ? ObjectEntry::kLengthBytes : 0;

@@ -61,7 +61,7 @@ class Map(unittest.TestCase):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         self.folder = pathlib.Path(folder.name)
-        for file in (*ROOT.glob("plants/demo/*.eds"), ROOT / "tests/eds/corpus/compact.eds"):
+        for file in (*ROOT.glob("plants/demo/*.eds"), ROOT / "tests/descriptions/corpus/compact.eds"):
             shutil.copy(file, self.folder)
         (self.folder / "odd.eds").write_text(eds(ODD))
         self.network = DEMO

@@ -74,11 +74,11 @@ std::string seconds(Plant::Duration time) {
 /// Jobs for a plan, and their results.
 struct Jobs {
   explicit Jobs(const std::string& toml, bool verify = true) : plan(read(toml)) {
-    for (const Node& node : plan)
+    for (const PlannedNode& node : plan)
       list.push_back(&nodes.emplace_back(node, verify));
   }
 
-  static std::vector<Node> read(const std::string& toml) {
+  static std::vector<PlannedNode> read(const std::string& toml) {
     std::vector<std::string> remarks;
     const auto files = [&toml](const std::string& path) {
       return path == "plan.toml" ? std::optional(toml) : std::nullopt;
@@ -86,7 +86,7 @@ struct Jobs {
     return read_network("plan.toml", files, remarks).all;
   }
 
-  std::vector<Node> plan;
+  std::vector<PlannedNode> plan;
   std::deque<NodeConfiguration> nodes;
   std::vector<Job*> list;
 };

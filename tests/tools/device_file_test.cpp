@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: MIT
 // Plans from DCF files.
-#include "network/device_file.hpp"
+#include "descriptions/device_file.hpp"
 
+#include "base/numbers.hpp"
 #include "support/catch.hpp"
-#include "text/numbers.hpp"
 
-using namespace cbcan::network;
+using namespace cbcan::descriptions;
 
 namespace {
 
 std::string text_of(const std::vector<PlannedObject>& objects) {
   std::string text;
   for (const PlannedObject& object : objects)
-    text += cbcan::text::hex(object.index, 4) + ":" + cbcan::text::hex(object.sub, 2) + " " +
-            cbcan::text::hex(object.value, " ") + "\n";
+    text += cbcan::base::hex(object.index, 4) + ":" + cbcan::base::hex(object.sub, 2) + " " +
+            cbcan::base::hex(object.value, " ") + "\n";
   return text;
 }
 
@@ -50,7 +50,7 @@ TEST_CASE("a DCF: identity, ParameterValues, and PDOs in the order of CiA 301") 
       section("2003", 5, "rw", "DefaultValue=9\nObjectType=8\nCompactSubObj=2") +
       "[2003Value]\nNrOfEntries=1\n2=7\n";
   std::vector<std::string> remarks;
-  const Node node = parse_dcf(dcf, "drive.dcf", remarks);
+  const PlannedNode node = parse_dcf(dcf, "drive.dcf", remarks);
   CHECK(node.id == 5);
   CHECK(remarks == std::vector<std::string>{
                        "drive.dcf:72: 1402h has no sub-index 0: a read-only one that says 2 is assumed"});

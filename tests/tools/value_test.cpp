@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "network/value.hpp"
+#include "descriptions/value.hpp"
 
 #include "support/catch.hpp"
 
-using namespace cbcan::network;
+using namespace cbcan::descriptions;
 
 namespace {
 

@@ -3,9 +3,9 @@
 
 /// Nodes of the demo plant on a simulated bus, as in cbcan-sim.
 
+#include "descriptions/dictionary_image.hpp"
+#include "descriptions/eds_reader.hpp"
 #include "devices/devices.hpp"
-#include "eds/dictionary_image.hpp"
-#include "eds/eds_reader.hpp"
 #include "support/world_bench.hpp"
 
 namespace cbcan::test {
@@ -17,11 +17,11 @@ struct InitialValue {
   std::uint64_t value;
 };
 
-inline eds::DictionaryImage demo_image(const std::string& file, std::uint8_t node_id,
+inline descriptions::DictionaryImage demo_image(const std::string& file, std::uint8_t node_id,
                                        const std::vector<InitialValue>& values = {}) {
   std::ifstream stream(std::string(DEMO_PLANT) + "/" + file);
   const std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
-  eds::DictionaryImage image = eds::dictionary_image(eds::read(text, file, node_id).device);
+  descriptions::DictionaryImage image = descriptions::dictionary_image(descriptions::read(text, file, node_id).device);
   ObjectDictionary dictionary(image.entries, image.values, nullptr);
   for (const InitialValue& each : values)
     REQUIRE(dictionary.set(each.index, each.sub, each.value));

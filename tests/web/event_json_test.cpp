@@ -16,7 +16,7 @@ const journal::FindName kNoName = [](std::uint8_t, std::uint8_t, std::uint16_t, 
 };
 
 std::string json_of(const journal::Journal& journal, std::uint64_t number) {
-  return text::made([&](text::Buffer& to) { append_event(to, number, journal[number], journal, kNoName); });
+  return base::made([&](base::Buffer& to) { append_event(to, number, journal[number], journal, kNoName); });
 }
 
 /// Of a command with this text, at this time.

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "eds/values.hpp"
+#include "descriptions/values.hpp"
 
 namespace cbcan::tools {
 
@@ -14,7 +14,7 @@ namespace {
 /// Changes the SDO timeout of its channel.
 class TimeoutJob final : public Job {
  public:
-  explicit TimeoutJob(std::uint16_t ms) : value_(eds::to_bytes(ms, 2)) {}
+  explicit TimeoutJob(std::uint16_t ms) : value_(descriptions::to_bytes(ms, 2)) {}
 
   std::optional<Transaction> next() override {
     if (step_ == 0) return read_of(0, regmap::object::kSdoTimeout, 0);

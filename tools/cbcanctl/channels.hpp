@@ -12,11 +12,11 @@
 
 #include "cbcan/regmap.hpp"
 #include "cbcan/window.hpp"
-#include "network/value.hpp"
+#include "descriptions/value.hpp"
 
 namespace cbcan::tools {
 
-using namespace network;
+using namespace descriptions;
 
 using window::Transaction;
 

@@ -6,19 +6,19 @@
 #include <algorithm>
 #include <array>
 
+#include "base/address.hpp"
+#include "base/command.hpp"
+#include "base/suggestion.hpp"
+#include "base/words.hpp"
 #include "cbcanctl/commands.hpp"
-#include "options/command.hpp"
-#include "text/address.hpp"
-#include "text/suggestion.hpp"
-#include "text/words.hpp"
 
 namespace cbcan::ctl {
 namespace {
 
-using options::Form;
-using options::Row;
-using Setting = options::Setting<Options>;
-using Command = options::Command<Options>;
+using base::Form;
+using base::Row;
+using Setting = base::Setting<Options>;
+using Command = base::Command<Options>;
 
 constexpr int kPatienceMs = 5000;       ///< for R3700, in addition to --timeout
 constexpr int kMostSdoTimeout = 65535;  ///< 3003h is two bytes
@@ -35,7 +35,7 @@ constexpr std::array<std::string_view, 4> kModes{"auto", "expedited", "segmented
 
 template <auto... kPath>
 constexpr Setting row(Row row) {
-  return options::setting<Options, kPath...>(row);
+  return base::setting<Options, kPath...>(row);
 }
 constexpr Setting node(std::string_view domain) {
   return row<&Options::node>({.option = "NODE", .help = "Node ID", .domain = domain});
@@ -110,7 +110,7 @@ constexpr std::array kShared{
         .option = "--timeout MS",
         .help = "SDO timeout of read, write, dump and scan, which has 100 where none is given; of other commands time to wait "
                 "for R3700, 5000 where none is given",
-        .low = 1, .high = 3'600'000, .unit = " ms", .absent = options::kNone}),
+        .low = 1, .high = 3'600'000, .unit = " ms", .absent = base::kNone}),
     row<&Options::json>({.option = "--json", .help = "Prints JSON, one object a line"}),
 };
 constexpr std::size_t kServerRows = 6;
@@ -180,7 +180,7 @@ std::string command_lines() {
     std::string left(word_of(command));
     for (const Setting& word : command.words)
       left.append(" ").append(word.option);
-    lines += text::beside(left, command.help, kCommandColumn);
+    lines += base::beside(left, command.help, kCommandColumn);
   }
   return lines;
 }
@@ -188,11 +188,11 @@ std::string command_lines() {
 std::string help() {
   const std::span<const Setting> shared = kShared;
   std::string text = std::string(kOpening) + command_lines() +
-                     options::section_of("Server", shared.first(kServerRows)) +
-                     options::section_of("All commands", shared.subspan(kServerRows)) + "\nHelp:\n";
-  for (const Row& row : options::help_rows())
-    text += options::line_of(row);
-  return text.append(kClosing).append(options::exit_code_lines("cbcanctl")).append(kExamples);
+                     base::section_of("Server", shared.first(kServerRows)) +
+                     base::section_of("All commands", shared.subspan(kServerRows)) + "\nHelp:\n";
+  for (const Row& row : base::help_rows())
+    text += base::line_of(row);
+  return text.append(kClosing).append(base::exit_code_lines("cbcanctl")).append(kExamples);
 }
 
 // ---- What was typed
@@ -206,26 +206,26 @@ const Command* find(std::string_view word) {
 std::string command_suggestion(std::string_view word) {
   std::vector<std::string_view> names;
   std::ranges::transform(kCommands, std::back_inserter(names), word_of);
-  if (std::string suggestion = text::did_you_mean(word, names); !suggestion.empty()) return suggestion;
-  const std::string_view service = text::nearest(word, kServices);
+  if (std::string suggestion = base::did_you_mean(word, names); !suggestion.empty()) return suggestion;
+  const std::string_view service = base::nearest(word, kServices);
   return service.empty() ? "" : fmt::format("; did you mean nmt {}?", service);
 }
 
-options::ParsedArguments parse(std::span<const char* const> words) {
+base::ParsedArguments parse(std::span<const char* const> words) {
   std::vector<std::string_view> known;
   const auto add = [&known](const Row& row) { known.push_back(row.option); };
   std::ranges::for_each(kShared, add);
-  std::ranges::for_each(options::help_rows(), add);
+  std::ranges::for_each(base::help_rows(), add);
   for (const Command& command : kCommands)
     std::ranges::for_each(command.options, add);
-  options::ParsedArguments typed = options::parse_arguments(words, known);
+  base::ParsedArguments typed = base::parse_arguments(words, known);
   typed.words.insert(typed.words.end(), typed.command.begin(), typed.command.end());
   return typed;
 }
 
-const Command& command_of(const options::ParsedArguments& typed) {
+const Command& command_of(const base::ParsedArguments& typed) {
   constexpr std::string_view kAll = "cbcanctl --help shows all";
-  for (const options::WrongWord& wrong : typed.wrong)
+  for (const base::WrongWord& wrong : typed.wrong)
     throw tools::UsageError(fmt::format("{}: {}; {}", wrong.word, wrong.message, kAll));
   if (typed.words.empty()) throw tools::UsageError(fmt::format("a command is missing; {}", kAll));
   const std::string_view word = typed.words.front();
@@ -245,7 +245,7 @@ std::chrono::milliseconds patience(int timeout_ms, const Command& command) {
 }
 
 /// Checks options that require or exclude another one.
-void check_target(const options::ParsedArguments& typed, const window::Settings& target) {
+void check_target(const base::ParsedArguments& typed, const window::Settings& target) {
   const bool serial = !target.rtu.empty();
   for (const std::string_view option : {"--host", "--port"})
     if (serial && is_typed(typed, option))
@@ -258,13 +258,13 @@ void check_target(const options::ParsedArguments& typed, const window::Settings&
 }
 
 /// The address may include the port; without an option it comes from the environment.
-void settle_address(const options::ParsedArguments& typed, const char* environment,
+void settle_address(const base::ParsedArguments& typed, const char* environment,
                     window::Settings& target) {
   const bool has_host = is_typed(typed, "--host");
   const bool has_port = is_typed(typed, "--port");
   const bool from_environment = environment != nullptr && !has_host && !has_port && target.rtu.empty();
   if (!has_host && !from_environment) return;
-  const auto address = text::parse_listen_address(from_environment ? environment : target.host, 0);
+  const auto address = base::parse_listen_address(from_environment ? environment : target.host, 0);
   if (address.port != 0 && has_port)
     throw tools::UsageError(
         fmt::format("--host {}: the port is there already; leave out --port", target.host));
@@ -275,18 +275,18 @@ void settle_address(const options::ParsedArguments& typed, const char* environme
 }  // namespace
 
 Start parse_command_line(std::span<const char* const> words, const char* environment) {
-  const options::ParsedArguments typed = parse(words);
-  const bool is_short = is_typed(typed, options::kShortHelpOption);
-  if (is_short || is_typed(typed, options::kHelpOption)) {
+  const base::ParsedArguments typed = parse(words);
+  const bool is_short = is_typed(typed, base::kShortHelpOption);
+  if (is_short || is_typed(typed, base::kHelpOption)) {
     const Command* about = typed.words.empty() ? nullptr : find(typed.words.front());
     if (about != nullptr)
-      return {options::help_of(*about) + "\ncbcanctl --help has the options of all commands.\n"};
+      return {base::help_of(*about) + "\ncbcanctl --help has the options of all commands.\n"};
     return {is_short ? std::string(kOpening) + command_lines() + std::string(kShort) : help()};
   }
-  if (is_typed(typed, options::kVersionOption)) return {"cbcanctl " CBCAN_VERSION "\n"};
+  if (is_typed(typed, base::kVersionOption)) return {"cbcanctl " CBCAN_VERSION "\n"};
   const Command& command = command_of(typed);
   Start start{.run = command.run};
-  options::Problem problem = put_options<Options>(command, kShared, typed, start.options);
+  base::Problem problem = put_options<Options>(command, kShared, typed, start.options);
   if (problem.empty()) problem = put_words(command, std::span(typed.words).subspan(1), start.options);
   if (!problem.empty()) throw tools::UsageError(problem);
   window::Settings& target = start.options.target;

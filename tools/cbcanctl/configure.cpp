@@ -5,30 +5,30 @@
 #include <array>
 #include <deque>
 
+#include "base/words.hpp"
 #include "cbcanctl/commands.hpp"
 #include "cbcanctl/plan.hpp"
-#include "network/device_file.hpp"
-#include "text/words.hpp"
+#include "descriptions/device_file.hpp"
 
 namespace cbcan::ctl {
 
 namespace {
 
-std::vector<network::Node> read_plan(const std::string& path) {
-  const std::string_view ending = text::leaf_of(path);
-  if (!text::same_text(ending, "dcf") && !text::same_text(ending, "eds")) return read_network(path).all;
+std::vector<descriptions::PlannedNode> read_plan(const std::string& path) {
+  const std::string_view ending = base::leaf_of(path);
+  if (!base::same_text(ending, "dcf") && !base::same_text(ending, "eds")) return read_network(path).all;
   std::vector<std::string> remarks;
-  std::vector nodes{network::parse_dcf(read_file(path), path, remarks)};
+  std::vector nodes{descriptions::parse_dcf(read_file(path), path, remarks)};
   std::ranges::for_each(remarks, say);
   return nodes;
 }
 
 /// The nodes of all plans; each node may appear once.
-std::vector<network::Node> read_plans(const std::vector<std::string>& paths) {
-  std::vector<network::Node> nodes;
+std::vector<descriptions::PlannedNode> read_plans(const std::vector<std::string>& paths) {
+  std::vector<descriptions::PlannedNode> nodes;
   std::array<std::string, kMaxNode + 1> planned_by;
   for (const std::string& path : paths)
-    for (network::Node& node : read_plan(path)) {
+    for (descriptions::PlannedNode& node : read_plan(path)) {
       if (!planned_by[node.id].empty())
         throw tools::UsageError(
             fmt::format("{}: node {} is in {} already", path, node.id, planned_by[node.id]));
@@ -41,11 +41,11 @@ std::vector<network::Node> read_plans(const std::vector<std::string>& paths) {
 }  // namespace
 
 void configure(const Options& options) {
-  const std::vector<network::Node> plan = read_plans(options.plans);
+  const std::vector<descriptions::PlannedNode> plan = read_plans(options.plans);
   window::Client client = connect(options);
   std::deque<tools::NodeConfiguration> nodes;
   std::vector<tools::Job*> jobs;
-  for (const network::Node& node : plan)
+  for (const descriptions::PlannedNode& node : plan)
     jobs.push_back(&nodes.emplace_back(node, !options.no_verify));
   run(client, jobs, "node");
   std::size_t failed = 0;

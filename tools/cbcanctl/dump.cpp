@@ -7,10 +7,10 @@
 #include <deque>
 #include <map>
 
+#include "base/numbers.hpp"
+#include "base/value.hpp"
 #include "cbcanctl/commands.hpp"
-#include "network/device_file.hpp"
-#include "text/numbers.hpp"
-#include "text/value.hpp"
+#include "descriptions/device_file.hpp"
 
 namespace cbcan::ctl {
 
@@ -84,11 +84,11 @@ class ProbeJob final : public tools::Job {
 };
 
 std::vector<Dumped> objects_of(window::Client& client, std::uint8_t node, const Options& options,
-                               const eds::DeviceDescription& device) {
+                               const descriptions::DeviceDescription& device) {
   std::vector<Dumped> found;
   std::deque<tools::ReadJob> jobs;
   std::vector<tools::Job*> list;
-  for (const eds::Object& object : device.objects)
+  for (const descriptions::Object& object : device.objects)
     for (unsigned sub = object.first_sub; object.index >= tools::kDeviceType && sub <= object.last_sub;
          ++sub) {
       const tools::ObjectPlace place{object.index, static_cast<std::uint8_t>(sub)};
@@ -97,7 +97,7 @@ std::vector<Dumped> objects_of(window::Client& client, std::uint8_t node, const 
                        {},
                        &tools::type_of(object),
                        tools::is_writable(object),
-                       eds::shortened(object.name)});
+                       descriptions::shortened(object.name)});
       list.push_back(&jobs.emplace_back(node, std::vector{place}));
     }
   run(client, list, "object", options.timeout_ms);
@@ -122,7 +122,7 @@ std::vector<Dumped> objects_found(window::Client& client, std::uint8_t node, con
 
 /// Printable, and not mistaken for bytes when read again.
 bool is_text(const Bytes& value) {
-  return !value.empty() && !text::is_hex(std::string(value.begin(), value.end())) &&
+  return !value.empty() && !base::is_hex(std::string(value.begin(), value.end())) &&
          std::all_of(value.begin(), value.end(),
                      [](std::uint8_t byte) { return byte >= 0x20 && byte < 0x7F; });
 }
@@ -194,7 +194,7 @@ void print_json(std::uint8_t node, const Dumped& object) {
   if (object.response.code != 0)
     fmt::print("\"abort_code\": {}}}\n", object.response.abort_code);
   else
-    fmt::print("\"data\": {}, \"value\": {}}}\n", tools::json_string(text::hex(value, " ")),
+    fmt::print("\"data\": {}, \"value\": {}}}\n", tools::json_string(base::hex(value, " ")),
                tools::json_value(value, &fitting_type(value, object.type)));
 }
 
@@ -204,7 +204,7 @@ void dump(const Options& options) {
   const auto node = static_cast<std::uint8_t>(tools::parse_number(options.node, kMaxNode, "NODE"));
   if (node == 0) throw tools::UsageError("NODE 0: write 1..127");
   std::vector<std::string> remarks;
-  eds::DeviceDescription device;
+  descriptions::DeviceDescription device;
   if (!options.eds.empty()) device = tools::parse_device(read_file(options.eds), options.eds, node, remarks);
   std::for_each(remarks.begin(), remarks.end(), say);
   window::Client client = connect(options);

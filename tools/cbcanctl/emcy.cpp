@@ -4,21 +4,21 @@
 #include <array>
 #include <iostream>
 
+#include "base/numbers.hpp"
 #include "cbcanctl/commands.hpp"
-#include "eds/emergency.hpp"
-#include "text/numbers.hpp"
+#include "descriptions/emergency.hpp"
 
 namespace cbcan::ctl {
 
 namespace {
 
-using eds::EmergencyMessage;
+using descriptions::EmergencyMessage;
 using tools::json_string;
 
 /// `quoted`: as elements of a JSON array.
 std::string bits_text(std::uint8_t error_register, bool quoted) {
   std::string text;
-  eds::for_each_error(error_register, [&](std::string_view bit) {
+  descriptions::for_each_error(error_register, [&](std::string_view bit) {
     text += (text.empty() ? "" : ", ") + (quoted ? json_string(bit) : std::string(bit));
   });
   return text;
@@ -27,9 +27,9 @@ std::string bits_text(std::uint8_t error_register, bool quoted) {
 /// `nothing`: the meaning of a message of zeros.
 void print(int node, const EmergencyMessage& message, std::string_view nothing, const Options& options) {
   const bool is_nothing = message == EmergencyMessage{};
-  const std::string_view meaning = is_nothing ? nothing : eds::emergency_meaning(message.code);
+  const std::string_view meaning = is_nothing ? nothing : descriptions::emergency_meaning(message.code);
   const std::string bits = bits_text(message.error_register, options.json);
-  const std::string info = text::hex(message.info, " ");
+  const std::string info = base::hex(message.info, " ");
   if (options.json)
     fmt::print(
         R"({{"node": {}, "error_code": {}, "meaning": {}, "error_register": {}, "bits": [{}], "data": {}}})"
@@ -48,7 +48,7 @@ void list_all(window::Client& client, const Options& options) {
   bool any = false;
   while (true) {
     const tools::Bytes found = own::read(client, own::kEmergencyScan, 0, 1 + EmergencyMessage::kSize);
-    const auto message = eds::emergency_from(std::span(found).subspan<1, EmergencyMessage::kSize>());
+    const auto message = descriptions::emergency_from(std::span(found).subspan<1, EmergencyMessage::kSize>());
     if (found[0] == 0) break;  // nothing found in a full round
     any = true;
     std::optional<EmergencyMessage>& before = told[found[0]];
@@ -68,7 +68,7 @@ void emcy(const Options& options) {
   if (all) return list_all(client, options);
   if (node == 0) node = own::read(client, own::kOwnNodeId, 0, 1)[0];
   const tools::Bytes bytes = own::read(client, own::kLastEmergency, node, EmergencyMessage::kSize);
-  print(node, eds::emergency_from(std::span(bytes).first<EmergencyMessage::kSize>()), "no error", options);
+  print(node, descriptions::emergency_from(std::span(bytes).first<EmergencyMessage::kSize>()), "no error", options);
 }
 
 }  // namespace cbcan::ctl

@@ -6,8 +6,8 @@
 
 #include <algorithm>
 
+#include "base/error.hpp"
 #include "cbcan/regmap.hpp"
-#include "text/error.hpp"
 
 namespace cbcan::tools {
 
@@ -125,7 +125,7 @@ std::array<unsigned char, 4> bytes_of(const std::string& host, Form form) {
   constexpr unsigned char kLoopback = 127;
   std::array<unsigned char, 4> bytes{};
   if (inet_pton(AF_INET, host.c_str(), bytes.data()) != 1 || bytes[0] == kLoopback)
-    throw text::UsageError(
+    throw base::UsageError(
         fmt::format("--host {}: --for {} needs the module's IPv4 address in the PLC's network, such as "
                     "--host 192.168.1.5",
                     host, kForms[static_cast<std::size_t>(form)]));

@@ -4,7 +4,7 @@
 #include <fmt/core.h>
 #include <algorithm>
 
-#include "text/numbers.hpp"
+#include "base/numbers.hpp"
 
 namespace cbcan::tools {
 
@@ -14,7 +14,7 @@ constexpr std::uint8_t kStartNode = 5;
 
 }  // namespace
 
-NodeConfiguration::NodeConfiguration(const Node& node, bool verify) : node_(node) {
+NodeConfiguration::NodeConfiguration(const PlannedNode& node, bool verify) : node_(node) {
   for (const PlannedObject& object : node.identity)
     steps_.push_back({Kind::kCheck, &object});
   for (const PlannedObject& object : node.objects)
@@ -49,7 +49,7 @@ void NodeConfiguration::ended(const window::Result& response) {
     refusal_ = response;
   } else if ((kind == Kind::kCheck || kind == Kind::kReadBack) && response.data != object->value) {
     problem_ =
-        fmt::format("{} is {}, not {}", place, text::hex(response.data, " "), text::hex(object->value, " "));
+        fmt::format("{} is {}, not {}", place, base::hex(response.data, " "), base::hex(object->value, " "));
   }
 }
 

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "cbcanctl/channels.hpp"
-#include "network/network_file.hpp"
+#include "descriptions/network_file.hpp"
 
 namespace cbcan::tools {
 
@@ -19,12 +19,12 @@ class NodeConfiguration final : public Job {
  public:
   /// `verify`: reads back each value; a write-only object counts as written. A read-only object must have the
   /// value already.
-  NodeConfiguration(const Node& node, bool verify);
+  NodeConfiguration(const PlannedNode& node, bool verify);
 
   std::optional<Transaction> next() override;
   void ended(const window::Result& response) override;
 
-  const Node& node() const { return node_; }
+  const PlannedNode& node() const { return node_; }
   /// Why the node was not started; empty = it was.
   const std::string& problem() const { return problem_; }
   /// The response that caused this, unless a different value did.
@@ -37,7 +37,7 @@ class NodeConfiguration final : public Job {
     const PlannedObject* object;
   };
 
-  const Node& node_;
+  const PlannedNode& node_;
   std::vector<Step> steps_;
   std::size_t at_ = 0;
   std::string problem_;

@@ -7,9 +7,9 @@
 #include <array>
 #include <iostream>
 
+#include "base/numbers.hpp"
 #include "cbcanctl/commands.hpp"
 #include "cbcanctl/transfer_settings.hpp"
-#include "text/numbers.hpp"
 
 namespace cbcan::ctl {
 
@@ -72,7 +72,7 @@ void read(const Options& options) {
     std::cout << value << "\n";
   else
     std::cout << "{\"result\": 0, \"size\": " << data.size()
-              << ", \"data\": " << json_string(text::hex(data, " "))
+              << ", \"data\": " << json_string(base::hex(data, " "))
               << ", \"value\": " << tools::json_value(data, type) << "}\n";
 }
 

@@ -9,9 +9,9 @@
 #include <iostream>
 #include <thread>
 
+#include "base/read_file.hpp"
+#include "base/utf8.hpp"
 #include "cbcanctl/transfer_settings.hpp"
-#include "files/read_file.hpp"
-#include "text/utf8.hpp"
 
 namespace cbcan::ctl {
 
@@ -81,17 +81,17 @@ Refused::Refused(const window::Result& response, const std::string& what)
       abort_code(abort_code_of(response)) {}
 
 void say(const std::string& line) {
-  std::cerr << "cbcanctl: " << text::to_utf8(line) << "\n";
+  std::cerr << "cbcanctl: " << base::to_utf8(line) << "\n";
 }
 
 std::string read_file(const std::string& path) {
-  if (auto text = files::read_file(path)) return *text;
+  if (auto text = base::read_file(path)) return *text;
   throw tools::UsageError(path + ": cannot be read; is the name right?");
 }
 
-network::Network read_network(const std::string& path) {
+descriptions::PlannedNetwork read_network(const std::string& path) {
   std::vector<std::string> remarks;
-  network::Network network = network::read_network(path, files::read_file, remarks);
+  descriptions::PlannedNetwork network = descriptions::read_network(path, base::read_file, remarks);
   std::ranges::for_each(remarks, say);
   return network;
 }
@@ -126,7 +126,7 @@ void run(window::Client& client, std::span<tools::Job* const> jobs, std::string_
   if (tools::run(registers, jobs, static_cast<std::uint16_t>(sdo_timeout_ms))) return;
   std::optional<Borrowed> timeout;
   if (sdo_timeout_ms != 0)
-    timeout.emplace(client, own::kSdoTimeout, eds::to_bytes(static_cast<unsigned>(sdo_timeout_ms), 2));
+    timeout.emplace(client, own::kSdoTimeout, descriptions::to_bytes(static_cast<unsigned>(sdo_timeout_ms), 2));
   for (std::size_t i = 0; i < jobs.size(); ++i) {
     registers.progress(i);
     while (const auto transaction = jobs[i]->next())

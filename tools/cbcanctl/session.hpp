@@ -9,14 +9,14 @@
 #include <stdexcept>
 #include <string>
 
+#include "base/exit_code.hpp"
 #include "cbcanctl/channels.hpp"
 #include "cbcanctl/tag_forms.hpp"
-#include "network/value.hpp"
-#include "options/exit_code.hpp"
+#include "descriptions/value.hpp"
 
 namespace cbcan::ctl {
 
-using options::ExitCode;
+using base::ExitCode;
 
 inline constexpr unsigned kMaxNode = 127;
 
@@ -66,7 +66,7 @@ void say(const std::string& line);
 std::string read_file(const std::string& path);
 
 /// A network file with its EDS files; says what is wrong in these. Throws UsageError.
-network::Network read_network(const std::string& path);
+descriptions::PlannedNetwork read_network(const std::string& path);
 
 /// True after Ctrl-C, which cancels what is in progress once connect() was called.
 bool interrupted();

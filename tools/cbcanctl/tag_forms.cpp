@@ -5,10 +5,10 @@
 
 #include <algorithm>
 
+#include "base/error.hpp"
+#include "base/utf8.hpp"
 #include "cbcan/regmap.hpp"
 #include "cbcanctl/exchange_programs.hpp"
-#include "text/error.hpp"
-#include "text/utf8.hpp"
 
 namespace cbcan::tools {
 
@@ -106,7 +106,7 @@ std::string in_quotes(std::string_view text) {
 std::string in_ascii(std::string_view text) {
   std::string plain;
   for (std::string_view rest = text; !rest.empty();) {
-    const auto code = text::take_code_point(rest);
+    const auto code = base::take_code_point(rest);
     const bool is_plain =
         code && *code >= ' ' && *code < 0x7F &&
         std::string_view("\"$',*\\").find(static_cast<char>(*code)) == std::string_view::npos;
@@ -138,7 +138,7 @@ constexpr std::array<FormRow, static_cast<std::size_t>(Form::kTiaScl)> kRows{{
     {{}, Smallest::kByteAndBit, Doubles::kNone, true, in_quotes, no_address, iec_type,
      "Name,Register,Bit,Bits,Type,Direction,Words,Node,Object,Low,High,Comment\r\n", "",
      "{name},{register},{bit},{bits},{type},{direction},{order},{node},{object},{low},{high},\"{comment}\"\r\n", ""},
-    {1000, Smallest::kByteAndBit, Doubles::kHighFirst, false, text::to_xml, tia_address, tia_type,
+    {1000, Smallest::kByteAndBit, Doubles::kHighFirst, false, base::to_xml, tia_address, tia_type,
      "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n<Tagtable name='cbcan'>\n", "",
      "  <Tag type='{type}' hmiVisible='True' hmiWriteable='True' hmiAccessible='True' retain='False' remark=\"{comment}\" "
      "addr='{address}'>{name}</Tag>\n", "</Tagtable>\n"},
@@ -146,7 +146,7 @@ constexpr std::array<FormRow, static_cast<std::size_t>(Form::kTiaScl)> kRows{{
      "DATA_BLOCK \"cbcan\"\n{{ S7_Optimized_Access := 'FALSE' }}\nVERSION : 0.1\n"
      "//This block has number {at} in the program of --for tia-db-scl\nSTRUCT\n", "",
      "  {name} : {type};  //{comment}\n", "END_STRUCT;\nBEGIN\nEND_DATA_BLOCK\n"},
-    {100, Smallest::kWord, Doubles::kNone, false, text::to_xml, xsy_address, as_int,
+    {100, Smallest::kWord, Doubles::kNone, false, base::to_xml, xsy_address, as_int,
      "<?xml version=\"1.0\" encoding=\"UTF-8\" standalone=\"yes\"?>\n<VariablesExchangeFile>\n"
      "<fileHeader company=\"cbcan\" product=\"cbcanctl\" dateTime=\"date_and_time#2000-1-1-0:0:0\" content=\"Variable source file\" DTDVersion=\"41\"/>\n"
      "<contentHeader name=\"cbcan\" version=\"0.0.000\"/>\n<dataBlock>\n", "",
@@ -156,7 +156,7 @@ constexpr std::array<FormRow, static_cast<std::size_t>(Form::kTiaScl)> kRows{{
      "remark,\"CSV-Import-Export\"\r\n0.3\r\nTYPE,SCOPE,NAME,DESCRIPTION,DATATYPE,SPECIFIER,ATTRIBUTES\r\n",
      "TAG,,{array},\"R{register}\",\"INT[{words}]\",\"\",\"(RADIX := Decimal)\"\r\n",
      "ALIAS,,{name},\"{comment}\",\"\",\"{address}\",\"\"\r\n", ""},
-    {0, Smallest::kByteAndBit, Doubles::kLowFirst, false, text::to_xml, codesys_address, iec_type,
+    {0, Smallest::kByteAndBit, Doubles::kLowFirst, false, base::to_xml, codesys_address, iec_type,
      "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n<project xmlns=\"http://www.plcopen.org/xml/tc6_0201\">\n"
      "<fileHeader companyName=\"cbcan\" productName=\"cbcan\" productVersion=\"1\" creationDateTime=\"2000-01-01T00:00:00\"/>\n"
      "<contentHeader name=\"cbcan\"><coordinateInfo><fbd><scaling x=\"8\" y=\"8\"/></fbd><ld><scaling x=\"8\" y=\"8\"/></ld>"
@@ -265,9 +265,9 @@ std::string text_of(Form form, const std::vector<Tag>& tags, std::optional<unsig
   const FormRow& row = kRows[static_cast<std::size_t>(variables_form)];
   const std::string_view name = kForms[static_cast<std::size_t>(form)];
   if (at && (!row.at || form == Form::kCodesysSt))
-    throw text::UsageError(fmt::format("--at {}: --for {} has no addresses; leave it out", *at, name));
+    throw base::UsageError(fmt::format("--at {}: --for {} has no addresses; leave it out", *at, name));
   if (variables_form == Form::kTia && at.value_or(0) % 2 != 0)
-    throw text::UsageError(fmt::format("--at {}: must be even, a register is two bytes of %M", *at));
+    throw base::UsageError(fmt::format("--at {}: must be even, a register is two bytes of %M", *at));
   const unsigned first = at.value_or(row.at.value_or(0));
   const std::vector<Exchange> arrays = exchanges_of(tags);
   if (is_program) return program_of(form, arrays, first, server);

@@ -7,8 +7,8 @@
 #include <array>
 #include <set>
 
+#include "base/utf8.hpp"
 #include "cbcan/regmap.hpp"
-#include "text/utf8.hpp"
 
 namespace cbcan::tools {
 
@@ -61,7 +61,7 @@ std::string name_of_part(const std::string& name, std::size_t word) {
   return fmt::format("{}_w{}", name, word);
 }
 
-std::string name_of(const network::Node& node) {
+std::string name_of(const descriptions::PlannedNode& node) {
   std::string name = identifier(node.name, kMostOfNode);
   const bool is_reserved = kBegins.find(" " + upper(name) + " ") != std::string_view::npos;
   if (name.empty() || is_reserved) return fmt::format("n{}", node.id);
@@ -96,12 +96,12 @@ class Names {
 };
 
 std::string comment_of(const std::string& text) {
-  return std::string(text::head(text::to_utf8(text), kMostOfComment));
+  return std::string(base::head(base::to_utf8(text), kMostOfComment));
 }
 
 class Tags {
  public:
-  void add_status(const network::Network& network) {
+  void add_status(const descriptions::PlannedNetwork& network) {
     constexpr std::size_t kOfNodes = regmap::kStatusFirst + regmap::kStatusNodes;
     for (const regmap::RegisterRow& row : regmap::kStatus)
       for (std::size_t at = row.first; row.first != kOfNodes && at <= row.last; ++at) {
@@ -113,23 +113,23 @@ class Tags {
         add_word(at, 0, single ? std::string(row.name) : fmt::format("{}_{}", row.name, part),
                  nodes + std::string(row.meaning));
       }
-    for (const network::Node& node : network.all)
+    for (const descriptions::PlannedNode& node : network.all)
       add_word(
           kOfNodes + node.id, node.id, "NODE_" + name_of(node),
           fmt::format("node {}: NMT state in the low byte; its step in the high byte, 1 = running", node.id));
   }
 
-  void add(const network::Node& node, const network::Pdo& pdo, network::Words words) {
+  void add(const descriptions::PlannedNode& node, const descriptions::PlannedPdo& pdo, descriptions::Words words) {
     constexpr std::size_t kWordsOfPdo = 4;
     const std::size_t first =
         regmap::kProcessFirst + (pdo.input() ? 0 : regmap::kInputWords) + kWordsOfPdo * (pdo.own - 1u);
     std::size_t bits = 0;
-    for (const network::MappedObject& mapped : pdo.objects) {
+    for (const descriptions::MappedObject& mapped : pdo.objects) {
       Tag tag{.first = static_cast<std::uint16_t>(first + bits / kRegisterBits),
               .bit = static_cast<std::uint8_t>(bits % kRegisterBits),
               .bits = mapped.bits,
               .direction = pdo.input() ? Direction::kInput : Direction::kOutput,
-              .high_first = words == network::Words::kHighFirst && mapped.bits == 32,
+              .high_first = words == descriptions::Words::kHighFirst && mapped.bits == 32,
               .node = node.id,
               .object = fmt::format("{:04X}h:{:02X}", mapped.index, mapped.sub)};
       bits += mapped.bits;
@@ -150,7 +150,7 @@ class Tags {
     all.push_back(std::move(tag));
   }
 
-  static void describe(Tag& tag, const eds::Object* object) {
+  static void describe(Tag& tag, const descriptions::Object* object) {
     tag.comment = fmt::format("node {} {}", tag.node, tag.object);
     if (object == nullptr) return;
     tag.type = object->type;
@@ -171,11 +171,11 @@ class Tags {
 
 }  // namespace
 
-std::vector<Tag> tags_of(const network::Network& network) {
+std::vector<Tag> tags_of(const descriptions::PlannedNetwork& network) {
   Tags tags;
   tags.add_status(network);
-  for (const network::Node& node : network.all)
-    for (const network::Pdo& pdo : node.pdos)
+  for (const descriptions::PlannedNode& node : network.all)
+    for (const descriptions::PlannedPdo& pdo : node.pdos)
       tags.add(node, pdo, network.words);
   return std::move(tags.all);
 }

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "network/network_file.hpp"
+#include "descriptions/network_file.hpp"
 
 namespace cbcan::tools {
 
@@ -34,7 +34,7 @@ struct Tag {
 inline constexpr std::size_t kMostOfName = 32;
 
 /// Status words first, so that no object takes their names; then the objects in the order of the file.
-std::vector<Tag> tags_of(const network::Network& network);
+std::vector<Tag> tags_of(const descriptions::PlannedNetwork& network);
 
 /// The whole registers that have a part of the value, as words: NAME, or NAME_w0 (the lowest bits) to
 /// NAME_w4.

@@ -38,7 +38,7 @@ tools::Bytes with_settings(window::Client& client, const Options& options,
   std::optional<Borrowed> timeout;
   std::optional<Borrowed> mode;
   if (options.timeout_ms != 0)
-    timeout.emplace(client, own::kSdoTimeout, eds::to_bytes(static_cast<unsigned>(options.timeout_ms), 2));
+    timeout.emplace(client, own::kSdoTimeout, descriptions::to_bytes(static_cast<unsigned>(options.timeout_ms), 2));
   if (options.mode)
     mode.emplace(client, own::kTransferMode, tools::Bytes{static_cast<std::uint8_t>(*options.mode)});
   return execute(client, transfer);

@@ -3,14 +3,14 @@
 
 #include <filesystem>
 
-#include "files/read_file.hpp"
+#include "base/read_file.hpp"
+#include "descriptions/dictionary_header.hpp"
 #include "generator.hpp"
-#include "network/dictionary_header.hpp"
 
 namespace {
 
 using namespace cbcan;
-using text::UsageError;
+using base::UsageError;
 
 constexpr const char* kHelp =
     "usage: cbcan-eds [--name NAME] FILE\n\n"
@@ -44,9 +44,9 @@ std::string output_of(const tools::Words& words, tools::Words& remarks) {
   std::error_code ignored;
   if (std::filesystem::is_directory(arguments.file, ignored))
     throw UsageError(arguments.file + " is a folder; name an EDS or DCF file");
-  const auto content = files::read_file(arguments.file);
+  const auto content = base::read_file(arguments.file);
   if (!content) throw UsageError("cannot read " + arguments.file + "; check the path and its permissions");
-  return network::dictionary_header(*content, arguments.file, arguments.name, remarks);
+  return descriptions::dictionary_header(*content, arguments.file, arguments.name, remarks);
 }
 
 }  // namespace

@@ -4,15 +4,15 @@
 #include <filesystem>
 #include <fstream>
 
-#include "files/read_file.hpp"
+#include "base/numbers.hpp"
+#include "base/read_file.hpp"
+#include "descriptions/network_image.hpp"
 #include "generator.hpp"
-#include "network/network_image.hpp"
-#include "text/numbers.hpp"
 
 namespace {
 
 using namespace cbcan;
-using text::UsageError;
+using base::UsageError;
 
 constexpr const char* kHelp =
     "usage: cbcan-network [--binary] [--depfile FILE.d] [--own-node N] NETWORK\n\n"
@@ -40,7 +40,7 @@ Arguments arguments_of(const std::vector<std::string>& words) {
       arguments.depfile = words[++i];
       if (!arguments.depfile.ends_with(".d")) throw UsageError(words[i] + ": must end with .d");
     } else if (words[i] == "--own-node" && i + 1 != words.size()) {
-      const auto id = text::parse<std::uint8_t>(words[++i]);
+      const auto id = base::parse<std::uint8_t>(words[++i]);
       if (!id || *id < 1 || *id > 127) throw UsageError(words[i] + ": node IDs are 1..127");
       arguments.own_node = *id;
     } else if (words[i].starts_with("-") || !arguments.file.empty()) {
@@ -72,15 +72,15 @@ std::string output_of(const tools::Words& words, tools::Words& remarks) {
   const std::string& path = arguments.file;
   tools::Words used;
   const auto read = [&used](const std::string& name) {
-    auto content = files::read_file(name);
+    auto content = base::read_file(name);
     if (content) used.push_back(name);
     return content;
   };
-  const network::Network network = network::read_network(path, read, remarks);
-  const network::Bytes image = network::image_of(network, arguments.own_node, path);
+  const descriptions::PlannedNetwork network = descriptions::read_network(path, read, remarks);
+  const descriptions::Bytes image = descriptions::image_of(network, arguments.own_node, path);
   if (!arguments.depfile.empty()) write_depfile(arguments.depfile, used);
   return arguments.binary ? std::string(image.begin(), image.end())
-                          : network::header_of(image, std::filesystem::path(path).filename());
+                          : descriptions::header_of(image, std::filesystem::path(path).filename());
 }
 
 }  // namespace

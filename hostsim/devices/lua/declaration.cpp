@@ -13,9 +13,9 @@
 #include <span>
 #include <utility>
 
+#include "base/suggestion.hpp"
 #include "cbcan/canopen/dictionary/object_dictionary.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
-#include "text/suggestion.hpp"
 
 namespace cbcan::devices {
 
@@ -128,7 +128,7 @@ class Fields {
       if (std::ranges::find(others, key) != others.end()) refuse(key, fmt::format("must be {}", kind));
       std::vector<std::string_view> all(keys.begin(), keys.end());
       all.insert(all.end(), others.begin(), others.end());
-      refuse(key, "there is no such field; remove it" + text::did_you_mean(key, all));
+      refuse(key, "there is no such field; remove it" + base::did_you_mean(key, all));
     }
   }
 

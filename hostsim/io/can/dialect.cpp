@@ -4,15 +4,15 @@
 #include <optional>
 #include <utility>
 
-#include "adapters/socketcand_text.hpp"
+#include "base/words.hpp"
 #include "boards/common/slcan_port.hpp"
-#include "text/words.hpp"
+#include "protocols/socketcand_text.hpp"
 
 namespace cbcan::io {
 
 namespace {
 
-namespace socketcand = adapters::socketcand;
+namespace socketcand = protocols::socketcand;
 
 /// The same implementation as on microcontrollers.
 class Slcan final : public Dialect {
@@ -54,7 +54,7 @@ class Socketcand final : public Dialect {
   bool hear(char c, Frame& frame) override {
     if (!reader_.on_char(c)) return false;
     heard_at_ = now_;
-    const auto words = text::words_of(reader_.element());
+    const auto words = base::words_of(reader_.element());
     const std::string_view word = words.empty() ? std::string_view() : words.front();
     if (step_ != Step::kOpen) {
       greet(word);

@@ -33,7 +33,7 @@ Descriptor begin_connection(const SocketAddress& remote) {
 }  // namespace
 
 StreamBus::StreamBus(Reactor& reactor, sim::Bus& bus, const std::string& spec, std::string device,
-                     const text::ListenAddress& remote, std::unique_ptr<Dialect> dialect, Warn warn)
+                     const base::ListenAddress& remote, std::unique_ptr<Dialect> dialect, Warn warn)
     : reactor_(reactor),
       bus_(bus),
       where_("can " + spec + ": "),

@@ -24,7 +24,7 @@ class StreamBus final : public OutsideBus {
   /// here, which may block. Throws EnvironmentError if it is unknown. `spec` is the name in messages. Reactor
   /// and bus outlive this.
   StreamBus(Reactor& reactor, sim::Bus& bus, const std::string& spec, std::string device,
-            const text::ListenAddress& remote, std::unique_ptr<Dialect> dialect, Warn warn);
+            const base::ListenAddress& remote, std::unique_ptr<Dialect> dialect, Warn warn);
   ~StreamBus() override;
   StreamBus(const StreamBus&) = delete;
   StreamBus& operator=(const StreamBus&) = delete;

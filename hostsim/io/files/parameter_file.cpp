@@ -10,7 +10,7 @@
 #include <memory>
 #include <optional>
 
-#include "files/read_file.hpp"
+#include "base/read_file.hpp"
 #include "io/errors.hpp"
 #include "io/loop/descriptor.hpp"
 
@@ -37,7 +37,7 @@ bool write_whole(const std::string& path, const std::string& text) {
 }  // namespace
 
 std::optional<std::string> ParameterFile::read() {
-  std::optional<std::string> text = files::read_file(path_);
+  std::optional<std::string> text = base::read_file(path_);
   if (!text && ::access(path_.c_str(), F_OK) == 0)
     throw UsageError(path_ + ": this file with stored parameters cannot be read; check its permissions");
   return text;

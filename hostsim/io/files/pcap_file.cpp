@@ -15,7 +15,7 @@
 
 namespace cbcan::io {
 
-using text::Buffer;
+using base::Buffer;
 
 namespace {
 
@@ -37,7 +37,7 @@ constexpr std::uint32_t kFirstClientPort = 49152;
 constexpr std::size_t kIpBytes = 20;
 constexpr std::size_t kTcpBytes = 20;
 
-/// A part of text::append(): the bytes of a number.
+/// A part of base::append(): the bytes of a number.
 template <class Number>
 struct Raw {
   Number number;
@@ -56,24 +56,24 @@ char* write(char* at, Raw<Number> raw) {
 
 template <class... Numbers>
 void put(Buffer& to, Numbers... numbers) {
-  text::append(to, Raw<Numbers>{numbers, false}...);
+  base::append(to, Raw<Numbers>{numbers, false}...);
 }
 
 template <class... Numbers>
 void put_big(Buffer& to, Numbers... numbers) {
-  text::append(to, Raw<Numbers>{numbers, true}...);
+  base::append(to, Raw<Numbers>{numbers, true}...);
 }
 
 /// All blocks of a file begin at a multiple of four.
 void pad(Buffer& to) {
   while (to.size() % 4 != 0)
-    text::append(to, '\0');
+    base::append(to, '\0');
 }
 
 void put_option(Buffer& to, std::uint16_t code, std::string_view value) {
   if (value.empty()) return;
   put(to, code, static_cast<std::uint16_t>(value.size()));
-  text::append(to, value);
+  base::append(to, value);
   pad(to);
 }
 
@@ -117,7 +117,7 @@ void put_ip_header(Buffer& to, std::uint32_t from, std::uint32_t where, std::siz
             where);
   };
   put_header(0);
-  const std::uint16_t sum = checksum(text::view(to, begin));
+  const std::uint16_t sum = checksum(base::view(to, begin));
   to.resize(begin);
   put_header(sum);
 }
@@ -152,7 +152,7 @@ void PcapFile::begin() {
   for (std::size_t network = 1; network <= settings_.networks; ++network)
     put_interface(blocks, kLinkTypeCan, fmt::format("can{}", network));
   put_interface(blocks, kLinkTypeRaw, "modbus");
-  output_.add(text::view(blocks));
+  output_.add(base::view(blocks));
   written_ = blocks.size();
 }
 
@@ -190,7 +190,7 @@ void PcapFile::add(const journal::Event& event) {
   if (event.kind == journal::Kind::kClient && event.state == 0) sent_.erase(event.code);
   constexpr std::size_t kMostPending = 8192;  // an option has 65,535 bytes at most
   if (comments_.size() == before) return;
-  before < kMostPending ? text::append(comments_, '\n') : comments_.resize(before);
+  before < kMostPending ? base::append(comments_, '\n') : comments_.resize(before);
 }
 
 /// As in SocketCAN, but the identifier is big-endian.
@@ -200,7 +200,7 @@ void PcapFile::add_can(const journal::Event& event) {
   const std::size_t size = (frame.flags & Frame::kRemote) != 0 ? 0 : frame.length;
   begin_packet(event.network - 1U, event.at, kHeader + size);
   put_big(packet_, to_kernel(frame).can_id, frame.length, std::uint8_t{0}, std::uint8_t{0}, std::uint8_t{0});
-  text::append(packet_, text::characters(Bytes(frame.data).first(size)));
+  base::append(packet_, base::characters(Bytes(frame.data).first(size)));
   end_packet();
 }
 
@@ -229,7 +229,7 @@ void PcapFile::add_segment(const journal::Event& event, bool is_request, Bytes p
   put_big(packet_, is_request ? port : kModbusPort, is_request ? kModbusPort : port, own, other,
           kPushAcknowledge, std::uint16_t{0xFFFF}, std::uint32_t{0});
   put_big(packet_, event.result, std::uint16_t{0}, static_cast<std::uint16_t>(1 + pdu.size()), event.node);
-  text::append(packet_, text::characters(pdu));
+  base::append(packet_, base::characters(pdu));
   own += static_cast<std::uint32_t>(kHeader + pdu.size());
   end_packet();
 }
@@ -245,13 +245,13 @@ void PcapFile::begin_packet(std::uint32_t interface, Time at, std::size_t size) 
 /// With all comments since the last packet.
 void PcapFile::end_packet() {
   pad(packet_);
-  put_option(packet_, kComment, text::view(comments_));
+  put_option(packet_, kComment, base::view(comments_));
   if (comments_.size() != 0) put(packet_, std::uint32_t{0});
   comments_.clear();
   end_block(packet_, 0);
   if (settings_.most != 0 && written_ + packet_.size() > settings_.most) turn_over();
   written_ += packet_.size();
-  if (!output_.add(text::view(packet_))) ++dropped_;
+  if (!output_.add(base::view(packet_))) ++dropped_;
 }
 
 }  // namespace cbcan::io

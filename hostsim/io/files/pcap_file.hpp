@@ -14,11 +14,11 @@
 #include <string>
 #include <string_view>
 
+#include "base/buffer.hpp"
 #include "cbcan/time.hpp"
 #include "io/errors.hpp"
 #include "io/loop/output.hpp"
 #include "journal/journal.hpp"
-#include "text/buffer.hpp"
 
 namespace cbcan::io {
 
@@ -31,7 +31,7 @@ class PcapFile {
     Time wall_offset = 0;  ///< added to the journal's times to get microseconds since 1970
     std::size_t most_waiting = Output::kMostWaiting;
   };
-  using Comment = std::function<void(text::Buffer& to, const journal::Event&)>;
+  using Comment = std::function<void(base::Buffer& to, const journal::Event&)>;
 
   /// Throws EnvironmentError. `comment` appends the comment for an event, or nothing; the comment for an
   /// event that is not a packet is added to the next packet. The journal outlives this.
@@ -70,8 +70,8 @@ class PcapFile {
   Output output_;
   journal::Cursor cursor_;
   std::map<std::uint32_t, Sent> sent_;  ///< by client
-  text::Buffer comments_;               ///< for the next packet
-  text::Buffer packet_;
+  base::Buffer comments_;               ///< for the next packet
+  base::Buffer packet_;
   std::uint64_t written_ = 0;           ///< bytes in the present file
   std::uint64_t dropped_ = 0;           ///< packets that were not reported yet
   bool ended_ = false;

@@ -40,7 +40,7 @@ std::string header(MHD_Connection* connection, const char* name) {
 
 /// One request, until it has been answered.
 struct HttpServer::Exchange {
-  adapters::HttpRequest request;
+  protocols::HttpRequest request;
   bool is_too_long = false;
   bool is_read = true;  ///< false: out of memory
 };
@@ -48,9 +48,9 @@ struct HttpServer::Exchange {
 /// A stream and its client.
 struct HttpServer::Live {
   HttpServer& server;
-  std::unique_ptr<adapters::HttpStream> stream;
+  std::unique_ptr<protocols::HttpStream> stream;
   MHD_Connection* connection;
-  text::Buffer text{};
+  base::Buffer text{};
   std::size_t sent = 0;  ///< characters of it
   Time sent_at = Reactor::now();
   bool has_more = true;  ///< the last fill was full
@@ -58,14 +58,14 @@ struct HttpServer::Live {
   bool broken = false;  ///< ended too early
   bool suspended = false;
 
-  std::string_view unsent() const { return text::view(text, sent); }
+  std::string_view unsent() const { return base::view(text, sent); }
   void fill() {
     if (!unsent().empty() || ended) return;
     text.clear();
     sent = 0;
     try {
       ended = !stream->fill(text);
-      has_more = text.size() >= adapters::HttpStream::kMostUnsent;
+      has_more = text.size() >= protocols::HttpStream::kMostUnsent;
     } catch (const std::exception&) {
       ended = broken = true;
     }
@@ -107,7 +107,7 @@ struct HttpServer::Callbacks {
     }
     if (*size != 0) {
       exchange->is_too_long =
-          exchange->is_too_long || exchange->request.body.size() + *size > adapters::HttpSite::kMostBody;
+          exchange->is_too_long || exchange->request.body.size() + *size > protocols::HttpSite::kMostBody;
       if (!exchange->is_too_long) exchange->request.body.append(data, *size);
       *size = 0;
       return MHD_YES;
@@ -132,17 +132,17 @@ struct HttpServer::Callbacks {
   }
 
   static MHD_Result respond(HttpServer& server, MHD_Connection* connection, Exchange& exchange) {
-    adapters::HttpRequest& request = exchange.request;
+    protocols::HttpRequest& request = exchange.request;
     MHD_get_connection_values(connection, MHD_GET_ARGUMENT_KIND, on_query, &exchange);
     if (!exchange.is_read) return MHD_NO;
     request.host = header(connection, "Host");
     request.origin = header(connection, "Origin");
     request.last_event_id = header(connection, "Last-Event-ID");
-    adapters::HttpResponse response = server.site_->respond(request, exchange.is_too_long);
+    protocols::HttpResponse response = server.site_->respond(request, exchange.is_too_long);
     return queue(server, connection, std::move(response));
   }
 
-  static MHD_Result queue(HttpServer& server, MHD_Connection* connection, adapters::HttpResponse response) {
+  static MHD_Result queue(HttpServer& server, MHD_Connection* connection, protocols::HttpResponse response) {
     const std::unique_ptr<MHD_Response, void (*)(MHD_Response*)> made(
         response.stream ? stream(server, connection, std::move(response.stream))
                         : MHD_create_response_from_buffer(response.body.size(), response.body.data(),
@@ -152,18 +152,18 @@ struct HttpServer::Callbacks {
       return made && MHD_add_response_header(made.get(), name, value) == MHD_YES;
     };
     const bool whole = has("Content-Type", response.type.c_str()) &&
-                       std::ranges::all_of(adapters::HttpSite::kHeaders, [&has](const auto& header) {
+                       std::ranges::all_of(protocols::HttpSite::kHeaders, [&has](const auto& header) {
                          return has(header.first, header.second);
                        });
     return whole ? MHD_queue_response(connection, response.status, made.get()) : MHD_NO;
   }
 
   static MHD_Response* stream(HttpServer& server, MHD_Connection* connection,
-                              std::unique_ptr<adapters::HttpStream> stream) {
+                              std::unique_ptr<protocols::HttpStream> stream) {
     auto live = std::unique_ptr<Live>(new Live{server, std::move(stream), connection});
     server.streams_.push_back(live.get());
     MHD_Response* const made = MHD_create_response_from_callback(
-        MHD_SIZE_UNKNOWN, adapters::HttpStream::kMostUnsent, on_read, live.get(), on_free);
+        MHD_SIZE_UNKNOWN, protocols::HttpStream::kMostUnsent, on_read, live.get(), on_free);
     made == nullptr ? server.streams_.pop_back() : void(live.release());
     return made;
   }
@@ -191,8 +191,8 @@ struct HttpServer::Callbacks {
   }
 };
 
-HttpServer::HttpServer(Reactor& reactor, const text::ListenAddress& listen, bool write,
-                       adapters::HttpSite::Handler handle, Warn warn)
+HttpServer::HttpServer(Reactor& reactor, const base::ListenAddress& listen, bool write,
+                       protocols::HttpSite::Handler handle, Warn warn)
     : reactor_(reactor),
       acceptor_(reactor, "http", {"", listen}, *this, std::move(warn)),
       site_(std::in_place, listen.host, address(), write, std::move(handle)),
@@ -267,7 +267,7 @@ bool HttpServer::poll_streams(Time now) {
         continue;
       }
       live->text.clear();
-      text::append(live->text, keep_alive);
+      base::append(live->text, keep_alive);
       live->sent = 0;
     }
     live->suspended = false;

@@ -2,7 +2,7 @@
 #pragma once
 
 /// An HTTP server on libmicrohttpd in the caller's loop: no thread, nothing blocks, and the memory that
-/// clients use is bounded. What it serves and refuses is adapters/http_site.hpp's.
+/// clients use is bounded. What it serves and refuses is protocols/http_site.hpp's.
 
 #include <cstddef>
 #include <list>
@@ -10,10 +10,10 @@
 #include <optional>
 #include <vector>
 
-#include "adapters/http_site.hpp"
 #include "cbcan/time.hpp"
 #include "io/loop/reactor.hpp"
 #include "io/sockets/acceptor.hpp"
+#include "protocols/http_site.hpp"
 
 struct MHD_Connection;
 struct MHD_Daemon;
@@ -26,14 +26,14 @@ class HttpServer final : private AcceptsClients {
 
   /// Starts listening; throws EnvironmentError on failure. `handle` must not destroy the server. `write`: see
   /// HttpSite.
-  HttpServer(Reactor& reactor, const text::ListenAddress& listen, bool write,
-             adapters::HttpSite::Handler handle, Warn warn);
+  HttpServer(Reactor& reactor, const base::ListenAddress& listen, bool write,
+             protocols::HttpSite::Handler handle, Warn warn);
   ~HttpServer();
   HttpServer(const HttpServer&) = delete;
   HttpServer& operator=(const HttpServer&) = delete;
 
   /// With the real port.
-  const text::ListenAddress& address() const { return acceptor_.listener().address().tcp; }
+  const base::ListenAddress& address() const { return acceptor_.listener().address().tcp; }
   bool may_write() const { return site_->may_write(); }
   /// Streamed responses in progress.
   std::size_t streams() const { return streams_.size(); }
@@ -59,7 +59,7 @@ class HttpServer final : private AcceptsClients {
 
   Reactor& reactor_;
   Acceptor acceptor_;
-  std::optional<adapters::HttpSite> site_;
+  std::optional<protocols::HttpSite> site_;
   std::vector<MHD_Connection*> connections_;
   std::list<Live*> streams_;
   Time look_at_ = 0;            ///< streams are not polled before

@@ -10,7 +10,7 @@
 #include <cerrno>
 #include <utility>
 
-#include "files/read_file.hpp"
+#include "base/read_file.hpp"
 #include "io/loop/reactor.hpp"
 
 namespace cbcan::io {
@@ -29,7 +29,7 @@ bool is_ready(int file, int timeout_ms) {
 Output::Output(Descriptor file, std::size_t most_waiting)
     : file_(std::move(file)),
       most_waiting_(most_waiting),
-      may_block_((fcntl(file_.get(), F_GETFL) & O_NONBLOCK) == 0 && files::type_of(file_.get()) != S_IFREG) {}
+      may_block_((fcntl(file_.get(), F_GETFL) & O_NONBLOCK) == 0 && base::type_of(file_.get()) != S_IFREG) {}
 
 Output Output::open(std::string_view what, const std::string& path, std::size_t most_waiting) {
   constexpr int kFlags = O_CREAT | O_TRUNC | O_CLOEXEC | O_NONBLOCK | O_NOCTTY;
@@ -48,7 +48,7 @@ Output::~Output() {
 
 /// Opened again if possible: O_NONBLOCK would affect every process that shares the descriptor.
 Output Output::standard(int number, std::size_t most_waiting) {
-  const mode_t type = files::type_of(number);
+  const mode_t type = base::type_of(number);
   const std::string path = "/proc/self/fd/" + std::to_string(number);
   Descriptor file;
   if (type == S_IFIFO || type == S_IFCHR)

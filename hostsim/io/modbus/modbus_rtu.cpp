@@ -16,7 +16,7 @@ constexpr Time kRetryAfter = kSecond;
 
 }  // namespace
 
-ModbusSerial::ModbusSerial(Reactor& reactor, std::vector<adapters::ModbusUnit*> networks, window::Line line,
+ModbusSerial::ModbusSerial(Reactor& reactor, std::vector<protocols::ModbusUnit*> networks, window::Line line,
                            std::uint8_t station, Warn warn)
     : reactor_(reactor),
       line_(std::move(line)),
@@ -24,7 +24,7 @@ ModbusSerial::ModbusSerial(Reactor& reactor, std::vector<adapters::ModbusUnit*> 
       session_(std::move(networks), Reactor::now,
                {.station = station,
                 .silence_us = rtu_silence_us(static_cast<std::uint32_t>(line_.baud)),
-                .gap_us = adapters::kRtuGapUs}) {
+                .gap_us = protocols::kRtuGapUs}) {
   open();
 }
 

@@ -5,12 +5,12 @@
 #include <string>
 #include <vector>
 
-#include "adapters/rtu_session.hpp"
 #include "cbcan/time.hpp"
 #include "io/errors.hpp"
 #include "io/loop/descriptor.hpp"
 #include "io/loop/reactor.hpp"
 #include "io/serial/serial_port.hpp"
+#include "protocols/rtu_session.hpp"
 
 namespace cbcan::io {
 
@@ -19,7 +19,7 @@ namespace cbcan::io {
 class ModbusSerial {
  public:
   /// Opens the port; throws what open_serial() throws. Units and reactor outlive this.
-  ModbusSerial(Reactor& reactor, std::vector<adapters::ModbusUnit*> networks, window::Line line,
+  ModbusSerial(Reactor& reactor, std::vector<protocols::ModbusUnit*> networks, window::Line line,
                std::uint8_t station, Warn warn);
   ~ModbusSerial();
   ModbusSerial(const ModbusSerial&) = delete;
@@ -40,7 +40,7 @@ class ModbusSerial {
   Reactor& reactor_;
   window::Line line_;
   Warn warn_;
-  adapters::RtuSession session_;
+  protocols::RtuSession session_;
   Descriptor port_;
   Time retry_at_ = kNever;
 };

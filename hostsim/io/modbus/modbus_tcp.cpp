@@ -18,10 +18,10 @@ struct ModbusTcp::Connection {
   std::size_t received = 0;
   Time deadline = kNever;            ///< of an incomplete request in the buffer
   std::vector<std::uint8_t> unsent;  ///< while not empty, nothing is read from this client
-  std::array<std::uint8_t, adapters::ModbusServer::kMaxAdu> buffer;
+  std::array<std::uint8_t, protocols::ModbusServer::kMaxAdu> buffer;
 };
 
-ModbusTcp::ModbusTcp(Reactor& reactor, const std::vector<adapters::ModbusUnit*>& networks,
+ModbusTcp::ModbusTcp(Reactor& reactor, const std::vector<protocols::ModbusUnit*>& networks,
                      ModbusTcpSettings settings, Warn warn)
     : reactor_(reactor),
       settings_(std::move(settings)),
@@ -78,7 +78,7 @@ inline bool ModbusTcp::receive(Connection& client) {
 bool ModbusTcp::advance(Connection& client) {
   const std::uint8_t* rest = client.buffer.data();
   while (client.unsent.empty()) {
-    const std::size_t size = adapters::ModbusServer::request_size({rest, client.received});
+    const std::size_t size = protocols::ModbusServer::request_size({rest, client.received});
     if (size == 0) return false;
     if (client.received < size) break;
     const auto respond = [this, &client](Bytes response) { return send(client, response); };

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// A Modbus TCP server (adapters/modbus_server.hpp has the protocol) over the caller's 16-bit holding
+/// A Modbus TCP server (protocols/modbus_server.hpp has the protocol) over the caller's 16-bit holding
 /// registers, of one network or several, for any number of clients, in one thread.
 ///
 /// No client can delay another one: nothing blocks, a client gets a bounded number of requests per turn,
@@ -19,13 +19,13 @@
 #include <utility>
 #include <vector>
 
-#include "adapters/modbus_server.hpp"
 #include "cbcan/modbus/identification.hpp"
 #include "cbcan/time.hpp"
 #include "io/errors.hpp"
 #include "io/loop/descriptor.hpp"
 #include "io/loop/reactor.hpp"
 #include "io/sockets/acceptor.hpp"
+#include "protocols/modbus_server.hpp"
 
 namespace cbcan::io {
 
@@ -39,9 +39,9 @@ struct ModbusTcpSettings {
 class ModbusTcp final : private AcceptsClients {
  public:
   /// Starts listening; throws EnvironmentError on failure. Raises the limit of open descriptors, which alone
-  /// limits the number of clients. `networks`: see adapters::ModbusServer; they and `reactor` outlive the
+  /// limits the number of clients. `networks`: see protocols::ModbusServer; they and `reactor` outlive the
   /// server.
-  ModbusTcp(Reactor& reactor, const std::vector<adapters::ModbusUnit*>& networks, ModbusTcpSettings settings,
+  ModbusTcp(Reactor& reactor, const std::vector<protocols::ModbusUnit*>& networks, ModbusTcpSettings settings,
             Warn warn);
   ~ModbusTcp();
   ModbusTcp(const ModbusTcp&) = delete;
@@ -63,7 +63,7 @@ class ModbusTcp final : private AcceptsClients {
   /// Called when a client connects or leaves: its number, its address and whether it has connected.
   std::function<void(std::uint32_t client, std::string_view address, bool joined)> on_client;
 
-  struct Counters : adapters::ModbusServer::Counters {
+  struct Counters : protocols::ModbusServer::Counters {
     std::uint64_t connections = 0;     ///< accepted
     std::uint64_t waits_for_room = 0;  ///< responses that had to wait for room in the client's connection
   };
@@ -71,7 +71,7 @@ class ModbusTcp final : private AcceptsClients {
 
  private:
   struct Connection;
-  using Bytes = adapters::ModbusServer::Bytes;
+  using Bytes = protocols::ModbusServer::Bytes;
   void close_client(Connection& client);
 
   bool on_ready(Connection& client);
@@ -84,7 +84,7 @@ class ModbusTcp final : private AcceptsClients {
 
   Reactor& reactor_;
   ModbusTcpSettings settings_;
-  adapters::ModbusServer server_;
+  protocols::ModbusServer server_;
   std::unordered_map<int, std::unique_ptr<Connection>> connections_;
   std::set<std::pair<Time, int>> deadlines_;  ///< of incomplete requests, with the connection's descriptor
   std::uint64_t connected_ = 0;

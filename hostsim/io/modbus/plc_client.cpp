@@ -20,14 +20,14 @@ std::string range_text(const window::Request& request) {
 
 }  // namespace
 
-std::unique_ptr<window::Connection> plc_over_tcp(const text::ListenAddress& address) {
+std::unique_ptr<window::Connection> plc_over_tcp(const base::ListenAddress& address) {
   const std::string where = "plc " + to_string(address) + ": ";
   const auto number = address_of(looked_up(where, address));
   if (!number) throw EnvironmentError(where + "its address cannot be found; write an IP address");
   return std::make_unique<window::TcpConnection>(number->host, address.port, kPlcTiming);
 }
 
-PlcClient::PlcClient(Reactor& reactor, adapters::ModbusUnit& module,
+PlcClient::PlcClient(Reactor& reactor, protocols::ModbusUnit& module,
                      std::unique_ptr<window::Connection> connection, Exchanges exchanges,
                      const PlcSettings& settings, Warn warn)
     : reactor_(reactor),

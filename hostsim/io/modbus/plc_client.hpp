@@ -11,11 +11,11 @@
 #include <string>
 #include <vector>
 
+#include "base/address.hpp"
 #include "cbcan/time.hpp"
 #include "io/errors.hpp"
 #include "io/loop/reactor.hpp"
 #include "io/modbus/plc_exchange.hpp"
-#include "text/address.hpp"
 #include "window/connection.hpp"
 
 namespace cbcan::io {
@@ -29,14 +29,14 @@ struct PlcSettings {
 inline constexpr window::Timing kPlcTiming{1'000'000, 100'000, 5'000'000};
 
 /// A connection by Modbus TCP. A name is looked up here only, which may block. Throws EnvironmentError.
-std::unique_ptr<window::Connection> plc_over_tcp(const text::ListenAddress& address);
+std::unique_ptr<window::Connection> plc_over_tcp(const base::ListenAddress& address);
 
 class PlcClient {
  public:
   using Exchanges = std::vector<std::unique_ptr<PlcExchange>>;
 
   /// Reactor and module outlive this.
-  PlcClient(Reactor& reactor, adapters::ModbusUnit& module, std::unique_ptr<window::Connection> connection,
+  PlcClient(Reactor& reactor, protocols::ModbusUnit& module, std::unique_ptr<window::Connection> connection,
             Exchanges exchanges, const PlcSettings& settings, Warn warn);
   PlcClient(const PlcClient&) = delete;
   PlcClient& operator=(const PlcClient&) = delete;
@@ -66,7 +66,7 @@ class PlcClient {
   void watch();
 
   Reactor& reactor_;
-  adapters::ModbusUnit& module_;
+  protocols::ModbusUnit& module_;
   std::unique_ptr<window::Connection> connection_;
   Exchanges exchanges_;
   PlcSettings settings_;

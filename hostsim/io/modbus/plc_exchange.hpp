@@ -12,8 +12,8 @@
 #include <span>
 #include <vector>
 
-#include "adapters/modbus_unit.hpp"
 #include "cbcan/regmap.hpp"
+#include "protocols/modbus_unit.hpp"
 #include "window/request.hpp"
 
 namespace cbcan::io {
@@ -41,7 +41,7 @@ class PlcExchange {
 class WindowExchange final : public PlcExchange {
  public:
   /// The unit outlives this. `refuses`: a request that is present at the first poll gets result 5.
-  WindowExchange(adapters::ModbusUnit& module, std::uint16_t first, bool refuses = false)
+  WindowExchange(protocols::ModbusUnit& module, std::uint16_t first, bool refuses = false)
       : module_(module), first_(first), refuses_(refuses) {}
 
   void begin() override;
@@ -60,10 +60,10 @@ class WindowExchange final : public PlcExchange {
   void look(Words words);
   void take(Words words, bool refuses);
   void cancel(std::uint16_t flag);
-  adapters::ModbusRange result_data() const;
-  window::Request write(const adapters::ModbusRange& range) const;
+  protocols::ModbusRange result_data() const;
+  window::Request write(const protocols::ModbusRange& range) const;
 
-  adapters::ModbusUnit& module_;
+  protocols::ModbusUnit& module_;
   std::uint16_t first_;
   Step step_ = Step::kWait;
   bool unsure_ = false;          ///< the PLC may have been restarted
@@ -77,7 +77,7 @@ class WindowExchange final : public PlcExchange {
 class ScannerExchange final : public PlcExchange {
  public:
   /// `out_first` and `in_first` are the module's registers.
-  ScannerExchange(adapters::ModbusUnit& module, std::uint16_t first, std::uint16_t out_first,
+  ScannerExchange(protocols::ModbusUnit& module, std::uint16_t first, std::uint16_t out_first,
                   std::uint16_t in_first)
       : module_(module), first_(first), out_first_(out_first), in_first_(in_first) {}
 
@@ -95,7 +95,7 @@ class ScannerExchange final : public PlcExchange {
   Words in() const { return module_.registers().subspan(in_first_, regmap::kScannerInWords); }
   void compare();
 
-  adapters::ModbusUnit& module_;
+  protocols::ModbusUnit& module_;
   std::uint16_t first_;
   std::uint16_t out_first_;
   std::uint16_t in_first_;
@@ -131,19 +131,19 @@ class PlcCopy {
  private:
   static constexpr unsigned kRoundsToRepeat = 100;
 
-  adapters::ModbusRange changed(Words now) const;
+  protocols::ModbusRange changed(Words now) const;
 
   unsigned rounds_ = 0;                 ///< until all are written again
   std::vector<std::uint16_t> told_;     ///< the PLC's
   std::vector<std::uint16_t> written_;  ///< what is being written
-  adapters::ModbusRange range_{};       ///< of it
+  protocols::ModbusRange range_{};       ///< of it
 };
 
 /// Network status in the PLC, at `first`.
 class StatusExchange final : public PlcExchange {
  public:
   /// `own_first` is the module's register.
-  StatusExchange(adapters::ModbusUnit& module, std::uint16_t first, std::uint16_t own_first)
+  StatusExchange(protocols::ModbusUnit& module, std::uint16_t first, std::uint16_t own_first)
       : module_(module), first_(first), own_first_(own_first) {}
 
   void begin() override { copy_.begin_round(); }
@@ -152,7 +152,7 @@ class StatusExchange final : public PlcExchange {
   void lost() override { copy_.forget(); }
 
  private:
-  adapters::ModbusUnit& module_;
+  protocols::ModbusUnit& module_;
   std::uint16_t first_;
   std::uint16_t own_first_;
   PlcCopy copy_{regmap::kStatusWords};
@@ -162,7 +162,7 @@ class StatusExchange final : public PlcExchange {
 class ProcessExchange final : public PlcExchange {
  public:
   /// `own_first` is the module's register.
-  ProcessExchange(adapters::ModbusUnit& module, std::uint16_t first, std::uint16_t own_first)
+  ProcessExchange(protocols::ModbusUnit& module, std::uint16_t first, std::uint16_t own_first)
       : module_(module), first_(first), own_first_(own_first) {}
 
   void begin() override;
@@ -176,7 +176,7 @@ class ProcessExchange final : public PlcExchange {
 
   Words inputs() const { return module_.registers().subspan(own_first_, kWords); }
 
-  adapters::ModbusUnit& module_;
+  protocols::ModbusUnit& module_;
   std::uint16_t first_;
   std::uint16_t own_first_;
   Step step_ = Step::kRest;

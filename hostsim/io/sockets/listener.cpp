@@ -15,8 +15,8 @@
 #include <memory>
 #include <vector>
 
+#include "base/numbers.hpp"
 #include "io/errors.hpp"
-#include "text/numbers.hpp"
 
 namespace cbcan::io {
 
@@ -103,7 +103,7 @@ std::optional<ListenAddress> address_of(const SocketAddress& address) {
   if (getnameinfo(address.get(), address.size, host.data(), host.size(), port.data(), port.size(),
                   NI_NUMERICHOST | NI_NUMERICSERV) != 0)
     return std::nullopt;
-  return ListenAddress{host.data(), text::parse<std::uint16_t>(port.data()).value_or(0)};
+  return ListenAddress{host.data(), base::parse<std::uint16_t>(port.data()).value_or(0)};
 }
 
 std::string peer_of(int socket) {

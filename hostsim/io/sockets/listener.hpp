@@ -13,13 +13,13 @@
 #include <tuple>
 #include <utility>
 
+#include "base/address.hpp"
 #include "io/loop/descriptor.hpp"
-#include "text/address.hpp"
 
 namespace cbcan::io {
 
-using text::ListenAddress;
-using text::StreamAddress;
+using base::ListenAddress;
+using base::StreamAddress;
 
 /// An address in the kernel's format.
 struct SocketAddress {

@@ -49,7 +49,7 @@ StreamServer::StreamServer(Reactor& reactor, std::string_view service, const Str
                            MakeSession make, Warn warn)
     : reactor_(reactor),
       make_([this, make = std::move(make)] {
-        return adapters::without_browsers(make(), [this] { warn_of_browser(); });
+        return protocols::without_browsers(make(), [this] { warn_of_browser(); });
       }),
       address_(address) {
   if (address.is_pty)

@@ -15,19 +15,19 @@
 #include <string_view>
 #include <unordered_map>
 
-#include "adapters/stream_session.hpp"
 #include "io/errors.hpp"
 #include "io/loop/descriptor.hpp"
 #include "io/loop/reactor.hpp"
 #include "io/sockets/acceptor.hpp"
+#include "protocols/stream_session.hpp"
 
 namespace cbcan::io {
 
-using adapters::StreamSession;
+using protocols::StreamSession;
 
 class StreamServer final : private AcceptsClients {
  public:
-  using MakeSession = adapters::MakeSession;
+  using MakeSession = protocols::MakeSession;
 
   /// Starts listening; throws EnvironmentError, its text beginning with `service`. The reactor outlives this.
   StreamServer(Reactor& reactor, std::string_view service, const StreamAddress& address, MakeSession make,

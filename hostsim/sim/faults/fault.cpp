@@ -8,15 +8,15 @@
 #include <array>
 #include <vector>
 
-#include "text/suggestion.hpp"
-#include "text/words.hpp"
+#include "base/suggestion.hpp"
+#include "base/words.hpp"
 
 namespace cbcan::sim {
 
 namespace {
 
-using options::Form;
-using options::Row;
+using base::Form;
+using base::Row;
 using enum FaultKind;
 using enum FaultPlace;
 
@@ -31,7 +31,7 @@ constexpr std::array<std::string_view, 5> kModuleCommands{"reset-node", "reset-c
 template <auto kMember>
 constexpr auto key(FaultKind first, FaultKind last, Row row) {
   row.kinds = {static_cast<std::uint8_t>(first), static_cast<std::uint8_t>(last)};
-  return options::setting<Fault, kMember>(row);
+  return base::setting<Fault, kMember>(row);
 }
 template <auto kMember>
 constexpr auto key(FaultKind only, Row row) {
@@ -163,7 +163,7 @@ const FaultRow& row_of(FaultKind kind) {
   return kKinds[static_cast<std::size_t>(kind)];
 }
 
-std::span<const options::Setting<Fault>> fault_settings() {
+std::span<const base::Setting<Fault>> fault_settings() {
   return kKeys;
 }
 
@@ -181,14 +181,14 @@ std::string_view name_of(FaultPlace place) {
 namespace {
 
 /// The keys of the kind.
-std::vector<const options::Setting<Fault>*> settings_of(FaultKind kind) {
-  std::vector<const options::Setting<Fault>*> settings;
+std::vector<const base::Setting<Fault>*> settings_of(FaultKind kind) {
+  std::vector<const base::Setting<Fault>*> settings;
   for (const auto& setting : kKeys)
     if (setting.kinds.has(static_cast<std::size_t>(kind))) settings.push_back(&setting);
   return settings;
 }
 
-const options::Setting<Fault>* find(FaultKind kind, std::string_view key) {
+const base::Setting<Fault>* find(FaultKind kind, std::string_view key) {
   const auto settings = settings_of(kind);
   const auto found = std::ranges::find(settings, key, [](const auto* setting) { return setting->key; });
   return found == settings.end() ? nullptr : *found;
@@ -203,25 +203,25 @@ std::string no_such_kind(std::string_view name, FaultPlace here) {
   std::vector<std::string_view> names;
   for (const FaultRow& row : kKinds)
     if (allowed(row.place, here)) names.push_back(row.name);
-  const std::string suggestion = text::did_you_mean(name, names);
+  const std::string suggestion = base::did_you_mean(name, names);
   return fmt::format("fault \"{}\": no such kind{}", name,
-                     suggestion.empty() ? "; there are " + text::listed(names, " and ") : suggestion);
+                     suggestion.empty() ? "; there are " + base::listed(names, " and ") : suggestion);
 }
 
 std::string no_such_key(FaultKind kind, std::string_view key) {
   std::vector<std::string_view> keys;
   for (const auto* setting : settings_of(kind))
     keys.push_back(setting->key);
-  return fmt::format("{}: no such key; there are {}", key, text::listed(keys, " and "));
+  return fmt::format("{}: no such key; there are {}", key, base::listed(keys, " and "));
 }
 
 std::string store(Fault& fault, const FaultKey& key) {
   const auto* setting = find(fault.kind, key.key);
   if (setting == nullptr) return no_such_key(fault.kind, key.key);
-  const options::Problem problem =
-      key.value ? options::assign(*setting, fault, *key.value) : options::wrong_form(*setting);
+  const base::Problem problem =
+      key.value ? base::assign(*setting, fault, *key.value) : base::wrong_form(*setting);
   if (problem.empty()) return {};
-  return fmt::format("{}{}: {}", key.key, key.value ? " " + text::value_text(*key.value) : "", problem);
+  return fmt::format("{}{}: {}", key.key, key.value ? " " + base::value_text(*key.value) : "", problem);
 }
 
 std::string store_all(Fault& fault, std::span<const FaultKey> keys) {
@@ -251,16 +251,16 @@ FaultOrProblem make_fault(std::string_view name, std::span<const FaultKey> keys,
 }
 
 FaultOrProblem parse_fault(std::string_view text, FaultPlace here) {
-  const std::vector<std::string_view> words = text::words_of(text);
+  const std::vector<std::string_view> words = base::words_of(text);
   if (words.empty()) return make_fault("", {}, here);
   std::vector<FaultKey> keys;
   for (const std::string_view word : std::span(words).subspan(1)) {
-    const auto sides = text::split(word, '=');
+    const auto sides = base::split(word, '=');
     if (!sides || sides->second.empty())
       return {{}, fmt::format("{}: \"{}\": write key=value", words[0], word)};
     const auto* setting = find(kind_of(words[0]), sides->first);
     keys.push_back({sides->first, {}});
-    if (setting != nullptr) keys.back().value = options::typed(*setting, sides->second);
+    if (setting != nullptr) keys.back().value = base::typed(*setting, sides->second);
   }
   return make_fault(words[0], keys, here);
 }
@@ -271,10 +271,10 @@ std::string written(const Fault& fault, bool with_own) {
   const FaultRow& row = row_of(fault.kind);
   std::string text(row.name);
   for (const auto* setting : settings_of(fault.kind)) {
-    const text::Value value = setting->load(*setting, fault);
+    const base::Value value = setting->load(*setting, fault);
     const bool own = setting->kinds.first == setting->kinds.last && setting->absent.empty();
     if ((own && with_own) || value != setting->load(*setting, row.standard))
-      text += fmt::format(" {}={}", setting->key, options::written(*setting, value));
+      text += fmt::format(" {}={}", setting->key, base::written(*setting, value));
   }
   return text;
 }

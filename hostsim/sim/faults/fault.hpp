@@ -12,9 +12,9 @@
 #include <string>
 #include <string_view>
 
+#include "base/setting.hpp"
 #include "cbcan/canopen/dictionary/object_dictionary.hpp"
 #include "cbcan/time.hpp"
-#include "options/setting.hpp"
 
 namespace cbcan::sim {
 
@@ -149,13 +149,13 @@ std::span<const FaultRow> fault_rows();
 const FaultRow& row_of(FaultKind kind);
 
 /// The keys of all kinds, by FaultKind: first those of one kind, then those that kinds share.
-std::span<const options::Setting<Fault>> fault_settings();
+std::span<const base::Setting<Fault>> fault_settings();
 
 bool allowed(FaultPlace of_kind, FaultPlace here);
 
 struct FaultKey {
   std::string_view key;
-  std::optional<text::Value> value;  ///< nullopt: a type that no key has, such as a date
+  std::optional<base::Value> value;  ///< nullopt: a type that no key has, such as a date
 };
 
 struct FaultOrProblem {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // The suite's target "core": the coprocessor in this process, in virtual time.
 
-#include "contract/target.hpp"
 #include "cbcan/coprocessor/multi_channel_coprocessor.hpp"
 #include "contract/core/watched_registers.hpp"
+#include "contract/target.hpp"
 #include "support/bench.hpp"
 
 namespace cbcan::contract {

@@ -2,10 +2,10 @@
 // The suite's target "mcu": the image for the MPS2 board in QEMU, reset for each case, with Modbus RTU for the PLC
 // and, for the bus, an SLCAN adapter played by the suite.
 
-#include "contract/target.hpp"
 #include "cbcan/configuration.hpp"
 #include "contract/mcu/emulator.hpp"
 #include "contract/remote/slcan_text.hpp"
+#include "contract/target.hpp"
 #include "support/catch.hpp"
 #include "support/modbus_crc.hpp"
 

@@ -2,8 +2,8 @@
 // Devices of all dictionaries, one at a time, for tests/dictionary: a 29-bit frame with the file's number,
 // and 1 to begin with empty flash, is power on.
 
-#include "dictionaries.hpp"
 #include "boards/mps2_an385/vectors.hpp"
+#include "dictionaries.hpp"
 #include "dictionary/stored_device.hpp"
 
 namespace {

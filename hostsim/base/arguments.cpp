@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: MIT
+#include "base/arguments.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "base/suggestion.hpp"
+#include "base/words.hpp"
+
+namespace cbcan::base {
+namespace {
+
+constexpr std::string_view kCommand = "--";
+
+class Parser {
+ public:
+  Parser(std::span<const char* const> words, std::span<const std::string_view> options)
+      : words_(words), options_(options) {}
+
+  ParsedArguments parse() {
+    while (!words_.empty() && words_.front() != kCommand)
+      take_word(take());
+    parsed_.has_command = !words_.empty();
+    if (parsed_.has_command) parsed_.command.assign(words_.begin() + 1, words_.end());
+    return std::move(parsed_);
+  }
+
+ private:
+  std::string_view take() { return std::exchange(words_, words_.subspan(1)).front(); }
+
+  /// As --help shows it; empty = no such option.
+  std::string_view find(std::string_view word) const {
+    const auto found = std::ranges::find_if(options_, [word](std::string_view shown) {
+      const bool is_short = shown.starts_with(word) && shown.substr(word.size()).starts_with(", ");
+      return is_short || option_name(shown) == word;
+    });
+    return found == options_.end() ? std::string_view() : *found;
+  }
+
+  bool has_argument() const {
+    const std::string_view word = words_.empty() ? kCommand : std::string_view(words_.front());
+    return !word.starts_with("--") && find(word).empty();
+  }
+
+  static bool is_option(std::string_view word) {
+    return word.size() > 1 && word.front() == '-' && (word[1] < '0' || word[1] > '9');
+  }
+
+  void take_word(std::string_view word) {
+    if (!is_option(word)) return parsed_.words.push_back(word);
+    const auto joined = split(word, '=');
+    const std::string_view name = joined ? joined->first : word;
+    const std::string_view shown = find(name);
+    if (shown.empty()) {
+      parsed_.wrong.push_back({word, no_such_option(name, options_)});
+      if (!joined && has_argument()) take();
+    } else if (option_argument(shown).empty()) {
+      joined ? parsed_.wrong.push_back({name, "takes no argument"})
+             : parsed_.options.push_back({option_name(shown), {}});
+    } else if (!joined && !has_argument()) {
+      parsed_.wrong.push_back({name, fmt::format("needs an argument, {}", option_argument(shown))});
+    } else {
+      parsed_.options.push_back({option_name(shown), joined ? joined->second : take()});
+    }
+  }
+
+  std::span<const char* const> words_;
+  std::span<const std::string_view> options_;
+  ParsedArguments parsed_;
+};
+
+}  // namespace
+
+std::string_view option_name(std::string_view option) {
+  const std::size_t longest = option.find(", ");
+  if (longest != option.npos) option.remove_prefix(longest + 2);
+  return option.substr(0, option.find(' '));
+}
+
+std::string_view option_argument(std::string_view option) {
+  option.remove_prefix(static_cast<std::size_t>(option_name(option).data() - option.data()));
+  const auto parts = split(option, ' ');
+  return parts ? parts->second : std::string_view();
+}
+
+std::string no_such_option(std::string_view word, std::span<const std::string_view> options) {
+  std::vector<std::string_view> names;
+  std::ranges::transform(options, std::back_inserter(names), option_name);
+  return "no such option" + did_you_mean(word, names);
+}
+
+ParsedArguments parse_arguments(std::span<const char* const> words,
+                                std::span<const std::string_view> options) {
+  return Parser(words, options).parse();
+}
+
+}  // namespace cbcan::base

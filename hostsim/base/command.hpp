@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Commands as rows: their words and options, how these are stored in a Target, and their help.
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/arguments.hpp"
+#include "base/setting.hpp"
+
+namespace cbcan::base {
+
+inline constexpr std::string_view kShortHelpOption = "-h";
+inline constexpr std::string_view kHelpOption = "--help";
+inline constexpr std::string_view kVersionOption = "--version";
+
+/// The options of every program.
+std::span<const Row> help_rows();
+
+template <class Target>
+struct Command {
+  std::string_view name;  ///< with the program's name: "cbcanctl read"
+  std::string_view help;
+  /// In order; `option` is the word's name. One that ends with "..." takes all remaining words.
+  std::span<const Setting<Target>> words = {};
+  std::span<const Setting<Target>> options = {};
+  void (*run)(const Target&) = nullptr;
+};
+
+// ---- Help
+
+/// In two columns: "  --unit N       Modbus unit ID: 0..247 (default 1)"
+std::string line_of(const Row& row, std::string_view standard = kNone);
+
+/// A heading and a line for each row; empty without rows.
+template <class Target>
+std::string section_of(std::string_view heading, std::span<const Setting<Target>> rows) {
+  const Target standard{};
+  std::string text = rows.empty() ? "" : fmt::format("\n{}:\n", heading);
+  for (const Setting<Target>& row : rows)
+    text += line_of(row, text_in(row, standard, standard));
+  return text;
+}
+
+/// "cbcanctl read [OPTION...] NODE INDEX SUB"
+template <class Target>
+std::string usage_of(const Command<Target>& command) {
+  std::string text = fmt::format("{} [OPTION...]", command.name);
+  for (const Setting<Target>& word : command.words)
+    text.append(" ").append(word.option);
+  return text;
+}
+
+template <class Target>
+std::string help_of(const Command<Target>& command) {
+  return fmt::format("{}: {}\n\nUsage:  {}\n", command.name, command.help, usage_of(command)) +
+         section_of("Arguments", command.words) + section_of("Options", command.options);
+}
+
+// ---- Parsed arguments
+
+bool is_typed(const ParsedArguments& typed, std::string_view option);
+
+/// true for a flag.
+Value value_of(const Row& row, const Argument& argument);
+
+/// Returns "--size 129: must be 1..128", or nothing.
+template <class Target>
+[[nodiscard]] Problem put(const Setting<Target>& row, const Argument& argument, Target& target) {
+  const Problem problem = assign(row, target, value_of(row, argument));
+  return problem.empty() ? "" : fmt::format("{} {}: {}", argument.option, argument.text, problem);
+}
+
+template <class Target>
+[[nodiscard]] Problem put_options(const Command<Target>& command, std::span<const Setting<Target>> shared,
+                                  const ParsedArguments& typed, Target& target) {
+  for (const Argument& argument : typed.options) {
+    const auto is_it = [&](const Row& row) { return option_name(row.option) == argument.option; };
+    auto row = std::ranges::find_if(command.options, is_it);
+    if (row == command.options.end()) {
+      row = std::ranges::find_if(shared, is_it);
+      if (row == shared.end()) return fmt::format("{}: {} has no such option", argument.option, command.name);
+    }
+    if (std::ranges::count(typed.options, argument.option, &Argument::option) != 1)
+      return fmt::format("{} is given twice", argument.option);
+    if (const Problem problem = put(*row, argument, target); !problem.empty()) return problem;
+  }
+  return {};
+}
+
+template <class Target>
+[[nodiscard]] Problem put_words(const Command<Target>& command, std::span<const std::string_view> words,
+                                Target& target) {
+  for (const Setting<Target>& row : command.words) {
+    if (words.empty())
+      return fmt::format("{} is missing: {}; usage: {}", row.option, row.help, usage_of(command));
+    const bool takes_all = row.option.ends_with("...");
+    do {
+      if (const Problem problem = put(row, {row.option, words.front()}, target); !problem.empty())
+        return problem;
+      words = words.subspan(1);
+    } while (takes_all && !words.empty());
+  }
+  if (words.empty()) return {};
+  return fmt::format("{}: one word too many; usage: {}", words.front(), usage_of(command));
+}
+
+}  // namespace cbcan::base

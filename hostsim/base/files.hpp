@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace cbcan::base {
+
+/// The longest file that is read, and what is said of a longer one after its path.
+inline constexpr std::size_t kMostFileBytes = 16 * 1024 * 1024;
+inline constexpr auto kTooLong = ": more than 16 MiB; write a plant, EDS or parameter file";
+
+/// Returns the whole content of a file; nullopt if it cannot be read. Of a path that ends in "/" the names of
+/// the files in that folder, sorted, a line for each.
+using FileReader = std::function<std::optional<std::string>(const std::string& path)>;
+
+/// "/plant.toml"; and "C:/plant.toml", as on Windows.
+bool is_absolute(std::string_view path);
+
+/// A path from this file, ready to be opened.
+std::string path_in(const std::string& file_name, std::string_view path);
+
+}  // namespace cbcan::base

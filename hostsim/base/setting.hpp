@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Settings as rows of tables. Plant file, command line and commands store values by these rows; --help and
+/// the tables of the pages are generated from them. A default is the initialiser of its member.
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "base/error.hpp"
+#include "base/value.hpp"
+
+namespace cbcan::base {
+
+/// What is wrong with a value, to follow its name: "must be 1..127". Empty = nothing.
+using Problem = std::string;
+
+/// A kPath, and the path after `unix:` or `pty:` in a kAddress, is relative to the file that contains it.
+/// kAny: a value of any type. kOfMember: the member's type decides.
+enum class Form : std::uint8_t {
+  kOfMember,
+  kInteger,
+  kHexadecimal,
+  kNumber,
+  kBoolean,
+  kText,
+  kPath,
+  kAddress,
+  kAny
+};
+
+/// Of objects that have kinds, such as the shapes of a signal: the first and the last kind with this row.
+struct Kinds {
+  std::uint8_t first = 0;
+  std::uint8_t last = 0xFF;
+
+  constexpr bool has(std::size_t kind) const { return kind >= first && kind <= last; }
+  bool operator==(const Kinds&) const = default;
+};
+
+/// A row without the place where its value is stored.
+struct Row {
+  std::string_view key = {};     ///< "module.node_id"
+  std::string_view option = {};  ///< of its own, as --help shows it: "--seed N"; most rows have none
+  std::string_view help = {};    ///< a sentence without its full stop
+  std::string_view more = {};    ///< sentences that only the reference page adds
+  Form form = Form::kOfMember;
+  std::int64_t low = 0;  ///< low = high: the range of an integer is that of its member, other numbers have none
+  std::int64_t high = 0;
+  std::string_view unit = {};    ///< after the range: " ms, 0 = none"
+  std::string_view domain = {};  ///< the values it can have, as text; empty = range or choices
+  std::span<const std::string_view> choices =
+      {};                         ///< a text has to be one of these; their order is that of the enumerators
+  std::span<const int> numbers = {};  ///< an integer has to be one of these
+  std::string_view example = {};  ///< of a required setting; empty = optional
+  std::string_view absent = {};   ///< meaning of an omitted setting, if no value has it
+  std::uint32_t scale = 1;        ///< the stored number is the value times this
+  Kinds kinds = {};
+  Problem (*check)(const Value&) = nullptr;  ///< called if form and range are right
+};
+
+template <class Target>
+struct Setting : Row {
+  void (*store)(const Row&, Target&, const Value&);
+  Value (*load)(const Row&, const Target&);
+};
+
+/// Its value is written as a text.
+bool is_text(const Row& row);
+
+/// "1..127", "hold, repeat or back-and-forth", "a path"
+std::string domain_of(const Row& row);
+
+/// "50", "0x7FF", "hold"
+std::string written(const Row& row, const Value& value);
+
+/// The problem of a value of another form; of a date, for example, which is no Value.
+[[nodiscard]] Problem wrong_form(const Row& row);
+[[nodiscard]] Problem check(const Row& row, const Value& value);
+
+/// The message of the UsageError that `parse` throws; empty = none.
+template <class Parse>
+Problem problem_of(Parse parse) try {
+  parse();
+  return {};
+} catch (const UsageError& error) {
+  return error.what();
+}
+
+/// Parses a value as typed for this row: a text needs no quotes.
+Value typed(const Row& row, std::string_view text);
+
+/// Checks and stores `value`; a rejected value changes nothing.
+template <class Target>
+[[nodiscard]] Problem assign(const Setting<Target>& setting, Target& target, const Value& value) {
+  Problem problem = check(setting, value);
+  if (problem.empty()) setting.store(setting, target, value);
+  return problem;
+}
+
+/// The text of a default that is no value.
+inline constexpr std::string_view kNone = "none";
+
+/// The value in `target` as text; `absent` or kNone if there is no value.
+template <class Target>
+std::string text_in(const Setting<Target>& setting, const Target& target, const Target& standard) {
+  const Value value = setting.load(setting, target);
+  const bool unset = !setting.absent.empty() && value == setting.load(setting, standard);
+  if (unset) return std::string(setting.absent);
+  return value == Value(std::string()) ? std::string(kNone) : written(setting, value);
+}
+
+// ---- Rows of members
+
+namespace detail {
+
+std::int64_t place_of(const Row& row, const Value& value);
+
+/// Of an optional, the type in it.
+template <class Member>
+Member unwrapped(const std::optional<Member>&);
+template <class Member>
+Member unwrapped(const Member&);
+
+using List = std::vector<std::string>;
+
+template <class Member>
+void put(const Row& row, Member& member, const Value& value) {
+  using Type = decltype(unwrapped(member));
+  if constexpr (std::is_enum_v<Type>) {
+    member = static_cast<Type>(place_of(row, value));
+  } else if constexpr (std::is_same_v<Type, bool>) {
+    member = std::get<bool>(value);
+  } else if constexpr (std::is_integral_v<Type>) {
+    member = static_cast<Type>(std::get<std::int64_t>(value) * row.scale);
+  } else if constexpr (std::is_same_v<Type, double>) {
+    const auto* whole = std::get_if<std::int64_t>(&value);
+    member = whole != nullptr ? static_cast<double>(*whole) : std::get<double>(value);
+  } else if constexpr (std::is_same_v<Type, List>) {
+    member.push_back(std::get<std::string>(value));
+  } else {
+    member = std::get<Type>(value);
+  }
+}
+
+template <class Member>
+Value get(const Row& row, const Member& member) {
+  if constexpr (std::is_enum_v<Member>) {
+    return std::string(row.choices[static_cast<std::size_t>(member)]);
+  } else if constexpr (std::is_same_v<Member, bool> || std::is_same_v<Member, double> ||
+                       std::is_same_v<Member, std::string>) {
+    return member;
+  } else if constexpr (std::is_integral_v<Member>) {
+    return static_cast<std::int64_t>(member / static_cast<Member>(row.scale));
+  } else if constexpr (std::is_same_v<Member, List>) {
+    return std::string();
+  } else {
+    return member ? get(row, *member) : Value(std::string());
+  }
+}
+
+template <class Object>
+constexpr Object& at(Object& object) {
+  return object;
+}
+template <class Object, class Step, class... Steps>
+constexpr auto& at(Object& object, Step step, Steps... steps) {
+  return at(std::invoke(step, object), steps...);
+}
+
+template <class Type>
+constexpr Form form_of() {
+  if (std::is_same_v<Type, bool>) return Form::kBoolean;
+  if (std::is_integral_v<Type>) return Form::kInteger;
+  return std::is_same_v<Type, double> ? Form::kNumber : Form::kText;
+}
+
+template <class Target, class Member>
+Target target_of(Member Target::*);
+
+}  // namespace detail
+
+/// The row of the member at the end of `kPath`: member pointers or functions, from a Target on.
+template <class Target, auto... kPath>
+constexpr Setting<Target> setting(Row row) {
+  using Member = std::remove_cvref_t<decltype(detail::at(std::declval<Target&>(), kPath...))>;
+  using Type = decltype(detail::unwrapped(std::declval<Member>()));
+  if (row.form == Form::kOfMember) row.form = detail::form_of<Type>();
+  if constexpr (std::is_integral_v<Type> && sizeof(Type) < sizeof row.high)
+    if (row.low == row.high) row.high = std::numeric_limits<Type>::max();
+  return {
+      row,
+      [](const Row& self, Target& target, const Value& value) {
+        detail::put(self, detail::at(target, kPath...), value);
+      },
+      [](const Row& self, const Target& target) { return detail::get(self, detail::at(target, kPath...)); }};
+}
+/// The Target is that of the first member pointer.
+template <auto kFirst, auto... kPath>
+constexpr auto setting(Row row) {
+  return setting<decltype(detail::target_of(kFirst)), kFirst, kPath...>(row);
+}
+
+}  // namespace cbcan::base

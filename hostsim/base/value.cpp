@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: MIT
+#include "base/value.hpp"
+
+#include <fmt/core.h>
+
+#include "base/numbers.hpp"
+
+namespace cbcan::base {
+namespace {
+
+constexpr std::string_view kHexPrefix = "hex:";
+
+bool is_quoted(std::string_view text) {
+  return text.size() >= 2 && text.front() == '"' && text.back() == '"';
+}
+
+}  // namespace
+
+bool is_hex(std::string_view text) {
+  return text.starts_with(kHexPrefix);
+}
+
+std::optional<Bytes> parse_hex(std::string_view text) {
+  Bytes bytes;
+  if (is_hex(text)) text.remove_prefix(kHexPrefix.size());
+  while (!text.empty()) {
+    if (text.front() == ' ') {
+      text.remove_prefix(1);
+      continue;
+    }
+    const auto byte = parse<std::uint8_t>(text.substr(0, 2), 16);
+    if (!byte || text.size() < 2) return std::nullopt;
+    bytes.push_back(*byte);
+    text.remove_prefix(2);
+  }
+  return bytes;
+}
+
+Value parse_value(std::string_view text) {
+  if (text == "true") return true;
+  if (text == "false") return false;
+  if (const auto integer = parse_integer(text)) return *integer;
+  // Without a digit it is "inf" or "nan", which are words in a text.
+  const bool has_digit = text.find_first_of("0123456789") != std::string_view::npos;
+  if (const auto number = parse<double>(text); number && has_digit) return *number;
+  return std::string(is_quoted(text) ? text.substr(1, text.size() - 2) : text);
+}
+
+void append_value(Buffer& to, double number) {
+  const std::string digits = fmt::format("{}", number);
+  append(to, digits, digits.find_first_not_of("-0123456789") == digits.npos ? ".0" : "");
+}
+
+void append_value(Buffer& to, std::span<const std::uint8_t> bytes) {
+  append(to, '"', kHexPrefix, HexBytes{bytes, " "}, '"');
+}
+
+std::string value_text(const Value& value) {
+  if (const auto* text = std::get_if<std::string>(&value)) return '"' + *text + '"';
+  if (const auto* boolean = std::get_if<bool>(&value)) return *boolean ? "true" : "false";
+  if (const auto* integer = std::get_if<std::int64_t>(&value)) return std::to_string(*integer);
+  const auto* const bytes = std::get_if<Bytes>(&value);
+  return made([&](Buffer& to) {
+    bytes != nullptr ? append_value(to, *bytes) : append_value(to, std::get<double>(value));
+  });
+}
+
+}  // namespace cbcan::base

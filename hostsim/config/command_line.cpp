@@ -1,0 +1,251 @@
+// SPDX-License-Identifier: MIT
+#include "config/command_line.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <iterator>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "base/arguments.hpp"
+#include "base/words.hpp"
+#include "cbcan/regmap.hpp"
+#include "cbcan/version.hpp"
+#include "config/demo_plant.hpp"
+#include "config/options.hpp"
+#include "config/plant_file.hpp"
+#include "config/settings.hpp"
+
+namespace cbcan::config {
+namespace {
+
+constexpr std::string_view kCommand = "--";
+constexpr std::string_view kDemo = "demo";
+
+std::string lost_word(std::string_view word) {
+  return word.ends_with(".toml") ? fmt::format("a plant file is given with --config {}", word)
+                                 : "belongs to no option";
+}
+
+/// The message, or for --heartbeat "no such option; did you mean --set node.ID.heartbeat_ms=...?"
+std::string about(const base::WrongWord& wrong) {
+  std::string name(wrong.word.substr(0, wrong.word.find('=')));
+  std::ranges::replace(name, '-', '_');
+  std::string found;
+  for_each_setting([&](const base::Row& row) {
+    const bool is_it =
+        row.option.empty() && name.size() > 3 && base::leaf_of(row.key).starts_with(name.substr(2));
+    if (is_it && found.empty()) found = row.key;
+  });
+  if (found.empty() || !wrong.message.starts_with("no such")) return wrong.message;
+  if (found.starts_with("node.")) found.insert(5, "ID.");
+  return fmt::format("no such option; did you mean --set {}=...?", found);
+}
+
+/// With the network that each option applies to.
+class ParsedArguments {
+ public:
+  explicit ParsedArguments(std::span<const char* const> words) {
+    base::ParsedArguments parsed = base::parse_arguments(words, all_options());
+    for (const base::WrongWord& wrong : parsed.wrong)
+      complain(wrong.word, about(wrong));
+    for (const std::string_view word : parsed.words)
+      complain(word, lost_word(word));
+    for (const base::Argument& argument : parsed.options)
+      add({argument});
+    command = std::move(parsed.command);
+    if (parsed.has_command && command.empty())
+      complain(kCommand, "write a command after it, such as -- ./run-tests");
+  }
+
+  Arguments arguments;  ///< in order
+  std::vector<std::string> command;
+  Diagnostics problems;
+
+  std::size_t count(std::string_view option) const {
+    return static_cast<std::size_t>(std::ranges::count(arguments, option, &Argument::option));
+  }
+  /// The argument --demo or --config; null = neither.
+  const Argument* plant() const {
+    const auto found = std::ranges::find_if(arguments, is_plant);
+    return found == arguments.end() ? nullptr : &*found;
+  }
+  /// Whether it is set by its option or by --set.
+  bool is_named(std::string_view option, std::string_view key, std::size_t network = 1) const {
+    const std::string path = fmt::format("{}=", key);
+    const std::string long_path = fmt::format("network.{}.{}", network, path);
+    return std::ranges::any_of(arguments, [&](const Argument& argument) {
+      const bool is_about = argument.network == network;
+      if (argument.option != "--set") return is_about && argument.option == option;
+      return argument.text.starts_with(long_path) || (is_about && argument.text.starts_with(path));
+    });
+  }
+
+ private:
+  void complain(std::string_view word, std::string message) {
+    problems.push_back(about_option(word, std::move(message)));
+  }
+
+  void add(Argument argument) {
+    if (argument.option == kNetworkOption) network_ = network_number(argument.text);
+    if (!is_about_whole_plant(argument.option)) argument.network = network_;
+    if (std::string problem = problem_with(argument); !problem.empty())
+      complain(argument.option, std::move(problem));
+    arguments.push_back(std::move(argument));
+  }
+
+  static bool is_plant(const Argument& argument) {
+    return argument.option == kDemoOption || argument.option == kConfigOption;
+  }
+
+  /// In view of the arguments before it.
+  std::string problem_with(const Argument& argument) const {
+    const auto same = [&](const Argument& other) {
+      return other.option == argument.option && other.network == argument.network;
+    };
+    if (is_plant(argument) && plant() != nullptr)
+      return "there can be only one plant; leave out the other --config, or --demo";
+    if (!is_repeatable(argument.option) && std::ranges::any_of(arguments, same))
+      return in_network(argument.network) + "is given twice";
+    return {};
+  }
+
+  std::size_t network_ = 1;
+};
+
+/// CiA 306: an EDS or DCF file begins with this section.
+bool is_eds(std::string_view text) {
+  constexpr std::string_view kSection = "[FileInfo]";
+  while (!text.empty())
+    if (base::same_text(base::trim(base::take_line(text)), kSection)) return true;
+  return false;
+}
+
+Diagnostics read_plant_of(const Argument& plant, const base::FileReader& read, Start& start) {
+  const std::string path(plant.option == kDemoOption ? kDemoPlant : plant.text);
+  const std::string option = fmt::format("{} {}", kConfigOption, path);
+  const auto text = read(path);
+  if (!text)
+    return {about_option(option, "this file cannot be read; check the path and its permissions")};
+  if (is_eds(*text))
+    return {about_option(
+        option, "this is an EDS or DCF file, not a plant file; --node 5=FILE is a node made from it")};
+  start.plant_text = *text;
+  return read_plant(*text, path, start.config, {}, &read);
+}
+
+/// Registers of the PLC that FATEK FBs controllers reserve (FBs-PLC User's Manual, memory allocation): R4047
+/// = 0 turns Modbus RTU off at ports 1 to 4.
+constexpr unsigned kReservedFirst = 3840;
+constexpr unsigned kReservedLast = 4167;
+
+std::string remarks_on_plc(const PlcConfig& plc, std::string_view opening) {
+  if (plc.address.empty() && plc.line.device.empty()) return {};
+  struct Range {
+    std::string_view key;
+    std::optional<std::uint16_t> first;
+    unsigned words, free;
+  };
+  const bool is_window = plc.layout == PlcLayout::kWindow;
+  const unsigned words =
+      is_window ? regmap::kWindowWords : regmap::kScannerOutWords + regmap::kScannerInWords;
+  std::string text;
+  for (const Range& range : {Range{"plc.first", plc.first, words, is_window ? 3700u : 500u},
+                             Range{"plc.process_first", plc.process_first, regmap::kProcessWords, 3300},
+                             Range{"plc.status_first", plc.status_first, regmap::kStatusWords, 3500}})
+    if (range.first && *range.first <= kReservedLast && *range.first + range.words > kReservedFirst)
+      text += fmt::format(
+          "{}{}: R{}..R{} would lie over R{}..R{}, which a FATEK FBs controller reserves; there set {}\n",
+          opening, range.key, *range.first, *range.first + range.words - 1, kReservedFirst, kReservedLast,
+          range.free);
+  return text;
+}
+
+std::string remarks_on(const NetworkConfig& network) {
+  const std::string opening = "cbcan-sim: " + in_network(network.number);
+  const CanConfig& can = network.can;
+  std::string text = remarks_on_plc(network.plc, opening);
+  if (can.outside.empty() && network.nodes.empty() && can.slcan.empty() && can.socketcand.empty()) {
+    const bool first = network.number == 1;
+    text += fmt::format("{}no other node is on the virtual bus; {}add a node: {}--node 5=FILE.eds\n", opening,
+                        first ? "try --demo, or " : "",
+                        first ? "" : fmt::format("--network {} ", network.number));
+  }
+  if (!can.outside.empty() && can.bit_rate != 0)
+    text += fmt::format(
+        "{}can.bit_rate (--bit-rate) is for the virtual bus; {} has the one that it was set up with\n",
+        opening, can_spec(can));
+  return text;
+}
+
+/// The environment of a command has the addresses, so any number of commands can run at a time. Addresses
+/// from options stay.
+void use_free_addresses(const ParsedArguments& typed, Config& config) {
+  constexpr std::string_view kFree = "127.0.0.1:0";
+  if (!typed.is_named("--modbus", "modbus.port")) config.modbus.port = 0;
+  if (!typed.is_named("--control", "control.listen")) config.control = kFree;
+  if (!typed.is_named("--http", "http.listen") && !config.http.listen.empty()) config.http.listen = kFree;
+  if (!typed.is_named("", "rtu.listen") && !config.rtu.listen.empty()) config.rtu.listen = kFree;
+  for (NetworkConfig& network : config.networks) {
+    CanConfig& can = network.can;
+    if (!typed.is_named("--slcan", "can.slcan", network.number)) can.slcan = can.outside.empty() ? kFree : "";
+    if (!typed.is_named("--socketcand", "can.socketcand", network.number) && !can.socketcand.empty())
+      can.socketcand = kFree;
+  }
+}
+
+Start refuse(Diagnostics problems) {
+  Start start;
+  start.exit_code = ExitCode::kUsage;
+  sort_by_place(problems);
+  for (const Diagnostic& problem : problems) {
+    start.err += (problem.place.line == 0 ? "cbcan-sim: " : "") + to_string(problem) + "\n";
+  }
+  if (problems.back().place.line == 0) start.err += "cbcan-sim --help shows all options\n";
+  return start;
+}
+
+}  // namespace
+
+Start parse_command_line(int argc, const char* const* argv, const base::FileReader& read) {
+  ParsedArguments typed(std::span(argv + 1, argv + argc));
+  if (typed.count(base::kHelpOption) != 0) return {.out = help_text()};
+  if (typed.count(base::kShortHelpOption) != 0) return {.out = short_help_text()};
+  if (typed.count(base::kVersionOption) != 0) return {.out = fmt::format("cbcan-sim {}\n", kVersion)};
+  if (!typed.problems.empty()) return refuse(std::move(typed.problems));
+
+  Start start;
+  Diagnostics problems;
+  if (const Argument* const plant = typed.plant()) {
+    problems = read_plant_of(*plant, read, start);
+    start.plant_file = plant->option == kDemoOption ? kDemo : plant->text;
+  }
+  Diagnostics of_options = apply_options(typed.arguments, start.config, start.search);
+  // After mistakes in the plant file, nodes that options refer to may be missing.
+  if (problems.empty()) problems = std::move(of_options);
+  for (const auto& row : search_settings())
+    if (typed.command.empty() && typed.count(base::option_name(row.option)) != 0)
+      problems.push_back(about_option(base::option_name(row.option),
+                                              "is for a COMMAND: write -- and the command after it"));
+  if (start.search.explore || !start.search.seeds.empty()) start.config.clock = ClockKind::kManual;
+  if (!typed.command.empty()) use_free_addresses(typed, start.config);
+  std::ranges::move(check(start.config), std::back_inserter(problems));
+  if (!problems.empty()) return refuse(std::move(problems));
+
+  for (const Argument& argument : typed.arguments)
+    if (std::ranges::none_of(search_settings(), [&](const auto& row) {
+          return base::option_name(row.option) == argument.option;
+        }))
+      start.words.push_back(fmt::format("{} {}", argument.option, argument.text));
+  start.run = true;
+  start.check = typed.count(kCheckOption) != 0;
+  start.command = typed.command;
+  for (const NetworkConfig& network : start.config.networks)
+    start.err += remarks_on(network);
+  return start;
+}
+
+}  // namespace cbcan::config

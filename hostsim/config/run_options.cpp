@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: MIT
+#include "config/run_options.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <array>
+#include <iterator>
+#include <utility>
+
+#include "base/address.hpp"
+#include "base/command.hpp"
+#include "base/error.hpp"
+#include "base/numbers.hpp"
+#include "base/utf8.hpp"
+#include "base/words.hpp"
+#include "config/settings.hpp"
+
+namespace cbcan::config {
+
+namespace {
+
+base::Problem check_target(const base::Value& value) {
+  return base::problem_of([&] { target_of(std::get<std::string>(value)); });
+}
+
+using base::setting;
+
+// clang-format off
+constexpr std::array kOwnRows{
+    setting<&RunConfig::logs>({.key = "run.log", .option = "--log FOLDER",
+                           .help = "Writes the bus of each scenario there, in the format of candump -L",
+                           .form = base::Form::kPath, .domain = "a path"}),
+    setting<&RunConfig::real_time>({.key = "run.real_time", .option = "--real-time", .help = "Runs in real time"}),
+    setting<&RunConfig::target>({.key = "run.target", .option = "--target HOST:PORT|rtu:DEV,BAUD,PARITY",
+                             .help = "Plays on the registers of this Modbus server, in real time; expectations about nodes and frames are "
+                                     "ignored, and scenarios that act on them are skipped",
+                             .domain = "HOST:PORT or rtu:DEV,BAUD,PARITY", .check = check_target}),
+    setting<&RunConfig::check>({.key = "run.check", .option = "--check", .help = "Only checks the files and reports mistakes"}),
+};
+constexpr std::array kRunWords{
+    setting<&RunConfig::paths>({.key = "run.paths", .option = "FILE|FOLDER...",
+                            .help = "Scenarios; of a folder all files *.toml that have a [[step]], in it and below"}),
+};
+// clang-format on
+
+constexpr auto kRunRows = [] {
+  constexpr auto kShared = search_rows<RunConfig>();
+  std::array<base::Setting<RunConfig>, kShared.size() + kOwnRows.size()> rows{};
+  std::ranges::copy(kOwnRows, std::ranges::copy(kShared, rows.begin()).out);
+  return rows;
+}();
+
+constexpr base::Command<RunConfig> kRun{
+    "cbcan-sim run", "plays scenarios; docs/reference/scenarios.md explains them", kRunWords, kRunRows};
+
+}  // namespace
+
+TargetPlace target_of(const std::string& text) {
+  constexpr std::uint16_t kModbusPort = 502;
+  constexpr std::string_view kLine = "rtu:";
+  if (!text.starts_with(kLine)) return {base::parse_listen_address(text, kModbusPort), {}};
+  std::string_view rest = std::string_view(text).substr(kLine.size());
+  TargetPlace place;
+  place.line.device = base::take_part(rest, ',');
+  const std::uint32_t baud = base::parse<std::uint32_t>(base::take_part(rest, ',')).value_or(0);
+  place.line.parity = base::take_part(rest, ',');
+  if (place.line.device.empty() || baud == 0 || place.line.parity.empty() || !rest.empty())
+    throw base::UsageError("write rtu:DEV,BAUD,PARITY, such as rtu:/dev/ttyUSB0,19200,E");
+  for (const auto& [key, value] : {std::pair("plc.baud", base::Value(std::int64_t{baud})),
+                                   std::pair("plc.parity", base::Value(place.line.parity))})
+    if (const auto problem = base::check(setting_of(network_settings(), key), value);
+        !problem.empty())
+      throw base::UsageError(fmt::format("{}: {}", base::value_text(value), problem));
+  place.line.baud = baud;
+  return place;
+}
+
+RunStart parse_run_command_line(std::span<const char* const> words) {
+  RunStart start;
+  std::vector<std::string_view> known{"-h, --help"};
+  std::ranges::transform(kRunRows, std::back_inserter(known), &base::Row::option);
+  const base::ParsedArguments typed = base::parse_arguments(words, known);
+  if (is_typed(typed, base::kHelpOption)) {
+    start.out = base::help_of(kRun) + "\nExit codes:\n" + base::exit_code_lines("cbcan-sim");
+    return start;
+  }
+  for (const base::WrongWord& wrong : typed.wrong)
+    if (start.err.empty()) start.err = fmt::format("{}: {}", wrong.word, wrong.message);
+  if (start.err.empty()) start.err = put_options<RunConfig>(kRun, {}, typed, start.config);
+  if (start.err.empty()) start.err = put_words(kRun, typed.words, start.config);
+  const std::string& seeds = start.config.seeds;
+  const Seeds range = start.err.empty() && !seeds.empty() ? seeds_of(seeds) : Seeds();
+  if (!start.config.logs.empty() && range.first != range.last)
+    start.err =
+        fmt::format("--log with --seeds {}: every run would write the same file; give one seed", seeds);
+  start.run = start.err.empty();
+  if (start.run) return start;
+  start.exit_code = ExitCode::kUsage;
+  start.err =
+      fmt::format("cbcan-sim run: {}\ncbcan-sim run --help shows all options\n", base::to_utf8(start.err));
+  return start;
+}
+
+}  // namespace cbcan::config

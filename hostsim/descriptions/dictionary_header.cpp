@@ -1,0 +1,288 @@
+// SPDX-License-Identifier: MIT
+#include "descriptions/dictionary_header.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <limits>
+#include <map>
+
+#include "cbcan/canopen/dictionary/cob_id.hpp"
+#include "cbcan/canopen/dictionary/little_endian.hpp"
+#include "cbcan/canopen/nmt/nmt.hpp"
+#include "cbcan/canopen/pdo/mapping.hpp"
+#include "cbcan/canopen/pdo/pdo.hpp"
+#include "cbcan/canopen/sdo/protocol.hpp"
+#include "cbcan/canopen/sync.hpp"
+#include "descriptions/device_file.hpp"
+#include "descriptions/firmware_dictionary.hpp"
+#include "descriptions/network_image.hpp"
+
+namespace cbcan::descriptions {
+
+namespace {
+
+
+// ---- What the stack does not have
+
+/// Refuses a file, with the line of the object. `device`: read for node ID 0.
+class Check {
+ public:
+  Check(const DeviceDescription& device, const std::string& name) : device_(device), name_(name) {}
+
+  /// `last`: the device read for the last node ID. Values follow the node ID, and nothing else does.
+  void node_ids(const DeviceDescription& last) const {
+    for (std::size_t i = 0; i != device_.objects.size(); ++i) {
+      Object expected = device_.objects[i];
+      const std::uint64_t added = std::uint64_t{expected.node_ids} * nmt::kMaxNode;
+      if (added != 0) store_little_endian(expected.value, load_little_endian(expected.value) + added);
+      if (i < last.objects.size() && expected == last.objects[i]) continue;
+      const bool one_fits = i < last.objects.size() && expected.has_value != last.objects[i].has_value;
+      refuse(expected, one_fits ? "its value with $NODEID does not fit each node ID 1..127"
+                                : "$NODEID is used for something other than its value");
+    }
+  }
+
+  void objects() const {
+    for (const Object& object : device_.objects) {
+      if (object.index > object::kSdoServerParameter && object.index <= kLastSdoServer)
+        refuse(object, "the stack has one SDO server, 1200h");
+      if (is_mapping(object.index) && object.node_ids != 0) refuse(object, "$NODEID cannot be in a mapping");
+      if (is_cob_id(object)) cob_id(object);
+      for (std::uint32_t node = 1; object.has_value && node <= nmt::kMaxNode; ++node)
+        if (const std::string why = problem_of(
+                object, load_little_endian(object.value) + std::uint64_t{object.node_ids} * node, node);
+            !why.empty())
+          refuse(object, why);
+    }
+  }
+
+  /// Of PDOs, by the stack itself.
+  void mappings(FirmwareDictionary& made) const {
+    std::vector<std::uint8_t> values = made.power_on;
+    values.resize(made.value_bytes);
+    const ObjectDictionary dictionary(made.entries, values, nullptr);
+    for (const Object& object : device_.objects)
+      if (is_mapping(object.index) && object.first_sub == 0) mapping(dictionary, object);
+  }
+
+ private:
+  static constexpr std::uint16_t kLastSdoServer = 0x127F;
+
+  [[noreturn]] void refuse(const Object& object, std::string_view why) const {
+    throw UsageError(
+        fmt::format("{}:{}: {:04X}h:{:02X}: {}", name_, object.line, object.index, object.first_sub, why));
+  }
+
+  static bool is_pdo_parameter(std::uint16_t index) {
+    return index >= object::kRpdoParameter && index <= object::kLastPdo && !is_mapping(index);
+  }
+
+  static bool is_cob_id(const Object& object) {
+    return (is_pdo_parameter(object.index) && object.first_sub == kCobId) ||
+           ((object.index == object::kSyncCobId || object.index == object::kTimeCobId ||
+             object.index == object::kEmergencyCobId) &&
+            object.first_sub == 0);
+  }
+
+  /// The bits say that there is no such message.
+  static bool is_unused(std::uint16_t index, std::uint32_t cob_id) {
+    if (index == object::kTimeCobId) return (cob_id & (cob::kConsumes | cob::kProduces)) == 0;
+    return index != object::kSyncCobId && (cob_id & cob::kInvalid) != 0;
+  }
+
+  void cob_id(const Object& object) const {
+    const auto value = static_cast<std::uint32_t>(load_little_endian(object.value));
+    if (!object.has_value || is_unused(object.index, value)) return;
+    if ((value & cob::kReserved) != 0) refuse(object, "the stack has no 29-bit identifiers");
+    for (std::uint32_t node = 1; node <= nmt::kMaxNode; ++node)
+      if (cob::is_restricted(cob::id_of(value + object.node_ids * node)))
+        refuse(object, fmt::format("CiA 301 restricts CAN-ID {:03X}h (of node {})",
+                                   cob::id_of(value + object.node_ids * node), node));
+  }
+
+  /// What the stack would not accept as this value of a node; empty = nothing.
+  std::string problem_of(const Object& object, std::uint64_t value, std::uint32_t node) const {
+    const std::uint8_t sub = object.first_sub;
+    if (object.index == object::kSdoServerParameter && (sub == 1 || sub == 2)) {
+      const std::uint32_t id = sub == 1 ? sdo::kRequestId : sdo::kResponseId;
+      return value == id + node ? "" : fmt::format("the stack's SDO server has $NODEID+{:#x}", id);
+    }
+    if (object.index == object::kSyncCounterOverflow && (value == 1 || value > Sync::kHighestCounter))
+      return "the counter of SYNC is 0 or 2..240";
+    if (object.index == object::kConsumerHeartbeatTime && sub != 0 && (value & 0xFFFF) != 0 &&
+        (value >> 16 & 0xFF) > nmt::kMaxNode)
+      return "node IDs are 1..127";
+    if (!is_pdo_parameter(object.index) || sub != kType ||
+        Pdo::is_type(object.index, static_cast<std::uint32_t>(value)))
+      return {};
+    const Object* const cob_id = device_.find(object.index, kCobId);
+    const bool used = cob_id != nullptr && cob_id->has_value &&
+                      !is_unused(object.index, static_cast<std::uint32_t>(load_little_endian(cob_id->value)));
+    return used ? fmt::format("transmission type {} is reserved", value) : "";
+  }
+
+  void mapping(const ObjectDictionary& dictionary, const Object& count) const {
+    const std::uint64_t most = load_little_endian(count.value);
+    for (std::uint8_t sub = 1; sub <= std::min<std::uint64_t>(most, PdoMapping::kMostObjects); ++sub) {
+      const auto mapped = static_cast<std::uint32_t>(dictionary.get(count.index, sub));
+      const Object* const entry = device_.find(count.index, sub);
+      const AbortCode wrong = PdoMapping::check(dictionary, count.index, mapped);
+      if (wrong == AbortCode::kNone) continue;
+      refuse(entry == nullptr ? count : *entry,
+             fmt::format("{:08X}h {}", mapped,
+                         wrong == AbortCode::kNotMappable ? "cannot be mapped, or has another length"
+                                                          : "maps no object"));
+    }
+    if (PdoMapping().resolve(dictionary, count.index, static_cast<std::uint32_t>(most), {}) !=
+        AbortCode::kNone)
+      refuse(count, "maps more than 64 objects or 64 bits");
+  }
+
+  const DeviceDescription& device_;
+  const std::string& name_;
+};
+
+// ---- Names
+
+/// Keywords of C++20, and macros of compilers and of the C library.
+constexpr std::string_view kTaken =
+    " alignas alignof and and_eq asm auto bitand bitor bool break case catch char class co_await co_return "
+    "co_yield "
+    "compl concept const const_cast consteval constexpr constinit continue decltype default delete do double "
+    "dynamic_cast else enum explicit export extern false float for friend goto if inline int linux long "
+    "mutable "
+    "namespace new noexcept not not_eq nullptr operator or or_eq private protected public register "
+    "reinterpret_cast requires return short signed sizeof static static_assert static_cast struct switch "
+    "template "
+    "this throw true try typedef typeid typename union unix unsigned using virtual void volatile while xor "
+    "xor_eq "
+    "EOF NULL assert errno i386 offsetof stderr stdin stdout ";
+
+bool is_upper(char c) {
+  return c >= 'A' && c <= 'Z';
+}
+
+/// Standard types, such as uint8_t, end with _t; compilers' macros, such as __arm__, have names that C++
+/// reserves.
+void check_space(const std::string& name) {
+  const bool reserved =
+      name.find("__") != std::string::npos || (name.size() > 1 && name[0] == '_' && is_upper(name[1]));
+  bool good = !name.empty() && std::isdigit(static_cast<unsigned char>(name.front())) == 0 && !reserved &&
+              !name.ends_with("_t") && kTaken.find(" " + name + " ") == std::string_view::npos;
+  for (const char c : name)
+    good = good && (c == '_' || (static_cast<unsigned char>(c) < 0x80 && std::isalnum(c) != 0));
+  if (!good) throw UsageError(name + ": no name of a C++ namespace; write --name NAME");
+}
+
+/// "Read input 8-bit" is ReadInput8Bit.
+std::string camel(std::string_view text) {
+  std::string name;
+  bool begins = true;
+  for (const char c : text) {
+    const bool letter = (c >= 'a' && c <= 'z') || is_upper(c);
+    if (!letter && (c < '0' || c > '9')) {
+      begins = true;
+      continue;
+    }
+    name += begins && c >= 'a' ? static_cast<char>(c - 'a' + 'A') : c;
+    begins = false;
+  }
+  return name.empty() ? "Object" : name;
+}
+
+/// A name that several objects have is followed by index and sub-index.
+std::string names_of(const DeviceDescription& device) {
+  std::map<std::string, int> count;
+  for (const Object& object : device.objects)
+    ++count[camel(object.name)];
+  std::string text;
+  for (const Object& object : device.objects) {
+    std::string name = camel(object.name);
+    if (count[name] != 1 || name == "Object")
+      name += fmt::format("_{:04X}_{:02X}", object.index, object.first_sub);
+    text += fmt::format("inline constexpr cbcan::ObjectAddress k{}{{0x{:04X}, 0x{:02X}}};\n", name,
+                        object.index, object.first_sub);
+  }
+  return text;
+}
+
+// ---- Tables
+
+std::string number_of(std::int64_t value) {
+  return value == std::numeric_limits<std::int64_t>::min() ? fmt::format("{} - 1", value + 1)
+                                                           : fmt::format("{}", value);
+}
+
+template <class Row, class Print>
+std::string table(std::string_view type, std::string_view name, const std::vector<Row>& rows, Print print) {
+  std::string text =
+      fmt::format("inline constexpr std::array<cbcan::{}, {}> {}{{{{\n", type, rows.size(), name);
+  for (const Row& row : rows)
+    text += fmt::format("    {{{}}},\n", print(row));
+  return rows.empty() ? fmt::format("inline constexpr std::array<cbcan::{}, 0> {}{{}};\n", type, name)
+                      : text + "}};\n";
+}
+
+std::string tables(const FirmwareDictionary& made) {
+  return table("ObjectEntry", "kEntries", made.entries,
+               [](const ObjectEntry& entry) {
+                 return fmt::format("0x{:04X}, {}, {}, cbcan::DataType{{0x{:02X}}}, {}, 0x{:04X}, {}, {}",
+                                    entry.index, entry.first_sub, entry.last_sub,
+                                    static_cast<unsigned>(entry.type), entry.more_indices, entry.flags,
+                                    entry.offset, entry.capacity);
+               }) +
+         table("ObjectLimits", "kLimits", made.limits,
+               [](const ObjectLimits& row) {
+                 return fmt::format("0x{:04X}, {}, {}, {}", row.index, row.sub, number_of(row.low),
+                                    number_of(row.high));
+               }) +
+         table("NodeIdValue", "kNodeIdValues", made.node_id_values,
+               [](const NodeIdValue& row) {
+                 return fmt::format("{}, {}, {}", row.offset, row.factor, row.size);
+               }) +
+         array_of("kPowerOn", made.power_on);
+}
+
+std::string sizes_of(const FirmwareDictionary& made) {
+  const std::size_t flash = made.entries.size() * sizeof(ObjectEntry) +
+                            made.limits.size() * sizeof(ObjectLimits) +
+                            made.node_id_values.size() * sizeof(NodeIdValue) + made.power_on.size();
+  return fmt::format(
+      "// Flash: {} bytes, of {} entries, {} limits, {} values with $NODEID, {} bytes of values.\n"
+      "// RAM: {} bytes of values, {} for SDO, {} RPDOs and {} TPDOs of {} objects, {} watched nodes.\n",
+      flash, made.entries.size(), made.limits.size(), made.node_id_values.size(), made.power_on.size(),
+      made.value_bytes, made.memory.largest_value, made.memory.rpdos, made.memory.tpdos,
+      made.memory.objects_of_pdo, made.memory.watched_nodes);
+}
+
+}  // namespace
+
+std::string dictionary_header(std::string_view text, const std::string& name, const std::string& space,
+                              std::vector<std::string>& remarks) {
+  check_space(space);
+  std::vector<std::string> same_remarks;  // but also of limits that the value for node ID 0 breaks
+  const DeviceDescription device = parse_device(text, name, std::uint8_t{0}, same_remarks);
+  const Check check(device, name);
+  check.node_ids(parse_device(text, name, nmt::kMaxNode, remarks));
+  check.objects();
+  FirmwareDictionary made = firmware_dictionary(dictionary_image(device));
+  check.mappings(made);
+  const DeviceMemory& memory = made.memory;
+  return made_by("cbcan-eds", name) + sizes_of(made) +
+         "#pragma once\n\n#include <array>\n#include <cstdint>\n\n#include "
+         "\"cbcan/canopen/dictionary/eds_dictionary.hpp\"\n\n" +
+         fmt::format("#ifdef {0}\n#error \"{0} is a macro here: write cbcan-eds --name NAME\"\n#endif\n\n",
+                     space) +
+         fmt::format("namespace {} {{\n\nnamespace tables {{\n{}}}\n\n", space, tables(made)) +
+         fmt::format(
+             "inline constexpr cbcan::EdsDictionary kDictionary{{tables::kEntries, tables::kLimits, "
+             "tables::kPowerOn, "
+             "tables::kNodeIdValues, {}, {}, {}, {}, {}, {}, {}}};\n\n",
+             made.communication_node_id_values, made.value_bytes, memory.largest_value, memory.rpdos,
+             memory.tpdos, memory.objects_of_pdo, memory.watched_nodes) +
+         fmt::format("namespace od {{\n{}}}\n\n}}\n", names_of(device));
+}
+
+}  // namespace cbcan::descriptions

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Lines, sections and keys of an EDS or DCF (CiA 306, 4.1). Everything is a view into the text, which has to
+/// outlive the sections. Line ends are LF, CR or CRLF, in any mixture; lines may be of any length.
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "base/words.hpp"
+#include "descriptions/diagnostics.hpp"
+
+namespace cbcan::descriptions {
+
+/// The name of a key; the case of its letters does not matter.
+class Key {
+ public:
+  consteval Key(const char* text) : Key(std::string_view(text)) {}
+  constexpr explicit Key(std::string_view text)
+      : text_(text),
+        head_(head(text)),
+        tail_(tail(text)),
+        hash_(((head_ | kLowCase) + 3 * (tail_ | kLowCase) + text.size()) * kFactor) {}
+  constexpr std::string_view text() const { return text_; }
+  /// The same for all spellings.
+  constexpr std::uint64_t hash() const { return hash_; }
+  /// The same for all spellings; different for all keys of objects in CiA 306.
+  constexpr std::uint64_t bit() const { return std::uint64_t{1} << (hash_ >> 58); }
+  /// `other` is a spelling of it.
+  bool is(std::string_view other) const {
+    const bool alike = other.size() == text_.size() && head(other) == head_ && tail(other) == tail_;
+    return (alike && other.size() <= 2 * kPart) || base::same_text(other, text_);
+  }
+
+ private:
+  static constexpr std::size_t kPart = 8;
+  static constexpr std::uint64_t kLowCase = 0x2020202020202020;
+  static constexpr std::uint64_t kFactor = 0x258C7CA42D1459D5;
+
+  static constexpr std::uint64_t byte(std::string_view text, std::size_t i) {
+    return static_cast<unsigned char>(text[i]);
+  }
+  /// The first eight letters.
+  static constexpr std::uint64_t head(std::string_view text) {
+    std::uint64_t letters = 0;
+    if (text.size() >= kPart) return [&]<std::size_t... I>(std::index_sequence<I...>) {  // a single load
+        return (... | (byte(text, I) << 8 * I));
+      }
+    (std::make_index_sequence<kPart>());
+    for (std::size_t i = 0; i < text.size(); ++i)
+      letters = letters << 8 | byte(text, i);
+    return letters;
+  }
+  static constexpr std::uint64_t tail(std::string_view text) {
+    return head(text.substr(text.size() < kPart ? 0 : text.size() - kPart));
+  }
+
+  std::string_view text_;
+  std::uint64_t head_;
+  std::uint64_t tail_;
+  std::uint64_t hash_;
+};
+
+/// One `key=value`, both without the blanks around them. A `;` in the value belongs to the value.
+struct KeyValue {
+  std::string_view key;
+  std::string_view value;
+  std::size_t line = 0;
+  std::uint64_t hash = 0;  ///< that of Key
+};
+
+struct Section {
+  std::string_view name;
+  std::size_t line = 0;
+  std::span<const KeyValue> entries;  ///< in the order of the file; if a key occurs twice, only the first one
+  std::uint64_t seen = 0;             ///< Key::bit() of all entries
+
+  /// Null if there is no such key or nothing after the `=`.
+  const KeyValue* find(const Key& key) const;
+};
+
+struct Sections {
+  std::vector<Section> list;      ///< in the order of the file; a section that occurs twice is there twice
+  std::vector<KeyValue> entries;  ///< of all sections
+};
+
+Sections split_sections(std::string_view text, Findings& findings);
+
+}  // namespace cbcan::descriptions

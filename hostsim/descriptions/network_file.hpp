@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// The description of a network (docs/reference/network-file.md): its nodes, what each of them must be, what
+/// is written to it, and which process data it exchanges with the module. From a file in TOML, or from a DCF.
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/files.hpp"
+#include "base/setting.hpp"
+#include "cbcan/canopen/dictionary/objects.hpp"
+#include "descriptions/device_description.hpp"
+#include "descriptions/value.hpp"
+
+namespace cbcan::descriptions {
+
+using object::kDeviceType;
+using object::kIdentity;
+
+// Sub-indices of 1400h and 1800h, and the distance to 1600h and 1A00h.
+inline constexpr std::uint8_t kCobId = 1;
+inline constexpr std::uint8_t kType = 2;
+inline constexpr std::uint8_t kInhibitTime = 3;
+inline constexpr std::uint8_t kEventTimer = 5;
+inline constexpr std::uint16_t kToMapping = 0x200;
+
+struct PlannedObject {
+  std::uint16_t index = 0;
+  std::uint8_t sub = 0;
+  Bytes value;
+};
+
+/// An object in a PDO.
+struct MappedObject {
+  std::uint16_t index = 0;
+  std::uint8_t sub = 0;
+  std::uint8_t bits = 0;
+  const Object* object = nullptr;  ///< of the node's device; null = not known
+};
+
+/// A PDO of a node, and the own PDO for it: its registers begin 4 * (own - 1) after the first input or
+/// output.
+struct PlannedPdo {
+  std::uint16_t tpdo = 0;  ///< number of the node's TPDO, from 1: an input of the PLC
+  std::uint16_t rpdo = 0;  ///< or of its RPDO: an output
+  std::uint16_t can_id = 0;
+  std::uint8_t type = 255;
+  std::uint16_t event_ms = 0;
+  std::uint32_t inhibit_us = 0;
+  bool no_rtr = false;  ///< of a TPDO: bit 30 of its COB-ID
+  std::vector<MappedObject> objects;
+  std::uint8_t own = 0;  ///< number of the own PDO, from 1
+  std::size_t line = 0;
+
+  bool input() const { return tpdo != 0; }
+  std::uint16_t number() const { return input() ? tpdo : rpdo; }
+  std::size_t bytes() const;
+};
+
+enum class OnLoss : std::uint8_t { kHold, kZero };
+
+struct PlannedNode {
+  std::uint8_t id = 0;
+  std::string name;                     ///< may be empty
+  std::string eds, dcf;                 ///< as in the file; empty = none
+  std::vector<PlannedObject> identity;  ///< 1000h, 1018h: expected values
+  std::vector<PlannedObject> objects;   ///< to write, in this order
+  std::vector<PlannedPdo> pdos;                ///< in the order of the file
+  bool mandatory = false;
+  bool keep_alive = false;
+  bool boot = true;          ///< false: checked, but neither configured nor started
+  bool store = false;        ///< it keeps its configuration, see 1020h
+  std::uint8_t restore = 0;  ///< sub-index of 1011h, 0 = not restored
+  std::uint16_t sdo_timeout_ms = 0;
+  std::uint16_t heartbeat_ms = 0;
+  OnLoss on_loss = OnLoss::kHold;                        ///< of its inputs
+  std::size_t line = 0;
+  std::shared_ptr<const DeviceDescription> device;  ///< null = no file
+};
+
+/// When the own node sends outputs for the first time.
+enum class Outputs : std::uint8_t { kWritten, kAtOnce };
+/// Who sends the NMT command that starts nodes.
+enum class StartedBy : std::uint8_t { kModule, kPlc };
+enum class Words : std::uint8_t { kLowFirst, kHighFirst };
+/// What the loss of a mandatory node does to all others.
+enum class MandatoryLost : std::uint8_t { kNothing, kReset, kStop };
+
+struct PlannedNetwork {
+  Outputs outputs = Outputs::kWritten;
+  StartedBy own_node = StartedBy::kModule;
+  StartedBy nodes = StartedBy::kModule;
+  bool start_together = false;     ///< one NMT command to all
+  Words words = Words::kLowFirst;  ///< of mapped objects with 32 bits
+  MandatoryLost mandatory_lost = MandatoryLost::kNothing;
+  std::uint32_t boot_time_ms = 0;
+  std::uint32_t sync_us = 0;  ///< the module sends SYNC; 0 = it does not
+  std::vector<PlannedNode> all;      ///< each ID once
+};
+
+/// Most own PDOs in each direction: their slots of 8 bytes fill the registers.
+inline constexpr std::size_t kMostPdos = 16;
+
+/// The keys of its tables, in the order of the reference.
+std::span<const base::Setting<PlannedNetwork>> network_rows();
+std::span<const base::Setting<PlannedNode>> node_rows();
+std::span<const base::Setting<PlannedPdo>> pdo_rows();
+
+/// A description in TOML, or the DCFs of its nodes in a folder. Throws UsageError: "network.toml:12: node
+/// 300: node IDs are 1..127". `remarks`: mistakes in EDS files and what is used instead.
+PlannedNetwork read_network(const std::string& path, const base::FileReader& read,
+                     std::vector<std::string>& remarks);
+
+/// Reports the line and what is wrong, and does not return.
+using Fail = std::function<void(const PlannedNode& node, std::size_t line, const std::string& what)>;
+
+/// Checks the PDOs of all nodes, appends their configuration to the objects, and numbers the own PDOs.
+void complete_pdos(PlannedNetwork& network, const Fail& fail);
+
+/// As in 1600h and 1A00h: index, sub-index, bits.
+std::uint32_t entry_of(const MappedObject& mapped);
+
+}  // namespace cbcan::descriptions

@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: MIT
+#include "descriptions/network_image.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+
+#include "base/utf8.hpp"
+#include "cbcan/canopen/dictionary/cob_id.hpp"
+#include "cbcan/canopen/emcy/emergency_consumer.hpp"
+#include "cbcan/canopen/manager/network_objects.hpp"
+#include "cbcan/canopen/sdo/crc16.hpp"
+#include "descriptions/device_file.hpp"
+
+namespace cbcan::descriptions {
+
+namespace {
+
+// CiA 405, network variables: the first input; outputs are further on.
+constexpr std::uint16_t kUnsigned8 = 0xA040;
+constexpr std::uint16_t kUnsigned16 = 0xA100;
+constexpr std::uint16_t kUnsigned64 = 0xA440;
+constexpr std::uint16_t kToOutputs = 0x480;
+constexpr std::size_t kSlotBytes = 8;
+constexpr std::size_t kSlotWords = 4;
+
+/// A number with this bit, or 0.
+constexpr std::uint32_t bit(std::uint8_t number, bool set = true) {
+  return std::uint32_t{set} << number;
+}
+
+class Image {
+ public:
+  void add(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> value) {
+    number(index, 2);
+    number(sub, 1);
+    number(value.size(), 4);
+    bytes_.insert(bytes_.end(), value.begin(), value.end());
+    ++count_;
+  }
+  void add(std::uint16_t index, std::uint8_t sub, std::uint32_t value, std::size_t size) {
+    add(index, sub, to_bytes(value, size));
+  }
+  void add(const std::vector<PlannedObject>& objects) {
+    for (const PlannedObject& object : objects)
+      add(object.index, object.sub, object.value);
+  }
+  Bytes bytes() const {
+    Bytes all = to_bytes(count_, ConciseDcf::kFirst);
+    all.insert(all.end(), bytes_.begin(), bytes_.end());
+    return all;
+  }
+
+ private:
+  void number(std::uint64_t value, std::size_t size) {
+    const Bytes little = to_bytes(value, size);
+    bytes_.insert(bytes_.end(), little.begin(), little.end());
+  }
+
+  Bytes bytes_;
+  std::uint32_t count_ = 0;
+};
+
+std::uint32_t entry(std::uint16_t index, std::size_t element, std::uint8_t bits, bool input) {
+  const std::size_t object = index + (input ? 0u : kToOutputs);
+  return static_cast<std::uint32_t>(object << 16 | element << 8 | bits);
+}
+
+/// The mapping of the own PDO: bytes, or one element of all eight; words of 32-bit objects in the order asked
+/// for.
+std::vector<std::uint32_t> own_mapping(const PlannedPdo& pdo, Words words) {
+  const std::size_t first_byte = kSlotBytes * (pdo.own - 1u) + 1;
+  const std::size_t first_word = kSlotWords * (pdo.own - 1u) + 1;
+  const bool high_first = words == Words::kHighFirst;
+  const auto is_double = [](const MappedObject& mapped) { return mapped.bits == 32; };
+  if (pdo.bytes() == kSlotBytes && !(high_first && std::ranges::any_of(pdo.objects, is_double)))
+    return {entry(kUnsigned64, pdo.own, 64, pdo.input())};
+  std::vector<std::uint32_t> entries;
+  std::size_t bits = 0;
+  std::size_t mapped_bytes = 0;
+  for (const MappedObject& mapped : pdo.objects) {
+    bits += mapped.bits;
+    if (high_first && is_double(mapped)) {
+      for (const std::size_t word : {mapped_bytes / 2 + 1, mapped_bytes / 2})
+        entries.push_back(entry(kUnsigned16, first_word + word, 16, pdo.input()));
+      mapped_bytes += 4;
+    }
+    for (; mapped_bytes < (&mapped == &pdo.objects.back() ? (bits + 7) / 8 : bits / 8); ++mapped_bytes)
+      entries.push_back(entry(kUnsigned8, first_byte + mapped_bytes, 8, pdo.input()));
+  }
+  return entries;
+}
+
+std::vector<PlannedObject> own_pdo(const PlannedPdo& pdo, Words words) {
+  const auto parameters = static_cast<std::uint16_t>(
+      (pdo.input() ? object::kRpdoParameter : object::kTpdoParameter) + pdo.own - 1);
+  const auto mapping = static_cast<std::uint16_t>(parameters + kToMapping);
+  const std::vector<std::uint32_t> entries = own_mapping(pdo, words);
+  constexpr std::uint8_t kEventDriven = 255;
+  const std::uint8_t type = pdo.input() ? kEventDriven : pdo.type;
+  std::vector<PlannedObject> objects{{parameters, kCobId, to_bytes(pdo.can_id, 4)},
+                                     {parameters, kType, to_bytes(type, 1)},
+                                     {mapping, 0, to_bytes(entries.size(), 1)}};
+  if (!pdo.input()) {
+    objects.push_back({parameters, kInhibitTime, to_bytes(pdo.inhibit_us / object::kInhibitUnit, 2)});
+    objects.push_back({parameters, kEventTimer, to_bytes(pdo.event_ms, 2)});
+  }
+  std::uint8_t sub = 0;
+  for (const std::uint32_t each : entries)
+    objects.push_back({mapping, ++sub, to_bytes(each, 4)});
+  return in_writing_order(objects);
+}
+
+/// 300Ah. An event-driven TPDO without a timer may not be sent again: its objects are read at the start.
+Bytes source_of(const PlannedNode& node, const PlannedPdo& pdo) {
+  constexpr std::uint8_t kFirstEvent = 254;
+  const bool sent_once = pdo.type >= kFirstEvent && pdo.event_ms == 0;
+  Bytes source{node.id,
+               static_cast<std::uint8_t>(bit(RpdoSource::kZeroWhenLost, node.on_loss == OnLoss::kZero) |
+                                         bit(RpdoSource::kReadAtStart, sent_once))};
+  for (const MappedObject& mapped : pdo.objects) {
+    const Bytes bytes = to_bytes(entry_of(mapped), 4);
+    source.insert(source.end(), bytes.begin(), bytes.end());
+  }
+  return source;
+}
+
+void add_own(Image& image, const PlannedNetwork& network) {
+  std::uint8_t consumer = 0;
+  for (const PlannedNode& node : network.all)
+    if (node.heartbeat_ms != 0)
+      image.add(object::kConsumerHeartbeatTime, ++consumer,
+                std::uint32_t{node.id} << 16 | (node.heartbeat_ms * 3u / 2 + 100), 4);
+  for (const PlannedNode& node : network.all)
+    for (const PlannedPdo& pdo : node.pdos) {
+      image.add(own_pdo(pdo, network.words));
+      if (pdo.input()) image.add(object::kRpdoSource, pdo.own, source_of(node, pdo));
+    }
+  if (network.sync_us != 0) {
+    constexpr std::uint32_t kSyncId = 0x80;
+    image.add(object::kSyncPeriod, 0, network.sync_us, 4);
+    image.add(object::kSyncCobId, 0, kSyncId | cob::kProduces, 4);
+  }
+  image.add(object::kNmtStartup, 0,
+            bit(StartupBit::kIsManager) | bit(StartupBit::kStartsAll, network.start_together) |
+                bit(StartupBit::kOwnNotStarted, network.own_node == StartedBy::kPlc) |
+                bit(StartupBit::kSlavesNotStarted, network.nodes == StartedBy::kPlc) |
+                bit(StartupBit::kResetsAll, network.mandatory_lost == MandatoryLost::kReset) |
+                bit(StartupBit::kStopsAll, network.mandatory_lost == MandatoryLost::kStop),
+            4);
+  if (network.boot_time_ms != 0) image.add(object::kBootTime, 0, network.boot_time_ms, 4);
+  if (network.outputs == Outputs::kAtOnce) image.add(object::kOutputsMode, 0, 1, 1);
+}
+
+/// A number for the configuration, never 0 (FNV-1a).
+std::uint32_t number_of(const Bytes& bytes) {
+  std::uint32_t hash = 0x811C9DC5;
+  for (const std::uint8_t byte : bytes)
+    hash = (hash ^ byte) * 0x01000193;
+  return hash | 1;
+}
+
+void add_node(Image& image, const PlannedNode& node) {
+  image.add(object::kSlaveAssignment, node.id,
+            bit(SlaveBit::kListed) | bit(SlaveBit::kBoots, node.boot) |
+                bit(SlaveBit::kMandatory, node.mandatory) | bit(SlaveBit::kKeepAlive, node.keep_alive),
+            4);
+  for (const PlannedObject& expected : node.identity) {
+    const std::size_t object = expected.index == kDeviceType ? object::kExpectedDeviceType
+                                                             : object::kExpectedVendor + expected.sub - 1u;
+    image.add(static_cast<std::uint16_t>(object), node.id, expected.value);
+  }
+  if (node.restore != 0) image.add(object::kRestoreConfiguration, node.id, node.restore, 1);
+  if (node.sdo_timeout_ms != 0) image.add(object::kSlaveSdoTimeout, node.id, node.sdo_timeout_ms, 2);
+  Image writes;
+  writes.add(node.objects);
+  if (node.store) {
+    const Bytes kSave{'s', 'a', 'v', 'e'};
+    const std::uint32_t number = number_of(writes.bytes());
+    const auto size = static_cast<std::uint32_t>(writes.bytes().size());
+    writes.add(object::kConfigurationDate, 1, number, 4);
+    writes.add(object::kConfigurationDate, 2, size, 4);
+    writes.add(object::kStore, 1, kSave);
+    image.add(object::kExpectedDate, node.id, number, 4);
+    image.add(object::kExpectedTime, node.id, size, 4);
+  }
+  if (!node.objects.empty() || node.store) image.add(object::kConciseDcf, node.id, writes.bytes());
+}
+
+}  // namespace
+
+Bytes image_of(const PlannedNetwork& network, std::uint8_t own_id, const std::string& name) {
+  Image image;
+  add_own(image, network);
+  for (const PlannedNode& node : network.all) {
+    if (node.id == own_id)
+      throw UsageError(fmt::format(
+          "{}: node {} is the module's own node: another module.node_id, or leave it out", name, node.id));
+    for (const PlannedPdo& pdo : node.pdos)
+      if (pdo.can_id == EmergencyConsumer::kFirstId + own_id)
+        throw UsageError(
+            fmt::format("{}{}: node {}: CAN-ID {:#x} is that of the module's EMCY: set another can_id, or "
+                        "another module.node_id",
+                        name, pdo.line == 0 ? "" : fmt::format(":{}", pdo.line), node.id, pdo.can_id));
+    add_node(image, node);
+  }
+  Bytes bytes = image.bytes();
+  for (const std::uint8_t byte : to_bytes(crc16(bytes), NetworkObjects::kCheckBytes))
+    bytes.push_back(byte);
+  if (bytes.size() > NetworkObjects::kMostBytes)
+    throw UsageError(
+        fmt::format("{}: takes {} bytes; the module has {}", name, bytes.size(), NetworkObjects::kMostBytes));
+  return bytes;
+}
+
+std::string made_by(std::string_view program, std::string_view file) {
+  return fmt::format("// Made by {} from {}: do not edit.\n", program, base::to_utf8(file));
+}
+
+std::string array_of(std::string_view array, const Bytes& bytes) {
+  std::string text = fmt::format("inline constexpr std::array<std::uint8_t, {}> {}{{", bytes.size(), array);
+  constexpr std::size_t kBytesOfLine = 16;
+  for (std::size_t i = 0; i < bytes.size(); ++i)
+    text += fmt::format("{}0x{:02X},", i % kBytesOfLine == 0 ? "\n    " : " ", bytes[i]);
+  return text + "\n};\n";
+}
+
+std::string header_of(const Bytes& image, const std::string& name) {
+  return made_by("cbcan-network", name) + "#pragma once\n\n#include <array>\n#include <cstdint>\n\n" +
+         array_of("kNetwork", image);
+}
+
+}  // namespace cbcan::descriptions

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <deque>
+#include <utility>
+
+#include "base/numbers.hpp"
+#include "base/read_file.hpp"
+#include "base/words.hpp"
+#include "cbcan/sim.hpp"
+#include "config/demo_plant.hpp"
+#include "config/plant_file.hpp"
+#include "plant/virtual_plant.hpp"
+#include "sim/frame_text.hpp"
+
+namespace cbcan {
+
+namespace {
+
+std::optional<std::string> read_disk(const std::string& path) try {
+  return base::read_file(path);
+} catch (const std::runtime_error& error) {
+  throw PlantError(error.what());
+}
+
+base::FileReader reader() {
+  return config::with_demo_plant(read_disk);
+}
+
+[[noreturn]] void throw_plant_error(const std::vector<std::string>& lines) {
+  throw PlantError(fmt::format("{}", fmt::join(lines, "\n")));
+}
+
+config::Config config_of(std::string_view text, const std::string& file) {
+  config::Config config;
+  config::Diagnostics problems = config::read_plant(text, file, config);
+  if (problems.empty()) problems = config::check(config);
+  std::vector<std::string> lines;
+  for (const config::Diagnostic& problem : problems)
+    lines.push_back(to_string(problem));
+  if (!problems.empty()) throw_plant_error(lines);
+  return config;
+}
+
+config::PlantBuild build_of(const config::Config& config) {
+  config::PlantBuild build = config::build_nodes(config, reader());
+  if (!build.good) throw_plant_error(build.lines);
+  return build;
+}
+
+/// Throws an error response, returns any other.
+std::string checked(std::string response) {
+  if (response.starts_with(plant::kError))
+    throw PlantError(std::string(base::trim(response.substr(plant::kError.size()))));
+  return response;
+}
+
+}  // namespace
+
+struct Plant::Inside {
+  class Frames final : public plant::Listener {
+   public:
+    void on_frame(std::size_t network, const Frame& frame, Time /*now*/) override {
+      constexpr std::size_t kMost = 100'000;
+      seen_.push_back({network, frame});
+      if (seen_.size() > kMost) seen_.pop_front();
+    }
+    std::vector<std::string> take() {
+      std::vector<std::string> texts;
+      for (const auto& [network, frame] : std::exchange(seen_, {}))
+        texts.push_back(plant::prefix_of(network) + sim::frame_text(frame));
+      return texts;
+    }
+
+   private:
+    std::deque<std::pair<std::size_t, Frame>> seen_;
+  };
+
+  explicit Inside(const config::Config& config) : plant(config, build_of(config)) {
+    plant.add(frames);
+    plant.start();
+  }
+
+  plant::VirtualPlant plant;
+  Frames frames;
+};
+
+Plant::Plant(std::unique_ptr<Inside> inside) : inside_(std::move(inside)) {}
+Plant::Plant(Plant&& other) noexcept = default;
+Plant& Plant::operator=(Plant&& other) noexcept = default;
+Plant::~Plant() = default;
+
+Plant Plant::from_file(const std::string& path) {
+  const auto text = reader()(path);
+  if (!text) throw PlantError(path + ": cannot be read; check the path and its permissions");
+  return Plant(std::make_unique<Inside>(config_of(*text, path)));
+}
+
+Plant Plant::from_text(std::string_view toml, const std::string& folder) {
+  return Plant(std::make_unique<Inside>(config_of(toml, folder + "/text")));
+}
+
+Plant Plant::demo() {
+  return from_file(std::string(config::kDemoPlant));
+}
+
+void Plant::write(std::uint16_t first, const Words& words, unsigned unit) {
+  command(fmt::format("write {}/{} {}", unit, first, base::joined(words)));
+}
+
+Plant::Words Plant::registers(std::uint16_t first, std::size_t count, unsigned unit) try {
+  if (unit < 1 || unit > inside_->plant.view().networks())
+    throw plant::Refused(fmt::format("unit {}: there are 1..{}", unit, inside_->plant.view().networks()));
+  return inside_->plant.view().read(unit, first, count);
+} catch (const plant::Refused& refused) {
+  throw PlantError(refused.what());
+}
+
+Plant::Duration Plant::now() const {
+  return Duration(inside_->plant.now());
+}
+
+void Plant::advance(Duration duration) {
+  inside_->plant.advance_to(inside_->plant.now() + static_cast<Time>(duration.count()));
+}
+
+std::string Plant::command(std::string_view line) {
+  const std::string response = checked(inside_->plant.execute(line));
+  const auto [lines, last] = plant::parts_of(response);
+  return std::string(lines) += base::trim(last.substr(std::string_view("ok").size()));
+}
+
+bool Plant::wait(std::string_view condition, Duration within) {
+  const std::string response =
+      inside_->plant.execute(fmt::format("wait {} within {}us", condition, within.count()));
+  return !response.starts_with(plant::kNotWithin) && !checked(response).empty();
+}
+
+bool Plant::holds(std::string_view condition) try {
+  return make_condition(condition, inside_->plant.view())->holds(inside_->plant.view());
+} catch (const plant::Refused& refused) {
+  throw PlantError(refused.what());
+}
+
+std::vector<std::string> Plant::frames() {
+  return inside_->frames.take();
+}
+
+}  // namespace cbcan

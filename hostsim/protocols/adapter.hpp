@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// A client that joins a simulated bus through a text protocol: frames become text, and text becomes frames.
+/// Pure: characters in, characters out. The protocols are in slcan_adapter.hpp and socketcand_adapter.hpp.
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "protocols/stream_session.hpp"
+#include "sim/bus.hpp"
+
+namespace cbcan::protocols {
+
+class Adapter : public sim::Receiver, public StreamSession {
+ public:
+  static constexpr std::size_t kMostUnsent = 64 * 1024;
+  static constexpr std::size_t kUnlimited = ~std::size_t{0};
+
+  /// Called after frames have been queued: the bus has to be advanced.
+  using OnQueued = std::function<void()>;
+
+  /// Attaches to the bus, without receiving frames yet, and detaches in the destructor; queued frames are still
+  /// sent. A frame that would make more than `most_unsent` characters wait for the client is lost and counted
+  /// in `lost`, which several adapters may share.
+  Adapter(sim::Bus& bus, OnQueued on_queued, std::size_t most_unsent, std::uint64_t* lost)
+      : port_(bus.attach(*this)), on_queued_(std::move(on_queued)), most_unsent_(most_unsent), lost_(lost) {}
+  ~Adapter() override { port_.detach(); }
+  Adapter(const Adapter&) = delete;
+  Adapter& operator=(const Adapter&) = delete;
+
+  /// sent() erases only when half of the text has been sent, so the rest is seldom moved.
+  std::string_view unsent() const override { return std::string_view(unsent_).substr(sent_); }
+  void sent(std::size_t count) override {
+    sent_ += count;
+    if (2 * sent_ < unsent_.size()) return;
+    unsent_.erase(0, sent_);
+    sent_ = 0;
+  }
+
+ protected:
+  /// False: there is no room for a frame of this many characters; it is counted as lost.
+  bool has_room(std::size_t characters) {
+    const bool room = unsent().size() + characters <= most_unsent_;
+    if (!room && lost_ != nullptr) ++*lost_;
+    return room;
+  }
+
+  sim::Port& port_;
+  OnQueued on_queued_;
+  std::string unsent_;
+
+ private:
+  std::size_t most_unsent_;
+  std::uint64_t* lost_;
+  std::size_t sent_ = 0;  ///< characters of unsent_ that were sent but not erased yet
+};
+
+}  // namespace cbcan::protocols

@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Modbus TCP without sockets: bytes of requests in, bytes of responses out. Registers are in host byte
+/// order, register n is address n.
+///
+/// Function codes 3, 4 (the same registers as 3), 6, 16, 22 and 23, 43/14 (identification), and 1, 2, 5 and
+/// 15 if the unit has coils and discrete inputs; others get exception 01. A request is executed as a whole.
+///
+/// The unit ID selects the network: 1 is the first, 2 the second; 0 and 255 are the first too. Any other one
+/// gets exception 0Ah (gateway path unavailable), whatever the function. It is always echoed.
+///
+/// Sources: Modbus Messaging on TCP/IP Implementation Guide V1.0b for the framing; Modbus Application
+/// Protocol V1.1b3 for the rest (modbus_request.hpp).
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <functional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "cbcan/modbus/identification.hpp"
+#include "cbcan/regmap.hpp"
+#include "protocols/modbus_unit.hpp"
+#include "protocols/stream_session.hpp"
+
+namespace cbcan::protocols {
+
+/// The texts of `identity` outlive it.
+class ModbusServer {
+ public:
+  using Bytes = std::span<const std::uint8_t>;
+
+  static constexpr std::size_t kPduOffset = 7;  ///< after the MBAP header
+  static constexpr std::size_t kMaxAdu = kPduOffset + kMaxPduBytes;
+
+  /// `networks` are 247 at most (Messaging on TCP/IP V1.0b: unit IDs 1..247) and outlive it.
+  ModbusServer(std::span<ModbusUnit* const> networks, const modbus::DeviceIdentity& identity)
+      : identity_(identity) {
+    for (std::size_t i = 0; i < networks.size(); ++i)
+      served_[i + 1] = {networks[i], networks[i]->registers(), networks[i]->bits()};
+    served_[kUnitOfServer] = served_[kUnitOfServerToo] = served_[1];
+  }
+
+  /// The size of the request at the beginning of these bytes; 0 = it is not Modbus, so the connection is to
+  /// be closed; more than there are: it is incomplete.
+  static std::size_t request_size(Bytes received) {
+    if (received.size() < kUnitOffset) return kLeast;
+    const std::size_t size = kUnitOffset + word(received, kLengthOffset);
+    return word(received, kProtocolOffset) != 0 || size < kLeast || size > kMaxAdu ? 0 : size;
+  }
+
+  /// Executes a complete request. `send` takes the response, before its effects happen; what it returns is
+  /// returned. `client`: its number in events.
+  template <class Send>
+  bool execute(std::uint32_t client, Bytes bytes, Send send) {
+    const Served to = served_[bytes[kUnitOffset]];
+    const bool reached = !to.registers.empty();
+    const ModbusRequest request = reached ? look_at(bytes.subspan(kPduOffset), to)
+                                          : ModbusRequest{ModbusException::kGatewayPathUnavailable};
+    ++counters_.requests;
+    if (reached && to.unit->disturbed()) return execute_disturbed(client, bytes, to, request, send);
+    return perform(client, bytes, to, request, send);
+  }
+
+  struct Counters {
+    std::uint64_t requests = 0;    ///< answered, with exceptions
+    std::uint64_t exceptions = 0;  ///< answered by an exception
+  };
+  const Counters& counters() const { return counters_; }
+
+ private:
+  // MBAP header: transaction ID, protocol ID, length of what follows, unit ID; then the PDU.
+  static constexpr std::size_t kProtocolOffset = 2;
+  static constexpr std::size_t kLengthOffset = 4;
+  static constexpr std::size_t kUnitOffset = 6;
+  static constexpr std::size_t kLeast = 8;  // with a function code
+
+  // Messaging on TCP/IP V1.0b, 4.4.2.1: either one means the server itself.
+  static constexpr std::uint8_t kUnitOfServer = 0xFF;
+  static constexpr std::uint8_t kUnitOfServerToo = 0;
+
+  struct Served {
+    ModbusUnit* unit = nullptr;
+    std::span<std::uint16_t> registers{};
+    const ModbusBits* bits = nullptr;
+
+    bool has_bits_for(std::uint8_t function) const {
+      return bits != nullptr && ModbusBits::is_function(function);
+    }
+  };
+
+  static ModbusRequest look_at(Bytes pdu, const Served& to) {
+    return to.has_bits_for(pdu[0]) ? look_at_bits(pdu, *to.bits, to.registers)
+                                   : look_at_request(pdu, to.registers.size());
+  }
+
+  template <class Send>
+  bool execute_disturbed(std::uint32_t client, Bytes bytes, const Served& to, const ModbusRequest& request,
+                         Send send) {
+    const ModbusDisturbance disturbance =
+        to.unit->disturb(bytes.subspan(kPduOffset), request.written.count != 0);
+    if (!disturbance.executed)
+      return disturbance.exception != 0 &&
+             perform(client, bytes, to, {static_cast<ModbusException>(disturbance.exception)}, send);
+    if (!disturbance.ends) return perform(client, bytes, to, request, send);
+    Bytes response;
+    perform(client, bytes, to, request, [&response](Bytes made) {
+      response = made;
+      return true;
+    });
+    return to.unit->end_disturbance() && send(response);
+  }
+
+  template <class Send>
+  bool perform(std::uint32_t client, Bytes bytes, const Served& to, const ModbusRequest& request, Send send) {
+    if (request.written.count != 0) {
+      to.unit->advance_due();
+      const auto [first, count] = request.written;
+      const bool window =
+          first >= regmap::kWindowFirst && first + count <= regmap::kWindowFirst + regmap::kWindowWords;
+      if (!window) to.unit->on_writer(client, request.written);
+    }
+    if (request.read.first + request.read.count > regmap::kDiagnosticsFirst) to.unit->on_diagnostics();
+    const Bytes response = respond(bytes, request, to);
+    const bool alive = send(response);
+    if (to.registers.empty()) return alive;
+    if (to.unit->listens())
+      to.unit->on_exchange({client, static_cast<std::uint16_t>(word(bytes, 0)), bytes[kUnitOffset],
+                            static_cast<std::uint8_t>(request.exception), bytes.subspan(kPduOffset),
+                            response.subspan(kPduOffset)});
+    to.unit->on_request(request.exception == ModbusException::kNone, request.written);
+    return alive;
+  }
+
+  Bytes respond(Bytes bytes, const ModbusRequest& request, const Served& to) {
+    const Bytes pdu = bytes.subspan(kPduOffset);
+    const ModbusResponse response = std::span(response_).last<kMaxPduBytes>();
+    std::size_t size = 0;
+    if (request.exception != ModbusException::kNone) {
+      ++counters_.exceptions;
+      size = exception_response(pdu[0], request.exception, response);
+    } else if (pdu[0] == static_cast<std::uint8_t>(ModbusFunction::kEncapsulatedInterface)) {
+      size = modbus::identification_response(pdu, identity_, response);
+    } else if (to.has_bits_for(pdu[0])) {
+      size = execute_bits(pdu, *to.bits, to.registers, response);
+    } else {
+      size = protocols::execute(pdu, request, to.registers, response);
+    }
+    std::memcpy(response_.data(), bytes.data(), kPduOffset);
+    response_[kLengthOffset] = static_cast<std::uint8_t>((1 + size) >> 8);
+    response_[kLengthOffset + 1] = static_cast<std::uint8_t>(1 + size);
+    return Bytes(response_).first(kPduOffset + size);
+  }
+
+  modbus::DeviceIdentity identity_;
+  std::array<Served, 256> served_{};              ///< by unit ID
+  std::array<std::uint8_t, kMaxAdu> response_{};  ///< the last one
+  Counters counters_;
+};
+
+/// A connection to `server`, which outlives it.
+class ModbusTcpSession final : public StreamSession {
+ public:
+  ModbusTcpSession(ModbusServer& server, std::uint32_t client, std::function<void()> on_left)
+      : server_(server), client_(client), on_left_(std::move(on_left)) {}
+  ~ModbusTcpSession() override { on_left_(); }
+  ModbusTcpSession(const ModbusTcpSession&) = delete;
+  ModbusTcpSession& operator=(const ModbusTcpSession&) = delete;
+
+  bool is_text() const override { return false; }
+  void receive(std::string_view bytes) override {
+    received_.insert(received_.end(), bytes.begin(), bytes.end());
+    ModbusServer::Bytes rest(received_);
+    std::size_t size = 0;
+    for (; (size = ModbusServer::request_size(rest)) != 0 && size <= rest.size(); rest = rest.subspan(size))
+      server_.execute(client_, rest.first(size), [this](ModbusServer::Bytes response) {
+        unsent_.append(response.begin(), response.end());
+        return true;
+      });
+    ended_ = size == 0;
+    received_.erase(received_.begin(), received_.end() - static_cast<std::ptrdiff_t>(rest.size()));
+  }
+  void end_input() override { received_.clear(); }
+  bool is_busy() const override { return !received_.empty(); }
+  std::string_view unsent() const override { return unsent_; }
+  bool has_ended() const override { return ended_; }
+  void sent(std::size_t count) override { unsent_.erase(0, count); }
+
+ private:
+  ModbusServer& server_;
+  std::uint32_t client_;
+  std::function<void()> on_left_;
+  std::vector<std::uint8_t> received_;
+  std::string unsent_;
+  bool ended_ = false;
+};
+
+}  // namespace cbcan::protocols

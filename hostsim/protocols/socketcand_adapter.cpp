@@ -1,0 +1,247 @@
+// SPDX-License-Identifier: MIT
+#include "protocols/socketcand_adapter.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "base/numbers.hpp"
+#include "base/words.hpp"
+
+namespace cbcan::protocols {
+
+using namespace socketcand;
+
+namespace {
+
+constexpr Time kSlot = 100;
+constexpr std::size_t kLongestBusName = 16;
+
+std::uint32_t key_of(const Frame& frame) {
+  return frame.id | ((frame.flags & Frame::kExtended) != 0 ? 0x8000'0000 : 0);
+}
+
+/// Seconds and microseconds.
+std::optional<Time> parse_interval(Words words) {
+  if (words.size() < 2) return std::nullopt;
+  const auto seconds = base::parse<std::uint32_t>(words[0]);
+  const auto microseconds = base::parse<std::uint32_t>(words[1]);
+  if (!seconds || !microseconds) return std::nullopt;
+  return *seconds * kSecond + *microseconds;
+}
+
+/// Erases by the identifier in `words`; false: there is none.
+template <class Map>
+bool erase_from(Map& map, Words words) {
+  const auto frame = words.size() == 1 ? parse_identifier(words[0]) : std::nullopt;
+  if (frame) map.erase(key_of(*frame));
+  return frame.has_value();
+}
+
+}  // namespace
+
+Time SocketcandBus::slot(Time now) {
+  const Time slot = std::max(free_at_, now);
+  free_at_ = slot + kSlot;
+  return slot;
+}
+
+std::string_view SocketcandBus::text_of(const Frame& frame, Time now) {
+  if (frame != last_ || now != last_at_ || text_.empty()) {
+    text_.clear();
+    append_received(text_, last_ = frame, (last_at_ = now) + wall_offset_);
+  }
+  return text_;
+}
+
+// ---- Commands
+
+void SocketcandAdapter::receive(std::string_view characters) {
+  for (const char c : characters)
+    if (!ended_ && reader_.on_char(c)) execute(reader_.element());
+  wants(next_due());
+  on_queued_();
+}
+
+void SocketcandAdapter::execute(std::string_view element) {
+  using Self = SocketcandAdapter;
+  struct Command {
+    std::string_view name;
+    unsigned modes;
+    std::function<bool(Self&, Words)> execute;
+  };
+  static const std::array<Command, 8> kCommands{{
+      {"open", kNoBus, &Self::open},
+      {"echo", kBcm | kRaw, &Self::echo},
+      {"send", kBcm | kRaw, &Self::send},
+      {"add", kBcm, &Self::add},
+      {"update", kBcm, &Self::update},
+      {"delete", kBcm, [](Self& self, Words words) { return erase_from(self.jobs_, words); }},
+      {"subscribe", kBcm, &Self::subscribe},
+      {"unsubscribe", kBcm, [](Self& self, Words words) { return erase_from(self.subscriptions_, words); }},
+  }};
+  const auto words = base::words_of(element);
+  const std::string_view name = words.empty() ? std::string_view() : words.front();
+  if (mode_ == kNoBus && words.size() > 1 && (words[1] == "B" || words[1] == "C")) {
+    unsent_ += kOk;
+    return;
+  }
+  if (mode_ != kNoBus && name == "rawmode") return enter(kRaw);
+  if (mode_ != kNoBus && name == "bcmmode") return enter(kBcm);
+  const auto command = std::ranges::find_if(
+      kCommands, [&](const Command& c) { return c.name == name && (c.modes & mode_) != 0; });
+  if (command == kCommands.end()) return refuse("unknown command");
+  if (!command->execute(*this, Words(words).subspan(1)))
+    refuse(fmt::format("syntax error in {}", command->name));
+}
+
+void SocketcandAdapter::refuse(std::string_view why) {
+  unsent_ += fmt::format("< error {} >", why);
+}
+
+/// Clears what belongs to a mode.
+void SocketcandAdapter::forget() {
+  jobs_.clear();
+  subscriptions_.clear();
+  held_.clear();
+  waiting_due_ = pause_ends_ = kNever;
+}
+
+void SocketcandAdapter::enter(Mode mode) {
+  forget();
+  mode_ = mode;
+  port_.accept_all();
+  unsent_ += kOk;
+  if (bus_.pause_ != 0) pause_ends_ = bus_.now_() + bus_.pause_;
+}
+
+bool SocketcandAdapter::open(Words words) {
+  if (words.size() == 1 && words[0].size() <= kLongestBusName) return enter(kBcm), true;
+  refuse("could not open bus");
+  ended_ = true;
+  return true;
+}
+
+bool SocketcandAdapter::echo(Words words) {
+  unsent_ += words.empty() ? "< echo >" : "";
+  return words.empty();
+}
+
+bool SocketcandAdapter::send(Words words) {
+  const auto frame = parse_send(words);
+  if (!frame) return false;
+  transmit(*frame);
+  on_queued_();
+  return true;
+}
+
+bool SocketcandAdapter::add(Words words) {
+  const auto interval = parse_interval(words);
+  const auto frame = interval ? parse_send(words.subspan(2)) : std::nullopt;
+  if (!frame) return false;
+  if (*interval == 0) return transmit(*frame), true;
+  const bool is_new = !jobs_.contains(key_of(*frame));
+  if (is_new && jobs_.size() == kMostJobs) return refuse("too many frames to send"), true;
+  jobs_[key_of(*frame)] = {*frame, *interval, bus_.now_()};
+  return true;
+}
+
+bool SocketcandAdapter::update(Words words) {
+  const auto frame = parse_send(words);
+  const auto job = frame ? jobs_.find(key_of(*frame)) : jobs_.end();
+  if (job != jobs_.end()) job->second.frame = *frame;
+  return frame.has_value();
+}
+
+bool SocketcandAdapter::subscribe(Words words) {
+  const auto interval = parse_interval(words);
+  const auto frame = words.size() == 3 ? parse_identifier(words[2]) : std::nullopt;
+  if (!interval || !frame) return false;
+  const bool is_new = !subscriptions_.contains(key_of(*frame));
+  if (is_new && subscriptions_.size() == kMostSubscriptions) return refuse("too many subscriptions"), true;
+  subscriptions_[key_of(*frame)] = {*interval};
+  return true;
+}
+
+// ---- Frames
+
+std::size_t SocketcandAdapter::segment() const {
+  const std::string_view text = unsent();
+  if (text.starts_with(kHi)) return kHi.size();
+  if (text.starts_with(kOk)) return kOk.size();
+  return std::min(text.find(kOk), text.size());
+}
+
+void SocketcandAdapter::transmit(const Frame& frame) {
+  if (!port_.try_send(frame)) refuse("the frame is lost, the bus takes no more");
+}
+
+void SocketcandAdapter::tell(const Frame& frame, Time now) {
+  const std::string_view text = bus_.text_of(frame, now);
+  if (has_room(held_.size() + text.size())) (pause_ends_ == kNever ? unsent_ : held_) += text;
+}
+
+void SocketcandAdapter::on_frame(const Frame& frame, Time now) {
+  if ((frame.flags & (Frame::kRemote | Frame::kError)) != 0) return;
+  if (mode_ == kRaw) return tell(frame, now);
+  const auto found = subscriptions_.find(key_of(frame));
+  if (found == subscriptions_.end()) return;
+  Subscription& subscription = found->second;
+  if (now < subscription.told_until) {
+    subscription.waiting = frame;
+    waiting_due_ = std::min(waiting_due_, subscription.told_until);
+    return wants(next_due());
+  }
+  subscription.told_until = now + subscription.interval;
+  tell(frame, now);
+}
+
+// ---- Time
+
+Time SocketcandAdapter::next_due() const {
+  Time next = std::min(waiting_due_, pause_ends_);
+  for (const auto& [id, job] : jobs_)
+    next = std::min(next, job.next);
+  return next;
+}
+
+void SocketcandAdapter::poll(Time now) {
+  if (pause_ends_ <= now) {
+    pause_ends_ = kNever;
+    unsent_ += std::exchange(held_, {});
+  }
+  for (auto& [id, job] : jobs_)
+    if (job.next <= now) run(job, now);
+  if (waiting_due_ <= now) tell_waiting(now);
+  wants(next_due());
+}
+
+/// At most once in a millisecond, which bounds the work for many subscriptions.
+void SocketcandAdapter::tell_waiting(Time now) {
+  waiting_due_ = kNever;
+  for (auto& [id, subscription] : subscriptions_) {
+    if (!subscription.waiting) continue;
+    if (subscription.told_until <= now) {
+      tell(*std::exchange(subscription.waiting, std::nullopt), now);
+      subscription.told_until = now + subscription.interval;
+    } else {
+      waiting_due_ = std::min(waiting_due_, std::max(subscription.told_until, now + kMillisecond));
+    }
+  }
+}
+
+void SocketcandAdapter::run(Job& job, Time now) {
+  if (!job.has_slot) {
+    const Time slot = bus_.slot(now);
+    job.has_slot = slot > now;
+    if (job.has_slot) job.next = slot;
+    if (job.has_slot) return;
+  }
+  job.has_slot = false;
+  job.next += job.interval;
+  static_cast<void>(port_.try_send(job.frame));  // without room it is dropped; the next one may find some
+}
+
+}  // namespace cbcan::protocols

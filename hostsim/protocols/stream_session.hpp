@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <string_view>
+
+namespace cbcan::protocols {
+
+/// The protocol side of one connection; destroyed with the connection.
+class StreamSession {
+ public:
+  /// Nothing is to be read from a client that has this many bytes unread.
+  static constexpr std::size_t kMostUnsent = 64 * 1024;
+
+  virtual ~StreamSession() = default;
+
+  /// The client has sent bytes.
+  virtual void receive(std::string_view bytes) = 0;
+  /// The client has closed its sending side.
+  virtual void end_input() {}
+  /// Clients send text, so a connection that begins like TLS is not one of them.
+  virtual bool is_text() const { return true; }
+  /// False: no more is to be read from the client.
+  virtual bool wants_more() const { return true; }
+  /// What is to be sent to the client; unchanged until sent() or receive() is called, or time passes.
+  virtual std::string_view unsent() const = 0;
+  /// How many bytes of unsent() are to be sent together, separate from the rest.
+  virtual std::size_t segment() const { return unsent().size(); }
+  /// The client's input has not been processed completely, or a response is outstanding.
+  virtual bool is_busy() const { return false; }
+  /// The connection is to be closed once everything has been sent.
+  virtual bool has_ended() const { return false; }
+  /// The first `count` bytes of unsent() have been sent.
+  virtual void sent(std::size_t count) = 0;
+};
+
+using MakeSession = std::function<std::unique_ptr<StreamSession>()>;
+
+/// A client that speaks HTTP, or TLS where text is expected, is called a browser and reaches no session:
+/// pages of other sites can make a browser send to any address of this machine.
+std::unique_ptr<StreamSession> without_browsers(std::unique_ptr<StreamSession> session,
+                                                std::function<void()> on_browser);
+
+}  // namespace cbcan::protocols

@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: MIT
+#include "scenario/search/exploration.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <iterator>
+#include <set>
+#include <stdexcept>
+#include <tuple>
+#include <utility>
+
+#include "base/error.hpp"
+#include "plant/words.hpp"
+
+namespace cbcan::search {
+
+namespace {
+
+/// So many transactions after the one with the first fault are near it.
+constexpr std::size_t kNear = 2;
+
+std::vector<std::string> texts_of(const std::vector<Line>& lines) {
+  std::vector<std::string> texts;
+  std::ranges::transform(lines, std::back_inserter(texts), &Line::text);
+  return texts;
+}
+
+std::vector<std::string> nodes_of(const config::NetworkConfig& network) {
+  std::vector<std::string> nodes;
+  for (const config::NodeConfig& node : network.nodes)
+    if (node.id != 0) nodes.push_back(std::to_string(node.id));
+  return nodes;
+}
+
+bool has_node(const config::NetworkConfig& network, std::string_view name) {
+  return std::ranges::any_of(nodes_of(network), [&](const std::string& node) {
+    return plant::prefix_of(network.number) + node == name;
+  });
+}
+
+/// The transaction in which a variant has this matching frame.
+std::size_t transaction_of(const Record& record, std::size_t variant, std::uint32_t occasion) {
+  std::size_t place = 0;
+  while (place < record.transactions.size() && record.transactions[place].occasions[variant] < occasion)
+    ++place;
+  return place;
+}
+
+/// What is read or written may be another value than that in the node, and nothing on the bus shows it.
+bool changes_values(const Moment& moment) {
+  const sim::FaultKind kind = moment.variant.fault.kind;
+  return kind == sim::FaultKind::kResponseOtherSize || kind == sim::FaultKind::kDuplicateNodeId ||
+         sim::is_of_frames(kind);
+}
+
+/// Throws unless this run without faults is good.
+void need_good(const Told& told) {
+  if (!told.problem.empty() && !told.is_usage) throw std::runtime_error(told.problem);
+  if (!told.problem.empty()) throw base::UsageError(told.problem);
+  if (told.result.verdict != Verdict::kDone) throw base::UsageError("without faults: " + report(told.result));
+}
+
+/// It prevents nothing, or not for long.
+bool passes(const sim::Fault& fault) {
+  if (sim::has_key(fault.kind, "for_ms")) return fault.lasts != kNever;
+  return fault.count == 1 || !sim::has_key(fault.kind, "count");
+}
+
+}  // namespace
+
+Run run_with(const Moments& moments, const config::Config& plant, const Record& undisturbed) {
+  Run run{.config = plant,
+          .values_may_differ = std::ranges::any_of(moments, changes_values),
+          .undisturbed = &undisturbed};
+  inject(moments, run.config);
+  return run;
+}
+
+Told Runner::one(const Run& run) {
+  Told told;
+  all(
+      1, [&](std::size_t) { return run; }, [] { return true; },
+      [&](std::size_t, const Told& result) { told = result; });
+  return told;
+}
+
+Exploration::Exploration(const config::Config& plant, const Settings& settings, Runner& runner,
+                         const std::vector<std::string>& faults, std::vector<std::string> nodes)
+    : plant_(plant),
+      settings_(settings),
+      runner_(runner),
+      nodes_(nodes.empty() ? texts_of(settings.nodes) : std::move(nodes)) {
+  const std::vector<std::string> own = settings.faults.empty() ? default_faults() : texts_of(settings.faults);
+  for (const std::string& fault : faults.empty() ? own : faults)
+    for (const config::NetworkConfig& network : plant.networks)
+      for (Variant& variant : variants_of(fault, nodes_of(network), network.number))
+        if (std::ranges::find(variants_, variant) == variants_.end()) variants_.push_back(std::move(variant));
+  for (const std::string& fault : settings.survive.empty() ? default_survive() : texts_of(settings.survive))
+    for (const Variant& variant : variants_of(fault, {"1"}, 1))
+      survive_.insert(variant.fault.kind);
+}
+
+void Exploration::prepare() {
+  for (const std::string& node : nodes_)
+    if (std::ranges::none_of(plant_.networks, [&](const auto& network) { return has_node(network, node); }))
+      throw base::UsageError(fmt::format("nodes: {}: there is no such node in the plant", node));
+  const Told first = runner_.one({plant_});
+  Run counting{plant_};
+  count_in(counting);
+  const Told second = runner_.one(counting);
+  need_good(first);
+  need_good(second);
+  const auto [a, b] = std::ranges::mismatch(first.record.frames, second.record.frames);
+  if (a != first.record.frames.end() || b != second.record.frames.end())
+    throw base::UsageError(fmt::format(
+        "two runs without faults differ, so it depends on more than the plant: one had {}, the other {}",
+        a != first.record.frames.end() ? *a : "no frame", b != second.record.frames.end() ? *b : "no frame"));
+  keep(second.record);
+}
+
+/// Variants of nodes that are not concerned are left out.
+void Exploration::keep(const Record& counted) {
+  const std::set<std::string> nodes =
+      nodes_.empty() ? counted.nodes : std::set<std::string>(nodes_.begin(), nodes_.end());
+  std::vector<std::size_t> kept;
+  for (std::size_t i = 0; i < variants_.size(); ++i) {
+    const bool is_of_node = variants_[i].place.find_first_of("bp") == std::string::npos;  // bus, plc
+    if (!is_of_node || nodes.contains(variants_[i].place)) kept.push_back(i);
+  }
+  const auto chosen = [&kept](const auto& all) {
+    std::remove_cvref_t<decltype(all)> some;
+    for (const std::size_t i : kept)
+      some.push_back(all.at(i));
+    return some;
+  };
+  record_ = counted;
+  variants_ = chosen(variants_);
+  record_.occasions = chosen(record_.occasions);
+  for (Record::Transaction& transaction : record_.transactions)
+    transaction.occasions = chosen(transaction.occasions);
+  auto lists = moments_of(variants_, record_);
+  for (std::size_t i = 0; i < lists.size(); ++i)
+    if (lists[i].empty()) never_.push_back(variants_[i]);
+  moments_ = in_turn(std::move(lists));
+}
+
+void Exploration::count_in(Run& run) const {
+  run.counted = variants_;
+  for (const Variant& variant : variants_)
+    if (has_moments(variant.fault.kind)) inject({{variant, kCounting}}, run.config);
+}
+
+Run Exploration::run_of(const Moments& moments, bool counts) const {
+  const sim::Fault& first = moments.front().variant.fault;
+  Run run = run_with(moments, plant_, record_);
+  run.must_survive = moments.size() == 1 && survive_.contains(first.kind) && passes(first);
+  if (counts) count_in(run);
+  return run;
+}
+
+std::vector<Pair> Exploration::pairs(const Moments& first, const Record& record) const {
+  const auto own =
+      static_cast<std::size_t>(std::ranges::find(variants_, first.front().variant) - variants_.begin());
+  const std::size_t begin = transaction_of(record_, own, first.front().occasion);
+  const std::size_t end =
+      std::min(begin + kNear, record.transactions.empty() ? 0 : record.transactions.size() - 1);
+  std::vector<Pair> pairs;
+  if (begin >= record.transactions.size()) return pairs;
+  for (std::size_t i = 0; i < variants_.size(); ++i) {
+    if (!has_moments(variants_[i].fault.kind)) continue;
+    std::uint32_t occasion = begin == 0 ? 0 : record.transactions[begin - 1].occasions[i];
+    for (std::size_t place = begin; place <= end; ++place) {
+      const Record::Transaction& during = record.transactions[place];
+      for (unsigned in_it = 1; occasion < during.occasions[i]; ++in_it)
+        if (++occasion != first.front().occasion || i != own)
+          pairs.push_back(
+              {fmt::format("{} {} {} {} {}", to_string(first.front().variant),
+                           record.transactions[begin].text, to_string(variants_[i]), during.text, in_it),
+               {first.front(), {variants_[i], occasion}}});
+    }
+  }
+  return pairs;
+}
+
+std::vector<Moments> folded(std::vector<Pair> pairs) {
+  const auto rank = [](const Pair& pair) {
+    return std::tuple(pair.alike, pair.moments[0].occasion, pair.moments[1].occasion);
+  };
+  std::ranges::sort(pairs, {}, rank);
+  std::vector<Moments> kept;
+  for (std::size_t i = 0; i < pairs.size(); ++i)
+    if (i == 0 || pairs[i].alike != pairs[i - 1].alike) kept.push_back(pairs[i].moments);
+  std::ranges::sort(kept, {}, [](const Moments& pair) { return hash_of(to_string(pair)); });
+  return kept;
+}
+
+}  // namespace cbcan::search

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// The table [explore] of a plant file or scenario: which faults are tried, and what has to hold.
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/setting.hpp"
+#include "cbcan/time.hpp"
+#include "scenario/scenario.hpp"
+
+namespace cbcan::search {
+
+using scenario::Line;
+
+struct Settings {
+  std::string file;            ///< that has the table
+  std::vector<Line> faults;    ///< see variants_of(); empty = kDefaultFaults
+  std::vector<Line> nodes;     ///< empty = those that the undisturbed run spoke with
+  std::vector<Line> always;    ///< whenever time has passed, and after each Modbus request
+  std::vector<Line> done;      ///< at the end, if the command has done its work
+  std::vector<Line> gave_up;   ///< at the end, if it gave up knowingly
+  std::vector<Line> survive;   ///< after these faults, once, giving up is a failure; empty = kDefaultSurvive
+  std::vector<Line> reached;   ///< in at least one run
+  std::vector<Line> only;      ///< moments at which faults act in every run of this file
+  std::optional<Time> settle;  ///< passes between the end and the last look; none = 5 s
+  std::optional<Time> within;  ///< limit of a run in the plant's time; none = ten times the undisturbed one
+};
+
+std::vector<std::string> default_faults();
+std::vector<std::string> default_survive();
+
+/// The keys, for the page.
+std::vector<base::Row> setting_rows();
+
+/// The lines under [explore].
+std::string text_of(const Settings& settings);
+
+/// Reads the table from the text of a file, which is TOML; without the table everything is as by default.
+/// Throws base::UsageError for a mistake in the table.
+Settings read_settings(std::string_view text, const std::string& file);
+
+}  // namespace cbcan::search

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// The results that --state keeps, as lines of JSON: for each subject one with its name and a fingerprint of
+/// what its results depend on, then one for each run, with its moments and its result. Such texts may be
+/// joined. Pure.
+
+#include <map>
+#include <string>
+#include <string_view>
+
+#include "scenario/search/judge.hpp"
+
+namespace cbcan::search {
+
+struct KeptResults {
+  std::string fingerprint;
+  std::map<std::string, Result> runs;  ///< by moments
+};
+using State = std::map<std::string, KeptResults>;  ///< by subject: a scenario, or empty
+
+/// Throws base::UsageError, with `path` and the line, for a text that is none of these, and for results of
+/// one subject under two fingerprints.
+State parse_state(std::string_view text, const std::string& path);
+
+/// A line of it.
+std::string state_line(const std::string& subject, const std::string& fingerprint);
+std::string state_line(const std::string& moments, const Result& result);
+
+}  // namespace cbcan::search

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "config/demo_plant.hpp"
+#include "scenario/search/scenario_run.hpp"
+#include "scenario/search/search.hpp"
+#include "support/catch.hpp"
+
+namespace cbcan::search::test {
+
+inline const base::FileReader kRead =
+    config::with_demo_plant([](const std::string&) { return std::nullopt; });
+
+/// A scenario on the demo plant; `text` follows plant = "demo".
+inline scenario::Scenario scenario_of(const std::string& text) {
+  scenario::Scenario made = scenario::read_scenario("plant = \"demo\"\n" + text, "s.toml", kRead);
+  for (const config::Diagnostic& problem : made.problems)
+    FAIL(to_string(problem));
+  return made;
+}
+
+/// A run of its steps without further faults, judged as one that has some, unless `undisturbed` is null.
+inline Told judged(const std::string& text, const Record* undisturbed, bool values_may_differ = false) {
+  const scenario::Scenario scenario = scenario_of(text);
+  config::EdsFiles files(kRead);
+  const Run run{
+      .config = scenario.config, .values_may_differ = values_may_differ, .undisturbed = undisturbed};
+  return play(scenario, run, read_settings(scenario.text, scenario.file), files);
+}
+
+}  // namespace cbcan::search::test
