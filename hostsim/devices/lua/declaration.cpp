@@ -374,8 +374,8 @@ std::vector<sim::Point> declared_points(Script& script) {
   const std::vector<Declared> all = declared(script, records);
   for (std::size_t kind = 0; kind < kShown.size(); ++kind)
     for (const auto& [index, sub, fields] : all)
-      if (std::ranges::count_if(fields.texts("show"), [&fields = fields, kind](const std::string& shown) {
-            return fields.choice("show", kShown, shown) == kind;
+      if (std::ranges::count_if(fields.texts("show"), [&own = fields, kind](const std::string& shown) {
+            return own.choice("show", kShown, shown) == kind;
           }) != 0)
         points.push_back({.kind = static_cast<sim::Point::Kind>(kind),
                           .index = index,
