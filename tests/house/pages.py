@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Fails on a page with prose of more than 100 columns, a dead link or path, or a figure that no test checks.
+"""Fails on a page with prose of more than 100 columns, a dead link or path, a name that the linked source does not have, or a figure that no
+test checks.
 
 Tables and code have no limit. A figure is checked if a comment follows it: see tests/docs/figures.py. In the changelog only the paths of the
 unreleased part are checked: an item about a missing file must say removed.
@@ -16,6 +17,7 @@ import page_blocks
 import tree
 
 COLUMNS = 100
+SOURCES = ("firmware", "hostsim", "regmap", "tools")
 
 COMMENT = re.compile(r"<!--.*?-->")
 LINK = re.compile(r"\]\(([^)#]*)(#[^)]*)?\)")
@@ -80,6 +82,16 @@ def dead_files(text):
                 yield before + part.count("\n", 0, item.start()) + 1, f"no such file: {path}; call it removed, or correct it"
 
 
+def misnamed(page, text):
+    """Names of code in a paragraph that links to source files, and are in none of them."""
+    for paragraph in re.finditer(r"(?:.+\n)+", text):
+        files = [page.parent / target for target, _ in LINK.findall(paragraph[0]) if re.search(r"\.([ch]pp|js)$", target)]
+        code = "".join(file.read_text() for file in files if file.exists())
+        for name in re.findall(r"`(?:\w+::)*(\w+)`", paragraph[0]) if files else ():
+            if not re.search(rf"\b{name}\b", code) and not (page.parent / name).exists():
+                yield text.count("\n", 0, paragraph.start()) + 1, f"`{name}` is in none of the files that this paragraph links to"
+
+
 def main():
     found, pages = [], page_blocks.pages()
     for page in pages:
@@ -89,6 +101,8 @@ def main():
             complaints += [*dead_files(text)]
         else:
             complaints += [*unchecked_figures(text), *dead_links(page, text), *dead_paths(text)]
+            if page.relative_to(ROOT).parts[0] in SOURCES or page.name == "the-path.md":
+                complaints += [*misnamed(page, text)]
         found += [f"{page.relative_to(ROOT)}:{number}: {why}" for number, why in sorted(complaints)]
     print("\n".join(found) if found else f"{len(pages)} pages are in order")
     sys.exit(1 if found else 0)
