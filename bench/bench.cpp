@@ -24,12 +24,9 @@ constexpr Measurement kMeasurements[] = {
     {"scripts", "[SECONDS]", "127 Lua devices, called 100 times a second each", 0, 1, scripts},
     {"eds", "[TIMES]", "reads the demo plant's EDS files", 0, 1, eds},
     {"hostile", "", "Lua devices that would stop the plant", 0, 0, hostile},
-    {"transactions", "", "10,000 transactions by cbcan::sim", 0, 0, transactions},
     {"channels", "", "16 nodes by one channel and by sixteen", 0, 0, channels},
     {"tr308", "", "the terms of CiA TR 308", 0, 0, tr308},
-    {"load", "PORT CLIENTS TRANSACTIONS FLAG NODE INDEX SIZE [NETWORKS]",
-     "Modbus TCP clients; FLAG is written to R3700, and NETWORKS unit IDs are used in turn", 7, 8, load},
-    {"null-server", "", "a Modbus TCP server with nothing behind it, until it is killed", 0, 0, null_server},
+    {"load", "PORT CLIENTS TRANSACTIONS NODE INDEX SIZE", "SDO reads by Modbus TCP clients", 6, 6, load},
 };
 
 int usage() {

@@ -38,13 +38,10 @@ inline double processor_seconds() {
 // core.cpp
 void core(const Arguments& arguments);
 // library.cpp
-void transactions(const Arguments& arguments);
 void channels(const Arguments& arguments);
 void tr308(const Arguments& arguments);
 // load.cpp
 void load(const Arguments& arguments);
-// null_server.cpp
-void null_server(const Arguments& arguments);
 // worlds.cpp
 void plant(const Arguments& arguments);
 void scripts(const Arguments& arguments);

@@ -120,18 +120,6 @@ long from_to(Plant& plant, const std::string& frame, unsigned from, unsigned to)
 
 }  // namespace
 
-void transactions(const Arguments& /*arguments*/) {
-  constexpr int kTransactions = 10'000;
-  Plant plant = Plant::demo();
-  const double begin = processor_seconds();
-  for (int i = 0; i < kTransactions; ++i) {
-    plant.write(3700, {0xCA0E, 5055, 0x42, 0x1000, 0, 4});
-    require(plant.registers(3700, 1)[0] == 0, "a transaction has failed");
-  }
-  const double took = processor_seconds() - begin;
-  std::printf("%d transactions in %.3f s, %.0f a second\n", kTransactions, took, kTransactions / took);
-}
-
 void channels(const Arguments& /*arguments*/) {
   const double slow_one = reads_a_second(plant_of_nodes(true), 1);
   const double slow = reads_a_second(plant_of_nodes(true), kNodes);

@@ -9,8 +9,6 @@ namespace cbcan::bench {
 
 struct Run {
   const char* name;
-  unsigned limit;            ///< most instructions, x86-64 -O2; 0 = no limit
-  unsigned limit_cortex_m3;  ///< the same, Cortex-M3 -Os
   /// Runs it `count` times; false: an outcome was wrong.
   bool (*run)(unsigned count);
 };

@@ -32,17 +32,9 @@ unsigned number(const char*& at) {
   return value;
 }
 
-void write_number(unsigned value) {
-  if (value >= 10) write_number(value / 10);
-  const char digit[2] = {static_cast<char>('0' + value % 10), 0};
-  semihosting::write(digit);
-}
-
-/// Limit, tab, name; 0 = no limit.
 void list() {
   for (const cbcan::bench::Run& run : cbcan::bench::runs()) {
-    write_number(run.limit_cortex_m3);
-    semihosting::write("\t");
+    semihosting::write("run: ");
     semihosting::write(run.name);
     semihosting::write("\n");
   }
