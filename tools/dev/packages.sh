@@ -9,7 +9,7 @@ build_packages=(g++ cmake ninja-build pkg-config libfmt-dev libtomlplusplus-dev
 mcu_packages=(gcc-arm-none-eabi libnewlib-arm-none-eabi libstdc++-arm-none-eabi-dev qemu-system-arm socat)
 
 # In addition, for the tests: their libraries and clients, and the guest whose kernel has CAN.
-test_packages=(catch2 libmodbus-dev librapidcheck-dev valgrind git
+test_packages=(catch2 cloc libmodbus-dev librapidcheck-dev valgrind git
   clang-14 libclang-rt-14-dev gcovr
   "${mcu_packages[@]}" g++-aarch64-linux-gnu g++-riscv64-linux-gnu g++-s390x-linux-gnu qemu-user
   chromium fonts-dejavu-core

@@ -1,0 +1,46 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""Prints the sizes of images for Cortex-M3 and M4, -Os, all included; fails above a limit of tests/limits.toml.
+
+Those of boards are complete, the others lack startup code. RAM includes the stack and the PLC's registers.
+
+usage: footprint.py BUILD_DIR_M3 BUILD_DIR_M4
+"""
+
+import pathlib
+import re
+import subprocess
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+from limits import LIMITS
+
+IMAGES, MPS2, LEAST = "tests/firmware/images", "firmware/boards/mps2_an385", 3000
+FILES = {f"{IMAGES}/{name}": name for name in ("sdo_client", "master", "coprocessor", "coprocessor_with_manager", "canopen_services_plain", "canopen_services_lto")}
+FILES |= {f"{MPS2}/cbcan_mps2_{name}.elf": name for name in ("minimal", "process_data")}
+FILES |= {f"{MPS2}/cbcan_mps2_an385.elf": "image", "firmware/boards/stm32f4/cbcan_stm32f4.elf": "stm32f4"}
+
+
+def size(*arguments):
+    return subprocess.run(["arm-none-eabi-size", *map(str, arguments)], check=True, capture_output=True, text=True).stdout
+
+
+def main():
+    m3, m4 = map(pathlib.Path, sys.argv[1:])
+    good = sorted(FILES.values()) == sorted(LIMITS["size"])
+    for file, name in FILES.items():
+        image = (m4 if name == "stm32f4" else m3) / file
+        text, data, bss = map(int, size(image).splitlines()[-1].split()[:3])
+        for kind, reached in {"text": text + data, "ram": data + bss}.items():
+            print(f"figure: size.{name}.{kind} {reached}, at most {LIMITS['size'][name][kind]}")
+            good &= reached <= LIMITS["size"][name][kind]
+        for stack in re.findall(r"^\.stack +(\d+)", size("-A", image), re.MULTILINE):
+            print(f"figure: size.{name}.stack {stack}")
+        if text < LEAST:
+            sys.exit(f"{image}: only {text} bytes of text: it is not all there")
+    # All functions of the library; an image links fewer.
+    print(f"figure: size.canopen.text {size('-t', m3 / 'firmware/libcbcan_canopen.a').splitlines()[-1].split()[0]}")
+    sys.exit(0 if good else 1)
+
+
+main()
