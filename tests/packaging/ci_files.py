@@ -10,7 +10,8 @@ import yaml
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 OWNER = (ROOT / "packaging/owner").read_text().strip()
-YAML = ["action.yml", "packaging/github.yml", "packaging/gitlab.yml", ".github/workflows/release.yml"]
+WORKFLOWS = [".github/workflows/check.yml", ".github/workflows/release.yml"]
+YAML = ["action.yml", "packaging/github.yml", "packaging/gitlab.yml", *WORKFLOWS]
 PYTEST_INI = "[pytest]\ncbcan_plant = --config plant.toml\n"
 BASH = ["bash", "--noprofile", "--norc", "-eo", "pipefail", "-c"]  # as both systems use it
 
@@ -40,7 +41,7 @@ def github_steps():
 
 def release_steps():
     """The commands of the workflow, by its jobs."""
-    return {name: [step["run"] for step in job["steps"] if "run" in step] for name, job in load(".github/workflows/release.yml")["jobs"].items()}
+    return {name: [step["run"] for step in job.get("steps", []) if "run" in step] for name, job in load(".github/workflows/release.yml")["jobs"].items()}
 
 
 def gitlab_steps():

@@ -10,6 +10,7 @@ import pathlib
 import re
 import subprocess
 import sys
+import tempfile
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -32,8 +33,11 @@ class Linters(unittest.TestCase):
         self.check("yamllint", "--strict", "--config-data", RULES, *ci_files.YAML)
 
     def test_github(self):
-        for name in ("action.yml", "packaging/github.yml", ".github/workflows/release.yml"):
-            self.check(f"{NPM}/node_modules/.bin/action-validator", name)
+        for name in ("action.yml", "packaging/github.yml", *ci_files.WORKFLOWS):
+            with tempfile.NamedTemporaryFile("w", suffix=pathlib.Path(name).name) as file:
+                file.write((ROOT / name).read_text().replace("      attestations: write\n", ""))  # which is newer than the validator
+                file.flush()
+                self.check(f"{NPM}/node_modules/.bin/action-validator", file.name)
 
     def test_container(self):
         self.check(f"{NPM}/node_modules/.bin/dockerfilelint", "packaging/Containerfile")
@@ -52,6 +56,12 @@ class Linters(unittest.TestCase):
         self.assertEqual(sorted(ours), sorted(parts))
         others = [step.split()[0] for step in steps if not step.startswith("packaging/release ")]
         self.assertEqual(others, ["apt-get", "apt-get", "node", "gh", "mkdir"])
+
+    def test_actions_are_named_by_their_commits(self):
+        """A tag can be moved."""
+        uses = [name for path in ci_files.WORKFLOWS for name in re.findall(r"uses: (\S+)", (ROOT / path).read_text())]
+        self.assertGreater(len(uses), 9)
+        self.assertEqual([name for name in uses if not re.search(r"@[0-9a-f]{40}$|^\./", name)], [])
 
     def test_a_tag_that_does_not_belong(self):
         owner = (ROOT / "packaging/owner").read_text().strip()

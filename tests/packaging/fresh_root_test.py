@@ -125,6 +125,7 @@ def outside(build):
     with tempfile.TemporaryDirectory() as folder:
         os.chmod(folder, 0o755)
         subprocess.run(["cpack", "-B", folder], cwd=build, check=True, stdout=subprocess.DEVNULL)
+        subprocess.run("sha256sum *.deb >SHA256SUMS", shell=True, cwd=folder, check=True)
         again = shlex.join([sys.executable, str(HERE), "--inside", folder, str(serve(folder))])
         return subprocess.run(["mmdebstrap", "--quiet", "--variant=minbase", "--format=null", f'--customize-hook={again} "$1"', codename],
                               stdin=subprocess.DEVNULL).returncode

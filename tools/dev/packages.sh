@@ -43,8 +43,10 @@ apt_get() {
 # install_packages PACKAGE...: those that are missing, by apt; says what it does.
 install_packages() {
   local missing=() package
-  for package in "$@"; do is_installed "$package" || missing+=("$package"); done
-  # Node.js is often there from elsewhere.
+  # Chromium and Node.js are often there from elsewhere.
+  for package in "$@"; do
+    is_installed "$package" || [[ $package == chromium && -x /usr/bin/chromium ]] || missing+=("$package")
+  done
   [[ " $* " == *" mbpoll "* ]] && ! command -v npm >/dev/null && missing+=(nodejs npm)
   ((${#missing[@]} == 0)) && return
   if ! command -v apt-get >/dev/null; then
