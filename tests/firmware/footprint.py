@@ -15,10 +15,10 @@ import sys
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 from limits import LIMITS
 
-IMAGES, MPS2, LEAST = "tests/firmware/images", "firmware/boards/mps2_an385", 3000
+IMAGES, BOARDS, LEAST = "tests/firmware/images", "firmware/boards", 3000
 FILES = {f"{IMAGES}/{name}": name for name in ("sdo_client", "master", "coprocessor", "coprocessor_with_manager", "canopen_services_plain", "canopen_services_lto")}
-FILES |= {f"{MPS2}/cbcan_mps2_{name}.elf": name for name in ("minimal", "process_data")}
-FILES |= {f"{MPS2}/cbcan_mps2_an385.elf": "image", "firmware/boards/stm32f4/cbcan_stm32f4.elf": "stm32f4"}
+FILES |= {f"{BOARDS}/mps2_an385/cbcan_mps2_{name}.elf": name for name in ("minimal", "process_data")}
+FILES |= {f"{BOARDS}/mps2_an385/cbcan_mps2_an385.elf": "image", f"{BOARDS}/stm32f4/cbcan_stm32f4.elf": "stm32f4"}
 
 
 def size(*arguments):
@@ -39,7 +39,7 @@ def main():
         if text < LEAST:
             sys.exit(f"{image}: only {text} bytes of text: it is not all there")
     # All functions of the library; an image links fewer.
-    print(f"figure: size.canopen.text {size('-t', m3 / 'firmware/libcbcan_canopen.a').splitlines()[-1].split()[0]}")
+    print(f"figure: size.canopen.text {size('-t', m3 / 'firmware' / 'libcbcan_canopen.a').splitlines()[-1].split()[0]}")
     sys.exit(0 if good else 1)
 
 
