@@ -74,7 +74,7 @@ def dead_paths(text):
 
 def dead_files(text):
     """Missing files in the changelog's unreleased part: FILE or FOLDER/FILE, with or without `."""
-    part = text.partition("\n## Unreleased\n")[2].partition("\n## ")[0]
+    part = text.partition(" - unreleased\n")[2].partition("\n## ")[0]
     before = text.count("\n", 0, text.find(part))
     for item in re.finditer(r"^- .*(?:\n  .*)*", part, re.MULTILINE):
         for path in FILE.findall(item[0]):
