@@ -47,7 +47,7 @@ class Services(unittest.TestCase):
         (place / "cbcan/configuration.hpp").write_text(
             f'#pragma once\n#include "cbcan/services.hpp"\nnamespace cbcan {{ inline constexpr Services kServices{{{services}}}; }}\n')
         (place / "program.cpp").write_text(text)
-        return subprocess.run([compiler, *FLAGS, f"-I{place}", f"-I{FIRMWARE}", f"-I{ROOT}/regmap/include", *([*options, "-o", place / "program"] if options else ["-fsyntax-only"]),
+        return subprocess.run([compiler, *FLAGS, f"-I{place}", f"-I{FIRMWARE}", f"-I{ROOT}/regmap/include", *(["-o", place / "program", *options] if options else ["-fsyntax-only"]),
                                place / "program.cpp"], capture_output=True, text=True).stderr
 
     def test_each_switch_alone(self):

@@ -49,7 +49,7 @@ State parse_state(std::string_view text, const std::string& path) {
     const bool is_subject = is_pair(line) && line[1].is_string();
     if (is_subject) {
       kept = &state.try_emplace(line[0], KeptResults{line[1], {}}).first->second;
-      if (kept->fingerprint == line[1]) continue;
+      if (kept->fingerprint == line[1].get_ref<const std::string&>()) continue;
       throw base::UsageError(fmt::format(
           "{}:{}: results of another program, plant, command or version; keep them apart", path, number));
     }
