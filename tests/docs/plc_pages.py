@@ -359,10 +359,12 @@ class Played(unittest.TestCase):
             self.assertEqual(window.read(3701, 1), [5055])
 
     def test_the_check_says_so(self):
+        clients = " ".join((ROOT / "docs/how-to/modbus-clients.md").read_text().split())
         words = "5066, 0, 1F82h, 66, 1, 5 into words 1 to 6, then the next number in (a), CA0Eh in (b), into word 0"
+        self.assertIn(f"put {words}. `-v` prints `{DONE}`, and `cbcanctl state 66` `66 Operational`.", clients)
         for page in PAGES:
-            said = " ".join(section(page, "Check").split())
-            self.assertIn(f"Put {words}: `-v` prints `{DONE}`, and `cbcanctl state 66` `66 Operational`.", said, page)
+            for part in ("Traps", "Check"):
+                self.assertIn("(../modbus-clients.md#first-request-of-a-plc)", section(page, part), page)
             languages = [block.language for block in page_blocks.blocks(ROOT / f"docs/how-to/plc/{page}.md")]
             self.assertEqual(languages, ["sh"] * (2 if page == "openplc" else 1), page)
 
