@@ -13,13 +13,13 @@ function(cbcan_target name)
     target_compile_definitions(${name} PRIVATE $<$<NOT:$<CONFIG:Release>>:_GLIBCXX_ASSERTIONS>)
   endif()
   if(CBCAN_SANITIZE)
-    # Not vptr: its check opens a pipe, and reports falsely when no descriptor is left.
+    # Leaves out vptr: its check opens a pipe, and reports falsely when no descriptor is left.
     set(sanitizers -fsanitize=address,undefined,float-cast-overflow -fno-sanitize=vptr)
     target_compile_options(${name} PUBLIC ${sanitizers} -fno-sanitize-recover=all -fno-omit-frame-pointer)
     target_link_options(${name} PUBLIC ${sanitizers})
   endif()
   if(CBCAN_FUZZ)
-    # Without comparisons, which take half of the fuzzer's time; the corpora and dictionaries have the numbers.
+    # Leaves out comparisons, which take half of the fuzzer's time; the corpora and dictionaries have the numbers.
     target_compile_options(${name} PUBLIC -fsanitize=fuzzer-no-link -fno-sanitize-coverage=trace-cmp)
     target_link_options(${name} PUBLIC -fsanitize=fuzzer-no-link)
   endif()

@@ -135,7 +135,7 @@ bool heartbeats(unsigned count) {
   return machine.coprocessor.node_monitor().counters().heartbeats == count;
 }
 
-/// With both windows and all nodes, which make no difference.
+/// Both windows and all nodes are there, which makes no difference.
 bool idle_polls(unsigned count) {
   Machine machine;
   hear(machine.coprocessor, 126);
@@ -145,7 +145,7 @@ bool idle_polls(unsigned count) {
   return good;
 }
 
-/// To each of the nodes 1..126 in turn, all of which have reported.
+/// Commands go to each of the nodes 1..126 in turn, all of which have reported.
 bool nmt_commands(unsigned count) {
   Machine machine;
   hear(machine.coprocessor, 126);
@@ -268,8 +268,8 @@ constexpr std::array<std::uint8_t, 8> sdo_write(std::uint8_t size, std::uint16_t
 }
 
 /// One tenth of the count: rare events with all PDOs in use: errors and their end, reports of other nodes,
-/// configuration by SDO from another node, an emergency of another node, a master that starts and stops the own
-/// node.
+/// configuration by SDO from another node, an emergency of another node, a master that starts and stops the
+/// own node.
 bool rare_events(unsigned count) {
   Machine machine;
   constexpr std::uint32_t kOwn = 127;
@@ -333,7 +333,7 @@ bool own_heartbeats(unsigned count) {
   return good && machine.wire.sent() - before == count;
 }
 
-/// By an NMT master: all values and states are reset to those of power-on.
+/// An NMT master resets all values and states to those of power-on.
 bool resets(unsigned count) {
   Machine machine;
   for (unsigned i = 0; i < count; ++i) {

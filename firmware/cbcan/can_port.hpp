@@ -18,7 +18,7 @@ class CanPort {
   [[nodiscard]] virtual bool try_send(const Frame& frame) = 0;
 
  protected:
-  // Not public and not virtual: a virtual destructor would pull operator delete into an MCU image.
+  // Protected and not virtual: a public virtual destructor would pull operator delete into an MCU image.
   ~CanPort() = default;
 };
 

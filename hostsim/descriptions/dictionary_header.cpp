@@ -58,7 +58,7 @@ class Check {
     }
   }
 
-  /// Of PDOs, by the stack itself.
+  /// Checks mappings of PDOs by the stack itself.
   void mappings(FirmwareDictionary& made) const {
     std::vector<std::uint8_t> values = made.power_on;
     values.resize(made.value_bytes);

@@ -19,7 +19,7 @@ struct AccessFlags {
   std::uint16_t sdo;
   std::uint16_t pdo;  ///< for an object that may be mapped
 };
-/// By Access.
+/// Flags by Access.
 constexpr std::array<AccessFlags, 6> kAccessFlags{{
     {ObjectFlags::kRead, ObjectFlags::kMapTpdo},
     {ObjectFlags::kWrite, ObjectFlags::kMapRpdo},
@@ -47,8 +47,8 @@ bool is_limited(const Object& object) {
   return object.low.value_or(all.low) != all.low || object.high.value_or(all.high) != all.high;
 }
 
-/// The flags for access, PDO mapping and a missing value. rwr maps into TPDOs only, rww into RPDOs only (CiA 306,
-/// 4.6.3).
+/// The flags for access, PDO mapping and a missing value. rwr maps into TPDOs only, rww into RPDOs only (CiA
+/// 306, 4.6.3).
 std::uint16_t object_flags(const Object& object) {
   const AccessFlags& access = kAccessFlags[static_cast<std::size_t>(object.access)];
   unsigned flags = access.sdo;

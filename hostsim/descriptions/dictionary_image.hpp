@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// From a device description to the data of an ObjectDictionary.
+/// Makes the data of an ObjectDictionary from a device description.
 
 #include <cstdint>
 #include <string_view>

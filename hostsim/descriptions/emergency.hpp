@@ -21,7 +21,7 @@ struct EmergencyMessage {
   friend bool operator==(const EmergencyMessage&, const EmergencyMessage&) = default;
 };
 
-/// As it is on the bus.
+/// Bytes as on the bus.
 EmergencyMessage emergency_from(std::span<const std::uint8_t, EmergencyMessage::kSize> bytes);
 
 /// The meaning of this code, or else of its class, in CiA 301, table 26: "current, output side" for 2310h.

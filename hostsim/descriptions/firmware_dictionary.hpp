@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// From a dictionary image to the constant tables of firmware (cbcan::EdsDictionary): alike sub-indices and
-/// alike indices become one entry, a constant sub-index 0 a flag, and values that are 0 need no flash.
+/// Makes the constant tables of firmware (cbcan::EdsDictionary) from a dictionary image: alike sub-indices
+/// and alike indices become one entry, a constant sub-index 0 a flag, and values that are 0 need no flash.
 
 #include <array>
 #include <cstdint>

@@ -43,7 +43,7 @@ class Lines {
 /// Places of entries, sorted by the hashes of their keys.
 using Order = std::vector<std::pair<std::uint64_t, std::size_t>>;
 
-// In most files there are at least so many.
+// Most files have at least so many.
 constexpr std::size_t kBytesOfEntry = 20;
 constexpr std::size_t kBytesOfSection = 120;
 

@@ -248,7 +248,7 @@ class Reader {
       pdo.line = place.source().begin.line;
   }
 
-  /// By default vendor and product of the EDS.
+  /// Takes vendor and product of the EDS by default.
   void read_identity(const toml::table& table, PlannedNode& node) const {
     if (const toml::node* type = table.get("device_type")) {
       std::erase_if(node.identity, [](const PlannedObject& object) { return object.index == kDeviceType; });
@@ -292,7 +292,7 @@ class Reader {
     return object;
   }
 
-  /// By default that of the EDS.
+  /// Takes that of the EDS by default.
   const ValueType& type_of_value(const toml::table& table, const PlannedNode& node, const PlannedObject& object,
                                  const Object* known) const {
     if (const auto type = table["type"].value<std::string>()) return value_type(*type);

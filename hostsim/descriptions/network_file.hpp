@@ -124,7 +124,7 @@ using Fail = std::function<void(const PlannedNode& node, std::size_t line, const
 /// Checks the PDOs of all nodes, appends their configuration to the objects, and numbers the own PDOs.
 void complete_pdos(PlannedNetwork& network, const Fail& fail);
 
-/// As in 1600h and 1A00h: index, sub-index, bits.
+/// The entry as in 1600h and 1A00h: index, sub-index, bits.
 std::uint32_t entry_of(const MappedObject& mapped);
 
 }  // namespace cbcan::descriptions

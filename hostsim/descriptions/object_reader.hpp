@@ -21,7 +21,7 @@ class ObjectReader {
     objects_.reserve(count);
   }
 
-  /// To be called in the order of indices.
+  /// Call it in the order of indices.
   void read(const ObjectSections& sections);
 
   /// Sorted by index, then sub.

@@ -44,10 +44,12 @@ Bytes parse_value(std::string_view text, const ValueType& type);
 /// The bytes as a value of the type; throws UsageError if the number of bytes is wrong.
 std::string print_value(std::span<const std::uint8_t> bytes, const ValueType& type);
 
-/// Without a type: 1, 2, 3, 4 and 8 bytes as an unsigned number, hexadecimal and decimal; else the bytes.
+/// Prints values without a type: 1, 2, 3, 4 and 8 bytes as an unsigned number, hexadecimal and decimal; else
+/// the bytes.
 std::string print_value(std::span<const std::uint8_t> bytes);
 
-/// As JSON: numbers as numbers, except those that JSON does not have, such as infinity. `type` may be null.
+/// Prints JSON: numbers as numbers, except those that JSON does not have, such as infinity. `type` may be
+/// null.
 std::string json_value(std::span<const std::uint8_t> bytes, const ValueType* type);
 
 /// A JSON string literal; bytes outside printable ASCII become \u00XX.

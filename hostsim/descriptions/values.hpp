@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Values as an EDS writes them (CiA 306, 4.2), converted to bytes on the bus (CiA 301, 7.1.4.3). Pure functions;
-/// the caller reports what is wrong and in which line.
+/// Values as an EDS writes them (CiA 306, 4.2), converted to bytes on the bus (CiA 301, 7.1.4.3). Pure
+/// functions; the caller reports what is wrong and in which line.
 
 #include <cstdint>
 #include <optional>
@@ -67,8 +67,8 @@ std::int64_t from_bits(std::uint64_t bits, DataType type);
 /// The low `size` bytes, little-endian.
 std::vector<std::uint8_t> to_bytes(std::uint64_t bits, std::size_t size);
 
-/// OCTET_STRING and DOMAIN: pairs of hexadecimal digits, with or without blanks between the pairs or 0x in front.
-/// A lone 0, which tools write for an empty value, is empty.
+/// OCTET_STRING and DOMAIN: pairs of hexadecimal digits, with or without blanks between the pairs or 0x in
+/// front. A lone 0, which tools write for an empty value, is empty.
 std::optional<std::vector<std::uint8_t>> parse_octets(std::string_view text);
 
 /// UNICODE_STRING: UTF-16, little-endian, from UTF-8 or else from Latin-1.
@@ -79,7 +79,7 @@ bool is_real(DataType type);
 /// The index is that of a type of CiA 301 in DataType.
 bool is_known(std::uint64_t type_index);
 
-/// As CiA 301 writes it: "UNSIGNED8".
+/// The name as CiA 301 writes it: "UNSIGNED8".
 std::string_view name_of(DataType type);
 
 }  // namespace cbcan::descriptions

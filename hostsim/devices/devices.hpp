@@ -56,9 +56,9 @@ std::string_view script_of(std::string_view device);
 /// The folder of the scripts that are devices, for readers of files.
 inline constexpr std::string_view kShelf = "shelf:/";
 
-/// For the low 16 bits of 1000h (CiA 301, 7.5.2.1). If no device has that number (files have 0 or a wrong one
-/// there): the device whose marks are present. If 1000h has no value: an I/O module with 6000h or 6200h. Else
-/// "none".
+/// Finds the device for the low 16 bits of 1000h (CiA 301, 7.5.2.1). If no device has that number (files have
+/// 0 or a wrong one there): the device whose marks are present. If 1000h has no value: an I/O module with
+/// 6000h or 6200h. Else "none".
 const DeviceKind& device_for(const ObjectDictionary& dictionary);
 
 /// Objects that the device needs and the dictionary lacks or has with another size: "object 6040h", "one of

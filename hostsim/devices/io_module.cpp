@@ -146,7 +146,7 @@ void IoModule::note_source(std::size_t channel, Time now) {
   source.set(source.get() | 1u << channel % kChannelsPerSource);
 }
 
-/// After all inputs have been updated: a PDO triggered by the first may carry the others too.
+/// Called after all inputs have been updated: a PDO triggered by the first may carry the others too.
 void IoModule::tell(Time now) {
   for (std::size_t i = 0; i < digital_inputs_.size(); ++i)
     if (std::exchange(digital_inputs_[i].interrupt, false)) node_.changed(kReadInput, sub_of(i), now);
@@ -156,7 +156,7 @@ void IoModule::tell(Time now) {
   interrupted_ = false;
 }
 
-/// Not for analogue inputs, which change continuously.
+/// Leaves out analogue inputs, which change continuously.
 template <class Channel>
 void IoModule::tell_terminals(const std::vector<Channel>& all, Channel& channel, std::uint16_t index,
                               Time now) {

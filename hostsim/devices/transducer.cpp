@@ -64,7 +64,7 @@ double Transducer::Channel::scale() const {
   return std::pow(10.0, decimal_digits_.get());
 }
 
-/// Of the narrowest process value present.
+/// Overload of the narrowest process value present.
 std::uint8_t Transducer::Channel::overload() const {
   const double value = input_ * scale();
   if (short_.exists()) return overload_of<std::int16_t>(value);

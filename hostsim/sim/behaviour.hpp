@@ -7,7 +7,8 @@
 /// The node calls update() before a value is read (SDO upload, sampling of a TPDO), after a value has been
 /// written (SDO, RPDO, a signal), and at the time that the last update() returned. A behaviour works on the
 /// present values; it does not learn which one has changed. Time is an argument and never goes back. A
-/// behaviour reads no clock, uses only seeded random numbers, opens nothing, and never calls back into the bus.
+/// behaviour reads no clock, uses only seeded random numbers, opens nothing, and never calls back into the
+/// bus.
 
 #include <array>
 #include <cstdint>
@@ -38,13 +39,14 @@ class DeviceNode {
  public:
   virtual ObjectDictionary& dictionary() = 0;
 
-  /// An error has occurred: one EMCY with this code, and `register_bits` are set in 1001h until the error ends
-  /// (CiA 301, 7.2.7). An error that is already present is not reported again.
+  /// An error has occurred: one EMCY with this code, and `register_bits` are set in 1001h until the error
+  /// ends (CiA 301, 7.2.7). An error that is already present is not reported again.
   virtual void error(std::uint16_t code, std::uint8_t register_bits, const EmergencyInfo& info, Time now) = 0;
   /// The error with this code has ended: EMCY 0000h is sent, with what is left in 1001h.
   virtual void error_over(std::uint16_t code, Time now) = 0;
 
-  /// Triggers the event-driven TPDOs that this object is mapped into; they are sent when the inhibit time allows.
+  /// Triggers the event-driven TPDOs that this object is mapped into; they are sent when the inhibit time
+  /// allows.
   virtual void changed(std::uint16_t index, std::uint8_t sub, Time now) = 0;
 
   /// The value at these terminals of the device has changed.
@@ -60,22 +62,23 @@ class DeviceNode {
   ~DeviceNode() = default;
 };
 
-/// This base class leaves values as they were written. What the constructor of a derived class writes into the
-/// dictionary is the power-on value there; Bound does so for objects that have no value in the file.
+/// This base class leaves values as they were written. What the constructor of a derived class writes into
+/// the dictionary is the power-on value there; Bound does so for objects that have no value in the file.
 class Behaviour {
  public:
   virtual ~Behaviour() = default;
 
-  /// After power-on, reset node and reset communication, when the values have been restored. With `application`
-  /// the device stops whatever it was doing; a reset of the communication alone does not affect it.
+  /// Called after power-on, reset node and reset communication, when the values have been restored. With
+  /// `application` the device stops whatever it was doing; a reset of the communication alone does not affect
+  /// it.
   virtual void reset(bool /*application*/, Time /*now*/) {}
 
-  /// Brings all values up to `now` and acts on what has been written. Returns when to be called next; kNever =
-  /// only after a change.
+  /// Brings all values up to `now` and acts on what has been written. Returns when to be called next; kNever
+  /// = only after a change.
   virtual Time update(Time /*now*/) { return kNever; }
 
-  /// Called before a value is stored by SDO: kNone, or why the device refuses it. Length, access and limits have
-  /// been checked; update() follows if it is stored.
+  /// Called before a value is stored by SDO: kNone, or why the device refuses it. Length, access and limits
+  /// have been checked; update() follows if it is stored.
   virtual AbortCode check(const ObjectEntry& /*entry*/, std::uint8_t /*sub*/,
                           std::span<const std::uint8_t> /*value*/, Time /*now*/) {
     return AbortCode::kNone;
@@ -97,8 +100,9 @@ class Behaviour {
   /// Commands and set points from the master: 1010h stores neither them nor measured values.
   virtual bool is_set_point(std::uint16_t /*index*/) const { return false; }
 
-  /// An input gets this value from a signal of the plant file or a command at run time. False = this device has
-  /// no such input: the node then stores the value in the dictionary, if the object exists. update() follows.
+  /// An input gets this value from a signal of the plant file or a command at run time. False = this device
+  /// has no such input: the node then stores the value in the dictionary, if the object exists. update()
+  /// follows.
   virtual bool set_input(std::uint16_t /*index*/, std::uint8_t /*sub*/, double /*value*/, Time /*now*/) {
     return false;
   }

@@ -30,7 +30,7 @@ struct BlockRow {
   std::string_view name;
   std::vector<BlockKey> keys;
 };
-/// In the order of Kind.
+/// Rows in the order of Kind.
 const std::array<BlockRow, 6>& block_rows() {
   static const std::array<BlockRow, 6> kRows{{
       {"pt1", {kTime, kStart}},

@@ -52,7 +52,7 @@ class Block {
 
   /// The next time at which the output changes in a step; kNever = none.
   Time next_step() const { return waiting_.empty() ? kNever : waiting_.front().first; }
-  /// Until then the output changes continuously.
+  /// The output changes continuously until then.
   Time moves_until() const;
   /// The time of the last put().
   Time since() const { return since_; }

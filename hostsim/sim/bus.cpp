@@ -252,7 +252,7 @@ inline void Bus::deliver_to(Port& port, const Frame& frame, const Port* sender, 
   if (&port != sender && port.state_ != BusState::kBusOff) port.receiver_->on_frame(frame, now);
 }
 
-/// By index, since a receiver may change its own filter in the meantime.
+/// Goes by index, since a receiver may change its own filter in the meantime.
 void Bus::deliver_to_others(const Ports& ports, const Frame& frame, const Port* sender, Time now) {
   for (std::size_t i = 0; i < ports.others.size(); ++i)
     deliver_to(*ports.others[i], frame, sender, now);

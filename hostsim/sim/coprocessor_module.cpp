@@ -11,7 +11,7 @@ namespace {
 /// What SDO clients may add to the objects of the network, in bytes.
 constexpr std::size_t kRoomForObjects = 8192;
 
-/// With the node ID that LSS has stored, if any.
+/// Uses the node ID that LSS has stored, if any.
 Coprocessor::Settings with_address(Coprocessor::Settings settings, const StoredLss& lss) {
   if (lss.node_id - 1u < nmt::kMaxNode) settings.node_id = lss.node_id;
   return settings;
@@ -19,7 +19,8 @@ Coprocessor::Settings with_address(Coprocessor::Settings settings, const StoredL
 
 }  // namespace
 
-/// Accepts all frames but requests to other nodes' SDO servers: EMCY, SYNC and PDOs may have any other CAN-ID.
+/// Accepts all frames but requests to other nodes' SDO servers: EMCY, SYNC and PDOs may have any other
+/// CAN-ID.
 CoprocessorModule::CoprocessorModule(Bus& bus, Schedule& schedule, RegisterWindow window,
                                      ProcessRegisters process, const Coprocessor::Settings& settings,
                                      std::span<const ScannerWindow> scanners, ParameterStore* parameters)

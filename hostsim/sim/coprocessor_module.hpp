@@ -21,25 +21,25 @@ class ModuleWatch {
   ~ModuleWatch() = default;
 };
 
-/// The CBCAN module: a coprocessor on a bus, with one channel for each scanner window, at least one. 1010h and
-/// LSS of its own node store in `parameters`, null = nowhere; the store outlives the module. A node ID stored
-/// there overrides that of the settings. With a stored bit rate other than that of a paced bus the module is
-/// bus-off.
+/// The CBCAN module: a coprocessor on a bus, with one channel for each scanner window, at least one. 1010h
+/// and LSS of its own node store in `parameters`, null = nowhere; the store outlives the module. A node ID
+/// stored there overrides that of the settings. With a stored bit rate other than that of a paced bus the
+/// module is bus-off.
 class CoprocessorModule final : public Participant {
  public:
   CoprocessorModule(Bus& bus, Schedule& schedule, RegisterWindow window, ProcessRegisters process,
                     const Coprocessor::Settings& settings, std::span<const ScannerWindow> scanners,
                     ParameterStore* parameters = nullptr);
 
-  /// Before start(): the memory of R3928..R4099, which outlives it.
+  /// Call it before start(): the memory of R3928..R4099, which outlives it.
   void show_status_in(StatusRegisters words);
-  /// Before start(): the network that it boots, see NetworkObjects; also after a restart.
+  /// Call it before start(): the network that it boots, see NetworkObjects; also after a restart.
   void manage(std::vector<std::uint8_t> image);
 
   void start(Time now) override;
   /// Off and on. The registers are the caller's.
   void restart(Time now);
-  /// Also to be called when R3700 may have been written.
+  /// Call it also when R3700 may have been written.
   void poll(Time now) override {
     if (watch_ != nullptr) watch_->before(now);
     wants(coprocessor_->poll(now));

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The further SDO servers of a node (CiA 301, 7.5.2.33): one for each of 1201h..127Fh that the dictionary has,
-/// on the CAN-IDs of sub-indices 1 (requests) and 2 (responses). A server exists when both are valid, and uses
-/// new ones as soon as they are written. CAN-IDs that CiA 301 restricts are accepted, since files contain them.
+/// The further SDO servers of a node (CiA 301, 7.5.2.33): one for each of 1201h..127Fh that the dictionary
+/// has, on the CAN-IDs of sub-indices 1 (requests) and 2 (responses). A server exists when both are valid,
+/// and uses new ones as soon as they are written. CAN-IDs that CiA 301 restricts are accepted, since files
+/// contain them.
 
 #include <algorithm>
 #include <cstdint>
@@ -28,7 +29,7 @@ class MoreSdoServers {
   bool serves(std::uint32_t id) const {
     return id != 0 && std::ranges::find(servers_, id, &Served::request_id) != servers_.end();
   }
-  /// Only for a frame whose identifier serves() accepts.
+  /// Call it only for a frame whose identifier serves() accepts.
   void on_frame(const Frame& frame, Time now);
   void poll(Time now);
   Time deadline() const {

@@ -191,8 +191,8 @@ void Node::start_with(std::uint8_t node_id, Time now) {
   device_.start(now);
 }
 
-/// After every event: ends a reset, and a transfer that a fault has aborted, updates the filter, and sets the
-/// next deadline.
+/// Called after every event: ends a reset, and a transfer that a fault has aborted, updates the filter, and
+/// sets the next deadline.
 void Node::finish_update(Time now) {
   update_pending_ = false;
   while (device_.slave().resetting())
@@ -246,7 +246,7 @@ void Node::update(Time now) {
   if (activity_flag_ != nullptr) *activity_flag_ = true;
 }
 
-/// Before a response, which may also trigger injected faults.
+/// Called before a response, which may also trigger injected faults.
 void Node::refresh(Time now) {
   const bool stale = make_behaviour_ && updated_at_ != now;
   update_pending_ = update_pending_ || stale || !faulty_.is_idle();

@@ -30,7 +30,7 @@ class World {
       : bus_(bit_rate), faults_(bus_, schedule_, seed, listener) {}
 
   Bus& bus() { return bus_; }
-  /// For other components on the bus that are polled.
+  /// Polls also other components on the bus.
   Schedule& schedule() { return schedule_; }
   FaultSet& faults() { return faults_.set(); }
 

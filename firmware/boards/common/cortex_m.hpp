@@ -93,7 +93,7 @@ inline void wait_for_interrupt() {
 /// The loop's sleep. An interrupt just before the core sleeps prevents the sleep, so none is missed.
 class Sleep {
  public:
-  /// Also the longest time between two feedings of a watchdog.
+  /// Is also the longest time between two feedings of a watchdog.
   static constexpr Time kLongest = kSecond;
 
   /// Call in every interrupt that gives the loop something to do.

@@ -8,7 +8,7 @@
 
 namespace cbcan::boards {
 
-/// With a Lock that masks interrupts during its lifetime.
+/// A Lock masks interrupts during its lifetime.
 template <class Lock, class Word>
 bool exchange(volatile Word& word, Word& expected, Word value) {
   const Lock lock;

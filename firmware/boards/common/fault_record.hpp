@@ -20,7 +20,7 @@ class FaultRecord {
     std::uint32_t status;
   };
 
-  /// After this time without a fault the count of faults in a row ends.
+  /// Time without a fault that ends the count of faults in a row.
   static constexpr Time kGoodAfter = 300 * kSecond;
 
   /// Call once after each reset, with its cause.

@@ -22,7 +22,7 @@ struct CanCounters {
   std::uint32_t errors = 0;    ///< bus errors, failed starts, or invalid lines from a serial adapter
 };
 
-/// For the diagnostics registers.
+/// Values of the diagnostics registers.
 struct Health {
   regmap::ResetCause reset_cause = regmap::ResetCause::kUnknown;
   regmap::ClockSource clock_source = regmap::ClockSource::kOnly;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// For a boot loader, directly after the vectors: which image this is, and whether it is intact.
+/// Header for a boot loader, directly after the vectors: which image this is, and whether it is intact.
 /// cmake/seal_image.py writes the CRC after linking.
 
 #include <array>
@@ -11,7 +11,7 @@
 #include "cbcan/version.hpp"
 
 extern "C" {
-// From the board's linker script: the program after vectors and header, with the initial values of its
+// Symbols of the board's linker script: the program after vectors and header, with the initial values of its
 // variables.
 extern const std::uint32_t program_begin[];
 extern const std::uint32_t program_end[];

@@ -19,7 +19,7 @@ class LossNotice {
 
   /// Called by the loop in every turn: number of notes so far; wraps.
   std::uint32_t look(Time now) { return look(times_.load(std::memory_order_acquire), now); }
-  /// For a driver that counts losses itself.
+  /// Use it for a driver that counts losses itself.
   std::uint32_t look(std::uint32_t times, Time now) {
     if (times != seen_) until_ = now + kShown;
     return seen_ = times;

@@ -27,10 +27,10 @@ class ParameterStore final : public ParameterMemory {
   };
   using Valid = bool (*)(std::span<const std::uint16_t>);
 
-  /// For a coprocessor. `settings`: the board's settings with the image's values; `valid` checks such words.
-  /// All outlive this.
+  /// Makes the store of a coprocessor. `settings`: the board's settings with the image's values; `valid`
+  /// checks such words. All outlive this.
   ParameterStore(Flash& flash, Words settings, Valid valid);
-  /// For another device. The settings begin with the bit rate in kbit/s and the node ID.
+  /// Makes that of another device. The settings begin with the bit rate in kbit/s and the node ID.
   ParameterStore(Flash& flash, Words settings, Valid valid, const PowerOnValues& power_on)
       : log_(flash),
         settings_(settings),

@@ -33,7 +33,7 @@ class RecordLog {
 
    private:
     friend class RecordLog;
-    /// Without `log` it only measures.
+    /// Only measures without `log`.
     explicit Writer(std::span<const std::uint8_t> latest, RecordLog* log = nullptr)
         : latest_(latest), log_(log) {}
     void end_word();

@@ -52,7 +52,7 @@ class SlcanPort final : public CanPort {
   /// Opens the adapter or asks for its state when due; returns the time of the next call.
   Time poll(Time now);
 
-  /// Also kBusOff if the adapter has been silent for a second or refuses to open. Frames are sent
+  /// Reports kBusOff too if the adapter has been silent for a second or refuses to open. Frames are sent
   /// nevertheless: some adapters never send anything but frames.
   BusState state() const { return off_ ? BusState::kBusOff : std::max(status_, unasked_); }
   CanCounters counters() const;

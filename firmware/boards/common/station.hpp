@@ -78,7 +78,7 @@ class Station {
   Registers& registers(std::size_t network = 0) { return registers_[network]; }
   const Coprocessor& coprocessor(std::size_t network = 0) const { return coprocessors_[network]; }
 
-  /// Before start(): see Coprocessor::keep_in().
+  /// Call it before start(): see Coprocessor::keep_in().
   void keep_in(ParameterMemory& memory, std::size_t network = 0) { coprocessors_[network].keep_in(memory); }
 
   /// Sends the boot-up message of each network.

@@ -102,7 +102,7 @@ class Sja1000 final : public CanPort {
     kNoReset,  ///< the controller does not enter or leave reset mode: missing, or no clock
   };
 
-  /// For diagnosis; count up from 0 and wrap.
+  /// Counters for diagnosis, from 0; they wrap.
   struct Counters {
     std::uint32_t overflows = 0;  ///< times the receive FIFO or the ring was found to have lost frames
     std::uint32_t bus_offs = 0;

@@ -55,7 +55,7 @@ class BxCan final : public CanPort {
  public:
   /// Places for frames that wait for the loop, per FIFO.
   static constexpr std::size_t kQueue = 64;
-  /// After this time in a mailbox a frame is aborted.
+  /// Time in a mailbox after which a frame is aborted.
   static constexpr Time kStaleAfter = kSecond;
   /// Longer than a frame at 10 kbit/s, and than the 128 times 11 bits of bus-off recovery, which a reset
   /// would cut short.
@@ -106,7 +106,7 @@ class BxCan final : public CanPort {
     drain(1);
   }
 
-  /// Only wakes the loop; poll() reads the errors.
+  /// Wakes the loop, no more; poll() reads the errors.
   void on_error_interrupt() { registers_.write(bxcan::kMsr, bxcan::kErri); }
 
   /// The next received frame; those addressed to this node first.
@@ -126,7 +126,7 @@ class BxCan final : public CanPort {
     return state_ == BusState::kActive ? due : earlier(due, now + kLook);
   }
 
-  /// As of the last poll().
+  /// State at the last poll().
   BusState state() const { return state_; }
 
   BxCanCounters counters() const {
@@ -329,7 +329,7 @@ class BxCan final : public CanPort {
     return frame;
   }
 
-  /// Only the interrupt writes.
+  /// Written by the interrupt alone.
   static void count(std::atomic<std::uint32_t>& counter) {
     counter.store(counter.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
   }

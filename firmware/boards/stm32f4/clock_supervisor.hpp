@@ -30,7 +30,7 @@ class ClockSupervisor {
                   BxCan<Registers>& can, const Settings& settings)
       : rcc_(rcc), timer_(timer), usart_(usart), can_(can), settings_(settings) {}
 
-  /// After Rcc::enable(). CAN does not join the bus before `can_from`.
+  /// Call it after Rcc::enable(). CAN does not join the bus before `can_from`.
   void start(Time can_from = 0) {
     can_from_ = can_from;
     rcc_.return_to_hsi();

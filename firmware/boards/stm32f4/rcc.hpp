@@ -16,7 +16,7 @@
 
 namespace cbcan::boards::stm32f4 {
 
-/// In Hz. `timers`: TIM2..TIM7, twice APB1 if that is divided (6.2).
+/// Frequencies in Hz. `timers`: TIM2..TIM7, twice APB1 if that is divided (6.2).
 struct Clocks {
   std::uint32_t apb1;
   std::uint32_t apb2;
@@ -70,7 +70,7 @@ class Rcc {
   /// True if HSE has failed since the last call.
   bool take_failure() { return failed_.exchange(false, std::memory_order_acquire); }
 
-  /// Also releases CAN1 from the reset by on_nmi().
+  /// Releases also CAN1 from the reset by on_nmi().
   void reset_can1() {
     rcc_.write(kApb1rstr, kCan1);
     rcc_.write(kApb1rstr, 0);

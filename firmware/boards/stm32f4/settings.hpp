@@ -26,8 +26,8 @@ struct Settings {
   ModbusLine line = ModbusLine::kVirtualComPort;
   std::uint32_t baud = 115'200;
   SerialFormat format = SerialFormat::k8E1;
-  /// From a request to its response, if more than t3.5 is needed, for masters whose transceivers are slow to
-  /// switch to receive; at most 50,000.
+  /// Time from a request to its response, if more than t3.5 is needed, for masters whose transceivers are
+  /// slow to switch to receive; at most 50,000.
   std::uint32_t response_delay_us = 0;
   std::uint32_t can_bit_rate = 500'000;  ///< bit/s
   bool hse_is_clock = true;              ///< 8 MHz from the ST-LINK; false = an 8 MHz crystal
@@ -78,8 +78,8 @@ constexpr std::optional<Settings> settings_of(std::span<const std::uint16_t> wor
 /// for three frames.
 inline constexpr std::uint8_t kModbusPriority = 0, kOthersPriority = 1;
 
-/// From the USART's interrupt for a request's last byte to the response: `setting_us`, at least t3.5. The
-/// interrupt comes in the middle of the first stop bit, and the RC oscillator may be 5 % fast.
+/// Time from the USART's interrupt for a request's last byte to the response: `setting_us`, at least t3.5.
+/// The interrupt comes in the middle of the first stop bit, and the RC oscillator may be 5 % fast.
 constexpr std::uint32_t response_delay_us(std::uint32_t baud, SerialFormat format, std::uint32_t setting_us) {
   const std::uint32_t two_bits = 2'000'000 / baud;
   return std::max(setting_us, (rtu_silence_us(baud, bits(format)) + two_bits) * 21 / 20);

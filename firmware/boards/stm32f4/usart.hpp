@@ -68,7 +68,7 @@ class Usart {
     return divider.has_value();
   }
 
-  /// From send() to on_sent().
+  /// True from send() to on_sent().
   bool is_sending() { return (registers_.read(kCr1) & (kTxeie | kTcie)) != 0; }
 
   /// Call in the loop, while nothing is being sent. The bytes, at least one, stay valid until on_sent().

@@ -21,7 +21,8 @@ struct Range {
   std::uint16_t last;
 };
 
-/// By sub-index: all, communication, application, manufacturer-specific (also for all higher sub-indices).
+/// Ranges by sub-index: all, communication, application, manufacturer-specific (also for all higher
+/// sub-indices).
 constexpr std::array<Range, 4> kRanges{{{object::kFirstCommunication, object::kLast},
                                         {object::kFirstCommunication, object::kLastCommunication},
                                         {object::kFirstProfile, object::kLastProfile},
@@ -78,8 +79,8 @@ bool Device::on_sdo_request(const Frame& frame, Time now) {
   return written || slave_.sdo_server().waits();
 }
 
-/// Passes on what a frame has changed in one part and concerns others. False: it was a SYNC, and deadline() has
-/// not changed.
+/// Passes on what a frame has changed in one part and concerns others. False: it was a SYNC, and deadline()
+/// has not changed.
 bool Device::react(Time now) {
   const Time emergency_due = emergency_.deadline();
   if (sync_.misfits() != known_misfit_) {

@@ -84,7 +84,7 @@ class EdsDevice : protected DeviceApplication, public PowerOnValues {
   EdsDevice(const EdsDevice&) = delete;
   EdsDevice& operator=(const EdsDevice&) = delete;
 
-  /// Before start(): where 1010h and LSS store; without it both are rejected. It outlives the device.
+  /// Call it before start(): where 1010h and LSS store; without it both are rejected. It outlives the device.
   void keep_in(ParameterMemory& memory) { memory_ = &memory; }
   /// Power on: boot-up message, then Pre-operational. kNoNodeId: waits for an LSS master. With LSS the node
   /// ID comes only from here and from LSS, not from device().set_node_id().

@@ -9,10 +9,10 @@
 /// configures is pending: it becomes active when the master switches a device without a node ID back to the
 /// waiting state, otherwise with the next reset of the communication.
 ///
-/// Decided where the standard is not specific: frames of other lengths than 8 are ignored. Bytes that a service
-/// does not use are not checked, as masters put various values there. "Inquire node-ID" returns the pending
-/// node ID while there is no active one. A response that the port has not accepted is dropped when the next
-/// request arrives, because the master would take it for the response to that request.
+/// Decided where the standard is not specific: frames of other lengths than 8 are ignored. Bytes that a
+/// service does not use are not checked, as masters put various values there. "Inquire node-ID" returns the
+/// pending node ID while there is no active one. A response that the port has not accepted is dropped when
+/// the next request arrives, because the master would take it for the response to that request.
 
 #include <array>
 #include <cstdint>
@@ -35,11 +35,11 @@ class LssApplication {
   /// Result of "store configuration"; the values are those on the bus.
   enum class StoreResult : std::uint8_t { kStored = 0, kNoStorage = 1, kAccessError = 2 };
 
-  /// The LSS address, unique to this device: vendor ID, product code, revision number, serial number (1018h:1..4)
-  /// for `part` 0..3.
+  /// The LSS address, unique to this device: vendor ID, product code, revision number, serial number
+  /// (1018h:1..4) for `part` 0..3.
   virtual std::uint32_t identity(std::uint8_t part) const = 0;
 
-  /// Only called with indices that the table has. False for all = no bit rate can be set by LSS.
+  /// Called only with indices that the table has. False for all = no bit rate can be set by LSS.
   virtual bool is_bit_rate_supported(std::uint8_t table_index) const = 0;
 
   /// "Activate bit timing" takes the device off the bus until all devices have switched: meanwhile nothing is
@@ -68,7 +68,8 @@ class LssSlave final {
   /// Both outlive it. It ignores frames before start().
   LssSlave(LssApplication& application, CanPort& port) : application_(application), outbox_(port) {}
 
-  /// Power-on and reset node, with the stored values: `node_id` 1..127 or kNoNodeId, `bit_rate` the table index.
+  /// Power-on and reset node, with the stored values: `node_id` 1..127 or kNoNodeId, `bit_rate` the table
+  /// index.
   void start(std::uint8_t node_id, std::uint8_t bit_rate, Time now);
 
   /// Reset communication: the pending node ID becomes active, and is returned.

@@ -3,8 +3,8 @@
 
 /// A service of a Device other than NMT, SDO and error control: SYNC, TIME, EMCY, heartbeat consumer, life
 /// guarding, process data. A part knows the dictionary and a port but no other part; Device passes on what
-/// concerns another part. All parts have these functions and hide the ones that they implement; none is virtual.
-/// To add a part: derive it from Part, and add it to Device::with_parts() and poll().
+/// concerns another part. All parts have these functions and hide the ones that they implement; none is
+/// virtual. To add a part: derive it from Part, and add it to Device::with_parts() and poll().
 
 #include <cstdint>
 #include <span>
@@ -22,11 +22,11 @@ class Part {
   /// The objects that configure it.
   static constexpr bool owns(std::uint16_t /*index*/) { return false; }
 
-  /// Before a number is stored in such an object: kNone, or the reason why it cannot be.
+  /// Called before a number is stored in such an object: kNone, or the reason why it cannot be.
   AbortCode check(std::uint16_t /*index*/, std::uint8_t /*sub*/, std::uint32_t /*number*/) const {
     return AbortCode::kNone;
   }
-  /// After one has been stored.
+  /// Called after one has been stored.
   void configure(std::uint16_t /*index*/, Time /*now*/) {}
   /// The dictionary's values have been restored; on_state() follows.
   void reset(std::uint8_t /*node_id*/, Time /*now*/) {}

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// What every CANopen device has (CiA 301): NMT state machine, SDO server over its object dictionary, boot-up,
-/// heartbeat producer, node guarding. It can be used alone, and is part of every Device (device.hpp), which adds
-/// process data and other services.
+/// What every CANopen device has (CiA 301): NMT state machine, SDO server over its object dictionary,
+/// boot-up, heartbeat producer, node guarding. It can be used alone, and is part of every Device
+/// (device.hpp), which adds process data and other services.
 ///
 /// Acts on 1017h (heartbeat producer), if the dictionary has it. Nothing blocks, nothing is allocated; not
 /// re-entrant. A frame that the port refuses is tried again.
@@ -28,7 +28,8 @@ class Application : public ObjectHandler {
  public:
   /// Restores the power-on values of stored objects with first_index <= index <= last_index.
   virtual void restore(std::uint16_t first_index, std::uint16_t last_index, Time now) = 0;
-  /// After restore(), in further calls of poll(): the rest of the reset, in steps from 0. False: the last.
+  /// Does, after restore(), in further calls of poll(), the rest of the reset, in steps from 0. False: the
+  /// last.
   virtual bool restore_more(std::uint32_t /*step*/, Time /*now*/) { return false; }
   /// This NMT state has been entered, or entered again: a node that is Operational may be started.
   virtual void on_state(nmt::State /*state*/, Time /*now*/) {}
@@ -50,8 +51,8 @@ class Slave {
   /// frames are ignored.
   void start(Time now);
 
-  /// False: on_frame() ignores frames with this CAN-ID. It handles NMT commands, and this node's SDO requests and
-  /// error control.
+  /// False: on_frame() ignores frames with this CAN-ID. It handles NMT commands, and this node's SDO requests
+  /// and error control.
   bool hears(std::uint32_t id) const {
     return id == nmt::kCommandId || (id % (nmt::kMaxNode + 1u) == node_id_ && id >= sdo::kRequestId);
   }

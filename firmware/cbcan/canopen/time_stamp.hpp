@@ -46,9 +46,9 @@ class TimeStamp : public Part {
     if (consumes_) visit(id_);
   }
 
-  /// As a producer: sends the time of day with this period, in microseconds; 0 = never.
+  /// Sends, as a producer, the time of day with this period, in microseconds; 0 = never.
   void produce_every(std::uint32_t period, Time now);
-  /// As a producer: sends the time of day now.
+  /// Sends, as a producer, the time of day now.
   void produce(Time now);
 
   void set(const TimeOfDay& time_of_day, Time now);

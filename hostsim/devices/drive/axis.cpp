@@ -115,7 +115,7 @@ void Axis::refresh(Time now) {
   shift(-increments(std::floor((position - range.low) / span) * span));
 }
 
-/// In user-defined units, including positions that are rounded to its ends.
+/// Limits in user-defined units, including positions that are rounded to its ends.
 Profile::Range Axis::position_range() const {
   const std::int32_t low = objects_.range_min.get();
   const std::int32_t high = objects_.range_max.get();
@@ -248,7 +248,7 @@ Time Axis::next_switch(Time now) const {
   return next;
 }
 
-/// On either side; `range` is that of the profile.
+/// Looks at either side; `range` is that of the profile.
 Time Axis::passes_beside(double position, const Profile::Range& range, Time now) const {
   if (std::isinf(position) || position < range.low - kFarFrom || position > range.high + kFarFrom)
     return kNever;

@@ -81,22 +81,23 @@ class Axis {
   void carry(Time now) {
     if (load_.exists()) load_.follow(lead(), now);
   }
-  /// For an axis with a load, from now on: power on or off, and the torque profile to follow; null = follow
-  /// positions.
+  /// Sets, for an axis with a load, from now on: power on or off, and the torque profile to follow; null =
+  /// follow positions.
   void drive(bool powered, const Profile* torque, Time now);
-  /// In thousandths of the rated torque.
+  /// Torque in thousandths of the rated torque.
   double load_torque() const { return load_.torque(); }
   /// The load needs more than most_torque().
   bool lacks_torque() const { return load_.is_limited(); }
   /// Time of the load's next step; kNever = it is at rest.
   Time next_load_step(Time now) const { return load_.next_change(now); }
-  /// In either direction: the smaller of max torque (6072h) and max current (6073h), which is proportional to torque.
+  /// Limit in either direction: the smaller of max torque (6072h) and max current (6073h), which is
+  /// proportional to torque.
   double most_torque() const;
 
   // Values of objects, in increments.
   Dynamics profile_dynamics() const;
   double max_velocity() const;
-  /// Of velocity mode: 1/min of the motor, scaled by 604Ch.
+  /// Units of velocity mode: 1/min of the motor, scaled by 604Ch.
   double from_vl(double velocity) const;
   double to_vl(double increments_per_second) const;
   double slope(const DriveObjects::Slope& slope) const;

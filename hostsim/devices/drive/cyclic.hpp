@@ -34,7 +34,7 @@ class LineMode : public Mode {
   void enter(const ModeInput& input, Time now) override;
 
  protected:
-  /// To a position in user units. `also_at_rest`: a line without length takes its period too.
+  /// Moves to a position in user units. `also_at_rest`: a line without length takes its period too.
   void draw_line(double user, const ModeInput& input, Time now, bool also_at_rest);
 
   Time line_ends_ = 0;

@@ -83,7 +83,7 @@ void Drive::reset(bool application, Time now) {
   sync_missed_ = false;
 }
 
-/// Of the first axis. 604Ch scales what is else in 1/min.
+/// Points of the first axis. 604Ch scales what is else in 1/min.
 std::vector<sim::Point> Drive::points() const {
   using enum sim::Point::Kind;
   const bool is_scaled = ratio(objects_.vl_dimension_factor, objects_.vl_dimension_divisor) != 1;
@@ -278,7 +278,7 @@ void Drive::begin_faults(Time now) {
   stage_.impose(PowerEvent::kFault, now);
 }
 
-/// After a fault reset, which the power stage accepts only if no cause is left.
+/// Called after a fault reset, which the power stage accepts only if no cause is left.
 void Drive::end_faults(Time now) {
   const bool faulty =
       stage_.state() == PowerState::kFault || stage_.state() == PowerState::kFaultReactionActive;

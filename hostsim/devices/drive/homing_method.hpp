@@ -3,9 +3,9 @@
 
 /// The homing methods of CiA 402 (6098h) as paths along an axis whose switches are known: 1..14 find an index
 /// pulse after a switch, 17..30 the switch itself, 33 and 34 the next index pulse, 35 and 37 use the current
-/// position, 0 is no homing. Hard stops, beyond the limit switches: -3 the positive one, -4 and 36 the negative
-/// one, -1 and -2 the next index pulse from them; vendors differ in the signs, these are maxon's. 15, 16, 31,
-/// 32 and the rest are reserved or not supported. Pure functions.
+/// position, 0 is no homing. Hard stops, beyond the limit switches: -3 the positive one, -4 and 36 the
+/// negative one, -1 and -2 the next index pulse from them; vendors differ in the signs, these are maxon's.
+/// 15, 16, 31, 32 and the rest are reserved or not supported. Pure functions.
 
 #include <cstdint>
 #include <vector>
@@ -31,8 +31,8 @@ struct HomingWay {
   bool hard = false;              ///< the last leg ends at a hard stop, without a ramp
 };
 
-/// From `place`, in machine coordinates; `pitch` is the distance between index pulses. The method must be
-/// supported.
+/// The path from `place`, in machine coordinates; `pitch` is the distance between index pulses. The method
+/// must be supported.
 HomingWay homing_way(std::int8_t method, double place, const AxisLayout& layout, double pitch);
 
 }  // namespace cbcan::devices

@@ -21,7 +21,7 @@ enum class Incident : std::uint8_t {
   kOvertemperature,
   kEncoder,
   kFollowingError,
-  // Not faults.
+  // These are not faults.
   kMotorBlocked,
   kNegativeLimit,
   kPositiveLimit,
@@ -36,7 +36,7 @@ inline constexpr std::array<std::string_view, 11> kIncidentNames = {
     "warning",
 };
 
-/// By Incident.
+/// Rows by Incident.
 inline constexpr std::array<ErrorKind, kFaultKinds> kFaults = {{
     {0x2310, ErrorRegister::kGeneric | ErrorRegister::kCurrent},
     {0x2320, ErrorRegister::kGeneric | ErrorRegister::kCurrent},

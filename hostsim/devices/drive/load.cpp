@@ -10,7 +10,7 @@ namespace {
 
 constexpr Time kStep = kMillisecond;
 constexpr double kSeconds = 1e-3;
-/// Of the critically damped controller, in rad/s: 30 Hz.
+/// Bandwidth of the critically damped controller, in rad/s: 30 Hz.
 constexpr double kBandwidth = 188;
 /// Increments, and increments per second: too small to be visible.
 constexpr double kStill = 1e-3;
@@ -89,7 +89,7 @@ void Load::step(const Lead& lead) {
   limited_ = false;
 }
 
-/// At the end of a step: the load will not change until the lead does.
+/// True at the end of a step: the load will not change until the lead does.
 bool Load::rests(const Lead& lead, Time end) const {
   if (lead.demand != nullptr) {
     const bool is_over = end >= lead.demand->end() && lead.demand->final_velocity() == 0;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// A load at the motor shaft and its position controller: inertia, torque, friction, gravity, hard stops. It is
-/// calculated in steps of whole milliseconds, so the result does not depend on how often it is read. Positions
-/// are increments, torques thousandths of the rated torque (6076h, mNm).
+/// A load at the motor shaft and its position controller: inertia, torque, friction, gravity, hard stops. It
+/// is calculated in steps of whole milliseconds, so the result does not depend on how often it is read.
+/// Positions are increments, torques thousandths of the rated torque (6076h, mNm).
 ///
-/// The controller compensates friction and gravity and derives acceleration from the following error: the axis
-/// lags by acceleration / (188 rad/s)^2, and by more if the torque is limited.
+/// The controller compensates friction and gravity and derives acceleration from the following error: the
+/// axis lags by acceleration / (188 rad/s)^2, and by more if the torque is limited.
 
 #include "cbcan/time.hpp"
 #include "devices/drive/axis_layout.hpp"
@@ -29,7 +29,7 @@ class Load {
   explicit Load(const AxisLoad& load) : load_(load) {}
   bool exists() const { return load_.inertia > 0; }
 
-  /// At rest here. `per_radian`: increments; `rated`: mNm.
+  /// Begins at rest here. `per_radian`: increments; `rated`: mNm.
   void reset(double position, Time now);
   void set_units(double per_radian, double rated) { per_radian_ = per_radian, rated_ = rated; }
 
@@ -40,7 +40,7 @@ class Load {
   void shift(double distance) { position_ += distance; }
 
   Motion at(Time now) const;
-  /// At the last whole millisecond: decisions based on it do not depend on when it is read.
+  /// State at the last whole millisecond: decisions based on it do not depend on when it is read.
   double position() const { return position_; }
   double torque() const { return torque_; }
   /// The controller demands more torque than is allowed.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Base of the modes of operation (6060h). A mode moves the axis from enter() on, while operation is enabled and
-/// the mode is selected; after that, the power stage or the next mode does.
+/// Base of the modes of operation (6060h). A mode moves the axis from enter() on, while operation is enabled
+/// and the mode is selected; after that, the power stage or the next mode does.
 
 #include <cstdint>
 
@@ -47,7 +47,7 @@ class Mode {
   virtual Time deadline(Time /*now*/) const { return kNever; }
   /// Demand, in thousandths of the rated torque.
   virtual double torque(Time /*now*/) const { return 0; }
-  /// In torque modes the torque, as the velocity of this profile; else null.
+  /// The torque of torque modes, as the velocity of this profile; else null.
   virtual const Profile* torque_profile() const { return nullptr; }
 
  protected:

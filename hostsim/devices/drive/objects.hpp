@@ -26,7 +26,7 @@ struct DriveObjects {
         : sim::Bound<Number>(place.dictionary, static_cast<std::uint16_t>(index + place.offset), sub,
                              standard) {}
   };
-  /// Of velocity mode: a change of velocity in a time in s.
+  /// A ramp of velocity mode: a change of velocity in a time in s.
   struct Slope {
     Slope(const Place& place, unsigned index) : speed(place, index, 1), time(place, index, 2, 1) {}
     Bound<std::uint32_t> speed;
@@ -42,7 +42,7 @@ struct DriveObjects {
     if (supported_modes.get() == 0) supported_modes.set(modes());
   }
 
-  /// Without those for which the dictionary has no set-point.
+  /// Leaves out those for which the dictionary has no set-point.
   std::uint32_t modes() const {
     return kAllModes & ~(vl_target.exists() ? 0 : kVelocityMode) &
            ~(interpolation_data.exists() ? 0 : kInterpolatedMode);

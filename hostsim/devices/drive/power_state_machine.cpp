@@ -57,7 +57,7 @@ constexpr auto kCommands = std::to_array<CommandPattern>({
 constexpr std::size_t kStates = 8;
 constexpr std::size_t kEvents = 11;
 
-/// By state and event: the row of the table, from 1 on; 0 = no transition.
+/// Transitions by state and event: the row of the table, from 1 on; 0 = no transition.
 using Rows = std::array<std::array<std::uint8_t, kEvents>, kStates>;
 
 constexpr Rows kRows = [] {

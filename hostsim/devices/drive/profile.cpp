@@ -63,7 +63,7 @@ Profile Profile::to_position(const Motion& from, double target, const Dynamics& 
   return profile;
 }
 
-/// From a standstill, or from motion towards a target that is far enough to stop there.
+/// Starts at a standstill, or from motion towards a target that is far enough to stop there.
 void Profile::travel(double target, const Dynamics& dynamics) {
   const double acceleration = usable(dynamics.acceleration);
   const double deceleration = usable(dynamics.deceleration);

@@ -2,8 +2,8 @@
 #pragma once
 
 /// Motion in closed form: at most four phases of constant acceleration, then a constant velocity without end.
-/// Position and velocity at any time are calculated, not accumulated, so the result does not depend on when or
-/// how often they are read. Positions in increments, velocities in increments/s, accelerations in
+/// Position and velocity at any time are calculated, not accumulated, so the result does not depend on when
+/// or how often they are read. Positions in increments, velocities in increments/s, accelerations in
 /// increments/s^2, all double: exact for whole increments up to 2^53. The end is rounded up to the next
 /// microsecond; from then on position and velocity are exactly the requested ones.
 
@@ -19,7 +19,8 @@ struct Motion {
   double velocity = 0;
 };
 
-/// Not negative. An acceleration or deceleration of 0 means without a ramp; a velocity of 0 means no motion.
+/// Limits are not negative. An acceleration or deceleration of 0 means without a ramp; a velocity of 0 means
+/// no motion.
 struct Dynamics {
   double velocity = 0;
   double acceleration = 0;
@@ -29,19 +30,19 @@ struct Dynamics {
 
 class Profile {
  public:
-  /// At rest.
+  /// A profile at rest.
   explicit Profile(double position = 0) { finish(position, 0); }
 
-  /// The shortest trapezoid from the motion at `start` to a standstill at `target`: |v| never exceeds the allowed
-  /// velocity, or the initial velocity if that is greater. An axis that cannot stop in time passes the target,
-  /// reverses and returns.
+  /// The shortest trapezoid from the motion at `start` to a standstill at `target`: |v| never exceeds the
+  /// allowed velocity, or the initial velocity if that is greater. An axis that cannot stop in time passes
+  /// the target, reverses and returns.
   static Profile to_position(const Motion& from, double target, const Dynamics& dynamics, Time start);
 
   /// A ramp to a velocity, which is then kept; via standstill if the direction changes.
   static Profile to_velocity(const Motion& from, double velocity, double acceleration, double deceleration,
                              Time start);
 
-  /// At constant velocity to `target` within `duration`, then at rest.
+  /// Moves at constant velocity to `target` within `duration`, then at rest.
   static Profile line(double from, double target, Time duration, Time start);
 
   /// The velocity changes linearly to `velocity` within `duration` and is then kept.

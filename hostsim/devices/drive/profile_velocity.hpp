@@ -28,7 +28,7 @@ class VelocityMode : public Mode {
     bool operator==(const Plan&) const = default;
   };
 
-  /// To `wanted`, in increments/s, at most the greatest velocity.
+  /// Moves to `wanted`, in increments/s, at most the greatest velocity.
   void run_at(double wanted, const Dynamics& dynamics, std::optional<Ramp> stop, const ModeInput& input,
               Time now);
   /// Statusword bit 11.
@@ -50,8 +50,8 @@ class ProfileVelocity final : public VelocityMode {
   bool steady(Time now, std::uint16_t for_milliseconds) const;
 };
 
-/// Runs the axis at `velocity`, up to the software position limit if there is one. False = it is already at the
-/// limit or beyond.
+/// Runs the axis at `velocity`, up to the software position limit if there is one. False = it is already at
+/// the limit or beyond.
 bool run_within_limits(Axis& axis, double velocity, const Dynamics& dynamics, Time now);
 
 }  // namespace cbcan::devices

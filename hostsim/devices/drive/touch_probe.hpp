@@ -18,7 +18,7 @@ class TouchProbes {
   TouchProbes(DriveObjects& objects, Axis& axis) : objects_(objects), axis_(axis) {}
 
   bool exist() const { return objects_.probe_function.exists(); }
-  /// Of the first (0) or the second probe (1); seen by the next update().
+  /// Input of the first (0) or the second probe (1); seen by the next update().
   void set_level(std::size_t probe, bool level) { probes_[probe].level = level; }
   bool level(std::size_t probe) const { return probes_[probe].level; }
   /// True = 60B9h has changed.

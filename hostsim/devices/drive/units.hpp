@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Conversion of user-defined units to increments of the position encoder. The first of the following that the
-/// file has and that is not 1 : 1 applies.
+/// Conversion of user-defined units to increments of the position encoder. The first of the following that
+/// the file has and that is not 1 : 1 applies.
 ///
 /// Positions: 6093h, increments = user * 6093h:1 / 6093h:2; or with a feed constant (6092h)
 ///
@@ -18,7 +18,7 @@
 
 namespace cbcan::devices {
 
-/// As in the dictionary; a ratio with a 0 is ignored.
+/// Values as in the dictionary; a ratio with a 0 is ignored.
 struct Ratio {
   std::uint32_t up = 0;
   std::uint32_t down = 0;
@@ -48,11 +48,11 @@ class Units {
   /// Products up to 2^53 are exact and are divided once.
   double increments(double user) const { return user * position_.up / position_.down; }
   double user(double increments) const { return increments * position_.down / position_.up; }
-  /// For velocities (per second) and accelerations (per second squared).
+  /// Conversions of velocities (per second) and accelerations (per second squared).
   double increments_per_second(double user) const { return user * velocity_.up / velocity_.down; }
   double user_velocity(double increments) const { return increments * velocity_.down / velocity_.up; }
 
-  /// Of the motor; kNominalResolution if 608Fh gives none.
+  /// Increments of the motor; kNominalResolution if 608Fh gives none.
   double increments_per_revolution() const { return increments_per_revolution_; }
   /// Motor speeds can be converted to velocities: 608Fh or 60A9h refers to revolutions.
   bool knows_revolutions() const { return knows_revolutions_; }

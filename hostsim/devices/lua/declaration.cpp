@@ -40,7 +40,7 @@ constexpr auto kTypes = std::to_array<std::pair<std::string_view, DataType>>({{"
                                                                               {"text", kVisibleString}});
 constexpr std::array<std::string_view, 4> kAccesses{"rw", "ro", "wo", "const"};
 constexpr std::array<std::string_view, 3> kPdos{"", "tx", "rx"};
-/// In the order of sim::Point::Kind.
+/// Names in the order of sim::Point::Kind.
 constexpr std::array<std::string_view, 3> kShown{"input", "output", "curve"};
 
 struct Keys {
@@ -97,7 +97,7 @@ class Fields {
     const auto found = record_.numbers.find(key);
     return found == record_.numbers.end() ? std::nullopt : found->second.whole;
   }
-  /// Without line ends.
+  /// Text without line ends.
   std::string text(const char* key) const {
     const auto& all = texts(key);
     std::string text = all.empty() ? "" : all.front();
@@ -167,7 +167,7 @@ DataType type_of(const Fields& fields) {
   return kTypes[fields.choice("type", names, fields.text("type"))].second;
 }
 
-/// Of an integer type.
+/// Text of a value of an integer type.
 std::string integer_text(const Fields& fields, const char* key, DataType type) {
   const int bits = type == kBoolean ? 1 : static_cast<int>(8 * size_of(type)) - (is_signed(type) ? 1 : 0);
   const std::uint64_t most = ~std::uint64_t{0} >> (64 - bits);

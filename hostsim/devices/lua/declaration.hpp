@@ -13,11 +13,11 @@
 
 namespace cbcan::devices {
 
-/// Of the objects with `show`: inputs, then outputs, then curves. Throws ScriptError.
+/// Points of the objects with `show`: inputs, then outputs, then curves. Throws ScriptError.
 std::vector<sim::Point> declared_points(Script& script);
 
-/// An EDS file with these objects, those that CiA 301 requires, heartbeat, EMCY, stored parameters, and PDOs with
-/// the default mapping. `file`: its name, of the script. Throws ScriptError.
+/// An EDS file with these objects, those that CiA 301 requires, heartbeat, EMCY, stored parameters, and PDOs
+/// with the default mapping. `file`: its name, of the script. Throws ScriptError.
 std::string declared_eds(Script& script, std::string_view file);
 
 }  // namespace cbcan::devices

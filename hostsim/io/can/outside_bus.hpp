@@ -12,7 +12,7 @@ class OutsideBus : public sim::Outside {
  public:
   virtual ~OutsideBus() = default;
 
-  /// To be called before the bus is advanced: passes on changes of the outside bus's state.
+  /// Call it before the bus is advanced: passes on changes of the outside bus's state.
   virtual void poll(Time now) = 0;
 
   /// When poll() and then the bus's advance() are to be called; kNever = only after the next frame.

@@ -17,7 +17,7 @@ namespace cbcan::io {
 /// connection every controller of the bus is bus-off; until the first attempt has failed, frames wait.
 class StreamBus final : public OutsideBus {
  public:
-  /// From the end of a connection to the next attempt.
+  /// Time from the end of a connection to the next attempt.
   static constexpr Time kPause = kSecond;
 
   /// Connects to the serial port `device`, or, if that is empty, to `remote`, whose name is looked up once,

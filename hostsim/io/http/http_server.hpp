@@ -32,7 +32,7 @@ class HttpServer final : private AcceptsClients {
   HttpServer(const HttpServer&) = delete;
   HttpServer& operator=(const HttpServer&) = delete;
 
-  /// With the real port.
+  /// The address with the real port.
   const base::ListenAddress& address() const { return acceptor_.listener().address().tcp; }
   bool may_write() const { return site_->may_write(); }
   /// Streamed responses in progress.
@@ -41,8 +41,8 @@ class HttpServer final : private AcceptsClients {
   /// Serves a connected, non-blocking stream socket.
   void adopt(Descriptor socket) override;
 
-  /// Sends new data on streams, at most every 20 ms. To be called once per turn, and at next_deadline(). `now`
-  /// is Reactor::now()'s.
+  /// Sends new data on streams, at most every 20 ms. To be called once per turn, and at next_deadline().
+  /// `now` is Reactor::now()'s.
   void poll(Time now);
   Time next_deadline() const;
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Lines for a pipe, FIFO, terminal or file whose reader may be slow or absent. Only the destructor waits, until
-/// everything is written or nothing was read for a second.
+/// Lines for a pipe, FIFO, terminal or file whose reader may be slow or absent. Only the destructor waits,
+/// until everything is written or nothing was read for a second.
 
 #include <cstdint>
 #include <string>
@@ -20,12 +20,12 @@ class Output {
   /// Time until next_deadline().
   static constexpr Time kRetry = 20 * kMillisecond;
 
-  /// At most `most_waiting` characters, and the line that exceeds them, wait for the reader.
+  /// Keeps at most `most_waiting` characters, and the line that exceeds them, for the reader.
   explicit Output(Descriptor file, std::size_t most_waiting = kMostWaiting);
   /// The program's standard output or error; other processes may share it, so its flags are not changed.
   static Output standard(int number, std::size_t most_waiting = kMostWaiting);
-  /// A file, which is created or truncated, a FIFO, which needs no reader yet, or standard output for "-". Throws
-  /// EnvironmentError, its text beginning with `what`.
+  /// A file, which is created or truncated, a FIFO, which needs no reader yet, or standard output for "-".
+  /// Throws EnvironmentError, its text beginning with `what`.
   static Output open(std::string_view what, const std::string& path, std::size_t most_waiting = kMostWaiting);
   Output(Output&&) = default;
   Output& operator=(Output&&) = default;
@@ -33,7 +33,7 @@ class Output {
 
   /// Appends whole lines; false = there is no room, the caller drops them.
   bool add(std::string_view lines);
-  /// To append lines in place, only if there is room().
+  /// Append lines in place, only if there is room().
   std::string& text() { return waiting_; }
   bool room() const { return waiting() < most_waiting_; }
 

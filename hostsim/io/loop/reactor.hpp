@@ -8,8 +8,8 @@
 ///       reactor.poll(everything.next_deadline());
 ///     }
 ///
-/// The clock is read once a turn, so everything in a turn happens at the same time; see hold_at() for a loop that
-/// is late.
+/// The clock is read once a turn, so everything in a turn happens at the same time; see hold_at() for a loop
+/// that is late.
 ///
 /// Level-triggered: a callback may leave work undone and is called again. Callbacks must not block and must
 /// not call poll().
@@ -49,38 +49,38 @@ class Reactor {
   Reactor(const Reactor&) = delete;
   Reactor& operator=(const Reactor&) = delete;
 
-  /// Calls `callback` whenever `fd`, not watched yet, is ready for `interest`. The caller keeps the descriptor
-  /// and calls forget() before closing it. False: it is a file, which is always ready and not watched. Throws
-  /// EnvironmentError if the kernel cannot watch it.
+  /// Calls `callback` whenever `fd`, not watched yet, is ready for `interest`. The caller keeps the
+  /// descriptor and calls forget() before closing it. False: it is a file, which is always ready and not
+  /// watched. Throws EnvironmentError if the kernel cannot watch it.
   bool watch(int fd, std::uint32_t interest, Callback callback);
 
   /// Replaces the interest of a watched descriptor; 0 = only kBroken. False = the kernel refuses.
   bool change(int fd, std::uint32_t interest);
 
-  /// Ends the watch; the callback is not called again, even if the descriptor was ready already. May be called
-  /// from any callback, including the one that it ends. Does nothing if `fd` is not watched.
+  /// Ends the watch; the callback is not called again, even if the descriptor was ready already. May be
+  /// called from any callback, including the one that it ends. Does nothing if `fd` is not watched.
   void forget(int fd);
 
-  /// Waits until a descriptor is ready or it is `until` (kNever = no limit; a past time = no waiting), calls the
-  /// callbacks of what is ready, and returns how many it called. A signal, or the `until` of an earlier call,
-  /// may end the wait early.
+  /// Waits until a descriptor is ready or it is `until` (kNever = no limit; a past time = no waiting), calls
+  /// the callbacks of what is ready, and returns how many it called. A signal, or the `until` of an earlier
+  /// call, may end the wait early.
   std::size_t poll(Time until);
 
-  /// Calls the callbacks of kUrgent descriptors that are ready, each once. For long work outside of callbacks;
-  /// not to be called by urgent callbacks.
+  /// Calls the callbacks of kUrgent descriptors that are ready, each once. For long work outside of
+  /// callbacks; not to be called by urgent callbacks.
   void poll_urgent();
 
   /// The time of this turn: now() at the end of the last wait, unless hold_at() limits it.
   const Time& time() const { return time_; }
   /// now() at the end of the last wait, without that limit.
   Time clock() const { return clock_; }
-  /// Limits time() to `most` from now on; it never decreases. A loop that is late thus does one thing after the
-  /// other, each at its time.
+  /// Limits time() to `most` from now on; it never decreases. A loop that is late thus does one thing after
+  /// the other, each at its time.
   void hold_at(Time most) {
     most_ = most;
     time_ = std::max(time_, std::min(clock_, most_));
   }
-  /// To be called after long work that was not a turn.
+  /// Call it after long work that was not a turn.
   void read_clock() {
     clock_ = now();
     hold_at(most_);

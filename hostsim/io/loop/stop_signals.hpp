@@ -12,8 +12,8 @@
 namespace cbcan::io {
 
 /// While this object exists, SIGINT, SIGTERM and, unless it was ignored (nohup), SIGHUP are events of the
-/// reactor, and SIGPIPE and SIGXFSZ are ignored (a failed write has an errno). The destructor restores them. One
-/// per process, created by the main thread before other threads. The reactor outlives it.
+/// reactor, and SIGPIPE and SIGXFSZ are ignored (a failed write has an errno). The destructor restores them.
+/// One per process, created by the main thread before other threads. The reactor outlives it.
 class StopSignals {
  public:
   explicit StopSignals(Reactor& reactor);
@@ -23,7 +23,7 @@ class StopSignals {
 
   bool stop_requested() const { return stop_requested_; }
 
-  /// From now on signals do not request a stop, but call `on_signal`.
+  /// Lets signals call `on_signal` from now on, in place of requesting a stop.
   void pass_on(std::function<void(int number)> on_signal) { on_signal_ = std::move(on_signal); }
   /// Restores the former handling; for a forked process that becomes another program.
   void restore() const;

@@ -47,7 +47,7 @@ class ModbusTcp final : private AcceptsClients {
   ModbusTcp(const ModbusTcp&) = delete;
   ModbusTcp& operator=(const ModbusTcp&) = delete;
 
-  /// With the actual port instead of port 0.
+  /// The address with the actual port instead of port 0.
   const ListenAddress& address() const { return acceptor_.listener().address().tcp; }
 
   /// When poll() is to be called next; kNever while there is no incomplete request.

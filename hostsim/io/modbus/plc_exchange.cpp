@@ -194,7 +194,7 @@ void PlcCopy::responded() {
   if (range_.first + range_.count == told_.size() && rounds_ == 0) rounds_ = kRoundsToRepeat;
 }
 
-/// From the first to the last word that differs from the PLC's.
+/// The range from the first to the last word that differs from the PLC's.
 protocols::ModbusRange PlcCopy::changed(Words now) const {
   std::size_t first = forgotten() ? range_.first + range_.count : 0;
   std::size_t end = told_.size();

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Listens, accepts clients, and refuses them when no descriptor is left: a client left waiting would wake the
-/// reactor again and again.
+/// Listens, accepts clients, and refuses them when no descriptor is left: a client left waiting would wake
+/// the reactor again and again.
 
 #include <cstddef>
 #include <string>
@@ -45,7 +45,7 @@ class Acceptor {
 
   const StreamListener& listener() const { return listener_; }
 
-  /// To be called when a full server may have room again.
+  /// Call it when a full server may have room again.
   void resume() { reactor_.change(listener_.socket(), Reactor::kReadable); }
 
   /// Writes a line about a client for the user.

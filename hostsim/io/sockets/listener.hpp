@@ -32,7 +32,7 @@ struct SocketAddress {
 /// Throws EnvironmentError, its text beginning with `where`.
 SocketAddress looked_up(const std::string& where, const ListenAddress& address);
 
-/// With a numeric host; nullopt if it cannot be determined.
+/// The address with a numeric host; nullopt if it cannot be determined.
 std::optional<ListenAddress> address_of(const SocketAddress& address);
 
 /// The other end of a connected TCP socket as "HOST:PORT"; empty if it cannot be determined.
@@ -50,8 +50,9 @@ class OwnFile {
   using Condition = std::function<bool()>;
 
   OwnFile() = default;
-  /// Calls `make`, which creates the file at `path` or sets errno; an abandoned file there is removed first. Throws
-  /// EnvironmentError, its text beginning with `where`; another program "listens" or "serves" on a file in use.
+  /// Calls `make`, which creates the file at `path` or sets errno; an abandoned file there is removed first.
+  /// Throws EnvironmentError, its text beginning with `where`; another program "listens" or "serves" on a
+  /// file in use.
   OwnFile(const std::string& where, std::string path, std::string_view does, const Condition& make,
           const Condition& is_abandoned);
   OwnFile(OwnFile&& other) noexcept : path_(std::exchange(other.path_, {})), file_(std::move(other.file_)) {}
@@ -75,13 +76,13 @@ class OwnFile {
 /// A non-blocking listener; the destructor removes the file of its Unix socket.
 class StreamListener {
  public:
-  /// TCP: on the first of the host's addresses that is available, IPv4 before IPv6; a host name is looked up, which
-  /// may block. An abandoned Unix socket is replaced; any other file is left unchanged. Throws EnvironmentError, its
-  /// text beginning with `service` ("modbus") and the address.
+  /// TCP: on the first of the host's addresses that is available, IPv4 before IPv6; a host name is looked up,
+  /// which may block. An abandoned Unix socket is replaced; any other file is left unchanged. Throws
+  /// EnvironmentError, its text beginning with `service` ("modbus") and the address.
   StreamListener(std::string_view service, const StreamAddress& address);
 
   int socket() const { return socket_.get(); }
-  /// With the actual port instead of port 0.
+  /// The address with the actual port instead of port 0.
   const StreamAddress& address() const { return address_; }
 
  private:

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// A server of byte streams: each connection has a session that turns requests into responses. Nothing blocks;
-/// nothing is read from a client that does not read its responses. When a client closes its sending side, its
-/// input is still executed and answered, even if it no longer reads. A pseudo-terminal is one connection with a
-/// new session for each client. A client that speaks HTTP, or TLS where text is expected, is refused before its
-/// bytes reach a session: pages of other sites can make a browser send them to any address of this machine.
+/// A server of byte streams: each connection has a session that turns requests into responses. Nothing
+/// blocks; nothing is read from a client that does not read its responses. When a client closes its sending
+/// side, its input is still executed and answered, even if it no longer reads. A pseudo-terminal is one
+/// connection with a new session for each client. A client that speaks HTTP, or TLS where text is expected,
+/// is refused before its bytes reach a session: pages of other sites can make a browser send them to any
+/// address of this machine.
 
 #include <cstddef>
 #include <cstdint>
@@ -36,7 +37,7 @@ class StreamServer final : private AcceptsClients {
   StreamServer(const StreamServer&) = delete;
   StreamServer& operator=(const StreamServer&) = delete;
 
-  /// With the actual port instead of port 0.
+  /// The address with the actual port instead of port 0.
   const StreamAddress& address() const { return acceptor_ ? acceptor_->listener().address() : address_; }
 
   /// Sends what the sessions have to send; to be called once per turn, before waiting.

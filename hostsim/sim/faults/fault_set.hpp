@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The faults that are set for one node or for the bus, and which of them act now. Deterministic: the same seed,
-/// the same faults and the same frames at the same times give the same result. Each fault has its own random
-/// sequence, made from the seed of the set, its own seed and its number, so that setting one fault does not
-/// change what another does.
+/// The faults that are set for one node or for the bus, and which of them act now. Deterministic: the same
+/// seed, the same faults and the same frames at the same times give the same result. Each fault has its own
+/// random sequence, made from the seed of the set, its own seed and its number, so that setting one fault
+/// does not change what another does.
 
 #include <cstdint>
 #include <functional>
@@ -25,8 +25,8 @@ namespace cbcan::sim {
 class FaultListener {
  public:
   /// One line with the node or bus, the number of the fault, the fault, and the frame as it was before:
-  /// "node 5: fault 1: response-late delay_ms=50: 585#4B17100000000000". A state fault is reported when it begins
-  /// and when it ends. Must not change the faults.
+  /// "node 5: fault 1: response-late delay_ms=50: 585#4B17100000000000". A state fault is reported when it
+  /// begins and when it ends. Must not change the faults.
   virtual void on_fault(std::string_view text, Time now) = 0;
   /// The NMT state of a node may have changed; `state` is as in a heartbeat, FFh = the node has no power.
   virtual void on_node_state(std::uint8_t /*node*/, std::uint8_t /*state*/, Time /*now*/) {}
@@ -72,21 +72,22 @@ class FaultSet {
 
   /// Returns the number for remove().
   unsigned add(const Fault& fault, Time now);
-  /// False: there is none with this number. Frames that the fault has delayed are still sent, also after clear().
+  /// False: there is none with this number. Frames that the fault has delayed are still sent, also after
+  /// clear().
   bool remove(unsigned number, Time now);
   void clear(Time now);
   /// Removes faults that will not act again.
   void remove_ended(Time now);
 
   bool empty() const { return set_.empty(); }
-  /// In the order of their numbers, including those that will not act again.
+  /// All in the order of their numbers, including those that will not act again.
   std::span<const SetFault> list() const { return set_; }
 
   /// Reports `text` to the listener, with the subject in front.
   void say(std::string_view text, Time now);
   void tell(const SetFault& set, std::string_view what, Time now);
 
-  // For the classes that carry out the faults.
+  // Functions for the classes that carry out the faults.
   std::span<SetFault> all() { return set_; }
 
   /// This frame matches. True: the fault acts now, which is counted and reported.
@@ -97,8 +98,8 @@ class FaultSet {
   /// The same for a state that waits for it: it begins.
   bool begins(SetFault& set, const Frame& frame, Time now);
 
-  /// True: the next frame of a storm or a load is due, and the one after it follows in `interval`. False = not
-  /// yet, or there are no more.
+  /// True: the next frame of a storm or a load is due, and the one after it follows in `interval`. False =
+  /// not yet, or there are no more.
   bool beat_due(SetFault& set, Time interval, Time now);
 
   /// Begins and ends the state faults that are due, and returns the worst bus state of those that hold.

@@ -164,7 +164,7 @@ void FaultyPort::hold(const Leaving& leaving, const SdoResponse& response) {
   if (leaving.due == now_) release_delayed();
 }
 
-/// After frames that are due at the same time.
+/// Comes after frames that are due at the same time.
 void FaultyPort::hold(const Held& held) {
   held_.insert(std::ranges::upper_bound(held_, held.due, {}, &Held::due), held);
 }

@@ -43,24 +43,25 @@ class FaultyPort final : public CanPort {
 
   FaultSet& faults() { return faults_; }
 
-  /// From now on the device needs time for all that it does, see Timing.
+  /// Lets the device need time from now on for all that it does, see Timing.
   void set_timing(std::uint64_t seed) { timing_.emplace(seed); }
 
-  /// To be called before each call into the stack: the time for try_send().
+  /// Call it before each call into the stack: the time for try_send().
   void set_now(Time now) { now_ = now; }
 
   bool has_faults() const { return !faults_.empty() || timing_; }
   /// A frame for this node, to be called if there are faults. False: the stack does not get it.
   bool hears(const Frame& frame);
 
-  /// With a timing: the boot-up message is refused until deadline().
+  /// Refuses, with a timing, the boot-up message is refused until deadline().
   bool boots() const { return boots_; }
   /// How long the node loses its power now, kNever = without limit; 0 = it does not.
   Time take_power_loss() { return std::exchange(power_loss_, 0); }
   /// How late the device acts on commands.
   Time command_delay() const { return command_delay_; }
 
-  /// Before the value of the last request is stored: kNone, or the abort code of a fault that refuses it.
+  /// Called before the value of the last request is stored: kNone, or the abort code of a fault that refuses
+  /// it.
   AbortCode refusal(std::uint16_t index, std::uint8_t sub);
   /// The same for the object of the last request.
   AbortCode refusal() {

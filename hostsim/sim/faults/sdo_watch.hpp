@@ -7,9 +7,10 @@
 
 namespace cbcan::sim {
 
-/// Follows the frames between a node's SDO server and its client, and finds out their object and the step of each
-/// response. Segments of blocks have neither multiplexer nor command specifier, so the step follows from earlier
-/// frames. A watch that begins in the middle of a transfer is right from the next initiate request on.
+/// Follows the frames between a node's SDO server and its client, and finds out their object and the step of
+/// each response. Segments of blocks have neither multiplexer nor command specifier, so the step follows from
+/// earlier frames. A watch that begins in the middle of a transfer is right from the next initiate request
+/// on.
 class SdoWatch {
  public:
   /// A frame on 600h + node ID, before the server gets it.
@@ -17,7 +18,7 @@ class SdoWatch {
   /// A frame on 580h + node ID, as the server sent it.
   SdoStep on_response(const Frame& frame);
 
-  /// Of the last initiate request.
+  /// Object of the last initiate request.
   sdo::Multiplexer multiplexer() const { return mux_; }
 
  private:

@@ -23,11 +23,11 @@ class Timing {
   Time response(Time now) {
     return last_response_ = std::max(last_response_, now + between(kMillisecond, 8 * kMillisecond));
   }
-  /// From power-on or reset to the boot-up message: 0.3 to 2 s.
+  /// Time from power-on or reset to the boot-up message: 0.3 to 2 s.
   Time boot() { return between(300 * kMillisecond, 2 * kSecond); }
   /// How late a heartbeat is: more each time, by 100 to 1000 millionths, up to 10 ms; then one is in time.
   Time heartbeat(Time now) const { return now / kSecond * drift_ % (10 * kMillisecond); }
-  /// From a controlword to the state: 2 to 8 ms, always the same for a device.
+  /// Time from a controlword to the state: 2 to 8 ms, always the same for a device.
   Time command() const { return command_; }
 
  private:

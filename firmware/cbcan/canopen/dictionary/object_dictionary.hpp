@@ -2,8 +2,8 @@
 #pragma once
 
 /// An object dictionary (CiA 301, 7.4): a sorted table of entries, which may be constant and in flash, over a
-/// block of values in RAM. It owns neither; nothing here allocates. An access takes a binary search, O(log n),
-/// or none when it is in the same entry as the access before.
+/// block of values in RAM. It owns neither; nothing here allocates. An access takes a binary search, O(log
+/// n), or none when it is in the same entry as the access before.
 ///
 /// Not re-entrant: call it from the place that also calls the rest of the core.
 
@@ -54,8 +54,8 @@ struct ObjectFlags {
 /// Offsets and lengths of values; those of the coprocessor's own objects fit in 16 bits.
 using ObjectSize = std::conditional_t<kServices.other_devices, std::uint32_t, std::uint16_t>;
 
-/// One object, or a run of identical sub-indices (an array's elements, CompactSubObj), or such a run in each of
-/// several consecutive indices (PDO parameters). The value of element k of a run, counted through all its
+/// One object, or a run of identical sub-indices (an array's elements, CompactSubObj), or such a run in each
+/// of several consecutive indices (PDO parameters). The value of element k of a run, counted through all its
 /// indices, is at offset + k * stride(). Numbers are stored little-endian, as on the bus.
 struct ObjectEntry {
   std::uint16_t index;
@@ -102,8 +102,8 @@ class ObjectHandler {
     return AbortCode::kGeneral;
   }
 
-  /// `value` has passed the checks of access, length and limits. A code other than kNone rejects it: nothing is
-  /// stored.
+  /// `value` has passed the checks of access, length and limits. A code other than kNone rejects it: nothing
+  /// is stored.
   virtual AbortCode on_write(const ObjectEntry& /*entry*/, std::uint8_t /*sub*/,
                              std::span<const std::uint8_t> /*value*/, Time /*now*/) {
     return AbortCode::kNone;
@@ -133,7 +133,7 @@ class ObjectDictionary {
     std::span<const ObjectLimits> limits = {};
     std::span<std::uint8_t> process = {};
   };
-  /// Of this build: a program with other services does not link.
+  /// Tables of this build: a program with other services does not link.
   using Tables = TablesOf<kServices>;
 
   /// `handler` may be null if no entry is kComputed, kAsked or kChecked.
@@ -154,7 +154,8 @@ class ObjectDictionary {
   /// kObjectLength) and limits, and asks the handler. The value is stored completely or not at all.
   AbortCode write(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> value, Time now);
 
-  /// For the device itself: a stored number of up to 8 bytes, whatever its access rights; 0 if there is none.
+  /// Returns, for the device itself, a stored number of up to 8 bytes, whatever its access rights; 0 if there
+  /// is none.
   std::uint64_t get(std::uint16_t index, std::uint8_t sub) const;
   /// The same for an entry returned by find().
   std::uint64_t number(const ObjectEntry& entry, std::uint8_t sub) const;
@@ -162,8 +163,8 @@ class ObjectDictionary {
   /// Sets such a number without asking the handler. False: there is no such stored number. Not for kPacked.
   bool set(std::uint16_t index, std::uint8_t sub, std::uint64_t value);
 
-  /// Sets a value of any type without asking the handler. `bytes` has the length of the capacity, or less with
-  /// kVariable.
+  /// Sets a value of any type without asking the handler. `bytes` has the length of the capacity, or less
+  /// with kVariable.
   void store(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> bytes);
 
   /// The bytes of a stored element, in its current length; empty for kComputed. With kPacked, the byte that

@@ -36,7 +36,7 @@ inline constexpr std::uint16_t kTpdoParameter = 0x1800;  ///< 7.5.2.37
 inline constexpr std::uint16_t kTpdoMapping = 0x1A00;    ///< 7.5.2.38
 inline constexpr std::uint16_t kLastPdo = 0x1BFF;
 
-// Of a CANopen manager (CiA 302-2 and -3); where there is a sub-index, it is a node ID.
+// Objects of a CANopen manager (CiA 302-2 and -3); where there is a sub-index, it is a node ID.
 inline constexpr std::uint16_t kConfigurationDate = 0x1020;  ///< of every device: 1 = date, 2 = time
 inline constexpr std::uint16_t kConciseDcf = 0x1F22;
 inline constexpr std::uint16_t kConfigureSlave = 0x1F25;  ///< written "conf"
@@ -53,7 +53,7 @@ inline constexpr std::uint16_t kExpectedSerial = 0x1F88;        ///< 1018h:04
 inline constexpr std::uint16_t kBootTime = 0x1F89;              ///< ms, for the mandatory slaves
 inline constexpr std::uint16_t kRestoreConfiguration = 0x1F8A;  ///< sub-index of 1011h to be written first
 
-// Of this library's manager.
+// Objects of this library's manager.
 inline constexpr std::uint16_t kRpdoSource = 0x300A;  ///< sub-index = RPDO: node, flags, mapping of its TPDO
 inline constexpr std::uint16_t kOutputsMode =
     0x300B;  ///< 0 = TPDOs after the first write of outputs, 1 = at once

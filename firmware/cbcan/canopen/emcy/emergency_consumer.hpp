@@ -18,7 +18,7 @@ namespace cbcan {
 
 class EmergencyConsumer {
  public:
-  /// As on the bus: error code, low byte first; error register (1001h); five bytes of the manufacturer.
+  /// Bytes as on the bus: error code, low byte first; error register (1001h); five bytes of the manufacturer.
   using Message = std::array<std::uint8_t, 8>;
 
   static constexpr std::uint32_t kFirstId = 0x080;  ///< + node ID

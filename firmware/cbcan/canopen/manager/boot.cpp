@@ -128,7 +128,7 @@ void Manager::check_failed(Client& client, Time now) {
   fail(client.node, now);
 }
 
-/// Of a keep-alive node it must be known whether it is Operational.
+/// Asks a keep-alive node first whether it is Operational.
 void Manager::checked(Client& client, Time now) {
   const std::uint8_t node = client.node;
   if (!nodes_[node].boots) {
@@ -148,7 +148,7 @@ void Manager::decide(std::uint8_t node, Time now) {
   run(node, now);
 }
 
-/// Also a keep-alive node that is not Operational, or does not report it.
+/// Serves also a keep-alive node that is not Operational, or does not report it.
 void Manager::boot_from_reset(std::uint8_t node, Time now) {
   nodes_[node].keep_alive = false;
   await_boot_up(node, now);

@@ -67,7 +67,7 @@ void Manager::note_strays(Client& client) {
   if (++node.signs == kSignsOfTwin) note_twin(client.node);
 }
 
-/// By the first client, so that nodes that do not respond do not occupy the others.
+/// Uses the first client, so that nodes that do not respond do not occupy the others.
 void Manager::try_again(Client& client, Time now) {
   const std::uint8_t node = client.node;
   ++nodes_[node].tries;

@@ -107,7 +107,7 @@ void Manager::zero_inputs(std::uint8_t node, Time now) {
   }
 }
 
-/// As if the PDO had arrived.
+/// Acts as if the PDO had arrived.
 void Manager::receive(std::size_t rpdo, std::uint64_t data, std::size_t bits, Time now) {
   constexpr std::uint8_t kCobId = 1;
   const auto parameters = static_cast<std::uint16_t>(object::kRpdoParameter + rpdo);

@@ -58,7 +58,7 @@ class NetworkObjects {
   /// Uses an image in flash, or compiled in; more may follow it. False: check sum, lengths or groups are
   /// wrong; the objects are as without one.
   bool use(Bytes image) { return take(image, {}); }
-  /// In RAM: the first `used` bytes are the image, 0 = none yet; write() may use all of them.
+  /// Memory in RAM: the first `used` bytes are the image, 0 = none yet; write() may use all of them.
   bool use(std::span<std::uint8_t> memory, std::size_t used);
 
   /// Empty = not set, which is 0 for a number.

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The states of the other nodes, from their boot-up, heartbeat and node guarding messages (CiA 301, 7.2.8.2.2
-/// and 7.2.8.3.2). A message costs one array access. There is no timer: the age of a report is computed on
-/// request.
+/// The states of the other nodes, from their boot-up, heartbeat and node guarding messages (CiA 301,
+/// 7.2.8.2.2 and 7.2.8.3.2). A message costs one array access. There is no timer: the age of a report is
+/// computed on request.
 
 #include <array>
 #include <cstdint>
@@ -80,7 +80,7 @@ class NodeMonitor {
   /// A node guarding request has been sent to this node: it is watched, with or without a consumer heartbeat
   /// time.
   void guard(std::uint8_t node) { guarded_.insert(node); }
-  /// As after power-on: no node is watched.
+  /// Returns to the state after power-on: no node is watched.
   void stop_watching();
   bool is_watched(std::uint8_t node) const { return consumer_time(node) != 0 || guarded_.has(node); }
 

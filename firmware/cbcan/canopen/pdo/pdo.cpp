@@ -84,7 +84,7 @@ bool takes_sync(Pdo::Tpdo& tpdo, std::uint8_t counter) {
 
 }  // namespace
 
-/// At the start of a call. After a long time without one all is overdue, by more than any timer.
+/// Called at the start of a call. All is overdue after a long time without one, by more than any timer.
 void Pdo::begin(Time now) {
   ticks_ += static_cast<Ticks>(std::min(static_cast<std::int64_t>(now - now_), std::int64_t{kMost}));
   now_ = now;
@@ -194,8 +194,8 @@ AbortCode Pdo::check_cob_id(std::uint16_t index, std::uint32_t value, std::uint3
   return has_mapping(index) ? AbortCode::kNone : AbortCode::kDeviceState;
 }
 
-/// Resolves the `count` mapped objects of the PDO with parameters `index`, which is not valid, for when it becomes
-/// valid; if that has been done already, only with `again`.
+/// Resolves the `count` mapped objects of the PDO with parameters `index`, which is not valid, for when it
+/// becomes valid; if that has been done already, only with `again`.
 AbortCode Pdo::take_mapping(std::uint16_t index, std::uint32_t count, bool again) const {
   PdoMapping without_room;
   PdoMapping* mapping = &without_room;

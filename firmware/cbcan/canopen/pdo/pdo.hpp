@@ -21,8 +21,8 @@
 ///
 /// Decided where CiA 301 leaves it open: event-driven TPDOs are sent once when the node becomes Operational
 /// or they become valid; an RTR for one of them is an event; synchronous ones are sampled at that time too,
-/// so that an RTR before the first SYNC returns data. Bit 30 of a TPDO's COB-ID (no RTR) applies to every type,
-/// also to the two that only an RTR triggers. Limits of objects do not apply to RPDOs.
+/// so that an RTR before the first SYNC returns data. Bit 30 of a TPDO's COB-ID (no RTR) applies to every
+/// type, also to the two that only an RTR triggers. Limits of objects do not apply to RPDOs.
 ///
 /// Nothing blocks, nothing is allocated; not re-entrant. A frame that the port refuses is tried again after
 /// kRetryInterval, before later frames.
@@ -131,7 +131,8 @@ class Pdo : public Part {
   struct Storage {
     std::span<Rpdo> rpdos;
     std::span<Tpdo> tpdos;
-    /// For the mappings, divided equally among all PDOs, RPDOs first: for each PDO as many as it may map objects.
+    /// Memory for the mappings, divided equally among all PDOs, RPDOs first: for each PDO as many as it may
+    /// map objects.
     std::span<PdoMapping::Piece> pieces;
   };
 
@@ -147,7 +148,7 @@ class Pdo : public Part {
   void configure(std::uint16_t index, Time now);
   /// Counts the PDOs; load_one() loads them. Not Operational until on_state().
   void reset(std::uint8_t node_id, Time now);
-  /// After reset(), for k = 0, 1, ...: loads one PDO. False: there are no more, and all are ready.
+  /// Loads PDO k, from 0, after reset(). False: there are no more, and all are ready.
   bool load_one(std::size_t k, Time now);
   /// PDOs are exchanged in Operational only. What is waiting when it is left is dropped.
   void on_state(nmt::State state, Time now);
@@ -167,7 +168,8 @@ class Pdo : public Part {
   }
 
   /// A SYNC with this counter, 0 = none: applies RPDOs, calls the application, samples and sends TPDOs.
-  /// Synchronous PDOs are valid for `window` (1007h) after it, 0 = without limit. True: deadline() has changed.
+  /// Synchronous PDOs are valid for `window` (1007h) after it, 0 = without limit. True: deadline() has
+  /// changed.
   bool on_sync(std::uint8_t counter, Time window, Time now);
 
   /// The event of all TPDOs that map this object.
@@ -198,7 +200,8 @@ class Pdo : public Part {
     return due_ == kNoTick ? kNever : now_ + static_cast<Time>(static_cast<std::int32_t>(due_ - ticks_));
   }
 
-  /// Of valid RPDOs, and of valid TPDOs that answer an RTR. Only reset() and configure() change them.
+  /// CAN-IDs of the valid RPDOs and of valid TPDOs that answer an RTR. Only reset() and configure() change
+  /// them.
   template <class Visitor>
   void visit_ids(Visitor visit) const {
     for (const Rpdo& rpdo : rpdos_)
@@ -303,7 +306,7 @@ class Pdo : public Part {
   Time window_end_ = kNever;
   Time now_ = 0;  ///< of the call
   Storage room_;
-  /// By place_of(id): first RPDO, from 1, of a list linked by Rpdo::next.
+  /// Lists by place_of(id): first RPDO, from 1, of a list linked by Rpdo::next.
   std::array<std::uint16_t, kPlaces> first_of_;
 };
 

@@ -95,7 +95,7 @@ void SdoClient::done(std::size_t size) {
   leave(Outcome::kDone);
 }
 
-/// Without an abort: the server knows already, or is no longer waiting.
+/// Sends no abort: the server knows already, or is no longer waiting.
 void SdoClient::fail(AbortCode code) {
   drop_refused();
   error_ = code;
@@ -311,8 +311,8 @@ void SdoClient::ask_for_segment() {
   ask(kUploadSegment);
 }
 
-/// Sets the number of bytes expected: the size that the server declares, otherwise the size of the memory. False:
-/// it does not fit.
+/// Sets the number of bytes expected: the size that the server declares, otherwise the size of the memory.
+/// False: it does not fit.
 bool SdoClient::declare(bool sized, const Frame& frame) {
   const std::uint32_t size = sized ? sdo::tail_of(frame) : request_.size;
   declared_ = sized;

@@ -8,8 +8,8 @@
 /// request. Not re-entrant: start, on_frame, on_boot_up, cancel and poll are called from one place.
 ///
 /// Every transfer that start() accepted ends exactly once: kDone, or kFailed with a code. If the server may
-/// still be waiting, or has sent more or fewer bytes than it declared, it is sent one abort, and no other frame
-/// of that transfer follows.
+/// still be waiting, or has sent more or fewer bytes than it declared, it is sent one abort, and no other
+/// frame of that transfer follows.
 
 #include <array>
 #include <cstddef>
@@ -34,11 +34,11 @@ class SdoClient {
   static constexpr std::uint16_t kMaxEmptySegments = 256;
   /// Consecutive sub-blocks without progress before a block transfer is aborted.
   static constexpr std::uint8_t kMaxBlocksWithoutProgress = 8;
-  /// Most segments in a sub-block of a block read: none of their sequence numbers can be mistaken for the end of
-  /// the transfer (C1h..DDh), so that a repeated segment can be distinguished from it.
+  /// Most segments in a sub-block of a block read: none of their sequence numbers can be mistaken for the end
+  /// of the transfer (C1h..DDh), so that a repeated segment can be distinguished from it.
   static constexpr std::uint8_t kBlockReadSegments = 64;
-  /// kAuto: from this size on a block transfer takes fewer frames. It is used for nodes that have completed one
-  /// with kBlock; if the server rejects it, the transfer begins again without.
+  /// kAuto: from this size on a block transfer takes fewer frames. It is used for nodes that have completed
+  /// one with kBlock; if the server rejects it, the transfer begins again without.
   static constexpr std::uint16_t kAutoBlockBytes = 29;
   /// Length of a quarantine if there is no SDO timeout, in ms.
   static constexpr std::uint16_t kDefaultTimeoutMs = 1000;
@@ -70,7 +70,7 @@ class SdoClient {
       static_cast<std::size_t>(kServices.block_transfer ? Phase::kBlockUploadEnd : Phase::kDownloadSegment) +
       1;
 
-  /// In a build with this set of services.
+  /// A request in a build with this set of services.
   template <Services>
   struct RequestOf {
     std::uint8_t node;  ///< 1..127
@@ -109,7 +109,8 @@ class SdoClient {
   /// The transfer's bytes: fill them before start() of a write; a read leaves size() bytes.
   std::span<std::uint8_t> data() const { return data_; }
 
-  /// Begins a transfer. Allowed unless busy. May fail immediately (kFailed): 0504 0005h if data() is too small.
+  /// Begins a transfer. Allowed unless busy. May fail immediately (kFailed): 0504 0005h if data() is too
+  /// small.
   void start(const Request& request, Time now);
 
   /// A frame of any kind with a CAN-ID of 580h + 1..127.
@@ -121,8 +122,8 @@ class SdoClient {
   /// Ends a transfer in progress, without an outcome: idle immediately.
   void cancel(Time now);
 
-  /// When another client may send a request to this node: at `now`, at the end of its quarantine here, or kNever
-  /// while a transfer or its abort is in progress.
+  /// When another client may send a request to this node: at `now`, at the end of its quarantine here, or
+  /// kNever while a transfer or its abort is in progress.
   Time node_free_from(std::uint8_t node, Time now);
 
   /// Deadlines and refused frames. Call it at deadline() at the latest; more often is harmless.
@@ -214,7 +215,7 @@ class SdoClient {
   sdo::Multiplexer mux() const { return sdo::multiplexer(request_.index, request_.sub); }
   Time timeout() const { return timeout_ms_ == 0 ? kNever : now_ + milliseconds(timeout_ms_); }
 
-  // In this order because a Cortex-M accesses the first members with short instructions.
+  // Members are in this order because a Cortex-M accesses the first members with short instructions.
   Request request_{};
   std::uint16_t timeout_ms_ = kDefaultTimeoutMs;
   std::uint16_t response_id_ = kNoResponse;  ///< CAN-ID of the expected response
