@@ -54,15 +54,15 @@ struct Row {
   std::string_view help = {};    ///< a sentence without its full stop
   std::string_view more = {};    ///< sentences that only the reference page adds
   Form form = Form::kOfMember;
-  std::int64_t low = 0;  ///< low = high: the range of an integer is that of its member, other numbers have none
+  std::int64_t low = 0;  ///< low = high: an integer has the range of its member, another number has none
   std::int64_t high = 0;
   std::string_view unit = {};    ///< after the range: " ms, 0 = none"
   std::string_view domain = {};  ///< the values it can have, as text; empty = range or choices
-  std::span<const std::string_view> choices =
-      {};                         ///< a text has to be one of these; their order is that of the enumerators
-  std::span<const int> numbers = {};  ///< an integer has to be one of these
-  std::string_view example = {};  ///< of a required setting; empty = optional
-  std::string_view absent = {};   ///< meaning of an omitted setting, if no value has it
+  std::span<const std::string_view> choices = {};  ///< a text is one of these, in the order of enumerators
+  std::span<const int> numbers = {};               ///< an integer has to be one of these
+  std::string_view example = {};                   ///< of a required setting; empty = optional
+  std::string_view absent = {};                    ///< meaning of an omitted setting, if no value has it
+  std::string_view instead = {};  ///< what a build without an operating system has instead of this setting
   std::uint32_t scale = 1;        ///< the stored number is the value times this
   Kinds kinds = {};
   Problem (*check)(const Value&) = nullptr;  ///< called if form and range are right
