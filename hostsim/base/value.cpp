@@ -4,6 +4,7 @@
 #include <fmt/core.h>
 
 #include "base/numbers.hpp"
+#include "base/utf8.hpp"
 
 namespace cbcan::base {
 namespace {
@@ -44,6 +45,17 @@ Value parse_value(std::string_view text) {
   const bool has_digit = text.find_first_of("0123456789") != std::string_view::npos;
   if (const auto number = parse<double>(text); number && has_digit) return *number;
   return std::string(is_quoted(text) ? text.substr(1, text.size() - 2) : text);
+}
+
+std::string toml_text(std::string_view text) {
+  std::string result = "\"";
+  for (const char c : as_utf8(text)) {
+    const auto code = static_cast<unsigned char>(c);
+    const bool is_control = code < ' ' || code == 0x7F;
+    if (is_control) result += c == '\t' ? " " : fmt::format("\\u{:04X}", code);
+    if (!is_control) result.append(c == '"' || c == '\\' ? "\\" : "") += c;
+  }
+  return result + '"';
 }
 
 void append_value(Buffer& to, double number) {

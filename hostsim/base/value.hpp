@@ -22,9 +22,12 @@ using Value = std::variant<bool, std::int64_t, double, std::string, Bytes>;
 std::optional<Bytes> parse_hex(std::string_view text);
 bool is_hex(std::string_view text);
 
-/// A value without its type: true or false, an integer, a number with a point or an exponent, else a text. A text
-/// that looks like one of the others must be in double quotes.
+/// A value without its type: true or false, an integer, a number with a point or an exponent, else a text. A
+/// text that looks like one of the others must be in double quotes.
 Value parse_value(std::string_view text);
+
+/// A text in TOML.
+std::string toml_text(std::string_view text);
 
 /// The value as a plant file writes it; texts and bytes in double quotes.
 void append_value(Buffer& to, double number);

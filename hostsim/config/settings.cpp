@@ -65,7 +65,7 @@ Problem check_serial_port(const Value& value) {
                   : "";
 }
 
-void store_can_spec(const Row& /*row*/, NetworkConfig& network, const Value& value) {
+void store_can_spec(const Row& /*row*/, NetworkConfig& network, const Value& value, std::size_t /*line*/) {
   const auto& spec = std::get<std::string>(value);
   network.can.outside = spec == kVirtual ? "" : spec;
 }
