@@ -3,6 +3,8 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
+
 #include "base/numbers.hpp"
 #include "base/utf8.hpp"
 
@@ -10,6 +12,16 @@ namespace cbcan::base {
 namespace {
 
 constexpr std::string_view kHexPrefix = "hex:";
+
+std::string quoted(std::string_view text, bool (*is_plain)(unsigned char)) {
+  std::string result = "\"";
+  for (const char c : text)
+    if (const auto code = static_cast<unsigned char>(c); !is_plain(code))
+      result += fmt::format("\\u{:04X}", code);
+    else
+      result.append(c == '"' || c == '\\' ? "\\" : "") += c;
+  return result + '"';
+}
 
 bool is_quoted(std::string_view text) {
   return text.size() >= 2 && text.front() == '"' && text.back() == '"';
@@ -21,11 +33,11 @@ bool is_hex(std::string_view text) {
   return text.starts_with(kHexPrefix);
 }
 
-std::optional<Bytes> parse_hex(std::string_view text) {
+std::optional<Bytes> parse_octets(std::string_view text) {
+  constexpr std::string_view kBlanks = " \t";
   Bytes bytes;
-  if (is_hex(text)) text.remove_prefix(kHexPrefix.size());
   while (!text.empty()) {
-    if (text.front() == ' ') {
+    if (kBlanks.find(text.front()) != kBlanks.npos) {
       text.remove_prefix(1);
       continue;
     }
@@ -35,6 +47,10 @@ std::optional<Bytes> parse_hex(std::string_view text) {
     text.remove_prefix(2);
   }
   return bytes;
+}
+
+std::optional<Bytes> parse_hex(std::string_view text) {
+  return parse_octets(is_hex(text) ? text.substr(kHexPrefix.size()) : text);
 }
 
 Value parse_value(std::string_view text) {
@@ -48,14 +64,13 @@ Value parse_value(std::string_view text) {
 }
 
 std::string toml_text(std::string_view text) {
-  std::string result = "\"";
-  for (const char c : as_utf8(text)) {
-    const auto code = static_cast<unsigned char>(c);
-    const bool is_control = code < ' ' || code == 0x7F;
-    if (is_control) result += c == '\t' ? " " : fmt::format("\\u{:04X}", code);
-    if (!is_control) result.append(c == '"' || c == '\\' ? "\\" : "") += c;
-  }
-  return result + '"';
+  std::string blanked = as_utf8(text);
+  std::ranges::replace(blanked, '\t', ' ');
+  return quoted(blanked, [](unsigned char c) { return c >= ' ' && c != 0x7F; });
+}
+
+std::string json_text(std::string_view text) {
+  return quoted(text, [](unsigned char c) { return c >= ' ' && c < 0x7F; });
 }
 
 void append_value(Buffer& to, double number) {

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Values as an EDS writes them (CiA 306, 4.2), converted to bytes on the bus (CiA 301, 7.1.4.3). Pure functions;
-/// the caller reports what is wrong and in which line.
+/// Values as an EDS writes them (CiA 306, 4.2), converted to bytes on the bus (CiA 301, 7.1.4.3). Pure
+/// functions; the caller reports what is wrong and in which line.
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -58,6 +59,12 @@ constexpr std::uint64_t highest_pattern(std::size_t bytes) {
 /// -128, 0x80 and 0xFFFFFF80, which some tools write. Only for types that have a size and are not REAL.
 std::optional<std::uint64_t> to_bits(const Number& number, DataType type);
 
+/// The same as bytes; nullopt also for a type without a size.
+std::optional<std::vector<std::uint8_t>> to_bytes(const Number& number, DataType type);
+
+/// "-128..127", of an integer or BOOLEAN.
+std::string range_of(DataType type);
+
 /// REAL32 and REAL64: `1.5`, `-2e3`, or a bit pattern in hexadecimal, `0x3FC00000`.
 std::optional<std::uint64_t> parse_real(std::string_view text, DataType type);
 
@@ -67,8 +74,8 @@ std::int64_t from_bits(std::uint64_t bits, DataType type);
 /// The low `size` bytes, little-endian.
 std::vector<std::uint8_t> to_bytes(std::uint64_t bits, std::size_t size);
 
-/// OCTET_STRING and DOMAIN: pairs of hexadecimal digits, with or without blanks between the pairs or 0x in front.
-/// A lone 0, which tools write for an empty value, is empty.
+/// OCTET_STRING and DOMAIN: pairs of hexadecimal digits, with or without blanks between the pairs or 0x in
+/// front. A lone 0, which tools write for an empty value, is empty.
 std::optional<std::vector<std::uint8_t>> parse_octets(std::string_view text);
 
 /// UNICODE_STRING: UTF-16, little-endian, from UTF-8 or else from Latin-1.
