@@ -73,11 +73,6 @@ std::string json_text(std::string_view text) {
   return quoted(text, [](unsigned char c) { return c >= ' ' && c < 0x7F; });
 }
 
-void append_value(Buffer& to, double number) {
-  const std::string digits = fmt::format("{}", number);
-  append(to, digits, digits.find_first_not_of("-0123456789") == digits.npos ? ".0" : "");
-}
-
 void append_value(Buffer& to, std::span<const std::uint8_t> bytes) {
   append(to, '"', kHexPrefix, HexBytes{bytes, " "}, '"');
 }
@@ -87,9 +82,8 @@ std::string value_text(const Value& value) {
   if (const auto* boolean = std::get_if<bool>(&value)) return *boolean ? "true" : "false";
   if (const auto* integer = std::get_if<std::int64_t>(&value)) return std::to_string(*integer);
   const auto* const bytes = std::get_if<Bytes>(&value);
-  return made([&](Buffer& to) {
-    bytes != nullptr ? append_value(to, *bytes) : append_value(to, std::get<double>(value));
-  });
+  return made(
+      [&](Buffer& to) { bytes != nullptr ? append_value(to, *bytes) : append(to, std::get<double>(value)); });
 }
 
 }  // namespace cbcan::base

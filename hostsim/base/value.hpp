@@ -34,7 +34,6 @@ std::string toml_text(std::string_view text);
 std::string json_text(std::string_view text);
 
 /// The value as a plant file writes it; texts and bytes in double quotes.
-void append_value(Buffer& to, double number);
 void append_value(Buffer& to, std::span<const std::uint8_t> bytes);
 std::string value_text(const Value& value);
 

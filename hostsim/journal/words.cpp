@@ -164,7 +164,7 @@ std::string_view nmt_text(std::uint32_t specifier) {
 
 void append_value(Buffer& to, Bytes bytes, DataType type) {
   const std::uint64_t raw = bytes.size() <= 8 ? load_little_endian(bytes) : 0;
-  if (descriptions::is_real(type)) return base::append_value(to, sim::from_raw(raw, type, bytes.size()));
+  if (descriptions::is_real(type)) return append(to, sim::from_raw(raw, type, bytes.size()));
   if (type == DataType::kBoolean) return append(to, raw != 0 ? "true" : "false");
   if (is_signed(type)) return append(to, sign_extend(raw, bytes.size()));
   if (type == DataType::kVisibleString && is_one_line(bytes))
