@@ -312,7 +312,7 @@ std::string write_file(const std::string& folder, const std::string& name, const
   ResultFile("--out", path)
       .write(fmt::format("# {}: {}\n# {}\nplant = {}\n\n[explore]\n{}{}", base::to_utf8(failure.result.what),
                          base::to_utf8(failure.result.seen.substr(0, failure.result.seen.find('\n'))),
-                         base::to_utf8(command), scenario::toml_text(plant), text_of(settings), steps));
+                         base::to_utf8(command), base::toml_text(plant), text_of(settings), steps));
   return path;
 }
 

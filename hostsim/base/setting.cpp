@@ -23,14 +23,17 @@ bool has_form(const Row& row, const Value& value) {
   if (is_whole(row)) return whole;
   if (row.form == Form::kNumber) return whole || std::holds_alternative<double>(value);
   if (row.form == Form::kBoolean) return std::holds_alternative<bool>(value);
-  return row.form == Form::kAny || std::holds_alternative<std::string>(value);
+  if (row.form == Form::kAny || (row.form == Form::kLines && whole && row.high != 0)) return true;
+  const auto* text = std::get_if<std::string>(&value);
+  if (text == nullptr || row.form != Form::kDuration) return text != nullptr;
+  return parse_duration(*text) >= static_cast<std::uint64_t>(row.low);
 }
 
 /// Not "number < low": NaN is out of every range.
 bool in_range(const Row& row, const Value& value) {
   if (!row.numbers.empty())
     return std::ranges::find(row.numbers, std::get<std::int64_t>(value)) != row.numbers.end();
-  if (row.form == Form::kAny) return true;
+  if (row.form == Form::kAny || row.form == Form::kLines) return true;
   if (const auto* text = std::get_if<std::string>(&value)) return !text->empty();
   if (const auto* whole = std::get_if<std::int64_t>(&value))
     return row.low == row.high || (*whole >= row.low && *whole <= row.high);
@@ -45,14 +48,21 @@ std::string whole_text(const Row& row, std::int64_t whole) {
   if (row.form != Form::kHexadecimal) return std::to_string(whole);
   const bool is_index = row.high > 0xFFF && row.high <= 0xFFFF;
   return "0x" + hex(static_cast<std::uint64_t>(whole), whole > 0xFFFF              ? 8
-                                                             : whole > 0xFFF || is_index ? 4
-                                                                                         : 3);
+                                                       : whole > 0xFFF || is_index ? 4
+                                                                                   : 3);
 }
 
 }  // namespace
 
 std::int64_t detail::place_of(const Row& row, const Value& value) {
   return std::ranges::find(row.choices, std::get<std::string>(value)) - row.choices.begin();
+}
+
+std::string detail::list_text(std::span<const Line> lines) {
+  std::string text;
+  for (const Line& line : lines)
+    text += (text.empty() ? "[" : ", ") + toml_text(line.text);
+  return text.empty() ? text : text + ']';
 }
 
 bool is_text(const Row& row) {
@@ -80,6 +90,9 @@ std::string written(const Row& row, const Value& value) {
 }
 
 Problem wrong_form(const Row& row) {
+  if (row.form == Form::kLines) return "must be a text, or a list of them";
+  if (row.form == Form::kDuration)
+    return fmt::format("write {} = \"100ms\": a whole number of us, ms or s, a year at most", row.key);
   const char* form = is_whole(row) ? "an integer, " : is_text(row) ? "a text in double quotes: " : "";
   return fmt::format("must be {}{}", form, row.domain.empty() ? domain_of(row) : row.domain);
 }

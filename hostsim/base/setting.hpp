@@ -4,6 +4,8 @@
 /// Settings as rows of tables. Plant file, command line and commands store values by these rows; --help and
 /// the tables of the pages are generated from them. A default is the initialiser of its member.
 
+#include <fmt/core.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -17,6 +19,7 @@
 #include <vector>
 
 #include "base/error.hpp"
+#include "base/numbers.hpp"
 #include "base/value.hpp"
 
 namespace cbcan::base {
@@ -25,7 +28,8 @@ namespace cbcan::base {
 using Problem = std::string;
 
 /// A kPath, and the path after `unix:` or `pty:` in a kAddress, is relative to the file that contains it.
-/// kAny: a value of any type. kOfMember: the member's type decides.
+/// kDuration: a text such as "100ms". kLines: a text or a list of them, or of integers if the row has a
+/// range. kAny: a value of any type. kOfMember: the member's type decides.
 enum class Form : std::uint8_t {
   kOfMember,
   kInteger,
@@ -35,7 +39,15 @@ enum class Form : std::uint8_t {
   kText,
   kPath,
   kAddress,
+  kDuration,
+  kLines,
   kAny
+};
+
+/// A text, and the line of the file that has it.
+struct Line {
+  std::string text;
+  std::size_t number = 0;
 };
 
 /// Of objects that have kinds, such as the shapes of a signal: the first and the last kind with this row.
@@ -54,15 +66,15 @@ struct Row {
   std::string_view help = {};    ///< a sentence without its full stop
   std::string_view more = {};    ///< sentences that only the reference page adds
   Form form = Form::kOfMember;
-  std::int64_t low = 0;  ///< low = high: the range of an integer is that of its member, other numbers have none
+  std::int64_t low = 0;  ///< low = high: an integer has the range of its member, another number has none
   std::int64_t high = 0;
   std::string_view unit = {};    ///< after the range: " ms, 0 = none"
   std::string_view domain = {};  ///< the values it can have, as text; empty = range or choices
-  std::span<const std::string_view> choices =
-      {};                         ///< a text has to be one of these; their order is that of the enumerators
-  std::span<const int> numbers = {};  ///< an integer has to be one of these
-  std::string_view example = {};  ///< of a required setting; empty = optional
-  std::string_view absent = {};   ///< meaning of an omitted setting, if no value has it
+  std::span<const std::string_view> choices = {};  ///< a text is one of these, in the order of enumerators
+  std::span<const int> numbers = {};               ///< an integer has to be one of these
+  std::string_view example = {};                   ///< of a required setting; empty = optional
+  std::string_view absent = {};                    ///< meaning of an omitted setting, if no value has it
+  std::string_view instead = {};  ///< what a build without an operating system has instead of this setting
   std::uint32_t scale = 1;        ///< the stored number is the value times this
   Kinds kinds = {};
   Problem (*check)(const Value&) = nullptr;  ///< called if form and range are right
@@ -70,7 +82,7 @@ struct Row {
 
 template <class Target>
 struct Setting : Row {
-  void (*store)(const Row&, Target&, const Value&);
+  void (*store)(const Row&, Target&, const Value&, std::size_t line);
   Value (*load)(const Row&, const Target&);
 };
 
@@ -99,11 +111,12 @@ Problem problem_of(Parse parse) try {
 /// Parses a value as typed for this row: a text needs no quotes.
 Value typed(const Row& row, std::string_view text);
 
-/// Checks and stores `value`; a rejected value changes nothing.
+/// Checks and stores `value`; a rejected value changes nothing. `line`: of the file.
 template <class Target>
-[[nodiscard]] Problem assign(const Setting<Target>& setting, Target& target, const Value& value) {
+[[nodiscard]] Problem assign(const Setting<Target>& setting, Target& target, const Value& value,
+                             std::size_t line = 0) {
   Problem problem = check(setting, value);
-  if (problem.empty()) setting.store(setting, target, value);
+  if (problem.empty()) setting.store(setting, target, value, line);
   return problem;
 }
 
@@ -119,11 +132,23 @@ std::string text_in(const Setting<Target>& setting, const Target& target, const 
   return value == Value(std::string()) ? std::string(kNone) : written(setting, value);
 }
 
+/// What is set in `target`, as lines of TOML, for rows of kDuration and kLines.
+template <class Target>
+std::string table_text(std::span<const Setting<Target>> rows, const Target& target) {
+  std::string text;
+  for (const Setting<Target>& row : rows)
+    if (const std::string value = text_in(row, target, target); value != kNone)
+      text += fmt::format("{} = {}\n", row.key, value);
+  return text;
+}
+
 // ---- Rows of members
 
 namespace detail {
 
 std::int64_t place_of(const Row& row, const Value& value);
+/// The list in TOML; empty without lines.
+std::string list_text(std::span<const Line> lines);
 
 /// Of an optional, the type in it.
 template <class Member>
@@ -132,21 +157,25 @@ template <class Member>
 Member unwrapped(const Member&);
 
 using List = std::vector<std::string>;
+using Lines = std::vector<Line>;
 
 template <class Member>
-void put(const Row& row, Member& member, const Value& value) {
+void put(const Row& row, Member& member, const Value& value, std::size_t line) {
   using Type = decltype(unwrapped(member));
   if constexpr (std::is_enum_v<Type>) {
     member = static_cast<Type>(place_of(row, value));
   } else if constexpr (std::is_same_v<Type, bool>) {
     member = std::get<bool>(value);
   } else if constexpr (std::is_integral_v<Type>) {
-    member = static_cast<Type>(std::get<std::int64_t>(value) * row.scale);
+    member = row.form == Form::kDuration ? static_cast<Type>(*parse_duration(std::get<std::string>(value)))
+                                         : static_cast<Type>(std::get<std::int64_t>(value) * row.scale);
   } else if constexpr (std::is_same_v<Type, double>) {
     const auto* whole = std::get_if<std::int64_t>(&value);
     member = whole != nullptr ? static_cast<double>(*whole) : std::get<double>(value);
   } else if constexpr (std::is_same_v<Type, List>) {
     member.push_back(std::get<std::string>(value));
+  } else if constexpr (std::is_same_v<Type, Lines>) {
+    member.push_back({written(row, value), line});
   } else {
     member = std::get<Type>(value);
   }
@@ -160,9 +189,12 @@ Value get(const Row& row, const Member& member) {
                        std::is_same_v<Member, std::string>) {
     return member;
   } else if constexpr (std::is_integral_v<Member>) {
+    if (row.form == Form::kDuration) return fmt::format("\"{}us\"", member);
     return static_cast<std::int64_t>(member / static_cast<Member>(row.scale));
   } else if constexpr (std::is_same_v<Member, List>) {
     return std::string();
+  } else if constexpr (std::is_same_v<Member, Lines>) {
+    return list_text(member);
   } else {
     return member ? get(row, *member) : Value(std::string());
   }
@@ -181,6 +213,7 @@ template <class Type>
 constexpr Form form_of() {
   if (std::is_same_v<Type, bool>) return Form::kBoolean;
   if (std::is_integral_v<Type>) return Form::kInteger;
+  if (std::is_same_v<Type, Lines>) return Form::kLines;
   return std::is_same_v<Type, double> ? Form::kNumber : Form::kText;
 }
 
@@ -199,8 +232,8 @@ constexpr Setting<Target> setting(Row row) {
     if (row.low == row.high) row.high = std::numeric_limits<Type>::max();
   return {
       row,
-      [](const Row& self, Target& target, const Value& value) {
-        detail::put(self, detail::at(target, kPath...), value);
+      [](const Row& self, Target& target, const Value& value, std::size_t line) {
+        detail::put(self, detail::at(target, kPath...), value, line);
       },
       [](const Row& self, const Target& target) { return detail::get(self, detail::at(target, kPath...)); }};
 }

@@ -3,12 +3,25 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
+
 #include "base/numbers.hpp"
+#include "base/utf8.hpp"
 
 namespace cbcan::base {
 namespace {
 
 constexpr std::string_view kHexPrefix = "hex:";
+
+std::string quoted(std::string_view text, bool (*is_plain)(unsigned char)) {
+  std::string result = "\"";
+  for (const char c : text)
+    if (const auto code = static_cast<unsigned char>(c); !is_plain(code))
+      result += fmt::format("\\u{:04X}", code);
+    else
+      result.append(c == '"' || c == '\\' ? "\\" : "") += c;
+  return result + '"';
+}
 
 bool is_quoted(std::string_view text) {
   return text.size() >= 2 && text.front() == '"' && text.back() == '"';
@@ -20,11 +33,11 @@ bool is_hex(std::string_view text) {
   return text.starts_with(kHexPrefix);
 }
 
-std::optional<Bytes> parse_hex(std::string_view text) {
+std::optional<Bytes> parse_octets(std::string_view text) {
+  constexpr std::string_view kBlanks = " \t";
   Bytes bytes;
-  if (is_hex(text)) text.remove_prefix(kHexPrefix.size());
   while (!text.empty()) {
-    if (text.front() == ' ') {
+    if (kBlanks.find(text.front()) != kBlanks.npos) {
       text.remove_prefix(1);
       continue;
     }
@@ -34,6 +47,10 @@ std::optional<Bytes> parse_hex(std::string_view text) {
     text.remove_prefix(2);
   }
   return bytes;
+}
+
+std::optional<Bytes> parse_hex(std::string_view text) {
+  return parse_octets(is_hex(text) ? text.substr(kHexPrefix.size()) : text);
 }
 
 Value parse_value(std::string_view text) {
@@ -46,9 +63,14 @@ Value parse_value(std::string_view text) {
   return std::string(is_quoted(text) ? text.substr(1, text.size() - 2) : text);
 }
 
-void append_value(Buffer& to, double number) {
-  const std::string digits = fmt::format("{}", number);
-  append(to, digits, digits.find_first_not_of("-0123456789") == digits.npos ? ".0" : "");
+std::string toml_text(std::string_view text) {
+  std::string blanked = as_utf8(text);
+  std::ranges::replace(blanked, '\t', ' ');
+  return quoted(blanked, [](unsigned char c) { return c >= ' ' && c != 0x7F; });
+}
+
+std::string json_text(std::string_view text) {
+  return quoted(text, [](unsigned char c) { return c >= ' ' && c < 0x7F; });
 }
 
 void append_value(Buffer& to, std::span<const std::uint8_t> bytes) {
@@ -60,9 +82,8 @@ std::string value_text(const Value& value) {
   if (const auto* boolean = std::get_if<bool>(&value)) return *boolean ? "true" : "false";
   if (const auto* integer = std::get_if<std::int64_t>(&value)) return std::to_string(*integer);
   const auto* const bytes = std::get_if<Bytes>(&value);
-  return made([&](Buffer& to) {
-    bytes != nullptr ? append_value(to, *bytes) : append_value(to, std::get<double>(value));
-  });
+  return made(
+      [&](Buffer& to) { bytes != nullptr ? append_value(to, *bytes) : append(to, std::get<double>(value)); });
 }
 
 }  // namespace cbcan::base

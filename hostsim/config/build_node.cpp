@@ -30,12 +30,8 @@ namespace cbcan::config {
 namespace {
 
 std::optional<Bytes> encode_integer(std::int64_t number, DataType type) {
-  const std::size_t size = size_of(type);
-  if (size == 0 || (type == DataType::kBoolean && (number < 0 || number > 1))) return std::nullopt;
   const auto raw = static_cast<std::uint64_t>(number);
-  const descriptions::Number written{.magnitude = number < 0 ? 0 - raw : raw, .negative = number < 0};
-  const std::optional<std::uint64_t> bits = descriptions::to_bits(written, type);
-  return bits ? std::optional(descriptions::to_bytes(*bits, size)) : std::nullopt;
+  return descriptions::to_bytes({.magnitude = number < 0 ? 0 - raw : raw, .negative = number < 0}, type);
 }
 
 std::optional<Bytes> encode_real(double number, DataType type) {
@@ -55,7 +51,8 @@ std::string meant_index(std::uint16_t index, std::uint8_t sub, const ObjectDicti
 }
 
 /// Stores the value, which then no longer depends on the node ID; returns what is wrong with it, or nothing.
-std::string put(const InitialValue& initial, ObjectDictionary& dictionary, descriptions::DictionaryImage& image) {
+std::string put(const InitialValue& initial, ObjectDictionary& dictionary,
+                descriptions::DictionaryImage& image) {
   ObjectEntry entry{};
   const std::string name = object_name(initial.index, initial.sub);
   if (dictionary.find(initial.index, initial.sub, entry) != AbortCode::kNone)
@@ -120,7 +117,8 @@ class Builder {
         complain(initial.place, wrong);
     if (!devices::is_script(node_.device)) choose_device(dictionary);
     for (const ObjectEntry& entry : image.entries)
-      if (descriptions::is_mapping(entry.index) && entry.first_sub == 0) check_mapping(dictionary, entry.index);
+      if (descriptions::is_mapping(entry.index) && entry.first_sub == 0)
+        check_mapping(dictionary, entry.index);
     build_.node.emplace().image = std::move(image);
     build_.node->names = file.names();
   }
@@ -281,7 +279,7 @@ std::optional<Bytes> encode(const Value& value, DataType type) {
   if (const auto* flag = std::get_if<bool>(&value)) return encode_integer(*flag ? 1 : 0, type);
   if (const auto* number = std::get_if<std::int64_t>(&value))
     return descriptions::is_real(type) ? encode_real(static_cast<double>(*number), type)
-                              : encode_integer(*number, type);
+                                       : encode_integer(*number, type);
   if (size_of(type) != 0) return std::nullopt;
   const auto& text = std::get<std::string>(value);
   return Bytes(text.begin(), text.end());
@@ -320,7 +318,8 @@ Bytes image_of(const NetworkConfig& network, const base::FileReader& read, Plant
   const std::string& path = network.module.network;
   if (path.empty()) return {};
   try {
-    return descriptions::image_of(descriptions::read_network(path, read, plant.lines), network.module.node_id, path);
+    return descriptions::image_of(descriptions::read_network(path, read, plant.lines), network.module.node_id,
+                                  path);
   } catch (const base::UsageError& error) {
     plant.lines.push_back(fmt::format("{}module.network: {}", in_network(network.number), error.what()));
     plant.good = false;

@@ -46,16 +46,16 @@ Problem check_device(const Value& value) {
                      meant == kinds.end() ? "" : fmt::format("; did you mean {}?", meant->name));
 }
 
-void store_heartbeat(const Row& /*row*/, NodeConfig& node, const Value& value) {
+void store_heartbeat(const Row& /*row*/, NodeConfig& node, const Value& value, std::size_t /*line*/) {
   node.objects.push_back({cbcan::object::kProducerHeartbeatTime, 0, value, node.place});
 }
 
-void store_object_value(const Row& /*row*/, InitialValue& object, const Value& value) {
+void store_object_value(const Row& /*row*/, InitialValue& object, const Value& value, std::size_t /*line*/) {
   const auto* text = std::get_if<std::string>(&value);
   object.value = text != nullptr && base::is_hex(*text) ? Value(*base::parse_hex(*text)) : value;
 }
 
-void store_shape(const Row& row, SignalConfig& signal, const Value& value) {
+void store_shape(const Row& row, SignalConfig& signal, const Value& value, std::size_t /*line*/) {
   signal.signal.shape = signal_of(static_cast<std::size_t>(base::detail::place_of(row, value))).signal.shape;
 }
 
@@ -110,7 +110,7 @@ constexpr Setting<WireConfig> wire_end(Row row) {
   row.form = Form::kText;
   row.check = check_wire_end;
   return {row,
-          [](const Row& /*row*/, WireConfig& wire, const Value& value) {
+          [](const Row& /*row*/, WireConfig& wire, const Value& value, std::size_t /*line*/) {
             wire.*kEnd = *parse_wire_end(std::get<std::string>(value));
           },
           [](const Row& /*row*/, const WireConfig& wire) { return Value((wire.*kEnd).text); }};

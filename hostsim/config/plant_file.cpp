@@ -12,7 +12,7 @@
 #include "base/address.hpp"
 #include "base/numbers.hpp"
 #include "base/suggestion.hpp"
-#include "base/toml_value.hpp"
+#include "base/toml_table.hpp"
 #include "base/utf8.hpp"
 #include "base/words.hpp"
 #include "config/demo_plant.hpp"
@@ -22,11 +22,7 @@
 namespace cbcan::config {
 namespace {
 
-std::size_t line_of(const toml::source_region& source) {
-  return source.begin.line;
-}
-
-using base::value_of;
+using base::line_of, base::value_of;
 
 constexpr std::string_view kNodeTable = "node";
 constexpr std::string_view kAxisTable = "node.axis";
@@ -49,8 +45,8 @@ bool is_of_network(std::string_view name) {
   return name == kNodeTable || is_section(name, network_settings());
 }
 
-/// The keys of one table, if no key is similar: "can has spec, bit_rate". The empty table is the top of a plant
-/// file or of a network.
+/// The keys of one table, if no key is similar: "can has spec, bit_rate". The empty table is the top of a
+/// plant file or of a network.
 std::string contents_of(std::string_view table, bool in_first_network) {
   std::vector<std::string_view> keys;
   for (const std::string_view key : plant_keys())
@@ -96,7 +92,7 @@ class Reader {
     try {
       return read_file(toml::parse(text, std::string_view(file_name_)), others);
     } catch (const toml::parse_error& error) {
-      return {{{file_name_, line_of(error.source())}, syntax_message(error.description())}};
+      return {{{file_name_, line_of(error)}, syntax_message(error.description())}};
     }
   }
 
@@ -160,7 +156,7 @@ class Reader {
   /// A table after [[network]] may be meant for that network, but belongs to the first one.
   void check_place(const toml::table& root, std::string_view name, const toml::key& key) {
     const toml::node* const networks = in_first_network() ? root.get(kNetworkTable) : nullptr;
-    const bool is_first = networks == nullptr || line_of(key.source()) < line_of(networks->source());
+    const bool is_first = networks == nullptr || line_of(key) < line_of(*networks);
     if (is_first || !is_of_network(name) || is_section(name, settings())) return;
     complain(key, fmt::format("{0}: is of the first network; put it above [[network]], or write network.{0}",
                               name));
@@ -430,9 +426,7 @@ class Reader {
     found_.push_back({place(where), in_network(network_->number) + message});
   }
 
-  Place place(const auto& where) const {
-    return change_ ? *change_ : Place{file_name_, line_of(where.source())};
-  }
+  Place place(const auto& where) const { return change_ ? *change_ : Place{file_name_, line_of(where)}; }
 
   const std::string file_name_;
   const base::FileReader* read_ = nullptr;

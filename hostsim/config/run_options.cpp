@@ -31,11 +31,11 @@ constexpr std::array kOwnRows{
     setting<&RunConfig::logs>({.key = "run.log", .option = "--log FOLDER",
                            .help = "Writes the bus of each scenario there, in the format of candump -L",
                            .form = base::Form::kPath, .domain = "a path"}),
-    setting<&RunConfig::real_time>({.key = "run.real_time", .option = "--real-time", .help = "Runs in real time"}),
+    setting<&RunConfig::real_time>({.key = "run.real_time", .option = "--real-time", .help = "Runs in real time", .instead = kUseProgram}),
     setting<&RunConfig::target>({.key = "run.target", .option = "--target HOST:PORT|rtu:DEV,BAUD,PARITY",
                              .help = "Plays on the registers of this Modbus server, in real time; expectations about nodes and frames are "
                                      "ignored, and scenarios that act on them are skipped",
-                             .domain = "HOST:PORT or rtu:DEV,BAUD,PARITY", .check = check_target}),
+                             .domain = "HOST:PORT or rtu:DEV,BAUD,PARITY", .instead = kUseProgram, .check = check_target}),
     setting<&RunConfig::check>({.key = "run.check", .option = "--check", .help = "Only checks the files and reports mistakes"}),
 };
 constexpr std::array kRunWords{
@@ -55,6 +55,10 @@ constexpr base::Command<RunConfig> kRun{
     "cbcan-sim run", "plays scenarios; docs/reference/scenarios.md explains them", kRunWords, kRunRows};
 
 }  // namespace
+
+std::span<const base::Setting<RunConfig>> run_settings() {
+  return kRunRows;
+}
 
 TargetPlace target_of(const std::string& text) {
   constexpr std::uint16_t kModbusPort = 502;

@@ -18,7 +18,7 @@ namespace cbcan::config {
 struct RunConfig : SearchConfig {
   std::vector<std::string> paths;  ///< of files and folders
   std::string logs;                ///< folder; empty = none
-  std::string target;  ///< see target_of(); empty = the plant of each scenario
+  std::string target;              ///< see target_of(); empty = the plant of each scenario
   bool real_time = false;
   bool check = false;
 };
@@ -26,10 +26,12 @@ struct RunConfig : SearchConfig {
 /// The Modbus server whose registers scenarios are played on.
 struct TargetPlace {
   base::ListenAddress server;  ///< of Modbus TCP
-  LineConfig line;     ///< of Modbus RTU, station 1; without a device `server` is used
+  LineConfig line;             ///< of Modbus RTU, station 1; without a device `server` is used
 };
 /// "HOST:PORT" or "rtu:DEV,BAUD,PARITY"; throws base::UsageError.
 TargetPlace target_of(const std::string& text);
+
+std::span<const base::Setting<RunConfig>> run_settings();
 
 struct RunStart {
   bool run = false;

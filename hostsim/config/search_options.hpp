@@ -7,6 +7,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <string_view>
+#include <type_traits>
 
 #include "base/setting.hpp"
 
@@ -48,16 +50,21 @@ base::Problem check_seeds(const base::Value& value);
 base::Problem check_shard(const base::Value& value);
 base::Problem check_budget(const base::Value& value);
 
+inline constexpr std::string_view kUseProgram = "use the program for Linux";
+
 /// The rows of these options, for a Target that is, or has as a base, a SearchConfig.
 template <class Target>
 constexpr auto search_rows() {
   using base::setting;
+  constexpr std::string_view kOfCommand = std::is_same_v<Target, SearchConfig> ? kUseProgram : "";
   // clang-format off
   return std::array{
       setting<Target, &SearchConfig::explore>({.key = "search.explore", .option = "--explore",
-          .help = "Runs it with each fault at each moment, and reports what breaks it; docs/how-to/explore.md"}),
+          .help = "Runs it with each fault at each moment, and reports what breaks it; docs/how-to/explore.md",
+          .instead = kUseProgram}),
       setting<Target, &SearchConfig::seeds>({.key = "search.seeds", .option = "--seeds A..B",
-          .help = "Runs it with each of these numbers as random.seed", .domain = "A..B, or one number", .check = check_seeds}),
+          .help = "Runs it with each of these numbers as random.seed", .domain = "A..B, or one number",
+          .instead = kOfCommand, .check = check_seeds}),
       setting<Target, &SearchConfig::jobs>({.key = "search.jobs", .option = "-j, --jobs N",
           .help = "Number of runs at a time (default: as many as there are processors)", .low = 1, .high = 1000}),
       setting<Target, &SearchConfig::shard>({.key = "search.shard", .option = "--shard I/N",
@@ -70,7 +77,7 @@ constexpr auto search_rows() {
       setting<Target, &SearchConfig::together>({.key = "search.together", .option = "--together N",
           .help = "--explore: up to so many faults near each other in a run", .low = 1, .high = 2}),
       setting<Target, &SearchConfig::only>({.key = "search.only", .option = "--only MOMENT",
-          .help = "Runs it once, with the fault at this moment, such as 16:silent@149"}),
+          .help = "Runs it once, with the fault at this moment, such as 16:silent@149", .instead = kUseProgram}),
       setting<Target, &SearchConfig::budget>({.key = "search.budget", .option = "--budget DURATION",
           .help = "--explore: begins no run after this time, such as 60s", .domain = "a duration", .check = check_budget}),
       setting<Target, &SearchConfig::state>({.key = "search.state", .option = "--state FILE",

@@ -25,6 +25,7 @@ constexpr std::array<std::string_view, 2> kPlcAtStart{"execute", "refuse"};
 constexpr std::array<std::string_view, 2> kPlcLostStates{"pre-operational", "stopped"};
 constexpr std::array kBauds{1200, 2400, 4800, 9600, 19'200, 38'400, 57'600, 115'200};
 constexpr std::array kStartResults{0, 5};
+constexpr std::string_view kPlcIsClient = "let the PLC be the client: it writes the registers at --modbus";
 
 // ---- Checks besides the range
 
@@ -64,7 +65,7 @@ Problem check_serial_port(const Value& value) {
                   : "";
 }
 
-void store_can_spec(const Row& /*row*/, NetworkConfig& network, const Value& value) {
+void store_can_spec(const Row& /*row*/, NetworkConfig& network, const Value& value, std::size_t /*line*/) {
   const auto& spec = std::get<std::string>(value);
   network.can.outside = spec == kVirtual ? "" : spec;
 }
@@ -97,7 +98,8 @@ constexpr std::array kPlant{
     setting<&Config::rtu, &RtuConfig::line, &LineConfig::device>({
         .key = "rtu.device", .option = "--rtu DEVICE",
         .help = "Serial port or pseudo-terminal for the same registers by Modbus RTU",
-        .form = Form::kPath, .domain = "a path", .check = check_serial_port}),
+        .form = Form::kPath, .domain = "a path", .instead = "use rtu.listen, which is Modbus RTU over TCP",
+        .check = check_serial_port}),
     setting<&Config::rtu, &RtuConfig::line, &LineConfig::baud>({
         .key = "rtu.baud", .help = "Its baud rate", .numbers = kBauds}),
     setting<&Config::rtu, &RtuConfig::line, &LineConfig::parity>({
@@ -145,7 +147,7 @@ constexpr std::array kPlant{
         .key = "log.pcap", .option = "--pcap FILE",
         .help = "Modbus TCP and CAN on one clock as pcapng for Wireshark, with transaction numbers as comments",
         .more = "`-` is standard output, with the `ready` line on standard error. A FIFO is accepted.",
-        .form = Form::kPath, .domain = "a path"}),
+        .form = Form::kPath, .domain = "a path", .instead = "use --log FILE, in the format of candump"}),
     setting<&Config::pcap_mb>({
         .key = "log.pcap_mb",
         .help = "Size at which FILE is renamed to FILE.1, replacing the previous one, and begins again",
@@ -227,7 +229,7 @@ constexpr std::array kNetwork{
     plc<&PlcConfig::address>({
         .key = "plc.address", .option = "--plc HOST:PORT", .help = "PLC that owns the registers; the module is its Modbus client",
         .more = "See [a PLC that owns the registers](../how-to/plc-owns-registers.md). A name is resolved once, at "
-                "the start.", .form = Form::kText, .domain = "HOST:PORT",
+                "the start.", .form = Form::kText, .domain = "HOST:PORT", .instead = kPlcIsClient,
         .check = check_plc_address}),
     plc<&PlcConfig::unit>({.key = "plc.unit", .help = "The PLC's unit ID or station address"}),
     plc<&PlcConfig::first>({
@@ -254,7 +256,7 @@ constexpr std::array kNetwork{
     plc<&PlcConfig::line, &LineConfig::device>({
         .key = "plc.device",
         .help = "The same by Modbus RTU, on a serial port or pseudo-terminal",
-        .form = Form::kPath, .domain = "a path"}),
+        .form = Form::kPath, .domain = "a path", .instead = kPlcIsClient}),
     plc<&PlcConfig::line, &LineConfig::baud>({
         .key = "plc.baud", .help = "Its baud rate", .numbers = kBauds}),
     plc<&PlcConfig::line, &LineConfig::parity>({
@@ -265,7 +267,7 @@ constexpr std::array kNetwork{
         .more = "See [join the bus](../how-to/join-the-bus.md).",
         .form = Form::kText,
         .domain = "virtual, socketcan:IFNAME, slcan:DEV[@BITRATE], slcan:HOST:PORT or socketcand:HOST:PORT/BUS",
-        .check = check_can_spec},
+        .instead = "other programs join the virtual bus by --slcan HOST:PORT", .check = check_can_spec},
         store_can_spec, [](const Row& /*row*/, const NetworkConfig& network) { return Value(can_spec(network.can)); }},
     can<&CanConfig::bit_rate>({
         .key = "can.bit_rate", .option = "--bit-rate N", .help = "Bit rate of the virtual bus",

@@ -6,8 +6,7 @@
 #include <algorithm>
 #include <array>
 
-#include "base/suggestion.hpp"
-#include "base/toml_value.hpp"
+#include "base/toml_table.hpp"
 #include "base/utf8.hpp"
 #include "base/words.hpp"
 #include "cbcan/regmap.hpp"
@@ -85,8 +84,12 @@ constexpr std::array kPdo{
     setting<&PlannedPdo::inhibit_us>({.key = "pdos.inhibit_us", .help = "Inhibit time, in steps of 100 us", .high = 6'553'500, .unit = " us"}),
 };
 // clang-format on
-constexpr std::array<std::string_view, 3> kNodeLists{"node.device_type", "node.identity", "node.objects"};
+constexpr std::array<std::string_view, 4> kNodeLists{"node.device_type", "node.identity", "node.objects",
+                                                     "node.pdos"};
 constexpr std::array<std::string_view, 1> kPdoLists{"pdos.map"};
+constexpr std::string_view kOwner = "there are";  ///< before the known keys
+constexpr std::array<std::string_view, 2> kTables{"network", "node"};
+constexpr std::array<std::string_view, 3> kMapKeys{"index", "sub", "bits"};
 constexpr std::array<std::string_view, 4> kObjectKeys{"index", "sub", "value", "type"};
 
 class Reader {
@@ -110,10 +113,10 @@ class Reader {
 
   PlannedNetwork read_table(const toml::table& root) {
     PlannedNetwork network;
-    check_keys(root, {"network", "node"});
+    check_keys(root, kTables);
     if (const toml::node* table = root.get("network")) {
       if (!table->is_table()) fail(*table, "network: must be a table");
-      read_rows(*table->as_table(), network_rows(), network, {});
+      read_rows(*table->as_table(), network_rows(), network);
     }
     for (const toml::table* table : tables_of(root, "node"))
       add(network, *table);
@@ -135,38 +138,20 @@ class Reader {
                                : fmt::format("{}:{}: {}{}", name_, line, node_, what));
   }
   [[noreturn]] void fail(const toml::node& place, const std::string& what) const {
-    fail(place.source().begin.line, what);
+    fail(base::line_of(place), what);
   }
 
-  void check_keys(const toml::table& table, std::vector<std::string_view> known) const {
-    for (const auto& [key, value] : table)
-      if (std::ranges::find(known, key.str()) == known.end())
-        fail(key.source().begin.line, fmt::format("{}: no such key{}", key.str(),
-                                                  base::did_you_mean(key.str(), known).empty()
-                                                      ? "; there are " + base::listed(known, " and ")
-                                                      : base::did_you_mean(key.str(), known)));
+  void check_keys(const toml::table& table, std::span<const std::string_view> known) const {
+    base::check_keys(table, known, kOwner, complain());
   }
-
   /// Reads the keys with rows; `others` are read elsewhere.
   template <class Target>
   void read_rows(const toml::table& table, std::span<const Setting<Target>> rows, Target& target,
-                 std::span<const std::string_view> others) const {
-    std::vector<std::string_view> known;
-    for (const Row& row : rows)
-      known.push_back(base::leaf_of(row.key));
-    for (const std::string_view key : others)
-      known.push_back(base::leaf_of(key));
-    check_keys(table, known);
-    for (const Setting<Target>& row : rows) {
-      const toml::node* const found = table.get(base::leaf_of(row.key));
-      if (found == nullptr) continue;
-      const auto value = base::value_of(*found);
-      const base::Problem problem =
-          value ? base::assign(row, target, *value) : base::wrong_form(row);
-      if (!problem.empty())
-        fail(*found, fmt::format("{}{}: {}", base::leaf_of(row.key),
-                                 value ? " " + base::value_text(*value) : "", problem));
-    }
+                 std::span<const std::string_view> others = {}) const {
+    base::read_table(table, rows, target, kOwner, complain(), others);
+  }
+  base::Complain complain() const {
+    return [this](std::size_t line, const std::string& mistake) { fail(line, mistake); };
   }
 
   std::vector<const toml::table*> tables_of(const toml::table& in, std::string_view key) const {
@@ -204,12 +189,11 @@ class Reader {
       node_ = fmt::format("node {}: ", *id);
       if (*id < 1 || *id > 127) fail(*table.get("id"), "node IDs are 1..127");
     }
-    read_rows(table, node_rows(), node,
-              std::array{kNodeLists[0], kNodeLists[1], kNodeLists[2], std::string_view("node.pdos")});
+    read_rows(table, node_rows(), node, kNodeLists);
     read_device(table, node);
     if (node.id == 0) fail(table, "id is missing");
     node_ = fmt::format("node {}: ", node.id);
-    node.line = table.source().begin.line;
+    node.line = base::line_of(table);
     const auto other = std::ranges::find(network.all, node.id, &PlannedNode::id);
     if (other != network.all.end())
       fail(table, fmt::format("{}{} has this ID already", node.dcf.empty() ? "" : node.dcf + ": ",
@@ -245,7 +229,7 @@ class Reader {
     configure_by(*device, path, node);
     if (!table.contains("pdos")) node.pdos = valid_pdos(*device);
     for (PlannedPdo& pdo : node.pdos)
-      pdo.line = place.source().begin.line;
+      pdo.line = base::line_of(place);
   }
 
   /// Takes vendor and product of the EDS by default.
@@ -271,7 +255,7 @@ class Reader {
   }
 
   PlannedObject object(const toml::table& table, const PlannedNode& node) const {
-    check_keys(table, {kObjectKeys.begin(), kObjectKeys.end()});
+    check_keys(table, kObjectKeys);
     PlannedObject object;
     object.index = static_cast<std::uint16_t>(number_of(table, "index", 0xFFFF));
     object.sub =
@@ -293,8 +277,8 @@ class Reader {
   }
 
   /// Takes that of the EDS by default.
-  const ValueType& type_of_value(const toml::table& table, const PlannedNode& node, const PlannedObject& object,
-                                 const Object* known) const {
+  const ValueType& type_of_value(const toml::table& table, const PlannedNode& node,
+                                 const PlannedObject& object, const Object* known) const {
     if (const auto type = table["type"].value<std::string>()) return value_type(*type);
     if (!node.device) fail(table, "type is missing: u8, u16, ..., string or hex");
     if (known == nullptr)
@@ -304,17 +288,15 @@ class Reader {
   }
 
   std::string text_of(const toml::table& table) const {
-    const auto value = table["value"];
-    if (const auto integer = value.value_exact<std::int64_t>()) return std::to_string(*integer);
-    if (const auto real = value.value_exact<double>()) return fmt::format("{}", *real);
-    if (const auto boolean = value.value_exact<bool>()) return *boolean ? "true" : "false";
-    if (const auto text = value.value<std::string>()) return *text;
-    fail(table, "value is missing, or no number, text or truth");
+    const toml::node* const node = table.get("value");
+    const auto value = node != nullptr ? base::value_of(*node) : std::nullopt;
+    if (!value) fail(table, "value is missing, or no number, text or truth");
+    return base::written({}, *value);
   }
 
   PlannedPdo pdo(const toml::table& table, const PlannedNode& node) const {
     PlannedPdo pdo;
-    pdo.line = table.source().begin.line;
+    pdo.line = base::line_of(table);
     if (table.contains("tpdo") == table.contains("rpdo")) fail(table, "pdos: needs one of tpdo and rpdo");
     const std::uint16_t number =
         static_cast<std::uint16_t>(number_of(table, table.contains("tpdo") ? "tpdo" : "rpdo", 512, 1));
@@ -323,7 +305,7 @@ class Reader {
     read_rows(table, pdo_rows(), pdo, kPdoLists);
     for (const toml::table* each : tables_of(table, "map")) {
       if (each == tables_of(table, "map").front()) pdo.objects.clear();
-      check_keys(*each, {"index", "sub", "bits"});
+      check_keys(*each, kMapKeys);
       pdo.objects.push_back(mapped(*each, node));
     }
     return pdo;
@@ -365,7 +347,7 @@ std::span<const Setting<PlannedPdo>> pdo_rows() {
 }
 
 PlannedNetwork read_network(const std::string& path, const base::FileReader& read,
-                     std::vector<std::string>& remarks) {
+                            std::vector<std::string>& remarks) {
   const std::string folder = path + "/";
   if (const auto files = read(folder)) return Reader(path, folder, read, remarks).read_folder(*files);
   const auto text = read(path);
@@ -376,7 +358,7 @@ PlannedNetwork read_network(const std::string& path, const base::FileReader& rea
   try {
     return Reader(path, path, read, remarks).read_table(toml::parse(*text, path));
   } catch (const toml::parse_error& error) {
-    throw UsageError(fmt::format("{}:{}: {}", path, error.source().begin.line, error.description()));
+    throw UsageError(fmt::format("{}:{}: {}", path, base::line_of(error), error.description()));
   }
 }
 

@@ -9,6 +9,7 @@
 #include "base/numbers.hpp"
 #include "base/value.hpp"
 #include "base/words.hpp"
+#include "cbcan/canopen/dictionary/little_endian.hpp"
 
 namespace cbcan::descriptions {
 
@@ -36,13 +37,6 @@ std::optional<std::uint64_t> magnitude(std::string_view text) {
   return base::parse<std::uint64_t>(text);
 }
 
-std::uint64_t from_little_endian(std::span<const std::uint8_t> bytes) {
-  std::uint64_t number = 0;
-  for (std::size_t i = bytes.size(); i-- > 0;)
-    number = number << 8 | bytes[i];
-  return number;
-}
-
 [[noreturn]] void refuse(std::string_view text, const ValueType& type, const std::string& why) {
   throw UsageError(fmt::format("'{}' is no {}: {}", text, type.name, why));
 }
@@ -55,18 +49,13 @@ Bytes parse_hex(std::string_view text) {
   return *std::move(bytes);
 }
 
-std::string range_of(const ValueType& type) {
-  const std::uint64_t most = ~std::uint64_t{0} >> (64 - 8 * type.size());
-  return is_signed(type.type) ? fmt::format("-{}..{}", most / 2 + 1, most / 2) : fmt::format("0..{}", most);
-}
-
 Bytes parse_integer(std::string_view text, const ValueType& type) {
   const bool negative = text.starts_with('-');
   const auto number = magnitude(negative ? text.substr(1) : text);
   if (!number) refuse(text, type, "write a decimal number, 0x12 or 12h");
-  const auto bits = to_bits({.magnitude = *number, .negative = negative && *number != 0}, type.type);
-  if (!bits) refuse(text, type, "its range is " + range_of(type));
-  return to_bytes(*bits, type.size());
+  auto bytes = to_bytes({.magnitude = *number, .negative = negative && *number != 0}, type.type);
+  if (!bytes) refuse(text, type, "its range is " + range_of(type.type));
+  return *std::move(bytes);
 }
 
 Bytes parse_real(std::string_view text, const ValueType& type) {
@@ -122,7 +111,7 @@ std::string print_value(std::span<const std::uint8_t> bytes, const ValueType& ty
   if (type.type == DataType::kDomain) return base::hex(bytes, " ");
   if (type.is_text()) return std::string(bytes.begin(), bytes.end());
   if (type.type == DataType::kBoolean) return bytes[0] != 0 ? "true" : "false";
-  const std::uint64_t bits = from_little_endian(bytes);
+  const std::uint64_t bits = load_little_endian(bytes);
   if (type.type == DataType::kReal64) return fmt::format("{}", std::bit_cast<double>(bits));
   if (type.type == DataType::kReal32)
     return fmt::format("{}", std::bit_cast<float>(static_cast<std::uint32_t>(bits)));
@@ -133,33 +122,19 @@ std::string print_value(std::span<const std::uint8_t> bytes) {
   const std::size_t size = bytes.size();
   if (size == 0) return "(empty)";
   if (size > 4 && size != 8) return base::hex(bytes, " ");
-  const std::uint64_t number = from_little_endian(bytes);
+  const std::uint64_t number = load_little_endian(bytes);
   return fmt::format("0x{} {}", base::hex(number, static_cast<unsigned>(2 * size)), number);
 }
 
 std::string json_value(std::span<const std::uint8_t> bytes, const ValueType* type) {
   if (type == nullptr) {
     const bool is_number = !print_value(bytes).find("0x");
-    return is_number ? std::to_string(from_little_endian(bytes)) : json_string(print_value(bytes));
+    return is_number ? std::to_string(load_little_endian(bytes)) : base::json_text(print_value(bytes));
   }
   const std::string value = print_value(bytes, *type);
   const bool is_infinite =
       is_real(type->type) && value.find_first_not_of("-+.e0123456789") != std::string::npos;
-  return type->size() == 0 || is_infinite ? json_string(value) : value;
-}
-
-std::string json_string(std::string_view text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (byte < 0x20 || byte > 0x7E) {
-      out += fmt::format("\\u{:04X}", byte);
-      continue;
-    }
-    if (c == '"' || c == '\\') out += '\\';
-    out += c;
-  }
-  return out + "\"";
+  return type->size() == 0 || is_infinite ? base::json_text(value) : value;
 }
 
 }  // namespace cbcan::descriptions

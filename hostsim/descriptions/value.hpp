@@ -52,7 +52,4 @@ std::string print_value(std::span<const std::uint8_t> bytes);
 /// null.
 std::string json_value(std::span<const std::uint8_t> bytes, const ValueType* type);
 
-/// A JSON string literal; bytes outside printable ASCII become \u00XX.
-std::string json_string(std::string_view text);
-
 }  // namespace cbcan::descriptions

@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: MIT
 #include "descriptions/values.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <bit>
 #include <limits>
-#include <string>
 
 #include "base/numbers.hpp"
 #include "base/utf8.hpp"
+#include "base/value.hpp"
 #include "base/words.hpp"
 #include "cbcan/canopen/dictionary/little_endian.hpp"
 
@@ -93,6 +95,10 @@ bool is_sign_extended(std::uint64_t magnitude, std::uint64_t highest) {
   return magnitude <= 0xFFFFFFFF && ((magnitude | above_32) & sign_and_above) == sign_and_above;
 }
 
+std::uint64_t highest_of(DataType type) {
+  return type == DataType::kBoolean ? 1 : highest_pattern(size_of(type));
+}
+
 template <typename Real, typename Bits>
 std::optional<std::uint64_t> parse_decimal_real(std::string_view text) {
   if (text.starts_with('+')) text.remove_prefix(1);
@@ -130,7 +136,7 @@ std::optional<std::uint64_t> parse_count(std::string_view text) {
 }
 
 std::optional<std::uint64_t> to_bits(const Number& number, DataType type) {
-  const std::uint64_t highest = type == DataType::kBoolean ? 1 : highest_pattern(size_of(type));
+  const std::uint64_t highest = highest_of(type);
   const std::uint64_t magnitude = number.magnitude;
   if (!is_signed(type)) {
     const bool fits = !number.negative && magnitude <= highest;
@@ -143,6 +149,17 @@ std::optional<std::uint64_t> to_bits(const Number& number, DataType type) {
   const bool twos_complement =
       number.hexadecimal && (magnitude <= highest || is_sign_extended(magnitude, highest));
   return twos_complement ? std::optional(magnitude & highest) : std::nullopt;
+}
+
+std::optional<std::vector<std::uint8_t>> to_bytes(const Number& number, DataType type) {
+  const std::size_t size = size_of(type);
+  const auto bits = size != 0 ? to_bits(number, type) : std::nullopt;
+  return bits ? std::optional(to_bytes(*bits, size)) : std::nullopt;
+}
+
+std::string range_of(DataType type) {
+  const std::uint64_t most = highest_of(type);
+  return is_signed(type) ? fmt::format("-{}..{}", most / 2 + 1, most / 2) : fmt::format("0..{}", most);
 }
 
 std::optional<std::uint64_t> parse_real(std::string_view text, DataType type) {
@@ -167,17 +184,7 @@ std::vector<std::uint8_t> to_bytes(std::uint64_t bits, std::size_t size) {
 std::optional<std::vector<std::uint8_t>> parse_octets(std::string_view text) {
   text = base::trim(text);
   if (base::has_hex_prefix(text)) text.remove_prefix(2);
-  std::vector<std::uint8_t> bytes;
-  if (text == "0") return bytes;
-  while (!text.empty()) {
-    const auto byte = base::parse<std::uint8_t>(text.substr(0, 2), 16);
-    if (!byte || text.size() < 2) return std::nullopt;
-    bytes.push_back(*byte);
-    text.remove_prefix(2);
-    while (text.starts_with(' ') || text.starts_with('\t'))
-      text.remove_prefix(1);
-  }
-  return bytes;
+  return text == "0" ? std::vector<std::uint8_t>() : base::parse_octets(text);
 }
 
 std::vector<std::uint8_t> to_utf16(std::string_view text) {

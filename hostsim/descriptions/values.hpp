@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -57,6 +58,12 @@ constexpr std::uint64_t highest_pattern(std::size_t bytes) {
 /// The number as a bit pattern of the type's size; nullopt if it does not fit. INTEGER8, for example, accepts
 /// -128, 0x80 and 0xFFFFFF80, which some tools write. Only for types that have a size and are not REAL.
 std::optional<std::uint64_t> to_bits(const Number& number, DataType type);
+
+/// The same as bytes; nullopt also for a type without a size.
+std::optional<std::vector<std::uint8_t>> to_bytes(const Number& number, DataType type);
+
+/// "-128..127", of an integer or BOOLEAN.
+std::string range_of(DataType type);
 
 /// REAL32 and REAL64: `1.5`, `-2e3`, or a bit pattern in hexadecimal, `0x3FC00000`.
 std::optional<std::uint64_t> parse_real(std::string_view text, DataType type);

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <utility>
 
 #include "base/value.hpp"
@@ -15,8 +14,10 @@
 #include "cbcan/canopen/time_stamp.hpp"
 #include "cbcan/regmap.hpp"
 #include "descriptions/emergency.hpp"
+#include "descriptions/values.hpp"
 #include "journal/watch.hpp"
 #include "sim/frame_text.hpp"
+#include "sim/number.hpp"
 #include "sim/wire.hpp"
 
 namespace cbcan::journal {
@@ -99,7 +100,7 @@ void append_emergency(Buffer& to, const Frame& frame) {
          descriptions::emergency_meaning(message.code));
   std::string_view between = "; ";
   descriptions::for_each_error(message.error_register,
-                      [&](std::string_view bit) { append(to, std::exchange(between, ", "), bit); });
+                               [&](std::string_view bit) { append(to, std::exchange(between, ", "), bit); });
 }
 
 /// By the default identifiers of CiA 301.
@@ -163,9 +164,7 @@ std::string_view nmt_text(std::uint32_t specifier) {
 
 void append_value(Buffer& to, Bytes bytes, DataType type) {
   const std::uint64_t raw = bytes.size() <= 8 ? load_little_endian(bytes) : 0;
-  if (type == DataType::kReal32)
-    return base::append_value(to, static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(raw))));
-  if (type == DataType::kReal64) return base::append_value(to, std::bit_cast<double>(raw));
+  if (descriptions::is_real(type)) return append(to, sim::from_raw(raw, type, bytes.size()));
   if (type == DataType::kBoolean) return append(to, raw != 0 ? "true" : "false");
   if (is_signed(type)) return append(to, sign_extend(raw, bytes.size()));
   if (type == DataType::kVisibleString && is_one_line(bytes))

@@ -7,11 +7,14 @@
 #include <exception>
 #include <utility>
 
+#include "base/arguments.hpp"
 #include "base/error.hpp"
 #include "base/utf8.hpp"
 #include "base/words.hpp"
 #include "config/demo_plant.hpp"
+#include "config/options.hpp"
 #include "config/plant_file.hpp"
+#include "config/settings.hpp"
 #include "plant/bench.hpp"
 #include "scenario/run.hpp"
 #include "scenario/search/settings.hpp"
@@ -30,6 +33,25 @@ std::string absolute_plant(const std::string& plant_file, const std::string& fol
 
 std::string message(std::string_view text) {
   return fmt::format("cbcan-sim: {}\n", base::to_utf8(text));
+}
+
+config::Diagnostic refused(const std::string& what, std::string_view instead) {
+  return config::about_option(what, fmt::format("is not in this build; {}", instead));
+}
+
+/// Refuses the settings that need an operating system, if their value is not the default.
+template <class Target>
+void refuse(std::span<const base::Setting<Target>> rows, const Target& target, config::Diagnostics& found) {
+  for (const base::Setting<Target>& row : rows) {
+    const base::Value value = row.load(row, target);
+    if (value == row.load(row, Target{})) continue;
+    const std::string text = row.form == base::Form::kBoolean ? "" : " " + base::written(row, value);
+    const std::string name(row.option.empty() ? row.key : base::option_name(row.option));
+    const bool is_path =
+        row.form == base::Form::kAddress && !base::parse_stream_address(text.substr(1)).path.empty();
+    if (is_path || !row.instead.empty())
+      found.push_back(refused(name + text, is_path ? "use HOST:PORT" : row.instead));
+  }
 }
 
 std::vector<std::string> lines_of(std::string_view text) {
@@ -188,38 +210,17 @@ Json Instance::start_plant(const std::vector<const char*>& words, const std::str
           {"summary", start_.config.summary || start_.config.verbose || start_.config.verbose_frames}};
 }
 
-/// What a host without an operating system's services does not have, and what it has instead.
 config::Diagnostics Instance::not_here() const {
   config::Diagnostics found;
-  const auto refuse = [&found](std::string_view option, const std::string& value, std::string_view instead) {
-    if (!value.empty())
-      found.push_back(config::about_option(fmt::format("{} {}", option, value),
-                                           fmt::format("is not in this build; {}", instead)));
-  };
-  const auto refuse_path = [&refuse](std::string_view option, const std::string& address) {
-    if (!address.empty() && !base::parse_stream_address(address).path.empty())
-      refuse(option, address, "use HOST:PORT");
-  };
-  const config::Config& config = start_.config;
-  refuse("--pcap", config.pcap, "use --log FILE, in the format of candump");
-  refuse("--rtu", config.rtu.line.device, "use rtu.listen, which is Modbus RTU over TCP");
-  refuse_path("rtu.listen", config.rtu.listen);
-  refuse_path("--control", config.control);
-  constexpr std::string_view kProgram = "use the program for Linux";
-  const config::SearchConfig& search = start_.search;
-  refuse("--explore", search.explore ? "--" : "", kProgram);
-  refuse("--seeds", search.seeds, kProgram);
-  refuse("--only", search.only, kProgram);
+  refuse(config::settings(), start_.config, found);
+  refuse(config::search_settings(), start_.search, found);
   for (const scenario::Line& moment : search::read_settings(start_.plant_text, start_.plant_file).only)
-    refuse("explore.only", moment.text, kProgram);
-  for (const config::NetworkConfig& network : config.networks) {
+    found.push_back(refused("explore.only " + moment.text, config::kUseProgram));
+  for (const config::NetworkConfig& network : start_.config.networks) {
     for (const config::FaultConfig& set : network.plc.faults)
-      if (set.fault.kind == sim::FaultKind::kPlcRestart) refuse("plc.faults", "plc-restart", kProgram);
-    refuse("--can", network.can.outside, "other programs join the virtual bus by --slcan HOST:PORT");
-    refuse("--plc", network.plc.address + network.plc.line.device,
-           "let the PLC be the client: it writes the registers at --modbus");
-    refuse_path("--slcan", network.can.slcan);
-    refuse_path("--socketcand", network.can.socketcand);
+      if (set.fault.kind == sim::FaultKind::kPlcRestart)
+        found.push_back(refused("plc.faults plc-restart", config::kUseProgram));
+    refuse(config::network_settings(), network, found);
   }
   return found;
 }
@@ -264,11 +265,9 @@ Json Instance::start_scenarios(std::span<const char* const> words) {
   tell(kOut, start.out);
   if (!start.run) return ended(start.exit_code);
   run_ = std::move(start.config);
-  for (const auto& [option, is_given] : {std::pair(std::string("--real-time"), run_.real_time),
-                                         std::pair(std::string("--explore"), run_.explore),
-                                         std::pair("--target " + run_.target, !run_.target.empty()),
-                                         std::pair("--only " + run_.only, !run_.only.empty())})
-    if (is_given) throw base::UsageError(fmt::format("{}: is not in this build; leave it out", option));
+  config::Diagnostics problems;
+  refuse(config::run_settings(), run_, problems);
+  if (!problems.empty()) throw base::UsageError(to_string(problems.front()));
   const config::Shard shard = config::shard_of(run_.shard);
   const auto list = [this](const std::string& path) {
     const auto found = folders_.find(path);

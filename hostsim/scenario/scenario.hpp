@@ -17,11 +17,7 @@
 
 namespace cbcan::scenario {
 
-/// A command or a condition, and its line in the file.
-struct Line {
-  std::string text;
-  std::size_t number = 0;
-};
+using base::Line;  // a command or a condition
 
 struct Step {
   std::optional<Time> at;     ///< since the start

@@ -6,8 +6,9 @@
 #include <array>
 #include <utility>
 
+#include "base/toml_table.hpp"
 #include "config/plant_file.hpp"
-#include "scenario/line_table.hpp"
+#include "scenario/scenario.hpp"
 
 namespace cbcan::scenario {
 
@@ -15,19 +16,22 @@ namespace {
 
 constexpr std::string_view kStep = "step";
 
-constexpr std::string_view kDuration = "a duration";
+using base::setting;
+
+constexpr auto kDuration = base::Form::kDuration;
+constexpr std::string_view kTime = "a duration";
 constexpr std::string_view kLines = "one or a list";
 // clang-format off
-constexpr auto kKeys = std::to_array<LineKey<Step>>({
-    {{.key = "at", .help = "Starts the step at this time of the plant", .domain = kDuration}, &Step::at},
-    {{.key = "after", .help = "Starts the step this time after the previous one", .domain = kDuration}, &Step::after},
-    {{.key = "every", .help = "Repeats `do` at this interval to the end of the scenario, while further steps run", .domain = kDuration}, &Step::every},
-    {{.key = "do", .help = "[Commands](commands.md), in this order", .domain = kLines}, &Step::commands},
-    {{.key = "wait", .help = "Conditions that are waited for, in this order", .domain = kLines}, &Step::waits},
-    {{.key = "within", .help = "Limit for each of them; 60 s by default", .domain = kDuration}, &Step::within},
-    {{.key = "expect", .help = "Conditions that hold at the end of the step; events count from the end of the previous one",
-      .domain = kLines}, &Step::expectations},
-    {{.key = "must", .help = "The same, also with the faults of `--explore`", .domain = kLines}, &Step::musts},
+constexpr auto kKeys = std::to_array<base::Setting<Step>>({
+    setting<&Step::at>({.key = "at", .help = "Starts the step at this time of the plant", .form = kDuration, .domain = kTime}),
+    setting<&Step::after>({.key = "after", .help = "Starts the step this time after the previous one", .form = kDuration, .domain = kTime}),
+    setting<&Step::every>({.key = "every", .help = "Repeats `do` at this interval to the end of the scenario, while further steps run", .form = kDuration, .low = 1, .domain = kTime}),
+    setting<&Step::commands>({.key = "do", .help = "[Commands](commands.md), in this order", .domain = kLines}),
+    setting<&Step::waits>({.key = "wait", .help = "Conditions that are waited for, in this order", .domain = kLines}),
+    setting<&Step::within>({.key = "within", .help = "Limit for each of them; 60 s by default", .form = kDuration, .domain = kTime}),
+    setting<&Step::expectations>({.key = "expect", .help = "Conditions that hold at the end of the step; events count from the end of the previous one",
+      .domain = kLines}),
+    setting<&Step::musts>({.key = "must", .help = "The same, also with the faults of `--explore`", .domain = kLines}),
 });
 // clang-format on
 
@@ -49,14 +53,16 @@ class Reader {
 
  private:
   void complain(const toml::node& where, std::string message) {
-    scenario_.problems.push_back({{scenario_.file, where.source().begin.line}, std::move(message)});
+    scenario_.problems.push_back({{scenario_.file, base::line_of(where)}, std::move(message)});
   }
 
   void read_step(const toml::table& table) {
     Step& step = scenario_.steps.emplace_back();
-    step.line = table.source().begin.line;
-    LineTable(kStep, scenario_.file, scenario_.problems)
-        .read(table, std::span<const LineKey<Step>>(kKeys), step);
+    step.line = base::line_of(table);
+    base::read_table<Step>(table, kKeys, step, "step has",
+                           [this](std::size_t line, const std::string& mistake) {
+                             scenario_.problems.push_back({{scenario_.file, line}, "step." + mistake});
+                           });
     if (step.every &&
         (step.commands.empty() || !step.waits.empty() || !step.expectations.empty() || !step.musts.empty()))
       complain(table, "every: such a step has do, and none of wait, expect and must");
@@ -70,11 +76,11 @@ class Reader {
 }  // namespace
 
 std::vector<base::Row> step_rows() {
-  return rows_of(std::span<const LineKey<Step>>(kKeys));
+  return {kKeys.begin(), kKeys.end()};
 }
 
 std::string text_of(const Step& step) {
-  return text_of(std::span<const LineKey<Step>>(kKeys), step);
+  return base::table_text<Step>(kKeys, step);
 }
 
 Scenario read_scenario(std::string_view text, const std::string& file, const base::FileReader& read) {

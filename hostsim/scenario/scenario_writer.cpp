@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "base/numbers.hpp"
-#include "base/utf8.hpp"
 #include "base/words.hpp"
 #include "cbcan/regmap.hpp"
 #include "protocols/modbus_request.hpp"
@@ -36,19 +35,8 @@ std::vector<std::uint16_t> size_and_words(std::span<const std::uint8_t> bytes) {
 
 // ---- Steps
 
-std::string toml_text(std::string_view text) {
-  std::string result = "\"";
-  for (const char c : base::as_utf8(text)) {
-    const auto code = static_cast<unsigned char>(c);
-    const bool is_control = code < ' ' || code == 0x7F;
-    if (is_control) result += c == '\t' ? " " : fmt::format("\\u{:04X}", code);
-    if (!is_control) result.append(c == '"' || c == '\\' ? "\\" : "") += c;
-  }
-  return result + '"';
-}
-
 std::string ScenarioWriter::opening(const std::string& plant) {
-  return plant.empty() ? "" : fmt::format("plant = {}\n", toml_text(plant));
+  return plant.empty() ? "" : fmt::format("plant = {}\n", base::toml_text(plant));
 }
 
 std::string ScenarioWriter::step(Time at, std::string_view keys) const {
@@ -65,7 +53,7 @@ std::string ScenarioWriter::text_of(const Event& event) const {
   if (event.kind == Kind::kModbus) return request(event);
   if (event.kind == Kind::kEnded) return ended(event);
   if (event.kind != Kind::kCommand || event.state == journal::kRefused) return {};
-  return step(event.at, fmt::format("do = {}", toml_text(control_.journal().text(event))));
+  return step(event.at, fmt::format("do = {}", base::toml_text(control_.journal().text(event))));
 }
 
 /// FC 22 is left out, as the written value is not known.
@@ -123,7 +111,7 @@ std::string lasting(const Event& event, const journal::Journal& journal) {
   const std::string_view command = journal.text(event);
   const std::string_view name = base::words_of(command).front();
   const bool lasts = name != "write" && name != "trigger" && name != "send";
-  return lasts ? fmt::format("  {},\n", toml_text(command)) : "";
+  return lasts ? fmt::format("  {},\n", base::toml_text(command)) : "";
 }
 
 /// A used scanner window continues with its numbers; a module that starts answers the first number by 5.

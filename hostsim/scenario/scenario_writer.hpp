@@ -13,9 +13,6 @@
 
 namespace cbcan::scenario {
 
-/// A text in TOML.
-std::string toml_text(std::string_view text);
-
 /// Steps as text. `begin`: the plant's time that is time 0 of the scenario.
 class ScenarioWriter {
  public:
@@ -27,7 +24,8 @@ class ScenarioWriter {
   std::string step(Time at, std::string_view keys) const;
   std::string written(Time at, std::size_t network, std::size_t first,
                       std::span<const std::uint16_t> words) const;
-  /// The text for a command, a Modbus request that writes, or the end of a transaction; empty for other events.
+  /// The text for a command, a Modbus request that writes, or the end of a transaction; empty for other
+  /// events.
   std::string text_of(const journal::Event& event) const;
 
  private:

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 
 #include "base/numbers.hpp"
 #include "base/utf8.hpp"
@@ -16,87 +15,46 @@
 
 namespace cbcan::web {
 
-using journal::Event;
-using journal::Kind;
 using base::append;
 using base::Buffer;
 using base::HexBytes;
+using namespace std::string_view_literals;
+using journal::Event;
+using journal::Kind;
 
 namespace {
-
-using base::room;
-using base::write;
 
 /// Neither control characters, quotes and backslashes nor bytes above 7Fh. Looks at 16 characters at a time;
 /// those after the text are made spaces.
 bool is_plain(Buffer& text) {
-  constexpr std::string_view kSpaces = "                ";
   const std::size_t size = text.size();
-  append(text, kSpaces);
-  text.cut(text.data() + size);
-  std::array<std::uint8_t, kSpaces.size()> others{};
-  for (const char *at = text.data(), *const end = at + size; at < end; at += others.size())
-    for (std::size_t i = 0; i < others.size(); ++i)
-      others[i] |=
-          static_cast<std::uint8_t>(static_cast<signed char>(at[i]) < ' ' || at[i] == '"' || at[i] == '\\');
-  const auto words = std::bit_cast<std::array<std::uint64_t, 2>>(others);
-  return (words[0] | words[1]) == 0;
-}
-
-/// As it is in a JSON string: valid UTF-8, at most six times as long.
-char* write_escaped(char* const begin, std::string_view text) {
-  constexpr std::string_view kNamed = "\b\t\n\f\r\"\\";
-  constexpr std::string_view kNames = "btnfr\"\\";
-  char* at = begin;
-  for (std::string_view rest = text; !rest.empty();) {
-    const std::string_view from = rest;
-    const auto code = base::take_code_point(rest);
-    if (!code) {
-      const std::string quoted = line_of(Json(std::string(text)));
-      return write(begin, std::string_view(quoted).substr(1, quoted.size() - 2));
+  append(text, "                ");
+  text.resize(size);
+  std::array<std::uint8_t, 16> others{};
+  for (std::size_t at = 0; at < size; at += others.size())
+    for (std::size_t i = 0; i < others.size(); ++i) {
+      const char c = text.data()[at + i];
+      others[i] |= static_cast<std::uint8_t>(static_cast<signed char>(c) < ' ' || c == '"' || c == '\\');
     }
-    if (const std::size_t named = kNamed.find(from.front()); named != kNamed.npos)
-      at = write(write(at, '\\'), kNames[named]);
-    else if (*code < ' ')
-      at = write(write(at, *code < 0x10 ? "\\u000" : "\\u001"), "0123456789abcdef"[*code & 0xF]);
-    else
-      at = write(at, from.substr(0, from.size() - rest.size()));
-  }
-  return at;
+  return others == std::array<std::uint8_t, 16>{};
 }
 
-/// The parts of a line, with that value, as they are in JSON strings, kept in `escaped`.
-journal::Line escape(journal::Line line, std::string_view value, Buffer& escaped) {
-  line.value = value;
-  const std::array parts{&line.whole, &line.words, &line.value, &line.outcome, &line.name};
-  std::size_t size = 0;
-  for (const std::string_view* part : parts)
-    size += 6 * part->size();
-  escaped.resize(size);
-  char* at = escaped.data();
-  for (std::string_view* part : parts) {
-    char* const end = write_escaped(at, *part);
-    *part = {at, end};
-    at = end;
+/// The parts of a line as they are in JSON strings, kept in `escaped`.
+journal::Line escape(journal::Line line, std::array<std::string, 5>& escaped) {
+  std::size_t next = 0;
+  for (std::string_view* const part : {&line.whole, &line.words, &line.value, &line.outcome, &line.name}) {
+    const std::string quoted = line_of(Json(std::string(*part)));
+    *part = escaped[next++] = quoted.substr(1, quoted.size() - 2);
   }
   return line;
 }
 
-/// Microseconds as seconds, or with three places as milliseconds: with a point, as line_of() writes a number.
-struct Fraction {
-  std::uint64_t number;
-  unsigned places;
-};
-
-constexpr std::size_t room(const Fraction& fraction) {
-  return room(base::Decimal{fraction.number, fraction.places}) + 2;
-}
-char* write(char* at, const Fraction& fraction) {
-  constexpr Time kShortest = 100;  // less has an exponent
-  if (fraction.places == 6 && fraction.number != 0 && fraction.number < kShortest)
-    return write(at, fmt::format("{}", seconds_of(fraction.number)));
-  char* const end = write(at, base::Decimal{fraction.number, fraction.places});
-  return fraction.number % (fraction.places == 6 ? kSecond : kMillisecond) != 0 ? end : write(end, ".0");
+/// As seconds with 6 places, or as milliseconds with 3, the way line_of() writes a number.
+void append_time(Buffer& to, Time time, unsigned places) {
+  constexpr Time kShortest = 100;  // less has an exponent in seconds
+  if (places == 6 && time != 0 && time < kShortest) return append(to, seconds_of(time));
+  const bool is_whole = time % (places == 6 ? kSecond : kMillisecond) == 0;
+  append(to, base::Decimal{time, places}, is_whole ? ".0"sv : ""sv);
 }
 
 void add_modbus(Buffer& to, const Event& event, const journal::Journal& journal, std::string_view words) {
@@ -115,9 +73,10 @@ void add_transaction(Buffer& to, const Event& event, const journal::Journal& jou
          ",\"index\":", event.index, ",\"sub\":", event.sub, ",\"name\":\"", line.name, "\",\"words\":\"",
          line.words, "\",\"bytes\":\"", HexBytes{bytes}, "\",\"value\":\"", line.value, '"');
   if (event.kind == Kind::kBegun) return;
-  append(to, ",\"ok\":", failed(event) ? "false" : "true",
+  append(to, ",\"ok\":", failed(event) ? "false"sv : "true"sv,
          ",\"result\":", journal::is_cancelled(event) ? -1 : int{event.result}, ",\"code\":", event.code,
-         ",\"outcome\":\"", line.outcome, "\",\"took_ms\":", Fraction{event.took, 3});
+         ",\"outcome\":\"", line.outcome, "\",\"took_ms\":");
+  append_time(to, event.took, 3);
 }
 
 void add_emergency(Buffer& to, const Event& event) {
@@ -148,14 +107,15 @@ void add_details(Buffer& to, const Event& event, const journal::Journal& journal
       return;
     case Kind::kClient:
       return append(to, ",\"client\":", event.code, ",\"address\":\"", line.words,
-                    "\",\"joined\":", event.state != 0 ? "true" : "false");
+                    "\",\"joined\":", event.state != 0 ? "true"sv : "false"sv);
   }
 }
 
 /// `line`: as in JSON strings.
 void append_json(Buffer& to, std::uint64_t number, const Event& event, const journal::Journal& journal,
                  const journal::Line& line) {
-  append(to, "{\"number\":", number, ",\"time\":", Fraction{event.at, 6});
+  append(to, "{\"number\":", number, ",\"time\":");
+  append_time(to, event.at, 6);
   if (event.network != 0) append(to, ",\"network\":", event.network);
   append(to, ",\"kind\":\"", journal::kind_names()[static_cast<std::size_t>(event.kind)], '"');
   if (event.transaction != 0) append(to, ",\"transaction\":", event.transaction);
@@ -213,14 +173,16 @@ bool EventFilter::has_all(const Event& event) const {
 void append_event(Buffer& to, std::uint64_t number, const Event& event, const journal::Journal& journal,
                   const journal::FindName& find) {
   Buffer said;
-  const journal::Line line = journal::append_text(said, event, journal, find);
-  const bool lacks_value = is_transaction(event) && event.size != 0 && line.value.empty();
-  if (!lacks_value && is_plain(said)) return append_json(to, number, event, journal, line);
   Buffer value;
-  Buffer escaped;
-  append(value, line.value);
-  if (lacks_value) journal::append_value(value, journal.bytes(event), name_of(event, find));
-  append_json(to, number, event, journal, escape(line, base::view(value), escaped));
+  journal::Line line = journal::append_text(said, event, journal, find);
+  if (is_transaction(event) && event.size != 0 && line.value.empty()) {
+    journal::append_value(value, journal.bytes(event), name_of(event, find));
+    line.value = base::view(value);
+  }
+  if (is_plain(said) && (value.size() == 0 || is_plain(value)))
+    return append_json(to, number, event, journal, line);
+  std::array<std::string, 5> escaped;
+  append_json(to, number, event, journal, escape(line, escaped));
 }
 
 EventTexts::EventTexts(const journal::Journal& journal, const journal::FindName& find)

@@ -22,7 +22,6 @@ for page, area, first, last, use, source in ROWS:
 
 WORDS = {"window": 70, "scanner": 138, "plc.process_first": 128, "plc.status_first": 172}  # contract: R3700..R3769, OUT + IN, PDO-1, registers.md
 MAKERS = {"FATEK": "fatek", "OpenPLC": "openplc", "Omron": "omron", "CODESYS": "codesys", "Siemens": "siemens", "Beckhoff": "twincat"}
-FORMS = {"tia": ("siemens", "P#M", 2), "xsy": ("schneider", "%MW", 1), "ispsoft": ("delta", "D", 1)}  # of cbcanctl map: bytes or words
 WIRE = {"fatek": "R", "omron": "Registers["}  # where the numbers of plc.first are those of the area
 LEAST = {"codesys": 1, "delta": 20, "fatek": 22, "mitsubishi": 12, "omron": 14, "openplc": 150, "schneider": 6, "siemens": 2, "twincat": 1}
 # What looks like an address in a PLC: an area that the file lacks is a mistake.
@@ -90,9 +89,8 @@ def elsewhere():
             yield from (("fatek", use) for use in used("fatek", line))
     yield from (("fatek", use) for use in used("fatek", (ROOT / "docs/reference/ladder-recipes.md").read_text()))
     maps = (ROOT / "docs/reference/cbcanctl.md").read_text()
-    for form, (page, area, size) in FORMS.items():
-        row, = re.findall(rf"^\| `{form}` \|.*?`[%A-Z]+(\d+)`", maps, re.MULTILINE)
-        yield page, Use(area, int(row), size * (64 + 64 + 44 + 67), form)  # inputs, outputs, status
+    row, = re.findall(r"^\| `xsy` \|.*?`%MW(\d+)`", maps, re.MULTILINE)
+    yield "schneider", Use("%MW", int(row), 64 + 64 + 44 + 67, "xsy")  # inputs, outputs, status
     for program in sorted((ROOT / "tools/st").glob("*.st")):
         yield from (("openplc", use) for use in used("openplc", re.sub(r"\(\*.*?\*\)", "", program.read_text(), flags=re.DOTALL)))
 

@@ -268,7 +268,7 @@ struct Program {
     for (const auto& setting : sim::fault_settings()) {
       if (!setting.kinds.has(kind)) continue;
       if ((std::exchange(chosen, chosen >> 1) & 1) != 0)
-        setting.store(setting, fault, value_in(setting, input_.word()));
+        setting.store(setting, fault, value_in(setting, input_.word()), 0);
     }
     return sim::parse_fault(sim::text_of(fault), here);
   }

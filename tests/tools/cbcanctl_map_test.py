@@ -25,8 +25,8 @@ from st_machine import Machine
 CBCANCTL = program_from_arguments(sys.argv)
 PLCOPEN = "{http://www.plcopen.org/xml/tc6_0201}"
 HOST = ("--host", "192.168.1.5:1502")
-FORMS = "csv tia tia-db xsy logix codesys ispsoft".split()
-PROGRAMS = "tia-scl tia-db-scl xsy-st codesys-st".split()
+FORMS = "csv tia-db xsy logix codesys".split()
+PROGRAMS = "tia-db-scl xsy-st codesys-st".split()
 IDENTIFIER = re.compile(r"(?=.{1,32}\Z)[A-Za-z][A-Za-z0-9]*(_[A-Za-z0-9]+)*")
 
 DEMO = """[[node]]
@@ -84,7 +84,7 @@ class Map(unittest.TestCase):
         text = self.text(form, encoding="utf-8" if form == "csv" else "ascii")
         self.assertEqual(text.count("\n"), text.count("\r\n"))
         found = list(csv.reader(io.StringIO(text, newline=""), strict=True))
-        self.assertEqual({len(row) for row in found[2 * (form == "logix"):]}, {{"csv": 12, "logix": 7, "ispsoft": 6}[form]})
+        self.assertEqual({len(row) for row in found[2 * (form == "logix"):]}, {{"csv": 12, "logix": 7}[form]})
         return found
 
     def objects(self):
@@ -92,13 +92,6 @@ class Map(unittest.TestCase):
 
     def xml(self, form, *options):
         return ElementTree.fromstring(self.text(form, *options).encode())
-
-    def tia(self, *options):
-        root = self.xml("tia", *options)
-        self.assertEqual((root.tag, root.get("name")), ("Tagtable", "cbcan"))
-        for tag in root:
-            self.assertEqual((tag.tag, sorted(tag.attrib)), ("Tag", sorted("type hmiVisible hmiWriteable hmiAccessible retain remark addr".split())))
-        return {tag.text: (tag.get("type"), tag.get("addr")) for tag in root}
 
     def xsy(self, *options):
         root = self.xml("xsy", *options)
@@ -132,9 +125,9 @@ class Forms(Map):
             ["n1_Pressure", "3808", "0", "32", "DINT", "input", "low-first", "1", "9130h:01", "", ""]])
         self.assertEqual(rows[-1][11], "node 1 9130h:01 Pressure")
         status = {row[0]: row[1] for row in rows[1:] if not row[8]}
-        self.assertEqual(len(status), 4 + 5 * 8 + 2)
-        self.assertEqual([status[f"cbcan_{name}"] for name in "STATUS STATUS_CHANGES NODE_COUNTS FIRST_NOT_RUNNING HEARD_0 CONFIGURED_0 LOST_7".split()],
-                         ["3928", "3929", "3930", "3931", "3932", "3940", "3971"])
+        self.assertEqual(len(status), 4 + 5 * 2 + 2)  # of five bitmaps those of nodes 0 to 15 and 64 to 79
+        self.assertEqual([status[f"cbcan_{name}"] for name in "STATUS STATUS_CHANGES NODE_COUNTS FIRST_NOT_RUNNING HEARD_0 CONFIGURED_4 LOST_4".split()],
+                         ["3928", "3929", "3930", "3931", "3932", "3944", "3968"])
         self.assertEqual((status["cbcan_NODE_io"], status["cbcan_NODE_n1"]), (str(3972 + 66), "3973"))
 
     def test_odd_objects_in_csv(self):
@@ -150,26 +143,9 @@ class Forms(Map):
         self.assertEqual(rows[1][11], "node 5 2002h:00 Tür \"A\", <B> & 'C' $1 *)")
         self.assertEqual(rows[3][11], "node 5 2007h:00 limits [-10..10]")
 
-    def test_tia(self):
-        tags = self.tia()
-        self.assertEqual([tags[name] for name in ("io_Inputs_1_to_8", "io_Channel_1", "io_Outputs_1_to_8", "cbcan_STATUS")],
-                         [("USInt", "%MB1001"), ("Int", "%MW1008"), ("USInt", "%MB1129"), ("Word", "%MW1256")])
-        self.odd()
-        tags = self.tia("--at", "100")
-        self.assertEqual([tags[f"n5_{name}"] for name in ("1st_lamp", "T_r_A_B_C_1", "IF", "END_IF")],
-                         [("Bool", "%M101.0"), ("Bool", "%M101.1"), ("SInt", "%MB109"), ("USInt", "%MB108")])
-        self.assertEqual([tags[f"n5_{name}"] for name in ("o2003_00", "limits_w0", "limits_w1", "Temperature_of_the_outer_b_w0", "Temperature_of_the_outer_b_w1")],
-                         [("Word", "%MW100"), ("Word", "%MW100"), ("Word", "%MW102"), ("Word", "%MW112"), ("Word", "%MW114")])
-        remarks = {tag.text: tag.get("remark") for tag in self.xml("tia")}
-        self.assertEqual(remarks["n5_T_r_A_B_C_1"], "node 5 2002h:00 Tür \"A\", <B> & 'C' $1 *)")
-        self.assertEqual(remarks["n5_limits_w0"], "node 5 2007h:00 limits [-10..10] (its bits 0..5 from bit 10 on)")
-        self.assertEqual(remarks["cbcan_RUNNING_1"], "nodes 16 to 31: it is listed and Operational")
-        self.assertEqual(remarks["n5_limits_w1"], "node 5 2007h:00 limits [-10..10] (its bits 6..15 from bit 0 on)")
-
     def test_words_that_are_exchanged(self):
         self.network = self.network.replace("[[node]]", '[network]\nwords = "high-first"\n[[node]]', 1)
         self.assertEqual([row[6] for row in self.rows() if row[0] == "n1_Pressure"], ["high-first"])
-        self.assertEqual(self.tia()["n1_Pressure"], ("DInt", "%MD1016"))
         for variables, low, high in ((self.xsy(), ("INT", "%MW109"), ("INT", "%MW108")), (self.codesys(), ("WORD", "%MW9"), ("WORD", "%MW8"))):
             self.assertNotIn("n1_Pressure", variables)
             self.assertEqual((variables["n1_Pressure_w0"], variables["n1_Pressure_w1"]), (low, high))
@@ -195,7 +171,7 @@ class Forms(Map):
             self.assertEqual(bit % 16, 0)
             wanted = {name: (int(register), int(first)) for name, register, first, *_ in self.rows()[1:]}
             single = {name: place for name, place in places.items() if not re.search(r"_w\d\Z|\Aspare", name)}
-            self.assertGreaterEqual(len(single), 48)
+            self.assertGreaterEqual(len(single), 12)
             for name, place in single.items():
                 self.assertEqual(place, (wanted[name][0], wanted[name][1] if name != "n5_o2003_00" else 0), name)
             if network == "odd":
@@ -211,6 +187,9 @@ class Forms(Map):
         self.odd()
         comments = {each.get("name"): each[0].text for each in self.xml("xsy")[2]}
         self.assertEqual(comments["n5_T_r_A_B_C_1"], "node 5 2002h:00 Tür \"A\", <B> & 'C' $1 *) (bit 1)")
+        self.assertEqual(comments["n5_limits_w0"], "node 5 2007h:00 limits [-10..10] (its bits 0..5 from bit 10 on)")
+        self.assertEqual(comments["n5_limits_w1"], "node 5 2007h:00 limits [-10..10] (its bits 6..15 from bit 0 on)")
+        self.assertEqual(comments["cbcan_RUNNING_0"], "nodes 0 to 15: it is listed and Operational")
 
     def test_logix(self):
         self.odd()
@@ -220,7 +199,7 @@ class Forms(Map):
         aliases = {row[2]: row[5] for row in rows[3:] if row[0] == "ALIAS"}
         self.assertEqual([aliases[f"n5_{name}"] for name in ("1st_lamp", "T_r_A_B_C_1", "IF", "END_IF", "raw_w3")],
                          ["cbcan_in_words[0].0", "cbcan_in_words[0].1", "cbcan_in_words[4]", "cbcan_in_words[4]", "cbcan_in_words[11]"])
-        self.assertEqual((aliases["cbcan_LOST_7"], aliases["cbcan_NODE_n5"]), ("cbcan_status_words[43]", "cbcan_states[5]"))
+        self.assertEqual((aliases["cbcan_LOST_0"], aliases["cbcan_NODE_n5"]), ("cbcan_status_words[36]", "cbcan_states[5]"))
         self.assertEqual([row[3] for row in rows[3:] if row[2] == "n5_T_r_A_B_C_1"], ["node 5 2002h:00 T_r _A_; <B> & _C_ _1 _)"])
         self.assertEqual([row[3] for row in rows[3:] if row[2] == "n5_END_IF"], ["node 5 2005h:00 END_IF (its bits 0..7 from bit 8 on)"])
         sizes = {row[2]: int(row[4][4:-1]) for row in rows[3:] if row[0] == "TAG"}
@@ -238,21 +217,13 @@ class Forms(Map):
                          [("BOOL", "%MX20.0"), ("USINT", "%MB29"), ("REAL", "%MD8"), ("WORD", "%MW18"), ("WORD", "%MW23")])
         self.assertEqual(self.codesys("--at", "11")["n5_if_2009_00"], ("DINT", "%MD12"))
 
-    def test_ispsoft(self):
-        rows = self.rows("ispsoft")
-        self.assertEqual(rows[0], ["Class", "Identifiers", "Address", "Type", "Initial Value", "Comment"])
-        self.assertIn(["VAR", "io_Channel_1", "D104", "WORD", "0", "node 66 6401h:01 Channel 1"], rows)
-        self.assertEqual({(row[0], row[3], row[4]) for row in rows[1:]}, {("VAR", "WORD", "0")})
-        self.odd()
-        self.assertIn(["n5_1st_lamp", "D100"], [row[1:3] for row in self.rows("ispsoft")])
-
 
 class Names(Map):
     def names(self, form):
-        if form in ("csv", "ispsoft", "logix"):
-            column = {"csv": 0, "ispsoft": 1, "logix": 2}[form]
+        if form in ("csv", "logix"):
+            column = {"csv": 0, "logix": 2}[form]
             return [row[column] for row in self.rows(form)[3 if form == "logix" else 1:]]
-        pattern = {"tia": r">(\w+)</Tag>", "tia-db": r"(?m)^(?://)?  (\w+) :", "xsy": r'<variables name="(.*?)"', "codesys": r'<variable name="(.*?)"'}[form]
+        pattern = {"tia-db": r"(?m)^(?://)?  (\w+) :", "xsy": r'<variables name="(.*?)"', "codesys": r'<variable name="(.*?)"'}[form]
         return re.findall(pattern, self.text(form))
 
     def check(self, least):
@@ -276,18 +247,18 @@ class Names(Map):
 
     def test_of_odd_objects_and_nodes(self):
         self.odd()
-        self.check(55)
+        self.check(20)
         for node, name in (("r", "n5"), ("INT", "n5"), ("7 up", "n7_up"), ("насос", "n5"), ("cbcan", "n5"), ("a_long_name_of_a_pump", "a_long_name"), ("__x__y__", "x_y")):
             self.odd()
             self.network = self.network.replace('name = "END"', f'name = "{node}"')
-            self.check(55)
+            self.check(20)
             self.assertIn(f"{name}_IF", self.names("csv"))
 
     def test_parts_and_objects_do_not_meet(self):
         objects = [("2001", "value", "0x0007", ""), ("2002", "value_w0", "0x0005", ""), ("2003", "VALUE W1", "0x0005", "")]
         (self.folder / "odd.eds").write_text(eds(objects))
         self.odd(maps=["[{ index = 0x2001 }, { index = 0x2002 }, { index = 0x2003 }]"])
-        self.check(48)
+        self.check(13)
 
 
 class Programs(Map):
@@ -301,15 +272,13 @@ class Programs(Map):
         steps = re.compile(r"    (\d):\n      #client\(REQ := #request, DISCONNECT := FALSE, MB_MODE := ([01]), MB_DATA_ADDR := 4(\d{4}), MB_DATA_LEN := (\d+), "
                            r"MB_DATA_PTR := (P#\S+ WORD \d+), CONNECT := #module\);")
         page = self.page("siemens")
-        for form, pointers in (("tia-scl", ["P#M1000.0 WORD 64", "P#M1128.0 WORD 64", "P#M1256.0 WORD 44", "P#M1344.0 WORD 67"]),
-                               ("tia-db-scl", ["P#DB10.DBX0.0 WORD 64", "P#DB10.DBX128.0 WORD 64", "P#DB10.DBX256.0 WORD 44", "P#DB10.DBX344.0 WORD 67"])):
-            text = self.text(form, encoding="ascii")
-            found = steps.findall(text)
-            self.assertEqual([step[0] for step in found], list("0123"))
-            self.assertEqual({(16 if mode == "1" else 3, int(number) - 1): int(words) for _, mode, number, words, _ in found}, {**page, (3, 3972): 67})
-            self.assertEqual([step[4] for step in found], pointers)
-            self.assertIn("#job := (#job + 1) MOD 4;", text)
-            self.assertEqual(re.findall(r"ADDR\[(\d)\] := (\d+);|RemotePort := (\d+);", text), [("1", "192", ""), ("2", "168", ""), ("3", "1", ""), ("4", "5", ""), ("", "", "1502")])
+        text = self.text("tia-db-scl", encoding="ascii")
+        found = steps.findall(text)
+        self.assertEqual([step[0] for step in found], list("0123"))
+        self.assertEqual({(16 if mode == "1" else 3, int(number) - 1): int(words) for _, mode, number, words, _ in found}, {**page, (3, 3972): 67})
+        self.assertEqual([step[4] for step in found], [f"P#DB10.DBX{first}.0 WORD {words}" for first, words in ((0, 64), (128, 64), (256, 44), (344, 67))])
+        self.assertIn("#job := (#job + 1) MOD 4;", text)
+        self.assertEqual(re.findall(r"ADDR\[(\d)\] := (\d+);|RemotePort := (\d+);", text), [("1", "192", ""), ("2", "168", ""), ("3", "1", ""), ("4", "5", ""), ("", "", "1502")])
 
     def test_control_expert(self):
         text, page = self.text("xsy-st", "--at", "200", encoding="ascii"), self.page("schneider")
@@ -356,10 +325,10 @@ END_FUNCTION_BLOCK
 
     def test_only_the_requests_that_tags_need(self):
         self.network = '[[node]]\nid = 126\nname = "last"\n'
-        self.assertEqual(re.findall(r"MB_DATA_ADDR := (\d+), MB_DATA_LEN := (\d+)", self.text("tia-scl")), [("43929", "44"), ("43973", "125"), ("44098", "2")])
+        self.assertEqual(re.findall(r"MB_DATA_ADDR := (\d+), MB_DATA_LEN := (\d+)", self.text("tia-db-scl")), [("43929", "44"), ("43973", "125"), ("44098", "2")])
         self.assertIn("cbcan_last_states[1]", self.text("logix"))
         self.network = ""
-        self.assertEqual(re.findall(r"MB_DATA_ADDR := (\d+), MB_DATA_LEN := (\d+)", self.text("tia-scl")), [("43929", "44")])
+        self.assertEqual(re.findall(r"MB_DATA_ADDR := (\d+), MB_DATA_LEN := (\d+)", self.text("tia-db-scl")), [("43929", "44")])
 
 
 class Page(Map):
@@ -390,7 +359,6 @@ class Mistakes(Map):
         self.check("--for is missing: " + ", ".join(FORMS + PROGRAMS[:-1]) + " or codesys-st", "network.toml")
         self.check("--at 5: --for csv has no addresses; leave it out", "network.toml", "--for", "csv", "--at", "5")
         self.check("--at 5: --for codesys-st has no addresses; leave it out", "network.toml", "--for", "codesys-st", "--at", "5")
-        self.check("--at 101: must be even, a register is two bytes of %M", "network.toml", "--for", "tia-scl", "--at", "101")
         for host in ("127.0.0.1", "plc.example"):
             self.check(f"--host {host}: --for xsy-st needs the module's IPv4 address in the PLC's network, such as --host 192.168.1.5",
                        "network.toml", "--for", "xsy-st", "--host", host)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "descriptions/value.hpp"
 
+#include "base/value.hpp"
 #include "support/catch.hpp"
 
 using namespace cbcan::descriptions;
@@ -90,5 +91,5 @@ TEST_CASE("Printing without a type: by size") {
 }
 
 TEST_CASE("JSON strings") {
-  CHECK(json_string("a\"b\\c\n\xFF") == "\"a\\\"b\\\\c\\u000A\\u00FF\"");
+  CHECK(cbcan::base::json_text("a\"b\\c\n\xFF") == "\"a\\\"b\\\\c\\u000A\\u00FF\"");
 }

@@ -79,7 +79,7 @@ constexpr std::array kMapOptions{
         "address from --host", .choices = tools::kForms}),
     row<&Options::at>({
         .option = "--at ADDRESS", .help = "First address of the inputs in the PLC; outputs are 64 words further on, the status 128. Without it "
-        "%MB1000 for tia, %MW100 for xsy, %MW0 for codesys, D100 for ispsoft; for tia-db the number of the block, 10", .high = 65535})};
+        "%MW100 for xsy, %MW0 for codesys; for tia-db the number of the block, 10", .high = 65535})};
 constexpr auto kCommands = std::to_array<Command>({
     {"cbcanctl read", "SDO read (upload)", kReadWords, kReadOptions, read},
     {"cbcanctl write", "SDO write (download)", kWriteWords, kWriteOptions, write},
@@ -165,7 +165,7 @@ Examples:
   cbcanctl state all
   cbcanctl dump 5 --eds drive.eds > plan.toml
   cbcanctl configure plan.toml
-  cbcanctl map network.toml --for tia > tags.xml
+  cbcanctl map network.toml --for xsy > tags.xsy
   cbcanctl --rtu /dev/ttyUSB0 --baud 19200 --station 1 state all
 )";
 
@@ -258,8 +258,7 @@ void check_target(const base::ParsedArguments& typed, const window::Settings& ta
 }
 
 /// The address may include the port; without an option it comes from the environment.
-void settle_address(const base::ParsedArguments& typed, const char* environment,
-                    window::Settings& target) {
+void settle_address(const base::ParsedArguments& typed, const char* environment, window::Settings& target) {
   const bool has_host = is_typed(typed, "--host");
   const bool has_port = is_typed(typed, "--port");
   const bool from_environment = environment != nullptr && !has_host && !has_port && target.rtu.empty();

@@ -5,6 +5,7 @@
 #include <array>
 #include <deque>
 
+#include "base/value.hpp"
 #include "base/words.hpp"
 #include "cbcanctl/commands.hpp"
 #include "cbcanctl/plan.hpp"
@@ -56,7 +57,7 @@ void configure(const Options& options) {
     failed += problem.empty() ? 0u : 1u;
     if (options.json)
       fmt::print("{{\"node\": {}, \"started\": {}, \"error\": {}}}\n", node.node().id, problem.empty(),
-                 tools::json_string(problem));
+                 base::json_text(problem));
     else if (problem.empty())
       fmt::print("{} started\n", node.node().id);
   }

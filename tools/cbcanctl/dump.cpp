@@ -194,7 +194,7 @@ void print_json(std::uint8_t node, const Dumped& object) {
   if (object.response.code != 0)
     fmt::print("\"abort_code\": {}}}\n", object.response.abort_code);
   else
-    fmt::print("\"data\": {}, \"value\": {}}}\n", tools::json_string(base::hex(value, " ")),
+    fmt::print("\"data\": {}, \"value\": {}}}\n", base::json_text(base::hex(value, " ")),
                tools::json_value(value, &fitting_type(value, object.type)));
 }
 

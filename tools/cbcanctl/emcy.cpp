@@ -5,6 +5,7 @@
 #include <iostream>
 
 #include "base/numbers.hpp"
+#include "base/value.hpp"
 #include "cbcanctl/commands.hpp"
 #include "descriptions/emergency.hpp"
 
@@ -12,14 +13,14 @@ namespace cbcan::ctl {
 
 namespace {
 
+using base::json_text;
 using descriptions::EmergencyMessage;
-using tools::json_string;
 
 /// `quoted`: as elements of a JSON array.
 std::string bits_text(std::uint8_t error_register, bool quoted) {
   std::string text;
   descriptions::for_each_error(error_register, [&](std::string_view bit) {
-    text += (text.empty() ? "" : ", ") + (quoted ? json_string(bit) : std::string(bit));
+    text += (text.empty() ? "" : ", ") + (quoted ? json_text(bit) : std::string(bit));
   });
   return text;
 }
@@ -34,7 +35,7 @@ void print(int node, const EmergencyMessage& message, std::string_view nothing, 
     fmt::print(
         R"({{"node": {}, "error_code": {}, "meaning": {}, "error_register": {}, "bits": [{}], "data": {}}})"
         "\n",
-        node, message.code, json_string(meaning), message.error_register, bits, json_string(info));
+        node, message.code, json_text(meaning), message.error_register, bits, json_text(info));
   else if (is_nothing)
     fmt::print("{} {}\n", node, nothing);
   else
@@ -68,7 +69,8 @@ void emcy(const Options& options) {
   if (all) return list_all(client, options);
   if (node == 0) node = own::read(client, own::kOwnNodeId, 0, 1)[0];
   const tools::Bytes bytes = own::read(client, own::kLastEmergency, node, EmergencyMessage::kSize);
-  print(node, descriptions::emergency_from(std::span(bytes).first<EmergencyMessage::kSize>()), "no error", options);
+  print(node, descriptions::emergency_from(std::span(bytes).first<EmergencyMessage::kSize>()), "no error",
+        options);
 }
 
 }  // namespace cbcan::ctl

@@ -20,8 +20,10 @@ struct Program {
   std::string_view head, read, write, foot;  ///< of fmt::format
 };
 
-constexpr std::string_view kSclHead =
-    R"(FUNCTION_BLOCK "cbcan_exchange"
+// clang-format off
+constexpr auto kPrograms = std::to_array<Program>({
+    {Form::kTiaDbScl, true, "P#DB{at}.DBX{offset}.0 WORD {words}",
+R"(FUNCTION_BLOCK "cbcan_exchange"
 VERSION : 0.1
 //Call it in each cycle. Outputs are sent after the first read of the inputs: fill them before that.
 VAR_OUTPUT
@@ -44,16 +46,14 @@ BEGIN
   #module.RemoteAddress.ADDR[4] := {ip4};
   #module.RemotePort := {port};
   CASE #job OF
-)";
-constexpr std::string_view kSclStep[] = {
-    R"(    {step}:
+)",
+R"(    {step}:
       #client(REQ := #request, DISCONNECT := FALSE, MB_MODE := 0, MB_DATA_ADDR := {number}, MB_DATA_LEN := {words}, MB_DATA_PTR := {data}, CONNECT := #module);
 )",
-    R"(    {step}:
+R"(    {step}:
       #client(REQ := #request, DISCONNECT := FALSE, MB_MODE := 1, MB_DATA_ADDR := {number}, MB_DATA_LEN := {words}, MB_DATA_PTR := {data}, CONNECT := #module);
-)"};
-constexpr std::string_view kSclFoot =
-    R"(  END_CASE;
+)",
+R"(  END_CASE;
   #request := NOT (#client.DONE OR #client.ERROR);
   IF #client.ERROR THEN
     #status := #client.STATUS;
@@ -62,12 +62,7 @@ constexpr std::string_view kSclFoot =
     #job := (#job + 1) MOD {steps};
   END_IF;
 END_FUNCTION_BLOCK
-)";
-
-// clang-format off
-constexpr auto kPrograms = std::to_array<Program>({
-    {Form::kTiaScl, true, "P#M{byte}.0 WORD {words}", kSclHead, kSclStep[0], kSclStep[1], kSclFoot},
-    {Form::kTiaDbScl, true, "P#DB{at}.DBX{offset}.0 WORD {words}", kSclHead, kSclStep[0], kSclStep[1], kSclFoot},
+)"},
     {Form::kXsySt, true, "%MW{word}:{words}",
 R"((* A section of the MAST task, for the variables of --for xsy. READ_VAR and WRITE_VAR use port 502.
    Write the CPU's own rack, slot and channel instead of 0.0.3. *)
@@ -144,9 +139,8 @@ std::string program_of(Form form, const std::vector<Exchange>& exchanges, unsign
   std::size_t step = 0;
   for (const Exchange& each : exchanges) {
     const std::size_t offset = each.first - regmap::kProcessFirst;
-    const std::string data =
-        fmt::format(fmt::runtime(program.data), arg("at", at), arg("byte", at + 2 * offset),
-                    arg("offset", 2 * offset), arg("word", at + offset), arg("words", each.words));
+    const std::string data = fmt::format(fmt::runtime(program.data), arg("at", at), arg("offset", 2 * offset),
+                                         arg("word", at + offset), arg("words", each.words));
     text += fmt::format(fmt::runtime(each.is_write ? program.write : program.read), arg("step", step++),
                         arg("number", kFirstHolding + each.first), arg("first", each.first),
                         arg("words", each.words), arg("bytes", 2 * each.words), arg("array", each.array),

@@ -9,6 +9,7 @@
 #include <iostream>
 #include <span>
 
+#include "base/value.hpp"
 #include "cbcanctl/command_line.hpp"
 #include "window/program_start.hpp"
 
@@ -19,7 +20,7 @@ namespace {
 /// With --json the error is also on standard output; `more`: further members.
 ExitCode fail(ExitCode code, const std::string& why, bool json, const std::string& more = "") {
   say(why);
-  if (json) std::cout << "{" << more << "\"error\": " << tools::json_string(why) << "}\n";
+  if (json) std::cout << "{" << more << "\"error\": " << base::json_text(why) << "}\n";
   return code;
 }
 

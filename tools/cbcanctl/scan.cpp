@@ -3,6 +3,7 @@
 
 #include <fmt/core.h>
 
+#include "base/value.hpp"
 #include "cbcanctl/commands.hpp"
 #include "cbcanctl/plan.hpp"
 
@@ -30,7 +31,7 @@ constexpr std::array<Column, 6> kColumns{{
 std::string cell(const tools::Bytes& value, bool is_name) {
   if (value.empty()) return "";
   const std::string text =
-      is_name ? tools::json_string(std::string(value.begin(), value.end())) : tools::print_value(value);
+      is_name ? base::json_text(std::string(value.begin(), value.end())) : tools::print_value(value);
   return is_name ? text.substr(1, text.size() - 2) : text.substr(0, text.find(' '));
 }
 

@@ -8,6 +8,7 @@
 #include <iostream>
 
 #include "base/numbers.hpp"
+#include "base/value.hpp"
 #include "cbcanctl/commands.hpp"
 #include "cbcanctl/transfer_settings.hpp"
 
@@ -15,8 +16,8 @@ namespace cbcan::ctl {
 
 namespace {
 
+using base::json_text;
 using tools::Bytes;
-using tools::json_string;
 using tools::Transaction;
 using tools::UsageError;
 
@@ -54,7 +55,7 @@ std::uint16_t state_of(const tools::ReadJob& job) {
 void print_state(unsigned node, std::uint16_t state, const Options& options) {
   const std::string_view name = regmap::meaning_of(regmap::kNodeStates, state, kUnknownState);
   if (options.json)
-    std::cout << "{\"node\": " << node << ", \"state\": " << state << ", \"name\": " << json_string(name)
+    std::cout << "{\"node\": " << node << ", \"state\": " << state << ", \"name\": " << json_text(name)
               << "}\n";
   else
     std::cout << node << " " << name << "\n";
@@ -72,7 +73,7 @@ void read(const Options& options) {
     std::cout << value << "\n";
   else
     std::cout << "{\"result\": 0, \"size\": " << data.size()
-              << ", \"data\": " << json_string(base::hex(data, " "))
+              << ", \"data\": " << json_text(base::hex(data, " "))
               << ", \"value\": " << tools::json_value(data, type) << "}\n";
 }
 
@@ -125,7 +126,7 @@ void kernel(const Options& options) {
   const std::uint8_t state = own::read(client, own::kKernelState, 0, 1)[0];
   const std::string_view name = regmap::meaning_of(kKernelStates, state, kUnknownState);
   if (options.json)
-    fmt::print("{{\"kernel\": {}, \"name\": {}}}\n", state, json_string(name));
+    fmt::print("{{\"kernel\": {}, \"name\": {}}}\n", state, json_text(name));
   else
     fmt::print("{:02X}h {}\n", state, name);
 }

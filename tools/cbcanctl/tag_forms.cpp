@@ -52,9 +52,6 @@ constexpr auto tia_type = type_of<&TypeName::tia>;
 std::string_view as_int(const Tag&) {
   return "INT";
 }
-std::string_view as_word(const Tag&) {
-  return "WORD";
-}
 
 // ---- Addresses
 
@@ -63,14 +60,6 @@ std::size_t word_of(const Tag& tag) {
 }
 std::string no_address(const Tag&, unsigned, const std::vector<Exchange>&) {
   return {};
-}
-/// Siemens numbers bytes, and the first is the high one.
-std::string tia_address(const Tag& tag, unsigned at, const std::vector<Exchange>&) {
-  const std::size_t byte = at + 2 * word_of(tag);
-  const std::size_t part = byte + (tag.bit < 8 ? 1 : 0);
-  if (tag.bits == 1) return fmt::format("%M{}.{}", part, tag.bit % 8);
-  if (tag.bits == 8) return fmt::format("%MB{}", part);
-  return fmt::format("%M{}{}", tag.bits == 32 ? 'D' : 'W', byte);
 }
 /// Each size has its own numbers; the first byte is the low one.
 std::string codesys_address(const Tag& tag, unsigned at, const std::vector<Exchange>&) {
@@ -82,9 +71,6 @@ std::string codesys_address(const Tag& tag, unsigned at, const std::vector<Excha
 }
 std::string xsy_address(const Tag& tag, unsigned at, const std::vector<Exchange>&) {
   return fmt::format("%MW{}", at + word_of(tag));
-}
-std::string delta_address(const Tag& tag, unsigned at, const std::vector<Exchange>&) {
-  return fmt::format("D{}", at + word_of(tag));
 }
 std::string logix_address(const Tag& tag, unsigned, const std::vector<Exchange>& arrays) {
   const auto array = std::ranges::find_if(arrays, [&](const Exchange& each) {
@@ -134,14 +120,10 @@ struct FormRow {
 };
 
 // clang-format off
-constexpr std::array<FormRow, static_cast<std::size_t>(Form::kTiaScl)> kRows{{
+constexpr std::array<FormRow, static_cast<std::size_t>(Form::kTiaDbScl)> kRows{{
     {{}, Smallest::kByteAndBit, Doubles::kNone, true, in_quotes, no_address, iec_type,
      "Name,Register,Bit,Bits,Type,Direction,Words,Node,Object,Low,High,Comment\r\n", "",
      "{name},{register},{bit},{bits},{type},{direction},{order},{node},{object},{low},{high},\"{comment}\"\r\n", ""},
-    {1000, Smallest::kByteAndBit, Doubles::kHighFirst, false, base::to_xml, tia_address, tia_type,
-     "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n<Tagtable name='cbcan'>\n", "",
-     "  <Tag type='{type}' hmiVisible='True' hmiWriteable='True' hmiAccessible='True' retain='False' remark=\"{comment}\" "
-     "addr='{address}'>{name}</Tag>\n", "</Tagtable>\n"},
     {10, Smallest::kByteAndBit, Doubles::kHighFirst, false, in_ascii, no_address, tia_type,
      "DATA_BLOCK \"cbcan\"\n{{ S7_Optimized_Access := 'FALSE' }}\nVERSION : 0.1\n"
      "//This block has number {at} in the program of --for tia-db-scl\nSTRUCT\n", "",
@@ -169,8 +151,6 @@ constexpr std::array<FormRow, static_cast<std::size_t>(Form::kTiaScl)> kRows{{
      "<variable name=\"{name}\" address=\"{address}\"><type><{type}/></type><documentation>"
      "<xhtml xmlns=\"http://www.w3.org/1999/xhtml\">{comment}</xhtml></documentation></variable>\n",
      "</globalVars>\n</data></addData>\n</project>\n"},
-    {100, Smallest::kWord, Doubles::kNone, false, in_ascii, delta_address, as_word,
-     "Class,Identifiers,Address,Type,Initial Value,Comment\r\n", "", "VAR,{name},{address},{type},0,{comment}\r\n", ""},
 }};
 // clang-format on
 
@@ -258,16 +238,15 @@ std::vector<Tag> variables_of_program() {
 
 std::string text_of(Form form, const std::vector<Tag>& tags, std::optional<unsigned> at,
                     const Server& server) {
-  constexpr auto kStandard = std::to_array<Form>({Form::kTia, Form::kTiaDb, Form::kXsy, Form::kCodesys});
-  const bool is_program = form >= Form::kTiaScl;
+  constexpr auto kStandard = std::to_array<Form>({Form::kTiaDb, Form::kXsy, Form::kCodesys});
+  const bool is_program = form >= Form::kTiaDbScl;
   const Form variables_form =
-      is_program ? kStandard[static_cast<std::size_t>(form) - static_cast<std::size_t>(Form::kTiaScl)] : form;
+      is_program ? kStandard[static_cast<std::size_t>(form) - static_cast<std::size_t>(Form::kTiaDbScl)]
+                 : form;
   const FormRow& row = kRows[static_cast<std::size_t>(variables_form)];
   const std::string_view name = kForms[static_cast<std::size_t>(form)];
   if (at && (!row.at || form == Form::kCodesysSt))
     throw base::UsageError(fmt::format("--at {}: --for {} has no addresses; leave it out", *at, name));
-  if (variables_form == Form::kTia && at.value_or(0) % 2 != 0)
-    throw base::UsageError(fmt::format("--at {}: must be even, a register is two bytes of %M", *at));
   const unsigned first = at.value_or(row.at.value_or(0));
   const std::vector<Exchange> arrays = exchanges_of(tags);
   if (is_program) return program_of(form, arrays, first, server);

@@ -13,22 +13,9 @@
 namespace cbcan::tools {
 
 /// Variables, in the order of kForms; then programs.
-enum class Form : std::uint8_t {
-  kCsv,
-  kTia,
-  kTiaDb,
-  kXsy,
-  kLogix,
-  kCodesys,
-  kIspsoft,
-  kTiaScl,
-  kTiaDbScl,
-  kXsySt,
-  kCodesysSt
-};
-inline constexpr std::array<std::string_view, 11> kForms{"csv",        "tia",     "tia-db",    "xsy",
-                                                         "logix",      "codesys", "ispsoft",   "tia-scl",
-                                                         "tia-db-scl", "xsy-st",  "codesys-st"};
+enum class Form : std::uint8_t { kCsv, kTiaDb, kXsy, kLogix, kCodesys, kTiaDbScl, kXsySt, kCodesysSt };
+inline constexpr std::array<std::string_view, 8> kForms{"csv",     "tia-db",     "xsy",    "logix",
+                                                        "codesys", "tia-db-scl", "xsy-st", "codesys-st"};
 
 /// The module, as the PLC's program reaches it.
 struct Server {

@@ -103,23 +103,18 @@ class Tags {
  public:
   void add_status(const descriptions::PlannedNetwork& network) {
     constexpr std::size_t kOfNodes = regmap::kStatusFirst + regmap::kStatusNodes;
-    for (const regmap::RegisterRow& row : regmap::kStatus)
-      for (std::size_t at = row.first; row.first != kOfNodes && at <= row.last; ++at) {
-        const std::size_t part = at - row.first;
-        const bool single = row.first == row.last;
-        const auto nodes =
-            single ? std::string()
-                   : fmt::format("nodes {} to {}: ", kRegisterBits * part, kRegisterBits * part + 15);
-        add_word(at, 0, single ? std::string(row.name) : fmt::format("{}_{}", row.name, part),
-                 nodes + std::string(row.meaning));
-      }
+    for (const regmap::RegisterRow& row : regmap::kStatus) {
+      if (row.first == row.last) add_word(row.first, 0, std::string(row.name), std::string(row.meaning));
+      if (row.first != row.last && row.first != kOfNodes) add_map(row, network);
+    }
     for (const descriptions::PlannedNode& node : network.all)
       add_word(
           kOfNodes + node.id, node.id, "NODE_" + name_of(node),
           fmt::format("node {}: NMT state in the low byte; its step in the high byte, 1 = running", node.id));
   }
 
-  void add(const descriptions::PlannedNode& node, const descriptions::PlannedPdo& pdo, descriptions::Words words) {
+  void add(const descriptions::PlannedNode& node, const descriptions::PlannedPdo& pdo,
+           descriptions::Words words) {
     constexpr std::size_t kWordsOfPdo = 4;
     const std::size_t first =
         regmap::kProcessFirst + (pdo.input() ? 0 : regmap::kInputWords) + kWordsOfPdo * (pdo.own - 1u);
@@ -144,6 +139,18 @@ class Tags {
   std::vector<Tag> all{};
 
  private:
+  /// Adds the registers that have a bit of a listed node.
+  void add_map(const regmap::RegisterRow& row, const descriptions::PlannedNetwork& network) {
+    std::set<std::size_t> parts;
+    for (const descriptions::PlannedNode& node : network.all)
+      parts.insert(node.id / kRegisterBits);
+    for (const std::size_t part : parts) {
+      const std::size_t first = kRegisterBits * part;
+      add_word(row.first + part, 0, fmt::format("{}_{}", row.name, part),
+               fmt::format("nodes {} to {}: {}", first, first + kRegisterBits - 1, row.meaning));
+    }
+  }
+
   void add_word(std::size_t first, std::uint8_t node, const std::string& name, const std::string& comment) {
     Tag tag{.comment = comment_of(comment), .first = static_cast<std::uint16_t>(first), .node = node};
     names_.give(tag, "cbcan_" + name, std::to_string(node));

@@ -16,6 +16,7 @@
 #include "base/suggestion.hpp"
 #include "cbcan/canopen/dictionary/object_dictionary.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
+#include "descriptions/values.hpp"
 
 namespace cbcan::devices {
 
@@ -169,16 +170,12 @@ DataType type_of(const Fields& fields) {
 
 /// Text of a value of an integer type.
 std::string integer_text(const Fields& fields, const char* key, DataType type) {
-  const int bits = type == kBoolean ? 1 : static_cast<int>(8 * size_of(type)) - (is_signed(type) ? 1 : 0);
-  const std::uint64_t most = ~std::uint64_t{0} >> (64 - bits);
-  const std::int64_t least = is_signed(type) ? -static_cast<std::int64_t>(most) - 1 : 0;
-  const double value = fields.number(key).value_or(0);
-  if (const auto whole = fields.whole(key);
-      whole && *whole >= least && (*whole < 0 || static_cast<std::uint64_t>(*whole) <= most))
-    return std::to_string(*whole);
-  if (std::round(value) >= static_cast<double>(least) && std::round(value) < std::ldexp(1.0, bits))
-    return fmt::format("{:.0f}", std::round(value));
-  fields.refuse(key, fmt::format("must be {}..{}", least, most));
+  const auto whole = fields.whole(key);
+  const std::string text =
+      whole ? std::to_string(*whole) : fmt::format("{:.0f}", std::round(fields.number(key).value_or(0)));
+  const auto number = descriptions::parse_number(text, 0);
+  if (number && descriptions::to_bits(*number, type)) return text;
+  fields.refuse(key, "must be " + descriptions::range_of(type));
 }
 
 std::string value_text(const Fields& fields, DataType type) {

@@ -4,6 +4,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cerrno>
 #include <cstdio>
@@ -37,31 +38,23 @@ constexpr std::uint32_t kFirstClientPort = 49152;
 constexpr std::size_t kIpBytes = 20;
 constexpr std::size_t kTcpBytes = 20;
 
-/// A part of base::append(): the bytes of a number.
+/// Appends the bytes of a number, in this machine's byte order or the high byte first.
 template <class Number>
-struct Raw {
-  Number number;
-  bool is_big;  ///< high byte first, else in this machine's byte order
-};
-template <class Number>
-constexpr std::size_t room(Raw<Number> /*raw*/) {
-  return sizeof(Number);
-}
-template <class Number>
-char* write(char* at, Raw<Number> raw) {
-  std::memcpy(at, &raw.number, sizeof raw.number);
-  if (raw.is_big && std::endian::native == std::endian::little) std::reverse(at, at + sizeof raw.number);
-  return at + sizeof raw.number;
+void put_number(Buffer& to, Number number, bool is_big) {
+  std::array<char, sizeof number> bytes;
+  std::memcpy(bytes.data(), &number, sizeof number);
+  if (is_big && std::endian::native == std::endian::little) std::ranges::reverse(bytes);
+  to.append(bytes.begin(), bytes.end());
 }
 
 template <class... Numbers>
 void put(Buffer& to, Numbers... numbers) {
-  base::append(to, Raw<Numbers>{numbers, false}...);
+  (put_number(to, numbers, false), ...);
 }
 
 template <class... Numbers>
 void put_big(Buffer& to, Numbers... numbers) {
-  base::append(to, Raw<Numbers>{numbers, true}...);
+  (put_number(to, numbers, true), ...);
 }
 
 /// All blocks of a file begin at a multiple of four.

@@ -4,33 +4,35 @@
 #include <array>
 
 #include "base/error.hpp"
+#include "base/toml_table.hpp"
 #include "config/diagnostic.hpp"
 #include "config/settings.hpp"
-#include "scenario/line_table.hpp"
 
 namespace cbcan::search {
 
 namespace {
 
+using base::setting;
+
 constexpr std::string_view kConditions = "conditions";
 constexpr std::string_view kFaults = "faults";
-constexpr std::string_view kDuration = "a duration";
+constexpr std::string_view kTime = "a duration";
+constexpr auto kDuration = base::Form::kDuration;
 
 // clang-format off
-constexpr auto kKeys = std::to_array<scenario::LineKey<Settings>>({
-    {{.key = "faults", .help = "Kinds with their keys, such as `response-*` or `power for_ms=300`; each acts once unless it has a count",
-      .domain = kFaults}, &Settings::faults},
-    {{.key = "nodes", .help = "Nodes with faults; by default those that the run without faults spoke with", .domain = "node IDs"},
-     &Settings::nodes, true},
-    {{.key = "always", .help = "Hold whenever time has passed, and after each Modbus request", .domain = kConditions}, &Settings::always},
-    {{.key = "done", .help = "Hold at the end if the command ended with exit code 0", .domain = kConditions}, &Settings::done},
-    {{.key = "gave_up", .help = "Hold at the end if it ended with exit code 75", .domain = kConditions}, &Settings::gave_up},
-    {{.key = "survive", .help = "Faults after which, once, giving up is a failure", .domain = kFaults}, &Settings::survive},
-    {{.key = "reached", .help = "Happen in at least one run", .domain = kConditions}, &Settings::reached},
-    {{.key = "only", .help = "Faults that act in every run, such as `16:silent@149`; --explore writes them", .domain = "moments"}, &Settings::only},
-    {{.key = "settle", .help = "Passes in the plant between the end of the command and the last look", .domain = kDuration}, &Settings::settle},
-    {{.key = "within", .help = "Limit of a run in the plant's time; by default ten times that of the run without faults",
-      .domain = kDuration}, &Settings::within},
+constexpr auto kKeys = std::to_array<base::Setting<Settings>>({
+    setting<&Settings::faults>({.key = "faults", .help = "Kinds with their keys, such as `response-*` or `power for_ms=300`; each acts once unless it has a count",
+      .domain = kFaults}),
+    setting<&Settings::nodes>({.key = "nodes", .help = "Nodes with faults; by default those that the run without faults spoke with", .high = 127, .domain = "node IDs"}),
+    setting<&Settings::always>({.key = "always", .help = "Hold whenever time has passed, and after each Modbus request", .domain = kConditions}),
+    setting<&Settings::done>({.key = "done", .help = "Hold at the end if the command ended with exit code 0", .domain = kConditions}),
+    setting<&Settings::gave_up>({.key = "gave_up", .help = "Hold at the end if it ended with exit code 75", .domain = kConditions}),
+    setting<&Settings::survive>({.key = "survive", .help = "Faults after which, once, giving up is a failure", .domain = kFaults}),
+    setting<&Settings::reached>({.key = "reached", .help = "Happen in at least one run", .domain = kConditions}),
+    setting<&Settings::only>({.key = "only", .help = "Faults that act in every run, such as `16:silent@149`; --explore writes them", .domain = "moments"}),
+    setting<&Settings::settle>({.key = "settle", .help = "Passes in the plant between the end of the command and the last look", .form = kDuration, .domain = kTime}),
+    setting<&Settings::within>({.key = "within", .help = "Limit of a run in the plant's time; by default ten times that of the run without faults",
+      .form = kDuration, .domain = kTime}),
 });
 // clang-format on
 
@@ -67,29 +69,31 @@ std::vector<std::string> default_survive() {
 }
 
 std::vector<base::Row> setting_rows() {
-  return scenario::rows_of(std::span<const scenario::LineKey<Settings>>(kKeys));
+  return {kKeys.begin(), kKeys.end()};
 }
 
 std::string text_of(const Settings& settings) {
-  return scenario::text_of(std::span<const scenario::LineKey<Settings>>(kKeys), settings);
+  return base::table_text<Settings>(kKeys, settings);
 }
 
 Settings read_settings(std::string_view text, const std::string& file) {
   Settings settings;
   settings.file = file;
   if (text.find(config::kExploreTable) == std::string_view::npos) return settings;
-  config::Diagnostics problems;
+  const auto fail = [&file](std::size_t line, const std::string& mistake) {
+    throw base::UsageError(to_string(config::Diagnostic{{file, line}, "explore" + mistake}));
+  };
   try {
     const toml::table root = toml::parse(text, std::string_view(file));
     const toml::node* const node = root.get(config::kExploreTable);
     if (const toml::table* const table = node != nullptr ? node->as_table() : nullptr)
-      scenario::LineTable(config::kExploreTable, file, problems)
-          .read(*table, std::span<const scenario::LineKey<Settings>>(kKeys), settings);
+      base::read_table<Settings>(
+          *table, kKeys, settings, "explore has",
+          [&fail](std::size_t line, const std::string& mistake) { fail(line, "." + mistake); });
     else if (node != nullptr)
-      problems.push_back({{file, node->source().begin.line}, "explore: must be a table; write [explore]"});
+      fail(base::line_of(*node), ": must be a table; write [explore]");
   } catch (const toml::parse_error&) {  // is reported by the plant's reader
   }
-  if (!problems.empty()) throw base::UsageError(to_string(problems.front()));
   return settings;
 }
 
