@@ -14,7 +14,7 @@
 #include "config/plant_file.hpp"
 #include "plant/bench.hpp"
 #include "scenario/run.hpp"
-#include "scenario/search/settings.hpp"
+#include "scenario/search/search_settings.hpp"
 #include "sim/frame_text.hpp"
 #include "sim/parameter_text.hpp"
 

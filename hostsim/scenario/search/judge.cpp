@@ -117,7 +117,7 @@ std::string Judge::Seen::text() const {
 /// Before the node gets it.
 void Judge::on_frame(std::size_t network, const Frame& frame, Time now) {
   frames_.push_back({network, frame, now});
-  if (parts_.undisturbed == nullptr) record_.frames.push_back(frames_.back().text());
+  if (parts_.baseline == nullptr) record_.frames.push_back(frames_.back().text());
   if (frames_.size() > kLastFrames) frames_.pop_front();
   const auto number = static_cast<std::uint8_t>(network);
   const auto node = static_cast<std::uint8_t>(frame.id & nmt::kMaxNode);
@@ -266,7 +266,7 @@ void Judge::follow(const journal::Event& event) {
 void Judge::follow_end(const journal::Event& ended) {
   const std::span<const std::uint8_t> bytes = journal_.bytes(ended);
   if (!parts_.counted.empty())
-    record_.transactions.push_back({during_ + " " + result_text(ended), base::hex(bytes, ""), occasions()});
+    record_.transactions.push_back({during_ + " " + result_text(ended), base::hex(bytes, ""), matches()});
   if (ended.node != 0) record_.nodes.insert(plant::prefix_of(ended.network) + std::to_string(ended.node));
   if (ended.result == 0 && !parts_.values_may_differ) check_value(ended, object_of(ended));
   const config::ModuleConfig& module = control_.network(ended.network).module_config();
@@ -293,9 +293,9 @@ void Judge::check_value(const journal::Event& ended, const Object& object) {
   if (ended.service != journal::Service::kWrite || may_be_gone || is_command(object) ||
       std::ranges::equal(value_of(object), bytes))
     return;
-  if (parts_.undisturbed == nullptr)
+  if (parts_.baseline == nullptr)
     record_.changing.insert(object);
-  else if (!parts_.undisturbed->changing.contains(object))
+  else if (!parts_.baseline->changing.contains(object))
     broken("what is written is in the node", "it is not: " + base::hex(bytes, " "));
 }
 
@@ -303,9 +303,9 @@ void Judge::check_downloads() {
   for (auto& [object, more] : downloads_) {
     if (more <= 0) continue;
     more = 0;
-    if (parts_.undisturbed == nullptr)
+    if (parts_.baseline == nullptr)
       record_.unrequested.insert(object);
-    else if (!parts_.values_may_differ && !parts_.undisturbed->unrequested.contains(object))
+    else if (!parts_.values_may_differ && !parts_.baseline->unrequested.contains(object))
       broken("each download has been requested",
              fmt::format("node {} got one more of {:04X}h:{}", std::get<1>(object), std::get<2>(object),
                          std::get<3>(object)));
@@ -339,8 +339,8 @@ void Judge::check_limits() {
   if (std::exchange(looked_at_, now) != now) requests_before_ = requests();
   if (requests() - requests_before_ > kMostRequestsAtATime)
     broken("the program ends", fmt::format("{} Modbus requests while no time passed", kMostRequestsAtATime));
-  if (parts_.undisturbed == nullptr || has_ended_) return;
-  const Time usual = parts_.undisturbed->duration;  // 0 = not known
+  if (parts_.baseline == nullptr || has_ended_) return;
+  const Time usual = parts_.baseline->duration;  // 0 = not known
   const Time most = parts_.settings.within.value_or(usual != 0 ? 10 * usual + kMinute : kNever);
   if (now > most) broken("the program ends", fmt::format("not within {} s", base::seconds_text(most)));
 }
@@ -351,7 +351,7 @@ Result Judge::end(std::optional<int> exit_code) {
   record_.duration = control_.now();
   look();
   has_ended_ = true;
-  record_.occasions = occasions();
+  record_.matches = matches();
   record_.requests = requests();
   const bool gave_up = exit_code == kGaveUpCode;
   if (exit_code.value_or(0) != 0 && !gave_up)
@@ -382,7 +382,7 @@ void Judge::check_nodes() {
   for (const std::string& node : record_.nodes) {
     const auto [network, id] = plant::where(node, control_.networks());
     const Object any{static_cast<std::uint8_t>(network), base::parse<std::uint8_t>(id).value_or(0), 0, 0};
-    const bool expected = parts_.undisturbed == nullptr || parts_.undisturbed->readable.contains(node);
+    const bool expected = parts_.baseline == nullptr || parts_.baseline->readable.contains(node);
     if (!expected || node_of(any) == nullptr) continue;
     execute(fmt::format("trigger {}read {} {} 0 4", plant::prefix_of(network), id, object::kDeviceType));
     for (int i = 0; i < 20 && control_.read(network, regmap::kWindowFirst, 1)[0] == regmap::kExecute; ++i)
@@ -390,7 +390,7 @@ void Judge::check_nodes() {
     const bool good = control_.read(network, regmap::kWindowFirst, 1)[0] == 0;
     if (good)
       record_.readable.insert(node);
-    else if (parts_.undisturbed != nullptr)
+    else if (parts_.baseline != nullptr)
       broken("each node can be read at the end", fmt::format("node {} cannot", node));
   }
 }
@@ -411,7 +411,7 @@ void Judge::find_counters() {
   }
 }
 
-std::vector<std::uint32_t> Judge::occasions() const {
+std::vector<std::uint32_t> Judge::matches() const {
   std::vector<std::uint32_t> counts;
   for (const auto& [set, number] : counters_) {
     const auto found = std::ranges::find(set->list(), number, &sim::SetFault::number);

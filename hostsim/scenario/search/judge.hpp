@@ -29,7 +29,7 @@
 #include "journal/words.hpp"
 #include "plant/control.hpp"
 #include "scenario/search/moment.hpp"
-#include "scenario/search/settings.hpp"
+#include "scenario/search/search_settings.hpp"
 #include "scenario/search/values_seen.hpp"
 
 namespace cbcan::search {
@@ -51,18 +51,18 @@ using Object = std::tuple<std::uint8_t, std::uint8_t, std::uint16_t, std::uint8_
 /// What a run without faults shows.
 struct Record {
   struct Transaction {
-    std::string text;                      ///< request and result
-    std::string value;                     ///< hexadecimal
-    std::vector<std::uint32_t> occasions;  ///< matching frames of each variant up to its end
+    std::string text;                    ///< request and result
+    std::string value;                   ///< hexadecimal
+    std::vector<std::uint32_t> matches;  ///< matching frames of each variant up to its end
   };
   std::vector<Transaction> transactions;
-  std::vector<std::uint32_t> occasions;  ///< up to the end of the run
-  std::set<Object> changing;             ///< not what was written right after a write
-  std::set<Object> unrequested;          ///< downloaded by another than the PLC
-  std::set<std::string> nodes;           ///< that the run spoke with
-  std::set<std::string> readable;        ///< at the end
-  std::vector<std::string> frames;       ///< all, with their times
-  std::uint64_t requests = 0;            ///< of Modbus
+  std::vector<std::uint32_t> matches;  ///< up to the end of the run
+  std::set<Object> changing;           ///< not what was written right after a write
+  std::set<Object> unrequested;        ///< downloaded by another than the PLC
+  std::set<std::string> nodes;         ///< that the run spoke with
+  std::set<std::string> readable;      ///< at the end
+  std::vector<std::string> frames;     ///< all, with their times
+  std::uint64_t requests = 0;          ///< of Modbus
   Time duration = 0;
 };
 
@@ -90,7 +90,7 @@ class Judge final : private plant::Listener {
     std::vector<Variant> counted;  ///< variants whose matching frames are recorded
     bool values_may_differ;        ///< because of the faults
     bool must_survive;             ///< giving up is a failure
-    const Record* undisturbed;     ///< null in that run itself
+    const Record* baseline;        ///< what the run without faults showed; null in that run itself
     std::function<void(Time)> pass;
   };
   /// Make it before the plant starts. Throws base::UsageError, with file and line, for a condition.
@@ -139,7 +139,7 @@ class Judge final : private plant::Listener {
   void check_nodes();
   void broken(std::string_view what, std::string seen);
   void find_counters();
-  std::vector<std::uint32_t> occasions() const;
+  std::vector<std::uint32_t> matches() const;
   std::uint64_t requests() const;
   sim::Node* node_of(const Object& object);
   std::vector<std::uint8_t> value_of(const Object& object);

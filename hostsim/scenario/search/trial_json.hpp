@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Runs of --explore as JSON: between processes, and in the file of --state.
+/// Trials of --explore as JSON: between processes, and in the file of --state.
 
 #include <nlohmann/json.hpp>
 
@@ -10,8 +10,8 @@
 namespace cbcan::search {
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Result, verdict, what, seen, during, request, said, happened, reached,
                                    frames, duration)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Record::Transaction, text, value, occasions)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Record, transactions, occasions, changing, unrequested, nodes, readable,
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Record::Transaction, text, value, matches)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Record, transactions, matches, changing, unrequested, nodes, readable,
                                    frames, requests, duration)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Told, result, record, problem, is_usage)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(TrialReport, result, record, problem, is_usage)
 }  // namespace cbcan::search
