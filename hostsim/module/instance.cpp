@@ -96,8 +96,6 @@ class Instance::Bench final : public plant::Bench {
     now_ = std::max(earlier(until, session_.plant().next_deadline()), now_);
     session_.advance_and_answer();
   }
-  void add(plant::Listener& listener) override { session_.control().add(listener); }
-  void remove(plant::Listener& listener) override { session_.control().remove(listener); }
 
  private:
   Time& now_;

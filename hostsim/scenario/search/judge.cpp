@@ -74,11 +74,11 @@ std::string report(const Result& result) {
 }
 
 Judge::Judge(Parts parts)
-    : parts_(std::move(parts)),
+    : Listener(parts.control),
+      parts_(std::move(parts)),
       control_(parts_.control),
       journal_(control_.journal(kJournalEvents, kJournalBytes)),
       cursor_(journal_, kFollowed) {
-  control_.add(*this);
   always_ = conditions(parts_.settings.always);
   done_ = conditions(parts_.settings.done);
   gave_up_ = conditions(parts_.settings.gave_up);
@@ -86,13 +86,6 @@ Judge::Judge(Parts parts)
   result_.reached.resize(reached_.size());
   silent_since_.resize(control_.networks(), kNever);
   find_counters();
-}
-
-Judge::~Judge() {
-  for (const auto* held : {&always_, &done_, &gave_up_, &reached_})
-    for (const Held& each : *held)
-      control_.remove(*each.condition);
-  control_.remove(*this);
 }
 
 std::vector<Judge::Held> Judge::conditions(const std::vector<Line>& lines) {
@@ -103,7 +96,6 @@ std::vector<Judge::Held> Judge::conditions(const std::vector<Line>& lines) {
     } catch (const plant::Refused& refused) {
       throw base::UsageError(fmt::format("{}:{}: {}", parts_.settings.file, line.number, refused.what()));
     }
-    control_.add(*made.back().condition);
   }
   return made;
 }

@@ -95,9 +95,6 @@ class Judge final : private plant::Listener {
   };
   /// Make it before the plant starts. Throws base::UsageError, with file and line, for a condition.
   explicit Judge(Parts parts);
-  ~Judge();
-  Judge(const Judge&) = delete;
-  Judge& operator=(const Judge&) = delete;
 
   /// Time has passed, or a request has been answered. False: the run ends.
   bool look();

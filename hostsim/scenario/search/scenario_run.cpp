@@ -30,8 +30,6 @@ class JudgedPlant final : public plant::Bench {
     plant_.advance(until);
     look();
   }
-  void add(plant::Listener& listener) override { plant_.add(listener); }
-  void remove(plant::Listener& listener) override { plant_.remove(listener); }
 
  private:
   void look() {
