@@ -17,6 +17,7 @@
 #include "base/utf8.hpp"
 #include "base/words.hpp"
 #include "io/loop/reactor.hpp"
+#include "scenario/search/judge.hpp"
 #include "scenario/search/trial_json.hpp"
 
 namespace cbcan::app {
@@ -121,12 +122,12 @@ TrialReport Processes::run_here(const Trial& trial, int error) {
   Console console;
   Simulator simulator(config, config::build_nodes(config, files_), start_.plant_file, console, false,
                       Simulator::Files::kCopied);
-  search::Judge judge({simulator.session().control(), settings_, trial.counted, trial.values_may_differ,
-                       trial.must_survive, trial.baseline, [&](Time duration) { simulator.pass(duration); }});
+  search::Judge judge(simulator.session().control(), settings_, trial,
+                      [&](Time duration) { simulator.pass(duration); });
   simulator.session().watch([&judge] { return judge.look(); });
   const int code = simulator.run(start_.command, error);
   simulator.session().watch({});
-  return {judge.end(code), judge.record()};
+  return judge.end(code);
 }
 
 void Processes::wait(const Ended& ended, const std::function<void(const Process&)>& slow) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Each rule of Judge.hpp, broken once: by a fault that it is not told of, or by another node that does what a
+// Each rule of rules.hpp, broken once: by a fault that it is not told of, or by another node that does what a
 // wrong module would.
 #include "explored.hpp"
 

@@ -10,29 +10,10 @@
 #include <string>
 #include <vector>
 
-#include "config/config.hpp"
-#include "scenario/search/judge.hpp"
 #include "scenario/search/search.hpp"
 #include "scenario/search/search_settings.hpp"
 
 namespace cbcan::search {
-
-/// One run of the program or scenario.
-struct Trial {
-  config::Config config;
-  std::vector<Variant> counted = {};  ///< their matching frames are recorded
-  bool values_may_differ = false;
-  bool must_survive = false;
-  const Record* baseline = nullptr;
-};
-
-/// What a trial has shown.
-struct TrialReport {
-  Result result{};
-  Record record{};
-  std::string problem{};  ///< why it could not run; empty = it could
-  bool is_usage = false;  ///< the problem is the user's, not the machine's
-};
 
 /// A trial with these faults.
 Trial trial_with(const Moments& moments, const config::Config& plant, const Record& baseline);

@@ -5,7 +5,7 @@
 
 #include "base/utf8.hpp"
 #include "plant/virtual_plant.hpp"
-#include "scenario/search/search.hpp"
+#include "scenario/search/judge.hpp"
 
 namespace cbcan::search {
 
@@ -47,8 +47,8 @@ TrialReport play(const scenario::Scenario& scenario, const Trial& trial, const S
   config::PlantBuild build = config::build_nodes(trial.config, files);
   if (!build.good) return {.problem = build.lines.front(), .is_usage = true};
   plant::VirtualPlant plant(trial.config, std::move(build));
-  Judge judge({plant.control(), settings, trial.counted, trial.values_may_differ, trial.must_survive,
-               trial.baseline, [&](Time duration) { plant.advance_to(plant.now() + duration); }});
+  Judge judge(plant.control(), settings, trial,
+              [&](Time duration) { plant.advance_to(plant.now() + duration); });
   plant.start();
   JudgedPlant bench(plant, judge);
   try {
@@ -56,14 +56,15 @@ TrialReport play(const scenario::Scenario& scenario, const Trial& trial, const S
     if (!played.failure.empty()) judge.fail(played.failure);
   } catch (const Over&) {
   }
-  TrialReport report{judge.end(std::nullopt), judge.record()};
+  TrialReport report = judge.end(std::nullopt);
   report.record.duration = 0;  // it ends by itself: no limit follows from it
   return report;
 }
 
 void check_conditions(const Settings& settings, const config::Config& config, config::PlantBuild build) {
   plant::VirtualPlant plant(config, std::move(build));
-  const Judge judge({plant.control(), settings, {}, false, false, nullptr, {}});
+  const Trial trial{config};
+  const Judge judge(plant.control(), settings, trial, {});
 }
 
 scenario::Outcome replay(const scenario::Scenario& scenario, const Moments& moments, const Settings& settings,

@@ -11,8 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "scenario/search/judge.hpp"
-#include "scenario/search/moment.hpp"
+#include "scenario/search/trial.hpp"
 
 namespace cbcan::search {
 

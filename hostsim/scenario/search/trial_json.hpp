@@ -5,7 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "scenario/search/exploration.hpp"
+#include "scenario/search/trial.hpp"
 
 namespace cbcan::search {
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Result, verdict, what, seen, during, request, said, happened, reached,
