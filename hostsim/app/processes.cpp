@@ -126,7 +126,10 @@ TrialReport Processes::run_here(const Trial& trial, int error) {
                       [&](Time duration) { simulator.pass(duration); });
   simulator.session().watch([&judge] { return judge.look(); });
   const int code = simulator.run(start_.command, error);
-  simulator.session().watch({});
+  simulator.session().watch([&judge] {
+    judge.keep_up();
+    return true;
+  });
   return judge.end(code);
 }
 

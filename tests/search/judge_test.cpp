@@ -115,6 +115,15 @@ wait = "transaction ended"
       "a wrong response is noticed: result 0");
 }
 
+TEST_CASE("Judge: no event is missed while the plant settles with more frames than the journal holds") {
+  // A read that ends 2 s after the last step, with a wrong value; 20,000 frames of a busy bus follow.
+  const std::string steps =
+      "[can]\nfaults = [{ kind = \"frame-corrupt\", part = \"data\", first_id = 0x5C2, last_id = 0x5C2, "
+      "seed = 4 }]\n[module]\nsdo_timeout_ms = 5000\n[[step]]\ndo = [\"fault 66 response-late delay_ms=2000\", "
+      "\"fault bus bus-load frames_per_s=5000\", \"trigger read 66 0x1000 0 4\"]\n";
+  CHECK(wrong_with(steps).starts_with("what is read is in the node: it was not: "));
+}
+
 TEST_CASE("Judge: conditions") {
   const auto with = [](const std::string& conditions) {
     return wrong_with("[explore]\n" + conditions + "\n[[step]]\n" + kRead1000);

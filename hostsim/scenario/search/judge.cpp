@@ -63,11 +63,19 @@ void Judge::on_frame(std::size_t network, const Frame& frame, Time now) {
     rule->on_frame(*this, seen);
 }
 
-bool Judge::look() {
+void Judge::keep_up() {
+  if (is_settling_ && cursor_.unread() > kEvents / 2) read_journal();
+}
+
+void Judge::read_journal() {
   cursor_.look([this](std::uint64_t /*number*/, const journal::Event& event) {
     follow(event);
     return true;
   });
+}
+
+bool Judge::look() {
+  read_journal();
   check(always_, "always");
   for (std::size_t i = 0; i < reached_.size(); ++i)
     result.reached[i] = result.reached[i] ||
@@ -121,7 +129,9 @@ TrialReport Judge::end(std::optional<int> exit_code) {
   if (result.verdict != Verdict::kBroken) {
     if (gave_up) result.verdict = Verdict::kGaveUp;
     if (gave_up && trial.must_survive) broken("survive", "it gave up");
+    is_settling_ = true;
     pass(settings.settle.value_or(kSettle));
+    is_settling_ = false;
     look();
     check(gave_up ? gave_up_ : done_, gave_up ? "gave_up" : "done");
   }

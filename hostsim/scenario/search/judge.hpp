@@ -16,11 +16,13 @@ namespace cbcan::search {
 
 class Judge final : private JudgedRun, private plant::Listener {
  public:
-  /// Make it before the plant starts. `pass` lets time pass in the plant; all of it outlives the judge.
-  /// Throws base::UsageError, with file and line, for a condition.
+  /// Make it before the plant starts. `pass` lets time pass in the plant, and calls keep_up() after each
+  /// step; all of it outlives the judge. Throws base::UsageError, with file and line, for a condition.
   Judge(plant::Control& control, const Settings& settings, const Trial& trial,
         std::function<void(Time)> pass);
 
+  /// Time has passed while the plant settles: reads the journal before it wraps.
+  void keep_up();
   /// Time has passed, or a request has been answered. False: the run ends.
   bool look();
   /// A scenario has failed: a report of lines.
@@ -40,6 +42,7 @@ class Judge final : private JudgedRun, private plant::Listener {
 
   std::vector<Held> conditions(const std::vector<Line>& lines);
   void on_frame(std::size_t network, const Frame& frame, Time now) override;
+  void read_journal();
   void follow(const journal::Event& event);
   void check(const std::vector<Held>& held, std::string_view name);
   void find_counters();
@@ -52,6 +55,7 @@ class Judge final : private JudgedRun, private plant::Listener {
   std::vector<Held> gave_up_;
   std::vector<Held> reached_;
   std::vector<Counter> counters_;  ///< by counted variant; number 0 = it has none
+  bool is_settling_ = false;
   std::uint64_t requests_at_fault_ = ~std::uint64_t{0};
 };
 

@@ -37,8 +37,9 @@ struct JudgedRun {
   plant::Control& control;
   const Settings& settings;
   const Trial& trial;
-  std::function<void(Time)> pass;  ///< lets this time pass in the plant
-  journal::Journal& journal = control.journal(2048, 256 * 1024);
+  std::function<void(Time)> pass;               ///< lets this time pass in the plant
+  static constexpr std::size_t kEvents = 2048;  ///< in the journal
+  journal::Journal& journal = control.journal(kEvents, 128 * kEvents);
   plant::LastFrames last_frames{control};
   std::string during{};    ///< the present transaction, or the last one
   std::string request{};   ///< the last Modbus request

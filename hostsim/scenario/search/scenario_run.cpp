@@ -47,8 +47,10 @@ TrialReport play(const scenario::Scenario& scenario, const Trial& trial, const S
   config::PlantBuild build = config::build_nodes(trial.config, files);
   if (!build.good) return {.problem = build.lines.front(), .is_usage = true};
   plant::VirtualPlant plant(trial.config, std::move(build));
-  Judge judge(plant.control(), settings, trial,
-              [&](Time duration) { plant.advance_to(plant.now() + duration); });
+  Judge judge(plant.control(), settings, trial, [&](Time duration) {
+    for (const Time end = plant.now() + duration; plant.now() < end; judge.keep_up())
+      plant.advance(end);
+  });
   plant.start();
   JudgedPlant bench(plant, judge);
   try {
