@@ -42,8 +42,8 @@ namespace {
 using search::Moments;
 using search::Record;
 using search::Result;
-using search::Run;
-using search::Told;
+using search::Trial;
+using search::TrialReport;
 
 /// Plays a scenario, each time on a plant of its own.
 class Threads final : public search::Runner {
@@ -53,21 +53,21 @@ class Threads final : public search::Runner {
           const search::Settings& settings)
       : scenario_(scenario), files_(files), settings_(settings) {}
 
-  void all(std::size_t count, const std::function<Run(std::size_t)>& make,
-           const std::function<bool()>& wanted,
-           const std::function<void(std::size_t, const Told&)>& ended) override {
+  void run_all(std::size_t count, const std::function<Trial(std::size_t)>& make,
+               const std::function<bool()>& wanted,
+               const std::function<void(std::size_t, const TrialReport&)>& ended) override {
     std::mutex one;
     in_parallel(count, files_.size(), [&](std::size_t i, std::size_t thread) {
       if (!wanted()) return;
-      Told told;
+      TrialReport report;
       try {
-        told = search::play(scenario_, make(i), settings_, files_[thread]);
+        report = search::play(scenario_, make(i), settings_, files_[thread]);
       } catch (const std::exception& error) {
-        told.problem = error.what();
-        told.is_usage = true;  // the plant is in memory
+        report.problem = error.what();
+        report.is_usage = true;  // the plant is in memory
       }
       const std::scoped_lock lock(one);
-      ended(i, told);
+      ended(i, report);
     });
   }
 
@@ -95,7 +95,7 @@ std::string file_name_of(const Moments& moments) {
 /// What is searched: a command, or a scenario.
 struct Subject {
   std::string name;      ///< of a scenario; empty for a command
-  std::string identity;  ///< whatever decides the results, apart from what the undisturbed run shows
+  std::string identity;  ///< whatever decides the results, apart from what the run without faults shows
   const config::Config& plant;
   const search::Settings& settings;
   Moments only;  ///< the one run to make; empty = all
@@ -148,38 +148,51 @@ class Search {
 
   /// Throws base::UsageError, or another exception for what the machine prevents.
   void search(const Subject& subject) {
-    search::Exploration exploration(subject.plant, subject.settings, subject.runner,
-                                     words_in(search_.faults), words_in(search_.nodes));
+    search::Exploration exploration(subject.plant, subject.settings, subject.runner, words_in(search_.faults),
+                                    words_in(search_.nodes));
     exploration.prepare();
-    std::vector<Moments> moments =
-        subject.only.empty() ? exploration.moments() : std::vector<Moments>(1, subject.only);
     if (subject.name.empty() && exploration.record().requests == 0)
       throw base::UsageError("the command has sent no Modbus request, so no fault can break it");
+    std::vector<Moments> moments =
+        subject.only.empty() ? exploration.moments() : std::vector<Moments>(1, subject.only);
     offered_ += moments.size();
     state_.begin(subject.name, fingerprint(subject, exploration.record()));
-    const bool with_pairs = search_.together == 2;
-    std::size_t others = with_pairs ? 0 : leave_out_others(moments);
+    std::size_t others = search_.together == 2 ? 0 : leave_out_others(moments);
     if (search_.list) {
       for (const Moments& each : moments)
         console_.say(to_string(each) + "\n");
       return;
     }
-    for (const search::Variant& variant : exploration.never())
-      results_.add_never(variant);
+    others += try_with_pairs(subject, exploration, moments);
+    add_failures(subject, exploration);
+    if (left_ == 0 && others == 0) check_shown(subject);
+  }
+
+  /// The moments, and pairs with each of them for --together 2. Returns the number of pairs of other parts.
+  std::size_t try_with_pairs(const Subject& subject, const search::Exploration& exploration,
+                             const std::vector<Moments>& moments) {
+    for (const search::Variant& variant : exploration.unmatched())
+      results_.add_unmatched(variant);
+    if (search_.together != 2) {
+      try_all(subject, exploration, moments, {});
+      return 0;
+    }
     std::vector<search::Pair> pairs;
-    const OnRecord add_pairs = [&](const Moments& first, const Record& record) {
+    try_all(subject, exploration, moments, [&](const Moments& first, const Record& record) {
       std::ranges::move(exploration.pairs(first, record), std::back_inserter(pairs));
-    };
-    try_all(subject, exploration, moments, with_pairs ? add_pairs : OnRecord());
-    std::vector<Moments> folded = search::folded(std::move(pairs));
-    others += leave_out_others(folded);
-    try_all(subject, exploration, folded, {});
+    });
+    std::vector<Moments> distinct = search::deduplicated(std::move(pairs));
+    const std::size_t others = leave_out_others(distinct);
+    try_all(subject, exploration, distinct, {});
+    return others;
+  }
+
+  void add_failures(const Subject& subject, const search::Exploration& exploration) {
     for (const search::Failure& failure : shrunk(subject, exploration)) {
       std::string more = failure.count > 1 ? fmt::format("  and {} more like it\n", failure.count - 1) : "";
       if (!search_.out.empty()) more += fmt::format("  replay: {}\n", subject.write(failure));
       add_failure(subject, to_string(failure.moments) + "\n  " + search::report(failure.result) + more);
     }
-    if (left_ == 0 && others == 0) check_shown(subject);
   }
 
   void add_failure(const Subject& subject, const std::string& text) {
@@ -236,27 +249,30 @@ class Search {
     const std::size_t first_order = tried_ + left_;
     for (std::size_t i = 0; i < moments.size(); ++i) {
       const Result* const known = on_record ? nullptr : state_.find(to_string(moments[i]));
-      known != nullptr ? add(subject, first_order + i, moments[i], *known) : left.push_back(i);
+      if (known != nullptr)
+        add(subject, first_order + i, moments[i], *known);
+      else
+        left.push_back(i);
     }
     left_ += left.size();
     std::atomic<bool> good = true;
     std::string problem;
-    subject.runner.all(
+    subject.runner.run_all(
         left.size(),
-        [&](std::size_t i) { return exploration.run_of(moments[left[i]], static_cast<bool>(on_record)); },
+        [&](std::size_t i) { return exploration.trial_of(moments[left[i]], static_cast<bool>(on_record)); },
         [&] { return good && io::Reactor::now() - begun_ < budget_; },
-        [&](std::size_t i, const Told& told) {
+        [&](std::size_t i, const TrialReport& report) {
           const Moments& tried = moments[left[i]];
-          if (!told.problem.empty()) {
-            problem = fmt::format("{}: {}", to_string(tried), told.problem);
+          if (!report.problem.empty()) {
+            problem = fmt::format("{}: {}", to_string(tried), report.problem);
             good = false;
           }
           if (!good) return;
           --left_;
-          if (on_record) on_record(tried, told.record);
+          if (on_record) on_record(tried, report.record);
           if (on_record && !is_ours(tried)) return;
-          add(subject, first_order + left[i], tried, told.result);
-          good = keep(tried, told.result, problem);
+          add(subject, first_order + left[i], tried, report.result);
+          good = keep(tried, report.result, problem);
         });
     if (!good) throw io::EnvironmentError(problem);
   }
@@ -305,8 +321,8 @@ class Search {
 
 /// A file that adds the faults to the plant or scenario of another one.
 std::string write_file(const std::string& folder, const std::string& name, const std::string& plant,
-                       const std::string& command, search::Settings settings,
-                       const search::Failure& failure, const std::string& steps) {
+                       const std::string& command, search::Settings settings, const search::Failure& failure,
+                       const std::string& steps) {
   const std::string path = std::filesystem::path(folder) / name;
   settings.only = {{to_string(failure.moments)}};
   ResultFile("--out", path)
@@ -347,21 +363,21 @@ int run_seeds(const config::Start& start, config::EdsFiles& files, const search:
   Processes runs(start, files, settings);
   scenario::SeedOutcomes outcomes;
   const std::size_t count = std::size_t{seeds.last} - seeds.first + 1;
-  runs.all(
+  runs.run_all(
       count,
       [&](std::size_t i) {
-        Run run{.config = start.config, .undisturbed = &nothing_known};
-        run.config.seed = static_cast<std::uint32_t>(seeds.first + i);
-        return run;
+        Trial trial{.config = start.config, .baseline = &nothing_known};
+        trial.config.seed = static_cast<std::uint32_t>(seeds.first + i);
+        return trial;
       },
       [] { return true; },
-      [&](std::size_t i, const Told& told) {
-        if (told.is_usage) throw io::UsageError(told.problem);
-        if (!told.problem.empty()) throw io::EnvironmentError(told.problem);
-        const bool good = told.result.verdict == search::Verdict::kDone;
+      [&](std::size_t i, const TrialReport& report) {
+        if (report.is_usage) throw io::UsageError(report.problem);
+        if (!report.problem.empty()) throw io::EnvironmentError(report.problem);
+        const bool good = report.result.verdict == search::Verdict::kDone;
         outcomes.add(static_cast<std::uint32_t>(seeds.first + i),
-                     {good ? scenario::Verdict::kPassed : scenario::Verdict::kFailed, told.result.duration,
-                      good ? "" : search::report(told.result)});
+                     {good ? scenario::Verdict::kPassed : scenario::Verdict::kFailed, report.result.duration,
+                      good ? "" : search::report(report.result)});
       });
   const scenario::Outcome all =
       outcomes.sum("cbcan-sim ...", fmt::format("-- {}", fmt::join(start.command, " ")));
@@ -390,7 +406,7 @@ int run_many(const config::Start& start, const search::Settings& settings, confi
 }
 
 base::ExitCode explore_scenarios(const std::vector<std::string>& paths, const config::SearchConfig& search,
-                                    const base::FileReader& read, Console& console) {
+                                 const base::FileReader& read, Console& console) {
   std::vector<config::EdsFiles> files(at_a_time(search), config::EdsFiles(read));
   Search all(search, console);
   for (const std::string& path : paths) {

@@ -7,7 +7,7 @@
 #include "app/console.hpp"
 #include "config/command_line.hpp"
 #include "config/eds_file.hpp"
-#include "scenario/search/settings.hpp"
+#include "scenario/search/search_settings.hpp"
 
 namespace cbcan::app {
 

@@ -17,15 +17,16 @@
 #include "base/utf8.hpp"
 #include "base/words.hpp"
 #include "io/loop/reactor.hpp"
-#include "scenario/search/told_json.hpp"
+#include "scenario/search/judge.hpp"
+#include "scenario/search/trial_json.hpp"
 
 namespace cbcan::app {
 
 namespace {
 
-using search::Run;
-using search::Told;
 using nlohmann::json;
+using search::Trial;
+using search::TrialReport;
 
 constexpr Time kWallLimit = 60 * kSecond;  ///< of a run on this machine's clock
 
@@ -62,8 +63,8 @@ std::pair<io::Descriptor, io::Descriptor> make_pipe() {
 
 }  // namespace
 
-void Processes::all(std::size_t count, const std::function<Run(std::size_t)>& make,
-                    const std::function<bool()>& wanted, const Ended& ended) {
+void Processes::run_all(std::size_t count, const std::function<Trial(std::size_t)>& make,
+                        const std::function<bool()>& wanted, const Ended& ended) {
   std::vector<std::size_t> again;
   for (std::size_t next = 0; next < count || !processes_.empty();) {
     if (!wanted()) next = count;
@@ -79,30 +80,30 @@ void Processes::all(std::size_t count, const std::function<Run(std::size_t)>& ma
   }
 }
 
-void Processes::begin(std::size_t number, const Run& run) {
+void Processes::begin(std::size_t number, const Trial& trial) {
   auto [read_end, write_end] = make_pipe();
   auto [read_error, write_error] = make_pipe();
   const pid_t id = ::fork();
   if (id < 0) throw io::EnvironmentError("fork: " + io::reason(errno));
-  if (id == 0) be(run, write_end.get(), write_error.get());
+  if (id == 0) be(trial, write_end.get(), write_error.get());
   processes_.push_back({id, std::move(read_end), std::move(read_error), number, io::Reactor::now()});
 }
 
 /// In the new process.
-void Processes::be(const Run& run, int to, int error) {
+void Processes::be(const Trial& trial, int to, int error) {
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // the guard of the command then ends it
   for (const int standard : {0, 1, 2})
     if (const int nothing = ::open("/dev/null", O_RDWR); nothing >= 0) ::dup2(nothing, standard);
-  Told told;
+  TrialReport report;
   try {
-    told = run_here(run, error);
+    report = run_here(trial, error);
   } catch (const base::UsageError& mistake) {
-    told.problem = mistake.what();
-    told.is_usage = true;
+    report.problem = mistake.what();
+    report.is_usage = true;
   } catch (const std::exception& prevented) {
-    told.problem = prevented.what();
+    report.problem = prevented.what();
   }
-  const std::string text = json(told).dump(-1, ' ', true, json::error_handler_t::replace);
+  const std::string text = json(report).dump(-1, ' ', true, json::error_handler_t::replace);
   for (std::size_t sent = 0; sent < text.size();) {
     const ssize_t count = ::write(to, text.data() + sent, text.size() - sent);
     if (count <= 0) break;
@@ -112,8 +113,8 @@ void Processes::be(const Run& run, int to, int error) {
 }
 
 /// Nothing outside the process changes: parameter files are copies, and logs are not written.
-Told Processes::run_here(const Run& run, int error) {
-  config::Config config = run.config;
+TrialReport Processes::run_here(const Trial& trial, int error) {
+  config::Config config = trial.config;
   config.record.clear();
   config.pcap.clear();
   for (config::NetworkConfig& network : config.networks)
@@ -121,14 +122,15 @@ Told Processes::run_here(const Run& run, int error) {
   Console console;
   Simulator simulator(config, config::build_nodes(config, files_), start_.plant_file, console, false,
                       Simulator::Files::kCopied);
-  search::Judge judge({simulator.session().control(), settings_, run.counted, run.values_may_differ,
-                        run.must_survive, run.undisturbed, [&](Time duration) { simulator.pass(duration); }});
+  search::Judge judge(simulator.session().control(), settings_, trial,
+                      [&](Time duration) { simulator.pass(duration); });
   simulator.session().watch([&judge] { return judge.look(); });
   const int code = simulator.run(start_.command, error);
-  simulator.session().watch({});
-  Told told{judge.end(code), {}, {}};
-  told.record = judge.record();
-  return told;
+  simulator.session().watch([&judge] {
+    judge.keep_up();
+    return true;
+  });
+  return judge.end(code);
 }
 
 void Processes::wait(const Ended& ended, const std::function<void(const Process&)>& slow) {
@@ -150,34 +152,37 @@ void Processes::wait(const Ended& ended, const std::function<void(const Process&
     read_said(process.error.get(), process.said);
     const Process over = std::move(process);
     processes_.erase(processes_.begin() + static_cast<std::ptrdiff_t>(i));
-    is_slow ? slow(over) : ended(over.number, told_by(over, status));
+    if (is_slow)
+      slow(over);
+    else
+      ended(over.number, report_of(over, status));
   }
 }
 
-Told Processes::told_by(const Process& process, int status) const {
-  Told told;
+TrialReport Processes::report_of(const Process& process, int status) const {
+  TrialReport report;
   const json parsed = json::parse(process.text, nullptr, false);
   if (parsed.is_discarded())
-    told.problem =
+    report.problem =
         WIFSIGNALED(status)
             ? fmt::format("the process with the plant was ended by signal {}; try again", WTERMSIG(status))
             : "the process with the plant has ended without a result; try again";
   else
-    told = parsed.get<Told>();
-  told.result.said = indented(process.said);
-  return told;
+    report = parsed.get<TrialReport>();
+  report.result.said = indented(process.said);
+  return report;
 }
 
 /// Killed at the limit, twice.
-Told Processes::hanging(const Process& process) const {
-  Told told;
-  told.result.verdict = search::Verdict::kBroken;
-  told.result.what = "hangs";
-  told.result.seen =
+TrialReport Processes::hanging(const Process& process) const {
+  TrialReport report;
+  report.result.verdict = search::Verdict::kBroken;
+  report.result.what = "hangs";
+  report.result.seen =
       fmt::format("no end within {} s of this machine's time, also alone", kWallLimit / kSecond);
-  told.result.happened = true;
-  told.result.said = indented(process.said);
-  return told;
+  report.result.happened = true;
+  report.result.said = indented(process.said);
+  return report;
 }
 
 }  // namespace cbcan::app

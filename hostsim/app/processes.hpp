@@ -13,18 +13,18 @@
 
 namespace cbcan::app {
 
-/// Runs the command, each time with its plant in a process of its own. One that takes too long on this
+/// Runs the command, each time with its plant in a process of its own. A trial that takes too long on this
 /// machine's clock is made again alone; if it does once more, it hangs, which is a failure. Throws
 /// io::EnvironmentError.
 class Processes final : public search::Runner {
  public:
-  using Ended = std::function<void(std::size_t, const search::Told&)>;
+  using Ended = std::function<void(std::size_t, const search::TrialReport&)>;
 
   Processes(const config::Start& start, config::EdsFiles& files, const search::Settings& settings)
       : start_(start), files_(files), settings_(settings) {}
 
-  void all(std::size_t count, const std::function<search::Run(std::size_t)>& make,
-           const std::function<bool()>& wanted, const Ended& ended) override;
+  void run_all(std::size_t count, const std::function<search::Trial(std::size_t)>& make,
+               const std::function<bool()>& wanted, const Ended& ended) override;
 
  private:
   struct Process {
@@ -37,12 +37,12 @@ class Processes final : public search::Runner {
     std::string said{};  ///< the last of `error`
   };
 
-  void begin(std::size_t number, const search::Run& run);
-  [[noreturn]] void be(const search::Run& run, int to, int error);
-  search::Told run_here(const search::Run& run, int error);
+  void begin(std::size_t number, const search::Trial& trial);
+  [[noreturn]] void be(const search::Trial& trial, int to, int error);
+  search::TrialReport run_here(const search::Trial& trial, int error);
   void wait(const Ended& ended, const std::function<void(const Process&)>& slow);
-  search::Told told_by(const Process& process, int status) const;
-  search::Told hanging(const Process& process) const;
+  search::TrialReport report_of(const Process& process, int status) const;
+  search::TrialReport hanging(const Process& process) const;
 
   const config::Start& start_;
   config::EdsFiles& files_;

@@ -14,8 +14,8 @@
 
 namespace cbcan::app {
 
-/// Any implementation of the register window, as a Modbus server in real time. Supports commands for registers,
-/// and conditions on registers, transactions and time. Blocks.
+/// Any implementation of the register window, as a Modbus server in real time. Supports commands for
+/// registers, and conditions on registers, transactions and time. Blocks.
 class Target final : public plant::Bench, private plant::View {
  public:
   /// Throws io::EnvironmentError without a connection, as do all functions when it is lost.
@@ -25,8 +25,6 @@ class Target final : public plant::Bench, private plant::View {
   void check(std::string_view line) override;
   std::string execute(std::string_view line) override;
   void advance(Time until) override;
-  void add(plant::Listener& /*listener*/) override {}
-  void remove(plant::Listener& /*listener*/) override {}
 
  private:
   Time now() const override { return io::Reactor::now() - started_; }

@@ -161,6 +161,8 @@ class Cursor {
   Cursor(const Journal& journal, std::uint64_t number, Kinds kinds)
       : journal_(journal), next_(number), kinds_(kinds) {}
 
+  /// Events of all kinds since.
+  std::uint64_t unread() const { return journal_.end() - next_; }
   bool has_news() const { return journal_.latest_of(kinds_) >= next_; }
   /// Calls `visit(number, event)` for each new event, until it returns false. Returns how many events of all
   /// kinds were overwritten unseen.

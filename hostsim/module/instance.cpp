@@ -17,7 +17,7 @@
 #include "config/settings.hpp"
 #include "plant/bench.hpp"
 #include "scenario/run.hpp"
-#include "scenario/search/settings.hpp"
+#include "scenario/search/search_settings.hpp"
 #include "sim/frame_text.hpp"
 #include "sim/parameter_text.hpp"
 
@@ -118,8 +118,6 @@ class Instance::Bench final : public plant::Bench {
     now_ = std::max(earlier(until, session_.plant().next_deadline()), now_);
     session_.advance_and_answer();
   }
-  void add(plant::Listener& listener) override { session_.control().add(listener); }
-  void remove(plant::Listener& listener) override { session_.control().remove(listener); }
 
  private:
   Time& now_;

@@ -17,13 +17,11 @@ class Bench {
   virtual View& view() = 0;
   /// Throws Refused for an invalid or unsupported command, as far as this shows without executing it.
   virtual void check(std::string_view line) = 0;
-  /// A command of docs/reference/commands.md; its effects have happened when it returns the response. wait and
-  /// pass let time pass.
+  /// A command of docs/reference/commands.md; its effects have happened when it returns the response. wait
+  /// and pass let time pass.
   virtual std::string execute(std::string_view line) = 0;
   /// Lets time pass to the next event, at most to `until`, since the plant's start.
   virtual void advance(Time until) = 0;
-  virtual void add(Listener& listener) = 0;
-  virtual void remove(Listener& listener) = 0;
   /// The last messages of nodes and faults, lines with the time.
   virtual std::vector<std::string> said() const { return {}; }
 };

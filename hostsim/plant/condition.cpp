@@ -220,14 +220,16 @@ class TransactionCondition final : public EventCondition {
   std::size_t before_ = 0;
 };
 
-class FramesCondition : public EventCondition {
+class FramesCondition : public EventCondition, private Listener {
  public:
-  FramesCondition(const Written& written, View& view) : EventCondition(written) { view.world(network_); }
-  void on_frame(std::size_t network, const Frame& frame, Time /*now*/) final {
-    if (network == network_ && matches(frame)) ++count_;
+  FramesCondition(const Written& written, View& view) : EventCondition(written), Listener(view) {
+    view.world(network_);
   }
 
  private:
+  void on_frame(std::size_t network, const Frame& frame, Time /*now*/) final {
+    if (network == network_ && matches(frame)) ++count_;
+  }
   virtual bool matches(const Frame& frame) const = 0;
   std::size_t happened(View& /*view*/) const final { return count_; }
 

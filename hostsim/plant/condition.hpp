@@ -13,20 +13,9 @@
 
 namespace cbcan::plant {
 
-/// Receives every frame on the buses.
-class Listener {
- public:
-  /// `network`: from 1; `now`: since the plant's start.
-  virtual void on_frame(std::size_t network, const Frame& frame, Time now) = 0;
-
- protected:
-  ~Listener() = default;
-};
-
-class Condition : public Listener {
+class Condition {
  public:
   virtual ~Condition() = default;
-  void on_frame(std::size_t /*network*/, const Frame& /*frame*/, Time /*now*/) override {}
 
   virtual bool holds(View& view) = 0;
   /// The state if it does not hold: "it is 4", "2 of them".

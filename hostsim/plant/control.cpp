@@ -201,16 +201,20 @@ class Execution {
       return {"ok\n"};
     }
     sim::FaultSet& of = faults(words_[1]);
-    if (words_.size() == 2) return of.clear(now_), Reply{"ok\n"};
-    const std::uint32_t number = number_of(words_[2], 1, kMostNumber, "fault");
-    if (!of.remove(number, now_)) refuse("fault {}: {} has none with this number", words_[2], words_[1]);
+    if (words_.size() == 2)
+      of.clear(now_);
+    else if (!of.remove(number_of(words_[2], 1, kMostNumber, "fault"), now_))
+      refuse("fault {}: {} has none with this number", words_[2], words_[1]);
     return {"ok\n"};
   }
 
   Reply power() {
     const bool on = named(kOnOff, words_[2]);
     const Where of = place(words_[1]);
-    if (of.name != kAll) return node_of(control_, words_[1]).set_power(on, now_), Reply{"ok\n"};
+    if (of.name != kAll) {
+      node_of(control_, words_[1]).set_power(on, now_);
+      return {"ok\n"};
+    }
     for (const auto& node : world(of.network).nodes())
       node->set_power(on, now_);
     return {"ok\n"};
@@ -261,8 +265,8 @@ class Execution {
       words_.resize(words_.size() - 2);
     }
     const std::string_view text = rest_of(words_, 1);
-    return {.wait = std::make_unique<Wait>(control_, make_condition(text, control_), std::string(text), within,
-                                           false)};
+    return {.wait = std::make_unique<Wait>(control_, make_condition(text, control_), std::string(text),
+                                           within, false)};
   }
 
   Reply pass() {

@@ -2,8 +2,8 @@
 #pragma once
 
 /// Commands at run time (docs/reference/commands.md), one line each: from a socket (--control), from standard
-/// input on a manual clock, from a scenario. The last line of every response is "ok", with a value if there is
-/// one, "at" and the time, or "error: " and the reason.
+/// input on a manual clock, from a scenario. The last line of every response is "ok", with a value if there
+/// is one, "at" and the time, or "error: " and the reason.
 
 #include <functional>
 #include <memory>
@@ -52,8 +52,8 @@ class Control final : public View {
   Control(const Control&) = delete;
   Control& operator=(const Control&) = delete;
 
-  /// Executes the line at this time. Its effects on the bus are still to come: advance the worlds before passing
-  /// on the response.
+  /// Executes the line at this time. Its effects on the bus are still to come: advance the worlds before
+  /// passing on the response.
   Reply execute(std::string_view line, Time now);
 
   /// Sets the time of the worlds, for waits; it never goes back.
@@ -66,6 +66,9 @@ class Control final : public View {
   std::vector<std::uint16_t> read(std::size_t network, std::uint32_t first, std::size_t count) override;
   std::uint32_t transactions(std::size_t network) override;
   sim::World& world(std::size_t network) override { return networks_[network - 1]->world(); }
+  void add(Listener& listener) override;
+  void remove(Listener& listener) override;
+
   Network& network(std::size_t number) { return *networks_[number - 1]; }
 
   /// Events of all networks from the first call on.
@@ -74,9 +77,6 @@ class Control final : public View {
   journal::Journal& journal(std::size_t events, std::size_t bytes);
   /// Called when views of the journal should read it, before events are overwritten.
   std::function<void()> on_journal_filled = [] {};
-
-  void add(Listener& listener);
-  void remove(Listener& listener);
 
  private:
   class BusObserver;

@@ -60,6 +60,7 @@ std::string checked(std::string response) {
 struct Plant::Inside {
   class Frames final : public plant::Listener {
    public:
+    using Listener::Listener;
     void on_frame(std::size_t network, const Frame& frame, Time /*now*/) override {
       constexpr std::size_t kMost = 100'000;
       seen_.push_back({network, frame});
@@ -76,13 +77,10 @@ struct Plant::Inside {
     std::deque<std::pair<std::size_t, Frame>> seen_;
   };
 
-  explicit Inside(const config::Config& config) : plant(config, build_of(config)) {
-    plant.add(frames);
-    plant.start();
-  }
+  explicit Inside(const config::Config& config) : plant(config, build_of(config)) { plant.start(); }
 
   plant::VirtualPlant plant;
-  Frames frames;
+  Frames frames{plant.view()};
 };
 
 Plant::Plant(std::unique_ptr<Inside> inside) : inside_(std::move(inside)) {}

@@ -30,8 +30,6 @@ class VirtualPlant final : public Bench, private NetworkListener {
   void check(std::string_view line) override { check_command(line); }
   std::string execute(std::string_view line) override;
   void advance(Time until) override;
-  void add(Listener& listener) override { control().add(listener); }
-  void remove(Listener& listener) override { control().remove(listener); }
   std::vector<std::string> said() const override { return said_; }
 
   Time now() const { return now_; }

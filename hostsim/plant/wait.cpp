@@ -17,13 +17,7 @@ Wait::Wait(Control& control, std::unique_ptr<Condition> condition, std::string t
       text_(std::move(text)),
       since_(control.now()),
       within_(within),
-      is_pass_(is_pass) {
-  control_.add(*condition_);
-}
-
-Wait::~Wait() {
-  control_.remove(*condition_);
-}
+      is_pass_(is_pass) {}
 
 std::optional<std::string> Wait::poll() {
   if (condition_->holds(control_))

@@ -22,9 +22,6 @@ class Control;
 class Wait {
  public:
   Wait(Control& control, std::unique_ptr<Condition> condition, std::string text, Time within, bool is_pass);
-  ~Wait();
-  Wait(const Wait&) = delete;
-  Wait& operator=(const Wait&) = delete;
 
   /// The response, once it has ended.
   std::optional<std::string> poll();

@@ -53,8 +53,8 @@ struct Usage {
   std::string_view name() const { return usage.substr(0, usage.find(' ')); }
 };
 
-/// The row whose usage the words follow; throws Refused. A Row has its Usage `text` and the numbers of words after
-/// the name, `least` and `most`. `hint`: for an unknown name; empty = lists the names.
+/// The row whose usage the words follow; throws Refused. A Row has its Usage `text` and the numbers of words
+/// after the name, `least` and `most`. `hint`: for an unknown name; empty = lists the names.
 template <class Row>
 const Row& row_of(std::span<const Row> rows, const Words& words, std::string_view kind,
                   std::string_view hint = {}) {
@@ -104,6 +104,8 @@ Where where(std::string_view word, std::size_t networks);
 /// "2/", the prefix of names in network 2; empty for network 1.
 std::string prefix_of(std::size_t network);
 
+class Listener;
+
 /// The observable state of a plant.
 class View {
  public:
@@ -120,8 +122,30 @@ class View {
   /// The plant has its own time, exact to the microsecond.
   virtual bool has_exact_time() const { return true; }
 
+  /// Calls the listener for each frame, until remove(). Does nothing where only registers can be observed.
+  virtual void add(Listener& /*listener*/) {}
+  virtual void remove(Listener& /*listener*/) {}
+
  protected:
   ~View() = default;
+};
+
+/// Receives every frame on the buses, before the nodes do, as long as it exists.
+class Listener {
+ public:
+  /// The view outlives the listener.
+  explicit Listener(View& view) : view_(view) { view_.add(*this); }
+  Listener(const Listener&) = delete;
+  Listener& operator=(const Listener&) = delete;
+
+  /// `network`: from 1; `now`: since the plant's start.
+  virtual void on_frame(std::size_t network, const Frame& frame, Time now) = 0;
+
+ protected:
+  ~Listener() { view_.remove(*this); }
+
+ private:
+  View& view_;
 };
 
 /// The node named by "5", "#1" or "2/5".
@@ -132,8 +156,8 @@ sim::Node& running_node_of(View& view, std::string_view word);
 /// "off" without power
 std::string_view state_of(const sim::Node& node);
 
-/// The type of a value; kReal64 for a terminal. Throws Refused if the node, with or without power, has no such
-/// object or terminal.
+/// The type of a value; kReal64 for a terminal. Throws Refused if the node, with or without power, has no
+/// such object or terminal.
 DataType check_value(View& view, std::string_view node, std::string_view word);
 
 /// The value that `get` shows, as a plant file writes it. `word`: "0x6401:2", "0x6200:1.7", "output:8".

@@ -3,7 +3,6 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <deque>
 #include <stdexcept>
 
 #include "base/numbers.hpp"
@@ -11,14 +10,13 @@
 #include "base/words.hpp"
 #include "cbcan/regmap.hpp"
 #include "plant/control.hpp"
+#include "plant/last_frames.hpp"
 #include "scenario/scenario.hpp"
-#include "sim/frame_text.hpp"
 
 namespace cbcan::scenario {
 
 namespace {
 
-constexpr std::size_t kLastFrames = 12;
 constexpr std::size_t kRegistersShown = 10;
 
 /// The failure of a scenario, with its line.
@@ -28,73 +26,40 @@ class Failed : public std::runtime_error {
   std::size_t line;
 };
 
-/// A condition that observes the buses during its lifetime.
-class Heard {
+/// A condition and the line that has it.
+class LineCondition {
  public:
-  Heard(const Line& line, plant::Bench& bench) : line_(line), bench_(bench) {
+  LineCondition(const Line& line, plant::View& view) : line_(line), view_(view) {
     try {
-      condition_ = plant::make_condition(line.text, bench.view());
+      condition_ = plant::make_condition(line.text, view);
     } catch (const plant::Refused& refused) {
       throw Failed(line, refused.what());
     }
-    bench_.add(*condition_);
   }
-  ~Heard() { bench_.remove(*condition_); }
-  Heard(const Heard&) = delete;
-  Heard& operator=(const Heard&) = delete;
 
-  bool holds() { return condition_->holds(bench_.view()); }
-  Time next_deadline() const { return condition_->next_deadline(bench_.view()); }
+  bool holds() { return condition_->holds(view_); }
+  Time next_deadline() const { return condition_->next_deadline(view_); }
   [[noreturn]] void fail(std::string_view opening) {
-    throw Failed(line_, fmt::format("{}{}: {}", opening, line_.text, condition_->seen(bench_.view())));
+    throw Failed(line_, fmt::format("{}{}: {}", opening, line_.text, condition_->seen(view_)));
   }
 
  private:
   const Line& line_;
-  plant::Bench& bench_;
+  plant::View& view_;
   std::unique_ptr<plant::Condition> condition_;
 };
 
-std::deque<Heard> heard(const std::vector<Line>& lines, plant::Bench& bench) {
-  std::deque<Heard> all;
+std::vector<LineCondition> conditions(const std::vector<Line>& lines, plant::View& view) {
+  std::vector<LineCondition> all;
   for (const Line& line : lines)
-    all.emplace_back(line, bench);
+    all.emplace_back(line, view);
   return all;
 }
-
-class LastFrames final : public plant::Listener {
- public:
-  explicit LastFrames(plant::Bench& bench) : bench_(bench) { bench_.add(*this); }
-  ~LastFrames() { bench_.remove(*this); }
-  LastFrames(const LastFrames&) = delete;
-  LastFrames& operator=(const LastFrames&) = delete;
-
-  void on_frame(std::size_t network, const Frame& frame, Time now) override {
-    frames_.push_back({network, frame, now});
-    if (frames_.size() > kLastFrames) frames_.pop_front();
-  }
-  std::string text() const {
-    std::string lines;
-    for (const Seen& seen : frames_)
-      lines += fmt::format("    {} {}{}\n", base::seconds_text(seen.at), plant::prefix_of(seen.network),
-                           sim::frame_text(seen.frame));
-    return lines.empty() ? "" : "  the last frames:\n" + lines;
-  }
-
- private:
-  struct Seen {
-    std::size_t network;
-    Frame frame;
-    Time at;
-  };
-  plant::Bench& bench_;
-  std::deque<Seen> frames_;
-};
 
 class Player {
  public:
   Player(const Scenario& scenario, plant::Bench& bench, bool disturbed)
-      : scenario_(scenario), bench_(bench), last_frames_(bench), disturbed_(disturbed) {}
+      : scenario_(scenario), bench_(bench), last_frames_(bench.view()), disturbed_(disturbed) {}
 
   Played play() {
     Played outcome;
@@ -102,9 +67,11 @@ class Player {
       for (const Step& step : scenario_.steps)
         play(step);
     } catch (const Failed& failed) {
-      outcome.failure = fmt::format("{}:{}: {}\n  at {}\n{}{}{}", base::to_utf8(scenario_.file), failed.line,
-                                    base::to_utf8(failed.what()), base::seconds_text(now()), registers(),
-                                    said(), last_frames_.text());
+      const std::string frames = last_frames_.lines("    ");
+      outcome.failure =
+          fmt::format("{}:{}: {}\n  at {}\n{}{}{}{}", base::to_utf8(scenario_.file), failed.line,
+                      base::to_utf8(failed.what()), base::seconds_text(now()), registers(), said(),
+                      frames.empty() ? "" : "  the last frames:\n", frames);
     }
     outcome.duration = now();
     return outcome;
@@ -119,9 +86,9 @@ class Player {
   Time now() { return bench_.view().now(); }
 
   void play(const Step& step) {
-    auto expected = heard(step.expectations, bench_);
-    auto must = heard(step.musts, bench_);
-    auto waited = heard(step.waits, bench_);
+    auto expected = conditions(step.expectations, bench_.view());
+    auto must = conditions(step.musts, bench_.view());
+    auto waited = conditions(step.waits, bench_.view());
     const Line here{"", step.line};
     if (step.at && *step.at < now() && !disturbed_)
       throw Failed(here, fmt::format("at: it is {} already", base::seconds_text(now())));
@@ -129,12 +96,12 @@ class Player {
     execute(step);
     if (step.every) repeated_.push_back({&step, now() + *step.every});
     const Time within = step.within.value_or(plant::kWaitWithin);
-    for (Heard& condition : waited)
+    for (LineCondition& condition : waited)
       if (!advance_to(now() + within, &condition) && !disturbed_)
         condition.fail(fmt::format("not within {} s: ", base::seconds_text(within)));
-    for (Heard& condition : expected)
+    for (LineCondition& condition : expected)
       if (!disturbed_ && !condition.holds()) condition.fail("expected ");
-    for (Heard& condition : must)
+    for (LineCondition& condition : must)
       if (!condition.holds()) condition.fail("must ");
   }
 
@@ -148,7 +115,7 @@ class Player {
   }
 
   /// Ends early if the condition holds: true.
-  bool advance_to(Time time, Heard* condition) {
+  bool advance_to(Time time, LineCondition* condition) {
     while (true) {
       if (condition != nullptr && condition->holds()) return true;
       if (now() >= time) return false;
@@ -183,7 +150,7 @@ class Player {
 
   const Scenario& scenario_;
   plant::Bench& bench_;
-  LastFrames last_frames_;
+  plant::LastFrames last_frames_;
   std::vector<Repeated> repeated_;
   bool disturbed_;
 };

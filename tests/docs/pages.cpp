@@ -20,7 +20,7 @@
 #include "descriptions/network_file.hpp"
 #include "plant/control.hpp"
 #include "scenario/scenario.hpp"
-#include "scenario/search/settings.hpp"
+#include "scenario/search/search_settings.hpp"
 
 namespace {
 

@@ -245,21 +245,23 @@ TEST_CASE("nodes and bus of the second network have its number in front") {
 
 TEST_CASE("a listener hears each frame of each network once, also when it comes again") {
   struct Heard final : Listener {
+    Heard(View& view, std::vector<std::pair<std::size_t, std::uint32_t>>& to) : Listener(view), frames(to) {}
     void on_frame(std::size_t network, const Frame& frame, Time /*now*/) override {
       frames.emplace_back(network, frame.id);
     }
-    std::vector<std::pair<std::size_t, std::uint32_t>> frames;
+    std::vector<std::pair<std::size_t, std::uint32_t>>& frames;
   };
   TwoNetworks plant;
-  Heard heard;
+  std::vector<std::pair<std::size_t, std::uint32_t>> frames;
   for (int i = 0; i < 2; ++i) {
-    plant.control.add(heard);
-    plant.run("send 123#");
-    plant.run("send 2/124#");
-    plant.control.remove(heard);
+    {
+      const Heard heard(plant.control, frames);
+      plant.run("send 123#");
+      plant.run("send 2/124#");
+    }
     plant.run("send 2/125#");
   }
-  CHECK(heard.frames ==
+  CHECK(frames ==
         std::vector<std::pair<std::size_t, std::uint32_t>>{{1, 0x123}, {2, 0x124}, {1, 0x123}, {2, 0x124}});
 }
 

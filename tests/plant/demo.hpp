@@ -29,15 +29,11 @@ inline std::unique_ptr<VirtualPlant> demo(std::string_view more = "") {
 
 /// The frames from now on, in the format of candump.
 struct Frames final : Listener {
-  explicit Frames(VirtualPlant& plant) : plant_(plant) { plant_.add(*this); }
-  ~Frames() { plant_.remove(*this); }
+  explicit Frames(VirtualPlant& plant) : Listener(plant.view()) {}
   void on_frame(std::size_t /*network*/, const Frame& frame, Time /*now*/) override {
     seen.push_back(sim::frame_text(frame));
   }
   std::vector<std::string> seen;
-
- private:
-  VirtualPlant& plant_;
 };
 
 }  // namespace cbcan::plant::test

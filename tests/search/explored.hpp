@@ -19,13 +19,12 @@ inline scenario::Scenario scenario_of(const std::string& text) {
   return made;
 }
 
-/// A run of its steps without further faults, judged as one that has some, unless `undisturbed` is null.
-inline Told judged(const std::string& text, const Record* undisturbed, bool values_may_differ = false) {
+/// A run of its steps without further faults, judged as one that has some, unless `baseline` is null.
+inline TrialReport judged(const std::string& text, const Record* baseline, bool values_may_differ = false) {
   const scenario::Scenario scenario = scenario_of(text);
   config::EdsFiles files(kRead);
-  const Run run{
-      .config = scenario.config, .values_may_differ = values_may_differ, .undisturbed = undisturbed};
-  return play(scenario, run, read_settings(scenario.text, scenario.file), files);
+  const Trial trial{.config = scenario.config, .values_may_differ = values_may_differ, .baseline = baseline};
+  return play(scenario, trial, read_settings(scenario.text, scenario.file), files);
 }
 
 }  // namespace cbcan::search::test

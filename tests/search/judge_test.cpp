@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Each rule of Judge.hpp, broken once: by a fault that it is not told of, or by another node that does what a
+// Each rule of rules.hpp, broken once: by a fault that it is not told of, or by another node that does what a
 // wrong module would.
 #include "explored.hpp"
 
@@ -47,10 +47,10 @@ wait = "transaction ended"
   const std::string corrupt =
       "[can]\nfaults = [{ kind = \"frame-corrupt\", part = \"data\", first_id = 0x610, last_id = 0x610, seed "
       "= 4 }]\n";
-  const Told undisturbed = judged(corrupt + write, nullptr);
-  CHECK(undisturbed.record.changing == std::set<Object>{{1, 16, 0x6081, 0}});
+  const TrialReport baseline = judged(corrupt + write, nullptr);
+  CHECK(baseline.record.changing == std::set<Object>{{1, 16, 0x6081, 0}});
   CHECK(wrong_with(corrupt + write).starts_with("what is written is in the node: it is not: 01 00 00 00"));
-  CHECK(judged(corrupt + write, &undisturbed.record).result.verdict == Verdict::kDone);
+  CHECK(judged(corrupt + write, &baseline.record).result.verdict == Verdict::kDone);
 }
 
 TEST_CASE("Judge: a value that is gone after a boot-up is no failure") {
@@ -67,9 +67,9 @@ TEST_CASE("Judge: a value that is gone after a boot-up is no failure") {
 TEST_CASE("Judge: a node gets no download that was not requested") {
   const std::string other = "[[step]]\ndo = \"send 642#2F00620101000000\"\nafter = \"1s\"\n";
   CHECK(wrong_with(other) == "each download has been requested: node 66 got one more of 6200h:1");
-  const Told undisturbed = judged(other, nullptr);
-  CHECK(undisturbed.record.unrequested == std::set<Object>{{1, 66, 0x6200, 1}});
-  CHECK(judged(other, &undisturbed.record).result.verdict == Verdict::kDone);
+  const TrialReport baseline = judged(other, nullptr);
+  CHECK(baseline.record.unrequested == std::set<Object>{{1, 66, 0x6200, 1}});
+  CHECK(judged(other, &baseline.record).result.verdict == Verdict::kDone);
 }
 
 TEST_CASE("Judge: a node that has not responded in time is left alone") {
@@ -113,6 +113,15 @@ wait = "transaction ended"
           "last_id=0x5C2\", "
           "\"trigger read 66 0x1000 0 4\", \"send 5C2#4300100091010F00\"]\nwait = \"transaction ended\"\n") ==
       "a wrong response is noticed: result 0");
+}
+
+TEST_CASE("Judge: no event is missed while the plant settles with more frames than the journal holds") {
+  // A read that ends 2 s after the last step, with a wrong value; 20,000 frames of a busy bus follow.
+  const std::string steps =
+      "[can]\nfaults = [{ kind = \"frame-corrupt\", part = \"data\", first_id = 0x5C2, last_id = 0x5C2, "
+      "seed = 4 }]\n[module]\nsdo_timeout_ms = 5000\n[[step]]\ndo = [\"fault 66 response-late delay_ms=2000\", "
+      "\"fault bus bus-load frames_per_s=5000\", \"trigger read 66 0x1000 0 4\"]\n";
+  CHECK(wrong_with(steps).starts_with("what is read is in the node: it was not: "));
 }
 
 TEST_CASE("Judge: conditions") {
@@ -164,11 +173,11 @@ TEST_CASE("Judge: the last Modbus request, and what a command has said") {
 
 TEST_CASE("Judge: at the end each node can be read that could without faults") {
   const std::string steps = std::string("[[step]]\n") + kRead1000;
-  const Told undisturbed = judged(steps, nullptr);
-  CHECK(undisturbed.record.readable == std::set<std::string>{"66"});
+  const TrialReport baseline = judged(steps, nullptr);
+  CHECK(baseline.record.readable == std::set<std::string>{"66"});
   const std::string off = "[[step]]\ndo = \"fault 66 silent\"\n" + steps;
-  CHECK(judged(off, &undisturbed.record).result.verdict == Verdict::kDone);  // faults are removed
-  CHECK(judged(steps + "[[step]]\ndo = \"power 66 off\"\n", &undisturbed.record).result.verdict ==
+  CHECK(judged(off, &baseline.record).result.verdict == Verdict::kDone);  // faults are removed
+  CHECK(judged(steps + "[[step]]\ndo = \"power 66 off\"\n", &baseline.record).result.verdict ==
         Verdict::kDone);
 }
 

@@ -39,7 +39,7 @@ Record record_of(const Texts& transactions) {
   Record record;
   for (const std::string& text : transactions)
     record.transactions.push_back({text, "", {static_cast<std::uint32_t>(record.transactions.size() + 1)}});
-  record.occasions = {static_cast<std::uint32_t>(transactions.size())};
+  record.matches = {static_cast<std::uint32_t>(transactions.size())};
   return record;
 }
 
@@ -93,22 +93,22 @@ TEST_CASE("variants: of all places, with a star") {
   CHECK_THROWS_AS(variants_of("sillent", {"16"}, 1), base::UsageError);
 }
 
-TEST_CASE("folding: of alike transactions the first, the last and halvings between them") {
+TEST_CASE("groups: of alike transactions the first, the last and halvings between them") {
   const Variant variant = moments("16:silent@1")[0].variant;
   const auto tried = [&](const Texts& transactions) {
     return texts(moments_of({variant}, record_of(transactions))[0]);
   };
   CHECK(tried({"a", "b", "c"}) == Texts{"16:silent@1", "16:silent@3", "16:silent@2"});
-  Texts alike(16, "a");  // the 16th, 8th, 4th, 2nd and 1st from both ends
-  std::ranges::sort(alike);
-  Texts sorted = tried(alike);
+  Texts group(16, "a");  // the 16th, 8th, 4th, 2nd and 1st from both ends
+  std::ranges::sort(group);
+  Texts sorted = tried(group);
   std::ranges::sort(sorted);
   CHECK(sorted == Texts{"16:silent@1", "16:silent@13", "16:silent@15", "16:silent@16", "16:silent@2",
                         "16:silent@4", "16:silent@8", "16:silent@9"});
 }
 
-TEST_CASE("order: one of each list in turn, and each beginning of a list is even") {
-  CHECK(texts(in_turn({{moments("16:silent@1"), moments("16:silent@2")}, {moments("66:silent@1")}})) ==
+TEST_CASE("order: round robin over the lists, and each beginning of a list is even") {
+  CHECK(texts(round_robin({{moments("16:silent@1"), moments("16:silent@2")}, {moments("66:silent@1")}})) ==
         Texts{"16:silent@1", "66:silent@1", "16:silent@2"});
   const Variant variant = moments("16:silent@1")[0].variant;
   CHECK(texts(moments_of({variant}, record_of({"a", "b", "c", "d", "e"}))[0]) ==
@@ -123,10 +123,10 @@ TEST_CASE("parts: each moment is in one of them") {
 }
 
 TEST_CASE("pairs: of alike ones the earliest") {
-  const std::vector<Moments> kept = folded({{"x", moments("16:silent@5+16:silent@6")},
-                                            {"x", moments("16:silent@1+16:silent@3")},
-                                            {"x", moments("16:silent@1+16:silent@2")},
-                                            {"y", moments("16:silent@7+16:silent@8")}});
+  const std::vector<Moments> kept = deduplicated({{"x", moments("16:silent@5+16:silent@6")},
+                                                  {"x", moments("16:silent@1+16:silent@3")},
+                                                  {"x", moments("16:silent@1+16:silent@2")},
+                                                  {"y", moments("16:silent@7+16:silent@8")}});
   Texts found = texts(kept);
   std::ranges::sort(found);
   CHECK(found == Texts{"16:silent@1+16:silent@2", "16:silent@7+16:silent@8"});
@@ -154,7 +154,7 @@ TEST_CASE("results: the table, in the order of kinds whatever the order of runs"
   results.add("", 1, moments("16:silent@9"), ended(Verdict::kBroken, "always a", "read"));
   results.add("", 2, moments("16:silent@3"), ended(Verdict::kLate));
   results.add("", 0, moments("16:refuse@1"), {});
-  results.add_never(moments("16:response-other-crc@1")[0].variant);
+  results.add_unmatched(moments("16:response-other-crc@1")[0].variant);
   CHECK(
       results.table() ==
       "fault                               place   tried    done gave up  broken    late\n"
@@ -169,7 +169,7 @@ TEST_CASE("results: JUnit, where nothing was shown, and an error") {
   results.add("", 0, moments("16:silent@1"), ended(Verdict::kDone));
   results.add("", 1, moments("16:refuse@1"), {});  // never happened
   results.add("", 2, moments("16:slow"), {});      // from power-on
-  results.add_never(moments("16:abort@1")[0].variant);
+  results.add_unmatched(moments("16:abort@1")[0].variant);
   const std::string xml = results.junit(0, "killed");
   CHECK(xml.find("tests=\"5\" failures=\"0\" errors=\"1\" skipped=\"2\"") != std::string::npos);
   CHECK(xml.find("<error message=\"killed\">") != std::string::npos);
@@ -182,12 +182,12 @@ TEST_CASE("settings: survive is for one fault that passes") {
       scenario_of("[explore]\nsurvive = [\"silent\", \"power\", \"slow\"]\n[[step]]\n");
   const Settings settings = read_settings(scenario.text, scenario.file);
   struct Nothing final : Runner {
-    void all(std::size_t, const std::function<Run(std::size_t)>&, const std::function<bool()>&,
-             const std::function<void(std::size_t, const Told&)>&) override {}
+    void run_all(std::size_t, const std::function<Trial(std::size_t)>&, const std::function<bool()>&,
+                 const std::function<void(std::size_t, const TrialReport&)>&) override {}
   } runner;
   const Exploration exploration(scenario.config, settings, runner, {}, {});
   const auto survives = [&](const std::string& text) {
-    return exploration.run_of(moments(text), false).must_survive;
+    return exploration.trial_of(moments(text), false).must_survive;
   };
   CHECK(survives("16:silent@1"));
   CHECK(!survives("16:silent count=0@1"));

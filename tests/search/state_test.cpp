@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The lines of --state: what they are, and what is no such line.
-#include "explored.hpp"
 #include "scenario/search/state.hpp"
+#include "explored.hpp"
 
 namespace cbcan::search::test {
 

@@ -90,7 +90,10 @@ class LuaDevice final : public sim::Behaviour {
   std::span<const std::string_view> incidents() const override { return incident_names_; }
   std::vector<sim::Point> points() const override { return points_; }
   void set_incident(std::string_view incident, bool present, Time now) override {
-    present ? void(present_.emplace(incident)) : void(present_.erase(std::string(incident)));
+    if (present)
+      present_.emplace(incident);
+    else
+      present_.erase(std::string(incident));
     call("on_incident", now, incident, present);
   }
 
@@ -388,7 +391,10 @@ int LuaDevice::block(lua_State* state) {
     std::destroy_at(dropped);
     return 0;
   });
-  is_new ? lua_setfield(state, -2, "__gc") : lua_pop(state, 1);
+  if (is_new)
+    lua_setfield(state, -2, "__gc");
+  else
+    lua_pop(state, 1);
   Script::charge(state, kBytesOfBlock);
   void* const memory = lua_newuserdatauv(state, sizeof(sim::Block), 0);
   {

@@ -8,10 +8,10 @@
 namespace cbcan::devices {
 
 /// Removes or replaces functions that differ from run to run (addresses, the order of a table), could run
-/// without limit while no instruction is counted, or reach outside. look(letters) counts the bytes that a
-/// function is about to read.
+/// without limit while no instruction is counted, or reach outside. cost(bytes) counts what a function is
+/// about to read, see CostModel.
 inline constexpr std::string_view kPrelude = R"(
-local look, type, next, error, select, ipairs = look, type, next, error, select, ipairs
+local cost, type, next, error, select, ipairs = cost, type, next, error, select, ipairs
 local tonumber, tostring, rawlen, rawget = tonumber, tostring, rawlen, rawget
 local find, format, rep, unpack, concat = string.find, string.format, string.rep, table.unpack, table.concat
 local rank = { boolean = 1, number = 2, string = 3 }
@@ -84,29 +84,29 @@ function table.remove(list, place)
 end
 
 function table.unpack(list, first, last)
-  look(2 * ((last or #list) - (first or 1)))
+  cost(2 * ((last or #list) - (first or 1)))
   return unpack(list, first, last)
 end
 
 function table.concat(list, between, first, last)
-  look(160 * ((last or #list) - (first or 1)))
+  cost(160 * ((last or #list) - (first or 1)))
   return concat(list, between, first, last)
 end
 
 function string.rep(text, count, between)
   between = between or ""
-  look(count)
+  cost(count)
   return #text + #between == 0 and "" or rep(text, count, between)
 end
 
 function string.format(form, ...)
-  look(#form)
+  cost(#form)
   if #form > 1000 or find(form, "%%[^%a%%]*[cp]") then error("string.format: %c, %p, or more than 1000 characters", 2) end
   local values = { ... }
   for i = 1, select("#", ...) do
     local kind = type(values[i])
     if kind == "table" or kind == "function" then values[i] = tostring(values[i]) end
-    look(kind == "string" and #values[i] or 400)
+    cost(kind == "string" and #values[i] or 400)
   end
   return format(form, unpack(values, 1, select("#", ...)))
 end
@@ -123,11 +123,11 @@ end
 
 local fmod = math.fmod
 function math.fmod(a, b)
-  look(256)
+  cost(256)
   return fmod(a, b)
 end
 
-math.randomseed, _G.next, _G.look, load, loadfile, dofile, collectgarbage, xpcall, warn = nil
+math.randomseed, _G.next, _G.cost, load, loadfile, dofile, collectgarbage, xpcall, warn = nil
 )";
 
 }  // namespace cbcan::devices

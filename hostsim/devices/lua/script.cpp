@@ -14,23 +14,7 @@ namespace {
 
 constexpr const char* kTooMuch = "takes more memory than a script may have";
 constexpr int kEveryInstruction = 1;
-// Amount of data that costs one step: read in one go, or that any one instruction may read.
-constexpr std::size_t kLettersOfStep = 16;
-constexpr std::size_t kLettersOfPrice = 200;
-constexpr std::size_t kMemoryOfPrice = 6000;
-constexpr std::size_t kMetatablesOfPrice = 4;
-/// For each shared variable of a new function, Lua walks along the list of all shared variables.
-constexpr std::size_t kSquareOfPrice = 500;
-/// The remainder of two floats takes a round for each bit between their exponents.
-constexpr int kPriceOfRemainder = 16;
-/// Each access to a table may follow a chain of metatables.
 constexpr std::size_t kMostMetatables = 8;
-/// Price of a call.
-constexpr int kLettersOfCall = 8;
-/// Price of an error: to name the faulty value, Lua searches all instructions before it.
-constexpr std::size_t kLettersOfError = 16'000;
-/// Price of converting a number to a string.
-constexpr std::size_t kLettersOfNumber = 160;
 /// These do not read through their first argument.
 constexpr std::array<std::string_view, 3> kOfPlaces{"byte", "len", "sub"};
 
@@ -81,9 +65,10 @@ bool Script::may_take(std::size_t before, std::size_t wanted) {
 
 void* Script::allocate(void* self, void* block, std::size_t before, std::size_t wanted) {
   Script& script = *static_cast<Script*>(self);
-  if (block == nullptr && before == LUA_TSTRING) script.count_longest(wanted, script.longest_);
-  if (block == nullptr && before == LUA_TSTRING) script.add(wanted);  // numbers may have been converted
-  if (block == nullptr && before == LUA_TFUNCTION) script.count_longest(wanted, script.largest_function_);
+  if (block == nullptr && before == LUA_TSTRING) script.count_longest(wanted, script.cost_.longest_string);
+  if (block == nullptr && before == LUA_TSTRING) script.add_cost(wanted);  // numbers may have been converted
+  if (block == nullptr && before == LUA_TFUNCTION)
+    script.count_longest(wanted, script.cost_.largest_function);
   if (block == nullptr) before = 0;  // for a new block it is a kind of object
   void* made = nullptr;
   if (wanted == 0) {
@@ -117,61 +102,56 @@ void Script::end_call(const char* why) {
   lua_sethook(state_, count, LUA_MASKCOUNT, kEveryInstruction);
 }
 
-/// Work is counted in letters: an instruction costs kLettersOfStep * price_.
-void Script::add(std::size_t letters) {
-  letters_ += letters;
-  if (letters_ >= most_ * kLettersOfStep)
+void Script::add_cost(CostModel::Bytes bytes) {
+  cost_.spend(bytes);
+  if (cost_.steps() >= most_)
     end_call(("more than " + std::to_string(most_) + " instructions in one call").c_str());
 }
 
-void Script::spend(std::size_t letters) {
-  add(letters);
+void Script::spend(CostModel::Bytes bytes) {
+  add_cost(bytes);
   if (!why_.empty()) luaL_error(state_, "the call has been ended");
 }
 
-/// An instruction may read a whole string, a whole table or all metatables, so its price grows with their size.
-void Script::set_price() {
-  const std::size_t own = used_ - std::min(used_, base_);
-  const std::size_t shared = largest_function_ / sizeof(void*);
-  price_ = static_cast<int>(longest_ / kLettersOfPrice + own / kMemoryOfPrice +
-                            metatables_ / kMetatablesOfPrice + shared * shared / kSquareOfPrice);
-  price_ += has_remainder_ ? kPriceOfRemainder : 1;
-  if (why_.empty()) lua_sethook(state_, count, LUA_MASKCOUNT, slice());
+void Script::update_cost() {
+  cost_.update(used_ - std::min(used_, base_));
+  if (why_.empty()) lua_sethook(state_, count, LUA_MASKCOUNT, cost_.interval());
 }
 
 void Script::count(lua_State* state, lua_Debug* /*activation*/) {
   Script& script = from(state);
-  script.spend(static_cast<std::size_t>(script.slice() * script.price_) * kLettersOfStep);
-  script.set_price();
+  script.spend(script.cost_.of_interval());
+  script.update_cost();
 }
 
-/// An object much larger than all before changes the price immediately.
+/// An object much larger than all before changes the cost of instructions immediately.
 void Script::count_longest(std::size_t size, std::size_t& longest) {
   if (size <= longest) return;
   const bool at_once = state_ != nullptr && size > 2 * longest;
   longest = size;
-  if (at_once) set_price();
+  if (at_once) update_cost();
 }
 
-int Script::look(lua_State* state) {
-  const double letters = lua_tonumber(state, 1);
-  from(state).spend(letters > 0 ? static_cast<std::size_t>(std::min(letters, 1e9)) : 0);
+int Script::cost(lua_State* state) {
+  const double bytes = lua_tonumber(state, 1);
+  from(state).spend(bytes > 0 ? static_cast<CostModel::Bytes>(std::min(bytes, 1e9)) : 0);
   return 0;
 }
 
-/// Calls a function of Lua's library, its upvalue, after counting the strings that it reads: its arguments from
-/// the first or the second on.
+/// Calls a function of Lua's library, its upvalue, after counting the strings that it reads: its arguments
+/// from the first or the second on.
 template <int kFirst>
 int Script::counted(lua_State* state) {
   const int count = lua_gettop(state);
-  auto letters = static_cast<std::size_t>(kLettersOfCall + count);
+  CostModel::Bytes bytes = CostModel::kCall + static_cast<unsigned>(count);
   for (int i = kFirst; i <= count; ++i)
-    if (lua_type(state, i) == LUA_TSTRING) letters += lua_rawlen(state, i);
-  from(state).spend(letters);
+    if (lua_type(state, i) == LUA_TSTRING) bytes += lua_rawlen(state, i);
+  from(state).spend(bytes);
   return lua_tocfunction(state, lua_upvalueindex(1))(state);
 }
 
-/// Wraps all functions of the table on top, which is popped, in counted(); those with upvalues take no strings.
+/// Wraps all functions of the table on top, which is popped, in counted(); those with upvalues take no
+/// strings.
 void Script::count_functions(lua_State* state) {
   for (lua_pushnil(state); lua_next(state, -2) != 0; lua_pop(state, 1)) {
     if (!is_without_upvalues(state)) continue;
@@ -188,7 +168,7 @@ void Script::count_functions(lua_State* state) {
 int Script::to_string(lua_State* state) {
   luaL_checkany(state, 1);
   const int type = lua_type(state, 1);
-  if (type == LUA_TNUMBER) from(state).spend(kLettersOfNumber);
+  if (type == LUA_TNUMBER) from(state).spend(CostModel::kNumber);
   if ((type == LUA_TTABLE || type == LUA_TFUNCTION) && luaL_getmetafield(state, 1, "__tostring") == LUA_TNIL)
     lua_pushstring(state, lua_typename(state, type));
   else
@@ -202,13 +182,13 @@ void Script::count_metatable() {
   const bool known = lua_rawget(state_, LUA_REGISTRYINDEX) != LUA_TNIL;
   lua_pop(state_, 1);
   if (known) return;
-  if (++metatables_ > kMostMetatables)
+  if (++cost_.metatables > kMostMetatables)
     luaL_error(state_, "setmetatable: more than %d metatables; give tables one together",
                static_cast<int>(kMostMetatables));
   lua_pushvalue(state_, -1);
   lua_pushboolean(state_, 1);
   lua_rawset(state_, LUA_REGISTRYINDEX);
-  set_price();
+  update_cost();
 }
 
 /// Refuses __gc and __mode: a script must not notice garbage collection.
@@ -233,7 +213,7 @@ int Script::set_metatable(lua_State* state) {
 int Script::protected_call(lua_State* state) {
   luaL_checkany(state, 1);
   const bool good = lua_pcall(state, lua_gettop(state) - 1, LUA_MULTRET, 0) == LUA_OK;
-  if (!good) from(state).spend(kLettersOfError);
+  if (!good) from(state).spend(CostModel::kError);
   lua_pushboolean(state, good ? 1 : 0);
   lua_insert(state, 1);
   return lua_gettop(state);
@@ -244,8 +224,8 @@ template <class What>
 void Script::run_protected(What what) {
   allocated_ = 0;
   why_.clear();
-  letters_ = 0;
-  set_price();
+  cost_.begin_call();
+  update_cost();
   lua_pushcfunction(state_, blame_script);
   lua_pushcfunction(state_, [](lua_State* state) {
     (*static_cast<What*>(lua_touserdata(state, 1)))(state);
@@ -276,7 +256,7 @@ Script::Script(const std::string& name, std::string_view text, std::uint64_t see
     run_protected([&](lua_State* state) {
       load_libraries(state, seed, functions);
       base_ = used_;
-      has_remainder_ = has_remainder(text);
+      cost_.has_remainder = has_remainder(text);
       if (has_zero(text)) luaL_error(state, "a text cannot have the character 0");
       lua_pushfstring(state, "@%s", name.c_str());
       if (luaL_loadbufferx(state, text.data(), text.size(), lua_tostring(state, -1), "t") != LUA_OK)
@@ -300,7 +280,7 @@ void Script::load_libraries(lua_State* state, std::uint64_t seed, std::span<cons
   lua_pushinteger(state, 0);
   lua_call(state, 2, 0);
   for (const luaL_Reg& own : {luaL_Reg{"tostring", to_string}, luaL_Reg{"setmetatable", set_metatable},
-                              luaL_Reg{"pcall", protected_call}, luaL_Reg{"look", look}})
+                              luaL_Reg{"pcall", protected_call}, luaL_Reg{"cost", cost}})
     lua_register(state, own.name, own.func);
   if (luaL_loadbufferx(state, kPrelude.data(), kPrelude.size(), "=cbcan", "t") != LUA_OK) lua_error(state);
   lua_call(state, 0, 0);
@@ -407,7 +387,9 @@ std::vector<Script::Record> Script::records(const char* name, std::size_t most) 
       lua_pop(state, 1);
       if (has_long_text(records.back())) return;
     }
-    if (records.empty()) lua_settop(state, 2), read_record(state, records.emplace_back());
+    if (!records.empty()) return;
+    lua_settop(state, 2);
+    read_record(state, records.emplace_back());
   });
   return records;
 }

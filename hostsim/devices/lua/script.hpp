@@ -6,7 +6,6 @@
 
 #include <lua.hpp>
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -17,6 +16,8 @@
 #include <string_view>
 #include <variant>
 #include <vector>
+
+#include "devices/lua/cost_model.hpp"
 
 namespace cbcan::devices {
 
@@ -30,8 +31,7 @@ class ScriptError : public std::runtime_error {
 class Script {
  public:
   // Limits of one call.
-  /// Instructions of Lua's virtual machine and work of its library. The price of an instruction grows with the
-  /// amount of data that it may read.
+  /// Steps, see CostModel: instructions of Lua's virtual machine and work of its library.
   static constexpr std::size_t kMostInstructions = 100'000;
   /// When the script is started.
   static constexpr std::size_t kMostAtStart = 1'000'000;
@@ -43,9 +43,6 @@ class Script {
   /// Letters of a text in list() and records(): a line of an EDS has 255 characters. A longer one is cut
   /// after one more.
   static constexpr std::size_t kMostText = 200;
-
-  /// Interval at which the price of an instruction is updated, in steps.
-  static constexpr int kSlice = 1000;
 
   using Argument = std::variant<lua_Integer, double, bool, std::string_view>;
   /// What a function has returned; monostate = nothing.
@@ -92,19 +89,18 @@ class Script {
   static void count_functions(lua_State* state);
   template <int kFirst>
   static int counted(lua_State* state);
-  static int look(lua_State* state);
+  static int cost(lua_State* state);
   static int protected_call(lua_State* state);
   static int set_metatable(lua_State* state);
   static int to_string(lua_State* state);
   static void load_libraries(lua_State* state, std::uint64_t seed, std::span<const luaL_Reg> functions);
   bool may_take(std::size_t before, std::size_t wanted);
   void end_call(const char* why);
-  int slice() const { return std::max(1, kSlice / price_); }
-  void set_price();
+  void update_cost();
   void count_longest(std::size_t size, std::size_t& longest);
   void count_metatable();
-  void add(std::size_t letters);
-  void spend(std::size_t letters);
+  void add_cost(CostModel::Bytes bytes);
+  void spend(CostModel::Bytes bytes);
   template <class What>
   void run_protected(What what);
 
@@ -114,15 +110,10 @@ class Script {
   std::size_t used_ = 0;
   std::size_t outside_ = 0;  ///< see charge()
   std::size_t allocated_ = 0;
-  std::size_t base_ = 0;              ///< used_ before the script is loaded
-  std::size_t longest_ = 0;           ///< of all strings so far, in bytes
-  std::size_t largest_function_ = 0;  ///< in bytes
-  std::size_t metatables_ = 0;
-  bool has_remainder_ = false;  ///< the script uses the operator %
-  int price_ = 1;               ///< of an instruction
+  std::size_t base_ = 0;  ///< used_ before the script is loaded
+  CostModel cost_;
   std::size_t most_ = kMostAtStart;
-  std::size_t letters_ = 0;  ///< spent in this call
-  std::string why_ = {};     ///< why the call has been ended; empty = it has not
+  std::string why_ = {};  ///< why the call has been ended; empty = it has not
   int line_ = 0;
 };
 

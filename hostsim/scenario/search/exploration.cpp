@@ -40,9 +40,9 @@ bool has_node(const config::NetworkConfig& network, std::string_view name) {
 }
 
 /// The transaction in which a variant has this matching frame.
-std::size_t transaction_of(const Record& record, std::size_t variant, std::uint32_t occasion) {
+std::size_t transaction_of(const Record& record, std::size_t variant, std::uint32_t match) {
   std::size_t place = 0;
-  while (place < record.transactions.size() && record.transactions[place].occasions[variant] < occasion)
+  while (place < record.transactions.size() && record.transactions[place].matches[variant] < match)
     ++place;
   return place;
 }
@@ -54,11 +54,12 @@ bool changes_values(const Moment& moment) {
          sim::is_of_frames(kind);
 }
 
-/// Throws unless this run without faults is good.
-void need_good(const Told& told) {
-  if (!told.problem.empty() && !told.is_usage) throw std::runtime_error(told.problem);
-  if (!told.problem.empty()) throw base::UsageError(told.problem);
-  if (told.result.verdict != Verdict::kDone) throw base::UsageError("without faults: " + report(told.result));
+/// Throws unless this trial without faults is good.
+void need_good(const TrialReport& trial) {
+  if (!trial.problem.empty() && !trial.is_usage) throw std::runtime_error(trial.problem);
+  if (!trial.problem.empty()) throw base::UsageError(trial.problem);
+  if (trial.result.verdict != Verdict::kDone)
+    throw base::UsageError("without faults: " + report(trial.result));
 }
 
 /// It prevents nothing, or not for long.
@@ -69,20 +70,20 @@ bool passes(const sim::Fault& fault) {
 
 }  // namespace
 
-Run run_with(const Moments& moments, const config::Config& plant, const Record& undisturbed) {
-  Run run{.config = plant,
-          .values_may_differ = std::ranges::any_of(moments, changes_values),
-          .undisturbed = &undisturbed};
-  inject(moments, run.config);
-  return run;
+Trial trial_with(const Moments& moments, const config::Config& plant, const Record& baseline) {
+  Trial trial{.config = plant,
+              .values_may_differ = std::ranges::any_of(moments, changes_values),
+              .baseline = &baseline};
+  inject(moments, trial.config);
+  return trial;
 }
 
-Told Runner::one(const Run& run) {
-  Told told;
-  all(
-      1, [&](std::size_t) { return run; }, [] { return true; },
-      [&](std::size_t, const Told& result) { told = result; });
-  return told;
+TrialReport Runner::run_one(const Trial& trial) {
+  TrialReport report;
+  run_all(
+      1, [&](std::size_t) { return trial; }, [] { return true; },
+      [&](std::size_t, const TrialReport& made) { report = made; });
+  return report;
 }
 
 Exploration::Exploration(const config::Config& plant, const Settings& settings, Runner& runner,
@@ -105,10 +106,10 @@ void Exploration::prepare() {
   for (const std::string& node : nodes_)
     if (std::ranges::none_of(plant_.networks, [&](const auto& network) { return has_node(network, node); }))
       throw base::UsageError(fmt::format("nodes: {}: there is no such node in the plant", node));
-  const Told first = runner_.one({plant_});
-  Run counting{plant_};
+  const TrialReport first = runner_.run_one({plant_});
+  Trial counting{plant_};
   count_in(counting);
-  const Told second = runner_.one(counting);
+  const TrialReport second = runner_.run_one(counting);
   need_good(first);
   need_good(second);
   const auto [a, b] = std::ranges::mismatch(first.record.frames, second.record.frames);
@@ -136,61 +137,61 @@ void Exploration::keep(const Record& counted) {
   };
   record_ = counted;
   variants_ = chosen(variants_);
-  record_.occasions = chosen(record_.occasions);
+  record_.matches = chosen(record_.matches);
   for (Record::Transaction& transaction : record_.transactions)
-    transaction.occasions = chosen(transaction.occasions);
+    transaction.matches = chosen(transaction.matches);
   auto lists = moments_of(variants_, record_);
   for (std::size_t i = 0; i < lists.size(); ++i)
-    if (lists[i].empty()) never_.push_back(variants_[i]);
-  moments_ = in_turn(std::move(lists));
+    if (lists[i].empty()) unmatched_.push_back(variants_[i]);
+  moments_ = round_robin(std::move(lists));
 }
 
-void Exploration::count_in(Run& run) const {
-  run.counted = variants_;
+void Exploration::count_in(Trial& trial) const {
+  trial.counted = variants_;
   for (const Variant& variant : variants_)
-    if (has_moments(variant.fault.kind)) inject({{variant, kCounting}}, run.config);
+    if (has_moments(variant.fault.kind)) inject({{variant, kCounting}}, trial.config);
 }
 
-Run Exploration::run_of(const Moments& moments, bool counts) const {
+Trial Exploration::trial_of(const Moments& moments, bool counts) const {
   const sim::Fault& first = moments.front().variant.fault;
-  Run run = run_with(moments, plant_, record_);
-  run.must_survive = moments.size() == 1 && survive_.contains(first.kind) && passes(first);
-  if (counts) count_in(run);
-  return run;
+  Trial trial = trial_with(moments, plant_, record_);
+  trial.must_survive = moments.size() == 1 && survive_.contains(first.kind) && passes(first);
+  if (counts) count_in(trial);
+  return trial;
 }
 
 std::vector<Pair> Exploration::pairs(const Moments& first, const Record& record) const {
   const auto own =
       static_cast<std::size_t>(std::ranges::find(variants_, first.front().variant) - variants_.begin());
-  const std::size_t begin = transaction_of(record_, own, first.front().occasion);
+  const std::size_t begin = transaction_of(record_, own, first.front().match);
   const std::size_t end =
       std::min(begin + kNear, record.transactions.empty() ? 0 : record.transactions.size() - 1);
   std::vector<Pair> pairs;
   if (begin >= record.transactions.size()) return pairs;
   for (std::size_t i = 0; i < variants_.size(); ++i) {
     if (!has_moments(variants_[i].fault.kind)) continue;
-    std::uint32_t occasion = begin == 0 ? 0 : record.transactions[begin - 1].occasions[i];
+    std::uint32_t match = begin == 0 ? 0 : record.transactions[begin - 1].matches[i];
     for (std::size_t place = begin; place <= end; ++place) {
       const Record::Transaction& during = record.transactions[place];
-      for (unsigned in_it = 1; occasion < during.occasions[i]; ++in_it)
-        if (++occasion != first.front().occasion || i != own)
+      for (unsigned in_it = 1; match < during.matches[i]; ++in_it)
+        if (++match != first.front().match || i != own)
           pairs.push_back(
               {fmt::format("{} {} {} {} {}", to_string(first.front().variant),
                            record.transactions[begin].text, to_string(variants_[i]), during.text, in_it),
-               {first.front(), {variants_[i], occasion}}});
+               {first.front(), {variants_[i], match}}});
     }
   }
   return pairs;
 }
 
-std::vector<Moments> folded(std::vector<Pair> pairs) {
+std::vector<Moments> deduplicated(std::vector<Pair> pairs) {
   const auto rank = [](const Pair& pair) {
-    return std::tuple(pair.alike, pair.moments[0].occasion, pair.moments[1].occasion);
+    return std::tuple(pair.group, pair.moments[0].match, pair.moments[1].match);
   };
   std::ranges::sort(pairs, {}, rank);
   std::vector<Moments> kept;
   for (std::size_t i = 0; i < pairs.size(); ++i)
-    if (i == 0 || pairs[i].alike != pairs[i - 1].alike) kept.push_back(pairs[i].moments);
+    if (i == 0 || pairs[i].group != pairs[i - 1].group) kept.push_back(pairs[i].moments);
   std::ranges::sort(kept, {}, [](const Moments& pair) { return hash_of(to_string(pair)); });
   return kept;
 }

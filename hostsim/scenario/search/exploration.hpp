@@ -10,55 +10,36 @@
 #include <string>
 #include <vector>
 
-#include "config/config.hpp"
-#include "scenario/search/judge.hpp"
 #include "scenario/search/search.hpp"
-#include "scenario/search/settings.hpp"
+#include "scenario/search/search_settings.hpp"
 
 namespace cbcan::search {
 
-/// What is to be run.
-struct Run {
-  config::Config config;
-  std::vector<Variant> counted = {};  ///< their matching frames are recorded
-  bool values_may_differ = false;
-  bool must_survive = false;
-  const Record* undisturbed = nullptr;
-};
+/// A trial with these faults.
+Trial trial_with(const Moments& moments, const config::Config& plant, const Record& baseline);
 
-/// What a run has to say.
-struct Told {
-  Result result;
-  Record record;
-  std::string problem;    ///< why it could not be made; empty = it could
-  bool is_usage = false;  ///< the problem is the user's, not the machine's
-};
-
-/// One with these faults.
-Run run_with(const Moments& moments, const config::Config& plant, const Record& undisturbed);
-
-/// Makes runs, some at a time, each from power-on.
+/// Runs trials, some at a time, each from power-on.
 class Runner {
  public:
-  /// Runs 0..count-1. `ended`, which throws nothing, gets each result, one at a time, in any order; when
-  /// `wanted` is false, no further one begins.
-  virtual void all(std::size_t count, const std::function<Run(std::size_t)>& make,
-                   const std::function<bool()>& wanted,
-                   const std::function<void(std::size_t, const Told&)>& ended) = 0;
-  Told one(const Run& run);
+  /// Runs trials 0..count-1. `ended`, which throws nothing, gets each report, one at a time, in any order;
+  /// when `wanted` is false, no further one begins.
+  virtual void run_all(std::size_t count, const std::function<Trial(std::size_t)>& make,
+                       const std::function<bool()>& wanted,
+                       const std::function<void(std::size_t, const TrialReport&)>& ended) = 0;
+  TrialReport run_one(const Trial& trial);
 
  protected:
   ~Runner() = default;
 };
 
-/// Two faults, and what other pairs have in common with them: the kinds, and the transactions in which they
-/// act.
+/// Two faults, and what other pairs of their group have in common with them: the kinds, and the transactions
+/// in which they act.
 struct Pair {
-  std::string alike;
+  std::string group;
   Moments moments;
 };
-/// One pair of those that are alike, the earliest, in an order of which every beginning is an even sample.
-std::vector<Moments> folded(std::vector<Pair> pairs);
+/// The earliest pair of each group, in an order of which every beginning is an even sample.
+std::vector<Moments> deduplicated(std::vector<Pair> pairs);
 
 class Exploration {
  public:
@@ -71,16 +52,16 @@ class Exploration {
   void prepare();
   /// All single faults, in the order in which they are best tried.
   const std::vector<Moments>& moments() const { return moments_; }
-  /// Without a matching frame.
-  const std::vector<Variant>& never() const { return never_; }
+  /// Variants without a matching frame.
+  const std::vector<Variant>& unmatched() const { return unmatched_; }
   /// A second fault near the first one, which was alone in the run that made this record.
   std::vector<Pair> pairs(const Moments& first, const Record& record) const;
   /// `counts`: the result is for pairs().
-  Run run_of(const Moments& moments, bool counts) const;
+  Trial trial_of(const Moments& moments, bool counts) const;
   const Record& record() const { return record_; }
 
  private:
-  void count_in(Run& run) const;
+  void count_in(Trial& trial) const;
   void keep(const Record& counted);
 
   const config::Config& plant_;
@@ -91,7 +72,7 @@ class Exploration {
   std::set<sim::FaultKind> survive_;
   Record record_;
   std::vector<Moments> moments_;
-  std::vector<Variant> never_;
+  std::vector<Variant> unmatched_;
 };
 
 }  // namespace cbcan::search

@@ -37,14 +37,14 @@ config::FaultList list_at(std::string_view word, config::Config& plant) {
 struct WrittenMoment {
   std::string_view place;
   std::string_view fault;
-  std::uint32_t occasion;
+  std::uint32_t match;
 };
 
 /// The parts of "16:silent@149" or "16:silent".
 std::optional<WrittenMoment> written_moment(std::string_view text) {
-  const auto [fault, occasion] = base::split(text, '@').value_or(std::pair(text, std::string_view("0")));
+  const auto [fault, match] = base::split(text, '@').value_or(std::pair(text, std::string_view("0")));
   const auto sides = base::split(fault, ':');
-  const auto number = base::parse<std::uint32_t>(occasion);
+  const auto number = base::parse<std::uint32_t>(match);
   if (!sides || !number) return std::nullopt;
   return WrittenMoment{sides->first, sides->second, *number};
 }
@@ -75,7 +75,7 @@ std::string to_string(const Moments& moments) {
   std::string text;
   for (const Moment& moment : moments) {
     text += (text.empty() ? "" : "+") + to_string(moment.variant);
-    if (moment.occasion != 0) text += fmt::format("@{}", moment.occasion);
+    if (moment.match != 0) text += fmt::format("@{}", moment.match);
   }
   return text;
 }
@@ -96,8 +96,8 @@ Moments parse_moments(std::string_view text, config::Config& plant) {
           fmt::format("{}: must be PLACE:FAULT@NUMBER, such as 16:response-never@149", part));
     const config::FaultList list = list_at(written->place, plant);
     Variant variant{std::string(written->place), fault_of(written->fault, list.place)};
-    const bool is_first = written->occasion == 0 && has_moments(variant.fault.kind);
-    moments.push_back({std::move(variant), is_first ? 1 : written->occasion});
+    const bool is_first = written->match == 0 && has_moments(variant.fault.kind);
+    moments.push_back({std::move(variant), is_first ? 1 : written->match});
   }
   return moments;
 }
@@ -112,7 +112,7 @@ Moments only(const std::string& option, const Settings& settings, config::Config
 void inject(const Moments& moments, config::Config& plant) {
   for (const Moment& moment : moments) {
     sim::Fault fault = moment.variant.fault;
-    fault.after = moment.occasion == 0 ? 0 : moment.occasion - 1;
+    fault.after = moment.match == 0 ? 0 : moment.match - 1;
     list_at(moment.variant.place, plant).faults->push_back({fault, {}});
   }
 }

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "config/config.hpp"
-#include "scenario/search/settings.hpp"
+#include "scenario/search/search_settings.hpp"
 #include "sim/faults/fault.hpp"
 
 namespace cbcan::search {
@@ -29,7 +29,7 @@ bool has_moments(sim::FaultKind kind);
 
 struct Moment {
   Variant variant;
-  std::uint32_t occasion = 0;  ///< of the matching frames, from 1; 0 = from power-on
+  std::uint32_t match = 0;  ///< of the matching frames, from 1; 0 = from power-on
   bool operator==(const Moment&) const = default;
 };
 

@@ -5,7 +5,7 @@
 
 #include "base/utf8.hpp"
 #include "plant/virtual_plant.hpp"
-#include "scenario/search/search.hpp"
+#include "scenario/search/judge.hpp"
 
 namespace cbcan::search {
 
@@ -30,8 +30,6 @@ class JudgedPlant final : public plant::Bench {
     plant_.advance(until);
     look();
   }
-  void add(plant::Listener& listener) override { plant_.add(listener); }
-  void remove(plant::Listener& listener) override { plant_.remove(listener); }
 
  private:
   void look() {
@@ -44,45 +42,46 @@ class JudgedPlant final : public plant::Bench {
 
 }  // namespace
 
-Told play(const scenario::Scenario& scenario, const Run& run, const Settings& settings,
-          config::EdsFiles& files) {
-  config::PlantBuild build = config::build_nodes(run.config, files);
-  Told told;
-  told.is_usage = !build.good;
-  if (!build.good) return told.problem = build.lines.front(), told;
-  plant::VirtualPlant plant(run.config, std::move(build));
-  Judge judge({plant.control(), settings, run.counted, run.values_may_differ, run.must_survive,
-               run.undisturbed, [&](Time duration) { plant.advance_to(plant.now() + duration); }});
+TrialReport play(const scenario::Scenario& scenario, const Trial& trial, const Settings& settings,
+                 config::EdsFiles& files) {
+  config::PlantBuild build = config::build_nodes(trial.config, files);
+  if (!build.good) return {.problem = build.lines.front(), .is_usage = true};
+  plant::VirtualPlant plant(trial.config, std::move(build));
+  Judge judge(plant.control(), settings, trial, [&](Time duration) {
+    for (const Time end = plant.now() + duration; plant.now() < end; judge.keep_up())
+      plant.advance(end);
+  });
   plant.start();
   JudgedPlant bench(plant, judge);
   try {
-    const scenario::Played played = scenario::play(scenario, bench, run.undisturbed != nullptr);
+    const scenario::Played played = scenario::play(scenario, bench, trial.baseline != nullptr);
     if (!played.failure.empty()) judge.fail(played.failure);
   } catch (const Over&) {
   }
-  told.result = judge.end(std::nullopt);
-  told.record = judge.record();
-  told.record.duration = 0;  // it ends by itself: no limit follows from it
-  return told;
+  TrialReport report = judge.end(std::nullopt);
+  report.record.duration = 0;  // it ends by itself: no limit follows from it
+  return report;
 }
 
 void check_conditions(const Settings& settings, const config::Config& config, config::PlantBuild build) {
   plant::VirtualPlant plant(config, std::move(build));
-  const Judge judge({plant.control(), settings, {}, false, false, nullptr, {}});
+  const Trial trial{config};
+  const Judge judge(plant.control(), settings, trial, {});
 }
 
 scenario::Outcome replay(const scenario::Scenario& scenario, const Moments& moments, const Settings& settings,
                          config::EdsFiles& files) {
-  const Told undisturbed = play(scenario, {scenario.config}, settings, files);
-  const Told told = play(scenario, run_with(moments, scenario.config, undisturbed.record), settings, files);
-  for (const Told* each : {&undisturbed, &told})
+  const TrialReport baseline = play(scenario, {scenario.config}, settings, files);
+  const TrialReport disturbed =
+      play(scenario, trial_with(moments, scenario.config, baseline.record), settings, files);
+  for (const TrialReport* each : {&baseline, &disturbed})
     if (!each->problem.empty()) return {scenario::Verdict::kWrong, 0, each->problem + "\n"};
-  if (!has_happened(moments, told.result))
-    return {scenario::Verdict::kFailed, told.result.duration,
+  if (!has_happened(moments, disturbed.result))
+    return {scenario::Verdict::kFailed, disturbed.result.duration,
             to_string(moments) + ": " + std::string(kNeverHappened) + "\n"};
-  const bool broken = told.result.verdict == Verdict::kBroken;
-  return {broken ? scenario::Verdict::kFailed : scenario::Verdict::kPassed, told.result.duration,
-          broken ? to_string(moments) + ": " + report(told.result) : ""};
+  const bool broken = disturbed.result.verdict == Verdict::kBroken;
+  return {broken ? scenario::Verdict::kFailed : scenario::Verdict::kPassed, disturbed.result.duration,
+          broken ? to_string(moments) + ": " + report(disturbed.result) : ""};
 }
 
 }  // namespace cbcan::search

@@ -9,10 +9,10 @@
 
 namespace cbcan::search {
 
-/// Plays the steps of the scenario on the plant of the run. With faults, only `must` is judged: a wait that
+/// Plays the steps of the scenario on the plant of the trial. With faults, only `must` is judged: a wait that
 /// does not end goes on at its limit, and what is expected is not checked.
-Told play(const scenario::Scenario& scenario, const Run& run, const Settings& settings,
-          config::EdsFiles& files);
+TrialReport play(const scenario::Scenario& scenario, const Trial& trial, const Settings& settings,
+                 config::EdsFiles& files);
 
 /// Throws base::UsageError for a condition of [explore] that this plant does not have.
 void check_conditions(const Settings& settings, const config::Config& config, config::PlantBuild build);

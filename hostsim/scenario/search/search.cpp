@@ -18,15 +18,15 @@ namespace cbcan::search {
 namespace {
 
 /// The first, the last, and halvings of the distance from both.
-std::vector<std::uint32_t> folded(const std::vector<std::uint32_t>& alike) {
+std::vector<std::uint32_t> sampled(const std::vector<std::uint32_t>& group) {
   std::set<std::size_t> chosen;
-  for (std::size_t distance = alike.size(); distance != 0; distance /= 2) {
+  for (std::size_t distance = group.size(); distance != 0; distance /= 2) {
     chosen.insert(distance - 1);
-    chosen.insert(alike.size() - distance);
+    chosen.insert(group.size() - distance);
   }
   std::vector<std::uint32_t> kept;
   for (const std::size_t place : chosen)
-    kept.push_back(alike[place]);
+    kept.push_back(group[place]);
   return kept;
 }
 
@@ -44,29 +44,29 @@ std::vector<std::uint32_t> halving(const std::vector<std::uint32_t>& sorted) {
 std::vector<Moments> moments_of(const Variant& variant, std::size_t number, const Record& record) {
   if (!has_moments(variant.fault.kind)) return {{{variant, 0}}};
   std::map<std::pair<std::string, std::uint32_t>, std::vector<std::uint32_t>>
-      alike;  // by text and place in it
+      groups;  // by text and place in it
   std::uint32_t before = 0;
   const auto add = [&](const std::string& text, std::uint32_t up_to, bool is_rest) {
-    for (std::uint32_t occasion = before + 1; occasion <= up_to; ++occasion)
-      alike[{text, is_rest ? 0 : occasion - before}].push_back(occasion);
+    for (std::uint32_t match = before + 1; match <= up_to; ++match)
+      groups[{text, is_rest ? 0 : match - before}].push_back(match);
     before = up_to;
   };
   for (const Record::Transaction& transaction : record.transactions)
-    add(transaction.text + " " + transaction.value, transaction.occasions[number], false);
-  add("", record.occasions[number], true);
+    add(transaction.text + " " + transaction.value, transaction.matches[number], false);
+  add("", record.matches[number], true);
   std::vector<std::uint32_t> all;
-  for (const auto& [key, occasions] : alike)
-    std::ranges::copy(folded(occasions), std::back_inserter(all));
+  for (const auto& [key, group] : groups)
+    std::ranges::copy(sampled(group), std::back_inserter(all));
   if (sim::is_state(variant.fault.kind)) std::erase(all, 1u);  // it would begin at power-on
   std::ranges::sort(all);
   std::vector<Moments> moments;
-  for (const std::uint32_t occasion : halving(all))
-    moments.push_back({{variant, occasion}});
+  for (const std::uint32_t match : halving(all))
+    moments.push_back({{variant, match}});
   return moments;
 }
 
 bool is_from_power_on(const Moment& moment) {
-  return moment.occasion == 0;
+  return moment.match == 0;
 }
 
 }  // namespace
@@ -82,7 +82,7 @@ std::vector<std::vector<Moments>> moments_of(const std::vector<Variant>& variant
   return lists;
 }
 
-std::vector<Moments> in_turn(std::vector<std::vector<Moments>> lists) {
+std::vector<Moments> round_robin(std::vector<std::vector<Moments>> lists) {
   std::vector<Moments> order;
   std::size_t longest = 0;
   for (const auto& list : lists)
@@ -110,8 +110,8 @@ void Results::add(const std::string& subject, std::size_t order, const Moments& 
   if (result.verdict == Verdict::kBroken) ++broken_;
 }
 
-void Results::add_never(const Variant& variant) {
-  never_.push_back(variant);
+void Results::add_unmatched(const Variant& variant) {
+  unmatched_.push_back(variant);
 }
 
 bool Results::reached(const std::string& subject, std::size_t condition) const {
@@ -130,7 +130,7 @@ bool Results::happened(const std::string& subject) const {
 std::vector<Failure> Results::failures(const std::string& subject) const {
   std::map<std::pair<std::string, std::string>, Failure> found;
   const auto is_simpler = [](const Moments& a, const Moments& b) {
-    return std::pair(a.size(), a.front().occasion) < std::pair(b.size(), b.front().occasion);
+    return std::pair(a.size(), a.front().match) < std::pair(b.size(), b.front().match);
   };
   for (const auto& [order, run] : runs_) {
     if (run.subject != subject || run.result.verdict != Verdict::kBroken) continue;
@@ -157,7 +157,7 @@ std::map<std::pair<std::string, std::string>, Results::Row> Results::rows() cons
     }
     return rows[{kinds, places}];
   };
-  for (const Variant& variant : never_)
+  for (const Variant& variant : unmatched_)
     row_of({{variant, 0}});
   for (const auto& [order, run] : runs_) {
     Row& row = row_of(run.moments);

@@ -11,18 +11,17 @@
 #include <utility>
 #include <vector>
 
-#include "scenario/search/judge.hpp"
-#include "scenario/search/moment.hpp"
+#include "scenario/search/trial.hpp"
 
 namespace cbcan::search {
 
-/// One list for each variant: the matching frames that the record counts, folded. Frames at the same place of
-/// transactions with the same request and result are alike: the first, the last and halvings between them are
-/// tried. In each list every beginning is an even sample.
+/// One list for each variant: a sample of the matching frames that the record counts. Frames at the same
+/// place of transactions with the same request and result are a group: the first, the last and halvings
+/// between them are tried. In each list every beginning is an even sample.
 std::vector<std::vector<Moments>> moments_of(const std::vector<Variant>& variants, const Record& record);
 
-/// One of each list in turn.
-std::vector<Moments> in_turn(std::vector<std::vector<Moments>> lists);
+/// The first of each list, then the second of each, and so on.
+std::vector<Moments> round_robin(std::vector<std::vector<Moments>> lists);
 
 /// False: no fault has had its moment, so the run has shown nothing.
 bool has_happened(const Moments& moments, const Result& result);
@@ -47,7 +46,7 @@ class Results {
   /// `subject`: the scenario, or empty. `order`: the place of the run among all.
   void add(const std::string& subject, std::size_t order, const Moments& moments, const Result& result);
   /// Kinds and places of the variants without a matching frame.
-  void add_never(const Variant& variant);
+  void add_unmatched(const Variant& variant);
 
   /// Of a subject, the simplest first.
   std::vector<Failure> failures(const std::string& subject) const;
@@ -76,7 +75,7 @@ class Results {
   std::map<std::pair<std::string, std::string>, Row> rows() const;
 
   std::map<std::size_t, Tried> runs_;  ///< by order
-  std::vector<Variant> never_;
+  std::vector<Variant> unmatched_;
   std::size_t broken_ = 0;
 };
 

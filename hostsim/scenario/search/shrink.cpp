@@ -16,15 +16,14 @@ bool is_same(const Result& result, const Failure& failure) {
 }
 
 /// Plays it with the faults of the failure, one of them as the matching frame with this number.
-bool still_fails(const scenario::Scenario& scenario, Failure& failure, std::size_t place,
-                 std::uint32_t occasion, const Record& undisturbed, const Settings& settings,
-                 config::EdsFiles& files) {
+bool still_fails(const scenario::Scenario& scenario, Failure& failure, std::size_t place, std::uint32_t match,
+                 const Record& baseline, const Settings& settings, config::EdsFiles& files) {
   Moments moments = failure.moments;
-  moments[place].occasion = occasion;
-  const Told told = play(scenario, run_with(moments, scenario.config, undisturbed), settings, files);
-  if (!told.problem.empty() || !is_same(told.result, failure)) return false;
+  moments[place].match = match;
+  const TrialReport report = play(scenario, trial_with(moments, scenario.config, baseline), settings, files);
+  if (!report.problem.empty() || !is_same(report.result, failure)) return false;
   failure.moments = std::move(moments);
-  failure.result = told.result;
+  failure.result = report.result;
   return true;
 }
 
@@ -33,13 +32,13 @@ bool take_out(std::size_t step, scenario::Scenario& scenario, Failure& failure, 
               config::EdsFiles& files) {
   scenario::Scenario shorter = scenario;
   shorter.steps.erase(shorter.steps.begin() + static_cast<std::ptrdiff_t>(step));
-  const Told undisturbed = play(shorter, {scenario.config}, settings, files);
-  if (!undisturbed.problem.empty() || undisturbed.result.verdict != Verdict::kDone) return false;
+  const TrialReport baseline = play(shorter, {scenario.config}, settings, files);
+  if (!baseline.problem.empty() || baseline.result.verdict != Verdict::kDone) return false;
   for (std::size_t place = 0; place < failure.moments.size(); ++place) {
-    const std::uint32_t now = failure.moments[place].occasion;
+    const std::uint32_t now = failure.moments[place].match;
     for (std::uint32_t less = 0; less <= std::min(now, kMostTries); ++less) {
       if (now != 0 && less == now) break;
-      if (!still_fails(shorter, failure, place, now - less, undisturbed.record, settings, files)) continue;
+      if (!still_fails(shorter, failure, place, now - less, baseline.record, settings, files)) continue;
       scenario = std::move(shorter);
       return true;
     }
@@ -51,13 +50,13 @@ bool take_out(std::size_t step, scenario::Scenario& scenario, Failure& failure, 
 
 Failure earlier(const Exploration& exploration, Runner& runner, Failure failure) {
   for (std::size_t place = 0; place < failure.moments.size(); ++place) {
-    for (std::uint32_t distance = failure.moments[place].occasion; distance > 1; distance /= 2) {
+    for (std::uint32_t distance = failure.moments[place].match; distance > 1; distance /= 2) {
       Moments moments = failure.moments;
-      moments[place].occasion -= distance - 1;
-      const Told told = runner.one(exploration.run_of(moments, false));
-      if (!is_same(told.result, failure)) continue;
+      moments[place].match -= distance - 1;
+      const TrialReport report = runner.run_one(exploration.trial_of(moments, false));
+      if (!is_same(report.result, failure)) continue;
       failure.moments = std::move(moments);
-      failure.result = told.result;
+      failure.result = report.result;
     }
   }
   return failure;

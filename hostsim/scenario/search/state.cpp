@@ -7,7 +7,7 @@
 
 #include "base/error.hpp"
 #include "base/words.hpp"
-#include "scenario/search/told_json.hpp"
+#include "scenario/search/trial_json.hpp"
 
 namespace cbcan::search {
 

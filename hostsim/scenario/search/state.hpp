@@ -9,7 +9,7 @@
 #include <string>
 #include <string_view>
 
-#include "scenario/search/judge.hpp"
+#include "scenario/search/trial.hpp"
 
 namespace cbcan::search {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "scenario/search/settings.hpp"
+#include "scenario/search/search_settings.hpp"
 
 #include <array>
 

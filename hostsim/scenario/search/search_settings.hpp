@@ -17,17 +17,17 @@ namespace cbcan::search {
 using scenario::Line;
 
 struct Settings {
-  std::string file;            ///< that has the table
-  std::vector<Line> faults;    ///< see variants_of(); empty = kDefaultFaults
-  std::vector<Line> nodes;     ///< empty = those that the undisturbed run spoke with
-  std::vector<Line> always;    ///< whenever time has passed, and after each Modbus request
-  std::vector<Line> done;      ///< at the end, if the command has done its work
-  std::vector<Line> gave_up;   ///< at the end, if it gave up knowingly
-  std::vector<Line> survive;   ///< after these faults, once, giving up is a failure; empty = kDefaultSurvive
-  std::vector<Line> reached;   ///< in at least one run
-  std::vector<Line> only;      ///< moments at which faults act in every run of this file
+  std::string file;           ///< that has the table
+  std::vector<Line> faults;   ///< see variants_of(); empty = default_faults()
+  std::vector<Line> nodes;    ///< empty = those that the run without faults spoke with
+  std::vector<Line> always;   ///< whenever time has passed, and after each Modbus request
+  std::vector<Line> done;     ///< at the end, if the command has done its work
+  std::vector<Line> gave_up;  ///< at the end, if it gave up knowingly
+  std::vector<Line> survive;  ///< after these faults, once, giving up is a failure; empty = default_survive()
+  std::vector<Line> reached;  ///< in at least one run
+  std::vector<Line> only;     ///< moments at which faults act in every run of this file
   std::optional<Time> settle;  ///< passes between the end and the last look; none = 5 s
-  std::optional<Time> within;  ///< limit of a run in the plant's time; none = ten times the undisturbed one
+  std::optional<Time> within;  ///< limit of a run, in the plant's time; none = ten times that without faults
 };
 
 std::vector<std::string> default_faults();

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// The rules that apply to each run: docs/how-to/explore.md, "Conditions of a run". Faults that change values
+/// beyond detection suspend those about values.
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "cbcan/canopen/sdo/protocol.hpp"
+#include "plant/control.hpp"
+#include "plant/last_frames.hpp"
+#include "scenario/search/search_settings.hpp"
+#include "scenario/search/trial.hpp"
+
+namespace cbcan::search {
+
+/// A run while it is judged. What it refers to outlives it.
+struct JudgedRun {
+  /// Ends the run with what is wrong; only the first call counts.
+  void broken(std::string_view what, std::string seen);
+
+  /// Modbus requests so far.
+  std::uint64_t requests() const;
+  /// Not in these objects of the baseline; in the run without faults, adds it to them and returns false.
+  bool is_new(std::set<Object> Record::*objects, const Object& object);
+  /// Null: no simulated node has this ID and power.
+  sim::Node* node_of(const Object& object) const;
+  /// The value at present; empty without the object, nullopt without the node.
+  std::optional<std::vector<std::uint8_t>> value_of(const Object& object) const;
+
+  plant::Control& control;
+  const Settings& settings;
+  const Trial& trial;
+  std::function<void(Time)> pass;               ///< lets this time pass in the plant
+  static constexpr std::size_t kEvents = 2048;  ///< in the journal
+  journal::Journal& journal = control.journal(kEvents, 128 * kEvents);
+  plant::LastFrames last_frames{control};
+  std::string during{};    ///< the present transaction, or the last one
+  std::string request{};   ///< the last Modbus request
+  bool has_ended = false;  ///< the program, or the scenario
+  Result result{};
+  Record record{};
+};
+
+/// Network and node ID.
+using NodePlace = std::pair<std::uint8_t, std::uint8_t>;
+
+/// A frame on a bus, before the nodes get it.
+struct BusFrame {
+  std::uint8_t node() const { return static_cast<std::uint8_t>(frame.id & nmt::kMaxNode); }
+  /// `function`: the CAN-ID without the node.
+  bool is(std::uint32_t function) const { return frame.id - node() == function; }
+  bool is_boot_up() const { return is(nmt::kErrorControlId) && frame.flags == 0 && frame.data[0] == 0; }
+  NodePlace place() const { return {network, node()}; }
+  /// Of an SDO frame with a multiplexer.
+  Object object() const { return {network, node(), sdo::load16(frame, 1), frame.data[3]}; }
+
+  std::uint8_t network;
+  const Frame& frame;
+  Time at;
+};
+
+/// Calls JudgedRun::broken() if it does not hold.
+struct Rule {
+  virtual ~Rule() = default;
+  virtual void on_frame(JudgedRun& /*run*/, const BusFrame& /*seen*/) {}
+  virtual void on_fault(JudgedRun& /*run*/, const journal::Event& /*fault*/) {}
+  virtual void on_begun(JudgedRun& /*run*/, const journal::Event& /*transaction*/) {}
+  virtual void on_ended(JudgedRun& /*run*/, const journal::Event& /*transaction*/) {}
+  /// Time has passed, or a request has been answered.
+  virtual void on_look(JudgedRun& /*run*/) {}
+  /// The plant has settled after the end.
+  virtual void on_settled(JudgedRun& /*run*/) {}
+};
+
+/// All of them; of several that are broken at a time, the first is reported.
+std::vector<std::unique_ptr<Rule>> make_rules();
+
+}  // namespace cbcan::search

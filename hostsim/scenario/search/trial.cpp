@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT
+#include "scenario/search/trial.hpp"
+
+#include <fmt/core.h>
+
+#include <array>
+
+#include "base/utf8.hpp"
+
+namespace cbcan::search {
+
+std::string_view name_of(Verdict verdict) {
+  constexpr std::array<std::string_view, 4> kNames{"done", "gave up", "broken", "late"};
+  return kNames[static_cast<std::size_t>(verdict)];
+}
+
+std::string report(const Result& result) {
+  if (result.what.empty()) return fmt::format("{}\n", name_of(result.verdict));
+  const auto line = [](std::string_view name, const std::string& text) {
+    return text.empty() ? "" : fmt::format("  {}: {}\n", name, text);
+  };
+  const bool says_why = result.during.empty() && !result.said.empty();
+  return base::lines_to_utf8(fmt::format("{}: {}\n{}{}{}{}", result.what, result.seen,
+                                         line("in", result.during), line("last request", result.request),
+                                         result.said, says_why ? "" : result.frames));
+}
+
+}  // namespace cbcan::search
