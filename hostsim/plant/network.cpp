@@ -165,7 +165,7 @@ void Network::on_diagnostics() {
   publish();
 }
 
-void Network::on_request(bool valid, const protocols::ModbusRange& written) {
+void Network::on_request(bool valid, const modbus::Range& written) {
   ++requests_;
   if (!valid) ++exceptions_;
   const bool writes = written.count != 0;
@@ -260,7 +260,7 @@ void Network::publish() {
 }
 
 /// A scanner window may have one writer: a client that writes after a newer one is a second program.
-void Network::on_writer(std::uint32_t client, const protocols::ModbusRange& written) {
+void Network::on_writer(std::uint32_t client, const modbus::Range& written) {
   for (unsigned channel = 1; channel <= module_config_.channels; ++channel) {
     const std::size_t out = regmap::of_channel(module_config_.scanner_out_first, channel);
     if (out < written.first) continue;

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "cbcan/frame.hpp"
+#include "cbcan/modbus/bits.hpp"
 #include "cbcan/regmap.hpp"
 #include "config/config.hpp"
 #include "journal/watch.hpp"
@@ -29,7 +30,7 @@ class NetworkListener {
   /// An injected fault has acted.
   virtual void on_fault(std::size_t network, std::string_view text, Time now) = 0;
   /// Modbus has written these registers, without effects so far.
-  virtual void on_written(std::size_t /*network*/, const protocols::ModbusRange& /*written*/) {}
+  virtual void on_written(std::size_t /*network*/, const modbus::Range& /*written*/) {}
   /// The effects up to now have happened; the next Modbus request has not been read.
   virtual void on_applied() {}
   /// A fault of the PLC wants the command after -- to start again.
@@ -66,12 +67,12 @@ class Network final : public protocols::ModbusUnit,
   // protocols::ModbusUnit, for Modbus servers.
   /// Always the same words; none without a module.
   std::span<std::uint16_t> registers() override { return registers_; }
-  const ModbusBits* bits() const override { return module_ == nullptr ? nullptr : &bits_; }
+  const modbus::MoreFunctions* bits() const override { return module_ == nullptr ? nullptr : &bits_; }
 
   void advance_due() override;
   void on_diagnostics() override;
-  void on_writer(std::uint32_t client, const protocols::ModbusRange& written) override;
-  void on_request(bool valid, const protocols::ModbusRange& written) override;
+  void on_writer(std::uint32_t client, const modbus::Range& written) override;
+  void on_request(bool valid, const modbus::Range& written) override;
   protocols::ModbusDisturbance disturb(std::span<const std::uint8_t> pdu, bool writes) override;
   bool end_disturbance() override;
   bool listens() const override { return watch_.has_value(); }

@@ -11,7 +11,7 @@
 /// gets exception 0Ah (gateway path unavailable), whatever the function. It is always echoed.
 ///
 /// Sources: Modbus Messaging on TCP/IP Implementation Guide V1.0b for the framing; Modbus Application
-/// Protocol V1.1b3 for the rest (modbus_request.hpp).
+/// Protocol V1.1b3 for the rest (cbcan/modbus/executor.hpp).
 
 #include <array>
 #include <cstddef>
@@ -24,6 +24,7 @@
 #include <utility>
 #include <vector>
 
+#include "cbcan/modbus/executor.hpp"
 #include "cbcan/modbus/identification.hpp"
 #include "cbcan/regmap.hpp"
 #include "protocols/modbus_unit.hpp"
@@ -37,13 +38,13 @@ class ModbusServer {
   using Bytes = std::span<const std::uint8_t>;
 
   static constexpr std::size_t kPduOffset = 7;  ///< after the MBAP header
-  static constexpr std::size_t kMaxAdu = kPduOffset + kMaxPduBytes;
+  static constexpr std::size_t kMaxAdu = kPduOffset + modbus::kMaxPdu;
 
   /// `networks` are 247 at most (Messaging on TCP/IP V1.0b: unit IDs 1..247) and outlive it.
   ModbusServer(std::span<ModbusUnit* const> networks, const modbus::DeviceIdentity& identity)
-      : identity_(identity) {
+      : identification_(identity) {
     for (std::size_t i = 0; i < networks.size(); ++i)
-      served_[i + 1] = {networks[i], networks[i]->registers(), networks[i]->bits()};
+      served_[i + 1] = {networks[i], {0, networks[i]->registers()}, networks[i]->bits()};
     served_[kUnitOfServer] = served_[kUnitOfServerToo] = served_[1];
   }
 
@@ -51,8 +52,8 @@ class ModbusServer {
   /// be closed; more than there are: it is incomplete.
   static std::size_t request_size(Bytes received) {
     if (received.size() < kUnitOffset) return kLeast;
-    const std::size_t size = kUnitOffset + word(received, kLengthOffset);
-    return word(received, kProtocolOffset) != 0 || size < kLeast || size > kMaxAdu ? 0 : size;
+    const std::size_t size = kUnitOffset + modbus::word(received, kLengthOffset);
+    return modbus::word(received, kProtocolOffset) != 0 || size < kLeast || size > kMaxAdu ? 0 : size;
   }
 
   /// Executes a complete request. `send` takes the response, before its effects happen; what it returns is
@@ -60,12 +61,12 @@ class ModbusServer {
   template <class Send>
   bool execute(std::uint32_t client, Bytes bytes, Send send) {
     const Served to = served_[bytes[kUnitOffset]];
-    const bool reached = !to.registers.empty();
-    const ModbusRequest request = reached ? look_at(bytes.subspan(kPduOffset), to)
-                                          : ModbusRequest{ModbusException::kGatewayPathUnavailable};
+    const Bytes pdu = bytes.subspan(kPduOffset);
+    const modbus::Access access = to.exists() ? modbus::check(pdu, to.map(), more_of(pdu, to))
+                                              : modbus::Access{modbus::Exception::kNoPath};
     ++counters_.requests;
-    if (reached && to.unit->disturbed()) return execute_disturbed(client, bytes, to, request, send);
-    return perform(client, bytes, to, request, send);
+    if (to.exists() && to.unit->disturbed()) return execute_disturbed(client, bytes, to, access, send);
+    return perform(client, bytes, to, access, send);
   }
 
   struct Counters {
@@ -87,30 +88,28 @@ class ModbusServer {
 
   struct Served {
     ModbusUnit* unit = nullptr;
-    std::span<std::uint16_t> registers{};
-    const ModbusBits* bits = nullptr;
+    RegisterRange registers{};
+    const modbus::MoreFunctions* bits = nullptr;
 
-    bool has_bits_for(std::uint8_t function) const {
-      return bits != nullptr && ModbusBits::is_function(function);
-    }
+    bool exists() const { return !registers.words.empty(); }
+    RegisterMap map() const { return RegisterMap(std::span(&registers, 1)); }
   };
 
-  static ModbusRequest look_at(Bytes pdu, const Served& to) {
-    return to.has_bits_for(pdu[0]) ? look_at_bits(pdu, *to.bits, to.registers)
-                                   : look_at_request(pdu, to.registers.size());
+  const modbus::MoreFunctions* more_of(Bytes pdu, const Served& to) const {
+    return pdu[0] == modbus::kEncapsulatedInterface ? &identification_ : to.bits;
   }
 
   template <class Send>
-  bool execute_disturbed(std::uint32_t client, Bytes bytes, const Served& to, const ModbusRequest& request,
+  bool execute_disturbed(std::uint32_t client, Bytes bytes, const Served& to, const modbus::Access& access,
                          Send send) {
     const ModbusDisturbance disturbance =
-        to.unit->disturb(bytes.subspan(kPduOffset), request.written.count != 0);
+        to.unit->disturb(bytes.subspan(kPduOffset), access.written.count != 0);
     if (!disturbance.executed)
       return disturbance.exception != 0 &&
-             perform(client, bytes, to, {static_cast<ModbusException>(disturbance.exception)}, send);
-    if (!disturbance.ends) return perform(client, bytes, to, request, send);
+             perform(client, bytes, to, {modbus::Exception{disturbance.exception}}, send);
+    if (!disturbance.ends) return perform(client, bytes, to, access, send);
     Bytes response;
-    perform(client, bytes, to, request, [&response](Bytes made) {
+    perform(client, bytes, to, access, [&response](Bytes made) {
       response = made;
       return true;
     });
@@ -118,47 +117,38 @@ class ModbusServer {
   }
 
   template <class Send>
-  bool perform(std::uint32_t client, Bytes bytes, const Served& to, const ModbusRequest& request, Send send) {
-    if (request.written.count != 0) {
+  bool perform(std::uint32_t client, Bytes bytes, const Served& to, const modbus::Access& access, Send send) {
+    if (access.written.count != 0) {
       to.unit->advance_due();
-      const auto [first, count] = request.written;
+      const auto [first, count] = access.written;
       const bool window =
           first >= regmap::kWindowFirst && first + count <= regmap::kWindowFirst + regmap::kWindowWords;
-      if (!window) to.unit->on_writer(client, request.written);
+      if (!window) to.unit->on_writer(client, access.written);
     }
-    if (request.read.first + request.read.count > regmap::kDiagnosticsFirst) to.unit->on_diagnostics();
-    const Bytes response = respond(bytes, request, to);
+    if (access.read.first + access.read.count > regmap::kDiagnosticsFirst) to.unit->on_diagnostics();
+    const Bytes response = respond(bytes, access, to);
     const bool alive = send(response);
-    if (to.registers.empty()) return alive;
+    if (!to.exists()) return alive;
     if (to.unit->listens())
-      to.unit->on_exchange({client, static_cast<std::uint16_t>(word(bytes, 0)), bytes[kUnitOffset],
-                            static_cast<std::uint8_t>(request.exception), bytes.subspan(kPduOffset),
+      to.unit->on_exchange({client, static_cast<std::uint16_t>(modbus::word(bytes, 0)), bytes[kUnitOffset],
+                            static_cast<std::uint8_t>(access.exception), bytes.subspan(kPduOffset),
                             response.subspan(kPduOffset)});
-    to.unit->on_request(request.exception == ModbusException::kNone, request.written);
+    to.unit->on_request(access.exception == modbus::Exception::kNone, access.written);
     return alive;
   }
 
-  Bytes respond(Bytes bytes, const ModbusRequest& request, const Served& to) {
+  Bytes respond(Bytes bytes, const modbus::Access& access, const Served& to) {
     const Bytes pdu = bytes.subspan(kPduOffset);
-    const ModbusResponse response = std::span(response_).last<kMaxPduBytes>();
-    std::size_t size = 0;
-    if (request.exception != ModbusException::kNone) {
-      ++counters_.exceptions;
-      size = exception_response(pdu[0], request.exception, response);
-    } else if (pdu[0] == static_cast<std::uint8_t>(ModbusFunction::kEncapsulatedInterface)) {
-      size = modbus::identification_response(pdu, identity_, response);
-    } else if (to.has_bits_for(pdu[0])) {
-      size = execute_bits(pdu, *to.bits, to.registers, response);
-    } else {
-      size = protocols::execute(pdu, request, to.registers, response);
-    }
+    if (access.exception != modbus::Exception::kNone) ++counters_.exceptions;
+    const std::size_t size =
+        modbus::execute(pdu, access, to.map(), more_of(pdu, to), std::span(response_).subspan(kPduOffset));
     std::memcpy(response_.data(), bytes.data(), kPduOffset);
     response_[kLengthOffset] = static_cast<std::uint8_t>((1 + size) >> 8);
     response_[kLengthOffset + 1] = static_cast<std::uint8_t>(1 + size);
     return Bytes(response_).first(kPduOffset + size);
   }
 
-  modbus::DeviceIdentity identity_;
+  modbus::Identification identification_;
   std::array<Served, 256> served_{};              ///< by unit ID
   std::array<std::uint8_t, kMaxAdu> response_{};  ///< the last one
   Counters counters_;

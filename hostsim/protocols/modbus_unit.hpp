@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <span>
 
-#include "protocols/modbus_request.hpp"
+#include "cbcan/modbus/executor.hpp"
 
 namespace cbcan::protocols {
 
@@ -32,14 +32,14 @@ class ModbusUnit {
   virtual std::span<std::uint16_t> registers() = 0;
 
   /// Coils and discrete inputs; outlive the server. Null = none.
-  virtual const ModbusBits* bits() const { return nullptr; }
+  virtual const modbus::MoreFunctions* bits() const { return nullptr; }
 
   /// A request is about to write: what is due by now is done with the registers as they are.
   virtual void advance_due() {}
   /// A request is about to read diagnostics registers.
   virtual void on_diagnostics() {}
   /// A client is about to write outside R3700..R3769. Client numbers increase; a line is 0.
-  virtual void on_writer(std::uint32_t /*client*/, const ModbusRange& /*written*/) {}
+  virtual void on_writer(std::uint32_t /*client*/, const modbus::Range& /*written*/) {}
 
   /// disturb() is to be called with the PDU of each request.
   bool disturbed() const { return disturbed_; }
@@ -49,7 +49,7 @@ class ModbusUnit {
 
   /// A request to this unit has been answered, and no client's next one has been read yet. `valid`: without an
   /// exception; `written`: the range that it wrote. Must not destroy the server.
-  virtual void on_request(bool valid, const ModbusRange& written) = 0;
+  virtual void on_request(bool valid, const modbus::Range& written) = 0;
 
   /// True: on_exchange() is to be called with each request and its response, before on_request().
   virtual bool listens() const { return false; }

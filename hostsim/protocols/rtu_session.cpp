@@ -19,12 +19,12 @@ void tell_exchange(ModbusUnit& unit, std::span<const std::uint8_t> request, std:
   const std::span all(reinterpret_cast<const std::uint8_t*>(response.data()), response.size());
   const bool has_pdu = all.size() > 3;
   const auto pdu = has_pdu ? all.subspan(1, all.size() - 3) : all.first(0);
-  const bool refused = has_pdu && (pdu[0] & kExceptionBit) != 0;
+  const bool refused = has_pdu && (pdu[0] & modbus::kExceptionBit) != 0;
   unit.on_exchange({0, 0, request[0], refused ? pdu[1] : std::uint8_t{0}, request.subspan(1), pdu});
 }
 
 RtuServer::Settings with_bits(RtuServer::Settings settings, const ModbusUnit& unit) {
-  settings.bits = unit.bits();
+  settings.more = unit.bits();
   return settings;
 }
 
@@ -77,11 +77,11 @@ void RtuSession::execute() {
   unsent_.append(response.begin(), response.end());
   const std::string_view sent = std::string_view(unsent_).substr(before);
   server_.on_sent();
-  const RtuServer::Executed& executed = server_.executed();
+  const auto& [exception, written, read] = server_.executed();
   for (ModbusUnit* const network : meant) {
     if (!request.empty()) tell_exchange(*network, request, sent);
-    network->on_writer(0, {executed.first, executed.count});
-    network->on_request(executed.valid, {executed.first, executed.count});
+    network->on_writer(0, written);
+    network->on_request(exception == modbus::Exception::kNone, written);
   }
 }
 

@@ -11,8 +11,8 @@
 
 #include "base/numbers.hpp"
 #include "base/words.hpp"
+#include "cbcan/modbus/frame_sizes.hpp"
 #include "cbcan/regmap.hpp"
-#include "protocols/modbus_request.hpp"
 
 namespace cbcan::scenario {
 
@@ -61,12 +61,12 @@ std::string ScenarioWriter::request(const Event& event) const {
   const auto pdu =
       control_.journal().bytes(event).first(control_.journal().bytes(event).empty() ? 0 : event.index);
   if (event.state != 0 || pdu.empty()) return {};
-  const protocols::ModbusRange range = protocols::look_at_request(pdu, regmap::kRegisterFileWords).written;
-  const bool masked = pdu[0] == static_cast<std::uint8_t>(protocols::ModbusFunction::kMaskWriteRegister);
-  if (range.count == 0 || masked) return {};
+  const RegisterRange registers{0, control_.network(event.network).registers()};
+  const modbus::Range range = modbus::check(pdu, RegisterMap(std::span(&registers, 1)), nullptr).written;
+  if (range.count == 0 || pdu[0] == modbus::kMaskWriteRegister) return {};
   std::vector<std::uint16_t> words;
   for (std::size_t at = pdu.size() - 2 * range.count; at < pdu.size(); at += 2)
-    words.push_back(static_cast<std::uint16_t>(protocols::word(pdu, at)));
+    words.push_back(static_cast<std::uint16_t>(modbus::word(pdu, at)));
   return written(event.at, event.network, range.first, words);
 }
 

@@ -92,7 +92,7 @@ void Session::on_fault(std::size_t network, std::string_view text, Time now) {
       fmt::format("{} {}{}", base::seconds_text(std::max(now, started_) - started_), name_of(network), text));
 }
 
-void Session::on_written(std::size_t network, const protocols::ModbusRange& written) {
+void Session::on_written(std::size_t network, const modbus::Range& written) {
   if (!recorder_) return;
   control().set_now(host_.now);
   const auto registers = plant_.networks()[network - 1]->registers();

@@ -108,7 +108,7 @@ class Session final : private plant::NetworkListener {
 
  private:
   void on_fault(std::size_t network, std::string_view text, Time now) override;
-  void on_written(std::size_t network, const protocols::ModbusRange& written) override;
+  void on_written(std::size_t network, const modbus::Range& written) override;
   void on_applied() override { poll_waits(); }
   void on_plc_restart() override { host_.restart_command(); }
   void on_late_response(Time delay) override { host_.let_pass(delay); }

@@ -28,7 +28,7 @@ constexpr unsigned kMostPieces = 400;  ///< of one input
 /// Exists as long as the program: a listener for each input would cost more than everything else.
 struct Server final : protocols::ModbusUnit {
   std::span<std::uint16_t> registers() override { return words; }
-  void on_request(bool, const protocols::ModbusRange&) override { ++requests; }
+  void on_request(bool, const modbus::Range&) override { ++requests; }
   static io::ModbusTcpSettings settings() { return {{"127.0.0.1", 0}, {"cb", "can", "1.0"}, 5 * kSecond}; }
 
   io::Reactor reactor;

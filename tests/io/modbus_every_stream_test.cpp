@@ -53,7 +53,7 @@ struct Line final : private protocols::ModbusUnit {
 
  private:
   std::span<std::uint16_t> registers() override { return words_; }
-  void on_request(bool, const protocols::ModbusRange&) override {}
+  void on_request(bool, const modbus::Range&) override {}
   static ModbusTcpSettings settings() { return {{"127.0.0.1", 0}, {"cb", "can", "1.0"}, 5 * kSecond}; }
   static Bytes responses(const Descriptor& client) {
     Bytes bytes(4096);
@@ -134,8 +134,11 @@ int exception_of(const std::uint8_t* pdu, std::size_t size) {
 }
 
 struct Sweep {
-  std::uint8_t pdu[protocols::kMaxPduBytes] = {};
+  std::uint8_t pdu[modbus::kMaxPdu] = {};
   std::size_t requests = 0;
+  std::vector<std::uint16_t> words = std::vector<std::uint16_t>(4168);
+  RegisterRange range{0, words};
+  RegisterMap map{std::span(&range, 1)};
 
   void put(std::size_t at, std::size_t word) {
     pdu[at] = static_cast<std::uint8_t>(word >> 8);
@@ -143,7 +146,7 @@ struct Sweep {
   }
   void check(std::size_t size) {
     ++requests;
-    if (static_cast<int>(protocols::look_at_request({pdu, size}, 4168).exception) != exception_of(pdu, size))
+    if (static_cast<int>(modbus::check({pdu, size}, map, nullptr).exception) != exception_of(pdu, size))
       FAIL("function " << int{pdu[0]} << " of " << size << " bytes");
   }
 };
@@ -157,7 +160,7 @@ constexpr std::size_t kAddresses[] = {0,    1,    4042, 4043, 4044, 4045,  4046,
 TEST_CASE("Modbus: FC 16 of every length, quantity up to 130 and byte count") {
   Sweep sweep;
   sweep.pdu[0] = 16;
-  for (std::size_t size = 1; size <= protocols::kMaxPduBytes; ++size)
+  for (std::size_t size = 1; size <= modbus::kMaxPdu; ++size)
     for (std::size_t quantity = 0; quantity <= 130; ++quantity)
       for (unsigned count = 0; count < 256; ++count) {
         sweep.put(3, quantity);
@@ -172,7 +175,7 @@ TEST_CASE("Modbus: FC 23 of every length and byte count, with quantities on both
   sweep.pdu[0] = 23;
   for (const std::size_t reads : kQuantities)
     for (const std::size_t writes : kQuantities)
-      for (std::size_t size = 1; size <= protocols::kMaxPduBytes; ++size)
+      for (std::size_t size = 1; size <= modbus::kMaxPdu; ++size)
         for (const std::size_t count : {size - 11, size - 10, size - 9, 2 * writes, std::size_t{0}}) {
           sweep.put(3, reads);
           sweep.put(7, writes);
@@ -186,7 +189,7 @@ TEST_CASE("Modbus: every function code of every length, each address with each q
   for (unsigned function = 0; function < 256; ++function) {
     if (function == 43) continue;  // identification has tests of its own
     sweep.pdu[0] = static_cast<std::uint8_t>(function);
-    for (std::size_t size = 1; size <= protocols::kMaxPduBytes; ++size)
+    for (std::size_t size = 1; size <= modbus::kMaxPdu; ++size)
       sweep.check(size);
     for (const std::size_t address : kAddresses)
       for (const std::size_t quantity : kQuantities) {
@@ -194,7 +197,7 @@ TEST_CASE("Modbus: every function code of every length, each address with each q
         sweep.put(3, quantity);
         sweep.pdu[5] = static_cast<std::uint8_t>(2 * quantity);
         for (const std::size_t size : {std::size_t{5}, std::size_t{7}, 6 + 2 * quantity})
-          if (size <= protocols::kMaxPduBytes) sweep.check(size);
+          if (size <= modbus::kMaxPdu) sweep.check(size);
       }
   }
 }

@@ -16,14 +16,14 @@ namespace cbcan::io::test {
 
 /// 4168 registers, and a record of the calls.
 struct Unit final : protocols::ModbusUnit {
-  using Tell = std::function<void(bool valid, const protocols::ModbusRange& written)>;
+  using Tell = std::function<void(bool valid, const modbus::Range& written)>;
   explicit Unit(Tell tell) : told(std::move(tell)) {}
   std::span<std::uint16_t> registers() override { return words; }
   void advance_due() override { at_catch_up.push_back(words[9]); }
-  void on_writer(std::uint32_t client, const protocols::ModbusRange& written) override {
+  void on_writer(std::uint32_t client, const modbus::Range& written) override {
     writers.emplace_back(client, written.first);
   }
-  void on_request(bool valid, const protocols::ModbusRange& written) override { told(valid, written); }
+  void on_request(bool valid, const modbus::Range& written) override { told(valid, written); }
   std::vector<std::uint16_t> words = std::vector<std::uint16_t>(4168);
   std::vector<std::uint16_t> at_catch_up;                      ///< R9
   std::vector<std::pair<std::uint32_t, std::size_t>> writers;  ///< client, first register
@@ -37,19 +37,19 @@ struct Server {
 
   Reactor reactor;
   std::vector<bool> requests;                  ///< on_request's arguments: did it write something
-  std::vector<protocols::ModbusRange> written;  ///< what
+  std::vector<modbus::Range> written;  ///< what
   std::vector<bool> valid;
   std::vector<std::size_t> networks;  ///< to which
   std::function<void()> on_request;
-  Unit first{[this](bool good, const protocols::ModbusRange& range) { told(0, good, range); }};
-  Unit second{[this](bool good, const protocols::ModbusRange& range) { told(1, good, range); }};
+  Unit first{[this](bool good, const modbus::Range& range) { told(0, good, range); }};
+  Unit second{[this](bool good, const modbus::Range& range) { told(1, good, range); }};
   std::vector<std::uint16_t>& registers = first.words;
   std::vector<std::uint16_t>& of_second = second.words;
   std::vector<std::string> warnings;
   ModbusTcp modbus{
       reactor, {&first, &second}, settings(), [this](const std::string& line) { warnings.push_back(line); }};
 
-  void told(std::size_t network, bool good, const protocols::ModbusRange& range) {
+  void told(std::size_t network, bool good, const modbus::Range& range) {
     networks.push_back(network);
     requests.push_back(range.count != 0);
     written.push_back(range);

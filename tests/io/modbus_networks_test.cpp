@@ -44,9 +44,9 @@ TEST_CASE("a unit ID without a network is answered by exception 0Ah, whatever is
 
 TEST_CASE("a network without registers is none, be it the first") {
   Reactor reactor;
-  Unit none{[](bool, const protocols::ModbusRange&) {}};
+  Unit none{[](bool, const modbus::Range&) {}};
   none.words.clear();
-  Unit second{[](bool, const protocols::ModbusRange&) {}};
+  Unit second{[](bool, const modbus::Range&) {}};
   const std::vector<std::uint16_t>& registers = second.words;
   ModbusTcp modbus(reactor, {&none, &second}, Server::settings(), [](const std::string&) {});
   int pair[2];

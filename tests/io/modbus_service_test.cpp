@@ -34,7 +34,7 @@ TEST_CASE("the owner learns of each request, once, and whether it wrote") {
   ask(server, client, "00 05 00 00 00 0D 01 17 00 00 00 01 00 00 00 01 02 00 00", 11);
   CHECK(server.requests == std::vector<bool>{false, true, false, false, true});
   CHECK(server.valid == std::vector<bool>{true, true, false, true, true});
-  CHECK(server.written.back() == protocols::ModbusRange{0, 1});
+  CHECK(server.written.back() == modbus::Range{0, 1});
   CHECK(server.modbus.counters().requests == 5);
   CHECK(server.modbus.counters().exceptions == 1);
 }
@@ -69,7 +69,7 @@ TEST_CASE("what is due happens before a request writes, and meets the registers 
 }
 
 TEST_CASE("RTU: the same, for all networks where all are written") {
-  Unit first([](bool, const protocols::ModbusRange&) {}), second([](bool, const protocols::ModbusRange&) {});
+  Unit first([](bool, const modbus::Range&) {}), second([](bool, const modbus::Range&) {});
   protocols::RtuSession session({&first, &second}, Reactor::now,
                                {.station = 1, .silence_us = 0, .gap_us = 1750});
   for (const Bytes& request : {hex("01 06 00 09 00 07 18 0A"), hex("00 06 00 09 00 08 59 DF")})

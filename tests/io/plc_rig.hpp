@@ -100,7 +100,7 @@ struct ScannedModule final : CanPort {
 struct ModuleUnit final : protocols::ModbusUnit {
   explicit ModuleUnit(ScannedModule& module) : module_(module) {}
   std::span<std::uint16_t> registers() override { return module_.registers; }
-  void on_request(bool valid, const protocols::ModbusRange& written) override {
+  void on_request(bool valid, const modbus::Range& written) override {
     REQUIRE(valid);
     module_.poll();
     if (written.count != 0) module_.written(written.first, written.count);

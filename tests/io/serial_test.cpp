@@ -161,8 +161,8 @@ struct Line {
   Reactor reactor;
   std::vector<std::string> warnings;
   std::size_t requests = 0;
-  Unit first{[this](bool, const protocols::ModbusRange&) { ++requests; }};
-  Unit second{[this](bool, const protocols::ModbusRange&) { ++requests; }};
+  Unit first{[this](bool, const modbus::Range&) { ++requests; }};
+  Unit second{[this](bool, const modbus::Range&) { ++requests; }};
   std::optional<ModbusSerial> modbus;
 };
 
@@ -222,7 +222,7 @@ TEST_CASE("serial: a lost line is reported, and opened again later") {
 
 struct Listening final : protocols::ModbusUnit {
   std::span<std::uint16_t> registers() override { return words; }
-  void on_request(bool, const protocols::ModbusRange&) override {}
+  void on_request(bool, const modbus::Range&) override {}
   bool listens() const override { return true; }
   void on_exchange(const protocols::ModbusExchange& exchange) override {
     requests.emplace_back(exchange.request.begin(), exchange.request.end());

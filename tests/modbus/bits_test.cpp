@@ -18,11 +18,9 @@ using Pdu = std::vector<std::uint8_t>;
 /// Coils 0..31 are R10, R11; discrete inputs 0..15 are R20, 16..47 are R21, R22, and R22 does not exist.
 struct Registers {
   Pdu ask(const Pdu& pdu) {
-    const ModbusBits::Request request = bits.check(pdu, map);
-    if (request.exception != 0) return {static_cast<std::uint8_t>(pdu[0] | 0x80), request.exception};
-    Pdu response(253);
-    response.resize(bits.execute(pdu, map, response));
-    last = request;
+    Pdu response(modbus::kMaxPdu);
+    last = modbus::check(pdu, map, &bits);
+    response.resize(modbus::execute(pdu, last, map, &bits, response));
     return response;
   }
 
@@ -31,7 +29,7 @@ struct Registers {
   std::array<RegisterRange, 2> ranges{{{10, coils}, {20, inputs, true}}};
   RegisterMap map{ranges};
   ModbusBits bits{{0, 32, 10}, {{{0, 16, 20}, {16, 32, 21}}}};
-  ModbusBits::Request last{};
+  modbus::Access last{};
 };
 
 }  // namespace
@@ -42,7 +40,7 @@ TEST_CASE("[BIT-1] [BIT-2] [BIT-3] coils and discrete inputs are read") {
   CHECK(plc.ask({1, 0, 15, 0, 3}) == Pdu{1, 1, 0x07});
   CHECK(plc.ask({2, 0, 0, 0, 16}) == Pdu{2, 2, 0xA5, 0xA5});
   CHECK(plc.ask({2, 0, 24, 0, 5}) == Pdu{2, 1, 0x0F});
-  CHECK((plc.last.register_first == 21 && plc.last.register_count == 1 && !plc.last.writes));
+  CHECK((plc.last.read == modbus::Range{21, 1} && plc.last.written.count == 0));
 }
 
 TEST_CASE("[BIT-3] [BIT-4] coils are written, in one change") {
@@ -53,7 +51,7 @@ TEST_CASE("[BIT-3] [BIT-4] coils are written, in one change") {
   CHECK(plc.coils[1] == 0x8001);
   CHECK(plc.ask({15, 0, 14, 0, 4, 1, 0x05}) == Pdu{15, 0, 14, 0, 4});
   CHECK((plc.coils[0] == 0x4001 && plc.coils[1] == 0x8001));
-  CHECK((plc.last.register_first == 10 && plc.last.register_count == 2 && plc.last.writes));
+  CHECK((plc.last.written == modbus::Range{10, 2} && plc.last.read.count == 0));
 }
 
 TEST_CASE("requests that are rejected") {
@@ -83,7 +81,7 @@ TEST_CASE("RTU: coils of a server that has them") {
   const ModbusBits bits{{0, 200, 0}, {{{0, 16, 20}, {16, 32, 21}}}};
   RtuServer::Settings settings;
   settings.station = 17;
-  settings.bits = &bits;
+  settings.more = &bits;
   test::Line line(settings);
   CHECK(line.ask(hex("11 0F 00 13 00 0A 02 CD 01 BF 0B")) == hex("11 0F 00 13 00 0A 26 99"));
   CHECK(line.words[1] == 0x0E68);

@@ -43,16 +43,6 @@ void put(Diagnostics registers, std::uint16_t address, const Numbers& value) {
 
 }  // namespace
 
-std::span<const std::uint8_t> identify(RtuServer& modbus, const modbus::DeviceIdentity& identity) {
-  constexpr std::uint8_t kException = modbus::kEncapsulatedInterface | 0x80;
-  const auto request = modbus.request().subspan(1);
-  std::array<std::uint8_t, modbus::kMostIdentityBytes> response{kException,
-                                                                modbus::check_identification(request)};
-  std::size_t size = 2;
-  if (response[1] == 0) size = modbus::identification_response(request, identity, response);
-  return modbus.respond_with(std::span(response).first(size));
-}
-
 void publish(Diagnostics registers, Time now, const Health& health, BusState bus_state,
              const RtuServer::Counters& modbus, const Coprocessor::Counters& transactions) {
   at(registers, regmap::kVersion) = static_cast<std::uint16_t>(kNumbers[0] << 8 | kNumbers[1]);

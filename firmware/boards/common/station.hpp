@@ -21,7 +21,6 @@
 
 #include "boards/common/hardware.hpp"
 #include "cbcan/coprocessor/coprocessor.hpp"
-#include "cbcan/modbus/identification.hpp"
 #include "cbcan/modbus/rtu_server.hpp"
 
 namespace cbcan::boards {
@@ -54,11 +53,7 @@ struct Registers {
   const std::array<RegisterRange, 6> map;
 };
 
-/// The response to a request of FC 43.
-std::span<const std::uint8_t> identify(RtuServer& modbus, const modbus::DeviceIdentity& identity);
-
-/// `kIdentity`: the response to FC 43/14; null: the station does not support it.
-template <std::size_t kNetworks = 1, const modbus::DeviceIdentity* kIdentity = nullptr>
+template <std::size_t kNetworks = 1>
 class Station {
  public:
   using Ports = std::array<CanPort*, kNetworks>;
@@ -125,23 +120,17 @@ class Station {
     if (modbus_.request_reads(regmap::kDiagnosticsFirst, regmap::kDiagnosticsWords))
       publish(registers_[asked].diagnostics, now, hardware_.health(asked), hardware_.bus_state(asked),
               modbus_.counters(), coprocessors_[asked].counters());
-    if (const auto response = executed(); !response.empty()) hardware_.respond(response);
+    if (const auto response = modbus_.execute(); !response.empty()) hardware_.respond(response);
     for (std::size_t network = 0; network < kNetworks; ++network)
       if (to_all || network == asked) tell(coprocessors_[network], now);
   }
 
-  std::span<const std::uint8_t> executed() {
-    if constexpr (kIdentity != nullptr)
-      if (modbus_.request()[1] == modbus::kEncapsulatedInterface) return identify(modbus_, *kIdentity);
-    return modbus_.execute();
-  }
-
   /// Reports the executed request to the coprocessor.
   void tell(Coprocessor& coprocessor, Time now) {
-    const RtuServer::Executed& executed = modbus_.executed();
-    if (!executed.valid) return;
+    const auto& [exception, written, read] = modbus_.executed();
+    if (exception != modbus::Exception::kNone) return;
     coprocessor.on_plc(now);
-    if (executed.count != 0) coprocessor.on_registers_written(executed.first, executed.count, now);
+    if (written.count != 0) coprocessor.on_registers_written(written.first, written.count, now);
   }
 
   Hardware& hardware_;

@@ -13,6 +13,7 @@
 #include "boards/stm32f4/bxcan.hpp"
 #include "boards/stm32f4/rcc.hpp"
 #include "boards/stm32f4/usart.hpp"
+#include "cbcan/modbus/identification.hpp"
 #include "cbcan/version.hpp"
 
 namespace cbcan::boards::stm32f4 {
@@ -36,8 +37,8 @@ struct Settings {
 };
 
 inline constexpr std::size_t kNetworks = 1;  ///< the driver runs CAN1
-inline constexpr modbus::DeviceIdentity kIdentity{"cbcan", "stm32f446", kVersion};
-using TheStation = Station<kNetworks, &kIdentity>;
+using TheStation = Station<kNetworks>;
+inline constexpr modbus::Identification kIdentification({"cbcan", "stm32f446", kVersion});
 inline constexpr Settings kBoardSettings{};
 
 // ---- As registers
@@ -93,7 +94,8 @@ constexpr TheStation::Settings station_settings(const Settings& settings, std::s
       .station = settings.station,
       .silence_us = rtu_silence_us(settings.baud, bits(settings.format)),
       .gap_us = settings.line == ModbusLine::kVirtualComPort ? 20'000u : 0u,
-      .response_delay_us = response_delay_us(settings.baud, settings.format, settings.response_delay_us)};
+      .response_delay_us = response_delay_us(settings.baud, settings.format, settings.response_delay_us),
+      .more = &kIdentification};
   station.coprocessors[0].node_id = settings.node_id;
   station.board = board;
   return station;

@@ -3,22 +3,19 @@
 
 #include <algorithm>
 
+#include "cbcan/modbus/frame_sizes.hpp"
+
 namespace cbcan {
 
 namespace {
 
-constexpr std::uint8_t kIllegalFunction = 1;
-constexpr std::uint8_t kIllegalAddress = 2;
-constexpr std::uint8_t kIllegalValue = 3;
+using namespace modbus;
+
 constexpr std::size_t kMostRead = 2000;   // V1.1b3, 6.1
 constexpr std::size_t kMostWrite = 1968;  // V1.1b3, 6.11
 constexpr std::size_t kShort = 5;         // function, address, quantity or value
 constexpr std::size_t kValues = 6;        // of FC 15
 constexpr std::size_t kBits = 16;
-
-std::size_t word(std::span<const std::uint8_t> pdu, std::size_t at) {
-  return static_cast<std::size_t>(pdu[at] << 8 | pdu[at + 1]);
-}
 
 std::size_t bytes_for(std::size_t bits) {
   return (bits + 7) / 8;
@@ -26,40 +23,36 @@ std::size_t bytes_for(std::size_t bits) {
 
 }  // namespace
 
-ModbusBits::Response ModbusBits::serve(std::span<const std::uint8_t> pdu, bool for_all,
-                                       const RegisterMap& registers, std::span<std::uint8_t> response) const {
-  if (!is_function(pdu[0])) return {kIllegalFunction};
-  const Request request = check(pdu, registers);
-  if (request.exception != 0) return {request.exception};
-  if (for_all && !request.writes) return {};
-  const std::size_t size = execute(pdu, registers, response);
-  if (!request.writes) return {0, size};
-  return {0, size, request.register_first, request.register_count};
+std::span<const ModbusBits::Range> ModbusBits::ranges_of(std::uint8_t function) const {
+  return function == kReadDiscreteInputs ? std::span<const Range>(inputs_) : std::span(&coils_, 1);
 }
 
 /// FC 5 has the value FF00h or 0000h.
-ModbusBits::Request ModbusBits::check(std::span<const std::uint8_t> pdu, const RegisterMap& registers) const {
+Access ModbusBits::check(Pdu pdu, const RegisterMap& registers) const {
   const bool single = pdu[0] == kWriteSingleCoil;
   const bool multiple = pdu[0] == kWriteMultipleCoils;
-  if (multiple ? pdu.size() < kValues : pdu.size() != kShort) return {kIllegalValue};
+  const bool writes = single || multiple;
+  if (!writes && pdu[0] != kReadCoils && pdu[0] != kReadDiscreteInputs) return {Exception::kIllegalFunction};
+  if (multiple ? pdu.size() < kValues : pdu.size() != kShort) return {Exception::kIllegalValue};
   const std::size_t first = word(pdu, 1);
   const std::size_t count = single ? 1 : word(pdu, 3);
-  if (single && word(pdu, 3) != 0 && word(pdu, 3) != 0xFF00) return {kIllegalValue};
-  if (count == 0 || count > (multiple ? kMostWrite : kMostRead)) return {kIllegalValue};
-  if (multiple && (pdu[5] != bytes_for(count) || pdu.size() != kValues + pdu[5])) return {kIllegalValue};
+  if (single && word(pdu, 3) != 0 && word(pdu, 3) != 0xFF00) return {Exception::kIllegalValue};
+  if (count == 0 || count > (multiple ? kMostWrite : kMostRead)) return {Exception::kIllegalValue};
+  if (multiple && (pdu[5] != bytes_for(count) || pdu.size() != kValues + pdu[5]))
+    return {Exception::kIllegalValue};
   for (const Range& range : ranges_of(pdu[0])) {
     if (first < range.first || first + count > range.first + std::size_t{range.count}) continue;
     const std::size_t bit = first - range.first;
-    const std::size_t from = range.register_first + bit / kBits;
-    const std::size_t words = (bit + count - 1) / kBits - bit / kBits + 1;
-    const bool writes = single || multiple;
-    if (!(writes ? registers.writable(from, words) : registers.exist(from, words))) break;
-    return {0, writes, static_cast<std::uint16_t>(from), static_cast<std::uint16_t>(words)};
+    const modbus::Range words{range.register_first + bit / kBits,
+                              (bit + count - 1) / kBits - bit / kBits + 1};
+    if (writes && registers.writable(words.first, words.count)) return {.written = words};
+    if (!writes && registers.exist(words.first, words.count)) return {.read = words};
+    break;
   }
-  return {kIllegalAddress};
+  return {Exception::kIllegalAddress};
 }
 
-std::size_t ModbusBits::execute(std::span<const std::uint8_t> pdu, const RegisterMap& registers,
+std::size_t ModbusBits::execute(Pdu pdu, const RegisterMap& registers,
                                 std::span<std::uint8_t> response) const {
   const std::uint8_t function = pdu[0];
   const std::size_t first = word(pdu, 1);

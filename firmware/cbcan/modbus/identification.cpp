@@ -8,7 +8,6 @@ namespace cbcan::modbus {
 
 namespace {
 
-constexpr std::uint8_t kIllegalFunction = 1, kIllegalDataAddress = 2, kIllegalDataValue = 3;
 constexpr std::uint8_t kReadDeviceIdentification = 0x0E;  // MEI type
 constexpr std::uint8_t kBasicStream = 1;
 constexpr std::uint8_t kOneObject = 4;
@@ -20,17 +19,18 @@ constexpr std::size_t kMaxObjectText = 64;
 
 }  // namespace
 
-std::uint8_t check_identification(std::span<const std::uint8_t> pdu) {
-  if (pdu.size() < 2) return kIllegalDataValue;
-  if (pdu[1] != kReadDeviceIdentification) return kIllegalFunction;
-  if (pdu.size() != 4 || pdu[2] < kBasicStream || pdu[2] > kOneObject) return kIllegalDataValue;
-  return pdu[2] == kOneObject && pdu[3] >= kBasicObjects ? kIllegalDataAddress : std::uint8_t{0};
+Access Identification::check(Pdu pdu, const RegisterMap& /*registers*/) const {
+  if (pdu[0] != kEncapsulatedInterface) return {Exception::kIllegalFunction};
+  if (pdu.size() < 2) return {Exception::kIllegalValue};
+  if (pdu[1] != kReadDeviceIdentification) return {Exception::kIllegalFunction};
+  if (pdu.size() != 4 || pdu[2] < kBasicStream || pdu[2] > kOneObject) return {Exception::kIllegalValue};
+  return {pdu[2] == kOneObject && pdu[3] >= kBasicObjects ? Exception::kIllegalAddress : Exception::kNone};
 }
 
-std::size_t identification_response(std::span<const std::uint8_t> pdu, const DeviceIdentity& identity,
-                                    std::span<std::uint8_t> response) {
-  const std::array<std::string_view, kBasicObjects> objects{identity.vendor, identity.product_code,
-                                                            identity.revision};
+std::size_t Identification::execute(Pdu pdu, const RegisterMap& /*registers*/,
+                                    std::span<std::uint8_t> response) const {
+  const std::array<std::string_view, kBasicObjects> objects{identity_.vendor, identity_.product_code,
+                                                            identity_.revision};
   // A stream from an object that does not exist starts at the first one.
   const std::size_t first = pdu[3] < kBasicObjects ? pdu[3] : 0;
   const std::size_t last = pdu[2] == kOneObject ? first : kBasicObjects - 1;

@@ -8,6 +8,8 @@
 #include <span>
 #include <string_view>
 
+#include "cbcan/modbus/executor.hpp"
+
 namespace cbcan::modbus {
 
 inline constexpr std::uint8_t kEncapsulatedInterface = 43;
@@ -19,14 +21,16 @@ struct DeviceIdentity {
   std::string_view revision;
 };
 
-/// Longest PDU of an identification response.
-inline constexpr std::size_t kMostIdentityBytes = 7 + 3 * (2 + 64);
+/// The texts outlive it.
+class Identification final : public MoreFunctions {
+ public:
+  constexpr explicit Identification(const DeviceIdentity& identity) : identity_(identity) {}
 
-/// The exception code for a request of FC 43, 0 = none. `pdu` is function code and data.
-std::uint8_t check_identification(std::span<const std::uint8_t> pdu);
+  Access check(Pdu pdu, const RegisterMap& registers) const override;
+  std::size_t execute(Pdu pdu, const RegisterMap& registers, std::span<std::uint8_t> response) const override;
 
-/// Writes the PDU of the response to a request that check_identification() has accepted; returns its size.
-std::size_t identification_response(std::span<const std::uint8_t> pdu, const DeviceIdentity& identity,
-                                    std::span<std::uint8_t> response);
+ private:
+  DeviceIdentity identity_;
+};
 
 }  // namespace cbcan::modbus

@@ -26,10 +26,15 @@ class RegisterMap {
   /// They exist, and none of them is read-only.
   constexpr bool writable(std::size_t first, std::size_t count) const { return covers(first, count, false); }
 
-  /// Of a register that exists.
-  constexpr std::uint16_t& operator[](std::size_t address) const {
+  // Of a register that exists: its word, and those of its range from it on, and up to it.
+  constexpr std::uint16_t& operator[](std::size_t address) const { return from(address).front(); }
+  constexpr std::span<std::uint16_t> from(std::size_t address) const {
     const RegisterRange& range = *find(address);
-    return range.words[address - range.first];
+    return range.words.subspan(address - range.first);
+  }
+  constexpr std::span<std::uint16_t> up_to(std::size_t address) const {
+    const RegisterRange& range = *find(address);
+    return range.words.first(address - range.first + 1);
   }
 
  private:

@@ -13,19 +13,10 @@ namespace {
 using namespace modbus;
 
 constexpr std::uint8_t kBroadcast = 0;
-constexpr std::uint8_t kExceptionBit = 0x80;
-
-// Most registers of one request (V1.1b3, 6.3, 6.12, 6.17).
-constexpr std::size_t kMaxRead = 125;
-constexpr std::size_t kMaxWrite = 123;
-constexpr std::size_t kMaxWriteWhileReading = 121;
 
 // Offsets in a frame.
 constexpr std::size_t kFunction = 1;
-constexpr std::size_t kAddress = 2;
 constexpr std::size_t kQuantity = 4;
-constexpr std::size_t kWriteAddress = 6;   // FC 23
-constexpr std::size_t kWriteQuantity = 8;  // FC 23
 
 constexpr std::size_t kCrcBytes = 2;
 constexpr std::size_t kShortestFrame = 4;
@@ -34,10 +25,6 @@ constexpr std::size_t kEndsBySilence = SIZE_MAX;  // the size of the frame is no
 // The expected response: station and function code, or
 constexpr std::uint16_t kNoResponse = 0;  // no station has the address 0
 constexpr std::uint16_t kAnyResponse = 0xFFFF;
-
-bool readable(std::size_t quantity) {
-  return quantity >= 1 && quantity <= kMaxRead;
-}
 
 }  // namespace
 
@@ -224,10 +211,11 @@ bool RtuServer::may_be_request() const {
 
 /// False: the quantity shows that it can only be a response.
 bool RtuServer::fits_request() const {
+  const std::size_t quantity = word(buffer_, kQuantity);
   switch (buffer_[kFunction]) {
     case kReadHoldingRegisters:
-    case kReadInputRegisters: return size_ < 6 || readable(word(kQuantity));
-    case kWriteMultipleRegisters: return size_ < 7 || buffer_[6] == 2 * word(kQuantity);
+    case kReadInputRegisters: return size_ < 6 || (quantity >= 1 && quantity <= kMaxRead);
+    case kWriteMultipleRegisters: return size_ < 7 || buffer_[6] == 2 * quantity;
     default: return true;
   }
 }
@@ -279,48 +267,48 @@ bool RtuServer::is_request() const {
   return is_for_us() && (size == size_ || (size == kEndsBySilence && !is_broadcast()));
 }
 
-bool RtuServer::request_reads(std::uint16_t first, std::size_t count) const {
-  switch (buffer_[kFunction]) {
-    case kReadHoldingRegisters:
-    case kReadInputRegisters:
-    case kReadWriteMultipleRegisters: break;
-    default: return false;
-  }
-  const std::uint16_t address = word(kAddress);
-  return address < first + count && first < std::size_t{address} + word(kQuantity);
+std::span<const std::uint8_t> RtuServer::pdu() const {
+  return request().subspan(kFunction);
 }
 
+Access RtuServer::access() const {
+  return check(pdu(), networks_[request_network()], settings_.more);
+}
+
+/// The response replaces the request. A broadcast is rejected by all networks or by none, as they have the
+/// same registers; its bytes stay as they are, as nothing is read.
 std::span<const std::uint8_t> RtuServer::execute() {
-  ++counters_.bus_messages;
-  ++counters_.slave_messages;
-  executed_ = {};
-  Exception exception = execute_on(networks_[request_network()]);
-  // A broadcast is rejected by all networks or by none: they have the same registers.
-  for (std::size_t i = 1; is_broadcast() && i < networks_.size(); ++i)
-    exception = execute_on(networks_[i]);
-  executed_.valid = exception == Exception::kNone;
-  if (exception != Exception::kNone) {
-    ++counters_.slave_exceptions;
-    buffer_[kFunction] |= kExceptionBit;
-    buffer_[2] = static_cast<std::uint8_t>(exception);
-    size_ = 3;
-  }
+  executed_ = access();
+  std::span<const RegisterMap> networks = networks_.subspan(request_network(), 1);
   if (is_broadcast()) {
-    ++counters_.slave_no_responses;
-    listen(0);
-    return {};
+    executed_.read = {};
+    networks = networks_.first(executed_.written.count == 0 ? 0 : networks_.size());
   }
-  return sealed();
+  std::size_t size = 0;
+  for (const RegisterMap& registers : networks)
+    size =
+        modbus::execute(pdu(), executed_, registers, settings_.more, std::span(buffer_).subspan(kFunction));
+  return finish(size);
 }
 
 std::span<const std::uint8_t> RtuServer::respond_with(std::span<const std::uint8_t> pdu) {
+  executed_ = {(pdu[0] & kExceptionBit) != 0 ? Exception{pdu[1]} : Exception::kNone};
+  std::copy(pdu.begin(), pdu.end(), &buffer_[kFunction]);
+  return finish(pdu.size());
+}
+
+/// `size`: of the PDU in the buffer.
+std::span<const std::uint8_t> RtuServer::finish(std::size_t size) {
   ++counters_.bus_messages;
   ++counters_.slave_messages;
-  executed_ = {.valid = (pdu[0] & kExceptionBit) == 0, .first = 0, .count = 0};
-  if (!executed_.valid) ++counters_.slave_exceptions;
-  std::copy(pdu.begin(), pdu.end(), &buffer_[kFunction]);
-  size_ = kFunction + pdu.size();
-  return sealed();
+  if (executed_.exception != Exception::kNone) ++counters_.slave_exceptions;
+  if (!is_broadcast()) {
+    size_ = kFunction + size;
+    return sealed();
+  }
+  ++counters_.slave_no_responses;
+  listen(0);
+  return {};
 }
 
 void RtuServer::on_sent() {
@@ -345,122 +333,6 @@ std::span<const std::uint8_t> RtuServer::sealed() {
   buffer_[size_ + 1] = static_cast<std::uint8_t>(crc >> 8);
   state_.store(State::kSending, std::memory_order_release);
   return std::span(buffer_).first(size_ + kCrcBytes);
-}
-
-/// Leaves the response in the buffer, `size_` bytes; for a broadcast the request.
-RtuServer::Exception RtuServer::execute_on(const RegisterMap& registers) {
-  switch (buffer_[kFunction]) {
-    case kReadHoldingRegisters:
-    case kReadInputRegisters: return read_registers(registers);
-    case kWriteSingleRegister: return write_register(registers);
-    case kWriteMultipleRegisters: return write_registers(registers);
-    case kMaskWriteRegister: return mask_register(registers);
-    case kReadWriteMultipleRegisters: return read_write_registers(registers);
-    default: return access_bits(registers);
-  }
-}
-
-/// Coils and discrete inputs, for a server that has them.
-RtuServer::Exception RtuServer::access_bits(const RegisterMap& registers) {
-  if (settings_.bits == nullptr) return Exception::kFunction;
-  const std::span frame(buffer_);
-  const BitFunctions::Response served =
-      settings_.bits->serve(frame.subspan(kFunction, size_ - kCrcBytes - kFunction), is_broadcast(),
-                            registers, frame.subspan(kFunction));
-  if (served.exception != 0) return static_cast<Exception>(served.exception);
-  if (served.register_count != 0) executed_ = {true, served.register_first, served.register_count};
-  if (!is_broadcast()) size_ = kFunction + served.size;
-  return Exception::kNone;
-}
-
-RtuServer::Exception RtuServer::read_registers(const RegisterMap& registers) {
-  const std::uint16_t address = word(kAddress);
-  const std::uint16_t count = word(kQuantity);
-  if (!readable(count)) return Exception::kValue;
-  if (!registers.exist(address, count)) return Exception::kAddress;
-  load(registers, address, count);
-  return Exception::kNone;
-}
-
-RtuServer::Exception RtuServer::write_register(const RegisterMap& registers) {
-  if (!registers.writable(word(kAddress), 1)) return Exception::kAddress;
-  store(registers, word(kAddress), 1, kQuantity);
-  size_ = 6;
-  return Exception::kNone;
-}
-
-RtuServer::Exception RtuServer::write_registers(const RegisterMap& registers) {
-  const std::uint16_t address = word(kAddress);
-  if (!values_allowed(kQuantity, kMaxWrite)) return Exception::kValue;
-  if (!registers.writable(address, word(kQuantity))) return Exception::kAddress;
-  store(registers, address, word(kQuantity), kQuantity + 3);
-  size_ = 6;
-  return Exception::kNone;
-}
-
-RtuServer::Exception RtuServer::mask_register(const RegisterMap& registers) {
-  const std::uint16_t address = word(kAddress);
-  const std::uint32_t and_mask = word(4);
-  const std::uint32_t or_mask = word(6);
-  if (!registers.writable(address, 1)) return Exception::kAddress;
-  const std::atomic_ref<std::uint16_t> target(registers[address]);
-  std::uint16_t before = target.load(std::memory_order_relaxed);
-  while (!target.compare_exchange_weak(
-      before, static_cast<std::uint16_t>((before & and_mask) | (or_mask & ~and_mask)),
-      std::memory_order_release, std::memory_order_relaxed)) {
-  }
-  executed_.first = address;
-  executed_.count = 1;
-  size_ = 8;
-  return Exception::kNone;
-}
-
-RtuServer::Exception RtuServer::read_write_registers(const RegisterMap& registers) {
-  const std::uint16_t address = word(kAddress);
-  const std::uint16_t count = word(kQuantity);
-  if (!readable(count) || !values_allowed(kWriteQuantity, kMaxWriteWhileReading)) return Exception::kValue;
-  if (!registers.exist(address, count) || !registers.writable(word(kWriteAddress), word(kWriteQuantity)))
-    return Exception::kAddress;
-  store(registers, word(kWriteAddress), word(kWriteQuantity), kWriteQuantity + 3);
-  load(registers, address, count);
-  return Exception::kNone;
-}
-
-/// Checks the quantity at `offset` and the byte count after it.
-bool RtuServer::values_allowed(std::size_t offset, std::size_t most) const {
-  const std::size_t quantity = word(offset);
-  return quantity >= 1 && quantity <= most && buffer_[offset + 2] == 2 * quantity;
-}
-
-/// Copies registers to the response of FC 3, 4 and 23.
-void RtuServer::load(const RegisterMap& registers, std::uint16_t address, std::size_t count) {
-  constexpr std::size_t kByteCount = 2;
-  if (is_broadcast()) return;
-  buffer_[kByteCount] = static_cast<std::uint8_t>(2 * count);
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::atomic_ref<std::uint16_t> source(registers[address + i]);
-    const std::uint16_t value = source.load(std::memory_order_relaxed);
-    buffer_[kByteCount + 1 + 2 * i] = static_cast<std::uint8_t>(value >> 8);
-    buffer_[kByteCount + 2 + 2 * i] = static_cast<std::uint8_t>(value);
-    if (i == 0) std::atomic_thread_fence(std::memory_order_acquire);
-  }
-  size_ = kByteCount + 1 + 2 * count;
-}
-
-/// Copies the values at `offset` to registers.
-void RtuServer::store(const RegisterMap& registers, std::uint16_t address, std::size_t count,
-                      std::size_t offset) {
-  executed_.first = address;
-  executed_.count = static_cast<std::uint16_t>(count);
-  for (std::size_t i = count; i-- > 0;) {
-    if (i == 0) std::atomic_thread_fence(std::memory_order_release);
-    const std::atomic_ref<std::uint16_t> target(registers[address + i]);
-    target.store(word(offset + 2 * i), std::memory_order_relaxed);
-  }
-}
-
-std::uint16_t RtuServer::word(std::size_t offset) const {
-  return static_cast<std::uint16_t>(buffer_[offset] << 8 | buffer_[offset + 1]);
 }
 
 }  // namespace cbcan

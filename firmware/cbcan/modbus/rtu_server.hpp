@@ -48,15 +48,8 @@
 /// is set, the next ones the following addresses. A broadcast, which every station on a line executes (Serial
 /// Line V1.02, 2.1), writes to all of them. One request at a time for all networks.
 ///
-/// FC 3, 4 (the same registers), 6, 16, 22, 23, and with ModbusBits 1, 2, 5, 15. Exceptions: 01 another
-/// function; 03 a quantity or byte count that is not allowed; 02 an address that does not exist, or a write
-/// to a read-only one. Lengths and quantities are checked before addresses, and a rejected request changes
-/// nothing. A request with address 0 writes and is not answered.
-///
-/// Ordering, if the words are shared with another context: a write stores the highest address first, and the
-/// lowest after a release fence, so CA0Eh in R3700 is the last word of one FC 16 or FC 23 to become visible;
-/// a read loads the lowest address first, and the others after an acquire fence, so if R3700 contains a
-/// result the other words belong to it (docs/reference/contract.md). FC 22 is one atomic change.
+/// Functions, exceptions and the order of loads and stores: cbcan/modbus/executor.hpp. A request with address
+/// 0 writes and is not answered.
 
 #include <array>
 #include <atomic>
@@ -64,8 +57,7 @@
 #include <cstdint>
 #include <span>
 
-#include "cbcan/modbus/bits.hpp"
-#include "cbcan/modbus/register_map.hpp"
+#include "cbcan/modbus/executor.hpp"
 
 namespace cbcan {
 
@@ -86,8 +78,8 @@ class RtuServer final {
     /// From a request to its response, in us, if that is more than the silence; at most 50,000. For masters
     /// whose transceivers are slow to switch to receiving.
     std::uint32_t response_delay_us = 0;
-    /// FC 1, 2, 5 and 15; null = exception 01. It outlives the server.
-    const BitFunctions* bits = nullptr;
+    /// Such as ModbusBits; null = exception 01 for them. It outlives the server.
+    const modbus::MoreFunctions* more = nullptr;
   };
 
   /// With the numbers of the diagnostic counters of Application Protocol V1.1b3, 6.8, if there is one. They wrap.
@@ -140,7 +132,9 @@ class RtuServer final {
   std::span<const std::uint8_t> request() const { return std::span(buffer_).first(size_ - 2); }
 
   /// Loop, between poll() and execute(): the request reads one of these registers, so they can be updated first.
-  bool request_reads(std::uint16_t first, std::size_t count) const;
+  bool request_reads(std::uint16_t first, std::size_t count) const {
+    return access().read.overlaps({first, count});
+  }
 
   /// Loop: executes the request that poll() has taken, and returns the frame to send; empty = nothing to send.
   /// The bytes stay valid until on_sent(). Poll the coprocessor after each request, so that it misses no cancel.
@@ -149,14 +143,8 @@ class RtuServer final {
   /// Loop, instead of execute(): the response, or exception, is this PDU. Returns the frame to send.
   std::span<const std::uint8_t> respond_with(std::span<const std::uint8_t> pdu);
 
-  /// Effect of a request, for the coprocessor.
-  struct Executed {
-    bool valid;           ///< not refused by an exception
-    std::uint16_t first;  ///< registers first..first+count-1 have been written
-    std::uint16_t count;  ///< 0 = none
-  };
-  /// Loop: the effect of the last execute() in the network of the request; of a broadcast in each network.
-  const Executed& executed() const { return executed_; }
+  /// Loop: what the last execute() has done in the network of the request; of a broadcast in each network.
+  const modbus::Access& executed() const { return executed_; }
 
   /// Interrupt or loop: the response has been sent, and the driver of the line is off. Without a response in
   /// progress it has no effect.
@@ -166,7 +154,6 @@ class RtuServer final {
 
  private:
   enum class State : std::uint8_t { kReceiving, kRequest, kSearching, kExecuting, kSending };
-  enum class Exception : std::uint8_t { kNone = 0, kFunction = 1, kAddress = 2, kValue = 3 };
 
   static bool awaits_silence(State state) { return state == State::kRequest || state == State::kSearching; }
   bool times_are_exact() const { return settings_.gap_us <= settings_.silence_us; }
@@ -194,22 +181,14 @@ class RtuServer final {
   bool may_be_response() const;
   bool may_be_request() const;
   bool fits_request() const;
-  std::uint16_t word(std::size_t offset) const;
-  bool values_allowed(std::size_t offset, std::size_t most) const;
-  Exception execute_on(const RegisterMap& registers);
-  Exception read_registers(const RegisterMap& registers);
-  Exception write_register(const RegisterMap& registers);
-  Exception write_registers(const RegisterMap& registers);
-  Exception mask_register(const RegisterMap& registers);
-  Exception read_write_registers(const RegisterMap& registers);
-  Exception access_bits(const RegisterMap& registers);
-  void load(const RegisterMap& registers, std::uint16_t address, std::size_t count);
-  void store(const RegisterMap& registers, std::uint16_t address, std::size_t count, std::size_t offset);
+  std::span<const std::uint8_t> pdu() const;
+  modbus::Access access() const;
+  std::span<const std::uint8_t> finish(std::size_t size);
   std::span<const std::uint8_t> sealed();
 
   std::span<const RegisterMap> networks_;
   Settings settings_;
-  Executed executed_{};
+  modbus::Access executed_{};
   std::atomic<State> state_{State::kReceiving};
   bool skipping_;          ///< until the next gap, or until a frame is found
   bool after_gap_ = true;  ///< the current frame began after one, or may have

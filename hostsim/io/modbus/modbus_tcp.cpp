@@ -56,8 +56,8 @@ void ModbusTcp::close_client(Connection& client) {
   connections_.erase(client.socket.get());
 }
 
-/// This and the functions below return false when the connection is to be closed. Flattened for speed: everything
-/// a request passes is one function, with modbus_request.cpp's if that is compiled together with this file.
+/// This and the functions below return false when the connection is to be closed. Flattened for speed: what a
+/// request passes here is one function.
 [[gnu::flatten]] bool ModbusTcp::on_ready(Connection& client) {
   if (client.unsent.empty()) return receive(client);
   if (!send_rest(client)) return false;

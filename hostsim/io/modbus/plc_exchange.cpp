@@ -90,7 +90,7 @@ bool WindowExchange::is_taken(Words words) const {
   const bool write = taken[regmap::kCommand - regmap::kWindowFirst] == regmap::kSdoWrite;
   const std::size_t data = words_of(taken[regmap::kDataSize - regmap::kWindowFirst]);
   const std::size_t all = kHeadWords + (write ? std::max<std::size_t>(data, 1) : 0);
-  const protocols::ModbusRange result = done() ? result_data() : protocols::ModbusRange();
+  const modbus::Range result = done() ? result_data() : modbus::Range();
   for (std::size_t i = 0; i < std::min(words.size(), all); ++i) {
     const std::size_t address = regmap::kWindowFirst + i;
     const bool may_be_result = address - result.first < result.count && words[i] == own(address);
@@ -115,7 +115,7 @@ void WindowExchange::cancel(std::uint16_t flag) {
 }
 
 /// What the contract changes in addition to R3700 (SDO-10).
-protocols::ModbusRange WindowExchange::result_data() const {
+modbus::Range WindowExchange::result_data() const {
   const std::uint16_t result = own(regmap::kExecuteFlag);
   if (result == kFailed) return {regmap::kData, kAbortCodeWords};
   const bool read = (*taken_)[regmap::kCommand - regmap::kWindowFirst] == regmap::kSdoRead;
@@ -123,7 +123,7 @@ protocols::ModbusRange WindowExchange::result_data() const {
   return {regmap::kDataSize, 1 + words_of(own(regmap::kDataSize))};
 }
 
-Request WindowExchange::write(const protocols::ModbusRange& range) const {
+Request WindowExchange::write(const modbus::Range& range) const {
   return write_request(first_ + range.first - regmap::kWindowFirst,
                        module_.registers().subspan(range.first, range.count));
 }
@@ -195,7 +195,7 @@ void PlcCopy::responded() {
 }
 
 /// The range from the first to the last word that differs from the PLC's.
-protocols::ModbusRange PlcCopy::changed(Words now) const {
+modbus::Range PlcCopy::changed(Words now) const {
   std::size_t first = forgotten() ? range_.first + range_.count : 0;
   std::size_t end = told_.size();
   while (!forgotten() && first < end && now[first] == told_[first])

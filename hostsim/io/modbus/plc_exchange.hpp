@@ -60,8 +60,8 @@ class WindowExchange final : public PlcExchange {
   void look(Words words);
   void take(Words words, bool refuses);
   void cancel(std::uint16_t flag);
-  protocols::ModbusRange result_data() const;
-  window::Request write(const protocols::ModbusRange& range) const;
+  modbus::Range result_data() const;
+  window::Request write(const modbus::Range& range) const;
 
   protocols::ModbusUnit& module_;
   std::uint16_t first_;
@@ -131,12 +131,12 @@ class PlcCopy {
  private:
   static constexpr unsigned kRoundsToRepeat = 100;
 
-  protocols::ModbusRange changed(Words now) const;
+  modbus::Range changed(Words now) const;
 
   unsigned rounds_ = 0;                 ///< until all are written again
   std::vector<std::uint16_t> told_;     ///< the PLC's
   std::vector<std::uint16_t> written_;  ///< what is being written
-  protocols::ModbusRange range_{};       ///< of it
+  modbus::Range range_{};               ///< of it
 };
 
 /// Network status in the PLC, at `first`.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "boards/common/station.hpp"
 
+#include "cbcan/modbus/identification.hpp"
 #include "support/bench.hpp"
 
 using namespace cbcan;
@@ -30,9 +31,9 @@ struct FakeBoard final : Hardware {
   std::array<Health, 2> report;
 };
 
-template <std::size_t kNetworks, const modbus::DeviceIdentity* kIdentity = nullptr>
+template <std::size_t kNetworks>
 struct BenchOf {
-  using Board = Station<kNetworks, kIdentity>;
+  using Board = Station<kNetworks>;
   explicit BenchOf(const typename Board::Ports& ports, const typename Board::Settings& settings)
       : station(board, ports, settings) {
     station.start();
@@ -201,13 +202,13 @@ TEST_CASE("A board's own settings are registers where it has some") {
   CHECK(bench.ask({0x01, 0x03, 0x10, 0x36, 0x00, 0x06, 0x21, 0x06}).size() == 5 + 2 * 6);
 }
 
-constexpr modbus::DeviceIdentity kIdentity{"cb", "f4", "0.1.0"};
+constexpr modbus::Identification kIdentification({"cb", "f4", "0.1.0"});
 
 TEST_CASE("FC 43/14: who the board is, where it says so") {
   Bench nobody;
   CHECK(nobody.ask({0x01, 0x2B, 0x0E, 0x01, 0x00, 0x70, 0x77}) == Bytes({0x01, 0xAB, 0x01, 0x9E, 0xF0}));
   Ports ports;
-  BenchOf<1, &kIdentity> bench({&ports.port}, {});
+  BenchOf<1> bench({&ports.port}, {.modbus = {.more = &kIdentification}, .coprocessors = {}});
   ports.port.sent.clear();
   CHECK(bench.ask({0x01, 0x2B, 0x0E, 0x01, 0x00, 0x70, 0x77}) ==
         Bytes({0x01, 0x2B, 0x0E, 0x01, 0x81, 0x00, 0x00, 0x03, 0x00, 0x02, 'c',  'b', 0x01,
