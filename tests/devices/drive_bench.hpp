@@ -26,7 +26,7 @@ inline std::string more_objects() {
                      text_of({"60C4sub6", "5", "rw", "0"});
   for (const char* index : {"6042", "6043", "6044"})
     text += text_of({index, "3", "rw", "0"});
-  for (const char* index : {"60B8", "60B9", "60D5", "60D6", "60D7", "60D8", "60F2"})
+  for (const char* index : {"60B8", "60B9", "60F2"})
     text += text_of({index, "6", "rw", "0"});
   for (const char* index : {"60BA", "60BB", "60BC", "60BD"})
     text += text_of({index, "4", "rw", "0"});

@@ -24,8 +24,7 @@ constexpr std::array<int, 12> kPositions = {0,      1,       -1,     500,    -50
 constexpr std::array<int, 8> kVelocities = {0, 1, -1, 5'000, -20'000, 100'000, -100'000, 300'000};
 constexpr std::array<int, 8> kTurns = {0, 1, -1, 100, -150, 600, -600, 32'767};  ///< 1/min
 constexpr std::array<int, 8> kProbes = {0, 0x15, 0x37, 0x0031, 0x3333, 0x3100, 0x1735, 0x3F3F};
-constexpr std::array<std::uint16_t, 9> kShown = {0x6043, 0x6044, 0x60B9, 0x60BA, 0x60BB,
-                                                 0x60BC, 0x60BD, 0x60D5, 0x60D8};
+constexpr std::array<std::uint16_t, 7> kShown = {0x6043, 0x6044, 0x60B9, 0x60BA, 0x60BB, 0x60BC, 0x60BD};
 constexpr std::array<Time, 8> kTimes = {1, 100, 1'000, 7'777, 25'000, 100'000, 400'000, 3'000'000};
 constexpr std::array<int, 10> kMethods = {1, 2, 17, 20, 23, 30, 33, 34, 35, 31};
 constexpr std::array<nmt::State, 3> kNmtStates = {nmt::State::kPreOperational, nmt::State::kOperational,

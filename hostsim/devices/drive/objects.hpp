@@ -135,8 +135,6 @@ struct DriveObjects {
   /// Positive and negative edge of the first probe, then of the second.
   std::array<Bound<std::int32_t>, 4> probe_positions{
       {{d, 0x60BA, 0}, {d, 0x60BB, 0}, {d, 0x60BC, 0}, {d, 0x60BD, 0}}};
-  std::array<Bound<std::uint16_t>, 4> probe_counters{
-      {{d, 0x60D5, 0}, {d, 0x60D6, 0}, {d, 0x60D7, 0}, {d, 0x60D8, 0}}};
   Bound<std::int32_t> interpolation_data{d, 0x60C1, 1};
   Bound<std::uint32_t> interpolation_buffer{d, 0x60C4, 2, 1};
   Bound<std::uint8_t> interpolation_time{d, 0x60C2, 1, 1};

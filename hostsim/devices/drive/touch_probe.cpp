@@ -41,7 +41,7 @@ bool TouchProbes::update(Time now) {
     const bool was_on = probe.on;
     switch_on(i, bits);
     if (was_on && probe.on && (bits & kAtIndexPulse) != 0)
-      note_pulses(i, before, place_);
+      note_pulse(i, before, place_);
     else if (probe.on && (bits & kAtIndexPulse) == 0)
       note_level(i, now);
     probe.level_before = probe.level;
@@ -61,30 +61,26 @@ void TouchProbes::switch_on(std::size_t probe, std::uint8_t function) {
 
 void TouchProbes::note_level(std::size_t probe, Time now) {
   const auto& [level, before, on, stored] = probes_[probe];
-  if (level != before) store(probe, level ? kPositiveEdge : kNegativeEdge, axis_.actual(now).position, 1);
+  if (level != before) store(probe, level ? kPositiveEdge : kNegativeEdge, axis_.actual(now).position);
 }
 
-/// Those between two places, the last of them included.
-void TouchProbes::note_pulses(std::size_t probe, double before, double now) {
+/// The first between two places, the last of them included.
+void TouchProbes::note_pulse(std::size_t probe, double before, double now) {
   const double pitch = axis_.index_pitch();
   const bool up = now > before;
-  const auto number = [&](double place) { return up ? std::floor(place / pitch) : std::ceil(place / pitch); };
-  const double passed = std::abs(number(now) - number(before));
-  if (passed == 0) return;
-  const bool each = (function(probe) & kContinuous) != 0;
-  const double pulse = each ? number(now) : number(before) + (up ? 1 : -1);
+  const double pulse = up ? std::floor(before / pitch) + 1 : std::ceil(before / pitch) - 1;
+  if (up ? now / pitch < pulse : now / pitch > pulse) return;
   for (const std::size_t edge : {kPositiveEdge, kNegativeEdge})
-    store(probe, edge, axis_.from_machine(pulse * pitch), static_cast<unsigned>(passed));
+    store(probe, edge, axis_.from_machine(pulse * pitch));
 }
 
-void TouchProbes::store(std::size_t probe, std::size_t edge, double position, unsigned events) {
-  const auto bit = static_cast<std::uint8_t>(kPositiveStored << edge);
-  const bool each = (function(probe) & kContinuous) != 0;
-  const bool is_wanted = (function(probe) & kPositiveEdgeBit << edge) != 0;
-  if (!is_wanted || (!each && (probes_[probe].stored & bit) != 0)) return;
-  probes_[probe].stored |= bit;
-  auto& counter = objects_.probe_counters[2 * probe + edge];
-  counter.set(static_cast<std::uint16_t>(counter.get() + (each ? events : 1)));
+void TouchProbes::store(std::size_t probe, std::size_t edge, double position) {
+  const std::uint8_t bits = function(probe);
+  const auto stored = static_cast<std::uint8_t>(kPositiveStored << edge);
+  const bool each = (bits & (kContinuous | kAtIndexPulse)) == kContinuous;
+  const bool is_wanted = (bits & kPositiveEdgeBit << edge) != 0;
+  if (!is_wanted || (!each && (probes_[probe].stored & stored) != 0)) return;
+  probes_[probe].stored |= stored;
   objects_.probe_positions[2 * probe + edge].set(sim::rounded<std::int32_t>(axis_.user(position)));
 }
 

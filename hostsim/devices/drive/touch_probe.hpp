@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The two touch probes (60B8h..60BDh, counters 60D5h..60D8h). A probe's event is an edge of its input, or
-/// the index pulse of the encoder (60B8h bit 2), which is both edges at its exact position. An edge is stored
-/// once until its bit (4, 5) or the probe (0) is switched off, or each time (bit 1).
+/// The two touch probes (60B8h..60BDh). A probe's event is an edge of its input, or the index pulse of the
+/// encoder (60B8h bit 2), which is both edges at its exact position. An edge is stored once until its bit (4,
+/// 5) or the probe (0) is switched off; one of the input may also be stored each time (bit 1).
 
 #include <array>
 #include <cstddef>
@@ -36,8 +36,8 @@ class TouchProbes {
   std::uint8_t function(std::size_t probe) const;
   void switch_on(std::size_t probe, std::uint8_t function);
   void note_level(std::size_t probe, Time now);
-  void note_pulses(std::size_t probe, double before, double now);
-  void store(std::size_t probe, std::size_t edge, double position, unsigned events);
+  void note_pulse(std::size_t probe, double before, double now);
+  void store(std::size_t probe, std::size_t edge, double position);
 
   DriveObjects& objects_;
   Axis& axis_;
