@@ -274,7 +274,6 @@ class Program {
       guarded(() => {
         this.#instance.pass(this.#clock.now());
         this.#serve(socket, client);
-        this.#tell();
         this.#soon();
       });
     socket.on("data", (bytes) => {
@@ -309,6 +308,8 @@ class Program {
       const share = this.#share();
       this.#instance.receive(connection, client.unread.subarray(0, share));
       client.unread = client.unread.subarray(share);
+      this.#tell(); // files have what a response proves
+      if (socket.writableEnded) return true;
     }
     if (client.ended && client.unread.length === 0) this.#instance.endInput(connection);
     if (!socket.writableNeedDrain)
