@@ -71,50 +71,44 @@ std::string network_keys(const Words& words) {
       table += fmt::format("| `{}` | {} | {} | {} |\n", row.key, domain_of(row),
                            row.example.empty() ? text_in(row, standard, standard) : "required", meaning(row));
   };
-  if (words.at(1) == "network") add(cbcan::descriptions::network_rows(), cbcan::descriptions::PlannedNetwork());
+  if (words.at(1) == "network")
+    add(cbcan::descriptions::network_rows(), cbcan::descriptions::PlannedNetwork());
   if (words.at(1) == "node") add(cbcan::descriptions::node_rows(), cbcan::descriptions::PlannedNode());
   if (words.at(1) == "pdos") add(cbcan::descriptions::pdo_rows(), cbcan::descriptions::PlannedPdo());
   return table;
 }
 
-cbcan::base::Kinds kinds_of(const Words& words) {
-  const auto kind = [](std::string_view name) {
-    const auto rows = cbcan::sim::fault_rows();
-    const auto row = std::ranges::find(rows, name, &cbcan::sim::FaultRow::name);
-    if (row == rows.end()) refuse(fmt::format("{}: no such fault", name));
-    return static_cast<std::uint8_t>(row - rows.begin());
-  };
-  return {kind(words.at(1)), kind(words.at(2))};
+/// The row of a kind of fault, by its number in the table.
+std::size_t kind_of(std::string_view name) {
+  const auto rows = cbcan::sim::fault_rows();
+  const auto row = std::ranges::find(rows, name, &cbcan::sim::FaultRow::name);
+  if (row == rows.end()) refuse(fmt::format("{}: no such fault", name));
+  return static_cast<std::size_t>(row - rows.begin());
 }
 
-std::string standard_of(const cbcan::base::Setting<cbcan::sim::Fault>& key) {
-  const cbcan::sim::Fault& standard = cbcan::sim::fault_rows()[key.kinds.first].standard;
-  return text_in(key, standard, standard);
-}
-
-/// fault-keys FIRST LAST: keys common to the kinds from FIRST to LAST.
+/// fault-keys KIND KEY...: these keys of the kind, which others share.
 std::string fault_keys(const Words& words) {
-  std::string rows = "| Key | Value | Default | Meaning |\n|---|---|---|---|\n";
-  for (const auto& key : cbcan::sim::fault_settings())
-    if (key.kinds == kinds_of(words))
-      rows +=
-          fmt::format("| `{}` | {} | {} | {} |\n", key.key, domain_of(key), standard_of(key), meaning(key));
-  return rows;
+  const cbcan::sim::FaultRow& row = cbcan::sim::fault_rows()[kind_of(words.at(1))];
+  std::string table = "| Key | Value | Default | Meaning |\n|---|---|---|---|\n";
+  for (const auto* key : keys_of(row))
+    if (std::ranges::find(words.begin() + 2, words.end(), key->key) != words.end())
+      table += fmt::format("| `{}` | {} | {} | {} |\n", key->key, domain_of(*key),
+                           text_in(*key, row.standard, row.standard), meaning(*key));
+  return table;
 }
 
 /// fault-kinds FIRST LAST: these kinds with their own keys.
 std::string fault_kinds(const Words& words) {
-  std::string rows = "| Kind | Own keys: value, default | What goes wrong |\n|---|---|---|\n";
-  for (std::size_t kind = kinds_of(words).first; kind <= kinds_of(words).last; ++kind) {
-    std::string own;
-    for (const auto& key : cbcan::sim::fault_settings())
-      if (key.kinds.first == kind && key.kinds.last == kind)
-        own += fmt::format("{}`{}` {}, {}: {}", own.empty() ? "" : "<br>", key.key, domain_of(key),
-                           standard_of(key), meaning(key));
+  std::string table = "| Kind | Own keys: value, default | What goes wrong |\n|---|---|---|\n";
+  for (std::size_t kind = kind_of(words.at(1)); kind <= kind_of(words.at(2)); ++kind) {
     const cbcan::sim::FaultRow& row = cbcan::sim::fault_rows()[kind];
-    rows += fmt::format("| `{}` | {} | {} |\n", row.name, own, row.meaning);
+    std::string own;
+    for (const auto& key : row.own)
+      own += fmt::format("{}`{}` {}, {}: {}", own.empty() ? "" : "<br>", key.key, domain_of(key),
+                         text_in(key, row.standard, row.standard), meaning(key));
+    table += fmt::format("| `{}` | {} | {} |\n", row.name, own, row.meaning);
   }
-  return rows;
+  return table;
 }
 
 std::string escaped(std::string_view text) {

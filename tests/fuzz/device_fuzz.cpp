@@ -265,11 +265,9 @@ struct Program {
     sim::Fault fault = sim::fault_rows()[kind].standard;
     fault.kind = static_cast<sim::FaultKind>(kind);
     std::uint32_t chosen = input_.number();
-    for (const auto& setting : sim::fault_settings()) {
-      if (!setting.kinds.has(kind)) continue;
+    for (const auto* setting : sim::keys_of(sim::fault_rows()[kind]))
       if ((std::exchange(chosen, chosen >> 1) & 1) != 0)
-        setting.store(setting, fault, value_in(setting, input_.word()), 0);
-    }
+        setting->store(*setting, fault, value_in(*setting, input_.word()), 0);
     return sim::parse_fault(sim::text_of(fault), here);
   }
 

@@ -99,8 +99,9 @@ TEST_CASE("Every key takes its lowest and highest value and none beyond") {
   for (std::size_t kind = 0; kind < kFaultKinds; ++kind) {
     const FaultRow& row = fault_rows()[kind];
     const FaultPlace here = row.place == FaultPlace::kNodeOrBus ? FaultPlace::kNode : row.place;
-    for (const auto& key : fault_settings()) {
-      if (!key.kinds.has(kind) || !key.choices.empty()) continue;
+    for (const base::Setting<Fault>* setting : keys_of(row)) {
+      const base::Setting<Fault>& key = *setting;
+      if (!key.choices.empty()) continue;
       INFO(row.name << " " << key.key);
       const auto with = [&](std::int64_t value) {
         const std::vector<FaultKey> keys{{key.key, value}};

@@ -17,7 +17,6 @@ namespace {
 
 using base::Form;
 using base::Row;
-using enum FaultKind;
 using enum FaultPlace;
 
 constexpr std::int64_t kDayInMs = 24 * 3600 * 1000;
@@ -26,131 +25,135 @@ constexpr std::int64_t kMostId = 0x1FFFFFFF;
 constexpr std::array<std::string_view, 7> kSteps{
     "any", "initiate", "segment", "block-segment", "block-acknowledge", "block-end", "abort"};
 constexpr std::array<std::string_view, 4> kParts{"any", "id", "dlc", "data"};
-constexpr std::array<std::string_view, 5> kModuleCommands{"reset-node", "reset-comm", "stop", "preop", "start"};
+constexpr std::array<std::string_view, 5> kModuleCommands{"reset-node", "reset-comm", "stop", "preop",
+                                                          "start"};
 
 template <auto kMember>
-constexpr auto key(FaultKind first, FaultKind last, Row row) {
-  row.kinds = {static_cast<std::uint8_t>(first), static_cast<std::uint8_t>(last)};
-  return base::setting<Fault, kMember>(row);
-}
-template <auto kMember>
-constexpr auto key(FaultKind only, Row row) {
-  return key<kMember>(only, only, row);
-}
-template <auto kMember>
-constexpr auto time(FaultKind first, FaultKind last, Row row) {
+constexpr auto time(Row row) {
   row.high = kDayInMs;
   row.scale = kMillisecond;
-  return key<kMember>(first, last, row);
+  return base::setting<kMember>(row);
 }
-constexpr auto delay(FaultKind only, std::string_view help) {
-  return time<&Fault::delay>(only, only, {.key = "delay_ms", .help = help});
-}
-constexpr auto interval(FaultKind only) {
-  return time<&Fault::interval>(only, only,
-                                {.key = "interval_ms", .help = "Time between two of them", .low = 1});
+constexpr auto delay(std::string_view help) {
+  return time<&Fault::delay>({.key = "delay_ms", .help = help});
 }
 
 // clang-format off
+/// Groups of keys that kinds share, in the order of the keys in a fault's text; then what kinds have of them.
+enum Shared : unsigned {
+  kAfter = 1, kChance = 2, kTimes = 4, kLasts = 8, kObject = 16, kStep = 32, kIds = 64,
+  kActs = kAfter | kChance | kTimes, kOfRequest = kActs | kObject, kOfResponse = kOfRequest | kStep, kOfFrame = kActs | kIds,
+  kPowers = kActs | kLasts, kState = kAfter | kTimes | kLasts,
+};
+
+// Keys of one kind.
+constexpr std::array kDelay{delay("Delay in ms")};
+constexpr std::array kDelayAfterFirst{delay("Delay after the first, in ms")};
+constexpr std::array kLongestDelay{delay("Longest delay, if the node sends no other frame")};
+constexpr std::array kSpecifier{base::setting<&Fault::specifier>({
+    .key = "specifier", .help = "Upper three bits of the first byte", .high = 7})};
+constexpr std::array kOther{
+    base::setting<&Fault::other_index>({
+        .key = "other_index", .help = "Index in the response", .form = Form::kHexadecimal, .high = 0xFFFF, .absent = "one more"}),
+    base::setting<&Fault::other_sub>({
+        .key = "other_sub", .help = "Sub-index in the response", .high = 0xFF, .absent = "the right one"})};
+constexpr std::array kSize{base::setting<&Fault::size>({
+    .key = "size", .help = "Bytes to claim, as far as the field holds them", .high = 0xFFFFFFFF, .absent = "one less"})};
+constexpr std::array kAbortCode{base::setting<&Fault::code>({
+    .key = "code", .help = "SDO abort code", .form = Form::kHexadecimal})};
+constexpr std::array kRefusalCode{base::setting<&Fault::code>({
+    .key = "code", .help = "SDO abort code", .form = Form::kHexadecimal, .low = 1, .high = 0xFFFFFFFF})};
+constexpr std::array kLength{base::setting<&Fault::length>({.key = "length", .help = "DLC that is left", .high = 7})};
+constexpr std::array kNmtState{base::setting<&Fault::state>({
+    .key = "state", .help = "NMT state that is reported", .high = 127})};
+constexpr auto kInterval = time<&Fault::interval>({.key = "interval_ms", .help = "Time between two of them", .low = 1});
+constexpr std::array kBootUps{kInterval};
+constexpr std::array kEmergencies{
+    base::setting<&Fault::code>({.key = "code", .help = "EMCY error code", .form = Form::kHexadecimal, .high = 0xFFFF}),
+    kInterval};
+constexpr std::array kPart{base::setting<&Fault::part>({.key = "part", .help = "Where the bit is", .choices = kParts})};
+constexpr std::array kExceptionCode{base::setting<&Fault::code>({
+    .key = "code", .help = "Exception code", .low = 1, .high = 255})};
+constexpr std::array kCommand{base::setting<&Fault::command>({
+    .key = "command", .help = "The command", .choices = kModuleCommands})};
+constexpr std::array kLoad{
+    base::setting<&Fault::percent>({
+        .key = "percent", .help = "Of the bit rate; of 1 Mbit/s where there is none", .low = 1, .high = 100}),
+    base::setting<&Fault::rate>({
+        .key = "frames_per_s", .help = "Instead of a part of the bus; 0 = as percent says", .high = 20000}),
+    base::setting<&Fault::id>({
+        .key = "id", .help = "CAN-ID of the frames, which have eight bytes 0", .form = Form::kHexadecimal, .high = 0x7FF})};
+
+struct SharedKey {
+  Shared group;
+  base::Setting<Fault> setting;
+};
+constexpr auto kShared = std::to_array<SharedKey>({
+    {kAfter, base::setting<&Fault::after>({.key = "after", .help = "Matching frames to skip first"})},
+    {kChance, base::setting<&Fault::count>({.key = "count", .help = "How often the fault acts; 0 = no limit"})},
+    {kChance, base::setting<&Fault::probability>({
+        .key = "probability", .help = "Chance for each matching frame", .high = 1})},
+    {kChance, base::setting<&Fault::seed>({.key = "seed", .help = "Selects another random sequence"})},
+    {kTimes, time<&Fault::from>({.key = "from_ms", .help = "Delay before the fault starts, in ms"})},
+    {kTimes, time<&Fault::until>({
+        .key = "until_ms", .help = "When it ends, in ms after it was set", .low = 1, .absent = "never"})},
+    {kLasts, time<&Fault::lasts>({.key = "for_ms", .help = "How long it lasts, in ms", .low = 1, .absent = "to the end"})},
+    {kObject, base::setting<&Fault::index>({
+        .key = "index", .help = "Transfers of this object only", .form = Form::kHexadecimal, .high = 0xFFFF, .absent = "any"})},
+    {kObject, base::setting<&Fault::sub>({
+        .key = "sub", .help = "Transfers of this sub-index only", .high = 0xFF, .absent = "any"})},
+    {kStep, base::setting<&Fault::step>({
+        .key = "step", .help = "Responses only that are this within their transfer", .choices = kSteps})},
+    {kIds, base::setting<&Fault::first_id>({
+        .key = "first_id", .help = "Frames with this CAN-ID or a higher one only", .form = Form::kHexadecimal, .high = kMostId})},
+    {kIds, base::setting<&Fault::last_id>({
+        .key = "last_id", .help = "Frames with this CAN-ID or a lower one only", .form = Form::kHexadecimal, .high = kMostId})},
+});
+
 constexpr auto kKinds = std::to_array<FaultRow>({
-    {"response-never", kNode, "An SDO response is not sent.", {}},
-    {"response-late", kNode, "An SDO response is sent late.", {.delay = 50 * kMillisecond}},
-    {"response-twice", kNode, "An SDO response is sent twice.", {}},
-    {"response-out-of-order", kNode, "An SDO response is sent after the next frame of the node.", {.delay = 100 * kMillisecond}},
-    {"response-other-toggle", kNode, "The toggle bit of the response to a segment is inverted.", {}},
-    {"response-other-specifier", kNode, "An SDO response has another command specifier; segments of blocks have none.", {}},
-    {"response-other-index", kNode, "The response to an initiate request, or an abort, is about another object.", {}},
-    {"response-other-size", kNode, "A response of an upload claims another number of bytes than it has.", {}},
-    {"response-other-crc", kNode, "The CRC at the end of a block upload has all bits inverted.", {}},
-    {"response-other-sequence", kNode,
+    {"response-never", kOfResponse, {}, kNode, "An SDO response is not sent.", {}},
+    {"response-late", kOfResponse, kDelay, kNode, "An SDO response is sent late.", {.delay = 50 * kMillisecond}},
+    {"response-twice", kOfResponse, kDelayAfterFirst, kNode, "An SDO response is sent twice.", {}},
+    {"response-out-of-order", kOfResponse, kLongestDelay, kNode, "An SDO response is sent after the next frame of the node.", {.delay = 100 * kMillisecond}},
+    {"response-other-toggle", kOfResponse, {}, kNode, "The toggle bit of the response to a segment is inverted.", {}},
+    {"response-other-specifier", kOfResponse, kSpecifier, kNode, "An SDO response has another command specifier; segments of blocks have none.", {}},
+    {"response-other-index", kOfResponse, kOther, kNode, "The response to an initiate request, or an abort, is about another object.", {}},
+    {"response-other-size", kOfResponse, kSize, kNode, "A response of an upload claims another number of bytes than it has.", {}},
+    {"response-other-crc", kOfResponse, {}, kNode, "The CRC at the end of a block upload has all bits inverted.", {}},
+    {"response-other-sequence", kOfResponse, {}, kNode,
      "A block segment has the next number; an acknowledgement has one segment less, or one instead of none.", {}},
-    {"abort", kNode, "An abort instead of an SDO response.", {.code = 0x08000000}},
-    {"short-frame", kNode, "An SDO response is a frame with fewer bytes.", {}},
-    {"refuse", kNode, "A write by SDO is refused: an abort, and nothing is stored.", {.code = 0x08000020}},
-    {"request-lost", kNode, "An SDO request does not reach the node.", {}},
-    {"silent", kNode, "Nothing that the node sends leaves it.", {}},
-    {"heartbeat-stops", kNode, "Heartbeats, boot-up messages and responses to node guarding do not leave the node.", {}},
-    {"state-wrong", kNode, "Heartbeats and responses to node guarding report another state.", {}},
-    {"duplicate-node-id", kNode,
+    {"abort", kOfResponse, kAbortCode, kNode, "An abort instead of an SDO response.", {.code = 0x08000000}},
+    {"short-frame", kOfResponse, kLength, kNode, "An SDO response is a frame with fewer bytes.", {}},
+    {"refuse", kOfRequest, kRefusalCode, kNode, "A write by SDO is refused: an abort, and nothing is stored.", {.code = 0x08000020}},
+    {"request-lost", kOfRequest, {}, kNode, "An SDO request does not reach the node.", {}},
+    {"silent", kActs, {}, kNode, "Nothing that the node sends leaves it.", {}},
+    {"heartbeat-stops", kActs, {}, kNode, "Heartbeats, boot-up messages and responses to node guarding do not leave the node.", {}},
+    {"state-wrong", kActs, kNmtState, kNode, "Heartbeats and responses to node guarding report another state.", {}},
+    {"duplicate-node-id", kActs, {}, kNode,
      "A second device has the node's ID: SDO responses, with their data inverted, and error control come from it too.", {}},
-    {"boot-up-storm", kNode, "Boot-up messages, one after the other.", {}},
-    {"emcy-storm", kNode, "EMCY messages, one after the other.", {.code = 0x1000}},
-    {"frame-loss", kBus, "A frame reaches no node.", {}},
-    {"frame-twice", kBus, "A frame arrives twice.", {}},
-    {"frame-late", kBus, "A frame arrives late.", {.delay = 10 * kMillisecond}},
-    {"frame-corrupt", kBus, "A frame arrives with one bit inverted.", {}},
-    {"cut", kPlc, "A Modbus request is executed, and its connection closed without a response.", {}},
-    {"cut-before", kPlc, "The connection of a Modbus request is closed, and the request not executed.", {}},
-    {"late", kPlc, "The response to a Modbus request comes late, while the plant goes on.", {.delay = 500 * kMillisecond}},
-    {"exception", kPlc, "A Modbus request is answered by an exception, and not executed.", {.code = 4}},
-    {"plc-restart", kPlc, "The command after -- is killed and starts again, while the plant goes on.", {}},
-    {"module-restart", kPlc, "The module is switched off and on: all registers are 0, and connections are closed.", {}},
-    {"module-nmt", kBus, "Another master sends an NMT command to the module, after a frame of it.", {}},
-    {"power", kNode, "The node loses its power, with the frame that it would get or send.", {}},
-    {"bus-off", kNodeOrBus, "The controller, or every one on the bus, is bus-off.", {}},
-    {"module-bus-off", kBus, "The module's controller is bus-off.", {}},
-    {"error-passive", kNodeOrBus, "The controller, or every one on the bus, is error-passive.", {}},
-    {"overflow", kNodeOrBus, "The controller, or every one on the bus, reports lost frames.", {}},
-    {"slow", kNode, "A drive acts on a controlword late, and of the words until then only on the last.", {.delay = 50 * kMillisecond}},
-    {"bus-load", kBus, "Another node sends all the time.", {}},
+    {"boot-up-storm", kActs, kBootUps, kNode, "Boot-up messages, one after the other.", {}},
+    {"emcy-storm", kActs, kEmergencies, kNode, "EMCY messages, one after the other.", {.code = 0x1000}},
+    {"frame-loss", kOfFrame, {}, kBus, "A frame reaches no node.", {}},
+    {"frame-twice", kOfFrame, {}, kBus, "A frame arrives twice.", {}},
+    {"frame-late", kOfFrame, kDelay, kBus, "A frame arrives late.", {.delay = 10 * kMillisecond}},
+    {"frame-corrupt", kOfFrame, kPart, kBus, "A frame arrives with one bit inverted.", {}},
+    {"cut", kActs, {}, kPlc, "A Modbus request is executed, and its connection closed without a response.", {}},
+    {"cut-before", kActs, {}, kPlc, "The connection of a Modbus request is closed, and the request not executed.", {}},
+    {"late", kActs, kDelay, kPlc, "The response to a Modbus request comes late, while the plant goes on.", {.delay = 500 * kMillisecond}},
+    {"exception", kActs, kExceptionCode, kPlc, "A Modbus request is answered by an exception, and not executed.", {.code = 4}},
+    {"plc-restart", kActs, {}, kPlc, "The command after -- is killed and starts again, while the plant goes on.", {}},
+    {"module-restart", kActs, {}, kPlc, "The module is switched off and on: all registers are 0, and connections are closed.", {}},
+    {"module-nmt", kActs, kCommand, kBus, "Another master sends an NMT command to the module, after a frame of it.", {}},
+    {"power", kPowers, {}, kNode, "The node loses its power, with the frame that it would get or send.", {}},
+    {"bus-off", kState, {}, kNodeOrBus, "The controller, or every one on the bus, is bus-off.", {}},
+    {"module-bus-off", kState, {}, kBus, "The module's controller is bus-off.", {}},
+    {"error-passive", kState, {}, kNodeOrBus, "The controller, or every one on the bus, is error-passive.", {}},
+    {"overflow", kState, {}, kNodeOrBus, "The controller, or every one on the bus, reports lost frames.", {}},
+    {"slow", kTimes, kDelay, kNode, "A drive acts on a controlword late, and of the words until then only on the last.", {.delay = 50 * kMillisecond}},
+    {"bus-load", kTimes, kLoad, kBus, "Another node sends all the time.", {}},
 });
 static_assert(kKinds.size() == kFaultKinds);
 
-constexpr std::array kKeys{
-    delay(kResponseLate, "Delay in ms"),
-    delay(kResponseTwice, "Delay after the first, in ms"),
-    delay(kResponseOutOfOrder, "Longest delay, if the node sends no other frame"),
-    key<&Fault::specifier>(kResponseOtherSpecifier, {
-        .key = "specifier", .help = "Upper three bits of the first byte", .high = 7}),
-    key<&Fault::other_index>(kResponseOtherIndex, {
-        .key = "other_index", .help = "Index in the response", .form = Form::kHexadecimal, .high = 0xFFFF, .absent = "one more"}),
-    key<&Fault::other_sub>(kResponseOtherIndex, {
-        .key = "other_sub", .help = "Sub-index in the response", .high = 0xFF, .absent = "the right one"}),
-    key<&Fault::size>(kResponseOtherSize, {
-        .key = "size", .help = "Bytes to claim, as far as the field holds them", .high = 0xFFFFFFFF, .absent = "one less"}),
-    key<&Fault::code>(kAbort, {.key = "code", .help = "SDO abort code", .form = Form::kHexadecimal}),
-    key<&Fault::code>(kRefuse, {
-        .key = "code", .help = "SDO abort code", .form = Form::kHexadecimal, .low = 1, .high = 0xFFFFFFFF}),
-    key<&Fault::length>(kShortFrame, {.key = "length", .help = "DLC that is left", .high = 7}),
-    key<&Fault::state>(kStateWrong, {.key = "state", .help = "NMT state that is reported", .high = 127}),
-    interval(kBootUpStorm),
-    key<&Fault::code>(kEmcyStorm, {
-        .key = "code", .help = "EMCY error code", .form = Form::kHexadecimal, .high = 0xFFFF}),
-    interval(kEmcyStorm),
-    delay(kFrameLate, "Delay in ms"),
-    key<&Fault::part>(kFrameCorrupt, {.key = "part", .help = "Where the bit is", .choices = kParts}),
-    delay(kLate, "Delay in ms"),
-    key<&Fault::code>(kException, {.key = "code", .help = "Exception code", .low = 1, .high = 255}),
-    key<&Fault::command>(kModuleNmt, {.key = "command", .help = "The command", .choices = kModuleCommands}),
-    delay(kSlow, "Delay in ms"),
-    key<&Fault::percent>(kBusLoad, {
-        .key = "percent", .help = "Of the bit rate; of 1 Mbit/s where there is none", .low = 1, .high = 100}),
-    key<&Fault::rate>(kBusLoad, {
-        .key = "frames_per_s", .help = "Instead of a part of the bus; 0 = as percent says", .high = 20000}),
-    key<&Fault::id>(kBusLoad, {
-        .key = "id", .help = "CAN-ID of the frames, which have eight bytes 0", .form = Form::kHexadecimal, .high = 0x7FF}),
-
-    key<&Fault::after>(kResponseNever, kOverflow, {.key = "after", .help = "Matching frames to skip first"}),
-    key<&Fault::count>(kResponseNever, kPower, {
-        .key = "count", .help = "How often the fault acts; 0 = no limit"}),
-    key<&Fault::probability>(kResponseNever, kPower, {
-        .key = "probability", .help = "Chance for each matching frame", .high = 1}),
-    key<&Fault::seed>(kResponseNever, kPower, {.key = "seed", .help = "Selects another random sequence"}),
-    time<&Fault::from>(kResponseNever, kBusLoad, {.key = "from_ms", .help = "Delay before the fault starts, in ms"}),
-    time<&Fault::until>(kResponseNever, kBusLoad, {
-        .key = "until_ms", .help = "When it ends, in ms after it was set", .low = 1, .absent = "never"}),
-    time<&Fault::lasts>(kPower, kOverflow, {.key = "for_ms", .help = "How long it lasts, in ms", .low = 1, .absent = "to the end"}),
-    key<&Fault::index>(kResponseNever, kRequestLost, {
-        .key = "index", .help = "Transfers of this object only", .form = Form::kHexadecimal, .high = 0xFFFF, .absent = "any"}),
-    key<&Fault::sub>(kResponseNever, kRequestLost, {
-        .key = "sub", .help = "Transfers of this sub-index only", .high = 0xFF, .absent = "any"}),
-    key<&Fault::step>(kResponseNever, kShortFrame, {
-        .key = "step", .help = "Responses only that are this within their transfer", .choices = kSteps}),
-    key<&Fault::first_id>(kFrameLoss, kFrameCorrupt, {
-        .key = "first_id", .help = "Frames with this CAN-ID or a higher one only", .form = Form::kHexadecimal, .high = kMostId}),
-    key<&Fault::last_id>(kFrameLoss, kFrameCorrupt, {
-        .key = "last_id", .help = "Frames with this CAN-ID or a lower one only", .form = Form::kHexadecimal, .high = kMostId}),
-};
 // clang-format on
 
 }  // namespace
@@ -163,8 +166,13 @@ const FaultRow& row_of(FaultKind kind) {
   return kKinds[static_cast<std::size_t>(kind)];
 }
 
-std::span<const base::Setting<Fault>> fault_settings() {
-  return kKeys;
+std::vector<const base::Setting<Fault>*> keys_of(const FaultRow& row) {
+  std::vector<const base::Setting<Fault>*> keys;
+  for (const auto& own : row.own)
+    keys.push_back(&own);
+  for (const SharedKey& key : kShared)
+    if ((row.shared & key.group) != 0) keys.push_back(&key.setting);
+  return keys;
 }
 
 bool allowed(FaultPlace of_kind, FaultPlace here) {
@@ -180,18 +188,10 @@ std::string_view name_of(FaultPlace place) {
 
 namespace {
 
-/// The keys of the kind.
-std::vector<const base::Setting<Fault>*> settings_of(FaultKind kind) {
-  std::vector<const base::Setting<Fault>*> settings;
-  for (const auto& setting : kKeys)
-    if (setting.kinds.has(static_cast<std::size_t>(kind))) settings.push_back(&setting);
-  return settings;
-}
-
 const base::Setting<Fault>* find(FaultKind kind, std::string_view key) {
-  const auto settings = settings_of(kind);
-  const auto found = std::ranges::find(settings, key, [](const auto* setting) { return setting->key; });
-  return found == settings.end() ? nullptr : *found;
+  const auto keys = keys_of(row_of(kind));
+  const auto found = std::ranges::find(keys, key, [](const auto* setting) { return setting->key; });
+  return found == keys.end() ? nullptr : *found;
 }
 
 /// The kind of this name; FaultKind(kFaultKinds) = none.
@@ -210,7 +210,7 @@ std::string no_such_kind(std::string_view name, FaultPlace here) {
 
 std::string no_such_key(FaultKind kind, std::string_view key) {
   std::vector<std::string_view> keys;
-  for (const auto* setting : settings_of(kind))
+  for (const auto* setting : keys_of(row_of(kind)))
     keys.push_back(setting->key);
   return fmt::format("{}: no such key; there are {}", key, base::listed(keys, " and "));
 }
@@ -270,10 +270,12 @@ namespace {
 std::string written(const Fault& fault, bool with_own) {
   const FaultRow& row = row_of(fault.kind);
   std::string text(row.name);
-  for (const auto* setting : settings_of(fault.kind)) {
+  const auto keys = keys_of(row);
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    const auto* const setting = keys[i];
     const base::Value value = setting->load(*setting, fault);
-    const bool own = setting->kinds.first == setting->kinds.last && setting->absent.empty();
-    if ((own && with_own) || value != setting->load(*setting, row.standard))
+    const bool is_own = i < row.own.size() && setting->absent.empty();
+    if ((is_own && with_own) || value != setting->load(*setting, row.standard))
       text += fmt::format(" {}={}", setting->key, base::written(*setting, value));
   }
   return text;

@@ -11,6 +11,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "base/setting.hpp"
 #include "cbcan/canopen/dictionary/object_dictionary.hpp"
@@ -136,9 +137,11 @@ struct Fault {
   bool operator==(const Fault&) const = default;
 };
 
-/// A kind: its name, where it can be set, what goes wrong, and its defaults.
+/// A kind: its name, its keys, where it can be set, what goes wrong, and its defaults.
 struct FaultRow {
   std::string_view name;
+  unsigned shared;                            ///< groups of keys that other kinds have too
+  std::span<const base::Setting<Fault>> own;  ///< keys of this kind
   FaultPlace place;
   std::string_view meaning;
   Fault standard;
@@ -148,8 +151,8 @@ struct FaultRow {
 std::span<const FaultRow> fault_rows();
 const FaultRow& row_of(FaultKind kind);
 
-/// The keys of all kinds, by FaultKind: first those of one kind, then those that kinds share.
-std::span<const base::Setting<Fault>> fault_settings();
+/// First its own keys, then those that it shares.
+std::vector<const base::Setting<Fault>*> keys_of(const FaultRow& row);
 
 bool allowed(FaultPlace of_kind, FaultPlace here);
 
