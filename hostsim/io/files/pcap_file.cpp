@@ -4,7 +4,6 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cerrno>
 #include <cstdio>
@@ -38,23 +37,31 @@ constexpr std::uint32_t kFirstClientPort = 49152;
 constexpr std::size_t kIpBytes = 20;
 constexpr std::size_t kTcpBytes = 20;
 
-/// Appends the bytes of a number, in this machine's byte order or the high byte first.
+/// A part of base::append(): the bytes of a number.
 template <class Number>
-void put_number(Buffer& to, Number number, bool is_big) {
-  std::array<char, sizeof number> bytes;
-  std::memcpy(bytes.data(), &number, sizeof number);
-  if (is_big && std::endian::native == std::endian::little) std::ranges::reverse(bytes);
-  to.append(bytes.begin(), bytes.end());
+struct Raw {
+  Number number;
+  bool is_big;  ///< high byte first, else in this machine's byte order
+};
+template <class Number>
+constexpr std::size_t room(Raw<Number> /*raw*/) {
+  return sizeof(Number);
+}
+template <class Number>
+char* write(char* at, Raw<Number> raw) {
+  std::memcpy(at, &raw.number, sizeof raw.number);
+  if (raw.is_big && std::endian::native == std::endian::little) std::reverse(at, at + sizeof raw.number);
+  return at + sizeof raw.number;
 }
 
 template <class... Numbers>
 void put(Buffer& to, Numbers... numbers) {
-  (put_number(to, numbers, false), ...);
+  base::append(to, Raw<Numbers>{numbers, false}...);
 }
 
 template <class... Numbers>
 void put_big(Buffer& to, Numbers... numbers) {
-  (put_number(to, numbers, true), ...);
+  base::append(to, Raw<Numbers>{numbers, true}...);
 }
 
 /// All blocks of a file begin at a multiple of four.
@@ -186,7 +193,7 @@ void PcapFile::add(const journal::Event& event) {
   before < kMostPending ? base::append(comments_, '\n') : comments_.resize(before);
 }
 
-/// A frame as in SocketCAN, but the identifier is big-endian.
+/// As in SocketCAN, but the identifier is big-endian.
 void PcapFile::add_can(const journal::Event& event) {
   const Frame& frame = event.frame;
   constexpr std::size_t kHeader = 8;
@@ -235,7 +242,7 @@ void PcapFile::begin_packet(std::uint32_t interface, Time at, std::size_t size) 
               static_cast<std::uint32_t>(time), count, count);
 }
 
-/// Adds all comments since the last packet.
+/// With all comments since the last packet.
 void PcapFile::end_packet() {
   pad(packet_);
   put_option(packet_, kComment, base::view(comments_));
