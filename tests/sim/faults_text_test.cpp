@@ -120,6 +120,7 @@ TEST_CASE("Every key takes its lowest and highest value and none beyond") {
 
 TEST_CASE("Errors are reported with the key and the permitted values") {
   CHECK(problem_of("response-lat") == "fault \"response-lat\": no such kind; did you mean response-late?");
+  CHECK(problem_of("response-lat after=1") == problem_of("response-lat"));
   CHECK(problem_of("nonsense") ==
         "fault \"nonsense\": no such kind; there are response-never, response-late, response-twice, "
         "response-out-of-order, response-other-toggle, response-other-specifier, response-other-index, "

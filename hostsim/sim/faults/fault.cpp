@@ -188,7 +188,9 @@ std::string_view name_of(FaultPlace place) {
 
 namespace {
 
+/// Null also where kind_of() has found none.
 const base::Setting<Fault>* find(FaultKind kind, std::string_view key) {
+  if (static_cast<std::size_t>(kind) == kFaultKinds) return nullptr;
   const auto keys = keys_of(row_of(kind));
   const auto found = std::ranges::find(keys, key, [](const auto* setting) { return setting->key; });
   return found == keys.end() ? nullptr : *found;
