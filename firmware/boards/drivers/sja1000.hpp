@@ -12,6 +12,17 @@
 ///
 /// Both acceptance filters are open: two masks that pass 000h..5FFh and 700h..77Fh pass every identifier.
 /// Instead the interrupt selects frames before they take a place in the ring.
+///
+/// The TWAI of an ESP32 has these registers. It has not been tried; on the first ESP32, by ESP-IDF:
+/// - Each register is the low byte of a word: `Registers` multiplies the address by 4.
+/// - clock_hz is 40 MHz; 25 kbit/s is the minimum unless IER.4 (revision 2 on) halves it. Later parts have a
+///   longer prescaler in BTR0, with SJW elsewhere.
+/// - There is no OCR and no CDR.6 (clock_divider = 0).
+/// - Frames that found the FIFO full are counted in it, but not kept. When SR.1 is set, release until register
+///   29 is 0, then set CMR.3; later parts mark each such frame by SR.8.
+/// - Errata need workarounds that this driver lacks. REC that rises after bus-off keeps the controller there:
+///   write 0 and then 255 to TXERR in reset mode. The frame after an error may be wrong. An overrun that brings
+///   register 29 to 64 ends reception: reset the peripheral.
 
 #include <cstddef>
 #include <cstdint>
