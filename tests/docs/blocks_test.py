@@ -39,7 +39,7 @@ ENVIRONMENT = {"PATH": f"{BIN}:/usr/bin:/bin", "PYTHONPATH": str(ROOT / "tools/p
 
 # Blocks that are not executed, by a pattern of their first line: why.
 NOT_RUN = {
-    r"flowchart |sequenceDiagram|stateDiagram": "a picture",
+    r"flowchart |sequenceDiagram": "a picture",
     r"2004h = ": "what the programs of examples/clients print; clients() compares it",
     r"cbcan pressure transducer": "what two of the examples print; examples() compares it",
     r"ORG TU": "FATEK's mnemonics, for which there is no tool here; tests/st/plcopen_test.py plays the same as a ladder diagram",
@@ -61,7 +61,6 @@ NOT_EXECUTED = {
     "node --test": "plant_test.mjs does it",
     "python3 -m http.server": "serves without end; tab_test.mjs serves the folder itself",
     "python -m cbcan": "wheel_test.py does it",
-    "cbcan-sim --config plant.toml --explore": "has no program; docs/how-to/explore.md has one",
     "tests/fuzz/run": "takes minutes; tools/test --long does it",
     "cmake --": "builds for minutes; tools/test does it",
     "cmake -S examples/": "builds for minutes; tests/examples compiles the same sources",
