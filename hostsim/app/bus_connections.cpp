@@ -15,7 +15,7 @@ namespace cbcan::app {
 
 namespace {
 
-/// For clients of socketcand, in real time.
+/// Pause that socketcand's clients need, in real time.
 constexpr Time kPauseBehindOk = 20 * kMillisecond;
 constexpr std::uint16_t kModbusPort = 502;
 

@@ -24,15 +24,15 @@ class Clock {
   virtual ~Clock() = default;
   /// Constant during a turn; the reference stays valid and shows later changes.
   const Time& now() const { return shown_; }
-  /// To be added to now() for wall-clock time (microseconds since 1970); 0 = there is none.
+  /// Offset from now() to wall-clock time (microseconds since 1970); 0 = there is none.
   virtual Time wall_offset() const { return io::Reactor::wall_offset(); }
   /// Time passes automatically; else by commands, in steps of any length.
   virtual bool runs() const { return true; }
-  /// For output that may not be read in time, in bytes: on a manual clock hours may pass at once.
+  /// Limit of output that is not read in time, in bytes: on a manual clock hours may pass at once.
   std::size_t most_waiting() const { return runs() ? io::Output::kMostWaiting : 256 * 1024 * 1024; }
   /// Lets this time pass in the plant before it returns.
   virtual void pass(Simulator& simulator, Time duration);
-  /// Until the program is to stop.
+  /// Drives the simulator until the program is to stop.
   virtual void drive(Simulator& simulator);
 
  protected:

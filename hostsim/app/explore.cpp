@@ -48,7 +48,7 @@ using search::TrialReport;
 /// Plays a scenario, each time on a plant of its own.
 class Threads final : public search::Runner {
  public:
-  /// With one of `files` for each thread.
+  /// Starts a thread for each of `files`.
   Threads(const scenario::Scenario& scenario, std::span<config::EdsFiles> files,
           const search::Settings& settings)
       : scenario_(scenario), files_(files), settings_(settings) {}
@@ -103,7 +103,7 @@ struct Subject {
   std::function<std::string(const search::Failure&)> write;  ///< returns the file that plays the failure
 };
 
-/// Of any number of subjects.
+/// The search for failures of any number of subjects.
 class Search {
  public:
   /// Throws io::UsageError, io::EnvironmentError for a file or folder of the options.
@@ -242,7 +242,8 @@ class Search {
 
   using OnRecord = std::function<void(const Moments&, const Record&)>;
 
-  /// With `on_record`, matching frames are counted in each run, and results of others do not replace it.
+  /// Tries all moments. `on_record`: matching frames are counted in each run, and results of others do not
+  /// replace it.
   void try_all(const Subject& subject, const search::Exploration& exploration,
                const std::vector<Moments>& moments, const OnRecord& on_record) {
     std::vector<std::size_t> left;
@@ -341,7 +342,7 @@ std::string write_plant_file(const config::Start& start, const search::Settings&
                     settings, failure, "");
 }
 
-/// With as few steps as possible.
+/// Writes a scenario with as few steps as possible.
 std::string write_scenario(const scenario::Scenario& scenario, const search::Settings& settings,
                            const config::SearchConfig& search, config::EdsFiles& files,
                            const search::Failure& failure) {
@@ -355,7 +356,7 @@ std::string write_scenario(const scenario::Scenario& scenario, const search::Set
                     "cbcan-sim run " + name, settings, shrunk.failure, steps);
 }
 
-/// With each seed. Gave up = failed: nothing has disturbed it.
+/// Runs with each seed. Gave up = failed: nothing has disturbed it.
 int run_seeds(const config::Start& start, config::EdsFiles& files, const search::Settings& settings,
               Console& console) {
   const config::Seeds seeds = config::seeds_of(start.search.seeds);

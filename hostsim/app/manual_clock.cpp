@@ -65,7 +65,7 @@ void ManualClock::pass(Simulator& simulator, Time duration) {
   }
 }
 
-/// Until a wait has ended, or a signal has come.
+/// Lets time pass until a wait has ended, or a signal has come.
 void ManualClock::let_time_pass(Simulator& simulator) {
   poll_clients(simulator);
   bool is_over = false;

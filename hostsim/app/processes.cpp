@@ -89,7 +89,7 @@ void Processes::begin(std::size_t number, const Trial& trial) {
   processes_.push_back({id, std::move(read_end), std::move(read_error), number, io::Reactor::now()});
 }
 
-/// In the new process.
+/// Runs in the new process.
 void Processes::be(const Trial& trial, int to, int error) {
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // the guard of the command then ends it
   for (const int standard : {0, 1, 2})

@@ -43,7 +43,7 @@ class Simulator {
   Simulator(const config::Config& config, config::PlantBuild build, const std::string& plant_file,
             Console& console, bool reads_input, Files files = Files::kWritten);
 
-  /// With the real ports, of all that is served.
+  /// Addresses of all that is served, with the real ports.
   session::Addresses addresses() const;
 
   /// Serves until SIGINT, SIGTERM or SIGHUP, or the clock's end. Throws what Clock::drive() throws.
@@ -55,7 +55,7 @@ class Simulator {
   /// Counters, in lines for people.
   std::string summary() const;
 
-  // For the clock that drives it.
+  // What the clock that drives it needs:
   bool stop_requested() const;
   /// The same during long work: polls signals first.
   bool stopped_meanwhile() { return signals_.poll(); }
@@ -64,7 +64,7 @@ class Simulator {
   /// Sends the output of it.
   void flush();
   session::Session& session() { return *session_; }
-  /// On a manual clock.
+  /// Lets time pass on a manual clock.
   void pass(Time duration) { clock_->pass(*this, duration); }
 
  private:

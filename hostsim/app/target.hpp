@@ -41,7 +41,7 @@ class Target final : public plant::Bench, private plant::View {
   window::Client client_;
   Time started_ = io::Reactor::now();
   std::uint32_t transactions_ = 0;
-  /// By network: R3700.. of the transaction in progress.
+  /// R3700.. of the transaction in progress, by network.
   std::map<std::size_t, std::vector<std::uint16_t>> written_;
 };
 

@@ -19,7 +19,7 @@ struct ListenAddress {
 /// any other address has to be given explicitly). Port 0 = any free one. Throws UsageError.
 ListenAddress parse_listen_address(std::string_view text, std::uint16_t default_port);
 
-/// As parse_listen_address() reads it, with an IPv6 address in brackets.
+/// Text that parse_listen_address() reads, with an IPv6 address in brackets.
 std::string to_string(const ListenAddress& address);
 
 /// Where a server of byte streams listens: TCP, a Unix socket, or a pseudo-terminal with a link to it.
@@ -38,7 +38,7 @@ inline constexpr std::string_view kPty = "pty:";
 /// Reads `unix:PATH` and `pty:PATH`, else as parse_listen_address() with port 0 for none. Throws UsageError.
 StreamAddress parse_stream_address(std::string_view text);
 
-/// As parse_stream_address() reads it.
+/// Text that parse_stream_address() reads.
 std::string to_string(const StreamAddress& address);
 
 }  // namespace cbcan::base

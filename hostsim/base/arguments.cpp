@@ -30,7 +30,7 @@ class Parser {
  private:
   std::string_view take() { return std::exchange(words_, words_.subspan(1)).front(); }
 
-  /// As --help shows it; empty = no such option.
+  /// Option as --help shows it; empty = no such option.
   std::string_view find(std::string_view word) const {
     const auto found = std::ranges::find_if(options_, [word](std::string_view shown) {
       const bool is_short = shown.starts_with(word) && shown.substr(word.size()).starts_with(", ");

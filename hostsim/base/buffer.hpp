@@ -89,7 +89,7 @@ requires(!std::same_as<Number, bool>) char* write(char* at, Number number) {
   if (static_cast<std::uint64_t>(number) < 10) return write(at, static_cast<char>('0' + number));
   return fmt::format_to(at, FMT_COMPILE("{}"), number);
 }
-/// With a point or an exponent, as in TOML and JSON: "2.0".
+/// Writes a point or an exponent, as in TOML and JSON: "2.0".
 char* write(char* at, double number);
 char* write(char* at, const Hex& hex);
 char* write(char* at, const HexBytes& hex);

@@ -27,7 +27,7 @@ template <class Target>
 struct Command {
   std::string_view name;  ///< with the program's name: "cbcanctl read"
   std::string_view help;
-  /// In order; `option` is the word's name. One that ends with "..." takes all remaining words.
+  /// Words in order; `option` is the word's name. One that ends with "..." takes all remaining words.
   std::span<const Setting<Target>> words = {};
   std::span<const Setting<Target>> options = {};
   void (*run)(const Target&) = nullptr;
@@ -35,7 +35,7 @@ struct Command {
 
 // ---- Help
 
-/// In two columns: "  --unit N       Modbus unit ID: 0..247 (default 1)"
+/// Line in two columns: "  --unit N       Modbus unit ID: 0..247 (default 1)"
 std::string line_of(const Row& row, std::string_view standard = kNone);
 
 /// A heading and a line for each row; empty without rows.

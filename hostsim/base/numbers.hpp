@@ -37,7 +37,7 @@ std::string seconds_text(std::uint64_t microseconds);
 /// "100ms": a whole number of us, ms or s, at most a year. Returns microseconds.
 std::optional<std::uint64_t> parse_duration(std::string_view text);
 
-/// At least this many upper-case hexadecimal digits.
+/// Upper-case hexadecimal digits, this many or more.
 std::string hex(std::uint64_t number, unsigned digits);
 
 /// "0A 1B": two upper-case digits for each byte.

@@ -29,7 +29,7 @@ bool has_form(const Row& row, const Value& value) {
   return parse_duration(*text) >= static_cast<std::uint64_t>(row.low);
 }
 
-/// Not "number < low": NaN is out of every range.
+/// Compares so that NaN is out of every range.
 bool in_range(const Row& row, const Value& value) {
   if (!row.numbers.empty())
     return std::ranges::find(row.numbers, std::get<std::int64_t>(value)) != row.numbers.end();

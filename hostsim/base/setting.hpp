@@ -50,7 +50,7 @@ struct Line {
   std::size_t number = 0;
 };
 
-/// Of objects that have kinds, such as the shapes of a signal: the first and the last kind with this row.
+/// First and last kind with this row, for objects that have kinds, such as the shapes of a signal.
 struct Kinds {
   std::uint8_t first = 0;
   std::uint8_t last = 0xFF;
@@ -150,7 +150,7 @@ std::int64_t place_of(const Row& row, const Value& value);
 /// The list in TOML; empty without lines.
 std::string list_text(std::span<const Line> lines);
 
-/// Of an optional, the type in it.
+/// Type in an optional.
 template <class Member>
 Member unwrapped(const std::optional<Member>&);
 template <class Member>

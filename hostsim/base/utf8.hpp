@@ -29,7 +29,7 @@ std::string to_xml(std::string_view text);
 std::string lines_to_utf8(std::string_view lines);
 void append_lines(std::string& to, std::string_view lines);
 
-/// At most the first `most` bytes, without an incomplete character at the end.
+/// The first `most` bytes or fewer, without an incomplete character at the end.
 std::string_view head(std::string_view text, std::size_t most);
 
 }  // namespace cbcan::base

@@ -30,7 +30,7 @@ Value parse_value(std::string_view text);
 
 /// A text in TOML, as UTF-8.
 std::string toml_text(std::string_view text);
-/// In JSON: a byte outside printable ASCII becomes \u00XX.
+/// Text in JSON: a byte outside printable ASCII becomes \u00XX.
 std::string json_text(std::string_view text);
 
 /// The value as a plant file writes it; texts and bytes in double quotes.

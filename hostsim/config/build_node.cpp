@@ -42,7 +42,7 @@ std::optional<Bytes> encode_real(double number, DataType type) {
   return descriptions::to_bytes(std::bit_cast<std::uint32_t>(static_cast<float>(number)), 4);
 }
 
-/// For an index that was probably meant in hexadecimal digits.
+/// Suggests the index that was probably meant, in hexadecimal digits.
 std::string meant_index(std::uint16_t index, std::uint8_t sub, const ObjectDictionary& dictionary) {
   const auto meant = base::parse<std::uint16_t>(std::to_string(index), 16);
   ObjectEntry entry{};
@@ -313,7 +313,7 @@ std::string read_replay(const std::string& path, const base::FileReader& read,
   return {};
 }
 
-/// Of the network that the module boots.
+/// Image of the network that the module boots.
 Bytes image_of(const NetworkConfig& network, const base::FileReader& read, PlantBuild& plant) {
   const std::string& path = network.module.network;
   if (path.empty()) return {};

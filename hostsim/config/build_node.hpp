@@ -19,7 +19,8 @@
 namespace cbcan::config {
 
 struct NodeBuild {
-  /// Without parameters and listener; none if a file cannot be read, or a value or signal cannot be applied.
+  /// The node without parameters and listener; none if a file cannot be read, or a value or signal cannot be
+  /// applied.
   std::optional<sim::NodeParts> node;
   std::vector<std::string> problems;  ///< why there is no node
   std::vector<std::string> warnings;  ///< mistakes in the EDS file and what is used instead

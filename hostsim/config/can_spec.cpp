@@ -22,7 +22,7 @@ constexpr std::size_t kLongestBusName = 16;
 constexpr std::uint32_t kBitsPerKbit = 1000;
 
 constexpr std::array<std::string_view, 4> kKinds{"socketcan", "slcan", "socketcand", "virtual"};
-/// For messages about missing parts.
+/// Examples in messages about missing parts.
 constexpr std::array<std::string_view, 3> kExamples{"socketcan:vcan0", "slcan:/dev/ttyACM0",
                                                     "socketcand:127.0.0.1:29536/can0"};
 

@@ -45,7 +45,7 @@ std::string about(const base::WrongWord& wrong) {
   return fmt::format("no such option; did you mean --set {}=...?", found);
 }
 
-/// With the network that each option applies to.
+/// Arguments, each with the network that it applies to.
 class ParsedArguments {
  public:
   explicit ParsedArguments(std::span<const char* const> words) {
@@ -101,7 +101,7 @@ class ParsedArguments {
     return argument.option == kDemoOption || argument.option == kConfigOption;
   }
 
-  /// In view of the arguments before it.
+  /// Checks an argument against those before it.
   std::string problem_with(const Argument& argument) const {
     const auto same = [&](const Argument& other) {
       return other.option == argument.option && other.network == argument.network;

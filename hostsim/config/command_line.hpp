@@ -24,8 +24,8 @@ struct Start {
   std::string err = {};                  ///< for standard error: all mistakes, or remarks on a run
   Config config = {};
   std::string plant_file = {};  ///< path, "demo", or empty
-  /// After "--": a program and its arguments. It runs with the plant at free addresses of this machine, except
-  /// for addresses from options.
+  /// The program and its arguments after "--". It runs with the plant at free addresses of this machine,
+  /// except for addresses from options.
   std::vector<std::string> command = {};
   SearchConfig search = {};             ///< of the command
   std::vector<std::string> words = {};  ///< all others, apart from those for `search`
@@ -36,7 +36,7 @@ struct Start {
 /// files are not opened here.
 Start parse_command_line(int argc, const char* const* argv, const base::FileReader& read);
 
-/// Of `cbcan-sim eds --help`.
+/// Output of `cbcan-sim eds --help`.
 std::string eds_help_text();
 
 }  // namespace cbcan::config

@@ -121,7 +121,7 @@ void check_node_ids(const NetworkConfig& network, Diagnostics& found) {
   }
 }
 
-/// Of the member with this number in a network.
+/// Seed of the member with this number in a network.
 std::uint64_t seed_of(const Config& config, std::size_t network, std::uint64_t number) {
   return sim::Random(std::uint64_t{config.seed} << 32 | std::uint64_t{network - 1} << 24 | number).next();
 }
@@ -155,7 +155,7 @@ std::vector<Registers> registers_of(const ModuleConfig& module) {
   return ranges;
 }
 
-/// Only the first: if one channel has no room, those after it have none either.
+/// Reports only the first: if one channel has no room, those after it have none either.
 void check_registers(const NetworkConfig& network, Diagnostics& found) {
   const std::vector<Registers> ranges = registers_of(network.module);
   const auto complain = [&](const Registers& range, const Registers& other, const std::string& what) {

@@ -29,7 +29,7 @@ using base::Bytes;
 using base::ListenAddress;
 using base::Value;
 
-/// As many as Modbus has unit IDs.
+/// Number of Modbus's unit IDs.
 inline constexpr std::size_t kMostNetworks = 247;
 
 /// NMT state of the own node after the PLC's timeout.

@@ -24,7 +24,7 @@ struct Diagnostic {
 
 using Diagnostics = std::vector<Diagnostic>;
 
-/// For an option, or a word of the command line, as it was typed.
+/// Message about an option, or a word of the command line, as it was typed.
 Diagnostic about_option(std::string_view typed, std::string message);
 
 /// "plant.toml:12", "--node 5=io_module.eds"

@@ -31,7 +31,7 @@ class EdsFile {
     descriptions::DictionaryImage image;
     std::vector<descriptions::Diagnostic> diagnostics;
   };
-  /// For a node with this ID; 0 = without one.
+  /// Its content for a node with this ID; 0 = without one.
   ForNode for_node(std::uint8_t node_id) const;
 
   /// Shared by all nodes that use the file.
@@ -57,7 +57,7 @@ class EdsFiles {
   /// Null if it cannot be read. Of a script: the file that its declarations describe; throws
   /// sim::BehaviourProblem.
   const EdsFile* find(const std::string& path);
-  /// For all files of a plant.
+  /// Reads all files of a plant.
   const base::FileReader& reader() const { return read_; }
 
  private:

@@ -73,7 +73,7 @@ Problem check_wire_end(const Value& value) {
 
 // ---- The rows
 
-/// For signals of these shapes.
+/// Row for signals of these shapes.
 template <auto... kPath>
 constexpr auto signal(std::size_t first, std::size_t last, Row row) {
   row.kinds = {static_cast<std::uint8_t>(first), static_cast<std::uint8_t>(last)};

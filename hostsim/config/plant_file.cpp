@@ -77,7 +77,7 @@ class Reader {
   /// this one.
   Reader(const std::string& file_name, Config& config, const base::FileReader* read, unsigned adding)
       : file_name_(file_name), read_(read), adding_(adding), config_(config) {}
-  /// For a change by --set: `where` is what was typed; paths stay as they are.
+  /// Reads a change by --set: `where` is what was typed; paths stay as they are.
   Reader(Config& config, NetworkConfig& network, Place where)
       : config_(config), network_(&network), change_(std::move(where)) {}
 
@@ -138,7 +138,7 @@ class Reader {
     }
   }
 
-  /// Before everything else in this file.
+  /// Reads the base, before everything else in this file.
   void read_base(const toml::node& node, std::span<const std::string_view> others) {
     const auto* const name = node.as_string();
     if (name == nullptr) return complain(node, "plant: must be a text: demo, or the path of a plant file");
@@ -244,7 +244,7 @@ class Reader {
     change_network(*node.as_table());
   }
 
-  /// Not of a single network.
+  /// Whether a table describes the plant, not a single network.
   static bool is_of_plant(const toml::table& root) {
     const auto [key, node] = *root.begin();
     const toml::table* const table = node.as_table();
@@ -342,8 +342,8 @@ class Reader {
     if (read_rows(name, table, rows, target)) check_keys(name, table);
   }
 
-  /// In the order of the rows, as some depend on those before. `whole`: missing required keys are reported.
-  /// False: the allowed keys are not known.
+  /// Reads keys in the order of the rows, as some depend on those before. `whole`: missing required keys are
+  /// reported. False: the allowed keys are not known.
   template <class Target>
   bool read_rows(std::string_view name, const toml::table& table, std::span<const Setting<Target>> rows,
                  Target& target, bool whole = true) {

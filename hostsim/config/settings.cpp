@@ -76,7 +76,7 @@ template <auto... kPath>
 constexpr auto module(Row row) {
   return setting<&NetworkConfig::module, kPath...>(row);
 }
-/// For a PLC over TCP and over a serial line.
+/// Row for a PLC over TCP and over a serial line.
 template <auto... kPath>
 constexpr auto plc(Row row) {
   return setting<&NetworkConfig::plc, kPath...>(row);

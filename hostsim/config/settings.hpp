@@ -24,7 +24,7 @@ using base::Problem;
 using base::Row;
 using base::Setting;
 
-/// In the order of NodeTiming.
+/// Names in the order of NodeTiming.
 inline constexpr std::array<std::string_view, 2> kNodeTimings{"at-once", "typical"};
 
 /// The key that decides which other keys a signal has.
@@ -39,9 +39,9 @@ inline constexpr std::string_view kWireTable = "wire";
 /// The table of faults and conditions for --explore, which search::read_settings() reads.
 inline constexpr std::string_view kExploreTable = "explore";
 
-/// Of the whole plant.
+/// Settings of the whole plant.
 std::span<const Setting<Config>> settings();
-/// Of each network.
+/// Settings of each network.
 std::span<const Setting<NetworkConfig>> network_settings();
 std::span<const Setting<NodeConfig>> node_settings();
 std::span<const Setting<InitialValue>> object_settings();
@@ -49,7 +49,7 @@ std::span<const Setting<InitialValue>> object_settings();
 std::span<const Setting<SignalConfig>> signal_settings();
 std::span<const Setting<WireConfig>> wire_settings();
 std::span<const Setting<AxisConfig>> axis_settings();
-/// Of a key of node.axis that is another axis, such as "2", up to kMostAxes.
+/// Number of the axis that a key of node.axis names, such as "2", up to kMostAxes.
 std::optional<std::size_t> axis_number(std::string_view key);
 /// The kinds of faults of nodes and of the bus; sim/faults/fault.hpp has their other keys.
 std::span<const Setting<std::string>> fault_kind_settings();
@@ -74,7 +74,7 @@ void for_each_setting(Visit visit) {
 /// All keys of a plant file: those of the rows above, and their tables.
 const std::vector<std::string_view>& plant_keys();
 
-/// In the order of sim::Shape.
+/// Names in the order of sim::Shape.
 std::span<const std::string_view> shape_names();
 
 /// Whether a signal of this shape has the key.

@@ -155,7 +155,7 @@ class Check {
     }
   }
 
-  /// From `first` to the end of the way.
+  /// Marks the wires from `first` to the end of the way.
   void mark(std::span<const std::pair<const WireConfig*, std::size_t>> way, const WireConfig& first) {
     for (std::size_t i = way.size(); i-- > 0;) {
       rounds_[number_of(*way[i].first)] = true;

@@ -47,7 +47,8 @@ inline std::optional<Number> parse_plain(std::string_view text) {
   return good ? std::optional(number) : std::nullopt;
 }
 
-/// Like parse_number, for sub-indices, counts and positions in key names: decimal or 0x, no sign, no octal.
+/// Parses like parse_number, for sub-indices, counts and positions in key names: decimal or 0x, no sign, no
+/// octal.
 std::optional<std::uint64_t> parse_count(std::string_view text);
 
 /// All bits of a number of this size.

@@ -13,7 +13,7 @@
 
 namespace cbcan::devices {
 
-/// Up to the highest sub-index of these objects.
+/// Makes channels up to the highest sub-index of these objects.
 template <class Channel>
 std::vector<Channel> channels(ObjectDictionary& dictionary, std::initializer_list<std::uint16_t> indices) {
   unsigned highest = 0;

@@ -32,7 +32,7 @@ enum class Kind : std::uint8_t {
   kClient,     ///< a Modbus TCP client has connected or disconnected
 };
 inline constexpr std::size_t kKinds = 10;
-/// By Kind: "modbus", "begun", ...
+/// Names in the order of Kind: "modbus", "begun", ...
 std::span<const std::string_view> kind_names();
 
 /// A set of kinds: bits by Kind.
@@ -48,16 +48,16 @@ constexpr Kinds kinds_of(std::initializer_list<Kind> list) {
 /// What a transaction does.
 enum class Service : std::uint8_t { kNone, kRead, kWrite, kNmt, kState };
 std::string_view name_of(Service service);
-/// Without that of none.
+/// Names of all services but kNone.
 std::span<const std::string_view> service_names();
 
-/// In place of an NMT state: the node has no power.
+/// Value of an NMT state if the node has no power.
 inline constexpr std::uint8_t kOff = 0xFF;
-/// In place of a result: the PLC has cancelled its request.
+/// Value of a result if the PLC has cancelled its request.
 inline constexpr std::uint16_t kCancelled = 0xFFFF;
 /// The same, before the first frame of its SDO transfer.
 inline constexpr std::uint16_t kNeverSent = 0xFFFE;
-/// In place of a state: the command was rejected.
+/// Value of a state if the command was rejected.
 inline constexpr std::uint8_t kRefused = 1;
 
 struct Event {
@@ -89,7 +89,7 @@ constexpr bool is_cancelled(const Event& ended) {
   return ended.result == kCancelled || ended.result == kNeverSent;
 }
 
-/// For kEnded. Result 5 is the handshake of a scanner window after a start.
+/// Whether a transaction (kEnded) failed. Result 5 is the handshake of a scanner window after a start.
 constexpr bool failed(const Event& ended) {
   return ended.result != 0 && ended.result != static_cast<std::uint16_t>(regmap::Result::kRestarted);
 }

@@ -52,7 +52,7 @@ class NetworkWatch final : public sim::Observer, public sim::ModuleWatch, public
   void on_node_state(std::uint8_t node, std::uint8_t state, Time now) override;
   void on_terminals(std::uint8_t node, std::uint16_t index, std::uint8_t sub, std::int32_t before,
                     std::int32_t after, Time now) override;
-  /// To be called before the module handles the request.
+  /// Call it before the module handles the request.
   void on_modbus(const protocols::ModbusExchange& exchange, Time now);
 
   /// Number and bits of all frames so far.

@@ -63,8 +63,8 @@ void append_expedited(Buffer& to, const Frame& frame, const descriptions::Object
   append_value(to, std::span(frame.data).subspan(4, size), name);
 }
 
-/// By command specifier. Segments of blocks have none: they are shown as what their first byte means in other
-/// frames.
+/// Decodes by the command specifier. Segments of blocks have none: they are shown as what their first byte
+/// means in other frames.
 void append_sdo(Buffer& to, const Frame& frame, std::uint8_t network, std::uint8_t node,
                 const FindName& find) {
   static constexpr std::array<std::string_view, 8> kRequests{"write segment",     "write",     "read",
@@ -103,7 +103,7 @@ void append_emergency(Buffer& to, const Frame& frame) {
                                [&](std::string_view bit) { append(to, std::exchange(between, ", "), bit); });
 }
 
-/// By the default identifiers of CiA 301.
+/// Decodes by the default identifiers of CiA 301.
 void append_pdo(Buffer& to, const Frame& frame, std::uint8_t node) {
   const bool transmit = (frame.id & 0x80) != 0;
   append(to, transmit ? 'T' : 'R', "PDO", (frame.id - 0x180) / 0x100 + 1, " node ", node);
@@ -138,7 +138,7 @@ void append_modbus(Buffer& to, const Event& request, const Journal& journal) {
   if (words.size() > kMostShown) append(to, " ...");
 }
 
-/// With the names of docs/reference/commands.md: "output:3 on, output:4 off", "analogue-output:1 = -5".
+/// Uses the names of docs/reference/commands.md: "output:3 on, output:4 off", "analogue-output:1 = -5".
 void append_terminals(Buffer& to, const Event& event) {
   const auto value = static_cast<std::int32_t>(event.code);
   const auto kind = std::ranges::find(sim::kTerminals, event.index, &sim::Terminals::index);

@@ -22,7 +22,7 @@ using base::Buffer;
 using FindName = std::function<const descriptions::ObjectName*(std::uint8_t network, std::uint8_t node,
                                                       std::uint16_t index, std::uint8_t sub)>;
 
-/// Of the object that a transaction reads or writes.
+/// Name of the object that a transaction reads or writes.
 inline const descriptions::ObjectName* name_of(const Event& transaction, const FindName& find) {
   const bool has_object = transaction.service == Service::kRead || transaction.service == Service::kWrite;
   return has_object ? find(transaction.network, transaction.node, transaction.index, transaction.sub)
@@ -31,7 +31,8 @@ inline const descriptions::ObjectName* name_of(const Event& transaction, const F
 
 /// A value as a plant file would write it.
 void append_value(Buffer& to, std::span<const std::uint8_t> bytes, DataType type);
-/// By the type that comes with the name; without a name, 1 to 4 bytes as a number, other sizes in hexadecimal.
+/// Appends a value by the type that comes with the name; without a name, 1 to 4 bytes as a number, other
+/// sizes in hexadecimal.
 void append_value(Buffer& to, std::span<const std::uint8_t> bytes, const descriptions::ObjectName* name);
 
 struct StateName {
@@ -53,7 +54,7 @@ void append_frame(Buffer& to, const Frame& frame, std::uint8_t network, const Fi
 std::string_view append_request(Buffer& to, const Event& transaction, const Journal& journal,
                                 const descriptions::ObjectName* name);
 
-/// For kEnded: "done", "cancelled" or what went wrong.
+/// Appends the result of a kEnded event: "done", "cancelled" or what went wrong.
 void append_result(Buffer& to, const Event& ended);
 
 /// Parts of an event's line, valid until its buffer is changed; empty = it has none.

@@ -49,7 +49,7 @@ struct Call {
   Json (*run)(const Json& given);
 };
 
-/// As in instance.hpp.
+/// Calls, documented in instance.hpp.
 constexpr Call kCalls[] = {
     {"start",
      [](const Json& given) {
@@ -109,7 +109,7 @@ CBCAN_EXPORT("call") void module_call() {
     if (given["call"] == call.name) here().out = web::line_of(call.run(given));
 }
 
-/// In microseconds, which are exact to 2^53; infinity = never.
+/// Times in microseconds, which are exact to 2^53; infinity = never.
 CBCAN_EXPORT("pass") double module_pass(double now) {
   const Time next = here().instance.pass(static_cast<Time>(now));
   return next == kNever ? HUGE_VAL : static_cast<double>(next);

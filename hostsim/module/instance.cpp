@@ -136,7 +136,7 @@ void Instance::give_folder(std::string name, std::optional<std::string> files) {
   folders_[std::move(name)] = files ? std::optional(lines_of(*files)) : std::nullopt;
 }
 
-/// Without the file work goes on, so that all that is missing is found at once.
+/// Continues without a missing file, so that all missing ones are found in one run.
 std::optional<std::string> Instance::read(const std::string& path) {
   const auto found = files_.find(path);
   if (found != files_.end() && found->second && found->second->size() > base::kMostFileBytes)

@@ -84,10 +84,10 @@ class Instance {
   /// Plays scenario `place`, from 0. Returns what is missing, or {"log", "failed"}: names and texts,
   /// and how many have failed so far.
   Json play(std::size_t place);
-  /// After all: {"exit", "junit"}
+  /// Verdict after all scenarios: {"exit", "junit"}
   Json played();
-  /// After play() without mistakes: plays scenario `place` on a plant of its own, which is served by HTTP
-  /// then, on a manual clock.
+  /// Call it after play() without mistakes: plays scenario `place` on a plant of its own, which is served by
+  /// HTTP then, on a manual clock.
   void show(std::size_t place);
 
   /// What is to be printed or written since the last call: [to, text], where `to` is "out", "err", "end" (the

@@ -200,7 +200,7 @@ Time Instance::pass(Time machine_now) {
   return want_time() ? machine_now_ : waits.plc_deadline();
 }
 
-/// Of the plant and its waits.
+/// Next event of the plant and its waits.
 Time Instance::next_event() const {
   return earlier(session_->plant().schedule().first_time(), session_->waits().next_deadline());
 }
@@ -218,7 +218,7 @@ void Instance::advance_to(Time end) {
   session_->advance_and_answer();
 }
 
-/// After a pause it catches up: then it is not behind.
+/// Warns, but not after a pause, when it catches up.
 void Instance::warn_if_behind(Time lag) {
   const bool is_behind = lag > kSecond && (is_behind_ || lag > lag_);
   if (is_behind && !is_behind_) session_->warn(session::kBehind);
@@ -226,7 +226,7 @@ void Instance::warn_if_behind(Time lag) {
   lag_ = lag;
 }
 
-/// Until a wait has ended.
+/// Lets time pass until a wait has ended.
 void Instance::let_time_pass() {
   session::Waits& waits = session_->waits();
   waits.give_up_on_plc(machine_now_);

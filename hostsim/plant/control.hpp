@@ -19,7 +19,7 @@
 
 namespace cbcan::plant {
 
-/// For `help` and docs/reference/commands.md.
+/// Commands for `help` and docs/reference/commands.md.
 std::vector<Usage> command_usages();
 /// The verbs of `nmt`, and the services that they name: "start", "Start Remote Node".
 std::vector<std::pair<std::string_view, std::string_view>> nmt_verbs();

@@ -78,10 +78,10 @@ class Network final : public protocols::ModbusUnit,
   bool listens() const override { return watch_.has_value(); }
   void on_exchange(const protocols::ModbusExchange& exchange) override;
 
-  /// Of Modbus TCP.
+  /// Faults of Modbus TCP.
   sim::FaultSet& plc_faults() { return plc_faults_; }
 
-  /// From 1.
+  /// Counts from 1.
   std::size_t number() const { return number_; }
   sim::World& world() { return world_; }
   /// Null = none.
@@ -98,7 +98,7 @@ class Network final : public protocols::ModbusUnit,
 
   /// `observed`: the listener is called for Modbus writes.
   void start(bool observed);
-  /// To the context's time, together with the networks that wires connect.
+  /// Advances to the context's time, together with the networks that wires connect.
   void advance();
   void poll(Time /*now*/) override { advance(); }
   Time next_deadline() const;

@@ -31,7 +31,7 @@ class Plant {
   void start(bool observed);
   /// All networks, to the present time.
   void advance();
-  /// Of all networks.
+  /// Earliest deadline of all networks.
   Time next_deadline() const;
   /// Polls what is due, in order of time.
   sim::Schedule& schedule() { return schedule_; }

@@ -32,7 +32,7 @@ class Wait {
   /// The response after the limit.
   std::string give_up() const;
   Time within() const { return within_; }
-  /// Only time can end it, no event.
+  /// Whether only time can end it, no event.
   bool is_pass() const { return is_pass_; }
 
  private:

@@ -98,7 +98,7 @@ void Wires::sample(ActiveWire& active) {
   if (active.sample_due <= at_) active.sample_due += active.sample_period;
 }
 
-/// Of all wires to the target, which has to add them; none while one of them has given nothing.
+/// Sum of all wires to a target that adds them; none while one of them has given nothing.
 std::optional<double> Wires::total_at(const ActiveWire& active) const {
   if (!active.sum) return active.given;
   double total = 0;

@@ -24,7 +24,7 @@
 namespace cbcan::plant {
 
 using Words = std::vector<std::string_view>;
-/// As a maximum: no limit.
+/// Maximum that is no limit.
 inline constexpr std::size_t kAnyNumber = ~std::size_t{0};
 
 /// Why a command or a condition is rejected.
@@ -89,7 +89,7 @@ struct Address {
 /// "0x6041", "0x6401:2"
 Address address_of(std::string_view text);
 
-/// As a plant file writes it; an integer has no point.
+/// Number the way a plant file writes it; an integer has no point.
 std::string text_of_number(double number);
 
 /// "output:8", "0x6200:1.7"; nullopt for an object, which has a type and not only a number.

@@ -20,7 +20,7 @@ class HttpSite {
   using Handler = std::function<HttpResponse(const HttpRequest&)>;
 
   static constexpr std::size_t kMostBody = 64 * 1024;
-  /// Of every response.
+  /// Headers of every response.
   static constexpr std::array<std::pair<const char*, const char*>, 3> kHeaders{{
       {"Cache-Control", "no-store"},
       {"X-Content-Type-Options", "nosniff"},

@@ -218,7 +218,7 @@ void SocketcandAdapter::poll(Time now) {
   wants(next_due());
 }
 
-/// At most once in a millisecond, which bounds the work for many subscriptions.
+/// Sends once a millisecond at most, which bounds the work for many subscriptions.
 void SocketcandAdapter::tell_waiting(Time now) {
   waiting_due_ = kNever;
   for (auto& [id, subscription] : subscriptions_) {

@@ -87,7 +87,7 @@ class SocketcandAdapter final : public Adapter, private sim::Timed {
     Time next = 0;
     bool has_slot = false;
   };
-  /// Of one identifier.
+  /// Subscription of one identifier.
   struct Subscription {
     Time interval = 0;    ///< minimum time between two frames
     Time told_until = 0;  ///< until then a frame waits

@@ -43,10 +43,10 @@ std::string report(std::string_view file, const Outcome& outcome);
 /// "12 passed, 1 failed"
 std::string summary(std::span<const Outcome> outcomes);
 
-/// In the format that Jenkins and GitLab read. `outcomes`: one for each of `files`.
+/// Report in the format that Jenkins and GitLab read. `outcomes`: one for each of `files`.
 std::string junit(std::span<const std::string> files, std::span<const Outcome> outcomes);
 
-/// Of a program that has played them.
+/// Exit code of a program that has played them.
 base::ExitCode exit_code_of(std::span<const Outcome> outcomes);
 
 }  // namespace cbcan::scenario

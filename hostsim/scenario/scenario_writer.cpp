@@ -70,7 +70,7 @@ std::string ScenarioWriter::request(const Event& event) const {
   return written(event.at, event.network, range.first, words);
 }
 
-/// Only a comment for a transaction that began before the scenario or has no result.
+/// Writes only a comment for a transaction that began before the scenario or has no result.
 std::string ScenarioWriter::ended(const Event& event) const {
   const std::string text = fmt::format("# #{} {}: {}\n", event.transaction,
                                        request_text(event, control_.journal(), find_), result_text(event));
@@ -105,7 +105,7 @@ std::string ScenarioWriter::expected(const Event& ended) const {
 
 namespace {
 
-/// For an event before the last minute: a line for its start if the effect lasts, else empty.
+/// Line for the start of an event before the last minute, if its effect lasts; else empty.
 std::string lasting(const Event& event, const journal::Journal& journal) {
   if (event.kind != Kind::kCommand || event.state == journal::kRefused) return {};
   const std::string_view command = journal.text(event);

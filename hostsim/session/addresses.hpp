@@ -21,7 +21,7 @@ struct NetworkAddresses {
   std::string plc{};  ///< that owns the registers; empty = none
 };
 
-/// With the real ports; what is empty is not served.
+/// Addresses with the real ports; what is empty is not served.
 struct Addresses {
   std::optional<base::ListenAddress> modbus{};
   std::string rtu{};

@@ -27,7 +27,7 @@ inline constexpr std::string_view kBehind =
     "called less "
     "often, or use --clock manual";
 
-/// Of the clients of one service at the bus: one line of the summary. `service`: "SLCAN".
+/// Summary of the clients of one service at the bus, one line. `service`: "SLCAN".
 std::string adapters_summary(std::string_view network, std::string_view service, std::uint64_t connections,
                              std::uint64_t lost);
 

@@ -32,12 +32,12 @@ class Waits {
 
   bool exist() const { return !waiting_.empty(); }
 
-  // For a manual clock.
-  /// There is one that can end as time passes.
+  // What a manual clock needs:
+  /// Whether one of them can end as time passes.
   bool want_time() const;
   /// No event can end any of them.
   bool are_passes() const;
-  /// On this machine's clock: when the first wait for the PLC reaches its limit; give_up_on_plc() ends it
+  /// Time on this machine's clock when the first wait for the PLC reaches its limit; give_up_on_plc() ends it
   /// then.
   Time plc_deadline() const;
   void give_up_on_plc(Time now);

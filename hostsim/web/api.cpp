@@ -428,8 +428,8 @@ protocols::HttpResponse Api::events(const Query& query, journal::Kinds standard)
   return {.body = std::string(base::view(body))};
 }
 
-/// From `since` on, or from the last event that an EventSource has seen; numbers above the last event are from an
-/// earlier run of the program.
+/// Streams from `since` on, or from the last event that an EventSource has seen; numbers above the last event
+/// are from an earlier run of the program.
 protocols::HttpResponse Api::follow(const protocols::HttpRequest& request) {
   const journal::Journal& journal = parts_.control.journal();
   Query query = request.query;

@@ -49,7 +49,7 @@ journal::Line escape(journal::Line line, std::array<std::string, 5>& escaped) {
   return line;
 }
 
-/// As seconds with 6 places, or as milliseconds with 3, the way line_of() writes a number.
+/// Appends seconds with 6 places, or as milliseconds with 3, the way line_of() writes a number.
 void append_time(Buffer& to, Time time, unsigned places) {
   constexpr Time kShortest = 100;  // less has an exponent in seconds
   if (places == 6 && time != 0 && time < kShortest) return append(to, seconds_of(time));

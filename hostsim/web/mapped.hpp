@@ -12,8 +12,8 @@
 
 namespace cbcan::web {
 
-/// From register to "node 16 6041h:00 Statusword", by the module's valid PDOs: the node has a PDO with the same
-/// COB-ID, which maps the object at the same place. "PDO 385h" if there is no such node.
+/// Maps a register to "node 16 6041h:00 Statusword", by the module's valid PDOs: the node has a PDO with the
+/// same COB-ID, which maps the object at the same place. "PDO 385h" if there is no such node.
 std::map<std::size_t, std::string> mapped_registers(std::uint8_t number, plant::Network& network,
                                                     const journal::FindName& find);
 

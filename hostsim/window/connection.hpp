@@ -47,7 +47,7 @@ class Connection {
   /// The same, without the place.
   const std::string& reason() const { return reason_; }
   const std::string& place() const { return place_; }
-  /// For poll(2) and the like, with events().
+  /// Descriptor for poll(2) and the like, with events().
   int descriptor() const { return descriptor_; }
   short events() const;
   /// The latest time at which poll() or receive() has something to do, if nothing is received.

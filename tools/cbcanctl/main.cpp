@@ -17,7 +17,7 @@ namespace cbcan::ctl {
 
 namespace {
 
-/// With --json the error is also on standard output; `more`: further members.
+/// Reports an error, with --json also on standard output; `more`: further members.
 ExitCode fail(ExitCode code, const std::string& why, bool json, const std::string& more = "") {
   say(why);
   if (json) std::cout << "{" << more << "\"error\": " << base::json_text(why) << "}\n";

@@ -33,12 +33,12 @@ struct Options {
   std::optional<TransferMode> mode;
   int size = static_cast<int>(regmap::kMaxDataBytes);
   bool all = false;
-  // Of configure.
+  // Arguments of configure.
   std::vector<std::string> plans;
   bool no_verify = false;
   std::string eds;  ///< of dump; empty = not given
   int wait_ms = 0;  ///< of status; 0 = does not wait
-  // Of map.
+  // Arguments of map.
   std::string network;
   std::optional<tools::Form> form;
   std::optional<int> at;

@@ -16,7 +16,7 @@ using Words = std::vector<std::uint16_t>;
 
 constexpr auto kPollPeriod = std::chrono::milliseconds(20);
 
-/// By the high byte of a node's register.
+/// Name by the high byte of a node's register.
 std::string step_name(unsigned step) {
   const std::string_view name = regmap::meaning_of(regmap::kBootSteps, step);
   if (!name.empty()) return std::string(name);
@@ -37,7 +37,7 @@ bool all_run(const Words& status) {
   return (status[regmap::kStatusSummary] & 1) != 0;
 }
 
-/// In two requests: the summary and the bitmaps are of one moment.
+/// Reads in two requests: the summary and the bitmaps are of one moment.
 Words read_status(window::Client& client) {
   Words words = client.read(regmap::kStatusFirst, regmap::kStatusNodes);
   constexpr std::size_t kHalf = 64;

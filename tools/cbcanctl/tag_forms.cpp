@@ -88,7 +88,7 @@ std::string in_quotes(std::string_view text) {
     quoted.append(c == '"' ? 2u : 1u, c);
   return quoted;
 }
-/// For forms without a documented encoding or way to escape: a comma becomes ; and other characters _.
+/// Replaces what forms without a documented encoding or escape cannot have: a comma becomes ; and others _.
 std::string in_ascii(std::string_view text) {
   std::string plain;
   for (std::string_view rest = text; !rest.empty();) {

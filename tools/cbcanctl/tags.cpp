@@ -40,7 +40,7 @@ std::string upper(std::string text) {
   return text;
 }
 
-/// At most `most` letters, digits and single _ between them.
+/// Identifier of at most `most` letters, digits and single _ between them.
 std::string identifier(std::string_view text, std::size_t most) {
   std::string name;
   for (const char c : text)

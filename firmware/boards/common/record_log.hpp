@@ -33,7 +33,7 @@ class RecordLog {
 
    private:
     friend class RecordLog;
-    /// Only measures without `log`.
+    /// Measures only, if there is no `log`.
     explicit Writer(std::span<const std::uint8_t> latest, RecordLog* log = nullptr)
         : latest_(latest), log_(log) {}
     void end_word();

@@ -63,7 +63,7 @@ void Channel::on_flag(bool execute, Time now) {
   if (activity_ != Activity::kIdle && served_ == Window::kRegisters) cancel(now);
 }
 
-/// In turns if both windows have a request. While the own node is being reset they wait.
+/// Serves the windows in turn if both have a request. While the own node is being reset they wait.
 void Channel::begin_waiting(Time now) {
   if ((!flagged_ && !scanner_.waiting()) || node_.slave().resetting()) return;
   const bool registers = flagged_ && (!scanner_.waiting() || !serves_registers());

@@ -91,7 +91,7 @@ class Channel {
   }
   /// The own node may be due earlier.
   void follow_node() { wake_at(node_.deadline()); }
-  /// Before each poll() of a channel that has the window R3700..R3769.
+  /// Call it before each poll() of a channel that has the window R3700..R3769.
   void check_flag(Time now) {
     const bool execute = window_.flag() == regmap::kExecute;
     if (execute != flagged_) on_flag(execute, now);
@@ -109,7 +109,7 @@ class Channel {
   /// 3003h and 3004h of each window; R3700..R3769 first.
   std::array<Transfers, 2>& all_transfers() { return transfers_; }
 
-  // For ChannelTurns.
+  // What ChannelTurns needs:
 
   struct Request {
     std::uint16_t command;

@@ -112,7 +112,7 @@ class LocalNode final : private DeviceApplication {
     const Time device_due = device_.poll(now);  // a reset that ends here begins a boot
     return earlier(device_due, earlier(manager_.deadline(), lss_.deadline()));
   }
-  /// Without that of LSS, which on_lss() returns.
+  /// Deadline of all but LSS, whose own on_lss() returns.
   Time deadline() const { return earlier(device_.deadline(), manager_.deadline()); }
   Time on_lss(const Frame& frame, Time now) {
     lss_.on_frame(frame, now);

@@ -30,7 +30,7 @@ ScannerWindow::Event ScannerWindow::on_written(std::size_t first, std::size_t co
   const bool numbered = first == regmap::kScannerNumber;
   if (numbered && number == 0) return cancel();
   if (numbered && number != taken_) return take(number, count);
-  // Until its turn comes a request may be written again, but only completely.
+  // A request may be written again until its turn comes, but only completely.
   const std::size_t needed = words_needed();
   if (waiting() && first < needed && (!numbered || count < needed)) finish(regmap::Result::kIncomplete);
   return Event::kNone;

@@ -14,7 +14,7 @@ namespace cbcan::modbus {
 
 inline constexpr std::uint8_t kEncapsulatedInterface = 43;
 
-/// At most 64 characters of each are sent.
+/// Texts of a device; the first 64 characters of each are sent.
 struct DeviceIdentity {
   std::string_view vendor;
   std::string_view product_code;

@@ -26,7 +26,7 @@ class RegisterMap {
   /// They exist, and none of them is read-only.
   constexpr bool writable(std::size_t first, std::size_t count) const { return covers(first, count, false); }
 
-  // Of a register that exists: its word, and those of its range from it on, and up to it.
+  // Words of a register that exists: its own, those of its range from it on, and those up to it.
   constexpr std::uint16_t& operator[](std::size_t address) const { return from(address).front(); }
   constexpr std::span<std::uint16_t> from(std::size_t address) const {
     const RegisterRange& range = *find(address);

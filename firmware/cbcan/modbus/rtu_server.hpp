@@ -75,15 +75,15 @@ class RtuServer final {
     /// Longest time from one byte of a frame to the next, as passed to on_byte(), in us, if that is more than
     /// the silence because bytes arrive late or in bunches, as in an emulator or over USB. Causes no delay.
     std::uint32_t gap_us = 0;
-    /// From a request to its response, in us, if that is more than the silence; at most 50,000. For masters
-    /// whose transceivers are slow to switch to receiving.
+    /// Time from a request to its response, in us, if that is more than the silence; at most 50,000. Helps
+    /// masters whose transceivers are slow to switch to receiving.
     std::uint32_t response_delay_us = 0;
     /// Such as ModbusBits; null = exception 01 for them. It outlives the server.
     const modbus::MoreFunctions* more = nullptr;
   };
 
-  /// With the numbers of the diagnostic counters of Application Protocol V1.1b3, 6.8, if there is one. They wrap.
-  /// Each is an aligned 32-bit word, which a 32-bit MCU reads atomically.
+  /// Counts with the numbers of the diagnostic counters of Application Protocol V1.1b3, 6.8, if there is one.
+  /// They wrap. Each is an aligned 32-bit word, which a 32-bit MCU reads atomically.
   struct Counters {
     std::uint32_t bus_messages = 0;              ///< 0Bh: frames with a right CRC, for any station
     std::uint32_t bus_communication_errors = 0;  ///< 0Ch: requests with a wrong CRC

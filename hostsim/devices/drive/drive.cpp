@@ -120,7 +120,7 @@ std::optional<double> Drive::output(std::uint16_t place, std::uint8_t /*sub*/) c
   return probes_.level(index == kFirstProbe ? 0 : 1) ? 1 : 0;
 }
 
-/// Like a cycle of the firmware: of the words of one delay only the last is seen.
+/// Acts like a cycle of the firmware: of the words of one delay only the last is seen.
 void Drive::take_command(Time now) {
   const std::uint16_t word = objects_.controlword.get();
   if (word != objects_.command) command_due_ = earlier(command_due_, now + command_delay_);

@@ -58,7 +58,7 @@ class Profile {
   Time end() const { return end_; }
   /// When the next phase begins, after `now`; kNever = none.
   Time next_change(Time now) const;
-  /// Since when the velocity has been constant; kNever = it is changing.
+  /// Time since which the velocity has been constant; kNever = it is changing.
   Time steady_since(Time now) const;
   /// The velocity after the end.
   double final_velocity() const { return phases_[count_ - 1].velocity; }

@@ -28,7 +28,7 @@ class CostModel {
   /// Steps of the call so far.
   std::size_t steps() const { return spent_ / kStep; }
 
-  /// To be called when any of these has changed. `memory`: of the script, in bytes.
+  /// Call it when any of these has changed. `memory`: of the script, in bytes.
   void update(Bytes memory) {
     const std::size_t shared = largest_function / sizeof(void*);  // variables
     steps_ = static_cast<int>(longest_string / kStringBytes + memory / kMemoryBytes +
@@ -44,7 +44,7 @@ class CostModel {
   static constexpr Bytes kStringBytes = 200;
   static constexpr Bytes kMemoryBytes = 6000;
   static constexpr std::size_t kMetatables = 4;
-  /// For each shared variable of a new function, Lua walks along the list of all shared variables.
+  /// Cost of Lua's walk along the list of all shared variables, for each one of a new function.
   static constexpr std::size_t kSharedSquare = 500;
   /// Steps of each instruction: the remainder of two floats takes a round for each bit between their
   /// exponents.

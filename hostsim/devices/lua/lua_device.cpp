@@ -31,7 +31,7 @@ namespace {
 constexpr std::size_t kMostIncidents = 32;
 /// Printed by a script in one call.
 constexpr int kMostLines = 10;
-/// In one millisecond, at the times returned by the script's update().
+/// Limit of updates in one millisecond, at the times returned by the script's update().
 constexpr int kMostUpdates = 500;
 
 class LuaDevice final : public sim::Behaviour {
@@ -222,7 +222,7 @@ void LuaDevice::put_kept_inputs() {
       store(*entry, place.second, sim::to_raw(value, entry->type, entry->capacity));
 }
 
-/// Of an input: its object may show something else.
+/// Level of an input: its object may show something else.
 std::optional<double> LuaDevice::output(std::uint16_t index, std::uint8_t sub) const {
   const auto given = given_.find({index, sub});
   return given == given_.end() ? std::nullopt : std::optional(given->second);

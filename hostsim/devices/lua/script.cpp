@@ -46,7 +46,7 @@ int blame_script(lua_State* state) {
   return 1;
 }
 
-/// Of "tank.lua:12: ...", as Lua writes it.
+/// Line in "tank.lua:12: ...", as Lua writes it.
 int line_in(std::string_view message) {
   const std::size_t end = message.find(": ");
   const std::size_t begin = end == std::string_view::npos ? end : message.rfind(':', end - 1);
@@ -93,7 +93,7 @@ void Script::charge(lua_State* state, std::size_t bytes) {
   script.outside_ += bytes;
 }
 
-/// From here on each instruction fails, so that pcall cannot continue the script.
+/// Lets each further instruction fail, so that pcall cannot continue the script.
 void Script::end_call(const char* why) {
   if (state_ == nullptr || !why_.empty()) return;
   lua_Debug activation;
@@ -164,7 +164,7 @@ void Script::count_functions(lua_State* state) {
   lua_pop(state, 1);
 }
 
-/// Like tostring, but without addresses.
+/// Converts like tostring, but without addresses.
 int Script::to_string(lua_State* state) {
   luaL_checkany(state, 1);
   const int type = lua_type(state, 1);

@@ -193,7 +193,7 @@ void PcapFile::add(const journal::Event& event) {
   before < kMostPending ? base::append(comments_, '\n') : comments_.resize(before);
 }
 
-/// As in SocketCAN, but the identifier is big-endian.
+/// Adds a frame as in SocketCAN, but the identifier is big-endian.
 void PcapFile::add_can(const journal::Event& event) {
   const Frame& frame = event.frame;
   constexpr std::size_t kHeader = 8;
@@ -242,7 +242,7 @@ void PcapFile::begin_packet(std::uint32_t interface, Time at, std::size_t size) 
               static_cast<std::uint32_t>(time), count, count);
 }
 
-/// With all comments since the last packet.
+/// Adds all comments since the last packet.
 void PcapFile::end_packet() {
   pad(packet_);
   put_option(packet_, kComment, base::view(comments_));

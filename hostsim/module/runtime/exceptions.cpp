@@ -27,7 +27,7 @@ namespace {
 
 using cbcan::module::CatchableType;
 
-/// In front of a thrown object; its address is what the instruction `throw` carries.
+/// Header in front of a thrown object; its address is what the instruction `throw` carries.
 struct alignas(std::max_align_t) Header {
   const std::type_info* type;
   void* (*destroy)(void*);

@@ -17,7 +17,7 @@ namespace cbcan::search {
 
 namespace {
 
-/// So many transactions after the one with the first fault are near it.
+/// Number of transactions after the one with the first fault that are near it.
 constexpr std::size_t kNear = 2;
 
 std::vector<std::string> texts_of(const std::vector<Line>& lines) {

@@ -36,7 +36,7 @@ struct Moment {
 /// Faults of one run.
 using Moments = std::vector<Moment>;
 
-/// In place of the matching frames to skip: only counts them.
+/// Number of matching frames to skip that only counts them.
 inline constexpr std::uint32_t kCounting = 0xFFFFFFFF;
 
 /// "16:response-never@149+66:silent count=0@12"

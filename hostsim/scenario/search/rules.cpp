@@ -251,7 +251,7 @@ struct ProgramEnds final : Rule {
   std::uint64_t requests_before = 0;  ///< looked_at
 };
 
-/// At the end, without faults, each node can be read.
+/// Rule: at the end, without faults, each node can be read.
 struct Readable final : Rule {
   void on_settled(JudgedRun& run) override {
     constexpr Time kRest = 3 * kSecond;

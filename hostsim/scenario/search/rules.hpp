@@ -27,7 +27,8 @@ struct JudgedRun {
 
   /// Modbus requests so far.
   std::uint64_t requests() const;
-  /// Not in these objects of the baseline; in the run without faults, adds it to them and returns false.
+  /// Whether the object is not among these of the baseline; in the run without faults, adds it to them and
+  /// returns false.
   bool is_new(std::set<Object> Record::*objects, const Object& object);
   /// Null: no simulated node has this ID and power.
   sim::Node* node_of(const Object& object) const;
@@ -58,7 +59,7 @@ struct BusFrame {
   bool is(std::uint32_t function) const { return frame.id - node() == function; }
   bool is_boot_up() const { return is(nmt::kErrorControlId) && frame.flags == 0 && frame.data[0] == 0; }
   NodePlace place() const { return {network, node()}; }
-  /// Of an SDO frame with a multiplexer.
+  /// Object of an SDO frame with a multiplexer.
   Object object() const { return {network, node(), sdo::load16(frame, 1), frame.data[3]}; }
 
   std::uint8_t network;

@@ -30,7 +30,7 @@ inline constexpr std::string_view kNeverHappened = "it never happened, so nothin
 /// FNV-1a.
 std::uint64_t hash_of(std::string_view text);
 
-/// Of parts 1..parts; the same moments always, whatever else is tried.
+/// Whether moments are in this one of parts 1..parts; always the same ones, whatever else is tried.
 bool is_in_part(const Moments& moments, std::size_t part, std::size_t parts);
 
 /// A failure of several runs: the same condition in the same transaction.
@@ -48,14 +48,14 @@ class Results {
   /// Kinds and places of the variants without a matching frame.
   void add_unmatched(const Variant& variant);
 
-  /// Of a subject, the simplest first.
+  /// Failures of a subject, the simplest first.
   std::vector<Failure> failures(const std::string& subject) const;
   /// Kind by place: tried, done, gave up, broken, late.
   std::string table() const;
   /// A test case for each kind and place.
   /// `error` of the machine, which has ended the search; empty = none.
   std::string junit(std::size_t not_tried, const std::string& error) const;
-  /// In a run of a subject.
+  /// Whether a run of a subject has reached this condition.
   bool reached(const std::string& subject, std::size_t condition) const;
   /// A fault has had its moment.
   bool happened(const std::string& subject) const;

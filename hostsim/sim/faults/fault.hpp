@@ -147,7 +147,7 @@ struct FaultRow {
   Fault standard;
 };
 
-/// By FaultKind.
+/// Rows in the order of FaultKind.
 std::span<const FaultRow> fault_rows();
 const FaultRow& row_of(FaultKind kind);
 
@@ -172,7 +172,8 @@ std::string_view name_of(FaultPlace place);
 /// `here` is kNode, kBus or kPlc. Missing keys have their defaults.
 FaultOrProblem make_fault(std::string_view kind, std::span<const FaultKey> keys, FaultPlace here);
 
-/// From text: the kind, then key=value, separated by blanks. Numbers are decimal or, with 0x, hexadecimal.
+/// Reads a fault from text: the kind, then key=value, separated by blanks. Numbers are decimal or, with 0x,
+/// hexadecimal.
 FaultOrProblem parse_fault(std::string_view text, FaultPlace here);
 
 /// The text from which parse_fault() makes this fault: always with the keys of the kind, with other keys

@@ -16,7 +16,7 @@ namespace cbcan {
          std::uint32_t{bytes[3]} << 24;
 }
 
-/// At most eight bytes; usually four.
+/// Loads eight bytes or fewer; usually four.
 constexpr std::uint64_t load_little_endian(std::span<const std::uint8_t> bytes) {
   if (bytes.size() == 4) return load_word(bytes.data());
   std::uint64_t value = 0;

@@ -52,7 +52,7 @@ class Plant {
   void write(std::uint16_t first, const Words& words, unsigned unit = 1);
   Words registers(std::uint16_t first, std::size_t count, unsigned unit = 1);
 
-  /// Since the plant was switched on.
+  /// Time since the plant was switched on.
   Duration now() const;
   void advance(Duration duration);
 

@@ -88,7 +88,7 @@ struct LinkSettings {
 
 class FunctionBlock;
 
-/// For programs without cycles: one execution of the block, from a rising edge of `enable` to its end.
+/// One execution of the block for programs without cycles, from a rising edge of `enable` to its end.
 /// Blocks. The outputs stay until the next execution. False: `error` says why; it is kTimeout if `deadline`
 /// passed first, and the execution is cancelled. Do not also call poll() of a Link whose blocks are run this
 /// way.
@@ -127,7 +127,7 @@ class Link {
   /// Why there is no connection, as text; "" while there is one, or before the first attempt.
   std::string problem() const;
 
-  /// For programs that wait with poll(2) instead of a cycle time: the socket, or -1, and its events: POLLIN,
+  /// Socket for programs that wait with poll(2) instead of a cycle time, or -1, and its events: POLLIN,
   /// POLLOUT, or 0 while nothing is in progress. Valid until the next poll().
   int descriptor() const;
   short events() const;
@@ -152,8 +152,8 @@ class FunctionBlock {
   bool enable = false;
   /// 1..247: Modbus unit ID. A network without a module gives kInternal.
   std::uint8_t network = 1;
-  /// In ms, from the rising edge of `enable`, 0..65535; 0 = none. When it expires after the transaction has
-  /// begun, the transaction is cancelled, and `error` is the kernel's state if that is an error, else
+  /// Limit in ms, from the rising edge of `enable`, 0..65535; 0 = none. When it expires after the transaction
+  /// has begun, the transaction is cancelled, and `error` is the kernel's state if that is an error, else
   /// kTimeout. The module's own timeout (3003h) is set to an eighth and 100 ms more, at most 65535.
   std::uint32_t timeout = 0;
 
@@ -285,7 +285,7 @@ class SdoAccess : public FunctionBlock {
 
  protected:
   using FunctionBlock::FunctionBlock;
-  /// Of `size` bytes, 1..128.
+  /// Service that reads `size` bytes, 1..128.
   std::optional<detail::Service> read(std::size_t size) const;
   std::optional<detail::Service> write(std::span<const std::uint8_t> bytes, SdoMode mode) const;
   KernelError show(const detail::Job& done) override;
