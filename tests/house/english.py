@@ -49,6 +49,10 @@ WORDS = {
 BANNED = re.compile("|".join(rf"(?P<w{number}>\b(?:{pattern})\b)" if not pattern.endswith("$)") else rf"(?P<w{number}>\b(?:{pattern}))"
                              for number, pattern in enumerate(WORDS)), re.IGNORECASE)
 
+# A comment begins with a noun or a verb: these first words leave out what the rest is about.
+FRAGMENT = re.compile(r"(?:Of|By|As|Until|Since|Like|To be|In place of|At most|At least|Not of|Without that) ")
+WITH_SUBJECTS = ("firmware", "hostsim", "regmap", "tools")
+
 HEADING = re.compile(r"\b(?:what|who|so)\b", re.IGNORECASE)
 VERBS = set("""Add Address Answer Arm Build Call Change Check Choose Compile Connect Copy Describe Fail Fill Give Hand Let Look Make Open Play Provide Put Read
             Replace Run See Send Set Share Start Try Use Watch Wire Write""".split())
@@ -177,6 +181,8 @@ def main():
     found += [f"{place}: {why}" for place, text in said for why in banned(text)]
     read_comments = list(comments())
     found += [f"{place}: {why}" for place, text in read_comments for why in banned(text)]
+    found += [f"{place}: a comment begins with a noun or a verb: {text[:60]}" for place, text in read_comments
+              if FRAGMENT.match(text) and place.startswith(WITH_SUBJECTS) and pathlib.Path(place.partition(":")[0]).suffix in (".cpp", ".hpp")]
     print("\n".join(found))
     if "--words" in sys.argv:
         print("\n".join(f"{count:6,} {name}" for name, count in counts.items()), f"{sum(counts.values()):6,} words", sep="\n")

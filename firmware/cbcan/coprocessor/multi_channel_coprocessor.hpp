@@ -55,7 +55,7 @@ class MultiChannelCoprocessor final : public Coprocessor, private ChannelTurns {
   static constexpr std::size_t kLines = kState + nmt::kMaxNode + 1;
 
   Channel& channel(std::uint8_t number) { return number == 0 ? first_channel() : *more_[number - 1u]; }
-  /// As in Channel::begin(); a request that is rejected there may wait before that.
+  /// Line of a request, as in Channel::begin(); one that is rejected there may wait before that.
   Line line_of(const Channel::Request& request) {
     if (request.command == regmap::kSdoWrite && request.index == regmap::kNmtService) return kNmt;
     if (const std::uint8_t server = first_channel().server_of(request); server != 0) return server;
@@ -80,7 +80,7 @@ class MultiChannelCoprocessor final : public Coprocessor, private ChannelTurns {
   std::span<Memory> more_;
   Time more_due_ = kNever;   ///< of the other channels, or of a waiting request
   std::uint8_t resets_ = 0;  ///< of the own node, as known to the other channels
-  /// By line, the number of the channel that had it last; not used for kNone.
+  /// Number of the channel that had a line last, by line; not used for kNone.
   std::array<std::uint8_t, kLines> owner_{};
   std::array<std::uint8_t, kMostChannels> waiting_{};  ///< channels whose requests wait, in order of arrival
   std::size_t waiting_count_ = 0;
