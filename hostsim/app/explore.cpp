@@ -20,7 +20,6 @@
 #include "app/parallel.hpp"
 #include "app/processes.hpp"
 #include "app/progress.hpp"
-#include "app/result_file.hpp"
 #include "app/simulator.hpp"
 #include "app/state_file.hpp"
 #include "base/numbers.hpp"
@@ -28,6 +27,7 @@
 #include "base/utf8.hpp"
 #include "base/words.hpp"
 #include "cbcan/version.hpp"
+#include "io/files/result_file.hpp"
 #include "io/loop/output.hpp"
 #include "scenario/outcome.hpp"
 #include "scenario/scenario_writer.hpp"
@@ -109,7 +109,7 @@ class Search {
   /// Throws io::UsageError, io::EnvironmentError for a file or folder of the options.
   Search(const config::SearchConfig& search, Console& console)
       : search_(search), console_(console), state_(search.state) {
-    if (!search.out.empty()) need_folder("--out", search.out);
+    if (!search.out.empty()) io::need_folder("--out", search.out);
     if (!search.junit.empty()) junit_.emplace("--junit", search.junit);
   }
 
@@ -305,7 +305,7 @@ class Search {
   const config::SearchConfig& search_;
   Console& console_;
   StateFile state_;
-  std::optional<ResultFile> junit_;
+  std::optional<io::ResultFile> junit_;
   const config::Shard shard_ = config::shard_of(search_.shard);
   const Time begun_ = io::Reactor::now();
   const Time budget_ = base::parse_duration(search_.budget).value_or(kNever);
@@ -326,7 +326,7 @@ std::string write_file(const std::string& folder, const std::string& name, const
                        const std::string& steps) {
   const std::string path = std::filesystem::path(folder) / name;
   settings.only = {{to_string(failure.moments)}};
-  ResultFile("--out", path)
+  io::ResultFile("--out", path)
       .write(fmt::format("# {}: {}\n# {}\nplant = {}\n\n[explore]\n{}{}", base::to_utf8(failure.result.what),
                          base::to_utf8(failure.result.seen.substr(0, failure.result.seen.find('\n'))),
                          base::to_utf8(command), base::toml_text(plant), text_of(settings), steps));

@@ -103,7 +103,10 @@ int run(config::Start& start, const base::FileReader& read, Console& console) {
   if (start.command.empty()) {
     const session::Addresses addresses = simulator.addresses();
     const std::string ready = "ready " + base::to_utf8(addresses.where()) + "\n";
-    config::logs_to_standard_output(config) ? console.tell(ready) : console.say(ready);
+    if (config::logs_to_standard_output(config))
+      console.tell(ready);
+    else
+      console.say(ready);
     console.tell(addresses.ways_in());
     io::tell_ready([&console](const std::string& line) { console.warn(line); });
     simulator.run();

@@ -17,10 +17,10 @@
 #include "app/explore.hpp"
 #include "app/parallel.hpp"
 #include "app/progress.hpp"
-#include "app/result_file.hpp"
 #include "app/target.hpp"
 #include "base/utf8.hpp"
 #include "io/can/candump_log.hpp"
+#include "io/files/result_file.hpp"
 #include "scenario/outcome.hpp"
 #include "scenario/run.hpp"
 #include "scenario/search/scenario_run.hpp"
@@ -161,12 +161,12 @@ std::vector<Outcome> play_all(const std::vector<std::string>& files, const confi
 
 base::ExitCode run_scenarios(const config::RunConfig& config, const base::FileReader& read,
                                 Console& console) {
-  if (!config.logs.empty()) need_folder("--log", config.logs);
+  if (!config.logs.empty()) io::need_folder("--log", config.logs);
   const config::Shard shard = config.explore ? config::Shard() : config::shard_of(config.shard);  // of its moments
   const std::vector<std::string> files =
       scenario::scenario_files(config.paths, shard.part, shard.parts, list_folder, read);
   if (config.explore) return explore_scenarios(files, config, read, console);
-  std::optional<ResultFile> results;
+  std::optional<io::ResultFile> results;
   if (!config.junit.empty()) results.emplace("--junit", config.junit);
   const std::vector<Outcome> outcomes = play_all(files, config, read);
   for (std::size_t i = 0; i < files.size(); ++i)

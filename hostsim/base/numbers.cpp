@@ -14,7 +14,10 @@ std::optional<std::int64_t> parse_integer(std::string_view text) {
   const bool suffixed = !prefixed && text.size() > 1 && text.front() >= '0' && text.front() <= '9' &&
                         (text.back() == 'h' || text.back() == 'H');
   if (!prefixed && !suffixed) return parse<std::int64_t>(text);
-  prefixed ? text.remove_prefix(2) : text.remove_suffix(1);
+  if (prefixed)
+    text.remove_prefix(2);
+  else
+    text.remove_suffix(1);
   return text.starts_with('-') ? std::nullopt : parse<std::int64_t>(text, 16);
 }
 

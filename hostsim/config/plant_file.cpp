@@ -98,7 +98,10 @@ class Reader {
 
   Diagnostics read_file(const toml::table& root, std::span<const std::string_view> others) {
     try {
-      change_ ? change(root) : read(root, others);
+      if (change_)
+        change(root);
+      else
+        read(root, others);
     } catch (const TooManyErrors&) {
       found_.push_back(
           {{file_name_, 0},

@@ -79,7 +79,10 @@ Event NetworkWatch::event(Kind kind, Time now) const {
 void NetworkWatch::before(Time now) {
   if (windows_.empty() || !windows_.front().has_moved()) return;
   Watched& first = windows_.front();
-  first.transaction.open ? end(first, kCancelled, now) : begin(first, now);
+  if (first.transaction.open)
+    end(first, kCancelled, now);
+  else
+    begin(first, now);
 }
 
 /// The module may have written results.

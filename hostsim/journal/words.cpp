@@ -211,7 +211,10 @@ void append_frame(Buffer& to, const Frame& frame, std::uint8_t network, const Fi
     case sdo::kResponseId: return append_sdo(to, frame, network, node, find);
     default: break;
   }
-  frame.id > 0x180 && frame.id < sdo::kResponseId ? append_pdo(to, frame, node) : append(to, "a frame");
+  if (frame.id > 0x180 && frame.id < sdo::kResponseId)
+    append_pdo(to, frame, node);
+  else
+    append(to, "a frame");
 }
 
 std::string_view append_request(Buffer& to, const Event& transaction, const Journal& journal,

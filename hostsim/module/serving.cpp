@@ -194,7 +194,10 @@ std::string Instance::summary_of(const config::NetworkConfig& network, const std
 Time Instance::pass(Time machine_now) {
   machine_now_ = machine_now;
   const session::Waits& waits = session_->waits();
-  clock_runs() ? advance_to(machine_now) : let_time_pass();
+  if (clock_runs())
+    advance_to(machine_now);
+  else
+    let_time_pass();
   if (!input_->waiting) say(std::exchange(input_->unsent, {}));
   if (clock_runs()) return next_event();
   return want_time() ? machine_now_ : waits.plc_deadline();

@@ -199,7 +199,10 @@ protocols::ModbusDisturbance Network::disturb(std::span<const std::uint8_t> pdu,
 
 bool Network::end_disturbance() {
   const sim::Fault& fault = disturbing_->fault;
-  if (fault.kind == sim::FaultKind::kLate) return context_.listener.on_late_response(fault.delay), true;
+  if (fault.kind == sim::FaultKind::kLate) {
+    context_.listener.on_late_response(fault.delay);
+    return true;
+  }
   if (fault.kind == sim::FaultKind::kPlcRestart) context_.listener.on_plc_restart();
   return false;
 }

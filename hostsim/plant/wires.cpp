@@ -115,7 +115,10 @@ bool Wires::deliver(ActiveWire& active) {
   const double value = active.wire.take(at_);
   active.due = active.wire.next_change(at_);
   sim::Node& to = *active.to.node;
-  if (!to.has_power()) return active.given.reset(), false;
+  if (!to.has_power()) {
+    active.given.reset();
+    return false;
+  }
   if (active.given == value) return false;
   active.given = value;
   const std::optional<double> total = total_at(active);

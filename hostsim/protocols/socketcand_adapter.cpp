@@ -118,7 +118,10 @@ void SocketcandAdapter::enter(Mode mode) {
 }
 
 bool SocketcandAdapter::open(Words words) {
-  if (words.size() == 1 && words[0].size() <= kLongestBusName) return enter(kBcm), true;
+  if (words.size() == 1 && words[0].size() <= kLongestBusName) {
+    enter(kBcm);
+    return true;
+  }
   refuse("could not open bus");
   ended_ = true;
   return true;
@@ -141,9 +144,15 @@ bool SocketcandAdapter::add(Words words) {
   const auto interval = parse_interval(words);
   const auto frame = interval ? parse_send(words.subspan(2)) : std::nullopt;
   if (!frame) return false;
-  if (*interval == 0) return transmit(*frame), true;
+  if (*interval == 0) {
+    transmit(*frame);
+    return true;
+  }
   const bool is_new = !jobs_.contains(key_of(*frame));
-  if (is_new && jobs_.size() == kMostJobs) return refuse("too many frames to send"), true;
+  if (is_new && jobs_.size() == kMostJobs) {
+    refuse("too many frames to send");
+    return true;
+  }
   jobs_[key_of(*frame)] = {*frame, *interval, bus_.now_()};
   return true;
 }
@@ -160,7 +169,10 @@ bool SocketcandAdapter::subscribe(Words words) {
   const auto frame = words.size() == 3 ? parse_identifier(words[2]) : std::nullopt;
   if (!interval || !frame) return false;
   const bool is_new = !subscriptions_.contains(key_of(*frame));
-  if (is_new && subscriptions_.size() == kMostSubscriptions) return refuse("too many subscriptions"), true;
+  if (is_new && subscriptions_.size() == kMostSubscriptions) {
+    refuse("too many subscriptions");
+    return true;
+  }
   subscriptions_[key_of(*frame)] = {*interval};
   return true;
 }

@@ -20,7 +20,10 @@ std::size_t Schedule::add(Timed& timed) {
 
 void Schedule::set(std::size_t number, Time time) {
   const std::size_t slot = slots_[number];
-  time < heap_[slot].time ? sift_up(slot, {time, number}) : sift_down(slot, {time, number});
+  if (time < heap_[slot].time)
+    sift_up(slot, {time, number});
+  else
+    sift_down(slot, {time, number});
 }
 
 void Schedule::sift_up(std::size_t slot, const Due& moving) {

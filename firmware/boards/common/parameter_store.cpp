@@ -210,8 +210,10 @@ void ParameterStore::load(ObjectDictionary& objects, ObjectHandler& handler, std
         value.bytes.size() > entry.capacity ||
         (value.bytes.size() < entry.capacity && !entry.has(ObjectFlags::kVariable)))
       continue;
-    entry.has(ObjectFlags::kComputed) ? void(handler.on_write(entry, value.sub, value.bytes, 0))
-                                      : objects.store(entry, value.sub, value.bytes);
+    if (entry.has(ObjectFlags::kComputed))
+      handler.on_write(entry, value.sub, value.bytes, 0);
+    else
+      objects.store(entry, value.sub, value.bytes);
   }
 }
 

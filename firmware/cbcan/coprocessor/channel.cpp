@@ -70,7 +70,10 @@ void Channel::begin_waiting(Time now) {
   served_ = registers ? Window::kRegisters : Window::kScanner;
   if (!registers) scanner_.begin();
   if (turns_ != nullptr) return turns_->begin_or_hold_back(*this, now);
-  node_.manager().active() ? begin_between_boots(now) : begin(now);
+  if (node_.manager().active())
+    begin_between_boots(now);
+  else
+    begin(now);
 }
 
 /// Alone with the manager: an SDO request goes between two of the manager's to the same node.
@@ -211,7 +214,10 @@ void Channel::begin_local(bool read, std::uint16_t index, std::uint8_t sub, std:
   node_.access_own();
   follow_node();
   if (refused != AbortCode::kNone) return end(refused);
-  read ? end_read(bytes.data(), size) : finish(regmap::Result::kOk);
+  if (read)
+    end_read(bytes.data(), size);
+  else
+    finish(regmap::Result::kOk);
 }
 
 // ---- NMT and node state

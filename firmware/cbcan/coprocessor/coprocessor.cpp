@@ -35,7 +35,10 @@ void Coprocessor::work(Time now) {
 void Coprocessor::on_registers_written(std::size_t first, std::size_t count, Time now) {
   const std::size_t out = settings().scanner_out_first;
   const bool scanner = first < out + kScannerOutWords && out < first + count;
-  scanner ? on_scanner_written(first, count, now) : on_others_written(first, count, now);
+  if (scanner)
+    on_scanner_written(first, count, now);
+  else
+    on_others_written(first, count, now);
 }
 
 /// The range may also contain outputs and status registers.

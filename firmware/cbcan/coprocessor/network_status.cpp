@@ -15,7 +15,10 @@ constexpr std::array<std::uint8_t, Manager::kPhases> kSteps{0, 2, 3, 4, 4, 4, 5,
 constexpr std::size_t kWordBits = 16;
 
 void assign(NodeSet& set, std::uint8_t node, bool value) {
-  value ? set.insert(node) : set.erase(node);
+  if (value)
+    set.insert(node);
+  else
+    set.erase(node);
 }
 
 }  // namespace

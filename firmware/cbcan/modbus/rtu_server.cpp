@@ -129,7 +129,10 @@ void RtuServer::skip(std::uint32_t& reason) {
   if (!skipping_) ++reason;
   crc_ = kCrcStart;  // not right at a gap
   lose_step();
-  times_are_exact() ? begin_frame() : search();
+  if (times_are_exact())
+    begin_frame();
+  else
+    search();
 }
 
 void RtuServer::lose_step() {

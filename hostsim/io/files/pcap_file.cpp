@@ -190,7 +190,10 @@ void PcapFile::add(const journal::Event& event) {
   if (event.kind == journal::Kind::kClient && event.state == 0) sent_.erase(event.code);
   constexpr std::size_t kMostPending = 8192;  // an option has 65,535 bytes at most
   if (comments_.size() == before) return;
-  before < kMostPending ? base::append(comments_, '\n') : comments_.resize(before);
+  if (before < kMostPending)
+    base::append(comments_, '\n');
+  else
+    comments_.resize(before);
 }
 
 /// Adds a frame as in SocketCAN, but the identifier is big-endian.

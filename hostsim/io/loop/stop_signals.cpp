@@ -47,8 +47,12 @@ void StopSignals::restore() const {
 
 bool StopSignals::poll() {
   signalfd_siginfo signal{};
-  while (::read(signals_.get(), &signal, sizeof signal) == sizeof signal)
-    on_signal_ ? on_signal_(static_cast<int>(signal.ssi_signo)) : void(stop_requested_ = true);
+  while (::read(signals_.get(), &signal, sizeof signal) == sizeof signal) {
+    if (on_signal_)
+      on_signal_(static_cast<int>(signal.ssi_signo));
+    else
+      stop_requested_ = true;
+  }
   return stop_requested_;
 }
 

@@ -80,7 +80,10 @@ void WindowExchange::look(Words words) {
   }
   if (taken_) cancel(words[0]);
   if (words[0] != regmap::kExecute || !done()) return;
-  whole ? take(words, refuses) : void(step_ = Step::kRead);
+  if (whole)
+    take(words, refuses);
+  else
+    step_ = Step::kRead;
 }
 
 /// Compares what identifies a request: R3700..R3705 and, if it was read too, the data of a write. A part of

@@ -33,11 +33,11 @@ std::vector<std::uint32_t> sampled(const std::vector<std::uint32_t>& group) {
 /// First the ends, then the middle, then the middles of the halves.
 std::vector<std::uint32_t> halving(const std::vector<std::uint32_t>& sorted) {
   std::vector<std::uint32_t> order;
-  std::vector<bool> taken(sorted.size());
+  std::vector<char> taken(sorted.size());
   for (std::size_t distance = std::bit_ceil(std::max<std::size_t>(sorted.size(), 1)); distance != 0;
        distance /= 2)
     for (std::size_t i = 0; i < sorted.size(); i += distance)
-      if (!taken[i]) order.push_back(sorted[i]), taken[i] = true;
+      if (std::exchange(taken[i], 1) == 0) order.push_back(sorted[i]);
   return order;
 }
 

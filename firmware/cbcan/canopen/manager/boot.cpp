@@ -260,7 +260,10 @@ void Manager::configured_all(Client& client, Time now) {
 }
 
 void Manager::watched(std::uint8_t node, nmt::State /*state*/, Time now) {
-  nodes_[node].configured ? enter(node, Phase::kReady, kNever) : decide(node, now);
+  if (nodes_[node].configured)
+    enter(node, Phase::kReady, kNever);
+  else
+    decide(node, now);
 }
 
 /// One heartbeat may have been lost; or, in kStart, the command, which is repeated.

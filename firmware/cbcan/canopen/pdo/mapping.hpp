@@ -46,10 +46,16 @@ class PdoMapping {
   /// Values to frame, frame to values. The dictionary is not searched: resolve() has found the places, and has
   /// combined consecutive objects.
   void sample(const ObjectDictionary& dictionary, std::array<std::uint8_t, kMostBytes>& data) const {
-    one_copy_ ? copy(place(dictionary, *pieces_), data.data(), bytes_) : sample_pieces(dictionary, data);
+    if (one_copy_)
+      copy(place(dictionary, *pieces_), data.data(), bytes_);
+    else
+      sample_pieces(dictionary, data);
   }
   void apply(const ObjectDictionary& dictionary, const std::array<std::uint8_t, kMostBytes>& data) const {
-    one_copy_ ? copy(data.data(), place(dictionary, *pieces_), bytes_) : apply_pieces(dictionary, data);
+    if (one_copy_)
+      copy(data.data(), place(dictionary, *pieces_), bytes_);
+    else
+      apply_pieces(dictionary, data);
   }
 
   /// True if the object whose value begins at `first_bit` of the process image, or of the values, is mapped.

@@ -29,11 +29,6 @@ constexpr bool is_synchronous(std::uint8_t type) {
   return type <= Pdo::kLastSynchronous;
 }
 
-/// True if values are sampled when they are sent.
-constexpr bool is_sampled_late(std::uint8_t type) {
-  return type >= Pdo::kRemoteEvent;
-}
-
 constexpr bool is_receive(std::uint16_t index) {
   return index < object::kTpdoParameter;
 }
@@ -157,11 +152,16 @@ void Pdo::reset(std::uint8_t /*node_id*/, Time now) {
 
 bool Pdo::load_one(std::size_t k, Time now) {
   begin(now);
-  if (k < rpdos_.size()) return load(rpdos_[k], true), true;
-  if (k -= rpdos_.size(); k < tpdos_.size()) return load(tpdos_[k], true), true;
-  index_rpdos();
-  find_tpdos();
-  return false;
+  if (k == rpdos_.size() + tpdos_.size()) {
+    index_rpdos();
+    find_tpdos();
+    return false;
+  }
+  if (k < rpdos_.size())
+    load(rpdos_[k], true);
+  else
+    load(tpdos_[k - rpdos_.size()], true);
+  return true;
 }
 
 AbortCode Pdo::check(std::uint16_t object, std::uint8_t sub, std::uint32_t value) const {
@@ -342,7 +342,10 @@ inline bool Pdo::receive(Rpdo& rpdo, const Frame& frame) {
     rpdo.timer_at = ticks_ + rpdo.timer;
     due_ = std::min(due_, rpdo.timer_at);
   }
-  if (is_synchronous(rpdo.type)) return keep(rpdo, frame), false;
+  if (is_synchronous(rpdo.type)) {
+    keep(rpdo, frame);
+    return false;
+  }
   rpdo.received = true;
   rpdo.mapping.apply(dictionary_, frame.data);
   return true;
@@ -480,13 +483,13 @@ void Pdo::go_on() {
   for (Tpdo& due : used_tpdos_) {
     if (!due.active) continue;
     if (ticks_ >= due.timer_at) due.wanted = true;
-    samples = samples || (is_sampled_late(due.type) && ticks_ >= due_of(due));
+    samples = samples || (due.is_sampled_late() && ticks_ >= due_of(due));
   }
   if (samples) update();
   for (Tpdo& due : used_tpdos_) {
     if (!due.active) continue;
     if (ticks_ >= due_of(due)) {
-      if (is_sampled_late(due.type)) sample(due);
+      if (due.is_sampled_late()) sample(due);
       send(due);
     }
     next = std::min(next, due_of(due));

@@ -121,6 +121,9 @@ class Pdo : public Part {
     std::uint32_t inhibit_time = 0;  ///< us
     Ticks inhibited_until = 0;
     Frame frame;  ///< as sampled last
+
+    /// True if values are sampled when they are sent.
+    bool is_sampled_late() const { return type >= kRemoteEvent; }
   };
 
   /// The number of RPDOs and of TPDOs that a dictionary describes.

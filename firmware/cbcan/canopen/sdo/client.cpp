@@ -144,7 +144,10 @@ void SdoClient::start(const Request& request, Time now) {
         block_nodes_.has(request.node))
       request_.mode = Mode::kAutoBlock;
   }
-  quarantine_.empty() ? begin() : hold_or_begin();
+  if (quarantine_.empty())
+    begin();
+  else
+    hold_or_begin();
 }
 
 void SdoClient::hold_or_begin() {
@@ -227,7 +230,10 @@ void SdoClient::on_unusual(const Frame& frame) {
     ++counters_.unexpected;
     return;
   }
-  numbered || state().accepts.is(command) ? state().on_response(*this, frame) : misplaced(frame);
+  if (numbered || state().accepts.is(command))
+    state().on_response(*this, frame);
+  else
+    misplaced(frame);
 }
 
 /// No response from this node is expected. If it is in quarantine this may be the late response, and the next
