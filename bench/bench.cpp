@@ -19,12 +19,10 @@ struct Measurement {
 
 constexpr Measurement kMeasurements[] = {
     {"core", "", "transfers of the core, 1,000 and 2,000 of each, for `instructions` to count", 0, 0, core},
-    {"plant", "[SECONDS [SHARE]]", "15 to 127 nodes, SYNC at 1 kHz; or one SHARE: 2 is the half", 0, 2,
-     plant},
+    {"plant", "[SECONDS]", "127 nodes, SYNC at 1 kHz", 0, 1, plant},
     {"scripts", "[SECONDS]", "127 Lua devices, called 100 times a second each", 0, 1, scripts},
     {"eds", "[TIMES]", "reads the demo plant's EDS files", 0, 1, eds},
     {"hostile", "", "Lua devices that would stop the plant", 0, 0, hostile},
-    {"channels", "", "16 nodes by one channel and by sixteen", 0, 0, channels},
     {"tr308", "", "the terms of CiA TR 308", 0, 0, tr308},
     {"load", "PORT CLIENTS TRANSACTIONS NODE INDEX SIZE", "SDO reads by Modbus TCP clients", 6, 6, load},
 };

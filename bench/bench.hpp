@@ -38,7 +38,6 @@ inline double processor_seconds() {
 // core.cpp
 void core(const Arguments& arguments);
 // library.cpp
-void channels(const Arguments& arguments);
 void tr308(const Arguments& arguments);
 // load.cpp
 void load(const Arguments& arguments);

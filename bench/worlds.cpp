@@ -20,7 +20,7 @@ namespace {
 
 constexpr Time kSyncPeriod = kMillisecond;
 constexpr unsigned kNodes = 127;
-constexpr unsigned kModules = 100;
+constexpr unsigned kModules = 100, kDrives = kNodes - kModules;
 constexpr unsigned kCallsPerSecond = 100;
 
 /// A first-order lag of an input, with a switch at a limit.
@@ -70,13 +70,13 @@ std::string synchronous(unsigned tpdos, unsigned rpdos) {
   return objects;
 }
 
-std::string modules_and_drives(unsigned modules, unsigned drives) {
+std::string modules_and_drives() {
   const std::string module = "heartbeat_ms = 100\nobjects = [" + synchronous(2, 2) + "]\n";
   const std::string cyclic_position = "{ index = 0x6060, value = 8 }";
   const std::string drive = "heartbeat_ms = 100\nobjects = [" + synchronous(4, 4) + cyclic_position + "]\n";
   std::string toml;
-  for (unsigned id = 1; id <= modules + drives; ++id)
-    toml += id <= modules ? node(id, "io_module", module) : node(id, "drive", drive);
+  for (unsigned id = 1; id <= kNodes; ++id)
+    toml += id <= kModules ? node(id, "io_module", module) : node(id, "drive", drive);
   return toml;
 }
 
@@ -110,13 +110,13 @@ class Master final : public sim::Receiver {
 };
 
 /// Outputs of a module; a controlword that enables the drive and a target that moves for a drive.
-void send_cycle(Master& master, unsigned modules, unsigned drives, std::uint32_t cycle, Time now) {
-  for (unsigned id = 1; id <= modules; ++id) {
+void send_cycle(Master& master, std::uint32_t cycle, Time now) {
+  for (unsigned id = 1; id <= kModules; ++id) {
     master.send(0x200 + id, 1, cycle, now);
     master.send(0x300 + id, 4, cycle, now);
   }
   const std::uint64_t controlword = cycle == 0 ? 0x06 : cycle == 1 ? 0x07 : 0x0F;
-  for (unsigned id = modules + 1; id <= modules + drives; ++id) {
+  for (unsigned id = kModules + 1; id <= kNodes; ++id) {
     master.send(0x200 + id, 2, controlword, now);
     master.send(0x300 + id, 3, controlword | 8u << 16, now);
     master.send(0x400 + id, 6, controlword | std::uint64_t{cycle} << 16, now);
@@ -125,10 +125,13 @@ void send_cycle(Master& master, unsigned modules, unsigned drives, std::uint32_t
   master.send(0x080, 0, 0, now);
 }
 
-void run_plant(unsigned modules, unsigned drives, unsigned seconds) {
+}  // namespace
+
+void plant(const Arguments& arguments) {
+  const unsigned seconds = arguments.number(0, 3);
   sim::World world;
   Master master(world);
-  sim::Node& drive = add_nodes(world, modules_and_drives(modules, drives));
+  sim::Node& drive = add_nodes(world, modules_and_drives());
   world.start(0);
   master.send(0x000, 2, 0x0001, 0);
   world.advance(0);
@@ -139,26 +142,17 @@ void run_plant(unsigned modules, unsigned drives, unsigned seconds) {
   for (std::uint32_t cycle = 0; cycle < cycles; ++cycle) {
     const Time now = (cycle + Time{1}) * kSyncPeriod;
     world.advance(now);
-    send_cycle(master, modules, drives, cycle, now);
+    send_cycle(master, cycle, now);
     world.advance(now);
   }
   const double took = (processor_seconds() - began) / seconds;
   CALLGRIND_DUMP_STATS;
   const double frames = static_cast<double>(master.received + master.sent - sent_before) / seconds;
   std::printf("figure: plant.frames-%u %.0f in a second, %.1f ms of CPU, %.0f ns for a node and SYNC\n",
-              modules + drives, frames, took * 1e3, took * 1e9 / (1000.0 * (modules + drives)));
+              kNodes, frames, took * 1e3, took * 1e9 / (1000.0 * kNodes));
   std::fflush(stdout);
-  require(master.received == std::uint64_t{cycles} * (2 * modules + 4 * drives), "a TPDO is missing");
+  require(master.received == std::uint64_t{cycles} * (2 * kModules + 4 * kDrives), "a TPDO is missing");
   require(drive.device().dictionary().get(0x6064, 0) + 3 > cycles, "a drive has not followed its targets");
-}
-
-}  // namespace
-
-void plant(const Arguments& arguments) {
-  const unsigned seconds = arguments.number(0, 3);
-  const unsigned chosen = arguments.number(1, 0);
-  for (const unsigned share : {8u, 4u, 2u, 1u})
-    if (chosen == 0 || share == chosen) run_plant(kModules / share, (kNodes - kModules) / share, seconds);
 }
 
 void scripts(const Arguments& arguments) {

@@ -19,7 +19,7 @@ constexpr std::uint8_t kNode = 5;
 /// An in-memory wire: node 5 responds immediately.
 class Loopback final : public CanPort {
  public:
-  explicit Loopback(std::size_t size) : peer_(size) {}
+  explicit Loopback(std::uint8_t size) : peer_(size) {}
   bool try_send(const Frame& frame) override {
     ++sent_;
     if (frame.id == 0x600 + kNode) peer_.on_frame(frame);
@@ -40,7 +40,7 @@ bool transfer(SdoClient& client, Loopback& wire, const SdoClient::Request& reque
   return client.outcome() == SdoClient::Outcome::kDone;
 }
 
-template <std::uint16_t Size, Direction Way, Mode How>
+template <std::uint8_t Size, Direction Way, Mode How>
 bool transfers(unsigned count) {
   Loopback wire(Size);
   std::array<std::uint8_t, 128> data{};
@@ -55,7 +55,7 @@ bool transfers(unsigned count) {
 
 /// The whole coprocessor, and a PLC that uses it through its registers. The own node has ID 127.
 struct Machine {
-  explicit Machine(std::size_t object_size = 4) : wire(object_size) {
+  explicit Machine(std::uint8_t object_size = 4) : wire(object_size) {
     coprocessor.start(0);
     coprocessor.poll(0);
   }
@@ -109,7 +109,7 @@ struct Machine {
 
 // ---- Through the registers
 
-template <std::uint16_t Size, std::uint16_t Command, Mode How>
+template <std::uint8_t Size, std::uint16_t Command, Mode How>
 bool transactions(unsigned count) {
   Machine machine(Size);
   bool good = machine.configure(regmap::object::kTransferMode, 0, 1, static_cast<std::uint32_t>(How));

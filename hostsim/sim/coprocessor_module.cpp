@@ -43,10 +43,9 @@ CoprocessorModule::CoprocessorModule(Bus& bus, Schedule& schedule, RegisterWindo
 }
 
 void CoprocessorModule::make() {
-  coprocessor_.reset();
-  channels_ = std::vector<MultiChannelCoprocessor::Memory>(scanners_.size() - 1);
-  coprocessor_.emplace(window_, process_, port_, with_address(settings_, parameters_.lss()), scanners_,
-                       channels_);
+  coprocessor_.emplace(window_, process_, port_, with_address(settings_, parameters_.lss()), scanners_[0]);
+  channels_ = std::vector<FurtherChannels::Memory>(scanners_.size() - 1);
+  further_.emplace(*coprocessor_, std::span(scanners_).subspan(1), channels_);
   if (is_kept_) coprocessor_->keep_in(parameters_);
   if (status_) coprocessor_->show_status_in(*status_);
   network_.assign(std::min(image_.size() + kRoomForObjects, NetworkObjects::kMostBytes), 0);

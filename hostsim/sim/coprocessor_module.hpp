@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "cbcan/coprocessor/multi_channel_coprocessor.hpp"
+#include "cbcan/coprocessor/further_channels.hpp"
 #include "sim/parameters.hpp"
 #include "sim/participant.hpp"
 
@@ -54,7 +54,7 @@ class CoprocessorModule final : public Participant {
   /// Null removes the watch.
   void watch(ModuleWatch* watch) { watch_ = watch; }
 
-  const MultiChannelCoprocessor& coprocessor() const { return *coprocessor_; }
+  const Coprocessor& coprocessor() const { return *coprocessor_; }
   Port& port() const { return port_; }
   /// Frames since the start.
   std::uint32_t received() const { return received_; }
@@ -70,8 +70,9 @@ class CoprocessorModule final : public Participant {
   ProcessRegisters process_;
   Coprocessor::Settings settings_;
   std::vector<ScannerWindow> scanners_;
-  std::vector<MultiChannelCoprocessor::Memory> channels_;
-  std::optional<MultiChannelCoprocessor> coprocessor_;  ///< always there
+  std::optional<Coprocessor> coprocessor_;  ///< always there, as the others
+  std::vector<FurtherChannels::Memory> channels_;
+  std::optional<FurtherChannels> further_;
   std::optional<StatusRegisters> status_;
   std::vector<std::uint8_t> image_;
   std::vector<std::uint8_t> network_;  ///< the memory of NetworkObjects

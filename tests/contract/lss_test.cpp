@@ -53,13 +53,3 @@ TEST_CASE("[LSS-3] where nothing can be stored") {
   window.arrive("7E5#1300020000000000").expect("7E4#1301000000000000");
   window.arrive("7E5#1700000000000000").expect("7E4#1701000000000000");
 }
-
-TEST_CASE("[LSS-1] a CAN controller that is full") {
-  Window window;
-  CONTRACT_NEEDS(window, Ability::kRefusal);
-  window.arrive(kConfiguration);
-  window.target().refuse_frames(true);
-  window.arrive("7E5#5E00000000000000").pass(5ms).expect_silence();
-  window.target().refuse_frames(false);
-  window.pass(5ms).expect("7E4#5E7F000000000000");
-}

@@ -9,20 +9,11 @@
 
 #include "cbcan/canopen/device.hpp"
 #include "support/bench.hpp"
+#include "support/rows.hpp"
 
 namespace cbcan::test {
 
 using enum DataType;
-
-/// One or more identical sub-indices, and their power-on value.
-struct Row {
-  std::uint16_t index;
-  std::uint8_t first_sub;
-  std::uint8_t last_sub;
-  DataType type;
-  std::uint64_t value = 0;
-  std::uint16_t flags = ObjectFlags::kReadWrite;
-};
 
 /// Low byte first.
 inline std::string bytes_of(std::uint64_t number, std::size_t bytes) {
@@ -33,27 +24,6 @@ inline std::string bytes_of(std::uint64_t number, std::size_t bytes) {
     text += byte;
   }
   return text;
-}
-
-inline std::vector<ObjectEntry> entries_of(const std::vector<Row>& rows) {
-  std::vector<ObjectEntry> entries;
-  std::uint32_t offset = 0;
-  for (const Row& row : rows) {
-    const auto size = static_cast<std::uint32_t>(size_of(row.type));
-    entries.push_back({row.index, row.first_sub, row.last_sub, row.type, 0,
-                       static_cast<std::uint16_t>(row.flags | ObjectFlags::kChecked), offset, size});
-    offset += size * (row.last_sub - row.first_sub + 1u);
-  }
-  return entries;
-}
-
-inline std::vector<std::uint8_t> values_of(const std::vector<Row>& rows) {
-  std::vector<std::uint8_t> values;
-  for (const Row& row : rows)
-    for (unsigned sub = row.first_sub; sub <= row.last_sub; ++sub)
-      for (std::size_t byte = 0; byte < size_of(row.type); ++byte)
-        values.push_back(static_cast<std::uint8_t>(row.value >> 8 * byte));
-  return values;
 }
 
 /// All objects that a Device acts on, except PDOs.
@@ -73,7 +43,7 @@ inline std::vector<Row> everything() {
 
 struct DeviceRig final : Wire, private DeviceApplication {
   explicit DeviceRig(const std::vector<Row>& rows = everything())
-      : entries(entries_of(rows)),
+      : entries(entries_of(rows, ObjectFlags::kChecked)),
         power_on(values_of(rows)),
         values(power_on),
         device(0x42, {entries, values, {}}, {buffer_, {rpdos_, tpdos_, pieces_}, watched_}, *this, port) {}

@@ -117,24 +117,9 @@ TEST_CASE("Each object has its sub-indices with their sizes, and there are no ot
 namespace {
 
 /// Stores nothing.
-struct PlainMemory : ParameterMemory {
-  virtual ~PlainMemory() = default;
+struct PlainMemory final : ParameterMemory {
   AbortCode save(std::uint16_t, std::uint16_t) override { return AbortCode::kNone; }
   AbortCode forget(std::uint16_t, std::uint16_t) override { return AbortCode::kNone; }
-};
-
-/// What LSS stores; no parameters.
-struct AddressMemory final : PlainMemory {
-  bool keep_address(std::uint8_t new_node_id, std::uint8_t new_bit_rate) override {
-    if (is_broken) return false;
-    node_id = new_node_id;
-    bit_rate = new_bit_rate;
-    return true;
-  }
-
-  bool is_broken = false;
-  unsigned node_id = 0;
-  unsigned bit_rate = 0;
 };
 
 }  // namespace
@@ -147,23 +132,4 @@ TEST_CASE("A memory that only saves and forgets keeps no node ID and restores no
   bench.arrive("7E5#0401000000000000", "7E5#1700000000000000").expect("7E4#1702000000000000");
   bench.arrive("7E5#0400000000000000", "000#817F").pass(0).expect("77F#00");
   bench.read(0, 0x1017, 0, 2).check_done();
-}
-
-// CiA 305: 11h node ID, 13h bit rate (4 = 125 kbit/s), 15h activate after 10 ms,
-// 17h store (error 2: could not).
-TEST_CASE("LSS: the memory takes node ID and bit rate; \"activate bit timing\" stops nothing but LSS") {
-  AddressMemory memory;
-  Bench bench;
-  bench.coprocessor.keep_in(memory);
-  bench.arrive("7E5#0401000000000000", "7E5#1105000000000000", "7E5#1300040000000000")
-      .expect("7E4#1100000000000000", "7E4#1300000000000000");
-  bench.arrive("7E5#150A000000000000", "7E5#5E00000000000000").pass(20 * kMillisecond);
-  bench.read(0, 0x1000, 0, 4).check_done();
-  bench.arrive("7E5#5E00000000000000").expect("7E4#5E7F000000000000");
-  memory.is_broken = true;
-  bench.arrive("7E5#1700000000000000").expect("7E4#1702000000000000");
-  memory.is_broken = false;
-  bench.arrive("7E5#1700000000000000").expect("7E4#1700000000000000");
-  CHECK(memory.node_id == 5);
-  CHECK(memory.bit_rate == 4);
 }

@@ -54,12 +54,11 @@ inline Bytes image_of(Bytes bytes) {
   return bytes;
 }
 
-struct ManagerRig : Wire {
+struct ManagerRig : CoprocessorRig {
   enum class Place { kRam, kFlash };
   explicit ManagerRig(const std::vector<Item>& items, Coprocessor::Settings settings = {},
                       Place place = Place::kRam)
-      : memory(image_of(concise(items))),
-        coprocessor(RegisterWindow(RegisterWindow::Words(registers)), process, port, settings) {
+      : CoprocessorRig(settings), memory(image_of(concise(items))) {
     const std::size_t used = memory.size();
     memory.resize(used + 256);
     REQUIRE((place == Place::kRam
@@ -70,37 +69,20 @@ struct ManagerRig : Wire {
     pass(0);
   }
 
-  // The bus.
-  template <class... More>
-  ManagerRig& arrive(const std::string& frame, const More&... more) {
-    coprocessor.on_frame(frame_from(frame), now);
-    pass(0);
-    if constexpr (sizeof...(more) != 0) arrive(more...);
-    return *this;
-  }
-
   // The PLC.
-  ManagerRig& request(std::initializer_list<std::uint16_t> words) {
+  CoprocessorRig& request(std::initializer_list<std::uint16_t> words) {
     std::copy(words.begin(), words.end(), registers.begin() + 1);
-    registers[0] = 0xCA0E;
-    coprocessor.poll(now);
-    return pass(0);
+    return execute();
   }
-  ManagerRig& nmt(std::uint16_t node, std::uint16_t command) {
+  CoprocessorRig& nmt(std::uint16_t node, std::uint16_t command) {
     return request({5066, 0, 0x1F82, node, 1, command});
   }
-  ManagerRig& write_words(unsigned first, std::initializer_list<std::uint16_t> words) {
+  CoprocessorRig& write_words(unsigned first, std::initializer_list<std::uint16_t> words) {
     auto to = first >= 3928 ? status.begin() + (first - 3928) : process.begin() + (first - 3800);
     std::copy(words.begin(), words.end(), to);
     coprocessor.on_registers_written(first, words.size(), now);
     coprocessor.on_plc(now);
     return pass(0);
-  }
-
-  /// Lets time pass, and polls at deadlines alone.
-  ManagerRig& pass(Time duration) {
-    poll_when_due(coprocessor, now, now + duration);
-    return *this;
   }
 
   /// R3972 + node.
@@ -110,15 +92,11 @@ struct ManagerRig : Wire {
     return (status.at(4 + 8 * map + node / 16) >> node % 16 & 1) != 0;
   }
 
-  Registers registers{};
-  std::array<std::uint16_t, regmap::kProcessWords> process{};
   std::array<std::uint16_t, regmap::kStatusWords> status{};
   Bytes memory;
-  Time now = 1000;
-  Coprocessor coprocessor;
 };
 
-inline constexpr unsigned kHeard = 0, kConfigured = 1, kRunning = 2, kLost = 4;
+inline constexpr unsigned kHeard = 0, kConfigured = 1, kRunning = 2;
 
 inline const Item kManager{0x1F80, 0, u32(1)};
 inline const Item kHeartbeats{0x1016, 1, u32(0x000500FA)};

@@ -3,7 +3,6 @@
 
 /// A bus with one device, of any of the files; the suite compares what devices of different kinds do there.
 
-#include <deque>
 #include <string>
 #include <vector>
 
@@ -20,18 +19,9 @@ class Bus {
   /// it sends.
   virtual Frames power_on(std::size_t file) = 0;
   virtual Frames power_cycle() = 0;
-  /// Sends at most kMostAtOnce frames; returns all that the device has sent then.
-  virtual Frames exchange(const Frames& frames) = 0;
+  /// Sends a frame; returns all that the device has sent then.
+  virtual Frames exchange(const std::string& frame) = 0;
   virtual Frames pass(Time duration) = 0;
-
-  /// Single characters of more frames do not fit the emulator's socket.
-  static constexpr std::size_t kMostAtOnce = 10;
-  /// How many frames each exchange() must return, for a device that needs time.
-  std::deque<std::size_t> counts;
 };
-
-/// The kind of device that the suite compares with the simulated one.
-Bus& compared_bus();
-bool is_slow();
 
 }  // namespace cbcan::test

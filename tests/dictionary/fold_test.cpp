@@ -8,15 +8,6 @@
 
 namespace cbcan::test {
 
-Bus& compared_bus() {
-  static DeviceBus bus;
-  return bus;
-}
-
-bool is_slow() {
-  return false;
-}
-
 namespace {
 
 struct Tables {

@@ -18,7 +18,8 @@ constexpr std::uint8_t kNode = 5;
 
 inline descriptions::DictionaryImage image_of(std::size_t file) {
   const std::string path = dictionaries::kFiles[file].path;
-  return descriptions::dictionary_image(descriptions::read(base::read_file(path).value(), path, kNode).device);
+  return descriptions::dictionary_image(
+      descriptions::read(base::read_file(path).value(), path, kNode).device);
 }
 
 class SimulatedBus final : public Bus {
@@ -39,12 +40,9 @@ class SimulatedBus final : public Bus {
     bench_->world.advance(bench_->now);
     return bench_->heard();
   }
-  Frames exchange(const Frames& frames) override {
-    for (const std::string& frame : frames)
-      bench_->send(frame);
-    Frames heard = bench_->heard();
-    counts.push_back(heard.size());
-    return heard;
+  Frames exchange(const std::string& frame) override {
+    bench_->send(frame);
+    return bench_->heard();
   }
   Frames pass(Time duration) override {
     bench_->pass(duration);
@@ -68,9 +66,8 @@ class DeviceBus final : public Bus, private CanPort {
     device_->start(now_);
     return pass(0);
   }
-  Frames exchange(const Frames& frames) override {
-    for (const std::string& frame : frames)
-      device_->device.on_frame(frame_from(frame), now_);
+  Frames exchange(const std::string& frame) override {
+    device_->device.on_frame(frame_from(frame), now_);
     return pass(0);
   }
   Frames pass(Time duration) override {

@@ -32,14 +32,14 @@ std::string object(unsigned index, unsigned sub) {
   return hex(index, 2) + hex(sub, 1);
 }
 
-/// Sends frames in portions, and writes the transcript.
+/// Sends frames, and writes the transcript.
 class Talk {
  public:
   Talk(Bus& bus, unsigned node) : bus_(bus), node_(node) {}
 
   void send(const std::string& frame) {
-    waiting_.push_back(frame);
-    if (waiting_.size() == Bus::kMostAtOnce) flush();
+    lines_.push_back("> " + frame);
+    note(bus_.exchange(frame));
   }
   void request(const std::string& data) { send(sdo(node_, data)); }
 
@@ -69,21 +69,11 @@ class Talk {
   }
 
   void note(const Frames& frames) { lines_.insert(lines_.end(), frames.begin(), frames.end()); }
-  void flush() {
-    for (const std::string& frame : waiting_)
-      lines_.push_back("> " + frame);
-    if (!waiting_.empty()) note(bus_.exchange(waiting_));
-    waiting_.clear();
-  }
-  Frames take() {
-    flush();
-    return std::move(lines_);
-  }
+  Frames take() { return std::move(lines_); }
 
  private:
   Bus& bus_;
   unsigned node_;
-  Frames waiting_;
   Frames lines_;
 };
 
@@ -111,7 +101,8 @@ ObjectLimits limits_of(const descriptions::DictionaryImage& image, const ObjectE
   return {entry.index, 0, 0, static_cast<std::int64_t>(all)};
 }
 
-void write_one(Talk& talk, const descriptions::DictionaryImage& image, const ObjectEntry& entry, unsigned sub) {
+void write_one(Talk& talk, const descriptions::DictionaryImage& image, const ObjectEntry& entry,
+               unsigned sub) {
   const std::size_t place = entry.offset + std::size_t{entry.stride()} * (sub - entry.first_sub);
   const std::size_t bytes = entry.capacity;
   std::uint64_t value = 0;
@@ -147,7 +138,6 @@ void map_one(Talk& talk, unsigned pdo, std::uint32_t cob_id, unsigned index, uns
 
 void command(Talk& talk, Bus& bus, const std::string& frame) {
   talk.send(frame);
-  talk.flush();
   talk.note(bus.pass(0));
 }
 

@@ -136,19 +136,6 @@ TEST_CASE("Node: an ID that LSS has not stored is gone at the next power-on; par
   bench.ask("606#4000200000000000", "586#4B00200055000000");
 }
 
-TEST_CASE("Node: LSS learns that a store has failed, and nothing has changed") {
-  KeptParameters kept;
-  NodeBench bench(with_lss(&kept));
-  kept.works = false;
-  bench.send(kConfiguration);
-  give(bench, "06");
-  bench.ask("7E5#1700000000000000", "7E4#1702000000000000");
-  bench.send(kWaiting);
-  kept.works = true;
-  bench.ask("605#2310100173617665", "585#6010100100000000");
-  CHECK(kept.kept.lss == sim::StoredLss{});
-}
-
 TEST_CASE("Node: LSS takes the ID away; then LSS alone is left") {
   NodeBench bench(with_lss());
   bench.ask("605#2B17100064000000", "585#6017100000000000");
@@ -164,27 +151,6 @@ TEST_CASE("Node: LSS takes the ID away; then LSS alone is left") {
   give(bench, "06");
   bench.ask(kWaiting, "706#00");
   bench.ask("606#4000180100000000", "586#4300180186010000");
-}
-
-// The bus is silent for 100 ms, then the bit rate changes, then it is silent for another 100 ms.
-TEST_CASE("Node: a bit rate that is the bus's: off the bus for twice the delay, then back") {
-  WorldBench bench(125'000);
-  add_node(bench, 5, with_lss());
-  bench.start();
-  bench.pass(kSecond);
-  CHECK(bench.heard() == std::vector<std::string>{"705#00"});
-  bench.send(kConfiguration);
-  bench.send("7E5#1300040000000000");
-  bench.pass(10 * kMillisecond);
-  CHECK(bench.heard() == std::vector<std::string>{"7E4#1300000000000000"});
-  bench.send("7E5#1564000000000000");
-  bench.pass(150 * kMillisecond);
-  bench.send("605#4000100000000000");
-  bench.pass(49 * kMillisecond).expect_silence();
-  bench.pass(10 * kMillisecond);
-  bench.send("605#4000100000000000");
-  bench.pass(10 * kMillisecond);
-  CHECK(bench.heard() == std::vector<std::string>{"585#4300100000000000"});
 }
 
 TEST_CASE("Node: another bit rate than the bus's: not heard any more, and after power-on neither") {
@@ -231,12 +197,6 @@ TEST_CASE("Node: on a bus with a bit rate that LSS does not have, a stored node 
     CHECK(bench.heard() == std::vector<std::string>{boot_up, "7E4#1100000000000000", "7E4#1700000000000000"});
     CHECK(kept.kept.lss == sim::StoredLss{6, 0});
   }
-}
-
-TEST_CASE("Node: without LSS it does not hear of it") {
-  NodeBench bench;
-  bench.send(kConfiguration);
-  bench.send("7E5#5E00000000000000").expect_silence();
 }
 
 }  // namespace cbcan::test

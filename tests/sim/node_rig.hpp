@@ -4,33 +4,18 @@
 /// Simulated nodes with dictionaries from tables in tests.
 
 #include "sim/node.hpp"
+#include "support/rows.hpp"
 #include "support/world_bench.hpp"
 
 namespace cbcan::test {
 
-/// One or more identical sub-indices, and their power-on value.
-struct Row {
-  std::uint16_t index;
-  std::uint8_t first_sub;
-  std::uint8_t last_sub;
-  DataType type;
-  std::uint64_t value = 0;
-  std::uint16_t flags = ObjectFlags::kReadWrite;
-  bool follows_node_id = false;  ///< `value` is for node ID 0
-};
-
 inline descriptions::DictionaryImage image_of(const std::vector<Row>& rows, std::uint8_t node_id) {
   descriptions::DictionaryImage image;
-  for (const Row& row : rows) {
-    const auto size = static_cast<std::uint8_t>(size_of(row.type));
-    const auto offset = static_cast<std::uint32_t>(image.values.size());
-    image.entries.push_back({row.index, row.first_sub, row.last_sub, row.type, 0, row.flags, offset, size});
-    if (row.follows_node_id) image.node_id_values.push_back({offset, 1, size});
-    const std::uint64_t value = row.value + (row.follows_node_id ? node_id : 0u);
-    for (unsigned sub = row.first_sub; sub <= row.last_sub; ++sub)
-      for (unsigned byte = 0; byte < size; ++byte)
-        image.values.push_back(static_cast<std::uint8_t>(value >> 8 * byte));
-  }
+  image.entries = entries_of(rows);
+  image.values = values_of(rows, node_id);
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    if (const ObjectEntry& entry = image.entries[i]; rows[i].follows_node_id)
+      image.node_id_values.push_back({entry.offset, 1, static_cast<std::uint8_t>(entry.capacity)});
   return image;
 }
 

@@ -66,20 +66,14 @@ void poll_when_due(Polled& polled, Time& now, Time end) {
 
 using Registers = std::array<std::uint16_t, regmap::kWindowWords>;
 
-/// A coprocessor in virtual time; the test acts as PLC and as bus.
-template <typename Core>
-struct BasicBench : Wire {
-  explicit BasicBench(Coprocessor::Settings settings = {}) : BasicBench(own_registers, settings) {}
+/// A coprocessor in virtual time, not started yet; the test acts as PLC and as bus.
+struct CoprocessorRig : Wire {
+  explicit CoprocessorRig(Coprocessor::Settings settings)
+      : CoprocessorRig(own_registers, settings, ScannerWindow(out, in)) {}
   /// With the registers in memory of the caller.
-  explicit BasicBench(Registers& memory, Coprocessor::Settings settings = {})
-      : BasicBench(memory, settings, ScannerWindow(out, in)) {}
-  template <typename... Scanners>
-  BasicBench(Registers& memory, Coprocessor::Settings settings, const Scanners&... scanners)
+  CoprocessorRig(Registers& memory, Coprocessor::Settings settings, ScannerWindow scanner)
       : registers(memory),
-        coprocessor(RegisterWindow(RegisterWindow::Words(registers)), process, port, settings, scanners...) {
-    coprocessor.start(now);
-    port.sent.clear();  // the boot-up message has its own test
-  }
+        coprocessor(RegisterWindow(RegisterWindow::Words(registers)), process, port, settings, scanner) {}
 
   // The PLC.
   std::uint16_t& reg(unsigned address) { return registers.at(address - regmap::kWindowFirst); }
@@ -87,18 +81,18 @@ struct BasicBench : Wire {
     for (const std::uint16_t word : words)
       reg(address++) = word;
   }
-  BasicBench& execute() {
+  CoprocessorRig& execute() {
     reg(3700) = 0xCA0E;
     poll();
     return *this;
   }
-  BasicBench& read(std::uint16_t node, std::uint16_t index, std::uint16_t sub, std::uint16_t room) {
+  CoprocessorRig& read(std::uint16_t node, std::uint16_t index, std::uint16_t sub, std::uint16_t room) {
     write(3701, {5055, node, index, sub, room});
     execute();
     return *this;
   }
-  BasicBench& write(std::uint16_t node, std::uint16_t index, std::uint16_t sub, std::uint16_t size,
-                    std::initializer_list<std::uint16_t> words) {
+  CoprocessorRig& write(std::uint16_t node, std::uint16_t index, std::uint16_t sub, std::uint16_t size,
+                        std::initializer_list<std::uint16_t> words) {
     write(3701, {5066, node, index, sub, size});
     write(3706, words);
     execute();
@@ -115,7 +109,7 @@ struct BasicBench : Wire {
 
   // The bus.
   template <class... More>
-  BasicBench& arrive(const std::string& frame, const More&... more) {
+  CoprocessorRig& arrive(const std::string& frame, const More&... more) {
     coprocessor.on_frame(frame_from(frame), now);
     pass(0);
     if constexpr (sizeof...(more) != 0) arrive(more...);
@@ -124,12 +118,12 @@ struct BasicBench : Wire {
 
   // Time.
   /// R3700 may have been written.
-  BasicBench& poll() {
+  CoprocessorRig& poll() {
     coprocessor.poll(now);
     return pass(0);
   }
   /// Lets time pass, and polls at deadlines alone.
-  BasicBench& pass(Time duration) {
+  CoprocessorRig& pass(Time duration) {
     poll_when_due(coprocessor, now, now + duration);
     return *this;
   }
@@ -140,9 +134,22 @@ struct BasicBench : Wire {
   std::array<std::uint16_t, regmap::kProcessWords> process{};
   Registers& registers;
   Time now = 1000;
-  Core coprocessor;
+  Coprocessor coprocessor;
 };
 
-using Bench = BasicBench<Coprocessor>;
+/// One that has sent its boot-up message, which has its own test.
+struct Bench : CoprocessorRig {
+  explicit Bench(Coprocessor::Settings settings = {}) : CoprocessorRig(settings) { start(); }
+  Bench(Registers& memory, Coprocessor::Settings settings, ScannerWindow scanner)
+      : CoprocessorRig(memory, settings, scanner) {
+    start();
+  }
+
+ private:
+  void start() {
+    coprocessor.start(now);
+    port.sent.clear();
+  }
+};
 
 }  // namespace cbcan::test

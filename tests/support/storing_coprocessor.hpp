@@ -43,11 +43,11 @@ struct StoringCoprocessor {
     bench->read(0, index, sub, 128).check_done();
     return bench->reg(3706) | static_cast<std::uint32_t>(bench->reg(3707)) << 16;
   }
-  Bench& put(std::uint16_t index, std::uint16_t sub, std::uint16_t size, std::uint32_t value) {
+  CoprocessorRig& put(std::uint16_t index, std::uint16_t sub, std::uint16_t size, std::uint32_t value) {
     return bench->write(0, index, sub, size,
                         {static_cast<std::uint16_t>(value), static_cast<std::uint16_t>(value >> 16)});
   }
-  Bench& command(std::uint16_t index, std::uint16_t sub, const std::uint16_t (&word)[2]) {
+  CoprocessorRig& command(std::uint16_t index, std::uint16_t sub, const std::uint16_t (&word)[2]) {
     return bench->write(0, index, sub, 4, {word[0], word[1]});
   }
   void save(std::uint16_t sub = 1) { command(0x1010, sub, kSave).check_done(); }

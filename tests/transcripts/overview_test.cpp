@@ -7,7 +7,7 @@
 //   NMT: 000, five commands, node or 0           "NMT: the five commands, to one node and to all"
 //   Heartbeat: 700h + node ID, four states       "heartbeat: the four states"
 //   Heartbeat: boot-up                           "heartbeat: the four states"
-//   Heartbeat: consumer; node guarding           tests/sim/node_network_test.cpp; cia402_communication_test.cpp
+//   Heartbeat: consumer; node guarding           tests/sim/node_network_test.cpp; tests/core/device_test.cpp
 //   SDO: initiate download, n, e, s              "SDO: every n, e and s of an initiate download"
 //   SDO: ccs 0..6                                "SDO: every n ...", "SDO: block", "SDO: abort"
 //   PDO: after SYNC, by RTR                      "trace", "PDO: by an empty frame with RTR"

@@ -42,7 +42,7 @@ Device::Device(std::uint8_t node_id, const Slave::Tables& tables, const Storage&
     : application_(application),
       slave_(node_id, tables, storage.buffer, *this, port),
       sync_(slave_.dictionary(), port),
-      pdo_(slave_.dictionary(), port, storage.pdos, *this),
+      pdo_(slave_.dictionary(), port, storage.pdos, static_cast<PdoApplication&>(*this)),
       emergency_(slave_.dictionary(), port, application),
       consumer_(slave_.dictionary(), storage.watched),
       life_guard_(slave_.dictionary()),
@@ -76,19 +76,19 @@ bool Device::on_sdo_request(const Frame& frame, Time now) {
   slave_.sdo_server().on_frame(frame, now);
   const bool written = std::exchange(written_, false);
   if (written) application_.on_written(now);
-  return written || slave_.sdo_server().waits();
+  return written || (kServices.sdo_server && slave_.sdo_server()->waits());
 }
 
 /// Passes on what a frame has changed in one part and concerns others. False: it was a SYNC, and deadline()
 /// has not changed.
 bool Device::react(Time now) {
   const Time emergency_due = emergency_.deadline();
-  if (sync_.misfits() != known_misfit_) {
-    known_misfit_ = sync_.misfits();
+  if (kServices.process_data() && sync_->misfits() != known_misfit_) {
+    known_misfit_ = sync_->misfits();
     show(EmergencyCode::kSyncLength, known_misfit_, now);
   }
-  const bool sync = sync_.take();
-  const bool pdos_moved = sync && pdo_.on_sync(sync_.counter(), sync_.window(), now);
+  const bool sync = kServices.process_data() && sync_->take();
+  const bool pdos_moved = sync && pdo_->on_sync(sync_->counter(), sync_->window(), now);
   const bool changed = network_changed();
   if (changed) watch_network(now);
   return !sync || pdos_moved || changed || emergency_.deadline() != emergency_due;
@@ -96,15 +96,16 @@ bool Device::react(Time now) {
 
 /// Reports that a communication error has occurred or has ended; without effect if that is known already.
 void Device::show(EmergencyCode code, bool present, Time now) {
-  if (present) return emergency_.error(number(code), ErrorRegister::kCommunication, {}, now);
-  emergency_.error_over(number(code), now);
+  if constexpr (kServices.emergencies)
+    present ? emergency_->error(number(code), ErrorRegister::kCommunication, {}, now)
+            : emergency_->error_over(number(code), now);
 }
 
 Time Device::poll(Time now) {
   slave_.poll(now);
   if (slave_.state() == nmt::State::kInitialising) return deadline();
   sync_.poll(now);
-  if (sync_.take()) pdo_.on_sync(sync_.counter(), sync_.window(), now);
+  if (kServices.process_data() && sync_->take()) pdo_->on_sync(sync_->counter(), sync_->window(), now);
   emergency_.poll(now);
   time_.poll(now);
   consumer_.poll(now);
@@ -124,8 +125,8 @@ Time Device::deadline() const {
 
 /// Any number of lost nodes are one EMCY error; fail() is called for each further loss.
 void Device::watch_network(Time now) {
-  const std::size_t lost = consumer_.lost();
-  const bool unguarded = life_guard_.lost();
+  const std::size_t lost = consumer_->lost();
+  const bool unguarded = life_guard_->lost();
   if (lost > known_lost_) fail(NetworkFailure::kHeartbeat, now);
   if (unguarded && !known_unguarded_) fail(NetworkFailure::kGuarding, now);
   if (lost == 0 && !unguarded) show(EmergencyCode::kHeartbeat, false, now);
@@ -199,16 +200,18 @@ void Device::restore(std::uint16_t first_index, std::uint16_t last_index, Time n
 bool Device::restore_more(std::uint32_t step, Time now) {
   std::uint32_t parts = 0;
   with_parts(*this, [&](auto&... part) { ((step == parts++ ? part.reset(node_id(), now) : void()), ...); });
-  if (step < parts || pdo_.load_one(step - parts, now)) return true;
-  known_lost_ = kServices.other_devices && emergency_.has(number(EmergencyCode::kHeartbeat));  // over now
+  if (step < parts || (kServices.process_data() && pdo_->load_one(step - parts, now))) return true;
+  const auto has = [&](EmergencyCode code) { return kServices.emergencies && emergency_->has(number(code)); };
+  known_lost_ = kServices.other_devices && has(EmergencyCode::kHeartbeat);  // over now
   known_unguarded_ = false;
-  known_misfit_ = emergency_.has(number(EmergencyCode::kSyncLength));
+  known_misfit_ = has(EmergencyCode::kSyncLength);
   application_.on_received_ids();
   return false;
 }
 
 void Device::on_state(nmt::State state, Time now) {
-  if (state == nmt::State::kInitialising) emergency_.forget(slave_.resets_application());
+  if constexpr (kServices.emergencies)
+    if (state == nmt::State::kInitialising) emergency_->forget(slave_.resets_application());
   application_.on_state(state, now);
   with_parts(*this, [&](auto&... part) { (part.on_state(state, now), ...); });
 }
@@ -218,7 +221,8 @@ void Device::on_state(nmt::State state, Time now) {
 void Device::on_pdo_error(std::uint16_t code, std::uint16_t pdo, Time now) {
   const auto low = static_cast<std::uint8_t>(pdo);
   const auto high = static_cast<std::uint8_t>(pdo >> 8);
-  emergency_.error(code, ErrorRegister::kCommunication, {low, high}, now);
+  if constexpr (kServices.emergencies)
+    emergency_->error(code, ErrorRegister::kCommunication, {low, high}, now);
 }
 
 }  // namespace cbcan

@@ -18,12 +18,11 @@
 
 #include <cstdint>
 #include <span>
-#include <type_traits>
 
+#include "cbcan/canopen/built_if.hpp"
 #include "cbcan/canopen/emcy/emergency.hpp"
 #include "cbcan/canopen/nmt/heartbeat_consumer.hpp"
 #include "cbcan/canopen/nmt/life_guard.hpp"
-#include "cbcan/canopen/no_part.hpp"
 #include "cbcan/canopen/parameter_memory.hpp"
 #include "cbcan/canopen/pdo/pdo.hpp"
 #include "cbcan/canopen/slave.hpp"
@@ -90,17 +89,27 @@ class Device final : private Application, private PdoApplication {
   Time deadline() const;
 
   /// The application has changed this value: event-driven TPDOs that map it are due.
-  void changed(std::uint16_t index, std::uint8_t sub, Time now) { pdo_.changed(index, sub, now); }
+  void changed(std::uint16_t index, std::uint8_t sub, Time now) {
+    if constexpr (kServices.process_data()) pdo_->changed(index, sub, now);
+  }
 
   /// Any values may have changed: event-driven TPDOs whose data differ now are due.
-  void look_for_changes(Time now) { pdo_.look_for_changes(now); }
+  void look_for_changes(Time now) {
+    if constexpr (kServices.process_data()) pdo_->look_for_changes(now);
+  }
 
   /// See Pdo.
-  bool has_received(std::size_t rpdo) const { return pdo_.has_received(rpdo); }
-  void forget_received(std::size_t rpdo) { pdo_.forget_received(rpdo); }
-  void hold_tpdos(bool held, Time now) { pdo_.hold_tpdos(held, now); }
+  bool has_received(std::size_t rpdo) const { return !kServices.process_data() || pdo_->has_received(rpdo); }
+  void forget_received(std::size_t rpdo) {
+    if constexpr (kServices.process_data()) pdo_->forget_received(rpdo);
+  }
+  void hold_tpdos(bool held, Time now) {
+    if constexpr (kServices.process_data()) pdo_->hold_tpdos(held, now);
+  }
   /// The event of all TPDOs.
-  void request_tpdos(Time now) { pdo_.request(0, now); }
+  void request_tpdos(Time now) {
+    if constexpr (kServices.process_data()) pdo_->request(0, now);
+  }
 
   nmt::State state() const { return slave_.state(); }
   std::uint8_t node_id() const { return slave_.node_id(); }
@@ -108,6 +117,7 @@ class Device final : private Application, private PdoApplication {
   const ObjectDictionary& dictionary() const { return slave_.dictionary(); }
   Slave& slave() { return slave_; }
   const Slave& slave() const { return slave_; }
+  // Only in builds with the service.
   auto& emergency() { return emergency_; }
   auto& time_stamp() { return time_; }
   const auto& heartbeat_consumer() const { return consumer_; }
@@ -131,10 +141,9 @@ class Device final : private Application, private PdoApplication {
   void on_written(Time now) override { application_.on_written(now); }
   void on_sync(Time now) override { application_.on_sync(now); }
   void on_pdo_error(std::uint16_t code, std::uint16_t pdo, Time now) override;
-  void on_pdo_error_over(std::uint16_t code, Time now) override { emergency_.error_over(code, now); }
-
-  template <bool kIsThere, class Part>
-  using If = std::conditional_t<kIsThere, Part, NoPart>;
+  void on_pdo_error_over(std::uint16_t code, Time now) override {
+    if constexpr (kServices.emergencies) emergency_->error_over(code, now);
+  }
 
   /// Calls `call` with all parts, in the order in which they are handled.
   template <class Self, class Call>
@@ -150,7 +159,7 @@ class Device final : private Application, private PdoApplication {
   bool react(Time now);
   bool network_changed() const {
     return kServices.other_devices &&
-           (consumer_.lost() != known_lost_ || life_guard_.lost() != known_unguarded_);
+           (consumer_->lost() != known_lost_ || life_guard_->lost() != known_unguarded_);
   }
   void watch_network(Time now);
   void fail(NetworkFailure failure, Time now);
@@ -162,12 +171,12 @@ class Device final : private Application, private PdoApplication {
   bool bus_off_ = false;
   bool written_ = false;
   Slave slave_;
-  If<kServices.process_data(), Sync> sync_;
-  If<kServices.process_data(), Pdo> pdo_;
-  If<kServices.emergencies, Emergency> emergency_;
-  If<kServices.other_devices, HeartbeatConsumer> consumer_;
-  If<kServices.other_devices, LifeGuard> life_guard_;
-  If<kServices.time, TimeStamp> time_;
+  BuiltIf<kServices.process_data(), Sync> sync_;
+  BuiltIf<kServices.process_data(), Pdo> pdo_;
+  BuiltIf<kServices.emergencies, Emergency> emergency_;
+  BuiltIf<kServices.other_devices, HeartbeatConsumer> consumer_;
+  BuiltIf<kServices.other_devices, LifeGuard> life_guard_;
+  BuiltIf<kServices.time, TimeStamp> time_;
   std::size_t known_lost_ = 0;  ///< consumer_.lost() when last checked
 };
 

@@ -14,7 +14,7 @@
 
 namespace cbcan {
 
-class DeviceLss final : private LssApplication {
+class DeviceLss : private LssApplication {
  public:
   /// All outlive it.
   DeviceLss(Device& device, DeviceApplication& application, CanPort& port)
@@ -26,6 +26,9 @@ class DeviceLss final : private LssApplication {
   void on_frame(const Frame& frame, Time now) { slave_.on_frame(frame, now); }
   void poll(Time now) { slave_.poll(now); }
   Time deadline() const { return slave_.deadline(); }
+
+ protected:
+  ~DeviceLss() = default;
 
  private:
   std::uint32_t identity(std::uint8_t part) const override {

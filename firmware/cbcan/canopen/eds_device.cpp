@@ -8,7 +8,7 @@
 namespace cbcan {
 
 void EdsDevice::start(std::uint8_t node_id, Time now) {
-  lss_.start(node_id, now);
+  if constexpr (kServices.lss) lss_->start(node_id, now);
   device_.set_node_id(node_id);
   device_.start(now);
 }
@@ -47,7 +47,8 @@ void EdsDevice::on_stored(const ObjectEntry& entry, std::uint8_t sub, Time now) 
 
 /// Only a reset makes the node ID active that LSS has set.
 void EdsDevice::on_state(nmt::State state, Time now) {
-  if (kServices.lss && state == nmt::State::kInitialising) device_.set_node_id(lss_.reset_communication(now));
+  if (kServices.lss && state == nmt::State::kInitialising)
+    device_.set_node_id(lss_->reset_communication(now));
 }
 
 void EdsDevice::restore(std::uint16_t first_index, std::uint16_t last_index, Time /*now*/) {

@@ -27,8 +27,8 @@
 #include <array>
 #include <cstdint>
 #include <span>
-#include <type_traits>
 
+#include "cbcan/canopen/built_if.hpp"
 #include "cbcan/canopen/device.hpp"
 #include "cbcan/canopen/device_lss.hpp"
 #include "cbcan/canopen/dictionary/eds_dictionary.hpp"
@@ -123,7 +123,7 @@ class EdsDevice : protected DeviceApplication, public PowerOnValues {
   std::span<std::uint8_t> values_;
   ParameterMemory* memory_ = nullptr;
   Device device_;
-  std::conditional_t<kServices.lss, DeviceLss, NoPart> lss_;
+  BuiltIf<kServices.lss, DeviceLss> lss_;
 };
 
 template <const EdsDictionary& kDictionary>

@@ -34,7 +34,7 @@ void Slave::reset(bool application, Time now) {
   if (state_ != nmt::State::kInitialising) enter(nmt::State::kInitialising, now);
   node_id_ = next_node_id_;
   step_ = 1;
-  sdo_server_.reset(sdo::kResponseId + node_id_);
+  if constexpr (kServices.sdo_server) sdo_server_->reset(sdo::kResponseId + node_id_);
   next_state_ = nmt::State::kPreOperational;
   guard_toggle_ = 0;
   heartbeat_period_ = 0;
@@ -58,8 +58,8 @@ void Slave::go_on_with_reset(Time now) {
 
 void Slave::enter(nmt::State state, Time now) {
   state_ = state;
-  if (!nmt::is_running(state))
-    sdo_server_.reset(sdo::kResponseId + node_id_);  // no more responses or segments
+  if constexpr (kServices.sdo_server)
+    if (!nmt::is_running(state)) sdo_server_->reset(sdo::kResponseId + node_id_);  // no more responses
   application_.on_state(state, now);
 }
 

@@ -11,9 +11,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <type_traits>
 
 #include "cbcan/can_port.hpp"
+#include "cbcan/canopen/built_if.hpp"
 #include "cbcan/canopen/dictionary/object_dictionary.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "cbcan/canopen/nmt/nmt.hpp"
@@ -115,7 +115,7 @@ class Slave {
   Time retry_at_ = kNever;
   std::uint32_t heartbeat_period_ = 0;  ///< us
   ObjectDictionary dictionary_;
-  std::conditional_t<kServices.sdo_server, SdoServer, NoSdoServer> sdo_server_;
+  BuiltIf<kServices.sdo_server, SdoServer> sdo_server_;
 };
 
 }  // namespace cbcan

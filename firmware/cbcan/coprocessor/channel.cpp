@@ -29,7 +29,7 @@ static_assert(std::endian::native == std::endian::little, "the coprocessor needs
 }  // namespace
 
 void Channel::start(Time now) {
-  scanner_.restart();
+  if constexpr (kServices.scanner_window) scanner_->restart();
   due_ = now;
 }
 
@@ -46,7 +46,7 @@ void Channel::work(Time now) {
     activity_ == Activity::kNodeState ? end_node_state_unanswered(now) : end(AbortCode::kTimeOut);
   if (activity_ == Activity::kIdle) begin_waiting(now);
   due_ = earlier(client_.deadline(), deadline_);
-  if (activity_ == Activity::kIdle && (flagged_ || scanner_.waiting())) due_ = now;
+  if (activity_ == Activity::kIdle && (flagged_ || scanner_waits())) due_ = now;
   if (command_refused_) wake_at(now + kRetryInterval);
 }
 
@@ -65,12 +65,13 @@ void Channel::on_flag(bool execute, Time now) {
 
 /// Serves the windows in turn if both have a request. While the own node is being reset they wait.
 void Channel::begin_waiting(Time now) {
-  if ((!flagged_ && !scanner_.waiting()) || node_.slave().resetting()) return;
-  const bool registers = flagged_ && (!scanner_.waiting() || !serves_registers());
+  if ((!flagged_ && !scanner_waits()) || node_.slave().resetting()) return;
+  const bool registers =
+      !kServices.scanner_window || (flagged_ && (!scanner_->waiting() || !serves_registers()));
   served_ = registers ? Window::kRegisters : Window::kScanner;
-  if (!registers) scanner_.begin();
-  if (turns_ != nullptr) return turns_->begin_or_hold_back(*this, now);
-  if (node_.manager().active())
+  if (!registers) scanner_->begin();
+  if (node_.others() != nullptr) return node_.others()->begin_or_hold_back(*this, now);
+  if (node_.manages())
     begin_between_boots(now);
   else
     begin(now);
@@ -79,15 +80,15 @@ void Channel::begin_waiting(Time now) {
 /// Alone with the manager: an SDO request goes between two of the manager's to the same node.
 void Channel::begin_between_boots(Time now) {
   const std::uint8_t server = server_of(request());
-  const Time from = server == 0 ? now : node_.manager().node_free_from(server, now);
-  if (from <= now) return begin(now);
+  if (!kServices.manager() || server == 0 || node_.manager()->node_free_from(server, now) <= now)
+    return begin(now);
   hold_back();
   wake_at(now + Manager::kPause);
 }
 
 void Channel::hold_back() {
   activity_ = Activity::kHeldBack;
-  if (!serves_registers()) scanner_.hold_back();
+  if (!serves_registers()) scanner_->hold_back();
 }
 
 /// The window whose request was delayed is served first, as if the other one had been served last.
@@ -99,7 +100,7 @@ void Channel::resume(Time now) {
 
 /// Destination of the data or the abort code.
 std::uint16_t* Channel::data_words() const {
-  return serves_registers() ? window_.words() + kDataPlace : scanner_.data();
+  return serves_registers() ? window_.words() + kDataPlace : scanner_->data();
 }
 
 void Channel::load_data(std::uint8_t* to, std::size_t size) const {
@@ -142,7 +143,8 @@ void Channel::begin(Time now) {
 void Channel::cancel(Time now) {
   client_.cancel(now);
   leave();
-  wake_at(flagged_ || scanner_.waiting() ? now : client_.deadline());
+  // A request of another channel may wait for the end of this one.
+  wake_at(flagged_ || scanner_waits() || node_.others() != nullptr ? now : client_.deadline());
 }
 
 void Channel::leave() {
@@ -157,10 +159,10 @@ void Channel::finish(regmap::Result result, std::size_t size) {
   if (result != regmap::Result::kOk) ++counters_.failed;
   if (serves_registers()) {
     flagged_ = false;
-    if (scanner_.waiting()) due_ = 0;
+    if (scanner_waits()) due_ = 0;
     if (!window_.finish(result)) ++counters_.cancelled;
   } else {
-    scanner_.finish(result, size);
+    scanner_->finish(result, size);
     if (flagged_) due_ = 0;
   }
 }
@@ -196,6 +198,7 @@ void Channel::on_sdo_response(const Frame& frame, Time now) {
 }
 
 void Channel::end_sdo() {
+  if (node_.others() != nullptr) due_ = 0;  // a request of another channel may wait for the node
   if (client_.outcome() == SdoClient::Outcome::kFailed) {
     due_ = 0;  // its abort may be waiting for the port
     return end(client_.error());
@@ -258,7 +261,7 @@ void Channel::send_command(Time now) {
   command_refused_ = false;
   if (is_nmt) {
     node_.on_command(command_, node_of_service_, now);
-    if (node_.manager().active()) follow_node();
+    if (node_.manages()) follow_node();
     return finish(regmap::Result::kOk);
   }
   node_.monitor().guard(node_of_service_);

@@ -1,22 +1,22 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// One SDO client and the requests of a PLC to it: one at a time, with its services, its checks and its result
-/// (docs/reference/contract.md). A channel has the window R3700..R3769, a scanner window or both; if both have a
-/// request they take turns. Requests to other nodes use the channel's own client, those to the own node the
-/// LocalNode that all channels share.
+/// One SDO client and the requests of a PLC to it: one at a time, with its services, its checks and its
+/// result (docs/reference/contract.md). A channel has the window R3700..R3769, a scanner window or both; if
+/// both have a request they take turns. Requests to other nodes use the channel's own client, those to the
+/// own node the LocalNode that all channels share.
 ///
-/// The owner calls the functions below as described for Coprocessor, and poll() at the time that it returned, or
-/// that due() returns after another call. Not re-entrant.
+/// The owner calls the functions below as described for Coprocessor, and poll() at the time that it returned,
+/// or that due() returns after another call. Not re-entrant.
 
 #include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <type_traits>
 
 #include "cbcan/can_port.hpp"
+#include "cbcan/canopen/built_if.hpp"
 #include "cbcan/canopen/sdo/client.hpp"
 #include "cbcan/configuration.hpp"
 #include "cbcan/coprocessor/local_node.hpp"
@@ -28,28 +28,15 @@
 
 namespace cbcan {
 
-class Channel;
-
-/// Decides which of several channels on one bus may begin a request, and when the manager may.
-class ChannelTurns : public SdoTurns {
- public:
-  /// A request is waiting in this channel: calls its begin() or its hold_back().
-  virtual void begin_or_hold_back(Channel& channel, Time now) = 0;
-
- protected:
-  ~ChannelTurns() = default;
-};
-
 class Channel {
  public:
-  /// `number`: from 0, for ChannelTurns. Without `turns` every request begins immediately.
+  /// `number`: from 0, for OtherChannels.
   Channel(RegisterWindow window, ScannerWindow scanner, LocalNode& node, CanPort& port,
-          const CoprocessorSettings& settings, ChannelTurns* turns = nullptr, std::uint8_t number = 0)
+          const CoprocessorSettings& settings, std::uint8_t number = 0)
       : window_(window),
         number_(number),
         node_(node),
         port_(port),
-        turns_(turns),
         settings_(settings),
         client_(port, data_),
         scanner_(scanner) {}
@@ -73,7 +60,7 @@ class Channel {
     if (!kServices.scanner_window || first >= out + kScannerOutWords || out >= first + count) return;
     const std::size_t from = std::max(first, out);
     const std::size_t end = std::min(first + count, out + kScannerOutWords);
-    if (scanner_.on_written(from - out, end - from) == ScannerWindow::Event::kNone) return;
+    if (scanner_->on_written(from - out, end - from) == ScannerWindow::Event::kNone) return;
     if (activity_ != Activity::kIdle && served_ == Window::kScanner) {
       ++counters_.cancelled;
       cancel(now);
@@ -104,12 +91,13 @@ class Channel {
   };
   const Counters& counters() const { return counters_; }
   const CoprocessorSettings& settings() const { return settings_; }
+  CanPort& port() const { return port_; }
   SdoClient& sdo_client() { return client_; }
   const SdoClient& sdo_client() const { return client_; }
   /// 3003h and 3004h of each window; R3700..R3769 first.
   std::array<Transfers, 2>& all_transfers() { return transfers_; }
 
-  // What ChannelTurns needs:
+  // What OtherChannels needs:
 
   struct Request {
     std::uint16_t command;
@@ -134,7 +122,8 @@ class Channel {
     return static_cast<std::uint8_t>(request.node);
   }
   std::uint8_t number() const { return number_; }
-  /// When another channel may send a request to this node; kNever = not before the end of this channel's transfer.
+  /// When another channel may send a request to this node; kNever = not before the end of this channel's
+  /// transfer.
   Time node_free_from(std::uint8_t node, Time now) { return client_.node_free_from(node, now); }
   /// An NMT command or a node state request is in progress.
   bool in_service() const { return activity_ == Activity::kNmtCommand || activity_ == Activity::kNodeState; }
@@ -142,7 +131,7 @@ class Channel {
   /// The request waits until resume(); the PLC may write it again meanwhile.
   void hold_back();
   bool held_back() const { return activity_ == Activity::kHeldBack; }
-  /// Hands the request to ChannelTurns again.
+  /// Hands the request to OtherChannels again.
   void resume(Time now);
   /// The own node has been reset.
   void reset();
@@ -158,7 +147,7 @@ class Channel {
   void begin_between_boots(Time now);
   void follow_sdo();
   /// The words of the request, in the order of R3700..R3769.
-  const std::uint16_t* words() const { return serves_registers() ? window_.words() : scanner_.words(); }
+  const std::uint16_t* words() const { return serves_registers() ? window_.words() : scanner_->words(); }
   std::uint16_t* data_words() const;
   void load_data(std::uint8_t* to, std::size_t size) const;
   void begin_nmt(std::uint16_t addressed, Time now);
@@ -177,28 +166,48 @@ class Channel {
   void end(AbortCode code);
   void finish(regmap::Result result, std::size_t size = 0);
   bool serves_registers() const { return !kServices.scanner_window || served_ == Window::kRegisters; }
+  bool scanner_waits() const { return kServices.scanner_window && scanner_->waiting(); }
   Transfers& transfers() { return transfers_[static_cast<std::size_t>(served_)]; }
 
   RegisterWindow window_;
   bool flagged_ = false;  ///< the last poll has seen CA0Eh in R3700: its request waits or is in progress
   Activity activity_ = Activity::kIdle;
-  Window served_ = Window::kScanner;                              ///< whose request is in progress, or was last
+  Window served_ = Window::kScanner;  ///< whose request is in progress, or was last
   SdoClient::Direction direction_ = SdoClient::Direction::kRead;  ///< of the SDO transfer
   bool command_refused_ = false;
   std::uint8_t number_;
   std::uint8_t node_of_service_ = 0;             ///< of the NMT command (0 = all) or the node state request
   nmt::Command command_ = nmt::Command::kStart;  ///< of the NMT service
-  Time due_ = 0;                 ///< poll() has work to do then; may be too early, never too late
-  Time deadline_ = kNever;       ///< of an NMT command or a node state request
+  Time due_ = 0;            ///< poll() has work to do then; may be too early, never too late
+  Time deadline_ = kNever;  ///< of an NMT command or a node state request
   LocalNode& node_;
   CanPort& port_;
-  ChannelTurns* turns_;
   CoprocessorSettings settings_;
   SdoClient client_;
-  [[no_unique_address]] std::conditional_t<kServices.scanner_window, ScannerWindow, NoScannerWindow> scanner_;
+  [[no_unique_address]] BuiltIf<kServices.scanner_window, ScannerWindow> scanner_;
   std::array<Transfers, 2> transfers_{};  ///< 3003h and 3004h, by Window
   Counters counters_;
   std::array<std::uint8_t, regmap::kMaxDataBytes> data_;  ///< of the client's transfer
+};
+
+/// What the own node, the first channel and the manager ask of further channels (further_channels.hpp): an
+/// interface, so that an image without them does not contain their code.
+class OtherChannels {
+ public:
+  /// A request is waiting in this channel: calls its begin() or its hold_back().
+  virtual void begin_or_hold_back(Channel& channel, Time now) = 0;
+  /// For the manager: when it may send a request to this node; kNever = not yet.
+  virtual Time node_free_from(std::uint8_t node, Time now) = 0;
+  /// A response that the first channel does not await.
+  virtual void on_sdo_response(const Frame& frame, Time now) = 0;
+  // Events for the further ones, as of a Channel; they wake the first channel when they are due.
+  virtual void on_news(std::uint8_t node, NodeMonitor::News news, Time now) = 0;
+  virtual void on_registers_written(std::size_t first, std::size_t count, Time now) = 0;
+  virtual void poll(Time now) = 0;
+  virtual void add_to(Channel::Counters& sums) const = 0;
+
+ protected:
+  ~OtherChannels() = default;
 };
 
 }  // namespace cbcan

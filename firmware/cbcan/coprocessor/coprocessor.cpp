@@ -6,11 +6,10 @@
 namespace cbcan {
 
 Coprocessor::Coprocessor(RegisterWindow window, ProcessRegisters process, CanPort& port,
-                         const Settings& settings, ScannerWindow scanner, ChannelTurns* turns)
-    : channel_(window, scanner, node_, port, settings, turns),
-      turns_(channel_),
-      node_(process, port, channel_.sdo_client(), channel_.all_transfers(), settings,
-            turns != nullptr ? turns : turns_.address()) {}
+                         const Settings& settings, ScannerWindow scanner)
+    : channel_(window, scanner, node_, port, settings),
+      answers_(channel_, node_),
+      node_(process, port, channel_.sdo_client(), channel_.all_transfers(), settings, answers_) {}
 
 void Coprocessor::start(Time now) {
   channel_.start(now);
@@ -28,23 +27,29 @@ Time Coprocessor::poll(Time now) {
 void Coprocessor::work(Time now) {
   if (now >= plc_due_) watch_plc(now);
   channel_.poll(now);
-  resume_held_back(now);
+  if (kServices.manager() && channel_.held_back()) channel_.resume(now);
   channel_.wake_at(earlier(node_.poll(now), plc_due_));
+  if (node_.others() != nullptr) node_.others()->poll(now);
+}
+
+Coprocessor::Counters Coprocessor::counters() const {
+  Counters sums = channel_.counters();
+  if (node_.others() != nullptr) node_.others()->add_to(sums);
+  return sums;
 }
 
 void Coprocessor::on_registers_written(std::size_t first, std::size_t count, Time now) {
-  const std::size_t out = settings().scanner_out_first;
-  const bool scanner = first < out + kScannerOutWords && out < first + count;
-  if (scanner)
-    on_scanner_written(first, count, now);
+  if (node_.is_watched(first, count))
+    on_watched_written(first, count, now);
   else
     on_others_written(first, count, now);
 }
 
 /// The range may also contain outputs and status registers.
-void Coprocessor::on_scanner_written(std::size_t first, std::size_t count, Time now) {
+void Coprocessor::on_watched_written(std::size_t first, std::size_t count, Time now) {
   on_others_written(first, count, now);
   channel_.on_registers_written(settings().scanner_out_first, first, count, now);
+  if (node_.others() != nullptr) node_.others()->on_registers_written(first, count, now);
 }
 
 void Coprocessor::on_others_written(std::size_t first, std::size_t count, Time now) {
@@ -53,7 +58,7 @@ void Coprocessor::on_others_written(std::size_t first, std::size_t count, Time n
   const std::size_t end = std::min(first + count, outputs + kOutputWords);
   first = std::max(first, outputs);
   if (first >= end) return;
-  if (node_.manager().active()) {
+  if (node_.manages()) {
     node_.on_outputs_written(now);
     channel_.follow_node();
   }
@@ -75,13 +80,19 @@ void Coprocessor::on_frame(const Frame& frame, Time now) {
   constexpr unsigned kFunctionShift = 7;
   const std::uint32_t function = frame.id >> kFunctionShift;
   if (function == sdo::kResponseId >> kFunctionShift) {
-    if (node_.manager().on_response(frame, now)) [[unlikely]]
-      return on_manager_response(now);
-    return channel_.on_sdo_response(frame, now);
+    const bool awaited = channel_.sdo_client().awaits(frame);
+    return awaited ? channel_.on_sdo_response(frame, now) : on_other_response(frame, now);
   }
   if (function >= nmt::kErrorControlId >> kFunctionShift && frame.flags == 0)
     return on_error_control(frame, now);
   if (node_.on_frame(frame, now)) channel_.follow_node();
+}
+
+/// A request may wait for the end of the manager's.
+void Coprocessor::on_other_response(const Frame& frame, Time now) {
+  if (kServices.manager() && node_.manager()->on_response(frame, now)) return channel_.wake_at(now);
+  if (node_.others() != nullptr) return node_.others()->on_sdo_response(frame, now);
+  channel_.on_sdo_response(frame, now);
 }
 
 void Coprocessor::on_bus_state(BusState state, Time now) {
@@ -96,8 +107,8 @@ void Coprocessor::on_plc(Time now) {
   channel_.wake_at(plc_due_);
 }
 
-/// Shows other nodes that the PLC is silent: no more TPDOs, and the heartbeat reports the new state. Outputs are
-/// not changed.
+/// Shows other nodes that the PLC is silent: no more TPDOs, and the heartbeat reports the new state. Outputs
+/// are not changed.
 void Coprocessor::watch_plc(Time now) {
   plc_due_ = plc_heard_at_ + milliseconds(settings().plc_timeout_ms);
   if (now < plc_due_) return;
@@ -115,23 +126,12 @@ void Coprocessor::on_error_control(const Frame& frame, Time now) {
   const NodeMonitor::News news = node_.on_error_control(frame, now);
   if (news == NodeMonitor::News::kNone) return;
   channel_.on_news(node, news, now);
-  if (node_.manager().active()) channel_.follow_node();
+  if (node_.manages()) channel_.follow_node();
 }
 
-void Coprocessor::on_manager_response(Time now) {
-  resume_held_back(now);
-  channel_.follow_node();
-}
-
-/// A request that waits for the manager.
-void Coprocessor::resume_held_back(Time now) {
-  if constexpr (kServices.manager())
-    if (channel_.held_back()) channel_.resume(now);
-}
-
-// ---- Turns
-
-Time OneChannelTurns::node_free_from(std::uint8_t node, Time now) {
+/// Requests of the PLC that wait for this node go first.
+Time CoprocessorAnswers::node_free_from(std::uint8_t node, Time now) {
+  if (node_.others() != nullptr) return node_.others()->node_free_from(node, now);
   if (channel_.held_back() && channel_.server_of(channel_.request()) == node) return kNever;
   return channel_.node_free_from(node, now);
 }

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The coprocessor: executes the CANopen services that a PLC program requests in R3700..R3769, or in the scanner
-/// window, and writes back the results. Only this directory uses both registers and CANopen. The contract is
-/// docs/reference/contract.md.
+/// The coprocessor: executes the CANopen services that a PLC program requests in R3700..R3769, or in the
+/// scanner window, and writes back the results. Only this directory uses both registers and CANopen. The
+/// contract is docs/reference/contract.md.
 ///
 /// How to run it:
 ///   start(now) once; on_frame(frame, now) for every frame that arrives; on_bus_state() when the CAN
 ///   controller's state changes; on_registers_written() after each request of the PLC that has written
-///   registers of the scanner window or of process data; on_plc() after every request of the PLC; poll(now) at
-///   deadline(), which each of these functions may bring forward, and whenever R3700 may have been written or
-///   the port has room again. Times are microseconds, monotonic (cbcan/time.hpp).
+///   registers of the scanner window or of process data; on_plc() after every request of the PLC; poll(now)
+///   at deadline(), which each of these functions may bring forward, and whenever R3700 may have been written
+///   or the port has room again. Times are microseconds, monotonic (cbcan/time.hpp).
 ///
 /// Both windows share it: one request at a time, in turns if both have one. A request is copied when its turn
-/// comes.
+/// comes. FurtherChannels add SDO clients, each with a scanner window.
 ///
 /// Nothing blocks, nothing is allocated, there are no globals: several coprocessors may run in one program.
 /// Not re-entrant: make all calls from one place (a loop, one interrupt level). Only the register words are
@@ -21,7 +21,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <type_traits>
 
 #include "cbcan/can_port.hpp"
 #include "cbcan/coprocessor/channel.hpp"
@@ -33,22 +32,20 @@
 
 namespace cbcan {
 
-/// What the manager asks before a request to a node that the PLC may use: the only channel.
-class OneChannelTurns final : public SdoTurns {
+/// Answers the manager of the own node.
+class CoprocessorAnswers : public ManagerApplication {
  public:
-  explicit OneChannelTurns(Channel& channel) : channel_(channel) {}
+  CoprocessorAnswers(Channel& channel, LocalNode& node) : channel_(channel), node_(node) {}
 
   Time node_free_from(std::uint8_t node, Time now) override;
-  SdoTurns* address() { return this; }
+  void on_node(std::uint8_t node) override { node_.show(node); }
+
+ protected:
+  ~CoprocessorAnswers() = default;
 
  private:
   Channel& channel_;
-};
-
-/// Replaces it in a build without a manager.
-struct NoTurns {
-  explicit NoTurns(Channel& /*channel*/) {}
-  static constexpr SdoTurns* address() { return nullptr; }
+  LocalNode& node_;
 };
 
 class Coprocessor {
@@ -57,18 +54,20 @@ class Coprocessor {
   using Settings = CoprocessorSettings;
 
   Coprocessor(RegisterWindow window, ProcessRegisters process, CanPort& port, const Settings& settings,
-              ScannerWindow scanner = {}, ChannelTurns* turns = nullptr);
+              ScannerWindow scanner = {});
 
-  /// Call it before start(): where 1010h stores the own node's parameters; outlives this. By default nothing is
-  /// stored.
+  /// Call it before start(): where 1010h stores the own node's parameters; outlives this. By default nothing
+  /// is stored.
   void keep_in(ParameterMemory& memory) { node_.keep_in(memory); }
   /// Call it before start(): the memory of R3928..R4099; outlives this. By default there are none.
   void show_status_in(StatusRegisters words) { node_.show_status_in(words); }
   /// Call it before start(): the network that the own node boots, see NetworkObjects::use(). False also in a
   /// build without a manager.
-  bool use_network(std::span<const std::uint8_t> image) { return node_.manager().use(image); }
+  bool use_network(std::span<const std::uint8_t> image) {
+    return kServices.manager() && node_.manager()->use(image);
+  }
   bool use_network(std::span<std::uint8_t> memory, std::size_t used) {
-    return node_.manager().use(memory, used);
+    return kServices.manager() && node_.manager()->use(memory, used);
   }
 
   /// Sends the boot-up message. A CA0Eh that is already in R3700 is executed at the next poll.
@@ -86,33 +85,29 @@ class Coprocessor {
   /// The latest time of the next poll(); kNever = only after another call.
   Time deadline() const { return channel_.due(); }
 
-  const Counters& counters() const { return channel_.counters(); }
+  /// The sums of all channels.
+  Counters counters() const;
   const SdoClient& sdo_client() const { return channel_.sdo_client(); }
   const NodeMonitor& node_monitor() const { return node_.monitor(); }
   const Slave& own_node() const { return node_.slave(); }
-  /// Boots the network; NoManager in a build without it.
+  /// Boots the network; an empty Part in a build without it.
   const auto& manager() const { return node_.manager(); }
   const ObjectDictionary& own_objects() const { return node_.dictionary(); }
 
- protected:
-  LocalNode& node() { return node_; }
-  const LocalNode& node() const { return node_; }
-  Channel& first_channel() { return channel_; }
-  const Channel& first_channel() const { return channel_; }
-  const Settings& settings() const { return channel_.settings(); }
-
  private:
+  friend class FurtherChannels;
+
+  const Settings& settings() const { return channel_.settings(); }
   void work(Time now);
-  void on_scanner_written(std::size_t first, std::size_t count, Time now);
+  void on_watched_written(std::size_t first, std::size_t count, Time now);
   void on_others_written(std::size_t first, std::size_t count, Time now);
   void on_status_written(std::size_t first, std::size_t count);
-  void on_manager_response(Time now);
-  void resume_held_back(Time now);
+  void on_other_response(const Frame& frame, Time now);
   void watch_plc(Time now);
   void on_error_control(const Frame& frame, Time now);
 
   Channel channel_;
-  [[no_unique_address]] std::conditional_t<kServices.manager(), OneChannelTurns, NoTurns> turns_;
+  [[no_unique_address]] BuiltIf<kServices.manager(), CoprocessorAnswers> answers_;
   Time plc_heard_at_ = 0;
   Time plc_due_ = kNever;  ///< when to check whether the PLC has been silent for too long
   LocalNode node_;

@@ -6,6 +6,7 @@
 
 #include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
+#include "cbcan/coprocessor/channel.hpp"
 #include "cbcan/copy_bytes.hpp"
 
 namespace cbcan {
@@ -35,28 +36,30 @@ constexpr bool is_network(std::uint16_t index) {
 }  // namespace
 
 LocalNode::LocalNode(ProcessRegisters registers, CanPort& port, SdoClient& client,
-                     std::span<Transfers, 2> transfers, const CoprocessorSettings& settings, SdoTurns* turns)
+                     std::span<Transfers, 2> transfers, const CoprocessorSettings& settings,
+                     ManagerAnswers& answers)
     : registers_(registers),
       client_(client),
       sdo_timeout_ms_(settings.sdo_timeout_ms),
       transfers_(transfers),
       accessed_(transfers.data()),
+      watched_{settings.scanner_out_first,
+               static_cast<std::uint16_t>(settings.scanner_out_first + regmap::kScannerOutWords)},
       monitor_(settings.state_fresh_for),
       device_(settings.node_id, {local::entries(), room_.values, {}, bytes_of(registers)},
               {room_.buffer, {room_.rpdos, room_.tpdos, room_.pieces}, {}}, *this, port),
       lss_(device_, static_cast<DeviceApplication&>(*this), port),
-      answers_(turns, status_),
-      manager_(device_, monitor_, port, answers_, settings.sdo_timeout_ms),
+      manager_(device_, monitor_, port, answers, settings.sdo_timeout_ms),
       status_(device_, monitor_, emergencies_, manager_) {
-  slave().sdo_server().set_block_timeout(settings.block_timeout_ms);
+  if constexpr (kServices.sdo_server) slave().sdo_server()->set_block_timeout(settings.block_timeout_ms);
 }
 
 /// Includes the emergencies of other nodes, and NMT commands of another master.
 bool LocalNode::on_low_id(const Frame& frame, Time now) {
   const std::uint32_t sender = frame.id - EmergencyConsumer::kFirstId;
   if (sender - 1 < nmt::kMaxNode && sender != node_id() && frame.flags == 0) {
-    emergencies_.on_frame(frame);
-    status_.update(static_cast<std::uint8_t>(sender));
+    if constexpr (kServices.emergencies) emergencies_->on_frame(frame);
+    show(static_cast<std::uint8_t>(sender));
   }
   if (nmt::is_command(frame)) on_command(static_cast<nmt::Command>(frame.data[0]), frame.data[1], now);
   return device_.on_frame(frame, now);
@@ -70,25 +73,27 @@ void LocalNode::on_outputs_changed(Time now) {
 
 void LocalNode::on_report(const Frame& frame, NodeMonitor::News news, Time now) {
   const auto node = static_cast<std::uint8_t>(frame.id & nmt::kMaxNode);
-  if (manager_.active()) manager_.on_report(node, news, now);
-  status_.on_report(node);
+  if (manages()) manager_->on_report(node, news, now);
+  if constexpr (kServices.manager()) status_->on_report(node);
+  if (others() != nullptr) others()->on_news(node, news, now);
 }
 
 void LocalNode::on_plc_lost(nmt::Command command, Time now) {
-  status_.on_plc_lost();
-  if (manager_.active()) return manager_.on_plc_lost(now);
+  if constexpr (kServices.manager()) status_->on_plc_lost();
+  if (manages()) return manager_->on_plc_lost(now);
   if (state() == nmt::State::kOperational) slave().command(command, now);
 }
 
 void LocalNode::on_bus_state(BusState state, Time now) {
-  if (state != bus_state_) status_.on_bus_state(state);
+  if constexpr (kServices.manager())
+    if (state != bus_state_) status_->on_bus_state(state);
   bus_state_ = state;
   device_.on_bus_state(state, now);
 }
 
 void LocalNode::restore(std::uint16_t first_index, std::uint16_t last_index, Time now) {
   local::restore(room_.values, first_index, last_index);
-  lss_.start(device_.node_id(), now);
+  if constexpr (kServices.lss) lss_->start(device_.node_id(), now);
   if (kServices.emergencies)
     device_.dictionary().set(object::kEmergencyCobId, 0, EmergencyConsumer::kFirstId + device_.node_id());
   room_.consumer_node.fill(0);
@@ -103,7 +108,7 @@ void LocalNode::restore(std::uint16_t first_index, std::uint16_t last_index, Tim
   std::ranges::fill(transfers_, transfers);
   ++resets_;
   client_.forget_nodes();
-  emergencies_.reset();
+  if constexpr (kServices.emergencies) emergencies_->reset();
 }
 
 // ---- Reading
@@ -114,13 +119,13 @@ AbortCode LocalNode::on_read(const ObjectEntry& entry, std::uint8_t sub, std::sp
   switch (entry.index) {
     case local::kLastEmergency: {
       if (!kServices.emergencies) break;
-      copy_bytes(emergencies_.last(sub).data(), out.data(), size);
+      copy_bytes(emergencies_->last(sub).data(), out.data(), size);
       break;
     }
     case local::kEmergencyScan: {
       if (!kServices.emergencies) break;
-      const std::uint8_t node = emergencies_.scan();
-      const EmergencyConsumer::Message& message = emergencies_.last(node);
+      const std::uint8_t node = emergencies_->scan();
+      const EmergencyConsumer::Message& message = emergencies_->last(node);
       std::fill_n(out.begin(), size, std::uint8_t{0});
       out[0] = node;
       if (EmergencyConsumer::is_error(message)) copy_bytes(message.data(), out.data() + 1, message.size());
@@ -128,7 +133,7 @@ AbortCode LocalNode::on_read(const ObjectEntry& entry, std::uint8_t sub, std::sp
     }
     case local::kClock: {
       if (!kServices.time) break;
-      const TimeOfDay time = device_.time_stamp().at(now);
+      const TimeOfDay time = device_.time_stamp()->at(now);
       store_little_endian(out.first(4), time.milliseconds);
       store_little_endian(out.subspan(4, 2), time.days);
       break;
@@ -183,15 +188,16 @@ AbortCode LocalNode::on_write(const ObjectEntry& entry, std::uint8_t sub, std::s
     case local::kTransferMode: return write_mode(number);
     case local::kClock: set_clock(value, now); break;
     default:
-      return is_network(entry.index) ? manager_.write_object(entry.index, sub, value, now) : AbortCode::kNone;
+      if (is_network(entry.index)) return manager_->write_object(entry.index, sub, value, now);
   }
   return AbortCode::kNone;
 }
 
 void LocalNode::on_stored(const ObjectEntry& entry, std::uint8_t /*sub*/, Time now) {
-  if (entry.index == object::kNmtStartup) manager_.on_startup_written(now);
+  if constexpr (kServices.manager())
+    if (entry.index == object::kNmtStartup) manager_->on_startup_written(now);
   if (entry.index < local::kInputs) return;
-  if (entry.index >= local::kOutputs) manager_.on_outputs_written(now);
+  if (entry.index >= local::kOutputs) on_outputs_written(now);
   if (outputs_changed(0, kOutputWords)) on_outputs_changed(now);
 }
 
@@ -203,10 +209,12 @@ AbortCode LocalNode::write_mode(std::uint32_t value) {
 }
 
 void LocalNode::set_clock(std::span<const std::uint8_t> value, Time now) {
-  const auto milliseconds = static_cast<std::uint32_t>(load_little_endian(value.first(4)));
-  const auto days = static_cast<std::uint16_t>(load_little_endian(value.subspan(4)));
-  device_.time_stamp().set({milliseconds & TimeOfDay::kMillisecondBits, days}, now);
-  device_.time_stamp().produce(now);
+  if constexpr (kServices.time) {
+    const auto milliseconds = static_cast<std::uint32_t>(load_little_endian(value.first(4)));
+    const auto days = static_cast<std::uint16_t>(load_little_endian(value.subspan(4)));
+    device_.time_stamp()->set({milliseconds & TimeOfDay::kMillisecondBits, days}, now);
+    device_.time_stamp()->produce(now);
+  }
 }
 
 /// 1016h: bits 23..16 the node, bits 15..0 the time in ms; without either the entry is unused (CiA
@@ -237,14 +245,14 @@ void LocalNode::set_consumer_time(std::size_t slot, std::uint8_t node, std::uint
 AbortCode LocalNode::read_network(const ObjectEntry& entry, std::uint8_t sub, std::span<std::uint8_t> out,
                                   std::size_t& size) const {
   if (entry.index == local::kBootFailure) {
-    const Manager::Failure& failure = manager_.failure(sub == node_id() ? std::uint8_t{0} : sub);
+    const Manager::Failure& failure = manager_->failure(sub == node_id() ? std::uint8_t{0} : sub);
     store_little_endian(out.first(4), static_cast<std::uint32_t>(failure.code));
     store_little_endian(out.subspan(4, 2), failure.index);
     out[6] = failure.sub;
     out[7] = static_cast<std::uint8_t>(failure.letter);
     return AbortCode::kNone;
   }
-  const NetworkObjects::Bytes value = manager_.object(entry.index, sub);
+  const NetworkObjects::Bytes value = manager_->object(entry.index, sub);
   if (entry.has(ObjectFlags::kVariable)) size = value.size();
   if (std::max(size, value.size()) > out.size()) return AbortCode::kReadLength;
   std::fill_n(out.begin(), size, std::uint8_t{0});

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The coprocessor's own node: a Device with CBCAN's local objects, process data in the PLC's registers, and the
-/// states and EMCY messages of other nodes. Does not use the window or transactions.
+/// The coprocessor's own node: a Device with CBCAN's local objects, process data in the PLC's registers, and
+/// the states and EMCY messages of other nodes. Does not use the window or transactions.
 
 #include <array>
 #include <cstddef>
@@ -11,6 +11,7 @@
 #include <type_traits>
 
 #include "cbcan/can_port.hpp"
+#include "cbcan/canopen/built_if.hpp"
 #include "cbcan/canopen/device.hpp"
 #include "cbcan/canopen/device_lss.hpp"
 #include "cbcan/canopen/emcy/emergency_consumer.hpp"
@@ -26,49 +27,50 @@
 
 namespace cbcan {
 
+/// Answers the manager; a build without one has no such class.
+using ManagerAnswers = std::conditional_t<kServices.manager(), ManagerApplication, Part>;
+
+class OtherChannels;
+
 /// 3003h and 3004h of one window. SDO clients access those of R3700..R3769.
 struct Transfers {
   std::uint16_t timeout_ms;
   SdoClient::Mode mode;
 };
 
-/// Decides when the manager's SDO clients may use a node's SDO server.
-class SdoTurns {
- public:
-  /// See ManagerApplication.
-  virtual Time node_free_from(std::uint8_t node, Time now) = 0;
-
- protected:
-  ~SdoTurns() = default;
-};
-
-/// Answers the manager, for the own node.
-class ManagerAnswers final : public ManagerApplication {
- public:
-  ManagerAnswers(SdoTurns* turns, NetworkStatus& status) : turns_(turns), status_(status) {}
-
-  Time node_free_from(std::uint8_t node, Time now) override {
-    return turns_ == nullptr ? now : turns_->node_free_from(node, now);
-  }
-  void on_node(std::uint8_t node) override { status_.update(node); }
-
- private:
-  SdoTurns* turns_;
-  NetworkStatus& status_;
-};
-
 class LocalNode final : private DeviceApplication {
  public:
   /// Off the bus until start(). A reset of the node also resets `transfers` and `client` to the settings; the
-  /// first of `transfers` belongs to R3700..R3769. `turns`: whom the manager asks before its SDO requests.
+  /// first of `transfers` belongs to R3700..R3769. `answers`: answers the manager.
   LocalNode(ProcessRegisters registers, CanPort& port, SdoClient& client, std::span<Transfers, 2> transfers,
-            const CoprocessorSettings& settings, SdoTurns* turns);
+            const CoprocessorSettings& settings, ManagerAnswers& answers);
   LocalNode(const LocalNode&) = delete;
   LocalNode& operator=(const LocalNode&) = delete;
 
   /// Call it before start(): where 1010h stores parameters.
   void keep_in(ParameterMemory& memory) { memory_ = &memory; }
-  void show_status_in(StatusRegisters words) { status_.show_in(words); }
+  void show_status_in(StatusRegisters words) {
+    if constexpr (kServices.manager()) {
+      status_->show_in(words);
+      passes_reports_ = true;
+    }
+  }
+  /// Call it before start(): channels that share the node with the first one.
+  void add(OtherChannels& others) {
+    others_ = &others;
+    passes_reports_ = true;
+    watched_ = {0, 0xFFFF};
+  }
+  /// Null without them.
+  OtherChannels* others() const { return kServices.scanner_window ? others_ : nullptr; }
+  /// A write to these registers may concern a scanner window, or a request that waits.
+  bool is_watched(std::size_t first, std::size_t count) const {
+    return kServices.scanner_window && first < watched_.end && watched_.begin < first + count;
+  }
+  /// The manager knows something new about this node; 0 = about the own node.
+  void show(std::uint8_t node) {
+    if constexpr (kServices.manager()) status_->update(node);
+  }
   void start(Time now) { device_.start(now); }
   const ObjectDictionary& dictionary() const { return device_.dictionary(); }
 
@@ -79,18 +81,18 @@ class LocalNode final : private DeviceApplication {
   }
   NodeMonitor::News on_error_control(const Frame& frame, Time now) {
     const NodeMonitor::News news = monitor_.on_frame(frame, now);
-    if (news != NodeMonitor::News::kNone && (manager_.active() || status_.is_shown()))
-      on_report(frame, news, now);
+    if (news != NodeMonitor::News::kNone && (manages() || passes_reports_)) on_report(frame, news, now);
     return news;
   }
   /// An NMT command has been sent to this node, 0 = to all, by the PLC.
   void on_command(nmt::Command command, std::uint8_t node, Time now) {
     monitor_.doubt(command, node);
-    manager_.on_command(command, node, now);
+    if constexpr (kServices.manager()) manager_->on_command(command, node, now);
   }
   void on_bus_state(BusState state, Time now);
 
-  /// One of the outputs first..first+count-1 has changed since on_outputs_changed(). Most writes change nothing.
+  /// One of the outputs first..first+count-1 has changed since on_outputs_changed(). Most writes change
+  /// nothing.
   bool outputs_changed(std::size_t first, std::size_t count) const {
     return kServices.process_data() &&
            differ(registers_.data() + regmap::kInputWords + first, known_outputs_.data() + first, count);
@@ -98,9 +100,13 @@ class LocalNode final : private DeviceApplication {
   /// Call it after that. deadline() may have changed.
   void on_outputs_changed(Time now);
   /// The PLC has written outputs, changed or not.
-  void on_outputs_written(Time now) { manager_.on_outputs_written(now); }
+  void on_outputs_written(Time now) {
+    if constexpr (kServices.manager()) manager_->on_outputs_written(now);
+  }
   /// The PLC has written words of the status registers.
-  void on_status_written(std::size_t first, std::size_t count) { status_.on_written(first, count); }
+  void on_status_written(std::size_t first, std::size_t count) {
+    if constexpr (kServices.manager()) status_->on_written(first, count);
+  }
   /// The PLC has been silent for too long: the node executes this command, or stops its TPDOs if it manages
   /// the network.
   void on_plc_lost(nmt::Command command, Time now);
@@ -119,8 +125,8 @@ class LocalNode final : private DeviceApplication {
     return lss_.deadline();
   }
 
-  /// Local access with the rights of an SDO client. From access() to access_own() 3003h and 3004h are those of
-  /// `transfers`.
+  /// Local access with the rights of an SDO client. From access() to access_own() 3003h and 3004h are those
+  /// of `transfers`.
   void access(Transfers& transfers) { accessed_ = &transfers; }
   void access_own() { accessed_ = transfers_.data(); }
   AbortCode read(std::uint16_t index, std::uint8_t sub, std::span<std::uint8_t> out, std::size_t& size,
@@ -141,6 +147,8 @@ class LocalNode final : private DeviceApplication {
   const Slave& slave() const { return device_.slave(); }
   auto& manager() { return manager_; }
   const auto& manager() const { return manager_; }
+  /// The manager is active.
+  bool manages() const { return kServices.manager() && manager_->active(); }
   NodeMonitor& monitor() { return monitor_; }
   const NodeMonitor& monitor() const { return monitor_; }
 
@@ -153,10 +161,12 @@ class LocalNode final : private DeviceApplication {
   void restore(std::uint16_t first_index, std::uint16_t last_index, Time now) override;
   ParameterMemory* memory() override { return memory_; }
   void on_emergency_sent(const EmergencyConsumer::Message& message) override {
-    emergencies_.note(node_id(), message);
-    status_.update(node_id());
+    if constexpr (kServices.emergencies) emergencies_->note(node_id(), message);
+    show(node_id());
   }
-  void on_state(nmt::State state, Time now) override { manager_.on_own_state(state, now); }
+  void on_state(nmt::State state, Time now) override {
+    if constexpr (kServices.manager()) manager_->on_own_state(state, now);
+  }
 
   void on_report(const Frame& frame, NodeMonitor::News news, Time now);
   AbortCode read_network(const ObjectEntry& entry, std::uint8_t sub, std::span<std::uint8_t> out,
@@ -178,7 +188,12 @@ class LocalNode final : private DeviceApplication {
   std::span<Transfers, 2> transfers_;
   Transfers* accessed_;  ///< whose 3003h and 3004h are read and written
   ParameterMemory* memory_ = nullptr;
+  OtherChannels* others_ = nullptr;
+  bool passes_reports_ = false;  ///< to the status registers or other channels
   BusState bus_state_ = BusState::kActive;
+  struct {
+    std::uint16_t begin, end;
+  } watched_;  ///< see is_watched()
   NodeMonitor monitor_;
   Emergencies emergencies_;
   struct {
@@ -188,12 +203,11 @@ class LocalNode final : private DeviceApplication {
     std::array<PdoMapping::Piece, (kServices.rpdos + kServices.tpdos) * kServices.objects_of_pdo> pieces;
     local::LocalValues values;
     std::array<std::uint8_t, nmt::kMaxNode> consumer_node;  ///< node in sub-index n + 1 of 1016h; 0 = none
-  } room_{};  ///< one struct, so that one call clears it
+  } room_{};                                                ///< one struct, so that one call clears it
   Device device_;
-  std::conditional_t<kServices.lss, DeviceLss, NoPart> lss_;
-  std::conditional_t<kServices.manager(), ManagerAnswers, NoPart> answers_;
-  std::conditional_t<kServices.manager(), Manager, NoManager> manager_;
-  std::conditional_t<kServices.manager(), NetworkStatus, NoNetworkStatus> status_;
+  BuiltIf<kServices.lss, DeviceLss> lss_;
+  BuiltIf<kServices.manager(), Manager> manager_;
+  BuiltIf<kServices.manager(), NetworkStatus> status_;
 };
 
 }  // namespace cbcan

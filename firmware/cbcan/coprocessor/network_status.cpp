@@ -60,7 +60,7 @@ void NetworkStatus::update(std::uint8_t node) {
   if (node != 0) {
     const bool seen = state_of(node) != 0;
     assign(unlisted_, node, seen && !manager_.is_listed(node) && node != own_.node_id());
-    assign(in_error_, node, EmergencyConsumer::is_error(emergencies_.last(node)));
+    assign(in_error_, node, kServices.emergencies && EmergencyConsumer::is_error(emergencies_->last(node)));
     put_bit(StatusMap::kHeard, node, seen);
     put_bit(StatusMap::kConfigured, node, manager_.is_configured(node));
     put_bit(StatusMap::kRunning, node, manager_.is_operational(node));

@@ -28,7 +28,6 @@ class NetworkStatus {
 
   /// The caller's memory, which outlives it; empty = no such registers.
   void show_in(StatusRegisters words);
-  bool is_shown() const { return !words_.empty(); }
 
   /// Something about this node has changed; 0 = about the module.
   void update(std::uint8_t node);
@@ -59,19 +58,6 @@ class NetworkStatus {
   bool bus_off_ = false;
   NodeSet unlisted_;  ///< nodes that have reported and are not listed
   NodeSet in_error_;  ///< nodes whose last EMCY message is an error
-};
-
-/// Replaces it in a build without a manager.
-class NoNetworkStatus {
- public:
-  explicit NoNetworkStatus(const auto&... /*arguments*/) {}
-  static void show_in(StatusRegisters /*words*/) {}
-  static constexpr bool is_shown() { return false; }
-  static void update(std::uint8_t /*node*/) {}
-  static void on_report(std::uint8_t /*node*/) {}
-  static void on_bus_state(BusState /*state*/) {}
-  static void on_plc_lost() {}
-  static void on_written(std::size_t /*first*/, std::size_t /*count*/) {}
 };
 
 }  // namespace cbcan

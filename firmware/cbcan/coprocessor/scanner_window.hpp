@@ -11,8 +11,8 @@
 ///   OUT+69 as R3769        IN+3  bytes of data
 ///                          IN+4  data, or the SDO abort code
 ///
-/// This class handles numbers and words only; Channel interprets requests. Ordering: IN+0 is released after the
-/// result, so a client that reads IN upwards and finds a number there also finds its result.
+/// This class handles numbers and words only; Channel interprets requests. Ordering: IN+0 is released after
+/// the result, so a client that reads IN upwards and finds a number there also finds its result.
 
 #include <cstddef>
 #include <cstdint>
@@ -74,21 +74,6 @@ class ScannerWindow {
   std::uint16_t taken_ = 0;      ///< number taken last, as in IN+2, which the PLC can overwrite
   State state_ = State::kIdle;
   bool restarted_ = true;  ///< and no number has been written since
-};
-
-/// Replaces it in a build without scanner windows.
-class NoScannerWindow {
- public:
-  using Event = ScannerWindow::Event;
-  explicit NoScannerWindow(const ScannerWindow& /*window*/) {}
-  static void restart() {}
-  static constexpr Event on_written(std::size_t /*first*/, std::size_t /*count*/) { return Event::kNone; }
-  static constexpr bool waiting() { return false; }
-  static void begin() {}
-  static void hold_back() {}
-  static constexpr const std::uint16_t* words() { return nullptr; }
-  static constexpr std::uint16_t* data() { return nullptr; }
-  static void finish(regmap::Result /*result*/, std::size_t /*size*/) {}
 };
 
 }  // namespace cbcan

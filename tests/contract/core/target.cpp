@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // The suite's target "core": the coprocessor in this process, in virtual time.
 
-#include "cbcan/coprocessor/multi_channel_coprocessor.hpp"
-#include "contract/core/watched_registers.hpp"
 #include "contract/target.hpp"
+#include "cbcan/coprocessor/further_channels.hpp"
+#include "contract/core/watched_registers.hpp"
 #include "support/bench.hpp"
 
 namespace cbcan::contract {
@@ -31,11 +31,11 @@ cbcan::BusState core_state(BusState state) {
   }
 }
 
-using Bench = test::BasicBench<MultiChannelCoprocessor>;
+using test::Bench;
 
 /// The scanner windows of all channels, and memory for all except the first.
 struct Channels {
-  static constexpr std::size_t kCount = MultiChannelCoprocessor::kMostChannels;
+  static constexpr std::size_t kCount = regmap::kMostChannels;
 
   Channels() {
     for (std::size_t i = 0; i < kCount; ++i)
@@ -45,13 +45,13 @@ struct Channels {
   std::array<std::array<std::uint16_t, regmap::kScannerOutWords>, kCount> out{};
   std::array<std::array<std::uint16_t, regmap::kScannerInWords>, kCount> in{};
   std::vector<ScannerWindow> scanners;
-  std::array<MultiChannelCoprocessor::Memory, kCount - 1> more{};
+  std::array<FurtherChannels::Memory, FurtherChannels::kMost> more{};
 };
 
 struct CoreTarget final : Target {
   explicit CoreTarget(const Settings& settings)
-      : bench_(new Bench(registers_.words(), core_settings(settings), channels_.scanners,
-                         std::span<MultiChannelCoprocessor::Memory>(channels_.more))),
+      : bench_(new Bench(registers_.words(), core_settings(settings), channels_.scanners[0])),
+        further_(bench_->coprocessor, std::span(channels_.scanners).subspan(1), channels_.more),
         settings_(settings) {
     bench_->coprocessor.use_network(network_, 0);
     bench_->coprocessor.show_status_in(status_);
@@ -120,6 +120,7 @@ struct CoreTarget final : Target {
   std::array<std::uint16_t, regmap::kStatusWords> status_{};
   std::array<std::uint8_t, 1024> network_{};
   std::unique_ptr<Bench> bench_;
+  FurtherChannels further_;
   Settings settings_;
 };
 

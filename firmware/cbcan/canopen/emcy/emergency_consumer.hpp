@@ -7,8 +7,8 @@
 
 #include <array>
 #include <cstdint>
-#include <type_traits>
 
+#include "cbcan/canopen/built_if.hpp"
 #include "cbcan/canopen/nmt/nmt.hpp"
 #include "cbcan/canopen/nmt/node_set.hpp"
 #include "cbcan/configuration.hpp"
@@ -63,19 +63,6 @@ class EmergencyConsumer {
   std::uint8_t stopped_at_ = 0;
 };
 
-/// Replaces it in a build without emergencies.
-class NoEmergencyConsumer {
- public:
-  static void on_frame(const Frame& /*frame*/) {}
-  static void note(std::uint8_t /*node*/, const EmergencyConsumer::Message& /*message*/) {}
-  static constexpr const EmergencyConsumer::Message& last(std::uint8_t /*node*/) { return kNothing; }
-  static constexpr std::uint8_t scan() { return 0; }
-  static void reset() {}
-
- private:
-  static constexpr EmergencyConsumer::Message kNothing{};
-};
-
-using Emergencies = std::conditional_t<kServices.emergencies, EmergencyConsumer, NoEmergencyConsumer>;
+using Emergencies = BuiltIf<kServices.emergencies, EmergencyConsumer>;
 
 }  // namespace cbcan

@@ -399,28 +399,4 @@ class Manager {
   std::array<Client, kServices.manager_clients> clients_;
 };
 
-/// Replaces it in a build without a manager.
-class NoManager {
- public:
-  explicit NoManager(const auto&... /*arguments*/) {}
-  static bool use(std::span<const std::uint8_t> /*image*/, std::size_t /*used*/ = 0) { return false; }
-  static NetworkObjects::Bytes object(std::uint16_t /*index*/, std::uint8_t /*sub*/) { return {}; }
-  static AbortCode write_object(std::uint16_t /*index*/, std::uint8_t /*sub*/,
-                                NetworkObjects::Bytes /*value*/, Time /*now*/) {
-    return AbortCode::kNoObject;
-  }
-  static Manager::Failure failure(std::uint8_t /*node*/) { return {}; }
-  static constexpr bool active() { return false; }
-  static void on_outputs_written(Time /*now*/) {}
-  static void on_plc_lost(Time /*now*/) {}
-  static void on_startup_written(Time /*now*/) {}
-  static void on_own_state(nmt::State /*state*/, Time /*now*/) {}
-  static void on_report(std::uint8_t /*node*/, NodeMonitor::News /*news*/, Time /*now*/) {}
-  static void on_command(nmt::Command /*command*/, std::uint8_t /*node*/, Time /*now*/) {}
-  static constexpr bool on_response(const Frame& /*frame*/, Time /*now*/) { return false; }
-  static void poll(Time /*now*/) {}
-  static constexpr Time deadline() { return kNever; }
-  static constexpr Time node_free_from(std::uint8_t /*node*/, Time now) { return now; }
-};
-
 }  // namespace cbcan

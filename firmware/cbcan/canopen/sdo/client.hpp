@@ -132,6 +132,8 @@ class SdoClient {
 
   Outcome outcome() const { return outcome_; }
   bool busy() const { return outcome_ == Outcome::kBusy; }
+  /// The frame's CAN-ID is that of the expected response.
+  bool awaits(const Frame& frame) const { return frame.id == response_id_; }
   Phase phase() const { return phase_; }
   std::uint16_t size() const { return moved_; }  ///< of kDone
   AbortCode error() const { return error_; }     ///< of kFailed

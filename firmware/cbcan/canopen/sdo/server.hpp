@@ -116,8 +116,8 @@ class SdoServer {
   bool first_ = false;  ///< the next segment is the first of its sub-block
   std::uint16_t block_timeout_ms_ = kBlockTimeoutMs;
   sdo::Multiplexer mux_ = 0;
-  std::size_t size_ = 0;  ///< bytes of the value; of a download as declared, or kUndeclared
-  std::size_t done_ = 0;  ///< bytes transferred
+  std::size_t size_ = 0;       ///< bytes of the value; of a download as declared, or kUndeclared
+  std::size_t done_ = 0;       ///< bytes transferred
   std::size_t confirmed_ = 0;  ///< bytes of a block upload that the client has acknowledged
   std::size_t capacity_ = 0;   ///< bytes that a download may have
   ObjectDictionary& dictionary_;
@@ -126,18 +126,6 @@ class SdoServer {
   Time deadline_ = kNever;  ///< of what awaits_client()
   Outbox outbox_;
   Counters counters_;
-};
-
-/// Replaces it in a build without an SDO server.
-class NoSdoServer {
- public:
-  explicit NoSdoServer(const auto&... /*arguments*/) {}
-  static void reset(std::uint32_t /*response_id*/) {}
-  static void on_frame(const Frame& /*frame*/, Time /*now*/) {}
-  static void set_block_timeout(std::uint16_t /*timeout_ms*/) {}
-  static void poll(Time /*now*/) {}
-  static constexpr Time deadline() { return kNever; }
-  static constexpr bool waits() { return false; }
 };
 
 }  // namespace cbcan
