@@ -21,7 +21,6 @@
 #include "app/processes.hpp"
 #include "app/progress.hpp"
 #include "app/result_file.hpp"
-#include "app/simulator.hpp"
 #include "app/state_file.hpp"
 #include "base/numbers.hpp"
 #include "base/read_file.hpp"
@@ -335,7 +334,8 @@ std::string write_file(const std::string& folder, const std::string& name, const
 std::string write_plant_file(const config::Start& start, const search::Settings& settings,
                              const search::Failure& failure) {
   const std::string name = file_name_of(failure.moments);
-  const std::string plant = absolute_plant(start.plant_file);
+  const std::string plant =
+      scenario::absolute_plant(start.plant_file, std::filesystem::current_path().string());
   return write_file(start.search.out, name, plant.empty() ? "demo" : plant,
                     fmt::format("cbcan-sim --config {} --explore -- {}", name, fmt::join(start.command, " ")),
                     settings, failure, "");

@@ -34,27 +34,29 @@ void poll_clients(Simulator& simulator) {
 void ManualClock::drive(Simulator& simulator) {
   std::optional<io::LineInput> input;
   if (reads_input_ && !is_background_job()) input.emplace(reactor_, STDIN_FILENO, "standard input");
-  while (!simulator.stop_requested() && !(input && input->ended() && !dialogue_->waiting)) {
+  session::Session& session = simulator.session();
+  while (!simulator.stop_requested() && !(input && input->ended() && !session.input_waits())) {
     const Time look = !console_.heard() ? io::Reactor::now() + io::Output::kRetry
                       : input           ? input->next_deadline()
                                         : kNever;
-    simulator.poll(earlier(look, simulator.session().waits().plc_deadline()));
-    simulator.session().waits().give_up_on_plc(io::Reactor::now());
-    if (simulator.session().waits().want_time()) let_time_pass(simulator);
-    say(std::exchange(dialogue_->unsent, {}));
+    simulator.poll(earlier(look, session.waits().plc_deadline()));
+    session.waits().give_up_on_plc(io::Reactor::now());
+    if (session.waits().want_time()) let_time_pass(simulator);
+    session.say_responses();
     if (input) take_lines(*input, simulator);
   }
 }
 
 void ManualClock::take_lines(io::LineInput& input, Simulator& simulator) {
   input.poll();
-  while (console_.heard() && !simulator.stop_requested() && !dialogue_->waiting) {
+  session::Session& session = simulator.session();
+  while (console_.heard() && !simulator.stop_requested() && !session.input_waits()) {
     const auto line = input.take();
     if (!line) break;
     poll_clients(simulator);
-    say(simulator.session().execute(*line, dialogue_));
-    if (simulator.session().waits().want_time()) let_time_pass(simulator);
-    say(std::exchange(dialogue_->unsent, {}));
+    session.input(*line);
+    if (session.waits().want_time()) let_time_pass(simulator);
+    session.say_responses();
   }
 }
 
@@ -75,19 +77,6 @@ void ManualClock::let_time_pass(Simulator& simulator) {
     is_over = simulator.session().poll_waits();
   }
   simulator.flush();
-}
-
-/// The effects of a line have happened and been sent before its response.
-void ManualClock::say(std::string response) {
-  const auto [lines, last] = plant::parts_of(response);
-  if (!last.starts_with(plant::kError)) {
-    if (!response.empty()) console_.say(response);
-    return;
-  }
-  console_.say(std::string(lines));
-  const std::string why = "standard input: " + std::string(last.substr(plant::kError.size()));
-  if (last.starts_with(plant::kNotWithin)) throw CheckFailed(why);
-  throw io::UsageError(why);
 }
 
 }  // namespace cbcan::app

@@ -1,19 +1,15 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <memory>
-#include <string>
-
 #include "app/clock.hpp"
 #include "app/console.hpp"
 #include "io/loop/line_input.hpp"
 #include "io/loop/reactor.hpp"
-#include "protocols/dialogue.hpp"
 
 namespace cbcan::app {
 
-/// Time passes only by the commands pass and wait, on standard input and from all other sources. The end of the
-/// input ends the program; a wrong line throws io::UsageError, and a wait that times out CheckFailed.
+/// Time passes only by the commands pass and wait, on standard input and from all other sources. The end of
+/// the input ends the program; a wrong line throws io::UsageError, and a wait that times out CheckFailed.
 class ManualClock final : public Clock {
  public:
   /// `reads_input` = false, or a background job of a terminal: standard input is not for commands, and its
@@ -29,11 +25,9 @@ class ManualClock final : public Clock {
  private:
   void let_time_pass(Simulator& simulator);
   void take_lines(io::LineInput& input, Simulator& simulator);
-  void say(std::string response);
 
   Console& console_;
   bool reads_input_;
-  std::shared_ptr<protocols::Dialogue> dialogue_ = std::make_shared<protocols::Dialogue>();
   Time now_ = 0;
 };
 

@@ -6,9 +6,11 @@
 #include <unistd.h>
 
 #include <cstdint>
+#include <list>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "app/bus_connections.hpp"
@@ -24,15 +26,13 @@
 #include "io/loop/stop_signals.hpp"
 #include "io/modbus/modbus_rtu.hpp"
 #include "io/modbus/modbus_tcp.hpp"
+#include "io/sockets/stream_server.hpp"
 #include "plant/parameter_copies.hpp"
 #include "session/session.hpp"
 
 namespace cbcan::app {
 
-/// A plant file as a path for a file that may be in any folder; "demo" and nothing stay as they are.
-std::string absolute_plant(const std::string& plant_file);
-
-class Simulator {
+class Simulator final : private session::Host {
  public:
   /// The parameter files of modules and nodes: written, or as copies in memory.
   enum class Files : std::uint8_t { kWritten, kCopied };
@@ -42,9 +42,6 @@ class Simulator {
   /// empty. `reads_input`: see ManualClock.
   Simulator(const config::Config& config, config::PlantBuild build, const std::string& plant_file,
             Console& console, bool reads_input, Files files = Files::kWritten);
-
-  /// With the real ports, of all that is served.
-  session::Addresses addresses() const;
 
   /// Serves until SIGINT, SIGTERM or SIGHUP, or the clock's end. Throws what Clock::drive() throws.
   void run();
@@ -62,21 +59,31 @@ class Simulator {
   /// Does what is due, waits until `until` at most, and handles input; returns the number of inputs.
   std::size_t poll(Time until);
   /// Sends the output of it.
-  void flush();
+  void flush() override;
   session::Session& session() { return *session_; }
   /// On a manual clock.
-  void pass(Time duration) { clock_->pass(*this, duration); }
+  void let_pass(Time duration) override { clock_->pass(*this, duration); }
 
  private:
-  void start_command();
-  void open_session(const config::Config& config, config::PlantBuild build, std::string plant_file,
-                    Files files);
+  const Time& now() const override { return clock_->now(); }
+  bool clock_runs() const override { return runs_; }
+  Time machine_now() const override { return io::Reactor::now(); }
+  Time wall_offset() const override { return clock_->wall_offset(); }
+  void tell(std::string_view lines) override { console_.tell(lines); }
+  void say(std::string_view lines) override { console_.say(lines); }
+  sim::ParameterStore* store(const std::string& file) override;
+  void advance_buses() override;
+  session::Served served() const override;
+  void shut_down() override;
+  [[noreturn]] void fail(base::ExitCode code, const std::string& why) override;
+  void restart_command() override;
+
+  void open_buses(const config::Config& config);
   plant::Plant& plant() { return session_->plant(); }
   void open_modbus(const config::Config& config);
   void open_views(const config::Config& config);
-  void open_commands(const config::Config& config);
+  void open_services(const config::Config& config);
   void record(const std::string& path);
-  session::Served served() const;
   void poll_views();
   Time next_deadline() const;
   void advance_in_pieces();
@@ -90,6 +97,7 @@ class Simulator {
   io::StopSignals signals_;
   std::unique_ptr<Clock> clock_;
   bool runs_;  ///< the clock
+  Files files_;
   std::vector<std::unique_ptr<io::ParameterFile>> parameters_;
   plant::ParameterCopies copies_;
   std::optional<session::Session> session_;
@@ -99,7 +107,8 @@ class Simulator {
   bool stopping_ = false;
   bool is_behind_ = false;  ///< the plant, which has been reported
   bool observed_ = true;    ///< by more than Modbus clients: views, commands, buses, a manual clock
-  std::optional<io::StreamServer> commands_;
+  std::list<io::StreamServer> commands_;
+  std::list<io::StreamServer> bus_servers_;
   std::optional<io::ModbusTcp> modbus_;
   std::optional<io::ModbusSerial> rtu_;
   std::optional<io::StreamServer> rtu_tcp_;
