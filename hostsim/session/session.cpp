@@ -4,6 +4,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "base/numbers.hpp"
@@ -113,7 +114,7 @@ protocols::HttpSite::Handler Session::http(const config::Config& config) {
       web::Api::Parts{control(), find_name_,
                       [this](std::string_view line, const auto& dialogue) { return execute(line, dialogue); },
                       [this] { advance_and_answer(); }, [this] { return about(); },
-                      wires_of(config)});
+                      [wires = wires_of(config)] { return wires; }});
   return [this](const protocols::HttpRequest& request) { return api_->respond(request); };
 }
 
