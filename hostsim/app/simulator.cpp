@@ -10,7 +10,6 @@
 #include <thread>
 #include <utility>
 
-#include "app/manual_clock.hpp"
 #include "base/numbers.hpp"
 #include "cbcan/version.hpp"
 #include "scenario/scenario_writer.hpp"
@@ -26,12 +25,6 @@ io::ModbusTcpSettings settings_of(const base::ListenAddress& modbus) {
   return settings;
 }
 
-std::unique_ptr<Clock> make_clock(config::ClockKind kind, io::Reactor& reactor, Console& console,
-                                  bool reads_input) {
-  if (kind == config::ClockKind::kManual) return std::make_unique<ManualClock>(reactor, console, reads_input);
-  return std::make_unique<Clock>(reactor);
-}
-
 }  // namespace
 
 Simulator::Simulator(const config::Config& config, config::PlantBuild build, const std::string& plant_file,
@@ -39,8 +32,8 @@ Simulator::Simulator(const config::Config& config, config::PlantBuild build, con
     : console_(console),
       warn_([this](const std::string& line) { session_ ? session_->warn(line) : console_.warn(line); }),
       signals_(reactor_),
-      clock_(make_clock(config.clock, reactor_, console, reads_input)),
-      runs_(clock_->runs()),
+      clock_(reactor_, config.clock == config::ClockKind::kReal),
+      reads_input_(reads_input),
       files_(files) {
   if (files == Files::kCopied) copies_ = plant::ParameterCopies(build.parameters);
   const std::string folder = std::filesystem::current_path().string();
@@ -76,7 +69,7 @@ void Simulator::open_buses(const config::Config& config) {
   for (std::size_t i = 0; i < config.networks.size(); ++i) {
     const config::NetworkConfig& network = config.networks[i];
     connections_.push_back(
-        std::make_unique<BusConnections>(network, *plant().networks()[i], reactor_, *clock_, warn_));
+        std::make_unique<BusConnections>(network, *plant().networks()[i], reactor_, clock_, warn_));
     if (connections_.back()->exist()) connected_.push_back(connections_.back().get());
     session_->services().at("plc", network.number).place = connections_.back()->plc();
   }
@@ -110,7 +103,7 @@ void Simulator::open_views(const config::Config& config) {
     pcap_.emplace(
         session_->control().journal(),
         io::PcapFile::Settings{config.pcap, config.pcap_mb * kMegabyte, plant().networks().size(),
-                               clock_->wall_offset() + session_->started(), clock_->most_waiting()},
+                               clock_.wall_offset() + session_->started(), clock_.most_waiting()},
         [this](base::Buffer& to, const auto& event) {
           append_packet_comment(to, event, session_->control().journal(), session_->find_name());
         },
@@ -168,12 +161,14 @@ void Simulator::poll_views() {
 }
 
 void Simulator::run() {
-  observed_ = !runs_ || session_->has_views() || pcap_ || rtu_ || http_ || !commands_.empty() ||
+  observed_ = !clock_.runs() || session_->has_views() || pcap_ || rtu_ || http_ || !commands_.empty() ||
               !bus_servers_.empty() || !connected_.empty();
   reactor_.read_clock();
-  if (runs_) session_->set_time_of_day(session_->started() + clock_->wall_offset());
+  if (clock_.runs()) session_->set_time_of_day(session_->started() + clock_.wall_offset());
   plant().start(observed_);
-  clock_->drive(*this);
+  if (!clock_.runs()) drive_by_commands();
+  while (clock_.runs() && !stop_requested())
+    poll(kNever);
   flush();
   for (io::StreamServer& server : commands_)
     server.flush();
@@ -203,7 +198,7 @@ bool Simulator::stop_requested() const {
 std::size_t Simulator::poll(Time until) {
   Time next = next_deadline();
   if (observed_ || next <= reactor_.time() || console_.waits()) next = poll_due();
-  if (runs_) reactor_.hold_at(plant().schedule().first_time());
+  if (clock_.runs()) reactor_.hold_at(plant().schedule().first_time());
   return reactor_.poll(stopping_ ? 0 : earlier(until, next));
 }
 
@@ -229,14 +224,14 @@ void Simulator::advance_in_pieces() {
 /// When something is due, apart from observers.
 Time Simulator::next_deadline() const {
   const Time modbus = modbus_ ? modbus_->next_deadline() : kNever;
-  return runs_ ? earlier(modbus, session_->plant().schedule().first_time()) : modbus;
+  return clock_.runs() ? earlier(modbus, session_->plant().schedule().first_time()) : modbus;
 }
 
 /// Does what is due; returns the time of the next action.
 Time Simulator::poll_due() {
   for (BusConnections* network : connected_)
     network->advance();
-  if (runs_) advance_in_pieces();
+  if (clock_.runs()) advance_in_pieces();
   const Time now = reactor_.time();
   if (observed_) session_->poll_waits();
   if (modbus_) modbus_->poll(now);
@@ -271,7 +266,7 @@ Time Simulator::observers_deadline() const {
   if (pcap_) next = pcap_->next_deadline();
   if (http_) next = earlier(next, http_->next_deadline());
   if (rtu_) next = earlier(next, rtu_->next_deadline());
-  if (runs_) {
+  if (clock_.runs()) {
     const Time due = session_->waits().next_deadline();
     if (due != kNever) next = earlier(next, session_->started() + due);
   } else if (session_->waits().want_time()) {
@@ -282,15 +277,17 @@ Time Simulator::observers_deadline() const {
   return next;
 }
 
-/// The plant does afterwards what was due.
-void Clock::pass(Simulator& /*simulator*/, Time duration) {
-  std::this_thread::sleep_for(std::chrono::microseconds(duration));
-  reactor_.read_clock();
-}
-
-void Clock::drive(Simulator& simulator) {
-  while (!simulator.stop_requested())
-    simulator.poll(kNever);
+/// On a clock that runs, the plant does afterwards what was due.
+void Simulator::let_pass(Time duration) {
+  if (clock_.runs()) {
+    std::this_thread::sleep_for(std::chrono::microseconds(duration));
+    reactor_.read_clock();
+  } else {
+    for (const Time end = clock_.now() + duration; clock_.now() < end;) {
+      clock_.set(std::max(clock_.now(), earlier(end, plant().next_deadline())));
+      session_->advance_and_answer();
+    }
+  }
 }
 
 std::string Simulator::summary() const {

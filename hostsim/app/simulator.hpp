@@ -9,6 +9,7 @@
 #include <list>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -22,6 +23,7 @@
 #include "io/files/pcap_file.hpp"
 #include "io/http/http_server.hpp"
 #include "io/loop/child_process.hpp"
+#include "io/loop/line_input.hpp"
 #include "io/loop/reactor.hpp"
 #include "io/loop/stop_signals.hpp"
 #include "io/modbus/modbus_rtu.hpp"
@@ -32,6 +34,12 @@
 
 namespace cbcan::app {
 
+/// A script's wait has timed out.
+class CheckFailed : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
 class Simulator final : private session::Host {
  public:
   /// The parameter files of modules and nodes: written, or as copies in memory.
@@ -39,11 +47,13 @@ class Simulator final : private session::Host {
 
   /// `build` is the result of config::build_nodes() for `config`. Opens everything; throws
   /// io::EnvironmentError, or io::UsageError for an invalid parameter file. `plant_file`: path, "demo" or
-  /// empty. `reads_input`: see ManualClock.
+  /// empty. `reads_input`: on a manual clock, standard input is for commands, unless this is a background job
+  /// of a terminal, and its end ends the program.
   Simulator(const config::Config& config, config::PlantBuild build, const std::string& plant_file,
             Console& console, bool reads_input, Files files = Files::kWritten);
 
-  /// Serves until SIGINT, SIGTERM or SIGHUP, or the clock's end. Throws what Clock::drive() throws.
+  /// Serves until SIGINT, SIGTERM or SIGHUP, or the end of the commands. Throws io::UsageError for a wrong
+  /// line of standard input, CheckFailed for a wait that times out.
   void run();
   /// Serves as long as the command runs, with the addresses in its environment, and returns its exit code.
   /// `error`: its standard error. Throws io::EnvironmentError if the process cannot be created.
@@ -52,27 +62,19 @@ class Simulator final : private session::Host {
   /// Counters, in lines for people.
   std::string summary() const;
 
-  // For the clock that drives it.
-  bool stop_requested() const;
-  /// The same during long work: polls signals first.
-  bool stopped_meanwhile() { return signals_.poll(); }
-  /// Does what is due, waits until `until` at most, and handles input; returns the number of inputs.
-  std::size_t poll(Time until);
-  /// Sends the output of it.
-  void flush() override;
   session::Session& session() { return *session_; }
-  /// On a manual clock.
-  void let_pass(Time duration) override { clock_->pass(*this, duration); }
+  void let_pass(Time duration) override;
 
  private:
-  const Time& now() const override { return clock_->now(); }
-  bool clock_runs() const override { return runs_; }
+  const Time& now() const override { return clock_.now(); }
+  bool clock_runs() const override { return clock_.runs(); }
   Time machine_now() const override { return io::Reactor::now(); }
-  Time wall_offset() const override { return clock_->wall_offset(); }
+  Time wall_offset() const override { return clock_.wall_offset(); }
   void tell(std::string_view lines) override { console_.tell(lines); }
   void say(std::string_view lines) override { console_.say(lines); }
   sim::ParameterStore* store(const std::string& file) override;
   void advance_buses() override;
+  void flush() override;
   session::Served served() const override;
   void shut_down() override;
   [[noreturn]] void fail(base::ExitCode code, const std::string& why) override;
@@ -84,6 +86,13 @@ class Simulator final : private session::Host {
   void open_views(const config::Config& config);
   void open_services(const config::Config& config);
   void record(const std::string& path);
+  bool stop_requested() const;
+  void drive_by_commands();
+  void poll_clients();
+  void take_lines(io::LineInput& input);
+  void let_time_pass();
+  /// Does what is due, waits until `until` at most, and handles input; returns the number of inputs.
+  std::size_t poll(Time until);
   void poll_views();
   Time next_deadline() const;
   void advance_in_pieces();
@@ -95,8 +104,8 @@ class Simulator final : private session::Host {
   io::Warn warn_;
   io::Reactor reactor_;
   io::StopSignals signals_;
-  std::unique_ptr<Clock> clock_;
-  bool runs_;  ///< the clock
+  Clock clock_;
+  bool reads_input_;
   Files files_;
   std::vector<std::unique_ptr<io::ParameterFile>> parameters_;
   plant::ParameterCopies copies_;
