@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 # cbcan_embed(OUT.cpp FOLDER DIR HEADER H FUNCTION F TYPE T): all files of DIR, byte for byte, in a generated source. F() returns a std::span<const
 # T>, one {name, text} per file in the order of their names; H declares both. OUT.cpp is generated at build time in the current binary directory,
-# again whenever a file changes, is added or removed.
+# again whenever a file changes, is added or removed. In WebAssembly, which is downloaded, our files of the page are without comments and indentation.
 #
 # As a script (cmake -DFOLDER=... -P embed.cmake) this file writes that source.
 if(NOT CMAKE_SCRIPT_MODE_FILE)
@@ -13,7 +13,7 @@ if(NOT CMAKE_SCRIPT_MODE_FILE)
     add_custom_command(
       OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/${out}
       COMMAND ${CMAKE_COMMAND} -DOUT=${CMAKE_CURRENT_BINARY_DIR}/${out} -DFOLDER=${arg_FOLDER} -DHEADER=${arg_HEADER}
-        -DFUNCTION=${arg_FUNCTION} -DTYPE=${arg_TYPE} -P ${CBCAN_EMBED_SCRIPT}
+        -DFUNCTION=${arg_FUNCTION} -DTYPE=${arg_TYPE} -DPROCESSOR=${CMAKE_SYSTEM_PROCESSOR} -P ${CBCAN_EMBED_SCRIPT}
       DEPENDS ${files} ${CBCAN_EMBED_SCRIPT}
       COMMENT "Embedding ${arg_FOLDER}"
       VERBATIM)
@@ -27,6 +27,11 @@ list(SORT files)
 foreach(file IN LISTS files)
   get_filename_component(name ${file} NAME)
   file(READ ${file} text HEX)
+  if(PROCESSOR STREQUAL "wasm32" AND name MATCHES "^[a-z]+\\.(js|css|html)$")
+    file(READ ${file} text)
+    string(REGEX REPLACE "\n[ \n]*((//[^\n]*|/\\*[^\n]*\\*/)\n[ \n]*)*" "\n" text "\n${text}")
+    string(HEX "${text}" text)
+  endif()
   string(REGEX REPLACE "(................................)" "\\1\"\n     \"" text "${text}")
   string(REGEX REPLACE "([0-9a-f][0-9a-f])" "\\\\x\\1" text "${text}")
   string(APPEND rows "    {\"${name}\",\n     \"${text}\"sv},\n")

@@ -7,16 +7,12 @@
 
 #include "io/can/socketcan.hpp"
 #include "io/can/stream_bus.hpp"
-#include "protocols/slcan_adapter.hpp"
-#include "session/session.hpp"
 #include "window/rtu_connection.hpp"
 
 namespace cbcan::app {
 
 namespace {
 
-/// Pause that socketcand's clients need, in real time.
-constexpr Time kPauseBehindOk = 20 * kMillisecond;
 constexpr std::uint16_t kModbusPort = 502;
 
 }  // namespace
@@ -25,56 +21,25 @@ window::Line line_of(const config::LineConfig& config) {
   return {config.device, static_cast<int>(config.baud), config.parity.front()};
 }
 
-BusConnections::BusConnections(const config::NetworkConfig& config, std::string name, plant::Network& network,
+BusConnections::BusConnections(const config::NetworkConfig& config, plant::Network& network,
                                io::Reactor& reactor, const Clock& clock, const io::Warn& warn)
-    : network_(network),
-      reactor_(reactor),
-      clock_(clock),
-      warn_(warn),
-      number_(config.number),
-      name_(std::move(name)),
-      can_(config::can_spec(config.can)) {
-  if (!config.can.outside.empty()) open_outside();
-  open_servers(config.can);
+    : network_(network), reactor_(reactor), clock_(clock), warn_(warn) {
+  if (!config.can.outside.empty()) open_outside(config::can_spec(config.can));
   if (network.module() != nullptr) open_plc(config);
   if (!config.log.empty()) open_log(config);
 }
 
-void BusConnections::open_outside() {
+void BusConnections::open_outside(const std::string& can_spec) {
   using Kind = config::CanSpec::Kind;
   sim::Bus& bus = network_.world().bus();
-  const config::CanSpec& can = spec_.emplace(config::parse_can_spec(can_));
+  const config::CanSpec& can = spec_.emplace(config::parse_can_spec(can_spec));
   const bool is_adapter = can.kind == Kind::kSlcan;
   if (can.kind == Kind::kSocketCan)
     outside_ = std::make_unique<io::SocketCan>(reactor_, bus, can.name, warn_);
   else
     outside_ = std::make_unique<io::StreamBus>(
-        reactor_, bus, can_, is_adapter ? can.name : "", can.remote,
+        reactor_, bus, can_spec, is_adapter ? can.name : "", can.remote,
         is_adapter ? io::slcan_dialect(can.kbit) : io::socketcand_dialect(can.name), warn_);
-}
-
-/// On a manual clock hours may pass before clients can read, so none is too slow.
-void BusConnections::open_servers(const config::CanConfig& config) {
-  const std::size_t most_unsent =
-      clock_.runs() ? protocols::Adapter::kMostUnsent : protocols::Adapter::kUnlimited;
-  const auto serve = [this](Clients& clients, std::string_view service, const std::string& address,
-                            auto make) {
-    if (!address.empty())
-      clients.server.emplace(reactor_, service, base::parse_stream_address(address), make, warn_);
-  };
-  const auto on_queued = [this] { network_.advance(); };
-  serve(slcan_, "slcan", config.slcan, [this, on_queued, most_unsent] {
-    return std::make_unique<protocols::SlcanAdapter>(network_.world().bus(), on_queued, most_unsent,
-                                                    &slcan_.lost);
-  });
-  if (!config.socketcand.empty())
-    socketcand_bus_.emplace(
-        network_.world().bus(), network_.world().schedule(), [this] { return clock_.now(); },
-        clock_.wall_offset(), clock_.runs() ? kPauseBehindOk : 0);
-  serve(socketcand_, "socketcand", config.socketcand, [this, on_queued, most_unsent] {
-    return std::make_unique<protocols::SocketcandAdapter>(*socketcand_bus_, on_queued, most_unsent,
-                                                         &socketcand_.lost);
-  });
 }
 
 void BusConnections::open_plc(const config::NetworkConfig& config) {
@@ -110,22 +75,9 @@ void BusConnections::open_log(const config::NetworkConfig& config) {
   network_.world().bus().observe(*log_);
 }
 
-session::NetworkAddresses BusConnections::addresses() const {
-  const auto address = [](const Clients& clients) {
-    return clients.server ? std::optional(clients.server->address()) : std::nullopt;
-  };
-  return {number_, name_, can_, address(slcan_), address(socketcand_), plc_ ? plc_->place() : ""};
-}
-
 void BusConnections::poll(Time now) {
   if (plc_) plc_->poll(now);
   flush();
-}
-
-void BusConnections::flush() {
-  if (log_) log_->flush();
-  for (Clients* clients : {&slcan_, &socketcand_})
-    if (clients->server) clients->server->flush();
 }
 
 Time BusConnections::next_deadline() const {
@@ -135,19 +87,10 @@ Time BusConnections::next_deadline() const {
   return outside_ ? earlier(next, outside_->next_deadline()) : next;
 }
 
-std::string BusConnections::plc_summary() const {
+std::string BusConnections::plc_summary(std::string_view name) const {
   if (!plc_) return {};
-  return fmt::format("{}PLC requests {}, exceptions {}, connections lost {}\n", name_,
+  return fmt::format("{}PLC requests {}, exceptions {}, connections lost {}\n", name,
                      plc_->counters().requests, plc_->counters().exceptions, plc_->lost());
-}
-
-std::string BusConnections::adapters_summary() const {
-  const auto summary = [&](std::string_view name, const Clients& clients) {
-    return clients.server
-               ? session::adapters_summary(name_, name, clients.server->connections(), clients.lost)
-               : "";
-  };
-  return summary("SLCAN", slcan_) + summary("socketcand", socketcand_);
 }
 
 }  // namespace cbcan::app

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Connections of a network with the world outside the program: CAN interface, SLCAN and socketcand servers,
-/// log; and the client of a PLC that owns the registers.
+/// Connections of a network with the world outside the program: CAN interface and log; and the client of a
+/// PLC that owns the registers.
 
-#include <cstddef>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "app/clock.hpp"
 #include "config/can_spec.hpp"
@@ -17,10 +17,7 @@
 #include "io/loop/reactor.hpp"
 #include "io/modbus/plc_client.hpp"
 #include "io/serial/serial_port.hpp"
-#include "io/sockets/stream_server.hpp"
 #include "plant/network.hpp"
-#include "protocols/socketcand_adapter.hpp"
-#include "session/addresses.hpp"
 
 namespace cbcan::app {
 
@@ -28,16 +25,17 @@ window::Line line_of(const config::LineConfig& config);
 
 class BusConnections {
  public:
-  /// Opens all; throws io::EnvironmentError. The arguments outlive it. `name`: prefix of messages.
-  BusConnections(const config::NetworkConfig& config, std::string name, plant::Network& network,
-                 io::Reactor& reactor, const Clock& clock, const io::Warn& warn);
+  /// Opens all; throws io::EnvironmentError. The arguments outlive it.
+  BusConnections(const config::NetworkConfig& config, plant::Network& network, io::Reactor& reactor,
+                 const Clock& clock, const io::Warn& warn);
   BusConnections(const BusConnections&) = delete;
   BusConnections& operator=(const BusConnections&) = delete;
 
   /// There is one that has to be polled every turn.
-  bool exist() const { return outside_ || slcan_.server || socketcand_.server || log_ || plc_; }
+  bool exist() const { return outside_ || log_ || plc_; }
 
-  session::NetworkAddresses addresses() const;
+  /// Place of the PLC that owns the registers; empty = none.
+  std::string plc() const { return plc_ ? plc_->place() : ""; }
 
   /// Call it before the network is advanced.
   void poll_outside() {
@@ -50,21 +48,16 @@ class BusConnections {
   }
   /// Call it once per turn with the reactor's time, and at next_deadline().
   void poll(Time now);
-  void flush();
+  void flush() {
+    if (log_) log_->flush();
+  }
   Time next_deadline() const;
 
-  std::string plc_summary() const;
-  std::string adapters_summary() const;
+  /// `name`: prefix of the line.
+  std::string plc_summary(std::string_view name) const;
 
  private:
-  /// Those of SLCAN, or of socketcand.
-  struct Clients {
-    std::optional<io::StreamServer> server{};
-    std::uint64_t lost = 0;  ///< frames that they have not read in time
-  };
-
-  void open_outside();
-  void open_servers(const config::CanConfig& config);
+  void open_outside(const std::string& can_spec);
   void open_plc(const config::NetworkConfig& config);
   void open_log(const config::NetworkConfig& config);
 
@@ -72,15 +65,9 @@ class BusConnections {
   io::Reactor& reactor_;
   const Clock& clock_;
   const io::Warn& warn_;
-  std::size_t number_;
-  std::string name_;
-  std::string can_;
   std::optional<io::CandumpLog> log_;
   std::optional<config::CanSpec> spec_;  ///< of the bus outside
   std::unique_ptr<io::OutsideBus> outside_;
-  std::optional<protocols::SocketcandBus> socketcand_bus_;
-  Clients slcan_;
-  Clients socketcand_;
   std::optional<io::PlcClient> plc_;
 };
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <stdexcept>
+#include <cstddef>
 
 #include "cbcan/time.hpp"
 #include "io/loop/output.hpp"
@@ -9,39 +9,28 @@
 
 namespace cbcan::app {
 
-/// A script's wait has timed out.
-class CheckFailed : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
-
-class Simulator;
-
-/// The time of the simulation, and what advances it: this machine's clock, or a ManualClock.
+/// The time of the simulation: this machine's clock, or one that moves by commands.
 class Clock {
  public:
-  explicit Clock(io::Reactor& reactor) : Clock(reactor, reactor.time()) {}
-  virtual ~Clock() = default;
+  Clock(const io::Reactor& reactor, bool runs) : reactor_(reactor), runs_(runs) {}
+  Clock(const Clock&) = delete;
+  Clock& operator=(const Clock&) = delete;
+
   /// Constant during a turn; the reference stays valid and shows later changes.
-  const Time& now() const { return shown_; }
+  const Time& now() const { return runs_ ? reactor_.time() : manual_; }
   /// Offset from now() to wall-clock time (microseconds since 1970); 0 = there is none.
-  virtual Time wall_offset() const { return io::Reactor::wall_offset(); }
+  Time wall_offset() const { return runs_ ? io::Reactor::wall_offset() : 0; }
   /// Time passes automatically; else by commands, in steps of any length.
-  virtual bool runs() const { return true; }
+  bool runs() const { return runs_; }
   /// Limit of output that is not read in time, in bytes: on a manual clock hours may pass at once.
-  std::size_t most_waiting() const { return runs() ? io::Output::kMostWaiting : 256 * 1024 * 1024; }
-  /// Lets this time pass in the plant before it returns.
-  virtual void pass(Simulator& simulator, Time duration);
-  /// Drives the simulator until the program is to stop.
-  virtual void drive(Simulator& simulator);
-
- protected:
-  Clock(io::Reactor& reactor, const Time& shown) : reactor_(reactor), shown_(shown) {}
-
-  io::Reactor& reactor_;
+  std::size_t most_waiting() const { return runs_ ? io::Output::kMostWaiting : 256 * 1024 * 1024; }
+  /// Sets a manual clock.
+  void set(Time now) { manual_ = now; }
 
  private:
-  const Time& shown_;
+  const io::Reactor& reactor_;
+  bool runs_;
+  Time manual_ = 0;
 };
 
 }  // namespace cbcan::app

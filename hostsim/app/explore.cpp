@@ -20,14 +20,13 @@
 #include "app/parallel.hpp"
 #include "app/processes.hpp"
 #include "app/progress.hpp"
-#include "app/simulator.hpp"
+#include "io/files/result_file.hpp"
 #include "app/state_file.hpp"
 #include "base/numbers.hpp"
 #include "base/read_file.hpp"
 #include "base/utf8.hpp"
 #include "base/words.hpp"
 #include "cbcan/version.hpp"
-#include "io/files/result_file.hpp"
 #include "io/loop/output.hpp"
 #include "scenario/outcome.hpp"
 #include "scenario/scenario_writer.hpp"
@@ -242,8 +241,7 @@ class Search {
 
   using OnRecord = std::function<void(const Moments&, const Record&)>;
 
-  /// Tries all moments. `on_record`: matching frames are counted in each run, and results of others do not
-  /// replace it.
+  /// Tries all moments. `on_record`: matching frames are counted in each run, and results of others do not replace it.
   void try_all(const Subject& subject, const search::Exploration& exploration,
                const std::vector<Moments>& moments, const OnRecord& on_record) {
     std::vector<std::size_t> left;
@@ -336,7 +334,8 @@ std::string write_file(const std::string& folder, const std::string& name, const
 std::string write_plant_file(const config::Start& start, const search::Settings& settings,
                              const search::Failure& failure) {
   const std::string name = file_name_of(failure.moments);
-  const std::string plant = absolute_plant(start.plant_file);
+  const std::string plant =
+      scenario::absolute_plant(start.plant_file, std::filesystem::current_path().string());
   return write_file(start.search.out, name, plant.empty() ? "demo" : plant,
                     fmt::format("cbcan-sim --config {} --explore -- {}", name, fmt::join(start.command, " ")),
                     settings, failure, "");

@@ -101,13 +101,13 @@ int run(config::Start& start, const base::FileReader& read, Console& console) {
   Simulator simulator(config, std::move(build), start.plant_file, console, start.command.empty());
   int exit_code = code(ExitCode::kDone);
   if (start.command.empty()) {
-    const session::Addresses addresses = simulator.addresses();
-    const std::string ready = "ready " + base::to_utf8(addresses.where()) + "\n";
+    const session::Services& services = simulator.session().services();
+    const std::string ready = "ready " + base::to_utf8(services.where()) + "\n";
     if (config::logs_to_standard_output(config))
       console.tell(ready);
     else
       console.say(ready);
-    console.tell(addresses.ways_in());
+    console.tell(services.ways_in());
     io::tell_ready([&console](const std::string& line) { console.warn(line); });
     simulator.run();
   } else {

@@ -1,21 +1,16 @@
 // SPDX-License-Identifier: MIT
-#include "app/manual_clock.hpp"
+// Simulator on a manual clock: time passes only by the commands pass and wait, on standard input and from all
+// other sources.
 
 #include <unistd.h>
 
 #include <algorithm>
 #include <optional>
-#include <utility>
 
 #include "app/simulator.hpp"
-#include "io/errors.hpp"
 
 namespace cbcan::app {
 namespace {
-
-/// Requests that have arrived are handled before time passes, in this many turns at most: endless requests do
-/// not stop the clock.
-constexpr int kMostTurnsBeforeTime = 100;
 
 /// A shell's background job would be stopped if it read the terminal.
 bool is_background_job() {
@@ -23,71 +18,56 @@ bool is_background_job() {
   return foreground >= 0 && foreground != ::getpgrp();
 }
 
-void poll_clients(Simulator& simulator) {
-  for (int turns = 0; turns < kMostTurnsBeforeTime && simulator.poll(0) != 0; ++turns) {
+}  // namespace
+
+/// Requests that have arrived are handled before time passes, in this many turns at most: endless requests do
+/// not stop the clock.
+void Simulator::poll_clients() {
+  constexpr int kMostTurns = 100;
+  for (int turns = 0; turns < kMostTurns && poll(0) != 0; ++turns) {
   }
 }
 
-}  // namespace
-
 /// Takes no further lines while the responses are not read.
-void ManualClock::drive(Simulator& simulator) {
+void Simulator::drive_by_commands() {
   std::optional<io::LineInput> input;
   if (reads_input_ && !is_background_job()) input.emplace(reactor_, STDIN_FILENO, "standard input");
-  while (!simulator.stop_requested() && !(input && input->ended() && !dialogue_->waiting)) {
+  while (!stop_requested() && !(input && input->ended() && !session_->input_waits())) {
     const Time look = !console_.heard() ? io::Reactor::now() + io::Output::kRetry
                       : input           ? input->next_deadline()
                                         : kNever;
-    simulator.poll(earlier(look, simulator.session().waits().plc_deadline()));
-    simulator.session().waits().give_up_on_plc(io::Reactor::now());
-    if (simulator.session().waits().want_time()) let_time_pass(simulator);
-    say(std::exchange(dialogue_->unsent, {}));
-    if (input) take_lines(*input, simulator);
+    poll(earlier(look, session_->waits().plc_deadline()));
+    session_->waits().give_up_on_plc(io::Reactor::now());
+    let_time_pass();
+    if (input) take_lines(*input);
   }
 }
 
-void ManualClock::take_lines(io::LineInput& input, Simulator& simulator) {
+void Simulator::take_lines(io::LineInput& input) {
   input.poll();
-  while (console_.heard() && !simulator.stop_requested() && !dialogue_->waiting) {
+  while (console_.heard() && !stop_requested() && !session_->input_waits()) {
     const auto line = input.take();
     if (!line) break;
-    poll_clients(simulator);
-    say(simulator.session().execute(*line, dialogue_));
-    if (simulator.session().waits().want_time()) let_time_pass(simulator);
-    say(std::exchange(dialogue_->unsent, {}));
+    poll_clients();
+    session_->input(*line);
+    let_time_pass();
   }
 }
 
-void ManualClock::pass(Simulator& simulator, Time duration) {
-  for (const Time end = now_ + duration; now_ < end;) {
-    now_ = std::max(now_, earlier(end, simulator.session().plant().next_deadline()));
-    simulator.session().advance_and_answer();
+/// While a wait wants it, until one has ended or a signal has come; then says what standard input has waited
+/// for.
+void Simulator::let_time_pass() {
+  if (session_->waits().want_time()) {
+    poll_clients();
+    bool is_over = false;
+    while (!is_over && session_->waits().want_time() && !signals_.poll()) {
+      clock_.set(session_->next_step());
+      session_->advance();
+      is_over = session_->poll_waits();
+    }
+    flush();
   }
-}
-
-/// Lets time pass until a wait has ended, or a signal has come.
-void ManualClock::let_time_pass(Simulator& simulator) {
-  poll_clients(simulator);
-  bool is_over = false;
-  while (!is_over && simulator.session().waits().want_time() && !simulator.stopped_meanwhile()) {
-    now_ = simulator.session().next_step();
-    simulator.session().advance();
-    is_over = simulator.session().poll_waits();
-  }
-  simulator.flush();
-}
-
-/// The effects of a line have happened and been sent before its response.
-void ManualClock::say(std::string response) {
-  const auto [lines, last] = plant::parts_of(response);
-  if (!last.starts_with(plant::kError)) {
-    if (!response.empty()) console_.say(response);
-    return;
-  }
-  console_.say(std::string(lines));
-  const std::string why = "standard input: " + std::string(last.substr(plant::kError.size()));
-  if (last.starts_with(plant::kNotWithin)) throw CheckFailed(why);
-  throw io::UsageError(why);
+  session_->say_responses();
 }
 
 }  // namespace cbcan::app

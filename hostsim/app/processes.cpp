@@ -123,7 +123,7 @@ TrialReport Processes::run_here(const Trial& trial, int error) {
   Simulator simulator(config, config::build_nodes(config, files_), start_.plant_file, console, false,
                       Simulator::Files::kCopied);
   search::Judge judge(simulator.session().control(), settings_, trial,
-                      [&](Time duration) { simulator.pass(duration); });
+                      [&](Time duration) { simulator.let_pass(duration); });
   simulator.session().watch([&judge] { return judge.look(); });
   const int code = simulator.run(start_.command, error);
   simulator.session().watch([&judge] {

@@ -4,7 +4,6 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <exception>
 #include <filesystem>
 #include <functional>
 #include <iterator>
@@ -17,10 +16,9 @@
 #include "app/explore.hpp"
 #include "app/parallel.hpp"
 #include "app/progress.hpp"
-#include "app/target.hpp"
-#include "base/utf8.hpp"
-#include "io/can/candump_log.hpp"
 #include "io/files/result_file.hpp"
+#include "app/target.hpp"
+#include "io/can/candump_log.hpp"
 #include "scenario/outcome.hpp"
 #include "scenario/run.hpp"
 #include "scenario/search/scenario_run.hpp"
@@ -48,8 +46,8 @@ class Runner {
   Runner(const config::RunConfig& config, const base::FileReader& read) : config_(config), read_(read) {}
 
   Outcome play(const std::string& file, std::uint32_t seed, config::EdsFiles& files) const {
-    return scenario::play_file(file, read_, [&](scenario::Scenario& scenario) {
-      if (!config_.seeds.empty()) scenario.config.seed = seed;
+    const auto chosen = config_.seeds.empty() ? std::nullopt : std::optional(seed);
+    return scenario::play_file(file, chosen, read_, [&](scenario::Scenario& scenario) {
       return config_.target.empty() ? play_here(scenario, files) : play_on_target(scenario);
     });
   }
@@ -140,14 +138,9 @@ std::vector<Outcome> play_all(const std::vector<std::string>& files, const confi
   in_parallel(all, threads, [&](std::size_t i, std::size_t thread) {
     const std::size_t file = order[i / of_each];
     const auto seed = static_cast<std::uint32_t>(seeds.first + i % of_each);
-    Outcome outcome;
-    try {
-      outcome = runner.play(files[file], seed, eds_files[thread]);
-    } catch (const std::exception& error) {
-      outcome = {Verdict::kWrong, 0, base::to_utf8(error.what()) + "\n"};
-    }
+    Outcome outcome = runner.play(files[file], seed, eds_files[thread]);
     const std::scoped_lock lock(one);
-    failed += outcome.verdict == Verdict::kFailed || outcome.verdict == Verdict::kWrong ? 1 : 0;
+    failed += outcome.is_failure() ? 1U : 0U;
     progress.show(fmt::format("{} of {}, {} failed", ++done, all, failed));
     outcomes[file].add(seed, std::move(outcome));
   });
@@ -160,9 +153,10 @@ std::vector<Outcome> play_all(const std::vector<std::string>& files, const confi
 }  // namespace
 
 base::ExitCode run_scenarios(const config::RunConfig& config, const base::FileReader& read,
-                                Console& console) {
+                             Console& console) {
   if (!config.logs.empty()) io::need_folder("--log", config.logs);
-  const config::Shard shard = config.explore ? config::Shard() : config::shard_of(config.shard);  // of its moments
+  const config::Shard shard =
+      config.explore ? config::Shard() : config::shard_of(config.shard);  // of its moments
   const std::vector<std::string> files =
       scenario::scenario_files(config.paths, shard.part, shard.parts, list_folder, read);
   if (config.explore) return explore_scenarios(files, config, read, console);

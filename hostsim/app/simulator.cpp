@@ -10,10 +10,9 @@
 #include <thread>
 #include <utility>
 
-#include "app/manual_clock.hpp"
 #include "base/numbers.hpp"
 #include "cbcan/version.hpp"
-#include "protocols/command_session.hpp"
+#include "scenario/scenario_writer.hpp"
 
 namespace cbcan::app {
 
@@ -26,56 +25,53 @@ io::ModbusTcpSettings settings_of(const base::ListenAddress& modbus) {
   return settings;
 }
 
-std::unique_ptr<Clock> make_clock(config::ClockKind kind, io::Reactor& reactor, Console& console,
-                                  bool reads_input) {
-  if (kind == config::ClockKind::kManual) return std::make_unique<ManualClock>(reactor, console, reads_input);
-  return std::make_unique<Clock>(reactor);
-}
-
 }  // namespace
-
-std::string absolute_plant(const std::string& plant_file) {
-  const bool is_file = !plant_file.empty() && plant_file != "demo";
-  return is_file ? std::filesystem::absolute(plant_file).string() : plant_file;
-}
 
 Simulator::Simulator(const config::Config& config, config::PlantBuild build, const std::string& plant_file,
                      Console& console, bool reads_input, Files files)
     : console_(console),
       warn_([this](const std::string& line) { session_ ? session_->warn(line) : console_.warn(line); }),
       signals_(reactor_),
-      clock_(make_clock(config.clock, reactor_, console, reads_input)),
-      runs_(clock_->runs()) {
-  open_session(config, std::move(build), absolute_plant(plant_file), files);
+      clock_(reactor_, config.clock == config::ClockKind::kReal),
+      reads_input_(reads_input),
+      files_(files) {
+  if (files == Files::kCopied) copies_ = plant::ParameterCopies(build.parameters);
+  const std::string folder = std::filesystem::current_path().string();
+  session_.emplace(config, std::move(build), scenario::absolute_plant(plant_file, folder),
+                   static_cast<session::Host&>(*this));
+  open_buses(config);
   open_modbus(config);
-  open_commands(config);
+  open_services(config);
   open_views(config);
 }
 
-void Simulator::open_session(const config::Config& config, config::PlantBuild build, std::string plant_file,
-                             Files files) {
-  if (files == Files::kCopied) copies_ = plant::ParameterCopies(build.parameters);
-  const auto store = [this, files](const std::string& file) -> sim::ParameterStore* {
-    if (files == Files::kCopied) return copies_.find(file);
-    if (file.empty()) return nullptr;
-    return parameters_.emplace_back(std::make_unique<io::ParameterFile>(file, warn_)).get();
-  };
-  const auto advance_buses = [this] {
-    for (BusConnections* network : connected_)
-      network->poll_outside();
-  };
-  const auto shut_down = [this] { child_ ? child_->signal(SIGTERM) : void(stopping_ = true); };
-  session_.emplace(
-      config, std::move(build), std::move(plant_file),
-      session::Host{clock_->now(), runs_, io::Reactor::now,
-                    [this](std::string_view lines) { console_.tell(lines); }, store, advance_buses,
-                    [this] { flush(); }, [this] { return served(); }, shut_down, [this] { start_command(); },
-                    [this](Time duration) { clock_->pass(*this, duration); }});
+sim::ParameterStore* Simulator::store(const std::string& file) {
+  if (files_ == Files::kCopied) return copies_.find(file);
+  if (file.empty()) return nullptr;
+  return parameters_.emplace_back(std::make_unique<io::ParameterFile>(file, warn_)).get();
+}
+
+void Simulator::advance_buses() {
+  for (BusConnections* network : connected_)
+    network->poll_outside();
+}
+
+void Simulator::shut_down() {
+  child_ ? child_->signal(SIGTERM) : void(stopping_ = true);
+}
+
+void Simulator::fail(base::ExitCode code, const std::string& why) {
+  if (code == base::ExitCode::kCheckFailed) throw CheckFailed(why);
+  throw io::UsageError(why);
+}
+
+void Simulator::open_buses(const config::Config& config) {
   for (std::size_t i = 0; i < config.networks.size(); ++i) {
     const config::NetworkConfig& network = config.networks[i];
-    connections_.push_back(std::make_unique<BusConnections>(
-        network, session_->name_of(network.number), *plant().networks()[i], reactor_, *clock_, warn_));
+    connections_.push_back(
+        std::make_unique<BusConnections>(network, *plant().networks()[i], reactor_, clock_, warn_));
     if (connections_.back()->exist()) connected_.push_back(connections_.back().get());
+    session_->services().at("plc", network.number).place = connections_.back()->plc();
   }
   session_->control().on_journal_filled = [this] { poll_views(); };
 }
@@ -94,6 +90,10 @@ void Simulator::open_modbus(const config::Config& config) {
     rtu_tcp_.emplace(reactor_, "rtu over tcp", base::parse_stream_address(rtu.listen),
                      protocols::rtu_over_tcp(units, io::Reactor::now, rtu.station), warn_);
   modbus_.emplace(reactor_, std::move(units), settings_of(config.modbus), warn_);
+  session::Services& services = session_->services();
+  services.at("modbus").place = to_string(modbus_->address());
+  if (rtu_) services.at("rtu").place = rtu_->device();
+  if (rtu_tcp_) services.at("rtu_tcp").place = to_string(rtu_tcp_->address());
 }
 
 void Simulator::open_views(const config::Config& config) {
@@ -103,7 +103,7 @@ void Simulator::open_views(const config::Config& config) {
     pcap_.emplace(
         session_->control().journal(),
         io::PcapFile::Settings{config.pcap, config.pcap_mb * kMegabyte, plant().networks().size(),
-                               clock_->wall_offset() + session_->started(), clock_->most_waiting()},
+                               clock_.wall_offset() + session_->started(), clock_.most_waiting()},
         [this](base::Buffer& to, const auto& event) {
           append_packet_comment(to, event, session_->control().journal(), session_->find_name());
         },
@@ -122,36 +122,25 @@ void Simulator::record(const std::string& path) {
   });
 }
 
-void Simulator::open_commands(const config::Config& config) {
-  const auto run = [this](std::string_view line, const auto& dialogue) {
-    return session_->execute(line, dialogue);
-  };
-  if (!config.control.empty())
-    commands_.emplace(reactor_, "control", base::parse_stream_address(config.control),
-                      protocols::command_sessions(run), warn_);
-  if (config.http.listen.empty()) return;
-  http_.emplace(
-      reactor_, base::parse_listen_address(config.http.listen, 0), config.http.write,
-      [&api = session_->open_api(config)](const protocols::HttpRequest& request) {
-        return api.respond(request);
-      },
-      warn_);
-}
-
-session::Addresses Simulator::addresses() const {
-  session::Addresses found;
-  if (modbus_) found.modbus = modbus_->address();
-  if (rtu_) found.rtu = rtu_->device();
-  if (rtu_tcp_) found.rtu_tcp = rtu_tcp_->address();
-  for (const auto& network : connections_)
-    found.networks.push_back(network->addresses());
-  if (commands_) found.control = commands_->address();
-  if (http_) found.http = http_->address();
-  return found;
+void Simulator::open_services(const config::Config& config) {
+  for (session::Service& service : session_->services()) {
+    if (service.listen.empty() || !service.connect) continue;
+    const io::StreamServer& server =
+        (service.network == 0 ? commands_ : bus_servers_)
+            .emplace_back(reactor_, service.name, base::parse_stream_address(service.listen), service.connect,
+                          warn_);
+    service.place = to_string(server.address());
+    service.connections = 0;  // a terminal has a session before its first client
+  }
+  session::Service& http = session_->services().at("http");
+  if (http.listen.empty()) return;
+  http_.emplace(reactor_, base::parse_listen_address(http.listen, 0), config.http.write,
+                session_->http(config), warn_);
+  http.place = to_string(http_->address());
 }
 
 session::Served Simulator::served() const {
-  session::Served served{.addresses = addresses()};
+  session::Served served;
   if (modbus_) {
     const io::ModbusTcp::Counters counters = modbus_->counters();
     served.requests = counters.requests;
@@ -172,18 +161,22 @@ void Simulator::poll_views() {
 }
 
 void Simulator::run() {
-  observed_ = !runs_ || session_->has_views() || pcap_ || commands_ || rtu_ || http_ || !connected_.empty();
+  observed_ = !clock_.runs() || session_->has_views() || pcap_ || rtu_ || http_ || !commands_.empty() ||
+              !bus_servers_.empty() || !connected_.empty();
   reactor_.read_clock();
-  if (runs_) session_->set_time_of_day(session_->started() + clock_->wall_offset());
+  if (clock_.runs()) session_->set_time_of_day(session_->started() + clock_.wall_offset());
   plant().start(observed_);
-  clock_->drive(*this);
+  if (!clock_.runs()) drive_by_commands();
+  while (clock_.runs() && !stop_requested())
+    poll(kNever);
   flush();
-  if (commands_) commands_->flush();
+  for (io::StreamServer& server : commands_)
+    server.flush();
 }
 
-void Simulator::start_command() {
+void Simulator::restart_command() {
   if (!command_.empty())
-    child_.emplace(reactor_, command_, addresses().environment(), [this] {
+    child_.emplace(reactor_, command_, session_->services().environment(), [this] {
       signals_.restore();
       ::dup2(command_error_, STDERR_FILENO);
     });
@@ -192,7 +185,7 @@ void Simulator::start_command() {
 int Simulator::run(const std::vector<std::string>& command, int error) {
   command_ = command;
   command_error_ = error;
-  start_command();
+  restart_command();
   signals_.pass_on([this](int number) { child_->signal(number); });
   run();
   return child_->exit_code().value_or(0);
@@ -205,7 +198,7 @@ bool Simulator::stop_requested() const {
 std::size_t Simulator::poll(Time until) {
   Time next = next_deadline();
   if (observed_ || next <= reactor_.time() || console_.waits()) next = poll_due();
-  if (runs_) reactor_.hold_at(plant().schedule().first_time());
+  if (clock_.runs()) reactor_.hold_at(plant().schedule().first_time());
   return reactor_.poll(stopping_ ? 0 : earlier(until, next));
 }
 
@@ -231,14 +224,14 @@ void Simulator::advance_in_pieces() {
 /// When something is due, apart from observers.
 Time Simulator::next_deadline() const {
   const Time modbus = modbus_ ? modbus_->next_deadline() : kNever;
-  return runs_ ? earlier(modbus, session_->plant().schedule().first_time()) : modbus;
+  return clock_.runs() ? earlier(modbus, session_->plant().schedule().first_time()) : modbus;
 }
 
 /// Does what is due; returns the time of the next action.
 Time Simulator::poll_due() {
   for (BusConnections* network : connected_)
     network->advance();
-  if (runs_) advance_in_pieces();
+  if (clock_.runs()) advance_in_pieces();
   const Time now = reactor_.time();
   if (observed_) session_->poll_waits();
   if (modbus_) modbus_->poll(now);
@@ -251,8 +244,10 @@ Time Simulator::poll_observers(Time now) {
   if (rtu_) rtu_->poll(now);
   for (BusConnections* network : connected_)
     network->poll(now);
+  for (auto* servers : {&bus_servers_, &commands_})
+    for (io::StreamServer& server : *servers)
+      server.flush();
   poll_views();
-  if (commands_) commands_->flush();
   if (http_) http_->poll(now);
   return observers_deadline();
 }
@@ -261,6 +256,8 @@ void Simulator::flush() {
   poll_views();
   for (BusConnections* network : connected_)
     network->flush();
+  for (io::StreamServer& server : bus_servers_)
+    server.flush();
   console_.flush();
 }
 
@@ -269,7 +266,7 @@ Time Simulator::observers_deadline() const {
   if (pcap_) next = pcap_->next_deadline();
   if (http_) next = earlier(next, http_->next_deadline());
   if (rtu_) next = earlier(next, rtu_->next_deadline());
-  if (runs_) {
+  if (clock_.runs()) {
     const Time due = session_->waits().next_deadline();
     if (due != kNever) next = earlier(next, session_->started() + due);
   } else if (session_->waits().want_time()) {
@@ -280,15 +277,17 @@ Time Simulator::observers_deadline() const {
   return next;
 }
 
-/// The plant does afterwards what was due.
-void Clock::pass(Simulator& /*simulator*/, Time duration) {
-  std::this_thread::sleep_for(std::chrono::microseconds(duration));
-  reactor_.read_clock();
-}
-
-void Clock::drive(Simulator& simulator) {
-  while (!simulator.stop_requested())
-    simulator.poll(kNever);
+/// On a clock that runs, the plant does afterwards what was due.
+void Simulator::let_pass(Time duration) {
+  if (clock_.runs()) {
+    std::this_thread::sleep_for(std::chrono::microseconds(duration));
+    reactor_.read_clock();
+  } else {
+    for (const Time end = clock_.now() + duration; clock_.now() < end;) {
+      clock_.set(std::max(clock_.now(), earlier(end, plant().next_deadline())));
+      session_->advance_and_answer();
+    }
+  }
 }
 
 std::string Simulator::summary() const {
@@ -297,8 +296,11 @@ std::string Simulator::summary() const {
     text +=
         fmt::format("Modbus RTU requests {}, exceptions {}, CRC errors {}\n", rtu_->counters().slave_messages,
                     rtu_->counters().slave_exceptions, rtu_->counters().bus_communication_errors);
-  for (const BusConnections* network : connected_)
-    text += network->plc_summary() + network->adapters_summary();
+  for (const auto& network : session_->plant().networks()) {
+    const std::size_t number = network->number();
+    text +=
+        connections_[number - 1]->plc_summary(session_->name_of(number)) + session_->clients_summary(number);
+  }
   return text;
 }
 

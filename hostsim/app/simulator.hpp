@@ -6,9 +6,12 @@
 #include <unistd.h>
 
 #include <cstdint>
+#include <list>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "app/bus_connections.hpp"
@@ -20,33 +23,37 @@
 #include "io/files/pcap_file.hpp"
 #include "io/http/http_server.hpp"
 #include "io/loop/child_process.hpp"
+#include "io/loop/line_input.hpp"
 #include "io/loop/reactor.hpp"
 #include "io/loop/stop_signals.hpp"
 #include "io/modbus/modbus_rtu.hpp"
 #include "io/modbus/modbus_tcp.hpp"
+#include "io/sockets/stream_server.hpp"
 #include "plant/parameter_copies.hpp"
 #include "session/session.hpp"
 
 namespace cbcan::app {
 
-/// A plant file as a path for a file that may be in any folder; "demo" and nothing stay as they are.
-std::string absolute_plant(const std::string& plant_file);
+/// A script's wait has timed out.
+class CheckFailed : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
 
-class Simulator {
+class Simulator final : private session::Host {
  public:
   /// The parameter files of modules and nodes: written, or as copies in memory.
   enum class Files : std::uint8_t { kWritten, kCopied };
 
   /// `build` is the result of config::build_nodes() for `config`. Opens everything; throws
   /// io::EnvironmentError, or io::UsageError for an invalid parameter file. `plant_file`: path, "demo" or
-  /// empty. `reads_input`: see ManualClock.
+  /// empty. `reads_input`: on a manual clock, standard input is for commands, unless this is a background job
+  /// of a terminal, and its end ends the program.
   Simulator(const config::Config& config, config::PlantBuild build, const std::string& plant_file,
             Console& console, bool reads_input, Files files = Files::kWritten);
 
-  /// Addresses of all that is served, with the real ports.
-  session::Addresses addresses() const;
-
-  /// Serves until SIGINT, SIGTERM or SIGHUP, or the clock's end. Throws what Clock::drive() throws.
+  /// Serves until SIGINT, SIGTERM or SIGHUP, or the end of the commands. Throws io::UsageError for a wrong
+  /// line of standard input, CheckFailed for a wait that times out.
   void run();
   /// Serves as long as the command runs, with the addresses in its environment, and returns its exit code.
   /// `error`: its standard error. Throws io::EnvironmentError if the process cannot be created.
@@ -55,28 +62,37 @@ class Simulator {
   /// Counters, in lines for people.
   std::string summary() const;
 
-  // What the clock that drives it needs:
-  bool stop_requested() const;
-  /// The same during long work: polls signals first.
-  bool stopped_meanwhile() { return signals_.poll(); }
-  /// Does what is due, waits until `until` at most, and handles input; returns the number of inputs.
-  std::size_t poll(Time until);
-  /// Sends the output of it.
-  void flush();
   session::Session& session() { return *session_; }
-  /// Lets time pass on a manual clock.
-  void pass(Time duration) { clock_->pass(*this, duration); }
+  void let_pass(Time duration) override;
 
  private:
-  void start_command();
-  void open_session(const config::Config& config, config::PlantBuild build, std::string plant_file,
-                    Files files);
+  const Time& now() const override { return clock_.now(); }
+  bool clock_runs() const override { return clock_.runs(); }
+  Time machine_now() const override { return io::Reactor::now(); }
+  Time wall_offset() const override { return clock_.wall_offset(); }
+  void tell(std::string_view lines) override { console_.tell(lines); }
+  void say(std::string_view lines) override { console_.say(lines); }
+  sim::ParameterStore* store(const std::string& file) override;
+  void advance_buses() override;
+  void flush() override;
+  session::Served served() const override;
+  void shut_down() override;
+  [[noreturn]] void fail(base::ExitCode code, const std::string& why) override;
+  void restart_command() override;
+
+  void open_buses(const config::Config& config);
   plant::Plant& plant() { return session_->plant(); }
   void open_modbus(const config::Config& config);
   void open_views(const config::Config& config);
-  void open_commands(const config::Config& config);
+  void open_services(const config::Config& config);
   void record(const std::string& path);
-  session::Served served() const;
+  bool stop_requested() const;
+  void drive_by_commands();
+  void poll_clients();
+  void take_lines(io::LineInput& input);
+  void let_time_pass();
+  /// Does what is due, waits until `until` at most, and handles input; returns the number of inputs.
+  std::size_t poll(Time until);
   void poll_views();
   Time next_deadline() const;
   void advance_in_pieces();
@@ -88,8 +104,9 @@ class Simulator {
   io::Warn warn_;
   io::Reactor reactor_;
   io::StopSignals signals_;
-  std::unique_ptr<Clock> clock_;
-  bool runs_;  ///< the clock
+  Clock clock_;
+  bool reads_input_;
+  Files files_;
   std::vector<std::unique_ptr<io::ParameterFile>> parameters_;
   plant::ParameterCopies copies_;
   std::optional<session::Session> session_;
@@ -99,7 +116,8 @@ class Simulator {
   bool stopping_ = false;
   bool is_behind_ = false;  ///< the plant, which has been reported
   bool observed_ = true;    ///< by more than Modbus clients: views, commands, buses, a manual clock
-  std::optional<io::StreamServer> commands_;
+  std::list<io::StreamServer> commands_;
+  std::list<io::StreamServer> bus_servers_;
   std::optional<io::ModbusTcp> modbus_;
   std::optional<io::ModbusSerial> rtu_;
   std::optional<io::StreamServer> rtu_tcp_;

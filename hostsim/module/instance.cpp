@@ -4,7 +4,6 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <exception>
 #include <utility>
 
 #include "base/arguments.hpp"
@@ -17,6 +16,7 @@
 #include "config/settings.hpp"
 #include "plant/bench.hpp"
 #include "scenario/run.hpp"
+#include "scenario/scenario_writer.hpp"
 #include "scenario/search/search_settings.hpp"
 #include "sim/frame_text.hpp"
 #include "sim/parameter_text.hpp"
@@ -24,12 +24,6 @@
 namespace cbcan::module {
 
 namespace {
-
-/// The path is absolute, as a recorded scenario may be in any folder.
-std::string absolute_plant(const std::string& plant_file, const std::string& folder) {
-  const bool is_whole = plant_file.empty() || plant_file == "demo" || base::is_absolute(plant_file);
-  return is_whole ? plant_file : folder + "/" + plant_file;
-}
 
 std::string message(std::string_view text) {
   return fmt::format("cbcan-sim: {}\n", base::to_utf8(text));
@@ -73,7 +67,7 @@ class Instance::Parameters final : public sim::ParameterText {
  private:
   std::optional<std::string> read() override { return instance_.read(path_); }
   bool write(const std::string& text) override {
-    instance_.tell(path_, text, true);
+    instance_.put(path_, text, true);
     return true;
   }
 
@@ -152,7 +146,7 @@ Json Instance::missing() {
   return {{"files", std::exchange(missing_files_, {})}, {"folders", std::exchange(missing_folders_, {})}};
 }
 
-void Instance::tell(std::string_view to, std::string_view text, bool replace) {
+void Instance::put(std::string_view to, std::string_view text, bool replace) {
   const bool printed = to == kOut || to == kErr;
   Json told{to, printed ? base::lines_to_utf8(text) : std::string(text)};
   if (replace) told.push_back(true);
@@ -177,7 +171,7 @@ Json Instance::start(const std::vector<std::string>& arguments, const std::strin
     const bool scenarios = !arguments.empty() && arguments.front() == "run";
     result = scenarios ? start_scenarios(std::span(words).subspan(2)) : start_plant(words, folder);
   } catch (const base::UsageError& error) {
-    tell(kErr, message(error.what()));
+    tell(message(error.what()));
     result = ended(base::ExitCode::kUsage);
   }
   Json needed = missing();
@@ -188,18 +182,18 @@ Json Instance::start(const std::vector<std::string>& arguments, const std::strin
 
 Json Instance::start_plant(const std::vector<const char*>& words, const std::string& folder) {
   start_ = config::parse_command_line(static_cast<int>(words.size()), words.data(), read_);
-  tell(kErr, start_.err);
-  tell(kOut, start_.out);
+  tell(start_.err);
+  say(start_.out);
   if (!start_.run) return ended(start_.exit_code);
   const config::Diagnostics problems = not_here();
   for (const config::Diagnostic& problem : problems)
-    tell(kErr, message(to_string(problem)));
+    tell(message(to_string(problem)));
   if (!problems.empty()) return ended(base::ExitCode::kUsage);
   config::PlantBuild build = config::build_nodes(start_.config, read_);
   for (const std::string& line : build.lines)
-    tell(kErr, (line.starts_with('-') ? "cbcan-sim: " : "") + line + "\n");
+    tell((line.starts_with('-') ? "cbcan-sim: " : "") + line + "\n");
   if (!build.good) return ended(base::ExitCode::kUsage);
-  open(std::move(build), absolute_plant(start_.plant_file, folder));
+  open(std::move(build), scenario::absolute_plant(start_.plant_file, folder));
   if (start_.check) return ended(base::ExitCode::kDone);
   return {{"services", services()},
           {"command", start_.command},
@@ -227,40 +221,31 @@ void Instance::open(config::PlantBuild build, std::string plant_file) {
   const config::Config& config = start_.config;
   logs_.clear();
   parameters_.clear();
-  const auto store = [this](const std::string& file) -> sim::ParameterStore* {
-    if (file.empty()) return nullptr;
-    return parameters_.emplace_back(std::make_unique<Parameters>(*this, file)).get();
-  };
-  const auto nothing = [] {};
-  const auto shut_down = [this] { end(base::ExitCode::kDone); };
-  session_.emplace(
-      config, std::move(build), std::move(plant_file),
-      session::Host{now_, config.clock == config::ClockKind::kReal, [this] { return machine_now_; },
-                    [this](std::string_view lines) { tell(kErr, lines); }, store, nothing, nothing,
-                    [this] { return served(); }, shut_down, nothing,
-                    [this](Time duration) {
-                      now_ += duration;
-                      session_->advance_and_answer();
-                    }});
+  session_.emplace(config, std::move(build), std::move(plant_file), static_cast<session::Host&>(*this));
   for (const config::NetworkConfig& network : config.networks) {
     if (network.log.empty()) continue;
     const std::string to = network.log == config::kStandardOutput ? std::string(kOut) : network.log;
-    if (to != kOut) tell(to, "", true);
+    if (to != kOut) put(to, "", true);
     logs_.push_back(
-        std::make_unique<Log>([this, to](const std::string& text) { tell(to, text); }, since_1970_));
+        std::make_unique<Log>([this, to](const std::string& text) { put(to, text); }, since_1970_));
     session_->plant().networks()[network.number - 1]->world().bus().observe(*logs_.back());
   }
   if (config.record.empty()) return;
-  tell(config.record, "", true);
-  session_->record([this, path = config.record](std::string_view lines) { tell(path, lines); });
+  put(config.record, "", true);
+  session_->record([this, path = config.record](std::string_view lines) { put(path, lines); });
+}
+
+sim::ParameterStore* Instance::store(const std::string& file) {
+  if (file.empty()) return nullptr;
+  return parameters_.emplace_back(std::make_unique<Parameters>(*this, file)).get();
 }
 
 // ---- Scenarios
 
 Json Instance::start_scenarios(std::span<const char* const> words) {
   config::RunStart start = config::parse_run_command_line(words);
-  tell(kErr, start.err);
-  tell(kOut, start.out);
+  tell(start.err);
+  say(start.out);
   if (!start.run) return ended(start.exit_code);
   run_ = std::move(start.config);
   config::Diagnostics problems;
@@ -293,31 +278,24 @@ Json Instance::play(std::size_t place) {
   const config::Seeds seeds = run_.seeds.empty() ? config::Seeds{} : config::seeds_of(run_.seeds);
   scenario::SeedOutcomes outcomes;
   for (std::uint64_t seed = seeds.first; seed <= seeds.last; ++seed) {
-    scenario::Outcome outcome;
-    try {
-      outcome = scenario::play_file(file, read_, [&](scenario::Scenario& found) {
-        if (!run_.seeds.empty()) found.config.seed = static_cast<std::uint32_t>(seed);
-        if (!search::read_settings(found.text, file).only.empty())
-          throw base::UsageError("explore.only: is not in this build; play it with the program");
-        return scenario::play_on_plant(found, eds_files_, run);
-      });
-    } catch (const std::exception& error) {
-      outcome = {scenario::Verdict::kWrong, 0, base::to_utf8(error.what()) + "\n"};
-    }
+    const auto chosen = run_.seeds.empty() ? std::nullopt : std::optional(static_cast<std::uint32_t>(seed));
+    outcomes.add(static_cast<std::uint32_t>(seed),
+                 scenario::play_file(file, chosen, read_, [&](const scenario::Scenario& found) {
+                   if (!search::read_settings(found.text, file).only.empty())
+                     throw base::UsageError("explore.only: is not in this build; play it with the program");
+                   return scenario::play_on_plant(found, eds_files_, run);
+                 }));
     if (Json needed = missing(); !needed.is_null()) return needed;
-    outcomes.add(static_cast<std::uint32_t>(seed), std::move(outcome));
   }
   scenario::Outcome outcome = outcomes.sum("cbcan-sim run", file);
-  tell(kOut, report(file, outcome));
+  say(report(file, outcome));
   outcomes_.push_back(std::move(outcome));
-  const auto failed = std::ranges::count_if(outcomes_, [](const scenario::Outcome& one) {
-    return one.verdict == scenario::Verdict::kFailed || one.verdict == scenario::Verdict::kWrong;
-  });
+  const auto failed = std::ranges::count_if(outcomes_, &scenario::Outcome::is_failure);
   return {{"log", std::move(texts)}, {"failed", failed}};
 }
 
 Json Instance::played() {
-  tell(kOut, scenario::summary(outcomes_) + "\n");
+  say(scenario::summary(outcomes_) + "\n");
   return {{"exit", static_cast<int>(exit_code_of(outcomes_))}, {"junit", junit(scenarios_, outcomes_)}};
 }
 

@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
 #include <span>
@@ -22,7 +23,6 @@
 #include "config/run_options.hpp"
 #include "protocols/http_site.hpp"
 #include "protocols/modbus_server.hpp"
-#include "protocols/socketcand_adapter.hpp"
 #include "scenario/outcome.hpp"
 #include "session/session.hpp"
 #include "web/event_json.hpp"
@@ -31,7 +31,7 @@ namespace cbcan::module {
 
 using web::Json;
 
-class Instance {
+class Instance final : private session::Host {
  public:
   Instance();
   ~Instance();
@@ -53,8 +53,8 @@ class Instance {
 
   // ---- A plant
 
-  /// Services and where they are now, "modbus 127.0.0.1:1502". Switches the plant on; `since_1970`: time of day.
-  /// `alone`: there is one client, so on a manual clock a wait for the PLC lets time pass too. Returns
+  /// Services and where they are now, "modbus 127.0.0.1:1502". Switches the plant on; `since_1970`: time of
+  /// day. `alone`: there is one client, so on a manual clock a wait for the PLC lets time pass too. Returns
   /// {"ready", "ways_in", "environment"}.
   Json serve(const std::vector<std::string>& places, Time since_1970, bool alone);
 
@@ -74,8 +74,8 @@ class Instance {
   void drop(unsigned stream) { streams_.erase(stream); }
 
   /// A line of standard input, on a manual clock; not while the one before waits. An error ends the program.
-  void input(std::string_view line) { say(session_->execute(line, input_)); }
-  bool input_waits() const { return input_->waiting; }
+  void input(std::string_view line) { session_->input(line); }
+  bool input_waits() const { return session_->input_waits(); }
 
   std::string summary() const;
 
@@ -107,9 +107,20 @@ class Instance {
   std::optional<std::string> read(const std::string& path);
   Json missing();
   static Json ended(base::ExitCode code) { return {{"exit", static_cast<int>(code)}}; }
-  void tell(std::string_view to, std::string_view text, bool replace = false);
-  void say(const std::string& response);
-  void end(base::ExitCode code) { tell(kEnd, std::to_string(static_cast<int>(code))); }
+  void put(std::string_view to, std::string_view text, bool replace = false);
+  void end(base::ExitCode code) { put(kEnd, std::to_string(static_cast<int>(code))); }
+
+  const Time& now() const override { return now_; }
+  bool clock_runs() const override { return start_.config.clock == config::ClockKind::kReal; }
+  Time machine_now() const override { return machine_now_; }
+  Time wall_offset() const override { return since_1970_; }
+  void tell(std::string_view lines) override { put(kErr, lines); }
+  void say(std::string_view lines) override { put(kOut, lines); }
+  sim::ParameterStore* store(const std::string& file) override;
+  session::Served served() const override;
+  void shut_down() override { end(base::ExitCode::kDone); }
+  void fail(base::ExitCode code, const std::string& why) override;
+  void let_pass(Time duration) override;
 
   Json start_plant(const std::vector<const char*>& words, const std::string& folder);
   Json start_scenarios(std::span<const char* const> words);
@@ -117,12 +128,8 @@ class Instance {
   void open(config::PlantBuild build, std::string plant_file);
   Json services() const;
   void open_service(std::string_view place);
-  void open_bus_service(const std::string& name, const base::StreamAddress& address);
-  std::string summary_of(const config::NetworkConfig& network, const std::string& kind,
-                         std::string_view title) const;
-  session::Served served() const;
+  session::Service* find(std::string_view key);
 
-  bool clock_runs() const { return start_.config.clock == config::ClockKind::kReal; }
   static constexpr int kMostSteps = 200;  ///< then clients have their turn
 
   void advance_to(Time end);
@@ -148,18 +155,8 @@ class Instance {
   std::vector<std::unique_ptr<Parameters>> parameters_;
   std::optional<session::Session> session_;
   std::vector<std::unique_ptr<Log>> logs_;
-  std::vector<std::unique_ptr<protocols::SocketcandBus>> socketcand_;
   std::optional<protocols::ModbusServer> modbus_;
   std::optional<protocols::HttpSite> http_;
-  struct Service {
-    std::string place;
-    protocols::MakeSession connect;
-    bool has_warned = false;
-    std::uint64_t connections = 0;
-    std::uint64_t lost = 0;  ///< frames that clients at the bus have not read in time
-  };
-  std::map<std::string, Service> services_;
-  session::Addresses addresses_;
   std::uint32_t connections_ = 0;  ///< of Modbus TCP
   std::uint32_t left_ = 0;         ///< of these
   struct Stream {
@@ -168,7 +165,6 @@ class Instance {
   };
   std::map<unsigned, Stream> streams_;
   unsigned last_stream_ = 0;
-  std::shared_ptr<protocols::Dialogue> input_ = std::make_shared<protocols::Dialogue>();
 
   config::RunConfig run_;
   std::vector<std::string> scenarios_;

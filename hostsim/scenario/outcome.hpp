@@ -20,6 +20,8 @@ struct Outcome {
   Verdict verdict = Verdict::kPassed;
   Time duration = 0;  ///< on the plant's clock, the same on every machine
   std::string text;   ///< lines with the reason why it has not passed
+
+  bool is_failure() const { return verdict == Verdict::kFailed || verdict == Verdict::kWrong; }
 };
 
 /// The outcomes of one file with different values of random.seed, in any order.

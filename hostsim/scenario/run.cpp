@@ -4,6 +4,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <exception>
 #include <utility>
 
 #include "base/error.hpp"
@@ -54,12 +55,15 @@ std::string log_name(const std::string& file, std::size_t network) {
   return fmt::format("{}{}.log", name.substr(0, name.rfind('.')), number);
 }
 
-Outcome play_file(const std::string& file, const base::FileReader& read,
-                  const std::function<Outcome(Scenario& scenario)>& play) {
+Outcome play_file(const std::string& file, std::optional<std::uint32_t> seed, const base::FileReader& read,
+                  const std::function<Outcome(Scenario& scenario)>& play) try {
   const auto text = read(file);
   if (!text) return wrong({{{file}, "cannot be read; check the path and its permissions"}});
   Scenario scenario = read_scenario(*text, file, read);
+  if (seed) scenario.config.seed = *seed;
   return scenario.problems.empty() ? play(scenario) : wrong(scenario.problems);
+} catch (const std::exception& error) {
+  return {Verdict::kWrong, 0, base::to_utf8(error.what()) + "\n"};
 }
 
 Outcome play_on_bench(const Scenario& scenario, plant::Bench& bench) {

@@ -3,6 +3,7 @@
 
 /// Scenario files from their names to their outcomes; what `cbcan-sim run` does, without files of its own.
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -31,8 +32,9 @@ std::vector<std::string> scenario_files(std::span<const std::string> paths, std:
 /// Where the logs of a scenario are written: NAME.log, for network 2 NAME.2.log.
 std::string log_name(const std::string& file, std::size_t network);
 
-/// Plays a file as `play` does it, unless it has mistakes.
-Outcome play_file(const std::string& file, const base::FileReader& read,
+/// Plays a file as `play` does it, unless it has mistakes. `seed` replaces random.seed. What `play` throws
+/// becomes an outcome.
+Outcome play_file(const std::string& file, std::optional<std::uint32_t> seed, const base::FileReader& read,
                   const std::function<Outcome(Scenario& scenario)>& play);
 
 Outcome play_on_bench(const Scenario& scenario, plant::Bench& bench);

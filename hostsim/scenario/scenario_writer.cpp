@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/files.hpp"
 #include "base/numbers.hpp"
 #include "base/words.hpp"
 #include "cbcan/modbus/frame_sizes.hpp"
@@ -32,6 +33,11 @@ std::vector<std::uint16_t> size_and_words(std::span<const std::uint8_t> bytes) {
 }
 
 }  // namespace
+
+std::string absolute_plant(const std::string& plant_file, const std::string& folder) {
+  const bool is_whole = plant_file.empty() || plant_file == "demo" || base::is_absolute(plant_file);
+  return is_whole ? plant_file : folder + (folder.ends_with('/') ? "" : "/") + plant_file;
+}
 
 // ---- Steps
 

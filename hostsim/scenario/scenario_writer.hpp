@@ -13,6 +13,9 @@
 
 namespace cbcan::scenario {
 
+/// A plant file, as a path from `folder`, for a scenario in any folder; "demo" and nothing stay as they are.
+std::string absolute_plant(const std::string& plant_file, const std::string& folder);
+
 /// Steps as text. `begin`: the plant's time that is time 0 of the scenario.
 class ScenarioWriter {
  public:

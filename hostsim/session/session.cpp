@@ -4,11 +4,18 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "base/numbers.hpp"
 #include "base/utf8.hpp"
+#include "base/words.hpp"
 #include "config/wires.hpp"
+#include "plant/wait.hpp"
+#include "plant/words.hpp"
+#include "protocols/command_session.hpp"
+#include "protocols/slcan_adapter.hpp"
+#include "protocols/socketcand_adapter.hpp"
 
 namespace cbcan::session {
 
@@ -37,40 +44,90 @@ web::Json wires_of(const config::Config& config) {
 
 }  // namespace
 
-Session::Session(const config::Config& config, config::PlantBuild build, std::string plant_file, Host host)
-    : host_(std::move(host)),
+Session::Session(const config::Config& config, config::PlantBuild build, std::string plant_file, Host& host)
+    : host_(host),
+      now_(host.now()),
       plant_file_(std::move(plant_file)),
       is_only_network_(config.networks.size() == 1),
-      started_(host_.now),
-      plant_(config, std::move(build), host_.now, *this, host_.store),
+      started_(now_),
+      plant_(config, std::move(build), now_, *this,
+             [this](const std::string& file) { return host_.store(file); }),
       find_name_(names_of(control())),
-      waits_(host_.machine_now) {
+      waits_([this] { return host_.machine_now(); }) {
   if (config.verbose || config.verbose_frames)
-    trace_.emplace(control(), find_name_, config.verbose_frames, host_.tell);
+    trace_.emplace(control(), find_name_, config.verbose_frames,
+                   [this](std::string_view lines) { host_.tell(lines); });
+  list_services(config);
+}
+
+void Session::list_services(const config::Config& config) {
+  const bool is_modbus = std::ranges::any_of(
+      plant_.networks(), [](const auto& network) { return !network->registers().empty(); });
+  const std::string modbus = to_string(base::ListenAddress{config.modbus.host, config.modbus.port});
+  services_.push_back({.name = "modbus", .listen = is_modbus ? modbus : ""});
+  services_.push_back({.name = "rtu"});
+  services_.push_back({.name = "rtu_tcp", .listen = is_modbus ? config.rtu.listen : ""});
+  for (const config::NetworkConfig& network : config.networks)
+    list_bus_services(network);
+  services_.push_back(
+      {.name = "control",
+       .listen = config.control,
+       .connect = protocols::command_sessions(
+           [this](std::string_view line, const auto& dialogue) { return execute(line, dialogue); })});
+  services_.push_back({.name = "http", .listen = config.http.listen});
+}
+
+/// On a manual clock hours may pass before clients can read, so none is too slow.
+void Session::list_bus_services(const config::NetworkConfig& config) {
+  constexpr Time kPauseBehindOk = 20 * kMillisecond;  // for clients of socketcand, in real time
+  plant::Network& network = *plant_.networks()[config.number - 1];
+  sim::World& world = network.world();
+  const auto on_queued = [&network] { network.advance(); };
+  const std::size_t most =
+      host_.clock_runs() ? protocols::Adapter::kMostUnsent : protocols::Adapter::kUnlimited;
+  services_.push_back({.network = config.number, .name = "can", .place = config::can_spec(config.can)});
+  Service& slcan = services_.emplace_back(Service{config.number, "slcan", config.can.slcan});
+  slcan.connect = [&, on_queued, most] {
+    ++slcan.connections;
+    return std::make_unique<protocols::SlcanAdapter>(world.bus(), on_queued, most, &slcan.lost);
+  };
+  Service& socketcand = services_.emplace_back(Service{config.number, "socketcand", config.can.socketcand});
+  socketcand.connect = [this, &world, &socketcand, on_queued, most,
+                        bus = std::shared_ptr<protocols::SocketcandBus>()]() mutable {
+    if (!bus)
+      bus = std::make_shared<protocols::SocketcandBus>(
+          world.bus(), world.schedule(), [this] { return now_; }, host_.wall_offset(),
+          host_.clock_runs() ? kPauseBehindOk : 0);
+    ++socketcand.connections;
+    return std::make_unique<protocols::SocketcandAdapter>(*bus, on_queued, most, &socketcand.lost);
+  };
+  services_.push_back({.network = config.number, .name = "plc"});
 }
 
 std::string Session::name_of(std::size_t network) const {
   return is_only_network_ ? "" : fmt::format("network {}: ", network);
 }
 
-web::Api& Session::open_api(const config::Config& config) {
+protocols::HttpSite::Handler Session::http(const config::Config& config) {
   control().journal();
-  return api_.emplace(
+  api_.emplace(
       web::Api::Parts{control(), find_name_,
                       [this](std::string_view line, const auto& dialogue) { return execute(line, dialogue); },
-                      [this] { advance_and_answer(); }, [this] { return about(); }, wires_of(config)});
+                      [this] { advance_and_answer(); }, [this] { return about(); },
+                      [wires = wires_of(config)] { return wires; }});
+  return [this](const protocols::HttpRequest& request) { return api_->respond(request); };
 }
 
 web::Json Session::about() const {
   const Served served = host_.served();
   web::Json json{{"program", "cbcan-sim"},
-                 {"where", served.addresses.where()},
-                 {"clock", host_.clock_runs ? "real" : "manual"}};
+                 {"where", services_.where()},
+                 {"clock", host_.clock_runs() ? "real" : "manual"}};
   json["plant"] = plant_file_;
   json["writable"] = served.http_may_write;
   json["streams"] = served.http_streams;
-  if (served.addresses.modbus) {
-    json["modbus"] = to_string(*served.addresses.modbus);
+  if (const std::string& modbus = services_.at("modbus").place; !modbus.empty()) {
+    json["modbus"] = modbus;
     json["clients"] = served.clients;
     json["requests"] = served.requests;
   }
@@ -94,18 +151,15 @@ void Session::on_fault(std::size_t network, std::string_view text, Time now) {
 
 void Session::on_written(std::size_t network, const modbus::Range& written) {
   if (!recorder_) return;
-  control().set_now(host_.now);
+  control().set_now(now_);
   const auto registers = plant_.networks()[network - 1]->registers();
   recorder_->on_written(network, written.first, registers.subspan(written.first, written.count));
 }
 
 void Session::on_client(std::uint32_t client, std::string_view address, bool joined) {
-  control().journal().add({.kind = journal::Kind::kClient,
-                           .network = 0,
-                           .state = joined,
-                           .code = client,
-                           .at = host_.now - started_},
-                          address);
+  control().journal().add(
+      {.kind = journal::Kind::kClient, .network = 0, .state = joined, .code = client, .at = now_ - started_},
+      address);
 }
 
 void Session::set_time_of_day(Time since_1970) {
@@ -120,7 +174,7 @@ void Session::set_time_of_day(Time since_1970) {
 
 std::string Session::execute(std::string_view line, const std::shared_ptr<protocols::Dialogue>& dialogue) {
   advance_and_answer();
-  plant::Reply reply = control().execute(line, host_.now);
+  plant::Reply reply = control().execute(line, now_);
   advance_and_answer();
   if (reply.shutdown) host_.shut_down();
   std::string response = waits_.take(std::move(reply), dialogue);
@@ -134,7 +188,7 @@ void Session::advance() {
 }
 
 bool Session::poll_waits() {
-  control().set_now(host_.now);
+  control().set_now(now_);
   if (recorder_) recorder_->poll();
   if (look_ && !look_()) host_.shut_down();
   return waits_.poll();
@@ -148,14 +202,17 @@ void Session::advance_and_answer() {
 /// A pass is done in steps, between which the host looks for signals; the result does not depend on them.
 Time Session::next_step() const {
   constexpr Time kLongestStep = kSecond;
-  const Time step = waits_.are_passes() ? host_.now + kLongestStep : host_.now;
+  const Time step = waits_.are_passes() ? now_ + kLongestStep : now_;
   return std::min(waits_.next_deadline(), std::max(step, plant_.next_deadline()));
 }
 
-std::string adapters_summary(std::string_view network, std::string_view service, std::uint64_t connections,
-                             std::uint64_t lost) {
-  return fmt::format("{}{} connections {}, frames not read in time {}\n", network, service, connections,
-                     lost);
+/// The effects of a line have happened and been sent before its response.
+void Session::say(const std::string& response) {
+  const auto [lines, last] = plant::parts_of(response);
+  if (!last.starts_with(plant::kError)) return response.empty() ? void() : host_.say(response);
+  host_.say(lines);
+  host_.fail(last.starts_with(plant::kNotWithin) ? base::ExitCode::kCheckFailed : base::ExitCode::kUsage,
+             fmt::format("standard input: {}", base::trim(last.substr(plant::kError.size()))));
 }
 
 std::string Session::module_summary(const plant::Network& network) const {
@@ -181,9 +238,18 @@ std::string Session::summary() const {
   for (const auto& network : plant_.networks())
     text += module_summary(*network);
   const Served served = host_.served();
-  if (served.addresses.modbus)
+  if (!services_.at("modbus").place.empty())
     text += fmt::format("Modbus requests {}, exceptions {}, connections {}\n", served.requests,
                         served.exceptions, served.connections);
+  return text;
+}
+
+std::string Session::clients_summary(std::size_t network) const {
+  std::string text;
+  for (const auto& [name, title] : {std::pair("slcan", "SLCAN"), std::pair("socketcand", "socketcand")})
+    if (const Service& service = services_.at(name, network); !service.place.empty())
+      text += fmt::format("{}{} connections {}, frames not read in time {}\n", name_of(network), title,
+                          service.connections, service.lost);
   return text;
 }
 

@@ -10,12 +10,15 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
+#include "base/exit_code.hpp"
 #include "config/build_node.hpp"
 #include "config/config.hpp"
 #include "plant/plant.hpp"
 #include "protocols/dialogue.hpp"
-#include "session/addresses.hpp"
+#include "protocols/http_site.hpp"
+#include "session/services.hpp"
 #include "session/views.hpp"
 #include "session/waits.hpp"
 #include "web/api.hpp"
@@ -27,14 +30,9 @@ inline constexpr std::string_view kBehind =
     "called less "
     "often, or use --clock manual";
 
-/// Summary of the clients of one service at the bus, one line. `service`: "SLCAN".
-std::string adapters_summary(std::string_view network, std::string_view service, std::uint64_t connections,
-                             std::uint64_t lost);
-
-/// What is served at present.
+/// What is served at present; the first four by Modbus TCP.
 struct Served {
-  Addresses addresses;
-  std::uint64_t requests = 0;  ///< of Modbus TCP, as are these
+  std::uint64_t requests = 0;
   std::uint64_t exceptions = 0;
   std::uint64_t connections = 0;
   std::size_t clients = 0;
@@ -42,26 +40,45 @@ struct Served {
   std::size_t http_streams = 0;
 };
 
-/// What a session uses of the program around it; all of it outlives the session.
-struct Host {
-  const Time& now;                    ///< of the plant; never goes back
-  bool clock_runs = true;             ///< else time passes by commands
-  std::function<Time()> machine_now;  ///< this machine's clock
-  Tell tell;                          ///< messages, as whole lines
-  plant::Plant::FindStore store;
-  std::function<void()> advance_buses;  ///< called before the plant is advanced
-  std::function<void()> flush;          ///< sends what a command has caused, before its response
-  std::function<Served()> served;
-  std::function<void()> shut_down;
-  std::function<void()> restart_command;  ///< that runs with the plant, if there is one
-  std::function<void(Time)> let_pass;     ///< lets this time pass in the plant, while clients wait
+/// The program around a session, which it outlives.
+class Host {
+ public:
+  /// Time of the plant; never goes back. Always the same variable.
+  virtual const Time& now() const = 0;
+  /// False: time passes by commands.
+  virtual bool clock_runs() const = 0;
+  /// Time of this machine's clock.
+  virtual Time machine_now() const = 0;
+  /// Added to now() for the time since 1970, or for that since the start.
+  virtual Time wall_offset() const = 0;
+  /// Takes whole lines of messages.
+  virtual void tell(std::string_view lines) = 0;
+  /// Takes whole lines of results.
+  virtual void say(std::string_view lines) = 0;
+  /// For the parameters of a module or node; null = none.
+  virtual sim::ParameterStore* store(const std::string& file) = 0;
+  /// Called before the plant is advanced.
+  virtual void advance_buses() {}
+  /// Sends what a command has caused, before its response.
+  virtual void flush() {}
+  virtual Served served() const = 0;
+  virtual void shut_down() = 0;
+  /// Ends the program because of a line of standard input.
+  virtual void fail(base::ExitCode code, const std::string& why) = 0;
+  /// Starts the command that runs with the plant again, if there is one.
+  virtual void restart_command() {}
+  /// Lets this time pass in the plant, while clients wait.
+  virtual void let_pass(Time duration) = 0;
+
+ protected:
+  ~Host() = default;
 };
 
 class Session final : private plant::NetworkListener {
  public:
   /// `build` is the result of config::build_nodes() for `config`. `plant_file`: the plant that scenarios of
   /// this session name: an absolute path, "demo" or none.
-  Session(const config::Config& config, config::PlantBuild build, std::string plant_file, Host host);
+  Session(const config::Config& config, config::PlantBuild build, std::string plant_file, Host& host);
 
   plant::Plant& plant() { return plant_; }
   const plant::Plant& plant() const { return plant_; }
@@ -70,6 +87,9 @@ class Session final : private plant::NetworkListener {
   const Waits& waits() const { return waits_; }
   const journal::FindName& find_name() const { return find_name_; }
   Time started() const { return started_; }
+  /// Without the places; the session serves their clients, and HTTP by http().
+  Services& services() { return services_; }
+  const Services& services() const { return services_; }
   /// Prefix of messages; empty if there is only one network.
   std::string name_of(std::size_t network) const;
 
@@ -77,8 +97,8 @@ class Session final : private plant::NetworkListener {
   void record(Tell tell) { recorder_.emplace(control(), find_name_, plant_file_, std::move(tell)); }
   /// Called when time has passed, and after each Modbus request that writes; false = the program is to end.
   void watch(std::function<bool()> look) { look_ = std::move(look); }
-  /// Serves the HTTP interface from now on. `config`: that of the constructor.
-  web::Api& open_api(const config::Config& config);
+  /// The HTTP interface, with events from now on. `config`: that of the constructor.
+  protocols::HttpSite::Handler http(const config::Config& config);
   /// Views that have to be polled: lines of messages, a recording.
   bool has_views() const { return trace_ || recorder_; }
   void poll_views();
@@ -94,6 +114,11 @@ class Session final : private plant::NetworkListener {
   /// A command of docs/reference/commands.md; its effects have happened when it returns the response, or when
   /// the response is available later, see protocols::Dialogue.
   std::string execute(std::string_view line, const std::shared_ptr<protocols::Dialogue>& dialogue);
+  /// Executes a line of standard input, and says its response, now or by say_responses().
+  void input(std::string_view line) { say(execute(line, input_)); }
+  /// No further line is to be executed now.
+  bool input_waits() const { return input_->waiting; }
+  void say_responses() { say(std::exchange(input_->unsent, {})); }
   /// Does what is due in the plant.
   void advance();
   /// Answers waits that have ended; true if there was one.
@@ -103,8 +128,9 @@ class Session final : private plant::NetworkListener {
   /// Where time goes next on a clock that does not run, while a wait wants it to.
   Time next_step() const;
 
-  /// Counters, in lines for people.
+  /// Counters, in lines for people: of all, and of the clients at a network's bus.
   std::string summary() const;
+  std::string clients_summary(std::size_t network) const;
 
  private:
   void on_fault(std::size_t network, std::string_view text, Time now) override;
@@ -112,10 +138,14 @@ class Session final : private plant::NetworkListener {
   void on_applied() override { poll_waits(); }
   void on_plc_restart() override { host_.restart_command(); }
   void on_late_response(Time delay) override { host_.let_pass(delay); }
+  void list_services(const config::Config& config);
+  void list_bus_services(const config::NetworkConfig& config);
+  void say(const std::string& response);
   web::Json about() const;
   std::string module_summary(const plant::Network& network) const;
 
-  Host host_;
+  Host& host_;
+  const Time& now_;
   std::string plant_file_;
   bool is_only_network_;
   Time started_;
@@ -124,7 +154,9 @@ class Session final : private plant::NetworkListener {
   plant::Plant plant_;
   journal::FindName find_name_;
   Waits waits_;
+  Services services_;
   std::optional<web::Api> api_;
+  std::shared_ptr<protocols::Dialogue> input_ = std::make_shared<protocols::Dialogue>();
   std::function<bool()> look_;
 };
 

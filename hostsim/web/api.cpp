@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -29,6 +31,7 @@ using journal::Kind;
 namespace {
 
 constexpr std::uint64_t kMostListed = 1000;
+constexpr std::string_view kNodes = "/api/nodes/";
 constexpr std::uint16_t kStatusword = 0x6041;
 constexpr std::uint16_t kModeDisplay = 0x6061;  // a drive has it; a valve has a 6041h of its own
 
@@ -39,27 +42,25 @@ struct NamedRegister {
 
 /// Takes account of the ranges that the configuration has moved.
 NamedRegister name_of(std::size_t address, const config::ModuleConfig& module) {
-  const auto found = [](const auto& rows, std::size_t at, unsigned channel = 1) -> NamedRegister {
-    const auto row =
-        std::ranges::find_if(rows, [at](const auto& r) { return r.first <= at && at <= r.last; });
-    return row == rows.end() ? NamedRegister{} : NamedRegister{&*row, channel};
+  NamedRegister named;
+  const auto look = [&](const auto& rows, std::size_t first, std::size_t words, std::size_t standard,
+                        unsigned channel = 1) {
+    if (named.row != nullptr || address < first || address >= first + words) return;
+    const auto row = std::ranges::find_if(rows, [at = address - first + standard](const auto& each) {
+      return each.first <= at && at <= each.last;
+    });
+    if (row != rows.end()) named = {&*row, channel};
   };
-  const auto moved = [address](std::size_t first, std::size_t words, std::size_t standard) {
-    return address >= first && address < first + words ? address - first + standard : 0;
-  };
-  if (const auto named = found(regmap::kWindow, address); named.row != nullptr) return named;
-  if (const std::size_t at = moved(module.process_first, regmap::kProcessWords, regmap::kProcessFirst))
-    return found(regmap::kProcessData, at);
-  if (const std::size_t at = moved(module.status_first, regmap::kStatusWords, regmap::kStatusFirst))
-    return found(regmap::kStatus, at);
+  look(regmap::kWindow, regmap::kWindowFirst, regmap::kWindowWords, regmap::kWindowFirst);
+  look(regmap::kProcessData, module.process_first, regmap::kProcessWords, regmap::kProcessFirst);
+  look(regmap::kStatus, module.status_first, regmap::kStatusWords, regmap::kStatusFirst);
   for (unsigned channel = 1; channel <= module.channels; ++channel) {
-    const std::size_t out = moved(regmap::of_channel(module.scanner_out_first, channel),
-                                  regmap::kScannerOutWords, regmap::kScannerOutFirst);
-    const std::size_t in = moved(regmap::of_channel(module.scanner_in_first, channel),
-                                 regmap::kScannerInWords, regmap::kScannerInFirst);
-    if (out + in != 0) return found(regmap::kScanner, out + in, channel);
+    look(regmap::kScanner, regmap::of_channel(module.scanner_out_first, channel), regmap::kScannerOutWords,
+         regmap::kScannerOutFirst, channel);
+    look(regmap::kScanner, regmap::of_channel(module.scanner_in_first, channel), regmap::kScannerInWords,
+         regmap::kScannerInFirst, channel);
   }
-  return {};
+  return named;
 }
 
 /// The bits that are set.
@@ -205,90 +206,55 @@ class CommandStream final : public protocols::HttpStream {
   std::shared_ptr<protocols::Dialogue> dialogue_ = std::make_shared<protocols::Dialogue>();
 };
 
-/// "66" in "/api/nodes/66/objects"; nullopt: another path.
-std::optional<std::string_view> node_in(std::string_view path, std::string_view ending) {
-  constexpr std::string_view kNodes = "/api/nodes/";
-  if (!path.starts_with(kNodes) || !path.ends_with(ending) || path.size() <= kNodes.size() + ending.size())
-    return std::nullopt;
-  return path.substr(kNodes.size(), path.size() - kNodes.size() - ending.size());
-}
+// ---- Resources
 
-}  // namespace
+/// A request of which the path is known.
+struct Asked {
+  const Api::Parts& parts;
+  EventTexts& texts;
+  const protocols::HttpRequest& request;
+  std::size_t network;
+  std::string_view node{};  ///< in the path: "66" in "/api/nodes/66/objects"
+  journal::Kinds kinds{};   ///< of the route
 
-protocols::HttpResponse Api::respond(const protocols::HttpRequest& request) {
-  parts_.advance();
-  const std::string_view path = request.path;
-  const Query& query = request.query;
-  const bool post = request.method == "POST";
-  try {
-    if (post) {
-      if (path == "/api/control")
-        return {.type = "text/plain; charset=utf-8",
-                .stream = std::make_unique<CommandStream>(parts_.execute, request.body)};
-      return failed(404, "POST is for /api/control; its command `write` writes registers");
-    }
-    if (auto page = page_at(path)) return std::move(*page);
-    static_cast<void>(network_in(query));
-    if (path == "/api/time") return ok(time());
-    if (path == "/api/registers") return ok(registers(query));
-    if (path == "/api/nodes") return ok(nodes(query));
-    if (path == "/api/scenario")
-      return {
-          .type = "application/toml",
-          .body = scenario::scenario_of_last_minute(parts_.control, parts_.find, parts_.about()["plant"])};
-    if (path == "/api/transactions") return events(query, journal::kinds_of({Kind::kEnded}));
-    if (path == "/api/frames") return events(query, journal::kinds_of({Kind::kFrame}));
-    if (path == "/api/journal") return events(query, journal::kAllKinds);
-    if (path == "/api/events") return follow(request);
-    if (path == "/api/words") return ok(words());
-    if (path == "/api/wires") return ok({{"wires", parts_.wires}});
-    if (const auto node = node_in(path, "/objects")) return ok(objects(query, *node));
-    if (const auto node = node_in(path, "/points")) return ok(points(query, *node));
-  } catch (const plant::Refused& refused) {
-    return failed(400, refused.what());
-  }
-  return failed(404, "no such resource; docs/reference/http.md lists them");
-}
+  const Query& query() const { return request.query; }
+  const journal::Journal& journal() const { return parts.control.journal(); }
+  double seconds() const { return seconds_of(parts.control.now()); }
+  std::string node_name() const { return plant::prefix_of(network).append(node); }
+};
 
-std::size_t Api::network_in(const Query& query) const {
-  return static_cast<std::size_t>(number_in(query, "network", 1, parts_.control.networks(), 1));
-}
-
-Json Api::time() const {
-  Json json = parts_.about();
-  const journal::Journal& journal = parts_.control.journal();
-  json["time"] = seconds_of(parts_.control.now());
+protocols::HttpResponse time(const Asked& asked) {
+  plant::Control& control = asked.parts.control;
+  Json json = asked.parts.about();
+  json["time"] = asked.seconds();
   json["version"] = kVersion;
-  json["first_event"] = journal.first();
-  json["next_event"] = journal.end();
+  json["first_event"] = asked.journal().first();
+  json["next_event"] = asked.journal().end();
   Json& networks = json["networks"] = Json::array();
-  for (std::size_t number = 1; number <= parts_.control.networks(); ++number) {
-    plant::Network& network = parts_.control.network(number);
+  for (std::size_t number = 1; number <= control.networks(); ++number) {
+    plant::Network& network = control.network(number);
     networks.push_back({{"network", number},
                         {"bit_rate", network.world().bus().bit_rate()},
                         {"frames", network.watch()->frames()},
                         {"bits", network.watch()->bits()},
                         {"second_writers", network.second_writers()}});
   }
-  return json;
+  return ok(json);
 }
 
-// ---- Registers
-
 /// The named registers, with the scanner window of channel 1 only; or `count` from `first` on.
-Json Api::registers(const Query& query) const {
-  const std::size_t network = network_in(query);
-  const auto words = parts_.control.read(network, 0, regmap::kRegisterFileWords);
-  const config::ModuleConfig& module = parts_.control.network(network).module_config();
+protocols::HttpResponse registers(const Asked& asked) {
+  const Query& query = asked.query();
+  plant::Network& network = asked.parts.control.network(asked.network);
+  const auto words = asked.parts.control.read(asked.network, 0, regmap::kRegisterFileWords);
   const bool all = !query.contains("first");
   const auto first = static_cast<std::size_t>(number_in(query, "first", 0, words.size() - 1));
   const auto count =
       static_cast<std::size_t>(number_in(query, "count", all ? words.size() : 1, words.size() - first));
-  const auto mapped =
-      mapped_registers(static_cast<std::uint8_t>(network), parts_.control.network(network), parts_.find);
+  const auto mapped = mapped_registers(static_cast<std::uint8_t>(asked.network), network, asked.parts.find);
   Json list = Json::array();
   for (std::size_t address = first; address < first + count; ++address) {
-    const auto [row, channel] = name_of(address, module);
+    const auto [row, channel] = name_of(address, network.module_config());
     if (all && (row == nullptr || channel != 1)) continue;
     Json json{{"register", address}, {"name", row == nullptr ? "" : row->name}, {"value", words[address]}};
     if (channel != 1) json["channel"] = channel;
@@ -297,22 +263,13 @@ Json Api::registers(const Query& query) const {
     if (const auto found = mapped.find(address); found != mapped.end()) json["mapped"] = found->second;
     list.push_back(std::move(json));
   }
-  return {{"network", network}, {"time", seconds_of(parts_.control.now())}, {"registers", std::move(list)}};
+  return ok({{"network", asked.network}, {"time", asked.seconds()}, {"registers", std::move(list)}});
 }
 
-// ---- Nodes
-
-Json Api::nodes(const Query& query) const {
-  const std::size_t network = network_in(query);
-  Json list = Json::array();
-  for (std::size_t place = 0; place < parts_.control.world(network).nodes().size(); ++place)
-    list.push_back(node(network, place));
-  return {{"network", network}, {"time", seconds_of(parts_.control.now())}, {"nodes", std::move(list)}};
-}
-
-Json Api::node(std::size_t network, std::size_t place) const {
-  sim::Node& node = *parts_.control.world(network).nodes()[place];
-  const journal::NetworkWatch& watch = *parts_.control.network(network).watch();
+Json node_at(const Asked& asked, std::size_t place) {
+  plant::Control& control = asked.parts.control;
+  sim::Node& node = *control.world(asked.network).nodes()[place];
+  const journal::NetworkWatch& watch = *control.network(asked.network).watch();
   const std::uint8_t id = node.device().node_id();
   Json json{{"place", place + 1}, {"node", id == sim::Node::kNoNodeId ? 0 : id}};
   json["name"] = base::to_utf8(node.name());
@@ -333,19 +290,25 @@ Json Api::node(std::size_t network, std::size_t place) const {
     return node.device().dictionary().find(index, 0, entry) == AbortCode::kNone;
   };
   if (has(kStatusword) && has(kModeDisplay)) {
-    node.bring_up_to_date(parts_.control.started() + parts_.control.now());
+    node.bring_up_to_date(control.started() + control.now());
     json["statusword"] = node.device().dictionary().get(kStatusword, 0);
   }
   return json;
 }
 
-Json Api::objects(const Query& query, std::string_view word) const {
-  const std::size_t network = network_in(query);
-  const std::string name = plant::prefix_of(network) + std::string(word);
-  sim::Node& node = plant::node_of(parts_.control, name);
-  const std::uint64_t first = number_in(query, "first", 0, 0xFFFF);
-  const std::uint64_t last = number_in(query, "last", 0xFFFF, 0xFFFF);
-  const Time now = parts_.control.started() + parts_.control.now();
+protocols::HttpResponse nodes(const Asked& asked) {
+  Json list = Json::array();
+  for (std::size_t place = 0; place < asked.parts.control.world(asked.network).nodes().size(); ++place)
+    list.push_back(node_at(asked, place));
+  return ok({{"network", asked.network}, {"time", asked.seconds()}, {"nodes", std::move(list)}});
+}
+
+protocols::HttpResponse objects(const Asked& asked) {
+  plant::Control& control = asked.parts.control;
+  sim::Node& node = plant::node_of(control, asked.node_name());
+  const std::uint64_t first = number_in(asked.query(), "first", 0, 0xFFFF);
+  const std::uint64_t last = number_in(asked.query(), "last", 0xFFFF, 0xFFFF);
+  const Time now = control.started() + control.now();
   Json list = Json::array();
   for (const descriptions::ObjectName& object : node.names())
     for (unsigned sub = object.first_sub; sub <= object.last_sub; ++sub) {
@@ -364,13 +327,12 @@ Json Api::objects(const Query& query, std::string_view word) const {
                       {"value", journal::value_text(bytes, object.type)},
                       {"bytes", base::hex(bytes, "")}});
     }
-  return {{"node", name}, {"time", seconds_of(parts_.control.now())}, {"objects", std::move(list)}};
+  return ok({{"node", asked.node_name()}, {"time", asked.seconds()}, {"objects", std::move(list)}});
 }
 
-Json Api::points(const Query& query, std::string_view word) const {
-  const std::string name = plant::prefix_of(network_in(query)) + std::string(word);
+protocols::HttpResponse points(const Asked& asked) {
   Json list = Json::array();
-  for (auto& [point, object, value, target] : plant::points_of(parts_.control, name)) {
+  for (auto& [point, object, value, target] : plant::points_of(asked.parts.control, asked.node_name())) {
     Json json{{"kind", plant::name_of(point.kind)},
               {"object", object},
               {"name", base::to_utf8(point.name)},
@@ -384,11 +346,11 @@ Json Api::points(const Query& query, std::string_view word) const {
       json["bits"].push_back(base::to_utf8(bit));
     list.push_back(std::move(json));
   }
-  return {{"node", name}, {"time", seconds_of(parts_.control.now())}, {"points", std::move(list)}};
+  return ok({{"node", asked.node_name()}, {"time", asked.seconds()}, {"points", std::move(list)}});
 }
 
 /// Words of commands, with what they mean.
-Json Api::words() const {
+protocols::HttpResponse words(const Asked& /*asked*/) {
   Json json{{"faults", Json::array()},
             {"nmt", Json::array()},
             {"commands", Json::array()},
@@ -400,15 +362,14 @@ Json Api::words() const {
     json["nmt"].push_back({{"word", verb}, {"meaning", meaning}});
   for (const plant::Usage& usage : plant::command_usages())
     json["commands"].push_back({{"word", usage.usage}, {"meaning", usage.meaning}});
-  return json;
+  return ok(json);
 }
 
-// ---- Events
-
 /// The last `limit` events before number `before`, in their order.
-protocols::HttpResponse Api::events(const Query& query, journal::Kinds standard) const {
-  const EventFilter filter(query, standard);
-  const journal::Journal& journal = parts_.control.journal();
+protocols::HttpResponse events(const Asked& asked) {
+  const Query& query = asked.query();
+  const EventFilter filter(query, asked.kinds);
+  const journal::Journal& journal = asked.journal();
   const std::uint64_t limit = number_in(query, "limit", kMostListed, kMostListed);
   std::vector<std::uint64_t> found;
   std::uint64_t number = std::min(number_in(query, "before", journal.end(), ~0ULL >> 1), journal.end());
@@ -421,25 +382,83 @@ protocols::HttpResponse Api::events(const Query& query, journal::Kinds standard)
   base::append(body, "{\"first_event\":", journal.first(), ",\"next_event\":", journal.end(),
                ",\"events\":[");
   for (; !found.empty(); found.pop_back()) {
-    append_event(body, found.back(), journal[found.back()], journal, parts_.find);
+    append_event(body, found.back(), journal[found.back()], journal, asked.parts.find);
     base::append(body, found.size() == 1 ? "" : ",");
   }
   base::append(body, "]}\n");
   return {.body = std::string(base::view(body))};
 }
 
-/// Streams from `since` on, or from the last event that an EventSource has seen; numbers above the last event
-/// are from an earlier run of the program.
-protocols::HttpResponse Api::follow(const protocols::HttpRequest& request) {
-  const journal::Journal& journal = parts_.control.journal();
-  Query query = request.query;
-  if (!request.last_event_id.empty()) query["since"] = request.last_event_id;
+/// Streams from `since` on, or from the last event that an EventSource has seen; numbers above the last event are
+/// from an earlier run of the program.
+protocols::HttpResponse follow(const Asked& asked) {
+  const journal::Journal& journal = asked.journal();
+  Query query = asked.query();
+  if (!asked.request.last_event_id.empty()) query["since"] = asked.request.last_event_id;
   const bool again = query.contains("since");
   const std::uint64_t since = number_in(query, "since", 0, ~0ULL >> 1);
   const std::uint64_t next =
       !again || since >= journal.end() ? (again ? journal.first() : journal.end()) : since + 1;
   return {.type = "text/event-stream",
-          .stream = std::make_unique<EventStream>(parts_.control, texts_, query, next)};
+          .stream = std::make_unique<EventStream>(asked.parts.control, asked.texts, query, next)};
+}
+
+protocols::HttpResponse last_minute(const Asked& asked) {
+  const Api::Parts& parts = asked.parts;
+  return {.type = "application/toml",
+          .body = scenario::scenario_of_last_minute(parts.control, parts.find, parts.about()["plant"])};
+}
+
+protocols::HttpResponse wires(const Asked& asked) {
+  return ok({{"wires", asked.parts.wires()}});
+}
+
+struct Route {
+  std::string_view path;  ///< with * for a node
+  protocols::HttpResponse (*respond)(const Asked& asked);
+  journal::Kinds kinds = journal::kAllKinds;
+};
+
+constexpr Route kRoutes[] = {
+    {"/api/time", time},
+    {"/api/registers", registers},
+    {"/api/nodes", nodes},
+    {"/api/nodes/*/objects", objects},
+    {"/api/nodes/*/points", points},
+    {"/api/scenario", last_minute},
+    {"/api/transactions", events, journal::kinds_of({Kind::kEnded})},
+    {"/api/frames", events, journal::kinds_of({Kind::kFrame})},
+    {"/api/journal", events},
+    {"/api/events", follow},
+    {"/api/words", words},
+    {"/api/wires", wires},
+};
+
+}  // namespace
+
+protocols::HttpResponse Api::respond(const protocols::HttpRequest& request) {
+  parts_.advance();
+  try {
+    if (request.method == "POST" && request.path != "/api/control")
+      return failed(404, "POST is for /api/control; its command `write` writes registers");
+    if (request.method == "POST")
+      return {.type = "text/plain; charset=utf-8",
+              .stream = std::make_unique<CommandStream>(parts_.execute, request.body)};
+    if (auto page = page_at(request.path)) return std::move(*page);
+    Asked asked{parts_, texts_, request,
+                number_in(request.query, "network", 1, parts_.control.networks(), 1)};
+    std::string path = request.path;
+    if (const std::size_t end = path.rfind('/'); path.starts_with(kNodes) && end > kNodes.size()) {
+      asked.node = std::string_view(request.path).substr(kNodes.size(), end - kNodes.size());
+      path.replace(kNodes.size(), asked.node.size(), "*");
+    }
+    const auto route = std::ranges::find(kRoutes, path, &Route::path);
+    if (route == std::end(kRoutes)) return failed(404, "no such resource; docs/reference/http.md lists them");
+    asked.kinds = route->kinds;
+    return route->respond(asked);
+  } catch (const plant::Refused& refused) {
+    return failed(400, refused.what());
+  }
 }
 
 }  // namespace cbcan::web

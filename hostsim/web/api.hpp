@@ -20,10 +20,10 @@ class Api {
   struct Parts {
     plant::Control& control;
     const journal::FindName& find;
-    protocols::Execute execute;      ///< executes a line of docs/reference/commands.md
+    protocols::Execute execute;     ///< executes a line of docs/reference/commands.md
     std::function<void()> advance;  ///< does what is due
     std::function<Json()> about;    ///< describes the program, for /api/time
-    Json wires{};                   ///< those of the plant, for /api/wires
+    std::function<Json()> wires;    ///< those of the plant, for /api/wires
   };
 
   explicit Api(Parts parts) : parts_(std::move(parts)), texts_(parts_.control.journal(), parts_.find) {}
@@ -31,17 +31,6 @@ class Api {
   protocols::HttpResponse respond(const protocols::HttpRequest& request);
 
  private:
-  Json time() const;
-  Json registers(const Query& query) const;
-  Json nodes(const Query& query) const;
-  Json node(std::size_t network, std::size_t place) const;
-  Json objects(const Query& query, std::string_view node) const;
-  protocols::HttpResponse events(const Query& query, journal::Kinds standard) const;
-  protocols::HttpResponse follow(const protocols::HttpRequest& request);
-  Json points(const Query& query, std::string_view node) const;
-  Json words() const;
-  std::size_t network_in(const Query& query) const;
-
   Parts parts_;
   EventTexts texts_;
 };

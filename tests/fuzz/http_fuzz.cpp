@@ -40,7 +40,8 @@ struct Plant {
                 [] {},
                 [] {
                   return web::Json{{"program", "fuzz"}};
-                }}};
+                },
+                [] { return web::Json::array(); }}};
 };
 
 /// For many inputs: a listener for each would cost more than everything else.

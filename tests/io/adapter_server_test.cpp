@@ -77,20 +77,6 @@ TEST_CASE("addresses of streams") {
   CHECK(complaint<UsageError>("unix:" + std::string(108, 'x')).ends_with("has 1..107 characters"));
 }
 
-TEST_CASE("SLCAN over TCP: connections are adapters on one bus") {
-  SlcanServer server;
-  CHECK(server.slcan.address().tcp.port != 0);
-  StreamClient left(server.address()), right(server.address());
-  left.send("S6\rO\r");
-  check_responses(server, right, "O\r", "\r");
-  server.run_until([&] { return left.heard() == "\r\r"; });
-  left.send("t1230\r");
-  server.run_until([&] { return right.heard() == "\rt1230\r"; });
-  CHECK(left.heard() == "\r\rz\r");
-  CHECK(server.slcan.clients() == 2);
-  CHECK(server.warnings.empty());
-}
-
 TEST_CASE("SLCAN over a Unix socket, whose file goes with the server") {
   const test::TemporaryFolder folder;
   {
@@ -116,19 +102,6 @@ TEST_CASE("a Unix socket that a killed program left is replaced, one in use and 
   CHECK(complaint<EnvironmentError>(address) == in_use);
   CHECK(complaint<EnvironmentError>("unix:/nonexistent/s") ==
         "slcan unix:/nonexistent/s: No such file or directory; write a path in a folder that can be written");
-}
-
-TEST_CASE("the next client has an adapter of its own") {
-  SlcanServer server;
-  for (int i = 0; i < 3; ++i) {
-    StreamClient client(server.address());
-    check_responses(server, client, "O\rt12", "\r");
-    i == 1 ? client.slam() : client.leave();
-    server.run_until([&] { return server.slcan.clients() == 0; });
-  }
-  StreamClient client(server.address());
-  check_responses(server, client, "0\rZ1\rO\r", "\a\r\r");
-  CHECK(server.slcan.connections() == 4);
 }
 
 TEST_CASE("a client that does not read loses frames; the others lose none") {

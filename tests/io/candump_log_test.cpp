@@ -54,15 +54,5 @@ TEST_CASE("a full disk is reported once, and the bus goes on") {
         "write it to another disk");
 }
 
-TEST_CASE("a file that cannot be made is an error that names it") {
-  try {
-    const CandumpLog log("/nonexistent/bus.log", "can3", 0, nullptr);
-    FAIL("no exception");
-  } catch (const EnvironmentError& error) {
-    CHECK(std::string(error.what()) ==
-          "log /nonexistent/bus.log: No such file or directory; write another file");
-  }
-}
-
 }  // namespace
 }  // namespace cbcan::io

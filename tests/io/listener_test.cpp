@@ -36,27 +36,9 @@ struct Unprivileged {
   static constexpr uid_t kNobody = 65534;
 };
 
-TEST_CASE("port 0 becomes a free port, and the real one is reported") {
-  const StreamListener first = listening({"127.0.0.1", 0});
-  const StreamListener second = listening({"127.0.0.1", 0});
-  CHECK(first.address().tcp.host == "127.0.0.1");
-  CHECK(first.address().tcp.port != 0);
-  CHECK(first.address().tcp.port != second.address().tcp.port);
-}
-
-TEST_CASE("a name is looked up, IPv4 first") {
+TEST_CASE("a name is looked up, IPv4 first; an IPv6 address works too") {
   CHECK(listening({"localhost", 0}).address().tcp.host == "127.0.0.1");
-}
-
-TEST_CASE("an IPv6 address works too") {
   CHECK(listening({"::1", 0}).address().tcp.host == "::1");
-}
-
-TEST_CASE("an address in use is reported with a way out") {
-  const StreamListener listener = listening({"127.0.0.1", 0});
-  CHECK(complaint(listener.address().tcp) ==
-        "modbus " + to_string(listener.address()) +
-            ": address in use: another program listens there; stop it, or use 127.0.0.1:0 for any free port");
 }
 
 TEST_CASE("a privileged port is reported with the same port a thousand higher") {

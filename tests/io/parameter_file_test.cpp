@@ -85,17 +85,3 @@ TEST_CASE("Stored values that do not fit are reported") {
   CHECK(warnings[0] == "5.par: left out, as the node has no such parameter of this length: 1017:00, 2010:1F");
   CHECK(warnings[1].ends_with(", 1017:00 and 1 more"));
 }
-
-TEST_CASE("A parameter file that cannot be written keeps its contents, and a message is printed") {
-  const TemporaryFolder folder;
-  std::vector<std::string> warnings;
-  ParameterFile good(folder.file("5.par"), [](const std::string&) {});
-  REQUIRE(good.save(kParameters));
-  const std::string before = text_of(folder.file("5.par"));
-  REQUIRE(::mkdir(folder.file("5.par.new").c_str(), 0700) == 0);
-  ParameterFile file(folder.file("5.par"), [&](const std::string& line) { warnings.push_back(line); });
-  CHECK_FALSE(file.save({}));
-  CHECK(text_of(folder.file("5.par")) == before);
-  REQUIRE(warnings.size() == 1);
-  CHECK(warnings[0] == folder.file("5.par") + ": parameters could not be stored: Is a directory");
-}

@@ -29,7 +29,7 @@ struct Event {
   Descriptor descriptor_;
 };
 
-TEST_CASE("a callback is called while its descriptor is ready, and says for what") {
+TEST_CASE("a callback is called while its descriptor is ready for the present interest, and says for what") {
   Reactor reactor;
   Event event;
   std::uint32_t seen = 0;
@@ -41,13 +41,6 @@ TEST_CASE("a callback is called while its descriptor is ready, and says for what
   CHECK(reactor.poll(0) == 1);
   event.clear();
   CHECK(reactor.poll(0) == 0);
-}
-
-TEST_CASE("the interest can be changed") {
-  Reactor reactor;
-  Event event;
-  std::uint32_t seen = 0;
-  reactor.watch(event.fd(), Reactor::kReadable, [&](std::uint32_t ready) { seen = ready; });
   reactor.change(event.fd(), Reactor::kWritable);
   event.raise();
   CHECK(reactor.poll(0) == 1);
@@ -205,19 +198,6 @@ TEST_CASE("forgetting what is not watched does nothing; watching what does not e
   reactor.forget(12345);
   const Descriptor file(::open("/proc/self/exe", O_RDONLY | O_CLOEXEC));
   CHECK_FALSE(reactor.watch(file.get(), Reactor::kReadable, [](std::uint32_t) {}));
-}
-
-TEST_CASE("SIGINT, SIGTERM and SIGHUP ask to stop") {
-  ::signal(SIGHUP, SIG_DFL);  // nohup ignores it
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
-    Reactor reactor;
-    StopSignals signals(reactor);
-    CHECK_FALSE(signals.stop_requested());
-    REQUIRE(std::raise(signal) == 0);
-    CHECK(reactor.poll(kNever) == 1);
-    CHECK(signals.stop_requested());
-    CHECK(reactor.poll(0) == 0);
-  }
 }
 
 TEST_CASE("signals are as before when StopSignals goes, and SIGPIPE and SIGXFSZ are ignored meanwhile") {

@@ -22,7 +22,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests/support"))
 import cases
 from done import done
-from simulator import LIMIT, Simulator, program_from_arguments, wait_until
+from simulator import LIMIT, Simulator, connect, program_from_arguments, wait_until
 
 PROGRAM, NATIVE = program_from_arguments(sys.argv, 2)
 SECTION = (ROOT / "SECURITY.md").read_text().partition("\n## Limits by edition\n")[2].partition("\n## ")[0]
@@ -40,11 +40,6 @@ def corpus(target):
         for folder in (ROOT / "tests/fuzz/corpus" / target, pathlib.Path(unpacked)):
             for file in sorted(folder.iterdir()):
                 yield file.name, file.read_bytes()
-
-
-def connect(address):
-    host, port = address.rsplit(":", 1)
-    return socket.create_connection((host, int(port)), timeout=LIMIT)
 
 
 def asked(address, *pieces):

@@ -128,20 +128,6 @@ it("many plants, one after the other", async () => {
   for (let i = 0; i < 50; ++i) assert.equal((await Plant.open()).command("nodes").split("\n").length, 5);
 });
 
-it("lines that are sent at once, and one that comes in halves", async () => {
-  const instance = new Instance(module);
-  await instance.start(["--demo", "--control", ":0"], { read: () => null });
-  instance.call("serve", { places: ["control :1"], since_1970: 0, alone: false });
-  const connection = instance.call("connect", { service: "control", peer: "" });
-  const send = (text) => instance.receive(connection, new TextEncoder().encode(text));
-  const sent = () => [...instance.sent(connection)].map((bytes) => new TextDecoder().decode(bytes)).join("");
-  send("time\nti");
-  assert.equal(sent(), "ok 0.000000\n");
-  instance.pass(2_000_000);
-  send("me\r\n");
-  assert.equal(sent(), "ok 2.000000\n");
-});
-
 it("Node.js 18 and the newest", () => {
   for (const name of ["oldest", "newest"]) {
     const node = join(installed, name, "bin/node");

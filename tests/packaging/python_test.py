@@ -61,10 +61,6 @@ class Python(unittest.TestCase):
             (pathlib.Path(folder) / "test_it.py").write_text(text)
             return run(*command, *PYTEST, folder)
 
-    def test_example(self):
-        code, said = run(*PYTEST, "--strict-markers", ROOT / "examples/pytest")
-        self.assertEqual((code, re.findall(r"\d+ passed", said)), (0, ["8 passed"]), said)
-
     def test_a_module_that_restarts_says_so(self):
         code, said = self.pytest(RESTARTING)
         self.assertEqual(code, 1)

@@ -1,10 +1,27 @@
 # SPDX-License-Identifier: MIT
 """Prints how many cases of a suite ran; it fails if none did, which unittest calls a success."""
 
+import functools
 import os
+import pathlib
 import signal
 import sys
+import tempfile
 import unittest
+
+
+class Case(unittest.TestCase):
+    @functools.cached_property
+    def folder(self):
+        """An empty one, removed after the test."""
+        made = tempfile.TemporaryDirectory()
+        self.addCleanup(made.cleanup)
+        return pathlib.Path(made.name)
+
+    def write(self, name, text):
+        """The path of a new file."""
+        (self.folder / name).write_text(text)
+        return self.folder / name
 
 
 def any_ran(ran):

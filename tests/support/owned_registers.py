@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """A PLC that owns its registers, for tests that check every byte."""
 
+import contextlib
 import socket
 import struct
 import threading
@@ -19,13 +20,19 @@ class OwnedRegisters:
     def serve(self):
         while True:
             try:
-                with self.listener.accept()[0] as client:
-                    while self.respond(client):
+                with self.listener.accept()[0] as self.client:
+                    while self.respond(self.client):
                         pass
             except ConnectionError:
                 pass
             except OSError:
                 return
+
+    def stop(self):
+        with contextlib.suppress(OSError):  # it has been stopped
+            self.listener.shutdown(socket.SHUT_RDWR)
+            self.listener.close()
+            self.client.shutdown(socket.SHUT_RDWR)
 
     def respond(self, client):
         header = client.recv(7, socket.MSG_WAITALL)

@@ -28,6 +28,17 @@ def wait_until(condition, what):
             raise AssertionError(f"not within {LIMIT} s: {what}")
 
 
+def connect(address):
+    """A client of "HOST:PORT" or "unix:PATH"."""
+    if address.startswith("unix:"):
+        client = socket.socket(socket.AF_UNIX)
+        client.settimeout(LIMIT)
+        client.connect(address[len("unix:"):])
+        return client
+    host, port = address.rsplit(":", 1)
+    return socket.create_connection((host, int(port)), timeout=LIMIT)
+
+
 class Simulator:
     def __init__(self, program, *options, log=True, test=None, before_start=None, stdin=subprocess.DEVNULL, stderr=None, **keywords):
         """Ends with `test`, if given."""
@@ -80,6 +91,15 @@ class Simulator:
             self.error = "".join(line for line in self.error_path.read_text().splitlines(True) if not re.search(HOW_TO_JOIN, line))
         self.folder.cleanup()
         return self.process.returncode, self.error
+
+    def connect(self, service):
+        """A client of "control" or "2/slcan"."""
+        return connect(self.where[service])
+
+    def say(self, line):
+        """A command on standard input; returns the first line of its response."""
+        print(line, file=self.process.stdin, flush=True)
+        return self.process.stdout.readline()
 
     def errors(self):
         """The lines on standard error so far."""

@@ -11,38 +11,26 @@ import socket
 import struct
 import subprocess
 import sys
-import tempfile
 import threading
 import time
-import unittest
 
 import can
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases
 from healthy import Healthy
-from simulator import LIMIT, Simulator, program_from_arguments, wait_until
+from simulator import LIMIT, Simulator, connect, program_from_arguments, wait_until
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PROGRAM = program_from_arguments(sys.argv)
-READ, KERNEL = 5055, 0x3002
-BUS_OFF = 0x10
-
-
-def listener():
-    return socket.create_server(("127.0.0.1", 0))
-
-
-def port_of(server):
-    return server.getsockname()[1]
+READ = 5055
 
 
 class Client:
     """A client that compares the bytes of a single read."""
 
     def __init__(self, address):
-        host, port = address.rsplit(":", 1)
-        self.socket = socket.create_connection((host, int(port)), timeout=LIMIT)
+        self.socket = connect(address)
 
     def ask(self, text):
         self.socket.sendall(text.encode())
@@ -52,16 +40,9 @@ class Client:
         return self.socket.recv(4096).decode()
 
 
-class Case(unittest.TestCase):
+class Case(cases.Case):
     def start(self, *options, **keywords):
-        simulator = Simulator(PROGRAM, *options, **keywords)
-        self.addCleanup(simulator.stop)
-        return simulator
-
-    def folder(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        return folder.name
+        return Simulator(PROGRAM, *options, **keywords, test=self)
 
     def python_can(self, interface, **options):
         bus = can.Bus(interface=interface, **options)
@@ -101,16 +82,43 @@ class Socketcand(Case):
         client = Client(simulator.where["socketcand"])
         self.addCleanup(client.socket.close)
         self.assertEqual(client.read(), "< hi >")
-        simulator.process.stdin.write("pass 3600s\n")
-        simulator.process.stdin.flush()
-        self.assertIn("3600", simulator.process.stdout.readline())
+        self.assertIn("3600", simulator.say("pass 3600s"))
         self.assertEqual(client.ask("< open can0 >"), "< ok >")
+
+
+class Slcan(Case):
+    def python_can_of(self, simulator, **options):
+        bus = self.python_can("slcan", channel=f"socket://{simulator.where['slcan']}", sleep_after_open=0, **options)
+        self.assertEqual(bus.get_version(LIMIT), (10, 13))  # after O: frames are received from now on
+        return bus
+
+    def test_a_node_played_by_python_can(self):
+        simulator = self.start("--slcan", "127.0.0.1:0")
+        bus = self.python_can_of(simulator)
+        self.assertEqual(bus.get_serial_number(LIMIT), "CB01")
+        with simulator.window() as window:
+            window.start(READ, 0x33, 0x2000, 1, 4)
+            self.assertEqual(self.next(bus, 0x633).data.hex(), "4000200100000000")
+            bus.send(can.Message(arbitration_id=0x5B3, is_extended_id=False, data=bytes.fromhex("43002001EFBEADDE")))
+            self.assertEqual(window.result(), 0)
+            self.assertEqual(window.read(3705, 3), [4, 0xBEEF, 0xDEAD])
+
+    def test_every_kind_of_frame_between_two(self):
+        simulator = self.start("--slcan", "127.0.0.1:0")
+        left, right = self.python_can_of(simulator), self.python_can_of(simulator, bitrate=250000)
+        for message in (can.Message(arbitration_id=0x7FF, is_extended_id=False, data=bytes(range(8))),
+                        can.Message(arbitration_id=0x1ABCDEF0, is_extended_id=True, data=b"\xff"),
+                        can.Message(arbitration_id=0x42, is_extended_id=False, is_remote_frame=True, dlc=1),
+                        can.Message(arbitration_id=0x42, is_extended_id=True, is_remote_frame=True, dlc=8)):
+            left.send(message)
+            heard = self.next(right, message.arbitration_id)
+            self.assertTrue(heard.equals(message, timestamp_delta=None, check_direction=False), heard)
 
 
 class WaysIn(Case):
     def test_each_line_can_be_copied(self):
         simulator = self.start("--demo", "--set", "node.0x20.heartbeat_ms=10", "--slcan", "127.0.0.1:0", "--socketcand", "127.0.0.1:0",
-                               "--network", "2", "--slcan", f"pty:{self.folder()}/can", "--node",
+                               "--network", "2", "--slcan", f"pty:{self.folder}/can", "--node",
                                f"5={ROOT}/plants/demo/generic.eds", "--set", "node.5.heartbeat_ms=10")
         lines = wait_until(lambda: len(simulator.errors()) >= 3 and simulator.errors(), "the ways in")
         self.assertEqual([line.split(": python3")[0] for line in lines], [f"network {name}" for name in ("1: slcan", "1: socketcand", "2: slcan")])
@@ -124,7 +132,7 @@ class WaysIn(Case):
 
 class Terminal(Case):
     def test_python_can_again_and_again(self):
-        path = f"{self.folder()}/can"
+        path = f"{self.folder}/can"
         simulator = self.start("--demo", "--slcan", f"pty:{path}")
         self.assertEqual(simulator.where["slcan"], f"pty:{path}")
         for _ in range(3):
@@ -157,42 +165,12 @@ class TwoProcesses(Case):
         self.check_spans("slcan:" + self.nodes("--slcan", "127.0.0.1:0").where["slcan"])
 
     def test_slcan_over_a_serial_line(self):
-        path = f"{self.folder()}/can"
+        path = f"{self.folder}/can"
         self.nodes("--slcan", f"pty:{path}")
         self.check_spans(f"slcan:{path}@1000000")
 
     def test_socketcand(self):
         self.check_spans("socketcand:" + self.nodes("--socketcand", "127.0.0.1:0").where["socketcand"] + "/can0")
-
-
-class Away(Case):
-    """The test is the other side, which connects and disconnects."""
-
-    def kernel(self, window):
-        self.assertEqual(window.execute(READ, 0, KERNEL, 0, 1), 0)
-        return window.read(3706, 1)[0]
-
-    def adapter(self, server):
-        """A new connection, which opens the adapter."""
-        peer = server.accept()[0]
-        peer.settimeout(LIMIT)
-        text = b""
-        while b"O\r" not in text:
-            text += peer.recv(4096)
-        self.assertTrue(text.startswith(b"\r\r\rC\rS6\rO\r"), text)
-        peer.sendall(b"\r\r\rF00\r")
-        return peer
-
-    def test_an_adapter_that_comes_and_goes(self):
-        with listener() as server:
-            simulator = self.start("--can", f"slcan:127.0.0.1:{port_of(server)}")
-            with simulator.window() as window:
-                for _ in range(2):
-                    with self.adapter(server):
-                        wait_until(lambda: self.kernel(window) == 0, "no bus-off")
-                    wait_until(lambda: self.kernel(window) == BUS_OFF, "bus-off")
-        errors = "\n".join(line.split(": ", 2)[2] for line in simulator.errors()[:3])
-        self.assertRegex(errors, "\\A.*; it is retried\nis there again\n.*; it is retried\\Z")
 
 
 class Crowd(Case):
@@ -217,8 +195,7 @@ class Crowd(Case):
         client, choice = self.clients[number], self.random.random()
         try:
             if client is None:
-                host, port = self.simulator.where["socketcand" if number % 2 else "slcan"].rsplit(":", 1)
-                client = self.clients[number] = socket.create_connection((host, int(port)), timeout=LIMIT)
+                client = self.clients[number] = self.simulator.connect("socketcand" if number % 2 else "slcan")
                 client.setblocking(False)
                 self.ids[number] = max(self.ids) + 1  # frames of the previous connection are still sent
                 client.send(b"< open can0 >< rawmode >" if number % 2 else b"O\r")
@@ -264,8 +241,7 @@ class Witness(threading.Thread):
 
     def __init__(self, address):
         super().__init__(daemon=True)
-        host, port = address.rsplit(":", 1)
-        self.socket = socket.create_connection((host, int(port)), timeout=LIMIT)
+        self.socket = connect(address)
         self.socket.sendall(b"L\r")
         self.frames = self.out_of_order = 0
         self.start()

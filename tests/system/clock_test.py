@@ -14,6 +14,7 @@ import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases
+from mcu import receive
 from simulator import LIMIT, Simulator, program_from_arguments, wait_until
 
 PROGRAM = program_from_arguments(sys.argv)
@@ -25,7 +26,7 @@ def run(lines, *options):
                           capture_output=True, text=True, timeout=LIMIT)
 
 
-class Lines(unittest.TestCase):
+class Lines(cases.Case):
     def test_each_pass_is_answered_by_the_time(self):
         done = run("pass 100ms\npass 0us\npass 1us\npass 2s")
         self.assertEqual((done.returncode, done.stderr), (0, ""))
@@ -52,23 +53,29 @@ class Lines(unittest.TestCase):
         self.assertEqual(done.stderr, "cbcan-sim: standard input: not within 2.000000 s: state 0x42 operational: it is pre-operational\n")
 
     def test_a_background_job_leaves_the_terminal_to_its_shell(self):
-        with tempfile.TemporaryDirectory() as folder:
-            place = f"{folder}/control"
-            pid, terminal = pty.fork()
-            if pid == 0:
-                os.execvp("bash", ["bash", "-mc", f"{PROGRAM} --demo --clock manual --modbus 127.0.0.1:0 --control unix:{place} & wait"])
-            with os.fdopen(terminal, "r+b", buffering=0) as line, socket.socket(socket.AF_UNIX) as client:
-                read = b""
-                while b"ready" not in read:
-                    read += line.read(100)
-                line.write(b"for the shell\n")
-                while b"for the shell" not in read:  # its echo: the line can be read now
-                    read += line.read(100)
-                client.settimeout(LIMIT)
-                client.connect(place)
-                client.sendall(b"pass 1s\nshutdown\n")
-                self.assertEqual(client.makefile().read(), "at 1.000000\nok\n")
-                self.assertEqual(os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]), 0)
+        place = f"{self.folder}/control"
+        pid, terminal = pty.fork()
+        if pid == 0:
+            os.execvp("bash", ["bash", "-mc", f"{PROGRAM} --demo --clock manual --modbus 127.0.0.1:0 --control unix:{place} & wait"])
+        with os.fdopen(terminal, "r+b", buffering=0) as line, socket.socket(socket.AF_UNIX) as client:
+            read = b""
+            while b"ready" not in read:
+                read += line.read(100)
+            line.write(b"for the shell\n")
+            while b"for the shell" not in read:  # its echo: the line can be read now
+                read += line.read(100)
+            client.settimeout(LIMIT)
+            client.connect(place)
+            client.sendall(b"pass 1s\nshutdown\n")
+            self.assertEqual(client.makefile().read(), "at 1.000000\nok\n")
+            self.assertEqual(os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]), 0)
+
+    def test_standard_input_that_cannot_be_used(self):
+        with open(os.devnull, "w") as write_only:
+            done = subprocess.run([PROGRAM, "--demo", "--clock", "manual", "--modbus", "127.0.0.1:0"], stdin=write_only, capture_output=True, text=True)
+        self.assertEqual((done.returncode, done.stderr), (3, "cbcan-sim: standard input: Bad file descriptor\n"))
+        done = run(f"pass {998 * '0'}1us\n")
+        self.assertEqual((done.returncode, done.stderr), (2, "cbcan-sim: standard input: a line of more than 1000 characters\n"))
 
     def test_shutdown(self):
         done = run("nmt stop 1\nshutdown\npass 1s\n")
@@ -83,9 +90,7 @@ class Standing(unittest.TestCase):
         self.addCleanup(self.window.socket.close)
 
     def pass_time(self, duration, at):
-        self.simulator.process.stdin.write(f"pass {duration}\n")
-        self.simulator.process.stdin.flush()
-        self.assertEqual(self.simulator.process.stdout.readline(), f"at {at}\n")
+        self.assertEqual(self.simulator.say(f"pass {duration}"), f"at {at}\n")
 
     def test_requests_are_served_while_time_stands(self):
         self.assertEqual(self.window.execute(READ, 0x42, 0x1000, 0, 4), 0)
@@ -116,42 +121,31 @@ class Standing(unittest.TestCase):
 
     def test_what_has_come_is_dealt_with_before_time_passes(self):
         """The client does not wait for responses: all requests are in the sockets when the simulator reads the line."""
-        host, port = self.simulator.where["slcan"].rsplit(":", 1)
-        with socket.create_connection((host, int(port)), timeout=LIMIT) as adapter:
+        with self.simulator.connect("slcan") as adapter:
             adapter.sendall(b"O\rV\r")
-            self.assertEqual(self.receive(adapter, 7), b"\rV1013\r")
+            self.assertEqual(receive(adapter, 7), b"\rV1013\r")
             self.simulator.process.send_signal(signal.SIGSTOP)
             adapter.sendall(5000 * b"t7E50\r")
             self.simulator.process.stdin.write("pass 1s\n")
             self.simulator.process.stdin.flush()
             self.simulator.process.send_signal(signal.SIGCONT)
             self.assertEqual(self.simulator.process.stdout.readline(), "at 1.000000\n")
-            self.assertEqual(self.receive(adapter, 10000), 5000 * b"z\r")
+            self.assertEqual(receive(adapter, 10000), 5000 * b"z\r")
         marks = [line for line in self.simulator.log_path.read_text().splitlines() if line.endswith(" 7E5#")]
         self.assertEqual((len(marks), set(marks)), (5000, {"(0000000000.000000) virtual 7E5#"}))
 
     def test_however_much_time_passes_no_frame_is_lost(self):
-        host, port = self.simulator.where["slcan"].rsplit(":", 1)
-        with socket.create_connection((host, int(port)), timeout=LIMIT) as adapter:
+        with self.simulator.connect("slcan") as adapter:
             # 1017h of node 42h = 1000
             adapter.sendall(b"O\rt64282B171000E8030000\r")
-            self.receive(adapter, len("\rz\rt5C286017100000000000\r"))
+            receive(adapter, len("\rz\rt5C286017100000000000\r"))
             self.pass_time("86400s", "86400.000000")
-            self.assertEqual(self.receive(adapter, 8 * 86400), 86400 * b"t74217F\r")
-
-    def receive(self, connection, count):
-        text = b""
-        while len(text) < count:
-            part = connection.recv(count - len(text))
-            self.assertTrue(part, "closed by the simulator")
-            text += part
-        return text
+            self.assertEqual(receive(adapter, 8 * 86400), 86400 * b"t74217F\r")
 
     def test_signals_while_time_passes(self):
         for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
             simulator = Simulator(PROGRAM, "--demo", "--clock", "manual", "--set", "node.0x42.heartbeat_ms=1", stdin=subprocess.PIPE, test=self)
-            simulator.process.stdin.write("pass 2592000s\n")
-            simulator.process.stdin.flush()
+            print("pass 2592000s", file=simulator.process.stdin, flush=True)
             wait_until(lambda path=simulator.log_path: path.stat().st_size > 0, "time to pass")
             self.assertEqual(simulator.stop(number), (0, ""))
 

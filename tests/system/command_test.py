@@ -10,7 +10,6 @@ import signal
 import socket
 import subprocess
 import sys
-import tempfile
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -47,7 +46,7 @@ def is_alive(pid):
         return False
 
 
-class Environment(unittest.TestCase):
+class Environment(cases.Case):
     def variables(self, *options):
         lines = run("env", options=options).stdout.splitlines()
         return dict(line.split("=", 1) for line in lines if line.startswith("CBCAN_") and line.split("=")[0] not in os.environ)
@@ -63,13 +62,13 @@ class Environment(unittest.TestCase):
         self.assertNotEqual(where["CBCAN_SLCAN_2"], where["CBCAN_SLCAN"])
 
     def test_an_address_that_an_option_names_is_used_and_one_of_the_plant_file_is_not(self):
-        with tempfile.TemporaryDirectory() as folder, socket.create_server(("127.0.0.1", 0)) as taken:
-            plant = pathlib.Path(folder) / "plant.toml"
+        with socket.create_server(("127.0.0.1", 0)) as taken:
+            plant = self.folder / "plant.toml"
             port = taken.getsockname()[1]
             plant.write_text(f'[modbus]\nport = {port}\n[control]\nlisten = "127.0.0.1:{port}"\n[can]\nslcan = "127.0.0.1:{port}"\n'
                              f'[rtu]\nlisten = "127.0.0.1:{port}"\n')
-            where = self.variables("--config", str(plant), "--control", f"unix:{folder}/control")
-        self.assertEqual(where["CBCAN_CONTROL"], f"unix:{folder}/control")
+            where = self.variables("--config", str(plant), "--control", f"unix:{self.folder}/control")
+        self.assertEqual(where["CBCAN_CONTROL"], f"unix:{self.folder}/control")
         for key in ("CBCAN_MODBUS", "CBCAN_SLCAN", "CBCAN_RTU_TCP"):
             self.assertNotEqual(where[key].rsplit(":", 1)[1], str(port))
 

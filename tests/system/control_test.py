@@ -7,12 +7,11 @@ import pathlib
 import socket
 import subprocess
 import sys
-import tempfile
 import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases
-from simulator import LIMIT, Simulator, program_from_arguments
+from simulator import LIMIT, Simulator, connect, program_from_arguments
 
 PROGRAM = program_from_arguments(sys.argv)
 EDS = pathlib.Path(__file__).resolve().parents[2] / "plants/demo"
@@ -35,13 +34,7 @@ class Commands:
     """A client of the control socket."""
 
     def __init__(self, address):
-        if address.startswith("unix:"):
-            self.socket = socket.socket(socket.AF_UNIX)
-            self.socket.settimeout(LIMIT)
-            self.socket.connect(address[len("unix:"):])
-        else:
-            host, port = address.rsplit(":", 1)
-            self.socket = socket.create_connection((host, int(port)), timeout=LIMIT)
+        self.socket = connect(address)
         self.lines = self.socket.makefile("r")
 
     def __call__(self, line):
@@ -89,7 +82,7 @@ class OverASocket(unittest.TestCase):
     def test_who_leaves_while_it_waits_is_forgotten(self):
         simulator, commands = self.start("--control", "127.0.0.1:0")
         for line in (b"wait time 1000s within 1000s\n", b"wait emcy 1\n" + 100_000 * b"time\n"):
-            with socket.create_connection(simulator.where["control"].split(":"), timeout=LIMIT) as other:
+            with simulator.connect("control") as other:
                 other.sendall(line)
         self.assertEqual(commands("send 605#4017100000000000"), "ok\n")
         self.assertEqual(commands("get 0x42 0x1017"), "ok 0\n")
@@ -117,37 +110,33 @@ class OverASocket(unittest.TestCase):
         self.assertGreaterEqual(float(at), at_least)
 
 
-class OnAStandingClock(unittest.TestCase):
-    def run_plant(self, lines, folder):
-        plant = pathlib.Path(folder) / "plant.toml"
-        plant.write_text(PLANT.format(eds=EDS))
-        log = pathlib.Path(folder) / "bus.log"
+class OnAStandingClock(cases.Case):
+    def run_plant(self, lines):
+        plant = self.write("plant.toml", PLANT.format(eds=EDS))
+        log = self.folder / "bus.log"
         done = subprocess.run([PROGRAM, "--config", str(plant), "--clock", "manual", "--log", str(log)], input=lines,
                               capture_output=True, text=True, timeout=LIMIT)
         return done, log.read_text()
 
     def test_commands_between_passes(self):
-        with tempfile.TemporaryDirectory() as folder:
-            done, log = self.run_plant("get 5 0x6401:1\npass 500ms\nget 5 0x6401:1\npass 2s\nget 5 0x6401:1\ntime\n"
-                                       "incident 5 input-voltage-low on\n", folder)
+        done, log = self.run_plant("get 5 0x6401:1\npass 500ms\nget 5 0x6401:1\npass 2s\nget 5 0x6401:1\ntime\n"
+                                   "incident 5 input-voltage-low on\n")
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.assertEqual(done.stdout.splitlines()[1:], ["ok 0", "at 0.500000", "ok 500", "at 2.500000", "ok 1000", "ok 2.500000", "ok"])
         self.assertIn("(0000000002.500000) virtual 085#2031050000000000\n", log)
 
     def test_stored_parameters_outlive_the_program(self):
-        with tempfile.TemporaryDirectory() as folder:
-            plant = pathlib.Path(folder) / "plant.toml"
-            plant.write_text(PLANT.format(eds=EDS))
-            for heartbeat in (0, 1234):
-                simulator = Simulator(PROGRAM, "--config", str(plant), test=self)
-                with simulator.window() as window:
-                    self.assertEqual(window.execute(READ, 5, 0x1017, 0, 2), 0)
-                    self.assertEqual(window.read(3706, 1), [heartbeat])
-                    if heartbeat == 0:
-                        self.assertEqual(window.execute(WRITE, 5, 0x1017, 0, 2, 1234), 0)
-                        self.assertEqual(window.execute(WRITE, 5, 0x1010, 1, 4, 0x6173, 0x6576), 0)
-                simulator.stop()
-            self.assertIn("1017:00 = D204\n", (pathlib.Path(folder) / "module.par").read_text())
+        plant = self.write("plant.toml", PLANT.format(eds=EDS))
+        for heartbeat in (0, 1234):
+            simulator = Simulator(PROGRAM, "--config", str(plant), test=self)
+            with simulator.window() as window:
+                self.assertEqual(window.execute(READ, 5, 0x1017, 0, 2), 0)
+                self.assertEqual(window.read(3706, 1), [heartbeat])
+                if heartbeat == 0:
+                    self.assertEqual(window.execute(WRITE, 5, 0x1017, 0, 2, 1234), 0)
+                    self.assertEqual(window.execute(WRITE, 5, 0x1010, 1, 4, 0x6173, 0x6576), 0)
+            simulator.stop()
+        self.assertIn("1017:00 = D204\n", (self.folder / "module.par").read_text())
 
 
 cases.main()

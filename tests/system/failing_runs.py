@@ -352,8 +352,7 @@ parameters = "stored"
         return [AT_FIRST]
 
     def leave(self):
-        self.plc.listener.shutdown(socket.SHUT_RDWR)
-        self.plc.listener.close()
+        self.plc.stop()
         os.close(self.line)
         os.close(self.end_of_line)
 

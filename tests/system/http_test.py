@@ -7,11 +7,8 @@ import http.client
 import json
 import pathlib
 import re
-import socket
 import subprocess
 import sys
-import tempfile
-import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases
@@ -21,16 +18,14 @@ PROGRAM, PAGE = program_from_arguments(sys.argv, 2)
 READ, WRITE = 5055, 5066
 
 
-class Http(unittest.TestCase):
+class Http(cases.Case):
     def start(self, *options, plant=("--demo",), **keywords):
-        simulator = Simulator(PROGRAM, *plant, "--http", "127.0.0.1:0", *options, **keywords)
-        self.addCleanup(simulator.stop)
-        self.http_port = int(simulator.where["http"].rsplit(":", 1)[1])
-        return simulator
+        self.simulator = Simulator(PROGRAM, *plant, "--http", "127.0.0.1:0", *options, **keywords, test=self)
+        return self.simulator
 
     def ask(self, path, body=None, **headers):
         """(status, JSON or text)"""
-        connection = http.client.HTTPConnection("127.0.0.1", self.http_port, timeout=LIMIT)
+        connection = http.client.HTTPConnection(self.simulator.where["http"], timeout=LIMIT)
         with contextlib.closing(connection):
             connection.request("GET" if body is None else "POST", path, body, {name.capitalize(): value for name, value in headers.items()})
             response = connection.getresponse()
@@ -48,7 +43,7 @@ class Http(unittest.TestCase):
     def stream(self, path, **headers):
         """Lines of a stream, from curl."""
         arguments = [argument for name, value in headers.items() for argument in ("-H", f"{name.replace('_', '-')}: {value}")]
-        process = subprocess.Popen(["curl", "-sN", *arguments, f"http://127.0.0.1:{self.http_port}{path}"], stdout=subprocess.PIPE, text=True)
+        process = subprocess.Popen(["curl", "-sN", *arguments, f"http://{self.simulator.where['http']}{path}"], stdout=subprocess.PIPE, text=True)
         self.addCleanup(process.stdout.close)
         self.addCleanup(process.wait)
         self.addCleanup(process.kill)
@@ -217,11 +212,9 @@ class Events(Http):
                      'wait = "register 600 = 4"\nexpect = ["register 601 = 0", "register 603 = 4 401 15"]\n',
                      'wait = "register 3700 != 51726"\nexpect = ["register 3700 = 0", "register 3705 = 2 300"]\n'):
             self.assertIn(line, text)
-        with tempfile.TemporaryDirectory() as folder:
-            saved = pathlib.Path(folder) / "saved.toml"
-            saved.write_text(text)
-            done = subprocess.run([PROGRAM, "run", saved], capture_output=True, text=True, timeout=LIMIT, check=False)
-            self.assertEqual(done.returncode, 0, text + done.stdout)
+        saved = self.write("saved.toml", text)
+        done = subprocess.run([PROGRAM, "run", saved], capture_output=True, text=True, timeout=LIMIT, check=False)
+        self.assertEqual(done.returncode, 0, text + done.stdout)
 
     def test_a_manual_clock(self):
         simulator = self.start("--clock", "manual", stdin=subprocess.PIPE)
@@ -255,7 +248,7 @@ class Strangers(Http):
         self.start()
         for lengths, answer in ((b"5",), b"HTTP/1.1 200"), ((b"5", b"3"), b"HTTP/1.1 400"), ((b"5", b"5"), b"HTTP/1.1 400"):
             head = b"".join(b"Content-Length: %s\r\n" % length for length in lengths)
-            with socket.create_connection(("127.0.0.1", self.http_port), timeout=LIMIT) as client:
+            with self.simulator.connect("http") as client:
                 client.sendall(b"POST /api/control HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n" + head + b"\r\ntime\n")
                 with contextlib.suppress(ConnectionError):  # or the connection is closed
                     self.assertIn(client.recv(12), (answer, b"" if len(lengths) > 1 else answer))
@@ -263,7 +256,7 @@ class Strangers(Http):
 
 class Crowd(Http):
     def raw(self, data):
-        client = socket.create_connection(("127.0.0.1", self.http_port), timeout=LIMIT)
+        client = self.simulator.connect("http")
         self.addCleanup(client.close)
         client.sendall(data)
         return client

@@ -7,7 +7,6 @@ import pathlib
 import re
 import subprocess
 import sys
-import tempfile
 import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
@@ -102,11 +101,9 @@ class TwoWriters(unittest.TestCase):
             self.assertNotIn("second client", simulator.error)
 
 
-class Pcap(unittest.TestCase):
+class Pcap(cases.Case):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.file = pathlib.Path(folder.name) / "both.pcapng"
+        self.file = self.folder / "both.pcapng"
 
     def dissect(self, *fields, file=None):
         arguments = [argument for field in fields for argument in ("-e", field)]

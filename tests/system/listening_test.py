@@ -13,13 +13,11 @@ import socket
 import struct
 import subprocess
 import sys
-import tempfile
 import time
-import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases
-from simulator import LIMIT, Simulator, program_from_arguments, wait_until
+from simulator import LIMIT, Simulator, connect, program_from_arguments, wait_until
 
 PROGRAM = program_from_arguments(sys.argv)
 CONNECTS = {"plc.address", "can.spec"}  # keys with the address of another program
@@ -31,16 +29,6 @@ STREAMS = {"rtu_tcp": (READ_R0, bytes.fromhex("0103020000b844")), "slcan": (b"V\
 # Lines that each protocol would execute if it parsed the body of an HTTP request.
 COMMANDS = ("power 16 off\nnmt stop all\nwrite 3700 1\n" "O\rt00020200\r" "< open can0 >< rawmode >< send 0 2 2 0 >").encode()
 WRITE_R3700 = bytes.fromhex("01060e740001") + bytes.fromhex("0af8")
-
-
-def connect(address):
-    if address.startswith("unix:"):
-        client = socket.socket(socket.AF_UNIX)
-        client.settimeout(LIMIT)
-        client.connect(address[len("unix:"):])
-        return client
-    host, port = address.rsplit(":", 1)
-    return socket.create_connection((host, int(port)), timeout=LIMIT)
 
 
 def rest_of(client):
@@ -72,12 +60,7 @@ def listening_ports(process):
     return {int(row[1].split(":")[1], 16) for row in rows if row[3] == "0A" and row[9] in inodes}
 
 
-class Case(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = folder.name
-
+class Case(cases.Case):
     def start(self, *options, **keywords):
         return Simulator(PROGRAM, "--demo", *options, **keywords, test=self)
 

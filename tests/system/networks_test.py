@@ -6,10 +6,6 @@ import pathlib
 import socket
 import subprocess
 import sys
-import tempfile
-import unittest
-
-from pymodbus.client import ModbusTcpClient
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases
@@ -45,44 +41,18 @@ def frames_in(log):
     return [line.split()[2] for line in log.read_text().splitlines()]
 
 
-class OneUnit:
-    """A pymodbus client for one unit ID."""
-
-    def __init__(self, port, unit):
-        self.unit = unit
-        self.client = ModbusTcpClient("127.0.0.1", port=port, timeout=LIMIT)
-        assert self.client.connect()
-
-    def read(self, address):
-        return self.client.read_holding_registers(address, 1, slave=self.unit).registers[0]
-
-    def start(self, *words):
-        assert not self.client.write_registers(3700, [EXECUTE, *words], slave=self.unit).isError()
-
-    def result(self):
-        """R3700, and the first data word."""
-        return self.read(3700), self.read(3706)
-
-
-class TwoNetworks(unittest.TestCase):
+class TwoNetworks(cases.Case):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = pathlib.Path(folder.name)
-        plant = self.folder / "plant.toml"
-        plant.write_text(PLANT)
-        self.simulator = Simulator(PROGRAM, "--config", str(plant), "--clock", "manual", "--set", "log.summary=true", stdin=subprocess.PIPE, test=self)
+        self.simulator = Simulator(PROGRAM, "--config", self.write("plant.toml", PLANT), "--clock", "manual", "--set", "log.summary=true", stdin=subprocess.PIPE, test=self)
 
     def unit(self, number):
-        client = OneUnit(self.simulator.port, number)
-        self.addCleanup(client.client.close)
-        return client
+        window = self.simulator.window(number)
+        self.addCleanup(window.socket.close)
+        return window
 
     def say(self, line):
         """A command, or `pass`, and the last line of its response."""
-        self.simulator.process.stdin.write(line + "\n")
-        self.simulator.process.stdin.flush()
-        response = [self.simulator.process.stdout.readline()]
+        response = [self.simulator.say(line)]
         while not response[-1].startswith(("ok", "at ")):
             response.append(self.simulator.process.stdout.readline())
         return "".join(response)
@@ -92,24 +62,23 @@ class TwoNetworks(unittest.TestCase):
         one.start(READ, 5, 0x2002, 0, 2)
         two.start(READ, 5, 0x2002, 0, 2)
         self.say("pass 49ms")
-        self.assertEqual([one.read(3700), two.read(3700)], [EXECUTE, EXECUTE])
+        self.assertEqual([one.read(3700, 1), two.read(3700, 1)], [[EXECUTE], [EXECUTE]])
         self.say("pass 1ms")
-        self.assertEqual([one.result(), two.result()], [(0, 0x1111), (0, 0x2222)])
+        self.assertEqual([one.read(3700, 7)[::6], two.read(3700, 7)[::6]], [[0, 0x1111], [0, 0x2222]])
         self.assertEqual(frames_in(self.simulator.log_path)[-2:], ["605#4002200000000000", "585#4B02200011110000"])
         self.assertEqual(frames_in(self.folder / "two.log")[-2:], ["605#4002200000000000", "585#4B02200022220000"])
 
     def test_nmt_of_one_network(self):
         one, two = self.unit(1), self.unit(2)
         two.start(WRITE, 128, 0x1F82, 128, 1, 5)
-        self.assertEqual(two.read(3700), 0)
+        self.assertEqual(two.read(3700, 1), [0])
         self.assertEqual(self.say("nodes"), "#1 5 pre-operational none\n2/#1 2/5 operational none\nok\n")
         self.assertNotIn("000#0100", frames_in(self.simulator.log_path))
         self.assertIn("000#0100", frames_in(self.folder / "two.log"))
 
     def test_adapters_are_on_their_own_bus(self):
         self.assertEqual(sorted(self.simulator.where), ["2/can", "2/slcan", "can", "modbus"])
-        host, port = self.simulator.where["2/slcan"].rsplit(":", 1)
-        with socket.create_connection((host, int(port)), timeout=LIMIT) as adapter:
+        with self.simulator.connect("2/slcan") as adapter:
             adapter.sendall(b"O\r")
             self.assertEqual(adapter.recv(1), b"\r")
             one, two = self.unit(1), self.unit(2)
@@ -123,7 +92,7 @@ class TwoNetworks(unittest.TestCase):
     def test_the_summary_names_the_network(self):
         self.unit(2).start(READ, 5, 0x2002, 0, 2)
         self.say("pass 50ms")
-        self.unit(3).client.read_coils(0, 1, slave=3)
+        self.unit(3).request(b"\1\0\0\0\1")
         code, text = self.simulator.stop()
         self.assertEqual(code, 0)
         self.assertIn("network 1: transactions 0, failed 0, cancelled 0\n", text)
@@ -132,16 +101,15 @@ class TwoNetworks(unittest.TestCase):
         self.assertIn("network 2: SLCAN connections 0, frames not read in time 0\n", text)
 
 
-class WithAndWithout(unittest.TestCase):
+class WithAndWithout(cases.Case):
     def run_plant(self, *options):
-        with tempfile.TemporaryDirectory() as folder:
-            log = pathlib.Path(folder) / "one.log"
-            done = subprocess.run([PROGRAM, "--demo", "--modbus", "127.0.0.1:0", "--clock", "manual", "--log", str(log), "--fault",
-                                   "bus:frame-loss probability=0.2", "--fault", "66:heartbeat-stops probability=0.5", "--set", "node.66.heartbeat_ms=10", "--set",
-                                   "node.66.signals+={index = 0x6401, sub = 1, shape = 'noise', mean = 100, deviation = 50}", *options],
-                                  input="pass 2s\n", capture_output=True, text=True, timeout=LIMIT)
-            self.assertEqual(done.returncode, 0, done.stderr)
-            return log.read_text()
+        log = self.folder / "one.log"
+        done = subprocess.run([PROGRAM, "--demo", "--modbus", "127.0.0.1:0", "--clock", "manual", "--log", str(log), "--fault",
+                               "bus:frame-loss probability=0.2", "--fault", "66:heartbeat-stops probability=0.5", "--set", "node.66.heartbeat_ms=10", "--set",
+                               "node.66.signals+={index = 0x6401, sub = 1, shape = 'noise', mean = 100, deviation = 50}", *options],
+                              input="pass 2s\n", capture_output=True, text=True, timeout=LIMIT)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return log.read_text()
 
     def test_a_second_network_changes_nothing_in_the_first(self):
         alone = self.run_plant()
@@ -158,13 +126,11 @@ class WithAndWithout(unittest.TestCase):
                 self.assertEqual(window.request(b"\x03\x0e\x74\x00\x01", unit=unit), response)
 
 
-class StoredParameters(unittest.TestCase):
+class StoredParameters(cases.Case):
     SAVE, LOAD = (0x6173, 0x6576), (0x6F6C, 0x6461)
 
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.files = [pathlib.Path(folder.name) / name for name in ("one.par", "two.par")]
+        self.files = [self.folder / name for name in ("one.par", "two.par")]
 
     def start(self):
         simulator = Simulator(PROGRAM, "--set", f"module.parameters={self.files[0]}", "--network", "2", "--set", f"module.parameters={self.files[1]}", "--network", "3", log=False)

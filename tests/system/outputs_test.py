@@ -6,10 +6,8 @@ import contextlib
 import os
 import pathlib
 import signal
-import socket
 import subprocess
 import sys
-import tempfile
 import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
@@ -48,7 +46,7 @@ class StuckPipe:
         os.close(self.into)
 
 
-class Unread(unittest.TestCase):
+class Unread(cases.Case):
     def setUp(self):
         self.pipe = StuckPipe()
         self.addCleanup(self.pipe.close)
@@ -64,15 +62,14 @@ class Unread(unittest.TestCase):
         self.assertEqual(simulator.stop()[0], 0)
 
     def test_log_into_a_fifo_without_a_reader(self):
-        with tempfile.TemporaryDirectory() as folder:
-            os.mkfifo(f"{folder}/fifo")
-            simulator = self.start("--log", f"{folder}/fifo")
-            with simulator.window() as window:
-                self.assertEqual(window.execute(READ, 0x42, 0x1000, 0, 4), 0)
-                with open(f"{folder}/fifo", encoding="ascii") as fifo:
-                    frames = [fifo.readline().split()[2] for _ in range(8)]
-            self.assertIn("642#4000100000000000", frames)
-            self.check_served_and_ended(simulator)
+        os.mkfifo(f"{self.folder}/fifo")
+        simulator = self.start("--log", f"{self.folder}/fifo")
+        with simulator.window() as window:
+            self.assertEqual(window.execute(READ, 0x42, 0x1000, 0, 4), 0)
+            with open(f"{self.folder}/fifo", encoding="ascii") as fifo:
+                frames = [fifo.readline().split()[2] for _ in range(8)]
+        self.assertIn("642#4000100000000000", frames)
+        self.check_served_and_ended(simulator)
 
     def test_log_is_whole_once_it_is_read(self):
         simulator = self.start("--log", f"/dev/fd/{self.pipe.into}")
@@ -96,8 +93,7 @@ class Unread(unittest.TestCase):
 
     def test_standard_error(self):
         simulator = Simulator(PROGRAM, "--demo", "--control", "127.0.0.1:0", stderr=self.pipe.into, test=self)
-        host, port = simulator.where["control"].rsplit(":", 1)
-        with socket.create_connection((host, int(port)), timeout=LIMIT) as control:
+        with simulator.connect("control") as control:
             control.sendall(b"fault 0x42 abort code=0x08000021 count=1\n")
             self.assertEqual(control.recv(100), b"ok 1\n")
         with simulator.window() as window:
@@ -116,19 +112,17 @@ class Unread(unittest.TestCase):
         return process
 
     def test_standard_output_stuck(self):
-        with tempfile.TemporaryDirectory() as folder:
-            process = self.start_on_a_manual_clock(folder)
-            process.stdin.write(100 * "pass 1s\n")
-            process.stdin.flush()
-            process.send_signal(signal.SIGTERM)
-            self.assertEqual(process.wait(LIMIT), 0)
+        process = self.start_on_a_manual_clock(self.folder)
+        process.stdin.write(100 * "pass 1s\n")
+        process.stdin.flush()
+        process.send_signal(signal.SIGTERM)
+        self.assertEqual(process.wait(LIMIT), 0)
 
     def test_standard_output_read_late(self):
-        with tempfile.TemporaryDirectory() as folder:
-            process = self.start_on_a_manual_clock(folder)
-            process.stdin.write(5000 * "pass 1s\n")
-            process.stdin.flush()
-            lines = self.pipe.read_until("at 5000.000000\n").splitlines()
+        process = self.start_on_a_manual_clock(self.folder)
+        process.stdin.write(5000 * "pass 1s\n")
+        process.stdin.flush()
+        lines = self.pipe.read_until("at 5000.000000\n").splitlines()
         self.assertEqual(lines[1:], [f"at {second}.000000" for second in range(1, 5001)])
 
 

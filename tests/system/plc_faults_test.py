@@ -6,8 +6,6 @@ import os
 import pathlib
 import subprocess
 import sys
-import tempfile
-import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests/support"))
@@ -20,7 +18,7 @@ PROGRAM = program_from_arguments(sys.argv, 1)
 CLOSED = "the plant has closed the Modbus connection"
 
 
-class Faults(unittest.TestCase):
+class Faults(cases.Case):
     def plant(self, *faults):
         plant = Plant("--demo", *(word for fault in faults for word in ("--fault", f"plc:{fault}")), program=PROGRAM)
         self.addCleanup(plant.stop)
@@ -75,15 +73,14 @@ class Faults(unittest.TestCase):
         self.assertEqual(self.window(plant).execute(READ, 66, 0x1000, 0, 4), 0)
 
     def test_restart_of_the_program(self):
-        with tempfile.TemporaryDirectory() as folder:
-            started = pathlib.Path(folder) / "started"
-            program = ("import os, sys\nfrom cbcan_plant import Plant, Window\nplant = Plant.around()\nwindow = Window(plant)\n"
-                       f"open({str(started)!r}, 'a').write(f'{{plant.now}} {{window.read(3710)[0]}}\\n')\n"
-                       "plant.advance('1s')\nwindow.write(3710, 7)\nsys.exit(3)")
-            made = subprocess.run([PROGRAM, "--demo", "--clock", "manual", "--fault", "plc:plc-restart count=1", "--", sys.executable, "-c", program],
-                                  env={**os.environ, "PYTHONPATH": str(ROOT / "tools/python")}, timeout=LIMIT)
-            self.assertEqual(made.returncode, 3)
-            self.assertEqual(started.read_text(), "0.0 0\n1.0 7\n")
+        started = self.folder / "started"
+        program = ("import os, sys\nfrom cbcan_plant import Plant, Window\nplant = Plant.around()\nwindow = Window(plant)\n"
+                   f"open({str(started)!r}, 'a').write(f'{{plant.now}} {{window.read(3710)[0]}}\\n')\n"
+                   "plant.advance('1s')\nwindow.write(3710, 7)\nsys.exit(3)")
+        made = subprocess.run([PROGRAM, "--demo", "--clock", "manual", "--fault", "plc:plc-restart count=1", "--", sys.executable, "-c", program],
+                              env={**os.environ, "PYTHONPATH": str(ROOT / "tools/python")}, timeout=LIMIT)
+        self.assertEqual(made.returncode, 3)
+        self.assertEqual(started.read_text(), "0.0 0\n1.0 7\n")
 
     def test_at_run_time_and_where_they_cannot_be(self):
         plant = self.plant()

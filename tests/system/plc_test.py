@@ -1,88 +1,50 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""PLCs that own their registers, as pymodbus's server over TCP and libmodbus's on a serial line, and cbcan-sim as their module."""
+"""PLCs that own their registers, over TCP and, as libmodbus's server, on a serial line, and cbcan-sim as their module."""
 
-import asyncio
 import ctypes
-import logging
 import os
 import pathlib
 import socket
 import subprocess
 import sys
-import threading
 import tty
 import unittest
-
-from pymodbus.datastore import ModbusSequentialDataBlock, ModbusServerContext, ModbusSlaveContext
-from pymodbus.server.async_io import ModbusTcpServer
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases
 from mcu import crc
+from owned_registers import OwnedRegisters
 from serial_line import SerialLine
 from simulator import LIMIT, Simulator, program_from_arguments, wait_until
 
 PROGRAM = program_from_arguments(sys.argv)
-logging.disable()  # pymodbus logs every closed connection
 
 
-class Block(ModbusSequentialDataBlock):
-    def __init__(self, first, count):
-        super().__init__(first, [0] * count)
-        self.changed = threading.Condition()
+class Plc(OwnedRegisters):
+    """A PLC with the registers `first`.. and a program in this thread."""
 
-    def setValues(self, address, values):
-        with self.changed:
-            super().setValues(address, values)
-            self.changed.notify_all()
-
-
-class Plc:
-    """pymodbus's server. Unit 1 has holding registers `first`.., and a program in this thread."""
-
-    def __init__(self, first, count=300):
+    def __init__(self, first):
+        super().__init__()
         self.first = first
-        self.block = Block(first, count)
-        self.context = ModbusServerContext({1: ModbusSlaveContext(hr=self.block, zero_mode=True)}, single=False)
-        self.loop = asyncio.new_event_loop()
-        self.started = threading.Event()
-        self.thread = threading.Thread(target=lambda: self.loop.run_until_complete(self.serve()))
-        self.thread.start()
-        assert self.started.wait(LIMIT)
 
-    async def serve(self):
-        self.end = asyncio.Event()
-        server = ModbusTcpServer(self.context, address=("127.0.0.1", 0))
-        task = asyncio.ensure_future(server.serve_forever())
-        await server.serving
-        self.port = server.server.sockets[0].getsockname()[1]
-        self.started.set()
-        await self.end.wait()
-        await server.server_close()
-        task.cancel()
+    def set(self, at, words):
+        with self.changed:
+            self.write(self.first + at, words)
 
-    def stop(self):
-        self.loop.call_soon_threadsafe(self.end.set)
-        self.thread.join(LIMIT)
-
-    def write(self, at, words):
-        self.block.setValues(self.first + at, words)
-
-    def read(self, at, count):
-        return self.block.getValues(self.first + at, count)
+    def get(self, at, count):
+        return self.read(self.first + at, count)
 
     def until(self, at, words):
-        with self.block.changed:
-            found = self.block.changed.wait_for(lambda: self.read(at, len(words)) == words, LIMIT)
-        assert found, f"{self.read(at, len(words))} instead of {words}"
+        with self.changed:
+            found = self.changed.wait_for(lambda: self.get(at, len(words)) == words, LIMIT)
+        assert found, f"{self.get(at, len(words))} instead of {words}"
 
     def execute(self, *words):
-        with self.block.changed:
-            self.write(1, list(words))
-            self.write(0, [0xCA0E])
-            assert self.block.changed.wait_for(lambda: self.read(0, 1)[0] != 0xCA0E, LIMIT)
-        return self.read(0, 1)[0]
+        with self.changed:
+            self.write(self.first, [0xCA0E, *words])
+            assert self.changed.wait_for(lambda: self.get(0, 1)[0] != 0xCA0E, LIMIT)
+        return self.get(0, 1)[0]
 
 
 class Mapping(ctypes.Structure):
@@ -135,11 +97,11 @@ class OnTheNet(unittest.TestCase):
         plc = Plc(3700)
         simulator = self.start(plc)
         self.assertEqual(plc.execute(5066, 0x42, 0x6411, 1, 2, 300), 0)
-        plc.write(6, [0xFFFF, 0xFFFF])
+        plc.set(6, [0xFFFF, 0xFFFF])
         self.assertEqual(plc.execute(5055, 0x42, 0x6411, 1, 2), 0)
-        self.assertEqual(plc.read(5, 3), [2, 300, 0xFFFF])
+        self.assertEqual(plc.get(5, 3), [2, 300, 0xFFFF])
         self.assertEqual(plc.execute(5055, 0x20, 0x3333, 0, 4), 4)
-        self.assertEqual(plc.read(6, 2), [0x0000, 0x0602])
+        self.assertEqual(plc.get(6, 2), [0x0000, 0x0602])
         self.assertEqual(simulator.frames()[-6:], ["642#2B1164012C010000", "5C2#6011640100000000", "642#4011640100000000",
                                                    "5C2#4B1164012C010000", "620#4033330000000000", "5A0#8033330000000206"])
 
@@ -147,7 +109,7 @@ class OnTheNet(unittest.TestCase):
         for more, result, frames in (((), 0, ["000#0142"]), (("--set", "plc.at_start=execute"), 0, ["000#0142"]),
                                      (("--set", "plc.at_start=refuse"), 5, [])):
             plc = Plc(3700)
-            plc.write(0, [0xCA0E, 5066, 0, 0x1F82, 0x42, 0, 5])
+            plc.set(0, [0xCA0E, 5066, 0, 0x1F82, 0x42, 0, 5])
             simulator = self.start(plc, *more)
             plc.until(0, [result])
             self.assertEqual(plc.execute(5055, 0x42, 0x1000, 0, 4), 0)
@@ -158,26 +120,17 @@ class OnTheNet(unittest.TestCase):
         simulator = self.start(plc, "--set", "module.scanner_out_first=700", "--set", "module.channels=1",
                                "--set", "plc.layout=scanner", "--set", "plc.process_first=1174")
         plc.until(71, [5])
-        plc.write(0, [1])
+        plc.set(0, [1])
         plc.until(70, [1, 5, 1])
-        plc.write(1, [5055, 0x42, 0x1000, 0, 4])
-        plc.write(0, [2])
+        plc.set(1, [5055, 0x42, 0x1000, 0, 4])
+        plc.set(0, [2])
         plc.until(70, [2])
-        self.assertEqual(plc.read(71, 5), [0, 2, 4, 0x0191, 0x000F])
-        plc.write(150 + 64, [0x1234])
+        self.assertEqual(plc.get(71, 5), [0, 2, 4, 0x0191, 0x000F])
+        plc.set(150 + 64, [0x1234])
         with simulator.window() as window:
             wait_until(lambda: window.read(3864, 1) == [0x1234], "the output")
             window.write(3801, [77])
         plc.until(151, [77])
-
-    def test_a_plc_that_comes_and_goes_is_told_once(self):
-        with socket.create_server(("127.0.0.1", 0)) as listener:
-            port = listener.getsockname()[1]
-        with Simulator(PROGRAM, "--demo", "--plc", f"127.0.0.1:{port}", "--set", "plc.first=10") as simulator:
-            wait_until(simulator.errors, "a line about it")
-            with simulator.window() as window:
-                self.assertEqual(window.execute(5055, 0, 0x3001, 0, 1), 0)
-            self.assertEqual(simulator.errors(), [f"cbcan-sim: plc 127.0.0.1:{port}: Connection refused; it is retried"])
 
     def test_a_plc_that_is_gone_is_seen_on_the_bus(self):
         plc = Plc(3700)
@@ -186,7 +139,7 @@ class OnTheNet(unittest.TestCase):
         self.assertEqual(plc.execute(5066, 0, 0x1F82, 127, 0, 5), 0)
         simulator.wait_for_frame("77F#05")
         self.assertEqual(plc.execute(5055, 0, 0x300C, 0, 1), 0)
-        self.assertEqual(plc.read(6, 1), [5])
+        self.assertEqual(plc.get(6, 1), [5])
         plc.stop()
         wait_until(lambda: [line for line in simulator.frames() if line.startswith("77F#")][-1] == "77F#7F", "pre-operational")
 

@@ -9,7 +9,6 @@ import signal
 import socket
 import subprocess
 import sys
-import tempfile
 import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
@@ -32,7 +31,7 @@ def frame(hexadecimal):
     return data + crc(data)
 
 
-class Starting(unittest.TestCase):
+class Starting(cases.Case):
     def check_refused(self, done, code, *texts):
         self.assertEqual(done.returncode, code, done.stderr)
         self.assertEqual(done.stdout, "")
@@ -41,14 +40,13 @@ class Starting(unittest.TestCase):
 
     def test_a_service_manager_hears_when_it_serves(self):
         """sd_notify(3): a datagram to the socket that NOTIFY_SOCKET names; @ begins a name outside of the file system."""
-        with tempfile.TemporaryDirectory() as folder:
-            for name in (f"{folder}/notify", f"@cbcan-test-{os.getpid()}"):
-                with self.subTest(name=name), socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as manager:
-                    manager.settimeout(LIMIT)
-                    manager.bind(name.replace("@", "\0"))
-                    with Simulator(PROGRAM, "--demo", env=os.environ | {"NOTIFY_SOCKET": name}) as simulator:
-                        self.assertEqual(manager.recv(100), b"READY=1")
-                        self.assertEqual(simulator.stop(), (0, ""))
+        for name in (f"{self.folder}/notify", f"@cbcan-test-{os.getpid()}"):
+            with self.subTest(name=name), socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as manager:
+                manager.settimeout(LIMIT)
+                manager.bind(name.replace("@", "\0"))
+                with Simulator(PROGRAM, "--demo", env=os.environ | {"NOTIFY_SOCKET": name}) as simulator:
+                    self.assertEqual(manager.recv(100), b"READY=1")
+                    self.assertEqual(simulator.stop(), (0, ""))
 
     def test_a_service_manager_that_is_gone(self):
         for name, why in (("/nonexistent/notify", "No such file or directory"), ("/" + 200 * "n", "File name too long")):
@@ -57,45 +55,40 @@ class Starting(unittest.TestCase):
                                                        "it does not hear that cbcan-sim serves\n"))
 
     def test_a_folder_and_a_program_where_a_file_is_meant(self):
-        with tempfile.TemporaryDirectory() as folder:
-            for option in (("--config", folder), ("--node", f"5={folder}"), ("--demo", "--set", f"node.32.device={folder}/x.lua")):
-                pathlib.Path(folder, "x.lua").mkdir(exist_ok=True)
-                self.check_refused(run("--check", *option), 2, f"cbcan-sim: {folder}", ": this is a folder; name a file in it\n")
+        for option in (("--config", self.folder), ("--node", f"5={self.folder}"), ("--demo", "--set", f"node.32.device={self.folder}/x.lua")):
+            (self.folder / "x.lua").mkdir(exist_ok=True)
+            self.check_refused(run("--check", *option), 2, f"cbcan-sim: {self.folder}", ": this is a folder; name a file in it\n")
         done = run("--check", "--node", "5=/bin/ls")
         self.check_refused(done, 2, "/bin/ls: not one object in it that a node could have; write an EDS or DCF file\n")
         self.assertEqual(len(done.stderr.splitlines()), 1)
 
     def test_check_refuses_what_a_start_refuses(self):
-        with tempfile.TemporaryDirectory() as folder:
-            parameters = pathlib.Path(folder, "module.txt")
-            parameters.write_text("not a parameter\n")
-            missing = f"{folder}/none/x: there is no folder {folder}/none; make it first\n"
-            for options, why in ((("--rtu", "/dev/x", "--set", "rtu.baud=9601"), "--set rtu.baud=9601: rtu.baud 9601: must be 1200, 2400, 4800, 9600"),
-                                 (("--set", "plc.device=/dev/x", "--set", "plc.baud=9601"), "plc.baud 9601: must be 1200"),
-                                 (("--modbus", "127.0.0.1:5000", "--control", ":5000"), "control.listen 127.0.0.1:5000: modbus.port has it already"),
-                                 (("--rtu", "/dev/x", "--can", "slcan:/dev/x"), "can.spec /dev/x: rtu.device has it already"),
-                                 (("--rtu", "/dev/x,9601,E,1"), "must be the path alone; the others are --set rtu.baud=, rtu.parity= and rtu.station="),
-                                 (("--rtu", parameters), f"rtu.device {parameters}: no serial port; write the path of one"),
-                                 (("--log", f"{folder}/none/x"), f"log.file {missing}"),
-                                 (("--record", f"{folder}/none/x"), f"log.record {missing}"),
-                                 (("--pcap", f"{folder}/none/x"), f"log.pcap {missing}"),
-                                 (("--control", f"unix:{folder}/none/x"), f"control.listen {missing}"),
-                                 (("--slcan", f"pty:{folder}/none/x"), f"can.slcan {missing}"),
-                                 (("--set", f"module.parameters={folder}/none/x"), f"module.parameters {missing}"),
-                                 (("--set", f"node.66.parameters={folder}/none/x"), f"node.parameters {missing}"),
-                                 (("--wire", "66:output:99=16:0x6040"), "cbcan-sim: --wire 66:output:99=16:0x6040: wire "),
-                                 (("--set", f"module.parameters={parameters}"), f"{parameters}:1: ")):
-                with self.subTest(options=options):
-                    self.check_refused(run("--demo", *options), 2, why)
-                    self.check_refused(run("--check", "--demo", *options), 2, why)
+        parameters = self.write("module.txt", "not a parameter\n")
+        missing = f"{self.folder}/none/x: there is no folder {self.folder}/none; make it first\n"
+        for options, why in ((("--rtu", "/dev/x", "--set", "rtu.baud=9601"), "--set rtu.baud=9601: rtu.baud 9601: must be 1200, 2400, 4800, 9600"),
+                             (("--set", "plc.device=/dev/x", "--set", "plc.baud=9601"), "plc.baud 9601: must be 1200"),
+                             (("--modbus", "127.0.0.1:5000", "--control", ":5000"), "control.listen 127.0.0.1:5000: modbus.port has it already"),
+                             (("--rtu", "/dev/x", "--can", "slcan:/dev/x"), "can.spec /dev/x: rtu.device has it already"),
+                             (("--rtu", "/dev/x,9601,E,1"), "must be the path alone; the others are --set rtu.baud=, rtu.parity= and rtu.station="),
+                             (("--rtu", parameters), f"rtu.device {parameters}: no serial port; write the path of one"),
+                             (("--log", f"{self.folder}/none/x"), f"log.file {missing}"),
+                             (("--record", f"{self.folder}/none/x"), f"log.record {missing}"),
+                             (("--pcap", f"{self.folder}/none/x"), f"log.pcap {missing}"),
+                             (("--control", f"unix:{self.folder}/none/x"), f"control.listen {missing}"),
+                             (("--slcan", f"pty:{self.folder}/none/x"), f"can.slcan {missing}"),
+                             (("--set", f"module.parameters={self.folder}/none/x"), f"module.parameters {missing}"),
+                             (("--set", f"node.66.parameters={self.folder}/none/x"), f"node.parameters {missing}"),
+                             (("--wire", "66:output:99=16:0x6040"), "cbcan-sim: --wire 66:output:99=16:0x6040: wire "),
+                             (("--set", f"module.parameters={parameters}"), f"{parameters}:1: ")):
+            with self.subTest(options=options):
+                self.check_refused(run("--demo", *options), 2, why)
+                self.check_refused(run("--check", "--demo", *options), 2, why)
 
     def test_wrong_files(self):
-        with tempfile.TemporaryDirectory() as folder:
-            plant = pathlib.Path(folder) / "plant.toml"
-            plant.write_text('[[node]]\nid = 5\neds = "missing.eds"\n')
-            self.check_refused(run("--config", str(plant), "--modbus", "127.0.0.1:0"), 2, f"{plant}:1: ", "missing.eds")
-            plant.write_bytes(bytes(range(256)))  # the line end is among them
-            self.check_refused(run("--config", str(plant)), 2, f"{plant}:2: ", "UTF-8")
+        plant = self.write("plant.toml", '[[node]]\nid = 5\neds = "missing.eds"\n')
+        self.check_refused(run("--config", str(plant), "--modbus", "127.0.0.1:0"), 2, f"{plant}:1: ", "missing.eds")
+        plant.write_bytes(bytes(range(256)))  # the line end is among them
+        self.check_refused(run("--config", str(plant)), 2, f"{plant}:2: ", "UTF-8")
 
     def test_files_without_an_end(self):
         modbus = ("--modbus", "127.0.0.1:0")
@@ -103,13 +96,12 @@ class Starting(unittest.TestCase):
         self.check_refused(run("--demo", "--set", "node.0x42.parameters=/dev/full", *modbus), 2, "cbcan-sim: /dev/full: more than 16 MiB; ")
 
     def test_plant_file_made_to_hurt_the_parser(self):
-        with tempfile.TemporaryDirectory() as folder:
-            plant = pathlib.Path(folder) / "plant.toml"
-            for line in (".".join(200_000 * "a") + " = 1", "[" + ".".join(200_000 * "a") + "]", 5_000_000 * "a" + " = 1"):
-                plant.write_text(f"[modbus]\n{line}\n")
-                self.check_refused(run("--config", str(plant)), 2, f"{plant}:2: a line of more than 10000 characters; ")
-            plant.write_text(500 * (9_990 * "a" + " = 1\n[[network]]\n"))
-            self.check_refused(run("--config", str(plant)), 2, f"{plant}:1: aaa")
+        plant = self.folder / "plant.toml"
+        for line in (".".join(200_000 * "a") + " = 1", "[" + ".".join(200_000 * "a") + "]", 5_000_000 * "a" + " = 1"):
+            plant.write_text(f"[modbus]\n{line}\n")
+            self.check_refused(run("--config", str(plant)), 2, f"{plant}:2: a line of more than 10000 characters; ")
+        plant.write_text(500 * (9_990 * "a" + " = 1\n[[network]]\n"))
+        self.check_refused(run("--config", str(plant)), 2, f"{plant}:1: aaa")
 
     def test_port_in_use(self):
         with socket.create_server(("127.0.0.1", 0)) as other:
@@ -154,15 +146,14 @@ class Starting(unittest.TestCase):
             self.assertEqual(done.returncode, 0)
 
     def test_a_pipe_that_nobody_writes_to(self):
-        with tempfile.TemporaryDirectory() as folder:
-            pipe = f"{folder}/plant.toml"
-            os.mkfifo(pipe)
-            why = f"{pipe}: a pipe that no program writes to; name a file, or start its writer first"
-            self.check_refused(run("--config", pipe), 2, why)
-            done = run("run", pipe)
-            self.assertEqual((done.returncode, done.stdout), (2, f"WRONG {pipe}\n{why}\n0 passed, 1 wrong\n"))
-            self.check_refused(run("run", folder), 2, f"{folder}: no file *.toml in it has a [[step]]")
-            self.check_refused(run("--modbus", "127.0.0.1:0", "--node", f"5={pipe}"), 2, why)
+        pipe = f"{self.folder}/plant.toml"
+        os.mkfifo(pipe)
+        why = f"{pipe}: a pipe that no program writes to; name a file, or start its writer first"
+        self.check_refused(run("--config", pipe), 2, why)
+        done = run("run", pipe)
+        self.assertEqual((done.returncode, done.stdout), (2, f"WRONG {pipe}\n{why}\n0 passed, 1 wrong\n"))
+        self.check_refused(run("run", self.folder), 2, f"{self.folder}: no file *.toml in it has a [[step]]")
+        self.check_refused(run("--modbus", "127.0.0.1:0", "--node", f"5={pipe}"), 2, why)
 
     def test_a_pipe_with_a_writer(self):
         done = subprocess.run(["bash", "-c", f"{PROGRAM} --check --config <(sleep 0.01; printf '[module]\nnode_id = 300\n')"], capture_output=True, text=True,
@@ -171,27 +162,26 @@ class Starting(unittest.TestCase):
 
     def test_nothing_that_is_quoted_commands_the_terminal(self):
         evil = "\x1b[2J\nready modbus=0.0.0.0:1 \x9b"
-        with tempfile.TemporaryDirectory() as folder:
-            path = pathlib.Path(folder)
-            (path / f"a{evil}.toml").write_text('plant = "demo"\n[[step]]\nat = "0ms"\nexpect = "register 0 = 1"\n')
-            lua = "".join(f"\\{byte:03}" for byte in evil.encode())
-            (path / "print.lua").write_text(f'function update(now) print("printed{lua}") error("failed{lua}") end\n')
-            (path / "load.lua").write_text(f'error("refused{lua}")\n')
-            for name in ("print", "load"):
-                (path / f"{name}.toml").write_text(f'[modbus]\nport = 0\n[[node]]\nid = 5\neds = "{ROOT}/plants/demo/generic.eds"\ndevice = "{name}.lua"\n')
-            outputs = [run("run", folder), run("--config", f"{folder}/load.toml"), run("--demo", "--log", f"{folder}/no{evil}/log"),
-                       run("--demo", "--set", f"node.32.device={folder}/load.lua"), run("run", f"--x{evil}"),
-                       run("--demo", "--modbus", ":0", "--clock", "manual", "--slcan", f"pty:{folder}/pty{evil}", stdin=subprocess.DEVNULL)]
-            simulator = Simulator(PROGRAM, "--config", f"{folder}/print.toml", "--control", "127.0.0.1:0")
-            wait_until(lambda: "printed" in "".join(simulator.errors()), "the script's words")
-            said = simulator.stop()[1]
+        path = self.folder
+        (path / f"a{evil}.toml").write_text('plant = "demo"\n[[step]]\nat = "0ms"\nexpect = "register 0 = 1"\n')
+        lua = "".join(f"\\{byte:03}" for byte in evil.encode())
+        (path / "print.lua").write_text(f'function update(now) print("printed{lua}") error("failed{lua}") end\n')
+        (path / "load.lua").write_text(f'error("refused{lua}")\n')
+        for name in ("print", "load"):
+            (path / f"{name}.toml").write_text(f'[modbus]\nport = 0\n[[node]]\nid = 5\neds = "{ROOT}/plants/demo/generic.eds"\ndevice = "{name}.lua"\n')
+        outputs = [run("run", self.folder), run("--config", f"{self.folder}/load.toml"), run("--demo", "--log", f"{self.folder}/no{evil}/log"),
+                   run("--demo", "--set", f"node.32.device={self.folder}/load.lua"), run("run", f"--x{evil}"),
+                   run("--demo", "--modbus", ":0", "--clock", "manual", "--slcan", f"pty:{self.folder}/pty{evil}", stdin=subprocess.DEVNULL)]
+        simulator = Simulator(PROGRAM, "--config", f"{self.folder}/print.toml", "--control", "127.0.0.1:0")
+        wait_until(lambda: "printed" in "".join(simulator.errors()), "the script's words")
+        said = simulator.stop()[1]
         self.assertEqual(outputs[0].returncode, 1, outputs[0].stderr)
         for text in [output.stdout + output.stderr for output in outputs] + [said]:
             self.assertIn("ready modbus=0.0.0.0:1", text)
             self.assertNotRegex(text, r"[^\n\x20-\x7e\u00a0-\U0010ffff]|\nready")
 
 
-class Diagnostics(unittest.TestCase):
+class Diagnostics(cases.Case):
     """R4100..R4140, as in an image for a microcontroller."""
 
     def check(self, plc, registers):
@@ -201,8 +191,7 @@ class Diagnostics(unittest.TestCase):
     def test_what_can_be_known(self):
         with Simulator(PROGRAM, "--demo", "--clock", "manual", "--control", "127.0.0.1:0", "--set", "rtu.listen=127.0.0.1:0",
                        stdin=subprocess.PIPE) as simulator, simulator.window() as plc:
-            host, port = simulator.where["control"].split(":")
-            with socket.create_connection((host, int(port)), timeout=LIMIT) as control, control.makefile("rw") as lines:
+            with simulator.connect("control") as control, control.makefile("rw") as lines:
                 def command(line):
                     print(line, file=lines, flush=True)
                     return lines.readline()
@@ -226,18 +215,16 @@ class Diagnostics(unittest.TestCase):
                 plc.start(READ, 0x42, 0x1000, 0, 4)
                 command("pass 1ms")
                 self.assertGreater(plc.read(4120, 1)[0], 0)
-                host, port = simulator.where["rtu_tcp"].split(":")
-                with socket.create_connection((host, int(port)), timeout=LIMIT) as rtu:
+                with simulator.connect("rtu_tcp") as rtu:
                     rtu.sendall(frame("0103100B0001"))  # R4107
                     self.assertEqual(rtu.recv(7, socket.MSG_WAITALL), frame("0103020010"))
 
     def test_in_a_scenario(self):
-        with tempfile.TemporaryDirectory() as folder:
-            scenario = pathlib.Path(folder) / "diagnostics.toml"
-            scenario.write_text('plant = "demo"\n[[step]]\ndo = ["trigger read 0x42 0x1000 0 4", "fault bus bus-off"]\n'
-                                'expect = ["register 4107 = 16", "register 4126 = 1 0 0 0"]\n')
-            done = run("run", scenario)
-            self.assertEqual(done.returncode, 0, done.stdout)
+        scenario = self.folder / "diagnostics.toml"
+        scenario.write_text('plant = "demo"\n[[step]]\ndo = ["trigger read 0x42 0x1000 0 4", "fault bus bus-off"]\n'
+                            'expect = ["register 4107 = 16", "register 4126 = 1 0 0 0"]\n')
+        done = run("run", scenario)
+        self.assertEqual(done.returncode, 0, done.stdout)
 
     def test_the_result_after_a_start(self):
         for options, result in (((), 0), (("--set", "module.start_result=5"), 5)):
@@ -304,29 +291,26 @@ class Ending(unittest.TestCase):
         return pathlib.Path(f"/proc/{process.pid}/stat").read_text().rsplit(")", 1)[1].split()[0]
 
 
-class BehindTheClock(unittest.TestCase):
+class BehindTheClock(cases.Case):
     """update() takes 0.4 ms and more, and is to be called every 10 us."""
 
     def test_clients_and_signals_have_their_turn(self):
-        with tempfile.TemporaryDirectory() as folder:
-            generic = pathlib.Path(__file__).resolve().parents[2] / "plants/demo/generic.eds"
-            pathlib.Path(folder, "slow.lua").write_text("function update(now) for i = 1, 90000 do end return now + 1e-5 end\n")
-            plant = pathlib.Path(folder, "plant.toml")
-            plant.write_text(f'[[node]]\nid = 20\neds = "{generic}"\ndevice = "slow.lua"\n[[node]]\nid = 32\neds = "{generic}"\n')
-            simulator = Simulator(PROGRAM, "--config", str(plant), "--control", "127.0.0.1:0", log=False, test=self)
-            host, port = simulator.where["control"].rsplit(":", 1)
-            with simulator.window() as window, socket.create_connection((host, int(port)), timeout=LIMIT) as control:
-                def is_said():
-                    window.write(3700, [0xCA0E, READ, 32, 0x2004, 0, 4])
-                    self.assertEqual(window.read(3700, 1), [0])
-                    control.sendall(b"get 32 0x2004\n")
-                    self.assertTrue(control.recv(100).startswith(b"ok "))
-                    return simulator.errors()
-                wait_until(is_said, "the plant is behind")
-            code, error = simulator.stop()
-            self.assertEqual(code, 0)
-            self.assertEqual(error, "cbcan-sim: the plant is more than 1 s behind the clock: its nodes take more time than there "
-                                    "is; let scripts be called less often, or use --clock manual\n")
+        generic = pathlib.Path(__file__).resolve().parents[2] / "plants/demo/generic.eds"
+        (self.folder / "slow.lua").write_text("function update(now) for i = 1, 90000 do end return now + 1e-5 end\n")
+        plant = self.write("plant.toml", f'[[node]]\nid = 20\neds = "{generic}"\ndevice = "slow.lua"\n[[node]]\nid = 32\neds = "{generic}"\n')
+        simulator = Simulator(PROGRAM, "--config", str(plant), "--control", "127.0.0.1:0", log=False, test=self)
+        with simulator.window() as window, simulator.connect("control") as control:
+            def is_said():
+                window.write(3700, [0xCA0E, READ, 32, 0x2004, 0, 4])
+                self.assertEqual(window.read(3700, 1), [0])
+                control.sendall(b"get 32 0x2004\n")
+                self.assertTrue(control.recv(100).startswith(b"ok "))
+                return simulator.errors()
+            wait_until(is_said, "the plant is behind")
+        code, error = simulator.stop()
+        self.assertEqual(code, 0)
+        self.assertEqual(error, "cbcan-sim: the plant is more than 1 s behind the clock: its nodes take more time than there "
+                                "is; let scripts be called less often, or use --clock manual\n")
 
 
 cases.main()

@@ -8,7 +8,6 @@ import re
 import socket
 import subprocess
 import sys
-import tempfile
 import tty
 import unittest
 
@@ -69,16 +68,14 @@ class OnALine(unittest.TestCase):
         self.assertEqual(self.mbpoll("-r", "600", "-c", "6", []), [2, 0, 2, 4, 0x0191, 0x000F])
 
 
-class AtTheOtherEnd(unittest.TestCase):
+class AtTheOtherEnd(cases.Case):
     def open(self):
         master, slave = os.openpty()
         tty.setraw(slave)
         return master, slave, os.ttyname(slave)
 
     def test_a_port_that_is_gone_is_told_once_and_taken_again(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        link = pathlib.Path(folder.name) / "line"
+        link = self.folder / "line"
         master, slave, name = self.open()
         link.symlink_to(name)
         with Simulator(PROGRAM, "--demo", "--rtu", f"{link}", "--set", "rtu.baud=115200") as simulator:

@@ -13,7 +13,6 @@ import sys
 import tempfile
 import threading
 import time
-import unittest
 import xml.etree.ElementTree as ElementTree
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
@@ -37,7 +36,7 @@ def run(*arguments):
     return subprocess.run([PROGRAM, "run", *map(str, arguments)], capture_output=True, text=True, timeout=LIMIT)
 
 
-class Shipped(unittest.TestCase):
+class Shipped(cases.Case):
     def test_all_pass(self):
         begin = time.monotonic()
         done = run(ROOT / "scenarios")
@@ -98,9 +97,9 @@ class Shipped(unittest.TestCase):
                         if words[3700] == 0xCA0E:
                             words[3700:3770] = [0] * 70
                     client.sendall(header[:5] + bytes([len(response) + 1, header[6]]) + response)
-        with socket.create_server(("127.0.0.1", 0)) as listener, tempfile.TemporaryDirectory() as folder:
+        with socket.create_server(("127.0.0.1", 0)) as listener:
             threading.Thread(target=serve, args=(listener,), daemon=True).start()
-            plain = pathlib.Path(folder) / "plain.toml"
+            plain = self.folder / "plain.toml"
             plain.write_text('[[step]]\ndo = "trigger write 5 0x2000 0 4 1"\nwait = "transaction ended"\nexpect = "register 3700 = 0"\n')
             done = run("--target", "127.0.0.1:%d" % listener.getsockname()[1], plain)
         self.assertEqual(done.returncode, 2)
@@ -113,8 +112,8 @@ class Shipped(unittest.TestCase):
         self.assertGreaterEqual(time.monotonic() - begin, 2.2)
 
     def test_on_another_implementation_of_the_registers(self):
-        with Simulator(PROGRAM, "--demo", "--sdo-timeout", "200") as simulator, tempfile.TemporaryDirectory() as folder:
-            plain = pathlib.Path(folder) / "plain.toml"
+        with Simulator(PROGRAM, "--demo", "--sdo-timeout", "200") as simulator:
+            plain = self.folder / "plain.toml"
             plain.write_text('plant = "demo"\n[[step]]\ndo = "trigger read 99 0x1000 0 4"\nwait = "transaction ended"\n'
                              'expect = ["took >= 200ms", "register 3700 = 4", "register 3706 = 0 0x0504"]\n')
             done = run("--target", f"127.0.0.1:{simulator.port}", plain, *(ROOT / f"scenarios/{name}.toml" for name in (
@@ -130,65 +129,54 @@ class Shipped(unittest.TestCase):
         self.assertIn(f"127.0.0.1:{simulator.port}", done.stdout)
 
 
-class FromOutside(unittest.TestCase):
+class FromOutside(cases.Case):
     def test_a_session_becomes_a_scenario(self):
-        with tempfile.TemporaryDirectory() as folder:
-            recorded = pathlib.Path(folder) / "session.toml"
-            with Simulator(PROGRAM, "--demo", "--record", str(recorded), "--control", "127.0.0.1:0", "--sdo-timeout", "1000") as simulator:
-                with simulator.window() as window, socket.create_connection(simulator.where["control"].split(":"), timeout=LIMIT) as control:
-                    self.assertEqual(window.execute(5066, 0x42, 0x6411, 1, 2, 300), 0)
-                    self.assertEqual(window.execute(5055, 0x42, 0x6411, 1, 2), 0)
-                    control.sendall(b"fault 0x42 abort code=0x08000021\nget 0x42 0x1000\n")
-                    replies = control.makefile()
-                    self.assertEqual([replies.readline() for _ in range(2)], ["ok 1\n", "ok 983441\n"])
-                    self.assertEqual(window.execute(5055, 0x42, 0x6411, 1, 2), 4)
-                    self.assertEqual(window.execute(5055, 99, 0x6411, 1, 2), 4)
-                    control.sendall(b"set 99 0x6401:1 5\nincident 1 no-such on\nset 0x42 0x6401:1 5\n")
-                    self.assertEqual([replies.readline()[:2] for _ in range(3)], ["er", "er", "ok"])
-                    for number in (1, 2):
-                        window.write(700, [number, 5055, 0x42, 0x6411, 1, 2])
-                        self.assertEqual(window.read(800, 1), [number])
-            text = recorded.read_text()
-            self.assertTrue(text.startswith('plant = "demo"\n\n[[step]]\nat = "'), text)
-            self.assertIn('do = "write 3700 51726 5066 66 25617 1 2 300"\n', text)
-            self.assertIn('expect = ["register 3700 = 0", "register 3705 = 2 300"]\n', text)
-            self.assertIn('do = "fault 0x42 abort code=0x08000021"\n', text)
-            self.assertIn('expect = ["register 3700 = 4", "register 3706 = 33 2048"]\n', text)
-            self.assertNotIn("get", text)
-            self.assertNotIn("set 99", text)
-            self.assertNotIn("incident", text)
-            self.assertIn('do = "set 0x42 0x6401:1 5"\n', text)
-            self.assertIn('wait = "register 800 = 1"\nexpect = ["register 801 = 5"]\n', text)
-            self.assertIn('wait = "register 800 = 2"\nexpect = ["register 801 = 4", "register 804 = 33 2048"]\n', text)
-            self.assertIn("\n# #2 read node 66 6411h:01 Channel 1 = 300: done\n", text)
-            self.assertEqual(run(recorded).returncode, 0, run(recorded).stdout)
-            recorded.write_text(text.replace("= 2 300", "= 2 301"))
-            self.assertIn("expected register 3705 = 2 301: it is 2 300\n", run(recorded).stdout)
+        recorded = self.folder / "session.toml"
+        with Simulator(PROGRAM, "--demo", "--record", str(recorded), "--control", "127.0.0.1:0", "--sdo-timeout", "1000") as simulator:
+            with simulator.window() as window, simulator.connect("control") as control:
+                self.assertEqual(window.execute(5066, 0x42, 0x6411, 1, 2, 300), 0)
+                self.assertEqual(window.execute(5055, 0x42, 0x6411, 1, 2), 0)
+                control.sendall(b"fault 0x42 abort code=0x08000021\nget 0x42 0x1000\n")
+                replies = control.makefile()
+                self.assertEqual([replies.readline() for _ in range(2)], ["ok 1\n", "ok 983441\n"])
+                self.assertEqual(window.execute(5055, 0x42, 0x6411, 1, 2), 4)
+                self.assertEqual(window.execute(5055, 99, 0x6411, 1, 2), 4)
+                control.sendall(b"set 99 0x6401:1 5\nincident 1 no-such on\nset 0x42 0x6401:1 5\n")
+                self.assertEqual([replies.readline()[:2] for _ in range(3)], ["er", "er", "ok"])
+                for number in (1, 2):
+                    window.write(700, [number, 5055, 0x42, 0x6411, 1, 2])
+                    self.assertEqual(window.read(800, 1), [number])
+        text = recorded.read_text()
+        self.assertTrue(text.startswith('plant = "demo"\n\n[[step]]\nat = "'), text)
+        self.assertIn('do = "write 3700 51726 5066 66 25617 1 2 300"\n', text)
+        self.assertIn('expect = ["register 3700 = 0", "register 3705 = 2 300"]\n', text)
+        self.assertIn('do = "fault 0x42 abort code=0x08000021"\n', text)
+        self.assertIn('expect = ["register 3700 = 4", "register 3706 = 33 2048"]\n', text)
+        self.assertNotIn("get", text)
+        self.assertNotIn("set 99", text)
+        self.assertNotIn("incident", text)
+        self.assertIn('do = "set 0x42 0x6401:1 5"\n', text)
+        self.assertIn('wait = "register 800 = 1"\nexpect = ["register 801 = 5"]\n', text)
+        self.assertIn('wait = "register 800 = 2"\nexpect = ["register 801 = 4", "register 804 = 33 2048"]\n', text)
+        self.assertIn("\n# #2 read node 66 6411h:01 Channel 1 = 300: done\n", text)
+        self.assertEqual(run(recorded).returncode, 0, run(recorded).stdout)
+        recorded.write_text(text.replace("= 2 300", "= 2 301"))
+        self.assertIn("expected register 3705 = 2 301: it is 2 300\n", run(recorded).stdout)
 
     def test_a_log_is_played_onto_the_bus(self):
-        with tempfile.TemporaryDirectory() as folder:
-            (pathlib.Path(folder) / "bus.log").write_text("(1436509052.500000) can0 000#0142\n\n(1436509053.750000) can0 642#4000100000000000\n")
-            scenario = pathlib.Path(folder) / "replay.toml"
-            scenario.write_text('plant = "demo"\n[can]\nreplay = "bus.log"\n[[step]]\nat = "0us"\n[[step]]\nwait = "frame 5C2#43*"\n'
-                                'expect = ["took = 1250ms", "state 0x42 operational"]\n')
-            self.assertEqual(run(scenario).stdout, f"passed {scenario}: 1.250000 s\n1 passed\n")
-            (pathlib.Path(folder) / "bus.log").write_text("(1436509052.500000) can0 000#0142\n(1436509051.750000) can0 642#\n")
-            self.assertIn(f"can.replay: {folder}/bus.log:2: not a line of candump -L, or earlier than the one before\n", run(scenario).stdout)
-            done = subprocess.run([PROGRAM, "--demo", "--modbus", "127.0.0.1:0", "--clock", "manual", "--set", "can.replay=none.log"], input="",
-                                  capture_output=True, text=True, timeout=LIMIT)
-            self.assertEqual((done.returncode, done.stderr), (2, "can.replay: none.log: cannot be read\n"))
+        (self.folder / "bus.log").write_text("(1436509052.500000) can0 000#0142\n\n(1436509053.750000) can0 642#4000100000000000\n")
+        scenario = self.folder / "replay.toml"
+        scenario.write_text('plant = "demo"\n[can]\nreplay = "bus.log"\n[[step]]\nat = "0us"\n[[step]]\nwait = "frame 5C2#43*"\n'
+                            'expect = ["took = 1250ms", "state 0x42 operational"]\n')
+        self.assertEqual(run(scenario).stdout, f"passed {scenario}: 1.250000 s\n1 passed\n")
+        (self.folder / "bus.log").write_text("(1436509052.500000) can0 000#0142\n(1436509051.750000) can0 642#\n")
+        self.assertIn(f"can.replay: {self.folder}/bus.log:2: not a line of candump -L, or earlier than the one before\n", run(scenario).stdout)
+        done = subprocess.run([PROGRAM, "--demo", "--modbus", "127.0.0.1:0", "--clock", "manual", "--set", "can.replay=none.log"], input="",
+                              capture_output=True, text=True, timeout=LIMIT)
+        self.assertEqual((done.returncode, done.stderr), (2, "can.replay: none.log: cannot be read\n"))
 
 
-class Outcomes(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = pathlib.Path(folder.name)
-
-    def write(self, name, text):
-        (self.folder / name).write_text(text)
-        return self.folder / name
-
+class Outcomes(cases.Case):
     def test_a_failure_has_its_place_what_is_seen_registers_and_frames(self):
         path = self.write("wrong.toml", FAILS)
         done = run(path)

@@ -5,11 +5,8 @@
 import collections
 import pathlib
 import re
-import socket
 import subprocess
 import sys
-import tempfile
-import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases
@@ -42,14 +39,11 @@ def record(log, *lines):
     """Sends these frames on a manual clock, each after all frames that the previous one has caused."""
     with Simulator(PROGRAM, "--config", str(PLANT), "--slcan", "127.0.0.1:0", "--clock", "manual", "--log", str(log), log=False,
                    stdin=subprocess.PIPE) as simulator:
-        host, port = simulator.where["slcan"].rsplit(":", 1)
-        with socket.create_connection((host, int(port)), timeout=LIMIT) as adapter:
+        with simulator.connect("slcan") as adapter:
             adapter.sendall(b"O\r")
             for line in lines:
                 if line.startswith("pass "):
-                    simulator.process.stdin.write(line + "\n")
-                    simulator.process.stdin.flush()
-                    simulator.process.stdout.readline()
+                    simulator.say(line)
                 else:
                     adapter.sendall(slcan(line) + b"V\r")
                     heard = b""
@@ -76,11 +70,9 @@ def kind(info):
     return re.split(r" \[|, |: 0x|Length: ", info)[0]
 
 
-class Dissected(unittest.TestCase):
+class Dissected(cases.Case):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.log = pathlib.Path(folder.name) / "bus.log"
+        self.log = self.folder / "bus.log"
 
     def kinds(self, *session):
         record(self.log, *session)

@@ -96,9 +96,10 @@ bool Device::react(Time now) {
 
 /// Reports that a communication error has occurred or has ended; without effect if that is known already.
 void Device::show(EmergencyCode code, bool present, Time now) {
-  if constexpr (kServices.emergencies)
-    present ? emergency_->error(number(code), ErrorRegister::kCommunication, {}, now)
-            : emergency_->error_over(number(code), now);
+  if constexpr (kServices.emergencies) {
+    if (present) return emergency_->error(number(code), ErrorRegister::kCommunication, {}, now);
+    emergency_->error_over(number(code), now);
+  }
 }
 
 Time Device::poll(Time now) {
