@@ -6,8 +6,6 @@
 #include "plant_support.hpp"
 #include "support/catch.hpp"
 
-using namespace cbcan::config;
-using namespace cbcan::config;
 using namespace cbcan::config::test;
 
 TEST_CASE("the program carries the files of plants/demo, byte by byte") {

@@ -60,12 +60,6 @@ NodeConfig node_config(std::uint8_t id, std::string name, std::string eds, std::
   return node;
 }
 
-Lines behind(std::string_view front, Lines lines) {
-  for (std::string& line : lines)
-    line.insert(0, front);
-  return lines;
-}
-
 bool contains(std::string_view text, std::string_view part) {
   return text.find(part) != std::string_view::npos;
 }

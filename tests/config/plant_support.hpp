@@ -45,7 +45,13 @@ NodeConfig node_config(std::uint8_t id, std::string name, std::string eds, std::
 
 bool contains(std::string_view text, std::string_view part);
 
-/// Each with this prefix.
-Lines behind(std::string_view front, Lines lines);
+/// A plant file with node 5.
+inline constexpr const char* kValve = R"([[node]]
+id = 5
+name = "Valve"
+eds = "valve.eds"
+heartbeat_ms = 1000
+objects = [{ index = 0x2001, value = 1 }, { index = 0x2001, sub = 1, value = 2 }]
+)";
 
 }  // namespace cbcan::config::test
