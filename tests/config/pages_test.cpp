@@ -9,7 +9,7 @@
 #include "support/case_file.hpp"
 
 using namespace cbcan::config::test;
-using cbcan::test::lines_of;
+using namespace cbcan::test;
 
 namespace {
 

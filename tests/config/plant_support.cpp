@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "plant_support.hpp"
 
-#include <fstream>
 #include <optional>
-#include <sstream>
 #include <utility>
 
 #include "support/catch.hpp"
@@ -40,13 +38,6 @@ std::string refusal(const std::vector<const char*>& arguments, const Files& file
   CHECK(refused.exit_code == ExitCode::kUsage);
   CHECK(refused.out == "");
   return refused.err;
-}
-
-std::string source_file(const std::string& path) {
-  const std::ifstream file(std::string(CBCAN_SOURCE_DIR) + "/" + path, std::ios::binary);
-  std::ostringstream text;
-  text << file.rdbuf();
-  return text.str();
 }
 
 NodeConfig node_config(std::uint8_t id, std::string name, std::string eds, std::vector<InitialValue> objects,

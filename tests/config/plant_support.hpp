@@ -36,9 +36,6 @@ inline constexpr const char* kHint = "cbcan-sim --help shows all options\n";
 /// The message for a wrong command line.
 std::string refusal(const std::vector<const char*>& arguments, const Files& files = {});
 
-/// A file of the source tree; empty if it is not there.
-std::string source_file(const std::string& path);
-
 /// A node with these members, and defaults for all others.
 NodeConfig node_config(std::uint8_t id, std::string name, std::string eds, std::vector<InitialValue> objects,
                        Place place);

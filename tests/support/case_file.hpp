@@ -6,6 +6,7 @@
 /// the same title. Empty lines, and those with "##", do not count.
 
 #include "support/catch.hpp"
+#include "support/source_file.hpp"
 
 namespace cbcan::test {
 
@@ -48,12 +49,12 @@ struct FileCase {
 
 /// The cases of a file of the source tree.
 inline std::vector<FileCase> cases_of(const std::string& path) {
-  std::ifstream file(std::string(CBCAN_SOURCE_DIR "/") + path);
-  REQUIRE(file);
   std::vector<FileCase> cases;
-  std::string title, line;
+  std::string title;
   bool first = true, ended = true;
-  for (unsigned number = 1; std::getline(file, line); ++number) {
+  unsigned number = 0;
+  for (const std::string& line : lines_of(source_file(path))) {
+    ++number;
     if (line.empty() || line.starts_with("##")) continue;
     if (line.starts_with("== ")) {
       title = line.substr(3);
