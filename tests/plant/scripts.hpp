@@ -10,6 +10,7 @@
 namespace cbcan::plant::test {
 
 using Files = std::map<std::string, std::string>;
+inline const Files kNone;
 
 /// Reads these files, those of the demo plant, and those of the source tree.
 inline base::FileReader reader(const Files& files) {
