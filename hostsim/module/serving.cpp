@@ -8,7 +8,7 @@
 #include "base/words.hpp"
 #include "cbcan/version.hpp"
 #include "module/instance.hpp"
-#include "plant/wait.hpp"
+#include "plant/condition.hpp"
 #include "plant/words.hpp"
 #include "protocols/command_session.hpp"
 #include "protocols/rtu_session.hpp"
@@ -111,7 +111,7 @@ void Instance::open_bus_service(const std::string& name, const base::StreamAddre
 }
 
 std::unique_ptr<protocols::StreamSession> Instance::connect(const std::string& service,
-                                                           const std::string& peer) {
+                                                            const std::string& peer) {
   if (service == "modbus" && modbus_) {
     const std::uint32_t client = ++connections_;
     session_->on_client(client, peer, true);
