@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Commands at run time and what they cause; most of them: sessions.txt.
+#include "journal_lines.hpp"
 #include "scripts.hpp"
 #include "support/case_file.hpp"
 
@@ -43,7 +44,9 @@ class Session {
       if (line[0] == '+' || line[0] == '|') continue;
       CAPTURE(line, response);
       CHECK((response.empty() || !response[0].starts_with("error")));
-      response = line == "frames" ? frames() : lines_of(plant_->execute(line));
+      response = line == "frames"    ? frames()
+                 : line == "journal" ? journal_lines()
+                                     : lines_of(plant_->execute(line));
     }
     return response;
   }
@@ -69,10 +72,15 @@ class Session {
     const Lines seen = std::exchange(frames_.seen, {});
     return seen.empty() ? Lines{} : Lines{fmt::format("{}", fmt::join(seen, " "))};
   }
+  Lines journal_lines() {
+    if (!journal_) journal_.emplace(*plant_);
+    return journal_->lines();
+  }
 
   Files files_;
   std::unique_ptr<VirtualPlant> plant_;
   Frames frames_{*plant_};
+  std::optional<JournalLines> journal_;
 };
 
 TEST_CASE("each command of the sessions has its response") {
