@@ -75,8 +75,8 @@ std::string put(const InitialValue& initial, ObjectDictionary& dictionary,
 
 class Builder {
  public:
-  Builder(const NodeConfig& node, std::uint64_t seed, const base::FileReader& read)
-      : node_(node), file_(description_of(node)), seed_(seed), read_(read) {}
+  Builder(const NodeConfig& node, std::uint64_t seed, NodeTiming timing, const base::FileReader& read)
+      : node_(node), file_(description_of(node)), seed_(seed), timing_(timing), read_(read) {}
 
   /// `file`: null if it cannot be read.
   NodeBuild build(const EdsFile* file) {
@@ -196,6 +196,7 @@ class Builder {
     parts.seed = seed_;
     parts.lss = node_.lss;
     parts.block_timeout_ms = node_.block_timeout_ms;
+    parts.takes_time = node_.timing.value_or(timing_) == NodeTiming::kTypical;
   }
 
   void add_axes() {
@@ -266,6 +267,7 @@ class Builder {
   const NodeConfig& node_;
   const std::string file_;  ///< that describes its objects
   std::uint64_t seed_;
+  NodeTiming timing_;
   const base::FileReader& read_;
   NodeBuild build_;
   const devices::DeviceKind* kind_ = nullptr;
@@ -285,8 +287,8 @@ std::optional<Bytes> encode(const Value& value, DataType type) {
   return Bytes(text.begin(), text.end());
 }
 
-NodeBuild build_node(const NodeConfig& node, std::uint64_t seed, EdsFiles& files) try {
-  return Builder(node, seed, files.reader()).build(files.find(description_of(node)));
+NodeBuild build_node(const NodeConfig& node, std::uint64_t seed, EdsFiles& files, NodeTiming timing) try {
+  return Builder(node, seed, timing, files.reader()).build(files.find(description_of(node)));
 } catch (const sim::BehaviourProblem& problem) {
   NodeBuild build;
   build.problems = {fmt::format("{}: {}: {}", to_string(node.place), node_name(node), problem.what())};
@@ -343,12 +345,11 @@ PlantBuild build_nodes(const Config& config, EdsFiles& files) {
     auto& nodes = plant.networks.emplace_back();
     for (const NodeConfig& node : network.nodes) {
       read_parameters(node.parameters);
-      NodeBuild build = build_node(node, node_seed(config, node), files);
+      NodeBuild build = build_node(node, node_seed(config, node), files, config.timing);
       for (auto* lines : {&build.warnings, &build.problems})
         for (std::string& line : *lines)
           if (said.insert(line).second) plant.lines.push_back(std::move(line));
       plant.good = plant.good && build.node;
-      if (build.node) build.node->takes_time = node.timing.value_or(config.timing) == NodeTiming::kTypical;
       if (build.node) nodes.push_back(std::move(*build.node));
     }
     plant.images.push_back(image_of(network, files.reader(), plant));

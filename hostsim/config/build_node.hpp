@@ -26,9 +26,10 @@ struct NodeBuild {
   std::vector<std::string> warnings;  ///< mistakes in the EDS file and what is used instead
 };
 
-/// `seed`: see node_seed(). A node without an ID is built for the ID 0, see sim::Node; the node ID in a DCF
-/// is ignored. Keeps no reference to `files`.
-NodeBuild build_node(const NodeConfig& node, std::uint64_t seed, EdsFiles& files);
+/// `seed`: see node_seed(); `timing`: of a node without its own. A node without an ID is built for the ID 0,
+/// see sim::Node; the node ID in a DCF is ignored. Keeps no reference to `files`.
+NodeBuild build_node(const NodeConfig& node, std::uint64_t seed, EdsFiles& files,
+                     NodeTiming timing = NodeTiming::kAtOnce);
 
 struct PlantBuild {
   std::vector<std::vector<sim::NodeParts>> networks;  ///< the nodes of each network, in their order

@@ -17,7 +17,7 @@
 #include "base/setting.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "descriptions/device_description.hpp"
-#include "descriptions/value.hpp"
+#include "descriptions/values.hpp"
 
 namespace cbcan::descriptions {
 
@@ -72,7 +72,7 @@ struct PlannedNode {
   std::string eds, dcf;                 ///< as in the file; empty = none
   std::vector<PlannedObject> identity;  ///< 1000h, 1018h: expected values
   std::vector<PlannedObject> objects;   ///< to write, in this order
-  std::vector<PlannedPdo> pdos;                ///< in the order of the file
+  std::vector<PlannedPdo> pdos;         ///< in the order of the file
   bool mandatory = false;
   bool keep_alive = false;
   bool boot = true;          ///< false: checked, but neither configured nor started
@@ -80,7 +80,7 @@ struct PlannedNode {
   std::uint8_t restore = 0;  ///< sub-index of 1011h, 0 = not restored
   std::uint16_t sdo_timeout_ms = 0;
   std::uint16_t heartbeat_ms = 0;
-  OnLoss on_loss = OnLoss::kHold;                        ///< of its inputs
+  OnLoss on_loss = OnLoss::kHold;  ///< of its inputs
   std::size_t line = 0;
   std::shared_ptr<const DeviceDescription> device;  ///< null = no file
 };
@@ -101,8 +101,8 @@ struct PlannedNetwork {
   Words words = Words::kLowFirst;  ///< of mapped objects with 32 bits
   MandatoryLost mandatory_lost = MandatoryLost::kNothing;
   std::uint32_t boot_time_ms = 0;
-  std::uint32_t sync_us = 0;  ///< the module sends SYNC; 0 = it does not
-  std::vector<PlannedNode> all;      ///< each ID once
+  std::uint32_t sync_us = 0;     ///< the module sends SYNC; 0 = it does not
+  std::vector<PlannedNode> all;  ///< each ID once
 };
 
 /// Most own PDOs in each direction: their slots of 8 bytes fill the registers.
@@ -116,7 +116,7 @@ std::span<const base::Setting<PlannedPdo>> pdo_rows();
 /// A description in TOML, or the DCFs of its nodes in a folder. Throws UsageError: "network.toml:12: node
 /// 300: node IDs are 1..127". `remarks`: mistakes in EDS files and what is used instead.
 PlannedNetwork read_network(const std::string& path, const base::FileReader& read,
-                     std::vector<std::string>& remarks);
+                            std::vector<std::string>& remarks);
 
 /// Reports the line and what is wrong, and does not return.
 using Fail = std::function<void(const PlannedNode& node, std::size_t line, const std::string& what)>;

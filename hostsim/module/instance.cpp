@@ -19,7 +19,7 @@
 #include "scenario/scenario_writer.hpp"
 #include "scenario/search/search_settings.hpp"
 #include "sim/frame_text.hpp"
-#include "sim/parameter_text.hpp"
+#include "sim/parameters.hpp"
 
 namespace cbcan::module {
 

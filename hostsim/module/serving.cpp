@@ -7,7 +7,7 @@
 #include "base/words.hpp"
 #include "cbcan/version.hpp"
 #include "module/instance.hpp"
-#include "plant/wait.hpp"
+#include "plant/condition.hpp"
 #include "plant/words.hpp"
 #include "protocols/rtu_session.hpp"
 

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "plant/condition.hpp"
-#include "plant/wait.hpp"
 
 namespace cbcan::plant {
 

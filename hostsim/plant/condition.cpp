@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "plant/condition.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <iterator>
@@ -13,6 +15,7 @@
 #include "cbcan/regmap.hpp"
 #include "journal/watch.hpp"
 #include "journal/words.hpp"
+#include "plant/control.hpp"
 #include "plant/points.hpp"
 #include "sim/frame_text.hpp"
 
@@ -344,6 +347,34 @@ std::vector<Usage> condition_usages() {
   std::vector<Usage> usages;
   std::ranges::transform(kKinds, std::back_inserter(usages), &Row::text);
   return usages;
+}
+
+Wait::Wait(Control& control, std::unique_ptr<Condition> condition, std::string text, Time within,
+           bool is_pass)
+    : control_(control),
+      condition_(std::move(condition)),
+      text_(std::move(text)),
+      since_(control.now()),
+      within_(within),
+      is_pass_(is_pass) {}
+
+std::optional<std::string> Wait::poll() {
+  if (condition_->holds(control_))
+    return fmt::format("{} {}\n", is_pass_ ? "at" : "ok", base::seconds_text(control_.now()));
+  return control_.now() < since_ + within_ ? std::nullopt : std::optional(give_up());
+}
+
+Time Wait::next_deadline() const {
+  return earlier(condition_->next_deadline(control_), since_ + within_);
+}
+
+bool Wait::is_up_to_plc() const {
+  return condition_->is_up_to_plc(control_);
+}
+
+std::string Wait::give_up() const {
+  return fmt::format("{}{} s: {}: {}\n", kNotWithin, base::seconds_text(within_), text_,
+                     condition_->seen(control_));
 }
 
 }  // namespace cbcan::plant

@@ -15,7 +15,6 @@
 #include "cbcan/time.hpp"
 #include "plant/condition.hpp"
 #include "plant/network.hpp"
-#include "plant/wait.hpp"
 
 namespace cbcan::plant {
 

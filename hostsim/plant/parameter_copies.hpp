@@ -10,7 +10,7 @@
 #include <string>
 #include <utility>
 
-#include "sim/parameter_text.hpp"
+#include "sim/parameters.hpp"
 
 namespace cbcan::plant {
 

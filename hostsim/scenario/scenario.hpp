@@ -13,7 +13,7 @@
 #include "base/setting.hpp"
 #include "config/config.hpp"
 #include "plant/bench.hpp"
-#include "plant/wait.hpp"
+#include "plant/condition.hpp"
 
 namespace cbcan::scenario {
 
@@ -56,8 +56,9 @@ std::size_t leave_out_unobservable(Scenario& scenario, plant::Bench& bench);
 config::Diagnostics check_steps(const Scenario& scenario, plant::Bench& bench);
 
 struct Played {
-  std::string failure;  ///< empty = passed; else lines: place, expected and actual, registers, the last frames
-  Time duration = 0;    ///< on the plant's clock
+  std::string
+      failure;        ///< empty = passed; else lines: place, expected and actual, registers, the last frames
+  Time duration = 0;  ///< on the plant's clock
 };
 
 /// Throws what the bench throws. `disturbed`: faults have been added, so nothing but `musts` is a failure.

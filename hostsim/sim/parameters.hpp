@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The parameters that 1010h stores and 1011h restores: every value that SDO may read and write, except entries
-/// marked kSetPoint or kProcess, and 1003h, which counts errors.
+/// The parameters that 1010h stores and 1011h restores: every value that SDO may read and write, except
+/// entries marked kSetPoint or kProcess, and 1003h, which counts errors.
 
 #include <cstdint>
+#include <functional>
+#include <optional>
 #include <span>
+#include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "cbcan/canopen/dictionary/object_dictionary.hpp"
@@ -56,15 +61,16 @@ void copy_parameters(std::span<const ObjectEntry> entries, std::span<const std::
 std::vector<StoredValue> changed_parameters(std::span<const ObjectEntry> entries,
                                             std::span<std::uint8_t> factory, std::span<std::uint8_t> saved);
 
-/// Restores values. Returns those that are left out, because the dictionary no longer has them or has them with
-/// another length. Computed values go to the handler, if there is one.
+/// Restores values. Returns those that are left out, because the dictionary no longer has them or has them
+/// with another length. Computed values go to the handler, if there is one.
 std::vector<StoredValue> put_parameters(std::span<const StoredValue> values, ObjectDictionary& saved,
                                         ObjectHandler* handler = nullptr);
 
 /// What 1010h of a coprocessor's own node stores: the parameters that differ from their power-on values.
 class ModuleParameters final : public ParameterMemory {
  public:
-  /// Null: nothing is stored, and save() must not be called. Throws what load() throws. The store outlives this.
+  /// Null: nothing is stored, and save() must not be called. Throws what load() throws. The store outlives
+  /// this.
   explicit ModuleParameters(ParameterStore* store) : store_(store) {
     if (store != nullptr) stored_ = store->load();
   }
@@ -84,6 +90,44 @@ class ModuleParameters final : public ParameterMemory {
   StoredParameters stored_;
   const ObjectDictionary* objects_ = nullptr;
   std::vector<StoredValue> power_on_;  ///< of all parameters, in the dictionary's order
+};
+
+/// The text, and back; `path` is for the message of the UsageError.
+std::string parameter_text(const StoredParameters& parameters);
+StoredParameters parse_parameters(std::string_view text, const std::string& path);
+
+/// The parameters that a node has stored through object 1010h, as a text that people can read and edit: a
+/// line for each value that differs from the EDS file's or the power-on value, such as
+///
+///   1017:00 = E803
+///
+/// with the bytes as on the bus, low byte first; and the LSS settings, in decimal:
+///
+///   node-id = 5
+///   bit-rate = 250000
+///
+/// Lines that begin with # are comments. The file is created when something is stored for the first time.
+class ParameterText : public ParameterStore {
+ public:
+  /// `warn` gets failures to write, for which the node has only an abort code, and values that do not fit.
+  ParameterText(std::string path, std::function<void(const std::string& line)> warn)
+      : path_(std::move(path)), warn_(std::move(warn)) {}
+
+  /// A missing text counts as empty. Throws base::UsageError, with file and line, for an invalid one.
+  StoredParameters load() override;
+  bool save(const StoredParameters& parameters) override { return write(parameter_text(parameters)); }
+  void tell_left_out(const std::vector<StoredValue>& values) override;
+
+ protected:
+  ~ParameterText() = default;
+
+  /// nullopt = there is none yet.
+  virtual std::optional<std::string> read() = 0;
+  /// False = could not, which has been reported.
+  virtual bool write(const std::string& text) = 0;
+
+  std::string path_;
+  std::function<void(const std::string&)> warn_;
 };
 
 }  // namespace cbcan::sim

@@ -7,6 +7,7 @@
 #include "config/plant_file.hpp"
 #include "devices/devices.hpp"
 #include "support/catch.hpp"
+#include "support/source_file.hpp"
 
 using cbcan::DataType;
 using cbcan::config::Bytes;
@@ -471,8 +472,7 @@ TEST_CASE("A value of the plant file is not taken for one that the file leaves t
 }
 
 TEST_CASE("The reference's plant with signals is made of the demo plant's EDS files") {
-  std::ifstream file(CBCAN_SOURCE_DIR "/docs/reference/plant-file.md");
-  const std::string page(std::istreambuf_iterator<char>(file), {});
+  const std::string page = cbcan::test::source_file("docs/reference/plant-file.md");
   const auto from = page.find("[can]\nfaults = ");
   REQUIRE(from != std::string::npos);
   cbcan::config::Config config;

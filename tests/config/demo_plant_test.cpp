@@ -5,10 +5,10 @@
 
 #include "plant_support.hpp"
 #include "support/catch.hpp"
+#include "support/source_file.hpp"
 
-using namespace cbcan::config;
-using namespace cbcan::config;
 using namespace cbcan::config::test;
+using cbcan::test::source_file;
 
 TEST_CASE("the program carries the files of plants/demo, byte by byte") {
   std::set<std::string> names;

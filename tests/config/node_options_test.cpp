@@ -3,38 +3,16 @@
 #include "plant_support.hpp"
 #include "support/catch.hpp"
 
-using namespace cbcan::config;
-using namespace cbcan::config;
 using namespace cbcan::config::test;
 using namespace std::string_literals;
 
 namespace {
 
-Files with_valve() {
-  return {{"plant.toml", R"([[node]]
-id = 5
-name = "Valve"
-eds = "valve.eds"
-heartbeat_ms = 1000
-objects = [{ index = 0x2001, value = 1 }, { index = 0x2001, sub = 1, value = 2 }]
-)"}};
-}
-
 Start with_plant(const std::vector<const char*>& arguments) {
   std::vector<const char*> all{"--config", "plant.toml"};
   for (const char* argument : arguments)
     all.push_back(argument);
-  return start(all, with_valve());
-}
-
-std::string first_line(const Start& refused) {
-  CHECK_FALSE(refused.run);
-  CHECK(refused.exit_code == ExitCode::kUsage);
-  return refused.err.substr(0, refused.err.find('\n'));
-}
-
-void refused(const Start& start, const std::string& told) {
-  CHECK(first_line(start) == "cbcan-sim: " + told);
+  return start(all, {{"plant.toml", kValve}});
 }
 
 }  // namespace
@@ -68,10 +46,9 @@ TEST_CASE("a text of --node and --wire is no TOML, whatever is in it") {
     const auto& nodes = made.config.networks.at(0).nodes;
     CHECK((nodes.at(0).eds == path && nodes.at(1).eds == path));
   }
-  refused(with_plant({"--wire", "5:output:1=5:0x2001 scale=1'"}),
-          "--wire 5:output:1=5:0x2001 scale=1': wire.scale \"1'\": must be a number");
-  refused(with_plant({"--wire", "5:output:1=5:0x2001 scale=1 scale=2"}),
-          "--wire 5:output:1=5:0x2001 scale=1 scale=2: scale: is given twice");
+  CHECK(with_plant({"--wire", "5:output:1=5:0x2001 scale=1'"})
+            .err.starts_with(
+                "cbcan-sim: --wire 5:output:1=5:0x2001 scale=1': wire.scale \"1'\": must be a number"));
 }
 
 TEST_CASE("keys of nodes by --set, of the plant's and of new ones, in any order") {
@@ -112,35 +89,9 @@ TEST_CASE("--set adds whole nodes, wires and faults") {
   CHECK(made.config.networks.at(0).nodes.at(0).faults.size() == 1);
 }
 
-TEST_CASE("node options that are wrong") {
-  refused(start({"--node", "a.eds"}), "--node a.eds: must be ID=FILE, such as 5=io_module.eds");
-  refused(start({"--node", "300=a.eds"}), "--node 300=a.eds: node.id 300: must be 1..127");
-  refused(start({"--node", "5="}), "--node 5=: node.eds \"\": must be the path of an EDS or DCF file");
-  refused(with_plant({"--set", "node.name=Valve"}),
-          "--set node.name=Valve: there is no node name; add --node name=FILE.eds");
-  refused(with_plant({"--set", "node.6.name=Valve"}),
-          "--set node.6.name=Valve: there is no node 6; add --node 6=FILE.eds");
-  refused(with_plant({"--set", "node.5=1"}),
-          "--set node.5=1: must be node.ID.KEY, such as node.5.heartbeat_ms");
-  refused(with_plant({"--set", "node.5.hearbeat_ms=1"}),
-          "--set node.5.hearbeat_ms=1: node.hearbeat_ms: no such key; did you mean node.heartbeat_ms?");
-  refused(with_plant({"--set", "node.5.objects+={index=0x2001,value=1"}),
-          "--set node.5.objects+={index=0x2001,value=1: TOML syntax: inline table: expected key or closing "
-          "'}', saw ']'");
-}
-
 TEST_CASE("--set that is wrong") {
   const std::string form =
       ": must be PATH=VALUE, such as can.bit_rate=125000; docs/reference/plant-file.md has the keys";
-  refused(with_plant({"--set", "can.bit_rate"}), "--set can.bit_rate" + form);
-  refused(with_plant({"--set", "=1"}), "--set =1" + form);
-  refused(with_plant({"--set", "can.bitrate=1"}),
-          "--set can.bitrate=1: can.bitrate: no such key; did you mean can.bit_rate?");
-  refused(with_plant({"--set", "can=1"}), "--set can=1: can: must be a table; write [can]");
-  refused(with_plant({"--set", "network.2.can.bit_rate=0"}),
-          "--set network.2.can.bit_rate=0: there is no network 2; there are 1..1");
-  refused(with_plant({"--set", "network.1=0"}),
-          "--set network.1=0: must be network.N.TABLE.KEY, such as network.2.can.bit_rate");
   CHECK_FALSE(with_plant({"--set", "a b=1"}).run);
   CHECK_FALSE(with_plant({"--set", "can.bit_rate=1\nb=2"}).run);
 }
@@ -155,12 +106,6 @@ TEST_CASE("values that only look like something else") {
 }
 
 TEST_CASE("the same thing twice on the command line") {
-  refused(start({"--node", "5=a.eds", "--node", "5=b.eds"}),
-          "--node 5=b.eds: node 5: already at --node 5=a.eds; every node on the bus needs an ID of its own");
-  refused(with_plant({"--set", "node.5.objects+={index=0x2001,value=1}", "--set",
-                      "node.5.objects+={index=0x2001,value=2}"}),
-          "--set node.5.objects+={index=0x2001,value=2}: node 5: object 2001h:00 is already set at --set "
-          "node.5.objects+={index=0x2001,value=1}; remove one of the two");
   CHECK(with_plant({"--set", "can.bit_rate=125000", "--set", "can.bit_rate=250000"})
             .config.networks.at(0)
             .can.bit_rate == 250'000);
@@ -181,12 +126,6 @@ TEST_CASE("wires and what a drive moves, on the command line") {
   REQUIRE(both.config.networks.at(0).nodes.at(0).axes.size() == 2);
   CHECK(both.config.networks.at(0).nodes.at(0).axes[0].load == cbcan::devices::AxisLoad{10, 50, 0});
   CHECK(both.config.networks.at(0).nodes.at(0).axes[1].load == cbcan::devices::AxisLoad{7, 0, 0});
-  refused(with_plant({"--wire", "5:1"}),
-          "--wire 5:1: must be FROM=TO KEY=VALUE..., such as 66:output:1=5:0x2001 scale=100");
-  refused(with_plant({"--wire", "5:1=5:2 lag=3"}),
-          "--wire 5:1=5:2 lag=3: wire.lag: no such key; did you mean wire.lag_ms?");
-  refused(with_plant({"--wire", "5:1=6:2"}),
-          "--wire 5:1=6:2: wire 5:1 to 6:2: 6:2: there is no such node in the plant");
 }
 
 TEST_CASE("a signal of the command line takes the place of the plant's at the same object") {
@@ -234,18 +173,4 @@ faults = [{ kind = "silent" }]
         Lines{"frame-late delay_ms=10", "bus-off until_ms=500"});
   CHECK(texts(both.config.networks.at(0).nodes.at(0).faults) ==
         Lines{"silent", "abort code=0x06090030 index=0x2001 sub=1", "silent after=10"});
-}
-
-TEST_CASE("faults that are wrong on the command line") {
-  const auto refused = [](const char* option, const std::string& argument) {
-    const std::string line = first_line(with_plant({option, argument.c_str()}));
-    const std::string opening = "cbcan-sim: " + std::string(option) + " " + argument + ": ";
-    CHECK(line.starts_with(opening));
-    return line.substr(std::min(line.size(), opening.size()));
-  };
-  CHECK(refused("--fault", "silent") ==
-        "must be ID:KIND KEY=VALUE..., bus:KIND ... or plc:KIND ..., such as 5:response-late delay_ms=50");
-  CHECK(refused("--fault", "6:silent") == "there is no node 6; add --node 6=FILE.eds");
-  CHECK(refused("--fault", "bus:silent") == "silent: a fault of a node, not of the bus");
-  CHECK(refused("--fault", "5:silent after") == "silent: \"after\": write key=value");
 }

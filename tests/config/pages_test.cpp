@@ -6,21 +6,12 @@
 #include "config/settings.hpp"
 #include "devices/devices.hpp"
 #include "plant_support.hpp"
-#include "support/catch.hpp"
+#include "support/case_file.hpp"
 
-using namespace cbcan::config;
-using namespace cbcan::config;
 using namespace cbcan::config::test;
+using namespace cbcan::test;
 
 namespace {
-
-Lines lines_of(const std::string& text) {
-  std::istringstream stream(text);
-  Lines lines;
-  for (std::string line; std::getline(stream, line);)
-    lines.push_back(line);
-  return lines;
-}
 
 /// The text of one option in --help, its lines joined; empty if there is none.
 std::string help_on(std::string_view option) {

@@ -4,8 +4,6 @@
 #include "plant_support.hpp"
 #include "support/catch.hpp"
 
-using namespace cbcan::config;
-using namespace cbcan::config;
 using namespace cbcan::config::test;
 using namespace std::string_literals;
 

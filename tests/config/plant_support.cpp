@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "plant_support.hpp"
 
-#include <fstream>
 #include <optional>
-#include <sstream>
 #include <utility>
 
 #include "support/catch.hpp"
@@ -42,13 +40,6 @@ std::string refusal(const std::vector<const char*>& arguments, const Files& file
   return refused.err;
 }
 
-std::string source_file(const std::string& path) {
-  const std::ifstream file(std::string(CBCAN_SOURCE_DIR) + "/" + path, std::ios::binary);
-  std::ostringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
-
 NodeConfig node_config(std::uint8_t id, std::string name, std::string eds, std::vector<InitialValue> objects,
                        Place place) {
   NodeConfig node;
@@ -58,12 +49,6 @@ NodeConfig node_config(std::uint8_t id, std::string name, std::string eds, std::
   node.objects = std::move(objects);
   node.place = std::move(place);
   return node;
-}
-
-Lines behind(std::string_view front, Lines lines) {
-  for (std::string& line : lines)
-    line.insert(0, front);
-  return lines;
 }
 
 bool contains(std::string_view text, std::string_view part) {

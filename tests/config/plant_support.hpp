@@ -36,16 +36,19 @@ inline constexpr const char* kHint = "cbcan-sim --help shows all options\n";
 /// The message for a wrong command line.
 std::string refusal(const std::vector<const char*>& arguments, const Files& files = {});
 
-/// A file of the source tree; empty if it is not there.
-std::string source_file(const std::string& path);
-
 /// A node with these members, and defaults for all others.
 NodeConfig node_config(std::uint8_t id, std::string name, std::string eds, std::vector<InitialValue> objects,
                        Place place);
 
 bool contains(std::string_view text, std::string_view part);
 
-/// Each with this prefix.
-Lines behind(std::string_view front, Lines lines);
+/// A plant file with node 5.
+inline constexpr const char* kValve = R"([[node]]
+id = 5
+name = "Valve"
+eds = "valve.eds"
+heartbeat_ms = 1000
+objects = [{ index = 0x2001, value = 1 }, { index = 0x2001, sub = 1, value = 2 }]
+)";
 
 }  // namespace cbcan::config::test

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
+#include <set>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -13,6 +11,7 @@
 #include "base/numbers.hpp"
 #include "descriptions/eds_reader.hpp"
 #include "descriptions/values.hpp"
+#include "support/source_file.hpp"
 
 namespace cbcan::tests {
 
@@ -38,7 +37,8 @@ inline std::string object_text(const descriptions::Object& object) {
   std::ostringstream text;
   text << base::hex(object.index, 4) << ':' << base::hex(object.first_sub, 2);
   if (object.last_sub != object.first_sub) text << '-' << base::hex(object.last_sub, 2);
-  text << ' ' << descriptions::name_of(object.type) << ' ' << kAccesses.at(static_cast<std::size_t>(object.access));
+  text << ' ' << descriptions::name_of(object.type) << ' '
+       << kAccesses.at(static_cast<std::size_t>(object.access));
   text << (object.pdo_mapping ? " pdo " : " ") << value_text(object.value);
   if (object.low || object.high)
     text << " [" << limit_text(object.low, object.type) << ".." << limit_text(object.high, object.type)
@@ -47,24 +47,21 @@ inline std::string object_text(const descriptions::Object& object) {
   return text.str();
 }
 
-inline std::string read_file(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
 /// The EDS and DCF files of the corpus, in the order of their names.
-inline std::vector<std::filesystem::path> corpus_files() {
-  std::vector<std::filesystem::path> files;
-  for (const auto& entry : std::filesystem::directory_iterator(EDS_CORPUS))
+inline std::set<std::string> corpus_files() {
+  std::set<std::string> files;
+  for (const auto& entry : std::filesystem::directory_iterator(CBCAN_SOURCE_DIR "/tests/descriptions/corpus"))
     if (entry.path().extension() == ".eds" || entry.path().extension() == ".dcf")
-      files.push_back(entry.path());
-  std::sort(files.begin(), files.end());
+      files.insert(entry.path().filename().string());
   return files;
+}
+inline std::string corpus_text(const std::string& file) {
+  return test::source_file("tests/descriptions/corpus/" + file);
 }
 
 /// The content of a `.expected` file: the word "diagnostics", one `line: severity: message` a line, the word
-/// "objects", one line for each object: index, sub or range of subs, type, access, pdo if mapped, the value in
-/// hexadecimal (- if it is empty), [low..high], "name".
+/// "objects", one line for each object: index, sub or range of subs, type, access, pdo if mapped, the value
+/// in hexadecimal (- if it is empty), [low..high], "name".
 inline std::string summary(const descriptions::Result& result) {
   std::ostringstream text;
   text << "diagnostics\n";

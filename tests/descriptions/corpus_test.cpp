@@ -11,27 +11,27 @@ TEST_CASE("The corpus is there") {
 }
 
 TEST_CASE("The corpus's README names every file") {
-  const std::string table = read_file(EDS_CORPUS "/README.md");
-  for (const std::filesystem::path& path : corpus_files()) {
-    INFO(path.filename().string());
-    CHECK(table.find("`" + path.filename().string() + "`") != std::string::npos);
+  const std::string table = corpus_text("README.md");
+  for (const std::string& file : corpus_files()) {
+    INFO(file);
+    CHECK(table.find("`" + file + "`") != std::string::npos);
   }
 }
 
 TEST_CASE("Every file of the corpus gives the diagnostics and objects expected of it") {
-  for (const std::filesystem::path& path : corpus_files()) {
-    INFO(path.filename().string());
-    const descriptions::Result result = descriptions::read(read_file(path), path.filename().string(), std::nullopt);
-    CHECK(summary(result) == read_file(path.string() + ".expected"));
+  for (const std::string& file : corpus_files()) {
+    INFO(file);
+    const descriptions::Result result = descriptions::read(corpus_text(file), file, std::nullopt);
+    CHECK(summary(result) == corpus_text(file + ".expected"));
   }
 }
 
 TEST_CASE("The values of every file of the corpus can be moved from one node ID to another") {
   std::size_t moved = 0;
-  for (const std::filesystem::path& path : corpus_files()) {
-    INFO(path.filename().string());
+  for (const std::string& file : corpus_files()) {
+    INFO(file);
     const auto image = [&](std::uint8_t node_id) {
-      return descriptions::dictionary_image(descriptions::read(read_file(path), path.filename().string(), node_id).device);
+      return descriptions::dictionary_image(descriptions::read(corpus_text(file), file, node_id).device);
     };
     descriptions::DictionaryImage from = image(5);
     change_node_id(from.values, from.node_id_values, 5, 6);

@@ -15,7 +15,7 @@ constexpr std::size_t kLongestLine = 255;  // CiA 306, 4.1
 
 struct Node {
   Node(const std::string& file, std::uint8_t node_id)
-      : result(descriptions::read(read_file(std::string(DEMO_PLANT) + "/" + file), file, node_id)),
+      : result(descriptions::read(test::source_file("plants/demo/" + file), file, node_id)),
         image(descriptions::dictionary_image(result.device)),
         dictionary(image.entries, image.values, nullptr, image.limits) {}
 
@@ -52,7 +52,7 @@ TEST_CASE("The files of the demo plant are read without a word") {
     INFO(file);
     const Node node(file, 1);
     CHECK(node.result.diagnostics.empty());
-    std::istringstream lines(read_file(std::string(DEMO_PLANT) + "/" + file));
+    std::istringstream lines(test::source_file("plants/demo/" + std::string(file)));
     for (std::string line; std::getline(lines, line);)
       CHECK(line.size() <= kLongestLine);
   }

@@ -7,6 +7,7 @@
 #include "devices/drive/drive.hpp"
 #include "eds_text.hpp"
 #include "support/catch.hpp"
+#include "support/source_file.hpp"
 
 namespace cbcan::test {
 
@@ -35,8 +36,7 @@ inline std::string more_objects() {
 
 inline const descriptions::DictionaryImage& drive_image() {
   static const descriptions::DictionaryImage image = [] {
-    std::ifstream file(DRIVE_EDS);
-    std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+    std::string text = source_file("plants/demo/drive.eds");
     const std::string modes = "DefaultValue=0x000003AD";
     REQUIRE(text.find(modes) != std::string::npos);
     text.replace(text.find(modes), modes.size(), "DefaultValue=0x000003EF");

@@ -5,6 +5,7 @@
 #include "descriptions/eds_reader.hpp"
 #include "sim/behaviour.hpp"
 #include "support/catch.hpp"
+#include "support/source_file.hpp"
 
 namespace cbcan::test {
 
@@ -29,10 +30,8 @@ inline descriptions::DictionaryImage dictionary_of(const std::vector<Objects>& o
 
 /// The dictionary of a node of the demo plant, from its EDS file.
 inline descriptions::DictionaryImage demo_dictionary(const std::string& file) {
-  std::ifstream stream(std::string(DEMO_PLANT) + "/" + file);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  return descriptions::dictionary_image(descriptions::read(text.str(), file, 0x42).device);
+  return descriptions::dictionary_image(
+      descriptions::read(source_file("plants/demo/" + file), file, 0x42).device);
 }
 
 /// A node driven by the test. It records the device's requests; the test must expect each of them, in order.
@@ -138,7 +137,8 @@ struct Rig final : sim::DeviceNode {
   }
 
  private:
-  static descriptions::DictionaryImage with(descriptions::DictionaryImage image, const std::vector<Value>& values) {
+  static descriptions::DictionaryImage with(descriptions::DictionaryImage image,
+                                            const std::vector<Value>& values) {
     ObjectDictionary dictionary(image.entries, image.values, nullptr);
     for (const Value& value : values)
       REQUIRE(dictionary.set(value.index, value.sub, value.value));

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
-// Any bytes as one of the smaller texts: a fault, recorded values, stored parameters, a file of --state. What is
-// accepted is the same after being written and read again; what is not is reported with its place. The first byte
-// selects the kind of text.
+// Any bytes as one of the smaller texts: a fault, recorded values, stored parameters, a file of --state. What
+// is accepted is the same after being written and read again; what is not is reported with its place. The
+// first byte selects the kind of text.
 
 #include "base/error.hpp"
 #include "fuzz/fuzz.hpp"
 #include "scenario/search/state.hpp"
 #include "sim/faults/fault.hpp"
-#include "sim/parameter_text.hpp"
+#include "sim/parameters.hpp"
 #include "sim/signal.hpp"
 
 namespace cbcan::fuzz {

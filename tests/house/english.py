@@ -116,11 +116,11 @@ def strings():
     """(place, text) of the strings of the programs."""
     for folder in ("hostsim", "regmap", "tools"):
         for path in sorted((ROOT / folder).rglob("*")):
-            if path.suffix in (".cpp", ".hpp") or path.suffix in (".js", ".html") and not path.name.startswith("uPlot"):
+            if path.suffix in (".cpp", ".hpp") or path.parent.name == "help" or path.suffix in (".js", ".html") and not path.name.startswith("uPlot"):
                 for number, line in enumerate(path.read_text().splitlines(), 1):
                     code = line.partition("// ")[0]
-                    if path.suffix == ".html" or not code.lstrip().startswith(("///", "//", "*", "#include")):
-                        for text in [code] if path.suffix == ".html" else STRING.findall(code):
+                    if path.suffix in (".html", ".txt") or not code.lstrip().startswith(("///", "//", "*", "#include")):
+                        for text in [code] if path.suffix in (".html", ".txt") else STRING.findall(code):
                             if " " in text:
                                 yield f"{path.relative_to(ROOT)}:{number}", text
 

@@ -5,44 +5,18 @@
 
 #include <fmt/format.h>
 
-#include "base/numbers.hpp"
 #include "journal/watch.hpp"
-#include "journal/words.hpp"
-#include "plant/demo.hpp"
+#include "plant/journal_lines.hpp"
 
 namespace cbcan::journal {
 namespace {
 
 using Lines = std::vector<std::string>;
 
-const descriptions::ObjectName* no_name(std::uint8_t /*network*/, std::uint8_t /*node*/, std::uint16_t /*index*/,
-                               std::uint8_t /*sub*/) {
-  return nullptr;
-}
-
-/// Everything since the last call, with times and transactions.
-class Seen {
- public:
-  explicit Seen(plant::VirtualPlant& plant) : journal_(plant.control().journal()), cursor_(journal_) {}
-
-  Lines lines() {
-    Lines lines;
-    cursor_.look([&](std::uint64_t, const Event& event) {
-      lines.push_back(base::seconds_text(event.at) + " " + text_of(event, journal_, no_name));
-      return true;
-    });
-    return lines;
-  }
-
- private:
-  const Journal& journal_;
-  Cursor cursor_;
-};
-
 /// A minute with noise, faults and all kinds of transactions.
 Lines session(const std::string& more) {
   const auto plant = plant::test::demo(more);
-  Seen seen(*plant);
+  plant::test::JournalLines seen(*plant);
   Lines all;
   for (const char* command :
        {"fault 0x42 response-never probability=0.3", "fault bus frame-loss probability=0.05", "nmt start all",
@@ -130,64 +104,9 @@ TEST_CASE("a view of some kinds sees those alone, and has missed nothing where n
   CHECK_FALSE(view.has_news());
 }
 
-TEST_CASE("a transaction's events are in the order of the bus") {
-  const auto plant = plant::test::demo();
-  plant->execute("pass 1s");
-  Seen seen(*plant);
-  plant->execute("trigger read 0x42 0x1000 0 4");
-  CHECK(seen.lines() == Lines{"1.000000 command trigger read 0x42 0x1000 0 4",
-                              "1.000000 #1 read node 66 1000h:00 begun",
-                              "1.000000 #1 642#4000100000000000 SDO node 66: read 1000h:00",
-                              "1.000000 #1 5C2#4300100091010F00 SDO node 66: value of 1000h:00 = 983441",
-                              "1.000000 #1 read node 66 1000h:00 = 983441: done, 0 ms"});
-  plant->execute("trigger write 0 0x3003 0 2 70");  // ends immediately
-  CHECK(seen.lines() == Lines{"1.000000 command trigger write 0 0x3003 0 2 70",
-                              "1.000000 #2 write node 0 3003h:00 = 70 begun",
-                              "1.000000 #2 write node 0 3003h:00 = 70: done, 0 ms"});
-}
-
-TEST_CASE("frames behind the end belong to the transaction that has failed") {
-  const auto plant = plant::test::demo();
-  plant->execute("fault 0x42 response-late delay_ms=1500 count=1");
-  Seen seen(*plant);
-  plant->execute("trigger read 0x42 0x1000 0 4");
-  plant->execute("pass 2s");
-  CHECK(
-      seen.lines() ==
-      Lines{"0.000000 command trigger read 0x42 0x1000 0 4", "0.000000 #1 read node 66 1000h:00 begun",
-            "0.000000 #1 642#4000100000000000 SDO node 66: read 1000h:00",
-            "0.000000 #1 node 66: fault 1: response-late delay_ms=1500 count=1: 5C2#4300100091010F00",
-            "1.000000 #1 read node 66 1000h:00: 0504 0000h SDO service timed out, 1000 ms",
-            "1.000000 #1 642#8000100000000405 SDO node 66: abort 1000h:00: 0504 0000h SDO service timed out",
-            "1.500000 #1 5C2#4300100091010F00 SDO node 66: value of 1000h:00 = 983441"});
-  plant->execute("send 642#4000100000000000");  // from another client
-  CHECK(seen.lines()[1] == "2.000000 642#4000100000000000 SDO node 66: read 1000h:00");
-}
-
-TEST_CASE("NMT, node states, EMCY messages and a cancelled transaction") {
-  const auto plant = plant::test::demo();
-  Seen seen(*plant);
-  plant->execute("trigger write 0 0x1F82 1 2 5");
-  CHECK(seen.lines() == Lines{"0.000000 command trigger write 0 0x1F82 1 2 5",
-                              "0.000000 #1 NMT Start Remote Node: node 1 begun",
-                              "0.000000 #1 NMT Start Remote Node: node 1: done, 0 ms",
-                              "0.000000 #1 000#0101 NMT Start Remote Node: node 1",
-                              "0.000000 node 1 operational"});
-  plant->execute("trigger read 2 0x300C 0 1");
-  CHECK(seen.lines().back() == "0.000000 #2 state of node 2 = pre-operational: done, 0 ms");
-  plant->execute("power 1 off");
-  CHECK(seen.lines() == Lines{"0.000000 command power 1 off", "0.000000 node 1 off"});
-  plant->execute("incident 16 overtemperature on");
-  CHECK(seen.lines().back() == "0.000000 EMCY node 16: 4210h device temperature; generic, temperature");
-  plant->execute("trigger read 99 0x1000 0 4");
-  plant->execute("write 3700 0");
-  const Lines lines = seen.lines();
-  CHECK(lines[4] == "0.000000 #3 read node 99 1000h:00: cancelled, 0 ms");
-}
-
 TEST_CASE("values at terminals") {
   const auto plant = plant::test::demo();
-  Seen seen(*plant);
+  plant::test::JournalLines seen(*plant);
   for (const char* command : {
            "trigger write 0x42 0x6202 1 1 0x80",  // polarity
            "trigger write 0x42 0x6200 1 1 5", "trigger write 0x42 0x6411 1 2 0xFFFB", "set 0x42 0x6000:1 3",
@@ -202,72 +121,6 @@ TEST_CASE("values at terminals") {
                        "0.000000 node 66 input:1 off, input:3 on",
                        "0.000000 node 66 output:1 off, output:3 off",
                        "0.000000 node 66 analogue-output:1 = 0"});
-}
-
-TEST_CASE("requests of the scanner window go by their numbers") {
-  const auto plant = plant::test::demo();
-  Seen seen(*plant);
-  plant->execute("write 500 1 5055 0x42 0x1000 0 4");  // the first number after a start is not executed
-  plant->execute("write 500 2 5055 0x42 0x1000 0 4");
-  plant->execute("write 500 2 5055 0x42 0x1000 0 4");
-  Lines lines = seen.lines();
-  std::erase_if(lines, [](const std::string& line) { return line.find("command") != std::string::npos; });
-  CHECK(
-      lines ==
-      Lines{
-          "0.000000 #1 read node 66 1000h:00 begun",
-          "0.000000 #1 read node 66 1000h:00: handshake after a start of the coprocessor: the number is not "
-          "executed, as it may "
-          "have been before, 0 ms",
-          "0.000000 #2 read node 66 1000h:00 begun",
-          "0.000000 #2 642#4000100000000000 SDO node 66: read 1000h:00",
-          "0.000000 #2 5C2#4300100091010F00 SDO node 66: value of 1000h:00 = 983441",
-          "0.000000 #2 read node 66 1000h:00 = 983441: done, 0 ms"});
-}
-
-TEST_CASE("frames belong to the channel whose turn it is with the node") {
-  const auto plant = plant::test::demo("[module]\nchannels = 3\n");
-  plant->execute("write 500 1 5055 0 0 0 0");
-  plant->execute("write 700 1 5055 0 0 0 0");
-  plant->execute("write 900 1 5055 0 0 0 0");
-  plant->execute("fault 0x42 response-late delay_ms=50 count=1");
-  Seen seen(*plant);
-  plant->execute("write 500 2 5055 0x42 0x1000 0 4");
-  plant->execute("write 700 2 5055 0x42 0x1001 0 1");
-  plant->execute("write 900 2 5055 0x42 0x300C 0 1");
-  plant->execute("pass 100ms");
-  Lines lines = seen.lines();
-  std::erase_if(lines, [](const std::string& line) { return line.find("command") != std::string::npos; });
-  CHECK(lines ==
-        Lines{"0.000000 #1 read node 66 1000h:00 begun",
-              "0.000000 #1 642#4000100000000000 SDO node 66: read 1000h:00",
-              "0.000000 #1 node 66: fault 1: response-late delay_ms=50 count=1: 5C2#4300100091010F00",
-              "0.000000 #2 read node 66 1001h:00 begun", "0.000000 #3 state of node 66 begun",
-              "0.000000 #3 state of node 66 = pre-operational: done, 0 ms",
-              "0.050000 #1 5C2#4300100091010F00 SDO node 66: value of 1000h:00 = 983441",
-              "0.050000 #1 read node 66 1000h:00 = 983441: done, 50 ms",
-              "0.050000 #2 642#4001100000000000 SDO node 66: read 1001h:00",
-              "0.050000 #2 5C2#4F01100000000000 SDO node 66: value of 1001h:00 = 0",
-              "0.050000 #2 read node 66 1001h:00 = 0: done, 50 ms"});
-}
-
-TEST_CASE("a request that the PLC cancels before its turn, and one after") {
-  const auto plant = plant::test::demo("[module]\nchannels = 2\n");
-  plant->execute("write 500 1 5055 0 0 0 0");
-  plant->execute("write 700 1 5055 0 0 0 0");
-  plant->execute("fault 0x42 response-late delay_ms=50 count=1");
-  Seen seen(*plant);
-  plant->execute("write 500 2 5055 0x42 0x1000 0 4");
-  plant->execute("write 700 2 5055 0x42 0x1001 0 1");
-  plant->execute("pass 10ms");
-  seen.lines();
-  plant->execute("write 700 0");
-  plant->execute("pass 1ms");
-  CHECK(seen.lines().back() ==
-        "0.010000 #2 read node 66 1001h:00: cancelled before its first frame (is TIMEOUT too short?), 10 ms");
-  plant->execute("write 500 0");
-  plant->execute("pass 1ms");
-  CHECK(seen.lines()[1] == "0.011000 #1 read node 66 1000h:00: 0800 0000h general error, 11 ms");
 }
 
 TEST_CASE("a Modbus request belongs to the transaction of the registers that it is about") {

@@ -27,11 +27,11 @@ inline std::unique_ptr<VirtualPlant> demo(std::string_view more = "") {
   return plant;
 }
 
-/// The frames from now on, in the format of candump.
+/// The frames from now on, in the format of candump; of a further network with its number, "2/705#00".
 struct Frames final : Listener {
   explicit Frames(VirtualPlant& plant) : Listener(plant.view()) {}
-  void on_frame(std::size_t /*network*/, const Frame& frame, Time /*now*/) override {
-    seen.push_back(sim::frame_text(frame));
+  void on_frame(std::size_t network, const Frame& frame, Time /*now*/) override {
+    seen.push_back((network == 1 ? "" : std::to_string(network) + "/") + sim::frame_text(frame));
   }
   std::vector<std::string> seen;
 };

@@ -7,8 +7,6 @@
 namespace cbcan::plant::test {
 namespace {
 
-const Files kNone;
-
 std::unique_ptr<VirtualPlant> model(std::string_view name, std::string_view more = "") {
   return plant_of(fmt::format("[[node]]\nid = 20\ndevice = \"plants/{0}.lua\"\n{1}", name, more), kNone);
 }

@@ -1,25 +1,23 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <fstream>
 #include <map>
-#include <sstream>
 
 #include "base/words.hpp"
 #include "demo.hpp"
+#include "support/source_file.hpp"
 
 namespace cbcan::plant::test {
 
 using Files = std::map<std::string, std::string>;
+inline const Files kNone;
 
 /// Reads these files, those of the demo plant, and those of the source tree.
 inline base::FileReader reader(const Files& files) {
   return config::with_demo_plant([&files](const std::string& path) -> std::optional<std::string> {
     if (const auto found = files.find(path); found != files.end()) return found->second;
-    std::ifstream file(std::string(CBCAN_SOURCE_DIR) + "/" + path);
-    std::ostringstream text;
-    text << file.rdbuf();
-    return file ? std::optional(text.str()) : std::nullopt;
+    const std::string text = cbcan::test::source_file(path);
+    return text.empty() ? std::nullopt : std::optional(text);
   });
 }
 

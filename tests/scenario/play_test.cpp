@@ -2,6 +2,7 @@
 // Scenarios as text, and their results on a plant in this process.
 #include "plant/demo.hpp"
 #include "scenario/scenario.hpp"
+#include "support/case_file.hpp"
 
 namespace cbcan::plant::test {
 
@@ -45,39 +46,8 @@ Played played(const std::string& text) {
 }  // namespace
 
 TEST_CASE("scenarios: errors in a file are reported by line") {
-  const auto wrong = [](const std::string& text) { return problems(scenario(text).problems); };
-  const std::string no_step = "1: step: there is none; write [[step]] above each step";
-  const std::string not_every = "1: every: such a step has do, and none of wait, expect and must";
-  const std::string no_text = ": step.do: must be a text, or a list of them";
-  const std::pair<std::string, std::string> rows[] = {
-      {"plant = 5\n[[step]]\n", "1: plant: must be a text: demo, or the path of a plant file"},
-      {"plant = \"x.toml\"\n[[step]]\n",
-       "1: plant dir/x.toml: cannot be read; paths are relative to this file"},
-      {"plant = \"demo\"\n", no_step},
-      {"plant = \"demo\"\nstep = 3\n", no_step},
-      {"plant = \"demo\"\nstep = [1]\n", no_step},
-      {"[[step]]\nevery = \"1s\"\n", not_every},
-      {"[[step]]\nevery = \"1s\"\ndo = \"time\"\nexpect = \"x\"\n", not_every},
-      {"[[step]]\nevery = \"1s\"\ndo = \"time\"\nwait = \"x\"\n", not_every},
-      {"[[step]]\nat = \"1s\"\nafter = \"1s\"\n", "1: at, after: a step has one of them"},
-      {"[[step]]\ndo = 5\n", "2" + no_text},
-      {"[[step]]\ndo = [\"time\",\n 5]\n", "3" + no_text},
-      {"[[step]]\nwiat = \"x\"\n", "2: step.wiat: no such key; did you mean wait?"},
-      {"[[step]]\nzzzzzzzz = \"x\"\n",
-       "2: step.zzzzzzzz: no such key; step has at, after, every, do, wait, within, expect and must"},
-  };
-  for (const auto& [text, told] : rows)
-    CHECK(wrong(text) == Lines{"dir/s.toml:" + told});
-  for (const char* key : {"at = 5", "after = \"5\"", "within = \"x\"", "every = \"0s\"\ndo = \"time\""}) {
-    const std::string name = std::string(key).substr(0, std::string(key).find(' '));
-    CHECK(wrong(std::string("[[step]]\n") + key) ==
-          Lines{"dir/s.toml:2: step." + name + ": write " + name +
-                " = \"100ms\": a whole number of us, ms or s, a year at most"});
-  }
-  CHECK(wrong("[[step]]\nat = \"0s\"\n").empty());
-  CHECK(wrong("[[step]]\nevery = \"1s\"\ndo = \"time\"\n").empty());
-  CHECK(wrong("[[step]\n").size() == 1);
-  CHECK(wrong("[module]\nnode = 300\n[[step]]\n").size() == 1);
+  for (const cbcan::test::FileCase& each : cbcan::test::cases_of("tests/scenario/mistakes.txt"))
+    each.check(cbcan::test::without("dir/s.toml:", problems(scenario(each.text()).problems)));
 }
 
 TEST_CASE("scenarios: invalid commands and conditions are reported before anything happens") {

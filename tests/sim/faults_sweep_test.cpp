@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A coprocessor and a node with every fault of SDO responses, in every transfer mode, at every step: there is one
-// result in time, and the next transaction, without the fault, succeeds.
+// A coprocessor and a node with every fault of SDO responses, in every transfer mode, at every step: there is
+// one result in time, and the next transaction, without the fault, succeeds.
 #include "sim/faulty_plant.hpp"
 
 using namespace cbcan;
@@ -12,44 +12,26 @@ namespace {
 constexpr Time kTimeout = 1000 * kMillisecond;
 
 /// Module and node 5 on one bus.
-struct Plant {
+struct Plant : ModulePlant {
   Plant() {
-    world.add_module(cbcan::RegisterWindow(cbcan::RegisterWindow::Words(registers)), process, {});
     world.bus().attach(requests).accept(0x605, 0x605);
     world.start(0);
     pass(kMillisecond);
   }
 
-  std::uint16_t& reg(unsigned address) { return registers.at(address - 3700); }
   /// Returns how long it took.
   Time execute(std::initializer_list<std::uint16_t> words, Time most) {
-    unsigned address = 3701;
-    for (const std::uint16_t word : words)
-      reg(address++) = word;
-    reg(3700) = 0xCA0E;
     const Time begun = now;
-    world.advance(now);
-    while (reg(3700) == 0xCA0E && world.next_deadline() <= begun + most)
-      run_until(world.next_deadline());
+    request(words);
+    while (reg(3700) == 0xCA0E && world.next_deadline() <= begun + most) {
+      now = std::max(now, world.next_deadline());
+      world.advance(now);
+    }
     return now - begun;
   }
-  void pass(Time duration) {
-    for (const Time end = now + duration; now != end;)
-      run_until(std::min(end, world.next_deadline()));
-  }
 
-  std::array<std::uint16_t, 70> registers{};
-  std::array<std::uint16_t, 128> process{};
-  cbcan::sim::World world;
-  cbcan::sim::Node& node = world.add_node(faulty_node(nullptr));
+  sim::Node& node = world.add_node(faulty_node(nullptr));
   cbcan::test::Master requests;  ///< of the module to node 5
-  Time now = 0;
-
- private:
-  void run_until(Time time) {
-    now = std::max(now, time);
-    world.advance(now);
-  }
 };
 
 struct Transfer {

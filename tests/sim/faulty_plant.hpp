@@ -53,14 +53,13 @@ struct Master final : sim::Receiver {
   Texts heard;
 };
 
-/// World, node 5, master. Time begins at 0, after the node's boot-up.
-struct FaultyPlant {
-  explicit FaultyPlant(std::uint32_t bit_rate = 0) : world(bit_rate, 0, &told) {
-    master_port.accept(0, 0x7FF);
-    world.start(0);
-    pass(0);
-    master.heard.clear();
+/// Node 5 and a master. Time begins at 0, after the node's boot-up.
+struct FaultyPlant : WorldBench {
+  explicit FaultyPlant(std::uint32_t bit_rate = 0) : WorldBench(bit_rate, &told) {
+    start().pass(0);
+    heard();
   }
+  ~FaultyPlant() override { heard(); }
 
   unsigned set(const std::string& fault) {
     return node.faults().add(fault_from(fault, sim::FaultPlace::kNode), now);
@@ -71,23 +70,38 @@ struct FaultyPlant {
 
   /// Frames from the master, each after all immediate effects of the one before.
   void send(const Texts& frames) {
-    for (const std::string& frame : frames) {
-      CHECK(master_port.try_send(frame_from(frame)));
-      pass(0);
-    }
+    for (const std::string& frame : frames)
+      WorldBench::send(frame);
   }
-  void pass(Time duration) { advance_when_due(world, now, now + duration); }
-
   /// What the master has received since the last call.
-  Texts heard() { return std::exchange(master.heard, {}); }
+  Texts heard() { return heard_with_times(); }
 
   Told told;
-  sim::World world;
   sim::Bus& bus = world.bus();
   sim::FaultSet& bus_faults = world.faults();
   sim::Node& node = world.add_node(faulty_node(&told));
-  Master master;
-  sim::Port& master_port = bus.attach(master);
+  sim::Port& master_port = port_;
+};
+
+/// A world with a module; the test is its PLC.
+struct ModulePlant {
+  explicit ModulePlant(std::uint32_t bit_rate = 0) : world(bit_rate) { module.show_status_in(status); }
+
+  std::uint16_t& reg(unsigned address) { return registers.at(address - regmap::kWindowFirst); }
+  void request(std::initializer_list<std::uint16_t> words) {
+    std::copy(words.begin(), words.end(), registers.begin() + 1);
+    reg(3700) = 0xCA0E;
+    world.advance(now);
+  }
+  void pass(Time duration) { advance_when_due(world, now, now + duration); }
+  bool all_run() const { return (status[0] & 1) != 0; }
+
+  std::array<std::uint16_t, regmap::kWindowWords> registers{};
+  std::array<std::uint16_t, regmap::kProcessWords> process{};
+  std::array<std::uint16_t, regmap::kStatusWords> status{};
+  sim::World world;
+  sim::CoprocessorModule& module =
+      world.add_module(RegisterWindow(RegisterWindow::Words(registers)), process, {});
   Time now = 0;
 };
 

@@ -32,20 +32,18 @@ const char* const kPassing[] = {
 
 class RandomNetwork final : private sim::Receiver {
  public:
-  explicit RandomNetwork(std::uint64_t seed) : random_(seed), meddles_(one_of(2)), world_(bit_rate()) {
+  explicit RandomNetwork(std::uint64_t seed) : random_(seed), meddles_(one_of(2)), plant_(bit_rate()) {
     std::vector<Item> own, of_nodes;
     const auto last = static_cast<std::uint8_t>(kFirstNode + random_.below(4));
-    module_ = &world_.add_module(RegisterWindow(RegisterWindow::Words(registers_)), process_, {});
-    module_->show_status_in(status_);
     for (std::uint8_t node = kFirstNode; node <= last; ++node)
       add_node(node, own, of_nodes);
     // Bit 6 stops nodes, which then need a PLC.
     own.push_back({0x1F80, 0, u32(1 | bits({{1, 4}, {4, 5}, {6, meddles_ ? 5u : kNoCase}}))});
     if (one_of(4)) own.push_back({0x1F89, 0, u32(400)});
     own.insert(own.end(), of_nodes.begin(), of_nodes.end());
-    module_->manage(image_of(concise(own)));
+    plant_.module.manage(image_of(concise(own)));
     port_.accept(0, 0x7FF);
-    world_.start(0);
+    plant_.world.start(0);
   }
 
   /// Everything that happens; then whether all nodes run, and for how long the test has waited for that.
@@ -56,15 +54,16 @@ class RandomNetwork final : private sim::Receiver {
     }
     pass(20 * kSecond);
     if (meddles_) reset_all();
-    for (unsigned second = 0; second != 130 && !all_run(); ++second)
+    for (unsigned second = 0; second != 130 && !plant_.all_run(); ++second)
       pass(kSecond);
-    return all_run();
+    return plant_.all_run();
   }
   std::uint64_t digest() const { return digest_; }
   std::string state() const {
     std::string text;
     for (std::size_t node = 0; node != nodes_.size() + kFirstNode; ++node)
-      text += std::to_string(status_[44 + node] >> 8) + ":" + std::to_string(status_[44 + node] & 0xFF) + " ";
+      text += std::to_string(plant_.status[44 + node] >> 8) + ":" +
+              std::to_string(plant_.status[44 + node] & 0xFF) + " ";
     return text + (meddles_ ? "meddles" : "faults alone");
   }
 
@@ -98,7 +97,7 @@ class RandomNetwork final : private sim::Receiver {
                                  {index, 1, 1, DataType::kUnsigned32, 0, ObjectFlags::kReadWrite,
                                   offset + 4u * (index - 0x1010u), 4});
     parts.image.values.resize(offset + 8);
-    nodes_.push_back(&world_.add_node(std::move(parts)));
+    nodes_.push_back(&plant_.world.add_node(std::move(parts)));
     std::vector<Item> writes{{0x2001, 0, {7, 0}}};
     if (!one_of(3)) {
       own.push_back(
@@ -116,12 +115,12 @@ class RandomNetwork final : private sim::Receiver {
     if (const std::size_t at = fault.find('%'); at != std::string::npos)
       fault.replace(at, 1, std::to_string(1 + random_.below(5000)));
     if (one_of(8)) {
-      module_->port().set_state(BusState::kBusOff, now_);
+      plant_.module.port().set_state(BusState::kBusOff, plant_.now);
       pass(random_.below(3'000'000));
-      return module_->port().set_state(BusState::kActive, now_);
+      return plant_.module.port().set_state(BusState::kActive, plant_.now);
     }
     nodes_[random_.below(static_cast<std::uint32_t>(nodes_.size()))]->faults().add(
-        fault_from(fault, sim::FaultPlace::kNode), now_);
+        fault_from(fault, sim::FaultPlace::kNode), plant_.now);
   }
 
   void meddle() {
@@ -151,25 +150,17 @@ class RandomNetwork final : private sim::Receiver {
   }
 
   void request(std::initializer_list<std::uint16_t> words) {
-    std::copy(words.begin(), words.end(), registers_.begin() + 1);
-    registers_[0] = 0xCA0E;
-    world_.advance(now_);
+    plant_.request(words);
     pass(5 * kSecond);
-    CHECK(registers_[0] != 0xCA0E);
+    CHECK(plant_.reg(3700) != 0xCA0E);
   }
-  void pass(Time duration) { advance_when_due(world_, now_, now_ + duration); }
-  bool all_run() const { return (status_[0] & 1) != 0; }
+  void pass(Time duration) { plant_.pass(duration); }
 
   sim::Random random_;
   bool meddles_;
-  Registers registers_{};
-  std::array<std::uint16_t, regmap::kProcessWords> process_{};
-  std::array<std::uint16_t, regmap::kStatusWords> status_{};
-  sim::World world_;
-  sim::Port& port_ = world_.bus().attach(*this);
-  sim::CoprocessorModule* module_ = nullptr;
+  ModulePlant plant_;
+  sim::Port& port_ = plant_.world.bus().attach(*this);
   std::vector<sim::Node*> nodes_;
-  Time now_ = 0;
   std::uint64_t digest_ = 0xCBF29CE484222325;
 };
 

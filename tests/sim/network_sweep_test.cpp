@@ -51,18 +51,13 @@ sim::NodeParts node_with_id(std::uint8_t id) {
   return parts;
 }
 
-struct Plant {
-  explicit Plant(std::uint32_t bit_rate = 0)
-      : world(bit_rate),
-        module(world.add_module(RegisterWindow(RegisterWindow::Words(registers)), process, {})),
-        node(world.add_node(node_with_id(5))) {
+struct Plant : ModulePlant {
+  explicit Plant(std::uint32_t bit_rate = 0) : ModulePlant(bit_rate), node(world.add_node(node_with_id(5))) {
     world.add_node(node_with_id(6));
-    module.show_status_in(status);
     module.manage(image_of(concise(network())));
     world.bus().attach(invariant).accept(0, 0x7FF);
   }
 
-  void pass(Time duration) { advance_when_due(world, now, now + duration); }
   /// Until this many frames have been on the bus. False: they do not come.
   bool pass_frames(unsigned frames) {
     const Time end = now + 3 * kSecond;
@@ -72,12 +67,6 @@ struct Plant {
     }
     return invariant.frames >= frames;
   }
-  void request(std::initializer_list<std::uint16_t> words) {
-    std::copy(words.begin(), words.end(), registers.begin() + 1);
-    registers[0] = 0xCA0E;
-    world.advance(now);
-  }
-  bool all_run() const { return (status[0] & 1) != 0; }
   void check_end() {
     pass(25 * kSecond);
     CHECK(all_run());
@@ -85,14 +74,8 @@ struct Plant {
     CHECK(status[44 + 6] == 0x0105);
   }
 
-  Registers registers{};
-  std::array<std::uint16_t, regmap::kProcessWords> process{};
-  std::array<std::uint16_t, regmap::kStatusWords> status{};
-  sim::World world;
-  sim::CoprocessorModule& module;
   sim::Node& node;
   Invariant invariant;
-  Time now = 0;
 };
 
 const char* const kFaults[] = {
@@ -126,6 +109,20 @@ bool sweep(const std::string& text) {
   return fired;
 }
 
+/// A boot for each of its frames, after which `happens` takes place; in the end all nodes run.
+template <class Happens>
+void after_each_frame(const std::string& what, const Happens& happens) {
+  for (unsigned frames = 1;; ++frames) {
+    Plant plant(125'000);
+    plant.world.start(0);
+    if (!plant.pass_frames(frames) || plant.all_run()) break;
+    INFO(what << " after " << frames << " frames");
+    happens(plant);
+    plant.check_end();
+    CHECK(plant.registers[0] != 0xCA0E);
+  }
+}
+
 }  // namespace
 
 TEST_CASE("A boot with a fault of one node at each of its responses") {
@@ -138,15 +135,9 @@ TEST_CASE("A boot with a fault of one node at each of its responses") {
 
 TEST_CASE("A boot with a node that is silent, off or slow from each frame on") {
   for (const std::string fault : kStates)
-    for (unsigned frames = 1;; ++frames) {
-      Plant plant(125'000);
-      plant.world.start(0);
-      if (!plant.pass_frames(frames) || plant.all_run()) break;
-      INFO(fault << " after " << frames << " frames");
-      const sim::Fault state = fault_from(fault, sim::FaultPlace::kNode);
-      plant.node.faults().add(state, plant.now);
-      plant.check_end();
-    }
+    after_each_frame(fault, [&](Plant& plant) {
+      plant.node.faults().add(fault_from(fault, sim::FaultPlace::kNode), plant.now);
+    });
 }
 
 TEST_CASE("A boot with requests of the PLC after each frame") {
@@ -164,53 +155,28 @@ TEST_CASE("A boot with requests of the PLC after each frame") {
       {"conf", {5066, 0, 0x1F25, 5, 4, 0x6F63, 0x666E}},
   };
   for (const Action& action : actions)
-    for (unsigned frames = 1;; ++frames) {
-      Plant plant(125'000);
-      plant.world.start(0);
-      if (!plant.pass_frames(frames) || plant.all_run()) break;
-      INFO(action.name << " after " << frames << " frames");
-      plant.request(action.words);
-      plant.check_end();
-      CHECK(plant.registers[0] != 0xCA0E);
-    }
+    after_each_frame(action.name, [&](Plant& plant) { plant.request(action.words); });
 }
 
 TEST_CASE("A boot with NMT commands of the PLC after each frame: the node is held until Start") {
   for (const std::uint16_t command : {std::uint16_t{4}, std::uint16_t{127}})
-    for (unsigned frames = 1;; ++frames) {
-      Plant plant(125'000);
-      plant.world.start(0);
-      if (!plant.pass_frames(frames) || plant.all_run()) break;
-      INFO(command << " after " << frames << " frames");
+    after_each_frame("NMT " + std::to_string(command), [&](Plant& plant) {
       plant.request({5066, 0, 0x1F82, 5, 1, command});
       plant.pass(20 * kSecond);
       CHECK_FALSE(plant.all_run());
       plant.invariant.plc_starts = true;
       plant.request({5066, 0, 0x1F82, 5, 1, 5});
-      plant.check_end();
-    }
+    });
 }
 
 TEST_CASE("A module that restarts after each frame of the boot") {
-  for (unsigned frames = 1;; ++frames) {
-    Plant plant(125'000);
-    plant.world.start(0);
-    if (!plant.pass_frames(frames) || plant.all_run()) break;
-    INFO(frames);
-    plant.module.restart(plant.now);
-    plant.check_end();
-  }
+  after_each_frame("restart", [](Plant& plant) { plant.module.restart(plant.now); });
 }
 
 TEST_CASE("A bus that fails after each frame of the boot") {
-  for (unsigned frames = 1;; ++frames) {
-    Plant plant(125'000);
-    plant.world.start(0);
-    if (!plant.pass_frames(frames) || plant.all_run()) break;
-    INFO(frames);
+  after_each_frame("bus-off", [](Plant& plant) {
     plant.module.port().set_state(BusState::kBusOff, plant.now);
     plant.pass(300 * kMillisecond);
     plant.module.port().set_state(BusState::kActive, plant.now);
-    plant.check_end();
-  }
+  });
 }

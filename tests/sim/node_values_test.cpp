@@ -11,7 +11,8 @@ using sim::Ramp;
 using sim::Replay;
 using sim::Signal;
 
-/// 6000h:1 shows twice its input. An error is present while 6200h:1 is above 100, or during the incident "jam".
+/// 6000h:1 shows twice its input. An error is present while 6200h:1 is above 100, or during the incident
+/// "jam".
 struct Doubler final : sim::Behaviour {
   explicit Doubler(sim::DeviceNode& node) : node_(node) {}
 
@@ -141,6 +142,7 @@ TEST_CASE("Node: an input without a behaviour is the object's value, rounded and
   CHECK_FALSE(node.set_input(0x6000, 2, 1, bench.now));  // no such sub-index
   CHECK_FALSE(node.set_input(0x7000, 0, 1, bench.now));
   CHECK_FALSE(node.set_input(0x1010, 1, 1, bench.now));  // a command, not a number
+  CHECK_FALSE(node.set_input(0x1014, 0, 0, bench.now));  // for SDO, which checks it
 }
 
 TEST_CASE("Node: a behaviour has its inputs, the others are the dictionary's") {
@@ -171,7 +173,8 @@ TEST_CASE("Node: a behaviour's errors: by SDO, by RPDO, by an incident") {
   bench.incident(node, "jam", false).expect("085#0000000000000000");
 }
 
-TEST_CASE("Node: an error whose cause is still there is reported again after reset node, not after reset comm.") {
+TEST_CASE(
+    "Node: an error whose cause is still there is reported again after reset node, not after reset comm.") {
   NodeBench bench(with_doubler());
   sim::Node& node = bench.node;
   bench.incident(node, "jam", true).expect("085#01FF810102030405");

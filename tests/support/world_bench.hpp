@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// A simulated bus in virtual time, and a master on it whose frames the test sends. Every frame that the master
-/// receives has to be expected, in order and at its time.
+/// A simulated bus in virtual time, and a master on it whose frames the test sends. Every frame that the
+/// master receives, and every state of its controller, has to be expected, in order and at its time.
 
 #include <exception>
 
@@ -117,9 +117,13 @@ struct WorldBench : private sim::Receiver {
 
  private:
   void on_frame(const Frame& frame, Time at) override { heard_.emplace_back(at, text_of(frame)); }
-  void on_bus_state(BusState /*state*/, Time /*at*/) override {}
+  void on_bus_state(BusState state, Time at) override {
+    heard_.emplace_back(at, "state " + std::to_string(static_cast<int>(state)));
+  }
 
   std::deque<std::pair<Time, std::string>> heard_;
+
+ protected:
   sim::Port& port_ = world.bus().attach(*this);
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "descriptions/value.hpp"
+#include "descriptions/values.hpp"
 
 #include "base/value.hpp"
 #include "support/catch.hpp"

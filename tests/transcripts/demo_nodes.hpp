@@ -6,6 +6,7 @@
 #include "descriptions/dictionary_image.hpp"
 #include "descriptions/eds_reader.hpp"
 #include "devices/devices.hpp"
+#include "support/source_file.hpp"
 #include "support/world_bench.hpp"
 
 namespace cbcan::test {
@@ -18,10 +19,10 @@ struct InitialValue {
 };
 
 inline descriptions::DictionaryImage demo_image(const std::string& file, std::uint8_t node_id,
-                                       const std::vector<InitialValue>& values = {}) {
-  std::ifstream stream(std::string(DEMO_PLANT) + "/" + file);
-  const std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
-  descriptions::DictionaryImage image = descriptions::dictionary_image(descriptions::read(text, file, node_id).device);
+                                                const std::vector<InitialValue>& values = {}) {
+  const std::string text = source_file("plants/demo/" + file);
+  descriptions::DictionaryImage image =
+      descriptions::dictionary_image(descriptions::read(text, file, node_id).device);
   ObjectDictionary dictionary(image.entries, image.values, nullptr);
   for (const InitialValue& each : values)
     REQUIRE(dictionary.set(each.index, each.sub, each.value));

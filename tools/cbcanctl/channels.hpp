@@ -12,7 +12,7 @@
 
 #include "cbcan/regmap.hpp"
 #include "cbcan/window.hpp"
-#include "descriptions/value.hpp"
+#include "descriptions/values.hpp"
 
 namespace cbcan::tools {
 

@@ -12,7 +12,7 @@
 #include "base/exit_code.hpp"
 #include "cbcanctl/channels.hpp"
 #include "cbcanctl/tag_forms.hpp"
-#include "descriptions/value.hpp"
+#include "descriptions/values.hpp"
 
 namespace cbcan::ctl {
 

@@ -72,26 +72,6 @@ AbortCode Axes::check(const ObjectEntry& entry, std::uint8_t sub, std::span<cons
   return code;
 }
 
-void Axes::on_sync(Time now) {
-  for (One& axis : axes_)
-    axis.drive.on_sync(now);
-}
-
-void Axes::on_state(nmt::State state, Time now) {
-  for (One& axis : axes_)
-    axis.drive.on_state(state, now);
-}
-
-void Axes::on_network_failure(sim::NetworkFailure failure, Time now) {
-  for (One& axis : axes_)
-    axis.drive.on_network_failure(failure, now);
-}
-
-void Axes::delay_commands(Time delay) {
-  for (One& axis : axes_)
-    axis.drive.delay_commands(delay);
-}
-
 bool Axes::is_set_point(std::uint16_t index) const {
   return std::ranges::any_of(axes_, [index](const One& axis) { return axis.drive.is_set_point(index); });
 }

@@ -35,10 +35,12 @@ class Axes final : public sim::Behaviour {
   Time update(Time now) override;
   AbortCode check(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value,
                   Time now) override;
-  void on_sync(Time now) override;
-  void on_state(nmt::State state, Time now) override;
-  void on_network_failure(sim::NetworkFailure failure, Time now) override;
-  void delay_commands(Time delay) override;
+  void on_sync(Time now) override { each(&Drive::on_sync, now); }
+  void on_state(nmt::State state, Time now) override { each(&Drive::on_state, state, now); }
+  void on_network_failure(sim::NetworkFailure failure, Time now) override {
+    each(&Drive::on_network_failure, failure, now);
+  }
+  void delay_commands(Time delay) override { each(&Drive::delay_commands, delay); }
   bool is_set_point(std::uint16_t index) const override;
   bool set_input(std::uint16_t index, std::uint8_t sub, double value, Time now) override;
   std::optional<double> output(std::uint16_t index, std::uint8_t sub) const override;
@@ -72,6 +74,12 @@ class Axes final : public sim::Behaviour {
     AxisNode node;
     Drive drive;
   };
+
+  template <class... Args>
+  void each(void (Drive::*hook)(Args...), Args... args) {
+    for (One& axis : axes_)
+      (axis.drive.*hook)(args...);
+  }
 
   ErrorCounts errors_;
   std::deque<One> axes_;  ///< whose items do not move

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "devices/drive/profile_velocity.hpp"
+#include "devices/drive/velocity.hpp"
 
 namespace cbcan::devices {
 

@@ -149,18 +149,8 @@ Time Drive::update(Time now) {
 // Modes.
 
 Mode* Drive::mode_of(std::int8_t number) {
-  switch (number) {
-    case 1: return &profile_position_;
-    case 2: return &velocity_;
-    case 3: return &profile_velocity_;
-    case 4: return &profile_torque_;
-    case 6: return &homing_;
-    case 7: return &interpolated_position_;
-    case 8: return &cyclic_position_;
-    case 9: return &cyclic_velocity_;
-    case 10: return &cyclic_torque_;
-    default: return nullptr;
-  }
+  const auto place = static_cast<std::uint8_t>(number);
+  return place < modes_.size() ? modes_[place] : nullptr;
 }
 
 /// 6502h has a bit for each mode, from mode 1 on; "no mode" is always supported.

@@ -31,23 +31,69 @@
 /// network failure.
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string_view>
 
 #include "devices/drive/axis.hpp"
 #include "devices/drive/cyclic.hpp"
 #include "devices/drive/homing.hpp"
-#include "devices/drive/incidents.hpp"
 #include "devices/drive/objects.hpp"
 #include "devices/drive/power_stage.hpp"
 #include "devices/drive/profile_position.hpp"
-#include "devices/drive/profile_velocity.hpp"
 #include "devices/drive/torque.hpp"
 #include "devices/drive/touch_probe.hpp"
 #include "devices/drive/velocity.hpp"
+#include "devices/incidents.hpp"
 #include "sim/behaviour.hpp"
 
 namespace cbcan::devices {
+
+enum class Incident : std::uint8_t {
+  // Faults: EMCY, 603Fh and transition 13. They last until a fault reset after the cause has ended.
+  kOvercurrent,
+  kShortCircuit,
+  kOvervoltage,
+  kUndervoltage,
+  kOvertemperature,
+  kEncoder,
+  kFollowingError,
+  // These are not faults.
+  kMotorBlocked,
+  kNegativeLimit,
+  kPositiveLimit,
+  kWarning,
+};
+
+inline constexpr std::size_t kFaultKinds = 7;
+
+inline constexpr std::array<std::string_view, 11> kIncidentNames = {
+    "overcurrent", "short-circuit",   "overvoltage",   "undervoltage",          "overtemperature",
+    "encoder",     "following-error", "motor-blocked", "limit-switch-negative", "limit-switch-positive",
+    "warning",
+};
+
+/// Rows by Incident.
+inline constexpr std::array<ErrorKind, kFaultKinds> kFaults = {{
+    {0x2310, ErrorRegister::kGeneric | ErrorRegister::kCurrent},
+    {0x2320, ErrorRegister::kGeneric | ErrorRegister::kCurrent},
+    {0x3210, ErrorRegister::kGeneric | ErrorRegister::kVoltage},
+    {0x3220, ErrorRegister::kGeneric | ErrorRegister::kVoltage},
+    {0x4210, ErrorRegister::kGeneric | ErrorRegister::kTemperature},
+    {0x7305, ErrorRegister::kGeneric | ErrorRegister::kProfile},
+    {0x8611, ErrorRegister::kGeneric | ErrorRegister::kProfile},
+}};
+
+// 603Fh after a network failure. The node sends the EMCY, except for a missed SYNC.
+inline constexpr std::uint16_t kCommunicationFault = 0x8100;
+inline constexpr std::uint16_t kSyncFault = 0x8700;
+inline constexpr std::uint16_t kHeartbeatFault = static_cast<std::uint16_t>(EmergencyCode::kHeartbeat);
+inline constexpr std::uint16_t kBusOffFault = static_cast<std::uint16_t>(EmergencyCode::kBusOffRecovered);
+
+constexpr std::uint32_t bit_of(Incident incident) {
+  return std::uint32_t{1} << static_cast<unsigned>(incident);
+}
 
 class Drive final : public DeviceWithIncidents {
  public:
@@ -114,6 +160,10 @@ class Drive final : public DeviceWithIncidents {
   CyclicPosition cyclic_position_{objects_, axis_};
   CyclicVelocity cyclic_velocity_{objects_, axis_};
   CyclicTorque cyclic_torque_{objects_, axis_};
+  /// By their number in 6060h.
+  const std::array<Mode*, 11> modes_{
+      nullptr,  &profile_position_,      &velocity_,        &profile_velocity_, &profile_torque_, nullptr,
+      &homing_, &interpolated_position_, &cyclic_position_, &cyclic_velocity_,  &cyclic_torque_};
   TouchProbes probes_{objects_, axis_};
 
   Mode* mode_ = nullptr;  ///< of 6061h

@@ -27,18 +27,12 @@ using enum DataType;
 constexpr std::size_t kMostObjects = 250;
 constexpr std::size_t kMostPdos = 4;  ///< with a default COB-ID, in each direction
 
-constexpr auto kTypes = std::to_array<std::pair<std::string_view, DataType>>({{"bool", kBoolean},
-                                                                              {"i8", kInteger8},
-                                                                              {"i16", kInteger16},
-                                                                              {"i32", kInteger32},
-                                                                              {"i64", kInteger64},
-                                                                              {"u8", kUnsigned8},
-                                                                              {"u16", kUnsigned16},
-                                                                              {"u32", kUnsigned32},
-                                                                              {"u64", kUnsigned64},
-                                                                              {"f32", kReal32},
-                                                                              {"f64", kReal64},
-                                                                              {"text", kVisibleString}});
+using TypeName = std::pair<std::string_view, DataType>;
+constexpr std::array kTypes{
+    TypeName{"bool", kBoolean},   TypeName{"i8", kInteger8},    TypeName{"i16", kInteger16},
+    TypeName{"i32", kInteger32},  TypeName{"i64", kInteger64},  TypeName{"u8", kUnsigned8},
+    TypeName{"u16", kUnsigned16}, TypeName{"u32", kUnsigned32}, TypeName{"u64", kUnsigned64},
+    TypeName{"f32", kReal32},     TypeName{"f64", kReal64},     TypeName{"text", kVisibleString}};
 constexpr std::array<std::string_view, 4> kAccesses{"rw", "ro", "wo", "const"};
 constexpr std::array<std::string_view, 3> kPdos{"", "tx", "rx"};
 /// Names in the order of sim::Point::Kind.

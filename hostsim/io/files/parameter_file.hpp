@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "sim/parameter_text.hpp"
+#include "sim/parameters.hpp"
 
 namespace cbcan::io {
 

@@ -5,6 +5,7 @@
 
 #include "base/error.hpp"
 #include "base/toml_table.hpp"
+#include "base/words.hpp"
 #include "config/diagnostic.hpp"
 #include "config/settings.hpp"
 
@@ -39,29 +40,15 @@ constexpr auto kKeys = std::to_array<base::Setting<Settings>>({
 }  // namespace
 
 std::vector<std::string> default_faults() {
-  return {"response-*",
-          "abort",
-          "short-frame",
-          "refuse",
-          "request-lost",
-          "silent",
-          "silent count=0",
-          "heartbeat-stops count=0",
-          "power for_ms=300",
-          "power",
-          "bus-off for_ms=300",
-          "slow",
-          "cut",
-          "cut-before",
-          "late",
-          "exception",
-          "plc-restart",
-          "module-restart",
-          "module-nmt",
-          "module-nmt command=reset-comm",
-          "module-nmt command=stop",
-          "module-nmt command=preop",
-          "module-bus-off for_ms=300"};
+  std::string_view rest =
+      "response-*,abort,short-frame,refuse,request-lost,silent,silent count=0,heartbeat-stops count=0,"
+      "power for_ms=300,power,bus-off for_ms=300,slow,cut,cut-before,late,exception,plc-restart,"
+      "module-restart,module-nmt,module-nmt command=reset-comm,module-nmt command=stop,"
+      "module-nmt command=preop,module-bus-off for_ms=300";
+  std::vector<std::string> faults;
+  while (!rest.empty())
+    faults.emplace_back(base::take_part(rest, ','));
+  return faults;
 }
 
 std::vector<std::string> default_survive() {

@@ -26,7 +26,6 @@
 #include "sim/bus.hpp"
 #include "sim/faults/fault_set.hpp"
 #include "sim/faults/response_faults.hpp"
-#include "sim/faults/sdo_watch.hpp"
 #include "sim/faults/timing.hpp"
 
 namespace cbcan::sim {
