@@ -2,7 +2,7 @@
 #pragma once
 
 /// The PLC's side of the register window (docs/reference/contract.md) for C++ programs, over Modbus TCP and
-/// RTU. It needs only POSIX.
+/// RTU. It needs POSIX and libmodbus.
 ///
 ///     cbcan::window::Client client({.host = "192.168.1.7"});
 ///     const auto name = client.execute({.command = 5055, .node = 1, .index = 0x1008, .size = 32});
