@@ -1,22 +1,27 @@
 # SPDX-License-Identifier: MIT
-# find_package(cbcan [COMPONENTS canopen core rtu slcan window cia405 sim]): a target cbcan::NAME for each. sim needs third-party libraries; without
-# COMPONENTS it is omitted if they are missing.
+# find_package(cbcan [COMPONENTS canopen core rtu slcan window cia405 sim]): a target cbcan::NAME for each. window, cia405 and sim need
+# third-party libraries; without COMPONENTS they are omitted if those are missing.
 if(CBCAN_CONFIGURATION)
   set(cbcan_FOUND FALSE)
   set(cbcan_NOT_FOUND_MESSAGE "an installation has its own configuration: set CBCAN_CONFIGURATION where cbcan is built and installed, not here")
   return()
 endif()
 include(${CMAKE_CURRENT_LIST_DIR}/cbcan-firmware.cmake)
-include(${CMAKE_CURRENT_LIST_DIR}/cbcan-window.cmake OPTIONAL)
+set(cbcan_window_needs "pkg-config and libmodbus")
+set(cbcan_cia405_needs "${cbcan_window_needs}")
 set(cbcan_sim_needs "fmt, tomlplusplus, pkg-config and Lua 5.4")
 
+find_package(PkgConfig QUIET)
+if(PkgConfig_FOUND)
+  pkg_check_modules(libmodbus QUIET IMPORTED_TARGET GLOBAL libmodbus)
+  pkg_check_modules(lua QUIET IMPORTED_TARGET GLOBAL lua5.4)
+endif()
+if(TARGET PkgConfig::libmodbus)
+  include(${CMAKE_CURRENT_LIST_DIR}/cbcan-window.cmake OPTIONAL)
+endif()
 if("sim" IN_LIST cbcan_FIND_COMPONENTS OR NOT cbcan_FIND_COMPONENTS)
   find_package(fmt QUIET)
   find_package(tomlplusplus QUIET)
-  find_package(PkgConfig QUIET)
-  if(PkgConfig_FOUND)
-    pkg_check_modules(lua QUIET IMPORTED_TARGET GLOBAL lua5.4)
-  endif()
   if(TARGET fmt::fmt AND TARGET tomlplusplus::tomlplusplus AND TARGET PkgConfig::lua)
     include(${CMAKE_CURRENT_LIST_DIR}/cbcan-sim.cmake OPTIONAL)
   endif()

@@ -112,9 +112,10 @@ over Modbus, in front of simulated CANopen devices or a CAN interface.
 cbcanctl is the PLC's side, from the command line.")
 set(CPACK_DEBIAN_DEV_PACKAGE_NAME libcbcan-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
-set(CPACK_DEBIAN_DEV_PACKAGE_RECOMMENDS "pkg-config, libfmt-dev, libtomlplusplus-dev, liblua5.4-dev")
+set(CPACK_DEBIAN_DEV_PACKAGE_RECOMMENDS "pkg-config, libmodbus-dev, libfmt-dev, libtomlplusplus-dev, liblua5.4-dev")
 set(CPACK_COMPONENT_DEV_DESCRIPTION "C++20 libraries, freestanding: CANopen (SDO, PDO, NMT, LSS and more), the
 coprocessor behind registers, a Modbus RTU server, SLCAN. For programs: the
 PLC's side of the registers over Modbus, and the function blocks of CiA 405
-on it. For tests: a simulated plant, which needs libfmt, libtomlplusplus and liblua5.4.")
+on it; they need libmodbus. For tests: a simulated plant, which needs libfmt,
+libtomlplusplus and liblua5.4.")
 include(CPack)

@@ -12,12 +12,15 @@ cmake_language(DEFER CALL target_sources cbcanctl PRIVATE ${PROJECT_SOURCE_DIR}/
 # The LGPL asks for its text, and for a way to link the programs with another version of its libraries.
 set(again "linked statically: tools/dev/wheel of the source of cbcan, MIT licence, links the programs again with another version")
 string(REGEX MATCH "^[0-9]+" gcc ${CMAKE_CXX_COMPILER_VERSION})
-file(STRINGS ${CMAKE_BINARY_DIR}/libmicrohttpd/debian/changelog http LIMIT_COUNT 1)
-string(REGEX MATCH "[0-9][^)]*" http "${http}")
+foreach(library libmicrohttpd libmodbus)
+  file(STRINGS ${CMAKE_BINARY_DIR}/${library}/debian/changelog first LIMIT_COUNT 1)
+  string(REGEX MATCH "[0-9][^)]*" ${library} "${first}")
+endforeach()
 include(cmake/licences.cmake)
 cbcan_licences(${CMAKE_BINARY_DIR}/LICENSE
   "GNU C Library, ${again}" libc6-dev
-  "GNU libmicrohttpd ${http}, ${again}" ${CMAKE_BINARY_DIR}/libmicrohttpd/debian/copyright
+  "GNU libmicrohttpd ${libmicrohttpd}, ${again}" ${CMAKE_BINARY_DIR}/libmicrohttpd/debian/copyright
+  "libmodbus ${libmodbus}, ${again}" ${CMAKE_BINARY_DIR}/libmodbus/debian/copyright
   "GNU Lesser General Public License" /usr/share/common-licenses/LGPL-2.1
   "libstdc++, libgcc" libstdc++-${gcc}-dev
   "fmt" libfmt-dev "toml++" libtomlplusplus-dev "JSON for Modern C++" nlohmann-json3-dev "Lua" liblua5.4-dev

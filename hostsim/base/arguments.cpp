@@ -4,6 +4,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "base/suggestion.hpp"
@@ -48,9 +49,17 @@ class Parser {
     return word.size() > 1 && word.front() == '-' && (word[1] < '0' || word[1] > '9');
   }
 
+  /// The parts of "--seed=4" and of "-j4"; the latter is the argument of a short option.
+  std::optional<std::pair<std::string_view, std::string_view>> attached(std::string_view word) const {
+    const std::string_view start = word.substr(0, 2);
+    const bool is_short = word.size() > 2 && word[2] != '=' && find(word).empty();
+    return is_short && !option_argument(find(start)).empty() ? std::pair(start, word.substr(2))
+                                                             : split(word, '=');
+  }
+
   void take_word(std::string_view word) {
     if (!is_option(word)) return parsed_.words.push_back(word);
-    const auto joined = split(word, '=');
+    const auto joined = attached(word);
     const std::string_view name = joined ? joined->first : word;
     const std::string_view shown = find(name);
     if (shown.empty()) {

@@ -2,7 +2,8 @@
 #pragma once
 
 /// Parser for the command lines of all programs. Options are described as --help shows them: "-v, --verbose"
-/// is a flag, "--seed N" takes an argument, also as "--seed=N". Arguments are not interpreted here.
+/// is a flag, "--seed N" takes an argument, also as "--seed=N", and "-j, --jobs N" as "-j4". Arguments are
+/// not interpreted here.
 
 #include <span>
 #include <string>

@@ -81,7 +81,7 @@ Network::Network(const config::Config& plant, const config::NetworkConfig& confi
       world_(config.can.bit_rate, config::network_seed(plant, config), this),
       tester_(world_.bus().attach(*this)),
       plc_faults_(sim::FaultPlace::kPlc, "plc", config::network_seed(plant, config), this,
-                  [this](Time /*now*/) { disturbed_ = !plc_faults_.empty(); }) {
+                  [](Time /*now*/) {}) {
   if (config.module.enabled) {
     registers_.resize(regmap::kRegisterFileWords);
     registers_[regmap::kExecuteFlag] = config.module.start_result;
@@ -160,11 +160,6 @@ void Network::advance_due() {
   if (wanted() <= context_.now || wires_ != nullptr) advance();
 }
 
-void Network::on_diagnostics() {
-  advance_due();
-  publish();
-}
-
 void Network::on_request(bool valid, const modbus::Range& written) {
   ++requests_;
   if (!valid) ++exceptions_;
@@ -177,28 +172,51 @@ void Network::on_request(bool valid, const modbus::Range& written) {
   if (observed_) context_.listener.on_applied();
 }
 
-/// One fault at most acts on a request.
-protocols::ModbusDisturbance Network::disturb(std::span<const std::uint8_t> pdu, bool writes) {
-  const bool matches = writes || std::exchange(has_written_, false);
-  if (writes) has_written_ = true;
-  disturbing_ = nullptr;
-  for (sim::SetFault& set : plc_faults_.all())
-    if (matches && plc_faults_.acts(set, context_.now) && disturbing_ == nullptr) disturbing_ = &set;
-  if (disturbing_ == nullptr) return {};
-  plc_faults_.tell(*disturbing_, fmt::format("FC{}", pdu[0]), context_.now);
-  const sim::Fault& fault = disturbing_->fault;
-  switch (fault.kind) {
-    case sim::FaultKind::kCutBefore: return {.executed = false};
-    case sim::FaultKind::kException:
-      return {.executed = false, .exception = static_cast<std::uint8_t>(fault.code)};
-    case sim::FaultKind::kModuleRestart:
-      return restart_module(), protocols::ModbusDisturbance{.executed = false};
-    default: return {.ends = true};
+modbus::Pdu Network::handle(const protocols::ModbusRequest& request, std::span<std::uint8_t> room) {
+  const RegisterRange range{0, registers_};
+  const RegisterMap map(std::span(&range, 1));
+  const modbus::MoreFunctions* const own = module_ == nullptr ? nullptr : &bits_;
+  const modbus::MoreFunctions* const more = request.more == nullptr ? own : request.more;
+  modbus::Access access = modbus::check(request.pdu, map, more);
+  const sim::Fault* const fault =
+      plc_faults_.empty() ? nullptr : fault_on(request, access.written.count != 0);
+  if (fault != nullptr) {
+    if (fault->kind == sim::FaultKind::kModuleRestart) restart_module();
+    if (fault->kind == sim::FaultKind::kModuleRestart || fault->kind == sim::FaultKind::kCutBefore) return {};
+    if (fault->kind == sim::FaultKind::kException)
+      access = {modbus::Exception{static_cast<std::uint8_t>(fault->code)}};
   }
+  const bool writes = access.written.count != 0;
+  const bool diagnoses = access.read.first + access.read.count > regmap::kDiagnosticsFirst;
+  if (writes || diagnoses || request.is_on_line()) advance_due();
+  if (writes) on_writer(request.client, access.written);
+  if (diagnoses) publish();
+  const modbus::Pdu response = room.first(modbus::execute(request.pdu, access, map, more, room));
+  const bool answers = !request.is_on_line() || request.unit != 0;
+  if (watch_)
+    watch_->on_modbus({request.client, request.id, request.unit,
+                       answers ? static_cast<std::uint8_t>(access.exception) : std::uint8_t{0}, request.pdu,
+                       answers ? response : modbus::Pdu{}},
+                      context_.now);
+  on_request(access.exception == modbus::Exception::kNone, access.written);
+  return fault == nullptr || responds_after(*fault) ? response : modbus::Pdu{};
 }
 
-bool Network::end_disturbance() {
-  const sim::Fault& fault = disturbing_->fault;
+/// One fault at most acts on a request.
+const sim::Fault* Network::fault_on(const protocols::ModbusRequest& request, bool writes) {
+  if (request.is_on_line()) return nullptr;
+  const bool matches = writes || std::exchange(has_written_, false);
+  if (writes) has_written_ = true;
+  const sim::SetFault* acting = nullptr;
+  for (sim::SetFault& set : plc_faults_.all())
+    if (matches && plc_faults_.acts(set, context_.now) && acting == nullptr) acting = &set;
+  if (acting == nullptr) return nullptr;
+  plc_faults_.tell(*acting, fmt::format("FC{}", request.pdu[0]), context_.now);
+  return &acting->fault;
+}
+
+bool Network::responds_after(const sim::Fault& fault) {
+  if (fault.kind == sim::FaultKind::kException) return true;
   if (fault.kind == sim::FaultKind::kLate) {
     context_.listener.on_late_response(fault.delay);
     return true;
@@ -213,10 +231,6 @@ void Network::restart_module() {
   if (watch_) watch_->before(context_.now);  // requests in progress end without a result
   module_->restart(context_.now);
   advance();
-}
-
-void Network::on_exchange(const protocols::ModbusExchange& exchange) {
-  watch_->on_modbus(exchange, context_.now);
 }
 
 void Network::apply(std::size_t first, std::size_t count) {
@@ -264,10 +278,12 @@ void Network::publish() {
 
 /// A scanner window may have one writer: a client that writes after a newer one is a second program.
 void Network::on_writer(std::uint32_t client, const modbus::Range& written) {
+  const std::size_t end = written.first + written.count;
+  if (written.first >= regmap::kWindowFirst && end <= regmap::kWindowFirst + regmap::kWindowWords) return;
   for (unsigned channel = 1; channel <= module_config_.channels; ++channel) {
     const std::size_t out = regmap::of_channel(module_config_.scanner_out_first, channel);
     if (out < written.first) continue;
-    if (out >= written.first + written.count) return;
+    if (out >= end) return;
     std::uint32_t& last = writers_[channel - 1];
     if (client < last && second_writers_++ == 0)
       on_fault(

@@ -67,16 +67,8 @@ class Network final : public protocols::ModbusUnit,
   // protocols::ModbusUnit, for Modbus servers.
   /// Always the same words; none without a module.
   std::span<std::uint16_t> registers() override { return registers_; }
-  const modbus::MoreFunctions* bits() const override { return module_ == nullptr ? nullptr : &bits_; }
-
-  void advance_due() override;
-  void on_diagnostics() override;
-  void on_writer(std::uint32_t client, const modbus::Range& written) override;
-  void on_request(bool valid, const modbus::Range& written) override;
-  protocols::ModbusDisturbance disturb(std::span<const std::uint8_t> pdu, bool writes) override;
-  bool end_disturbance() override;
-  bool listens() const override { return watch_.has_value(); }
-  void on_exchange(const protocols::ModbusExchange& exchange) override;
+  modbus::Pdu handle(const protocols::ModbusRequest& request, std::span<std::uint8_t> room) override;
+  void on_taken(const modbus::Range& taken) override { on_request(true, taken); }
 
   /// Faults of Modbus TCP.
   sim::FaultSet& plc_faults() { return plc_faults_; }
@@ -128,6 +120,13 @@ class Network final : public protocols::ModbusUnit,
   void on_terminals(std::uint8_t node, std::uint16_t index, std::uint8_t sub, std::int32_t before,
                     std::int32_t after, Time now) override;
   Time replay_due() const { return replayed_ < replay_.size() ? started_ + replay_[replayed_].at : kNever; }
+  /// What acts on a request by Modbus TCP; null = nothing.
+  const sim::Fault* fault_on(const protocols::ModbusRequest& request, bool writes);
+  /// False: there is no response, and the connection is closed.
+  bool responds_after(const sim::Fault& fault);
+  void on_writer(std::uint32_t client, const modbus::Range& written);
+  void on_request(bool valid, const modbus::Range& written);
+  void advance_due();
   void restart_module();
   void on_plc();
   void on_frame(const Frame& /*frame*/, Time /*now*/) override {}
@@ -148,15 +147,14 @@ class Network final : public protocols::ModbusUnit,
   std::vector<sim::TimedFrame> replay_;
   std::size_t replayed_ = 0;
   Time started_ = 0;
-  std::uint32_t requests_ = 0;                                  ///< of Modbus
-  std::uint32_t exceptions_ = 0;                                ///< answered by an exception
+  std::uint32_t requests_ = 0;    ///< of Modbus
+  std::uint32_t exceptions_ = 0;  ///< answered by an exception
   Time plc_heard_at_ = kNever;
   std::array<std::uint32_t, regmap::kMostChannels> writers_{};  ///< the last one of each scanner window
   std::uint32_t second_writers_ = 0;
   std::optional<journal::NetworkWatch> watch_;
   sim::FaultSet plc_faults_;
-  const sim::SetFault* disturbing_ = nullptr;  ///< the present request, until it has been answered
-  bool has_written_ = false;                   ///< since the last request that read
+  bool has_written_ = false;  ///< since the last request that read
   Wires* wires_ = nullptr;
 };
 

@@ -26,7 +26,6 @@
 
 #include "cbcan/modbus/executor.hpp"
 #include "cbcan/modbus/identification.hpp"
-#include "cbcan/regmap.hpp"
 #include "protocols/modbus_unit.hpp"
 #include "protocols/stream_session.hpp"
 
@@ -44,8 +43,8 @@ class ModbusServer {
   ModbusServer(std::span<ModbusUnit* const> networks, const modbus::DeviceIdentity& identity)
       : identification_(identity) {
     for (std::size_t i = 0; i < networks.size(); ++i)
-      served_[i + 1] = {networks[i], {0, networks[i]->registers()}, networks[i]->bits()};
-    served_[kUnitOfServer] = served_[kUnitOfServerToo] = served_[1];
+      if (!networks[i]->registers().empty()) units_[i + 1] = networks[i];
+    units_[kUnitOfServer] = units_[kUnitOfServerToo] = units_[1];
   }
 
   /// The size of the request at the beginning of these bytes; 0 = it is not Modbus, so the connection is to
@@ -56,17 +55,27 @@ class ModbusServer {
     return modbus::word(received, kProtocolOffset) != 0 || size < kLeast || size > kMaxAdu ? 0 : size;
   }
 
-  /// Executes a complete request. `send` takes the response, before its effects happen; what it returns is
-  /// returned. `client`: its number in events.
-  template <class Send>
-  bool execute(std::uint32_t client, Bytes bytes, Send send) {
-    const Served to = served_[bytes[kUnitOffset]];
+  /// Executes a complete request and returns the response, which is valid until the next one; empty = the
+  /// connection is to be closed. `client`: its number in events.
+  Bytes execute(std::uint32_t client, Bytes bytes) {
+    const std::uint8_t unit = bytes[kUnitOffset];
     const Bytes pdu = bytes.subspan(kPduOffset);
-    const modbus::Access access = to.exists() ? modbus::check(pdu, to.map(), more_of(pdu, to))
-                                              : modbus::Access{modbus::Exception::kNoPath};
+    const std::span<std::uint8_t> room = std::span(response_).subspan(kPduOffset);
+    const bool identifies = pdu[0] == modbus::kEncapsulatedInterface;
+    const Bytes response =
+        units_[unit] == nullptr
+            ? room.first(modbus::execute(pdu, {modbus::Exception::kNoPath}, RegisterMap({}), nullptr, room))
+            : units_[unit]->handle({client, static_cast<std::uint16_t>(modbus::word(bytes, 0)), unit, pdu,
+                                    identifies ? &identification_ : nullptr},
+                                   room);
     ++counters_.requests;
-    if (to.exists() && to.unit->disturbed()) return execute_disturbed(client, bytes, to, access, send);
-    return perform(client, bytes, to, access, send);
+    if (response.empty()) return {};
+    if ((response[0] & modbus::kExceptionBit) != 0) ++counters_.exceptions;
+    std::memcpy(response_.data(), bytes.data(), kPduOffset);
+    const std::size_t length = 1 + response.size();
+    response_[kLengthOffset] = static_cast<std::uint8_t>(length >> 8);
+    response_[kLengthOffset + 1] = static_cast<std::uint8_t>(length);
+    return Bytes(response_).first(kUnitOffset + length);
   }
 
   struct Counters {
@@ -86,70 +95,8 @@ class ModbusServer {
   static constexpr std::uint8_t kUnitOfServer = 0xFF;
   static constexpr std::uint8_t kUnitOfServerToo = 0;
 
-  struct Served {
-    ModbusUnit* unit = nullptr;
-    RegisterRange registers{};
-    const modbus::MoreFunctions* bits = nullptr;
-
-    bool exists() const { return !registers.words.empty(); }
-    RegisterMap map() const { return RegisterMap(std::span(&registers, 1)); }
-  };
-
-  const modbus::MoreFunctions* more_of(Bytes pdu, const Served& to) const {
-    return pdu[0] == modbus::kEncapsulatedInterface ? &identification_ : to.bits;
-  }
-
-  template <class Send>
-  bool execute_disturbed(std::uint32_t client, Bytes bytes, const Served& to, const modbus::Access& access,
-                         Send send) {
-    const ModbusDisturbance disturbance =
-        to.unit->disturb(bytes.subspan(kPduOffset), access.written.count != 0);
-    if (!disturbance.executed)
-      return disturbance.exception != 0 &&
-             perform(client, bytes, to, {modbus::Exception{disturbance.exception}}, send);
-    if (!disturbance.ends) return perform(client, bytes, to, access, send);
-    Bytes response;
-    perform(client, bytes, to, access, [&response](Bytes made) {
-      response = made;
-      return true;
-    });
-    return to.unit->end_disturbance() && send(response);
-  }
-
-  template <class Send>
-  bool perform(std::uint32_t client, Bytes bytes, const Served& to, const modbus::Access& access, Send send) {
-    if (access.written.count != 0) {
-      to.unit->advance_due();
-      const auto [first, count] = access.written;
-      const bool window =
-          first >= regmap::kWindowFirst && first + count <= regmap::kWindowFirst + regmap::kWindowWords;
-      if (!window) to.unit->on_writer(client, access.written);
-    }
-    if (access.read.first + access.read.count > regmap::kDiagnosticsFirst) to.unit->on_diagnostics();
-    const Bytes response = respond(bytes, access, to);
-    const bool alive = send(response);
-    if (!to.exists()) return alive;
-    if (to.unit->listens())
-      to.unit->on_exchange({client, static_cast<std::uint16_t>(modbus::word(bytes, 0)), bytes[kUnitOffset],
-                            static_cast<std::uint8_t>(access.exception), bytes.subspan(kPduOffset),
-                            response.subspan(kPduOffset)});
-    to.unit->on_request(access.exception == modbus::Exception::kNone, access.written);
-    return alive;
-  }
-
-  Bytes respond(Bytes bytes, const modbus::Access& access, const Served& to) {
-    const Bytes pdu = bytes.subspan(kPduOffset);
-    if (access.exception != modbus::Exception::kNone) ++counters_.exceptions;
-    const std::size_t size =
-        modbus::execute(pdu, access, to.map(), more_of(pdu, to), std::span(response_).subspan(kPduOffset));
-    std::memcpy(response_.data(), bytes.data(), kPduOffset);
-    response_[kLengthOffset] = static_cast<std::uint8_t>((1 + size) >> 8);
-    response_[kLengthOffset + 1] = static_cast<std::uint8_t>(1 + size);
-    return Bytes(response_).first(kPduOffset + size);
-  }
-
   modbus::Identification identification_;
-  std::array<Served, 256> served_{};              ///< by unit ID
+  std::array<ModbusUnit*, 256> units_{};          ///< by unit ID; null = none
   std::array<std::uint8_t, kMaxAdu> response_{};  ///< the last one
   Counters counters_;
 };
@@ -168,11 +115,10 @@ class ModbusTcpSession final : public StreamSession {
     received_.insert(received_.end(), bytes.begin(), bytes.end());
     ModbusServer::Bytes rest(received_);
     std::size_t size = 0;
-    for (; (size = ModbusServer::request_size(rest)) != 0 && size <= rest.size(); rest = rest.subspan(size))
-      server_.execute(client_, rest.first(size), [this](ModbusServer::Bytes response) {
-        unsent_.append(response.begin(), response.end());
-        return true;
-      });
+    for (; (size = ModbusServer::request_size(rest)) != 0 && size <= rest.size(); rest = rest.subspan(size)) {
+      const ModbusServer::Bytes response = server_.execute(client_, rest.first(size));
+      unsent_.append(response.begin(), response.end());
+    }
     ended_ = size == 0;
     received_.erase(received_.begin(), received_.end() - static_cast<std::ptrdiff_t>(rest.size()));
   }

@@ -18,47 +18,34 @@ struct ModbusExchange {
   std::span<const std::uint8_t> response;  ///< PDU
 };
 
-/// What an injected fault does with a request.
-struct ModbusDisturbance {
-  bool executed = true;        ///< false: the connection is closed, or
-  std::uint8_t exception = 0;  ///< the response is this exception; 0 = none
-  bool ends = false;           ///< end_disturbance() is called before the response
+/// A request to a unit.
+struct ModbusRequest {
+  std::uint32_t client = 0;  ///< as in ModbusExchange
+  std::uint16_t id = 0;
+  std::uint8_t unit = 0;  ///< on a line 0 is all stations, and none of them responds
+  modbus::Pdu pdu{};
+  const modbus::MoreFunctions* more = nullptr;  ///< the server's own; null = the unit's
+
+  bool is_on_line() const { return client == 0; }
 };
 
-/// What a unit ID selects: a network's registers, and the observer of what Modbus does with them.
+/// What a unit ID selects: a network's registers.
 class ModbusUnit {
  public:
   /// Always the same words; empty = the unit ID selects nothing.
   virtual std::span<std::uint16_t> registers() = 0;
 
-  /// Coils and discrete inputs; outlive the server. Null = none.
-  virtual const modbus::MoreFunctions* bits() const { return nullptr; }
+  /// Executes a request with all its effects. Writes the PDU of the response into `room`, which has kMaxPdu
+  /// bytes, and returns it; empty = there is none, and the connection is to be closed. Must not destroy the
+  /// server.
+  virtual modbus::Pdu handle(const ModbusRequest& request, std::span<std::uint8_t> room) = 0;
 
-  /// A request is about to write: what is due by now is done with the registers as they are.
-  virtual void advance_due() {}
-  /// A request is about to read diagnostics registers.
-  virtual void on_diagnostics() {}
-  /// A client is about to write outside R3700..R3769. Client numbers increase; a line is 0.
-  virtual void on_writer(std::uint32_t /*client*/, const modbus::Range& /*written*/) {}
-
-  /// disturb() is to be called with the PDU of each request.
-  bool disturbed() const { return disturbed_; }
-  virtual ModbusDisturbance disturb(std::span<const std::uint8_t> /*pdu*/, bool /*writes*/) { return {}; }
-  /// The effects of the request have happened. False: there is no response, and the connection is closed.
-  virtual bool end_disturbance() { return true; }
-
-  /// A request to this unit has been answered, and no client's next one has been read yet. `valid`: without an
-  /// exception; `written`: the range that it wrote. Must not destroy the server.
-  virtual void on_request(bool valid, const modbus::Range& written) = 0;
-
-  /// True: on_exchange() is to be called with each request and its response, before on_request().
-  virtual bool listens() const { return false; }
-  virtual void on_exchange(const ModbusExchange& /*exchange*/) {}
+  /// A PLC that owns its registers has answered, and these registers have got words of it; none = it was
+  /// written to.
+  virtual void on_taken(const modbus::Range& taken) = 0;
 
  protected:
   ~ModbusUnit() = default;
-
-  bool disturbed_ = false;
 };
 
 }  // namespace cbcan::protocols

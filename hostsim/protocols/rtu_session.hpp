@@ -49,8 +49,7 @@ class RtuSession final : public StreamSession {
 
   std::vector<ModbusUnit*> networks_;
   Now now_;
-  std::vector<RegisterRange> ranges_;
-  std::vector<RegisterMap> maps_;
+  std::vector<RegisterMap> maps_;  ///< empty: the networks have the registers
   RtuServer server_;
   std::string unsent_;
   Time deadline_ = kNever;

@@ -48,6 +48,18 @@ std::size_t data_words(const Transaction& transaction) {
 
 }  // namespace
 
+Transaction sdo_read(unsigned node, unsigned index, unsigned sub, std::size_t size) {
+  const auto word = [](std::size_t number) { return static_cast<std::uint16_t>(number); };
+  return {regmap::kSdoRead, word(node), word(index), word(sub), word(size), {}};
+}
+
+Transaction sdo_write(unsigned node, unsigned index, unsigned sub, std::vector<std::uint8_t> data) {
+  Transaction transaction = sdo_read(node, index, sub, data.size());
+  transaction.command = regmap::kSdoWrite;
+  transaction.data = std::move(data);
+  return transaction;
+}
+
 bool is_known(Words written, Words now) {
   constexpr std::size_t kFirst = regmap::kCommand - regmap::kWindowFirst;
   constexpr std::size_t kEnd = regmap::kDataSize - regmap::kWindowFirst;

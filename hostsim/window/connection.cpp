@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: MIT
 #include "window/connection.hpp"
 
+#include <modbus.h>
 #include <poll.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
-#include <cstring>
 #include <utility>
 
 namespace cbcan::window {
 
-Connection::Connection(std::string place, const Timing& timing, Time silence)
-    : timing_(timing), silence_(silence), place_(std::move(place)), pause_(timing.pause) {}
+Connection::Connection(std::string place, const Timing& timing, _modbus* context, Time silence)
+    : timing_(timing), framing_(context), silence_(silence), place_(std::move(place)), pause_(timing.pause) {}
 
 Connection::~Connection() {
   close();
@@ -25,7 +25,7 @@ short Connection::events() const {
 
 void Connection::send(std::uint8_t unit, const Request& request, Time now) {
   size_ = 0;
-  if (!put(bytes_of(unit, request))) return end(std::strerror(errno), now);
+  if (!framing_.send(descriptor_, bytes_of(unit, request))) return end(modbus_strerror(errno), now);
   due_ = Due{unit, request, now + timing_.response_timeout};
 }
 

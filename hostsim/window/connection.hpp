@@ -11,16 +11,14 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <vector>
 
+#include "window/framing.hpp"
 #include "window/request.hpp"
 
 namespace cbcan::window {
 
 /// Microseconds since any moment; never goes backwards.
 using Time = std::int64_t;
-
-inline constexpr std::size_t kLongestFrame = 260;  ///< over TCP; 256 over a serial line
 
 struct Timing {
   Time response_timeout = 1'000'000;  ///< for a connection, and for each response; then the connection ends
@@ -65,15 +63,13 @@ class Connection {
   std::function<void(int descriptor)> on_close;
 
  protected:
-  using Bytes = std::vector<std::uint8_t>;
   using Come = std::span<const std::uint8_t>;
 
-  Connection(std::string place, const Timing& timing, Time silence = 0);
+  /// `context`: see Framing.
+  Connection(std::string place, const Timing& timing, _modbus* context, Time silence = 0);
 
-  /// Sends unit ID and PDU in the frame of this transport; false: errno says why not.
-  virtual bool put(Bytes bytes) = 0;
   /// Unit ID and PDU of what was received, if that is one whole frame; else nothing.
-  virtual Come framed_in(Come come) const = 0;
+  virtual Come framed_in(Come come) { return framing_.response_in(come); }
   /// Why the received bytes are no response, or `late`; null = they may still become one.
   virtual const char* fault_of(Come come, bool late) const = 0;
   /// Why reading failed; `error` is 0 at the end of the stream.
@@ -101,6 +97,7 @@ class Connection {
     Time until = 0;
   };
 
+  Framing framing_;
   std::optional<Due> due_;
   std::array<std::uint8_t, kLongestFrame + 1> buffer_{};  ///< one extra, to detect unrequested bytes
   std::size_t size_ = 0;

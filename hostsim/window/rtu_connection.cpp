@@ -2,6 +2,7 @@
 #include "window/rtu_connection.hpp"
 
 #include <fcntl.h>
+#include <modbus.h>
 #include <sys/file.h>
 #include <termios.h>
 #include <unistd.h>
@@ -9,27 +10,13 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <span>
 
 namespace cbcan::window {
 
 namespace {
 
-constexpr std::size_t kCrcBytes = 2;
 constexpr std::array<speed_t, kBaudRates.size()> kSpeeds{B1200,  B2400,   B4800,   B9600,   B19200, B38400,
                                                          B57600, B115200, B230400, B460800, B921600};
-
-/// 0 over a frame with its CRC (Modbus over Serial Line V1.02, 6.2.2).
-std::uint16_t crc_of(std::span<const std::uint8_t> bytes) {
-  constexpr unsigned kPolynomial = 0xA001;
-  unsigned crc = 0xFFFF;
-  for (const std::uint8_t byte : bytes) {
-    crc ^= byte;
-    for (int bit = 0; bit < 8; ++bit)
-      crc = (crc & 1) != 0 ? crc >> 1 ^ kPolynomial : crc >> 1;
-  }
-  return static_cast<std::uint16_t>(crc);
-}
 
 /// 3.5 characters of 11 bits; above 19200 baud 1750 us (2.5.1.1).
 Time silence(int baud) {
@@ -85,7 +72,8 @@ int open_line(const Line& line) {
 }
 
 RtuConnection::RtuConnection(const Line& line, const Timing& timing)
-    : Connection(line.device, timing, silence(line.baud)), line_(line) {}
+    : Connection(line.device, timing, modbus_new_rtu("unused", 9600, 'N', 8, 2), silence(line.baud)),
+      line_(line) {}
 
 void RtuConnection::poll(Time now) {
   if (state_ != State::kOff || !attempt_due(now)) return;
@@ -93,19 +81,6 @@ void RtuConnection::poll(Time now) {
   if (opened < 0) return end(why_not_opened(-opened), now);
   descriptor_ = opened;
   connected();
-}
-
-/// Unrequested bytes are discarded. A working port buffers a whole frame.
-bool RtuConnection::put(Bytes bytes) {
-  const std::uint16_t crc = crc_of(bytes);
-  bytes.push_back(static_cast<std::uint8_t>(crc));
-  bytes.push_back(static_cast<std::uint8_t>(crc >> 8));
-  tcflush(descriptor_, TCIFLUSH);
-  return ::write(descriptor_, bytes.data(), bytes.size()) == static_cast<ssize_t>(bytes.size());
-}
-
-Connection::Come RtuConnection::framed_in(Come come) const {
-  return come.size() > kCrcBytes && crc_of(come) == 0 ? come.first(come.size() - kCrcBytes) : Come{};
 }
 
 const char* RtuConnection::fault_of(Come come, bool late) const {

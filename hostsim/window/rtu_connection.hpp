@@ -30,8 +30,6 @@ class RtuConnection final : public Connection {
   void poll(Time now) override;
 
  private:
-  bool put(Bytes bytes) override;
-  Come framed_in(Come come) const override;
   const char* fault_of(Come come, bool late) const override;
   const char* loss_by(int error) const override;
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "window/tcp_connection.hpp"
 
+#include <modbus.h>
 #include <netdb.h>
 #include <netinet/tcp.h>
 #include <poll.h>
@@ -26,7 +27,7 @@ std::size_t length_of(std::span<const std::uint8_t> come) {
 }  // namespace
 
 TcpConnection::TcpConnection(std::string host, int port, const Timing& timing)
-    : Connection(host + ":" + std::to_string(port), timing),
+    : Connection(host + ":" + std::to_string(port), timing, modbus_new_tcp(nullptr, 0)),
       host_(std::move(host)),
       port_(std::to_string(port)),
       addresses_(nullptr, freeaddrinfo) {}
@@ -89,17 +90,11 @@ void TcpConnection::look_for_end(Time now) {
   if (!response_due() && read(now) && come() > 0) end("it sends an unrequested response", now);
 }
 
-bool TcpConnection::put(Bytes bytes) {
-  const std::size_t length = bytes.size();
-  const auto high = static_cast<std::uint8_t>(length >> 8), low = static_cast<std::uint8_t>(length);
-  bytes.insert(bytes.begin(), {0, 0, 0, 0, high, low});
-  return ::send(descriptor_, bytes.data(), bytes.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(bytes.size());
-}
-
-Connection::Come TcpConnection::framed_in(Come come) const {
+/// libmodbus checks neither the transaction number of a response nor its protocol and length.
+Connection::Come TcpConnection::framed_in(Come come) {
   if (come.size() < kHeader || come.size() != length_of(come)) return {};
   const bool ours = std::ranges::all_of(come.first(kZeros), [](std::uint8_t byte) { return byte == 0; });
-  return ours ? come.subspan(kHeader) : Come{};
+  return ours ? Connection::framed_in(come) : Come{};
 }
 
 const char* TcpConnection::fault_of(Come come, bool late) const {

@@ -281,7 +281,7 @@ class Played(unittest.TestCase):
         return Simulator(BIN / "cbcan-sim", "--demo", "-v", *options, test=self)
 
     def ctl(self, simulator, *arguments):
-        return output(BIN / "cbcanctl", "--port", str(simulator.port), *arguments)
+        return output(BIN / "cbcanctl", "--modbus", f":{simulator.port}", *arguments)
 
     def started(self, simulator, times):
         wait_until(lambda: "\n".join(simulator.errors()).count(DONE) == times, DONE)

@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: MIT
-// Any bytes, in any pieces, from a Modbus server to a client: what it accepts as the response to its request is
-// one, byte for byte, and anything else ends the connection.
+// Any bytes, in any pieces, from a Modbus server to a client: what it accepts as the response to its request
+// is one, byte for byte, and anything else ends the connection.
 //
-// The input: three bytes of the request (function, words to write, words to read), then a list of pieces, each
-// after two bytes: flags and length.
-#include <netinet/in.h>
+// The input: three bytes of the request (function, words to write, words to read), then a list of pieces,
+// each after two bytes: flags and length.
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 
 #include "fuzz/fuzz.hpp"
 #include "fuzz/input.hpp"
-#include "io/loop/descriptor.hpp"
+#include "io/sockets/listener.hpp"
 #include "window/tcp_connection.hpp"
 
 namespace cbcan::fuzz {
@@ -26,34 +25,17 @@ constexpr std::uint8_t kGather = 4;  ///< the client receives it together with t
 constexpr window::Time kTimeout = 1'000;
 
 /// Exists as long as the program.
-struct Listener {
-  Listener() : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    socklen_t size = sizeof address;
-    auto* const generic = reinterpret_cast<sockaddr*>(&address);
-    require(bind(socket_.get(), generic, size) == 0 && listen(socket_.get(), 8) == 0 &&
-                getsockname(socket_.get(), generic, &size) == 0,
-            "there are sockets");
-    port = ntohs(address.sin_port);
-  }
-  /// Closed with a reset, so that no port stays in use.
-  io::Descriptor accept() const {
-    io::Descriptor accepted(::accept4(socket_.get(), nullptr, nullptr, SOCK_CLOEXEC));
-    const linger at_once{1, 0};
-    setsockopt(accepted.get(), SOL_SOCKET, SO_LINGER, &at_once, sizeof at_once);
-    return accepted;
-  }
-  int port = 0;
-
- private:
-  io::Descriptor socket_;
-};
-
-const Listener& listener() {
-  static Listener the_listener;
+const io::StreamListener& listener() {
+  static const io::StreamListener the_listener("modbus", {"", {"127.0.0.1", 0}});
   return the_listener;
+}
+
+/// Closed with a reset, so that no port stays in use.
+io::Descriptor accept() {
+  io::Descriptor accepted(::accept4(listener().socket(), nullptr, nullptr, SOCK_CLOEXEC));
+  const linger at_once{1, 0};
+  setsockopt(accepted.get(), SOL_SOCKET, SO_LINGER, &at_once, sizeof at_once);
+  return accepted;
 }
 
 Bytes framed(const Bytes& unit_and_pdu) {
@@ -130,7 +112,7 @@ struct Run {
   explicit Run(const std::array<std::uint8_t, 3>& request) : model_(request[0], request[1], request[2]) {
     while (client_.state() != window::Connection::State::kOn)
       client_.poll(0);
-    server_ = listener().accept();
+    server_ = accept();
     ask();
   }
 
@@ -190,7 +172,7 @@ struct Run {
   }
 
   Model model_;
-  window::TcpConnection client_{"127.0.0.1", listener().port, {kTimeout, 1, 1}};
+  window::TcpConnection client_{"127.0.0.1", listener().address().tcp.port, {kTimeout, 1, 1}};
   io::Descriptor server_;
   Bytes come_;
   std::size_t taken_ = 0;  ///< of them, taken by the client

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Any bytes, in any pieces, to the Modbus TCP server: its responses and registers are those of the model, byte for
-// byte, and it closes the connection if and only if the model does.
+// Any bytes, in any pieces, to the Modbus TCP server: its responses and registers are those of the model,
+// byte for byte, and it closes the connection if and only if the model does.
 //
 // The input is a list of pieces, each after two bytes: flags with the number of repetitions, and length.
 #include <sys/socket.h>
@@ -10,6 +10,7 @@
 #include "fuzz/fuzz.hpp"
 #include "fuzz/modbus_model.hpp"
 #include "io/modbus/modbus_tcp.hpp"
+#include "support/register_unit.hpp"
 
 namespace cbcan::fuzz {
 
@@ -26,13 +27,12 @@ constexpr unsigned kRepeatShift = 3;
 constexpr unsigned kMostPieces = 400;  ///< of one input
 
 /// Exists as long as the program: a listener for each input would cost more than everything else.
-struct Server final : protocols::ModbusUnit {
-  std::span<std::uint16_t> registers() override { return words; }
+struct Server final : test::RegisterUnit {
+  Server() : RegisterUnit(std::vector<std::uint16_t>(ModbusModel::kRegisters)) {}
   void on_request(bool, const modbus::Range&) override { ++requests; }
   static io::ModbusTcpSettings settings() { return {{"127.0.0.1", 0}, {"cb", "can", "1.0"}, 5 * kSecond}; }
 
   io::Reactor reactor;
-  std::vector<std::uint16_t> words = std::vector<std::uint16_t>(ModbusModel::kRegisters);
   std::size_t requests = 0;
   io::ModbusTcp modbus{reactor, {this}, settings(), [](const std::string&) {}};
 };

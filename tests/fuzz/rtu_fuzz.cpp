@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Any bytes, intact and broken, at any times to the Modbus RTU server, with polls and ends of transmissions in
-// between. What it executes is a frame with a right CRC that ends with the last byte; response and registers are
-// those of a second implementation.
+// Any bytes, intact and broken, at any times to the Modbus RTU server, with polls and ends of transmissions
+// in between. What it executes is a frame with a right CRC that ends with the last byte; response and
+// registers are those of a second implementation.
 //
 // The input is a byte of settings and then steps; each is a byte and its arguments.
 
@@ -32,7 +32,8 @@ enum Step : std::uint8_t {
   kBroken = 252  ///< and above: a byte with a parity error; below, steps begin again
 };
 
-constexpr std::array<std::uint8_t, 3> kAnsweredElsewhere{43, 14, 1};  ///< the PDU that respond_with() is given
+constexpr std::array<std::uint8_t, 3> kAnsweredElsewhere{43, 14,
+                                                         1};  ///< the PDU that respond_with() is given
 
 constexpr std::uint32_t kByteUs = 96;
 constexpr std::uint64_t kStart = 0xFFFF0000;  ///< so that the counter of microseconds wraps soon
@@ -49,11 +50,7 @@ RtuServer::Settings settings_of(std::uint8_t choice) {
 }
 
 Bytes with_crc(View bytes) {
-  Bytes frame(bytes.begin(), bytes.end());
-  const unsigned crc = test::modbus_crc(bytes);
-  frame.push_back(static_cast<std::uint8_t>(crc % 256));
-  frame.push_back(static_cast<std::uint8_t>(crc / 256));
-  return frame;
+  return test::with_crc(Bytes(bytes.begin(), bytes.end()));
 }
 
 /// The response to this frame according to the model; empty for a broadcast.
@@ -149,7 +146,8 @@ struct Run {
     const View asked = server_.request();
     const Bytes request(asked.begin(), asked.end());
     require(request.size() >= 2 && request.size() <= 254, "a request has the size of a frame");
-    require(server_.is_broadcast() == (request[0] == 0) && server_.request_network() == 0, "a request is for us");
+    require(server_.is_broadcast() == (request[0] == 0) && server_.request_network() == 0,
+            "a request is for us");
     const bool reads = server_.request_reads(0, kAtStart.size());
     require(!reads || request[1] == 3 || request[1] == 4 || request[1] == 23, "only some functions read");
     const bool elsewhere = request[1] == kAnsweredElsewhere[0];

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Every way to split a stream of Modbus TCP into reads, every header of the kinds that framing distinguishes, and
-// every length, quantity and byte count of a request; compared with the fuzzers' model, which is written from the
-// specification and shares no code with the product.
+// Every way to split a stream of Modbus TCP into reads, every header of the kinds that framing distinguishes,
+// and every length, quantity and byte count of a request; compared with the fuzzers' model, which is written
+// from the specification and shares no code with the product.
 
 #include <sys/socket.h>
 
@@ -9,6 +9,7 @@
 #include "fuzz/modbus_model.hpp"
 #include "io/modbus/modbus_tcp.hpp"
 #include "support/catch.hpp"
+#include "support/register_unit.hpp"
 
 namespace cbcan::io {
 namespace {
@@ -20,11 +21,13 @@ using test::hex;
 const std::vector<std::uint16_t> kAtStart(ModbusModel::kRegisters, 0x1234);
 
 /// A server, and one client after another, each a socket pair.
-struct Line final : private protocols::ModbusUnit {
-  /// The responses when `stream` is sent in pieces: bit i of `cuts` = a piece ends after byte i. Sends no more
-  /// once the server has closed the connection.
+struct Line final : private cbcan::test::RegisterUnit {
+  Line() : RegisterUnit(kAtStart) {}
+
+  /// The responses when `stream` is sent in pieces: bit i of `cuts` = a piece ends after byte i. Sends no
+  /// more once the server has closed the connection.
   void check(const Bytes& stream, std::uint64_t cuts) {
-    words_ = kAtStart;
+    words = kAtStart;
     ModbusModel model(kAtStart);
     model.receive(stream);
     int pair[2];
@@ -41,7 +44,7 @@ struct Line final : private protocols::ModbusUnit {
     }
     const bool open = modbus_.clients() == 1;
     if (responses(client) != model.responses()) FAIL("responses, cuts " << cuts);
-    if (words_ != model.registers) FAIL("registers, cuts " << cuts);
+    if (words != model.registers) FAIL("registers, cuts " << cuts);
     if (open == model.closed() || (modbus_.next_deadline() != kNever) != model.waits())
       FAIL("end, cuts " << cuts);
     ++streams;
@@ -52,8 +55,6 @@ struct Line final : private protocols::ModbusUnit {
   std::size_t streams = 0;
 
  private:
-  std::span<std::uint16_t> registers() override { return words_; }
-  void on_request(bool, const modbus::Range&) override {}
   static ModbusTcpSettings settings() { return {{"127.0.0.1", 0}, {"cb", "can", "1.0"}, 5 * kSecond}; }
   static Bytes responses(const Descriptor& client) {
     Bytes bytes(4096);
@@ -62,7 +63,6 @@ struct Line final : private protocols::ModbusUnit {
     return bytes;
   }
 
-  std::vector<std::uint16_t> words_ = kAtStart;
   Reactor reactor_;
   ModbusTcp modbus_{reactor_, {this}, settings(), [](const std::string&) {}};
 };
@@ -87,8 +87,8 @@ TEST_CASE("Modbus TCP: a write, a read and what cannot be Modbus, in every combi
   CHECK(line.streams == 10'660);  // 39 * 40 * 41 / 6
 }
 
-/// Protocol IDs and lengths around 0, 2 and 254, unit IDs around 0, 1 and 255; PDUs that write, that read and that
-/// are refused. Bytes after the length begin the next header.
+/// Protocol IDs and lengths around 0, 2 and 254, unit IDs around 0, 1 and 255; PDUs that write, that read and
+/// that are refused. Bytes after the length begin the next header.
 TEST_CASE("Modbus TCP: every header of those kinds, in front of every kind of request") {
   Line line;
   const Bytes bytes_of_protocol{0, 1, 255}, lengths_high{0, 1, 255},

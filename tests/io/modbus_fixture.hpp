@@ -3,30 +3,21 @@
 
 #include <netinet/in.h>
 #include <netinet/tcp.h>
-#include <sys/socket.h>
-
-#include <cerrno>
 
 #include "bytes.hpp"
 #include "io/modbus/modbus_tcp.hpp"
+#include "stream_client.hpp"
 #include "support/catch.hpp"
+#include "support/register_unit.hpp"
 #include "turns.hpp"
 
 namespace cbcan::io::test {
 
 /// 4168 registers, and a record of the calls.
-struct Unit final : protocols::ModbusUnit {
+struct Unit final : cbcan::test::RegisterUnit {
   using Tell = std::function<void(bool valid, const modbus::Range& written)>;
-  explicit Unit(Tell tell) : told(std::move(tell)) {}
-  std::span<std::uint16_t> registers() override { return words; }
-  void advance_due() override { at_catch_up.push_back(words[9]); }
-  void on_writer(std::uint32_t client, const modbus::Range& written) override {
-    writers.emplace_back(client, written.first);
-  }
+  explicit Unit(Tell tell) : RegisterUnit(std::vector<std::uint16_t>(4168)), told(std::move(tell)) {}
   void on_request(bool valid, const modbus::Range& written) override { told(valid, written); }
-  std::vector<std::uint16_t> words = std::vector<std::uint16_t>(4168);
-  std::vector<std::uint16_t> at_catch_up;                      ///< R9
-  std::vector<std::pair<std::uint32_t, std::size_t>> writers;  ///< client, first register
   Tell told;
 };
 
@@ -36,7 +27,7 @@ struct Server {
   static constexpr Time kDelayed = 300 * kMillisecond;
 
   Reactor reactor;
-  std::vector<bool> requests;                  ///< on_request's arguments: did it write something
+  std::vector<bool> requests;          ///< on_request's arguments: did it write something
   std::vector<modbus::Range> written;  ///< what
   std::vector<bool> valid;
   std::vector<std::size_t> networks;  ///< to which
@@ -83,76 +74,30 @@ struct Server {
 };
 
 /// A Modbus client that sends exactly the given bytes.
-struct Client {
+struct Client : StreamClient {
   static constexpr int kSystemBuffer = 0;
 
   explicit Client(const Server& server, int receive_buffer = kSystemBuffer) : Client(receive_buffer) {
     connect_to(server);
   }
-
   /// Not connected yet.
-  explicit Client(int receive_buffer) : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
-    REQUIRE(socket_);
-    if (receive_buffer != kSystemBuffer) set(SOL_SOCKET, SO_RCVBUF, receive_buffer);
-    set(IPPROTO_TCP, TCP_NODELAY, 1);
-  }
+  explicit Client(int receive_buffer) : StreamClient(receive_buffer) {}
 
   void connect_to(const Server& server) {
-    const SocketAddress address = looked_up("", server.modbus.address());
-    REQUIRE(connect(socket_.get(), address.get(), address.size) == 0);
+    set(IPPROTO_TCP, TCP_NODELAY, 1);
+    StreamClient::connect_to(looked_up("", server.modbus.address()));
     set(IPPROTO_TCP, TCP_QUICKACK, 0);  // acknowledges late, like a distant client
   }
-
   void send(const Bytes& bytes) {
-    REQUIRE(::send(socket_.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL) ==
-            static_cast<ssize_t>(bytes.size()));
+    StreamClient::send({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
   }
   void send(std::string_view text) { send(hex(text)); }
-
-  /// Everything that has arrived since the last call.
   Bytes take() {
-    read();
-    return std::exchange(inbox_, {});
+    const std::string bytes = StreamClient::take();
+    return {bytes.begin(), bytes.end()};
   }
-
   /// True: at least this many bytes have arrived.
-  bool has(std::size_t bytes) {
-    read();
-    return inbox_.size() >= bytes;
-  }
-
-  /// The server has closed the connection.
-  bool closed() {
-    read();
-    return closed_;
-  }
-
-  void end_sending() { REQUIRE(shutdown(socket_.get(), SHUT_WR) == 0); }
-  void leave() { socket_.reset(); }
-
-  /// Aborts the connection: the server gets a reset.
-  void slam() {
-    const linger at_once{1, 0};
-    setsockopt(socket_.get(), SOL_SOCKET, SO_LINGER, &at_once, sizeof at_once);
-    leave();
-  }
-
- private:
-  void set(int level, int option, int value) {
-    setsockopt(socket_.get(), level, option, &value, sizeof value);
-  }
-
-  void read() {
-    std::array<std::uint8_t, 4096> chunk;
-    ssize_t count = 0;
-    while ((count = recv(socket_.get(), chunk.data(), chunk.size(), MSG_DONTWAIT)) > 0)
-      inbox_.insert(inbox_.end(), chunk.begin(), chunk.begin() + count);
-    if (count == 0 || (errno != EAGAIN && errno != EWOULDBLOCK)) closed_ = true;
-  }
-
-  Descriptor socket_;
-  Bytes inbox_;
-  bool closed_ = false;
+  bool has(std::size_t bytes) { return heard().size() >= bytes; }
 };
 
 /// Sends one request and returns its response, which is `response_bytes` long.

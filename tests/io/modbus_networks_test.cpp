@@ -66,29 +66,5 @@ TEST_CASE("a network without registers is none, be it the first") {
   CHECK(registers[1] == 7);
 }
 
-TEST_CASE("the owner learns which network was asked") {
-  Server server;
-  Client client(server);
-  ask(server, client, "00 01 00 00 00 06 02 03 00 00 00 01", 11);
-  ask(server, client, "00 02 00 00 00 06 00 06 00 00 00 01", 12);
-  ask(server, client, "00 03 00 00 00 06 02 06 00 00 00 01", 12);
-  ask(server, client, "00 04 00 00 00 06 02 06 FF FF 00 01", 9);
-  CHECK(server.networks == std::vector<std::size_t>{1, 0, 1, 1});
-  CHECK(server.requests == std::vector<bool>{false, true, true, false});
-}
-
-TEST_CASE("writers are reported by their numbers, except within R3700..R3769") {
-  Server server;
-  Client first(server), second(server);
-  for (const char* silent : {"00 01 00 00 00 06 01 06 0E 74 00 01", "00 02 00 00 00 06 01 06 0E B9 00 01"})
-    ask(server, first, silent, 12);
-  CHECK(server.first.writers.empty());
-  ask(server, first, "00 03 00 00 00 06 01 06 0E 73 00 01", 12);
-  ask(server, second, "00 04 00 00 00 06 01 06 0E BA 00 01", 12);
-  ask(server, second, "00 05 00 00 00 0B 01 10 0E B9 00 02 04 00 01 00 02", 12);
-  CHECK(server.first.writers ==
-        std::vector<std::pair<std::uint32_t, std::size_t>>{{1, 3699}, {2, 3770}, {2, 3769}});
-}
-
 }  // namespace
 }  // namespace cbcan::io::test

@@ -100,10 +100,10 @@ struct ScannedModule final : CanPort {
 struct ModuleUnit final : protocols::ModbusUnit {
   explicit ModuleUnit(ScannedModule& module) : module_(module) {}
   std::span<std::uint16_t> registers() override { return module_.registers; }
-  void on_request(bool valid, const modbus::Range& written) override {
-    REQUIRE(valid);
+  modbus::Pdu handle(const protocols::ModbusRequest&, std::span<std::uint8_t>) override { return {}; }
+  void on_taken(const modbus::Range& taken) override {
     module_.poll();
-    if (written.count != 0) module_.written(written.first, written.count);
+    if (taken.count != 0) module_.written(taken.first, taken.count);
   }
 
  private:
@@ -121,8 +121,8 @@ struct PlcProgram {
   virtual void check() = 0;
 };
 
-/// R3700 as intended: CA0Eh until the module has written a result. After a cancel or a start the program leaves it
-/// at 0 for three polls.
+/// R3700 as intended: CA0Eh until the module has written a result. After a cancel or a start the program
+/// leaves it at 0 for three polls.
 struct FlagProgram final : PlcProgram {
   FlagProgram(std::span<std::uint16_t> registers, const CountingNode& node, const unsigned& polls,
               int patience)

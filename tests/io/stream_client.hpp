@@ -16,7 +16,17 @@ namespace cbcan::io {
 
 struct StreamClient {
   explicit StreamClient(const StreamAddress& address) {
-    address.path.empty() ? connect_to(looked_up("", {"127.0.0.1", address.tcp.port})) : connect_unix(address.path);
+    address.path.empty() ? connect_to(looked_up("", {"127.0.0.1", address.tcp.port}))
+                         : connect_unix(address.path);
+  }
+  /// By IPv4; not connected yet. `receive_buffer`: 0 = the system's.
+  explicit StreamClient(int receive_buffer = 0) : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+    REQUIRE(socket_);
+    if (receive_buffer != 0) set(SOL_SOCKET, SO_RCVBUF, receive_buffer);
+  }
+  void connect_to(const SocketAddress& address) {
+    if (!socket_) socket_ = Descriptor(::socket(address.get()->sa_family, SOCK_STREAM | SOCK_CLOEXEC, 0));
+    REQUIRE(connect(socket_.get(), address.get(), address.size) == 0);
   }
 
   void send(std::string_view text) {
@@ -40,18 +50,24 @@ struct StreamClient {
     heard();
     return closed_;
   }
+  /// What has arrived since the last call.
+  std::string take() {
+    heard();
+    return std::exchange(heard_, {});
+  }
+  void end_sending() { REQUIRE(shutdown(socket_.get(), SHUT_WR) == 0); }
   void leave() { socket_.reset(); }
   void slam() {
     const linger at_once{1, 0};
-    setsockopt(socket_.get(), SOL_SOCKET, SO_LINGER, &at_once, sizeof at_once);
+    set(SOL_SOCKET, SO_LINGER, at_once);
     leave();
+  }
+  template <class Value>
+  void set(int level, int option, const Value& value) {
+    setsockopt(socket_.get(), level, option, &value, sizeof value);
   }
 
  private:
-  void connect_to(const SocketAddress& address) {
-    socket_ = Descriptor(::socket(address.get()->sa_family, SOCK_STREAM | SOCK_CLOEXEC, 0));
-    REQUIRE(connect(socket_.get(), address.get(), address.size) == 0);
-  }
   void connect_unix(const std::string& path) {
     SocketAddress address{.storage = {}, .size = sizeof(sockaddr_un)};
     address.storage.ss_family = AF_UNIX;

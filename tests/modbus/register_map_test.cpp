@@ -79,22 +79,5 @@ TEST_CASE("RTU: a write into a gap, or with a read-only register, is exception 0
   CHECK(station.high == std::array<std::uint16_t, 2>{9, 17});
 }
 
-TEST_CASE("RTU: read-only registers are read-only in every network, for a broadcast too") {
-  Memory first;
-  Memory second;
-  const std::array<RegisterMap, 2> networks{first.map, second.map};
-  RtuServer server(networks, {});
-  std::uint32_t now = 0;
-  test::ask(server, now, hex("00 06 00 0D 00 01 D8 18"));
-  test::ask(server, now, hex("02 06 00 0D 00 01 D9 FA"));
-  CHECK(server.counters().slave_exceptions == 2);
-  test::ask(server, now, hex("00 06 00 0C 00 01 89 D8"));
-  CHECK(server.counters().slave_exceptions == 2);
-  CHECK(first.low[2] == 1);
-  CHECK(second.low[2] == 1);
-  CHECK(first.fixed[0] == 13);
-  CHECK(second.fixed[0] == 13);
-}
-
 }  // namespace
 }  // namespace cbcan

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // One exchange between a master and another station, on a port where silence may go undetected: with every
-// function code of known lengths, containing a request for this station at every possible place after a CRC that
-// is right so far (a trap), with t3.5 of silence at every place, after each kind of frame. Nothing of it is
-// executed; the requests for this station before and after it are.
+// function code of known lengths, containing a request for this station at every possible place after a CRC
+// that is right so far (a trap), with t3.5 of silence at every place, after each kind of frame. Nothing of it
+// is executed; the requests for this station before and after it are.
 
 #include "modbus/line.hpp"
 #include "support/catch.hpp"
@@ -15,19 +15,13 @@ using test::Bytes;
 using test::hex;
 using test::late_port;
 using test::Line;
+using test::with_crc;
 
 constexpr std::size_t kData = 24;                        // counted bytes of a frame
 constexpr std::size_t kTrap = 2 + 8;                     // a CRC and a request
 const Bytes kHarmToR7 = hex("01 06 00 07 0B AD FE 86");  // 0BADh to R7
 const Bytes kOurs = hex("01 06 00 01 00 03 98 0B");      // V1.1b3, 6.6
 constexpr std::size_t kNoTrap = 0;
-
-Bytes with_crc(Bytes frame) {
-  const std::uint16_t crc = test::modbus_crc(frame);
-  frame.push_back(static_cast<std::uint8_t>(crc));
-  frame.push_back(static_cast<std::uint8_t>(crc >> 8));
-  return frame;
-}
 
 /// `head` and its data, with a trap at `at`.
 Bytes frame_of(Bytes head, std::size_t data, std::size_t at) {

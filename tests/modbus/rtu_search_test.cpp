@@ -14,6 +14,7 @@ using test::kRead;
 using test::kValue;
 using test::late_port;
 using test::Line;
+using test::with_crc;
 
 constexpr std::uint32_t kPauseUs = 15'000;  ///< less than the gap: the master waits that long for a response
 
@@ -34,13 +35,6 @@ struct BusyLine : Line {
   }
   bool hears() { return answer_to(kRead) == kValue; }
 };
-
-Bytes with_crc(Bytes frame) {
-  const std::uint16_t crc = test::modbus_crc(frame);
-  frame.push_back(static_cast<std::uint8_t>(crc));
-  frame.push_back(static_cast<std::uint8_t>(crc >> 8));
-  return frame;
-}
 
 Bytes joined(Bytes first, const Bytes& second) {
   first.insert(first.end(), second.begin(), second.end());

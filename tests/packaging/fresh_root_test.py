@@ -97,7 +97,7 @@ class FreshRoot(unittest.TestCase):
     def test_5_libraries(self):
         shutil.copy(next(self.packages.glob("libcbcan-dev_*.deb")), self.root / "tmp")
         self.chroot("""apt-get update -qq
-            apt-get install -y -qq --no-install-recommends /tmp/libcbcan-dev_*.deb g++ cmake ninja-build pkg-config libfmt-dev libtomlplusplus-dev liblua5.4-dev
+            apt-get install -y -qq --no-install-recommends /tmp/libcbcan-dev_*.deb g++ cmake ninja-build pkg-config libmodbus-dev libfmt-dev libtomlplusplus-dev liblua5.4-dev
             cmake -S /usr/share/doc/libcbcan-dev/examples/consumer -B /tmp/consumer -G Ninja
             cmake --build /tmp/consumer
             [[ $(/tmp/consumer/with_canopen) == "4 bytes: 91 01 0F 00" ]]

@@ -64,7 +64,7 @@ class Package(unittest.TestCase):
     def test_dependencies(self):
         needed = run("dpkg-deb", "-f", self.packages["cbcan"], "Depends")
         self.assertEqual({re.match(r"[a-z+-]*", name)[0] for name in needed.split(", ")},
-                         {"libc", "libfmt", "libgcc-s", "liblua", "libmicrohttpd", "libstdc++", "libtomlplusplus"})
+                         {"libc", "libfmt", "libgcc-s", "liblua", "libmicrohttpd", "libmodbus", "libstdc++", "libtomlplusplus"})
         self.assertEqual(run("dpkg-deb", "-f", self.packages["libcbcan-dev"], "Depends").strip(), "")
 
     def test_lintian(self):

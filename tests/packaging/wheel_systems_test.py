@@ -74,7 +74,8 @@ class Systems(unittest.TestCase):
             for program in programs:
                 self.assertNotRegex(run("readelf", "--wide", "--program-headers", "--dynamic", program), "INTERP|NEEDED")
             licences = next(pathlib.Path(folder).glob("*.dist-info/LICENSE")).read_text()
-        self.assertRegex(licences, r"======== GNU libmicrohttpd \d\S+, linked statically")
+        for library in ("GNU libmicrohttpd", "libmodbus"):
+            self.assertRegex(licences, rf"======== {library} \d\S+, linked statically")
         for text in ("cbcan authors", "======== GNU C Library, linked statically", "Evgeny Grin",
                      "GNU LESSER GENERAL PUBLIC LICENSE\n                       Version 2.1", "GCC RUNTIME LIBRARY EXCEPTION", "Victor Zverovich",
                      "Mark Gillard", "Niels Lohmann", "Lua.org", "Leon Sorokin"):

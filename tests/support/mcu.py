@@ -37,6 +37,12 @@ def crc(data):
     return struct.pack("<H", value)
 
 
+def with_crc(frame):
+    """Of bytes, or of hexadecimal digits."""
+    data = bytes.fromhex(frame) if isinstance(frame, str) else frame
+    return data + crc(data)
+
+
 class Line:
     """One end of a serial line of the emulator: a socket to which the emulator connects."""
 

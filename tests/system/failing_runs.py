@@ -436,7 +436,7 @@ class Configure:
         (folder / "plan.toml").write_text(self.PLAN)
         with Simulator(PROGRAM, "--node", f"{NODE}={folder}/node.eds") as simulator:
             try:
-                done = subprocess.run([CBCANCTL, "--port", str(simulator.port), "configure", str(folder / "plan.toml")], env=environment,
+                done = subprocess.run([CBCANCTL, "--modbus", f":{simulator.port}", "configure", str(folder / "plan.toml")], env=environment,
                                       stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=LIMIT)
                 self.wrong = self.judge(done, simulator)
             except subprocess.TimeoutExpired:

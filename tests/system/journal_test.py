@@ -55,7 +55,7 @@ class Verbose(unittest.TestCase):
 class Handshake(unittest.TestCase):
     def test_state_all_on_a_healthy_plant_shows_no_failure(self):
         with Simulator(PROGRAM, "--demo", "-v", "--http", ":0") as simulator:
-            done = subprocess.run([CTL, "--port", str(simulator.port), "state", "all"], capture_output=True, text=True, timeout=LIMIT, check=True)
+            done = subprocess.run([CTL, "--modbus", f":{simulator.port}", "state", "all"], capture_output=True, text=True, timeout=LIMIT, check=True)
             self.assertEqual(len(done.stdout.splitlines()), 6)
             self.assertEqual(http_json(simulator, "/api/transactions?failed=1")["events"], [])
             ended = http_json(simulator, "/api/transactions")["events"]

@@ -13,7 +13,7 @@ import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases
-from mcu import crc
+from mcu import with_crc
 from owned_registers import OwnedRegisters
 from serial_line import SerialLine
 from simulator import LIMIT, Simulator, program_from_arguments, wait_until
@@ -79,11 +79,6 @@ class LinePlc:
         self.library.modbus_close(self.context)
         self.library.modbus_free(self.context)
         self.library.modbus_mapping_free(self.mapping)
-
-
-def frame(hexadecimal):
-    data = bytes.fromhex(hexadecimal)
-    return data + crc(data)
 
 
 class OnTheNet(unittest.TestCase):
@@ -158,12 +153,12 @@ class OnALine(unittest.TestCase):
         device = os.ttyname(slave)
         with Simulator(PROGRAM, "--demo", "--set", f"plc.device={device}", "--set", "plc.baud=115200", "--set", "plc.parity=N",
                        "--set", "plc.unit=9") as simulator:
-            read_all = frame("09030E740046")
-            for response in (b"", frame("09038C0000"), frame("0A038C" + "0000" * 70)):
+            read_all = with_crc("09030E740046")
+            for response in (b"", with_crc("09038C0000"), with_crc("0A038C" + "0000" * 70)):
                 self.assertEqual(os.read(master, 100), read_all)
                 os.write(master, response)
             self.assertEqual(os.read(master, 100), read_all)
-            os.write(master, frame("09038C" + "0000" * 70))
+            os.write(master, with_crc("09038C" + "0000" * 70))
             self.assertEqual(os.read(master, 100), read_all)
             self.assertEqual(simulator.errors(), [f"cbcan-sim: plc {device}: no response; it is retried",
                                                   f"cbcan-sim: plc {device}: answers again"])

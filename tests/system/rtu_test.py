@@ -17,7 +17,7 @@ from pymodbus.framer.rtu_framer import ModbusRtuFramer
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests/support"))
 import cases
-from mcu import crc
+from mcu import with_crc
 from serial_line import SerialLine
 from simulator import LIMIT, Simulator, program_from_arguments, wait_until
 
@@ -25,11 +25,6 @@ PROGRAM = program_from_arguments(sys.argv)
 
 READ_TYPE = [0xCA0E, 5055, 66, 0x1000, 0, 4]  # 1000h of the I/O module: 000F 0191h
 TYPE = [0, 5055, 66, 0x1000, 0, 4, 0x0191, 0x000F]
-
-
-def frame(hexadecimal):
-    data = bytes.fromhex(hexadecimal)
-    return data + crc(data)
 
 
 class OnALine(unittest.TestCase):
@@ -79,8 +74,8 @@ class AtTheOtherEnd(cases.Case):
         master, slave, name = self.open()
         link.symlink_to(name)
         with Simulator(PROGRAM, "--demo", "--rtu", f"{link}", "--set", "rtu.baud=115200") as simulator:
-            os.write(master, frame("010310150001"))
-            self.assertEqual(os.read(master, 100), frame("0103020000"))
+            os.write(master, with_crc("010310150001"))
+            self.assertEqual(os.read(master, 100), with_crc("0103020000"))
             link.unlink()  # another test may get its number
             os.close(slave)
             os.close(master)
@@ -88,8 +83,8 @@ class AtTheOtherEnd(cases.Case):
             master, slave, name = self.open()
             link.symlink_to(name)
             wait_until(lambda: len(simulator.errors()) == 2, "the port again")
-            os.write(master, frame("010310150001"))
-            self.assertEqual(os.read(master, 100), frame("0103020000"))
+            os.write(master, with_crc("010310150001"))
+            self.assertEqual(os.read(master, 100), with_crc("0103020000"))
             self.assertEqual(simulator.errors(), [
                 f"cbcan-sim: rtu {link}: is gone; plug it in again, it is looked for every second",
                 f"cbcan-sim: rtu {link}: is there again"])
@@ -115,8 +110,8 @@ class OverTcp(unittest.TestCase):
         self.assertTrue(client.read_holding_registers(4168, 1, slave=1).isError())
 
     def test_noise_costs_no_more_than_a_request(self):
-        request, response = frame("010310150001"), frame("0103020000")
-        for noise in (b"\x55", b"\x01", frame("090300000001")[:-1] + b"\x00", frame("09080000A537"), frame("092B0E0100"), frame("09641234")):
+        request, response = with_crc("010310150001"), with_crc("0103020000")
+        for noise in (b"\x55", b"\x01", with_crc("090300000001")[:-1] + b"\x00", with_crc("09080000A537"), with_crc("092B0E0100"), with_crc("09641234")):
             with socket.create_connection(("127.0.0.1", self.port), timeout=LIMIT) as line:
                 line.sendall(request + noise)
                 received = b""
@@ -125,13 +120,6 @@ class OverTcp(unittest.TestCase):
                 while len(received) < 20 * len(response):  # the first one, and 19 of 20
                     received += line.recv(300)
                 self.assertEqual(set(received[i:i + len(response)] for i in range(0, len(received), len(response))), {response}, noise.hex())
-
-    def test_more_than_256_bytes_are_no_frame(self):
-        with socket.create_connection(("127.0.0.1", self.port), timeout=LIMIT) as line:
-            line.sendall(frame("01100000007BFF" + 255 * "00") + frame("010310150001"))
-            self.assertEqual(line.recv(300), frame("0103020000"))
-            line.sendall(frame("01100000007BF7" + 247 * "00"))  # 256 bytes
-            self.assertEqual(line.recv(300), frame("019003"))
 
     def test_coils_and_discrete_inputs(self):
         modbus = int(self.simulator.where["modbus"].rsplit(":", 1)[1])
@@ -159,7 +147,7 @@ class OverTcp(unittest.TestCase):
                 refused = window.request(bytes([function]) + bytes.fromhex(table.get(function, "00000001"))) == bytes([function | 0x80, 1])
                 self.assertEqual(refused, function not in table, function)
             for function in table:
-                line.sendall(frame(f"01{function:02X}" + table.get(function, "00000001")))
+                line.sendall(with_crc(f"01{function:02X}" + table.get(function, "00000001")))
                 response = line.recv(300)
                 self.assertEqual(response[1:3] == bytes([function | 0x80, 1]), function == 43, (function, response.hex()))
 

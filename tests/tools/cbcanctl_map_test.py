@@ -24,7 +24,7 @@ from st_machine import Machine
 
 CBCANCTL = program_from_arguments(sys.argv)
 PLCOPEN = "{http://www.plcopen.org/xml/tc6_0201}"
-HOST = ("--host", "192.168.1.5:1502")
+HOST = ("--modbus", "192.168.1.5:1502")
 FORMS = "csv tia-db xsy logix codesys".split()
 PROGRAMS = "tia-db-scl xsy-st codesys-st".split()
 IDENTIFIER = re.compile(r"(?=.{1,32}\Z)[A-Za-z][A-Za-z0-9]*(_[A-Za-z0-9]+)*")
@@ -360,8 +360,8 @@ class Mistakes(Map):
         self.check("--at 5: --for csv has no addresses; leave it out", "network.toml", "--for", "csv", "--at", "5")
         self.check("--at 5: --for codesys-st has no addresses; leave it out", "network.toml", "--for", "codesys-st", "--at", "5")
         for host in ("127.0.0.1", "plc.example"):
-            self.check(f"--host {host}: --for xsy-st needs the module's IPv4 address in the PLC's network, such as --host 192.168.1.5",
-                       "network.toml", "--for", "xsy-st", "--host", host)
+            self.check(f"--modbus {host}: --for xsy-st needs the module's IPv4 address in the PLC's network, such as --modbus 192.168.1.5",
+                       "network.toml", "--for", "xsy-st", "--modbus", host)
 
     def test_of_the_file(self):
         self.network = DEMO.replace("tpdo = 2", "tpdo = 9")

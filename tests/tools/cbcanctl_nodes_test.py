@@ -35,11 +35,11 @@ class Nodes(unittest.TestCase):
         self.addCleanup(self.folder.cleanup)
 
     def run_ctl(self, *arguments, **keywords):
-        return subprocess.run([CBCANCTL, "--port", str(self.simulator.port), *map(str, arguments)], timeout=LIMIT,
+        return subprocess.run([CBCANCTL, "--modbus", f":{self.simulator.port}", *map(str, arguments)], timeout=LIMIT,
                               **(keywords or {"capture_output": True, "text": True}))
 
     def start_ctl(self, *arguments):
-        return subprocess.Popen([CBCANCTL, "--port", str(self.simulator.port), *arguments], stdout=subprocess.PIPE,
+        return subprocess.Popen([CBCANCTL, "--modbus", f":{self.simulator.port}", *arguments], stdout=subprocess.PIPE,
                                 stderr=subprocess.PIPE, text=True)
 
     def check(self, arguments, out="", code=DONE, error=""):

@@ -17,7 +17,7 @@ import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases
-from mcu import crc
+from mcu import with_crc
 from serial_line import SerialLine
 from simulator import LIMIT, Simulator, program_from_arguments
 
@@ -68,10 +68,6 @@ class OurServer(unittest.TestCase):
         with open(self.station.device, "rb", buffering=0) as other:
             fcntl.flock(other, fcntl.LOCK_EX)
             self.check("state 0", "", NO_CONNECTION, f"cbcanctl: {self.station.device}: another program uses it\n")
-
-
-def with_crc(frame):
-    return frame + crc(frame)
 
 
 class Device:
@@ -167,7 +163,7 @@ class BadDevices(unittest.TestCase):
         self.assertEqual(hurried, [False])
 
     def test_bytes_that_nobody_asked_for_are_not_taken_for_an_response(self):
-        self.check_done(lambda response, _: response + with_crc(bytes.fromhex("01 03 02 CA 0E")))
+        self.check_done(lambda response, _: response + with_crc("01 03 02 CA 0E"))
 
     def test_an_response_of_another_station(self):
         self.check_lost("reading R3700", *2 * [lambda response, _: with_crc(b"\x02" + response[1:-2])])
@@ -177,7 +173,7 @@ class BadDevices(unittest.TestCase):
         self.assertEqual([request[1] for request in requests], [3, 16])
 
     def test_an_exception_is_an_response(self):
-        requests = self.check_lost("reading R3700: Modbus exception 02h", lambda _, __: with_crc(bytes.fromhex("01 83 02")))
+        requests = self.check_lost("reading R3700: Modbus exception 02h", lambda _, __: with_crc("01 83 02"))
         self.assertEqual(len(requests), 1)
 
 

@@ -20,7 +20,7 @@ NO_CONNECTION = 3
 
 
 def run(port, *arguments):
-    return subprocess.run([CBCANCTL, "--port", str(port), *arguments], capture_output=True, text=True, timeout=LIMIT)
+    return subprocess.run([CBCANCTL, "--modbus", f":{port}", *arguments], capture_output=True, text=True, timeout=LIMIT)
 
 
 class BadServers(unittest.TestCase):
@@ -48,7 +48,7 @@ class BadServers(unittest.TestCase):
             port = listener.getsockname()[1]
             done = run(port, "--timeout", "100", "kernel")
         self.assertEqual((done.returncode, done.stderr), (NO_CONNECTION, f"cbcanctl: 127.0.0.1:{port}: reading R3700: no response; is that a "
-                         "Modbus server? `cbcan-sim` prints where it is one, as modbus=HOST:PORT; --host and --port say where to look\n"))
+                         "Modbus server? `cbcan-sim` prints where it is one, as modbus=HOST:PORT; --modbus says where to look\n"))
 
     def test_closes(self):
         self.check(None)
@@ -78,7 +78,7 @@ class BadServers(unittest.TestCase):
         self.assertEqual([json.loads(line)["step"] for line in done.stdout.splitlines()[1:]], steps, done)
 
     def test_messages_have_no_control_characters(self):
-        for words in (["read\x1b[31m"], ["configure", "/no\x1b]0;where\a"], ["--host", "no\nhost\x7f", "kernel"]):
+        for words in (["read\x1b[31m"], ["configure", "/no\x1b]0;where\a"], ["--modbus", "no\nhost\x7f", "kernel"]):
             done = run(1, *words)
             self.assertNotEqual(done.returncode, 0)
             self.assertEqual([c for c in done.stderr[:-1] if not c.isprintable()], [], done.stderr)

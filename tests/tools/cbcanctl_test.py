@@ -7,16 +7,15 @@ import os
 import pathlib
 import re
 import signal
-import socket
 import struct
 import subprocess
 import sys
 import tempfile
-import threading
 import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases
+from owned_registers import OwnedRegisters
 from simulator import LIMIT, Simulator, program_from_arguments, wait_until
 
 CBCANCTL, CBCAN_SIM = program_from_arguments(sys.argv, 2)
@@ -24,7 +23,7 @@ DONE, USAGE, NO_CONNECTION, REFUSED, ABSENT, INTERRUPTED = 0, 2, 3, 4, 5, 130
 
 
 def run(port, *arguments):
-    return subprocess.run([CBCANCTL, "--port", str(port), *arguments], capture_output=True, text=True, timeout=LIMIT)
+    return subprocess.run([CBCANCTL, "--modbus", f":{port}", *arguments], capture_output=True, text=True, timeout=LIMIT)
 
 
 class WithSimulator(unittest.TestCase):
@@ -162,7 +161,7 @@ class WithSimulator(unittest.TestCase):
 
     def test_settings_are_put_back_after_an_interrupt(self):
         for number in (signal.SIGINT, signal.SIGTERM):
-            control = subprocess.Popen([CBCANCTL, "--port", str(self.simulator.port), "read", str(number + 80), "0x1000", "0",
+            control = subprocess.Popen([CBCANCTL, "--modbus", f":{self.simulator.port}", "read", str(number + 80), "0x1000", "0",
                                         "--timeout", "60000", "--mode", "segmented"], stderr=subprocess.PIPE, text=True)
             self.addCleanup(control.stderr.close)
             self.simulator.wait_for_frame(f"{0x600 + number + 80:X}#4000100000000000")
@@ -214,7 +213,7 @@ class Usage(unittest.TestCase):
             self.assertIn(f"Usage:  cbcanctl {usage[1].replace(usage[2], usage[2] + ' [OPTION...]', 1)}\n", helped)
         self.assertIn("  --mode MODE            SDO transfer mode: auto, expedited, segmented or block\n", run(1, "read", "--help").stdout)
         self.assertIn("  --size BYTES           Room for the value: 1..128 (default 128)\n", run(1, "read", "-h").stdout)
-        self.assertIn("  --port PORT            Its port: 1..65535 (default 1502)\n", run(1, "--help").stdout)
+        self.assertIn("  --station, --unit N    Modbus unit ID, which selects the CAN network, or\n", run(1, "--help").stdout)
 
     def test_version(self):
         done = run(1, "--version")
@@ -237,12 +236,13 @@ class Usage(unittest.TestCase):
 
     def test_a_host_with_a_port_or_without_a_meaning(self):
         ctl = lambda *arguments: subprocess.run([CBCANCTL, *arguments, "kernel"], capture_output=True, text=True, timeout=LIMIT)
-        self.assertIn("no connection to 127.0.0.1:1: ", ctl("--host", "127.0.0.1:1").stderr)
-        self.assertIn("no connection to ::1:1: ", ctl("--host", "[::1]:1").stderr)
-        done = ctl("--host", "no-such-host.invalid")
+        for words in (("--modbus", "127.0.0.1:1"), ("--host", "127.0.0.1:1"), ("--host", "127.0.0.1", "--port", "1"), ("--port", "1")):
+            self.assertIn("no connection to 127.0.0.1:1: ", ctl(*words).stderr)
+        self.assertIn("no connection to ::1:1: ", ctl("--modbus", "[::1]:1").stderr)
+        done = ctl("--modbus", "no-such-host.invalid")
         self.assertEqual(done.returncode, NO_CONNECTION)
         self.assertRegex(done.stderr, r"^cbcanctl: no connection to no-such-host\.invalid:1502: .*; is cbcan-sim running there\? ")
-        self.assertEqual(ctl("--host", "127.0.0.1:1", "--port", "1").returncode, USAGE)
+        self.assertEqual(ctl("--modbus", "127.0.0.1:1", "--port", "1").returncode, USAGE)
 
     def test_what_is_wrong_is_named(self):
         read = "usage: cbcanctl read [OPTION...] NODE INDEX SUB"
@@ -273,77 +273,47 @@ class Usage(unittest.TestCase):
                              (USAGE, "", f"cbcanctl: {told}; cbcanctl --help shows all\n"))
 
 
-class Coprocessor:
+class Coprocessor(OwnedRegisters):
     """A window whose transactions have the result of `execute(command, node, index, sub, data)`: the bytes of the response, a number (an abort code),
     None (in progress until it is cancelled) or "restart" (of the module). Records all. R3700 shows CA0Eh `polls` times before the result."""
 
     def __init__(self, execute, polls=0):
-        self.execute = execute
-        self.polls = polls
-        self.left = 0
-        self.pending = None
+        self.execute, self.polls = execute, polls
+        self.left, self.pending = 0, None
         self.transactions = []
-        self.words = [0] * 70
-        self.listener = socket.create_server(("127.0.0.1", 0))
-        self.port = self.listener.getsockname()[1]
-        self.thread = threading.Thread(target=self.serve, daemon=True)
-        self.thread.start()
+        super().__init__()
 
-    def stop(self):
-        self.listener.shutdown(socket.SHUT_RDWR)
-        self.thread.join(LIMIT)
-        self.listener.close()
+    def read(self, first, count):
+        if self.pending is not None and self.left == 0:
+            self.finish()
+        self.left -= 1
+        return super().read(first, count)
 
-    def serve(self):
-        while True:
-            try:
-                client, _ = self.listener.accept()
-            except OSError:
-                return
-            with client, client.makefile("rb") as requests:
-                while header := requests.read(7):
-                    pdu = requests.read(struct.unpack(">H", header[4:6])[0] - 1)
-                    response = self.respond(pdu)
-                    client.sendall(header[:4] + struct.pack(">H", len(response) + 1) + header[6:] + response)
-
-    def respond(self, pdu):
-        function, address, count = struct.unpack(">BHH", pdu[:5])
-        at = address - 3700
-        if function == 3:
-            if self.pending is not None and self.left == 0:
-                self.finish()
-            self.left -= 1
-            return struct.pack(f">BB{count}H", 3, 2 * count, *self.words[at:at + count])
-        self.words[at:at + count] = struct.unpack(f">{count}H", pdu[6:])
+    def write(self, first, words):
+        super().write(first, words)
         self.pending = None
-        if self.words[0] == 0xCA0E:
-            self.transact()
-        return pdu[:5]
-
-    def transact(self):
-        command, node, index, sub, size = self.words[1:6]
-        data = struct.pack("<64H", *self.words[6:])[:size] if command == 5066 else b""
-        self.transactions.append((command, node, index, sub, data.hex()))
-        self.pending, self.left = self.execute(*self.transactions[-1]), self.polls
+        if words[0] == 0xCA0E:
+            command, node, index, sub, size = words[1:6]
+            data = struct.pack(f"<{len(words) - 6}H", *words[6:])[:size] if command == 5066 else b""
+            self.transactions.append((command, node, index, sub, data.hex()))
+            self.pending, self.left = self.execute(*self.transactions[-1]), self.polls
 
     def finish(self):
         result, self.pending = self.pending, None
         if result == "restart":
-            self.words = [0] * 70
+            self.registers.clear()
         elif isinstance(result, int):
-            self.words[0], self.words[6:8] = 4, [result & 0xFFFF, result >> 16]
+            self.registers |= {3700: 4, 3706: result & 0xFFFF, 3707: result >> 16}
         else:
-            self.words[0] = 0
-            if self.words[1] == 5055:
-                self.words[5] = len(result)
-            self.words[6:6 + 64] = struct.unpack("<64H", result.ljust(128, b"\0"))
+            words = struct.unpack("<64H", result.ljust(128, b"\0"))
+            self.registers |= {3700: 0, **dict(enumerate(words, 3706))}
+            if self.registers[3701] == 5055:
+                self.registers[3705] = len(result)
 
 
 class WithCoprocessor(unittest.TestCase):
     def start(self, execute, polls=0):
-        coprocessor = Coprocessor(execute, polls)
-        self.addCleanup(coprocessor.stop)
-        return coprocessor
+        return Coprocessor(execute, polls)
 
     def check(self, execute, arguments, out, code=DONE, error=""):
         coprocessor = self.start(execute)
@@ -431,7 +401,7 @@ class WithCoprocessor(unittest.TestCase):
     def test_a_slow_coprocessor_gets_its_settings_back_too(self):
         values = {0x3001: b"\x7F", 0x3003: b"\xE8\x03", 0x1000: None}
         coprocessor = self.start(lambda _, __, index, *___: values[index], polls=3)
-        control = subprocess.Popen([CBCANCTL, "--port", str(coprocessor.port), "read", "5", "0x1000", "0", "--timeout", "300"],
+        control = subprocess.Popen([CBCANCTL, "--modbus", f":{coprocessor.port}", "read", "5", "0x1000", "0", "--timeout", "300"],
                                    stderr=subprocess.PIPE, text=True)
         self.addCleanup(control.stderr.close)
         wait_until(lambda: len(coprocessor.transactions) == 4, "the transfer")
@@ -446,7 +416,7 @@ class WithCoprocessor(unittest.TestCase):
                 return None
             return {0x3001: b"\x7F", 0x3003: b"\xE8\x03"}[index]
         coprocessor = self.start(execute)
-        control = subprocess.Popen([CBCANCTL, "--port", str(coprocessor.port), "read", "5", "0x1000", "0", "--timeout", "300"],
+        control = subprocess.Popen([CBCANCTL, "--modbus", f":{coprocessor.port}", "read", "5", "0x1000", "0", "--timeout", "300"],
                                    stderr=subprocess.PIPE, text=True)
         self.addCleanup(control.stderr.close)
         for count in (4, 5):

@@ -17,7 +17,7 @@ class TimeoutJob final : public Job {
   explicit TimeoutJob(std::uint16_t ms) : value_(descriptions::to_bytes(ms, 2)) {}
 
   std::optional<Transaction> next() override {
-    if (step_ == 0) return read_of(0, regmap::object::kSdoTimeout, 0);
+    if (step_ == 0) return sdo_read(0, regmap::object::kSdoTimeout, 0);
     return step_ == 1 && before_ ? std::optional(write(value_)) : std::nullopt;
   }
   void ended(const window::Result& result) override {
@@ -28,7 +28,7 @@ class TimeoutJob final : public Job {
 
  private:
   static Transaction write(const std::vector<std::uint8_t>& value) {
-    return write_of(0, regmap::object::kSdoTimeout, 0, value);
+    return sdo_write(0, regmap::object::kSdoTimeout, 0, value);
   }
 
   std::vector<std::uint8_t> value_;
@@ -107,26 +107,10 @@ class Worker {
 
 }  // namespace
 
-Transaction read_of(unsigned node, unsigned index, unsigned sub, std::size_t size) {
-  return {regmap::kSdoRead,
-          static_cast<std::uint16_t>(node),
-          static_cast<std::uint16_t>(index),
-          static_cast<std::uint16_t>(sub),
-          static_cast<std::uint16_t>(size),
-          {}};
-}
-
-Transaction write_of(unsigned node, unsigned index, unsigned sub, std::vector<std::uint8_t> data) {
-  Transaction transaction = read_of(node, index, sub, data.size());
-  transaction.command = regmap::kSdoWrite;
-  transaction.data = std::move(data);
-  return transaction;
-}
-
 std::optional<Transaction> ReadJob::next() {
   if (results_.size() == places_.size() || silent()) return std::nullopt;
   const auto [index, sub] = places_[results_.size()];
-  return read_of(node_, index, sub);
+  return sdo_read(node_, index, sub);
 }
 
 bool ReadJob::silent() const {

@@ -18,10 +18,7 @@ namespace cbcan::tools {
 
 using namespace descriptions;
 
-using window::Transaction;
-
-Transaction read_of(unsigned node, unsigned index, unsigned sub, std::size_t size = regmap::kMaxDataBytes);
-Transaction write_of(unsigned node, unsigned index, unsigned sub, std::vector<std::uint8_t> data);
+using window::sdo_read, window::sdo_write, window::Transaction;
 
 /// The module's registers; each call is one Modbus request.
 class RegisterAccess {

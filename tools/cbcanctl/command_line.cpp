@@ -76,7 +76,7 @@ constexpr std::array kMapWords{
 constexpr std::array kMapOptions{
     row<&Options::form>({
         .option = "--for FORM", .help = "File of a maker's tool; -scl and -st are programs that exchange the tags, with the module's "
-        "address from --host", .choices = tools::kForms}),
+        "address from --modbus", .choices = tools::kForms}),
     row<&Options::at>({
         .option = "--at ADDRESS", .help = "First address of the inputs in the PLC; outputs are 64 words further on, the status 128. Without it "
         "%MW100 for xsy, %MW0 for codesys; for tia-db the number of the block, 10", .high = 65535})};
@@ -96,10 +96,12 @@ constexpr auto kCommands = std::to_array<Command>({
 
 /// Options of all commands: first those of the server.
 constexpr std::array kShared{
-    row<&Options::target, &window::Settings::host>({.option = "--host HOST", .help = "Modbus TCP server; HOST:PORT too"}),
-    row<&Options::target, &window::Settings::port>({.option = "--port PORT", .help = "Its port", .low = 1, .high = 65535}),
+    row<&Options::target, &window::Settings::host>({
+        .option = "--host, --modbus HOST:PORT", .help = "Modbus TCP server; --host will go after 0.2"}),
+    row<&Options::target, &window::Settings::port>({
+        .option = "--port PORT", .help = "Its port, as before --modbus had it; will go after 0.2", .low = 1, .high = 65535}),
     row<&Options::target, &window::Settings::rtu>({
-        .option = "--rtu DEVICE", .help = "Serial device of a Modbus RTU server, instead of --host and --port"}),
+        .option = "--rtu DEVICE", .help = "Serial device of a Modbus RTU server, instead of --modbus"}),
     row<&Options::target, &window::Settings::baud>({
         .option = "--baud N", .help = "With --rtu", .numbers = window::kBaudRates}),
     row<&Options::parity>({
@@ -126,7 +128,7 @@ Usage:  cbcanctl [OPTION...] COMMAND [ARGUMENT...]
 )";
 
 constexpr std::string_view kShort = R"(
-  --host HOST[:PORT]          Modbus TCP server (default 127.0.0.1:1502)
+  --modbus HOST:PORT          Modbus TCP server (default 127.0.0.1:1502)
   --rtu DEVICE                Modbus RTU server, with --baud and --station
   --timeout MS, --json        SDO timeout; JSON instead of text
 
@@ -247,7 +249,7 @@ std::chrono::milliseconds patience(int timeout_ms, const Command& command) {
 /// Checks options that require or exclude another one.
 void check_target(const base::ParsedArguments& typed, const window::Settings& target) {
   const bool serial = !target.rtu.empty();
-  for (const std::string_view option : {"--host", "--port"})
+  for (const std::string_view option : {"--modbus", "--port"})
     if (serial && is_typed(typed, option))
       throw tools::UsageError(fmt::format("{}: leave it out, or --rtu", option));
   for (const std::string_view option : {"--baud", "--parity"})
@@ -259,14 +261,14 @@ void check_target(const base::ParsedArguments& typed, const window::Settings& ta
 
 /// The address may include the port; without an option it comes from the environment.
 void settle_address(const base::ParsedArguments& typed, const char* environment, window::Settings& target) {
-  const bool has_host = is_typed(typed, "--host");
+  const bool has_host = is_typed(typed, "--modbus");
   const bool has_port = is_typed(typed, "--port");
   const bool from_environment = environment != nullptr && !has_host && !has_port && target.rtu.empty();
   if (!has_host && !from_environment) return;
   const auto address = base::parse_listen_address(from_environment ? environment : target.host, 0);
   if (address.port != 0 && has_port)
     throw tools::UsageError(
-        fmt::format("--host {}: the port is there already; leave out --port", target.host));
+        fmt::format("--modbus {}: the port is there already; leave out --port", target.host));
   target.host = address.host;
   if (address.port != 0) target.port = address.port;
 }

@@ -49,7 +49,7 @@ class ProbeJob final : public tools::Job {
 
   std::optional<Transaction> next() override {
     if (index_ == end_) return std::nullopt;
-    return tools::read_of(node_, index_, sub_);
+    return tools::sdo_read(node_, index_, sub_);
   }
   void ended(const window::Result& response) override {
     check(node_, response);
@@ -208,7 +208,7 @@ void dump(const Options& options) {
   if (!options.eds.empty()) device = tools::parse_device(read_file(options.eds), options.eds, node, remarks);
   std::for_each(remarks.begin(), remarks.end(), say);
   window::Client client = connect(options);
-  check(node, client.execute(tools::read_of(node, tools::kDeviceType, 0)));
+  check(node, client.execute(tools::sdo_read(node, tools::kDeviceType, 0)));
   const std::vector<Dumped> objects =
       options.eds.empty() ? objects_found(client, node, options) : objects_of(client, node, options, device);
   if (!options.json) return print_plan(node, objects);

@@ -121,8 +121,8 @@ std::array<unsigned char, 4> bytes_of(const std::string& host, Form form) {
   std::array<unsigned char, 4> bytes{};
   if (inet_pton(AF_INET, host.c_str(), bytes.data()) != 1 || bytes[0] == kLoopback)
     throw base::UsageError(
-        fmt::format("--host {}: --for {} needs the module's IPv4 address in the PLC's network, such as "
-                    "--host 192.168.1.5",
+        fmt::format("--modbus {}: --for {} needs the module's IPv4 address in the PLC's network, such as "
+                    "--modbus 192.168.1.5",
                     host, kForms[static_cast<std::size_t>(form)]));
   return bytes;
 }

@@ -36,12 +36,12 @@ std::string_view way_out(window::Error::Cause cause, bool serial) {
   using Cause = window::Error::Cause;
   switch (cause) {
     case Cause::kNoConnection:
-      return "; is cbcan-sim running there? `cbcan-sim --demo` starts one, --host and --port say where";
+      return "; is cbcan-sim running there? `cbcan-sim --demo` starts one, --modbus says where";
     case Cause::kNoResponse:
       return serial ? "; is the device on, are A and B the right way round, and are --station, --baud and "
                       "--parity those of the device?"
                     : "; is that a Modbus server? `cbcan-sim` prints where it is one, as modbus=HOST:PORT; "
-                      "--host and --port say where to look";
+                      "--modbus says where to look";
     case Cause::kNoNetwork: return "; --unit selects the network, 1 is the first";
     case Cause::kNoResult: return "; --timeout waits longer";
     default: return {};

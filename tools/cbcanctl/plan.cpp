@@ -31,9 +31,9 @@ NodeConfiguration::NodeConfiguration(const PlannedNode& node, bool verify) : nod
 std::optional<Transaction> NodeConfiguration::next() {
   if (at_ == steps_.size() || !problem_.empty()) return std::nullopt;
   const auto [kind, object] = steps_[at_];
-  if (kind == Kind::kStart) return write_of(0, regmap::kNmtService, node_.id, {kStartNode});
-  if (kind == Kind::kWrite) return write_of(node_.id, object->index, object->sub, object->value);
-  return read_of(node_.id, object->index, object->sub);
+  if (kind == Kind::kStart) return sdo_write(0, regmap::kNmtService, node_.id, {kStartNode});
+  if (kind == Kind::kWrite) return sdo_write(node_.id, object->index, object->sub, object->value);
+  return sdo_read(node_.id, object->index, object->sub);
 }
 
 void NodeConfiguration::ended(const window::Result& response) {

@@ -33,10 +33,10 @@ constexpr std::array<regmap::NamedNumber, 4> kKernelStates{{
 
 /// A read of the object in the arguments.
 Transaction object_of(const Options& options) {
-  return tools::read_of(tools::parse_number(options.node, kMaxNode, "NODE"),
-                        tools::parse_number(options.index, 0xFFFF, "INDEX"),
-                        tools::parse_number(options.sub, 0xFF, "SUB"),
-                        static_cast<std::size_t>(options.size));
+  return tools::sdo_read(tools::parse_number(options.node, kMaxNode, "NODE"),
+                         tools::parse_number(options.index, 0xFFFF, "INDEX"),
+                         tools::parse_number(options.sub, 0xFF, "SUB"),
+                         static_cast<std::size_t>(options.size));
 }
 
 void print_done(const Options& options) {
@@ -87,7 +87,7 @@ void write(const Options& options) {
   if (value.empty() || value.size() > regmap::kMaxDataBytes)
     throw UsageError(fmt::format("VALUE has {} bytes; a window takes 1..128", value.size()));
   window::Client client = connect(options);
-  with_settings(client, options, tools::write_of(object.node, object.index, object.sub, value));
+  with_settings(client, options, tools::sdo_write(object.node, object.index, object.sub, value));
   print_done(options);
 }
 
@@ -100,7 +100,7 @@ void nmt(const Options& options) {
   const auto code =
       static_cast<std::uint8_t>(regmap::kNmtCommands[static_cast<std::size_t>(options.service)].state_code);
   window::Client client = connect(options);
-  execute(client, tools::write_of(0, regmap::kNmtService, node, {code}));
+  execute(client, tools::sdo_write(0, regmap::kNmtService, node, {code}));
   print_done(options);
 }
 

@@ -126,7 +126,8 @@ void run(window::Client& client, std::span<tools::Job* const> jobs, std::string_
   if (tools::run(registers, jobs, static_cast<std::uint16_t>(sdo_timeout_ms))) return;
   std::optional<Borrowed> timeout;
   if (sdo_timeout_ms != 0)
-    timeout.emplace(client, own::kSdoTimeout, descriptions::to_bytes(static_cast<unsigned>(sdo_timeout_ms), 2));
+    timeout.emplace(client, own::kSdoTimeout,
+                    descriptions::to_bytes(static_cast<unsigned>(sdo_timeout_ms), 2));
   for (std::size_t i = 0; i < jobs.size(); ++i) {
     registers.progress(i);
     while (const auto transaction = jobs[i]->next())
@@ -158,7 +159,7 @@ std::string name(std::uint16_t index) {
 }
 
 tools::Bytes read(window::Client& client, std::uint16_t index, std::uint8_t sub, std::size_t size) {
-  tools::Bytes value = execute(client, tools::read_of(0, index, sub, size), name(index));
+  tools::Bytes value = execute(client, tools::sdo_read(0, index, sub, size), name(index));
   if (value.size() != size)
     throw window::Error(Cause::kNoWindow, fmt::format("{}: {} bytes instead of {}: this is no CBCAN window",
                                                       name(index), value.size(), size));
@@ -166,7 +167,7 @@ tools::Bytes read(window::Client& client, std::uint16_t index, std::uint8_t sub,
 }
 
 void write(window::Client& client, std::uint16_t index, const tools::Bytes& value) {
-  execute(client, tools::write_of(0, index, 0, value), name(index));
+  execute(client, tools::sdo_write(0, index, 0, value), name(index));
 }
 
 }  // namespace own

@@ -34,11 +34,13 @@ tools::Bytes with_settings(window::Client& client, const Options& options,
                            const tools::Transaction& transfer) {
   const bool asked = options.timeout_ms != 0 || options.mode;
   // The own node's objects are not read by SDO, and 3003h and 3004h should be shown unchanged.
-  if (!asked || transfer.node == 0 || transfer.node == own::read(client, own::kOwnNodeId, 0, 1)[0]) return execute(client, transfer);
+  if (!asked || transfer.node == 0 || transfer.node == own::read(client, own::kOwnNodeId, 0, 1)[0])
+    return execute(client, transfer);
   std::optional<Borrowed> timeout;
   std::optional<Borrowed> mode;
   if (options.timeout_ms != 0)
-    timeout.emplace(client, own::kSdoTimeout, descriptions::to_bytes(static_cast<unsigned>(options.timeout_ms), 2));
+    timeout.emplace(client, own::kSdoTimeout,
+                    descriptions::to_bytes(static_cast<unsigned>(options.timeout_ms), 2));
   if (options.mode)
     mode.emplace(client, own::kTransferMode, tools::Bytes{static_cast<std::uint8_t>(*options.mode)});
   return execute(client, transfer);

@@ -19,7 +19,7 @@ using OwnId = Service::OwnId;
 
 /// An object of the module.
 Service read_local(std::uint16_t index, std::uint16_t size, OwnId own_id = OwnId::kNotAsked) {
-  return {.transaction = detail::local_read(index, size), .own_id = own_id};
+  return {.transaction = window::sdo_read(0, index, 0, size), .own_id = own_id};
 }
 
 /// An object of the module with a sub-index for each node, also the own one.
@@ -106,13 +106,8 @@ std::optional<Service> Nmt::service() const {
       regmap::kNmtCommands, [code](const regmap::NmtRow& row) { return row.state_code == code; });
   if (!known || device > kHighestNode) return std::nullopt;
   const std::uint16_t who = device == 0 ? regmap::kNmtAllNodes : device;
-  return Service{
-      .transaction = {.command = regmap::kSdoWrite,
-                      .index = regmap::kNmtService,
-                      .sub = who,
-                      .size = 2,
-                      .data = {static_cast<std::uint8_t>(code), static_cast<std::uint8_t>(code >> 8)}},
-      .on_bus = true};
+  return Service{.transaction = window::sdo_write(0, regmap::kNmtService, who, detail::bytes_of(code)),
+                 .on_bus = true};
 }
 
 std::optional<Service> RecvEmcy::service() const {
@@ -163,11 +158,7 @@ KernelError GetState::show(const detail::Job& done) {
 
 std::optional<Service> SdoAccess::read(std::size_t size) const {
   if (device > kHighestNode || size == 0 || size > regmap::kMaxDataBytes) return std::nullopt;
-  return Service{.transaction = {.command = regmap::kSdoRead,
-                                 .node = device,
-                                 .index = index,
-                                 .sub = subindex,
-                                 .size = static_cast<std::uint16_t>(size)},
+  return Service{.transaction = window::sdo_read(device, index, subindex, size),
                  .on_bus = device != 0,
                  .access = true,
                  .channel = channel};

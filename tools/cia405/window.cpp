@@ -10,11 +10,6 @@ namespace {
 
 namespace object = regmap::object;
 
-Transaction local_write(std::uint16_t index, std::vector<std::uint8_t> data) {
-  const auto size = static_cast<std::uint16_t>(data.size());
-  return {.command = regmap::kSdoWrite, .index = index, .size = size, .data = std::move(data)};
-}
-
 bool changes_settings(const Transaction& transaction) {
   return transaction.command == regmap::kSdoWrite &&
          (transaction.index == object::kSdoTimeout || transaction.index == object::kTransferMode ||
@@ -69,16 +64,14 @@ Transaction Window::next_transaction(const Job& job) {
   const std::uint16_t timeout = job.module_timeout_ms;
   if (known_.changes != changes_) known_ = {.changes = changes_};
   if (job.stage == Job::Stage::kKernelState)
-    return because(Purpose::kKernelState, local_read(object::kKernelState, 1));
+    return because(Purpose::kKernelState, window::sdo_read(0, object::kKernelState, 0, 1));
   if (wanted.on_bus && known_.timeout_ms != timeout)
-    return because(Purpose::kTimeout,
-                   local_write(object::kSdoTimeout, {static_cast<std::uint8_t>(timeout),
-                                                     static_cast<std::uint8_t>(timeout >> 8)}));
+    return because(Purpose::kTimeout, window::sdo_write(0, object::kSdoTimeout, 0, bytes_of(timeout)));
   if (wanted.on_bus && known_.mode != wanted.mode)
     return because(Purpose::kMode,
-                   local_write(object::kTransferMode, {static_cast<std::uint8_t>(wanted.mode)}));
+                   window::sdo_write(0, object::kTransferMode, 0, {static_cast<std::uint8_t>(wanted.mode)}));
   if (wanted.own_id != Service::OwnId::kNotAsked && !job.own_id)
-    return because(Purpose::kOwnId, local_read(object::kOwnNodeId, 1));
+    return because(Purpose::kOwnId, window::sdo_read(0, object::kOwnNodeId, 0, 1));
   Transaction transaction = because(Purpose::kService, wanted.transaction);
   if (wanted.own_id == Service::OwnId::kAsSubIndex) transaction.sub = *job.own_id;
   return transaction;

@@ -17,9 +17,9 @@ namespace cbcan::cia405::detail {
 
 using window::Request, window::Response, window::Result, window::Transaction;
 
-/// Reads the module's own object dictionary.
-inline Transaction local_read(std::uint16_t index, std::uint16_t size) {
-  return {.command = regmap::kSdoRead, .index = index, .size = size};
+/// Low byte first.
+inline std::vector<std::uint8_t> bytes_of(std::uint16_t number) {
+  return {static_cast<std::uint8_t>(number), static_cast<std::uint8_t>(number >> 8)};
 }
 
 /// A block's request: one object read or written.

@@ -3,13 +3,13 @@
 
 # To build and run the simulator.
 build_packages=(g++ cmake ninja-build pkg-config libfmt-dev libtomlplusplus-dev
-  libmicrohttpd-dev nlohmann-json3-dev liblua5.4-dev python3)
+  libmicrohttpd-dev libmodbus-dev nlohmann-json3-dev liblua5.4-dev python3)
 
 # In addition, to build and run the image for a microcontroller.
 mcu_packages=(gcc-arm-none-eabi libnewlib-arm-none-eabi libstdc++-arm-none-eabi-dev qemu-system-arm socat)
 
 # In addition, for the tests: their libraries and clients, and the guest whose kernel has CAN.
-test_packages=(catch2 cloc libmodbus-dev librapidcheck-dev valgrind git
+test_packages=(catch2 cloc librapidcheck-dev valgrind git
   clang-14 libclang-rt-14-dev gcovr
   "${mcu_packages[@]}" g++-aarch64-linux-gnu g++-riscv64-linux-gnu g++-s390x-linux-gnu qemu-user
   chromium fonts-dejavu-core
@@ -22,7 +22,7 @@ module_packages=("${build_packages[@]}" clang-19 lld-19 llvm-19 wasi-libc libc++
   libclang-rt-19-dev-wasm32 binaryen libfast-float-dev dpkg-dev)
 
 # To build the Python wheel.
-wheel_packages=("${build_packages[@]}" dpkg-dev make)
+wheel_packages=("${build_packages[@]}" autoconf automake dpkg-dev libtool make)
 
 is_installed() { [[ $(dpkg-query --show --showformat='${db:Status-Status}' "$1" 2>/dev/null) == installed ]]; }
 

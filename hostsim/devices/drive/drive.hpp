@@ -160,7 +160,7 @@ class Drive final : public DeviceWithIncidents {
   CyclicPosition cyclic_position_{objects_, axis_};
   CyclicVelocity cyclic_velocity_{objects_, axis_};
   CyclicTorque cyclic_torque_{objects_, axis_};
-  /// By their number in 6060h.
+  /// Modes by their number in 6060h.
   const std::array<Mode*, 11> modes_{
       nullptr,  &profile_position_,      &velocity_,        &profile_velocity_, &profile_torque_, nullptr,
       &homing_, &interpolated_position_, &cyclic_position_, &cyclic_velocity_,  &cyclic_torque_};

@@ -42,7 +42,7 @@ class CostModel {
   /// Steps of the call so far.
   std::size_t steps() const { return spent_ / kStep; }
 
-  /// To be called when any of these has changed. `memory`: of the script, in bytes.
+  /// Call it when any of these has changed. `memory`: of the script, in bytes.
   void update(Bytes memory) {
     const std::size_t shared = largest_function / sizeof(void*);  // variables
     steps_ = static_cast<int>(longest_string / kStringBytes + memory / kMemoryBytes +

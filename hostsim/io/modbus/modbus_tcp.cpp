@@ -60,9 +60,7 @@ void ModbusTcp::close_client(Connection& client) {
 /// request passes here is one function.
 [[gnu::flatten]] bool ModbusTcp::on_ready(Connection& client) {
   if (client.unsent.empty()) return receive(client);
-  if (!send_rest(client)) return false;
-  if (!client.unsent.empty()) return true;
-  return reactor_.change(client.socket.get(), Reactor::kReadable) && advance(client);
+  return send(client, client.unsent) && (!client.unsent.empty() || advance(client));
 }
 
 /// One read per turn, of at most one buffer: the rest waits in the socket until the other clients have been
@@ -81,8 +79,8 @@ bool ModbusTcp::advance(Connection& client) {
     const std::size_t size = protocols::ModbusServer::request_size({rest, client.received});
     if (size == 0) return false;
     if (client.received < size) break;
-    const auto respond = [this, &client](Bytes response) { return send(client, response); };
-    if (!server_.execute(client.number, {rest, size}, respond)) return false;
+    const Bytes response = server_.execute(client.number, {rest, size});
+    if (response.empty() || !send(client, response)) return false;
     rest += size;
     client.received -= size;
   }
@@ -93,27 +91,16 @@ bool ModbusTcp::advance(Connection& client) {
   return true;
 }
 
+/// Keeps what the connection has no room for.
 inline bool ModbusTcp::send(Connection& client, Bytes bytes) {
-  if (!send_some(client, bytes)) return false;
-  if (bytes.empty()) return true;
-  client.unsent.assign(bytes.begin(), bytes.end());
-  ++waits_for_room_;
-  return reactor_.change(client.socket.get(), Reactor::kWritable);
-}
-
-bool ModbusTcp::send_rest(Connection& client) {
-  Bytes rest(client.unsent);
-  if (!send_some(client, rest)) return false;
-  client.unsent.assign(rest.begin(), rest.end());
-  return true;
-}
-
-/// Reduces `rest` to what the connection has no room for.
-inline bool ModbusTcp::send_some(Connection& client, Bytes& rest) {
-  const ssize_t count = ::send(client.socket.get(), rest.data(), rest.size(), MSG_NOSIGNAL);
-  if (count < 0) return is_temporary(errno);
-  rest = rest.subspan(static_cast<std::size_t>(count));
-  return true;
+  const ssize_t count = ::send(client.socket.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL);
+  if (count < 0 && !is_temporary(errno)) return false;
+  const Bytes rest = bytes.subspan(count < 0 ? 0 : static_cast<std::size_t>(count));
+  const bool waited = !client.unsent.empty();
+  client.unsent = std::vector(rest.begin(), rest.end());
+  if (waited != client.unsent.empty()) return true;
+  if (!waited) ++waits_for_room_;
+  return reactor_.change(client.socket.get(), waited ? Reactor::kReadable : Reactor::kWritable);
 }
 
 void ModbusTcp::set_deadline(Connection& client, Time deadline) {

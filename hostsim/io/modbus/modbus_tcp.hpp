@@ -78,8 +78,6 @@ class ModbusTcp final : private AcceptsClients {
   bool receive(Connection& client);
   bool advance(Connection& client);
   bool send(Connection& client, Bytes bytes);
-  bool send_rest(Connection& client);
-  bool send_some(Connection& client, Bytes& rest);
   void set_deadline(Connection& client, Time deadline);
 
   Reactor& reactor_;

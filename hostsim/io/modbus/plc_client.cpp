@@ -68,7 +68,7 @@ void PlcClient::receive(window::Time now) {
   ++counters_.requests;
   if (std::exchange(lost_, false)) warn_("plc " + place() + ": answers again");
   if (response->exception != 0) return on_exception(response->exception);
-  module_.on_request(true, {});
+  module_.on_taken({});
   exchanges_[asking_]->responded(response->words);
 }
 

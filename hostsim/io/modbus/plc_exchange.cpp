@@ -106,7 +106,7 @@ void WindowExchange::take(Words words, bool refuses) {
   std::copy_n(words.begin(), regmap::kWindowWords, taken_.emplace().begin());
   std::ranges::copy(words, &own(regmap::kWindowFirst));
   if (refuses) own(regmap::kExecuteFlag) = kRestarted;
-  module_.on_request(true, {regmap::kWindowFirst, regmap::kWindowWords});
+  module_.on_taken({regmap::kWindowFirst, regmap::kWindowWords});
 }
 
 /// The coprocessor must see another value than CA0Eh before another request.
@@ -114,7 +114,7 @@ void WindowExchange::cancel(std::uint16_t flag) {
   taken_.reset();
   if (done()) return;
   own(regmap::kExecuteFlag) = flag == regmap::kExecute ? std::uint16_t{0} : flag;
-  module_.on_request(true, {regmap::kExecuteFlag, 1});
+  module_.on_taken({regmap::kExecuteFlag, 1});
 }
 
 /// What the contract changes in addition to R3700 (SDO-10).
@@ -158,7 +158,7 @@ void ScannerExchange::responded(Words words) {
     case Step::kRead:
       std::ranges::copy(words.first(regmap::kScannerOutWords), &module_.registers()[out_first_]);
       std::ranges::copy(words.subspan(regmap::kScannerOutWords), told_.begin());
-      module_.on_request(true, {out_first_, regmap::kScannerOutWords});
+      module_.on_taken({out_first_, regmap::kScannerOutWords});
       break;
     case Step::kWriteRest:
       std::copy_n(in_.begin() + 1, told_.size() - 1, told_.begin() + 1);
@@ -244,7 +244,7 @@ void ProcessExchange::responded(Words words) {
   const auto outputs = module_.registers().subspan(own_first_ + kWords, kWords);
   if (copy_.forgotten() || !std::ranges::equal(words, outputs)) {
     std::ranges::copy(words, outputs.begin());
-    module_.on_request(true, {own_first_ + kWords, kWords});
+    module_.on_taken({own_first_ + kWords, kWords});
   }
   step_ = copy_.differs(inputs()) ? Step::kWrite : Step::kRest;
 }

@@ -2,10 +2,10 @@
 #pragma once
 
 /// The PLC's side of the register window (docs/reference/contract.md) for C++ programs, over Modbus TCP and
-/// RTU. It needs only POSIX.
+/// RTU. It needs POSIX and libmodbus.
 ///
 ///     cbcan::window::Client client({.host = "192.168.1.7"});
-///     const auto name = client.execute({.command = 5055, .node = 1, .index = 0x1008, .size = 32});
+///     const auto name = client.execute(cbcan::window::sdo_read(1, 0x1008, 0));
 ///     if (name.code == 0) use(name.data);
 ///
 /// `Client` is for programs that may block: each call returns with its response or at its timeout. `Channel`
@@ -49,6 +49,10 @@ struct Transaction {
   std::uint16_t size = 0;            ///< in bytes, 1..128: of `data`, or the longest value to be read
   std::vector<std::uint8_t> data{};  ///< to write, low byte first
 };
+
+/// Of at most `size` bytes. Numbers are not checked here.
+Transaction sdo_read(unsigned node, unsigned index, unsigned sub, std::size_t size = 128);
+Transaction sdo_write(unsigned node, unsigned index, unsigned sub, std::vector<std::uint8_t> data);
 
 /// The outcome of a transaction.
 struct Result {
