@@ -50,7 +50,7 @@ struct Transaction {
   std::vector<std::uint8_t> data{};  ///< to write, low byte first
 };
 
-/// Of at most `size` bytes. Numbers are not checked here.
+/// Request of at most `size` bytes. Numbers are not checked here.
 Transaction sdo_read(unsigned node, unsigned index, unsigned sub, std::size_t size = 128);
 Transaction sdo_write(unsigned node, unsigned index, unsigned sub, std::vector<std::uint8_t> data);
 
