@@ -10,8 +10,8 @@
 ///   }
 ///
 /// The core and all code that includes its headers must be compiled with the same one: the set is part of the
-/// types that constructors take, so otherwise the program does not link. A service that is left out takes neither
-/// flash nor RAM, and its objects are not in the own dictionary.
+/// types that constructors take, so otherwise the program does not link. A service that is left out takes
+/// neither flash nor RAM, and its objects are not in the own dictionary.
 
 #include <cstddef>
 #include <cstdint>
@@ -20,6 +20,7 @@ namespace cbcan {
 
 struct Services {
   bool scanner_window = true;  ///< a second way to send requests (docs/how-to/scanner.md)
+  bool channels = true;        ///< FurtherChannels may add some, each with a scanner window
   bool block_transfer = true;  ///< of the SDO client (3004h) and of SDO servers
 
   // The own node.
@@ -39,7 +40,8 @@ struct Services {
   /// limits of values.
   bool other_devices = true;
 
-  bool counters = true;  ///< diagnostics such as SdoClient::counters(); counters of transactions are always there
+  bool counters =
+      true;  ///< diagnostics such as SdoClient::counters(); counters of transactions are always there
 
   /// Size of each queue (in and out) of a serial CAN adapter, in characters; a power of two. 1024 characters
   /// are about 40 frames.

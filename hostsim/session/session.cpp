@@ -11,7 +11,6 @@
 #include "base/utf8.hpp"
 #include "base/words.hpp"
 #include "config/wires.hpp"
-#include "plant/wait.hpp"
 #include "plant/words.hpp"
 #include "protocols/command_session.hpp"
 #include "protocols/slcan_adapter.hpp"

@@ -478,7 +478,7 @@ TEST_CASE("The reference's plant with signals is made of the demo plant's EDS fi
   cbcan::config::Config config;
   REQUIRE(cbcan::config::read_plant(page.substr(from, page.find("```", from) - from), "plant.toml", config)
               .empty());
-  REQUIRE(config.networks.at(0).nodes.size() == 3);
+  REQUIRE(config.networks.at(0).nodes.size() == 2);
   const auto demo = cbcan::config::with_demo_plant([](const std::string&) { return std::nullopt; });
   const auto read = [&demo](const std::string& path) {
     return path == "pump.csv" ? std::optional<std::string>("0,1\n1,2\n") : demo("demo:/" + path);

@@ -162,8 +162,8 @@ TEST_CASE("the errors in the reference have these messages") {
 bitrate = 250000
 spec = "socketcan"
 
-[module]
-node_id = 300
+
+
 [[node]]
 id = 5
 eds = "a.eds"

@@ -71,10 +71,8 @@ void Channel::begin_waiting(Time now) {
   served_ = registers ? Window::kRegisters : Window::kScanner;
   if (!registers) scanner_->begin();
   if (node_.others() != nullptr) return node_.others()->begin_or_hold_back(*this, now);
-  if (node_.manages())
-    begin_between_boots(now);
-  else
-    begin(now);
+  if (node_.manages()) return begin_between_boots(now);
+  begin(now);
 }
 
 /// Alone with the manager: an SDO request goes between two of the manager's to the same node.

@@ -55,9 +55,10 @@ class Channel {
     if (activity_ == Activity::kNodeState && node == node_of_service_)
       end_node_state(node_.monitor().last_state(node));
   }
-  /// One request of the PLC has written registers first..first+count-1; OUT begins at `out`.
+  /// One request of the PLC has written registers first..first+count-1, some of them in OUT, which begins at
+  /// `out`.
   void on_registers_written(std::size_t out, std::size_t first, std::size_t count, Time now) {
-    if (!kServices.scanner_window || first >= out + kScannerOutWords || out >= first + count) return;
+    if constexpr (!kServices.scanner_window) return;
     const std::size_t from = std::max(first, out);
     const std::size_t end = std::min(first + count, out + kScannerOutWords);
     if (scanner_->on_written(from - out, end - from) == ScannerWindow::Event::kNone) return;
@@ -200,9 +201,10 @@ class OtherChannels {
   virtual Time node_free_from(std::uint8_t node, Time now) = 0;
   /// A response that the first channel does not await.
   virtual void on_sdo_response(const Frame& frame, Time now) = 0;
-  // Events for the further ones, as of a Channel; they wake the first channel when they are due.
-  virtual void on_news(std::uint8_t node, NodeMonitor::News news, Time now) = 0;
+  // Events, which wake the first channel when another is due: for all of them,
   virtual void on_registers_written(std::size_t first, std::size_t count, Time now) = 0;
+  // and for the further ones.
+  virtual void on_news(std::uint8_t node, NodeMonitor::News news, Time now) = 0;
   virtual void poll(Time now) = 0;
   virtual void add_to(Channel::Counters& sums) const = 0;
 

@@ -39,17 +39,15 @@ Coprocessor::Counters Coprocessor::counters() const {
 }
 
 void Coprocessor::on_registers_written(std::size_t first, std::size_t count, Time now) {
-  if (node_.is_watched(first, count))
-    on_watched_written(first, count, now);
-  else
-    on_others_written(first, count, now);
+  if (node_.is_watched(first, count)) return on_watched_written(first, count, now);
+  on_others_written(first, count, now);
 }
 
 /// The range may also contain outputs and status registers.
 void Coprocessor::on_watched_written(std::size_t first, std::size_t count, Time now) {
   on_others_written(first, count, now);
+  if (node_.others() != nullptr) return node_.others()->on_registers_written(first, count, now);
   channel_.on_registers_written(settings().scanner_out_first, first, count, now);
-  if (node_.others() != nullptr) node_.others()->on_registers_written(first, count, now);
 }
 
 void Coprocessor::on_others_written(std::size_t first, std::size_t count, Time now) {
@@ -80,8 +78,8 @@ void Coprocessor::on_frame(const Frame& frame, Time now) {
   constexpr unsigned kFunctionShift = 7;
   const std::uint32_t function = frame.id >> kFunctionShift;
   if (function == sdo::kResponseId >> kFunctionShift) {
-    const bool awaited = channel_.sdo_client().awaits(frame);
-    return awaited ? channel_.on_sdo_response(frame, now) : on_other_response(frame, now);
+    if (channel_.sdo_client().awaits(frame)) return channel_.on_sdo_response(frame, now);
+    return on_other_response(frame, now);
   }
   if (function >= nmt::kErrorControlId >> kFunctionShift && frame.flags == 0)
     return on_error_control(frame, now);

@@ -66,10 +66,10 @@ void FurtherChannels::on_registers_written(std::size_t first, std::size_t count,
   look_at_waiting(now);
   std::size_t out = first_.settings().scanner_out_first;
   if (first >= out + (more_.size() + 1) * regmap::kScannerStride || first + count <= out) return;
-  for (Memory& channel : more_) {
-    out += regmap::kScannerStride;
-    channel->on_registers_written(out, first, count, now);
-    wake_at(channel->due());
+  for (std::uint8_t number = 0; number <= more_.size(); ++number, out += regmap::kScannerStride) {
+    if (first >= out + kScannerOutWords || out >= first + count) continue;
+    channel(number).on_registers_written(out, first, count, now);
+    wake_at(channel(number).due());
   }
 }
 
@@ -138,7 +138,8 @@ void FurtherChannels::begin_or_hold_back(Channel& channel, Time now) {
 }
 
 void FurtherChannels::leave_line(const Channel& channel) {
-  waiting_count_ -= std::ranges::remove(waiting(), channel.number()).size();
+  const auto end = std::remove(waiting().begin(), waiting().end(), channel.number());
+  waiting_count_ = static_cast<std::size_t>(end - waiting().begin());
 }
 
 /// Asks in the order of arrival. A request is read only when its turn has come, or after a complete write: in

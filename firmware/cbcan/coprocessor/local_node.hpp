@@ -50,10 +50,8 @@ class LocalNode final : private DeviceApplication {
   /// Call it before start(): where 1010h stores parameters.
   void keep_in(ParameterMemory& memory) { memory_ = &memory; }
   void show_status_in(StatusRegisters words) {
-    if constexpr (kServices.manager()) {
-      status_->show_in(words);
-      passes_reports_ = true;
-    }
+    if constexpr (kServices.manager()) status_->show_in(words);
+    passes_reports_ = kServices.manager();
   }
   /// Call it before start(): channels that share the node with the first one.
   void add(OtherChannels& others) {
@@ -62,7 +60,7 @@ class LocalNode final : private DeviceApplication {
     watched_ = {0, 0xFFFF};
   }
   /// Null without them.
-  OtherChannels* others() const { return kServices.scanner_window ? others_ : nullptr; }
+  OtherChannels* others() const { return kHasChannels ? others_ : nullptr; }
   /// A write to these registers may concern a scanner window, or a request that waits.
   bool is_watched(std::size_t first, std::size_t count) const {
     return kServices.scanner_window && first < watched_.end && watched_.begin < first + count;
@@ -81,7 +79,7 @@ class LocalNode final : private DeviceApplication {
   }
   NodeMonitor::News on_error_control(const Frame& frame, Time now) {
     const NodeMonitor::News news = monitor_.on_frame(frame, now);
-    if (news != NodeMonitor::News::kNone && (manages() || passes_reports_)) on_report(frame, news, now);
+    if (news != NodeMonitor::News::kNone && (manages() || passes_reports())) on_report(frame, news, now);
     return news;
   }
   /// An NMT command has been sent to this node, 0 = to all, by the PLC.
@@ -153,6 +151,9 @@ class LocalNode final : private DeviceApplication {
   const NodeMonitor& monitor() const { return monitor_; }
 
  private:
+  static constexpr bool kHasChannels = kServices.scanner_window && kServices.channels;
+  bool passes_reports() const { return (kHasChannels || kServices.manager()) && passes_reports_; }
+
   AbortCode on_read(const ObjectEntry& entry, std::uint8_t sub, std::span<std::uint8_t> out,
                     std::size_t& size, Time now) override;
   AbortCode on_write(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value,

@@ -8,6 +8,6 @@
 namespace cbcan {
 
 inline constexpr Services kServices{
-    .manager_clients = 0, .other_devices = false, .counters = false, .serial_queue = 512};
+    .channels = false, .manager_clients = 0, .other_devices = false, .counters = false, .serial_queue = 512};
 
 }  // namespace cbcan

@@ -7,6 +7,6 @@
 
 namespace cbcan {
 
-inline constexpr Services kServices{.manager_clients = 0};
+inline constexpr Services kServices{.channels = false, .manager_clients = 0};
 
 }  // namespace cbcan
