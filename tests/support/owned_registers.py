@@ -15,6 +15,7 @@ class OwnedRegisters:
         self.changed = threading.Condition()
         self.listener = socket.create_server(("127.0.0.1", 0))
         self.port = self.listener.getsockname()[1]
+        self.client = None  # the last one
         threading.Thread(target=self.serve, daemon=True).start()
 
     def serve(self):
@@ -32,7 +33,8 @@ class OwnedRegisters:
         with contextlib.suppress(OSError):  # it has been stopped
             self.listener.shutdown(socket.SHUT_RDWR)
             self.listener.close()
-            self.client.shutdown(socket.SHUT_RDWR)
+            if self.client:
+                self.client.shutdown(socket.SHUT_RDWR)
 
     def respond(self, client):
         header = client.recv(7, socket.MSG_WAITALL)

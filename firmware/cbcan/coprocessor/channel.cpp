@@ -138,11 +138,15 @@ void Channel::begin(Time now) {
   begin_sdo(request, read ? SdoClient::Direction::kRead : SdoClient::Direction::kWrite, now);
 }
 
+/// A request of another channel may wait for the end of this one.
+inline bool Channel::others_wait() const {
+  return node_.others() != nullptr && node_.others()->any_waits();
+}
+
 void Channel::cancel(Time now) {
   client_.cancel(now);
   leave();
-  // A request of another channel may wait for the end of this one.
-  wake_at(flagged_ || scanner_waits() || node_.others() != nullptr ? now : client_.deadline());
+  wake_at(flagged_ || scanner_waits() || others_wait() ? now : client_.deadline());
 }
 
 void Channel::leave() {
@@ -196,7 +200,7 @@ void Channel::on_sdo_response(const Frame& frame, Time now) {
 }
 
 void Channel::end_sdo() {
-  if (node_.others() != nullptr) due_ = 0;  // a request of another channel may wait for the node
+  if (others_wait()) due_ = 0;
   if (client_.outcome() == SdoClient::Outcome::kFailed) {
     due_ = 0;  // its abort may be waiting for the port
     return end(client_.error());

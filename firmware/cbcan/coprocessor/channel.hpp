@@ -156,6 +156,7 @@ class Channel {
   void begin_local(bool read, std::uint16_t index, std::uint8_t sub, std::size_t size, Time now);
   void begin_sdo(const Request& request, SdoClient::Direction direction, Time now);
   void cancel(Time now);
+  bool others_wait() const;
   void leave();
   void send_command(Time now);
   void wait_for_port(Time now);
@@ -208,8 +209,13 @@ class OtherChannels {
   virtual void poll(Time now) = 0;
   virtual void add_to(Channel::Counters& sums) const = 0;
 
+  /// A request waits for the end of another one.
+  bool any_waits() const { return waiting_count_ != 0; }
+
  protected:
   ~OtherChannels() = default;
+
+  std::size_t waiting_count_ = 0;
 };
 
 }  // namespace cbcan

@@ -61,7 +61,7 @@ class FurtherChannels final : public OtherChannels {
   void reset();
   /// Something may have ended that a request waits for.
   void look_at_waiting(Time now) {
-    if (waiting_count_ != 0) wake_at(now);
+    if (any_waits()) wake_at(now);
   }
   void wake_at(Time time) {
     due_ = earlier(due_, time);
@@ -77,7 +77,6 @@ class FurtherChannels final : public OtherChannels {
   /// Number of the channel that had a line last, by line; not used for kNone.
   std::array<std::uint8_t, kLines> owner_{};
   std::array<std::uint8_t, kMost + 1> waiting_{};
-  std::size_t waiting_count_ = 0;
   std::array<Line, kMost + 1> line_{};  ///< in which they wait, by channel
 };
 
