@@ -28,6 +28,7 @@
 #include "base/words.hpp"
 #include "cbcan/version.hpp"
 #include "io/loop/output.hpp"
+#include "io/loop/reactor.hpp"
 #include "scenario/outcome.hpp"
 #include "scenario/scenario_writer.hpp"
 #include "scenario/search/exploration.hpp"

@@ -18,13 +18,12 @@
 #include "base/words.hpp"
 #include "io/loop/reactor.hpp"
 #include "scenario/search/judge.hpp"
-#include "scenario/search/trial_json.hpp"
+#include "scenario/search/state.hpp"
 
 namespace cbcan::app {
 
 namespace {
 
-using nlohmann::json;
 using search::Trial;
 using search::TrialReport;
 
@@ -103,7 +102,7 @@ void Processes::be(const Trial& trial, int to, int error) {
   } catch (const std::exception& prevented) {
     report.problem = prevented.what();
   }
-  const std::string text = json(report).dump(-1, ' ', true, json::error_handler_t::replace);
+  const std::string text = search::line_of(report);
   for (std::size_t sent = 0; sent < text.size();) {
     const ssize_t count = ::write(to, text.data() + sent, text.size() - sent);
     if (count <= 0) break;
@@ -161,14 +160,13 @@ void Processes::wait(const Ended& ended, const std::function<void(const Process&
 
 TrialReport Processes::report_of(const Process& process, int status) const {
   TrialReport report;
-  const json parsed = json::parse(process.text, nullptr, false);
-  if (parsed.is_discarded())
+  if (auto found = search::report_in(process.text))
+    report = std::move(*found);
+  else
     report.problem =
         WIFSIGNALED(status)
             ? fmt::format("the process with the plant was ended by signal {}; try again", WTERMSIG(status))
             : "the process with the plant has ended without a result; try again";
-  else
-    report = parsed.get<TrialReport>();
   report.result.said = indented(process.said);
   return report;
 }

@@ -6,17 +6,13 @@ usage: same_test.py CBCAN_SIM NATIVE MODULE_FOLDER"""
 import pathlib
 import re
 import shlex
-import shutil
-import socket
 import subprocess
 import sys
-import tempfile
-import time
 import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases
-from simulator import LIMIT, Simulator, program_from_arguments
+from simulator import LIMIT, program_from_arguments
 
 PROGRAM, NATIVE, FOLDER = program_from_arguments(sys.argv, 3)
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -56,26 +52,6 @@ class Same(unittest.TestCase):
         self.assertEqual(outcomes["0x1p3"][2][0], 2)
         self.assertEqual({number for number in NUMBERS if outcomes[number][2][0] == 0} & {"+1", "nan", "inf", "0x1p3"}, set())
 
-    def test_requests_in_halves_and_two_at_once(self):
-        request = bytes.fromhex("000100000006010300000001")
-        for program in (PROGRAM, NATIVE):
-            with Simulator(program, "--demo", log=False) as simulator:
-                with socket.create_connection(("127.0.0.1", simulator.port), timeout=LIMIT) as client:
-                    for cut in range(1, len(request)):
-                        client.sendall(request[:cut])
-                        client.sendall(request[cut:] + request)
-                        self.assertEqual(self.received(client, 22), bytes.fromhex("0001000000050103020000") * 2, cut)
-                    client.sendall(bytes.fromhex("000200000006090300000001"))
-                    self.assertEqual(self.received(client, 9), bytes.fromhex("00020000000309830a"))
-                    client.sendall(bytes.fromhex("0003000000ff01030000"))
-                    self.assertEqual(client.recv(1), b"")
-
-    def received(self, client, count):
-        data = b""
-        while len(data) < count:
-            data += client.recv(count - len(data)) or self.fail(f"closed behind {data.hex()}")
-        return data
-
 
 class Package(unittest.TestCase):
     def test_what_it_has_not_is_refused_by_name_with_a_way_out(self):
@@ -100,25 +76,6 @@ class Package(unittest.TestCase):
             owner = subprocess.run(["dpkg", "-S", f"*/bin/{pathlib.Path(program).name}"], capture_output=True, text=True, check=True).stdout.split(":")[0]
             essential = subprocess.run(["dpkg-query", "-Wf", "${Essential}", owner], capture_output=True, text=True, check=True).stdout
             self.assertTrue(owner in packages or essential == "yes", f"{program} of {owner}")
-
-    def test_the_tarball_by_npx(self):
-        tarball, = pathlib.Path(FOLDER).glob("cbcan-*.tgz")
-        with tempfile.TemporaryDirectory() as folder:
-            shutil.copy(tarball, folder)
-            begin = time.monotonic()
-            process = subprocess.Popen(["npx", "--yes", f"./{tarball.name}", "--demo", "--modbus", "127.0.0.1:0", "--clock", "manual"], text=True,
-                                       stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, cwd=folder)
-            self.assertTrue(process.stdout.readline().startswith("ready modbus="))
-            print(f"figure: ready {time.monotonic() - begin:.2f} s after npx")
-            self.assertEqual(process.communicate("pass 1s\n", timeout=LIMIT)[0], "at 1.000000\n")
-            self.assertEqual(process.returncode, 0)
-
-    def test_processor_time_until_it_serves(self):
-        with Simulator(PROGRAM, "--demo", log=False) as simulator:
-            fields = pathlib.Path(f"/proc/{simulator.process.pid}/stat").read_text().rsplit(")", 1)[1].split()
-            print(f"figure: --demo is ready after {(int(fields[11]) + int(fields[12])) / 100:.2f} s of processor time")
-            with simulator.window() as window:
-                self.assertEqual(window.execute(5055, 0x42, 0x1000, 0, 4), 0)
 
 
 cases.main()

@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: MIT
 // A browser on the page of a running cbcan-sim or on the folder of the tab, and a short Modbus client.
+import assert from "node:assert/strict";
 import { once } from "node:events";
-import { readFileSync } from "node:fs";
+import { mkdirSync, readFileSync } from "node:fs";
 import { createServer } from "node:http";
 import { connect } from "node:net";
 import { join } from "node:path";
+import test, { after } from "node:test";
 import { deflateRawSync } from "node:zlib";
 import puppeteer from "puppeteer-core";
-import { LIMIT, startSimulator } from "./cases.mjs";
+import { LIMIT, count, startSimulator } from "./cases.mjs";
 
 export const WIDE = { width: 1280, height: 860 }, NARROW = { width: 390, height: 844 };
 
@@ -71,6 +73,29 @@ export async function open(browser, plant, { size = WIDE, scheme = "light" } = {
   await page.waitForFunction(() => document.querySelector("#live").textContent === "live");
   await page.waitForSelector("#register-list .row");
   return page;
+}
+
+/// { browser, look }: look(name, start, use, options) is a case that opens the page of the plant that start() makes, in the view of the
+/// options. `meant`: errors of the page that it causes. A screenshot stays in `folder`.
+export async function looker(folder) {
+  mkdirSync(folder, { recursive: true });
+  const browser = await launch();
+  after(() => browser.close());
+  const look = (name, start, use, { meant = [], ...view } = {}) => test(name, async () => {
+    count();
+    const plant = await start();
+    let page;
+    try {
+      page = await open(browser, plant, view);
+      await use(page, plant);
+      assert.deepEqual(page.errors.filter((error) => !meant.some((pattern) => pattern.test(error))), []);
+    } finally {
+      await page?.screenshot({ path: `${folder}/${name.replace(/\W+/g, "-")}.png` });
+      await page?.close();
+      await plant.stop();
+    }
+  });
+  return { browser, look };
 }
 
 export const text = (page, selector) => page.$eval(selector, (element) => element.textContent);

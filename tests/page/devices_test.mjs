@@ -2,31 +2,12 @@
 // What devices declare, on the page in a browser: each input can be set, each output and curve is seen.
 // usage: node devices_test.mjs CBCAN_SIM SOURCE_FOLDER FOLDER
 import assert from "node:assert/strict";
-import { mkdirSync, writeFileSync } from "node:fs";
-import test, { after } from "node:test";
-import { click, launch, open, shows, startPlant } from "./browser.mjs";
-import { count } from "./cases.mjs";
+import { writeFileSync } from "node:fs";
+import { click, looker, shows, startPlant } from "./browser.mjs";
 
 const [program, source, folder] = process.argv.slice(2);
-mkdirSync(folder, { recursive: true });
-const browser = await launch();
-after(() => browser.close());
-
-function look(name, options, use) {
-  test(name, async () => {
-    count();
-    const plant = await startPlant(program, ["--clock", "manual", ...options]);
-    try {
-      const page = await open(browser, plant);
-      await use(page, plant);
-      assert.deepEqual(page.errors, []);
-      await page.screenshot({ path: `${folder}/${name.replace(/\W+/g, "-")}.png` });
-      await page.close();
-    } finally {
-      await plant.stop();
-    }
-  });
-}
+const { look: lookAt } = await looker(folder);
+const look = (name, options, use) => lookAt(name, () => startPlant(program, ["--clock", "manual", ...options]), use);
 
 const points = async (plant, node) => (await (await fetch(`${plant.url}/api/nodes/${node}/points`)).json()).points;
 
@@ -181,25 +162,4 @@ look("an encoder, a valve and an inclinometer", ["--config", `${folder}/shelf.to
   for (const name of ["disabled", "hold", "active", "ready"]) await lamp(`status word: ${name}`);
   await sees(page, { name: "actual value: value", value: 8192 });
   assert.equal(await page.$eval("#watched", (title) => title.textContent), "");  // its 6041h is not that of a drive
-});
-
-// ---- Many nodes
-
-writeFileSync(`${folder}/many.toml`, ["", "network."].flatMap((table, network) => [table && "[[network]]", ...Array.from({ length: 50 }, (_, at) =>
-  `[[${table}node]]\nid = ${at + 1}\nname = "Module ${network + 1}.${at + 1}"\neds = "${source}/plants/demo/io_module.eds"\nheartbeat_ms = 50`)]).join("\n"));
-look("100 nodes on two networks with 2,000 frames a second", ["--config", `${folder}/many.toml`], async (page, plant) => {
-  const session = await page.createCDPSession();
-  const after = async (seconds) => {
-    for (let turn = 0; turn < seconds * 10; ++turn) await plant.control("pass 100ms");
-    const { time } = await plant.about();
-    await page.waitForFunction(async (wanted) => (await import("./state.js")).state.about.time >= wanted, {}, time);
-    const kept = await page.evaluate(async () => (await import("./state.js")).state.recent.length);
-    assert.ok(kept <= 2200, `${kept} events are kept`);
-    await session.send("HeapProfiler.collectGarbage");
-    return (await session.send("Runtime.getHeapUsage")).usedSize / 1e6;
-  };
-  const first = await after(5), second = await after(15);
-  console.log(`heap after 5 s ${first.toFixed(1)} MB, after 20 s ${second.toFixed(1)} MB`);
-  assert.ok(second < first + 3, `${first} -> ${second} MB`);
-  assert.ok((await page.$$("#node-list .row")).length < 30);
 });

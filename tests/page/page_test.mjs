@@ -4,17 +4,15 @@
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { createHash } from "node:crypto";
-import { mkdirSync, readFileSync, readdirSync, writeFileSync } from "node:fs";
-import test, { after } from "node:test";
-import { NARROW, WIDE, addressOf, click, launch, open, serveFolder, shows, startPlant, tabPlant, text } from "./browser.mjs";
+import { readFileSync, readdirSync, writeFileSync } from "node:fs";
+import test from "node:test";
+import { NARROW, WIDE, addressOf, click, looker, serveFolder, shows, startPlant, tabPlant } from "./browser.mjs";
 import { count } from "./cases.mjs";
 import { outside, pale } from "./inspect.mjs";
 
 const [program, source, shots, tab] = process.argv.slice(2);
 const EXECUTE = 0xca0e, READ = 5055;
-mkdirSync(shots, { recursive: true });
-const browser = await launch();
-after(() => browser.close());
+const { look: lookAt } = await looker(shots);
 const site = tab && await serveFolder(tab);
 
 /// The demo plant with these options.
@@ -27,23 +25,7 @@ function start(options) {
 
 /// `served`: it needs a server, which also takes other clients.
 function look(name, use, { options = [], served = false, ...view } = {}) {
-  if (tab && served) return;
-  test(name, async () => {
-    count();
-    const plant = await start(options);
-    let page;
-    try {
-      page = await open(browser, plant, view);
-      await use(page, plant);
-      assert.deepEqual(page.errors, []);
-    } finally {
-      if (page) {
-        await page.screenshot({ path: `${shots}/${name.replace(/\W+/g, "-")}.png` });
-        await page.close();
-      }
-      await plant.stop();
-    }
-  });
+  if (!tab || !served) lookAt(name, () => start(options), use, view);
 }
 const manual = { options: ["--clock", "manual"] };
 
@@ -308,16 +290,6 @@ look("the keyboard is enough", async (page, plant) => {
   for (const id of ["save", "register-list", "register-value", "diagram", "event-list", "filter-text", "node-list", "span", "hold", "command", "copy"])
     assert.ok(reached.has(id), `${id} cannot be reached: ${[...reached]}`);
   assert.equal(await plant.control("read 3701"), "ok 7\n");
-});
-
-look("an event is on the screen soon", async (page, plant) => {
-  const seen = page.evaluate(() => new Promise((done) => {
-    new MutationObserver(() => { if (document.querySelector("#event-list .row")) requestAnimationFrame(() => done(Date.now())); })
-      .observe(document.querySelector("#event-list"), { childList: true, subtree: true });
-  }));
-  const begun = Date.now();
-  await plant.control("trigger read 66 0x1000 0 4");
-  console.log(`event to screen: ${await seen - begun} ms`);
 });
 
 look("10,000 events a second do not freeze it", async (page, plant) => {

@@ -3,36 +3,19 @@
 // usage: node tab_test.mjs CBCAN_SIM SOURCE_FOLDER SCREENSHOT_FOLDER TAB_FOLDER
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync, statSync } from "node:fs";
+import { mkdtempSync, readFileSync, readdirSync, rmSync, statSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
-import test, { after } from "node:test";
-import { addressOf, click, launch, open, serveFolder, shows, tabPlant, text } from "./browser.mjs";
+import test from "node:test";
+import { addressOf, click, looker, open, serveFolder, shows, tabPlant, text } from "./browser.mjs";
 import { count } from "./cases.mjs";
 
 const [program, source, shots, tab] = process.argv.slice(2);
-mkdirSync(shots, { recursive: true });
-const browser = await launch();
-after(() => browser.close());
+const { browser, look: lookAt } = await looker(shots);
 const site = await serveFolder(tab);
 const read = (name, encoding = "utf8") => readFileSync(join(source, name), encoding);
 
-/// `meant`: errors of the page that the case causes.
-function look(name, use, { address = "", meant = [], url = site } = {}) {
-  test(name, async () => {
-    count();
-    const plant = tabPlant(url + address);
-    let page;
-    try {
-      page = await open(browser, plant);
-      await use(page, plant);
-      assert.deepEqual(page.errors.filter((error) => !meant.some((pattern) => pattern.test(error))), []);
-    } finally {
-      await page?.screenshot({ path: `${shots}/${name.replace(/\W+/g, "-")}.png` });
-      await page?.close();
-    }
-  });
-}
+const look = (name, use, { address = "", url = site, meant } = {}) => lookAt(name, () => tabPlant(url + address), use, { meant });
 
 /// Drops files, {name: bytes or text}, on the page.
 const dropped = (page, files) => page.evaluate((entries) => {

@@ -153,16 +153,4 @@ class StandardOutput(unittest.TestCase):
         process.communicate(timeout=LIMIT)
 
 
-class Check(unittest.TestCase):
-    def check(self, *options):
-        done = subprocess.run([PROGRAM, "--check", *options], capture_output=True, text=True, timeout=LIMIT)
-        return done.returncode, done.stdout, done.stderr
-
-    def test_plants_and_their_EDS_files(self):
-        self.assertEqual(self.check("--demo"), (0, "", ""))
-        self.assertEqual(self.check("--node", "5=none.eds"), (2, "", "cbcan-sim: --node 5=none.eds: node 5: cannot read none.eds; check the path and its "
-                                                             "permissions\n"))
-        self.assertEqual(self.check("--config", "none.toml")[0], 2)
-
-
 cases.main()

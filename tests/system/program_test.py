@@ -83,6 +83,8 @@ class Starting(cases.Case):
             with self.subTest(options=options):
                 self.check_refused(run("--demo", *options), 2, why)
                 self.check_refused(run("--check", "--demo", *options), 2, why)
+        done = run("--check", "--demo")
+        self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "", ""))
 
     def test_wrong_files(self):
         plant = self.write("plant.toml", '[[node]]\nid = 5\neds = "missing.eds"\n')

@@ -142,20 +142,15 @@ class Dissected(cases.Case):
         self.assertIn("Apr 15, 2030 00:00:40", self.column("canopen.time_stamp")[0])
 
     def test_lss(self):
-        boot_ups, kinds = self.kinds(*FASTSCAN, *SELECT, *INQUIRE, *CONFIGURE, *IDENTIFY)
-        self.assertEqual((boot_ups, kinds), (5, {
+        both = [f"Inquire identity {part} protocol" for part in ("vendor-ID", "product code", "revision number", "serial number")]
+        both += ["Inquire node-ID protocol", "Configure node-ID protocol", "Store configuration protocol"]
+        expected = {f"LSS ({side}): {name}": 1 for side in ("Master", "Slave") for name in both} | {
             "LSS (Master): LSS Fastscan protocol": 2, "LSS (Slave): Identify slave protocol": 2,
             "LSS (Master): Switch state selective protocol": 4, "LSS (Slave): Switch state selective protocol": 1,
-            "LSS (Master): Inquire identity vendor-ID protocol": 1, "LSS (Slave): Inquire identity vendor-ID protocol": 1,
-            "LSS (Master): Inquire identity product code protocol": 1, "LSS (Slave): Inquire identity product code protocol": 1,
-            "LSS (Master): Inquire identity revision number protocol": 1, "LSS (Slave): Inquire identity revision number protocol": 1,
-            "LSS (Master): Inquire identity serial number protocol": 1, "LSS (Slave): Inquire identity serial number protocol": 1,
-            "LSS (Master): Inquire node-ID protocol": 1, "LSS (Slave): Inquire node-ID protocol": 1,
-            "LSS (Master): Configure node-ID protocol": 1, "LSS (Slave): Configure node-ID protocol": 1,
             "LSS (Master): Configure bit timing protocol: 500 kbit/s": 1, "LSS (Slave): Configure bit timing protocol": 1,
-            "LSS (Master): Store configuration protocol": 1, "LSS (Slave): Store configuration protocol": 1,
             "LSS (Master): Switch state global protocol: Waiting state": 1,
-            "LSS (Master): Identify remote slave protocol": 6, "LSS (Master): Identify non-configured remote slave protocol": 1}))
+            "LSS (Master): Identify remote slave protocol": 6, "LSS (Master): Identify non-configured remote slave protocol": 1}
+        self.assertEqual(self.kinds(*FASTSCAN, *SELECT, *INQUIRE, *CONFIGURE, *IDENTIFY), (5, expected))
         self.assertEqual(self.column("canopen.lss.addr.serial"), ["0x80000001", "0x80000001"])
 
     def test_a_cut_frame_is_seen(self):

@@ -82,7 +82,6 @@ void StreamServer::adopt(Descriptor socket) {
     if ((!writable_alone && !receive(client)) || !send(client)) close(client);
   });
   connections_[fd] = std::move(made);
-  ++accepted_;
 }
 
 /// Closes a client that no longer sends, and may no longer read.
@@ -100,7 +99,6 @@ void StreamServer::serve_pty(std::string_view service) {
   const int fd = terminal.port.get();
   adopt(std::move(terminal.port));
   link_ = std::move(terminal.link);
-  accepted_ = 0;
   Connection& client = *connections_.at(fd);
   client.is_pty = true;
   client.interest |= Reactor::kEdge;
@@ -113,8 +111,7 @@ void StreamServer::close(Connection& client) {
     tcflush(fd, TCIOFLUSH);
     client.session = make_();
     client.input_ended = false;
-    ++accepted_;
-    return;
+      return;
   }
   reactor_.forget(fd);
   connections_.erase(fd);

@@ -44,8 +44,6 @@ class StreamServer final : private AcceptsClients {
   void flush();
 
   std::size_t clients() const override { return connections_.size(); }
-  /// Accepted since the start.
-  std::uint64_t connections() const { return accepted_; }
 
  private:
   struct Connection;
@@ -63,7 +61,6 @@ class StreamServer final : private AcceptsClients {
   Reactor& reactor_;
   MakeSession make_;
   std::unordered_map<int, std::unique_ptr<Connection>> connections_;
-  std::uint64_t accepted_ = 0;
   bool browser_reported_ = false;
   StreamAddress address_;  ///< of a terminal
   OwnFile link_;

@@ -3,13 +3,21 @@
 
 #include <fmt/core.h>
 
+#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "base/error.hpp"
 #include "base/words.hpp"
-#include "scenario/search/trial_json.hpp"
 
 namespace cbcan::search {
+
+// For nlohmann::json alone, not for web's ordered_json; keys are in alphabetical order.
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Result, verdict, what, seen, during, request, said, happened, reached,
+                                   frames, duration)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Record::Transaction, text, value, matches)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Record, transactions, matches, changing, unrequested, nodes, readable,
+                                   frames, requests, duration)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(TrialReport, result, record, problem, is_usage)
 
 namespace {
 
@@ -35,8 +43,8 @@ std::optional<Result> result_in(const json& value) {
   }
 }
 
-std::string line_of(const json& pair) {
-  return pair.dump(-1, ' ', true, json::error_handler_t::replace) + "\n";
+std::string line_of(const json& value) {
+  return value.dump(-1, ' ', true, json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace
@@ -69,6 +77,15 @@ std::string state_line(const std::string& subject, const std::string& fingerprin
 
 std::string state_line(const std::string& moments, const Result& result) {
   return line_of({moments, result});
+}
+
+std::string line_of(const TrialReport& report) {
+  return line_of(json(report));
+}
+
+std::optional<TrialReport> report_in(std::string_view line) {
+  const json parsed = json::parse(line, nullptr, false);
+  return parsed.is_discarded() ? std::nullopt : std::optional(parsed.get<TrialReport>());
 }
 
 }  // namespace cbcan::search

@@ -6,6 +6,7 @@
 /// joined. Pure.
 
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -26,5 +27,9 @@ State parse_state(std::string_view text, const std::string& path);
 /// A line of it.
 std::string state_line(const std::string& subject, const std::string& fingerprint);
 std::string state_line(const std::string& moments, const Result& result);
+
+/// A report, from the process that makes it to the one that wants it; nullopt = the line is not whole.
+std::string line_of(const TrialReport& report);
+std::optional<TrialReport> report_in(std::string_view line);
 
 }  // namespace cbcan::search
