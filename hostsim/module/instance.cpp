@@ -14,7 +14,7 @@
 #include "config/demo_plant.hpp"
 #include "config/options.hpp"
 #include "config/plant_file.hpp"
-#include "config/settings.hpp"
+#include "config/plant_settings.hpp"
 #include "plant/bench.hpp"
 #include "scenario/run.hpp"
 #include "scenario/search/search_settings.hpp"

@@ -9,7 +9,7 @@
 
 #include "base/utf8.hpp"
 #include "base/words.hpp"
-#include "plant/words.hpp"
+#include "plant/command_words.hpp"
 
 namespace cbcan::session {
 
