@@ -22,7 +22,7 @@
 #include "config/build_node.hpp"
 #include "config/command_line.hpp"
 #include "config/demo_plant.hpp"
-#include "config/settings.hpp"
+#include "config/plant_settings.hpp"
 #include "config/wires.hpp"
 #include "io/files/parameter_file.hpp"
 #include "io/sockets/service_manager.hpp"

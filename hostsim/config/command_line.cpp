@@ -17,7 +17,7 @@
 #include "config/demo_plant.hpp"
 #include "config/options.hpp"
 #include "config/plant_file.hpp"
-#include "config/settings.hpp"
+#include "config/plant_settings.hpp"
 
 namespace cbcan::config {
 namespace {

@@ -10,7 +10,7 @@
 #include "config/command_line.hpp"
 #include "config/demo_plant.hpp"
 #include "config/options.hpp"
-#include "config/settings.hpp"
+#include "config/plant_settings.hpp"
 #include "devices/devices.hpp"
 
 namespace cbcan::config {

@@ -9,7 +9,7 @@
 #include "base/numbers.hpp"
 #include "base/words.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
-#include "config/settings.hpp"
+#include "config/plant_settings.hpp"
 #include "config/wires.hpp"
 #include "devices/devices.hpp"
 

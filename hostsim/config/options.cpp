@@ -15,7 +15,7 @@
 #include "base/numbers.hpp"
 #include "base/words.hpp"
 #include "config/plant_file.hpp"
-#include "config/settings.hpp"
+#include "config/plant_settings.hpp"
 #include "devices/devices.hpp"
 
 namespace cbcan::config {

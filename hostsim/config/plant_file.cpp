@@ -16,7 +16,7 @@
 #include "base/utf8.hpp"
 #include "base/words.hpp"
 #include "config/demo_plant.hpp"
-#include "config/settings.hpp"
+#include "config/plant_settings.hpp"
 #include "devices/devices.hpp"
 
 namespace cbcan::config {

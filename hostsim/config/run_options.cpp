@@ -14,7 +14,7 @@
 #include "base/numbers.hpp"
 #include "base/utf8.hpp"
 #include "base/words.hpp"
-#include "config/settings.hpp"
+#include "config/plant_settings.hpp"
 
 namespace cbcan::config {
 

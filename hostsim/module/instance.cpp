@@ -13,7 +13,7 @@
 #include "config/demo_plant.hpp"
 #include "config/options.hpp"
 #include "config/plant_file.hpp"
-#include "config/settings.hpp"
+#include "config/plant_settings.hpp"
 #include "plant/bench.hpp"
 #include "scenario/run.hpp"
 #include "scenario/scenario_writer.hpp"

@@ -7,8 +7,8 @@
 #include "base/words.hpp"
 #include "cbcan/version.hpp"
 #include "module/instance.hpp"
+#include "plant/command_words.hpp"
 #include "plant/condition.hpp"
-#include "plant/words.hpp"
 #include "protocols/rtu_session.hpp"
 
 namespace cbcan::module {

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "plant/words.hpp"
+#include "plant/command_words.hpp"
 
 namespace cbcan::plant {
 

@@ -15,7 +15,7 @@
 #include "cbcan/regmap.hpp"
 #include "config/config.hpp"
 #include "devices/devices.hpp"
-#include "journal/words.hpp"
+#include "journal/event_text.hpp"
 #include "plant/points.hpp"
 #include "sim/frame_text.hpp"
 

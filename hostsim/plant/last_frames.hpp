@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "plant/words.hpp"
+#include "plant/command_words.hpp"
 
 namespace cbcan::plant {
 

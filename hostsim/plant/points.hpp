@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "plant/words.hpp"
+#include "plant/command_words.hpp"
 #include "sim/point.hpp"
 
 namespace cbcan::plant {

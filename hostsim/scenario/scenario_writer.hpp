@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-#include "journal/words.hpp"
+#include "journal/event_text.hpp"
 #include "plant/control.hpp"
 
 namespace cbcan::scenario {

@@ -11,7 +11,7 @@
 #include "base/utf8.hpp"
 #include "base/words.hpp"
 #include "config/wires.hpp"
-#include "plant/words.hpp"
+#include "plant/command_words.hpp"
 #include "protocols/command_session.hpp"
 #include "protocols/slcan_adapter.hpp"
 #include "protocols/socketcand_adapter.hpp"

@@ -9,8 +9,8 @@
 #include <string>
 #include <string_view>
 
+#include "journal/event_text.hpp"
 #include "journal/journal.hpp"
-#include "journal/words.hpp"
 #include "plant/control.hpp"
 #include "scenario/scenario_writer.hpp"
 

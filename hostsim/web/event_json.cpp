@@ -12,7 +12,7 @@
 #include "base/words.hpp"
 #include "descriptions/emergency.hpp"
 #include "journal/watch.hpp"
-#include "plant/words.hpp"
+#include "plant/command_words.hpp"
 
 namespace cbcan::web {
 

@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "base/buffer.hpp"
+#include "journal/event_text.hpp"
 #include "journal/journal.hpp"
-#include "journal/words.hpp"
 
 namespace cbcan::web {
 

@@ -7,7 +7,7 @@
 #include <map>
 #include <string>
 
-#include "journal/words.hpp"
+#include "journal/event_text.hpp"
 #include "plant/network.hpp"
 
 namespace cbcan::web {

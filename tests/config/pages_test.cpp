@@ -3,7 +3,7 @@
 
 #include "base/words.hpp"
 #include "config/options.hpp"
-#include "config/settings.hpp"
+#include "config/plant_settings.hpp"
 #include "devices/devices.hpp"
 #include "plant_support.hpp"
 #include "support/case_file.hpp"

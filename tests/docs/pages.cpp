@@ -16,7 +16,7 @@
 #include "base/read_file.hpp"
 #include "base/words.hpp"
 #include "cbcan/regmap.hpp"
-#include "config/settings.hpp"
+#include "config/plant_settings.hpp"
 #include "descriptions/network_file.hpp"
 #include "plant/control.hpp"
 #include "scenario/scenario.hpp"

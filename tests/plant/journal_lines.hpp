@@ -3,8 +3,8 @@
 
 #include "base/numbers.hpp"
 #include "demo.hpp"
+#include "journal/event_text.hpp"
 #include "journal/journal.hpp"
-#include "journal/words.hpp"
 
 namespace cbcan::plant::test {
 

@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "base/error.hpp"
-#include "plant/words.hpp"
+#include "plant/command_words.hpp"
 
 namespace cbcan::search {
 

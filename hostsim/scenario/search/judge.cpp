@@ -10,7 +10,7 @@
 #include "base/error.hpp"
 #include "base/numbers.hpp"
 #include "cbcan/canopen/sdo/protocol.hpp"
-#include "journal/words.hpp"
+#include "journal/event_text.hpp"
 
 namespace cbcan::search {
 

@@ -11,7 +11,7 @@
 #include "base/error.hpp"
 #include "base/numbers.hpp"
 #include "base/words.hpp"
-#include "plant/words.hpp"
+#include "plant/command_words.hpp"
 
 namespace cbcan::search {
 

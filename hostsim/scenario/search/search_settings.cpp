@@ -7,7 +7,7 @@
 #include "base/toml_table.hpp"
 #include "base/words.hpp"
 #include "config/diagnostic.hpp"
-#include "config/settings.hpp"
+#include "config/plant_settings.hpp"
 
 namespace cbcan::search {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "journal/words.hpp"
+#include "journal/event_text.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "config/settings.hpp"
+#include "config/plant_settings.hpp"
 
 #include <fmt/core.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "plant/words.hpp"
+#include "plant/command_words.hpp"
 
 #include <algorithm>
 #include <array>
@@ -9,7 +9,7 @@
 #include "cbcan/regmap.hpp"
 #include "config/config.hpp"
 #include "config/wires.hpp"
-#include "journal/words.hpp"
+#include "journal/event_text.hpp"
 #include "plant/points.hpp"
 
 namespace cbcan::plant {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Frames, values and results as text. The frames are written by hand from CiA 301.
 
-#include "journal/words.hpp"
+#include "journal/event_text.hpp"
 
 #include "sim/frame_text.hpp"
 #include "support/catch.hpp"
