@@ -67,6 +67,19 @@ def ask_until_answered(mcu):
     mcu.modbus.receive(7)
 
 
+def ask_by_can_until_answered(mcu):
+    """Reads 1000h of the own node: the response comes when the garbage before the request has been read."""
+    def answered():
+        mcu.can.send(b"\rt67F84000100000000000\r")
+        heard = b""
+        for _ in range(8):  # the image asks for the adapter's state four times a second
+            if select.select([mcu.can.socket], [], [], 0.25)[0]:
+                heard += mcu.can.socket.recv(4096)
+        return b"t5FF8" in heard
+
+    wait_until(answered, "an SDO response after the garbage")
+
+
 def read_until(line, text):
     data = b""
     while not data.endswith(text):
@@ -143,7 +156,7 @@ class Image(unittest.TestCase):
                 mcu.can.send(chance.randbytes(1000))
                 mcu.modbus.send(chance.randbytes(1000))
             ask_until_answered(mcu)
-            mcu.can.send(b"\r")
+            ask_by_can_until_answered(mcu)
             mcu.write(3700, [0xCA0E, READ, 5, 0x2000, 0, 4])
             read_until(mcu.can, b"t60584000200000000000\r")
             mcu.can.send(b"t58584300200078563412\r")
