@@ -59,6 +59,11 @@ void add_faults(sim::FaultSet& to, const std::vector<config::FaultConfig>& fault
     to.add(fault.fault, started);
 }
 
+bool is_in_window(const modbus::Range& written) {
+  constexpr std::size_t kEnd = regmap::kWindowFirst + regmap::kWindowWords;
+  return written.first >= regmap::kWindowFirst && written.first + written.count <= kEnd;
+}
+
 /// A part of "1.2.3", from 0.
 std::uint16_t version_part(unsigned part) {
   std::string_view rest = kVersion;
@@ -84,6 +89,8 @@ Network::Network(const config::Config& plant, const config::NetworkConfig& confi
                   [](Time /*now*/) {}) {
   if (config.module.enabled) {
     registers_.resize(regmap::kRegisterFileWords);
+    range_.words = registers_;
+    bit_functions_ = &bits_;
     registers_[regmap::kExecuteFlag] = config.module.start_result;
     const std::span<std::uint16_t> all(registers_);
     module_ = &world_.add_module(RegisterWindow(all.subspan<regmap::kWindowFirst, regmap::kWindowWords>()),
@@ -172,39 +179,50 @@ void Network::on_request(bool valid, const modbus::Range& written) {
   if (observed_) context_.listener.on_applied();
 }
 
-modbus::Pdu Network::handle(const protocols::ModbusRequest& request, std::span<std::uint8_t> room) {
-  const RegisterRange range{0, registers_};
-  const RegisterMap map(std::span(&range, 1));
-  const modbus::MoreFunctions* const own = module_ == nullptr ? nullptr : &bits_;
-  const modbus::MoreFunctions* const more = request.more == nullptr ? own : request.more;
-  modbus::Access access = modbus::check(request.pdu, map, more);
-  const sim::Fault* const fault =
-      plc_faults_.empty() ? nullptr : fault_on(request, access.written.count != 0);
-  if (fault != nullptr) {
-    if (fault->kind == sim::FaultKind::kModuleRestart) restart_module();
-    if (fault->kind == sim::FaultKind::kModuleRestart || fault->kind == sim::FaultKind::kCutBefore) return {};
-    if (fault->kind == sim::FaultKind::kException)
-      access = {modbus::Exception{static_cast<std::uint8_t>(fault->code)}};
-  }
+/// Flattened for speed: nearly all that a request passes here is one function.
+[[gnu::flatten]] modbus::Pdu Network::handle(const protocols::ModbusRequest& request, Room room) {
+  if (!plc_faults_.empty() && !request.is_on_line()) return handle_disturbed(request, room);
+  return execute(request, check(request), room);
+}
+
+[[gnu::noinline]] modbus::Pdu Network::handle_disturbed(const protocols::ModbusRequest& request, Room room) {
+  const modbus::Access access = check(request);
+  const sim::Fault* const fault = fault_on(request, access.written.count != 0);
+  if (fault == nullptr) return execute(request, access, room);
+  if (fault->kind == sim::FaultKind::kModuleRestart) restart_module();
+  if (fault->kind == sim::FaultKind::kModuleRestart || fault->kind == sim::FaultKind::kCutBefore) return {};
+  if (fault->kind == sim::FaultKind::kException)
+    return execute(request, {modbus::Exception{static_cast<std::uint8_t>(fault->code)}}, room);
+  const modbus::Pdu response = execute(request, access, room);
+  return responds_after(*fault) ? response : modbus::Pdu{};
+}
+
+modbus::Access Network::check(const protocols::ModbusRequest& request) const {
+  return modbus::check(request.pdu, map_, functions_for(request));
+}
+
+modbus::Pdu Network::execute(const protocols::ModbusRequest& request, const modbus::Access& access,
+                             Room room) {
   const bool writes = access.written.count != 0;
   const bool diagnoses = access.read.first + access.read.count > regmap::kDiagnosticsFirst;
   if (writes || diagnoses || request.is_on_line()) advance_due();
-  if (writes) on_writer(request.client, access.written);
+  if (writes && !is_in_window(access.written)) on_writer(request.client, access.written);
   if (diagnoses) publish();
-  const modbus::Pdu response = room.first(modbus::execute(request.pdu, access, map, more, room));
-  const bool answers = !request.is_on_line() || request.unit != 0;
-  if (watch_)
+  const modbus::Pdu response =
+      room.first(modbus::execute(request.pdu, access, map_, functions_for(request), room));
+  if (watch_) {
+    const bool answers = !request.is_on_line() || request.unit != 0;
     watch_->on_modbus({request.client, request.id, request.unit,
                        answers ? static_cast<std::uint8_t>(access.exception) : std::uint8_t{0}, request.pdu,
                        answers ? response : modbus::Pdu{}},
                       context_.now);
+  }
   on_request(access.exception == modbus::Exception::kNone, access.written);
-  return fault == nullptr || responds_after(*fault) ? response : modbus::Pdu{};
+  return response;
 }
 
 /// One fault at most acts on a request.
 const sim::Fault* Network::fault_on(const protocols::ModbusRequest& request, bool writes) {
-  if (request.is_on_line()) return nullptr;
   const bool matches = writes || std::exchange(has_written_, false);
   if (writes) has_written_ = true;
   const sim::SetFault* acting = nullptr;
@@ -216,13 +234,9 @@ const sim::Fault* Network::fault_on(const protocols::ModbusRequest& request, boo
 }
 
 bool Network::responds_after(const sim::Fault& fault) {
-  if (fault.kind == sim::FaultKind::kException) return true;
-  if (fault.kind == sim::FaultKind::kLate) {
-    context_.listener.on_late_response(fault.delay);
-    return true;
-  }
+  if (fault.kind == sim::FaultKind::kLate) context_.listener.on_late_response(fault.delay);
   if (fault.kind == sim::FaultKind::kPlcRestart) context_.listener.on_plc_restart();
-  return false;
+  return fault.kind == sim::FaultKind::kLate;
 }
 
 void Network::restart_module() {
@@ -279,7 +293,6 @@ void Network::publish() {
 /// A scanner window may have one writer: a client that writes after a newer one is a second program.
 void Network::on_writer(std::uint32_t client, const modbus::Range& written) {
   const std::size_t end = written.first + written.count;
-  if (written.first >= regmap::kWindowFirst && end <= regmap::kWindowFirst + regmap::kWindowWords) return;
   for (unsigned channel = 1; channel <= module_config_.channels; ++channel) {
     const std::size_t out = regmap::of_channel(module_config_.scanner_out_first, channel);
     if (out < written.first) continue;

@@ -67,7 +67,7 @@ class Network final : public protocols::ModbusUnit,
   // protocols::ModbusUnit, for Modbus servers.
   /// Always the same words; none without a module.
   std::span<std::uint16_t> registers() override { return registers_; }
-  modbus::Pdu handle(const protocols::ModbusRequest& request, std::span<std::uint8_t> room) override;
+  modbus::Pdu handle(const protocols::ModbusRequest& request, Room room) override;
   void on_taken(const modbus::Range& taken) override { on_request(true, taken); }
 
   /// Faults of Modbus TCP.
@@ -120,6 +120,12 @@ class Network final : public protocols::ModbusUnit,
   void on_terminals(std::uint8_t node, std::uint16_t index, std::uint8_t sub, std::int32_t before,
                     std::int32_t after, Time now) override;
   Time replay_due() const { return replayed_ < replay_.size() ? started_ + replay_[replayed_].at : kNever; }
+  const modbus::MoreFunctions* functions_for(const protocols::ModbusRequest& request) const {
+    return request.more == nullptr ? bit_functions_ : request.more;
+  }
+  modbus::Access check(const protocols::ModbusRequest& request) const;
+  modbus::Pdu execute(const protocols::ModbusRequest& request, const modbus::Access& access, Room room);
+  modbus::Pdu handle_disturbed(const protocols::ModbusRequest& request, Room room);
   /// What acts on a request by Modbus TCP; null = nothing.
   const sim::Fault* fault_on(const protocols::ModbusRequest& request, bool writes);
   /// False: there is no response, and the connection is closed.
@@ -140,7 +146,10 @@ class Network final : public protocols::ModbusUnit,
   config::ModuleConfig module_config_;
   bool observed_ = true;
   std::vector<std::uint16_t> registers_;
+  RegisterRange range_{};  ///< all of them
+  RegisterMap map_{std::span(&range_, 1)};
   ModbusBits bits_;
+  const modbus::MoreFunctions* bit_functions_ = nullptr;  ///< with a module
   sim::World world_;
   sim::CoprocessorModule* module_ = nullptr;
   sim::Port& tester_;

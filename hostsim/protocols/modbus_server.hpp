@@ -60,7 +60,7 @@ class ModbusServer {
   Bytes execute(std::uint32_t client, Bytes bytes) {
     const std::uint8_t unit = bytes[kUnitOffset];
     const Bytes pdu = bytes.subspan(kPduOffset);
-    const std::span<std::uint8_t> room = std::span(response_).subspan(kPduOffset);
+    const ModbusUnit::Room room = std::span(response_).subspan<kPduOffset>();
     const bool identifies = pdu[0] == modbus::kEncapsulatedInterface;
     const Bytes response =
         units_[unit] == nullptr

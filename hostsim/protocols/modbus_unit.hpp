@@ -35,10 +35,11 @@ class ModbusUnit {
   /// Always the same words; empty = the unit ID selects nothing.
   virtual std::span<std::uint16_t> registers() = 0;
 
-  /// Executes a request with all its effects. Writes the PDU of the response into `room`, which has kMaxPdu
-  /// bytes, and returns it; empty = there is none, and the connection is to be closed. Must not destroy the
-  /// server.
-  virtual modbus::Pdu handle(const ModbusRequest& request, std::span<std::uint8_t> room) = 0;
+  /// For the PDU of a response.
+  using Room = std::span<std::uint8_t, modbus::kMaxPdu>;
+  /// Executes a request with all its effects. Writes the PDU of the response into `room` and returns it;
+  /// empty = there is none, and the connection is to be closed. Must not destroy the server.
+  virtual modbus::Pdu handle(const ModbusRequest& request, Room room) = 0;
 
   /// A PLC that owns its registers has answered, and these registers have got words of it; none = it was
   /// written to.

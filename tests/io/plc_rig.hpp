@@ -100,7 +100,7 @@ struct ScannedModule final : CanPort {
 struct ModuleUnit final : protocols::ModbusUnit {
   explicit ModuleUnit(ScannedModule& module) : module_(module) {}
   std::span<std::uint16_t> registers() override { return module_.registers; }
-  modbus::Pdu handle(const protocols::ModbusRequest&, std::span<std::uint8_t>) override { return {}; }
+  modbus::Pdu handle(const protocols::ModbusRequest&, Room) override { return {}; }
   void on_taken(const modbus::Range& taken) override {
     module_.poll();
     if (taken.count != 0) module_.written(taken.first, taken.count);

@@ -218,7 +218,7 @@ TEST_CASE("serial: a lost line is reported, and opened again later") {
 
 struct Listening final : cbcan::test::RegisterUnit {
   Listening() : RegisterUnit(std::vector<std::uint16_t>(10)) {}
-  modbus::Pdu handle(const protocols::ModbusRequest& request, std::span<std::uint8_t> room) override {
+  modbus::Pdu handle(const protocols::ModbusRequest& request, Room room) override {
     requests.emplace_back(request.pdu.begin(), request.pdu.end());
     units.push_back(request.unit);
     return RegisterUnit::handle(request, room);

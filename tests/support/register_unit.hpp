@@ -15,7 +15,7 @@ struct RegisterUnit : protocols::ModbusUnit {
   explicit RegisterUnit(std::vector<std::uint16_t> registers) : words(std::move(registers)) {}
 
   std::span<std::uint16_t> registers() override { return words; }
-  modbus::Pdu handle(const protocols::ModbusRequest& request, std::span<std::uint8_t> room) override {
+  modbus::Pdu handle(const protocols::ModbusRequest& request, Room room) override {
     const RegisterRange range{0, words};
     const RegisterMap map(std::span(&range, 1));
     const modbus::Access access = modbus::check(request.pdu, map, request.more);

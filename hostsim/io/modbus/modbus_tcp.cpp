@@ -94,9 +94,10 @@ bool ModbusTcp::advance(Connection& client) {
 /// Keeps what the connection has no room for.
 inline bool ModbusTcp::send(Connection& client, Bytes bytes) {
   const ssize_t count = ::send(client.socket.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL);
+  const bool waited = !client.unsent.empty();
+  if (!waited && count == static_cast<ssize_t>(bytes.size())) return true;
   if (count < 0 && !is_temporary(errno)) return false;
   const Bytes rest = bytes.subspan(count < 0 ? 0 : static_cast<std::size_t>(count));
-  const bool waited = !client.unsent.empty();
   client.unsent = std::vector(rest.begin(), rest.end());
   if (waited != client.unsent.empty()) return true;
   if (!waited) ++waits_for_room_;

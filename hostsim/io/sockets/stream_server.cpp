@@ -111,7 +111,7 @@ void StreamServer::close(Connection& client) {
     tcflush(fd, TCIOFLUSH);
     client.session = make_();
     client.input_ended = false;
-      return;
+    return;
   }
   reactor_.forget(fd);
   connections_.erase(fd);
