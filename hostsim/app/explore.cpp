@@ -20,13 +20,13 @@
 #include "app/parallel.hpp"
 #include "app/processes.hpp"
 #include "app/progress.hpp"
-#include "io/files/result_file.hpp"
 #include "app/state_file.hpp"
 #include "base/numbers.hpp"
 #include "base/read_file.hpp"
 #include "base/utf8.hpp"
 #include "base/words.hpp"
 #include "cbcan/version.hpp"
+#include "io/files/result_file.hpp"
 #include "io/loop/output.hpp"
 #include "io/loop/reactor.hpp"
 #include "scenario/outcome.hpp"
@@ -242,7 +242,8 @@ class Search {
 
   using OnRecord = std::function<void(const Moments&, const Record&)>;
 
-  /// Tries all moments. `on_record`: matching frames are counted in each run, and results of others do not replace it.
+  /// Tries all moments. `on_record`: matching frames are counted in each run, and results of others do not
+  /// replace it.
   void try_all(const Subject& subject, const search::Exploration& exploration,
                const std::vector<Moments>& moments, const OnRecord& on_record) {
     std::vector<std::size_t> left;

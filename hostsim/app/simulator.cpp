@@ -57,7 +57,10 @@ void Simulator::advance_buses() {
 }
 
 void Simulator::shut_down() {
-  child_ ? child_->signal(SIGTERM) : void(stopping_ = true);
+  if (child_)
+    child_->signal(SIGTERM);
+  else
+    stopping_ = true;
 }
 
 void Simulator::fail(base::ExitCode code, const std::string& why) {

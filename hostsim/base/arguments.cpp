@@ -66,8 +66,10 @@ class Parser {
       parsed_.wrong.push_back({word, no_such_option(name, options_)});
       if (!joined && has_argument()) take();
     } else if (option_argument(shown).empty()) {
-      joined ? parsed_.wrong.push_back({name, "takes no argument"})
-             : parsed_.options.push_back({option_name(shown), {}});
+      if (joined)
+        parsed_.wrong.push_back({name, "takes no argument"});
+      else
+        parsed_.options.push_back({option_name(shown), {}});
     } else if (!joined && !has_argument()) {
       parsed_.wrong.push_back({name, fmt::format("needs an argument, {}", option_argument(shown))});
     } else {

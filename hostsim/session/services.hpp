@@ -26,7 +26,7 @@ struct Service {
   bool has_warned = false;           ///< of browsers, which are turned away
 };
 
-/// In the order of the line "ready ...".
+/// All services, in the order of the line "ready ...".
 class Services : public std::list<Service> {
  public:
   const Service& at(std::string_view name, std::size_t network = 0) const;

@@ -208,7 +208,10 @@ Time Session::next_step() const {
 /// The effects of a line have happened and been sent before its response.
 void Session::say(const std::string& response) {
   const auto [lines, last] = plant::parts_of(response);
-  if (!last.starts_with(plant::kError)) return response.empty() ? void() : host_.say(response);
+  if (!last.starts_with(plant::kError)) {
+    if (!response.empty()) host_.say(response);
+    return;
+  }
   host_.say(lines);
   host_.fail(last.starts_with(plant::kNotWithin) ? base::ExitCode::kCheckFailed : base::ExitCode::kUsage,
              fmt::format("standard input: {}", base::trim(last.substr(plant::kError.size()))));

@@ -55,7 +55,7 @@ class Host {
   virtual void tell(std::string_view lines) = 0;
   /// Takes whole lines of results.
   virtual void say(std::string_view lines) = 0;
-  /// For the parameters of a module or node; null = none.
+  /// Memory for the parameters of a module or node; null = none.
   virtual sim::ParameterStore* store(const std::string& file) = 0;
   /// Called before the plant is advanced.
   virtual void advance_buses() {}
@@ -87,7 +87,7 @@ class Session final : private plant::NetworkListener {
   const Waits& waits() const { return waits_; }
   const journal::FindName& find_name() const { return find_name_; }
   Time started() const { return started_; }
-  /// Without the places; the session serves their clients, and HTTP by http().
+  /// The services, with places that the host fills in; the session serves their clients, and HTTP by http().
   Services& services() { return services_; }
   const Services& services() const { return services_; }
   /// Prefix of messages; empty if there is only one network.

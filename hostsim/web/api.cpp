@@ -389,8 +389,8 @@ protocols::HttpResponse events(const Asked& asked) {
   return {.body = std::string(base::view(body))};
 }
 
-/// Streams from `since` on, or from the last event that an EventSource has seen; numbers above the last event are
-/// from an earlier run of the program.
+/// Streams from `since` on, or from the last event that an EventSource has seen; numbers above the last event
+/// are from an earlier run of the program.
 protocols::HttpResponse follow(const Asked& asked) {
   const journal::Journal& journal = asked.journal();
   Query query = asked.query();

@@ -42,8 +42,12 @@ void Channel::work(Time now) {
   client_.poll(now);
   if (activity_ == Activity::kSdo && !client_.busy()) end_sdo();
   if (command_refused_) send_command(now);
-  if (now >= deadline_)
-    activity_ == Activity::kNodeState ? end_node_state_unanswered(now) : end(AbortCode::kTimeOut);
+  if (now >= deadline_) {
+    if (activity_ == Activity::kNodeState)
+      end_node_state_unanswered(now);
+    else
+      end(AbortCode::kTimeOut);
+  }
   if (activity_ == Activity::kIdle) begin_waiting(now);
   due_ = earlier(client_.deadline(), deadline_);
   if (activity_ == Activity::kIdle && (flagged_ || scanner_waits())) due_ = now;

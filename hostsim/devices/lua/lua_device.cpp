@@ -297,8 +297,10 @@ int LuaDevice::get(lua_State* state) {
       is_signed(entry.type) ? sign_extend(raw, entry.capacity) : static_cast<lua_Integer>(raw);
   const bool is_real = entry.type == DataType::kReal32 || entry.type == DataType::kReal64;
   const bool is_integer = !is_real && (integer >= 0 || is_signed(entry.type));
-  is_integer ? lua_pushinteger(state, integer)
-             : lua_pushnumber(state, sim::from_raw(raw, entry.type, entry.capacity));
+  if (is_integer)
+    lua_pushinteger(state, integer);
+  else
+    lua_pushnumber(state, sim::from_raw(raw, entry.type, entry.capacity));
   return 1;
 }
 

@@ -108,7 +108,10 @@ void StreamBus::receive() {
   std::array<char, kBytesPerTurn> characters;
   const ssize_t count = ::read(port_.get(), characters.data(), characters.size());
   if (count == 0) return broken("the connection has ended");
-  if (count < 0) return is_temporary(errno) ? void() : broken(reason(errno));
+  if (count < 0) {
+    if (!is_temporary(errno)) broken(reason(errno));
+    return;
+  }
   Frame frame;
   for (const char c : std::string_view(characters.data(), static_cast<std::size_t>(count)))
     if (dialect_->hear(c, frame)) bus_.receive(frame, reactor_.time());

@@ -164,7 +164,10 @@ struct HttpServer::Callbacks {
     server.streams_.push_back(live.get());
     MHD_Response* const made = MHD_create_response_from_callback(
         MHD_SIZE_UNKNOWN, protocols::HttpStream::kMostUnsent, on_read, live.get(), on_free);
-    made == nullptr ? server.streams_.pop_back() : void(live.release());
+    if (made == nullptr)
+      server.streams_.pop_back();
+    else
+      static_cast<void>(live.release());
     return made;
   }
 

@@ -125,8 +125,10 @@ void NetworkObjects::replace(std::size_t at, std::size_t removed, std::size_t ad
   const std::size_t size = dcf_.size();
   std::uint8_t* const from = memory_.data() + at + removed;
   std::uint8_t* const end = memory_.data() + size;
-  added > removed ? std::copy_backward(from, end, end + (added - removed))
-                  : std::copy(from, end, memory_.data() + at + added);
+  if (added > removed)
+    std::copy_backward(from, end, end + (added - removed));
+  else
+    std::copy(from, end, memory_.data() + at + added);
   const std::uint32_t count = load_word(memory_.data()) + (added != 0) - (removed != 0);
   store_little_endian(memory_.first(ConciseDcf::kFirst), count);
   dcf_ = ConciseDcf(memory_.first(size - removed + added));
