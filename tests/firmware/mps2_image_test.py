@@ -75,7 +75,9 @@ def ask_by_can_until_answered(mcu):
         for _ in range(8):  # the image asks for the adapter's state four times a second
             if select.select([mcu.can.socket], [], [], 0.25)[0]:
                 heard += mcu.can.socket.recv(4096)
-        return b"t5FF8" in heard
+            if b"t5FF8" in heard:
+                return True
+        return False
 
     wait_until(answered, "an SDO response after the garbage")
 

@@ -12,7 +12,7 @@
 namespace cbcan::session {
 namespace {
 
-/// Of a manual clock, without files.
+/// A host on a manual clock, without files.
 struct Program final : Host {
   Time time = 0;
   std::string told;

@@ -38,7 +38,7 @@ def crc(data):
 
 
 def with_crc(frame):
-    """Of bytes, or of hexadecimal digits."""
+    """The frame, of bytes or hexadecimal digits, and its CRC."""
     data = bytes.fromhex(frame) if isinstance(frame, str) else frame
     return data + crc(data)
 

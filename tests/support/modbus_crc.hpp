@@ -18,7 +18,7 @@ constexpr std::uint16_t modbus_crc(const Bytes& bytes) {
   return static_cast<std::uint16_t>(crc);
 }
 
-/// With its CRC; a container of characters or bytes.
+/// A frame with its CRC; a container of characters or bytes.
 template <class Frame>
 Frame with_crc(Frame frame) {
   const std::uint16_t crc = modbus_crc(frame);
