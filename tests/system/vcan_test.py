@@ -63,8 +63,8 @@ class Candump:
 
 
 class OnVcan(unittest.TestCase):
-    def start(self, *options):
-        self.simulator = Simulator(PROGRAM, "--can", f"socketcan:{VCAN}", *options, test=self)
+    def start(self, *options, can=VCAN):
+        self.simulator = Simulator(PROGRAM, "--can", f"socketcan:{can}", *options, test=self)
         self.window = self.simulator.window()
         self.addCleanup(self.window.socket.close)
 
@@ -88,13 +88,36 @@ class OnVcan(unittest.TestCase):
         cansend("000#0142")
         witness.wait_for("742#05")
 
+    def add_interface(self, end):
+        name = f"cbsys{os.getpid() % 100000}{end}"
+        self.addCleanup(subprocess.run, ["ip", "link", "del", "dev", name], stderr=subprocess.DEVNULL)
+        subprocess.run(["ip", "link", "add", "dev", name, "type", "vcan"], check=True)
+        ip_link("up", interface=name)
+        return name
+
+    def test_the_cable_is_pulled_and_the_adapter_too(self):
+        """Modbus is served throughout, and a message says what to do."""
+        name = self.add_interface("c")
+        self.start("--demo", "--sdo-timeout", "200", can=name)
+        reads = lambda: self.window.execute(READ, 0x42, 0x1000, 0, 4) == 0
+        says = f"cbcan-sim: can socketcan:{name}: "
+        down = f"{says}the interface is down; `ip link set {name} up` brings it up\n"
+        gone = (f"{says}no such interface; `ip link` lists them; for a virtual one: ip link add dev {name} type vcan "
+                f"&& ip link set {name} up\n")
+        self.assertTrue(reads())
+        ip_link("down", interface=name)
+        self.assertFalse(reads())
+        self.assertEqual(self.window.abort_code(), 0x05040000)
+        self.assertEqual(self.window.execute(WRITE, 0, 0x1F82, 128, 0, 5), 4)
+        subprocess.run(["ip", "link", "del", "dev", name], check=True)
+        wait_until(lambda: gone.strip() in self.simulator.errors() and not reads(), gone)
+        self.add_interface("c")
+        wait_until(reads, "the bus to be back")
+        lines = [line for line in self.simulator.stop()[1].splitlines(keepends=True) if "behind the clock" not in line]
+        self.assertEqual([lines[0], lines[1], lines[-1]], [down, gone, f"{says}the interface is up again\n"])
+
     def test_a_network_for_each_of_two_interfaces(self):
-        """The test adds and removes its own ones."""
-        one, other = names = [f"cbsys{os.getpid() % 100000}{end}" for end in "ab"]
-        for name in names:
-            self.addCleanup(subprocess.run, ["ip", "link", "del", "dev", name], stderr=subprocess.DEVNULL)
-            subprocess.run(["ip", "link", "add", "dev", name, "type", "vcan"], check=True)
-            ip_link("up", interface=name)
+        one, other = self.add_interface("a"), self.add_interface("b")
         simulator = Simulator(PROGRAM, "--can", f"socketcan:{one}", "--node", f"5={EDS}", "--set", "node.5.objects+={index=0x2002,value=1}", "--network",
                               "2", "--can", f"socketcan:{other}", "--node", f"5={EDS}", "--set", "node.5.objects+={index=0x2002,value=2}", test=self)
         self.assertEqual([simulator.where["can"], simulator.where["2/can"]], [f"socketcan:{one}", f"socketcan:{other}"])
