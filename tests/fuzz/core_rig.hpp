@@ -133,7 +133,7 @@ struct Rig {
     if (timeout == 0) had_no_timeout_ = true;
     std::array<std::uint8_t, 1> mode{};
     std::size_t size = 0;
-    require(coprocessor.own_node().read(0x3004, 0, mode, size, 0) == AbortCode::kNone && mode[0] <= 3,
+    require(coprocessor.own_objects().read(0x3004, 0, mode, size, 0) == AbortCode::kNone && mode[0] <= 3,
             "there are four modes");
     if (!plc.busy()) wire.mode = mode[0];
   }

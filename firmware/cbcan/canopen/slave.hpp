@@ -71,15 +71,6 @@ class Slave {
   /// boot-up message.
   void command(nmt::Command command, Time now);
 
-  /// Local access with the rights of an SDO client.
-  AbortCode read(std::uint16_t index, std::uint8_t sub, std::span<std::uint8_t> out, std::size_t& size,
-                 Time now) const {
-    return dictionary_.read(index, sub, out, size, now);
-  }
-  AbortCode write(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> value, Time now) {
-    return dictionary_.write(index, sub, value, now);
-  }
-
   nmt::State state() const { return state_; }
   /// The last reset was one of the application too, not of the communication alone.
   bool resets_application() const { return reset_application_; }

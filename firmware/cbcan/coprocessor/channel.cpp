@@ -218,8 +218,9 @@ void Channel::begin_local(bool read, std::uint16_t index, std::uint8_t sub, std:
   const std::span<std::uint8_t> value(bytes.data(), size);
   if (!read) load_data(bytes.data(), size);
   node_.access(transfers());
+  ObjectDictionary& objects = node_.dictionary();
   const AbortCode refused =
-      read ? node_.read(index, sub, value, size, now) : node_.write(index, sub, value, now);
+      read ? objects.read(index, sub, value, size, now) : objects.write(index, sub, value, now);
   node_.access_own();
   follow_node();
   if (refused != AbortCode::kNone) return end(refused);
