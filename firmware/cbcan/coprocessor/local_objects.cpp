@@ -29,7 +29,7 @@ constexpr PowerOn kPowerOn = [] {
       continue;
     }
     for (std::uint32_t k = 0; k < entry.count(); ++k)
-      put(values, entry.offset + entry.stride() * k, row.value, row.size);
+      put(values, entry.offset + entry.stride() * k, row.value, entry.capacity);
   }
   return values;
 }();
