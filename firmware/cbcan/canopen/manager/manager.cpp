@@ -7,13 +7,9 @@ namespace cbcan {
 
 template <auto kAsk, auto kDone, auto kRefused, auto kState, auto kDeadline>
 constexpr Manager::State Manager::state_of() {
-  using Ask = decltype(kAsk);  // as types: g++ 12 with -fsanitize=undefined compares no pointers here
-  return {!std::is_same_v<std::integral_constant<Ask, kAsk>, std::integral_constant<Ask, &Manager::release>>,
-          call<kAsk, Client&, Time>,
-          call<kDone, Client&, Time>,
-          call<kRefused, Client&, Time>,
-          call<kState, std::uint8_t, nmt::State, Time>,
-          call<kDeadline, std::uint8_t, Time>};
+  return {std::is_null_pointer_v<decltype(kAsk)> ? nullptr : call<kAsk, Client&, Time>,
+          call<kDone, Client&, Time>, call<kRefused, Client&, Time>,
+          call<kState, std::uint8_t, nmt::State, Time>, call<kDeadline, std::uint8_t, Time>};
 }
 
 // clang-format off
@@ -21,19 +17,19 @@ constinit const std::array<Manager::State, Manager::kPhases> Manager::kStates = 
   using M = Manager;
   return std::array<State, kPhases>{
     //         ask                  on_done         on_refused                on_state      on_deadline
-    state_of<&M::release,         nullptr,        nullptr,                  nullptr,      nullptr>(),              // kUnlisted
+    state_of<nullptr,             nullptr,        nullptr,                  nullptr,      nullptr>(),              // kUnlisted
     state_of<&M::ask_device_type, &M::found,      &M::keep_waiting,         &M::appeared, &M::probe>(),            // kWait
     state_of<&M::ask_check,       &M::check,      &M::check_failed,         nullptr,      nullptr>(),              // kCheck
     state_of<&M::ask_restore,     &M::restored,   &M::configuration_failed, nullptr,      nullptr>(),              // kRestore
-    state_of<&M::release,         nullptr,        nullptr,                  nullptr,      &M::no_boot_up>(),       // kReboot
+    state_of<nullptr,             nullptr,        nullptr,                  nullptr,      &M::no_boot_up>(),       // kReboot
     state_of<&M::ask_configure,   &M::configured, &M::configuration_failed, nullptr,      nullptr>(),              // kConfigure
-    state_of<&M::release,         nullptr,        nullptr,                  &M::watched,  &M::no_heartbeat>(),     // kWatch
-    state_of<&M::release,         nullptr,        nullptr,                  nullptr,      nullptr>(),              // kReady
-    state_of<&M::release,         nullptr,        nullptr,                  &M::started,  &M::no_heartbeat>(),     // kStart
+    state_of<nullptr,             nullptr,        nullptr,                  &M::watched,  &M::no_heartbeat>(),     // kWatch
+    state_of<nullptr,             nullptr,        nullptr,                  nullptr,      nullptr>(),              // kReady
+    state_of<nullptr,             nullptr,        nullptr,                  &M::started,  &M::no_heartbeat>(),     // kStart
     state_of<&M::ask_input,       &M::input_read, &M::input_failed,         &M::stays,    &M::look_for_inputs>(),  // kInputs
-    state_of<&M::release,         nullptr,        nullptr,                  &M::stays,    nullptr>(),              // kRun
+    state_of<nullptr,             nullptr,        nullptr,                  &M::stays,    nullptr>(),              // kRun
     state_of<&M::ask_producer_time, &M::producer_time_read, &M::look_later, &M::returned, &M::probe>(),           // kLost
-    state_of<&M::release,         nullptr,        nullptr,                  nullptr,      &M::begin_check>(),      // kFailed
+    state_of<nullptr,             nullptr,        nullptr,                  nullptr,      &M::begin_check>(),      // kFailed
   };
 }();
 // clang-format on
