@@ -146,8 +146,7 @@ void enable_interrupt(std::size_t number) {
 void set_priority(std::size_t number, std::uint8_t priority) {
   constexpr std::uint32_t kAll = 0xF0;  // the implemented bits are the upper ones
   const auto at = static_cast<std::uint32_t>(number % 4 * 8);
-  Mmio system = kSystem;
-  modify(system, static_cast<std::uint32_t>(kInterruptPriority + number / 4 * 4), kAll << at,
+  modify(kSystem, static_cast<std::uint32_t>(kInterruptPriority + number / 4 * 4), kAll << at,
          (std::uint32_t{priority} << 4 & kAll) << at);
 }
 
