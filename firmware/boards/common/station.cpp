@@ -36,8 +36,7 @@ std::uint16_t& at(Diagnostics registers, std::size_t address) {
 }
 
 /// 32-bit numbers, low word first; every supported machine is little-endian.
-template <class Numbers>
-void put(Diagnostics registers, std::uint16_t address, const Numbers& value) {
+void put(Diagnostics registers, std::uint16_t address, const auto& value) {
   __builtin_memcpy(&at(registers, address), &value, sizeof value);
 }
 

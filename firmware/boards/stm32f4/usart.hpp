@@ -98,8 +98,7 @@ class Usart {
   /// Call in the USART's interrupt. Calls handler.on_byte(byte) for a received byte, or
   /// handler.on_broken_byte() if parity or framing is wrong or the next byte was lost, and handler.on_sent()
   /// after the last stop bit, when an RS-485 driver can be switched off.
-  template <class Handler>
-  void on_interrupt(Handler& handler) {
+  void on_interrupt(auto& handler) {
     const std::uint32_t status = registers_.read(kSr);
     if ((status & (kRxne | kOre)) != 0) receive(status, handler);
     if ((registers_.read(kCr1) & kTxeie) != 0) send_more();
@@ -129,8 +128,7 @@ class Usart {
   static constexpr std::uint32_t kTwoStopBits = bit(13);
 
   /// Reading SR, then DR clears the flags.
-  template <class Handler>
-  void receive(std::uint32_t status, Handler& handler) {
+  void receive(std::uint32_t status, auto& handler) {
     const auto byte = static_cast<std::uint8_t>(registers_.read(kDr));
     if ((status & kOre) != 0) ++counters_.overrun;
     if ((status & kPe) != 0) ++counters_.parity;

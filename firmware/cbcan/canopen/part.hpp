@@ -42,8 +42,7 @@ class Part {
   Time deadline() const { return kNever; }
 
   /// Calls visit(id) for each CAN-ID that it must receive; for some perhaps twice.
-  template <class Visitor>
-  void visit_ids(Visitor /*visit*/) const {}
+  void visit_ids(auto /*visit*/) const {}
 };
 
 }  // namespace cbcan

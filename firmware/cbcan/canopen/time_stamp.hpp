@@ -41,8 +41,7 @@ class TimeStamp : public Part {
   bool on_frame(const Frame& frame, Time now);
   void poll(Time now);
   Time deadline() const { return earlier(due_, outbox_.deadline()); }
-  template <class Visitor>
-  void visit_ids(Visitor visit) const {
+  void visit_ids(auto visit) const {
     if (consumes_) visit(id_);
   }
 

@@ -98,8 +98,7 @@ void Pdo::begin(Time now) {
 
 // ---- The application
 
-template <class Call>
-void Pdo::notify(Call call) {
+void Pdo::notify(auto call) {
   notifying_ = true;
   call();
   notifying_ = false;

@@ -82,8 +82,7 @@ constexpr std::uint16_t load16(const Frame& frame, unsigned at) {
 constexpr std::uint8_t specifier_of(std::uint8_t command) {
   return static_cast<std::uint8_t>(command >> 5);
 }
-template <class Specifier>
-constexpr bool is(std::uint8_t command, Specifier specifier) {
+constexpr bool is(std::uint8_t command, auto specifier) {
   return specifier_of(command) == static_cast<std::uint8_t>(specifier);
 }
 constexpr BlockStep block_step(std::uint8_t command) {
@@ -187,8 +186,7 @@ inline void take_expedited(const Frame& frame, std::uint8_t* to, std::size_t siz
 
 // ---- Encoding
 
-template <class Specifier>
-constexpr std::uint8_t command(Specifier specifier, std::uint8_t bits = 0) {
+constexpr std::uint8_t command(auto specifier, std::uint8_t bits = 0) {
   return static_cast<std::uint8_t>(static_cast<std::uint8_t>(specifier) << 5 | bits);
 }
 constexpr std::uint8_t expedited_bits(std::size_t size) {
