@@ -126,9 +126,9 @@ class Pdo : public Part {
     bool is_sampled_late() const { return type >= kRemoteEvent; }
   };
 
-  /// The number of RPDOs and of TPDOs that a dictionary describes.
-  static std::size_t rpdo_count(std::span<const ObjectEntry> entries);
-  static std::size_t tpdo_count(std::span<const ObjectEntry> entries);
+  /// The number of RPDOs, or of TPDOs, that a dictionary describes. `first`: object::kRpdoParameter or
+  /// kTpdoParameter.
+  static std::size_t count(std::span<const ObjectEntry> entries, std::uint16_t first);
 
   /// The caller's memory. If the dictionary describes more, the PDOs with the highest numbers do not work.
   struct Storage {
