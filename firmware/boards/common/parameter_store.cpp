@@ -190,11 +190,7 @@ AbortCode ParameterStore::keep(std::uint16_t first_index, std::uint16_t last_ind
   contents.settings = settings_;
   contents.first = first_index;
   contents.last = last_index;
-  switch (log_.append(contents)) {
-    case RecordLog::Result::kKept: return AbortCode::kNone;
-    case RecordLog::Result::kFull: return AbortCode::kDeviceState;
-    default: return AbortCode::kHardware;
-  }
+  return log_.append(contents);
 }
 
 void ParameterStore::load(ObjectDictionary& objects, ObjectHandler& handler, std::uint16_t first_index,

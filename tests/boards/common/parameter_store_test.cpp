@@ -37,7 +37,7 @@ struct OtherImage final : RecordLog::Source {
   void keep_in(Flash& flash) const {
     RecordLog log(flash);
     log.start();
-    REQUIRE(log.append(*this) == RecordLog::Result::kKept);
+    REQUIRE(log.append(*this) == AbortCode::kNone);
   }
   std::vector<int> bytes;
 };
