@@ -17,9 +17,6 @@ extern std::uint32_t bss_begin[];
 extern std::uint32_t bss_end[];
 extern const cbcan::boards::Handler constructors_begin[];
 extern const cbcan::boards::Handler constructors_end[];
-// Called instead of a pure virtual function; the library's version would link the heap.
-[[noreturn]] void __cxa_pure_virtual();
-void start_fault(const std::uint32_t* frame);
 }
 
 namespace cbcan::boards {
@@ -157,7 +154,8 @@ void pend_interrupt(std::size_t number) {
 
 }  // namespace cbcan::boards
 
-void __cxa_pure_virtual() {
+// Called instead of a pure virtual function; the library's version would link the heap.
+extern "C" [[noreturn]] void __cxa_pure_virtual() {
   asm volatile("udf #0");
   __builtin_unreachable();
 }
