@@ -185,7 +185,12 @@ AbortCode LocalNode::on_write(const ObjectEntry& entry, std::uint8_t sub, std::s
   switch (entry.index) {
     case object::kConsumerHeartbeatTime: return write_consumer(sub, number);
     case local::kSdoTimeout: accessed_->timeout_ms = static_cast<std::uint16_t>(number); break;
-    case local::kTransferMode: return write_mode(number);
+    case local::kTransferMode: {
+      constexpr auto kLast = kServices.block_transfer ? SdoClient::Mode::kBlock : SdoClient::Mode::kSegmented;
+      if (number > static_cast<std::uint32_t>(kLast)) return AbortCode::kValueHigh;
+      accessed_->mode = static_cast<SdoClient::Mode>(number);
+      break;
+    }
     case local::kClock: set_clock(value, now); break;
     default:
       if (is_network(entry.index)) return manager_->write_object(entry.index, sub, value, now);
@@ -199,13 +204,6 @@ void LocalNode::on_stored(const ObjectEntry& entry, std::uint8_t /*sub*/, Time n
   if (entry.index < local::kInputs) return;
   if (entry.index >= local::kOutputs) on_outputs_written(now);
   if (outputs_changed(0, kOutputWords)) on_outputs_changed(now);
-}
-
-AbortCode LocalNode::write_mode(std::uint32_t value) {
-  constexpr auto kLast = kServices.block_transfer ? SdoClient::Mode::kBlock : SdoClient::Mode::kSegmented;
-  if (value > static_cast<std::uint32_t>(kLast)) return AbortCode::kValueHigh;
-  accessed_->mode = static_cast<SdoClient::Mode>(value);
-  return AbortCode::kNone;
 }
 
 void LocalNode::set_clock(std::span<const std::uint8_t> value, Time now) {
