@@ -84,15 +84,22 @@ void LssSlave::on_frame(const Frame& frame, Time now) {
   if (state_ == State::kInitial || is_off_bus()) return;
   outbox_.drop();
   const std::uint8_t command = frame.data[0];
-  if (command == kSwitchStateGlobal) return switch_state(frame.data[1], now);
+  if (command == kSwitchStateGlobal) {
+    if (frame.data[1] == kModeWaiting) enter_waiting(now);
+    if (frame.data[1] == kModeConfiguration) state_ = State::kConfiguration;
+    return;
+  }
   if (command >= kIdentifyVendor && command <= kIdentifySerialHigh)
     return select_or_identify(command, number_in(frame, 4), now);
   if (command == kIdentifyNonConfigured) {
     if (is_unconfigured()) respond(kNonConfiguredIdentified, 0, now);
     return;
   }
-  if (state_ == State::kWaiting) return wait_for_selection(frame, now);
-  configure(frame, now);
+  if (state_ == State::kConfiguration) return configure(frame, now);
+  if (command >= kSelectVendor && command <= kSelectSerial)
+    select_or_identify(command, number_in(frame, 4), now);
+  else if (command == kFastscan && is_unconfigured())
+    fastscan(frame, now);
 }
 
 void LssSlave::enter_waiting(Time now) {
@@ -102,20 +109,6 @@ void LssSlave::enter_waiting(Time now) {
   if (node_id_ != kNoNodeId || pending_node_id_ == kNoNodeId) return;
   node_id_ = pending_node_id_;
   application_.on_node_id(node_id_, now);
-}
-
-void LssSlave::switch_state(std::uint8_t mode, Time now) {
-  if (mode == kModeWaiting) enter_waiting(now);
-  if (mode == kModeConfiguration) state_ = State::kConfiguration;
-}
-
-/// The services of the waiting state.
-void LssSlave::wait_for_selection(const Frame& frame, Time now) {
-  const std::uint8_t command = frame.data[0];
-  if (command >= kSelectVendor && command <= kSelectSerial)
-    select_or_identify(command, number_in(frame, 4), now);
-  else if (command == kFastscan && is_unconfigured())
-    fastscan(frame, now);
 }
 
 /// The services of the configuration state.
