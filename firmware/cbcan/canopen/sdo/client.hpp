@@ -152,7 +152,7 @@ class SdoClient {
   void upload_initiated(const Frame& frame);
   void upload_segment(const Frame& frame);
   void download_done(const Frame& frame);
-  void download_initiated(const Frame& frame);
+  void send_download_segment(const Frame& response);
   void download_segment_taken(const Frame& frame);
   void block_download_initiated(const Frame& frame);
   void block_download_acknowledged(const Frame& frame);
@@ -195,7 +195,6 @@ class SdoClient {
   void begin_read();
   void begin_write();
   void ask_for_segment();
-  void send_download_segment();
   void acknowledge_block();
   void send_block_acknowledge();
   void overflow();
@@ -210,7 +209,6 @@ class SdoClient {
   void await(Phase phase);
   void await_segment();
   void ask(Phase phase);
-  void drop_refused();
 
   void quarantine(bool stream);
 
