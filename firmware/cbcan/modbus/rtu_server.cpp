@@ -270,14 +270,6 @@ bool RtuServer::is_request() const {
   return is_for_us() && (size == size_ || (size == kEndsBySilence && !is_broadcast()));
 }
 
-std::span<const std::uint8_t> RtuServer::pdu() const {
-  return request().subspan(kFunction);
-}
-
-Access RtuServer::access() const {
-  return check(pdu(), networks_[request_network()], settings_.more);
-}
-
 /// The response replaces the request. A broadcast is rejected by all networks or by none, as they have the
 /// same registers; its bytes stay as they are, as nothing is read.
 std::span<const std::uint8_t> RtuServer::execute() {

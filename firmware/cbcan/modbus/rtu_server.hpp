@@ -181,8 +181,8 @@ class RtuServer final {
   bool may_be_response() const;
   bool may_be_request() const;
   bool fits_request() const;
-  std::span<const std::uint8_t> pdu() const;
-  modbus::Access access() const;
+  modbus::Pdu pdu() const { return request().subspan(1); }
+  modbus::Access access() const { return check(pdu(), networks_[request_network()], settings_.more); }
   std::span<const std::uint8_t> finish(std::size_t size);
   std::span<const std::uint8_t> sealed();
 
