@@ -67,20 +67,12 @@ constexpr Frame command_frame(Command command, std::uint8_t node) {
 }
 
 constexpr Frame error_control_frame(std::uint8_t node, std::uint8_t state_and_toggle) {
-  Frame frame;
-  frame.id = kErrorControlId + node;
-  frame.length = 1;
-  frame.data[0] = state_and_toggle;
-  return frame;
+  return {kErrorControlId + node, 1, 0, {state_and_toggle}};
 }
 
 /// Asks a node for its state. The DLC of a remote frame is that of the requested frame (ISO 11898-1).
 constexpr Frame guard_request(std::uint8_t node) {
-  Frame frame;
-  frame.id = kErrorControlId + node;
-  frame.length = 1;
-  frame.flags = Frame::kRemote;
-  return frame;
+  return {kErrorControlId + node, 1, Frame::kRemote, {}};
 }
 
 }  // namespace cbcan::nmt
