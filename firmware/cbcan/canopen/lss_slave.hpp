@@ -59,7 +59,7 @@ class LssApplication {
   ~LssApplication() = default;
 };
 
-class LssSlave final {
+class LssSlave {
  public:
   static constexpr std::uint32_t kRequestId = 0x7E5;
   static constexpr std::uint32_t kResponseId = 0x7E4;
