@@ -2,6 +2,7 @@
 #include "cbcan/slcan/slcan.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace cbcan::slcan {
 
@@ -131,9 +132,7 @@ LineReader::Event LineReader::on_char(char c) {
   if (ended_) length_ = 0;
   ended_ = c == kEnd || c == kNo;
   if (ended_) {
-    const bool too_long = too_long_;
-    too_long_ = false;
-    if (too_long) ++lost_;
+    const bool too_long = std::exchange(too_long_, false);
     if (c == kNo) return Event::kBell;
     return too_long ? Event::kLost : Event::kLine;
   }
