@@ -120,7 +120,6 @@ class Device final : private Application, private PdoApplication {
   // Only in builds with the service.
   auto& emergency() { return emergency_; }
   auto& time_stamp() { return time_; }
-  const auto& heartbeat_consumer() const { return consumer_; }
 
   /// Calls `visit(id)` for every CAN-ID that the device must receive; for some perhaps twice.
   void visit_ids(auto visit) const;
