@@ -48,12 +48,6 @@ constexpr std::uint32_t kMpuRegionAttributes = 0xDA0;
 
 constexpr std::uint32_t kPaint = 0xDEADBEEF;
 
-void copy_data() {
-  const std::uint32_t* from = data_image;
-  for (std::uint32_t* to = data_begin; to != data_end; ++to)
-    *to = *from++;
-}
-
 void paint_stack() {
   std::uint32_t* used;
   asm volatile("mov %0, sp" : "=r"(used));
@@ -93,7 +87,7 @@ bool in_stack(const std::uint32_t* frame) {
 
 extern "C" void reset_handler() {
   paint_stack();
-  copy_data();
+  std::copy(data_image, data_image + (data_end - data_begin), data_begin);
   std::fill(bss_begin, bss_end, 0u);
   enable_traps();
   for (const Handler* constructor = constructors_begin; constructor != constructors_end; ++constructor)

@@ -17,10 +17,6 @@ namespace cbcan::boards::stm32f4 {
 /// Data bits, parity, stop bits. Modbus requires 8E1, or 8N2 without parity; many devices use 8N1.
 enum class SerialFormat : std::uint8_t { k8E1, k8O1, k8N1, k8N2 };
 
-constexpr bool has_parity(SerialFormat format) {
-  return format == SerialFormat::k8E1 || format == SerialFormat::k8O1;
-}
-
 /// Bits of a character, with start, parity and stop bits.
 constexpr std::uint32_t bits(SerialFormat format) {
   return format == SerialFormat::k8N1 ? 10 : 11;
@@ -56,8 +52,9 @@ class Usart {
     registers_.write(kBrr, *divider);
     registers_.write(kCr2, format == SerialFormat::k8N2 ? kTwoStopBits : 0);
     // The parity bit counts as a ninth data bit.
-    registers_.write(kCr1, kEnabled | (has_parity(format) ? kNineBits | kParity : 0) |
-                               (format == SerialFormat::k8O1 ? kOdd : 0));
+    const bool parity = format == SerialFormat::k8E1 || format == SerialFormat::k8O1;
+    registers_.write(
+        kCr1, kEnabled | (parity ? kNineBits | kParity : 0) | (format == SerialFormat::k8O1 ? kOdd : 0));
     return true;
   }
 
