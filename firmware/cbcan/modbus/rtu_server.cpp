@@ -12,8 +12,6 @@ namespace {
 
 using namespace modbus;
 
-constexpr std::uint8_t kBroadcast = 0;
-
 // Offsets in a frame.
 constexpr std::size_t kFunction = 1;
 constexpr std::size_t kQuantity = 4;
@@ -155,10 +153,6 @@ void RtuServer::begin_frame() {
 void RtuServer::drop(std::size_t count) {
   size_ -= count;
   std::copy_n(&buffer_[count], size_, buffer_.begin());
-}
-
-bool RtuServer::is_broadcast() const {
-  return buffer_[0] == kBroadcast;
 }
 
 std::size_t RtuServer::request_network() const {

@@ -126,7 +126,7 @@ class RtuServer final {
   std::size_t request_network() const;
 
   /// Loop, between poll() and execute(): the request is for all networks.
-  bool is_broadcast() const;
+  bool is_broadcast() const { return buffer_[0] == 0; }
 
   /// Loop, between poll() and execute(): the request's frame without its CRC.
   std::span<const std::uint8_t> request() const { return std::span(buffer_).first(size_ - 2); }
