@@ -61,7 +61,7 @@ class Slave {
 
   /// Sends what is due. Returns the time of the next call; kNever = only after a frame.
   Time poll(Time now);
-  Time deadline() const;
+  Time deadline() const { return earlier(heartbeat_at_, earlier(retry_at_, sdo_server_.deadline())); }
 
   /// Call configure() when an object that it owns has been stored. An unchanged period is not restarted.
   static constexpr bool owns(std::uint16_t index) { return index == object::kProducerHeartbeatTime; }

@@ -274,10 +274,6 @@ bool SdoClient::begin_without_block() {
   return true;
 }
 
-void SdoClient::misplaced(const Frame& /*frame*/) {
-  send_abort(AbortCode::kSync);
-}
-
 // ---- Upload
 
 void SdoClient::upload_initiated(const Frame& frame) {
@@ -327,16 +323,7 @@ bool SdoClient::declare(bool sized, const Frame& frame) {
   return size <= request_.size;
 }
 
-/// More bytes than expected.
-void SdoClient::overflow() {
-  send_abort(declared_ ? AbortCode::kObjectLength : AbortCode::kReadLength);
-}
-
 // ---- Download
-
-void SdoClient::download_done(const Frame& /*frame*/) {
-  done(0);
-}
 
 void SdoClient::download_segment_taken(const Frame& frame) {
   if ((frame.data[0] & sdo::kToggle) != toggle_) return send_abort(AbortCode::kToggleBit);
@@ -390,10 +377,6 @@ void SdoClient::make_request(std::uint8_t command, std::uint32_t bytes_1_to_3, s
   frame.id = sdo::kRequestId + request_.node;
   frame.length = 8;
   sdo::put_bytes(frame, command, bytes_1_to_3, tail);
-}
-
-void SdoClient::await(Phase phase) {
-  enter(phase, timeout());
 }
 
 /// Sends the request that has been made and waits for its response.
