@@ -78,11 +78,6 @@ std::uint32_t fault_address(std::uint32_t status) {
   return 0;
 }
 
-bool in_stack(const std::uint32_t* frame) {
-  constexpr std::size_t kFrameWords = 8;
-  return frame >= stack_begin && frame + kFrameWords <= stack_end;
-}
-
 }  // namespace
 
 extern "C" void reset_handler() {
@@ -107,9 +102,10 @@ extern "C" [[gnu::naked]] void fault_handler() {
 
 extern "C" [[gnu::used]] void start_fault(const std::uint32_t* frame) {
   constexpr std::uint32_t kExceptionNumber = 0x1FF;
+  constexpr std::size_t kFrameWords = 8;
   const std::uint32_t status = kSystem.read(kFaultStatus);
   on_fault({kSystem.read(kInterruptState) & kExceptionNumber, status, fault_address(status),
-            in_stack(frame) ? frame : nullptr});
+            frame >= stack_begin && frame + kFrameWords <= stack_end ? frame : nullptr});
 }
 
 std::size_t stack_size() {

@@ -30,19 +30,13 @@ ParameterStore store(flash, words, [](std::span<const std::uint16_t> some) {
   return stm32f4::settings_of(some).has_value();
 });
 
-/// The blue button of a Nucleo pulls PC13 down.
-bool button_is_held() {
+/// Without those in flash while the blue button of a Nucleo, which pulls PC13 down, is held.
+const stm32f4::Settings settings = [] {
   constexpr std::uint32_t kPortC = 1u << 2;
   stm32f4::Rcc<Mmio>(Mmio(kRccBase), Mmio(kFlashBase)).enable(kPortC, 0, 0);
-  return !stm32f4::Gpio<Mmio>(Mmio(kPortCBase)).read(13);
-}
-
-stm32f4::Settings take_settings() {
-  store.start(button_is_held());
+  store.start(!stm32f4::Gpio<Mmio>(Mmio(kPortCBase)).read(13));
   return stm32f4::settings_of(words).value_or(kBoardSettings);
-}
-
-const stm32f4::Settings settings = take_settings();
+}();
 stm32f4::Board board(settings, faults);
 stm32f4::TheStation station(board, {&board.can()}, stm32f4::station_settings(settings, words));
 
