@@ -159,11 +159,10 @@ class Channel {
   bool others_wait() const;
   void leave();
   void send_command(Time now);
-  void wait_for_port(Time now);
   void end_sdo();
-  void end_node_state(nmt::State state) { end_with_state(static_cast<std::uint16_t>(state)); }
+  void end_node_state(nmt::State state) { end_with_state(static_cast<std::uint8_t>(state)); }
   void end_node_state_unanswered(Time now);
-  void end_with_state(std::uint16_t state);
+  void end_with_state(std::uint8_t state) { end_read(&state, 1); }
   void end_read(const std::uint8_t* bytes, std::size_t size);
   void end(AbortCode code);
   void finish(regmap::Result result, std::size_t size = 0);
