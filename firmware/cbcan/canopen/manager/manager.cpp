@@ -36,12 +36,10 @@ constinit const std::array<Manager::State, Manager::kPhases> Manager::kStates = 
 
 namespace {
 
-using Phase = Manager::Phase;
-
 constexpr std::uint32_t kConf = 0x666E6F63;  ///< "conf"
 
-constexpr bool is_missing(Phase phase) {
-  return phase == Phase::kLost || phase == Phase::kFailed;
+constexpr bool is_missing(Manager::Phase phase) {
+  return phase == Manager::Phase::kLost || phase == Manager::Phase::kFailed;
 }
 
 }  // namespace

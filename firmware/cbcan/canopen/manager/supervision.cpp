@@ -6,12 +6,6 @@
 
 namespace cbcan {
 
-namespace {
-
-using Phase = Manager::Phase;
-
-}  // namespace
-
 // ---- Start
 
 /// The own node first: a slave may send its process data once, at its start.
