@@ -7,7 +7,6 @@
 #include <cstdint>
 
 #include "boards/common/registers.hpp"
-#include "cbcan/time.hpp"
 
 namespace cbcan::boards::mps2 {
 

@@ -7,7 +7,6 @@
 /// virtual. To add a part: derive it from Part, and add it to Device::with_parts() and poll().
 
 #include <cstdint>
-#include <span>
 
 #include "cbcan/canopen/dictionary/object_dictionary.hpp"
 #include "cbcan/canopen/nmt/nmt.hpp"

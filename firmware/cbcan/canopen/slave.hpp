@@ -8,7 +8,6 @@
 /// Acts on 1017h (heartbeat producer), if the dictionary has it. Nothing blocks, nothing is allocated; not
 /// re-entrant. A frame that the port refuses is tried again.
 
-#include <cstddef>
 #include <cstdint>
 #include <span>
 

@@ -6,7 +6,6 @@
 /// Nothing blocks, nothing is allocated; not re-entrant.
 
 #include <cstdint>
-#include <span>
 #include <utility>
 
 #include "cbcan/can_port.hpp"

@@ -6,7 +6,6 @@
 /// re-entrant.
 
 #include <cstdint>
-#include <span>
 
 #include "cbcan/can_port.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"

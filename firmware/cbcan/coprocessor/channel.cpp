@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "cbcan/coprocessor/channel.hpp"
 
-#include <algorithm>
 #include <bit>
 
 #include "cbcan/copy_bytes.hpp"

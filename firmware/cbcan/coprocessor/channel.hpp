@@ -13,7 +13,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <span>
 
 #include "cbcan/can_port.hpp"
 #include "cbcan/canopen/built_if.hpp"

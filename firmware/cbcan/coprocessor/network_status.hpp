@@ -8,7 +8,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <type_traits>
 
 #include "cbcan/canopen/device.hpp"
 #include "cbcan/canopen/emcy/emergency_consumer.hpp"

@@ -8,7 +8,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <span>
 
 #include "cbcan/can_port.hpp"
 #include "cbcan/canopen/dictionary/object_dictionary.hpp"

@@ -4,8 +4,6 @@
 /// The bits of SDO frames (CiA 301, 7.2.4.3). Client and server decode and encode frames only with these
 /// functions.
 
-#include <algorithm>
-#include <array>
 #include <cstddef>
 #include <cstdint>
 
