@@ -60,7 +60,7 @@ class Channel {
     if constexpr (!kServices.scanner_window) return;
     const std::size_t from = std::max(first, out);
     const std::size_t end = std::min(first + count, out + kScannerOutWords);
-    if (scanner_->on_written(from - out, end - from) == ScannerWindow::Event::kNone) return;
+    if (!scanner_->on_written(from - out, end - from)) return;
     if (activity_ != Activity::kIdle && served_ == Window::kScanner) {
       ++counters_.cancelled;
       cancel(now);
