@@ -46,11 +46,8 @@ inline constexpr unsigned kFifoDepth = 3;
 
 // Interrupt enable.
 inline constexpr std::uint32_t kIer = 0x014;
-inline constexpr std::uint32_t kFmpie0 = bit(1);
-inline constexpr std::uint32_t kFmpie1 = bit(4);
-inline constexpr std::uint32_t kEpvie = bit(9);
-inline constexpr std::uint32_t kBofie = bit(10);
-inline constexpr std::uint32_t kErrie = bit(15);
+/// FMPIE0, FMPIE1, EPVIE, BOFIE, ERRIE.
+inline constexpr std::uint32_t kIerUsed = bit(1) | bit(4) | bit(9) | bit(10) | bit(15);
 
 // Error status.
 inline constexpr std::uint32_t kEsr = 0x018;
