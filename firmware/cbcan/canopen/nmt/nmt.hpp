@@ -46,20 +46,12 @@ constexpr bool is_running(State state) {
   return state >= State::kOperational;
 }
 
-constexpr bool is_command(std::uint8_t value) {
-  switch (static_cast<Command>(value)) {
-    case Command::kStart:
-    case Command::kStop:
-    case Command::kEnterPreOperational:
-    case Command::kResetNode:
-    case Command::kResetCommunication: return true;
-  }
-  return false;
-}
-
 /// A master's command: specifier, node ID.
 constexpr bool is_command(const Frame& frame) {
-  return frame.id == kCommandId && frame.flags == 0 && frame.length >= 2 && is_command(frame.data[0]);
+  if (frame.id != kCommandId || frame.flags != 0 || frame.length < 2) return false;
+  const auto command = static_cast<Command>(frame.data[0]);
+  return command == Command::kStart || command == Command::kStop ||
+         (command >= Command::kEnterPreOperational && command <= Command::kResetCommunication);
 }
 
 constexpr Frame command_frame(Command command, std::uint8_t node) {
