@@ -138,16 +138,10 @@ constexpr bool is_short(const Frame& frame) {
   return frame.length < frame.data.size() && frame.length < response_length(frame.data[0]);
 }
 
-/// A response with this command contains a multiplexer, which shows the request that it belongs to.
+/// A response with this command contains a multiplexer, which shows the request that it belongs to: all of four
+/// bytes and more do, but segments.
 constexpr bool has_multiplexer(std::uint8_t command) {
-  switch (static_cast<Response>(specifier_of(command))) {
-    case Response::kInitiateUpload:
-    case Response::kInitiateDownload:
-    case Response::kAbort: return true;
-    case Response::kBlockDownload: return block_step(command) == BlockStep::kInitiate;
-    case Response::kBlockUpload: return (command & 1) == 0;
-    default: return false;
-  }
+  return response_length(command) >= 4 && !is(command, Response::kUploadSegment);
 }
 
 /// The response belongs to a request with this multiplexer, or has none. An abort without index and sub-index
