@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "cbcan/canopen/lss_slave.hpp"
 
+#include <array>
 #include <span>
 
 #include "cbcan/canopen/dictionary/little_endian.hpp"
@@ -17,14 +18,11 @@ constexpr std::uint8_t kConfigureBitTiming = 0x13;
 constexpr std::uint8_t kActivateBitTiming = 0x15;
 constexpr std::uint8_t kStoreConfiguration = 0x17;
 constexpr std::uint8_t kSelectVendor = 0x40;
-constexpr std::uint8_t kSelectProduct = 0x41;
-constexpr std::uint8_t kSelectRevision = 0x42;
 constexpr std::uint8_t kSelectSerial = 0x43;
 constexpr std::uint8_t kSelected = 0x44;
 constexpr std::uint8_t kIdentifyVendor = 0x46;
 constexpr std::uint8_t kIdentifyProduct = 0x47;
 constexpr std::uint8_t kIdentifyRevisionLow = 0x48;
-constexpr std::uint8_t kIdentifyRevisionHigh = 0x49;
 constexpr std::uint8_t kIdentifySerialLow = 0x4A;
 constexpr std::uint8_t kIdentifySerialHigh = 0x4B;
 constexpr std::uint8_t kIdentifyNonConfigured = 0x4C;
@@ -146,19 +144,16 @@ void LssSlave::select_or_identify(std::uint8_t command, std::uint32_t number, Ti
   }
 }
 
+/// Specifiers are in the order of the parts; an identification has the lowest and the highest revision and
+/// serial number.
 bool LssSlave::matches(std::uint8_t command, std::uint32_t number) const {
-  switch (command) {
-    case kSelectVendor:
-    case kIdentifyVendor: return number == application_.identity(kVendor);
-    case kSelectProduct:
-    case kIdentifyProduct: return number == application_.identity(kProduct);
-    case kSelectRevision: return number == application_.identity(kRevision);
-    case kIdentifyRevisionLow: return number <= application_.identity(kRevision);
-    case kIdentifyRevisionHigh: return number >= application_.identity(kRevision);
-    case kSelectSerial: return number == application_.identity(kSerial);
-    case kIdentifySerialLow: return number <= application_.identity(kSerial);
-    default: return number >= application_.identity(kSerial);
-  }
+  constexpr std::array kParts{kVendor, kProduct, kRevision, kRevision, kSerial, kSerial};
+  const bool selects = command <= kSelectSerial;
+  const std::uint32_t own = application_.identity(selects ? static_cast<std::uint8_t>(command - kSelectVendor)
+                                                          : kParts[command - kIdentifyVendor]);
+  if (selects || command <= kIdentifyProduct) return number == own;
+  const bool is_lowest = command == kIdentifyRevisionLow || command == kIdentifySerialLow;
+  return is_lowest ? number <= own : number >= own;
 }
 
 /// All devices whose bits match, down to the requested one, respond with the same frame. When a part is
