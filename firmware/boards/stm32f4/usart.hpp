@@ -7,7 +7,6 @@
 
 #include <atomic>
 #include <cstdint>
-#include <optional>
 #include <span>
 
 #include "boards/common/registers.hpp"
@@ -29,15 +28,6 @@ struct UsartCounters {
   std::uint32_t given_up = 0;  ///< responses whose end was not reported
 };
 
-/// BRR for a baud rate, both in Hz; none if it is outside clock / 65535 .. clock / 16. With oversampling by
-/// 16, mantissa and fraction together are the divider (25.4.4).
-constexpr std::optional<std::uint32_t> usart_divider(std::uint32_t clock, std::uint32_t baud) {
-  constexpr std::uint32_t kLeast = 16, kMost = 0xFFFF;
-  const std::uint32_t divider = baud == 0 ? 0 : (clock + baud / 2) / baud;
-  if (divider < kLeast || divider > kMost) return {};
-  return divider;
-}
-
 template <class Registers>
 class Usart {
  public:
@@ -45,11 +35,9 @@ class Usart {
 
   /// `clock` is that of the USART's bus, in Hz. False: it does not give this rate.
   bool init(std::uint32_t clock, std::uint32_t baud, SerialFormat format) {
-    const std::optional<std::uint32_t> divider = usart_divider(clock, baud);
-    if (!divider) return false;
     baud_ = baud;
     bits_ = bits(format);
-    registers_.write(kBrr, *divider);
+    if (!set_clock(clock)) return false;
     registers_.write(kCr2, format == SerialFormat::k8N2 ? kTwoStopBits : 0);
     // The parity bit counts as a ninth data bit.
     const bool parity = format == SerialFormat::k8E1 || format == SerialFormat::k8O1;
@@ -58,11 +46,14 @@ class Usart {
     return true;
   }
 
-  /// The bus clock has changed. A character in progress is lost. False: as in init().
+  /// The bus clock has changed. A character in progress is lost. False: the baud rate is outside clock /
+  /// 65535 .. clock / 16. With oversampling by 16, mantissa and fraction together are the divider (25.4.4).
   bool set_clock(std::uint32_t clock) {
-    const std::optional<std::uint32_t> divider = usart_divider(clock, baud_);
-    if (divider) registers_.write(kBrr, *divider);
-    return divider.has_value();
+    constexpr std::uint32_t kLeast = 16, kMost = 0xFFFF;
+    const std::uint32_t divider = baud_ == 0 ? 0 : (clock + baud_ / 2) / baud_;
+    if (divider < kLeast || divider > kMost) return false;
+    registers_.write(kBrr, divider);
+    return true;
   }
 
   /// True from send() to on_sent().
