@@ -112,7 +112,6 @@ void RtuServer::look_for_end() {
 }
 
 void RtuServer::on_foreign_frame() {
-  ++counters_.bus_messages;
   ++counters_.foreign_frames;
   const auto fits = [this](std::size_t size) { return size == size_ || size == kEndsBySilence; };
   if (may_be_request() && fits(request_size()))
@@ -288,7 +287,6 @@ std::span<const std::uint8_t> RtuServer::respond_with(std::span<const std::uint8
 
 /// `size`: of the PDU in the buffer.
 std::span<const std::uint8_t> RtuServer::finish(std::size_t size) {
-  ++counters_.bus_messages;
   ++counters_.slave_messages;
   if (executed_.exception != Exception::kNone) ++counters_.slave_exceptions;
   if (!is_broadcast()) {

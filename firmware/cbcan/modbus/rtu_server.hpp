@@ -85,7 +85,8 @@ class RtuServer final {
   /// Counts with the numbers of the diagnostic counters of Application Protocol V1.1b3, 6.8, if there is one.
   /// They wrap. Each is an aligned 32-bit word, which a 32-bit MCU reads atomically.
   struct Counters {
-    std::uint32_t bus_messages = 0;              ///< 0Bh: frames with a right CRC, for any station
+    /// 0Bh: frames with a right CRC, for any station.
+    std::uint32_t bus_messages() const { return slave_messages + foreign_frames; }
     std::uint32_t bus_communication_errors = 0;  ///< 0Ch: requests with a wrong CRC
     std::uint32_t slave_exceptions = 0;          ///< 0Dh: requests rejected, including those of address 0
     std::uint32_t slave_messages = 0;            ///< 0Eh: requests for this station or all
