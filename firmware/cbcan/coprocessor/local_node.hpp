@@ -169,7 +169,6 @@ class LocalNode final : private DeviceApplication {
   bool on_low_id(const Frame& frame, Time now);
   std::uint32_t number_of(std::uint16_t index, std::uint8_t sub, Time now) const;
   AbortCode write_consumer(std::uint8_t sub, std::uint32_t value);
-  void set_clock(std::span<const std::uint8_t> value, Time now);
   void set_consumer_time(std::size_t slot, std::uint8_t node, std::uint16_t time_ms);
   local::DeviceState device_state(std::uint8_t node, Time now) const;
 
