@@ -138,9 +138,4 @@ void Manager::poll_clients(Time now) {
   }
 }
 
-Time Manager::deadline_of(const Client& client) {
-  if (client.sdo.busy() || client.node == 0) return client.sdo.deadline();
-  return client.resume_at == kNever ? 0 : earlier(client.resume_at, client.sdo.deadline());
-}
-
 }  // namespace cbcan

@@ -131,11 +131,10 @@ void Manager::write_own_objects(Time now) {
     if (refused != AbortCode::kNone && nodes_[0].failure.letter == 0)
       nodes_[0].failure = {refused, entry.index, entry.sub, 'J'};
   });
-  sources_.fill(0);
-  for (std::size_t rpdo = 0; rpdo != sources_.size(); ++rpdo)
-    if (const auto source = objects_.find(object::kRpdoSource, static_cast<std::uint8_t>(rpdo + 1));
-        !source.empty())
-      sources_[rpdo] = source[0];
+  for (std::size_t rpdo = 0; rpdo != sources_.size(); ++rpdo) {
+    const NetworkObjects::Bytes from = source(rpdo);
+    sources_[rpdo] = from.empty() ? std::uint8_t{0} : from[0];
+  }
 }
 
 /// Nodes are reset, so that they begin with their boot-up message, except keep-alive ones.

@@ -342,7 +342,6 @@ class Manager {
   void work(Time now);
   Time next_deadline() const;
   Time free_from(std::uint8_t node, Time now);
-  static Time deadline_of(const Client& client);
 
   // NMT commands
   void command_all(nmt::Command command, Time now);

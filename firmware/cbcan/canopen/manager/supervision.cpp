@@ -108,8 +108,11 @@ void Manager::work(Time now) {
 Time Manager::next_deadline() const {
   if (begins_ || starts_) return 0;
   Time due = earlier(earlier(due_, retry_at_), boot_over_at_);
-  for (const Client& client : clients_)
-    due = earlier(due, deadline_of(client));
+  for (const Client& client : clients_) {
+    const bool has_ended = client.node != 0 && client.resume_at == kNever && !client.sdo.busy();
+    if (has_ended) return 0;
+    due = earlier(due, earlier(client.resume_at, client.sdo.deadline()));
+  }
   return due;
 }
 
