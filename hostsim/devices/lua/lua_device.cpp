@@ -259,17 +259,15 @@ class LuaDevice final : public sim::Behaviour {
     std::size_t length = 0;
     const char* text = luaL_checklstring(state, 1, &length);
     std::array<char, 200> problem{};
-    const bool is_new = luaL_newmetatable(state, kBlockType) != 0;
-    lua_pushcfunction(state, [](lua_State* self) {
-      auto* const dropped = static_cast<sim::Block*>(lua_touserdata(self, 1));
-      Script::release(self, kBytesOfBlock + dropped->waiting() * kBytesOfChange);
-      std::destroy_at(dropped);
-      return 0;
-    });
-    if (is_new)
+    if (luaL_newmetatable(state, kBlockType) != 0) {
+      lua_pushcfunction(state, [](lua_State* self) {
+        auto* const dropped = static_cast<sim::Block*>(lua_touserdata(self, 1));
+        Script::release(self, kBytesOfBlock + dropped->waiting() * kBytesOfChange);
+        std::destroy_at(dropped);
+        return 0;
+      });
       lua_setfield(state, -2, "__gc");
-    else
-      lua_pop(state, 1);
+    }
     Script::charge(state, kBytesOfBlock);
     void* const memory = lua_newuserdatauv(state, sizeof(sim::Block), 0);
     {
