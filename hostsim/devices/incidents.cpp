@@ -2,13 +2,18 @@
 #include "devices/incidents.hpp"
 
 #include <algorithm>
+#include <iterator>
 
 namespace cbcan::devices {
 
-void DeviceWithIncidents::set_incident(std::string_view name, bool present, Time /*now*/) {
-  const auto found = std::ranges::find(names_, name);
-  if (found == names_.end()) return;
-  const std::uint32_t bit = 1U << (found - names_.begin());
+std::vector<std::string_view> DeviceWithIncidents::incidents() const {
+  std::vector<std::string_view> names;
+  std::ranges::transform(kinds_, std::back_inserter(names), &IncidentKind::name);
+  return names;
+}
+
+void DeviceWithIncidents::set_incident(std::size_t place, bool present, Time /*now*/) {
+  const std::uint32_t bit = 1U << place;
   present_ = present ? present_ | bit : present_ & ~bit;
 }
 

@@ -21,11 +21,9 @@ constexpr std::size_t kChannelsPerSource = 32;  ///< of a sub-index of 6422h
 constexpr auto kOutputs = std::to_array<std::uint16_t>(
     {kWriteOutput, 0x6220, 0x6300, 0x6320, 0x6410, kWriteAnalogueOutput, 0x6412, 0x6413, 0x6414});
 
-constexpr std::array<std::string_view, 2> kIncidents{"output-short-circuit", "input-voltage-low"};
-constexpr std::array<ErrorKind, 2> kIncidentErrors{{
-    {0x2320, ErrorRegister::kGeneric | ErrorRegister::kCurrent},
-    {0x3120, ErrorRegister::kGeneric | ErrorRegister::kVoltage},
-}};
+constexpr auto kModuleIncidents = std::to_array<IncidentKind>(
+    {{"output-short-circuit", 0x2320, ErrorRegister::kGeneric | ErrorRegister::kCurrent},
+     {"input-voltage-low", 0x3120, ErrorRegister::kGeneric | ErrorRegister::kVoltage}});
 
 /// Eight terminals with their numbers.
 sim::Point digital(sim::Point::Kind kind, std::uint16_t index, std::size_t place) {
@@ -57,7 +55,7 @@ std::size_t place_in(const std::vector<Channel>& all, const Channel& channel) {
 }  // namespace
 
 IoModule::IoModule(sim::DeviceNode& node)
-    : DeviceWithIncidents(node, kIncidents, kIncidentErrors),
+    : DeviceWithIncidents(node, kModuleIncidents),
       digital_interrupts_(node.dictionary(), 0x6005, 0, 1),
       analogue_interrupts_(node.dictionary(), 0x6423, 0, 0),
       digital_inputs_(channels<Input<Shown<DigitalInput>>>(node.dictionary(), {kReadInput})),

@@ -25,8 +25,7 @@ constexpr std::uint8_t kPositiveOverload = 0x02;
 constexpr std::uint8_t kNegativeOverload = 0x04;
 
 constexpr std::size_t kSensorBreak = 0;
-constexpr std::array<std::string_view, 1> kSensorIncidents{"sensor-break"};
-constexpr std::array<ErrorKind, 1> kSensorErrors{{{0x5000, ErrorRegister::kGeneric}}};
+constexpr std::array kSensorIncidents{IncidentKind{"sensor-break", 0x5000, ErrorRegister::kGeneric}};
 
 template <class Number>
 std::uint8_t overload_of(double value) {
@@ -86,7 +85,7 @@ void Transducer::Channel::tell(sim::DeviceNode& node, std::uint8_t sub, Time now
 }
 
 Transducer::Transducer(sim::DeviceNode& node)
-    : DeviceWithIncidents(node, kSensorIncidents, kSensorErrors),
+    : DeviceWithIncidents(node, kSensorIncidents),
       channels_(channels<Channel>(node.dictionary(), {kReal, kShort, kLong})) {}
 
 void Transducer::reset(bool application, Time /*now*/) {

@@ -119,9 +119,9 @@ class Behaviour {
   virtual std::vector<Point> points() const { return {}; }
 
   /// Names of the incidents that can happen to this device: "overtemperature", "limit-switch-positive".
-  virtual std::span<const std::string_view> incidents() const { return {}; }
-  /// One of them begins, or ends. update() follows.
-  virtual void set_incident(std::string_view /*incident*/, bool /*present*/, Time /*now*/) {}
+  virtual std::vector<std::string_view> incidents() const { return {}; }
+  /// The one at this place begins, or ends. update() follows.
+  virtual void set_incident(std::size_t /*place*/, bool /*present*/, Time /*now*/) {}
 };
 
 /// Why a behaviour cannot be made: "tank.lua:12: ...".

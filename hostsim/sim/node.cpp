@@ -348,9 +348,10 @@ std::optional<double> Node::number(const Terminal& terminal) {
 
 bool Node::set_incident(std::string_view incident, bool present, Time now) {
   const auto known = behaviour_->incidents();
-  if (std::ranges::find(known, incident) == known.end()) return false;
+  const auto found = std::ranges::find(known, incident);
+  if (found == known.end()) return false;
   at(now, [&] {
-    behaviour_->set_incident(incident, present, now);
+    behaviour_->set_incident(static_cast<std::size_t>(found - known.begin()), present, now);
     update(now);
   });
   return true;

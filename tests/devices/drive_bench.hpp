@@ -129,7 +129,9 @@ struct DriveBench : sim::DeviceNode {
   }
 
   DriveBench& incident(std::string_view name, bool present) {
-    drive.set_incident(name, present, now);
+    const auto names = drive.incidents();
+    drive.set_incident(static_cast<std::size_t>(std::ranges::find(names, name) - names.begin()), present,
+                       now);
     return update();
   }
   bool input(std::uint16_t index, double value) {

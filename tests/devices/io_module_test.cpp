@@ -195,7 +195,6 @@ TEST_CASE("an incident is an error with the code of CiA 401, told once") {
   module.incident("output-short-circuit", true);
   module.incident("input-voltage-low", true).expect("error 3120 05");
   module.incident("output-short-circuit", false).expect("over 2320");
-  module.incident("earthquake", true);  // unknown: ignored
   module.reset(false).expect("error 3120 05");
   module.reset(true).expect("error 3120 05");
   module.incident("input-voltage-low", false).expect("over 3120");

@@ -74,7 +74,9 @@ struct Rig final : sim::DeviceNode {
     return *this;
   }
   Rig& incident(std::string_view name, bool present) {
-    device.set_incident(name, present, now);
+    const auto names = device.incidents();
+    device.set_incident(static_cast<std::size_t>(std::ranges::find(names, name) - names.begin()), present,
+                        now);
     run();
     return *this;
   }

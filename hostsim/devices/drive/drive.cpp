@@ -59,7 +59,7 @@ constexpr double kPast = 1e-3;
 }  // namespace
 
 Drive::Drive(sim::DeviceNode& node, const AxisLayout& layout, std::uint16_t offset)
-    : DeviceWithIncidents(node, kIncidentNames, kFaults),
+    : DeviceWithIncidents(node, kDriveIncidents),
       objects_(node.dictionary(), offset),
       axis_(objects_, layout),
       stage_(objects_, axis_),
@@ -261,8 +261,8 @@ void Drive::begin_faults(Time now) {
   if (fresh == 0) return;
   for (std::size_t i = 0; i < kFaultKinds; ++i) {
     if ((fresh >> i & 1) == 0) continue;
-    objects_.error_code.set(kFaults[i].code);
-    node_.error(kFaults[i].code, kFaults[i].register_bits, {}, now);
+    objects_.error_code.set(kDriveIncidents[i].code);
+    node_.error(kDriveIncidents[i].code, kDriveIncidents[i].register_bits, {}, now);
   }
   told_ |= fresh;
   stage_.impose(PowerEvent::kFault, now);
@@ -275,7 +275,7 @@ void Drive::end_faults(Time now) {
   if (faulty) return;
   objects_.error_code.set(0);
   for (std::size_t i = 0; told_ != 0; ++i, told_ >>= 1)
-    if ((told_ & 1) != 0) node_.error_over(kFaults[i].code, now);
+    if ((told_ & 1) != 0) node_.error_over(kDriveIncidents[i].code, now);
   lost_ = false;
 }
 

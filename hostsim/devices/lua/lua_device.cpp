@@ -131,14 +131,15 @@ class LuaDevice final : public sim::Behaviour {
     return given == given_.end() ? std::nullopt : std::optional(given->second);
   }
 
-  std::span<const std::string_view> incidents() const override { return incident_names_; }
+  std::vector<std::string_view> incidents() const override { return {incidents_.begin(), incidents_.end()}; }
   std::vector<sim::Point> points() const override { return points_; }
-  void set_incident(std::string_view incident, bool present, Time now) override {
+  void set_incident(std::size_t place, bool present, Time now) override {
+    const std::string& incident = incidents_[place];
     if (present)
-      present_.emplace(incident);
+      present_.insert(incident);
     else
-      present_.erase(std::string(incident));
-    call("on_incident", now, incident, present);
+      present_.erase(incident);
+    call("on_incident", now, std::string_view(incident), present);
   }
 
  private:
@@ -317,7 +318,6 @@ class LuaDevice final : public sim::Behaviour {
   void begin() {
     script_ = std::make_unique<Script>(name_, text_, seed_, kFunctions, this);
     incidents_ = script_->list("incidents", kMostIncidents);
-    incident_names_.assign(incidents_.begin(), incidents_.end());
     points_ = declared_points(*script_);
   }
 
@@ -385,7 +385,6 @@ class LuaDevice final : public sim::Behaviour {
   std::string text_;
   std::unique_ptr<Script> script_;
   std::vector<std::string> incidents_;
-  std::vector<std::string_view> incident_names_;
   std::vector<sim::Point> points_;
   std::map<std::pair<std::uint16_t, std::uint8_t>, double> given_;  ///< to inputs that the script has taken
   std::map<std::pair<std::uint16_t, std::uint8_t>, double> kept_;   ///< inputs that are their object's value
