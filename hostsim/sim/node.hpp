@@ -15,12 +15,12 @@
 #include <vector>
 
 #include "cbcan/canopen/device.hpp"
+#include "cbcan/canopen/lss_slave.hpp"
 #include "descriptions/dictionary_image.hpp"
 #include "descriptions/object_names.hpp"
 #include "sim/behaviour.hpp"
 #include "sim/faults/faulty_port.hpp"
 #include "sim/more_sdo_servers.hpp"
-#include "sim/node_lss.hpp"
 #include "sim/parameters.hpp"
 #include "sim/participant.hpp"
 #include "sim/signal.hpp"
@@ -50,7 +50,7 @@ class Node final : public Participant,
                    private DeviceApplication,
                    private ParameterMemory,
                    private DeviceNode,
-                   private LssNode {
+                   private LssApplication {
  public:
   /// The node waits until LSS sets its node ID. The image is then made for node ID 0.
   static constexpr std::uint8_t kNoNodeId = LssSlave::kNoNodeId;
@@ -122,10 +122,14 @@ class Node final : public Participant,
   bool keep_saved();
   void load_parameters();
 
-  // LSS.
+  // LSS. On a paced bus a node with another bit rate is bus-off; on a bus that is not paced every bit rate works.
+  void start_lss(Time now);
   std::uint32_t identity(std::uint8_t part) const override;
-  bool keep(const StoredLss& stored) override;
-  void start_with(std::uint8_t node_id, Time now) override;
+  bool is_bit_rate_supported(std::uint8_t table_index) const override;
+  void set_on_bus(bool on, Time now) override;
+  void activate_bit_rate(std::uint8_t table_index, Time now) override;
+  StoreResult store(std::uint8_t node_id, std::uint8_t bit_rate) override;
+  void on_node_id(std::uint8_t node_id, Time now) override;
   void take_node_id(std::uint8_t node_id);
 
   // The device.
@@ -185,7 +189,10 @@ class Node final : public Participant,
   FaultyPort faulty_;
   Device device_;
   MoreSdoServers more_servers_;
-  std::optional<NodeLss> lss_;
+  std::uint32_t bus_rate_;      ///< 0 = the bus is not paced
+  std::uint32_t own_rate_ = 0;  ///< with lss_
+  bool is_switching_ = false;   ///< LSS takes the controller off the bus or puts it back: that is no error
+  std::optional<LssSlave> lss_;
   StoredLss stored_lss_;
   std::uint8_t start_node_id_;   ///< at power-on
   std::uint8_t values_node_id_;  ///< that $NODEID stands for in the images; 0 = none
