@@ -135,8 +135,6 @@ class Network final : public protocols::ModbusUnit,
   void advance_due();
   void restart_module();
   void on_plc();
-  void on_frame(const Frame& /*frame*/, Time /*now*/) override {}
-  void on_bus_state(BusState /*state*/, Time /*now*/) override {}
 
   /// Starts what the written words request.
   void apply(std::size_t first, std::size_t count);

@@ -74,7 +74,6 @@ class SocketcandAdapter final : public Adapter, private sim::Timed {
   bool has_ended() const override { return ended_; }
 
   void on_frame(const Frame& frame, Time now) override;
-  void on_bus_state(BusState /*state*/, Time /*now*/) override {}
 
  private:
   enum Mode : std::uint8_t { kNoBus = 1, kBcm = 2, kRaw = 4 };

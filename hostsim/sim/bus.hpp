@@ -20,12 +20,13 @@ namespace cbcan::sim {
 
 class Bus;
 
-/// Gets frames from the bus. Called while the bus delivers; frames that it sends then are queued.
+/// Gets frames from the bus. Called while the bus delivers; frames that it sends then are queued. One that only
+/// sends needs neither function.
 class Receiver {
  public:
-  virtual void on_frame(const Frame& frame, Time now) = 0;
+  virtual void on_frame(const Frame& /*frame*/, Time /*now*/) {}
   /// The state of this receiver's controller has changed.
-  virtual void on_bus_state(BusState state, Time now) = 0;
+  virtual void on_bus_state(BusState /*state*/, Time /*now*/) {}
 
  protected:
   ~Receiver() = default;

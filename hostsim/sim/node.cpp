@@ -39,7 +39,7 @@ std::uint8_t lss_index_of(std::uint32_t bit_rate) {
 }  // namespace
 
 Node::Node(Bus& bus, Schedule& schedule, NodeParts parts)
-    : Participant(schedule),
+    : Timed(schedule),
       name_(std::move(parts.name)),
       device_name_(parts.device),
       names_(parts.names ? std::move(parts.names) : std::make_shared<const descriptions::ObjectNames>()),

@@ -22,7 +22,7 @@
 #include "sim/faults/faulty_port.hpp"
 #include "sim/more_sdo_servers.hpp"
 #include "sim/parameters.hpp"
-#include "sim/participant.hpp"
+#include "sim/schedule.hpp"
 #include "sim/signal.hpp"
 #include "sim/wire.hpp"
 
@@ -46,7 +46,8 @@ struct NodeParts {
   bool takes_time = false;               ///< it acts after a time, see Timing; else at once
 };
 
-class Node final : public Participant,
+class Node final : public Receiver,
+                   public Timed,
                    private DeviceApplication,
                    private ParameterMemory,
                    private DeviceNode,
@@ -57,7 +58,7 @@ class Node final : public Participant,
 
   Node(Bus& bus, Schedule& schedule, NodeParts parts);
 
-  void start(Time now) override;
+  void start(Time now);
   void poll(Time now) override;
   void on_frame(const Frame& frame, Time now) override;
   void on_bus_state(BusState state, Time now) override;

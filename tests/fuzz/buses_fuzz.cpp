@@ -27,7 +27,6 @@ struct Observer final : sim::Receiver {
     check(frame);
     ++heard;
   }
-  void on_bus_state(BusState /*state*/, Time /*now*/) override {}
   std::size_t heard = 0;
 };
 

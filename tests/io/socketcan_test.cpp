@@ -311,10 +311,8 @@ TEST_CASE("an interface that is not CAN is reported") {
 }
 
 TEST_CASE("the bus is alone again when the interface is left, also when it was waiting for room") {
-  struct Nobody final : sim::Receiver {
-    void on_frame(const Frame&, Time) override {}
-    void on_bus_state(BusState, Time) override {}
-  } nobody;
+  struct Nobody final : sim::Receiver {};
+  Nobody nobody;
   OwnInterface interface;
   Witness witness(interface.name());
   Reactor reactor;

@@ -72,7 +72,6 @@ class RandomNetwork final : private sim::Receiver {
     for (const char letter : std::to_string(now) + text_of(frame))
       digest_ = (digest_ ^ static_cast<unsigned char>(letter)) * 0x100000001B3;
   }
-  void on_bus_state(BusState /*state*/, Time /*now*/) override {}
 
   bool one_of(unsigned cases) { return random_.below(cases) == 0; }
   struct Chance {

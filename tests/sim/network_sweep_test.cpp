@@ -28,7 +28,6 @@ struct Invariant final : sim::Receiver {
       CHECK((confirmed[frame.data[1]].contains(0x1017) && confirmed[frame.data[1]].contains(0x2001)));
     }
   }
-  void on_bus_state(BusState /*state*/, Time /*now*/) override {}
 
   std::map<unsigned, std::set<int>> confirmed;
   unsigned frames = 0;
