@@ -11,9 +11,8 @@ std::string frame_line(std::size_t network, const Frame& frame, Time at) {
 }
 
 void LastFrames::on_frame(std::size_t network, const Frame& frame, Time now) {
-  constexpr std::size_t kMost = 12;
   frames_.push_back({network, frame, now});
-  if (frames_.size() > kMost) frames_.pop_front();
+  if (frames_.size() > most_) frames_.pop_front();
 }
 
 std::string LastFrames::lines(std::string_view indent) const {

@@ -4,6 +4,7 @@
 #include <deque>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "plant/command_words.hpp"
 
@@ -12,22 +13,26 @@ namespace cbcan::plant {
 /// A frame on a bus, as reports show it: "0.000000 2/5C2#4300100091010F00".
 std::string frame_line(std::size_t network, const Frame& frame, Time at);
 
-/// The last frames on the buses, for a report.
+/// The last frames on the buses, `most` of them.
 class LastFrames final : private Listener {
  public:
-  using Listener::Listener;
+  explicit LastFrames(View& view, std::size_t most = 12) : Listener(view), most_(most) {}
 
-  /// A line for each, after `indent`.
+  /// For a report: a line for each, after `indent`.
   std::string lines(std::string_view indent) const;
 
- private:
   struct Seen {
     std::size_t network;
     Frame frame;
     Time at;
   };
+  /// All since the last call.
+  std::deque<Seen> take() { return std::exchange(frames_, {}); }
+
+ private:
   void on_frame(std::size_t network, const Frame& frame, Time now) override;
 
+  std::size_t most_;
   std::deque<Seen> frames_;
 };
 
