@@ -417,10 +417,6 @@ void Control::remove(Listener& listener) {
     networks_[i]->world().bus().ignore(*observers_[i]);
 }
 
-journal::Journal& Control::journal() {
-  return journal(journal::Journal::kEvents, journal::Journal::kBytes);
-}
-
 journal::Journal& Control::journal(std::size_t events, std::size_t bytes) {
   if (journal_) return *journal_;
   journal_ = std::make_unique<journal::Journal>(events, bytes);
