@@ -1,15 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "devices/incidents.hpp"
 
-#include <algorithm>
-#include <iterator>
+#include "base/words.hpp"
 
 namespace cbcan::devices {
 
 std::vector<std::string_view> DeviceWithIncidents::incidents() const {
-  std::vector<std::string_view> names;
-  std::ranges::transform(kinds_, std::back_inserter(names), &IncidentKind::name);
-  return names;
+  return base::column(kinds_, &IncidentKind::name);
 }
 
 void DeviceWithIncidents::set_incident(std::size_t place, bool present, Time /*now*/) {

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <iterator>
 #include <optional>
 #include <utility>
 
@@ -132,9 +131,7 @@ class ObjectCondition final : public Condition {
 class StateCondition final : public Condition {
  public:
   StateCondition(const Written& written, View& view) : node_(written.words[0]), state_(written.words[1]) {
-    std::vector<std::string_view> names;
-    for (const journal::StateName& known : journal::state_names())
-      names.push_back(known.name);
+    const auto names = base::column(journal::state_names(), &journal::StateName::name);
     node_of(view, node_);
     if (std::ranges::find(names, state_) == names.end())
       refuse("\"{}\": must be {}", state_, base::listed(names));
@@ -344,9 +341,7 @@ std::unique_ptr<Condition> make_condition(std::string_view text, View& view) {
 }
 
 std::vector<Usage> condition_usages() {
-  std::vector<Usage> usages;
-  std::ranges::transform(kKinds, std::back_inserter(usages), &Row::text);
-  return usages;
+  return base::column(kKinds, &Row::text);
 }
 
 Wait::Wait(Control& control, std::unique_ptr<Condition> condition, std::string text, Time within,

@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "base/suggestion.hpp"
+#include "base/words.hpp"
 #include "cbcan/canopen/dictionary/object_dictionary.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "descriptions/values.hpp"
@@ -157,9 +158,7 @@ std::vector<Declared> declared(const Script& script, const std::vector<Script::R
 }
 
 DataType type_of(const Fields& fields) {
-  std::array<std::string_view, kTypes.size()> names;
-  std::ranges::transform(kTypes, names.begin(), [](const auto& type) { return type.first; });
-  return kTypes[fields.choice("type", names, fields.text("type"))].second;
+  return kTypes[fields.choice("type", base::column(kTypes, &TypeName::first), fields.text("type"))].second;
 }
 
 /// Text of a value of an integer type.
