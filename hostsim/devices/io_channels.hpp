@@ -34,6 +34,9 @@ class DigitalInput {
   /// Updates 6000h. True = a change selected by 6006h, 6007h or 6008h.
   bool refresh();
 
+  bool interrupt = false;  ///< not yet reported to the node
+  std::int32_t shown = 0;  ///< levels last reported to the node
+
  private:
   sim::Bound<std::uint8_t> value_, polarity_, filter_, any_change_, low_to_high_, high_to_low_;
   std::uint8_t terminals_;
@@ -49,6 +52,8 @@ class DigitalOutput {
   void switch_off() { terminals_ = 0; }
   void refresh(bool failed);
   std::uint8_t terminals() const { return terminals_; }
+
+  std::int32_t shown = 0;  ///< as of DigitalInput
 
  private:
   sim::Bound<std::uint8_t> value_, polarity_, error_mode_, error_value_, filter_mask_;
@@ -66,6 +71,8 @@ class AnalogueInput {
   bool refresh();
   /// Deltas count from the present value from now on.
   void told() { told_ = terminal_; }
+
+  bool interrupt = false;  ///< not yet reported to the node
 
  private:
   bool beyond_a_limit() const;
@@ -86,6 +93,8 @@ class AnalogueOutput {
 
   void refresh(bool failed);
   std::int16_t terminals() const { return terminal_; }
+
+  std::int32_t shown = 0;  ///< as of DigitalInput
 
  private:
   sim::Bound<std::int16_t> value_;

@@ -47,21 +47,16 @@ sim::Point analogue(sim::Point::Kind kind, std::uint16_t index, std::size_t plac
           .high = Limits::max()};
 }
 
-template <class Channel>
-std::size_t place_in(const std::vector<Channel>& all, const Channel& channel) {
-  return static_cast<std::size_t>(&channel - all.data());
-}
-
 }  // namespace
 
 IoModule::IoModule(sim::DeviceNode& node)
     : DeviceWithIncidents(node, kModuleIncidents),
       digital_interrupts_(node.dictionary(), 0x6005, 0, 1),
       analogue_interrupts_(node.dictionary(), 0x6423, 0, 0),
-      digital_inputs_(channels<Input<Shown<DigitalInput>>>(node.dictionary(), {kReadInput})),
-      digital_outputs_(channels<Shown<DigitalOutput>>(node.dictionary(), {kWriteOutput})),
-      analogue_inputs_(channels<Input<AnalogueInput>>(node.dictionary(), {kReadAnalogueInput})),
-      analogue_outputs_(channels<Shown<AnalogueOutput>>(node.dictionary(), {kWriteAnalogueOutput})),
+      digital_inputs_(channels<DigitalInput>(node.dictionary(), {kReadInput})),
+      digital_outputs_(channels<DigitalOutput>(node.dictionary(), {kWriteOutput})),
+      analogue_inputs_(channels<AnalogueInput>(node.dictionary(), {kReadAnalogueInput})),
+      analogue_outputs_(channels<AnalogueOutput>(node.dictionary(), {kWriteAnalogueOutput})),
       interrupt_sources_(channels<InterruptSource>(node.dictionary(), {0x6422})) {
   if (!analogue_interrupts_.exists()) analogue_interrupts_.set(1);  // without 6423h no client could enable them
 }
@@ -113,22 +108,21 @@ Time IoModule::update(Time now) {
   for (auto& input : digital_inputs_) {
     next = earlier(next, input.filter(now));
     if (input.refresh() && digital_interrupts_.get() != 0) input.interrupt = interrupted_ = true;
-    tell_terminals(digital_inputs_, input, kReadInput, now);
   }
-  for (auto& input : analogue_inputs_) {
+  for (std::size_t place = 0; place != analogue_inputs_.size(); ++place) {
+    AnalogueInput& input = analogue_inputs_[place];
     if (!input.refresh() || analogue_interrupts_.get() == 0) continue;
     input.told();
     input.interrupt = interrupted_ = true;
-    note_source(place_in(analogue_inputs_, input), now);
+    note_source(place, now);
   }
-  for (auto& output : digital_outputs_) {
+  for (auto& output : digital_outputs_)
     output.refresh(failed_);
-    tell_terminals(digital_outputs_, output, kWriteOutput, now);
-  }
-  for (auto& output : analogue_outputs_) {
+  for (auto& output : analogue_outputs_)
     output.refresh(failed_);
-    tell_terminals(analogue_outputs_, output, kWriteAnalogueOutput, now);
-  }
+  tell_terminals(digital_inputs_, kReadInput, now);
+  tell_terminals(digital_outputs_, kWriteOutput, now);
+  tell_terminals(analogue_outputs_, kWriteAnalogueOutput, now);
   if (present_ != told_) tell_incidents(now);
   if (interrupted_) tell(now);
   return next;
@@ -156,11 +150,12 @@ void IoModule::tell(Time now) {
 
 /// Leaves out analogue inputs, which change continuously.
 template <class Channel>
-void IoModule::tell_terminals(const std::vector<Channel>& all, Channel& channel, std::uint16_t index,
-                              Time now) {
-  if (!begun_ || channel.shown == channel.terminals()) return;
-  const std::int32_t before = std::exchange(channel.shown, channel.terminals());
-  node_.terminals(index, sub_of(place_in(all, channel)), before, channel.shown, now);
+void IoModule::tell_terminals(std::vector<Channel>& channels, std::uint16_t index, Time now) {
+  for (std::size_t place = 0; begun_ && place != channels.size(); ++place) {
+    const std::int32_t before = std::exchange(channels[place].shown, channels[place].terminals());
+    if (before != channels[place].shown)
+      node_.terminals(index, sub_of(place), before, channels[place].shown, now);
+  }
 }
 
 void IoModule::on_state(nmt::State state, Time /*now*/) {
