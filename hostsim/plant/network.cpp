@@ -182,23 +182,22 @@ void Network::on_request(bool valid, const modbus::Range& written) {
 /// Flattened for speed: nearly all that a request passes here is one function.
 [[gnu::flatten]] modbus::Pdu Network::handle(const protocols::ModbusRequest& request, Room room) {
   if (!plc_faults_.empty() && !request.is_on_line()) return handle_disturbed(request, room);
-  return execute(request, check(request), room);
+  return execute(request, modbus::check(request.pdu, map_, functions_for(request)), room);
 }
 
 [[gnu::noinline]] modbus::Pdu Network::handle_disturbed(const protocols::ModbusRequest& request, Room room) {
-  const modbus::Access access = check(request);
+  const modbus::Access access = modbus::check(request.pdu, map_, functions_for(request));
   const sim::Fault* const fault = fault_on(request, access.written.count != 0);
   if (fault == nullptr) return execute(request, access, room);
-  if (fault->kind == sim::FaultKind::kModuleRestart) restart_module();
-  if (fault->kind == sim::FaultKind::kModuleRestart || fault->kind == sim::FaultKind::kCutBefore) return {};
-  if (fault->kind == sim::FaultKind::kException)
+  const sim::FaultKind kind = fault->kind;
+  if (kind == sim::FaultKind::kModuleRestart) restart_module();
+  if (kind == sim::FaultKind::kModuleRestart || kind == sim::FaultKind::kCutBefore) return {};
+  if (kind == sim::FaultKind::kException)
     return execute(request, {modbus::Exception{static_cast<std::uint8_t>(fault->code)}}, room);
   const modbus::Pdu response = execute(request, access, room);
-  return responds_after(*fault) ? response : modbus::Pdu{};
-}
-
-modbus::Access Network::check(const protocols::ModbusRequest& request) const {
-  return modbus::check(request.pdu, map_, functions_for(request));
+  if (kind == sim::FaultKind::kLate) context_.listener.on_late_response(fault->delay);
+  if (kind == sim::FaultKind::kPlcRestart) context_.listener.on_plc_restart();
+  return kind == sim::FaultKind::kLate ? response : modbus::Pdu{};
 }
 
 modbus::Pdu Network::execute(const protocols::ModbusRequest& request, const modbus::Access& access,
@@ -231,12 +230,6 @@ const sim::Fault* Network::fault_on(const protocols::ModbusRequest& request, boo
   if (acting == nullptr) return nullptr;
   plc_faults_.tell(*acting, fmt::format("FC{}", request.pdu[0]), context_.now);
   return &acting->fault;
-}
-
-bool Network::responds_after(const sim::Fault& fault) {
-  if (fault.kind == sim::FaultKind::kLate) context_.listener.on_late_response(fault.delay);
-  if (fault.kind == sim::FaultKind::kPlcRestart) context_.listener.on_plc_restart();
-  return fault.kind == sim::FaultKind::kLate;
 }
 
 void Network::restart_module() {
