@@ -4,7 +4,7 @@
 #include <array>
 #include <utility>
 
-#include "sim/frame_text.hpp"
+#include "base/numbers.hpp"
 
 namespace cbcan::protocols {
 
@@ -99,7 +99,7 @@ bool SlcanAdapter::tell_status() {
   if (port_.state() == BusState::kErrorPassive) flags |= slcan::status::kErrorPassive;
   if (port_.state() == BusState::kBusOff) flags |= slcan::status::kErrorPassive | slcan::status::kBusError;
   unsent_ += 'F';
-  sim::append_hex(unsent_, flags, 2);
+  unsent_ += base::hex(flags, 2);
   return true;
 }
 
@@ -112,8 +112,7 @@ void SlcanAdapter::on_frame(const Frame& frame, Time now) {
     return;
   }
   unsent_.append(line.data(), length - kYes.size());
-  if (time_stamps_)
-    sim::append_hex(unsent_, static_cast<std::uint32_t>(now % kTimeStampPeriod / kMillisecond), 4);
+  if (time_stamps_) unsent_ += base::hex(now % kTimeStampPeriod / kMillisecond, 4);
   unsent_ += slcan::kEnd;
 }
 

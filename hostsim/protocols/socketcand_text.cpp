@@ -4,7 +4,6 @@
 #include <fmt/core.h>
 
 #include "base/numbers.hpp"
-#include "sim/frame_text.hpp"
 
 namespace cbcan::protocols::socketcand {
 
@@ -102,12 +101,8 @@ std::optional<Frame> parse_received(Words words) {
 }
 
 void append_received(std::string& text, const Frame& frame, Time time) {
-  text += "< frame ";
-  sim::append_hex(text, frame.id, digits_of(frame));
-  text += fmt::format(" {}.{:06} ", time / kSecond, time % kSecond);
-  for (std::size_t i = 0; i < frame.length; ++i)
-    sim::append_hex(text, frame.data[i], 2);
-  text += " >";
+  text += fmt::format("< frame {:0{}X} {}.{:06} {} >", frame.id, digits_of(frame), time / kSecond,
+                      time % kSecond, base::hex(std::span(frame.data).first(frame.length), ""));
 }
 
 }  // namespace cbcan::protocols::socketcand

@@ -12,9 +12,6 @@
 
 namespace cbcan::sim {
 
-/// "007F" for 7Fh in four digits.
-void append_hex(std::string& text, std::uint32_t value, int digits);
-
 /// Appends a frame as candump writes it: "605#4017100000000000", "742#R1"; a 29-bit identifier has eight digits.
 /// The identifier of an error frame includes the kernel's error flag.
 void append_frame(base::Buffer& to, const Frame& frame);
