@@ -42,7 +42,7 @@ Problem check_device(const Value& value) {
   const auto meant = std::ranges::find_if(
       kinds, [&](const auto& kind) { return !name.empty() && kind.summary.starts_with(name); });
   return fmt::format("must be {}, or the path of a Lua script, FILE.lua{}",
-                     base::listed(devices::device_names(), ", "),
+                     base::listed(base::column(kinds, &devices::DeviceKind::name), ", "),
                      meant == kinds.end() ? "" : fmt::format("; did you mean {}?", meant->name));
 }
 

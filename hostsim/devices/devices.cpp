@@ -68,12 +68,6 @@ constexpr auto kKinds = std::to_array<DeviceKind>({
      "shelf:/inclinometer.lua"},
 });
 
-constexpr auto kNames = [] {
-  std::array<std::string_view, kKinds.size()> names;
-  std::ranges::transform(kKinds, names.begin(), &DeviceKind::name);
-  return names;
-}();
-
 /// The first kind for which `is` holds; null if there is none.
 template <class Is>
 const DeviceKind* first_kind(Is is) {
@@ -127,10 +121,6 @@ std::string name_of(const NeededObject& object) {
 
 std::span<const DeviceKind> device_kinds() {
   return kKinds;
-}
-
-std::span<const std::string_view> device_names() {
-  return kNames;
 }
 
 const DeviceKind* find_device(std::string_view name) {
