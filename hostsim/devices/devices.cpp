@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
 #include <memory>
 
+#include "base/numbers.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "devices/drive/axes.hpp"
 #include "devices/io_module.hpp"
@@ -112,9 +112,7 @@ std::string mode_numbers(std::uint64_t bits) {
 }
 
 std::string name_of(const NeededObject& object) {
-  std::array<char, 8> text{};
-  std::snprintf(text.data(), text.size(), "%04Xh", unsigned{object.index});
-  return text.data();
+  return base::hex(object.index, 4) + "h";
 }
 
 }  // namespace
