@@ -262,14 +262,15 @@ class Execution {
       words_.resize(words_.size() - 2);
     }
     const std::string_view text = rest_of(words_, 1);
-    return {.wait = std::make_unique<Wait>(control_, make_condition(text, control_), std::string(text),
-                                           within, false)};
+    return {.wait = std::make_unique<Wait>(
+                Wait{control_, make_condition(text, control_), std::string(text), within, false})};
   }
 
   Reply pass() {
     const Time duration = duration_of(words_[1]);
     const std::string text = fmt::format("took >= {}", words_[1]);
-    return {.wait = std::make_unique<Wait>(control_, make_condition(text, control_), text, duration, true)};
+    return {.wait =
+                std::make_unique<Wait>(Wait{control_, make_condition(text, control_), text, duration, true})};
   }
 
   Reply help() {
