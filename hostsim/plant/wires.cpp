@@ -20,8 +20,6 @@ Wires::Wires(const config::Config& config, std::vector<Network*> networks, const
     ActiveWire active{.from = end(config, wire.from),
                       .to = to,
                       .wire = sim::Wire(wire.transfer),
-                      .sum = wire.transfer.sum,
-                      .sample_period = wire.transfer.sample_period,
                       .sample_due = wire.from.terminal.is_output ? kNever : 0,
                       .bits = &bits_[{to.node, to.terminal.index, to.terminal.sub}]};
     wires_.push_back(std::move(active));
@@ -95,12 +93,12 @@ void Wires::sample(ActiveWire& active) {
   }
   active.wire.put(value, at_);
   active.due = at_;
-  if (active.sample_due <= at_) active.sample_due += active.sample_period;
+  if (active.sample_due <= at_) active.sample_due += active.wire.transfer().sample_period;
 }
 
 /// Sum of all wires to a target that adds them; none while one of them has given nothing.
 std::optional<double> Wires::total_at(const ActiveWire& active) const {
-  if (!active.sum) return active.given;
+  if (!active.wire.transfer().sum) return active.given;
   double total = 0;
   for (const ActiveWire& wire : wires_) {
     if (wire.to.node != active.to.node || !(wire.to.terminal == active.to.terminal)) continue;
