@@ -4,7 +4,6 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 
 #include "descriptions/object_names.hpp"
@@ -58,11 +57,6 @@ std::string object_of(sim::Node& node, std::string_view word) {
   const std::string hint = base::did_you_mean(word, known);
   const std::string list = known.empty() ? "" : "; its names are " + base::listed(known, ", ");
   refuse("\"{}\": the node has no such object{}", word, hint.empty() ? list : hint);
-}
-
-std::string_view name_of(sim::Point::Kind kind) {
-  constexpr std::array<std::string_view, 3> kNames{"input", "output", "curve"};
-  return kNames[static_cast<std::size_t>(kind)];
 }
 
 }  // namespace cbcan::plant

@@ -333,7 +333,7 @@ protocols::HttpResponse objects(const Asked& asked) {
 protocols::HttpResponse points(const Asked& asked) {
   Json list = Json::array();
   for (auto& [point, object, value, target] : plant::points_of(asked.parts.control, asked.node_name())) {
-    Json json{{"kind", plant::name_of(point.kind)},
+    Json json{{"kind", sim::name_of(point.kind)},
               {"object", object},
               {"name", base::to_utf8(point.name)},
               {"value", value}};

@@ -36,8 +36,6 @@ constexpr std::array kTypes{
     TypeName{"f32", kReal32},     TypeName{"f64", kReal64},     TypeName{"text", kVisibleString}};
 constexpr std::array<std::string_view, 4> kAccesses{"rw", "ro", "wo", "const"};
 constexpr std::array<std::string_view, 3> kPdos{"", "tx", "rx"};
-/// Names in the order of sim::Point::Kind.
-constexpr std::array<std::string_view, 3> kShown{"input", "output", "curve"};
 
 struct Keys {
   std::span<const std::string_view> numbers, texts;
@@ -362,10 +360,10 @@ std::vector<sim::Point> declared_points(Script& script) {
   const std::vector<Script::Record> records = script.records("objects", kMostObjects);
   std::vector<sim::Point> points;
   const std::vector<Declared> all = declared(script, records);
-  for (std::size_t kind = 0; kind < kShown.size(); ++kind)
+  for (std::size_t kind = 0; kind < sim::kPointKinds.size(); ++kind)
     for (const auto& [index, sub, fields] : all)
       if (std::ranges::count_if(fields.texts("show"), [&own = fields, kind](const std::string& shown) {
-            return own.choice("show", kShown, shown) == kind;
+            return own.choice("show", sim::kPointKinds, shown) == kind;
           }) != 0)
         points.push_back({.kind = static_cast<sim::Point::Kind>(kind),
                           .index = index,
