@@ -84,12 +84,12 @@ double Axis::most_torque() const {
 
 void Axis::take_over_units() {
   const UnitFactors factors{
-      {objects_.encoder_increments.get(), objects_.encoder_revolutions.get()},
-      {objects_.gear_motor_revolutions.get(), objects_.gear_shaft_revolutions.get()},
-      {objects_.feed.get(), objects_.feed_shaft_revolutions.get()},
-      {objects_.position_factor.get(), objects_.position_factor_divisor.get()},
-      {objects_.velocity_encoder_factor.get(), objects_.velocity_encoder_factor_divisor.get()},
-      {objects_.velocity_factor.get(), objects_.velocity_factor_divisor.get()},
+      {objects_.encoder.up.get(), objects_.encoder.down.get()},
+      {objects_.gear.up.get(), objects_.gear.down.get()},
+      {objects_.feed.up.get(), objects_.feed.down.get()},
+      {objects_.position_factor.up.get(), objects_.position_factor.down.get()},
+      {objects_.velocity_encoder_factor.up.get(), objects_.velocity_encoder_factor.down.get()},
+      {objects_.velocity_factor.up.get(), objects_.velocity_factor.down.get()},
       objects_.si_unit_position.get(),
       objects_.si_unit_velocity.get(),
   };
@@ -200,11 +200,7 @@ double Axis::per_minute(double revolutions) const {
 }
 
 double Axis::from_vl(double velocity) const {
-  return per_minute(velocity * ratio(objects_.vl_dimension_factor, objects_.vl_dimension_divisor));
-}
-
-double Axis::to_vl(double increments_per_second) const {
-  return increments_per_second / from_vl(1);
+  return per_minute(velocity * objects_.vl_dimension_factor.value());
 }
 
 double Axis::slope(const DriveObjects::Slope& slope) const {
@@ -258,10 +254,6 @@ Time Axis::passes_beside(double position, const Profile::Range& range, Time now)
 Time Axis::passes(double position, Time now) const {
   const Time at = profile_.time_at(position, now);
   return at > now ? at : kNever;
-}
-
-bool Axis::has_limits() const {
-  return objects_.limit_min.get() < objects_.limit_max.get();
 }
 
 bool Axis::is_outside_limits(Time now) const {

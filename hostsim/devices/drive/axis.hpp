@@ -99,11 +99,11 @@ class Axis {
   double max_velocity() const;
   /// Units of velocity mode: 1/min of the motor, scaled by 604Ch.
   double from_vl(double velocity) const;
-  double to_vl(double increments_per_second) const;
+  double to_vl(double increments_per_second) const { return increments_per_second / from_vl(1); }
   double slope(const DriveObjects::Slope& slope) const;
   /// Clamped to the software position limits (607Dh), which apply if the lower is below the upper.
   double within_limits(double position) const;
-  bool has_limits() const;
+  bool has_limits() const { return objects_.limit_min.get() < objects_.limit_max.get(); }
   /// The actual position, as 6064h shows it, is outside these limits.
   bool is_outside_limits(Time now) const;
   double increments(double user) const { return units_.increments(user); }

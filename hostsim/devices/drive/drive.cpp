@@ -86,8 +86,7 @@ void Drive::reset(bool application, Time now) {
 /// Points of the first axis. 604Ch scales what is else in 1/min.
 std::vector<sim::Point> Drive::points() const {
   using enum sim::Point::Kind;
-  const bool is_scaled = ratio(objects_.vl_dimension_factor, objects_.vl_dimension_divisor) != 1;
-  const char* const per_minute = is_scaled ? "" : "1/min";
+  const char* const per_minute = objects_.vl_dimension_factor.value() != 1 ? "" : "1/min";
   std::vector<sim::Point> points{
       {.kind = kOutput, .index = 0x6064, .name = "position", .target = 0x607A},
       {.kind = kOutput, .index = 0x60C1, .sub = 1, .name = "interpolated position"},
@@ -97,7 +96,7 @@ std::vector<sim::Point> Drive::points() const {
       {.kind = kCurve, .index = 0x606C, .name = "velocity"},
       {.kind = kCurve, .index = 0x6044, .name = "speed", .unit = per_minute},
       {.kind = kCurve, .index = 0x6077, .name = "torque"}};
-  if (objects_.limit_min.get() < objects_.limit_max.get())
+  if (axis_.has_limits())
     for (sim::Point& point : points)
       if (point.kind == kOutput && point.index != 0x6042)
         point.low = objects_.limit_min.get(), point.high = objects_.limit_max.get();
