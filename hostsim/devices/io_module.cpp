@@ -163,10 +163,6 @@ void IoModule::on_state(nmt::State state, Time /*now*/) {
   if (state == nmt::State::kOperational) failed_ = false;
 }
 
-void IoModule::on_network_failure(sim::NetworkFailure /*failure*/, Time /*now*/) {
-  failed_ = true;
-}
-
 bool IoModule::is_set_point(std::uint16_t index) const {
   return std::ranges::find(kOutputs, index) != kOutputs.end();
 }

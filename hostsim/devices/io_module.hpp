@@ -31,7 +31,7 @@ class IoModule final : public DeviceWithIncidents {
   void reset(bool application, Time now) override;
   Time update(Time now) override;
   void on_state(nmt::State state, Time now) override;
-  void on_network_failure(sim::NetworkFailure failure, Time now) override;
+  void on_network_failure(sim::NetworkFailure /*failure*/, Time /*now*/) override { failed_ = true; }
   bool is_set_point(std::uint16_t index) const override;
   /// 6200h: the levels at eight terminals, bit 0 is the first. 6411h: in the object's unit. After polarity,
   /// filter mask and error values.

@@ -63,17 +63,14 @@ double Transducer::Channel::scale() const {
   return std::pow(10.0, decimal_digits_.get());
 }
 
-/// Overload of the narrowest process value present.
-std::uint8_t Transducer::Channel::overload() const {
-  const double value = input_ * scale();
-  if (short_.exists()) return overload_of<std::int16_t>(value);
-  return long_.exists() ? overload_of<std::int32_t>(value) : std::uint8_t{0};
-}
-
+/// The overload is that of the narrowest process value present.
 void Transducer::Channel::refresh(bool broken) {
-  status_.set(broken ? kNotValid : overload());
-  if (broken) return;
   const double value = input_ * scale();
+  std::uint8_t status = 0;
+  if (long_.exists()) status = overload_of<std::int32_t>(value);
+  if (short_.exists()) status = overload_of<std::int16_t>(value);
+  status_.set(broken ? kNotValid : status);
+  if (broken) return;
   untold_[0] |= replace(real_, static_cast<float>(input_));
   untold_[1] |= replace(short_, sim::rounded<std::int16_t>(value));
   untold_[2] |= replace(long_, sim::rounded<std::int32_t>(value));

@@ -43,7 +43,6 @@ class Transducer final : public DeviceWithIncidents {
 
    private:
     double scale() const;
-    std::uint8_t overload() const;
 
     sim::Bound<float> real_;
     sim::Bound<std::int16_t> short_;
