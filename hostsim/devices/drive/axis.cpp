@@ -97,7 +97,7 @@ void Axis::take_over_units() {
     factors_ = factors;
     units_ = Units(factors);
   }
-  if (!has_load()) return;
+  if (!load_.exists()) return;
   constexpr double kNothingRated = 1000;  // mNm
   const double rated = objects_.rated_torque.get();
   load_.set_units(units_.increments_per_revolution() / (2 * std::numbers::pi),
@@ -107,7 +107,7 @@ void Axis::take_over_units() {
 void Axis::refresh(Time now) {
   carry(now);
   take_over_units();
-  if (has_load() && std::exchange(most_before_, most_torque()) != most_before_) load_.wake();
+  if (load_.exists() && std::exchange(most_before_, most_torque()) != most_before_) load_.wake();
   const Profile::Range range = position_range();
   const double position = user(demand(now).position);
   if (position >= range.low && position < range.high) return;
@@ -123,7 +123,7 @@ Profile::Range Axis::position_range() const {
 }
 
 bool Axis::just_moves() const {
-  if (blocked_ || has_load()) return false;
+  if (blocked_ || load_.exists()) return false;
   const Profile::Range range = position_range();
   const Profile::Range way = profile_.range();
   return user(way.low) >= range.low && user(way.high) < range.high;
@@ -168,7 +168,7 @@ double Axis::deceleration(Ramp ramp) const {
 }
 
 void Axis::give_up_demand(Time now) {
-  if (blocked_ || has_load()) follow_profile(Profile(actual(now).position), now);
+  if (blocked_ || load_.exists()) follow_profile(Profile(actual(now).position), now);
 }
 
 void Axis::set_blocked(bool blocked, Time now) {
@@ -233,7 +233,7 @@ AxisSwitches Axis::switches(Time now) const {
 }
 
 Time Axis::next_switch(Time now) const {
-  if (blocked_ || has_load() || at_rest(now)) return kNever;
+  if (blocked_ || load_.exists() || at_rest(now)) return kNever;
   Time next = kNever;
   const Profile::Range range = profile_.range();
   for (const double edge : {negative_limit(), positive_limit(), layout_.home_low, layout_.home_high})

@@ -59,7 +59,7 @@ class Axis {
   }
   /// The actual position for decisions: that of a load does not depend on when it is read.
   double place(Time now) const {
-    return to_machine(has_load() && !blocked_ ? load_.position() : actual(now).position);
+    return to_machine(load_.exists() && !blocked_ ? load_.position() : actual(now).position);
   }
   const Profile& profile() const { return profile_; }
   bool over(Time now) const { return now >= profile_.end(); }
@@ -73,10 +73,9 @@ class Axis {
   /// A blocked motor stays at its position. When released, it starts from there.
   void set_blocked(bool blocked, Time now);
   bool blocked() const { return blocked_; }
-  double blocked_at() const { return blocked_at_; }
 
   // The load, if any.
-  bool has_load() const { return load_.exists(); }
+  const Load& load() const { return load_; }
   /// Calculates the load up to `now`; call it before anything that the load follows changes.
   void carry(Time now) {
     if (load_.exists()) load_.follow(lead(), now);
@@ -84,12 +83,6 @@ class Axis {
   /// Sets, for an axis with a load, from now on: power on or off, and the torque profile to follow; null =
   /// follow positions.
   void drive(bool powered, const Profile* torque, Time now);
-  /// Torque in thousandths of the rated torque.
-  double load_torque() const { return load_.torque(); }
-  /// The load needs more than most_torque().
-  bool lacks_torque() const { return load_.is_limited(); }
-  /// Time of the load's next step; kNever = it is at rest.
-  Time next_load_step(Time now) const { return load_.next_change(now); }
   /// Limit in either direction: the smaller of max torque (6072h) and max current (6073h), which is
   /// proportional to torque.
   double most_torque() const;

@@ -139,7 +139,7 @@ Time Drive::update(Time now) {
   end_faults(now);
   hold_motor(now);
   run_mode(now);
-  if (axis_.has_load())
+  if (axis_.load().exists())
     axis_.drive(stage_.is_powered(), operating_ && mode_ != nullptr ? mode_->torque_profile() : nullptr, now);
   publish(now);
   return deadline(now);
@@ -279,7 +279,7 @@ void Drive::end_faults(Time now) {
 }
 
 void Drive::watch_following(Time now) {
-  if (axis_.has_load() && now % kMillisecond != 0) return;  // a load is checked at whole milliseconds
+  if (axis_.load().exists() && now % kMillisecond != 0) return;  // a load is checked at whole milliseconds
   const std::uint32_t window = objects_.following_error_window.get();
   const double lag = axis_.demand(now).position - axis_.actual(now).position;
   if (window == DriveObjects::kNoLimit || std::abs(lag) < axis_.increments(window) + kPast / 2) {
@@ -318,7 +318,7 @@ std::uint16_t Drive::status(Time now) const {
   if (stage_.state() != PowerState::kNotReadyToSwitchOn && !has(Incident::kUndervoltage))
     bits |= statusword::kVoltageEnabled;
   if (has(Incident::kWarning)) bits |= statusword::kWarning;
-  if (axis_.lacks_torque() || (operating_ && axis_.is_outside_limits(now)))
+  if (axis_.load().is_limited() || (operating_ && axis_.is_outside_limits(now)))
     bits |= statusword::kInternalLimit;
   if (stage_.state() == PowerState::kQuickStopActive && axis_.at_rest(now))
     bits |= statusword::kTargetReached;
@@ -350,7 +350,7 @@ void Drive::publish_motion(Time now) {
   objects_.velocity_actual.set(sim::rounded<std::int32_t>(axis_.user_velocity(actual.velocity)));
   if (objects_.vl_actual.exists()) velocity_.show(demand.velocity, actual.velocity);
   objects_.following_error.set(sim::rounded<std::int32_t>(axis_.user(demand.position - actual.position)));
-  const double torque = axis_.has_load()                 ? axis_.load_torque()
+  const double torque = axis_.load().exists()            ? axis_.load().torque()
                         : operating_ && mode_ != nullptr ? mode_->torque(now)
                                                          : 0;
   const auto thousandths = sim::rounded<std::int16_t>(torque);
@@ -377,7 +377,7 @@ std::uint32_t Drive::link_voltage() const {
 
 /// The end of a line in a cyclic mode needs no update: the next line begins at the next SYNC.
 Time Drive::deadline(Time now) const {
-  Time first = earlier(axis_.next_load_step(now), following_deadline(now));
+  Time first = earlier(axis_.load().next_change(now), following_deadline(now));
   first = earlier(first, earlier(axis_.next_switch(now), sync_due_));
   first = earlier(first, command_due_);
   if (!follows_sync_ || !axis_.just_moves()) first = earlier(first, axis_.profile().next_change(now));
@@ -392,11 +392,10 @@ Time Drive::deadline(Time now) const {
 /// Only a motor that is blocked or has a load lags; a load is checked every millisecond anyway.
 Time Drive::following_deadline(Time now) const {
   const std::uint32_t window = objects_.following_error_window.get();
-  if (axis_.has_load() || !axis_.blocked() || window == DriveObjects::kNoLimit || lost_) return kNever;
+  if (axis_.load().exists() || !axis_.blocked() || window == DriveObjects::kNoLimit || lost_) return kNever;
   if (lagging_since_ != kNever) return lagging_since_ + milliseconds(objects_.following_error_time_out.get());
-  const double reach = axis_.increments(window) + kPast;
-  return earlier(axis_.passes(axis_.blocked_at() + reach, now),
-                 axis_.passes(axis_.blocked_at() - reach, now));
+  const double reach = axis_.increments(window) + kPast, here = axis_.actual(now).position;
+  return earlier(axis_.passes(here + reach, now), axis_.passes(here - reach, now));
 }
 
 }  // namespace cbcan::devices

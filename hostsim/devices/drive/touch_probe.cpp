@@ -83,7 +83,7 @@ Time TouchProbes::deadline(Time now) const {
   bool waits = false;
   for (std::size_t i = 0; i < probes_.size(); ++i)
     waits |= probes_[i].on && (function(i) & kAtIndexPulse) != 0;
-  if (!waits || axis_.blocked() || axis_.has_load() || axis_.at_rest(now)) return kNever;
+  if (!waits || axis_.blocked() || axis_.load().exists() || axis_.at_rest(now)) return kNever;
   const double pitch = axis_.index_pitch();
   const double below = std::ceil(place_ / pitch) - 1;
   const double above = std::floor(place_ / pitch) + 1;
