@@ -6,8 +6,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "base/numbers.hpp"
-#include "base/words.hpp"
 #include "cbcan/coprocessor/local_objects.hpp"
 #include "cbcan/version.hpp"
 #include "plant/wires.hpp"
@@ -62,15 +60,6 @@ void add_faults(sim::FaultSet& to, const std::vector<config::FaultConfig>& fault
 bool is_in_window(const modbus::Range& written) {
   constexpr std::size_t kEnd = regmap::kWindowFirst + regmap::kWindowWords;
   return written.first >= regmap::kWindowFirst && written.first + written.count <= kEnd;
-}
-
-/// A part of "1.2.3", from 0.
-std::uint16_t version_part(unsigned part) {
-  std::string_view rest = kVersion;
-  std::string_view number;
-  for (unsigned i = 0; i <= part; ++i)
-    number = base::take_part(rest, '.');
-  return base::parse<std::uint16_t>(number).value_or(0);
 }
 
 }  // namespace
@@ -266,8 +255,8 @@ void Network::publish() {
   };
   const sim::Port& port = module_->port();
   const Coprocessor::Counters transactions = module_->coprocessor().counters();
-  registers_[regmap::kVersion] = static_cast<std::uint16_t>(version_part(0) << 8 | version_part(1));
-  registers_[regmap::kPatchLevel] = version_part(2);
+  registers_[regmap::kVersion] = static_cast<std::uint16_t>(kVersionNumbers[0] << 8 | kVersionNumbers[1]);
+  registers_[regmap::kPatchLevel] = kVersionNumbers[2];
   registers_[regmap::kResetCause] = static_cast<std::uint16_t>(regmap::ResetCause::kPowerOn);
   registers_[regmap::kCanState] = static_cast<std::uint16_t>(local::kernel_state(port.state()));
   registers_[regmap::kSecondWriters] = static_cast<std::uint16_t>(second_writers_);
