@@ -323,12 +323,10 @@ bool Node::put_input(std::uint16_t index, std::uint8_t sub, double value, Time n
   if (behaviour_->set_input(index, sub, value, now)) return inputs_[place] = {value}, true;
   if (index < object::kFirstManufacturer)
     return false;  // communication objects need the checks of an SDO write
-  ObjectEntry entry{};
-  if (dictionary().find(index, sub, entry) != AbortCode::kNone) return false;
-  const std::size_t bytes = size_of(entry.type);
-  if (bytes == 0 || bytes != entry.capacity || entry.has(ObjectFlags::kComputed)) return false;
+  const auto entry = find_number(dictionary(), index, sub);
+  if (!entry || entry->has(ObjectFlags::kComputed)) return false;
   const std::uint64_t before = dictionary().get(index, sub);
-  dictionary().set(index, sub, to_raw(value, entry.type, bytes));
+  dictionary().set(index, sub, to_raw(value, entry->type, entry->capacity));
   const std::uint64_t after = dictionary().get(index, sub);
   if (connected || !make_behaviour_ || inputs_.contains(place)) inputs_[place] = {value, after};
   if (after != before) device_.changed(index, sub, now);
@@ -364,14 +362,10 @@ void Node::bring_up_to_date(Time now) {
 
 std::optional<double> Node::number(const Terminal& terminal) {
   std::optional<double> value;
-  ObjectEntry entry{};
-  if (terminal.is_output) {
+  if (terminal.is_output)
     value = behaviour_->output(terminal.index, terminal.sub);
-  } else if (dictionary().find(terminal.index, terminal.sub, entry) == AbortCode::kNone) {
-    const std::size_t bytes = size_of(entry.type);
-    if (bytes != 0 && bytes == entry.capacity)
-      value = from_raw(dictionary().number(entry, terminal.sub), entry.type, bytes);
-  }
+  else if (const auto entry = find_number(dictionary(), terminal.index, terminal.sub))
+    value = from_raw(dictionary().number(*entry, terminal.sub), entry->type, entry->capacity);
   if (!value || !terminal.bit) return value;
   return static_cast<double>(to_raw(*value, DataType::kInteger64, 8) >> *terminal.bit & 1);
 }

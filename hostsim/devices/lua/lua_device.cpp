@@ -118,7 +118,7 @@ class LuaDevice final : public sim::Behaviour {
     }
     const Script::Result result = call("set_input", now, lua_Integer{index}, lua_Integer{sub}, value);
     if (result == Script::Result(true)) return given_[{index, sub}] = value, true;
-    const auto entry = number_at(index, sub);
+    const auto entry = sim::find_number(node_.dictionary(), index, sub);
     if (point == points_.end() || !entry) return false;
     kept_[{index, sub}] = value;
     store(*entry, sub, sim::to_raw(value, entry->type, entry->capacity));
@@ -160,7 +160,7 @@ class LuaDevice final : public sim::Behaviour {
   std::pair<ObjectEntry, std::uint8_t> entry_at(lua_State* state) {
     const auto index = whole<std::uint16_t>(state, 1);
     const auto sub = lua_isnoneornil(state, 2) ? std::uint8_t{0} : whole<std::uint8_t>(state, 2);
-    if (const auto entry = number_at(index, sub)) return {*entry, sub};
+    if (const auto entry = sim::find_number(node_.dictionary(), index, sub)) return {*entry, sub};
     std::array<char, 40> text{};
     std::snprintf(text.data(), text.size(), "the node has no number at %04Xh:%02X", unsigned{index},
                   unsigned{sub});
@@ -171,7 +171,8 @@ class LuaDevice final : public sim::Behaviour {
   /// has(index [, sub]): whether get() and set() can be called with it.
   static int has(lua_State* state) {
     const auto sub = lua_isnoneornil(state, 2) ? std::uint8_t{0} : whole<std::uint8_t>(state, 2);
-    lua_pushboolean(state, of(state).number_at(whole<std::uint16_t>(state, 1), sub) ? 1 : 0);
+    lua_pushboolean(
+        state, sim::find_number(of(state).node_.dictionary(), whole<std::uint16_t>(state, 1), sub) ? 1 : 0);
     return 1;
   }
 
@@ -336,14 +337,6 @@ class LuaDevice final : public sim::Behaviour {
       fail(ScriptError(name_ + ": update wants to be called more than 500 times in a millisecond", 0), now);
   }
 
-  /// The entry of a number; nullopt if there is none.
-  std::optional<ObjectEntry> number_at(std::uint16_t index, std::uint8_t sub) {
-    ObjectEntry entry{};
-    const bool found = node_.dictionary().find(index, sub, entry) == AbortCode::kNone;
-    const bool is_number = found && size_of(entry.type) != 0 && size_of(entry.type) == entry.capacity;
-    return is_number ? std::optional(entry) : std::nullopt;
-  }
-
   void store(const ObjectEntry& entry, std::uint8_t sub, std::uint64_t raw) {
     ObjectDictionary& dictionary = node_.dictionary();
     const std::uint64_t before = dictionary.number(entry, sub);
@@ -353,7 +346,7 @@ class LuaDevice final : public sim::Behaviour {
 
   void put_kept_inputs() {
     for (const auto& [place, value] : kept_)
-      if (const auto entry = number_at(place.first, place.second))
+      if (const auto entry = sim::find_number(node_.dictionary(), place.first, place.second))
         store(*entry, place.second, sim::to_raw(value, entry->type, entry->capacity));
   }
 
