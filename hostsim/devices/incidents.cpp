@@ -1,13 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "devices/incidents.hpp"
 
-#include "base/words.hpp"
-
 namespace cbcan::devices {
-
-std::vector<std::string_view> DeviceWithIncidents::incidents() const {
-  return base::column(kinds_, &IncidentKind::name);
-}
 
 void DeviceWithIncidents::set_incident(std::size_t place, bool present, Time /*now*/) {
   const std::uint32_t bit = 1U << place;

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "base/words.hpp"
 #include "sim/behaviour.hpp"
 
 namespace cbcan::devices {
@@ -21,7 +22,7 @@ struct IncidentKind {
 /// A device with incidents, at most 32.
 class DeviceWithIncidents : public sim::Behaviour {
  public:
-  std::vector<std::string_view> incidents() const final;
+  std::vector<std::string_view> incidents() const final { return base::column(kinds_, &IncidentKind::name); }
   void set_incident(std::size_t place, bool present, Time now) final;
 
  protected:

@@ -9,6 +9,7 @@
 
 #include "cbcan/time.hpp"
 #include "sim/bound.hpp"
+#include "sim/number.hpp"
 
 namespace cbcan::devices {
 
@@ -66,7 +67,7 @@ class AnalogueInput {
   AnalogueInput(ObjectDictionary& dictionary, std::uint8_t sub);
 
   bool exists() const { return value_.exists(); }
-  void set_terminal(double value);
+  void set_terminal(double value) { terminal_ = sim::rounded<std::int16_t>(value); }
   /// Updates 6401h. True = a change selected by 6421h with its limits and deltas.
   bool refresh();
   /// Deltas count from the present value from now on.

@@ -2,7 +2,6 @@
 #include "devices/transducer.hpp"
 
 #include <array>
-#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -57,10 +56,6 @@ Transducer::Channel::Channel(ObjectDictionary& dictionary, std::uint8_t sub)
 bool Transducer::Channel::has(std::uint16_t index) const {
   return (index == kReal && real_.exists()) || (index == kShort && short_.exists()) ||
          (index == kLong && long_.exists());
-}
-
-double Transducer::Channel::scale() const {
-  return std::pow(10.0, decimal_digits_.get());
 }
 
 /// The overload is that of the narrowest process value present.

@@ -155,10 +155,6 @@ void Axis::change_evenly_to(double velocity, Time duration, Time now) {
   follow_profile(Profile::even_change(demand(now), velocity, duration, now), now);
 }
 
-void Axis::stop(Ramp ramp, Time now) {
-  run_at(0, 0, deceleration(ramp), now);
-}
-
 double Axis::deceleration(Ramp ramp) const {
   const bool is_slow = ramp == Ramp::kSlowDown;
   if (objects_.mode_display.get() == kVl)

@@ -46,7 +46,7 @@ class Axis {
   void run_at(double velocity, double acceleration, double deceleration, Time now);
   void line_to(double target, Time duration, Time now);
   void change_evenly_to(double velocity, Time duration, Time now);
-  void stop(Ramp ramp, Time now);
+  void stop(Ramp ramp, Time now) { run_at(0, 0, deceleration(ramp), now); }
   /// Sets the target without starting a motion.
   void aim_at(double target) { target_ = target; }
   /// Sets the demand to the actual position, at rest, when a profile is abandoned.
