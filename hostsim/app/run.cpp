@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <functional>
-#include <iterator>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -17,6 +16,7 @@
 #include "app/parallel.hpp"
 #include "app/progress.hpp"
 #include "app/target.hpp"
+#include "base/words.hpp"
 #include "io/can/candump_log.hpp"
 #include "io/files/result_file.hpp"
 #include "scenario/outcome.hpp"
@@ -113,9 +113,7 @@ std::vector<std::size_t> by_length(const std::vector<std::string>& files) {
   for (std::size_t i = 0; i < files.size(); ++i)
     sizes.emplace_back(fs::file_size(files[i], error), i);
   std::ranges::stable_sort(sizes, std::greater{}, &std::pair<std::uintmax_t, std::size_t>::first);
-  std::vector<std::size_t> order;
-  std::ranges::transform(sizes, std::back_inserter(order), [](const auto& size) { return size.second; });
-  return order;
+  return base::column(sizes, &std::pair<std::uintmax_t, std::size_t>::second);
 }
 
 /// config.jobs at a time: plants are independent of each other.

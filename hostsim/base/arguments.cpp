@@ -97,9 +97,7 @@ std::string_view option_argument(std::string_view option) {
 }
 
 std::string no_such_option(std::string_view word, std::span<const std::string_view> options) {
-  std::vector<std::string_view> names;
-  std::ranges::transform(options, std::back_inserter(names), option_name);
-  return "no such option" + did_you_mean(word, names);
+  return "no such option" + did_you_mean(word, column(options, option_name));
 }
 
 ParsedArguments parse_arguments(std::span<const char* const> words,

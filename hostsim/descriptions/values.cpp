@@ -267,10 +267,8 @@ std::span<const ValueType> value_types() {
 const ValueType& value_type(std::string_view name) {
   for (const ValueType& type : kTypes)
     if (type.name == name) return type;
-  std::vector<std::string_view> names;
-  for (const ValueType& type : kTypes)
-    names.push_back(type.name);
-  throw UsageError(fmt::format("--type {}: no such type; there are {}", name, base::listed(names, ", ")));
+  throw UsageError(fmt::format("--type {}: no such type; there are {}", name,
+                               base::listed(base::column(kTypes, &ValueType::name), ", ")));
 }
 
 unsigned parse_number(std::string_view text, unsigned most, const std::string& what) {

@@ -206,9 +206,8 @@ const Command* find(std::string_view word) {
 
 /// "; did you mean state?"; for "strat" "; did you mean nmt start?"
 std::string command_suggestion(std::string_view word) {
-  std::vector<std::string_view> names;
-  std::ranges::transform(kCommands, std::back_inserter(names), word_of);
-  if (std::string suggestion = base::did_you_mean(word, names); !suggestion.empty()) return suggestion;
+  std::string suggestion = base::did_you_mean(word, base::column(kCommands, word_of));
+  if (!suggestion.empty()) return suggestion;
   const std::string_view service = base::nearest(word, kServices);
   return service.empty() ? "" : fmt::format("; did you mean nmt {}?", service);
 }
