@@ -35,10 +35,8 @@ config::Config config_of(std::string_view text, const std::string& file) {
   config::Config config;
   config::Diagnostics problems = config::read_plant(text, file, config);
   if (problems.empty()) problems = config::check(config);
-  std::vector<std::string> lines;
-  for (const config::Diagnostic& problem : problems)
-    lines.push_back(to_string(problem));
-  if (!problems.empty()) throw_plant_error(lines);
+  const auto line_of = [](const config::Diagnostic& problem) { return to_string(problem); };
+  if (!problems.empty()) throw_plant_error(base::column(problems, line_of));
   return config;
 }
 
