@@ -124,7 +124,7 @@ class Network final : public protocols::ModbusUnit,
     return request.more == nullptr ? bit_functions_ : request.more;
   }
   modbus::Pdu execute(const protocols::ModbusRequest& request, const modbus::Access& access, Room room);
-  /// Of a request by Modbus TCP. An empty response: the connection is closed.
+  /// Response to a request by Modbus TCP; empty = the connection is closed.
   modbus::Pdu handle_disturbed(const protocols::ModbusRequest& request, Room room);
   /// What acts on such a request; null = nothing.
   const sim::Fault* fault_on(const protocols::ModbusRequest& request, bool writes);
