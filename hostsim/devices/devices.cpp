@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <memory>
 
 #include "base/numbers.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "devices/transducer.hpp"
 
-#include <array>
 #include <limits>
 #include <utility>
 

@@ -4,7 +4,6 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <utility>
 
 #include "cbcan/coprocessor/local_objects.hpp"
 #include "cbcan/version.hpp"

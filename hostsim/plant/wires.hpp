@@ -5,7 +5,6 @@
 /// which are then advanced together. Each change is passed on at the time at which it happens, so the result
 /// does not depend on the steps of time.
 
-#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <optional>

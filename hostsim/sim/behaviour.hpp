@@ -10,7 +10,6 @@
 /// behaviour reads no clock, uses only seeded random numbers, opens nothing, and never calls back into the
 /// bus.
 
-#include <array>
 #include <cstdint>
 #include <functional>
 #include <memory>

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "base/numbers.hpp"
-#include "base/suggestion.hpp"
 #include "base/words.hpp"
 
 namespace cbcan::sim {

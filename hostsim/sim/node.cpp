@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <iterator>
-#include <utility>
 
 #include "base/utf8.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"

@@ -3,8 +3,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
-#include <limits>
 
 #include "cbcan/canopen/dictionary/little_endian.hpp"
 

@@ -34,7 +34,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <string_view>
 
 #include "devices/drive/axis.hpp"
 #include "devices/drive/cyclic.hpp"

@@ -9,11 +9,9 @@
 #include <cstdio>
 #include <limits>
 #include <map>
-#include <memory>
 #include <new>
 #include <optional>
 #include <set>
-#include <string>
 #include <utility>
 #include <vector>
 

@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "devices/lua/script.hpp"
 
-#include <algorithm>
 #include <array>
-#include <cstddef>
 #include <cstdlib>
-#include <string>
 
 #include "devices/lua/prelude.hpp"
 

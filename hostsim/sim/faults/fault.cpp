@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <array>
-#include <vector>
 
 #include "base/suggestion.hpp"
 #include "base/words.hpp"
