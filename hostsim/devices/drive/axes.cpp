@@ -52,8 +52,7 @@ void Axes::AxisNode::error_over(std::uint16_t code, Time now) {
 
 void Axes::reset(bool application, Time now) {
   if (application) errors_.clear();
-  for (One& axis : axes_)
-    axis.drive.reset(application, now);
+  each(&Drive::reset, application, now);
 }
 
 Time Axes::update(Time now) {
