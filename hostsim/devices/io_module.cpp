@@ -88,7 +88,6 @@ void IoModule::reset(bool application, Time now) {
   if (!application) return;
   begun_ = true;
   failed_ = false;
-  interrupted_ = false;
   for (DigitalOutput& output : digital_outputs_)
     output.switch_off();
   for (auto& input : digital_inputs_) {
@@ -107,13 +106,13 @@ Time IoModule::update(Time now) {
   Time next = kNever;
   for (auto& input : digital_inputs_) {
     next = earlier(next, input.filter(now));
-    if (input.refresh() && digital_interrupts_.get() != 0) input.interrupt = interrupted_ = true;
+    if (input.refresh() && digital_interrupts_.get() != 0) input.interrupt = true;
   }
   for (std::size_t place = 0; place != analogue_inputs_.size(); ++place) {
     AnalogueInput& input = analogue_inputs_[place];
     if (!input.refresh() || analogue_interrupts_.get() == 0) continue;
     input.told();
-    input.interrupt = interrupted_ = true;
+    input.interrupt = true;
     note_source(place, now);
   }
   for (auto& output : digital_outputs_)
@@ -124,7 +123,7 @@ Time IoModule::update(Time now) {
   tell_terminals(digital_outputs_, kWriteOutput, now);
   tell_terminals(analogue_outputs_, kWriteAnalogueOutput, now);
   if (present_ != told_) tell_incidents(now);
-  if (interrupted_) tell(now);
+  tell_inputs(now);
   return next;
 }
 
@@ -139,13 +138,12 @@ void IoModule::note_source(std::size_t channel, Time now) {
 }
 
 /// Called after all inputs have been updated: a PDO triggered by the first may carry the others too.
-void IoModule::tell(Time now) {
+void IoModule::tell_inputs(Time now) {
   for (std::size_t i = 0; i < digital_inputs_.size(); ++i)
     if (std::exchange(digital_inputs_[i].interrupt, false)) node_.changed(kReadInput, sub_of(i), now);
   for (std::size_t i = 0; i < analogue_inputs_.size(); ++i)
     if (std::exchange(analogue_inputs_[i].interrupt, false))
       node_.changed(kReadAnalogueInput, sub_of(i), now);
-  interrupted_ = false;
 }
 
 /// Leaves out analogue inputs, which change continuously.

@@ -46,7 +46,7 @@ class IoModule final : public DeviceWithIncidents {
   };
 
   void note_source(std::size_t channel, Time now);
-  void tell(Time now);
+  void tell_inputs(Time now);
   template <class Channel>
   void tell_terminals(std::vector<Channel>& channels, std::uint16_t index, Time now);
 
@@ -59,8 +59,7 @@ class IoModule final : public DeviceWithIncidents {
   std::vector<InterruptSource> interrupt_sources_;
   Time interrupt_at_ = kNever;
   bool failed_ = false;
-  bool begun_ = false;        ///< before the first reset, terminals are not reported
-  bool interrupted_ = false;  ///< an interrupt is to be reported
+  bool begun_ = false;  ///< before the first reset, terminals are not reported
 };
 
 }  // namespace cbcan::devices
