@@ -39,17 +39,12 @@ Wires::End Wires::end(const config::Config& config, const config::WireEnd& end) 
 
 Time Wires::own_deadline() const {
   const bool is_active = std::ranges::any_of(watched_, [](const auto& node) { return node.second.active; });
-  Time next = is_active ? std::max(at_, held_until_) : kNever;
-  for (const ActiveWire& wire : wires_)
-    next = earlier(next, earlier(wire.sample_due, wire.due));
-  return next;
+  const auto due = [](const ActiveWire& wire) { return earlier(wire.sample_due, wire.due); };
+  return earlier(is_active ? std::max(at_, held_until_) : kNever, sim::earliest(wires_, due));
 }
 
 Time Wires::next_deadline() const {
-  Time next = own_deadline();
-  for (const Network* network : networks_)
-    next = earlier(next, network->own_deadline());
-  return next;
+  return earlier(own_deadline(), sim::earliest(networks_, &Network::own_deadline));
 }
 
 void Wires::begin() {

@@ -31,10 +31,7 @@ bool Waits::poll_waiting() {
 }
 
 Time Waits::deadline_of_each() const {
-  Time next = kNever;
-  for (const Waiting& waiting : waiting_)
-    next = earlier(next, waiting.wait->next_deadline());
-  return next;
+  return sim::earliest(waiting_, [](const Waiting& waiting) { return waiting.wait->next_deadline(); });
 }
 
 bool Waits::want_time() const {
@@ -46,10 +43,7 @@ bool Waits::are_passes() const {
 }
 
 Time Waits::plc_deadline() const {
-  Time deadline = kNever;
-  for (const Waiting& waiting : waiting_)
-    deadline = earlier(deadline, waiting.since + waiting.wait->within);
-  return deadline;
+  return sim::earliest(waiting_, [](const Waiting& waiting) { return waiting.since + waiting.wait->within; });
 }
 
 void Waits::give_up_on_plc(Time now) {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "cbcan/canopen/sdo/server.hpp"
+#include "sim/schedule.hpp"
 
 namespace cbcan::sim {
 
@@ -32,10 +33,7 @@ class MoreSdoServers {
   void on_frame(const Frame& frame, Time now);
   void poll(Time now);
   Time deadline() const {
-    Time first = kNever;
-    for (const Served& served : servers_)
-      first = earlier(first, served.server.deadline());
-    return first;
+    return earliest(servers_, [](const Served& served) { return served.server.deadline(); });
   }
   template <class Visitor>
   void visit_ids(Visitor visit) const {

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "sim/schedule.hpp"
+
 namespace cbcan::devices {
 
 namespace {
@@ -56,10 +58,7 @@ void Axes::reset(bool application, Time now) {
 }
 
 Time Axes::update(Time now) {
-  Time next = kNever;
-  for (One& axis : axes_)
-    next = earlier(next, axis.drive.update(now));
-  return next;
+  return sim::earliest(axes_, [now](One& axis) { return axis.drive.update(now); });
 }
 
 AbortCode Axes::check(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value,
