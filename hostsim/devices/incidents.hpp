@@ -23,7 +23,10 @@ struct IncidentKind {
 class DeviceWithIncidents : public sim::Behaviour {
  public:
   std::vector<std::string_view> incidents() const final { return base::column(kinds_, &IncidentKind::name); }
-  void set_incident(std::size_t place, bool present, Time now) final;
+  void set_incident(std::size_t place, bool present, Time /*now*/) final {
+    const std::uint32_t bit = 1U << place;
+    present_ = present ? present_ | bit : present_ & ~bit;
+  }
 
  protected:
   /// `kinds` must outlive this object.
@@ -33,7 +36,17 @@ class DeviceWithIncidents : public sim::Behaviour {
   bool present(std::size_t incident) const { return (present_ >> incident & 1) != 0; }
   /// Reports incidents that have begun or ended to the node, if their only effect is an error with a code. The
   /// EMCY is sent again after a reset, which sets told_ to 0.
-  void tell_incidents(Time now);
+  void tell_incidents(Time now) {
+    std::uint32_t changed = present_ ^ told_;
+    told_ = present_;
+    for (std::size_t i = 0; changed != 0; ++i, changed >>= 1) {
+      if ((changed & 1) == 0) continue;
+      if (present(i))
+        node_.error(kinds_[i].code, kinds_[i].register_bits, {}, now);
+      else
+        node_.error_over(kinds_[i].code, now);
+    }
+  }
 
   sim::DeviceNode& node_;
   std::uint32_t present_ = 0;  ///< one bit each
