@@ -5,8 +5,6 @@
 
 #include <utility>
 
-#include "io/can/socketcan.hpp"
-#include "io/can/stream_bus.hpp"
 #include "window/rtu_connection.hpp"
 
 namespace cbcan::app {
@@ -35,11 +33,11 @@ void BusConnections::open_outside(const std::string& can_spec) {
   const config::CanSpec& can = spec_.emplace(config::parse_can_spec(can_spec));
   const bool is_adapter = can.kind == Kind::kSlcan;
   if (can.kind == Kind::kSocketCan)
-    outside_ = std::make_unique<io::SocketCan>(reactor_, bus, can.name, warn_);
+    outside_ = io::socketcan_bus(reactor_, bus, can.name, warn_);
   else
-    outside_ = std::make_unique<io::StreamBus>(
-        reactor_, bus, can_spec, is_adapter ? can.name : "", can.remote,
-        is_adapter ? io::slcan_dialect(can.kbit) : io::socketcand_dialect(can.name), warn_);
+    outside_ = io::stream_bus(reactor_, bus, can_spec, is_adapter ? can.name : "", can.remote,
+                              is_adapter ? io::slcan_dialect(can.kbit) : io::socketcand_dialect(can.name),
+                              warn_);
 }
 
 void BusConnections::open_plc(const config::NetworkConfig& config) {

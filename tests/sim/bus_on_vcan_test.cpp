@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The bus suite with a real interface in the middle. CBCAN_VCAN names a vcan that is up; cutting it needs root.
 
-#include "io/can/socketcan.hpp"
+#include "io/can/outside_bus.hpp"
 
 #include <linux/can.h>
 #include <linux/can/error.h>
@@ -77,7 +77,7 @@ struct VcanWire {
     do {
       const Time now = Reactor::now();
       for (Side* side : {&left_side_, &right_side_}) {
-        side->can.poll(now);
+        side->can->poll(now);
         side->bus.advance(now);
       }
       marker_.pass();
@@ -89,9 +89,10 @@ struct VcanWire {
  private:
   struct Side {
     explicit Side(Reactor& reactor)
-        : can(reactor, bus, vcan(), [](const std::string& line) { UNSCOPED_INFO(line); }) {}
+        : can(cbcan::io::socketcan_bus(reactor, bus, vcan(),
+                                       [](const std::string& line) { UNSCOPED_INFO(line); })) {}
     cbcan::sim::Bus bus;
-    cbcan::io::SocketCan can;
+    std::unique_ptr<cbcan::io::OutsideBus> can;
   };
 
   void set(const std::string& what) {
