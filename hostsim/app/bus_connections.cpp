@@ -5,7 +5,6 @@
 
 #include <utility>
 
-#include "window/rtu_connection.hpp"
 
 namespace cbcan::app {
 
@@ -45,7 +44,7 @@ void BusConnections::open_plc(const config::NetworkConfig& config) {
   if (plc.address.empty() && plc.line.device.empty()) return;
   std::unique_ptr<window::Connection> connection;
   if (plc.address.empty())
-    connection = std::make_unique<window::RtuConnection>(line_of(plc.line), io::kPlcTiming);
+    connection = window::rtu_connection(line_of(plc.line), io::kPlcTiming);
   else
     connection = io::plc_over_tcp(base::parse_listen_address(plc.address, kModbusPort));
   io::PlcClient::Exchanges exchanges;
