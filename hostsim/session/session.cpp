@@ -12,9 +12,8 @@
 #include "base/words.hpp"
 #include "config/wires.hpp"
 #include "plant/command_words.hpp"
+#include "protocols/adapter.hpp"
 #include "protocols/command_session.hpp"
-#include "protocols/slcan_adapter.hpp"
-#include "protocols/socketcand_adapter.hpp"
 
 namespace cbcan::session {
 
@@ -88,17 +87,17 @@ void Session::list_bus_services(const config::NetworkConfig& config) {
   Service& slcan = services_.emplace_back(Service{config.number, "slcan", config.can.slcan});
   slcan.connect = [&, on_queued, most] {
     ++slcan.connections;
-    return std::make_unique<protocols::SlcanAdapter>(world.bus(), on_queued, most, &slcan.lost);
+    return protocols::slcan_adapter(world.bus(), on_queued, most, &slcan.lost);
   };
   Service& socketcand = services_.emplace_back(Service{config.number, "socketcand", config.can.socketcand});
   socketcand.connect = [this, &world, &socketcand, on_queued, most,
-                        bus = std::shared_ptr<protocols::SocketcandBus>()]() mutable {
-    if (!bus)
-      bus = std::make_shared<protocols::SocketcandBus>(
-          world.bus(), world.schedule(), [this] { return now_; }, host_.wall_offset(),
-          host_.clock_runs() ? kPauseBehindOk : 0);
+                        make = protocols::MakeSession()]() mutable {
+    if (!make)
+      make = protocols::socketcand_adapters({world.bus(), world.schedule(), [this] { return now_; },
+                                             host_.wall_offset(), host_.clock_runs() ? kPauseBehindOk : 0},
+                                            on_queued, most, &socketcand.lost);
     ++socketcand.connections;
-    return std::make_unique<protocols::SocketcandAdapter>(*bus, on_queued, most, &socketcand.lost);
+    return make();
   };
   services_.push_back({.network = config.number, .name = "plc"});
 }

@@ -7,7 +7,7 @@
 
 #include "fuzz/fuzz.hpp"
 #include "io/can/dialect.hpp"
-#include "protocols/socketcand_adapter.hpp"
+#include "protocols/adapter.hpp"
 #include "sim/world.hpp"
 
 namespace cbcan::fuzz {
@@ -36,9 +36,9 @@ struct Observer final : sim::Receiver {
 void check_server(std::string_view text) {
   sim::World world;
   Time now = kSecond;
-  protocols::SocketcandBus bus(
-      world.bus(), world.schedule(), [&] { return now; }, 0, text.size() % 2 * kMillisecond);
-  std::optional<protocols::SocketcandAdapter> adapter(std::in_place, bus, [&] { world.advance(now); });
+  auto adapter = protocols::socketcand_adapters(
+      {world.bus(), world.schedule(), [&] { return now; }, 0, text.size() % 2 * kMillisecond},
+      [&] { world.advance(now); })();
   Observer observer;
   sim::Port& other = world.bus().attach(observer);
   other.accept_all();

@@ -5,7 +5,7 @@
 #include <unistd.h>
 
 #include "io/sockets/stream_server.hpp"
-#include "protocols/slcan_adapter.hpp"
+#include "protocols/adapter.hpp"
 #include "stream_client.hpp"
 #include "support/catch.hpp"
 #include "temporary_folder.hpp"
@@ -19,7 +19,7 @@ struct SlcanServer {
       : slcan(
             reactor, "slcan", base::parse_stream_address(address),
             [this] {
-              return std::make_unique<protocols::SlcanAdapter>(
+              return protocols::slcan_adapter(
                   bus, [this] { bus.advance(0); }, protocols::Adapter::kMostUnsent, &lost);
             },
             [this](const std::string& line) { warnings.push_back(line); }) {}

@@ -38,13 +38,13 @@ template <class Desk>
 struct Host {
   /// What the adapter has written since the last call.
   std::string said() {
-    auto& adapter = static_cast<Desk&>(*this).adapter;
+    auto& adapter = *static_cast<Desk&>(*this).adapter;
     std::string text(adapter.unsent());
     adapter.sent(text.size());
     return text;
   }
   std::string respond(std::string_view characters) {
-    static_cast<Desk&>(*this).adapter.receive(characters);
+    static_cast<Desk&>(*this).adapter->receive(characters);
     return said();
   }
 };
