@@ -16,17 +16,6 @@
 
 namespace cbcan::app {
 
-namespace {
-
-io::ModbusTcpSettings settings_of(const base::ListenAddress& modbus) {
-  io::ModbusTcpSettings settings;
-  settings.listen = {modbus.host, modbus.port};
-  settings.identity = {"cbcan", "cbcan-sim", kVersion};
-  return settings;
-}
-
-}  // namespace
-
 Simulator::Simulator(const config::Config& config, config::PlantBuild build, const std::string& plant_file,
                      Console& console, bool reads_input, Files files)
     : console_(console),
@@ -92,7 +81,8 @@ void Simulator::open_modbus(const config::Config& config) {
   if (!rtu.listen.empty())
     rtu_tcp_.emplace(reactor_, "rtu over tcp", base::parse_stream_address(rtu.listen),
                      protocols::rtu_over_tcp(units, io::Reactor::now, rtu.station), warn_);
-  modbus_.emplace(reactor_, std::move(units), settings_of(config.modbus), warn_);
+  const modbus::DeviceIdentity identity{"cbcan", "cbcan-sim", kVersion};
+  modbus_.emplace(reactor_, std::move(units), io::ModbusTcpSettings{config.modbus, identity}, warn_);
   session::Services& services = session_->services();
   services.at("modbus").place = to_string(modbus_->address());
   if (rtu_) services.at("rtu").place = rtu_->device();
