@@ -159,11 +159,7 @@ class Instance final : private session::Host {
   std::optional<protocols::HttpSite> http_;
   std::uint32_t connections_ = 0;  ///< of Modbus TCP
   std::uint32_t left_ = 0;         ///< of these
-  struct Stream {
-    std::unique_ptr<protocols::HttpStream> stream;
-    bool begun = false;
-  };
-  std::map<unsigned, Stream> streams_;
+  std::map<unsigned, std::unique_ptr<protocols::HttpStream>> streams_;
   unsigned last_stream_ = 0;
 
   config::RunConfig run_;

@@ -96,15 +96,14 @@ Json Instance::respond(const Json& request) {
   }
   json["keep_alive"] = response.stream->keep_alive();
   json["stream"] = ++last_stream_;
-  streams_[last_stream_].stream = std::move(response.stream);
+  streams_[last_stream_] = std::move(response.stream);
   return json;
 }
 
 Json Instance::fill(unsigned stream) {
-  auto& [filled, begun] = streams_.at(stream);
+  protocols::HttpStream& filled = *streams_.at(stream);
   base::Buffer text;
-  const bool has_news = !std::exchange(begun, true) || filled->has_news();
-  const bool more = !has_news || filled->fill(text);
+  const bool more = !filled.has_news() || filled.fill(text);
   if (!more) drop(stream);
   return {{"text", base::view(text)}, {"more", more}};
 }

@@ -134,7 +134,7 @@ class EventStream final : public protocols::HttpStream {
       tell(watched, to);
     return true;
   }
-  bool has_news() const override { return !watched_.empty() || cursor_.has_news(); }
+  bool has_news() const override { return !begun_ || !watched_.empty() || cursor_.has_news(); }
   std::string_view keep_alive() const override { return ":\n\n"; }
 
  private:
