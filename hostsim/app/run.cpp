@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <filesystem>
 #include <functional>
-#include <iterator>
 #include <memory>
 #include <mutex>
+#include <numeric>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -108,13 +108,11 @@ class Runner {
 
 /// The longest files first, so that at the end no processor waits for a long one.
 std::vector<std::size_t> by_length(const std::vector<std::string>& files) {
-  std::vector<std::pair<std::uintmax_t, std::size_t>> sizes;
+  std::vector<std::size_t> order(files.size());
+  std::iota(order.begin(), order.end(), 0);
   std::error_code error;
-  for (std::size_t i = 0; i < files.size(); ++i)
-    sizes.emplace_back(fs::file_size(files[i], error), i);
-  std::ranges::stable_sort(sizes, std::greater{}, &std::pair<std::uintmax_t, std::size_t>::first);
-  std::vector<std::size_t> order;
-  std::ranges::transform(sizes, std::back_inserter(order), [](const auto& size) { return size.second; });
+  const auto size_of = [&](std::size_t i) { return fs::file_size(files[i], error); };
+  std::ranges::stable_sort(order, std::greater{}, size_of);
   return order;
 }
 
