@@ -13,7 +13,6 @@
 #include "config/wires.hpp"
 #include "plant/command_words.hpp"
 #include "protocols/adapter.hpp"
-#include "protocols/command_session.hpp"
 
 namespace cbcan::session {
 
