@@ -182,7 +182,7 @@ class Program {
   #soon() {
     if (this.#turning) return;
     this.#turning = true;
-    setImmediate(() => guarded(() => this.#turn()));
+    setImmediate(() => this.#turn());
   }
 
   #turn() {
@@ -200,7 +200,7 @@ class Program {
     const most = this.#streams.size > 0 ? 20 : 2 ** 30;
     const wait = Math.min(Math.ceil((next - now) / 1000), most);
     if (wait <= 0) this.#soon();
-    else this.#timer = setTimeout(() => guarded(() => this.#turn()), wait);
+    else this.#timer = setTimeout(() => this.#turn(), wait);
   }
 
   /** Lines of standard input, one after the other. */
@@ -252,12 +252,11 @@ class Program {
     const peer = address({ host: socket.remoteAddress, port: socket.remotePort });
     const client = { connection: this.#instance.call("connect", { service, peer }), unread: Buffer.alloc(0), isModbus: service === "modbus", wasHalf: false };
     this.#clients.set(socket, client);
-    const serve = () =>
-      guarded(() => {
-        this.#instance.pass(this.#clock.now());
-        this.#serve(socket, client);
-        this.#soon();
-      });
+    const serve = () => {
+      this.#instance.pass(this.#clock.now());
+      this.#serve(socket, client);
+      this.#soon();
+    };
     socket.on("data", (bytes) => {
       client.unread = client.unread.length === 0 ? bytes : Buffer.concat([client.unread, bytes]);
       serve();
@@ -357,19 +356,13 @@ class Program {
   }
 }
 
-/** Ends the program. */
+/** Ends the program; also for what a callback throws. */
 function fail(error) {
   warn(error.message);
   process.exit(error instanceof Ended ? error.code : kEnvironment);
 }
 
-function guarded(action) {
-  try {
-    return action();
-  } catch (error) {
-    fail(error);
-  }
-}
+process.on("uncaughtException", fail);
 
 // Paths have slashes in the module, on every system.
 const args = process.argv.slice(2);
