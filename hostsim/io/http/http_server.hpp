@@ -61,7 +61,7 @@ class HttpServer final : private AcceptsClients {
   Acceptor acceptor_;
   std::optional<protocols::HttpSite> site_;
   std::vector<MHD_Connection*> connections_;
-  std::list<Live*> streams_;
+  std::list<Live> streams_;
   Time look_at_ = 0;            ///< streams are not polled before
   bool may_have_news_ = false;  ///< a stream may have new data since it was polled
   Time keep_alive_at_ = kNever;
