@@ -94,10 +94,7 @@ CBCAN_EXPORT("out_size") unsigned module_out_size() {
 CBCAN_EXPORT("give") void module_give(unsigned name_size, bool is_folder, bool is_there) {
   std::string name = here().in.substr(0, name_size);
   auto content = is_there ? std::optional(here().in.substr(name_size)) : std::nullopt;
-  if (is_folder)
-    here().instance.give_folder(std::move(name), std::move(content));
-  else
-    here().instance.give_file(std::move(name), std::move(content));
+  here().instance.give(std::move(name), is_folder, std::move(content));
 }
 
 /// Takes {"call", ...} and returns JSON.

@@ -122,12 +122,11 @@ Instance::Instance()
     : read_(config::with_demo_plant([this](const std::string& path) { return read(path); })) {}
 Instance::~Instance() = default;
 
-void Instance::give_file(std::string name, std::optional<std::string> text) {
-  files_[std::move(name)] = std::move(text);
-}
-
-void Instance::give_folder(std::string name, std::optional<std::string> files) {
-  folders_[std::move(name)] = files ? std::optional(lines_of(*files)) : std::nullopt;
+void Instance::give(std::string name, bool is_folder, std::optional<std::string> content) {
+  if (is_folder)
+    folders_[std::move(name)] = content ? std::optional(lines_of(*content)) : std::nullopt;
+  else
+    files_[std::move(name)] = std::move(content);
 }
 
 /// Continues without a missing file, so that all missing ones are found in one run.
