@@ -136,8 +136,7 @@ session::Served Simulator::served() const {
   session::Served served;
   if (modbus_) {
     const io::ModbusTcp::Counters counters = modbus_->counters();
-    served.requests = counters.requests;
-    served.exceptions = counters.exceptions;
+    served.modbus = counters;
     served.connections = counters.connections;
     served.clients = modbus_->clients();
   }

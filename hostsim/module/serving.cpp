@@ -111,8 +111,7 @@ Json Instance::fill(unsigned stream) {
 session::Served Instance::served() const {
   session::Served served;
   if (modbus_) {
-    served.requests = modbus_->counters().requests;
-    served.exceptions = modbus_->counters().exceptions;
+    served.modbus = modbus_->counters();
     served.connections = connections_;
     served.clients = connections_ - left_;
   }

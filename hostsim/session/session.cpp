@@ -132,7 +132,7 @@ web::Json Session::about() const {
   if (const std::string& modbus = services_.at("modbus").place; !modbus.empty()) {
     json["modbus"] = modbus;
     json["clients"] = served.clients;
-    json["requests"] = served.requests;
+    json["requests"] = served.modbus.requests;
   }
   return json;
 }
@@ -275,8 +275,8 @@ std::string Session::summary() const {
     text += module_summary(*network);
   const Served served = host_.served();
   if (!services_.at("modbus").place.empty())
-    text += fmt::format("Modbus requests {}, exceptions {}, connections {}\n", served.requests,
-                        served.exceptions, served.connections);
+    text += fmt::format("Modbus requests {}, exceptions {}, connections {}\n", served.modbus.requests,
+                        served.modbus.exceptions, served.connections);
   return text;
 }
 

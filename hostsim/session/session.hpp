@@ -19,6 +19,7 @@
 #include "plant/plant.hpp"
 #include "protocols/dialogue.hpp"
 #include "protocols/http_site.hpp"
+#include "protocols/modbus_server.hpp"
 #include "scenario/scenario_writer.hpp"
 #include "session/services.hpp"
 #include "session/waits.hpp"
@@ -31,10 +32,9 @@ inline constexpr std::string_view kBehind =
     "called less "
     "often, or use --clock manual";
 
-/// What is served at present; the first four by Modbus TCP.
+/// What is served at present; the first three by Modbus TCP.
 struct Served {
-  std::uint64_t requests = 0;
-  std::uint64_t exceptions = 0;
+  protocols::ModbusServer::Counters modbus;
   std::uint64_t connections = 0;
   std::size_t clients = 0;
   bool http_may_write = false;
