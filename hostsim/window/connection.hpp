@@ -13,8 +13,8 @@
 #include <span>
 #include <string>
 
+#include "cbcan/window.hpp"
 #include "window/framing.hpp"
-#include "window/request.hpp"
 
 namespace cbcan::window {
 
