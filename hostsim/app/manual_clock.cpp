@@ -61,7 +61,7 @@ void Simulator::let_time_pass() {
     poll_clients();
     bool is_over = false;
     while (!is_over && session_->waits().want_time() && !signals_.poll()) {
-      clock_.set(session_->next_step());
+      manual_now_ = session_->next_step();
       session_->advance();
       is_over = session_->poll_waits();
     }

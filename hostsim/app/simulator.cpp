@@ -21,7 +21,7 @@ Simulator::Simulator(const config::Config& config, config::PlantBuild build, con
     : console_(console),
       warn_([this](const std::string& line) { session_ ? session_->warn(line) : console_.warn(line); }),
       signals_(reactor_),
-      clock_(reactor_, config.clock == config::ClockKind::kReal),
+      clock_runs_(config.clock == config::ClockKind::kReal),
       reads_input_(reads_input),
       files_(files) {
   if (files == Files::kCopied) copies_ = plant::ParameterCopies(build.parameters);
@@ -58,10 +58,11 @@ void Simulator::fail(base::ExitCode code, const std::string& why) {
 }
 
 void Simulator::open_buses(const config::Config& config) {
+  const session::Host& host = *this;
   for (std::size_t i = 0; i < config.networks.size(); ++i) {
     const config::NetworkConfig& network = config.networks[i];
     connections_.push_back(
-        std::make_unique<BusConnections>(network, *plant().networks()[i], reactor_, clock_, warn_));
+        std::make_unique<BusConnections>(network, *plant().networks()[i], reactor_, host, warn_));
     if (connections_.back()->exist()) connected_.push_back(connections_.back().get());
     session_->services().at("plc", network.number).place = connections_.back()->plc();
   }
@@ -96,7 +97,7 @@ void Simulator::open_views(const config::Config& config) {
     pcap_.emplace(
         session_->control().journal(),
         io::PcapFile::Settings{config.pcap, config.pcap_mb * kMegabyte, plant().networks().size(),
-                               clock_.wall_offset() + session_->started(), clock_.most_waiting()},
+                               wall_offset() + session_->started(), most_waiting(*this)},
         [this](base::Buffer& to, const auto& event) {
           append_packet_comment(to, event, session_->control().journal(), session_->find_name());
         },
@@ -153,13 +154,13 @@ void Simulator::poll_views() {
 }
 
 void Simulator::run() {
-  observed_ = !clock_.runs() || session_->has_views() || pcap_ || rtu_ || http_ || !commands_.empty() ||
+  observed_ = !clock_runs_ || session_->has_views() || pcap_ || rtu_ || http_ || !commands_.empty() ||
               !bus_servers_.empty() || !connected_.empty();
   reactor_.read_clock();
-  if (clock_.runs()) session_->set_time_of_day(session_->started() + clock_.wall_offset());
+  if (clock_runs_) session_->set_time_of_day(session_->started() + wall_offset());
   plant().start(observed_);
-  if (!clock_.runs()) drive_by_commands();
-  while (clock_.runs() && !stop_requested())
+  if (!clock_runs_) drive_by_commands();
+  while (clock_runs_ && !stop_requested())
     poll(kNever);
   flush();
   for (io::StreamServer& server : commands_)
@@ -190,7 +191,7 @@ bool Simulator::stop_requested() const {
 std::size_t Simulator::poll(Time until) {
   Time next = next_deadline();
   if (observed_ || next <= reactor_.time() || console_.waits()) next = poll_due();
-  if (clock_.runs()) reactor_.hold_at(plant().schedule().first_time());
+  if (clock_runs_) reactor_.hold_at(plant().schedule().first_time());
   return reactor_.poll(stopping_ ? 0 : earlier(until, next));
 }
 
@@ -216,14 +217,14 @@ void Simulator::advance_in_pieces() {
 /// When something is due, apart from observers.
 Time Simulator::next_deadline() const {
   const Time modbus = modbus_ ? modbus_->next_deadline() : kNever;
-  return clock_.runs() ? earlier(modbus, session_->plant().schedule().first_time()) : modbus;
+  return clock_runs_ ? earlier(modbus, session_->plant().schedule().first_time()) : modbus;
 }
 
 /// Does what is due; returns the time of the next action.
 Time Simulator::poll_due() {
   for (BusConnections* network : connected_)
     network->advance();
-  if (clock_.runs()) advance_in_pieces();
+  if (clock_runs_) advance_in_pieces();
   const Time now = reactor_.time();
   if (observed_) session_->poll_waits();
   if (modbus_) modbus_->poll(now);
@@ -258,7 +259,7 @@ Time Simulator::observers_deadline() const {
   if (pcap_) next = pcap_->next_deadline();
   if (http_) next = earlier(next, http_->next_deadline());
   if (rtu_) next = earlier(next, rtu_->next_deadline());
-  if (clock_.runs()) {
+  if (clock_runs_) {
     const Time due = session_->waits().next_deadline();
     if (due != kNever) next = earlier(next, session_->started() + due);
   } else if (session_->waits().want_time()) {
@@ -271,12 +272,12 @@ Time Simulator::observers_deadline() const {
 
 /// On a clock that runs, the plant does afterwards what was due.
 void Simulator::let_pass(Time duration) {
-  if (clock_.runs()) {
+  if (clock_runs_) {
     std::this_thread::sleep_for(std::chrono::microseconds(duration));
     reactor_.read_clock();
   } else {
-    for (const Time end = clock_.now() + duration; clock_.now() < end;) {
-      clock_.set(std::max(clock_.now(), earlier(end, plant().next_deadline())));
+    for (const Time end = now() + duration; now() < end;) {
+      manual_now_ = std::max(now(), earlier(end, plant().next_deadline()));
       session_->advance_and_answer();
     }
   }
