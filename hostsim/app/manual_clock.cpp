@@ -31,7 +31,7 @@ void Simulator::poll_clients() {
 /// Takes no further lines while the responses are not read.
 void Simulator::drive_by_commands() {
   std::optional<io::LineInput> input;
-  if (reads_input_ && !is_background_job()) input.emplace(reactor_, STDIN_FILENO, "standard input");
+  if (reads_input_ && !is_background_job()) input.emplace(reactor_);
   while (!stop_requested() && !(input && input->ended() && !session_->input_waits())) {
     const Time look = !console_.heard() ? io::Reactor::now() + io::Output::kRetry
                       : input           ? input->next_deadline()
