@@ -22,9 +22,8 @@ Simulator::Simulator(const config::Config& config, config::PlantBuild build, con
       warn_([this](const std::string& line) { session_ ? session_->warn(line) : console_.warn(line); }),
       signals_(reactor_),
       clock_runs_(config.clock == config::ClockKind::kReal),
-      reads_input_(reads_input),
-      files_(files) {
-  if (files == Files::kCopied) copies_ = plant::ParameterCopies(build.parameters);
+      reads_input_(reads_input) {
+  if (files == Files::kCopied) copies_.emplace(build.parameters);
   const std::string folder = std::filesystem::current_path().string();
   session_.emplace(config, std::move(build), scenario::absolute_plant(plant_file, folder),
                    static_cast<session::Host&>(*this));
@@ -35,7 +34,7 @@ Simulator::Simulator(const config::Config& config, config::PlantBuild build, con
 }
 
 sim::ParameterStore* Simulator::store(const std::string& file) {
-  if (files_ == Files::kCopied) return copies_.find(file);
+  if (copies_) return copies_->find(file);
   if (file.empty()) return nullptr;
   return parameters_.emplace_back(std::make_unique<io::ParameterFile>(file, warn_)).get();
 }

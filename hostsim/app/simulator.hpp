@@ -106,9 +106,8 @@ class Simulator final : private session::Host {
   bool clock_runs_;
   Time manual_now_ = 0;
   bool reads_input_;
-  Files files_;
   std::vector<std::unique_ptr<io::ParameterFile>> parameters_;
-  plant::ParameterCopies copies_;
+  std::optional<plant::ParameterCopies> copies_;  ///< of parameter files; none = they are written
   std::optional<session::Session> session_;
   std::vector<std::unique_ptr<BusConnections>> connections_;  ///< of each network
   std::vector<BusConnections*> connected_;                    ///< those that exist()
