@@ -48,9 +48,9 @@ void Instance::open_service(std::string_view place) {
     service.connect = protocols::rtu_over_tcp(
         units, [this] { return machine_now_; }, start_.config.rtu.station);
   } else if (name == "http") {
-    http_.emplace(base::parse_stream_address(service.listen).tcp.host,
-                  base::parse_stream_address(service.place).tcp, start_.config.http.write,
-                  session_->http(start_.config));
+    http_ = {base::parse_stream_address(service.listen).tcp.host,
+             base::parse_stream_address(service.place).tcp, start_.config.http.write,
+             session_->http(start_.config)};
   }
 }
 

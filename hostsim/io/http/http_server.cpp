@@ -138,7 +138,7 @@ struct HttpServer::Callbacks {
     request.host = header(connection, "Host");
     request.origin = header(connection, "Origin");
     request.last_event_id = header(connection, "Last-Event-ID");
-    protocols::HttpResponse response = server.site_->respond(request, exchange.is_too_long);
+    protocols::HttpResponse response = server.site_.respond(request, exchange.is_too_long);
     return queue(server, connection, std::move(response));
   }
 
@@ -193,7 +193,7 @@ HttpServer::HttpServer(Reactor& reactor, const base::ListenAddress& listen, bool
                        protocols::HttpSite::Handler handle, Warn warn)
     : reactor_(reactor),
       acceptor_(reactor, "http", {"", listen}, *this, std::move(warn)),
-      site_(std::in_place, listen.host, address(), write, std::move(handle)),
+      site_{listen.host, address(), write, std::move(handle)},
       daemon_(MHD_start_daemon(MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_NO_LISTEN_SOCKET, 0,
                                nullptr, nullptr, Callbacks::on_access, this, MHD_OPTION_NOTIFY_COMPLETED,
                                Callbacks::on_completed, this, MHD_OPTION_NOTIFY_CONNECTION,
