@@ -26,9 +26,6 @@ struct StreamServer::Connection {
   Connection(Descriptor accepted, std::unique_ptr<StreamSession> made)
       : socket(std::move(accepted)), session(std::move(made)) {}
 
-  ssize_t read(char* characters, std::size_t size) const {
-    return is_pty ? ::read(socket.get(), characters, size) : ::recv(socket.get(), characters, size, 0);
-  }
   ssize_t write(std::string_view text) const {
     if (is_pty && input_ended) return errno = EPIPE, -1;
     return is_pty ? ::write(socket.get(), text.data(), text.size())
@@ -127,7 +124,7 @@ std::size_t StreamServer::read_bytes() const {
 bool StreamServer::receive(Connection& client) {
   std::array<char, kMostReadBytes> characters;
   const bool had_ended = client.input_ended;
-  const ssize_t count = client.read(characters.data(), read_bytes());
+  const ssize_t count = ::read(client.socket.get(), characters.data(), read_bytes());
   if (count < 0 && is_temporary(errno)) return true;
   client.input_ended = count == 0 || (count < 0 && client.is_pty);
   if (count == 0) client.session->end_input();
