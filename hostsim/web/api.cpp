@@ -102,16 +102,6 @@ protocols::HttpResponse failed(unsigned status, std::string_view why) {
   return {status, "application/json", line_of({{"error", base::to_utf8(why)}}) + "\n"};
 }
 
-Json faults_of(const sim::FaultSet& set) {
-  Json list = Json::array();
-  for (const sim::SetFault& fault : set.list())
-    list.push_back({{"number", fault.number},
-                    {"fault", fault.text},
-                    {"occasions", fault.occasions},
-                    {"fired", fault.fired}});
-  return list;
-}
-
 /// Server-sent events from a number on that match the query, and the values that it watches.
 class EventStream final : public protocols::HttpStream {
  public:
@@ -278,7 +268,12 @@ Json node_at(const Asked& asked, std::size_t place) {
   json["incidents"] = Json::array();
   for (const std::string_view incident : node.behaviour().incidents())
     json["incidents"].push_back(incident);
-  json["faults"] = faults_of(node.faults());
+  json["faults"] = Json::array();
+  for (const sim::SetFault& fault : node.faults().list())
+    json["faults"].push_back({{"number", fault.number},
+                              {"fault", fault.text},
+                              {"occasions", fault.occasions},
+                              {"fired", fault.fired}});
   if (id == sim::Node::kNoNodeId) return json;
   if (const Time heard = watch.heard_at(id); heard != kNever) json["heard"] = seconds_of(heard);
   if (const auto message = journal::emergency_of(watch.last_emergency(id)))
