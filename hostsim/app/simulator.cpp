@@ -7,6 +7,7 @@
 #include <chrono>
 #include <csignal>
 #include <filesystem>
+#include <functional>
 #include <thread>
 #include <utility>
 
@@ -70,9 +71,8 @@ void Simulator::open_buses(const config::Config& config) {
 
 /// Without a module in any network there is nothing to serve.
 void Simulator::open_modbus(const config::Config& config) {
-  if (std::ranges::all_of(plant().networks(),
-                          [](const auto& network) { return network->registers().empty(); }))
-    return;
+  session::Services& services = session_->services();
+  if (services.at("modbus").listen.empty()) return;
   std::vector<protocols::ModbusUnit*> units;
   for (const auto& network : plant().networks())
     units.push_back(network.get());
@@ -83,7 +83,6 @@ void Simulator::open_modbus(const config::Config& config) {
                      protocols::rtu_over_tcp(units, io::Reactor::now, rtu.station), warn_);
   const modbus::DeviceIdentity identity{"cbcan", "cbcan-sim", kVersion};
   modbus_.emplace(reactor_, std::move(units), io::ModbusTcpSettings{config.modbus, identity}, warn_);
-  session::Services& services = session_->services();
   services.at("modbus").place = to_string(modbus_->address());
   if (rtu_) services.at("rtu").place = rtu_->device();
   if (rtu_tcp_) services.at("rtu_tcp").place = to_string(rtu_tcp_->address());
@@ -102,9 +101,7 @@ void Simulator::open_views(const config::Config& config) {
         },
         warn_);
   if (modbus_ && (session_->has_views() || pcap_ || http_))
-    modbus_->on_client = [this](std::uint32_t client, std::string_view address, bool joined) {
-      session_->on_client(client, address, joined);
-    };
+    modbus_->on_client = std::bind_front(&session::Session::on_client, &*session_);
 }
 
 void Simulator::record(const std::string& path) {
