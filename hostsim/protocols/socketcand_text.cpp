@@ -74,12 +74,9 @@ std::optional<Frame> parse_send(Words words) {
 /// A remote frame has nine digits: with eight, its flag would make the identifier an extended one.
 void append_send(std::string& text, const Frame& frame) {
   const bool remote = (frame.flags & Frame::kRemote) != 0;
-  const bool extended = (frame.flags & Frame::kExtended) != 0;
-  if (remote)
-    text += fmt::format("< send {:09x} {}", frame.id | kRemoteFlag | (extended ? kExtendedFlag : 0),
-                        frame.length);
-  else
-    text += fmt::format("< send {:0{}x} {}", frame.id, digits_of(frame), frame.length);
+  const std::uint32_t extended = (frame.flags & Frame::kExtended) != 0 ? kExtendedFlag : 0;
+  const std::uint32_t id = remote ? frame.id | kRemoteFlag | extended : frame.id;
+  text += fmt::format("< send {:0{}x} {}", id, remote ? 9 : digits_of(frame), frame.length);
   for (std::size_t i = 0; i < frame.length; ++i)
     text += fmt::format(" {:x}", frame.data[i]);
   text += " >";
