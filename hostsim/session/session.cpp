@@ -113,12 +113,10 @@ std::string Session::name_of(std::size_t network) const {
 
 protocols::HttpSite::Handler Session::http(const config::Config& config) {
   control().journal();
-  api_.emplace(
-      web::Api::Parts{control(), find_name_,
+  return web::api_of({control(), find_name_,
                       [this](std::string_view line, const auto& dialogue) { return execute(line, dialogue); },
                       [this] { advance_and_answer(); }, [this] { return about(); },
                       [wires = wires_of(config)] { return wires; }});
-  return [this](const protocols::HttpRequest& request) { return api_->respond(request); };
 }
 
 web::Json Session::about() const {

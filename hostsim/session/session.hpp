@@ -169,7 +169,6 @@ class Session final : private plant::NetworkListener {
   journal::FindName find_name_;
   Waits waits_;
   Services services_;
-  std::optional<web::Api> api_;
   std::shared_ptr<protocols::Dialogue> input_ = std::make_shared<protocols::Dialogue>();
   std::function<bool()> look_;
 };

@@ -200,7 +200,7 @@ class CommandStream final : public protocols::HttpStream {
 
 /// A request of which the path is known.
 struct Asked {
-  const Api::Parts& parts;
+  const ApiParts& parts;
   EventTexts& texts;
   const protocols::HttpRequest& request;
   std::size_t network;
@@ -399,7 +399,7 @@ protocols::HttpResponse follow(const Asked& asked) {
 }
 
 protocols::HttpResponse last_minute(const Asked& asked) {
-  const Api::Parts& parts = asked.parts;
+  const ApiParts& parts = asked.parts;
   return {.type = "application/toml",
           .body = scenario::scenario_of_last_minute(parts.control, parts.find, parts.about()["plant"])};
 }
@@ -429,19 +429,17 @@ constexpr Route kRoutes[] = {
     {"/api/wires", wires},
 };
 
-}  // namespace
-
-protocols::HttpResponse Api::respond(const protocols::HttpRequest& request) {
-  parts_.advance();
+protocols::HttpResponse respond(const ApiParts& parts, EventTexts& texts,
+                                const protocols::HttpRequest& request) {
+  parts.advance();
   try {
     if (request.method == "POST" && request.path != "/api/control")
       return failed(404, "POST is for /api/control; its command `write` writes registers");
     if (request.method == "POST")
       return {.type = "text/plain; charset=utf-8",
-              .stream = std::make_unique<CommandStream>(parts_.execute, request.body)};
+              .stream = std::make_unique<CommandStream>(parts.execute, request.body)};
     if (auto page = page_at(request.path)) return std::move(*page);
-    Asked asked{parts_, texts_, request,
-                number_in(request.query, "network", 1, parts_.control.networks(), 1)};
+    Asked asked{parts, texts, request, number_in(request.query, "network", 1, parts.control.networks(), 1)};
     std::string path = request.path;
     if (const std::size_t end = path.rfind('/'); path.starts_with(kNodes) && end > kNodes.size()) {
       asked.node = std::string_view(request.path).substr(kNodes.size(), end - kNodes.size());
@@ -454,6 +452,15 @@ protocols::HttpResponse Api::respond(const protocols::HttpRequest& request) {
   } catch (const plant::Refused& refused) {
     return failed(400, refused.what());
   }
+}
+
+}  // namespace
+
+protocols::HttpSite::Handler api_of(ApiParts parts) {
+  const auto texts = std::make_shared<EventTexts>(parts.control.journal(), parts.find);
+  return [parts = std::move(parts), texts](const protocols::HttpRequest& request) {
+    return respond(parts, *texts, request);
+  };
 }
 
 }  // namespace cbcan::web

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Any bytes from an HTTP client, in pieces of the length in the first byte: the server closes the connection or
-// responds, JSON is valid, only commands change the plant, and the next client is served.
+// Any bytes from an HTTP client, in pieces of the length in the first byte: the server closes the connection
+// or responds, JSON is valid, only commands change the plant, and the next client is served.
 #include <sys/socket.h>
 
 #include <nlohmann/json.hpp>
@@ -36,12 +36,12 @@ struct Plant {
   plant::Control control{{&plant.network}, plant.now};
   journal::FindName find = [](std::uint8_t, std::uint8_t, std::uint16_t, std::uint8_t) { return nullptr; };
   std::size_t commands = 0;
-  web::Api api{{control, find, [this](std::string_view line, const auto&) { return execute(line); },
-                [] {},
-                [] {
-                  return web::Json{{"program", "fuzz"}};
-                },
-                [] { return web::Json::array(); }}};
+  protocols::HttpSite::Handler api =
+      web::api_of({control, find, [this](std::string_view line, const auto&) { return execute(line); }, [] {},
+                   [] {
+                     return web::Json{{"program", "fuzz"}};
+                   },
+                   [] { return web::Json::array(); }});
 };
 
 /// For many inputs: a listener for each would cost more than everything else.
@@ -51,7 +51,7 @@ struct Server {
   io::HttpServer http{reactor,
                       {"127.0.0.1", 0},
                       false,
-                      [this](const protocols::HttpRequest& request) { return plant->api.respond(request); },
+                      [this](const protocols::HttpRequest& request) { return plant->api(request); },
                       [](const std::string&) {}};
 };
 
