@@ -68,18 +68,6 @@ void check_places(const config::Config& config) {
   }
 }
 
-/// Throws io::UsageError, as a start does, which loads them for its nodes.
-void check_parameters(const config::Config& config) {
-  const auto load = [](const std::string& file) {
-    if (!file.empty()) io::ParameterFile(file, [](const std::string&) {}).load();
-  };
-  for (const config::NetworkConfig& network : config.networks) {
-    load(network.module.parameters);
-    for (const config::NodeConfig& node : network.nodes)
-      load(node.parameters);
-  }
-}
-
 int run(config::Start& start, const base::FileReader& read, Console& console) {
   const search::Settings explored = search::read_settings(start.plant_text, start.plant_file);
   const search::Moments faults = search::only(start.search.only, explored, start.config);
@@ -93,7 +81,8 @@ int run(config::Start& start, const base::FileReader& read, Console& console) {
   if (!build.good) return code(ExitCode::kUsage);
   check_places(config);
   if (start.check) {
-    check_parameters(config);
+    for (const auto& [path, text] : build.parameters)  // as a start does for its nodes; throws io::UsageError
+      io::ParameterFile(path, [](const std::string&) {}).load();
     search::check_conditions(explored, config, std::move(build));
     return code(ExitCode::kDone);
   }
