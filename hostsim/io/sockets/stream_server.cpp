@@ -49,10 +49,18 @@ StreamServer::StreamServer(Reactor& reactor, std::string_view service, const Str
         return protocols::without_browsers(make(), [this] { warn_of_browser(); });
       }),
       address_(address) {
-  if (address.is_pty)
-    serve_pty(service);
-  else
+  if (!address.is_pty) {
     acceptor_.emplace(reactor, service, address, static_cast<AcceptsClients&>(*this), std::move(warn));
+    return;
+  }
+  PseudoTerminal terminal(service, address_);
+  const int fd = terminal.port.get();
+  adopt(std::move(terminal.port));
+  link_ = std::move(terminal.link);
+  Connection& client = *connections_.at(fd);
+  client.is_pty = true;
+  client.interest |= Reactor::kEdge;  // without a client it would be ready all the time
+  reactor_.change(fd, client.interest);
 }
 
 StreamServer::~StreamServer() {
@@ -88,18 +96,6 @@ bool StreamServer::make_room() {
   if (found == connections_.end()) return false;
   close(*found->second);
   return true;
-}
-
-/// Edge-triggered, because a pseudo-terminal without a client would be ready all the time.
-void StreamServer::serve_pty(std::string_view service) {
-  PseudoTerminal terminal(service, address_);
-  const int fd = terminal.port.get();
-  adopt(std::move(terminal.port));
-  link_ = std::move(terminal.link);
-  Connection& client = *connections_.at(fd);
-  client.is_pty = true;
-  client.interest |= Reactor::kEdge;
-  reactor_.change(fd, client.interest);
 }
 
 void StreamServer::close(Connection& client) {
