@@ -90,7 +90,13 @@ void Simulator::open_modbus(const config::Config& config) {
 
 void Simulator::open_views(const config::Config& config) {
   constexpr std::uint64_t kMegabyte = 1'000'000;
-  if (!config.record.empty()) record(config.record);
+  if (!config.record.empty()) {
+    const auto file = std::make_shared<io::Output>(io::Output::open("record", config.record));
+    session_->record([file](std::string_view lines) {
+      file->add(lines);
+      file->flush();
+    });
+  }
   if (!config.pcap.empty())
     pcap_.emplace(
         session_->control().journal(),
@@ -102,14 +108,6 @@ void Simulator::open_views(const config::Config& config) {
         warn_);
   if (modbus_ && (session_->has_views() || pcap_ || http_))
     modbus_->on_client = std::bind_front(&session::Session::on_client, &*session_);
-}
-
-void Simulator::record(const std::string& path) {
-  auto file = std::make_shared<io::Output>(io::Output::open("record", path));
-  session_->record([file](std::string_view lines) {
-    file->add(lines);
-    file->flush();
-  });
 }
 
 void Simulator::open_services(const config::Config& config) {

@@ -84,7 +84,6 @@ class Simulator final : private session::Host {
   void open_modbus(const config::Config& config);
   void open_views(const config::Config& config);
   void open_services(const config::Config& config);
-  void record(const std::string& path);
   bool stop_requested() const;
   void drive_by_commands();
   void poll_clients();
