@@ -143,12 +143,11 @@ void Session::record(std::function<void(std::string_view lines)> tell) {
 }
 
 void Session::poll_views() {
-  poll_recording();
-  poll_trace();
+  if (recording_) poll_recording();
+  if (trace_) poll_trace();
 }
 
 void Session::poll_trace() {
-  if (!trace_) return;
   base::Buffer& lines = trace_->lines;
   const std::uint64_t missed = trace_->cursor.look([&](std::uint64_t /*number*/, const Event& event) {
     append(lines, "cbcan-sim: ", base::Seconds{event.at}, ' ');
@@ -163,7 +162,6 @@ void Session::poll_trace() {
 }
 
 void Session::poll_recording() {
-  if (!recording_) return;
   recording_->cursor.look([this](std::uint64_t /*number*/, const Event& event) {
     recording_->tell(recording_->writer.text_of(event));
     return true;
@@ -171,7 +169,7 @@ void Session::poll_recording() {
 }
 
 void Session::warn(std::string_view line) {
-  poll_trace();
+  if (trace_) poll_trace();
   host_.tell(fmt::format("cbcan-sim: {}\n", base::to_utf8(line)));
 }
 
@@ -220,7 +218,7 @@ void Session::advance() {
 
 bool Session::poll_waits() {
   control().set_now(now_);
-  poll_recording();
+  if (recording_) poll_recording();
   if (look_ && !look_()) host_.shut_down();
   return waits_.poll();
 }
