@@ -99,18 +99,6 @@ std::string_view readable(std::string_view text, Findings& findings) {
   return text;
 }
 
-std::vector<Object> read_objects(const std::vector<Section>& sections, ValueReader& values,
-                                 StandardType standard_type, Findings& findings) {
-  const std::vector<ObjectSections> objects = collect_objects(sections, findings);
-  if (objects.empty())
-    findings.error(1, "there is no object in it, no section like [1000]: is this an EDS or DCF?");
-  report_left_out(sections, objects, values, findings);
-  ObjectReader reader(values, standard_type, findings, sections.size());
-  for (const ObjectSections& object : objects)
-    reader.read(object);
-  return reader.take();
-}
-
 }  // namespace
 
 const Object* DeviceDescription::find(std::uint16_t index, std::uint8_t sub) const {
@@ -131,7 +119,11 @@ Result read(std::string_view text, std::string file_name, std::optional<std::uin
   const std::optional<std::uint8_t> own = read_node_id(sections, findings);
   device.node_id = node_id ? node_id : own;
   ValueReader values(findings, device.node_id);
-  device.objects = read_objects(sections, values, standard_type, findings);
+  const std::vector<ObjectSections> objects = collect_objects(sections, findings);
+  if (objects.empty())
+    findings.error(1, "there is no object in it, no section like [1000]: is this an EDS or DCF?");
+  report_left_out(sections, objects, values, findings);
+  device.objects = read_objects(objects, sections.size(), values, standard_type, findings);
   result.diagnostics = findings.take();
   return result;
 }
