@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <limits>
 
 #include "base/numbers.hpp"
 #include "base/utf8.hpp"

@@ -2,7 +2,6 @@
 // cbcanctl status: R3928..R4099, the states of all nodes as the module sees them.
 #include <fmt/core.h>
 
-#include <algorithm>
 #include <chrono>
 #include <thread>
 

@@ -3,7 +3,6 @@
 
 #include <utility>
 
-#include "base/utf8.hpp"
 #include "plant/virtual_plant.hpp"
 #include "scenario/search/judge.hpp"
 
