@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "base/setting.hpp"
 
-#include <fmt/core.h>
-
 #include <algorithm>
 #include <cmath>
 
 #include "base/address.hpp"
-#include "base/numbers.hpp"
 #include "base/suggestion.hpp"
 #include "base/words.hpp"
 

@@ -5,11 +5,7 @@
 
 #include <algorithm>
 #include <array>
-#include <map>
-#include <string_view>
-#include <utility>
 
-#include "base/address.hpp"
 #include "base/files.hpp"
 #include "base/numbers.hpp"
 #include "cbcan/regmap.hpp"

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "config/eds_file.hpp"
 
-#include <utility>
-
 #include "descriptions/eds_reader.hpp"
 #include "devices/devices.hpp"
 #include "devices/lua/lua_device.hpp"

@@ -7,9 +7,7 @@
 #include <array>
 #include <iterator>
 #include <map>
-#include <span>
 #include <utility>
-#include <vector>
 
 #include "base/address.hpp"
 #include "base/numbers.hpp"

@@ -8,7 +8,6 @@
 #include <iterator>
 #include <utility>
 
-#include "base/address.hpp"
 #include "base/command.hpp"
 #include "base/error.hpp"
 #include "base/numbers.hpp"

@@ -8,7 +8,6 @@
 #include <span>
 #include <tuple>
 #include <utility>
-#include <vector>
 
 #include "base/numbers.hpp"
 #include "base/words.hpp"

@@ -2,7 +2,6 @@
 #include "descriptions/diagnostics.hpp"
 
 #include <algorithm>
-#include <utility>
 
 #include "base/utf8.hpp"
 

@@ -3,16 +3,10 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdint>
-#include <optional>
-#include <string>
-#include <string_view>
 #include <utility>
-#include <vector>
 
 #include "base/numbers.hpp"
 #include "base/words.hpp"
-#include "descriptions/diagnostics.hpp"
 #include "descriptions/object_reader.hpp"
 #include "descriptions/object_sections.hpp"
 #include "descriptions/value_reader.hpp"

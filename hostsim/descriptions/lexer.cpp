@@ -3,10 +3,6 @@
 
 #include <algorithm>
 #include <string>
-#include <utility>
-
-#include "base/words.hpp"
-#include "descriptions/diagnostics.hpp"
 
 namespace cbcan::descriptions {
 

@@ -7,7 +7,6 @@
 #include <array>
 #include <bit>
 
-#include "base/numbers.hpp"
 #include "base/utf8.hpp"
 #include "base/value.hpp"
 #include "base/words.hpp"

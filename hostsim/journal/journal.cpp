@@ -2,7 +2,6 @@
 #include "journal/journal.hpp"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 
 #include "base/buffer.hpp"

@@ -6,10 +6,8 @@
 #include <algorithm>
 #include <bit>
 #include <iterator>
-#include <map>
 #include <numeric>
 #include <set>
-#include <utility>
 
 #include "scenario/outcome.hpp"
 
