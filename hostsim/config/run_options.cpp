@@ -19,10 +19,6 @@ namespace cbcan::config {
 
 namespace {
 
-base::Problem check_target(const base::Value& value) {
-  return base::problem_of([&] { target_of(std::get<std::string>(value)); });
-}
-
 using base::setting;
 
 // clang-format off
@@ -34,7 +30,7 @@ constexpr std::array kOwnRows{
     setting<&RunConfig::target>({.key = "run.target", .option = "--target HOST:PORT|rtu:DEV,BAUD,PARITY",
                              .help = "Plays on the registers of this Modbus server, in real time; expectations about nodes and frames are "
                                      "ignored, and scenarios that act on them are skipped",
-                             .domain = "HOST:PORT or rtu:DEV,BAUD,PARITY", .instead = kUseProgram, .check = check_target}),
+                             .domain = "HOST:PORT or rtu:DEV,BAUD,PARITY", .instead = kUseProgram, .check = base::check_by<target_of>}),
     setting<&RunConfig::check>({.key = "run.check", .option = "--check", .help = "Only checks the files and reports mistakes"}),
 };
 constexpr std::array kRunWords{
