@@ -148,7 +148,7 @@ class Options {
   void apply_node(std::string_view text) {
     const auto sides = base::split(text, '=');
     if (!sides) return complain("must be ID=FILE, such as 5=io_module.eds");
-    const NodeConfig* const known = find(sides->first);
+    const NodeConfig* const known = find_node(*network_, sides->first);
     const std::array keys{
         TextKey("id", sides->first),
         TextKey(devices::is_script(sides->second) ? "device" : "eds", sides->second)};
@@ -181,13 +181,6 @@ class Options {
     for (const std::string_view word : std::span(words).subspan(1))
       keys.push_back(base::split(word, '=').value_or(TextKey(word, {})));
     apply_texts("wire+", keys);
-  }
-
-  NodeConfig* find(std::string_view id) {
-    const auto number = base::parse_integer(id);
-    const auto node = std::ranges::find_if(
-        network_->nodes, [number](const NodeConfig& each) { return number == each.id; });
-    return node == network_->nodes.end() ? nullptr : &*node;
   }
 
   const Arguments& arguments_;

@@ -259,9 +259,8 @@ class Reader {
     const toml::table* const nodes = root[kNodeTable].as_table();
     if (nodes == nullptr) return read(root);
     const auto [key, table] = *nodes->begin();
-    const auto id = base::parse_integer(key.str());
-    const auto node = std::ranges::find_if(network_->nodes, [id](const NodeConfig& n) { return id == n.id; });
-    if (node == network_->nodes.end())
+    NodeConfig* const node = find_node(*network_, key.str());
+    if (node == nullptr)
       return complain(key, fmt::format("there is no node {0}; add --node {0}=FILE.eds", key.str()));
     if (!table.is_table()) return complain(key, "must be node.ID.KEY, such as node.5.heartbeat_ms");
     change_node(*table.as_table(), *node);
