@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <utility>
 
 #include "base/buffer.hpp"
 
@@ -25,7 +26,8 @@ std::span<const std::string_view> service_names() {
 }
 
 /// Bytes that do not fit at the end of the ring begin at its front again: they are never in two pieces.
-std::uint64_t ByteRing::add(std::initializer_list<std::span<const std::uint8_t>> parts) {
+Event& Journal::add(Event event, std::initializer_list<std::span<const std::uint8_t>> parts) {
+  if (end_ % (size_ / 2) == 0) on_filled();
   std::size_t size = 0;
   for (const auto& part : parts)
     size += part.size();
@@ -33,16 +35,7 @@ std::uint64_t ByteRing::add(std::initializer_list<std::span<const std::uint8_t>>
   std::uint8_t* to = bytes_.data() + used_ % bytes_.size();
   for (const auto& part : parts)
     to = std::copy_n(part.data(), part.size(), to);
-  used_ += size;
-  return used_ - size;
-}
-
-Event& Journal::add(Event event, std::initializer_list<std::span<const std::uint8_t>> parts) {
-  if (end_ % (size_ / 2) == 0) on_filled();
-  std::size_t size = 0;
-  for (const auto& part : parts)
-    size += part.size();
-  event.bytes = bytes_.add(parts);
+  event.bytes = std::exchange(used_, used_ + size);
   event.size = static_cast<std::uint16_t>(size);
   latest_[static_cast<std::size_t>(event.kind)] = end_;
   return ring_[end_++ % size_] = event;

@@ -94,24 +94,6 @@ constexpr bool failed(const Event& ended) {
   return ended.result != 0 && ended.result != static_cast<std::uint16_t>(regmap::Result::kRestarted);
 }
 
-/// The latest bytes of those that were added.
-class ByteRing {
- public:
-  explicit ByteRing(std::size_t size) : bytes_(size) {}
-
-  /// Appends the concatenated `parts`, which fit into the ring; returns where they begin, for at().
-  std::uint64_t add(std::initializer_list<std::span<const std::uint8_t>> parts);
-  /// False: those that begin there have been overwritten.
-  bool holds(std::uint64_t begin) const { return begin + bytes_.size() >= used_; }
-  std::span<const std::uint8_t> at(std::uint64_t begin, std::size_t size) const {
-    return std::span(bytes_).subspan(begin % bytes_.size(), size);
-  }
-
- private:
-  std::vector<std::uint8_t> bytes_;
-  std::uint64_t used_ = 0;  ///< bytes used so far, as if bytes_ had no end
-};
-
 class Journal {
  public:
   static constexpr std::size_t kEvents = 100'000;
@@ -134,7 +116,8 @@ class Journal {
   std::uint64_t latest_of(Kinds kinds) const;
   /// Empty when they have been overwritten.
   std::span<const std::uint8_t> bytes(const Event& event) const {
-    return bytes_.holds(event.bytes) ? bytes_.at(event.bytes, event.size) : std::span<const std::uint8_t>();
+    if (event.bytes + bytes_.size() < used_) return {};
+    return std::span(bytes_).subspan(event.bytes % bytes_.size(), event.size);
   }
   std::string_view text(const Event& event) const;
 
@@ -146,7 +129,8 @@ class Journal {
  private:
   std::vector<Event> ring_;
   std::size_t size_ = ring_.size();
-  ByteRing bytes_;
+  std::vector<std::uint8_t> bytes_;             ///< a ring of those of the latest events
+  std::uint64_t used_ = 0;                      ///< of bytes_ so far, as if they had no end
   std::array<std::uint64_t, kKinds> latest_{};  ///< number by Kind; 0 = none
   std::uint64_t end_ = 1;
   std::uint32_t transactions_ = 0;
