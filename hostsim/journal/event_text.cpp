@@ -13,7 +13,6 @@
 #include "cbcan/canopen/sync.hpp"
 #include "cbcan/canopen/time_stamp.hpp"
 #include "cbcan/regmap.hpp"
-#include "descriptions/emergency.hpp"
 #include "descriptions/values.hpp"
 #include "journal/watch.hpp"
 #include "sim/frame_text.hpp"

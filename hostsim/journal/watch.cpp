@@ -47,12 +47,10 @@ std::uint8_t node_in(std::string_view text) {
 
 }  // namespace
 
-std::optional<Emergency> emergency_of(const Frame& frame) {
+std::optional<descriptions::EmergencyMessage> emergency_of(const Frame& frame) {
   const bool is_one = frame.id >= EmergencyConsumer::kFirstId + 1 && frame.id <= EmergencyConsumer::kLastId &&
                       frame.flags == 0 && frame.length == frame.data.size();
-  if (!is_one) return std::nullopt;
-  return Emergency{static_cast<std::uint8_t>(frame.id & nmt::kMaxNode),
-                   static_cast<std::uint16_t>(frame.data[0] | frame.data[1] << 8)};
+  return is_one ? std::optional(descriptions::emergency_from(frame.data)) : std::nullopt;
 }
 
 std::uint32_t word_at(std::span<const std::uint8_t> pdu, std::size_t place) {

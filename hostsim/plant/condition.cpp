@@ -274,7 +274,7 @@ class EmergencyCondition final : public FramesCondition {
  private:
   bool matches(const Frame& frame) const override {
     const auto message = journal::emergency_of(frame);
-    return message && message->node == node_ && (!code_ || message->code == *code_);
+    return message && (frame.id & nmt::kMaxNode) == node_ && (!code_ || message->code == *code_);
   }
 
   std::uint32_t node_;

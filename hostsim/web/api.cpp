@@ -284,7 +284,7 @@ Json node_at(const Asked& asked, std::size_t place) {
   if (const auto message = journal::emergency_of(watch.last_emergency(id)))
     json["emergency"] = {{"code", message->code},
                          {"words", descriptions::emergency_meaning(message->code)},
-                         {"error_register", watch.last_emergency(id).data[2]}};
+                         {"error_register", message->error_register}};
   const auto has = [&node](std::uint16_t index) {
     ObjectEntry entry{};
     return node.device().dictionary().find(index, 0, entry) == AbortCode::kNone;
