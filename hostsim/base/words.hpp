@@ -36,12 +36,11 @@ std::string_view take_part(std::string_view& rest, char mark);
 /// Removes the first line from the front of `rest` and returns it without its end.
 std::string_view take_line(std::string_view& rest);
 
-/// Equality and order without regard to the case of ASCII letters.
+/// Equality without regard to the case of ASCII letters.
 bool same_letters(std::string_view a, std::string_view b);
 inline bool same_text(std::string_view a, std::string_view b) {
   return a.size() == b.size() && same_letters(a, b);
 }
-bool less_text(std::string_view a, std::string_view b);
 
 /// The parts of "node.objects.sub": "node.objects" and "sub".
 std::string_view table_of(std::string_view key);

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "base/arguments.hpp"
+#include "base/numbers.hpp"
 #include "base/words.hpp"
 #include "cbcan/regmap.hpp"
 #include "cbcan/version.hpp"
@@ -42,6 +43,24 @@ std::string about(const base::WrongWord& wrong) {
   if (found.empty() || !wrong.message.starts_with("no such")) return wrong.message;
   if (found.starts_with("node.")) found.insert(5, "ID.");
   return fmt::format("no such option; did you mean --set {}=...?", found);
+}
+
+/// The number in an argument of kNetworkOption; 0 = not the number of a network.
+std::size_t network_number(std::string_view text) {
+  const std::int64_t number = base::parse_integer(text).value_or(0);
+  return number >= 1 && number <= std::int64_t{kMostNetworks} ? static_cast<std::size_t>(number) : 0;
+}
+
+bool is_about_whole_plant(std::string_view option) {
+  const auto is_it = [option](const base::Row& row) { return base::option_name(row.option) == option; };
+  return option == "--modbus" || std::ranges::any_of(settings(), is_it) ||
+         std::ranges::any_of(search_settings(), is_it);
+}
+
+bool is_repeatable(std::string_view option) {
+  constexpr std::array<std::string_view, 5> kRepeatable{"--set", "--node", "--fault", "--wire",
+                                                        kNetworkOption};
+  return std::ranges::find(kRepeatable, option) != kRepeatable.end();
 }
 
 /// Arguments, each with the network that it applies to.

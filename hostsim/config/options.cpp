@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "base/address.hpp"
-#include "base/numbers.hpp"
 #include "base/words.hpp"
 #include "config/plant_file.hpp"
 #include "config/plant_settings.hpp"
@@ -212,25 +211,6 @@ std::vector<std::string_view> all_options() {
   std::ranges::for_each(kRows, add);
   std::ranges::for_each(base::help_rows(), add);
   return options;
-}
-
-std::size_t network_number(std::string_view text) {
-  const auto number = base::parse_integer(text);
-  return number && *number >= 1 && *number <= std::int64_t{kMostNetworks}
-             ? static_cast<std::size_t>(*number)
-             : 0;
-}
-
-bool is_about_whole_plant(std::string_view option) {
-  const auto is_it = [option](const Row& row) { return base::option_name(row.option) == option; };
-  return option == "--modbus" || std::ranges::any_of(settings(), is_it) ||
-         std::ranges::any_of(search_settings(), is_it);
-}
-
-bool is_repeatable(std::string_view option) {
-  constexpr std::array<std::string_view, 5> kRepeatable{"--set", "--node", "--fault", "--wire",
-                                                        kNetworkOption};
-  return std::ranges::find(kRepeatable, option) != kRepeatable.end();
 }
 
 Diagnostics apply_options(const Arguments& arguments, Config& config, SearchConfig& search) {
