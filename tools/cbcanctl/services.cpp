@@ -9,7 +9,6 @@
 #include "base/numbers.hpp"
 #include "base/value.hpp"
 #include "cbcanctl/commands.hpp"
-#include "cbcanctl/transfer_settings.hpp"
 
 namespace cbcan::ctl {
 
@@ -36,6 +35,19 @@ Transaction object_of(const Options& options) {
                          tools::parse_number(options.index, 0xFFFF, "INDEX"),
                          tools::parse_number(options.sub, 0xFF, "SUB"),
                          static_cast<std::size_t>(options.size));
+}
+
+/// Applies --timeout and --mode while `transfer` runs, and always restores the previous values. Meanwhile
+/// they also apply to other programs' transfers.
+Bytes with_settings(window::Client& client, const Options& options, const Transaction& transfer) {
+  const bool asked = options.timeout_ms != 0 || options.mode;
+  // The own node's objects are not read by SDO, and 3003h and 3004h should be shown unchanged.
+  if (!asked || transfer.node == 0 || transfer.node == own::read(client, own::kOwnNodeId, 0, 1)[0])
+    return execute(client, transfer);
+  const Borrowed timeout(client, own::kSdoTimeout, sdo_timeout_of(options.timeout_ms));
+  const Borrowed mode(client, own::kTransferMode,
+                      options.mode ? Bytes{static_cast<std::uint8_t>(*options.mode)} : Bytes());
+  return execute(client, transfer);
 }
 
 void print_done(const Options& options) {

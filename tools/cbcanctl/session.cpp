@@ -11,7 +11,6 @@
 
 #include "base/read_file.hpp"
 #include "base/utf8.hpp"
-#include "cbcanctl/transfer_settings.hpp"
 
 namespace cbcan::ctl {
 
@@ -124,10 +123,7 @@ void run(window::Client& client, std::span<tools::Job* const> jobs, std::string_
          int sdo_timeout_ms) {
   Registers registers(client, what, jobs.size());
   if (tools::run(registers, jobs, static_cast<std::uint16_t>(sdo_timeout_ms))) return;
-  std::optional<Borrowed> timeout;
-  if (sdo_timeout_ms != 0)
-    timeout.emplace(client, own::kSdoTimeout,
-                    descriptions::to_bytes(static_cast<unsigned>(sdo_timeout_ms), 2));
+  const Borrowed timeout(client, own::kSdoTimeout, sdo_timeout_of(sdo_timeout_ms));
   for (std::size_t i = 0; i < jobs.size(); ++i) {
     registers.progress(i);
     while (const auto transaction = jobs[i]->next())
@@ -171,5 +167,37 @@ void write(window::Client& client, std::uint16_t index, const tools::Bytes& valu
 }
 
 }  // namespace own
+
+Borrowed::Borrowed(window::Client& client, std::uint16_t index, const tools::Bytes& value)
+    : client_(client), index_(index) {
+  if (!value.empty()) before_ = own::read(client, index, 0, value.size());
+  if (before_ == value) return;
+  changed_ = true;
+  try {
+    own::write(client, index, value);
+  } catch (const Refused&) {
+    changed_ = false;
+    throw;
+  } catch (...) {
+    put_back();  // a cancelled write may have been carried out
+    throw;
+  }
+}
+
+void Borrowed::put_back() noexcept {
+  if (!changed_) return;
+  changed_ = false;
+  forget_interrupt();
+  try {
+    own::write(client_, index_, before_);
+  } catch (const std::exception& error) {
+    say(own::name(index_) + " was " + tools::print_value(before_) +
+        " and could not be restored: " + error.what());
+  }
+}
+
+tools::Bytes sdo_timeout_of(int timeout_ms) {
+  return timeout_ms == 0 ? tools::Bytes() : descriptions::to_bytes(static_cast<unsigned>(timeout_ms), 2);
+}
 
 }  // namespace cbcan::ctl

@@ -101,4 +101,26 @@ tools::Bytes read(window::Client& client, std::uint16_t index, std::uint8_t sub,
 void write(window::Client& client, std::uint16_t index, const tools::Bytes& value);
 }  // namespace own
 
+/// Changes an object of the coprocessor during its lifetime. A second Ctrl-C prevents the restoring, with a
+/// message.
+class Borrowed {
+ public:
+  /// `value`: empty = the object stays as it is.
+  Borrowed(window::Client& client, std::uint16_t index, const tools::Bytes& value);
+  ~Borrowed() { put_back(); }
+  Borrowed(const Borrowed&) = delete;
+  Borrowed& operator=(const Borrowed&) = delete;
+
+ private:
+  void put_back() noexcept;
+
+  window::Client& client_;
+  std::uint16_t index_;
+  tools::Bytes before_;
+  bool changed_ = false;
+};
+
+/// The value of 3003h for --timeout; empty = it is not given.
+tools::Bytes sdo_timeout_of(int timeout_ms);
+
 }  // namespace cbcan::ctl
