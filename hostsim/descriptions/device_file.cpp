@@ -70,6 +70,24 @@ bool is_set(const Object& object, const std::set<std::uint16_t>& touched) {
                                                        touched.contains(object.index)));
 }
 
+/// The ParameterValues of all writable objects, in the order of writing. Throws UsageError.
+std::vector<PlannedObject> configured_objects(const DeviceDescription& device, const std::string& name) {
+  std::set<std::uint16_t> touched;
+  for (const Object& object : device.objects)
+    if (object.configured) touched.insert({object.index, pdo_of(object.index)});
+  std::vector<PlannedObject> objects;
+  for (const Object& object : device.objects) {
+    if (!is_set(object, touched)) continue;
+    if (object.value.empty() || object.value.size() > regmap::kMaxDataBytes)
+      throw UsageError(fmt::format("{}:{}: {:04X}h:{:02X} has {} bytes: must be 1..{}", name, object.line,
+                                   object.index, object.first_sub, object.value.size(),
+                                   regmap::kMaxDataBytes));
+    for (unsigned sub = object.first_sub; sub <= object.last_sub; ++sub)
+      objects.push_back({object.index, static_cast<std::uint8_t>(sub), object.value});
+  }
+  return in_writing_order(objects);
+}
+
 }  // namespace
 
 std::vector<PlannedObject> in_writing_order(const std::vector<PlannedObject>& objects) {
@@ -123,23 +141,6 @@ std::vector<PlannedObject> expected_identity(const DeviceDescription& device) {
   for (const Object& object : device.objects)
     if (is_checked(object)) identity.push_back({object.index, object.first_sub, object.value});
   return identity;
-}
-
-std::vector<PlannedObject> configured_objects(const DeviceDescription& device, const std::string& name) {
-  std::set<std::uint16_t> touched;
-  for (const Object& object : device.objects)
-    if (object.configured) touched.insert({object.index, pdo_of(object.index)});
-  std::vector<PlannedObject> objects;
-  for (const Object& object : device.objects) {
-    if (!is_set(object, touched)) continue;
-    if (object.value.empty() || object.value.size() > regmap::kMaxDataBytes)
-      throw UsageError(fmt::format("{}:{}: {:04X}h:{:02X} has {} bytes: must be 1..{}", name, object.line,
-                                   object.index, object.first_sub, object.value.size(),
-                                   regmap::kMaxDataBytes));
-    for (unsigned sub = object.first_sub; sub <= object.last_sub; ++sub)
-      objects.push_back({object.index, static_cast<std::uint8_t>(sub), object.value});
-  }
-  return in_writing_order(objects);
 }
 
 std::uint8_t bits_of(const Object& object) {

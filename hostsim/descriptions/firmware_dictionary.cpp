@@ -37,6 +37,12 @@ void append(std::vector<std::size_t>& places, const EntryRow& more) {
   places.insert(places.end(), more.places.begin(), more.places.end());
 }
 
+/// Null: no value with $NODEID begins there.
+const NodeIdValue* relative_at(const DictionaryImage& image, std::size_t place) {
+  const auto found = std::ranges::find(image.node_id_values, place, &NodeIdValue::offset);
+  return found == image.node_id_values.end() ? nullptr : &*found;
+}
+
 /// The entries of each index, with alike neighbours in one.
 std::vector<Rows> fold_subs(const DictionaryImage& image) {
   std::vector<Rows> objects;
@@ -66,8 +72,7 @@ void fold_count(Rows& rows, const DictionaryImage& image) {
   const ObjectEntry& count = rows[0].entry;
   if (count.last_sub != 0 || count.type != DataType::kUnsigned8 || !count.has(ObjectFlags::kRead) ||
       count.has(kForbidden) || image.values[rows[0].places[0]] != rows[1].entry.last_sub ||
-      std::ranges::find(image.node_id_values, rows[0].places[0], &NodeIdValue::offset) !=
-          image.node_id_values.end())
+      relative_at(image, rows[0].places[0]) != nullptr)
     return;
   rows[1].entry.flags |= ObjectFlags::kCounted;
   rows.erase(rows.begin());
@@ -115,8 +120,7 @@ void mark_asked(DictionaryImage& image) {
   for (ObjectEntry& entry : image.entries) {
     const bool describes = entry.index >= object::kDeviceName && entry.index <= object::kSoftwareVersion;
     const bool identifies = entry.index == object::kIdentity && entry.last_sub != 0 &&
-                            std::ranges::find(image.node_id_values, entry.offset, &NodeIdValue::offset) ==
-                                image.node_id_values.end();
+                            relative_at(image, entry.offset) == nullptr;
     if (describes || identifies || entry.has(ObjectFlags::kUnset)) entry.flags |= ObjectFlags::kAsked;
     entry.flags &= static_cast<std::uint16_t>(~ObjectFlags::kUnset);
   }
@@ -142,22 +146,18 @@ class Layout {
   }
 
  private:
-  const NodeIdValue* relative_at(std::size_t place) const {
-    const auto found = std::ranges::find(image_.node_id_values, place, &NodeIdValue::offset);
-    return found == image_.node_id_values.end() ? nullptr : &*found;
-  }
-
   bool is_zero(const EntryRow& row) const {
     return std::ranges::all_of(row.places, [&](std::size_t place) {
       const auto bytes = std::span(image_.values).subspan(place, row.entry.stride());
-      return relative_at(place) == nullptr && std::ranges::all_of(bytes, [](auto byte) { return byte == 0; });
+      return relative_at(image_, place) == nullptr &&
+             std::ranges::all_of(bytes, [](auto byte) { return byte == 0; });
     });
   }
 
   void place(EntryRow& row, bool zeros) {
     row.entry.offset = static_cast<std::uint32_t>(made_.value_bytes) + row.entry.front();
     for (const std::size_t place : row.places) {
-      if (const NodeIdValue* const value = relative_at(place))
+      if (const NodeIdValue* const value = relative_at(image_, place))
         relative_.push_back(
             {row.entry.index, {static_cast<std::uint32_t>(made_.value_bytes), value->factor, value->size}});
       const auto bytes = std::span(image_.values).subspan(place, row.entry.stride());
