@@ -9,22 +9,6 @@
 
 namespace cbcan::journal {
 
-std::span<const std::string_view> kind_names() {
-  static constexpr std::array<std::string_view, kKinds> kNames{
-      "modbus", "begun", "ended", "frame", "emcy", "state", "terminals", "fault", "command", "client"};
-  return kNames;
-}
-
-constexpr std::array<std::string_view, 5> kServices{"none", "read", "write", "nmt", "state"};
-
-std::string_view name_of(Service service) {
-  return kServices[static_cast<std::size_t>(service)];
-}
-
-std::span<const std::string_view> service_names() {
-  return std::span(kServices).subspan(1);
-}
-
 /// Bytes that do not fit at the end of the ring begin at its front again: they are never in two pieces.
 Event& Journal::add(Event event, std::initializer_list<std::span<const std::uint8_t>> parts) {
   if (end_ % (size_ / 2) == 0) on_filled();

@@ -32,8 +32,9 @@ enum class Kind : std::uint8_t {
   kClient,     ///< a Modbus TCP client has connected or disconnected
 };
 inline constexpr std::size_t kKinds = 10;
-/// Names in the order of Kind: "modbus", "begun", ...
-std::span<const std::string_view> kind_names();
+/// Names in the order of Kind.
+inline constexpr std::array<std::string_view, kKinds> kKindNames{
+    "modbus", "begun", "ended", "frame", "emcy", "state", "terminals", "fault", "command", "client"};
 
 /// A set of kinds: bits by Kind.
 using Kinds = std::uint32_t;
@@ -47,9 +48,11 @@ constexpr Kinds kinds_of(std::initializer_list<Kind> list) {
 
 /// What a transaction does.
 enum class Service : std::uint8_t { kNone, kRead, kWrite, kNmt, kState };
-std::string_view name_of(Service service);
-/// Names of all services but kNone.
-std::span<const std::string_view> service_names();
+/// Names in the order of Service.
+inline constexpr std::array<std::string_view, 5> kServiceNames{"none", "read", "write", "nmt", "state"};
+constexpr std::string_view name_of(Service service) {
+  return kServiceNames[static_cast<std::size_t>(service)];
+}
 
 /// Value of an NMT state if the node has no power.
 inline constexpr std::uint8_t kOff = 0xFF;

@@ -354,7 +354,7 @@ protocols::HttpResponse words(const Asked& /*asked*/) {
   Json json{{"faults", Json::array()},
             {"nmt", Json::array()},
             {"commands", Json::array()},
-            {"kinds", journal::kind_names()}};
+            {"kinds", journal::kKindNames}};
   for (const sim::FaultRow& row : sim::fault_rows())
     if (sim::allowed(row.place, sim::FaultPlace::kNode))
       json["faults"].push_back({{"word", row.name}, {"meaning", row.meaning}});
