@@ -58,13 +58,13 @@ void check_place(const base::Setting<Target>& row, const Target& target) {
 }
 
 void check_places(const config::Config& config) {
-  for (const auto& row : config::settings())
+  for (const auto& row : config::kPlantSettings)
     check_place(row, config);
   for (const config::NetworkConfig& network : config.networks) {
-    for (const auto& row : config::network_settings())
+    for (const auto& row : config::kNetworkSettings)
       check_place(row, network);
     for (const config::NodeConfig& node : network.nodes)
-      check_place(config::setting_of(config::node_settings(), "node.parameters"), node);
+      check_place(config::setting_of(config::kNodeSettings, "node.parameters"), node);
   }
 }
 

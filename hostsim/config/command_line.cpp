@@ -53,8 +53,8 @@ std::size_t network_number(std::string_view text) {
 
 bool is_about_whole_plant(std::string_view option) {
   const auto is_it = [option](const base::Row& row) { return base::option_name(row.option) == option; };
-  return option == "--modbus" || std::ranges::any_of(settings(), is_it) ||
-         std::ranges::any_of(search_settings(), is_it);
+  return option == "--modbus" || std::ranges::any_of(kPlantSettings, is_it) ||
+         std::ranges::any_of(kSearchSettings, is_it);
 }
 
 bool is_repeatable(std::string_view option) {
@@ -244,7 +244,7 @@ Start parse_command_line(int argc, const char* const* argv, const base::FileRead
   Diagnostics of_options = apply_options(typed.arguments, start.config, start.search);
   // After mistakes in the plant file, nodes that options refer to may be missing.
   if (problems.empty()) problems = std::move(of_options);
-  for (const auto& row : search_settings())
+  for (const auto& row : kSearchSettings)
     if (typed.command.empty() && typed.count(base::option_name(row.option)) != 0)
       problems.push_back(about_option(base::option_name(row.option),
                                               "is for a COMMAND: write -- and the command after it"));
@@ -254,7 +254,7 @@ Start parse_command_line(int argc, const char* const* argv, const base::FileRead
   if (!problems.empty()) return refuse(std::move(problems));
 
   for (const Argument& argument : typed.arguments)
-    if (std::ranges::none_of(search_settings(), [&](const auto& row) {
+    if (std::ranges::none_of(kSearchSettings, [&](const auto& row) {
           return base::option_name(row.option) == argument.option;
         }))
       start.words.push_back(fmt::format("{} {}", argument.option, argument.text));

@@ -54,11 +54,11 @@ std::string section_text(const Section& section) {
     if (!row.option.empty() && row.key.substr(0, row.key.find('.')) == section.name)
       text += base::line_of(row, standard);
   };
-  std::ranges::for_each(option_rows(), add);
+  std::ranges::for_each(kOptionRows, add);
   for_each_setting([&](const auto& row) { add(row, standard_of(row)); });
-  for (const auto& row : search_settings())
+  for (const auto& row : kSearchSettings)
     add(row);
-  std::ranges::for_each(base::help_rows(), add);
+  std::ranges::for_each(base::kHelpRows, add);
   return text;
 }
 

@@ -51,6 +51,7 @@ constexpr auto kRows = std::to_array<Row>({
      .help = "Connects an output or object to an input; one argument: --wire \"66:output:1=5:0x2001 scale=100\""},
 });
 // clang-format on
+constexpr auto kSearch = search_rows<SearchConfig>();
 
 class Options {
  public:
@@ -106,9 +107,9 @@ class Options {
     if (argument.option == "--wire") return apply_wire(argument.text);
     if (argument.option == "--modbus") return apply_modbus(argument.text);
     if (argument.option == "--no-module") network_->module.enabled = false;
-    apply_row(network_settings(), *network_, argument);
-    apply_row(settings(), config_, argument);
-    apply_row(search_settings(), search_, argument);
+    apply_row(kNetworkSettings, *network_, argument);
+    apply_row(kPlantSettings, config_, argument);
+    apply_row(kSearchSettings, search_, argument);
   }
 
   static Place at(const Argument& argument) {
@@ -192,14 +193,8 @@ class Options {
 
 }  // namespace
 
-std::span<const Row> option_rows() {
-  return kRows;
-}
-
-std::span<const Setting<SearchConfig>> search_settings() {
-  static constexpr auto kSearch = search_rows<SearchConfig>();
-  return kSearch;
-}
+const std::span<const Row> kOptionRows = kRows;
+const std::span<const Setting<SearchConfig>> kSearchSettings = kSearch;
 
 std::vector<std::string_view> all_options() {
   std::vector<std::string_view> options;
@@ -207,9 +202,9 @@ std::vector<std::string_view> all_options() {
     if (!row.option.empty()) options.push_back(row.option);
   };
   for_each_setting(add);
-  std::ranges::for_each(search_settings(), add);
+  std::ranges::for_each(kSearchSettings, add);
   std::ranges::for_each(kRows, add);
-  std::ranges::for_each(base::help_rows(), add);
+  std::ranges::for_each(base::kHelpRows, add);
   return options;
 }
 

@@ -22,10 +22,10 @@ inline constexpr std::string_view kCheckOption = "--check";
 inline constexpr std::string_view kNetworkOption = "--network";
 
 /// Options that belong to no single setting; their keys begin with their section of --help.
-std::span<const base::Row> option_rows();
+extern const std::span<const base::Row> kOptionRows;
 
 /// Options for many runs of a command.
-std::span<const base::Setting<SearchConfig>> search_settings();
+extern const std::span<const base::Setting<SearchConfig>> kSearchSettings;
 
 /// Every option, each once, as --help shows it.
 std::vector<std::string_view> all_options();

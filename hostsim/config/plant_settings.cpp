@@ -291,12 +291,8 @@ constexpr std::array kNetwork{
 
 }  // namespace
 
-std::span<const Setting<Config>> settings() {
-  return kPlant;
-}
-std::span<const Setting<NetworkConfig>> network_settings() {
-  return kNetwork;
-}
+const std::span<const Setting<Config>> kPlantSettings = kPlant;
+const std::span<const Setting<NetworkConfig>> kNetworkSettings = kNetwork;
 
 const std::vector<std::string_view>& plant_keys() {
   static const std::vector<std::string_view> all = [] {

@@ -51,9 +51,7 @@ constexpr base::Command<RunConfig> kRun{
 
 }  // namespace
 
-std::span<const base::Setting<RunConfig>> run_settings() {
-  return kRunRows;
-}
+const std::span<const base::Setting<RunConfig>> kRunSettings = kRunRows;
 
 TargetPlace target_of(const std::string& text) {
   constexpr std::uint16_t kModbusPort = 502;
@@ -68,7 +66,7 @@ TargetPlace target_of(const std::string& text) {
     throw base::UsageError("write rtu:DEV,BAUD,PARITY, such as rtu:/dev/ttyUSB0,19200,E");
   for (const auto& [key, value] : {std::pair("plc.baud", base::Value(std::int64_t{baud})),
                                    std::pair("plc.parity", base::Value(place.line.parity))})
-    if (const auto problem = base::check(setting_of(network_settings(), key), value);
+    if (const auto problem = base::check(setting_of(kNetworkSettings, key), value);
         !problem.empty())
       throw base::UsageError(fmt::format("{}: {}", base::value_text(value), problem));
   place.line.baud = baud;

@@ -110,8 +110,8 @@ bool is_writable(const Object& object) {
 }
 
 const ValueType& type_of(const Object& object) {
-  const auto found = std::ranges::find(value_types(), object.type, &ValueType::type);
-  return found == value_types().end() ? value_type("hex") : *found;
+  const auto found = std::ranges::find(kValueTypes, object.type, &ValueType::type);
+  return found == kValueTypes.end() ? value_type("hex") : *found;
 }
 
 DeviceDescription parse_device(std::string_view text, const std::string& name,

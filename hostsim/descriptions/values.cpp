@@ -258,9 +258,7 @@ std::string name_of(DataType type) {
   return fmt::format("{}{}", is_signed(type) ? "INTEGER" : "UNSIGNED", 8 * size_of(type));
 }
 
-std::span<const ValueType> value_types() {
-  return kTypes;
-}
+const std::span<const ValueType> kValueTypes = kTypes;
 
 const ValueType& value_type(std::string_view name) {
   for (const ValueType& type : kTypes)

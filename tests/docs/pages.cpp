@@ -40,7 +40,7 @@ std::string sentences(std::string_view first, std::string_view more) {
 std::string shapes_of(cbcan::base::Kinds kinds) {
   std::string names;
   for (std::size_t shape = kinds.first; shape <= kinds.last; ++shape)
-    names.append(names.empty() ? "" : ", ").append(cbcan::config::shape_names()[shape]);
+    names.append(names.empty() ? "" : ", ").append(cbcan::config::kShapeNames[shape]);
   return names;
 }
 
@@ -71,10 +71,9 @@ std::string network_keys(const Words& words) {
       table += fmt::format("| `{}` | {} | {} | {} |\n", row.key, domain_of(row),
                            row.example.empty() ? text_in(row, standard, standard) : "required", meaning(row));
   };
-  if (words.at(1) == "network")
-    add(cbcan::descriptions::network_rows(), cbcan::descriptions::PlannedNetwork());
-  if (words.at(1) == "node") add(cbcan::descriptions::node_rows(), cbcan::descriptions::PlannedNode());
-  if (words.at(1) == "pdos") add(cbcan::descriptions::pdo_rows(), cbcan::descriptions::PlannedPdo());
+  if (words.at(1) == "network") add(cbcan::descriptions::kNetworkRows, cbcan::descriptions::PlannedNetwork());
+  if (words.at(1) == "node") add(cbcan::descriptions::kNodeRows, cbcan::descriptions::PlannedNode());
+  if (words.at(1) == "pdos") add(cbcan::descriptions::kPdoRows, cbcan::descriptions::PlannedPdo());
   return table;
 }
 

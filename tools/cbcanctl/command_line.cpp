@@ -192,7 +192,7 @@ std::string help() {
   std::string text = std::string(kOpening) + command_lines() +
                      base::section_of("Server", shared.first(kServerRows)) +
                      base::section_of("All commands", shared.subspan(kServerRows)) + "\nHelp:\n";
-  for (const Row& row : base::help_rows())
+  for (const Row& row : base::kHelpRows)
     text += base::line_of(row);
   return text.append(kClosing).append(base::exit_code_lines("cbcanctl")).append(kExamples);
 }
@@ -217,7 +217,7 @@ base::ParsedArguments parse(std::span<const char* const> words) {
   std::vector<std::string_view> known;
   const auto add = [&known](const Row& row) { known.push_back(row.option); };
   std::ranges::for_each(kShared, add);
-  std::ranges::for_each(base::help_rows(), add);
+  std::ranges::for_each(base::kHelpRows, add);
   for (const Command& command : kCommands)
     std::ranges::for_each(command.options, add);
   base::ParsedArguments typed = base::parse_arguments(words, known);
