@@ -62,14 +62,10 @@ std::vector<Rows> fold_subs(const DictionaryImage& image) {
 }
 
 /// The stack uses the stored sub-index 0 of a mapping and of 1003h.
-bool needs_count(std::uint16_t index) {
-  return is_mapping(index) || index == object::kErrorHistory;
-}
-
 void fold_count(Rows& rows, const DictionaryImage& image) {
   constexpr std::uint16_t kForbidden = ObjectFlags::kWrite | ObjectFlags::kMapTpdo | ObjectFlags::kLimited;
-  if (rows.size() != 2 || needs_count(rows[0].entry.index)) return;
   const ObjectEntry& count = rows[0].entry;
+  if (rows.size() != 2 || is_mapping(count.index) || count.index == object::kErrorHistory) return;
   if (count.last_sub != 0 || count.type != DataType::kUnsigned8 || !count.has(ObjectFlags::kRead) ||
       count.has(kForbidden) || image.values[rows[0].places[0]] != rows[1].entry.last_sub ||
       relative_at(image, rows[0].places[0]) != nullptr)

@@ -19,20 +19,16 @@ namespace {
 
 constexpr Key kSizeKey = "CBCAN_Size";
 
-struct AccessName {
-  std::string_view name;
-  Access access;
-};
-
 /// The last two are not in CiA 306, but occur in files.
-constexpr std::array<AccessName, 8> kAccessNames = {{{"ro", Access::kReadOnly},
-                                                     {"wo", Access::kWriteOnly},
-                                                     {"rw", Access::kReadWrite},
-                                                     {"rwr", Access::kReadWriteInput},
-                                                     {"rww", Access::kReadWriteOutput},
-                                                     {"const", Access::kConstant},
-                                                     {"r", Access::kReadOnly},
-                                                     {"w", Access::kWriteOnly}}};
+constexpr auto kAccessNames =
+    std::to_array<std::pair<std::string_view, Access>>({{"ro", Access::kReadOnly},
+                                                        {"wo", Access::kWriteOnly},
+                                                        {"rw", Access::kReadWrite},
+                                                        {"rwr", Access::kReadWriteInput},
+                                                        {"rww", Access::kReadWriteOutput},
+                                                        {"const", Access::kConstant},
+                                                        {"r", Access::kReadOnly},
+                                                        {"w", Access::kWriteOnly}});
 
 bool less_than(std::int64_t a, std::int64_t b, DataType type) {
   return is_signed(type) ? a < b : static_cast<std::uint64_t>(a) < static_cast<std::uint64_t>(b);
@@ -282,8 +278,8 @@ class ObjectReader {
         findings_.warning(section.line, bracketed(section.name) + " has no AccessType: rw is assumed");
       return Access::kReadWrite;
     }
-    for (const AccessName& known : kAccessNames)
-      if (base::same_text(known.name, entry->value)) return known.access;
+    for (const auto& [name, access] : kAccessNames)
+      if (base::same_text(name, entry->value)) return access;
     findings_.warning(entry->line, "AccessType " + quoted(entry->value) + " is unknown: rw is assumed");
     return Access::kReadWrite;
   }

@@ -16,15 +16,10 @@ namespace {
 
 enum class Part : std::uint8_t { kMain, kSub, kNames, kValues, kUnused };
 
-struct Suffix {
-  std::string_view text;
-  Part part;
-};
-
-constexpr std::array<Suffix, 4> kSuffixes = {{{"Name", Part::kNames},
-                                              {"Value", Part::kValues},
-                                              {"Denotation", Part::kUnused},
-                                              {"ObjectLinks", Part::kUnused}}};
+constexpr auto kSuffixes = std::to_array<std::pair<std::string_view, Part>>({{"Name", Part::kNames},
+                                                                             {"Value", Part::kValues},
+                                                                             {"Denotation", Part::kUnused},
+                                                                             {"ObjectLinks", Part::kUnused}});
 
 struct Place {
   std::uint64_t index = 0;
@@ -58,12 +53,12 @@ std::optional<Place> parse_section_name(std::string_view name) {
     return index && sub ? std::optional(Place{*index, Part::kSub, *sub}) : std::nullopt;
   }
   if (const auto index = parse_index(name)) return Place{*index, Part::kMain, 0};
-  for (const Suffix& suffix : kSuffixes) {
-    if (name.size() <= suffix.text.size()) continue;
-    const std::size_t at = name.size() - suffix.text.size();
-    if (!base::same_text(name.substr(at), suffix.text)) continue;
+  for (const auto& [suffix, part] : kSuffixes) {
+    if (name.size() <= suffix.size()) continue;
+    const std::size_t at = name.size() - suffix.size();
+    if (!base::same_text(name.substr(at), suffix)) continue;
     const std::optional<std::uint64_t> index = parse_index(name.substr(0, at));
-    return index ? std::optional(Place{*index, suffix.part, 0}) : std::nullopt;
+    return index ? std::optional(Place{*index, part, 0}) : std::nullopt;
   }
   return std::nullopt;
 }
