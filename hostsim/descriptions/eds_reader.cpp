@@ -5,7 +5,6 @@
 #include <array>
 #include <utility>
 
-#include "base/numbers.hpp"
 #include "base/words.hpp"
 #include "descriptions/object_reader.hpp"
 #include "descriptions/object_sections.hpp"
@@ -23,8 +22,8 @@ const Section* find_section(const std::vector<Section>& sections, std::string_vi
     if (first == nullptr) {
       first = &section;
     } else {
-      findings.warning(section.line, bracketed(section.name) + " is here again: the one in line " +
-                                         std::to_string(first->line) + " is used");
+      findings.warning(section.line, "{} is here again: the one in line {} is used", bracketed(section.name),
+                       first->line);
     }
   }
   return first;
@@ -35,7 +34,7 @@ void report_key(const std::vector<Section>& sections, std::string_view name, con
                 std::string_view message, ValueReader& values, Findings& findings) {
   const Section* const section = find_section(sections, name, findings);
   if (section != nullptr && values.number(*section, key, 0xFFFF).value_or(0) > 0)
-    findings.warning(section->find(key)->line, std::string(message));
+    findings.warning(section->find(key)->line, "{}", message);
 }
 
 void report_missing(const Section& list, const std::vector<ObjectSections>& objects, ValueReader& values,
@@ -46,8 +45,7 @@ void report_missing(const Section& list, const std::vector<ObjectSections>& obje
     if (!index) continue;
     const auto found = std::ranges::lower_bound(objects, index->bits, {}, &ObjectSections::index);
     if (found != objects.end() && found->index == index->bits && found->has_values()) continue;
-    const std::string name = base::hex(index->bits, 4);
-    findings.error(entry.line, "object " + name + "h is listed, but there is no [" + name + "]: left out");
+    findings.error(entry.line, "object {0:04X}h is listed, but there is no [{0:04X}]: left out", index->bits);
   }
 }
 

@@ -3,10 +3,8 @@
 
 #include <algorithm>
 #include <array>
-#include <string>
 #include <utility>
 
-#include "base/numbers.hpp"
 #include "base/utf8.hpp"
 #include "base/words.hpp"
 #include "cbcan/canopen/dictionary/little_endian.hpp"
@@ -91,8 +89,8 @@ class ObjectReader {
     } else if (has_subs) {
       read_subs(sections, whole);
     } else if (is_structure(whole.type)) {
-      findings_.error(sections.line(),
-                      bracketed(sections.main->name) + " should have sub-objects, but has none: left out");
+      findings_.error(sections.line(), "{} should have sub-objects, but has none: left out",
+                      bracketed(sections.main->name));
     } else if (whole.type != ObjectType::kNull) {
       add(object_of(*sections.main, whole, 0));
     }
@@ -122,23 +120,22 @@ class ObjectReader {
 
   ObjectType type_of(const ObjectSections& sections, bool has_subs) {
     if (sections.main == nullptr) {
-      findings_.warning(sections.line(), "there is no [" + base::hex(sections.index, 4) +
-                                             "], but sub-objects of it: a RECORD is assumed");
+      findings_.warning(sections.line(), "there is no [{:04X}], but sub-objects of it: a RECORD is assumed",
+                        sections.index);
       return ObjectType::kRecord;
     }
     const std::optional<ObjectType> type = object_type(*sections.main);
     if (!has_subs || (type && is_structure(*type))) return type.value_or(ObjectType::kVar);
-    findings_.warning(
-        sections.line(),
-        bracketed(sections.main->name) + " has sub-objects, but is no ARRAY or RECORD: a RECORD is assumed");
+    findings_.warning(sections.line(), "{} has sub-objects, but is no ARRAY or RECORD: a RECORD is assumed",
+                      bracketed(sections.main->name));
     return ObjectType::kRecord;
   }
 
   void read_subs(const ObjectSections& sections, const Whole& whole) {
     if (sections.subs.front().sub != 0) {
-      findings_.warning(sections.line(), base::hex(whole.index, 4) +
-                                             "h has no sub-index 0: a read-only one that says " +
-                                             std::to_string(whole.highest_sub) + " is assumed");
+      findings_.warning(sections.line(),
+                        "{:04X}h has no sub-index 0: a read-only one that says {} is assumed", whole.index,
+                        whole.highest_sub);
       add(count_object(whole, sections.line()));
     }
     for (const SubSection& sub : sections.subs)
@@ -192,8 +189,8 @@ class ObjectReader {
       const std::optional<std::uint64_t> sub = parse_count(entry.key);
       if (!sub || entry.value.empty()) continue;
       if (*sub == 0 || *sub > count) {
-        findings_.warning(entry.line, "sub-index " + shortened(entry.key) + " is not within 1.." +
-                                          std::to_string(count) + " of CompactSubObj: ignored");
+        findings_.warning(entry.line, "sub-index {} is not within 1..{} of CompactSubObj: ignored",
+                          shortened(entry.key), count);
       } else if (auto& place = entries[static_cast<std::size_t>(*sub)]; place == nullptr) {
         place = &entry;
       }
@@ -204,9 +201,9 @@ class ObjectReader {
   void reject_compact_sections(const ObjectSections& sections) {
     for (const Section* section : {sections.names, sections.values}) {
       if (section == nullptr) continue;
-      findings_.warning(section->line, bracketed(section->name) +
-                                           " belongs to an object with CompactSubObj, and " +
-                                           base::hex(sections.index, 4) + "h has none: ignored");
+      findings_.warning(section->line,
+                        "{} belongs to an object with CompactSubObj, and {:04X}h has none: ignored",
+                        bracketed(section->name), sections.index);
     }
   }
 
@@ -215,9 +212,8 @@ class ObjectReader {
     const std::uint64_t stride = object.capacity + (has_length ? ObjectEntry::kLengthBytes : 0);
     const std::uint64_t bytes = stride * (object.last_sub - object.first_sub + 1U);
     if (value_bytes_ + bytes > kMostValueBytes) {
-      findings_.error(object.line, base::hex(object.index, 4) +
-                                       "h would take the values of this device beyond " +
-                                       std::to_string(kMostValueBytes) + " bytes: left out");
+      findings_.error(object.line, "{:04X}h would take the values of this device beyond {} bytes: left out",
+                      object.index, kMostValueBytes);
       return;
     }
     value_bytes_ += bytes;
@@ -232,7 +228,7 @@ class ObjectReader {
     if (!code) return std::nullopt;
     const bool known = *code == 0 || *code == 2 || (*code >= 5 && *code <= 9);
     if (known) return static_cast<ObjectType>(*code);
-    findings_.warning(entry->line, "ObjectType " + quoted(entry->value) + " is unknown: VAR is assumed");
+    findings_.warning(entry->line, "ObjectType {} is unknown: VAR is assumed", quoted(entry->value));
     return ObjectType::kVar;
   }
 
@@ -260,14 +256,14 @@ class ObjectReader {
     if (type && is_known(*type)) return static_cast<DataType>(*type);
     if (type) {
       findings_.warning(section.find("DataType")->line,
-                        "DataType " + base::hex(*type, 4) + "h is unknown: OCTET_STRING is assumed");
+                        "DataType {:04X}h is unknown: OCTET_STRING is assumed", *type);
       return DataType::kOctetString;
     }
     if (object_type(section) == ObjectType::kDomain) return DataType::kDomain;
     const auto standard = standard_type_ != nullptr ? standard_type_(index) : std::nullopt;
     const DataType assumed = is_count ? DataType::kUnsigned8 : standard.value_or(DataType::kUnsigned32);
-    findings_.warning(section.line, bracketed(section.name) +
-                                        " has no DataType: " + std::string(name_of(assumed)) + " is assumed");
+    findings_.warning(section.line, "{} has no DataType: {} is assumed", bracketed(section.name),
+                      name_of(assumed));
     return assumed;
   }
 
@@ -275,12 +271,12 @@ class ObjectReader {
     const KeyValue* const entry = section.find("AccessType");
     if (entry == nullptr) {
       if (object_type(section) != ObjectType::kDomain)
-        findings_.warning(section.line, bracketed(section.name) + " has no AccessType: rw is assumed");
+        findings_.warning(section.line, "{} has no AccessType: rw is assumed", bracketed(section.name));
       return Access::kReadWrite;
     }
     for (const auto& [name, access] : kAccessNames)
       if (base::same_text(name, entry->value)) return access;
-    findings_.warning(entry->line, "AccessType " + quoted(entry->value) + " is unknown: rw is assumed");
+    findings_.warning(entry->line, "AccessType {} is unknown: rw is assumed", quoted(entry->value));
     return Access::kReadWrite;
   }
 
@@ -291,8 +287,7 @@ class ObjectReader {
     if (fixed == 0) object.capacity = object.type == DataType::kDomain ? kDomainCapacity : kStringCapacity;
     if (entry == nullptr) return;
     if (fixed > 0) {
-      findings_.warning(entry->line,
-                        std::string(kSizeKey.text()) + " is for strings and DOMAINs only: ignored");
+      findings_.warning(entry->line, "{} is for strings and DOMAINs only: ignored", kSizeKey.text());
       return;
     }
     const auto size = values_.number(section, kSizeKey, kMostCapacity, 1);
@@ -320,8 +315,8 @@ class ObjectReader {
     const bool has_size = section.find(kSizeKey) != nullptr;
     const std::uint32_t most = has_size ? object.capacity : kMostCapacity;
     if (value->bytes.size() > most && size_of(object.type) == 0) {
-      findings_.warning(entry.line, shortened(entry.key) + " is longer than " + std::to_string(most) +
-                                        " bytes: the rest is cut off");
+      findings_.warning(entry.line, "{} is longer than {} bytes: the rest is cut off", shortened(entry.key),
+                        most);
       value->bytes.resize(most);
     }
     object.value = std::move(value->bytes);
@@ -335,8 +330,8 @@ class ObjectReader {
     if (!has_limits(object.type)) {
       for (const Key key : {Key("LowLimit"), Key("HighLimit")})
         if (const KeyValue* const entry = section.find(key); entry != nullptr && is_real(object.type))
-          findings_.warning(entry->line, shortened(entry->key) + " of a " +
-                                             std::string(name_of(object.type)) + " is not checked");
+          findings_.warning(entry->line, "{} of a {} is not checked", shortened(entry->key),
+                            name_of(object.type));
       return;
     }
     const auto limit = [&](const Key& key) -> std::optional<std::int64_t> {
@@ -357,9 +352,8 @@ class ObjectReader {
     const bool too_low = object.low && less_than(value, *object.low, object.type);
     const bool too_high = object.high && less_than(*object.high, value, object.type);
     if (too_low || too_high)
-      findings_.warning(
-          object.line,
-          "the value is " + std::string(too_low ? "below LowLimit" : "above HighLimit") + ": it is kept");
+      findings_.warning(object.line, "the value is {}: it is kept",
+                        too_low ? "below LowLimit" : "above HighLimit");
   }
 
   void check_count(Object& object, std::uint8_t highest_sub) {
@@ -368,9 +362,8 @@ class ObjectReader {
     if (!object.has_value) {
       object.value.front() = highest_sub;
     } else if (number_in(object) != highest_sub) {
-      findings_.warning(object.line, "sub-index 0 says " + std::to_string(number_in(object)) +
-                                         ", but the highest sub-index is " + std::to_string(highest_sub) +
-                                         ": it is kept");
+      findings_.warning(object.line, "sub-index 0 says {}, but the highest sub-index is {}: it is kept",
+                        number_in(object), highest_sub);
     }
   }
 

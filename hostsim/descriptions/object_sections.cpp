@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <optional>
-#include <string>
 
 #include "base/numbers.hpp"
 #include "base/words.hpp"
@@ -75,12 +74,12 @@ std::vector<Located> locate(const std::vector<Section>& sections, Findings& find
     const std::optional<Place> place = parse_section_name(section.name);
     if (!place) {
       if (looks_like_object(section.name))
-        findings.error(section.line, bracketed(section.name) +
-                                         " is no name of a section, [1018] or [1018sub1] would be: left out");
+        findings.error(section.line, "{} is no name of a section, [1018] or [1018sub1] would be: left out",
+                       bracketed(section.name));
     } else if (place->index == 0 || place->index > 0xFFFF) {
-      findings.error(section.line, bracketed(section.name) + ": an index is 1..FFFFh: left out");
+      findings.error(section.line, "{}: an index is 1..FFFFh: left out", bracketed(section.name));
     } else if (place->sub > 0xFF) {
-      findings.error(section.line, bracketed(section.name) + ": a sub-index is 0..FFh: left out");
+      findings.error(section.line, "{}: a sub-index is 0..FFh: left out", bracketed(section.name));
     } else {
       all.push_back({*place, &section});
     }
@@ -117,9 +116,8 @@ std::vector<ObjectSections> collect_objects(const std::vector<Section>& sections
   const std::vector<Located> all = locate(sections, findings);
   for (const Located& located : all) {
     if (previous != nullptr && previous->place == located.place) {
-      findings.warning(located.section->line, bracketed(located.section->name) +
-                                                  " is here again: the one in line " +
-                                                  std::to_string(previous->section->line) + " is used");
+      findings.warning(located.section->line, "{} is here again: the one in line {} is used",
+                       bracketed(located.section->name), previous->section->line);
       continue;
     }
     previous = &located;
