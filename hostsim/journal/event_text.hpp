@@ -79,9 +79,6 @@ template <class Type>
 std::string value_text(std::span<const std::uint8_t> bytes, Type type) {
   return base::made([&](Buffer& to) { append_value(to, bytes, type); });
 }
-inline std::string frame_text(const Frame& frame, std::uint8_t network, const FindName& find) {
-  return base::made([&](Buffer& to) { append_frame(to, frame, network, find); });
-}
 inline std::string request_text(const Event& transaction, const Journal& journal, const FindName& find) {
   return base::made(
       [&](Buffer& to) { append_request(to, transaction, journal, name_of(transaction, find)); });

@@ -118,7 +118,6 @@ void NetworkWatch::begin(Watched& watched, Time now) {
   const std::size_t size = begun.service == Service::kNmt ? 2 : request[place(regmap::kDataSize)];
   const auto value = bytes_of(request.subspan(place(regmap::kData)), writes ? size : 0);
   transaction.value.assign(value.begin(), value.end());
-  transaction.begun = now;
   transaction.open = true;
   transaction.sent = false;
   Event& latest = journal_.latest();
@@ -136,7 +135,7 @@ void NetworkWatch::end(Watched& watched, std::uint16_t result, Time now) {
   Event ended = transaction.request;
   ended.kind = Kind::kEnded;
   ended.at = now - started_;
-  ended.took = now - transaction.begun;
+  ended.took = ended.at - transaction.request.at;
   const bool scanned = !watched.window.in.empty();
   const bool by_plc = result == kCancelled || (scanned && watched.window.out[0] != watched.taken);
   const bool transfers = ended.service == Service::kRead || ended.service == Service::kWrite;

@@ -63,7 +63,6 @@ class NetworkWatch final : public sim::Observer, public sim::ModuleWatch, public
  private:
   struct Transaction {
     Event request;  ///< as it began
-    Time begun = 0;
     bool open = false;
     bool sent = false;                ///< frames of it have been on the bus; of SDO transfers only
     std::vector<std::uint8_t> value;  ///< to be written
