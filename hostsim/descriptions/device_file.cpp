@@ -160,8 +160,8 @@ bool take_from(const DeviceDescription& device, PlannedPdo& pdo) {
   const auto mapping = static_cast<std::uint16_t>(parameters + kToMapping);
   pdo.can_id = static_cast<std::uint16_t>(cob::id_of(cob_id));
   pdo.no_rtr = pdo.input() && (cob_id & cob::kNoRemote) != 0;
-  pdo.type = device.find(parameters, kType) == nullptr ? pdo.type
-                                                       : static_cast<std::uint8_t>(number(parameters, kType));
+  if (device.find(parameters, kType) != nullptr)
+    pdo.type = static_cast<std::uint8_t>(number(parameters, kType));
   pdo.event_ms = static_cast<std::uint16_t>(number(parameters, kEventTimer));
   pdo.inhibit_us = static_cast<std::uint32_t>(number(parameters, kInhibitTime) * object::kInhibitUnit);
   for (std::uint64_t sub = 1; sub <= std::min<std::uint64_t>(number(mapping, 0), kMostMapped); ++sub) {
