@@ -87,7 +87,7 @@ class Runner {
     }
     if (const auto problems = check_steps(scenario, target); !problems.empty())
       return {Verdict::kSkipped, 0, problems.front().message};
-    Outcome outcome = scenario::play_on_bench(scenario, target);
+    Outcome outcome = scenario::play(scenario, target);
     if (unseen != 0 && outcome.verdict == Verdict::kPassed)
       outcome.text = fmt::format("{} expectations of nodes, frames or exact times left out", unseen);
     return outcome;

@@ -61,17 +61,17 @@ class Player {
   Player(const Scenario& scenario, plant::Bench& bench, bool disturbed)
       : scenario_(scenario), bench_(bench), last_frames_(bench.view()), disturbed_(disturbed) {}
 
-  Played play() {
-    Played outcome;
+  Outcome play() {
+    Outcome outcome;
     try {
       for (const Step& step : scenario_.steps)
         play(step);
     } catch (const Failed& failed) {
       const std::string frames = last_frames_.lines("    ");
-      outcome.failure =
-          fmt::format("{}:{}: {}\n  at {}\n{}{}{}{}", base::to_utf8(scenario_.file), failed.line,
-                      base::to_utf8(failed.what()), base::seconds_text(now()), registers(), said(),
-                      frames.empty() ? "" : "  the last frames:\n", frames);
+      outcome.verdict = Verdict::kFailed;
+      outcome.text = fmt::format("{}:{}: {}\n  at {}\n{}{}{}{}", base::to_utf8(scenario_.file), failed.line,
+                                 base::to_utf8(failed.what()), base::seconds_text(now()), registers(), said(),
+                                 frames.empty() ? "" : "  the last frames:\n", frames);
     }
     outcome.duration = now();
     return outcome;
@@ -157,7 +157,7 @@ class Player {
 
 }  // namespace
 
-Played play(const Scenario& scenario, plant::Bench& bench, bool disturbed) {
+Outcome play(const Scenario& scenario, plant::Bench& bench, bool disturbed) {
   return Player(scenario, bench, disturbed).play();
 }
 

@@ -14,6 +14,7 @@
 #include "config/config.hpp"
 #include "plant/bench.hpp"
 #include "plant/condition.hpp"
+#include "scenario/outcome.hpp"
 
 namespace cbcan::scenario {
 
@@ -55,13 +56,8 @@ std::size_t leave_out_unobservable(Scenario& scenario, plant::Bench& bench);
 /// Mistakes in the steps, as far as they show without playing them.
 config::Diagnostics check_steps(const Scenario& scenario, plant::Bench& bench);
 
-struct Played {
-  std::string
-      failure;        ///< empty = passed; else lines: place, expected and actual, registers, the last frames
-  Time duration = 0;  ///< on the plant's clock
-};
-
-/// Throws what the bench throws. `disturbed`: faults have been added, so nothing but `musts` is a failure.
-Played play(const Scenario& scenario, plant::Bench& bench, bool disturbed = false);
+/// The text of a failure: lines with place, expected and actual, registers, the last frames. Throws what the
+/// bench throws. `disturbed`: faults have been added, so nothing but `musts` is a failure.
+Outcome play(const Scenario& scenario, plant::Bench& bench, bool disturbed = false);
 
 }  // namespace cbcan::scenario
