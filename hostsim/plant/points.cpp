@@ -7,7 +7,7 @@
 #include <array>
 #include <cctype>
 
-#include "descriptions/object_names.hpp"
+#include "descriptions/device_description.hpp"
 
 namespace cbcan::plant {
 
@@ -15,8 +15,8 @@ namespace {
 
 std::string name_in(const sim::Node& node, const sim::Point& point) {
   if (!point.name.empty()) return point.name;
-  const descriptions::ObjectName* const found = descriptions::find_name(node.names(), point.index, point.sub);
-  return found == nullptr ? "" : std::string(found->name);
+  const descriptions::Object* const found = node.description().find(point.index, point.sub);
+  return found == nullptr ? "" : found->name;
 }
 
 std::string object_text(const sim::Point& point) {

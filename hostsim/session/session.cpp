@@ -23,9 +23,9 @@ namespace {
 /// The name of an object in the EDS file of the node that has the node ID now; `control` outlives it.
 journal::FindName names_of(plant::Control& control) {
   return [&control](std::uint8_t network, std::uint8_t id, std::uint16_t index,
-                    std::uint8_t sub) -> const descriptions::ObjectName* {
+                    std::uint8_t sub) -> const descriptions::Object* {
     for (const auto& node : control.network(network).world().nodes())
-      if (node->device().node_id() == id) return descriptions::find_name(node->names(), index, sub);
+      if (node->device().node_id() == id) return node->description().find(index, sub);
     return nullptr;
   };
 }

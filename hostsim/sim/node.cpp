@@ -35,7 +35,8 @@ Node::Node(Bus& bus, Schedule& schedule, NodeParts parts)
     : Participant(schedule),
       name_(std::move(parts.name)),
       device_name_(parts.device),
-      names_(parts.names ? std::move(parts.names) : std::make_shared<const descriptions::ObjectNames>()),
+      description_(parts.description ? std::move(parts.description)
+                                     : std::make_shared<const descriptions::DeviceDescription>()),
       image_(descriptions::prepared(std::move(parts.image))),
       values_(image_.values),
       saved_(image_.values),

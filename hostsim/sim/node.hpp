@@ -15,8 +15,8 @@
 #include <vector>
 
 #include "cbcan/canopen/device.hpp"
+#include "descriptions/device_description.hpp"
 #include "descriptions/dictionary_image.hpp"
-#include "descriptions/object_names.hpp"
 #include "sim/behaviour.hpp"
 #include "sim/faults/faulty_port.hpp"
 #include "sim/more_sdo_servers.hpp"
@@ -35,7 +35,7 @@ struct NodeParts {
   std::string name;            ///< for people; may be empty
   std::string_view device;     ///< its kind, for people: "cia402"; the text outlives the node
   descriptions::DictionaryImage image;  ///< made for the node ID
-  std::shared_ptr<const descriptions::ObjectNames> names;  ///< of its objects, for people; null = none are known
+  std::shared_ptr<const descriptions::DeviceDescription> description;  ///< for names; null = none are known
   BehaviourMaker behaviour = nullptr;             ///< null: values stay as they were written
   std::uint64_t seed = 0;                         ///< of everything random in behaviour and faults
   std::vector<Signal> signals;                    ///< begin at the node's power-on
@@ -96,7 +96,7 @@ class Node final : public Participant,
 
   const std::string& name() const { return name_; }
   std::string_view device_name() const { return device_name_; }
-  const descriptions::ObjectNames& names() const { return *names_; }
+  const descriptions::DeviceDescription& description() const { return *description_; }
   const Device& device() const { return device_; }
   Device& device() { return device_; }
   Behaviour& behaviour() { return *behaviour_; }
@@ -162,7 +162,7 @@ class Node final : public Participant,
 
   std::string name_;
   std::string_view device_name_;
-  std::shared_ptr<const descriptions::ObjectNames> names_;
+  std::shared_ptr<const descriptions::DeviceDescription> description_;
   descriptions::DictionaryImage image_;
   std::vector<std::uint8_t> values_;
   std::vector<std::uint8_t> saved_;  ///< what reset node restores: factory values, or stored ones

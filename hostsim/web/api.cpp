@@ -310,7 +310,7 @@ protocols::HttpResponse objects(const Asked& asked) {
   const std::uint64_t last = number_in(asked.query(), "last", 0xFFFF, 0xFFFF);
   const Time now = control.started() + control.now();
   Json list = Json::array();
-  for (const descriptions::ObjectName& object : node.names())
+  for (const descriptions::Object& object : node.description().objects)
     for (unsigned sub = object.first_sub; sub <= object.last_sub; ++sub) {
       ObjectEntry entry{};
       const auto sub_index = static_cast<std::uint8_t>(sub);
