@@ -122,50 +122,45 @@ void mark_asked(DictionaryImage& image) {
   }
 }
 
-class Layout {
- public:
-  explicit Layout(const DictionaryImage& image) : image_(image) {}
+std::span<const std::uint8_t> bytes_at(std::size_t place, const EntryRow& row, const DictionaryImage& image) {
+  return std::span(image.values).subspan(place, row.entry.stride());
+}
 
-  FirmwareDictionary take(Rows rows) {
-    for (const bool zeros : {false, true})
-      for (EntryRow& row : rows)
-        if (is_zero(row) == zeros) place(row, zeros);
-    for (const EntryRow& row : rows)
-      made_.entries.push_back(row.entry);
-    std::stable_partition(relative_.begin(), relative_.end(),
-                          [](const auto& value) { return value.first <= object::kLastCommunication; });
-    for (const auto& [index, value] : relative_) {
-      made_.node_id_values.push_back(value);
-      made_.communication_node_id_values += index <= object::kLastCommunication;
-    }
-    return std::move(made_);
-  }
+bool is_zero(const EntryRow& row, const DictionaryImage& image) {
+  return std::ranges::all_of(row.places, [&](std::size_t place) {
+    return relative_at(image, place) == nullptr &&
+           std::ranges::all_of(bytes_at(place, row, image), [](auto byte) { return byte == 0; });
+  });
+}
 
- private:
-  bool is_zero(const EntryRow& row) const {
-    return std::ranges::all_of(row.places, [&](std::size_t place) {
-      const auto bytes = std::span(image_.values).subspan(place, row.entry.stride());
-      return relative_at(image_, place) == nullptr &&
-             std::ranges::all_of(bytes, [](auto byte) { return byte == 0; });
-    });
-  }
-
-  void place(EntryRow& row, bool zeros) {
-    row.entry.offset = static_cast<std::uint32_t>(made_.value_bytes) + row.entry.front();
+/// Values that are 0 are the last ones.
+FirmwareDictionary laid_out(Rows rows, const DictionaryImage& image) {
+  FirmwareDictionary made;
+  std::vector<std::pair<std::uint16_t, NodeIdValue>> relative;  // with the index of each
+  const auto place_row = [&](EntryRow& row, bool zeros) {
+    row.entry.offset = static_cast<std::uint32_t>(made.value_bytes) + row.entry.front();
     for (const std::size_t place : row.places) {
-      if (const NodeIdValue* const value = relative_at(image_, place))
-        relative_.push_back(
-            {row.entry.index, {static_cast<std::uint32_t>(made_.value_bytes), value->factor, value->size}});
-      const auto bytes = std::span(image_.values).subspan(place, row.entry.stride());
-      if (!zeros) made_.power_on.insert(made_.power_on.end(), bytes.begin(), bytes.end());
-      made_.value_bytes += bytes.size();
+      if (const NodeIdValue* const value = relative_at(image, place))
+        relative.push_back(
+            {row.entry.index, {static_cast<std::uint32_t>(made.value_bytes), value->factor, value->size}});
+      const auto bytes = bytes_at(place, row, image);
+      if (!zeros) made.power_on.insert(made.power_on.end(), bytes.begin(), bytes.end());
+      made.value_bytes += bytes.size();
     }
+  };
+  for (const bool zeros : {false, true})
+    for (EntryRow& row : rows)
+      if (is_zero(row, image) == zeros) place_row(row, zeros);
+  for (const EntryRow& row : rows)
+    made.entries.push_back(row.entry);
+  std::stable_partition(relative.begin(), relative.end(),
+                        [](const auto& value) { return value.first <= object::kLastCommunication; });
+  for (const auto& [index, value] : relative) {
+    made.node_id_values.push_back(value);
+    made.communication_node_id_values += index <= object::kLastCommunication;
   }
-
-  const DictionaryImage& image_;
-  FirmwareDictionary made_;
-  std::vector<std::pair<std::uint16_t, NodeIdValue>> relative_;  ///< with the index of each
-};
+  return made;
+}
 
 }  // namespace
 
@@ -173,7 +168,7 @@ FirmwareDictionary firmware_dictionary(DictionaryImage image) {
   image = prepared(std::move(image));
   mark_mapped(image.entries, ObjectDictionary(image.entries, image.values, nullptr));
   mark_asked(image);
-  FirmwareDictionary made = Layout(image).take(fold(image));
+  FirmwareDictionary made = laid_out(fold(image), image);
   made.limits = image.limits;
   made.memory = memory_of(made.entries);
   return made;
