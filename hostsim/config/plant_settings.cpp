@@ -296,14 +296,12 @@ const std::span<const Setting<NetworkConfig>> kNetworkSettings = kNetwork;
 
 const std::vector<std::string_view>& plant_keys() {
   static const std::vector<std::string_view> all = [] {
-    std::vector<std::string_view> tables;
     std::vector<std::string_view> keys;
     for_each_setting([&](const Row& row) {
-      const std::string_view table = base::table_of(row.key);
-      if (std::ranges::find(tables, table) == tables.end()) tables.push_back(table);
       keys.push_back(row.key);
+      const std::string_view table = base::table_of(row.key);
+      if (std::ranges::find(keys, table) == keys.end()) keys.push_back(table);
     });
-    keys.insert(keys.end(), tables.begin(), tables.end());
     keys.push_back(kNetworkTable);
     return keys;
   }();

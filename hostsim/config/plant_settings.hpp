@@ -5,6 +5,7 @@
 /// range, help. Plant file and command line are read by these rows; --help and docs/reference/plant-file.md are
 /// generated from them. A new setting is a member in config.hpp and a row.
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <optional>
@@ -117,10 +118,7 @@ template <class Target>
 /// The row with this key, which must exist.
 template <class Target>
 const Setting<Target>& setting_of(std::span<const Setting<Target>> rows, std::string_view key) {
-  std::size_t row = 0;
-  while (rows[row].key != key)
-    ++row;
-  return rows[row];
+  return *std::ranges::find(rows, key, &Row::key);
 }
 
 }  // namespace cbcan::config
