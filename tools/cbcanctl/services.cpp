@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// read, write, nmt, state, kernel.
+// read, write, nmt, state, kernel, map.
 
 #include <fmt/core.h>
 
@@ -8,6 +8,7 @@
 
 #include "base/numbers.hpp"
 #include "base/value.hpp"
+#include "base/words.hpp"
 #include "cbcanctl/commands.hpp"
 
 namespace cbcan::ctl {
@@ -140,6 +141,14 @@ void kernel(const Options& options) {
     fmt::print("{{\"kernel\": {}, \"name\": {}}}\n", state, json_text(name));
   else
     fmt::print("{:02X}h {}\n", state, name);
+}
+
+void map(const Options& options) {
+  if (!options.form) throw UsageError("--for is missing: " + base::listed(tools::kForms));
+  if (options.json) throw UsageError("--json: leave it out; --for csv is for programs");
+  const std::vector<tools::Tag> tags = tools::tags_of(read_network(options.network));
+  std::cout << tools::text_of(*options.form, tags, options.at,
+                              {options.target.host, static_cast<std::uint16_t>(options.target.port)});
 }
 
 }  // namespace cbcan::ctl
