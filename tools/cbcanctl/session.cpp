@@ -39,6 +39,15 @@ std::string reason(const window::Result& response) {
   return "R3700 is " + std::to_string(response.code) + ", which is no result";
 }
 
+/// "3003h of the coprocessor"
+std::string own_name(std::uint16_t index) {
+  return fmt::format("{:04X}h of the coprocessor", index);
+}
+
+void write_own(window::Client& client, std::uint16_t index, const tools::Bytes& value) {
+  execute(client, tools::sdo_write(0, index, 0, value), own_name(index));
+}
+
 /// The registers of a connection, for tools::run(). Ctrl-C throws. Shows a progress bar on a terminal during
 /// its lifetime.
 class Registers final : public tools::RegisterAccess {
@@ -99,10 +108,6 @@ bool interrupted() {
   return interrupt_seen != 0;
 }
 
-void forget_interrupt() {
-  interrupt_seen = 0;
-}
-
 window::Client connect(const Options& options) {
   // The first response through a pseudo-terminal of QEMU takes up to one second.
   constexpr std::chrono::milliseconds kSerialResponse{1500}, kTcpResponse{1000};
@@ -148,25 +153,13 @@ tools::Bytes execute(window::Client& client, const tools::Transaction& transacti
   throw Refused(response, what.empty() && silent ? fmt::format("node {}", transaction.node) : what);
 }
 
-namespace own {
-
-std::string name(std::uint16_t index) {
-  return fmt::format("{:04X}h of the coprocessor", index);
-}
-
-tools::Bytes read(window::Client& client, std::uint16_t index, std::uint8_t sub, std::size_t size) {
-  tools::Bytes value = execute(client, tools::sdo_read(0, index, sub, size), name(index));
+tools::Bytes own::read(window::Client& client, std::uint16_t index, std::uint8_t sub, std::size_t size) {
+  tools::Bytes value = execute(client, tools::sdo_read(0, index, sub, size), own_name(index));
   if (value.size() != size)
     throw window::Error(Cause::kNoWindow, fmt::format("{}: {} bytes instead of {}: this is no CBCAN window",
-                                                      name(index), value.size(), size));
+                                                      own_name(index), value.size(), size));
   return value;
 }
-
-void write(window::Client& client, std::uint16_t index, const tools::Bytes& value) {
-  execute(client, tools::sdo_write(0, index, 0, value), name(index));
-}
-
-}  // namespace own
 
 Borrowed::Borrowed(window::Client& client, std::uint16_t index, const tools::Bytes& value)
     : client_(client), index_(index) {
@@ -174,7 +167,7 @@ Borrowed::Borrowed(window::Client& client, std::uint16_t index, const tools::Byt
   if (before_ == value) return;
   changed_ = true;
   try {
-    own::write(client, index, value);
+    write_own(client, index, value);
   } catch (const Refused&) {
     changed_ = false;
     throw;
@@ -187,11 +180,11 @@ Borrowed::Borrowed(window::Client& client, std::uint16_t index, const tools::Byt
 void Borrowed::put_back() noexcept {
   if (!changed_) return;
   changed_ = false;
-  forget_interrupt();
+  interrupt_seen = 0;  // the next Ctrl-C counts again
   try {
-    own::write(client_, index_, before_);
+    write_own(client_, index_, before_);
   } catch (const std::exception& error) {
-    say(own::name(index_) + " was " + tools::print_value(before_) +
+    say(own_name(index_) + " was " + tools::print_value(before_) +
         " and could not be restored: " + error.what());
   }
 }
