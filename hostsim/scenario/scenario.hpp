@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -41,7 +42,7 @@ struct Scenario {
 };
 
 /// The keys of a step, for the page.
-std::vector<base::Row> step_rows();
+extern const std::span<const base::Setting<Step>> kStepKeys;
 
 /// The lines of a step under [[step]].
 std::string text_of(const Step& step);

@@ -65,9 +65,7 @@ void read_into(Scenario& scenario, std::string_view text, const base::FileReader
 
 }  // namespace
 
-std::vector<base::Row> step_rows() {
-  return {kKeys.begin(), kKeys.end()};
-}
+const std::span<const base::Setting<Step>> kStepKeys = kKeys;
 
 std::string text_of(const Step& step) {
   return base::table_text<Step>(kKeys, step);

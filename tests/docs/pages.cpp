@@ -125,7 +125,7 @@ std::string usages(std::string_view heading, const auto& rows) {
 }
 
 /// Keys of a scenario's steps, or of [explore].
-std::string line_keys(const std::vector<Row>& rows) {
+std::string line_keys(const auto& rows) {
   std::string table = "| Key | Value | Meaning |\n|---|---|---|\n";
   for (const Row& row : rows)
     table += fmt::format("| `{}` | {} | {} |\n", row.key, row.domain, meaning(row));
@@ -211,9 +211,9 @@ std::string generated(const Words& words) {
   if (what == "fault-kinds") return fault_kinds(words);
   if (what == "commands") return usages("Command", cbcan::plant::command_usages());
   if (what == "conditions") return usages("Condition", cbcan::plant::condition_usages());
-  if (what == "step-keys") return line_keys(cbcan::scenario::step_rows());
+  if (what == "step-keys") return line_keys(cbcan::scenario::kStepKeys);
   if (what == "explore-defaults") return explore_defaults();
-  if (what == "explore-keys") return line_keys(cbcan::search::setting_rows());
+  if (what == "explore-keys") return line_keys(cbcan::search::kExploreKeys);
   if (what == "exit-codes") return exit_codes();
   if (what == "registers") return registers(words);
   if (what == "numbers") return numbers(words);
