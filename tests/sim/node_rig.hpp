@@ -9,7 +9,7 @@
 
 namespace cbcan::test {
 
-inline descriptions::DictionaryImage image_of(const std::vector<Row>& rows, std::uint8_t node_id) {
+inline descriptions::DictionaryImage image_of(const std::vector<Row>& rows, std::uint8_t node_id = 0) {
   descriptions::DictionaryImage image;
   image.entries = entries_of(rows);
   image.values = values_of(rows, node_id);
