@@ -41,22 +41,14 @@ inline std::vector<Row> everything() {
   };
 }
 
-struct DeviceRig final : Wire, private DeviceApplication {
+struct DeviceRig final : StackRig<Device>, private DeviceApplication {
   explicit DeviceRig(const std::vector<Row>& rows = everything())
-      : entries(entries_of(rows, ObjectFlags::kChecked)),
+      : StackRig(device),
+        entries(entries_of(rows, ObjectFlags::kChecked)),
         power_on(values_of(rows)),
         values(power_on),
         device(0x42, {entries, values, {}}, {buffer_, {rpdos_, tpdos_, pieces_}, watched_}, *this, port) {}
 
-  /// Lets frames arrive; after each one everything due is done.
-  template <class... More>
-  Wire& arrive(const std::string& frame, const More&... more) {
-    const Time due = device.deadline();
-    if (!device.on_frame(frame_from(frame), now)) CHECK(device.deadline() == due);
-    pass(0);
-    if constexpr (sizeof...(more) != 0) arrive(more...);
-    return *this;
-  }
   /// An expedited SDO download of `size` bytes to the device's object, and the expected response: "60" done,
   /// or an abort code such as "06090030".
   void write(std::uint16_t index, std::uint8_t sub, std::size_t size, std::uint32_t value,
@@ -77,10 +69,6 @@ struct DeviceRig final : Wire, private DeviceApplication {
   void write(std::initializer_list<Download> downloads) {
     for (const Download& each : downloads)
       write(each.index, each.sub, each.size, each.value, each.outcome);
-  }
-  Wire& pass(Time duration) {
-    poll_when_due(device, now, now + duration);
-    return *this;
   }
   /// By SDO, expedited.
   std::uint32_t read(std::uint16_t index, std::uint8_t sub) {
@@ -126,7 +114,6 @@ struct DeviceRig final : Wire, private DeviceApplication {
   std::vector<ObjectEntry> entries;
   std::vector<std::uint8_t> power_on;
   std::vector<std::uint8_t> values;
-  Time now = 0;
   std::vector<std::string> events;  ///< calls of the application
   unsigned id_reports = 0;          ///< that received_ids() may have changed
 

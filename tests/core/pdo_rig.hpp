@@ -58,15 +58,17 @@ inline std::vector<Row> pdo_rows() {
 /// RPDOs 1, 2, 3, 5, 512 and TPDOs 1, 2, 3, 5, 512, all invalid with an empty mapping. 2000h:1..8 BOOLEAN,
 /// 2001h:1..8 U8, 2002h:1..4 U16, 2003h U32, 2004h U64, 2005h I24, mappable both ways; 2010h U8 not at all;
 /// 2011h a string; 2012h computed; 2013h RPDO only, 2014h TPDO only; 6000h:1 U8, 6401h:1 I16 TPDO only.
-struct PdoRig final : Wire, PdoApplication, private ObjectHandler {
+struct PdoRig final : StackRig<Pdo>, PdoApplication, private ObjectHandler {
   explicit PdoRig(std::size_t rpdo_room = 5, std::size_t tpdo_room = 5)
-      : entries(entries_of(pdo_rows())),
+      : StackRig(pdo, true),
+        entries(entries_of(pdo_rows())),
         values(values_of(pdo_rows())),
         dictionary(entries, values, this),
         rpdos(rpdo_room),
         tpdos(tpdo_room),
         pieces((rpdo_room + tpdo_room) * PdoMapping::kMostObjects),
         pdo(dictionary, port, {rpdos, tpdos, pieces}, *this) {
+    now = 1000;
     reset();
   }
 
@@ -127,25 +129,10 @@ struct PdoRig final : Wire, PdoApplication, private ObjectHandler {
     pdo.on_state(on ? nmt::State::kOperational : nmt::State::kPreOperational, now);
     return *this;
   }
-  template <class... Frames>
-  Wire& arrive(const Frames&... frames) {
-    (pdo.on_frame(frame_from(frames), now), ...);
-    return *this;
-  }
   Wire& sync(std::uint8_t counter = 0, Time window = 0) {
     const Time due = pdo.deadline();
     const bool moved = pdo.on_sync(counter, window, now);
     CHECK(moved == (pdo.deadline() != due));
-    return *this;
-  }
-  Wire& pass(Time duration) {
-    const Time end = now + duration;
-    while (pdo.deadline() <= end) {
-      now = std::max(now, pdo.deadline());
-      pdo.poll(now);
-      REQUIRE(pdo.deadline() > now);
-    }
-    now = end;
     return *this;
   }
 
@@ -176,7 +163,6 @@ struct PdoRig final : Wire, PdoApplication, private ObjectHandler {
     return ids;
   }
 
-  Time now = 1000;
   bool log_sampling = false;
   bool log_recovery = false;
   /// Called by refresh(), and by on_written() and on_sync().

@@ -34,7 +34,7 @@ TEST_CASE("Module: each parameter is what it was after power has been off, and a
   module.check_all();
   module.bench->write(0, 0x1F82, 127, 1, {1}).expect("1FF#00000000");
   module.bench->arrive("185#3412");
-  CHECK(module.bench->process[0] == 0x1234);
+  CHECK(module.bench->reg(3800) == 0x1234);
 }
 
 TEST_CASE(
@@ -88,7 +88,7 @@ TEST_CASE("Module: stored values that do not fit are left out, which is reported
   CHECK(module.get(0x1014, 0) == 0xAA);
   CHECK(module.get(0x1017, 0) == 500);
   CHECK(module.get(0x1015, 0) == 0);
-  CHECK(module.bench->process[0] == 0);
+  CHECK(module.bench->reg(3800) == 0);
   module.bench->write(0, 0x1F82, 42, 1, {129}).expect("72A#00");
   CHECK(module.store.left_out.empty());
 }
