@@ -27,7 +27,7 @@ inline std::string bytes_of(std::uint64_t number, std::size_t bytes) {
 }
 
 /// All objects that a Device acts on, except PDOs.
-inline std::vector<Row> everything() {
+inline std::vector<ObjectRow> everything() {
   return {
       {0x1001, 0, 0, kUnsigned8},         {0x1003, 0, 0, kUnsigned8},
       {0x1003, 1, 3, kUnsigned32},        {0x1005, 0, 0, kUnsigned32, 0x80},
@@ -42,7 +42,7 @@ inline std::vector<Row> everything() {
 }
 
 struct DeviceRig final : StackRig<Device>, private DeviceApplication {
-  explicit DeviceRig(const std::vector<Row>& rows = everything())
+  explicit DeviceRig(const std::vector<ObjectRow>& rows = everything())
       : StackRig(device),
         entries(entries_of(rows, ObjectFlags::kChecked)),
         power_on(values_of(rows)),

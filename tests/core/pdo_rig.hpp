@@ -14,23 +14,23 @@ inline constexpr std::uint8_t kParameter = Flags::kReadWrite | Flags::kChecked;
 inline constexpr std::uint16_t kMapped = Flags::kReadWrite | Flags::kMapRpdo | Flags::kMapTpdo;
 inline constexpr std::uint16_t kNumbers[] = {0, 1, 2, 4, 511};  // PDO 4 is missing
 
-inline std::vector<Row> pdo_rows() {
+inline std::vector<ObjectRow> pdo_rows() {
   using enum DataType;
-  std::vector<Row> rows;
-  const auto add_pdos = [&rows](unsigned first, std::vector<Row> objects) {
+  std::vector<ObjectRow> rows;
+  const auto add_pdos = [&rows](unsigned first, std::vector<ObjectRow> objects) {
     for (const std::uint16_t number : kNumbers) {
-      for (Row& row : objects)
+      for (ObjectRow& row : objects)
         row.index = static_cast<std::uint16_t>(first + number);
       rows.insert(rows.end(), objects.begin(), objects.end());
     }
   };
-  const std::vector<Row> mapping{{0, 0, 0, kUnsigned8, 0, kParameter},
-                                 {0, 1, 64, kUnsigned32, 0, kParameter}};
-  std::vector<Row> parameters{{0, 0, 0, kUnsigned8, 0, Flags::kRead},
-                              {0, 1, 1, kUnsigned32, 0x80000000, kParameter},
-                              {0, 2, 2, kUnsigned8, 0, kParameter},
-                              {0, 3, 3, kUnsigned16, 0, kParameter},
-                              {0, 5, 5, kUnsigned16, 0, kParameter}};
+  const std::vector<ObjectRow> mapping{{0, 0, 0, kUnsigned8, 0, kParameter},
+                                       {0, 1, 64, kUnsigned32, 0, kParameter}};
+  std::vector<ObjectRow> parameters{{0, 0, 0, kUnsigned8, 0, Flags::kRead},
+                                    {0, 1, 1, kUnsigned32, 0x80000000, kParameter},
+                                    {0, 2, 2, kUnsigned8, 0, kParameter},
+                                    {0, 3, 3, kUnsigned16, 0, kParameter},
+                                    {0, 5, 5, kUnsigned16, 0, kParameter}};
   add_pdos(0x1400, parameters);
   add_pdos(0x1600, mapping);
   parameters.push_back({0, 6, 6, kUnsigned8, 0, kParameter});

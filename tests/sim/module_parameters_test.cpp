@@ -100,13 +100,12 @@ TEST_CASE(
     const char* boots;
   };
   KeptParameters store;
-  std::array<std::uint16_t, regmap::kWindowWords> window{};
-  std::array<std::uint16_t, kProcessWords> process{};
+  RegisterFile registers;
   for (const Row& row : {Row{0, "77F#00"}, Row{0, "72A#00"}, Row{250'000, "72A#00"}, Row{500'000, ""}}) {
     INFO(row.bus_rate << " " << row.boots);
     WorldBench bench(row.bus_rate);
-    sim::CoprocessorModule& module =
-        bench.world.add_module(RegisterWindow(window), process, {}, std::array<ScannerWindow, 1>{}, &store);
+    sim::CoprocessorModule& module = bench.world.add_module(registers.window(), registers.process(), {},
+                                                            std::array<ScannerWindow, 1>{}, &store);
     bench.start().pass(10 * kMillisecond);
     CHECK(bench.heard() ==
           (*row.boots != 0 ? std::vector<std::string>{row.boots} : std::vector<std::string>{}));

@@ -59,11 +59,10 @@ class RandomNetwork final : private sim::Receiver {
     return plant_.all_run();
   }
   std::uint64_t digest() const { return digest_; }
-  std::string state() const {
+  std::string state() {
     std::string text;
-    for (std::size_t node = 0; node != nodes_.size() + kFirstNode; ++node)
-      text += std::to_string(plant_.status[44 + node] >> 8) + ":" +
-              std::to_string(plant_.status[44 + node] & 0xFF) + " ";
+    for (unsigned node = 0; node != nodes_.size() + kFirstNode; ++node)
+      text += std::to_string(plant_.of(node) >> 8) + ":" + std::to_string(plant_.of(node) & 0xFF) + " ";
     return text + (meddles_ ? "meddles" : "faults alone");
   }
 

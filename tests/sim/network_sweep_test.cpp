@@ -70,8 +70,8 @@ struct Plant : ModulePlant {
   void check_end() {
     pass(25 * kSecond);
     CHECK(all_run());
-    CHECK(status[44 + 5] == 0x0105);
-    CHECK(status[44 + 6] == 0x0105);
+    CHECK(of(5) == 0x0105);
+    CHECK(of(6) == 0x0105);
   }
 
   sim::Node& node;
@@ -119,7 +119,7 @@ void after_each_frame(const std::string& what, const Happens& happens) {
     INFO(what << " after " << frames << " frames");
     happens(plant);
     plant.check_end();
-    CHECK(plant.registers[0] != 0xCA0E);
+    CHECK(plant.reg(3700) != 0xCA0E);
   }
 }
 

@@ -175,7 +175,7 @@ TEST_CASE("Node: stored values that do not fit the dictionary any more are left 
 TEST_CASE("Node: FFFFh:FF, the last value there is, is stored like all others") {
   KeptParameters store;
   WorldBench bench;
-  std::vector<Row> all = rows();
+  std::vector<ObjectRow> all = rows();
   all.push_back({0xFFFF, 0, 0xFF, DataType::kUnsigned8});
   add_node_of(bench, 5, all, stored_in(&store));
   bench.start().expect("705#00");
@@ -185,7 +185,7 @@ TEST_CASE("Node: FFFFh:FF, the last value there is, is stored like all others") 
 
 TEST_CASE("Node: objects for PDOs are stored too, but what the file maps by default, and 1003h") {
   KeptParameters store;
-  std::vector<Row> all = rows();
+  std::vector<ObjectRow> all = rows();
   using enum DataType;
   constexpr std::uint16_t kRwr = ObjectFlags::kReadWrite | ObjectFlags::kMapTpdo;
   all.insert(all.begin() + 2, {0x1003, 0, 0, kUnsigned8});

@@ -8,9 +8,9 @@ namespace cbcan::test {
 namespace {
 
 /// Node 5 with 1201h on 645h and 5C5h, as in EDS files, and 1203h, which is not valid.
-std::vector<Row> with_servers() {
-  std::vector<Row> all = rows();
-  const auto place = std::ranges::find(all, std::uint16_t{0x1400}, &Row::index);
+std::vector<ObjectRow> with_servers() {
+  std::vector<ObjectRow> all = rows();
+  const auto place = std::ranges::find(all, std::uint16_t{0x1400}, &ObjectRow::index);
   using enum DataType;
   all.insert(place, {{0x1201, 0, 0, kUnsigned8, 3, ObjectFlags::kRead},
                      {0x1201, 1, 1, kUnsigned32, 0x640, ObjectFlags::kReadWrite, true},

@@ -15,9 +15,10 @@
 
 #include "cbcan/regmap.hpp"
 #include "scenario/search/values_seen.hpp"
-#include "sim/node_rig.hpp"
 #include "sim/random.hpp"
 #include "sim/world.hpp"
+#include "support/register_file.hpp"
+#include "support/world_bench.hpp"
 
 namespace cbcan::test {
 
@@ -168,7 +169,7 @@ struct SoakNetwork final : private sim::FaultListener {
   bool quiet_since(Time begin) const { return open_ == 0 && harmed_at_ + kReach < begin; }
   void harm() { harmed_at_ = now; }
 
-  std::array<std::uint16_t, regmap::kRegisterFileWords> registers{};
+  RegisterFile registers;
   Executed executed;
   Time now = 0;
   std::uint64_t fired = 0;
@@ -181,19 +182,13 @@ struct SoakNetwork final : private sim::FaultListener {
   void power_on() {
     ++lives;
     world_.reset();
-    registers.fill(0);
+    registers = {};
     open_ = 0;
     harm();
     sim::FaultListener* const listener = this;
     world_ = std::make_unique<sim::World>(bit_rate_, random_.next(), listener);
-    Coprocessor::Settings settings;
-    settings.sdo_timeout_ms = timeout_ms_;
-    const std::span<std::uint16_t, regmap::kRegisterFileWords> all(registers);
-    module_ = &world_->add_module(
-        RegisterWindow(all.subspan<regmap::kWindowFirst, regmap::kWindowWords>()),
-        all.subspan<regmap::kProcessFirst, regmap::kProcessWords>(), settings,
-        std::array{ScannerWindow(all.subspan<regmap::kScannerOutFirst, regmap::kScannerOutWords>(),
-                                 all.subspan<regmap::kScannerInFirst, regmap::kScannerInWords>())});
+    module_ = &world_->add_module(registers.window(), registers.process(), {.sdo_timeout_ms = timeout_ms_},
+                                  std::array{registers.scanner()});
     for (const std::uint8_t id : kNodes)
       add_node(id);
     world_->start(now);

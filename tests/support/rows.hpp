@@ -11,7 +11,7 @@
 namespace cbcan::test {
 
 /// One or more identical sub-indices, and their power-on value.
-struct Row {
+struct ObjectRow {
   std::uint16_t index;
   std::uint8_t first_sub;
   std::uint8_t last_sub;
@@ -19,7 +19,7 @@ struct Row {
   std::uint64_t value = 0;
   std::uint16_t flags = ObjectFlags::kReadWrite;
   bool follows_node_id = false;  ///< `value` is for node ID 0
-  std::uint32_t capacity = 0;    ///< of one of variable length, which is empty at power-on
+  std::uint32_t capacity = 0;    ///< of zeros of variable length, at first `value` of them
 
   /// Its values begin at 0.
   ObjectEntry entry(std::uint16_t more_flags = 0) const {
@@ -30,10 +30,10 @@ struct Row {
 };
 
 /// Values follow each other in the order of the rows. `more`: flags of all of them.
-inline std::vector<ObjectEntry> entries_of(const std::vector<Row>& rows, std::uint16_t more = 0) {
+inline std::vector<ObjectEntry> entries_of(const std::vector<ObjectRow>& rows, std::uint16_t more = 0) {
   std::vector<ObjectEntry> entries;
   std::uint32_t end = 0;
-  for (const Row& row : rows) {
+  for (const ObjectRow& row : rows) {
     ObjectEntry& entry = entries.emplace_back(row.entry(more));
     entry.offset = end + entry.front();
     end += entry.stride() * entry.subs();
@@ -41,9 +41,9 @@ inline std::vector<ObjectEntry> entries_of(const std::vector<Row>& rows, std::ui
   return entries;
 }
 
-inline std::vector<std::uint8_t> values_of(const std::vector<Row>& rows, std::uint8_t node_id = 0) {
+inline std::vector<std::uint8_t> values_of(const std::vector<ObjectRow>& rows, std::uint8_t node_id = 0) {
   std::vector<std::uint8_t> values;
-  for (const Row& row : rows)
+  for (const ObjectRow& row : rows)
     for (std::uint32_t sub = 0; sub < row.entry().subs(); ++sub) {
       std::uint64_t value = row.value + (row.follows_node_id ? node_id : 0u);
       for (std::uint32_t byte = 0; byte < row.entry().stride(); ++byte, value >>= 8)
