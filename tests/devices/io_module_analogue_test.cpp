@@ -163,7 +163,7 @@ TEST_CASE("6422h shows the channels of the last moment with an event") {
   module.input(0x6401, 1, 5).expect("changed 6401:01");  // at the same time
   module.shows(0x6422, 1, 3);
   module.now += 1;
-  module.run();
+  module.update();
   module.shows(0x6422, 1, 3);
   module.input(0x6401, 1, 6).expect("changed 6401:01").shows(0x6422, 1, 1);
 }
@@ -202,8 +202,7 @@ TEST_CASE("6443h and 6444h: analogue error values") {
   module.write(0x6443, 2, 0);
   module.write(0x6444, 2, 9);
   module.state(State::kOperational);
-  module.device.on_network_failure(sim::NetworkFailure::kHeartbeat, module.now);
-  module.run();
+  module.network_failure(sim::NetworkFailure::kHeartbeat);
   module.puts_out(0x6411, 1, -7);
   module.puts_out(0x6411, 2, 400);
   module.shows(0x6411, 1, 300);

@@ -21,7 +21,7 @@ TEST_CASE("an input's levels show in 6000h, and every change is an event") {
   module.input(0x6000, 1, 0x81).expect("changed 6000:01").shows(0x6000, 1, 0x81);
   module.input(0x6000, 1, 0x81);  // nothing new
   module.input(0x6000, 1, 0x80).expect("changed 6000:01");
-  CHECK(module.next == kNever);
+  CHECK(module.deadline == kNever);
 }
 
 TEST_CASE("what is given to digital inputs is rounded into a byte") {
@@ -55,7 +55,7 @@ TEST_CASE("6003h: a filtered input has to stand for 3 ms") {
   module.input(0x6000, 1, 0x03);  // bit 1 is not filtered
   module.shows(0x6000, 1, 0x02);
   module.expect("changed 6000:01");
-  CHECK(module.next == 4000);
+  CHECK(module.deadline == 4000);
   module.pass(2999).shows(0x6000, 1, 0x02);
   module.pass(1).expect("changed 6000:01").shows(0x6000, 1, 0x03);
 
@@ -128,8 +128,7 @@ TEST_CASE("a network failure gives outputs their error values until the node is 
   module.state(State::kOperational).puts_out(0x6200, 1, 0xC9);
   for (const auto failure :
        {NetworkFailure::kHeartbeat, NetworkFailure::kGuarding, NetworkFailure::kBusOff}) {
-    module.device.on_network_failure(failure, module.now);
-    module.run();
+    module.network_failure(failure);
     module.puts_out(0x6200, 1, 0x39);
     module.state(State::kPreOperational).puts_out(0x6200, 1, 0x39).shows(0x6200, 1, 0xC9);
     module.state(State::kOperational).puts_out(0x6200, 1, 0xC9);
@@ -191,14 +190,14 @@ TEST_CASE("values that the plant file gives to inputs are the values at the term
 TEST_CASE("an incident is an error with the code of CiA 401, told once") {
   Module module(demo_dictionary("io_module.eds"));
   CHECK(module.device.incidents().size() == 2);
-  module.incident("output-short-circuit", true).expect("error 2320 03");
+  module.incident("output-short-circuit", true).expect("2320/03");
   module.incident("output-short-circuit", true);
-  module.incident("input-voltage-low", true).expect("error 3120 05");
-  module.incident("output-short-circuit", false).expect("over 2320");
+  module.incident("input-voltage-low", true).expect("3120/05");
+  module.incident("output-short-circuit", false).expect("2320 over");
   module.incident("earthquake", true);  // unknown: ignored
-  module.reset(false).expect("error 3120 05");
-  module.reset(true).expect("error 3120 05");
-  module.incident("input-voltage-low", false).expect("over 3120");
+  module.reset(false).expect("3120/05");
+  module.reset(true).expect("3120/05");
+  module.incident("input-voltage-low", false).expect("3120 over");
 }
 
 TEST_CASE("a module has as many blocks as its dictionary") {

@@ -17,7 +17,7 @@ TEST_CASE("a new pressure shows in 9130h, and every change is an event") {
   sensor.input(0x9130, 1, 99021.4).expect("changed 9130:01").shows(0x9130, 1, 99021);
   sensor.input(0x9130, 1, 99021.3);
   sensor.input(0x9130, 1, -2).expect("changed 9130:01").shows(0x9130, 1, 0xFFFFFFFE);
-  CHECK(sensor.next == kNever);
+  CHECK(sensor.deadline == kNever);
 }
 
 TEST_CASE("6132h: decimal digits") {
@@ -41,10 +41,10 @@ TEST_CASE("a sensor break: EMCY, not valid, and the value stays") {
   Sensor sensor(demo_dictionary("pressure_transducer.eds"));
   REQUIRE(sensor.device.incidents().size() == 1);
   CHECK(sensor.device.incidents()[0] == "sensor-break");
-  sensor.incident("sensor-break", true).expect("error 5000 01");
+  sensor.incident("sensor-break", true).expect("5000/01");
   sensor.input(0x9130, 1, 5).shows(0x9130, 1, 101325).shows(0x6150, 1, 0x01);
-  sensor.reset(true).expect("error 5000 01").shows(0x6150, 1, 0x01);
-  sensor.incident("sensor-break", false).expect("over 5000", "changed 9130:01").shows(0x9130, 1, 5);
+  sensor.reset(true).expect("5000/01").shows(0x6150, 1, 0x01);
+  sensor.incident("sensor-break", false).expect("5000 over", "changed 9130:01").shows(0x9130, 1, 5);
   sensor.shows(0x6150, 1, 0);
 }
 
