@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "descriptions/dictionary_image.hpp"
-#include "descriptions/eds_reader.hpp"
 #include "sim/behaviour.hpp"
-#include "support/catch.hpp"
-#include "support/source_file.hpp"
+#include "support/demo_image.hpp"
+#include "support/rows.hpp"
 
 namespace cbcan::test {
 
@@ -17,21 +15,13 @@ struct Objects {
 };
 
 inline descriptions::DictionaryImage dictionary_of(const std::vector<Objects>& objects) {
+  std::vector<ObjectRow> rows;
+  for (const auto& [index, count, type] : objects)
+    rows.push_back({index, static_cast<std::uint8_t>(count == 0 ? 0 : 1), count, type});
   descriptions::DictionaryImage image;
-  for (const Objects& each : objects) {
-    const auto size = static_cast<std::uint32_t>(size_of(each.type));
-    const std::uint8_t first = each.count == 0 ? 0 : 1;
-    image.entries.push_back({each.index, first, each.count, each.type, 0, ObjectFlags::kReadWrite,
-                             static_cast<std::uint32_t>(image.values.size()), size});
-    image.values.resize(image.values.size() + size * (each.count == 0 ? 1 : each.count));
-  }
+  image.entries = entries_of(rows);
+  image.values = values_of(rows);
   return image;
-}
-
-/// The dictionary of a node of the demo plant, from its EDS file.
-inline descriptions::DictionaryImage demo_dictionary(const std::string& file) {
-  return descriptions::dictionary_image(
-      descriptions::read(source_file("plants/demo/" + file), file, 0x42).device);
 }
 
 /// A device in virtual time; the test is its node.
@@ -113,13 +103,7 @@ struct Rig final : DeviceBench<Rig<Device>, Device> {
   using Base = DeviceBench<Rig, Device>;
   using Base::device, Base::log, Base::now, Base::objects, Base::update;
 
-  /// A value set by the plant file.
-  struct Value {
-    std::uint16_t index;
-    std::uint8_t sub;
-    std::uint64_t value;
-  };
-  explicit Rig(descriptions::DictionaryImage image, const std::vector<Value>& values = {})
+  explicit Rig(descriptions::DictionaryImage image, const InitialValues& values = {})
       : Base(with(std::move(image), values)) {
     this->start();
   }
@@ -174,15 +158,6 @@ struct Rig final : DeviceBench<Rig<Device>, Device> {
   }
   void changed(std::uint16_t index, std::uint8_t sub, Time at) override {
     this->note("changed " + this->hex(index, 4) + ":" + this->hex(sub, 2), at);
-  }
-
- private:
-  static descriptions::DictionaryImage with(descriptions::DictionaryImage image,
-                                            const std::vector<Value>& values) {
-    ObjectDictionary dictionary(image.entries, image.values, nullptr);
-    for (const Value& value : values)
-      REQUIRE(dictionary.set(value.index, value.sub, value.value));
-    return image;
   }
 };
 
