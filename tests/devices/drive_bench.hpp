@@ -3,8 +3,8 @@
 
 #include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "devices/drive/drive.hpp"
-#include "eds_text.hpp"
 #include "rig.hpp"
+#include "support/eds_text.hpp"
 
 namespace cbcan::test {
 

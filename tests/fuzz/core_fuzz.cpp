@@ -40,14 +40,6 @@ struct Program : private Input {
     (choice & 1) != 0 ? write_outputs() : make_pdo();
   }
 
-  template <std::size_t Size>
-  std::array<std::uint8_t, Size> bytes() {
-    std::array<std::uint8_t, Size> taken;
-    for (std::uint8_t& one : taken)
-      one = byte();
-    return taken;
-  }
-
   void request() {
     const std::uint8_t kind = byte();
     Plc& plc = rig_.plc;

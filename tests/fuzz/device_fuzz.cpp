@@ -73,13 +73,6 @@ struct Program {
     std::ranges::copy(data, frame.data.begin());
     plant_.receive(frame);
   }
-  template <std::size_t Count>
-  std::array<std::uint8_t, Count> bytes() {
-    std::array<std::uint8_t, Count> taken;
-    for (std::uint8_t& one : taken)
-      one = input_.byte();
-    return taken;
-  }
 
   void command() {
     const std::uint8_t which = input_.one_of(kCommands);
@@ -127,7 +120,7 @@ struct Program {
 
   void ask_anything() {
     const std::size_t whom = place();
-    ask(whom, bytes<8>());
+    ask(whom, input_.bytes<8>());
   }
 
   void store_or_restore() {
@@ -170,7 +163,7 @@ struct Program {
     std::array<std::uint8_t, 8> request{command};
     const std::uint8_t kind = input_.byte();
     if ((kind & 1) != 0) {
-      std::ranges::copy(bytes<7>(), request.begin() + 1);
+      std::ranges::copy(input_.bytes<7>(), request.begin() + 1);
     } else {
       request[1] = kind / 2;
       request[2] = input_.byte() % 11;
@@ -189,10 +182,10 @@ struct Program {
     receive(0x080, std::span(&counter, counter < 0x80 ? 0u : 1u));
   }
 
-  void tell_time() { receive(0x100, bytes<6>()); }
+  void tell_time() { receive(0x100, input_.bytes<6>()); }
   void tell_state() {
     const std::uint32_t whose = input_.byte() % 8u;
-    receive(nmt::kErrorControlId + whose, bytes<1>());
+    receive(nmt::kErrorControlId + whose, input_.bytes<1>());
   }
 
   void any_frame() {
@@ -201,7 +194,7 @@ struct Program {
     frame.flags = (head & 0x40) != 0 ? head & 3 : 0;
     if ((frame.flags & Frame::kExtended) != 0 && (head & 0x20) != 0) frame.id |= frame.id << 18;
     frame.length = std::min<std::uint8_t>(head & 0x0F, 8);
-    frame.data = bytes<8>();
+    frame.data = input_.bytes<8>();
     plant_.receive(frame);
   }
 

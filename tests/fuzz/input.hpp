@@ -27,6 +27,13 @@ struct Input {
     const std::uint32_t low = word();
     return low | std::uint32_t{word()} << 16;
   }
+  template <std::size_t Count>
+  std::array<std::uint8_t, Count> bytes() {
+    std::array<std::uint8_t, Count> taken;
+    for (std::uint8_t& one : taken)
+      one = byte();
+    return taken;
+  }
   template <class Element, std::size_t Count>
   const Element& one_of(const std::array<Element, Count>& elements) {
     return elements[byte() % Count];
