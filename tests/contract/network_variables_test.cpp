@@ -4,6 +4,7 @@
 #include "contract/pdo.hpp"
 
 using namespace cbcan::contract;
+using cbcan::test::hex_of;
 
 namespace {
 
@@ -17,16 +18,6 @@ Words words_of(const Bytes& bytes) {
   for (std::size_t i = 0; i < bytes.size(); ++i)
     words[i / 2] = static_cast<std::uint16_t>(words[i / 2] | bytes[i] << 8 * (i % 2));
   return words;
-}
-
-std::string text_of(const Bytes& bytes) {
-  std::string text;
-  for (const std::uint8_t byte : bytes) {
-    char digits[3];
-    std::snprintf(digits, sizeof digits, "%02X", byte);
-    text += digits;
-  }
-  return text;
 }
 
 /// `count` bytes that differ from each other: first, first + 1, ...
@@ -57,12 +48,12 @@ void check_input(Window& window, std::uint16_t index, std::uint16_t sub, std::si
   const std::size_t place = (sub - 1u) * size;
   Bytes image = counting(1, kBytes);
   fill_inputs(window, image);
-  CHECK(local_bytes(window, index, sub) == text_of(counting(place + 1, size)));
+  CHECK(local_bytes(window, index, sub) == hex_of(counting(place + 1, size)));
   const Bytes value = counting(0xA1, size);
   window.configure(index, sub, static_cast<std::uint16_t>(size), words_of(value));
   std::copy(value.begin(), value.end(), image.begin() + static_cast<std::ptrdiff_t>(place));
   CHECK(inputs(window) == words_of(image));
-  CHECK(local_bytes(window, index, sub) == text_of(value));
+  CHECK(local_bytes(window, index, sub) == hex_of(value));
 }
 
 /// A value that the PLC has written to the registers of an output can be read.
@@ -70,12 +61,12 @@ void check_output(Window& window, std::uint16_t index, std::uint16_t sub, std::s
   INFO("sub-index " << sub);
   const std::size_t place = (sub - 1u) * size;
   window.set(kOutputs, words_of(counting(1, kBytes)));
-  CHECK(local_bytes(window, index, sub) == text_of(counting(place + 1, size)));
+  CHECK(local_bytes(window, index, sub) == hex_of(counting(place + 1, size)));
   Bytes image(kBytes);
   const Bytes value = counting(0xA1, size);
   std::copy(value.begin(), value.end(), image.begin() + static_cast<std::ptrdiff_t>(place));
   window.set(kOutputs, words_of(image));
-  CHECK(local_bytes(window, index, sub) == text_of(value));
+  CHECK(local_bytes(window, index, sub) == hex_of(value));
 }
 
 /// In PDOs, RPDO 1 and TPDO 1.
@@ -88,13 +79,13 @@ void check_pdos(Window& window, std::uint16_t input, std::uint16_t output, std::
   fill_inputs(window, image);
   window.set(kOutputs, Words(64));
   start_own_node(window);
-  window.expect("1FF#" + text_of(Bytes(size)));
+  window.expect("1FF#" + hex_of(Bytes(size)));
   const Bytes value = counting(0xA1, size);
   std::copy(value.begin(), value.end(), image.begin() + static_cast<std::ptrdiff_t>((sub - 1u) * size));
-  window.arrive("27F#" + text_of(value));
+  window.arrive("27F#" + hex_of(value));
   CHECK(inputs(window) == words_of(image));
   window.set(kOutputs, words_of(image));
-  window.expect("1FF#" + text_of(value));
+  window.expect("1FF#" + hex_of(value));
 }
 
 /// A row of the table of types; `size` in bytes.
@@ -153,7 +144,7 @@ TEST_CASE("[PDO-22] sub-indices") {
   Window window;
   window.set(kOutputs, words_of(counting(1, kBytes)));
   for (std::uint16_t sub = 1; sub <= 42; ++sub)  // the last two bytes are no element
-    CHECK(local_bytes(window, 0xA600, sub) == text_of(counting(3u * sub - 2u, 3)));
+    CHECK(local_bytes(window, 0xA600, sub) == hex_of(counting(3u * sub - 2u, 3)));
   CHECK(read_local(window, 0xA600, 0) == Value{42, 1});
   check_missing(window, 0xA600, 43, kNoSubIndex);
   for (std::uint16_t sub = 1; sub <= 25; ++sub)

@@ -27,12 +27,6 @@ void check_state_without_response(Window& window, std::uint16_t state) {
   CHECK(window.reg(3706) == state);
 }
 
-/// Start Remote Node, to node 5.
-void start_node(Window& window) {
-  window.write(0, 0x1F82, 5, 1, {1}).expect("000#0105");
-  window.check_done();
-}
-
 }  // namespace
 
 TEST_CASE("[STATE-1] which node") {
@@ -144,7 +138,7 @@ TEST_CASE("[STATE-6] both times are settings") {
 TEST_CASE("[STATE-7] in doubt after an NMT command") {
   Window window;
   window.arrive("705#7F", "706#7F");
-  start_node(window);
+  window.command(5, 1, "000#0105");
   SECTION("a node that was not addressed is not asked") {
     window.read(6, 0x300C, 0, 0).expect_silence();
     CHECK(window.reg(3706) == kPreOperational);
@@ -189,7 +183,7 @@ TEST_CASE("[STATE-9] a command of another master") {
 TEST_CASE("[STATE-8] started right after its boot-up") {
   Window window;
   window.arrive("705#00");
-  start_node(window);
+  window.command(5, 1, "000#0105");
   window.read(5, 0x300C, 0, 0).exchange({{"705#R1", "705#05"}});
   window.check_done();
   CHECK(window.reg(3706) == 5);

@@ -14,9 +14,7 @@ const std::vector<std::uint32_t> kFirstInput{0xA1000110};
 void check_refused(Window& window, std::uint16_t index, std::uint16_t sub, std::uint16_t size,
                    std::uint32_t value, std::uint32_t code) {
   INFO(std::hex << "object " << index << " sub " << sub << " value " << value);
-  window.write(0, index, sub, size,
-               {static_cast<std::uint16_t>(value), static_cast<std::uint16_t>(value >> 16)});
-  window.check_failed(code);
+  window.write(0, index, sub, size, words_of(value)).check_failed(code);
 }
 
 }  // namespace
@@ -45,8 +43,8 @@ TEST_CASE("[PDO-28] transmission types of TPDOs") {
   SECTION("by the own SYNC") {
     set_up_pdo(window, 0x1400, 0x27F, 1, kFirstInput);
     set_up_pdo(window, 0x1800, 0x1FF, 1, kFirstOutput);
-    configure32(window, 0x1006, 0, 100000);
-    configure32(window, 0x1005, 0, 0x40000080);
+    window.put(0x1006, 0, 100000);
+    window.put(0x1005, 0, 0x40000080);
     start_own_node(window);
     window.arrive("27F#3344");
     window.set(kOutputs, {0x2211});
@@ -162,8 +160,8 @@ TEST_CASE("[PDO-28] refusals") {
     check_refused(window, 0x1600, 1, 4, 0x20000108, kNoObject);
     check_refused(window, 0x1600, 1, 4, 0xA1000108, kNotMappable);  // it has 16 bits
     check_refused(window, 0x1600, 1, 4, 0x30030010, kNotMappable);
-    configure32(window, 0x1600, 1, 0xA4400140);
-    configure32(window, 0x1600, 2, 0xA0000908);
+    window.put(0x1600, 1, 0xA4400140);
+    window.put(0x1600, 2, 0xA0000908);
     check_refused(window, 0x1600, 0, 1, 2, kLength);  // 72 bits
     window.configure(0x1600, 0, 1, {1});
     check_refused(window, 0x1600, 2, 4, 0xA0000A08, kState);  // not while sub-index 0 is not 0
@@ -179,7 +177,7 @@ TEST_CASE("[PDO-28] refusals") {
     prepare_pdo(window, 0x1400, 255, kFirstInput);
     for (const std::uint32_t cob_id : {0x0u, 0x7Fu, 0x601u, 0x77Fu, 0x2000027Fu})
       check_refused(window, 0x1400, 1, 4, cob_id, kValue);
-    configure32(window, 0x1400, 1, 0x27F);
+    window.put(0x1400, 1, 0x27F);
     check_refused(window, 0x1400, 1, 4, 0x37F, kValue);  // not while it is valid
   }
   SECTION("not while it is valid") {

@@ -119,15 +119,15 @@ TEST_CASE("[PDO-26] none is valid at first") {
   window.expect_silence();
   CHECK(inputs(window) == Words(64));
   SECTION("valid from then on, also while Operational") {
-    configure32(window, 0x1400, 1, 0x27F);
-    configure32(window, 0x1800, 1, 0x1FF);
+    window.put(0x1400, 1, 0x27F);
+    window.put(0x1800, 1, 0x1FF);
     window.expect("1FF#1111");
     window.arrive("27F#1122");
     CHECK(window.reg(kInputs) == 0x2211);
   }
   SECTION("and invalid again") {
-    configure32(window, 0x1400, 1, 0x27F);
-    configure32(window, 0x1400, 1, 0x8000027F);
+    window.put(0x1400, 1, 0x27F);
+    window.put(0x1400, 1, 0x8000027F);
     window.arrive("27F#1122");
     CHECK(window.reg(kInputs) == 0);
   }

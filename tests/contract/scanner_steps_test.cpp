@@ -3,6 +3,7 @@
 // at each step.
 
 #include "contract/window.hpp"
+#include "support/hex.hpp"
 #include "support/scanner_plc.hpp"
 
 using namespace cbcan::contract;
@@ -17,16 +18,6 @@ Bytes bytes_of(const std::string& frame) {
   for (std::size_t i = 0; i < bytes.size(); ++i)
     bytes[i] = static_cast<std::uint8_t>(std::stoul(frame.substr(4 + 2 * i, 2), nullptr, 16));
   return bytes;
-}
-
-std::string frame_of(const Bytes& bytes) {
-  std::string frame = "585#";
-  for (const unsigned byte : bytes) {
-    char text[3];
-    std::snprintf(text, sizeof text, "%02X", byte & 0xFF);
-    frame += text;
-  }
-  return frame;
 }
 
 /// A PLC program, its Modbus master, a module, and a slow node.
@@ -50,7 +41,7 @@ struct Plant {
   }
   void node_responds() {
     for (; !node.responses.empty(); node.responses.pop_front())
-      target_->arrive(frame_of(node.responses.front()));
+      target_->arrive("585#" + cbcan::test::hex_of(node.responses.front()));
   }
 
   // Disturbances.

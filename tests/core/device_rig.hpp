@@ -15,17 +15,6 @@ namespace cbcan::test {
 
 using enum DataType;
 
-/// Low byte first.
-inline std::string bytes_of(std::uint64_t number, std::size_t bytes) {
-  std::string text;
-  for (std::size_t i = 0; i < bytes; ++i) {
-    char byte[3];
-    std::snprintf(byte, sizeof byte, "%02X", static_cast<unsigned>(number >> 8 * i & 0xFF));
-    text += byte;
-  }
-  return text;
-}
-
 /// All objects that a Device acts on, except PDOs.
 inline std::vector<ObjectRow> everything() {
   return {
@@ -54,10 +43,10 @@ struct DeviceRig final : StackRig<Device>, private DeviceApplication {
   void write(std::uint16_t index, std::uint8_t sub, std::size_t size, std::uint32_t value,
              const std::string& outcome = "done") {
     const char* const commands[] = {"", "2F", "2B", "27", "23"};
-    const std::string object = bytes_of(index, 2) + bytes_of(sub, 1);
-    arrive("642#" + (commands[size] + object) + bytes_of(value, 4));
+    const std::string object = hex_of(index, 2) + hex_of(sub, 1);
+    arrive("642#" + (commands[size] + object) + hex_of(value, 4));
     if (outcome == "done") return expect("5C2#60" + object + "00000000");
-    expect("5C2#80" + object + bytes_of(std::stoul(outcome, nullptr, 16), 4));
+    expect("5C2#80" + object + hex_of(std::stoul(outcome, nullptr, 16), 4));
   }
   struct Download {
     std::uint16_t index;
@@ -72,7 +61,7 @@ struct DeviceRig final : StackRig<Device>, private DeviceApplication {
   }
   /// By SDO, expedited.
   std::uint32_t read(std::uint16_t index, std::uint8_t sub) {
-    arrive("642#40" + bytes_of(index, 2) + bytes_of(sub, 1) + "00000000");
+    arrive("642#40" + hex_of(index, 2) + hex_of(sub, 1) + "00000000");
     if (port.sent.empty()) {
       FAIL_CHECK("no response");
       return 0;
