@@ -55,8 +55,7 @@ TEST_CASE("[OBJ-20] 3005h: which frames are EMCY messages") {
 
 TEST_CASE("[OBJ-21] 3005h of the own node") {
   Window window;
-  set_up_pdo(window, 0x1400, 0x27F, 255, {0xA1000110});
-  start_own_node(window);
+  start_own_node(window, {{0x1400, 0x27F, 255, {0xA1000110}}});
   window.arrive("27F#01").expect("0FF#1082110100000000");  // too short
   check_last(window, Window::kOwnNode, "1082110100000000");
   check_stops(window, "7F1082110100000000");
@@ -166,9 +165,7 @@ namespace {
 
 /// RPDO 1 with two bytes on 27Fh, RPDO 2 with two on 37Fh, and the own node in Operational.
 void start_with_rpdos(Window& window) {
-  set_up_pdo(window, 0x1400, 0x27F, 255, {0xA1000110});
-  set_up_pdo(window, 0x1401, 0x37F, 255, {0xA1000210});
-  start_own_node(window);
+  start_own_node(window, {{0x1400, 0x27F, 255, {0xA1000110}}, {0x1401, 0x37F, 255, {0xA1000210}}});
 }
 
 }  // namespace
@@ -228,8 +225,7 @@ TEST_CASE("[OBJ-32] bus-off") {
 TEST_CASE("[OBJ-32] [OBJ-33] error passive, overflow, a SYNC of another length than 1019h says") {
   Window window;
   SECTION("SYNC") {
-    set_up_pdo(window, 0x1800, 0x1FF, 1, {0xA5800110});
-    start_own_node(window);
+    start_own_node(window, {{0x1800, 0x1FF, 1, {0xA5800110}}});
     window.arrive("080#05").expect("0FF#4082110000000000", "1FF#0000");
     window.arrive("080#").expect("0FF#0000000000000000", "1FF#0000");
   }

@@ -104,8 +104,7 @@ TEST_CASE("[OBJ-11] 1007h, 1019h") {
   check_locals(window, {{0x1007, 0, {0, 4}}, {0x1019, 0, {0, 1}}});
   SECTION("a synchronous PDO counts within the window") {
     check_kept(window, 0x1007, 0, {5000, 4});
-    set_up_pdo(window, 0x1400, 0x27F, 1, {0xA1000110});
-    start_own_node(window);
+    start_own_node(window, {{0x1400, 0x27F, 1, {0xA1000110}}});
     window.arrive("080#");
     window.pass_nearly(5ms);
     window.arrive("27F#0102");

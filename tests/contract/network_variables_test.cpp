@@ -78,8 +78,7 @@ void check_pdos(Window& window, std::uint16_t input, std::uint16_t output, std::
   Bytes image(kBytes);
   fill_inputs(window, image);
   window.set(kOutputs, Words(64));
-  start_own_node(window);
-  window.expect("1FF#" + hex_of(Bytes(size)));
+  start_own_node(window).expect("1FF#" + hex_of(Bytes(size)));
   const Bytes value = counting(0xA1, size);
   std::copy(value.begin(), value.end(), image.begin() + static_cast<std::ptrdiff_t>((sub - 1u) * size));
   window.arrive("27F#" + hex_of(value));
@@ -193,8 +192,7 @@ TEST_CASE("[PDO-23] in PDOs, where each is one bit") {
   window.set(kOutputs, registers_with({{0, 0x00FD}, {63, 0x7FFF}}));
   for (const std::uint16_t sub : Words{1, 4})
     window.configure(0xA080, sub, 1, {1});
-  start_own_node(window);
-  window.expect("1FF#0000");
+  start_own_node(window).expect("1FF#0000");
   window.arrive("27F#0B02");  // 1, 1, 82h
   CHECK(inputs(window) == registers_with({{0, 0x820B}, {63, 0x8000}}));
   window.arrive("27F#0400");  // 0, 0, 01h

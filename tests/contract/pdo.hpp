@@ -28,12 +28,23 @@ inline void set_up_pdo(Window& window, unsigned index, std::uint32_t cob_id, std
 }
 
 /// NMT to the own node.
-inline void command_own_node(Window& window, std::uint16_t service) {
+inline Window& command_own_node(Window& window, std::uint16_t service) {
   window.write(0, 0x1F82, Window::kOwnNode, 1, {service}).check_done();
+  return window;
 }
 
-inline void start_own_node(Window& window) {
-  command_own_node(window, 1);
+struct PdoSetUp {
+  unsigned index;
+  std::uint32_t cob_id;
+  std::uint16_t type;
+  std::vector<std::uint32_t> objects;
+};
+
+/// Starts the own node, with PDOs.
+inline Window& start_own_node(Window& window, const std::vector<PdoSetUp>& pdos = {}) {
+  for (const auto& [index, cob_id, type, objects] : pdos)
+    set_up_pdo(window, index, cob_id, type, objects);
+  return command_own_node(window, 1);
 }
 
 inline Words inputs(Window& window) {
