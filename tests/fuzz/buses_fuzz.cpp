@@ -76,16 +76,15 @@ void check_dialect(io::Dialect& dialect, std::string_view text) {
 
 }  // namespace
 
-}  // namespace cbcan::fuzz
-
-int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace cbcan;
-  if (size == 0) return 0;
-  const std::string_view text = fuzz::text_of(data + 1, size - 1);
-  switch (data[0] % 3) {
-    case 0: fuzz::check_server(text); break;
-    case 1: fuzz::check_dialect(*io::slcan_dialect(500), text); break;
-    default: fuzz::check_dialect(*io::socketcand_dialect("can0"), text); break;
+void run(Input input) {
+  if (input.empty()) return;
+  const std::uint8_t kind = input.byte();
+  const std::string_view text = text_of(input.rest());
+  switch (kind % 3) {
+    case 0: return check_server(text);
+    case 1: return check_dialect(*io::slcan_dialect(500), text);
+    default: return check_dialect(*io::socketcand_dialect("can0"), text);
   }
-  return 0;
 }
+
+}  // namespace cbcan::fuzz

@@ -8,7 +8,6 @@
 #include <sys/socket.h>
 
 #include "fuzz/fuzz.hpp"
-#include "fuzz/input.hpp"
 #include "io/sockets/listener.hpp"
 #include "window/tcp_connection.hpp"
 
@@ -181,17 +180,15 @@ struct Run {
 
 }  // namespace
 
-}  // namespace cbcan::fuzz
-
-int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  cbcan::fuzz::Input input({data, size});
+void run(Input input) {
   const std::uint8_t kind = input.byte(), writes = input.byte(), reads = input.byte();
-  cbcan::fuzz::Run run({kind, writes, reads});
+  Run run({kind, writes, reads});
   for (unsigned pieces = 0; !input.empty() && !run.over() && pieces < 50; ++pieces) {
     const std::uint8_t flags = input.byte();
     const auto bytes = input.take(input.byte());
     run.piece(flags, {bytes.begin(), bytes.end()});
   }
   run.end();
-  return 0;
 }
+
+}  // namespace cbcan::fuzz

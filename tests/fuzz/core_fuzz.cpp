@@ -6,7 +6,6 @@
 
 #include "fuzz/core_rig.hpp"
 #include "fuzz/fuzz.hpp"
-#include "fuzz/input.hpp"
 
 namespace cbcan::fuzz {
 
@@ -256,9 +255,8 @@ const Program::Step Program::kSteps[] = {
 
 }  // namespace
 
-}  // namespace cbcan::fuzz
-
-int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  cbcan::fuzz::Program({data, size}).run();
-  return 0;
+void run(Input input) {
+  Program(input.rest()).run();
 }
+
+}  // namespace cbcan::fuzz

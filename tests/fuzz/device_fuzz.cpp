@@ -12,7 +12,6 @@
 #include "cbcan/canopen/sdo/protocol.hpp"
 #include "fuzz/device_plant.hpp"
 #include "fuzz/fuzz.hpp"
-#include "fuzz/input.hpp"
 
 namespace cbcan::fuzz {
 
@@ -281,7 +280,7 @@ struct Program {
   void add_fault_by_text() {
     const std::size_t whom = input_.byte() % (DevicePlant::kNodes + 1);
     const auto text = input_.take(input_.byte() % 64u);
-    add(sim::parse_fault(text_of(text.data(), text.size()), place_of(whom)), whom);
+    add(sim::parse_fault(text_of(text), place_of(whom)), whom);
   }
   static sim::FaultPlace place_of(std::size_t whom) {
     return whom < DevicePlant::kNodes ? sim::FaultPlace::kNode : sim::FaultPlace::kBus;
@@ -337,23 +336,18 @@ PlantOptions options_of(std::span<const std::uint8_t> input) {
   return options;
 }
 
-void check_program(std::span<const std::uint8_t> input) {
-  PlantOptions options = options_of(input);
+}  // namespace
+
+void run(Input input) {
+  PlantOptions options = options_of(input.rest());
   std::vector<Time> ends;
-  Program fine(input, options, ends);
+  Program fine(input.rest(), options, ends);
   fine.run();
-  if (!is_read_twice(input.size())) return;
+  if (!is_read_twice(input.rest().size())) return;
   options.by_deadlines = false;
-  Program coarse(input, options, ends);
+  Program coarse(input.rest(), options, ends);
   coarse.run();
   require(fine.seen() == coarse.seen(), "the same frames at the same times, in whatever steps time passes");
 }
 
-}  // namespace
-
 }  // namespace cbcan::fuzz
-
-int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  cbcan::fuzz::check_program({data, size});
-  return 0;
-}

@@ -98,7 +98,12 @@ void check_json(std::string_view heard) {
   require(nlohmann::json::accept(heard.substr(body + 4, size)), "JSON is JSON");
 }
 
-void check(std::string_view bytes, std::size_t piece) {
+}  // namespace
+
+void run(Input input) {
+  if (input.empty()) return;
+  const std::size_t piece = 1 + 16 * std::size_t{input.byte()};
+  std::string_view bytes = text_of(input.rest());
   Plant plant;
   server().plant = &plant;
   const std::string before = plant.state();
@@ -121,13 +126,4 @@ void check(std::string_view bytes, std::size_t piece) {
   if (server().http.streams() != 0) the_server.reset();  // before the plant, whose events they read
 }
 
-}  // namespace
-
 }  // namespace cbcan::fuzz
-
-int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace cbcan;
-  if (size == 0) return 0;
-  fuzz::check(fuzz::text_of(data + 1, size - 1), 1 + 16 * std::size_t{data[0]});
-  return 0;
-}

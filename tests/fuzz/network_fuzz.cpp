@@ -72,11 +72,11 @@ void check_dictionary(std::string_view text) {
 
 }  // namespace
 
-}  // namespace cbcan::fuzz
-
-int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  if (size == 0) return 0;
-  const std::string_view text = cbcan::fuzz::text_of(data + 1, size - 1);
-  data[0] % 2 == 0 ? cbcan::fuzz::check_network(text) : cbcan::fuzz::check_dictionary(text);
-  return 0;
+void run(Input input) {
+  if (input.empty()) return;
+  const std::uint8_t kind = input.byte();
+  const std::string_view text = text_of(input.rest());
+  kind % 2 == 0 ? check_network(text) : check_dictionary(text);
 }
+
+}  // namespace cbcan::fuzz

@@ -90,7 +90,10 @@ bool has_nan(const config::Config& config) {
   });
 }
 
-void check_plant(std::string_view text) {
+}  // namespace
+
+void run(Input input) {
+  const std::string_view text = text_of(input.rest());
   const auto lines = static_cast<std::size_t>(std::ranges::count(text, '\n')) + 1;
   config::Config config;
   const config::Diagnostics found = config::read_plant(text, kPlant, config);
@@ -110,11 +113,4 @@ void check_plant(std::string_view text) {
   }
 }
 
-}  // namespace
-
 }  // namespace cbcan::fuzz
-
-int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  cbcan::fuzz::check_plant(cbcan::fuzz::text_of(data, size));
-  return 0;
-}
