@@ -24,12 +24,12 @@ struct Told final : sim::FaultListener {
   Texts lines;
 };
 
-/// Node 5: 1000h = 191h, 2001h a number, 2010h twenty bytes 0, 1, 2 ...
-inline sim::NodeParts faulty_node(sim::FaultListener* listener) {
+/// A node: 1000h = 191h, 2001h a number, 2010h twenty bytes 0, 1, 2 ...
+inline sim::NodeParts faulty_node(sim::FaultListener* listener = nullptr, std::uint8_t id = 5) {
   using enum DataType;
   constexpr std::uint16_t kVariable = ObjectFlags::kReadWrite | ObjectFlags::kVariable;
   sim::NodeParts parts;
-  parts.node_id = 5;
+  parts.node_id = id;
   parts.seed = 5;
   parts.listener = listener;
   parts.image = image_of({{0x1000, 0, 0, kUnsigned32, 0x191, ObjectFlags::kRead},

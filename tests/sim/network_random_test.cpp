@@ -87,8 +87,7 @@ class RandomNetwork final : private sim::Receiver {
   std::uint32_t bit_rate() { return one_of(2) ? 0 : one_of(2) ? 125'000 : 1'000'000; }
 
   void add_node(std::uint8_t node, std::vector<Item>& own, std::vector<Item>& of_nodes) {
-    sim::NodeParts parts = faulty_node(nullptr);
-    parts.node_id = node;
+    sim::NodeParts parts = faulty_node(nullptr, node);
     parts.seed = node;
     const auto offset = static_cast<std::uint32_t>(parts.image.values.size());
     for (const std::uint16_t index : {std::uint16_t{0x1010}, std::uint16_t{0x1011}})

@@ -45,15 +45,9 @@ std::vector<Item> network() {
   return items;
 }
 
-sim::NodeParts node_with_id(std::uint8_t id) {
-  sim::NodeParts parts = faulty_node(nullptr);
-  parts.node_id = id;
-  return parts;
-}
-
 struct Plant : ModulePlant {
-  explicit Plant(std::uint32_t bit_rate = 0) : ModulePlant(bit_rate), node(world.add_node(node_with_id(5))) {
-    world.add_node(node_with_id(6));
+  explicit Plant(std::uint32_t bit_rate = 0) : ModulePlant(bit_rate), node(world.add_node(faulty_node())) {
+    world.add_node(faulty_node(nullptr, 6));
     module.manage(image_of(concise(network())));
     world.bus().attach(invariant).accept(0, 0x7FF);
   }

@@ -74,7 +74,8 @@ inline sim::Node& add_node(WorldBench& bench, std::uint8_t node_id, sim::NodePar
 
 /// With node 5 after its boot-up message.
 struct NodeBench final : WorldBench {
-  explicit NodeBench(sim::NodeParts parts = {}) : node(add_node(*this, 5, std::move(parts))) {
+  explicit NodeBench(sim::NodeParts parts = {}, const std::vector<ObjectRow>& all = rows())
+      : node(add_node_of(*this, 5, all, std::move(parts))) {
     start().expect("705#00");
   }
   sim::Node& node;

@@ -50,9 +50,7 @@ struct Doubler final : sim::Behaviour {
 sim::NodeParts with_doubler() {
   Doubler::resets.clear();
   sim::NodeParts parts;
-  parts.behaviour = [](sim::DeviceNode& node, std::uint64_t) -> std::unique_ptr<sim::Behaviour> {
-    return std::make_unique<Doubler>(node);
-  };
+  parts.behaviour = behaves_as<Doubler>;
   return parts;
 }
 

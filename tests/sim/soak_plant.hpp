@@ -200,9 +200,7 @@ struct SoakNetwork final : private sim::FaultListener {
     sim::NodeParts parts;
     parts.node_id = id;
     parts.image = image();
-    parts.behaviour = [](sim::DeviceNode& node, std::uint64_t) -> std::unique_ptr<sim::Behaviour> {
-      return std::make_unique<Witness>(node);
-    };
+    parts.behaviour = behaves_as<Witness>;
     parts.seed = random_.next();
     parts.listener = this;
     auto& witness = static_cast<Witness&>(world_->add_node(std::move(parts)).behaviour());

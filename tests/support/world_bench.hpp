@@ -23,6 +23,12 @@ inline descriptions::DictionaryImage image_of(const std::vector<ObjectRow>& rows
   return image;
 }
 
+/// For NodeParts: makes behaviours of this type.
+template <class Behaviour>
+std::unique_ptr<sim::Behaviour> behaves_as(sim::DeviceNode& node, std::uint64_t /*seed*/) {
+  return std::make_unique<Behaviour>(node);
+}
+
 /// Lets time pass until `end`, and advances at deadlines alone.
 inline void advance_when_due(sim::World& world, Time& now, Time end) {
   for (Time next = world.next_deadline(); next <= end; next = world.next_deadline()) {
