@@ -19,6 +19,17 @@ inline scenario::Scenario scenario_of(const std::string& text) {
   return made;
 }
 
+/// What is wrong with what the action is given; empty = nothing.
+template <class Action>
+std::string mistake_in(const Action& action) {
+  try {
+    action();
+  } catch (const base::UsageError& error) {
+    return error.what();
+  }
+  return {};
+}
+
 /// A run of its steps without further faults, judged as one that has some, unless `baseline` is null.
 inline TrialReport judged(const std::string& text, const Record* baseline, bool values_may_differ = false) {
   const scenario::Scenario scenario = scenario_of(text);
