@@ -260,14 +260,6 @@ TEST_CASE("Profile position: 607Fh and 6080h bound the velocity") {
   bench.pass(kSecond).shows({.velocity = 10'000});
 }
 
-TEST_CASE("Profile position in micrometres") {
-  DriveBench bench;
-  bench.enable(1, {{0x608F, 1, 65'536}, {0x6091, 1, 5}, {0x6092, 1, 100'000}});
-  bench.set_point(24'414);
-  bench.pass(10 * kSecond).shows({.position = 24'414});
-  CHECK(bench.get(0x6063) == 80'000);  // 24,414 * 327,680 / 100,000 = 79,999.8
-}
-
 TEST_CASE("A blocked motor: the following error grows, is shown, and becomes a fault") {
   DriveBench bench;
   bench.enable(1, {{0x6065, 0, 2'000}, {0x6066, 0, 10}});
