@@ -36,14 +36,12 @@ TEST_CASE("[OBJ-7] 3007h") {
   check_state(window, 5, kUnknown);
   watch(window);
   check_state(window, 5, kNotAvailable);
-  window.arrive("705#00");
-  check_state(window, 5, kInit);
-  window.arrive("705#7F");
-  check_state(window, 5, kPreOperational);
-  window.arrive("705#04");
-  check_state(window, 5, kStopped);
-  window.arrive("705#05");
-  check_state(window, 5, kOperational);
+  using Told = std::pair<const char*, std::uint16_t>;
+  for (const auto& [message, state] :
+       {Told{"705#00", kInit}, {"705#7F", kPreOperational}, {"705#04", kStopped}, {"705#05", kOperational}}) {
+    window.arrive(message);
+    check_state(window, 5, state);
+  }
   window.command(5, 130, "000#8205");
   check_state(window, 5, kResetCommunication);
   window.command(5, 129, "000#8105");

@@ -7,7 +7,6 @@ import pathlib
 import re
 import subprocess
 import sys
-import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests/support"))
@@ -70,7 +69,7 @@ class Shipped(cases.Case):
         self.assertEqual(sum(map(count, parts)), count(whole))
 
 
-class Defects(unittest.TestCase):
+class Defects(cases.Case):
     """In the core: scenarios/sdo_sizes_and_modes.toml passes, and a fault shows it."""
 
     PATH = ROOT / "scenarios/sdo_sizes_and_modes.toml"
