@@ -6,7 +6,6 @@
 #include <ostream>
 
 #include "contract/window.hpp"
-#include "support/hex.hpp"
 
 namespace cbcan::contract {
 
@@ -55,7 +54,7 @@ inline std::string local_bytes(Window& window, std::uint16_t index, std::uint16_
   const std::size_t size = window.reg(3705);
   std::string text;
   for (const std::uint16_t word : window.target().read(3706, (size + 1) / 2))
-    text += test::hex_of(word, 2);
+    text += hex_of(Words{word, static_cast<std::uint16_t>(word >> 8)});
   return text.substr(0, 2 * size);
 }
 

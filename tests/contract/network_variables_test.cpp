@@ -4,7 +4,6 @@
 #include "contract/pdo.hpp"
 
 using namespace cbcan::contract;
-using cbcan::test::hex_of;
 
 namespace {
 

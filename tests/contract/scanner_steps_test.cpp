@@ -3,7 +3,6 @@
 // at each step.
 
 #include "contract/window.hpp"
-#include "support/hex.hpp"
 #include "support/scanner_plc.hpp"
 
 using namespace cbcan::contract;
@@ -41,7 +40,7 @@ struct Plant {
   }
   void node_responds() {
     for (; !node.responses.empty(); node.responses.pop_front())
-      target_->arrive("585#" + cbcan::test::hex_of(node.responses.front()));
+      target_->arrive("585#" + hex_of(node.responses.front()));
   }
 
   // Disturbances.

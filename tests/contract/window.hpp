@@ -43,6 +43,18 @@ inline Words words_of(std::uint32_t value) {
   return {static_cast<std::uint16_t>(value), static_cast<std::uint16_t>(value >> 16)};
 }
 
+/// "0102AB"
+template <class Bytes>
+std::string hex_of(const Bytes& bytes) {
+  std::string text;
+  for (const unsigned byte : bytes) {
+    char digits[3];
+    std::snprintf(digits, sizeof digits, "%02X", byte & 0xFF);
+    text += digits;
+  }
+  return text;
+}
+
 /// A coprocessor between a PLC and a bus that the case plays. Every sent frame must be expected, in order, and
 /// none may be left at the end.
 struct Window {

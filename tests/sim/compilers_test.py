@@ -23,7 +23,7 @@ class Compilers(cases.Case):
         done("cmake", "-S", ROOT, "-B", self.folder, "-G", "Ninja", "-DCBCAN_TESTS=ON", "-DCMAKE_BUILD_TYPE=Release",
              f"-DCMAKE_CXX_COMPILER={OTHER}")
         done("cmake", "--build", self.folder, "--target", "sim_network_test")
-        other = digest(self.folder / "tests/sim/sim_network_test")
+        other = digest(f"{self.folder}/tests/sim/sim_network_test")
         self.assertEqual(len(other), 1)
         self.assertEqual(digest(PROGRAM), other)
 
