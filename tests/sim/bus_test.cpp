@@ -11,23 +11,12 @@ namespace {
 
 /// Two ports on one virtual bus.
 struct VirtualWire {
-  VirtualWire() {
-    left_.accept(0, 0x7FF);
-    right_.accept(0, 0x7FF);
-  }
-  cbcan::sim::Port& left() { return left_; }
-  cbcan::sim::Port& right() { return right_; }
-  const Texts& heard_left() const { return left_ear_.heard; }
-  const Texts& heard_right() const { return right_ear_.heard; }
-  void settle() { bus_.advance(0); }
-  void cut() { bus_.set_link(false); }
-  void mend() { bus_.set_link(true); }
+  void settle() { bus.advance(0); }
+  void cut() { bus.set_link(false); }
+  void mend() { bus.set_link(true); }
 
- private:
-  Bus bus_;
-  Listener left_ear_, right_ear_;
-  cbcan::sim::Port& left_ = bus_.attach(left_ear_);
-  cbcan::sim::Port& right_ = bus_.attach(right_ear_);
+  Bus bus;
+  cbcan::test::WireEnd left{bus}, right{bus};
 };
 
 /// A bus outside that accepts frames while it is open.
