@@ -8,16 +8,13 @@ usage: subproject_test.py SIMULATOR
 import pathlib
 import re
 import subprocess
-import sys
 import tempfile
-import unittest
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tests/support"))
 import cases
 from simulator import LIMIT, Simulator, program_from_arguments
+from tree import ROOT
 
-SIMULATOR = program_from_arguments(sys.argv)
+SIMULATOR = program_from_arguments()
 PROJECT = f"""cmake_minimum_required(VERSION 3.21)
 project(theirs CXX)
 add_subdirectory({ROOT} cbcan)
@@ -34,7 +31,7 @@ def packages():
     return found - {"PkgConfig"}
 
 
-class Subproject(unittest.TestCase):
+class Subproject(cases.Case):
     def test_libmodbus_is_all_that_it_takes(self):
         with tempfile.TemporaryDirectory() as folder, Simulator(SIMULATOR, "--demo") as simulator:
             (pathlib.Path(folder) / "CMakeLists.txt").write_text(PROJECT)

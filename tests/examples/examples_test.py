@@ -7,19 +7,16 @@ usage: examples_test.py CBCAN_SIM SLAVE MASTER
 
 import pathlib
 import subprocess
-import sys
 import tempfile
-import unittest
 
 import can
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tests/support"))
 import cases
 from mcu import die_with_parent
 from simulator import LIMIT, Simulator, program_from_arguments, wait_until
+from tree import ROOT
 
-SIMULATOR, SLAVE, MASTER = program_from_arguments(sys.argv, 3)
+SIMULATOR, SLAVE, MASTER = program_from_arguments(3)
 PLANT = f"""[module]
 enabled = false
 [[node]]
@@ -29,7 +26,7 @@ objects = [{{ index = 0x9130, sub = 1, value = 99021 }}]
 """
 
 
-class Examples(unittest.TestCase):
+class Examples(cases.Case):
     def setUp(self):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)

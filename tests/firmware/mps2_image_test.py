@@ -7,23 +7,19 @@ usage: mps2_image_test.py IMAGE CBCAN_SIM
 import contextlib
 import multiprocessing
 import os
-import pathlib
 import random
 import select
 import struct
 import subprocess
-import sys
-import unittest
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
-import cases  # noqa: E402
-from mcu import Mcu, crc, die_with_parent  # noqa: E402
-from serial_line import SerialLine  # noqa: E402
-from simulator import Simulator, program_from_arguments, wait_until  # noqa: E402
+import cases
+from mcu import Mcu, crc, die_with_parent
+from serial_line import SerialLine
+from simulator import READ, WRITE, Simulator, program_from_arguments, wait_until
+from tree import ROOT
 
 OPENING = b"\r\r\rC\rS6\rO\r"
 BOOT_UP = b"t77F100\r"
-READ, WRITE = 5055, 5066
 TRANSACTIONS = 10_000 if "CBCAN_LONG" in os.environ else 200
 GARBAGE = 100_000
 
@@ -89,7 +85,7 @@ def read_until(line, text):
     return data
 
 
-class Image(unittest.TestCase):
+class Image(cases.Case):
     def finish(self, mcu):
         """The end of every test: the image still responds, and its stack is within its limit."""
         diagnostics = mcu.diagnostics()
@@ -125,7 +121,7 @@ class Image(unittest.TestCase):
             self.assertEqual(self.finish(mcu)["modbus_exceptions"], 11)
 
     def test_scenarios_of_the_registers_pass_on_it(self):
-        folder = pathlib.Path(__file__).resolve().parents[2] / "scenarios"
+        folder = ROOT / "scenarios"
         names = "checks", "nmt_and_state", "sdo_sizes_and_modes", "transaction_read_and_write"
         with Simulator(SIMULATOR, "--demo", "--no-module", "--slcan", "127.0.0.1:0", log=False) as sim:
             with Mcu(IMAGE, can=f"tcp:{sim.where['slcan']},nodelay=on") as mcu, contextlib.closing(SerialLine(mcu.modbus.socket)) as line:
@@ -170,5 +166,5 @@ class Image(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    IMAGE, SIMULATOR = program_from_arguments(sys.argv, 2)
+    IMAGE, SIMULATOR = program_from_arguments(2)
     cases.main()

@@ -13,18 +13,15 @@ import signal
 import socket
 import struct
 import subprocess
-import sys
 import tempfile
 import time
-import unittest
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tests/support"))
 import cases
 from done import done
 from simulator import LIMIT, Simulator, connect, program_from_arguments, wait_until
+from tree import ROOT
 
-PROGRAM, NATIVE = program_from_arguments(sys.argv, 2)
+PROGRAM, NATIVE = program_from_arguments(2)
 SECTION = (ROOT / "SECURITY.md").read_text().partition("\n## Limits by edition\n")[2].partition("\n## ")[0]
 TABLE = re.findall(r"^\| (.*?) \| (.*?) \| (.*?) \|$", SECTION, re.M)[2:]
 CAN_RECEIVED = 4116
@@ -65,7 +62,7 @@ def said(program, *arguments, **keywords):
     return subprocess.run([program, *arguments], capture_output=True, text=True, timeout=LIMIT, check=False, **keywords)
 
 
-class Case(unittest.TestCase):
+class Case(cases.Case):
     maxDiff = None
 
     def start(self, program, *options, clock="manual"):
@@ -136,7 +133,6 @@ class Corpus(Case):
             for _ in range(min(left, 1 + (flags >> 3))):
                 number, left = number + 1, left - 1
                 yield (number.to_bytes(2, "big") + bytes(2) + (len(piece) + 1).to_bytes(2, "big") + b"\1" if flags & 1 else b"") + piece
-
 
 
 class Flood(Case):

@@ -9,22 +9,19 @@ import contextlib
 import pathlib
 import re
 import subprocess
-import sys
 import tempfile
-import unittest
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tests/support"))
 import cases
 import ci_files
 from simulator import program_from_arguments
+from tree import ROOT
 
-NPM = program_from_arguments(sys.argv)
+NPM = program_from_arguments()
 BARE = re.compile(r"""\b(?:npx|npm (?:install|i|exec)|pip3? install)(?: -\S+)* cbcan(?![\w./*-])|(?:from|import\() ?["']cbcan["']""")
 RULES = "{extends: default, rules: {line-length: {max: 140}, document-start: disable, truthy: {check-keys: false}}}"
 
 
-class Linters(unittest.TestCase):
+class Linters(cases.Case):
     def check(self, *command, **options):
         done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, **options)
         self.assertEqual(done.returncode, 0, f"{' '.join(command)}\n{done.stdout}{done.stderr}")

@@ -11,17 +11,14 @@ import pathlib
 import re
 import shutil
 import subprocess
-import sys
 import tempfile
-import unittest
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tests/support"))
 import cases
 from done import output_and_errors as run
-from simulator import LIMIT, Simulator, program_from_arguments
+from simulator import Simulator, program_from_arguments
+from tree import ROOT
 
-BUILD, SIMULATOR = program_from_arguments(sys.argv, 2)
+BUILD, SIMULATOR = program_from_arguments(2)
 COMPILERS = ["g++-12", "clang++-14"]
 NEWER = [name for name in ("g++-13", "g++-14", "clang++-16", "clang++-19") if shutil.which(name)]
 LONG = "CBCAN_LONG" in os.environ
@@ -38,7 +35,7 @@ PRINTED = {
 }
 
 
-class Consumer(unittest.TestCase):
+class Consumer(cases.Case):
     @classmethod
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory()

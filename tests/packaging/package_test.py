@@ -10,21 +10,18 @@ import os
 import pathlib
 import re
 import shlex
-import sys
 import tempfile
-import unittest
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tests/support"))
 import cases
 from done import output_and_errors as run
 from simulator import Simulator, program_from_arguments
+from tree import ROOT
 
-BUILD = program_from_arguments(sys.argv)
+BUILD = program_from_arguments()
 EXPOSURE = 25  # tenths, as systemd-analyze counts
 
 
-class Package(unittest.TestCase):
+class Package(cases.Case):
     @classmethod
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory()

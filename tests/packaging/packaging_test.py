@@ -11,14 +11,11 @@ import pathlib
 import re
 import shutil
 import subprocess
-import sys
 import tempfile
-import unittest
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tests/support"))
 import cases
 from done import output as run
+from tree import ROOT
 
 PORTING = (ROOT / "docs/how-to/port.md").read_text()
 EXAMPLE = ROOT / "examples/minimal_port.cpp"
@@ -49,7 +46,7 @@ def version():
     return re.search(r'kVersion = "([0-9.]+)"', (ROOT / "firmware/cbcan/version.hpp").read_text())[1]
 
 
-class Packaging(unittest.TestCase):
+class Packaging(cases.Case):
     def test_versions_are_the_one_of_version_hpp(self):
         self.assertEqual(json.loads((ROOT / "library.json").read_text())["version"], version())
         self.assertIn(f"\nversion={version()}\n", (ROOT / "arduino/library.properties").read_text())

@@ -9,17 +9,14 @@ import os
 import pathlib
 import re
 import subprocess
-import sys
 import tempfile
-import unittest
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tests/support"))
 import cases
 import ci_files
 from simulator import LIMIT, program_from_arguments, wait_until
+from tree import ROOT
 
-SIMULATOR = program_from_arguments(sys.argv)
+SIMULATOR = program_from_arguments()
 ENVIRONMENT = {name: value for name, value in os.environ.items() if not name.startswith("CBCAN_")} | {
     "CBCAN_SIM": SIMULATOR, "PYTHONPATH": str(ROOT / "tools/python"), "PYTHONDONTWRITEBYTECODE": "1"}
 PYTEST = ["/usr/bin/python3", "-m", "pytest", "-q", "-p", "no:cacheprovider"]
@@ -53,7 +50,7 @@ def run(*command, **options):
     return done.returncode, done.stdout + done.stderr
 
 
-class Python(unittest.TestCase):
+class Python(cases.Case):
     def pytest(self, text, *command):
         """pytest's output for a file of tests, under a command."""
         with tempfile.TemporaryDirectory() as folder:

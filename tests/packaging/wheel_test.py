@@ -12,18 +12,15 @@ import os
 import pathlib
 import platform
 import re
-import sys
 import tempfile
-import unittest
 import zipfile
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tests/support"))
 import cases
 from done import done, output as run
 from simulator import LIMIT, program_from_arguments
+from tree import ROOT
 
-BUILD = pathlib.Path(program_from_arguments(sys.argv)).resolve()
+BUILD = pathlib.Path(program_from_arguments()).resolve()
 ENVIRONMENT = {"PATH": "/usr/bin:/bin", "PYTHONDONTWRITEBYTECODE": "1"}
 TEST = '''
 import os
@@ -51,7 +48,7 @@ def make(folder):
     return pathlib.Path(run(ROOT / "packaging/wheel", BUILD, folder).strip())
 
 
-class Wheel(unittest.TestCase):
+class Wheel(cases.Case):
     @classmethod
     def setUpClass(cls):
         cls.temporary = tempfile.TemporaryDirectory()
@@ -119,7 +116,7 @@ class Wheel(unittest.TestCase):
             "data/scripts/cbcanctl", *(f"dist-info/{name}" for name in ("LICENSE", "METADATA", "WHEEL", "entry_points.txt", "RECORD"))})
 
 
-class Source(unittest.TestCase):
+class Source(cases.Case):
     def test_libmicrohttpd_is_that_of_the_last_update(self):
         script = """. tools/dev/packages.sh
             dpkg-query() { echo "lua5.4 9.9"; echo "libmicrohttpd 0.9.75-6"; }

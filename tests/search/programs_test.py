@@ -11,17 +11,15 @@ import signal
 import subprocess
 import sys
 import tempfile
-import unittest
 import xml.etree.ElementTree as xml
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tests/support"))
+from tree import ROOT
 sys.path.insert(0, str(ROOT / "tools/python"))
 import cases
 from cbcan_plant import WRITE, Plant, Window
 from simulator import LIMIT, program_from_arguments, wait_until
 
-PROGRAM, PLC, IMPATIENT = program_from_arguments(sys.argv, 3)
+PROGRAM, PLC, IMPATIENT = program_from_arguments(3)
 FOLDER = pathlib.Path(__file__).resolve().parent
 DRIVE, TANK = FOLDER / "drive.toml", FOLDER / "tank.toml"
 ROW = re.compile(r"^(?P<fault>\S.*?)  +(?P<place>\S+) +(?P<numbers>\d+ +\d+ +\d+ +\d+ +\d+)", re.MULTILINE)
@@ -56,7 +54,7 @@ def distinct(output):
     return int(re.search(r"distinct failures: (\d+)", output)[1])
 
 
-class Case(unittest.TestCase):
+class Case(cases.Case):
     def setUp(self):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)

@@ -6,16 +6,13 @@ import os
 import pathlib
 import re
 import subprocess
-import sys
 import tempfile
-import unittest
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tests/support"))
 import cases
 from simulator import LIMIT, program_from_arguments
+from tree import ROOT
 
-PROGRAM, WITHOUT_QUARANTINE, WITHOUT_TOGGLE = program_from_arguments(sys.argv, 3)
+PROGRAM, WITHOUT_QUARANTINE, WITHOUT_TOGGLE = program_from_arguments(3)
 TOGETHER = os.environ.get("CBCAN_TOGETHER", "1")
 # A read, a write that nothing repeats, a read, and what has to hold at the end.
 FRAGILE = """plant = "demo"
@@ -46,7 +43,7 @@ def run(*arguments, program=PROGRAM, code=0, limit=LIMIT):
     return made.stdout + made.stderr
 
 
-class Shipped(unittest.TestCase):
+class Shipped(cases.Case):
     def test_no_fault_breaks_them(self):
         output = run("--explore", "--together", TOGETHER, ROOT / "scenarios", limit=30 * LIMIT)
         runs, broken = map(int, re.search(r"^runs: (\d+), broken: (\d+), distinct failures: 0$", output, re.MULTILINE).groups())
@@ -72,7 +69,7 @@ class Shipped(unittest.TestCase):
         self.assertEqual(sum(map(count, parts)), count(whole))
 
 
-class Defects(unittest.TestCase):
+class Defects(cases.Case):
     """In the core: scenarios/sdo_sizes_and_modes.toml passes, and a fault shows it."""
 
     PATH = ROOT / "scenarios/sdo_sizes_and_modes.toml"
@@ -88,7 +85,7 @@ class Defects(unittest.TestCase):
         self.find(WITHOUT_TOGGLE, "66:response-other-toggle@1\n  a wrong response is noticed: result 0")
 
 
-class Fragile(unittest.TestCase):
+class Fragile(cases.Case):
     def setUp(self):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)

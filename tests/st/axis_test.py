@@ -9,13 +9,12 @@ import pathlib
 import re
 import sys
 import tempfile
-import unittest
 
 from axis_bench import BITS, BLOCKS, HERE, MODULE, PAGE, STATES, AxisPlc, Compiled, Interpreted, drive_eds
 import cases
 from simulator import program_from_arguments
 
-PROGRAM = program_from_arguments(sys.argv)
+PROGRAM = program_from_arguments()
 IEC2C = sys.argv.pop(1) if len(sys.argv) > 1 else None
 EXCHANGES = (("write read", 1), ("read write", 9))
 CONVERSIONS = 0x100
@@ -135,7 +134,7 @@ class Run:
         self.plc.configure(MODULE)
 
 
-class Axis(unittest.TestCase):
+class Axis(cases.Case):
     @classmethod
     def setUpClass(cls):
         folder = tempfile.TemporaryDirectory()

@@ -1,14 +1,11 @@
 # SPDX-License-Identifier: MIT
 """A PLC that runs the function blocks of tools/st with cbcan-sim, with a clock that advances only in scans."""
 
-import pathlib
 import subprocess
-import sys
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tests/support"))
 from simulator import Simulator
 from st_machine import Machine
+from tree import ROOT
 
 LIBRARY = ROOT / "tools/st"
 FIRST, COUNT = 3700, 70

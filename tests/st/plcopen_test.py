@@ -10,7 +10,6 @@ import collections
 import re
 import subprocess
 import tempfile
-import unittest
 import xml.etree.ElementTree as ElementTree
 
 from st_bench import PROGRAM
@@ -93,7 +92,7 @@ def broken_rules(element, parent=""):
     return found + [rule for child in element for rule in broken_rules(child, name)]
 
 
-class Files(unittest.TestCase):
+class Files(cases.Case):
     def test_every_word_of_the_st_is_there(self):
         for path in sorted(LIBRARY.glob("*.st")):
             with self.subTest(path.name):
@@ -164,7 +163,7 @@ def number(text):
     return int(text[:-1], 16) if text.endswith("h") else int(text)
 
 
-class Figure1(unittest.TestCase):
+class Figure1(cases.Case):
     PAGE = (ROOT / "docs/reference/ladder-recipes.md").read_text()
     TABLE_4 = [(3701, 5066), (3703, 0x1F82), (3704, 128), (3706, 5), (3700, 0xCA0E)]  # of the document, and its last step
 

@@ -9,11 +9,13 @@ import signal
 import socket
 import struct
 import subprocess
+import sys
 import tempfile
 import time
 
 from mcu import LIMIT, die_with_parent, receive
 
+READ, WRITE, EXECUTE = 5055, 5066, 0xCA0E  # commands in R3701; in R3700
 HOW_TO_JOIN = r"^(network \d+: )?(slcan: python3|socketcand: python3|socketcan: candump) "
 
 
@@ -153,10 +155,10 @@ class Window:
 
     def start(self, *words):
         """R3701.. = words, and CA0Eh, in one request."""
-        self.write(3700, [0xCA0E, *words])
+        self.write(3700, [EXECUTE, *words])
 
     def result(self):
-        wait_until(lambda: self.read(3700, 1)[0] != 0xCA0E, "a result in R3700")
+        wait_until(lambda: self.read(3700, 1)[0] != EXECUTE, "a result in R3700")
         return self.read(3700, 1)[0]
 
     def execute(self, *words):
@@ -168,8 +170,8 @@ class Window:
         return high << 16 | low
 
 
-def program_from_arguments(arguments, count=1):
+def program_from_arguments(count=1):
     """Removes the program paths that CMake passes from the command line, before unittest reads it."""
-    programs = [os.path.abspath(name) for name in arguments[1:1 + count]]
-    del arguments[1:1 + count]
+    programs = [os.path.abspath(name) for name in sys.argv[1:1 + count]]
+    del sys.argv[1:1 + count]
     return programs if count > 1 else programs[0]

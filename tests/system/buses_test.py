@@ -4,26 +4,22 @@
 and Kayak are replayed."""
 
 import os
-import pathlib
 import random
 import shlex
 import socket
 import struct
 import subprocess
-import sys
 import threading
 import time
 
 import can
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases
 from healthy import Healthy
-from simulator import LIMIT, Simulator, connect, program_from_arguments, wait_until
+from simulator import LIMIT, READ, Simulator, connect, program_from_arguments, wait_until
+from tree import ROOT
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-PROGRAM = program_from_arguments(sys.argv)
-READ = 5055
+PROGRAM = program_from_arguments()
 
 
 class Client:

@@ -3,22 +3,17 @@
 """cbcan-sim on a manual clock."""
 
 import os
-import pathlib
 import pty
 import signal
 import socket
 import subprocess
-import sys
 import tempfile
-import unittest
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases
 from mcu import receive
-from simulator import LIMIT, Simulator, program_from_arguments, wait_until
+from simulator import EXECUTE, LIMIT, READ, Simulator, program_from_arguments, wait_until
 
-PROGRAM = program_from_arguments(sys.argv)
-READ, EXECUTE = 5055, 0xCA0E
+PROGRAM = program_from_arguments()
 
 
 def run(lines, *options):
@@ -83,7 +78,7 @@ class Lines(cases.Case):
         self.assertEqual(done.stdout.splitlines()[1:], ["ok", "ok"])
 
 
-class Standing(unittest.TestCase):
+class Standing(cases.Case):
     def setUp(self):
         self.simulator = Simulator(PROGRAM, "--demo", "--clock", "manual", "--slcan", "127.0.0.1:0", stdin=subprocess.PIPE, test=self)
         self.window = self.simulator.window()

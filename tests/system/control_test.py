@@ -3,19 +3,14 @@
 """Commands at run time: over a socket on the real clock, and between `pass` lines on a manual clock; signals, faults and stored parameters of a
 plant file."""
 
-import pathlib
-import socket
 import subprocess
-import sys
-import unittest
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases
-from simulator import LIMIT, Simulator, connect, program_from_arguments
+from simulator import LIMIT, READ, WRITE, Simulator, connect, program_from_arguments
+from tree import ROOT
 
-PROGRAM = program_from_arguments(sys.argv)
-EDS = pathlib.Path(__file__).resolve().parents[2] / "plants/demo"
-READ, WRITE = 5055, 5066
+PROGRAM = program_from_arguments()
+EDS = ROOT / "plants/demo"
 
 PLANT = """
 [modbus]
@@ -49,7 +44,7 @@ class Commands:
         self.socket.close()
 
 
-class OverASocket(unittest.TestCase):
+class OverASocket(cases.Case):
     def start(self, *options, **more):
         simulator = Simulator(PROGRAM, "--demo", *options, test=self, **more)
         commands = Commands(simulator.where["control"])

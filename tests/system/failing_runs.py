@@ -11,18 +11,15 @@ import select
 import socket
 import struct
 import subprocess
-import sys
 import tty
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 from mcu import crc
 from owned_registers import OwnedRegisters
-from simulator import HOW_TO_JOIN, Simulator, Window, program_from_arguments
+from simulator import HOW_TO_JOIN, READ, WRITE, Simulator, Window, program_from_arguments
 
-PROGRAM, CBCANCTL, PRELOAD = program_from_arguments(sys.argv, 3)
+PROGRAM, CBCANCTL, PRELOAD = program_from_arguments(3)
 LIMIT = 30  # seconds, for actions that take a millisecond
 
-READ, WRITE = 5055, 5066
 NODE = 5
 NUMBER, NAME = 0x2001, 0x2002
 AT_FIRST, WRITTEN = 0x12345678, 0x0A0B0C0D

@@ -3,18 +3,13 @@
 """Events on standard error, and in Wireshark's dissectors."""
 
 import json
-import pathlib
 import re
 import subprocess
-import sys
-import unittest
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases
-from simulator import LIMIT, Simulator, program_from_arguments
+from simulator import LIMIT, READ, WRITE, Simulator, program_from_arguments
 
-PROGRAM, CTL = program_from_arguments(sys.argv, 2)
-READ, WRITE = 5055, 5066
+PROGRAM, CTL = program_from_arguments(2)
 
 
 def transactions(simulator):
@@ -27,7 +22,7 @@ def transactions(simulator):
     return simulator
 
 
-class Verbose(unittest.TestCase):
+class Verbose(cases.Case):
     def lines(self, *options):
         simulator = transactions(Simulator(PROGRAM, "--demo", "--fault", "0x20:response-never", *options))
         self.assertEqual(simulator.stop()[0], 0)
@@ -52,7 +47,7 @@ class Verbose(unittest.TestCase):
                         lines.index("#1 read node 66 1000h:00 Device type = 983441: done"))
 
 
-class Handshake(unittest.TestCase):
+class Handshake(cases.Case):
     def test_state_all_on_a_healthy_plant_shows_no_failure(self):
         with Simulator(PROGRAM, "--demo", "-v", "--http", ":0") as simulator:
             done = subprocess.run([CTL, "--modbus", f":{simulator.port}", "state", "all"], capture_output=True, text=True, timeout=LIMIT, check=True)
@@ -65,7 +60,7 @@ class Handshake(unittest.TestCase):
             self.assertRegex(simulator.error, r"transactions \d+, failed 0, cancelled 0\n")
 
 
-class TwoWriters(unittest.TestCase):
+class TwoWriters(cases.Case):
     """Two clients of one scanner window: both write their block and read the other, and each takes the other's results for its own."""
 
     def exchange(self, simulator, *windows):

@@ -12,14 +12,13 @@ import signal
 import socket
 import struct
 import subprocess
-import sys
 import time
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases
 from simulator import LIMIT, Simulator, connect, program_from_arguments, wait_until
+from tree import ROOT
 
-PROGRAM = program_from_arguments(sys.argv)
+PROGRAM = program_from_arguments()
 CONNECTS = {"plc.address", "can.spec"}  # keys with the address of another program
 LISTENS = {"rtu_tcp": "rtu.listen", "slcan": "can.slcan", "socketcand": "can.socketcand", "control": "control.listen", "http": "http.listen"}
 READ_R0 = bytes.fromhex("010300000001840a")
@@ -74,7 +73,7 @@ class Browser(Case):
     """A page of another site can make a browser send a POST with any body to any address of this machine."""
 
     def test_no_address_is_forgotten(self):
-        page = (pathlib.Path(__file__).resolve().parents[2] / "docs/reference/plant-file.md").read_text()
+        page = (ROOT / "docs/reference/plant-file.md").read_text()
         self.assertEqual(set(re.findall(r"^\| `([a-z_.]+)` \|[^|]*HOST:PORT", page, re.M)), set(LISTENS.values()) | CONNECTS)
 
     def test_a_post_is_executed_nowhere(self):

@@ -3,17 +3,14 @@
 """Two CAN networks in one program: the Modbus unit ID selects the network, and they are independent."""
 
 import pathlib
-import socket
 import subprocess
-import sys
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases
-from simulator import LIMIT, Simulator, program_from_arguments
+from simulator import EXECUTE, LIMIT, READ, WRITE, Simulator, program_from_arguments
+from tree import ROOT
 
-PROGRAM = program_from_arguments(sys.argv)
-EDS = pathlib.Path(__file__).resolve().parents[2] / "plants/demo/generic.eds"
-READ, WRITE, EXECUTE = 5055, 5066, 0xCA0E
+PROGRAM = program_from_arguments()
+EDS = ROOT / "plants/demo/generic.eds"
 
 PLANT = f"""
 [[node]]

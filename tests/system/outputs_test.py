@@ -7,17 +7,13 @@ import os
 import pathlib
 import signal
 import subprocess
-import sys
-import unittest
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases
 from healthy import Healthy
 from mcu import die_with_parent
-from simulator import LIMIT, Simulator, program_from_arguments, wait_until
+from simulator import LIMIT, READ, Simulator, program_from_arguments, wait_until
 
-PROGRAM = program_from_arguments(sys.argv)
-READ = 5055
+PROGRAM = program_from_arguments()
 FULL = "No space left on device; make room, or send it elsewhere\n"
 
 
@@ -126,7 +122,7 @@ class Unread(cases.Case):
         self.assertEqual(lines[1:], [f"at {second}.000000" for second in range(1, 5001)])
 
 
-class Full(unittest.TestCase):
+class Full(cases.Case):
     def run_into_full(self, *options, lines=""):
         with open("/dev/full", "w", encoding="ascii") as full:
             return subprocess.run([PROGRAM, *options], input=lines, stdout=full, stderr=subprocess.PIPE, text=True, timeout=LIMIT)
@@ -143,7 +139,7 @@ class Full(unittest.TestCase):
         self.assertEqual((done.returncode, done.stdout.splitlines()[1:]), (0, ["at 1.000000"]))
 
 
-class StandardOutput(unittest.TestCase):
+class StandardOutput(cases.Case):
     def test_the_log_on_standard_output(self):
         process = subprocess.Popen([PROGRAM, "--demo", "--modbus", "127.0.0.1:0", "--log", "-"], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                                    text=True)

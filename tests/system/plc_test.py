@@ -4,21 +4,16 @@
 
 import ctypes
 import os
-import pathlib
-import socket
 import subprocess
-import sys
 import tty
-import unittest
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases
 from mcu import with_crc
 from owned_registers import OwnedRegisters
 from serial_line import SerialLine
 from simulator import LIMIT, Simulator, program_from_arguments, wait_until
 
-PROGRAM = program_from_arguments(sys.argv)
+PROGRAM = program_from_arguments()
 
 
 class Plc(OwnedRegisters):
@@ -81,7 +76,7 @@ class LinePlc:
         self.library.modbus_mapping_free(self.mapping)
 
 
-class OnTheNet(unittest.TestCase):
+class OnTheNet(cases.Case):
     def start(self, plc, *options, **rest):
         self.addCleanup(plc.stop)
         simulator = Simulator(PROGRAM, "--demo", "--plc", f"127.0.0.1:{plc.port}", "--set", f"plc.first={plc.first}", *options, **rest, test=self)
@@ -144,7 +139,7 @@ class OnTheNet(unittest.TestCase):
         self.assertEqual(plc.execute(5055, 0x42, 0x1000, 0, 4), 0)
 
 
-class OnALine(unittest.TestCase):
+class OnALine(cases.Case):
     def test_what_is_no_response_is_told_once_and_asked_again(self):
         master, slave = os.openpty()
         tty.setraw(slave)

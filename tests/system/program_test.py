@@ -8,18 +8,14 @@ import resource
 import signal
 import socket
 import subprocess
-import sys
-import unittest
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases
 from healthy import Healthy
 from mcu import crc
-from simulator import LIMIT, Simulator, program_from_arguments, wait_until
+from simulator import LIMIT, READ, Simulator, program_from_arguments, wait_until
+from tree import ROOT
 
-PROGRAM = program_from_arguments(sys.argv)
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-READ = 5055
+PROGRAM = program_from_arguments()
 
 
 def run(*options, **keywords):
@@ -236,7 +232,7 @@ class Diagnostics(cases.Case):
         self.assertIn("module.start_result 4: must be 0 or 5", run("--set", "module.start_result=4").stderr)
 
 
-class Ending(unittest.TestCase):
+class Ending(cases.Case):
     def test_signals(self):
         for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
             simulator = Simulator(PROGRAM, "--demo")
@@ -297,7 +293,7 @@ class BehindTheClock(cases.Case):
     """update() takes 0.4 ms and more, and is to be called every 10 us."""
 
     def test_clients_and_signals_have_their_turn(self):
-        generic = pathlib.Path(__file__).resolve().parents[2] / "plants/demo/generic.eds"
+        generic = ROOT / "plants/demo/generic.eds"
         (self.folder / "slow.lua").write_text("function update(now) for i = 1, 90000 do end return now + 1e-5 end\n")
         plant = self.write("plant.toml", f'[[node]]\nid = 20\neds = "{generic}"\ndevice = "slow.lua"\n[[node]]\nid = 32\neds = "{generic}"\n')
         simulator = Simulator(PROGRAM, "--config", str(plant), "--control", "127.0.0.1:0", log=False, test=self)

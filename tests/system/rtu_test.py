@@ -3,31 +3,27 @@
 """Modbus RTU on a pseudo-terminal and over TCP, next to Modbus TCP, with clients of other projects: mbpoll (libmodbus) and pymodbus."""
 
 import os
-import pathlib
 import re
 import socket
 import subprocess
-import sys
 import tty
-import unittest
 
 from pymodbus.client import ModbusTcpClient
 from pymodbus.framer.rtu_framer import ModbusRtuFramer
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tests/support"))
 import cases
 from mcu import with_crc
 from serial_line import SerialLine
 from simulator import LIMIT, Simulator, program_from_arguments, wait_until
+from tree import ROOT
 
-PROGRAM = program_from_arguments(sys.argv)
+PROGRAM = program_from_arguments()
 
 READ_TYPE = [0xCA0E, 5055, 66, 0x1000, 0, 4]  # 1000h of the I/O module: 000F 0191h
 TYPE = [0, 5055, 66, 0x1000, 0, 4, 0x0191, 0x000F]
 
 
-class OnALine(unittest.TestCase):
+class OnALine(cases.Case):
     def setUp(self):
         self.line = SerialLine()
         self.addCleanup(self.line.close)
@@ -94,7 +90,7 @@ class AtTheOtherEnd(cases.Case):
         os.close(slave)
 
 
-class OverTcp(unittest.TestCase):
+class OverTcp(cases.Case):
     def setUp(self):
         # With a listener to what is exchanged.
         self.simulator = Simulator(PROGRAM, "--demo", "--http", "127.0.0.1:0", "--set", "rtu.listen=127.0.0.1:0", test=self)

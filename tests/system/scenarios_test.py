@@ -9,18 +9,16 @@ import pty
 import socket
 import struct
 import subprocess
-import sys
 import tempfile
 import threading
 import time
 import xml.etree.ElementTree as ElementTree
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases
 from simulator import LIMIT, Simulator, program_from_arguments
+from tree import ROOT
 
-PROGRAM = program_from_arguments(sys.argv)
-ROOT = pathlib.Path(__file__).resolve().parents[2]
+PROGRAM = program_from_arguments()
 SHIPPED = sorted((ROOT / "scenarios").glob("*.toml"))
 DIGESTS = pathlib.Path(__file__).with_name("scenario_logs.sha256")  # in the format of sha256sum
 FAILS = """plant = "demo"

@@ -6,13 +6,11 @@ import collections
 import pathlib
 import re
 import subprocess
-import sys
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases
 from simulator import LIMIT, Simulator, program_from_arguments
 
-PROGRAM = program_from_arguments(sys.argv)
+PROGRAM = program_from_arguments()
 PLANT = pathlib.Path(__file__).with_name("devices.toml")
 
 EXPEDITED = ("620#2F01200011000000", "620#2B02200011220000", "620#2703200011223300", "620#2304200011223344",

@@ -11,18 +11,15 @@ import pathlib
 import re
 import shutil
 import subprocess
-import sys
 import tempfile
-import unittest
 import xml.etree.ElementTree as ElementTree
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / "tests/support"), str(ROOT / "tests/st")]
 import cases
 from simulator import LIMIT, program_from_arguments
 from st_machine import Machine
+from tree import ROOT
 
-CBCANCTL = program_from_arguments(sys.argv)
+CBCANCTL = program_from_arguments()
 PLCOPEN = "{http://www.plcopen.org/xml/tc6_0201}"
 HOST = ("--modbus", "192.168.1.5:1502")
 FORMS = "csv tia-db xsy logix codesys".split()
@@ -56,7 +53,7 @@ def eds(objects):
         f"[{number}]\nParameterName={name}\nDataType={kind}\nAccessType=rw\nPDOMapping=1\n{more}" for number, name, kind, more in objects)
 
 
-class Map(unittest.TestCase):
+class Map(cases.Case):
     def setUp(self):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)

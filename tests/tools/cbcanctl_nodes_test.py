@@ -8,16 +8,13 @@ import pathlib
 import select
 import signal
 import subprocess
-import sys
 import tempfile
-import unittest
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tests/support"))
 import cases
 from simulator import LIMIT, Simulator, program_from_arguments
+from tree import ROOT
 
-CBCANCTL, CBCAN_SIM = program_from_arguments(sys.argv, 2)
+CBCANCTL, CBCAN_SIM = program_from_arguments(2)
 DONE, USAGE, REFUSED, ABSENT, INTERRUPTED = 0, 2, 4, 5, 130
 FILES = {1: "pressure_transducer", 16: "drive", 32: "generic", 66: "io_module"}  # of the demo plant
 
@@ -26,7 +23,7 @@ def eds(name):
     return ROOT / f"plants/demo/{name}.eds"
 
 
-class Nodes(unittest.TestCase):
+class Nodes(cases.Case):
     options = ()
 
     def setUp(self):

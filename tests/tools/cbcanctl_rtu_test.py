@@ -4,24 +4,20 @@
 
 import fcntl
 import os
-import pathlib
 import select
 import shutil
 import struct
 import subprocess
-import sys
 import tempfile
 import threading
 import tty
-import unittest
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases
 from mcu import with_crc
 from serial_line import SerialLine
 from simulator import LIMIT, Simulator, program_from_arguments
 
-CBCANCTL, CBCAN_SIM = program_from_arguments(sys.argv, 2)
+CBCANCTL, CBCAN_SIM = program_from_arguments(2)
 DONE, NO_CONNECTION, REFUSED = 0, 3, 4
 
 
@@ -42,7 +38,7 @@ class Station:
         self.line.close()
 
 
-class OurServer(unittest.TestCase):
+class OurServer(cases.Case):
     def setUp(self):
         self.station = Station()
         self.addCleanup(self.station.stop)
@@ -125,7 +121,7 @@ def none(_, __):
     return b""
 
 
-class BadDevices(unittest.TestCase):
+class BadDevices(cases.Case):
     def result(self, *misdeeds):
         device = Device(*misdeeds)
         try:
@@ -177,7 +173,7 @@ class BadDevices(unittest.TestCase):
         self.assertEqual(len(requests), 1)
 
 
-class NoDevice(unittest.TestCase):
+class NoDevice(cases.Case):
     def check(self, device, word):
         done = run(device, "state", "0")
         self.assertEqual((done.stdout, done.returncode), ("", NO_CONNECTION))

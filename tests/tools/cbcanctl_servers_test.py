@@ -3,19 +3,15 @@
 """cbcanctl with servers that are not Modbus servers, or do not exist."""
 
 import json
-import pathlib
 import socket
 import subprocess
-import sys
 import threading
-import unittest
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases
 from owned_registers import OwnedRegisters
 from simulator import LIMIT, program_from_arguments
 
-CBCANCTL = program_from_arguments(sys.argv)
+CBCANCTL = program_from_arguments()
 NO_CONNECTION = 3
 
 
@@ -23,7 +19,7 @@ def run(port, *arguments):
     return subprocess.run([CBCANCTL, "--modbus", f":{port}", *arguments], capture_output=True, text=True, timeout=LIMIT)
 
 
-class BadServers(unittest.TestCase):
+class BadServers(cases.Case):
     """A server that answers its first request with given bytes and then closes the connection."""
 
     def check(self, response, is_modbus=False):

@@ -4,21 +4,18 @@
 
 import json
 import os
-import pathlib
 import re
 import signal
 import struct
 import subprocess
-import sys
 import tempfile
-import unittest
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases
 from owned_registers import OwnedRegisters
 from simulator import LIMIT, Simulator, program_from_arguments, wait_until
+from tree import ROOT
 
-CBCANCTL, CBCAN_SIM = program_from_arguments(sys.argv, 2)
+CBCANCTL, CBCAN_SIM = program_from_arguments(2)
 DONE, USAGE, NO_CONNECTION, REFUSED, ABSENT, INTERRUPTED = 0, 2, 3, 4, 5, 130
 
 
@@ -26,7 +23,7 @@ def run(port, *arguments):
     return subprocess.run([CBCANCTL, "--modbus", f":{port}", *arguments], capture_output=True, text=True, timeout=LIMIT)
 
 
-class WithSimulator(unittest.TestCase):
+class WithSimulator(cases.Case):
     def setUp(self):
         self.simulator = Simulator(CBCAN_SIM, "--demo", test=self)
 
@@ -177,7 +174,7 @@ class WithSimulator(unittest.TestCase):
             self.check(f"read {node} 0x3004 0 --type u8 --mode block", "2\n")
 
 
-class WithFaults(unittest.TestCase):
+class WithFaults(cases.Case):
     def test_emcy_and_kernel_state_as_they_come_from_the_bus(self):
         simulator = Simulator(CBCAN_SIM, "--demo", "--fault", "0x42:emcy-storm code=0x1000 interval_ms=1 count=1",
                               "--fault", "bus:overflow", test=self)
@@ -187,7 +184,7 @@ class WithFaults(unittest.TestCase):
         self.assertEqual(run(simulator.port, "kernel").stdout, "02h overflow: frames were lost\n")
 
 
-class Usage(unittest.TestCase):
+class Usage(cases.Case):
     def test_wrong_usage(self):
         for arguments in ("", "reed 1 2 3", "read 1 2", "read 128 0x1000 0", "read 1 0x10000 0", "read 1 0x1000 256",
                           "read 1 1F82 0", "write 1 0x2000 0 5", "write 1 0x2000 0 300 --type u8", "nmt begin 1",
@@ -221,7 +218,7 @@ class Usage(unittest.TestCase):
         self.assertRegex(done.stdout, r"^cbcanctl \d+\.\d+\.\d+\n$")
 
     def test_the_exit_codes_are_those_of_the_page(self):
-        page = (pathlib.Path(__file__).resolve().parents[2] / "docs/how-to/troubleshooting.md").read_text()
+        page = (ROOT / "docs/how-to/troubleshooting.md").read_text()
         for code in (DONE, USAGE, NO_CONNECTION, REFUSED, ABSENT, INTERRUPTED):
             self.assertIn(f"\n| {code} | ", page)
             self.assertRegex(run(1, "--help").stdout, rf"\n  {code} +\w")
@@ -311,7 +308,7 @@ class Coprocessor(OwnedRegisters):
                 self.registers[3705] = len(result)
 
 
-class WithCoprocessor(unittest.TestCase):
+class WithCoprocessor(cases.Case):
     def start(self, execute, polls=0):
         return Coprocessor(execute, polls)
 
