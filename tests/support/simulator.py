@@ -16,6 +16,7 @@ import time
 from mcu import LIMIT, die_with_parent, receive
 
 READ, WRITE, EXECUTE = 5055, 5066, 0xCA0E  # commands in R3701; in R3700
+STANDING = ("--demo", "--modbus", "127.0.0.1:0", "--clock", "manual")  # options: the demo plant, whose time passes by commands
 HOW_TO_JOIN = r"^(network \d+: )?(slcan: python3|socketcand: python3|socketcan: candump) "
 
 

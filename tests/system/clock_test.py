@@ -10,15 +10,15 @@ import subprocess
 import tempfile
 
 import cases
+from done import ran
 from mcu import receive
-from simulator import EXECUTE, LIMIT, READ, Simulator, program_from_arguments, wait_until
+from simulator import EXECUTE, LIMIT, READ, STANDING, Simulator, program_from_arguments, wait_until
 
 PROGRAM = program_from_arguments()
 
 
 def run(lines, *options):
-    return subprocess.run([PROGRAM, "--demo", "--clock", "manual", "--modbus", "127.0.0.1:0", *options], input=lines,
-                          capture_output=True, text=True, timeout=LIMIT)
+    return ran(PROGRAM, *STANDING, *options, input=lines)
 
 
 class Lines(cases.Case):
@@ -31,8 +31,7 @@ class Lines(cases.Case):
         with tempfile.TemporaryFile("w+") as steps:
             steps.write(1000 * "pass 1ms\n")
             steps.seek(0)
-            done = subprocess.run([PROGRAM, "--demo", "--clock", "manual", "--modbus", "127.0.0.1:0"], stdin=steps,
-                                  capture_output=True, text=True, timeout=LIMIT)
+            done = ran(PROGRAM, *STANDING, stdin=steps)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.assertEqual(done.stdout.splitlines()[1:], [f"at {i // 1000}.{i % 1000:03}000" for i in range(1, 1001)])
 
@@ -67,7 +66,7 @@ class Lines(cases.Case):
 
     def test_standard_input_that_cannot_be_used(self):
         with open(os.devnull, "w") as write_only:
-            done = subprocess.run([PROGRAM, "--demo", "--clock", "manual", "--modbus", "127.0.0.1:0"], stdin=write_only, capture_output=True, text=True)
+            done = ran(PROGRAM, *STANDING, stdin=write_only)
         self.assertEqual((done.returncode, done.stderr), (3, "cbcan-sim: standard input: Bad file descriptor\n"))
         done = run(f"pass {998 * '0'}1us\n")
         self.assertEqual((done.returncode, done.stderr), (2, "cbcan-sim: standard input: a line of more than 1000 characters\n"))

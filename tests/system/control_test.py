@@ -6,6 +6,7 @@ plant file."""
 import subprocess
 
 import cases
+from done import ran
 from simulator import LIMIT, READ, WRITE, Simulator, connect, program_from_arguments
 from tree import ROOT
 
@@ -109,9 +110,7 @@ class OnAStandingClock(cases.Case):
     def run_plant(self, lines):
         plant = self.write("plant.toml", PLANT.format(eds=EDS))
         log = self.folder / "bus.log"
-        done = subprocess.run([PROGRAM, "--config", str(plant), "--clock", "manual", "--log", str(log)], input=lines,
-                              capture_output=True, text=True, timeout=LIMIT)
-        return done, log.read_text()
+        return ran(PROGRAM, "--config", plant, "--clock", "manual", "--log", log, input=lines), log.read_text()
 
     def test_commands_between_passes(self):
         done, log = self.run_plant("get 5 0x6401:1\npass 500ms\nget 5 0x6401:1\npass 2s\nget 5 0x6401:1\ntime\n"

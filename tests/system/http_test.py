@@ -10,6 +10,7 @@ import re
 import subprocess
 
 import cases
+from done import ran
 from simulator import LIMIT, READ, WRITE, Simulator, program_from_arguments, wait_until
 from tree import ROOT
 
@@ -211,7 +212,7 @@ class Events(Http):
                      'wait = "register 3700 != 51726"\nexpect = ["register 3700 = 0", "register 3705 = 2 300"]\n'):
             self.assertIn(line, text)
         saved = self.write("saved.toml", text)
-        done = subprocess.run([PROGRAM, "run", saved], capture_output=True, text=True, timeout=LIMIT, check=False)
+        done = ran(PROGRAM, "run", saved)
         self.assertEqual(done.returncode, 0, text + done.stdout)
 
     def test_a_manual_clock(self):

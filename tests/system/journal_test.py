@@ -7,6 +7,7 @@ import re
 import subprocess
 
 import cases
+from done import output, ran
 from simulator import LIMIT, READ, WRITE, Simulator, program_from_arguments
 
 PROGRAM, CTL = program_from_arguments(2)
@@ -50,8 +51,7 @@ class Verbose(cases.Case):
 class Handshake(cases.Case):
     def test_state_all_on_a_healthy_plant_shows_no_failure(self):
         with Simulator(PROGRAM, "--demo", "-v", "--http", ":0") as simulator:
-            done = subprocess.run([CTL, "--modbus", f":{simulator.port}", "state", "all"], capture_output=True, text=True, timeout=LIMIT, check=True)
-            self.assertEqual(len(done.stdout.splitlines()), 6)
+            self.assertEqual(len(output(CTL, "--modbus", f":{simulator.port}", "state", "all", timeout=LIMIT).splitlines()), 6)
             self.assertEqual(http_json(simulator, "/api/transactions?failed=1")["events"], [])
             ended = http_json(simulator, "/api/transactions")["events"]
             self.assertEqual([event["ok"] for event in ended if event["result"] == 5], [True] * 15)
@@ -100,11 +100,10 @@ class Pcap(cases.Case):
     def setUp(self):
         self.file = self.folder / "both.pcapng"
 
-    def dissect(self, *fields, file=None):
+    def dissect(self, *fields):
         arguments = [argument for field in fields for argument in ("-e", field)]
-        done = subprocess.run(["tshark", "-r", str(file or self.file), "-d", "can.subdissector=canopen", "-T", "fields", *arguments],
-                              capture_output=True, text=True, timeout=LIMIT, check=True, env={"PATH": "/usr/bin"})
-        return [line.split("\t") for line in done.stdout.split("\n")[:-1]]
+        lines = output("tshark", "-r", self.file, "-d", "can.subdissector=canopen", "-T", "fields", *arguments, timeout=LIMIT, env={"PATH": "/usr/bin"})
+        return [line.split("\t") for line in lines.split("\n")[:-1]]
 
     def test_both_protocols_on_one_clock_with_comments(self):
         transactions(Simulator(PROGRAM, "--demo", "--fault", "0x20:response-never", "--pcap", str(self.file))).stop()
@@ -128,12 +127,11 @@ class Pcap(cases.Case):
         process.terminate()
         self.file.write_bytes(process.communicate(timeout=LIMIT)[0])
         self.assertEqual(len(self.dissect("can.id")), 6)  # boot-up messages
-        self.assertEqual(subprocess.run([PROGRAM, "--demo", "--pcap", "-", "--clock", "manual"], capture_output=True, timeout=LIMIT, check=False).returncode, 2)
+        self.assertEqual(ran(PROGRAM, "--demo", "--pcap", "-", "--clock", "manual").returncode, 2)
 
 
 def http_json(simulator, path):
-    return json.loads(subprocess.run(["curl", "-sS", "--fail-with-body", f"http://{simulator.where['http']}{path}"], capture_output=True, text=True,
-                                     timeout=LIMIT, check=True).stdout)
+    return json.loads(output("curl", "-sS", "--fail-with-body", f"http://{simulator.where['http']}{path}", timeout=LIMIT))
 
 
 cases.main()

@@ -6,7 +6,8 @@ import pathlib
 import subprocess
 
 import cases
-from simulator import EXECUTE, LIMIT, READ, WRITE, Simulator, program_from_arguments
+from done import done
+from simulator import EXECUTE, LIMIT, READ, STANDING, WRITE, Simulator, program_from_arguments
 from tree import ROOT
 
 PROGRAM = program_from_arguments()
@@ -101,11 +102,9 @@ class TwoNetworks(cases.Case):
 class WithAndWithout(cases.Case):
     def run_plant(self, *options):
         log = self.folder / "one.log"
-        done = subprocess.run([PROGRAM, "--demo", "--modbus", "127.0.0.1:0", "--clock", "manual", "--log", str(log), "--fault",
-                               "bus:frame-loss probability=0.2", "--fault", "66:heartbeat-stops probability=0.5", "--set", "node.66.heartbeat_ms=10", "--set",
-                               "node.66.signals+={index = 0x6401, sub = 1, shape = 'noise', mean = 100, deviation = 50}", *options],
-                              input="pass 2s\n", capture_output=True, text=True, timeout=LIMIT)
-        self.assertEqual(done.returncode, 0, done.stderr)
+        done(PROGRAM, *STANDING, "--log", log, "--fault", "bus:frame-loss probability=0.2", "--fault", "66:heartbeat-stops probability=0.5",
+             "--set", "node.66.heartbeat_ms=10", "--set", "node.66.signals+={index = 0x6401, sub = 1, shape = 'noise', mean = 100, deviation = 50}",
+             *options, input="pass 2s\n", timeout=LIMIT)
         return log.read_text()
 
     def test_a_second_network_changes_nothing_in_the_first(self):
@@ -158,9 +157,8 @@ class StoredParameters(cases.Case):
 
     def test_a_file_that_is_broken_or_cannot_be_written(self):
         self.files[0].write_text("1017 = 5\n")
-        done = subprocess.run([PROGRAM, "--set", f"module.parameters={self.files[0]}"], capture_output=True, text=True, timeout=LIMIT)
-        self.assertEqual(done.returncode, 2)
-        self.assertIn(f'{self.files[0]}:1: "1017 = 5": write INDEX:SUB = BYTES', done.stderr)
+        refused = done(PROGRAM, "--set", f"module.parameters={self.files[0]}", code=2, timeout=LIMIT)
+        self.assertIn(f'{self.files[0]}:1: "1017 = 5": write INDEX:SUB = BYTES', refused.stderr)
         self.files[0].write_text("1017:00 = E803\n5FFF:00 = 01\n")
         simulator = self.start()
         pathlib.Path(str(self.files[0]) + ".new").mkdir()

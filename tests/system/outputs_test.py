@@ -9,9 +9,10 @@ import signal
 import subprocess
 
 import cases
+from done import ran
 from healthy import Healthy
 from mcu import die_with_parent
-from simulator import LIMIT, READ, Simulator, program_from_arguments, wait_until
+from simulator import LIMIT, READ, STANDING, Simulator, program_from_arguments, wait_until
 
 PROGRAM = program_from_arguments()
 FULL = "No space left on device; make room, or send it elsewhere\n"
@@ -98,8 +99,7 @@ class Unread(cases.Case):
         self.assertEqual(simulator.stop()[0], 0)
 
     def start_on_a_manual_clock(self, folder):
-        process = subprocess.Popen([PROGRAM, "--demo", "--clock", "manual", "--modbus", "127.0.0.1:0", "--control",
-                                    f"unix:{folder}/control"], stdin=subprocess.PIPE, stdout=self.pipe.into,
+        process = subprocess.Popen([PROGRAM, *STANDING, "--control", f"unix:{folder}/control"], stdin=subprocess.PIPE, stdout=self.pipe.into,
                                    text=True, preexec_fn=die_with_parent)
         self.addCleanup(process.wait)
         self.addCleanup(process.stdin.close)
@@ -125,7 +125,7 @@ class Unread(cases.Case):
 class Full(cases.Case):
     def run_into_full(self, *options, lines=""):
         with open("/dev/full", "w", encoding="ascii") as full:
-            return subprocess.run([PROGRAM, *options], input=lines, stdout=full, stderr=subprocess.PIPE, text=True, timeout=LIMIT)
+            return ran(PROGRAM, *options, input=lines, capture_output=False, stdout=full, stderr=subprocess.PIPE)
 
     def test_standard_output(self):
         for options in (["--help"], ["--demo", "--modbus", "127.0.0.1:0"]):
@@ -134,8 +134,7 @@ class Full(cases.Case):
 
     def test_standard_error_is_nobodys_business(self):
         with open("/dev/full", "w", encoding="ascii") as full:
-            done = subprocess.run([PROGRAM, "--demo", "--verbose", "--clock", "manual", "--modbus", "127.0.0.1:0"], input="pass 1s\n",
-                                  stdout=subprocess.PIPE, stderr=full, text=True, timeout=LIMIT)
+            done = ran(PROGRAM, *STANDING, "--verbose", input="pass 1s\n", capture_output=False, stdout=subprocess.PIPE, stderr=full)
         self.assertEqual((done.returncode, done.stdout.splitlines()[1:]), (0, ["at 1.000000"]))
 
 

@@ -10,16 +10,17 @@ import socket
 import subprocess
 
 import cases
+from done import ran
 from healthy import Healthy
 from mcu import crc
-from simulator import LIMIT, READ, Simulator, program_from_arguments, wait_until
+from simulator import LIMIT, READ, STANDING, Simulator, program_from_arguments, wait_until
 from tree import ROOT
 
 PROGRAM = program_from_arguments()
 
 
 def run(*options, **keywords):
-    return subprocess.run([PROGRAM, *options], capture_output=True, text=True, timeout=LIMIT, **keywords)
+    return ran(PROGRAM, *options, **keywords)
 
 
 def frame(hexadecimal):
@@ -129,16 +130,15 @@ class Starting(cases.Case):
                 for number in closed:
                     os.close(number)
 
-            done = subprocess.run([PROGRAM, "--demo", "--modbus", "127.0.0.1:0", "--clock", "manual"], stdin=subprocess.DEVNULL, capture_output=True,
-                                  text=True, preexec_fn=close, timeout=LIMIT)
+            done = run(*STANDING, stdin=subprocess.DEVNULL, preexec_fn=close)
             self.assertEqual((done.returncode, done.stderr), (0, ""), closed)
             self.assertRegex(done.stdout, r"\A\Z" if 1 in closed else r"\Aready modbus=\S+ can=virtual\n\Z")
 
     def test_too_few_descriptors(self):
         for plant in (("--demo",), ("--config", f"{ROOT}/plants/demo/plant.toml"), ("--node", f"5={ROOT}/plants/demo/generic.eds")):
             for limit in range(4, 16):
-                done = subprocess.run([PROGRAM, *plant, "--modbus", "127.0.0.1:0", "--clock", "manual"], stdin=subprocess.DEVNULL, capture_output=True,
-                                      text=True, preexec_fn=lambda limit=limit: resource.setrlimit(resource.RLIMIT_NOFILE, (limit, limit)), timeout=LIMIT)
+                done = run(*plant, *STANDING[1:], stdin=subprocess.DEVNULL,
+                           preexec_fn=lambda limit=limit: resource.setrlimit(resource.RLIMIT_NOFILE, (limit, limit)))
                 self.assertRegex(done.stderr, r"\A\Z" if done.returncode == 0 else r"\Acbcan-sim: .*Too many open files", limit)
                 self.assertIn(done.returncode, (0, 3))
             self.assertEqual(done.returncode, 0)
@@ -154,8 +154,7 @@ class Starting(cases.Case):
         self.check_refused(run("--modbus", "127.0.0.1:0", "--node", f"5={pipe}"), 2, why)
 
     def test_a_pipe_with_a_writer(self):
-        done = subprocess.run(["bash", "-c", f"{PROGRAM} --check --config <(sleep 0.01; printf '[module]\nnode_id = 300\n')"], capture_output=True, text=True,
-                              timeout=LIMIT)
+        done = ran("bash", "-c", f"{PROGRAM} --check --config <(sleep 0.01; printf '[module]\nnode_id = 300\n')")
         self.assertRegex(done.stderr, r"\A/dev/fd/\d+:2: .*1\.\.127")
 
     def test_nothing_that_is_quoted_commands_the_terminal(self):

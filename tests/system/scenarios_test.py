@@ -15,7 +15,8 @@ import time
 import xml.etree.ElementTree as ElementTree
 
 import cases
-from simulator import LIMIT, Simulator, program_from_arguments
+from done import ran
+from simulator import STANDING, Simulator, program_from_arguments
 from tree import ROOT
 
 PROGRAM = program_from_arguments()
@@ -31,7 +32,7 @@ expect = "register 3700 = 0"
 
 
 def run(*arguments):
-    return subprocess.run([PROGRAM, "run", *map(str, arguments)], capture_output=True, text=True, timeout=LIMIT)
+    return ran(PROGRAM, "run", *arguments)
 
 
 class Shipped(cases.Case):
@@ -169,8 +170,7 @@ class FromOutside(cases.Case):
         self.assertEqual(run(scenario).stdout, f"passed {scenario}: 1.250000 s\n1 passed\n")
         (self.folder / "bus.log").write_text("(1436509052.500000) can0 000#0142\n(1436509051.750000) can0 642#\n")
         self.assertIn(f"can.replay: {self.folder}/bus.log:2: not a line of candump -L, or earlier than the one before\n", run(scenario).stdout)
-        done = subprocess.run([PROGRAM, "--demo", "--modbus", "127.0.0.1:0", "--clock", "manual", "--set", "can.replay=none.log"], input="",
-                              capture_output=True, text=True, timeout=LIMIT)
+        done = ran(PROGRAM, *STANDING, "--set", "can.replay=none.log", input="")
         self.assertEqual((done.returncode, done.stderr), (2, "can.replay: none.log: cannot be read\n"))
 
 
@@ -252,7 +252,7 @@ class Outcomes(cases.Case):
     def test_progress_on_a_terminal_alone(self):
         master, terminal = pty.openpty()
         with os.fdopen(terminal, "wb") as err:
-            subprocess.run([PROGRAM, "run", ROOT / "scenarios/checks.toml"], stdout=subprocess.DEVNULL, stderr=err, timeout=LIMIT)
+            ran(PROGRAM, "run", ROOT / "scenarios/checks.toml", capture_output=False, stdout=subprocess.DEVNULL, stderr=err)
         written = b"\r1 of 1, 0 failed\x1b[K\r\x1b[K"
         with os.fdopen(os.dup(master), "rb") as screen:
             self.assertEqual(screen.read(len(written)), written)
