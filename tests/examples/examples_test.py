@@ -5,13 +5,12 @@
 usage: examples_test.py CBCAN_SIM SLAVE MASTER
 """
 
-import pathlib
 import subprocess
-import tempfile
 
 import can
 
 import cases
+from done import done
 from mcu import die_with_parent
 from simulator import LIMIT, Simulator, program_from_arguments, wait_until
 from tree import ROOT
@@ -28,11 +27,8 @@ objects = [{{ index = 0x9130, sub = 1, value = 99021 }}]
 
 class Examples(cases.Case):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        plant = pathlib.Path(folder.name) / "plant.toml"
-        plant.write_text(PLANT)
-        self.where = Simulator(SIMULATOR, "--config", str(plant), "--slcan", "127.0.0.1:0", log=False, test=self).where["slcan"]
+        plant = self.write("plant.toml", PLANT)
+        self.where = Simulator(SIMULATOR, "--config", plant, "--slcan", "127.0.0.1:0", log=False, test=self).where["slcan"]
         self.bus = can.Bus(interface="slcan", channel=f"socket://{self.where}", sleep_after_open=0)
         self.addCleanup(self.bus.shutdown)
         self.assertEqual(self.bus.get_version(LIMIT), (10, 13))  # O is answered before
@@ -83,8 +79,7 @@ class Examples(cases.Case):
         for program in (SLAVE, MASTER):
             for arguments, code, text in (([], 2, f"usage: {program} HOST PORT\n"),
                                           (["127.0.0.1", "1"], 1, "127.0.0.1 1: nothing listens there; start cbcan-sim --slcan 127.0.0.1:1\n")):
-                ended = subprocess.run([program, *arguments], capture_output=True, text=True, timeout=LIMIT)
-                self.assertEqual((ended.returncode, ended.stderr), (code, text))
+                self.assertEqual(done(program, *arguments, code=code, timeout=LIMIT).stderr, text)
 
     def test_the_slave_watches_the_master(self):
         self.start(SLAVE)
@@ -95,5 +90,4 @@ class Examples(cases.Case):
         self.hear("0C2#3081110000000000")
 
 
-if __name__ == "__main__":
-    cases.main()
+cases.main()

@@ -24,18 +24,13 @@ EXPOSURE = 25  # tenths, as systemd-analyze counts
 class Package(cases.Case):
     @classmethod
     def setUpClass(cls):
-        cls.folder = tempfile.TemporaryDirectory()
-        folder = pathlib.Path(cls.folder.name)
+        folder = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
         run("cpack", "-B", folder, cwd=BUILD)
         cls.packages = {path.name.partition("_")[0]: path for path in folder.glob("*.deb")}
         cls.root = folder / "root"
         for path in cls.packages.values():
             run("dpkg-deb", "-x", path, cls.root)
         cls.programs = {name: cls.root / "usr/bin" / name for name in ("cbcan-sim", "cbcanctl")}
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.folder.cleanup()
 
     def contents(self, package):
         return set(re.findall(r"\./(\S*[^/\s])(?= ->|$)", run("dpkg-deb", "-c", self.packages[package]), re.MULTILINE))
@@ -134,9 +129,8 @@ class Package(cases.Case):
 
     def test_unit(self):
         unit = self.root / "usr/lib/systemd/system/cbcan-sim@.service"
-        copy = pathlib.Path(self.folder.name) / "cbcan-sim@plant.service"
         self.assertIn("\nType=notify\n", unit.read_text())
-        copy.write_text(unit.read_text().replace("ExecStart=", f"ExecStart={self.root}/usr/bin/").replace("Documentation=", "#"))
+        copy = self.write("cbcan-sim@plant.service", unit.read_text().replace("ExecStart=", f"ExecStart={self.root}/usr/bin/").replace("Documentation=", "#"))
         self.assertEqual(run("systemd-analyze", "verify", "--recursive-errors=no", copy), "")
         said = run("systemd-analyze", "security", "--offline=true", f"--threshold={EXPOSURE}", copy)
         print("figure: systemd-analyze security: " + re.search(r"exposure level for \S+: (\S+)", said)[1])

@@ -5,7 +5,6 @@
 
 import hashlib
 import shutil
-import subprocess
 import tarfile
 import zipfile
 
@@ -58,7 +57,7 @@ class Release(cases.Case):
         self.assertEqual((OUT / "SHA256SUMS").read_text(), before)
 
     def test_notes(self):
-        notes = subprocess.run(["packaging/release", "notes"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+        notes = run("packaging/release", "notes", cwd=ROOT)
         self.assertIn("### Added", notes)
         self.assertNotIn("\n## ", notes)
 

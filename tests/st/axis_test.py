@@ -137,9 +137,7 @@ class Run:
 class Axis(cases.Case):
     @classmethod
     def setUpClass(cls):
-        folder = tempfile.TemporaryDirectory()
-        cls.addClassCleanup(folder.cleanup)
-        cls.folder, cls.programs = pathlib.Path(folder.name), {}
+        cls.folder, cls.programs = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory())), {}
         cls.eds = drive_eds(cls.folder)
 
     def engine(self, name):
