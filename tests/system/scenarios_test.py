@@ -16,6 +16,7 @@ import xml.etree.ElementTree as ElementTree
 
 import cases
 from done import ran
+from serial_line import SerialLine
 from simulator import STANDING, Simulator, program_from_arguments
 from tree import ROOT
 
@@ -111,12 +112,17 @@ class Shipped(cases.Case):
         self.assertGreaterEqual(time.monotonic() - begin, 2.2)
 
     def test_on_another_implementation_of_the_registers(self):
-        with Simulator(PROGRAM, "--demo", "--sdo-timeout", "200") as simulator:
+        line = SerialLine()
+        self.addCleanup(line.close)
+        with Simulator(PROGRAM, "--demo", "--sdo-timeout", "200", "--rtu", line.ends[0], "--set", "rtu.baud=115200") as simulator:
             plain = self.folder / "plain.toml"
             plain.write_text('plant = "demo"\n[[step]]\ndo = "trigger read 99 0x1000 0 4"\nwait = "transaction ended"\n'
                              'expect = ["took >= 200ms", "register 3700 = 4", "register 3706 = 0 0x0504"]\n')
             done = run("--target", f"127.0.0.1:{simulator.port}", plain, *(ROOT / f"scenarios/{name}.toml" for name in (
                 "an_hour_of_heartbeats", "checks", "nmt_and_state", "node_lost", "sdo_sizes_and_modes", "silent_node")))
+            by_rtu = run("--target", f"rtu:{line.ends[1]},115200,E", *(ROOT / f"scenarios/{name}.toml" for name in (
+                "checks", "nmt_and_state", "sdo_sizes_and_modes", "transaction_read_and_write")))
+        self.assertIn("\n4 passed\n", by_rtu.stdout)
         self.assertEqual(done.returncode, 0, done.stdout)
         self.assertIn("an_hour_of_heartbeats.toml: line 9: nothing of what the step expects can be seen there\n", done.stdout)
         self.assertRegex(done.stdout, r"(?m)^passed .*/checks.toml: 0\.\d+ s; 5 expectations of nodes, frames or exact times left out$")
