@@ -8,6 +8,7 @@
 #include "protocols/slcan_adapter.hpp"
 #include "stream_client.hpp"
 #include "support/catch.hpp"
+#include "support/complaint.hpp"
 #include "temporary_folder.hpp"
 #include "turns.hpp"
 
@@ -52,12 +53,8 @@ void leave_behind(const std::string& path) {
 
 template <class Error>
 std::string complaint(std::string_view address) {
-  try {
-    const StreamListener listener("slcan", base::parse_stream_address(address));
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "none";
+  return cbcan::test::complaint_of<Error>(
+      [&] { StreamListener("slcan", base::parse_stream_address(address)); });
 }
 
 void check_responses(SlcanServer& server, StreamClient& client, std::string_view question,
@@ -97,7 +94,7 @@ TEST_CASE("a Unix socket that a killed program left is replaced, one in use and 
     CHECK(complaint<EnvironmentError>(address) == in_use);
   }
   leave_behind(folder.file("s"));
-  CHECK(complaint<EnvironmentError>(address) == "none");
+  CHECK(complaint<EnvironmentError>(address).empty());
   std::ofstream(folder.file("s")) << "not a socket";
   CHECK(complaint<EnvironmentError>(address) == in_use);
   CHECK(complaint<EnvironmentError>("unix:/nonexistent/s") ==
