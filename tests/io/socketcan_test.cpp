@@ -9,7 +9,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include "support/catch.hpp"
+#include "turns.hpp"
 
 namespace cbcan::io {
 namespace {
@@ -107,11 +107,7 @@ struct Rig final : sim::Receiver, sim::Observer {
 
   template <typename Done>
   void run_until(Done done) {
-    const Time limit = Reactor::now() + 20 * kSecond;
-    while (!done()) {
-      REQUIRE(Reactor::now() < limit);
-      turn();
-    }
+    test::turn_until([this] { turn(); }, done);
   }
 
   /// Turns until the witness has seen `count` frames, which the kernel may deliver later; returns their
@@ -300,14 +296,9 @@ TEST_CASE("a frame for which the interface has no room is kept and tried again")
 TEST_CASE("an interface that is not CAN is reported") {
   Reactor reactor;
   sim::Bus bus;
-  try {
-    const SocketCan can(reactor, bus, "lo", nullptr);
-    FAIL("no exception");
-  } catch (const EnvironmentError& error) {
-    CHECK(std::string(error.what()) ==
-          "can socketcan:lo: not a CAN interface (No such device); `ip link show type can` and "
-          "`ip link show type vcan` list those");
-  }
+  CHECK_THROWS_WITH(SocketCan(reactor, bus, "lo", nullptr),
+                    "can socketcan:lo: not a CAN interface (No such device); `ip link show type can` and "
+                    "`ip link show type vcan` list those");
 }
 
 TEST_CASE("the bus is alone again when the interface is left, also when it was waiting for room") {
