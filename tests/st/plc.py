@@ -39,11 +39,7 @@ class Plant:
 
     def command(self, line):
         """Executes a command of docs/reference/commands.md; returns the response's value."""
-        self.simulator.process.stdin.write(line + "\n")
-        self.simulator.process.stdin.flush()
-        response = self.simulator.process.stdout.readline().rstrip("\n")
-        while not response.startswith(("ok", "error", "at ")):
-            response = self.simulator.process.stdout.readline().rstrip("\n")
+        *_, response = self.simulator.say(line).splitlines()
         assert not response.startswith("error"), f"{line}: {response}"
         return response[3:]
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Starts cbcan-sim for a test, reads its addresses, and ends it by its process ID."""
 
+import contextlib
 import os
 import pathlib
 import re
@@ -40,6 +41,27 @@ def connect(address):
         return client
     host, port = address.rsplit(":", 1)
     return socket.create_connection((host, int(port)), timeout=LIMIT)
+
+
+def asked(address, *pieces):
+    """All that is answered to a client that sends these pieces and closes its sending side."""
+    with contextlib.closing(connect(address)) as client:
+        if client.family == socket.AF_INET:
+            client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        with contextlib.suppress(ConnectionError):
+            for piece in pieces:
+                client.sendall(piece)
+            client.shutdown(socket.SHUT_WR)
+        return rest_of(client)
+
+
+def rest_of(client):
+    """All data until the server closes the connection."""
+    data = b""
+    with contextlib.suppress(ConnectionError):
+        while part := client.recv(1 << 16):
+            data += part
+    return data
 
 
 class Simulator:
@@ -100,9 +122,12 @@ class Simulator:
         return connect(self.where[service])
 
     def say(self, line):
-        """A command on standard input; returns the first line of its response."""
+        """A command on standard input; returns its response."""
         print(line, file=self.process.stdin, flush=True)
-        return self.process.stdout.readline()
+        response = [self.process.stdout.readline()]
+        while response[-1] and not response[-1].startswith(("ok", "error", "at ")):
+            response.append(self.process.stdout.readline())
+        return "".join(response)
 
     def errors(self):
         """The lines on standard error so far."""

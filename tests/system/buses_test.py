@@ -22,20 +22,6 @@ from tree import ROOT
 PROGRAM = program_from_arguments()
 
 
-class Client:
-    """A client that compares the bytes of a single read."""
-
-    def __init__(self, address):
-        self.socket = connect(address)
-
-    def ask(self, text):
-        self.socket.sendall(text.encode())
-        return self.read()
-
-    def read(self):
-        return self.socket.recv(4096).decode()
-
-
 class Case(cases.Case):
     def start(self, *options, **keywords):
         return Simulator(PROGRAM, *options, **keywords, test=self)
@@ -54,18 +40,8 @@ class Case(cases.Case):
 
 
 class Socketcand(Case):
-    def setUp(self):
-        self.simulator = self.start("--demo", "--socketcand", "127.0.0.1:0")
-        self.address = self.simulator.where["socketcand"]
-
-    def client(self):
-        client = Client(self.address)
-        self.addCleanup(client.socket.close)
-        self.assertEqual(client.read(), "< hi >")
-        return client
-
     def test_python_can(self):
-        host, port = self.address.rsplit(":", 1)
+        host, port = self.start("--demo", "--socketcand", "127.0.0.1:0").where["socketcand"].rsplit(":", 1)
         left, right = (self.python_can("socketcand", host=host, port=int(port), channel="can0") for _ in range(2))
         self.check_node_answers(left)
         for message in (can.Message(arbitration_id=0x7FF, is_extended_id=False, data=bytes(range(8))),
@@ -75,11 +51,11 @@ class Socketcand(Case):
 
     def test_one_who_is_silent_is_kept(self):
         simulator = self.start("--demo", "--socketcand", "127.0.0.1:0", "--clock", "manual", stdin=-1)
-        client = Client(simulator.where["socketcand"])
-        self.addCleanup(client.socket.close)
-        self.assertEqual(client.read(), "< hi >")
-        self.assertIn("3600", simulator.say("pass 3600s"))
-        self.assertEqual(client.ask("< open can0 >"), "< ok >")
+        with simulator.connect("socketcand") as client:
+            self.assertEqual(client.recv(4096), b"< hi >")
+            self.assertIn("3600", simulator.say("pass 3600s"))
+            client.sendall(b"< open can0 >")
+            self.assertEqual(client.recv(4096), b"< ok >")
 
 
 class Slcan(Case):

@@ -99,8 +99,7 @@ class Standing(cases.Case):
         self.assertEqual(self.window.abort_code(), 0x05040000)
 
     def command(self, line):
-        self.simulator.process.stdin.write(line + "\n")
-        self.simulator.process.stdin.flush()
+        print(line, file=self.simulator.process.stdin, flush=True)
 
     def test_time_stands_while_it_is_the_PLCs_turn(self):
         self.command("wait transaction started")
@@ -120,8 +119,7 @@ class Standing(cases.Case):
             self.assertEqual(receive(adapter, 7), b"\rV1013\r")
             self.simulator.process.send_signal(signal.SIGSTOP)
             adapter.sendall(5000 * b"t7E50\r")
-            self.simulator.process.stdin.write("pass 1s\n")
-            self.simulator.process.stdin.flush()
+            self.command("pass 1s")
             self.simulator.process.send_signal(signal.SIGCONT)
             self.assertEqual(self.simulator.process.stdout.readline(), "at 1.000000\n")
             self.assertEqual(receive(adapter, 10000), 5000 * b"z\r")

@@ -15,7 +15,7 @@ import subprocess
 import time
 
 import cases
-from simulator import LIMIT, Simulator, connect, program_from_arguments, wait_until
+from simulator import LIMIT, Simulator, asked, connect, program_from_arguments, rest_of, wait_until
 from tree import ROOT
 
 PROGRAM = program_from_arguments()
@@ -28,23 +28,6 @@ STREAMS = {"rtu_tcp": (READ_R0, bytes.fromhex("0103020000b844")), "slcan": (b"V\
 # Lines that each protocol would execute if it parsed the body of an HTTP request.
 COMMANDS = ("power 16 off\nnmt stop all\nwrite 3700 1\n" "O\rt00020200\r" "< open can0 >< rawmode >< send 0 2 2 0 >").encode()
 WRITE_R3700 = bytes.fromhex("01060e740001") + bytes.fromhex("0af8")
-
-
-def rest_of(client):
-    """All data until the server closes the connection."""
-    data = b""
-    with contextlib.suppress(ConnectionError):
-        while part := client.recv(4096):
-            data += part
-    return data
-
-
-def asked(address, request):
-    """The response to a client that sends a request and closes its sending side; the server closes the connection."""
-    with contextlib.closing(connect(address)) as client:
-        client.sendall(request)
-        client.shutdown(socket.SHUT_WR)
-        return rest_of(client)
 
 
 def descriptors(process):

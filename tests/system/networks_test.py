@@ -48,20 +48,13 @@ class TwoNetworks(cases.Case):
         self.addCleanup(window.socket.close)
         return window
 
-    def say(self, line):
-        """A command, or `pass`, and the last line of its response."""
-        response = [self.simulator.say(line)]
-        while not response[-1].startswith(("ok", "at ")):
-            response.append(self.simulator.process.stdout.readline())
-        return "".join(response)
-
     def test_transactions_on_both_at_once(self):
         one, two = self.unit(1), self.unit(2)
         one.start(READ, 5, 0x2002, 0, 2)
         two.start(READ, 5, 0x2002, 0, 2)
-        self.say("pass 49ms")
+        self.simulator.say("pass 49ms")
         self.assertEqual([one.read(3700, 1), two.read(3700, 1)], [[EXECUTE], [EXECUTE]])
-        self.say("pass 1ms")
+        self.simulator.say("pass 1ms")
         self.assertEqual([one.read(3700, 7)[::6], two.read(3700, 7)[::6]], [[0, 0x1111], [0, 0x2222]])
         self.assertEqual(frames_in(self.simulator.log_path)[-2:], ["605#4002200000000000", "585#4B02200011110000"])
         self.assertEqual(frames_in(self.folder / "two.log")[-2:], ["605#4002200000000000", "585#4B02200022220000"])
@@ -70,7 +63,7 @@ class TwoNetworks(cases.Case):
         one, two = self.unit(1), self.unit(2)
         two.start(WRITE, 128, 0x1F82, 128, 1, 5)
         self.assertEqual(two.read(3700, 1), [0])
-        self.assertEqual(self.say("nodes"), "#1 5 pre-operational none\n2/#1 2/5 operational none\nok\n")
+        self.assertEqual(self.simulator.say("nodes"), "#1 5 pre-operational none\n2/#1 2/5 operational none\nok\n")
         self.assertNotIn("000#0100", frames_in(self.simulator.log_path))
         self.assertIn("000#0100", frames_in(self.folder / "two.log"))
 
@@ -89,7 +82,7 @@ class TwoNetworks(cases.Case):
 
     def test_the_summary_names_the_network(self):
         self.unit(2).start(READ, 5, 0x2002, 0, 2)
-        self.say("pass 50ms")
+        self.simulator.say("pass 50ms")
         self.unit(3).request(b"\1\0\0\0\1")
         code, text = self.simulator.stop()
         self.assertEqual(code, 0)
