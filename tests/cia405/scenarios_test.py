@@ -121,7 +121,7 @@ class CppBlock(Block):
 
     def put(self, name, value):
         if (self.kind, name) not in (("SDO_READ", "DATALENGTH"), ("SDO_WRITE", "DATALENGTH")):  # follows from the size of DATA
-            self.program.tell("set", self.number, name, value.hex() if isinstance(value, bytes) else int(value))
+            self.program.tell("set", self.number, name, value.hex().upper() if isinstance(value, bytes) else int(value))
 
     def __getitem__(self, name):
         return self.members[name]
