@@ -5,10 +5,9 @@
 import os
 import pathlib
 import re
-import subprocess
-import tempfile
 
 import cases
+from done import output_and_errors
 from simulator import LIMIT, program_from_arguments
 from tree import ROOT
 
@@ -38,9 +37,7 @@ must = "object 66 0x6200:1 = 1"
 
 
 def run(*arguments, program=PROGRAM, code=0, limit=LIMIT):
-    made = subprocess.run([program, "run", *arguments], capture_output=True, text=True, timeout=limit)
-    assert made.returncode == code, (made.returncode, made.stdout, made.stderr)
-    return made.stdout + made.stderr
+    return output_and_errors(program, "run", *arguments, code=code, timeout=limit)
 
 
 class Shipped(cases.Case):
@@ -54,11 +51,10 @@ class Shipped(cases.Case):
         paths = [ROOT / "scenarios" / f"{name}.toml" for name in ("sdo_sizes_and_modes", "node_lost", "power_cycle")]
         one = run("--explore", "-j", "1", *paths)
         self.assertEqual(run("--explore", "-j", "8", *paths), one)
-        with tempfile.TemporaryDirectory() as folder:
-            state = ("--state", f"{folder}/state")
-            self.assertIn("not tried: ", run("--explore", "--budget", "10ms", *state, *paths))
-            self.assertEqual(run("--explore", *state, *paths), one)
-            self.assertEqual(run("--explore", *state, *paths), one)
+        state = ("--state", f"{self.folder}/state")
+        self.assertIn("not tried: ", run("--explore", "--budget", "10ms", *state, *paths))
+        self.assertEqual(run("--explore", *state, *paths), one)
+        self.assertEqual(run("--explore", *state, *paths), one)
 
     def test_pairs_are_the_same_in_parts(self):
         path = ROOT / "scenarios/cancel.toml"
@@ -87,21 +83,13 @@ class Defects(cases.Case):
 
 class Fragile(cases.Case):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = pathlib.Path(folder.name)
-        self.path = self.write(FRAGILE)
-
-    def write(self, text):
-        path = self.folder / "fragile.toml"
-        path.write_text(text)
-        return path
+        self.path = self.write("fragile.toml", FRAGILE)
 
     def test_only_must_is_judged_with_faults(self):
         output = run("--explore", "--faults", "request-lost", self.path, code=1)
         self.assertIn(": must object 66 0x6200:1 = 1: ", output)
         self.assertIn("broken: 1, distinct failures: 1", output)  # not the reads, which expect result 0
-        run("--explore", "--faults", "request-lost", self.write(FRAGILE.replace("must", "expect")))
+        run("--explore", "--faults", "request-lost", self.write("fragile.toml", FRAGILE.replace("must", "expect")))
 
     def test_a_failure_is_written_with_fewer_steps_and_fails_the_same(self):
         out = self.folder / "out"
@@ -133,7 +121,7 @@ class Fragile(cases.Case):
         self.assertIn("17: there is no such node in the plant", run("--only", "17:request-lost@1", self.path, code=2))
 
     def test_the_module_is_varied_too(self):
-        path = self.write('plant = "demo"\n\n[[step]]\nafter = "1s"\n\n[[step]]\ndo = "trigger read 66 0x1000 0 4"\nwait = "transaction ended"\nmust = "no frame 77F#00"\n')
+        path = self.write("fragile.toml", 'plant = "demo"\n\n[[step]]\nafter = "1s"\n\n[[step]]\ndo = "trigger read 66 0x1000 0 4"\nwait = "transaction ended"\nmust = "no frame 77F#00"\n')
         output = run("--explore", path, code=1)
         self.assertRegex(output, r"bus:module-nmt@2\n  the scenario passes: .*must no frame 77F#00: 1 of them")
         for fault in ("module-nmt", "module-nmt command=reset-comm"):
@@ -141,11 +129,11 @@ class Fragile(cases.Case):
         self.assertRegex(output, r"module-bus-off for_ms=300 +bus +[1-9]")
 
     def test_a_condition_that_was_never_true_shows_nothing(self):
-        reached = self.write(FRAGILE.replace("must", "expect").replace("\n[[step]]", '\n[explore]\nreached = "object 66 0x6200:1 = 5"\n\n[[step]]', 1))
+        reached = self.write("fragile.toml", FRAGILE.replace("must", "expect").replace("\n[[step]]", '\n[explore]\nreached = "object 66 0x6200:1 = 5"\n\n[[step]]', 1))
         self.assertIn("reached object 66 0x6200:1 = 5: in no run", run("--explore", "--faults", "silent", reached, code=1))
 
     def test_a_scenario_that_fails_without_faults(self):
-        broken = self.write(FRAGILE.replace("must = \"object 66 0x6200:1 = 1", "must = \"object 66 0x6200:1 = 2"))
+        broken = self.write("fragile.toml", FRAGILE.replace("must = \"object 66 0x6200:1 = 1", "must = \"object 66 0x6200:1 = 2"))
         self.assertIn("without faults: the scenario passes: ", run("--explore", broken, code=2))
 
 

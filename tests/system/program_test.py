@@ -186,40 +186,35 @@ class Diagnostics(cases.Case):
             self.assertEqual(plc.read(first, len(words)), words, first)
 
     def test_what_can_be_known(self):
-        with Simulator(PROGRAM, "--demo", "--clock", "manual", "--control", "127.0.0.1:0", "--set", "rtu.listen=127.0.0.1:0",
+        with Simulator(PROGRAM, "--demo", "--clock", "manual", "--set", "rtu.listen=127.0.0.1:0",
                        stdin=subprocess.PIPE) as simulator, simulator.window() as plc:
-            with simulator.connect("control") as control, control.makefile("rw") as lines:
-                def command(line):
-                    print(line, file=lines, flush=True)
-                    return lines.readline()
-                command("pass 70s")
-                self.assertEqual((plc.execute(READ, 0x42, 0x1000, 0, 4), plc.execute(READ, 0x42, 0x3333, 0, 4)), (0, 4))
-                plc.start(READ, 99, 0x1000, 0, 4)
-                plc.write(3700, [0])
-                version = [int(part) for part in run("--version").stdout.split()[1].split(".")]
-                requests = plc.read(4108, 1)[0]
-                self.check(plc, {4100: [version[0] << 8 | version[1], version[2]], 4102: [70000 & 0xFFFF, 70000 >> 16, 1, 0, 0, 0],
-                                 4116: [5 + 2, 0, 1 + 4, 0, 0, 0, 0, 0, 0, 0],  # boot-up messages and transfers
-                                 4126: [3, 0, 1, 0, 1, 0], 4132: [0] * 9})
-                self.assertEqual(plc.read(4108, 1), [requests + 6])
-                self.assertRaises(Exception, plc.read, 4168, 1)
-                self.check(plc, {4112: [1, 0]})
-                for fault, state in (("error-passive", 17), ("overflow", 2), ("bus-off", 16)):
-                    command("clear bus")
-                    command(f"fault bus {fault}")
-                    self.check(plc, {4107: [state]})
-                    self.assertEqual(command("read 4107"), f"ok {state}\n")
-                plc.start(READ, 0x42, 0x1000, 0, 4)
-                command("pass 1ms")
-                self.assertGreater(plc.read(4120, 1)[0], 0)
-                with simulator.connect("rtu_tcp") as rtu:
-                    rtu.sendall(frame("0103100B0001"))  # R4107
-                    self.assertEqual(rtu.recv(7, socket.MSG_WAITALL), frame("0103020010"))
+            simulator.say("pass 70s")
+            self.assertEqual((plc.execute(READ, 0x42, 0x1000, 0, 4), plc.execute(READ, 0x42, 0x3333, 0, 4)), (0, 4))
+            plc.start(READ, 99, 0x1000, 0, 4)
+            plc.write(3700, [0])
+            version = [int(part) for part in run("--version").stdout.split()[1].split(".")]
+            requests = plc.read(4108, 1)[0]
+            self.check(plc, {4100: [version[0] << 8 | version[1], version[2]], 4102: [70000 & 0xFFFF, 70000 >> 16, 1, 0, 0, 0],
+                             4116: [5 + 2, 0, 1 + 4, 0, 0, 0, 0, 0, 0, 0],  # boot-up messages and transfers
+                             4126: [3, 0, 1, 0, 1, 0], 4132: [0] * 9})
+            self.assertEqual(plc.read(4108, 1), [requests + 6])
+            self.assertRaises(Exception, plc.read, 4168, 1)
+            self.check(plc, {4112: [1, 0]})
+            for fault, state in (("error-passive", 17), ("overflow", 2), ("bus-off", 16)):
+                simulator.say("clear bus")
+                simulator.say(f"fault bus {fault}")
+                self.check(plc, {4107: [state]})
+                self.assertEqual(simulator.say("read 4107"), f"ok {state}\n")
+            plc.start(READ, 0x42, 0x1000, 0, 4)
+            simulator.say("pass 1ms")
+            self.assertGreater(plc.read(4120, 1)[0], 0)
+            with simulator.connect("rtu_tcp") as rtu:
+                rtu.sendall(frame("0103100B0001"))  # R4107
+                self.assertEqual(rtu.recv(7, socket.MSG_WAITALL), frame("0103020010"))
 
     def test_in_a_scenario(self):
-        scenario = self.folder / "diagnostics.toml"
-        scenario.write_text('plant = "demo"\n[[step]]\ndo = ["trigger read 0x42 0x1000 0 4", "fault bus bus-off"]\n'
-                            'expect = ["register 4107 = 16", "register 4126 = 1 0 0 0"]\n')
+        scenario = self.write("diagnostics.toml", 'plant = "demo"\n[[step]]\ndo = ["trigger read 0x42 0x1000 0 4", "fault bus bus-off"]\n'
+                              'expect = ["register 4107 = 16", "register 4126 = 1 0 0 0"]\n')
         done = run("run", scenario)
         self.assertEqual(done.returncode, 0, done.stdout)
 

@@ -6,16 +6,14 @@ import hashlib
 import os
 import pathlib
 import pty
-import socket
-import struct
 import subprocess
 import tempfile
-import threading
 import time
 import xml.etree.ElementTree as ElementTree
 
 import cases
 from done import ran
+from owned_registers import OwnedRegisters
 from serial_line import SerialLine
 from simulator import STANDING, Simulator, program_from_arguments
 from tree import ROOT
@@ -81,27 +79,19 @@ class Shipped(cases.Case):
         self.assertTrue(logs[0]["two_networks.2.log"])
 
     def test_a_module_that_restarts_is_no_success(self):
-        """Registers that contain CA0Eh at the first read and 0 afterwards."""
-        words = [0] * 4168
+        class Module(OwnedRegisters):
+            """Its registers contain CA0Eh at the first read and 0 afterwards."""
 
-        def serve(listener):
-            with listener.accept()[0] as client, client.makefile("rb") as requests:
-                while header := requests.read(7):
-                    pdu = requests.read(header[5] - 1)
-                    first, count = struct.unpack(">HH", pdu[1:5])
-                    if pdu[0] == 16:
-                        words[first:first + count] = struct.unpack(f">{count}H", pdu[6:])
-                        response = pdu[:5]
-                    else:
-                        response = struct.pack(f">BB{count}H", 3, 2 * count, *words[first:first + count])
-                        if words[3700] == 0xCA0E:
-                            words[3700:3770] = [0] * 70
-                    client.sendall(header[:5] + bytes([len(response) + 1, header[6]]) + response)
-        with socket.create_server(("127.0.0.1", 0)) as listener:
-            threading.Thread(target=serve, args=(listener,), daemon=True).start()
-            plain = self.folder / "plain.toml"
-            plain.write_text('[[step]]\ndo = "trigger write 5 0x2000 0 4 1"\nwait = "transaction ended"\nexpect = "register 3700 = 0"\n')
-            done = run("--target", "127.0.0.1:%d" % listener.getsockname()[1], plain)
+            def read(self, first, count):
+                words = super().read(first, count)
+                if self.registers.get(3700) == 0xCA0E:
+                    self.write(3700, [0] * 70)
+                return words
+
+        module = Module()
+        self.addCleanup(module.stop)
+        plain = self.write("plain.toml", '[[step]]\ndo = "trigger write 5 0x2000 0 4 1"\nwait = "transaction ended"\nexpect = "register 3700 = 0"\n')
+        done = run("--target", f"127.0.0.1:{module.port}", plain)
         self.assertEqual(done.returncode, 2)
         self.assertIn("the module has restarted, or another program has written to R3701..R3704", done.stdout)
 
@@ -115,9 +105,8 @@ class Shipped(cases.Case):
         line = SerialLine()
         self.addCleanup(line.close)
         with Simulator(PROGRAM, "--demo", "--sdo-timeout", "200", "--rtu", line.ends[0], "--set", "rtu.baud=115200") as simulator:
-            plain = self.folder / "plain.toml"
-            plain.write_text('plant = "demo"\n[[step]]\ndo = "trigger read 99 0x1000 0 4"\nwait = "transaction ended"\n'
-                             'expect = ["took >= 200ms", "register 3700 = 4", "register 3706 = 0 0x0504"]\n')
+            plain = self.write("plain.toml", 'plant = "demo"\n[[step]]\ndo = "trigger read 99 0x1000 0 4"\nwait = "transaction ended"\n'
+                               'expect = ["took >= 200ms", "register 3700 = 4", "register 3706 = 0 0x0504"]\n')
             done = run("--target", f"127.0.0.1:{simulator.port}", plain, *(ROOT / f"scenarios/{name}.toml" for name in (
                 "an_hour_of_heartbeats", "checks", "nmt_and_state", "node_lost", "sdo_sizes_and_modes", "silent_node")))
             by_rtu = run("--target", f"rtu:{line.ends[1]},115200,E", *(ROOT / f"scenarios/{name}.toml" for name in (
@@ -170,9 +159,8 @@ class FromOutside(cases.Case):
 
     def test_a_log_is_played_onto_the_bus(self):
         (self.folder / "bus.log").write_text("(1436509052.500000) can0 000#0142\n\n(1436509053.750000) can0 642#4000100000000000\n")
-        scenario = self.folder / "replay.toml"
-        scenario.write_text('plant = "demo"\n[can]\nreplay = "bus.log"\n[[step]]\nat = "0us"\n[[step]]\nwait = "frame 5C2#43*"\n'
-                            'expect = ["took = 1250ms", "state 0x42 operational"]\n')
+        scenario = self.write("replay.toml", 'plant = "demo"\n[can]\nreplay = "bus.log"\n[[step]]\nat = "0us"\n[[step]]\nwait = "frame 5C2#43*"\n'
+                              'expect = ["took = 1250ms", "state 0x42 operational"]\n')
         self.assertEqual(run(scenario).stdout, f"passed {scenario}: 1.250000 s\n1 passed\n")
         (self.folder / "bus.log").write_text("(1436509052.500000) can0 000#0142\n(1436509051.750000) can0 642#\n")
         self.assertIn(f"can.replay: {self.folder}/bus.log:2: not a line of candump -L, or earlier than the one before\n", run(scenario).stdout)
