@@ -89,7 +89,6 @@ class Master final : public sim::Receiver {
   }
 
   void on_frame(const Frame& /*frame*/, Time /*now*/) override { ++received; }
-  void on_bus_state(BusState /*state*/, Time /*now*/) override {}
 
   void send(std::uint32_t id, std::uint8_t length, std::uint64_t data, Time now) {
     Frame frame;

@@ -18,13 +18,6 @@ namespace cbcan::tools {
 
 using Words = std::vector<std::string>;
 
-inline void print(const Words& remarks, const std::string& output) {
-  for (const std::string& remark : remarks)
-    fmt::print(stderr, "{}\n", base::to_utf8(remark));
-  if (std::fwrite(output.data(), 1, output.size(), stdout) != output.size() || std::fflush(stdout) != 0)
-    throw std::runtime_error("standard output: cannot be written");
-}
-
 /// main() of the program: `make` turns the words of its command line into the output.
 inline int generate(const char* program, const char* help, int count, char** words,
                     std::string (*make)(const Words& words, Words& remarks)) {
@@ -33,7 +26,10 @@ inline int generate(const char* program, const char* help, int count, char** wor
     if (given == Words{"--help"}) return std::fputs(help, stdout) < 0;
     Words remarks;
     const std::string output = make(given, remarks);
-    print(remarks, output);
+    for (const std::string& remark : remarks)
+      fmt::print(stderr, "{}\n", base::to_utf8(remark));
+    if (std::fwrite(output.data(), 1, output.size(), stdout) != output.size() || std::fflush(stdout) != 0)
+      throw std::runtime_error("standard output: cannot be written");
     return 0;
   } catch (const std::exception& error) {
     fmt::print(stderr, "{}: {}\n", program, base::to_utf8(error.what()));

@@ -5,10 +5,6 @@
 
 #include <utility>
 
-#include "io/can/socketcan.hpp"
-#include "io/can/stream_bus.hpp"
-#include "window/rtu_connection.hpp"
-
 namespace cbcan::app {
 
 namespace {
@@ -22,8 +18,8 @@ window::Line line_of(const config::LineConfig& config) {
 }
 
 BusConnections::BusConnections(const config::NetworkConfig& config, plant::Network& network,
-                               io::Reactor& reactor, const Clock& clock, const io::Warn& warn)
-    : network_(network), reactor_(reactor), clock_(clock), warn_(warn) {
+                               io::Reactor& reactor, const session::Host& host, const io::Warn& warn)
+    : network_(network), reactor_(reactor), host_(host), warn_(warn) {
   if (!config.can.outside.empty()) open_outside(config::can_spec(config.can));
   if (network.module() != nullptr) open_plc(config);
   if (!config.log.empty()) open_log(config);
@@ -35,11 +31,11 @@ void BusConnections::open_outside(const std::string& can_spec) {
   const config::CanSpec& can = spec_.emplace(config::parse_can_spec(can_spec));
   const bool is_adapter = can.kind == Kind::kSlcan;
   if (can.kind == Kind::kSocketCan)
-    outside_ = std::make_unique<io::SocketCan>(reactor_, bus, can.name, warn_);
+    outside_ = io::socketcan_bus(reactor_, bus, can.name, warn_);
   else
-    outside_ = std::make_unique<io::StreamBus>(
-        reactor_, bus, can_spec, is_adapter ? can.name : "", can.remote,
-        is_adapter ? io::slcan_dialect(can.kbit) : io::socketcand_dialect(can.name), warn_);
+    outside_ =
+        io::stream_bus(reactor_, bus, can_spec, is_adapter ? can.name : "", can.remote,
+                       is_adapter ? io::slcan_dialect(can.kbit) : io::socketcand_dialect(can.name), warn_);
 }
 
 void BusConnections::open_plc(const config::NetworkConfig& config) {
@@ -47,7 +43,7 @@ void BusConnections::open_plc(const config::NetworkConfig& config) {
   if (plc.address.empty() && plc.line.device.empty()) return;
   std::unique_ptr<window::Connection> connection;
   if (plc.address.empty())
-    connection = std::make_unique<window::RtuConnection>(line_of(plc.line), io::kPlcTiming);
+    connection = window::rtu_connection(line_of(plc.line), io::kPlcTiming);
   else
     connection = io::plc_over_tcp(base::parse_listen_address(plc.address, kModbusPort));
   io::PlcClient::Exchanges exchanges;
@@ -71,7 +67,7 @@ void BusConnections::open_plc(const config::NetworkConfig& config) {
 void BusConnections::open_log(const config::NetworkConfig& config) {
   const bool on_interface = spec_ && spec_->kind == config::CanSpec::Kind::kSocketCan;
   const std::string interface = on_interface ? spec_->name : "virtual";
-  log_.emplace(config.log, interface, clock_.wall_offset(), warn_, clock_.most_waiting());
+  log_.emplace(config.log, interface, host_.wall_offset(), warn_, most_waiting(host_));
   network_.world().bus().observe(*log_);
 }
 

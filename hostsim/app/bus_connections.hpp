@@ -9,25 +9,31 @@
 #include <string>
 #include <string_view>
 
-#include "app/clock.hpp"
 #include "config/can_spec.hpp"
 #include "config/config.hpp"
 #include "io/can/candump_log.hpp"
 #include "io/can/outside_bus.hpp"
+#include "io/loop/output.hpp"
 #include "io/loop/reactor.hpp"
 #include "io/modbus/plc_client.hpp"
 #include "io/serial/serial_port.hpp"
 #include "plant/network.hpp"
+#include "session/session.hpp"
 
 namespace cbcan::app {
 
 window::Line line_of(const config::LineConfig& config);
 
+/// Limit of output that is not read in time, in bytes: on a manual clock hours may pass at once.
+inline std::size_t most_waiting(const session::Host& host) {
+  return host.clock_runs() ? io::Output::kMostWaiting : 256 * 1024 * 1024;
+}
+
 class BusConnections {
  public:
   /// Opens all; throws io::EnvironmentError. The arguments outlive it.
   BusConnections(const config::NetworkConfig& config, plant::Network& network, io::Reactor& reactor,
-                 const Clock& clock, const io::Warn& warn);
+                 const session::Host& host, const io::Warn& warn);
   BusConnections(const BusConnections&) = delete;
   BusConnections& operator=(const BusConnections&) = delete;
 
@@ -39,7 +45,7 @@ class BusConnections {
 
   /// Call it before the network is advanced.
   void poll_outside() {
-    if (outside_) outside_->poll(clock_.now());
+    if (outside_) outside_->poll(host_.now());
   }
   /// The bus, and the bus outside.
   void advance() {
@@ -63,7 +69,7 @@ class BusConnections {
 
   plant::Network& network_;
   io::Reactor& reactor_;
-  const Clock& clock_;
+  const session::Host& host_;
   const io::Warn& warn_;
   std::optional<io::CandumpLog> log_;
   std::optional<config::CanSpec> spec_;  ///< of the bus outside

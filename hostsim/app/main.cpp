@@ -58,25 +58,13 @@ void check_place(const base::Setting<Target>& row, const Target& target) {
 }
 
 void check_places(const config::Config& config) {
-  for (const auto& row : config::settings())
+  for (const auto& row : config::kPlantSettings)
     check_place(row, config);
   for (const config::NetworkConfig& network : config.networks) {
-    for (const auto& row : config::network_settings())
+    for (const auto& row : config::kNetworkSettings)
       check_place(row, network);
     for (const config::NodeConfig& node : network.nodes)
-      check_place(config::setting_of(config::node_settings(), "node.parameters"), node);
-  }
-}
-
-/// Throws io::UsageError, as a start does, which loads them for its nodes.
-void check_parameters(const config::Config& config) {
-  const auto load = [](const std::string& file) {
-    if (!file.empty()) io::ParameterFile(file, [](const std::string&) {}).load();
-  };
-  for (const config::NetworkConfig& network : config.networks) {
-    load(network.module.parameters);
-    for (const config::NodeConfig& node : network.nodes)
-      load(node.parameters);
+      check_place(config::setting_of(config::kNodeSettings, "node.parameters"), node);
   }
 }
 
@@ -93,7 +81,8 @@ int run(config::Start& start, const base::FileReader& read, Console& console) {
   if (!build.good) return code(ExitCode::kUsage);
   check_places(config);
   if (start.check) {
-    check_parameters(config);
+    for (const auto& [path, text] : build.parameters)  // as a start does for its nodes; throws io::UsageError
+      io::ParameterFile(path, [](const std::string&) {}).load();
     search::check_conditions(explored, config, std::move(build));
     return code(ExitCode::kDone);
   }

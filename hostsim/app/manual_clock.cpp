@@ -31,7 +31,7 @@ void Simulator::poll_clients() {
 /// Takes no further lines while the responses are not read.
 void Simulator::drive_by_commands() {
   std::optional<io::LineInput> input;
-  if (reads_input_ && !is_background_job()) input.emplace(reactor_, STDIN_FILENO, "standard input");
+  if (reads_input_ && !is_background_job()) input.emplace(reactor_);
   while (!stop_requested() && !(input && input->ended() && !session_->input_waits())) {
     const Time look = !console_.heard() ? io::Reactor::now() + io::Output::kRetry
                       : input           ? input->next_deadline()
@@ -61,7 +61,7 @@ void Simulator::let_time_pass() {
     poll_clients();
     bool is_over = false;
     while (!is_over && session_->waits().want_time() && !signals_.poll()) {
-      clock_.set(session_->next_step());
+      manual_now_ = session_->next_step();
       session_->advance();
       is_over = session_->poll_waits();
     }

@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <filesystem>
 #include <functional>
-#include <iterator>
 #include <memory>
 #include <mutex>
+#include <numeric>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -87,7 +87,7 @@ class Runner {
     }
     if (const auto problems = check_steps(scenario, target); !problems.empty())
       return {Verdict::kSkipped, 0, problems.front().message};
-    Outcome outcome = scenario::play_on_bench(scenario, target);
+    Outcome outcome = scenario::play(scenario, target);
     if (unseen != 0 && outcome.verdict == Verdict::kPassed)
       outcome.text = fmt::format("{} expectations of nodes, frames or exact times left out", unseen);
     return outcome;
@@ -108,13 +108,11 @@ class Runner {
 
 /// The longest files first, so that at the end no processor waits for a long one.
 std::vector<std::size_t> by_length(const std::vector<std::string>& files) {
-  std::vector<std::pair<std::uintmax_t, std::size_t>> sizes;
+  std::vector<std::size_t> order(files.size());
+  std::iota(order.begin(), order.end(), 0);
   std::error_code error;
-  for (std::size_t i = 0; i < files.size(); ++i)
-    sizes.emplace_back(fs::file_size(files[i], error), i);
-  std::ranges::stable_sort(sizes, std::greater{}, &std::pair<std::uintmax_t, std::size_t>::first);
-  std::vector<std::size_t> order;
-  std::ranges::transform(sizes, std::back_inserter(order), [](const auto& size) { return size.second; });
+  const auto size_of = [&](std::size_t i) { return fs::file_size(files[i], error); };
+  std::ranges::stable_sort(order, std::greater{}, size_of);
   return order;
 }
 

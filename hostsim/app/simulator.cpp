@@ -7,6 +7,7 @@
 #include <chrono>
 #include <csignal>
 #include <filesystem>
+#include <functional>
 #include <thread>
 #include <utility>
 
@@ -16,26 +17,14 @@
 
 namespace cbcan::app {
 
-namespace {
-
-io::ModbusTcpSettings settings_of(const base::ListenAddress& modbus) {
-  io::ModbusTcpSettings settings;
-  settings.listen = {modbus.host, modbus.port};
-  settings.identity = {"cbcan", "cbcan-sim", kVersion};
-  return settings;
-}
-
-}  // namespace
-
 Simulator::Simulator(const config::Config& config, config::PlantBuild build, const std::string& plant_file,
                      Console& console, bool reads_input, Files files)
     : console_(console),
       warn_([this](const std::string& line) { session_ ? session_->warn(line) : console_.warn(line); }),
       signals_(reactor_),
-      clock_(reactor_, config.clock == config::ClockKind::kReal),
-      reads_input_(reads_input),
-      files_(files) {
-  if (files == Files::kCopied) copies_ = plant::ParameterCopies(build.parameters);
+      clock_runs_(config.clock == config::ClockKind::kReal),
+      reads_input_(reads_input) {
+  if (files == Files::kCopied) copies_.emplace(build.parameters);
   const std::string folder = std::filesystem::current_path().string();
   session_.emplace(config, std::move(build), scenario::absolute_plant(plant_file, folder),
                    static_cast<session::Host&>(*this));
@@ -46,7 +35,7 @@ Simulator::Simulator(const config::Config& config, config::PlantBuild build, con
 }
 
 sim::ParameterStore* Simulator::store(const std::string& file) {
-  if (files_ == Files::kCopied) return copies_.find(file);
+  if (copies_) return copies_->find(file);
   if (file.empty()) return nullptr;
   return parameters_.emplace_back(std::make_unique<io::ParameterFile>(file, warn_)).get();
 }
@@ -69,10 +58,11 @@ void Simulator::fail(base::ExitCode code, const std::string& why) {
 }
 
 void Simulator::open_buses(const config::Config& config) {
+  const session::Host& host = *this;
   for (std::size_t i = 0; i < config.networks.size(); ++i) {
     const config::NetworkConfig& network = config.networks[i];
     connections_.push_back(
-        std::make_unique<BusConnections>(network, *plant().networks()[i], reactor_, clock_, warn_));
+        std::make_unique<BusConnections>(network, *plant().networks()[i], reactor_, host, warn_));
     if (connections_.back()->exist()) connected_.push_back(connections_.back().get());
     session_->services().at("plc", network.number).place = connections_.back()->plc();
   }
@@ -81,9 +71,8 @@ void Simulator::open_buses(const config::Config& config) {
 
 /// Without a module in any network there is nothing to serve.
 void Simulator::open_modbus(const config::Config& config) {
-  if (std::ranges::all_of(plant().networks(),
-                          [](const auto& network) { return network->registers().empty(); }))
-    return;
+  session::Services& services = session_->services();
+  if (services.at("modbus").listen.empty()) return;
   std::vector<protocols::ModbusUnit*> units;
   for (const auto& network : plant().networks())
     units.push_back(network.get());
@@ -92,8 +81,8 @@ void Simulator::open_modbus(const config::Config& config) {
   if (!rtu.listen.empty())
     rtu_tcp_.emplace(reactor_, "rtu over tcp", base::parse_stream_address(rtu.listen),
                      protocols::rtu_over_tcp(units, io::Reactor::now, rtu.station), warn_);
-  modbus_.emplace(reactor_, std::move(units), settings_of(config.modbus), warn_);
-  session::Services& services = session_->services();
+  const modbus::DeviceIdentity identity{"cbcan", "cbcan-sim", kVersion};
+  modbus_.emplace(reactor_, std::move(units), io::ModbusTcpSettings{config.modbus, identity}, warn_);
   services.at("modbus").place = to_string(modbus_->address());
   if (rtu_) services.at("rtu").place = rtu_->device();
   if (rtu_tcp_) services.at("rtu_tcp").place = to_string(rtu_tcp_->address());
@@ -101,28 +90,24 @@ void Simulator::open_modbus(const config::Config& config) {
 
 void Simulator::open_views(const config::Config& config) {
   constexpr std::uint64_t kMegabyte = 1'000'000;
-  if (!config.record.empty()) record(config.record);
+  if (!config.record.empty()) {
+    const auto file = std::make_shared<io::Output>(io::Output::open("record", config.record));
+    session_->record([file](std::string_view lines) {
+      file->add(lines);
+      file->flush();
+    });
+  }
   if (!config.pcap.empty())
     pcap_.emplace(
         session_->control().journal(),
         io::PcapFile::Settings{config.pcap, config.pcap_mb * kMegabyte, plant().networks().size(),
-                               clock_.wall_offset() + session_->started(), clock_.most_waiting()},
+                               wall_offset() + session_->started(), most_waiting(*this)},
         [this](base::Buffer& to, const auto& event) {
           append_packet_comment(to, event, session_->control().journal(), session_->find_name());
         },
         warn_);
   if (modbus_ && (session_->has_views() || pcap_ || http_))
-    modbus_->on_client = [this](std::uint32_t client, std::string_view address, bool joined) {
-      session_->on_client(client, address, joined);
-    };
-}
-
-void Simulator::record(const std::string& path) {
-  auto file = std::make_shared<io::Output>(io::Output::open("record", path));
-  session_->record([file](std::string_view lines) {
-    file->add(lines);
-    file->flush();
-  });
+    modbus_->on_client = std::bind_front(&session::Session::on_client, &*session_);
 }
 
 void Simulator::open_services(const config::Config& config) {
@@ -146,8 +131,7 @@ session::Served Simulator::served() const {
   session::Served served;
   if (modbus_) {
     const io::ModbusTcp::Counters counters = modbus_->counters();
-    served.requests = counters.requests;
-    served.exceptions = counters.exceptions;
+    served.modbus = counters;
     served.connections = counters.connections;
     served.clients = modbus_->clients();
   }
@@ -164,13 +148,13 @@ void Simulator::poll_views() {
 }
 
 void Simulator::run() {
-  observed_ = !clock_.runs() || session_->has_views() || pcap_ || rtu_ || http_ || !commands_.empty() ||
+  observed_ = !clock_runs_ || session_->has_views() || pcap_ || rtu_ || http_ || !commands_.empty() ||
               !bus_servers_.empty() || !connected_.empty();
   reactor_.read_clock();
-  if (clock_.runs()) session_->set_time_of_day(session_->started() + clock_.wall_offset());
+  if (clock_runs_) session_->set_time_of_day(session_->started() + wall_offset());
   plant().start(observed_);
-  if (!clock_.runs()) drive_by_commands();
-  while (clock_.runs() && !stop_requested())
+  if (!clock_runs_) drive_by_commands();
+  while (clock_runs_ && !stop_requested())
     poll(kNever);
   flush();
   for (io::StreamServer& server : commands_)
@@ -201,7 +185,7 @@ bool Simulator::stop_requested() const {
 std::size_t Simulator::poll(Time until) {
   Time next = next_deadline();
   if (observed_ || next <= reactor_.time() || console_.waits()) next = poll_due();
-  if (clock_.runs()) reactor_.hold_at(plant().schedule().first_time());
+  if (clock_runs_) reactor_.hold_at(plant().schedule().first_time());
   return reactor_.poll(stopping_ ? 0 : earlier(until, next));
 }
 
@@ -227,14 +211,14 @@ void Simulator::advance_in_pieces() {
 /// When something is due, apart from observers.
 Time Simulator::next_deadline() const {
   const Time modbus = modbus_ ? modbus_->next_deadline() : kNever;
-  return clock_.runs() ? earlier(modbus, session_->plant().schedule().first_time()) : modbus;
+  return clock_runs_ ? earlier(modbus, session_->plant().schedule().first_time()) : modbus;
 }
 
 /// Does what is due; returns the time of the next action.
 Time Simulator::poll_due() {
   for (BusConnections* network : connected_)
     network->advance();
-  if (clock_.runs()) advance_in_pieces();
+  if (clock_runs_) advance_in_pieces();
   const Time now = reactor_.time();
   if (observed_) session_->poll_waits();
   if (modbus_) modbus_->poll(now);
@@ -269,7 +253,7 @@ Time Simulator::observers_deadline() const {
   if (pcap_) next = pcap_->next_deadline();
   if (http_) next = earlier(next, http_->next_deadline());
   if (rtu_) next = earlier(next, rtu_->next_deadline());
-  if (clock_.runs()) {
+  if (clock_runs_) {
     const Time due = session_->waits().next_deadline();
     if (due != kNever) next = earlier(next, session_->started() + due);
   } else if (session_->waits().want_time()) {
@@ -282,12 +266,12 @@ Time Simulator::observers_deadline() const {
 
 /// On a clock that runs, the plant does afterwards what was due.
 void Simulator::let_pass(Time duration) {
-  if (clock_.runs()) {
+  if (clock_runs_) {
     std::this_thread::sleep_for(std::chrono::microseconds(duration));
     reactor_.read_clock();
   } else {
-    for (const Time end = clock_.now() + duration; clock_.now() < end;) {
-      clock_.set(std::max(clock_.now(), earlier(end, plant().next_deadline())));
+    for (const Time end = now() + duration; now() < end;) {
+      manual_now_ = std::max(now(), earlier(end, plant().next_deadline()));
       session_->advance_and_answer();
     }
   }

@@ -15,7 +15,6 @@
 #include <vector>
 
 #include "app/bus_connections.hpp"
-#include "app/clock.hpp"
 #include "app/console.hpp"
 #include "config/build_node.hpp"
 #include "config/config.hpp"
@@ -66,10 +65,10 @@ class Simulator final : private session::Host {
   void let_pass(Time duration) override;
 
  private:
-  const Time& now() const override { return clock_.now(); }
-  bool clock_runs() const override { return clock_.runs(); }
+  const Time& now() const override { return clock_runs_ ? reactor_.time() : manual_now_; }
+  bool clock_runs() const override { return clock_runs_; }
   Time machine_now() const override { return io::Reactor::now(); }
-  Time wall_offset() const override { return clock_.wall_offset(); }
+  Time wall_offset() const override { return clock_runs_ ? io::Reactor::wall_offset() : 0; }
   void tell(std::string_view lines) override { console_.tell(lines); }
   void say(std::string_view lines) override { console_.say(lines); }
   sim::ParameterStore* store(const std::string& file) override;
@@ -85,7 +84,6 @@ class Simulator final : private session::Host {
   void open_modbus(const config::Config& config);
   void open_views(const config::Config& config);
   void open_services(const config::Config& config);
-  void record(const std::string& path);
   bool stop_requested() const;
   void drive_by_commands();
   void poll_clients();
@@ -104,11 +102,11 @@ class Simulator final : private session::Host {
   io::Warn warn_;
   io::Reactor reactor_;
   io::StopSignals signals_;
-  Clock clock_;
+  bool clock_runs_;
+  Time manual_now_ = 0;
   bool reads_input_;
-  Files files_;
   std::vector<std::unique_ptr<io::ParameterFile>> parameters_;
-  plant::ParameterCopies copies_;
+  std::optional<plant::ParameterCopies> copies_;  ///< of parameter files; none = they are written
   std::optional<session::Session> session_;
   std::vector<std::unique_ptr<BusConnections>> connections_;  ///< of each network
   std::vector<BusConnections*> connected_;                    ///< those that exist()

@@ -34,21 +34,13 @@ class Locked {
 
 }  // namespace
 
-StateFile::StateFile(const std::string& path) : name_("--state " + path), path_(path) {
+/// A last line without its end is one that a crash of the machine has cut; otherwise it gets one.
+StateFile::StateFile(const std::string& path) : name_("--state " + path) {
   if (path.empty()) return;
   file_ = io::Descriptor(::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666));
   if (!file_) fail();
   const Locked lock(file_.get());
-  open();
-}
-
-StateFile::~StateFile() {
-  if (file_) ::fdatasync(file_.get());
-}
-
-/// A last line without its end is one that a crash of the machine has cut; otherwise it gets one.
-void StateFile::open() {
-  const std::string text = base::read_file(path_).value_or("");
+  const std::string text = base::read_file(path).value_or("");
   const std::size_t whole = text.rfind('\n') + 1;  // 0 if there is none
   try {
     state_ = search::parse_state(text, name_);
@@ -58,6 +50,10 @@ void StateFile::open() {
     state_ = search::parse_state(std::string_view(text).substr(0, whole), name_);
     if (::ftruncate(file_.get(), static_cast<off_t>(whole)) != 0) fail();
   }
+}
+
+StateFile::~StateFile() {
+  if (file_) ::fdatasync(file_.get());
 }
 
 void StateFile::begin(const std::string& subject, const std::string& fingerprint) {

@@ -31,13 +31,11 @@ class StateFile {
   void add(const std::string& moments, const search::Result& result);
 
  private:
-  void open();
   off_t size() const;
   void write(const std::string& lines);
   [[noreturn]] void fail() const;
 
   std::string name_;
-  std::string path_;
   io::Descriptor file_;
   search::State state_;
   const search::KeptResults* known_ = nullptr;

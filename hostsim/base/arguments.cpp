@@ -15,6 +15,11 @@ namespace {
 
 constexpr std::string_view kCommand = "--";
 
+/// "no such option; did you mean --seed?"
+std::string no_such_option(std::string_view word, std::span<const std::string_view> options) {
+  return "no such option" + did_you_mean(word, column(options, option_name));
+}
+
 class Parser {
  public:
   Parser(std::span<const char* const> words, std::span<const std::string_view> options)
@@ -94,12 +99,6 @@ std::string_view option_argument(std::string_view option) {
   option.remove_prefix(static_cast<std::size_t>(option_name(option).data() - option.data()));
   const auto parts = split(option, ' ');
   return parts ? parts->second : std::string_view();
-}
-
-std::string no_such_option(std::string_view word, std::span<const std::string_view> options) {
-  std::vector<std::string_view> names;
-  std::ranges::transform(options, std::back_inserter(names), option_name);
-  return "no such option" + did_you_mean(word, names);
 }
 
 ParsedArguments parse_arguments(std::span<const char* const> words,

@@ -17,9 +17,6 @@ std::string_view option_name(std::string_view option);
 /// "" and "N".
 std::string_view option_argument(std::string_view option);
 
-/// "no such option; did you mean --seed?"
-std::string no_such_option(std::string_view word, std::span<const std::string_view> options);
-
 /// An option as it was typed.
 struct Argument {
   std::string_view option;  ///< its name

@@ -9,20 +9,19 @@ namespace cbcan::base {
 
 namespace {
 
+constexpr auto kRows = std::to_array<Row>({
+    {.key = "help.short", .option = kShortHelpOption, .help = "Prints the options that are used most"},
+    {.key = "help.help", .option = kHelpOption, .help = "Prints this text"},
+    {.key = "help.version", .option = kVersionOption, .help = "Prints the version"},
+});
+
 bool is_flag(const Row& row) {
   return row.option.starts_with('-') && option_argument(row.option).empty();
 }
 
 }  // namespace
 
-std::span<const Row> help_rows() {
-  static constexpr std::array kRows = std::to_array<Row>({
-      {.key = "help.short", .option = kShortHelpOption, .help = "Prints the options that are used most"},
-      {.key = "help.help", .option = kHelpOption, .help = "Prints this text"},
-      {.key = "help.version", .option = kVersionOption, .help = "Prints the version"},
-  });
-  return kRows;
-}
+const std::span<const Row> kHelpRows = kRows;
 
 std::string line_of(const Row& row, std::string_view standard) {
   constexpr std::size_t kColumn = 25;

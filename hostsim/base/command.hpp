@@ -9,7 +9,6 @@
 #include <span>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "base/arguments.hpp"
 #include "base/setting.hpp"
@@ -21,7 +20,7 @@ inline constexpr std::string_view kHelpOption = "--help";
 inline constexpr std::string_view kVersionOption = "--version";
 
 /// The options of every program.
-std::span<const Row> help_rows();
+extern const std::span<const Row> kHelpRows;
 
 template <class Target>
 struct Command {

@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "base/setting.hpp"
 
-#include <fmt/core.h>
-
 #include <algorithm>
 #include <cmath>
 
 #include "base/address.hpp"
-#include "base/numbers.hpp"
 #include "base/suggestion.hpp"
 #include "base/words.hpp"
 
@@ -103,8 +100,7 @@ Problem check(const Row& row, const Value& value) {
   if (is_choice && detail::place_of(row, value) == std::ssize(row.choices))
     return "must be " + domain_of(row) + did_you_mean(std::get<std::string>(value), row.choices);
   if (!in_range(row, value)) return "must be " + domain_of(row);
-  if (row.form == Form::kAddress)
-    return problem_of([&] { return parse_stream_address(std::get<std::string>(value)); });
+  if (row.form == Form::kAddress) return check_by<parse_stream_address>(value);
   return row.check != nullptr ? row.check(value) : Problem();
 }
 

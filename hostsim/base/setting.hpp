@@ -108,6 +108,12 @@ Problem problem_of(Parse parse) try {
   return error.what();
 }
 
+/// The check of a row: its text is one that `kParse` reads.
+template <auto kParse>
+Problem check_by(const Value& value) {
+  return problem_of([&] { kParse(std::get<std::string>(value)); });
+}
+
 /// Parses a value as typed for this row: a text needs no quotes.
 Value typed(const Row& row, std::string_view text);
 

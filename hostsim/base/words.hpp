@@ -3,11 +3,14 @@
 
 /// Splitting text, and joining it for display.
 
+#include <algorithm>
 #include <cstddef>
+#include <iterator>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -36,16 +39,23 @@ std::string_view take_part(std::string_view& rest, char mark);
 /// Removes the first line from the front of `rest` and returns it without its end.
 std::string_view take_line(std::string_view& rest);
 
-/// Equality and order without regard to the case of ASCII letters.
+/// Equality without regard to the case of ASCII letters.
 bool same_letters(std::string_view a, std::string_view b);
 inline bool same_text(std::string_view a, std::string_view b) {
   return a.size() == b.size() && same_letters(a, b);
 }
-bool less_text(std::string_view a, std::string_view b);
 
 /// The parts of "node.objects.sub": "node.objects" and "sub".
 std::string_view table_of(std::string_view key);
 std::string_view leaf_of(std::string_view key);
+
+/// One value of each row of a table, such as its name.
+template <class Rows, class Of>
+auto column(const Rows& rows, Of of) {
+  std::vector<std::remove_cvref_t<std::invoke_result_t<Of&, decltype(*std::begin(rows))>>> values;
+  std::ranges::transform(rows, std::back_inserter(values), of);
+  return values;
+}
 
 /// "a, b or c"
 std::string listed(std::span<const std::string_view> words, std::string_view last = " or ");

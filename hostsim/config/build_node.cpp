@@ -120,7 +120,7 @@ class Builder {
       if (descriptions::is_mapping(entry.index) && entry.first_sub == 0)
         check_mapping(dictionary, entry.index);
     build_.node.emplace().image = std::move(image);
-    build_.node->names = file.names();
+    build_.node->description = file.description();
   }
 
   /// Warns of devices that the file describes incompletely.

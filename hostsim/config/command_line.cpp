@@ -8,9 +8,9 @@
 #include <optional>
 #include <span>
 #include <utility>
-#include <vector>
 
 #include "base/arguments.hpp"
+#include "base/numbers.hpp"
 #include "base/words.hpp"
 #include "cbcan/regmap.hpp"
 #include "cbcan/version.hpp"
@@ -43,6 +43,24 @@ std::string about(const base::WrongWord& wrong) {
   if (found.empty() || !wrong.message.starts_with("no such")) return wrong.message;
   if (found.starts_with("node.")) found.insert(5, "ID.");
   return fmt::format("no such option; did you mean --set {}=...?", found);
+}
+
+/// The number in an argument of kNetworkOption; 0 = not the number of a network.
+std::size_t network_number(std::string_view text) {
+  const std::int64_t number = base::parse_integer(text).value_or(0);
+  return number >= 1 && number <= std::int64_t{kMostNetworks} ? static_cast<std::size_t>(number) : 0;
+}
+
+bool is_about_whole_plant(std::string_view option) {
+  const auto is_it = [option](const base::Row& row) { return base::option_name(row.option) == option; };
+  return option == "--modbus" || std::ranges::any_of(kPlantSettings, is_it) ||
+         std::ranges::any_of(kSearchSettings, is_it);
+}
+
+bool is_repeatable(std::string_view option) {
+  constexpr std::array<std::string_view, 5> kRepeatable{"--set", "--node", "--fault", "--wire",
+                                                        kNetworkOption};
+  return std::ranges::find(kRepeatable, option) != kRepeatable.end();
 }
 
 /// Arguments, each with the network that it applies to.
@@ -226,7 +244,7 @@ Start parse_command_line(int argc, const char* const* argv, const base::FileRead
   Diagnostics of_options = apply_options(typed.arguments, start.config, start.search);
   // After mistakes in the plant file, nodes that options refer to may be missing.
   if (problems.empty()) problems = std::move(of_options);
-  for (const auto& row : search_settings())
+  for (const auto& row : kSearchSettings)
     if (typed.command.empty() && typed.count(base::option_name(row.option)) != 0)
       problems.push_back(about_option(base::option_name(row.option),
                                               "is for a COMMAND: write -- and the command after it"));
@@ -236,7 +254,7 @@ Start parse_command_line(int argc, const char* const* argv, const base::FileRead
   if (!problems.empty()) return refuse(std::move(problems));
 
   for (const Argument& argument : typed.arguments)
-    if (std::ranges::none_of(search_settings(), [&](const auto& row) {
+    if (std::ranges::none_of(kSearchSettings, [&](const auto& row) {
           return base::option_name(row.option) == argument.option;
         }))
       start.words.push_back(fmt::format("{} {}", argument.option, argument.text));

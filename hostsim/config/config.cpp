@@ -5,11 +5,7 @@
 
 #include <algorithm>
 #include <array>
-#include <map>
-#include <string_view>
-#include <utility>
 
-#include "base/address.hpp"
 #include "base/files.hpp"
 #include "base/numbers.hpp"
 #include "cbcan/regmap.hpp"
@@ -217,13 +213,18 @@ std::string node_name(const NodeConfig& node) {
   return in_network(node.network) + (node.id != 0 ? fmt::format("node {}", node.id) : "node without an ID");
 }
 
+NodeConfig* find_node(NetworkConfig& network, std::string_view id) {
+  constexpr std::int64_t kNobody = -1;
+  const auto node =
+      std::ranges::find(network.nodes, base::parse_integer(id).value_or(kNobody), &NodeConfig::id);
+  return node == network.nodes.end() ? nullptr : &*node;
+}
+
 std::optional<FaultList> faults_at(NetworkConfig& network, std::string_view place) {
   if (place == "bus") return FaultList{&network.can.faults, sim::FaultPlace::kBus};
   if (place == "plc") return FaultList{&network.plc.faults, sim::FaultPlace::kPlc};
-  const auto number = base::parse_integer(place);
-  const auto node =
-      std::ranges::find_if(network.nodes, [number](const NodeConfig& each) { return number == each.id; });
-  if (node == network.nodes.end()) return std::nullopt;
+  NodeConfig* const node = find_node(network, place);
+  if (node == nullptr) return std::nullopt;
   return FaultList{&node->faults, sim::FaultPlace::kNode};
 }
 

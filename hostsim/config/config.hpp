@@ -199,6 +199,9 @@ struct WireConfig {
   bool operator==(const WireConfig&) const = default;
 };
 
+/// The node with this ID, a number as text; null = there is none.
+NodeConfig* find_node(NetworkConfig& network, std::string_view id);
+
 /// Where a fault can be set.
 struct FaultList {
   std::vector<FaultConfig>* faults;

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "config/eds_file.hpp"
 
-#include <utility>
-
 #include "descriptions/eds_reader.hpp"
 #include "devices/devices.hpp"
 #include "devices/lua/lua_device.hpp"
@@ -19,9 +17,9 @@ descriptions::Result read(const std::string& text, const std::string& name, std:
 
 EdsFile::EdsFile(std::string name, std::string text) : name_(std::move(name)), text_(std::move(text)) {
   descriptions::Result none = read(text_, name_, 0);
-  names_ = std::make_shared<const descriptions::ObjectNames>(descriptions::object_names(none.device));
   alike_ = descriptions::only_values_differ(text_, none.device.objects);
   if (alike_) none_ = {descriptions::dictionary_image(none.device), std::move(none.diagnostics)};
+  description_ = std::make_shared<const descriptions::DeviceDescription>(std::move(none.device));
 }
 
 EdsFile::ForNode EdsFile::for_node(std::uint8_t node_id) const {

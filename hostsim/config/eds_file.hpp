@@ -13,9 +13,9 @@
 
 #include "base/files.hpp"
 #include "config/config.hpp"
+#include "descriptions/device_description.hpp"
 #include "descriptions/diagnostics.hpp"
 #include "descriptions/dictionary_image.hpp"
-#include "descriptions/object_names.hpp"
 
 namespace cbcan::config {
 
@@ -34,8 +34,8 @@ class EdsFile {
   /// Its content for a node with this ID; 0 = without one.
   ForNode for_node(std::uint8_t node_id) const;
 
-  /// Shared by all nodes that use the file.
-  std::shared_ptr<const descriptions::ObjectNames> names() const { return names_; }
+  /// Shared by all nodes that use the file; the values are those without a node ID.
+  std::shared_ptr<const descriptions::DeviceDescription> description() const { return description_; }
   const std::string& text() const { return text_; }
 
  private:
@@ -43,7 +43,7 @@ class EdsFile {
   std::string text_;
   bool alike_;    ///< the results for all node IDs, apart from values with $NODEID
   ForNode none_;  ///< if they are alike
-  std::shared_ptr<const descriptions::ObjectNames> names_;
+  std::shared_ptr<const descriptions::DeviceDescription> description_;
 };
 
 /// The path of the node's EDS or DCF file; without one, that of the script that describes it.

@@ -26,11 +26,7 @@ std::string_view text_in(std::string_view file) {
 }
 
 /// The first part of a key, and its heading.
-struct Section {
-  std::string_view name;
-  std::string_view heading;
-};
-constexpr std::array kSections = std::to_array<Section>({
+constexpr auto kSections = std::to_array<std::pair<std::string_view, std::string_view>>({
     {"plant", "Plant"},
     {"module", "Module, the coprocessor itself"},
     {"modbus", "Modbus TCP"},
@@ -48,17 +44,17 @@ constexpr std::array kSections = std::to_array<Section>({
     {"help", "Help"},
 });
 
-std::string section_text(const Section& section) {
-  std::string text = fmt::format("\n{}:\n", section.heading);
+std::string section_text(std::string_view name, std::string_view heading) {
+  std::string text = fmt::format("\n{}:\n", heading);
   const auto add = [&](const Row& row, const std::string& standard = {}) {
-    if (!row.option.empty() && row.key.substr(0, row.key.find('.')) == section.name)
+    if (!row.option.empty() && row.key.substr(0, row.key.find('.')) == name)
       text += base::line_of(row, standard);
   };
-  std::ranges::for_each(option_rows(), add);
+  std::ranges::for_each(kOptionRows, add);
   for_each_setting([&](const auto& row) { add(row, standard_of(row)); });
-  for (const auto& row : search_settings())
+  for (const auto& row : kSearchSettings)
     add(row);
-  std::ranges::for_each(base::help_rows(), add);
+  std::ranges::for_each(base::kHelpRows, add);
   return text;
 }
 
@@ -80,8 +76,8 @@ std::string key_lines() {
 
 std::string help_text() {
   std::string text(text_in("opening.txt"));
-  for (const Section& section : kSections)
-    text += section_text(section);
+  for (const auto& [name, heading] : kSections)
+    text += section_text(name, heading);
   text += "\nKeys of a plant file, for --set; a node's begin with node.ID:\n" + key_lines();
   text += "\nDevices:\n";
   for (const devices::DeviceKind& kind : devices::device_kinds())

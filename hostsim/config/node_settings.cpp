@@ -42,7 +42,7 @@ Problem check_device(const Value& value) {
   const auto meant = std::ranges::find_if(
       kinds, [&](const auto& kind) { return !name.empty() && kind.summary.starts_with(name); });
   return fmt::format("must be {}, or the path of a Lua script, FILE.lua{}",
-                     base::listed(devices::device_names(), ", "),
+                     base::listed(base::column(kinds, &devices::DeviceKind::name), ", "),
                      meant == kinds.end() ? "" : fmt::format("; did you mean {}?", meant->name));
 }
 
@@ -294,31 +294,18 @@ constexpr std::array kWires{
 
 }  // namespace
 
-std::span<const Setting<NodeConfig>> node_settings() {
-  return kNode;
-}
-std::span<const Setting<InitialValue>> object_settings() {
-  return kObjects;
-}
-std::span<const Setting<SignalConfig>> signal_settings() {
-  return kSignals;
-}
-std::span<const Setting<std::string>> fault_kind_settings() {
-  return kFaultKinds;
-}
-std::span<const Setting<AxisConfig>> axis_settings() {
-  return kAxis;
-}
+const std::span<const Setting<NodeConfig>> kNodeSettings = kNode;
+const std::span<const Setting<InitialValue>> kObjectSettings = kObjects;
+const std::span<const Setting<SignalConfig>> kSignalSettings = kSignals;
+const std::span<const Setting<std::string>> kFaultKindSettings = kFaultKinds;
+const std::span<const Setting<AxisConfig>> kAxisSettings = kAxis;
+const std::span<const Setting<WireConfig>> kWireSettings = kWires;
+const std::span<const std::string_view> kShapeNames = kShapes;
+
 std::optional<std::size_t> axis_number(std::string_view key) {
   const auto number = base::parse_integer(key);
   const bool is_one = number && *number > 1 && *number <= static_cast<std::int64_t>(devices::kMostAxes);
   return is_one ? std::optional(static_cast<std::size_t>(*number)) : std::nullopt;
-}
-std::span<const Setting<WireConfig>> wire_settings() {
-  return kWires;
-}
-std::span<const std::string_view> shape_names() {
-  return kShapes;
 }
 
 SignalConfig signal_of(std::size_t shape) {

@@ -7,12 +7,9 @@
 #include <array>
 #include <iterator>
 #include <map>
-#include <span>
 #include <utility>
-#include <vector>
 
 #include "base/address.hpp"
-#include "base/numbers.hpp"
 #include "base/words.hpp"
 #include "config/plant_file.hpp"
 #include "config/plant_settings.hpp"
@@ -54,6 +51,7 @@ constexpr auto kRows = std::to_array<Row>({
      .help = "Connects an output or object to an input; one argument: --wire \"66:output:1=5:0x2001 scale=100\""},
 });
 // clang-format on
+constexpr auto kSearch = search_rows<SearchConfig>();
 
 class Options {
  public:
@@ -109,9 +107,9 @@ class Options {
     if (argument.option == "--wire") return apply_wire(argument.text);
     if (argument.option == "--modbus") return apply_modbus(argument.text);
     if (argument.option == "--no-module") network_->module.enabled = false;
-    apply_row(network_settings(), *network_, argument);
-    apply_row(settings(), config_, argument);
-    apply_row(search_settings(), search_, argument);
+    apply_row(kNetworkSettings, *network_, argument);
+    apply_row(kPlantSettings, config_, argument);
+    apply_row(kSearchSettings, search_, argument);
   }
 
   static Place at(const Argument& argument) {
@@ -150,7 +148,7 @@ class Options {
   void apply_node(std::string_view text) {
     const auto sides = base::split(text, '=');
     if (!sides) return complain("must be ID=FILE, such as 5=io_module.eds");
-    const NodeConfig* const known = find(sides->first);
+    const NodeConfig* const known = find_node(*network_, sides->first);
     const std::array keys{
         TextKey("id", sides->first),
         TextKey(devices::is_script(sides->second) ? "device" : "eds", sides->second)};
@@ -185,13 +183,6 @@ class Options {
     apply_texts("wire+", keys);
   }
 
-  NodeConfig* find(std::string_view id) {
-    const auto number = base::parse_integer(id);
-    const auto node = std::ranges::find_if(
-        network_->nodes, [number](const NodeConfig& each) { return number == each.id; });
-    return node == network_->nodes.end() ? nullptr : &*node;
-  }
-
   const Arguments& arguments_;
   Config& config_;
   SearchConfig& search_;
@@ -202,14 +193,8 @@ class Options {
 
 }  // namespace
 
-std::span<const Row> option_rows() {
-  return kRows;
-}
-
-std::span<const Setting<SearchConfig>> search_settings() {
-  static constexpr auto kSearch = search_rows<SearchConfig>();
-  return kSearch;
-}
+const std::span<const Row> kOptionRows = kRows;
+const std::span<const Setting<SearchConfig>> kSearchSettings = kSearch;
 
 std::vector<std::string_view> all_options() {
   std::vector<std::string_view> options;
@@ -217,29 +202,10 @@ std::vector<std::string_view> all_options() {
     if (!row.option.empty()) options.push_back(row.option);
   };
   for_each_setting(add);
-  std::ranges::for_each(search_settings(), add);
+  std::ranges::for_each(kSearchSettings, add);
   std::ranges::for_each(kRows, add);
-  std::ranges::for_each(base::help_rows(), add);
+  std::ranges::for_each(base::kHelpRows, add);
   return options;
-}
-
-std::size_t network_number(std::string_view text) {
-  const auto number = base::parse_integer(text);
-  return number && *number >= 1 && *number <= std::int64_t{kMostNetworks}
-             ? static_cast<std::size_t>(*number)
-             : 0;
-}
-
-bool is_about_whole_plant(std::string_view option) {
-  const auto is_it = [option](const Row& row) { return base::option_name(row.option) == option; };
-  return option == "--modbus" || std::ranges::any_of(settings(), is_it) ||
-         std::ranges::any_of(search_settings(), is_it);
-}
-
-bool is_repeatable(std::string_view option) {
-  constexpr std::array<std::string_view, 5> kRepeatable{"--set", "--node", "--fault", "--wire",
-                                                        kNetworkOption};
-  return std::ranges::find(kRepeatable, option) != kRepeatable.end();
 }
 
 Diagnostics apply_options(const Arguments& arguments, Config& config, SearchConfig& search) {

@@ -22,25 +22,18 @@ inline constexpr std::string_view kCheckOption = "--check";
 inline constexpr std::string_view kNetworkOption = "--network";
 
 /// Options that belong to no single setting; their keys begin with their section of --help.
-std::span<const base::Row> option_rows();
+extern const std::span<const base::Row> kOptionRows;
 
 /// Options for many runs of a command.
-std::span<const base::Setting<SearchConfig>> search_settings();
+extern const std::span<const base::Setting<SearchConfig>> kSearchSettings;
 
 /// Every option, each once, as --help shows it.
 std::vector<std::string_view> all_options();
 
-/// The number in an argument of kNetworkOption; 0 = not the number of a network.
-std::size_t network_number(std::string_view text);
-
 struct Argument : base::Argument {
-  std::size_t network = 1;  ///< that it applies to, see network_number(); 1 for one of the whole plant
+  std::size_t network = 1;  ///< that it applies to; 1 for one of the whole plant, 0 = no number of a network
 };
 using Arguments = std::vector<Argument>;
-
-bool is_about_whole_plant(std::string_view option);
-
-bool is_repeatable(std::string_view option);
 
 /// What --help prints: generated from the rows above and those of the settings.
 std::string help_text();

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <iterator>
 #include <optional>
-#include <utility>
 
 #include "base/address.hpp"
 #include "base/numbers.hpp"
@@ -37,12 +36,12 @@ bool is_section(std::string_view name, const auto& rows) {
 }
 
 bool is_global(std::string_view key) {
-  return std::ranges::find(settings(), key, &Row::key) != settings().end();
+  return std::ranges::find(kPlantSettings, key, &Row::key) != kPlantSettings.end();
 }
 
 /// A table that each network has, or the list of nodes.
 bool is_of_network(std::string_view name) {
-  return name == kNodeTable || is_section(name, network_settings());
+  return name == kNodeTable || is_section(name, kNetworkSettings);
 }
 
 /// The keys of one table, if no key is similar: "can has spec, bit_rate". The empty table is the top of a
@@ -126,14 +125,14 @@ class Reader {
       check_place(root, name, key);
       if (name == kNodeTable) {
         read_tables(key, node, "node", &Reader::read_node);
-      } else if (is_of_network(name) || (in_first_network() && is_section(name, settings()))) {
+      } else if (is_of_network(name) || (in_first_network() && is_section(name, kPlantSettings))) {
         read_section(key, node);
       } else if (in_first_network() && name == kNetworkTable) {
         read_tables(key, node, "network after the first", &Reader::read_network);
       } else if (in_first_network() && name == kWireTable) {
-        read_list(&node, kWireTable, wire_settings(), config_.wires,
+        read_list(&node, kWireTable, kWireSettings, config_.wires,
                   "from = \"66:output:1\", to = \"5:0x2001\"");
-      } else if (name == kWireTable || is_section(name, settings())) {
+      } else if (name == kWireTable || is_section(name, kPlantSettings)) {
         complain_global(key, name);
       } else {
         complain_unknown(key, "");
@@ -160,7 +159,7 @@ class Reader {
   void check_place(const toml::table& root, std::string_view name, const toml::key& key) {
     const toml::node* const networks = in_first_network() ? root.get(kNetworkTable) : nullptr;
     const bool is_first = networks == nullptr || line_of(key) < line_of(*networks);
-    if (is_first || !is_of_network(name) || is_section(name, settings())) return;
+    if (is_first || !is_of_network(name) || is_section(name, kPlantSettings)) return;
     complain(key, fmt::format("{0}: is of the first network; put it above [[network]], or write network.{0}",
                               name));
   }
@@ -188,8 +187,8 @@ class Reader {
     const toml::table* const table = node.as_table();
     if (table == nullptr)
       return complain(key, fmt::format("{}: must be a table; write [{}]", key.str(), header(key.str())));
-    read_rows(key.str(), *table, network_settings(), *network_);
-    if (in_first_network()) read_rows(key.str(), *table, settings(), config_);
+    read_rows(key.str(), *table, kNetworkSettings, *network_);
+    if (in_first_network()) read_rows(key.str(), *table, kPlantSettings, config_);
     check_keys(key.str(), *table);
     for (const auto& [section, place] : {std::pair("can", "bus"), std::pair("plc", "plc")})
       if (const auto list = faults_at(*network_, place); key.str() == section)
@@ -205,7 +204,7 @@ class Reader {
     NodeConfig node;
     node.network = network_->number;
     node.place = place(table);
-    read_table("node", table, node_settings(), node);
+    read_table("node", table, kNodeSettings, node);
     if (node.id == 0 && !node.lss && !table.contains("id") && !is_misspelt("node.id", table))
       complain(table, "node.id: is missing; add id = 5, or lss = true");
     read_parts(table, node);
@@ -213,9 +212,9 @@ class Reader {
   }
 
   void read_parts(const toml::table& table, NodeConfig& node) {
-    read_list(table.get("objects"), "node.objects", object_settings(), node.objects,
+    read_list(table.get("objects"), "node.objects", kObjectSettings, node.objects,
               "index = 0x2001, sub = 0, value = 1");
-    read_list(table.get("signals"), "node.signals", signal_settings(), node.signals,
+    read_list(table.get("signals"), "node.signals", kSignalSettings, node.signals,
               "index = 0x6401, sub = 1, shape = \"constant\", value = 1");
     read_faults(table.get("faults"), "node.faults", sim::FaultPlace::kNode, node.faults);
     if (const toml::node* const axis = table.get("axis")) read_axis(*axis, node);
@@ -226,7 +225,7 @@ class Reader {
     if (!axis.is_table())
       return complain(axis, "node.axis: must be a table; write axis = { inertia_kgcm2 = 10 }");
     node.axes.resize(std::max(node.axes.size(), number));
-    read_table(kAxisTable, *axis.as_table(), axis_settings(), node.axes[number - 1]);
+    read_table(kAxisTable, *axis.as_table(), kAxisSettings, node.axes[number - 1]);
     for (const auto& [key, other] : *axis.as_table())
       if (const auto of = axis_number(key.str()))
         number == 1 ? read_axis(other, node, *of) : complain_unknown(key, kAxisTable);
@@ -260,9 +259,8 @@ class Reader {
     const toml::table* const nodes = root[kNodeTable].as_table();
     if (nodes == nullptr) return read(root);
     const auto [key, table] = *nodes->begin();
-    const auto id = base::parse_integer(key.str());
-    const auto node = std::ranges::find_if(network_->nodes, [id](const NodeConfig& n) { return id == n.id; });
-    if (node == network_->nodes.end())
+    NodeConfig* const node = find_node(*network_, key.str());
+    if (node == nullptr)
       return complain(key, fmt::format("there is no node {0}; add --node {0}=FILE.eds", key.str()));
     if (!table.is_table()) return complain(key, "must be node.ID.KEY, such as node.5.heartbeat_ms");
     change_node(*table.as_table(), *node);
@@ -271,7 +269,7 @@ class Reader {
   /// Values and signals of an object replace those of the plant file.
   void change_node(const toml::table& table, NodeConfig& node) {
     const Place place = std::exchange(node.place, *change_);
-    read_rows("node", table, node_settings(), node, false);
+    read_rows("node", table, kNodeSettings, node, false);
     check_keys("node", table);
     read_parts(table, node);
     node.place = place;
@@ -301,7 +299,7 @@ class Reader {
 
   void read_faults(const toml::node* list, std::string_view name, sim::FaultPlace here,
                    std::vector<FaultConfig>& faults) {
-    const auto& row = setting_of(fault_kind_settings(), fmt::format("{}.kind", name));
+    const auto& row = setting_of(kFaultKindSettings, fmt::format("{}.kind", name));
     for_each_item(list, name, fmt::format("kind = {}", row.example), [&](const toml::table& table) {
       std::string kind;
       const toml::node* const given = table.get("kind");

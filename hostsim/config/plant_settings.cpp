@@ -4,7 +4,6 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <array>
 
 #include "base/address.hpp"
 #include "base/error.hpp"
@@ -41,19 +40,16 @@ Problem check_bit_rate(const Value& value) {
 constexpr std::string_view kVirtual = "virtual";
 
 Problem check_can_spec(const Value& value) {
-  const std::string_view spec = std::get<std::string>(value);
-  return spec == kVirtual ? Problem() : base::problem_of([spec] { parse_can_spec(spec); });
+  return value == Value(std::string(kVirtual)) ? "" : base::check_by<parse_can_spec>(value);
 }
 
-Problem check_http_address(const Value& value) {
-  return base::problem_of([&] { return base::parse_listen_address(std::get<std::string>(value), 0); });
+void parse_http_address(std::string_view text) {
+  base::parse_listen_address(text, 0);
 }
 
-Problem check_plc_address(const Value& value) {
-  return base::problem_of([&] {
-    if (base::parse_listen_address(std::get<std::string>(value), 502).port == 0)
-      throw base::UsageError("must be HOST:PORT with the PLC's port; Modbus TCP's own is 502");
-  });
+void parse_plc_address(std::string_view text) {
+  if (base::parse_listen_address(text, 502).port == 0)
+    throw base::UsageError("must be HOST:PORT with the PLC's port; Modbus TCP's own is 502");
 }
 
 /// Rejects the former syntax "/dev/ttyUSB0,9600,E,1".
@@ -155,7 +151,7 @@ constexpr std::array kPlant{
     setting<&Config::http, &HttpConfig::listen>({
         .key = "http.listen", .option = "--http HOST:PORT", .help = "Listening address of the HTTP interface",
         .more = "See [HTTP](http.md).",
-        .domain = "HOST:PORT", .check = check_http_address}),
+        .domain = "HOST:PORT", .check = base::check_by<parse_http_address>}),
     setting<&Config::http, &HttpConfig::write>({
         .key = "http.write",
         .help = "Writes and commands are accepted also on an address that other machines reach"}),
@@ -230,7 +226,7 @@ constexpr std::array kNetwork{
         .key = "plc.address", .option = "--plc HOST:PORT", .help = "PLC that owns the registers; the module is its Modbus client",
         .more = "See [a PLC that owns the registers](../how-to/plc-owns-registers.md). A name is resolved once, at "
                 "the start.", .form = Form::kText, .domain = "HOST:PORT", .instead = kPlcIsClient,
-        .check = check_plc_address}),
+        .check = base::check_by<parse_plc_address>}),
     plc<&PlcConfig::unit>({.key = "plc.unit", .help = "The PLC's unit ID or station address"}),
     plc<&PlcConfig::first>({
         .key = "plc.first",
@@ -295,23 +291,17 @@ constexpr std::array kNetwork{
 
 }  // namespace
 
-std::span<const Setting<Config>> settings() {
-  return kPlant;
-}
-std::span<const Setting<NetworkConfig>> network_settings() {
-  return kNetwork;
-}
+const std::span<const Setting<Config>> kPlantSettings = kPlant;
+const std::span<const Setting<NetworkConfig>> kNetworkSettings = kNetwork;
 
 const std::vector<std::string_view>& plant_keys() {
   static const std::vector<std::string_view> all = [] {
-    std::vector<std::string_view> tables;
     std::vector<std::string_view> keys;
     for_each_setting([&](const Row& row) {
-      const std::string_view table = base::table_of(row.key);
-      if (std::ranges::find(tables, table) == tables.end()) tables.push_back(table);
       keys.push_back(row.key);
+      const std::string_view table = base::table_of(row.key);
+      if (std::ranges::find(keys, table) == keys.end()) keys.push_back(table);
     });
-    keys.insert(keys.end(), tables.begin(), tables.end());
     keys.push_back(kNetworkTable);
     return keys;
   }();

@@ -5,6 +5,7 @@
 /// range, help. Plant file and command line are read by these rows; --help and docs/reference/plant-file.md are
 /// generated from them. A new setting is a member in config.hpp and a row.
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <optional>
@@ -30,7 +31,7 @@ inline constexpr std::array<std::string_view, 2> kNodeTimings{"at-once", "typica
 /// The key that decides which other keys a signal has.
 inline constexpr std::string_view kSignalShape = "node.signals.shape";
 
-/// The list of further networks; each has the tables of network_settings() and nodes, which network 1 has at
+/// The list of further networks; each has the tables of kNetworkSettings and nodes, which network 1 has at
 /// the top of the file.
 inline constexpr std::string_view kNetworkTable = "network";
 /// The list of wires of the whole plant.
@@ -40,19 +41,19 @@ inline constexpr std::string_view kWireTable = "wire";
 inline constexpr std::string_view kExploreTable = "explore";
 
 /// Settings of the whole plant.
-std::span<const Setting<Config>> settings();
+extern const std::span<const Setting<Config>> kPlantSettings;
 /// Settings of each network.
-std::span<const Setting<NetworkConfig>> network_settings();
-std::span<const Setting<NodeConfig>> node_settings();
-std::span<const Setting<InitialValue>> object_settings();
+extern const std::span<const Setting<NetworkConfig>> kNetworkSettings;
+extern const std::span<const Setting<NodeConfig>> kNodeSettings;
+extern const std::span<const Setting<InitialValue>> kObjectSettings;
 /// kSignalShape comes before the keys that only some shapes have.
-std::span<const Setting<SignalConfig>> signal_settings();
-std::span<const Setting<WireConfig>> wire_settings();
-std::span<const Setting<AxisConfig>> axis_settings();
+extern const std::span<const Setting<SignalConfig>> kSignalSettings;
+extern const std::span<const Setting<WireConfig>> kWireSettings;
+extern const std::span<const Setting<AxisConfig>> kAxisSettings;
 /// Number of the axis that a key of node.axis names, such as "2", up to kMostAxes.
 std::optional<std::size_t> axis_number(std::string_view key);
 /// The kinds of faults of nodes and of the bus; sim/faults/fault.hpp has their other keys.
-std::span<const Setting<std::string>> fault_kind_settings();
+extern const std::span<const Setting<std::string>> kFaultKindSettings;
 
 /// Calls `visit` with each row of all these tables.
 template <class Visit>
@@ -61,21 +62,21 @@ void for_each_setting(Visit visit) {
     for (const auto& row : rows)
       visit(row);
   };
-  each(network_settings());
-  each(settings());
-  each(node_settings());
-  each(object_settings());
-  each(signal_settings());
-  each(fault_kind_settings());
-  each(axis_settings());
-  each(wire_settings());
+  each(kNetworkSettings);
+  each(kPlantSettings);
+  each(kNodeSettings);
+  each(kObjectSettings);
+  each(kSignalSettings);
+  each(kFaultKindSettings);
+  each(kAxisSettings);
+  each(kWireSettings);
 }
 
 /// All keys of a plant file: those of the rows above, and their tables.
 const std::vector<std::string_view>& plant_keys();
 
 /// Names in the order of sim::Shape.
-std::span<const std::string_view> shape_names();
+extern const std::span<const std::string_view> kShapeNames;
 
 /// Whether a signal of this shape has the key.
 template <class Target>
@@ -117,10 +118,7 @@ template <class Target>
 /// The row with this key, which must exist.
 template <class Target>
 const Setting<Target>& setting_of(std::span<const Setting<Target>> rows, std::string_view key) {
-  std::size_t row = 0;
-  while (rows[row].key != key)
-    ++row;
-  return rows[row];
+  return *std::ranges::find(rows, key, &Row::key);
 }
 
 }  // namespace cbcan::config

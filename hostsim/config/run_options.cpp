@@ -8,7 +8,6 @@
 #include <iterator>
 #include <utility>
 
-#include "base/address.hpp"
 #include "base/command.hpp"
 #include "base/error.hpp"
 #include "base/numbers.hpp"
@@ -19,10 +18,6 @@
 namespace cbcan::config {
 
 namespace {
-
-base::Problem check_target(const base::Value& value) {
-  return base::problem_of([&] { target_of(std::get<std::string>(value)); });
-}
 
 using base::setting;
 
@@ -35,7 +30,7 @@ constexpr std::array kOwnRows{
     setting<&RunConfig::target>({.key = "run.target", .option = "--target HOST:PORT|rtu:DEV,BAUD,PARITY",
                              .help = "Plays on the registers of this Modbus server, in real time; expectations about nodes and frames are "
                                      "ignored, and scenarios that act on them are skipped",
-                             .domain = "HOST:PORT or rtu:DEV,BAUD,PARITY", .instead = kUseProgram, .check = check_target}),
+                             .domain = "HOST:PORT or rtu:DEV,BAUD,PARITY", .instead = kUseProgram, .check = base::check_by<target_of>}),
     setting<&RunConfig::check>({.key = "run.check", .option = "--check", .help = "Only checks the files and reports mistakes"}),
 };
 constexpr std::array kRunWords{
@@ -56,9 +51,7 @@ constexpr base::Command<RunConfig> kRun{
 
 }  // namespace
 
-std::span<const base::Setting<RunConfig>> run_settings() {
-  return kRunRows;
-}
+const std::span<const base::Setting<RunConfig>> kRunSettings = kRunRows;
 
 TargetPlace target_of(const std::string& text) {
   constexpr std::uint16_t kModbusPort = 502;
@@ -73,7 +66,7 @@ TargetPlace target_of(const std::string& text) {
     throw base::UsageError("write rtu:DEV,BAUD,PARITY, such as rtu:/dev/ttyUSB0,19200,E");
   for (const auto& [key, value] : {std::pair("plc.baud", base::Value(std::int64_t{baud})),
                                    std::pair("plc.parity", base::Value(place.line.parity))})
-    if (const auto problem = base::check(setting_of(network_settings(), key), value);
+    if (const auto problem = base::check(setting_of(kNetworkSettings, key), value);
         !problem.empty())
       throw base::UsageError(fmt::format("{}: {}", base::value_text(value), problem));
   place.line.baud = baud;

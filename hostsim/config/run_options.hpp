@@ -31,7 +31,7 @@ struct TargetPlace {
 /// "HOST:PORT" or "rtu:DEV,BAUD,PARITY"; throws base::UsageError.
 TargetPlace target_of(const std::string& text);
 
-std::span<const base::Setting<RunConfig>> run_settings();
+extern const std::span<const base::Setting<RunConfig>> kRunSettings;
 
 struct RunStart {
   bool run = false;

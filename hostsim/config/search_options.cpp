@@ -27,14 +27,6 @@ Shard shard_of(const std::string& text) {
   return {*part, *parts};
 }
 
-base::Problem check_seeds(const base::Value& value) {
-  return base::problem_of([&] { seeds_of(std::get<std::string>(value)); });
-}
-
-base::Problem check_shard(const base::Value& value) {
-  return base::problem_of([&] { shard_of(std::get<std::string>(value)); });
-}
-
 base::Problem check_budget(const base::Value& value) {
   return base::parse_duration(std::get<std::string>(value))
              ? ""

@@ -46,8 +46,6 @@ struct Shard {
 /// Throws base::UsageError.
 Shard shard_of(const std::string& text);
 
-base::Problem check_seeds(const base::Value& value);
-base::Problem check_shard(const base::Value& value);
 base::Problem check_budget(const base::Value& value);
 
 inline constexpr std::string_view kUseProgram = "use the program for Linux";
@@ -64,11 +62,11 @@ constexpr auto search_rows() {
           .instead = kUseProgram}),
       setting<Target, &SearchConfig::seeds>({.key = "search.seeds", .option = "--seeds A..B",
           .help = "Runs it with each of these numbers as random.seed", .domain = "A..B, or one number",
-          .instead = kOfCommand, .check = check_seeds}),
+          .instead = kOfCommand, .check = base::check_by<seeds_of>}),
       setting<Target, &SearchConfig::jobs>({.key = "search.jobs", .option = "-j, --jobs N",
           .help = "Number of runs at a time (default: as many as there are processors)", .low = 1, .high = 1000}),
       setting<Target, &SearchConfig::shard>({.key = "search.shard", .option = "--shard I/N",
-          .help = "Does part I of N, always the same one", .domain = "I/N", .check = check_shard}),
+          .help = "Does part I of N, always the same one", .domain = "I/N", .check = base::check_by<shard_of>}),
       setting<Target, &SearchConfig::junit>({.key = "search.junit", .option = "--junit FILE",
           .help = "Writes the results as JUnit XML", .form = base::Form::kPath, .domain = "a path"}),
       setting<Target, &SearchConfig::faults>({.key = "search.faults", .option = "--faults KIND,...",

@@ -8,7 +8,6 @@
 #include <span>
 #include <tuple>
 #include <utility>
-#include <vector>
 
 #include "base/numbers.hpp"
 #include "base/words.hpp"
@@ -52,13 +51,8 @@ bool delays(const WireConfig& wire) {
 class Check {
  public:
   Check(const Config& config, Diagnostics& found) : config_(config), found_(found) {
-    for (const NetworkConfig& network : config.networks)
-      for (const NodeConfig& node : network.nodes)
-        add_node(network, node);
     for (const WireConfig& wire : config.wires)
       if (const auto to = object_at(wire.to)) wires_[*to].push_back(&wire);
-    rounds_.resize(config.wires.size());
-    states_.resize(config.wires.size());
     for (const WireConfig& wire : config.wires)
       find_rounds(wire);
   }
@@ -85,12 +79,6 @@ class Check {
     found_.push_back({wire.place, complaint(wire, what)});
   }
 
-  void add_node(const NetworkConfig& network, const NodeConfig& node) {
-    const auto place = static_cast<std::size_t>(&node - network.nodes.data());
-    for (const SignalConfig& signal : node.signals)
-      signals_.emplace(Object(network.number, place, signal.signal.index, signal.signal.sub), &signal);
-  }
-
   /// nullopt: no such node.
   std::optional<Object> object_at(const WireEnd& end) const {
     const auto place = place_of(config_, end);
@@ -101,11 +89,13 @@ class Check {
   void check_nodes(const WireConfig& wire) {
     for (const WireEnd* end : {&wire.from, &wire.to})
       if (!object_at(*end)) complain(wire, fmt::format("{}: there is no such node in the plant", end->text));
-    const auto to = object_at(wire.to);
-    const auto signal = to ? signals_.find(*to) : signals_.end();
-    if (signal != signals_.end())
-      complain(wire, fmt::format("{} already has a signal at {}; remove one of the two", wire.to.text,
-                                 to_string(signal->second->place)));
+    const auto place = place_of(config_, wire.to);
+    if (!place) return;
+    const std::pair object(wire.to.terminal.index, wire.to.terminal.sub);
+    for (const SignalConfig& signal : config_.networks[wire.to.network - 1].nodes[*place].signals)
+      if (object_of(signal) == object)
+        return complain(wire, fmt::format("{} already has a signal at {}; remove one of the two",
+                                          wire.to.text, to_string(signal.place)));
   }
 
   /// Those to the object of an input, also to other bits of it.
@@ -165,11 +155,10 @@ class Check {
 
   const Config& config_;
   Diagnostics& found_;
-  std::map<Object, const SignalConfig*> signals_;
   std::map<Object, std::vector<const WireConfig*>> wires_;  ///< by their target
   enum class State : std::uint8_t { kNew, kOnWay, kDone };
-  std::vector<State> states_;  ///< by wire, in find_rounds()
-  std::vector<bool> rounds_;   ///< by wire: whether it is part of a loop
+  std::vector<State> states_ = std::vector<State>(config_.wires.size());  ///< by wire, in find_rounds()
+  std::vector<bool> rounds_ = std::vector<bool>(config_.wires.size());    ///< by wire: it is part of a loop
 };
 
 }  // namespace

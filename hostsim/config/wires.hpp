@@ -3,11 +3,9 @@
 
 /// Wires of the plant file: parsing of their ends, and checks.
 
-#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include "config/config.hpp"

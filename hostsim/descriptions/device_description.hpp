@@ -48,14 +48,14 @@ struct Object {
   bool pdo_mapping = false;
   /// ParameterValue if there is one, else DefaultValue, else zeros; $NODEID applied, little-endian. A number has
   /// the size of its type; a string or DOMAIN has its own length.
-  std::vector<std::uint8_t> value;
+  std::vector<std::uint8_t> value{};
   bool has_value = false;      ///< the value is in the file
   bool configured = false;     ///< the value is a ParameterValue, or an entry of a section such as [2000Value]
   std::uint32_t node_ids = 0;  ///< how often $NODEID has been added to the value
   std::uint32_t capacity = 0;  ///< in bytes: see eds_reader.hpp
   /// Integers only, both allowed; unsigned ones as their bit pattern.
-  std::optional<std::int64_t> low;
-  std::optional<std::int64_t> high;
+  std::optional<std::int64_t> low{};
+  std::optional<std::int64_t> high{};
   std::size_t line = 0;  ///< of its section or entry
   bool operator==(const Object&) const = default;
 };

@@ -70,6 +70,24 @@ bool is_set(const Object& object, const std::set<std::uint16_t>& touched) {
                                                        touched.contains(object.index)));
 }
 
+/// The ParameterValues of all writable objects, in the order of writing. Throws UsageError.
+std::vector<PlannedObject> configured_objects(const DeviceDescription& device, const std::string& name) {
+  std::set<std::uint16_t> touched;
+  for (const Object& object : device.objects)
+    if (object.configured) touched.insert({object.index, pdo_of(object.index)});
+  std::vector<PlannedObject> objects;
+  for (const Object& object : device.objects) {
+    if (!is_set(object, touched)) continue;
+    if (object.value.empty() || object.value.size() > regmap::kMaxDataBytes)
+      throw UsageError(fmt::format("{}:{}: {:04X}h:{:02X} has {} bytes: must be 1..{}", name, object.line,
+                                   object.index, object.first_sub, object.value.size(),
+                                   regmap::kMaxDataBytes));
+    for (unsigned sub = object.first_sub; sub <= object.last_sub; ++sub)
+      objects.push_back({object.index, static_cast<std::uint8_t>(sub), object.value});
+  }
+  return in_writing_order(objects);
+}
+
 }  // namespace
 
 std::vector<PlannedObject> in_writing_order(const std::vector<PlannedObject>& objects) {
@@ -92,8 +110,8 @@ bool is_writable(const Object& object) {
 }
 
 const ValueType& type_of(const Object& object) {
-  const auto found = std::ranges::find(value_types(), object.type, &ValueType::type);
-  return found == value_types().end() ? value_type("hex") : *found;
+  const auto found = std::ranges::find(kValueTypes, object.type, &ValueType::type);
+  return found == kValueTypes.end() ? value_type("hex") : *found;
 }
 
 DeviceDescription parse_device(std::string_view text, const std::string& name,
@@ -125,23 +143,6 @@ std::vector<PlannedObject> expected_identity(const DeviceDescription& device) {
   return identity;
 }
 
-std::vector<PlannedObject> configured_objects(const DeviceDescription& device, const std::string& name) {
-  std::set<std::uint16_t> touched;
-  for (const Object& object : device.objects)
-    if (object.configured) touched.insert({object.index, pdo_of(object.index)});
-  std::vector<PlannedObject> objects;
-  for (const Object& object : device.objects) {
-    if (!is_set(object, touched)) continue;
-    if (object.value.empty() || object.value.size() > regmap::kMaxDataBytes)
-      throw UsageError(fmt::format("{}:{}: {:04X}h:{:02X} has {} bytes: must be 1..{}", name, object.line,
-                                   object.index, object.first_sub, object.value.size(),
-                                   regmap::kMaxDataBytes));
-    for (unsigned sub = object.first_sub; sub <= object.last_sub; ++sub)
-      objects.push_back({object.index, static_cast<std::uint8_t>(sub), object.value});
-  }
-  return in_writing_order(objects);
-}
-
 std::uint8_t bits_of(const Object& object) {
   if (object.type == DataType::kBoolean) return 1;
   const std::size_t size = size_of(object.type);
@@ -159,8 +160,8 @@ bool take_from(const DeviceDescription& device, PlannedPdo& pdo) {
   const auto mapping = static_cast<std::uint16_t>(parameters + kToMapping);
   pdo.can_id = static_cast<std::uint16_t>(cob::id_of(cob_id));
   pdo.no_rtr = pdo.input() && (cob_id & cob::kNoRemote) != 0;
-  pdo.type = device.find(parameters, kType) == nullptr ? pdo.type
-                                                       : static_cast<std::uint8_t>(number(parameters, kType));
+  if (device.find(parameters, kType) != nullptr)
+    pdo.type = static_cast<std::uint8_t>(number(parameters, kType));
   pdo.event_ms = static_cast<std::uint16_t>(number(parameters, kEventTimer));
   pdo.inhibit_us = static_cast<std::uint32_t>(number(parameters, kInhibitTime) * object::kInhibitUnit);
   for (std::uint64_t sub = 1; sub <= std::min<std::uint64_t>(number(mapping, 0), kMostMapped); ++sub) {

@@ -34,9 +34,6 @@ DeviceDescription parse_device(std::string_view text, const std::string& name,
 /// 1000h and 1018h of the device, as far as they say something.
 std::vector<PlannedObject> expected_identity(const DeviceDescription& device);
 
-/// The ParameterValues of all writable objects, in the order of writing. Throws UsageError.
-std::vector<PlannedObject> configured_objects(const DeviceDescription& device, const std::string& name);
-
 /// The PDOs that are valid at power-on, without own numbers.
 std::vector<PlannedPdo> valid_pdos(const DeviceDescription& device);
 

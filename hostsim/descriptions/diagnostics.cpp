@@ -2,14 +2,13 @@
 #include "descriptions/diagnostics.hpp"
 
 #include <algorithm>
-#include <utility>
 
 #include "base/utf8.hpp"
 
 namespace cbcan::descriptions {
 
 std::string to_string(const Diagnostic& diagnostic) {
-  return diagnostic.file + ':' + std::to_string(diagnostic.line) + ": " + diagnostic.message;
+  return fmt::format("{}:{}: {}", diagnostic.file, diagnostic.line, diagnostic.message);
 }
 
 std::string shortened(std::string_view text) {
@@ -26,14 +25,6 @@ std::string bracketed(std::string_view name) {
   return '[' + shortened(name) + ']';
 }
 
-void Findings::warning(std::size_t line, std::string message) {
-  add(line, Severity::kWarning, std::move(message));
-}
-
-void Findings::error(std::size_t line, std::string message) {
-  add(line, Severity::kError, std::move(message));
-}
-
 void Findings::add(std::size_t line, Severity severity, std::string message) {
   if (diagnostics_.size() == kMost) {
     ++left_out_;
@@ -46,8 +37,7 @@ std::vector<Diagnostic> Findings::take() {
   std::ranges::stable_sort(diagnostics_, {}, &Diagnostic::line);
   if (left_out_ > 0) {
     const std::size_t last_line = diagnostics_.back().line;
-    diagnostics_.push_back(
-        {file_, last_line, Severity::kError, "and " + std::to_string(left_out_) + " more"});
+    diagnostics_.push_back({file_, last_line, Severity::kError, fmt::format("and {} more", left_out_)});
   }
   return std::exchange(diagnostics_, {});
 }

@@ -3,6 +3,8 @@
 
 /// Warnings and errors about a file.
 
+#include <fmt/core.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -44,8 +46,14 @@ class Findings {
 
   explicit Findings(std::string file) : file_(std::move(file)) {}
 
-  void warning(std::size_t line, std::string message);
-  void error(std::size_t line, std::string message);
+  template <class... Args>
+  void warning(std::size_t line, fmt::format_string<Args...> message, Args&&... args) {
+    add(line, Severity::kWarning, fmt::format(message, std::forward<Args>(args)...));
+  }
+  template <class... Args>
+  void error(std::size_t line, fmt::format_string<Args...> message, Args&&... args) {
+    add(line, Severity::kError, fmt::format(message, std::forward<Args>(args)...));
+  }
 
   /// All diagnostics in the order of lines, and at the end the number of those left out.
   std::vector<Diagnostic> take();

@@ -150,7 +150,8 @@ void mark_mapped(std::vector<ObjectEntry>& entries, const ObjectDictionary& dict
 }
 
 DeviceMemory memory_of(const std::vector<ObjectEntry>& entries) {
-  DeviceMemory memory{.rpdos = Pdo::rpdo_count(entries), .tpdos = Pdo::tpdo_count(entries)};
+  DeviceMemory memory{.rpdos = Pdo::count(entries, object::kRpdoParameter),
+                      .tpdos = Pdo::count(entries, object::kTpdoParameter)};
   for (const ObjectEntry& entry : entries) {
     const bool given = entry.has(ObjectFlags::kAsked) && entry.has(ObjectFlags::kVariable);
     memory.largest_value =

@@ -3,16 +3,9 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdint>
-#include <optional>
-#include <string>
-#include <string_view>
 #include <utility>
-#include <vector>
 
-#include "base/numbers.hpp"
 #include "base/words.hpp"
-#include "descriptions/diagnostics.hpp"
 #include "descriptions/object_reader.hpp"
 #include "descriptions/object_sections.hpp"
 #include "descriptions/value_reader.hpp"
@@ -29,8 +22,8 @@ const Section* find_section(const std::vector<Section>& sections, std::string_vi
     if (first == nullptr) {
       first = &section;
     } else {
-      findings.warning(section.line, bracketed(section.name) + " is here again: the one in line " +
-                                         std::to_string(first->line) + " is used");
+      findings.warning(section.line, "{} is here again: the one in line {} is used", bracketed(section.name),
+                       first->line);
     }
   }
   return first;
@@ -41,7 +34,7 @@ void report_key(const std::vector<Section>& sections, std::string_view name, con
                 std::string_view message, ValueReader& values, Findings& findings) {
   const Section* const section = find_section(sections, name, findings);
   if (section != nullptr && values.number(*section, key, 0xFFFF).value_or(0) > 0)
-    findings.warning(section->find(key)->line, std::string(message));
+    findings.warning(section->find(key)->line, "{}", message);
 }
 
 void report_missing(const Section& list, const std::vector<ObjectSections>& objects, ValueReader& values,
@@ -52,8 +45,7 @@ void report_missing(const Section& list, const std::vector<ObjectSections>& obje
     if (!index) continue;
     const auto found = std::ranges::lower_bound(objects, index->bits, {}, &ObjectSections::index);
     if (found != objects.end() && found->index == index->bits && found->has_values()) continue;
-    const std::string name = base::hex(index->bits, 4);
-    findings.error(entry.line, "object " + name + "h is listed, but there is no [" + name + "]: left out");
+    findings.error(entry.line, "object {0:04X}h is listed, but there is no [{0:04X}]: left out", index->bits);
   }
 }
 
@@ -99,18 +91,6 @@ std::string_view readable(std::string_view text, Findings& findings) {
   return text;
 }
 
-std::vector<Object> read_objects(const std::vector<Section>& sections, ValueReader& values,
-                                 StandardType standard_type, Findings& findings) {
-  const std::vector<ObjectSections> objects = collect_objects(sections, findings);
-  if (objects.empty())
-    findings.error(1, "there is no object in it, no section like [1000]: is this an EDS or DCF?");
-  report_left_out(sections, objects, values, findings);
-  ObjectReader reader(values, standard_type, findings, sections.size());
-  for (const ObjectSections& object : objects)
-    reader.read(object);
-  return reader.take();
-}
-
 }  // namespace
 
 const Object* DeviceDescription::find(std::uint16_t index, std::uint8_t sub) const {
@@ -131,7 +111,11 @@ Result read(std::string_view text, std::string file_name, std::optional<std::uin
   const std::optional<std::uint8_t> own = read_node_id(sections, findings);
   device.node_id = node_id ? node_id : own;
   ValueReader values(findings, device.node_id);
-  device.objects = read_objects(sections, values, standard_type, findings);
+  const std::vector<ObjectSections> objects = collect_objects(sections, findings);
+  if (objects.empty())
+    findings.error(1, "there is no object in it, no section like [1000]: is this an EDS or DCF?");
+  report_left_out(sections, objects, values, findings);
+  device.objects = read_objects(objects, sections.size(), values, standard_type, findings);
   result.diagnostics = findings.take();
   return result;
 }

@@ -37,6 +37,12 @@ void append(std::vector<std::size_t>& places, const EntryRow& more) {
   places.insert(places.end(), more.places.begin(), more.places.end());
 }
 
+/// Null: no value with $NODEID begins there.
+const NodeIdValue* relative_at(const DictionaryImage& image, std::size_t place) {
+  const auto found = std::ranges::find(image.node_id_values, place, &NodeIdValue::offset);
+  return found == image.node_id_values.end() ? nullptr : &*found;
+}
+
 /// The entries of each index, with alike neighbours in one.
 std::vector<Rows> fold_subs(const DictionaryImage& image) {
   std::vector<Rows> objects;
@@ -56,18 +62,13 @@ std::vector<Rows> fold_subs(const DictionaryImage& image) {
 }
 
 /// The stack uses the stored sub-index 0 of a mapping and of 1003h.
-bool needs_count(std::uint16_t index) {
-  return is_mapping(index) || index == object::kErrorHistory;
-}
-
 void fold_count(Rows& rows, const DictionaryImage& image) {
   constexpr std::uint16_t kForbidden = ObjectFlags::kWrite | ObjectFlags::kMapTpdo | ObjectFlags::kLimited;
-  if (rows.size() != 2 || needs_count(rows[0].entry.index)) return;
   const ObjectEntry& count = rows[0].entry;
+  if (rows.size() != 2 || is_mapping(count.index) || count.index == object::kErrorHistory) return;
   if (count.last_sub != 0 || count.type != DataType::kUnsigned8 || !count.has(ObjectFlags::kRead) ||
       count.has(kForbidden) || image.values[rows[0].places[0]] != rows[1].entry.last_sub ||
-      std::ranges::find(image.node_id_values, rows[0].places[0], &NodeIdValue::offset) !=
-          image.node_id_values.end())
+      relative_at(image, rows[0].places[0]) != nullptr)
     return;
   rows[1].entry.flags |= ObjectFlags::kCounted;
   rows.erase(rows.begin());
@@ -115,61 +116,51 @@ void mark_asked(DictionaryImage& image) {
   for (ObjectEntry& entry : image.entries) {
     const bool describes = entry.index >= object::kDeviceName && entry.index <= object::kSoftwareVersion;
     const bool identifies = entry.index == object::kIdentity && entry.last_sub != 0 &&
-                            std::ranges::find(image.node_id_values, entry.offset, &NodeIdValue::offset) ==
-                                image.node_id_values.end();
+                            relative_at(image, entry.offset) == nullptr;
     if (describes || identifies || entry.has(ObjectFlags::kUnset)) entry.flags |= ObjectFlags::kAsked;
     entry.flags &= static_cast<std::uint16_t>(~ObjectFlags::kUnset);
   }
 }
 
-class Layout {
- public:
-  explicit Layout(const DictionaryImage& image) : image_(image) {}
+std::span<const std::uint8_t> bytes_at(std::size_t place, const EntryRow& row, const DictionaryImage& image) {
+  return std::span(image.values).subspan(place, row.entry.stride());
+}
 
-  FirmwareDictionary take(Rows rows) {
-    for (const bool zeros : {false, true})
-      for (EntryRow& row : rows)
-        if (is_zero(row) == zeros) place(row, zeros);
-    for (const EntryRow& row : rows)
-      made_.entries.push_back(row.entry);
-    std::stable_partition(relative_.begin(), relative_.end(),
-                          [](const auto& value) { return value.first <= object::kLastCommunication; });
-    for (const auto& [index, value] : relative_) {
-      made_.node_id_values.push_back(value);
-      made_.communication_node_id_values += index <= object::kLastCommunication;
-    }
-    return std::move(made_);
-  }
+bool is_zero(const EntryRow& row, const DictionaryImage& image) {
+  return std::ranges::all_of(row.places, [&](std::size_t place) {
+    return relative_at(image, place) == nullptr &&
+           std::ranges::all_of(bytes_at(place, row, image), [](auto byte) { return byte == 0; });
+  });
+}
 
- private:
-  const NodeIdValue* relative_at(std::size_t place) const {
-    const auto found = std::ranges::find(image_.node_id_values, place, &NodeIdValue::offset);
-    return found == image_.node_id_values.end() ? nullptr : &*found;
-  }
-
-  bool is_zero(const EntryRow& row) const {
-    return std::ranges::all_of(row.places, [&](std::size_t place) {
-      const auto bytes = std::span(image_.values).subspan(place, row.entry.stride());
-      return relative_at(place) == nullptr && std::ranges::all_of(bytes, [](auto byte) { return byte == 0; });
-    });
-  }
-
-  void place(EntryRow& row, bool zeros) {
-    row.entry.offset = static_cast<std::uint32_t>(made_.value_bytes) + row.entry.front();
+/// Values that are 0 are the last ones.
+FirmwareDictionary laid_out(Rows rows, const DictionaryImage& image) {
+  FirmwareDictionary made;
+  std::vector<std::pair<std::uint16_t, NodeIdValue>> relative;  // with the index of each
+  const auto place_row = [&](EntryRow& row, bool zeros) {
+    row.entry.offset = static_cast<std::uint32_t>(made.value_bytes) + row.entry.front();
     for (const std::size_t place : row.places) {
-      if (const NodeIdValue* const value = relative_at(place))
-        relative_.push_back(
-            {row.entry.index, {static_cast<std::uint32_t>(made_.value_bytes), value->factor, value->size}});
-      const auto bytes = std::span(image_.values).subspan(place, row.entry.stride());
-      if (!zeros) made_.power_on.insert(made_.power_on.end(), bytes.begin(), bytes.end());
-      made_.value_bytes += bytes.size();
+      if (const NodeIdValue* const value = relative_at(image, place))
+        relative.push_back(
+            {row.entry.index, {static_cast<std::uint32_t>(made.value_bytes), value->factor, value->size}});
+      const auto bytes = bytes_at(place, row, image);
+      if (!zeros) made.power_on.insert(made.power_on.end(), bytes.begin(), bytes.end());
+      made.value_bytes += bytes.size();
     }
+  };
+  for (const bool zeros : {false, true})
+    for (EntryRow& row : rows)
+      if (is_zero(row, image) == zeros) place_row(row, zeros);
+  for (const EntryRow& row : rows)
+    made.entries.push_back(row.entry);
+  std::stable_partition(relative.begin(), relative.end(),
+                        [](const auto& value) { return value.first <= object::kLastCommunication; });
+  for (const auto& [index, value] : relative) {
+    made.node_id_values.push_back(value);
+    made.communication_node_id_values += index <= object::kLastCommunication;
   }
-
-  const DictionaryImage& image_;
-  FirmwareDictionary made_;
-  std::vector<std::pair<std::uint16_t, NodeIdValue>> relative_;  ///< with the index of each
-};
+  return made;
+}
 
 }  // namespace
 
@@ -177,7 +168,7 @@ FirmwareDictionary firmware_dictionary(DictionaryImage image) {
   image = prepared(std::move(image));
   mark_mapped(image.entries, ObjectDictionary(image.entries, image.values, nullptr));
   mark_asked(image);
-  FirmwareDictionary made = Layout(image).take(fold(image));
+  FirmwareDictionary made = laid_out(fold(image), image);
   made.limits = image.limits;
   made.memory = memory_of(made.entries);
   return made;

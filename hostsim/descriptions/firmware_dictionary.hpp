@@ -4,7 +4,6 @@
 /// Makes the constant tables of firmware (cbcan::EdsDictionary) from a dictionary image: alike sub-indices
 /// and alike indices become one entry, a constant sub-index 0 a flag, and values that are 0 need no flash.
 
-#include <array>
 #include <cstdint>
 #include <vector>
 

@@ -2,11 +2,6 @@
 #include "descriptions/lexer.hpp"
 
 #include <algorithm>
-#include <string>
-#include <utility>
-
-#include "base/words.hpp"
-#include "descriptions/diagnostics.hpp"
 
 namespace cbcan::descriptions {
 
@@ -78,9 +73,9 @@ class Splitter {
     const std::size_t end = text.find(']');
     const std::string_view name = base::trim(text.substr(0, end));
     if (end == std::string_view::npos) {
-      findings_.warning(line, "the section name has no \"]\": taken as " + bracketed(name));
+      findings_.warning(line, "the section name has no \"]\": taken as {}", bracketed(name));
     } else if (const auto rest = base::trim(text.substr(end + 1)); !rest.empty() && rest.front() != ';') {
-      findings_.warning(line, quoted(rest) + " after the section name is ignored");
+      findings_.warning(line, "{} after the section name is ignored", quoted(rest));
     }
     sections_.list.push_back({name, line, {}, 0});
     firsts_.push_back(sections_.entries.size());
@@ -90,9 +85,9 @@ class Splitter {
   void take_entry(std::string_view text, std::size_t line) {
     const std::size_t equals = text.find('=');
     if (equals == std::string_view::npos) {
-      findings_.warning(line, quoted(text) + " is neither [section], key=value nor ;comment: ignored");
+      findings_.warning(line, "{} is neither [section], key=value nor ;comment: ignored", quoted(text));
     } else if (firsts_.empty()) {
-      findings_.warning(line, quoted(text) + " comes before the first [section]: ignored");
+      findings_.warning(line, "{} comes before the first [section]: ignored", quoted(text));
     } else {
       const Key key(base::trim(text.substr(0, equals)));
       sections_.entries.push_back({key.text(), base::trim(text.substr(equals + 1)), line, key.hash()});
@@ -120,8 +115,8 @@ class Splitter {
         continue;
       }
       KeyValue& again = all[order_[i].second];
-      findings_.warning(again.line, "key " + quoted(again.key) + " is here again: the value of line " +
-                                        std::to_string(all[order_[first].second].line) + " is used");
+      findings_.warning(again.line, "key {} is here again: the value of line {} is used", quoted(again.key),
+                        all[order_[first].second].line);
       again.line = 0;
       found = true;
     }

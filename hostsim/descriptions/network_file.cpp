@@ -116,7 +116,7 @@ class Reader {
     check_keys(root, kTables);
     if (const toml::node* table = root.get("network")) {
       if (!table->is_table()) fail(*table, "network: must be a table");
-      read_rows(*table->as_table(), network_rows(), network);
+      read_rows(*table->as_table(), kNetworkRows, network);
     }
     for (const toml::table* table : tables_of(root, "node"))
       add(network, *table);
@@ -189,7 +189,7 @@ class Reader {
       node_ = fmt::format("node {}: ", *id);
       if (*id < 1 || *id > 127) fail(*table.get("id"), "node IDs are 1..127");
     }
-    read_rows(table, node_rows(), node, kNodeLists);
+    read_rows(table, kNodeRows, node, kNodeLists);
     read_device(table, node);
     if (node.id == 0) fail(table, "id is missing");
     node_ = fmt::format("node {}: ", node.id);
@@ -302,7 +302,7 @@ class Reader {
         static_cast<std::uint16_t>(number_of(table, table.contains("tpdo") ? "tpdo" : "rpdo", 512, 1));
     (table.contains("tpdo") ? pdo.tpdo : pdo.rpdo) = number;
     if (node.device) take_from(*node.device, pdo);
-    read_rows(table, pdo_rows(), pdo, kPdoLists);
+    read_rows(table, kPdoRows, pdo, kPdoLists);
     for (const toml::table* each : tables_of(table, "map")) {
       if (each == tables_of(table, "map").front()) pdo.objects.clear();
       check_keys(*each, kMapKeys);
@@ -336,15 +336,9 @@ class Reader {
 
 }  // namespace
 
-std::span<const Setting<PlannedNetwork>> network_rows() {
-  return kNetwork;
-}
-std::span<const Setting<PlannedNode>> node_rows() {
-  return kNode;
-}
-std::span<const Setting<PlannedPdo>> pdo_rows() {
-  return kPdo;
-}
+const std::span<const Setting<PlannedNetwork>> kNetworkRows = kNetwork;
+const std::span<const Setting<PlannedNode>> kNodeRows = kNode;
+const std::span<const Setting<PlannedPdo>> kPdoRows = kPdo;
 
 PlannedNetwork read_network(const std::string& path, const base::FileReader& read,
                             std::vector<std::string>& remarks) {

@@ -7,10 +7,8 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <optional>
 #include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "base/files.hpp"
@@ -109,9 +107,9 @@ struct PlannedNetwork {
 inline constexpr std::size_t kMostPdos = 16;
 
 /// The keys of its tables, in the order of the reference.
-std::span<const base::Setting<PlannedNetwork>> network_rows();
-std::span<const base::Setting<PlannedNode>> node_rows();
-std::span<const base::Setting<PlannedPdo>> pdo_rows();
+extern const std::span<const base::Setting<PlannedNetwork>> kNetworkRows;
+extern const std::span<const base::Setting<PlannedNode>> kNodeRows;
+extern const std::span<const base::Setting<PlannedPdo>> kPdoRows;
 
 /// A description in TOML, or the DCFs of its nodes in a folder. Throws UsageError: "network.toml:12: node
 /// 300: node IDs are 1..127". `remarks`: mistakes in EDS files and what is used instead.

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <optional>
-#include <string>
 
 #include "base/numbers.hpp"
 #include "base/words.hpp"
@@ -16,15 +15,10 @@ namespace {
 
 enum class Part : std::uint8_t { kMain, kSub, kNames, kValues, kUnused };
 
-struct Suffix {
-  std::string_view text;
-  Part part;
-};
-
-constexpr std::array<Suffix, 4> kSuffixes = {{{"Name", Part::kNames},
-                                              {"Value", Part::kValues},
-                                              {"Denotation", Part::kUnused},
-                                              {"ObjectLinks", Part::kUnused}}};
+constexpr auto kSuffixes = std::to_array<std::pair<std::string_view, Part>>({{"Name", Part::kNames},
+                                                                             {"Value", Part::kValues},
+                                                                             {"Denotation", Part::kUnused},
+                                                                             {"ObjectLinks", Part::kUnused}});
 
 struct Place {
   std::uint64_t index = 0;
@@ -58,12 +52,12 @@ std::optional<Place> parse_section_name(std::string_view name) {
     return index && sub ? std::optional(Place{*index, Part::kSub, *sub}) : std::nullopt;
   }
   if (const auto index = parse_index(name)) return Place{*index, Part::kMain, 0};
-  for (const Suffix& suffix : kSuffixes) {
-    if (name.size() <= suffix.text.size()) continue;
-    const std::size_t at = name.size() - suffix.text.size();
-    if (!base::same_text(name.substr(at), suffix.text)) continue;
+  for (const auto& [suffix, part] : kSuffixes) {
+    if (name.size() <= suffix.size()) continue;
+    const std::size_t at = name.size() - suffix.size();
+    if (!base::same_text(name.substr(at), suffix)) continue;
     const std::optional<std::uint64_t> index = parse_index(name.substr(0, at));
-    return index ? std::optional(Place{*index, suffix.part, 0}) : std::nullopt;
+    return index ? std::optional(Place{*index, part, 0}) : std::nullopt;
   }
   return std::nullopt;
 }
@@ -80,12 +74,12 @@ std::vector<Located> locate(const std::vector<Section>& sections, Findings& find
     const std::optional<Place> place = parse_section_name(section.name);
     if (!place) {
       if (looks_like_object(section.name))
-        findings.error(section.line, bracketed(section.name) +
-                                         " is no name of a section, [1018] or [1018sub1] would be: left out");
+        findings.error(section.line, "{} is no name of a section, [1018] or [1018sub1] would be: left out",
+                       bracketed(section.name));
     } else if (place->index == 0 || place->index > 0xFFFF) {
-      findings.error(section.line, bracketed(section.name) + ": an index is 1..FFFFh: left out");
+      findings.error(section.line, "{}: an index is 1..FFFFh: left out", bracketed(section.name));
     } else if (place->sub > 0xFF) {
-      findings.error(section.line, bracketed(section.name) + ": a sub-index is 0..FFh: left out");
+      findings.error(section.line, "{}: a sub-index is 0..FFh: left out", bracketed(section.name));
     } else {
       all.push_back({*place, &section});
     }
@@ -122,9 +116,8 @@ std::vector<ObjectSections> collect_objects(const std::vector<Section>& sections
   const std::vector<Located> all = locate(sections, findings);
   for (const Located& located : all) {
     if (previous != nullptr && previous->place == located.place) {
-      findings.warning(located.section->line, bracketed(located.section->name) +
-                                                  " is here again: the one in line " +
-                                                  std::to_string(previous->section->line) + " is used");
+      findings.warning(located.section->line, "{} is here again: the one in line {} is used",
+                       bracketed(located.section->name), previous->section->line);
       continue;
     }
     previous = &located;

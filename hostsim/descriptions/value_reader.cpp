@@ -33,8 +33,7 @@ std::optional<std::uint64_t> ValueReader::number(const KeyValue& entry, std::uin
   if (!number) return std::nullopt;
   if (!number->negative && number->magnitude >= lowest && number->magnitude <= highest)
     return number->magnitude;
-  findings_.warning(entry.line, key_is(entry) + " is not within " + std::to_string(lowest) + ".." +
-                                    std::to_string(highest) + ": ignored");
+  findings_.warning(entry.line, "{} is not within {}..{}: ignored", key_is(entry), lowest, highest);
   return std::nullopt;
 }
 
@@ -54,7 +53,7 @@ std::optional<Pattern> ValueReader::pattern(const KeyValue& entry, DataType type
     return std::nullopt;
   }
   if (bits) return Pattern{*bits, node_ids};
-  findings_.warning(entry.line, key_is(entry) + " is no " + std::string(name_of(type)) + ": ignored");
+  findings_.warning(entry.line, "{} is no {}: ignored", key_is(entry), name_of(type));
   return std::nullopt;
 }
 
@@ -67,7 +66,7 @@ std::optional<Value> ValueReader::value(const KeyValue& entry, DataType type) {
   if (type == DataType::kUnicodeString) return Value{to_utf16(entry.value)};
   std::optional<std::vector<std::uint8_t>> octets = parse_octets(entry.value);
   if (octets) return Value{std::move(*octets)};
-  findings_.warning(entry.line, key_is(entry) + " is not pairs of hexadecimal digits: ignored");
+  findings_.warning(entry.line, "{} is not pairs of hexadecimal digits: ignored", key_is(entry));
   return std::nullopt;
 }
 
@@ -80,12 +79,12 @@ std::optional<Number> ValueReader::unusual_integer(const KeyValue& entry) {
   std::optional<Number> number = parse_number(entry.value, node_id_.value_or(0));
   if (!number) number = parse_number(without_comment(entry), node_id_.value_or(0));
   if (!number) {
-    findings_.warning(entry.line, key_is(entry) + " is no number of up to 64 bits: ignored");
+    findings_.warning(entry.line, "{} is no number of up to 64 bits: ignored", key_is(entry));
     return std::nullopt;
   }
   if (number->no_octal)
-    findings_.warning(entry.line,
-                      key_is(entry) + " starts like an octal number, but is none: read as decimal");
+    findings_.warning(entry.line, "{} starts like an octal number, but is none: read as decimal",
+                      key_is(entry));
   if (number->node_ids != 0 && !node_id_ && !missing_node_id_reported_) {
     findings_.warning(entry.line,
                       "$NODEID is used, but there is no node ID: 0 is used, here and further down");
@@ -97,7 +96,7 @@ std::optional<Number> ValueReader::unusual_integer(const KeyValue& entry) {
 std::string_view ValueReader::without_comment(const KeyValue& entry) {
   const std::size_t comment = entry.value.find(';');
   if (comment == std::string_view::npos) return entry.value;
-  findings_.warning(entry.line, key_is(entry) + " has a \";\" in it: what follows is ignored");
+  findings_.warning(entry.line, "{} has a \";\" in it: what follows is ignored", key_is(entry));
   return base::trim(entry.value.substr(0, comment));
 }
 

@@ -6,9 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <limits>
 
-#include "base/numbers.hpp"
 #include "base/utf8.hpp"
 #include "base/value.hpp"
 #include "base/words.hpp"
@@ -20,20 +18,16 @@ namespace {
 
 constexpr std::string_view kNodeId = "$NODEID";
 
-struct TypeName {
-  DataType type;
-  std::string_view name;
-};
 /// The types other than UNSIGNEDnn and INTEGERnn.
-constexpr std::array kTypeNames{TypeName{DataType::kBoolean, "BOOLEAN"},
-                                TypeName{DataType::kReal32, "REAL32"},
-                                TypeName{DataType::kReal64, "REAL64"},
-                                TypeName{DataType::kVisibleString, "VISIBLE_STRING"},
-                                TypeName{DataType::kOctetString, "OCTET_STRING"},
-                                TypeName{DataType::kUnicodeString, "UNICODE_STRING"},
-                                TypeName{DataType::kTimeOfDay, "TIME_OF_DAY"},
-                                TypeName{DataType::kTimeDifference, "TIME_DIFFERENCE"},
-                                TypeName{DataType::kDomain, "DOMAIN"}};
+constexpr std::array kTypeNames{ValueType{"BOOLEAN", DataType::kBoolean},
+                                ValueType{"REAL32", DataType::kReal32},
+                                ValueType{"REAL64", DataType::kReal64},
+                                ValueType{"VISIBLE_STRING", DataType::kVisibleString},
+                                ValueType{"OCTET_STRING", DataType::kOctetString},
+                                ValueType{"UNICODE_STRING", DataType::kUnicodeString},
+                                ValueType{"TIME_OF_DAY", DataType::kTimeOfDay},
+                                ValueType{"TIME_DIFFERENCE", DataType::kTimeDifference},
+                                ValueType{"DOMAIN", DataType::kDomain}};
 
 /// Some tools write integers as in C: 0x12345678UL.
 std::string_view without_c_suffix(std::string_view text) {
@@ -250,27 +244,23 @@ bool is_real(DataType type) {
 bool is_known(std::uint64_t type_index) {
   const auto type = static_cast<DataType>(type_index);
   return type_index <= 0xFF &&
-         (size_of(type) != 0 || std::ranges::count(kTypeNames, type, &TypeName::type) != 0);
+         (size_of(type) != 0 || std::ranges::count(kTypeNames, type, &ValueType::type) != 0);
 }
 
 std::string name_of(DataType type) {
-  const auto named = std::ranges::find(kTypeNames, type, &TypeName::type);
+  const auto named = std::ranges::find(kTypeNames, type, &ValueType::type);
   if (named != kTypeNames.end()) return std::string(named->name);
   if (size_of(type) == 0) return "unknown type";
   return fmt::format("{}{}", is_signed(type) ? "INTEGER" : "UNSIGNED", 8 * size_of(type));
 }
 
-std::span<const ValueType> value_types() {
-  return kTypes;
-}
+const std::span<const ValueType> kValueTypes = kTypes;
 
 const ValueType& value_type(std::string_view name) {
   for (const ValueType& type : kTypes)
     if (type.name == name) return type;
-  std::vector<std::string_view> names;
-  for (const ValueType& type : kTypes)
-    names.push_back(type.name);
-  throw UsageError(fmt::format("--type {}: no such type; there are {}", name, base::listed(names, ", ")));
+  throw UsageError(fmt::format("--type {}: no such type; there are {}", name,
+                               base::listed(base::column(kTypes, &ValueType::name), ", ")));
 }
 
 unsigned parse_number(std::string_view text, unsigned most, const std::string& what) {

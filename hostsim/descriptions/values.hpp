@@ -108,7 +108,7 @@ struct ValueType {
 };
 
 /// "u8".."u64" and "i8".."i64" in steps of 8 bits, "f32", "f64", "bool", "string", "hex".
-std::span<const ValueType> value_types();
+extern const std::span<const ValueType> kValueTypes;
 
 /// Throws UsageError for an unknown name.
 const ValueType& value_type(std::string_view name);

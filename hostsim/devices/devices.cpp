@@ -3,9 +3,8 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
-#include <memory>
 
+#include "base/numbers.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "devices/drive/axes.hpp"
 #include "devices/io_module.hpp"
@@ -68,12 +67,6 @@ constexpr auto kKinds = std::to_array<DeviceKind>({
      "shelf:/inclinometer.lua"},
 });
 
-constexpr auto kNames = [] {
-  std::array<std::string_view, kKinds.size()> names;
-  std::ranges::transform(kKinds, names.begin(), &DeviceKind::name);
-  return names;
-}();
-
 /// The first kind for which `is` holds; null if there is none.
 template <class Is>
 const DeviceKind* first_kind(Is is) {
@@ -118,19 +111,13 @@ std::string mode_numbers(std::uint64_t bits) {
 }
 
 std::string name_of(const NeededObject& object) {
-  std::array<char, 8> text{};
-  std::snprintf(text.data(), text.size(), "%04Xh", unsigned{object.index});
-  return text.data();
+  return base::hex(object.index, 4) + "h";
 }
 
 }  // namespace
 
 std::span<const DeviceKind> device_kinds() {
   return kKinds;
-}
-
-std::span<const std::string_view> device_names() {
-  return kNames;
 }
 
 const DeviceKind* find_device(std::string_view name) {

@@ -39,9 +39,6 @@ struct DeviceKind {
 /// All devices; the first is "none".
 std::span<const DeviceKind> device_kinds();
 
-/// Their names, in order.
-std::span<const std::string_view> device_names();
-
 /// The name of a device that is a Lua script, see lua/lua_device.hpp.
 inline constexpr std::string_view kScript = "lua";
 /// Whether it is the name of a script file.

@@ -5,40 +5,55 @@
 #include <cstdint>
 #include <span>
 #include <string_view>
+#include <vector>
 
+#include "base/words.hpp"
 #include "sim/behaviour.hpp"
 
 namespace cbcan::devices {
 
-struct ErrorKind {
-  std::uint16_t code;          ///< emergency error code
-  std::uint8_t register_bits;  ///< in 1001h
+/// What can happen to a device.
+struct IncidentKind {
+  std::string_view name;
+  std::uint16_t code = 0;          ///< emergency error code; 0 = the incident is no error
+  std::uint8_t register_bits = 0;  ///< in 1001h
 };
 
-/// A device with incidents, at most 32. An unknown name is ignored.
+/// A device with incidents, at most 32.
 class DeviceWithIncidents : public sim::Behaviour {
  public:
-  std::span<const std::string_view> incidents() const final { return names_; }
-  void set_incident(std::string_view name, bool present, Time now) final;
+  std::vector<std::string_view> incidents() const final { return base::column(kinds_, &IncidentKind::name); }
+  void set_incident(std::size_t place, bool present, Time /*now*/) final {
+    const std::uint32_t bit = 1U << place;
+    present_ = present ? present_ | bit : present_ & ~bit;
+  }
 
  protected:
-  /// names[i] causes kinds[i]; both must outlive this object.
-  DeviceWithIncidents(sim::DeviceNode& node, std::span<const std::string_view> names,
-                      std::span<const ErrorKind> kinds)
-      : node_(node), names_(names), kinds_(kinds) {}
+  /// `kinds` must outlive this object.
+  DeviceWithIncidents(sim::DeviceNode& node, std::span<const IncidentKind> kinds)
+      : node_(node), kinds_(kinds) {}
 
   bool present(std::size_t incident) const { return (present_ >> incident & 1) != 0; }
   /// Reports incidents that have begun or ended to the node, if their only effect is an error with a code. The
   /// EMCY is sent again after a reset, which sets told_ to 0.
-  void tell_incidents(Time now);
+  void tell_incidents(Time now) {
+    std::uint32_t changed = present_ ^ told_;
+    told_ = present_;
+    for (std::size_t i = 0; changed != 0; ++i, changed >>= 1) {
+      if ((changed & 1) == 0) continue;
+      if (present(i))
+        node_.error(kinds_[i].code, kinds_[i].register_bits, {}, now);
+      else
+        node_.error_over(kinds_[i].code, now);
+    }
+  }
 
   sim::DeviceNode& node_;
   std::uint32_t present_ = 0;  ///< one bit each
   std::uint32_t told_ = 0;     ///< one bit for each reported error
 
  private:
-  std::span<const std::string_view> names_;
-  std::span<const ErrorKind> kinds_;
+  std::span<const IncidentKind> kinds_;
 };
 
 }  // namespace cbcan::devices

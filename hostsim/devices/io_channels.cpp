@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "devices/io_channels.hpp"
 
-#include "sim/number.hpp"
-
 namespace cbcan::devices {
 
 namespace {
@@ -91,10 +89,6 @@ AnalogueInput::AnalogueInput(ObjectDictionary& dictionary, std::uint8_t sub)
       positive_delta_(dictionary, 0x6428, sub),
       terminal_(value_.get()),
       told_(terminal_) {}
-
-void AnalogueInput::set_terminal(double value) {
-  terminal_ = sim::rounded<std::int16_t>(value);
-}
 
 bool AnalogueInput::refresh() {
   if (value_.get() == terminal_) return false;

@@ -9,6 +9,7 @@
 
 #include "cbcan/time.hpp"
 #include "sim/bound.hpp"
+#include "sim/number.hpp"
 
 namespace cbcan::devices {
 
@@ -34,6 +35,9 @@ class DigitalInput {
   /// Updates 6000h. True = a change selected by 6006h, 6007h or 6008h.
   bool refresh();
 
+  bool interrupt = false;  ///< not yet reported to the node
+  std::int32_t shown = 0;  ///< levels last reported to the node
+
  private:
   sim::Bound<std::uint8_t> value_, polarity_, filter_, any_change_, low_to_high_, high_to_low_;
   std::uint8_t terminals_;
@@ -50,6 +54,8 @@ class DigitalOutput {
   void refresh(bool failed);
   std::uint8_t terminals() const { return terminals_; }
 
+  std::int32_t shown = 0;  ///< as of DigitalInput
+
  private:
   sim::Bound<std::uint8_t> value_, polarity_, error_mode_, error_value_, filter_mask_;
   std::uint8_t terminals_ = 0;
@@ -61,11 +67,13 @@ class AnalogueInput {
   AnalogueInput(ObjectDictionary& dictionary, std::uint8_t sub);
 
   bool exists() const { return value_.exists(); }
-  void set_terminal(double value);
+  void set_terminal(double value) { terminal_ = sim::rounded<std::int16_t>(value); }
   /// Updates 6401h. True = a change selected by 6421h with its limits and deltas.
   bool refresh();
   /// Deltas count from the present value from now on.
   void told() { told_ = terminal_; }
+
+  bool interrupt = false;  ///< not yet reported to the node
 
  private:
   bool beyond_a_limit() const;
@@ -86,6 +94,8 @@ class AnalogueOutput {
 
   void refresh(bool failed);
   std::int16_t terminals() const { return terminal_; }
+
+  std::int32_t shown = 0;  ///< as of DigitalInput
 
  private:
   sim::Bound<std::int16_t> value_;

@@ -21,11 +21,9 @@ constexpr std::size_t kChannelsPerSource = 32;  ///< of a sub-index of 6422h
 constexpr auto kOutputs = std::to_array<std::uint16_t>(
     {kWriteOutput, 0x6220, 0x6300, 0x6320, 0x6410, kWriteAnalogueOutput, 0x6412, 0x6413, 0x6414});
 
-constexpr std::array<std::string_view, 2> kIncidents{"output-short-circuit", "input-voltage-low"};
-constexpr std::array<ErrorKind, 2> kIncidentErrors{{
-    {0x2320, ErrorRegister::kGeneric | ErrorRegister::kCurrent},
-    {0x3120, ErrorRegister::kGeneric | ErrorRegister::kVoltage},
-}};
+constexpr auto kModuleIncidents = std::to_array<IncidentKind>(
+    {{"output-short-circuit", 0x2320, ErrorRegister::kGeneric | ErrorRegister::kCurrent},
+     {"input-voltage-low", 0x3120, ErrorRegister::kGeneric | ErrorRegister::kVoltage}});
 
 /// Eight terminals with their numbers.
 sim::Point digital(sim::Point::Kind kind, std::uint16_t index, std::size_t place) {
@@ -49,23 +47,19 @@ sim::Point analogue(sim::Point::Kind kind, std::uint16_t index, std::size_t plac
           .high = Limits::max()};
 }
 
-template <class Channel>
-std::size_t place_in(const std::vector<Channel>& all, const Channel& channel) {
-  return static_cast<std::size_t>(&channel - all.data());
-}
-
 }  // namespace
 
 IoModule::IoModule(sim::DeviceNode& node)
-    : DeviceWithIncidents(node, kIncidents, kIncidentErrors),
+    : DeviceWithIncidents(node, kModuleIncidents),
       digital_interrupts_(node.dictionary(), 0x6005, 0, 1),
       analogue_interrupts_(node.dictionary(), 0x6423, 0, 0),
-      digital_inputs_(channels<Input<Shown<DigitalInput>>>(node.dictionary(), {kReadInput})),
-      digital_outputs_(channels<Shown<DigitalOutput>>(node.dictionary(), {kWriteOutput})),
-      analogue_inputs_(channels<Input<AnalogueInput>>(node.dictionary(), {kReadAnalogueInput})),
-      analogue_outputs_(channels<Shown<AnalogueOutput>>(node.dictionary(), {kWriteAnalogueOutput})),
+      digital_inputs_(channels<DigitalInput>(node.dictionary(), {kReadInput})),
+      digital_outputs_(channels<DigitalOutput>(node.dictionary(), {kWriteOutput})),
+      analogue_inputs_(channels<AnalogueInput>(node.dictionary(), {kReadAnalogueInput})),
+      analogue_outputs_(channels<AnalogueOutput>(node.dictionary(), {kWriteAnalogueOutput})),
       interrupt_sources_(channels<InterruptSource>(node.dictionary(), {0x6422})) {
-  if (!analogue_interrupts_.exists()) analogue_interrupts_.set(1);  // without 6423h no client could enable them
+  if (!analogue_interrupts_.exists())
+    analogue_interrupts_.set(1);  // without 6423h no client could enable them
 }
 
 std::vector<sim::Point> IoModule::points() const {
@@ -115,22 +109,21 @@ Time IoModule::update(Time now) {
   for (auto& input : digital_inputs_) {
     next = earlier(next, input.filter(now));
     if (input.refresh() && digital_interrupts_.get() != 0) input.interrupt = interrupted_ = true;
-    tell_terminals(digital_inputs_, input, kReadInput, now);
   }
-  for (auto& input : analogue_inputs_) {
+  for (std::size_t place = 0; place != analogue_inputs_.size(); ++place) {
+    AnalogueInput& input = analogue_inputs_[place];
     if (!input.refresh() || analogue_interrupts_.get() == 0) continue;
     input.told();
     input.interrupt = interrupted_ = true;
-    note_source(place_in(analogue_inputs_, input), now);
+    note_source(place, now);
   }
-  for (auto& output : digital_outputs_) {
+  for (auto& output : digital_outputs_)
     output.refresh(failed_);
-    tell_terminals(digital_outputs_, output, kWriteOutput, now);
-  }
-  for (auto& output : analogue_outputs_) {
+  for (auto& output : analogue_outputs_)
     output.refresh(failed_);
-    tell_terminals(analogue_outputs_, output, kWriteAnalogueOutput, now);
-  }
+  tell_terminals(digital_inputs_, kReadInput, now);
+  tell_terminals(digital_outputs_, kWriteOutput, now);
+  tell_terminals(analogue_outputs_, kWriteAnalogueOutput, now);
   if (present_ != told_) tell_incidents(now);
   if (interrupted_) tell(now);
   return next;
@@ -158,20 +151,19 @@ void IoModule::tell(Time now) {
 
 /// Leaves out analogue inputs, which change continuously.
 template <class Channel>
-void IoModule::tell_terminals(const std::vector<Channel>& all, Channel& channel, std::uint16_t index,
-                              Time now) {
-  if (!begun_ || channel.shown == channel.terminals()) return;
-  const std::int32_t before = std::exchange(channel.shown, channel.terminals());
-  node_.terminals(index, sub_of(place_in(all, channel)), before, channel.shown, now);
+void IoModule::tell_terminals(std::vector<Channel>& channels, std::uint16_t index, Time now) {
+  if (!begun_) return;
+  for (Channel& channel : channels) {
+    if (channel.shown == channel.terminals()) continue;
+    const std::int32_t before = std::exchange(channel.shown, channel.terminals());
+    node_.terminals(index, sub_of(static_cast<std::size_t>(&channel - channels.data())), before,
+                    channel.shown, now);
+  }
 }
 
 void IoModule::on_state(nmt::State state, Time /*now*/) {
   if (state == nmt::State::kStopped) failed_ = true;
   if (state == nmt::State::kOperational) failed_ = false;
-}
-
-void IoModule::on_network_failure(sim::NetworkFailure /*failure*/, Time /*now*/) {
-  failed_ = true;
 }
 
 bool IoModule::is_set_point(std::uint16_t index) const {

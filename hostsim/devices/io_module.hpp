@@ -31,7 +31,7 @@ class IoModule final : public DeviceWithIncidents {
   void reset(bool application, Time now) override;
   Time update(Time now) override;
   void on_state(nmt::State state, Time now) override;
-  void on_network_failure(sim::NetworkFailure failure, Time now) override;
+  void on_network_failure(sim::NetworkFailure /*failure*/, Time /*now*/) override { failed_ = true; }
   bool is_set_point(std::uint16_t index) const override;
   /// 6200h: the levels at eight terminals, bit 0 is the first. 6411h: in the object's unit. After polarity,
   /// filter mask and error values.
@@ -41,17 +41,6 @@ class IoModule final : public DeviceWithIncidents {
   std::vector<sim::Point> points() const override;
 
  private:
-  template <class Channel>
-  struct Input : Channel {
-    using Channel::Channel;
-    bool interrupt = false;  ///< not yet reported to the node
-  };
-  template <class Channel>
-  struct Shown : Channel {
-    using Channel::Channel;
-    std::int32_t shown = 0;  ///< levels last reported to the node
-  };
-
   struct InterruptSource : sim::Bound<std::uint32_t> {
     InterruptSource(ObjectDictionary& dictionary, std::uint8_t sub) : Bound(dictionary, 0x6422, sub) {}
   };
@@ -59,14 +48,14 @@ class IoModule final : public DeviceWithIncidents {
   void note_source(std::size_t channel, Time now);
   void tell(Time now);
   template <class Channel>
-  void tell_terminals(const std::vector<Channel>& all, Channel& channel, std::uint16_t index, Time now);
+  void tell_terminals(std::vector<Channel>& channels, std::uint16_t index, Time now);
 
   sim::Bound<std::uint8_t> digital_interrupts_;
   sim::Bound<std::uint8_t> analogue_interrupts_;
-  std::vector<Input<Shown<DigitalInput>>> digital_inputs_;
-  std::vector<Shown<DigitalOutput>> digital_outputs_;
-  std::vector<Input<AnalogueInput>> analogue_inputs_;
-  std::vector<Shown<AnalogueOutput>> analogue_outputs_;
+  std::vector<DigitalInput> digital_inputs_;
+  std::vector<DigitalOutput> digital_outputs_;
+  std::vector<AnalogueInput> analogue_inputs_;
+  std::vector<AnalogueOutput> analogue_outputs_;
   std::vector<InterruptSource> interrupt_sources_;
   Time interrupt_at_ = kNever;
   bool failed_ = false;

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "devices/transducer.hpp"
 
-#include <array>
-#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -25,8 +23,7 @@ constexpr std::uint8_t kPositiveOverload = 0x02;
 constexpr std::uint8_t kNegativeOverload = 0x04;
 
 constexpr std::size_t kSensorBreak = 0;
-constexpr std::array<std::string_view, 1> kSensorIncidents{"sensor-break"};
-constexpr std::array<ErrorKind, 1> kSensorErrors{{{0x5000, ErrorRegister::kGeneric}}};
+constexpr std::array kSensorIncidents{IncidentKind{"sensor-break", 0x5000, ErrorRegister::kGeneric}};
 
 template <class Number>
 std::uint8_t overload_of(double value) {
@@ -60,21 +57,14 @@ bool Transducer::Channel::has(std::uint16_t index) const {
          (index == kLong && long_.exists());
 }
 
-double Transducer::Channel::scale() const {
-  return std::pow(10.0, decimal_digits_.get());
-}
-
-/// Overload of the narrowest process value present.
-std::uint8_t Transducer::Channel::overload() const {
-  const double value = input_ * scale();
-  if (short_.exists()) return overload_of<std::int16_t>(value);
-  return long_.exists() ? overload_of<std::int32_t>(value) : std::uint8_t{0};
-}
-
+/// The overload is that of the narrowest process value present.
 void Transducer::Channel::refresh(bool broken) {
-  status_.set(broken ? kNotValid : overload());
-  if (broken) return;
   const double value = input_ * scale();
+  std::uint8_t status = 0;
+  if (long_.exists()) status = overload_of<std::int32_t>(value);
+  if (short_.exists()) status = overload_of<std::int16_t>(value);
+  status_.set(broken ? kNotValid : status);
+  if (broken) return;
   untold_[0] |= replace(real_, static_cast<float>(input_));
   untold_[1] |= replace(short_, sim::rounded<std::int16_t>(value));
   untold_[2] |= replace(long_, sim::rounded<std::int32_t>(value));
@@ -86,7 +76,7 @@ void Transducer::Channel::tell(sim::DeviceNode& node, std::uint8_t sub, Time now
 }
 
 Transducer::Transducer(sim::DeviceNode& node)
-    : DeviceWithIncidents(node, kSensorIncidents, kSensorErrors),
+    : DeviceWithIncidents(node, kSensorIncidents),
       channels_(channels<Channel>(node.dictionary(), {kReal, kShort, kLong})) {}
 
 void Transducer::reset(bool application, Time /*now*/) {

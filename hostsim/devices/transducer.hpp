@@ -9,6 +9,7 @@
 /// valid.
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -42,8 +43,7 @@ class Transducer final : public DeviceWithIncidents {
     void keep_quiet() { untold_ = {}; }
 
    private:
-    double scale() const;
-    std::uint8_t overload() const;
+    double scale() const { return std::pow(10.0, decimal_digits_.get()); }
 
     sim::Bound<float> real_;
     sim::Bound<std::int16_t> short_;

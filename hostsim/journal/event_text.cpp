@@ -13,7 +13,6 @@
 #include "cbcan/canopen/sync.hpp"
 #include "cbcan/canopen/time_stamp.hpp"
 #include "cbcan/regmap.hpp"
-#include "descriptions/emergency.hpp"
 #include "descriptions/values.hpp"
 #include "journal/watch.hpp"
 #include "sim/frame_text.hpp"
@@ -34,7 +33,7 @@ bool is_one_line(Bytes text) {
 }
 
 /// "1000h:00 Device type"
-void append_object(Buffer& to, std::uint16_t index, std::uint8_t sub, const descriptions::ObjectName* name) {
+void append_object(Buffer& to, std::uint16_t index, std::uint8_t sub, const descriptions::Object* name) {
   append(to, Hex{index, 4}, "h:", Hex{sub, 2});
   if (name != nullptr) append(to, ' ', name->name);
 }
@@ -54,7 +53,7 @@ void append_abort(Buffer& to, std::uint32_t code) {
 // ---- SDO
 
 /// " = 983441" for an expedited transfer.
-void append_expedited(Buffer& to, const Frame& frame, const descriptions::ObjectName* name) {
+void append_expedited(Buffer& to, const Frame& frame, const descriptions::Object* name) {
   const std::uint8_t command = frame.data[0];
   if ((command & sdo::kExpedited) == 0) return;
   const bool sized = (command & sdo::kSizeIndicated) != 0;
@@ -79,7 +78,7 @@ void append_sdo(Buffer& to, const Frame& frame, std::uint8_t network, std::uint8
   const bool is_abort = specifier == static_cast<std::uint8_t>(sdo::Request::kAbort);
   if (!is_abort && specifier != (from_client ? 1 : 3) && specifier != 2) return;
   const sdo::Multiplexer mux = sdo::multiplexer_of(frame);
-  const descriptions::ObjectName* const name = find(network, node, sdo::index_of(mux), sdo::sub_of(mux));
+  const descriptions::Object* const name = find(network, node, sdo::index_of(mux), sdo::sub_of(mux));
   append(to, ' ');
   append_object(to, sdo::index_of(mux), sdo::sub_of(mux), name);
   if (!is_abort) return append_expedited(to, frame, name);
@@ -173,7 +172,7 @@ void append_value(Buffer& to, Bytes bytes, DataType type) {
   base::append_value(to, bytes);
 }
 
-void append_value(Buffer& to, Bytes bytes, const descriptions::ObjectName* name) {
+void append_value(Buffer& to, Bytes bytes, const descriptions::Object* name) {
   const bool fits = name != nullptr && (size_of(name->type) == 0 || size_of(name->type) == bytes.size());
   if (fits) return append_value(to, bytes, name->type);
   if (!bytes.empty() && bytes.size() <= 4) return append(to, load_little_endian(bytes));
@@ -218,7 +217,7 @@ void append_frame(Buffer& to, const Frame& frame, std::uint8_t network, const Fi
 }
 
 std::string_view append_request(Buffer& to, const Event& transaction, const Journal& journal,
-                                const descriptions::ObjectName* name) {
+                                const descriptions::Object* name) {
   const Bytes value = journal.bytes(transaction);
   switch (transaction.service) {
     case Service::kNone: append(to, "no command"); return {};
@@ -279,7 +278,7 @@ void append_words(Buffer& to, const Event& event, const Journal& journal, const 
 }  // namespace
 
 Line append_text(Buffer& to, const Event& event, const Journal& journal, const FindName& find) {
-  const descriptions::ObjectName* const name = is_transaction(event) ? name_of(event, find) : nullptr;
+  const descriptions::Object* const name = is_transaction(event) ? name_of(event, find) : nullptr;
   const std::size_t begin = to.size();
   append_subject(to, event);
   const std::size_t frame = to.size();

@@ -11,19 +11,19 @@
 
 #include "base/buffer.hpp"
 #include "cbcan/canopen/dictionary/data_type.hpp"
-#include "descriptions/object_names.hpp"
+#include "descriptions/device_description.hpp"
 #include "journal/journal.hpp"
 
 namespace cbcan::journal {
 
 using base::Buffer;
 
-/// The name of an object in the node's EDS; null = none.
-using FindName = std::function<const descriptions::ObjectName*(std::uint8_t network, std::uint8_t node,
-                                                      std::uint16_t index, std::uint8_t sub)>;
+/// An object in the node's EDS, for its name and type; null = none.
+using FindName = std::function<const descriptions::Object*(std::uint8_t network, std::uint8_t node,
+                                                           std::uint16_t index, std::uint8_t sub)>;
 
 /// Name of the object that a transaction reads or writes.
-inline const descriptions::ObjectName* name_of(const Event& transaction, const FindName& find) {
+inline const descriptions::Object* name_of(const Event& transaction, const FindName& find) {
   const bool has_object = transaction.service == Service::kRead || transaction.service == Service::kWrite;
   return has_object ? find(transaction.network, transaction.node, transaction.index, transaction.sub)
                     : nullptr;
@@ -33,7 +33,7 @@ inline const descriptions::ObjectName* name_of(const Event& transaction, const F
 void append_value(Buffer& to, std::span<const std::uint8_t> bytes, DataType type);
 /// Appends a value by the type that comes with the name; without a name, 1 to 4 bytes as a number, other
 /// sizes in hexadecimal.
-void append_value(Buffer& to, std::span<const std::uint8_t> bytes, const descriptions::ObjectName* name);
+void append_value(Buffer& to, std::span<const std::uint8_t> bytes, const descriptions::Object* name);
 
 struct StateName {
   std::uint8_t state;  ///< as in a heartbeat, or kOff
@@ -52,7 +52,7 @@ void append_frame(Buffer& to, const Frame& frame, std::uint8_t network, const Fi
 /// "read node 66 1000h:00 Device type", "NMT Start Remote Node: node 66", "state of node 66"; `name` of the
 /// object: null = none. Returns the value that it ends with, valid until `to` is changed; empty = none.
 std::string_view append_request(Buffer& to, const Event& transaction, const Journal& journal,
-                                const descriptions::ObjectName* name);
+                                const descriptions::Object* name);
 
 /// Appends the result of a kEnded event: "done", "cancelled" or what went wrong.
 void append_result(Buffer& to, const Event& ended);
@@ -78,9 +78,6 @@ void append_packet_comment(Buffer& to, const Event& event, const Journal& journa
 template <class Type>
 std::string value_text(std::span<const std::uint8_t> bytes, Type type) {
   return base::made([&](Buffer& to) { append_value(to, bytes, type); });
-}
-inline std::string frame_text(const Frame& frame, std::uint8_t network, const FindName& find) {
-  return base::made([&](Buffer& to) { append_frame(to, frame, network, find); });
 }
 inline std::string request_text(const Event& transaction, const Journal& journal, const FindName& find) {
   return base::made(

@@ -2,31 +2,16 @@
 #include "journal/journal.hpp"
 
 #include <algorithm>
-#include <array>
 #include <bit>
+#include <utility>
 
 #include "base/buffer.hpp"
 
 namespace cbcan::journal {
 
-std::span<const std::string_view> kind_names() {
-  static constexpr std::array<std::string_view, kKinds> kNames{
-      "modbus", "begun", "ended", "frame", "emcy", "state", "terminals", "fault", "command", "client"};
-  return kNames;
-}
-
-constexpr std::array<std::string_view, 5> kServices{"none", "read", "write", "nmt", "state"};
-
-std::string_view name_of(Service service) {
-  return kServices[static_cast<std::size_t>(service)];
-}
-
-std::span<const std::string_view> service_names() {
-  return std::span(kServices).subspan(1);
-}
-
 /// Bytes that do not fit at the end of the ring begin at its front again: they are never in two pieces.
-std::uint64_t ByteRing::add(std::initializer_list<std::span<const std::uint8_t>> parts) {
+Event& Journal::add(Event event, std::initializer_list<std::span<const std::uint8_t>> parts) {
+  if (end_ % (size_ / 2) == 0) on_filled();
   std::size_t size = 0;
   for (const auto& part : parts)
     size += part.size();
@@ -34,16 +19,7 @@ std::uint64_t ByteRing::add(std::initializer_list<std::span<const std::uint8_t>>
   std::uint8_t* to = bytes_.data() + used_ % bytes_.size();
   for (const auto& part : parts)
     to = std::copy_n(part.data(), part.size(), to);
-  used_ += size;
-  return used_ - size;
-}
-
-Event& Journal::add(Event event, std::initializer_list<std::span<const std::uint8_t>> parts) {
-  if (end_ % (size_ / 2) == 0) on_filled();
-  std::size_t size = 0;
-  for (const auto& part : parts)
-    size += part.size();
-  event.bytes = bytes_.add(parts);
+  event.bytes = std::exchange(used_, used_ + size);
   event.size = static_cast<std::uint16_t>(size);
   latest_[static_cast<std::size_t>(event.kind)] = end_;
   return ring_[end_++ % size_] = event;

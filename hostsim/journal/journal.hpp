@@ -32,8 +32,9 @@ enum class Kind : std::uint8_t {
   kClient,     ///< a Modbus TCP client has connected or disconnected
 };
 inline constexpr std::size_t kKinds = 10;
-/// Names in the order of Kind: "modbus", "begun", ...
-std::span<const std::string_view> kind_names();
+/// Names in the order of Kind.
+inline constexpr std::array<std::string_view, kKinds> kKindNames{
+    "modbus", "begun", "ended", "frame", "emcy", "state", "terminals", "fault", "command", "client"};
 
 /// A set of kinds: bits by Kind.
 using Kinds = std::uint32_t;
@@ -47,9 +48,11 @@ constexpr Kinds kinds_of(std::initializer_list<Kind> list) {
 
 /// What a transaction does.
 enum class Service : std::uint8_t { kNone, kRead, kWrite, kNmt, kState };
-std::string_view name_of(Service service);
-/// Names of all services but kNone.
-std::span<const std::string_view> service_names();
+/// Names in the order of Service.
+inline constexpr std::array<std::string_view, 5> kServiceNames{"none", "read", "write", "nmt", "state"};
+constexpr std::string_view name_of(Service service) {
+  return kServiceNames[static_cast<std::size_t>(service)];
+}
 
 /// Value of an NMT state if the node has no power.
 inline constexpr std::uint8_t kOff = 0xFF;
@@ -94,24 +97,6 @@ constexpr bool failed(const Event& ended) {
   return ended.result != 0 && ended.result != static_cast<std::uint16_t>(regmap::Result::kRestarted);
 }
 
-/// The latest bytes of those that were added.
-class ByteRing {
- public:
-  explicit ByteRing(std::size_t size) : bytes_(size) {}
-
-  /// Appends the concatenated `parts`, which fit into the ring; returns where they begin, for at().
-  std::uint64_t add(std::initializer_list<std::span<const std::uint8_t>> parts);
-  /// False: those that begin there have been overwritten.
-  bool holds(std::uint64_t begin) const { return begin + bytes_.size() >= used_; }
-  std::span<const std::uint8_t> at(std::uint64_t begin, std::size_t size) const {
-    return std::span(bytes_).subspan(begin % bytes_.size(), size);
-  }
-
- private:
-  std::vector<std::uint8_t> bytes_;
-  std::uint64_t used_ = 0;  ///< bytes used so far, as if bytes_ had no end
-};
-
 class Journal {
  public:
   static constexpr std::size_t kEvents = 100'000;
@@ -134,7 +119,8 @@ class Journal {
   std::uint64_t latest_of(Kinds kinds) const;
   /// Empty when they have been overwritten.
   std::span<const std::uint8_t> bytes(const Event& event) const {
-    return bytes_.holds(event.bytes) ? bytes_.at(event.bytes, event.size) : std::span<const std::uint8_t>();
+    if (event.bytes + bytes_.size() < used_) return {};
+    return std::span(bytes_).subspan(event.bytes % bytes_.size(), event.size);
   }
   std::string_view text(const Event& event) const;
 
@@ -146,7 +132,8 @@ class Journal {
  private:
   std::vector<Event> ring_;
   std::size_t size_ = ring_.size();
-  ByteRing bytes_;
+  std::vector<std::uint8_t> bytes_;             ///< a ring of those of the latest events
+  std::uint64_t used_ = 0;                      ///< of bytes_ so far, as if they had no end
   std::array<std::uint64_t, kKinds> latest_{};  ///< number by Kind; 0 = none
   std::uint64_t end_ = 1;
   std::uint32_t transactions_ = 0;

@@ -47,12 +47,10 @@ std::uint8_t node_in(std::string_view text) {
 
 }  // namespace
 
-std::optional<Emergency> emergency_of(const Frame& frame) {
+std::optional<descriptions::EmergencyMessage> emergency_of(const Frame& frame) {
   const bool is_one = frame.id >= EmergencyConsumer::kFirstId + 1 && frame.id <= EmergencyConsumer::kLastId &&
                       frame.flags == 0 && frame.length == frame.data.size();
-  if (!is_one) return std::nullopt;
-  return Emergency{static_cast<std::uint8_t>(frame.id & nmt::kMaxNode),
-                   static_cast<std::uint16_t>(frame.data[0] | frame.data[1] << 8)};
+  return is_one ? std::optional(descriptions::emergency_from(frame.data)) : std::nullopt;
 }
 
 std::uint32_t word_at(std::span<const std::uint8_t> pdu, std::size_t place) {
@@ -120,7 +118,6 @@ void NetworkWatch::begin(Watched& watched, Time now) {
   const std::size_t size = begun.service == Service::kNmt ? 2 : request[place(regmap::kDataSize)];
   const auto value = bytes_of(request.subspan(place(regmap::kData)), writes ? size : 0);
   transaction.value.assign(value.begin(), value.end());
-  transaction.begun = now;
   transaction.open = true;
   transaction.sent = false;
   Event& latest = journal_.latest();
@@ -138,7 +135,7 @@ void NetworkWatch::end(Watched& watched, std::uint16_t result, Time now) {
   Event ended = transaction.request;
   ended.kind = Kind::kEnded;
   ended.at = now - started_;
-  ended.took = now - transaction.begun;
+  ended.took = ended.at - transaction.request.at;
   const bool scanned = !watched.window.in.empty();
   const bool by_plc = result == kCancelled || (scanned && watched.window.out[0] != watched.taken);
   const bool transfers = ended.service == Service::kRead || ended.service == Service::kWrite;

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "cbcan/regmap.hpp"
+#include "descriptions/emergency.hpp"
 #include "journal/journal.hpp"
 #include "protocols/modbus_unit.hpp"
 #include "sim/bus.hpp"
@@ -20,12 +21,8 @@
 
 namespace cbcan::journal {
 
-/// An EMCY message: a data frame of 8 bytes on an EMCY identifier of CiA 301.
-struct Emergency {
-  std::uint8_t node;
-  std::uint16_t code;
-};
-std::optional<Emergency> emergency_of(const Frame& frame);
+/// The message of a data frame of 8 bytes on an EMCY identifier of CiA 301; nullopt for any other frame.
+std::optional<descriptions::EmergencyMessage> emergency_of(const Frame& frame);
 
 /// The word at this place in a Modbus PDU, high byte first; 0 beyond its end.
 std::uint32_t word_at(std::span<const std::uint8_t> pdu, std::size_t place);
@@ -66,7 +63,6 @@ class NetworkWatch final : public sim::Observer, public sim::ModuleWatch, public
  private:
   struct Transaction {
     Event request;  ///< as it began
-    Time begun = 0;
     bool open = false;
     bool sent = false;                ///< frames of it have been on the bus; of SDO transfers only
     std::vector<std::uint8_t> value;  ///< to be written

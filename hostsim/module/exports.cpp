@@ -40,10 +40,6 @@ Json connect(const Json& given) {
   return here().last_connection;
 }
 
-Json nothing() {
-  return {};
-}
-
 struct Call {
   std::string_view name;
   Json (*run)(const Json& given);
@@ -62,15 +58,15 @@ constexpr Call kCalls[] = {
     {"connect", connect},
     {"respond", [](const Json& given) { return here().instance.respond(given); }},
     {"fill", [](const Json& given) { return here().instance.fill(given["stream"]); }},
-    {"drop", [](const Json& given) { return here().instance.drop(given["stream"]), nothing(); }},
+    {"drop", [](const Json& given) { return here().instance.drop(given["stream"]), Json(); }},
     {"input",
-     [](const Json& given) { return here().instance.input(given["line"].get<std::string>()), nothing(); }},
+     [](const Json& given) { return here().instance.input(given["line"].get<std::string>()), Json(); }},
     {"input_waits", [](const Json&) { return Json(here().instance.input_waits()); }},
     {"summary", [](const Json&) { return Json(here().instance.summary()); }},
     {"told", [](const Json&) { return here().instance.take_told(); }},
     {"play", [](const Json& given) { return here().instance.play(given["place"]); }},
     {"played", [](const Json&) { return here().instance.played(); }},
-    {"show", [](const Json& given) { return here().instance.show(given["place"]), nothing(); }},
+    {"show", [](const Json& given) { return here().instance.show(given["place"]), Json(); }},
 };
 
 }  // namespace
@@ -98,10 +94,7 @@ CBCAN_EXPORT("out_size") unsigned module_out_size() {
 CBCAN_EXPORT("give") void module_give(unsigned name_size, bool is_folder, bool is_there) {
   std::string name = here().in.substr(0, name_size);
   auto content = is_there ? std::optional(here().in.substr(name_size)) : std::nullopt;
-  if (is_folder)
-    here().instance.give_folder(std::move(name), std::move(content));
-  else
-    here().instance.give_file(std::move(name), std::move(content));
+  here().instance.give(std::move(name), is_folder, std::move(content));
 }
 
 /// Takes {"call", ...} and returns JSON.

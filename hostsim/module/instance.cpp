@@ -122,12 +122,11 @@ Instance::Instance()
     : read_(config::with_demo_plant([this](const std::string& path) { return read(path); })) {}
 Instance::~Instance() = default;
 
-void Instance::give_file(std::string name, std::optional<std::string> text) {
-  files_[std::move(name)] = std::move(text);
-}
-
-void Instance::give_folder(std::string name, std::optional<std::string> files) {
-  folders_[std::move(name)] = files ? std::optional(lines_of(*files)) : std::nullopt;
+void Instance::give(std::string name, bool is_folder, std::optional<std::string> content) {
+  if (is_folder)
+    folders_[std::move(name)] = content ? std::optional(lines_of(*content)) : std::nullopt;
+  else
+    files_[std::move(name)] = std::move(content);
 }
 
 /// Continues without a missing file, so that all missing ones are found in one run.
@@ -204,15 +203,15 @@ Json Instance::start_plant(const std::vector<const char*>& words, const std::str
 
 config::Diagnostics Instance::not_here() const {
   config::Diagnostics found;
-  refuse(config::settings(), start_.config, found);
-  refuse(config::search_settings(), start_.search, found);
+  refuse(config::kPlantSettings, start_.config, found);
+  refuse(config::kSearchSettings, start_.search, found);
   for (const scenario::Line& moment : search::read_settings(start_.plant_text, start_.plant_file).only)
     found.push_back(refused("explore.only " + moment.text, config::kUseProgram));
   for (const config::NetworkConfig& network : start_.config.networks) {
     for (const config::FaultConfig& set : network.plc.faults)
       if (set.fault.kind == sim::FaultKind::kPlcRestart)
         found.push_back(refused("plc.faults plc-restart", config::kUseProgram));
-    refuse(config::network_settings(), network, found);
+    refuse(config::kNetworkSettings, network, found);
   }
   return found;
 }
@@ -249,7 +248,7 @@ Json Instance::start_scenarios(std::span<const char* const> words) {
   if (!start.run) return ended(start.exit_code);
   run_ = std::move(start.config);
   config::Diagnostics problems;
-  refuse(config::run_settings(), run_, problems);
+  refuse(config::kRunSettings, run_, problems);
   if (!problems.empty()) throw base::UsageError(to_string(problems.front()));
   const config::Shard shard = config::shard_of(run_.shard);
   const auto list = [this](const std::string& path) {

@@ -38,9 +38,8 @@ class Instance final : private session::Host {
   Instance(const Instance&) = delete;
   Instance& operator=(const Instance&) = delete;
 
-  /// nullopt = there is none. `files`: those named *.toml in the folder and below, one a line.
-  void give_file(std::string name, std::optional<std::string> text);
-  void give_folder(std::string name, std::optional<std::string> files);
+  /// nullopt = there is none. The content of a folder: the files named *.toml in it and below, one a line.
+  void give(std::string name, bool is_folder, std::optional<std::string> content);
 
   /// The arguments of a command line, without the program's name, and the absolute path of the current
   /// folder. Returns what is missing, {"files", "folders"}; or
@@ -159,11 +158,7 @@ class Instance final : private session::Host {
   std::optional<protocols::HttpSite> http_;
   std::uint32_t connections_ = 0;  ///< of Modbus TCP
   std::uint32_t left_ = 0;         ///< of these
-  struct Stream {
-    std::unique_ptr<protocols::HttpStream> stream;
-    bool begun = false;
-  };
-  std::map<unsigned, Stream> streams_;
+  std::map<unsigned, std::unique_ptr<protocols::HttpStream>> streams_;
   unsigned last_stream_ = 0;
 
   config::RunConfig run_;

@@ -48,9 +48,9 @@ void Instance::open_service(std::string_view place) {
     service.connect = protocols::rtu_over_tcp(
         units, [this] { return machine_now_; }, start_.config.rtu.station);
   } else if (name == "http") {
-    http_.emplace(base::parse_stream_address(service.listen).tcp.host,
-                  base::parse_stream_address(service.place).tcp, start_.config.http.write,
-                  session_->http(start_.config));
+    http_ = {base::parse_stream_address(service.listen).tcp.host,
+             base::parse_stream_address(service.place).tcp, start_.config.http.write,
+             session_->http(start_.config)};
   }
 }
 
@@ -96,15 +96,14 @@ Json Instance::respond(const Json& request) {
   }
   json["keep_alive"] = response.stream->keep_alive();
   json["stream"] = ++last_stream_;
-  streams_[last_stream_].stream = std::move(response.stream);
+  streams_[last_stream_] = std::move(response.stream);
   return json;
 }
 
 Json Instance::fill(unsigned stream) {
-  auto& [filled, begun] = streams_.at(stream);
+  protocols::HttpStream& filled = *streams_.at(stream);
   base::Buffer text;
-  const bool has_news = !std::exchange(begun, true) || filled->has_news();
-  const bool more = !has_news || filled->fill(text);
+  const bool more = !filled.has_news() || filled.fill(text);
   if (!more) drop(stream);
   return {{"text", base::view(text)}, {"more", more}};
 }
@@ -112,8 +111,7 @@ Json Instance::fill(unsigned stream) {
 session::Served Instance::served() const {
   session::Served served;
   if (modbus_) {
-    served.requests = modbus_->counters().requests;
-    served.exceptions = modbus_->counters().exceptions;
+    served.modbus = modbus_->counters();
     served.connections = connections_;
     served.clients = connections_ - left_;
   }

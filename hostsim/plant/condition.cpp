@@ -5,8 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <iterator>
-#include <optional>
 #include <utility>
 
 #include "base/numbers.hpp"
@@ -15,7 +13,6 @@
 #include "cbcan/regmap.hpp"
 #include "journal/event_text.hpp"
 #include "journal/watch.hpp"
-#include "plant/control.hpp"
 #include "plant/points.hpp"
 #include "sim/frame_text.hpp"
 
@@ -132,9 +129,7 @@ class ObjectCondition final : public Condition {
 class StateCondition final : public Condition {
  public:
   StateCondition(const Written& written, View& view) : node_(written.words[0]), state_(written.words[1]) {
-    std::vector<std::string_view> names;
-    for (const journal::StateName& known : journal::state_names())
-      names.push_back(known.name);
+    const auto names = base::column(journal::state_names(), &journal::StateName::name);
     node_of(view, node_);
     if (std::ranges::find(names, state_) == names.end())
       refuse("\"{}\": must be {}", state_, base::listed(names));
@@ -274,7 +269,7 @@ class EmergencyCondition final : public FramesCondition {
  private:
   bool matches(const Frame& frame) const override {
     const auto message = journal::emergency_of(frame);
-    return message && message->node == node_ && (!code_ || message->code == *code_);
+    return message && (frame.id & nmt::kMaxNode) == node_ && (!code_ || message->code == *code_);
   }
 
   std::uint32_t node_;
@@ -344,37 +339,17 @@ std::unique_ptr<Condition> make_condition(std::string_view text, View& view) {
 }
 
 std::vector<Usage> condition_usages() {
-  std::vector<Usage> usages;
-  std::ranges::transform(kKinds, std::back_inserter(usages), &Row::text);
-  return usages;
+  return base::column(kKinds, &Row::text);
 }
 
-Wait::Wait(Control& control, std::unique_ptr<Condition> condition, std::string text, Time within,
-           bool is_pass)
-    : control_(control),
-      condition_(std::move(condition)),
-      text_(std::move(text)),
-      since_(control.now()),
-      within_(within),
-      is_pass_(is_pass) {}
-
-std::optional<std::string> Wait::poll() {
-  if (condition_->holds(control_))
-    return fmt::format("{} {}\n", is_pass_ ? "at" : "ok", base::seconds_text(control_.now()));
-  return control_.now() < since_ + within_ ? std::nullopt : std::optional(give_up());
-}
-
-Time Wait::next_deadline() const {
-  return earlier(condition_->next_deadline(control_), since_ + within_);
-}
-
-bool Wait::is_up_to_plc() const {
-  return condition_->is_up_to_plc(control_);
+std::optional<std::string> Wait::poll() const {
+  if (condition->holds(view))
+    return fmt::format("{} {}\n", is_pass ? "at" : "ok", base::seconds_text(view.now()));
+  return view.now() < since + within ? std::nullopt : std::optional(give_up());
 }
 
 std::string Wait::give_up() const {
-  return fmt::format("{}{} s: {}: {}\n", kNotWithin, base::seconds_text(within_), text_,
-                     condition_->seen(control_));
+  return fmt::format("{}{} s: {}: {}\n", kNotWithin, base::seconds_text(within), text, condition->seen(view));
 }
 
 }  // namespace cbcan::plant

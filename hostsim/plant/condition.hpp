@@ -41,32 +41,23 @@ inline constexpr std::string_view kNotWithin = "error: not within ";
 /// The default limit of a wait.
 inline constexpr Time kWaitWithin = 60 * kSecond;
 
-class Control;
-
 /// A command that is answered later: when its condition holds, or at its limit.
-class Wait {
- public:
-  Wait(Control& control, std::unique_ptr<Condition> condition, std::string text, Time within, bool is_pass);
-
+struct Wait {
   /// The response, once it has ended.
-  std::optional<std::string> poll();
-  /// When it may end without an event; on the scale of Control::now().
-  Time next_deadline() const;
+  std::optional<std::string> poll() const;
+  /// When it may end without an event; on the scale of View::now().
+  Time next_deadline() const { return earlier(condition->next_deadline(view), since + within); }
   /// See Condition.
-  bool is_up_to_plc() const;
+  bool is_up_to_plc() const { return condition->is_up_to_plc(view); }
   /// The response after the limit.
   std::string give_up() const;
-  Time within() const { return within_; }
-  /// Only time can end it, no event.
-  bool is_pass() const { return is_pass_; }
 
- private:
-  Control& control_;
-  std::unique_ptr<Condition> condition_;
-  std::string text_;
-  Time since_;
-  Time within_;
-  bool is_pass_;
+  View& view;
+  std::unique_ptr<Condition> condition;
+  std::string text;  ///< of the condition
+  Time within;
+  bool is_pass;  ///< only time can end it, no event
+  Time since = view.now();
 };
 
 }  // namespace cbcan::plant

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <iterator>
 #include <utility>
 
 #include "base/numbers.hpp"
@@ -40,12 +39,10 @@ std::string id_text(const sim::Node& node, std::size_t network) {
 /// The value of the row with this name.
 template <class Rows>
 const auto& named(const Rows& rows, std::string_view name) {
-  const auto found = std::ranges::find(rows, name, [](const auto& row) { return row.first; });
+  const auto first = [](const auto& row) { return row.first; };
+  const auto found = std::ranges::find(rows, name, first);
   if (found != rows.end()) return found->second;
-  std::vector<std::string_view> names;
-  for (const auto& row : rows)
-    names.push_back(row.first);
-  refuse("\"{}\": must be {}", name, base::listed(names));
+  refuse("\"{}\": must be {}", name, base::listed(base::column(rows, first)));
 }
 
 constexpr auto kOnOff = std::to_array<std::pair<std::string_view, bool>>({{"on", true}, {"off", false}});
@@ -265,14 +262,15 @@ class Execution {
       words_.resize(words_.size() - 2);
     }
     const std::string_view text = rest_of(words_, 1);
-    return {.wait = std::make_unique<Wait>(control_, make_condition(text, control_), std::string(text),
-                                           within, false)};
+    return {.wait = std::make_unique<Wait>(
+                Wait{control_, make_condition(text, control_), std::string(text), within, false})};
   }
 
   Reply pass() {
     const Time duration = duration_of(words_[1]);
     const std::string text = fmt::format("took >= {}", words_[1]);
-    return {.wait = std::make_unique<Wait>(control_, make_condition(text, control_), text, duration, true)};
+    return {.wait =
+                std::make_unique<Wait>(Wait{control_, make_condition(text, control_), text, duration, true})};
   }
 
   Reply help() {
@@ -353,16 +351,13 @@ bool changes_plant(std::string_view name) {
 }  // namespace
 
 std::vector<Usage> command_usages() {
-  std::vector<Usage> usages;
-  std::ranges::transform(Execution::commands(), std::back_inserter(usages), &Execution::Command::text);
-  return usages;
+  return base::column(Execution::commands(), &Execution::Command::text);
 }
 
 std::vector<std::pair<std::string_view, std::string_view>> nmt_verbs() {
-  std::vector<std::pair<std::string_view, std::string_view>> verbs;
-  for (const auto& [verb, command] : kNmtCommands)
-    verbs.emplace_back(verb, journal::nmt_text(static_cast<std::uint8_t>(command)));
-  return verbs;
+  return base::column(kNmtCommands, [](const auto& row) {
+    return std::pair(row.first, journal::nmt_text(static_cast<std::uint8_t>(row.second)));
+  });
 }
 
 ResponseParts parts_of(std::string_view response) {
@@ -415,10 +410,6 @@ void Control::remove(Listener& listener) {
   std::erase(listeners_, &listener);
   for (std::size_t i = 0; i < networks_.size() && listeners_.empty(); ++i)
     networks_[i]->world().bus().ignore(*observers_[i]);
-}
-
-journal::Journal& Control::journal() {
-  return journal(journal::Journal::kEvents, journal::Journal::kBytes);
 }
 
 journal::Journal& Control::journal(std::size_t events, std::size_t bytes) {

@@ -7,7 +7,6 @@
 
 #include <functional>
 #include <memory>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -70,10 +69,9 @@ class Control final : public View {
 
   Network& network(std::size_t number) { return *networks_[number - 1]; }
 
-  /// Events of all networks from the first call on.
-  journal::Journal& journal();
-  /// The same with room for so many, if it is the first call.
-  journal::Journal& journal(std::size_t events, std::size_t bytes);
+  /// Events of all networks from the first call on, which gives it room for so many.
+  journal::Journal& journal(std::size_t events = journal::Journal::kEvents,
+                            std::size_t bytes = journal::Journal::kBytes);
   /// Called when views of the journal should read it, before events are overwritten.
   std::function<void()> on_journal_filled = [] {};
 

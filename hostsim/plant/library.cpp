@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 
-#include <deque>
 #include <utility>
 
 #include "base/numbers.hpp"
@@ -10,6 +9,7 @@
 #include "cbcan/sim.hpp"
 #include "config/demo_plant.hpp"
 #include "config/plant_file.hpp"
+#include "plant/last_frames.hpp"
 #include "plant/virtual_plant.hpp"
 #include "sim/frame_text.hpp"
 
@@ -35,10 +35,8 @@ config::Config config_of(std::string_view text, const std::string& file) {
   config::Config config;
   config::Diagnostics problems = config::read_plant(text, file, config);
   if (problems.empty()) problems = config::check(config);
-  std::vector<std::string> lines;
-  for (const config::Diagnostic& problem : problems)
-    lines.push_back(to_string(problem));
-  if (!problems.empty()) throw_plant_error(lines);
+  const auto line_of = [](const config::Diagnostic& problem) { return to_string(problem); };
+  if (!problems.empty()) throw_plant_error(base::column(problems, line_of));
   return config;
 }
 
@@ -58,29 +56,10 @@ std::string checked(std::string response) {
 }  // namespace
 
 struct Plant::Inside {
-  class Frames final : public plant::Listener {
-   public:
-    using Listener::Listener;
-    void on_frame(std::size_t network, const Frame& frame, Time /*now*/) override {
-      constexpr std::size_t kMost = 100'000;
-      seen_.push_back({network, frame});
-      if (seen_.size() > kMost) seen_.pop_front();
-    }
-    std::vector<std::string> take() {
-      std::vector<std::string> texts;
-      for (const auto& [network, frame] : std::exchange(seen_, {}))
-        texts.push_back(plant::prefix_of(network) + sim::frame_text(frame));
-      return texts;
-    }
-
-   private:
-    std::deque<std::pair<std::size_t, Frame>> seen_;
-  };
-
   explicit Inside(const config::Config& config) : plant(config, build_of(config)) { plant.start(); }
 
   plant::VirtualPlant plant;
-  Frames frames{plant.view()};
+  plant::LastFrames frames{plant.view(), 100'000};
 };
 
 Plant::Plant(std::unique_ptr<Inside> inside) : inside_(std::move(inside)) {}
@@ -141,7 +120,10 @@ bool Plant::holds(std::string_view condition) try {
 }
 
 std::vector<std::string> Plant::frames() {
-  return inside_->frames.take();
+  std::vector<std::string> texts;
+  for (const auto& [network, frame, at] : inside_->frames.take())
+    texts.push_back(plant::prefix_of(network) + sim::frame_text(frame));
+  return texts;
 }
 
 }  // namespace cbcan

@@ -4,10 +4,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <utility>
 
-#include "base/numbers.hpp"
-#include "base/words.hpp"
 #include "cbcan/coprocessor/local_objects.hpp"
 #include "cbcan/version.hpp"
 #include "plant/wires.hpp"
@@ -62,15 +59,6 @@ void add_faults(sim::FaultSet& to, const std::vector<config::FaultConfig>& fault
 bool is_in_window(const modbus::Range& written) {
   constexpr std::size_t kEnd = regmap::kWindowFirst + regmap::kWindowWords;
   return written.first >= regmap::kWindowFirst && written.first + written.count <= kEnd;
-}
-
-/// A part of "1.2.3", from 0.
-std::uint16_t version_part(unsigned part) {
-  std::string_view rest = kVersion;
-  std::string_view number;
-  for (unsigned i = 0; i <= part; ++i)
-    number = base::take_part(rest, '.');
-  return base::parse<std::uint16_t>(number).value_or(0);
 }
 
 }  // namespace
@@ -182,23 +170,22 @@ void Network::on_request(bool valid, const modbus::Range& written) {
 /// Flattened for speed: nearly all that a request passes here is one function.
 [[gnu::flatten]] modbus::Pdu Network::handle(const protocols::ModbusRequest& request, Room room) {
   if (!plc_faults_.empty() && !request.is_on_line()) return handle_disturbed(request, room);
-  return execute(request, check(request), room);
+  return execute(request, modbus::check(request.pdu, map_, functions_for(request)), room);
 }
 
 [[gnu::noinline]] modbus::Pdu Network::handle_disturbed(const protocols::ModbusRequest& request, Room room) {
-  const modbus::Access access = check(request);
+  const modbus::Access access = modbus::check(request.pdu, map_, functions_for(request));
   const sim::Fault* const fault = fault_on(request, access.written.count != 0);
   if (fault == nullptr) return execute(request, access, room);
-  if (fault->kind == sim::FaultKind::kModuleRestart) restart_module();
-  if (fault->kind == sim::FaultKind::kModuleRestart || fault->kind == sim::FaultKind::kCutBefore) return {};
-  if (fault->kind == sim::FaultKind::kException)
+  const sim::FaultKind kind = fault->kind;
+  if (kind == sim::FaultKind::kModuleRestart) restart_module();
+  if (kind == sim::FaultKind::kModuleRestart || kind == sim::FaultKind::kCutBefore) return {};
+  if (kind == sim::FaultKind::kException)
     return execute(request, {modbus::Exception{static_cast<std::uint8_t>(fault->code)}}, room);
   const modbus::Pdu response = execute(request, access, room);
-  return responds_after(*fault) ? response : modbus::Pdu{};
-}
-
-modbus::Access Network::check(const protocols::ModbusRequest& request) const {
-  return modbus::check(request.pdu, map_, functions_for(request));
+  if (kind == sim::FaultKind::kLate) context_.listener.on_late_response(fault->delay);
+  if (kind == sim::FaultKind::kPlcRestart) context_.listener.on_plc_restart();
+  return kind == sim::FaultKind::kLate ? response : modbus::Pdu{};
 }
 
 modbus::Pdu Network::execute(const protocols::ModbusRequest& request, const modbus::Access& access,
@@ -231,12 +218,6 @@ const sim::Fault* Network::fault_on(const protocols::ModbusRequest& request, boo
   if (acting == nullptr) return nullptr;
   plc_faults_.tell(*acting, fmt::format("FC{}", request.pdu[0]), context_.now);
   return &acting->fault;
-}
-
-bool Network::responds_after(const sim::Fault& fault) {
-  if (fault.kind == sim::FaultKind::kLate) context_.listener.on_late_response(fault.delay);
-  if (fault.kind == sim::FaultKind::kPlcRestart) context_.listener.on_plc_restart();
-  return fault.kind == sim::FaultKind::kLate;
 }
 
 void Network::restart_module() {
@@ -273,8 +254,8 @@ void Network::publish() {
   };
   const sim::Port& port = module_->port();
   const Coprocessor::Counters transactions = module_->coprocessor().counters();
-  registers_[regmap::kVersion] = static_cast<std::uint16_t>(version_part(0) << 8 | version_part(1));
-  registers_[regmap::kPatchLevel] = version_part(2);
+  registers_[regmap::kVersion] = static_cast<std::uint16_t>(kVersionNumbers[0] << 8 | kVersionNumbers[1]);
+  registers_[regmap::kPatchLevel] = kVersionNumbers[2];
   registers_[regmap::kResetCause] = static_cast<std::uint16_t>(regmap::ResetCause::kPowerOn);
   registers_[regmap::kCanState] = static_cast<std::uint16_t>(local::kernel_state(port.state()));
   registers_[regmap::kSecondWriters] = static_cast<std::uint16_t>(second_writers_);

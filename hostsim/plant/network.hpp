@@ -123,20 +123,16 @@ class Network final : public protocols::ModbusUnit,
   const modbus::MoreFunctions* functions_for(const protocols::ModbusRequest& request) const {
     return request.more == nullptr ? bit_functions_ : request.more;
   }
-  modbus::Access check(const protocols::ModbusRequest& request) const;
   modbus::Pdu execute(const protocols::ModbusRequest& request, const modbus::Access& access, Room room);
+  /// Response to a request by Modbus TCP; empty = the connection is closed.
   modbus::Pdu handle_disturbed(const protocols::ModbusRequest& request, Room room);
-  /// What acts on a request by Modbus TCP; null = nothing.
+  /// What acts on such a request; null = nothing.
   const sim::Fault* fault_on(const protocols::ModbusRequest& request, bool writes);
-  /// False: there is no response, and the connection is closed.
-  bool responds_after(const sim::Fault& fault);
   void on_writer(std::uint32_t client, const modbus::Range& written);
   void on_request(bool valid, const modbus::Range& written);
   void advance_due();
   void restart_module();
   void on_plc();
-  void on_frame(const Frame& /*frame*/, Time /*now*/) override {}
-  void on_bus_state(BusState /*state*/, Time /*now*/) override {}
 
   /// Starts what the written words request.
   void apply(std::size_t first, std::size_t count);

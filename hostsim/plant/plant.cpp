@@ -35,10 +35,7 @@ void Plant::advance() {
 }
 
 Time Plant::next_deadline() const {
-  Time next = kNever;
-  for (const auto& network : networks_)
-    next = earlier(next, network->next_deadline());
-  return next;
+  return sim::earliest(networks_, &Network::next_deadline);
 }
 
 }  // namespace cbcan::plant

@@ -4,10 +4,9 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 
-#include "descriptions/object_names.hpp"
+#include "descriptions/device_description.hpp"
 
 namespace cbcan::plant {
 
@@ -15,8 +14,8 @@ namespace {
 
 std::string name_in(const sim::Node& node, const sim::Point& point) {
   if (!point.name.empty()) return point.name;
-  const descriptions::ObjectName* const found = descriptions::find_name(node.names(), point.index, point.sub);
-  return found == nullptr ? "" : std::string(found->name);
+  const descriptions::Object* const found = node.description().find(point.index, point.sub);
+  return found == nullptr ? "" : found->name;
 }
 
 std::string object_text(const sim::Point& point) {
@@ -58,11 +57,6 @@ std::string object_of(sim::Node& node, std::string_view word) {
   const std::string hint = base::did_you_mean(word, known);
   const std::string list = known.empty() ? "" : "; its names are " + base::listed(known, ", ");
   refuse("\"{}\": the node has no such object{}", word, hint.empty() ? list : hint);
-}
-
-std::string_view name_of(sim::Point::Kind kind) {
-  constexpr std::array<std::string_view, 3> kNames{"input", "output", "curve"};
-  return kNames[static_cast<std::size_t>(kind)];
 }
 
 }  // namespace cbcan::plant

@@ -27,7 +27,4 @@ std::vector<ShownPoint> points_of(View& view, std::string_view node);
 /// word is returned as it is. Throws Refused for a name that the node's device does not have.
 std::string object_of(sim::Node& node, std::string_view word);
 
-/// "input", "output" or "curve".
-std::string_view name_of(sim::Point::Kind kind);
-
 }  // namespace cbcan::plant

@@ -20,8 +20,6 @@ Wires::Wires(const config::Config& config, std::vector<Network*> networks, const
     ActiveWire active{.from = end(config, wire.from),
                       .to = to,
                       .wire = sim::Wire(wire.transfer),
-                      .sum = wire.transfer.sum,
-                      .sample_period = wire.transfer.sample_period,
                       .sample_due = wire.from.terminal.is_output ? kNever : 0,
                       .bits = &bits_[{to.node, to.terminal.index, to.terminal.sub}]};
     wires_.push_back(std::move(active));
@@ -41,17 +39,12 @@ Wires::End Wires::end(const config::Config& config, const config::WireEnd& end) 
 
 Time Wires::own_deadline() const {
   const bool is_active = std::ranges::any_of(watched_, [](const auto& node) { return node.second.active; });
-  Time next = is_active ? std::max(at_, held_until_) : kNever;
-  for (const ActiveWire& wire : wires_)
-    next = earlier(next, earlier(wire.sample_due, wire.due));
-  return next;
+  const auto due = [](const ActiveWire& wire) { return earlier(wire.sample_due, wire.due); };
+  return earlier(is_active ? std::max(at_, held_until_) : kNever, sim::earliest(wires_, due));
 }
 
 Time Wires::next_deadline() const {
-  Time next = own_deadline();
-  for (const Network* network : networks_)
-    next = earlier(next, network->own_deadline());
-  return next;
+  return earlier(own_deadline(), sim::earliest(networks_, &Network::own_deadline));
 }
 
 void Wires::begin() {
@@ -95,12 +88,12 @@ void Wires::sample(ActiveWire& active) {
   }
   active.wire.put(value, at_);
   active.due = at_;
-  if (active.sample_due <= at_) active.sample_due += active.sample_period;
+  if (active.sample_due <= at_) active.sample_due += active.wire.transfer().sample_period;
 }
 
 /// Sum of all wires to a target that adds them; none while one of them has given nothing.
 std::optional<double> Wires::total_at(const ActiveWire& active) const {
-  if (!active.sum) return active.given;
+  if (!active.wire.transfer().sum) return active.given;
   double total = 0;
   for (const ActiveWire& wire : wires_) {
     if (wire.to.node != active.to.node || !(wire.to.terminal == active.to.terminal)) continue;

@@ -5,7 +5,6 @@
 /// which are then advanced together. Each change is passed on at the time at which it happens, so the result
 /// does not depend on the steps of time.
 
-#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -45,8 +44,6 @@ class Wires final : private sim::Timed {
     End from;
     End to;
     sim::Wire wire;
-    bool sum;
-    Time sample_period;
     Time sample_due;                   ///< of an object, which may change continuously; kNever for an output
     std::uint64_t* bits;               ///< shared by all wires to bits of this object
     Time due = kNever;                 ///< next change at the target

@@ -1,18 +1,21 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// A client that joins a simulated bus through a text protocol: frames become text, and text becomes frames.
-/// Pure: characters in, characters out. The protocols are in slcan_adapter.hpp and socketcand_adapter.hpp.
+/// Clients that join a simulated bus through a text protocol: frames become text, and text becomes frames.
+/// Pure: characters in, characters out. The protocols are described in slcan_adapter.cpp and
+/// socketcand_adapter.cpp.
 
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <utility>
 
 #include "protocols/stream_session.hpp"
 #include "sim/bus.hpp"
+#include "sim/schedule.hpp"
 
 namespace cbcan::protocols {
 
@@ -59,5 +62,25 @@ class Adapter : public sim::Receiver, public StreamSession {
   std::uint64_t* lost_;
   std::size_t sent_ = 0;  ///< characters of unsent_ that were sent but not erased yet
 };
+
+/// A CAN adapter with a serial line: behaves as a LAWICEL CAN232 or CANUSB.
+std::unique_ptr<StreamSession> slcan_adapter(sim::Bus& bus, Adapter::OnQueued on_queued,
+                                             std::size_t most_unsent = Adapter::kMostUnsent,
+                                             std::uint64_t* lost = nullptr);
+
+/// `now` returns the time; frames show it plus `wall_offset`. After `< ok >` no frame is sent for `pause`, so that
+/// a client reads it alone even on a busy bus: python-can's gives up otherwise.
+struct SocketcandSettings {
+  sim::Bus& bus;
+  sim::Schedule& schedule;
+  std::function<Time()> now;
+  Time wall_offset;
+  Time pause;
+};
+
+/// The server side of socketcand for all clients of a bus.
+MakeSession socketcand_adapters(const SocketcandSettings& settings, Adapter::OnQueued on_queued,
+                                std::size_t most_unsent = Adapter::kMostUnsent,
+                                std::uint64_t* lost = nullptr);
 
 }  // namespace cbcan::protocols

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "protocols/command_session.hpp"
-
 #include <utility>
+
+#include "protocols/dialogue.hpp"
 
 namespace cbcan::protocols {
 

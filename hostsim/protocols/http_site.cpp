@@ -20,40 +20,38 @@ bool is_number(std::string_view host) {
          host.find(':') != std::string_view::npos;
 }
 
-}  // namespace
-
-HttpSite::HttpSite(std::string name, base::ListenAddress address, bool write, Handler handle)
-    : name_(std::move(name)),
-      address_(std::move(address)),
-      may_write_(write || is_loopback(address_.host)),
-      handle_(std::move(handle)) {}
-
-HttpResponse HttpSite::respond(const HttpRequest& request, bool too_long) const try {
-  if (const std::string refused = refusal(request); !refused.empty())
-    return {403, "text/plain", refused + "\n"};
-  if (too_long) return {413, "text/plain", "a body of more than 64 KiB\n"};
-  if (request.method != "GET" && request.method != "POST") return {405, "text/plain", "GET or POST\n"};
-  return handle_(request);
-} catch (const std::exception& error) {
-  return {500, "text/plain", std::string(error.what()) + "\n"};
-}
-
 /// Any DNS server may give a name to this machine's address (DNS rebinding), so only known names are
-/// accepted; an IP address is safe.
-std::string HttpSite::refusal(const HttpRequest& request) const {
+/// accepted; an IP address is safe. Empty = not refused.
+std::string refusal(const HttpSite& site, const HttpRequest& request) {
   std::string name;
   try {
     name = base::parse_listen_address(request.host, 80).host;
   } catch (const base::UsageError&) {
     return "a request without a Host header that can be read";
   }
-  if (!is_number(name) && name != "localhost" && name != name_)
+  if (!is_number(name) && name != "localhost" && name != site.name)
     return "Host is " + name + ": use the address of this machine";
   if (!request.origin.empty() && request.origin != "http://" + request.host)
     return "pages of " + request.origin + " may not ask here";
-  if (request.method == "POST" && !may_write_)
-    return "read-only, as other machines reach " + to_string(address_) + "; http.write allows it";
+  if (request.method == "POST" && !site.may_write())
+    return "read-only, as other machines reach " + to_string(site.address) + "; http.write allows it";
   return {};
+}
+
+}  // namespace
+
+bool HttpSite::may_write() const {
+  return write || is_loopback(address.host);
+}
+
+HttpResponse HttpSite::respond(const HttpRequest& request, bool too_long) const try {
+  if (const std::string refused = refusal(*this, request); !refused.empty())
+    return {403, "text/plain", refused + "\n"};
+  if (too_long) return {413, "text/plain", "a body of more than 64 KiB\n"};
+  if (request.method != "GET" && request.method != "POST") return {405, "text/plain", "GET or POST\n"};
+  return handle(request);
+} catch (const std::exception& error) {
+  return {500, "text/plain", std::string(error.what()) + "\n"};
 }
 
 }  // namespace cbcan::protocols

@@ -15,8 +15,7 @@
 
 namespace cbcan::protocols {
 
-class HttpSite {
- public:
+struct HttpSite {
   using Handler = std::function<HttpResponse(const HttpRequest&)>;
 
   static constexpr std::size_t kMostBody = 64 * 1024;
@@ -27,23 +26,15 @@ class HttpSite {
       {"Content-Security-Policy", "default-src 'self'; frame-ancestors 'none'"},
   }};
 
-  /// `name`: the host as configured; `address`: where it is served. `write`: POST is served even if other
-  /// machines can reach the address.
-  HttpSite(std::string name, base::ListenAddress address, bool write, Handler handle);
-
-  bool may_write() const { return may_write_; }
+  bool may_write() const;
 
   /// `too_long`: the body has more than kMostBody bytes, and is not complete.
   HttpResponse respond(const HttpRequest& request, bool too_long) const;
 
- private:
-  /// Empty = not refused.
-  std::string refusal(const HttpRequest& request) const;
-
-  std::string name_;
-  base::ListenAddress address_;
-  bool may_write_;
-  Handler handle_;
+  std::string name;             ///< the host as configured
+  base::ListenAddress address;  ///< where it is served
+  bool write;                   ///< POST is served even if other machines can reach the address
+  Handler handle;
 };
 
 }  // namespace cbcan::protocols

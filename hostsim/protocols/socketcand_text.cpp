@@ -4,7 +4,6 @@
 #include <fmt/core.h>
 
 #include "base/numbers.hpp"
-#include "sim/frame_text.hpp"
 
 namespace cbcan::protocols::socketcand {
 
@@ -74,12 +73,9 @@ std::optional<Frame> parse_send(Words words) {
 /// A remote frame has nine digits: with eight, its flag would make the identifier an extended one.
 void append_send(std::string& text, const Frame& frame) {
   const bool remote = (frame.flags & Frame::kRemote) != 0;
-  const bool extended = (frame.flags & Frame::kExtended) != 0;
-  if (remote)
-    text += fmt::format("< send {:09x} {}", frame.id | kRemoteFlag | (extended ? kExtendedFlag : 0),
-                        frame.length);
-  else
-    text += fmt::format("< send {:0{}x} {}", frame.id, digits_of(frame), frame.length);
+  const std::uint32_t extended = (frame.flags & Frame::kExtended) != 0 ? kExtendedFlag : 0;
+  const std::uint32_t id = remote ? frame.id | kRemoteFlag | extended : frame.id;
+  text += fmt::format("< send {:0{}x} {}", id, remote ? 9 : digits_of(frame), frame.length);
   for (std::size_t i = 0; i < frame.length; ++i)
     text += fmt::format(" {:x}", frame.data[i]);
   text += " >";
@@ -102,12 +98,8 @@ std::optional<Frame> parse_received(Words words) {
 }
 
 void append_received(std::string& text, const Frame& frame, Time time) {
-  text += "< frame ";
-  sim::append_hex(text, frame.id, digits_of(frame));
-  text += fmt::format(" {}.{:06} ", time / kSecond, time % kSecond);
-  for (std::size_t i = 0; i < frame.length; ++i)
-    sim::append_hex(text, frame.data[i], 2);
-  text += " >";
+  text += fmt::format("< frame {:0{}X} {}.{:06} {} >", frame.id, digits_of(frame), time / kSecond,
+                      time % kSecond, base::hex(std::span(frame.data).first(frame.length), ""));
 }
 
 }  // namespace cbcan::protocols::socketcand

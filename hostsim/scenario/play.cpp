@@ -27,51 +27,27 @@ class Failed : public std::runtime_error {
 };
 
 /// A condition and the line that has it.
-class LineCondition {
- public:
-  LineCondition(const Line& line, plant::View& view) : line_(line), view_(view) {
-    try {
-      condition_ = plant::make_condition(line.text, view);
-    } catch (const plant::Refused& refused) {
-      throw Failed(line, refused.what());
-    }
-  }
-
-  bool holds() { return condition_->holds(view_); }
-  Time next_deadline() const { return condition_->next_deadline(view_); }
-  [[noreturn]] void fail(std::string_view opening) {
-    throw Failed(line_, fmt::format("{}{}: {}", opening, line_.text, condition_->seen(view_)));
-  }
-
- private:
-  const Line& line_;
-  plant::View& view_;
-  std::unique_ptr<plant::Condition> condition_;
+struct LineCondition {
+  const Line& line;
+  std::unique_ptr<plant::Condition> condition;
 };
-
-std::vector<LineCondition> conditions(const std::vector<Line>& lines, plant::View& view) {
-  std::vector<LineCondition> all;
-  for (const Line& line : lines)
-    all.emplace_back(line, view);
-  return all;
-}
 
 class Player {
  public:
   Player(const Scenario& scenario, plant::Bench& bench, bool disturbed)
-      : scenario_(scenario), bench_(bench), last_frames_(bench.view()), disturbed_(disturbed) {}
+      : scenario_(scenario), bench_(bench), disturbed_(disturbed) {}
 
-  Played play() {
-    Played outcome;
+  Outcome play() {
+    Outcome outcome;
     try {
       for (const Step& step : scenario_.steps)
         play(step);
     } catch (const Failed& failed) {
       const std::string frames = last_frames_.lines("    ");
-      outcome.failure =
-          fmt::format("{}:{}: {}\n  at {}\n{}{}{}{}", base::to_utf8(scenario_.file), failed.line,
-                      base::to_utf8(failed.what()), base::seconds_text(now()), registers(), said(),
-                      frames.empty() ? "" : "  the last frames:\n", frames);
+      outcome.verdict = Verdict::kFailed;
+      outcome.text = fmt::format("{}:{}: {}\n  at {}\n{}{}{}{}", base::to_utf8(scenario_.file), failed.line,
+                                 base::to_utf8(failed.what()), base::seconds_text(now()), registers(), said(),
+                                 frames.empty() ? "" : "  the last frames:\n", frames);
     }
     outcome.duration = now();
     return outcome;
@@ -83,12 +59,29 @@ class Player {
     Time next;
   };
 
-  Time now() { return bench_.view().now(); }
+  Time now() { return view_.now(); }
+
+  std::vector<LineCondition> conditions(const std::vector<Line>& lines) {
+    std::vector<LineCondition> all;
+    for (const Line& line : lines) {
+      try {
+        all.push_back({line, plant::make_condition(line.text, view_)});
+      } catch (const plant::Refused& refused) {
+        throw Failed(line, refused.what());
+      }
+    }
+    return all;
+  }
+
+  [[noreturn]] void fail(const LineCondition& broken, std::string_view opening) {
+    throw Failed(broken.line,
+                 fmt::format("{}{}: {}", opening, broken.line.text, broken.condition->seen(view_)));
+  }
 
   void play(const Step& step) {
-    auto expected = conditions(step.expectations, bench_.view());
-    auto must = conditions(step.musts, bench_.view());
-    auto waited = conditions(step.waits, bench_.view());
+    const auto expected = conditions(step.expectations);
+    const auto must = conditions(step.musts);
+    const auto waited = conditions(step.waits);
     const Line here{"", step.line};
     if (step.at && *step.at < now() && !disturbed_)
       throw Failed(here, fmt::format("at: it is {} already", base::seconds_text(now())));
@@ -96,13 +89,13 @@ class Player {
     execute(step);
     if (step.every) repeated_.push_back({&step, now() + *step.every});
     const Time within = step.within.value_or(plant::kWaitWithin);
-    for (LineCondition& condition : waited)
-      if (!advance_to(now() + within, &condition) && !disturbed_)
-        condition.fail(fmt::format("not within {} s: ", base::seconds_text(within)));
-    for (LineCondition& condition : expected)
-      if (!disturbed_ && !condition.holds()) condition.fail("expected ");
-    for (LineCondition& condition : must)
-      if (!condition.holds()) condition.fail("must ");
+    for (const LineCondition& each : waited)
+      if (!advance_to(now() + within, each.condition.get()) && !disturbed_)
+        fail(each, fmt::format("not within {} s: ", base::seconds_text(within)));
+    for (const LineCondition& each : expected)
+      if (!disturbed_ && !each.condition->holds(view_)) fail(each, "expected ");
+    for (const LineCondition& each : must)
+      if (!each.condition->holds(view_)) fail(each, "must ");
   }
 
   void execute(const Step& step) {
@@ -115,11 +108,11 @@ class Player {
   }
 
   /// Ends early if the condition holds: true.
-  bool advance_to(Time time, LineCondition* condition) {
+  bool advance_to(Time time, plant::Condition* condition) {
     while (true) {
-      if (condition != nullptr && condition->holds()) return true;
+      if (condition != nullptr && condition->holds(view_)) return true;
       if (now() >= time) return false;
-      Time next = condition != nullptr ? earlier(time, condition->next_deadline()) : time;
+      Time next = condition != nullptr ? earlier(time, condition->next_deadline(view_)) : time;
       for (const Repeated& repeated : repeated_)
         next = earlier(next, repeated.next);
       bench_.advance(next);
@@ -134,7 +127,7 @@ class Player {
   std::string registers() {
     try {
       return fmt::format("  R{}..: {}\n", regmap::kWindowFirst,
-                         base::joined(bench_.view().read(1, regmap::kWindowFirst, kRegistersShown)));
+                         base::joined(view_.read(1, regmap::kWindowFirst, kRegistersShown)));
     } catch (const plant::Refused&) {
       return {};
     }
@@ -150,14 +143,15 @@ class Player {
 
   const Scenario& scenario_;
   plant::Bench& bench_;
-  plant::LastFrames last_frames_;
+  plant::View& view_ = bench_.view();
+  plant::LastFrames last_frames_{view_};
   std::vector<Repeated> repeated_;
   bool disturbed_;
 };
 
 }  // namespace
 
-Played play(const Scenario& scenario, plant::Bench& bench, bool disturbed) {
+Outcome play(const Scenario& scenario, plant::Bench& bench, bool disturbed) {
   return Player(scenario, bench, disturbed).play();
 }
 

@@ -66,12 +66,6 @@ Outcome play_file(const std::string& file, std::optional<std::uint32_t> seed, co
   return {Verdict::kWrong, 0, base::to_utf8(error.what()) + "\n"};
 }
 
-Outcome play_on_bench(const Scenario& scenario, plant::Bench& bench) {
-  Played played = play(scenario, bench);
-  return {played.failure.empty() ? Verdict::kPassed : Verdict::kFailed, played.duration,
-          std::move(played.failure)};
-}
-
 Outcome play_on_plant(const Scenario& scenario, config::EdsFiles& files, const PlantRun& run) {
   config::PlantBuild build = config::build_nodes(scenario.config, files);
   if (!build.good) {
@@ -87,7 +81,7 @@ Outcome play_on_plant(const Scenario& scenario, config::EdsFiles& files, const P
   for (std::size_t network = 1; network <= plant.control().networks() && run.log; ++network)
     plant.control().world(network).bus().observe(*logs.emplace_back(run.log(network)));
   plant.start();
-  return play_on_bench(scenario, plant);
+  return play(scenario, plant);
 }
 
 }  // namespace cbcan::scenario

@@ -37,8 +37,6 @@ std::string log_name(const std::string& file, std::size_t network);
 Outcome play_file(const std::string& file, std::optional<std::uint32_t> seed, const base::FileReader& read,
                   const std::function<Outcome(Scenario& scenario)>& play);
 
-Outcome play_on_bench(const Scenario& scenario, plant::Bench& bench);
-
 struct PlantRun {
   bool check = false;              ///< only check
   plant::VirtualPlant::Pace pace;  ///< may be empty

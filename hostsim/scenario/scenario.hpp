@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -14,6 +15,7 @@
 #include "config/config.hpp"
 #include "plant/bench.hpp"
 #include "plant/condition.hpp"
+#include "scenario/outcome.hpp"
 
 namespace cbcan::scenario {
 
@@ -40,7 +42,7 @@ struct Scenario {
 };
 
 /// The keys of a step, for the page.
-std::vector<base::Row> step_rows();
+extern const std::span<const base::Setting<Step>> kStepKeys;
 
 /// The lines of a step under [[step]].
 std::string text_of(const Step& step);
@@ -55,13 +57,8 @@ std::size_t leave_out_unobservable(Scenario& scenario, plant::Bench& bench);
 /// Mistakes in the steps, as far as they show without playing them.
 config::Diagnostics check_steps(const Scenario& scenario, plant::Bench& bench);
 
-struct Played {
-  std::string
-      failure;        ///< empty = passed; else lines: place, expected and actual, registers, the last frames
-  Time duration = 0;  ///< on the plant's clock
-};
-
-/// Throws what the bench throws. `disturbed`: faults have been added, so nothing but `musts` is a failure.
-Played play(const Scenario& scenario, plant::Bench& bench, bool disturbed = false);
+/// The text of a failure: lines with place, expected and actual, registers, the last frames. Throws what the
+/// bench throws. `disturbed`: faults have been added, so nothing but `musts` is a failure.
+Outcome play(const Scenario& scenario, plant::Bench& bench, bool disturbed = false);
 
 }  // namespace cbcan::scenario

@@ -35,49 +35,37 @@ constexpr auto kKeys = std::to_array<base::Setting<Step>>({
 });
 // clang-format on
 
-class Reader {
- public:
-  Reader(Scenario& scenario, const base::FileReader& read) : scenario_(scenario), read_(read) {}
+void complain(Scenario& scenario, std::size_t line, std::string message) {
+  scenario.problems.push_back({{scenario.file, line}, std::move(message)});
+}
 
-  void read(std::string_view text) {
-    const toml::table root = toml::parse(text, std::string_view(scenario_.file));
-    constexpr std::array kOthers{kStep};
-    scenario_.problems = config::read_plant(text, scenario_.file, scenario_.config, kOthers, &read_);
-    const toml::node* const steps = root.get(kStep);
-    const toml::array* const list = steps != nullptr ? steps->as_array() : nullptr;
-    if (list == nullptr || !std::ranges::all_of(*list, &toml::node::is_table))
-      return complain(root, "step: there is none; write [[step]] above each step");
-    for (const toml::node& step : *list)
-      read_step(*step.as_table());
-  }
+void read_step(const toml::table& table, Scenario& scenario) {
+  Step& step = scenario.steps.emplace_back();
+  step.line = base::line_of(table);
+  base::read_table<Step>(table, kKeys, step, "step has", [&](std::size_t line, const std::string& mistake) {
+    complain(scenario, line, "step." + mistake);
+  });
+  if (step.every &&
+      (step.commands.empty() || !step.waits.empty() || !step.expectations.empty() || !step.musts.empty()))
+    complain(scenario, step.line, "every: such a step has do, and none of wait, expect and must");
+  if (step.at && step.after) complain(scenario, step.line, "at, after: a step has one of them");
+}
 
- private:
-  void complain(const toml::node& where, std::string message) {
-    scenario_.problems.push_back({{scenario_.file, base::line_of(where)}, std::move(message)});
-  }
-
-  void read_step(const toml::table& table) {
-    Step& step = scenario_.steps.emplace_back();
-    step.line = base::line_of(table);
-    base::read_table<Step>(table, kKeys, step, "step has",
-                           [this](std::size_t line, const std::string& mistake) {
-                             scenario_.problems.push_back({{scenario_.file, line}, "step." + mistake});
-                           });
-    if (step.every &&
-        (step.commands.empty() || !step.waits.empty() || !step.expectations.empty() || !step.musts.empty()))
-      complain(table, "every: such a step has do, and none of wait, expect and must");
-    if (step.at && step.after) complain(table, "at, after: a step has one of them");
-  }
-
-  Scenario& scenario_;
-  const base::FileReader& read_;
-};
+void read_into(Scenario& scenario, std::string_view text, const base::FileReader& read) {
+  const toml::table root = toml::parse(text, std::string_view(scenario.file));
+  constexpr std::array kOthers{kStep};
+  scenario.problems = config::read_plant(text, scenario.file, scenario.config, kOthers, &read);
+  const toml::node* const steps = root.get(kStep);
+  const toml::array* const list = steps != nullptr ? steps->as_array() : nullptr;
+  if (list == nullptr || !std::ranges::all_of(*list, &toml::node::is_table))
+    return complain(scenario, base::line_of(root), "step: there is none; write [[step]] above each step");
+  for (const toml::node& step : *list)
+    read_step(*step.as_table(), scenario);
+}
 
 }  // namespace
 
-std::vector<base::Row> step_rows() {
-  return {kKeys.begin(), kKeys.end()};
-}
+const std::span<const base::Setting<Step>> kStepKeys = kKeys;
 
 std::string text_of(const Step& step) {
   return base::table_text<Step>(kKeys, step);
@@ -88,7 +76,7 @@ Scenario read_scenario(std::string_view text, const std::string& file, const bas
   scenario.file = file;
   scenario.text = text;
   try {
-    Reader(scenario, read).read(text);
+    read_into(scenario, text, read);
   } catch (const toml::parse_error&) {
     scenario.problems = config::read_plant(text, file, scenario.config);  // reports the mistake
   }

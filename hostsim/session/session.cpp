@@ -12,20 +12,23 @@
 #include "base/words.hpp"
 #include "config/wires.hpp"
 #include "plant/command_words.hpp"
-#include "protocols/command_session.hpp"
-#include "protocols/slcan_adapter.hpp"
-#include "protocols/socketcand_adapter.hpp"
+#include "protocols/adapter.hpp"
 
 namespace cbcan::session {
+
+using base::append;
+using journal::Event;
+using journal::Kind;
+using journal::kinds_of;
 
 namespace {
 
 /// The name of an object in the EDS file of the node that has the node ID now; `control` outlives it.
 journal::FindName names_of(plant::Control& control) {
   return [&control](std::uint8_t network, std::uint8_t id, std::uint16_t index,
-                    std::uint8_t sub) -> const descriptions::ObjectName* {
+                    std::uint8_t sub) -> const descriptions::Object* {
     for (const auto& node : control.network(network).world().nodes())
-      if (node->device().node_id() == id) return descriptions::find_name(node->names(), index, sub);
+      if (node->device().node_id() == id) return node->description().find(index, sub);
     return nullptr;
   };
 }
@@ -53,17 +56,18 @@ Session::Session(const config::Config& config, config::PlantBuild build, std::st
              [this](const std::string& file) { return host_.store(file); }),
       find_name_(names_of(control())),
       waits_([this] { return host_.machine_now(); }) {
-  if (config.verbose || config.verbose_frames)
-    trace_.emplace(control(), find_name_, config.verbose_frames,
-                   [this](std::string_view lines) { host_.tell(lines); });
+  if (config.verbose || config.verbose_frames) {
+    const journal::Kinds frames = config.verbose_frames ? kinds_of({Kind::kFrame}) : 0;
+    const journal::Kinds kinds = kinds_of({Kind::kEnded, Kind::kState, Kind::kEmergency}) | frames;
+    trace_.emplace(Trace{journal::Cursor(control().journal(), kinds)});
+  }
   list_services(config);
 }
 
 void Session::list_services(const config::Config& config) {
   const bool is_modbus = std::ranges::any_of(
       plant_.networks(), [](const auto& network) { return !network->registers().empty(); });
-  const std::string modbus = to_string(base::ListenAddress{config.modbus.host, config.modbus.port});
-  services_.push_back({.name = "modbus", .listen = is_modbus ? modbus : ""});
+  services_.push_back({.name = "modbus", .listen = is_modbus ? to_string(config.modbus) : ""});
   services_.push_back({.name = "rtu"});
   services_.push_back({.name = "rtu_tcp", .listen = is_modbus ? config.rtu.listen : ""});
   for (const config::NetworkConfig& network : config.networks)
@@ -88,17 +92,17 @@ void Session::list_bus_services(const config::NetworkConfig& config) {
   Service& slcan = services_.emplace_back(Service{config.number, "slcan", config.can.slcan});
   slcan.connect = [&, on_queued, most] {
     ++slcan.connections;
-    return std::make_unique<protocols::SlcanAdapter>(world.bus(), on_queued, most, &slcan.lost);
+    return protocols::slcan_adapter(world.bus(), on_queued, most, &slcan.lost);
   };
   Service& socketcand = services_.emplace_back(Service{config.number, "socketcand", config.can.socketcand});
   socketcand.connect = [this, &world, &socketcand, on_queued, most,
-                        bus = std::shared_ptr<protocols::SocketcandBus>()]() mutable {
-    if (!bus)
-      bus = std::make_shared<protocols::SocketcandBus>(
-          world.bus(), world.schedule(), [this] { return now_; }, host_.wall_offset(),
-          host_.clock_runs() ? kPauseBehindOk : 0);
+                        make = protocols::MakeSession()]() mutable {
+    if (!make)
+      make = protocols::socketcand_adapters({world.bus(), world.schedule(), [this] { return now_; },
+                                             host_.wall_offset(), host_.clock_runs() ? kPauseBehindOk : 0},
+                                            on_queued, most, &socketcand.lost);
     ++socketcand.connections;
-    return std::make_unique<protocols::SocketcandAdapter>(*bus, on_queued, most, &socketcand.lost);
+    return make();
   };
   services_.push_back({.network = config.number, .name = "plc"});
 }
@@ -109,12 +113,10 @@ std::string Session::name_of(std::size_t network) const {
 
 protocols::HttpSite::Handler Session::http(const config::Config& config) {
   control().journal();
-  api_.emplace(
-      web::Api::Parts{control(), find_name_,
+  return web::api_of({control(), find_name_,
                       [this](std::string_view line, const auto& dialogue) { return execute(line, dialogue); },
                       [this] { advance_and_answer(); }, [this] { return about(); },
                       [wires = wires_of(config)] { return wires; }});
-  return [this](const protocols::HttpRequest& request) { return api_->respond(request); };
 }
 
 web::Json Session::about() const {
@@ -128,18 +130,46 @@ web::Json Session::about() const {
   if (const std::string& modbus = services_.at("modbus").place; !modbus.empty()) {
     json["modbus"] = modbus;
     json["clients"] = served.clients;
-    json["requests"] = served.requests;
+    json["requests"] = served.modbus.requests;
   }
   return json;
 }
 
+void Session::record(std::function<void(std::string_view lines)> tell) {
+  const journal::Kinds kinds = kinds_of({Kind::kEnded, Kind::kCommand});
+  recording_.emplace(Recording{scenario::ScenarioWriter(control(), find_name_),
+                               journal::Cursor(control().journal(), kinds), std::move(tell)});
+  recording_->tell(scenario::ScenarioWriter::opening(plant_file_));
+}
+
 void Session::poll_views() {
-  if (recorder_) recorder_->poll();
-  if (trace_) trace_->poll();
+  if (recording_) poll_recording();
+  if (trace_) poll_trace();
+}
+
+void Session::poll_trace() {
+  base::Buffer& lines = trace_->lines;
+  const std::uint64_t missed = trace_->cursor.look([&](std::uint64_t /*number*/, const Event& event) {
+    append(lines, "cbcan-sim: ", base::Seconds{event.at}, ' ');
+    if (!is_only_network_) append(lines, "network ", event.network, ": ");
+    append_text(lines, event, control().journal(), find_name_);
+    append(lines, '\n');
+    return true;
+  });
+  if (missed != 0) append(lines, "cbcan-sim: ", missed, " events are missing here\n");
+  if (lines.size() != 0) host_.tell(base::view(lines));
+  lines.clear();
+}
+
+void Session::poll_recording() {
+  recording_->cursor.look([this](std::uint64_t /*number*/, const Event& event) {
+    recording_->tell(recording_->writer.text_of(event));
+    return true;
+  });
 }
 
 void Session::warn(std::string_view line) {
-  if (trace_) trace_->poll();
+  if (trace_) poll_trace();
   host_.tell(fmt::format("cbcan-sim: {}\n", base::to_utf8(line)));
 }
 
@@ -149,16 +179,16 @@ void Session::on_fault(std::size_t network, std::string_view text, Time now) {
 }
 
 void Session::on_written(std::size_t network, const modbus::Range& written) {
-  if (!recorder_) return;
+  if (!recording_) return;
   control().set_now(now_);
-  const auto registers = plant_.networks()[network - 1]->registers();
-  recorder_->on_written(network, written.first, registers.subspan(written.first, written.count));
+  poll_recording();
+  const auto words = plant_.networks()[network - 1]->registers().subspan(written.first, written.count);
+  recording_->tell(recording_->writer.written(control().now(), network, written.first, words));
 }
 
 void Session::on_client(std::uint32_t client, std::string_view address, bool joined) {
   control().journal().add(
-      {.kind = journal::Kind::kClient, .network = 0, .state = joined, .code = client, .at = now_ - started_},
-      address);
+      {.kind = Kind::kClient, .network = 0, .state = joined, .code = client, .at = now_ - started_}, address);
 }
 
 void Session::set_time_of_day(Time since_1970) {
@@ -188,7 +218,7 @@ void Session::advance() {
 
 bool Session::poll_waits() {
   control().set_now(now_);
-  if (recorder_) recorder_->poll();
+  if (recording_) poll_recording();
   if (look_ && !look_()) host_.shut_down();
   return waits_.poll();
 }
@@ -241,8 +271,8 @@ std::string Session::summary() const {
     text += module_summary(*network);
   const Served served = host_.served();
   if (!services_.at("modbus").place.empty())
-    text += fmt::format("Modbus requests {}, exceptions {}, connections {}\n", served.requests,
-                        served.exceptions, served.connections);
+    text += fmt::format("Modbus requests {}, exceptions {}, connections {}\n", served.modbus.requests,
+                        served.modbus.exceptions, served.connections);
   return text;
 }
 

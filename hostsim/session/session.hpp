@@ -12,14 +12,16 @@
 #include <string_view>
 #include <utility>
 
+#include "base/buffer.hpp"
 #include "base/exit_code.hpp"
 #include "config/build_node.hpp"
 #include "config/config.hpp"
 #include "plant/plant.hpp"
 #include "protocols/dialogue.hpp"
 #include "protocols/http_site.hpp"
+#include "protocols/modbus_server.hpp"
+#include "scenario/scenario_writer.hpp"
 #include "session/services.hpp"
-#include "session/views.hpp"
 #include "session/waits.hpp"
 #include "web/api.hpp"
 
@@ -30,10 +32,9 @@ inline constexpr std::string_view kBehind =
     "called less "
     "often, or use --clock manual";
 
-/// What is served at present; the first four by Modbus TCP.
+/// What is served at present; the first three by Modbus TCP.
 struct Served {
-  std::uint64_t requests = 0;
-  std::uint64_t exceptions = 0;
+  protocols::ModbusServer::Counters modbus;
   std::uint64_t connections = 0;
   std::size_t clients = 0;
   bool http_may_write = false;
@@ -93,14 +94,14 @@ class Session final : private plant::NetworkListener {
   /// Prefix of messages; empty if there is only one network.
   std::string name_of(std::size_t network) const;
 
-  /// Writes the session from now on as a scenario.
-  void record(Tell tell) { recorder_.emplace(control(), find_name_, plant_file_, std::move(tell)); }
+  /// Writes the session from now on as a scenario; `tell` takes whole lines.
+  void record(std::function<void(std::string_view lines)> tell);
   /// Called when time has passed, and after each Modbus request that writes; false = the program is to end.
   void watch(std::function<bool()> look) { look_ = std::move(look); }
   /// The HTTP interface, with events from now on. `config`: that of the constructor.
   protocols::HttpSite::Handler http(const config::Config& config);
   /// Views that have to be polled: lines of messages, a recording.
-  bool has_views() const { return trace_ || recorder_; }
+  bool has_views() const { return trace_ || recording_; }
   void poll_views();
   /// A message, after those of the views.
   void warn(std::string_view line);
@@ -133,6 +134,17 @@ class Session final : private plant::NetworkListener {
   std::string clients_summary(std::size_t network) const;
 
  private:
+  /// Lines for each ended transaction, state and EMCY message, and each frame if that is wanted.
+  struct Trace {
+    journal::Cursor cursor;
+    base::Buffer lines{};
+  };
+  struct Recording {
+    scenario::ScenarioWriter writer;
+    journal::Cursor cursor;
+    std::function<void(std::string_view lines)> tell;
+  };
+
   void on_fault(std::size_t network, std::string_view text, Time now) override;
   void on_written(std::size_t network, const modbus::Range& written) override;
   void on_applied() override { poll_waits(); }
@@ -140,6 +152,8 @@ class Session final : private plant::NetworkListener {
   void on_late_response(Time delay) override { host_.let_pass(delay); }
   void list_services(const config::Config& config);
   void list_bus_services(const config::NetworkConfig& config);
+  void poll_trace();
+  void poll_recording();
   void say(const std::string& response);
   web::Json about() const;
   std::string module_summary(const plant::Network& network) const;
@@ -149,13 +163,12 @@ class Session final : private plant::NetworkListener {
   std::string plant_file_;
   bool is_only_network_;
   Time started_;
-  std::optional<Recorder> recorder_;  ///< it and trace_: the plant calls back while it is made
+  std::optional<Recording> recording_;  ///< it and trace_: the plant calls back while it is made
   std::optional<Trace> trace_;
   plant::Plant plant_;
   journal::FindName find_name_;
   Waits waits_;
   Services services_;
-  std::optional<web::Api> api_;
   std::shared_ptr<protocols::Dialogue> input_ = std::make_shared<protocols::Dialogue>();
   std::function<bool()> look_;
 };

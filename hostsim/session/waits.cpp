@@ -31,10 +31,7 @@ bool Waits::poll_waiting() {
 }
 
 Time Waits::deadline_of_each() const {
-  Time next = kNever;
-  for (const Waiting& waiting : waiting_)
-    next = earlier(next, waiting.wait->next_deadline());
-  return next;
+  return sim::earliest(waiting_, [](const Waiting& waiting) { return waiting.wait->next_deadline(); });
 }
 
 bool Waits::want_time() const {
@@ -42,19 +39,16 @@ bool Waits::want_time() const {
 }
 
 bool Waits::are_passes() const {
-  return std::ranges::all_of(waiting_, [](const Waiting& waiting) { return waiting.wait->is_pass(); });
+  return std::ranges::all_of(waiting_, [](const Waiting& waiting) { return waiting.wait->is_pass; });
 }
 
 Time Waits::plc_deadline() const {
-  Time deadline = kNever;
-  for (const Waiting& waiting : waiting_)
-    deadline = earlier(deadline, waiting.since + waiting.wait->within());
-  return deadline;
+  return sim::earliest(waiting_, [](const Waiting& waiting) { return waiting.since + waiting.wait->within; });
 }
 
 void Waits::give_up_on_plc(Time now) {
   std::erase_if(waiting_, [now](const Waiting& waiting) {
-    const bool is_over = waiting.wait->is_up_to_plc() && now >= waiting.since + waiting.wait->within();
+    const bool is_over = waiting.wait->is_up_to_plc() && now >= waiting.since + waiting.wait->within;
     if (is_over && !waiting.dialogue.expired()) answer(waiting, waiting.wait->give_up());
     return is_over;
   });

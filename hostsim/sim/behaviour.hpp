@@ -10,7 +10,6 @@
 /// behaviour reads no clock, uses only seeded random numbers, opens nothing, and never calls back into the
 /// bus.
 
-#include <array>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -119,9 +118,9 @@ class Behaviour {
   virtual std::vector<Point> points() const { return {}; }
 
   /// Names of the incidents that can happen to this device: "overtemperature", "limit-switch-positive".
-  virtual std::span<const std::string_view> incidents() const { return {}; }
-  /// One of them begins, or ends. update() follows.
-  virtual void set_incident(std::string_view /*incident*/, bool /*present*/, Time /*now*/) {}
+  virtual std::vector<std::string_view> incidents() const { return {}; }
+  /// The one at this place begins, or ends. update() follows.
+  virtual void set_incident(std::size_t /*place*/, bool /*present*/, Time /*now*/) {}
 };
 
 /// Why a behaviour cannot be made: "tank.lua:12: ...".

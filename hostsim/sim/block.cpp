@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "base/numbers.hpp"
-#include "base/suggestion.hpp"
 #include "base/words.hpp"
 
 namespace cbcan::sim {
@@ -49,19 +48,14 @@ const std::array<BlockRow, 6>& block_rows() {
   return kRows;
 }
 
-std::string list_of(const auto& all) {
-  std::vector<std::string_view> names;
-  for (const auto& each : all)
-    names.push_back(each.name);
-  return base::listed(names, " and ");
-}
-
 /// Returns what is wrong with "key=number".
 std::string store_key(const BlockRow& row, std::string_view word, BlockParameters& parameters) {
   constexpr double kMost = 1e9;
   const auto [name, value] = base::split(word, '=').value_or(std::pair(word, std::string_view()));
   const auto key = std::ranges::find(row.keys, name, &BlockKey::name);
-  if (key == row.keys.end()) return fmt::format("{}: no such key; there are {}", name, list_of(row.keys));
+  if (key == row.keys.end())
+    return fmt::format("{}: no such key; there are {}", name,
+                       base::listed(base::column(row.keys, &BlockKey::name), " and "));
   const auto number = base::parse<double>(value);
   if (!number || !(*number <= kMost && *number >= (key->is_positive ? 1e-6 : -kMost)))
     return fmt::format("{}: must be {}..1e9", name, key->is_positive ? "0.000001" : "-1e9");
@@ -98,7 +92,8 @@ Block::Parsed Block::parse(std::string_view text) {
   const auto row =
       words.empty() ? block_rows().end() : std::ranges::find(block_rows(), words[0], &BlockRow::name);
   if (row == block_rows().end()) {
-    parsed.problem = fmt::format("block \"{}\": no such kind; there are {}", text, list_of(block_rows()));
+    parsed.problem = fmt::format("block \"{}\": no such kind; there are {}", text,
+                                 base::listed(base::column(block_rows(), &BlockRow::name), " and "));
     return parsed;
   }
   parsed.block.kind_ = static_cast<Kind>(row - block_rows().begin());

@@ -37,7 +37,6 @@ Time frame_time(const Frame& frame, std::uint32_t bit_rate) {
 
 bool Port::try_send(const Frame& frame) {
   if (queued() == room_) {
-    ++bus_.counters_.refused;
     ++refused_;
     return false;
   }
@@ -184,7 +183,6 @@ Port& Bus::attach(Receiver& receiver) {
 }
 
 void Bus::receive(const Frame& frame, Time now) {
-  ++counters_.received;
   arrive(frame, nullptr, now);
 }
 
@@ -196,7 +194,6 @@ void Bus::set_link(bool up) {
     port->follow_state();
   }
   if (up) return;
-  if (current_ends_ != kNever) ++counters_.dropped;
   current_ends_ = kNever;
 }
 
@@ -220,7 +217,6 @@ void Bus::advance(Time now) {
 void Bus::drop_queue(Port& port) {
   if (port.queued() == 0) return;
   arbitration_.remove(port);
-  counters_.dropped += port.queued();
   port.dropped_ += static_cast<std::uint32_t>(port.queued());
   port.first_ = port.next_;
 }
@@ -229,14 +225,12 @@ void Bus::drop_queue(Port& port) {
 /// transmission takes no time.
 inline bool Bus::start_next(Time now) {
   if (outside_ != nullptr && !arbitration_.empty() && !outside_->transmit(arbitration_.winner().front())) {
-    ++counters_.outside_waits;
     stopped_ = true;
     return false;
   }
   const Port* const port = arbitration_.take_winner(current_);
   if (port == nullptr) return false;
   sender_ = port;
-  ++counters_.frames;
   if (bit_rate_ != 0 && outside_ == nullptr) current_ends_ = now + frame_time(current_, bit_rate_);
   return true;
 }

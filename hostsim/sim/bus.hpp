@@ -20,12 +20,13 @@ namespace cbcan::sim {
 
 class Bus;
 
-/// Gets frames from the bus. Called while the bus delivers; frames that it sends then are queued.
+/// Gets frames from the bus. Called while the bus delivers; frames that it sends then are queued. One that only
+/// sends needs neither function.
 class Receiver {
  public:
-  virtual void on_frame(const Frame& frame, Time now) = 0;
+  virtual void on_frame(const Frame& /*frame*/, Time /*now*/) {}
   /// The state of this receiver's controller has changed.
-  virtual void on_bus_state(BusState state, Time now) = 0;
+  virtual void on_bus_state(BusState /*state*/, Time /*now*/) {}
 
  protected:
   ~Receiver() = default;
@@ -200,15 +201,6 @@ class Bus {
     return arbitration_.empty() || stopped_ ? kNever : 0;
   }
 
-  struct Counters {
-    std::uint64_t frames = 0;         ///< transmitted by local ports
-    std::uint64_t received = 0;       ///< came in from outside
-    std::uint64_t refused = 0;        ///< by try_send(): queue full, bus-off, no link
-    std::uint64_t dropped = 0;        ///< queued frames lost to bus-off or a lost link
-    std::uint64_t outside_waits = 0;  ///< the outside had no room
-  };
-  const Counters& counters() const { return counters_; }
-
  private:
   friend class Port;
   static constexpr std::size_t kIdentifiers = 2048;
@@ -242,7 +234,6 @@ class Bus {
   Frame current_{};       ///< on a paced bus, the frame that is being transmitted
   const Port* sender_ = nullptr;
   Time current_ends_ = kNever;
-  Counters counters_;
 };
 
 }  // namespace cbcan::sim

@@ -24,7 +24,7 @@ Coprocessor::Settings with_address(Coprocessor::Settings settings, const StoredL
 CoprocessorModule::CoprocessorModule(Bus& bus, Schedule& schedule, RegisterWindow window,
                                      ProcessRegisters process, const Coprocessor::Settings& settings,
                                      std::span<const ScannerWindow> scanners, ParameterStore* parameters)
-    : Participant(schedule),
+    : Timed(schedule),
       parameters_(parameters),
       is_kept_(parameters != nullptr),
       port_(bus.attach(*this)),

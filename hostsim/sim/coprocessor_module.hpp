@@ -6,8 +6,9 @@
 #include <vector>
 
 #include "cbcan/coprocessor/further_channels.hpp"
+#include "sim/bus.hpp"
 #include "sim/parameters.hpp"
-#include "sim/participant.hpp"
+#include "sim/schedule.hpp"
 
 namespace cbcan::sim {
 
@@ -25,7 +26,7 @@ class ModuleWatch {
 /// and LSS of its own node store in `parameters`, null = nowhere; the store outlives the module. A node ID
 /// stored there overrides that of the settings. With a stored bit rate other than that of a paced bus the
 /// module is bus-off.
-class CoprocessorModule final : public Participant {
+class CoprocessorModule final : public Receiver, public Timed {
  public:
   CoprocessorModule(Bus& bus, Schedule& schedule, RegisterWindow window, ProcessRegisters process,
                     const Coprocessor::Settings& settings, std::span<const ScannerWindow> scanners,
@@ -36,7 +37,7 @@ class CoprocessorModule final : public Participant {
   /// Call it before start(): the network that it boots, see NetworkObjects; also after a restart.
   void manage(std::vector<std::uint8_t> image);
 
-  void start(Time now) override;
+  void start(Time now);
   /// Off and on. The registers are the caller's.
   void restart(Time now);
   /// Call it also when R3700 may have been written.

@@ -17,11 +17,6 @@ constexpr unsigned kExtendedIdDigits = 8;
 
 }  // namespace
 
-void append_hex(std::string& text, std::uint32_t value, int digits) {
-  for (int shift = 4 * (digits - 1); shift >= 0; shift -= 4)
-    text += "0123456789ABCDEF"[value >> shift & 0xF];
-}
-
 void append_frame(base::Buffer& to, const Frame& frame) {
   const bool has_error = (frame.flags & Frame::kError) != 0;
   const bool is_long = has_error || (frame.flags & Frame::kExtended) != 0;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -11,9 +10,6 @@
 #include "cbcan/time.hpp"
 
 namespace cbcan::sim {
-
-/// "007F" for 7Fh in four digits.
-void append_hex(std::string& text, std::uint32_t value, int digits);
 
 /// Appends a frame as candump writes it: "605#4017100000000000", "742#R1"; a 29-bit identifier has eight digits.
 /// The identifier of an error frame includes the kernel's error flag.

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "sim/more_sdo_servers.hpp"
 
-#include <algorithm>
 #include <utility>
 
 #include "cbcan/canopen/dictionary/cob_id.hpp"

@@ -8,10 +8,10 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <span>
 #include <vector>
 
 #include "cbcan/canopen/sdo/server.hpp"
+#include "sim/schedule.hpp"
 
 namespace cbcan::sim {
 
@@ -33,10 +33,7 @@ class MoreSdoServers {
   void on_frame(const Frame& frame, Time now);
   void poll(Time now);
   Time deadline() const {
-    Time first = kNever;
-    for (const Served& served : servers_)
-      first = earlier(first, served.server.deadline());
-    return first;
+    return earliest(servers_, [](const Served& served) { return served.server.deadline(); });
   }
   template <class Visitor>
   void visit_ids(Visitor visit) const {

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <iterator>
-#include <utility>
 
 #include "base/utf8.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
@@ -29,13 +28,21 @@ std::vector<NodeIdValue> unchanged(const std::vector<NodeIdValue>& list, std::sp
   return same;
 }
 
+/// A rate that is not in the table gets the index of the empty row, whose rate is 0: stored, it means none.
+std::uint8_t lss_index_of(std::uint32_t bit_rate) {
+  auto found = std::ranges::find(kLssBitRates, bit_rate);
+  if (found == kLssBitRates.end()) found = std::ranges::find(kLssBitRates, 0u);
+  return static_cast<std::uint8_t>(found - kLssBitRates.begin());
+}
+
 }  // namespace
 
 Node::Node(Bus& bus, Schedule& schedule, NodeParts parts)
-    : Participant(schedule),
+    : Timed(schedule),
       name_(std::move(parts.name)),
       device_name_(parts.device),
-      names_(parts.names ? std::move(parts.names) : std::make_shared<const descriptions::ObjectNames>()),
+      description_(parts.description ? std::move(parts.description)
+                                     : std::make_shared<const descriptions::DeviceDescription>()),
       image_(descriptions::prepared(std::move(parts.image))),
       values_(image_.values),
       saved_(image_.values),
@@ -48,16 +55,17 @@ Node::Node(Bus& bus, Schedule& schedule, NodeParts parts)
               {memory_.buffer, {memory_.rpdos, memory_.tpdos, memory_.pieces}, memory_.watched}, *this,
               faulty_),
       more_servers_(device_.dictionary(), faulty_, memory_.buffer.size(), parts.block_timeout_ms),
+      bus_rate_(bus.bit_rate()),
       start_node_id_(parts.node_id),
       values_node_id_(image_id(parts.node_id)),
       signals_(std::move(parts.signals)),
       samples_due_(signals_.size(), kNever),
       make_behaviour_(std::move(parts.behaviour)),
       seed_(parts.seed) {
-  LssNode& lss_node = *this;
+  LssApplication& of_lss = *this;
   device_.slave().sdo_server().set_block_timeout(parts.block_timeout_ms);
   if (parts.takes_time) faulty_.set_timing(seed_);
-  if (parts.lss) lss_.emplace(lss_node, port_, faulty_, bus.bit_rate());
+  if (parts.lss) lss_.emplace(of_lss, faulty_);
   behaviour_ = make_behaviour_ ? make_behaviour_(*this, seed_) : std::make_unique<Behaviour>();
   image_.values = saved_ = values_;  // with the behaviour's values for objects that have none in the file
   if (!make_behaviour_) descriptions::mark_mapped(image_.entries, dictionary());
@@ -89,7 +97,7 @@ void Node::at(Time now, Act act) {
 void Node::start(Time now) {
   at(now, [&] {
     started_at_ = now;
-    if (lss_) lss_->start(start_node_id_, stored_lss_.bit_rate, now);
+    if (lss_) start_lss(now);
     if (start_node_id_ != kNoNodeId || device_.state() != nmt::State::kInitialising) device_.start(now);
     update(now);
     if (!signals_.empty()) {
@@ -124,7 +132,7 @@ void Node::poll(Time now) {
   if (now >= power_back_) return set_power(true, now);
   if (!has_power_) return;
   faulty_.poll(now);
-  if (lss_) lss_->slave().poll(now);
+  if (lss_) lss_->poll(now);
   if (now >= sample_due_) follow_signals(now);
   if (now >= behaviour_due_) update(now);
   more_servers_.poll(now);
@@ -139,7 +147,7 @@ void Node::on_frame(const Frame& frame, Time now) {
     update_pending_ = true;
   }
   if (lss_ && frame.id == LssSlave::kRequestId)
-    lss_->slave().on_frame(frame, now);
+    lss_->on_frame(frame, now);
   else if (more_servers_.serves(frame.id))
     ask_more_servers(frame, now);
   else if (!device_.on_frame(frame, now) && !update_pending_)
@@ -158,22 +166,44 @@ void Node::on_bus_state(BusState state, Time now) {
   if (!has_power_) return;
   faulty_.set_now(now);
   if (state == BusState::kBusOff) faulty_.drop();
-  if (!lss_ || !lss_->is_switching()) device_.on_bus_state(state, now);
+  if (!is_switching_) device_.on_bus_state(state, now);
   poll(now);
 }
 
-// ---- Node ID
+// ---- Node ID and bit rate
 
 std::uint32_t Node::identity(std::uint8_t part) const {
   return static_cast<std::uint32_t>(
       device_.dictionary().get(object::kIdentity, static_cast<std::uint8_t>(part + 1)));
 }
 
-bool Node::keep(const StoredLss& stored) {
-  const StoredLss before = std::exchange(stored_lss_, stored);
-  const bool kept = keep_saved();
-  if (!kept) stored_lss_ = before;
-  return kept;
+/// Without a stored bit rate the node has that of the bus.
+void Node::start_lss(Time now) {
+  own_rate_ = stored_lss_.bit_rate == 0 ? bus_rate_ : stored_lss_.bit_rate;
+  set_on_bus(true, now);
+  lss_->start(start_node_id_, lss_index_of(own_rate_), now);
+}
+
+bool Node::is_bit_rate_supported(std::uint8_t table_index) const {
+  return table_index < kLssBitRates.size() && kLssBitRates[table_index] != 0;
+}
+
+void Node::set_on_bus(bool on, Time now) {
+  const bool hears = on && (bus_rate_ == 0 || own_rate_ == bus_rate_);
+  is_switching_ = true;
+  port_.set_state(hears ? BusState::kActive : BusState::kBusOff, now);
+  is_switching_ = false;
+}
+
+void Node::activate_bit_rate(std::uint8_t table_index, Time /*now*/) {
+  own_rate_ = kLssBitRates[table_index];
+}
+
+LssApplication::StoreResult Node::store(std::uint8_t node_id, std::uint8_t bit_rate) {
+  const StoredLss before = std::exchange(stored_lss_, {node_id, kLssBitRates[bit_rate]});
+  if (keep_saved()) return StoreResult::kStored;
+  stored_lss_ = before;
+  return StoreResult::kAccessError;
 }
 
 /// Values with $NODEID change, in the power-on values and in stored ones that are the same.
@@ -186,7 +216,7 @@ void Node::take_node_id(std::uint8_t node_id) {
   device_.set_node_id(node_id);
 }
 
-void Node::start_with(std::uint8_t node_id, Time now) {
+void Node::on_node_id(std::uint8_t node_id, Time now) {
   take_node_id(node_id);
   device_.start(now);
 }
@@ -206,7 +236,7 @@ void Node::finish_update(Time now) {
   const Time device = faulty_.boots() ? kNever : device_.deadline();  // it would try again and again
   const Time servers = earlier(device, more_servers_.deadline());
   const Time own = earlier(servers, earlier(behaviour_due_, sample_due_));
-  const Time lss = lss_ ? lss_->slave().deadline() : kNever;
+  const Time lss = lss_ ? lss_->deadline() : kNever;
   wants(earlier(own, earlier(lss, faulty_.deadline())));
 }
 
@@ -261,7 +291,7 @@ void Node::on_sync(Time now) {
 }
 
 void Node::on_state(nmt::State state, Time now) {
-  if (lss_ && state == nmt::State::kInitialising) take_node_id(lss_->slave().reset_communication(now));
+  if (lss_ && state == nmt::State::kInitialising) take_node_id(lss_->reset_communication(now));
   more_servers_.configure();
   ids_changed_ = true;  // an Initialising node receives nothing
   if (!nmt::is_running(state)) more_servers_.reset();
@@ -293,12 +323,10 @@ bool Node::put_input(std::uint16_t index, std::uint8_t sub, double value, Time n
   if (behaviour_->set_input(index, sub, value, now)) return inputs_[place] = {value}, true;
   if (index < object::kFirstManufacturer)
     return false;  // communication objects need the checks of an SDO write
-  ObjectEntry entry{};
-  if (dictionary().find(index, sub, entry) != AbortCode::kNone) return false;
-  const std::size_t bytes = size_of(entry.type);
-  if (bytes == 0 || bytes != entry.capacity || entry.has(ObjectFlags::kComputed)) return false;
+  const auto entry = find_number(dictionary(), index, sub);
+  if (!entry || entry->has(ObjectFlags::kComputed)) return false;
   const std::uint64_t before = dictionary().get(index, sub);
-  dictionary().set(index, sub, to_raw(value, entry.type, bytes));
+  dictionary().set(index, sub, to_raw(value, entry->type, entry->capacity));
   const std::uint64_t after = dictionary().get(index, sub);
   if (connected || !make_behaviour_ || inputs_.contains(place)) inputs_[place] = {value, after};
   if (after != before) device_.changed(index, sub, now);
@@ -334,23 +362,20 @@ void Node::bring_up_to_date(Time now) {
 
 std::optional<double> Node::number(const Terminal& terminal) {
   std::optional<double> value;
-  ObjectEntry entry{};
-  if (terminal.is_output) {
+  if (terminal.is_output)
     value = behaviour_->output(terminal.index, terminal.sub);
-  } else if (dictionary().find(terminal.index, terminal.sub, entry) == AbortCode::kNone) {
-    const std::size_t bytes = size_of(entry.type);
-    if (bytes != 0 && bytes == entry.capacity)
-      value = from_raw(dictionary().number(entry, terminal.sub), entry.type, bytes);
-  }
+  else if (const auto entry = find_number(dictionary(), terminal.index, terminal.sub))
+    value = from_raw(dictionary().number(*entry, terminal.sub), entry->type, entry->capacity);
   if (!value || !terminal.bit) return value;
   return static_cast<double>(to_raw(*value, DataType::kInteger64, 8) >> *terminal.bit & 1);
 }
 
 bool Node::set_incident(std::string_view incident, bool present, Time now) {
   const auto known = behaviour_->incidents();
-  if (std::ranges::find(known, incident) == known.end()) return false;
+  const auto found = std::ranges::find(known, incident);
+  if (found == known.end()) return false;
   at(now, [&] {
-    behaviour_->set_incident(incident, present, now);
+    behaviour_->set_incident(static_cast<std::size_t>(found - known.begin()), present, now);
     update(now);
   });
   return true;

@@ -15,14 +15,14 @@
 #include <vector>
 
 #include "cbcan/canopen/device.hpp"
+#include "cbcan/canopen/lss_slave.hpp"
+#include "descriptions/device_description.hpp"
 #include "descriptions/dictionary_image.hpp"
-#include "descriptions/object_names.hpp"
 #include "sim/behaviour.hpp"
 #include "sim/faults/faulty_port.hpp"
 #include "sim/more_sdo_servers.hpp"
-#include "sim/node_lss.hpp"
 #include "sim/parameters.hpp"
-#include "sim/participant.hpp"
+#include "sim/schedule.hpp"
 #include "sim/signal.hpp"
 #include "sim/wire.hpp"
 
@@ -35,7 +35,7 @@ struct NodeParts {
   std::string name;            ///< for people; may be empty
   std::string_view device;     ///< its kind, for people: "cia402"; the text outlives the node
   descriptions::DictionaryImage image;  ///< made for the node ID
-  std::shared_ptr<const descriptions::ObjectNames> names;  ///< of its objects, for people; null = none are known
+  std::shared_ptr<const descriptions::DeviceDescription> description;  ///< for names; null = none are known
   BehaviourMaker behaviour = nullptr;             ///< null: values stay as they were written
   std::uint64_t seed = 0;                         ///< of everything random in behaviour and faults
   std::vector<Signal> signals;                    ///< begin at the node's power-on
@@ -46,18 +46,19 @@ struct NodeParts {
   bool takes_time = false;               ///< it acts after a time, see Timing; else at once
 };
 
-class Node final : public Participant,
+class Node final : public Receiver,
+                   public Timed,
                    private DeviceApplication,
                    private ParameterMemory,
                    private DeviceNode,
-                   private LssNode {
+                   private LssApplication {
  public:
   /// The node waits until LSS sets its node ID. The image is then made for node ID 0.
   static constexpr std::uint8_t kNoNodeId = LssSlave::kNoNodeId;
 
   Node(Bus& bus, Schedule& schedule, NodeParts parts);
 
-  void start(Time now) override;
+  void start(Time now);
   void poll(Time now) override;
   void on_frame(const Frame& frame, Time now) override;
   void on_bus_state(BusState state, Time now) override;
@@ -96,7 +97,7 @@ class Node final : public Participant,
 
   const std::string& name() const { return name_; }
   std::string_view device_name() const { return device_name_; }
-  const descriptions::ObjectNames& names() const { return *names_; }
+  const descriptions::DeviceDescription& description() const { return *description_; }
   const Device& device() const { return device_; }
   Device& device() { return device_; }
   Behaviour& behaviour() { return *behaviour_; }
@@ -122,10 +123,14 @@ class Node final : public Participant,
   bool keep_saved();
   void load_parameters();
 
-  // LSS.
+  // LSS. On a paced bus a node with another bit rate is bus-off; on a bus that is not paced every bit rate works.
+  void start_lss(Time now);
   std::uint32_t identity(std::uint8_t part) const override;
-  bool keep(const StoredLss& stored) override;
-  void start_with(std::uint8_t node_id, Time now) override;
+  bool is_bit_rate_supported(std::uint8_t table_index) const override;
+  void set_on_bus(bool on, Time now) override;
+  void activate_bit_rate(std::uint8_t table_index, Time now) override;
+  StoreResult store(std::uint8_t node_id, std::uint8_t bit_rate) override;
+  void on_node_id(std::uint8_t node_id, Time now) override;
   void take_node_id(std::uint8_t node_id);
 
   // The device.
@@ -162,7 +167,7 @@ class Node final : public Participant,
 
   std::string name_;
   std::string_view device_name_;
-  std::shared_ptr<const descriptions::ObjectNames> names_;
+  std::shared_ptr<const descriptions::DeviceDescription> description_;
   descriptions::DictionaryImage image_;
   std::vector<std::uint8_t> values_;
   std::vector<std::uint8_t> saved_;  ///< what reset node restores: factory values, or stored ones
@@ -185,7 +190,10 @@ class Node final : public Participant,
   FaultyPort faulty_;
   Device device_;
   MoreSdoServers more_servers_;
-  std::optional<NodeLss> lss_;
+  std::uint32_t bus_rate_;      ///< 0 = the bus is not paced
+  std::uint32_t own_rate_ = 0;  ///< with lss_
+  bool is_switching_ = false;   ///< LSS takes the controller off the bus or puts it back: that is no error
+  std::optional<LssSlave> lss_;
   StoredLss stored_lss_;
   std::uint8_t start_node_id_;   ///< at power-on
   std::uint8_t values_node_id_;  ///< that $NODEID stands for in the images; 0 = none

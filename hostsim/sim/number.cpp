@@ -3,8 +3,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
-#include <limits>
 
 #include "cbcan/canopen/dictionary/little_endian.hpp"
 
@@ -19,6 +17,14 @@ float to_real32(double value) {
 }
 
 }  // namespace
+
+std::optional<ObjectEntry> find_number(const ObjectDictionary& dictionary, std::uint16_t index,
+                                       std::uint8_t sub) {
+  ObjectEntry entry{};
+  const bool found = dictionary.find(index, sub, entry) == AbortCode::kNone;
+  const bool is_number = found && size_of(entry.type) != 0 && size_of(entry.type) == entry.capacity;
+  return is_number ? std::optional(entry) : std::nullopt;
+}
 
 std::uint64_t to_raw(double value, DataType type, std::size_t bytes) {
   if (type == DataType::kReal32) return std::bit_cast<std::uint32_t>(to_real32(value));

@@ -7,11 +7,16 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <type_traits>
 
 #include "cbcan/canopen/dictionary/object_dictionary.hpp"
 
 namespace cbcan::sim {
+
+/// The entry of a number; nullopt if the dictionary has none there.
+std::optional<ObjectEntry> find_number(const ObjectDictionary& dictionary, std::uint16_t index,
+                                       std::uint8_t sub);
 
 /// The nearest number that the type, of `bytes` bytes, can hold; NaN becomes 0 in an integer.
 std::uint64_t to_raw(double value, DataType type, std::size_t bytes);

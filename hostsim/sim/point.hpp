@@ -4,9 +4,12 @@
 /// What a device has for people: inputs to set, outputs and values to look at. The page, the HTTP interface
 /// and the command `points` show them.
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace cbcan::sim {
@@ -28,5 +31,11 @@ struct Point {
   std::uint16_t target = 0;             ///< the object to which the value is to go; 0 = none
   bool level = false;                   ///< how full a vessel is
 };
+
+/// Names of the kinds, in their order.
+inline constexpr std::array<std::string_view, 3> kPointKinds{"input", "output", "curve"};
+constexpr std::string_view name_of(Point::Kind kind) {
+  return kPointKinds[static_cast<std::size_t>(kind)];
+}
 
 }  // namespace cbcan::sim

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <vector>
 
 #include "cbcan/time.hpp"
@@ -9,6 +10,15 @@
 namespace cbcan::sim {
 
 class Timed;
+
+/// The earliest of the times that `of` gives for each; kNever = there is none.
+template <class All, class Of>
+Time earliest(All& all, Of of) {
+  Time first = kNever;
+  for (auto& each : all)
+    first = earlier(first, std::invoke(of, each));
+  return first;
+}
 
 /// When each of several components is to be polled: an indexed heap. set() is O(log n), first_time() is O(1).
 /// Components with the same time are polled in the order of their numbers.

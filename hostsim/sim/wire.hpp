@@ -56,6 +56,7 @@ class Wire {
  public:
   /// A block has been checked.
   explicit Wire(const TransferFunction& transfer);
+  const TransferFunction& transfer() const { return transfer_; }
 
   /// Sets the value at the beginning. The first value counts as if it had always been there.
   void put(double value, Time now);

@@ -102,16 +102,6 @@ protocols::HttpResponse failed(unsigned status, std::string_view why) {
   return {status, "application/json", line_of({{"error", base::to_utf8(why)}}) + "\n"};
 }
 
-Json faults_of(const sim::FaultSet& set) {
-  Json list = Json::array();
-  for (const sim::SetFault& fault : set.list())
-    list.push_back({{"number", fault.number},
-                    {"fault", fault.text},
-                    {"occasions", fault.occasions},
-                    {"fired", fault.fired}});
-  return list;
-}
-
 /// Server-sent events from a number on that match the query, and the values that it watches.
 class EventStream final : public protocols::HttpStream {
  public:
@@ -134,7 +124,7 @@ class EventStream final : public protocols::HttpStream {
       tell(watched, to);
     return true;
   }
-  bool has_news() const override { return !watched_.empty() || cursor_.has_news(); }
+  bool has_news() const override { return !begun_ || !watched_.empty() || cursor_.has_news(); }
   std::string_view keep_alive() const override { return ":\n\n"; }
 
  private:
@@ -210,7 +200,7 @@ class CommandStream final : public protocols::HttpStream {
 
 /// A request of which the path is known.
 struct Asked {
-  const Api::Parts& parts;
+  const ApiParts& parts;
   EventTexts& texts;
   const protocols::HttpRequest& request;
   std::size_t network;
@@ -278,13 +268,18 @@ Json node_at(const Asked& asked, std::size_t place) {
   json["incidents"] = Json::array();
   for (const std::string_view incident : node.behaviour().incidents())
     json["incidents"].push_back(incident);
-  json["faults"] = faults_of(node.faults());
+  json["faults"] = Json::array();
+  for (const sim::SetFault& fault : node.faults().list())
+    json["faults"].push_back({{"number", fault.number},
+                              {"fault", fault.text},
+                              {"occasions", fault.occasions},
+                              {"fired", fault.fired}});
   if (id == sim::Node::kNoNodeId) return json;
   if (const Time heard = watch.heard_at(id); heard != kNever) json["heard"] = seconds_of(heard);
   if (const auto message = journal::emergency_of(watch.last_emergency(id)))
     json["emergency"] = {{"code", message->code},
                          {"words", descriptions::emergency_meaning(message->code)},
-                         {"error_register", watch.last_emergency(id).data[2]}};
+                         {"error_register", message->error_register}};
   const auto has = [&node](std::uint16_t index) {
     ObjectEntry entry{};
     return node.device().dictionary().find(index, 0, entry) == AbortCode::kNone;
@@ -310,7 +305,7 @@ protocols::HttpResponse objects(const Asked& asked) {
   const std::uint64_t last = number_in(asked.query(), "last", 0xFFFF, 0xFFFF);
   const Time now = control.started() + control.now();
   Json list = Json::array();
-  for (const descriptions::ObjectName& object : node.names())
+  for (const descriptions::Object& object : node.description().objects)
     for (unsigned sub = object.first_sub; sub <= object.last_sub; ++sub) {
       ObjectEntry entry{};
       const auto sub_index = static_cast<std::uint8_t>(sub);
@@ -333,7 +328,7 @@ protocols::HttpResponse objects(const Asked& asked) {
 protocols::HttpResponse points(const Asked& asked) {
   Json list = Json::array();
   for (auto& [point, object, value, target] : plant::points_of(asked.parts.control, asked.node_name())) {
-    Json json{{"kind", plant::name_of(point.kind)},
+    Json json{{"kind", sim::name_of(point.kind)},
               {"object", object},
               {"name", base::to_utf8(point.name)},
               {"value", value}};
@@ -354,7 +349,7 @@ protocols::HttpResponse words(const Asked& /*asked*/) {
   Json json{{"faults", Json::array()},
             {"nmt", Json::array()},
             {"commands", Json::array()},
-            {"kinds", journal::kind_names()}};
+            {"kinds", journal::kKindNames}};
   for (const sim::FaultRow& row : sim::fault_rows())
     if (sim::allowed(row.place, sim::FaultPlace::kNode))
       json["faults"].push_back({{"word", row.name}, {"meaning", row.meaning}});
@@ -404,7 +399,7 @@ protocols::HttpResponse follow(const Asked& asked) {
 }
 
 protocols::HttpResponse last_minute(const Asked& asked) {
-  const Api::Parts& parts = asked.parts;
+  const ApiParts& parts = asked.parts;
   return {.type = "application/toml",
           .body = scenario::scenario_of_last_minute(parts.control, parts.find, parts.about()["plant"])};
 }
@@ -434,19 +429,17 @@ constexpr Route kRoutes[] = {
     {"/api/wires", wires},
 };
 
-}  // namespace
-
-protocols::HttpResponse Api::respond(const protocols::HttpRequest& request) {
-  parts_.advance();
+protocols::HttpResponse respond(const ApiParts& parts, EventTexts& texts,
+                                const protocols::HttpRequest& request) {
+  parts.advance();
   try {
     if (request.method == "POST" && request.path != "/api/control")
       return failed(404, "POST is for /api/control; its command `write` writes registers");
     if (request.method == "POST")
       return {.type = "text/plain; charset=utf-8",
-              .stream = std::make_unique<CommandStream>(parts_.execute, request.body)};
+              .stream = std::make_unique<CommandStream>(parts.execute, request.body)};
     if (auto page = page_at(request.path)) return std::move(*page);
-    Asked asked{parts_, texts_, request,
-                number_in(request.query, "network", 1, parts_.control.networks(), 1)};
+    Asked asked{parts, texts, request, number_in(request.query, "network", 1, parts.control.networks(), 1)};
     std::string path = request.path;
     if (const std::size_t end = path.rfind('/'); path.starts_with(kNodes) && end > kNodes.size()) {
       asked.node = std::string_view(request.path).substr(kNodes.size(), end - kNodes.size());
@@ -459,6 +452,15 @@ protocols::HttpResponse Api::respond(const protocols::HttpRequest& request) {
   } catch (const plant::Refused& refused) {
     return failed(400, refused.what());
   }
+}
+
+}  // namespace
+
+protocols::HttpSite::Handler api_of(ApiParts parts) {
+  const auto texts = std::make_shared<EventTexts>(parts.control.journal(), parts.find);
+  return [parts = std::move(parts), texts](const protocols::HttpRequest& request) {
+    return respond(parts, *texts, request);
+  };
 }
 
 }  // namespace cbcan::web

@@ -118,7 +118,7 @@ void append_json(Buffer& to, std::uint64_t number, const Event& event, const jou
   append(to, "{\"number\":", number, ",\"time\":");
   append_time(to, event.at, 6);
   if (event.network != 0) append(to, ",\"network\":", event.network);
-  append(to, ",\"kind\":\"", journal::kind_names()[static_cast<std::size_t>(event.kind)], '"');
+  append(to, ",\"kind\":\"", journal::kKindNames[static_cast<std::size_t>(event.kind)], '"');
   if (event.transaction != 0) append(to, ",\"transaction\":", event.transaction);
   append(to, ",\"text\":\"", line.whole, '"');
   add_details(to, event, journal, line);
@@ -146,7 +146,7 @@ EventFilter::EventFilter(const Query& query, journal::Kinds standard)
   constexpr std::uint64_t kMostMs = 1'000'000'000;
   if (query.contains("slow")) slow_ = kMillisecond * number_in(query, "slow", 0, kMostMs);
   if (const auto found = query.find("service"); found != query.end()) service_ = found->second;
-  if (const auto names = journal::service_names();
+  if (const auto names = std::span(journal::kServiceNames).subspan(1);  // without "none"
       !service_.empty() && std::ranges::find(names, service_) == names.end())
     plant::refuse("service={}: must be {}", service_, base::listed(names));
   const auto found = query.find("kinds");
@@ -154,7 +154,7 @@ EventFilter::EventFilter(const Query& query, journal::Kinds standard)
   kinds_ = rest.empty() ? standard : 0;
   while (!rest.empty()) {
     const std::string_view name = base::take_part(rest, ',');
-    const auto names = journal::kind_names();
+    const auto& names = journal::kKindNames;
     const auto kind = std::ranges::find(names, name);
     if (kind == names.end()) plant::refuse("kinds={}: must be {}", name, base::listed(names, " and "));
     kinds_ |= 1U << (kind - names.begin());

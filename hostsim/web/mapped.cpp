@@ -83,7 +83,7 @@ std::string far_side(std::uint8_t number, const FarPdos& pdos, std::uint32_t can
     for (const Mapped& object : mapping_of(pdo->second.device->dictionary(), pdo->second.parameter)) {
       if (at < object.at || at >= object.at + object.bits) continue;
       const std::uint8_t id = pdo->second.device->node_id();
-      const descriptions::ObjectName* const name = find(number, id, object.index, object.sub);
+      const descriptions::Object* const name = find(number, id, object.index, object.sub);
       return fmt::format("node {} {:04X}h:{:02X} {}", id, object.index, object.sub,
                          name == nullptr ? "" : name->name);
     }

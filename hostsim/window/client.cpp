@@ -7,8 +7,7 @@
 
 #include "cbcan/regmap.hpp"
 #include "cbcan/window.hpp"
-#include "window/rtu_connection.hpp"
-#include "window/tcp_connection.hpp"
+#include "window/connection.hpp"
 
 namespace cbcan::window {
 
@@ -27,10 +26,9 @@ Time now() {
 
 std::unique_ptr<Connection> connection_of(const Settings& settings) {
   const Time response = microseconds(settings.response_timeout).count();
-  if (settings.rtu.empty())
-    return std::make_unique<TcpConnection>(settings.host, settings.port, Timing{response, 0, 0});
-  return std::make_unique<RtuConnection>(Line{settings.rtu, settings.baud, settings.parity},
-                                         Timing{response, kSerialSilence, kSerialSilence});
+  if (settings.rtu.empty()) return tcp_connection(settings.host, settings.port, {response, 0, 0});
+  return rtu_connection({settings.rtu, settings.baud, settings.parity},
+                        {response, kSerialSilence, kSerialSilence});
 }
 
 std::string purpose(const Request& request) {

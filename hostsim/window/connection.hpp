@@ -8,12 +8,13 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
 
+#include "cbcan/window.hpp"
 #include "window/framing.hpp"
-#include "window/request.hpp"
 
 namespace cbcan::window {
 
@@ -107,5 +108,25 @@ class Connection {
   unsigned ends_ = 0;
   std::string reason_;
 };
+
+/// Modbus TCP (Modbus Messaging on TCP/IP Implementation Guide V1.0b, 3.1.3). `host` is an IP address or a
+/// name, which is looked up at each attempt, by getaddrinfo(3), which may block.
+std::unique_ptr<Connection> tcp_connection(std::string host, int port, const Timing& timing);
+
+/// A serial line of Modbus RTU, whose characters have 11 bits: without parity there are two stop bits.
+struct Line {
+  std::string device;  ///< path of a serial port or pseudo-terminal
+  int baud = 19200;    ///< one of kBaudRates
+  char parity = 'E';   ///< E even, O odd, N none
+};
+
+/// Opens it in raw mode, non-blocking, exclusively (flock), and discards received bytes. Returns the
+/// descriptor, or a negative error number: EINVAL = no such baud rate, ENOTTY = no serial device, EWOULDBLOCK
+/// = another program uses it, or one of open(2).
+int open_line(const Line& line);
+
+/// Modbus RTU (Modbus over Serial Line V1.02, 2.5.1). The only client on its line (flock). The device is
+/// opened again after each failure, so an adapter may be unplugged; bytes received meanwhile are discarded.
+std::unique_ptr<Connection> rtu_connection(const Line& line, const Timing& timing);
 
 }  // namespace cbcan::window

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "window/rtu_connection.hpp"
-
 #include <fcntl.h>
 #include <modbus.h>
 #include <sys/file.h>
@@ -10,6 +8,8 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+
+#include "window/connection.hpp"
 
 namespace cbcan::window {
 
@@ -58,6 +58,33 @@ int set_up(int port, speed_t speed, char parity) {
   return 0;
 }
 
+class RtuConnection final : public Connection {
+ public:
+  RtuConnection(const Line& line, const Timing& timing)
+      : Connection(line.device, timing, modbus_new_rtu("unused", 9600, 'N', 8, 2), silence(line.baud)),
+        line_(line) {}
+
+  void poll(Time now) override {
+    if (state_ != State::kOff || !attempt_due(now)) return;
+    const int opened = open_line(line_);
+    if (opened < 0) return end(why_not_opened(-opened), now);
+    descriptor_ = opened;
+    connected();
+  }
+
+ private:
+  const char* fault_of(Come come, bool late) const override {
+    if (!late) return nullptr;
+    return come.empty()
+               ? "no response"
+               : "what it answers is no response; are baud rate, parity and unit those of the device?";
+  }
+
+  const char* loss_by(int /*error*/) const override { return "the port is gone"; }
+
+  Line line_;
+};
+
 }  // namespace
 
 int open_line(const Line& line) {
@@ -71,26 +98,8 @@ int open_line(const Line& line) {
   return -error;
 }
 
-RtuConnection::RtuConnection(const Line& line, const Timing& timing)
-    : Connection(line.device, timing, modbus_new_rtu("unused", 9600, 'N', 8, 2), silence(line.baud)),
-      line_(line) {}
-
-void RtuConnection::poll(Time now) {
-  if (state_ != State::kOff || !attempt_due(now)) return;
-  const int opened = open_line(line_);
-  if (opened < 0) return end(why_not_opened(-opened), now);
-  descriptor_ = opened;
-  connected();
-}
-
-const char* RtuConnection::fault_of(Come come, bool late) const {
-  if (!late) return nullptr;
-  return come.empty() ? "no response"
-                      : "what it answers is no response; are baud rate, parity and unit those of the device?";
-}
-
-const char* RtuConnection::loss_by(int /*error*/) const {
-  return "the port is gone";
+std::unique_ptr<Connection> rtu_connection(const Line& line, const Timing& timing) {
+  return std::make_unique<RtuConnection>(line, timing);
 }
 
 }  // namespace cbcan::window

@@ -3,6 +3,7 @@
 
 #include "base/error.hpp"
 #include "support/catch.hpp"
+#include "support/complaint.hpp"
 
 namespace cbcan::base {
 namespace {
@@ -12,12 +13,7 @@ ListenAddress parse(std::string_view text) {
 }
 
 std::string complaint(std::string_view text) {
-  try {
-    parse(text);
-  } catch (const UsageError& error) {
-    return error.what();
-  }
-  return "none";
+  return test::complaint_of<UsageError>([&] { parse(text); });
 }
 
 TEST_CASE("host and port") {

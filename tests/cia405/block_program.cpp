@@ -17,7 +17,9 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "base/numbers.hpp"
 #include "cia405/plant.hpp"
+#include "io/bytes.hpp"
 
 namespace cbcan::cia405::test {
 
@@ -25,15 +27,14 @@ namespace {
 
 template <typename Member>
 void assign(Member& member, const std::string& value) {
-  static std::deque<std::vector<std::uint8_t>> buffers;  // of the program, which outlive its blocks
+  static std::deque<io::test::Bytes> buffers;  // of the program, which outlive its blocks
   if constexpr (std::is_same_v<Member, EmcyError>)
     throw std::runtime_error("an output");
   else if constexpr (std::is_same_v<Member, std::array<std::uint8_t, 4>>)
-    std::ranges::copy(bytes_of(value), member.begin());
-  else if constexpr (requires { member.data(); }) {
-    const std::string bytes = bytes_of(value);
-    member = buffers.emplace_back(bytes.begin(), bytes.end());
-  } else
+    std::ranges::copy(io::test::hex(value), member.begin());
+  else if constexpr (requires { member.data(); })
+    member = buffers.emplace_back(io::test::hex(value));
+  else
     member = static_cast<Member>(std::stoull(value));
 }
 
@@ -41,11 +42,10 @@ void assign(Member& member, const std::string& value) {
 template <typename Member>
 std::string text(const Member& member) {
   if constexpr (std::is_same_v<Member, EmcyError>) {
-    std::string bytes{static_cast<char>(member.error_code), static_cast<char>(member.error_code >> 8),
-                      static_cast<char>(member.error_register)};
-    return hex_of(bytes.append(member.error_field.begin(), member.error_field.end()));
+    return base::hex(member.error_code & 0xFFu, 2) + base::hex(member.error_code >> 8, 2) +
+           base::hex(member.error_register, 2) + base::hex(member.error_field, "");
   } else if constexpr (requires { member.data(); })
-    return hex_of({member.begin(), member.end()});
+    return base::hex(member, "");
   else
     return std::to_string(static_cast<std::uint64_t>(member));
 }

@@ -3,6 +3,7 @@
 
 #include "cia405/fake_server.hpp"
 #include "support/catch.hpp"
+#include "support/complaint.hpp"
 
 namespace cbcan::cia405::test {
 
@@ -232,12 +233,7 @@ TEST_CASE("a host has a name, and may have several addresses: each is tried") {
 
 TEST_CASE("settings that cannot be are refused, with the reason") {
   const auto refused = [](const LinkSettings& settings) {
-    try {
-      const Link link(settings);
-    } catch (const std::invalid_argument& error) {
-      return std::string(error.what());
-    }
-    return std::string();
+    return cbcan::test::complaint_of<std::invalid_argument>([&] { const Link link(settings); });
   };
   CHECK(refused({.host = "::1"}).empty());
   CHECK(refused({.host = "plc"}).empty());

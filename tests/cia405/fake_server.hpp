@@ -9,9 +9,10 @@
 #include <cstdint>
 #include <stdexcept>
 #include <string>
-#include <vector>
 
+#include "base/numbers.hpp"
 #include "cia405/plant.hpp"
+#include "io/bytes.hpp"
 #include "io/loop/descriptor.hpp"
 
 namespace cbcan::cia405::test {
@@ -34,18 +35,16 @@ struct FakeServer {
   void accept() { client_ = io::Descriptor(::accept4(listener_.get(), nullptr, nullptr, SOCK_CLOEXEC)); }
   /// The next request without its first six bytes, in hexadecimal: unit ID, function code, ...
   std::string request() {
-    const std::string header = receive(6);
-    return hex_of(receive(static_cast<unsigned char>(header[5])));
+    return base::hex(receive(receive(6)[5]), "");
   }
   /// Sends bytes that are written in hexadecimal.
   void send(const std::string& hex) {
-    const std::string bytes = bytes_of(hex);
+    const io::test::Bytes bytes = io::test::hex(hex);
     ::send(client_.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL);
   }
   /// Sends a response: unit ID, function code, ...
   void respond(const std::string& hex) {
-    const std::string length(1, static_cast<char>(hex.size() / 2));
-    send("0000000000" + hex_of(length) + hex);
+    send("0000000000" + base::hex(hex.size() / 2, 2) + hex);
   }
   /// Whether the client has closed the connection.
   bool left() {
@@ -57,9 +56,9 @@ struct FakeServer {
   void stop() { listener_.reset(); }
 
  private:
-  std::string receive(std::size_t count) {
+  io::test::Bytes receive(std::size_t count) {
     contract::wait_readable(client_.get(), "the client");
-    std::string bytes(count, '\0');
+    io::test::Bytes bytes(count);
     if (recv(client_.get(), bytes.data(), count, MSG_WAITALL) != static_cast<ssize_t>(count))
       throw std::runtime_error("the client has left");
     return bytes;

@@ -64,23 +64,6 @@ void Program::cycle(Time now) {
     block->call(now);
 }
 
-std::string hex_of(const std::string& bytes) {
-  static constexpr char kDigits[] = "0123456789ABCDEF";
-  std::string text;
-  for (const char c : bytes) {
-    const auto byte = static_cast<unsigned char>(c);
-    text += {kDigits[byte >> 4], kDigits[byte & 15]};
-  }
-  return text;
-}
-
-std::string bytes_of(const std::string& hex) {
-  std::string bytes;
-  for (std::size_t i = 0; i + 1 < hex.size(); i += 2)
-    bytes += static_cast<char>(std::stoi(hex.substr(i, 2), nullptr, 16));
-  return bytes;
-}
-
 void wait_for(const Link& link) {
   if (link.events() == 0) return;
   pollfd wanted{link.descriptor(), link.events(), 0};

@@ -48,9 +48,6 @@ struct Program {
   void cycle(Time now);
 };
 
-std::string hex_of(const std::string& bytes);
-std::string bytes_of(const std::string& hex);
-
 /// Waits for what the link waits for, at most a minute.
 void wait_for(const Link& link);
 

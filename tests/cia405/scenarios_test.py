@@ -6,14 +6,10 @@ the recipes of docs/reference/ladder-recipes.md.
 usage: scenarios_test.py SIMULATOR PROGRAM     (PROGRAM: cia405_block_program, "st" or "recipes")
 """
 
-import pathlib
 import re
 import subprocess
 import sys
-import unittest
 
-HERE = pathlib.Path(__file__).resolve().parent
-sys.path[:0] = [str(HERE.parent / "st"), str(HERE.parent / "support")]
 import cases
 from plc import ROOT, Plant, Plc
 from recipes import Recipes
@@ -125,7 +121,7 @@ class CppBlock(Block):
 
     def put(self, name, value):
         if (self.kind, name) not in (("SDO_READ", "DATALENGTH"), ("SDO_WRITE", "DATALENGTH")):  # follows from the size of DATA
-            self.program.tell("set", self.number, name, value.hex() if isinstance(value, bytes) else int(value))
+            self.program.tell("set", self.number, name, value.hex().upper() if isinstance(value, bytes) else int(value))
 
     def __getitem__(self, name):
         return self.members[name]
@@ -377,7 +373,7 @@ def scenarios(text):
     return found
 
 
-class Scenarios(unittest.TestCase):
+class Scenarios(cases.Case):
     def carry_out(self, steps, rows):
         options = steps[0].replace("GENERIC", GENERIC).split()[1:] if steps[0].startswith("plant ") else []
         plant = PROGRAMS.get(PROGRAM, CppProgram)("--node", f"5={GENERIC}", *options)
@@ -396,7 +392,7 @@ class Scenarios(unittest.TestCase):
             plant.clear()
 
 
-for heading, (steps, rows) in scenarios((HERE / "scenarios.txt").read_text()).items():
+for heading, (steps, rows) in scenarios((ROOT / "tests/cia405/scenarios.txt").read_text()).items():
     setattr(Scenarios, "test_" + heading, lambda self, steps=steps, rows=rows: self.carry_out(steps, rows))
 
 cases.main()

@@ -5,19 +5,14 @@
 usage: subproject_test.py SIMULATOR
 """
 
-import pathlib
 import re
-import subprocess
-import sys
-import tempfile
-import unittest
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tests/support"))
 import cases
+from done import output, output_and_errors
 from simulator import LIMIT, Simulator, program_from_arguments
+from tree import ROOT
 
-SIMULATOR = program_from_arguments(sys.argv)
+SIMULATOR = program_from_arguments()
 PROJECT = f"""cmake_minimum_required(VERSION 3.21)
 project(theirs CXX)
 add_subdirectory({ROOT} cbcan)
@@ -34,18 +29,17 @@ def packages():
     return found - {"PkgConfig"}
 
 
-class Subproject(unittest.TestCase):
+class Subproject(cases.Case):
     def test_libmodbus_is_all_that_it_takes(self):
-        with tempfile.TemporaryDirectory() as folder, Simulator(SIMULATOR, "--demo") as simulator:
-            (pathlib.Path(folder) / "CMakeLists.txt").write_text(PROJECT)
-            hidden = [f"-DCMAKE_DISABLE_FIND_PACKAGE_{name}=ON" for name in packages()]
-            subprocess.run(["cmake", "-S", folder, "-B", f"{folder}/build", "-G", "Ninja", *hidden], check=True, stdout=subprocess.DEVNULL)
-            targets = subprocess.run(["cmake", "--build", f"{folder}/build", "--target", "help"], check=True, capture_output=True, text=True)
-            self.assertNotIn("cbcan-sim", targets.stdout)
-            self.assertNotIn("_test", targets.stdout)
-            subprocess.run(["cmake", "--build", f"{folder}/build", "--target", "read_name"], check=True, stdout=subprocess.DEVNULL)
-            done = subprocess.run([f"{folder}/build/read_name", str(simulator.port)], capture_output=True, text=True, timeout=LIMIT)
-        self.assertEqual((done.stdout, done.stderr), ("cbcan pressure transducer\n", ""))
+        self.write("CMakeLists.txt", PROJECT)
+        build = self.folder / "build"
+        output("cmake", "-S", self.folder, "-B", build, "-G", "Ninja", *(f"-DCMAKE_DISABLE_FIND_PACKAGE_{name}=ON" for name in packages()))
+        targets = output("cmake", "--build", build, "--target", "help")
+        self.assertNotIn("cbcan-sim", targets)
+        self.assertNotIn("_test", targets)
+        output("cmake", "--build", build, "--target", "read_name")
+        with Simulator(SIMULATOR, "--demo") as simulator:
+            self.assertEqual(output_and_errors(build / "read_name", simulator.port, timeout=LIMIT), "cbcan pressure transducer\n")
 
 
 cases.main()

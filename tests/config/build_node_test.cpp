@@ -23,11 +23,18 @@ constexpr const char* kEds =
     "[2002]\nParameterName=Text\nObjectType=7\nDataType=9\nAccessType=rw\nDefaultValue=abc\nPDOMapping=0\n"
     "CBCAN_Size=8\n";
 
-cbcan::base::FileReader only_this_file() {
-  return [](const std::string& path) -> std::optional<std::string> {
-    if (path == "x.eds") return kEds;
+/// x.eds with this text, and no other file.
+cbcan::base::FileReader only_file(std::string text) {
+  return [text = std::move(text)](const std::string& path) -> std::optional<std::string> {
+    if (path == "x.eds") return text;
     return std::nullopt;
   };
+}
+
+/// The section of an object in an EDS file.
+std::string variable(const std::string& index, const std::string& type, const std::string& value = "0") {
+  return "[" + index + "]\nParameterName=x\nAccessType=rw\nDataType=" + type + "\nDefaultValue=" + value +
+         "\n";
 }
 
 struct NodeBuilder {
@@ -49,7 +56,7 @@ cbcan::config::NodeConfig node_with(std::vector<cbcan::config::InitialValue> obj
 
 std::string first_problem(cbcan::config::InitialValue initial) {
   initial.place = {"plant.toml", 9};
-  const auto build = NodeBuilder(only_this_file()).build(node_with({initial}), 0);
+  const auto build = NodeBuilder(only_file(kEds)).build(node_with({initial}), 0);
   CHECK_FALSE(build.node);
   return build.problems.empty() ? "" : build.problems.front();
 }
@@ -76,7 +83,7 @@ TEST_CASE("Values of the plant file as bytes") {
 
 TEST_CASE("A node's image: the EDS file's defaults, and the plant file's values over them") {
   const auto build =
-      NodeBuilder(only_this_file()).build(node_with({{0x2002, 0, std::string("xyzzy"), {}}}), 0);
+      NodeBuilder(only_file(kEds)).build(node_with({{0x2002, 0, std::string("xyzzy"), {}}}), 0);
   REQUIRE(build.node);
   CHECK(build.problems.empty());
   cbcan::descriptions::DictionaryImage image = build.node->image;
@@ -89,13 +96,11 @@ TEST_CASE("A node's image: the EDS file's defaults, and the plant file's values 
 }
 
 TEST_CASE("A node's image says which values follow the node ID: not those that the plant file sets") {
-  const auto read = [](const std::string&) {
-    return std::optional<std::string>(
-        "[1200]\nParameterName=SDO\nObjectType=9\n"
-        "[1200sub0]\nParameterName=n\nDataType=5\nAccessType=ro\nDefaultValue=2\n"
-        "[1200sub1]\nParameterName=in\nDataType=7\nAccessType=ro\nDefaultValue=$NODEID+0x600\n"
-        "[1200sub2]\nParameterName=out\nDataType=7\nAccessType=ro\nDefaultValue=$NODEID+0x580\n");
-  };
+  const auto read = only_file(
+      "[1200]\nParameterName=SDO\nObjectType=9\n"
+      "[1200sub0]\nParameterName=n\nDataType=5\nAccessType=ro\nDefaultValue=2\n"
+      "[1200sub1]\nParameterName=in\nDataType=7\nAccessType=ro\nDefaultValue=$NODEID+0x600\n"
+      "[1200sub2]\nParameterName=out\nDataType=7\nAccessType=ro\nDefaultValue=$NODEID+0x580\n");
   auto build = NodeBuilder(read).build(node_with({{0x1200, 1, std::int64_t{0x605}, {}}}), 0);
   REQUIRE(build.node);
   CHECK(build.node->image.values == Bytes{2, 0x05, 6, 0, 0, 0x85, 5, 0, 0});
@@ -123,11 +128,9 @@ TEST_CASE("A file is read once for all its nodes") {
 }
 
 TEST_CASE("A file that says something else to each node ID is right for each of them") {
-  NodeBuilder builder([&](const std::string&) {
-    return std::optional<std::string>(
-        "[2001]\nParameterName=x\nDataType=5\nAccessType=rw\nDefaultValue=$NODEID+200\n"
-        "[2002]\nParameterName=x\nDataType=5\nAccessType=rw\nDefaultValue=1\nHighLimit=$NODEID\n");
-  });
+  NodeBuilder builder(
+      only_file("[2001]\nParameterName=x\nDataType=5\nAccessType=rw\nDefaultValue=$NODEID+200\n"
+                "[2002]\nParameterName=x\nDataType=5\nAccessType=rw\nDefaultValue=1\nHighLimit=$NODEID\n"));
   cbcan::config::NodeConfig node = node_with({});
   const auto build = [&](std::uint8_t id) {
     node.id = id;
@@ -153,7 +156,7 @@ TEST_CASE("What cannot be built is named with its line") {
         "VISIBLE_STRING of 8 bytes");
   cbcan::config::NodeConfig node = node_with({});
   node.eds = "y.eds";
-  CHECK(NodeBuilder(only_this_file()).build(node, 0).problems ==
+  CHECK(NodeBuilder(only_file(kEds)).build(node, 0).problems ==
         std::vector<std::string>{
             "plant.toml:3: node 5: cannot read y.eds; paths are relative to the plant file"});
   const auto garbage =
@@ -230,7 +233,7 @@ TEST_CASE("A node's device: the one that is named, or the one of its profile") {
   CHECK(by_profile.node->behaviour != nullptr);
   CHECK(build_with({}, "cia404").node->device == "cia404");
   CHECK(build_with({}, "none").node->behaviour == nullptr);
-  CHECK(NodeBuilder(only_this_file()).build(node_with({}), 0).node->device == "none");
+  CHECK(NodeBuilder(only_file(kEds)).build(node_with({}), 0).node->device == "none");
 }
 
 TEST_CASE("A node's seed and LSS arrive") {
@@ -310,13 +313,11 @@ TEST_CASE("A node's seed: random.seed and its own place, whatever else is in the
 }
 
 TEST_CASE("A node that waits for its ID is made for none, whatever its DCF says, without a warning") {
-  const auto read = [](const std::string&) {
-    return std::optional<std::string>(
-        "[DeviceComissioning]\nNodeID=7\n"
-        "[2200]\nParameterName=SDO\nObjectType=9\n"
-        "[2200sub0]\nParameterName=n\nDataType=5\nAccessType=ro\nDefaultValue=1\n"
-        "[2200sub1]\nParameterName=in\nDataType=7\nAccessType=ro\nDefaultValue=$NODEID+0x600\n");
-  };
+  const auto read = only_file(
+      "[DeviceComissioning]\nNodeID=7\n"
+      "[2200]\nParameterName=SDO\nObjectType=9\n"
+      "[2200sub0]\nParameterName=n\nDataType=5\nAccessType=ro\nDefaultValue=1\n"
+      "[2200sub1]\nParameterName=in\nDataType=7\nAccessType=ro\nDefaultValue=$NODEID+0x600\n");
   cbcan::config::NodeConfig node = node_with({});
   node.id = 0;
   node.lss = true;
@@ -338,14 +339,14 @@ TEST_CASE("A file that leaves its device to the reader: by its objects, or a war
   const auto built = [](const std::string& text, const std::string& device = "") {
     cbcan::config::NodeConfig node = node_with({});
     node.device = device;
-    return NodeBuilder([&](const std::string&) { return std::optional(text); }).build(node, 0);
+    return NodeBuilder(only_file(text)).build(node, 0);
   };
-  const auto variable = [](const std::string& index, const std::string& type) {
-    return "[" + index + "]\nParameterName=x\nAccessType=rw\n" + type;
+  const auto object = [](const std::string& index, const std::string& lines) {
+    return "[" + index + "]\nParameterName=x\nAccessType=rw\n" + lines;
   };
-  const std::string type = variable("1000", "DataType=7\n");
-  const std::string words = variable("6040", "DataType=6\n") + variable("6041", "DataType=6\n");
-  const std::string modes = variable("6060", "") + variable("6061", "DataType=2\n");
+  const std::string type = object("1000", "DataType=7\n");
+  const std::string words = object("6040", "DataType=6\n") + object("6041", "DataType=6\n");
+  const std::string modes = object("6060", "") + object("6061", "DataType=2\n");
 
   const auto unknown = built(type);
   CHECK(unknown.node->device == "none");
@@ -354,7 +355,7 @@ TEST_CASE("A file that leaves its device to the reader: by its objects, or a war
                                 "file, a Lua script, or device = \"none\""});
   CHECK(built(type, "none").warnings.empty());
 
-  const std::string inputs = variable("6000", "DataType=5\n");
+  const std::string inputs = object("6000", "DataType=5\n");
   const std::string module =
       "so the node has no device: name one in the plant file, device = \"cia401\", whose objects it has";
   const auto unset = built(type + inputs);
@@ -363,13 +364,13 @@ TEST_CASE("A file that leaves its device to the reader: by its objects, or a war
   CHECK(unset.node->image.values.at(0) == 0x91);
   CHECK(built(inputs).warnings == std::vector{"x.eds: 1000h names no profile, " + module});
   CHECK(built(inputs, "cia401").warnings.empty());
-  CHECK(built(variable("2000", "DataType=5\n")).warnings.empty());
-  CHECK(built(variable("6500", "DataType=5\n")).warnings ==
+  CHECK(built(object("2000", "DataType=5\n")).warnings.empty());
+  CHECK(built(object("6500", "DataType=5\n")).warnings ==
         std::vector<std::string>{
             "x.eds: 1000h names no profile, so the node has no device: name one in the plant "
             "file, a Lua script, or device = \"none\""});
   for (const char* profile : {"405", "418", "419"}) {
-    const std::string file = variable("1000", "DataType=7\nDefaultValue=" + std::string(profile) + "\n");
+    const std::string file = object("1000", "DataType=7\nDefaultValue=" + std::string(profile) + "\n");
     CHECK(
         built(file).warnings ==
         std::vector{"x.eds: 1000h names profile " + std::string(profile) +
@@ -378,14 +379,14 @@ TEST_CASE("A file that leaves its device to the reader: by its objects, or a war
     CHECK(built(file, "none").warnings.empty());
   }
 
-  const auto drive = built(type + words + modes + variable("60FF", "DataType=4\n"));
+  const auto drive = built(type + words + modes + object("60FF", "DataType=4\n"));
   CHECK(drive.node->device == "cia402");
   CHECK(drive.warnings == std::vector<std::string>{"x.eds:13: [6060] has no DataType: INTEGER8 is assumed"});
   CHECK(drive.node->image.values.at(0) == 0x92);
   CHECK(drive.node->image.values.at(1) == 0x01);
 
   CHECK(
-      built(variable("1000", "DataType=7\nDefaultValue=0x192\n") + words).warnings ==
+      built(object("1000", "DataType=7\nDefaultValue=0x192\n") + words).warnings ==
       std::vector<std::string>{
           "x.eds: the device cia402 needs object 6060h, and the file has none of CiA's data type",
           "x.eds: the device cia402 needs object 6061h, and the file has none of CiA's data type",
@@ -394,15 +395,11 @@ TEST_CASE("A file that leaves its device to the reader: by its objects, or a war
 }
 
 TEST_CASE("A default mapping may name objects with PDOMapping=0; one that maps nothing is reported") {
-  const auto rows = [](const std::string& index, const std::string& type, const std::string& value) {
-    return "[" + index + "]\nParameterName=x\nAccessType=rw\nDataType=" + type + "\nDefaultValue=" + value +
-           "\n";
-  };
   const auto built = [&](const std::string& mapped) {
     const std::string text = "[1600]\nParameterName=x\nObjectType=9\nSubNumber=2\n" +
-                             rows("1600sub0", "5", "1") + rows("1600sub1", "7", mapped) +
-                             rows("2001", "6", "0");
-    return NodeBuilder([&](const std::string&) { return std::optional(text); }).build(node_with({}), 0);
+                             variable("1600sub0", "5", "1") + variable("1600sub1", "7", mapped) +
+                             variable("2001", "6");
+    return NodeBuilder(only_file(text)).build(node_with({}), 0);
   };
   const auto flags = [](const cbcan::config::NodeBuild& build) {
     return build.node->image.entries.back().flags;
@@ -420,11 +417,8 @@ TEST_CASE("A default mapping may name objects with PDOMapping=0; one that maps n
 }
 
 TEST_CASE("A drive's axes are those whose controlword and statusword its file has") {
-  const auto words = [](const std::string& index) {
-    return "[" + index + "]\nParameterName=x\nAccessType=rw\nDataType=6\nDefaultValue=0\n";
-  };
-  const std::string file = words("6040") + words("6041") + words("6840") + words("6841") + words("7040");
-  NodeBuilder builder([&](const std::string&) { return std::optional(file); });
+  NodeBuilder builder(only_file(variable("6040", "6") + variable("6041", "6") + variable("6840", "6") +
+                                variable("6841", "6") + variable("7040", "6")));
   cbcan::config::NodeConfig node = node_with({});
   node.device = "cia402";
   node.axes.resize(2);
@@ -435,18 +429,13 @@ TEST_CASE("A drive's axes are those whose controlword and statusword its file ha
 }
 
 TEST_CASE("What a drive's file has and is not simulated: one line a file, with what to do") {
-  const auto variable = [](const std::string& index, const std::string& type,
-                           const std::string& value = "0") {
-    return "[" + index + "]\nParameterName=x\nAccessType=rw\nDataType=" + type + "\nDefaultValue=" + value +
-           "\n";
-  };
   const std::string drive = variable("1000", "7", "0x20192") + variable("6040", "6") + variable("6041", "6") +
                             variable("6060", "2") + variable("6061", "2") + variable("607A", "4") +
                             variable("6071", "3") + variable("60FF", "4");
   const auto lines = [&](const std::string& more) {
     cbcan::config::Config config;
     config.networks.at(0).nodes = {node_with({}), node_with({})};
-    return cbcan::config::build_nodes(config, [&](const std::string&) { return drive + more; }).lines;
+    return cbcan::config::build_nodes(config, only_file(drive + more)).lines;
   };
   CHECK(lines(variable("6502", "7", "0x103AD") + variable("6098", "2")).empty());
   CHECK(lines(variable("6502", "7", "0")).empty());
@@ -460,11 +449,9 @@ TEST_CASE("What a drive's file has and is not simulated: one line a file, with w
 }
 
 TEST_CASE("A value of the plant file is not taken for one that the file leaves to the device") {
-  const auto read = [](const std::string&) {
-    return std::optional<std::string>(
-        "[605A]\nParameterName=x\nDataType=3\nAccessType=rw\n"
-        "[605D]\nParameterName=x\nDataType=3\nAccessType=rw\n");
-  };
+  const auto read = only_file(
+      "[605A]\nParameterName=x\nDataType=3\nAccessType=rw\n"
+      "[605D]\nParameterName=x\nDataType=3\nAccessType=rw\n");
   auto build = NodeBuilder(read).build(node_with({{0x605A, 0, std::int64_t{0}, {}}}), 0);
   REQUIRE(build.node);
   CHECK_FALSE(build.node->image.entries.at(0).has(cbcan::ObjectFlags::kUnset));

@@ -90,8 +90,6 @@ TEST_CASE("--set adds whole nodes, wires and faults") {
 }
 
 TEST_CASE("--set that is wrong") {
-  const std::string form =
-      ": must be PATH=VALUE, such as can.bit_rate=125000; docs/reference/plant-file.md has the keys";
   CHECK_FALSE(with_plant({"--set", "a b=1"}).run);
   CHECK_FALSE(with_plant({"--set", "can.bit_rate=1\nb=2"}).run);
 }

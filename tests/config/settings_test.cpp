@@ -69,18 +69,18 @@ void check_own(std::span<const Setting<Target>> rows) {
 }  // namespace
 
 TEST_CASE("the defaults in the help are those of the structs") {
-  check_defaults(settings());
-  check_defaults(network_settings());
+  check_defaults(kPlantSettings);
+  check_defaults(kNetworkSettings);
 }
 
 TEST_CASE("both ends of each range are taken, what is beyond is not") {
-  check_ranges(settings());
-  check_ranges(network_settings());
+  check_ranges(kPlantSettings);
+  check_ranges(kNetworkSettings);
 }
 
 TEST_CASE("every setting changes something of its own") {
-  check_own(settings());
-  check_own(network_settings());
+  check_own(kPlantSettings);
+  check_own(kNetworkSettings);
 }
 
 TEST_CASE("every name in a plant file, each once") {

@@ -19,13 +19,6 @@ void watch(Window& window) {
   window.configure(0x1016, 1, 4, {300, 5});
 }
 
-/// NMT service: R3706 and R3704.
-void command(Window& window, std::uint16_t service, std::uint16_t addressed, const std::string& frame) {
-  window.write(0, 0x1F82, addressed, 1, {service});
-  window.expect(frame);
-  window.check_done();
-}
-
 /// A guarding request to node 5, and the response.
 void guard(Window& window, const std::string& response) {
   window.read(5, 0x300C, 0, 0).exchange({{"705#R1", response.c_str()}});
@@ -43,17 +36,15 @@ TEST_CASE("[OBJ-7] 3007h") {
   check_state(window, 5, kUnknown);
   watch(window);
   check_state(window, 5, kNotAvailable);
-  window.arrive("705#00");
-  check_state(window, 5, kInit);
-  window.arrive("705#7F");
-  check_state(window, 5, kPreOperational);
-  window.arrive("705#04");
-  check_state(window, 5, kStopped);
-  window.arrive("705#05");
-  check_state(window, 5, kOperational);
-  command(window, 130, 5, "000#8205");
+  using Told = std::pair<const char*, std::uint16_t>;
+  for (const auto& [message, state] :
+       {Told{"705#00", kInit}, {"705#7F", kPreOperational}, {"705#04", kStopped}, {"705#05", kOperational}}) {
+    window.arrive(message);
+    check_state(window, 5, state);
+  }
+  window.command(5, 130, "000#8205");
   check_state(window, 5, kResetCommunication);
-  command(window, 129, 5, "000#8105");
+  window.command(5, 129, "000#8105");
   check_state(window, 5, kResetApplication);
   for (const std::uint16_t node : Words{5, 6, Window::kOwnNode})
     check_read_only(window, 0x3007, node);
@@ -68,7 +59,7 @@ TEST_CASE("[OBJ-27] 3007h: unknown") {
       window.arrive(message);
       check_state(window, 5, kUnknown);
     }
-    command(window, 129, 5, "000#8105");
+    window.command(5, 129, "000#8105");
     check_state(window, 5, kUnknown);
   }
   SECTION("1016h sets a time") {
@@ -166,7 +157,7 @@ TEST_CASE("[OBJ-29] 3007h: init") {
   }
   SECTION("response to a guarding request") {
     window.arrive("705#00");
-    command(window, 1, 5, "000#0105");
+    window.command(5, 1, "000#0105");
     check_state(window, 5, kInit);
     guard(window, "705#85");
     check_state(window, 5, kOperational);
@@ -194,12 +185,12 @@ TEST_CASE("[OBJ-30] 3007h: reset by the PLC or another master") {
   window.configure(0x1016, 2, 4, {300, 6});
   window.arrive("705#05", "706#05");
   SECTION("to it") {
-    command(window, service, 5, to_it);
+    window.command(5, service, to_it);
     check_state(window, 5, shown);
     check_state(window, 6, kOperational);
   }
   SECTION("to all") {
-    command(window, service, 128, to_all);
+    window.command(128, service, to_all);
     check_state(window, 5, shown);
     check_state(window, 6, shown);
     check_state(window, Window::kOwnNode, kPreOperational);
@@ -210,27 +201,27 @@ TEST_CASE("[OBJ-30] 3007h: reset by the PLC or another master") {
     check_state(window, 6, kOperational);
   }
   SECTION("it has not heard the command") {
-    command(window, service, 5, to_it);
+    window.command(5, service, to_it);
     window.arrive("705#05");
     check_state(window, 5, kOperational);
   }
   SECTION("another command does not end it") {
-    command(window, service, 5, to_it);
-    command(window, 1, 5, "000#0105");
+    window.command(5, service, to_it);
+    window.command(5, 1, "000#0105");
     check_state(window, 5, shown);
   }
   SECTION("as long as it has been heard within its time") {
     window.pass(100ms);
-    command(window, service, 5, to_it);
+    window.command(5, service, to_it);
     window.pass_nearly(200ms);
     check_state(window, 5, shown);
     window.pass_rest();
     check_state(window, 5, kNotAvailable);
-    command(window, service, 5, to_it);
+    window.command(5, service, to_it);
     check_state(window, 5, kNotAvailable);
   }
   SECTION("a command that is no reset shows nothing") {
-    command(window, 2, 5, "000#0205");
+    window.command(5, 2, "000#0205");
     check_state(window, 5, kOperational);
   }
   window.arrive("705#00");

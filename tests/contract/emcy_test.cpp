@@ -14,14 +14,11 @@ void check_last(Window& window, std::uint16_t node, const std::string& message) 
   CHECK(local_bytes(window, 0x3005, node) == message);
 }
 
-/// The next stop of the scan: node ID, then the message.
-void check_stop(Window& window, const std::string& stop) {
-  CHECK(local_bytes(window, 0x3006, 0) == stop);
-}
-
+/// The next stops of the scan: node ID, then the message.
 template <class... Stops>
 void check_stops(Window& window, const Stops&... stops) {
-  (check_stop(window, stops), ...);
+  const auto check = [&](const std::string& stop) { CHECK(local_bytes(window, 0x3006, 0) == stop); };
+  (check(stops), ...);
 }
 
 }  // namespace
@@ -53,16 +50,15 @@ TEST_CASE("[OBJ-20] 3005h: which frames are EMCY messages") {
   }
   window.arrive("085#3081110102030405", "085#00000000000000");
   check_last(window, 5, "3081110102030405");
-  check_stop(window, "053081110102030405");
+  check_stops(window, "053081110102030405");
 }
 
 TEST_CASE("[OBJ-21] 3005h of the own node") {
   Window window;
-  set_up_pdo(window, 0x1400, 0x27F, 255, {0xA1000110});
-  start_own_node(window);
+  start_own_node(window, {{0x1400, 0x27F, 255, {0xA1000110}}});
   window.arrive("27F#01").expect("0FF#1082110100000000");  // too short
   check_last(window, Window::kOwnNode, "1082110100000000");
-  check_stop(window, "7F1082110100000000");
+  check_stops(window, "7F1082110100000000");
   window.arrive("27F#0102").expect("0FF#0000000000000000");
   check_last(window, Window::kOwnNode, kNothing);
   check_stops(window, "7F" + kNothing, kNoStop);
@@ -72,12 +68,12 @@ TEST_CASE("[OBJ-21] not that of another node with the same ID") {
   Window window;
   window.arrive("0FF#3081110102030405");
   check_last(window, Window::kOwnNode, kNothing);
-  check_stop(window, kNoStop);
+  check_stops(window, kNoStop);
 }
 
 TEST_CASE("[OBJ-6] 3006h") {
   Window window;
-  check_stop(window, kNoStop);
+  check_stops(window, kNoStop);
   window.arrive("085#3081110102030405");
   window.set(3706, filled_data());
   window.read(0, 0x3006, 0, 9);
@@ -93,9 +89,9 @@ TEST_CASE("[OBJ-22] 3006h: the order") {
   window.arrive("0FE#3081110102030405", "085#0010010000000000", "081#0020010000000000");
   for (int round = 0; round < 2; ++round)
     check_stops(window, "010020010000000000", "050010010000000000", "7E3081110102030405");
-  check_stop(window, "010020010000000000");
+  check_stops(window, "010020010000000000");
   window.arrive("083#0030010000000000");  // before 5, where the scan would have continued
-  check_stop(window, "030030010000000000");
+  check_stops(window, "030030010000000000");
   window.arrive("082#0040010000000000");  // before the current position: found in the next round
   check_stops(window, "050010010000000000", "7E3081110102030405", "010020010000000000", "020040010000000000");
 }
@@ -108,29 +104,29 @@ TEST_CASE("[OBJ-23] 3006h: an error stops each round") {
   window.arrive("089#0060050000000000");  // replaced by another message
   check_stops(window, "050010010000000000", "090060050000000000");
   window.arrive("085#0000000000000000");
-  check_stop(window, "05" + kNothing);
+  check_stops(window, "05" + kNothing);
   for (int round = 0; round < 3; ++round)
-    check_stop(window, "090060050000000000");
+    check_stops(window, "090060050000000000");
 }
 
 TEST_CASE("[OBJ-24] 3006h: No Error stops once") {
   Window window;
   SECTION("an error that has been shown") {
     window.arrive("085#0010010000000000");
-    check_stop(window, "050010010000000000");
+    check_stops(window, "050010010000000000");
     window.arrive("085#0000000102030405");
-    check_stop(window, "05" + kNothing);
+    check_stops(window, "05" + kNothing);
   }
   SECTION("an error that has not") {
     window.arrive("085#0010010000000000", "085#0000000000000000");
-    check_stop(window, "05" + kNothing);
+    check_stops(window, "05" + kNothing);
   }
   SECTION("there was none before") {
     window.arrive("085#0000000102030405");
   }
   SECTION("No Error is said again before anybody has looked") {
     window.arrive("085#0010010000000000", "085#0000000000000000", "085#0000000000000000");
-    check_stop(window, "05" + kNothing);
+    check_stops(window, "05" + kNothing);
   }
   SECTION("an error again, and over again") {
     for (int i = 0; i < 2; ++i) {
@@ -145,22 +141,22 @@ TEST_CASE("[OBJ-25] 3006h: nothing found") {
   Window window;
   check_stops(window, kNoStop, kNoStop);
   window.arrive("085#0010010000000000");
-  check_stop(window, "050010010000000000");
-  check_stop(window, "050010010000000000");  // the round ends with the node where it began
+  check_stops(window, "050010010000000000");
+  check_stops(window, "050010010000000000");  // the round ends with the node where it began
   window.arrive("085#0000000000000000");
   check_stops(window, "05" + kNothing, kNoStop);
   window.arrive("084#0010010000000000");
-  check_stop(window, "040010010000000000");
+  check_stops(window, "040010010000000000");
 }
 
 TEST_CASE("[OBJ-26] 3006h: one scan for all") {
   Window window;
   window.arrive("085#0010010000000000", "089#0050010000000000", "08A#0000000000000000");
-  check_stop(window, "050010010000000000");
+  check_stops(window, "050010010000000000");
   window.arrive("67F#4006300000000000").expect("5FF#4106300009000000");  // another node, by SDO
   window.arrive("67F#6000000000000000").expect("5FF#0009005001000000");
   window.arrive("67F#7000000000000000").expect("5FF#1B00000000000000");
-  check_stop(window, "050010010000000000");
+  check_stops(window, "050010010000000000");
 }
 
 // ---- The own EMCY messages, 1003h, 1014h and 1015h
@@ -169,9 +165,7 @@ namespace {
 
 /// RPDO 1 with two bytes on 27Fh, RPDO 2 with two on 37Fh, and the own node in Operational.
 void start_with_rpdos(Window& window) {
-  set_up_pdo(window, 0x1400, 0x27F, 255, {0xA1000110});
-  set_up_pdo(window, 0x1401, 0x37F, 255, {0xA1000210});
-  start_own_node(window);
+  start_own_node(window, {{0x1400, 0x27F, 255, {0xA1000110}}, {0x1401, 0x37F, 255, {0xA1000210}}});
 }
 
 }  // namespace
@@ -231,8 +225,7 @@ TEST_CASE("[OBJ-32] bus-off") {
 TEST_CASE("[OBJ-32] [OBJ-33] error passive, overflow, a SYNC of another length than 1019h says") {
   Window window;
   SECTION("SYNC") {
-    set_up_pdo(window, 0x1800, 0x1FF, 1, {0xA5800110});
-    start_own_node(window);
+    start_own_node(window, {{0x1800, 0x1FF, 1, {0xA5800110}}});
     window.arrive("080#05").expect("0FF#4082110000000000", "1FF#0000");
     window.arrive("080#").expect("0FF#0000000000000000", "1FF#0000");
   }
@@ -283,10 +276,10 @@ TEST_CASE("[OBJ-13] 1014h, 1015h") {
   check_locals(window, {{0x1014, 0, {0xFF, 4}}, {0x1015, 0, {0, 2}}});
   SECTION("another COB-ID: by way of invalid") {
     window.write(0, 0x1014, 0, 4, {0x3FF, 0}).check_failed(0x06090030);
-    configure32(window, 0x1014, 0, 0x800000FF);
+    window.put(0x1014, 0, 0x800000FF);
     start_with_rpdos(window);
     window.arrive("27F#01", "27F#0102").expect_silence();
-    configure32(window, 0x1014, 0, 0x3FF);
+    window.put(0x1014, 0, 0x3FF);
     CHECK(read_local(window, 0x1014, 0) == Value{0x3FF, 4});
     window.arrive("27F#01").expect("3FF#1082110100000000");
   }

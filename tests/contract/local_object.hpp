@@ -44,9 +44,7 @@ inline void check_read_only(Window& window, std::uint16_t index, std::uint16_t s
 
 /// Writes a local object, and reads it back.
 inline void check_kept(Window& window, std::uint16_t index, std::uint16_t sub, const Value& value) {
-  window.configure(
-      index, sub, value.size,
-      {static_cast<std::uint16_t>(value.number), static_cast<std::uint16_t>(value.number >> 16)});
+  window.configure(index, sub, value.size, words_of(value.number));
   CHECK(read_local(window, index, sub) == value);
 }
 
@@ -54,14 +52,10 @@ inline void check_kept(Window& window, std::uint16_t index, std::uint16_t sub, c
 inline std::string local_bytes(Window& window, std::uint16_t index, std::uint16_t sub) {
   window.read(0, index, sub, 128).check_done();
   const std::size_t size = window.reg(3705);
-  const Words words = window.target().read(3706, (size + 1) / 2);
   std::string text;
-  for (std::size_t i = 0; i < size; ++i) {
-    char byte[3];
-    std::snprintf(byte, sizeof byte, "%02X", words[i / 2] >> 8 * (i % 2) & 0xFF);
-    text += byte;
-  }
-  return text;
+  for (const std::uint16_t word : window.target().read(3706, (size + 1) / 2))
+    text += hex_of(Words{word, static_cast<std::uint16_t>(word >> 8)});
+  return text.substr(0, 2 * size);
 }
 
 inline void check_missing(Window& window, std::uint16_t index, std::uint16_t sub, std::uint32_t code) {

@@ -104,8 +104,7 @@ TEST_CASE("[OBJ-11] 1007h, 1019h") {
   check_locals(window, {{0x1007, 0, {0, 4}}, {0x1019, 0, {0, 1}}});
   SECTION("a synchronous PDO counts within the window") {
     check_kept(window, 0x1007, 0, {5000, 4});
-    set_up_pdo(window, 0x1400, 0x27F, 1, {0xA1000110});
-    start_own_node(window);
+    start_own_node(window, {{0x1400, 0x27F, 1, {0xA1000110}}});
     window.arrive("080#");
     window.pass_nearly(5ms);
     window.arrive("27F#0102");
@@ -115,14 +114,14 @@ TEST_CASE("[OBJ-11] 1007h, 1019h") {
   }
   SECTION("SYNC messages count") {
     check_kept(window, 0x1019, 0, {3, 1});
-    configure32(window, 0x1006, 0, 100000);
-    configure32(window, 0x1005, 0, 0x40000080);
+    window.put(0x1006, 0, 100000);
+    window.put(0x1005, 0, 0x40000080);
     for (const char* frame : {"080#01", "080#02", "080#03", "080#01"}) {
       window.pass(100ms);
       window.expect(frame);
     }
     window.write(0, 0x1019, 0, 1, {4}).check_failed(0x08000022);
-    configure32(window, 0x1006, 0, 0);
+    window.put(0x1006, 0, 0);
     for (const std::uint16_t overflow : Words{1, 241})
       window.write(0, 0x1019, 0, 1, {overflow}).check_failed(0x06090030);
   }
@@ -136,7 +135,7 @@ TEST_CASE("[OBJ-8] 3008h") {
   CHECK(local_bytes(window, 0x3008, 0) == "040302011B2A");
   window.pass(1s);
   CHECK(local_bytes(window, 0x3008, 0) == "EC0602011B2A");  // 01020304h + 1000
-  configure32(window, 0x1012, 0, 0x40000100);
+  window.put(0x1012, 0, 0x40000100);
   window.configure(0x3008, 0, 6, {0x0304, 0x0102, 0x2A1B});
   window.expect("100#040302011B2A");
   SECTION("midnight") {
@@ -159,7 +158,7 @@ TEST_CASE("[OBJ-12] 1012h") {
   window.arrive("100#040302011B2A");
   CHECK(local_bytes(window, 0x3008, 0) == "010000000100");
   SECTION("a consumer") {
-    configure32(window, 0x1012, 0, 0x80000100);
+    window.put(0x1012, 0, 0x80000100);
     CHECK(read_local(window, 0x1012, 0) == Value{0x80000100, 4});
     window.write(0, 0x1012, 0, 4, {0x190, 0x8000}).check_failed(0x06090030);
     for (const char* frame : {"100#0403020102", "100#R6", "101#040302011B2A", "00000100#040302011B2A"}) {
@@ -172,7 +171,7 @@ TEST_CASE("[OBJ-12] 1012h") {
     window.expect_silence();
   }
   SECTION("a producer") {
-    configure32(window, 0x1012, 0, 0x40000100);
+    window.put(0x1012, 0, 0x40000100);
     CHECK(read_local(window, 0x1012, 0) == Value{0x40000100, 4});
     window.write(0, 0x1012, 0, 4, {0x190, 0x4000}).check_failed(0x06090030);  // not while it is in use
     window.arrive("100#040302011B2A");
@@ -184,8 +183,8 @@ TEST_CASE("[OBJ-12] 1012h") {
     window.expect_silence();  // there is no TIME in Stopped (CiA 301, table 37)
   }
   SECTION("another COB-ID") {
-    configure32(window, 0x1012, 0, 0x190);
-    configure32(window, 0x1012, 0, 0xC0000190);
+    window.put(0x1012, 0, 0x190);
+    window.put(0x1012, 0, 0xC0000190);
     window.arrive("190#040302011B2A");
     CHECK(local_bytes(window, 0x3008, 0) == "040302011B2A");
     window.configure(0x3008, 0, 6, {1, 0, 1});
@@ -290,15 +289,13 @@ TEST_CASE("[OBJ-19] resets") {
   set_up_pdo(window, 0x180F, 0x1FF, 1, {0xA5800110});
   window.arrive("085#3081110102030405");
   SECTION("reset node") {
-    window.write(0, 0x1F82, 127, 1, {129}).check_done();
-    window.expect("77F#00");
+    window.command(127, 129, "77F#00");
     check_locals(window, {{0x3003, 0, {1000, 2}}, {0x3004, 0, {0, 1}}});
     CHECK(local_bytes(window, 0x3005, 5) == "0000000000000000");
     CHECK(local_bytes(window, 0x3006, 0) == "000000000000000000");
   }
   SECTION("reset communication") {
-    window.write(0, 0x1F82, 127, 1, {130}).check_done();
-    window.expect("77F#00");
+    window.command(127, 130, "77F#00");
     check_locals(window, {{0x3003, 0, {250, 2}}, {0x3004, 0, {2, 1}}});
     CHECK(local_bytes(window, 0x3005, 5) == "3081110102030405");
   }

@@ -10,11 +10,6 @@ namespace {
 
 constexpr std::uint16_t kStartup = 0x1F80, kAssignment = 0x1F81, kType = 0x1F84, kVendor = 0x1F85;
 
-void put(Window& window, std::uint16_t index, std::uint16_t sub, std::uint32_t value) {
-  window.configure(index, sub, 4,
-                   {static_cast<std::uint16_t>(value), static_cast<std::uint16_t>(value >> 16)});
-}
-
 /// 1017h = 100 and 6423h = 1 for node 5.
 void put_configuration(Window& window) {
   window.configure(0x1F22, 5, 21, {2, 0, 0x1017, 0x0200, 0, 0x6400, 0x2300, 0x0064, 1, 0, 1});
@@ -25,13 +20,13 @@ struct Network : Window {
   explicit Network(std::uint32_t startup = 1, std::uint32_t assignment = 5,
                    const std::function<void(Window&)>& more = {}, const Settings& settings = {})
       : Window(settings) {
-    put(*this, 0x1016, 1, 0x000500FA);
-    put(*this, kAssignment, 5, assignment);
-    put(*this, kType, 5, 0x000F0191);
-    put(*this, kVendor, 5, 0x22);
+    put(0x1016, 1, 0x000500FA);
+    put(kAssignment, 5, assignment);
+    put(kType, 5, 0x000F0191);
+    put(kVendor, 5, 0x22);
     put_configuration(*this);
     if (more) more(*this);
-    put(*this, kStartup, 0, startup);
+    put(kStartup, 0, startup);
     if ((assignment & 0x10) == 0) expect("000#8200");
   }
   /// R3972 + node.
@@ -86,7 +81,7 @@ TEST_CASE("[NET-1] without bit 2 a node is only checked") {
 }
 
 TEST_CASE("[NET-2] [NET-8] a keep-alive node is not reset, and only read if it is Operational") {
-  Network network(1, 0x15, [](Window& window) { put(window, kAssignment, 6, 5); });
+  Network network(1, 0x15, [](Window& window) { window.put(kAssignment, 6, 5); });
   network.expect("000#8206", "605#4000100000000000");
   network.arrive("585#4300100091010F00").expect("605#4000100000000000");
   network.arrive("585#4300100091010F00").expect("605#4018100100000000");
@@ -138,9 +133,9 @@ TEST_CASE("[NET-5] [NET-12] another node in its place") {
                                                               {0x1F87, 0x1018, 0x4E03},
                                                               {0x1F88, 0x1018, 0x4F04}}));
   Network network(1, 5, [expected = expected](Window& window) {
-    put(window, kType, 5, 0);
-    put(window, kVendor, 5, 0);
-    put(window, expected, 5, 0x99);
+    window.put(kType, 5, 0);
+    window.put(kVendor, 5, 0);
+    window.put(expected, 5, 0x99);
   });
   network.arrive("705#00").expect("605#4000100000000000");
   network.arrive("585#4300100091010F00");
@@ -157,8 +152,8 @@ TEST_CASE("[NET-5] [NET-12] another node in its place") {
 
 TEST_CASE("[NET-6] a configuration that 1020h confirms") {
   Network network(1, 5, [](Window& window) {
-    put(window, 0x1F26, 5, 0x11);
-    put(window, 0x1F27, 5, 0x12);
+    window.put(0x1F26, 5, 0x11);
+    window.put(0x1F27, 5, 0x12);
   });
   network.exchange(kCheck).expect("605#4020100100000000");
   SECTION("equal") {
@@ -281,7 +276,7 @@ TEST_CASE("[NET-15] a lost node") {
 TEST_CASE("[NET-16] [NET-17] mandatory nodes first") {
   const auto [startup, command] =
       GENERATE(table<std::uint32_t, std::string>({{1, ""}, {0x11, "000#8100"}, {0x41, "000#0200"}}));
-  Network network(startup, 0xD, [](Window& window) { put(window, kAssignment, 6, 5); });
+  Network network(startup, 0xD, [](Window& window) { window.put(kAssignment, 6, 5); });
   network.arrive("706#00").expect("606#4000100000000000");
   network.arrive("586#4300100000000000").expect_silence();
   CHECK((network.of(6) == 0x067F && network.of(0) == 0x7F));
@@ -339,10 +334,10 @@ TEST_CASE("[NET-19] the PLC holds a node") {
 TEST_CASE("[NET-20] inputs that were not received are read") {
   // Own RPDO 1 receives 1C5h: 6000h:01 and 6000h:02 of node 5.
   Network network(1, 5, [](Window& window) {
-    put(window, 0x1600, 1, 0xA0400108);
-    put(window, 0x1600, 2, 0xA0400208);
+    window.put(0x1600, 1, 0xA0400108);
+    window.put(0x1600, 2, 0xA0400208);
     window.configure(0x1600, 0, 1, {2});
-    put(window, 0x1400, 1, 0x1C5);
+    window.put(0x1400, 1, 0x1C5);
     window.configure(0x300A, 1, 10, {0x0205, 0x0108, 0x6000, 0x0208, 0x6000});
   });
   network.exchange(kCheck).exchange(kWrites);
@@ -364,9 +359,9 @@ namespace {
 
 /// TPDO 1 sends R3864 on 205h.
 void put_output(Window& window) {
-  put(window, 0x1A00, 1, 0xA5800110);
+  window.put(0x1A00, 1, 0xA5800110);
   window.configure(0x1A00, 0, 1, {1});
-  put(window, 0x1800, 1, 0x205);
+  window.put(0x1800, 1, 0x205);
 }
 
 }  // namespace

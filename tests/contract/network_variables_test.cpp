@@ -12,21 +12,11 @@ constexpr std::size_t kBytes = 128;
 using Bytes = std::vector<std::uint8_t>;
 
 /// Byte 2k is the low byte and byte 2k+1 the high byte of word k; an odd last byte is a low byte.
-Words words_of(const Bytes& bytes) {
+Words words_in(const Bytes& bytes) {
   Words words((bytes.size() + 1) / 2);
   for (std::size_t i = 0; i < bytes.size(); ++i)
     words[i / 2] = static_cast<std::uint16_t>(words[i / 2] | bytes[i] << 8 * (i % 2));
   return words;
-}
-
-std::string text_of(const Bytes& bytes) {
-  std::string text;
-  for (const std::uint8_t byte : bytes) {
-    char digits[3];
-    std::snprintf(digits, sizeof digits, "%02X", byte);
-    text += digits;
-  }
-  return text;
 }
 
 /// `count` bytes that differ from each other: first, first + 1, ...
@@ -41,7 +31,7 @@ Bytes counting(std::size_t first, std::size_t count) {
 void fill_inputs(Window& window, const Bytes& bytes) {
   for (std::uint16_t sub = 1; sub <= 16; ++sub) {
     const auto element = bytes.begin() + 8 * (sub - 1);
-    window.configure(0xA440, sub, 8, words_of({element, element + 8}));
+    window.configure(0xA440, sub, 8, words_in({element, element + 8}));
   }
 }
 
@@ -57,25 +47,25 @@ void check_input(Window& window, std::uint16_t index, std::uint16_t sub, std::si
   const std::size_t place = (sub - 1u) * size;
   Bytes image = counting(1, kBytes);
   fill_inputs(window, image);
-  CHECK(local_bytes(window, index, sub) == text_of(counting(place + 1, size)));
+  CHECK(local_bytes(window, index, sub) == hex_of(counting(place + 1, size)));
   const Bytes value = counting(0xA1, size);
-  window.configure(index, sub, static_cast<std::uint16_t>(size), words_of(value));
+  window.configure(index, sub, static_cast<std::uint16_t>(size), words_in(value));
   std::copy(value.begin(), value.end(), image.begin() + static_cast<std::ptrdiff_t>(place));
-  CHECK(inputs(window) == words_of(image));
-  CHECK(local_bytes(window, index, sub) == text_of(value));
+  CHECK(inputs(window) == words_in(image));
+  CHECK(local_bytes(window, index, sub) == hex_of(value));
 }
 
 /// A value that the PLC has written to the registers of an output can be read.
 void check_output(Window& window, std::uint16_t index, std::uint16_t sub, std::size_t size) {
   INFO("sub-index " << sub);
   const std::size_t place = (sub - 1u) * size;
-  window.set(kOutputs, words_of(counting(1, kBytes)));
-  CHECK(local_bytes(window, index, sub) == text_of(counting(place + 1, size)));
+  window.set(kOutputs, words_in(counting(1, kBytes)));
+  CHECK(local_bytes(window, index, sub) == hex_of(counting(place + 1, size)));
   Bytes image(kBytes);
   const Bytes value = counting(0xA1, size);
   std::copy(value.begin(), value.end(), image.begin() + static_cast<std::ptrdiff_t>(place));
-  window.set(kOutputs, words_of(image));
-  CHECK(local_bytes(window, index, sub) == text_of(value));
+  window.set(kOutputs, words_in(image));
+  CHECK(local_bytes(window, index, sub) == hex_of(value));
 }
 
 /// In PDOs, RPDO 1 and TPDO 1.
@@ -87,14 +77,13 @@ void check_pdos(Window& window, std::uint16_t input, std::uint16_t output, std::
   Bytes image(kBytes);
   fill_inputs(window, image);
   window.set(kOutputs, Words(64));
-  start_own_node(window);
-  window.expect("1FF#" + text_of(Bytes(size)));
+  start_own_node(window).expect("1FF#" + hex_of(Bytes(size)));
   const Bytes value = counting(0xA1, size);
   std::copy(value.begin(), value.end(), image.begin() + static_cast<std::ptrdiff_t>((sub - 1u) * size));
-  window.arrive("27F#" + text_of(value));
-  CHECK(inputs(window) == words_of(image));
-  window.set(kOutputs, words_of(image));
-  window.expect("1FF#" + text_of(value));
+  window.arrive("27F#" + hex_of(value));
+  CHECK(inputs(window) == words_in(image));
+  window.set(kOutputs, words_in(image));
+  window.expect("1FF#" + hex_of(value));
 }
 
 /// A row of the table of types; `size` in bytes.
@@ -151,16 +140,16 @@ TEST_CASE("[PDO-2] low byte first") {
 
 TEST_CASE("[PDO-22] sub-indices") {
   Window window;
-  window.set(kOutputs, words_of(counting(1, kBytes)));
+  window.set(kOutputs, words_in(counting(1, kBytes)));
   for (std::uint16_t sub = 1; sub <= 42; ++sub)  // the last two bytes are no element
-    CHECK(local_bytes(window, 0xA600, sub) == text_of(counting(3u * sub - 2u, 3)));
+    CHECK(local_bytes(window, 0xA600, sub) == hex_of(counting(3u * sub - 2u, 3)));
   CHECK(read_local(window, 0xA600, 0) == Value{42, 1});
   check_missing(window, 0xA600, 43, kNoSubIndex);
   for (std::uint16_t sub = 1; sub <= 25; ++sub)
-    window.configure(0xA280, sub, 5, words_of(counting(5u * sub - 4u, 5)));
+    window.configure(0xA280, sub, 5, words_in(counting(5u * sub - 4u, 5)));
   Bytes image = counting(1, kBytes);
   std::fill_n(image.begin() + 125, 3, std::uint8_t{0});
-  CHECK(inputs(window) == words_of(image));
+  CHECK(inputs(window) == words_in(image));
   CHECK(read_local(window, 0xA280, 0) == Value{25, 1});
   check_read_only(window, 0xA280, 0);
 }
@@ -202,8 +191,7 @@ TEST_CASE("[PDO-23] in PDOs, where each is one bit") {
   window.set(kOutputs, registers_with({{0, 0x00FD}, {63, 0x7FFF}}));
   for (const std::uint16_t sub : Words{1, 4})
     window.configure(0xA080, sub, 1, {1});
-  start_own_node(window);
-  window.expect("1FF#0000");
+  start_own_node(window).expect("1FF#0000");
   window.arrive("27F#0B02");  // 1, 1, 82h
   CHECK(inputs(window) == registers_with({{0, 0x820B}, {63, 0x8000}}));
   window.arrive("27F#0400");  // 0, 0, 01h
@@ -238,8 +226,8 @@ TEST_CASE("[PDO-24] views of the same registers") {
                       {0xA3C0, 1, "0000803F058607"},
                       {0xA400, 1, "0000803F058607F8"},
                       {0xA440, 1, "0000803F058607F8"}};
-  window.configure(0xA440, 1, 8, words_of(value));
-  window.set(kOutputs, words_of(value));
+  window.configure(0xA440, 1, 8, words_in(value));
+  window.set(kOutputs, words_in(value));
   for (const Row& row : rows) {
     INFO(std::hex << row.index);
     CHECK(local_bytes(window, row.index, row.sub) == row.seen);

@@ -11,10 +11,8 @@ namespace {
 void check_service(const Words& numbers, const char* to_node_66, const char* to_all) {
   for (const std::uint16_t number : numbers) {
     Window window;
-    window.write(0, 0x1F82, 66, 1, {number}).expect(to_node_66);
-    window.check_done();
-    window.write(0, 0x1F82, 128, 1, {number}).expect(to_all);
-    window.check_done();
+    window.command(66, number, to_node_66);
+    window.command(128, number, to_all);
   }
 }
 
@@ -29,8 +27,7 @@ TEST_CASE("[NMT-1] [NMT-2] one node, and all nodes") {
   Window window;
   for (const auto& [node, sent] : std::map<std::uint16_t, const char*>{
            {1, "000#0101"}, {66, "000#0142"}, {126, "000#017E"}, {128, "000#0100"}}) {
-    window.write(0, 0x1F82, node, 1, {1}).expect(sent);
-    window.check_done();
+    window.command(node, 1, sent);
   }
 }
 
@@ -45,8 +42,7 @@ TEST_CASE("[NMT-3] no such node") {
 TEST_CASE("[NMT-4] services by either number") {
   Window window;
   for (const std::uint16_t number : Words{1, 5}) {
-    window.write(0, 0x1F82, 66, 1, {number}).expect("000#0142");
-    window.check_done();
+    window.command(66, number, "000#0142");
   }
   for (const std::uint16_t number : Words{0, 3, 8, 9, 126, 131, 255, 0x0101, 65535}) {
     for (const std::uint16_t sub : Words{66, 127, 128}) {
@@ -104,8 +100,7 @@ TEST_CASE("[NMT-6] the own node") {
   for (const std::uint16_t reset : Words{6, 129, 7, 130}) {
     window.write(0, 0x1F82, 127, 1, {1});
     CHECK(own_state(window) == 5);
-    window.write(0, 0x1F82, 127, 1, {reset}).check_done();
-    window.expect("77F#00");
+    window.command(127, reset, "77F#00");
     CHECK(own_state(window) == 127);
   }
 }
@@ -119,8 +114,7 @@ TEST_CASE("[NMT-7] in every own state") {
     window.check_done();
     window.write(5, 0x2000, 1, 2, {0x2211}).exchange({{"605#2B00200111220000", "585#6000200100000000"}});
     window.check_done();
-    window.write(0, 0x1F82, 66, 1, {1}).expect("000#0142");
-    window.check_done();
+    window.command(66, 1, "000#0142");
     window.read(5, 0x300C, 0, 0).exchange({{"705#R1", "705#05"}});
     window.check_done();
     window.read(0, 0x3001, 0, 1).check_done();

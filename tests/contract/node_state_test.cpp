@@ -9,12 +9,24 @@ namespace {
 
 constexpr std::uint16_t kPreOperational = 127, kNotDetected = 6;
 
-/// Requests the state of node 5, for which no frame is needed.
-void check_state(Window& window, std::uint16_t state) {
-  window.read(5, 0x300C, 0, 0).expect_silence();
+void check_result(Window& window, std::uint16_t state) {
   window.check_done();
   CHECK(window.reg(3705) == 1);
   CHECK(window.reg(3706) == state);
+}
+
+/// Requests the state of a node, for which no frame is needed.
+void check_state(Window& window, std::uint16_t state, std::uint16_t node = 5) {
+  window.read(node, 0x300C, 0, 0).expect_silence();
+  check_result(window, state);
+}
+
+/// Requests the state of a node, which responds to node guarding: "705#05".
+void check_state_by_guarding(Window& window, const std::string& response, std::uint16_t state,
+                             std::uint16_t node = 5) {
+  const std::string request = response.substr(0, 4) + "R1";
+  window.read(node, 0x300C, 0, 0).exchange({{request.c_str(), response.c_str()}});
+  check_result(window, state);
 }
 
 /// Requests the state of node 5, which does not respond to node guarding.
@@ -22,15 +34,8 @@ void check_state_without_response(Window& window, std::uint16_t state) {
   window.read(5, 0x300C, 0, 0).expect("705#R1");
   CHECK(window.busy());
   window.pass(100ms);
-  window.pass_rest().check_done();
-  CHECK(window.reg(3705) == 1);
-  CHECK(window.reg(3706) == state);
-}
-
-/// Start Remote Node, to node 5.
-void start_node(Window& window) {
-  window.write(0, 0x1F82, 5, 1, {1}).expect("000#0105");
-  window.check_done();
+  window.pass_rest();
+  check_result(window, state);
 }
 
 }  // namespace
@@ -39,14 +44,9 @@ TEST_CASE("[STATE-1] which node") {
   Window window;
   window.arrive("705#04");
   check_state(window, 4);
-  window.read(66, 0x300C, 0, 0).exchange({{"742#R1", "742#05"}});
-  CHECK(window.reg(3706) == 5);
-  for (const std::uint16_t own : Words{0, Window::kOwnNode}) {
-    window.read(own, 0x300C, 0, 0).expect_silence();
-    window.check_done();
-    CHECK(window.reg(3705) == 1);
-    CHECK(window.reg(3706) == kPreOperational);
-  }
+  check_state_by_guarding(window, "742#05", 5, 66);
+  for (const std::uint16_t own : Words{0, Window::kOwnNode})
+    check_state(window, kPreOperational, own);
 }
 
 TEST_CASE("[STATE-2] [300Ch-4] [300Ch-5] [300Ch-6] [300Ch-127] values and size") {
@@ -144,18 +144,16 @@ TEST_CASE("[STATE-6] both times are settings") {
 TEST_CASE("[STATE-7] in doubt after an NMT command") {
   Window window;
   window.arrive("705#7F", "706#7F");
-  start_node(window);
+  window.command(5, 1, "000#0105");
   SECTION("a node that was not addressed is not asked") {
-    window.read(6, 0x300C, 0, 0).expect_silence();
-    CHECK(window.reg(3706) == kPreOperational);
+    check_state(window, kPreOperational, 6);
   }
   SECTION("its next message ends the doubt") {
     window.arrive("705#05");
     check_state(window, 5);
   }
   SECTION("it is asked, and answers") {
-    window.read(5, 0x300C, 0, 0).exchange({{"705#R1", "705#85"}});
-    CHECK(window.reg(3706) == 5);
+    check_state_by_guarding(window, "705#85", 5);
     check_state(window, 5);
   }
   SECTION("it is asked, and does not answer: its last report stands while it is fresh") {
@@ -165,8 +163,7 @@ TEST_CASE("[STATE-7] in doubt after an NMT command") {
   }
   SECTION("a command to all puts every node in doubt") {
     window.write(0, 0x1F82, 128, 1, {1}).expect("000#0100");
-    window.read(6, 0x300C, 0, 0).exchange({{"706#R1", "706#05"}});
-    CHECK(window.reg(3706) == 5);
+    check_state_by_guarding(window, "706#05", 5, 6);
   }
 }
 
@@ -180,17 +177,13 @@ TEST_CASE("[STATE-9] a command of another master") {
     window.arrive("000#01", "000#0305", "000#0106", "000#R2", "00000000#0105");
     return check_state(window, 4);
   }
-  window.read(5, 0x300C, 0, 0).exchange({{"705#R1", "705#05"}});
-  window.check_done();
-  CHECK(window.reg(3706) == 5);
+  check_state_by_guarding(window, "705#05", 5);
   check_state(window, 5);
 }
 
 TEST_CASE("[STATE-8] started right after its boot-up") {
   Window window;
   window.arrive("705#00");
-  start_node(window);
-  window.read(5, 0x300C, 0, 0).exchange({{"705#R1", "705#05"}});
-  window.check_done();
-  CHECK(window.reg(3706) == 5);
+  window.command(5, 1, "000#0105");
+  check_state_by_guarding(window, "705#05", 5);
 }

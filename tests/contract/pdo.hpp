@@ -9,11 +9,6 @@ namespace cbcan::contract {
 
 inline constexpr unsigned kInputs = 3800, kOutputs = 3864;
 
-inline void configure32(Window& window, unsigned index, std::uint16_t sub, std::uint32_t value) {
-  window.configure(static_cast<std::uint16_t>(index), sub, 4,
-                   {static_cast<std::uint16_t>(value), static_cast<std::uint16_t>(value >> 16)});
-}
-
 /// Sets mapping and transmission type of PDO `index` (1400h.., 1800h..), which stays invalid. Entries are as in
 /// 1600h.. and 1A00h..: index, sub-index, bits.
 inline void prepare_pdo(Window& window, unsigned index, std::uint16_t type,
@@ -21,7 +16,7 @@ inline void prepare_pdo(Window& window, unsigned index, std::uint16_t type,
   INFO("PDO " << std::hex << index);
   const auto mapping = static_cast<std::uint16_t>(index + 0x200);
   for (std::uint16_t k = 0; k < objects.size(); ++k)
-    configure32(window, mapping, static_cast<std::uint16_t>(k + 1), objects[k]);
+    window.put(mapping, static_cast<std::uint16_t>(k + 1), objects[k]);
   window.configure(mapping, 0, 1, {static_cast<std::uint16_t>(objects.size())});
   window.configure(static_cast<std::uint16_t>(index), 2, 1, {type});
 }
@@ -29,16 +24,27 @@ inline void prepare_pdo(Window& window, unsigned index, std::uint16_t type,
 inline void set_up_pdo(Window& window, unsigned index, std::uint32_t cob_id, std::uint16_t type,
                        const std::vector<std::uint32_t>& objects) {
   prepare_pdo(window, index, type, objects);
-  configure32(window, index, 1, cob_id);
+  window.put(index, 1, cob_id);
 }
 
 /// NMT to the own node.
-inline void command_own_node(Window& window, std::uint16_t service) {
+inline Window& command_own_node(Window& window, std::uint16_t service) {
   window.write(0, 0x1F82, Window::kOwnNode, 1, {service}).check_done();
+  return window;
 }
 
-inline void start_own_node(Window& window) {
-  command_own_node(window, 1);
+struct PdoSetUp {
+  unsigned index;
+  std::uint32_t cob_id;
+  std::uint16_t type;
+  std::vector<std::uint32_t> objects;
+};
+
+/// Starts the own node, with PDOs.
+inline Window& start_own_node(Window& window, const std::vector<PdoSetUp>& pdos = {}) {
+  for (const auto& [index, cob_id, type, objects] : pdos)
+    set_up_pdo(window, index, cob_id, type, objects);
+  return command_own_node(window, 1);
 }
 
 inline Words inputs(Window& window) {

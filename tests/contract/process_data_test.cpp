@@ -30,12 +30,11 @@ void check_same(Window& window, unsigned first, const Words& words) {
 
 TEST_CASE("[PDO-1] inputs and outputs") {
   Window window;
-  set_up_pdo(window, 0x1400, 0x27F, 255, {0xA4400140});
-  set_up_pdo(window, 0x1401, 0x37F, 255, {0xA4401040});
-  set_up_pdo(window, 0x1800, 0x1FF, 255, {0xA8C00140});
-  set_up_pdo(window, 0x1801, 0x2FF, 255, {0xA8C01040});
-  start_own_node(window);
-  window.exchange({{"1FF#0000000000000000", ""}, {"2FF#0000000000000000", ""}});
+  start_own_node(window, {{0x1400, 0x27F, 255, {0xA4400140}},
+                          {0x1401, 0x37F, 255, {0xA4401040}},
+                          {0x1800, 0x1FF, 255, {0xA8C00140}},
+                          {0x1801, 0x2FF, 255, {0xA8C01040}}})
+      .exchange({{"1FF#0000000000000000", ""}, {"2FF#0000000000000000", ""}});
   window.arrive("27F#0102030405060708", "37F#1112131415161718");
   CHECK(inputs(window) == registers_with({{0, 0x0201},
                                           {1, 0x0403},
@@ -58,8 +57,7 @@ TEST_CASE("[PDO-3] where the range begins") {
   set_up_pdo(window, 0x1400, 0x27F, 255, {0xA1004010});
   set_up_pdo(window, 0x1800, 0x1FF, 255, {0xA5800110, 0xA5804010});
   window.set(1064, {0x2211});
-  start_own_node(window);
-  window.expect("1FF#11220000");
+  start_own_node(window).expect("1FF#11220000");
   window.arrive("27F#3344");
   CHECK(window.reg(1063) == 0x4433);
   window.set(1127, {0x6655}).expect("1FF#11225566");
@@ -119,15 +117,15 @@ TEST_CASE("[PDO-26] none is valid at first") {
   window.expect_silence();
   CHECK(inputs(window) == Words(64));
   SECTION("valid from then on, also while Operational") {
-    configure32(window, 0x1400, 1, 0x27F);
-    configure32(window, 0x1800, 1, 0x1FF);
+    window.put(0x1400, 1, 0x27F);
+    window.put(0x1800, 1, 0x1FF);
     window.expect("1FF#1111");
     window.arrive("27F#1122");
     CHECK(window.reg(kInputs) == 0x2211);
   }
   SECTION("and invalid again") {
-    configure32(window, 0x1400, 1, 0x27F);
-    configure32(window, 0x1400, 1, 0x8000027F);
+    window.put(0x1400, 1, 0x27F);
+    window.put(0x1400, 1, 0x8000027F);
     window.arrive("27F#1122");
     CHECK(window.reg(kInputs) == 0);
   }
@@ -153,8 +151,7 @@ TEST_CASE("[PDO-27] while Operational") {
   check_nothing();
   SECTION("started, and stopped") {
     const auto leave = GENERATE(as<std::uint16_t>(), 2, 128);
-    start_own_node(window);
-    window.expect("1FF#0000");
+    start_own_node(window).expect("1FF#0000");
     window.arrive("27F#1122");
     CHECK(window.reg(kInputs) == 0x2211);
     window.set(kOutputs, {0x4433}).expect("1FF#3344");
@@ -171,26 +168,21 @@ TEST_CASE("[PDO-27] while Operational") {
 TEST_CASE("[PDO-29] whole PDOs") {
   Window window;
   SECTION("in") {
-    set_up_pdo(window, 0x1400, 0x27F, 255, {0xA1000110, 0xA1000210, 0xA1003F10, 0xA1004010});
-    start_own_node(window);
+    start_own_node(window, {{0x1400, 0x27F, 255, {0xA1000110, 0xA1000210, 0xA1003F10, 0xA1004010}}});
     window.arrive("27F#0102030405060708", "27F#1112131415161718");
     CHECK(inputs(window) == registers_with({{0, 0x1211}, {1, 0x1413}, {62, 0x1615}, {63, 0x1817}}));
     window.arrive("27F#01020304050607").expect("0FF#1082110100000000");  // too short: no input changes
     CHECK(inputs(window) == registers_with({{0, 0x1211}, {1, 0x1413}, {62, 0x1615}, {63, 0x1817}}));
   }
   SECTION("in, by SYNC") {
-    set_up_pdo(window, 0x1400, 0x27F, 1, kFourInputs);
-    set_up_pdo(window, 0x1401, 0x37F, 1, {0xA4400240});
-    start_own_node(window);
+    start_own_node(window, {{0x1400, 0x27F, 1, kFourInputs}, {0x1401, 0x37F, 1, {0xA4400240}}});
     window.arrive("27F#0102030405060708", "37F#1112131415161718");
     CHECK(inputs(window) == Words(64));
     window.arrive("080#");
     check_same(window, kInputs, {0x0201, 0x0403, 0x0605, 0x0807, 0x1211, 0x1413, 0x1615, 0x1817});
   }
   SECTION("out: one request, one TPDO") {
-    set_up_pdo(window, 0x1800, 0x1FF, 255, kFourOutputs);
-    start_own_node(window);
-    window.expect("1FF#0000000000000000");
+    start_own_node(window, {{0x1800, 0x1FF, 255, kFourOutputs}}).expect("1FF#0000000000000000");
     window.set(kOutputs, {0x0201, 0x0403, 0x0605, 0x0807}).expect("1FF#0102030405060708");
     window.expect_silence();
     window.set(kOutputs, {0x1211, 0x1413, 0x1615, 0x1817}).expect("1FF#1112131415161718");
@@ -201,19 +193,16 @@ TEST_CASE("[PDO-29] whole PDOs") {
     window.set(kOutputs + 1, {0x3433}).expect("1FF#3132232425261718", "1FF#3132333425261718");
   }
   SECTION("out: one request, several TPDOs") {
-    set_up_pdo(window, 0x1800, 0x1FF, 255, kFourOutputs);
-    set_up_pdo(window, 0x1801, 0x2FF, 255, {0xA8C00240});
-    set_up_pdo(window, 0x1802, 0x3FF, 255, {0xA8C01040});
-    start_own_node(window);
-    window.exchange(
-        {{"1FF#0000000000000000", ""}, {"2FF#0000000000000000", ""}, {"3FF#0000000000000000", ""}});
+    start_own_node(window, {{0x1800, 0x1FF, 255, kFourOutputs},
+                            {0x1801, 0x2FF, 255, {0xA8C00240}},
+                            {0x1802, 0x3FF, 255, {0xA8C01040}}})
+        .exchange({{"1FF#0000000000000000", ""}, {"2FF#0000000000000000", ""}, {"3FF#0000000000000000", ""}});
     window.set(kOutputs, Words(64, 0x5555));
     window.exchange(
         {{"1FF#5555555555555555", ""}, {"2FF#5555555555555555", ""}, {"3FF#5555555555555555", ""}});
   }
   SECTION("out, by SYNC") {
-    set_up_pdo(window, 0x1800, 0x1FF, 1, kFourOutputs);
-    start_own_node(window);
+    start_own_node(window, {{0x1800, 0x1FF, 1, kFourOutputs}});
     window.arrive("080#").expect("1FF#0000000000000000");
     window.set(kOutputs, {0x0201, 0x0403, 0x0605, 0x0807}).expect_silence();
     window.arrive("080#").expect("1FF#0102030405060708");
@@ -224,9 +213,7 @@ TEST_CASE("[PDO-30] a changed value is an event") {
   Window window;
   SECTION("254 and 255") {
     const auto type = GENERATE(as<std::uint16_t>(), 254, 255);
-    set_up_pdo(window, 0x1800, 0x1FF, type, {0xA5800210, 0xA5800310});
-    start_own_node(window);
-    window.expect("1FF#00000000");
+    start_own_node(window, {{0x1800, 0x1FF, type, {0xA5800210, 0xA5800310}}}).expect("1FF#00000000");
     window.set(kOutputs, {0x1111, 0x2222, 0, 0x4444}).expect("1FF#22220000");
     window.set(kOutputs, {0x1111, 0x2222, 0, 0x4444}).expect_silence();  // changes nothing
     window.set(kOutputs, {0x9999, 0x2222, 0, 0x9999}).expect_silence();  // changes others
@@ -235,9 +222,7 @@ TEST_CASE("[PDO-30] a changed value is an event") {
     window.set(kOutputs + 2, {0x3333}).exchange({{"1FF#22223433", ""}, {"1FF#22223333", ""}});
   }
   SECTION("by SDO") {
-    set_up_pdo(window, 0x1800, 0x1FF, 255, {0xA5800210});
-    start_own_node(window);
-    window.expect("1FF#0000");
+    start_own_node(window, {{0x1800, 0x1FF, 255, {0xA5800210}}}).expect("1FF#0000");
     window.configure(0xA580, 2, 2, {0x2211});
     window.expect("1FF#1122");
     window.configure(0xA4C0, 3, 1, {0x11});
@@ -246,9 +231,7 @@ TEST_CASE("[PDO-30] a changed value is an event") {
     window.exchange({{"1FF#1144", ""}, {"5FF#60C0A40400000000", ""}});
   }
   SECTION("back to what the PLC wrote last, after an SDO or while it was not sent") {
-    set_up_pdo(window, 0x1800, 0x1FF, 255, {0xA5800210});
-    start_own_node(window);
-    window.expect("1FF#0000");
+    start_own_node(window, {{0x1800, 0x1FF, 255, {0xA5800210}}}).expect("1FF#0000");
     window.configure(0xA580, 2, 2, {0x2211});
     window.expect("1FF#1122");
     window.set(kOutputs + 1, {0}).expect("1FF#0000");
@@ -258,8 +241,7 @@ TEST_CASE("[PDO-30] a changed value is an event") {
     window.set(kOutputs + 1, {0}).expect("1FF#0000");
   }
   SECTION("0: at the next SYNC") {
-    set_up_pdo(window, 0x1800, 0x1FF, 0, {0xA5800210});
-    start_own_node(window);
+    start_own_node(window, {{0x1800, 0x1FF, 0, {0xA5800210}}});
     window.arrive("080#").expect_silence();
     window.set(kOutputs + 1, {0x2222}).expect_silence();
     window.arrive("080#").expect("1FF#2222");
@@ -272,31 +254,23 @@ TEST_CASE("[PDO-30] a changed value is an event") {
 TEST_CASE("[PDO-30] what is mapped has changed: a byte, a bit, the last register") {
   Window window;
   SECTION("a byte of a register") {
-    set_up_pdo(window, 0x1800, 0x1FF, 255, {0xA4C00208});
-    start_own_node(window);
-    window.expect("1FF#00");
+    start_own_node(window, {{0x1800, 0x1FF, 255, {0xA4C00208}}}).expect("1FF#00");
     window.set(kOutputs, {0x0011}).expect_silence();
     window.set(kOutputs, {0x2211}).expect("1FF#22");
   }
   SECTION("any byte of a value") {
-    set_up_pdo(window, 0x1800, 0x1FF, 255, {0xA8C00240});
-    start_own_node(window);
-    window.expect("1FF#0000000000000000");
+    start_own_node(window, {{0x1800, 0x1FF, 255, {0xA8C00240}}}).expect("1FF#0000000000000000");
     window.set(kOutputs + 7, {0x1100}).expect("1FF#0000000000000011");
     window.set(kOutputs + 4, {0x0022}).expect("1FF#2200000000000011");
   }
   SECTION("a bit of a register") {
-    set_up_pdo(window, 0x1800, 0x1FF, 255, {0xA5001101, 0xA5001201});
-    start_own_node(window);
-    window.expect("1FF#00");
+    start_own_node(window, {{0x1800, 0x1FF, 255, {0xA5001101, 0xA5001201}}}).expect("1FF#00");
     window.set(kOutputs, {0xFFFF, 0xFFFC}).expect_silence();
     window.set(kOutputs, {0xFFFF, 0xFFFE}).expect("1FF#02");
     window.set(kOutputs + 1, {0x0001}).expect("1FF#01");
   }
   SECTION("the last register, by the last word of a request") {
-    set_up_pdo(window, 0x1800, 0x1FF, 255, {0xA4C08008});
-    start_own_node(window);
-    window.expect("1FF#00");
+    start_own_node(window, {{0x1800, 0x1FF, 255, {0xA4C08008}}}).expect("1FF#00");
     window.set(kOutputs, registers_with({{63, 0x1200}})).expect("1FF#12");
   }
 }
@@ -304,10 +278,8 @@ TEST_CASE("[PDO-30] what is mapped has changed: a byte, a bit, the last register
 TEST_CASE("[PDO-29] with a controller that was full") {
   Window window;
   CONTRACT_NEEDS(window, Ability::kRefusal);
-  set_up_pdo(window, 0x1800, 0x1FF, 255, kFourOutputs);
-  set_up_pdo(window, 0x1801, 0x2FF, 1, kFourOutputs);
-  start_own_node(window);
-  window.expect("1FF#0000000000000000");
+  start_own_node(window, {{0x1800, 0x1FF, 255, kFourOutputs}, {0x1801, 0x2FF, 1, kFourOutputs}})
+      .expect("1FF#0000000000000000");
   window.target().refuse_frames(true);
   window.set(kOutputs, {0x0201, 0x0403, 0x0605, 0x0807});
   window.arrive("080#");
@@ -319,12 +291,11 @@ TEST_CASE("[PDO-29] with a controller that was full") {
 
 TEST_CASE("[PDO-31] while transactions are in progress") {
   Window window;
-  set_up_pdo(window, 0x1400, 0x27F, 255, {0xA1000110});
-  set_up_pdo(window, 0x1401, 0x37F, 1, {0xA1000210});
-  set_up_pdo(window, 0x1800, 0x1FF, 255, {0xA5800110});
-  set_up_pdo(window, 0x1801, 0x2FF, 1, {0xA5800210});
-  start_own_node(window);
-  window.expect("1FF#0000");
+  start_own_node(window, {{0x1400, 0x27F, 255, {0xA1000110}},
+                          {0x1401, 0x37F, 1, {0xA1000210}},
+                          {0x1800, 0x1FF, 255, {0xA5800110}},
+                          {0x1801, 0x2FF, 1, {0xA5800210}}})
+      .expect("1FF#0000");
   std::uint16_t cycle = 0;
   const auto check_cycle = [&] {
     ++cycle;

@@ -118,8 +118,7 @@ TEST_CASE("[SDO-28] quarantine of one node alone") {
   CHECK(window.busy());
   window.arrive("586#4300200133333333").check_done();
   CHECK(window.reg(3706) == 0x3333);
-  window.write(0, 0x1F82, 5, 1, {1}).expect("000#0105");
-  window.check_done();
+  window.command(5, 1, "000#0105");
 }
 
 TEST_CASE("[SDO-29] quarantine after a cancel, 0503 0000h, 0504 0001h") {

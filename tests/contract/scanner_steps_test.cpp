@@ -19,16 +19,6 @@ Bytes bytes_of(const std::string& frame) {
   return bytes;
 }
 
-std::string frame_of(const Bytes& bytes) {
-  std::string frame = "585#";
-  for (const unsigned byte : bytes) {
-    char text[3];
-    std::snprintf(text, sizeof text, "%02X", byte & 0xFF);
-    frame += text;
-  }
-  return frame;
-}
-
 /// A PLC program, its Modbus master, a module, and a slow node.
 struct Plant {
   // One step each, called in the order of the exchange.
@@ -50,7 +40,7 @@ struct Plant {
   }
   void node_responds() {
     for (; !node.responses.empty(); node.responses.pop_front())
-      target_->arrive(frame_of(node.responses.front()));
+      target_->arrive("585#" + hex_of(node.responses.front()));
   }
 
   // Disturbances.

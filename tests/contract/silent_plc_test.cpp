@@ -74,18 +74,15 @@ TEST_CASE("[PLC-2] TPDOs stop, and the heartbeat tells") {
   set_up_pdo(window, 0x1800, 0x1FF, 255, {0xA5800110});
   window.configure(0x1800, 5, 2, {400});
   window.configure(0x1017, 0, 2, {500});
-  start_own_node(window);
-  window.expect("1FF#0000");
+  start_own_node(window).expect("1FF#0000");
   window.pass(1100ms).exchange({{"1FF#0000", ""}, {"77F#05", ""}, {"1FF#0000", ""}, {"77F#7F", ""}});
   window.pass(500ms).expect("77F#7F");
 }
 
 TEST_CASE("[PLC-3] outputs stay as they are") {
   Window window(one_second());
-  set_up_pdo(window, 0x1400, 0x27F, 255, {0xA1000110});
-  set_up_pdo(window, 0x1800, 0x1FF, 255, {0xA5800110});
-  start_own_node(window);
-  window.expect("1FF#0000");
+  start_own_node(window, {{0x1400, 0x27F, 255, {0xA1000110}}, {0x1800, 0x1FF, 255, {0xA5800110}}})
+      .expect("1FF#0000");
   window.set(kOutputs, {0x2211}).expect("1FF#1122");
   window.arrive("27F#3344");
   window.pass(2s);

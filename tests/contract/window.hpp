@@ -39,6 +39,22 @@ struct Step {
   const char* answered;
 };
 
+inline Words words_of(std::uint32_t value) {
+  return {static_cast<std::uint16_t>(value), static_cast<std::uint16_t>(value >> 16)};
+}
+
+/// "0102AB"
+template <class Bytes>
+std::string hex_of(const Bytes& bytes) {
+  std::string text;
+  for (const unsigned byte : bytes) {
+    char digits[3];
+    std::snprintf(digits, sizeof digits, "%02X", byte & 0xFF);
+    text += digits;
+  }
+  return text;
+}
+
 /// A coprocessor between a PLC and a bus that the case plays. Every sent frame must be expected, in order, and
 /// none may be left at the end.
 struct Window {
@@ -81,6 +97,15 @@ struct Window {
   /// Writes a local object.
   void configure(std::uint16_t index, std::uint16_t sub, std::uint16_t size, const Words& data) {
     write(0, index, sub, size, data);
+    check_done();
+  }
+  /// A number of four bytes.
+  void put(unsigned index, std::uint16_t sub, std::uint32_t value) {
+    configure(static_cast<std::uint16_t>(index), sub, 4, words_of(value));
+  }
+  /// An NMT service, which is done with this frame.
+  void command(std::uint16_t node, std::uint16_t service, const std::string& frame) {
+    write(0, 0x1F82, node, 1, {service}).expect(frame);
     check_done();
   }
   void set_mode(std::uint16_t mode) { configure(0x3004, 0, 1, {mode}); }

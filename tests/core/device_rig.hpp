@@ -15,19 +15,8 @@ namespace cbcan::test {
 
 using enum DataType;
 
-/// Low byte first.
-inline std::string bytes_of(std::uint64_t number, std::size_t bytes) {
-  std::string text;
-  for (std::size_t i = 0; i < bytes; ++i) {
-    char byte[3];
-    std::snprintf(byte, sizeof byte, "%02X", static_cast<unsigned>(number >> 8 * i & 0xFF));
-    text += byte;
-  }
-  return text;
-}
-
 /// All objects that a Device acts on, except PDOs.
-inline std::vector<Row> everything() {
+inline std::vector<ObjectRow> everything() {
   return {
       {0x1001, 0, 0, kUnsigned8},         {0x1003, 0, 0, kUnsigned8},
       {0x1003, 1, 3, kUnsigned32},        {0x1005, 0, 0, kUnsigned32, 0x80},
@@ -41,31 +30,23 @@ inline std::vector<Row> everything() {
   };
 }
 
-struct DeviceRig final : Wire, private DeviceApplication {
-  explicit DeviceRig(const std::vector<Row>& rows = everything())
-      : entries(entries_of(rows, ObjectFlags::kChecked)),
+struct DeviceRig final : StackRig<Device>, private DeviceApplication {
+  explicit DeviceRig(const std::vector<ObjectRow>& rows = everything())
+      : StackRig(device),
+        entries(entries_of(rows, ObjectFlags::kChecked)),
         power_on(values_of(rows)),
         values(power_on),
         device(0x42, {entries, values, {}}, {buffer_, {rpdos_, tpdos_, pieces_}, watched_}, *this, port) {}
 
-  /// Lets frames arrive; after each one everything due is done.
-  template <class... More>
-  Wire& arrive(const std::string& frame, const More&... more) {
-    const Time due = device.deadline();
-    if (!device.on_frame(frame_from(frame), now)) CHECK(device.deadline() == due);
-    pass(0);
-    if constexpr (sizeof...(more) != 0) arrive(more...);
-    return *this;
-  }
   /// An expedited SDO download of `size` bytes to the device's object, and the expected response: "60" done,
   /// or an abort code such as "06090030".
   void write(std::uint16_t index, std::uint8_t sub, std::size_t size, std::uint32_t value,
              const std::string& outcome = "done") {
     const char* const commands[] = {"", "2F", "2B", "27", "23"};
-    const std::string object = bytes_of(index, 2) + bytes_of(sub, 1);
-    arrive("642#" + (commands[size] + object) + bytes_of(value, 4));
+    const std::string object = hex_of(index, 2) + hex_of(sub, 1);
+    arrive("642#" + (commands[size] + object) + hex_of(value, 4));
     if (outcome == "done") return expect("5C2#60" + object + "00000000");
-    expect("5C2#80" + object + bytes_of(std::stoul(outcome, nullptr, 16), 4));
+    expect("5C2#80" + object + hex_of(std::stoul(outcome, nullptr, 16), 4));
   }
   struct Download {
     std::uint16_t index;
@@ -78,13 +59,9 @@ struct DeviceRig final : Wire, private DeviceApplication {
     for (const Download& each : downloads)
       write(each.index, each.sub, each.size, each.value, each.outcome);
   }
-  Wire& pass(Time duration) {
-    poll_when_due(device, now, now + duration);
-    return *this;
-  }
   /// By SDO, expedited.
   std::uint32_t read(std::uint16_t index, std::uint8_t sub) {
-    arrive("642#40" + bytes_of(index, 2) + bytes_of(sub, 1) + "00000000");
+    arrive("642#40" + hex_of(index, 2) + hex_of(sub, 1) + "00000000");
     if (port.sent.empty()) {
       FAIL_CHECK("no response");
       return 0;
@@ -126,7 +103,6 @@ struct DeviceRig final : Wire, private DeviceApplication {
   std::vector<ObjectEntry> entries;
   std::vector<std::uint8_t> power_on;
   std::vector<std::uint8_t> values;
-  Time now = 0;
   std::vector<std::string> events;  ///< calls of the application
   unsigned id_reports = 0;          ///< that received_ids() may have changed
 

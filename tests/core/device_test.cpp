@@ -17,9 +17,10 @@ struct PlainApplication final : Wire, Interface {
     std::ranges::copy(values_of(rows), values.begin());
   }
 
-  const std::vector<Row> rows{{0x1010, 1, 1, kUnsigned32, 1},
-                              {0x2001, 0, 0, kUnsigned8, 7},
-                              {0x2002, 0, 0, kUnsigned8, 0, ObjectFlags::kRead | ObjectFlags::kComputed}};
+  const std::vector<ObjectRow> rows{
+      {0x1010, 1, 1, kUnsigned32, 1},
+      {0x2001, 0, 0, kUnsigned8, 7},
+      {0x2002, 0, 0, kUnsigned8, 0, ObjectFlags::kRead | ObjectFlags::kComputed}};
   std::vector<ObjectEntry> entries = entries_of(rows, ObjectFlags::kChecked);
   std::vector<std::uint8_t> values = values_of(rows);
   std::vector<std::uint8_t> buffer = std::vector<std::uint8_t>(8);
@@ -46,9 +47,9 @@ TEST_CASE("A SYNC without a counter contains nothing of one with a counter") {
     }
     Frame last;
   } port;
-  const std::vector<Row> rows{{0x1005, 0, 0, kUnsigned32, 0x40000080},
-                              {0x1006, 0, 0, kUnsigned32, 1000},
-                              {0x1019, 0, 0, kUnsigned8, 2}};
+  const std::vector<ObjectRow> rows{{0x1005, 0, 0, kUnsigned32, 0x40000080},
+                                    {0x1006, 0, 0, kUnsigned32, 1000},
+                                    {0x1019, 0, 0, kUnsigned8, 2}};
   const std::vector<ObjectEntry> entries = entries_of(rows, ObjectFlags::kChecked);
   std::vector<std::uint8_t> values = values_of(rows);
   ObjectDictionary dictionary({entries, values}, nullptr);

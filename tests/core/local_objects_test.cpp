@@ -6,16 +6,6 @@
 using namespace cbcan;
 using cbcan::test::Bench;
 
-namespace {
-
-cbcan::Coprocessor::Settings with_node_id(std::uint8_t node_id) {
-  cbcan::Coprocessor::Settings settings;
-  settings.node_id = node_id;
-  return settings;
-}
-
-}  // namespace
-
 // With CAN-ID 0 it would be an NMT command without bytes.
 TEST_CASE("1005h: SYNC cannot have a CAN-ID that CiA 301 restricts (7.3.5)") {
   Bench bench;
@@ -29,20 +19,15 @@ TEST_CASE("1005h: SYNC cannot have a CAN-ID that CiA 301 restricts (7.3.5)") {
 }
 
 TEST_CASE("Power on: the boot-up message, then Pre-operational") {
-  std::array<std::uint16_t, 70> registers{};
-  std::array<std::uint16_t, 128> process{};
-  cbcan::test::RecordingPort port;
-  port.refuse_next = 2;
-  cbcan::Coprocessor coprocessor(cbcan::RegisterWindow(cbcan::RegisterWindow::Words(registers)), process,
-                                 port, with_node_id(42));
-  coprocessor.start(0);
-  CHECK(port.sent.empty());
-  const cbcan::Time next = coprocessor.poll(0);
-  CHECK(next <= kMillisecond);
-  coprocessor.poll(next);
-  REQUIRE(port.sent.size() == 1);
-  CHECK(port.sent.front() == "72A#00");
-  CHECK(coprocessor.own_node().state() == cbcan::nmt::State::kPreOperational);
+  cbcan::test::CoprocessorRig rig({.node_id = 42});
+  rig.port.refuse_next = 2;
+  rig.coprocessor.start(rig.now);
+  rig.expect_silence();
+  const cbcan::Time next = rig.coprocessor.poll(rig.now);
+  CHECK(next <= rig.now + kMillisecond);
+  rig.coprocessor.poll(next);
+  rig.expect("72A#00");
+  CHECK(rig.coprocessor.own_node().state() == cbcan::nmt::State::kPreOperational);
 }
 
 namespace {

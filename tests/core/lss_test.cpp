@@ -24,10 +24,10 @@ struct Exchange {
 };
 
 /// A device with an LSS slave; logs the calls of its functions, with the time.
-struct LssDevice final : private LssApplication {
+struct LssDevice final : StackRig<LssSlave>, private LssApplication {
   explicit LssDevice(std::uint8_t node_id,
                      const Identity& address = {0x319, 0x04030201, 0x00010002, 0x12345678})
-      : address_(address), slave(*this, port) {
+      : StackRig(slave), address_(address), slave(*this, port) {
     if (node_id != kNotStarted) slave.start(node_id, 4, now);
   }
 
@@ -51,7 +51,6 @@ struct LssDevice final : private LssApplication {
     for (const std::string& request : requests)
       ask({{request, kSilence}});
   }
-  void pass(Time duration) { poll_when_due(slave, now, now + duration); }
 
  private:
   std::uint32_t identity(std::uint8_t part) const override { return address_.at(part); }
@@ -71,8 +70,6 @@ struct LssDevice final : private LssApplication {
   Identity address_;
 
  public:
-  RecordingPort port;
-  Time now = 0;
   bool bit_rates = true;
   StoreResult storage = StoreResult::kStored;
   Log log;
@@ -300,7 +297,7 @@ TEST_CASE("LSS: a response that the port refuses is sent when there is room, onc
   device.ask_in_vain({"5E"});
   CHECK(device.slave.deadline() == 100);
   device.pass(kMillisecond);
-  CHECK(device.port.sent == std::deque<std::string>{"7E4#5E05000000000000"});
+  device.expect("7E4#5E05000000000000");
   CHECK(device.port.tries == 3);
   CHECK(device.slave.deadline() == kNever);
 }

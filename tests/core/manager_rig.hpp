@@ -64,35 +64,26 @@ struct ManagerRig : CoprocessorRig {
     REQUIRE((place == Place::kRam
                  ? coprocessor.use_network(memory, used)
                  : coprocessor.use_network(std::span<const std::uint8_t>(memory).first(used))));
-    coprocessor.show_status_in(status);
+    coprocessor.show_status_in(registers.status());
     coprocessor.start(now);
     pass(0);
   }
 
   // The PLC.
-  CoprocessorRig& request(std::initializer_list<std::uint16_t> words) {
-    std::copy(words.begin(), words.end(), registers.begin() + 1);
-    return execute();
-  }
   CoprocessorRig& nmt(std::uint16_t node, std::uint16_t command) {
     return request({5066, 0, 0x1F82, node, 1, command});
   }
-  CoprocessorRig& write_words(unsigned first, std::initializer_list<std::uint16_t> words) {
-    auto to = first >= 3928 ? status.begin() + (first - 3928) : process.begin() + (first - 3800);
-    std::copy(words.begin(), words.end(), to);
-    coprocessor.on_registers_written(first, words.size(), now);
+  StackRig& write_words(unsigned first, std::initializer_list<std::uint16_t> words) {
+    put(first, words);
     coprocessor.on_plc(now);
     return pass(0);
   }
 
   /// R3972 + node.
-  unsigned of(unsigned node) const { return status.at(44 + node); }
-  unsigned summary() const { return status[0]; }
-  bool in_map(unsigned map, unsigned node) const {
-    return (status.at(4 + 8 * map + node / 16) >> node % 16 & 1) != 0;
-  }
+  unsigned of(unsigned node) { return reg(3972 + node); }
+  unsigned summary() { return reg(3928); }
+  bool in_map(unsigned map, unsigned node) { return (reg(3932 + 8 * map + node / 16) >> node % 16 & 1) != 0; }
 
-  std::array<std::uint16_t, regmap::kStatusWords> status{};
   Bytes memory;
 };
 

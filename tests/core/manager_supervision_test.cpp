@@ -153,10 +153,10 @@ TEST_CASE("inputs that were sent before the start are read") {
   SECTION("the PDO arrives") {
     rig.arrive("1C5#1234", "705#05").expect_silence();
     CHECK(rig.of(5) == 0x0105);
-    CHECK(rig.process[0] == 0x3412);
+    CHECK(rig.reg(3800) == 0x3412);
     SECTION("and zeros when the node is lost") {
       rig.pass(300 * kMillisecond);
-      CHECK((rig.of(5) == 0x5800 && rig.process[0] == 0));
+      CHECK((rig.of(5) == 0x5800 && rig.reg(3800) == 0));
     }
   }
   SECTION("it does not: its objects are read") {
@@ -165,7 +165,7 @@ TEST_CASE("inputs that were sent before the start are read") {
     rig.arrive("585#4F00600155000000").expect("605#4000600200000000");
     SECTION("a PDO that arrives meanwhile is newer") {
       rig.arrive("1C5#1234", "585#4F006002AA000000").pass(10 * kMillisecond).expect_silence();
-      CHECK(rig.process[0] == 0x3412);
+      CHECK(rig.reg(3800) == 0x3412);
       CHECK(rig.of(5) == 0x0105);
     }
     SECTION("an object that cannot be read: until the PDO") {
@@ -205,10 +205,10 @@ TEST_CASE("without bit 0 of 1F80h no node is listed, and the status words say so
   ManagerRig rig(node_5());
   begin(rig);
   boot(rig);
-  CHECK((rig.summary() == 0x11 && rig.status[2] == 0x0101));
+  CHECK((rig.summary() == 0x11 && rig.reg(3930) == 0x0101));
   rig.request({5066, 0, 0x1F80, 0, 4, 0, 0});
-  CHECK(rig.registers[0] == 0);
-  CHECK((rig.summary() == 0x10 && rig.status[2] == 0));
+  CHECK(rig.reg(3700) == 0);
+  CHECK((rig.summary() == 0x10 && rig.reg(3930) == 0));
   CHECK((rig.in_map(kHeard, 5) && !rig.in_map(kConfigured, 5) && !rig.in_map(kRunning, 5)));
 }
 

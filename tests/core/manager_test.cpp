@@ -25,7 +25,7 @@ TEST_CASE("a parameter of the own node that is refused is its letter J, and the 
   begin(rig);
   CHECK(rig.of(0) == 0x4A05);
   rig.request({5055, 0, 0x1016, 1, 4});
-  CHECK((rig.registers[6] == 0x00FA && rig.registers[7] == 0x0005));
+  CHECK((rig.reg(3706) == 0x00FA && rig.reg(3707) == 0x0005));
 }
 
 TEST_CASE("a keep-alive node that is not Operational is configured") {

@@ -98,9 +98,8 @@ TEST_CASE("the network by SDO") {
   rig.expect("77F#00");
   const auto put = [&](std::uint16_t index, std::uint16_t sub, std::uint16_t size,
                        std::initializer_list<std::uint16_t> value) {
-    std::copy(value.begin(), value.end(), rig.registers.begin() + 6);
-    rig.request({5066, 0, index, sub, size});
-    return rig.registers[0] == 0 ? 0u : rig.registers[6] | std::uint32_t{rig.registers[7]} << 16;
+    rig.write(0, index, sub, size, value);
+    return rig.reg(3700) == 0 ? 0u : rig.reg(3706) | std::uint32_t{rig.reg(3707)} << 16;
   };
   CHECK(put(0x1F81, 5, 4, {5, 0}) == 0);
   CHECK(put(0x1F81, 5, 4, {5, 0x0101}) == 0x06090030);  // guard time
@@ -108,7 +107,7 @@ TEST_CASE("the network by SDO") {
   CHECK(put(0x1F22, 5, 13, {2, 0, 0x1017, 0x0200, 0, 0xE800, 3}) == 0x06090030);
   CHECK(put(0x1F25, 5, 4, {0x6F63, 0x666E}) == 0x08000022);  // not active
   rig.request({5055, 0, 0x1F22, 5, 128});
-  CHECK((rig.registers[5] == 13 && rig.registers[8] == 0x1017));
+  CHECK((rig.reg(3705) == 13 && rig.reg(3708) == 0x1017));
   CHECK(put(0x1F80, 0, 4, {1, 0}) == 0);
   rig.expect("000#8200");
   CHECK(put(0x1F81, 6, 4, {5, 0}) == 0x08000022);  // active

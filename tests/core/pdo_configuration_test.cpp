@@ -58,9 +58,9 @@ TEST_CASE("A PDO maps the objects of its mapping at the moment it becomes valid,
 
 TEST_CASE("How many there are; less room than that is for the first ones") {
   PdoRig rig(2, 1);
-  CHECK(Pdo::rpdo_count(rig.entries) == 5);
-  CHECK(Pdo::tpdo_count(rig.entries) == 5);
-  CHECK(Pdo::rpdo_count({}) == 0);
+  CHECK(Pdo::count(rig.entries, object::kRpdoParameter) == 5);
+  CHECK(Pdo::count(rig.entries, object::kTpdoParameter) == 5);
+  CHECK(Pdo::count({}, object::kRpdoParameter) == 0);
   rig.set_up(0x1400, 2, 0x202, 255, {0x20010108});
   rig.set_up(0x1400, 3, 0x203, 255, {0x20010108});
   rig.set_up(0x1800, 1, 0x40000181, 255, {0x20010108});

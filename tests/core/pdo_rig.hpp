@@ -4,6 +4,7 @@
 #include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "cbcan/canopen/pdo/pdo.hpp"
 #include "support/bench.hpp"
+#include "support/rows.hpp"
 
 namespace cbcan::test {
 
@@ -13,62 +14,42 @@ inline constexpr std::uint8_t kParameter = Flags::kReadWrite | Flags::kChecked;
 inline constexpr std::uint16_t kMapped = Flags::kReadWrite | Flags::kMapRpdo | Flags::kMapTpdo;
 inline constexpr std::uint16_t kNumbers[] = {0, 1, 2, 4, 511};  // PDO 4 is missing
 
-struct Table {
-  void add(std::uint16_t index, std::uint8_t first_sub, std::uint8_t last_sub, DataType type,
-           std::uint16_t flags, std::uint32_t capacity = 0) {
-    if (capacity == 0) capacity = static_cast<std::uint32_t>(size_of(type));
-    const std::uint32_t front = (flags & Flags::kVariable) != 0 ? ObjectEntry::kLengthBytes : 0;
-    entries.push_back({index, first_sub, last_sub, type, 0, flags, end + front, capacity});
-    end += (front + capacity) * (last_sub - first_sub + 1u);
-  }
-  void add_parameters(std::uint16_t first, bool transmit) {
+inline std::vector<ObjectRow> pdo_rows() {
+  using enum DataType;
+  std::vector<ObjectRow> rows;
+  const auto add_pdos = [&rows](unsigned first, std::vector<ObjectRow> objects) {
     for (const std::uint16_t number : kNumbers) {
-      const auto index = static_cast<std::uint16_t>(first + number);
-      add(index, 0, 0, DataType::kUnsigned8, Flags::kRead);
-      add(index, 1, 1, DataType::kUnsigned32, kParameter);
-      add(index, 2, 2, DataType::kUnsigned8, kParameter);
-      add(index, 3, 3, DataType::kUnsigned16, kParameter);
-      add(index, 5, 5, DataType::kUnsigned16, kParameter);
-      if (transmit) add(index, 6, 6, DataType::kUnsigned8, kParameter);
+      for (ObjectRow& row : objects)
+        row.index = static_cast<std::uint16_t>(first + number);
+      rows.insert(rows.end(), objects.begin(), objects.end());
     }
-  }
-  void add_mappings(std::uint16_t first) {
-    for (const std::uint16_t number : kNumbers) {
-      const auto index = static_cast<std::uint16_t>(first + number);
-      add(index, 0, 0, DataType::kUnsigned8, kParameter);
-      add(index, 1, 64, DataType::kUnsigned32, kParameter);
-    }
-  }
-
-  std::vector<ObjectEntry> entries;
-  std::uint32_t end = 0;
-};
-
-inline std::vector<ObjectEntry> table() {
-  Table table;
-  table.add_parameters(0x1400, false);
-  table.add_mappings(0x1600);
-  table.add_parameters(0x1800, true);
-  table.add_mappings(0x1A00);
-  table.add(0x2000, 1, 8, DataType::kBoolean, kMapped);
-  table.add(0x2001, 1, 8, DataType::kUnsigned8, kMapped);
-  table.add(0x2002, 1, 4, DataType::kUnsigned16, kMapped);
-  table.add(0x2003, 0, 0, DataType::kUnsigned32, kMapped);
-  table.add(0x2004, 0, 0, DataType::kUnsigned64, kMapped);
-  table.add(0x2005, 0, 0, DataType::kInteger24, kMapped);
-  table.add(0x2010, 0, 0, DataType::kUnsigned8, Flags::kReadWrite);
-  table.add(0x2011, 0, 0, DataType::kVisibleString, kMapped | Flags::kVariable, 4);
-  table.add(0x2012, 0, 0, DataType::kUnsigned16, kMapped | Flags::kComputed);
-  table.add(0x2013, 0, 0, DataType::kUnsigned8, Flags::kReadWrite | Flags::kMapRpdo);
-  table.add(0x2014, 0, 0, DataType::kUnsigned8, Flags::kReadWrite | Flags::kMapTpdo);
-  table.add(0x6000, 1, 1, DataType::kUnsigned8, Flags::kRead | Flags::kMapTpdo);
-  table.add(0x6401, 1, 1, DataType::kInteger16, Flags::kRead | Flags::kMapTpdo);
-  return table.entries;
-}
-
-inline std::size_t bytes_of(const std::vector<ObjectEntry>& entries) {
-  const ObjectEntry& last = entries.back();
-  return last.offset + std::size_t{last.stride()} * (last.last_sub - last.first_sub + 1u);
+  };
+  const std::vector<ObjectRow> mapping{{0, 0, 0, kUnsigned8, 0, kParameter},
+                                       {0, 1, 64, kUnsigned32, 0, kParameter}};
+  std::vector<ObjectRow> parameters{{0, 0, 0, kUnsigned8, 0, Flags::kRead},
+                                    {0, 1, 1, kUnsigned32, 0x80000000, kParameter},
+                                    {0, 2, 2, kUnsigned8, 0, kParameter},
+                                    {0, 3, 3, kUnsigned16, 0, kParameter},
+                                    {0, 5, 5, kUnsigned16, 0, kParameter}};
+  add_pdos(0x1400, parameters);
+  add_pdos(0x1600, mapping);
+  parameters.push_back({0, 6, 6, kUnsigned8, 0, kParameter});
+  add_pdos(0x1800, parameters);
+  add_pdos(0x1A00, mapping);
+  rows.insert(rows.end(), {{0x2000, 1, 8, kBoolean, 0, kMapped},
+                           {0x2001, 1, 8, kUnsigned8, 0, kMapped},
+                           {0x2002, 1, 4, kUnsigned16, 0, kMapped},
+                           {0x2003, 0, 0, kUnsigned32, 0, kMapped},
+                           {0x2004, 0, 0, kUnsigned64, 0, kMapped},
+                           {0x2005, 0, 0, kInteger24, 0, kMapped},
+                           {0x2010, 0, 0, kUnsigned8},
+                           {0x2011, 0, 0, kVisibleString, 0, kMapped | Flags::kVariable, false, 4},
+                           {0x2012, 0, 0, kUnsigned16, 0, kMapped | Flags::kComputed},
+                           {0x2013, 0, 0, kUnsigned8, 0, Flags::kReadWrite | Flags::kMapRpdo},
+                           {0x2014, 0, 0, kUnsigned8, 0, Flags::kReadWrite | Flags::kMapTpdo},
+                           {0x6000, 1, 1, kUnsigned8, 0, Flags::kRead | Flags::kMapTpdo},
+                           {0x6401, 1, 1, kInteger16, 0, Flags::kRead | Flags::kMapTpdo}});
+  return rows;
 }
 
 /// Process data over a small dictionary, in virtual time. Calls of the application are in the wire's log too, in
@@ -77,19 +58,17 @@ inline std::size_t bytes_of(const std::vector<ObjectEntry>& entries) {
 /// RPDOs 1, 2, 3, 5, 512 and TPDOs 1, 2, 3, 5, 512, all invalid with an empty mapping. 2000h:1..8 BOOLEAN,
 /// 2001h:1..8 U8, 2002h:1..4 U16, 2003h U32, 2004h U64, 2005h I24, mappable both ways; 2010h U8 not at all;
 /// 2011h a string; 2012h computed; 2013h RPDO only, 2014h TPDO only; 6000h:1 U8, 6401h:1 I16 TPDO only.
-struct PdoRig final : Wire, PdoApplication, private ObjectHandler {
+struct PdoRig final : StackRig<Pdo>, PdoApplication, private ObjectHandler {
   explicit PdoRig(std::size_t rpdo_room = 5, std::size_t tpdo_room = 5)
-      : entries(table()),
-        values(bytes_of(entries)),
+      : StackRig(pdo, true),
+        entries(entries_of(pdo_rows())),
+        values(values_of(pdo_rows())),
         dictionary(entries, values, this),
         rpdos(rpdo_room),
         tpdos(tpdo_room),
         pieces((rpdo_room + tpdo_room) * PdoMapping::kMostObjects),
         pdo(dictionary, port, {rpdos, tpdos, pieces}, *this) {
-    for (const std::uint16_t number : kNumbers) {
-      set(static_cast<std::uint16_t>(0x1400 + number), 1, 0x80000000);
-      set(static_cast<std::uint16_t>(0x1800 + number), 1, 0x80000000);
-    }
+    now = 1000;
     reset();
   }
 
@@ -150,25 +129,10 @@ struct PdoRig final : Wire, PdoApplication, private ObjectHandler {
     pdo.on_state(on ? nmt::State::kOperational : nmt::State::kPreOperational, now);
     return *this;
   }
-  template <class... Frames>
-  Wire& arrive(const Frames&... frames) {
-    (pdo.on_frame(frame_from(frames), now), ...);
-    return *this;
-  }
   Wire& sync(std::uint8_t counter = 0, Time window = 0) {
     const Time due = pdo.deadline();
     const bool moved = pdo.on_sync(counter, window, now);
     CHECK(moved == (pdo.deadline() != due));
-    return *this;
-  }
-  Wire& pass(Time duration) {
-    const Time end = now + duration;
-    while (pdo.deadline() <= end) {
-      now = std::max(now, pdo.deadline());
-      pdo.poll(now);
-      REQUIRE(pdo.deadline() > now);
-    }
-    now = end;
     return *this;
   }
 
@@ -199,7 +163,6 @@ struct PdoRig final : Wire, PdoApplication, private ObjectHandler {
     return ids;
   }
 
-  Time now = 1000;
   bool log_sampling = false;
   bool log_recovery = false;
   /// Called by refresh(), and by on_written() and on_sync().

@@ -12,27 +12,15 @@ using enum SdoClient::Direction;
 using enum SdoClient::Mode;
 
 /// Ten bytes of data in the middle of memory that must not change.
-struct WiredClient final : Wire {
+struct WiredClient final : StackRig<SdoClient> {
   static constexpr std::size_t kRoom = 10, kFence = 8;
 
+  WiredClient() : StackRig(client) {}
   Wire& start(SdoClient::Direction direction, SdoClient::Mode mode, std::uint16_t size = kRoom) {
     client.start({5, 1, 0x2000, size, direction, mode}, now);
     return *this;
   }
-  template <class... Frames>
-  Wire& arrive(const Frames&... frames) {
-    (client.on_frame(frame_from(frames), now), ...);
-    return *this;
-  }
-  Wire& pass(Time duration) {
-    for (const Time end = now + duration; client.deadline() <= end;) {
-      now = client.deadline();
-      client.poll(now);
-    }
-    return *this;
-  }
 
-  Time now = 0;
   std::vector<std::uint8_t> memory = std::vector<std::uint8_t>(kRoom + 2 * kFence, 0xEE);
   SdoClient client{port, std::span(memory).subspan(kFence, kRoom)};
 };

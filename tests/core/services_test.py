@@ -11,7 +11,6 @@ import re
 import subprocess
 import sys
 import tempfile
-import unittest
 from concurrent.futures import ThreadPoolExecutor
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -34,12 +33,7 @@ def switches():
     return alone + [".rpdos = 0", ".tpdos = 0", ".rpdos = 0, .tpdos = 0", ".manager_clients = 0"]
 
 
-class Services(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = pathlib.Path(folder.name)
-
+class Services(cases.Case):
     def compile(self, services, text, *options, compiler="clang++-14"):
         """What the compiler says of this program with these services; "" = nothing."""
         place = pathlib.Path(tempfile.mkdtemp(dir=self.folder))

@@ -18,7 +18,7 @@ TEST_CASE("Cancelled between the last response and the result: R3700 keeps what 
 TEST_CASE("A request that still waits when another has ended at once is begun by a poll that is due now") {
   Bench bench;
   const auto ask = [&bench](std::initializer_list<std::uint16_t> request) {
-    std::copy(request.begin(), request.end(), bench.out.begin());
+    bench.registers.put(500, request);
     bench.coprocessor.on_registers_written(500, 70, bench.now);
   };
   ask({1, 5055, 5, 0x2000, 0, 4});  // the first number since the start
@@ -39,7 +39,7 @@ TEST_CASE("A request waits while the own node is being reset, and then finds the
   const bool by_scanner = GENERATE(true, false);
   Bench bench;
   const auto scan = [&bench](std::uint16_t number) {
-    bench.out = {number, 5055, 0, 0x3003, 0, 2};
+    bench.registers.put(500, {number, 5055, 0, 0x3003, 0, 2});
     bench.coprocessor.on_registers_written(500, 70, bench.now);
   };
   scan(1);  // the first number since the start
@@ -48,14 +48,14 @@ TEST_CASE("A request waits while the own node is being reset, and then finds the
   if (by_scanner) {
     scan(2);
   } else {
-    bench.write(3701, {5055, 0, 0x3003, 0, 2});
+    bench.registers.put(3701, {5055, 0, 0x3003, 0, 2});
     bench.reg(3700) = 0xCA0E;
   }
   do {
     CHECK(bench.coprocessor.poll(bench.now) <= bench.now);
-    CHECK((by_scanner ? bench.in[0] != 2 : bench.busy()));
+    CHECK((by_scanner ? bench.reg(600) != 2 : bench.busy()));
   } while (bench.coprocessor.own_node().resetting());
   bench.poll().expect("77F#00");
-  CHECK((by_scanner ? bench.in[0] == 2 : bench.reg(3700) == 0));
-  CHECK((by_scanner ? bench.in[4] : bench.reg(3706)) == 1000);
+  CHECK((by_scanner ? bench.reg(600) == 2 : bench.reg(3700) == 0));
+  CHECK((by_scanner ? bench.reg(604) : bench.reg(3706)) == 1000);
 }

@@ -5,6 +5,7 @@
 #include "base/numbers.hpp"
 #include "descriptions/network_image.hpp"
 #include "support/case_file.hpp"
+#include "support/complaint.hpp"
 
 using namespace cbcan::descriptions;
 using namespace cbcan::test;
@@ -31,11 +32,8 @@ PlannedNetwork read(const std::string& text) {
 }
 
 /// What is wrong; "" = nothing.
-std::string problem(const std::string& text) try {
-  image_of(read(text), 127, "n.toml");
-  return {};
-} catch (const UsageError& error) {
-  return error.what();
+std::string problem(const std::string& text) {
+  return complaint_of<UsageError>([&] { image_of(read(text), 127, "n.toml"); });
 }
 
 std::string written(const std::vector<PlannedObject>& objects) {

@@ -2,12 +2,9 @@
 #pragma once
 
 #include "cbcan/canopen/dictionary/little_endian.hpp"
-#include "descriptions/dictionary_image.hpp"
-#include "descriptions/eds_reader.hpp"
 #include "devices/drive/drive.hpp"
-#include "eds_text.hpp"
-#include "support/catch.hpp"
-#include "support/source_file.hpp"
+#include "rig.hpp"
+#include "support/eds_text.hpp"
 
 namespace cbcan::test {
 
@@ -46,28 +43,16 @@ inline const descriptions::DictionaryImage& drive_image() {
   return image;
 }
 
-/// A drive on the dictionary of plants/demo/drive.eds; the test is its node, in virtual time.
-struct DriveBench : sim::DeviceNode {
+/// A drive on the dictionary of plants/demo/drive.eds.
+struct DriveBench : DeviceBench<DriveBench, devices::Drive> {
   explicit DriveBench(const devices::AxisLayout& layout = {}) : DriveBench(0, layout) {}
   /// Of another axis: its objects are `by` further, and the test writes the indices of the first.
-  DriveBench(std::uint16_t by, const devices::AxisLayout& layout) : offset(by), drive(*this, layout, by) {
-    drive.reset(true, now);
-    update();
+  DriveBench(std::uint16_t by, const devices::AxisLayout& layout)
+      : DeviceBench(moved(drive_image(), by), layout, by), offset(by) {
+    start();
   }
-  virtual ~DriveBench() = default;
 
   // The node.
-  ObjectDictionary& dictionary() override { return objects; }
-  void error(std::uint16_t code, std::uint8_t register_bits, const sim::EmergencyInfo&, Time) override {
-    char text[16];
-    std::snprintf(text, sizeof text, "%04X/%02X", unsigned{code}, unsigned{register_bits});
-    log.emplace_back(text);
-  }
-  void error_over(std::uint16_t code, Time) override {
-    char text[16];
-    std::snprintf(text, sizeof text, "%04X over", unsigned{code});
-    log.emplace_back(text);
-  }
   void changed(std::uint16_t index, std::uint8_t, Time) override { events.push_back(moved(index, -offset)); }
 
   // Objects.
@@ -128,10 +113,6 @@ struct DriveBench : sim::DeviceNode {
     return *this;
   }
 
-  DriveBench& incident(std::string_view name, bool present) {
-    drive.set_incident(name, present, now);
-    return update();
-  }
   bool input(std::uint16_t index, double value) {
     return drive.set_input(moved(index, offset), 0, value, now);
   }
@@ -148,23 +129,15 @@ struct DriveBench : sim::DeviceNode {
     return control(0x000F);
   }
 
-  // Time.
-  DriveBench& update() {
-    deadline = drive.update(now);
-    REQUIRE(deadline > now);
-    if (seen) seen();
-    return *this;
+  /// A new set-point with the handshake; `bits` are further bits of the controlword.
+  DriveBench& set_point(std::int64_t target, unsigned bits = 0) {
+    put(0x607A, 0, target);
+    control(static_cast<std::uint16_t>(0x001F | bits));
+    return control(static_cast<std::uint16_t>(0x000F | bits));
   }
-  DriveBench& pass(Time duration) {
-    const Time end = now + duration;
-    for (int steps = 0; deadline <= end; ++steps) {
-      REQUIRE(steps < 10'000);
-      now = std::max(now, deadline);
-      update();
-    }
-    now = end;
-    return update();
-  }
+
+  /// It is read at the end.
+  DriveBench& pass(Time duration) { return DeviceBench::pass(duration).update(); }
 
   static std::uint16_t moved(unsigned index, int by) {
     return static_cast<std::uint16_t>(static_cast<int>(index) + by);
@@ -176,14 +149,8 @@ struct DriveBench : sim::DeviceNode {
   }
 
   int offset;
-  descriptions::DictionaryImage image = moved(drive_image(), offset);
-  ObjectDictionary objects{image.entries, image.values, nullptr, image.limits};
-  std::function<void()> seen;  ///< called after every update
-  std::vector<std::string> log;
   std::vector<std::uint16_t> events;
-  Time now = 1000;
-  Time deadline = kNever;
-  devices::Drive drive;
+  devices::Drive& drive = device;
 };
 
 }  // namespace cbcan::test

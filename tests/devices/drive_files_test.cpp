@@ -11,8 +11,8 @@ namespace {
 /// RPDO 1 and TPDO 1 of node 5 with two objects of these indices and 16 or 32 bits; type of the RPDO.
 std::string pdos(const std::string& received, const std::string& sent, const char* type) {
   return text_of({"1005", "7", "rw", "0x80"}) + pair_of("1400", "0x205", type, "7", "5") +
-         pair_of("1600", "0x60400010", received.c_str()) + pair_of("1800", "0x185", "1", "7", "5") +
-         pair_of("1A00", "0x60410010", sent.c_str());
+         pair_of("1600", "0x60400010", received) + pair_of("1800", "0x185", "1", "7", "5") +
+         pair_of("1A00", "0x60410010", sent);
 }
 
 std::string inverter(const char* acceleration) {

@@ -11,15 +11,7 @@ namespace {
 constexpr double kPerMilliNewtonMetre = 10'000 / 6.283185307;
 
 devices::AxisLayout machine(const devices::AxisLoad& load) {
-  devices::AxisLayout layout{-1'000'000, 1'000'000};
-  layout.load = load;
-  return layout;
-}
-
-void go_to(DriveBench& bench, std::int64_t target) {
-  bench.put(0x607A, 0, target);
-  bench.control(0x001F);
-  bench.control(0x000F);
+  return {.negative_limit = -1'000'000, .positive_limit = 1'000'000, .load = load};
 }
 
 }  // namespace
@@ -27,7 +19,7 @@ void go_to(DriveBench& bench, std::int64_t target) {
 TEST_CASE("Load: torque and following error go with the acceleration, torque with friction") {
   DriveBench bench(machine({.inertia = 10, .friction = 50}));
   bench.enable(1);
-  go_to(bench, 50'000);
+  bench.set_point(50'000);
   struct Row {
     Time until;  ///< in 0.1 s up, 0.4 s at 100,000/s, 0.1 s down
     std::int64_t torque;
@@ -50,7 +42,7 @@ TEST_CASE("Load: torque and following error go with the acceleration, torque wit
 TEST_CASE("Load: what the torque limit leaves makes a following error, and then a fault") {
   DriveBench bench(machine({.inertia = 10, .friction = 50}));
   bench.enable(1, {{0x6072, 0, 400}, {0x6065, 0, 2000}, {0x6066, 0, 10}});
-  go_to(bench, 50'000);
+  bench.set_point(50'000);
   bench.pass(80'000);
   CHECK(bench.get(0x6077) == 400);
   CHECK(double(bench.position()) ==
@@ -113,9 +105,7 @@ TEST_CASE("Load: what is heavier than the torque allows falls") {
 }
 
 TEST_CASE("Load: without limit switches there are no hard stops") {
-  devices::AxisLayout layout;
-  layout.load = {.inertia = 10, .friction = 50};
-  DriveBench bench(layout);
+  DriveBench bench({.load = {.inertia = 10, .friction = 50}});
   bench.enable(4, {{0x6087, 0, 0}, {0x6071, 0, 300}});
   bench.pass(5'000'000).shows({.objects = {{0x60FD, 0}}});
   CHECK(double(bench.position()) == Approx(250 * kPerMilliNewtonMetre * 12.5).epsilon(0.001));
@@ -124,7 +114,7 @@ TEST_CASE("Load: without limit switches there are no hard stops") {
 TEST_CASE("Load: bit 11 while it takes all of 6072h, bit 10 where 6064h is") {
   DriveBench bench(machine({.inertia = 10, .friction = 50}));
   bench.enable(1, {{0x6072, 0, 400}, {0x6065, 0, 0xFFFFFFFF}, {0x6067, 0, 0xFFFFFFFF}});
-  go_to(bench, 50'000);
+  bench.set_point(50'000);
   bench.pass(80'000).shows({.status = kEnabled | kLimit});  // 678 would be needed
   bench.pass(520'000);
   CHECK(bench.get(0x6062) == 50'000);
@@ -139,10 +129,10 @@ TEST_CASE("Load: a brake that is set holds until operation is enabled, and again
   bench.update();
   bench.pass(kSecond).shows({.position = 0});
   bench.enable(1);
-  go_to(bench, 5'000);
+  bench.set_point(5'000);
   bench.pass(kSecond).shows({.status = kEnabled | kReached, .position = 5'000});
   bench.set(0x60FE, 1, 0).set(0x60FE, 1, 1);  // a brake set during operation holds despite power
-  go_to(bench, 6'000);
+  bench.set_point(6'000);
   bench.pass(kSecond).shows({.position = 5'000});
   bench.set(0x60FE, 1, 0);
   bench.pass(kSecond).shows({.position = 6'000});
@@ -155,7 +145,7 @@ TEST_CASE("Load: it moves the same, however often it is read") {
   for (const Time look : {Time{0}, Time{137}, Time{2'500}, Time{33'333}}) {
     DriveBench bench(machine({.inertia = 20, .friction = 30, .gravity = 100}));
     bench.enable(1, {{0x6072, 0, 700}});
-    go_to(bench, 40'000);
+    bench.set_point(40'000);
     std::vector<std::int64_t> seen;
     for (const Time until : {Time{77'700}, Time{123'456}, Time{300'000}, Time{1'000'000}}) {
       for (; look != 0 && bench.now + look < until; bench.pass(look)) {
@@ -163,7 +153,7 @@ TEST_CASE("Load: it moves the same, however often it is read") {
       bench.pass(until - bench.now);
       for (const std::uint16_t index : std::array<std::uint16_t, 4>{0x6064, 0x606C, 0x6077, 0x60F4})
         seen.push_back(bench.get(index));
-      if (until == 123'456) go_to(bench, -1'000);
+      if (until == 123'456) bench.set_point(-1'000);
     }
     if (known.empty()) known = seen;
     CHECK(seen == known);

@@ -10,13 +10,6 @@ namespace {
 // Statusword bit 13 in position modes.
 constexpr unsigned kFollowingError = 0x2000;
 
-/// A new set-point with the handshake; `bits` are further bits of the controlword.
-void set_point(DriveBench& bench, std::int64_t target, unsigned bits = 0) {
-  bench.put(0x607A, 0, target);
-  bench.control(static_cast<std::uint16_t>(0x001F | bits));
-  bench.control(static_cast<std::uint16_t>(0x000F | bits));
-}
-
 }  // namespace
 
 TEST_CASE("Modes: those of 6502h are taken over, others refused with 0609 0030h") {
@@ -50,7 +43,7 @@ TEST_CASE("Profile position: a set-point, its handshake, and the target reached"
 TEST_CASE("Profile position: the position window's time") {
   DriveBench bench;
   bench.enable(1, {{0x6068, 0, 20}});
-  set_point(bench, 50'000);
+  bench.set_point(50'000);
   bench.pass(619'999).shows({.status = kEnabled});
   bench.pass(1).shows({.status = kEnabled | kReached});
 }
@@ -58,10 +51,10 @@ TEST_CASE("Profile position: the position window's time") {
 TEST_CASE("Profile position: one set-point waits, a third is not acknowledged") {
   DriveBench bench;
   bench.enable(1);
-  set_point(bench, 50'000);
-  set_point(bench, 20'000);
+  bench.set_point(50'000);
+  bench.set_point(20'000);
   CHECK(bench.status() == (kEnabled | kBit12));  // no room for another
-  set_point(bench, -99'000);
+  bench.set_point(-99'000);
   bench.pass(600'000).shows({.status = kEnabled, .position = 50'000});
   bench.pass(400'000).shows({.status = kEnabled | kReached, .position = 20'000});
 }
@@ -69,9 +62,9 @@ TEST_CASE("Profile position: one set-point waits, a third is not acknowledged") 
 TEST_CASE("Profile position: change set immediately, also backwards") {
   DriveBench bench;
   bench.enable(1);
-  set_point(bench, 50'000);
+  bench.set_point(50'000);
   bench.pass(200'000).shows({.position = 15'000});
-  set_point(bench, 10'000, 0x20);
+  bench.set_point(10'000, 0x20);
   bench.pass(100'000).shows({.position = 20'000, .velocity = 0});
   bench.pass(200'000).shows({.status = kEnabled | kReached, .position = 10'000});
 }
@@ -79,20 +72,20 @@ TEST_CASE("Profile position: change set immediately, also backwards") {
 TEST_CASE("Profile position: relative set-points count from the one before") {
   DriveBench bench;
   bench.enable(1);
-  set_point(bench, 10'000, 0x40);
+  bench.set_point(10'000, 0x40);
   bench.pass(kSecond);
-  set_point(bench, 10'000, 0x40);
+  bench.set_point(10'000, 0x40);
   bench.pass(50'000);
-  set_point(bench, -5'000, 0x40 | 0x20);
+  bench.set_point(-5'000, 0x40 | 0x20);
   bench.pass(kSecond).shows({.position = 15'000});
 }
 
 TEST_CASE("Profile position: change on set-point passes the first at its velocity") {
   DriveBench bench;
   bench.enable(1);
-  set_point(bench, 20'000);
+  bench.set_point(20'000);
   bench.put(0x6081, 0, 50'000);
-  set_point(bench, 40'000, 0x200);
+  bench.set_point(40'000, 0x200);
   // 0.1 s and 5,000, then 15,000 at 100,000/s: passed after 0.25 s.
   bench.pass(249'990).shows({.velocity = 100'000});
   bench.pass(10).shows({.position = 20'000, .velocity = 100'000});
@@ -105,8 +98,8 @@ TEST_CASE("Profile position: change on set-point stops where the next is too nea
     INFO(next);
     DriveBench bench;
     bench.enable(1);
-    set_point(bench, 20'000);
-    set_point(bench, next, 0x200);
+    bench.set_point(20'000);
+    bench.set_point(next, 0x200);
     bench.pass(300'000).shows({.position = 20'000, .velocity = 0});
     bench.pass(kSecond).shows({.position = next});
   }
@@ -117,7 +110,7 @@ TEST_CASE("Profile position: halt, and on again") {
     INFO(option);
     DriveBench bench;
     bench.enable(1, {{0x605D, 0, option}});
-    set_point(bench, 50'000);
+    bench.set_point(50'000);
     bench.pass(200'000);
     bench.control(0x010F);
     bench.pass(option == 1 ? 99'999 : 24'999).shows({.status = kEnabled});
@@ -130,25 +123,25 @@ TEST_CASE("Profile position: halt, and on again") {
 TEST_CASE("Profile position: targets are kept within the software limits") {
   DriveBench bench;
   bench.enable(1, {{0x607D, 1, -1'000}, {0x607D, 2, 3'000}});
-  set_point(bench, 5'000);
+  bench.set_point(5'000);
   CHECK(bench.status() == (kEnabled | kLimit));
   bench.pass(kSecond).shows({.position = 3'000});
-  set_point(bench, -2'000);
+  bench.set_point(-2'000);
   bench.pass(kSecond).shows({.position = -1'000});
-  set_point(bench, 0);
+  bench.set_point(0);
   bench.pass(kSecond).shows({.status = kEnabled | kReached, .position = 0});
 }
 
 TEST_CASE("Profile position: a limit switch stops the axis; the other way is free") {
   DriveBench bench;
   bench.enable(1);
-  set_point(bench, 50'000);
+  bench.set_point(50'000);
   bench.pass(200'000);
   bench.incident("limit-switch-positive", true).shows({.objects = {{0x60FD, 0x2}}});
   bench.pass(25'000).shows({.status = kEnabled | kLimit, .position = 16'250});
-  set_point(bench, 0, 0x20);
+  bench.set_point(0, 0x20);
   bench.pass(kSecond).shows({.position = 0});
-  set_point(bench, 1'000);
+  bench.set_point(1'000);
   bench.pass(kSecond).shows({.position = 0});
   bench.incident("limit-switch-positive", false);
   bench.pass(kSecond).shows({.position = 1'000});
@@ -157,13 +150,13 @@ TEST_CASE("Profile position: a limit switch stops the axis; the other way is fre
 TEST_CASE("The axis stops at its own limit switch, and leaves it the other way") {
   DriveBench bench({-15'000, 15'000, 200'000, 250'000});
   bench.enable(1);
-  set_point(bench, 50'000);
+  bench.set_point(50'000);
   bench.pass(225'000).shows({.position = 16'250});  // 15,000 after 0.2 s, then 1,250 to stop
   bench.shows({.status = kEnabled | kLimit, .objects = {{0x60FD, 0x2}}});
   bench.pass(kSecond).shows({.position = 16'250});
-  set_point(bench, -50'000, 0x20);
+  bench.set_point(-50'000, 0x20);
   bench.pass(kSecond).shows({.status = kEnabled | kLimit, .position = -16'250, .objects = {{0x60FD, 0x1}}});
-  set_point(bench, 0, 0x20);
+  bench.set_point(0, 0x20);
   bench.pass(kSecond).shows({.position = 0, .objects = {{0x60FD, 0}}});
 }
 
@@ -184,9 +177,9 @@ TEST_CASE("Without limit switches an axis has no ends; homing takes them to be f
 TEST_CASE("One limit switch alone: the other side is open") {
   DriveBench bench({{}, 15'000});
   bench.enable(1);
-  set_point(bench, 50'000);
+  bench.set_point(50'000);
   bench.pass(kSecond).shows({.position = 16'250, .objects = {{0x60FD, 0x2}}});
-  set_point(bench, -2'000'000, 0x20);
+  bench.set_point(-2'000'000, 0x20);
   bench.pass(60 * kSecond).shows({.status = kEnabled | kReached, .position = -2'000'000});
 }
 
@@ -203,7 +196,7 @@ TEST_CASE("At velocity too: own limit switches stop the axis") {
 TEST_CASE("An axis that goes round, with 607Bh in force, has no limit switches") {
   DriveBench bench({-15'000, 15'000, 200'000, 250'000});
   bench.enable(1, {{0x607B, 1, 0}, {0x607B, 2, 9'999}});
-  set_point(bench, 50'000);
+  bench.set_point(50'000);
   bench.pass(5 * kSecond).shows({.status = kEnabled | kReached, .position = 0, .objects = {{0x60FD, 0}}});
 }
 
@@ -215,13 +208,13 @@ TEST_CASE("60FDh is an event when it changes, at the place where it does") {
     return count;
   };
   bench.enable(1);
-  set_point(bench, 10'000);
+  bench.set_point(10'000);
   CHECK(inputs_changed() == 0);
   bench.pass(100'000).shows({.objects = {{0x60FD, 0x4}}});  // 5,000
   CHECK(inputs_changed() == 1);
   bench.pass(kSecond).shows({.objects = {{0x60FD, 0}}});
   CHECK(inputs_changed() == 1);
-  set_point(bench, 0);
+  bench.set_point(0);
   bench.pass(kSecond);
   CHECK(inputs_changed() == 2);
   bench.incident("limit-switch-negative", true);
@@ -248,10 +241,10 @@ TEST_CASE("60FEh bit 0 is the brake: with its bit in the mask it holds the axis"
   DriveBench bench;
   bench.enable(1, {{0x6065, 0, 0xFFFFFFFF}});
   bench.set(0x60FE, 1, 1);
-  set_point(bench, 1'000);
+  bench.set_point(1'000);
   bench.pass(kSecond).shows({.position = 1'000});
   bench.set(0x60FE, 2, 1);
-  set_point(bench, 2'000);
+  bench.set_point(2'000);
   bench.pass(kSecond).shows({.position = 1'000});
   bench.set(0x60FE, 1, 0);
   bench.pass(kSecond).shows({.position = 2'000});
@@ -260,25 +253,17 @@ TEST_CASE("60FEh bit 0 is the brake: with its bit in the mask it holds the axis"
 TEST_CASE("Profile position: 607Fh and 6080h bound the velocity") {
   DriveBench bench;
   bench.enable(1, {{0x607F, 0, 40'000}});
-  set_point(bench, 500'000);
+  bench.set_point(500'000);
   bench.pass(kSecond).shows({.velocity = 40'000});
   bench.put(0x6080, 0, 60);  // one revolution per second, 10,000 increments
-  set_point(bench, 400'000, 0x20);
+  bench.set_point(400'000, 0x20);
   bench.pass(kSecond).shows({.velocity = 10'000});
-}
-
-TEST_CASE("Profile position in micrometres") {
-  DriveBench bench;
-  bench.enable(1, {{0x608F, 1, 65'536}, {0x6091, 1, 5}, {0x6092, 1, 100'000}});
-  set_point(bench, 24'414);
-  bench.pass(10 * kSecond).shows({.position = 24'414});
-  CHECK(bench.get(0x6063) == 80'000);  // 24,414 * 327,680 / 100,000 = 79,999.8
 }
 
 TEST_CASE("A blocked motor: the following error grows, is shown, and becomes a fault") {
   DriveBench bench;
   bench.enable(1, {{0x6065, 0, 2'000}, {0x6066, 0, 10}});
-  set_point(bench, 50'000);
+  bench.set_point(50'000);
   bench.pass(200'000);
   bench.incident("motor-blocked", true);
   bench.pass(20'000).shows({.position = 15'000, .velocity = 0});  // 2,000 at 100,000/s
@@ -296,7 +281,7 @@ TEST_CASE("A blocked motor: the following error grows, is shown, and becomes a f
 TEST_CASE("A motor freed in time continues from its position") {
   DriveBench bench;
   bench.enable(1, {{0x6065, 0, 0xFFFFFFFF}});
-  set_point(bench, 50'000);
+  bench.set_point(50'000);
   bench.pass(200'000);
   bench.incident("motor-blocked", true);
   bench.pass(kSecond).shows({.status = kEnabled, .objects = {{0x60F4, 35'000}}});

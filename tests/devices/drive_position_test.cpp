@@ -18,9 +18,7 @@ void speed_up(DriveBench& bench) {
 }
 
 void travel_to(DriveBench& bench, std::int64_t target, unsigned bits = 0) {
-  bench.put(0x607A, 0, target);
-  bench.control(static_cast<std::uint16_t>(0x001F | bits));
-  bench.control(static_cast<std::uint16_t>(0x000F | bits)).pass(2 * kSecond);
+  bench.set_point(target, bits).pass(2 * kSecond);
 }
 
 }  // namespace
@@ -61,9 +59,7 @@ TEST_CASE("Touch probe: the second one, each edge") {
 TEST_CASE("Touch probe: the index pulse, at its own position however late it is noticed") {
   for (const double inertia : {0.0, 1.0}) {
     CAPTURE(inertia);
-    devices::AxisLayout layout;
-    layout.load.inertia = inertia;
-    DriveBench bench(layout);
+    DriveBench bench({.load = {.inertia = inertia}});
     speed_up(bench);
     bench.set(0x60B8, 0, 0x3715);  // bit 1 of the second is without effect
     bench.pass(40'000).shows({.objects = {{0x60B9, 0x0101}}});
@@ -77,9 +73,7 @@ TEST_CASE("Touch probe: the index pulse, at its own position however late it is 
 }
 
 TEST_CASE("Touch probe: several index pulses in one step of a load") {
-  devices::AxisLayout layout;
-  layout.load.inertia = 0.001;
-  DriveBench bench(layout);
+  DriveBench bench({.load = {.inertia = 0.001}});
   bench.put({{0x608F, 1, 33}, {0x6092, 1, 33}, {0x6080, 0, 0}});
   speed_up(bench);
   bench.set(0x60B8, 0, 0x1315);  // at 4,972, as the ramp takes a lag of 28; pulse 151 is at 4,983
@@ -179,9 +173,7 @@ TEST_CASE("Position limits: bit 11 while the axis is outside, in every mode, fro
 }
 
 TEST_CASE("Position limits: a torque that drives a load out of them sets bit 11") {
-  devices::AxisLayout layout;
-  layout.load = {.inertia = 10, .friction = 50};
-  DriveBench bench(layout);
+  DriveBench bench({.load = {.inertia = 10, .friction = 50}});
   bench.enable(4, {{0x6087, 0, 0}, {0x6071, 0, 300}, {0x607D, 1, -2'000}, {0x607D, 2, 2'000}});
   bench.pass(100'000).shows(
       {.status = kEnabled | kReached, .position = 1'989});  // 250 x 1591.549/s2 x 0.01 s2 / 2

@@ -305,8 +305,7 @@ TEST_CASE("Abort connection option codes") {
     DriveBench bench;
     bench.enable(3, {{0x6007, 0, option.code}, {0x60FF, 0, 100'000}});
     bench.pass(kSecond);
-    bench.drive.on_network_failure(sim::NetworkFailure::kHeartbeat, bench.now);
-    bench.update();
+    bench.network_failure(sim::NetworkFailure::kHeartbeat);
     CHECK(state_of(bench) == option.during);
     bench.pass(kSecond);
     CHECK(state_of(bench) == option.after);
@@ -317,21 +316,17 @@ TEST_CASE("Abort connection option codes") {
 
 TEST_CASE("NMT stop acts as 6007h on an enabled drive, and only there") {
   DriveBench bench;
-  bench.drive.on_state(nmt::State::kStopped, bench.now);
-  bench.update().shows({.status = kSwitchOnDisabled});
+  bench.state(nmt::State::kStopped).shows({.status = kSwitchOnDisabled});
   bench.enable(3);
-  bench.drive.on_state(nmt::State::kPreOperational, bench.now);
-  bench.update();
+  bench.state(nmt::State::kPreOperational);
   CHECK(state_of(bench) == kOperationEnabled);
-  bench.drive.on_state(nmt::State::kStopped, bench.now);
-  bench.update().shows({.status = kFault, .objects = {{0x603F, 0x8100}}});
+  bench.state(nmt::State::kStopped).shows({.status = kFault, .objects = {{0x603F, 0x8100}}});
 }
 
 TEST_CASE("After the drive has stopped by itself the controlword counts again when it is written") {
   DriveBench bench;
   bench.enable(3, {{0x605A, 0, 6}, {0x6007, 0, 3}});
-  bench.drive.on_network_failure(sim::NetworkFailure::kGuarding, bench.now);
-  bench.update();
+  bench.network_failure(sim::NetworkFailure::kGuarding);
   CHECK(state_of(bench) == kQuickStopActive);
   bench.pass(kSecond);
   CHECK(state_of(bench) == kQuickStopActive);  // although the controlword is still 000Fh

@@ -58,7 +58,7 @@ void set_option(DriveBench& bench, unsigned which) {
 }
 
 void toggle(DriveBench& bench, std::set<std::string_view>& present, const Room& room, unsigned which) {
-  const std::string_view name = pick(devices::kIncidentNames, which);
+  const std::string_view name = pick(devices::kDriveIncidents, which).name;
   if (!room.blocking && name == "motor-blocked") return;
   const bool begins = present.insert(name).second;
   if (!begins) present.erase(name);

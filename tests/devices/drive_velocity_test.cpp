@@ -106,9 +106,7 @@ TEST_CASE("Velocity mode: a limit switch stops the axis, which moves only away f
 }
 
 TEST_CASE("Velocity mode: with a load, the motor lags by the torque that the ramp takes") {
-  devices::AxisLayout layout;
-  layout.load = {.inertia = 10, .friction = 50};
-  DriveBench bench(layout);
+  DriveBench bench({.load = {.inertia = 10, .friction = 50}});
   bench.enable(2, {{0x6048, 1, 600}, {0x6042, 0, 300}});
   // 100,000/s2 are 62.8 rad/s2, with 10 kg cm2 and friction 113 mNm of 1,000; the lag is 100,000 / 188^2.
   bench.pass(300'000).shows({.objects = {{0x6077, 113}, {0x60F4, 3}}});

@@ -14,7 +14,7 @@ constexpr std::uint8_t kUpper = 1, kLower = 2, kDelta = 4, kNegativeDelta = 8, k
 
 /// The demo plant's module with analogue events enabled and this selection (6421h) for channel 1.
 struct Watched {
-  explicit Watched(std::uint8_t trigger) : module_(demo_dictionary("io_module.eds")) { set_up(trigger); }
+  explicit Watched(std::uint8_t trigger) : module_(demo_image("io_module.eds")) { set_up(trigger); }
   void set_up(std::uint8_t trigger) {
     write(0x6423, 0, 1);
     write(0x6421, 1, trigger);
@@ -46,7 +46,7 @@ constexpr std::uint64_t bits(std::int32_t number) {
 }  // namespace
 
 TEST_CASE("an analogue input shows in 6401h, rounded and within 16 bits") {
-  Module module(demo_dictionary("io_module.eds"));
+  Module module(demo_image("io_module.eds"));
   const auto shows = [&](double value, std::uint16_t shown) {
     INFO(value);
     module.input(0x6401, 2, value).shows(0x6401, 2, shown);
@@ -67,7 +67,7 @@ TEST_CASE("A module without 6423h reports its analogue inputs; no client could s
 }
 
 TEST_CASE("6423h is off at first: no analogue event, by CiA 401") {
-  Module module(demo_dictionary("io_module.eds"));
+  Module module(demo_image("io_module.eds"));
   module.input(0x6401, 1, 100);
   module.write(0x6423, 0, 1);
   module.expect_nothing();
@@ -157,13 +157,13 @@ TEST_CASE("a limit and a delta: both have to be reached") {
 }
 
 TEST_CASE("6422h shows the channels of the last moment with an event") {
-  Module module(demo_dictionary("io_module.eds"));
+  Module module(demo_image("io_module.eds"));
   module.write(0x6423, 0, 1);
   module.input(0x6401, 2, 5).expect("changed 6401:02").shows(0x6422, 1, 2);
   module.input(0x6401, 1, 5).expect("changed 6401:01");  // at the same time
   module.shows(0x6422, 1, 3);
   module.now += 1;
-  module.run();
+  module.update();
   module.shows(0x6422, 1, 3);
   module.input(0x6401, 1, 6).expect("changed 6401:01").shows(0x6422, 1, 1);
 }
@@ -187,7 +187,7 @@ TEST_CASE("a source without a place in 6422h is an event all the same") {
 }
 
 TEST_CASE("6411h goes out: 300 stays 300") {
-  Module module(demo_dictionary("io_module.eds"));
+  Module module(demo_image("io_module.eds"));
   module.write(0x6411, 1, 300).shows(0x6411, 1, 300).puts_out(0x6411, 1, 300).puts_out(0x6411, 2, 0);
   module.write(0x6411, 2, 0x8000).puts_out(0x6411, 2, -32768);
   CHECK(module.device.output(0x6411, 0) == std::nullopt);
@@ -195,15 +195,14 @@ TEST_CASE("6411h goes out: 300 stays 300") {
 }
 
 TEST_CASE("6443h and 6444h: analogue error values") {
-  Module module(demo_dictionary("io_module.eds"));
+  Module module(demo_image("io_module.eds"));
   module.write(0x6411, 1, 300);
   module.write(0x6411, 2, 400);
   module.write(0x6444, 1, bits(-7));
   module.write(0x6443, 2, 0);
   module.write(0x6444, 2, 9);
   module.state(State::kOperational);
-  module.device.on_network_failure(sim::NetworkFailure::kHeartbeat, module.now);
-  module.run();
+  module.network_failure(sim::NetworkFailure::kHeartbeat);
   module.puts_out(0x6411, 1, -7);
   module.puts_out(0x6411, 2, 400);
   module.shows(0x6411, 1, 300);

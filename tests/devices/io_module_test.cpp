@@ -16,16 +16,16 @@ using Module = Rig<devices::IoModule>;
 }  // namespace
 
 TEST_CASE("an input's levels show in 6000h, and every change is an event") {
-  Module module(demo_dictionary("io_module.eds"));
+  Module module(demo_image("io_module.eds"));
   module.shows(0x6000, 1, 0x00);
   module.input(0x6000, 1, 0x81).expect("changed 6000:01").shows(0x6000, 1, 0x81);
   module.input(0x6000, 1, 0x81);  // nothing new
   module.input(0x6000, 1, 0x80).expect("changed 6000:01");
-  CHECK(module.next == kNever);
+  CHECK(module.deadline == kNever);
 }
 
 TEST_CASE("what is given to digital inputs is rounded into a byte") {
-  Module module(demo_dictionary("io_module.eds"));
+  Module module(demo_image("io_module.eds"));
   module.write(0x6005, 0, 0);
   module.input(0x6000, 1, 3.5).shows(0x6000, 1, 4);
   module.input(0x6000, 1, 300).shows(0x6000, 1, 255);
@@ -35,7 +35,7 @@ TEST_CASE("what is given to digital inputs is rounded into a byte") {
 }
 
 TEST_CASE("only inputs that there are take a value") {
-  Module module(demo_dictionary("io_module.eds"));
+  Module module(demo_image("io_module.eds"));
   for (const auto sub : std::initializer_list<std::uint8_t>{0, 2, 255})
     CHECK_FALSE(module.device.set_input(0x6000, sub, 1, module.now));
   CHECK_FALSE(module.device.set_input(0x6401, 3, 1, module.now));
@@ -44,18 +44,18 @@ TEST_CASE("only inputs that there are take a value") {
 }
 
 TEST_CASE("6002h turns inputs round") {
-  Module module(demo_dictionary("io_module.eds"));
+  Module module(demo_image("io_module.eds"));
   module.write(0x6002, 1, 0x0F).expect("changed 6000:01").shows(0x6000, 1, 0x0F);
   module.input(0x6000, 1, 0x11).expect("changed 6000:01").shows(0x6000, 1, 0x1E);
 }
 
 TEST_CASE("6003h: a filtered input has to stand for 3 ms") {
-  Module module(demo_dictionary("io_module.eds"));
+  Module module(demo_image("io_module.eds"));
   module.write(0x6003, 1, 0x01);
   module.input(0x6000, 1, 0x03);  // bit 1 is not filtered
   module.shows(0x6000, 1, 0x02);
   module.expect("changed 6000:01");
-  CHECK(module.next == 4000);
+  CHECK(module.deadline == 4000);
   module.pass(2999).shows(0x6000, 1, 0x02);
   module.pass(1).expect("changed 6000:01").shows(0x6000, 1, 0x03);
 
@@ -74,7 +74,7 @@ TEST_CASE("6003h: a filtered input has to stand for 3 ms") {
 }
 
 TEST_CASE("6003h: each input has a time of its own") {
-  Module module(demo_dictionary("io_module.eds"));
+  Module module(demo_image("io_module.eds"));
   module.write(0x6003, 1, 0x03);
   module.input(0x6000, 1, 0x01);
   module.pass(2000);
@@ -84,7 +84,7 @@ TEST_CASE("6003h: each input has a time of its own") {
 }
 
 TEST_CASE("6005h turns digital events off, not the inputs") {
-  Module module(demo_dictionary("io_module.eds"));
+  Module module(demo_image("io_module.eds"));
   module.write(0x6005, 0, 0);
   module.input(0x6000, 1, 0xFF).shows(0x6000, 1, 0xFF);
   module.write(0x6005, 0, 1);  // the missed event is not sent later
@@ -92,7 +92,7 @@ TEST_CASE("6005h turns digital events off, not the inputs") {
 }
 
 TEST_CASE("6006h, 6007h and 6008h choose the edges") {
-  Module module(demo_dictionary("io_module.eds"));
+  Module module(demo_image("io_module.eds"));
   module.write(0x6006, 1, 0x01);
   module.write(0x6007, 1, 0x02);
   module.write(0x6008, 1, 0x04);
@@ -109,7 +109,7 @@ TEST_CASE("6006h, 6007h and 6008h choose the edges") {
 }
 
 TEST_CASE("outputs follow 6200h through polarity and filter mask") {
-  Module module(demo_dictionary("io_module.eds"));
+  Module module(demo_image("io_module.eds"));
   module.puts_out(0x6200, 1, 0x00);
   module.write(0x6200, 1, 0xA5).puts_out(0x6200, 1, 0xA5);
   module.write(0x6202, 1, 0x0F).puts_out(0x6200, 1, 0xAA);
@@ -121,15 +121,14 @@ TEST_CASE("outputs follow 6200h through polarity and filter mask") {
 }
 
 TEST_CASE("a network failure gives outputs their error values until the node is started again") {
-  Module module(demo_dictionary("io_module.eds"));
+  Module module(demo_image("io_module.eds"));
   module.write(0x6206, 1, 0xF0);
   module.write(0x6207, 1, 0x3C);
   module.write(0x6200, 1, 0xC9);
   module.state(State::kOperational).puts_out(0x6200, 1, 0xC9);
   for (const auto failure :
        {NetworkFailure::kHeartbeat, NetworkFailure::kGuarding, NetworkFailure::kBusOff}) {
-    module.device.on_network_failure(failure, module.now);
-    module.run();
+    module.network_failure(failure);
     module.puts_out(0x6200, 1, 0x39);
     module.state(State::kPreOperational).puts_out(0x6200, 1, 0x39).shows(0x6200, 1, 0xC9);
     module.state(State::kOperational).puts_out(0x6200, 1, 0xC9);
@@ -137,7 +136,7 @@ TEST_CASE("a network failure gives outputs their error values until the node is 
 }
 
 TEST_CASE("NMT Stopped gives outputs their error values, Pre-operational does not") {
-  Module module(demo_dictionary("io_module.eds"));
+  Module module(demo_image("io_module.eds"));
   module.write(0x6200, 1, 0xFF);
   module.state(State::kOperational);
   module.state(State::kPreOperational).puts_out(0x6200, 1, 0xFF);
@@ -146,7 +145,7 @@ TEST_CASE("NMT Stopped gives outputs their error values, Pre-operational does no
 }
 
 TEST_CASE("an error value goes through polarity and filter mask like a written one") {
-  Module module(demo_dictionary("io_module.eds"));
+  Module module(demo_image("io_module.eds"));
   module.write(0x6200, 1, 0xFF);
   module.write(0x6202, 1, 0x0F);
   module.write(0x6208, 1, 0x3F);  // the upper two stay
@@ -154,7 +153,7 @@ TEST_CASE("an error value goes through polarity and filter mask like a written o
 }
 
 TEST_CASE("reset node: outputs as at power-on, inputs as they are, without an event") {
-  Module module(demo_dictionary("io_module.eds"));
+  Module module(demo_image("io_module.eds"));
   module.input(0x6000, 1, 0x12).expect("changed 6000:01");
   module.write(0x6200, 1, 0xFF);
   module.write(0x6208, 1, 0x0F);
@@ -164,14 +163,14 @@ TEST_CASE("reset node: outputs as at power-on, inputs as they are, without an ev
 }
 
 TEST_CASE("reset node switches outputs off that are masked from power-on") {
-  Module module(demo_dictionary("io_module.eds"), {{0x6208, 1, 0x0F}});
+  Module module(demo_image("io_module.eds"), {{0x6208, 1, 0x0F}});
   module.write(0x6208, 1, 0xFF);
   module.write(0x6200, 1, 0xFF).puts_out(0x6200, 1, 0xFF);
   module.reset(true).puts_out(0x6200, 1, 0x00);
 }
 
 TEST_CASE("reset communication leaves the outputs be") {
-  Module module(demo_dictionary("io_module.eds"));
+  Module module(demo_image("io_module.eds"));
   module.write(0x6200, 1, 0x77);
   module.write(0x6208, 1, 0x00);
   module.reset(false).puts_out(0x6200, 1, 0x77);
@@ -182,23 +181,22 @@ TEST_CASE("reset communication leaves the outputs be") {
 }
 
 TEST_CASE("values that the plant file gives to inputs are the values at the terminals") {
-  Module module(demo_dictionary("io_module.eds"), {{0x6000, 1, 0x0C}, {0x6002, 1, 0xFF}, {0x6401, 2, 55}});
+  Module module(demo_image("io_module.eds"), {{0x6000, 1, 0x0C}, {0x6002, 1, 0xFF}, {0x6401, 2, 55}});
   module.shows(0x6000, 1, 0x0C);
   module.shows(0x6401, 2, 55);
   module.write(0x6002, 1, 0x00).expect("changed 6000:01").shows(0x6000, 1, 0xF3);
 }
 
 TEST_CASE("an incident is an error with the code of CiA 401, told once") {
-  Module module(demo_dictionary("io_module.eds"));
+  Module module(demo_image("io_module.eds"));
   CHECK(module.device.incidents().size() == 2);
-  module.incident("output-short-circuit", true).expect("error 2320 03");
+  module.incident("output-short-circuit", true).expect("2320/03");
   module.incident("output-short-circuit", true);
-  module.incident("input-voltage-low", true).expect("error 3120 05");
-  module.incident("output-short-circuit", false).expect("over 2320");
-  module.incident("earthquake", true);  // unknown: ignored
-  module.reset(false).expect("error 3120 05");
-  module.reset(true).expect("error 3120 05");
-  module.incident("input-voltage-low", false).expect("over 3120");
+  module.incident("input-voltage-low", true).expect("3120/05");
+  module.incident("output-short-circuit", false).expect("2320 over");
+  module.reset(false).expect("3120/05");
+  module.reset(true).expect("3120/05");
+  module.incident("input-voltage-low", false).expect("3120 over");
 }
 
 TEST_CASE("a module has as many blocks as its dictionary") {

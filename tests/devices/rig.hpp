@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "descriptions/dictionary_image.hpp"
-#include "descriptions/eds_reader.hpp"
 #include "sim/behaviour.hpp"
-#include "support/catch.hpp"
-#include "support/source_file.hpp"
+#include "support/demo_image.hpp"
+#include "support/rows.hpp"
 
 namespace cbcan::test {
 
@@ -17,91 +15,125 @@ struct Objects {
 };
 
 inline descriptions::DictionaryImage dictionary_of(const std::vector<Objects>& objects) {
+  std::vector<ObjectRow> rows;
+  for (const auto& [index, count, type] : objects)
+    rows.push_back({index, static_cast<std::uint8_t>(count == 0 ? 0 : 1), count, type});
   descriptions::DictionaryImage image;
-  for (const Objects& each : objects) {
-    const auto size = static_cast<std::uint32_t>(size_of(each.type));
-    const std::uint8_t first = each.count == 0 ? 0 : 1;
-    image.entries.push_back({each.index, first, each.count, each.type, 0, ObjectFlags::kReadWrite,
-                             static_cast<std::uint32_t>(image.values.size()), size});
-    image.values.resize(image.values.size() + size * (each.count == 0 ? 1 : each.count));
-  }
+  image.entries = entries_of(rows);
+  image.values = values_of(rows);
   return image;
 }
 
-/// The dictionary of a node of the demo plant, from its EDS file.
-inline descriptions::DictionaryImage demo_dictionary(const std::string& file) {
-  return descriptions::dictionary_image(
-      descriptions::read(source_file("plants/demo/" + file), file, 0x42).device);
-}
+/// A device in virtual time; the test is its node.
+template <class Self, class Device>
+struct DeviceBench : sim::DeviceNode {
+  template <class... More>
+  explicit DeviceBench(descriptions::DictionaryImage dictionary, const More&... more)
+      : image_(std::move(dictionary)), device(*this, more...) {}
+  virtual ~DeviceBench() noexcept(false) {}
 
-/// A node driven by the test. It records the device's requests; the test must expect each of them, in order.
-template <class Device>
-struct Rig final : sim::DeviceNode {
-  /// A value set by the plant file.
-  struct Value {
-    std::uint16_t index;
-    std::uint8_t sub;
-    std::uint64_t value;
-  };
-  explicit Rig(descriptions::DictionaryImage image, const std::vector<Value>& values = {})
-      : image_(with(std::move(image), values)),
-        values_(image_.values),
-        dictionary_(image_.entries, values_, nullptr, image_.limits),
-        device(*this) {
+  Self& start() {
     device.reset(true, now);
-    run();
+    return update();
+  }
+  Self& update() {
+    deadline = device.update(now);
+    REQUIRE(deadline > now);
+    if (seen) seen();
+    return self();
+  }
+  /// With every update that the device requests in between.
+  Self& pass(Time duration) {
+    const Time end = now + duration;
+    for (int steps = 0; deadline <= end; ++steps) {
+      REQUIRE(steps < 10'000);
+      now = std::max(now, deadline);
+      update();
+    }
+    now = end;
+    return self();
+  }
+  Self& state(nmt::State state) {
+    device.on_state(state, now);
+    return update();
+  }
+  Self& network_failure(sim::NetworkFailure failure) {
+    device.on_network_failure(failure, now);
+    return update();
+  }
+  Self& incident(std::string_view name, bool present) {
+    const auto names = device.incidents();
+    device.set_incident(static_cast<std::size_t>(std::ranges::find(names, name) - names.begin()), present, now);
+    return update();
+  }
+
+  ObjectDictionary& dictionary() override { return objects; }
+  /// "2310/03", and "2310 over".
+  void error(std::uint16_t code, std::uint8_t register_bits, const sim::EmergencyInfo&, Time at) override {
+    note(hex(code, 4) + "/" + hex(register_bits, 2), at);
+  }
+  void error_over(std::uint16_t code, Time at) override { note(hex(code, 4) + " over", at); }
+
+  descriptions::DictionaryImage image_;
+  std::vector<std::uint8_t> values_ = image_.values;
+  ObjectDictionary objects{image_.entries, values_, nullptr, image_.limits};
+  std::function<void()> seen;  ///< called after every update
+  std::vector<std::string> log;
+  Time now = 1000;
+  Time deadline = kNever;
+  Device device;
+
+ protected:
+  static std::string hex(unsigned number, int digits) {
+    char text[16];
+    std::snprintf(text, sizeof text, "%0*X", digits, number);
+    return text;
+  }
+  void note(const std::string& asked, Time at) {
+    log.push_back(asked);
+    CHECK(at == now);
+  }
+
+ private:
+  Self& self() { return static_cast<Self&>(*this); }
+};
+
+/// Records what the device asks for; the test must expect each of it, in order.
+template <class Device>
+struct Rig final : DeviceBench<Rig<Device>, Device> {
+  using Base = DeviceBench<Rig, Device>;
+  using Base::device, Base::log, Base::now, Base::objects, Base::update;
+
+  explicit Rig(descriptions::DictionaryImage image, const InitialValues& values = {})
+      : Base(with(std::move(image), values)) {
+    this->start();
   }
   Rig(const Rig&) = delete;
-  ~Rig() noexcept(false) {
+  ~Rig() noexcept(false) override {
     if (std::uncaught_exceptions() == 0) expect_nothing();
   }
 
-  void run() { next = device.update(now); }
   Rig& write(std::uint16_t index, std::uint8_t sub, std::uint64_t value) {
     CAPTURE(index, sub);
-    REQUIRE(dictionary_.set(index, sub, value));
-    run();
-    return *this;
+    REQUIRE(objects.set(index, sub, value));
+    return update();
   }
   Rig& input(std::uint16_t index, std::uint8_t sub, double value) {
     CHECK(device.set_input(index, sub, value, now));
-    run();
-    return *this;
-  }
-  Rig& state(nmt::State state) {
-    device.on_state(state, now);
-    run();
-    return *this;
-  }
-  Rig& incident(std::string_view name, bool present) {
-    device.set_incident(name, present, now);
-    run();
-    return *this;
+    return update();
   }
   Rig& reset(bool application) {
-    restore_values(image_.entries, image_.values, values_, 0x1000, application ? 0xFFFF : 0x1FFF);
+    restore_values(this->image_.entries, this->image_.values, this->values_, 0x1000,
+                   application ? 0xFFFF : 0x1FFF);
     device.reset(application, now);
-    run();
-    return *this;
-  }
-  /// Lets time pass, with every update that the device requests in between.
-  Rig& pass(Time duration) {
-    const Time end = now + duration;
-    while (next <= end) {
-      now = std::max(now, next);
-      run();
-    }
-    now = end;
-    return *this;
+    return update();
   }
 
-  std::uint64_t get(std::uint16_t index, std::uint8_t sub) const { return dictionary_.get(index, sub); }
   Rig& shows(std::uint16_t index, std::uint8_t sub, std::uint64_t value, int line = __builtin_LINE()) {
     INFO("in line " << line << ", object " << std::hex << index);
-    CHECK(get(index, sub) == value);
+    CHECK(objects.get(index, sub) == value);
     return *this;
   }
-
   /// For a device with outputs.
   Rig& puts_out(std::uint16_t index, std::uint8_t sub, double value, int line = __builtin_LINE()) {
     INFO("in line " << line << ", output " << std::hex << index);
@@ -111,58 +143,23 @@ struct Rig final : sim::DeviceNode {
 
   template <class... More>
   Rig& expect(const std::string& wanted, const More&... more) {
-    if (asked_.empty()) {
+    if (log.empty()) {
       FAIL_CHECK("the device asks for nothing; expected " << wanted);
       return *this;
     }
-    CHECK(asked_.front() == wanted);
-    asked_.pop_front();
+    CHECK(log.front() == wanted);
+    log.erase(log.begin());
     if constexpr (sizeof...(more) != 0) expect(more...);
     return *this;
   }
   void expect_nothing() {
-    for (const std::string& left : asked_)
+    for (const std::string& left : log)
       FAIL_CHECK("left over: " << left);
-    asked_.clear();
+    log.clear();
   }
-
-  ObjectDictionary& dictionary() override { return dictionary_; }
-  void error(std::uint16_t code, std::uint8_t register_bits, const sim::EmergencyInfo& /*info*/,
-             Time at) override {
-    note("error " + hex(code, 4) + " " + hex(register_bits, 2), at);
-  }
-  void error_over(std::uint16_t code, Time at) override { note("over " + hex(code, 4), at); }
   void changed(std::uint16_t index, std::uint8_t sub, Time at) override {
-    note("changed " + hex(index, 4) + ":" + hex(sub, 2), at);
+    this->note("changed " + this->hex(index, 4) + ":" + this->hex(sub, 2), at);
   }
-
- private:
-  static descriptions::DictionaryImage with(descriptions::DictionaryImage image,
-                                            const std::vector<Value>& values) {
-    ObjectDictionary dictionary(image.entries, image.values, nullptr);
-    for (const Value& value : values)
-      REQUIRE(dictionary.set(value.index, value.sub, value.value));
-    return image;
-  }
-  static std::string hex(unsigned number, int digits) {
-    char text[16];
-    std::snprintf(text, sizeof text, "%0*X", digits, number);
-    return text;
-  }
-  void note(const std::string& asked, Time at) {
-    asked_.push_back(asked);
-    CHECK(at == now);
-  }
-
-  descriptions::DictionaryImage image_;
-  std::vector<std::uint8_t> values_;
-  ObjectDictionary dictionary_;
-  std::deque<std::string> asked_;
-
- public:
-  Time now = 1000;
-  Time next = kNever;
-  Device device;
 };
 
 }  // namespace cbcan::test

@@ -12,23 +12,23 @@ using Sensor = Rig<devices::Transducer>;
 }  // namespace
 
 TEST_CASE("a new pressure shows in 9130h, and every change is an event") {
-  Sensor sensor(demo_dictionary("pressure_transducer.eds"));
+  Sensor sensor(demo_image("pressure_transducer.eds"));
   sensor.shows(0x9130, 1, 101325);
   sensor.input(0x9130, 1, 99021.4).expect("changed 9130:01").shows(0x9130, 1, 99021);
   sensor.input(0x9130, 1, 99021.3);
   sensor.input(0x9130, 1, -2).expect("changed 9130:01").shows(0x9130, 1, 0xFFFFFFFE);
-  CHECK(sensor.next == kNever);
+  CHECK(sensor.deadline == kNever);
 }
 
 TEST_CASE("6132h: decimal digits") {
-  Sensor sensor(demo_dictionary("pressure_transducer.eds"), {{0x9130, 1, 1250}, {0x6132, 1, 2}});
+  Sensor sensor(demo_image("pressure_transducer.eds"), {{0x9130, 1, 1250}, {0x6132, 1, 2}});
   sensor.shows(0x9130, 1, 1250);  // 12.5
   sensor.input(0x9130, 1, 12.345).expect("changed 9130:01").shows(0x9130, 1, 1235);
   sensor.write(0x6132, 1, 0).expect("changed 9130:01").shows(0x9130, 1, 12);
 }
 
 TEST_CASE("6150h tells of overload") {
-  Sensor sensor(demo_dictionary("pressure_transducer.eds"));
+  Sensor sensor(demo_image("pressure_transducer.eds"));
   sensor.shows(0x6150, 1, 0);
   sensor.input(0x9130, 1, 2147483648.0).shows(0x9130, 1, 0x7FFFFFFF).shows(0x6150, 1, 0x02);
   sensor.expect("changed 9130:01");
@@ -38,18 +38,18 @@ TEST_CASE("6150h tells of overload") {
 }
 
 TEST_CASE("a sensor break: EMCY, not valid, and the value stays") {
-  Sensor sensor(demo_dictionary("pressure_transducer.eds"));
+  Sensor sensor(demo_image("pressure_transducer.eds"));
   REQUIRE(sensor.device.incidents().size() == 1);
   CHECK(sensor.device.incidents()[0] == "sensor-break");
-  sensor.incident("sensor-break", true).expect("error 5000 01");
+  sensor.incident("sensor-break", true).expect("5000/01");
   sensor.input(0x9130, 1, 5).shows(0x9130, 1, 101325).shows(0x6150, 1, 0x01);
-  sensor.reset(true).expect("error 5000 01").shows(0x6150, 1, 0x01);
-  sensor.incident("sensor-break", false).expect("over 5000", "changed 9130:01").shows(0x9130, 1, 5);
+  sensor.reset(true).expect("5000/01").shows(0x6150, 1, 0x01);
+  sensor.incident("sensor-break", false).expect("5000 over", "changed 9130:01").shows(0x9130, 1, 5);
   sensor.shows(0x6150, 1, 0);
 }
 
 TEST_CASE("reset node leaves the world as it is, without an event") {
-  Sensor sensor(demo_dictionary("pressure_transducer.eds"));
+  Sensor sensor(demo_image("pressure_transducer.eds"));
   sensor.input(0x9130, 1, 7).expect("changed 9130:01");
   sensor.reset(true).shows(0x9130, 1, 7);
   sensor.reset(false).shows(0x9130, 1, 7);

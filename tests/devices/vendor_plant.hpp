@@ -7,7 +7,7 @@
 #include "descriptions/dictionary_image.hpp"
 #include "descriptions/eds_reader.hpp"
 #include "devices/devices.hpp"
-#include "eds_text.hpp"
+#include "support/eds_text.hpp"
 #include "support/world_bench.hpp"
 
 namespace cbcan::test {
@@ -25,13 +25,9 @@ inline const std::vector<Line> kTemplate{
 inline std::string file_with(const std::vector<Line>& changes) {
   std::string text;
   for (Line line : kTemplate) {
-    bool there = true;
-    for (const Line& change : changes) {
-      if (std::string(change.index) != line.index) continue;
-      there = std::string(change.type) != "-";
-      line = change;
-    }
-    if (there) text += text_of(line);
+    for (const Line& change : changes)
+      if (change.index == line.index) line = change;
+    if (line.type != "-") text += text_of(line);
   }
   return text;
 }
@@ -51,12 +47,11 @@ struct Plant {
     node = &bench.world.add_node(std::move(parts));
     bench.start().expect("705#00");
   }
-  void write(const char* multiplexer, const char* bytes, const char* command = "2B") {
-    const std::string place(multiplexer);
-    bench.ask("605#" + std::string(command) + place + bytes, "585#60" + place + "00000000");
+  void write(const std::string& multiplexer, const std::string& bytes, const std::string& command = "2B") {
+    bench.write("605#" + command + multiplexer + bytes);
   }
-  void enable(const char* mode) {
-    write("606000", (std::string(mode) + "000000").c_str(), "2F");
+  void enable(const std::string& mode) {
+    write("606000", mode + "000000", "2F");
     for (const char* word : {"06000000", "07000000", "0F000000"})
       write("406000", word);
   }

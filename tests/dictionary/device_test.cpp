@@ -107,7 +107,7 @@ TEST_CASE("EdsDevice: what is stored are the values that differ from those of th
   const auto write = [&](std::uint16_t index, std::uint8_t sub, std::uint32_t value) {
     std::array<std::uint8_t, 4> bytes{};
     store_little_endian(std::span(bytes), value);
-    return device.device().slave().write(index, sub, bytes, 0);
+    return device.device().dictionary().write(index, sub, bytes, 0);
   };
   CHECK(write(0x1014, 0, 0x80000085) == AbortCode::kNone);
   CHECK(write(0x1014, 0, 0x90) == AbortCode::kNone);
@@ -204,10 +204,10 @@ TEST_CASE("EdsDevice: 2FFFh is an object like others, next to the stored bit rat
     rig.expect("705#00");
     CHECK(stored.device.get({0x2FFF, 1}) == value);
     CHECK(stored.device.get({0x2FFF, 2}) == value);
-    Slave& slave = stored.device.device().slave();
+    ObjectDictionary& objects = stored.device.device().dictionary();
     for (const std::uint8_t sub : {std::uint8_t{1}, std::uint8_t{2}})
-      CHECK(slave.write(0x2FFF, sub, std::array<std::uint8_t, 2>{99, 0}, 0) == AbortCode::kNone);
-    CHECK(slave.write(0x1010, 1, std::array<std::uint8_t, 4>{'s', 'a', 'v', 'e'}, 0) == AbortCode::kNone);
+      CHECK(objects.write(0x2FFF, sub, std::array<std::uint8_t, 2>{99, 0}, 0) == AbortCode::kNone);
+    CHECK(objects.write(0x1010, 1, std::array<std::uint8_t, 4>{'s', 'a', 'v', 'e'}, 0) == AbortCode::kNone);
   }
 }
 
@@ -215,7 +215,7 @@ TEST_CASE("EdsDevice: set() is an event only if the stored value changes, also w
   DeviceOnWire rig;
   EdsDevice& device = rig.stored.device;
   device.start(5, 0);
-  CHECK(device.device().slave().write(0x6423, 0, std::array<std::uint8_t, 1>{1}, 0) == AbortCode::kNone);
+  CHECK(device.device().dictionary().write(0x6423, 0, std::array<std::uint8_t, 1>{1}, 0) == AbortCode::kNone);
   device.on_frame(frame_from("000#0105"), 0);
   device.poll(0);
   rig.port.sent.clear();

@@ -10,13 +10,12 @@ namespace cbcan::test {
 
 namespace {
 
-struct Tables {
-  explicit Tables(const EdsDictionary& made) : values(made.power_on.begin(), made.power_on.end()) {
-    values.resize(made.value_bytes);
-    change_node_id(values, made.node_id_values, 0, kNode);
-  }
-  std::vector<std::uint8_t> values;
-};
+std::vector<std::uint8_t> values_of(const EdsDictionary& made) {
+  std::vector<std::uint8_t> values(made.power_on.begin(), made.power_on.end());
+  values.resize(made.value_bytes);
+  change_node_id(values, made.node_id_values, 0, kNode);
+  return values;
+}
 
 /// What a client can see of an object.
 std::string seen(const ObjectDictionary& dictionary, std::uint16_t index, std::uint8_t sub) {
@@ -39,11 +38,11 @@ TEST_CASE("Each index and sub-index of a dictionary is that of its file") {
   for (std::size_t file = 0; file < std::size(dictionaries::kFiles); ++file) {
     INFO(dictionaries::kFiles[file].path);
     const EdsDictionary& made = *dictionaries::kFiles[file].dictionary;
-    Tables tables(made);
+    std::vector<std::uint8_t> values = values_of(made);
     descriptions::DictionaryImage image = descriptions::prepared(image_of(file));
     struct Handler final : ObjectHandler {
     } handler;
-    const ObjectDictionary folded(made.entries, tables.values, &handler, made.limits);
+    const ObjectDictionary folded(made.entries, values, &handler, made.limits);
     const ObjectDictionary plain(image.entries, image.values, nullptr, image.limits);
     std::vector<bool> used(0x10000);
     for (const ObjectEntry& entry : image.entries)

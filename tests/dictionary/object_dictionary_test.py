@@ -9,25 +9,20 @@ import os
 import pathlib
 import re
 import shutil
-import subprocess
-import sys
 import tempfile
-import unittest
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tests/support"))
 import cases
-from done import done, output, output_and_errors
+from done import done, output, output_and_errors, ran
+from simulator import program_from_arguments
+from tree import ROOT
 
-PROGRAM, NETWORK = (pathlib.Path(sys.argv.pop(1)).resolve() for _ in range(2))
+PROGRAM, NETWORK = map(pathlib.Path, program_from_arguments(2))
 EDS = "[2000]\nParameterName=A\nDataType=5\nAccessType=rw\nDefaultValue=1\n"
 
 
-class ObjectDictionary(unittest.TestCase):
+class ObjectDictionary(cases.Case):
     def configure(self, file, generator, more="", space="x"):
-        self.folder = tempfile.TemporaryDirectory()
-        self.addCleanup(self.folder.cleanup)
-        source = pathlib.Path(self.folder.name) / "with space(1)"
+        source = pathlib.Path(tempfile.mkdtemp(dir=self.folder)) / "with space(1)"
         source.mkdir()
         (source / file).write_text(EDS)
         (source / "x.cpp").write_text(f'#include "{space}.hpp"\nconst auto* used = &{space}::kDictionary;\n')
@@ -65,30 +60,24 @@ class ObjectDictionary(unittest.TestCase):
         macros = {line.split()[1].partition("(")[0] for compiler in compilers
                   for line in output(compiler, "-std=gnu++20", "-dM", "-E", "-x", "c++", "/dev/null").splitlines()}
         self.assertGreater(len(macros), 300)
-        with tempfile.TemporaryDirectory() as folder:
-            file = pathlib.Path(folder) / "x.eds"
-            file.write_text(EDS)
-            reserved = re.compile("_[A-Z]|.*__")  # tests/descriptions has three of these
-            for name in ["__arm__", *(name for name in sorted(macros) if not reserved.match(name))]:
-                self.assertEqual(output_and_errors(PROGRAM, "--name", name, file, code=2),
-                                 f"cbcan-eds: {name}: no name of a C++ namespace; write --name NAME\n")
-            for name, error in (("INT8_MAX", "INT8_MAX is a macro here: write cbcan-eds --name NAME"), ("CAN1", "CAN1 is a macro here"), ("drive", "")):
-                header = pathlib.Path(folder) / "made.hpp"
-                header.write_text(output(PROGRAM, "--name", name, file))
-                made = subprocess.run(["g++", "-std=c++20", "-fsyntax-only", "-DCAN1=((CAN_TypeDef*)1)", f"-I{ROOT}/firmware", "-x", "c++", header],
-                                      capture_output=True, text=True)
-                self.assertEqual((made.returncode == 0, error in made.stderr), (error == "", True), made.stderr)
+        file = self.write("x.eds", EDS)
+        reserved = re.compile("_[A-Z]|.*__")  # tests/descriptions has three of these
+        for name in ["__arm__", *(name for name in sorted(macros) if not reserved.match(name))]:
+            self.assertEqual(output_and_errors(PROGRAM, "--name", name, file, code=2),
+                             f"cbcan-eds: {name}: no name of a C++ namespace; write --name NAME\n")
+        for name, error in (("INT8_MAX", "INT8_MAX is a macro here: write cbcan-eds --name NAME"), ("CAN1", "CAN1 is a macro here"), ("drive", "")):
+            header = self.write("made.hpp", output(PROGRAM, "--name", name, file))
+            made = ran("g++", "-std=c++20", "-fsyntax-only", "-DCAN1=((CAN_TypeDef*)1)", f"-I{ROOT}/firmware", "-x", "c++", header)
+            self.assertEqual((made.returncode == 0, error in made.stderr), (error == "", True), made.stderr)
 
     def test_messages_have_no_control_characters(self):
         for program in (PROGRAM, PROGRAM.with_name("cbcan-network")):
             for words in (["/no\x1b[31m"], ["--no\x1b]0;\a"], ["a\nb\x7f"], ["--own-node", "\x1b1"]):
                 said = output_and_errors(program, *words, code=2)
                 self.assertEqual([c for c in said[:-1] if not c.isprintable()], [], said)
-        with tempfile.TemporaryDirectory() as folder:
-            network = pathlib.Path(folder) / "n.toml"
-            network.write_text('[[node]]\nid = 5\neds = "\\u001b[31m.eds"\n')
-            said = output_and_errors(PROGRAM.with_name("cbcan-network"), network, code=2)
-            self.assertIn(" [31m.eds: cannot be read", said)
+        network = self.write("n.toml", '[[node]]\nid = 5\neds = "\\u001b[31m.eds"\n')
+        said = output_and_errors(PROGRAM.with_name("cbcan-network"), network, code=2)
+        self.assertIn(" [31m.eds: cannot be read", said)
 
     def test_a_network_header_follows_the_files_of_its_nodes(self):
         for generator in ("Ninja", "Unix Makefiles"):

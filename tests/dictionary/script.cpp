@@ -5,22 +5,14 @@
 #include <cstdio>
 #include <set>
 
+#include "support/hex.hpp"
+
 namespace cbcan::test {
 
 namespace {
 
 constexpr std::size_t kWholeValue = 256;  ///< longer ones are read in part
 constexpr unsigned kMappingDistance = 0x200;
-
-std::string hex(std::uint64_t number, unsigned bytes) {
-  std::string text;
-  for (unsigned i = 0; i < bytes; ++i) {
-    char digits[3];
-    std::snprintf(digits, sizeof digits, "%02X", static_cast<unsigned>(number >> 8 * i & 0xFF));
-    text += digits;
-  }
-  return text;
-}
 
 std::string sdo(unsigned node, const std::string& data) {
   char id[5];
@@ -29,7 +21,7 @@ std::string sdo(unsigned node, const std::string& data) {
 }
 
 std::string object(unsigned index, unsigned sub) {
-  return hex(index, 2) + hex(sub, 1);
+  return hex_of(index, 2) + hex_of(sub, 1);
 }
 
 /// Sends frames, and writes the transcript.
@@ -55,15 +47,15 @@ class Talk {
   void write(unsigned index, unsigned sub, std::uint64_t value, std::size_t bytes) {
     constexpr unsigned kExpedited = 0x23;
     if (bytes >= 1 && bytes <= 4)
-      return request(hex(kExpedited | static_cast<unsigned>(4 - bytes) << 2, 1) + object(index, sub) +
-                     hex(value, static_cast<unsigned>(bytes)));
-    request("21" + object(index, sub) + hex(bytes, 4));
-    const std::string data = hex(value, 8) + std::string(2 * bytes, '0');
+      return request(hex_of(kExpedited | static_cast<unsigned>(4 - bytes) << 2, 1) + object(index, sub) +
+                     hex_of(value, bytes));
+    request("21" + object(index, sub) + hex_of(bytes, 4));
+    const std::string data = hex_of(value, 8) + std::string(2 * bytes, '0');
     const std::size_t segments = bytes == 0 ? 1 : (bytes + 6) / 7;
     for (std::size_t segment = 0; segment < segments; ++segment) {
       const bool last = segment + 1 == segments;
       const std::size_t unused = last ? 7 * segments - bytes : 0;
-      request(hex((segment % 2) << 4 | unused << 1 | (last ? 1u : 0u), 1) +
+      request(hex_of((segment % 2) << 4 | unused << 1 | (last ? 1u : 0u), 1) +
               data.substr(14 * segment, 2 * (7 - unused)));
     }
   }

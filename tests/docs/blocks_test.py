@@ -14,15 +14,14 @@ import pathlib
 import re
 import shlex
 import shutil
-import subprocess
 import sys
 import tempfile
 import tomllib
 
 import yaml
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / folder) for folder in ("tests/support", "tests/packaging", "tests/st")]
+from tree import ROOT
+sys.path.append(str(ROOT / "tests/packaging"))
 import cases
 import ci_files
 import page_blocks

@@ -40,7 +40,7 @@ std::string sentences(std::string_view first, std::string_view more) {
 std::string shapes_of(cbcan::base::Kinds kinds) {
   std::string names;
   for (std::size_t shape = kinds.first; shape <= kinds.last; ++shape)
-    names.append(names.empty() ? "" : ", ").append(cbcan::config::shape_names()[shape]);
+    names.append(names.empty() ? "" : ", ").append(cbcan::config::kShapeNames[shape]);
   return names;
 }
 
@@ -71,10 +71,9 @@ std::string network_keys(const Words& words) {
       table += fmt::format("| `{}` | {} | {} | {} |\n", row.key, domain_of(row),
                            row.example.empty() ? text_in(row, standard, standard) : "required", meaning(row));
   };
-  if (words.at(1) == "network")
-    add(cbcan::descriptions::network_rows(), cbcan::descriptions::PlannedNetwork());
-  if (words.at(1) == "node") add(cbcan::descriptions::node_rows(), cbcan::descriptions::PlannedNode());
-  if (words.at(1) == "pdos") add(cbcan::descriptions::pdo_rows(), cbcan::descriptions::PlannedPdo());
+  if (words.at(1) == "network") add(cbcan::descriptions::kNetworkRows, cbcan::descriptions::PlannedNetwork());
+  if (words.at(1) == "node") add(cbcan::descriptions::kNodeRows, cbcan::descriptions::PlannedNode());
+  if (words.at(1) == "pdos") add(cbcan::descriptions::kPdoRows, cbcan::descriptions::PlannedPdo());
   return table;
 }
 
@@ -126,7 +125,7 @@ std::string usages(std::string_view heading, const auto& rows) {
 }
 
 /// Keys of a scenario's steps, or of [explore].
-std::string line_keys(const std::vector<Row>& rows) {
+std::string line_keys(const auto& rows) {
   std::string table = "| Key | Value | Meaning |\n|---|---|---|\n";
   for (const Row& row : rows)
     table += fmt::format("| `{}` | {} | {} |\n", row.key, row.domain, meaning(row));
@@ -212,9 +211,9 @@ std::string generated(const Words& words) {
   if (what == "fault-kinds") return fault_kinds(words);
   if (what == "commands") return usages("Command", cbcan::plant::command_usages());
   if (what == "conditions") return usages("Condition", cbcan::plant::condition_usages());
-  if (what == "step-keys") return line_keys(cbcan::scenario::step_rows());
+  if (what == "step-keys") return line_keys(cbcan::scenario::kStepKeys);
   if (what == "explore-defaults") return explore_defaults();
-  if (what == "explore-keys") return line_keys(cbcan::search::setting_rows());
+  if (what == "explore-keys") return line_keys(cbcan::search::kExploreKeys);
   if (what == "exit-codes") return exit_codes();
   if (what == "registers") return registers(words);
   if (what == "numbers") return numbers(words);

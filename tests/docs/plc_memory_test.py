@@ -4,14 +4,10 @@
 leaves room (plc_memory.txt)."""
 
 import collections
-import pathlib
 import re
-import sys
-import unittest
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tests/support"))
 import cases
+from tree import ROOT
 
 PAGES = {path.stem: path.read_text() for path in (ROOT / "docs/how-to/plc").glob("*.md")}
 ROWS = [[cell.strip() for cell in line.split("|")] for line in (ROOT / "tests/docs/plc_memory.txt").read_text().splitlines()
@@ -112,7 +108,7 @@ def all_wrong(page, text):
     return set().union(*(wrong(page, use) for use in used(page, text)))
 
 
-class Memory(unittest.TestCase):
+class Memory(cases.Case):
     def test_every_address_is_free(self):
         count = collections.Counter()
         for page, use in [*((page, use) for page, text in PAGES.items() for use in used(page, text)), *elsewhere()]:
@@ -132,7 +128,7 @@ class Memory(unittest.TestCase):
         self.assertEqual(set(PAGES) - {page for page, *_ in ROWS}, {"rockwell"})  # tags, without addresses
 
 
-class Control(unittest.TestCase):
+class Control(cases.Case):
     """Pages as they were, and each kind of address, are found."""
 
     def test_the_old_fatek_page(self):

@@ -11,19 +11,16 @@ import json
 import pathlib
 import re
 import struct
-import sys
-import unittest
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / folder) for folder in ("tests/support", "tests/st")]
 import cases
 import page_blocks
 from done import output
 from owned_registers import OwnedRegisters
 from simulator import Simulator, program_from_arguments, wait_until
 from st_machine import Machine
+from tree import ROOT
 
-BIN = pathlib.Path(program_from_arguments(sys.argv))
+BIN = pathlib.Path(program_from_arguments())
 PAGES = {path.stem: path.read_text() for path in sorted((ROOT / "docs/how-to/plc").glob("*.md"))}
 TABLE = json.loads(output(BIN / "cbcan-regmap", "json"))
 GROUPS = "registers", "scanner", "process_data", "status"
@@ -163,7 +160,7 @@ def of_each_page(check):
     return run
 
 
-class Parts(unittest.TestCase):
+class Parts(cases.Case):
     def test_ten_pages_with_the_same_headings(self):
         self.assertEqual(set(PAGES), MAKERS)
         for page, text in PAGES.items():
@@ -238,7 +235,7 @@ class Parts(unittest.TestCase):
         self.assertLessEqual(len(PAGES[page].splitlines()), 85)
 
 
-class Words(unittest.TestCase):
+class Words(cases.Case):
     def value_of(self, expression, name, first):
         """What a PLC gets from these words of the array by the page's expression."""
         declared = f"TYPE WORDS : ARRAY [0..1023] OF WORD; END_TYPE PROGRAM p VAR {name} : WORDS; i : UINT; d : DWORD; u : UDINT; END_VAR"
@@ -274,7 +271,7 @@ class Words(unittest.TestCase):
         self.assertIn(f"CA0Eh is {signed}, and a number of the scanner window after 32767 is -32768", " ".join(PAGES["rockwell"].split()))
 
 
-class Played(unittest.TestCase):
+class Played(cases.Case):
     """The page's check, with a client that does what its table says."""
 
     def start(self, *options):

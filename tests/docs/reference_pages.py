@@ -3,13 +3,11 @@
 """Checks that docs/reference/devices.md names every device and every object that a device uses, and that docs/reference/function-blocks.md has a row
 for every block with its members, and for every error."""
 
-import pathlib
 import re
 import sys
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tests/support"))
 import cases
+from tree import ROOT
 
 DEVICES = (ROOT / "docs/reference/devices.md").read_text()
 LIST = (ROOT / "hostsim/devices/devices.cpp").read_text()

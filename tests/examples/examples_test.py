@@ -5,21 +5,17 @@
 usage: examples_test.py CBCAN_SIM SLAVE MASTER
 """
 
-import pathlib
 import subprocess
-import sys
-import tempfile
-import unittest
 
 import can
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tests/support"))
 import cases
+from done import done
 from mcu import die_with_parent
 from simulator import LIMIT, Simulator, program_from_arguments, wait_until
+from tree import ROOT
 
-SIMULATOR, SLAVE, MASTER = program_from_arguments(sys.argv, 3)
+SIMULATOR, SLAVE, MASTER = program_from_arguments(3)
 PLANT = f"""[module]
 enabled = false
 [[node]]
@@ -29,13 +25,10 @@ objects = [{{ index = 0x9130, sub = 1, value = 99021 }}]
 """
 
 
-class Examples(unittest.TestCase):
+class Examples(cases.Case):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        plant = pathlib.Path(folder.name) / "plant.toml"
-        plant.write_text(PLANT)
-        self.where = Simulator(SIMULATOR, "--config", str(plant), "--slcan", "127.0.0.1:0", log=False, test=self).where["slcan"]
+        plant = self.write("plant.toml", PLANT)
+        self.where = Simulator(SIMULATOR, "--config", plant, "--slcan", "127.0.0.1:0", log=False, test=self).where["slcan"]
         self.bus = can.Bus(interface="slcan", channel=f"socket://{self.where}", sleep_after_open=0)
         self.addCleanup(self.bus.shutdown)
         self.assertEqual(self.bus.get_version(LIMIT), (10, 13))  # O is answered before
@@ -86,8 +79,7 @@ class Examples(unittest.TestCase):
         for program in (SLAVE, MASTER):
             for arguments, code, text in (([], 2, f"usage: {program} HOST PORT\n"),
                                           (["127.0.0.1", "1"], 1, "127.0.0.1 1: nothing listens there; start cbcan-sim --slcan 127.0.0.1:1\n")):
-                ended = subprocess.run([program, *arguments], capture_output=True, text=True, timeout=LIMIT)
-                self.assertEqual((ended.returncode, ended.stderr), (code, text))
+                self.assertEqual(done(program, *arguments, code=code, timeout=LIMIT).stderr, text)
 
     def test_the_slave_watches_the_master(self):
         self.start(SLAVE)
@@ -98,5 +90,4 @@ class Examples(unittest.TestCase):
         self.hear("0C2#3081110000000000")
 
 
-if __name__ == "__main__":
-    cases.main()
+cases.main()

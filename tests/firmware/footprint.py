@@ -12,7 +12,6 @@ import re
 import subprocess
 import sys
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 from limits import LIMITS
 
 IMAGES, BOARDS, LEAST = "tests/firmware/images", "firmware/boards", 3000

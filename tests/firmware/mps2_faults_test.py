@@ -4,15 +4,11 @@
 usage: mps2_faults_test.py IMAGE
 """
 
-import pathlib
 import re
 import subprocess
-import sys
-import unittest
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
-import cases  # noqa: E402
-from simulator import program_from_arguments  # noqa: E402
+import cases
+from simulator import program_from_arguments
 
 LIMIT = 60  # seconds
 FAULT = re.compile(r"cbcan: fault: exception (\w{8}) status (\w{8}) address (\w{8}) pc (\w{8})\n")
@@ -28,7 +24,7 @@ def run(name):
     return done.returncode, done.stderr
 
 
-class Mps2(unittest.TestCase):
+class Mps2(cases.Case):
     def check_fault(self, name, exception, status, address):
         """Numbers as in the ARMv7-M manual: exception, CFSR, and the address if the core reports one."""
         code, error = run(name)
@@ -72,5 +68,5 @@ class Mps2(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    IMAGE = program_from_arguments(sys.argv)
+    IMAGE = program_from_arguments()
     cases.main()

@@ -4,26 +4,18 @@
 usage: mps2_image_test.py IMAGE CBCAN_SIM
 """
 
-import contextlib
 import multiprocessing
 import os
-import pathlib
 import random
 import select
 import struct
-import subprocess
-import sys
-import unittest
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
-import cases  # noqa: E402
-from mcu import Mcu, crc, die_with_parent  # noqa: E402
-from serial_line import SerialLine  # noqa: E402
-from simulator import Simulator, program_from_arguments, wait_until  # noqa: E402
+import cases
+from mcu import Mcu, crc, die_with_parent
+from simulator import READ, WRITE, Simulator, program_from_arguments, wait_until
 
 OPENING = b"\r\r\rC\rS6\rO\r"
 BOOT_UP = b"t77F100\r"
-READ, WRITE = 5055, 5066
 TRANSACTIONS = 10_000 if "CBCAN_LONG" in os.environ else 200
 GARBAGE = 100_000
 
@@ -89,7 +81,7 @@ def read_until(line, text):
     return data
 
 
-class Image(unittest.TestCase):
+class Image(cases.Case):
     def finish(self, mcu):
         """The end of every test: the image still responds, and its stack is within its limit."""
         diagnostics = mcu.diagnostics()
@@ -106,32 +98,6 @@ class Image(unittest.TestCase):
                 diagnostics = self.finish(mcu)
                 self.assertEqual(diagnostics["reset_cause"], 1)
                 self.assertEqual(diagnostics["transactions"], 1)
-
-    def test_exceptions_and_other_stations(self):
-        with Mcu(IMAGE) as mcu:
-            self.assertEqual(mcu.request(b"\x2b\x0e\x01\x00", 2), b"\xab\x01")  # no such function
-            for first, count in (0, 1), (3699, 1), (3699, 2), (3769, 2), (3927, 2), (4139, 2), (4140, 1), (4150, 1):
-                self.assertEqual(mcu.request(struct.pack(">BHH", 3, first, count), 2), b"\x83\x02", first)  # do not exist
-            self.assertEqual(mcu.request(struct.pack(">BHH", 3, 0, 126), 2), b"\x83\x03")
-            self.assertEqual(mcu.request(struct.pack(">BHH", 6, 4100, 1), 2), b"\x86\x02")  # read-only
-            other = b"\x02" + struct.pack(">BHH", 6, 3900, 7)
-            mcu.modbus.send(other + crc(other))
-            hear_silence(mcu.modbus)  # the other station does not exist
-            everybody = b"\x00" + struct.pack(">BHH", 6, 3901, 8)
-            mcu.modbus.send(everybody + crc(everybody))
-            hear_silence(mcu.modbus)  # the turnaround delay after a broadcast
-            self.assertEqual(mcu.read(3900, 2), [0, 8])
-            self.assertEqual(mcu.request(struct.pack(">BHH", 4, 3900, 2), 6), b"\x04\x04\x00\x00\x00\x08")
-            self.assertEqual(self.finish(mcu)["modbus_exceptions"], 11)
-
-    def test_scenarios_of_the_registers_pass_on_it(self):
-        folder = pathlib.Path(__file__).resolve().parents[2] / "scenarios"
-        names = "checks", "nmt_and_state", "sdo_sizes_and_modes", "transaction_read_and_write"
-        with Simulator(SIMULATOR, "--demo", "--no-module", "--slcan", "127.0.0.1:0", log=False) as sim:
-            with Mcu(IMAGE, can=f"tcp:{sim.where['slcan']},nodelay=on") as mcu, contextlib.closing(SerialLine(mcu.modbus.socket)) as line:
-                files = [str(folder / f"{name}.toml") for name in names]
-                done = subprocess.run([SIMULATOR, "run", "--target", f"rtu:{line.ends[0]},115200,E", *files], capture_output=True, text=True)
-        self.assertIn(f"\n{len(names)} passed\n", done.stdout)
 
     def test_transactions_on_a_loaded_host_none_lost_none_wrong(self):
         """Writes random bytes of both sizes to the node and reads them back; no request is sent twice."""
@@ -170,5 +136,5 @@ class Image(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    IMAGE, SIMULATOR = program_from_arguments(sys.argv, 2)
+    IMAGE, SIMULATOR = program_from_arguments(2)
     cases.main()

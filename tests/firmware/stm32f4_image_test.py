@@ -14,15 +14,13 @@ import pathlib
 import select
 import struct
 import subprocess
-import sys
 import time
-import unittest
 import zlib
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
-import cases  # noqa: E402
-from mcu import Line, crc, die_with_parent  # noqa: E402
-from simulator import program_from_arguments, wait_until  # noqa: E402
+import cases
+from mcu import Line, crc, die_with_parent
+from simulator import program_from_arguments, wait_until
+from tree import ROOT
 
 FLASH, PROGRAM, RAM, STACK = 0x08000000, 0x08010000, 0x20000000, 2048
 RESPONSE_WITHIN = 1  # seconds; a later response would be taken for that to the next request
@@ -91,7 +89,7 @@ class Machine:
         return wait_until(lambda: (words := self.read(3700, 8))[0] != 0xCA0E and words, "the transaction's end")
 
 
-class Image(unittest.TestCase):
+class Image(cases.Case):
     def test_flash_begins_with_the_vectors(self):
         image = pathlib.Path(IMAGE).with_suffix(".bin").read_bytes()
         vectors = struct.unpack_from("<113I", image)
@@ -156,12 +154,12 @@ class Image(unittest.TestCase):
 
 def version():
     """The expected values of R4100 and R4101."""
-    text = (pathlib.Path(__file__).resolve().parents[2] / "firmware/cbcan/version.hpp").read_text()
+    text = (ROOT / "firmware/cbcan/version.hpp").read_text()
     major, minor, patch = (int(n) for n in text.split('kVersion = "')[1].split('"')[0].split("."))
     return [major << 8 | minor, patch]
 
 
 if __name__ == "__main__":
-    IMAGE = program_from_arguments(sys.argv)
+    IMAGE = program_from_arguments()
     VERSION = version()
     cases.main()

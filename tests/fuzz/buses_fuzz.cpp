@@ -7,7 +7,7 @@
 
 #include "fuzz/fuzz.hpp"
 #include "io/can/dialect.hpp"
-#include "protocols/socketcand_adapter.hpp"
+#include "protocols/adapter.hpp"
 #include "sim/world.hpp"
 
 namespace cbcan::fuzz {
@@ -27,7 +27,6 @@ struct Observer final : sim::Receiver {
     check(frame);
     ++heard;
   }
-  void on_bus_state(BusState /*state*/, Time /*now*/) override {}
   std::size_t heard = 0;
 };
 
@@ -36,9 +35,9 @@ struct Observer final : sim::Receiver {
 void check_server(std::string_view text) {
   sim::World world;
   Time now = kSecond;
-  protocols::SocketcandBus bus(
-      world.bus(), world.schedule(), [&] { return now; }, 0, text.size() % 2 * kMillisecond);
-  std::optional<protocols::SocketcandAdapter> adapter(std::in_place, bus, [&] { world.advance(now); });
+  auto adapter = protocols::socketcand_adapters(
+      {world.bus(), world.schedule(), [&] { return now; }, 0, text.size() % 2 * kMillisecond},
+      [&] { world.advance(now); })();
   Observer observer;
   sim::Port& other = world.bus().attach(observer);
   other.accept_all();
@@ -76,16 +75,15 @@ void check_dialect(io::Dialect& dialect, std::string_view text) {
 
 }  // namespace
 
-}  // namespace cbcan::fuzz
-
-int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace cbcan;
-  if (size == 0) return 0;
-  const std::string_view text = fuzz::text_of(data + 1, size - 1);
-  switch (data[0] % 3) {
-    case 0: fuzz::check_server(text); break;
-    case 1: fuzz::check_dialect(*io::slcan_dialect(500), text); break;
-    default: fuzz::check_dialect(*io::socketcand_dialect("can0"), text); break;
+void run(Input input) {
+  if (input.empty()) return;
+  const std::uint8_t kind = input.byte();
+  const std::string_view text = text_of(input.rest());
+  switch (kind % 3) {
+    case 0: return check_server(text);
+    case 1: return check_dialect(*io::slcan_dialect(500), text);
+    default: return check_dialect(*io::socketcand_dialect("can0"), text);
   }
-  return 0;
 }
+
+}  // namespace cbcan::fuzz

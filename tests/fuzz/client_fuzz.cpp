@@ -8,9 +8,8 @@
 #include <sys/socket.h>
 
 #include "fuzz/fuzz.hpp"
-#include "fuzz/input.hpp"
 #include "io/sockets/listener.hpp"
-#include "window/tcp_connection.hpp"
+#include "window/connection.hpp"
 
 namespace cbcan::fuzz {
 
@@ -110,8 +109,8 @@ struct Model {
 
 struct Run {
   explicit Run(const std::array<std::uint8_t, 3>& request) : model_(request[0], request[1], request[2]) {
-    while (client_.state() != window::Connection::State::kOn)
-      client_.poll(0);
+    while (client_->state() != window::Connection::State::kOn)
+      client_->poll(0);
     server_ = accept();
     ask();
   }
@@ -130,14 +129,14 @@ struct Run {
   void end() {
     if (!over_) check_client();
     if (over_) return;
-    require(!client_.receive(kTimeout).has_value(), "no response comes of silence");
-    require(client_.state() == window::Connection::State::kOff, "silence ends the connection");
+    require(!client_->receive(kTimeout).has_value(), "no response comes of silence");
+    require(client_->state() == window::Connection::State::kOff, "silence ends the connection");
   }
 
  private:
   void ask() {
-    require(client_.ready(0), "a request can be sent");
-    client_.send(kUnit, model_.request, 0);
+    require(client_->ready(0), "a request can be sent");
+    client_->send(kUnit, model_.request, 0);
     const Bytes expected = model_.asked();
     Bytes bytes(expected.size());
     ::recv(server_.get(), bytes.data(), bytes.size(), MSG_WAITALL);
@@ -149,7 +148,7 @@ struct Run {
   /// Loopback may take a moment.
   void wait_until_all_has_come() const {
     int count = 0;
-    while (ioctl(client_.descriptor(), FIONREAD, &count) == 0 &&
+    while (ioctl(client_->descriptor(), FIONREAD, &count) == 0 &&
            static_cast<std::size_t>(count) < come_.size() - taken_) {
     }
   }
@@ -158,11 +157,11 @@ struct Run {
     wait_until_all_has_come();
     window::Response expected;
     const Model::Verdict verdict = model_.verdict(come_, expected);
-    const std::optional<window::Response> response = client_.receive(0);
+    const std::optional<window::Response> response = client_->receive(0);
     taken_ = come_.size();
     require(response.has_value() == (verdict == Model::Verdict::kResponse),
             "a response is taken, and no other");
-    const bool on = client_.state() == window::Connection::State::kOn;
+    const bool on = client_->state() == window::Connection::State::kOn;
     require(on == (verdict != Model::Verdict::kNone), "what is no response ends the connection");
     over_ = !on;
     if (!response) return;
@@ -172,7 +171,8 @@ struct Run {
   }
 
   Model model_;
-  window::TcpConnection client_{"127.0.0.1", listener().address().tcp.port, {kTimeout, 1, 1}};
+  std::unique_ptr<window::Connection> client_ =
+      window::tcp_connection("127.0.0.1", listener().address().tcp.port, {kTimeout, 1, 1});
   io::Descriptor server_;
   Bytes come_;
   std::size_t taken_ = 0;  ///< of them, taken by the client
@@ -181,17 +181,15 @@ struct Run {
 
 }  // namespace
 
-}  // namespace cbcan::fuzz
-
-int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  cbcan::fuzz::Input input({data, size});
+void run(Input input) {
   const std::uint8_t kind = input.byte(), writes = input.byte(), reads = input.byte();
-  cbcan::fuzz::Run run({kind, writes, reads});
+  Run run({kind, writes, reads});
   for (unsigned pieces = 0; !input.empty() && !run.over() && pieces < 50; ++pieces) {
     const std::uint8_t flags = input.byte();
     const auto bytes = input.take(input.byte());
     run.piece(flags, {bytes.begin(), bytes.end()});
   }
   run.end();
-  return 0;
 }
+
+}  // namespace cbcan::fuzz

@@ -51,7 +51,10 @@ struct Commands {
   plant::Control control_{{&plant_.network, &empty_.network}, plant_.now};
 };
 
-void check_lines(std::string_view text) {
+}  // namespace
+
+void run(Input input) {
+  std::string_view text = text_of(input.rest());
   Commands commands;
   while (!text.empty()) {
     const std::size_t end = text.find('\n');
@@ -60,11 +63,4 @@ void check_lines(std::string_view text) {
   }
 }
 
-}  // namespace
-
 }  // namespace cbcan::fuzz
-
-int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  cbcan::fuzz::check_lines(cbcan::fuzz::text_of(data, size));
-  return 0;
-}

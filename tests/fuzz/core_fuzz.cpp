@@ -6,7 +6,6 @@
 
 #include "fuzz/core_rig.hpp"
 #include "fuzz/fuzz.hpp"
-#include "fuzz/input.hpp"
 
 namespace cbcan::fuzz {
 
@@ -38,14 +37,6 @@ struct Program : private Input {
     if (choice >= kScanner) return step_of_scanner(choice % 4);
     if (choice < kFirstLater) return (this->*kSteps[choice % std::size(kSteps)])();
     (choice & 1) != 0 ? write_outputs() : make_pdo();
-  }
-
-  template <std::size_t Size>
-  std::array<std::uint8_t, Size> bytes() {
-    std::array<std::uint8_t, Size> taken;
-    for (std::uint8_t& one : taken)
-      one = byte();
-    return taken;
   }
 
   void request() {
@@ -264,9 +255,8 @@ const Program::Step Program::kSteps[] = {
 
 }  // namespace
 
-}  // namespace cbcan::fuzz
-
-int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  cbcan::fuzz::Program({data, size}).run();
-  return 0;
+void run(Input input) {
+  Program(input.rest()).run();
 }
+
+}  // namespace cbcan::fuzz

@@ -49,7 +49,7 @@ struct Rig {
     note_settings();
     do {
       plc.before_poll();
-      deadline_ = coprocessor.poll(now_);
+      coprocessor.poll(now_);
       plc.after();
     } while (coprocessor.own_node().resetting());
     note_settings();
@@ -64,7 +64,7 @@ struct Rig {
     const bool from_server =
         plc.request().kind == Plc::Kind::kSdo && (frame.id & 0x7F) == plc.request().node && frame.flags == 0;
     if (was_busy && !plc.busy() && from_server && (is_abort || is_boot_up)) wire.server_knows();
-    poll();
+    poll_when_due();
   }
   /// An SDO response of eight bytes; missing bytes are 0.
   void respond(std::uint8_t node, std::span<const std::uint8_t> bytes) {
@@ -77,16 +77,16 @@ struct Rig {
   /// Polls at each deadline, up to some dozens; after that polls are late.
   void pass(Time duration) {
     const Time end = now_ + duration;
-    for (Time polls = 0; deadline_ <= end && polls < kMostExactPolls; ++polls)
+    for (Time polls = 0; coprocessor.deadline() <= end && polls < kMostExactPolls; ++polls)
       pass_to_deadline();
     const Time step = now_ < end ? (end - now_) / kLatePolls + 1 : 1;
     while (now_ < end) {
-      now_ = std::min(end, std::max(now_ + step, std::min(deadline_, end)));
+      now_ = std::min(end, std::max(now_ + step, std::min(coprocessor.deadline(), end)));
       poll();
     }
   }
   void pass_to_deadline() {
-    if (deadline_ != kNever) now_ = std::max(now_, deadline_);
+    if (coprocessor.deadline() != kNever) now_ = std::max(now_, coprocessor.deadline());
     poll();
   }
   /// Reports that process data have been written.
@@ -94,7 +94,7 @@ struct Rig {
     plc.before_frame();
     coprocessor.on_registers_written(regmap::kProcessFirst, regmap::kProcessWords, now_);
     plc.after();
-    poll();
+    poll_when_due();
   }
   /// Reports that OUT+first..OUT+first+count-1 have been written.
   void write_scanner(std::size_t first, std::size_t count) {
@@ -103,7 +103,7 @@ struct Rig {
     scanner.used = true;
     coprocessor.on_registers_written(regmap::kScannerOutFirst + first, count, now_);
     plc.after();
-    poll();
+    poll_when_due();
   }
 
   /// Keeps the bus working and silent until nothing can be in progress, then requires that a new transaction
@@ -127,13 +127,16 @@ struct Rig {
   Coprocessor coprocessor;
 
  private:
+  void poll_when_due() {
+    if (coprocessor.deadline() <= now_) poll();
+  }
   void note_settings() {
     const std::uint16_t timeout = coprocessor.sdo_client().timeout_ms();
     longest_timeout_ms_ = std::max(longest_timeout_ms_, timeout);
     if (timeout == 0) had_no_timeout_ = true;
     std::array<std::uint8_t, 1> mode{};
     std::size_t size = 0;
-    require(coprocessor.own_node().read(0x3004, 0, mode, size, 0) == AbortCode::kNone && mode[0] <= 3,
+    require(coprocessor.own_objects().read(0x3004, 0, mode, size, 0) == AbortCode::kNone && mode[0] <= 3,
             "there are four modes");
     if (!plc.busy()) wire.mode = mode[0];
   }
@@ -205,7 +208,6 @@ struct Rig {
   }
 
   Time now_ = 1000;
-  Time deadline_ = 0;
   std::uint16_t longest_timeout_ms_ = 1000;
   bool had_no_timeout_ = false;  ///< the SDO timeout was 0 for a while
 };

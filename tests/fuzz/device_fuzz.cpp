@@ -12,7 +12,6 @@
 #include "cbcan/canopen/sdo/protocol.hpp"
 #include "fuzz/device_plant.hpp"
 #include "fuzz/fuzz.hpp"
-#include "fuzz/input.hpp"
 
 namespace cbcan::fuzz {
 
@@ -73,13 +72,6 @@ struct Program {
     std::ranges::copy(data, frame.data.begin());
     plant_.receive(frame);
   }
-  template <std::size_t Count>
-  std::array<std::uint8_t, Count> bytes() {
-    std::array<std::uint8_t, Count> taken;
-    for (std::uint8_t& one : taken)
-      one = input_.byte();
-    return taken;
-  }
 
   void command() {
     const std::uint8_t which = input_.one_of(kCommands);
@@ -127,7 +119,7 @@ struct Program {
 
   void ask_anything() {
     const std::size_t whom = place();
-    ask(whom, bytes<8>());
+    ask(whom, input_.bytes<8>());
   }
 
   void store_or_restore() {
@@ -170,7 +162,7 @@ struct Program {
     std::array<std::uint8_t, 8> request{command};
     const std::uint8_t kind = input_.byte();
     if ((kind & 1) != 0) {
-      std::ranges::copy(bytes<7>(), request.begin() + 1);
+      std::ranges::copy(input_.bytes<7>(), request.begin() + 1);
     } else {
       request[1] = kind / 2;
       request[2] = input_.byte() % 11;
@@ -189,10 +181,10 @@ struct Program {
     receive(0x080, std::span(&counter, counter < 0x80 ? 0u : 1u));
   }
 
-  void tell_time() { receive(0x100, bytes<6>()); }
+  void tell_time() { receive(0x100, input_.bytes<6>()); }
   void tell_state() {
     const std::uint32_t whose = input_.byte() % 8u;
-    receive(nmt::kErrorControlId + whose, bytes<1>());
+    receive(nmt::kErrorControlId + whose, input_.bytes<1>());
   }
 
   void any_frame() {
@@ -201,7 +193,7 @@ struct Program {
     frame.flags = (head & 0x40) != 0 ? head & 3 : 0;
     if ((frame.flags & Frame::kExtended) != 0 && (head & 0x20) != 0) frame.id |= frame.id << 18;
     frame.length = std::min<std::uint8_t>(head & 0x0F, 8);
-    frame.data = bytes<8>();
+    frame.data = input_.bytes<8>();
     plant_.receive(frame);
   }
 
@@ -288,7 +280,7 @@ struct Program {
   void add_fault_by_text() {
     const std::size_t whom = input_.byte() % (DevicePlant::kNodes + 1);
     const auto text = input_.take(input_.byte() % 64u);
-    add(sim::parse_fault(text_of(text.data(), text.size()), place_of(whom)), whom);
+    add(sim::parse_fault(text_of(text), place_of(whom)), whom);
   }
   static sim::FaultPlace place_of(std::size_t whom) {
     return whom < DevicePlant::kNodes ? sim::FaultPlace::kNode : sim::FaultPlace::kBus;
@@ -344,23 +336,18 @@ PlantOptions options_of(std::span<const std::uint8_t> input) {
   return options;
 }
 
-void check_program(std::span<const std::uint8_t> input) {
-  PlantOptions options = options_of(input);
+}  // namespace
+
+void run(Input input) {
+  PlantOptions options = options_of(input.rest());
   std::vector<Time> ends;
-  Program fine(input, options, ends);
+  Program fine(input.rest(), options, ends);
   fine.run();
-  if (!is_read_twice(input.size())) return;
+  if (!is_read_twice(input.rest().size())) return;
   options.by_deadlines = false;
-  Program coarse(input, options, ends);
+  Program coarse(input.rest(), options, ends);
   coarse.run();
   require(fine.seen() == coarse.seen(), "the same frames at the same times, in whatever steps time passes");
 }
 
-}  // namespace
-
 }  // namespace cbcan::fuzz
-
-int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  cbcan::fuzz::check_program({data, size});
-  return 0;
-}

@@ -64,13 +64,11 @@ DevicePlant::DevicePlant(const PlantOptions& options) : bare(options.bit_rate), 
     io_module.signals.push_back({0x6000, 1, 70 * kMillisecond, sim::Noise{128, 90, 3}});
   }
   add(kIoModule, 2, "io_module.eds", io_module);
-  sim::NodeParts drive;
-  drive.lss = true;
-  add(kDrive, 5, "drive.eds", drive);
+  sim::NodeParts with_lss;
+  with_lss.lss = true;
+  add(kDrive, 5, "drive.eds", with_lss);
   node(kDrive).device().time_stamp().produce_every(kSecond, now);
-  sim::NodeParts without_id;
-  without_id.lss = true;
-  add(kWithoutId, 0, "generic.eds", without_id);
+  add(kWithoutId, 0, "generic.eds", with_lss);
   world.bus().observe(*this);
   if (options.by_deadlines) world.bus().set_modifier(this);
   world.start(now);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "cbcan/frame.hpp"
+#include "sim/kept_parameters.hpp"
 #include "support/bare_network.hpp"
 
 namespace cbcan::fuzz {
@@ -55,18 +56,9 @@ struct DevicePlant final : private sim::Observer, private sim::FrameModifier {
   Time& now = bare.now;
 
  private:
-  struct Store final : sim::ParameterStore {
-    sim::StoredParameters load() override { return kept; }
-    bool save(const sim::StoredParameters& parameters) override {
-      if (works) kept = parameters;
-      return works;
-    }
-    sim::StoredParameters kept;
-    bool works = true;
-  };
   struct Watched {
     sim::Node* node = nullptr;
-    Store store;
+    test::KeptParameters store;
     unsigned states = 0;     ///< the states in which waiting frames may have been sent
     unsigned responses = 0;  ///< number of SDO responses
     bool harmed = false;     ///< has had a fault: delayed frames may still arrive

@@ -88,16 +88,14 @@ std::optional<std::uint8_t> node_id_for(std::size_t size) {
 
 }  // namespace
 
-}  // namespace cbcan::fuzz
-
-int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace cbcan;
-  const std::string_view text = fuzz::text_of(data, size);
-  const auto node_id = fuzz::node_id_for(size);
+void run(Input input) {
+  const std::string_view text = text_of(input.rest());
+  const auto node_id = node_id_for(text.size());
   const descriptions::Result result = descriptions::read(text, "fuzz.eds", node_id);
-  if (fuzz::is_read_twice(size))
-    fuzz::require(result == descriptions::read(text, "fuzz.eds", node_id), "the same text gives the same result");
-  fuzz::check_diagnostics(result, text);
-  if (fuzz::check_device(result.device) <= fuzz::kMostImageBytes) fuzz::check_image(result.device);
-  return 0;
+  if (is_read_twice(text.size()))
+    require(result == descriptions::read(text, "fuzz.eds", node_id), "the same text gives the same result");
+  check_diagnostics(result, text);
+  if (check_device(result.device) <= kMostImageBytes) check_image(result.device);
 }
+
+}  // namespace cbcan::fuzz

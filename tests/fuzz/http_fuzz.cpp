@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Any bytes from an HTTP client, in pieces of the length in the first byte: the server closes the connection or
-// responds, JSON is valid, only commands change the plant, and the next client is served.
+// Any bytes from an HTTP client, in pieces of the length in the first byte: the server closes the connection
+// or responds, JSON is valid, only commands change the plant, and the next client is served.
 #include <sys/socket.h>
 
 #include <nlohmann/json.hpp>
@@ -36,12 +36,12 @@ struct Plant {
   plant::Control control{{&plant.network}, plant.now};
   journal::FindName find = [](std::uint8_t, std::uint8_t, std::uint16_t, std::uint8_t) { return nullptr; };
   std::size_t commands = 0;
-  web::Api api{{control, find, [this](std::string_view line, const auto&) { return execute(line); },
-                [] {},
-                [] {
-                  return web::Json{{"program", "fuzz"}};
-                },
-                [] { return web::Json::array(); }}};
+  protocols::HttpSite::Handler api =
+      web::api_of({control, find, [this](std::string_view line, const auto&) { return execute(line); }, [] {},
+                   [] {
+                     return web::Json{{"program", "fuzz"}};
+                   },
+                   [] { return web::Json::array(); }});
 };
 
 /// For many inputs: a listener for each would cost more than everything else.
@@ -51,7 +51,7 @@ struct Server {
   io::HttpServer http{reactor,
                       {"127.0.0.1", 0},
                       false,
-                      [this](const protocols::HttpRequest& request) { return plant->api.respond(request); },
+                      [this](const protocols::HttpRequest& request) { return plant->api(request); },
                       [](const std::string&) {}};
 };
 
@@ -98,7 +98,12 @@ void check_json(std::string_view heard) {
   require(nlohmann::json::accept(heard.substr(body + 4, size)), "JSON is JSON");
 }
 
-void check(std::string_view bytes, std::size_t piece) {
+}  // namespace
+
+void run(Input input) {
+  if (input.empty()) return;
+  const std::size_t piece = 1 + 16 * std::size_t{input.byte()};
+  std::string_view bytes = text_of(input.rest());
   Plant plant;
   server().plant = &plant;
   const std::string before = plant.state();
@@ -121,13 +126,4 @@ void check(std::string_view bytes, std::size_t piece) {
   if (server().http.streams() != 0) the_server.reset();  // before the plant, whose events they read
 }
 
-}  // namespace
-
 }  // namespace cbcan::fuzz
-
-int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace cbcan;
-  if (size == 0) return 0;
-  fuzz::check(fuzz::text_of(data + 1, size - 1), 1 + 16 * std::size_t{data[0]});
-  return 0;
-}

@@ -134,21 +134,18 @@ struct Run {
 
 }  // namespace
 
-}  // namespace cbcan::fuzz
-
-int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  std::span<const std::uint8_t> input(data, size);
-  cbcan::fuzz::Run run;
-  unsigned pieces_left = cbcan::fuzz::kMostPieces;
-  while (input.size() >= 2) {
-    const std::uint8_t flags = input[0];
-    const auto piece = input.subspan(2, std::min<std::size_t>(input[1], input.size() - 2));
-    for (unsigned again = flags >> cbcan::fuzz::kRepeatShift; pieces_left > 0; --again, --pieces_left) {
+void run(Input input) {
+  Run run;
+  unsigned pieces_left = kMostPieces;
+  while (input.rest().size() >= 2) {
+    const std::uint8_t flags = input.byte();
+    const View piece = input.take(input.byte());
+    for (unsigned again = flags >> kRepeatShift; pieces_left > 0; --again, --pieces_left) {
       run.piece(flags, piece);
       if (again == 0) break;
     }
-    input = input.subspan(2 + piece.size());
   }
   run.end();
-  return 0;
 }
+
+}  // namespace cbcan::fuzz

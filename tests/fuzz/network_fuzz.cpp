@@ -7,69 +7,31 @@
 #include "descriptions/dictionary_header.hpp"
 #include "descriptions/network_image.hpp"
 #include "fuzz/fuzz.hpp"
+#include "support/eds_text.hpp"
 
 namespace cbcan::fuzz {
 
 namespace {
 
-constexpr std::string_view kEds = R"([DeviceInfo]
-VendorNumber=0x191
-[1000]
-DataType=7
-AccessType=ro
-DefaultValue=0x30191
-[1017]
-DataType=6
-AccessType=rw
-[1018]
-ObjectType=9
-SubNumber=2
-[1018sub0]
-DataType=5
-AccessType=ro
-DefaultValue=1
-[1018sub1]
-DataType=7
-AccessType=ro
-DefaultValue=0x191
-[1800]
-ObjectType=9
-SubNumber=3
-[1800sub0]
-DataType=5
-AccessType=ro
-DefaultValue=2
-[1800sub1]
-DataType=7
-AccessType=rw
-DefaultValue=$NODEID+0x180
-[1800sub2]
-DataType=5
-AccessType=rw
-DefaultValue=255
-[1A00]
-ObjectType=9
-SubNumber=2
-[1A00sub0]
-DataType=5
-AccessType=rw
-DefaultValue=1
-[1A00sub1]
-DataType=7
-AccessType=rw
-DefaultValue=0x60000108
-[6000]
-ObjectType=8
-SubNumber=2
-[6000sub0]
-DataType=5
-AccessType=ro
-DefaultValue=1
-[6000sub1]
-DataType=5
-AccessType=ro
-PDOMapping=1
-)";
+/// A device with an identity, a heartbeat, and one input in a TPDO.
+const std::string kEds = [] {
+  using test::head_of, test::text_of;
+  std::string text = "[DeviceInfo]\nVendorNumber=0x191\n" + head_of("1018", '9', '2') +
+                     head_of("1800", '9', '3') + head_of("1A00", '9', '2') + head_of("6000", '8', '2');
+  for (const auto& [index, type, access, value] :
+       std::initializer_list<std::array<const char*, 4>>{{"1000", "7", "ro", "0x30191"},
+                                                         {"1017", "6", "rw", ""},
+                                                         {"1018sub0", "5", "ro", "1"},
+                                                         {"1018sub1", "7", "ro", "0x191"},
+                                                         {"1800sub0", "5", "ro", "2"},
+                                                         {"1800sub1", "7", "rw", "$NODEID+0x180"},
+                                                         {"1800sub2", "5", "rw", "255"},
+                                                         {"1A00sub0", "5", "rw", "1"},
+                                                         {"1A00sub1", "7", "rw", "0x60000108"},
+                                                         {"6000sub0", "5", "ro", "1"}})
+    text += text_of({index, type, access, value, false});
+  return text + text_of({"6000sub1", "5", "ro", ""});
+}();
 
 /// What `make` returns; empty: it is a mistake of this file.
 template <class Make>
@@ -86,7 +48,7 @@ void check_network(std::string_view text) {
   const std::string name = "network.toml";
   const base::FileReader read = [text, &name](const std::string& path) -> std::optional<std::string> {
     if (path == name) return std::string(text);
-    if (path == "a.eds") return std::string(kEds);
+    if (path == "a.eds") return kEds;
     return std::nullopt;
   };
   const descriptions::Bytes image = made_or_refused(name, [&] {
@@ -110,11 +72,11 @@ void check_dictionary(std::string_view text) {
 
 }  // namespace
 
-}  // namespace cbcan::fuzz
-
-int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  if (size == 0) return 0;
-  const std::string_view text = cbcan::fuzz::text_of(data + 1, size - 1);
-  data[0] % 2 == 0 ? cbcan::fuzz::check_network(text) : cbcan::fuzz::check_dictionary(text);
-  return 0;
+void run(Input input) {
+  if (input.empty()) return;
+  const std::uint8_t kind = input.byte();
+  const std::string_view text = text_of(input.rest());
+  kind % 2 == 0 ? check_network(text) : check_dictionary(text);
 }
+
+}  // namespace cbcan::fuzz

@@ -13,37 +13,23 @@ namespace {
 const std::string kPlant = "plant.toml";
 
 /// One object of each kind that a plant file can set.
-constexpr std::string_view kEds = R"([DeviceInfo]
-[MandatoryObjects]
-SupportedObjects=1
-1=0x1000
-[1000]
-DataType=7
-AccessType=ro
-[1017]
-DataType=6
-[2001]
-DataType=1
-[2002]
-DataType=4
-[2003]
-DataType=8
-[2004]
-DataType=0x11
-[2005]
-DataType=9
-[2006]
-DataType=0xA
-CBCAN_Size=4
-[2007]
-ObjectType=8
-CompactSubObj=3
-DataType=5
-)";
+const std::string kEds = [] {
+  std::string text =
+      "[DeviceInfo]\n[MandatoryObjects]\nSupportedObjects=1\n1=0x1000\n[1000]\nDataType=7\nAccessType=ro\n";
+  for (const auto& [index, type] : {std::pair("1017", "6"),
+                                    {"2001", "1"},
+                                    {"2002", "4"},
+                                    {"2003", "8"},
+                                    {"2004", "0x11"},
+                                    {"2005", "9"},
+                                    {"2006", "0xA\nCBCAN_Size=4"}})
+    text += std::string("[") + index + "]\nDataType=" + type + "\n";
+  return text + "[2007]\nObjectType=8\nCompactSubObj=3\nDataType=5\n";
+}();
 
 /// There is only one EDS file.
 std::optional<std::string> read_file(const std::string& path) {
-  if (path == "a.eds") return std::string(kEds);
+  if (path == "a.eds") return kEds;
   return std::nullopt;
 }
 
@@ -104,7 +90,10 @@ bool has_nan(const config::Config& config) {
   });
 }
 
-void check_plant(std::string_view text) {
+}  // namespace
+
+void run(Input input) {
+  const std::string_view text = text_of(input.rest());
   const auto lines = static_cast<std::size_t>(std::ranges::count(text, '\n')) + 1;
   config::Config config;
   const config::Diagnostics found = config::read_plant(text, kPlant, config);
@@ -124,11 +113,4 @@ void check_plant(std::string_view text) {
   }
 }
 
-}  // namespace
-
 }  // namespace cbcan::fuzz
-
-int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  cbcan::fuzz::check_plant(cbcan::fuzz::text_of(data, size));
-  return 0;
-}

@@ -7,7 +7,6 @@
 
 #include "cbcan/modbus/rtu_server.hpp"
 #include "fuzz/fuzz.hpp"
-#include "fuzz/input.hpp"
 #include "fuzz/modbus_model.hpp"
 #include "support/modbus_crc.hpp"
 
@@ -213,13 +212,11 @@ void step(Run& run, Input& input) {
 
 }  // namespace
 
-}  // namespace cbcan::fuzz
-
-int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  cbcan::fuzz::Input input({data, size});
-  cbcan::fuzz::Run run(input.byte());
+void run(Input input) {
+  Run run(input.byte());
   while (!input.empty())
-    cbcan::fuzz::step(run, input);
+    step(run, input);
   run.end();
-  return 0;
 }
+
+}  // namespace cbcan::fuzz

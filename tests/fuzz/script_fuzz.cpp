@@ -73,13 +73,11 @@ std::string told_by(std::string_view script) {
 
 }  // namespace
 
-}  // namespace cbcan::fuzz
-
-int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  const std::string_view script = cbcan::fuzz::text_of(data, size);
-  cbcan::fuzz::check_declaration(script);
-  const std::string told = cbcan::fuzz::told_by(script);
-  if (cbcan::fuzz::is_read_twice(size))
-    cbcan::fuzz::require(cbcan::fuzz::told_by(script) == told, "the same script does the same");
-  return 0;
+void run(Input input) {
+  const std::string_view script = text_of(input.rest());
+  check_declaration(script);
+  const std::string told = told_by(script);
+  if (is_read_twice(script.size())) require(told_by(script) == told, "the same script does the same");
 }
+
+}  // namespace cbcan::fuzz

@@ -80,7 +80,12 @@ void check_state(std::string_view text) {
   require(text_of(search::parse_state(written, path)) == written, "results can be written and read");
 }
 
-void check_text(std::uint8_t kind, std::string_view text) {
+}  // namespace
+
+void run(Input input) {
+  if (input.empty()) return;
+  const std::uint8_t kind = input.byte();
+  const std::string_view text = text_of(input.rest());
   if (kind >= 0x80) return check_state(text);
   switch (kind % 4) {
     case 0: return check_fault(text, sim::FaultPlace::kNode);
@@ -90,11 +95,4 @@ void check_text(std::uint8_t kind, std::string_view text) {
   }
 }
 
-}  // namespace
-
 }  // namespace cbcan::fuzz
-
-int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  if (size != 0) cbcan::fuzz::check_text(data[0], cbcan::fuzz::text_of(data + 1, size - 1));
-  return 0;
-}

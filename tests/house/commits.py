@@ -6,7 +6,6 @@ Looks at the commits since tests/limits.toml exists; those that this clone has. 
 """
 
 import pathlib
-import re
 import subprocess
 import sys
 import tomllib

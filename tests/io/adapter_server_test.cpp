@@ -5,9 +5,10 @@
 #include <unistd.h>
 
 #include "io/sockets/stream_server.hpp"
-#include "protocols/slcan_adapter.hpp"
+#include "protocols/adapter.hpp"
 #include "stream_client.hpp"
 #include "support/catch.hpp"
+#include "support/complaint.hpp"
 #include "temporary_folder.hpp"
 #include "turns.hpp"
 
@@ -19,7 +20,7 @@ struct SlcanServer {
       : slcan(
             reactor, "slcan", base::parse_stream_address(address),
             [this] {
-              return std::make_unique<protocols::SlcanAdapter>(
+              return protocols::slcan_adapter(
                   bus, [this] { bus.advance(0); }, protocols::Adapter::kMostUnsent, &lost);
             },
             [this](const std::string& line) { warnings.push_back(line); }) {}
@@ -52,12 +53,8 @@ void leave_behind(const std::string& path) {
 
 template <class Error>
 std::string complaint(std::string_view address) {
-  try {
-    const StreamListener listener("slcan", base::parse_stream_address(address));
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "none";
+  return cbcan::test::complaint_of<Error>(
+      [&] { StreamListener("slcan", base::parse_stream_address(address)); });
 }
 
 void check_responses(SlcanServer& server, StreamClient& client, std::string_view question,
@@ -97,7 +94,7 @@ TEST_CASE("a Unix socket that a killed program left is replaced, one in use and 
     CHECK(complaint<EnvironmentError>(address) == in_use);
   }
   leave_behind(folder.file("s"));
-  CHECK(complaint<EnvironmentError>(address) == "none");
+  CHECK(complaint<EnvironmentError>(address).empty());
   std::ofstream(folder.file("s")) << "not a socket";
   CHECK(complaint<EnvironmentError>(address) == in_use);
   CHECK(complaint<EnvironmentError>("unix:/nonexistent/s") ==
@@ -138,9 +135,14 @@ TEST_CASE("the more clients there are, the less of each is dealt with in one tur
     frames += "t12381122334455667788\r";
   for (const auto& client : clients)
     client->send(frames);
+  struct Counter final : sim::Receiver {
+    void on_frame(const Frame& /*frame*/, Time /*now*/) override { ++frames; }
+    std::size_t frames = 0;
+  } all;
+  server.bus.attach(all).accept_all();
   server.turn();
-  CHECK(server.bus.counters().frames <= 64 * 6);
-  server.run_until([&] { return server.bus.counters().frames == 64 * 100; });
+  CHECK(all.frames <= 64 * 6);
+  server.run_until([&] { return all.frames == 64 * 100; });
 }
 
 TEST_CASE("a client that asks and does not read the responses is not read from either, and can go on later") {

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <stdexcept>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -10,20 +11,15 @@ namespace cbcan::io::test {
 
 using Bytes = std::vector<std::uint8_t>;
 
-inline unsigned hex_digit(char digit) {
-  const std::size_t value = std::string_view("0123456789ABCDEF").find(digit);
-  if (value == std::string_view::npos) throw std::invalid_argument("not a hexadecimal digit");
-  return static_cast<unsigned>(value);
-}
-
 /// Bytes from hexadecimal digits: "00 1F" gives two.
 inline Bytes hex(std::string_view text) {
+  std::string digits(text);
+  std::erase(digits, ' ');
+  if (digits.find_first_not_of("0123456789ABCDEF") != std::string::npos)
+    throw std::invalid_argument("not a hexadecimal digit");
   Bytes bytes;
-  for (std::size_t i = 0; i + 1 < text.size(); ++i) {
-    if (text[i] == ' ') continue;
-    bytes.push_back(static_cast<std::uint8_t>(hex_digit(text[i]) << 4 | hex_digit(text[i + 1])));
-    ++i;
-  }
+  for (std::size_t i = 0; i < digits.size(); i += 2)
+    bytes.push_back(static_cast<std::uint8_t>(std::stoul(digits.substr(i, 2), nullptr, 16)));
   return bytes;
 }
 

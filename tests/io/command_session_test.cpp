@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "protocols/command_session.hpp"
+#include "protocols/dialogue.hpp"
 
 #include "support/catch.hpp"
 

@@ -24,6 +24,10 @@ struct Web {
     server.poll(Reactor::now());
     reactor.poll(0);
   }
+  template <typename Done>
+  void until(Done done) {
+    io::test::turn_until([this] { turn(); }, done);
+  }
   std::string host() const { return "127.0.0.1:" + std::to_string(server.address().port); }
   /// Turns until the server has closed the connection.
   std::string ask(const std::string& method_and_path, const std::string& headers = "",
@@ -36,7 +40,7 @@ struct Web {
     const std::string length = body.empty() ? "" : "Content-Length: " + std::to_string(body.size()) + "\r\n";
     client.send(method_and_path + " HTTP/1.1\r\n" + (as.empty() ? "" : "Host: " + as + "\r\n") +
                 "Connection: close\r\n" + headers + length + "\r\n" + body);
-    io::test::turn_until([this] { turn(); }, [&] { return client.closed(); });
+    until([&] { return client.closed(); });
     return client.heard();
   }
 
@@ -169,11 +173,10 @@ struct Streaming {
       return protocols::HttpResponse{200, "text/event-stream", "", std::make_unique<Stream>(feed)};
     };
     client.send("GET /events HTTP/1.1\r\nHost: " + web.host() + "\r\n\r\n");
-    io::test::turn_until([this] { web.turn(); }, [this] { return web.server.streams() == 1; });
+    web.until([this] { return web.server.streams() == 1; });
   }
   void hear(const std::string& text) {
-    io::test::turn_until([this] { web.turn(); },
-                         [&] { return client.heard().find(text) != std::string::npos; });
+    web.until([&] { return client.heard().find(text) != std::string::npos; });
   }
   Feed feed;
   Web web;
@@ -194,7 +197,7 @@ TEST_CASE("http: a stream goes on until it ends") {
   streaming.feed.ended = true;
   streaming.feed.waiting = "last\n";
   streaming.hear("last\n");
-  io::test::turn_until([&] { streaming.web.turn(); }, [&] { return streaming.feed.gone == 1; });
+  streaming.web.until([&] { return streaming.feed.gone == 1; });
   CHECK(streaming.web.server.streams() == 0);
 }
 
@@ -214,15 +217,13 @@ TEST_CASE("http: a value that changes at every moment is sent once in 20 ms") {
 TEST_CASE("http: a stream that breaks, or whose client has gone, is over") {
   Streaming breaks;
   breaks.feed.broken = true;
-  io::test::turn_until([&] { breaks.web.turn(); }, [&] { return breaks.feed.gone == 1; });
+  breaks.web.until([&] { return breaks.feed.gone == 1; });
   Streaming leaves;
   leaves.client.slam();
-  leaves.feed.waiting = "x";
-  io::test::turn_until([&] { leaves.web.turn(); },
-                       [&] {
-                         leaves.feed.waiting = "x";
-                         return leaves.feed.gone == 1;
-                       });
+  leaves.web.until([&] {
+    leaves.feed.waiting = "x";
+    return leaves.feed.gone == 1;
+  });
 }
 
 TEST_CASE("http: times are asked for, so that the loop may sleep") {
@@ -234,8 +235,7 @@ TEST_CASE("http: times are asked for, so that the loop may sleep") {
   streaming.hear("x");
   // Without news: the keep-alive, five seconds after the last data.
   const auto due = [&] { return streaming.web.server.next_deadline(); };
-  io::test::turn_until([&] { streaming.web.turn(); },
-                       [&] { return due() != kNever && due() > Reactor::now() + 2 * kSecond; });
+  streaming.web.until([&] { return due() != kNever && due() > Reactor::now() + 2 * kSecond; });
   CHECK(due() <= Reactor::now() + 5 * kSecond);
   streaming.web.server.poll(Reactor::now() + 6 * kSecond);
   streaming.hear(":\n");
@@ -251,12 +251,11 @@ TEST_CASE("http: the server goes while streams are there") {
     };
     client.emplace(StreamAddress{"", {"127.0.0.1", web.server.address().port}});
     client->send("GET /events HTTP/1.1\r\nHost: " + web.host() + "\r\n\r\n");
-    io::test::turn_until([&] { web.turn(); },
-                         [&] {
-                           const Time due = web.server.next_deadline();
-                           return web.server.streams() == 1 && due != kNever &&
-                                  due > Reactor::now() + 2 * kSecond;  // suspended, nothing to do
-                         });
+    web.until([&] {
+      const Time due = web.server.next_deadline();
+      return web.server.streams() == 1 && due != kNever &&
+             due > Reactor::now() + 2 * kSecond;  // suspended, nothing to do
+    });
   }
   CHECK(feed.gone == 1);
   CHECK(client->closed());

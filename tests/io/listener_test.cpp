@@ -6,6 +6,7 @@
 #include "io/errors.hpp"
 #include "io/sockets/listener.hpp"
 #include "support/catch.hpp"
+#include "support/complaint.hpp"
 
 namespace cbcan::io {
 namespace {
@@ -15,12 +16,7 @@ StreamListener listening(const ListenAddress& address) {
 }
 
 std::string complaint(const ListenAddress& address) {
-  try {
-    listening(address);
-  } catch (const EnvironmentError& error) {
-    return error.what();
-  }
-  return "none";
+  return cbcan::test::complaint_of<EnvironmentError>([&] { listening(address); });
 }
 
 /// Drops root's rights for its lifetime.

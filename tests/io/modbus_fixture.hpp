@@ -16,7 +16,8 @@ namespace cbcan::io::test {
 /// 4168 registers, and a record of the calls.
 struct Unit final : cbcan::test::RegisterUnit {
   using Tell = std::function<void(bool valid, const modbus::Range& written)>;
-  explicit Unit(Tell tell) : RegisterUnit(std::vector<std::uint16_t>(4168)), told(std::move(tell)) {}
+  explicit Unit(Tell tell, std::size_t registers = 4168)
+      : RegisterUnit(std::vector<std::uint16_t>(registers)), told(std::move(tell)) {}
   void on_request(bool valid, const modbus::Range& written) override { told(valid, written); }
   Tell told;
 };
@@ -30,23 +31,19 @@ struct Server {
   std::vector<bool> requests;          ///< on_request's arguments: did it write something
   std::vector<modbus::Range> written;  ///< what
   std::vector<bool> valid;
-  std::vector<std::size_t> networks;  ///< to which
   std::function<void()> on_request;
-  Unit first{[this](bool good, const modbus::Range& range) { told(0, good, range); }};
-  Unit second{[this](bool good, const modbus::Range& range) { told(1, good, range); }};
+  Unit::Tell told = [this](bool good, const modbus::Range& range) {
+    requests.push_back(range.count != 0);
+    written.push_back(range);
+    valid.push_back(good);
+    if (on_request) on_request();
+  };
+  Unit first, second{told};
   std::vector<std::uint16_t>& registers = first.words;
   std::vector<std::uint16_t>& of_second = second.words;
   std::vector<std::string> warnings;
   ModbusTcp modbus{
       reactor, {&first, &second}, settings(), [this](const std::string& line) { warnings.push_back(line); }};
-
-  void told(std::size_t network, bool good, const modbus::Range& range) {
-    networks.push_back(network);
-    requests.push_back(range.count != 0);
-    written.push_back(range);
-    valid.push_back(good);
-    if (on_request) on_request();
-  }
 
   static ModbusTcpSettings settings() {
     ModbusTcpSettings settings;
@@ -54,6 +51,8 @@ struct Server {
     settings.identity = {"cb", "can", "1.0"};
     return settings;
   }
+
+  explicit Server(std::size_t registers_of_first = 4168) : first(told, registers_of_first) {}
 
   /// One turn of the owner's loop, but without waiting: on loopback everything sent has arrived.
   std::size_t turn() {

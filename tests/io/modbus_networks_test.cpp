@@ -43,27 +43,14 @@ TEST_CASE("a unit ID without a network is answered by exception 0Ah, whatever is
 }
 
 TEST_CASE("a network without registers is none, be it the first") {
-  Reactor reactor;
-  Unit none{[](bool, const modbus::Range&) {}};
-  none.words.clear();
-  Unit second{[](bool, const modbus::Range&) {}};
-  const std::vector<std::uint16_t>& registers = second.words;
-  ModbusTcp modbus(reactor, {&none, &second}, Server::settings(), [](const std::string&) {});
-  int pair[2];
-  REQUIRE(socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, pair) == 0);
-  modbus.adopt(Descriptor(pair[0]));
-  const Descriptor client(pair[1]);
-  const Bytes requests =
-      hex("00 01 00 00 00 06 01 06 00 01 00 07 00 02 00 00 00 06 FF 06 00 01 00 07"
-          "00 03 00 00 00 06 02 06 00 01 00 07");
-  REQUIRE(send(client.get(), requests.data(), requests.size(), 0) == static_cast<ssize_t>(requests.size()));
-  while (reactor.poll(0) != 0) {
-  }
-  Bytes responses(100);
-  responses.resize(static_cast<std::size_t>(recv(client.get(), responses.data(), responses.size(), 0)));
-  CHECK(responses ==
+  Server server(0);
+  Client client(server);
+  CHECK(ask(server, client,
+            "00 01 00 00 00 06 01 06 00 01 00 07 00 02 00 00 00 06 FF 06 00 01 00 07"
+            "00 03 00 00 00 06 02 06 00 01 00 07",
+            30) ==
         hex("00 01 00 00 00 03 01 86 0A 00 02 00 00 00 03 FF 86 0A 00 03 00 00 00 06 02 06 00 01 00 07"));
-  CHECK(registers[1] == 7);
+  CHECK(server.of_second[1] == 7);
 }
 
 }  // namespace

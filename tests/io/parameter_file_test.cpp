@@ -6,6 +6,7 @@
 
 #include "io/errors.hpp"
 #include "support/catch.hpp"
+#include "support/complaint.hpp"
 #include "temporary_folder.hpp"
 
 using cbcan::io::ParameterFile;
@@ -21,12 +22,7 @@ const StoredParameters kParameters{
     .values = {{0x1017, 0, {0xE8, 0x03}}, {0x2010, 0x1F, {}}, {0x6207, 1, {0xAA}}}, .lss = {5, 250000}};
 
 std::string complaint(const std::string& text) {
-  try {
-    static_cast<void>(parse_parameters(text, "drive.par"));
-  } catch (const cbcan::io::UsageError& error) {
-    return error.what();
-  }
-  return "";
+  return cbcan::test::complaint_of<cbcan::io::UsageError>([&] { parse_parameters(text, "drive.par"); });
 }
 
 }  // namespace

@@ -25,18 +25,9 @@ struct Pcap {
         [this](const std::string& line) { warnings.push_back(line); });
   }
   void hear(const Frame& frame, Time at, std::uint8_t network = 1) {
-    journal::Event event;
-    event.frame = frame;
-    event.at = at;
-    event.network = network;
-    journal.add(event);
+    journal.add({.network = network, .at = at, .frame = frame});
   }
-  void say(std::uint32_t code) {
-    journal::Event event;
-    event.kind = journal::Kind::kCommand;
-    event.code = code;
-    journal.add(event);
-  }
+  void say(std::uint32_t code) { journal.add({.kind = journal::Kind::kCommand, .code = code}); }
   /// What has been added since the last call.
   io::test::Bytes added() {
     file->poll();
@@ -102,10 +93,7 @@ TEST_CASE("pcap: what is said goes with the next packet") {
   pcap.say(1);
   pcap.say(2);
   CHECK(pcap.added().empty());
-  journal::Event event;
-  event.frame = {0x080, 0, 0, {}};
-  event.sub = 1;
-  pcap.journal.add(event);
+  pcap.journal.add({.sub = 1, .frame = {0x080, 0, 0, {}}});
   CHECK(pcap.added() ==
         hex("06000000 44000000 00000000 00000000 00000000 08000000 08000000 00000080 00 000000"
             "0100 1100 7361696420310A 7361696420320A 737562 000000 00000000 44000000"));
@@ -131,13 +119,12 @@ TEST_CASE("pcap: a request and its response, in made-up headers that count on") 
   pcap.open(1);
   pcap.added();
   const auto exchange = [&] {
-    journal::Event event;
-    event.kind = journal::Kind::kModbus;
-    event.code = 3;  // the client
-    event.node = 9;  // unit ID
-    event.result = 0x1234;
-    event.index = 5;  // bytes of the request
-    event.sub = 1;    // a comment, for the request only
+    const journal::Event event{.kind = journal::Kind::kModbus,
+                               .node = 9,   // unit ID
+                               .sub = 1,    // a comment, for the request only
+                               .index = 5,  // bytes of the request
+                               .result = 0x1234,
+                               .code = 3};  // the client
     const io::test::Bytes pdus = hex("03 0E74 0001  03 02 0007");
     pcap.journal.add(event, {pdus});
     return pcap.added();
@@ -155,10 +142,7 @@ TEST_CASE("pcap: a request and its response, in made-up headers that count on") 
   };
   CHECK(exchange() == both("00000001", "0000000D", "00000001"));
   CHECK(exchange() == both("0000000D", "00000019", "0000000C"));
-  journal::Event left;
-  left.kind = journal::Kind::kClient;
-  left.code = 3;
-  pcap.journal.add(left);
+  pcap.journal.add({.kind = journal::Kind::kClient, .code = 3});
   CHECK(exchange() == both("00000001", "0000000D", "00000001"));
 }
 
@@ -166,10 +150,7 @@ TEST_CASE("pcap: bytes that others have overwritten are reported as missing") {
   Pcap pcap;
   pcap.open(1);
   pcap.added();
-  journal::Event event;
-  event.kind = journal::Kind::kModbus;
-  event.code = 3;
-  pcap.journal.add(event);
+  pcap.journal.add({.kind = journal::Kind::kModbus, .code = 3});
   CHECK(pcap.added().empty());
   REQUIRE(pcap.warnings.size() == 1);
   CHECK(pcap.warnings[0] == "pcap " + pcap.path() + ": 1 packets are missing: they were not read in time");

@@ -10,7 +10,7 @@
 
 #include "io/modbus/plc_client.hpp"
 #include "plc_rig.hpp"
-#include "window/tcp_connection.hpp"
+#include "window/connection.hpp"
 
 using namespace cbcan;
 using namespace cbcan::io;

@@ -228,13 +228,13 @@ TEST_CASE("a request that is gone, or another one, is cancelled, and nothing is 
   round(exchange, bench.registers);
   bench.put(0, {0});
   CHECK(round(exchange, bench.registers) == Log{"R1024+6"});
-  CHECK(bench.module.coprocessor->counters().cancelled == 1);
+  CHECK(bench.module.coprocessor.counters().cancelled == 1);
   bench.put(0, {0xCA0E, 5055, 5, 0x3000, 6, 4});
   bench.module.pass(60'000);  // quarantine
   round(exchange, bench.registers);
   bench.put(4, {7});
   CHECK(round(exchange, bench.registers) == Log{"R1024+6", "R1024+70"});
-  CHECK(bench.module.coprocessor->counters().cancelled == 2);
+  CHECK(bench.module.coprocessor.counters().cancelled == 2);
 
   SECTION("between the result and the look") {
     bench.module.pass(120'000);
@@ -336,11 +336,11 @@ TEST_CASE("after a loss a write of other data is another request, the same is no
   round(exchange, bench.registers);
   exchange.lost();
   CHECK(round(exchange, bench.registers) == Log{"R1024+70"});
-  CHECK(bench.module.coprocessor->counters().cancelled == 0);
+  CHECK(bench.module.coprocessor.counters().cancelled == 0);
   exchange.lost();
   bench.put(6, {3});
   CHECK(round(exchange, bench.registers) == Log{"R1024+70"});
-  CHECK(bench.module.coprocessor->counters().cancelled == 1);
+  CHECK(bench.module.coprocessor.counters().cancelled == 1);
 }
 
 TEST_CASE("process data: outputs are read, inputs written as they change, and all of them now and then") {

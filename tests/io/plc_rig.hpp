@@ -5,27 +5,23 @@
 
 #include "cbcan/coprocessor/coprocessor.hpp"
 #include "io/modbus/plc_exchange.hpp"
+#include "support/register_file.hpp"
 #include "support/scanner_plc.hpp"
 
 namespace cbcan::io::test {
 
 using cbcan::test::CountingNode;
 using cbcan::test::kScannedNode;
-using cbcan::test::scanned_value;
+using cbcan::test::RegisterFile;
 using cbcan::test::ScannerPlc;
 
 /// A module with its registers, and node 5 on its bus.
 struct ScannedModule final : CanPort {
-  explicit ScannedModule(std::uint16_t sdo_timeout_ms) {
-    Coprocessor::Settings settings;
-    settings.sdo_timeout_ms = sdo_timeout_ms;
-    const std::span<std::uint16_t, regmap::kRegisterFileWords> all(registers);
-    coprocessor.emplace(RegisterWindow(all.subspan<regmap::kWindowFirst, regmap::kWindowWords>()),
-                        all.subspan<regmap::kProcessFirst, regmap::kProcessWords>(), *this, settings,
-                        ScannerWindow(all.subspan<regmap::kScannerOutFirst, regmap::kScannerOutWords>(),
-                                      all.subspan<regmap::kScannerInFirst, regmap::kScannerInWords>()));
-    coprocessor->start(now);
-    poll();
+  explicit ScannedModule(std::uint16_t sdo_timeout_ms)
+      : coprocessor(registers.window(), registers.process(), *this, {.sdo_timeout_ms = sdo_timeout_ms},
+                    registers.scanner()) {
+    coprocessor.start(now);
+    poll_when_due();
   }
 
   /// The bus.
@@ -36,28 +32,28 @@ struct ScannedModule final : CanPort {
     return true;
   }
 
+  /// R3700 may have been written.
   void poll() {
-    while ((deadline_ = coprocessor->poll(now)) <= now) {
-    }
-  }
-
-  void written(std::size_t first, std::size_t count) {
-    coprocessor->on_registers_written(first, count, now);
-    poll();
+    coprocessor.poll(now);
+    poll_when_due();
   }
 
   /// One request of the PLC.
   void write(std::size_t first, std::span<const std::uint16_t> words) {
-    std::ranges::copy(words, registers.begin() + static_cast<std::ptrdiff_t>(first));
+    registers.put(first, words);
     written(first, words.size());
+  }
+  void written(std::size_t first, std::size_t count) {
+    coprocessor.on_registers_written(first, count, now);
+    poll();
   }
 
   void deliver_response() {
     if (node.responses.empty()) return;
     const Frame frame{.id = 0x580u + kScannedNode, .length = 8, .data = node.responses.front()};
     lose_response();
-    coprocessor->on_frame(frame, now);
-    poll();
+    coprocessor.on_frame(frame, now);
+    poll_when_due();
   }
   void lose_response() {
     if (node.responses.empty()) return;
@@ -68,42 +64,42 @@ struct ScannedModule final : CanPort {
   /// Time passes without a response.
   void pass(Time duration) {
     now += duration;
-    poll();
+    poll_when_due();
   }
   /// Time passes; the node responds after `node_delay`.
   void run(Time duration) {
     const Time end = now + duration;
     while (true) {
-      const Time next = earlier(deadline_, due_.empty() ? kNever : due_.front());
-      if (next > end) break;
-      now = std::max(now, next);
-      if (!due_.empty() && due_.front() <= now)
-        deliver_response();
-      else
-        poll();
+      const Time response = due_.empty() ? kNever : due_.front();
+      if (earlier(coprocessor.deadline(), response) > end) break;
+      now = std::max(now, earlier(coprocessor.deadline(), response));
+      response <= now ? deliver_response() : poll_when_due();
     }
     pass(end - now);
   }
 
-  std::array<std::uint16_t, regmap::kRegisterFileWords> registers{};
+  RegisterFile registers;
   CountingNode node;
   Time node_delay = 0;
-  std::optional<Coprocessor> coprocessor;
   Time now = 1000;
+  Coprocessor coprocessor;
 
  private:
+  void poll_when_due() {
+    while (coprocessor.deadline() <= now)
+      coprocessor.poll(now);
+  }
+
   std::deque<Time> due_;  ///< times of the responses
-  Time deadline_ = 0;
 };
 
 /// The module as a Modbus client sees it.
 struct ModuleUnit final : protocols::ModbusUnit {
   explicit ModuleUnit(ScannedModule& module) : module_(module) {}
-  std::span<std::uint16_t> registers() override { return module_.registers; }
+  std::span<std::uint16_t> registers() override { return module_.registers.words; }
   modbus::Pdu handle(const protocols::ModbusRequest&, Room) override { return {}; }
   void on_taken(const modbus::Range& taken) override {
-    module_.poll();
-    if (taken.count != 0) module_.written(taken.first, taken.count);
+    taken.count != 0 ? module_.written(taken.first, taken.count) : module_.poll();
   }
 
  private:
@@ -131,56 +127,27 @@ struct FlagProgram final : PlcProgram {
   void scan() override {
     if (waiting_) return wait();
     if (polls_ < rest_until_) return;
-    ++id_;
-    write_ = id_ % 2 == 0;
-    const auto low = static_cast<std::uint16_t>(id_);
-    const auto high = static_cast<std::uint16_t>(id_ >> 16);
-    const std::array<std::uint16_t, 8> words =
-        write_
-            ? std::array<std::uint16_t, 8>{0xCA0E, 5066, kScannedNode, 0x2000, 0, 4, low, high}
-            : std::array<std::uint16_t, 8>{0xCA0E, 5055, kScannedNode, index(), std::uint16_t(id_ & 0xFF), 4};
-    std::ranges::copy(words, registers_.begin());
+    registers_[0] = 0xCA0E;
+    std::ranges::copy(requests_.next(), registers_.begin() + 1);
     waiting_ = true;
     waited_ = 0;
   }
-
   void restart(bool cleared) override {
     if (cleared) std::ranges::fill(registers_, std::uint16_t{0});
     rest();
   }
-
-  unsigned ended() const override { return ended_; }
-
-  void check() override {
-    for (const auto* counts : {&node_.written, &node_.read})
-      for (const auto& [id, times] : *counts)
-        if (times != 1) wrong.push_back(id);
-    for (const auto& [write, id] : done_)
-      if (!(write ? node_.written : node_.read).contains(id)) wrong.push_back(id);
-    CHECK(wrong.empty());
-  }
-
-  std::vector<std::uint32_t> wrong;
-  std::map<std::uint16_t, unsigned> results;
+  unsigned ended() const override { return requests_.ended; }
+  void check() override { requests_.check(node_); }
 
  private:
-  std::uint16_t index() const { return static_cast<std::uint16_t>(id_ >> 8); }
-
   void wait() {
-    if (registers_[0] == 0xCA0E) {
-      if (++waited_ > patience_) rest();
-      return;
+    if (registers_[0] != 0xCA0E) {
+      waiting_ = false;
+      requests_.take(registers_[0], registers_[5], registers_[6] | std::uint32_t{registers_[7]} << 16, true);
+    } else if (++waited_ > patience_) {
+      rest();
     }
-    waiting_ = false;
-    ++results[registers_[0]];
-    ++ended_;
-    if (registers_[0] != 0) return;
-    done_.emplace_back(write_, id_);
-    const std::uint32_t value = registers_[6] | std::uint32_t{registers_[7]} << 16;
-    const std::uint32_t right = write_ ? id_ : scanned_value(index(), static_cast<std::uint8_t>(id_));
-    if (registers_[5] != 4 || value != right) wrong.push_back(id_);
   }
-
   void rest() {
     registers_[0] = 0;
     waiting_ = false;
@@ -193,11 +160,8 @@ struct FlagProgram final : PlcProgram {
   int patience_;
   unsigned rest_until_ = 0;
   bool waiting_ = false;
-  bool write_ = false;
   int waited_ = 0;
-  std::uint32_t id_ = 0x200000;
-  unsigned ended_ = 0;
-  std::vector<std::pair<bool, std::uint32_t>> done_;
+  cbcan::test::PlcRequests requests_;
 };
 
 /// The scanner window's program, on blocks in the PLC's memory.

@@ -13,6 +13,7 @@
 #include "io/modbus_fixture.hpp"
 #include "io/serial/pseudo_terminal.hpp"
 #include "io/temporary_folder.hpp"
+#include "support/complaint.hpp"
 #include "support/modbus_crc.hpp"
 
 namespace cbcan::io::test {
@@ -23,17 +24,12 @@ struct Place : TemporaryFolder {
   StreamAddress address() const { return {link(), {}, true}; }
 };
 
-std::string complaint(const std::function<void()>& act) {
-  try {
-    act();
-  } catch (const std::exception& error) {
-    return error.what();
-  }
-  return "none";
+std::string complaint_of(const window::Line& settings) {
+  return cbcan::test::complaint_of<std::exception>([&] { open_serial("rtu", settings); });
 }
 
-std::string complaint_of(const window::Line& settings) {
-  return complaint([&] { open_serial("rtu", settings); });
+std::string complaint_of(const StreamAddress& address) {
+  return cbcan::test::complaint_of<std::exception>([&] { PseudoTerminal("slcan", address); });
 }
 
 termios line_of(int port) {
@@ -116,7 +112,7 @@ TEST_CASE("pseudo-terminal: a link that was left behind is replaced, nothing els
   { const PseudoTerminal terminal("slcan", place.address()); }
   const std::string in_use = "slcan pty:" + place.link() +
                              ": in use: another program serves there, or it is a file; write another path";
-  const auto told = [&] { return complaint([&] { PseudoTerminal("slcan", place.address()); }); };
+  const auto told = [&] { return complaint_of(place.address()); };
   REQUIRE(symlink("/nowhere/at/all", place.link().c_str()) == 0);
   CHECK(told() == in_use);
   unlink(place.link().c_str());
@@ -126,9 +122,7 @@ TEST_CASE("pseudo-terminal: a link that was left behind is replaced, nothing els
   }
   const Descriptor file(::open(place.link().c_str(), O_CREAT | O_WRONLY, 0600));
   CHECK(told() == in_use);
-  CHECK(complaint([] {
-          PseudoTerminal("slcan", {"/nowhere/line", {}, true});
-        }) ==
+  CHECK(complaint_of(StreamAddress{"/nowhere/line", {}, true}) ==
         "slcan pty:/nowhere/line: No such file or directory; write a path in a folder that can be written");
 }
 

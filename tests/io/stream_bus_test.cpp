@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
 // A bus through an adapter or socketcand: what is sent over the stream, and the effect of its end.
 
-#include "io/can/stream_bus.hpp"
+#include "io/can/outside_bus.hpp"
 
 #include <netinet/in.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include "io/sockets/listener.hpp"
 #include "io/turns.hpp"
 #include "sim/frame_text.hpp"
 #include "support/frame_text.hpp"
@@ -153,14 +154,15 @@ struct Rig {
   Rig()
       : bus(),
         port(bus.attach(receiver)),
-        outside(reactor, bus, "socketcand:here", "", far.listener.address().tcp, socketcand_dialect("can0"),
-                [this](const std::string& line) { warnings.push_back(line); }) {
+        outside(stream_bus(reactor, bus, "socketcand:here", "", far.listener.address().tcp,
+                           socketcand_dialect("can0"),
+                           [this](const std::string& line) { warnings.push_back(line); })) {
     port.accept_all();
   }
   void turn() {
     const Time now = Reactor::now() + later;
     reactor.read_clock();
-    outside.poll(now);
+    outside->poll(now);
     bus.advance(now);
     reactor.poll(0);
   }
@@ -182,7 +184,7 @@ struct Rig {
   sim::Port& port;
   Lines warnings;
   Time later = 0;
-  StreamBus outside;
+  std::unique_ptr<OutsideBus> outside;
 };
 
 TEST_CASE("a bus over TCP: frames wait for the first connection, then go both ways") {
@@ -209,9 +211,9 @@ TEST_CASE("a bus over TCP: while there is no connection controllers are bus-off,
   CHECK_FALSE(rig.port.try_send(frame_from("605#01")));
   rig.turn();
   CHECK_FALSE(rig.far.accepts());  // not within the pause
-  CHECK(rig.outside.next_deadline() > Reactor::now());
-  CHECK(rig.outside.next_deadline() <= Reactor::now() + StreamBus::kPause);
-  rig.later = StreamBus::kPause;
+  CHECK(rig.outside->next_deadline() > Reactor::now());
+  CHECK(rig.outside->next_deadline() <= Reactor::now() + kReconnectPause);
+  rig.later = kReconnectPause;
   rig.open();
   rig.until([&] { return rig.warnings.size() == 2; });
   CHECK(rig.warnings[1] == "can socketcand:here: is there again");
@@ -223,8 +225,8 @@ TEST_CASE("a bus over TCP: a foreign server is reported once, however often it i
   for (int i = 0; i < 3; ++i) {
     rig.until([&] { return rig.far.accepts(); });
     rig.far.say("< error >");
-    rig.until([&] { return rig.outside.next_deadline() > Reactor::now() + rig.later; });
-    rig.later += StreamBus::kPause;
+    rig.until([&] { return rig.outside->next_deadline() > Reactor::now() + rig.later; });
+    rig.later += kReconnectPause;
   }
   CHECK(rig.warnings ==
         Lines{"can socketcand:here: does not open the bus can0; it is retried"});

@@ -9,12 +9,12 @@
 namespace cbcan::journal {
 namespace {
 
-const descriptions::ObjectNames kNames{{0x1000, 0, 0, DataType::kUnsigned32, "Device type"},
-                              {0x1008, 0, 0, DataType::kVisibleString, "Device name"},
-                              {0x6401, 1, 8, DataType::kInteger16, "Input"}};
+const descriptions::DeviceDescription kDevice{{}, {{0x1000, 0, 0, "Device type", DataType::kUnsigned32},
+                                                   {0x1008, 0, 0, "Device name", DataType::kVisibleString},
+                                                   {0x6401, 1, 8, "Input", DataType::kInteger16}}};
 
-const descriptions::ObjectName* find(std::uint8_t network, std::uint8_t node, std::uint16_t index, std::uint8_t sub) {
-  return network == 1 && node == 5 ? descriptions::find_name(kNames, index, sub) : nullptr;
+const descriptions::Object* find(std::uint8_t network, std::uint8_t node, std::uint16_t index, std::uint8_t sub) {
+  return network == 1 && node == 5 ? kDevice.find(index, sub) : nullptr;
 }
 
 }  // namespace
@@ -50,7 +50,7 @@ TEST_CASE("frames in words") {
            Row{"00000605#40", "29-bit frame"},
        }) {
     CAPTURE(frame);
-    CHECK(frame_text(*sim::parse_frame(frame), 1, find) == words);
+    CHECK(base::made([&](Buffer& to) { append_frame(to, *sim::parse_frame(frame), 1, find); }) == words);
   }
 }
 
@@ -67,15 +67,15 @@ TEST_CASE("results in words") {
 
 TEST_CASE("values by what the EDS says, or as numbers") {
   const std::array<std::uint8_t, 2> two{0xFE, 0xFF};
-  CHECK(value_text(two, descriptions::find_name(kNames, 0x6401, 8)) == "-2");
-  CHECK(value_text(two, descriptions::find_name(kNames, 0x6401, 9)) == "65534");
-  CHECK(value_text(two, descriptions::find_name(kNames, 0x1000, 0)) == "65534");
+  CHECK(value_text(two, kDevice.find(0x6401, 8)) == "-2");
+  CHECK(value_text(two, kDevice.find(0x6401, 9)) == "65534");
+  CHECK(value_text(two, kDevice.find(0x1000, 0)) == "65534");
   const std::uint8_t five[] = {1, 2, 3, 4, 5};
   CHECK(value_text(five, nullptr) == "\"hex:01 02 03 04 05\"");
   CHECK(value_text(std::span(five).first(4), nullptr) == "67305985");
   CHECK(value_text(std::span(five).first(0), nullptr) == "\"hex:\"");
   const std::array<std::uint8_t, 3> abc{'a', 'b', 'c'};
-  CHECK(value_text(abc, descriptions::find_name(kNames, 0x1008, 0)) == "\"abc\"");
+  CHECK(value_text(abc, kDevice.find(0x1008, 0)) == "\"abc\"");
 }
 
 }  // namespace cbcan::journal

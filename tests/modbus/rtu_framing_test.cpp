@@ -101,7 +101,7 @@ TEST_CASE("RTU: what comes while a request is executed or answered is ignored an
   CHECK(Bytes(response.begin(), response.end()) == kValue);
   line.server.on_sent();
   CHECK(line.ask(kRead) == kValue);
-  CHECK(line.server.counters().bus_messages == 2);
+  CHECK(line.server.counters().bus_messages() == 2);
   CHECK(line.server.counters().broken_frames == 0);
 }
 

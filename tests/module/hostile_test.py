@@ -10,21 +10,17 @@ import os
 import pathlib
 import re
 import signal
-import socket
 import struct
 import subprocess
-import sys
 import tempfile
 import time
-import unittest
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tests/support"))
 import cases
-from done import done
-from simulator import LIMIT, Simulator, connect, program_from_arguments, wait_until
+from done import done, ran
+from simulator import LIMIT, STANDING, Simulator, asked, connect, program_from_arguments, wait_until
+from tree import ROOT
 
-PROGRAM, NATIVE = program_from_arguments(sys.argv, 2)
+PROGRAM, NATIVE = program_from_arguments(2)
 SECTION = (ROOT / "SECURITY.md").read_text().partition("\n## Limits by edition\n")[2].partition("\n## ")[0]
 TABLE = re.findall(r"^\| (.*?) \| (.*?) \| (.*?) \|$", SECTION, re.M)[2:]
 CAN_RECEIVED = 4116
@@ -42,30 +38,13 @@ def corpus(target):
                 yield file.name, file.read_bytes()
 
 
-def asked(address, *pieces):
-    """All that is answered to a client that closes its sending side then."""
-    answer = b""
-    with contextlib.closing(connect(address)) as client, contextlib.suppress(ConnectionError):
-        client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        for piece in pieces:
-            client.sendall(piece)
-        client.shutdown(socket.SHUT_WR)
-        while part := client.recv(1 << 16):
-            answer += part
-    return answer
-
-
 def by_http(address, path):
     """(status, body) of a GET with exactly this path."""
     head, _, body = asked(address, b"GET " + path + b" HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n").partition(b"\r\n\r\n")
     return head.split(b" ")[1], body
 
 
-def said(program, *arguments, **keywords):
-    return subprocess.run([program, *arguments], capture_output=True, text=True, timeout=LIMIT, check=False, **keywords)
-
-
-class Case(unittest.TestCase):
+class Case(cases.Case):
     maxDiff = None
 
     def start(self, program, *options, clock="manual"):
@@ -136,7 +115,6 @@ class Corpus(Case):
             for _ in range(min(left, 1 + (flags >> 3))):
                 number, left = number + 1, left - 1
                 yield (number.to_bytes(2, "big") + bytes(2) + (len(piece) + 1).to_bytes(2, "big") + b"\1" if flags & 1 else b"") + piece
-
 
 
 class Flood(Case):
@@ -227,7 +205,7 @@ class Limits(Case):
 
     def line_of_standard_input(self, program, cell):
         for size, why in (self.number(cell), '"x'), (self.number(cell) + 1, f"a line of more than {self.number(cell)} characters\n"):
-            done = said(program, "--demo", "--modbus", "127.0.0.1:0", "--clock", "manual", input="x" * size + "\n")
+            done = ran(program, *STANDING, input="x" * size + "\n")
             self.assertEqual((done.returncode, done.stderr[:27 + len(why)]), (2, "cbcan-sim: standard input: " + why))
 
     def text_that_a_client_at_the_bus_has_not_read(self, program, cell):
@@ -259,16 +237,14 @@ class Limits(Case):
         return json.loads(by_http(simulator.where["http"], b"/api/time")[1])["networks"][0]["frames"]
 
     def plant_eds_and_parameter_file(self, program, cell):
-        with tempfile.NamedTemporaryFile(suffix=".eds") as file:
-            for option in ("--config", file.name), ("--demo", "--set", f"node.0x42.parameters={file.name}"), ("--node", f"5={file.name}"):
-                file.truncate(self.number(cell) << 20 | 1)
-                self.assertIn(f"{file.name}: more than {cell}; ", said(program, "--check", *option).stderr)
+        file = self.write("x.eds", "")
+        os.truncate(file, self.number(cell) << 20 | 1)
+        for option in ("--config", file), ("--demo", "--set", f"node.0x42.parameters={file}"), ("--node", f"5={file}"):
+            self.assertIn(f"{file}: more than {cell}; ", ran(program, "--check", *option).stderr)
 
     def instructions_in_a_call_of_a_script(self, program, cell):
-        with tempfile.NamedTemporaryFile("w", suffix=".lua") as file:
-            file.write("while true do end\n")
-            file.flush()
-            self.assertRegex(said(program, "--check", "--node", f"5={file.name}").stderr, f"more than {cell} instructions in one call")
+        file = self.write("x.lua", "while true do end\n")
+        self.assertRegex(ran(program, "--check", "--node", f"5={file}").stderr, f"more than {cell} instructions in one call")
 
     def http_at_another_address(self, program, cell):
         simulator = self.start(program)
@@ -277,10 +253,9 @@ class Limits(Case):
         self.assertEqual(asked(simulator.where["control"], b"read 3700\n"), b"ok 0\n")
 
     def unix_sockets_pseudo_terminals(self, program, cell):
-        with tempfile.TemporaryDirectory() as folder:
-            for option in ("--control", f"unix:{folder}/s"), ("--slcan", f"pty:{folder}/p"):
-                done = said(program, "--demo", "--modbus", "127.0.0.1:0", "--clock", "manual", *option, input="")
-                self.assertEqual(done.returncode, 2 if "refused" in cell else 0, done.stderr)
+        for option in ("--control", f"unix:{self.folder}/s"), ("--slcan", f"pty:{self.folder}/p"):
+            done = ran(program, *STANDING, *option, input="")
+            self.assertEqual(done.returncode, 2 if "refused" in cell else 0, done.stderr)
 
     def at_the_end_clients_that_do_not_read(self, program, cell):
         simulator = self.start(program, clock="real")
@@ -302,7 +277,7 @@ class StandardInput(Case):
     def test_a_folder(self):
         for program in PROGRAM, NATIVE:
             folder = os.open("/", os.O_RDONLY)
-            done = said(program, "--demo", "--modbus", "127.0.0.1:0", "--clock", "manual", stdin=folder)
+            done = ran(program, *STANDING, stdin=folder)
             os.close(folder)
             self.assertEqual((done.returncode, done.stderr), (3, "cbcan-sim: standard input: Is a directory\n"), program)
 

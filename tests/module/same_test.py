@@ -7,15 +7,12 @@ import pathlib
 import re
 import shlex
 import subprocess
-import sys
-import unittest
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases
 from simulator import LIMIT, program_from_arguments
+from tree import ROOT
 
-PROGRAM, NATIVE, FOLDER = program_from_arguments(sys.argv, 3)
-ROOT = pathlib.Path(__file__).resolve().parents[2]
+PROGRAM, NATIVE, FOLDER = program_from_arguments(3)
 MISSING = re.search(r"It has\nno (.*?)A message says", (ROOT / "docs/how-to/install.md").read_text(), re.S)[1]
 NUMBERS = ("", "0", "-0", "+1", " 1", "1 ", "01", "1.5", ".5", "5.", "1e3", "1E3", "1e", "1e+", "1e400", "-1e400", "1e-400", "4.9e-324", "0x10", "10h",
            "0x", "h", "0x1p3", "1_000", "1,5", "nan", "inf", "-inf", "infinity", "0x1.8", "1f", "--1", "2147483647", "4294967296",
@@ -28,7 +25,7 @@ def said(program, *arguments, lines=None):
     return done.returncode, done.stdout, done.stderr
 
 
-class Same(unittest.TestCase):
+class Same(cases.Case):
     maxDiff = None
 
     def same(self, *arguments, **keywords):
@@ -53,7 +50,7 @@ class Same(unittest.TestCase):
         self.assertEqual({number for number in NUMBERS if outcomes[number][2][0] == 0} & {"+1", "nan", "inf", "0x1p3"}, set())
 
 
-class Package(unittest.TestCase):
+class Package(cases.Case):
     def test_what_it_has_not_is_refused_by_name_with_a_way_out(self):
         for options, said_of in ((["--can", "socketcan:can0"], "--slcan HOST:PORT"), (["--pcap", "x"], "--log FILE"), (["--rtu", "/dev/ttyS0"], "rtu.listen"),
                                  (["--plc", "10.0.0.1"], "--modbus"), (["--control", "unix:/x"], "use HOST:PORT"), (["--slcan", "pty:/x"], "use HOST:PORT"),

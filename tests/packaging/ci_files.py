@@ -2,13 +2,12 @@
 """The files for CI systems and for a container, as commands: action.yml, packaging/github.yml, gitlab.yml, Containerfile."""
 
 import json
-import pathlib
 import re
 import shutil
 
 import yaml
+from tree import ROOT
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
 OWNER = (ROOT / "packaging/owner").read_text().strip()
 WORKFLOWS = [".github/workflows/check.yml", ".github/workflows/release.yml"]
 YAML = ["action.yml", "packaging/github.yml", "packaging/gitlab.yml", *WORKFLOWS]

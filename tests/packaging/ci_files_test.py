@@ -8,50 +8,40 @@ usage: ci_files_test.py NPM_DIR
 import contextlib
 import pathlib
 import re
-import subprocess
-import sys
-import tempfile
-import unittest
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tests/support"))
 import cases
 import ci_files
+from done import done, output
 from simulator import program_from_arguments
+from tree import ROOT
 
-NPM = program_from_arguments(sys.argv)
+NPM = program_from_arguments()
 BARE = re.compile(r"""\b(?:npx|npm (?:install|i|exec)|pip3? install)(?: -\S+)* cbcan(?![\w./*-])|(?:from|import\() ?["']cbcan["']""")
 RULES = "{extends: default, rules: {line-length: {max: 140}, document-start: disable, truthy: {check-keys: false}}}"
 
 
-class Linters(unittest.TestCase):
-    def check(self, *command, **options):
-        done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, **options)
-        self.assertEqual(done.returncode, 0, f"{' '.join(command)}\n{done.stdout}{done.stderr}")
-
+class Linters(cases.Case):
     def test_yaml(self):
-        self.check("yamllint", "--strict", "--config-data", RULES, *ci_files.YAML)
+        done("yamllint", "--strict", "--config-data", RULES, *ci_files.YAML, cwd=ROOT)
 
     def test_github(self):
         for name in ("action.yml", "packaging/github.yml", *ci_files.WORKFLOWS):
-            with tempfile.NamedTemporaryFile("w", suffix=pathlib.Path(name).name) as file:
-                file.write((ROOT / name).read_text().replace("      attestations: write\n", ""))  # which is newer than the validator
-                file.flush()
-                self.check(f"{NPM}/node_modules/.bin/action-validator", file.name)
+            text = (ROOT / name).read_text().replace("      attestations: write\n", "")  # which is newer than the validator
+            done(f"{NPM}/node_modules/.bin/action-validator", self.write(pathlib.Path(name).name, text), cwd=ROOT)
 
     def test_container(self):
-        self.check(f"{NPM}/node_modules/.bin/dockerfilelint", "packaging/Containerfile")
+        done(f"{NPM}/node_modules/.bin/dockerfilelint", "packaging/Containerfile", cwd=ROOT)
 
     def test_shell(self):
         steps = ci_files.github_steps() + ci_files.gitlab_steps() + [(ci_files.container()["RUN"], {})]
         self.assertGreater(len(steps), 9)
         for script, environment in steps:
             known = "".join(f"export {name}=\n" for name in environment)
-            self.check("shellcheck", "--shell=bash", "-", input=known + script)
+            done("shellcheck", "--shell=bash", "-", input=known + script, cwd=ROOT)
 
     def test_the_release_is_a_script_but_for_the_uploads(self):
         steps = [step for steps in ci_files.release_steps().values() for step in steps]
-        parts = re.findall(r"^  (\w+) +\S", subprocess.run([ROOT / "packaging/release", "--help"], capture_output=True, text=True).stdout, re.M)
+        parts = re.findall(r"^  (\w+) +\S", output(ROOT / "packaging/release", "--help"), re.M)
         ours = [step.split()[1] for step in steps if step.startswith("packaging/release ")]
         self.assertEqual(sorted(ours), sorted(parts))
         others = [step.split()[0] for step in steps if not step.startswith("packaging/release ")]
@@ -67,13 +57,13 @@ class Linters(unittest.TestCase):
         owner = (ROOT / "packaging/owner").read_text().strip()
         version = re.search(r'kVersion = "([0-9.]+)"', (ROOT / "firmware/cbcan/version.hpp").read_text())[1]
         for tag, name, said in ((f"v{version}", owner, ""), ("v9.9.9", owner, "the tag v9.9.9 is not"), (f"v{version}", "Else", "has not the name Else")):
-            done = subprocess.run([ROOT / "packaging/release", "check", tag, name], capture_output=True, text=True)
-            self.assertEqual((done.returncode, done.stdout), (1 if said else 0, ""))
-            self.assertIn(said, done.stderr)
+            checked = done(ROOT / "packaging/release", "check", tag, name, code=1 if said else 0)
+            self.assertEqual(checked.stdout, "")
+            self.assertIn(said, checked.stderr)
 
     def test_a_registry_is_not_asked_for_the_bare_name(self):
         """Other people may own it there."""
-        names = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.split()
+        names = output("git", "ls-files", cwd=ROOT).split()
         for path in (ROOT / name for name in names if not name.startswith("tests/descriptions/corpus/")):
             with contextlib.suppress(UnicodeDecodeError):
                 self.assertEqual(BARE.findall(path.read_text()), [], path)

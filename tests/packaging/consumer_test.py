@@ -10,18 +10,14 @@ import os
 import pathlib
 import re
 import shutil
-import subprocess
-import sys
 import tempfile
-import unittest
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tests/support"))
 import cases
-from done import output_and_errors as run
-from simulator import LIMIT, Simulator, program_from_arguments
+from done import output_and_errors as run, ran
+from simulator import Simulator, program_from_arguments
+from tree import ROOT
 
-BUILD, SIMULATOR = program_from_arguments(sys.argv, 2)
+BUILD, SIMULATOR = program_from_arguments(2)
 COMPILERS = ["g++-12", "clang++-14"]
 NEWER = [name for name in ("g++-13", "g++-14", "clang++-16", "clang++-19") if shutil.which(name)]
 LONG = "CBCAN_LONG" in os.environ
@@ -38,19 +34,24 @@ PRINTED = {
 }
 
 
-class Consumer(unittest.TestCase):
+class Consumer(cases.Case):
     @classmethod
     def setUpClass(cls):
-        cls.folder = tempfile.TemporaryDirectory()
-        cls.prefix = pathlib.Path(cls.folder.name) / "installed"
+        cls.shared = cls.enterClassContext(tempfile.TemporaryDirectory())
+        cls.prefix = pathlib.Path(cls.shared) / "installed"
         run("cmake", "--install", BUILD, "--prefix", cls.prefix)
 
-    @classmethod
-    def tearDownClass(cls):
-        cls.folder.cleanup()
+    def new_folder(self):
+        return pathlib.Path(tempfile.mkdtemp(dir=self.shared))
+
+    def project(self, text):
+        """The folder of a project that uses cbcan like this."""
+        folder = self.new_folder()
+        (folder / "CMakeLists.txt").write_text(f"cmake_minimum_required(VERSION 3.21)\nproject(theirs CXX)\n{text}\n")
+        return folder
 
     def configure(self, *options, source=ROOT / "examples/consumer", code=0):
-        build = tempfile.mkdtemp(dir=self.folder.name)
+        build = self.new_folder()
         return build, run("cmake", "-S", source, "-B", build, "-G", "Ninja", *CCACHE, *options, code=code)
 
     def build_and_run(self, *options, compilers, sim_with=COMPILERS + NEWER):
@@ -74,11 +75,8 @@ class Consumer(unittest.TestCase):
 
     def find(self, components, *hidden, code=0):
         """CMake's output for find_package() if these packages are missing, and the targets that exist then."""
-        source = pathlib.Path(tempfile.mkdtemp(dir=self.folder.name))
-        (source / "CMakeLists.txt").write_text(
-            f"cmake_minimum_required(VERSION 3.21)\nproject(theirs CXX)\nfind_package(cbcan REQUIRED {components})\n"
-            "foreach(name canopen core rtu slcan window cia405 sim)\n"
-            "  if(TARGET cbcan::${name})\n    message(STATUS \"has ${name}.\")\n  endif()\nendforeach()\n")
+        source = self.project(f"find_package(cbcan REQUIRED {components})\nforeach(name canopen core rtu slcan window cia405 sim)\n"
+                              "  if(TARGET cbcan::${name})\n    message(STATUS \"has ${name}.\")\n  endif()\nendforeach()")
         said = self.configure(f"-DCMAKE_PREFIX_PATH={self.prefix}", *(f"-DCMAKE_DISABLE_FIND_PACKAGE_{name}=ON" for name in hidden),
                               source=source, code=code)[1]
         return " ".join(said.split())
@@ -100,7 +98,7 @@ class Consumer(unittest.TestCase):
 
     def test_warnings_are_errors_at_home_alone(self):
         """A careless line in our sources is a warning to others and an error to us."""
-        sources = pathlib.Path(self.folder.name) / "sources"
+        sources = self.folder / "sources"
         shutil.copytree(ROOT, sources, ignore=shutil.ignore_patterns("build", ".git", "tests", "docs"))
         with (sources / "firmware/cbcan/slcan/slcan.cpp").open("a") as source:
             source.write("char careless(int number) { return number; }\n")
@@ -111,11 +109,8 @@ class Consumer(unittest.TestCase):
 
     def test_nothing_else_is_built(self):
         """A project that links cbcan::canopen compiles its sources and no others."""
-        source = pathlib.Path(tempfile.mkdtemp(dir=self.folder.name))
+        source = self.project(f"add_subdirectory({ROOT} cbcan)\nadd_executable(theirs sdo_read.cpp)\ntarget_link_libraries(theirs cbcan::canopen)")
         shutil.copy(ROOT / "examples/sdo_read.cpp", source)
-        (source / "CMakeLists.txt").write_text(
-            f"cmake_minimum_required(VERSION 3.21)\nproject(theirs CXX)\nadd_subdirectory({ROOT} cbcan)\n"
-            "add_executable(theirs sdo_read.cpp)\ntarget_link_libraries(theirs cbcan::canopen)\n")
         build, _ = self.configure(source=source)
         compiled = re.findall(r" -c (\S+\.cpp)", run("ninja", "-C", build, "-t", "commands"))
         self.assertEqual(set(compiled), {str(path) for path in [*(ROOT / "firmware/cbcan/canopen").rglob("*.cpp"), source / "sdo_read.cpp"]})
@@ -129,13 +124,11 @@ class Consumer(unittest.TestCase):
                      "if (count > 1) new Slave(1, {}, {}, *reinterpret_cast<Application*>(words), *reinterpret_cast<CanPort*>(words)); }\n",
             "ObjectDictionary": '#include "cbcan/canopen/dictionary/object_dictionary.hpp"\n'
                                 "int main() { cbcan::ObjectDictionary({}, {}, nullptr); }\n"}
-        folder = pathlib.Path(tempfile.mkdtemp(dir=self.folder.name))
         for (name, text), compiler in itertools.product(programs.items(), COMPILERS):
             with self.subTest(program=name, compiler=compiler):
-                source = folder / f"{name}.cpp"
-                source.write_text(text)
+                source = self.write(f"{name}.cpp", text)
                 link = [compiler, "-std=c++20", source, f"-I{self.prefix}/include", f"-L{self.prefix}/lib", "-lcbcan_core", "-lcbcan_canopen",
-                        "-ffunction-sections", "-Wl,--gc-sections", "-o", folder / name]
+                        "-ffunction-sections", "-Wl,--gc-sections", "-o", self.folder / name]
                 run(*link)
                 for profile in ("everything", "process_data"):
                     refused = run(*link, f"-iquote{PROFILES / profile}", code=1)
@@ -146,11 +139,9 @@ class Consumer(unittest.TestCase):
         profile = PROFILES / "process_data"
         program = '#include "cbcan/configuration.hpp"\nstatic_assert(!cbcan::kServices.sdo_server);\n' + (ROOT / "examples/consumer/core.cpp").read_text()
         for how in (f"set(CBCAN_CONFIGURATION relative)\nadd_subdirectory({ROOT} cbcan)", "find_package(cbcan REQUIRED COMPONENTS core rtu)"):
-            source = pathlib.Path(tempfile.mkdtemp(dir=self.folder.name))
+            source = self.project(f"{how}\nadd_executable(theirs program.cpp)\ntarget_link_libraries(theirs cbcan::rtu cbcan::core)")
             (source / "relative").symlink_to(profile)
             (source / "program.cpp").write_text(program)
-            (source / "CMakeLists.txt").write_text(f"cmake_minimum_required(VERSION 3.21)\nproject(theirs CXX)\n{how}\n"
-                                                   "add_executable(theirs program.cpp)\ntarget_link_libraries(theirs cbcan::rtu cbcan::core)\n")
             prefix = source / "installed"
             if how.startswith("find"):
                 whole, _ = self.configure(f"-DCBCAN_CONFIGURATION={profile}", source=ROOT)
@@ -164,10 +155,9 @@ class Consumer(unittest.TestCase):
         self.assertIn("there is no /nowhere/cbcan/configuration.hpp", self.configure("-DCBCAN_CONFIGURATION=/nowhere", source=ROOT, code=1)[1])
 
     def test_pkg_config(self):
-        found = subprocess.run(["pkg-config", "--cflags", "--libs", "cbcan-cia405"], capture_output=True, text=True,
-                               env={"PATH": "/usr/bin", "PKG_CONFIG_PATH": f"{self.prefix}/lib/pkgconfig"})
+        found = ran("pkg-config", "--cflags", "--libs", "cbcan-cia405", env={"PATH": "/usr/bin", "PKG_CONFIG_PATH": f"{self.prefix}/lib/pkgconfig"})
         self.assertEqual(found.stderr, "")
-        program = f"{self.folder.name}/read_name"
+        program = self.folder / "read_name"
         run("c++", ROOT / "examples/read_name.cpp", *found.stdout.split(), "-o", program)
         with Simulator(SIMULATOR, "--demo") as simulator:
             self.assertEqual(run(program, simulator.port), "cbcan pressure transducer\n")

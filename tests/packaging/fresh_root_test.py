@@ -19,7 +19,6 @@ import sys
 import tempfile
 import threading
 import time
-import unittest
 
 HERE = pathlib.Path(__file__).resolve()
 ROOT = HERE.parents[2]
@@ -31,7 +30,7 @@ import ci_files
 ALONE = ["unshare", "--net", "sh", "-c", 'ip link set dev lo up && exec "$@"', "sh"]  # with its own ports
 
 
-class FreshRoot(unittest.TestCase):
+class FreshRoot(cases.Case):
     """In this order: each but the first two removes what it has installed."""
 
     def chroot(self, script, cwd="/", env=(), user="root", alone=False):

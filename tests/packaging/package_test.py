@@ -10,35 +10,27 @@ import os
 import pathlib
 import re
 import shlex
-import sys
 import tempfile
-import unittest
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tests/support"))
 import cases
 from done import output_and_errors as run
 from simulator import Simulator, program_from_arguments
+from tree import ROOT
 
-BUILD = program_from_arguments(sys.argv)
+BUILD = program_from_arguments()
 EXPOSURE = 25  # tenths, as systemd-analyze counts
 
 
-class Package(unittest.TestCase):
+class Package(cases.Case):
     @classmethod
     def setUpClass(cls):
-        cls.folder = tempfile.TemporaryDirectory()
-        folder = pathlib.Path(cls.folder.name)
+        folder = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
         run("cpack", "-B", folder, cwd=BUILD)
         cls.packages = {path.name.partition("_")[0]: path for path in folder.glob("*.deb")}
         cls.root = folder / "root"
         for path in cls.packages.values():
             run("dpkg-deb", "-x", path, cls.root)
         cls.programs = {name: cls.root / "usr/bin" / name for name in ("cbcan-sim", "cbcanctl")}
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.folder.cleanup()
 
     def contents(self, package):
         return set(re.findall(r"\./(\S*[^/\s])(?= ->|$)", run("dpkg-deb", "-c", self.packages[package]), re.MULTILINE))
@@ -137,9 +129,8 @@ class Package(unittest.TestCase):
 
     def test_unit(self):
         unit = self.root / "usr/lib/systemd/system/cbcan-sim@.service"
-        copy = pathlib.Path(self.folder.name) / "cbcan-sim@plant.service"
         self.assertIn("\nType=notify\n", unit.read_text())
-        copy.write_text(unit.read_text().replace("ExecStart=", f"ExecStart={self.root}/usr/bin/").replace("Documentation=", "#"))
+        copy = self.write("cbcan-sim@plant.service", unit.read_text().replace("ExecStart=", f"ExecStart={self.root}/usr/bin/").replace("Documentation=", "#"))
         self.assertEqual(run("systemd-analyze", "verify", "--recursive-errors=no", copy), "")
         said = run("systemd-analyze", "security", "--offline=true", f"--threshold={EXPOSURE}", copy)
         print("figure: systemd-analyze security: " + re.search(r"exposure level for \S+: (\S+)", said)[1])

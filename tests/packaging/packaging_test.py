@@ -10,15 +10,10 @@ import os
 import pathlib
 import re
 import shutil
-import subprocess
-import sys
-import tempfile
-import unittest
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tests/support"))
 import cases
-from done import output as run
+from done import done, output as run
+from tree import ROOT
 
 PORTING = (ROOT / "docs/how-to/port.md").read_text()
 EXAMPLE = ROOT / "examples/minimal_port.cpp"
@@ -49,7 +44,7 @@ def version():
     return re.search(r'kVersion = "([0-9.]+)"', (ROOT / "firmware/cbcan/version.hpp").read_text())[1]
 
 
-class Packaging(unittest.TestCase):
+class Packaging(cases.Case):
     def test_versions_are_the_one_of_version_hpp(self):
         self.assertEqual(json.loads((ROOT / "library.json").read_text())["version"], version())
         self.assertIn(f"\nversion={version()}\n", (ROOT / "arduino/library.properties").read_text())
@@ -90,72 +85,61 @@ class Packaging(unittest.TestCase):
         self.assertNotIn("select", kconfig)  # of the C++ library only headers
         for option in re.findall(r"`CONFIG_(CBCAN\w*)=", PORTING):
             self.assertRegex(kconfig, rf"(?m)^config {option}$")
-        with tempfile.TemporaryDirectory() as folder:
-            run("cmake", "-S", ROOT / "tests/packaging/zephyr", "-B", folder, "-G", "Ninja", f"-DPROFILE={PROFILE}",
-                f"-DCMAKE_TOOLCHAIN_FILE={ROOT}/cmake/arm-none-eabi.cmake", "-DCMAKE_BUILD_TYPE=MinSizeRel")
-            run("cmake", "--build", folder)
-            self.assertEqual(configurations(run("ninja", "-C", folder, "-t", "deps")), {str(PROFILE)})
-            library = pathlib.Path(folder) / "cbcan/libcbcan.a"
-            self.assertEqual(sorted(run("arm-none-eabi-ar", "t", library).split()), sorted(f"{pathlib.Path(path).name}.obj" for path in library_sources()))
-            defined = run("arm-none-eabi-nm", "-C", "--defined-only", library)
-            self.assertIn("cbcan::Coprocessor::poll", defined)
+        run("cmake", "-S", ROOT / "tests/packaging/zephyr", "-B", self.folder, "-G", "Ninja", f"-DPROFILE={PROFILE}",
+            f"-DCMAKE_TOOLCHAIN_FILE={ROOT}/cmake/arm-none-eabi.cmake", "-DCMAKE_BUILD_TYPE=MinSizeRel")
+        run("cmake", "--build", self.folder)
+        self.assertEqual(configurations(run("ninja", "-C", self.folder, "-t", "deps")), {str(PROFILE)})
+        library = self.folder / "cbcan/libcbcan.a"
+        self.assertEqual(sorted(run("arm-none-eabi-ar", "t", library).split()), sorted(f"{pathlib.Path(path).name}.obj" for path in library_sources()))
+        defined = run("arm-none-eabi-nm", "-C", "--defined-only", library)
+        self.assertIn("cbcan::Coprocessor::poll", defined)
 
     def test_arduino(self):
         """Arduino: everything below src/ is compiled, and src/ is the only include path."""
-        with tempfile.TemporaryDirectory() as folder:
-            library = pathlib.Path(run(ROOT / "tools/dev/arduino-library", "libraries", cwd=folder).strip())  # relative to the current folder
-            self.assertEqual(library, pathlib.Path(folder) / "libraries/cbcan")
-            sources = sorted((library / "src").rglob("*.cpp"))
-            self.assertEqual([str(path.relative_to(library / "src")) for path in sources], library_sources())
-            sketch = pathlib.Path(folder) / "sketch.cpp"
-            sketch.write_text("#include <cbcan.h>\n" + EXAMPLE.read_text())
-            compile_with([f"-I{library}/src", "-std=gnu++20"], sources, sketch)
-            again = subprocess.run([ROOT / "tools/dev/arduino-library", f"{folder}/libraries"], capture_output=True, text=True)
-            self.assertEqual((again.returncode, "is there already" in again.stderr), (1, True))
-            wrong = subprocess.run([ROOT / "tools/dev/arduino-library", "wrong", "."], cwd=folder, capture_output=True, text=True)
-            self.assertEqual((wrong.returncode, wrong.stderr.partition(";")[0]), (2, f"arduino-library: there is no {folder}/cbcan/configuration.hpp"))
-            self.assertFalse((pathlib.Path(folder) / "wrong").exists())
-            own = pathlib.Path(run(ROOT / "tools/dev/arduino-library", "own", os.path.relpath(PROFILE, folder), cwd=folder).strip())
-            self.assertEqual((own / "src/cbcan/configuration.hpp").read_text(), (PROFILE / "cbcan/configuration.hpp").read_text())
+        library = pathlib.Path(run(ROOT / "tools/dev/arduino-library", "libraries", cwd=self.folder).strip())  # relative to the current folder
+        self.assertEqual(library, self.folder / "libraries/cbcan")
+        sources = sorted((library / "src").rglob("*.cpp"))
+        self.assertEqual([str(path.relative_to(library / "src")) for path in sources], library_sources())
+        compile_with([f"-I{library}/src", "-std=gnu++20"], sources, self.write("sketch.cpp", "#include <cbcan.h>\n" + EXAMPLE.read_text()))
+        self.assertIn("is there already", done(ROOT / "tools/dev/arduino-library", f"{self.folder}/libraries", code=1).stderr)
+        wrong = done(ROOT / "tools/dev/arduino-library", "wrong", ".", cwd=self.folder, code=2)
+        self.assertEqual(wrong.stderr.partition(";")[0], f"arduino-library: there is no {self.folder}/cbcan/configuration.hpp")
+        self.assertFalse((self.folder / "wrong").exists())
+        own = pathlib.Path(run(ROOT / "tools/dev/arduino-library", "own", os.path.relpath(PROFILE, self.folder), cwd=self.folder).strip())
+        self.assertEqual((own / "src/cbcan/configuration.hpp").read_text(), (PROFILE / "cbcan/configuration.hpp").read_text())
 
     def test_riscv(self):
         """What the Modbus server needs on a RV32 without compare-and-swap of a byte is in the file that its page names."""
         name, = re.findall(r"`(firmware/boards/common/exchange_riscv\.cpp)`", PORTING)
-        with tempfile.TemporaryDirectory() as folder:
-            folder = pathlib.Path(folder)
-            # The distribution's compiler is Linux's for RV64: its headers lack two things that no program needs.
-            (folder / "gnu").mkdir()
-            (folder / "gnu/stubs-ilp32.h").touch()
-            compiler = ["riscv64-linux-gnu-g++", "-march=rv32imac_zicsr", "-mabi=ilp32", "-DSYS_futex=0", f"-I{folder}", "-ffreestanding", "-std=c++20",
-                        "-Os", "-fno-exceptions", "-Wall", "-Wextra", "-Werror", f"-I{ROOT}/firmware", f"-I{ROOT}/regmap/include", "-c"]
-            run(*compiler, ROOT / name, "-o", folder / "exchange.o")
-            needed = set()
-            for path in (ROOT / "firmware/cbcan/modbus").glob("*.cpp"):
-                run(*compiler, path, "-o", folder / "server.o")
-                needed |= set(re.findall(r"U (__atomic\w+)", run("riscv64-linux-gnu-nm", folder / "server.o")))
-            self.assertEqual(needed, {"__atomic_compare_exchange_1", "__atomic_compare_exchange_2"})
-            self.assertLessEqual(needed, set(re.findall(r"T (__atomic\w+)", run("riscv64-linux-gnu-nm", folder / "exchange.o"))))
-            masked = run("riscv64-linux-gnu-objdump", "-d", folder / "exchange.o")
-            self.assertEqual(len(re.findall(r"csrrc\s+a\d,mstatus", masked)), len(re.findall(r"csrs\s+mstatus", masked)))
+        # The distribution's compiler is Linux's for RV64: its headers lack two things that no program needs.
+        (self.folder / "gnu").mkdir()
+        (self.folder / "gnu/stubs-ilp32.h").touch()
+        compiler = ["riscv64-linux-gnu-g++", "-march=rv32imac_zicsr", "-mabi=ilp32", "-DSYS_futex=0", f"-I{self.folder}", "-ffreestanding", "-std=c++20",
+                    "-Os", "-fno-exceptions", "-Wall", "-Wextra", "-Werror", f"-I{ROOT}/firmware", f"-I{ROOT}/regmap/include", "-c"]
+        run(*compiler, ROOT / name, "-o", self.folder / "exchange.o")
+        needed = set()
+        for path in (ROOT / "firmware/cbcan/modbus").glob("*.cpp"):
+            run(*compiler, path, "-o", self.folder / "server.o")
+            needed |= set(re.findall(r"U (__atomic\w+)", run("riscv64-linux-gnu-nm", self.folder / "server.o")))
+        self.assertEqual(needed, {"__atomic_compare_exchange_1", "__atomic_compare_exchange_2"})
+        self.assertLessEqual(needed, set(re.findall(r"T (__atomic\w+)", run("riscv64-linux-gnu-nm", self.folder / "exchange.o"))))
+        masked = run("riscv64-linux-gnu-objdump", "-d", self.folder / "exchange.o")
+        self.assertEqual(len(re.findall(r"csrrc\s+a\d,mstatus", masked)), len(re.findall(r"csrs\s+mstatus", masked)))
 
     def test_the_demo_is_configured_without_a_warning(self):
         command = re.search(r"cmake (--preset \S+ .*?) >", (ROOT / "tools/demo").read_text())[1]
-        with tempfile.TemporaryDirectory() as folder:
-            done = subprocess.run(["cmake", *command.split(), "-B", folder], cwd=ROOT, capture_output=True, text=True)
-            self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertEqual(done("cmake", *command.split(), "-B", self.folder, cwd=ROOT).stderr, "")
 
     def test_canopen_by_itself(self):
         """The folder and the headers that its page names, and no other file of ours."""
         page = (ROOT / "firmware/cbcan/canopen/README.md").read_text()
         example = ROOT / "examples/sdo_read.cpp"
-        with tempfile.TemporaryDirectory() as folder:
-            folder = pathlib.Path(folder)
-            shutil.copytree(ROOT / "firmware/cbcan/canopen", folder / "cbcan/canopen")
-            for header in re.findall(r"`(\w+\.hpp)`", page):
-                shutil.copy(ROOT / "firmware/cbcan" / header, folder / "cbcan")
-            run("c++", "-std=c++20", "-fno-exceptions", "-fno-rtti", "-Wall", "-Wextra", "-Werror", f"-I{folder}", example,
-                *sorted((folder / "cbcan").rglob("*.cpp")), "-o", folder / "example")
-            self.assertEqual(run(folder / "example"), "4 bytes: 91 01 0F 00\n")
+        shutil.copytree(ROOT / "firmware/cbcan/canopen", self.folder / "cbcan/canopen")
+        for header in re.findall(r"`(\w+\.hpp)`", page):
+            shutil.copy(ROOT / "firmware/cbcan" / header, self.folder / "cbcan")
+        run("c++", "-std=c++20", "-fno-exceptions", "-fno-rtti", "-Wall", "-Wextra", "-Werror", f"-I{self.folder}", example,
+            *sorted((self.folder / "cbcan").rglob("*.cpp")), "-o", self.folder / "example")
+        self.assertEqual(run(self.folder / "example"), "4 bytes: 91 01 0F 00\n")
 
     def test_the_example_has_under_100_lines(self):
         self.assertLess(len(EXAMPLE.read_text().splitlines()), 100)

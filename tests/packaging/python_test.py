@@ -8,18 +8,14 @@ usage: python_test.py SIMULATOR
 import os
 import pathlib
 import re
-import subprocess
-import sys
-import tempfile
-import unittest
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tests/support"))
 import cases
 import ci_files
-from simulator import LIMIT, program_from_arguments, wait_until
+from done import ran
+from simulator import program_from_arguments, wait_until
+from tree import ROOT
 
-SIMULATOR = program_from_arguments(sys.argv)
+SIMULATOR = program_from_arguments()
 ENVIRONMENT = {name: value for name, value in os.environ.items() if not name.startswith("CBCAN_")} | {
     "CBCAN_SIM": SIMULATOR, "PYTHONPATH": str(ROOT / "tools/python"), "PYTHONDONTWRITEBYTECODE": "1"}
 PYTEST = ["/usr/bin/python3", "-m", "pytest", "-q", "-p", "no:cacheprovider"]
@@ -49,17 +45,16 @@ def test_cancelled(window):
 
 
 def run(*command, **options):
-    done = subprocess.run(command, capture_output=True, text=True, timeout=LIMIT, **{"env": ENVIRONMENT} | options)
+    done = ran(*command, **{"env": ENVIRONMENT} | options)
     return done.returncode, done.stdout + done.stderr
 
 
-class Python(unittest.TestCase):
+class Python(cases.Case):
     def pytest(self, text, *command):
         """pytest's output for a file of tests, under a command."""
-        with tempfile.TemporaryDirectory() as folder:
-            (pathlib.Path(folder) / "conftest.py").write_text((ROOT / "examples/pytest/conftest.py").read_text())
-            (pathlib.Path(folder) / "test_it.py").write_text(text)
-            return run(*command, *PYTEST, folder)
+        self.write("conftest.py", (ROOT / "examples/pytest/conftest.py").read_text())
+        self.write("test_it.py", text)
+        return run(*command, *PYTEST, self.folder)
 
     def test_a_module_that_restarts_says_so(self):
         code, said = self.pytest(RESTARTING)
@@ -101,14 +96,13 @@ def test_three(plant):
         """Their test steps, in a repository with the examples; fresh_root_test.py has the installing steps."""
         steps = {script for script, _ in ci_files.github_steps() + ci_files.gitlab_steps() if not re.search("apt-get|curl|sha256sum|GITHUB_ENV", script)}
         self.assertEqual(len(steps), 2, steps)
-        with tempfile.TemporaryDirectory() as folder:
-            job = ci_files.repository(pathlib.Path(folder) / "job")
-            for step in sorted(steps):
-                code, said = run(*ci_files.BASH, step, cwd=job, env=ENVIRONMENT | {"PATH": f"{pathlib.Path(SIMULATOR).parent}:/usr/bin:/bin"})
-                self.assertEqual(code, 0, f"{step}\n{said}")
-            self.assertIn("<testsuite", (job / "results.xml").read_text())
-            code, said = run(*PYTEST, cwd=job / "tests")  # the plant's path is relative to pytest.ini
-            self.assertEqual((code, "8 passed" in said), (0, True), said)
+        job = ci_files.repository(self.folder / "job")
+        for step in sorted(steps):
+            code, said = run(*ci_files.BASH, step, cwd=job, env=ENVIRONMENT | {"PATH": f"{pathlib.Path(SIMULATOR).parent}:/usr/bin:/bin"})
+            self.assertEqual(code, 0, f"{step}\n{said}")
+        self.assertIn("<testsuite", (job / "results.xml").read_text())
+        code, said = run(*PYTEST, cwd=job / "tests")  # the plant's path is relative to pytest.ini
+        self.assertEqual((code, "8 passed" in said), (0, True), said)
 
     def test_several_networks(self):
         code, said = self.pytest(f"""

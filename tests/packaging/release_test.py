@@ -4,25 +4,20 @@
 """
 
 import hashlib
-import pathlib
 import shutil
-import subprocess
-import sys
 import tarfile
-import unittest
 import zipfile
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tests/support"))
 import cases
 import ci_files
 from done import output as run
+from tree import ROOT
 
 OUT = ROOT / "build/release"
 IN_MODULE = ("cbcan", "fmt", "toml++", "JSON for Modern C++", "fast_float", "libc++, libc++abi", "wasi-libc", "Lua", "uPlot")
 
 
-class Release(unittest.TestCase):
+class Release(cases.Case):
     @classmethod
     def setUpClass(cls):
         shutil.rmtree(OUT, ignore_errors=True)
@@ -62,7 +57,7 @@ class Release(unittest.TestCase):
         self.assertEqual((OUT / "SHA256SUMS").read_text(), before)
 
     def test_notes(self):
-        notes = subprocess.run(["packaging/release", "notes"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+        notes = run("packaging/release", "notes", cwd=ROOT)
         self.assertIn("### Added", notes)
         self.assertNotIn("\n## ", notes)
 

@@ -14,7 +14,6 @@ import shutil
 import subprocess
 import sys
 import tempfile
-import unittest
 import zipfile
 
 HERE = pathlib.Path(__file__).resolve()
@@ -51,7 +50,7 @@ def inside(wheel, root):
         grep -q plc.invalid /tmp/said""")
 
 
-class Systems(unittest.TestCase):
+class Systems(cases.Case):
     def enter(self, suite):
         again = shlex.join([sys.executable, str(HERE), "--inside", str(WHEEL)])
         print(output_and_errors("mmdebstrap", "--quiet", "--variant=minbase", "--format=null", "--include=python3-venv",

@@ -12,18 +12,15 @@ import os
 import pathlib
 import platform
 import re
-import sys
 import tempfile
-import unittest
 import zipfile
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tests/support"))
 import cases
 from done import done, output as run
 from simulator import LIMIT, program_from_arguments
+from tree import ROOT
 
-BUILD = pathlib.Path(program_from_arguments(sys.argv)).resolve()
+BUILD = pathlib.Path(program_from_arguments()).resolve()
 ENVIRONMENT = {"PATH": "/usr/bin:/bin", "PYTHONDONTWRITEBYTECODE": "1"}
 TEST = '''
 import os
@@ -51,21 +48,16 @@ def make(folder):
     return pathlib.Path(run(ROOT / "packaging/wheel", BUILD, folder).strip())
 
 
-class Wheel(unittest.TestCase):
+class Wheel(cases.Case):
     @classmethod
     def setUpClass(cls):
-        cls.temporary = tempfile.TemporaryDirectory()
-        cls.folder = pathlib.Path(cls.temporary.name).resolve()
+        cls.folder = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory())).resolve()
         cls.wheel = make(cls.folder / "first")
         cls.venv = cls.folder / "venv"
         cls.bin = cls.venv / "bin"
         run("/usr/bin/python3", "-m", "venv", "--without-pip", "--system-site-packages", cls.venv)  # with Debian's pytest
         run("/usr/bin/python3", "-m", "pip", "--python", cls.bin / "python", "install", "--no-index", "--no-deps", "--no-compile", cls.wheel)
         cls.version = run(BUILD / "bin/cbcan-sim", "--version")
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.temporary.cleanup()
 
     def python(self, *arguments, code=0, **environment):
         return done(self.bin / "python", *arguments, env=ENVIRONMENT | environment, cwd=self.folder, code=code, timeout=LIMIT)
@@ -80,7 +72,7 @@ class Wheel(unittest.TestCase):
         self.assertEqual(run(self.bin / "cbcanctl", "--version"), run(BUILD / "bin/cbcanctl", "--version"))
 
     def test_fixtures_without_conftest(self):
-        (self.folder / "test_it.py").write_text(TEST)
+        self.write("test_it.py", TEST)
         self.assertIn("1 passed", self.pytest("test_it.py"))
         program = BUILD / "bin/cbcan-sim"
         self.assertIn(f"+ {program}\n", self.pytest("test_it.py", code=1, CBCAN_SIM=str(program)))
@@ -90,8 +82,8 @@ class Wheel(unittest.TestCase):
         self.assertIn("8 passed", self.pytest(ROOT / "examples/pytest"))
 
     def test_types(self):
-        (self.folder / "typed.py").write_text(TYPED)
-        (self.folder / "mypy.ini").write_text("[mypy]\nstrict = True\n[mypy-pytest]\nfollow_imports = skip\n")  # takes seconds
+        self.write("typed.py", TYPED)
+        self.write("mypy.ini", "[mypy]\nstrict = True\n[mypy-pytest]\nfollow_imports = skip\n")  # takes seconds
         said = done("/usr/bin/mypy", "--show-error-codes", "--cache-dir", os.devnull, "--python-executable", self.bin / "python", "typed.py",
                     code=1, cwd=self.folder).stdout
         self.assertEqual(re.findall(r"(\S+:\d+): error: .*\[([a-z-]+)\]", said),
@@ -119,18 +111,17 @@ class Wheel(unittest.TestCase):
             "data/scripts/cbcanctl", *(f"dist-info/{name}" for name in ("LICENSE", "METADATA", "WHEEL", "entry_points.txt", "RECORD"))})
 
 
-class Source(unittest.TestCase):
+class Source(cases.Case):
     def test_libmicrohttpd_is_that_of_the_last_update(self):
         script = """. tools/dev/packages.sh
             dpkg-query() { echo "lua5.4 9.9"; echo "libmicrohttpd 0.9.75-6"; }
             apt-get() { echo "asked"; exit; }
             debian_source libmicrohttpd "$1" """
         for unpacked, said in ("0.9.75-6", ""), ("0.9.75-7", ""), ("0.9.75-5", "asked\n"):
-            with tempfile.TemporaryDirectory() as folder:
-                (pathlib.Path(folder) / "debian").mkdir()
-                (pathlib.Path(folder) / "debian/changelog").write_text(f"libmicrohttpd ({unpacked}) unstable; urgency=low\n\n  * .\n\n"
-                                                                       " -- A <a@example>  Mon, 01 Jan 2024 00:00:00 +0000\n")
-                self.assertEqual(run("bash", "-euc", script, "sh", folder, cwd=ROOT), said, unpacked)
+            (self.folder / "debian").mkdir(exist_ok=True)
+            self.write("debian/changelog", f"libmicrohttpd ({unpacked}) unstable; urgency=low\n\n  * .\n\n"
+                       " -- A <a@example>  Mon, 01 Jan 2024 00:00:00 +0000\n")
+            self.assertEqual(run("bash", "-euc", script, "sh", self.folder, cwd=ROOT), said, unpacked)
 
 
 cases.main()

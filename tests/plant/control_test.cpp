@@ -58,14 +58,13 @@ class Session {
       if (line[0] == mark) text += line.substr(1) + "\n";
     return text;
   }
-  std::unique_ptr<VirtualPlant> of(const FileCase& opening) {
+  static std::unique_ptr<VirtualPlant> of(const FileCase& opening) {
     std::string text = after('+', opening);
     if (text.empty()) return demo();
     if (text.starts_with("demo\n")) return demo(text.substr(5));
     if (text == "@devices\n") text = kDevices;
     if (text == "@networks\n") text = kNetworks;
-    files_["t.lua"] = after('|', opening);
-    return plant_of(text, files_);
+    return plant_of(text, script(after('|', opening)));
   }
   /// Those since the last call, in one line.
   Lines frames() {
@@ -77,7 +76,6 @@ class Session {
     return journal_->lines();
   }
 
-  Files files_;
   std::unique_ptr<VirtualPlant> plant_;
   Frames frames_{*plant_};
   std::optional<JournalLines> journal_;
@@ -111,7 +109,7 @@ TEST_CASE("a text that is no line of a response is shown as bytes") {
 }
 
 TEST_CASE("a long list of faults is cut with a word") {
-  const auto plant = plant_of(kDevices, kNone);
+  const auto plant = plant_of(kDevices);
   for (int i = 0; i < 600; ++i) {
     plant->execute("fault 66 response-never");
     plant->execute("fault 16 response-never");
@@ -129,7 +127,7 @@ TEST_CASE("control characters do not come back") {
 }
 
 TEST_CASE("a listener hears each frame of each network once, also when it comes again") {
-  const auto plant = plant_of(kNetworks, kNone);
+  const auto plant = plant_of(kNetworks);
   Lines seen;
   for (int i = 0; i < 2; ++i) {
     const Frames frames(*plant);

@@ -29,7 +29,7 @@ std::vector<std::uint8_t> value(const descriptions::Result& result, std::uint16_
 }
 
 std::string what_is_wrong(const std::string& script) {
-  const Built built = build(std::string(kAlone), {{"t.lua", script}});
+  const Built built = build(kAlone, plant::test::script(script));
   CHECK_FALSE(built.build.good);
   return built.build.lines.empty() ? "" : built.build.lines.front();
 }
@@ -102,15 +102,13 @@ TEST_CASE("what a script declares counts in its memory") {
   CHECK(what_is_wrong(declare("200")) == kTooMuch);
   CHECK(what_is_wrong("local t = { index = 1 } for i = 1, 3000 do t['k' .. i] = i end "
                       "objects = {} for i = 1, 250 do objects[i] = t end") == kTooMuch);
-  const Files files{{"t.lua", declare("20")}};
-  const auto plant = plant_of(std::string(kAlone), files);
+  const auto plant = plant_of(kAlone, script(declare("20")));
   CHECK(std::ranges::count(run(*plant, "points 20"), '\n') == 250);
 }
 
 TEST_CASE("blocks that keep changes count in a script's memory until they are gone") {
-  const auto said = [](const std::string& script) {
-    const Files files{{"t.lua", "objects = { { index = 0x2000, type = 'u8' } } " + script}};
-    const auto plant = plant_of(std::string(kAlone), files);
+  const auto said = [](const std::string& text) {
+    const auto plant = plant_of(kAlone, script("objects = { { index = 0x2000, type = 'u8' } } " + text));
     run(*plant, "pass 10s");
     return plant->said().empty() ? "" : plant->said().front();
   };
@@ -128,8 +126,8 @@ TEST_CASE("a condition is no command: within is not part of it") {
 }
 
 TEST_CASE("a parameter file is copied: its values apply, and 1010h stores as long as the plant lasts") {
-  const Files files{{"m.txt", "1017:00 = F401\n"}};
-  const auto plant = plant_of("[module]\nnode_id = 127\nparameters = \"m.txt\"\n", files);
+  const auto plant =
+      plant_of("[module]\nnode_id = 127\nparameters = \"m.txt\"\n", reader({{"m.txt", "1017:00 = F401\n"}}));
   Frames frames(*plant);
   plant->execute("send 67F#4017100000000000");
   CHECK(frames.seen.back() == "5FF#4B171000F4010000");
@@ -157,7 +155,7 @@ TEST_CASE("an object of bytes is compared with bytes") {
 }
 
 TEST_CASE("blocks in a script: the same as by themselves, and an error for what is none") {
-  const Files files{{"t.lua", R"(
+  const auto plant = plant_of(kAlone, script(R"(
 objects = { { index = 0x2000, name = "level", type = "f32" }, { index = 0x2001, name = "in", type = "i16" } }
 local level = block("integrator gain=2 high=7")
 function update(now)
@@ -166,8 +164,7 @@ function update(now)
   return moves and math.min(now + 0.3, moves)
 end
 function on_sync() block("pt3") end
-)"}};
-  const auto plant = plant_of(std::string(kAlone), files);
+)"));
   run(*plant, "set 20 0x2001 1");
   run(*plant, "pass 1700ms");
   CHECK(std::stod(run(*plant, "get 20 0x2000")) == Approx(3.4).epsilon(1e-6));
@@ -180,21 +177,20 @@ function on_sync() block("pt3") end
 
 /// A node of the shelf, with lines of the plant file.
 std::unique_ptr<VirtualPlant> of_shelf(std::string_view device, std::string_view more = "") {
-  return plant_of(fmt::format("[[node]]\nid = 20\ndevice = \"{}\"\n{}", device, more), kNone);
+  return plant_of(fmt::format("[[node]]\nid = 20\ndevice = \"{}\"\n{}", device, more));
 }
 
 TEST_CASE("shelf: the devices are taken for their profile in a file's 1000h, with what the file has") {
-  const std::string file =
-      "[1000]\nDataType=7\nDefaultValue=0x00010196\n[1001]\nDataType=5\n[6004]\nDataType=7\nAccessType=ro\n";
-  const Files files{{"e.eds", file}};
-  const auto plant = plant_of("[[node]]\nid = 20\neds = \"e.eds\"\n", files);
+  const auto of_file = [](const std::string& type, const std::string& object) {
+    return plant_of("[[node]]\nid = 20\neds = \"e.eds\"\n",
+                    reader({{"e.eds", "[1000]\nDataType=7\nDefaultValue=" + type + "\n[1001]\nDataType=5\n" +
+                                          object + "\nAccessType=ro\n"}}));
+  };
+  const auto plant = of_file("0x00010196", "[6004]\nDataType=7");
   CHECK(run(*plant, "nodes").starts_with("#1 20 pre-operational cia406"));
   run(*plant, "set 20 0x6004 0.25");
   CHECK(run(*plant, "get 20 0x6004") == "1024");  // of 4096 steps
-  const std::string slopes =
-      "[1000]\nDataType=7\nDefaultValue=0x0000019A\n[1001]\nDataType=5\n[6110]\nDataType=4\nAccessType=ro\n";
-  const Files others{{"e.eds", slopes}};
-  const auto wide = plant_of("[[node]]\nid = 20\neds = \"e.eds\"\n", others);
+  const auto wide = of_file("0x0000019A", "[6110]\nDataType=4");
   run(*wide, "set 20 0x6110 -45.5");
   CHECK(run(*wide, "get 20 0x6110") == "-4550");
 }
@@ -275,8 +271,7 @@ TEST_CASE("timing: before its boot-up message a node hears nothing; heartbeats d
 }
 
 TEST_CASE("timing: a drive acts on a controlword 2 to 8 ms later, and misses one that is replaced before") {
-  const auto plant =
-      plant_of("[[node]]\nid = 16\neds = \"plants/demo/drive.eds\"\ntiming = \"typical\"\n", Files{});
+  const auto plant = plant_of("[[node]]\nid = 16\neds = \"plants/demo/drive.eds\"\ntiming = \"typical\"\n");
   run(*plant, "wait frame 710#00 within 5s");
   const auto delay_of = [&](std::string_view word, std::string_view status) {
     const Time before = plant->now();

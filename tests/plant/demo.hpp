@@ -13,6 +13,16 @@ inline std::optional<std::string> no_file(const std::string& /*path*/) {
   return std::nullopt;
 }
 
+/// The plant of a configuration without mistakes, started.
+inline std::unique_ptr<VirtualPlant> started(const config::Config& config, const base::FileReader& read) {
+  config::PlantBuild build = config::build_nodes(config, read);
+  INFO((build.lines.empty() ? "" : build.lines.front()));
+  REQUIRE(build.good);
+  auto plant = std::make_unique<VirtualPlant>(config, std::move(build));
+  plant->start();
+  return plant;
+}
+
 /// The demo plant, with `more` appended to its plant file.
 inline std::unique_ptr<VirtualPlant> demo(std::string_view more = "") {
   const base::FileReader read = config::with_demo_plant(no_file);
@@ -20,11 +30,7 @@ inline std::unique_ptr<VirtualPlant> demo(std::string_view more = "") {
   REQUIRE(config::read_plant(*read(std::string(config::kDemoPlant)), std::string(config::kDemoPlant), config)
               .empty());
   REQUIRE(config::read_plant(more, "more.toml", config).empty());
-  config::PlantBuild build = config::build_nodes(config, read);
-  REQUIRE(build.good);
-  auto plant = std::make_unique<VirtualPlant>(config, std::move(build));
-  plant->start();
-  return plant;
+  return started(config, read);
 }
 
 /// The frames from now on, in the format of candump; of a further network with its number, "2/705#00".

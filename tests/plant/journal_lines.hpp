@@ -15,7 +15,7 @@ class JournalLines {
 
   std::vector<std::string> lines() {
     std::vector<std::string> lines;
-    const auto no_name = [](auto...) -> const descriptions::ObjectName* { return nullptr; };
+    const auto no_name = [](auto...) -> const descriptions::Object* { return nullptr; };
     cursor_.look([&](std::uint64_t, const journal::Event& event) {
       lines.push_back(base::seconds_text(event.at) + " " + text_of(event, journal_, no_name));
       return true;

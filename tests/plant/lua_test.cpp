@@ -7,10 +7,10 @@ namespace cbcan::plant::test {
 namespace {
 
 TEST_CASE("the script of docs/how-to/lua-device.md is a valve that takes two seconds, and can get stuck") {
-  const std::string page = *reader({})("docs/how-to/lua-device.md");
+  const std::string page = *reader()("docs/how-to/lua-device.md");
   const std::size_t begin = page.find("```lua\n") + 7;
-  const Files files{{"t.lua", page.substr(begin, page.find("```", begin) - begin)}};
-  const auto plant = plant_of("[[node]]\nid = 20\ndevice = \"t.lua\"\n", files);
+  const auto plant = plant_of("[[node]]\nid = 20\ndevice = \"t.lua\"\n",
+                              script(page.substr(begin, page.find("```", begin) - begin)));
   run(*plant, "set 20 0x2001 100");
   run(*plant, "pass 1234ms");
   CHECK(std::stod(run(*plant, "get 20 0x2000")) == Approx(61.7));
@@ -25,7 +25,7 @@ TEST_CASE("the script of docs/how-to/lua-device.md is a valve that takes two sec
 }
 
 TEST_CASE("the same seed gives the same bytes, whatever a script looks at") {
-  const Files files{{"t.lua", R"(
+  const base::FileReader files = script(R"(
 local function hash(text) local h = 5381 for i = 1, #text do h = (h * 33 + text:byte(i)) & 0xFFFFFFFF end return h end
 local t = { [3] = "c", x = 1, [1] = "a", y = 2, [true] = 3, [false] = 4, [2.5] = 5, aa = 6 }
 local order = ""
@@ -37,7 +37,7 @@ local text = order .. table.concat(list, ",") .. tostring({}) .. string.format("
              tostring(setmetatable({}, { __name = "x" })) .. tostring(math.random())
 local of_text, of_order = hash(text), hash(order)
 function update(now) set(0x2004, 0, of_text) set(0x2008, 0, of_order) end
-)"}};
+)");
   const auto value = [&](std::string_view what, std::string_view seed) {
     const auto plant = plant_of(fmt::format("[random]\nseed = {}\n{}", seed, kScripted), files);
     return run(*plant, what);
@@ -52,8 +52,7 @@ function update(now) set(0x2004, 0, of_text) set(0x2008, 0, of_order) end
 TEST_CASE("what a script cannot do: it ends with its line, and costs its own node only") {
   for (const cbcan::test::Hostile& row : cbcan::test::kHostile) {
     CAPTURE(row.script);
-    const Files files{{"t.lua", text_of(row)}};
-    const auto plant = plant_of(std::string(kScripted), files);
+    const auto plant = plant_of(kScripted, script(text_of(row)));
     run(*plant, "pass 10ms");
     CHECK(run(*plant, "get 32 0x2001") == "0");
     run(*plant, "trigger read 20 0x2001 0 1");  // SDO goes on
@@ -70,10 +69,11 @@ TEST_CASE("what a script cannot do: it ends with its line, and costs its own nod
   }
 }
 
+std::vector<std::string> lines(std::string text) {
+  return build(kScripted, script(std::move(text))).build.lines;
+}
+
 TEST_CASE("no text of a script has the character 0, which Lua compares piece by piece") {
-  const auto lines = [](const std::string& script) {
-    return build(std::string(kScripted), Files{{"t.lua", script}}).build.lines;
-  };
   for (const std::string text : {"'\\0'", "'a\\00'", "'\\0001'", "'\\x00'", "'\\u{0}'", "'\\u{000}'"})
     CHECK(lines("local text = " + text) ==
           std::vector<std::string>{"plant.toml:1: node 20: t.lua: a text cannot have the character 0"});
@@ -83,12 +83,12 @@ TEST_CASE("no text of a script has the character 0, which Lua compares piece by 
 }
 
 TEST_CASE("numbers of a script are checked where they become others") {
-  const Files files{{"t.lua", R"(
+  const base::FileReader files = script(R"(
 local wrong = { 1e300, 0 / 0, -1, 4294967296, [6] = 1.5, [7] = true, [8] = "x", [9] = {} }
 function on_write(index, sub, value) return wrong[value] or value == 5 and 0xFFFFFFFF or nil end
-)"}};
+)");
   for (const int value : {1, 2, 3, 4, 5, 6, 7, 8, 9}) {
-    const auto plant = plant_of(std::string(kScripted), files);
+    const auto plant = plant_of(kScripted, files);
     run(*plant, fmt::format("trigger write 20 0x2001 0 1 {}", value));
     run(*plant, "wait transaction ended");
     CHECK(run(*plant, "read 3700") == (value == 5 ? "4" : "0"));
@@ -100,7 +100,8 @@ function on_write(index, sub, value) return wrong[value] or value == 5 and 0xFFF
 }
 
 TEST_CASE("what does not fit an object, or an argument") {
-  const Files files{{"t.lua", R"(
+  const base::FileReader files =
+      reader({{"t.lua", R"(
 set(0x2008, 0, 1e300)
 local large = get(0x2008) == 2.0 ^ 64 and "large" or "wrong"
 local all = ""
@@ -111,7 +112,7 @@ for _, call in ipairs({ function() get(0x12001) end, function() get(0x2001, 256)
 end
 function on_sync() print(large) print(all) end
 )"},
-                    {"r.lua", "function update() set(0x2000, 0, get(0x2001) * 1e300) end"}};
+              {"r.lua", "function update() set(0x2000, 0, get(0x2001) * 1e300) end"}});
   const auto plant = plant_of(std::string(kScripted) + R"([[node]]
 id = 21
 eds = "plants/tank.lua"
@@ -128,15 +129,14 @@ device = "r.lua"
         "bad argument #1 to 'emcy' (is out of range)"})
     CHECK(said[1].find(problem) != std::string::npos);
   CHECK(said[1].find("good") == std::string::npos);
-  const Files wide{{"w.lua", R"(
+  const auto exact = plant_of("[[node]]\nid = 20\ndevice = \"t.lua\"\n", script(R"(
 objects = { { index = 0x2000, type = "i64" }, { index = 0x2001, type = "u64" }, { index = 0x2002, type = "i8" } }
 function on_sync()
   set(0x2000, 0, 9007199254740993) set(0x2001, 0, math.maxinteger) set(0x2002, 0, math.mininteger)
   print(get(0x2000), get(0x2001), get(0x2002))
   set(0x2000, 0, math.mininteger) set(0x2001, 0, -1) set(0x2002, 0, 300)
   print(get(0x2000), get(0x2001), get(0x2002))
-end)"}};
-  const auto exact = plant_of("[[node]]\nid = 20\ndevice = \"w.lua\"\n", wide);
+end)"));
   run(*exact, "nmt start 20");
   run(*exact, "send 080#");
   REQUIRE(exact->said().size() == 2);
@@ -150,7 +150,7 @@ end)"}};
 
 TEST_CASE("a script is loaded again, and a wrong one is not") {
   Files files{{"t.lua", "function update() set(0x2001, 0, 5) end"}};
-  const auto plant = plant_of(std::string(kScripted), files);
+  const auto plant = plant_of(kScripted, [&files](const std::string& path) { return reader(files)(path); });
   CHECK(run(*plant, "get 20 0x2001") == "5");
   files["t.lua"] = "function update() set(0x2001, 0, 6)\n\nfinish";
   CHECK(run(*plant, "reload 20") == "error: t.lua:3: syntax error near <eof>");
@@ -161,7 +161,7 @@ TEST_CASE("a script is loaded again, and a wrong one is not") {
   CHECK(run(*plant, "get 20 0x2001") == "6");
   files.clear();
   CHECK(run(*plant, "reload 20") == "error: cannot read t.lua; paths are relative to the plant file");
-  const auto shelf = plant_of("[[node]]\nid = 5\ndevice = \"cia406\"\n", files);
+  const auto shelf = plant_of("[[node]]\nid = 5\ndevice = \"cia406\"\n");
   for (const char* line : {"set 5 0x6004 1", "reload 5"})
     CHECK(run(*shelf, line) == "");
   CHECK(run(*shelf, "get 5 0x6004") == "4096");
@@ -169,10 +169,6 @@ TEST_CASE("a script is loaded again, and a wrong one is not") {
 }
 
 TEST_CASE("a script that cannot start is reported with its line; bytecode is rejected") {
-  const auto lines = [](const std::string& script) {
-    const Files files{{"t.lua", script}};
-    return build(std::string(kScripted), files).build.lines;
-  };
   using Lines = std::vector<std::string>;
   CHECK(lines("\x1BLua") ==
         Lines{"plant.toml:1: node 20: t.lua: attempt to load a binary chunk (mode is 't')"});
@@ -182,9 +178,8 @@ TEST_CASE("a script that cannot start is reported with its line; bytecode is rej
 }
 
 TEST_CASE("what goes round through scripts and wires does not stop time") {
-  const Files files{{"t.lua", "function update() set(0x2004, 0, get(0x2002) + 1) end"}};
-  const auto plant =
-      plant_of(std::string(kScripted) + "[[wire]]\nfrom = \"20:0x2004\"\nto = \"20:0x2002\"\n", files);
+  const auto plant = plant_of(std::string(kScripted) + "[[wire]]\nfrom = \"20:0x2004\"\nto = \"20:0x2002\"\n",
+                              script("function update() set(0x2004, 0, get(0x2002) + 1) end"));
   run(*plant, "pass 20ms");
   CHECK(plant->now() == 20 * kMillisecond);
   CHECK(std::stoi(run(*plant, "get 20 0x2002")) > 20);

@@ -8,7 +8,7 @@ namespace cbcan::plant::test {
 namespace {
 
 std::unique_ptr<VirtualPlant> model(std::string_view name, std::string_view more = "") {
-  return plant_of(fmt::format("[[node]]\nid = 20\ndevice = \"plants/{0}.lua\"\n{1}", name, more), kNone);
+  return plant_of(fmt::format("[[node]]\nid = 20\ndevice = \"plants/{0}.lua\"\n{1}", name, more));
 }
 
 double number(VirtualPlant& plant, std::string_view object) {
@@ -184,7 +184,7 @@ scale = 0.01
   pass(*plant, 0.5, 0);
   CHECK(std::stod(run(*plant, "get 16 0x606C")) == Approx(198'944).epsilon(0.001));  // 250 rad/s2 for 0.5 s
   CHECK(number(*plant, "0x2001") == 1989);
-  const Built wrong = build("[[node]]\nid = 5\neds = \"demo:/io_module.eds\"\naxis = {}\n", kNone);
+  const Built wrong = build("[[node]]\nid = 5\neds = \"demo:/io_module.eds\"\naxis = {}\n", reader());
   CHECK(wrong.build.lines ==
         std::vector<std::string>{"plant.toml:1: node 5: axis: the device cia401 has none; a cia402 has one"});
 }

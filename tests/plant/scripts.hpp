@@ -10,36 +10,36 @@
 namespace cbcan::plant::test {
 
 using Files = std::map<std::string, std::string>;
-inline const Files kNone;
 
 /// Reads these files, those of the demo plant, and those of the source tree.
-inline base::FileReader reader(const Files& files) {
-  return config::with_demo_plant([&files](const std::string& path) -> std::optional<std::string> {
-    if (const auto found = files.find(path); found != files.end()) return found->second;
-    const std::string text = cbcan::test::source_file(path);
-    return text.empty() ? std::nullopt : std::optional(text);
-  });
+inline base::FileReader reader(Files files = {}) {
+  return config::with_demo_plant(
+      [files = std::move(files)](const std::string& path) -> std::optional<std::string> {
+        if (const auto found = files.find(path); found != files.end()) return found->second;
+        const std::string text = cbcan::test::source_file(path);
+        return text.empty() ? std::nullopt : std::optional(text);
+      });
+}
+inline base::FileReader script(std::string text) {
+  return reader({{"t.lua", std::move(text)}});
 }
 
 struct Built {
   config::Config config;
   config::PlantBuild build;
 };
-inline Built build(const std::string& text, const Files& files) {
+inline Built build(std::string_view text, const base::FileReader& read) {
   Built built;
   REQUIRE(config::read_plant(text, "plant.toml", built.config).empty());
-  built.build = config::build_nodes(built.config, reader(files));
+  built.build = config::build_nodes(built.config, read);
   return built;
 }
 
-/// `files` outlives it.
-inline std::unique_ptr<VirtualPlant> plant_of(const std::string& text, const Files& files) {
-  Built built = build(text, files);
-  INFO((built.build.lines.empty() ? "" : built.build.lines.front()));
-  REQUIRE(built.build.good);
-  auto plant = std::make_unique<VirtualPlant>(built.config, std::move(built.build));
-  plant->start();
-  return plant;
+inline std::unique_ptr<VirtualPlant> plant_of(std::string_view text,
+                                              const base::FileReader& read = reader()) {
+  config::Config config;
+  REQUIRE(config::read_plant(text, "plant.toml", config).empty());
+  return started(config, read);
 }
 
 /// A node 20 with this script, and the generic node 32.

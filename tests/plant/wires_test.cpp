@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Wires between nodes: their values over time, independent of the steps of time.
-#include "base/words.hpp"
 #include "config/wires.hpp"
-#include "demo.hpp"
 #include "plant/wires.hpp"
+#include "scripts.hpp"
+#include "sim/bus_suite.hpp"
 #include "support/bare_network.hpp"
 
 namespace cbcan::plant::test {
@@ -13,10 +13,8 @@ std::string wire(std::string_view from, std::string_view to, std::string_view mo
   return fmt::format("[[wire]]\nfrom = \"{}\"\nto = \"{}\"\n{}\n", from, to, more);
 }
 
-/// The response without "ok" and the line end, as a number.
 std::string get(VirtualPlant& plant, std::string_view what) {
-  const std::string response = plant.execute(fmt::format("get {}", what));
-  return std::string(base::trim(std::string_view(response).substr(2)));
+  return run(plant, fmt::format("get {}", what));
 }
 
 /// The PLC writes 6200h:01 of the I/O module.
@@ -135,15 +133,6 @@ eds = "demo:/generic.eds"
   }
 }
 
-/// Every frame with its time.
-class BusLog final : public sim::Observer {
- public:
-  void on_bus_frame(const Frame& frame, Time now) override {
-    lines.push_back(fmt::format("{} {}", now, sim::frame_text(frame)));
-  }
-  std::vector<std::string> lines;
-};
-
 TEST_CASE("networks with wires go through time together, however far they are to go at once") {
   const std::string text = R"([[node]]
 id = 66
@@ -160,14 +149,12 @@ eds = "demo:/io_module.eds"
                            wire("2/66:0x6000:1.0", "66:input:2");
   constexpr Time kAsDue = 0;
   const auto logs = [&text](Time step) {
-    config::Config config;
-    REQUIRE(config::read_plant(text, "plant.toml", config).empty());
-    config::PlantBuild build = config::build_nodes(config, config::with_demo_plant(no_file));
-    REQUIRE(build.good);
-    std::array<BusLog, 2> seen;
+    auto [config, nodes] = build(text, reader());
+    REQUIRE(nodes.good);
+    std::array<cbcan::test::BusLog, 2> seen;
     cbcan::test::ByHand driver;
-    Network one(config, config.networks[0], std::move(build.networks[0]), driver.context());
-    Network two(config, config.networks[1], std::move(build.networks[1]), driver.context());
+    Network one(config, config.networks[0], std::move(nodes.networks[0]), driver.context());
+    Network two(config, config.networks[1], std::move(nodes.networks[1]), driver.context());
     Wires wires(config, {&one, &two}, driver.context());
     one.world().bus().observe(seen[0]);
     two.world().bus().observe(seen[1]);
@@ -193,14 +180,11 @@ eds = "demo:/io_module.eds"
 }
 
 TEST_CASE("ends that a node does not have are reported") {
-  const base::FileReader read = config::with_demo_plant(no_file);
-  config::Config config;
   const std::string text = "[[node]]\nid = 5\neds = \"demo:/io_module.eds\"\n" +
                            wire("5:output:999", "5:input:1") + wire("5:0x6200:1", "5:0x1017");
-  REQUIRE(config::read_plant(text, "plant.toml", config).empty());
-  const config::PlantBuild build = config::build_nodes(config, read);
-  CHECK_FALSE(build.good);
-  CHECK(build.lines ==
+  const config::PlantBuild nodes = build(text, reader()).build;
+  CHECK_FALSE(nodes.good);
+  CHECK(nodes.lines ==
         std::vector<std::string>{
             "plant.toml:4: wire 5:output:999 to 5:input:1: the node, a cia401, has no such output or "
             "number as 5:output:999",

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT
 // The adapter's side of the LAWICEL protocol, character by character, from its manual.
-#include "protocols/slcan_adapter.hpp"
+#include "protocols/adapter.hpp"
 
 #include <new>
 
 #include "sim/bus_suite.hpp"
 
 using namespace cbcan;
-using cbcan::protocols::SlcanAdapter;
+using cbcan::protocols::Adapter;
+using cbcan::protocols::slcan_adapter;
 using namespace cbcan::test;
 
 namespace {
@@ -38,7 +39,8 @@ struct SlcanDesk : Host<SlcanDesk> {
   cbcan::sim::Bus bus;
   Time now = 0;
   std::uint64_t lost = 0;
-  SlcanAdapter adapter{bus, [this] { bus.advance(now); }, SlcanAdapter::kMostUnsent, &lost};
+  std::unique_ptr<cbcan::protocols::StreamSession> adapter = slcan_adapter(
+      bus, [this] { bus.advance(now); }, Adapter::kMostUnsent, &lost);
   Listener ear;
   cbcan::sim::Port& other = bus.attach(ear);
 
@@ -71,12 +73,12 @@ TEST_CASE("SLCAN: opened, it sends and hears frames") {
 TEST_CASE("SLCAN: opening and closing is no work for each identifier") {
   SlcanDesk desk;
   CHECK(desk.respond("O\r") == "\r");
-  SlcanAdapter second(desk.bus, [] {});
+  const auto second = slcan_adapter(desk.bus, [] {});
   const std::size_t before = allocations;
   for (int i = 0; i < 10; ++i)
-    second.receive("O\rC\r");
+    second->receive("O\rC\r");
   CHECK(allocations - before < 10);
-  CHECK(second.unsent() == std::string(20, '\r'));
+  CHECK(second->unsent() == std::string(20, '\r'));
 }
 
 TEST_CASE("SLCAN: what a host sends to open an adapter that it knows nothing about") {
@@ -148,8 +150,8 @@ TEST_CASE("SLCAN: a client that does not read loses frames, and F reports it onc
   CHECK(desk.respond("O\r") == "\r");
   for (int i = 0; i < 10'000; ++i)
     desk.arrive("605#4017100000000000");
-  const std::size_t kept = desk.adapter.unsent().size();
-  CHECK(kept <= SlcanAdapter::kMostUnsent);
+  const std::size_t kept = desk.adapter->unsent().size();
+  CHECK(kept <= Adapter::kMostUnsent);
   CHECK(kept % 22 == 0);
   CHECK(desk.lost == 10'000 - kept / 22);
   desk.said();
@@ -160,20 +162,20 @@ TEST_CASE("SLCAN: a client that does not read loses frames, and F reports it onc
 
 TEST_CASE("SLCAN: without a limit nothing is lost, in whatever pieces it is taken") {
   SlcanDesk desk;
-  SlcanAdapter second(
-      desk.bus, [] {}, SlcanAdapter::kUnlimited);
-  second.receive("O\r");
-  second.sent(1);
+  const auto second = slcan_adapter(
+      desk.bus, [] {}, Adapter::kUnlimited);
+  second->receive("O\r");
+  second->sent(1);
   std::string expected, taken;
   for (int i = 0; i < 10'000; ++i) {
     const std::string digits = std::to_string(10'000 + i);
     desk.arrive("605#" + digits + "0");
     expected += "t6053" + digits + "0\r";
   }
-  for (std::size_t step = 1; !second.unsent().empty(); step = step * 3 % 1013) {
-    const std::string_view piece = second.unsent().substr(0, step);
+  for (std::size_t step = 1; !second->unsent().empty(); step = step * 3 % 1013) {
+    const std::string_view piece = second->unsent().substr(0, step);
     taken += piece;
-    second.sent(piece.size());
+    second->sent(piece.size());
   }
   CHECK(taken == expected);
 }
@@ -207,28 +209,28 @@ TEST_CASE("SLCAN: error reports of the controller are not frames") {
 
 TEST_CASE("SLCAN: adapters hear each other, in the order of the bus") {
   SlcanDesk desk;
-  SlcanAdapter second(desk.bus, [&desk] { desk.bus.advance(0); });
-  second.receive("O\r");
+  const auto second = slcan_adapter(desk.bus, [&desk] { desk.bus.advance(0); });
+  second->receive("O\r");
   CHECK(desk.respond("O\rt1230\rt1240\r") == "\rz\rz\r");
-  second.receive("t1250\r");
-  CHECK(second.unsent() == "\rt1230\rt1240\rz\r");
+  second->receive("t1250\r");
+  CHECK(second->unsent() == "\rt1230\rt1240\rz\r");
   CHECK(desk.said() == "t1250\r");
 }
 
 TEST_CASE("SLCAN: frames queued by a closed adapter are sent; the next adapter starts clean") {
   SlcanDesk desk;
-  auto gone = std::make_unique<SlcanAdapter>(desk.bus, [] {});
+  auto gone = slcan_adapter(desk.bus, [] {});
   gone->receive("O\rt1230\r");
   gone.reset();
   desk.bus.set_state(BusState::kErrorPassive, 0);
   desk.bus.advance(0);
   CHECK(desk.ear.heard == Texts{"123#"});
-  SlcanAdapter next(desk.bus, [] {});
+  const auto next = slcan_adapter(desk.bus, [] {});
   desk.arrive("123#");
-  CHECK(next.unsent().empty());
-  next.receive("O\r");
+  CHECK(next->unsent().empty());
+  next->receive("O\r");
   desk.arrive("124#");
-  CHECK(next.unsent() == "\rt1240\r");
+  CHECK(next->unsent() == "\rt1240\r");
 }
 
 TEST_CASE("SLCAN: characters may come in any pieces") {
@@ -238,7 +240,7 @@ TEST_CASE("SLCAN: characters may come in any pieces") {
     std::size_t begin = 0;
     for (std::size_t end = 1; end <= text.size(); ++end)
       if (end == text.size() || (cuts >> (end - 1) & 1) != 0) {
-        desk.adapter.receive(text.substr(begin, end - begin));
+        desk.adapter->receive(text.substr(begin, end - begin));
         begin = end;
       }
     if (desk.said() != "\rz\rF00\r" || desk.ear.heard != Texts{"123#"}) FAIL("cuts " << cuts);

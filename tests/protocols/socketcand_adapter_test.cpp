@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The server's side of socketcand's protocol (doc/protocol.md there), element by element.
-#include "protocols/socketcand_adapter.hpp"
+#include "protocols/adapter.hpp"
 
 #include <fmt/core.h>
 
@@ -8,7 +8,7 @@
 #include "sim/world.hpp"
 
 using namespace cbcan;
-using cbcan::protocols::SocketcandAdapter;
+using cbcan::protocols::Adapter;
 using namespace cbcan::test;
 
 namespace {
@@ -25,9 +25,10 @@ struct SocketcandDesk : Host<SocketcandDesk> {
   Time pause;
   cbcan::sim::World world;
   Time now = kStart;
-  cbcan::protocols::SocketcandBus bus{world.bus(), world.schedule(), [this] { return now; }, kSecond, pause};
   std::uint64_t lost = 0;
-  SocketcandAdapter adapter{bus, [this] { world.advance(now); }, SocketcandAdapter::kMostUnsent, &lost};
+  std::unique_ptr<cbcan::protocols::StreamSession> adapter = cbcan::protocols::socketcand_adapters(
+      {world.bus(), world.schedule(), [this] { return now; }, kSecond, pause}, [this] { world.advance(now); },
+      Adapter::kMostUnsent, &lost)();
   Listener ear;
   cbcan::sim::Port& other = world.bus().attach(ear);
 
@@ -58,14 +59,14 @@ TEST_CASE("SavvyCAN's dialogue: the greeting and each ok by themselves") {
 
 TEST_CASE("what leaves together") {
   SocketcandDesk desk;
-  desk.adapter.receive("< open can0 >< rawmode >");
+  desk.adapter->receive("< open can0 >< rawmode >");
   desk.arrive("123#01");
   desk.arrive("123#02");
-  desk.adapter.receive("< bcmmode >");
+  desk.adapter->receive("< bcmmode >");
   std::vector<std::string> segments;
-  while (!desk.adapter.unsent().empty()) {
-    segments.emplace_back(desk.adapter.unsent().substr(0, desk.adapter.segment()));
-    desk.adapter.sent(desk.adapter.segment());
+  while (!desk.adapter->unsent().empty()) {
+    segments.emplace_back(desk.adapter->unsent().substr(0, desk.adapter->segment()));
+    desk.adapter->sent(desk.adapter->segment());
   }
   CHECK(segments == std::vector<std::string>{"< hi >", "< ok >", "< ok >",
                                              "< frame 123 101.000000 01 >< frame 123 101.000000 02 >",
@@ -161,9 +162,9 @@ TEST_CASE("without a bus; and a bus that is none ends the connection") {
   desk.said();
   CHECK(desk.respond("< can0 B 500000 0 0 0 0 0 0 0 >< can0 C 0 0 0 >") == "< ok >< ok >");
   CHECK(desk.respond("< send 123 0 >< rawmode >") == "< error unknown command >< error unknown command >");
-  CHECK_FALSE(desk.adapter.has_ended());
+  CHECK_FALSE(desk.adapter->has_ended());
   CHECK(desk.respond("< open a_name_of_17_char >< open can0 >") == "< error could not open bus >");
-  CHECK(desk.adapter.has_ended());
+  CHECK(desk.adapter->has_ended());
 }
 
 TEST_CASE("limits: jobs, subscriptions, cyclic frames, one who does not read") {
@@ -185,7 +186,7 @@ TEST_CASE("limits: jobs, subscriptions, cyclic frames, one who does not read") {
   CHECK(desk.ear.heard.empty());
   for (int i = 0; i < 3000; ++i)
     desk.arrive("123#0102030405060708");
-  CHECK(desk.adapter.unsent().size() <= SocketcandAdapter::kMostUnsent);
+  CHECK(desk.adapter->unsent().size() <= Adapter::kMostUnsent);
   CHECK(desk.lost == 3000 - 64 * 1024 / 41);
 }
 

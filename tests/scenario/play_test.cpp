@@ -34,7 +34,7 @@ struct Stage {
   std::optional<VirtualPlant> plant;
 };
 
-Played played(const std::string& text) {
+Outcome played(const std::string& text) {
   const Scenario made = scenario(text);
   REQUIRE(problems(made.problems).empty());
   Stage stage(made);
@@ -88,44 +88,44 @@ TEST_CASE("conditions and commands take as many words as they have, and no more"
 }
 
 TEST_CASE("scenarios: a step that fails says where, what, when, the registers and the last frames") {
-  const Played failed = played(
+  const Outcome failed = played(
       "plant = \"demo\"\n[[step]]\nafter = \"250ms\"\ndo = \"trigger read 0x42 0x1000 0 4\"\n"
       "expect = \"register 3700 = 7\"\n");
   CHECK(failed.duration == 250 * kMillisecond);
-  CHECK(failed.failure.starts_with("dir/s.toml:5: expected register 3700 = 7: "));
-  CHECK(failed.failure.find("\n  at 0.250000\n  R3700..: 0 5055 66 4096 0 4 401 15 0 0\n"
+  CHECK(failed.text.starts_with("dir/s.toml:5: expected register 3700 = 7: "));
+  CHECK(failed.text.find("\n  at 0.250000\n  R3700..: 0 5055 66 4096 0 4 401 15 0 0\n"
                             "  the last frames:\n") != std::string::npos);
-  CHECK(failed.failure.ends_with("    0.250000 642#4000100000000000\n    0.250000 5C2#4300100091010F00\n"));
-  const Played many = played(
+  CHECK(failed.text.ends_with("    0.250000 642#4000100000000000\n    0.250000 5C2#4300100091010F00\n"));
+  const Outcome many = played(
       "plant = \"demo\"\n[[step]]\nevery = \"1ms\"\ndo = \"send 181#\"\n[[step]]\nafter = \"20ms\"\n"
       "expect = \"register 3700 = 7\"\n");
-  const std::string frames = many.failure.substr(many.failure.find("the last frames:\n"));
+  const std::string frames = many.text.substr(many.text.find("the last frames:\n"));
   CHECK(std::ranges::count(frames, '\n') == 1 + 12);
 }
 
 TEST_CASE("scenarios: time is what at, after, every and within say") {
   CHECK(played("plant = \"demo\"\n[[step]]\nat = \"2s\"\n[[step]]\nafter = \"500ms\"\n").duration ==
         2'500 * kMillisecond);
-  CHECK(played("plant = \"demo\"\n[[step]]\nat = \"2s\"\n[[step]]\nat = \"2s\"\n").failure.empty());
+  CHECK(played("plant = \"demo\"\n[[step]]\nat = \"2s\"\n[[step]]\nat = \"2s\"\n").text.empty());
   CHECK(played("plant = \"demo\"\n[[step]]\nat = \"2s\"\n[[step]]\nat = \"1s\"\n")
-            .failure.starts_with("dir/s.toml:4: at: it is 2.000000 already\n"));
-  const Played waited = played("plant = \"demo\"\n[[step]]\nwait = \"register 3700 = 7\"\nwithin = \"3s\"\n");
+            .text.starts_with("dir/s.toml:4: at: it is 2.000000 already\n"));
+  const Outcome waited = played("plant = \"demo\"\n[[step]]\nwait = \"register 3700 = 7\"\nwithin = \"3s\"\n");
   CHECK(waited.duration == 3 * kSecond);
-  CHECK(waited.failure.starts_with("dir/s.toml:3: not within 3.000000 s: register 3700 = 7: "));
+  CHECK(waited.text.starts_with("dir/s.toml:3: not within 3.000000 s: register 3700 = 7: "));
   CHECK(played("plant = \"demo\"\n[[step]]\nwait = \"register 3700 = 7\"\n").duration == 60 * kSecond);
   // R3700 is 1 after a second without a node.
-  const Played ended = played(
+  const Outcome ended = played(
       "plant = \"demo\"\n[[step]]\ndo = \"trigger read 99 0x1000 0 4\"\nwait = \"register 3700 = 2\"\n");
   CHECK(ended.duration >= kSecond);
   // At 0, 100, 200 and 300 ms.
   CHECK(played("plant = \"demo\"\n[[step]]\nevery = \"100ms\"\ndo = \"send 181#\"\n[[step]]\n"
                "after = \"350ms\"\nexpect = \"3 frame 181#\"\n")
-            .failure.empty());
+            .text.empty());
 }
 
 TEST_CASE("scenarios: a command that is refused while it is played") {
-  const Played failed = played("plant = \"demo\"\n[[step]]\ndo = [\"time\",\n\"write 4167 1 2\"]\n");
-  CHECK(failed.failure.starts_with("dir/s.toml:4: write 4167 1 2: "));
+  const Outcome failed = played("plant = \"demo\"\n[[step]]\ndo = [\"time\",\n\"write 4167 1 2\"]\n");
+  CHECK(failed.text.starts_with("dir/s.toml:4: write 4167 1 2: "));
 }
 
 }  // namespace cbcan::plant::test

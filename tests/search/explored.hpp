@@ -5,6 +5,7 @@
 #include "scenario/search/scenario_run.hpp"
 #include "scenario/search/search.hpp"
 #include "support/catch.hpp"
+#include "support/complaint.hpp"
 
 namespace cbcan::search::test {
 

@@ -55,12 +55,8 @@ TEST_CASE("Judge: a node gets no download that was not requested") {
 
 TEST_CASE("Judge: a mistake in a condition is one of the file") {
   const auto wrong = [](const std::string& condition) {
-    try {
-      wrong_with("[explore]\n" + condition + "\n[[step]]\n" + kRead1000);
-    } catch (const base::UsageError& error) {
-      return std::string(error.what());
-    }
-    return std::string();
+    return cbcan::test::complaint_of<base::UsageError>(
+        [&] { wrong_with("[explore]\n" + condition + "\n[[step]]\n" + kRead1000); });
   };
   CHECK(wrong("always = [\"object 66 0x1000 > 0\",\n \"object 66 0x1000 >= 6O\"]") ==
         "s.toml:4: \"6O\": must be a number, as the object is one");

@@ -10,18 +10,16 @@ import resource
 import signal
 import subprocess
 import sys
-import tempfile
-import unittest
 import xml.etree.ElementTree as xml
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tests/support"))
+from tree import ROOT
 sys.path.insert(0, str(ROOT / "tools/python"))
 import cases
 from cbcan_plant import WRITE, Plant, Window
+from done import done, ran
 from simulator import LIMIT, program_from_arguments, wait_until
 
-PROGRAM, PLC, IMPATIENT = program_from_arguments(sys.argv, 3)
+PROGRAM, PLC, IMPATIENT = program_from_arguments(3)
 FOLDER = pathlib.Path(__file__).resolve().parent
 DRIVE, TANK = FOLDER / "drive.toml", FOLDER / "tank.toml"
 ROW = re.compile(r"^(?P<fault>\S.*?)  +(?P<place>\S+) +(?P<numbers>\d+ +\d+ +\d+ +\d+ +\d+)", re.MULTILINE)
@@ -30,13 +28,13 @@ COLUMNS = ("tried", "done", "gave up", "broken", "late")
 
 def explore(plant, name, *options, code=0):
     """Standard output; nothing is left of the command afterwards."""
-    made = subprocess.run([PROGRAM, *(["--demo"] if plant == "demo" else ["--config", plant]), "--explore", *options, "--", PLC, name], capture_output=True, text=True, timeout=6 * LIMIT)
-    assert made.returncode == code, (made.returncode, made.stdout, made.stderr)
+    where = ["--demo"] if plant == "demo" else ["--config", plant]
+    made = done(PROGRAM, *where, "--explore", *options, "--", PLC, name, code=code, timeout=6 * LIMIT)
     return made.stdout if code != 2 else made.stderr
 
 
 def explore_command(command, *options, plant=DRIVE, program=PROGRAM):
-    return subprocess.run([program, "--config", plant, "--explore", *options, "--", *command], capture_output=True, text=True, errors="replace", timeout=6 * LIMIT)
+    return ran(program, "--config", plant, "--explore", *options, "--", *command, errors="replace", timeout=6 * LIMIT)
 
 
 def elements(path):
@@ -56,14 +54,7 @@ def distinct(output):
     return int(re.search(r"distinct failures: (\d+)", output)[1])
 
 
-class Case(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = pathlib.Path(folder.name)
-
-
-class Programs(Case):
+class Programs(cases.Case):
     def test_an_ignored_abort_is_one_failure_and_its_file_fails_the_same(self):
         options = ("--faults", "refuse,request-lost,silent", "--out", self.folder)
         output = explore(DRIVE, "ignored-abort", *options, code=1)
@@ -103,8 +94,7 @@ class Programs(Case):
     def test_a_program_that_gives_up_has_to_survive_some_faults(self):
         power = ("--faults", "power for_ms=300")
         self.assertGreater(count(explore(DRIVE, "gives-up", *power), "gave up"), 0)
-        strict = self.folder / "strict.toml"
-        strict.write_text(DRIVE.read_text() + 'survive = ["power*", "slow"]\n')
+        strict = self.write("strict.toml", DRIVE.read_text() + 'survive = ["power*", "slow"]\n')
         output = explore(strict, "gives-up", *power, code=1)
         self.assertIn("survive: it gave up", output)
         self.assertEqual(count(output, "gave up"), 0)
@@ -128,7 +118,7 @@ class Programs(Case):
         explore(DRIVE, "drive", *lost, "--together", "2")
 
 
-class Refused(Case):
+class Refused(cases.Case):
     def test_a_program_that_polls_while_no_time_passes(self):
         self.assertIn("without faults: the program ends: 100000 Modbus requests while no time passed", explore(DRIVE, "polls", code=2))
 
@@ -160,8 +150,7 @@ class Refused(Case):
                               ('only = "17:silent"', "17: there is no such node in the plant"),
                               ('only = "silent@3"', "silent@3: must be PLACE:FAULT@NUMBER, such as 16:response-never@149"),
                               ('faults = "sillent"', "did you mean silent?")):
-            plant = self.folder / "plant.toml"
-            plant.write_text(f'plant = "demo"\n[explore]\n{text}\n')
+            plant = self.write("plant.toml", f'plant = "demo"\n[explore]\n{text}\n')
             output = explore(plant, "drive", "--list", code=0 if message is None else 2)
             if message:
                 self.assertIn(message, output)
@@ -170,12 +159,11 @@ class Refused(Case):
 KILLS_THE_PLANT = "kill -9 $(cut -d' ' -f4 /proc/$PPID/stat)"  # the parent is the guard
 
 
-class NothingJudged(Case):
+class NothingJudged(cases.Case):
     """A search that has shown nothing is no success."""
 
     def test_nothing_to_try(self):
-        bare = self.folder / "bare.toml"
-        bare.write_text('plant = "demo"\n')
+        bare = self.write("bare.toml", 'plant = "demo"\n')
         self.assertIn("the command has sent no Modbus request", explore_command(["true"], plant=bare).stderr)
         for command, options, message in ((["true"], (), "without faults: done object"),
                                           ([PLC, "drive"], ("--nodes", "99"), "nodes: 99: there is no such node in the plant"),
@@ -219,7 +207,7 @@ class NothingJudged(Case):
         self.assertEqual(elements(junit)["refuse count=0"], ["failure"])
 
 
-class Messages(Case):
+class Messages(cases.Case):
     def test_a_command_that_does_not_start(self):
         made = explore_command([self.folder / "nothere"])
         self.assertEqual(made.returncode, 2, made)
@@ -242,8 +230,7 @@ class Messages(Case):
         self.assertIn("done object 16 0x6081 = 20000", explore_command(command, plant=file).stdout)
 
     def test_a_mistake_in_a_condition_names_its_line(self):
-        plant = self.folder / "plant.toml"
-        plant.write_text('plant = "demo"\n[explore]\ndone = "object 16 0x6081 >= 20O00"\n')
+        plant = self.write("plant.toml", 'plant = "demo"\n[explore]\ndone = "object 16 0x6081 >= 20O00"\n')
         for made in (explore_command([PLC, "drive"], plant=plant), subprocess.run([PROGRAM, "--config", plant, "--check"], capture_output=True, text=True)):
             self.assertEqual(made.returncode, 2, made)
             self.assertIn(f'{plant}:3: "20O00": must be a number', made.stderr)
@@ -251,14 +238,13 @@ class Messages(Case):
         self.assertEqual(subprocess.run([PROGRAM, "run", "--check", plant], capture_output=True).returncode, 2)
 
 
-class Files(Case):
+class Files(cases.Case):
     """A search changes no file of the plant."""
 
     def test_parameters_are_copies_and_logs_are_not_written(self):
-        plant, stored = self.folder / "plant.toml", self.folder / "p66.txt"
-        plant.write_text('[log]\nfile = "log"\npcap = "pcap"\nrecord = "record"\n[module]\nparameters = "m.txt"\n'
-                         f'[[node]]\nid = 66\neds = "{ROOT}/plants/demo/io_module.eds"\nparameters = "p66.txt"\n')
-        stored.write_text("1017:00 = E803\n")
+        plant = self.write("plant.toml", '[log]\nfile = "log"\npcap = "pcap"\nrecord = "record"\n[module]\nparameters = "m.txt"\n'
+                           f'[[node]]\nid = 66\neds = "{ROOT}/plants/demo/io_module.eds"\nparameters = "p66.txt"\n')
+        stored = self.write("p66.txt", "1017:00 = E803\n")
         live = subprocess.run([PROGRAM, "--config", plant, "--clock", "manual", "--", PLC, "stores"], timeout=LIMIT)
         self.assertEqual(live.returncode, 0)
         self.assertIn("1017:00 = F401", stored.read_text())
@@ -273,7 +259,7 @@ class Files(Case):
         self.assertEqual(sorted(path.name for path in self.folder.iterdir()), ["p66.txt", "plant.toml"])
 
 
-class TheSameTable(Case):
+class TheSameTable(cases.Case):
     OPTIONS = ("--faults", "refuse,request-lost")
 
     def test_with_any_number_of_jobs_parts_and_pauses(self):
@@ -341,7 +327,7 @@ class TheSameTable(Case):
         self.assertEqual(results, {"16/refuse": ["failure"], "16/request-lost": ["failure"]})
 
 
-class Seeds(Case):
+class Seeds(cases.Case):
     def test_of_a_command(self):
         command = [PROGRAM, "--config", DRIVE, "--fault", "16:request-lost probability=0.3 index=0x6081"]
         made = subprocess.run([*command, "--seeds", "1..20", "--", PLC, "ignored-abort"], capture_output=True, text=True, timeout=LIMIT)

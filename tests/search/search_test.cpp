@@ -14,12 +14,7 @@ config::Config demo() {
 
 std::string error_of(const std::string& moments) {
   config::Config plant = demo();
-  try {
-    parse_moments(moments, plant);
-  } catch (const base::UsageError& error) {
-    return error.what();
-  }
-  return {};
+  return cbcan::test::complaint_of<base::UsageError>([&] { parse_moments(moments, plant); });
 }
 
 Moments moments(const std::string& text) {

@@ -5,17 +5,13 @@
 import os
 import pathlib
 import re
-import subprocess
-import sys
-import tempfile
-import unittest
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tests/support"))
 import cases
+from done import output_and_errors
 from simulator import LIMIT, program_from_arguments
+from tree import ROOT
 
-PROGRAM, WITHOUT_QUARANTINE, WITHOUT_TOGGLE = program_from_arguments(sys.argv, 3)
+PROGRAM, WITHOUT_QUARANTINE, WITHOUT_TOGGLE = program_from_arguments(3)
 TOGETHER = os.environ.get("CBCAN_TOGETHER", "1")
 # A read, a write that nothing repeats, a read, and what has to hold at the end.
 FRAGILE = """plant = "demo"
@@ -41,12 +37,10 @@ must = "object 66 0x6200:1 = 1"
 
 
 def run(*arguments, program=PROGRAM, code=0, limit=LIMIT):
-    made = subprocess.run([program, "run", *arguments], capture_output=True, text=True, timeout=limit)
-    assert made.returncode == code, (made.returncode, made.stdout, made.stderr)
-    return made.stdout + made.stderr
+    return output_and_errors(program, "run", *arguments, code=code, timeout=limit)
 
 
-class Shipped(unittest.TestCase):
+class Shipped(cases.Case):
     def test_no_fault_breaks_them(self):
         output = run("--explore", "--together", TOGETHER, ROOT / "scenarios", limit=30 * LIMIT)
         runs, broken = map(int, re.search(r"^runs: (\d+), broken: (\d+), distinct failures: 0$", output, re.MULTILINE).groups())
@@ -57,11 +51,10 @@ class Shipped(unittest.TestCase):
         paths = [ROOT / "scenarios" / f"{name}.toml" for name in ("sdo_sizes_and_modes", "node_lost", "power_cycle")]
         one = run("--explore", "-j", "1", *paths)
         self.assertEqual(run("--explore", "-j", "8", *paths), one)
-        with tempfile.TemporaryDirectory() as folder:
-            state = ("--state", f"{folder}/state")
-            self.assertIn("not tried: ", run("--explore", "--budget", "10ms", *state, *paths))
-            self.assertEqual(run("--explore", *state, *paths), one)
-            self.assertEqual(run("--explore", *state, *paths), one)
+        state = ("--state", f"{self.folder}/state")
+        self.assertIn("not tried: ", run("--explore", "--budget", "10ms", *state, *paths))
+        self.assertEqual(run("--explore", *state, *paths), one)
+        self.assertEqual(run("--explore", *state, *paths), one)
 
     def test_pairs_are_the_same_in_parts(self):
         path = ROOT / "scenarios/cancel.toml"
@@ -72,7 +65,7 @@ class Shipped(unittest.TestCase):
         self.assertEqual(sum(map(count, parts)), count(whole))
 
 
-class Defects(unittest.TestCase):
+class Defects(cases.Case):
     """In the core: scenarios/sdo_sizes_and_modes.toml passes, and a fault shows it."""
 
     PATH = ROOT / "scenarios/sdo_sizes_and_modes.toml"
@@ -88,23 +81,15 @@ class Defects(unittest.TestCase):
         self.find(WITHOUT_TOGGLE, "66:response-other-toggle@1\n  a wrong response is noticed: result 0")
 
 
-class Fragile(unittest.TestCase):
+class Fragile(cases.Case):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = pathlib.Path(folder.name)
-        self.path = self.write(FRAGILE)
-
-    def write(self, text):
-        path = self.folder / "fragile.toml"
-        path.write_text(text)
-        return path
+        self.path = self.write("fragile.toml", FRAGILE)
 
     def test_only_must_is_judged_with_faults(self):
         output = run("--explore", "--faults", "request-lost", self.path, code=1)
         self.assertIn(": must object 66 0x6200:1 = 1: ", output)
         self.assertIn("broken: 1, distinct failures: 1", output)  # not the reads, which expect result 0
-        run("--explore", "--faults", "request-lost", self.write(FRAGILE.replace("must", "expect")))
+        run("--explore", "--faults", "request-lost", self.write("fragile.toml", FRAGILE.replace("must", "expect")))
 
     def test_a_failure_is_written_with_fewer_steps_and_fails_the_same(self):
         out = self.folder / "out"
@@ -136,7 +121,7 @@ class Fragile(unittest.TestCase):
         self.assertIn("17: there is no such node in the plant", run("--only", "17:request-lost@1", self.path, code=2))
 
     def test_the_module_is_varied_too(self):
-        path = self.write('plant = "demo"\n\n[[step]]\nafter = "1s"\n\n[[step]]\ndo = "trigger read 66 0x1000 0 4"\nwait = "transaction ended"\nmust = "no frame 77F#00"\n')
+        path = self.write("fragile.toml", 'plant = "demo"\n\n[[step]]\nafter = "1s"\n\n[[step]]\ndo = "trigger read 66 0x1000 0 4"\nwait = "transaction ended"\nmust = "no frame 77F#00"\n')
         output = run("--explore", path, code=1)
         self.assertRegex(output, r"bus:module-nmt@2\n  the scenario passes: .*must no frame 77F#00: 1 of them")
         for fault in ("module-nmt", "module-nmt command=reset-comm"):
@@ -144,11 +129,11 @@ class Fragile(unittest.TestCase):
         self.assertRegex(output, r"module-bus-off for_ms=300 +bus +[1-9]")
 
     def test_a_condition_that_was_never_true_shows_nothing(self):
-        reached = self.write(FRAGILE.replace("must", "expect").replace("\n[[step]]", '\n[explore]\nreached = "object 66 0x6200:1 = 5"\n\n[[step]]', 1))
+        reached = self.write("fragile.toml", FRAGILE.replace("must", "expect").replace("\n[[step]]", '\n[explore]\nreached = "object 66 0x6200:1 = 5"\n\n[[step]]', 1))
         self.assertIn("reached object 66 0x6200:1 = 5: in no run", run("--explore", "--faults", "silent", reached, code=1))
 
     def test_a_scenario_that_fails_without_faults(self):
-        broken = self.write(FRAGILE.replace("must = \"object 66 0x6200:1 = 1", "must = \"object 66 0x6200:1 = 2"))
+        broken = self.write("fragile.toml", FRAGILE.replace("must = \"object 66 0x6200:1 = 1", "must = \"object 66 0x6200:1 = 2"))
         self.assertIn("without faults: the scenario passes: ", run("--explore", broken, code=2))
 
 

@@ -20,12 +20,7 @@ std::string line_with(const std::string& moments, const std::string& verdict) {
 }
 
 std::string problem_in(const std::string& text) {
-  try {
-    parse_state(text, "f");
-  } catch (const base::UsageError& error) {
-    return error.what();
-  }
-  return {};
+  return cbcan::test::complaint_of<base::UsageError>([&] { parse_state(text, "f"); });
 }
 
 }  // namespace

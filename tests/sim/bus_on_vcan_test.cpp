@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The bus suite with a real interface in the middle. CBCAN_VCAN names a vcan that is up; cutting it needs root.
 
-#include "io/can/socketcan.hpp"
+#include "io/can/outside_bus.hpp"
 
 #include <linux/can.h>
 #include <linux/can/error.h>
@@ -60,52 +60,44 @@ class Marker {
 };
 
 /// Two buses that are connected to the same interface.
-struct VcanWire {
-  VcanWire() {
-    left_.accept(0, 0x7FF);
-    right_.accept(0, 0x7FF);
-  }
-  ~VcanWire() { mend(); }
+class VcanWire {
+  struct Side {
+    explicit Side(Reactor& reactor)
+        : can(cbcan::io::socketcan_bus(reactor, bus, vcan(),
+                                       [](const std::string& line) { UNSCOPED_INFO(line); })) {}
+    cbcan::sim::Bus bus;
+    std::unique_ptr<cbcan::io::OutsideBus> can;
+  };
 
-  cbcan::sim::Port& left() { return left_; }
-  cbcan::sim::Port& right() { return right_; }
-  const Texts& heard_left() const { return left_ear_.heard; }
-  const Texts& heard_right() const { return right_ear_.heard; }
+  Marker marker_;
+  Reactor reactor_;
+  Side left_side_{reactor_}, right_side_{reactor_};
+
+ public:
+  cbcan::test::WireEnd left{left_side_.bus}, right{right_side_.bus};
+
+  ~VcanWire() { mend(); }
 
   /// Ends when a turn has done nothing.
   void settle() {
     do {
       const Time now = Reactor::now();
       for (Side* side : {&left_side_, &right_side_}) {
-        side->can.poll(now);
+        side->can->poll(now);
         side->bus.advance(now);
       }
       marker_.pass();
-    } while (reactor_.poll(0) != 0 || left_.queued() != 0 || right_.queued() != 0);
+    } while (reactor_.poll(0) != 0 || left.port.queued() != 0 || right.port.queued() != 0);
   }
   void cut() { set("down"); }
   void mend() { set("up"); }
 
  private:
-  struct Side {
-    explicit Side(Reactor& reactor)
-        : can(reactor, bus, vcan(), [](const std::string& line) { UNSCOPED_INFO(line); }) {}
-    cbcan::sim::Bus bus;
-    cbcan::io::SocketCan can;
-  };
-
   void set(const std::string& what) {
     const std::string command = "ip link set dev " + vcan() + " " + what;
     if (std::system(command.c_str()) != 0) throw std::runtime_error(command);
     settle();
   }
-
-  Marker marker_;
-  Reactor reactor_;
-  Side left_side_{reactor_}, right_side_{reactor_};
-  Listener left_ear_, right_ear_;
-  cbcan::sim::Port& left_ = left_side_.bus.attach(left_ear_);
-  cbcan::sim::Port& right_ = right_side_.bus.attach(right_ear_);
 };
 
 }  // namespace

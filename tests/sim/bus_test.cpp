@@ -11,23 +11,12 @@ namespace {
 
 /// Two ports on one virtual bus.
 struct VirtualWire {
-  VirtualWire() {
-    left_.accept(0, 0x7FF);
-    right_.accept(0, 0x7FF);
-  }
-  cbcan::sim::Port& left() { return left_; }
-  cbcan::sim::Port& right() { return right_; }
-  const Texts& heard_left() const { return left_ear_.heard; }
-  const Texts& heard_right() const { return right_ear_.heard; }
-  void settle() { bus_.advance(0); }
-  void cut() { bus_.set_link(false); }
-  void mend() { bus_.set_link(true); }
+  void settle() { bus.advance(0); }
+  void cut() { bus.set_link(false); }
+  void mend() { bus.set_link(true); }
 
- private:
-  Bus bus_;
-  Listener left_ear_, right_ear_;
-  cbcan::sim::Port& left_ = bus_.attach(left_ear_);
-  cbcan::sim::Port& right_ = bus_.attach(right_ear_);
+  Bus bus;
+  cbcan::test::WireEnd left{bus}, right{bus};
 };
 
 /// A bus outside that accepts frames while it is open.
@@ -86,7 +75,7 @@ TEST_CASE("Arbitration: frames that begin alike, up to the last identifier; equa
   ports[3]->set_state(BusState::kBusOff, 0);
   bus.advance(0);
   CHECK(ear.heard == Texts{"7FF#02", "7FF#05", "7FF#R0", "1FFC0000#04", "1FFFFFFE#06", "1FFFFFFF#01"});
-  CHECK(bus.counters().dropped == 1);
+  CHECK(ports[3]->dropped() == 1);
   CHECK(bus.next_deadline() == cbcan::kNever);
 }
 
@@ -157,7 +146,7 @@ TEST_CASE("Bus-off: the queue is lost, nothing goes in or out, the owner is noti
   CHECK(from.try_send(frame_from("182#01")));
   bus.advance(0);
   CHECK(ear.heard.empty());
-  CHECK(bus.counters().dropped == 1);
+  CHECK(port.dropped() == 1);
   port.set_state(BusState::kActive, 0);
   CHECK(port.try_send(frame_from("181#02")));
   CHECK(from.try_send(frame_from("182#02")));

@@ -4,8 +4,6 @@
 
 import os
 import sys
-import tempfile
-import unittest
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
@@ -20,13 +18,12 @@ def digest(program):
     return [line for line in lines if line.startswith("digest ")]
 
 
-class Compilers(unittest.TestCase):
+class Compilers(cases.Case):
     def test_the_frames_are_those_of_the_other_compiler(self):
-        with tempfile.TemporaryDirectory() as folder:
-            done("cmake", "-S", ROOT, "-B", folder, "-G", "Ninja", "-DCBCAN_TESTS=ON", "-DCMAKE_BUILD_TYPE=Release",
-                 f"-DCMAKE_CXX_COMPILER={OTHER}")
-            done("cmake", "--build", folder, "--target", "sim_network_test")
-            other = digest(f"{folder}/tests/sim/sim_network_test")
+        done("cmake", "-S", ROOT, "-B", self.folder, "-G", "Ninja", "-DCBCAN_TESTS=ON", "-DCMAKE_BUILD_TYPE=Release",
+             f"-DCMAKE_CXX_COMPILER={OTHER}")
+        done("cmake", "--build", self.folder, "--target", "sim_network_test")
+        other = digest(f"{self.folder}/tests/sim/sim_network_test")
         self.assertEqual(len(other), 1)
         self.assertEqual(digest(PROGRAM), other)
 

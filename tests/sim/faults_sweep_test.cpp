@@ -30,7 +30,7 @@ struct Plant : ModulePlant {
     return now - begun;
   }
 
-  sim::Node& node = world.add_node(faulty_node(nullptr));
+  sim::Node& node = world.add_node(faulty_node());
   cbcan::test::Master requests;  ///< of the module to node 5
 };
 

@@ -5,6 +5,7 @@
 
 #include "sim/bus_suite.hpp"
 #include "sim/world.hpp"
+#include "support/register_file.hpp"
 #include "support/world_bench.hpp"
 
 namespace cbcan::test {
@@ -23,22 +24,19 @@ struct Told final : sim::FaultListener {
   Texts lines;
 };
 
-/// Node 5: 1000h = 191h, 2001h a number, 2010h twenty bytes 0, 1, 2 ...
-inline sim::NodeParts faulty_node(sim::FaultListener* listener) {
-  constexpr std::uint16_t kReadWrite = ObjectFlags::kReadWrite;
+/// A node: 1000h = 191h, 2001h a number, 2010h twenty bytes 0, 1, 2 ...
+inline sim::NodeParts faulty_node(sim::FaultListener* listener = nullptr, std::uint8_t id = 5) {
+  using enum DataType;
+  constexpr std::uint16_t kVariable = ObjectFlags::kReadWrite | ObjectFlags::kVariable;
   sim::NodeParts parts;
-  parts.node_id = 5;
+  parts.node_id = id;
   parts.seed = 5;
   parts.listener = listener;
-  parts.image.entries = {
-      {0x1000, 0, 0, DataType::kUnsigned32, 0, ObjectFlags::kRead, 0, 4},
-      {0x1017, 0, 0, DataType::kUnsigned16, 0, kReadWrite, 4, 2},
-      {0x2001, 0, 0, DataType::kUnsigned16, 0, kReadWrite, 6, 2},
-      {0x2010, 0, 0, DataType::kDomain, 0, kReadWrite | ObjectFlags::kVariable, 12, 20},
-  };
-  parts.image.values = {0x91, 0x01, 0, 0, 0, 0, 0, 0, 20, 0, 0, 0};
-  for (std::uint8_t i = 0; i < 20; ++i)
-    parts.image.values.push_back(i);
+  parts.image = image_of({{0x1000, 0, 0, kUnsigned32, 0x191, ObjectFlags::kRead},
+                          {0x1017, 0, 0, kUnsigned16},
+                          {0x2001, 0, 0, kUnsigned16},
+                          {0x2010, 0, 0, kDomain, 20, kVariable, false, 20}});
+  std::iota(parts.image.values.end() - 20, parts.image.values.end(), std::uint8_t{0});
   return parts;
 }
 
@@ -85,23 +83,24 @@ struct FaultyPlant : WorldBench {
 
 /// A world with a module; the test is its PLC.
 struct ModulePlant {
-  explicit ModulePlant(std::uint32_t bit_rate = 0) : world(bit_rate) { module.show_status_in(status); }
+  explicit ModulePlant(std::uint32_t bit_rate = 0) : world(bit_rate) {
+    module.show_status_in(registers.status());
+  }
 
-  std::uint16_t& reg(unsigned address) { return registers.at(address - regmap::kWindowFirst); }
+  std::uint16_t& reg(unsigned address) { return registers[address]; }
   void request(std::initializer_list<std::uint16_t> words) {
-    std::copy(words.begin(), words.end(), registers.begin() + 1);
+    registers.put(3701, words);
     reg(3700) = 0xCA0E;
     world.advance(now);
   }
   void pass(Time duration) { advance_when_due(world, now, now + duration); }
-  bool all_run() const { return (status[0] & 1) != 0; }
+  bool all_run() { return (reg(3928) & 1) != 0; }
+  /// R3972 + node.
+  unsigned of(unsigned node) { return reg(3972 + node); }
 
-  std::array<std::uint16_t, regmap::kWindowWords> registers{};
-  std::array<std::uint16_t, regmap::kProcessWords> process{};
-  std::array<std::uint16_t, regmap::kStatusWords> status{};
+  RegisterFile registers;
   sim::World world;
-  sim::CoprocessorModule& module =
-      world.add_module(RegisterWindow(RegisterWindow::Words(registers)), process, {});
+  sim::CoprocessorModule& module = world.add_module(registers.window(), registers.process(), {});
   Time now = 0;
 };
 

@@ -34,7 +34,7 @@ TEST_CASE("Module: each parameter is what it was after power has been off, and a
   module.check_all();
   module.bench->write(0, 0x1F82, 127, 1, {1}).expect("1FF#00000000");
   module.bench->arrive("185#3412");
-  CHECK(module.bench->process[0] == 0x1234);
+  CHECK(module.bench->reg(3800) == 0x1234);
 }
 
 TEST_CASE(
@@ -88,7 +88,7 @@ TEST_CASE("Module: stored values that do not fit are left out, which is reported
   CHECK(module.get(0x1014, 0) == 0xAA);
   CHECK(module.get(0x1017, 0) == 500);
   CHECK(module.get(0x1015, 0) == 0);
-  CHECK(module.bench->process[0] == 0);
+  CHECK(module.bench->reg(3800) == 0);
   module.bench->write(0, 0x1F82, 42, 1, {129}).expect("72A#00");
   CHECK(module.store.left_out.empty());
 }
@@ -100,13 +100,12 @@ TEST_CASE(
     const char* boots;
   };
   KeptParameters store;
-  std::array<std::uint16_t, regmap::kWindowWords> window{};
-  std::array<std::uint16_t, kProcessWords> process{};
+  RegisterFile registers;
   for (const Row& row : {Row{0, "77F#00"}, Row{0, "72A#00"}, Row{250'000, "72A#00"}, Row{500'000, ""}}) {
     INFO(row.bus_rate << " " << row.boots);
     WorldBench bench(row.bus_rate);
-    sim::CoprocessorModule& module =
-        bench.world.add_module(RegisterWindow(window), process, {}, std::array<ScannerWindow, 1>{}, &store);
+    sim::CoprocessorModule& module = bench.world.add_module(registers.window(), registers.process(), {},
+                                                            std::array<ScannerWindow, 1>{}, &store);
     bench.start().pass(10 * kMillisecond);
     CHECK(bench.heard() ==
           (*row.boots != 0 ? std::vector<std::string>{row.boots} : std::vector<std::string>{}));

@@ -59,11 +59,10 @@ class RandomNetwork final : private sim::Receiver {
     return plant_.all_run();
   }
   std::uint64_t digest() const { return digest_; }
-  std::string state() const {
+  std::string state() {
     std::string text;
-    for (std::size_t node = 0; node != nodes_.size() + kFirstNode; ++node)
-      text += std::to_string(plant_.status[44 + node] >> 8) + ":" +
-              std::to_string(plant_.status[44 + node] & 0xFF) + " ";
+    for (unsigned node = 0; node != nodes_.size() + kFirstNode; ++node)
+      text += std::to_string(plant_.of(node) >> 8) + ":" + std::to_string(plant_.of(node) & 0xFF) + " ";
     return text + (meddles_ ? "meddles" : "faults alone");
   }
 
@@ -72,7 +71,6 @@ class RandomNetwork final : private sim::Receiver {
     for (const char letter : std::to_string(now) + text_of(frame))
       digest_ = (digest_ ^ static_cast<unsigned char>(letter)) * 0x100000001B3;
   }
-  void on_bus_state(BusState /*state*/, Time /*now*/) override {}
 
   bool one_of(unsigned cases) { return random_.below(cases) == 0; }
   struct Chance {
@@ -88,8 +86,7 @@ class RandomNetwork final : private sim::Receiver {
   std::uint32_t bit_rate() { return one_of(2) ? 0 : one_of(2) ? 125'000 : 1'000'000; }
 
   void add_node(std::uint8_t node, std::vector<Item>& own, std::vector<Item>& of_nodes) {
-    sim::NodeParts parts = faulty_node(nullptr);
-    parts.node_id = node;
+    sim::NodeParts parts = faulty_node(nullptr, node);
     parts.seed = node;
     const auto offset = static_cast<std::uint32_t>(parts.image.values.size());
     for (const std::uint16_t index : {std::uint16_t{0x1010}, std::uint16_t{0x1011}})

@@ -28,7 +28,6 @@ struct Invariant final : sim::Receiver {
       CHECK((confirmed[frame.data[1]].contains(0x1017) && confirmed[frame.data[1]].contains(0x2001)));
     }
   }
-  void on_bus_state(BusState /*state*/, Time /*now*/) override {}
 
   std::map<unsigned, std::set<int>> confirmed;
   unsigned frames = 0;
@@ -45,15 +44,9 @@ std::vector<Item> network() {
   return items;
 }
 
-sim::NodeParts node_with_id(std::uint8_t id) {
-  sim::NodeParts parts = faulty_node(nullptr);
-  parts.node_id = id;
-  return parts;
-}
-
 struct Plant : ModulePlant {
-  explicit Plant(std::uint32_t bit_rate = 0) : ModulePlant(bit_rate), node(world.add_node(node_with_id(5))) {
-    world.add_node(node_with_id(6));
+  explicit Plant(std::uint32_t bit_rate = 0) : ModulePlant(bit_rate), node(world.add_node(faulty_node())) {
+    world.add_node(faulty_node(nullptr, 6));
     module.manage(image_of(concise(network())));
     world.bus().attach(invariant).accept(0, 0x7FF);
   }
@@ -70,8 +63,8 @@ struct Plant : ModulePlant {
   void check_end() {
     pass(25 * kSecond);
     CHECK(all_run());
-    CHECK(status[44 + 5] == 0x0105);
-    CHECK(status[44 + 6] == 0x0105);
+    CHECK(of(5) == 0x0105);
+    CHECK(of(6) == 0x0105);
   }
 
   sim::Node& node;
@@ -119,7 +112,7 @@ void after_each_frame(const std::string& what, const Happens& happens) {
     INFO(what << " after " << frames << " frames");
     happens(plant);
     plant.check_end();
-    CHECK(plant.registers[0] != 0xCA0E);
+    CHECK(plant.reg(3700) != 0xCA0E);
   }
 }
 

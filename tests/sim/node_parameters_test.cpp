@@ -21,17 +21,11 @@ struct Keeper {
   explicit Keeper(sim::ParameterStore* store) : bench(stored_in(store)) {}
   /// Changes a communication, a manufacturer and a profile parameter, and an output.
   void change(const std::string& value) {
-    bench.ask("605#2B171000" + value + "000000", "585#6017100000000000");
-    bench.ask("605#2B002000" + value + "000000", "585#6000200000000000");
-    bench.ask("605#2B006100" + value + "000000", "585#6000610000000000");
-    bench.ask("605#2B006201" + value + "000000", "585#6000620100000000");
+    for (const char* object : {"171000", "002000", "006100", "006201"})
+      bench.write("605#2B" + (object + value) + "000000");
   }
-  void save(const std::string& sub) {
-    bench.ask("605#231010" + sub + "73617665", "585#601010" + sub + "00000000");
-  }
-  void load(const std::string& sub) {
-    bench.ask("605#231110" + sub + "6C6F6164", "585#601110" + sub + "00000000");
-  }
+  void save(const std::string& sub) { bench.write("605#231010" + sub + "73617665"); }
+  void load(const std::string& sub) { bench.write("605#231110" + sub + "6C6F6164"); }
   void reset_node() { bench.ask("000#8105", "705#00"); }
   void reset_communication() { bench.ask("000#8205", "705#00"); }
   /// 1017h, 2000h, 6100h, 6200h:1.
@@ -174,26 +168,22 @@ TEST_CASE("Node: stored values that do not fit the dictionary any more are left 
 
 TEST_CASE("Node: FFFFh:FF, the last value there is, is stored like all others") {
   KeptParameters store;
-  WorldBench bench;
-  std::vector<Row> all = rows();
+  std::vector<ObjectRow> all = rows();
   all.push_back({0xFFFF, 0, 0xFF, DataType::kUnsigned8});
-  add_node_of(bench, 5, all, stored_in(&store));
-  bench.start().expect("705#00");
+  NodeBench bench(stored_in(&store), all);
   bench.write("605#2FFFFFFF11000000", "605#2310100173617665");
   CHECK(store.kept.values == Values{{0xFFFF, 0xFF, {0x11}}});
 }
 
 TEST_CASE("Node: objects for PDOs are stored too, but what the file maps by default, and 1003h") {
   KeptParameters store;
-  std::vector<Row> all = rows();
+  std::vector<ObjectRow> all = rows();
   using enum DataType;
   constexpr std::uint16_t kRwr = ObjectFlags::kReadWrite | ObjectFlags::kMapTpdo;
   all.insert(all.begin() + 2, {0x1003, 0, 0, kUnsigned8});
   all.push_back({0x6300, 0, 0, kUnsigned8, 0, kRwr});
   all.push_back({0x6301, 0, 0, kUnsigned8, 0, kOutput});
-  WorldBench bench;
-  add_node_of(bench, 5, all, stored_in(&store));
-  bench.start().expect("705#00");
+  NodeBench bench(stored_in(&store), all);
   bench.write("605#2F00630011000000", "605#2F01630012000000", "605#2F00620213000000");
   bench.ask("605#2B00620114000000", "585#6000620100000000");  // 1600h:1
   bench.ask("605#2310100173617665", "585#6010100100000000");
@@ -202,13 +192,12 @@ TEST_CASE("Node: objects for PDOs are stored too, but what the file maps by defa
 
 TEST_CASE("Node: what its device calls a set point is not stored, mapped or not") {
   struct Device final : sim::Behaviour {
+    explicit Device(sim::DeviceNode& /*node*/) {}
     bool is_set_point(std::uint16_t index) const override { return index == 0x2000; }
   };
   KeptParameters store;
   sim::NodeParts parts = stored_in(&store);
-  parts.behaviour = [](sim::DeviceNode&, std::uint64_t) -> std::unique_ptr<sim::Behaviour> {
-    return std::make_unique<Device>();
-  };
+  parts.behaviour = behaves_as<Device>;
   NodeBench bench(parts);
   bench.write("605#2B00200011000000", "605#2B00620112000000", "605#2310100173617665");
   CHECK(store.kept.values == Values{{0x6200, 1, {0x12, 0}}});

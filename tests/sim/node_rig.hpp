@@ -4,27 +4,16 @@
 /// Simulated nodes with dictionaries from tables in tests.
 
 #include "sim/node.hpp"
-#include "support/rows.hpp"
 #include "support/world_bench.hpp"
 
 namespace cbcan::test {
-
-inline descriptions::DictionaryImage image_of(const std::vector<Row>& rows, std::uint8_t node_id) {
-  descriptions::DictionaryImage image;
-  image.entries = entries_of(rows);
-  image.values = values_of(rows, node_id);
-  for (std::size_t i = 0; i < rows.size(); ++i)
-    if (const ObjectEntry& entry = image.entries[i]; rows[i].follows_node_id)
-      image.node_id_values.push_back({entry.offset, 1, static_cast<std::uint8_t>(entry.capacity)});
-  return image;
-}
 
 inline constexpr std::uint8_t kInput = ObjectFlags::kRead | ObjectFlags::kMapTpdo;
 inline constexpr std::uint16_t kOutput = ObjectFlags::kReadWrite | ObjectFlags::kMapRpdo;
 
 /// One RPDO with the 16 bits of 6200h:1, one event-driven TPDO with those of 6000h:1, parameters 2000h
 /// (manufacturer) and 6100h (profile), and objects of CiA 301. LSS selects nodes by `serial`.
-inline std::vector<Row> rows(std::uint32_t serial = 1) {
+inline std::vector<ObjectRow> rows(std::uint32_t serial = 1) {
   using enum DataType;
   constexpr std::uint8_t kRo = ObjectFlags::kRead;
   return {
@@ -70,7 +59,7 @@ inline std::vector<Row> rows(std::uint32_t serial = 1) {
   };
 }
 
-inline sim::Node& add_node_of(WorldBench& bench, std::uint8_t node_id, const std::vector<Row>& all,
+inline sim::Node& add_node_of(WorldBench& bench, std::uint8_t node_id, const std::vector<ObjectRow>& all,
                               sim::NodeParts parts = {}) {
   const std::uint8_t image_for = node_id == sim::Node::kNoNodeId ? std::uint8_t{0} : node_id;
   parts.node_id = node_id;
@@ -85,7 +74,8 @@ inline sim::Node& add_node(WorldBench& bench, std::uint8_t node_id, sim::NodePar
 
 /// With node 5 after its boot-up message.
 struct NodeBench final : WorldBench {
-  explicit NodeBench(sim::NodeParts parts = {}) : node(add_node(*this, 5, std::move(parts))) {
+  explicit NodeBench(sim::NodeParts parts = {}, const std::vector<ObjectRow>& all = rows())
+      : node(add_node_of(*this, 5, all, std::move(parts))) {
     start().expect("705#00");
   }
   sim::Node& node;

@@ -35,13 +35,12 @@ struct Doubler final : sim::Behaviour {
     input_ = static_cast<std::uint64_t>(value);
     return true;
   }
-  std::span<const std::string_view> incidents() const override { return kIncidents; }
-  void set_incident(std::string_view, bool present, Time) override { jammed_ = present; }
+  std::vector<std::string_view> incidents() const override { return {"jam"}; }
+  void set_incident(std::size_t, bool present, Time) override { jammed_ = present; }
 
   static inline std::string resets;
 
  private:
-  static constexpr std::array<std::string_view, 1> kIncidents{"jam"};
   sim::DeviceNode& node_;
   std::uint64_t input_ = 0;
   bool jammed_ = false;
@@ -50,9 +49,7 @@ struct Doubler final : sim::Behaviour {
 sim::NodeParts with_doubler() {
   Doubler::resets.clear();
   sim::NodeParts parts;
-  parts.behaviour = [](sim::DeviceNode& node, std::uint64_t) -> std::unique_ptr<sim::Behaviour> {
-    return std::make_unique<Doubler>(node);
-  };
+  parts.behaviour = behaves_as<Doubler>;
   return parts;
 }
 

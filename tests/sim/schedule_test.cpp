@@ -1,23 +1,19 @@
 // SPDX-License-Identifier: MIT
 #include "sim/schedule.hpp"
 
-#include "sim/participant.hpp"
 #include "support/catch.hpp"
 
 namespace {
 
 /// Records that it is polled, and is due never again.
-struct Guest final : cbcan::sim::Participant {
+struct Guest final : cbcan::sim::Timed {
   Guest(cbcan::sim::Schedule& schedule, std::size_t number, std::vector<std::size_t>& polled)
-      : Participant(schedule), number_(number), polled_(polled) {}
-  void start(cbcan::Time) override {}
+      : Timed(schedule), number_(number), polled_(polled) {}
   void poll(cbcan::Time) override {
     polled_.push_back(number_);
     wants(cbcan::kNever);
   }
-  using Participant::wants;
-  void on_frame(const cbcan::Frame&, cbcan::Time) override {}
-  void on_bus_state(cbcan::BusState, cbcan::Time) override {}
+  using Timed::wants;
 
  private:
   std::size_t number_;

@@ -17,15 +17,12 @@
 #include "scenario/search/values_seen.hpp"
 #include "sim/random.hpp"
 #include "sim/world.hpp"
+#include "support/register_file.hpp"
+#include "support/world_bench.hpp"
 
 namespace cbcan::test {
 
 using Bytes = std::vector<std::uint8_t>;
-
-inline void append(Bytes& values, const Bytes& more, std::size_t size) {
-  values.insert(values.end(), more.begin(), more.end());
-  values.resize(values.size() + size - more.size());
-}
 
 /// Only kinds whose changes of a value can be detected: not requests that come late or twice, an inverted bit, or
 /// a second node with the same ID.
@@ -66,7 +63,7 @@ struct SoakObjects {
   static constexpr std::uint16_t kNumbers = 0x2000;
   static constexpr std::uint16_t kTexts = 0x2010;
   static constexpr std::uint8_t kSubs = 4;
-  static constexpr std::size_t kMostBytes = 128;
+  static constexpr std::uint16_t kMostBytes = 128;
   static constexpr std::size_t kBytesAtFirst = 8;
 };
 
@@ -172,7 +169,7 @@ struct SoakNetwork final : private sim::FaultListener {
   bool quiet_since(Time begin) const { return open_ == 0 && harmed_at_ + kReach < begin; }
   void harm() { harmed_at_ = now; }
 
-  std::array<std::uint16_t, regmap::kRegisterFileWords> registers{};
+  RegisterFile registers;
   Executed executed;
   Time now = 0;
   std::uint64_t fired = 0;
@@ -185,19 +182,13 @@ struct SoakNetwork final : private sim::FaultListener {
   void power_on() {
     ++lives;
     world_.reset();
-    registers.fill(0);
+    registers = {};
     open_ = 0;
     harm();
     sim::FaultListener* const listener = this;
     world_ = std::make_unique<sim::World>(bit_rate_, random_.next(), listener);
-    Coprocessor::Settings settings;
-    settings.sdo_timeout_ms = timeout_ms_;
-    const std::span<std::uint16_t, regmap::kRegisterFileWords> all(registers);
-    module_ = &world_->add_module(
-        RegisterWindow(all.subspan<regmap::kWindowFirst, regmap::kWindowWords>()),
-        all.subspan<regmap::kProcessFirst, regmap::kProcessWords>(), settings,
-        std::array{ScannerWindow(all.subspan<regmap::kScannerOutFirst, regmap::kScannerOutWords>(),
-                                 all.subspan<regmap::kScannerInFirst, regmap::kScannerInWords>())});
+    module_ = &world_->add_module(registers.window(), registers.process(), {.sdo_timeout_ms = timeout_ms_},
+                                  std::array{registers.scanner()});
     for (const std::uint8_t id : kNodes)
       add_node(id);
     world_->start(now);
@@ -209,9 +200,7 @@ struct SoakNetwork final : private sim::FaultListener {
     sim::NodeParts parts;
     parts.node_id = id;
     parts.image = image();
-    parts.behaviour = [](sim::DeviceNode& node, std::uint64_t) -> std::unique_ptr<sim::Behaviour> {
-      return std::make_unique<Witness>(node);
-    };
+    parts.behaviour = behaves_as<Witness>;
     parts.seed = random_.next();
     parts.listener = this;
     auto& witness = static_cast<Witness&>(world_->add_node(std::move(parts)).behaviour());
@@ -220,29 +209,24 @@ struct SoakNetwork final : private sim::FaultListener {
   }
 
   static descriptions::DictionaryImage image() {
-    using Flags = ObjectFlags;
-    descriptions::DictionaryImage image;
-    const auto add = [&image](std::uint16_t index, std::uint8_t first, std::uint8_t last, DataType type,
-                              std::uint16_t flags, std::uint32_t capacity, const Bytes& value) {
-      const std::uint32_t front = (flags & Flags::kVariable) != 0 ? ObjectEntry::kLengthBytes : 0;
-      const auto offset = static_cast<std::uint32_t>(image.values.size()) + front;
-      image.entries.push_back({index, first, last, type, 0, flags, offset, capacity});
-      for (unsigned sub = first; sub <= last; ++sub) {
-        if (front != 0) append(image.values, {static_cast<std::uint8_t>(value.size()), 0, 0, 0}, front);
-        append(image.values, value, capacity);
-      }
-    };
-    add(0x1000, 0, 0, DataType::kUnsigned32, Flags::kRead, 4, {});
-    add(0x1001, 0, 0, DataType::kUnsigned8, Flags::kRead, 1, {});
-    add(0x1017, 0, 0, DataType::kUnsigned16, Flags::kReadWrite, 2, {0xE8, 0x03});
-    add(SoakObjects::kClock, 0, 0, DataType::kUnsigned32, Flags::kRead, 4, {});
+    using enum DataType;
+    using Soak = SoakObjects;
+    constexpr std::uint16_t kRead = ObjectFlags::kRead,
+                            kVariable = ObjectFlags::kReadWrite | ObjectFlags::kVariable;
+    descriptions::DictionaryImage image =
+        image_of({{0x1000, 0, 0, kUnsigned32, 0, kRead},
+                  {0x1001, 0, 0, kUnsigned8, 0, kRead},
+                  {0x1017, 0, 0, kUnsigned16, 1000},
+                  {Soak::kClock, 0, 0, kUnsigned32, 0, kRead},
+                  {Soak::kNumbers, 1, Soak::kSubs, kUnsigned32},
+                  {Soak::kNumbers + 1, 1, Soak::kSubs, kUnsigned32},
+                  {Soak::kTexts, 1, Soak::kSubs, kOctetString, 0, kVariable, false, Soak::kMostBytes},
+                  {Soak::kTexts + 1, 1, Soak::kSubs, kOctetString, 0, kVariable, false, Soak::kMostBytes}});
+    ObjectDictionary dictionary(image.entries, image.values, nullptr);
     for (const std::uint16_t plc : {std::uint16_t{0}, std::uint16_t{1}})
-      add(static_cast<std::uint16_t>(SoakObjects::kNumbers + plc), 1, SoakObjects::kSubs,
-          DataType::kUnsigned32, Flags::kReadWrite, 4, written_by(0, 4));
-    for (const std::uint16_t plc : {std::uint16_t{0}, std::uint16_t{1}})
-      add(static_cast<std::uint16_t>(SoakObjects::kTexts + plc), 1, SoakObjects::kSubs,
-          DataType::kOctetString, Flags::kReadWrite | Flags::kVariable, SoakObjects::kMostBytes,
-          written_by(0, SoakObjects::kBytesAtFirst));
+      for (std::uint8_t sub = 1; sub <= Soak::kSubs; ++sub)
+        dictionary.write(static_cast<std::uint16_t>(Soak::kTexts + plc), sub,
+                         written_by(0, Soak::kBytesAtFirst), 0);
     return image;
   }
   /// A delay is shorter than the module's quarantine for a node after a cancelled request.

@@ -87,13 +87,13 @@ struct FlagAccess final : Access {
 
   void begin(const SoakRequest& request) override {
     flag() = 0xCA0E;
-    const std::size_t count = put(request, network_.registers.begin() + regmap::kCommand);
+    const std::size_t count = put(request, network_.registers.words.begin() + regmap::kCommand);
     network_.written(regmap::kExecuteFlag, 1 + count);
   }
   std::optional<SoakResult> look() override {
     if (flag() == 0xCA0E) return std::nullopt;
-    SoakResult result{flag(), network_.registers.at(regmap::kDataSize)};
-    std::copy_n(network_.registers.begin() + regmap::kData, regmap::kDataWords, result.words.begin());
+    SoakResult result{flag(), network_.registers[regmap::kDataSize]};
+    std::copy_n(network_.registers.words.begin() + regmap::kData, regmap::kDataWords, result.words.begin());
     return result;
   }
   bool cancel() override {
@@ -106,7 +106,7 @@ struct FlagAccess final : Access {
   bool notices_restart() const override { return true; }
 
  private:
-  std::uint16_t& flag() { return network_.registers.at(regmap::kExecuteFlag); }
+  std::uint16_t& flag() { return network_.registers[regmap::kExecuteFlag]; }
 
   SoakNetwork& network_;
 };
@@ -147,9 +147,9 @@ struct ScannerAccess final : Access {
 
  private:
   void exchange() {
-    std::copy(out_.begin(), out_.end(), network_.registers.begin() + regmap::kScannerOutFirst);
+    network_.registers.put(regmap::kScannerOutFirst, out_);
     network_.written(regmap::kScannerOutFirst, out_.size());
-    std::copy_n(network_.registers.begin() + regmap::kScannerInFirst, in_.size(), in_.begin());
+    std::copy_n(network_.registers.words.begin() + regmap::kScannerInFirst, in_.size(), in_.begin());
   }
 
   SoakNetwork& network_;

@@ -9,13 +9,12 @@ import pathlib
 import re
 import sys
 import tempfile
-import unittest
 
 from axis_bench import BITS, BLOCKS, HERE, MODULE, PAGE, STATES, AxisPlc, Compiled, Interpreted, drive_eds
 import cases
 from simulator import program_from_arguments
 
-PROGRAM = program_from_arguments(sys.argv)
+PROGRAM = program_from_arguments()
 IEC2C = sys.argv.pop(1) if len(sys.argv) > 1 else None
 EXCHANGES = (("write read", 1), ("read write", 9))
 CONVERSIONS = 0x100
@@ -135,12 +134,10 @@ class Run:
         self.plc.configure(MODULE)
 
 
-class Axis(unittest.TestCase):
+class Axis(cases.Case):
     @classmethod
     def setUpClass(cls):
-        folder = tempfile.TemporaryDirectory()
-        cls.addClassCleanup(folder.cleanup)
-        cls.folder, cls.programs = pathlib.Path(folder.name), {}
+        cls.folder, cls.programs = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory())), {}
         cls.eds = drive_eds(cls.folder)
 
     def engine(self, name):

@@ -3,7 +3,6 @@
 """The files of tools/st suit the systems that they name, and the blocks have the inputs and outputs of CiA 405."""
 
 import re
-import unittest
 
 from plc import LIBRARY, ROOT, configuration, source
 import cases
@@ -44,7 +43,7 @@ TYPES = {"NETWORK": "USINT", "ENABLE": "BOOL", "TIMEOUT": "UDINT", "CONFIRM": "B
          "INDEX": "WORD", "SUBINDEX": "BYTE", "MODE": "SDO_MODE"}
 
 
-class Files(unittest.TestCase):
+class Files(cases.Case):
     def test_pointers_are_in_the_files_for_codesys_and_strucpp_only(self):
         with_pointers = {path.name for path in LIBRARY.glob("*.st")
                          if re.search(r"\bPOINTER\b|\bADR\b|\^", re.sub(r"\(\*.*?\*\)", "", path.read_text(), flags=re.DOTALL))}
@@ -67,7 +66,7 @@ class Files(unittest.TestCase):
                 self.assertLessEqual(len(line), 120, f"{path.name}:{number}")
 
 
-class Signatures(unittest.TestCase):
+class Signatures(cases.Case):
     def setUp(self):
         self.machine = Machine(*source("cia405.st", "conversions.st", "axis.st", "cia405_codesys.st", "ramp.st"), configuration("Read_Write_SDO"))
 
@@ -118,7 +117,7 @@ class Signatures(unittest.TestCase):
         self.assertEqual(list(self.machine.types["EMCY_ERROR"].of), ["EMCY_ERROR_CODE", "ERROR_REGISTER", "ERROR_FIELD"])
 
 
-class MotionPage(unittest.TestCase):
+class MotionPage(cases.Case):
     """The tables of docs/reference/axis-blocks.md."""
 
     def setUp(self):

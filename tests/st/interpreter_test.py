@@ -2,11 +2,7 @@
 # SPDX-License-Identifier: MIT
 """The interpreter itself: differences between systems, and invalid programs."""
 
-import pathlib
-import sys
-import unittest
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases
 from st_lexer import StError
 from st_machine import Machine
@@ -77,7 +73,7 @@ def run(variables, body, times=(0,)):
     return made.programs["MAIN"][1]
 
 
-class Interpreter(unittest.TestCase):
+class Interpreter(cases.Case):
     def test_times_as_matiec_has_them(self):
         for text, x, q_at in (("T#1ms * x", 2147, 2147000), ("T#1ms * x", 2148, 0), ("T#1ms * x", 65535, 0),
                               ("T#1s * (x / 1000) + T#1ms * (x MOD 1000)", 2148, 2148000),

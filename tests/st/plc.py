@@ -1,14 +1,11 @@
 # SPDX-License-Identifier: MIT
 """A PLC that runs the function blocks of tools/st with cbcan-sim, with a clock that advances only in scans."""
 
-import pathlib
 import subprocess
-import sys
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tests/support"))
 from simulator import Simulator
 from st_machine import Machine
+from tree import ROOT
 
 LIBRARY = ROOT / "tools/st"
 FIRST, COUNT = 3700, 70
@@ -42,11 +39,7 @@ class Plant:
 
     def command(self, line):
         """Executes a command of docs/reference/commands.md; returns the response's value."""
-        self.simulator.process.stdin.write(line + "\n")
-        self.simulator.process.stdin.flush()
-        response = self.simulator.process.stdout.readline().rstrip("\n")
-        while not response.startswith(("ok", "error", "at ")):
-            response = self.simulator.process.stdout.readline().rstrip("\n")
+        *_, response = self.simulator.say(line).splitlines()
         assert not response.startswith("error"), f"{line}: {response}"
         return response[3:]
 

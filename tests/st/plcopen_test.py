@@ -8,13 +8,11 @@ usage: plcopen_test.py SIMULATOR
 
 import collections
 import re
-import subprocess
-import tempfile
-import unittest
 import xml.etree.ElementTree as ElementTree
 
 from st_bench import PROGRAM
 import cases
+from done import done, output
 from plc import LIBRARY, ROOT, Plant
 from recipes import items, tables_of
 
@@ -45,12 +43,6 @@ ATTRIBUTES = {"fileHeader": "companyName productName productVersion creationDate
               "pouInstance": "name typeName", "data": "name handleUnknown", "configuration": "name", "resource": "name",
               "scaling": "x y", "position": "x y", "relPosition": "x y", "connection": "refLocalId",
               **{name: "localId" for name in LD.split()}, "block": "localId typeName"}
-
-
-def plcopen(*arguments):
-    done = subprocess.run([LIBRARY / "plcopen", *arguments], cwd=LIBRARY, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    return done.stdout
 
 
 def kind(element):
@@ -93,16 +85,16 @@ def broken_rules(element, parent=""):
     return found + [rule for child in element for rule in broken_rules(child, name)]
 
 
-class Files(unittest.TestCase):
+class Files(cases.Case):
     def test_every_word_of_the_st_is_there(self):
         for path in sorted(LIBRARY.glob("*.st")):
             with self.subTest(path.name):
-                self.assertEqual(words(*texts(ElementTree.fromstring(plcopen("--beremiz", path.name)))), words(path.read_text()))
+                self.assertEqual(words(*texts(ElementTree.fromstring(output(LIBRARY / "plcopen", "--beremiz", path)))), words(path.read_text()))
 
     def test_the_rules_of_the_schema(self):
         for files in (["cia405.st", "conversions.st", "axis.st", "cia405_codesys.st", "scanner.st", "configuration.st"],
                       ["--beremiz", "cia405.st", "conversions.st", "axis.st", "scanner.st", "openplc.st", "example.st", "configuration.st"]):
-            root = ElementTree.fromstring(plcopen(*files))
+            root = ElementTree.fromstring(output(LIBRARY / "plcopen", *files, cwd=LIBRARY))
             self.assertEqual(broken_rules(root), [])
             names = [element.get("name") for element in root.iter() if kind(element) in ("dataType", "pou")]
             self.assertEqual(len(names), len(set(names)))
@@ -114,11 +106,8 @@ class Files(unittest.TestCase):
             self.assertEqual(len(root.findall("/".join(PLCOPEN + name for name in f"{place}/globalVars".split("/")))), 2)
 
     def test_what_is_not_understood_is_told(self):
-        with tempfile.NamedTemporaryFile("w", suffix=".st") as file:
-            file.write("TYPE\n  A : UINT\nEND_TYPE\n")
-            file.flush()
-            done = subprocess.run([LIBRARY / "plcopen", file.name], capture_output=True, text=True)
-        self.assertEqual((done.returncode, done.stderr), (1, "plcopen: line 2: END_TYPE: ; should stand here\n"))
+        refused = done(LIBRARY / "plcopen", self.write("wrong.st", "TYPE\n  A : UINT\nEND_TYPE\n"), code=1)
+        self.assertEqual(refused.stderr, "plcopen: line 2: END_TYPE: ; should stand here\n")
 
 
 class Ladder:
@@ -164,7 +153,7 @@ def number(text):
     return int(text[:-1], 16) if text.endswith("h") else int(text)
 
 
-class Figure1(unittest.TestCase):
+class Figure1(cases.Case):
     PAGE = (ROOT / "docs/reference/ladder-recipes.md").read_text()
     TABLE_4 = [(3701, 5066), (3703, 0x1F82), (3704, 128), (3706, 5), (3700, 0xCA0E)]  # of the document, and its last step
 

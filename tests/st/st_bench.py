@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: MIT
 """Common to the tests of the function blocks."""
 
-import sys
 import unittest
 
 from plc import Plc
 from simulator import program_from_arguments
 
-PROGRAM = program_from_arguments(sys.argv)
+PROGRAM = program_from_arguments()
 NODE = 0x20  # the generic node of the demo plant
 # The ten blocks, with inputs that succeed.
 ALL = {"NMT": {"STATE": 5}, "RECV_EMCY": {}, "RECV_EMCY_DEV": {"DEVICE": 5}, "GET_LOCAL_NODE_ID": {}, "GET_CANOPEN_KERNEL_STATE": {},

@@ -3,7 +3,7 @@
 
 from st_compiler import Compiler
 from st_lexer import StError
-from st_types import ELEMENTARY, Block, Timer
+from st_types import ELEMENTARY, Timer
 
 
 class Machine:

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <type_traits>
+
 #include "cbcan/coprocessor/coprocessor.hpp"
 #include "support/catch.hpp"
 #include "support/frame_text.hpp"
+#include "support/register_file.hpp"
 
 namespace cbcan::test {
 
@@ -53,50 +56,85 @@ struct Wire {
   }
 };
 
-/// Lets time pass until `end`, and polls at deadlines alone.
-template <class Polled>
-void poll_when_due(Polled& polled, Time& now, Time end) {
-  for (unsigned polls = 0; polled.deadline() <= end; ++polls) {
-    REQUIRE(polls < 100'000);
-    now = std::max(now, polled.deadline());
-    polled.poll(now);
+/// A part of the stack on a wire, in virtual time: it hears frames, and is polled at its deadlines alone.
+template <class Stack>
+struct StackRig : Wire {
+  /// Lets frames arrive; after each one everything due is done.
+  template <class... More>
+  StackRig& arrive(const std::string& frame, const More&... more) {
+    hear(frame_from(frame));
+    pass(0);
+    if constexpr (sizeof...(more) != 0) arrive(more...);
+    return *this;
   }
-  now = end;
-}
+  StackRig& pass(Time duration) {
+    const Time end = now + duration;
+    for (unsigned polls = 0; stack_.deadline() <= end; ++polls) {
+      REQUIRE(polls < 100'000);
+      now = std::max(now, stack_.deadline());
+      stack_.poll(now);
+      if (at_once_) REQUIRE(stack_.deadline() > now);
+    }
+    now = end;
+    return *this;
+  }
 
-using Registers = std::array<std::uint16_t, regmap::kWindowWords>;
+  Time now = 0;
 
-/// A coprocessor in virtual time, not started yet; the test acts as PLC and as bus.
-struct CoprocessorRig : Wire {
-  explicit CoprocessorRig(Coprocessor::Settings settings)
-      : CoprocessorRig(own_registers, settings, ScannerWindow(out, in)) {}
-  /// With the registers in memory of the caller.
-  CoprocessorRig(Registers& memory, Coprocessor::Settings settings, ScannerWindow scanner)
-      : registers(memory),
-        coprocessor(RegisterWindow(RegisterWindow::Words(registers)), process, port, settings, scanner) {}
+ protected:
+  /// `at_once`: one poll does everything that is due.
+  explicit StackRig(Stack& stack, bool at_once = false) : stack_(stack), at_once_(at_once) {}
+
+ private:
+  void hear(const Frame& frame) {
+    if constexpr (std::is_void_v<decltype(stack_.on_frame(frame, now))>) {
+      stack_.on_frame(frame, now);
+    } else {
+      const Time due = stack_.deadline();
+      if (!stack_.on_frame(frame, now)) CHECK(stack_.deadline() == due);
+    }
+  }
+
+  Stack& stack_;
+  bool at_once_;
+};
+
+/// A coprocessor that is not started yet; the test acts as PLC and as bus.
+struct CoprocessorRig : StackRig<Coprocessor> {
+  explicit CoprocessorRig(const Coprocessor::Settings& settings)
+      : StackRig(coprocessor),
+        coprocessor(registers.window(), registers.process(), port, settings, registers.scanner()) {
+    now = 1000;
+  }
+  /// The boot-up message has its own test.
+  void start() {
+    coprocessor.start(now);
+    port.sent.clear();
+  }
 
   // The PLC.
-  std::uint16_t& reg(unsigned address) { return registers.at(address - regmap::kWindowFirst); }
-  void write(unsigned address, std::initializer_list<std::uint16_t> words) {
-    for (const std::uint16_t word : words)
-      reg(address++) = word;
-  }
+  std::uint16_t& reg(unsigned address) { return registers[address]; }
   CoprocessorRig& execute() {
     reg(3700) = 0xCA0E;
     poll();
     return *this;
   }
+  CoprocessorRig& request(std::initializer_list<std::uint16_t> words) {
+    registers.put(3701, words);
+    return execute();
+  }
   CoprocessorRig& read(std::uint16_t node, std::uint16_t index, std::uint16_t sub, std::uint16_t room) {
-    write(3701, {5055, node, index, sub, room});
-    execute();
-    return *this;
+    return request({5055, node, index, sub, room});
   }
   CoprocessorRig& write(std::uint16_t node, std::uint16_t index, std::uint16_t sub, std::uint16_t size,
                         std::initializer_list<std::uint16_t> words) {
-    write(3701, {5066, node, index, sub, size});
-    write(3706, words);
-    execute();
-    return *this;
+    registers.put(3706, words);
+    return request({5066, node, index, sub, size});
+  }
+  /// One request of the PLC to the other registers.
+  void put(unsigned first, std::initializer_list<std::uint16_t> words) {
+    registers.put(first, words);
+    coprocessor.on_registers_written(first, words.size(), now);
   }
   bool busy() { return reg(3700) == 0xCA0E; }
   /// Checks R3700; check_failed() also checks the abort code.
@@ -106,50 +144,18 @@ struct CoprocessorRig : Wire {
     const std::uint32_t found = reg(3706) | static_cast<std::uint32_t>(reg(3707)) << 16;
     CHECK(found == code);
   }
-
-  // The bus.
-  template <class... More>
-  CoprocessorRig& arrive(const std::string& frame, const More&... more) {
-    coprocessor.on_frame(frame_from(frame), now);
-    pass(0);
-    if constexpr (sizeof...(more) != 0) arrive(more...);
-    return *this;
-  }
-
-  // Time.
   /// R3700 may have been written.
-  CoprocessorRig& poll() {
+  StackRig& poll() {
     coprocessor.poll(now);
     return pass(0);
   }
-  /// Lets time pass, and polls at deadlines alone.
-  CoprocessorRig& pass(Time duration) {
-    poll_when_due(coprocessor, now, now + duration);
-    return *this;
-  }
 
-  Registers own_registers{};
-  std::array<std::uint16_t, regmap::kScannerOutWords> out{};
-  std::array<std::uint16_t, regmap::kScannerInWords> in{};
-  std::array<std::uint16_t, regmap::kProcessWords> process{};
-  Registers& registers;
-  Time now = 1000;
+  RegisterFile registers;
   Coprocessor coprocessor;
 };
 
-/// One that has sent its boot-up message, which has its own test.
 struct Bench : CoprocessorRig {
-  explicit Bench(Coprocessor::Settings settings = {}) : CoprocessorRig(settings) { start(); }
-  Bench(Registers& memory, Coprocessor::Settings settings, ScannerWindow scanner)
-      : CoprocessorRig(memory, settings, scanner) {
-    start();
-  }
-
- private:
-  void start() {
-    coprocessor.start(now);
-    port.sent.clear();
-  }
+  explicit Bench(const Coprocessor::Settings& settings = {}) : CoprocessorRig(settings) { start(); }
 };
 
 }  // namespace cbcan::test

@@ -2,11 +2,13 @@
 #pragma once
 
 #include <cstdio>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <string_view>
 
 #include "cbcan/frame.hpp"
+#include "support/hex.hpp"
 
 namespace cbcan::test {
 
@@ -37,13 +39,9 @@ inline std::string text_of(const Frame& frame) {
   char text[32];
   const bool extended = (frame.flags & Frame::kExtended) != 0;
   std::snprintf(text, sizeof text, extended ? "%08X#" : "%03X#", frame.id);
-  std::string result = text;
+  const std::string result = text;
   if ((frame.flags & Frame::kRemote) != 0) return result + "R" + std::to_string(frame.length);
-  for (std::size_t i = 0; i < frame.length; ++i) {
-    std::snprintf(text, sizeof text, "%02X", frame.data[i]);
-    result += text;
-  }
-  return result;
+  return result + hex_of(std::span(frame.data).first(frame.length));
 }
 
 }  // namespace cbcan::test

@@ -4,9 +4,8 @@
 import threading
 import time
 
-from simulator import LIMIT, Window
+from simulator import LIMIT, READ, WRITE, Window
 
-READ, WRITE = 5055, 5066
 NODE, OBJECT = 0x20, 0x2080  # 128 bytes that keep what was written
 WORDS = 64
 

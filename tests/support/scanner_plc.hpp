@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Both sides of the scanner window for tests of whole programs: a PLC with the handshake of
-/// docs/how-to/scanner.md, and a node that counts requests. No two requests are the same, so a request that is
-/// executed twice, or reported as done but not executed, is detected.
+/// Both sides of a window for tests of whole programs: a PLC, and a node that counts requests. No two
+/// requests are the same, so a request that is executed twice, or reported as done but not executed, is
+/// detected.
 
 #include "support/catch.hpp"
 
@@ -48,8 +48,58 @@ struct CountingNode {
   }
 };
 
-/// The program of docs/how-to/scanner.md with its images of both blocks. It reads and writes node 5 alternately.
-struct ScannerPlc {
+/// What a PLC program asks of node 5, reads and writes alternately, and what became of it.
+struct PlcRequests {
+  /// R3701 and the words after it: command, node, index, sub-index, size and data.
+  std::array<std::uint16_t, 7> next() {
+    ++id_;
+    write_ = id_ % 2 == 0;
+    const auto low = static_cast<std::uint16_t>(id_);
+    if (write_) return {5066, kScannedNode, 0x2000, 0, 4, low, static_cast<std::uint16_t>(id_ >> 16)};
+    return {5055, kScannedNode, index(), sub(), 4, 0, 0};
+  }
+  /// The result, and what is in the registers of size and data then; those of a write may have to `stay`.
+  void take(std::uint16_t result, std::uint16_t size, std::uint32_t value, bool stay = false) {
+    ++results[result];
+    ++ended;
+    if (result != 0) return;
+    done.push_back({write_, id_});
+    const std::uint32_t right = write_ ? id_ : scanned_value(index(), static_cast<std::uint8_t>(sub()));
+    if ((!write_ || stay) && (size != 4 || value != right)) torn.push_back(id_);
+  }
+  /// The node has executed no request twice and all requests that are reported as done, with its own values.
+  void check(const CountingNode& node) const {
+    std::vector<std::uint32_t> twice;
+    for (const auto* counts : {&node.written, &node.read})
+      for (const auto& [id, times] : *counts)
+        if (times != 1) twice.push_back(id);
+    CHECK(twice.empty());
+    std::vector<std::uint32_t> not_executed;
+    for (const Done& one : done)
+      if (!(one.write ? node.written : node.read).contains(one.id)) not_executed.push_back(one.id);
+    CHECK(not_executed.empty());
+    CHECK(torn.empty());
+  }
+
+  struct Done {
+    bool write;
+    std::uint32_t id;
+  };
+  std::vector<Done> done;           ///< ended by result 0
+  std::vector<std::uint32_t> torn;  ///< requests of `done` with other data than the node's, or the PLC's own
+  std::map<std::uint16_t, unsigned> results;
+  unsigned ended = 0;
+
+ private:
+  std::uint16_t index() const { return static_cast<std::uint16_t>(id_ >> 8); }
+  std::uint16_t sub() const { return static_cast<std::uint16_t>(id_ & 0xFF); }
+
+  std::uint32_t id_ = 0x200000;  ///< of the request; never used twice, not even after a restart
+  bool write_ = false;
+};
+
+/// The program of docs/how-to/scanner.md with its images of both blocks.
+struct ScannerPlc : PlcRequests {
   static constexpr std::size_t kOut = 8;
   static constexpr std::size_t kIn = 6;
 
@@ -71,10 +121,16 @@ struct ScannerPlc {
         number_ = in[2];
         phase_ = Phase::kIdle;
         break;
-      case Phase::kIdle: request(); break;
+      case Phase::kIdle:
+        out[0] = number_ = number_ == 65535 ? std::uint16_t{1} : static_cast<std::uint16_t>(number_ + 1);
+        std::ranges::copy(next(), out.begin() + 1);
+        waited_ = 0;
+        phase_ = Phase::kWaiting;
+        break;
       case Phase::kWaiting:
         if (in[0] == number_) {
-          take_result();
+          take(in[1], in[3], in[4] | std::uint32_t{in[5]} << 16);
+          phase_ = Phase::kIdle;
         } else if (++waited_ > patience_) {
           out[0] = 0;
           phase_ = Phase::kCancelling;
@@ -86,67 +142,15 @@ struct ScannerPlc {
     }
   }
 
-  /// The node has executed no request twice and all requests that are reported as done, with its own values.
-  void check(const CountingNode& node) const {
-    std::vector<std::uint32_t> twice;
-    for (const auto* counts : {&node.written, &node.read})
-      for (const auto& [id, times] : *counts)
-        if (times != 1) twice.push_back(id);
-    CHECK(twice.empty());
-    std::vector<std::uint32_t> not_executed;
-    for (const Done& one : done)
-      if (!(one.write ? node.written : node.read).contains(one.id)) not_executed.push_back(one.id);
-    CHECK(not_executed.empty());
-    CHECK(torn.empty());
-  }
-
-  struct Done {
-    bool write;
-    std::uint32_t id;
-  };
   std::array<std::uint16_t, kOut> out{};
   std::array<std::uint16_t, kIn> in{};
-  std::vector<Done> done;           ///< ended by result 0
-  std::vector<std::uint32_t> torn;  ///< requests of `done` with data that the node did not send
-  std::map<std::uint16_t, unsigned> results;
-  unsigned ended = 0;
 
  private:
   enum class Phase { kStarting, kIdle, kWaiting, kCancelling };
 
-  void request() {
-    number_ = number_ == 65535 ? std::uint16_t{1} : static_cast<std::uint16_t>(number_ + 1);
-    ++id_;
-    write_ = id_ % 2 == 0;
-    const auto low = static_cast<std::uint16_t>(id_);
-    const auto high = static_cast<std::uint16_t>(id_ >> 16);
-    if (write_)
-      out = {number_, 5066, kScannedNode, 0x2000, 0, 4, low, high};
-    else
-      out = {number_, 5055, kScannedNode, read_index(), static_cast<std::uint16_t>(id_ & 0xFF), 4, 0, 0};
-    waited_ = 0;
-    phase_ = Phase::kWaiting;
-  }
-
-  void take_result() {
-    ++results[in[1]];
-    ++ended;
-    phase_ = Phase::kIdle;
-    if (in[1] != 0) return;
-    done.push_back({write_, id_});
-    if (write_) return;
-    const std::uint32_t value = in[4] | std::uint32_t{in[5]} << 16;
-    if (in[3] != 4 || value != scanned_value(read_index(), static_cast<std::uint8_t>(id_)))
-      torn.push_back(id_);
-  }
-
-  std::uint16_t read_index() const { return static_cast<std::uint16_t>(id_ >> 8); }
-
   int patience_;
   Phase phase_ = Phase::kStarting;
   std::uint16_t number_ = 0;
-  std::uint32_t id_ = 0x200000;  ///< of the request; never used twice, not even after a restart
-  bool write_ = false;
   int waited_ = 0;
 };
 

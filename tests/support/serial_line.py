@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A serial line between two programs: two pseudo-terminals, or one and a socket, and a thread that passes bytes on."""
+"""A serial line between two programs: two pseudo-terminals, and a thread that passes bytes on."""
 
 import os
 import select
@@ -8,9 +8,8 @@ import tty
 
 
 class SerialLine:
-    def __init__(self, far=None):
-        self.masters, self.slaves = zip(*(os.openpty() for _ in range(2 if far is None else 1)))
-        self.sides = self.masters if far is None else (*self.masters, far.fileno())
+    def __init__(self):
+        self.masters, self.slaves = zip(*(os.openpty() for _ in range(2)))
         for slave in self.slaves:
             tty.setraw(slave)
         self.ends = [os.ttyname(slave) for slave in self.slaves]
@@ -20,11 +19,11 @@ class SerialLine:
 
     def hand_on(self):
         while True:
-            ready = select.select([*self.sides, self.stop_reader], [], [])[0]
+            ready = select.select([*self.masters, self.stop_reader], [], [])[0]
             if self.stop_reader in ready:
                 return
             for side in ready:
-                os.write(self.sides[1 - self.sides.index(side)], os.read(side, 4096))
+                os.write(self.masters[1 - self.masters.index(side)], os.read(side, 4096))
 
     def close(self):
         os.close(self.stop_writer)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Starts cbcan-sim for a test, reads its addresses, and ends it by its process ID."""
 
+import contextlib
 import os
 import pathlib
 import re
@@ -9,11 +10,14 @@ import signal
 import socket
 import struct
 import subprocess
+import sys
 import tempfile
 import time
 
 from mcu import LIMIT, die_with_parent, receive
 
+READ, WRITE, EXECUTE = 5055, 5066, 0xCA0E  # commands in R3701; in R3700
+STANDING = ("--demo", "--modbus", "127.0.0.1:0", "--clock", "manual")  # options: the demo plant, whose time passes by commands
 HOW_TO_JOIN = r"^(network \d+: )?(slcan: python3|socketcand: python3|socketcan: candump) "
 
 
@@ -37,6 +41,27 @@ def connect(address):
         return client
     host, port = address.rsplit(":", 1)
     return socket.create_connection((host, int(port)), timeout=LIMIT)
+
+
+def asked(address, *pieces):
+    """All that is answered to a client that sends these pieces and closes its sending side."""
+    with contextlib.closing(connect(address)) as client:
+        if client.family == socket.AF_INET:
+            client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        with contextlib.suppress(ConnectionError):
+            for piece in pieces:
+                client.sendall(piece)
+            client.shutdown(socket.SHUT_WR)
+        return rest_of(client)
+
+
+def rest_of(client):
+    """All data until the server closes the connection."""
+    data = b""
+    with contextlib.suppress(ConnectionError):
+        while part := client.recv(1 << 16):
+            data += part
+    return data
 
 
 class Simulator:
@@ -97,9 +122,12 @@ class Simulator:
         return connect(self.where[service])
 
     def say(self, line):
-        """A command on standard input; returns the first line of its response."""
+        """A command on standard input; returns its response."""
         print(line, file=self.process.stdin, flush=True)
-        return self.process.stdout.readline()
+        response = [self.process.stdout.readline()]
+        while response[-1] and not response[-1].startswith(("ok", "error", "at ")):
+            response.append(self.process.stdout.readline())
+        return "".join(response)
 
     def errors(self):
         """The lines on standard error so far."""
@@ -153,10 +181,10 @@ class Window:
 
     def start(self, *words):
         """R3701.. = words, and CA0Eh, in one request."""
-        self.write(3700, [0xCA0E, *words])
+        self.write(3700, [EXECUTE, *words])
 
     def result(self):
-        wait_until(lambda: self.read(3700, 1)[0] != 0xCA0E, "a result in R3700")
+        wait_until(lambda: self.read(3700, 1)[0] != EXECUTE, "a result in R3700")
         return self.read(3700, 1)[0]
 
     def execute(self, *words):
@@ -168,8 +196,8 @@ class Window:
         return high << 16 | low
 
 
-def program_from_arguments(arguments, count=1):
+def program_from_arguments(count=1):
     """Removes the program paths that CMake passes from the command line, before unittest reads it."""
-    programs = [os.path.abspath(name) for name in arguments[1:1 + count]]
-    del arguments[1:1 + count]
+    programs = [os.path.abspath(name) for name in sys.argv[1:1 + count]]
+    del sys.argv[1:1 + count]
     return programs if count > 1 else programs[0]

@@ -35,11 +35,10 @@ struct StoringCoprocessor {
   void start(ParameterMemory& memory, std::uint8_t node_id = 127) {
     bench.emplace(Coprocessor::Settings{.node_id = node_id});
     bench->coprocessor.keep_in(memory);
-    bench->coprocessor.start(bench->now);
-    bench->port.sent.clear();
+    bench->start();
   }
   std::uint32_t get(std::uint16_t index, std::uint8_t sub) {
-    bench->write(3706, {0, 0});
+    bench->registers.put(3706, {0, 0});
     bench->read(0, index, sub, 128).check_done();
     return bench->reg(3706) | static_cast<std::uint32_t>(bench->reg(3707)) << 16;
   }
@@ -64,7 +63,7 @@ struct StoringCoprocessor {
     }
   }
 
-  std::optional<Bench> bench;
+  std::optional<CoprocessorRig> bench;
 };
 
 }  // namespace cbcan::test

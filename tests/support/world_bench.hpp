@@ -9,8 +9,25 @@
 #include "sim/world.hpp"
 #include "support/catch.hpp"
 #include "support/frame_text.hpp"
+#include "support/rows.hpp"
 
 namespace cbcan::test {
+
+inline descriptions::DictionaryImage image_of(const std::vector<ObjectRow>& rows, std::uint8_t node_id = 0) {
+  descriptions::DictionaryImage image;
+  image.entries = entries_of(rows);
+  image.values = values_of(rows, node_id);
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    if (const ObjectEntry& entry = image.entries[i]; rows[i].follows_node_id)
+      image.node_id_values.push_back({entry.offset, 1, static_cast<std::uint8_t>(entry.capacity)});
+  return image;
+}
+
+/// For NodeParts: makes behaviours of this type.
+template <class Behaviour>
+std::unique_ptr<sim::Behaviour> behaves_as(sim::DeviceNode& node, std::uint64_t /*seed*/) {
+  return std::make_unique<Behaviour>(node);
+}
 
 /// Lets time pass until `end`, and advances at deadlines alone.
 inline void advance_when_due(sim::World& world, Time& now, Time end) {

@@ -4,40 +4,22 @@
 and Kayak are replayed."""
 
 import os
-import pathlib
 import random
 import shlex
 import socket
 import struct
 import subprocess
-import sys
 import threading
 import time
 
 import can
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases
 from healthy import Healthy
-from simulator import LIMIT, Simulator, connect, program_from_arguments, wait_until
+from simulator import LIMIT, READ, Simulator, connect, program_from_arguments, wait_until
+from tree import ROOT
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-PROGRAM = program_from_arguments(sys.argv)
-READ = 5055
-
-
-class Client:
-    """A client that compares the bytes of a single read."""
-
-    def __init__(self, address):
-        self.socket = connect(address)
-
-    def ask(self, text):
-        self.socket.sendall(text.encode())
-        return self.read()
-
-    def read(self):
-        return self.socket.recv(4096).decode()
+PROGRAM = program_from_arguments()
 
 
 class Case(cases.Case):
@@ -58,18 +40,8 @@ class Case(cases.Case):
 
 
 class Socketcand(Case):
-    def setUp(self):
-        self.simulator = self.start("--demo", "--socketcand", "127.0.0.1:0")
-        self.address = self.simulator.where["socketcand"]
-
-    def client(self):
-        client = Client(self.address)
-        self.addCleanup(client.socket.close)
-        self.assertEqual(client.read(), "< hi >")
-        return client
-
     def test_python_can(self):
-        host, port = self.address.rsplit(":", 1)
+        host, port = self.start("--demo", "--socketcand", "127.0.0.1:0").where["socketcand"].rsplit(":", 1)
         left, right = (self.python_can("socketcand", host=host, port=int(port), channel="can0") for _ in range(2))
         self.check_node_answers(left)
         for message in (can.Message(arbitration_id=0x7FF, is_extended_id=False, data=bytes(range(8))),
@@ -79,11 +51,11 @@ class Socketcand(Case):
 
     def test_one_who_is_silent_is_kept(self):
         simulator = self.start("--demo", "--socketcand", "127.0.0.1:0", "--clock", "manual", stdin=-1)
-        client = Client(simulator.where["socketcand"])
-        self.addCleanup(client.socket.close)
-        self.assertEqual(client.read(), "< hi >")
-        self.assertIn("3600", simulator.say("pass 3600s"))
-        self.assertEqual(client.ask("< open can0 >"), "< ok >")
+        with simulator.connect("socketcand") as client:
+            self.assertEqual(client.recv(4096), b"< hi >")
+            self.assertIn("3600", simulator.say("pass 3600s"))
+            client.sendall(b"< open can0 >")
+            self.assertEqual(client.recv(4096), b"< ok >")
 
 
 class Slcan(Case):

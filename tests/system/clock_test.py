@@ -3,27 +3,22 @@
 """cbcan-sim on a manual clock."""
 
 import os
-import pathlib
 import pty
 import signal
 import socket
 import subprocess
-import sys
 import tempfile
-import unittest
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases
+from done import ran
 from mcu import receive
-from simulator import LIMIT, Simulator, program_from_arguments, wait_until
+from simulator import EXECUTE, LIMIT, READ, STANDING, Simulator, program_from_arguments, wait_until
 
-PROGRAM = program_from_arguments(sys.argv)
-READ, EXECUTE = 5055, 0xCA0E
+PROGRAM = program_from_arguments()
 
 
 def run(lines, *options):
-    return subprocess.run([PROGRAM, "--demo", "--clock", "manual", "--modbus", "127.0.0.1:0", *options], input=lines,
-                          capture_output=True, text=True, timeout=LIMIT)
+    return ran(PROGRAM, *STANDING, *options, input=lines)
 
 
 class Lines(cases.Case):
@@ -36,8 +31,7 @@ class Lines(cases.Case):
         with tempfile.TemporaryFile("w+") as steps:
             steps.write(1000 * "pass 1ms\n")
             steps.seek(0)
-            done = subprocess.run([PROGRAM, "--demo", "--clock", "manual", "--modbus", "127.0.0.1:0"], stdin=steps,
-                                  capture_output=True, text=True, timeout=LIMIT)
+            done = ran(PROGRAM, *STANDING, stdin=steps)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.assertEqual(done.stdout.splitlines()[1:], [f"at {i // 1000}.{i % 1000:03}000" for i in range(1, 1001)])
 
@@ -72,7 +66,7 @@ class Lines(cases.Case):
 
     def test_standard_input_that_cannot_be_used(self):
         with open(os.devnull, "w") as write_only:
-            done = subprocess.run([PROGRAM, "--demo", "--clock", "manual", "--modbus", "127.0.0.1:0"], stdin=write_only, capture_output=True, text=True)
+            done = ran(PROGRAM, *STANDING, stdin=write_only)
         self.assertEqual((done.returncode, done.stderr), (3, "cbcan-sim: standard input: Bad file descriptor\n"))
         done = run(f"pass {998 * '0'}1us\n")
         self.assertEqual((done.returncode, done.stderr), (2, "cbcan-sim: standard input: a line of more than 1000 characters\n"))
@@ -83,7 +77,7 @@ class Lines(cases.Case):
         self.assertEqual(done.stdout.splitlines()[1:], ["ok", "ok"])
 
 
-class Standing(unittest.TestCase):
+class Standing(cases.Case):
     def setUp(self):
         self.simulator = Simulator(PROGRAM, "--demo", "--clock", "manual", "--slcan", "127.0.0.1:0", stdin=subprocess.PIPE, test=self)
         self.window = self.simulator.window()
@@ -105,8 +99,7 @@ class Standing(unittest.TestCase):
         self.assertEqual(self.window.abort_code(), 0x05040000)
 
     def command(self, line):
-        self.simulator.process.stdin.write(line + "\n")
-        self.simulator.process.stdin.flush()
+        print(line, file=self.simulator.process.stdin, flush=True)
 
     def test_time_stands_while_it_is_the_PLCs_turn(self):
         self.command("wait transaction started")
@@ -126,8 +119,7 @@ class Standing(unittest.TestCase):
             self.assertEqual(receive(adapter, 7), b"\rV1013\r")
             self.simulator.process.send_signal(signal.SIGSTOP)
             adapter.sendall(5000 * b"t7E50\r")
-            self.simulator.process.stdin.write("pass 1s\n")
-            self.simulator.process.stdin.flush()
+            self.command("pass 1s")
             self.simulator.process.send_signal(signal.SIGCONT)
             self.assertEqual(self.simulator.process.stdout.readline(), "at 1.000000\n")
             self.assertEqual(receive(adapter, 10000), 5000 * b"z\r")

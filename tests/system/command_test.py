@@ -10,15 +10,12 @@ import signal
 import socket
 import subprocess
 import sys
-import unittest
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tests/support"))
 import cases
 from simulator import LIMIT, program_from_arguments, wait_until
+from tree import ROOT
 
-PROGRAM, CTL = program_from_arguments(sys.argv, 2)
-READ = 5055
+PROGRAM, CTL = program_from_arguments(2)
 # Prints the signal, then further ones until a line is read; its exit code is the signal's number. A shell's read may miss a signal.
 WAITS_FOR_A_SIGNAL = """import signal, sys
 signals = {signal.SIGINT, signal.SIGTERM, signal.SIGHUP}
@@ -103,7 +100,7 @@ print(input())"""
         self.assertEqual((done.stdout, done.returncode), ("at 3600.000000\nok\nok 3601.000000\nmine\n", 0))
 
 
-class Ends(unittest.TestCase):
+class Ends(cases.Case):
     def test_exit_codes_are_the_commands(self):
         for script, code in (("exit 0", 0), ("exit 7", 7), ("kill -KILL $$", 137), ("kill -INT $$", 130)):
             self.assertEqual(shell(script).returncode, code, script)
@@ -163,7 +160,7 @@ time.sleep(60)""")
             self.assertEqual(os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]), signal.SIGINT)
 
 
-class SilentNode(unittest.TestCase):
+class SilentNode(cases.Case):
     def test_the_README_s_test_without_a_sleep_is_the_same_every_time_also_under_load(self):
         script = str(ROOT / "examples/silent_node.sh")
         runs = int(os.environ.get("CBCAN_RUNS", "10"))

@@ -3,19 +3,15 @@
 """Commands at run time: over a socket on the real clock, and between `pass` lines on a manual clock; signals, faults and stored parameters of a
 plant file."""
 
-import pathlib
-import socket
 import subprocess
-import sys
-import unittest
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases
-from simulator import LIMIT, Simulator, connect, program_from_arguments
+from done import ran
+from simulator import LIMIT, READ, WRITE, Simulator, connect, program_from_arguments
+from tree import ROOT
 
-PROGRAM = program_from_arguments(sys.argv)
-EDS = pathlib.Path(__file__).resolve().parents[2] / "plants/demo"
-READ, WRITE = 5055, 5066
+PROGRAM = program_from_arguments()
+EDS = ROOT / "plants/demo"
 
 PLANT = """
 [modbus]
@@ -49,7 +45,7 @@ class Commands:
         self.socket.close()
 
 
-class OverASocket(unittest.TestCase):
+class OverASocket(cases.Case):
     def start(self, *options, **more):
         simulator = Simulator(PROGRAM, "--demo", *options, test=self, **more)
         commands = Commands(simulator.where["control"])
@@ -114,9 +110,7 @@ class OnAStandingClock(cases.Case):
     def run_plant(self, lines):
         plant = self.write("plant.toml", PLANT.format(eds=EDS))
         log = self.folder / "bus.log"
-        done = subprocess.run([PROGRAM, "--config", str(plant), "--clock", "manual", "--log", str(log)], input=lines,
-                              capture_output=True, text=True, timeout=LIMIT)
-        return done, log.read_text()
+        return ran(PROGRAM, "--config", plant, "--clock", "manual", "--log", log, input=lines), log.read_text()
 
     def test_commands_between_passes(self):
         done, log = self.run_plant("get 5 0x6401:1\npass 500ms\nget 5 0x6401:1\npass 2s\nget 5 0x6401:1\ntime\n"

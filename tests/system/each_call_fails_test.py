@@ -16,7 +16,6 @@ import os
 import pathlib
 import shutil
 import tempfile
-import unittest
 
 from failing_runs import ERRORS, Configure, Servers, PlcAndLine, Web
 import cases
@@ -61,21 +60,21 @@ class EachCall:
         self.check([("malloc", k, errno.ENOMEM) for k in range(1, self.calls.get("malloc", 0) + 1, 1 if "CBCAN_LONG" in os.environ else self.stride)])
 
 
-class ServersForClients(EachCall, unittest.TestCase):
+class ServersForClients(EachCall, cases.Case):
     scenario = Servers
 
 
-class WithPlcAndLine(EachCall, unittest.TestCase):
+class WithPlcAndLine(EachCall, cases.Case):
     scenario = PlcAndLine
 
 
-class WithHttpAndScript(EachCall, unittest.TestCase):
+class WithHttpAndScript(EachCall, cases.Case):
     scenario = Web
     errors = {"send": [errno.EPIPE]}  # libmicrohttpd waits for an edge, which comes after a full buffer but not after this error
     stride = 37
 
 
-class OfConfigure(EachCall, unittest.TestCase):
+class OfConfigure(EachCall, cases.Case):
     scenario = Configure
     stride = 37
 

@@ -3,20 +3,15 @@
 """A system call fails for one client of cbcan-sim: its connection is closed, other clients are unaffected."""
 
 import os
-import pathlib
 import socket
-import sys
-import unittest
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases
-from simulator import LIMIT, Simulator, program_from_arguments
+from simulator import LIMIT, READ, Simulator, program_from_arguments
 
-PROGRAM, PRELOAD = program_from_arguments(sys.argv, 2)
-READ = 5055
+PROGRAM, PRELOAD = program_from_arguments(2)
 
 
-class ConnectionThatCannotBeWatched(unittest.TestCase):
+class ConnectionThatCannotBeWatched(cases.Case):
     def check(self, service, *options, unwatched=3):
         environment = {**os.environ, "LD_PRELOAD": PRELOAD, "CBCAN_UNWATCHED": str(unwatched)}
         simulator = Simulator(PROGRAM, "--demo", *options, env=environment, test=self)

@@ -11,18 +11,16 @@ import select
 import socket
 import struct
 import subprocess
-import sys
 import tty
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
-from mcu import crc
+from done import ran
+from mcu import with_crc
 from owned_registers import OwnedRegisters
-from simulator import HOW_TO_JOIN, Simulator, Window, program_from_arguments
+from simulator import HOW_TO_JOIN, READ, WRITE, Simulator, Window, program_from_arguments
 
-PROGRAM, CBCANCTL, PRELOAD = program_from_arguments(sys.argv, 3)
+PROGRAM, CBCANCTL, PRELOAD = program_from_arguments(3)
 LIMIT = 30  # seconds, for actions that take a millisecond
 
-READ, WRITE = 5055, 5066
 NODE = 5
 NUMBER, NAME = 0x2001, 0x2002
 AT_FIRST, WRITTEN = 0x12345678, 0x0A0B0C0D
@@ -83,6 +81,11 @@ def stored_line(number):
 
 def words(number):
     return [number & 0xFFFF, number >> 16]
+
+
+def environment(folder, failing):
+    made = {**os.environ, "LD_PRELOAD": PRELOAD, "CBCAN_CALLS": str(folder / "calls")}
+    return made | {"CBCAN_FAIL": "{} {} {}".format(*failing)} if failing else made
 
 
 class Lines:
@@ -183,12 +186,9 @@ class Servers:
         self.stored = self.code = self.said = None
         for name, text in (("plant.toml", self.plant()), ("node.eds", EDS), ("stored", stored_line(AT_FIRST) + "\n")):
             (self.folder / name).write_text(text)
-        environment = {**os.environ, "LD_PRELOAD": PRELOAD, "CBCAN_CALLS": str(self.folder / "calls")}
-        if failing:
-            environment["CBCAN_FAIL"] = "{} {} {}".format(*failing)
         with (self.folder / "errors").open("wb") as errors:
             self.process = subprocess.Popen([PROGRAM, "--config", str(self.folder / "plant.toml")], stdin=subprocess.PIPE,
-                                            stdout=subprocess.PIPE, stderr=errors, env=environment, close_fds=False)
+                                            stdout=subprocess.PIPE, stderr=errors, env=environment(self.folder, failing), close_fds=False)
         self.lines = Lines(self.process.stdout)
         try:
             self.wrong = self.run() or self.end()
@@ -210,12 +210,15 @@ class Servers:
         for client in self.clients:
             client.close()
 
-    def run(self):
+    def ports(self):
+        """Where it listens; None when the program has ended."""
         ready = self.lines.take()
-        if ready is None:
+        return ready and {name: int(port) for name, port in re.findall(r"(\S+)=\S*:(\d+)", ready)}
+
+    def run(self):
+        port = self.ports()
+        if port is None:
             return
-        where = dict(part.split("=", 1) for part in ready.split()[1:])
-        port = {name: int(where[name].rsplit(":", 1)[1]) for name in ("modbus", "rtu_tcp", "control", "socketcand")}
         self.go(lambda: Modbus(self.clients, port["modbus"]),
                 lambda plc: plc.write(10, [0x29]),
                 lambda plc: plc.read_number(AT_FIRST),
@@ -235,9 +238,8 @@ class Servers:
         self.go(lambda: Stream(self.clients, socket.AF_INET, ("127.0.0.1", port["control"])),
                 lambda control: control.ask(b"get 5 0x2001\n", *(f"ok {number}\n".encode() for number in (AT_FIRST, WRITTEN))),
                 lambda control: control.ask(b"nodes\n", b"#1 5 pre-operational none\nok\n"))
-        request, responses = bytes.fromhex("01 03 000A 0001"), (bytes.fromhex("01 03 02 0000"), bytes.fromhex("01 03 02 0029"))
         self.go(lambda: Stream(self.clients, socket.AF_INET, ("127.0.0.1", port["rtu_tcp"])),
-                lambda rtu: rtu.ask(request + crc(request), *(response + crc(response) for response in responses)))
+                lambda rtu: rtu.ask(with_crc("01 03 000A 0001"), with_crc("01 03 02 0000"), with_crc("01 03 02 0029")))
         self.pass_time()
 
     def write_by_other(self, port):
@@ -337,15 +339,14 @@ parameters = "stored"
         raise Wrong("the PLC gets no result")
 
     def ask_by_line(self):
-        request, response = bytes.fromhex("01 03 000A 0001"), bytes.fromhex("01 03 02 0000")
-        os.write(self.line, request + crc(request))
-        got = b""
-        while got != response + crc(response):
+        os.write(self.line, with_crc("01 03 000A 0001"))
+        got, response = b"", with_crc("01 03 02 0000")
+        while got != response:
             if not select.select([self.line], [], [], 1)[0]:
                 self.lost.append(self.line)  # no response on the line
                 return
             got += os.read(self.line, 256)
-            if not (response + crc(response)).startswith(got):
+            if not response.startswith(got):
                 raise Wrong(f"the line gets {got.hex()}")
 
     def numbers(self):
@@ -386,19 +387,17 @@ device = "double.lua"
         return [WRITTEN] if self.written else [0, WRITTEN]
 
     def run(self):
-        ready = self.lines.take()
-        if ready is None:
+        port = self.ports()
+        if port is None:
             return
-        where = dict(part.split("=", 1) for part in ready.split()[1:])
-        http_port = int(where["http"].rsplit(":", 1)[1])
-        self.go(lambda: Modbus(self.clients, int(where["modbus"].rsplit(":", 1)[1])),
+        self.go(lambda: Modbus(self.clients, port["modbus"]),
                 lambda plc: self.by_channel(plc, 1, 5),
                 lambda plc: self.by_channel(plc, 2, 0),
                 lambda plc: setattr(self, "written", True))
-        self.go(lambda: Stream(self.clients, socket.AF_INET, ("127.0.0.1", http_port)),
+        self.go(lambda: Stream(self.clients, socket.AF_INET, ("127.0.0.1", port["http"])),
                 lambda client: self.ask(client, "GET", f"/api/nodes/{NODE}/objects?first=0x2001&last=0x2001", "",
                                         *(f'"value":"{number}",' for number in self.numbers())))
-        self.go(lambda: Stream(self.clients, socket.AF_INET, ("127.0.0.1", http_port)),
+        self.go(lambda: Stream(self.clients, socket.AF_INET, ("127.0.0.1", port["http"])),
                 lambda client: self.ask(client, "POST", "/api/control", f"get {NODE} 0x2003\nnodes\n", "ok 0\n", f"ok {2 * WRITTEN}\n"))
         self.pass_time()
 
@@ -429,16 +428,12 @@ class Configure:
 
     def __init__(self, folder, failing=None):
         folder = pathlib.Path(folder)
-        environment = {**os.environ, "LD_PRELOAD": PRELOAD, "CBCAN_CALLS": str(folder / "calls")}
-        if failing:
-            environment["CBCAN_FAIL"] = "{} {} {}".format(*failing)
         (folder / "node.eds").write_text(EDS)
         (folder / "plan.toml").write_text(self.PLAN)
         with Simulator(PROGRAM, "--node", f"{NODE}={folder}/node.eds") as simulator:
             try:
-                done = subprocess.run([CBCANCTL, "--modbus", f":{simulator.port}", "configure", str(folder / "plan.toml")], env=environment,
-                                      stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=LIMIT)
-                self.wrong = self.judge(done, simulator)
+                self.wrong = self.judge(ran(CBCANCTL, "--modbus", f":{simulator.port}", "configure", folder / "plan.toml", stdin=subprocess.DEVNULL,
+                                            env=environment(folder, failing), timeout=LIMIT), simulator)
             except subprocess.TimeoutExpired:
                 self.wrong = "hangs"
 

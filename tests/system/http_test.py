@@ -8,14 +8,13 @@ import json
 import pathlib
 import re
 import subprocess
-import sys
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases
-from simulator import LIMIT, Simulator, program_from_arguments, wait_until
+from done import ran
+from simulator import LIMIT, READ, WRITE, Simulator, program_from_arguments, wait_until
+from tree import ROOT
 
-PROGRAM, PAGE = program_from_arguments(sys.argv, 2)
-READ, WRITE = 5055, 5066
+PROGRAM = program_from_arguments()
 
 
 class Http(cases.Case):
@@ -69,7 +68,7 @@ def shape(value):
 
 class Page(Http):
     def examples(self):
-        text = pathlib.Path(PAGE).read_text()
+        text = (ROOT / "docs/reference/http.md").read_text()
         found = re.findall(r"^`(GET|POST) (/api/\S+?)`(?:(?!\n`(?:GET|POST)).)*?\n```json\n(.*?)```", text, re.S | re.M)
         return {f"{method} {path}": json.loads(example) for method, path, example in found}, [json.loads(line) for line in
                                                                          re.search(r"```events\n(.*?)```", text, re.S)[1].splitlines()]
@@ -104,7 +103,7 @@ class Page(Http):
         self.assertEqual(self.get("/api/nodes/%231/objects?first=0x1000&last=0x1000")["objects"][0]["value"], "983441")
 
     def test_wires_are_as_the_page_shows_them(self):
-        self.start(plant=("--config", pathlib.Path(PAGE).parents[2] / "plants/tank.toml"))
+        self.start(plant=("--config", ROOT / "plants/tank.toml"))
         examples, _ = self.examples()
         wires = self.get("/api/wires")["wires"]
         self.assertEqual((len(wires), wires[0]), (2, examples["GET /api/wires"]["wires"][0]))
@@ -182,7 +181,7 @@ class Events(Http):
         self.assertEqual(event["value"], "off")
 
     def test_several_networks(self):
-        simulator = self.start("--network", "2", "--node", f"5={pathlib.Path(PAGE).parents[2]}/plants/demo/generic.eds")
+        simulator = self.start("--network", "2", "--node", f"5={ROOT}/plants/demo/generic.eds")
         with simulator.window(2) as window:
             window.execute(READ, 5, 0x1000, 0, 4)
         self.assertEqual([event["network"] for event in self.get("/api/transactions")["events"]], [2])
@@ -213,7 +212,7 @@ class Events(Http):
                      'wait = "register 3700 != 51726"\nexpect = ["register 3700 = 0", "register 3705 = 2 300"]\n'):
             self.assertIn(line, text)
         saved = self.write("saved.toml", text)
-        done = subprocess.run([PROGRAM, "run", saved], capture_output=True, text=True, timeout=LIMIT, check=False)
+        done = ran(PROGRAM, "run", saved)
         self.assertEqual(done.returncode, 0, text + done.stdout)
 
     def test_a_manual_clock(self):

@@ -3,18 +3,14 @@
 """Events on standard error, and in Wireshark's dissectors."""
 
 import json
-import pathlib
 import re
 import subprocess
-import sys
-import unittest
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases
-from simulator import LIMIT, Simulator, program_from_arguments
+from done import output, ran
+from simulator import LIMIT, READ, WRITE, Simulator, program_from_arguments
 
-PROGRAM, CTL = program_from_arguments(sys.argv, 2)
-READ, WRITE = 5055, 5066
+PROGRAM, CTL = program_from_arguments(2)
 
 
 def transactions(simulator):
@@ -27,7 +23,7 @@ def transactions(simulator):
     return simulator
 
 
-class Verbose(unittest.TestCase):
+class Verbose(cases.Case):
     def lines(self, *options):
         simulator = transactions(Simulator(PROGRAM, "--demo", "--fault", "0x20:response-never", *options))
         self.assertEqual(simulator.stop()[0], 0)
@@ -52,11 +48,10 @@ class Verbose(unittest.TestCase):
                         lines.index("#1 read node 66 1000h:00 Device type = 983441: done"))
 
 
-class Handshake(unittest.TestCase):
+class Handshake(cases.Case):
     def test_state_all_on_a_healthy_plant_shows_no_failure(self):
         with Simulator(PROGRAM, "--demo", "-v", "--http", ":0") as simulator:
-            done = subprocess.run([CTL, "--modbus", f":{simulator.port}", "state", "all"], capture_output=True, text=True, timeout=LIMIT, check=True)
-            self.assertEqual(len(done.stdout.splitlines()), 6)
+            self.assertEqual(len(output(CTL, "--modbus", f":{simulator.port}", "state", "all", timeout=LIMIT).splitlines()), 6)
             self.assertEqual(http_json(simulator, "/api/transactions?failed=1")["events"], [])
             ended = http_json(simulator, "/api/transactions")["events"]
             self.assertEqual([event["ok"] for event in ended if event["result"] == 5], [True] * 15)
@@ -65,7 +60,7 @@ class Handshake(unittest.TestCase):
             self.assertRegex(simulator.error, r"transactions \d+, failed 0, cancelled 0\n")
 
 
-class TwoWriters(unittest.TestCase):
+class TwoWriters(cases.Case):
     """Two clients of one scanner window: both write their block and read the other, and each takes the other's results for its own."""
 
     def exchange(self, simulator, *windows):
@@ -105,11 +100,10 @@ class Pcap(cases.Case):
     def setUp(self):
         self.file = self.folder / "both.pcapng"
 
-    def dissect(self, *fields, file=None):
+    def dissect(self, *fields):
         arguments = [argument for field in fields for argument in ("-e", field)]
-        done = subprocess.run(["tshark", "-r", str(file or self.file), "-d", "can.subdissector=canopen", "-T", "fields", *arguments],
-                              capture_output=True, text=True, timeout=LIMIT, check=True, env={"PATH": "/usr/bin"})
-        return [line.split("\t") for line in done.stdout.split("\n")[:-1]]
+        lines = output("tshark", "-r", self.file, "-d", "can.subdissector=canopen", "-T", "fields", *arguments, timeout=LIMIT, env={"PATH": "/usr/bin"})
+        return [line.split("\t") for line in lines.split("\n")[:-1]]
 
     def test_both_protocols_on_one_clock_with_comments(self):
         transactions(Simulator(PROGRAM, "--demo", "--fault", "0x20:response-never", "--pcap", str(self.file))).stop()
@@ -133,12 +127,11 @@ class Pcap(cases.Case):
         process.terminate()
         self.file.write_bytes(process.communicate(timeout=LIMIT)[0])
         self.assertEqual(len(self.dissect("can.id")), 6)  # boot-up messages
-        self.assertEqual(subprocess.run([PROGRAM, "--demo", "--pcap", "-", "--clock", "manual"], capture_output=True, timeout=LIMIT, check=False).returncode, 2)
+        self.assertEqual(ran(PROGRAM, "--demo", "--pcap", "-", "--clock", "manual").returncode, 2)
 
 
 def http_json(simulator, path):
-    return json.loads(subprocess.run(["curl", "-sS", "--fail-with-body", f"http://{simulator.where['http']}{path}"], capture_output=True, text=True,
-                                     timeout=LIMIT, check=True).stdout)
+    return json.loads(output("curl", "-sS", "--fail-with-body", f"http://{simulator.where['http']}{path}", timeout=LIMIT))
 
 
 cases.main()

@@ -12,14 +12,13 @@ import signal
 import socket
 import struct
 import subprocess
-import sys
 import time
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases
-from simulator import LIMIT, Simulator, connect, program_from_arguments, wait_until
+from simulator import LIMIT, Simulator, asked, connect, program_from_arguments, rest_of, wait_until
+from tree import ROOT
 
-PROGRAM = program_from_arguments(sys.argv)
+PROGRAM = program_from_arguments()
 CONNECTS = {"plc.address", "can.spec"}  # keys with the address of another program
 LISTENS = {"rtu_tcp": "rtu.listen", "slcan": "can.slcan", "socketcand": "can.socketcand", "control": "control.listen", "http": "http.listen"}
 READ_R0 = bytes.fromhex("010300000001840a")
@@ -29,23 +28,6 @@ STREAMS = {"rtu_tcp": (READ_R0, bytes.fromhex("0103020000b844")), "slcan": (b"V\
 # Lines that each protocol would execute if it parsed the body of an HTTP request.
 COMMANDS = ("power 16 off\nnmt stop all\nwrite 3700 1\n" "O\rt00020200\r" "< open can0 >< rawmode >< send 0 2 2 0 >").encode()
 WRITE_R3700 = bytes.fromhex("01060e740001") + bytes.fromhex("0af8")
-
-
-def rest_of(client):
-    """All data until the server closes the connection."""
-    data = b""
-    with contextlib.suppress(ConnectionError):
-        while part := client.recv(4096):
-            data += part
-    return data
-
-
-def asked(address, request):
-    """The response to a client that sends a request and closes its sending side; the server closes the connection."""
-    with contextlib.closing(connect(address)) as client:
-        client.sendall(request)
-        client.shutdown(socket.SHUT_WR)
-        return rest_of(client)
 
 
 def descriptors(process):
@@ -74,7 +56,7 @@ class Browser(Case):
     """A page of another site can make a browser send a POST with any body to any address of this machine."""
 
     def test_no_address_is_forgotten(self):
-        page = (pathlib.Path(__file__).resolve().parents[2] / "docs/reference/plant-file.md").read_text()
+        page = (ROOT / "docs/reference/plant-file.md").read_text()
         self.assertEqual(set(re.findall(r"^\| `([a-z_.]+)` \|[^|]*HOST:PORT", page, re.M)), set(LISTENS.values()) | CONNECTS)
 
     def test_a_post_is_executed_nowhere(self):

@@ -3,17 +3,15 @@
 """Two CAN networks in one program: the Modbus unit ID selects the network, and they are independent."""
 
 import pathlib
-import socket
 import subprocess
-import sys
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases
-from simulator import LIMIT, Simulator, program_from_arguments
+from done import done
+from simulator import EXECUTE, LIMIT, READ, STANDING, WRITE, Simulator, program_from_arguments
+from tree import ROOT
 
-PROGRAM = program_from_arguments(sys.argv)
-EDS = pathlib.Path(__file__).resolve().parents[2] / "plants/demo/generic.eds"
-READ, WRITE, EXECUTE = 5055, 5066, 0xCA0E
+PROGRAM = program_from_arguments()
+EDS = ROOT / "plants/demo/generic.eds"
 
 PLANT = f"""
 [[node]]
@@ -50,20 +48,13 @@ class TwoNetworks(cases.Case):
         self.addCleanup(window.socket.close)
         return window
 
-    def say(self, line):
-        """A command, or `pass`, and the last line of its response."""
-        response = [self.simulator.say(line)]
-        while not response[-1].startswith(("ok", "at ")):
-            response.append(self.simulator.process.stdout.readline())
-        return "".join(response)
-
     def test_transactions_on_both_at_once(self):
         one, two = self.unit(1), self.unit(2)
         one.start(READ, 5, 0x2002, 0, 2)
         two.start(READ, 5, 0x2002, 0, 2)
-        self.say("pass 49ms")
+        self.simulator.say("pass 49ms")
         self.assertEqual([one.read(3700, 1), two.read(3700, 1)], [[EXECUTE], [EXECUTE]])
-        self.say("pass 1ms")
+        self.simulator.say("pass 1ms")
         self.assertEqual([one.read(3700, 7)[::6], two.read(3700, 7)[::6]], [[0, 0x1111], [0, 0x2222]])
         self.assertEqual(frames_in(self.simulator.log_path)[-2:], ["605#4002200000000000", "585#4B02200011110000"])
         self.assertEqual(frames_in(self.folder / "two.log")[-2:], ["605#4002200000000000", "585#4B02200022220000"])
@@ -72,7 +63,7 @@ class TwoNetworks(cases.Case):
         one, two = self.unit(1), self.unit(2)
         two.start(WRITE, 128, 0x1F82, 128, 1, 5)
         self.assertEqual(two.read(3700, 1), [0])
-        self.assertEqual(self.say("nodes"), "#1 5 pre-operational none\n2/#1 2/5 operational none\nok\n")
+        self.assertEqual(self.simulator.say("nodes"), "#1 5 pre-operational none\n2/#1 2/5 operational none\nok\n")
         self.assertNotIn("000#0100", frames_in(self.simulator.log_path))
         self.assertIn("000#0100", frames_in(self.folder / "two.log"))
 
@@ -91,7 +82,7 @@ class TwoNetworks(cases.Case):
 
     def test_the_summary_names_the_network(self):
         self.unit(2).start(READ, 5, 0x2002, 0, 2)
-        self.say("pass 50ms")
+        self.simulator.say("pass 50ms")
         self.unit(3).request(b"\1\0\0\0\1")
         code, text = self.simulator.stop()
         self.assertEqual(code, 0)
@@ -104,11 +95,9 @@ class TwoNetworks(cases.Case):
 class WithAndWithout(cases.Case):
     def run_plant(self, *options):
         log = self.folder / "one.log"
-        done = subprocess.run([PROGRAM, "--demo", "--modbus", "127.0.0.1:0", "--clock", "manual", "--log", str(log), "--fault",
-                               "bus:frame-loss probability=0.2", "--fault", "66:heartbeat-stops probability=0.5", "--set", "node.66.heartbeat_ms=10", "--set",
-                               "node.66.signals+={index = 0x6401, sub = 1, shape = 'noise', mean = 100, deviation = 50}", *options],
-                              input="pass 2s\n", capture_output=True, text=True, timeout=LIMIT)
-        self.assertEqual(done.returncode, 0, done.stderr)
+        done(PROGRAM, *STANDING, "--log", log, "--fault", "bus:frame-loss probability=0.2", "--fault", "66:heartbeat-stops probability=0.5",
+             "--set", "node.66.heartbeat_ms=10", "--set", "node.66.signals+={index = 0x6401, sub = 1, shape = 'noise', mean = 100, deviation = 50}",
+             *options, input="pass 2s\n", timeout=LIMIT)
         return log.read_text()
 
     def test_a_second_network_changes_nothing_in_the_first(self):
@@ -161,9 +150,8 @@ class StoredParameters(cases.Case):
 
     def test_a_file_that_is_broken_or_cannot_be_written(self):
         self.files[0].write_text("1017 = 5\n")
-        done = subprocess.run([PROGRAM, "--set", f"module.parameters={self.files[0]}"], capture_output=True, text=True, timeout=LIMIT)
-        self.assertEqual(done.returncode, 2)
-        self.assertIn(f'{self.files[0]}:1: "1017 = 5": write INDEX:SUB = BYTES', done.stderr)
+        refused = done(PROGRAM, "--set", f"module.parameters={self.files[0]}", code=2, timeout=LIMIT)
+        self.assertIn(f'{self.files[0]}:1: "1017 = 5": write INDEX:SUB = BYTES', refused.stderr)
         self.files[0].write_text("1017:00 = E803\n5FFF:00 = 01\n")
         simulator = self.start()
         pathlib.Path(str(self.files[0]) + ".new").mkdir()

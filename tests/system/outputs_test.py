@@ -7,17 +7,14 @@ import os
 import pathlib
 import signal
 import subprocess
-import sys
-import unittest
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases
+from done import ran
 from healthy import Healthy
 from mcu import die_with_parent
-from simulator import LIMIT, Simulator, program_from_arguments, wait_until
+from simulator import LIMIT, READ, STANDING, Simulator, program_from_arguments, wait_until
 
-PROGRAM = program_from_arguments(sys.argv)
-READ = 5055
+PROGRAM = program_from_arguments()
 FULL = "No space left on device; make room, or send it elsewhere\n"
 
 
@@ -102,8 +99,7 @@ class Unread(cases.Case):
         self.assertEqual(simulator.stop()[0], 0)
 
     def start_on_a_manual_clock(self, folder):
-        process = subprocess.Popen([PROGRAM, "--demo", "--clock", "manual", "--modbus", "127.0.0.1:0", "--control",
-                                    f"unix:{folder}/control"], stdin=subprocess.PIPE, stdout=self.pipe.into,
+        process = subprocess.Popen([PROGRAM, *STANDING, "--control", f"unix:{folder}/control"], stdin=subprocess.PIPE, stdout=self.pipe.into,
                                    text=True, preexec_fn=die_with_parent)
         self.addCleanup(process.wait)
         self.addCleanup(process.stdin.close)
@@ -126,10 +122,10 @@ class Unread(cases.Case):
         self.assertEqual(lines[1:], [f"at {second}.000000" for second in range(1, 5001)])
 
 
-class Full(unittest.TestCase):
+class Full(cases.Case):
     def run_into_full(self, *options, lines=""):
         with open("/dev/full", "w", encoding="ascii") as full:
-            return subprocess.run([PROGRAM, *options], input=lines, stdout=full, stderr=subprocess.PIPE, text=True, timeout=LIMIT)
+            return ran(PROGRAM, *options, input=lines, capture_output=False, stdout=full, stderr=subprocess.PIPE)
 
     def test_standard_output(self):
         for options in (["--help"], ["--demo", "--modbus", "127.0.0.1:0"]):
@@ -138,12 +134,11 @@ class Full(unittest.TestCase):
 
     def test_standard_error_is_nobodys_business(self):
         with open("/dev/full", "w", encoding="ascii") as full:
-            done = subprocess.run([PROGRAM, "--demo", "--verbose", "--clock", "manual", "--modbus", "127.0.0.1:0"], input="pass 1s\n",
-                                  stdout=subprocess.PIPE, stderr=full, text=True, timeout=LIMIT)
+            done = ran(PROGRAM, *STANDING, "--verbose", input="pass 1s\n", capture_output=False, stdout=subprocess.PIPE, stderr=full)
         self.assertEqual((done.returncode, done.stdout.splitlines()[1:]), (0, ["at 1.000000"]))
 
 
-class StandardOutput(unittest.TestCase):
+class StandardOutput(cases.Case):
     def test_the_log_on_standard_output(self):
         process = subprocess.Popen([PROGRAM, "--demo", "--modbus", "127.0.0.1:0", "--log", "-"], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                                    text=True)

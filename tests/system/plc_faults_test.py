@@ -3,18 +3,16 @@
 """Faults of the PLC: its Modbus requests, its program and the module's power."""
 
 import os
-import pathlib
 import subprocess
 import sys
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tests/support"))
+from tree import ROOT
 sys.path.insert(0, str(ROOT / "tools/python"))
 import cases
 from cbcan_plant import READ, Plant, PlantError, Window
 from simulator import LIMIT, program_from_arguments
 
-PROGRAM = program_from_arguments(sys.argv, 1)
+PROGRAM = program_from_arguments()
 CLOSED = "the plant has closed the Modbus connection"
 
 

@@ -1,24 +1,28 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""PLCs that own their registers, over TCP and, as libmodbus's server, on a serial line, and cbcan-sim as their module."""
+"""PLCs that own their registers, over TCP with our server and with pymodbus's, and on a serial line with libmodbus's, and cbcan-sim as
+their module."""
 
+import asyncio
+import contextlib
 import ctypes
+import logging
 import os
-import pathlib
-import socket
 import subprocess
-import sys
+import threading
 import tty
-import unittest
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+from pymodbus.datastore import ModbusServerContext, ModbusSlaveContext
+from pymodbus.server.async_io import ModbusTcpServer
+
 import cases
 from mcu import with_crc
 from owned_registers import OwnedRegisters
 from serial_line import SerialLine
 from simulator import LIMIT, Simulator, program_from_arguments, wait_until
 
-PROGRAM = program_from_arguments(sys.argv)
+PROGRAM = program_from_arguments()
+logging.disable()  # pymodbus logs every closed connection
 
 
 class Plc(OwnedRegisters):
@@ -45,6 +49,45 @@ class Plc(OwnedRegisters):
             self.write(self.first, [0xCA0E, *words])
             assert self.changed.wait_for(lambda: self.get(0, 1)[0] != 0xCA0E, LIMIT)
         return self.get(0, 1)[0]
+
+
+class Pymodbus(Plc):
+    """The same registers and program with pymodbus's server: its data block is this object."""
+
+    def __init__(self, first):
+        self.serves = threading.Event()
+        super().__init__(first)
+        assert self.serves.wait(LIMIT)
+
+    def serve(self):
+        self.listener.close()  # its port is pymodbus's
+        asyncio.run(self.serve_by_pymodbus())
+
+    async def serve_by_pymodbus(self):
+        self.loop, self.end = asyncio.get_running_loop(), asyncio.Event()
+        context = ModbusServerContext({1: ModbusSlaveContext(hr=self, zero_mode=True)}, single=False)
+        server = ModbusTcpServer(context, address=("127.0.0.1", self.port), allow_reuse_address=True)
+        serving = asyncio.ensure_future(server.serve_forever())
+        await server.serving
+        self.serves.set()
+        await self.end.wait()
+        await server.server_close()
+        serving.cancel()
+
+    def stop(self):
+        with contextlib.suppress(RuntimeError):  # it has been stopped
+            self.loop.call_soon_threadsafe(self.end.set)
+
+    def validate(self, address, count):
+        return address + count <= 65536
+
+    def getValues(self, address, count):
+        with self.changed:
+            return self.read(address, count)
+
+    def setValues(self, address, values):
+        with self.changed:
+            self.write(address, values)
 
 
 class Mapping(ctypes.Structure):
@@ -81,7 +124,9 @@ class LinePlc:
         self.library.modbus_mapping_free(self.mapping)
 
 
-class OnTheNet(unittest.TestCase):
+class OnTheNet(cases.Case):
+    plc = Plc
+
     def start(self, plc, *options, **rest):
         self.addCleanup(plc.stop)
         simulator = Simulator(PROGRAM, "--demo", "--plc", f"127.0.0.1:{plc.port}", "--set", f"plc.first={plc.first}", *options, **rest, test=self)
@@ -89,7 +134,7 @@ class OnTheNet(unittest.TestCase):
         return simulator
 
     def test_a_transaction_and_its_frames(self):
-        plc = Plc(3700)
+        plc = self.plc(3700)
         simulator = self.start(plc)
         self.assertEqual(plc.execute(5066, 0x42, 0x6411, 1, 2, 300), 0)
         plc.set(6, [0xFFFF, 0xFFFF])
@@ -103,7 +148,7 @@ class OnTheNet(unittest.TestCase):
     def test_a_restart_of_the_module_executes_what_it_finds_once_more_or_refuses_it(self):
         for more, result, frames in (((), 0, ["000#0142"]), (("--set", "plc.at_start=execute"), 0, ["000#0142"]),
                                      (("--set", "plc.at_start=refuse"), 5, [])):
-            plc = Plc(3700)
+            plc = self.plc(3700)
             plc.set(0, [0xCA0E, 5066, 0, 0x1F82, 0x42, 0, 5])
             simulator = self.start(plc, *more)
             plc.until(0, [result])
@@ -111,7 +156,7 @@ class OnTheNet(unittest.TestCase):
             self.assertEqual([line for line in simulator.frames() if line.startswith("000#")], frames, more)
 
     def test_the_scanner_layout_with_process_data(self):
-        plc = Plc(1024)
+        plc = self.plc(1024)
         simulator = self.start(plc, "--set", "module.scanner_out_first=700", "--set", "module.channels=1",
                                "--set", "plc.layout=scanner", "--set", "plc.process_first=1174")
         plc.until(71, [5])
@@ -128,7 +173,7 @@ class OnTheNet(unittest.TestCase):
         plc.until(151, [77])
 
     def test_a_plc_that_is_gone_is_seen_on_the_bus(self):
-        plc = Plc(3700)
+        plc = self.plc(3700)
         simulator = self.start(plc, "--set", "module.plc_timeout_ms=200")
         self.assertEqual(plc.execute(5066, 0, 0x1017, 0, 2, 20), 0)  # the own heartbeat
         self.assertEqual(plc.execute(5066, 0, 0x1F82, 127, 0, 5), 0)
@@ -139,12 +184,16 @@ class OnTheNet(unittest.TestCase):
         wait_until(lambda: [line for line in simulator.frames() if line.startswith("77F#")][-1] == "77F#7F", "pre-operational")
 
     def test_time_that_stands_still(self):
-        plc = Plc(3700)
+        plc = self.plc(3700)
         self.start(plc, "--clock", "manual", "--set", "plc.period_ms=1", stdin=subprocess.PIPE)
         self.assertEqual(plc.execute(5055, 0x42, 0x1000, 0, 4), 0)
 
 
-class OnALine(unittest.TestCase):
+class WithPymodbus(OnTheNet):
+    plc = Pymodbus
+
+
+class OnALine(cases.Case):
     def test_what_is_no_response_is_told_once_and_asked_again(self):
         master, slave = os.openpty()
         tty.setraw(slave)

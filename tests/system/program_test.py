@@ -8,22 +8,19 @@ import resource
 import signal
 import socket
 import subprocess
-import sys
-import unittest
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases
+from done import ran
 from healthy import Healthy
 from mcu import crc
-from simulator import LIMIT, Simulator, program_from_arguments, wait_until
+from simulator import LIMIT, READ, STANDING, Simulator, program_from_arguments, wait_until
+from tree import ROOT
 
-PROGRAM = program_from_arguments(sys.argv)
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-READ = 5055
+PROGRAM = program_from_arguments()
 
 
 def run(*options, **keywords):
-    return subprocess.run([PROGRAM, *options], capture_output=True, text=True, timeout=LIMIT, **keywords)
+    return ran(PROGRAM, *options, **keywords)
 
 
 def frame(hexadecimal):
@@ -133,16 +130,15 @@ class Starting(cases.Case):
                 for number in closed:
                     os.close(number)
 
-            done = subprocess.run([PROGRAM, "--demo", "--modbus", "127.0.0.1:0", "--clock", "manual"], stdin=subprocess.DEVNULL, capture_output=True,
-                                  text=True, preexec_fn=close, timeout=LIMIT)
+            done = run(*STANDING, stdin=subprocess.DEVNULL, preexec_fn=close)
             self.assertEqual((done.returncode, done.stderr), (0, ""), closed)
             self.assertRegex(done.stdout, r"\A\Z" if 1 in closed else r"\Aready modbus=\S+ can=virtual\n\Z")
 
     def test_too_few_descriptors(self):
         for plant in (("--demo",), ("--config", f"{ROOT}/plants/demo/plant.toml"), ("--node", f"5={ROOT}/plants/demo/generic.eds")):
             for limit in range(4, 16):
-                done = subprocess.run([PROGRAM, *plant, "--modbus", "127.0.0.1:0", "--clock", "manual"], stdin=subprocess.DEVNULL, capture_output=True,
-                                      text=True, preexec_fn=lambda limit=limit: resource.setrlimit(resource.RLIMIT_NOFILE, (limit, limit)), timeout=LIMIT)
+                done = run(*plant, *STANDING[1:], stdin=subprocess.DEVNULL,
+                           preexec_fn=lambda limit=limit: resource.setrlimit(resource.RLIMIT_NOFILE, (limit, limit)))
                 self.assertRegex(done.stderr, r"\A\Z" if done.returncode == 0 else r"\Acbcan-sim: .*Too many open files", limit)
                 self.assertIn(done.returncode, (0, 3))
             self.assertEqual(done.returncode, 0)
@@ -158,8 +154,7 @@ class Starting(cases.Case):
         self.check_refused(run("--modbus", "127.0.0.1:0", "--node", f"5={pipe}"), 2, why)
 
     def test_a_pipe_with_a_writer(self):
-        done = subprocess.run(["bash", "-c", f"{PROGRAM} --check --config <(sleep 0.01; printf '[module]\nnode_id = 300\n')"], capture_output=True, text=True,
-                              timeout=LIMIT)
+        done = ran("bash", "-c", f"{PROGRAM} --check --config <(sleep 0.01; printf '[module]\nnode_id = 300\n')")
         self.assertRegex(done.stderr, r"\A/dev/fd/\d+:2: .*1\.\.127")
 
     def test_nothing_that_is_quoted_commands_the_terminal(self):
@@ -191,40 +186,35 @@ class Diagnostics(cases.Case):
             self.assertEqual(plc.read(first, len(words)), words, first)
 
     def test_what_can_be_known(self):
-        with Simulator(PROGRAM, "--demo", "--clock", "manual", "--control", "127.0.0.1:0", "--set", "rtu.listen=127.0.0.1:0",
+        with Simulator(PROGRAM, "--demo", "--clock", "manual", "--set", "rtu.listen=127.0.0.1:0",
                        stdin=subprocess.PIPE) as simulator, simulator.window() as plc:
-            with simulator.connect("control") as control, control.makefile("rw") as lines:
-                def command(line):
-                    print(line, file=lines, flush=True)
-                    return lines.readline()
-                command("pass 70s")
-                self.assertEqual((plc.execute(READ, 0x42, 0x1000, 0, 4), plc.execute(READ, 0x42, 0x3333, 0, 4)), (0, 4))
-                plc.start(READ, 99, 0x1000, 0, 4)
-                plc.write(3700, [0])
-                version = [int(part) for part in run("--version").stdout.split()[1].split(".")]
-                requests = plc.read(4108, 1)[0]
-                self.check(plc, {4100: [version[0] << 8 | version[1], version[2]], 4102: [70000 & 0xFFFF, 70000 >> 16, 1, 0, 0, 0],
-                                 4116: [5 + 2, 0, 1 + 4, 0, 0, 0, 0, 0, 0, 0],  # boot-up messages and transfers
-                                 4126: [3, 0, 1, 0, 1, 0], 4132: [0] * 9})
-                self.assertEqual(plc.read(4108, 1), [requests + 6])
-                self.assertRaises(Exception, plc.read, 4168, 1)
-                self.check(plc, {4112: [1, 0]})
-                for fault, state in (("error-passive", 17), ("overflow", 2), ("bus-off", 16)):
-                    command("clear bus")
-                    command(f"fault bus {fault}")
-                    self.check(plc, {4107: [state]})
-                    self.assertEqual(command("read 4107"), f"ok {state}\n")
-                plc.start(READ, 0x42, 0x1000, 0, 4)
-                command("pass 1ms")
-                self.assertGreater(plc.read(4120, 1)[0], 0)
-                with simulator.connect("rtu_tcp") as rtu:
-                    rtu.sendall(frame("0103100B0001"))  # R4107
-                    self.assertEqual(rtu.recv(7, socket.MSG_WAITALL), frame("0103020010"))
+            simulator.say("pass 70s")
+            self.assertEqual((plc.execute(READ, 0x42, 0x1000, 0, 4), plc.execute(READ, 0x42, 0x3333, 0, 4)), (0, 4))
+            plc.start(READ, 99, 0x1000, 0, 4)
+            plc.write(3700, [0])
+            version = [int(part) for part in run("--version").stdout.split()[1].split(".")]
+            requests = plc.read(4108, 1)[0]
+            self.check(plc, {4100: [version[0] << 8 | version[1], version[2]], 4102: [70000 & 0xFFFF, 70000 >> 16, 1, 0, 0, 0],
+                             4116: [5 + 2, 0, 1 + 4, 0, 0, 0, 0, 0, 0, 0],  # boot-up messages and transfers
+                             4126: [3, 0, 1, 0, 1, 0], 4132: [0] * 9})
+            self.assertEqual(plc.read(4108, 1), [requests + 6])
+            self.assertRaises(Exception, plc.read, 4168, 1)
+            self.check(plc, {4112: [1, 0]})
+            for fault, state in (("error-passive", 17), ("overflow", 2), ("bus-off", 16)):
+                simulator.say("clear bus")
+                simulator.say(f"fault bus {fault}")
+                self.check(plc, {4107: [state]})
+                self.assertEqual(simulator.say("read 4107"), f"ok {state}\n")
+            plc.start(READ, 0x42, 0x1000, 0, 4)
+            simulator.say("pass 1ms")
+            self.assertGreater(plc.read(4120, 1)[0], 0)
+            with simulator.connect("rtu_tcp") as rtu:
+                rtu.sendall(frame("0103100B0001"))  # R4107
+                self.assertEqual(rtu.recv(7, socket.MSG_WAITALL), frame("0103020010"))
 
     def test_in_a_scenario(self):
-        scenario = self.folder / "diagnostics.toml"
-        scenario.write_text('plant = "demo"\n[[step]]\ndo = ["trigger read 0x42 0x1000 0 4", "fault bus bus-off"]\n'
-                            'expect = ["register 4107 = 16", "register 4126 = 1 0 0 0"]\n')
+        scenario = self.write("diagnostics.toml", 'plant = "demo"\n[[step]]\ndo = ["trigger read 0x42 0x1000 0 4", "fault bus bus-off"]\n'
+                              'expect = ["register 4107 = 16", "register 4126 = 1 0 0 0"]\n')
         done = run("run", scenario)
         self.assertEqual(done.returncode, 0, done.stdout)
 
@@ -236,7 +226,7 @@ class Diagnostics(cases.Case):
         self.assertIn("module.start_result 4: must be 0 or 5", run("--set", "module.start_result=4").stderr)
 
 
-class Ending(unittest.TestCase):
+class Ending(cases.Case):
     def test_signals(self):
         for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
             simulator = Simulator(PROGRAM, "--demo")
@@ -297,7 +287,7 @@ class BehindTheClock(cases.Case):
     """update() takes 0.4 ms and more, and is to be called every 10 us."""
 
     def test_clients_and_signals_have_their_turn(self):
-        generic = pathlib.Path(__file__).resolve().parents[2] / "plants/demo/generic.eds"
+        generic = ROOT / "plants/demo/generic.eds"
         (self.folder / "slow.lua").write_text("function update(now) for i = 1, 90000 do end return now + 1e-5 end\n")
         plant = self.write("plant.toml", f'[[node]]\nid = 20\neds = "{generic}"\ndevice = "slow.lua"\n[[node]]\nid = 32\neds = "{generic}"\n')
         simulator = Simulator(PROGRAM, "--config", str(plant), "--control", "127.0.0.1:0", log=False, test=self)

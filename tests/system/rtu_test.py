@@ -3,63 +3,57 @@
 """Modbus RTU on a pseudo-terminal and over TCP, next to Modbus TCP, with clients of other projects: mbpoll (libmodbus) and pymodbus."""
 
 import os
-import pathlib
 import re
 import socket
-import subprocess
-import sys
 import tty
-import unittest
 
 from pymodbus.client import ModbusTcpClient
 from pymodbus.framer.rtu_framer import ModbusRtuFramer
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tests/support"))
 import cases
+from done import output
 from mcu import with_crc
 from serial_line import SerialLine
 from simulator import LIMIT, Simulator, program_from_arguments, wait_until
+from tree import ROOT
 
-PROGRAM = program_from_arguments(sys.argv)
+PROGRAM = program_from_arguments()
 
 READ_TYPE = [0xCA0E, 5055, 66, 0x1000, 0, 4]  # 1000h of the I/O module: 000F 0191h
 TYPE = [0, 5055, 66, 0x1000, 0, 4, 0x0191, 0x000F]
 
 
-class OnALine(unittest.TestCase):
+class OnALine(cases.Case):
     def setUp(self):
         self.line = SerialLine()
         self.addCleanup(self.line.close)
 
-    def start(self, *options, parity="E", station=1):
-        line = (f"rtu.device={self.line.ends[0]}", "rtu.baud=19200", f"rtu.parity={parity}", f"rtu.station={station}")
-        return Simulator(PROGRAM, "--demo", *(word for key in line for word in ("--set", key)), *options, test=self)
+    def start(self, *options):
+        return Simulator(PROGRAM, "--demo", "--rtu", self.line.ends[0], "--set", "rtu.baud=19200", "--set", "rtu.parity=E", "--set", "rtu.station=1",
+                         *options, test=self)
 
-    def mbpoll(self, *arguments, parity="even", station=1):
-        command = ["mbpoll", "-q", "-m", "rtu", "-b", "19200", "-P", parity, "-a", str(station), "-0", "-1", "-o", "5", *arguments[:-1],
-                   self.line.ends[1], *arguments[-1]]
-        done = subprocess.run(command, capture_output=True, text=True, timeout=LIMIT)
-        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-        return [int(value) for value in re.findall(r"^\[\d+\]:\s+(\d+)", done.stdout, re.MULTILINE)]
+    def mbpoll(self, *arguments, station=1):
+        said = output("mbpoll", "-q", "-m", "rtu", "-b", "19200", "-P", "even", "-a", station, "-0", "-1", "-o", "5", *arguments[:-1],
+                      self.line.ends[1], *arguments[-1], timeout=LIMIT)
+        return [int(value) for value in re.findall(r"^\[\d+\]:\s+(\d+)", said, re.MULTILINE)]
 
     def test_mbpoll_reads_and_writes(self):
         self.assertEqual(self.start().where["rtu"], self.line.ends[0])
-        self.mbpoll("-r", "3700", [str(word) for word in READ_TYPE])
+        self.mbpoll("-r", "3700", READ_TYPE)
         self.assertEqual(self.mbpoll("-r", "3700", "-c", "8", []), TYPE)
         self.assertEqual(self.mbpoll("-r", "3700", "-c", "8", "-t", "3", []), TYPE)  # FC 4
 
     def test_the_next_networks_are_the_next_stations(self):
         simulator = self.start("--network", "2", "--set", "module.node_id=9")
         with simulator.window(2) as window:
-            self.mbpoll("-r", "3700", ["51726", "5055", "0", "12289", "0", "1"], station=2)  # 3001h: the own node ID
+            self.mbpoll("-r", "3700", [51726, 5055, 0, 12289, 0, 1], station=2)  # 3001h: the own node ID
             self.assertEqual((window.result(), window.read(3706, 1)), (0, [9]))
 
     def test_the_scanner_window_by_rtu(self):
         self.start()
-        self.mbpoll("-r", "500", ["1", "5055", "66", "4096", "0", "4"])
+        self.mbpoll("-r", "500", [1, 5055, 66, 4096, 0, 4])
         self.assertEqual(self.mbpoll("-r", "600", "-c", "3", []), [1, 5, 1])  # the first number after the start is not executed
-        self.mbpoll("-r", "500", ["2", "5055", "66", "4096", "0", "4"])
+        self.mbpoll("-r", "500", [2, 5055, 66, 4096, 0, 4])
         self.assertEqual(self.mbpoll("-r", "600", "-c", "6", []), [2, 0, 2, 4, 0x0191, 0x000F])
 
 
@@ -94,7 +88,7 @@ class AtTheOtherEnd(cases.Case):
         os.close(slave)
 
 
-class OverTcp(unittest.TestCase):
+class OverTcp(cases.Case):
     def setUp(self):
         # With a listener to what is exchanged.
         self.simulator = Simulator(PROGRAM, "--demo", "--http", "127.0.0.1:0", "--set", "rtu.listen=127.0.0.1:0", test=self)

@@ -6,21 +6,19 @@ import hashlib
 import os
 import pathlib
 import pty
-import socket
-import struct
 import subprocess
-import sys
 import tempfile
-import threading
 import time
 import xml.etree.ElementTree as ElementTree
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases
-from simulator import LIMIT, Simulator, program_from_arguments
+from done import ran
+from owned_registers import OwnedRegisters
+from serial_line import SerialLine
+from simulator import STANDING, Simulator, program_from_arguments
+from tree import ROOT
 
-PROGRAM = program_from_arguments(sys.argv)
-ROOT = pathlib.Path(__file__).resolve().parents[2]
+PROGRAM = program_from_arguments()
 SHIPPED = sorted((ROOT / "scenarios").glob("*.toml"))
 DIGESTS = pathlib.Path(__file__).with_name("scenario_logs.sha256")  # in the format of sha256sum
 FAILS = """plant = "demo"
@@ -33,7 +31,7 @@ expect = "register 3700 = 0"
 
 
 def run(*arguments):
-    return subprocess.run([PROGRAM, "run", *map(str, arguments)], capture_output=True, text=True, timeout=LIMIT)
+    return ran(PROGRAM, "run", *arguments)
 
 
 class Shipped(cases.Case):
@@ -81,27 +79,19 @@ class Shipped(cases.Case):
         self.assertTrue(logs[0]["two_networks.2.log"])
 
     def test_a_module_that_restarts_is_no_success(self):
-        """Registers that contain CA0Eh at the first read and 0 afterwards."""
-        words = [0] * 4168
+        class Module(OwnedRegisters):
+            """Its registers contain CA0Eh at the first read and 0 afterwards."""
 
-        def serve(listener):
-            with listener.accept()[0] as client, client.makefile("rb") as requests:
-                while header := requests.read(7):
-                    pdu = requests.read(header[5] - 1)
-                    first, count = struct.unpack(">HH", pdu[1:5])
-                    if pdu[0] == 16:
-                        words[first:first + count] = struct.unpack(f">{count}H", pdu[6:])
-                        response = pdu[:5]
-                    else:
-                        response = struct.pack(f">BB{count}H", 3, 2 * count, *words[first:first + count])
-                        if words[3700] == 0xCA0E:
-                            words[3700:3770] = [0] * 70
-                    client.sendall(header[:5] + bytes([len(response) + 1, header[6]]) + response)
-        with socket.create_server(("127.0.0.1", 0)) as listener:
-            threading.Thread(target=serve, args=(listener,), daemon=True).start()
-            plain = self.folder / "plain.toml"
-            plain.write_text('[[step]]\ndo = "trigger write 5 0x2000 0 4 1"\nwait = "transaction ended"\nexpect = "register 3700 = 0"\n')
-            done = run("--target", "127.0.0.1:%d" % listener.getsockname()[1], plain)
+            def read(self, first, count):
+                words = super().read(first, count)
+                if self.registers.get(3700) == 0xCA0E:
+                    self.write(3700, [0] * 70)
+                return words
+
+        module = Module()
+        self.addCleanup(module.stop)
+        plain = self.write("plain.toml", '[[step]]\ndo = "trigger write 5 0x2000 0 4 1"\nwait = "transaction ended"\nexpect = "register 3700 = 0"\n')
+        done = run("--target", f"127.0.0.1:{module.port}", plain)
         self.assertEqual(done.returncode, 2)
         self.assertIn("the module has restarted, or another program has written to R3701..R3704", done.stdout)
 
@@ -112,12 +102,16 @@ class Shipped(cases.Case):
         self.assertGreaterEqual(time.monotonic() - begin, 2.2)
 
     def test_on_another_implementation_of_the_registers(self):
-        with Simulator(PROGRAM, "--demo", "--sdo-timeout", "200") as simulator:
-            plain = self.folder / "plain.toml"
-            plain.write_text('plant = "demo"\n[[step]]\ndo = "trigger read 99 0x1000 0 4"\nwait = "transaction ended"\n'
-                             'expect = ["took >= 200ms", "register 3700 = 4", "register 3706 = 0 0x0504"]\n')
+        line = SerialLine()
+        self.addCleanup(line.close)
+        with Simulator(PROGRAM, "--demo", "--sdo-timeout", "200", "--rtu", line.ends[0], "--set", "rtu.baud=115200") as simulator:
+            plain = self.write("plain.toml", 'plant = "demo"\n[[step]]\ndo = "trigger read 99 0x1000 0 4"\nwait = "transaction ended"\n'
+                               'expect = ["took >= 200ms", "register 3700 = 4", "register 3706 = 0 0x0504"]\n')
             done = run("--target", f"127.0.0.1:{simulator.port}", plain, *(ROOT / f"scenarios/{name}.toml" for name in (
                 "an_hour_of_heartbeats", "checks", "nmt_and_state", "node_lost", "sdo_sizes_and_modes", "silent_node")))
+            by_rtu = run("--target", f"rtu:{line.ends[1]},115200,E", *(ROOT / f"scenarios/{name}.toml" for name in (
+                "checks", "nmt_and_state", "sdo_sizes_and_modes", "transaction_read_and_write")))
+        self.assertIn("\n4 passed\n", by_rtu.stdout)
         self.assertEqual(done.returncode, 0, done.stdout)
         self.assertIn("an_hour_of_heartbeats.toml: line 9: nothing of what the step expects can be seen there\n", done.stdout)
         self.assertRegex(done.stdout, r"(?m)^passed .*/checks.toml: 0\.\d+ s; 5 expectations of nodes, frames or exact times left out$")
@@ -165,14 +159,12 @@ class FromOutside(cases.Case):
 
     def test_a_log_is_played_onto_the_bus(self):
         (self.folder / "bus.log").write_text("(1436509052.500000) can0 000#0142\n\n(1436509053.750000) can0 642#4000100000000000\n")
-        scenario = self.folder / "replay.toml"
-        scenario.write_text('plant = "demo"\n[can]\nreplay = "bus.log"\n[[step]]\nat = "0us"\n[[step]]\nwait = "frame 5C2#43*"\n'
-                            'expect = ["took = 1250ms", "state 0x42 operational"]\n')
+        scenario = self.write("replay.toml", 'plant = "demo"\n[can]\nreplay = "bus.log"\n[[step]]\nat = "0us"\n[[step]]\nwait = "frame 5C2#43*"\n'
+                              'expect = ["took = 1250ms", "state 0x42 operational"]\n')
         self.assertEqual(run(scenario).stdout, f"passed {scenario}: 1.250000 s\n1 passed\n")
         (self.folder / "bus.log").write_text("(1436509052.500000) can0 000#0142\n(1436509051.750000) can0 642#\n")
         self.assertIn(f"can.replay: {self.folder}/bus.log:2: not a line of candump -L, or earlier than the one before\n", run(scenario).stdout)
-        done = subprocess.run([PROGRAM, "--demo", "--modbus", "127.0.0.1:0", "--clock", "manual", "--set", "can.replay=none.log"], input="",
-                              capture_output=True, text=True, timeout=LIMIT)
+        done = ran(PROGRAM, *STANDING, "--set", "can.replay=none.log", input="")
         self.assertEqual((done.returncode, done.stderr), (2, "can.replay: none.log: cannot be read\n"))
 
 
@@ -254,7 +246,7 @@ class Outcomes(cases.Case):
     def test_progress_on_a_terminal_alone(self):
         master, terminal = pty.openpty()
         with os.fdopen(terminal, "wb") as err:
-            subprocess.run([PROGRAM, "run", ROOT / "scenarios/checks.toml"], stdout=subprocess.DEVNULL, stderr=err, timeout=LIMIT)
+            ran(PROGRAM, "run", ROOT / "scenarios/checks.toml", capture_output=False, stdout=subprocess.DEVNULL, stderr=err)
         written = b"\r1 of 1, 0 failed\x1b[K\r\x1b[K"
         with os.fdopen(os.dup(master), "rb") as screen:
             self.assertEqual(screen.read(len(written)), written)

@@ -6,13 +6,12 @@ import collections
 import pathlib
 import re
 import subprocess
-import sys
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases
+from done import output
 from simulator import LIMIT, Simulator, program_from_arguments
 
-PROGRAM = program_from_arguments(sys.argv)
+PROGRAM = program_from_arguments()
 PLANT = pathlib.Path(__file__).with_name("devices.toml")
 
 EXPEDITED = ("620#2F01200011000000", "620#2B02200011220000", "620#2703200011223300", "620#2304200011223344",
@@ -61,9 +60,8 @@ def slcan(frame):
 def dissect(log, *fields):
     """These fields of each frame, as tshark prints them."""
     arguments = [argument for field in fields for argument in ("-e", field)]
-    done = subprocess.run(["tshark", "-r", str(log), "-d", "can.subdissector=canopen", "-T", "fields", *arguments],
-                          capture_output=True, text=True, timeout=LIMIT, check=True, env={"PATH": "/usr/bin", "TZ": "UTC"})
-    return [tuple(line.split("\t")) for line in done.stdout.split("\n")[:-1]]
+    lines = output("tshark", "-r", log, "-d", "can.subdissector=canopen", "-T", "fields", *arguments, timeout=LIMIT, env={"PATH": "/usr/bin", "TZ": "UTC"})
+    return [tuple(line.split("\t")) for line in lines.split("\n")[:-1]]
 
 
 def kind(info):

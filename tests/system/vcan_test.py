@@ -6,19 +6,15 @@ CBCAN_VCAN names the interface, which must be up; needs root to add others.
 """
 
 import os
-import pathlib
 import subprocess
-import sys
-import unittest
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases
-from simulator import Simulator, program_from_arguments, wait_until
+from simulator import READ, WRITE, Simulator, program_from_arguments, wait_until
+from tree import ROOT
 
-PROGRAM = program_from_arguments(sys.argv)
+PROGRAM = program_from_arguments()
 VCAN = os.environ["CBCAN_VCAN"]
-EDS = pathlib.Path(__file__).resolve().parents[2] / "plants/demo/generic.eds"
-READ, WRITE = 5055, 5066
+EDS = ROOT / "plants/demo/generic.eds"
 
 
 def ip_link(*arguments, interface=VCAN):
@@ -62,7 +58,7 @@ class Candump:
         self.process.stdout.close()
 
 
-class OnVcan(unittest.TestCase):
+class OnVcan(cases.Case):
     def start(self, *options, can=VCAN):
         self.simulator = Simulator(PROGRAM, "--can", f"socketcan:{can}", *options, test=self)
         self.window = self.simulator.window()

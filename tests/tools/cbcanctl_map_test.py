@@ -7,22 +7,17 @@ usage: cbcanctl_map_test.py CBCANCTL
 
 import csv
 import io
-import pathlib
 import re
 import shutil
-import subprocess
-import sys
-import tempfile
-import unittest
 import xml.etree.ElementTree as ElementTree
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / "tests/support"), str(ROOT / "tests/st")]
 import cases
-from simulator import LIMIT, program_from_arguments
+from done import ran
+from simulator import program_from_arguments
 from st_machine import Machine
+from tree import ROOT
 
-CBCANCTL = program_from_arguments(sys.argv)
+CBCANCTL = program_from_arguments()
 PLCOPEN = "{http://www.plcopen.org/xml/tc6_0201}"
 HOST = ("--modbus", "192.168.1.5:1502")
 FORMS = "csv tia-db xsy logix codesys".split()
@@ -56,19 +51,16 @@ def eds(objects):
         f"[{number}]\nParameterName={name}\nDataType={kind}\nAccessType=rw\nPDOMapping=1\n{more}" for number, name, kind, more in objects)
 
 
-class Map(unittest.TestCase):
+class Map(cases.Case):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = pathlib.Path(folder.name)
         for file in (*ROOT.glob("plants/demo/*.eds"), ROOT / "tests/descriptions/corpus/compact.eds"):
             shutil.copy(file, self.folder)
-        (self.folder / "odd.eds").write_text(eds(ODD))
+        self.write("odd.eds", eds(ODD))
         self.network = DEMO
 
     def run_ctl(self, *arguments):
-        (self.folder / "network.toml").write_text(self.network)
-        return subprocess.run([CBCANCTL, "map", *arguments], cwd=self.folder, capture_output=True, timeout=LIMIT)
+        self.write("network.toml", self.network)
+        return ran(CBCANCTL, "map", *arguments, cwd=self.folder, text=False)
 
     def text(self, form, *options, encoding="utf-8"):
         done = self.run_ctl("network.toml", "--for", form, *options, *(HOST if form in PROGRAMS else ()))
@@ -256,7 +248,7 @@ class Names(Map):
 
     def test_parts_and_objects_do_not_meet(self):
         objects = [("2001", "value", "0x0007", ""), ("2002", "value_w0", "0x0005", ""), ("2003", "VALUE W1", "0x0005", "")]
-        (self.folder / "odd.eds").write_text(eds(objects))
+        self.write("odd.eds", eds(objects))
         self.odd(maps=["[{ index = 0x2001 }, { index = 0x2002 }, { index = 0x2003 }]"])
         self.check(13)
 
@@ -338,7 +330,7 @@ class Page(Map):
         rows = re.findall(r"^\| `(\S+)` \| [^|]* \| (?:`(.*?)`|R3800|byte 0) \| ([^|]*) \|$", page, re.MULTILINE)
         self.assertEqual([name for name, *_ in rows], FORMS)
         self.assertEqual(re.findall(r"^\| `(\S+)` \| [^|]* \| [^|]* \|$", page, re.MULTILINE), PROGRAMS)
-        (self.folder / "odd.eds").write_text(eds([("2001", "first", "0x0006", ""), ("2002", "pad", "0x0006", ""), ("2003", "value", "0x0007", "")]))
+        self.write("odd.eds", eds([("2001", "first", "0x0006", ""), ("2002", "pad", "0x0006", ""), ("2003", "value", "0x0007", "")]))
         for name, address, doubles in rows:
             for order in ("low-first", "high-first"):
                 self.odd(order, ["[{ index = 0x2001 }, { index = 0x2002 }, { index = 0x2003 }]"])

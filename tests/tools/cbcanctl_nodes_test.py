@@ -4,21 +4,15 @@
 
 import json
 import os
-import pathlib
 import select
-import signal
 import subprocess
-import sys
-import tempfile
-import unittest
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tests/support"))
 import cases
-from simulator import LIMIT, Simulator, program_from_arguments
+from ctl import ABSENT, DONE, REFUSED, USAGE, Case, run, start
+from simulator import Simulator, program_from_arguments
+from tree import ROOT
 
-CBCANCTL, CBCAN_SIM = program_from_arguments(sys.argv, 2)
-DONE, USAGE, REFUSED, ABSENT, INTERRUPTED = 0, 2, 4, 5, 130
+CBCAN_SIM = program_from_arguments()
 FILES = {1: "pressure_transducer", 16: "drive", 32: "generic", 66: "io_module"}  # of the demo plant
 
 
@@ -26,31 +20,12 @@ def eds(name):
     return ROOT / f"plants/demo/{name}.eds"
 
 
-class Nodes(unittest.TestCase):
+class Nodes(Case):
     options = ()
 
     def setUp(self):
         self.simulator = Simulator(CBCAN_SIM, "--demo", *self.options, test=self)
-        self.folder = tempfile.TemporaryDirectory()
-        self.addCleanup(self.folder.cleanup)
-
-    def run_ctl(self, *arguments, **keywords):
-        return subprocess.run([CBCANCTL, "--modbus", f":{self.simulator.port}", *map(str, arguments)], timeout=LIMIT,
-                              **(keywords or {"capture_output": True, "text": True}))
-
-    def start_ctl(self, *arguments):
-        return subprocess.Popen([CBCANCTL, "--modbus", f":{self.simulator.port}", *arguments], stdout=subprocess.PIPE,
-                                stderr=subprocess.PIPE, text=True)
-
-    def check(self, arguments, out="", code=DONE, error=""):
-        done = self.run_ctl(*arguments.split())
-        self.assertEqual((done.stdout, done.returncode), (out, code), done.stderr)
-        self.assertEqual(done.stderr, error)
-
-    def file(self, name, content):
-        path = pathlib.Path(self.folder.name) / name
-        path.write_bytes(content.encode() if isinstance(content, str) else content)
-        return path
+        self.place = self.simulator.port
 
     def dcf(self, name, node, values):
         """The file of a demo node with values: {"1400sub1": "5"}."""
@@ -58,24 +33,24 @@ class Nodes(unittest.TestCase):
         for section, value in values.items():
             self.assertIn(f"[{section}]\n", text)
             text = text.replace(f"[{section}]\n", f"[{section}]\nParameterValue={value}\n")
-        return self.file(f"{name}{node}.dcf", text)
+        return self.write(f"{name}{node}.dcf", text)
 
     def dumped(self, *arguments):
-        done = self.run_ctl("dump", *arguments)
+        done = run(self.place, "dump", *arguments)
         self.assertEqual((done.returncode, done.stderr), (DONE, ""))
         return done.stdout
 
 
 class ManyNodes(Nodes):
     def test_scan(self):
-        done = self.run_ctl("scan")
+        done = run(self.place, "scan")
         self.assertEqual((done.returncode, done.stderr), (DONE, ""))
         heading, *rows = done.stdout.splitlines()
         self.assertEqual([row.split()[0] for row in rows], ["1", "2", "16", "32", "66", "127"])
         self.assertEqual(rows[4].split(), ["66", "0x000F0191", "0x00000000", "0x00000191", "0x00010000", "0x00000001", *"cbcan I/O module".split()])
         self.assertEqual(rows[4].index("0x00000191"), heading.index("product"))
         self.assertEqual(rows[4].index("cbcan"), heading.index("name"))
-        rows = [json.loads(line) for line in self.run_ctl("--json", "scan").stdout.splitlines()]
+        rows = [json.loads(line) for line in run(self.place, "--json", "scan").stdout.splitlines()]
         self.assertEqual(rows[3], {"node": 32, "device_type": 0, "vendor": 0, "product": 32, "revision": 65536, "serial": 1,
                                    "name": "cbcan generic node"})
 
@@ -84,7 +59,7 @@ class ManyNodes(Nodes):
             for arguments in ((node, "--eds", eds(name)), (node,))[:1 + (node == 66)]:  # without a file it takes seconds
                 with self.subTest(arguments):
                     text = self.dumped(*arguments)
-                    self.check(f"configure {self.file('plan.toml', text)}", f"{node} started\n")
+                    self.check(f"configure {self.write('plan.toml', text)}", f"{node} started\n")
                     self.check(f"nmt preop {node}")
                     self.assertEqual(self.dumped(*arguments), text)
         self.assertIn('\n  # { index = 0x6200, sub = 0, value = 1, type = "u8" },\n', text)  # a number of sub-indices
@@ -108,7 +83,7 @@ class ManyNodes(Nodes):
         self.check("write 0x20 0x200E 0 hex:6865783A30313032303330343035")  # hex:0102030405
         self.check("write 0x20 0x2008 0 18446744073709551615 --type u64")
         self.check("write 0x20 0x207F 0 " + 127 * "a" + " --type string")
-        plan = self.file("plan.toml", self.dumped(32))
+        plan = self.write("plan.toml", self.dumped(32))
         self.check("nmt reset-node 0x20")
         self.check("read 0x20 0x2008 0 --type u64", "0\n")
         self.check(f"configure {plan}", "32 started\n")
@@ -120,10 +95,11 @@ class ManyNodes(Nodes):
         self.check("dump 99", "", ABSENT, "cbcanctl: node 99: 0504 0000h ABORT_TIME_OUT: SDO service timed out\n")
         self.check("dump 0", "", USAGE, "cbcanctl: NODE 0: write 1..127\n")
         no_object = "there is no object in it, no section like [1000]: is this an EDS or DCF?"
-        for content, told in (("", no_object), (bytes(range(256)) * 50, no_object),
+        for content, told in ((b"", no_object), (bytes(range(256)) * 50, no_object),
                               (b"\xFF\xFE[\0", "this is UTF-16: save the file as ASCII or UTF-8")):
             for command, name in (("dump 32 --eds", "a.eds"), ("configure", "a.DCF")):
-                path = self.file(name, content)
+                path = self.folder / name
+                path.write_bytes(content)
                 self.check(f"{command} {path}", "", USAGE, f"cbcanctl: {path}:1: {told}\n")
 
     def test_configure_by_dcf(self):
@@ -149,10 +125,10 @@ class ManyNodes(Nodes):
                    "00 00 00 00\ncbcanctl: 1 of 1 nodes has not been started\n")
 
     def test_a_terminal_shows_how_far_it_is(self):
-        plan = self.file("plan.toml", "[[node]]\nid = 1\n[[node]]\nid = 2\n")
-        for words, last in ((("scan",), "node 127 of 127"), (("configure", self.file("none.toml", "")), "node 0 of 0"), (("configure", plan), "node 2 of 2"), (("dump", "32", "--eds", eds("generic")), "object 45 of 45")):
+        plan = self.write("plan.toml", "[[node]]\nid = 1\n[[node]]\nid = 2\n")
+        for words, last in ((("scan",), "node 127 of 127"), (("configure", self.write("none.toml", "")), "node 0 of 0"), (("configure", plan), "node 2 of 2"), (("dump", "32", "--eds", eds("generic")), "object 45 of 45")):
             terminal, end = os.openpty()
-            done = self.run_ctl(*words, stdout=subprocess.PIPE, stderr=end)
+            done = run(self.place, *words, capture_output=False, stdout=subprocess.PIPE, stderr=end)
             shown = b""
             while select.select([terminal], [], [], 0)[0]:
                 shown += os.read(terminal, 1 << 16)
@@ -163,11 +139,9 @@ class ManyNodes(Nodes):
 
     def test_an_interrupt_leaves_nothing_behind(self):
         for words, frame in (("scan --timeout 60000", "603#4000100000000000"), ("dump 32", "620#4000300000000000")):
-            control = self.start_ctl(*words.split())
+            control = start(self.place, *words.split())
             self.simulator.wait_for_frame(frame)
-            control.send_signal(signal.SIGINT)
-            self.assertEqual((*control.communicate(timeout=LIMIT), control.returncode),
-                             ("", "cbcanctl: cancelled: no request is in progress any more\n", INTERRUPTED))
+            self.check_interrupted(control, "cbcanctl: cancelled: no request is in progress any more\n")
         self.simulator.wait_for_frame("603#8000100000000008")
         with self.simulator.window() as window:  # 3003h of each channel is unchanged
             for channel in range(1, 16):
@@ -180,10 +154,10 @@ class OneChannel(Nodes):
     options = ("--set", "module.channels=1")
 
     def test_the_same_by_r3700(self):
-        done = self.run_ctl("scan", "--timeout", "5")
+        done = run(self.place, "scan", "--timeout", "5")
         self.assertEqual([row.split()[0] for row in done.stdout.splitlines()], ["node", "1", "2", "16", "32", "66", "127"])
         self.check("read 0 0x3003 0 --type u16", "1000\n")
-        plan = self.file("plan.toml", self.dumped(32, "--eds", eds("generic")))
+        plan = self.write("plan.toml", self.dumped(32, "--eds", eds("generic")))
         self.check(f"configure {plan}", "32 started\n")
 
 

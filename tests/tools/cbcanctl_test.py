@@ -4,44 +4,33 @@
 
 import json
 import os
-import pathlib
 import re
 import signal
 import struct
 import subprocess
-import sys
-import tempfile
-import unittest
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import cases
+from ctl import ABSENT, CBCANCTL, DONE, INTERRUPTED, NO_CONNECTION, REFUSED, USAGE, Case, run, start
+from done import ran
 from owned_registers import OwnedRegisters
 from simulator import LIMIT, Simulator, program_from_arguments, wait_until
+from tree import ROOT
 
-CBCANCTL, CBCAN_SIM = program_from_arguments(sys.argv, 2)
-DONE, USAGE, NO_CONNECTION, REFUSED, ABSENT, INTERRUPTED = 0, 2, 3, 4, 5, 130
-
-
-def run(port, *arguments):
-    return subprocess.run([CBCANCTL, "--modbus", f":{port}", *arguments], capture_output=True, text=True, timeout=LIMIT)
+CBCAN_SIM = program_from_arguments()
 
 
-class WithSimulator(unittest.TestCase):
+class WithSimulator(Case):
     def setUp(self):
         self.simulator = Simulator(CBCAN_SIM, "--demo", test=self)
-
-    def check(self, arguments, out="", code=DONE, error=""):
-        done = run(self.simulator.port, *arguments.split())
-        self.assertEqual((done.stdout, done.returncode), (out, code), done.stderr)
-        self.assertEqual(done.stderr, error)
+        self.place = self.simulator.port
 
     def test_write_and_read_by_type(self):
         for index, kind, value in ((0x2001, "u8", "200"), (0x2002, "u16", "65535"), (0x2003, "u24", "70000"),
                                    (0x2004, "i32", "-5"), (0x2004, "f32", "1.5"), (0x2005, "u40", "1099511627775"),
                                    (0x2008, "i64", "-1"), (0x2008, "f64", "-0.1"), (0x200E, "string", "fourteen bytes")):
-            done = run(self.simulator.port, "write", "0x20", hex(index), "0", value, "--type", kind)
+            done = run(self.place, "write", "0x20", hex(index), "0", value, "--type", kind)
             self.assertEqual((done.returncode, done.stdout, done.stderr), (DONE, "", ""))
-            done = run(self.simulator.port, "read", "20h", hex(index), "0", "--type", kind)
+            done = run(self.place, "read", "20h", hex(index), "0", "--type", kind)
             self.assertEqual((done.returncode, done.stdout, done.stderr), (DONE, value + "\n", ""))
 
     def test_bytes_and_sizes(self):
@@ -53,15 +42,15 @@ class WithSimulator(unittest.TestCase):
                    "cbcanctl: 0504 0005h ABORT_READ_LENGTH: object length too big to read (CiA 301: out of memory)\n")
 
     def test_json(self):
-        done = run(self.simulator.port, "--json", "read", "1", "0x9130", "1", "--type", "i32")
+        done = run(self.place, "--json", "read", "1", "0x9130", "1", "--type", "i32")
         self.assertEqual(json.loads(done.stdout), {"result": 0, "size": 4, "data": "CD 82 01 00", "value": 99021})
-        done = run(self.simulator.port, "--json", "read", "0x20", "0x3333", "0")
+        done = run(self.place, "--json", "read", "0x20", "0x3333", "0")
         self.assertEqual(done.returncode, REFUSED)
         response = json.loads(done.stdout)
         self.assertEqual((response["result"], response["abort_code"]), (4, 0x06020000))
-        done = run(self.simulator.port, "--json", "write", "0x20", "0x2001", "0", "1", "--type", "u8")
+        done = run(self.place, "--json", "write", "0x20", "0x2001", "0", "1", "--type", "u8")
         self.assertEqual(json.loads(done.stdout), {"result": 0})
-        done = run(self.simulator.port, "--json", "state", "1")
+        done = run(self.place, "--json", "state", "1")
         self.assertEqual(json.loads(done.stdout), {"node": 1, "state": 127, "name": "Pre-operational"})
 
     def test_nmt_and_state(self):
@@ -77,35 +66,31 @@ class WithSimulator(unittest.TestCase):
                          ["000#0142", "000#0242", "000#8042", "000#0100", "000#8100", "000#8201"])
 
     def test_configure(self):
-        with tempfile.NamedTemporaryFile("w", suffix=".toml") as plan:
-            plan.write("[[node]]\nid = 0x20\ndevice_type = 0\nobjects = [{ index = 0x2002, value = 77, type = 'u16' }]\n"
-                       "[[node]]\nid = 1\ndevice_type = 5\n")
-            plan.flush()
-            self.check(f"configure {plan.name}", "32 started\n", REFUSED,
-                       "cbcanctl: node 1: 1000h:00 is 94 01 02 00, not 05 00 00 00\n"
-                       "cbcanctl: 1 of 2 nodes has not been started\n")
+        plan = self.write("plan.toml", "[[node]]\nid = 0x20\ndevice_type = 0\nobjects = [{ index = 0x2002, value = 77, type = 'u16' }]\n"
+                          "[[node]]\nid = 1\ndevice_type = 5\n")
+        self.check(f"configure {plan}", "32 started\n", REFUSED,
+                   "cbcanctl: node 1: 1000h:00 is 94 01 02 00, not 05 00 00 00\n"
+                   "cbcanctl: 1 of 2 nodes has not been started\n")
         self.check("read 0x20 0x2002 0 --type u16", "77\n")
         self.check("state 0x20", "32 Operational\n")
         self.check("configure /nowhere", "", USAGE, "cbcanctl: /nowhere: cannot be read; name a network file, or a folder of DCF files\n")
 
     def test_what_is_no_file(self):
-        with tempfile.TemporaryDirectory() as folder:
-            pipe = f"{folder}/pipe"
-            os.mkfifo(pipe)
-            for command, hint in (("configure", "no *.dcf in this folder; name a file in TOML, or export DCF files into it"),
-                                  ("dump 66 --eds", "this is a folder; name a file in it")):
-                self.check(f"{command} {folder}", "", USAGE, f"cbcanctl: {folder}: {hint}\n")
-                self.check(f"{command} {pipe}", "", USAGE,
-                           f"cbcanctl: {pipe}: a pipe that no program writes to; name a file, or start its writer first\n")
-            self.check("dump 66 --eds /bin/ls", "", USAGE, "cbcanctl: /bin/ls: not one object in it; name an EDS or DCF file\n")
-            self.check("configure /bin/ls", "", USAGE, "cbcanctl: /bin/ls:1: this line is not UTF-8; write a network in TOML, or name a file *.dcf\n")
-            with open(os.open(pipe, os.O_RDWR), "wb"):  # a writer that writes nothing
-                for number in (signal.SIGINT, signal.SIGTERM):
-                    process = subprocess.Popen([CBCANCTL, "configure", pipe])
-                    wait_until(lambda process=process: pipe in subprocess.run(["ls", "-l", f"/proc/{process.pid}/fd"], capture_output=True,
-                                                                              text=True).stdout, "the pipe is open")
-                    process.send_signal(number)
-                    self.assertEqual(process.wait(LIMIT), -number)
+        folder, pipe = self.folder, f"{self.folder}/pipe"
+        os.mkfifo(pipe)
+        for command, hint in (("configure", "no *.dcf in this folder; name a file in TOML, or export DCF files into it"),
+                              ("dump 66 --eds", "this is a folder; name a file in it")):
+            self.check(f"{command} {folder}", "", USAGE, f"cbcanctl: {folder}: {hint}\n")
+            self.check(f"{command} {pipe}", "", USAGE,
+                       f"cbcanctl: {pipe}: a pipe that no program writes to; name a file, or start its writer first\n")
+        self.check("dump 66 --eds /bin/ls", "", USAGE, "cbcanctl: /bin/ls: not one object in it; name an EDS or DCF file\n")
+        self.check("configure /bin/ls", "", USAGE, "cbcanctl: /bin/ls:1: this line is not UTF-8; write a network in TOML, or name a file *.dcf\n")
+        with open(os.open(pipe, os.O_RDWR), "wb"):  # a writer that writes nothing
+            for number in (signal.SIGINT, signal.SIGTERM):
+                process = subprocess.Popen([CBCANCTL, "configure", pipe])
+                wait_until(lambda process=process: pipe in ran("ls", "-l", f"/proc/{process.pid}/fd").stdout, "the pipe is open")
+                process.send_signal(number)
+                self.assertEqual(process.wait(LIMIT), -number)
 
     def test_another_program_s_transaction_is_waited_for(self):
         with self.simulator.window() as window:
@@ -114,7 +99,7 @@ class WithSimulator(unittest.TestCase):
                        "cbcanctl: another program's transaction is in progress; waiting for it\n")
 
     def test_no_result_in_time(self):
-        done = run(self.simulator.port, "--timeout", "50", "state", "99")  # which takes 100 ms
+        done = run(self.place, "--timeout", "50", "state", "99")  # which takes 100 ms
         self.assertEqual(done.returncode, NO_CONNECTION)
         self.assertIn("no result within 50 ms", done.stderr)
 
@@ -161,13 +146,9 @@ class WithSimulator(unittest.TestCase):
 
     def test_settings_are_put_back_after_an_interrupt(self):
         for number in (signal.SIGINT, signal.SIGTERM):
-            control = subprocess.Popen([CBCANCTL, "--modbus", f":{self.simulator.port}", "read", str(number + 80), "0x1000", "0",
-                                        "--timeout", "60000", "--mode", "segmented"], stderr=subprocess.PIPE, text=True)
-            self.addCleanup(control.stderr.close)
+            control = start(self.place, "read", number + 80, "0x1000", "0", "--timeout", "60000", "--mode", "segmented")
             self.simulator.wait_for_frame(f"{0x600 + number + 80:X}#4000100000000000")
-            control.send_signal(number)
-            self.assertEqual(control.wait(LIMIT), INTERRUPTED)
-            self.assertEqual(control.stderr.read(), "cbcanctl: cancelled: 0 written to R3700\n")
+            self.check_interrupted(control, "cbcanctl: cancelled: 0 written to R3700\n", number)
             self.check_settings(1000, 0)
 
     def test_own_objects_are_shown_as_they_are(self):
@@ -177,7 +158,7 @@ class WithSimulator(unittest.TestCase):
             self.check(f"read {node} 0x3004 0 --type u8 --mode block", "2\n")
 
 
-class WithFaults(unittest.TestCase):
+class WithFaults(cases.Case):
     def test_emcy_and_kernel_state_as_they_come_from_the_bus(self):
         simulator = Simulator(CBCAN_SIM, "--demo", "--fault", "0x42:emcy-storm code=0x1000 interval_ms=1 count=1",
                               "--fault", "bus:overflow", test=self)
@@ -187,7 +168,7 @@ class WithFaults(unittest.TestCase):
         self.assertEqual(run(simulator.port, "kernel").stdout, "02h overflow: frames were lost\n")
 
 
-class Usage(unittest.TestCase):
+class Usage(cases.Case):
     def test_wrong_usage(self):
         for arguments in ("", "reed 1 2 3", "read 1 2", "read 128 0x1000 0", "read 1 0x10000 0", "read 1 0x1000 256",
                           "read 1 1F82 0", "write 1 0x2000 0 5", "write 1 0x2000 0 300 --type u8", "nmt begin 1",
@@ -221,7 +202,7 @@ class Usage(unittest.TestCase):
         self.assertRegex(done.stdout, r"^cbcanctl \d+\.\d+\.\d+\n$")
 
     def test_the_exit_codes_are_those_of_the_page(self):
-        page = (pathlib.Path(__file__).resolve().parents[2] / "docs/how-to/troubleshooting.md").read_text()
+        page = (ROOT / "docs/how-to/troubleshooting.md").read_text()
         for code in (DONE, USAGE, NO_CONNECTION, REFUSED, ABSENT, INTERRUPTED):
             self.assertIn(f"\n| {code} | ", page)
             self.assertRegex(run(1, "--help").stdout, rf"\n  {code} +\w")
@@ -235,7 +216,7 @@ class Usage(unittest.TestCase):
         self.assertIn("no connection to 127.0.0.1:1: ", json.loads(done.stdout)["error"])
 
     def test_a_host_with_a_port_or_without_a_meaning(self):
-        ctl = lambda *arguments: subprocess.run([CBCANCTL, *arguments, "kernel"], capture_output=True, text=True, timeout=LIMIT)
+        ctl = lambda *arguments: ran(CBCANCTL, *arguments, "kernel")
         for words in (("--modbus", "127.0.0.1:1"), ("--host", "127.0.0.1:1"), ("--host", "127.0.0.1", "--port", "1"), ("--port", "1")):
             self.assertIn("no connection to 127.0.0.1:1: ", ctl(*words).stderr)
         self.assertIn("no connection to ::1:1: ", ctl("--modbus", "[::1]:1").stderr)
@@ -257,7 +238,7 @@ class Usage(unittest.TestCase):
                                 ("--json --json kernel", "--json is given twice"),
                                 ("--baud 9600 kernel", "--baud: needs --rtu, the serial device"),
                                 ("--port", "--port: needs an argument, PORT; cbcanctl --help shows all")):
-            done = subprocess.run([CBCANCTL, *arguments.split()], capture_output=True, text=True, timeout=LIMIT)
+            done = ran(CBCANCTL, *arguments.split())
             self.assertEqual((done.returncode, done.stderr), (USAGE, f"cbcanctl: {told}\n"))
 
     def test_suggestions(self):
@@ -311,18 +292,15 @@ class Coprocessor(OwnedRegisters):
                 self.registers[3705] = len(result)
 
 
-class WithCoprocessor(unittest.TestCase):
-    def start(self, execute, polls=0):
-        return Coprocessor(execute, polls)
-
-    def check(self, execute, arguments, out, code=DONE, error=""):
-        coprocessor = self.start(execute)
-        done = run(coprocessor.port, *arguments.split())
-        self.assertEqual((done.stdout, done.returncode, done.stderr), (out, code, error))
+class WithCoprocessor(Case):
+    def check_with(self, execute, arguments, out, code=DONE, error=""):
+        coprocessor = Coprocessor(execute)
+        self.place = coprocessor.port
+        self.check(arguments, out, code, error)
         return coprocessor.transactions
 
     def check_emcy(self, message, text, *arguments):
-        done = self.check(lambda *_: bytes.fromhex(message), " ".join(arguments) + " emcy 5", text)
+        done = self.check_with(lambda *_: bytes.fromhex(message), " ".join(arguments) + " emcy 5", text)
         self.assertEqual(done, [(5055, 0, 0x3005, 5, "")])
 
     def test_emcy_of_a_node(self):
@@ -341,13 +319,13 @@ class WithCoprocessor(unittest.TestCase):
                         '"bits": [], "data": "00 00 00 00 00"}\n', "--json")
 
     def test_emcy_of_the_coprocessor_itself(self):
-        done = self.check(lambda _, __, index, *___: b"\x7F" if index == 0x3001 else bytes(8), "emcy 0", "127 no error\n")
+        done = self.check_with(lambda _, __, index, *___: b"\x7F" if index == 0x3001 else bytes(8), "emcy 0", "127 no error\n")
         self.assertEqual(done, [(5055, 0, 0x3001, 0, ""), (5055, 0, 0x3005, 127, "")])
 
     def check_scan(self, stops, text, *arguments):
         """`stops`: the results of the scan in order; there must be no further reads."""
         left = [bytes.fromhex(stop) for stop in stops]
-        done = self.check(lambda *_: left.pop(0), " ".join(arguments) + " emcy all", text)
+        done = self.check_with(lambda *_: left.pop(0), " ".join(arguments) + " emcy all", text)
         self.assertEqual(done, len(stops) * [(5055, 0, 0x3006, 0, "")])
 
     def test_emcy_scan(self):
@@ -365,14 +343,14 @@ class WithCoprocessor(unittest.TestCase):
                         '"bits": [], "data": "00 00 00 00 00"}\n', "--json")
 
     def test_a_coprocessor_without_the_object(self):
-        self.check(lambda *_: 0x06020000, "emcy 5", "", REFUSED,
+        self.check_with(lambda *_: 0x06020000, "emcy 5", "", REFUSED,
                    "cbcanctl: 3005h of the coprocessor: 0602 0000h ABORT_NO_OBJ: no such object\n")
-        self.check(lambda *_: b"\x01\x02", "kernel", "", NO_CONNECTION,
+        self.check_with(lambda *_: b"\x01\x02", "kernel", "", NO_CONNECTION,
                    "cbcanctl: 3002h of the coprocessor: 2 bytes instead of 1: this is no CBCAN window\n")
 
     def test_a_module_that_restarts_in_the_middle(self):
         for command in ("read 5 0x1000 0", "write 5 0x2000 0 1 --type u8", "nmt start 5", "state 5"):
-            coprocessor = self.start(lambda *_: "restart")
+            coprocessor = Coprocessor(lambda *_: "restart")
             done = run(coprocessor.port, *command.split())
             self.assertEqual((done.stdout, done.returncode, done.stderr),
                              ("", NO_CONNECTION, f"cbcanctl: 127.0.0.1:{coprocessor.port}: the module has restarted, or another program has "
@@ -381,33 +359,29 @@ class WithCoprocessor(unittest.TestCase):
     def test_kernel_states(self):
         for state, text in ((0x02, "02h overflow: frames were lost\n"), (0x10, "10h bus off\n"), (0x11, "11h error passive\n"),
                             (0x20, "20h no known state\n")):
-            self.check(lambda *_, state=state: bytes([state]), "kernel", text)
+            self.check_with(lambda *_, state=state: bytes([state]), "kernel", text)
 
     def test_settings_of_one_transfer(self):
         before = {0x3001: b"\x7F", 0x3003: b"\xE8\x03", 0x3004: b"\x00", 0x2000: b"\x2A"}
-        done = self.check(lambda _, __, index, *___: before[index], "read 5 0x2000 0 --type u8 --timeout 300 --mode block", "42\n")
+        done = self.check_with(lambda _, __, index, *___: before[index], "read 5 0x2000 0 --type u8 --timeout 300 --mode block", "42\n")
         self.assertEqual(done, [(5055, 0, 0x3001, 0, ""), (5055, 0, 0x3003, 0, ""), (5066, 0, 0x3003, 0, "2c01"),
                                 (5055, 0, 0x3004, 0, ""), (5066, 0, 0x3004, 0, "03"), (5055, 5, 0x2000, 0, ""),
                                 (5066, 0, 0x3004, 0, "00"), (5066, 0, 0x3003, 0, "e803")])
-        done = self.check(lambda _, __, index, *___: before[index], "read 5 0x2000 0 --type u8 --timeout 1000 --mode auto", "42\n")
+        done = self.check_with(lambda _, __, index, *___: before[index], "read 5 0x2000 0 --type u8 --timeout 1000 --mode auto", "42\n")
         self.assertEqual([transaction[0] for transaction in done], 4 * [5055])  # nothing to change
 
     def test_a_setting_that_is_refused(self):
         def execute(command, _, index, *__):
             return 0x06090030 if (command, index) == (5066, 0x3004) else bytes([7, 7][:1 if index != 0x3003 else 2])
-        self.check(execute, "read 5 0x2000 0 --mode block", "", REFUSED,
+        self.check_with(execute, "read 5 0x2000 0 --mode block", "", REFUSED,
                    "cbcanctl: 3004h of the coprocessor: 0609 0030h ABORT_VALUE: invalid value for the parameter\n")
 
     def test_a_slow_coprocessor_gets_its_settings_back_too(self):
         values = {0x3001: b"\x7F", 0x3003: b"\xE8\x03", 0x1000: None}
-        coprocessor = self.start(lambda _, __, index, *___: values[index], polls=3)
-        control = subprocess.Popen([CBCANCTL, "--modbus", f":{coprocessor.port}", "read", "5", "0x1000", "0", "--timeout", "300"],
-                                   stderr=subprocess.PIPE, text=True)
-        self.addCleanup(control.stderr.close)
+        coprocessor = Coprocessor(lambda _, __, index, *___: values[index], polls=3)
+        control = start(coprocessor.port, "read", "5", "0x1000", "0", "--timeout", "300")
         wait_until(lambda: len(coprocessor.transactions) == 4, "the transfer")
-        control.send_signal(signal.SIGINT)
-        self.assertEqual(control.wait(LIMIT), INTERRUPTED)
-        self.assertEqual(control.stderr.read(), "cbcanctl: cancelled: 0 written to R3700\n")
+        self.check_interrupted(control, "cbcanctl: cancelled: 0 written to R3700\n")
         self.assertEqual(coprocessor.transactions[4:], [(5066, 0, 0x3003, 0, "e803")])
 
     def test_a_second_interrupt_leaves_the_settings(self):
@@ -415,17 +389,13 @@ class WithCoprocessor(unittest.TestCase):
             if node == 5 or command == 5066 and len(coprocessor.transactions) > 4:
                 return None
             return {0x3001: b"\x7F", 0x3003: b"\xE8\x03"}[index]
-        coprocessor = self.start(execute)
-        control = subprocess.Popen([CBCANCTL, "--modbus", f":{coprocessor.port}", "read", "5", "0x1000", "0", "--timeout", "300"],
-                                   stderr=subprocess.PIPE, text=True)
-        self.addCleanup(control.stderr.close)
-        for count in (4, 5):
-            wait_until(lambda count=count: len(coprocessor.transactions) == count, f"transaction {count}")
-            control.send_signal(signal.SIGINT)
-        self.assertEqual(control.wait(LIMIT), INTERRUPTED)
-        self.assertEqual(control.stderr.read(),
-                         "cbcanctl: 3003h of the coprocessor was 0x03E8 1000 and could not be restored: cancelled: 0 written to "
-                         "R3700\ncbcanctl: cancelled: 0 written to R3700\n")
+        coprocessor = Coprocessor(execute)
+        control = start(coprocessor.port, "read", "5", "0x1000", "0", "--timeout", "300")
+        wait_until(lambda: len(coprocessor.transactions) == 4, "the transfer")
+        control.send_signal(signal.SIGINT)
+        wait_until(lambda: len(coprocessor.transactions) == 5, "the setting")
+        self.check_interrupted(control, "cbcanctl: 3003h of the coprocessor was 0x03E8 1000 and could not be restored: cancelled: 0 written to "
+                               "R3700\ncbcanctl: cancelled: 0 written to R3700\n")
 
 
 cases.main()

@@ -3,6 +3,7 @@
 
 #include "base/value.hpp"
 #include "support/catch.hpp"
+#include "support/complaint.hpp"
 
 using namespace cbcan::descriptions;
 
@@ -16,12 +17,7 @@ std::string print(const Bytes& bytes, std::string_view type) {
 }
 
 std::string complaint(std::string_view text, std::string_view type) {
-  try {
-    parse(text, type);
-  } catch (const UsageError& error) {
-    return error.what();
-  }
-  return "";
+  return cbcan::test::complaint_of<UsageError>([&] { parse(text, type); });
 }
 
 }  // namespace

@@ -5,8 +5,6 @@
 
 #include <algorithm>
 
-#include "descriptions/values.hpp"
-
 namespace cbcan::tools {
 
 namespace {

@@ -192,7 +192,7 @@ std::string help() {
   std::string text = std::string(kOpening) + command_lines() +
                      base::section_of("Server", shared.first(kServerRows)) +
                      base::section_of("All commands", shared.subspan(kServerRows)) + "\nHelp:\n";
-  for (const Row& row : base::help_rows())
+  for (const Row& row : base::kHelpRows)
     text += base::line_of(row);
   return text.append(kClosing).append(base::exit_code_lines("cbcanctl")).append(kExamples);
 }
@@ -206,9 +206,8 @@ const Command* find(std::string_view word) {
 
 /// "; did you mean state?"; for "strat" "; did you mean nmt start?"
 std::string command_suggestion(std::string_view word) {
-  std::vector<std::string_view> names;
-  std::ranges::transform(kCommands, std::back_inserter(names), word_of);
-  if (std::string suggestion = base::did_you_mean(word, names); !suggestion.empty()) return suggestion;
+  std::string suggestion = base::did_you_mean(word, base::column(kCommands, word_of));
+  if (!suggestion.empty()) return suggestion;
   const std::string_view service = base::nearest(word, kServices);
   return service.empty() ? "" : fmt::format("; did you mean nmt {}?", service);
 }
@@ -217,7 +216,7 @@ base::ParsedArguments parse(std::span<const char* const> words) {
   std::vector<std::string_view> known;
   const auto add = [&known](const Row& row) { known.push_back(row.option); };
   std::ranges::for_each(kShared, add);
-  std::ranges::for_each(base::help_rows(), add);
+  std::ranges::for_each(base::kHelpRows, add);
   for (const Command& command : kCommands)
     std::ranges::for_each(command.options, add);
   base::ParsedArguments typed = base::parse_arguments(words, known);

@@ -8,12 +8,6 @@
 
 namespace cbcan::tools {
 
-namespace {
-
-constexpr std::uint8_t kStartNode = 5;
-
-}  // namespace
-
 NodeConfiguration::NodeConfiguration(const PlannedNode& node, bool verify) : node_(node) {
   for (const PlannedObject& object : node.identity)
     steps_.push_back({Kind::kCheck, &object});
@@ -31,6 +25,7 @@ NodeConfiguration::NodeConfiguration(const PlannedNode& node, bool verify) : nod
 std::optional<Transaction> NodeConfiguration::next() {
   if (at_ == steps_.size() || !problem_.empty()) return std::nullopt;
   const auto [kind, object] = steps_[at_];
+  constexpr std::uint8_t kStartNode = 5;
   if (kind == Kind::kStart) return sdo_write(0, regmap::kNmtService, node_.id, {kStartNode});
   if (kind == Kind::kWrite) return sdo_write(node_.id, object->index, object->sub, object->value);
   return sdo_read(node_.id, object->index, object->sub);

@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: MIT
-// read, write, nmt, state, kernel.
+// read, write, nmt, state, kernel, map.
 
 #include <fmt/core.h>
 
-#include <algorithm>
 #include <array>
 #include <iostream>
 
 #include "base/numbers.hpp"
 #include "base/value.hpp"
+#include "base/words.hpp"
 #include "cbcanctl/commands.hpp"
-#include "cbcanctl/transfer_settings.hpp"
 
 namespace cbcan::ctl {
 
@@ -37,6 +36,19 @@ Transaction object_of(const Options& options) {
                          tools::parse_number(options.index, 0xFFFF, "INDEX"),
                          tools::parse_number(options.sub, 0xFF, "SUB"),
                          static_cast<std::size_t>(options.size));
+}
+
+/// Applies --timeout and --mode while `transfer` runs, and always restores the previous values. Meanwhile
+/// they also apply to other programs' transfers.
+Bytes with_settings(window::Client& client, const Options& options, const Transaction& transfer) {
+  const bool asked = options.timeout_ms != 0 || options.mode;
+  // The own node's objects are not read by SDO, and 3003h and 3004h should be shown unchanged.
+  if (!asked || transfer.node == 0 || transfer.node == own::read(client, own::kOwnNodeId, 0, 1)[0])
+    return execute(client, transfer);
+  const Borrowed timeout(client, own::kSdoTimeout, sdo_timeout_of(options.timeout_ms));
+  const Borrowed mode(client, own::kTransferMode,
+                      options.mode ? Bytes{static_cast<std::uint8_t>(*options.mode)} : Bytes());
+  return execute(client, transfer);
 }
 
 void print_done(const Options& options) {
@@ -129,6 +141,14 @@ void kernel(const Options& options) {
     fmt::print("{{\"kernel\": {}, \"name\": {}}}\n", state, json_text(name));
   else
     fmt::print("{:02X}h {}\n", state, name);
+}
+
+void map(const Options& options) {
+  if (!options.form) throw UsageError("--for is missing: " + base::listed(tools::kForms));
+  if (options.json) throw UsageError("--json: leave it out; --for csv is for programs");
+  const std::vector<tools::Tag> tags = tools::tags_of(read_network(options.network));
+  std::cout << tools::text_of(*options.form, tags, options.at,
+                              {options.target.host, static_cast<std::uint16_t>(options.target.port)});
 }
 
 }  // namespace cbcan::ctl

@@ -11,7 +11,6 @@
 
 #include "base/read_file.hpp"
 #include "base/utf8.hpp"
-#include "cbcanctl/transfer_settings.hpp"
 
 namespace cbcan::ctl {
 
@@ -38,6 +37,15 @@ std::string reason(const window::Result& response) {
   for (const regmap::NamedNumber& row : regmap::kResults)
     if (row.value == response.code) return fmt::format("{}: {}", row.name, row.meaning);
   return "R3700 is " + std::to_string(response.code) + ", which is no result";
+}
+
+/// "3003h of the coprocessor"
+std::string own_name(std::uint16_t index) {
+  return fmt::format("{:04X}h of the coprocessor", index);
+}
+
+void write_own(window::Client& client, std::uint16_t index, const tools::Bytes& value) {
+  execute(client, tools::sdo_write(0, index, 0, value), own_name(index));
 }
 
 /// The registers of a connection, for tools::run(). Ctrl-C throws. Shows a progress bar on a terminal during
@@ -100,10 +108,6 @@ bool interrupted() {
   return interrupt_seen != 0;
 }
 
-void forget_interrupt() {
-  interrupt_seen = 0;
-}
-
 window::Client connect(const Options& options) {
   // The first response through a pseudo-terminal of QEMU takes up to one second.
   constexpr std::chrono::milliseconds kSerialResponse{1500}, kTcpResponse{1000};
@@ -124,10 +128,7 @@ void run(window::Client& client, std::span<tools::Job* const> jobs, std::string_
          int sdo_timeout_ms) {
   Registers registers(client, what, jobs.size());
   if (tools::run(registers, jobs, static_cast<std::uint16_t>(sdo_timeout_ms))) return;
-  std::optional<Borrowed> timeout;
-  if (sdo_timeout_ms != 0)
-    timeout.emplace(client, own::kSdoTimeout,
-                    descriptions::to_bytes(static_cast<unsigned>(sdo_timeout_ms), 2));
+  const Borrowed timeout(client, own::kSdoTimeout, sdo_timeout_of(sdo_timeout_ms));
   for (std::size_t i = 0; i < jobs.size(); ++i) {
     registers.progress(i);
     while (const auto transaction = jobs[i]->next())
@@ -152,24 +153,44 @@ tools::Bytes execute(window::Client& client, const tools::Transaction& transacti
   throw Refused(response, what.empty() && silent ? fmt::format("node {}", transaction.node) : what);
 }
 
-namespace own {
-
-std::string name(std::uint16_t index) {
-  return fmt::format("{:04X}h of the coprocessor", index);
-}
-
-tools::Bytes read(window::Client& client, std::uint16_t index, std::uint8_t sub, std::size_t size) {
-  tools::Bytes value = execute(client, tools::sdo_read(0, index, sub, size), name(index));
+tools::Bytes own::read(window::Client& client, std::uint16_t index, std::uint8_t sub, std::size_t size) {
+  tools::Bytes value = execute(client, tools::sdo_read(0, index, sub, size), own_name(index));
   if (value.size() != size)
     throw window::Error(Cause::kNoWindow, fmt::format("{}: {} bytes instead of {}: this is no CBCAN window",
-                                                      name(index), value.size(), size));
+                                                      own_name(index), value.size(), size));
   return value;
 }
 
-void write(window::Client& client, std::uint16_t index, const tools::Bytes& value) {
-  execute(client, tools::sdo_write(0, index, 0, value), name(index));
+Borrowed::Borrowed(window::Client& client, std::uint16_t index, const tools::Bytes& value)
+    : client_(client), index_(index) {
+  if (!value.empty()) before_ = own::read(client, index, 0, value.size());
+  if (before_ == value) return;
+  changed_ = true;
+  try {
+    write_own(client, index, value);
+  } catch (const Refused&) {
+    changed_ = false;
+    throw;
+  } catch (...) {
+    put_back();  // a cancelled write may have been carried out
+    throw;
+  }
 }
 
-}  // namespace own
+void Borrowed::put_back() noexcept {
+  if (!changed_) return;
+  changed_ = false;
+  interrupt_seen = 0;  // the next Ctrl-C counts again
+  try {
+    write_own(client_, index_, before_);
+  } catch (const std::exception& error) {
+    say(own_name(index_) + " was " + tools::print_value(before_) +
+        " and could not be restored: " + error.what());
+  }
+}
+
+tools::Bytes sdo_timeout_of(int timeout_ms) {
+  return timeout_ms == 0 ? tools::Bytes() : descriptions::to_bytes(static_cast<unsigned>(timeout_ms), 2);
+}
 
 }  // namespace cbcan::ctl

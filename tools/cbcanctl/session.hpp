@@ -70,8 +70,6 @@ descriptions::PlannedNetwork read_network(const std::string& path);
 
 /// True after Ctrl-C, which cancels what is in progress once connect() was called.
 bool interrupted();
-/// Acknowledges it; the next Ctrl-C counts again.
-void forget_interrupt();
 
 window::Client connect(const Options& options);
 
@@ -93,12 +91,30 @@ tools::Bytes execute(window::Client& client, const tools::Transaction& transacti
 namespace own {
 using namespace regmap::object;
 
-/// "3003h of the coprocessor"
-std::string name(std::uint16_t index);
-
 /// Throws window::Error if the object has another size.
 tools::Bytes read(window::Client& client, std::uint16_t index, std::uint8_t sub, std::size_t size);
-void write(window::Client& client, std::uint16_t index, const tools::Bytes& value);
 }  // namespace own
+
+/// Changes an object of the coprocessor during its lifetime. A second Ctrl-C prevents the restoring, with a
+/// message.
+class Borrowed {
+ public:
+  /// `value`: empty = the object stays as it is.
+  Borrowed(window::Client& client, std::uint16_t index, const tools::Bytes& value);
+  ~Borrowed() { put_back(); }
+  Borrowed(const Borrowed&) = delete;
+  Borrowed& operator=(const Borrowed&) = delete;
+
+ private:
+  void put_back() noexcept;
+
+  window::Client& client_;
+  std::uint16_t index_;
+  tools::Bytes before_;
+  bool changed_ = false;
+};
+
+/// The value of 3003h for --timeout; empty = it is not given.
+tools::Bytes sdo_timeout_of(int timeout_ms);
 
 }  // namespace cbcan::ctl

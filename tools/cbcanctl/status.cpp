@@ -2,7 +2,6 @@
 // cbcanctl status: R3928..R4099, the states of all nodes as the module sees them.
 #include <fmt/core.h>
 
-#include <algorithm>
 #include <chrono>
 #include <thread>
 
@@ -24,15 +23,6 @@ std::string step_name(unsigned step) {
                                     : fmt::format("unknown step {:02X}h", step);
 }
 
-std::string_view state_name(unsigned state) {
-  return regmap::meaning_of(regmap::kNodeStates, state, "no state");
-}
-
-/// Listed nodes, nodes that have reported, and the module as node 0.
-bool is_shown(unsigned node, unsigned word) {
-  return node == 0 || word != 0;
-}
-
 bool all_run(const Words& status) {
   return (status[regmap::kStatusSummary] & 1) != 0;
 }
@@ -48,18 +38,20 @@ Words read_status(window::Client& client) {
   return words;
 }
 
+/// Listed nodes, nodes that have reported, and the module as node 0.
 void print(const Words& status, bool json) {
   for (unsigned node = 0; node <= kMaxNode; ++node) {
     const unsigned word = status[regmap::kStatusNodes + node];
-    if (!is_shown(node, word)) continue;
+    if (node != 0 && word == 0) continue;
     const std::string name = node == 0 ? "module" : std::to_string(node);
     const bool is_own = node == 0 && word >> 8 == 0;
+    const std::string_view state = regmap::meaning_of(regmap::kNodeStates, word & 0xFF, "no state");
     const std::string step = is_own ? "" : step_name(word >> 8);
     if (json)
       fmt::print("{{\"node\": {}, \"state\": {}, \"step\": \"{}\"}}\n", node, word & 0xFF,
                  is_own ? "own node" : step);
     else
-      fmt::print("{:6} {:{}}{}\n", name, state_name(word & 0xFF), is_own ? 0 : 17, step);
+      fmt::print("{:6} {:{}}{}\n", name, state, is_own ? 0 : 17, step);
   }
 }
 

@@ -4,7 +4,6 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <array>
 #include <set>
 
 #include "base/utf8.hpp"
@@ -161,11 +160,10 @@ class Tags {
     tag.comment = fmt::format("node {} {}", tag.node, tag.object);
     if (object == nullptr) return;
     tag.type = object->type;
-    const bool is_signed = object->type <= DataType::kInteger32 ||
-                           (object->type >= DataType::kInteger24 && object->type <= DataType::kInteger64);
     const auto text = [&](const std::optional<std::int64_t>& limit) {
       if (!limit) return std::string();
-      return is_signed ? std::to_string(*limit) : std::to_string(static_cast<std::uint64_t>(*limit));
+      return is_signed(object->type) ? std::to_string(*limit)
+                                     : std::to_string(static_cast<std::uint64_t>(*limit));
     };
     tag.low = text(object->low);
     tag.high = text(object->high);

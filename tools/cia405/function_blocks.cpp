@@ -68,10 +68,6 @@ void FunctionBlock::call(Time now) {
   enabled_ = enable;
 }
 
-KernelError FunctionBlock::show(const detail::Job& /*done*/) {
-  return KernelError::kNone;
-}
-
 void FunctionBlock::start(Time now) {
   std::optional<Service> wanted = service();
   detail::Window* const chosen = link_.window(network, wanted ? wanted->channel : std::uint8_t{1});

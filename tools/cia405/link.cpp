@@ -7,7 +7,7 @@
 #include "cbcan/cia405.hpp"
 #include "cbcan/regmap.hpp"
 #include "window.hpp"
-#include "window/tcp_connection.hpp"
+#include "window/connection.hpp"
 
 namespace cbcan::cia405 {
 
@@ -29,8 +29,9 @@ struct Link::Connected {
   using Place = std::pair<std::uint8_t, std::uint8_t>;
 
   explicit Connected(const LinkSettings& settings)
-      : connection(settings.host, settings.port,
-                   {settings.response_timeout, settings.reconnect_after, settings.reconnect_after}) {}
+      : connection(window::tcp_connection(
+            settings.host, settings.port,
+            {settings.response_timeout, settings.reconnect_after, settings.reconnect_after})) {}
 
   detail::Window& window(Place place) {
     return windows.try_emplace(place, place.second, changes[place.first]).first->second;
@@ -39,7 +40,7 @@ struct Link::Connected {
   void receive(Time now);
   void send(Time now);
 
-  window::TcpConnection connection;
+  std::unique_ptr<window::Connection> connection;
   std::map<std::uint8_t, unsigned> changes{};  ///< per network: see detail::Window
   std::map<Place, detail::Window> windows{};   ///< used by this connection
   Place asked{};                               ///< place of the last request
@@ -54,30 +55,30 @@ void Link::poll(Time now) {
   Connected& all = *connected_;
   for (auto& [place, window] : all.windows)
     window.expire(now);
-  all.connection.poll(now);
+  all.connection->poll(now);
   all.receive(now);
-  if (all.connection.ready(now)) all.send(now);
-  if (all.ends == all.connection.ends()) return;
-  all.ends = all.connection.ends();
+  if (all.connection->ready(now)) all.send(now);
+  if (all.ends == all.connection->ends()) return;
+  all.ends = all.connection->ends();
   for (auto& [place, window] : all.windows)
     window.leave_to(nullptr);
   all.windows.clear();
 }
 
 bool Link::connected() const {
-  return connected_->connection.state() == window::Connection::State::kOn;
+  return connected_->connection->state() == window::Connection::State::kOn;
 }
 
 std::string Link::problem() const {
-  return connected_->connection.problem();
+  return connected_->connection->problem();
 }
 
 int Link::descriptor() const {
-  return connected_->connection.descriptor();
+  return connected_->connection->descriptor();
 }
 
 short Link::events() const {
-  return connected_->connection.events();
+  return connected_->connection->events();
 }
 
 detail::Window* Link::window(std::uint8_t number, std::uint8_t channel) {
@@ -96,7 +97,7 @@ detail::Window& Link::Connected::free_window(std::uint8_t unit) {
 }
 
 void Link::Connected::receive(Time now) {
-  const std::optional<window::Response> response = connection.receive(now);
+  const std::optional<window::Response> response = connection->receive(now);
   if (!response) return;
   detail::Window& window = windows.at(asked);
   window.answered(*response);
@@ -111,7 +112,7 @@ void Link::Connected::send(Time now) {
     const std::optional<window::Request> request = next->second.next();
     if (!request) continue;
     asked = next->first;
-    return connection.send(asked.first, *request, now);
+    return connection->send(asked.first, *request, now);
   }
 }
 

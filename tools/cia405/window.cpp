@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "window.hpp"
 
-#include <algorithm>
-#include <utility>
 
 namespace cbcan::cia405::detail {
 

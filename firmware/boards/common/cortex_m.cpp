@@ -17,9 +17,6 @@ extern std::uint32_t bss_begin[];
 extern std::uint32_t bss_end[];
 extern const cbcan::boards::Handler constructors_begin[];
 extern const cbcan::boards::Handler constructors_end[];
-// Called instead of a pure virtual function; the library's version would link the heap.
-[[noreturn]] void __cxa_pure_virtual();
-void start_fault(const std::uint32_t* frame);
 }
 
 namespace cbcan::boards {
@@ -51,12 +48,6 @@ constexpr std::uint32_t kMpuRegionAttributes = 0xDA0;
 
 constexpr std::uint32_t kPaint = 0xDEADBEEF;
 
-void copy_data() {
-  const std::uint32_t* from = data_image;
-  for (std::uint32_t* to = data_begin; to != data_end; ++to)
-    *to = *from++;
-}
-
 void paint_stack() {
   std::uint32_t* used;
   asm volatile("mov %0, sp" : "=r"(used));
@@ -87,16 +78,11 @@ std::uint32_t fault_address(std::uint32_t status) {
   return 0;
 }
 
-bool in_stack(const std::uint32_t* frame) {
-  constexpr std::size_t kFrameWords = 8;
-  return frame >= stack_begin && frame + kFrameWords <= stack_end;
-}
-
 }  // namespace
 
 extern "C" void reset_handler() {
   paint_stack();
-  copy_data();
+  std::copy(data_image, data_image + (data_end - data_begin), data_begin);
   std::fill(bss_begin, bss_end, 0u);
   enable_traps();
   for (const Handler* constructor = constructors_begin; constructor != constructors_end; ++constructor)
@@ -116,9 +102,10 @@ extern "C" [[gnu::naked]] void fault_handler() {
 
 extern "C" [[gnu::used]] void start_fault(const std::uint32_t* frame) {
   constexpr std::uint32_t kExceptionNumber = 0x1FF;
+  constexpr std::size_t kFrameWords = 8;
   const std::uint32_t status = kSystem.read(kFaultStatus);
   on_fault({kSystem.read(kInterruptState) & kExceptionNumber, status, fault_address(status),
-            in_stack(frame) ? frame : nullptr});
+            frame >= stack_begin && frame + kFrameWords <= stack_end ? frame : nullptr});
 }
 
 std::size_t stack_size() {
@@ -146,8 +133,7 @@ void enable_interrupt(std::size_t number) {
 void set_priority(std::size_t number, std::uint8_t priority) {
   constexpr std::uint32_t kAll = 0xF0;  // the implemented bits are the upper ones
   const auto at = static_cast<std::uint32_t>(number % 4 * 8);
-  Mmio system = kSystem;
-  modify(system, static_cast<std::uint32_t>(kInterruptPriority + number / 4 * 4), kAll << at,
+  modify(kSystem, static_cast<std::uint32_t>(kInterruptPriority + number / 4 * 4), kAll << at,
          (std::uint32_t{priority} << 4 & kAll) << at);
 }
 
@@ -158,7 +144,8 @@ void pend_interrupt(std::size_t number) {
 
 }  // namespace cbcan::boards
 
-void __cxa_pure_virtual() {
+// Called instead of a pure virtual function; the library's version would link the heap.
+extern "C" [[noreturn]] void __cxa_pure_virtual() {
   asm volatile("udf #0");
   __builtin_unreachable();
 }

@@ -101,8 +101,7 @@ class Sleep {
 
   /// Sleeps until wake() or `due`; returns immediately if wake() was called since the last sleep. arm(time)
   /// sets a timer whose interrupt calls wake() at that time, at most kLongest after `now`.
-  template <class Arm>
-  void until(Time due, Time now, Arm arm) {
+  void until(Time due, Time now, auto arm) {
     due = earlier(due, now + kLongest);
     if (due > now) {
       arm(due);

@@ -4,6 +4,7 @@
 /// Header for a boot loader, directly after the vectors: which image this is, and whether it is intact.
 /// cmake/seal_image.py writes the CRC after linking.
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <string_view>
@@ -24,8 +25,7 @@ struct ImageHeader {
 
   static constexpr std::array<char, 16> text(std::string_view value) {
     std::array<char, 16> text{};
-    for (std::size_t i = 0; i < value.size(); ++i)
-      text[i] = value[i];
+    std::ranges::copy(value, text.begin());
     return text;
   }
 

@@ -5,11 +5,6 @@
 #include <cstdint>
 
 extern "C" {
-void* memcpy(void* to, const void* from, std::size_t size);
-void* memmove(void* to, const void* from, std::size_t size);
-void* memset(void* to, int value, std::size_t size);
-int memcmp(const void* a, const void* b, std::size_t size);
-}
 
 void* memcpy(void* to, const void* from, std::size_t size) {
   auto* out = static_cast<std::uint8_t*>(to);
@@ -42,3 +37,5 @@ int memcmp(const void* a, const void* b, std::size_t size) {
     if (left[i] != right[i]) return left[i] - right[i];
   return 0;
 }
+
+}  // extern "C"

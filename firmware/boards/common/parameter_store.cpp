@@ -123,15 +123,12 @@ struct OfCoprocessor final : PowerOnValues {
   bool is_power_on(const ObjectDictionary& objects, const ObjectEntry& entry, std::uint8_t sub,
                    Bytes bytes) const override {
     const std::uint64_t number = load_little_endian(bytes);
-    switch (entry.index) {
-      case object::kConsumerHeartbeatTime: return number == 0;
-      case object::kEmergencyCobId: {  // follows the node ID, which may differ next time
-        std::array<std::uint8_t, 1> node;
-        std::size_t size = 0;
-        objects.read(local::kOwnNodeId, 0, node, size, 0);
-        return number == 0x80u + node[0];
-      }
-      default: break;
+    if (entry.index == object::kConsumerHeartbeatTime) return number == 0;
+    if (entry.index == object::kEmergencyCobId) {  // follows the node ID, which may differ next time
+      std::array<std::uint8_t, 1> node;
+      std::size_t size = 0;
+      objects.read(local::kOwnNodeId, 0, node, size, 0);
+      return number == 0x80u + node[0];
     }
     return !entry.has(ObjectFlags::kComputed) &&
            local::is_power_on(ObjectDictionary::first_bit(entry, sub) / 8, bytes);
@@ -190,11 +187,7 @@ AbortCode ParameterStore::keep(std::uint16_t first_index, std::uint16_t last_ind
   contents.settings = settings_;
   contents.first = first_index;
   contents.last = last_index;
-  switch (log_.append(contents)) {
-    case RecordLog::Result::kKept: return AbortCode::kNone;
-    case RecordLog::Result::kFull: return AbortCode::kDeviceState;
-    default: return AbortCode::kHardware;
-  }
+  return log_.append(contents);
 }
 
 void ParameterStore::load(ObjectDictionary& objects, ObjectHandler& handler, std::uint16_t first_index,

@@ -26,6 +26,15 @@ std::uint32_t seal_of(std::span<const std::uint32_t> record) {
   return kSeal | crc16({reinterpret_cast<const std::uint8_t*>(record.data()), record.size_bytes()});
 }
 
+/// The word after the record that begins at `at`; 0 = no complete record.
+std::size_t record_end(std::span<const std::uint32_t> words, std::size_t at) {
+  if (words.size() - at < kFrameWords) return 0;
+  const std::size_t bytes = words[at] & 0xFFFF;
+  const std::size_t seal = at + kHeadWords + words_of(bytes);
+  if (words[at] != head_of(bytes) || seal >= words.size()) return 0;
+  return words[seal] == seal_of(words.subspan(at, seal - at)) ? seal + 1 : 0;
+}
+
 }  // namespace
 
 void RecordLog::Writer::put(std::uint8_t byte) {
@@ -68,15 +77,6 @@ RecordLog::Scan RecordLog::scan(std::size_t sector) const {
   return scan;
 }
 
-/// The word after the record that begins at `at`; 0 = no complete record.
-std::size_t RecordLog::record_end(std::span<const std::uint32_t> words, std::size_t at) const {
-  if (words.size() - at < kFrameWords) return 0;
-  const std::size_t bytes = words[at] & 0xFFFF;
-  const std::size_t seal = at + kHeadWords + words_of(bytes);
-  if (words[at] != head_of(bytes) || seal >= words.size()) return 0;
-  return words[seal] == seal_of(words.subspan(at, seal - at)) ? seal + 1 : 0;
-}
-
 /// Erases the sector and makes it the one to append to.
 bool RecordLog::make_blank(std::size_t sector) {
   sector_ = sector;
@@ -97,20 +97,21 @@ bool RecordLog::move_to(std::size_t sector, const Scan& from) {
 
 // ---- Records
 
-RecordLog::Result RecordLog::append(const Source& source) {
-  if (!works_) return Result::kFailed;
+AbortCode RecordLog::append(const Source& source) {
+  if (!works_) return AbortCode::kHardware;
   Writer measure(latest_);
   source.write_to(measure);
-  if (measure.same_ && measure.size() == latest_.size()) return Result::kKept;
+  if (measure.same_ && measure.size() == latest_.size()) return AbortCode::kNone;
   const std::size_t begin = end_;
   const std::size_t words = kFrameWords + words_of(measure.size());
-  if (measure.size() > kMostBytes || words > flash_.sector(sector_).size() - begin) return Result::kFull;
+  if (measure.size() > kMostBytes || words > flash_.sector(sector_).size() - begin)
+    return AbortCode::kDeviceState;
   write(head_of(measure.size()));
   write(number_ + 1);
   Writer writer({}, this);
   source.write_to(writer);
   if (writer.size() % 4 != 0) writer.end_word();
-  return works_ && seal(begin) ? Result::kKept : Result::kFailed;
+  return works_ && seal(begin) ? AbortCode::kNone : AbortCode::kHardware;
 }
 
 /// Appends a word. After a word that does not hold its value nothing more is written.

@@ -14,17 +14,12 @@
 #include <span>
 
 #include "boards/common/flash.hpp"
+#include "cbcan/canopen/sdo/abort_code.hpp"
 
 namespace cbcan::boards {
 
 class RecordLog {
  public:
-  enum class Result : std::uint8_t {
-    kKept,
-    kFull,    ///< until the next start(); the latest record is unchanged
-    kFailed,  ///< the flash does not hold what was written; until the next start()
-  };
-
   /// Takes the bytes of a record.
   class Writer {
    public:
@@ -64,8 +59,10 @@ class RecordLog {
   /// The bytes of the latest record, in flash; empty = there is none.
   std::span<const std::uint8_t> latest() const { return latest_; }
 
-  /// Appends a record, unless it equals the latest one. Takes some microseconds for each word.
-  Result append(const Source& source);
+  /// Appends a record, unless it equals the latest one. Takes some microseconds for each word. kDeviceState:
+  /// it is full until the next start(), and the latest record is unchanged; kHardware: the flash does not
+  /// hold what was written, until the next start().
+  AbortCode append(const Source& source);
 
  private:
   struct Scan {
@@ -75,7 +72,6 @@ class RecordLog {
     bool clean = false;   ///< all words from `end` on are erased
   };
   Scan scan(std::size_t sector) const;
-  std::size_t record_end(std::span<const std::uint32_t> words, std::size_t at) const;
   bool make_blank(std::size_t sector);
   bool move_to(std::size_t sector, const Scan& from);
   bool write(std::uint32_t value);

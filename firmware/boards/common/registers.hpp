@@ -39,8 +39,7 @@ constexpr std::uint32_t bit(unsigned number) {
 }
 
 /// Clears and sets bits of one register; the others are unchanged.
-template <class Registers>
-void modify(Registers& registers, std::uint32_t offset, std::uint32_t clear, std::uint32_t set) {
+void modify(auto& registers, std::uint32_t offset, std::uint32_t clear, std::uint32_t set) {
   registers.write(offset, (registers.read(offset) & ~clear) | set);
 }
 

@@ -16,12 +16,9 @@ bool SlcanPort::put(std::string_view line) {
 
 bool SlcanPort::try_send(const Frame& frame) {
   std::array<char, slcan::kMaxLine> line;
-  if (!put({line.data(), slcan::encode(frame, line)})) {
-    ++counters_.refused;
-    return false;
-  }
-  ++counters_.sent;
-  return true;
+  const bool fits = put({line.data(), slcan::encode(frame, line)});
+  ++(fits ? counters_.sent : counters_.refused);
+  return fits;
 }
 
 bool SlcanPort::receive(Frame& frame) {

@@ -7,21 +7,6 @@ namespace cbcan::boards {
 
 namespace {
 
-/// "1.2.3" as numbers.
-constexpr std::array<std::uint16_t, 3> parse(std::string_view text) {
-  std::array<std::uint16_t, 3> numbers{};
-  std::size_t part = 0;
-  for (const char c : text) {
-    if (c == '.')
-      ++part;
-    else
-      numbers[part] = static_cast<std::uint16_t>(numbers[part] * 10 + (c - '0'));
-  }
-  return numbers;
-}
-
-constexpr std::array kNumbers = parse(kVersion);
-
 /// time / 1000 modulo 2^32, in steps of 16 bits: a 64-bit division is a library function of 800 bytes.
 std::uint32_t in_milliseconds(Time time) {
   constexpr std::uint32_t kDivisor = kMillisecond;
@@ -36,8 +21,7 @@ std::uint16_t& at(Diagnostics registers, std::size_t address) {
 }
 
 /// 32-bit numbers, low word first; every supported machine is little-endian.
-template <class Numbers>
-void put(Diagnostics registers, std::uint16_t address, const Numbers& value) {
+void put(Diagnostics registers, std::uint16_t address, const auto& value) {
   __builtin_memcpy(&at(registers, address), &value, sizeof value);
 }
 
@@ -45,8 +29,8 @@ void put(Diagnostics registers, std::uint16_t address, const Numbers& value) {
 
 void publish(Diagnostics registers, Time now, const Health& health, BusState bus_state,
              const RtuServer::Counters& modbus, const Coprocessor::Counters& transactions) {
-  at(registers, regmap::kVersion) = static_cast<std::uint16_t>(kNumbers[0] << 8 | kNumbers[1]);
-  at(registers, regmap::kPatchLevel) = kNumbers[2];
+  at(registers, regmap::kVersion) = static_cast<std::uint16_t>(kVersionNumbers[0] << 8 | kVersionNumbers[1]);
+  at(registers, regmap::kPatchLevel) = kVersionNumbers[2];
   put(registers, regmap::kUptime, in_milliseconds(now));
   at(registers, regmap::kResetCause) = static_cast<std::uint16_t>(health.reset_cause);
   at(registers, regmap::kStackSize) = health.stack_size;

@@ -121,16 +121,13 @@ class Station {
       publish(registers_[asked].diagnostics, now, hardware_.health(asked), hardware_.bus_state(asked),
               modbus_.counters(), coprocessors_[asked].counters());
     if (const auto response = modbus_.execute(); !response.empty()) hardware_.respond(response);
-    for (std::size_t network = 0; network < kNetworks; ++network)
-      if (to_all || network == asked) tell(coprocessors_[network], now);
-  }
-
-  /// Reports the executed request to the coprocessor.
-  void tell(Coprocessor& coprocessor, Time now) {
     const auto& [exception, written, read] = modbus_.executed();
     if (exception != modbus::Exception::kNone) return;
-    coprocessor.on_plc(now);
-    if (written.count != 0) coprocessor.on_registers_written(written.first, written.count, now);
+    for (std::size_t network = 0; network < kNetworks; ++network) {
+      if (!to_all && network != asked) continue;
+      coprocessors_[network].on_plc(now);
+      if (written.count != 0) coprocessors_[network].on_registers_written(written.first, written.count, now);
+    }
   }
 
   Hardware& hardware_;

@@ -68,14 +68,13 @@ void Board::respond(std::span<const std::uint8_t> response) {
 }
 
 Health Board::health(std::size_t /*network*/) {
-  Health health;
-  health.reset_cause = reset_cause_;
-  health.stack_size = static_cast<std::uint16_t>(stack_size());
-  health.stack_used = static_cast<std::uint16_t>(stack_high_water());
-  health.modbus_lost = modbus_uart_.lost();
-  health.can = can_.counters();
-  health.can.lost += adapter_uart_.lost();
-  return health;
+  CanCounters can = can_.counters();
+  can.lost += adapter_uart_.lost();
+  return {.reset_cause = reset_cause_,
+          .stack_size = static_cast<std::uint16_t>(stack_size()),
+          .stack_used = static_cast<std::uint16_t>(stack_high_water()),
+          .modbus_lost = modbus_uart_.lost(),
+          .can = can};
 }
 
 void Board::on_modbus_received() {

@@ -7,7 +7,6 @@
 #include <cstdint>
 
 #include "boards/common/registers.hpp"
-#include "cbcan/time.hpp"
 
 namespace cbcan::boards::mps2 {
 
@@ -24,8 +23,7 @@ class Uart {
   }
 
   /// Call in the receive interrupt: calls take(byte) for each byte received.
-  template <class Take>
-  void on_receive_interrupt(Take take) {
+  void on_receive_interrupt(auto take) {
     registers_.write(kInterrupt, kReceived);
     while (registers_.read(kState) & kReceiveFull)
       take(static_cast<std::uint8_t>(registers_.read(kData)));
@@ -37,8 +35,7 @@ class Uart {
 
   /// Call in the transmit interrupt, which occurs after a byte was sent or when it was pended: next(byte)
   /// gives the next byte, or false when there is none.
-  template <class Next>
-  void on_transmit_interrupt(Next next) {
+  void on_transmit_interrupt(auto next) {
     registers_.write(kInterrupt, kTransmitted);
     std::uint8_t byte;
     while (!(registers_.read(kState) & kTransmitFull) && next(byte))

@@ -62,15 +62,10 @@ void Board::sleep_until(Time due, nmt::State state) {
   }
   if (faults_.in_a_row() && time >= FaultRecord::kGoodAfter) faults_.on_good();
   due = earlier(due, supervisor_.poll_can(time));
-  due = earlier(due, show(state, time));
-  sleep_.until(due, time, [this](Time end) { timer_.wake_at(static_cast<std::uint32_t>(end)); });
-}
-
-Time Board::show(nmt::State state, Time now) {
-  const Time due = indicators_.poll(state, can_.state(), now);
+  due = earlier(due, indicators_.poll(state, can_.state(), time));
   port_a_.write(kRunLed, indicators_.run());
   port_b_.write(kErrorLed, indicators_.error());
-  return due;
+  sleep_.until(due, time, [this](Time end) { timer_.wake_at(static_cast<std::uint32_t>(end)); });
 }
 
 void Board::respond(std::span<const std::uint8_t> response) {
@@ -82,18 +77,16 @@ void Board::respond(std::span<const std::uint8_t> response) {
 Health Board::health(std::size_t /*network*/) {
   const BxCanCounters can = can_.counters();
   const UsartCounters& usart = usart_.counters();
-  Health health;
-  health.reset_cause = reset_cause_;
-  health.clock_source = supervisor_.source();
-  health.stack_size = static_cast<std::uint16_t>(stack_size());
-  health.stack_used = static_cast<std::uint16_t>(stack_high_water());
-  health.modbus_lost = usart.overrun + usart.parity + usart.framing + usart.given_up;
-  health.can.received = can.received;
-  health.can.sent = can.sent;
-  health.can.refused = can.refused;
-  health.can.lost = can.overruns + can.queue_full + can.taken_back;
-  health.can.errors = can.errors + can.given_up;
-  return health;
+  return {.reset_cause = reset_cause_,
+          .clock_source = supervisor_.source(),
+          .stack_size = static_cast<std::uint16_t>(stack_size()),
+          .stack_used = static_cast<std::uint16_t>(stack_high_water()),
+          .modbus_lost = usart.overrun + usart.parity + usart.framing + usart.given_up,
+          .can = {.received = can.received,
+                  .sent = can.sent,
+                  .refused = can.refused,
+                  .lost = can.overruns + can.queue_full + can.taken_back,
+                  .errors = can.errors + can.given_up}};
 }
 
 /// A pending interrupt keeps the core from sleeping even if the loop has just decided to sleep.

@@ -73,7 +73,6 @@ class Board final : public Hardware {
   bool is_rs485() const { return settings_.line == ModbusLine::kRs485; }
   std::size_t modbus_interrupt() const { return is_rs485() ? kUsart1Interrupt : kUsart2Interrupt; }
   void set_pins();
-  Time show(nmt::State state, Time now);
 
   Settings settings_;
   FaultRecord& faults_;

@@ -184,8 +184,7 @@ class BxCan final : public CanPort {
   void configure() {
     registers_.write(bxcan::kBtr, btr_);
     set_filters();
-    registers_.write(bxcan::kIer,
-                     bxcan::kFmpie0 | bxcan::kFmpie1 | bxcan::kEpvie | bxcan::kBofie | bxcan::kErrie);
+    registers_.write(bxcan::kIer, bxcan::kIerUsed);
     registers_.write(bxcan::kEsr, bxcan::kLec);
     registers_.write(bxcan::kMcr, kOptions);
     phase_ = Phase::kJoining;

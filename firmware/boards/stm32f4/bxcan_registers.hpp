@@ -46,11 +46,8 @@ inline constexpr unsigned kFifoDepth = 3;
 
 // Interrupt enable.
 inline constexpr std::uint32_t kIer = 0x014;
-inline constexpr std::uint32_t kFmpie0 = bit(1);
-inline constexpr std::uint32_t kFmpie1 = bit(4);
-inline constexpr std::uint32_t kEpvie = bit(9);
-inline constexpr std::uint32_t kBofie = bit(10);
-inline constexpr std::uint32_t kErrie = bit(15);
+/// FMPIE0, FMPIE1, EPVIE, BOFIE, ERRIE.
+inline constexpr std::uint32_t kIerUsed = bit(1) | bit(4) | bit(9) | bit(10) | bit(15);
 
 // Error status.
 inline constexpr std::uint32_t kEsr = 0x018;
@@ -59,16 +56,13 @@ inline constexpr std::uint32_t kBoff = bit(2);
 inline constexpr unsigned kLecAt = 4;
 inline constexpr std::uint32_t kLec = 7u << kLecAt;  ///< LEC[2:0]; 7 = none since software wrote 7
 
-// Bit timing; each field holds its value - 1.
+// Bit timing: SJW, TS2, TS1 and BRP; each field holds its value - 1.
 inline constexpr std::uint32_t kBtr = 0x01C;
-inline constexpr unsigned kTs1At = 16;
-inline constexpr unsigned kTs2At = 20;
-inline constexpr unsigned kSjwAt = 24;
 inline constexpr std::uint32_t kMostPrescaler = 1024;
 
 constexpr std::uint32_t btr(const BitTiming& timing) {
-  return (timing.jump_width() - 1) << kSjwAt | (timing.segment2 - 1) << kTs2At |
-         (timing.segment1 - 1) << kTs1At | (timing.prescaler - 1);
+  return (timing.jump_width() - 1) << 24 | (timing.segment2 - 1) << 20 | (timing.segment1 - 1) << 16 |
+         (timing.prescaler - 1);
 }
 
 // Mailboxes, 30.9.3: identifier, length, two words of data.

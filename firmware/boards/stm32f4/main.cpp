@@ -30,41 +30,28 @@ ParameterStore store(flash, words, [](std::span<const std::uint16_t> some) {
   return stm32f4::settings_of(some).has_value();
 });
 
-/// The blue button of a Nucleo pulls PC13 down.
-bool button_is_held() {
+/// Without those in flash while the blue button of a Nucleo, which pulls PC13 down, is held.
+const stm32f4::Settings settings = [] {
   constexpr std::uint32_t kPortC = 1u << 2;
   stm32f4::Rcc<Mmio>(Mmio(kRccBase), Mmio(kFlashBase)).enable(kPortC, 0, 0);
-  return !stm32f4::Gpio<Mmio>(Mmio(kPortCBase)).read(13);
-}
-
-stm32f4::Settings take_settings() {
-  store.start(button_is_held());
+  store.start(!stm32f4::Gpio<Mmio>(Mmio(kPortCBase)).read(13));
   return stm32f4::settings_of(words).value_or(kBoardSettings);
-}
-
-const stm32f4::Settings settings = take_settings();
+}();
 stm32f4::Board board(settings, faults);
 stm32f4::TheStation station(board, {&board.can()}, stm32f4::station_settings(settings, words));
 
-template <void (stm32f4::Board::*kMember)()>
-void interrupt() {
-  (board.*kMember)();
-}
-
-constexpr VectorTable<stm32f4::kInterrupts> table() {
-  VectorTable<stm32f4::kInterrupts> vectors;
-  vectors.nmi = interrupt<&stm32f4::Board::on_nmi>;
-  vectors.interrupts.fill(fault_handler);
-  vectors.interrupts[stm32f4::kCan1Rx0Interrupt] = interrupt<&stm32f4::Board::on_can_received>;
-  vectors.interrupts[stm32f4::kCan1Rx1Interrupt] = interrupt<&stm32f4::Board::on_can_received>;
-  vectors.interrupts[stm32f4::kCan1SceInterrupt] = interrupt<&stm32f4::Board::on_can_error>;
-  vectors.interrupts[stm32f4::kTim2Interrupt] = interrupt<&stm32f4::Board::on_timer>;
-  vectors.interrupts[stm32f4::kUsart1Interrupt] = interrupt<&stm32f4::Board::on_modbus>;
-  vectors.interrupts[stm32f4::kUsart2Interrupt] = interrupt<&stm32f4::Board::on_modbus>;
-  return vectors;
-}
-
-[[gnu::section(".vectors"), gnu::used]] constinit const VectorTable<stm32f4::kInterrupts> vectors = table();
+[[gnu::section(".vectors"), gnu::used]] constinit const auto vectors = [] {
+  VectorTable<stm32f4::kInterrupts> table;
+  table.nmi = [] { board.on_nmi(); };
+  table.interrupts.fill(fault_handler);
+  for (const std::size_t received : {stm32f4::kCan1Rx0Interrupt, stm32f4::kCan1Rx1Interrupt})
+    table.interrupts[received] = [] { board.on_can_received(); };
+  table.interrupts[stm32f4::kCan1SceInterrupt] = [] { board.on_can_error(); };
+  table.interrupts[stm32f4::kTim2Interrupt] = [] { board.on_timer(); };
+  for (const std::size_t usart : {stm32f4::kUsart1Interrupt, stm32f4::kUsart2Interrupt})
+    table.interrupts[usart] = [] { board.on_modbus(); };
+  return table;
+}();
 
 [[gnu::section(".image_header"), gnu::used]] constinit const ImageHeader header{
     .board = ImageHeader::text("stm32f446")};

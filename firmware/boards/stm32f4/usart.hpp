@@ -7,7 +7,6 @@
 
 #include <atomic>
 #include <cstdint>
-#include <optional>
 #include <span>
 
 #include "boards/common/registers.hpp"
@@ -16,10 +15,6 @@ namespace cbcan::boards::stm32f4 {
 
 /// Data bits, parity, stop bits. Modbus requires 8E1, or 8N2 without parity; many devices use 8N1.
 enum class SerialFormat : std::uint8_t { k8E1, k8O1, k8N1, k8N2 };
-
-constexpr bool has_parity(SerialFormat format) {
-  return format == SerialFormat::k8E1 || format == SerialFormat::k8O1;
-}
 
 /// Bits of a character, with start, parity and stop bits.
 constexpr std::uint32_t bits(SerialFormat format) {
@@ -33,15 +28,6 @@ struct UsartCounters {
   std::uint32_t given_up = 0;  ///< responses whose end was not reported
 };
 
-/// BRR for a baud rate, both in Hz; none if it is outside clock / 65535 .. clock / 16. With oversampling by
-/// 16, mantissa and fraction together are the divider (25.4.4).
-constexpr std::optional<std::uint32_t> usart_divider(std::uint32_t clock, std::uint32_t baud) {
-  constexpr std::uint32_t kLeast = 16, kMost = 0xFFFF;
-  const std::uint32_t divider = baud == 0 ? 0 : (clock + baud / 2) / baud;
-  if (divider < kLeast || divider > kMost) return {};
-  return divider;
-}
-
 template <class Registers>
 class Usart {
  public:
@@ -49,23 +35,25 @@ class Usart {
 
   /// `clock` is that of the USART's bus, in Hz. False: it does not give this rate.
   bool init(std::uint32_t clock, std::uint32_t baud, SerialFormat format) {
-    const std::optional<std::uint32_t> divider = usart_divider(clock, baud);
-    if (!divider) return false;
     baud_ = baud;
     bits_ = bits(format);
-    registers_.write(kBrr, *divider);
+    if (!set_clock(clock)) return false;
     registers_.write(kCr2, format == SerialFormat::k8N2 ? kTwoStopBits : 0);
     // The parity bit counts as a ninth data bit.
-    registers_.write(kCr1, kEnabled | (has_parity(format) ? kNineBits | kParity : 0) |
-                               (format == SerialFormat::k8O1 ? kOdd : 0));
+    const bool parity = format == SerialFormat::k8E1 || format == SerialFormat::k8O1;
+    registers_.write(
+        kCr1, kEnabled | (parity ? kNineBits | kParity : 0) | (format == SerialFormat::k8O1 ? kOdd : 0));
     return true;
   }
 
-  /// The bus clock has changed. A character in progress is lost. False: as in init().
+  /// The bus clock has changed. A character in progress is lost. False: the baud rate is outside clock /
+  /// 65535 .. clock / 16. With oversampling by 16, mantissa and fraction together are the divider (25.4.4).
   bool set_clock(std::uint32_t clock) {
-    const std::optional<std::uint32_t> divider = usart_divider(clock, baud_);
-    if (divider) registers_.write(kBrr, *divider);
-    return divider.has_value();
+    constexpr std::uint32_t kLeast = 16, kMost = 0xFFFF;
+    const std::uint32_t divider = baud_ == 0 ? 0 : (clock + baud_ / 2) / baud_;
+    if (divider < kLeast || divider > kMost) return false;
+    registers_.write(kBrr, divider);
+    return true;
   }
 
   /// True from send() to on_sent().
@@ -98,8 +86,7 @@ class Usart {
   /// Call in the USART's interrupt. Calls handler.on_byte(byte) for a received byte, or
   /// handler.on_broken_byte() if parity or framing is wrong or the next byte was lost, and handler.on_sent()
   /// after the last stop bit, when an RS-485 driver can be switched off.
-  template <class Handler>
-  void on_interrupt(Handler& handler) {
+  void on_interrupt(auto& handler) {
     const std::uint32_t status = registers_.read(kSr);
     if ((status & (kRxne | kOre)) != 0) receive(status, handler);
     if ((registers_.read(kCr1) & kTxeie) != 0) send_more();
@@ -129,8 +116,7 @@ class Usart {
   static constexpr std::uint32_t kTwoStopBits = bit(13);
 
   /// Reading SR, then DR clears the flags.
-  template <class Handler>
-  void receive(std::uint32_t status, Handler& handler) {
+  void receive(std::uint32_t status, auto& handler) {
     const auto byte = static_cast<std::uint8_t>(registers_.read(kDr));
     if ((status & kOre) != 0) ++counters_.overrun;
     if ((status & kPe) != 0) ++counters_.parity;

@@ -120,11 +120,9 @@ class Device final : private Application, private PdoApplication {
   // Only in builds with the service.
   auto& emergency() { return emergency_; }
   auto& time_stamp() { return time_; }
-  const auto& heartbeat_consumer() const { return consumer_; }
 
   /// Calls `visit(id)` for every CAN-ID that the device must receive; for some perhaps twice.
-  template <class Visitor>
-  void visit_ids(Visitor visit) const;
+  void visit_ids(auto visit) const;
 
  private:
   AbortCode on_read(const ObjectEntry& entry, std::uint8_t sub, std::span<std::uint8_t> out,
@@ -146,8 +144,7 @@ class Device final : private Application, private PdoApplication {
   }
 
   /// Calls `call` with all parts, in the order in which they are handled.
-  template <class Self, class Call>
-  static auto with_parts(Self& self, Call call) {
+  static auto with_parts(auto& self, auto call) {
     return call(self.sync_, self.emergency_, self.time_, self.consumer_, self.life_guard_, self.pdo_);
   }
 
@@ -180,8 +177,7 @@ class Device final : private Application, private PdoApplication {
   std::size_t known_lost_ = 0;  ///< consumer_.lost() when last checked
 };
 
-template <class Visitor>
-void Device::visit_ids(Visitor visit) const {
+void Device::visit_ids(auto visit) const {
   const std::uint32_t node = slave_.node_id();
   visit(nmt::kCommandId);
   visit(sdo::kRequestId + node);

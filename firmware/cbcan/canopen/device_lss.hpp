@@ -14,18 +14,14 @@
 
 namespace cbcan {
 
-class DeviceLss : private LssApplication {
+class DeviceLss : private LssApplication, public LssSlave {
  public:
   /// All outlive it.
   DeviceLss(Device& device, DeviceApplication& application, CanPort& port)
-      : device_(device), application_(application), slave_(*this, port) {}
+      : LssSlave(*this, port), device_(device), application_(application) {}
 
   /// Power-on and reset node: see LssSlave.
-  void start(std::uint8_t node_id, Time now) { slave_.start(node_id, kReservedLssBitRate, now); }
-  std::uint8_t reset_communication(Time now) { return slave_.reset_communication(now); }
-  void on_frame(const Frame& frame, Time now) { slave_.on_frame(frame, now); }
-  void poll(Time now) { slave_.poll(now); }
-  Time deadline() const { return slave_.deadline(); }
+  void start(std::uint8_t node_id, Time now) { LssSlave::start(node_id, kReservedLssBitRate, now); }
 
  protected:
   ~DeviceLss() = default;
@@ -44,7 +40,7 @@ class DeviceLss : private LssApplication {
   StoreResult store(std::uint8_t node_id, std::uint8_t bit_rate) override {
     ParameterMemory* const memory = application_.memory();
     if (memory == nullptr) return StoreResult::kNoStorage;
-    const bool kept = node_id != LssSlave::kNoNodeId && memory->keep_address(node_id, bit_rate);
+    const bool kept = node_id != kNoNodeId && memory->keep_address(node_id, bit_rate);
     return kept ? StoreResult::kStored : StoreResult::kAccessError;
   }
   void on_node_id(std::uint8_t node_id, Time now) override {
@@ -54,7 +50,6 @@ class DeviceLss : private LssApplication {
 
   Device& device_;
   DeviceApplication& application_;
-  LssSlave slave_;
 };
 
 }  // namespace cbcan

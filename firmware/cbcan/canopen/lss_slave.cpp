@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "cbcan/canopen/lss_slave.hpp"
 
+#include <array>
 #include <span>
 
 #include "cbcan/canopen/dictionary/little_endian.hpp"
@@ -17,14 +18,11 @@ constexpr std::uint8_t kConfigureBitTiming = 0x13;
 constexpr std::uint8_t kActivateBitTiming = 0x15;
 constexpr std::uint8_t kStoreConfiguration = 0x17;
 constexpr std::uint8_t kSelectVendor = 0x40;
-constexpr std::uint8_t kSelectProduct = 0x41;
-constexpr std::uint8_t kSelectRevision = 0x42;
 constexpr std::uint8_t kSelectSerial = 0x43;
 constexpr std::uint8_t kSelected = 0x44;
 constexpr std::uint8_t kIdentifyVendor = 0x46;
 constexpr std::uint8_t kIdentifyProduct = 0x47;
 constexpr std::uint8_t kIdentifyRevisionLow = 0x48;
-constexpr std::uint8_t kIdentifyRevisionHigh = 0x49;
 constexpr std::uint8_t kIdentifySerialLow = 0x4A;
 constexpr std::uint8_t kIdentifySerialHigh = 0x4B;
 constexpr std::uint8_t kIdentifyNonConfigured = 0x4C;
@@ -84,15 +82,22 @@ void LssSlave::on_frame(const Frame& frame, Time now) {
   if (state_ == State::kInitial || is_off_bus()) return;
   outbox_.drop();
   const std::uint8_t command = frame.data[0];
-  if (command == kSwitchStateGlobal) return switch_state(frame.data[1], now);
+  if (command == kSwitchStateGlobal) {
+    if (frame.data[1] == kModeWaiting) enter_waiting(now);
+    if (frame.data[1] == kModeConfiguration) state_ = State::kConfiguration;
+    return;
+  }
   if (command >= kIdentifyVendor && command <= kIdentifySerialHigh)
     return select_or_identify(command, number_in(frame, 4), now);
   if (command == kIdentifyNonConfigured) {
     if (is_unconfigured()) respond(kNonConfiguredIdentified, 0, now);
     return;
   }
-  if (state_ == State::kWaiting) return wait_for_selection(frame, now);
-  configure(frame, now);
+  if (state_ == State::kConfiguration) return configure(frame, now);
+  if (command >= kSelectVendor && command <= kSelectSerial)
+    select_or_identify(command, number_in(frame, 4), now);
+  else if (command == kFastscan && is_unconfigured())
+    fastscan(frame, now);
 }
 
 void LssSlave::enter_waiting(Time now) {
@@ -102,20 +107,6 @@ void LssSlave::enter_waiting(Time now) {
   if (node_id_ != kNoNodeId || pending_node_id_ == kNoNodeId) return;
   node_id_ = pending_node_id_;
   application_.on_node_id(node_id_, now);
-}
-
-void LssSlave::switch_state(std::uint8_t mode, Time now) {
-  if (mode == kModeWaiting) enter_waiting(now);
-  if (mode == kModeConfiguration) state_ = State::kConfiguration;
-}
-
-/// The services of the waiting state.
-void LssSlave::wait_for_selection(const Frame& frame, Time now) {
-  const std::uint8_t command = frame.data[0];
-  if (command >= kSelectVendor && command <= kSelectSerial)
-    select_or_identify(command, number_in(frame, 4), now);
-  else if (command == kFastscan && is_unconfigured())
-    fastscan(frame, now);
 }
 
 /// The services of the configuration state.
@@ -153,19 +144,16 @@ void LssSlave::select_or_identify(std::uint8_t command, std::uint32_t number, Ti
   }
 }
 
+/// Specifiers are in the order of the parts; an identification has the lowest and the highest revision and
+/// serial number.
 bool LssSlave::matches(std::uint8_t command, std::uint32_t number) const {
-  switch (command) {
-    case kSelectVendor:
-    case kIdentifyVendor: return number == application_.identity(kVendor);
-    case kSelectProduct:
-    case kIdentifyProduct: return number == application_.identity(kProduct);
-    case kSelectRevision: return number == application_.identity(kRevision);
-    case kIdentifyRevisionLow: return number <= application_.identity(kRevision);
-    case kIdentifyRevisionHigh: return number >= application_.identity(kRevision);
-    case kSelectSerial: return number == application_.identity(kSerial);
-    case kIdentifySerialLow: return number <= application_.identity(kSerial);
-    default: return number >= application_.identity(kSerial);
-  }
+  constexpr std::array kParts{kVendor, kProduct, kRevision, kRevision, kSerial, kSerial};
+  const bool selects = command <= kSelectSerial;
+  const std::uint32_t own = application_.identity(selects ? static_cast<std::uint8_t>(command - kSelectVendor)
+                                                          : kParts[command - kIdentifyVendor]);
+  if (selects || command <= kIdentifyProduct) return number == own;
+  const bool is_lowest = command == kIdentifyRevisionLow || command == kIdentifySerialLow;
+  return is_lowest ? number <= own : number >= own;
 }
 
 /// All devices whose bits match, down to the requested one, respond with the same frame. When a part is

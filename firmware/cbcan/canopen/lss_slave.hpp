@@ -59,7 +59,7 @@ class LssApplication {
   ~LssApplication() = default;
 };
 
-class LssSlave final {
+class LssSlave {
  public:
   static constexpr std::uint32_t kRequestId = 0x7E5;
   static constexpr std::uint32_t kResponseId = 0x7E4;
@@ -90,8 +90,6 @@ class LssSlave final {
   enum class State : std::uint8_t { kInitial, kWaiting, kConfiguration };
 
   void enter_waiting(Time now);
-  void switch_state(std::uint8_t mode, Time now);
-  void wait_for_selection(const Frame& frame, Time now);
   void configure(const Frame& frame, Time now);
   void select_or_identify(std::uint8_t command, std::uint32_t number, Time now);
   void fastscan(const Frame& frame, Time now);

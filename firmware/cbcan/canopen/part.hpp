@@ -7,7 +7,6 @@
 /// virtual. To add a part: derive it from Part, and add it to Device::with_parts() and poll().
 
 #include <cstdint>
-#include <span>
 
 #include "cbcan/canopen/dictionary/object_dictionary.hpp"
 #include "cbcan/canopen/nmt/nmt.hpp"
@@ -42,8 +41,7 @@ class Part {
   Time deadline() const { return kNever; }
 
   /// Calls visit(id) for each CAN-ID that it must receive; for some perhaps twice.
-  template <class Visitor>
-  void visit_ids(Visitor /*visit*/) const {}
+  void visit_ids(auto /*visit*/) const {}
 };
 
 }  // namespace cbcan

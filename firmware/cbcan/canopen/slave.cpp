@@ -117,10 +117,6 @@ Time Slave::poll(Time now) {
   return deadline();
 }
 
-Time Slave::deadline() const {
-  return earlier(heartbeat_at_, earlier(retry_at_, sdo_server_.deadline()));
-}
-
 bool Slave::send_wanted(Time now) {
   const auto lowest = static_cast<std::uint8_t>(wanted_ & (~wanted_ + 1));
   // Created when it is sent, so that it contains the current state: in a boot-up message this is

@@ -8,7 +8,6 @@
 /// Acts on 1017h (heartbeat producer), if the dictionary has it. Nothing blocks, nothing is allocated; not
 /// re-entrant. A frame that the port refuses is tried again.
 
-#include <cstddef>
 #include <cstdint>
 #include <span>
 
@@ -61,7 +60,7 @@ class Slave {
 
   /// Sends what is due. Returns the time of the next call; kNever = only after a frame.
   Time poll(Time now);
-  Time deadline() const;
+  Time deadline() const { return earlier(heartbeat_at_, earlier(retry_at_, sdo_server_.deadline())); }
 
   /// Call configure() when an object that it owns has been stored. An unchanged period is not restarted.
   static constexpr bool owns(std::uint16_t index) { return index == object::kProducerHeartbeatTime; }
@@ -70,15 +69,6 @@ class Slave {
   /// An NMT command for this node, from the bus or from within. In Initialising it takes effect after the
   /// boot-up message.
   void command(nmt::Command command, Time now);
-
-  /// Local access with the rights of an SDO client.
-  AbortCode read(std::uint16_t index, std::uint8_t sub, std::span<std::uint8_t> out, std::size_t& size,
-                 Time now) const {
-    return dictionary_.read(index, sub, out, size, now);
-  }
-  AbortCode write(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> value, Time now) {
-    return dictionary_.write(index, sub, value, now);
-  }
 
   nmt::State state() const { return state_; }
   /// The last reset was one of the application too, not of the communication alone.

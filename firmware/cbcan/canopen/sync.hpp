@@ -6,7 +6,6 @@
 /// Nothing blocks, nothing is allocated; not re-entrant.
 
 #include <cstdint>
-#include <span>
 #include <utility>
 
 #include "cbcan/can_port.hpp"
@@ -39,10 +38,7 @@ class Sync : public Part {
   bool on_frame(const Frame& frame, Time now);
   void poll(Time now);
   Time deadline() const { return earlier(due_, outbox_.deadline()); }
-  template <class Visitor>
-  void visit_ids(Visitor visit) const {
-    visit(id_);
-  }
+  void visit_ids(auto visit) const { visit(id_); }
 
   /// True once for every SYNC, received or sent: act on it.
   bool take() { return std::exchange(came_, false); }

@@ -2,7 +2,6 @@
 #include "cbcan/canopen/time_stamp.hpp"
 
 #include "cbcan/canopen/dictionary/cob_id.hpp"
-#include "cbcan/canopen/dictionary/little_endian.hpp"
 
 namespace cbcan {
 
@@ -13,7 +12,6 @@ constexpr Time kDay = 24 * kHour;
 constexpr std::uint32_t kMillisecondsOfHour = 3'600'000;
 constexpr std::uint32_t kMillisecondsOfDay = 24 * kMillisecondsOfHour;
 constexpr std::uint32_t kMicroseconds = 1000;  // of a millisecond
-constexpr std::uint8_t kMessageBytes = 6;
 
 }  // namespace
 
@@ -54,11 +52,9 @@ void TimeStamp::on_state(nmt::State state, Time now) {
 }
 
 bool TimeStamp::on_frame(const Frame& frame, Time now) {
-  if (!running_ || !consumes_ || frame.id != id_ || frame.flags != 0 || frame.length != kMessageBytes)
+  if (!running_ || !consumes_ || frame.id != id_ || frame.flags != 0 || frame.length != TimeOfDay::kBytes)
     return false;
-  const auto milliseconds = static_cast<std::uint32_t>(load_little_endian(std::span(frame.data).first<4>()));
-  const auto days = static_cast<std::uint16_t>(load_little_endian(std::span(frame.data).subspan<4, 2>()));
-  set({milliseconds & TimeOfDay::kMillisecondBits, days}, now);
+  set(TimeOfDay::from(frame.data), now);
   return true;
 }
 
@@ -73,12 +69,10 @@ void TimeStamp::poll(Time now) {
 
 void TimeStamp::produce(Time now) {
   if (!produces_ || !running_) return;
-  const TimeOfDay time = at(now);
   Frame& frame = outbox_.frame();
   frame.id = id_;
-  frame.length = kMessageBytes;
-  store_little_endian(std::span(frame.data).first<4>(), time.milliseconds);
-  store_little_endian(std::span(frame.data).subspan<4, 2>(), time.days);
+  frame.length = TimeOfDay::kBytes;
+  at(now).put(frame.data);
   outbox_.send(now);
 }
 

@@ -9,6 +9,7 @@
 #include <span>
 
 #include "cbcan/can_port.hpp"
+#include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "cbcan/canopen/outbox.hpp"
 #include "cbcan/canopen/part.hpp"
@@ -21,6 +22,16 @@ struct TimeOfDay {
   static constexpr std::uint32_t kMillisecondBits = 0x0FFFFFFF;
   std::uint32_t milliseconds = 0;  ///< after midnight, 28 bits
   std::uint16_t days = 0;          ///< since 1984-01-01
+
+  // As bytes: in a TIME message, and in an object of this type.
+  static constexpr std::uint8_t kBytes = 6;
+  static TimeOfDay from(std::span<const std::uint8_t> bytes) {
+    return {load_word(bytes.data()) & kMillisecondBits, static_cast<std::uint16_t>(bytes[4] | bytes[5] << 8)};
+  }
+  void put(std::span<std::uint8_t> bytes) const {
+    store_little_endian(bytes.first(4), milliseconds);
+    store_little_endian(bytes.subspan(4, 2), days);
+  }
   friend constexpr bool operator==(const TimeOfDay&, const TimeOfDay&) = default;
 };
 
@@ -41,8 +52,7 @@ class TimeStamp : public Part {
   bool on_frame(const Frame& frame, Time now);
   void poll(Time now);
   Time deadline() const { return earlier(due_, outbox_.deadline()); }
-  template <class Visitor>
-  void visit_ids(Visitor visit) const {
+  void visit_ids(auto visit) const {
     if (consumes_) visit(id_);
   }
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "cbcan/coprocessor/channel.hpp"
 
-#include <algorithm>
 #include <bit>
 
 #include "cbcan/copy_bytes.hpp"
@@ -11,7 +10,7 @@ namespace cbcan {
 namespace {
 
 /// R3706 for a node whose state is not known (CBCAN, section 3).
-constexpr std::uint16_t kNotDetected = 6;
+constexpr std::uint8_t kNotDetected = 6;
 
 const regmap::NmtRow* find_nmt_command(std::uint16_t code) {
   for (const regmap::NmtRow& row : regmap::kNmtCommands)
@@ -218,8 +217,9 @@ void Channel::begin_local(bool read, std::uint16_t index, std::uint8_t sub, std:
   const std::span<std::uint8_t> value(bytes.data(), size);
   if (!read) load_data(bytes.data(), size);
   node_.access(transfers());
+  ObjectDictionary& objects = node_.dictionary();
   const AbortCode refused =
-      read ? node_.read(index, sub, value, size, now) : node_.write(index, sub, value, now);
+      read ? objects.read(index, sub, value, size, now) : objects.write(index, sub, value, now);
   node_.access_own();
   follow_node();
   if (refused != AbortCode::kNone) return end(refused);
@@ -263,7 +263,12 @@ void Channel::send_command(Time now) {
   const bool is_nmt = activity_ == Activity::kNmtCommand;
   const Frame frame =
       is_nmt ? nmt::command_frame(command_, node_of_service_) : nmt::guard_request(node_of_service_);
-  if (!port_.try_send(frame)) return wait_for_port(now);
+  if (!port_.try_send(frame)) {
+    const std::uint16_t timeout_ms = transfers().timeout_ms;
+    if (is_nmt && !command_refused_ && timeout_ms != 0) deadline_ = now + milliseconds(timeout_ms);
+    command_refused_ = true;
+    return wake_at(now);
+  }
   command_refused_ = false;
   if (is_nmt) {
     node_.on_command(command_, node_of_service_, now);
@@ -275,24 +280,11 @@ void Channel::send_command(Time now) {
   wake_at(deadline_);
 }
 
-void Channel::wait_for_port(Time now) {
-  const std::uint16_t timeout_ms = transfers().timeout_ms;
-  if (activity_ == Activity::kNmtCommand && !command_refused_ && timeout_ms != 0)
-    deadline_ = now + milliseconds(timeout_ms);
-  command_refused_ = true;
-  wake_at(now);
-}
-
 /// Nodes with a heartbeat need not respond: their last report is valid while it is fresh.
 void Channel::end_node_state_unanswered(Time now) {
   if (node_.monitor().is_fresh(node_of_service_, now))
     return end_node_state(node_.monitor().last_state(node_of_service_));
   end_with_state(kNotDetected);
-}
-
-void Channel::end_with_state(std::uint16_t state) {
-  const auto byte = static_cast<std::uint8_t>(state);
-  end_read(&byte, 1);
 }
 
 }  // namespace cbcan

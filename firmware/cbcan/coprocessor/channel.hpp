@@ -13,7 +13,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <span>
 
 #include "cbcan/can_port.hpp"
 #include "cbcan/canopen/built_if.hpp"
@@ -61,7 +60,7 @@ class Channel {
     if constexpr (!kServices.scanner_window) return;
     const std::size_t from = std::max(first, out);
     const std::size_t end = std::min(first + count, out + kScannerOutWords);
-    if (scanner_->on_written(from - out, end - from) == ScannerWindow::Event::kNone) return;
+    if (!scanner_->on_written(from - out, end - from)) return;
     if (activity_ != Activity::kIdle && served_ == Window::kScanner) {
       ++counters_.cancelled;
       cancel(now);
@@ -159,11 +158,10 @@ class Channel {
   bool others_wait() const;
   void leave();
   void send_command(Time now);
-  void wait_for_port(Time now);
   void end_sdo();
-  void end_node_state(nmt::State state) { end_with_state(static_cast<std::uint16_t>(state)); }
+  void end_node_state(nmt::State state) { end_with_state(static_cast<std::uint8_t>(state)); }
   void end_node_state_unanswered(Time now);
-  void end_with_state(std::uint16_t state);
+  void end_with_state(std::uint8_t state) { end_read(&state, 1); }
   void end_read(const std::uint8_t* bytes, std::size_t size);
   void end(AbortCode code);
   void finish(regmap::Result result, std::size_t size = 0);

@@ -131,13 +131,9 @@ AbortCode LocalNode::on_read(const ObjectEntry& entry, std::uint8_t sub, std::sp
       if (EmergencyConsumer::is_error(message)) copy_bytes(message.data(), out.data() + 1, message.size());
       break;
     }
-    case local::kClock: {
-      if (!kServices.time) break;
-      const TimeOfDay time = device_.time_stamp()->at(now);
-      store_little_endian(out.first(4), time.milliseconds);
-      store_little_endian(out.subspan(4, 2), time.days);
+    case local::kClock:
+      if (kServices.time) device_.time_stamp()->at(now).put(out);
       break;
-    }
     default:
       if (is_network(entry.index)) return read_network(entry, sub, out, size);
       store_little_endian(out.first(size), number_of(entry.index, sub, now));
@@ -185,8 +181,18 @@ AbortCode LocalNode::on_write(const ObjectEntry& entry, std::uint8_t sub, std::s
   switch (entry.index) {
     case object::kConsumerHeartbeatTime: return write_consumer(sub, number);
     case local::kSdoTimeout: accessed_->timeout_ms = static_cast<std::uint16_t>(number); break;
-    case local::kTransferMode: return write_mode(number);
-    case local::kClock: set_clock(value, now); break;
+    case local::kTransferMode: {
+      constexpr auto kLast = kServices.block_transfer ? SdoClient::Mode::kBlock : SdoClient::Mode::kSegmented;
+      if (number > static_cast<std::uint32_t>(kLast)) return AbortCode::kValueHigh;
+      accessed_->mode = static_cast<SdoClient::Mode>(number);
+      break;
+    }
+    case local::kClock:
+      if constexpr (kServices.time) {
+        device_.time_stamp()->set(TimeOfDay::from(value), now);
+        device_.time_stamp()->produce(now);
+      }
+      break;
     default:
       if (is_network(entry.index)) return manager_->write_object(entry.index, sub, value, now);
   }
@@ -199,22 +205,6 @@ void LocalNode::on_stored(const ObjectEntry& entry, std::uint8_t /*sub*/, Time n
   if (entry.index < local::kInputs) return;
   if (entry.index >= local::kOutputs) on_outputs_written(now);
   if (outputs_changed(0, kOutputWords)) on_outputs_changed(now);
-}
-
-AbortCode LocalNode::write_mode(std::uint32_t value) {
-  constexpr auto kLast = kServices.block_transfer ? SdoClient::Mode::kBlock : SdoClient::Mode::kSegmented;
-  if (value > static_cast<std::uint32_t>(kLast)) return AbortCode::kValueHigh;
-  accessed_->mode = static_cast<SdoClient::Mode>(value);
-  return AbortCode::kNone;
-}
-
-void LocalNode::set_clock(std::span<const std::uint8_t> value, Time now) {
-  if constexpr (kServices.time) {
-    const auto milliseconds = static_cast<std::uint32_t>(load_little_endian(value.first(4)));
-    const auto days = static_cast<std::uint16_t>(load_little_endian(value.subspan(4)));
-    device_.time_stamp()->set({milliseconds & TimeOfDay::kMillisecondBits, days}, now);
-    device_.time_stamp()->produce(now);
-  }
 }
 
 /// 1016h: bits 23..16 the node, bits 15..0 the time in ms; without either the entry is unused (CiA

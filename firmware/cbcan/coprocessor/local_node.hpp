@@ -70,6 +70,7 @@ class LocalNode final : private DeviceApplication {
     if constexpr (kServices.manager()) status_->update(node);
   }
   void start(Time now) { device_.start(now); }
+  ObjectDictionary& dictionary() { return device_.dictionary(); }
   const ObjectDictionary& dictionary() const { return device_.dictionary(); }
 
   /// Any frame except error control of other nodes, which on_error_control() takes. True: deadline() may have
@@ -123,17 +124,9 @@ class LocalNode final : private DeviceApplication {
     return lss_.deadline();
   }
 
-  /// Local access with the rights of an SDO client. From access() to access_own() 3003h and 3004h are those
-  /// of `transfers`.
+  /// From access() to access_own() 3003h and 3004h in dictionary() are those of `transfers`.
   void access(Transfers& transfers) { accessed_ = &transfers; }
   void access_own() { accessed_ = transfers_.data(); }
-  AbortCode read(std::uint16_t index, std::uint8_t sub, std::span<std::uint8_t> out, std::size_t& size,
-                 Time now) {
-    return slave().read(index, sub, out, size, now);
-  }
-  AbortCode write(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> value, Time now) {
-    return slave().write(index, sub, value, now);
-  }
 
   std::uint8_t node_id() const { return device_.node_id(); }
   nmt::State state() const { return device_.state(); }
@@ -176,8 +169,6 @@ class LocalNode final : private DeviceApplication {
   bool on_low_id(const Frame& frame, Time now);
   std::uint32_t number_of(std::uint16_t index, std::uint8_t sub, Time now) const;
   AbortCode write_consumer(std::uint8_t sub, std::uint32_t value);
-  AbortCode write_mode(std::uint32_t value);
-  void set_clock(std::span<const std::uint8_t> value, Time now);
   void set_consumer_time(std::size_t slot, std::uint8_t node, std::uint16_t time_ms);
   local::DeviceState device_state(std::uint8_t node, Time now) const;
 

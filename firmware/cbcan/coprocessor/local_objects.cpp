@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "cbcan/coprocessor/local_objects.hpp"
 
+#include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "cbcan/copy_bytes.hpp"
 
 namespace cbcan::local {
@@ -11,25 +12,22 @@ constexpr std::array<ObjectEntry, table::kRows.size()> kEntries = table::kLayout
 
 using PowerOn = std::array<std::uint8_t, table::kLayout.power_on_bytes>;
 
-constexpr void put(PowerOn& values, std::uint32_t at, std::uint32_t number, std::uint32_t bytes) {
-  for (std::uint32_t i = 0; i < bytes; ++i)
-    values[at + i] = static_cast<std::uint8_t>(number >> 8 * i);
-}
-
 constexpr PowerOn kPowerOn = [] {
   PowerOn values{};
+  const auto put = [&values](std::uint32_t at, std::uint32_t bytes, std::uint64_t number) {
+    store_little_endian(std::span(values).subspan(at, bytes), number);
+  };
   for (std::size_t i = 0; i < table::kRows.size(); ++i) {
     const table::Row& row = table::kRows[i];
     const ObjectEntry& entry = kEntries[i];
     if (!row.stored() || row.zero()) continue;
     if (!row.text.empty()) {
-      put(values, entry.offset - entry.front(), static_cast<std::uint32_t>(row.text.size()), entry.front());
-      for (std::size_t c = 0; c < row.text.size(); ++c)
-        values[entry.offset + c] = static_cast<std::uint8_t>(row.text[c]);
+      put(entry.offset - entry.front(), entry.front(), row.text.size());
+      std::ranges::copy(row.text, &values[entry.offset]);
       continue;
     }
     for (std::uint32_t k = 0; k < entry.count(); ++k)
-      put(values, entry.offset + entry.stride() * k, row.value, row.size);
+      put(entry.offset + entry.stride() * k, entry.capacity, row.value);
   }
   return values;
 }();

@@ -28,14 +28,11 @@ enum class KernelState : std::uint8_t {
   kErrorPassive = 0x11
 };
 
+/// Kernel states by BusState.
+inline constexpr std::array kKernelStates{KernelState::kNone, KernelState::kOverflow,
+                                          KernelState::kErrorPassive, KernelState::kBusOff};
 constexpr KernelState kernel_state(BusState state) {
-  switch (state) {
-    case BusState::kActive: return KernelState::kNone;
-    case BusState::kOverflow: return KernelState::kOverflow;
-    case BusState::kErrorPassive: return KernelState::kErrorPassive;
-    case BusState::kBusOff: break;
-  }
-  return KernelState::kBusOff;
+  return kKernelStates[static_cast<std::size_t>(state)];
 }
 
 /// CiA 405, DEVICE_STATE.

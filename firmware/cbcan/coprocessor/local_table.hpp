@@ -51,57 +51,71 @@ inline constexpr std::uint16_t kConfigured = Flags::kReadWrite | Flags::kChecked
 inline constexpr std::uint8_t kStoreSubs = 4;
 inline constexpr std::uint8_t kAndRestore = 1;  // more indices
 
-/// A row of the dictionary with its power-on value; the place of the value is computed below.
+/// A row of the dictionary with its power-on value; the offset of a stored value is computed below.
 struct Row {
-  std::uint16_t index = 0;
-  std::uint8_t first_sub = 0;
-  std::uint8_t last_sub = 0;
-  DataType type = kUnsigned8;
-  std::uint16_t flags = 0;
-  std::uint32_t size = 0;
+  ObjectEntry entry;
   std::uint32_t value = 0;
   std::string_view text = {};
-  std::uint8_t more_indices = 0;
-  std::uint32_t process_offset = 0;  ///< with kProcess: in bytes, for BOOLEANs in bits
+  bool built = true;  ///< its service is in this build
 
-  constexpr bool stored() const { return (flags & (Flags::kComputed | Flags::kProcess)) == 0; }
+  constexpr bool stored() const { return !entry.has(Flags::kComputed | Flags::kProcess); }
   constexpr bool zero() const { return value == 0 && text.empty(); }
 };
 
+constexpr Row row(std::uint16_t index, std::uint8_t first_sub, std::uint8_t last_sub, DataType type,
+                  std::uint16_t flags, std::size_t size, std::uint32_t value = 0,
+                  std::uint8_t more_indices = 0) {
+  return {{index, first_sub, last_sub, type, more_indices, flags, 0, static_cast<ObjectSize>(size)}, value};
+}
+
 constexpr Row name(std::uint16_t index, std::string_view text) {
-  const auto length = static_cast<std::uint32_t>(text.size());
-  return {index, 0, 0, kVisibleString, Flags::kRead | Flags::kVariable, length, 0, text};
+  return {row(index, 0, 0, kVisibleString, Flags::kRead | Flags::kVariable, text.size()).entry, 0, text};
+}
+
+/// Computed values, one for each node.
+constexpr Row of_nodes(std::uint16_t index, DataType type, std::size_t size,
+                       std::uint16_t flags = kComputedReadWrite, std::uint8_t more_indices = 0) {
+  return row(index, 1, kAll, type, static_cast<std::uint16_t>(flags | Flags::kCounted), size, 0,
+             more_indices);
+}
+
+constexpr Row with(bool service, Row row) {
+  row.built = service;
+  return row;
 }
 
 /// Sub-indices `sub` to `last_sub` of the PDO parameters or mappings from `index` on.
 constexpr Row of_pdos(std::uint16_t index, std::size_t pdos, std::uint8_t sub, DataType type,
-                      std::uint32_t size, std::uint32_t value, std::uint16_t flags = kConfigured,
+                      std::size_t size, std::uint32_t value, std::uint16_t flags = kConfigured,
                       std::uint8_t last_sub = 0) {
-  return {
-      index, sub, std::max(sub, last_sub), type, flags, size, value, {}, static_cast<std::uint8_t>(pdos - 1)};
+  const auto more_indices = static_cast<std::uint8_t>(pdos - 1);
+  return with(pdos != 0, row(index, sub, std::max(sub, last_sub), type, flags, size, value, more_indices));
 }
 
 inline constexpr std::array kObjects{
-    Row{kDeviceType, 0, 0, kUnsigned32, Flags::kRead, 4, 405},
-    Row{kErrorRegister, 0, 0, kUnsigned8, Flags::kRead, 1},
-    Row{kErrorHistory, 0, 0, kUnsigned8, kConfigured | Flags::kSetPoint, 1},
-    Row{kErrorHistory, 1, kServices.errors_kept, kUnsigned32, Flags::kRead, 4},
-    Row{kSyncCobId, 0, 0, kUnsigned32, kConfigured, 4, Sync::kStandardId},
-    Row{kSyncPeriod, 0, 0, kUnsigned32, kConfigured, 4},
-    Row{kSyncWindow, 0, 0, kUnsigned32, kConfigured, 4},
+    row(kDeviceType, 0, 0, kUnsigned32, Flags::kRead, 4, 405),
+    row(kErrorRegister, 0, 0, kUnsigned8, Flags::kRead, 1),
+    with(kServices.emergencies, row(kErrorHistory, 0, 0, kUnsigned8, kConfigured | Flags::kSetPoint, 1)),
+    with(kServices.emergencies, row(kErrorHistory, 1, kServices.errors_kept, kUnsigned32, Flags::kRead, 4)),
+    with(kServices.process_data(), row(kSyncCobId, 0, 0, kUnsigned32, kConfigured, 4, Sync::kStandardId)),
+    with(kServices.process_data(), row(kSyncPeriod, 0, 0, kUnsigned32, kConfigured, 4)),
+    with(kServices.process_data(), row(kSyncWindow, 0, 0, kUnsigned32, kConfigured, 4)),
     name(kDeviceName, "cbcan coprocessor"),
     name(kHardwareVersion, "1.0"),
     name(kSoftwareVersion, kVersion),
-    Row{kStore, 1, kStoreSubs, kUnsigned32, kCommand | Flags::kCounted, 4, 0, {}, kAndRestore},
-    Row{kTimeCobId, 0, 0, kUnsigned32, kConfigured, 4, TimeStamp::kStandardId},
-    Row{kEmergencyCobId, 0, 0, kUnsigned32, kConfigured, 4},  // follows the node ID
-    Row{kEmergencyInhibitTime, 0, 0, kUnsigned16, kConfigured, 2},
-    Row{kConsumerHeartbeatTime, 1, kAll, kUnsigned32, kComputedReadWrite | Flags::kCounted, 4},
-    Row{kProducerHeartbeatTime, 0, 0, kUnsigned16, kConfigured, 2},
-    Row{kIdentity, 1, 4, kUnsigned32, Flags::kRead | Flags::kCounted, 4},  // no vendor-ID is assigned
-    Row{kSyncCounterOverflow, 0, 0, kUnsigned8, kConfigured, 1},
-    Row{kErrorBehaviour, 1, 1, kUnsigned8, kConfigured | Flags::kCounted, 1, 1},  // stays as it is
-    Row{kSdoServerParameter, 1, 2, kUnsigned32, kComputedRead | Flags::kCounted, 4},
+    with(kServices.stored_parameters,
+         row(kStore, 1, kStoreSubs, kUnsigned32, kCommand | Flags::kCounted, 4, 0, kAndRestore)),
+    with(kServices.time, row(kTimeCobId, 0, 0, kUnsigned32, kConfigured, 4, TimeStamp::kStandardId)),
+    with(kServices.emergencies,
+         row(kEmergencyCobId, 0, 0, kUnsigned32, kConfigured, 4)),  // follows the node ID
+    with(kServices.emergencies, row(kEmergencyInhibitTime, 0, 0, kUnsigned16, kConfigured, 2)),
+    of_nodes(kConsumerHeartbeatTime, kUnsigned32, 4),
+    row(kProducerHeartbeatTime, 0, 0, kUnsigned16, kConfigured, 2),
+    row(kIdentity, 1, 4, kUnsigned32, Flags::kRead | Flags::kCounted, 4),  // no vendor-ID is assigned
+    with(kServices.process_data(), row(kSyncCounterOverflow, 0, 0, kUnsigned8, kConfigured, 1)),
+    row(kErrorBehaviour, 1, 1, kUnsigned8, kConfigured | Flags::kCounted, 1, 1),  // stays as it is
+    with(kServices.sdo_server,
+         row(kSdoServerParameter, 1, 2, kUnsigned32, kComputedRead | Flags::kCounted, 4)),
     of_pdos(kRpdoParameter, kServices.rpdos, 0, kUnsigned8, 1, 5, Flags::kRead),
     of_pdos(kRpdoParameter, kServices.rpdos, 1, kUnsigned32, 4, cob::kInvalid),
     of_pdos(kRpdoParameter, kServices.rpdos, 2, kUnsigned8, 1, 255),
@@ -116,37 +130,32 @@ inline constexpr std::array kObjects{
     of_pdos(kTpdoParameter, kServices.tpdos, 6, kUnsigned8, 1, 0),
     of_pdos(kTpdoMapping, kServices.tpdos, 0, kUnsigned8, 1, 0),
     of_pdos(kTpdoMapping, kServices.tpdos, 1, kUnsigned32, 4, 0, kConfigured, kServices.objects_of_pdo),
-    Row{kConciseDcf, 1, kAll, kDomain, kComputedReadWrite | Flags::kVariable | Flags::kCounted,
-        kOwnObjectBytes},
-    Row{kConfigureSlave, 1, kAllSlaves, kUnsigned32, Flags::kWrite | Flags::kComputed | Flags::kCounted, 4},
-    Row{kExpectedDate, 1, kAll, kUnsigned32, kComputedReadWrite | Flags::kCounted, 4, 0, {}, 1},  // and time
-    Row{kNmtStartup, 0, 0, kUnsigned32, kComputedReadWrite, 4},
-    Row{kSlaveAssignment, 1, kAll, kUnsigned32, kComputedReadWrite | Flags::kCounted, 4},
-    Row{kExpectedDeviceType,
-        1,
-        kAll,
-        kUnsigned32,
-        kComputedReadWrite | Flags::kCounted,
-        4,
-        0,
-        {},
-        4},  // and identity
-    Row{kBootTime, 0, 0, kUnsigned32, kComputedReadWrite, 4},
-    Row{kRestoreConfiguration, 1, kAll, kUnsigned8, kComputedReadWrite | Flags::kCounted, 1},
-    Row{kOwnNodeId, 0, 0, kUnsigned8, kComputedRead, 1},
-    Row{kKernelState, 0, 0, kUnsigned8, kComputedRead, 1},
-    Row{kSdoTimeout, 0, 0, kUnsigned16, kComputedReadWrite, 2},
-    Row{kTransferMode, 0, 0, kUnsigned8, kComputedReadWrite, 1},
-    Row{kLastEmergency, 1, kAll, kOctetString, kComputedRead | Flags::kCounted, 8},
-    Row{kEmergencyScan, 0, 0, kOctetString, kComputedRead, 9},
-    Row{kDeviceState, 1, kAll, kUnsigned8, kComputedRead | Flags::kCounted, 1},
-    Row{kClock, 0, 0, kTimeOfDay, kCommand, 6},
-    Row{kBootFailure, 1, kAll, kOctetString, kComputedRead | Flags::kCounted, 8},
-    Row{kRpdoSource, 1, kServices.rpdos, kOctetString,
-        kComputedReadWrite | Flags::kVariable | Flags::kCounted,
-        RpdoSource::kHead + RpdoSource::kMostEntries * RpdoSource::kEntryBytes},
-    Row{kOutputsMode, 0, 0, kUnsigned8, kComputedReadWrite, 1},
-    Row{kSlaveSdoTimeout, 1, kAll, kUnsigned16, kComputedReadWrite | Flags::kCounted, 2},
+    with(kServices.manager(),
+         of_nodes(kConciseDcf, kDomain, kOwnObjectBytes, kComputedReadWrite | Flags::kVariable)),
+    with(kServices.manager(), row(kConfigureSlave, 1, kAllSlaves, kUnsigned32,
+                                  Flags::kWrite | Flags::kComputed | Flags::kCounted, 4)),
+    with(kServices.manager(), of_nodes(kExpectedDate, kUnsigned32, 4, kComputedReadWrite, 1)),  // and time
+    with(kServices.manager(), row(kNmtStartup, 0, 0, kUnsigned32, kComputedReadWrite, 4)),
+    with(kServices.manager(), of_nodes(kSlaveAssignment, kUnsigned32, 4)),
+    with(kServices.manager(),
+         of_nodes(kExpectedDeviceType, kUnsigned32, 4, kComputedReadWrite, 4)),  // and identity
+    with(kServices.manager(), row(kBootTime, 0, 0, kUnsigned32, kComputedReadWrite, 4)),
+    with(kServices.manager(), of_nodes(kRestoreConfiguration, kUnsigned8, 1)),
+    row(kOwnNodeId, 0, 0, kUnsigned8, kComputedRead, 1),
+    row(kKernelState, 0, 0, kUnsigned8, kComputedRead, 1),
+    row(kSdoTimeout, 0, 0, kUnsigned16, kComputedReadWrite, 2),
+    row(kTransferMode, 0, 0, kUnsigned8, kComputedReadWrite, 1),
+    with(kServices.emergencies, of_nodes(kLastEmergency, kOctetString, 8, kComputedRead)),
+    with(kServices.emergencies, row(kEmergencyScan, 0, 0, kOctetString, kComputedRead, 9)),
+    of_nodes(kDeviceState, kUnsigned8, 1, kComputedRead),
+    with(kServices.time, row(kClock, 0, 0, kTimeOfDay, kCommand, 6)),
+    with(kServices.manager(), of_nodes(kBootFailure, kOctetString, 8, kComputedRead)),
+    with(kServices.manager() && kServices.rpdos != 0,
+         row(kRpdoSource, 1, kServices.rpdos, kOctetString,
+             kComputedReadWrite | Flags::kVariable | Flags::kCounted,
+             RpdoSource::kHead + RpdoSource::kMostEntries * RpdoSource::kEntryBytes)),
+    with(kServices.manager(), row(kOutputsMode, 0, 0, kUnsigned8, kComputedReadWrite, 1)),
+    with(kServices.manager(), of_nodes(kSlaveSdoTimeout, kUnsigned16, 2)),
 };
 
 /// The types of network variables in the order of CiA 405; each has 64 indices.
@@ -161,22 +170,15 @@ inline constexpr std::uint32_t kMostSubs = 254;
 inline constexpr std::size_t kVariableRows = 2 * (kTypes.size() + 1);
 static_assert(8 * kInputBytes / kMostSubs == 4 && 8 * kOutputBytes / kMostSubs == 4);
 
-constexpr Row* put_variables(Row* row, std::uint16_t first, std::uint32_t start, std::uint32_t bytes,
+constexpr Row* put_variables(Row* next, std::uint16_t first, std::uint32_t start, std::uint32_t bytes,
                              std::uint16_t direction) {
   const auto put = [&](std::size_t index, std::uint32_t count, DataType type, std::uint32_t size,
                        std::uint16_t packed, std::uint32_t offset, std::size_t indices) {
     const auto flags = static_cast<std::uint16_t>(Flags::kReadWrite | Flags::kChecked | Flags::kProcess |
                                                   Flags::kCounted | direction | packed);
-    *row++ = {static_cast<std::uint16_t>(index),
-              1,
-              static_cast<std::uint8_t>(count),
-              type,
-              flags,
-              size,
-              0,
-              {},
-              static_cast<std::uint8_t>(indices - 1),
-              offset};
+    *next = row(static_cast<std::uint16_t>(index), 1, static_cast<std::uint8_t>(count), type, flags, size, 0,
+                static_cast<std::uint8_t>(indices - 1));
+    next++->entry.offset = static_cast<ObjectSize>(offset);  // for BOOLEANs in bits
   };
   for (std::size_t i = 0; i < kTypes.size(); ++i) {
     const std::size_t index = first + i * kIndicesOfType;
@@ -189,49 +191,13 @@ constexpr Row* put_variables(Row* row, std::uint16_t first, std::uint32_t start,
     put(index, kMostSubs, kBoolean, 1, Flags::kPacked, 8 * start, full);
     put(index + full, 8 * bytes % kMostSubs, kBoolean, 1, Flags::kPacked, 8 * start + full * kMostSubs, 1);
   }
-  return row;
-}
-
-/// The row belongs to a service in this build.
-constexpr bool belongs(const Row& row) {
-  switch (row.index) {
-    case kErrorHistory:
-    case kEmergencyCobId:
-    case kEmergencyInhibitTime:
-    case kLastEmergency:
-    case kEmergencyScan: return kServices.emergencies;
-    case kSyncCobId:
-    case kSyncPeriod:
-    case kSyncWindow:
-    case kSyncCounterOverflow: return kServices.process_data();
-    case kTimeCobId:
-    case kClock: return kServices.time;
-    case kStore: return kServices.stored_parameters;
-    case kSdoServerParameter: return kServices.sdo_server;
-    case kRpdoParameter:
-    case kRpdoMapping: return kServices.rpdos != 0;
-    case kTpdoParameter:
-    case kTpdoMapping: return kServices.tpdos != 0;
-    case kConciseDcf:
-    case kConfigureSlave:
-    case kExpectedDate:
-    case kNmtStartup:
-    case kSlaveAssignment:
-    case kExpectedDeviceType:
-    case kBootTime:
-    case kRestoreConfiguration:
-    case kBootFailure:
-    case kOutputsMode:
-    case kSlaveSdoTimeout: return kServices.manager();
-    case kRpdoSource: return kServices.manager() && kServices.rpdos != 0;
-    default: return true;
-  }
+  return next;
 }
 
 inline constexpr auto kRows = [] {
-  constexpr auto kFixed = static_cast<std::size_t>(std::count_if(kObjects.begin(), kObjects.end(), belongs));
+  constexpr auto kFixed = static_cast<std::size_t>(std::ranges::count(kObjects, true, &Row::built));
   std::array<Row, kFixed + (kServices.process_data() ? kVariableRows : 0)> rows{};
-  Row* end = std::copy_if(kObjects.begin(), kObjects.end(), rows.data(), belongs);
+  Row* end = std::ranges::copy_if(kObjects, rows.data(), [](const Row& row) { return row.built; }).out;
   if (!kServices.process_data()) return rows;
   end = put_variables(end, kInputs, 0, kInputBytes, Flags::kMapRpdo);
   put_variables(end, kOutputs, kInputBytes, kOutputBytes, Flags::kMapTpdo);
@@ -256,17 +222,7 @@ inline constexpr Layout kLayout = [] {
       layout.bytes += entry.stride() * entry.count();
     }
   };
-  for (std::size_t i = 0; i < kRows.size(); ++i) {
-    const Row& row = kRows[i];
-    layout.entries[i] = {row.index,
-                         row.first_sub,
-                         row.last_sub,
-                         row.type,
-                         row.more_indices,
-                         row.flags,
-                         static_cast<ObjectSize>(row.process_offset),
-                         static_cast<ObjectSize>(row.size)};
-  }
+  std::ranges::transform(kRows, layout.entries.begin(), &Row::entry);
   place(false);
   layout.power_on_bytes = layout.bytes;
   place(true);

@@ -67,10 +67,6 @@ void NetworkStatus::update(std::uint8_t node) {
     put_bit(StatusMap::kEmergency, node, in_error_.has(node));
     put_bit(StatusMap::kLost, node, manager_.was_lost(node));
   }
-  update_module();
-}
-
-void NetworkStatus::update_module() {
   put(regmap::kStatusSummary, summary());
   put(regmap::kStatusCounts, static_cast<std::uint16_t>(manager_.listed() << 8 | manager_.running()));
   put(regmap::kStatusFirstUnwell, manager_.first_unwell());

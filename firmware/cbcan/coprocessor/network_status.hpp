@@ -8,7 +8,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <type_traits>
 
 #include "cbcan/canopen/device.hpp"
 #include "cbcan/canopen/emcy/emergency_consumer.hpp"
@@ -46,7 +45,6 @@ class NetworkStatus {
   std::uint16_t summary() const;
   void put(std::size_t word, std::uint16_t value);
   void put_bit(regmap::StatusMap map, std::uint8_t node, bool value);
-  void update_module();
 
   const Device& own_;
   const NodeMonitor& monitor_;

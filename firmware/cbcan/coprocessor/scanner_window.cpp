@@ -24,8 +24,8 @@ void ScannerWindow::restart() {
   restarted_ = true;
 }
 
-ScannerWindow::Event ScannerWindow::on_written(std::size_t first, std::size_t count) {
-  if (!kServices.scanner_window || in_ == nullptr) return Event::kNone;
+bool ScannerWindow::on_written(std::size_t first, std::size_t count) {
+  if (!kServices.scanner_window || in_ == nullptr) return false;
   const std::uint16_t number = out_[regmap::kScannerNumber];
   const bool numbered = first == regmap::kScannerNumber;
   if (numbered && number == 0) return cancel();
@@ -33,29 +33,29 @@ ScannerWindow::Event ScannerWindow::on_written(std::size_t first, std::size_t co
   // A request may be written again until its turn comes, but only completely.
   const std::size_t needed = words_needed();
   if (waiting() && first < needed && (!numbered || count < needed)) finish(regmap::Result::kIncomplete);
-  return Event::kNone;
+  return false;
 }
 
-ScannerWindow::Event ScannerWindow::take(std::uint16_t number, std::size_t count) {
-  const Event over = state_ == State::kUnderWay ? Event::kCancel : Event::kNone;
+bool ScannerWindow::take(std::uint16_t number, std::size_t count) {
+  const bool under_way = state_ == State::kUnderWay;
   taken_ = number;
   in_[regmap::kScannerTaken] = number;
   if (restarted_ || count < words_needed()) {
     finish(restarted_ ? regmap::Result::kRestarted : regmap::Result::kIncomplete);
     restarted_ = false;
-    return over;
+    return under_way;
   }
   state_ = State::kWaiting;
-  return Event::kRequest;
+  return true;
 }
 
-ScannerWindow::Event ScannerWindow::cancel() {
-  if (state_ == State::kIdle) return Event::kNone;
-  const Event over = state_ == State::kUnderWay ? Event::kCancel : Event::kNone;
+bool ScannerWindow::cancel() {
+  if (state_ == State::kIdle) return false;
+  const bool under_way = state_ == State::kUnderWay;
   data()[0] = kCancelledLow;
   data()[1] = kCancelledHigh;
   finish(regmap::Result::kSdoExecutionError);
-  return over;
+  return under_way;
 }
 
 /// Words that this request consists of; other errors are not checked here.

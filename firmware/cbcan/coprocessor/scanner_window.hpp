@@ -34,18 +34,12 @@ class ScannerWindow {
   /// Host byte order; the caller owns the memory, which outlives this. Call restart() first.
   ScannerWindow(Out out, In in) : out_(out.data()), in_(in.data()) {}
 
-  /// What the owner must do after a write.
-  enum class Event : std::uint8_t {
-    kNone,
-    kCancel,   ///< cancel the request in progress
-    kRequest,  ///< the same, if there is one; and a new one waits for begin()
-  };
-
   /// Power on: it is not known which requests have been executed.
   void restart();
 
-  /// OUT+first..OUT+first+count-1 have been written, by one request of the PLC.
-  Event on_written(std::size_t first, std::size_t count);
+  /// OUT+first..OUT+first+count-1 have been written, by one request of the PLC. True: cancel the request in
+  /// progress, if there is one; a new one may wait for begin().
+  bool on_written(std::size_t first, std::size_t count);
 
   /// A request is waiting for its turn.
   bool waiting() const { return state_ == State::kWaiting; }
@@ -65,8 +59,8 @@ class ScannerWindow {
  private:
   enum class State : std::uint8_t { kIdle, kWaiting, kUnderWay };
 
-  Event take(std::uint16_t number, std::size_t count);
-  Event cancel();
+  bool take(std::uint16_t number, std::size_t count);
+  bool cancel();
   std::size_t words_needed() const;
 
   const std::uint16_t* out_ = nullptr;

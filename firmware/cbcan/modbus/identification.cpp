@@ -14,7 +14,7 @@ constexpr std::uint8_t kOneObject = 4;
 constexpr std::uint8_t kBasicStreamAndOneObject = 0x81;  // conformity level
 constexpr std::uint8_t kNoMoreFollows = 0;
 constexpr std::uint8_t kNoNextObject = 0;
-constexpr std::size_t kBasicObjects = 3;
+constexpr std::size_t kBasicObjects = std::tuple_size_v<DeviceIdentity>;
 constexpr std::size_t kMaxObjectText = 64;
 
 }  // namespace
@@ -29,8 +29,6 @@ Access Identification::check(Pdu pdu, const RegisterMap& /*registers*/) const {
 
 std::size_t Identification::execute(Pdu pdu, const RegisterMap& /*registers*/,
                                     std::span<std::uint8_t> response) const {
-  const std::array<std::string_view, kBasicObjects> objects{identity_.vendor, identity_.product_code,
-                                                            identity_.revision};
   // A stream from an object that does not exist starts at the first one.
   const std::size_t first = pdu[3] < kBasicObjects ? pdu[3] : 0;
   const std::size_t last = pdu[2] == kOneObject ? first : kBasicObjects - 1;
@@ -39,7 +37,7 @@ std::size_t Identification::execute(Pdu pdu, const RegisterMap& /*registers*/,
       std::to_array({pdu[0], pdu[1], pdu[2], kBasicStreamAndOneObject, kNoMoreFollows, kNoNextObject, count});
   auto end = std::ranges::copy(head, response.begin()).out;
   for (std::size_t id = first; id <= last; ++id) {
-    const std::string_view text = objects[id].substr(0, kMaxObjectText);
+    const std::string_view text = identity_[id].substr(0, kMaxObjectText);
     *end++ = static_cast<std::uint8_t>(id);
     *end++ = static_cast<std::uint8_t>(text.size());
     end = std::ranges::copy(text, end).out;

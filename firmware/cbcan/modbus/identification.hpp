@@ -3,6 +3,7 @@
 
 /// FC 43/14, read device identification (Modbus Application Protocol V1.1b3, 6.21): the basic objects.
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -14,12 +15,8 @@ namespace cbcan::modbus {
 
 inline constexpr std::uint8_t kEncapsulatedInterface = 43;
 
-/// Texts of a device; the first 64 characters of each are sent.
-struct DeviceIdentity {
-  std::string_view vendor;
-  std::string_view product_code;
-  std::string_view revision;
-};
+/// Vendor, product code and revision of a device; the first 64 characters of each are sent.
+using DeviceIdentity = std::array<std::string_view, 3>;
 
 /// The texts outlive it.
 class Identification final : public MoreFunctions {

@@ -12,8 +12,6 @@ namespace {
 
 using namespace modbus;
 
-constexpr std::uint8_t kBroadcast = 0;
-
 // Offsets in a frame.
 constexpr std::size_t kFunction = 1;
 constexpr std::size_t kQuantity = 4;
@@ -114,7 +112,6 @@ void RtuServer::look_for_end() {
 }
 
 void RtuServer::on_foreign_frame() {
-  ++counters_.bus_messages;
   ++counters_.foreign_frames;
   const auto fits = [this](std::size_t size) { return size == size_ || size == kEndsBySilence; };
   if (may_be_request() && fits(request_size()))
@@ -155,10 +152,6 @@ void RtuServer::begin_frame() {
 void RtuServer::drop(std::size_t count) {
   size_ -= count;
   std::copy_n(&buffer_[count], size_, buffer_.begin());
-}
-
-bool RtuServer::is_broadcast() const {
-  return buffer_[0] == kBroadcast;
 }
 
 std::size_t RtuServer::request_network() const {
@@ -270,14 +263,6 @@ bool RtuServer::is_request() const {
   return is_for_us() && (size == size_ || (size == kEndsBySilence && !is_broadcast()));
 }
 
-std::span<const std::uint8_t> RtuServer::pdu() const {
-  return request().subspan(kFunction);
-}
-
-Access RtuServer::access() const {
-  return check(pdu(), networks_[request_network()], settings_.more);
-}
-
 /// The response replaces the request. A broadcast is rejected by all networks or by none, as they have the
 /// same registers; its bytes stay as they are, as nothing is read.
 std::span<const std::uint8_t> RtuServer::execute() {
@@ -302,7 +287,6 @@ std::span<const std::uint8_t> RtuServer::respond_with(std::span<const std::uint8
 
 /// `size`: of the PDU in the buffer.
 std::span<const std::uint8_t> RtuServer::finish(std::size_t size) {
-  ++counters_.bus_messages;
   ++counters_.slave_messages;
   if (executed_.exception != Exception::kNone) ++counters_.slave_exceptions;
   if (!is_broadcast()) {

@@ -85,7 +85,8 @@ class RtuServer final {
   /// Counts with the numbers of the diagnostic counters of Application Protocol V1.1b3, 6.8, if there is one.
   /// They wrap. Each is an aligned 32-bit word, which a 32-bit MCU reads atomically.
   struct Counters {
-    std::uint32_t bus_messages = 0;              ///< 0Bh: frames with a right CRC, for any station
+    /// 0Bh: frames with a right CRC, for any station.
+    std::uint32_t bus_messages() const { return slave_messages + foreign_frames; }
     std::uint32_t bus_communication_errors = 0;  ///< 0Ch: requests with a wrong CRC
     std::uint32_t slave_exceptions = 0;          ///< 0Dh: requests rejected, including those of address 0
     std::uint32_t slave_messages = 0;            ///< 0Eh: requests for this station or all
@@ -126,7 +127,7 @@ class RtuServer final {
   std::size_t request_network() const;
 
   /// Loop, between poll() and execute(): the request is for all networks.
-  bool is_broadcast() const;
+  bool is_broadcast() const { return buffer_[0] == 0; }
 
   /// Loop, between poll() and execute(): the request's frame without its CRC.
   std::span<const std::uint8_t> request() const { return std::span(buffer_).first(size_ - 2); }
@@ -181,8 +182,8 @@ class RtuServer final {
   bool may_be_response() const;
   bool may_be_request() const;
   bool fits_request() const;
-  std::span<const std::uint8_t> pdu() const;
-  modbus::Access access() const;
+  modbus::Pdu pdu() const { return request().subspan(1); }
+  modbus::Access access() const { return check(pdu(), networks_[request_network()], settings_.more); }
   std::span<const std::uint8_t> finish(std::size_t size);
   std::span<const std::uint8_t> sealed();
 

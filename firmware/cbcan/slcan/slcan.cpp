@@ -2,6 +2,7 @@
 #include "cbcan/slcan/slcan.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace cbcan::slcan {
 
@@ -68,7 +69,6 @@ class Digits {
 };
 
 std::optional<BusState> decode_status(std::string_view line) {
-  if (line.size() != 3) return std::nullopt;
   Digits digits({line.data() + 1, 2});
   const std::uint32_t flags = digits.take(2);
   if (!digits.ended()) return std::nullopt;
@@ -78,7 +78,6 @@ std::optional<BusState> decode_status(std::string_view line) {
 }
 
 std::optional<BusState> decode_state_change(std::string_view line) {
-  if (line.size() != 8) return std::nullopt;
   Digits counters({line.data() + 2, 6});
   counters.take(6, 10);
   if (!counters.ended()) return std::nullopt;
@@ -133,9 +132,7 @@ LineReader::Event LineReader::on_char(char c) {
   if (ended_) length_ = 0;
   ended_ = c == kEnd || c == kNo;
   if (ended_) {
-    const bool too_long = too_long_;
-    too_long_ = false;
-    if (too_long) ++lost_;
+    const bool too_long = std::exchange(too_long_, false);
     if (c == kNo) return Event::kBell;
     return too_long ? Event::kLost : Event::kLine;
   }
@@ -148,9 +145,8 @@ LineReader::Event LineReader::on_char(char c) {
 }
 
 std::optional<BusState> decode_state(std::string_view line) {
-  if (line.empty()) return std::nullopt;
-  if (line[0] == 'F') return decode_status(line);
-  if (line[0] == 's') return decode_state_change(line);
+  if (line.size() == 3 && line[0] == 'F') return decode_status(line);
+  if (line.size() == 8 && line[0] == 's') return decode_state_change(line);
   return std::nullopt;
 }
 

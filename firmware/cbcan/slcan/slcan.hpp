@@ -53,15 +53,12 @@ class LineReader {
   /// The line that kLine reported, without its CR; until the next on_char().
   std::string_view line() const { return {text_.data(), length_}; }
 
-  /// Lines that were too long.
-  std::uint32_t lost() const { return lost_; }
 
  private:
   std::array<char, kMaxLine - 1> text_{};
   std::uint8_t length_ = 0;
   bool ended_ = false;
   bool too_long_ = false;
-  std::uint32_t lost_ = 0;
 };
 
 /// Bits of the response to the command F, two hexadecimal digits (LAWICEL, command F; the names are those of

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "sim/schedule.hpp"
+
 namespace cbcan::devices {
 
 namespace {
@@ -33,10 +35,9 @@ Axes::Axes(sim::DeviceNode& node, std::size_t count, std::span<const AxisLayout>
   for (std::size_t i = 0; i < count; ++i) {
     axes_.emplace_back(node, errors_, i, i < layouts.size() ? layouts[i] : AxisLayout{});
     const std::string prefix = i == 0 ? "" : "axis-" + std::to_string(i + 1) + "-";
-    for (const std::string_view name : kIncidentNames)
-      names_.push_back(prefix + std::string(name));
+    for (const IncidentKind& kind : kDriveIncidents)
+      names_.push_back(prefix + std::string(kind.name));
   }
-  incident_names_.assign(names_.begin(), names_.end());
 }
 
 void Axes::AxisNode::error(std::uint16_t code, std::uint8_t register_bits, const sim::EmergencyInfo& info,
@@ -53,15 +54,11 @@ void Axes::AxisNode::error_over(std::uint16_t code, Time now) {
 
 void Axes::reset(bool application, Time now) {
   if (application) errors_.clear();
-  for (One& axis : axes_)
-    axis.drive.reset(application, now);
+  each(&Drive::reset, application, now);
 }
 
 Time Axes::update(Time now) {
-  Time next = kNever;
-  for (One& axis : axes_)
-    next = earlier(next, axis.drive.update(now));
-  return next;
+  return sim::earliest(axes_, [now](One& axis) { return axis.drive.update(now); });
 }
 
 AbortCode Axes::check(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value,
@@ -97,11 +94,8 @@ std::vector<sim::Point> Axes::points() const {
   return all;
 }
 
-void Axes::set_incident(std::string_view name, bool present, Time now) {
-  const auto place = static_cast<std::size_t>(std::ranges::find(names_, name) - names_.begin());
-  if (place == names_.size()) return;
-  axes_[place / kIncidentNames.size()].drive.set_incident(kIncidentNames[place % kIncidentNames.size()],
-                                                          present, now);
+void Axes::set_incident(std::size_t place, bool present, Time now) {
+  axes_[place / kDriveIncidents.size()].drive.set_incident(place % kDriveIncidents.size(), present, now);
 }
 
 }  // namespace cbcan::devices

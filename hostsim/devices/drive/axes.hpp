@@ -45,8 +45,8 @@ class Axes final : public sim::Behaviour {
   bool set_input(std::uint16_t index, std::uint8_t sub, double value, Time now) override;
   std::optional<double> output(std::uint16_t index, std::uint8_t sub) const override;
   std::vector<sim::Point> points() const override;
-  std::span<const std::string_view> incidents() const override { return incident_names_; }
-  void set_incident(std::string_view name, bool present, Time now) override;
+  std::vector<std::string_view> incidents() const override { return {names_.begin(), names_.end()}; }
+  void set_incident(std::size_t place, bool present, Time now) override;
 
  private:
   using ErrorCounts = std::map<std::uint16_t, int>;  ///< axes that have an error, by its code
@@ -82,9 +82,8 @@ class Axes final : public sim::Behaviour {
   }
 
   ErrorCounts errors_;
-  std::deque<One> axes_;  ///< whose items do not move
-  std::vector<std::string> names_;
-  std::vector<std::string_view> incident_names_;
+  std::deque<One> axes_;            ///< whose items do not move
+  std::vector<std::string> names_;  ///< of incidents
 };
 
 }  // namespace cbcan::devices

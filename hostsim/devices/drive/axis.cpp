@@ -84,12 +84,12 @@ double Axis::most_torque() const {
 
 void Axis::take_over_units() {
   const UnitFactors factors{
-      {objects_.encoder_increments.get(), objects_.encoder_revolutions.get()},
-      {objects_.gear_motor_revolutions.get(), objects_.gear_shaft_revolutions.get()},
-      {objects_.feed.get(), objects_.feed_shaft_revolutions.get()},
-      {objects_.position_factor.get(), objects_.position_factor_divisor.get()},
-      {objects_.velocity_encoder_factor.get(), objects_.velocity_encoder_factor_divisor.get()},
-      {objects_.velocity_factor.get(), objects_.velocity_factor_divisor.get()},
+      {objects_.encoder.up.get(), objects_.encoder.down.get()},
+      {objects_.gear.up.get(), objects_.gear.down.get()},
+      {objects_.feed.up.get(), objects_.feed.down.get()},
+      {objects_.position_factor.up.get(), objects_.position_factor.down.get()},
+      {objects_.velocity_encoder_factor.up.get(), objects_.velocity_encoder_factor.down.get()},
+      {objects_.velocity_factor.up.get(), objects_.velocity_factor.down.get()},
       objects_.si_unit_position.get(),
       objects_.si_unit_velocity.get(),
   };
@@ -97,7 +97,7 @@ void Axis::take_over_units() {
     factors_ = factors;
     units_ = Units(factors);
   }
-  if (!has_load()) return;
+  if (!load_.exists()) return;
   constexpr double kNothingRated = 1000;  // mNm
   const double rated = objects_.rated_torque.get();
   load_.set_units(units_.increments_per_revolution() / (2 * std::numbers::pi),
@@ -107,7 +107,7 @@ void Axis::take_over_units() {
 void Axis::refresh(Time now) {
   carry(now);
   take_over_units();
-  if (has_load() && std::exchange(most_before_, most_torque()) != most_before_) load_.wake();
+  if (load_.exists() && std::exchange(most_before_, most_torque()) != most_before_) load_.wake();
   const Profile::Range range = position_range();
   const double position = user(demand(now).position);
   if (position >= range.low && position < range.high) return;
@@ -123,7 +123,7 @@ Profile::Range Axis::position_range() const {
 }
 
 bool Axis::just_moves() const {
-  if (blocked_ || has_load()) return false;
+  if (blocked_ || load_.exists()) return false;
   const Profile::Range range = position_range();
   const Profile::Range way = profile_.range();
   return user(way.low) >= range.low && user(way.high) < range.high;
@@ -155,10 +155,6 @@ void Axis::change_evenly_to(double velocity, Time duration, Time now) {
   follow_profile(Profile::even_change(demand(now), velocity, duration, now), now);
 }
 
-void Axis::stop(Ramp ramp, Time now) {
-  run_at(0, 0, deceleration(ramp), now);
-}
-
 double Axis::deceleration(Ramp ramp) const {
   const bool is_slow = ramp == Ramp::kSlowDown;
   if (objects_.mode_display.get() == kVl)
@@ -168,7 +164,7 @@ double Axis::deceleration(Ramp ramp) const {
 }
 
 void Axis::give_up_demand(Time now) {
-  if (blocked_ || has_load()) follow_profile(Profile(actual(now).position), now);
+  if (blocked_ || load_.exists()) follow_profile(Profile(actual(now).position), now);
 }
 
 void Axis::set_blocked(bool blocked, Time now) {
@@ -200,11 +196,7 @@ double Axis::per_minute(double revolutions) const {
 }
 
 double Axis::from_vl(double velocity) const {
-  return per_minute(velocity * ratio(objects_.vl_dimension_factor, objects_.vl_dimension_divisor));
-}
-
-double Axis::to_vl(double increments_per_second) const {
-  return increments_per_second / from_vl(1);
+  return per_minute(velocity * objects_.vl_dimension_factor.value());
 }
 
 double Axis::slope(const DriveObjects::Slope& slope) const {
@@ -237,7 +229,7 @@ AxisSwitches Axis::switches(Time now) const {
 }
 
 Time Axis::next_switch(Time now) const {
-  if (blocked_ || has_load() || at_rest(now)) return kNever;
+  if (blocked_ || load_.exists() || at_rest(now)) return kNever;
   Time next = kNever;
   const Profile::Range range = profile_.range();
   for (const double edge : {negative_limit(), positive_limit(), layout_.home_low, layout_.home_high})
@@ -258,10 +250,6 @@ Time Axis::passes_beside(double position, const Profile::Range& range, Time now)
 Time Axis::passes(double position, Time now) const {
   const Time at = profile_.time_at(position, now);
   return at > now ? at : kNever;
-}
-
-bool Axis::has_limits() const {
-  return objects_.limit_min.get() < objects_.limit_max.get();
 }
 
 bool Axis::is_outside_limits(Time now) const {

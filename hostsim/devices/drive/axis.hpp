@@ -46,7 +46,7 @@ class Axis {
   void run_at(double velocity, double acceleration, double deceleration, Time now);
   void line_to(double target, Time duration, Time now);
   void change_evenly_to(double velocity, Time duration, Time now);
-  void stop(Ramp ramp, Time now);
+  void stop(Ramp ramp, Time now) { run_at(0, 0, deceleration(ramp), now); }
   /// Sets the target without starting a motion.
   void aim_at(double target) { target_ = target; }
   /// Sets the demand to the actual position, at rest, when a profile is abandoned.
@@ -59,7 +59,7 @@ class Axis {
   }
   /// The actual position for decisions: that of a load does not depend on when it is read.
   double place(Time now) const {
-    return to_machine(has_load() && !blocked_ ? load_.position() : actual(now).position);
+    return to_machine(load_.exists() && !blocked_ ? load_.position() : actual(now).position);
   }
   const Profile& profile() const { return profile_; }
   bool over(Time now) const { return now >= profile_.end(); }
@@ -73,10 +73,9 @@ class Axis {
   /// A blocked motor stays at its position. When released, it starts from there.
   void set_blocked(bool blocked, Time now);
   bool blocked() const { return blocked_; }
-  double blocked_at() const { return blocked_at_; }
 
   // The load, if any.
-  bool has_load() const { return load_.exists(); }
+  const Load& load() const { return load_; }
   /// Calculates the load up to `now`; call it before anything that the load follows changes.
   void carry(Time now) {
     if (load_.exists()) load_.follow(lead(), now);
@@ -84,12 +83,6 @@ class Axis {
   /// Sets, for an axis with a load, from now on: power on or off, and the torque profile to follow; null =
   /// follow positions.
   void drive(bool powered, const Profile* torque, Time now);
-  /// Torque in thousandths of the rated torque.
-  double load_torque() const { return load_.torque(); }
-  /// The load needs more than most_torque().
-  bool lacks_torque() const { return load_.is_limited(); }
-  /// Time of the load's next step; kNever = it is at rest.
-  Time next_load_step(Time now) const { return load_.next_change(now); }
   /// Limit in either direction: the smaller of max torque (6072h) and max current (6073h), which is
   /// proportional to torque.
   double most_torque() const;
@@ -99,11 +92,11 @@ class Axis {
   double max_velocity() const;
   /// Units of velocity mode: 1/min of the motor, scaled by 604Ch.
   double from_vl(double velocity) const;
-  double to_vl(double increments_per_second) const;
+  double to_vl(double increments_per_second) const { return increments_per_second / from_vl(1); }
   double slope(const DriveObjects::Slope& slope) const;
   /// Clamped to the software position limits (607Dh), which apply if the lower is below the upper.
   double within_limits(double position) const;
-  bool has_limits() const;
+  bool has_limits() const { return objects_.limit_min.get() < objects_.limit_max.get(); }
   /// The actual position, as 6064h shows it, is outside these limits.
   bool is_outside_limits(Time now) const;
   double increments(double user) const { return units_.increments(user); }

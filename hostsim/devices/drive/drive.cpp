@@ -59,7 +59,7 @@ constexpr double kPast = 1e-3;
 }  // namespace
 
 Drive::Drive(sim::DeviceNode& node, const AxisLayout& layout, std::uint16_t offset)
-    : DeviceWithIncidents(node, kIncidentNames, kFaults),
+    : DeviceWithIncidents(node, kDriveIncidents),
       objects_(node.dictionary(), offset),
       axis_(objects_, layout),
       stage_(objects_, axis_),
@@ -86,8 +86,7 @@ void Drive::reset(bool application, Time now) {
 /// Points of the first axis. 604Ch scales what is else in 1/min.
 std::vector<sim::Point> Drive::points() const {
   using enum sim::Point::Kind;
-  const bool is_scaled = ratio(objects_.vl_dimension_factor, objects_.vl_dimension_divisor) != 1;
-  const char* const per_minute = is_scaled ? "" : "1/min";
+  const char* const per_minute = objects_.vl_dimension_factor.value() != 1 ? "" : "1/min";
   std::vector<sim::Point> points{
       {.kind = kOutput, .index = 0x6064, .name = "position", .target = 0x607A},
       {.kind = kOutput, .index = 0x60C1, .sub = 1, .name = "interpolated position"},
@@ -97,7 +96,7 @@ std::vector<sim::Point> Drive::points() const {
       {.kind = kCurve, .index = 0x606C, .name = "velocity"},
       {.kind = kCurve, .index = 0x6044, .name = "speed", .unit = per_minute},
       {.kind = kCurve, .index = 0x6077, .name = "torque"}};
-  if (objects_.limit_min.get() < objects_.limit_max.get())
+  if (axis_.has_limits())
     for (sim::Point& point : points)
       if (point.kind == kOutput && point.index != 0x6042)
         point.low = objects_.limit_min.get(), point.high = objects_.limit_max.get();
@@ -140,7 +139,7 @@ Time Drive::update(Time now) {
   end_faults(now);
   hold_motor(now);
   run_mode(now);
-  if (axis_.has_load())
+  if (axis_.load().exists())
     axis_.drive(stage_.is_powered(), operating_ && mode_ != nullptr ? mode_->torque_profile() : nullptr, now);
   publish(now);
   return deadline(now);
@@ -261,8 +260,8 @@ void Drive::begin_faults(Time now) {
   if (fresh == 0) return;
   for (std::size_t i = 0; i < kFaultKinds; ++i) {
     if ((fresh >> i & 1) == 0) continue;
-    objects_.error_code.set(kFaults[i].code);
-    node_.error(kFaults[i].code, kFaults[i].register_bits, {}, now);
+    objects_.error_code.set(kDriveIncidents[i].code);
+    node_.error(kDriveIncidents[i].code, kDriveIncidents[i].register_bits, {}, now);
   }
   told_ |= fresh;
   stage_.impose(PowerEvent::kFault, now);
@@ -275,12 +274,12 @@ void Drive::end_faults(Time now) {
   if (faulty) return;
   objects_.error_code.set(0);
   for (std::size_t i = 0; told_ != 0; ++i, told_ >>= 1)
-    if ((told_ & 1) != 0) node_.error_over(kFaults[i].code, now);
+    if ((told_ & 1) != 0) node_.error_over(kDriveIncidents[i].code, now);
   lost_ = false;
 }
 
 void Drive::watch_following(Time now) {
-  if (axis_.has_load() && now % kMillisecond != 0) return;  // a load is checked at whole milliseconds
+  if (axis_.load().exists() && now % kMillisecond != 0) return;  // a load is checked at whole milliseconds
   const std::uint32_t window = objects_.following_error_window.get();
   const double lag = axis_.demand(now).position - axis_.actual(now).position;
   if (window == DriveObjects::kNoLimit || std::abs(lag) < axis_.increments(window) + kPast / 2) {
@@ -319,7 +318,7 @@ std::uint16_t Drive::status(Time now) const {
   if (stage_.state() != PowerState::kNotReadyToSwitchOn && !has(Incident::kUndervoltage))
     bits |= statusword::kVoltageEnabled;
   if (has(Incident::kWarning)) bits |= statusword::kWarning;
-  if (axis_.lacks_torque() || (operating_ && axis_.is_outside_limits(now)))
+  if (axis_.load().is_limited() || (operating_ && axis_.is_outside_limits(now)))
     bits |= statusword::kInternalLimit;
   if (stage_.state() == PowerState::kQuickStopActive && axis_.at_rest(now))
     bits |= statusword::kTargetReached;
@@ -351,7 +350,7 @@ void Drive::publish_motion(Time now) {
   objects_.velocity_actual.set(sim::rounded<std::int32_t>(axis_.user_velocity(actual.velocity)));
   if (objects_.vl_actual.exists()) velocity_.show(demand.velocity, actual.velocity);
   objects_.following_error.set(sim::rounded<std::int32_t>(axis_.user(demand.position - actual.position)));
-  const double torque = axis_.has_load()                 ? axis_.load_torque()
+  const double torque = axis_.load().exists()            ? axis_.load().torque()
                         : operating_ && mode_ != nullptr ? mode_->torque(now)
                                                          : 0;
   const auto thousandths = sim::rounded<std::int16_t>(torque);
@@ -378,7 +377,7 @@ std::uint32_t Drive::link_voltage() const {
 
 /// The end of a line in a cyclic mode needs no update: the next line begins at the next SYNC.
 Time Drive::deadline(Time now) const {
-  Time first = earlier(axis_.next_load_step(now), following_deadline(now));
+  Time first = earlier(axis_.load().next_change(now), following_deadline(now));
   first = earlier(first, earlier(axis_.next_switch(now), sync_due_));
   first = earlier(first, command_due_);
   if (!follows_sync_ || !axis_.just_moves()) first = earlier(first, axis_.profile().next_change(now));
@@ -393,11 +392,10 @@ Time Drive::deadline(Time now) const {
 /// Only a motor that is blocked or has a load lags; a load is checked every millisecond anyway.
 Time Drive::following_deadline(Time now) const {
   const std::uint32_t window = objects_.following_error_window.get();
-  if (axis_.has_load() || !axis_.blocked() || window == DriveObjects::kNoLimit || lost_) return kNever;
+  if (axis_.load().exists() || !axis_.blocked() || window == DriveObjects::kNoLimit || lost_) return kNever;
   if (lagging_since_ != kNever) return lagging_since_ + milliseconds(objects_.following_error_time_out.get());
-  const double reach = axis_.increments(window) + kPast;
-  return earlier(axis_.passes(axis_.blocked_at() + reach, now),
-                 axis_.passes(axis_.blocked_at() - reach, now));
+  const double reach = axis_.increments(window) + kPast, here = axis_.actual(now).position;
+  return earlier(axis_.passes(here + reach, now), axis_.passes(here - reach, now));
 }
 
 }  // namespace cbcan::devices

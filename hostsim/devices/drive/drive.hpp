@@ -34,7 +34,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <string_view>
 
 #include "devices/drive/axis.hpp"
 #include "devices/drive/cyclic.hpp"
@@ -68,22 +67,20 @@ enum class Incident : std::uint8_t {
 
 inline constexpr std::size_t kFaultKinds = 7;
 
-inline constexpr std::array<std::string_view, 11> kIncidentNames = {
-    "overcurrent", "short-circuit",   "overvoltage",   "undervoltage",          "overtemperature",
-    "encoder",     "following-error", "motor-blocked", "limit-switch-negative", "limit-switch-positive",
-    "warning",
-};
-
 /// Rows by Incident.
-inline constexpr std::array<ErrorKind, kFaultKinds> kFaults = {{
-    {0x2310, ErrorRegister::kGeneric | ErrorRegister::kCurrent},
-    {0x2320, ErrorRegister::kGeneric | ErrorRegister::kCurrent},
-    {0x3210, ErrorRegister::kGeneric | ErrorRegister::kVoltage},
-    {0x3220, ErrorRegister::kGeneric | ErrorRegister::kVoltage},
-    {0x4210, ErrorRegister::kGeneric | ErrorRegister::kTemperature},
-    {0x7305, ErrorRegister::kGeneric | ErrorRegister::kProfile},
-    {0x8611, ErrorRegister::kGeneric | ErrorRegister::kProfile},
-}};
+inline constexpr auto kDriveIncidents = std::to_array<IncidentKind>({
+    {"overcurrent", 0x2310, ErrorRegister::kGeneric | ErrorRegister::kCurrent},
+    {"short-circuit", 0x2320, ErrorRegister::kGeneric | ErrorRegister::kCurrent},
+    {"overvoltage", 0x3210, ErrorRegister::kGeneric | ErrorRegister::kVoltage},
+    {"undervoltage", 0x3220, ErrorRegister::kGeneric | ErrorRegister::kVoltage},
+    {"overtemperature", 0x4210, ErrorRegister::kGeneric | ErrorRegister::kTemperature},
+    {"encoder", 0x7305, ErrorRegister::kGeneric | ErrorRegister::kProfile},
+    {"following-error", 0x8611, ErrorRegister::kGeneric | ErrorRegister::kProfile},
+    {"motor-blocked"},
+    {"limit-switch-negative"},
+    {"limit-switch-positive"},
+    {"warning"},
+});
 
 // 603Fh after a network failure. The node sends the EMCY, except for a missed SYNC.
 inline constexpr std::uint16_t kCommunicationFault = 0x8100;

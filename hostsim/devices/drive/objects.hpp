@@ -32,6 +32,18 @@ struct DriveObjects {
     Bound<std::uint32_t> speed;
     Bound<std::uint16_t> time;
   };
+  /// A ratio: sub-indices 1 and 2.
+  template <class Number>
+  struct Quotient {
+    Quotient(const Place& place, unsigned index, Number standard = {})
+        : up(place, index, 1, standard), down(place, index, 2, standard) {}
+    /// 1 if the file leaves one of them out or at 0.
+    double value() const {
+      const bool counts = up.get() != 0 && down.get() != 0;
+      return counts ? double{1} * up.get() / down.get() : 1;
+    }
+    Bound<Number> up, down;
+  };
   static constexpr std::uint32_t kNoLimit = 0xFFFFFFFF;
   // Bits of 6502h.
   static constexpr std::uint32_t kVelocityMode = 0x00000002;
@@ -63,10 +75,8 @@ struct DriveObjects {
   Slope vl_acceleration{d, 0x6048};
   Slope vl_deceleration{d, 0x6049};
   Slope vl_quick_stop{d, 0x604A};
-  Bound<std::int16_t> vl_set_point_factor{d, 0x604B, 1, 1};
-  Bound<std::int16_t> vl_set_point_divisor{d, 0x604B, 2, 1};
-  Bound<std::int32_t> vl_dimension_factor{d, 0x604C, 1, 1};
-  Bound<std::int32_t> vl_dimension_divisor{d, 0x604C, 2, 1};
+  Quotient<std::int16_t> vl_set_point_factor{d, 0x604B, 1};
+  Quotient<std::int32_t> vl_dimension_factor{d, 0x604C, 1};
   Bound<std::int16_t> quick_stop_option{d, 0x605A, 0, 2};
   Bound<std::int16_t> shutdown_option{d, 0x605B, 0, 0};
   Bound<std::int16_t> disable_operation_option{d, 0x605C, 0, 1};
@@ -109,18 +119,12 @@ struct DriveObjects {
   Bound<std::uint32_t> profile_deceleration{d, 0x6084, 0};
   Bound<std::uint32_t> quick_stop_deceleration{d, 0x6085, 0};
   Bound<std::uint32_t> torque_slope{d, 0x6087, 0};
-  Bound<std::uint32_t> encoder_increments{d, 0x608F, 1, 1};
-  Bound<std::uint32_t> encoder_revolutions{d, 0x608F, 2, 1};
-  Bound<std::uint32_t> gear_motor_revolutions{d, 0x6091, 1, 1};
-  Bound<std::uint32_t> gear_shaft_revolutions{d, 0x6091, 2, 1};
-  Bound<std::uint32_t> feed{d, 0x6092, 1, 1};
-  Bound<std::uint32_t> feed_shaft_revolutions{d, 0x6092, 2, 1};
-  Bound<std::uint32_t> position_factor{d, 0x6093, 1};
-  Bound<std::uint32_t> position_factor_divisor{d, 0x6093, 2};
-  Bound<std::uint32_t> velocity_encoder_factor{d, 0x6094, 1};
-  Bound<std::uint32_t> velocity_encoder_factor_divisor{d, 0x6094, 2};
-  Bound<std::uint32_t> velocity_factor{d, 0x6096, 1, 1};
-  Bound<std::uint32_t> velocity_factor_divisor{d, 0x6096, 2, 1};
+  Quotient<std::uint32_t> encoder{d, 0x608F, 1};  ///< increments / motor revolutions
+  Quotient<std::uint32_t> gear{d, 0x6091, 1};     ///< motor revolutions / shaft revolutions
+  Quotient<std::uint32_t> feed{d, 0x6092, 1};     ///< feed / shaft revolutions
+  Quotient<std::uint32_t> position_factor{d, 0x6093};
+  Quotient<std::uint32_t> velocity_encoder_factor{d, 0x6094};
+  Quotient<std::uint32_t> velocity_factor{d, 0x6096, 1};
   Bound<std::int8_t> homing_method{d, 0x6098, 0};
   Bound<std::uint32_t> homing_speed_switch{d, 0x6099, 1, 1000};
   Bound<std::uint32_t> homing_speed_zero{d, 0x6099, 2, 100};
@@ -148,12 +152,5 @@ struct DriveObjects {
   Bound<std::int32_t> target_velocity{d, 0x60FF, 0};
   Bound<std::uint32_t> supported_modes{d, 0x6502, 0, modes()};
 };
-
-/// 1 if the file leaves one of them out or at 0.
-template <class Number>
-double ratio(const DriveObjects::Bound<Number>& factor, const DriveObjects::Bound<Number>& divisor) {
-  const bool counts = factor.get() != 0 && divisor.get() != 0;
-  return counts ? double{1} * factor.get() / divisor.get() : 1;
-}
 
 }  // namespace cbcan::devices

@@ -35,10 +35,6 @@ enum class PowerEvent : std::uint8_t {
 };
 
 namespace controlword {
-inline constexpr std::uint16_t kSwitchOn = 0x0001;
-inline constexpr std::uint16_t kEnableVoltage = 0x0002;
-inline constexpr std::uint16_t kQuickStop = 0x0004;  ///< 0 = quick stop
-inline constexpr std::uint16_t kEnableOperation = 0x0008;
 inline constexpr std::uint16_t kNewSetPoint = 0x0010;  ///< profile position
 inline constexpr std::uint16_t kStartHoming = 0x0010;  ///< homing
 inline constexpr std::uint16_t kInterpolate = 0x0010;  ///< interpolated position
@@ -66,8 +62,6 @@ inline constexpr std::uint16_t kFollowsCommand = 0x1000;       ///< cyclic synch
 inline constexpr std::uint16_t kInterpolates = 0x1000;         ///< interpolated position
 inline constexpr std::uint16_t kFollowingError = 0x2000;       ///< position modes
 inline constexpr std::uint16_t kHomingError = 0x2000;          ///< homing
-/// Bits 0..3, 5 and 6: the state.
-inline constexpr std::uint16_t kStateMask = 0x006F;
 }  // namespace statusword
 
 struct Transition {

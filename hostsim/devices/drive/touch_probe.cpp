@@ -38,13 +38,13 @@ bool TouchProbes::update(Time now) {
   for (std::size_t i = 0; i < probes_.size(); ++i) {
     Probe& probe = probes_[i];
     const std::uint8_t bits = function(i);
+    const bool at_pulse = (bits & kAtIndexPulse) != 0;
     const bool was_on = probe.on;
+    const bool is_edge = std::exchange(probe.level_before, probe.level) != probe.level;
     switch_on(i, bits);
-    if (was_on && probe.on && (bits & kAtIndexPulse) != 0)
-      note_pulse(i, before, place_);
-    else if (probe.on && (bits & kAtIndexPulse) == 0)
-      note_level(i, now);
-    probe.level_before = probe.level;
+    if (was_on && probe.on && at_pulse) note_pulse(i, before, place_);
+    if (is_edge && probe.on && !at_pulse)
+      store(i, probe.level ? kPositiveEdge : kNegativeEdge, axis_.actual(now).position);
     status |= (probe.on ? probe.stored | kIsOn : 0u) << 8 * i;
   }
   const bool changed = status != objects_.probe_status.get();
@@ -57,11 +57,6 @@ void TouchProbes::switch_on(std::size_t probe, std::uint8_t function) {
   for (const std::size_t edge : {kPositiveEdge, kNegativeEdge})
     if ((function & kOn) == 0 || (function & kPositiveEdgeBit << edge) == 0)
       probes_[probe].stored &= static_cast<std::uint8_t>(~(kPositiveStored << edge));
-}
-
-void TouchProbes::note_level(std::size_t probe, Time now) {
-  const auto& [level, before, on, stored] = probes_[probe];
-  if (level != before) store(probe, level ? kPositiveEdge : kNegativeEdge, axis_.actual(now).position);
 }
 
 /// The first between two places, the last of them included.
@@ -88,7 +83,7 @@ Time TouchProbes::deadline(Time now) const {
   bool waits = false;
   for (std::size_t i = 0; i < probes_.size(); ++i)
     waits |= probes_[i].on && (function(i) & kAtIndexPulse) != 0;
-  if (!waits || axis_.blocked() || axis_.has_load() || axis_.at_rest(now)) return kNever;
+  if (!waits || axis_.blocked() || axis_.load().exists() || axis_.at_rest(now)) return kNever;
   const double pitch = axis_.index_pitch();
   const double below = std::ceil(place_ / pitch) - 1;
   const double above = std::floor(place_ / pitch) + 1;

@@ -35,7 +35,6 @@ class TouchProbes {
   };
   std::uint8_t function(std::size_t probe) const;
   void switch_on(std::size_t probe, std::uint8_t function);
-  void note_level(std::size_t probe, Time now);
   void note_pulse(std::size_t probe, double before, double now);
   void store(std::size_t probe, std::size_t edge, double position);
 

@@ -99,10 +99,6 @@ double Velocity::within_amounts(double velocity) const {
   return velocity == 0 ? 0 : std::copysign(amount, velocity);
 }
 
-double Velocity::factor() const {
-  return ratio(objects_.vl_set_point_factor, objects_.vl_set_point_divisor);
-}
-
 void Velocity::run(const ModeInput& input, Time now) {
   has_ramp_bits_ |= input.has(controlword::kRampBits);
   const auto has = [&](std::uint16_t bit) { return !has_ramp_bits_ || input.has(bit); };

@@ -76,7 +76,7 @@ class Velocity final : public VelocityMode {
 
  private:
   double within_amounts(double velocity) const;
-  double factor() const;
+  double factor() const { return objects_.vl_set_point_factor.value(); }
 
   bool has_ramp_bits_ = false;    ///< one of them has been 1
   std::optional<double> locked_;  ///< while bit 5 is 0, increments/s

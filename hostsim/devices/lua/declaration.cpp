@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "base/suggestion.hpp"
+#include "base/words.hpp"
 #include "cbcan/canopen/dictionary/object_dictionary.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "descriptions/values.hpp"
@@ -35,12 +36,7 @@ constexpr std::array kTypes{
     TypeName{"f32", kReal32},     TypeName{"f64", kReal64},     TypeName{"text", kVisibleString}};
 constexpr std::array<std::string_view, 4> kAccesses{"rw", "ro", "wo", "const"};
 constexpr std::array<std::string_view, 3> kPdos{"", "tx", "rx"};
-/// Names in the order of sim::Point::Kind.
-constexpr std::array<std::string_view, 3> kShown{"input", "output", "curve"};
 
-struct Keys {
-  std::span<const std::string_view> numbers, texts;
-};
 constexpr std::array<std::string_view, 7> kObjectNumbers{"index", "sub",    "default", "low",
                                                          "high",  "target", "level"};
 constexpr std::array<std::string_view, 8> kObjectTexts{"name", "type", "access", "default",
@@ -48,8 +44,6 @@ constexpr std::array<std::string_view, 8> kObjectTexts{"name", "type", "access",
 constexpr std::array<std::string_view, 5> kDeviceNumbers{"type", "vendor", "product", "revision",
                                                          "heartbeat_ms"};
 constexpr std::array<std::string_view, 1> kDeviceTexts{"name"};
-constexpr Keys kOfObjects{kObjectNumbers, kObjectTexts};
-constexpr Keys kOfDevice{kDeviceNumbers, kDeviceTexts};
 
 /// One object of the EDS.
 struct Entry {
@@ -70,11 +64,12 @@ class Fields {
   [[noreturn]] void refuse(std::string_view key, std::string_view why) const {
     throw ScriptError(fmt::format("{}: {}: {}", of_, key, why), 0);
   }
-  void check(const Keys& keys) const {
-    check(record_.numbers, keys.numbers, keys.texts, "a text");
-    check(record_.texts, keys.texts, keys.numbers, "a number");
-    for (const auto& [key, texts] : record_.texts)
-      for (const std::string& text : texts)
+  /// The keys that may have a number, and those that may have a text.
+  void check(std::span<const std::string_view> numbers, std::span<const std::string_view> texts) const {
+    check(record_.numbers, numbers, texts, "a text");
+    check(record_.texts, texts, numbers, "a number");
+    for (const auto& [key, all] : record_.texts)
+      for (const std::string& text : all)
         if (text.size() > Script::kMostText)
           refuse(key, fmt::format("a text has more than {} letters", Script::kMostText));
   }
@@ -146,7 +141,7 @@ std::vector<Declared> declared(const Script& script, const std::vector<Script::R
     const auto sub = fields.integer<std::uint8_t>("sub", 0, 0xFE, 0);
     if (sub != 0)
       fields.name_in_errors(fmt::format("{}: objects: {:04X}h:{:02X}", script.name(), index, sub));
-    fields.check(kOfObjects);
+    fields.check(kObjectNumbers, kObjectTexts);
     const auto same = [&](const Declared& other) { return other.index == index && other.sub == sub; };
     if (std::ranges::any_of(all, same)) fields.refuse("sub", "is there twice; remove one, or give another");
     const auto low = fields.number("low"), high = fields.number("high");
@@ -157,9 +152,7 @@ std::vector<Declared> declared(const Script& script, const std::vector<Script::R
 }
 
 DataType type_of(const Fields& fields) {
-  std::array<std::string_view, kTypes.size()> names;
-  std::ranges::transform(kTypes, names.begin(), [](const auto& type) { return type.first; });
-  return kTypes[fields.choice("type", names, fields.text("type"))].second;
+  return kTypes[fields.choice("type", base::column(kTypes, &TypeName::first), fields.text("type"))].second;
 }
 
 /// Text of a value of an integer type.
@@ -363,10 +356,10 @@ std::vector<sim::Point> declared_points(Script& script) {
   const std::vector<Script::Record> records = script.records("objects", kMostObjects);
   std::vector<sim::Point> points;
   const std::vector<Declared> all = declared(script, records);
-  for (std::size_t kind = 0; kind < kShown.size(); ++kind)
+  for (std::size_t kind = 0; kind < sim::kPointKinds.size(); ++kind)
     for (const auto& [index, sub, fields] : all)
       if (std::ranges::count_if(fields.texts("show"), [&own = fields, kind](const std::string& shown) {
-            return own.choice("show", kShown, shown) == kind;
+            return own.choice("show", sim::kPointKinds, shown) == kind;
           }) != 0)
         points.push_back({.kind = static_cast<sim::Point::Kind>(kind),
                           .index = index,
@@ -389,7 +382,7 @@ std::string declared_eds(Script& script, std::string_view file) {
   std::vector<Script::Record> described = script.records("device", 1);
   described.resize(1);
   const Fields device(described.front(), script.name() + ": device");
-  device.check(kOfDevice);
+  device.check(kDeviceNumbers, kDeviceTexts);
   Entries entries;
   add_communication(entries, device);
   PdoWriter rpdos(entries, false), tpdos(entries, true);

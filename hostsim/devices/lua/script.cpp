@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "devices/lua/script.hpp"
 
-#include <algorithm>
 #include <array>
-#include <cstddef>
 #include <cstdlib>
-#include <string>
 
 #include "devices/lua/prelude.hpp"
 
@@ -101,33 +98,156 @@ int line_in(std::string_view message) {
 
 }  // namespace
 
+/// The functions that Lua calls: its allocator and hook, and those of scripts.
+struct Script::Library {
+  static void* allocate(void* self, void* block, std::size_t before, std::size_t wanted) {
+    Script& script = *static_cast<Script*>(self);
+    if (block == nullptr && before == LUA_TSTRING) script.count_longest(wanted, script.cost_.longest_string);
+    if (block == nullptr && before == LUA_TSTRING)
+      script.add_cost(wanted);  // numbers may have been converted
+    if (block == nullptr && before == LUA_TFUNCTION)
+      script.count_longest(wanted, script.cost_.largest_function);
+    if (block == nullptr) before = 0;  // for a new block it is a kind of object
+    void* made = nullptr;
+    if (wanted == 0) {
+      std::free(block);
+    } else if (script.may_take(before, wanted)) {
+      made = std::realloc(block, wanted);
+    } else {
+      script.end_call(kTooMuch);
+    }
+    if (wanted != 0 && made == nullptr) return nullptr;
+    script.used_ += wanted - before;
+    if (wanted > before) script.allocated_ += wanted - before;
+    return made;
+  }
+
+  static void count(lua_State* state, lua_Debug* /*activation*/) {
+    Script& script = from(state);
+    script.spend(script.cost_.of_interval());
+    script.update_cost();
+  }
+
+  static int cost(lua_State* state) {
+    const double bytes = lua_tonumber(state, 1);
+    from(state).spend(bytes > 0 ? static_cast<CostModel::Bytes>(std::min(bytes, 1e9)) : 0);
+    return 0;
+  }
+
+  /// Calls a function of Lua's library, its upvalue, after counting the strings that it reads: its arguments
+  /// from the first or the second on.
+  template <int kFirst>
+  static int counted(lua_State* state) {
+    const int count = lua_gettop(state);
+    CostModel::Bytes bytes = CostModel::kCall + static_cast<unsigned>(count);
+    for (int i = kFirst; i <= count; ++i)
+      if (lua_type(state, i) == LUA_TSTRING) bytes += lua_rawlen(state, i);
+    from(state).spend(bytes);
+    return lua_tocfunction(state, lua_upvalueindex(1))(state);
+  }
+
+  /// Wraps all functions of the table on top, which is popped, in counted(); those with upvalues take no
+  /// strings.
+  static void count_functions(lua_State* state) {
+    for (lua_pushnil(state); lua_next(state, -2) != 0; lua_pop(state, 1)) {
+      if (!is_without_upvalues(state)) continue;
+      const bool of_places = std::ranges::find(kOfPlaces, lua_tostring(state, -2)) != kOfPlaces.end();
+      lua_pushvalue(state, -2);
+      lua_pushvalue(state, -2);
+      lua_pushcclosure(state, of_places ? counted<2> : counted<1>, 1);
+      lua_rawset(state, -5);
+    }
+    lua_pop(state, 1);
+  }
+
+  /// Converts like tostring, but without addresses.
+  static int to_string(lua_State* state) {
+    luaL_checkany(state, 1);
+    const int type = lua_type(state, 1);
+    if (type == LUA_TNUMBER) from(state).spend(CostModel::kNumber);
+    if ((type == LUA_TTABLE || type == LUA_TFUNCTION) &&
+        luaL_getmetafield(state, 1, "__tostring") == LUA_TNIL)
+      lua_pushstring(state, lua_typename(state, type));
+    else
+      luaL_tolstring(state, 1, nullptr);
+    return 1;
+  }
+
+  /// Counts the metatable on top. The registry keeps all of them, so that each counts once.
+  static void count_metatable(lua_State* state) {
+    lua_pushvalue(state, -1);
+    const bool known = lua_rawget(state, LUA_REGISTRYINDEX) != LUA_TNIL;
+    lua_pop(state, 1);
+    if (known) return;
+    if (++from(state).cost_.metatables > kMostMetatables)
+      luaL_error(state, "setmetatable: more than %d metatables; give tables one together",
+                 static_cast<int>(kMostMetatables));
+    lua_pushvalue(state, -1);
+    lua_pushboolean(state, 1);
+    lua_rawset(state, LUA_REGISTRYINDEX);
+    from(state).update_cost();
+  }
+
+  /// Refuses __gc and __mode: a script must not notice garbage collection.
+  static int set_metatable(lua_State* state) {
+    luaL_checktype(state, 1, LUA_TTABLE);
+    luaL_argexpected(state, lua_isnoneornil(state, 2) || lua_istable(state, 2), 2, "nil or table");
+    lua_settop(state, 2);
+    for (const char* name : {"__gc", "__mode"}) {
+      if (lua_isnil(state, 2)) break;
+      lua_pushstring(state, name);
+      if (lua_rawget(state, 2) != LUA_TNIL) return luaL_error(state, "setmetatable: there is no %s", name);
+      lua_pop(state, 1);
+    }
+    if (luaL_getmetafield(state, 1, "__metatable") != LUA_TNIL)
+      return luaL_error(state, "cannot change a protected metatable");
+    lua_settop(state, 2);
+    if (!lua_isnil(state, 2)) count_metatable(state);
+    lua_setmetatable(state, 1);
+    return 1;
+  }
+
+  static int protected_call(lua_State* state) {
+    luaL_checkany(state, 1);
+    const bool good = lua_pcall(state, lua_gettop(state) - 1, LUA_MULTRET, 0) == LUA_OK;
+    if (!good) from(state).spend(CostModel::kError);
+    lua_pushboolean(state, good ? 1 : 0);
+    lua_insert(state, 1);
+    return lua_gettop(state);
+  }
+
+  static void load(lua_State* state, std::uint64_t seed, std::span<const luaL_Reg> functions) {
+    for (const luaL_Reg& library :
+         {luaL_Reg{LUA_GNAME, luaopen_base}, luaL_Reg{LUA_TABLIBNAME, luaopen_table},
+          luaL_Reg{LUA_STRLIBNAME, luaopen_string}, luaL_Reg{LUA_MATHLIBNAME, luaopen_math}})
+      luaL_requiref(state, library.name, library.func, 1);
+    lua_getfield(state, -1, "randomseed");
+    lua_pushinteger(state, static_cast<lua_Integer>(seed));
+    lua_pushinteger(state, 0);
+    lua_call(state, 2, 0);
+    for (const luaL_Reg& own : {luaL_Reg{"tostring", to_string}, luaL_Reg{"setmetatable", set_metatable},
+                                luaL_Reg{"pcall", protected_call}, luaL_Reg{"cost", cost}})
+      lua_register(state, own.name, own.func);
+    if (luaL_loadbufferx(state, kPrelude.data(), kPrelude.size(), "=cbcan", "t") != LUA_OK) lua_error(state);
+    lua_call(state, 0, 0);
+    for (const auto& [name, function] : functions)
+      lua_register(state, name, function);
+    for (const char* library : {LUA_GNAME, LUA_TABLIBNAME, LUA_STRLIBNAME, LUA_MATHLIBNAME}) {
+      lua_getglobal(state, library);
+      count_functions(state);
+    }
+    lua_pushliteral(state, "");
+    lua_getmetatable(state, -1);
+    count_functions(state);
+  }
+};
+
 // ---- Limits
 
 bool Script::may_take(std::size_t before, std::size_t wanted) {
   if (wanted <= before) return true;
   return wanted <= kMostBlock && used_ + outside_ - before + wanted <= kMostMemory &&
          allocated_ + wanted - before <= kMostAllocated;
-}
-
-void* Script::allocate(void* self, void* block, std::size_t before, std::size_t wanted) {
-  Script& script = *static_cast<Script*>(self);
-  if (block == nullptr && before == LUA_TSTRING) script.count_longest(wanted, script.cost_.longest_string);
-  if (block == nullptr && before == LUA_TSTRING) script.add_cost(wanted);  // numbers may have been converted
-  if (block == nullptr && before == LUA_TFUNCTION)
-    script.count_longest(wanted, script.cost_.largest_function);
-  if (block == nullptr) before = 0;  // for a new block it is a kind of object
-  void* made = nullptr;
-  if (wanted == 0) {
-    std::free(block);
-  } else if (script.may_take(before, wanted)) {
-    made = std::realloc(block, wanted);
-  } else {
-    script.end_call(kTooMuch);
-  }
-  if (wanted != 0 && made == nullptr) return nullptr;
-  script.used_ += wanted - before;
-  if (wanted > before) script.allocated_ += wanted - before;
-  return made;
 }
 
 void Script::charge(lua_State* state, std::size_t bytes) {
@@ -145,7 +265,7 @@ void Script::end_call(const char* why) {
   lua_Debug activation;
   line_ = line_of(state_, activation);
   why_ = line_ == 0 ? why : std::string(activation.short_src) + ":" + std::to_string(line_) + ": " + why;
-  lua_sethook(state_, count, LUA_MASKCOUNT, kEveryInstruction);
+  lua_sethook(state_, Library::count, LUA_MASKCOUNT, kEveryInstruction);
 }
 
 void Script::add_cost(CostModel::Bytes bytes) {
@@ -161,13 +281,7 @@ void Script::spend(CostModel::Bytes bytes) {
 
 void Script::update_cost() {
   cost_.update(used_ - std::min(used_, base_));
-  if (why_.empty()) lua_sethook(state_, count, LUA_MASKCOUNT, cost_.interval());
-}
-
-void Script::count(lua_State* state, lua_Debug* /*activation*/) {
-  Script& script = from(state);
-  script.spend(script.cost_.of_interval());
-  script.update_cost();
+  if (why_.empty()) lua_sethook(state_, Library::count, LUA_MASKCOUNT, cost_.interval());
 }
 
 /// An object much larger than all before changes the cost of instructions immediately.
@@ -176,93 +290,6 @@ void Script::count_longest(std::size_t size, std::size_t& longest) {
   const bool at_once = state_ != nullptr && size > 2 * longest;
   longest = size;
   if (at_once) update_cost();
-}
-
-int Script::cost(lua_State* state) {
-  const double bytes = lua_tonumber(state, 1);
-  from(state).spend(bytes > 0 ? static_cast<CostModel::Bytes>(std::min(bytes, 1e9)) : 0);
-  return 0;
-}
-
-/// Calls a function of Lua's library, its upvalue, after counting the strings that it reads: its arguments
-/// from the first or the second on.
-template <int kFirst>
-int Script::counted(lua_State* state) {
-  const int count = lua_gettop(state);
-  CostModel::Bytes bytes = CostModel::kCall + static_cast<unsigned>(count);
-  for (int i = kFirst; i <= count; ++i)
-    if (lua_type(state, i) == LUA_TSTRING) bytes += lua_rawlen(state, i);
-  from(state).spend(bytes);
-  return lua_tocfunction(state, lua_upvalueindex(1))(state);
-}
-
-/// Wraps all functions of the table on top, which is popped, in counted(); those with upvalues take no
-/// strings.
-void Script::count_functions(lua_State* state) {
-  for (lua_pushnil(state); lua_next(state, -2) != 0; lua_pop(state, 1)) {
-    if (!is_without_upvalues(state)) continue;
-    const bool of_places = std::ranges::find(kOfPlaces, lua_tostring(state, -2)) != kOfPlaces.end();
-    lua_pushvalue(state, -2);
-    lua_pushvalue(state, -2);
-    lua_pushcclosure(state, of_places ? counted<2> : counted<1>, 1);
-    lua_rawset(state, -5);
-  }
-  lua_pop(state, 1);
-}
-
-/// Converts like tostring, but without addresses.
-int Script::to_string(lua_State* state) {
-  luaL_checkany(state, 1);
-  const int type = lua_type(state, 1);
-  if (type == LUA_TNUMBER) from(state).spend(CostModel::kNumber);
-  if ((type == LUA_TTABLE || type == LUA_TFUNCTION) && luaL_getmetafield(state, 1, "__tostring") == LUA_TNIL)
-    lua_pushstring(state, lua_typename(state, type));
-  else
-    luaL_tolstring(state, 1, nullptr);
-  return 1;
-}
-
-/// Counts the metatable on top. The registry keeps all of them, so that each counts once.
-void Script::count_metatable() {
-  lua_pushvalue(state_, -1);
-  const bool known = lua_rawget(state_, LUA_REGISTRYINDEX) != LUA_TNIL;
-  lua_pop(state_, 1);
-  if (known) return;
-  if (++cost_.metatables > kMostMetatables)
-    luaL_error(state_, "setmetatable: more than %d metatables; give tables one together",
-               static_cast<int>(kMostMetatables));
-  lua_pushvalue(state_, -1);
-  lua_pushboolean(state_, 1);
-  lua_rawset(state_, LUA_REGISTRYINDEX);
-  update_cost();
-}
-
-/// Refuses __gc and __mode: a script must not notice garbage collection.
-int Script::set_metatable(lua_State* state) {
-  luaL_checktype(state, 1, LUA_TTABLE);
-  luaL_argexpected(state, lua_isnoneornil(state, 2) || lua_istable(state, 2), 2, "nil or table");
-  lua_settop(state, 2);
-  for (const char* name : {"__gc", "__mode"}) {
-    if (lua_isnil(state, 2)) break;
-    lua_pushstring(state, name);
-    if (lua_rawget(state, 2) != LUA_TNIL) return luaL_error(state, "setmetatable: there is no %s", name);
-    lua_pop(state, 1);
-  }
-  if (luaL_getmetafield(state, 1, "__metatable") != LUA_TNIL)
-    return luaL_error(state, "cannot change a protected metatable");
-  lua_settop(state, 2);
-  if (!lua_isnil(state, 2)) from(state).count_metatable();
-  lua_setmetatable(state, 1);
-  return 1;
-}
-
-int Script::protected_call(lua_State* state) {
-  luaL_checkany(state, 1);
-  const bool good = lua_pcall(state, lua_gettop(state) - 1, LUA_MULTRET, 0) == LUA_OK;
-  if (!good) from(state).spend(CostModel::kError);
-  lua_pushboolean(state, good ? 1 : 0);
-  lua_insert(state, 1);
-  return lua_gettop(state);
 }
 
 /// Calls `what` with the state, in Lua's protected mode. Throws ScriptError.
@@ -295,12 +322,12 @@ void Script::run_protected(What what) {
 Script::Script(const std::string& name, std::string_view text, std::uint64_t seed,
                std::span<const luaL_Reg> functions, void* owner)
     : name_(name), owner_(owner) {
-  state_ = lua_newstate(allocate, this);
+  state_ = lua_newstate(Library::allocate, this);
   if (state_ == nullptr) throw std::bad_alloc();
   *static_cast<Script**>(lua_getextraspace(state_)) = this;
   try {
     run_protected([&](lua_State* state) {
-      load_libraries(state, seed, functions);
+      Library::load(state, seed, functions);
       base_ = used_;
       cost_.has_remainder = has_remainder(text);
       if (has_zero(text)) luaL_error(state, "a text cannot have the character 0");
@@ -314,31 +341,6 @@ Script::Script(const std::string& name, std::string_view text, std::uint64_t see
     lua_close(state_);
     throw;
   }
-}
-
-void Script::load_libraries(lua_State* state, std::uint64_t seed, std::span<const luaL_Reg> functions) {
-  for (const luaL_Reg& library :
-       {luaL_Reg{LUA_GNAME, luaopen_base}, luaL_Reg{LUA_TABLIBNAME, luaopen_table},
-        luaL_Reg{LUA_STRLIBNAME, luaopen_string}, luaL_Reg{LUA_MATHLIBNAME, luaopen_math}})
-    luaL_requiref(state, library.name, library.func, 1);
-  lua_getfield(state, -1, "randomseed");
-  lua_pushinteger(state, static_cast<lua_Integer>(seed));
-  lua_pushinteger(state, 0);
-  lua_call(state, 2, 0);
-  for (const luaL_Reg& own : {luaL_Reg{"tostring", to_string}, luaL_Reg{"setmetatable", set_metatable},
-                              luaL_Reg{"pcall", protected_call}, luaL_Reg{"cost", cost}})
-    lua_register(state, own.name, own.func);
-  if (luaL_loadbufferx(state, kPrelude.data(), kPrelude.size(), "=cbcan", "t") != LUA_OK) lua_error(state);
-  lua_call(state, 0, 0);
-  for (const auto& [name, function] : functions)
-    lua_register(state, name, function);
-  for (const char* library : {LUA_GNAME, LUA_TABLIBNAME, LUA_STRLIBNAME, LUA_MATHLIBNAME}) {
-    lua_getglobal(state, library);
-    count_functions(state);
-  }
-  lua_pushliteral(state, "");
-  lua_getmetatable(state, -1);
-  count_functions(state);
 }
 
 Script::Result Script::call(const char* function, std::span<const Argument> arguments) {

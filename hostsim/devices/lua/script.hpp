@@ -132,21 +132,11 @@ class Script {
 
  private:
   static Script& from(lua_State* state) { return **static_cast<Script**>(lua_getextraspace(state)); }
-  static void* allocate(void* self, void* block, std::size_t before, std::size_t wanted);
-  static void count(lua_State* state, lua_Debug* activation);
-  static void count_functions(lua_State* state);
-  template <int kFirst>
-  static int counted(lua_State* state);
-  static int cost(lua_State* state);
-  static int protected_call(lua_State* state);
-  static int set_metatable(lua_State* state);
-  static int to_string(lua_State* state);
-  static void load_libraries(lua_State* state, std::uint64_t seed, std::span<const luaL_Reg> functions);
+  struct Library;  ///< the functions that Lua calls
   bool may_take(std::size_t before, std::size_t wanted);
   void end_call(const char* why);
   void update_cost();
   void count_longest(std::size_t size, std::size_t& longest);
-  void count_metatable();
   void add_cost(CostModel::Bytes bytes);
   void spend(CostModel::Bytes bytes);
   template <class What>

@@ -138,7 +138,7 @@ struct HttpServer::Callbacks {
     request.host = header(connection, "Host");
     request.origin = header(connection, "Origin");
     request.last_event_id = header(connection, "Last-Event-ID");
-    protocols::HttpResponse response = server.site_->respond(request, exchange.is_too_long);
+    protocols::HttpResponse response = server.site_.respond(request, exchange.is_too_long);
     return queue(server, connection, std::move(response));
   }
 
@@ -160,14 +160,10 @@ struct HttpServer::Callbacks {
 
   static MHD_Response* stream(HttpServer& server, MHD_Connection* connection,
                               std::unique_ptr<protocols::HttpStream> stream) {
-    auto live = std::unique_ptr<Live>(new Live{server, std::move(stream), connection});
-    server.streams_.push_back(live.get());
+    server.streams_.push_back({server, std::move(stream), connection});
     MHD_Response* const made = MHD_create_response_from_callback(
-        MHD_SIZE_UNKNOWN, protocols::HttpStream::kMostUnsent, on_read, live.get(), on_free);
-    if (made == nullptr)
-      server.streams_.pop_back();
-    else
-      static_cast<void>(live.release());
+        MHD_SIZE_UNKNOWN, protocols::HttpStream::kMostUnsent, on_read, &server.streams_.back(), on_free);
+    if (made == nullptr) server.streams_.pop_back();
     return made;
   }
 
@@ -188,9 +184,8 @@ struct HttpServer::Callbacks {
   }
 
   static void on_free(void* self) {
-    auto* live = static_cast<Live*>(self);
-    live->server.streams_.remove(live);
-    delete live;
+    auto& streams = static_cast<Live*>(self)->server.streams_;
+    streams.remove_if([self](const Live& live) { return &live == self; });
   }
 };
 
@@ -198,7 +193,7 @@ HttpServer::HttpServer(Reactor& reactor, const base::ListenAddress& listen, bool
                        protocols::HttpSite::Handler handle, Warn warn)
     : reactor_(reactor),
       acceptor_(reactor, "http", {"", listen}, *this, std::move(warn)),
-      site_(std::in_place, listen.host, address(), write, std::move(handle)),
+      site_{listen.host, address(), write, std::move(handle)},
       daemon_(MHD_start_daemon(MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_NO_LISTEN_SOCKET, 0,
                                nullptr, nullptr, Callbacks::on_access, this, MHD_OPTION_NOTIFY_COMPLETED,
                                Callbacks::on_completed, this, MHD_OPTION_NOTIFY_CONNECTION,
@@ -226,9 +221,9 @@ std::size_t HttpServer::clients() const {
 
 /// The daemon must not be stopped with suspended connections.
 HttpServer::~HttpServer() {
-  for (Live* live : streams_) {
-    live->ended = true;
-    if (std::exchange(live->suspended, false)) MHD_resume_connection(live->connection);
+  for (Live& live : streams_) {
+    live.ended = true;
+    if (std::exchange(live.suspended, false)) MHD_resume_connection(live.connection);
   }
   MHD_run(daemon_.get());
   reactor_.forget(MHD_get_daemon_info(daemon_.get(), MHD_DAEMON_INFO_EPOLL_FD)->epoll_fd);
@@ -249,8 +244,8 @@ void HttpServer::poll(Time now) {
 void HttpServer::make_way() {
   for (MHD_Connection* connection : connections_)
     if (has_left(connection)) ::shutdown(socket_of(connection), SHUT_RDWR);
-  for (Live* live : streams_)
-    if (live->suspended && has_left(live->connection)) live->ended = live->broken = true;
+  for (Live& live : streams_)
+    if (live.suspended && has_left(live.connection)) live.ended = live.broken = true;
 }
 
 bool HttpServer::poll_streams(Time now) {
@@ -258,23 +253,23 @@ bool HttpServer::poll_streams(Time now) {
   may_have_news_ = is_full();
   if (is_full()) make_way();
   keep_alive_at_ = kNever;
-  for (Live* live : streams_) {
-    if (!live->suspended) continue;
-    if (live->stream->has_news()) live->fill();
-    may_have_news_ = may_have_news_ || live->stream->has_news();
-    if (live->unsent().empty() && !live->ended) {
-      const std::string_view keep_alive = live->stream->keep_alive();
-      const Time due = keep_alive.empty() ? kNever : live->sent_at + kKeepAlive;
+  for (Live& live : streams_) {
+    if (!live.suspended) continue;
+    if (live.stream->has_news()) live.fill();
+    may_have_news_ = may_have_news_ || live.stream->has_news();
+    if (live.unsent().empty() && !live.ended) {
+      const std::string_view keep_alive = live.stream->keep_alive();
+      const Time due = keep_alive.empty() ? kNever : live.sent_at + kKeepAlive;
       if (now < due) {
         keep_alive_at_ = earlier(keep_alive_at_, due);
         continue;
       }
-      live->text.clear();
-      base::append(live->text, keep_alive);
-      live->sent = 0;
+      live.text.clear();
+      base::append(live.text, keep_alive);
+      live.sent = 0;
     }
-    live->suspended = false;
-    MHD_resume_connection(live->connection);
+    live.suspended = false;
+    MHD_resume_connection(live.connection);
     resumed = true;
   }
   look_at_ = now + kLookEvery;

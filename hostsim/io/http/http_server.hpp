@@ -7,7 +7,6 @@
 #include <cstddef>
 #include <list>
 #include <memory>
-#include <optional>
 #include <vector>
 
 #include "cbcan/time.hpp"
@@ -34,7 +33,7 @@ class HttpServer final : private AcceptsClients {
 
   /// The address with the real port.
   const base::ListenAddress& address() const { return acceptor_.listener().address().tcp; }
-  bool may_write() const { return site_->may_write(); }
+  bool may_write() const { return site_.may_write(); }
   /// Streamed responses in progress.
   std::size_t streams() const { return streams_.size(); }
 
@@ -59,9 +58,9 @@ class HttpServer final : private AcceptsClients {
 
   Reactor& reactor_;
   Acceptor acceptor_;
-  std::optional<protocols::HttpSite> site_;
+  protocols::HttpSite site_;
   std::vector<MHD_Connection*> connections_;
-  std::list<Live*> streams_;
+  std::list<Live> streams_;
   Time look_at_ = 0;            ///< streams are not polled before
   bool may_have_news_ = false;  ///< a stream may have new data since it was polled
   Time keep_alive_at_ = kNever;

@@ -11,18 +11,17 @@
 
 namespace cbcan::io {
 
-LineInput::LineInput(Reactor& reactor, int fd, std::string name)
-    : reactor_(reactor), fd_(fd), name_(std::move(name)) {
+LineInput::LineInput(Reactor& reactor) : reactor_(reactor) {
   watch();
   is_file_ = !watched_;
 }
 
 void LineInput::watch() {
-  watched_ = reactor_.watch(fd_, Reactor::kReadable, [this](std::uint32_t) { read(); });
+  watched_ = reactor_.watch(STDIN_FILENO, Reactor::kReadable, [this](std::uint32_t) { read(); });
 }
 
 LineInput::~LineInput() {
-  if (watched_) reactor_.forget(fd_);
+  if (watched_) reactor_.forget(STDIN_FILENO);
 }
 
 std::optional<std::string> LineInput::take() {
@@ -39,13 +38,13 @@ void LineInput::poll() {
 
 void LineInput::read() {
   std::array<char, 4096> text;
-  const ssize_t count = ::read(fd_, text.data(), text.size());
+  const ssize_t count = ::read(STDIN_FILENO, text.data(), text.size());
   if (count < 0 && (errno == EINTR || errno == EAGAIN)) return;
-  if (count < 0) throw EnvironmentError(name_ + ": " + reason(errno));
+  if (count < 0) throw EnvironmentError("standard input: " + reason(errno));
   if (count > 0) split({text.data(), static_cast<std::size_t>(count)});
   closed_ = count == 0;
   if (watched_ && (closed_ || !has_room())) {
-    reactor_.forget(fd_);
+    reactor_.forget(STDIN_FILENO);
     watched_ = false;
   }
   if (!closed_) return;
@@ -59,7 +58,7 @@ void LineInput::split(std::string_view text) {
     else if (half_.size() < kLongestLine)
       half_ += c;
     else
-      throw UsageError(name_ + ": a line of more than " + std::to_string(kLongestLine) + " characters");
+      throw UsageError("standard input: a line of more than " + std::to_string(kLongestLine) + " characters");
   }
 }
 

@@ -11,17 +11,16 @@
 
 namespace cbcan::io {
 
-/// Reads lines of text from a pipe, a terminal or a file without blocking.
+/// Reads lines of standard input, a pipe, a terminal or a file, without blocking.
 class LineInput {
  public:
   static constexpr std::size_t kLongestLine = 1000;
   /// While this many have not been taken, no more are read.
   static constexpr std::size_t kMostLines = 1000;
 
-  /// The caller owns the descriptor, which is not made non-blocking, since other processes may share it. Throws
-  /// EnvironmentError if it cannot be read; for a line that is too long, Reactor::poll() throws UsageError.
-  /// `name` begins both messages: "standard input".
-  LineInput(Reactor& reactor, int fd, std::string name);
+  /// The descriptor is not made non-blocking, since other processes may share it. Throws EnvironmentError if
+  /// it cannot be read; for a line that is too long, Reactor::poll() throws UsageError.
+  explicit LineInput(Reactor& reactor);
   ~LineInput();
   LineInput(const LineInput&) = delete;
   LineInput& operator=(const LineInput&) = delete;
@@ -43,8 +42,6 @@ class LineInput {
   void split(std::string_view text);
 
   Reactor& reactor_;
-  int fd_;
-  std::string name_;
   bool is_file_ = false;  ///< or closed, which the first read() shows
   bool watched_ = false;
   bool closed_ = false;

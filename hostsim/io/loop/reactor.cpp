@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "io/loop/reactor.hpp"
 
-#include <sys/epoll.h>
 #include <sys/resource.h>
 #include <sys/timerfd.h>
 #include <time.h>
@@ -15,10 +14,6 @@
 namespace cbcan::io {
 
 namespace {
-
-static_assert(Reactor::kReadable == EPOLLIN && Reactor::kWritable == EPOLLOUT);
-static_assert(Reactor::kEdge == std::uint32_t{EPOLLET});
-static_assert(Reactor::kBroken == (EPOLLERR | EPOLLHUP));
 
 constexpr std::size_t kUrgentEvents = 64;
 constexpr long kNanosecondsPerMicrosecond = 1000;

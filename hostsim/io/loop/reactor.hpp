@@ -31,14 +31,14 @@ namespace cbcan::io {
 
 class Reactor {
  public:
-  static constexpr std::uint32_t kReadable = 0x01;
-  static constexpr std::uint32_t kWritable = 0x04;
+  static constexpr std::uint32_t kReadable = EPOLLIN;
+  static constexpr std::uint32_t kWritable = EPOLLOUT;
   /// Added to the above: called only when more has arrived since the last call (edge-triggered).
-  static constexpr std::uint32_t kEdge = 0x8000'0000;
+  static constexpr std::uint32_t kEdge = EPOLLET;
   /// Added for good: if the descriptor is ready, its callback is called between any two callbacks of others.
   static constexpr std::uint32_t kUrgent = 0x0100'0000;
   /// An error or a hang-up; always reported. The next read or write returns its cause.
-  static constexpr std::uint32_t kBroken = 0x18;
+  static constexpr std::uint32_t kBroken = EPOLLERR | EPOLLHUP;
 
   /// `ready`: any of the above.
   using Callback = std::function<void(std::uint32_t ready)>;

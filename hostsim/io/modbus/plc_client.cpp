@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "io/sockets/listener.hpp"
-#include "window/tcp_connection.hpp"
 
 namespace cbcan::io {
 
@@ -24,7 +23,7 @@ std::unique_ptr<window::Connection> plc_over_tcp(const base::ListenAddress& addr
   const std::string where = "plc " + to_string(address) + ": ";
   const auto number = address_of(looked_up(where, address));
   if (!number) throw EnvironmentError(where + "its address cannot be found; write an IP address");
-  return std::make_unique<window::TcpConnection>(number->host, address.port, kPlcTiming);
+  return window::tcp_connection(number->host, address.port, kPlcTiming);
 }
 
 PlcClient::PlcClient(Reactor& reactor, protocols::ModbusUnit& module,

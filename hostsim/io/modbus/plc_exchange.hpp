@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "cbcan/regmap.hpp"
+#include "cbcan/window.hpp"
 #include "protocols/modbus_unit.hpp"
-#include "window/request.hpp"
 
 namespace cbcan::io {
 

@@ -4,7 +4,7 @@
 #include <string_view>
 
 #include "io/loop/descriptor.hpp"
-#include "window/rtu_connection.hpp"
+#include "window/connection.hpp"
 
 namespace cbcan::io {
 

@@ -150,21 +150,14 @@ OwnFile::Identity OwnFile::identity() const {
 
 StreamListener::StreamListener(std::string_view service, const StreamAddress& address) : address_(address) {
   const std::string where = std::string(service) + " " + to_string(address) + ": ";
-  if (address.path.empty())
-    listen_tcp(where);
-  else
-    listen_unix(where);
-}
-
-void StreamListener::listen_unix(const std::string& where) {
-  const auto make = [this] {
-    socket_ = try_listen(unix_address(address_.path));
-    return static_cast<bool>(socket_);
-  };
-  file_ = OwnFile(where, address_.path, "listens", make, [this] { return is_abandoned_socket(address_.path); });
-}
-
-void StreamListener::listen_tcp(const std::string& where) {
+  if (const std::string& path = address.path; !path.empty()) {
+    const auto make = [&] {
+      socket_ = try_listen(unix_address(path));
+      return static_cast<bool>(socket_);
+    };
+    file_ = OwnFile(where, path, "listens", make, [&] { return is_abandoned_socket(path); });
+    return;
+  }
   int error = 0;
   for (const SocketAddress& entry :
        look_up(where, address_.tcp, AI_PASSIVE, ": write an address of this machine, such as 127.0.0.1")) {

@@ -86,9 +86,6 @@ class StreamListener {
   const StreamAddress& address() const { return address_; }
 
  private:
-  void listen_tcp(const std::string& where);
-  void listen_unix(const std::string& where);
-
   StreamAddress address_;
   OwnFile file_;
   Descriptor socket_;

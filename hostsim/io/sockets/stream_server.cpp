@@ -26,9 +26,6 @@ struct StreamServer::Connection {
   Connection(Descriptor accepted, std::unique_ptr<StreamSession> made)
       : socket(std::move(accepted)), session(std::move(made)) {}
 
-  ssize_t read(char* characters, std::size_t size) const {
-    return is_pty ? ::read(socket.get(), characters, size) : ::recv(socket.get(), characters, size, 0);
-  }
   ssize_t write(std::string_view text) const {
     if (is_pty && input_ended) return errno = EPIPE, -1;
     return is_pty ? ::write(socket.get(), text.data(), text.size())
@@ -52,10 +49,18 @@ StreamServer::StreamServer(Reactor& reactor, std::string_view service, const Str
         return protocols::without_browsers(make(), [this] { warn_of_browser(); });
       }),
       address_(address) {
-  if (address.is_pty)
-    serve_pty(service);
-  else
+  if (!address.is_pty) {
     acceptor_.emplace(reactor, service, address, static_cast<AcceptsClients&>(*this), std::move(warn));
+    return;
+  }
+  PseudoTerminal terminal(service, address_);
+  const int fd = terminal.port.get();
+  adopt(std::move(terminal.port));
+  link_ = std::move(terminal.link);
+  Connection& client = *connections_.at(fd);
+  client.is_pty = true;
+  client.interest |= Reactor::kEdge;  // without a client it would be ready all the time
+  reactor_.change(fd, client.interest);
 }
 
 StreamServer::~StreamServer() {
@@ -93,18 +98,6 @@ bool StreamServer::make_room() {
   return true;
 }
 
-/// Edge-triggered, because a pseudo-terminal without a client would be ready all the time.
-void StreamServer::serve_pty(std::string_view service) {
-  PseudoTerminal terminal(service, address_);
-  const int fd = terminal.port.get();
-  adopt(std::move(terminal.port));
-  link_ = std::move(terminal.link);
-  Connection& client = *connections_.at(fd);
-  client.is_pty = true;
-  client.interest |= Reactor::kEdge;
-  reactor_.change(fd, client.interest);
-}
-
 void StreamServer::close(Connection& client) {
   const int fd = client.socket.get();
   if (client.is_pty) {
@@ -127,7 +120,7 @@ std::size_t StreamServer::read_bytes() const {
 bool StreamServer::receive(Connection& client) {
   std::array<char, kMostReadBytes> characters;
   const bool had_ended = client.input_ended;
-  const ssize_t count = client.read(characters.data(), read_bytes());
+  const ssize_t count = ::read(client.socket.get(), characters.data(), read_bytes());
   if (count < 0 && is_temporary(errno)) return true;
   client.input_ended = count == 0 || (count < 0 && client.is_pty);
   if (count == 0) client.session->end_input();

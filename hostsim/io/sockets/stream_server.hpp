@@ -50,7 +50,6 @@ class StreamServer final : private AcceptsClients {
 
   void adopt(Descriptor socket) override;
   bool make_room() override;
-  void serve_pty(std::string_view service);
   void close(Connection& client);
   std::size_t read_bytes() const;
   bool receive(Connection& client);

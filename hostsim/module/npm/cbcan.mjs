@@ -13,7 +13,7 @@ import v8 from "node:v8";
 // Before version 22 Node.js takes as long to optimise the start as the start itself.
 if (parseInt(process.versions.node) < 22) v8.setFlagsFromString("--wasm-tiering-budget=60000000");
 const { disk, module } = await import("./index.mjs");
-const { Instance } = await import("./plant.mjs");
+const { Clock, Instance } = await import("./plant.mjs");
 
 const kUsage = 2;
 const kEnvironment = 3;
@@ -35,24 +35,6 @@ class Ended extends Error {
 
 /** "no such file or directory" of Node.js' "ENOENT: no such file or directory, open 'x'". */
 const reason = ({ message }) => message.replace(/^E\w+: ([^,]*).*$/s, "$1");
-
-/** Microseconds since the start. After a sleep of the machine the plant goes on where it was. */
-class Clock {
-  static #kMostBehind = 10e6;
-  #base = performance.now();
-  #last = 0;
-
-  now() {
-    let now = (performance.now() - this.#base) * 1000;
-    const passed = now - this.#last;
-    if (passed > Clock.#kMostBehind) {
-      this.#base += passed / 1000;
-      now = this.#last;
-      warn(`this machine or program stood still for ${(passed / 1e6).toFixed(0)} s; so did the plant`);
-    }
-    return (this.#last = Math.floor(now));
-  }
-}
 
 /** Files that are written. */
 class Files {
@@ -103,7 +85,7 @@ const wayOut = ({ host, port }) => ({
 class Program {
   #instance = new Instance(module);
   #files = new Files();
-  #clock = new Clock();
+  #clock = new Clock((seconds) => warn(`this machine or program stood still for ${seconds.toFixed(0)} s; so did the plant`));
   #folder = process.cwd().replaceAll(path.sep, "/");
   #clients = new Map(); // from their sockets
   #streams = new Map(); // to their numbers and responses
@@ -200,7 +182,7 @@ class Program {
   #soon() {
     if (this.#turning) return;
     this.#turning = true;
-    setImmediate(() => guarded(() => this.#turn()));
+    setImmediate(() => this.#turn());
   }
 
   #turn() {
@@ -218,7 +200,7 @@ class Program {
     const most = this.#streams.size > 0 ? 20 : 2 ** 30;
     const wait = Math.min(Math.ceil((next - now) / 1000), most);
     if (wait <= 0) this.#soon();
-    else this.#timer = setTimeout(() => guarded(() => this.#turn()), wait);
+    else this.#timer = setTimeout(() => this.#turn(), wait);
   }
 
   /** Lines of standard input, one after the other. */
@@ -270,12 +252,11 @@ class Program {
     const peer = address({ host: socket.remoteAddress, port: socket.remotePort });
     const client = { connection: this.#instance.call("connect", { service, peer }), unread: Buffer.alloc(0), isModbus: service === "modbus", wasHalf: false };
     this.#clients.set(socket, client);
-    const serve = () =>
-      guarded(() => {
-        this.#instance.pass(this.#clock.now());
-        this.#serve(socket, client);
-        this.#soon();
-      });
+    const serve = () => {
+      this.#instance.pass(this.#clock.now());
+      this.#serve(socket, client);
+      this.#soon();
+    };
     socket.on("data", (bytes) => {
       client.unread = client.unread.length === 0 ? bytes : Buffer.concat([client.unread, bytes]);
       serve();
@@ -375,19 +356,13 @@ class Program {
   }
 }
 
-/** Ends the program. */
+/** Ends the program; also for what a callback throws. */
 function fail(error) {
   warn(error.message);
   process.exit(error instanceof Ended ? error.code : kEnvironment);
 }
 
-function guarded(action) {
-  try {
-    return action();
-  } catch (error) {
-    fail(error);
-  }
-}
+process.on("uncaughtException", fail);
 
 // Paths have slashes in the module, on every system.
 const args = process.argv.slice(2);

@@ -66,6 +66,12 @@ export class Instance {
   disconnect(connection: number): void;
 }
 
+/** The time for Instance.pass(), from 0 on. When the machine has slept, time goes on where it was, and `slept` is called. */
+export class Clock {
+  constructor(slept?: (seconds: number) => void);
+  now(): number;
+}
+
 export interface Host {
   read: NonNullable<PlantOptions["read"]>;
   /** The paths of the files *.toml in a folder and below it, null if there is no such folder. */

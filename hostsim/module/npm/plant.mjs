@@ -103,6 +103,26 @@ export class Instance {
   }
 }
 
+/** Microseconds since it was made. After a sleep of the machine the plant goes on where it was: `slept` gets how many seconds. */
+export class Clock {
+  static #kMostBehind = 10e6;
+  #base = performance.now();
+  #last = 0;
+  #slept;
+
+  constructor(slept = () => {}) {
+    this.#slept = slept;
+  }
+
+  now() {
+    const passed = (performance.now() - this.#base) * 1000 - this.#last;
+    if (passed <= Clock.#kMostBehind) return (this.#last += Math.floor(passed));
+    this.#base += passed / 1000;
+    this.#slept(passed / 1e6);
+    return this.#last;
+  }
+}
+
 /** The plant of a test, in virtual time. */
 export class Plant {
   #instance;

@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: MIT
 // The plant of a tab: answers the page's requests as an HTTP server does, in real time.
 
-import {Instance} from './instance.js';
+import {Clock, Instance} from './instance.js';
 
 const kHere = '127.0.0.1:80', kWrong = 2;
-const kTurn = 20;          // milliseconds
-const kMostBehind = 10e6;  // microseconds
+const kTurn = 20;  // milliseconds
 const module = load();
 const streams = new Map();  // of the page's requests
 const channel = new MessageChannel();
-let instance, begin, timer, base, last = 0, turning = false, ended = '';
+let instance, begin, timer, clock, turning = false, ended = '';
 const begun = new Promise(resolve => { begin = resolve; });
 
 async function load() {
@@ -54,7 +53,7 @@ async function make({main, files}) {
 async function open(plant) {
   const {made, ...outcome} = await make(plant);
   instance = made;
-  base = performance.now();
+  clock = new Clock();
   begin();
   soon();
   return outcome;
@@ -75,20 +74,12 @@ function stop(text) {
 
 // ---- Time
 
-/// Microseconds. After a sleep of the machine or the tab the plant goes on where it was.
-function now() {
-  const passed = (performance.now() - base) * 1000 - last;
-  if (passed > kMostBehind) base += passed / 1000;
-  else last += Math.floor(passed);
-  return last;
-}
-
 function turn() {
   turning = false;
   clearTimeout(timer);
   if (ended) return;
   try {
-    const time = now(), next = instance.pass(time);
+    const time = clock.now(), next = instance.pass(time);
     for (const [id, stream] of streams) fill(id, stream);
     for (const [to, text] of instance.call('told'))
       if (to === 'end') return stop('The plant has been shut down.');
@@ -111,7 +102,7 @@ async function request({path, method = 'GET', body = ''}, id) {
   const query = Object.fromEntries(url.searchParams);
   try {
     if (ended) throw new Error(ended);
-    instance.pass(now());
+    instance.pass(clock.now());
     const {status, stream, body: text = ''} =
       instance.call('respond', {method, path: decodeURIComponent(url.pathname), query, body, host: url.host});
     if (stream) streams.set(id, {stream, status});

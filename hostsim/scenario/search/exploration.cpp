@@ -4,13 +4,12 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <iterator>
-#include <set>
 #include <stdexcept>
 #include <tuple>
 #include <utility>
 
 #include "base/error.hpp"
+#include "base/words.hpp"
 #include "plant/command_words.hpp"
 
 namespace cbcan::search {
@@ -21,9 +20,7 @@ namespace {
 constexpr std::size_t kNear = 2;
 
 std::vector<std::string> texts_of(const std::vector<Line>& lines) {
-  std::vector<std::string> texts;
-  std::ranges::transform(lines, std::back_inserter(texts), &Line::text);
-  return texts;
+  return base::column(lines, &Line::text);
 }
 
 std::vector<std::string> nodes_of(const config::NetworkConfig& network) {

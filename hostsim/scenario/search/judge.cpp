@@ -23,7 +23,7 @@ constexpr journal::Kinds kFollowed =
     journal::kinds_of({Kind::kModbus, Kind::kBegun, Kind::kEnded, Kind::kFault});
 
 /// No name is needed: a transaction's text names the object by its index.
-const descriptions::ObjectName* no_name(std::uint8_t, std::uint8_t, std::uint16_t, std::uint8_t) {
+const descriptions::Object* no_name(std::uint8_t, std::uint8_t, std::uint16_t, std::uint8_t) {
   return nullptr;
 }
 

@@ -17,19 +17,9 @@ namespace cbcan::search {
 
 namespace {
 
-struct Place {
-  config::NetworkConfig* network;
-  std::string_view name;
-};
-
-Place place_in(std::string_view word, config::Config& plant) {
-  const plant::Where where = plant::where(word, plant.networks.size());
-  return {&plant.networks[where.network - 1], where.name};
-}
-
 config::FaultList list_at(std::string_view word, config::Config& plant) {
-  const auto [network, name] = place_in(word, plant);
-  const auto list = config::faults_at(*network, name);
+  const auto [network, name] = plant::where(word, plant.networks.size());
+  const auto list = config::faults_at(plant.networks[network - 1], name);
   if (!list) throw base::UsageError(fmt::format("{}: there is no such node in the plant", word));
   return *list;
 }

@@ -7,11 +7,9 @@
 #include <array>
 #include <map>
 #include <set>
-#include <utility>
 
 #include "base/numbers.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
-#include "cbcan/canopen/sdo/protocol.hpp"
 #include "cbcan/regmap.hpp"
 #include "scenario/search/values_seen.hpp"
 

@@ -3,7 +3,6 @@
 
 #include <utility>
 
-#include "base/utf8.hpp"
 #include "plant/virtual_plant.hpp"
 #include "scenario/search/judge.hpp"
 
@@ -54,8 +53,8 @@ TrialReport play(const scenario::Scenario& scenario, const Trial& trial, const S
   plant.start();
   JudgedPlant bench(plant, judge);
   try {
-    const scenario::Played played = scenario::play(scenario, bench, trial.baseline != nullptr);
-    if (!played.failure.empty()) judge.fail(played.failure);
+    const scenario::Outcome played = scenario::play(scenario, bench, trial.baseline != nullptr);
+    if (played.is_failure()) judge.fail(played.text);
   } catch (const Over&) {
   }
   TrialReport report = judge.end(std::nullopt);

@@ -6,10 +6,8 @@
 #include <algorithm>
 #include <bit>
 #include <iterator>
-#include <map>
 #include <numeric>
 #include <set>
-#include <utility>
 
 #include "scenario/outcome.hpp"
 
@@ -65,14 +63,11 @@ std::vector<Moments> moments_of(const Variant& variant, std::size_t number, cons
   return moments;
 }
 
-bool is_from_power_on(const Moment& moment) {
-  return moment.match == 0;
-}
-
 }  // namespace
 
 bool has_happened(const Moments& moments, const Result& result) {
-  return result.happened || std::ranges::any_of(moments, is_from_power_on);
+  constexpr std::uint32_t kFromPowerOn = 0;
+  return result.happened || std::ranges::count(moments, kFromPowerOn, &Moment::match) != 0;
 }
 
 std::vector<std::vector<Moments>> moments_of(const std::vector<Variant>& variants, const Record& record) {

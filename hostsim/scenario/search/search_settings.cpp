@@ -55,9 +55,7 @@ std::vector<std::string> default_survive() {
   return {"response-*", "request-lost", "plc-restart"};
 }
 
-std::vector<base::Row> setting_rows() {
-  return {kKeys.begin(), kKeys.end()};
-}
+const std::span<const base::Setting<Settings>> kExploreKeys = kKeys;
 
 std::string text_of(const Settings& settings) {
   return base::table_text<Settings>(kKeys, settings);

@@ -4,6 +4,7 @@
 /// The table [explore] of a plant file or scenario: which faults are tried, and what has to hold.
 
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -34,7 +35,7 @@ std::vector<std::string> default_faults();
 std::vector<std::string> default_survive();
 
 /// The keys, for the page.
-std::vector<base::Row> setting_rows();
+extern const std::span<const base::Setting<Settings>> kExploreKeys;
 
 /// The lines under [explore].
 std::string text_of(const Settings& settings);

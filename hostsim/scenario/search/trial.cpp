@@ -9,13 +9,9 @@
 
 namespace cbcan::search {
 
-std::string_view name_of(Verdict verdict) {
-  constexpr std::array<std::string_view, 4> kNames{"done", "gave up", "broken", "late"};
-  return kNames[static_cast<std::size_t>(verdict)];
-}
-
 std::string report(const Result& result) {
-  if (result.what.empty()) return fmt::format("{}\n", name_of(result.verdict));
+  constexpr std::array<std::string_view, 4> kVerdicts{"done", "gave up", "broken", "late"};
+  if (result.what.empty()) return fmt::format("{}\n", kVerdicts[static_cast<std::size_t>(result.verdict)]);
   const auto line = [](std::string_view name, const std::string& text) {
     return text.empty() ? "" : fmt::format("  {}: {}\n", name, text);
   };

@@ -21,7 +21,6 @@ enum class Verdict : std::uint8_t {
   kBroken,  ///< a condition or a rule
   kLate,    ///< the same, but the fault acted after the program's last request
 };
-std::string_view name_of(Verdict verdict);
 
 /// EX_TEMPFAIL of sysexits.h.
 inline constexpr int kGaveUpCode = 75;

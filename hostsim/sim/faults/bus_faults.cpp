@@ -44,21 +44,10 @@ std::uint32_t data_bits_of(const Frame& frame) {
 
 Frame corrupted(const Frame& frame, FramePart part, Random& random) {
   const std::uint32_t id_bits = (frame.flags & Frame::kExtended) != 0 ? kExtendedIdBits : kIdBits;
-  const std::uint32_t data_bits = data_bits_of(frame);
-  std::uint32_t first = 0;
-  std::uint32_t count = id_bits + kDlcBits + data_bits;
-  switch (part) {
-    case FramePart::kAny: break;
-    case FramePart::kId: count = id_bits; break;
-    case FramePart::kDlc:
-      first = id_bits;
-      count = kDlcBits;
-      break;
-    case FramePart::kData:
-      first = id_bits + kDlcBits;
-      count = data_bits;
-      break;
-  }
+  const std::uint32_t head = id_bits + kDlcBits, data = data_bits_of(frame);
+  const std::array<std::pair<std::uint32_t, std::uint32_t>, 4> parts{
+      {{0, head + data}, {0, id_bits}, {id_bits, kDlcBits}, {head, data}}};  // the first bit and their number
+  const auto [first, count] = parts[static_cast<std::size_t>(part)];
   Frame other = frame;
   turn_over(other, first + random.below(count), id_bits);
   return other;

@@ -7,7 +7,7 @@
 #include "sim/bus.hpp"
 #include "sim/coprocessor_module.hpp"
 #include "sim/faults/fault_set.hpp"
-#include "sim/participant.hpp"
+#include "sim/schedule.hpp"
 
 namespace cbcan::sim {
 
@@ -16,11 +16,11 @@ namespace cbcan::sim {
 /// Frames are altered when their last bit has passed, before they reach receivers and logs; each takes its
 /// time on the bus once. On a bus with an Outside they are altered on the way to the receivers in this
 /// process: on the bus outside they are as they were sent.
-class BusFaults final : public Participant, private FrameModifier {
+class BusFaults final : public Timed, private Receiver, private FrameModifier {
  public:
   /// `listener` may be null. All references outlive the faults.
   BusFaults(Bus& bus, Schedule& schedule, std::uint64_t seed, FaultListener* listener)
-      : Participant(schedule),
+      : Timed(schedule),
         bus_(bus),
         faults_(FaultPlace::kBus, "bus", seed, listener, [this](Time now) { follow_set(now); }) {}
 
@@ -28,7 +28,7 @@ class BusFaults final : public Participant, private FrameModifier {
   /// The one that faults of the module are about; without it they do nothing.
   void set_module(const CoprocessorModule& module) { module_ = &module; }
 
-  void start(Time now) override { poll(now); }
+  void start(Time now) { poll(now); }
   void poll(Time now) override;
 
  private:
@@ -38,8 +38,6 @@ class BusFaults final : public Participant, private FrameModifier {
     Time due;
   };
 
-  void on_frame(const Frame& /*frame*/, Time /*now*/) override {}
-  void on_bus_state(BusState /*state*/, Time /*now*/) override {}
   void on_arrival(const Frame& frame, const Port* sender, Time now) override;
 
   void follow_set(Time now);

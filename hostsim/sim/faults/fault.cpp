@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <array>
-#include <vector>
 
 #include "base/suggestion.hpp"
 #include "base/words.hpp"
@@ -211,9 +210,7 @@ std::string no_such_kind(std::string_view name, FaultPlace here) {
 }
 
 std::string no_such_key(FaultKind kind, std::string_view key) {
-  std::vector<std::string_view> keys;
-  for (const auto* setting : keys_of(row_of(kind)))
-    keys.push_back(setting->key);
+  const auto keys = base::column(keys_of(row_of(kind)), [](const auto* setting) { return setting->key; });
   return fmt::format("{}: no such key; there are {}", key, base::listed(keys, " and "));
 }
 

@@ -2,7 +2,6 @@
 #include "sim/faults/fault_set.hpp"
 
 #include <algorithm>
-#include <utility>
 
 #include "sim/frame_text.hpp"
 

@@ -3,12 +3,10 @@
 
 #include <algorithm>
 #include <string>
-#include <utility>
 
 #include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "cbcan/canopen/emcy/emergency.hpp"
 #include "cbcan/canopen/emcy/emergency_consumer.hpp"
-#include "cbcan/canopen/nmt/nmt.hpp"
 
 namespace cbcan::sim {
 

@@ -19,19 +19,15 @@ constexpr std::uint8_t kSpecifierShift = 5;
 constexpr std::uint8_t kSpecifierMask = 0xE0;
 constexpr std::uint8_t kUnusedMask = 0x07;
 
-bool is_upload(const Frame& frame, sdo::Response specifier) {
-  return sdo::is(frame.data[0], specifier);
-}
-
 /// The response says how many bytes an upload has, in one way or another.
 bool has_size(SdoStep step, const Frame& frame) {
   const std::uint8_t command = frame.data[0];
   switch (step) {
     case SdoStep::kInitiate:
-      if (is_upload(frame, sdo::Response::kInitiateUpload)) return (command & sdo::kSizeIndicated) != 0;
-      return is_upload(frame, sdo::Response::kBlockUpload) && (command & sdo::kBlockSizeIndicated) != 0;
-    case SdoStep::kSegment: return is_upload(frame, sdo::Response::kUploadSegment);
-    case SdoStep::kBlockEnd: return is_upload(frame, sdo::Response::kBlockUpload);
+      if (sdo::is(command, sdo::Response::kInitiateUpload)) return (command & sdo::kSizeIndicated) != 0;
+      return sdo::is(command, sdo::Response::kBlockUpload) && (command & sdo::kBlockSizeIndicated) != 0;
+    case SdoStep::kSegment: return sdo::is(command, sdo::Response::kUploadSegment);
+    case SdoStep::kBlockEnd: return sdo::is(command, sdo::Response::kBlockUpload);
     default: return false;
   }
 }
@@ -43,7 +39,7 @@ bool can_change(FaultKind kind, SdoStep step, const Frame& frame) {
     case FaultKind::kResponseOtherIndex: return step == SdoStep::kInitiate || step == SdoStep::kAbort;
     case FaultKind::kResponseOtherSize: return has_size(step, frame);
     case FaultKind::kResponseOtherCrc:
-      return step == SdoStep::kBlockEnd && is_upload(frame, sdo::Response::kBlockUpload);
+      return step == SdoStep::kBlockEnd && sdo::is(frame.data[0], sdo::Response::kBlockUpload);
     case FaultKind::kResponseOtherSequence:
       return step == SdoStep::kBlockSegment || step == SdoStep::kBlockAcknowledge;
     default: return true;
@@ -70,7 +66,7 @@ void change_size(const Fault& fault, SdoStep step, Frame& frame) {
   } else if (step == SdoStep::kBlockEnd) {
     const std::uint32_t size = other_size(fault, sdo::kSegmentBytes - sdo::block_unused(command), 0);
     put_unused(frame, sdo::kSegmentBytes, size, kUnusedMask, 2);
-  } else if (is_upload(frame, sdo::Response::kInitiateUpload) && (command & sdo::kExpedited) != 0) {
+  } else if (sdo::is(command, sdo::Response::kInitiateUpload) && (command & sdo::kExpedited) != 0) {
     const std::uint32_t size = other_size(fault, sdo::expedited_size(command), 1);
     put_unused(frame, sdo::kExpeditedBytes, size, 0x03, 2);
   } else {
@@ -206,10 +202,10 @@ Frame response_of_duplicate(const SdoResponse& response, const Frame& frame) {
   if (response.step == SdoStep::kBlockSegment) {
     first = 1;
     count = sdo::kSegmentBytes;
-  } else if (response.step == SdoStep::kSegment && is_upload(frame, sdo::Response::kUploadSegment)) {
+  } else if (response.step == SdoStep::kSegment && sdo::is(command, sdo::Response::kUploadSegment)) {
     first = 1;
     count = sdo::segment_size(command);
-  } else if (is_upload(frame, sdo::Response::kInitiateUpload) && (command & sdo::kExpedited) != 0) {
+  } else if (sdo::is(command, sdo::Response::kInitiateUpload) && (command & sdo::kExpedited) != 0) {
     first = 4;
     count = sdo::expedited_size(command);
   }

@@ -28,17 +28,12 @@ export class List {
 
   /// The visible rows keep their place when others are inserted before them.
   set items(items) {
-    const {host, height, key} = this;
-    if (host.scrollTop > 0 && this.#items.length) {
-      const at = Math.floor(host.scrollTop / height);
-      const top = this.#items[at] && key(this.#items[at]);
-      const now = items.slice(0, at + 2000).findIndex(item => key(item) === top);
-      this.#items = items;
-      this.#resize();
-      if (now >= 0 && now !== at) host.scrollTop += (now - at) * height;
-    }
+    const {host, height, key} = this, at = Math.floor(host.scrollTop / height);
+    const top = host.scrollTop > 0 && this.#items[at];
     this.#items = items;
-    this.#resize();
+    this.#body.style.height = `${items.length * height}px`;
+    const now = top ? items.slice(0, at + 2000).findIndex(item => key(item) === key(top)) : -1;
+    if (now >= 0 && now !== at) host.scrollTop += (now - at) * height;
     this.draw();
   }
 
@@ -47,8 +42,6 @@ export class List {
     this.#beside?.remove();
     this.#beside = this.#body.appendChild(element);
   }
-
-  #resize() { this.#body.style.height = `${this.#items.length * this.height}px`; }
 
   draw() {
     const {host, height} = this;

@@ -121,10 +121,6 @@ function fillFaults(node) {
 
 // ---- Dictionary
 
-async function objectsOf(node) {
-  try { return (await askNetwork(`${pathOf(node)}/objects`)).objects; } catch { return []; }
-}
-
 const objectKey = object => object.index * 256 + object.sub;
 const objectCells = object => [[objectText(object.index, object.sub), 'quiet'], [object.name, 'words'],
   [valueText(object.index, object.sub, object.value, object.type), 'right', `${object.value} (${object.type})`], [object.writable ? 'rw' : 'ro', 'quiet right']];
@@ -161,7 +157,7 @@ async function buildDictionary(node) {
 async function reload() {
   const node = chosen();
   if (view !== 'dictionary' || !node) return;
-  dictionary = await objectsOf(node);
+  dictionary = await askNetwork(`${pathOf(node)}/objects`).then(served => served.objects, () => []);
   filterObjects();
 }
 

@@ -37,7 +37,7 @@ struct OtherImage final : RecordLog::Source {
   void keep_in(Flash& flash) const {
     RecordLog log(flash);
     log.start();
-    REQUIRE(log.append(*this) == RecordLog::Result::kKept);
+    REQUIRE(log.append(*this) == AbortCode::kNone);
   }
   std::vector<int> bytes;
 };
@@ -57,10 +57,9 @@ TEST_CASE("1010h: each parameter is what it was after power has been off") {
   board.check_all();
   board.bench->write(0, 0x1F82, 127, 1, {1}).check_done();
   board.bench->arrive("185#3412");  // RPDO 1 and TPDO 16 work
-  CHECK(board.bench->process[0] == 0x1234);
+  CHECK(board.bench->reg(3800) == 0x1234);
   board.bench->port.sent.clear();
-  board.bench->process[64] = 0x0102;
-  board.bench->coprocessor.on_registers_written(3864, 1, board.bench->now);
+  board.bench->put(3864, {0x0102});
   board.bench->pass(20 * kMillisecond).expect("1FF#02010000");
 }
 
@@ -85,14 +84,12 @@ TEST_CASE("1010h: 3003h and 3004h of the window that it is written through, for 
   board.put(0x3003, 0, 2, 250);
   board.save();
   board.on();
-  std::array<std::uint16_t, 8> request{0, 5055, 0, 0x3003, 0, 2};
   for (std::uint16_t number = 1; number < 3; ++number) {  // the first request reports the restart
-    request[0] = number;
-    std::ranges::copy(request, board.bench->out.begin());
+    board.bench->registers.put(500, {number, 5055, 0, 0x3003, 0, 2});
     board.bench->coprocessor.on_registers_written(500, 70, board.bench->now);
     board.bench->poll();
   }
-  CHECK(board.bench->in[4] == 250);
+  CHECK(board.bench->reg(604) == 250);
 }
 
 TEST_CASE("1010h and 1011h: a sub-index is a range, the others keep what is stored") {

@@ -7,10 +7,10 @@
 #include "boards/common/flash_model.hpp"
 
 using namespace cbcan::boards;
+using cbcan::AbortCode;
 using cbcan::test::Cut;
 using cbcan::test::FlashModel;
 using cbcan::test::PowerCut;
-using Result = RecordLog::Result;
 
 namespace {
 
@@ -52,10 +52,10 @@ struct Life {
     log.emplace(flash).start();
     for (std::size_t number = 1; number < records; ++number) {
       wanted = Bytes(number * 7 % 20, static_cast<std::uint8_t>(number));
-      if (log->append(Record(wanted)) != Result::kKept) {
+      if (log->append(Record(wanted)) != AbortCode::kNone) {
         log.emplace(flash).start();
         if (latest(*log) != kept) FAIL("a restart has lost a record");
-        if (log->append(Record(wanted)) != Result::kKept) FAIL("no room after a start");
+        if (log->append(Record(wanted)) != AbortCode::kNone) FAIL("no room after a start");
       }
       kept = wanted;
     }
@@ -71,7 +71,7 @@ std::optional<Bytes> loaded(FlashModel flash) {
   RecordLog log(flash);
   log.start();
   const Bytes found = latest(log);
-  if (log.append(Record(next)) != Result::kKept || latest(log) != next) return {};
+  if (log.append(Record(next)) != AbortCode::kNone || latest(log) != next) return {};
   RecordLog again(flash);
   again.start();
   return latest(again) == next ? std::optional(found) : std::nullopt;
@@ -167,7 +167,7 @@ TEST_CASE("Record log: the words of a record") {
   FlashModel flash(kWords);
   RecordLog log(flash);
   log.start();
-  CHECK(log.append(Record({1, 2, 3, 4, 5})) == Result::kKept);
+  CHECK(log.append(Record({1, 2, 3, 4, 5})) == AbortCode::kNone);
   // The CRC of 05 00 FA FF 01 00 00 00 01 02 03 04 05 00 00 00 by CCITT's polynomial, from 0.
   const std::vector<std::uint32_t> words{0xCB0CA001, 0xFFFA0005, 1, 0x04030201, 0x00000005};
   CHECK(std::ranges::equal(flash.sector(0).first(5), words));
@@ -181,7 +181,7 @@ TEST_CASE("Record log: of flash with anything in it nothing is believed") {
   RecordLog log(flash);
   log.start();
   CHECK(log.latest().empty());
-  CHECK(log.append(Record({7})) == Result::kKept);
+  CHECK(log.append(Record({7})) == AbortCode::kNone);
 }
 
 TEST_CASE("Record log: a sector whose erasure has not been confirmed is erased again") {
@@ -198,11 +198,11 @@ TEST_CASE("Record log: the same record is not written twice") {
   FlashModel flash(kWords);
   RecordLog log(flash);
   log.start();
-  REQUIRE(log.append(Record({7, 8})) == Result::kKept);
+  REQUIRE(log.append(Record({7, 8})) == AbortCode::kNone);
   const std::size_t before = flash.operations;
-  CHECK(log.append(Record({7, 8})) == Result::kKept);
+  CHECK(log.append(Record({7, 8})) == AbortCode::kNone);
   CHECK(flash.operations == before);
-  CHECK(log.append(Record({7})) == Result::kKept);
+  CHECK(log.append(Record({7})) == AbortCode::kNone);
   CHECK(latest(log) == Bytes{7});
 }
 
@@ -212,16 +212,16 @@ TEST_CASE("Record log: full is full until the next start, which alone erases") {
   log.start();
   const std::size_t erasures = flash.erasures;
   std::uint8_t number = 0;
-  while (log.append(Record(Bytes(12, ++number))) == Result::kKept)
+  while (log.append(Record(Bytes(12, ++number))) == AbortCode::kNone)
     REQUIRE(number < 20);
   CHECK(number == 6);  // 31 words, 6 per record
-  CHECK(log.append(Record({})) == Result::kFull);
+  CHECK(log.append(Record({})) == AbortCode::kDeviceState);
   CHECK(latest(log) == Bytes(12, 5));
   CHECK(flash.erasures == erasures);
   RecordLog again(flash);
   again.start();
   CHECK(latest(again) == Bytes(12, 5));
-  CHECK(again.append(Record(Bytes(12, 6))) == Result::kKept);
+  CHECK(again.append(Record(Bytes(12, 6))) == AbortCode::kNone);
   CHECK(flash.erasures == erasures + 1);
 }
 
@@ -229,24 +229,24 @@ TEST_CASE("Record log: one that can never fit") {
   FlashModel flash(kWords);
   RecordLog log(flash);
   log.start();
-  CHECK(log.append(Record(Bytes(4 * kWords))) == Result::kFull);
-  CHECK(log.append(Record({1})) == Result::kKept);
+  CHECK(log.append(Record(Bytes(4 * kWords))) == AbortCode::kDeviceState);
+  CHECK(log.append(Record({1})) == AbortCode::kNone);
 }
 
 TEST_CASE("Record log: flash that fails is reported, and its contents are read") {
   FlashModel flash(kWords);
   RecordLog log(flash);
   log.start();
-  REQUIRE(log.append(Record({1, 2})) == Result::kKept);
+  REQUIRE(log.append(Record({1, 2})) == AbortCode::kNone);
   flash.defective = true;
-  CHECK(log.append(Record({3})) == Result::kFailed);
+  CHECK(log.append(Record({3})) == AbortCode::kHardware);
   CHECK(latest(log) == Bytes{1, 2});
   flash.defective = false;
-  CHECK(log.append(Record({3})) == Result::kFailed);  // until the next start
+  CHECK(log.append(Record({3})) == AbortCode::kHardware);  // until the next start
   RecordLog again(flash);
   again.start();
   CHECK(latest(again) == Bytes{1, 2});
-  CHECK(again.append(Record({3})) == Result::kKept);
+  CHECK(again.append(Record({3})) == AbortCode::kNone);
 }
 
 TEST_CASE(

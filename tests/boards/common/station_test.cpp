@@ -2,6 +2,7 @@
 #include "boards/common/station.hpp"
 
 #include "cbcan/modbus/identification.hpp"
+#include "io/bytes.hpp"
 #include "support/bench.hpp"
 
 using namespace cbcan;
@@ -9,7 +10,8 @@ using namespace cbcan::boards;
 
 namespace {
 
-using Bytes = std::vector<std::uint8_t>;
+using io::test::Bytes;
+using io::test::hex;
 
 /// A board played by the test.
 struct FakeBoard final : Hardware {
@@ -40,7 +42,7 @@ struct BenchOf {
   }
 
   /// Sends a request with its CRC, runs the turns that follow, and returns the response.
-  Bytes ask(std::initializer_list<std::uint8_t> request) {
+  Bytes ask(std::string_view request) {
     board.response.clear();
     send(request);
     station.turn();
@@ -50,9 +52,9 @@ struct BenchOf {
     return board.response;
   }
   /// Receives all bytes at once, after a gap.
-  void send(std::initializer_list<std::uint8_t> bytes) {
+  void send(std::string_view bytes) {
     board.time += kSilence + 1;
-    for (const std::uint8_t byte : bytes)
+    for (const std::uint8_t byte : hex(bytes))
       station.modbus().on_byte(byte, static_cast<std::uint32_t>(board.time));
   }
   std::uint16_t& reg(std::size_t address, std::size_t network = 0) {
@@ -104,7 +106,7 @@ struct TwoNetworks : Ports, BenchOf<2> {
 };
 
 // CRCs by the algorithm of MODBUS over Serial Line V1.02, 6.2.2, calculated independently of this project.
-constexpr std::initializer_list<std::uint8_t> kExecute = {0x01, 0x06, 0x0E, 0x74, 0xCA, 0x0E, 0x1C, 0x5C};
+constexpr std::string_view kExecute = "01 06 0E 74 CA 0E 1C 5C";
 
 }  // namespace
 
@@ -112,25 +114,23 @@ TEST_CASE("A transaction by Modbus RTU: request, frames, response, result") {
   Bench bench;
   CHECK(bench.port.sent == std::deque<std::string>{"77F#00"});
   bench.port.sent.clear();
-  CHECK(bench.ask({0x01, 0x10, 0x0E, 0x75, 0x00, 0x05, 0x0A, 0x13, 0xBF, 0x00, 0x05, 0x20, 0x00, 0x00, 0x00,
-                   0x00, 0x04, 0x2D, 0x47}) == Bytes({0x01, 0x10, 0x0E, 0x75, 0x00, 0x05, 0x13, 0x38}));
-  CHECK(bench.ask({0x01, 0x06, 0x0E, 0x74, 0xCA, 0x0E, 0x1C, 0x5C}) == Bytes(kExecute));
+  CHECK(bench.ask("01 10 0E 75 00 05 0A 13 BF 00 05 20 00 00 00 00 04 2D 47") ==
+        hex("01 10 0E 75 00 05 13 38"));
+  CHECK(bench.ask("01 06 0E 74 CA 0E 1C 5C") == hex(kExecute));
   CHECK(bench.port.sent == std::deque<std::string>{"605#4000200000000000"});
-  CHECK(bench.ask({0x01, 0x03, 0x0E, 0x74, 0x00, 0x01, 0xC6, 0xF8}) ==
-        Bytes({0x01, 0x03, 0x02, 0xCA, 0x0E, 0x6F, 0x20}));
+  CHECK(bench.ask("01 03 0E 74 00 01 C6 F8") == hex("01 03 02 CA 0E 6F 20"));
   bench.board.arrived[0].push_back(test::frame_from("585#4300200078563412"));
-  CHECK(bench.ask({0x01, 0x03, 0x0E, 0x74, 0x00, 0x08, 0x06, 0xFE}) ==
-        Bytes({0x01, 0x03, 0x10, 0x00, 0x00, 0x13, 0xBF, 0x00, 0x05, 0x20, 0x00,
-               0x00, 0x00, 0x00, 0x04, 0x56, 0x78, 0x12, 0x34, 0x21, 0x34}));
+  CHECK(bench.ask("01 03 0E 74 00 08 06 FE") ==
+        hex("01 03 10 00 00 13 BF 00 05 20 00 00 00 00 04 56 78 12 34 21 34"));
 }
 
 TEST_CASE("A cancel and a new CA0Eh right after it are two requests: one a turn, a poll after each") {
   Bench bench;
   bench.prepare();
   bench.port.sent.clear();
-  bench.ask({0x01, 0x06, 0x0E, 0x74, 0xCA, 0x0E, 0x1C, 0x5C});
-  bench.ask({0x01, 0x06, 0x0E, 0x74, 0x00, 0x00, 0xCB, 0x38});
-  bench.ask({0x01, 0x06, 0x0E, 0x74, 0xCA, 0x0E, 0x1C, 0x5C});
+  bench.ask("01 06 0E 74 CA 0E 1C 5C");
+  bench.ask("01 06 0E 74 00 00 CB 38");
+  bench.ask("01 06 0E 74 CA 0E 1C 5C");
   CHECK(bench.port.sent == std::deque<std::string>{"605#4000200000000000", "605#8000200000000008"});
   CHECK(bench.station.coprocessor().counters().cancelled == 1);
   CHECK(bench.station.coprocessor().counters().executed == 2);
@@ -150,7 +150,7 @@ TEST_CASE("A request is executed after its silence, and a turn says when that is
     CHECK(bench.port.sent.empty());
     bench.board.time = end;
     CHECK(bench.station.turn() == end + 1'000'000);  // the SDO timeout
-    CHECK(bench.board.response == Bytes(kExecute));
+    CHECK(bench.board.response == hex(kExecute));
     CHECK(bench.port.sent.size() == 1);
   }
   SECTION("in which a byte comes") {
@@ -169,7 +169,7 @@ TEST_CASE("The diagnostics registers are up to date when read") {
                            {0x10001, 2, 3, 4, 5}};
   bench.board.state[0] = BusState::kErrorPassive;
   bench.board.time = 4'294'967'296'999 - Bench::kAsking;  // 2^32 ms and 999 us
-  bench.ask({0x01, 0x03, 0x10, 0x04, 0x00, 0x21, 0xC0, 0xD3});
+  bench.ask("01 03 10 04 00 21 C0 D3");
   CHECK(bench.reg(4100) == 0x0001);  // version 0.1.0
   CHECK(bench.reg(4101) == 0);
   CHECK(bench.pair(4102) == 0);  // 2^32 ms, modulo 2^32
@@ -181,41 +181,56 @@ TEST_CASE("The diagnostics registers are up to date when read") {
   bench.pairs({{4124, 5}, {4126, 0}});
   CHECK(bench.reg(4132) == 2);
   bench.board.report[0].stack_used = 500;
-  bench.ask({0x01, 0x03, 0x0E, 0x74, 0x00, 0x01, 0xC6, 0xF8});  // R3700: not the diagnostics
+  bench.ask("01 03 0E 74 00 01 C6 F8");  // R3700: not the diagnostics
   CHECK(bench.reg(4106) == 400);
   bench.board.time += 1'234'567'001 - 2 * Bench::kAsking;
   bench.reg(3700) = 0xCA0E;  // with command 0
   bench.station.turn();
-  bench.ask({0x01, 0x03, 0x10, 0x04, 0x00, 0x21, 0xC0, 0xD3});
+  bench.ask("01 03 10 04 00 21 C0 D3");
   CHECK(bench.pair(4102) == 1'234'568);
   CHECK(bench.reg(4106) == 500);
   bench.pairs({{4108, 2}, {4126, 1}, {4128, 1}, {4130, 0}});
 }
 
+TEST_CASE("Registers that are none are exception 02, a read of more than 125 is 03; other stations and all") {
+  Bench bench;
+  for (const char* read : {"01 03 00 00 00 01 84 0A", "01 03 0E 73 00 01 77 39", "01 03 0E 73 00 02 37 38",
+                           "01 03 0E B9 00 02 17 06", "01 03 0F 57 00 02 76 CF", "01 03 10 2B 00 02 B0 C3",
+                           "01 03 10 2C 00 01 41 03", "01 03 10 36 00 01 60 C4"})
+    CHECK(bench.ask(read) == hex("01 83 02 C0 F1"));
+  CHECK(bench.ask("01 03 00 00 00 7E C5 EA") == hex("01 83 03 01 31"));
+  CHECK(bench.ask("01 06 10 04 00 01 0D 0B") == hex("01 86 02 C3 A1"));  // R4100 can only be read
+  CHECK(bench.ask("02 06 0F 3C 00 07 0B 23").empty());
+  CHECK(bench.ask("00 06 0F 3D 00 08 1B 05").empty());
+  CHECK(bench.ask("01 03 0F 3C 00 02 07 13") == hex("01 03 04 00 00 00 08 FB F5"));
+  CHECK(bench.ask("01 04 0F 3C 00 02 B2 D3") == hex("01 04 04 00 00 00 08 FA 42"));
+  bench.ask("01 03 10 04 00 21 C0 D3");
+  bench.pairs({{4112, 10}});
+}
+
 TEST_CASE("A board's own settings are registers where it has some") {
   std::array<std::uint16_t, regmap::kBoardWords> words{1, 1152, 0, 0, 500, 127};
   Bench bench({.modbus = {}, .coprocessors = {}, .board = words});
-  CHECK(bench.ask({0x01, 0x06, 0x10, 0x3B, 0x00, 0x2A, 0x7D, 0x18}).size() == 8);  // R4155 = 42
+  CHECK(bench.ask("01 06 10 3B 00 2A 7D 18").size() == 8);  // R4155 = 42
   CHECK(words[5] == 42);
-  const auto missing = Bytes({0x01, 0x83, 0x02, 0xC0, 0xF1});
-  CHECK(bench.ask({0x01, 0x03, 0x10, 0x36, 0x00, 0x07, 0xE0, 0xC6}) == missing);  // R4150..R4156
-  CHECK(bench.ask({0x01, 0x03, 0x10, 0x36, 0x00, 0x06, 0x21, 0x06}).size() == 5 + 2 * 6);
+  const auto missing = hex("01 83 02 C0 F1");
+  CHECK(bench.ask("01 03 10 36 00 07 E0 C6") == missing);  // R4150..R4156
+  CHECK(bench.ask("01 03 10 36 00 06 21 06").size() == 5 + 2 * 6);
 }
 
 constexpr modbus::Identification kIdentification({"cb", "f4", "0.1.0"});
 
 TEST_CASE("FC 43/14: who the board is, where it says so") {
   Bench nobody;
-  CHECK(nobody.ask({0x01, 0x2B, 0x0E, 0x01, 0x00, 0x70, 0x77}) == Bytes({0x01, 0xAB, 0x01, 0x9E, 0xF0}));
+  CHECK(nobody.ask("01 2B 0E 01 00 70 77") == hex("01 AB 01 9E F0"));
   Ports ports;
   BenchOf<1> bench({&ports.port}, {.modbus = {.more = &kIdentification}, .coprocessors = {}});
   ports.port.sent.clear();
-  CHECK(bench.ask({0x01, 0x2B, 0x0E, 0x01, 0x00, 0x70, 0x77}) ==
-        Bytes({0x01, 0x2B, 0x0E, 0x01, 0x81, 0x00, 0x00, 0x03, 0x00, 0x02, 'c',  'b', 0x01,
-               0x02, 'f',  '4',  0x02, 0x05, '0',  '.',  '1',  '.',  '0',  0x25, 0xB5}));
-  CHECK(bench.ask({0x01, 0x2B, 0x0E, 0x04, 0x03, 0x33, 0x26}) == Bytes({0x01, 0xAB, 0x02, 0xDE, 0xF1}));
-  CHECK(bench.ask({0x00, 0x2B, 0x0E, 0x01, 0x00, 0x4D, 0xB7}).empty());  // to all
-  CHECK(bench.ask({0x01, 0x03, 0x0E, 0x74, 0x00, 0x01, 0xC6, 0xF8}).size() == 7);
+  CHECK(bench.ask("01 2B 0E 01 00 70 77") ==
+        hex("01 2B 0E 01 81 00 00 03  00 02 63 62  01 02 66 34  02 05 30 2E 31 2E 30  25 B5"));
+  CHECK(bench.ask("01 2B 0E 04 03 33 26") == hex("01 AB 02 DE F1"));
+  CHECK(bench.ask("00 2B 0E 01 00 4D B7").empty());  // to all
+  CHECK(bench.ask("01 03 0E 74 00 01 C6 F8").size() == 7);
 }
 
 TEST_CASE("The ranges begin where the settings say") {
@@ -225,12 +240,10 @@ TEST_CASE("The ranges begin where the settings say") {
   settings.coprocessors[0].scanner_in_first = 10;
   settings.coprocessors[0].process_first = 1000;
   BenchOf<1> bench({&port}, settings);
-  CHECK(bench.ask({0x01, 0x10, 0x0E, 0xBA, 0x00, 0x02, 0x04, 0x00, 0x07, 0x00, 0x00, 0x85, 0x05}).size() ==
-        8);
-  CHECK(bench.ask({0x01, 0x03, 0x00, 0x0A, 0x00, 0x03, 0x25, 0xC9}) ==
-        Bytes({0x01, 0x03, 0x06, 0x00, 0x07, 0x00, 0x05, 0x00, 0x07, 0xC5, 0x76}));
-  CHECK(bench.ask({0x01, 0x03, 0x03, 0xE8, 0x00, 0x7D, 0x05, 0x9B}).size() == 5 + 2 * 125);
-  CHECK(bench.ask({0x01, 0x03, 0x02, 0x58, 0x00, 0x01, 0x04, 0x61}) == Bytes({0x01, 0x83, 0x02, 0xC0, 0xF1}));
+  CHECK(bench.ask("01 10 0E BA 00 02 04 00 07 00 00 85 05").size() == 8);
+  CHECK(bench.ask("01 03 00 0A 00 03 25 C9") == hex("01 03 06 00 07 00 05 00 07 C5 76"));
+  CHECK(bench.ask("01 03 03 E8 00 7D 05 9B").size() == 5 + 2 * 125);
+  CHECK(bench.ask("01 03 02 58 00 01 04 61") == hex("01 83 02 C0 F1"));
 }
 
 TEST_CASE("A valid request shows that the PLC is there; one that is refused does not") {
@@ -247,12 +260,12 @@ TEST_CASE("A valid request shows that the PLC is there; one that is refused does
   bench.station.turn();
   for (int i = 0; i < 4; ++i) {
     pass_half();
-    bench.ask({0x01, 0x03, 0x0E, 0x74, 0x00, 0x01, 0xC6, 0xF8});
+    bench.ask("01 03 0E 74 00 01 C6 F8");
     CHECK(state() == nmt::State::kOperational);
   }
   for (int i = 0; i < 2; ++i) {
     pass_half();
-    bench.ask({0x01, 0x03, 0x00, 0x00, 0x00, 0x01, 0x84, 0x0A});
+    bench.ask("01 03 00 00 00 01 84 0A");
   }
   CHECK(state() == nmt::State::kPreOperational);
 }
@@ -261,19 +274,16 @@ TEST_CASE("Two networks: responses reach the coprocessor of the network that the
   TwoNetworks bench;
   bench.prepare(0);
   bench.prepare(1);
-  bench.ask({0x01, 0x06, 0x0E, 0x74, 0xCA, 0x0E, 0x1C, 0x5C});
-  bench.ask({0x02, 0x06, 0x0E, 0x74, 0xCA, 0x0E, 0x1C, 0x6F});
+  bench.ask("01 06 0E 74 CA 0E 1C 5C");
+  bench.ask("02 06 0E 74 CA 0E 1C 6F");
   bench.board.arrived[1].push_back(test::frame_from("585#4300200078563412"));
-  CHECK(bench.ask({0x02, 0x03, 0x0E, 0x74, 0x00, 0x08, 0x06, 0xCD}) ==
-        Bytes({0x02, 0x03, 0x10, 0x00, 0x00, 0x13, 0xBF, 0x00, 0x05, 0x20, 0x00,
-               0x00, 0x00, 0x00, 0x04, 0x56, 0x78, 0x12, 0x34, 0x65, 0x70}));
-  CHECK(bench.ask({0x01, 0x03, 0x0E, 0x74, 0x00, 0x01, 0xC6, 0xF8}) ==
-        Bytes({0x01, 0x03, 0x02, 0xCA, 0x0E, 0x6F, 0x20}));
+  CHECK(bench.ask("02 03 0E 74 00 08 06 CD") ==
+        hex("02 03 10 00 00 13 BF 00 05 20 00 00 00 00 04 56 78 12 34 65 70"));
+  CHECK(bench.ask("01 03 0E 74 00 01 C6 F8") == hex("01 03 02 CA 0E 6F 20"));
   bench.board.arrived[0].push_back(test::frame_from("585#4300200001000000"));
   bench.station.turn();
-  CHECK(bench.ask({0x01, 0x03, 0x0E, 0x74, 0x00, 0x08, 0x06, 0xFE}) ==
-        Bytes({0x01, 0x03, 0x10, 0x00, 0x00, 0x13, 0xBF, 0x00, 0x05, 0x20, 0x00,
-               0x00, 0x00, 0x00, 0x04, 0x00, 0x01, 0x00, 0x00, 0xEC, 0x12}));
+  CHECK(bench.ask("01 03 0E 74 00 08 06 FE") ==
+        hex("01 03 10 00 00 13 BF 00 05 20 00 00 00 00 04 00 01 00 00 EC 12"));
   CHECK(bench.reg(3706, 1) == 0x5678);
 }
 
@@ -281,12 +291,12 @@ TEST_CASE("Two networks: a turn says when the next one is due on either") {
   TwoNetworks bench;
   CHECK(bench.station.turn() == kNever);
   bench.prepare(1);
-  bench.ask({0x02, 0x06, 0x0E, 0x74, 0xCA, 0x0E, 0x1C, 0x6F});
+  bench.ask("02 06 0E 74 CA 0E 1C 6F");
   const Time second_due = bench.board.time + 1'000'000;
   CHECK(bench.station.turn() == second_due);
   bench.board.time += 500'000;
   bench.prepare(0);
-  bench.ask({0x01, 0x06, 0x0E, 0x74, 0xCA, 0x0E, 0x1C, 0x5C});
+  bench.ask("01 06 0E 74 CA 0E 1C 5C");
   const Time first_due = bench.board.time + 1'000'000;
   CHECK(bench.station.turn() == second_due);
   bench.board.time = second_due;
@@ -302,12 +312,12 @@ TEST_CASE("Two networks: each shows diagnostics of its own CAN controller and tr
   bench.board.state[1] = BusState::kBusOff;
   bench.reg(3700, 1) = 0xCA0E;  // with command 0
   bench.station.turn();
-  bench.ask({0x02, 0x03, 0x10, 0x04, 0x00, 0x21, 0xC0, 0xE0});
+  bench.ask("02 03 10 04 00 21 C0 E0");
   CHECK(bench.reg(4107, 1) == 0x10);
   CHECK(bench.pair(4116, 1) == 20);
   CHECK(bench.pair(4126, 1) == 1);
   CHECK(bench.pair(4116) == 0);  // no request has read them
-  bench.ask({0x01, 0x03, 0x10, 0x04, 0x00, 0x21, 0xC0, 0xD3});
+  bench.ask("01 03 10 04 00 21 C0 D3");
   CHECK(bench.reg(4107) == 0);
   CHECK(bench.pair(4116) == 10);
   CHECK(bench.pair(4126) == 0);
@@ -315,10 +325,10 @@ TEST_CASE("Two networks: each shows diagnostics of its own CAN controller and tr
 
 TEST_CASE("Two networks: a scanner window each, and a broadcast is for both") {
   TwoNetworks bench;
-  bench.ask({0x02, 0x06, 0x01, 0xF4, 0x00, 0x07, 0x88, 0x35});
+  bench.ask("02 06 01 F4 00 07 88 35");
   CHECK(bench.reg(602, 0) == 0);
   CHECK(bench.reg(602, 1) == 7);
-  CHECK(bench.ask({0x00, 0x06, 0x01, 0xF4, 0x00, 0x08, 0xC9, 0xD3}).empty());
+  CHECK(bench.ask("00 06 01 F4 00 08 C9 D3").empty());
   CHECK(bench.reg(602, 0) == 8);
   CHECK(bench.reg(602, 1) == 8);
 }

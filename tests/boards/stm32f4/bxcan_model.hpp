@@ -122,7 +122,6 @@ struct BxCanModel {
 
   // ---- The bus.
 
-  enum class End { kAcknowledged, kError, kArbitrationLost };
   enum Error : std::uint32_t { kNoError, kStuff, kForm, kAcknowledgement, kBit1, kBit0, kCrc };
 
   /// The controller takes part in the bus: acknowledges, may send.
@@ -153,47 +152,41 @@ struct BxCanModel {
     store(fifos_[*fifo], received);
     return true;
   }
-  /// Starts the frame of the oldest request. False: none is pending, or not on the bus.
-  bool start_frame() {
+  /// Starts the frame of the oldest request, and returns it. None: none is pending, or not on the bus.
+  std::optional<Frame> start_frame() {
     Mailbox* next = nullptr;
     for (Mailbox& mailbox : mailboxes_)
       if (mailbox.state != Mailbox::kEmpty && (next == nullptr || mailbox.order < next->order))
         next = &mailbox;
-    if (next == nullptr || !on_bus()) return false;
+    if (next == nullptr || !on_bus()) return {};
     next->state = Mailbox::kOnBus;
-    return true;
+    return frame_of(next->words);
   }
-  /// Ends that frame.
-  void end_frame(End end, Error error = kNoError) {
+  /// Ends that frame, which is acknowledged or has an error. Lost arbitration is not modelled.
+  void end_frame(Error error = kNoError) {
     for (unsigned i = 0; i < 3; ++i) {
       Mailbox& mailbox = mailboxes_[i];
       if (mailbox.state != Mailbox::kOnBus) continue;
-      if (end == End::kAcknowledged) {
+      if (error == kNoError) {
         finish(i, 0x3);
         if (tec_ > 0) --tec_;
         lec_ = kNoError;
         return;
       }
-      const std::uint32_t result = end == End::kError ? 0x8 : 0x4;
       mailbox.state = Mailbox::kPending;  // scheduled again
-      tsr_results_ |= result << i * 8;
-      if (mailbox.abort) finish(i, 0x1 | result);
+      tsr_results_ |= 0x8u << i * 8;
+      if (mailbox.abort) finish(i, 0x9);
       // An error-passive node that misses an acknowledgement does not count it (ISO 11898-1).
-      if (end == End::kError) count_error(tec_, error == kAcknowledgement && tec_ > 127 ? 0 : 8, error);
+      count_error(tec_, error == kAcknowledgement && tec_ > 127 ? 0 : 8, error);
       return;
     }
     throw std::logic_error("no frame is on the bus");
   }
   /// Start and end of one frame; returns what was sent.
   std::optional<Frame> sent() {
-    if (!start_frame()) return {};
-    for (const Mailbox& mailbox : mailboxes_) {
-      if (mailbox.state != Mailbox::kOnBus) continue;
-      const Frame frame = frame_of(mailbox.words);
-      end_frame(End::kAcknowledged);
-      return frame;
-    }
-    return {};
+    const std::optional<Frame> frame = start_frame();
+    if (frame) end_frame();
+    return frame;
   }
   /// An error while receiving.
   void receive_error(Error error, unsigned weight = 1) {
@@ -411,7 +404,7 @@ struct BxCanModel {
 
   bool held_ = false;
   std::uint32_t mcr_, msr_, ier_, lec_, btr_;
-  std::uint32_t tsr_results_;  ///< RQCP, TXOK, ALST, TERR of all mailboxes
+  std::uint32_t tsr_results_;  ///< RQCP, TXOK, TERR of all mailboxes
   std::array<Mailbox, 3> mailboxes_;
   unsigned next_order_;
   std::array<Fifo, 2> fifos_;

@@ -63,7 +63,7 @@ struct BxCanRig {
   void fail(unsigned times, BxCanModel::Error error = BxCanModel::kBit0) {
     for (unsigned i = 0; i < times; ++i) {
       REQUIRE(model.start_frame());
-      model.end_frame(BxCanModel::End::kError, error);
+      model.end_frame(error);
     }
   }
 };

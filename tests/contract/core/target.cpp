@@ -31,8 +31,6 @@ cbcan::BusState core_state(BusState state) {
   }
 }
 
-using test::Bench;
-
 /// The scanner windows of all channels, and memory for all except the first.
 struct Channels {
   static constexpr std::size_t kCount = regmap::kMostChannels;
@@ -48,13 +46,13 @@ struct Channels {
   std::array<FurtherChannels::Memory, FurtherChannels::kMost> more{};
 };
 
-struct CoreTarget final : Target {
-  explicit CoreTarget(const Settings& settings)
-      : bench_(new Bench(registers_.words(), core_settings(settings), channels_.scanners[0])),
-        further_(bench_->coprocessor, std::span(channels_.scanners).subspan(1), channels_.more),
-        settings_(settings) {
-    bench_->coprocessor.use_network(network_, 0);
-    bench_->coprocessor.show_status_in(status_);
+struct CoreTarget final : Target, private test::StackRig<Coprocessor> {
+  explicit CoreTarget(const Settings& settings) : StackRig(coprocessor_), settings_(settings) {
+    coprocessor_.use_network(network_, 0);
+    coprocessor_.show_status_in(status_);
+    now = 1000;
+    coprocessor_.start(now);
+    port.sent.clear();
   }
 
   std::string lacks(Ability /*ability*/) const override { return {}; }
@@ -67,35 +65,32 @@ struct CoreTarget final : Target {
     Words seen;
     while (seen.size() < count)
       seen.push_back(reg(from++));
-    bench_->coprocessor.on_plc(bench_->now);
-    if (!words.empty()) bench_->coprocessor.on_registers_written(to, words.size(), bench_->now);
-    bench_->poll();
+    coprocessor_.on_plc(now);
+    if (!words.empty()) coprocessor_.on_registers_written(to, words.size(), now);
+    coprocessor_.poll(now);
+    StackRig::pass(0);
     return seen;
   }
 
   std::string next_frame() override {
-    if (bench_->port.sent.empty()) return {};
-    std::string frame = bench_->port.sent.front();
-    bench_->port.sent.pop_front();
+    if (port.sent.empty()) return {};
+    std::string frame = port.sent.front();
+    port.sent.pop_front();
     return frame;
   }
-  void arrive(const std::string& frame) override { bench_->arrive(frame); }
+  void arrive(const std::string& frame) override { StackRig::arrive(frame); }
 
-  void pass(Duration duration) override { bench_->pass(static_cast<Time>(duration.count())); }
+  void pass(Duration duration) override { StackRig::pass(static_cast<Time>(duration.count())); }
   Duration precision() const override { return 1us; }
 
-  void set_bus_state(BusState state) override {
-    bench_->coprocessor.on_bus_state(core_state(state), bench_->now);
-  }
-  void refuse_frames(bool refuse) override {
-    bench_->port.refuse_next = refuse ? test::RecordingPort::kAlways : 0;
-  }
+  void set_bus_state(BusState state) override { coprocessor_.on_bus_state(core_state(state), now); }
+  void refuse_frames(bool refuse) override { port.refuse_next = refuse ? test::RecordingPort::kAlways : 0; }
 
   Words first_done(const std::function<void()>& ending) override {
-    test::Registers seen;
+    std::array<std::uint16_t, regmap::kWindowWords> seen;
     if (!registers_.run(PROT_READ, ending, [&] { seen = registers_.words(); })) return {};
     Words words(seen.begin(), seen.end());
-    words[0] = bench_->reg(regmap::kExecuteFlag);
+    words[0] = reg(regmap::kExecuteFlag);
     return words;
   }
 
@@ -103,8 +98,7 @@ struct CoreTarget final : Target {
   std::uint16_t& reg(unsigned address) {
     const auto in = [address](const auto& range, unsigned begin) { return address - begin < range.size(); };
     if (in(status_, regmap::kStatusFirst)) return status_.at(address - regmap::kStatusFirst);
-    if (in(bench_->process, settings_.process_first))
-      return bench_->process.at(address - settings_.process_first);
+    if (in(process_, settings_.process_first)) return process_.at(address - settings_.process_first);
     for (std::size_t i = 0; i < Channels::kCount; ++i) {
       const auto behind = static_cast<unsigned>(200 * i);
       if (in(channels_.out.at(i), settings_.scanner_out_first + behind))
@@ -112,16 +106,18 @@ struct CoreTarget final : Target {
       if (in(channels_.in.at(i), settings_.scanner_in_first + behind))
         return channels_.in.at(i).at(address - settings_.scanner_in_first - behind);
     }
-    return bench_->reg(address);
+    return registers_.words().at(address - regmap::kWindowFirst);
   }
 
   WatchedRegisters<regmap::kWindowWords, 0> registers_;
   Channels channels_;
   std::array<std::uint16_t, regmap::kStatusWords> status_{};
+  std::array<std::uint16_t, regmap::kProcessWords> process_{};
   std::array<std::uint8_t, 1024> network_{};
-  std::unique_ptr<Bench> bench_;
-  FurtherChannels further_;
   Settings settings_;
+  Coprocessor coprocessor_{RegisterWindow(RegisterWindow::Words(registers_.words())), process_, port,
+                           core_settings(settings_), channels_.scanners[0]};
+  FurtherChannels further_{coprocessor_, std::span(channels_.scanners).subspan(1), channels_.more};
 };
 
 }  // namespace

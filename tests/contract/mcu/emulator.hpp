@@ -3,7 +3,6 @@
 
 #include <linux/sockios.h>
 #include <sched.h>
-#include <stdlib.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <sys/un.h>
@@ -21,6 +20,7 @@
 
 #include "contract/remote/child.hpp"
 #include "io/loop/descriptor.hpp"
+#include "io/temporary_folder.hpp"
 
 namespace cbcan::contract {
 
@@ -95,32 +95,13 @@ struct Stream {
   io::Descriptor socket_;
 };
 
-/// A folder that is removed with this object.
-struct TemporaryFolder {
-  TemporaryFolder() {
-    std::string name = std::filesystem::temp_directory_path() / "cbcan-XXXXXX";
-    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error(name + ": no folder");
-    path_ = name;
-  }
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
-
 /// The image for the MPS2 board in QEMU, with a clock controlled by the suite: the board's microsecond counter is
 /// stopped and set from outside, as by a debugger. The program is unchanged.
 struct Emulator {
   explicit Emulator(const std::string& image)
-      : modbus_(folder_.path() / "modbus"),
-        can_(folder_.path() / "can"),
-        hardware_(folder_.path() / "hardware"),
+      : modbus_(folder_.file("modbus")),
+        can_(folder_.file("can")),
+        hardware_(folder_.file("hardware")),
         qemu_({"/usr/bin/qemu-system-arm",
                "-M",
                "mps2-an385",
@@ -209,7 +190,7 @@ struct Emulator {
     return read(kWakeUpLoad) / kTicksPerMicrosecond;
   }
 
-  TemporaryFolder folder_;
+  io::test::TemporaryFolder folder_;
   Stream modbus_;
   Stream can_;
   Stream hardware_;  ///< QEMU's protocol "qtest": its memory-mapped registers from outside

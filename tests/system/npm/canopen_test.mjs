@@ -308,6 +308,45 @@ const next = (bus, id) => new Promise((resolve, reject) => {
   bus.on("frame", (frame) => frame.id === id && resolve(frame.data));
 });
 
+// For fastscan, no response within a time is an answer. So time passes when another node has answered twice: its first response may have
+// overtaken that of an LSS slave on the bus, the second request came after both.
+test("LSS: fastscan, node ID, boot-up", () => withPlant(async (master, bus) => {
+  const { setTimeout, clearTimeout } = globalThis;
+  const waiting = new Set();
+  let asked = 0, answered = 0, enough = 0;
+  const ask = () => {
+    ++asked;
+    bus.send({ id: 0x600 + GENERIC, data: Buffer.from("4000100000000000", "hex") });
+  };
+  master.on("message", ({ id }) => {
+    if (id !== 0x7e5) return;
+    ask();
+    enough = asked + 1;
+  });
+  bus.on("frame", ({ id }) => {
+    if (id !== 0x580 + GENERIC || ++answered < asked) return;
+    if (asked < enough) return ask();
+    for (const expire of waiting) expire();
+    waiting.clear();
+  });
+  const fastscan = () => {
+    globalThis.setTimeout = (expire) => { waiting.add(expire); return expire; };
+    globalThis.clearTimeout = (expire) => waiting.delete(expire);
+    return master.lss.fastscan().finally(() => Object.assign(globalThis, { setTimeout, clearTimeout }));
+  };
+  master.eds.addSdoClientParameter(0x30, 0x630, 0x5b0);
+  master.start();
+  assert.deepEqual(await fastscan(), IDENTITY);
+  await assert.rejects(master.lss.configureNodeId(128, LIMIT), refusal(1));
+  await master.lss.configureNodeId(0x30, LIMIT);
+  assert.equal(await master.lss.inquireVendorId(LIMIT), IDENTITY.vendorId);
+  const bootUp = next(bus, 0x730);
+  master.lss.switchModeGlobal(LssMode.OPERATION);
+  assert.deepEqual(await bootUp, Buffer.from([0]));
+  assert.equal(await read(master, 0x30, 0x1018, 4, DataType.UNSIGNED32), IDENTITY.serialNumber);
+  assert.equal(await fastscan(), null);  // no node is without a node ID
+}));
+
 test("LSS: selected by its identity", () => withPlant(async (master, bus) => {
   master.start();
   await master.lss.switchModeSelective({ ...IDENTITY, timeout: LIMIT });

@@ -4,7 +4,6 @@
 /// Values that depend on the node ID, such as a device's default COB-IDs (CiA 301, 7.3.5; $NODEID in an EDS).
 /// A device whose node ID can be changed by LSS keeps a list of them.
 
-#include <cstddef>
 #include <cstdint>
 #include <span>
 

@@ -77,10 +77,6 @@ void Emergency::on_state(nmt::State state, Time now) {
   send_waiting(now);
 }
 
-void Emergency::poll(Time now) {
-  if (now >= due_) send_waiting(now);
-}
-
 std::uint8_t Emergency::update_register() {
   std::uint8_t bits = 0;
   for (std::size_t i = 0; i < error_count_; ++i)

@@ -8,7 +8,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <span>
 
 #include "cbcan/can_port.hpp"
 #include "cbcan/canopen/dictionary/object_dictionary.hpp"
@@ -75,7 +74,9 @@ class Emergency : public Part {
   void reset(std::uint8_t node_id, Time now);
   /// Messages go out in Pre-operational and Operational; in other states they wait.
   void on_state(nmt::State state, Time now);
-  void poll(Time now);
+  void poll(Time now) {
+    if (now >= due_) send_waiting(now);
+  }
   Time deadline() const { return due_; }
 
   /// The error with this code is present, with these bits of 1001h (the generic bit is added). Reported once

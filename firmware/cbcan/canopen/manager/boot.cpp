@@ -45,7 +45,7 @@ void Manager::ask_device_type(Client& client, Time now) {
 
 void Manager::found(Client& client, Time now) {
   const std::uint8_t node = client.node;
-  release(client, now);
+  release(client);
   configure_again(node, now);
 }
 
@@ -69,7 +69,7 @@ void Manager::producer_time_read(Client& client, Time now) {
 void Manager::look_later(Client& client, Time now) {
   nodes_[client.node].due = now + kProbePeriod;
   wake_at(nodes_[client.node].due);
-  release(client, now);
+  release(client);
 }
 
 // ---- Check
@@ -132,11 +132,11 @@ void Manager::check_failed(Client& client, Time now) {
 void Manager::checked(Client& client, Time now) {
   const std::uint8_t node = client.node;
   if (!nodes_[node].boots) {
-    release(client, now);
+    release(client);
     return enter(node, Phase::kReady, kNever);
   }
   if (!nodes_[node].keep_alive || nodes_[node].boot_ups != 0) return begin_configuration(client, now);
-  release(client, now);
+  release(client);
   if (monitor_.is_fresh(node, now) && !monitor_.in_doubt(node)) return decide(node, now);
   enter(node, Phase::kWatch, now + heartbeat_time(node));
   ask_state(node);
@@ -179,7 +179,7 @@ void Manager::ask_restore(Client& client, Time now) {
 
 void Manager::restored(Client& client, Time now) {
   const std::uint8_t node = client.node;
-  release(client, now);
+  release(client);
   enter(node, Phase::kReboot, kNever);
   commanded_.insert(node);
   wake_at(now);
@@ -251,7 +251,7 @@ void Manager::configuration_failed(Client& client, Time now) {
 
 void Manager::configured_all(Client& client, Time now) {
   const std::uint8_t node = client.node;
-  release(client, now);
+  release(client);
   nodes_[node].configured = true;
   if (nodes_[node].signs == 0) twins_.erase(node);
   const std::uint16_t period = monitor_.consumer_time(node);

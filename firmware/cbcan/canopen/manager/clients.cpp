@@ -33,10 +33,11 @@ std::uint16_t Manager::timeout_of(std::uint8_t node) const {
 /// Heartbeats and SDO requests of others to the node go first.
 void Manager::go_on(Client& client, Time now) {
   client.resume_at = kNever;
-  if (!state(client.node).talks) return release(client, now);
+  const auto ask = state(client.node).ask;
+  if (ask == nullptr) return release(client);
   Time from = std::max(application_.node_free_from(client.node, now), free_from(client.node, now));
   if (!listening_.empty()) from = kNever;
-  if (from <= now) return state(client.node).ask(*this, client, now);
+  if (from <= now) return ask(*this, client, now);
   client.resume_at = from == kNever ? now + kPause : from;
 }
 
@@ -51,7 +52,7 @@ void Manager::follow(Client& client, Time now) {
     state(node).on_done(*this, client, now);
   } else if (client.sdo.error() == AbortCode::kTimeOut && !is_looked_for(phase(node)) && !once &&
              nodes_[node].tries < kRetries) {
-    try_again(client, now);
+    try_again(client);
   } else {
     state(node).on_refused(*this, client, now);
   }
@@ -68,11 +69,11 @@ void Manager::note_strays(Client& client) {
 }
 
 /// Uses the first client, so that nodes that do not respond do not occupy the others.
-void Manager::try_again(Client& client, Time now) {
+void Manager::try_again(Client& client) {
   const std::uint8_t node = client.node;
   ++nodes_[node].tries;
   if (&client == clients_.data()) return;
-  release(client, now);
+  release(client);
   silent_.insert(node);
 }
 
@@ -93,7 +94,7 @@ void Manager::serve(Time now) {
   }
 }
 
-void Manager::release(Client& client, Time /*now*/) {
+void Manager::release(Client& client) {
   client.node = 0;
   client.resume_at = kNever;
   --clients_in_use_;
@@ -103,7 +104,7 @@ void Manager::drop_client(std::uint8_t node, Time now) {
   for (Client& client : clients_) {
     if (client.node != node) continue;
     client.sdo.cancel(now);
-    release(client, now);
+    release(client);
   }
 }
 
@@ -135,11 +136,6 @@ void Manager::poll_clients(Time now) {
     else if (now >= client.resume_at)
       go_on(client, now);
   }
-}
-
-Time Manager::deadline_of(const Client& client) {
-  if (client.sdo.busy() || client.node == 0) return client.sdo.deadline();
-  return client.resume_at == kNever ? 0 : earlier(client.resume_at, client.sdo.deadline());
 }
 
 }  // namespace cbcan

@@ -63,7 +63,7 @@ bool Manager::next_input(std::uint8_t node) {
 }
 
 void Manager::ask_input(Client& client, Time now) {
-  if (!next_input(client.node)) return release(client, now);
+  if (!next_input(client.node)) return release(client);
   const std::uint16_t at = nodes_[client.node].at;
   if ((at & kEntryMask) == 0) client.inputs = client.input_bits = 0;
   const Mapped object = mapped(source(at >> kEntryBits), at & kEntryMask);

@@ -7,13 +7,9 @@ namespace cbcan {
 
 template <auto kAsk, auto kDone, auto kRefused, auto kState, auto kDeadline>
 constexpr Manager::State Manager::state_of() {
-  using Ask = decltype(kAsk);  // as types: g++ 12 with -fsanitize=undefined compares no pointers here
-  return {!std::is_same_v<std::integral_constant<Ask, kAsk>, std::integral_constant<Ask, &Manager::release>>,
-          call<kAsk, Client&, Time>,
-          call<kDone, Client&, Time>,
-          call<kRefused, Client&, Time>,
-          call<kState, std::uint8_t, nmt::State, Time>,
-          call<kDeadline, std::uint8_t, Time>};
+  return {std::is_null_pointer_v<decltype(kAsk)> ? nullptr : call<kAsk, Client&, Time>,
+          call<kDone, Client&, Time>, call<kRefused, Client&, Time>,
+          call<kState, std::uint8_t, nmt::State, Time>, call<kDeadline, std::uint8_t, Time>};
 }
 
 // clang-format off
@@ -21,31 +17,29 @@ constinit const std::array<Manager::State, Manager::kPhases> Manager::kStates = 
   using M = Manager;
   return std::array<State, kPhases>{
     //         ask                  on_done         on_refused                on_state      on_deadline
-    state_of<&M::release,         nullptr,        nullptr,                  nullptr,      nullptr>(),              // kUnlisted
+    state_of<nullptr,             nullptr,        nullptr,                  nullptr,      nullptr>(),              // kUnlisted
     state_of<&M::ask_device_type, &M::found,      &M::keep_waiting,         &M::appeared, &M::probe>(),            // kWait
     state_of<&M::ask_check,       &M::check,      &M::check_failed,         nullptr,      nullptr>(),              // kCheck
     state_of<&M::ask_restore,     &M::restored,   &M::configuration_failed, nullptr,      nullptr>(),              // kRestore
-    state_of<&M::release,         nullptr,        nullptr,                  nullptr,      &M::no_boot_up>(),       // kReboot
+    state_of<nullptr,             nullptr,        nullptr,                  nullptr,      &M::no_boot_up>(),       // kReboot
     state_of<&M::ask_configure,   &M::configured, &M::configuration_failed, nullptr,      nullptr>(),              // kConfigure
-    state_of<&M::release,         nullptr,        nullptr,                  &M::watched,  &M::no_heartbeat>(),     // kWatch
-    state_of<&M::release,         nullptr,        nullptr,                  nullptr,      nullptr>(),              // kReady
-    state_of<&M::release,         nullptr,        nullptr,                  &M::started,  &M::no_heartbeat>(),     // kStart
+    state_of<nullptr,             nullptr,        nullptr,                  &M::watched,  &M::no_heartbeat>(),     // kWatch
+    state_of<nullptr,             nullptr,        nullptr,                  nullptr,      nullptr>(),              // kReady
+    state_of<nullptr,             nullptr,        nullptr,                  &M::started,  &M::no_heartbeat>(),     // kStart
     state_of<&M::ask_input,       &M::input_read, &M::input_failed,         &M::stays,    &M::look_for_inputs>(),  // kInputs
-    state_of<&M::release,         nullptr,        nullptr,                  &M::stays,    nullptr>(),              // kRun
+    state_of<nullptr,             nullptr,        nullptr,                  &M::stays,    nullptr>(),              // kRun
     state_of<&M::ask_producer_time, &M::producer_time_read, &M::look_later, &M::returned, &M::probe>(),           // kLost
-    state_of<&M::release,         nullptr,        nullptr,                  nullptr,      &M::begin_check>(),      // kFailed
+    state_of<nullptr,             nullptr,        nullptr,                  nullptr,      &M::begin_check>(),      // kFailed
   };
 }();
 // clang-format on
 
 namespace {
 
-using Phase = Manager::Phase;
-
 constexpr std::uint32_t kConf = 0x666E6F63;  ///< "conf"
 
-constexpr bool is_missing(Phase phase) {
-  return phase == Phase::kLost || phase == Phase::kFailed;
+constexpr bool is_missing(Manager::Phase phase) {
+  return phase == Manager::Phase::kLost || phase == Manager::Phase::kFailed;
 }
 
 }  // namespace
@@ -133,15 +127,14 @@ void Manager::begin(Time now) {
 void Manager::write_own_objects(Time now) {
   nodes_[0].failure = {};
   objects_.visit_own([&](const ConciseDcf::Entry& entry) {
-    const AbortCode refused = own_.slave().write(entry.index, entry.sub, entry.value, now);
+    const AbortCode refused = own_.dictionary().write(entry.index, entry.sub, entry.value, now);
     if (refused != AbortCode::kNone && nodes_[0].failure.letter == 0)
       nodes_[0].failure = {refused, entry.index, entry.sub, 'J'};
   });
-  sources_.fill(0);
-  for (std::size_t rpdo = 0; rpdo != sources_.size(); ++rpdo)
-    if (const auto source = objects_.find(object::kRpdoSource, static_cast<std::uint8_t>(rpdo + 1));
-        !source.empty())
-      sources_[rpdo] = source[0];
+  for (std::size_t rpdo = 0; rpdo != sources_.size(); ++rpdo) {
+    const NetworkObjects::Bytes from = source(rpdo);
+    sources_[rpdo] = from.empty() ? std::uint8_t{0} : from[0];
+  }
 }
 
 /// Nodes are reset, so that they begin with their boot-up message, except keep-alive ones.

@@ -227,8 +227,8 @@ class Manager {
 
   /// What each kind of event means in one phase of a node.
   struct State {
-    bool talks;                            ///< its requests need an SDO client
-    void (*ask)(Manager&, Client&, Time);  ///< sends the next request, or releases the client
+    /// Sends the next request, or releases the client; null: no SDO client is needed.
+    void (*ask)(Manager&, Client&, Time);
     void (*on_done)(Manager&, Client&, Time);
     void (*on_refused)(Manager&, Client&, Time);  ///< by an abort, or no response to any try
     void (*on_state)(Manager&, std::uint8_t node, nmt::State, Time);  ///< a heartbeat
@@ -272,7 +272,6 @@ class Manager {
   void ask_restore(Client& client, Time now);
   void ask_configure(Client& client, Time now);
   void ask_input(Client& client, Time now);
-  void release(Client& client, Time now);
   // State::on_done
   void found(Client& client, Time now);
   void producer_time_read(Client& client, Time now);
@@ -313,7 +312,6 @@ class Manager {
   void begin_configuration(Client& client, Time now);
   void configured_all(Client& client, Time now);
   void look_for_starts(Time now);
-  bool all_may_start() const;
   void await_start(std::uint8_t node, Time now);
   void run(std::uint8_t node, Time now);
   void lose(std::uint8_t node, Time now);
@@ -329,12 +327,13 @@ class Manager {
 
   // SDO clients
   std::uint16_t timeout_of(std::uint8_t node) const;
+  void release(Client& client);
   void request_read(Client& client, std::uint16_t index, std::uint8_t sub, std::size_t size, Time now);
   void request_write(Client& client, const ConciseDcf::Entry& value, Time now);
   void go_on(Client& client, Time now);
   void follow(Client& client, Time now);
   void note_strays(Client& client);
-  void try_again(Client& client, Time now);
+  void try_again(Client& client);
   void serve(Time now);
   void poll_clients(Time now);
   void drop_client(std::uint8_t node, Time now);
@@ -343,7 +342,6 @@ class Manager {
   void work(Time now);
   Time next_deadline() const;
   Time free_from(std::uint8_t node, Time now);
-  static Time deadline_of(const Client& client);
 
   // NMT commands
   void command_all(nmt::Command command, Time now);
@@ -351,7 +349,6 @@ class Manager {
   bool send_command(nmt::Command command, std::uint8_t node, Time now);
   void start_sent(std::uint8_t node, Time now);
 
-  void end_boot_time();
   void look_at_nodes(Time now);
   void look_at(std::uint8_t node, Time now);
   Time heartbeat_time(std::uint8_t node) const;

@@ -73,7 +73,7 @@ bool NetworkObjects::find_groups() {
 
 /// size() = not set.
 std::size_t NetworkObjects::offset_of(std::uint16_t index, std::uint8_t sub) const {
-  const std::uint8_t group = is_of_node(index) && sub <= nmt::kMaxNode ? sub : 0;
+  const std::uint8_t group = group_of({index, sub, {}});
   std::size_t at = group == 0 ? ConciseDcf::kFirst : group_[group];
   if (at == 0) return dcf_.size();
   for (; at < dcf_.size(); at = dcf_.after(at)) {
@@ -106,8 +106,7 @@ AbortCode NetworkObjects::write(std::uint16_t index, std::uint8_t sub, Bytes val
   const bool kept = std::any_of(value.begin(), value.end(), [](std::uint8_t byte) { return byte != 0; });
   const std::size_t added = kept ? ConciseDcf::kHeader + value.size() : 0;
   if (dcf_.size() - removed + added > memory_.size()) return AbortCode::kStore;
-  const std::size_t at =
-      removed != 0 ? found : end_of(is_of_node(index) && sub <= nmt::kMaxNode ? sub : std::uint8_t{0});
+  const std::size_t at = removed != 0 ? found : end_of(group_of({index, sub, {}}));
   replace(at, removed, added);
   if (kept) {
     std::uint8_t* const header = &memory_[at];

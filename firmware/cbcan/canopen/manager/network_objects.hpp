@@ -70,8 +70,7 @@ class NetworkObjects {
   AbortCode write(std::uint16_t index, std::uint8_t sub, Bytes value);
 
   /// Calls `visit(entry)` for each parameter of the own node, in order.
-  template <class Visit>
-  void visit_own(Visit visit) const {
+  void visit_own(auto visit) const {
     for (std::size_t at = ConciseDcf::kFirst; at < first_group_; at = dcf_.after(at))
       if (const ConciseDcf::Entry entry = dcf_.at(at); !is_network(entry.index)) visit(entry);
   }

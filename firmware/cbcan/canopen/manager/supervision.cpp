@@ -6,12 +6,6 @@
 
 namespace cbcan {
 
-namespace {
-
-using Phase = Manager::Phase;
-
-}  // namespace
-
 // ---- Start
 
 /// The own node first: a slave may send its process data once, at its start.
@@ -30,19 +24,16 @@ void Manager::look_for_starts(Time now) {
     const bool more_may_come = in_phase(Phase::kWait) != 0 && boot_over_at_ != kNever;
     if (booting() != 0 || more_may_come) return;
     started_all_ = true;
-    if (all_may_start()) return command_all(nmt::Command::kStart, now);
+    const auto may_start = [](const Node& node) {
+      return node.phase == Phase::kUnlisted || (node.phase == Phase::kReady && !node.held);
+    };
+    if (std::all_of(nodes_.begin(), nodes_.end(), may_start)) return command_all(nmt::Command::kStart, now);
   }
   for (std::uint8_t node = 1; node <= nmt::kMaxNode; ++node)
     if (phase(node) == Phase::kReady && !nodes_[node].held) {
       await_start(node, now);
       commanded_.insert(node);
     }
-}
-
-bool Manager::all_may_start() const {
-  return std::all_of(nodes_.begin(), nodes_.end(), [](const Node& node) {
-    return node.phase == Phase::kUnlisted || (node.phase == Phase::kReady && !node.held);
-  });
 }
 
 /// An NMT start has been sent, or is going to be: then start_sent() follows.
@@ -103,7 +94,11 @@ void Manager::work(Time now) {
   poll_clients(now);
   ends_ = !active_ && next_deadline() != kNever;
   if (!active_) return;
-  if (now >= boot_over_at_) end_boot_time();
+  if (now >= boot_over_at_) {  // mandatory nodes should have come
+    boot_over_at_ = kNever;
+    boot_is_over_ = starts_ = true;
+    application_.on_node(0);
+  }
   if (now >= due_) look_at_nodes(now);
   if (starts_) look_for_starts(now);
   serve(now);
@@ -113,16 +108,12 @@ void Manager::work(Time now) {
 Time Manager::next_deadline() const {
   if (begins_ || starts_) return 0;
   Time due = earlier(earlier(due_, retry_at_), boot_over_at_);
-  for (const Client& client : clients_)
-    due = earlier(due, deadline_of(client));
+  for (const Client& client : clients_) {
+    const bool has_ended = client.node != 0 && client.resume_at == kNever && !client.sdo.busy();
+    if (has_ended) return 0;
+    due = earlier(due, earlier(client.resume_at, client.sdo.deadline()));
+  }
   return due;
-}
-
-/// Its mandatory nodes should have come.
-void Manager::end_boot_time() {
-  boot_over_at_ = kNever;
-  boot_is_over_ = starts_ = true;
-  application_.on_node(0);
 }
 
 void Manager::look_at_nodes(Time now) {

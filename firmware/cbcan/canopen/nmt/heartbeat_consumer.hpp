@@ -42,8 +42,7 @@ class HeartbeatConsumer : public Part {
   bool on_frame(const Frame& frame, Time now);
   void poll(Time now);
   Time deadline() const { return due_; }
-  template <class Visitor>
-  void visit_ids(Visitor visit) const {
+  void visit_ids(auto visit) const {
     for (const Watched& watched : slots_.first(count_))
       visit(nmt::kErrorControlId + watched.node);
   }

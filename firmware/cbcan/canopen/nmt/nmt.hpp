@@ -46,20 +46,12 @@ constexpr bool is_running(State state) {
   return state >= State::kOperational;
 }
 
-constexpr bool is_command(std::uint8_t value) {
-  switch (static_cast<Command>(value)) {
-    case Command::kStart:
-    case Command::kStop:
-    case Command::kEnterPreOperational:
-    case Command::kResetNode:
-    case Command::kResetCommunication: return true;
-  }
-  return false;
-}
-
 /// A master's command: specifier, node ID.
 constexpr bool is_command(const Frame& frame) {
-  return frame.id == kCommandId && frame.flags == 0 && frame.length >= 2 && is_command(frame.data[0]);
+  if (frame.id != kCommandId || frame.flags != 0 || frame.length < 2) return false;
+  const auto command = static_cast<Command>(frame.data[0]);
+  return command == Command::kStart || command == Command::kStop ||
+         (command >= Command::kEnterPreOperational && command <= Command::kResetCommunication);
 }
 
 constexpr Frame command_frame(Command command, std::uint8_t node) {
@@ -67,20 +59,12 @@ constexpr Frame command_frame(Command command, std::uint8_t node) {
 }
 
 constexpr Frame error_control_frame(std::uint8_t node, std::uint8_t state_and_toggle) {
-  Frame frame;
-  frame.id = kErrorControlId + node;
-  frame.length = 1;
-  frame.data[0] = state_and_toggle;
-  return frame;
+  return {kErrorControlId + node, 1, 0, {state_and_toggle}};
 }
 
 /// Asks a node for its state. The DLC of a remote frame is that of the requested frame (ISO 11898-1).
 constexpr Frame guard_request(std::uint8_t node) {
-  Frame frame;
-  frame.id = kErrorControlId + node;
-  frame.length = 1;
-  frame.flags = Frame::kRemote;
-  return frame;
+  return {kErrorControlId + node, 1, Frame::kRemote, {}};
 }
 
 }  // namespace cbcan::nmt

@@ -46,16 +46,6 @@ constexpr std::uint16_t number_of(std::uint16_t index) {
   return static_cast<std::uint16_t>(index & kNumberMask);
 }
 
-std::size_t count_objects(std::span<const ObjectEntry> entries, std::uint16_t first) {
-  std::size_t count = 0;
-  std::uint16_t previous = 0;
-  for (const ObjectEntry& entry : entries) {
-    if (first_of(entry.index) == first && entry.index != previous) count += entry.more_indices + 1u;
-    previous = entry.index;
-  }
-  return count;
-}
-
 template <class Room>
 Room* find_number(std::span<Room> pdos, std::uint32_t number) {
   for (Room& pdo : pdos)
@@ -98,8 +88,7 @@ void Pdo::begin(Time now) {
 
 // ---- The application
 
-template <class Call>
-void Pdo::notify(Call call) {
+void Pdo::notify(auto call) {
   notifying_ = true;
   call();
   notifying_ = false;
@@ -124,11 +113,14 @@ void Pdo::note(std::uint16_t emergency_code, Rpdo& rpdo) {
 
 // ---- Configuration
 
-std::size_t Pdo::rpdo_count(std::span<const ObjectEntry> entries) {
-  return count_objects(entries, object::kRpdoParameter);
-}
-std::size_t Pdo::tpdo_count(std::span<const ObjectEntry> entries) {
-  return count_objects(entries, object::kTpdoParameter);
+std::size_t Pdo::count(std::span<const ObjectEntry> entries, std::uint16_t first) {
+  std::size_t count = 0;
+  std::uint16_t previous = 0;
+  for (const ObjectEntry& entry : entries) {
+    if (first_of(entry.index) == first && entry.index != previous) count += entry.more_indices + 1u;
+    previous = entry.index;
+  }
+  return count;
 }
 
 void Pdo::reset(std::uint8_t /*node_id*/, Time now) {

@@ -126,9 +126,9 @@ class Pdo : public Part {
     bool is_sampled_late() const { return type >= kRemoteEvent; }
   };
 
-  /// The number of RPDOs and of TPDOs that a dictionary describes.
-  static std::size_t rpdo_count(std::span<const ObjectEntry> entries);
-  static std::size_t tpdo_count(std::span<const ObjectEntry> entries);
+  /// The number of RPDOs, or of TPDOs, that a dictionary describes. `first`: object::kRpdoParameter or
+  /// kTpdoParameter.
+  static std::size_t count(std::span<const ObjectEntry> entries, std::uint16_t first);
 
   /// The caller's memory. If the dictionary describes more, the PDOs with the highest numbers do not work.
   struct Storage {
@@ -205,8 +205,7 @@ class Pdo : public Part {
 
   /// CAN-IDs of the valid RPDOs and of valid TPDOs that answer an RTR. Only reset() and configure() change
   /// them.
-  template <class Visitor>
-  void visit_ids(Visitor visit) const {
+  void visit_ids(auto visit) const {
     for (const Rpdo& rpdo : rpdos_)
       if (rpdo.active) visit(std::uint32_t{rpdo.id});
     for (const Tpdo& tpdo : tpdos_)
@@ -288,8 +287,7 @@ class Pdo : public Part {
   void send(Tpdo& tpdo);
   void go_on();
 
-  template <class Call>
-  void notify(Call call);
+  void notify(auto call);
   void update();
   void note(std::uint16_t emergency_code, Rpdo& rpdo);
 

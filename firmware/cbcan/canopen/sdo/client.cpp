@@ -60,7 +60,7 @@ constexpr auto SdoClient::State::table() {
     of<&C::upload_initiated>             (only(kInitiateUpload), kInitiates),                  // kUploadInitiate
     of<&C::upload_segment>               (only(kUploadSegment)),                               // kUploadSegment
     of<&C::download_done>                (only(kInitiateDownload), kInitiates),                // kDownloadExpedited
-    of<&C::download_initiated>           (only(kInitiateDownload), kInitiates),                // kDownloadInitiate
+    of<&C::send_download_segment>        (only(kInitiateDownload), kInitiates),                // kDownloadInitiate
     of<&C::download_segment_taken>       (only(kDownloadSegment)),                             // kDownloadSegment
     of<&C::block_download_initiated>     (only(kBlockDownload, kInitiate, 3), kInitiates),     // kBlockDownloadInitiate
     of<&C::misplaced>                    (kNone),                                              // kBlockDownloadStream
@@ -97,7 +97,8 @@ void SdoClient::done(std::size_t size) {
 
 /// Sends no abort: the server knows already, or is no longer waiting.
 void SdoClient::fail(AbortCode code) {
-  drop_refused();
+  // No frame may follow the end, except the abort of the previous transfer.
+  if (phase_ != kQueued && phase_ != kHeldBack) outbox_.drop();
   error_ = code;
   leave(Outcome::kFailed);
 }
@@ -273,10 +274,6 @@ bool SdoClient::begin_without_block() {
   return true;
 }
 
-void SdoClient::misplaced(const Frame& /*frame*/) {
-  send_abort(AbortCode::kSync);
-}
-
 // ---- Upload
 
 void SdoClient::upload_initiated(const Frame& frame) {
@@ -326,29 +323,16 @@ bool SdoClient::declare(bool sized, const Frame& frame) {
   return size <= request_.size;
 }
 
-/// More bytes than expected.
-void SdoClient::overflow() {
-  send_abort(declared_ ? AbortCode::kObjectLength : AbortCode::kReadLength);
-}
-
 // ---- Download
-
-void SdoClient::download_done(const Frame& /*frame*/) {
-  done(0);
-}
-
-void SdoClient::download_initiated(const Frame& /*frame*/) {
-  send_download_segment();
-}
 
 void SdoClient::download_segment_taken(const Frame& frame) {
   if ((frame.data[0] & sdo::kToggle) != toggle_) return send_abort(AbortCode::kToggleBit);
   if (moved_ == request_.size) return done(0);
   toggle_ ^= sdo::kToggle;
-  send_download_segment();
+  send_download_segment(frame);
 }
 
-void SdoClient::send_download_segment() {
+void SdoClient::send_download_segment(const Frame& /*response*/) {
   const std::size_t size = std::min<std::size_t>(sdo::kSegmentBytes, request_.size - moved_);
   const bool last = moved_ + size == request_.size;
   Frame& frame = outbox_.frame();
@@ -395,19 +379,10 @@ void SdoClient::make_request(std::uint8_t command, std::uint32_t bytes_1_to_3, s
   sdo::put_bytes(frame, command, bytes_1_to_3, tail);
 }
 
-void SdoClient::await(Phase phase) {
-  enter(phase, timeout());
-}
-
 /// Sends the request that has been made and waits for its response.
 void SdoClient::ask(Phase phase) {
   await(phase);
   outbox_.send(now_);
-}
-
-/// No frame may follow the end of a failed transfer, except the abort of the previous transfer.
-void SdoClient::drop_refused() {
-  if (phase_ != kQueued && phase_ != kHeldBack) outbox_.drop();
 }
 
 /// A late response to this transfer must not be taken for the response to the next one.

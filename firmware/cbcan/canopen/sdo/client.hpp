@@ -151,16 +151,16 @@ class SdoClient {
   // State::on_response.
   void upload_initiated(const Frame& frame);
   void upload_segment(const Frame& frame);
-  void download_done(const Frame& frame);
-  void download_initiated(const Frame& frame);
+  void download_done(const Frame& /*frame*/) { done(0); }
+  void send_download_segment(const Frame& response);
   void download_segment_taken(const Frame& frame);
   void block_download_initiated(const Frame& frame);
   void block_download_acknowledged(const Frame& frame);
-  void block_download_ended(const Frame& frame);
+  void block_download_ended(const Frame& /*frame*/) { block_done(0); }
   void block_upload_initiated(const Frame& frame);
   void block_upload_segment(const Frame& frame);
   void block_upload_ended(const Frame& frame);
-  void misplaced(const Frame& frame);
+  void misplaced(const Frame& /*frame*/) { send_abort(AbortCode::kSync); }
 
   // What poll() finds, and the next steps.
   void on_room();
@@ -195,10 +195,10 @@ class SdoClient {
   void begin_read();
   void begin_write();
   void ask_for_segment();
-  void send_download_segment();
   void acknowledge_block();
   void send_block_acknowledge();
-  void overflow();
+  /// More bytes than expected.
+  void overflow() { send_abort(declared_ ? AbortCode::kObjectLength : AbortCode::kReadLength); }
   bool declare(bool sized, const Frame& frame);
   bool is_whole() const { return !declared_ || moved_ == limit_; }
   void copy_in(const Frame& frame, std::size_t size) {
@@ -207,10 +207,9 @@ class SdoClient {
   }
 
   void make_request(std::uint8_t command, std::uint32_t bytes_1_to_3 = 0, std::uint32_t tail = 0);
-  void await(Phase phase);
+  void await(Phase phase) { enter(phase, timeout()); }
   void await_segment();
   void ask(Phase phase);
-  void drop_refused();
 
   void quarantine(bool stream);
 

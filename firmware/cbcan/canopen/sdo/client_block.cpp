@@ -57,10 +57,6 @@ void SdoClient::block_download_acknowledged(const Frame& frame) {
   ask(kBlockDownloadEnd);
 }
 
-void SdoClient::block_download_ended(const Frame& /*frame*/) {
-  block_done(0);
-}
-
 /// The node supports block transfer.
 void SdoClient::block_done(std::size_t size) {
   block_nodes_.insert(request_.node);

@@ -4,8 +4,6 @@
 /// The bits of SDO frames (CiA 301, 7.2.4.3). Client and server decode and encode frames only with these
 /// functions.
 
-#include <algorithm>
-#include <array>
 #include <cstddef>
 #include <cstdint>
 
@@ -82,8 +80,7 @@ constexpr std::uint16_t load16(const Frame& frame, unsigned at) {
 constexpr std::uint8_t specifier_of(std::uint8_t command) {
   return static_cast<std::uint8_t>(command >> 5);
 }
-template <class Specifier>
-constexpr bool is(std::uint8_t command, Specifier specifier) {
+constexpr bool is(std::uint8_t command, auto specifier) {
   return specifier_of(command) == static_cast<std::uint8_t>(specifier);
 }
 constexpr BlockStep block_step(std::uint8_t command) {
@@ -141,16 +138,10 @@ constexpr bool is_short(const Frame& frame) {
   return frame.length < frame.data.size() && frame.length < response_length(frame.data[0]);
 }
 
-/// A response with this command contains a multiplexer, which shows the request that it belongs to.
+/// A response with this command contains a multiplexer, which shows the request that it belongs to: all of four
+/// bytes and more do, but segments.
 constexpr bool has_multiplexer(std::uint8_t command) {
-  switch (static_cast<Response>(specifier_of(command))) {
-    case Response::kInitiateUpload:
-    case Response::kInitiateDownload:
-    case Response::kAbort: return true;
-    case Response::kBlockDownload: return block_step(command) == BlockStep::kInitiate;
-    case Response::kBlockUpload: return (command & 1) == 0;
-    default: return false;
-  }
+  return response_length(command) >= 4 && !is(command, Response::kUploadSegment);
 }
 
 /// The response belongs to a request with this multiplexer, or has none. An abort without index and sub-index
@@ -187,8 +178,7 @@ inline void take_expedited(const Frame& frame, std::uint8_t* to, std::size_t siz
 
 // ---- Encoding
 
-template <class Specifier>
-constexpr std::uint8_t command(Specifier specifier, std::uint8_t bits = 0) {
+constexpr std::uint8_t command(auto specifier, std::uint8_t bits = 0) {
   return static_cast<std::uint8_t>(static_cast<std::uint8_t>(specifier) << 5 | bits);
 }
 constexpr std::uint8_t expedited_bits(std::size_t size) {

@@ -6,8 +6,7 @@
 namespace cbcan {
 
 void SdoQuarantine::add(std::uint8_t node, sdo::Multiplexer mux, bool stream, Time until) {
-  const auto ends_earlier = [](const Slot& a, const Slot& b) { return a.until < b.until; };
-  *std::min_element(slots_.begin(), slots_.end(), ends_earlier) = {until, mux, node, stream};
+  *std::ranges::min_element(slots_, {}, &Slot::until) = {until, mux, node, stream};
   empty_ = false;
 }
 

@@ -35,9 +35,11 @@ void SdoServer::on_frame(const Frame& frame, Time now) {
     case sdo::Request::kInitiateUpload: return initiate_upload(frame);
     case sdo::Request::kUploadSegment: return upload_segment(frame);
     case sdo::Request::kBlockDownload:
-      return kServices.block_transfer ? block_download(frame) : abort(AbortCode::kSync);
+      if (!kServices.block_transfer) break;
+      return (command & 1) == 0 ? initiate_block_download(frame) : end_block_download(frame);
     case sdo::Request::kBlockUpload:
-      return kServices.block_transfer ? block_upload(frame) : abort(AbortCode::kSync);
+      if (!kServices.block_transfer) break;
+      return block_upload(frame);
     case sdo::Request::kAbort:
       ++counters_.aborts_received;
       state_ = State::kIdle;
@@ -168,11 +170,6 @@ void SdoServer::upload_segment(const Frame& frame) {
 }
 
 // ---- Block download
-
-void SdoServer::block_download(const Frame& frame) {
-  if ((frame.data[0] & 1) == 0) return initiate_block_download(frame);
-  end_block_download(frame);
-}
 
 void SdoServer::initiate_block_download(const Frame& frame) {
   const std::uint8_t command = frame.data[0];

@@ -82,7 +82,6 @@ class SdoServer {
   void download_segment(const Frame& frame);
   void initiate_upload(const Frame& frame);
   void upload_segment(const Frame& frame);
-  void block_download(const Frame& frame);
   void initiate_block_download(const Frame& frame);
   void block_download_segment(const Frame& frame);
   void end_block_download(const Frame& frame);

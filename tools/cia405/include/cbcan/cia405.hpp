@@ -178,7 +178,7 @@ class FunctionBlock {
   /// The service that the inputs request; none = invalid inputs.
   virtual std::optional<detail::Service> service() const = 0;
   /// Sets the block's own outputs from the data or abort code; the others to 0. kNone = confirm.
-  virtual KernelError show(const detail::Job& done);
+  virtual KernelError show(const detail::Job& /*done*/) { return KernelError::kNone; }
 
   void start(Time now);
   void stop();
