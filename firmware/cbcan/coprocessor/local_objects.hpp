@@ -29,8 +29,8 @@ enum class KernelState : std::uint8_t {
 };
 
 /// Kernel states by BusState.
-inline constexpr std::array kKernelStates{KernelState::kNone, KernelState::kOverflow,
-                                          KernelState::kErrorPassive, KernelState::kBusOff};
+inline constexpr std::array<KernelState, 4> kKernelStates{KernelState::kNone, KernelState::kOverflow,
+                                                          KernelState::kErrorPassive, KernelState::kBusOff};
 constexpr KernelState kernel_state(BusState state) {
   return kKernelStates[static_cast<std::size_t>(state)];
 }

@@ -379,6 +379,10 @@ void SdoClient::make_request(std::uint8_t command, std::uint32_t bytes_1_to_3, s
   sdo::put_bytes(frame, command, bytes_1_to_3, tail);
 }
 
+void SdoClient::await(Phase phase) {
+  enter(phase, timeout());
+}
+
 /// Sends the request that has been made and waits for its response.
 void SdoClient::ask(Phase phase) {
   await(phase);

@@ -207,7 +207,7 @@ class SdoClient {
   }
 
   void make_request(std::uint8_t command, std::uint32_t bytes_1_to_3 = 0, std::uint32_t tail = 0);
-  void await(Phase phase) { enter(phase, timeout()); }
+  void await(Phase phase);
   void await_segment();
   void ask(Phase phase);
 
