@@ -9,6 +9,14 @@ namespace cbcan {
 
 namespace {
 
+/// Bits of the PDO whose mapping this is.
+std::size_t bits_of(NetworkObjects::Bytes source) {
+  std::size_t bits = 0;
+  for (std::size_t at = RpdoSource::kHead; at < source.size(); at += RpdoSource::kEntryBytes)
+    bits += source[at];
+  return bits;
+}
+
 /// It is what the object's type requires.
 bool is_value(std::uint16_t index, NetworkObjects::Bytes value) {
   constexpr std::size_t kGuardTime = 2;  // in 1F81h: this manager uses heartbeats
@@ -18,7 +26,8 @@ bool is_value(std::uint16_t index, NetworkObjects::Bytes value) {
     case object::kConciseDcf: return ConciseDcf(value).is_valid();
     case object::kRpdoSource:
       return value.size() == RpdoSource::kHead + entries * RpdoSource::kEntryBytes &&
-             entries <= RpdoSource::kMostEntries && value[0] <= nmt::kMaxNode;
+             entries <= RpdoSource::kMostEntries && value[0] <= nmt::kMaxNode &&
+             bits_of(value) <= 64;
     case object::kSlaveAssignment: return value.size() == 4 && load_word(value.data()) >> 8 * kGuardTime == 0;
     case object::kRestoreConfiguration:
     case object::kOutputsMode: return value.size() == 1;
