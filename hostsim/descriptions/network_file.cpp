@@ -260,7 +260,7 @@ class Reader {
     object.index = static_cast<std::uint16_t>(number_of(table, "index", 0xFFFF));
     object.sub =
         table.contains("sub") ? static_cast<std::uint8_t>(number_of(table, "sub", 0xFF)) : std::uint8_t{0};
-    const std::string value = text_of(table);
+    const std::string value = text_of(table, "value");
     const Object* const known = node.device ? node.device->find(object.index, object.sub) : nullptr;
     if (known != nullptr && !is_writable(*known) && !is_command(object.index))
       fail(table,
@@ -279,7 +279,14 @@ class Reader {
   /// Takes that of the EDS by default.
   const ValueType& type_of_value(const toml::table& table, const PlannedNode& node,
                                  const PlannedObject& object, const Object* known) const {
-    if (const auto type = table["type"].value<std::string>()) return value_type(*type);
+    if (table.contains("type")) {
+      const std::string name = text_of(table, "type");
+      try {
+        return value_type(name, "type");
+      } catch (const UsageError& error) {
+        fail(table, error.what());
+      }
+    }
     if (!node.device) fail(table, "type is missing: u8, u16, ..., string or hex");
     if (known == nullptr)
       fail(table, fmt::format("{:04X}h:{:02X} is not in the EDS: check index and sub, or add type",
@@ -287,10 +294,10 @@ class Reader {
     return type_of(*known);
   }
 
-  std::string text_of(const toml::table& table) const {
-    const toml::node* const node = table.get("value");
+  std::string text_of(const toml::table& table, std::string_view key) const {
+    const toml::node* const node = table.get(key);
     const auto value = node != nullptr ? base::value_of(*node) : std::nullopt;
-    if (!value) fail(table, "value is missing, or no number, text or truth");
+    if (!value) fail(table, fmt::format("{} is missing, or no number, text or truth", key));
     return base::written({}, *value);
   }
 

@@ -256,10 +256,10 @@ std::string name_of(DataType type) {
 
 const std::span<const ValueType> kValueTypes = kTypes;
 
-const ValueType& value_type(std::string_view name) {
+const ValueType& value_type(std::string_view name, std::string_view what) {
   for (const ValueType& type : kTypes)
     if (type.name == name) return type;
-  throw UsageError(fmt::format("--type {}: no such type; there are {}", name,
+  throw UsageError(fmt::format("{} {}: no such type; there are {}", what, name,
                                base::listed(base::column(kTypes, &ValueType::name), ", ")));
 }
 

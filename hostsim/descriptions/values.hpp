@@ -110,8 +110,8 @@ struct ValueType {
 /// "u8".."u64" and "i8".."i64" in steps of 8 bits, "f32", "f64", "bool", "string", "hex".
 extern const std::span<const ValueType> kValueTypes;
 
-/// Throws UsageError for an unknown name.
-const ValueType& value_type(std::string_view name);
+/// Throws UsageError for an unknown name; `what` begins its text.
+const ValueType& value_type(std::string_view name, std::string_view what = "--type");
 
 /// A number from 0 to `most`: decimal, 0x.., or hexadecimal digits and a trailing h. `what`: its name in the
 /// error message.
