@@ -92,9 +92,15 @@ void Simulator::open_views(const config::Config& config) {
   constexpr std::uint64_t kMegabyte = 1'000'000;
   if (!config.record.empty()) {
     const auto file = std::make_shared<io::Output>(io::Output::open("record", config.record));
-    session_->record([file](std::string_view lines) {
-      file->add(lines);
-      file->flush();
+    session_->record([this, file, path = config.record, ended = false](std::string_view lines) mutable {
+      if (ended) return;
+      const bool is_added = file->add(lines);
+      const int error = file->flush();
+      ended = !is_added || error != 0;
+      if (!ended) return;
+      file->take_rest();
+      warn_(fmt::format("record {}: {}; the recording ends here, the simulation goes on", path,
+                        error != 0 ? io::reason(error) : "it is not read"));
     });
   }
   if (!config.pcap.empty())

@@ -132,6 +132,17 @@ class Full(cases.Case):
             done = self.run_into_full(*options)
             self.assertEqual((done.returncode, done.stderr), (3, "cbcan-sim: standard output: " + FULL))
 
+    def test_a_recording_that_cannot_be_written_or_is_not_read(self):
+        fifo = self.folder / "fifo"
+        os.mkfifo(fifo)
+        reader = os.open(fifo, os.O_RDONLY | os.O_NONBLOCK)
+        self.addCleanup(os.close, reader)
+        for path, reason, lines in (("/dev/full", "No space left on device", "pass 1s\n"),
+                                    (fifo, "it is not read", 40_000 * "set 0x42 0x6401:1 5\n")):
+            done = ran(PROGRAM, *STANDING, "--record", path, input=lines)
+            self.assertEqual((done.returncode, done.stderr.partition("cbcan-sim: ")[2]),
+                             (0, f"record {path}: {reason}; the recording ends here, the simulation goes on\n"))
+
     def test_standard_error_is_nobodys_business(self):
         with open("/dev/full", "w", encoding="ascii") as full:
             done = ran(PROGRAM, *STANDING, "--verbose", input="pass 1s\n", capture_output=False, stdout=subprocess.PIPE, stderr=full)
