@@ -23,7 +23,7 @@ struct TimeOfDay {
   std::uint32_t milliseconds = 0;  ///< after midnight, 28 bits
   std::uint16_t days = 0;          ///< since 1984-01-01
 
-  // As bytes: in a TIME message, and in an object of this type.
+  // Its bytes, in a TIME message and in an object of this type.
   static constexpr std::uint8_t kBytes = 6;
   static TimeOfDay from(std::span<const std::uint8_t> bytes) {
     return {load_word(bytes.data()) & kMillisecondBits, static_cast<std::uint16_t>(bytes[4] | bytes[5] << 8)};
