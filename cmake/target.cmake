@@ -28,3 +28,15 @@ function(cbcan_target name)
     target_link_options(${name} PUBLIC --coverage)
   endif()
 endfunction()
+
+# cbcan_library(NAME ALIAS SOURCE... [EXCEPT SOURCE] [LIBS TARGET...]): the library cbcan::ALIAS; * in SOURCE stands for
+# files and folders. LIBS are public, those after PRIVATE are not.
+function(cbcan_library name alias)
+  cmake_parse_arguments(PARSE_ARGV 2 arg "" "EXCEPT" "LIBS")
+  file(GLOB sources CONFIGURE_DEPENDS RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} ${arg_UNPARSED_ARGUMENTS})
+  list(REMOVE_ITEM sources "${arg_EXCEPT}")
+  add_library(${name} STATIC ${sources})
+  add_library(cbcan::${alias} ALIAS ${name})
+  cbcan_target(${name})
+  target_link_libraries(${name} PUBLIC ${arg_LIBS})
+endfunction()
