@@ -3,6 +3,7 @@
 // a microsecond counter, and a dual-ported memory in which a PLC reads and writes R3700..R3769.
 #include "boards/common/clock.hpp"
 #include "boards/common/ring.hpp"
+#include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "cbcan/coprocessor/coprocessor.hpp"
 
 namespace {
@@ -30,13 +31,6 @@ auto& process = *reinterpret_cast<std::uint16_t (*)[regmap::kProcessWords]>(0x60
 
 boards::Ring<Frame, 32> received;
 
-std::uint32_t word_of(const std::uint8_t* bytes) {
-  std::uint32_t word = 0;
-  for (unsigned i = 4; i-- > 0;)
-    word = word << 8 | bytes[i];
-  return word;
-}
-
 // 1. try_send: passes the frame to the controller, or returns false; never waits.
 class Port final : public CanPort {
  public:
@@ -44,8 +38,8 @@ class Port final : public CanPort {
     if ((can.status & kSending) != 0) return false;
     can.transmit.id = frame.id;
     can.transmit.length = frame.length | ((frame.flags & Frame::kRemote) != 0 ? 0x80u : 0u);
-    can.transmit.data[0] = word_of(&frame.data[0]);
-    can.transmit.data[1] = word_of(&frame.data[4]);
+    can.transmit.data[0] = load_word(&frame.data[0]);
+    can.transmit.data[1] = load_word(&frame.data[4]);
     can.command = kSend;
     return true;
   }
