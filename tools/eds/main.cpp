@@ -19,34 +19,24 @@ constexpr const char* kHelp =
     "  their lines are on standard error.\n\n"
     "  --name NAME   the header's namespace (default: the file's name)\n";
 
-struct Arguments {
-  std::string name;
-  std::string file;
-};
-
-Arguments arguments_of(const tools::Words& words) {
-  Arguments arguments;
+std::string output_of(const tools::Words& words, tools::Words& remarks) {
+  std::string name, file;
   for (std::size_t i = 0; i != words.size(); ++i) {
     if (words[i] == "--name" && i + 1 != words.size())
-      arguments.name = words[++i];
-    else if (words[i].starts_with("-") || !arguments.file.empty())
+      name = words[++i];
+    else if (words[i].starts_with("-") || !file.empty())
       throw UsageError(words[i] + ": see cbcan-eds --help");
     else
-      arguments.file = words[i];
+      file = words[i];
   }
-  if (arguments.file.empty()) throw UsageError("name an EDS or DCF file; see cbcan-eds --help");
-  if (arguments.name.empty()) arguments.name = std::filesystem::path(arguments.file).stem();
-  return arguments;
-}
-
-std::string output_of(const tools::Words& words, tools::Words& remarks) {
-  const Arguments arguments = arguments_of(words);
+  if (file.empty()) throw UsageError("name an EDS or DCF file; see cbcan-eds --help");
+  if (name.empty()) name = std::filesystem::path(file).stem();
   std::error_code ignored;
-  if (std::filesystem::is_directory(arguments.file, ignored))
-    throw UsageError(arguments.file + " is a folder; name an EDS or DCF file");
-  const auto content = base::read_file(arguments.file);
-  if (!content) throw UsageError("cannot read " + arguments.file + "; check the path and its permissions");
-  return descriptions::dictionary_header(*content, arguments.file, arguments.name, remarks);
+  if (std::filesystem::is_directory(file, ignored))
+    throw UsageError(file + " is a folder; name an EDS or DCF file");
+  const auto content = base::read_file(file);
+  if (!content) throw UsageError("cannot read " + file + "; check the path and its permissions");
+  return descriptions::dictionary_header(*content, file, name, remarks);
 }
 
 }  // namespace
