@@ -28,6 +28,7 @@ async function shipped(name) {
 
 // ---- Plants
 
+/// The instance, and what the page is told of it.
 async function make({main, files}) {
   const made = new Instance(await module);
   const read = async name => {
@@ -43,15 +44,15 @@ async function make({main, files}) {
     const report = said(), {exit} = made.call('played');
     if (exit === kWrong) throw new Error(report);
     made.call('show', {place: 0});
-    return {made, report, kind: exit === 0 ? 'good' : 'bad'};
+    return [made, {report, kind: exit === 0 ? 'good' : 'bad'}];
   }
   if (!started.services) throw new Error(said());
   made.call('serve', {places: [`http ${kHere}`], since_1970: Date.now() * 1000, alone: false});
-  return {made, report: said(), kind: ''};
+  return [made, {report: said(), kind: ''}];
 }
 
 async function open(plant) {
-  const {made, ...outcome} = await make(plant);
+  const [made, outcome] = await make(plant);
   instance = made;
   clock = new Clock();
   begin();
@@ -59,10 +60,7 @@ async function open(plant) {
   return outcome;
 }
 
-async function check(plant) {
-  const {made, ...outcome} = await make(plant);
-  return outcome;
-}
+const check = async plant => (await make(plant))[1];
 
 /// For whatever reason the plant has ended, it is not used any more.
 function stop(text) {
