@@ -26,12 +26,8 @@ const kLeaving = 1000; // ms, for what clients have not read at the end
 
 const warn = (text) => process.stderr.write(`cbcan-sim: ${text}\n`);
 
-class Ended extends Error {
-  constructor(code, message) {
-    super(message);
-    this.code = code;
-  }
-}
+/** An error that ends the program with kUsage; any other ends it with kEnvironment. */
+class UsageError extends Error {}
 
 /** "no such file or directory" of Node.js' "ENOENT: no such file or directory, open 'x'". */
 const reason = ({ message }) => message.replace(/^E\w+: ([^,]*).*$/s, "$1");
@@ -42,11 +38,11 @@ class Files {
 
   create(name) {
     const folder = path.dirname(name);
-    if (!fs.existsSync(folder)) throw new Ended(kUsage, `${name}: there is no folder ${folder}; make it first`);
+    if (!fs.existsSync(folder)) throw new UsageError(`${name}: there is no folder ${folder}; make it first`);
     try {
       this.#opened.set(name, fs.openSync(name, "w"));
     } catch (error) {
-      throw new Ended(kEnvironment, `${name}: ${reason(error)}; write another file`);
+      throw new Error(`${name}: ${reason(error)}; write another file`);
     }
   }
 
@@ -97,7 +93,7 @@ class Program {
   #code; // the exit code, once it is known
 
   async run(args) {
-    process.stdout.on("error", (error) => fail(new Ended(kEnvironment, `standard output: ${reason(error)}`)));
+    process.stdout.on("error", (error) => fail(new Error(`standard output: ${reason(error)}`)));
     process.stderr.on("error", () => {});
     const started = await this.#instance.start(args, { ...disk, folder: this.#folder });
     this.#tell();
@@ -138,19 +134,19 @@ class Program {
     process[this.started.ready_to === "out" ? "stdout" : "stderr"].write(ready);
     process.stderr.write(waysIn);
     if (!this.started.manual) return;
-    if (fs.statSync("/dev/stdin", { throwIfNoEntry: false })?.isDirectory()) throw new Ended(kEnvironment, "standard input: Is a directory");
+    if (fs.statSync("/dev/stdin", { throwIfNoEntry: false })?.isDirectory()) throw new Error("standard input: Is a directory");
     this.#lines = [];
     let rest = "";
     process.stdin.setEncoding("utf8").on("data", (text) => {
       const lines = (rest + text).split(/\r?\n/);
       rest = lines.pop();
       if ([...lines, rest].some((line) => line.length > kLongestLine))
-        fail(new Ended(kUsage, `standard input: a line of more than ${kLongestLine} characters`));
+        fail(new UsageError(`standard input: a line of more than ${kLongestLine} characters`));
       this.#lines.push(...lines);
       process.stdin.pause();
       this.#soon();
     });
-    process.stdin.on("error", (error) => fail(new Ended(kEnvironment, `standard input: ${reason(error)}`)));
+    process.stdin.on("error", (error) => fail(new Error(`standard input: ${reason(error)}`)));
     process.stdin.on("end", () => {
       this.#lines.push(...(rest === "" ? [] : [rest]), null);
       this.#soon();
@@ -240,7 +236,7 @@ class Program {
         : net.createServer({ allowHalfOpen: true, noDelay: true }, (socket) => this.#accept(name, socket));
     await new Promise((resolve, reject) => {
       const fail = (error) =>
-        reject(new Ended(kEnvironment, `${name} ${address({ host, port })}: ${wayOut({ host, port })[error.code] ?? error.message}`));
+        reject(new Error(`${name} ${address({ host, port })}: ${wayOut({ host, port })[error.code] ?? error.message}`));
       server.once("error", fail).listen({ host, port }, resolve);
     });
     this.#servers.push(server);
@@ -359,7 +355,7 @@ class Program {
 /** Ends the program; also for what a callback throws. */
 function fail(error) {
   warn(error.message);
-  process.exit(error instanceof Ended ? error.code : kEnvironment);
+  process.exit(error instanceof UsageError ? kUsage : kEnvironment);
 }
 
 process.on("uncaughtException", fail);
