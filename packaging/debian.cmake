@@ -9,10 +9,9 @@ foreach(package IN LISTS packages)
   file(READ ${CPACK_CBCAN_SOURCES}/LICENSE license)
   string(REGEX REPLACE "\n\n" "\n.\n" license "${license}")
   string(REGEX REPLACE "\n([^\n])" "\n \\1" license "${license}")
-  string(REGEX MATCH "Copyright [^\n]*" holder "${license}")
-  string(REPLACE "Copyright (c) " "" holder "${holder}")
+  string(REGEX MATCH "Copyright \\(c\\) ([^\n]*)" holder "${license}")
   file(WRITE ${doc}/copyright "Format: https://www.debian.org/doc/packaging-manuals/copyright-format/1.0/\n\n"
-    "Files: *\nCopyright: ${holder}\nLicense: Expat\n ${license}\n"
+    "Files: *\nCopyright: ${CMAKE_MATCH_1}\nLicense: Expat\n ${license}\n"
     "Files: hostsim/web/page/uPlot.*\nCopyright: 2022 Leon Sorokin\nLicense: Expat\n\n"
     "Files: nlohmann/* toml++/* fmt/*\nCopyright: 2013-2022 Niels Lohmann\n 2020-2022 Mark Gillard\n 2012-present Victor Zverovich\n"
     "License: Expat\nComment: headers of other projects that the programs are compiled with\n")
