@@ -214,7 +214,7 @@ function empty() {
   element('diagram').replaceChildren(
     make('p', {className: 'quiet', textContent: 'No transaction yet: a PLC writes CA0Eh to R3700. Or try:'}),
     ...trials().map(([title, what, lines]) => make('button', {className: 'trial', onclick: () => send(lines.join('\n'))},
-      make('b', {textContent: title}), make('span', {textContent: what}))));
+      make('b', {textContent: title}), make('span', {className: 'quiet', textContent: what}))));
 }
 
 function mark() {

@@ -34,7 +34,7 @@ function facts() {
   if (state.missed) parts['left out'] = number(state.missed);
   const host = element('facts');
   if (host.children.length !== Object.keys(parts).length)
-    host.replaceChildren(...Object.keys(parts).map(name => make('div', {}, make('dt', {textContent: name}), make('dd'))));
+    host.replaceChildren(...Object.keys(parts).map(name => make('div', {}, make('dt', {className: 'quiet', textContent: name}), make('dd', {className: 'number'}))));
   Object.values(parts).forEach((text, at) => { host.children[at].lastChild.textContent = text; });
   element('manual').hidden = about.clock !== 'manual';
   const select = element('network');

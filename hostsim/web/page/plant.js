@@ -25,7 +25,7 @@ function summary(node) {
 }
 const age = seconds => seconds < 1 ? 'now' : seconds < 120 ? `${Math.floor(seconds)} s ago` : `${Math.floor(seconds / 60)} min ago`;
 
-const nodeCells = node => [[nodeText(node.node), 'right'], [node.name, 'words'], [node.state, `pill words ${stateClass(node.state)}`],
+const nodeCells = node => [[nodeText(node.node), 'right'], [node.name, 'words strong'], [node.state, `pill words ${stateClass(node.state)}`],
   [nodeHex(node.node), 'quiet right'], [summary(node), `second words ${node.emergency?.code || node.faults.length ? 'bad' : 'quiet'}`]];
 
 // ---- Wires: lines beside the rows of the nodes
