@@ -1,19 +1,20 @@
 # SPDX-License-Identifier: MIT
-# cbcan_embed(OUT.cpp FOLDER DIR HEADER H FUNCTION F TYPE T): all files of DIR, byte for byte, in a generated source. F() returns a std::span<const
-# T>, one {name, text} per file in the order of their names; H declares both. OUT.cpp is generated at build time in the current binary directory,
-# again whenever a file changes, is added or removed. In WebAssembly, which is downloaded, our files of the page are without comments and indentation.
+# cbcan_embed(OUT.cpp FOLDER DIR HEADER H FUNCTION F): all files of DIR, byte for byte, in a generated source. F(), which H declares,
+# returns a std::span<const config::EmbeddedFile>, in the order of their names. OUT.cpp is generated at build time in the current binary
+# directory, again whenever a file changes, is added or removed. In WebAssembly, which is downloaded, our files of the page are without
+# comments and indentation.
 #
 # As a script (cmake -DFOLDER=... -P embed.cmake) this file writes that source.
 if(NOT CMAKE_SCRIPT_MODE_FILE)
   set(CBCAN_EMBED_SCRIPT ${CMAKE_CURRENT_LIST_FILE})
 
   function(cbcan_embed out)
-    cmake_parse_arguments(PARSE_ARGV 1 arg "" "FOLDER;HEADER;FUNCTION;TYPE" "")
+    cmake_parse_arguments(PARSE_ARGV 1 arg "" "FOLDER;HEADER;FUNCTION" "")
     file(GLOB files CONFIGURE_DEPENDS ${arg_FOLDER}/*)
     add_custom_command(
       OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/${out}
       COMMAND ${CMAKE_COMMAND} -DOUT=${CMAKE_CURRENT_BINARY_DIR}/${out} -DFOLDER=${arg_FOLDER} -DHEADER=${arg_HEADER}
-        -DFUNCTION=${arg_FUNCTION} -DTYPE=${arg_TYPE} -DPROCESSOR=${CMAKE_SYSTEM_PROCESSOR} -P ${CBCAN_EMBED_SCRIPT}
+        -DFUNCTION=${arg_FUNCTION} -DPROCESSOR=${CMAKE_SYSTEM_PROCESSOR} -P ${CBCAN_EMBED_SCRIPT}
       DEPENDS ${files} ${CBCAN_EMBED_SCRIPT}
       COMMENT "Embedding ${arg_FOLDER}"
       VERBATIM)
@@ -39,8 +40,8 @@ file(WRITE ${OUT} "// Made by cmake/embed.cmake from ${FOLDER}; do not edit.
 
 using namespace std::string_view_literals;
 
-std::span<const ${TYPE}> ${FUNCTION}() {
-  static constexpr ${TYPE} kFiles[] = {
+std::span<const cbcan::config::EmbeddedFile> ${FUNCTION}() {
+  static constexpr cbcan::config::EmbeddedFile kFiles[] = {
 ${rows}};
   return kFiles;
 }

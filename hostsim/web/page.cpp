@@ -22,7 +22,7 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 4> kTypes{{
 std::optional<protocols::HttpResponse> page_at(std::string_view path) {
   const std::string_view name =
       path == "/" ? "index.html" : path.substr(std::min<std::size_t>(1, path.size()));
-  const auto file = std::ranges::find(page_files(), name, &PageFile::name);
+  const auto file = std::ranges::find(page_files(), name, &config::EmbeddedFile::name);
   if (file == page_files().end()) return std::nullopt;
   const auto type = std::ranges::find_if(kTypes, [&](const auto& row) { return name.ends_with(row.first); });
   return protocols::HttpResponse{
