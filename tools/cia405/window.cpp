@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "window.hpp"
 
-
 namespace cbcan::cia405::detail {
 
 namespace {
@@ -85,15 +84,21 @@ void Window::answered(const Response& response) {
 void Window::ended(const Result& result) {
   Job& job = *queue_.front();
   const auto code = static_cast<regmap::Result>(result.code);
-  const bool access = purpose_ == Purpose::kService && job.service.access;
+  const bool is_service = purpose_ == Purpose::kService;
+  const bool access = is_service && job.service.access;
+  const bool failed = code == regmap::Result::kSdoExecutionError;
   if (!result.known) {  // then 3003h and 3004h are unknown too
     known_ = {};
     finish(job, KernelError::kInternal);
   } else if (purpose_ == Purpose::kKernelState) {
     const std::uint8_t state = result.data.empty() ? std::uint8_t{0} : result.data[0];
     finish(job, state == 0 ? KernelError::kTimeout : static_cast<KernelError>(state));
-  } else if (code == regmap::Result::kSdoExecutionError) {
-    failed(job, result.abort_code);
+  } else if (failed && access) {
+    job.abort_code = result.abort_code;
+    finish(job, KernelError::kOther);
+  } else if (failed && is_service && result.abort_code == window::abort_code::kTimedOut) {
+    // Not by the block's TIMEOUT: by the node, or the module could not send an NMT command.
+    job.stage = Job::Stage::kKernelState;
   } else if (code == regmap::Result::kRestarted && channel_.number() != 1) {
     known_ = {};  // it was not executed: repeat it with the next number
   } else if (code == regmap::Result::kOk && fits(channel_.transaction(), access, result.size)) {
@@ -111,19 +116,6 @@ void Window::succeeded(Job& job, const Result& result) {
   if (changes_settings(channel_.transaction())) ++changes_;
   job.data = result.data;
   finish(job, KernelError::kNone);
-}
-
-/// A block whose TIMEOUT has expired is no longer in the queue: abort 0504 0000h is from the node, or the
-/// module could not send an NMT command.
-void Window::failed(Job& job, std::uint32_t abort_code) {
-  if (purpose_ == Purpose::kService && job.service.access) {
-    job.abort_code = abort_code;
-    finish(job, KernelError::kOther);
-  } else if (purpose_ == Purpose::kService && abort_code == window::abort_code::kTimedOut) {
-    job.stage = Job::Stage::kKernelState;
-  } else {
-    finish(job, KernelError::kInternal);
-  }
 }
 
 /// The job leaves the queue.

@@ -87,7 +87,6 @@ class Window {
   Transaction next_transaction(const Job& job);
   void ended(const Result& result);
   void succeeded(Job& job, const Result& result);
-  void failed(Job& job, std::uint32_t abort_code);
   void finish(Job& job, KernelError error);
   void abandon();
 
