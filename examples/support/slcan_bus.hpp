@@ -6,10 +6,10 @@
 #include <netdb.h>
 #include <poll.h>
 #include <sys/socket.h>
-#include <time.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <string>
@@ -44,10 +44,8 @@ class SlcanBus {
   bool receive(cbcan::Frame& frame) { return port_.receive(frame); }
 
   static cbcan::Time now() {
-    timespec time{};
-    clock_gettime(CLOCK_MONOTONIC, &time);
-    return static_cast<cbcan::Time>(time.tv_sec) * cbcan::kSecond +
-           static_cast<cbcan::Time>(time.tv_nsec) / 1000;
+    const auto time = std::chrono::steady_clock::now().time_since_epoch();
+    return static_cast<cbcan::Time>(time / std::chrono::microseconds(1));
   }
 
   /// Sends what is queued, and waits for characters or until `due`. Ends the program when the adapter is
