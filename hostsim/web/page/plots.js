@@ -145,10 +145,14 @@ function legend() {
   element('watched').textContent = status ? `drive ${nodeText(status.node)}` : '';
 }
 
-function showValues() {
+/// The values at the cursor, which moves to the time chosen elsewhere and keeps that time.
+function showCursor() {
   let at = times.length - 1;
   if (state.cursor !== null) while (at > 0 && times[at] > state.cursor) --at;
   element('legend').querySelectorAll('b').forEach((field, number) => { field.textContent = shortText(watched[number]?.values[at] ?? '–'); });
+  const charts = [plot, lanes].filter(Boolean);
+  if (state.cursor === null || charts.some(chart => chart.over.matches(':hover'))) return;
+  for (const chart of charts) chart.setCursor({left: chart.valToPos(state.cursor, 'x'), top: 10}, false, false);
 }
 
 function draw() {
@@ -163,15 +167,7 @@ function draw() {
     if (!chart) continue;
     chart.batch(() => { chart.setData(values, false); chart.setScale('x', {min: Math.max(0, max - span), max: Math.max(2, max)}); });
   }
-  showValues();
-  moveCursor();
-}
-
-/// Moves the cursor to the time chosen elsewhere; it keeps that time.
-function moveCursor() {
-  const charts = [plot, lanes].filter(Boolean);
-  if (state.cursor === null || charts.some(chart => chart.over.matches(':hover'))) return;
-  for (const chart of charts) chart.setCursor({left: chart.valToPos(state.cursor, 'x'), top: 10}, false, false);
+  showCursor();
 }
 
 export function startPlots() {
@@ -179,10 +175,7 @@ export function startPlots() {
   on('so', () => { latest = state.about.time; asked = performance.now(); stale = true; });
   on('node', watchNode);
   on('restart', () => { status = null; watched = []; reset(); build(); });
-  on('cursor', () => {
-    showValues();
-    moveCursor();
-  });
+  on('cursor', showCursor);
   element('span').onchange = element('hold').onchange = () => { stale = true; };
   matchMedia('(prefers-color-scheme: dark)').addEventListener('change', build);
   new ResizeObserver(build).observe(element('plot'));
