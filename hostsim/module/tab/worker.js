@@ -28,7 +28,7 @@ async function shipped(name) {
 
 // ---- Plants
 
-/// The instance, and what the page is told of it.
+/// The instance, and the outcome for the page.
 async function make({main, files}) {
   const made = new Instance(await module);
   const read = async name => {
