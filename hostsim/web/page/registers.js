@@ -41,10 +41,7 @@ function resultOf(ended) {
   return ended.ok && ended.value !== '' ? `= ${ended.value}` : '';
 }
 
-function objectName(node, index) {
-  const event = state.ended.findLast(ended => ended.node === node && ended.index === index);
-  return event?.name ?? '';
-}
+const objectName = (node, index) => state.ended.findLast(ended => ended.node === node && ended.index === index)?.name ?? '';
 
 const first = name => state.registers.find(item => item.name === name).register;
 
