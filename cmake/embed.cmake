@@ -6,16 +6,14 @@
 #
 # As a script (cmake -DFOLDER=... -P embed.cmake) this file writes that source.
 if(NOT CMAKE_SCRIPT_MODE_FILE)
-  set(CBCAN_EMBED_SCRIPT ${CMAKE_CURRENT_LIST_FILE})
-
   function(cbcan_embed out)
     cmake_parse_arguments(PARSE_ARGV 1 arg "" "FOLDER;HEADER;FUNCTION" "")
     file(GLOB files CONFIGURE_DEPENDS ${arg_FOLDER}/*)
     add_custom_command(
       OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/${out}
       COMMAND ${CMAKE_COMMAND} -DOUT=${CMAKE_CURRENT_BINARY_DIR}/${out} -DFOLDER=${arg_FOLDER} -DHEADER=${arg_HEADER}
-        -DFUNCTION=${arg_FUNCTION} -DPROCESSOR=${CMAKE_SYSTEM_PROCESSOR} -P ${CBCAN_EMBED_SCRIPT}
-      DEPENDS ${files} ${CBCAN_EMBED_SCRIPT}
+        -DFUNCTION=${arg_FUNCTION} -DPROCESSOR=${CMAKE_SYSTEM_PROCESSOR} -P ${CMAKE_CURRENT_FUNCTION_LIST_FILE}
+      DEPENDS ${files} ${CMAKE_CURRENT_FUNCTION_LIST_FILE}
       COMMENT "Embedding ${arg_FOLDER}"
       VERBATIM)
   endfunction()

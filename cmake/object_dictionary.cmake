@@ -4,7 +4,7 @@
 foreach(room eds network)
   string(TOUPPER CBCAN_${room} variable)
   if(TARGET cbcan-${room})
-    set(${variable} cbcan-${room})
+    set(${variable} $<TARGET_FILE:cbcan-${room}>)
   else()
     find_program(${variable} cbcan-${room} HINTS ${CMAKE_BINARY_DIR}/../bin)
   endif()
@@ -44,12 +44,8 @@ function(cbcan_made_header target file program name)
     list(APPEND ARGN --depfile ${depfile})
     set(depfile DEPFILE ${depfile})
   endif()
-  set(command ${${program}})
-  if(TARGET "${command}")
-    set(command $<TARGET_FILE:${command}>)
-  endif()
   add_custom_command(OUTPUT ${folder}/${name}.hpp
-    COMMAND sh -c [[out=$1 && shift && "$@" >"$out"]] sh ${folder}/${name}.hpp ${command} ${ARGN} ${path}
+    COMMAND sh -c [[out=$1 && shift && "$@" >"$out"]] sh ${folder}/${name}.hpp ${${program}} ${ARGN} ${path}
     DEPENDS ${${program}} ${path}
     ${depfile}
     VERBATIM)
