@@ -131,14 +131,13 @@ std::string Instance::summary() const {
 
 Time Instance::pass(Time machine_now) {
   machine_now_ = machine_now;
-  const session::Waits& waits = session_->waits();
   if (clock_runs())
     advance_to(machine_now);
   else
     let_time_pass();
   session_->say_responses();
   if (clock_runs()) return next_event();
-  return want_time() ? machine_now_ : waits.plc_deadline();
+  return want_time() ? machine_now_ : session_->waits().plc_deadline();
 }
 
 /// Next event of the plant and its waits.
@@ -169,8 +168,7 @@ void Instance::warn_if_behind(Time lag) {
 
 /// Lets time pass until a wait has ended.
 void Instance::let_time_pass() {
-  session::Waits& waits = session_->waits();
-  waits.give_up_on_plc(machine_now_);
+  session_->waits().give_up_on_plc(machine_now_);
   bool is_over = false;
   for (int steps = 0; !is_over && want_time() && steps < kMostSteps; ++steps) {
     now_ = session_->next_step();
