@@ -16,7 +16,6 @@
 #include "io/loop/output.hpp"
 #include "io/loop/reactor.hpp"
 #include "io/modbus/plc_client.hpp"
-#include "io/serial/serial_port.hpp"
 #include "plant/network.hpp"
 #include "session/session.hpp"
 

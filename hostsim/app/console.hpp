@@ -5,7 +5,6 @@
 /// characters become blanks, so that text from files and scripts cannot control a terminal.
 
 #include <cstdint>
-#include <string>
 #include <string_view>
 
 #include "cbcan/time.hpp"

@@ -9,25 +9,21 @@
 #include <filesystem>
 #include <functional>
 #include <iterator>
-#include <map>
 #include <mutex>
 #include <optional>
 #include <span>
 #include <thread>
 #include <utility>
-#include <vector>
 
 #include "app/parallel.hpp"
 #include "app/processes.hpp"
 #include "app/progress.hpp"
 #include "app/state_file.hpp"
 #include "base/numbers.hpp"
-#include "base/read_file.hpp"
 #include "base/utf8.hpp"
 #include "base/words.hpp"
 #include "cbcan/version.hpp"
 #include "io/files/result_file.hpp"
-#include "io/loop/output.hpp"
 #include "io/loop/reactor.hpp"
 #include "scenario/outcome.hpp"
 #include "scenario/scenario_writer.hpp"

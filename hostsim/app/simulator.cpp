@@ -11,7 +11,6 @@
 #include <thread>
 #include <utility>
 
-#include "base/numbers.hpp"
 #include "cbcan/version.hpp"
 #include "scenario/scenario_writer.hpp"
 

@@ -5,7 +5,6 @@
 
 #include <fmt/compile.h>
 
-#include <algorithm>
 #include <concepts>
 #include <cstdint>
 #include <cstring>

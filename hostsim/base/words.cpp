@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "base/words.hpp"
 
-#include <algorithm>
-
 namespace cbcan::base {
 namespace {
 

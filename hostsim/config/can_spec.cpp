@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <iterator>
 
 #include "base/error.hpp"
 #include "base/numbers.hpp"

@@ -16,7 +16,6 @@
 
 #include "base/address.hpp"
 #include "base/value.hpp"
-#include "cbcan/time.hpp"
 #include "config/diagnostic.hpp"
 #include "devices/drive/axis_layout.hpp"
 #include "sim/faults/fault.hpp"

@@ -3,8 +3,6 @@
 
 #include <fmt/core.h>
 
-#include <algorithm>
-
 #include "base/address.hpp"
 #include "base/error.hpp"
 #include "base/numbers.hpp"

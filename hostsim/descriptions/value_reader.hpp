@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "cbcan/canopen/dictionary/object_dictionary.hpp"
 #include "descriptions/lexer.hpp"
 #include "descriptions/values.hpp"
 

@@ -2,7 +2,6 @@
 #include "journal/watch.hpp"
 
 #include <algorithm>
-#include <cstring>
 
 #include "base/numbers.hpp"
 #include "base/words.hpp"

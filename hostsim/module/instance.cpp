@@ -12,7 +12,6 @@
 #include "base/words.hpp"
 #include "config/demo_plant.hpp"
 #include "config/options.hpp"
-#include "config/plant_file.hpp"
 #include "config/plant_settings.hpp"
 #include "plant/bench.hpp"
 #include "scenario/run.hpp"

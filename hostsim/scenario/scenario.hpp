@@ -14,7 +14,6 @@
 #include "base/setting.hpp"
 #include "config/config.hpp"
 #include "plant/bench.hpp"
-#include "plant/condition.hpp"
 #include "scenario/outcome.hpp"
 
 namespace cbcan::scenario {

@@ -7,7 +7,6 @@
 
 #include "base/address.hpp"
 #include "base/utf8.hpp"
-#include "base/words.hpp"
 #include "plant/command_words.hpp"
 
 namespace cbcan::session {

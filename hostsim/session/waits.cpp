@@ -2,7 +2,6 @@
 #include "session/waits.hpp"
 
 #include <algorithm>
-#include <utility>
 
 namespace cbcan::session {
 

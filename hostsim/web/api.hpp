@@ -5,7 +5,6 @@
 
 #include <functional>
 
-#include "journal/journal.hpp"
 #include "plant/control.hpp"
 #include "protocols/dialogue.hpp"
 #include "protocols/http_site.hpp"

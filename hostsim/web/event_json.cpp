@@ -8,7 +8,6 @@
 #include <nlohmann/json.hpp>
 
 #include "base/numbers.hpp"
-#include "base/utf8.hpp"
 #include "base/words.hpp"
 #include "descriptions/emergency.hpp"
 #include "journal/watch.hpp"

@@ -5,7 +5,6 @@
 
 #include "base/value.hpp"
 #include "cbcanctl/commands.hpp"
-#include "cbcanctl/plan.hpp"
 
 namespace cbcan::ctl {
 

@@ -2,7 +2,6 @@
 #include "boards/common/parameter_store.hpp"
 
 #include <algorithm>
-#include <array>
 
 #include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"

@@ -29,7 +29,6 @@
 
 #include "boards/common/bit_timing.hpp"
 #include "boards/common/loss_notice.hpp"
-#include "boards/common/registers.hpp"
 #include "boards/common/ring.hpp"
 #include "cbcan/can_port.hpp"
 #include "cbcan/canopen/lss_slave.hpp"

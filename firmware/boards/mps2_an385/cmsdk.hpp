@@ -6,8 +6,6 @@
 
 #include <cstdint>
 
-#include "boards/common/registers.hpp"
-
 namespace cbcan::boards::mps2 {
 
 /// APB UART (4.3): one byte each way, 8N1.

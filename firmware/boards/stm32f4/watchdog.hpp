@@ -6,8 +6,6 @@
 
 #include <cstdint>
 
-#include "boards/common/registers.hpp"
-
 namespace cbcan::boards::stm32f4 {
 
 template <class Registers>

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "cbcan/canopen/lss_slave.hpp"
 
-#include <array>
 #include <span>
 
 #include "cbcan/canopen/dictionary/little_endian.hpp"

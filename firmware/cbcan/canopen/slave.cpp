@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "cbcan/canopen/slave.hpp"
 
-#include "cbcan/canopen/dictionary/objects.hpp"
-
 namespace cbcan {
 
 namespace {

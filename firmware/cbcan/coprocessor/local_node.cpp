@@ -7,7 +7,6 @@
 #include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "cbcan/coprocessor/channel.hpp"
-#include "cbcan/copy_bytes.hpp"
 
 namespace cbcan {
 

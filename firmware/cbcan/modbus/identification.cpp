@@ -2,7 +2,6 @@
 #include "cbcan/modbus/identification.hpp"
 
 #include <algorithm>
-#include <array>
 
 namespace cbcan::modbus {
 

@@ -12,7 +12,6 @@
 #include <map>
 #include <span>
 #include <string>
-#include <string_view>
 
 #include "base/buffer.hpp"
 #include "cbcan/time.hpp"

@@ -5,7 +5,6 @@
 #include <sys/timerfd.h>
 #include <time.h>
 
-#include <array>
 #include <cerrno>
 #include <utility>
 

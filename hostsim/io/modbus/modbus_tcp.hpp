@@ -13,7 +13,6 @@
 #include <functional>
 #include <memory>
 #include <set>
-#include <span>
 #include <string_view>
 #include <unordered_map>
 #include <utility>

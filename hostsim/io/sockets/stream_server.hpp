@@ -9,8 +9,6 @@
 /// address of this machine.
 
 #include <cstddef>
-#include <cstdint>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string_view>

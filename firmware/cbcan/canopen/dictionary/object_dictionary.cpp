@@ -4,7 +4,6 @@
 #include <algorithm>
 
 #include "cbcan/canopen/dictionary/little_endian.hpp"
-#include "cbcan/configuration.hpp"
 #include "cbcan/copy_bytes.hpp"
 
 namespace cbcan {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "cbcan/canopen/pdo/pdo.hpp"
 
-#include <algorithm>
 #include <bit>
 #include <utility>
 
