@@ -57,8 +57,8 @@ void BusConnections::open_plc(const config::NetworkConfig& config) {
     exchanges.push_back(
         std::make_unique<io::ProcessExchange>(network_, *plc.process_first, config.module.process_first));
   if (plc.status_first)
-    exchanges.push_back(
-        std::make_unique<io::StatusExchange>(network_, *plc.status_first, config.module.status_first));
+    exchanges.push_back(std::make_unique<io::CopyExchange>(network_, *plc.status_first,
+                                                           config.module.status_first, regmap::kStatusWords));
   plc_.emplace(reactor_, network_, std::move(connection), std::move(exchanges),
                io::PlcSettings{plc.unit, milliseconds(plc.period_ms)}, warn_);
 }

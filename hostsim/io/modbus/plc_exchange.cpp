@@ -183,22 +183,34 @@ void ScannerExchange::compare() {
 
 // ---- What the PLC gets as it changes
 
-Request PlcCopy::write(std::size_t first, Words now) {
-  constexpr std::size_t kMostWords = 123;  // of FC 16
-  range_ = changed(now);
-  range_.count = std::min(range_.count, kMostWords);
-  const Words part = now.subspan(range_.first, range_.count);
-  std::ranges::copy(part, written_.begin());
-  return write_request(first + range_.first, part);
+void CopyExchange::begin() {
+  if (rounds_ == 1) lost();
+  if (rounds_ != 0) --rounds_;
 }
 
-void PlcCopy::responded() {
+void CopyExchange::lost() {
+  rounds_ = 0;
+  range_ = {};
+}
+
+std::optional<Request> CopyExchange::next() {
+  constexpr std::size_t kMostWords = 123;  // of FC 16
+  const modbus::Range range = changed();
+  if (range.count == 0) return std::nullopt;
+  range_ = {range.first, std::min(range.count, kMostWords)};
+  const Words part = own().subspan(range_.first, range_.count);
+  std::ranges::copy(part, written_.begin());
+  return write_request(first_ + range_.first, part);
+}
+
+void CopyExchange::responded(Words /*words*/) {
   std::copy_n(written_.begin(), range_.count, told_.begin() + static_cast<std::ptrdiff_t>(range_.first));
   if (range_.first + range_.count == told_.size() && rounds_ == 0) rounds_ = kRoundsToRepeat;
 }
 
 /// The range from the first to the last word that differs from the PLC's.
-modbus::Range PlcCopy::changed(Words now) const {
+modbus::Range CopyExchange::changed() const {
+  const Words now = own();
   std::size_t first = forgotten() ? range_.first + range_.count : 0;
   std::size_t end = told_.size();
   while (!forgotten() && first < end && now[first] == told_[first])
@@ -208,45 +220,39 @@ modbus::Range PlcCopy::changed(Words now) const {
   return {first, end - first};
 }
 
-std::optional<Request> StatusExchange::next() {
-  const Words now = module_.registers().subspan(own_first_, regmap::kStatusWords);
-  if (!copy_.differs(now)) return std::nullopt;
-  return copy_.write(first_, now);
-}
-
 // ---- Process data
 
 void ProcessExchange::begin() {
   if (step_ != Step::kRest) return;
   step_ = Step::kRead;
-  copy_.begin_round();
+  inputs_.begin();
 }
 
 void ProcessExchange::lost() {
   step_ = Step::kRest;
-  copy_.forget();
+  inputs_.lost();
 }
 
 std::optional<Request> ProcessExchange::next() {
   if (step_ == Step::kRead) return read_request(first_ + kWords, kWords);
-  if (!copy_.differs(inputs())) step_ = Step::kRest;
-  if (step_ == Step::kRest) return std::nullopt;
-  return copy_.write(first_, inputs());
+  std::optional<Request> request = step_ == Step::kWrite ? inputs_.next() : std::nullopt;
+  if (!request) step_ = Step::kRest;
+  return request;
 }
 
 /// The first outputs after a loss count as written even if they have not changed.
 void ProcessExchange::responded(Words words) {
   if (step_ == Step::kWrite) {
-    copy_.responded();
+    inputs_.responded(words);
     step_ = Step::kRest;
     return;
   }
   const auto outputs = module_.registers().subspan(own_first_ + kWords, kWords);
-  if (copy_.forgotten() || !std::ranges::equal(words, outputs)) {
+  if (inputs_.forgotten() || !std::ranges::equal(words, outputs)) {
     std::ranges::copy(words, outputs.begin());
     module_.on_taken({own_first_ + kWords, kWords});
   }
-  step_ = copy_.differs(inputs()) ? Step::kWrite : Step::kRest;
+  step_ = inputs_.differs() ? Step::kWrite : Step::kRest;
 }
 
 }  // namespace cbcan::io

@@ -104,58 +104,37 @@ class ScannerExchange final : public PlcExchange {
   std::vector<std::uint16_t> in_{};  ///< snapshot of what is being written
 };
 
-/// Registers of the module that are written to the PLC as they change; from time to time all of them, as the
-/// PLC may have lost them.
-class PlcCopy {
+/// Registers of the module that are written to the PLC, at `first`, as they change; from time to time all of them,
+/// as the PLC may have lost them.
+class CopyExchange final : public PlcExchange {
  public:
-  using Words = std::span<const std::uint16_t>;
+  /// `own_first` is the module's register.
+  CopyExchange(protocols::ModbusUnit& module, std::uint16_t first, std::uint16_t own_first, std::size_t words)
+      : module_(module), first_(first), own_first_(own_first), told_(words), written_(words) {}
 
-  explicit PlcCopy(std::size_t words) : told_(words), written_(words) {}
+  void begin() override;
+  /// Writes a part that differs, at most as one request may have.
+  std::optional<window::Request> next() override;
+  void responded(Words words) override;
+  void lost() override;
 
-  void begin_round() {
-    if (rounds_ == 1) forget();
-    if (rounds_ != 0) --rounds_;
-  }
-  void forget() {
-    rounds_ = 0;
-    range_ = {};
-  }
   /// All are to be written.
   bool forgotten() const { return rounds_ == 0; }
-  bool differs(Words now) const { return changed(now).count != 0; }
-  /// Writes a part that differs, at most as one request may have, to the PLC's registers from `first` on.
-  window::Request write(std::size_t first, Words now);
-  /// It has been written.
-  void responded();
+  bool differs() const { return changed().count != 0; }
 
  private:
   static constexpr unsigned kRoundsToRepeat = 100;
 
-  modbus::Range changed(Words now) const;
+  Words own() const { return module_.registers().subspan(own_first_, told_.size()); }
+  modbus::Range changed() const;
 
+  protocols::ModbusUnit& module_;
+  std::uint16_t first_;
+  std::uint16_t own_first_;
   unsigned rounds_ = 0;                 ///< until all are written again
   std::vector<std::uint16_t> told_;     ///< the PLC's
   std::vector<std::uint16_t> written_;  ///< what is being written
   modbus::Range range_{};               ///< of it
-};
-
-/// Network status in the PLC, at `first`.
-class StatusExchange final : public PlcExchange {
- public:
-  /// `own_first` is the module's register.
-  StatusExchange(protocols::ModbusUnit& module, std::uint16_t first, std::uint16_t own_first)
-      : module_(module), first_(first), own_first_(own_first) {}
-
-  void begin() override { copy_.begin_round(); }
-  std::optional<window::Request> next() override;
-  void responded(Words /*words*/) override { copy_.responded(); }
-  void lost() override { copy_.forget(); }
-
- private:
-  protocols::ModbusUnit& module_;
-  std::uint16_t first_;
-  std::uint16_t own_first_;
-  PlcCopy copy_{regmap::kStatusWords};
 };
 
 /// Process data in the PLC, at `first`: outputs, and inputs as they change.
@@ -163,7 +142,7 @@ class ProcessExchange final : public PlcExchange {
  public:
   /// `own_first` is the module's register.
   ProcessExchange(protocols::ModbusUnit& module, std::uint16_t first, std::uint16_t own_first)
-      : module_(module), first_(first), own_first_(own_first) {}
+      : module_(module), first_(first), own_first_(own_first), inputs_(module, first, own_first, kWords) {}
 
   void begin() override;
   std::optional<window::Request> next() override;
@@ -174,13 +153,11 @@ class ProcessExchange final : public PlcExchange {
   enum class Step : std::uint8_t { kRest, kRead, kWrite };
   static constexpr std::size_t kWords = regmap::kProcessWords / 2;  ///< each way
 
-  Words inputs() const { return module_.registers().subspan(own_first_, kWords); }
-
   protocols::ModbusUnit& module_;
   std::uint16_t first_;
   std::uint16_t own_first_;
   Step step_ = Step::kRest;
-  PlcCopy copy_{kWords};
+  CopyExchange inputs_;
 };
 
 }  // namespace cbcan::io
