@@ -33,19 +33,18 @@ std::size_t words_of(std::size_t bytes) {
 // ---- R3700..R3769
 
 void WindowExchange::begin() {
-  if (step_ == Step::kWait || step_ == Step::kRest) step_ = taken_ && !unsure_ ? Step::kLook : Step::kRead;
+  if (step_ == Step::kRest) step_ = taken_ && !unsure_ ? Step::kLook : Step::kRead;
 }
 
 void WindowExchange::lost() {
   unsure_ = true;
-  step_ = Step::kWait;
+  step_ = Step::kRest;
 }
 
 /// A result is written immediately, not in the next round.
 std::optional<Request> WindowExchange::next() {
-  if (step_ == Step::kRest && taken_ && done()) step_ = Step::kLook;
+  if (step_ == Step::kRest && taken_ && !unsure_ && done()) step_ = Step::kLook;
   switch (step_) {
-    case Step::kWait:
     case Step::kRest: break;
     case Step::kRead: return read_request(first_, regmap::kWindowWords);
     case Step::kLook: return read_request(first_, kHeadWords);
@@ -57,14 +56,13 @@ std::optional<Request> WindowExchange::next() {
 
 void WindowExchange::responded(Words words) {
   switch (step_) {
-    case Step::kWait:
     case Step::kRest: break;
     case Step::kRead:
     case Step::kLook: return look(words);
     case Step::kWriteData: step_ = Step::kWriteFlag; break;
     case Step::kWriteFlag:
       taken_.reset();
-      step_ = Step::kWait;
+      step_ = Step::kRest;
       break;
   }
 }

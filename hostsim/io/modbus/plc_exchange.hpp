@@ -50,8 +50,8 @@ class WindowExchange final : public PlcExchange {
   void lost() override;
 
  private:
-  /// kWait: until begin(); kRest: until begin() or a result.
-  enum class Step : std::uint8_t { kWait, kRest, kRead, kLook, kWriteData, kWriteFlag };
+  /// kRest: until begin(), or a result of a request that the PLC still has.
+  enum class Step : std::uint8_t { kRest, kRead, kLook, kWriteData, kWriteFlag };
   using Window = std::array<std::uint16_t, regmap::kWindowWords>;
 
   std::uint16_t& own(std::size_t address) const { return module_.registers()[address]; }
@@ -65,7 +65,7 @@ class WindowExchange final : public PlcExchange {
 
   protocols::ModbusUnit& module_;
   std::uint16_t first_;
-  Step step_ = Step::kWait;
+  Step step_ = Step::kRest;
   bool unsure_ = false;          ///< the PLC may have been restarted
   bool refuses_;                 ///< a request found by the next poll may have been executed before the start
   std::optional<Window> taken_;  ///< the request in progress, as it was read
