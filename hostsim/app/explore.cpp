@@ -269,20 +269,14 @@ class Search {
           if (on_record) on_record(tried, report.record);
           if (on_record && !is_ours(tried)) return;
           add(subject, first_order + left[i], tried, report.result);
-          good = keep(tried, report.result, problem);
+          try {
+            state_.add(to_string(tried), report.result);
+          } catch (const io::EnvironmentError& error) {
+            problem = error.what();
+            good = false;
+          }
         });
     if (!good) throw io::EnvironmentError(problem);
-  }
-
-  /// False: it could not.
-  bool keep(const Moments& moments, const Result& result, std::string& problem) {
-    try {
-      state_.add(to_string(moments), result);
-      return true;
-    } catch (const io::EnvironmentError& error) {
-      problem = error.what();
-      return false;
-    }
   }
 
   void add(const Subject& subject, std::size_t order, const Moments& moments, const Result& result) {
