@@ -34,8 +34,8 @@ struct LineCondition {
 
 class Player {
  public:
-  Player(const Scenario& scenario, plant::Bench& bench, bool disturbed)
-      : scenario_(scenario), bench_(bench), disturbed_(disturbed) {}
+  Player(const Scenario& scenario, plant::Bench& bench, bool disturbed, const std::function<void()>& judge)
+      : scenario_(scenario), bench_(bench), disturbed_(disturbed), judge_(judge) {}
 
   Outcome play() {
     Outcome outcome;
@@ -101,6 +101,7 @@ class Player {
   void execute(const Step& step) {
     for (const Line& line : step.commands) {
       const std::string response = bench_.execute(line.text);
+      if (judge_) judge_();
       if (response.starts_with(plant::kError) && !disturbed_)
         throw Failed(line,
                      fmt::format("{}: {}", line.text, base::trim(response.substr(plant::kError.size()))));
@@ -116,6 +117,7 @@ class Player {
       for (const Repeated& repeated : repeated_)
         next = earlier(next, repeated.next);
       bench_.advance(next);
+      if (judge_) judge_();
       for (Repeated& repeated : repeated_) {
         if (now() < repeated.next) continue;
         repeated.next += *repeated.step->every;
@@ -136,6 +138,7 @@ class Player {
   /// The messages of nodes and faults.
   std::string said() const {
     std::string lines;
+    if (judge_) return lines;
     for (const std::string& line : bench_.said())
       lines += fmt::format("  said {}\n", line);
     return lines;
@@ -147,12 +150,14 @@ class Player {
   plant::LastFrames last_frames_{view_};
   std::vector<Repeated> repeated_;
   bool disturbed_;
+  const std::function<void()>& judge_;
 };
 
 }  // namespace
 
-Outcome play(const Scenario& scenario, plant::Bench& bench, bool disturbed) {
-  return Player(scenario, bench, disturbed).play();
+Outcome play(const Scenario& scenario, plant::Bench& bench, bool disturbed,
+             const std::function<void()>& judge) {
+  return Player(scenario, bench, disturbed, judge).play();
 }
 
 std::size_t leave_out_unobservable(Scenario& scenario, plant::Bench& bench) {

@@ -4,6 +4,7 @@
 /// Scenarios: a plant and the steps of a test, in one TOML file (docs/reference/scenarios.md).
 
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -57,7 +58,10 @@ std::size_t leave_out_unobservable(Scenario& scenario, plant::Bench& bench);
 config::Diagnostics check_steps(const Scenario& scenario, plant::Bench& bench);
 
 /// The text of a failure: lines with place, expected and actual, registers, the last frames. Throws what the
-/// bench throws. `disturbed`: faults have been added, so nothing but `musts` is a failure.
-Outcome play(const Scenario& scenario, plant::Bench& bench, bool disturbed = false);
+/// bench throws. `disturbed`: faults have been added, so nothing but `musts` is a failure. `judge` is called
+/// after each command, and when time has passed; what it throws ends the scenario. The report is then without
+/// the messages of nodes and faults.
+Outcome play(const Scenario& scenario, plant::Bench& bench, bool disturbed = false,
+             const std::function<void()>& judge = {});
 
 }  // namespace cbcan::scenario

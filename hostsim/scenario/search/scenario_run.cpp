@@ -13,32 +13,6 @@ namespace {
 /// The run is over before the last step.
 struct Over {};
 
-/// A plant that is judged whenever something may have happened.
-class JudgedPlant final : public plant::Bench {
- public:
-  JudgedPlant(plant::VirtualPlant& plant, Judge& judge) : plant_(plant), judge_(judge) {}
-
-  plant::View& view() override { return plant_.view(); }
-  void check(std::string_view line) override { plant_.check(line); }
-  std::string execute(std::string_view line) override {
-    std::string response = plant_.execute(line);
-    look();
-    return response;
-  }
-  void advance(Time until) override {
-    plant_.advance(until);
-    look();
-  }
-
- private:
-  void look() {
-    if (!judge_.look()) throw Over();
-  }
-
-  plant::VirtualPlant& plant_;
-  Judge& judge_;
-};
-
 }  // namespace
 
 TrialReport play(const scenario::Scenario& scenario, const Trial& trial, const Settings& settings,
@@ -51,9 +25,11 @@ TrialReport play(const scenario::Scenario& scenario, const Trial& trial, const S
       plant.advance(end);
   });
   plant.start();
-  JudgedPlant bench(plant, judge);
+  const auto look = [&judge] {
+    if (!judge.look()) throw Over();
+  };
   try {
-    const scenario::Outcome played = scenario::play(scenario, bench, trial.baseline != nullptr);
+    const scenario::Outcome played = scenario::play(scenario, plant, trial.baseline != nullptr, look);
     if (played.is_failure()) judge.fail(played.text);
   } catch (const Over&) {
   }
