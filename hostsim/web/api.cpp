@@ -264,9 +264,7 @@ Json node_at(const Asked& asked, std::size_t place) {
   json["name"] = base::to_utf8(node.name());
   json["device"] = node.device_name();
   json["state"] = plant::state_of(node);
-  json["incidents"] = Json::array();
-  for (const std::string_view incident : node.behaviour().incidents())
-    json["incidents"].push_back(incident);
+  json["incidents"] = node.behaviour().incidents();
   json["faults"] = Json::array();
   for (const sim::SetFault& fault : node.faults().list())
     json["faults"].push_back({{"number", fault.number},
