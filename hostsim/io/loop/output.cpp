@@ -11,7 +11,6 @@
 #include <utility>
 
 #include "base/read_file.hpp"
-#include "io/loop/reactor.hpp"
 
 namespace cbcan::io {
 
@@ -40,10 +39,6 @@ Output Output::open(std::string_view what, const std::string& path, std::size_t 
   if (!file)
     throw EnvironmentError(std::string(what) + " " + path + ": " + reason(errno) + "; write another file");
   return Output(std::move(file), most_waiting);
-}
-
-Output::~Output() {
-  finish();
 }
 
 /// Opened again if possible: O_NONBLOCK would affect every process that shares the descriptor.
@@ -96,10 +91,6 @@ std::string Output::take_rest() {
   waiting_.clear();
   sent_ = 0;
   return rest;
-}
-
-Time Output::next_deadline() const {
-  return waiting() == 0 ? kNever : Reactor::now() + kRetry;
 }
 
 void Output::finish() {

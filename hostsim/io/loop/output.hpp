@@ -11,6 +11,7 @@
 #include "cbcan/time.hpp"
 #include "io/errors.hpp"
 #include "io/loop/descriptor.hpp"
+#include "io/loop/reactor.hpp"
 
 namespace cbcan::io {
 
@@ -29,7 +30,7 @@ class Output {
   static Output open(std::string_view what, const std::string& path, std::size_t most_waiting = kMostWaiting);
   Output(Output&&) = default;
   Output& operator=(Output&&) = default;
-  ~Output();
+  ~Output() { finish(); }
 
   /// Appends whole lines; false = there is no room, the caller drops them.
   bool add(std::string_view lines);
@@ -43,7 +44,7 @@ class Output {
   std::size_t waiting() const { return waiting_.size() - sent_; }
   /// Removes and returns what waits.
   std::string take_rest();
-  Time next_deadline() const;
+  Time next_deadline() const { return waiting() == 0 ? kNever : Reactor::now() + kRetry; }
   /// Does what the destructor does: afterwards nothing waits, or the reader is absent.
   void finish();
 

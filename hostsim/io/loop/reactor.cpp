@@ -44,10 +44,6 @@ Reactor::Reactor()
   if (epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, timer_.get(), &event) != 0) fail("timer");
 }
 
-Reactor::~Reactor() {
-  clear_ended();
-}
-
 Reactor::Watch* Reactor::find(int fd) const {
   const auto index = static_cast<std::size_t>(fd);
   return fd >= 0 && index < watches_.size() ? watches_[index].get() : nullptr;
@@ -70,10 +66,6 @@ bool Reactor::watch(int fd, std::uint32_t interest, Callback callback) {
   errno = error;
   if (errno != EPERM) fail("watch");
   return false;
-}
-
-bool Reactor::change(int fd, std::uint32_t interest) {
-  return control(EPOLL_CTL_MOD, fd, interest, find(fd));
 }
 
 void Reactor::forget(int fd) {

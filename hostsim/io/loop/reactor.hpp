@@ -45,7 +45,7 @@ class Reactor {
 
   /// Throws EnvironmentError when no descriptor is left.
   Reactor();
-  ~Reactor();
+  ~Reactor() { clear_ended(); }
   Reactor(const Reactor&) = delete;
   Reactor& operator=(const Reactor&) = delete;
 
@@ -55,7 +55,7 @@ class Reactor {
   bool watch(int fd, std::uint32_t interest, Callback callback);
 
   /// Replaces the interest of a watched descriptor; 0 = only kBroken. False = the kernel refuses.
-  bool change(int fd, std::uint32_t interest);
+  bool change(int fd, std::uint32_t interest) { return control(EPOLL_CTL_MOD, fd, interest, find(fd)); }
 
   /// Ends the watch; the callback is not called again, even if the descriptor was ready already. May be
   /// called from any callback, including the one that it ends. Does nothing if `fd` is not watched.

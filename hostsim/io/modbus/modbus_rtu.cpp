@@ -28,10 +28,6 @@ ModbusSerial::ModbusSerial(Reactor& reactor, std::vector<protocols::ModbusUnit*>
   open();
 }
 
-ModbusSerial::~ModbusSerial() {
-  reactor_.forget(port_.get());
-}
-
 void ModbusSerial::open() {
   port_ = open_serial(kService, line_);
   reactor_.watch(port_.get(), Reactor::kReadable | Reactor::kUrgent, [this](std::uint32_t ready) {

@@ -21,7 +21,7 @@ class ModbusSerial {
   /// Opens the port; throws what open_serial() throws. Units and reactor outlive this.
   ModbusSerial(Reactor& reactor, std::vector<protocols::ModbusUnit*> networks, window::Line line,
                std::uint8_t station, Warn warn);
-  ~ModbusSerial();
+  ~ModbusSerial() { reactor_.forget(port_.get()); }
   ModbusSerial(const ModbusSerial&) = delete;
   ModbusSerial& operator=(const ModbusSerial&) = delete;
 

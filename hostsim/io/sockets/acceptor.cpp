@@ -47,10 +47,6 @@ Acceptor::Acceptor(Reactor& reactor, std::string_view service, const StreamAddre
   reactor_.watch(listener_.socket(), Reactor::kReadable, [this](std::uint32_t) { accept_clients(); });
 }
 
-Acceptor::~Acceptor() {
-  reactor_.forget(listener_.socket());
-}
-
 void Acceptor::accept_clients() {
   for (int i = 0; i < kAcceptsPerTurn; ++i) {
     if (server_.is_full()) return void(reactor_.change(listener_.socket(), 0));

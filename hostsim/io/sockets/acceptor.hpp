@@ -39,7 +39,7 @@ class Acceptor {
   /// descriptors.
   Acceptor(Reactor& reactor, std::string_view service, const StreamAddress& address, AcceptsClients& server,
            Warn warn);
-  ~Acceptor();
+  ~Acceptor() { reactor_.forget(listener_.socket()); }
   Acceptor(const Acceptor&) = delete;
   Acceptor& operator=(const Acceptor&) = delete;
 

@@ -105,10 +105,6 @@ void Results::add(const std::string& subject, std::size_t order, const Moments& 
   if (result.verdict == Verdict::kBroken) ++broken_;
 }
 
-void Results::add_unmatched(const Variant& variant) {
-  unmatched_.push_back(variant);
-}
-
 bool Results::reached(const std::string& subject, std::size_t condition) const {
   return std::ranges::any_of(runs_, [&](const auto& run) {
     const std::vector<bool>& reached = run.second.result.reached;

@@ -46,7 +46,7 @@ class Results {
   /// `subject`: the scenario, or empty. `order`: the place of the run among all.
   void add(const std::string& subject, std::size_t order, const Moments& moments, const Result& result);
   /// Kinds and places of the variants without a matching frame.
-  void add_unmatched(const Variant& variant);
+  void add_unmatched(const Variant& variant) { unmatched_.push_back(variant); }
 
   /// Failures of a subject, the simplest first.
   std::vector<Failure> failures(const std::string& subject) const;
