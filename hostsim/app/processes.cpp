@@ -60,6 +60,30 @@ std::pair<io::Descriptor, io::Descriptor> make_pipe() {
   return {io::Descriptor(ends[0]), io::Descriptor(ends[1])};
 }
 
+/// `text`: what the process has sent that has ended with `status`.
+TrialReport report_of(std::string_view text, int status) {
+  TrialReport report;
+  if (auto found = search::report_in(text))
+    report = std::move(*found);
+  else
+    report.problem =
+        WIFSIGNALED(status)
+            ? fmt::format("the process with the plant was ended by signal {}; try again", WTERMSIG(status))
+            : "the process with the plant has ended without a result; try again";
+  return report;
+}
+
+/// Killed at the limit, twice.
+TrialReport hanging() {
+  TrialReport report;
+  report.result.verdict = search::Verdict::kBroken;
+  report.result.what = "hangs";
+  report.result.seen =
+      fmt::format("no end within {} s of this machine's time, also alone", kWallLimit / kSecond);
+  report.result.happened = true;
+  return report;
+}
+
 }  // namespace
 
 void Processes::run_all(std::size_t count, const std::function<Trial(std::size_t)>& make,
@@ -69,13 +93,13 @@ void Processes::run_all(std::size_t count, const std::function<Trial(std::size_t
     if (!wanted()) next = count;
     for (; next < count && processes_.size() < at_a_time(start_.search); ++next)
       begin(next, make(next));
-    wait(ended, [&again](const Process& slow) { again.push_back(slow.number); });
+    wait(ended, [&again](std::size_t slow, const TrialReport&) { again.push_back(slow); });
   }
   for (const std::size_t number : again) {
     if (!wanted()) return;
     begin(number, make(number));
     while (!processes_.empty())
-      wait(ended, [&](const Process& slow) { ended(number, hanging(slow)); });
+      wait(ended, ended);
   }
 }
 
@@ -132,7 +156,7 @@ TrialReport Processes::run_here(const Trial& trial, int error) {
   return judge.end(code);
 }
 
-void Processes::wait(const Ended& ended, const std::function<void(const Process&)>& slow) {
+void Processes::wait(const Ended& ended, const Ended& slow) {
   std::vector<pollfd> ends;
   for (const Process& process : processes_)
     ends.push_back({process.end.get(), POLLIN, 0});
@@ -149,38 +173,12 @@ void Processes::wait(const Ended& ended, const std::function<void(const Process&
     int status = 0;
     ::waitpid(process.id, &status, 0);
     read_said(process.error.get(), process.said);
-    const Process over = std::move(process);
+    TrialReport report = is_slow ? hanging() : report_of(process.text, status);
+    report.result.said = indented(process.said);
+    const std::size_t number = process.number;
     processes_.erase(processes_.begin() + static_cast<std::ptrdiff_t>(i));
-    if (is_slow)
-      slow(over);
-    else
-      ended(over.number, report_of(over, status));
+    (is_slow ? slow : ended)(number, report);
   }
-}
-
-TrialReport Processes::report_of(const Process& process, int status) const {
-  TrialReport report;
-  if (auto found = search::report_in(process.text))
-    report = std::move(*found);
-  else
-    report.problem =
-        WIFSIGNALED(status)
-            ? fmt::format("the process with the plant was ended by signal {}; try again", WTERMSIG(status))
-            : "the process with the plant has ended without a result; try again";
-  report.result.said = indented(process.said);
-  return report;
-}
-
-/// Killed at the limit, twice.
-TrialReport Processes::hanging(const Process& process) const {
-  TrialReport report;
-  report.result.verdict = search::Verdict::kBroken;
-  report.result.what = "hangs";
-  report.result.seen =
-      fmt::format("no end within {} s of this machine's time, also alone", kWallLimit / kSecond);
-  report.result.happened = true;
-  report.result.said = indented(process.said);
-  return report;
 }
 
 }  // namespace cbcan::app

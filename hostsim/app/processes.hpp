@@ -40,9 +40,8 @@ class Processes final : public search::Runner {
   void begin(std::size_t number, const search::Trial& trial);
   [[noreturn]] void be(const search::Trial& trial, int to, int error);
   search::TrialReport run_here(const search::Trial& trial, int error);
-  void wait(const Ended& ended, const std::function<void(const Process&)>& slow);
-  search::TrialReport report_of(const Process& process, int status) const;
-  search::TrialReport hanging(const Process& process) const;
+  /// Waits for one that ends, or that takes too long.
+  void wait(const Ended& ended, const Ended& slow);
 
   const config::Start& start_;
   config::EdsFiles& files_;
