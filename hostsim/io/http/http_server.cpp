@@ -139,10 +139,6 @@ struct HttpServer::Callbacks {
     request.origin = header(connection, "Origin");
     request.last_event_id = header(connection, "Last-Event-ID");
     protocols::HttpResponse response = server.site_.respond(request, exchange.is_too_long);
-    return queue(server, connection, std::move(response));
-  }
-
-  static MHD_Result queue(HttpServer& server, MHD_Connection* connection, protocols::HttpResponse response) {
     const std::unique_ptr<MHD_Response, void (*)(MHD_Response*)> made(
         response.stream ? stream(server, connection, std::move(response.stream))
                         : MHD_create_response_from_buffer(response.body.size(), response.body.data(),
