@@ -49,9 +49,7 @@ class Threads final : public search::Runner {
           const search::Settings& settings)
       : scenario_(scenario), files_(files), settings_(settings) {}
 
-  void run_all(std::size_t count, const std::function<Trial(std::size_t)>& make,
-               const std::function<bool()>& wanted,
-               const std::function<void(std::size_t, const TrialReport&)>& ended) override {
+  void run_all(std::size_t count, const Make& make, const Wanted& wanted, const Ended& ended) override {
     std::mutex one;
     in_parallel(count, files_.size(), [&](std::size_t i, std::size_t thread) {
       if (!wanted()) return;

@@ -86,8 +86,7 @@ TrialReport hanging() {
 
 }  // namespace
 
-void Processes::run_all(std::size_t count, const std::function<Trial(std::size_t)>& make,
-                        const std::function<bool()>& wanted, const Ended& ended) {
+void Processes::run_all(std::size_t count, const Make& make, const Wanted& wanted, const Ended& ended) {
   std::vector<std::size_t> again;
   for (std::size_t next = 0; next < count || !processes_.empty();) {
     if (!wanted()) next = count;

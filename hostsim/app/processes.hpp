@@ -18,13 +18,10 @@ namespace cbcan::app {
 /// io::EnvironmentError.
 class Processes final : public search::Runner {
  public:
-  using Ended = std::function<void(std::size_t, const search::TrialReport&)>;
-
   Processes(const config::Start& start, config::EdsFiles& files, const search::Settings& settings)
       : start_(start), files_(files), settings_(settings) {}
 
-  void run_all(std::size_t count, const std::function<search::Trial(std::size_t)>& make,
-               const std::function<bool()>& wanted, const Ended& ended) override;
+  void run_all(std::size_t count, const Make& make, const Wanted& wanted, const Ended& ended) override;
 
  private:
   struct Process {

@@ -177,8 +177,7 @@ TEST_CASE("settings: survive is for one fault that passes") {
       scenario_of("[explore]\nsurvive = [\"silent\", \"power\", \"slow\"]\n[[step]]\n");
   const Settings settings = read_settings(scenario.text, scenario.file);
   struct Nothing final : Runner {
-    void run_all(std::size_t, const std::function<Trial(std::size_t)>&, const std::function<bool()>&,
-                 const std::function<void(std::size_t, const TrialReport&)>&) override {}
+    void run_all(std::size_t, const Make&, const Wanted&, const Ended&) override {}
   } runner;
   const Exploration exploration(scenario.config, settings, runner, {}, {});
   const auto survives = [&](const std::string& text) {

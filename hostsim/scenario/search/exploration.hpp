@@ -21,11 +21,13 @@ Trial trial_with(const Moments& moments, const config::Config& plant, const Reco
 /// Runs trials, some at a time, each from power-on.
 class Runner {
  public:
+  using Make = std::function<Trial(std::size_t)>;
+  using Wanted = std::function<bool()>;
+  using Ended = std::function<void(std::size_t, const TrialReport&)>;
+
   /// Runs trials 0..count-1. `ended`, which throws nothing, gets each report, one at a time, in any order;
   /// when `wanted` is false, no further one begins.
-  virtual void run_all(std::size_t count, const std::function<Trial(std::size_t)>& make,
-                       const std::function<bool()>& wanted,
-                       const std::function<void(std::size_t, const TrialReport&)>& ended) = 0;
+  virtual void run_all(std::size_t count, const Make& make, const Wanted& wanted, const Ended& ended) = 0;
   TrialReport run_one(const Trial& trial);
 
  protected:
