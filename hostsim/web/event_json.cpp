@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "web/event_json.hpp"
 
-#include <fmt/core.h>
-
 #include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>

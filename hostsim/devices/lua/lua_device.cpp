@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "devices/lua/lua_device.hpp"
 
-#include <fmt/core.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>

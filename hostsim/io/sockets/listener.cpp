@@ -2,7 +2,6 @@
 #include "io/sockets/listener.hpp"
 
 #include <netdb.h>
-#include <netinet/in.h>
 #include <sys/stat.h>
 #include <sys/un.h>
 #include <unistd.h>
