@@ -28,10 +28,10 @@ constexpr std::array<std::uint16_t, 8> kReadOnly{0x1000, 0x1001, 0x1002, 0x1008,
 struct Dumped {
   std::uint16_t index = 0;
   std::uint8_t sub = 0;
-  window::Result response{};
   const tools::ValueType* type = nullptr;
   bool writable = true;
   std::string name{};
+  window::Result response{};
 };
 
 /// Throws if the response is not about the object but about the node or the module.
@@ -72,7 +72,7 @@ class ProbeJob final : public tools::Job {
     if (is_count && !found_.empty()) found_.back().writable = false;
     const bool writable =
         !tools::is_command(index) && std::find(kReadOnly.begin(), kReadOnly.end(), index) == kReadOnly.end();
-    found_.push_back({index, static_cast<std::uint8_t>(sub_), response, nullptr, writable, {}});
+    found_.push_back({index, static_cast<std::uint8_t>(sub_), nullptr, writable, {}, response});
   }
 
   std::uint8_t node_;
@@ -92,11 +92,7 @@ std::vector<Dumped> objects_of(window::Client& client, std::uint8_t node, const 
     for (unsigned sub = object.first_sub; object.index >= tools::kDeviceType && sub <= object.last_sub;
          ++sub) {
       const tools::ObjectPlace place{object.index, static_cast<std::uint8_t>(sub)};
-      found.push_back({place.index,
-                       place.sub,
-                       {},
-                       &tools::type_of(object),
-                       tools::is_writable(object),
+      found.push_back({place.index, place.sub, &tools::type_of(object), tools::is_writable(object),
                        descriptions::shortened(object.name)});
       list.push_back(&jobs.emplace_back(node, std::vector{place}));
     }
@@ -152,7 +148,7 @@ void print_heading(std::uint8_t node, const std::vector<Dumped>& objects) {
   const tools::ValueType& u32 = tools::value_type("u32");
   std::string identity;
   fmt::print("[[node]]\nid = {}\n", node);
-  for (const auto& [index, sub, response, type, writable, name] : objects) {
+  for (const auto& [index, sub, type, writable, name, response] : objects) {
     if (response.data.size() != u32.size()) continue;
     if (index == tools::kDeviceType) fmt::print("device_type = {}\n", tools::print_value(response.data, u32));
     if (index == tools::kIdentity && sub > 0)
