@@ -5,8 +5,6 @@
 #include "base/words.hpp"
 #include "cbcan/version.hpp"
 #include "module/instance.hpp"
-#include "plant/command_words.hpp"
-#include "plant/condition.hpp"
 #include "protocols/rtu_session.hpp"
 
 namespace cbcan::module {

@@ -10,7 +10,6 @@
 #include "base/utf8.hpp"
 #include "base/words.hpp"
 #include "config/wires.hpp"
-#include "plant/command_words.hpp"
 #include "protocols/adapter.hpp"
 
 namespace cbcan::session {

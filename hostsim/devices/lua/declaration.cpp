@@ -15,7 +15,6 @@
 
 #include "base/suggestion.hpp"
 #include "base/words.hpp"
-#include "cbcan/canopen/dictionary/object_dictionary.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "descriptions/values.hpp"
 
