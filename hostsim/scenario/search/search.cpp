@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <bit>
 #include <iterator>
-#include <numeric>
 #include <set>
 
 #include "scenario/outcome.hpp"
@@ -152,6 +151,7 @@ std::map<std::pair<std::string, std::string>, Results::Row> Results::rows() cons
     row_of({{variant, 0}});
   for (const auto& [order, run] : runs_) {
     Row& row = row_of(run.moments);
+    ++row.tried;
     ++row.verdicts[static_cast<std::size_t>(run.result.verdict)];
     if (!has_happened(run.moments, run.result)) ++row.not_happened;
     if (run.result.verdict == Verdict::kBroken) row.broken.push_back(&run);
@@ -163,9 +163,8 @@ std::string Results::table() const {
   std::string text = fmt::format("{:32} {:>8} {:>7} {:>7} {:>7} {:>7} {:>7}\n", "fault", "place", "tried",
                                  "done", "gave up", "broken", "late");
   for (const auto& [key, row] : rows()) {
-    const std::size_t tried = std::accumulate(row.verdicts.begin(), row.verdicts.end(), std::size_t{0});
-    text += fmt::format("{:32} {:>8} {:>7} ", key.first, key.second, tried);
-    if (tried == 0)
+    text += fmt::format("{:32} {:>8} {:>7} ", key.first, key.second, row.tried);
+    if (row.tried == 0)
       text += "no frame for it\n";
     else
       text += fmt::format("{:>7} {:>7} {:>7} {:>7}{}\n", row.verdicts[0], row.verdicts[1], row.verdicts[2],
@@ -184,10 +183,9 @@ std::string Results::junit(std::size_t not_tried, const std::string& error) cons
     for (const Tried* run : row.broken)
       outcome.text +=
           fmt::format("{}: {}: {}\n", to_string(run->moments), run->result.what, run->result.seen);
-    const std::size_t tried = std::accumulate(row.verdicts.begin(), row.verdicts.end(), std::size_t{0});
     if (!row.broken.empty())
       outcome.verdict = scenario::Verdict::kFailed;
-    else if (tried == row.not_happened)
+    else if (row.tried == row.not_happened)
       outcome = {scenario::Verdict::kSkipped, 0, "no frame for it"};
   }
   if (!error.empty()) {

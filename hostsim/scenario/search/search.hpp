@@ -68,6 +68,7 @@ class Results {
     Result result;
   };
   struct Row {
+    std::size_t tried = 0;
     std::array<std::size_t, 4> verdicts{};  ///< by Verdict
     std::size_t not_happened = 0;
     std::vector<const Tried*> broken;
