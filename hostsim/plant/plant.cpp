@@ -34,8 +34,4 @@ void Plant::advance() {
     network->advance();
 }
 
-Time Plant::next_deadline() const {
-  return sim::earliest(networks_, &Network::next_deadline);
-}
-
 }  // namespace cbcan::plant

@@ -32,7 +32,7 @@ class Plant {
   /// All networks, to the present time.
   void advance();
   /// Earliest deadline of all networks.
-  Time next_deadline() const;
+  Time next_deadline() const { return sim::earliest(networks_, &Network::next_deadline); }
   /// Polls what is due, in order of time.
   sim::Schedule& schedule() { return schedule_; }
   const sim::Schedule& schedule() const { return schedule_; }

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
-#include <utility>
 
 #include "cbcan/regmap.hpp"
 #include "cbcan/window.hpp"
@@ -84,10 +83,6 @@ void Channel::lost() {
   stage_ = Stage::kIdle;
   asked_ = Asked::kNothing;
   waiting_ = false;
-}
-
-std::optional<Result> Channel::take() {
-  return std::exchange(result_, std::nullopt);
 }
 
 std::optional<Request> Channel::next() {

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <thread>
-#include <utility>
 
 #include "cbcan/regmap.hpp"
 #include "cbcan/window.hpp"
@@ -82,10 +81,6 @@ void Client::wait_for_result() {
               "no result within " + std::to_string(settings_.timeout.count()) + " ms; ");
     std::this_thread::sleep_for(kPollInterval);
   }
-}
-
-bool Client::interrupted() const {
-  return settings_.interrupted && settings_.interrupted();
 }
 
 /// `before`: the message if nothing has been sent yet; `after`: otherwise, the start of the message.

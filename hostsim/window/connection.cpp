@@ -69,10 +69,6 @@ std::optional<Response> response_in(std::span<const std::uint8_t> bytes, std::ui
 Connection::Connection(std::string place, const Timing& timing, _modbus* context, Time silence)
     : timing_(timing), framing_(context), silence_(silence), place_(std::move(place)), pause_(timing.pause) {}
 
-Connection::~Connection() {
-  close();
-}
-
 short Connection::events() const {
   if (state_ == State::kConnecting) return POLLOUT;
   return due_ ? POLLIN : short{0};

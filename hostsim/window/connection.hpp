@@ -32,7 +32,7 @@ class Connection {
  public:
   enum class State { kOff, kConnecting, kOn };
 
-  virtual ~Connection();
+  virtual ~Connection() { close(); }
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;
 

@@ -22,6 +22,7 @@
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace cbcan::window {
@@ -123,7 +124,7 @@ class Channel {
   /// Call when the connection is lost: ends the transaction without a result.
   void lost();
   /// The result, once.
-  std::optional<Result> take();
+  std::optional<Result> take() { return std::exchange(result_, std::nullopt); }
 
  private:
   /// What the module may still hold apart from the transaction.
@@ -217,7 +218,7 @@ class Client {
   Response checked(const Request& request);
   std::optional<Response> attempt(int unit, const Request& request);
   void wait_for_result();
-  bool interrupted() const;
+  bool interrupted() const { return settings_.interrupted && settings_.interrupted(); }
   [[noreturn]] void give_up(Error::Cause why, const std::string& before, const std::string& after);
 
   Settings settings_;
