@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "io/loop/line_input.hpp"
 
-#include <unistd.h>
-
 #include <array>
 #include <cerrno>
 #include <utility>
@@ -20,20 +18,12 @@ void LineInput::watch() {
   watched_ = reactor_.watch(STDIN_FILENO, Reactor::kReadable, [this](std::uint32_t) { read(); });
 }
 
-LineInput::~LineInput() {
-  if (watched_) reactor_.forget(STDIN_FILENO);
-}
-
 std::optional<std::string> LineInput::take() {
   if (lines_.empty()) return std::nullopt;
   std::string line = std::move(lines_.front());
   lines_.pop_front();
   if (lines_.empty() && !is_file_ && !watched_ && !closed_) watch();
   return line;
-}
-
-void LineInput::poll() {
-  if (is_file_ && !closed_ && has_room()) read();
 }
 
 void LineInput::read() {

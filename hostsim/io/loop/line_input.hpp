@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <unistd.h>
+
 #include <deque>
 #include <optional>
 #include <string>
@@ -21,7 +23,9 @@ class LineInput {
   /// The descriptor is not made non-blocking, since other processes may share it. Throws EnvironmentError if
   /// it cannot be read; for a line that is too long, Reactor::poll() throws UsageError.
   explicit LineInput(Reactor& reactor);
-  ~LineInput();
+  ~LineInput() {
+    if (watched_) reactor_.forget(STDIN_FILENO);
+  }
   LineInput(const LineInput&) = delete;
   LineInput& operator=(const LineInput&) = delete;
 
@@ -32,7 +36,9 @@ class LineInput {
   bool ended() const { return closed_ && lines_.empty(); }
 
   /// Reads a file, which the reactor cannot watch; to be called once per turn.
-  void poll();
+  void poll() {
+    if (is_file_ && !closed_ && has_room()) read();
+  }
   Time next_deadline() const { return is_file_ && !closed_ ? 0 : kNever; }
 
  private:

@@ -32,10 +32,6 @@ std::size_t words_of(std::size_t bytes) {
 
 // ---- R3700..R3769
 
-void WindowExchange::begin() {
-  if (step_ == Step::kRest) step_ = taken_ && !unsure_ ? Step::kLook : Step::kRead;
-}
-
 void WindowExchange::lost() {
   unsure_ = true;
   step_ = Step::kRest;
@@ -130,10 +126,6 @@ Request WindowExchange::write(const modbus::Range& range) const {
 }
 
 // ---- The scanner window
-
-void ScannerExchange::begin() {
-  if (step_ == Step::kWait || step_ == Step::kRest) step_ = Step::kRead;
-}
 
 /// A result is written immediately, not in the next round.
 std::optional<Request> ScannerExchange::next() {

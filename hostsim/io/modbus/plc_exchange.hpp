@@ -44,7 +44,9 @@ class WindowExchange final : public PlcExchange {
   WindowExchange(protocols::ModbusUnit& module, std::uint16_t first, bool refuses = false)
       : module_(module), first_(first), refuses_(refuses) {}
 
-  void begin() override;
+  void begin() override {
+    if (step_ == Step::kRest) step_ = taken_ && !unsure_ ? Step::kLook : Step::kRead;
+  }
   std::optional<window::Request> next() override;
   void responded(Words words) override;
   void lost() override;
@@ -81,7 +83,9 @@ class ScannerExchange final : public PlcExchange {
                   std::uint16_t in_first)
       : module_(module), first_(first), out_first_(out_first), in_first_(in_first) {}
 
-  void begin() override;
+  void begin() override {
+    if (step_ == Step::kWait || step_ == Step::kRest) step_ = Step::kRead;
+  }
   std::optional<window::Request> next() override;
   void responded(Words words) override;
   void lost() override { step_ = Step::kWait; }

@@ -63,10 +63,6 @@ void Judge::on_frame(std::size_t network, const Frame& frame, Time now) {
     rule->on_frame(*this, seen);
 }
 
-void Judge::keep_up() {
-  if (is_settling_ && cursor_.unread() > kEvents / 2) read_journal();
-}
-
 void Judge::read_journal() {
   cursor_.look([this](std::uint64_t /*number*/, const journal::Event& event) {
     follow(event);

@@ -22,7 +22,9 @@ class Judge final : private JudgedRun, private plant::Listener {
         std::function<void(Time)> pass);
 
   /// Time has passed while the plant settles: reads the journal before it wraps.
-  void keep_up();
+  void keep_up() {
+    if (is_settling_ && cursor_.unread() > kEvents / 2) read_journal();
+  }
   /// Time has passed, or a request has been answered. False: the run ends.
   bool look();
   /// A scenario has failed: a report of lines.
