@@ -2,10 +2,6 @@
 // Simulator on a manual clock: time passes only by the commands pass and wait, on standard input and from all
 // other sources.
 
-#include <unistd.h>
-
-#include <optional>
-
 #include "app/simulator.hpp"
 
 namespace cbcan::app {

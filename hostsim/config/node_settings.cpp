@@ -2,8 +2,6 @@
 // Settings of nodes, with their objects, signals and faults, and of wires.
 #include <fmt/core.h>
 
-#include <algorithm>
-#include <array>
 #include <variant>
 
 #include "base/numbers.hpp"

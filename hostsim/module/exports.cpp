@@ -4,9 +4,6 @@
 // before anything else. After a trap the instance must not be used again.
 
 #include <cmath>
-#include <map>
-#include <string>
-#include <string_view>
 #include <utility>
 
 #include "module/instance.hpp"

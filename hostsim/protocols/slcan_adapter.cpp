@@ -16,9 +16,6 @@
 // counters in it are the lowest that belong to the state.
 
 #include <array>
-#include <cstdint>
-#include <string_view>
-#include <utility>
 
 #include "base/numbers.hpp"
 #include "cbcan/slcan/slcan.hpp"

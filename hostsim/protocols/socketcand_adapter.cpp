@@ -15,9 +15,7 @@
 #include <algorithm>
 #include <array>
 #include <map>
-#include <memory>
 #include <optional>
-#include <utility>
 
 #include "base/numbers.hpp"
 #include "base/words.hpp"
@@ -126,7 +124,6 @@ class SocketcandAdapter final : public Adapter, private sim::Timed {
     subscription.told_until = now + subscription.interval;
     tell(frame, now);
   }
-
 
  private:
   enum Mode : std::uint8_t { kNoBus = 1, kBcm = 2, kRaw = 4 };

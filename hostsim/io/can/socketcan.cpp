@@ -12,7 +12,6 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
-#include <utility>
 
 #include "io/can/can_frames.hpp"
 #include "io/can/outside_bus.hpp"

@@ -5,7 +5,6 @@
 
 #include <array>
 #include <cerrno>
-#include <utility>
 
 #include "io/can/outside_bus.hpp"
 #include "io/loop/descriptor.hpp"

@@ -3,7 +3,6 @@
 #include "cbcan/canopen/manager/manager.hpp"
 
 #include <algorithm>
-#include <array>
 
 namespace cbcan {
 
