@@ -29,10 +29,6 @@ bool Waits::poll_waiting() {
   return ended != 0;
 }
 
-Time Waits::deadline_of_each() const {
-  return sim::earliest(waiting_, [](const Waiting& waiting) { return waiting.wait->next_deadline(); });
-}
-
 bool Waits::want_time() const {
   return std::ranges::any_of(waiting_, [](const Waiting& waiting) { return !waiting.wait->is_up_to_plc(); });
 }

@@ -28,7 +28,9 @@ class Waits {
   /// Answers those that have ended; true if there was one. The time is that of the Control.
   bool poll() { return !waiting_.empty() && poll_waiting(); }
   /// When one may end without an event, in the plant's time since its start; kNever = none.
-  Time next_deadline() const { return waiting_.empty() ? kNever : deadline_of_each(); }
+  Time next_deadline() const {
+    return sim::earliest(waiting_, [](const Waiting& waiting) { return waiting.wait->next_deadline(); });
+  }
 
   bool exist() const { return !waiting_.empty(); }
 
@@ -49,7 +51,6 @@ class Waits {
     Time since;  ///< on this machine's clock
   };
 
-  Time deadline_of_each() const;
   bool poll_waiting();
   static void answer(const Waiting& waiting, const std::string& response);
 
