@@ -1,23 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "io/modbus/plc_client.hpp"
 
+#include <fmt/core.h>
+
 #include <utility>
 
 #include "io/sockets/listener.hpp"
 
 namespace cbcan::io {
-
-namespace {
-
-std::string range_text(const window::Request& request) {
-  const bool reads = request.words.empty();
-  const std::size_t first = reads ? request.read_address : request.write_address;
-  const std::size_t count = reads ? request.count : request.words.size();
-  return std::string(reads ? "reading" : "writing") + " its registers " + std::to_string(first) + ".." +
-         std::to_string(first + count - 1);
-}
-
-}  // namespace
 
 std::unique_ptr<window::Connection> plc_over_tcp(const base::ListenAddress& address) {
   const std::string where = "plc " + to_string(address) + ": ";
@@ -87,10 +77,14 @@ void PlcClient::send(window::Time now) {
 
 void PlcClient::on_exception(std::uint8_t exception) {
   ++counters_.exceptions;
-  const std::uint16_t address = request_.words.empty() ? request_.read_address : request_.write_address;
-  if (refused_.insert(address).second)
-    warn_("plc " + place() + ": answers " + range_text(request_) + " by exception " +
-          std::to_string(exception) + "; give it these registers, or change plc.first");
+  const bool reads = request_.words.empty();
+  const std::uint16_t first = reads ? request_.read_address : request_.write_address;
+  const std::size_t count = reads ? request_.count : request_.words.size();
+  if (refused_.insert(first).second)
+    warn_(
+        fmt::format("plc {}: answers {} its registers {}..{} by exception {}; give it these registers, or "
+                    "change plc.first",
+                    place(), reads ? "reading" : "writing", first, first + count - 1, exception));
   exchanges_[asking_]->lost();
 }
 
