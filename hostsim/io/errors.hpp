@@ -33,9 +33,4 @@ inline bool is_temporary(int error) {
   return error == EAGAIN || error == EINTR;
 }
 
-/// The same for sockets that send whole frames or datagrams: the kernel's queues are full.
-inline bool has_no_room(int error) {
-  return is_temporary(error) || error == ENOBUFS || error == ENOMEM;
-}
-
 }  // namespace cbcan::io

@@ -137,7 +137,7 @@ class SocketCan final : public OutsideBus {
   bool transmit(const Frame& frame) override {
     const can_frame kernel = to_kernel(frame);
     if (::write(socket_.get(), &kernel, sizeof kernel) == sizeof kernel) return true;
-    if (has_no_room(errno)) {
+    if (is_temporary(errno) || errno == ENOBUFS || errno == ENOMEM) {  // the kernel's queues are full
       retry_at_ = reactor_.time() + kFrameRetry;
       return false;
     }
