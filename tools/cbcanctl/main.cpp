@@ -48,10 +48,15 @@ std::string_view way_out(window::Error::Cause cause, bool serial) {
   }
 }
 
-ExitCode run_command(const Start& start) {
+ExitCode exit_code(int argc, char** argv) {
+  const bool json = std::find(argv, argv + argc, std::string_view("--json")) != argv + argc;
+  Start start;
   const Options& options = start.options;
   try {
-    start.run(options);
+    start = parse_command_line(std::span(argv + 1, argv + argc), std::getenv("CBCAN_MODBUS"));
+    std::cout << start.out;
+    if (start.run != nullptr) start.run(options);
+    return ExitCode::kDone;
   } catch (const Refused& refused) {
     const bool is_absent = refused.abort_code == window::abort_code::kTimedOut;
     std::string more = fmt::format("\"result\": {}, ", refused.result);
@@ -65,16 +70,6 @@ ExitCode run_command(const Start& start) {
     return fail(interrupted ? ExitCode::kInterrupted : ExitCode::kEnvironment,
                 fmt::format("{}{}", error.what(), way_out(error.cause, !options.target.rtu.empty())),
                 options.json);
-  }
-  return ExitCode::kDone;
-}
-
-ExitCode exit_code(int argc, char** argv) {
-  const bool json = std::find(argv, argv + argc, std::string_view("--json")) != argv + argc;
-  try {
-    const Start start = parse_command_line(std::span(argv + 1, argv + argc), std::getenv("CBCAN_MODBUS"));
-    std::cout << start.out;
-    return start.run == nullptr ? ExitCode::kDone : run_command(start);
   } catch (const tools::UsageError& error) {
     return fail(ExitCode::kUsage, error.what(), json);
   } catch (const std::exception& error) {
