@@ -128,25 +128,21 @@ int print_eds(int argc, char** argv, const base::FileReader& read, Console& cons
   return code(ExitCode::kDone);
 }
 
-int start(int argc, char** argv, Console& console) {
-  const base::FileReader read = config::with_demo_plant(base::read_file);
-  if (argc > 1 && std::string_view(argv[1]) == "run") {
-    const config::RunStart start = config::parse_run_command_line(std::span(argv + 2, argv + argc));
-    console.tell(start.err);
-    console.say(start.out);
-    return code(start.run ? run_scenarios(start.config, read, console) : start.exit_code);
-  }
-  if (argc > 1 && std::string_view(argv[1]) == "eds") return print_eds(argc, argv, read, console);
-  config::Start start = config::parse_command_line(argc, argv, read);
-  console.tell(start.err);
-  console.say(start.out);
-  return start.run ? run(start, read, console) : code(start.exit_code);
-}
-
 int start(int argc, char** argv) {
   Console console;
   try {
-    return start(argc, argv, console);
+    const base::FileReader read = config::with_demo_plant(base::read_file);
+    if (argc > 1 && std::string_view(argv[1]) == "run") {
+      const config::RunStart start = config::parse_run_command_line(std::span(argv + 2, argv + argc));
+      console.tell(start.err);
+      console.say(start.out);
+      return code(start.run ? run_scenarios(start.config, read, console) : start.exit_code);
+    }
+    if (argc > 1 && std::string_view(argv[1]) == "eds") return print_eds(argc, argv, read, console);
+    config::Start start = config::parse_command_line(argc, argv, read);
+    console.tell(start.err);
+    console.say(start.out);
+    return start.run ? run(start, read, console) : code(start.exit_code);
   } catch (const io::UsageError& error) {
     console.warn(error.what());
     return code(ExitCode::kUsage);
