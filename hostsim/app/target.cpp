@@ -15,25 +15,13 @@
 
 namespace cbcan::app {
 
-namespace {
-
-/// Polling period of the registers.
-constexpr Time kPeriod = kMillisecond;
-
-window::Settings settings_of(const config::TargetPlace& place) {
-  window::Settings settings{.host = place.server.host,
-                            .port = place.server.port,
-                            .rtu = place.line.device,
-                            .response_timeout = std::chrono::seconds(5)};
-  if (settings.rtu.empty()) return settings;
-  settings.baud = static_cast<int>(place.line.baud);
-  settings.parity = place.line.parity.front();
-  return settings;
-}
-
-}  // namespace
-
-Target::Target(const config::TargetPlace& place) : client_(settings_of(place)) {
+Target::Target(const config::TargetPlace& place)
+    : client_(window::Settings{.host = place.server.host,
+                               .port = place.server.port,
+                               .rtu = place.line.device,
+                               .baud = static_cast<int>(place.line.baud),
+                               .parity = place.line.parity.front(),
+                               .response_timeout = std::chrono::seconds(5)}) {
   read(1, regmap::kWindowFirst, 1);
   started_ = io::Reactor::now();
 }
@@ -100,6 +88,7 @@ std::string Target::execute(std::string_view line) {
 }
 
 void Target::advance(Time until) {
+  constexpr Time kPeriod = kMillisecond;  // of the polling of the registers
   const Time end = started_ + std::min(until, now() + kPeriod);
   while (io::Reactor::now() < end)
     reactor_.poll(end);
