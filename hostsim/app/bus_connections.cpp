@@ -7,12 +7,6 @@
 
 namespace cbcan::app {
 
-namespace {
-
-constexpr std::uint16_t kModbusPort = 502;
-
-}  // namespace
-
 window::Line line_of(const config::LineConfig& config) {
   return {config.device, static_cast<int>(config.baud), config.parity.front()};
 }
@@ -39,6 +33,7 @@ void BusConnections::open_outside(const std::string& can_spec) {
 }
 
 void BusConnections::open_plc(const config::NetworkConfig& config) {
+  constexpr std::uint16_t kModbusPort = 502;
   const config::PlcConfig& plc = config.plc;
   if (plc.address.empty() && plc.line.device.empty()) return;
   std::unique_ptr<window::Connection> connection;

@@ -8,13 +8,6 @@
 
 namespace cbcan::search {
 
-namespace {
-
-/// The run is over before the last step.
-struct Over {};
-
-}  // namespace
-
 TrialReport play(const scenario::Scenario& scenario, const Trial& trial, const Settings& settings,
                  config::EdsFiles& files) {
   config::PlantBuild build = config::build_nodes(trial.config, files);
@@ -25,6 +18,7 @@ TrialReport play(const scenario::Scenario& scenario, const Trial& trial, const S
       plant.advance(end);
   });
   plant.start();
+  struct Over {};  // before the last step
   const auto look = [&judge] {
     if (!judge.look()) throw Over();
   };
