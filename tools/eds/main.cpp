@@ -12,12 +12,13 @@ namespace {
 using namespace cbcan;
 using base::UsageError;
 
-constexpr const char* kHelp =
-    "usage: cbcan-eds [--name NAME] FILE\n\n"
-    "  Prints the object dictionary of an EDS or DCF file as a C++ header, for cbcan::EdsDeviceOf. Mistakes "
-    "and\n"
-    "  their lines are on standard error.\n\n"
-    "  --name NAME   the header's namespace (default: the file's name)\n";
+constexpr const char* kHelp = R"(usage: cbcan-eds [--name NAME] FILE
+
+  Prints the object dictionary of an EDS or DCF file as a C++ header, for cbcan::EdsDeviceOf. Mistakes and
+  their lines are on standard error.
+
+  --name NAME   the header's namespace (default: the file's name)
+)";
 
 std::string output_of(const tools::Words& words, tools::Words& remarks) {
   std::string name, file;

@@ -14,44 +14,15 @@ namespace {
 using namespace cbcan;
 using base::UsageError;
 
-constexpr const char* kHelp =
-    "usage: cbcan-network [--binary] [--depfile FILE.d] [--own-node N] NETWORK\n\n"
-    "  Prints the network as a C++ header that defines kNetwork, for Coprocessor::use_network(). Mistakes "
-    "and "
-    "their\n"
-    "  lines are on standard error.\n\n"
-    "  --binary          prints the bytes alone, for a part of the flash\n"
-    "  --depfile FILE.d  writes a rule of make: FILE depends on all files read\n"
-    "  --own-node N      the module's own node ID (default: 127)\n";
+constexpr const char* kHelp = R"(usage: cbcan-network [--binary] [--depfile FILE.d] [--own-node N] NETWORK
 
-struct Arguments {
-  bool binary = false;
-  std::uint8_t own_node = 127;
-  std::string depfile;
-  std::string file;
-};
+  Prints the network as a C++ header that defines kNetwork, for Coprocessor::use_network(). Mistakes and their
+  lines are on standard error.
 
-Arguments arguments_of(const std::vector<std::string>& words) {
-  Arguments arguments;
-  for (std::size_t i = 0; i != words.size(); ++i) {
-    if (words[i] == "--binary") {
-      arguments.binary = true;
-    } else if (words[i] == "--depfile" && i + 1 != words.size()) {
-      arguments.depfile = words[++i];
-      if (!arguments.depfile.ends_with(".d")) throw UsageError(words[i] + ": must end with .d");
-    } else if (words[i] == "--own-node" && i + 1 != words.size()) {
-      const auto id = base::parse<std::uint8_t>(words[++i]);
-      if (!id || *id < 1 || *id > 127) throw UsageError(words[i] + ": node IDs are 1..127");
-      arguments.own_node = *id;
-    } else if (words[i].starts_with("-") || !arguments.file.empty()) {
-      throw UsageError(words[i] + ": see cbcan-network --help");
-    } else {
-      arguments.file = words[i];
-    }
-  }
-  if (arguments.file.empty()) throw UsageError("name a network file; see cbcan-network --help");
-  return arguments;
-}
+  --binary          prints the bytes alone, for a part of the flash
+  --depfile FILE.d  writes a rule of make: FILE depends on all files read
+  --own-node N      the module's own node ID (default: 127)
+)";
 
 std::string escaped(std::string name) {
   for (std::size_t at = 0; (at = name.find(' ', at)) != std::string::npos; at += 2)
@@ -68,8 +39,25 @@ void write_depfile(const std::string& path, const tools::Words& files) {
 }
 
 std::string output_of(const tools::Words& words, tools::Words& remarks) {
-  const Arguments arguments = arguments_of(words);
-  const std::string& path = arguments.file;
+  bool binary = false;
+  std::uint8_t own_node = 127;
+  std::string depfile, path;
+  for (std::size_t i = 0; i != words.size(); ++i) {
+    if (words[i] == "--binary") {
+      binary = true;
+    } else if (words[i] == "--depfile" && i + 1 != words.size()) {
+      depfile = words[++i];
+      if (!depfile.ends_with(".d")) throw UsageError(depfile + ": must end with .d");
+    } else if (words[i] == "--own-node" && i + 1 != words.size()) {
+      own_node = base::parse<std::uint8_t>(words[++i]).value_or(0);
+      if (own_node < 1 || own_node > 127) throw UsageError(words[i] + ": node IDs are 1..127");
+    } else if (words[i].starts_with("-") || !path.empty()) {
+      throw UsageError(words[i] + ": see cbcan-network --help");
+    } else {
+      path = words[i];
+    }
+  }
+  if (path.empty()) throw UsageError("name a network file; see cbcan-network --help");
   tools::Words used;
   const auto read = [&used](const std::string& name) {
     auto content = base::read_file(name);
@@ -77,10 +65,10 @@ std::string output_of(const tools::Words& words, tools::Words& remarks) {
     return content;
   };
   const descriptions::PlannedNetwork network = descriptions::read_network(path, read, remarks);
-  const descriptions::Bytes image = descriptions::image_of(network, arguments.own_node, path);
-  if (!arguments.depfile.empty()) write_depfile(arguments.depfile, used);
-  return arguments.binary ? std::string(image.begin(), image.end())
-                          : descriptions::header_of(image, std::filesystem::path(path).filename());
+  const descriptions::Bytes image = descriptions::image_of(network, own_node, path);
+  if (!depfile.empty()) write_depfile(depfile, used);
+  return binary ? std::string(image.begin(), image.end())
+                : descriptions::header_of(image, std::filesystem::path(path).filename());
 }
 
 }  // namespace
