@@ -86,7 +86,7 @@ class Packaging(cases.Case):
         for option in re.findall(r"`CONFIG_(CBCAN\w*)=", PORTING):
             self.assertRegex(kconfig, rf"(?m)^config {option}$")
         run("cmake", "-S", ROOT / "tests/packaging/zephyr", "-B", self.folder, "-G", "Ninja", f"-DPROFILE={PROFILE}",
-            f"-DCMAKE_TOOLCHAIN_FILE={ROOT}/cmake/arm-none-eabi.cmake", "-DCMAKE_BUILD_TYPE=MinSizeRel")
+            f"-DCMAKE_TOOLCHAIN_FILE={ROOT}/cmake/arm-none-eabi.cmake", "-DCMAKE_BUILD_TYPE=Debug")
         run("cmake", "--build", self.folder)
         self.assertEqual(configurations(run("ninja", "-C", self.folder, "-t", "deps")), {str(PROFILE)})
         library = self.folder / "cbcan/libcbcan.a"
