@@ -23,7 +23,6 @@ namespace cbcan::config {
 namespace {
 
 constexpr std::string_view kCommand = "--";
-constexpr std::string_view kDemo = "demo";
 
 std::string lost_word(std::string_view word) {
   return word.ends_with(".toml") ? fmt::format("a plant file is given with --config {}", word)

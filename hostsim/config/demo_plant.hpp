@@ -24,6 +24,7 @@ std::span<const EmbeddedFile> help_files();
 /// The path under which a reader made by with_demo_plant() finds the demo's plant file; its EDS files are
 /// next to it.
 inline constexpr std::string_view kDemoPlant = "demo:/plant.toml";
+inline constexpr std::string_view kDemo = "demo";  ///< its name in plant files and scenarios
 
 /// A reader with the demo's files under "demo:/", the scripts that are devices under "shelf:/", and `disk`
 /// for all other paths.

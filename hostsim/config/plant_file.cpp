@@ -26,7 +26,6 @@ using base::line_of, base::value_of;
 constexpr std::string_view kNodeTable = "node";
 constexpr std::string_view kAxisTable = "node.axis";
 constexpr std::string_view kBasePlant = "plant";
-constexpr std::string_view kDemo = "demo";
 constexpr std::size_t kLongestLine = 10'000;
 constexpr std::size_t kMostMistakes = 100;  // a suggestion for each takes time
 constexpr unsigned kMostAdding = 8;

@@ -24,7 +24,7 @@ constexpr std::uint8_t kIsOn = 0x01;
 constexpr std::uint8_t kPositiveStored = 0x02;  ///< then the negative edge
 
 /// Increments: clearly beyond a pulse.
-constexpr double kBeside = 1e-3;
+constexpr double kBesidePulse = 1e-3;
 
 }  // namespace
 
@@ -87,8 +87,8 @@ Time TouchProbes::deadline(Time now) const {
   const double pitch = axis_.index_pitch();
   const double below = std::ceil(place_ / pitch) - 1;
   const double above = std::floor(place_ / pitch) + 1;
-  return earlier(axis_.passes(axis_.from_machine(below * pitch - kBeside), now),
-                 axis_.passes(axis_.from_machine(above * pitch + kBeside), now));
+  return earlier(axis_.passes(axis_.from_machine(below * pitch - kBesidePulse), now),
+                 axis_.passes(axis_.from_machine(above * pitch + kBesidePulse), now));
 }
 
 }  // namespace cbcan::devices
