@@ -58,8 +58,8 @@ std::string Services::ways_in() const {
     for (const std::string_view name : {"slcan", "socketcand", "can"}) {
       const std::string way = way_in(at(name, bus.network));
       if (way.empty()) continue;
-      lines +=
-          fmt::format("{}{}\n", is_one ? "" : fmt::format("network {}: ", bus.network), base::to_utf8(way));
+      lines += fmt::format("{}{}\n", is_one ? "" : fmt::format("network {}: ", bus.network),
+                           cbcan::base::to_utf8(way));
     }
   }
   return lines;

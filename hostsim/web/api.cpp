@@ -436,7 +436,8 @@ protocols::HttpResponse respond(const ApiParts& parts, EventTexts& texts,
       return {.type = "text/plain; charset=utf-8",
               .stream = std::make_unique<CommandStream>(parts.execute, request.body)};
     if (auto page = page_at(request.path)) return std::move(*page);
-    Asked asked{parts, texts, request, number_in(request.query, "network", 1, parts.control.networks(), 1)};
+    const auto network = number_in(request.query, "network", 1, parts.control.networks(), 1);
+    Asked asked{parts, texts, request, static_cast<std::size_t>(network)};
     std::string path = request.path;
     if (const std::size_t end = path.rfind('/'); path.starts_with(kNodes) && end > kNodes.size()) {
       asked.node = std::string_view(request.path).substr(kNodes.size(), end - kNodes.size());
