@@ -100,10 +100,7 @@ void Manager::zero_inputs(std::uint8_t node, Time now) {
     if (sources_[rpdo] != node) continue;
     const NetworkObjects::Bytes from = source(rpdo);
     if (!has_flag(from, RpdoSource::kZeroWhenLost)) continue;
-    std::size_t bits = 0;
-    for (std::size_t entry = 0; entry != entries(from); ++entry)
-      bits += mapped(from, entry).bits;
-    receive(rpdo, 0, bits, now);
+    receive(rpdo, 0, RpdoSource::bits(from), now);
   }
 }
 

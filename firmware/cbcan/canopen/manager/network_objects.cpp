@@ -9,14 +9,6 @@ namespace cbcan {
 
 namespace {
 
-/// Bits of the PDO whose mapping this is.
-std::size_t bits_of(NetworkObjects::Bytes source) {
-  std::size_t bits = 0;
-  for (std::size_t at = RpdoSource::kHead; at < source.size(); at += RpdoSource::kEntryBytes)
-    bits += source[at];
-  return bits;
-}
-
 /// It is what the object's type requires.
 bool is_value(std::uint16_t index, NetworkObjects::Bytes value) {
   constexpr std::size_t kGuardTime = 2;  // in 1F81h: this manager uses heartbeats
@@ -27,7 +19,7 @@ bool is_value(std::uint16_t index, NetworkObjects::Bytes value) {
     case object::kRpdoSource:
       return value.size() == RpdoSource::kHead + entries * RpdoSource::kEntryBytes &&
              entries <= RpdoSource::kMostEntries && value[0] <= nmt::kMaxNode &&
-             bits_of(value) <= 64;
+             RpdoSource::bits(value) <= 64;
     case object::kSlaveAssignment: return value.size() == 4 && load_word(value.data()) >> 8 * kGuardTime == 0;
     case object::kRestoreConfiguration:
     case object::kOutputsMode: return value.size() == 1;
@@ -37,6 +29,13 @@ bool is_value(std::uint16_t index, NetworkObjects::Bytes value) {
 }
 
 }  // namespace
+
+std::size_t RpdoSource::bits(std::span<const std::uint8_t> source) {
+  std::size_t bits = 0;
+  for (std::size_t at = kHead; at < source.size(); at += kEntryBytes)
+    bits += source[at];
+  return bits;
+}
 
 bool NetworkObjects::use(std::span<std::uint8_t> memory, std::size_t used) {
   memory = memory.first(std::min(memory.size(), kMostBytes));

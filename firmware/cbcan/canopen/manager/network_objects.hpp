@@ -47,6 +47,9 @@ struct RpdoSource {
   // Bits of the flags, by number.
   static constexpr std::uint8_t kZeroWhenLost = 0;
   static constexpr std::uint8_t kReadAtStart = 1;
+
+  /// Bits of the PDO with this mapping, 64 at most: NetworkObjects refuses more.
+  static std::size_t bits(std::span<const std::uint8_t> source);
 };
 
 class NetworkObjects {
