@@ -14,8 +14,10 @@
 
 namespace cbcan {
 
-class DeviceLss : private LssApplication, public LssSlave {
+class DeviceLss : private LssApplication, private LssSlave {
  public:
+  using LssSlave::deadline, LssSlave::on_frame, LssSlave::poll, LssSlave::reset_communication;
+
   /// All outlive it.
   DeviceLss(Device& device, DeviceApplication& application, CanPort& port)
       : LssSlave(*this, port), device_(device), application_(application) {}

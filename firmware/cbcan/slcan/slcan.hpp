@@ -53,7 +53,6 @@ class LineReader {
   /// The line that kLine reported, without its CR; until the next on_char().
   std::string_view line() const { return {text_.data(), length_}; }
 
-
  private:
   std::array<char, kMaxLine - 1> text_{};
   std::uint8_t length_ = 0;
