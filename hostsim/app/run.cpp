@@ -8,7 +8,6 @@
 #include <functional>
 #include <memory>
 #include <mutex>
-#include <numeric>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -17,6 +16,7 @@
 #include "app/parallel.hpp"
 #include "app/progress.hpp"
 #include "app/target.hpp"
+#include "base/words.hpp"
 #include "io/can/candump_log.hpp"
 #include "io/files/result_file.hpp"
 #include "scenario/outcome.hpp"
@@ -108,12 +108,12 @@ class Runner {
 
 /// The longest files first, so that at the end no processor waits for a long one.
 std::vector<std::size_t> by_length(const std::vector<std::string>& files) {
-  std::vector<std::size_t> order(files.size());
-  std::iota(order.begin(), order.end(), 0);
+  std::vector<std::pair<std::uintmax_t, std::size_t>> sizes;
   std::error_code error;
-  const auto size_of = [&](std::size_t i) { return fs::file_size(files[i], error); };
-  std::ranges::stable_sort(order, std::greater{}, size_of);
-  return order;
+  for (std::size_t i = 0; i < files.size(); ++i)
+    sizes.emplace_back(fs::file_size(files[i], error), i);
+  std::ranges::stable_sort(sizes, std::greater{}, &std::pair<std::uintmax_t, std::size_t>::first);
+  return base::column(sizes, &std::pair<std::uintmax_t, std::size_t>::second);
 }
 
 /// config.jobs at a time: plants are independent of each other.
