@@ -264,9 +264,7 @@ Time Simulator::observers_deadline() const {
   } else if (session_->waits().want_time()) {
     next = 0;
   }
-  for (const BusConnections* network : connected_)
-    next = earlier(next, network->next_deadline());
-  return next;
+  return earlier(next, sim::earliest(connected_, &BusConnections::next_deadline));
 }
 
 /// On a clock that runs, the plant does afterwards what was due.

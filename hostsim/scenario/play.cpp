@@ -113,10 +113,8 @@ class Player {
     while (true) {
       if (condition != nullptr && condition->holds(view_)) return true;
       if (now() >= time) return false;
-      Time next = condition != nullptr ? earlier(time, condition->next_deadline(view_)) : time;
-      for (const Repeated& repeated : repeated_)
-        next = earlier(next, repeated.next);
-      bench_.advance(next);
+      const Time next = condition != nullptr ? earlier(time, condition->next_deadline(view_)) : time;
+      bench_.advance(earlier(next, sim::earliest(repeated_, &Repeated::next)));
       if (judge_) judge_();
       for (Repeated& repeated : repeated_) {
         if (now() < repeated.next) continue;
