@@ -98,8 +98,9 @@ void Simulator::open_views(const config::Config& config) {
       ended = !is_added || error != 0;
       if (!ended) return;
       file->take_rest();
-      warn_(fmt::format("record {}: {}; the recording ends here, the simulation goes on", path,
-                        error != 0 ? io::reason(error) : "it is not read"));
+      warn_(fmt::format(
+          "record {}: {}; the recording ends here, the simulation goes on; make room, or record into another file",
+          path, error != 0 ? io::reason(error) : "it is not read"));
     });
   }
   if (!config.pcap.empty())

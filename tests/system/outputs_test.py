@@ -141,7 +141,8 @@ class Full(cases.Case):
                                     (fifo, "it is not read", 40_000 * "set 0x42 0x6401:1 5\n")):
             done = ran(PROGRAM, *STANDING, "--record", path, input=lines)
             self.assertEqual((done.returncode, done.stderr.partition("cbcan-sim: ")[2]),
-                             (0, f"record {path}: {reason}; the recording ends here, the simulation goes on\n"))
+                             (0, f"record {path}: {reason}; the recording ends here, the simulation goes on; make room, or "
+                                 "record into another file\n"))
 
     def test_standard_error_is_nobodys_business(self):
         with open("/dev/full", "w", encoding="ascii") as full:
