@@ -254,6 +254,13 @@ class Reader {
         node.identity.push_back({kIdentity, sub, to_bytes(part, 4)});
   }
 
+  /// What `read` returns; a mistake that it throws is one of this table.
+  auto read_at(const toml::table& table, auto read) const try {
+    return read();
+  } catch (const UsageError& error) {
+    fail(table, error.what());
+  }
+
   PlannedObject object(const toml::table& table, const PlannedNode& node) const {
     check_keys(table, kObjectKeys);
     PlannedObject object;
@@ -266,11 +273,7 @@ class Reader {
       fail(table,
            fmt::format("{:04X}h:{:02X} is read-only in the EDS: leave it out", object.index, object.sub));
     const ValueType& type = type_of_value(table, node, object, known);
-    try {
-      object.value = parse_value(value, type);
-    } catch (const UsageError& error) {
-      fail(table, error.what());
-    }
+    object.value = read_at(table, [&] { return parse_value(value, type); });
     if (object.value.empty() || object.value.size() > regmap::kMaxDataBytes)
       fail(table, "value: must have 1..128 bytes");
     return object;
@@ -281,11 +284,7 @@ class Reader {
                                  const PlannedObject& object, const Object* known) const {
     if (table.contains("type")) {
       const std::string name = text_of(table, "type");
-      try {
-        return value_type(name, "type");
-      } catch (const UsageError& error) {
-        fail(table, error.what());
-      }
+      return *read_at(table, [&] { return &value_type(name, "type"); });
     }
     if (!node.device) fail(table, "type is missing: u8, u16, ..., string or hex");
     if (known == nullptr)
