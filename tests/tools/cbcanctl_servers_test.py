@@ -143,17 +143,17 @@ class BadDevices(cases.Case):
         self.check_done(good, good, late)
         self.assertEqual(hurried, [False])
 
-    def test_bytes_that_nobody_asked_for_are_not_taken_for_an_response(self):
+    def test_bytes_that_nobody_asked_for_are_not_taken_for_a_response(self):
         self.check_done(lambda response, _: response + with_crc("01 03 02 CA 0E"))
 
-    def test_an_response_of_another_station(self):
+    def test_a_response_of_another_station(self):
         self.check_lost("reading R3700", *2 * [lambda response, _: with_crc(b"\x02" + response[1:-2])])
 
     def test_a_lost_response_to_a_write_is_not_asked_for_again(self):
         requests = self.check_lost("writing R3700: no response", good, none)
         self.assertEqual([request[1] for request in requests], [3, 16])
 
-    def test_an_exception_is_an_response(self):
+    def test_an_exception_is_a_response(self):
         requests = self.check_lost("reading R3700: Modbus exception 02h", lambda _, __: with_crc("01 83 02"))
         self.assertEqual(len(requests), 1)
 
