@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "cortex_a53.hpp"
 
+#include "boards/common/registers.hpp"
 #include "two_controllers.hpp"
 
 namespace cbcan::test {

@@ -7,6 +7,7 @@
 #include <array>
 #include <cstdint>
 
+#include "boards/common/registers.hpp"
 #include "boards/drivers/sja1000.hpp"
 
 namespace cbcan::test {
