@@ -6,4 +6,6 @@ add_link_options("$<$<CONFIG:Release>:LINKER:-z,relro,-z,now>")
 if(NOT CMAKE_BUILD_TYPE STREQUAL "Debug")
   set(CMAKE_UNITY_BUILD ON)
   set(CMAKE_UNITY_BUILD_BATCH_SIZE 16)
+elseif(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  add_compile_options(--param=ggc-min-heapsize=262144)  # GCC collects garbage later: a sixth of the time for 100 MB
 endif()
