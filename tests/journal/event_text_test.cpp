@@ -50,7 +50,7 @@ TEST_CASE("frames in words") {
            Row{"00000605#40", "29-bit frame"},
        }) {
     CAPTURE(frame);
-    CHECK(base::made([&](Buffer& to) { append_frame(to, *sim::parse_frame(frame), 1, find); }) == words);
+    CHECK(base::made([&, of = *sim::parse_frame(frame)](Buffer& to) { append_frame(to, of, 1, find); }) == words);
   }
 }
 
