@@ -66,7 +66,7 @@ struct Line {
   std::string_view outcome;  ///< of kEnded
   std::string_view name;     ///< of a transaction's object, UTF-8
 };
-/// An event as one line, without its time and without a line end.
+/// An event as one line, without its time and without a line end; its parts are in `to`, until that changes.
 Line append_text(Buffer& to, const Event& event, const Journal& journal, const FindName& find);
 
 /// The comment of a packet in a capture: the number of the transaction, its text at begin and end, or a

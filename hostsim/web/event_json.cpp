@@ -22,18 +22,20 @@ using journal::Kind;
 
 namespace {
 
-/// Neither control characters, quotes and backslashes nor bytes above 7Fh. Looks at 16 characters at a time;
-/// those after the text are made spaces.
-bool is_plain(Buffer& text) {
-  const std::size_t size = text.size();
-  append(text, "                ");
-  text.resize(size);
+bool is_special(char c) {
+  return static_cast<signed char>(c) < ' ' || c == '"' || c == '\\';
+}
+
+/// Neither control characters, quotes and backslashes nor bytes above 7Fh. Looks at 16 characters at a time,
+/// and at the end at some again.
+bool is_plain(std::string_view text) {
   std::array<std::uint8_t, 16> others{};
-  for (std::size_t at = 0; at < size; at += others.size())
-    for (std::size_t i = 0; i < others.size(); ++i) {
-      const char c = text.data()[at + i];
-      others[i] |= static_cast<std::uint8_t>(static_cast<signed char>(c) < ' ' || c == '"' || c == '\\');
-    }
+  if (text.size() < others.size()) return std::ranges::none_of(text, is_special);
+  for (std::size_t at = 0; at < text.size(); at += others.size()) {
+    const char* const part = text.data() + std::min(at, text.size() - others.size());
+    for (std::size_t i = 0; i < others.size(); ++i)
+      others[i] |= static_cast<std::uint8_t>(is_special(part[i]));
+  }
   return others == std::array<std::uint8_t, 16>{};
 }
 
@@ -177,7 +179,7 @@ void append_event(Buffer& to, std::uint64_t number, const Event& event, const jo
     journal::append_value(value, journal.bytes(event), name_of(event, find));
     line.value = base::view(value);
   }
-  if (is_plain(said) && (value.size() == 0 || is_plain(value)))
+  if (is_plain(line.whole) && is_plain(base::view(value)))
     return append_json(to, number, event, journal, line);
   std::array<std::string, 5> escaped;
   append_json(to, number, event, journal, escape(line, escaped));

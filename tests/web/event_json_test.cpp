@@ -91,6 +91,14 @@ TEST_CASE("any text is valid JSON") {
   CHECK(words_in("K\xFChlung") == "\"K\xEF\xBF\xBDhlung\"");
 }
 
+TEST_CASE("a text of any length is whole, with a quote at its end too") {
+  for (std::size_t length = 0; length < 1000; ++length) {
+    const std::string text(length, 'x');
+    CHECK(command(text).find("\"text\":\"command " + text + "\",") != std::string::npos);
+    CHECK(words_in(text + '"') == '"' + text + "\\\"\"");
+  }
+}
+
 TEST_CASE("streams get the same texts, wherever they are") {
   journal::Journal journal(2000, 1'000'000);
   EventTexts texts(journal, kNoName);
