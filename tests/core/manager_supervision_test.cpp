@@ -66,6 +66,10 @@ TEST_CASE("a loss is seen in the time of 1016h while another node boots") {
     rig.arrive("705#05");
     CHECK(rig.of(5) == 0x0105);
   }
+  SECTION("1016h is written shortly before") {
+    rig.pass(1).arrive("586#6023640000000000", "67F#2316100100000000").expect("5FF#6016100100000000");
+    rig.pass(50 * kMillisecond).expect_silence();
+  }
   rig.pass(kMillisecond).expect("606#2F23640001000000");
 }
 

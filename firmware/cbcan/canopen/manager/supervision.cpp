@@ -119,6 +119,7 @@ Time Manager::next_deadline() const {
 void Manager::look_at_nodes(Time now) {
   due_ = kNever;
   for (std::uint8_t node = 1; node <= nmt::kMaxNode; ++node) {
+    listening_.erase(node);  // 1016h may have changed
     const Time next = next_look(node);
     if (now < next) {
       wake_at(next);
