@@ -315,6 +315,17 @@ TEST_CASE("[NET-18] the PLC's request between two steps") {
   network.check_done();
 }
 
+TEST_CASE("[NET-18] [CHAN-4] a request that waits for the manager is sent after a reset of the own node") {
+  Network network;
+  CONTRACT_NEEDS(network, Ability::kChannels);
+  network.set(700, {1, 0, 0, 0, 0, 0});
+  network.arrive("705#00").expect("605#4000100000000000");
+  network.set(700, {2, 5055, 5, 0x2000, 0, 4}).expect_silence();
+  network.arrive("000#827F").expect("605#8000100000000008", "77F#00", "605#4000200000000000", "000#8200");
+  network.arrive("585#4300200001000000").pass(1ms);
+  CHECK(network.target().read(800, 6) == Words{2, 0, 2, 4, 1, 0});
+}
+
 TEST_CASE("[NET-19] the PLC holds a node") {
   Network network;
   boot(network);

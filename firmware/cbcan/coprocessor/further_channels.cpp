@@ -145,6 +145,7 @@ void FurtherChannels::leave_line(const Channel& channel) {
 /// Asks in the order of arrival. A request is read only when its turn has come, or after a complete write: in
 /// between its words may be partly written.
 void FurtherChannels::ask_again(Time now) {
+  if (node_.slave().resetting()) return wake_at(now);
   const auto asking = waiting_;
   const std::size_t count = waiting_count_;
   const bool written = std::exchange(written_, false);
