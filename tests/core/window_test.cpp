@@ -59,3 +59,14 @@ TEST_CASE("A request waits while the own node is being reset, and then finds the
   CHECK((by_scanner ? bench.reg(600) == 2 : bench.reg(3700) == 0));
   CHECK((by_scanner ? bench.reg(604) : bench.reg(3706)) == 1000);
 }
+
+TEST_CASE("The last place for a scanner window") {
+  cbcan::Coprocessor::Settings settings;
+  settings.scanner_out_first = 65536 - 70;
+  cbcan::test::CoprocessorRig bench(settings);
+  bench.start();
+  bench.registers.put(500, {7});
+  bench.coprocessor.on_registers_written(settings.scanner_out_first, 1, bench.now);
+  bench.pass(0);
+  CHECK(bench.reg(602) == 7);
+}

@@ -43,7 +43,7 @@ LocalNode::LocalNode(ProcessRegisters registers, CanPort& port, SdoClient& clien
       transfers_(transfers),
       accessed_(transfers.data()),
       watched_{settings.scanner_out_first,
-               static_cast<std::uint16_t>(settings.scanner_out_first + regmap::kScannerOutWords)},
+               static_cast<std::uint16_t>(settings.scanner_out_first + regmap::kScannerOutWords - 1)},
       monitor_(settings.state_fresh_for),
       device_(settings.node_id, {local::entries(), room_.values, {}, bytes_of(registers)},
               {room_.buffer, {room_.rpdos, room_.tpdos, room_.pieces}, {}}, *this, port),

@@ -63,7 +63,7 @@ class LocalNode final : private DeviceApplication {
   OtherChannels* others() const { return kHasChannels ? others_ : nullptr; }
   /// A write to these registers may concern a scanner window, or a request that waits.
   bool is_watched(std::size_t first, std::size_t count) const {
-    return kServices.scanner_window && first < watched_.end && watched_.begin < first + count;
+    return kServices.scanner_window && first <= watched_.last && watched_.first < first + count;
   }
   /// The manager knows something new about this node; 0 = about the own node.
   void show(std::uint8_t node) {
@@ -184,7 +184,7 @@ class LocalNode final : private DeviceApplication {
   bool passes_reports_ = false;  ///< to the status registers or other channels
   BusState bus_state_ = BusState::kActive;
   struct {
-    std::uint16_t begin, end;
+    std::uint16_t first, last;
   } watched_;  ///< see is_watched()
   NodeMonitor monitor_;
   Emergencies emergencies_;
