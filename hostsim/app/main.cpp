@@ -81,8 +81,7 @@ int run(config::Start& start, const base::FileReader& read, Console& console) {
   if (!build.good) return code(ExitCode::kUsage);
   check_places(config);
   if (start.check) {
-    for (const auto& [path, text] : build.parameters)  // as a start does for its nodes; throws io::UsageError
-      io::ParameterFile(path, [](const std::string&) {}).load();
+    build.read = io::ParameterFile::text_of;  // as a start
     search::check_conditions(explored, config, std::move(build));
     return code(ExitCode::kDone);
   }

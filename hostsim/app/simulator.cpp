@@ -23,7 +23,7 @@ Simulator::Simulator(const config::Config& config, config::PlantBuild build, con
       signals_(reactor_),
       clock_runs_(config.clock == config::ClockKind::kReal),
       reads_input_(reads_input) {
-  if (files == Files::kCopied) copies_.emplace(build.parameters);
+  if (files == Files::kCopied) copies_.emplace(build.read);
   const std::string folder = std::filesystem::current_path().string();
   session_.emplace(config, std::move(build), scenario::absolute_plant(plant_file, folder),
                    static_cast<session::Host&>(*this));

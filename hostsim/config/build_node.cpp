@@ -335,15 +335,11 @@ PlantBuild build_nodes(const Config& config, const base::FileReader& read) {
 
 PlantBuild build_nodes(const Config& config, EdsFiles& files) {
   PlantBuild plant;
+  plant.read = files.reader();
   std::set<std::string> said;  // nodes with the same file have the same lines
-  const auto read_parameters = [&](const std::string& path) {
-    if (!path.empty()) plant.parameters.emplace(path, files.reader()(path));
-  };
   for (const NetworkConfig& network : config.networks) {
-    read_parameters(network.module.parameters);
     auto& nodes = plant.networks.emplace_back();
     for (const NodeConfig& node : network.nodes) {
-      read_parameters(node.parameters);
       NodeBuild build = build_node(node, node_seed(config, node), files, config.timing);
       for (auto* lines : {&build.warnings, &build.problems})
         for (std::string& line : *lines)

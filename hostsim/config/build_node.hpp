@@ -35,7 +35,7 @@ struct PlantBuild {
   std::vector<std::vector<sim::TimedFrame>> replays;  ///< of each network, from the start on
   std::vector<Bytes>
       images;  ///< of each network: what the module boots, see descriptions::image_of(); empty = nothing
-  std::map<std::string, std::optional<std::string>> parameters;  ///< texts of the parameter files, by path
+  base::FileReader read;                                         ///< reads parameter files
   std::vector<std::string> lines;                                ///< messages, warnings included
   bool good = true;                                              ///< false: nodes are missing
 };

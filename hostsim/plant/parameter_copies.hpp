@@ -10,24 +10,21 @@
 #include <string>
 #include <utility>
 
+#include "base/files.hpp"
 #include "sim/parameters.hpp"
 
 namespace cbcan::plant {
 
 class ParameterCopies {
  public:
-  using Texts = std::map<std::string, std::optional<std::string>>;  ///< by path; nullopt = there is none yet
+  explicit ParameterCopies(base::FileReader read) : read_(std::move(read)) {}
 
-  ParameterCopies() = default;
-  explicit ParameterCopies(const Texts& texts) {
-    for (const auto& [path, text] : texts)
-      copies_.emplace(path, std::make_unique<Copy>(path, text));
-  }
-
-  /// Null for the empty path.
-  sim::ParameterStore* find(const std::string& path) const {
-    const auto found = copies_.find(path);
-    return found == copies_.end() ? nullptr : found->second.get();
+  /// Reads the file the first time. Null for the empty path; throws what the reader throws.
+  sim::ParameterStore* find(const std::string& path) {
+    if (path.empty()) return nullptr;
+    std::unique_ptr<Copy>& copy = copies_[path];
+    if (!copy) copy = std::make_unique<Copy>(path, read_(path));
+    return copy.get();
   }
 
  private:
@@ -46,6 +43,7 @@ class ParameterCopies {
     std::optional<std::string> text_;
   };
 
+  base::FileReader read_;
   std::map<std::string, std::unique_ptr<Copy>> copies_;
 };
 

@@ -11,7 +11,7 @@
 namespace cbcan::plant {
 
 VirtualPlant::VirtualPlant(const config::Config& config, config::PlantBuild build, Pace pace)
-    : parameters_(build.parameters),
+    : parameters_(build.read),
       plant_(config, std::move(build), now_, *this,
              [this](const std::string& file) { return parameters_.find(file); }),
       pace_(std::move(pace)) {}

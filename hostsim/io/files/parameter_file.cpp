@@ -35,10 +35,10 @@ bool write_whole(const std::string& path, const std::string& text) {
 
 }  // namespace
 
-std::optional<std::string> ParameterFile::read() {
-  std::optional<std::string> text = base::read_file(path_);
-  if (!text && ::access(path_.c_str(), F_OK) == 0)
-    throw UsageError(path_ + ": this file with stored parameters cannot be read; check its permissions");
+std::optional<std::string> ParameterFile::text_of(const std::string& path) {
+  std::optional<std::string> text = base::read_file(path);
+  if (!text && ::access(path.c_str(), F_OK) == 0)
+    throw UsageError(path + ": this file with stored parameters cannot be read; check its permissions");
   return text;
 }
 

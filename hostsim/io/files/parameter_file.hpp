@@ -14,8 +14,11 @@ class ParameterFile final : public sim::ParameterText {
  public:
   using sim::ParameterText::ParameterText;
 
+  /// Nullopt: there is no such file yet. Throws UsageError.
+  static std::optional<std::string> text_of(const std::string& path);
+
  private:
-  std::optional<std::string> read() override;
+  std::optional<std::string> read() override { return text_of(path_); }
   bool write(const std::string& text) override;
 };
 
