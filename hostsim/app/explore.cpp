@@ -126,13 +126,12 @@ class Search {
       exit_code_ = base::ExitCode::kUsage;
     }
     if (!error_.empty()) console_.tell(fmt::format("cbcan-sim: {}\n", error_));
+    if (!search_.list && (error_.empty() || tried_ != 0))
+      console_.say(fmt::format("{}{}\nruns: {}, broken: {}, distinct failures: {}{}\n", results_.table(),
+                               failures_, tried_, results_.broken(), distinct_,
+                               left_ != 0 ? fmt::format(", not tried: {}", left_) : ""));
     if (junit_) junit_->write(results_.junit(left_, error_));
-    if (search_.list || (!error_.empty() && tried_ == 0)) return exit_code_;
-    console_.say(results_.table() + failures_);
-    console_.say(fmt::format("\nruns: {}, broken: {}, distinct failures: {}{}\n", tried_, results_.broken(),
-                             distinct_, left_ != 0 ? fmt::format(", not tried: {}", left_) : ""));
-    if (!error_.empty()) return exit_code_;
-    return distinct_ == 0 ? base::ExitCode::kDone : base::ExitCode::kCheckFailed;
+    return error_.empty() && distinct_ != 0 ? base::ExitCode::kCheckFailed : exit_code_;
   }
 
  private:
@@ -241,7 +240,7 @@ class Search {
   void try_all(const Subject& subject, const search::Exploration& exploration,
                const std::vector<Moments>& moments, const OnRecord& on_record) {
     std::vector<std::size_t> left;
-    const std::size_t first_order = tried_ + left_;
+    const std::size_t first_order = std::exchange(next_order_, next_order_ + moments.size());
     for (std::size_t i = 0; i < moments.size(); ++i) {
       const Result* const known = on_record ? nullptr : state_.find(to_string(moments[i]));
       if (known != nullptr)
@@ -299,7 +298,8 @@ class Search {
   const Time budget_ = base::parse_duration(search_.budget).value_or(kNever);
   Progress progress_;
   search::Results results_;
-  std::size_t offered_ = 0;  ///< moments of all parts
+  std::size_t offered_ = 0;     ///< moments of all parts
+  std::size_t next_order_ = 0;  ///< of the next moment in the results
   std::size_t tried_ = 0;
   std::size_t left_ = 0;
   std::size_t distinct_ = 0;
@@ -398,17 +398,25 @@ int run_many(const config::Start& start, const search::Settings& settings, confi
 base::ExitCode explore_scenarios(const std::vector<std::string>& paths, const config::SearchConfig& search,
                                  const base::FileReader& read, Console& console) {
   std::vector<config::EdsFiles> files(at_a_time(search), config::EdsFiles(read));
-  Search all(search, console);
+  struct File {
+    scenario::Scenario scenario;
+    search::Settings settings;
+    Moments only;
+  };
+  std::vector<File> all_files;
   for (const std::string& path : paths) {
-    scenario::Scenario scenario = scenario::read_scenario(read(path).value_or(""), path, read);
-    if (!scenario.problems.empty()) throw io::UsageError(to_string(scenario.problems.front()));
-    const search::Settings settings = search::read_settings(scenario.text, path);
-    const Moments only = search::only(search.only, settings, scenario.config);
+    File& file = all_files.emplace_back(scenario::read_scenario(read(path).value_or(""), path, read));
+    if (!file.scenario.problems.empty()) throw io::UsageError(to_string(file.scenario.problems.front()));
+    file.settings = search::read_settings(file.scenario.text, path);
+    file.only = search::only(search.only, file.settings, file.scenario.config);
+  }
+  Search all(search, console);
+  for (const auto& [scenario, settings, only] : all_files) {
     Threads runner(scenario, files, settings);
-    all.run(
-        {path, scenario.text, scenario.config, settings, only, runner, [&](const search::Failure& failure) {
-           return write_scenario(scenario, settings, search, files.front(), failure);
-         }});
+    all.run({scenario.file, scenario.text, scenario.config, settings, only, runner,
+             [&](const search::Failure& failure) {
+               return write_scenario(scenario, settings, search, files.front(), failure);
+             }});
   }
   return all.report();
 }

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: MIT
 """cbcan-sim run --explore: the shipped scenarios with every fault, cores with a defect, and scenarios that a fault breaks."""
 
+import collections
 import os
 import pathlib
 import re
@@ -63,6 +64,9 @@ class Shipped(cases.Case):
         count = lambda output: int(re.search(r"^runs: (\d+)", output, re.MULTILINE)[1])
         self.assertGreater(count(whole), 100)
         self.assertEqual(sum(map(count, parts)), count(whole))
+        rows = lambda output: collections.Counter({name: int(tried) for name, tried in re.findall(r"^(\S.*?)  +\S+ +(\d+) +\d", output, re.MULTILINE)})
+        self.assertEqual(rows(whole).total(), count(whole))
+        self.assertEqual(sum(map(rows, parts), collections.Counter()), rows(whole))
 
 
 class Defects(cases.Case):
@@ -113,6 +117,14 @@ class Fragile(cases.Case):
         self.assertEqual(self.path.read_text(), before)
         self.assertIn("there is no such folder; make it first", run("--explore", "--out", self.folder / "nowhere", self.path, code=2))
         self.assertIn("nowhere/x.xml", run("--explore", "--junit", self.folder / "nowhere/x.xml", self.path, code=3))
+
+    def test_results_come_before_a_file_that_cannot_be_written(self):
+        self.assertIn("runs: 3, broken: 1", run("--explore", "--faults", "request-lost", "--junit", "/dev/full", self.path, code=3))
+
+    def test_all_files_are_read_before_the_first_run(self):
+        junit = self.write("junit.xml", "of the last search")
+        self.assertIn("second.toml:1: ", run("--explore", "--junit", junit, self.path, self.write("second.toml", "[["), code=2))
+        self.assertEqual(junit.read_text(), "of the last search")
 
     def test_one_moment(self):
         self.assertIn("must object", run("--only", "66:request-lost@2", self.path, code=1))
