@@ -72,10 +72,7 @@ class Threads final : public search::Runner {
 };
 
 std::vector<std::string> words_in(const std::string& list) {
-  std::vector<std::string> words;
-  for (std::string_view rest = list; !rest.empty();)
-    words.emplace_back(base::trim(base::take_part(rest, ',')));
-  return words;
+  return base::column(base::words_of(list, ","), [](auto word) { return std::string(base::trim(word)); });
 }
 
 /// A file name from a moment.

@@ -35,7 +35,6 @@ Simulator::Simulator(const config::Config& config, config::PlantBuild build, con
 
 sim::ParameterStore* Simulator::store(const std::string& file) {
   if (copies_) return copies_->find(file);
-  if (file.empty()) return nullptr;
   return parameters_.emplace_back(std::make_unique<io::ParameterFile>(file, warn_)).get();
 }
 

@@ -4,7 +4,6 @@
 namespace cbcan::base {
 namespace {
 
-constexpr std::string_view kBlanks = " \t\r\n\v\f";
 constexpr std::size_t kColumns = 80;
 
 constexpr char lower(char c) {
@@ -13,12 +12,12 @@ constexpr char lower(char c) {
 
 }  // namespace
 
-std::vector<std::string_view> words_of(std::string_view text) {
+std::vector<std::string_view> words_of(std::string_view text, std::string_view marks) {
   std::vector<std::string_view> words;
-  for (auto at = text.find_first_not_of(kBlanks); at != std::string_view::npos;) {
-    const auto end = std::min(text.find_first_of(kBlanks, at), text.size());
+  for (auto at = text.find_first_not_of(marks); at != std::string_view::npos;) {
+    const auto end = std::min(text.find_first_of(marks, at), text.size());
     words.push_back(text.substr(at, end - at));
-    at = text.find_first_not_of(kBlanks, end);
+    at = text.find_first_not_of(marks, end);
   }
   return words;
 }

@@ -28,8 +28,8 @@ constexpr std::string_view trim(std::string_view text) {
   return {first, static_cast<std::size_t>(last - first)};
 }
 
-/// The parts between blanks and line ends.
-std::vector<std::string_view> words_of(std::string_view text);
+/// The parts between these characters.
+std::vector<std::string_view> words_of(std::string_view text, std::string_view marks = " \t\r\n\v\f");
 
 /// The parts left and right of the first `mark`; nullopt if there is none.
 std::optional<std::pair<std::string_view, std::string_view>> split(std::string_view text, char mark);

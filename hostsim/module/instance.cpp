@@ -234,7 +234,6 @@ void Instance::open(config::PlantBuild build, std::string plant_file) {
 }
 
 sim::ParameterStore* Instance::store(const std::string& file) {
-  if (file.empty()) return nullptr;
   return parameters_.emplace_back(std::make_unique<Parameters>(*this, file)).get();
 }
 

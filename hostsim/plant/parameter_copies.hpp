@@ -19,9 +19,8 @@ class ParameterCopies {
  public:
   explicit ParameterCopies(base::FileReader read) : read_(std::move(read)) {}
 
-  /// Reads the file the first time. Null for the empty path; throws what the reader throws.
+  /// Reads the file the first time; throws what the reader throws.
   sim::ParameterStore* find(const std::string& path) {
-    if (path.empty()) return nullptr;
     std::unique_ptr<Copy>& copy = copies_[path];
     if (!copy) copy = std::make_unique<Copy>(path, read_(path));
     return copy.get();

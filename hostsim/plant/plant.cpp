@@ -8,14 +8,15 @@ namespace cbcan::plant {
 Plant::Plant(const config::Config& config, config::PlantBuild build, const Time& now,
              NetworkListener& listener, const FindStore& find_store) {
   const NetworkContext context{now, schedule_, listener};
+  const auto store = [&](const std::string& file) { return file.empty() ? nullptr : find_store(file); };
   std::vector<Network*> networks;
   for (std::size_t i = 0; i < config.networks.size(); ++i) {
     const config::NetworkConfig& network = config.networks[i];
     std::vector<sim::NodeParts>& nodes = build.networks[i];
     for (std::size_t node = 0; node < nodes.size(); ++node)
-      nodes[node].parameters = find_store(network.nodes[node].parameters);
+      nodes[node].parameters = store(network.nodes[node].parameters);
     networks_.push_back(std::make_unique<Network>(config, network, std::move(nodes), context,
-                                                  find_store(network.module.parameters),
+                                                  store(network.module.parameters),
                                                   std::move(build.images[i])));
     networks_.back()->replay(std::move(build.replays[i]));
     networks.push_back(networks_.back().get());

@@ -17,7 +17,7 @@ namespace cbcan::plant {
 
 class Plant {
  public:
-  /// The store for the parameters of a module or node, by the file's name, which may be empty; null = none.
+  /// The store for the parameters of a module or node, by the file's name; null = none.
   using FindStore = std::function<sim::ParameterStore*(const std::string& file)>;
 
   /// `build` is the result of config::build_nodes() for `config`. All nodes are off until start(). `now` never

@@ -40,15 +40,13 @@ constexpr auto kKeys = std::to_array<base::Setting<Settings>>({
 }  // namespace
 
 std::vector<std::string> default_faults() {
-  std::string_view rest =
+  const auto faults = base::words_of(
       "response-*,abort,short-frame,refuse,request-lost,silent,silent count=0,heartbeat-stops count=0,"
       "power for_ms=300,power,bus-off for_ms=300,slow,cut,cut-before,late,exception,plc-restart,"
       "module-restart,module-nmt,module-nmt command=reset-comm,module-nmt command=stop,"
-      "module-nmt command=preop,module-bus-off for_ms=300";
-  std::vector<std::string> faults;
-  while (!rest.empty())
-    faults.emplace_back(base::take_part(rest, ','));
-  return faults;
+      "module-nmt command=preop,module-bus-off for_ms=300",
+      ",");
+  return {faults.begin(), faults.end()};
 }
 
 std::vector<std::string> default_survive() {
