@@ -47,6 +47,14 @@ TEST_CASE("a keep-alive node that is not Operational is configured") {
     check_identity(rig);
     rig.expect("605#2B17100064000000");
   }
+  SECTION("Operational without heartbeats: lost, and then configured") {
+    rig.arrive("705#05").pass(251 * kMillisecond);
+    CHECK(rig.of(5) == 0x5800);
+    rig.pass(kSecond).expect("605#4017100000000000");
+    rig.arrive("585#4B17100000000000");
+    check_identity(rig);
+    rig.expect("605#2B17100064000000");
+  }
 }
 
 TEST_CASE("a configuration that 1020h does not confirm is written") {

@@ -143,6 +143,7 @@ void Manager::checked(Client& client, Time now) {
 
 void Manager::decide(std::uint8_t node, Time now) {
   if (monitor_.last_state(node) != nmt::State::kOperational) return boot_from_reset(node, now);
+  nodes_[node].keep_alive = false;  // once: when it is lost without a boot-up message, it is configured
   nodes_[node].failure.letter = 'L';
   run(node, now);
 }
