@@ -318,7 +318,7 @@ class TheSameTable(cases.Case):
         explore(DRIVE, "ignored-abort", *self.OPTIONS, "--state", state, code=1)
         damaged = state.read_text().replace('"verdict":0', '"verdict":77', 1)
         state.write_text(damaged)
-        self.assertRegex(explore(DRIVE, "ignored-abort", *self.OPTIONS, "--state", state, code=2), r"state:\d+: is no moment and its result; remove the line")
+        self.assertRegex(explore(DRIVE, "ignored-abort", *self.OPTIONS, "--state", state, code=2), r"state:\d+: is no result of this version; remove the line")
         self.assertEqual(state.read_text(), damaged)
 
     def test_junit(self):

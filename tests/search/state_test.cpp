@@ -47,18 +47,18 @@ TEST_CASE("state: what is damaged is named by its line") {
   CHECK(problem_in(good).empty());
   for (const char* verdict : {"4", "77", "-1", "1.5", "\"2\"", "null", "18446744073709551615", "1e99"})
     CHECK(problem_in(good + line_with("16:silent@3", verdict)) ==
-          "f:3: is no moment and its result; remove the line");
+          "f:3: is no result of this version; remove the line");
   for (const char* moments : {"16", "16:silent@x", "16:silent@4294967296", "16:silent@3+"})
     CHECK(problem_in(good + line_with(moments, "0")).empty() == (std::string(moments) == "16:silent@3+"));
   for (const char* line :
        {"", "{}", "[]", R"(["16:silent@3"])", R"(["16:silent@3",{}])", R"(["16:silent@3",7])",
         R"(["16:silent@3",{"verdict":0}])", "[[[[[[", "\xFF", R"([5,"x"])"})
-    CHECK(problem_in(good + line + "\n") == "f:3: is no moment and its result; remove the line");
+    CHECK(problem_in(good + line + "\n") == "f:3: is no result of this version; remove the line");
   CHECK(problem_in("plant = \"demo\"\n") == "f:1: is no file of --explore; name a new one");
   CHECK(problem_in(line_with("16:silent@3", "0")) == "f:1: is no file of --explore; name a new one");
   std::string negative = good;
   negative.replace(negative.find(":5,"), 3, ":-5,");
-  CHECK(problem_in(negative) == "f:2: is no moment and its result; remove the line");
+  CHECK(problem_in(negative) == "f:2: is no result of this version; remove the line");
 }
 
 TEST_CASE("state: joined texts are one, unless they are about different programs") {

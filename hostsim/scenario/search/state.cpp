@@ -64,7 +64,7 @@ State parse_state(std::string_view text, const std::string& path) {
     if (!result || !is_moments(line[0].get<std::string>()))
       throw base::UsageError(fmt::format("{}:{}: {}", path, number,
                                          kept == nullptr ? "is no file of --explore; name a new one"
-                                                         : "is no moment and its result; remove the line"));
+                                                         : "is no result of this version; remove the line"));
     kept->runs.insert_or_assign(line[0], *result);
   }
   return state;
