@@ -81,7 +81,12 @@ void CoprocessorModule::on_frame(const Frame& frame, Time now) {
   poll(now);
 }
 
+void CoprocessorModule::keep_off(bool off, BusState otherwise, Time now) {
+  if (std::exchange(is_kept_off_, off) != off) port_.set_state(off ? BusState::kBusOff : otherwise, now);
+}
+
 void CoprocessorModule::on_bus_state(BusState state, Time now) {
+  if ((is_kept_off_ || !hears_) && state != BusState::kBusOff) return port_.set_state(BusState::kBusOff, now);
   coprocessor_->on_bus_state(state, now);
   poll(now);
 }

@@ -51,6 +51,8 @@ class CoprocessorModule final : public Receiver, public Timed {
   void on_plc(Time now) { coprocessor_->on_plc(now); }
   void on_frame(const Frame& frame, Time now) override;
   void on_bus_state(BusState state, Time now) override;
+  /// Keeps it bus-off whatever state it is given, or no longer: then it has `otherwise`.
+  void keep_off(bool off, BusState otherwise, Time now);
 
   /// Null removes the watch.
   void watch(ModuleWatch* watch) { watch_ = watch; }
@@ -66,6 +68,7 @@ class CoprocessorModule final : public Receiver, public Timed {
   ModuleParameters parameters_;
   bool is_kept_;       ///< in parameters_
   bool hears_ = true;  ///< the bit rate is that of the bus
+  bool is_kept_off_ = false;
   Port& port_;
   RegisterWindow window_;
   ProcessRegisters process_;

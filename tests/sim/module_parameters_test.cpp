@@ -110,6 +110,15 @@ TEST_CASE(
     CHECK(bench.heard() ==
           (*row.boots != 0 ? std::vector<std::string>{row.boots} : std::vector<std::string>{}));
     CHECK(module.port().state() == (*row.boots != 0 ? BusState::kActive : BusState::kBusOff));
+    for (const char* const fault : {"module-bus-off until_ms=1", "error-passive until_ms=1"}) {
+      INFO(fault);
+      if (*row.boots != 0) break;
+      bench.world.faults().add(sim::parse_fault(fault, sim::FaultPlace::kBus).fault, bench.now);
+      CHECK(module.port().state() == BusState::kBusOff);
+      bench.pass(10 * kMillisecond);
+      CHECK(module.port().state() == BusState::kBusOff);
+      bench.heard();  // the states of the master's controller
+    }
     if (store.kept.lss.node_id != 0) continue;
     bench.send("7E5#0401000000000000");
     bench.ask("7E5#112A000000000000", "7E4#1100000000000000");

@@ -121,18 +121,12 @@ void BusFaults::deliver_late(Time now) {
 
 void BusFaults::follow_states(Time now) {
   const BusState state = faults_.follow_states(now);
-  follow_module(now);
-  const bool holds = state != BusState::kActive;
-  if (!std::exchange(has_state_, holds) && !holds) return;
-  bus_.set_state(state, now);
-}
-
-void BusFaults::follow_module(Time now) {
-  const bool is_off = std::ranges::any_of(faults_.list(), [](const SetFault& set) {
+  const bool is_module_off = std::ranges::any_of(faults_.list(), [](const SetFault& set) {
     return set.fault.kind == FaultKind::kModuleBusOff && set.open;
   });
-  if (module_ == nullptr || std::exchange(module_is_off_, is_off) == is_off) return;
-  module_->port().set_state(is_off ? BusState::kBusOff : BusState::kActive, now);
+  if (module_ != nullptr) module_->keep_off(is_module_off, state, now);
+  const bool holds = state != BusState::kActive;
+  if (std::exchange(has_state_, holds) || holds) bus_.set_state(state, now);
 }
 
 /// 0 would be all nodes.

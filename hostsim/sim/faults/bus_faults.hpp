@@ -26,7 +26,7 @@ class BusFaults final : public Timed, private Receiver, private FrameModifier {
 
   FaultSet& set() { return faults_; }
   /// The one that faults of the module are about; without it they do nothing.
-  void set_module(const CoprocessorModule& module) { module_ = &module; }
+  void set_module(CoprocessorModule& module) { module_ = &module; }
 
   void start(Time now) { poll(now); }
   void poll(Time now) override;
@@ -43,7 +43,6 @@ class BusFaults final : public Timed, private Receiver, private FrameModifier {
   void follow_set(Time now);
   void deliver_late(Time now);
   void follow_states(Time now);
-  void follow_module(Time now);
   void send_load(Time now);
   void send_command(ModuleCommand command);
   Time next() const;
@@ -51,10 +50,9 @@ class BusFaults final : public Timed, private Receiver, private FrameModifier {
   Bus& bus_;
   FaultSet faults_;
   std::vector<Late> late_;  ///< by due time
-  const CoprocessorModule* module_ = nullptr;
+  CoprocessorModule* module_ = nullptr;
   Port* own_port_ = nullptr;  ///< of bus load and NMT commands; null until there are any
   bool has_state_ = false;    ///< a fault has set the state of the bus
-  bool module_is_off_ = false;
 };
 
 }  // namespace cbcan::sim
