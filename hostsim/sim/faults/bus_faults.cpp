@@ -96,7 +96,7 @@ void BusFaults::on_arrival(const Frame& frame, const Port* sender, Time now) {
     switch (set.fault.kind) {
       case FaultKind::kFrameLoss: return;
       case FaultKind::kFrameTwice: copies = 2; break;
-      case FaultKind::kModuleNmt: send_command(set.fault.command); break;
+      case FaultKind::kModuleNmt: send_command(set, now); break;
       case FaultKind::kFrameLate: due = now + set.fault.delay; break;
       default: arriving = corrupted(arriving, set.fault.part, set.random); break;
     }
@@ -129,15 +129,16 @@ void BusFaults::follow_states(Time now) {
   if (std::exchange(has_state_, holds) || holds) bus_.set_state(state, now);
 }
 
-/// 0 would be all nodes.
-void BusFaults::send_command(ModuleCommand command) {
+/// At any time one: on a bus without a bit rate a reset and the boot-up message would go on without end.
+void BusFaults::send_command(SetFault& set, Time now) {
+  set.begins = now + 1;
   constexpr std::array<nmt::Command, 5> kCommands{nmt::Command::kResetNode, nmt::Command::kResetCommunication,
                                                   nmt::Command::kStop, nmt::Command::kEnterPreOperational,
                                                   nmt::Command::kStart};
   const std::uint8_t node =
       module_ == nullptr ? std::uint8_t{0} : module_->coprocessor().own_node().node_id();
-  if (node == 0) return;
-  const auto specifier = static_cast<std::uint8_t>(kCommands[static_cast<std::size_t>(command)]);
+  if (node == 0) return;  // would be all nodes
+  const auto specifier = static_cast<std::uint8_t>(kCommands[static_cast<std::size_t>(set.fault.command)]);
   own_port_->try_send({.id = nmt::kCommandId, .length = 2, .data = {specifier, node}});
 }
 

@@ -44,7 +44,7 @@ class BusFaults final : public Timed, private Receiver, private FrameModifier {
   void deliver_late(Time now);
   void follow_states(Time now);
   void send_load(Time now);
-  void send_command(ModuleCommand command);
+  void send_command(SetFault& set, Time now);
   Time next() const;
 
   Bus& bus_;
