@@ -115,7 +115,7 @@ void FaultyPort::poll(Time now) {
 }
 
 Time FaultyPort::next_due() const {
-  const Time next = faults_.deadline();
+  const Time next = earlier(faults_.deadline(), boots_ && now_ < booted_at_ ? booted_at_ : kNever);
   return held_.empty() ? next : earlier(next, std::max(held_.front().due, retry_at_));
 }
 

@@ -79,7 +79,7 @@ class FaultyPort final : public CanPort {
 
   /// Sends what is due.
   void poll(Time now);
-  Time deadline() const { return is_idle() ? kNever : earlier(next_due(), boots_ ? booted_at_ : kNever); }
+  Time deadline() const { return is_idle() ? kNever : next_due(); }
   /// There is no fault, no delayed frame, and nothing takes time.
   bool is_idle() const { return faults_.empty() && held_.empty() && !timing_; }
 
