@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // A network as a unit of Modbus servers.
 
+#include "demo.hpp"
 #include "support/bare_network.hpp"
 #include "support/catch.hpp"
 
@@ -24,6 +25,19 @@ TEST_CASE("what is due happens before a request writes, and meets the registers 
   CHECK(counters.failed == 1);
   CHECK(counters.cancelled == 0);
   CHECK(network.registers()[regmap::kExecuteFlag] == 0);
+}
+
+TEST_CASE("a module that restarts while its controller is bus-off knows that it is") {
+  const auto plant = test::demo();
+  for (const char* const line : {"fault bus module-bus-off", "fault plc module-restart count=1"})
+    plant->execute(line);
+  std::array<std::uint8_t, modbus::kMaxPdu> room{};
+  const std::array<std::uint8_t, 5> write{6, 0x0E, 0xD8, 0, 7};
+  CHECK(plant->control().network(1).handle({.client = 1, .unit = 1, .pdu = write}, room).empty());
+  plant->execute("trigger read 0 0x3002 0 1");
+  plant->execute("pass 1ms");
+  CHECK(plant->execute("read 3706") == "ok 16\n");
+  CHECK(plant->execute("read 4107") == "ok 16\n");
 }
 
 }  // namespace
