@@ -115,15 +115,15 @@ class ModbusTcpSession final : public StreamSession {
     received_.insert(received_.end(), bytes.begin(), bytes.end());
     ModbusServer::Bytes rest(received_);
     std::size_t size = 0;
-    for (; (size = ModbusServer::request_size(rest)) != 0 && size <= rest.size(); rest = rest.subspan(size)) {
-      const ModbusServer::Bytes response = server_.execute(client_, rest.first(size));
+    for (; !ended_ && (size = ModbusServer::request_size(rest)) <= rest.size(); rest = rest.subspan(size)) {
+      const auto response = size != 0 ? server_.execute(client_, rest.first(size)) : ModbusServer::Bytes();
       unsent_.append(response.begin(), response.end());
+      ended_ = response.empty();
     }
-    ended_ = size == 0;
     received_.erase(received_.begin(), received_.end() - static_cast<std::ptrdiff_t>(rest.size()));
   }
   void end_input() override { received_.clear(); }
-  bool is_busy() const override { return !received_.empty(); }
+  bool is_busy() const override { return !ended_ && !received_.empty(); }
   std::string_view unsent() const override { return unsent_; }
   bool has_ended() const override { return ended_; }
   void sent(std::size_t count) override { unsent_.erase(0, count); }

@@ -2,6 +2,7 @@
 // A network as a unit of Modbus servers.
 
 #include "demo.hpp"
+#include "protocols/modbus_server.hpp"
 #include "support/bare_network.hpp"
 #include "support/catch.hpp"
 
@@ -25,6 +26,26 @@ TEST_CASE("what is due happens before a request writes, and meets the registers 
   CHECK(counters.failed == 1);
   CHECK(counters.cancelled == 0);
   CHECK(network.registers()[regmap::kExecuteFlag] == 0);
+}
+
+TEST_CASE("a fault of the PLC ends a connection once what was answered is sent; the rest is not executed") {
+  const auto plant = test::demo();
+  std::array<protocols::ModbusUnit*, 1> units{&plant->control().network(1)};
+  protocols::ModbusServer server(units, {"", "", ""});
+  for (const std::string fault : {"cut", "cut-before", "module-restart"}) {
+    CAPTURE(fault);
+    plant->execute("write 3800 0 0 0");
+    plant->execute("fault plc " + fault + " after=1 count=1");
+    protocols::ModbusTcpSession session(server, 1, [] {});
+    std::string requests;
+    for (const char* const number : {"\xD8", "\xD9", "\xDA"})  // R3800, R3801 and R3802 = 7
+      requests += std::string("\0\1\0\0\0\6\1\6\x0E", 9) + number + std::string("\0\7", 2);
+    session.receive(requests);
+    CHECK(session.unsent().size() == 12);
+    CHECK(session.has_ended());
+    CHECK_FALSE(session.is_busy());
+    CHECK(plant->execute("read 3802") == "ok 0\n");
+  }
 }
 
 TEST_CASE("a module that restarts while its controller is bus-off knows that it is") {
