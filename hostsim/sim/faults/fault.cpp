@@ -141,7 +141,7 @@ constexpr auto kKinds = std::to_array<FaultRow>({
     {"late", kActs, kDelay, kPlc, "The response to a Modbus request comes late, while the plant goes on.", {.delay = 500 * kMillisecond}},
     {"exception", kActs, kExceptionCode, kPlc, "A Modbus request is answered by an exception, and not executed.", {.code = 4}},
     {"plc-restart", kActs, {}, kPlc, "The command after -- is killed and starts again, while the plant goes on.", {}},
-    {"module-restart", kActs, {}, kPlc, "The module is switched off and on: all registers are 0, and connections are closed.", {}},
+    {"module-restart", kActs, {}, kPlc, "The module is switched off and on: all registers are 0, the request's connection closed.", {}},
     {"module-nmt", kActs, kCommand, kBus, "Another master sends an NMT command to the module, after a frame of it.", {}},
     {"power", kPowers, {}, kNode, "The node loses its power, with the frame that it would get or send.", {}},
     {"bus-off", kState, {}, kNodeOrBus, "The controller, or every one on the bus, is bus-off.", {}},
