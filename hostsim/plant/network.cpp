@@ -177,13 +177,13 @@ void Network::on_request(bool valid, const modbus::Range& written) {
   const modbus::Access access = modbus::check(request.pdu, map_, functions_for(request));
   const sim::Fault* const fault = fault_on(request, access.written.count != 0);
   if (fault == nullptr) return execute(request, access, room);
-  const sim::FaultKind kind = fault->kind;
+  const auto [kind, delay] = std::pair(fault->kind, fault->delay);  // execute() may change the faults
   if (kind == sim::FaultKind::kModuleRestart) restart_module();
   if (kind == sim::FaultKind::kModuleRestart || kind == sim::FaultKind::kCutBefore) return {};
   if (kind == sim::FaultKind::kException)
     return execute(request, {modbus::Exception{static_cast<std::uint8_t>(fault->code)}}, room);
   const modbus::Pdu response = execute(request, access, room);
-  if (kind == sim::FaultKind::kLate) context_.listener.on_late_response(fault->delay);
+  if (kind == sim::FaultKind::kLate) context_.listener.on_late_response(delay);
   if (kind == sim::FaultKind::kPlcRestart) context_.listener.on_plc_restart();
   return kind == sim::FaultKind::kLate ? response : modbus::Pdu{};
 }
