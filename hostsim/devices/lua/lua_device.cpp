@@ -404,21 +404,13 @@ std::string eds_of_script(const std::string& name, std::string_view script) {
   auto functions = LuaDevice::kFunctions;
   for (luaL_Reg& function : functions)
     function.func = std::string_view(function.name) == kBlockType ? no_block : no_number;
-  try {
-    Script loaded(name, script, 0, functions, nullptr);
-    return declared_eds(loaded, name);
-  } catch (const ScriptError& error) {
-    throw sim::BehaviourProblem(error.what());
-  }
+  Script loaded(name, script, 0, functions, nullptr);
+  return declared_eds(loaded, name);
 }
 
 std::unique_ptr<sim::Behaviour> make_lua_device(sim::DeviceNode& node, std::uint64_t seed,
                                                 const std::string& name, const std::string& script) {
-  try {
-    return std::make_unique<LuaDevice>(node, seed, name, script);
-  } catch (const ScriptError& error) {
-    throw sim::BehaviourProblem(error.what());
-  }
+  return std::make_unique<LuaDevice>(node, seed, name, script);
 }
 
 }  // namespace cbcan::devices

@@ -12,11 +12,12 @@
 #include <map>
 #include <optional>
 #include <span>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <variant>
 #include <vector>
+
+#include "sim/behaviour.hpp"
 
 namespace cbcan::devices {
 
@@ -70,9 +71,9 @@ class CostModel {
 };
 
 /// An error of a script: "tank.lua:12: attempt to ...".
-class ScriptError : public std::runtime_error {
+class ScriptError : public sim::BehaviourProblem {
  public:
-  ScriptError(const std::string& what, int in_line) : std::runtime_error(what), line(in_line) {}
+  ScriptError(const std::string& what, int in_line) : BehaviourProblem(what), line(in_line) {}
   int line;  ///< 0 = not known
 };
 
