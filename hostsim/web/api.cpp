@@ -4,6 +4,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <array>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -33,6 +34,14 @@ constexpr std::uint64_t kMostListed = 1000;
 constexpr std::string_view kNodes = "/api/nodes/";
 constexpr std::uint16_t kStatusword = 0x6041;
 constexpr std::uint16_t kModeDisplay = 0x6061;  // a drive has it; a valve has a 6041h of its own
+
+/// Types of the page's files.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 4> kTypes{{
+    {".html", "text/html; charset=utf-8"},
+    {".css", "text/css; charset=utf-8"},
+    {".js", "text/javascript; charset=utf-8"},
+    {".svg", "image/svg+xml"},
+}};
 
 struct NamedRegister {
   const regmap::RegisterRow* row = nullptr;  ///< null: without a name
@@ -403,6 +412,18 @@ protocols::HttpResponse last_minute(const Asked& asked) {
 
 protocols::HttpResponse wires(const Asked& asked) {
   return ok({{"wires", asked.parts.wires()}});
+}
+
+/// The page's file at `path`, such as "/" or "/page.js"; nullopt if there is no such file.
+std::optional<protocols::HttpResponse> page_at(std::string_view path) {
+  const std::string_view name =
+      path == "/" ? "index.html" : path.substr(std::min<std::size_t>(1, path.size()));
+  const auto file = std::ranges::find(page_files(), name, &config::EmbeddedFile::name);
+  if (file == page_files().end()) return std::nullopt;
+  const auto type = std::ranges::find_if(kTypes, [&](const auto& row) { return name.ends_with(row.first); });
+  return protocols::HttpResponse{
+      .type = std::string(type == kTypes.end() ? "text/plain; charset=utf-8" : type->second),
+      .body = std::string(file->text)};
 }
 
 struct Route {
