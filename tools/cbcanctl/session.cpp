@@ -169,7 +169,6 @@ Borrowed::Borrowed(window::Client& client, std::uint16_t index, const tools::Byt
   try {
     write_own(client, index, value);
   } catch (const Refused&) {
-    changed_ = false;
     throw;
   } catch (...) {
     put_back();  // a cancelled write may have been carried out
@@ -179,7 +178,6 @@ Borrowed::Borrowed(window::Client& client, std::uint16_t index, const tools::Byt
 
 void Borrowed::put_back() noexcept {
   if (!changed_) return;
-  changed_ = false;
   interrupt_seen = 0;  // the next Ctrl-C counts again
   try {
     write_own(client_, index_, before_);
