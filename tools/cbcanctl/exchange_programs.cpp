@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "cbcanctl/exchange_programs.hpp"
+// Programs of a PLC that exchange the registers, one request after the other.
 
 #include <arpa/inet.h>
 #include <fmt/format.h>
@@ -8,6 +8,7 @@
 
 #include "base/error.hpp"
 #include "cbcan/regmap.hpp"
+#include "cbcanctl/tag_forms.hpp"
 
 namespace cbcan::tools {
 

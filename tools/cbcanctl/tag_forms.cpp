@@ -8,7 +8,6 @@
 #include "base/error.hpp"
 #include "base/utf8.hpp"
 #include "cbcan/regmap.hpp"
-#include "cbcanctl/exchange_programs.hpp"
 
 namespace cbcan::tools {
 
@@ -40,17 +39,12 @@ constexpr auto kTypes = std::to_array<TypeName>({
 });
 
 /// Empty = no type has this size.
-template <auto kName>
-std::string_view type_of(const Tag& tag) {
+std::string_view type_of(const Tag& tag, std::string_view TypeName::*column) {
+  if (column == nullptr) return "INT";
   std::string_view name;
   for (const TypeName& row : kTypes)
-    if (row.bits == tag.bits && (!row.type || row.type == tag.type)) name = row.*kName;
+    if (row.bits == tag.bits && (!row.type || row.type == tag.type)) name = row.*column;
   return name;
-}
-constexpr auto iec_type = type_of<&TypeName::iec>;
-constexpr auto tia_type = type_of<&TypeName::tia>;
-std::string_view as_int(const Tag&) {
-  return "INT";
 }
 
 // ---- Addresses
@@ -115,30 +109,30 @@ struct FormRow {
   bool whole;       ///< takes all values as they are
   std::string (*comment)(std::string_view text);
   std::string (*address)(const Tag& tag, unsigned at, const std::vector<Exchange>& arrays);
-  std::string_view (*type)(const Tag& tag);
+  std::string_view TypeName::*type;          ///< null: all variables are INT
   std::string_view head, array, line, foot;  ///< of fmt::format
 };
 
 // clang-format off
 constexpr std::array<FormRow, static_cast<std::size_t>(Form::kTiaDbScl)> kRows{{
-    {{}, Smallest::kByteAndBit, Doubles::kNone, true, in_quotes, no_address, iec_type,
+    {{}, Smallest::kByteAndBit, Doubles::kNone, true, in_quotes, no_address, &TypeName::iec,
      "Name,Register,Bit,Bits,Type,Direction,Words,Node,Object,Low,High,Comment\r\n", "",
      "{name},{register},{bit},{bits},{type},{direction},{order},{node},{object},{low},{high},\"{comment}\"\r\n", ""},
-    {10, Smallest::kByteAndBit, Doubles::kHighFirst, false, in_ascii, no_address, tia_type,
+    {10, Smallest::kByteAndBit, Doubles::kHighFirst, false, in_ascii, no_address, &TypeName::tia,
      "DATA_BLOCK \"cbcan\"\n{{ S7_Optimized_Access := 'FALSE' }}\nVERSION : 0.1\n"
      "//This block has number {at} in the program of --for tia-db-scl\nSTRUCT\n", "",
      "  {name} : {type};  //{comment}\n", "END_STRUCT;\nBEGIN\nEND_DATA_BLOCK\n"},
-    {100, Smallest::kWord, Doubles::kNone, false, base::to_xml, xsy_address, as_int,
+    {100, Smallest::kWord, Doubles::kNone, false, base::to_xml, xsy_address, nullptr,
      "<?xml version=\"1.0\" encoding=\"UTF-8\" standalone=\"yes\"?>\n<VariablesExchangeFile>\n"
      "<fileHeader company=\"cbcan\" product=\"cbcanctl\" dateTime=\"date_and_time#2000-1-1-0:0:0\" content=\"Variable source file\" DTDVersion=\"41\"/>\n"
      "<contentHeader name=\"cbcan\" version=\"0.0.000\"/>\n<dataBlock>\n", "",
      "<variables name=\"{name}\" typeName=\"{type}\" topologicalAddress=\"{address}\"><comment>{comment}</comment></variables>\n",
      "</dataBlock>\n</VariablesExchangeFile>\n"},
-    {{}, Smallest::kBit, Doubles::kNone, false, in_ascii, logix_address, as_int,
+    {{}, Smallest::kBit, Doubles::kNone, false, in_ascii, logix_address, nullptr,
      "remark,\"CSV-Import-Export\"\r\n0.3\r\nTYPE,SCOPE,NAME,DESCRIPTION,DATATYPE,SPECIFIER,ATTRIBUTES\r\n",
      "TAG,,{array},\"R{register}\",\"INT[{words}]\",\"\",\"(RADIX := Decimal)\"\r\n",
      "ALIAS,,{name},\"{comment}\",\"\",\"{address}\",\"\"\r\n", ""},
-    {0, Smallest::kByteAndBit, Doubles::kLowFirst, false, base::to_xml, codesys_address, iec_type,
+    {0, Smallest::kByteAndBit, Doubles::kLowFirst, false, base::to_xml, codesys_address, &TypeName::iec,
      "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n<project xmlns=\"http://www.plcopen.org/xml/tc6_0201\">\n"
      "<fileHeader companyName=\"cbcan\" productName=\"cbcan\" productVersion=\"1\" creationDateTime=\"2000-01-01T00:00:00\"/>\n"
      "<contentHeader name=\"cbcan\"><coordinateInfo><fbd><scaling x=\"8\" y=\"8\"/></fbd><ld><scaling x=\"8\" y=\"8\"/></ld>"
@@ -170,7 +164,7 @@ std::string line_of(const Tag& tag, const FormRow& row, unsigned at, const std::
   using fmt::arg;
   constexpr std::array<std::string_view, 3> kDirections{"input", "output", "status"};
   return fmt::format(fmt::runtime(row.line), arg("name", tag.name), arg("comment", row.comment(tag.comment)),
-                     arg("type", row.type(tag)), arg("address", row.address(tag, at, arrays)),
+                     arg("type", type_of(tag, row.type)), arg("address", row.address(tag, at, arrays)),
                      arg("register", tag.first), arg("bit", tag.bit), arg("bits", tag.bits),
                      arg("direction", kDirections[static_cast<std::size_t>(tag.direction)]),
                      arg("node", tag.node), arg("object", tag.object),
