@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "cbcanctl/command_line.hpp"
+// The command line of cbcanctl: its options and commands, help, and what was typed.
 
 #include <fmt/core.h>
 

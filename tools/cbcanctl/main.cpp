@@ -10,7 +10,7 @@
 #include <span>
 
 #include "base/value.hpp"
-#include "cbcanctl/command_line.hpp"
+#include "cbcanctl/commands.hpp"
 #include "window/program_start.hpp"
 
 namespace cbcan::ctl {
