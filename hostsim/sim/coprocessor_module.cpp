@@ -70,8 +70,8 @@ void CoprocessorModule::restart(Time now) {
 
 void CoprocessorModule::start(Time now) {
   if (!hears_) port_.set_state(BusState::kBusOff, now);
-  coprocessor_->start(now);
   if (port_.state() != BusState::kActive) coprocessor_->on_bus_state(port_.state(), now);
+  coprocessor_->start(now);
   poll(now);
 }
 
