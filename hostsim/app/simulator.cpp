@@ -231,11 +231,12 @@ Time Simulator::poll_due() {
   return earlier(earlier(observers, next_deadline()), console_.flush());
 }
 
-/// Returns the time of their next action.
+/// Returns the time of their next action. Views come before the responses to commands.
 Time Simulator::poll_observers(Time now) {
   if (rtu_) rtu_->poll(now);
   for (BusConnections* network : connected_)
     network->poll(now);
+  poll_views();
   for (auto* servers : {&bus_servers_, &commands_})
     for (io::StreamServer& server : *servers)
       server.flush();

@@ -62,6 +62,14 @@ class OverASocket(cases.Case):
         self.assertEqual(commands("incident 0x42 output-short-circuit off"), "ok\n")
         self.assertIn("0C2#0000000000000000", simulator.frames())
 
+    def test_what_a_delayed_command_waited_for_is_in_the_log_when_it_is_answered(self):
+        simulator, commands = self.start("--control", "127.0.0.1:0", "--verbose")
+        self.assertEqual(commands("fault 0x42 response-late delay_ms=2"), "ok 1\n")
+        for number in range(1, 101):
+            self.assertEqual(commands("trigger read 0x42 0x1000 0 4\nwait transaction ended"), "ok\n")
+            self.assertRegex(commands.lines.readline(), r"^ok \d")
+            self.assertIn(f"#{number} read node 66 ", "".join(simulator.errors()[-1:]))
+
     def test_a_fault_is_told_on_standard_error_each_time(self):
         simulator, commands = self.start("--control", "127.0.0.1:0")
         window = simulator.window()

@@ -186,6 +186,8 @@ class Program {
     if (this.#code !== undefined) return;
     const now = this.#clock.now();
     const next = this.#instance.pass(now);
+    this.#tell(); // before the responses to commands
+    if (this.#code !== undefined) return;
     let received = false; // there may be more
     for (const [socket, client] of this.#clients) received = this.#serve(socket, client) || received;
     received ? this.#soon() : this.#execute();
