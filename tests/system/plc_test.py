@@ -106,7 +106,7 @@ class LinePlc:
         self.context = ctypes.c_void_p(self.library.modbus_new_rtu(device.encode(), 19200, ctypes.c_char(b"E"), 8, 1))
         self.library.modbus_set_slave(self.context, 1)
         assert self.library.modbus_connect(self.context) == 0
-        self.mapping = self.library.modbus_mapping_new_start_address(0, 0, 0, 0, 3700, 70, 0, 0)
+        self.mapping = self.library.modbus_mapping_new_start_address(0, 0, 0, 0, 3700, 600, 0, 0)
         self.program = program
 
     def serve(self):
@@ -239,6 +239,27 @@ class OnALine(cases.Case):
             self.assertEqual(results, [[0, 5055, 0x42, 0x1000, 0, 4, 0x0191, 0x000F], [0, 5066, 0x42, 0x6411, 1, 2, 300, 0x000F],
                                        [0, 5055, 0x42, 0x6411, 1, 2, 300, 0x000F], [4, 5055, 0x20, 0x3333, 0, 4, 0x0000, 0x0602]])
             self.assertEqual(simulator.errors(), [])
+
+    def test_inputs_and_status_are_written_again_and_again(self):
+        line = SerialLine()
+        self.addCleanup(line.close)
+        counts = {"requests": 0, "all": 0}
+
+        def program(words):
+            counts["requests"] += 1
+            places = (100, 300, 300 + 123)
+            if all(words[at] != 0xFFFF for at in places):
+                counts["all"] += 1
+                for at in places:
+                    words[at] = 0xFFFF
+            return counts["all"] < 4 and counts["requests"] < 2000
+
+        plc = LinePlc(line.ends[1], program)
+        self.addCleanup(plc.stop)
+        with Simulator(PROGRAM, "--demo", *(f"--set=plc.{setting}" for setting in (
+                f"device={line.ends[0]}", "baud=19200", "parity=E", "period_ms=1", "process_first=3800", "status_first=4000"))):
+            plc.serve()
+        self.assertEqual(counts["all"], 4)
 
 
 cases.main()

@@ -62,14 +62,12 @@ void PlcClient::receive(window::Time now) {
 }
 
 void PlcClient::send(window::Time now) {
-  quiet_ = false;
-  if (connection_->state() != window::Connection::State::kOn || connection_->response_due()) return;
+  quiet_ = !connection_->ready(now);
+  if (quiet_) return;  // next() counts on its request being sent
   for (std::size_t i = 0; i < exchanges_.size(); ++i) {
-    std::optional<window::Request> request = exchanges_[i]->next();
+    asking_ = (asking_ + 1) % exchanges_.size();  // in turn: a round may begin before the last has ended
+    std::optional<window::Request> request = exchanges_[asking_]->next();
     if (!request) continue;
-    quiet_ = !connection_->ready(now);
-    if (quiet_) return;
-    asking_ = i;
     request_ = std::move(*request);
     return connection_->send(settings_.unit, request_, now);
   }

@@ -79,7 +79,7 @@ class PlcClient {
   std::set<std::uint16_t> refused_;  ///< addresses for which the user was warned
   bool watched_ = false;             ///< the connection's descriptor is watched
   bool ready_ = false;               ///< the connection's descriptor was ready
-  bool quiet_ = false;               ///< a request waits for the silence before it
+  bool quiet_ = false;               ///< a request would have to wait, such as for the silence before it
   Counters counters_;
 };
 
