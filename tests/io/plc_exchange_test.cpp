@@ -366,6 +366,25 @@ TEST_CASE("process data: outputs are read, inputs written as they change, and al
   CHECK(round(exchange, bench.registers) == Log{"R1088+64", "W1024+64"});
 }
 
+TEST_CASE("registers that are copied: in parts, as they change, and all of them in the round after a loss") {
+  Bench bench;
+  CopyExchange exchange(bench.unit, 1024, 3928, 140);
+  const Log all{"W1024+123", "W1147+17"};
+  exchange.begin();
+  for (const bool changes : {false, true}) {
+    REQUIRE(exchange.next());
+    exchange.lost();
+    CHECK_FALSE(exchange.next());  // until the next round
+    if (changes) ++bench.module.registers[3930];
+    CHECK_FALSE(exchange.next());
+    CHECK(round(exchange, bench.registers) == all);
+    CHECK(round(exchange, bench.registers).empty());
+    ++bench.module.registers[3930];
+    exchange.begin();
+  }
+  CHECK(round(exchange, bench.registers) == Log{"W1026+1"});
+}
+
 TEST_CASE("registers that the PLC owns: nothing is believed, executed twice or torn that should not be") {
   check_interleavings(GENERATE(false, true), 200);
 }

@@ -174,13 +174,14 @@ void ScannerExchange::compare() {
 // ---- What the PLC gets as it changes
 
 void CopyExchange::begin() {
-  if (rounds_ == 1) lost();
+  if (rounds_ == 1 || range_.first == told_.size()) range_ = {};
   if (rounds_ != 0) --rounds_;
 }
 
+/// Nothing is behind this range until begin().
 void CopyExchange::lost() {
   rounds_ = 0;
-  range_ = {};
+  range_ = {told_.size(), 0};
 }
 
 std::optional<Request> CopyExchange::next() {
