@@ -53,6 +53,13 @@ class WithSimulator(Case):
         done = run(self.place, "--json", "state", "1")
         self.assertEqual(json.loads(done.stdout), {"node": 1, "state": 127, "name": "Pre-operational"})
 
+    def test_an_output_that_is_full(self):
+        full = self.enterContext(open("/dev/full", "w", encoding="ascii"))
+        for arguments in ("--help", "scan", "state 0x42", "read 1 0x1000 0", "read 1 0x1000 0 --json", "dump 1"):
+            done = run(self.place, *arguments.split(), capture_output=False, stdout=full, stderr=subprocess.PIPE)
+            self.assertEqual(done.returncode, NO_CONNECTION, arguments)
+            self.assertRegex(done.stderr, r"cbcanctl: standard output: No space left on device; make room, or send it elsewhere\n\Z")
+
     def test_nmt_and_state(self):
         for service, state in (("start", "Operational"), ("stop", "Stopped"), ("preop", "Pre-operational")):
             self.check(f"nmt {service} 0x42")

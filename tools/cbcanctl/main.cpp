@@ -5,7 +5,10 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <iostream>
 #include <span>
 
@@ -83,5 +86,9 @@ ExitCode exit_code(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   cbcan::window::start_program<static_cast<int>(cbcan::ctl::ExitCode::kEnvironment)>();
-  return static_cast<int>(cbcan::ctl::exit_code(argc, argv));
+  using namespace cbcan::ctl;
+  const ExitCode code = exit_code(argc, argv);
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return static_cast<int>(code);
+  say(fmt::format("standard output: {}; make room, or send it elsewhere", std::strerror(errno)));
+  return static_cast<int>(ExitCode::kEnvironment);
 }
