@@ -7,7 +7,9 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <system_error>
+#include <cstring>
+
+#include "cbcan/window.hpp"
 
 namespace cbcan::window {
 
@@ -18,13 +20,14 @@ static_assert(kLongestFrame == MODBUS_MAX_ADU_LENGTH);
 /// select() takes no descriptor from FD_SETSIZE on.
 Framing::Framing(_modbus* context) : context_(context, modbus_free) {
   if (context == nullptr || socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, pair_.data()) != 0)
-    throw std::system_error(errno, std::generic_category());
+    throw Error(Error::Cause::kNoDescriptor, std::strerror(errno));
   modbus_set_response_timeout(context, 0, 1);
   modbus_set_byte_timeout(context, 0, 0);
   if (pair_[0] < FD_SETSIZE) return;
   for (const int socket : pair_)
     ::close(socket);
-  throw std::system_error(EMFILE, std::generic_category());
+  throw Error(Error::Cause::kNoDescriptor,
+              "libmodbus needs a descriptor below 1024, and none is free; close some");
 }
 
 Framing::~Framing() {

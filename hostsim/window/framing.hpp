@@ -18,8 +18,7 @@ class Framing {
  public:
   using Bytes = std::span<const std::uint8_t>;
 
-  /// Takes over what modbus_new_tcp() or modbus_new_rtu() has returned. Throws std::system_error if memory or
-  /// descriptors are exhausted.
+  /// Takes over what modbus_new_tcp() or modbus_new_rtu() has returned. Throws Error: kNoDescriptor.
   explicit Framing(_modbus* context);
   ~Framing();
   Framing(const Framing&) = delete;

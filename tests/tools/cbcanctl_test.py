@@ -8,6 +8,7 @@ import re
 import signal
 import struct
 import subprocess
+import sys
 
 import cases
 from ctl import ABSENT, CBCANCTL, DONE, INTERRUPTED, NO_CONNECTION, REFUSED, USAGE, Case, run, start
@@ -59,6 +60,14 @@ class WithSimulator(Case):
             done = run(self.place, *arguments.split(), capture_output=False, stdout=full, stderr=subprocess.PIPE)
             self.assertEqual(done.returncode, NO_CONNECTION, arguments)
             self.assertRegex(done.stderr, r"cbcanctl: standard output: No space left on device; make room, or send it elsewhere\n\Z")
+
+    def test_descriptors_that_libmodbus_cannot_take(self):
+        take = ("import os, resource, sys\nresource.setrlimit(resource.RLIMIT_NOFILE, (2048, resource.getrlimit(resource.RLIMIT_NOFILE)[1]))\n"
+                "for number in range(3, 1024): os.dup2(0, number)\nos.execv(sys.argv[1], sys.argv[1:])")
+        for command in ((CBCANCTL, "kernel"), (CBCAN_SIM, "--demo", "--plc", "127.0.0.1:1")):
+            done = ran(sys.executable, "-c", take, *command)
+            self.assertEqual(done.returncode, NO_CONNECTION)
+            self.assertRegex(done.stderr, r"\Acbcan\S+: libmodbus needs a descriptor below 1024, and none is free; close some\n\Z")
 
     def test_nmt_and_state(self):
         for service, state in (("start", "Operational"), ("stop", "Stopped"), ("preop", "Pre-operational")):

@@ -168,6 +168,7 @@ class Error : public std::runtime_error {
     kUnknown,       ///< see Result::known
     kNoWindow,      ///< the registers are not a CBCAN window
     kInterrupted,   ///< by Settings::interrupted; the transaction is cancelled
+    kNoDescriptor,  ///< when a Client is made: it needs one below 1024 (FD_SETSIZE), for libmodbus's select()
   };
 
   Error(Cause why, const std::string& text) : std::runtime_error(text), cause(why) {}
