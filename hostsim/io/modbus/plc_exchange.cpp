@@ -178,10 +178,9 @@ void CopyExchange::begin() {
   if (rounds_ != 0) --rounds_;
 }
 
-/// Nothing is behind this range until begin().
 void CopyExchange::lost() {
   rounds_ = 0;
-  range_ = {told_.size(), 0};
+  range_ = {told_.size(), 0};  // leaves nothing to write until begin()
 }
 
 std::optional<Request> CopyExchange::next() {
