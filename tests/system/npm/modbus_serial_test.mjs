@@ -6,13 +6,12 @@ import { once } from "node:events";
 import { connect, createServer } from "node:net";
 import test from "node:test";
 import ModbusRTU from "modbus-serial";
-import { LIMIT, count, startSimulator } from "./cases.mjs";
+import { count, startSimulator } from "./cases.mjs";
 
 async function client(port) {
   const modbus = new ModbusRTU();
   await modbus.connectTCP("127.0.0.1", { port });
   modbus.setID(1);
-  modbus.setTimeout(LIMIT);
   return modbus;
 }
 
