@@ -402,17 +402,19 @@ base::ExitCode explore_scenarios(const std::vector<std::string>& paths, const co
   };
   std::vector<File> all_files;
   for (const std::string& path : paths) {
-    File& file = all_files.emplace_back(scenario::read_scenario(read(path).value_or(""), path, read));
+    File& file = all_files.emplace_back();
+    file.scenario = scenario::read_scenario(read(path).value_or(""), path, read);
     if (!file.scenario.problems.empty()) throw io::UsageError(to_string(file.scenario.problems.front()));
     file.settings = search::read_settings(file.scenario.text, path);
     file.only = search::only(search.only, file.settings, file.scenario.config);
   }
   Search all(search, console);
-  for (const auto& [scenario, settings, only] : all_files) {
-    Threads runner(scenario, files, settings);
-    all.run({scenario.file, scenario.text, scenario.config, settings, only, runner,
+  for (const File& file : all_files) {
+    const scenario::Scenario& scenario = file.scenario;
+    Threads runner(scenario, files, file.settings);
+    all.run({scenario.file, scenario.text, scenario.config, file.settings, file.only, runner,
              [&](const search::Failure& failure) {
-               return write_scenario(scenario, settings, search, files.front(), failure);
+               return write_scenario(scenario, file.settings, search, files.front(), failure);
              }});
   }
   return all.report();
