@@ -368,8 +368,8 @@ TEST_CASE("process data: outputs are read, inputs written as they change, and al
 
 TEST_CASE("registers that are copied: in parts, as they change, and all of them in the round after a loss") {
   Bench bench;
-  CopyExchange exchange(bench.unit, 1024, 3928, 140);
-  const Log all{"W1024+123", "W1147+17"};
+  CopyExchange exchange(bench.unit, 1024, 3928, 138);
+  const Log all{"W1024+123", "W1147+15"};
   exchange.begin();
   for (const bool changes : {false, true}) {
     REQUIRE(exchange.next());
