@@ -207,6 +207,11 @@ class Places(Case):
             return self.ask(simulator, name)
         return False
 
+    def check_is_served(self, simulator, after):
+        if "node_modules" in PROGRAM:  # it disconnects who is one too many, also before it has seen the others leave
+            wait_until(lambda: self.is_served(simulator, "http"), f"HTTP after {after}")
+        self.assertTrue(self.ask(simulator, "http"), after)
+
     def test_http_has_128(self):
         for clients in (127, 128, 129, 400):
             simulator = self.start("--http", "127.0.0.1:0")
@@ -215,7 +220,7 @@ class Places(Case):
                 window.execute(5055, 0x42, 0x1000, 0, 4)
             for client in crowd:
                 client.close()
-            wait_until(lambda: self.is_served(simulator, "http"), f"HTTP after {clients} clients")
+            self.check_is_served(simulator, clients)
 
     def test_http_s_places_come_back_from_who_leaves(self):
         wait = b"wait time 3600s within 3600s"
@@ -226,7 +231,7 @@ class Places(Case):
             for _ in range(400):
                 with contextlib.closing(connect(simulator.where["http"])) as client:
                     client.sendall(sent)
-            wait_until(lambda: self.is_served(simulator, "http"), f"HTTP after {sent}")
+            self.check_is_served(simulator, sent)
 
     def test_no_descriptor_left(self):
         for name in LISTENS:
