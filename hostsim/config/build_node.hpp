@@ -4,7 +4,6 @@
 /// Turns a node of the configuration into what the simulation runs: reads its EDS file, applies the values of
 /// the plant file, finds its device and prepares its signals.
 
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>

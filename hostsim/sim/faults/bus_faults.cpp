@@ -129,7 +129,7 @@ void BusFaults::follow_states(Time now) {
   if (std::exchange(has_state_, holds) || holds) bus_.set_state(state, now);
 }
 
-/// At any time one: on a bus without a bit rate a reset and the boot-up message would go on without end.
+/// One command at any time: without a bit rate a reset and the boot-up message would go on without end.
 void BusFaults::send_command(SetFault& set, Time now) {
   set.begins = now + 1;
   constexpr std::array<nmt::Command, 5> kCommands{nmt::Command::kResetNode, nmt::Command::kResetCommunication,
