@@ -251,7 +251,7 @@ namespace {
 /// What is before the frame, or else the words.
 void append_subject(Buffer& to, const Event& event) {
   constexpr Kinds kNumbered =
-      kinds_of({Kind::kModbus, Kind::kBegun, Kind::kEnded, Kind::kFrame, Kind::kFault});
+      kinds_of({Kind::kModbus, Kind::kBegun, Kind::kEnded, Kind::kFrame, Kind::kFault, Kind::kAdvice});
   if (event.transaction != 0 && (kinds_of({event.kind}) & kNumbered) != 0)
     append(to, '#', event.transaction, ' ');
   switch (event.kind) {
@@ -259,6 +259,7 @@ void append_subject(Buffer& to, const Event& event) {
     case Kind::kState:
     case Kind::kTerminals: return append(to, "node ", event.node, ' ');
     case Kind::kCommand: return append(to, "command ");
+    case Kind::kAdvice: return append(to, "advice: ");
     case Kind::kClient: return append(to, "Modbus client ", event.code, ' ');
     default: return;
   }

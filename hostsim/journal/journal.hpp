@@ -30,11 +30,13 @@ enum class Kind : std::uint8_t {
   kFault,      ///< an injected fault has acted
   kCommand,    ///< of docs/reference/commands.md: inputs, incidents, power, faults, NMT; before its effects
   kClient,     ///< a Modbus TCP client has connected or disconnected
+  kAdvice,     ///< a mistake of the PLC program, seen for the first time
+  kBoot,       ///< the module could not boot a node, or has lost it
 };
-inline constexpr std::size_t kKinds = 10;
+inline constexpr std::size_t kKinds = 12;
 /// Names in the order of Kind.
 inline constexpr std::array<std::string_view, kKinds> kKindNames{
-    "modbus", "begun", "ended", "frame", "emcy", "state", "terminals", "fault", "command", "client"};
+    "modbus", "begun", "ended", "frame", "emcy", "state", "terminals", "fault", "command", "client", "advice", "boot"};
 
 /// A set of kinds: bits by Kind.
 using Kinds = std::uint32_t;
@@ -76,7 +78,7 @@ struct Event {
   std::uint16_t result = 0;  ///< kEnded: as in R3700, kCancelled or kNeverSent; kModbus: MBAP transaction ID
   std::uint16_t size = 0;    ///< of what bytes() gives
   std::uint32_t transaction = 0;  ///< that the event belongs to; 0 = none
-  std::uint32_t code = 0;         ///< kEnded: SDO abort code; kModbus, kClient: number of the client;
+  std::uint32_t code = 0;         ///< kEnded: SDO abort code; kModbus, kClient, kAdvice: number of the client;
                                   ///< kTerminals: the signed value
   Time at = 0;                    ///< since the plant's start
   Time took = 0;                  ///< kEnded

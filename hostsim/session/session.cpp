@@ -56,7 +56,7 @@ Session::Session(const config::Config& config, config::PlantBuild build, std::st
       waits_([this] { return host_.machine_now(); }) {
   if (config.verbose || config.verbose_frames) {
     const journal::Kinds frames = config.verbose_frames ? kinds_of({Kind::kFrame}) : 0;
-    const journal::Kinds kinds = kinds_of({Kind::kEnded, Kind::kState, Kind::kEmergency}) | frames;
+    const journal::Kinds kinds = kinds_of({Kind::kEnded, Kind::kState, Kind::kEmergency, Kind::kAdvice, Kind::kBoot}) | frames;
     trace_.emplace(Trace{journal::Cursor(control().journal(), kinds)});
   }
   list_services(config);

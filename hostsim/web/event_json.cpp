@@ -100,6 +100,8 @@ void add_details(Buffer& to, const Event& event, const journal::Journal& journal
     case Kind::kTerminals:
       return append(to, ",\"node\":", event.node, ",\"index\":", event.index, ",\"sub\":", event.sub,
                     ",\"value\":", static_cast<std::int32_t>(event.code), ",\"words\":\"", line.words, '"');
+    case Kind::kAdvice: append(to, ",\"client\":", event.code); [[fallthrough]];
+    case Kind::kBoot:
     case Kind::kFault: append(to, ",\"node\":", event.node); [[fallthrough]];
     case Kind::kCommand:
       append(to, ",\"words\":\"", line.words, '"');
