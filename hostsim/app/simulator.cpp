@@ -157,7 +157,7 @@ void Simulator::run() {
               !bus_servers_.empty() || !connected_.empty();
   reactor_.read_clock();
   if (clock_runs_) session_->set_time_of_day(session_->started() + wall_offset());
-  plant().start(observed_);
+  session_->start(observed_);
   if (!clock_runs_) drive_by_commands();
   while (clock_runs_ && !stop_requested())
     poll(kNever);

@@ -108,10 +108,15 @@ void append_pdo(Buffer& to, const Frame& frame, std::uint8_t node) {
   append(to, transmit ? 'T' : 'R', "PDO", (frame.id - 0x180) / 0x100 + 1, " node ", node);
 }
 
-void append_nmt_request(Buffer& to, std::uint64_t code, std::uint8_t node) {
-  for (const regmap::NmtRow& row : regmap::kNmtCommands)
-    if (code == row.state_code || code == row.command_code) return append_nmt(to, row.name, node);
-  append_nmt(to, std::to_string(code), node);
+/// Sub-index 128 of 1F82h is all nodes.
+void append_nmt_request(Buffer& to, std::uint64_t code, std::uint8_t sub) {
+  const auto row = std::ranges::find_if(regmap::kNmtCommands, [code](const regmap::NmtRow& each) {
+    return code == each.state_code || code == each.command_code;
+  });
+  const std::string name =
+      row == std::end(regmap::kNmtCommands) ? std::to_string(code) : std::string(row->name);
+  if (sub == regmap::kNmtAllNodes) return append_nmt(to, name, 0);
+  append(to, "NMT ", name, ": node ", sub);
 }
 
 void append_modbus(Buffer& to, const Event& request, const Journal& journal) {
@@ -222,7 +227,7 @@ std::string_view append_request(Buffer& to, const Event& transaction, const Jour
   switch (transaction.service) {
     case Service::kNone: append(to, "no command"); return {};
     case Service::kState: append(to, "state of node ", transaction.node); return {};
-    case Service::kNmt: append_nmt_request(to, load_little_endian(value), transaction.node); return {};
+    case Service::kNmt: append_nmt_request(to, load_little_endian(value), transaction.sub); return {};
     default: break;
   }
   append(to, name_of(transaction.service), " node ", transaction.node, ' ');

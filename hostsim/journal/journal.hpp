@@ -73,7 +73,7 @@ struct Event {
   std::uint16_t index = 0;   ///< object; kModbus: size of the request's PDU, which the response's follows
   Service service{};         ///< of a transaction
   std::uint8_t state = 0;    ///< kState: as in a heartbeat, or kOff; kClient: 1 = connected; kModbus: exception;
-                             ///< kTerminals: the bits that have changed; kCommand: 0 or kRefused;
+                             ///< kTerminals: the bits that have changed; kCommand: 0 or kRefused; kAdvice: the Mistake;
                              ///< kBegun, kEnded: 0 = through R3700, else the channel of the scanner window
   std::uint16_t result = 0;  ///< kEnded: as in R3700, kCancelled or kNeverSent; kModbus: MBAP transaction ID
   std::uint16_t size = 0;    ///< of what bytes() gives

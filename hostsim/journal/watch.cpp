@@ -14,10 +14,6 @@ namespace cbcan::journal {
 namespace {
 
 constexpr std::uint32_t kFunctionMask = 0x780;
-// Modbus Application Protocol V1.1b3: functions whose second word is not a quantity.
-constexpr std::uint8_t kWriteSingleRegister = 6;
-constexpr std::uint8_t kMaskWriteRegister = 22;
-
 constexpr auto kPreOperational = static_cast<std::uint8_t>(nmt::State::kPreOperational);
 
 constexpr std::size_t place(std::uint16_t address) {
@@ -56,10 +52,10 @@ std::uint32_t word_at(std::span<const std::uint8_t> pdu, std::size_t place) {
   return place + 1 < pdu.size() ? pdu[place] * 256U + pdu[place + 1] : 0U;
 }
 
-NetworkWatch::NetworkWatch(Journal& journal, std::uint8_t network, std::span<const Window> windows,
-                           Time started)
-    : journal_(journal), network_(network), started_(started) {
-  for (const Window& window : windows)
+NetworkWatch::NetworkWatch(Journal& journal, const Advisor::Network& network,
+                           std::span<const PlcWindow> windows, Time started)
+    : journal_(journal), network_(network.number), started_(started), advisor_(journal, network, windows) {
+  for (const PlcWindow& window : windows)
     windows_.push_back({window});
   for (Watched& watched : windows_)
     if (!watched.window.in.empty()) watched.taken = watched.window.in[regmap::kScannerTaken];
@@ -126,6 +122,7 @@ void NetworkWatch::begin(Watched& watched, Time now) {
   begun.frame.id = watched.taken;
   transaction.request = journal_.add(begun, {transaction.value});
   if (begun.service == Service::kNmt) command_ = begun;
+  advisor_.on_begun(transaction.request, nodes_[begun.node & nmt::kMaxNode].heard != kNever);
 }
 
 void NetworkWatch::end(Watched& watched, std::uint16_t result, Time now) {
@@ -148,7 +145,8 @@ void NetworkWatch::end(Watched& watched, std::uint16_t result, Time now) {
   if (result == 0 && reads)
     value = bytes_of(data, scanned ? watched.window.in[regmap::kScannerSize]
                                    : watched.window.out[place(regmap::kDataSize)]);
-  journal_.add(ended, {value});
+  ended = journal_.add(ended, {value});
+  advisor_.on_ended(ended);
   Line& line = line_of(ended);
   if (line.transaction == ended.transaction || !line.open) line = {ended.transaction, false, failed(ended)};
 }
@@ -211,6 +209,7 @@ void NetworkWatch::on_bus_frame(const Frame& frame, Time now) {
     seen.node = static_cast<std::uint8_t>(frame.id & nmt::kMaxNode);
   if ((frame.flags & (Frame::kExtended | Frame::kError)) == 0) seen.transaction = transaction_of(frame);
   journal_.add(seen);
+  advisor_.on_frame(frame);
   if (!of_node) return;
   Node& node = nodes_[seen.node];
   if (function != sdo::kRequestId) node.heard = seen.at;
@@ -260,20 +259,20 @@ void NetworkWatch::on_fault(std::string_view text, Time now) {
 // ---- The PLC
 
 /// The request belongs to the transaction that it begins, or else to the last one of the registers in it.
-void NetworkWatch::on_modbus(const protocols::ModbusExchange& exchange, Time now) {
+void NetworkWatch::on_modbus(const protocols::ModbusExchange& exchange, const modbus::Access& access,
+                             Time now) {
   Event request = event(Kind::kModbus, now);
   request.node = exchange.unit;
   request.index = static_cast<std::uint16_t>(exchange.request.size());
   request.state = exchange.exception;
   request.result = exchange.id;
   request.code = exchange.client;
-  const bool one = exchange.request[0] == kWriteSingleRegister || exchange.request[0] == kMaskWriteRegister;
-  const std::uint32_t first = word_at(exchange.request, 1);
-  const std::uint32_t end = first + (one ? 1 : word_at(exchange.request, 3));
+  const modbus::Range& about = access.written.count != 0 ? access.written : access.read;
   for (const Watched& watched : windows_)
-    if (first < watched.window.first + watched.window.out.size() && watched.window.first < end)
+    if (about.overlaps({watched.window.first, watched.window.out.size()}))
       request.transaction = watched.transaction.request.transaction;
   journal_.add(request, {exchange.request, exchange.response});
+  advisor_.on_modbus(exchange.client, access, request.at);
   before(now);
 }
 

@@ -13,6 +13,7 @@
 
 #include "cbcan/regmap.hpp"
 #include "descriptions/emergency.hpp"
+#include "journal/advice.hpp"
 #include "journal/journal.hpp"
 #include "protocols/modbus_unit.hpp"
 #include "sim/bus.hpp"
@@ -29,16 +30,9 @@ std::uint32_t word_at(std::span<const std::uint8_t> pdu, std::size_t place);
 
 class NetworkWatch final : public sim::Observer, public sim::ModuleWatch, public sim::FaultListener {
  public:
-  /// Where the PLC writes requests and reads results. The first window is that of R3700, with `in` empty. The
-  /// registers outlive this.
-  struct Window {
-    std::uint16_t first;  ///< register of out[0]
-    std::span<const std::uint16_t> out;
-    std::span<const std::uint16_t> in;
-  };
-
   /// `started` is time 0 of the journal.
-  NetworkWatch(Journal& journal, std::uint8_t network, std::span<const Window> windows, Time started);
+  NetworkWatch(Journal& journal, const Advisor::Network& network, std::span<const PlcWindow> windows,
+               Time started);
   NetworkWatch(const NetworkWatch&) = delete;
   NetworkWatch& operator=(const NetworkWatch&) = delete;
 
@@ -50,7 +44,8 @@ class NetworkWatch final : public sim::Observer, public sim::ModuleWatch, public
   void on_terminals(std::uint8_t node, std::uint16_t index, std::uint8_t sub, std::int32_t before,
                     std::int32_t after, Time now) override;
   /// Call it before the module handles the request.
-  void on_modbus(const protocols::ModbusExchange& exchange, Time now);
+  void on_modbus(const protocols::ModbusExchange& exchange, const modbus::Access& access, Time now);
+  Advisor& advisor() { return advisor_; }
 
   /// Number and bits of all frames so far.
   std::uint64_t frames() const { return frames_; }
@@ -75,7 +70,7 @@ class NetworkWatch final : public sim::Observer, public sim::ModuleWatch, public
              (transaction.open && window.in[regmap::kScannerAnswered] == taken);
     }
 
-    Window window;
+    PlcWindow window;
     std::uint16_t taken = 0;  ///< last request number taken from the scanner window
     Transaction transaction{};
   };
@@ -111,6 +106,7 @@ class NetworkWatch final : public sim::Observer, public sim::ModuleWatch, public
   Event command_{};  ///< the NMT transaction whose frame is not yet on the bus
   std::uint64_t frames_ = 0;
   std::uint64_t bits_ = 0;
+  Advisor advisor_;
 };
 
 }  // namespace cbcan::journal

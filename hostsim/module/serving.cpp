@@ -24,7 +24,7 @@ Json Instance::serve(const std::vector<std::string>& places, Time since_1970, bo
   if (clock_runs()) session_->set_time_of_day(since_1970_ = since_1970);
   for (const std::string& place : places)
     open_service(place);
-  session_->plant().start(true);
+  session_->start(true);
   session_->advance();
   return {{"ready", "ready " + session_->services().where() + "\n"},
           {"ways_in", session_->services().ways_in()},

@@ -273,6 +273,15 @@ class Execution {
                 std::make_unique<Wait>(Wait{control_, make_condition(text, control_), text, duration, true})};
   }
 
+  Reply list_advice() {
+    std::string text;
+    for (std::size_t network = 1; network <= control_.networks(); ++network)
+      for (const journal::Advice& advice : control_.network(network).advice())
+        text += fmt::format("{}{} {} {} {}\n", prefix_of(network), name_of(advice.mistake), advice.client,
+                            advice.count, advice.words);
+    return {text + "ok\n"};
+  }
+
   Reply help() {
     std::string text;
     for (const Usage& command : command_usages())
@@ -329,6 +338,8 @@ std::span<const Execution::Command> Execution::commands() {
        "passes meanwhile, except while the PLC has to start a transaction: the limit is real time then."}},
       {1, 1, &Execution::pass, {"pass DURATION", "Responds with `at` and the time after the duration",
        "On a manual clock it makes time pass."}},
+      {0, 0, &Execution::list_advice, {"advice", "Lists mistakes of the PLC's program",
+       "A line shows kind, Modbus client, how often it was seen, and the sentence of the latest event of the kind `advice`."}},
       {0, 0, &Execution::tell_time, {"time", "Seconds since the start", ""}},
       {0, 0, &Execution::shutdown, {"shutdown", "Ends the program", "A command after `--` gets SIGTERM."}},
       {0, 0, &Execution::help, {"help", "Lists the commands", ""}},

@@ -98,7 +98,7 @@ Network::Network(const config::Config& plant, const config::NetworkConfig& confi
 }
 
 void Network::listen(journal::Journal& journal, Time started) {
-  std::vector<journal::NetworkWatch::Window> windows;
+  std::vector<journal::PlcWindow> windows;
   const std::span<const std::uint16_t> all(registers_);
   if (module_ != nullptr)
     windows = {{regmap::kWindowFirst, all.subspan(regmap::kWindowFirst, regmap::kWindowWords), {}}};
@@ -108,7 +108,10 @@ void Network::listen(journal::Journal& journal, Time started) {
     windows.push_back(
         {out, all.subspan(out, regmap::kScannerOutWords), all.subspan(in, regmap::kScannerInWords)});
   }
-  watch_.emplace(journal, static_cast<std::uint8_t>(number_), windows, started);
+  watch_.emplace(journal,
+                 journal::Advisor::Network{static_cast<std::uint8_t>(number_), world_, module_, all,
+                                           module_config_.process_first, started},
+                 windows, started);
   world_.bus().observe(*watch_);
   if (module_ != nullptr) module_->watch(&*watch_);
 }
@@ -202,9 +205,10 @@ modbus::Pdu Network::execute(const protocols::ModbusRequest& request, const modb
     watch_->on_modbus({request.client, request.id, request.unit,
                        answers ? static_cast<std::uint8_t>(access.exception) : std::uint8_t{0}, request.pdu,
                        answers ? response : modbus::Pdu{}},
-                      context_.now);
+                      access, context_.now);
   }
   on_request(access.exception == modbus::Exception::kNone, access.written);
+  if (watch_) watch_->advisor().on_handled();
   return response;
 }
 
@@ -259,6 +263,10 @@ void Network::publish() {
   registers_[regmap::kResetCause] = static_cast<std::uint16_t>(regmap::ResetCause::kPowerOn);
   registers_[regmap::kCanState] = static_cast<std::uint16_t>(local::kernel_state(port.state()));
   registers_[regmap::kSecondWriters] = static_cast<std::uint16_t>(second_writers_);
+  registers_[regmap::kMistakesSeen] = 0;
+  for (const journal::Advice& advice : this->advice())
+    registers_[regmap::kMistakesSeen] |=
+        static_cast<std::uint16_t>(1U << static_cast<unsigned>(advice.mistake));
   put(regmap::kUptime, (context_.now - started_) / kMillisecond);
   put(regmap::kModbusRequests, requests_);
   put(regmap::kModbusExceptions, exceptions_);
@@ -279,12 +287,10 @@ void Network::on_writer(std::uint32_t client, const modbus::Range& written) {
     if (out < written.first) continue;
     if (out >= end) return;
     std::uint32_t& last = writers_[channel - 1];
-    if (client < last && second_writers_++ == 0)
-      on_fault(
-          fmt::format("scanner window of channel {}: Modbus clients {} and {} write to it, and each takes "
-                      "the other's results for its own; see one writer, docs/how-to/scanner.md",
-                      channel, client, last),
-          context_.now);
+    if (client < last) {
+      ++second_writers_;
+      if (watch_) watch_->advisor().on_second_writer(channel, client, last, context_.now);
+    }
     last = client;
   }
 }

@@ -69,6 +69,9 @@ class Network final : public protocols::ModbusUnit,
   std::span<std::uint16_t> registers() override { return registers_; }
   modbus::Pdu handle(const protocols::ModbusRequest& request, Room room) override;
   void on_taken(const modbus::Range& taken) override { on_request(true, taken); }
+  void on_other_unit(std::uint32_t client, std::uint8_t unit) override {
+    if (watch_) watch_->advisor().on_other_unit(client, unit, context_.now);
+  }
 
   /// Faults of Modbus TCP.
   sim::FaultSet& plc_faults() { return plc_faults_; }
@@ -84,6 +87,11 @@ class Network final : public protocols::ModbusUnit,
   void listen(journal::Journal& journal, Time started);
   /// Null without a journal.
   const journal::NetworkWatch* watch() const { return watch_ ? &*watch_ : nullptr; }
+  /// Mistakes of its PLC up to now; none without a journal.
+  std::span<const journal::Advice> advice() {
+    return watch_ ? std::span<const journal::Advice>(watch_->advisor().all(context_.now))
+                  : std::span<const journal::Advice>();
+  }
 
   /// Frames, in order, that another node sends from start() on.
   void replay(std::vector<sim::TimedFrame> frames) { replay_ = std::move(frames); }

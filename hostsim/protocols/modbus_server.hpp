@@ -61,6 +61,7 @@ class ModbusServer {
     const std::uint8_t unit = bytes[kUnitOffset];
     const Bytes pdu = bytes.subspan(kPduOffset);
     const ModbusUnit::Room room = std::span(response_).subspan<kPduOffset>();
+    if (units_[unit] == nullptr && units_[1] != nullptr) units_[1]->on_other_unit(client, unit);
     const bool identifies = pdu[0] == modbus::kEncapsulatedInterface;
     const Bytes response =
         units_[unit] == nullptr

@@ -41,6 +41,9 @@ class ModbusUnit {
   /// empty = there is none, and the connection is to be closed. Must not destroy the server.
   virtual modbus::Pdu handle(const ModbusRequest& request, Room room) = 0;
 
+  /// The server has refused a request to a unit ID that selects nothing. Called for the first unit.
+  virtual void on_other_unit(std::uint32_t /*client*/, std::uint8_t /*unit*/) {}
+
   /// A PLC that owns its registers has answered, and these registers have got words of it; none = it was
   /// written to.
   virtual void on_taken(const modbus::Range& taken) = 0;

@@ -133,6 +133,14 @@ web::Json Session::about() const {
   return json;
 }
 
+/// Clients of commands may ask for advice, which needs a journal, if only a short one.
+void Session::start(bool observed) {
+  constexpr std::size_t kEvents = 128;
+  constexpr std::size_t kBytes = 256 * kEvents;
+  if (!services_.at("control").listen.empty()) control().journal(kEvents, kBytes);
+  plant_.start(observed);
+}
+
 void Session::record(std::function<void(std::string_view lines)> tell) {
   const journal::Kinds kinds = kinds_of({Kind::kEnded, Kind::kCommand});
   recording_.emplace(Recording{scenario::ScenarioWriter(control(), find_name_),

@@ -83,6 +83,8 @@ class Session final : private plant::NetworkListener {
 
   plant::Plant& plant() { return plant_; }
   const plant::Plant& plant() const { return plant_; }
+  /// Starts the plant; views are added before. `observed`: see plant::Network::start().
+  void start(bool observed);
   plant::Control& control() { return plant_.control(); }
   Waits& waits() { return waits_; }
   const Waits& waits() const { return waits_; }

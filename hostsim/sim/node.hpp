@@ -92,6 +92,9 @@ class Node final : public Receiver,
   /// See Behaviour; false = there is no such incident.
   bool set_incident(std::string_view incident, bool present, Time now);
 
+  /// How late it acts on commands now.
+  Time command_delay() const { return faulty_.command_delay(); }
+
   /// See FaultyPort.
   FaultSet& faults() { return faulty_.faults(); }
 

@@ -350,6 +350,21 @@ protocols::HttpResponse points(const Asked& asked) {
   return ok({{"node", asked.node_name()}, {"time", asked.seconds()}, {"points", std::move(list)}});
 }
 
+/// Mistakes of the PLC's program.
+protocols::HttpResponse advice(const Asked& asked) {
+  Json list = Json::array();
+  for (const journal::Advice& advice : asked.parts.control.network(asked.network).advice())
+    list.push_back({{"rule", name_of(advice.mistake)},
+                    {"client", advice.client},
+                    {"count", advice.count},
+                    {"last", seconds_of(advice.last)},
+                    {"number", advice.number},
+                    {"transaction", advice.event.transaction},
+                    {"node", advice.event.node},
+                    {"words", advice.words}});
+  return ok({{"network", asked.network}, {"time", asked.seconds()}, {"advice", std::move(list)}});
+}
+
 /// Words of commands, with what they mean.
 protocols::HttpResponse words(const Asked& /*asked*/) {
   Json json{{"faults", Json::array()},
@@ -443,6 +458,7 @@ constexpr Route kRoutes[] = {
     {"/api/frames", events, journal::kinds_of({Kind::kFrame})},
     {"/api/journal", events},
     {"/api/events", follow},
+    {"/api/advice", advice},
     {"/api/words", words},
     {"/api/wires", wires},
 };

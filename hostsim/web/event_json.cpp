@@ -8,6 +8,7 @@
 #include "base/numbers.hpp"
 #include "base/words.hpp"
 #include "descriptions/emergency.hpp"
+#include "journal/advice.hpp"
 #include "journal/watch.hpp"
 #include "plant/command_words.hpp"
 
@@ -100,7 +101,9 @@ void add_details(Buffer& to, const Event& event, const journal::Journal& journal
     case Kind::kTerminals:
       return append(to, ",\"node\":", event.node, ",\"index\":", event.index, ",\"sub\":", event.sub,
                     ",\"value\":", static_cast<std::int32_t>(event.code), ",\"words\":\"", line.words, '"');
-    case Kind::kAdvice: append(to, ",\"client\":", event.code); [[fallthrough]];
+    case Kind::kAdvice:
+      return append(to, ",\"rule\":\"", name_of(static_cast<journal::Mistake>(event.state)),
+                    "\",\"client\":", event.code, ",\"node\":", event.node, ",\"words\":\"", line.words, '"');
     case Kind::kBoot:
     case Kind::kFault: append(to, ",\"node\":", event.node); [[fallthrough]];
     case Kind::kCommand:

@@ -15,6 +15,7 @@
 #include "base/exit_code.hpp"
 #include "base/read_file.hpp"
 #include "base/words.hpp"
+#include "cbcan/mistakes.hpp"
 #include "cbcan/regmap.hpp"
 #include "config/plant_settings.hpp"
 #include "descriptions/network_file.hpp"
@@ -178,6 +179,7 @@ std::string numbers(const Words& words) {
       {"commands", regmap::kCommands},
       {"results", regmap::kResults},
       {"scanner-results", regmap::kScannerResults},
+      {"mistakes", regmap::kMistakes},
       {"status-bits", regmap::kStatusBits},
       {"boot-steps", regmap::kBootSteps},
       {"node-states", regmap::kNodeStates}};

@@ -124,13 +124,16 @@ TEST_CASE("values at terminals") {
 }
 
 TEST_CASE("a Modbus request belongs to the transaction of the registers that it is about") {
-  std::array<std::uint16_t, 70> window{};
-  const std::array windows{NetworkWatch::Window{3700, window, {}}};
+  std::array<std::uint16_t, 4000> registers{};
+  const auto window = std::span(registers).subspan(3700, 70);
+  const std::array windows{PlcWindow{3700, window, {}}};
+  const RegisterRange range{0, registers};
   Journal journal;
-  NetworkWatch watch(journal, 1, windows, 0);
+  sim::World world;
+  NetworkWatch watch(journal, {1, world, nullptr, registers, 3800, 0}, windows, 0);
   const auto transaction_of = [&](const std::vector<std::uint8_t>& pdu) {
     Cursor cursor(journal, kinds_of({Kind::kModbus}));
-    watch.on_modbus({1, 1, 1, 0, pdu, pdu}, 0);
+    watch.on_modbus({1, 1, 1, 0, pdu, pdu}, modbus::check(pdu, RegisterMap(std::span(&range, 1)), nullptr), 0);
     std::uint32_t transaction = 0;
     cursor.look([&](std::uint64_t, const Event& event) { return transaction = event.transaction, true; });
     return transaction;
@@ -149,11 +152,12 @@ TEST_CASE("a Modbus request belongs to the transaction of the registers that it 
 
 TEST_CASE("a Modbus request as text: its registers, and the words of the request or the response") {
   Journal journal;
-  NetworkWatch watch(journal, 1, {}, 0);
+  sim::World world;
+  NetworkWatch watch(journal, {1, world, nullptr, {}, 3800, 0}, {}, 0);
   const auto text_of_request = [&](const std::vector<std::uint8_t>& pdu,
                                    const std::vector<std::uint8_t>& response) {
     Cursor cursor(journal, kinds_of({Kind::kModbus}));
-    watch.on_modbus({1, 1, 1, 0, pdu, response}, 0);
+    watch.on_modbus({1, 1, 1, 0, pdu, response}, {}, 0);
     std::string text;
     cursor.look(
         [&](std::uint64_t, const Event& event) { return text = text_of(event, journal, nullptr), true; });

@@ -94,7 +94,7 @@ class Programs(cases.Case):
     def test_a_program_that_gives_up_has_to_survive_some_faults(self):
         power = ("--faults", "power for_ms=300")
         self.assertGreater(count(explore(DRIVE, "gives-up", *power), "gave up"), 0)
-        strict = self.write("strict.toml", DRIVE.read_text() + 'survive = ["power*", "slow"]\n')
+        strict = self.write("strict.toml", DRIVE.read_text() + 'survive = ["power*", "slow"]\nadvice = "ignore"\n')
         output = explore(strict, "gives-up", *power, code=1)
         self.assertIn("survive: it gave up", output)
         self.assertEqual(count(output, "gave up"), 0)
@@ -105,8 +105,12 @@ class Programs(cases.Case):
 
     def test_a_program_that_is_too_quick_fails_with_typical_times(self):
         lost, typical = ("--faults", "request-lost"), ("--timing", "typical")
-        explore(DRIVE, "no-wait", *lost)
-        self.assertIn("without faults: gave up", explore(DRIVE, "no-wait", *lost, *typical, code=2))
+        self.assertIn("without faults: advice statusword: 06h, 07h and 0Fh were written", explore(DRIVE, "no-wait", *lost, code=2))
+        others = self.write("others.toml", DRIVE.read_text() + 'advice = ["busy", "unread"]\n')
+        self.assertIn("without faults: advice statusword: ", explore(others, "no-wait", *lost, code=2))
+        this = self.write("this.toml", DRIVE.read_text() + 'advice = "statusword"\n')
+        explore(this, "no-wait", *lost)
+        self.assertIn("without faults: gave up", explore(this, "no-wait", *lost, *typical, code=2))
         explore(DRIVE, "drive", *lost, *typical)
 
     def test_a_second_try_that_is_not_looked_at_needs_two_faults(self):
@@ -149,6 +153,7 @@ class Refused(cases.Case):
                               ('only = "16:silent"', None),
                               ('only = "17:silent"', "17: there is no such node in the plant"),
                               ('only = "silent@3"', "silent@3: must be PLACE:FAULT@NUMBER, such as 16:response-never@149"),
+                              ('advice = "bussy"', 'plant.toml:3: explore.advice: "bussy": must be busy, flag-first, '),
                               ('faults = "sillent"', "did you mean silent?")):
             plant = self.write("plant.toml", f'plant = "demo"\n[explore]\n{text}\n')
             output = explore(plant, "drive", "--list", code=0 if message is None else 2)

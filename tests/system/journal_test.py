@@ -76,11 +76,11 @@ class TwoWriters(cases.Case):
                 self.assertEqual(len([line for line in simulator.frames() if line.startswith("620#")]), 99)  # of 200
                 self.assertEqual(first.read(4140, 1), [99])
                 self.assertEqual(http_json(simulator, "/api/time")["networks"][0]["second_writers"], 99)
-                fault, = http_json(simulator, "/api/journal?kinds=fault")["events"]
+                seen, = http_json(simulator, "/api/advice")["advice"]
             simulator.stop()
-            told = "scanner window of channel 1: Modbus clients 1 and 2 write to it, and each takes the other's results for its own; see one writer, " \
-                "docs/how-to/scanner.md"
-            self.assertEqual(fault["words"], told)
+            told = "clients 1 and 2 write to the scanner window of channel 1, and each takes the other's results for its own; use one writer, or " \
+                "a channel for each"
+            self.assertEqual((seen["rule"], seen["client"], seen["count"], seen["words"]), ("two-writers", 1, 99, told))
             self.assertEqual(simulator.error.count(told), 1)
             self.assertIn("\nwrites to scanner windows by a second client 99\n", simulator.error)
 

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <thread>
 
+#include "cbcan/mistakes.hpp"
 #include "cbcanctl/commands.hpp"
 
 namespace cbcan::ctl {
@@ -55,6 +56,20 @@ void print(const Words& status, bool json) {
   }
 }
 
+/// Mistakes of the program that writes the registers; only the simulator sees them.
+void print_mistakes(window::Client& client, bool json) try {
+  const unsigned seen = client.read(regmap::kMistakesSeen, 1)[0];
+  for (const regmap::NamedNumber& mistake : regmap::kMistakes) {
+    if ((seen >> mistake.value & 1) == 0) continue;
+    if (json)
+      fmt::print("{{\"mistake\": \"{}\", \"meaning\": \"{}\"}}\n", mistake.name, mistake.meaning);
+    else
+      fmt::print("mistake {}: {}\n", mistake.name, mistake.meaning);
+  }
+} catch (const window::Error& error) {
+  if (error.cause != window::Error::Cause::kException) throw;
+}
+
 }  // namespace
 
 void status(const Options& options) {
@@ -66,6 +81,7 @@ void status(const Options& options) {
     status = read_status(client);
   }
   print(status, options.json);
+  print_mistakes(client, options.json);
   if (options.wait_ms != 0 && !all_run(status)) throw Ended{ExitCode::kRefused};
 }
 

@@ -23,6 +23,7 @@ the COMMAND of `cbcan-sim ... -- COMMAND` gets it by Plant.around(), in the stat
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import signal
@@ -30,6 +31,7 @@ import socket
 import struct
 import subprocess
 import sys
+import warnings
 from typing import Any, Iterator, NoReturn
 
 try:
@@ -48,6 +50,10 @@ GAVE_UP = 75  # exit code; EX_TEMPFAIL of sysexits.h
 
 class PlantError(Exception):
     """cbcan-sim refused something; the text is its message."""
+
+
+class Advice(UserWarning):
+    """A mistake of the program that the registers let pass: the command `advice` of docs/reference/commands.md."""
 
 
 class NotWithin(PlantError, AssertionError):
@@ -168,6 +174,10 @@ class Plant:
         """Sets an input of the node to this value."""
         self.command(f"set {node} {index}:{sub} {value}")
 
+    def advice(self) -> list[str]:
+        """Mistakes of the program so far: kind, Modbus client, how often, and a sentence. The fixture makes warnings of them."""
+        return self.command("advice")
+
     def fault(self, node: int | str, kind: str, **keys: object) -> int:
         """Injects a fault into a node, or the "bus"; docs/reference/faults.md has kinds and keys. Returns its number, for clear()."""
         return int(self.command(" ".join([f"fault {node} {kind}", *(f"{key}={value}" for key, value in keys.items())]))[0])
@@ -285,6 +295,9 @@ if pytest:
                              "configuration file: cbcan_plant = --config plant.toml")
         with Plant(*options, folder=folder) as made:
             yield made
+            with contextlib.suppress(PlantError, OSError):  # the test may have ended the plant
+                for line in made.advice():
+                    warnings.warn(line, Advice, stacklevel=1)
 
     @pytest.fixture
     def window(plant: Plant) -> Iterator[Window]:

@@ -20,7 +20,7 @@ using journal::Kind;
 
 constexpr Time kSettle = 5 * kSecond;
 constexpr journal::Kinds kFollowed =
-    journal::kinds_of({Kind::kModbus, Kind::kBegun, Kind::kEnded, Kind::kFault});
+    journal::kinds_of({Kind::kModbus, Kind::kBegun, Kind::kEnded, Kind::kFault, Kind::kAdvice});
 
 /// No name is needed: a transaction's text names the object by its index.
 const descriptions::Object* no_name(std::uint8_t, std::uint8_t, std::uint16_t, std::uint8_t) {
@@ -92,6 +92,7 @@ void Judge::follow(const journal::Event& event) {
     request = text_of(event, journal, no_name);
     return;
   }
+  if (event.kind == Kind::kAdvice) return on_advice(event);
   if (event.kind == Kind::kFault) {
     if (!std::exchange(result.happened, true)) requests_at_fault_ = requests();
     for (const auto& rule : rules_)
@@ -113,8 +114,18 @@ void Judge::follow(const journal::Event& event) {
   }
 }
 
+/// With faults a right program repeats requests and loses results.
+void Judge::on_advice(const journal::Event& advice) {
+  const std::string_view name = name_of(static_cast<journal::Mistake>(advice.state));
+  const auto ignores = [name](const Line& line) { return line.text == name || line.text == kIgnore; };
+  if (trial.baseline == nullptr && std::ranges::none_of(settings.advice, ignores))
+    broken(fmt::format("advice {}", name), std::string(journal.text(advice)));
+}
+
 TrialReport Judge::end(std::optional<int> exit_code) {
   record.duration = control.now();
+  for (std::size_t network = 1; network <= control.networks(); ++network)
+    control.network(network).advice();  // what can be said only at the end
   look();
   has_ended = true;
   record.matches = matches();

@@ -46,6 +46,7 @@ class Judge final : private JudgedRun, private plant::Listener {
   void on_frame(std::size_t network, const Frame& frame, Time now) override;
   void read_journal();
   void follow(const journal::Event& event);
+  void on_advice(const journal::Event& advice);
   void check(const std::vector<Held>& held, std::string_view name);
   void find_counters();
   std::vector<std::uint32_t> matches() const;

@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: MIT
 #include "scenario/search/search_settings.hpp"
 
+#include <fmt/core.h>
+
+#include <algorithm>
 #include <array>
 
 #include "base/error.hpp"
 #include "base/toml_table.hpp"
 #include "base/words.hpp"
+#include "cbcan/mistakes.hpp"
 #include "config/diagnostic.hpp"
 #include "config/plant_settings.hpp"
 
@@ -31,6 +35,7 @@ constexpr auto kKeys = std::to_array<base::Setting<Settings>>({
     setting<&Settings::survive>({.key = "survive", .help = "Faults after which, once, giving up is a failure", .domain = kFaults}),
     setting<&Settings::reached>({.key = "reached", .help = "Happen in at least one run", .domain = kConditions}),
     setting<&Settings::only>({.key = "only", .help = "Faults that act in every run, such as `16:silent@149`; --explore writes them", .domain = "moments"}),
+    setting<&Settings::advice>({.key = "advice", .help = "Advice that does not fail the run without faults, by name, or `ignore` for all", .domain = "names"}),
     setting<&Settings::settle>({.key = "settle", .help = "Passes in the plant between the end of the command and the last look", .form = kDuration, .domain = kTime}),
     setting<&Settings::within>({.key = "within", .help = "Limit of a run in the plant's time; by default ten times that of the run without faults",
       .form = kDuration, .domain = kTime}),
@@ -77,6 +82,11 @@ Settings read_settings(std::string_view text, const std::string& file) {
       fail(base::line_of(*node), ": must be a table; write [explore]");
   } catch (const toml::parse_error&) {  // is reported by the plant's reader
   }
+  std::vector<std::string_view> names = base::column(regmap::kMistakes, &regmap::NamedNumber::name);
+  names.push_back(kIgnore);
+  for (const Line& line : settings.advice)
+    if (std::ranges::find(names, line.text) == names.end())
+      fail(line.number, fmt::format(".advice: \"{}\": must be {}", line.text, base::listed(names)));
   return settings;
 }
 

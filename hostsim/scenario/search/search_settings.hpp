@@ -27,9 +27,13 @@ struct Settings {
   std::vector<Line> survive;  ///< after these faults, once, giving up is a failure; empty = default_survive()
   std::vector<Line> reached;  ///< in at least one run
   std::vector<Line> only;     ///< moments at which faults act in every run of this file
+  std::vector<Line> advice;   ///< names of advice that does not fail the run without faults, or "ignore"
   std::optional<Time> settle;  ///< passes between the end and the last look; none = 5 s
   std::optional<Time> within;  ///< limit of a run, in the plant's time; none = ten times that without faults
 };
+
+/// In Settings::advice: all of it.
+inline constexpr std::string_view kIgnore = "ignore";
 
 std::vector<std::string> default_faults();
 std::vector<std::string> default_survive();

@@ -90,6 +90,7 @@
 #define CBCAN_R_DIAGNOSTIC_FAULT_STATUS    4138         /* its fault status, of a Cortex-M the CFSR; 0 = an unexpected interrupt */
 #define CBCAN_R_DIAGNOSTIC_FAULT_STATUS_LAST 4139         /* the last of them */
 #define CBCAN_R_DIAGNOSTIC_SECOND_WRITERS  4140         /* writes to a scanner window by a client after a newer client's; simulator only */
+#define CBCAN_R_DIAGNOSTIC_MISTAKES        4141         /* mistakes of the PLC's program since the start; simulator only */
 
 #define CBCAN_R_BOARD_STATION              4150         /* Modbus station address */
 #define CBCAN_R_BOARD_BAUD_RATE            4151         /* of the Modbus line, in 100 bit/s: 96 = 9600 */

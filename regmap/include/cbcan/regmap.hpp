@@ -238,13 +238,14 @@ inline constexpr std::uint16_t kFaultStatus = 4138;
 inline constexpr std::uint16_t kDiagnosticsFirst = kVersion;
 inline constexpr std::size_t kDiagnosticsWords = 40;
 inline constexpr std::uint16_t kSecondWriters = 4140;  ///< after them, in the simulator only
+inline constexpr std::uint16_t kMistakesSeen = 4141;   ///< the same
 
 constexpr RegisterRow diagnostic(std::uint16_t first, std::uint16_t words, std::string_view name,
                                  std::string_view range, std::string_view meaning) {
   return register_row(Access::kReadOnly, Writer::kCoprocessor, first, words, name, range, meaning);
 }
 
-inline constexpr std::array<RegisterRow, 25> kDiagnostics{{
+inline constexpr std::array<RegisterRow, 26> kDiagnostics{{
     diagnostic(kVersion, 1, "VERSION", "0..65535",
                "version of the image: major in the high byte, minor in the low byte"),
     diagnostic(kPatchLevel, 1, "PATCH_LEVEL", "0..65535", "the version's third number"),
@@ -283,6 +284,8 @@ inline constexpr std::array<RegisterRow, 25> kDiagnostics{{
                "its fault status, of a Cortex-M the CFSR; 0 = an unexpected interrupt"),
     diagnostic(kSecondWriters, 1, "SECOND_WRITERS", "0..65535",
                "writes to a scanner window by a client after a newer client's; simulator only"),
+    diagnostic(kMistakesSeen, 1, "MISTAKES", "16 bits",
+               "mistakes of the PLC's program since the start; simulator only"),
 }};
 
 // ---- Settings of a board

@@ -1,0 +1,377 @@
+// SPDX-License-Identifier: MIT
+#include "journal/advice.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+
+#include "base/numbers.hpp"
+#include "cbcan/canopen/dictionary/cob_id.hpp"
+#include "cbcan/canopen/dictionary/objects.hpp"
+#include "journal/event_text.hpp"
+
+namespace cbcan::journal {
+
+namespace {
+
+constexpr Time kCured = 10 * kSecond;
+constexpr Time kPatience = kSecond;  ///< a program may change OUT words before their number
+constexpr std::size_t kMost = 64;    ///< mistakes times clients
+constexpr std::uint16_t kToMapping = object::kTpdoMapping - object::kTpdoParameter;
+constexpr std::uint16_t kLastTpdo = object::kTpdoParameter + 511;
+
+// CiA 402: the objects of axis n are 800h x (n - 1) later.
+constexpr std::uint16_t kControlword = 0x6040;
+constexpr std::uint16_t kLastControlword = 0x9840;
+constexpr std::uint16_t kAxis = 0x800;
+
+/// The number whose hexadecimal digits are the decimal ones of `number`.
+std::uint32_t digits_as_hexadecimal(std::uint32_t number) {
+  return number == 0 ? 0 : digits_as_hexadecimal(number / 10) * 16 + number % 10;
+}
+
+bool covers(const modbus::Range& range, std::size_t address) {
+  return range.overlaps({address, 1});
+}
+
+/// "#1 (read node 99 1000h:00)"
+std::string name_of(const Event& request, const Journal& journal) {
+  return fmt::format("#{} ({})", request.transaction,
+                     base::made([&](Buffer& to) { append_request(to, request, journal, nullptr); }));
+}
+
+}  // namespace
+
+Advisor::Advisor(Journal& journal, const Network& network, std::span<const PlcWindow> windows)
+    : journal_(journal), network_(network) {
+  for (const PlcWindow& window : windows)
+    programs_.push_back({.window = window});
+}
+
+// ---- What has been seen
+
+void Advisor::advise(Mistake mistake, std::uint32_t client, const Event& about, std::string words) {
+  const auto is_same = [&](const Advice& each) { return each.mistake == mistake && each.client == client; };
+  const Time at = now_ - network_.started;
+  auto known = std::ranges::find_if(all_, is_same);
+  if (known == all_.end()) {
+    if (all_.size() == kMost) return;
+    known = all_.insert(all_.end(), {.mistake = mistake, .client = client});
+  }
+  const bool goes_on = known->count++ != 0 && at - known->last < kCured;
+  known->last = at;
+  if (goes_on) return;
+  known->words = std::move(words);
+  known->number = journal_.end();
+  known->event = {.kind = Kind::kAdvice, .network = network_.number, .node = about.node, .at = at};
+  known->event.state = static_cast<std::uint8_t>(mistake);
+  known->event.transaction = about.transaction;
+  known->event.code = client;
+  journal_.add(known->event, known->words);
+}
+
+void Advisor::advise(Mistake mistake, const Program& program, std::string words) {
+  if (program.client != kNoClient) advise(mistake, program.client, program.request, std::move(words));
+}
+
+const std::vector<Advice>& Advisor::all(Time now) {
+  now_ = now;
+  look_at_outputs();
+  look_at_state_request(nullptr);
+  for (Program& program : programs_)
+    if (program.renumbered_at != kNever) look_at_number(program);
+  return all_;
+}
+
+// ---- Modbus requests
+
+void Advisor::on_modbus(std::uint32_t client, const modbus::Access& access, Time now) {
+  client_ = client;
+  now_ = now;
+  if (covers(access.read, regmap::kExecuteFlag) &&
+      network_.registers[regmap::kExecuteFlag] != regmap::kExecute)
+    programs_.front().unread.clear();
+  look_at_outputs();
+  if (access.written.count == 0) return;
+  look_at_addresses(access.written);
+  look_at_process_data(access.written);
+  for (Program& program : programs_)
+    if (access.written.overlaps({program.window.first, kWords})) look_at_request(program, access.written);
+}
+
+void Advisor::look_at_addresses(const modbus::Range& written) {
+  const auto holds = [&](std::size_t address, std::uint16_t word) {
+    return covers(written, address) && network_.registers[address] == word;
+  };
+  constexpr std::size_t kFlag = regmap::kExecuteFlag;
+  const bool is_data = covers({network_.process_first, regmap::kProcessWords}, kFlag - 1);
+  std::string seen;
+  if (!is_data && holds(kFlag - 1, regmap::kExecute)) seen = "CA0Eh is in R3699";
+  if (holds(kFlag + 1, regmap::kExecute)) seen = "CA0Eh is in R3701";
+  if (holds(kFlag, regmap::kSdoRead) || holds(kFlag, regmap::kSdoWrite)) seen = "the command is in R3700";
+  if (!seen.empty())
+    advise(Mistake::kAddress, *client_, {},
+           seen +
+               ", one register off: addresses count from 0 here, and R3700 is address 3700, which a program "
+               "that counts from 1 calls 43701");
+}
+
+void Advisor::look_at_process_data(const modbus::Range& written) {
+  const std::size_t outputs = network_.process_first + regmap::kInputWords;
+  if (written.overlaps({network_.process_first, regmap::kInputWords}))
+    advise(Mistake::kInputs, *client_, {},
+           fmt::format("R{}..R{} are inputs from the network: what is written there reaches no node, and the "
+                       "next PDO replaces it; outputs begin at R{}",
+                       network_.process_first, outputs - 1, outputs));
+  if (!written.overlaps({outputs, regmap::kOutputWords}) || outputs_at_ != kNever) return;
+  outputs_at_ = now_;
+  outputs_client_ = *client_;
+  look_at_outputs();
+}
+
+void Advisor::look_at_outputs() {
+  if (outputs_at_ == kNever) return;
+  const Coprocessor& own = network_.module->coprocessor();
+  const bool is_sent = own.own_node().state() == nmt::State::kOperational || own.manager().active();
+  if (!is_sent && now_ < outputs_at_ + kCured) return;
+  outputs_at_ = kNever;
+  if (is_sent) return;
+  advise(
+      Mistake::kNotStarted, outputs_client_, {},
+      fmt::format("outputs were written ten seconds ago, but the own node is {}, so no PDO carries them; "
+                  "start it: write 1F82h with R3704 = {}, R3706 = 5",
+                  state_text(static_cast<std::uint8_t>(own.own_node().state())), own.own_node().node_id()));
+}
+
+bool Advisor::Program::repeats() const {
+  std::size_t count = regmap::kData - regmap::kCommand;
+  if (request.service == Service::kNmt) ++count;
+  if (request.service == Service::kWrite)
+    count = std::min<std::size_t>(count + (word(regmap::kDataSize) + 1u) / 2, kWords - 1);
+  return std::ranges::equal(std::span(words).subspan(1, count), window.out.subspan(1, count));
+}
+
+void Advisor::look_at_request(Program& program, const modbus::Range& written) {
+  if (program.is_scanner()) return look_at_number(program);
+  const bool has_flag = covers(written, regmap::kExecuteFlag);
+  if (!has_flag && std::exchange(program.is_flag_first, false))
+    advise(Mistake::kFlagFirst, program,
+           fmt::format("R{}.. was written after CA0Eh in R3700: the request had begun without it, and ended "
+                       "with result 1; write R3700 last, or all in one request",
+                       written.first));
+  if (has_flag && program.is_open && program.window.out[0] == regmap::kExecute && !program.repeats())
+    advise(Mistake::kBusy, *client_, program.request,
+           fmt::format("not executed: {}{} is in progress; wait until R3700 is no longer CA0Eh",
+                       name_of(program.request, journal_),
+                       program.client == *client_ ? "" : fmt::format(" of client {}", program.client)));
+}
+
+void Advisor::look_at_number(Program& program) {
+  const auto in = program.window.in;
+  const std::uint16_t number = program.window.out[0];
+  const bool is_finished = number != 0 && program.request.transaction != 0 && !program.is_open &&
+                           in[regmap::kScannerTaken] == number && in[regmap::kScannerAnswered] == number;
+  if (!is_finished || program.repeats()) {
+    program.renumbered_at = kNever;
+    return;
+  }
+  if (client_ && program.renumbered_at == kNever) program.renumbered_at = now_;
+  if (client_ && now_ < program.renumbered_at + kPatience) return;
+  program.renumbered_at = kNever;
+  program.take_words();  // once for these words
+  advise(
+      Mistake::kNumber, program,
+      fmt::format("the words at R{} are not executed: number {} is that of {}, which has its result; a new "
+                  "request needs a new number",
+                  program.window.first, number, name_of(program.request, journal_)));
+}
+
+void Advisor::on_other_unit(std::uint32_t client, std::uint8_t unit, Time now) {
+  now_ = now;
+  advise(Mistake::kUnit, client, {},
+         fmt::format("unit ID {} selects no network, so the answer is exception 0Ah; 1, 0 and 255 are the "
+                     "first network, 2 is the second one",
+                     unit));
+}
+
+void Advisor::on_second_writer(unsigned channel, std::uint32_t client, std::uint32_t newer, Time now) {
+  now_ = now;
+  advise(
+      Mistake::kTwoWriters, client, {},
+      fmt::format("clients {} and {} write to the scanner window of channel {}, and each takes the other's "
+                  "results for its own; use one writer, or a channel for each",
+                  client, newer, channel));
+}
+
+// ---- Transactions
+
+void Advisor::on_begun(const Event& begun, bool heard) {
+  Program& program = programs_[begun.state];
+  if (begun.state == 0 && !program.unread.empty() && client_)
+    advise(
+        Mistake::kUnread, *client_, program.request,
+        fmt::format("the result of {}, {}, was not read before the next request; read R3700 until it is not "
+                    "CA0Eh",
+                    name_of(program.request, journal_), program.unread));
+  program.unread.clear();
+  program.is_flag_first = false;
+  program.is_open = true;
+  program.client = client_.value_or(kNoClient);
+  program.request = begun;
+  program.take_words();
+  if (begun.service == Service::kNmt && program.word(regmap::kObjectSubIndex) == 0)
+    advise(Mistake::kAllNodes, program,
+           "1F82h with sub-index 0 addresses no node; R3704 = 128 is all nodes, 1..127 is one node");
+  look_at_state_request(&begun);
+  if (begun.service != Service::kState || !client_) return;
+  const bool is_scanning = asked_ && asked_->client == *client_ && asked_->request.node + 1 == begun.node;
+  const Manager& manager = network_.module->coprocessor().manager();
+  const bool is_unknown = !heard && dictionary_of(begun.node) == nullptr && !manager.is_listed(begun.node);
+  asked_ = StateRequest{*client_, begun, is_unknown, is_scanning};
+}
+
+/// A scan of all node IDs asks for the next one next.
+void Advisor::look_at_state_request(const Event* next) {
+  if (!asked_ || !asked_->is_unknown || asked_->is_scanning) return;
+  const std::uint8_t node = asked_->request.node;
+  if (next != nullptr &&
+      (client_ != asked_->client || (next->service == Service::kState && next->node == node + 1)))
+    return;
+  asked_->is_unknown = false;
+  const std::uint32_t meant = digits_as_hexadecimal(node);
+  const bool exists = meant <= nmt::kMaxNode && node_of(static_cast<std::uint8_t>(meant)) != nullptr;
+  advise(Mistake::kNotHeard, asked_->client, asked_->request,
+         fmt::format("node {} is not in this plant and has sent nothing, so its state is 6, not detected{}",
+                     node, exists ? fmt::format("; did you mean node {}h = {}?", node, meant) : ""));
+}
+
+void Advisor::on_ended(const Event& ended) {
+  Program& program = programs_[ended.state];
+  program.is_open = false;
+  const std::uint16_t command = program.word(regmap::kCommand);
+  const bool refused = ended.result == static_cast<std::uint16_t>(regmap::Result::kCommandCodeError);
+  if (refused) program.is_flag_first = command == 0;
+  if (refused && (command == 0x5055 || command == 0x5066))
+    advise(Mistake::kDecimal, program,
+           fmt::format("the command was {:X}h; 5055 (13BFh, read) and 5066 (13CAh, write) are decimal",
+                       command));
+  if (ended.state == 0 && failed(ended) && !is_cancelled(ended)) program.unread = result_text(ended);
+  if (ended.result == kNeverSent && client_)
+    advise(Mistake::kTimeout, program,
+           fmt::format(
+               "{} was cancelled before its first frame: another request to its node was in progress, or "
+               "its late response was awaited; a TIMEOUT above that of the module leaves time for both",
+               name_of(ended, journal_)));
+  if (ended.result == static_cast<std::uint16_t>(regmap::Result::kSdoExecutionError))
+    look_at_object(program, ended.code);
+  if (ended.result == 0 && ended.service == Service::kWrite) look_at_controlword(program);
+}
+
+void Advisor::look_at_object(const Program& program, std::uint32_t abort) {
+  const Event& request = program.request;
+  const ObjectDictionary* const dictionary = dictionary_of(request.node);
+  ObjectEntry entry{};
+  if (dictionary == nullptr) return;
+  if (abort == static_cast<std::uint32_t>(AbortCode::kNoObject)) {
+    const std::uint32_t meant = digits_as_hexadecimal(request.index);
+    if (meant > 0xFFFF || request.index < 1000 ||
+        dictionary->find(static_cast<std::uint16_t>(meant), 0, entry) == AbortCode::kNoObject)
+      return;
+    return advise(Mistake::kHexadecimal, program,
+                  fmt::format("node {} has no object {:X}h, which is {} in decimal; did you mean {}h = {}?",
+                              request.node, request.index, request.index, request.index, meant));
+  }
+  constexpr std::uint32_t kAnyLength = static_cast<std::uint32_t>(AbortCode::kObjectLength) >> 16;
+  const bool is_about_size =
+      abort >> 16 == kAnyLength || abort == static_cast<std::uint32_t>(AbortCode::kReadLength);
+  if (!is_about_size || dictionary->find(request.index, request.sub, entry) != AbortCode::kNone) return;
+  const std::size_t size = entry.has(ObjectFlags::kVariable) ? dictionary->value(entry, request.sub).size()
+                           : entry.has(ObjectFlags::kPacked) ? 1
+                                                             : entry.capacity;
+  const std::uint16_t given = program.word(regmap::kDataSize);
+  const bool is_read = request.service == Service::kRead;
+  if (is_read ? size <= given : size == given || entry.has(ObjectFlags::kVariable)) return;
+  advise(Mistake::kSize, program,
+         fmt::format("{:04X}h:{:02X} of node {} has {} byte{}, and R3705 was {}", request.index, request.sub,
+                     request.node, size, size == 1 ? "" : "s", given));
+}
+
+// ---- Drives
+
+void Advisor::look_at_controlword(const Program& program) {
+  const auto [node, index] = std::pair(program.request.node, program.request.index);
+  if (index < kControlword || index > kLastControlword || (index - kControlword) % kAxis != 0) return;
+  // Bits 0..3 and 7: CiA 402, table of commands.
+  const unsigned command = program.word(regmap::kData) & 0x8F;
+  const auto drive = std::ranges::find_if(enabling_, [&](const Enabling& each) {
+    return each.node == program.request.node && each.index == program.request.index;
+  });
+  if ((command & 0x87) == 0x06) {
+    if (drive != enabling_.end()) enabling_.erase(drive);
+    enabling_.push_back({node, index, false, false});
+    return;
+  }
+  if (drive == enabling_.end()) return;
+  drive->has_missed = drive->has_missed || !drive->is_shown;
+  drive->is_shown = false;
+  if (command == 0x07) return;
+  const bool is_mistake = command == 0x0F && drive->has_missed;
+  enabling_.erase(drive);
+  if (!is_mistake) return;
+  const sim::Node* const at = node_of(node);
+  const Time delay = at == nullptr ? 0 : at->command_delay();
+  advise(Mistake::kStatusword, program,
+         fmt::format(
+             "06h, 07h and 0Fh were written to {:X}h of node {}, but {:X}h was not read between them; wait "
+             "until it shows the state{}",
+             index, node, index + 1,
+             delay == 0 ? ""
+                        : fmt::format(": this drive needs {} ms for a command",
+                                      (delay + kMillisecond - 1) / kMillisecond)));
+}
+
+void Advisor::on_frame(const Frame& frame) {
+  for (Enabling& drive : enabling_)
+    if (!drive.is_shown) drive.is_shown = shows_statusword(frame, drive);
+}
+
+/// A response by SDO, or a TPDO; of a node that is not simulated, any TPDO with its default CAN-ID.
+bool Advisor::shows_statusword(const Frame& frame, const Enabling& drive) const {
+  const auto statusword = static_cast<std::uint16_t>(drive.index + 1);
+  if (frame.flags != 0) return false;
+  if (frame.id == sdo::kResponseId + drive.node)
+    return sdo::index_of(sdo::multiplexer_of(frame)) == statusword &&
+           !sdo::is(frame.data[0], sdo::Response::kAbort);
+  const ObjectDictionary* const dictionary = dictionary_of(drive.node);
+  if (dictionary == nullptr) return frame.id < sdo::kResponseId && (frame.id & 0xFF) == 0x80U + drive.node;
+  for (std::uint16_t pdo = object::kTpdoParameter; pdo <= kLastTpdo; ++pdo) {
+    const std::uint64_t cob_id = dictionary->get(pdo, 1);
+    if (cob_id == 0 || (cob_id & cob::kInvalid) != 0 ||
+        cob::id_of(static_cast<std::uint32_t>(cob_id)) != frame.id)
+      continue;
+    const auto mapping = static_cast<std::uint16_t>(pdo + kToMapping);
+    const std::uint64_t count = dictionary->get(mapping, 0);
+    for (std::uint8_t sub = 1; sub <= count && sub <= 64; ++sub)
+      if (dictionary->get(mapping, sub) >> 16 == statusword) return true;
+  }
+  return false;
+}
+
+// ---- Nodes
+
+sim::Node* Advisor::node_of(std::uint8_t id) const {
+  const auto nodes = network_.world.nodes();
+  const auto has_id = [&](const auto& node) { return node->device().node_id() == id; };
+  const auto found = std::ranges::find_if(nodes, has_id);
+  return found == nodes.end() ? nullptr : found->get();
+}
+
+/// Null: the node is not simulated.
+const ObjectDictionary* Advisor::dictionary_of(std::uint8_t id) const {
+  const Coprocessor& own = network_.module->coprocessor();
+  if (id == 0 || id == own.own_node().node_id()) return &own.own_objects();
+  const sim::Node* const node = node_of(id);
+  return node == nullptr ? nullptr : &node->device().dictionary();
+}
+
+}  // namespace cbcan::journal
