@@ -56,7 +56,8 @@ Session::Session(const config::Config& config, config::PlantBuild build, std::st
       waits_([this] { return host_.machine_now(); }) {
   if (config.verbose || config.verbose_frames) {
     const journal::Kinds frames = config.verbose_frames ? kinds_of({Kind::kFrame}) : 0;
-    const journal::Kinds kinds = kinds_of({Kind::kEnded, Kind::kState, Kind::kEmergency, Kind::kAdvice, Kind::kBoot}) | frames;
+    const journal::Kinds kinds =
+        kinds_of({Kind::kEnded, Kind::kState, Kind::kEmergency, Kind::kAdvice, Kind::kBoot}) | frames;
     trace_.emplace(Trace{journal::Cursor(control().journal(), kinds)});
   }
   list_services(config);
@@ -259,22 +260,22 @@ std::string Session::module_summary(const plant::Network& network) const {
   const auto& transactions = module->coprocessor().counters();
   const auto& sdo = module->coprocessor().sdo_client().counters();
   const std::string name = name_of(network.number());
-  const std::string second = network.second_writers() == 0
-                                 ? ""
-                                 : fmt::format("{}writes to scanner windows by a second client {}\n", name,
-                                               network.second_writers());
   return fmt::format(
       "{0}transactions {1}, failed {2}, cancelled {3}\n"
-      "{0}SDO transfers {4}, timeouts {5}, aborts sent {6}, received {7}, frames ignored {8}\n{9}",
+      "{0}SDO transfers {4}, timeouts {5}, aborts sent {6}, received {7}, frames ignored {8}\n",
       name, transactions.executed, transactions.failed, transactions.cancelled, sdo.transfers, sdo.timeouts,
       sdo.aborts_sent, sdo.aborts_received,
-      sdo.late + sdo.unexpected + sdo.not_data + sdo.too_short + sdo.other_object, second);
+      sdo.late + sdo.unexpected + sdo.not_data + sdo.too_short + sdo.other_object);
 }
 
 std::string Session::summary() const {
   std::string text;
-  for (const auto& network : plant_.networks())
+  for (const auto& network : plant_.networks()) {
     text += module_summary(*network);
+    for (const journal::Advice& advice : network->advice())
+      text += fmt::format("{}advice {}: {} times by client {}\n", name_of(network->number()),
+                          journal::name_of(advice.mistake), advice.count, advice.client);
+  }
   const Served served = host_.served();
   if (!services_.at("modbus").place.empty())
     text += fmt::format("Modbus requests {}, exceptions {}, connections {}\n", served.modbus.requests,

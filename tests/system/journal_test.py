@@ -82,7 +82,7 @@ class TwoWriters(cases.Case):
                 "a channel for each"
             self.assertEqual((seen["rule"], seen["client"], seen["count"], seen["words"]), ("two-writers", 1, 99, told))
             self.assertEqual(simulator.error.count(told), 1)
-            self.assertIn("\nwrites to scanner windows by a second client 99\n", simulator.error)
+            self.assertIn("\nadvice two-writers: 99 times by client 1\n", simulator.error)
 
     def test_a_plc_that_connects_again_is_one_writer(self):
         with Simulator(PROGRAM, "--demo", "-v") as simulator:
@@ -93,7 +93,7 @@ class TwoWriters(cases.Case):
                 self.exchange(simulator, window)
                 self.assertEqual(reader.read(4140, 1), [0])
             simulator.stop()
-            self.assertNotIn("second client", simulator.error)
+            self.assertNotIn("advice", simulator.error)
 
 
 class Pcap(cases.Case):
