@@ -4,13 +4,16 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <array>
 #include <iterator>
 #include <optional>
 #include <span>
 #include <utility>
 
 #include "base/arguments.hpp"
+#include "base/file_kind.hpp"
 #include "base/numbers.hpp"
+#include "base/suggestion.hpp"
 #include "base/words.hpp"
 #include "cbcan/regmap.hpp"
 #include "cbcan/version.hpp"
@@ -24,9 +27,17 @@ namespace {
 
 constexpr std::string_view kCommand = "--";
 
+constexpr std::array<std::string_view, 2> kSubcommands{"run", "eds"};
+
 std::string lost_word(std::string_view word) {
-  return word.ends_with(".toml") ? fmt::format("a plant file is given with --config {}", word)
-                                 : "belongs to no option";
+  const std::string_view kind = base::leaf_of(word);
+  if (kind == "toml")
+    return fmt::format("a plant file is given with --config {0}, a scenario with cbcan-sim run {0}", word);
+  if (kind == "lua" || kind == "eds" || kind == "dcf")
+    return fmt::format("belongs to no option; --node 5={} is a node made from it", word);
+  if (const std::string_view meant = base::nearest(word, kSubcommands); !meant.empty())
+    return fmt::format("belongs to no option; did you mean cbcan-sim {} ...?", meant);
+  return "belongs to no option; a COMMAND is after --, scenarios are after cbcan-sim run";
 }
 
 /// The message, or for --heartbeat "no such option; did you mean --set node.ID.heartbeat_ms=...?"
@@ -69,8 +80,7 @@ class ParsedArguments {
     base::ParsedArguments parsed = base::parse_arguments(words, all_options());
     for (const base::WrongWord& wrong : parsed.wrong)
       complain(wrong.word, about(wrong));
-    for (const std::string_view word : parsed.words)
-      complain(word, lost_word(word));
+    if (!parsed.words.empty()) complain(parsed.words.front(), lost_word(parsed.words.front()));
     for (const base::Argument& argument : parsed.options)
       add({argument});
     command = std::move(parsed.command);
@@ -133,23 +143,13 @@ class ParsedArguments {
   std::size_t network_ = 1;
 };
 
-/// CiA 306: an EDS or DCF file begins with this section.
-bool is_eds(std::string_view text) {
-  constexpr std::string_view kSection = "[FileInfo]";
-  while (!text.empty())
-    if (base::same_text(base::trim(base::take_line(text)), kSection)) return true;
-  return false;
-}
-
 Diagnostics read_plant_of(const Argument& plant, const base::FileReader& read, Start& start) {
   const std::string path(plant.option == kDemoOption ? kDemoPlant : plant.text);
   const std::string option = fmt::format("{} {}", kConfigOption, path);
   const auto text = read(path);
-  if (!text)
-    return {about_option(option, "this file cannot be read; check the path and its permissions")};
-  if (is_eds(*text))
-    return {about_option(
-        option, "this is an EDS or DCF file, not a plant file; --node 5=FILE is a node made from it")};
+  if (!text) return {about_option(option, "this file cannot be read; check the path and its permissions")};
+  if (std::string other = base::other_kind(path, *text, base::kPlantFile); !other.empty())
+    return {about_option(option, std::move(other))};
   start.plant_text = *text;
   return read_plant(*text, path, start.config, {}, &read);
 }
@@ -245,8 +245,8 @@ Start parse_command_line(int argc, const char* const* argv, const base::FileRead
   if (problems.empty()) problems = std::move(of_options);
   for (const auto& row : kSearchSettings)
     if (typed.command.empty() && typed.count(base::option_name(row.option)) != 0)
-      problems.push_back(about_option(base::option_name(row.option),
-                                              "is for a COMMAND: write -- and the command after it"));
+      problems.push_back(
+          about_option(base::option_name(row.option), "is for a COMMAND: write -- and the command after it"));
   if (start.search.explore || !start.search.seeds.empty()) start.config.clock = ClockKind::kManual;
   if (!typed.command.empty()) use_free_addresses(typed, start.config);
   std::ranges::move(check(start.config), std::back_inserter(problems));

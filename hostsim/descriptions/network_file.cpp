@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 
+#include "base/file_kind.hpp"
 #include "base/toml_table.hpp"
 #include "base/utf8.hpp"
 #include "base/words.hpp"
@@ -355,6 +356,8 @@ PlannedNetwork read_network(const std::string& path, const base::FileReader& rea
   if (const std::size_t line = base::first_line_not_utf8(*text); line != 0)
     throw UsageError(fmt::format(
         "{}:{}: this line is not UTF-8; write a network in TOML, or name a file *.dcf", path, line));
+  if (const std::string other = base::other_kind(path, *text, base::kNetworkFile); !other.empty())
+    throw UsageError(fmt::format("{}: {}", path, other));
   try {
     return Reader(path, path, read, remarks).read_table(toml::parse(*text, path));
   } catch (const toml::parse_error& error) {

@@ -6,6 +6,7 @@
 #include <array>
 #include <utility>
 
+#include "base/file_kind.hpp"
 #include "base/toml_table.hpp"
 #include "config/plant_file.hpp"
 #include "scenario/scenario.hpp"
@@ -58,7 +59,9 @@ void read_into(Scenario& scenario, std::string_view text, const base::FileReader
   const toml::node* const steps = root.get(kStep);
   const toml::array* const list = steps != nullptr ? steps->as_array() : nullptr;
   if (list == nullptr || !std::ranges::all_of(*list, &toml::node::is_table))
-    return complain(scenario, base::line_of(root), "step: there is none; write [[step]] above each step");
+    return complain(
+        scenario, base::line_of(root),
+        "step: there is none; write [[step]] above each step, or play a plant file with --config");
   for (const toml::node& step : *list)
     read_step(*step.as_table(), scenario);
 }
@@ -75,6 +78,11 @@ Scenario read_scenario(std::string_view text, const std::string& file, const bas
   Scenario scenario;
   scenario.file = file;
   scenario.text = text;
+  std::string other = base::other_kind(file, text, base::kScenario);
+  if (!other.empty() && !base::other_kind(file, text, base::kPlantFile).empty()) {
+    complain(scenario, 0, std::move(other));
+    return scenario;
+  }
   try {
     read_into(scenario, text, read);
   } catch (const toml::parse_error&) {

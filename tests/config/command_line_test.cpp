@@ -29,6 +29,9 @@ verbose = true
 )"},
           {"valve.toml", kValve},
           {"node.eds", "\xEF\xBB\xBF; comment\r\n[fileinfo]\r\nFileName=node.eds\r\n"},
+          {"tank.LUA", "SETTINGS = {}\n"},
+          {"network.toml", "[[node]]\nid = 5\npdos = [{ tpdo = 1 }]\n"},
+          {"scenario.toml", "[module]\nnode_id = 3\n  [[step]] # one\nafter = \"1s\"\n"},
           {"bad.toml", "[module]\nnode_id = 300\n[can]\nspec = \"socketcan\"\n"}};
 }
 

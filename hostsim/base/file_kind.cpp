@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+#include "base/file_kind.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <array>
+
+#include "base/words.hpp"
+
+namespace cbcan::base {
+
+namespace {
+
+struct Kind {
+  std::string_view name, use;
+  std::string_view
+      marks;  ///< words, one of which begins a line in such a file, and in none of the kinds after it
+};
+constexpr std::array kKinds{
+    Kind{"an EDS or DCF file", "--node 5=FILE is a node made from it", "[FileInfo] [DeviceInfo]"},
+    Kind{"a Lua device", "--node 5=FILE is a node made from it", ""},
+    Kind{kScenario, "cbcan-sim run FILE plays it", "[[step]]"},
+    Kind{kPlantFile, "cbcan-sim --config FILE takes it",
+         "[module] [plc] [can] [log] [modbus] [rtu] [time] [random] [control] [http] [explore] [[wire]] "
+         "[[network]] "
+         "plant device"},
+    Kind{kNetworkFile, "--network-file FILE takes it", "[network] [[node.pdos]] pdos dcf identity on_loss"},
+};
+
+bool begins_line(std::string_view text, std::string_view mark) {
+  while (!text.empty()) {
+    const std::string_view line = trim(take_line(text));
+    if (same_text(line.substr(0, line.find_first_of(" \t=#")), mark)) return true;
+  }
+  return false;
+}
+
+bool is_of(const Kind& kind, std::string_view path, std::string_view text) {
+  if (kind.marks.empty()) return same_text(leaf_of(path), "lua");
+  const auto marks = words_of(kind.marks);
+  return std::ranges::any_of(marks, [text](std::string_view mark) { return begins_line(text, mark); });
+}
+
+}  // namespace
+
+std::string other_kind(std::string_view path, std::string_view text, std::string_view wanted) {
+  const auto kind = std::ranges::find_if(kKinds, [&](const Kind& each) { return is_of(each, path, text); });
+  if (kind == kKinds.end() || kind->name == wanted) return {};
+  return fmt::format("this is {}, not {}; {}", kind->name, wanted, kind->use);
+}
+
+}  // namespace cbcan::base
