@@ -25,7 +25,6 @@ using base::line_of, base::value_of;
 
 constexpr std::string_view kNodeTable = "node";
 constexpr std::string_view kAxisTable = "node.axis";
-constexpr std::string_view kBasePlant = "plant";
 constexpr std::size_t kLongestLine = 10'000;
 constexpr std::size_t kMostMistakes = 100;  // a suggestion for each takes time
 constexpr unsigned kMostAdding = 8;
@@ -410,7 +409,8 @@ class Reader {
 
   void complain_unknown(const toml::key& key, std::string_view table) {
     const std::string full = fmt::format("{}{}{}", table, table.empty() ? "" : ".", key.str());
-    const std::string suggestion = base::did_you_mean(full, plant_keys());
+    const std::string suggestion =
+        full == kDemo ? "; write plant = \"demo\"" : base::did_you_mean(full, plant_keys());
     complain(key, full + ": no such key" +
                       (suggestion.empty() ? "; " + contents_of(table, in_first_network()) : suggestion));
   }

@@ -300,7 +300,7 @@ const std::vector<std::string_view>& plant_keys() {
       const std::string_view table = base::table_of(row.key);
       if (std::ranges::find(keys, table) == keys.end()) keys.push_back(table);
     });
-    keys.push_back(kNetworkTable);
+    keys.insert(keys.end(), {kNetworkTable, kExploreTable, kBasePlant});
     return keys;
   }();
   return all;

@@ -2,8 +2,8 @@
 #pragma once
 
 /// The settings of a plant as tables (base/setting.hpp): key in the plant file, option on the command line,
-/// range, help. Plant file and command line are read by these rows; --help and docs/reference/plant-file.md are
-/// generated from them. A new setting is a member in config.hpp and a row.
+/// range, help. Plant file and command line are read by these rows; --help and docs/reference/plant-file.md
+/// are generated from them. A new setting is a member in config.hpp and a row.
 
 #include <algorithm>
 #include <array>
@@ -34,6 +34,7 @@ inline constexpr std::string_view kSignalShape = "node.signals.shape";
 /// The list of further networks; each has the tables of kNetworkSettings and nodes, which network 1 has at
 /// the top of the file.
 inline constexpr std::string_view kNetworkTable = "network";
+inline constexpr std::string_view kBasePlant = "plant";
 /// The list of wires of the whole plant.
 inline constexpr std::string_view kWireTable = "wire";
 
