@@ -238,8 +238,10 @@ std::vector<std::string> check_wire_ends(const Config& config,
       if (!is_there)
         problems.push_back(fmt::format(
             "{}: {}", to_string(wire.place),
-            complaint(wire, fmt::format("the node, a {}, has no such {} as {}", trial.device_name(),
-                                        end == &wire.from ? "output or number" : "input", end->text))));
+            complaint(wire, fmt::format("the node, whose device is {}, has no such {} as {}; cbcan-sim eds "
+                                        "prints its objects",
+                                        trial.device_name(), end == &wire.from ? "output or number" : "input",
+                                        end->text))));
     }
   }
   return problems;

@@ -184,12 +184,14 @@ TEST_CASE("ends that a node does not have are reported") {
                            wire("5:output:999", "5:input:1") + wire("5:0x6200:1", "5:0x1017");
   const config::PlantBuild nodes = build(text, reader()).build;
   CHECK_FALSE(nodes.good);
-  CHECK(nodes.lines ==
-        std::vector<std::string>{
-            "plant.toml:4: wire 5:output:999 to 5:input:1: the node, a cia401, has no such output or "
-            "number as 5:output:999",
-            "plant.toml:8: wire 5:0x6200:1 to 5:0x1017: the node, a cia401, has no such input as "
-            "5:0x1017"});
+  CHECK(
+      nodes.lines ==
+      std::vector<std::string>{
+          "plant.toml:4: wire 5:output:999 to 5:input:1: the node, whose device is cia401, has no such "
+          "output or "
+          "number as 5:output:999; cbcan-sim eds prints its objects",
+          "plant.toml:8: wire 5:0x6200:1 to 5:0x1017: the node, whose device is cia401, has no such input as "
+          "5:0x1017; cbcan-sim eds prints its objects"});
 }
 
 TEST_CASE("what goes round through devices does not stop time") {
