@@ -100,7 +100,7 @@ class Search {
   /// Throws io::UsageError, io::EnvironmentError for a file or folder of the options.
   Search(const config::SearchConfig& search, Console& console)
       : search_(search), console_(console), state_(search.state) {
-    if (!search.out.empty()) io::need_folder("--out", search.out);
+    if (!search.out.empty()) io::make_folder("--out", search.out);
     if (!search.junit.empty()) junit_.emplace("--junit", search.junit);
   }
 
@@ -112,7 +112,8 @@ class Search {
     } catch (const std::exception& error) {
       const bool is_usage = dynamic_cast<const base::UsageError*>(&error) != nullptr;
       exit_code_ = is_usage ? base::ExitCode::kUsage : base::ExitCode::kEnvironment;
-      error_ = fmt::format("{}{}", prefix(subject), base::trim(error.what()));
+      error_ = base::trim(error.what());
+      if (!error_.starts_with(subject.name)) error_.insert(0, prefix(subject));
     }
   }
 

@@ -152,7 +152,7 @@ std::vector<Outcome> play_all(const std::vector<std::string>& files, const confi
 
 base::ExitCode run_scenarios(const config::RunConfig& config, const base::FileReader& read,
                              Console& console) {
-  if (!config.logs.empty()) io::need_folder("--log", config.logs);
+  if (!config.logs.empty()) io::make_folder("--log", config.logs);
   const config::Shard shard =
       config.explore ? config::Shard() : config::shard_of(config.shard);  // of its moments
   const std::vector<std::string> files =

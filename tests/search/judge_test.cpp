@@ -59,9 +59,10 @@ TEST_CASE("Judge: a mistake in a condition is one of the file") {
         [&] { wrong_with("[explore]\n" + condition + "\n[[step]]\n" + kRead1000); });
   };
   CHECK(wrong("always = [\"object 66 0x1000 > 0\",\n \"object 66 0x1000 >= 6O\"]") ==
-        "s.toml:4: \"6O\": must be a number, as the object is one");
+        "s.toml:4: explore.always: \"6O\": must be a number, as the object is one");
   CHECK(wrong("reached = \"register 3700 = 0 within 5s\"") ==
-        "s.toml:3: register 3700 = 0 within 5s: within is a key of its own; write within = \"5s\"");
+        "s.toml:3: explore.reached: register 3700 = 0 within 5s: within is a key of its own; write within = "
+        "\"5s\"");
 }
 
 TEST_CASE("Judge: the last Modbus request, and what a command has said") {

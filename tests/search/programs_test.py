@@ -148,7 +148,8 @@ class Refused(cases.Case):
 
     def test_mistakes(self):
         for text, message in (("fault = 1", "explore.fault: no such key; did you mean faults?"),
-                              ('always = "objekt 16 1 = 1"', "objekt"),
+                              ('always = "objekt 16 1 = 1"', "plant.toml:3: explore.always: \"objekt\""),
+                              ('reached = "object 16 0x9999 = 1"', "plant.toml:3: explore.reached: 9999h:00: node 16 has no such object"),
                               ('settle = "5 minutes"', 'write settle = "100ms"'),
                               ('only = "16:silent"', None),
                               ('only = "17:silent"', "17: there is no such node in the plant"),
@@ -238,7 +239,7 @@ class Messages(cases.Case):
         plant = self.write("plant.toml", 'plant = "demo"\n[explore]\ndone = "object 16 0x6081 >= 20O00"\n')
         for made in (explore_command([PLC, "drive"], plant=plant), subprocess.run([PROGRAM, "--config", plant, "--check"], capture_output=True, text=True)):
             self.assertEqual(made.returncode, 2, made)
-            self.assertIn(f'{plant}:3: "20O00": must be a number', made.stderr)
+            self.assertIn(f'{plant}:3: explore.done: "20O00": must be a number', made.stderr)
         plant.write_text(plant.read_text() + '[[step]]\nafter = "1s"\n')
         self.assertEqual(subprocess.run([PROGRAM, "run", "--check", plant], capture_output=True).returncode, 2)
 

@@ -96,8 +96,7 @@ class Fragile(cases.Case):
         run("--explore", "--faults", "request-lost", self.write("fragile.toml", FRAGILE.replace("must", "expect")))
 
     def test_a_failure_is_written_with_fewer_steps_and_fails_the_same(self):
-        out = self.folder / "out"
-        out.mkdir()
+        out = self.folder / "made/out"
         output = run("--explore", "--faults", "request-lost", "--out", out, self.path, code=1)
         file = pathlib.Path(re.search(r"replay: (.*)", output)[1])
         self.assertEqual(file.name, "fragile-66-request-lost-1.toml")
@@ -115,7 +114,7 @@ class Fragile(cases.Case):
         before = self.path.read_text()
         self.assertIn("is no file of --explore; name a new one", run("--explore", "--state", self.path, self.path, code=2))
         self.assertEqual(self.path.read_text(), before)
-        self.assertIn("there is no such folder; make it first", run("--explore", "--out", self.folder / "nowhere", self.path, code=2))
+        self.assertIn(f"--out {self.path}: Not a directory; name another folder", run("--explore", "--out", self.path, self.path, code=2))
         self.assertIn("nowhere/x.xml", run("--explore", "--junit", self.folder / "nowhere/x.xml", self.path, code=3))
 
     def test_a_file_that_cannot_be_written_and_one_that_cannot_be_read_lose_no_results(self):

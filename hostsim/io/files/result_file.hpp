@@ -30,11 +30,13 @@ class ResultFile {
   Output file_;
 };
 
-/// Throws UsageError if the path of an option is no folder.
-inline void need_folder(std::string_view option, const std::string& path) {
+/// Makes the folder of an option unless it is there. Throws UsageError if it cannot be made.
+inline void make_folder(std::string_view option, const std::string& path) {
   std::error_code error;
-  if (!std::filesystem::is_directory(path, error))
-    throw UsageError(std::string(option) + " " + path + ": there is no such folder; make it first");
+  std::filesystem::create_directories(path, error);
+  std::error_code ignored;
+  if (!std::filesystem::is_directory(path, ignored))
+    throw UsageError(std::string(option) + " " + path + ": " + error.message() + "; name another folder");
 }
 
 }  // namespace cbcan::io

@@ -35,21 +35,22 @@ Judge::Judge(plant::Control& of_plant, const Settings& of_file, const Trial& of_
     : JudgedRun{of_plant, of_file, of_run, std::move(let_pass)},
       Listener(of_plant),
       cursor_(journal, kFollowed),
-      always_(conditions(settings.always)),
-      done_(conditions(settings.done)),
-      gave_up_(conditions(settings.gave_up)),
-      reached_(conditions(settings.reached)) {
+      always_(conditions("always", settings.always)),
+      done_(conditions("done", settings.done)),
+      gave_up_(conditions("gave_up", settings.gave_up)),
+      reached_(conditions("reached", settings.reached)) {
   result.reached.resize(reached_.size());
   find_counters();
 }
 
-std::vector<Judge::Held> Judge::conditions(const std::vector<Line>& lines) {
+std::vector<Judge::Held> Judge::conditions(std::string_view key, const std::vector<Line>& lines) {
   std::vector<Held> made;
   for (const Line& line : lines) {
     try {
       made.push_back({plant::make_condition(line.text, control), line.text});
     } catch (const plant::Refused& refused) {
-      throw base::UsageError(fmt::format("{}:{}: {}", settings.file, line.number, refused.what()));
+      throw base::UsageError(
+          fmt::format("{}:{}: explore.{}: {}", settings.file, line.number, key, refused.what()));
     }
   }
   return made;

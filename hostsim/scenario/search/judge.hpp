@@ -42,7 +42,7 @@ class Judge final : private JudgedRun, private plant::Listener {
     unsigned number;
   };
 
-  std::vector<Held> conditions(const std::vector<Line>& lines);
+  std::vector<Held> conditions(std::string_view key, const std::vector<Line>& lines);
   void on_frame(std::size_t network, const Frame& frame, Time now) override;
   void read_journal();
   void follow(const journal::Event& event);
