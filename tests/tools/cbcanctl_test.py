@@ -316,8 +316,9 @@ class WithCoprocessor(Case):
         return coprocessor.transactions
 
     def check_emcy(self, message, text, *arguments):
-        done = self.check_with(lambda *_: bytes.fromhex(message), " ".join(arguments) + " emcy 5", text)
-        self.assertEqual(done, [(5055, 0, 0x3005, 5, "")])
+        done = self.check_with(lambda _, __, index, *___: b"\x05" if index == 0x300C else bytes.fromhex(message),
+                               " ".join(arguments) + " emcy 5", text)
+        self.assertEqual(done, [(5055, 0, 0x3005, 5, "")] + [(5055, 5, 0x300C, 0, "")] * (not any(bytes.fromhex(message))))
 
     def test_emcy_of_a_node(self):
         self.check_emcy("00 00 00 00 00 00 00 00", "5 no error\n")
@@ -333,6 +334,12 @@ class WithCoprocessor(Case):
                         '"bits": ["generic", "communication"], "data": "01 02 03 04 05"}\n', "--json")
         self.check_emcy("00 00 00 00 00 00 00 00", '{"node": 5, "error_code": 0, "meaning": "no error", "error_register": 0, '
                         '"bits": [], "data": "00 00 00 00 00"}\n', "--json")
+
+    def test_emcy_of_a_node_that_is_not_there(self):
+        for arguments, text in (("emcy 5", "5 not detected\n"),
+                                ("--json emcy 5", '{"node": 5, "error_code": 0, "meaning": "not detected", "error_register": 0, '
+                                                  '"bits": [], "data": "00 00 00 00 00"}\n')):
+            self.check_with(lambda _, __, index, *___: b"\x06" if index == 0x300C else bytes(8), arguments, text, ABSENT)
 
     def test_emcy_of_the_coprocessor_itself(self):
         done = self.check_with(lambda _, __, index, *___: b"\x7F" if index == 0x3001 else bytes(8), "emcy 0", "127 no error\n")

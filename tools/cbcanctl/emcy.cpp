@@ -60,6 +60,10 @@ void list_all(window::Client& client, const Options& options) {
   if (!any && !options.json) std::cout << "no error\n";
 }
 
+bool is_detected(window::Client& client, std::uint8_t node) {
+  return execute(client, tools::sdo_read(node, regmap::kNodeStateService, 0, 1)).front() != kNotDetected;
+}
+
 }  // namespace
 
 void emcy(const Options& options) {
@@ -67,10 +71,13 @@ void emcy(const Options& options) {
   auto node = static_cast<std::uint8_t>(all ? 0 : tools::parse_number(options.node, kMaxNode, "NODE"));
   window::Client client = connect(options);
   if (all) return list_all(client, options);
-  if (node == 0) node = own::read(client, own::kOwnNodeId, 0, 1)[0];
+  const bool is_own = node == 0;
+  if (is_own) node = own::read(client, own::kOwnNodeId, 0, 1)[0];
   const tools::Bytes bytes = own::read(client, own::kLastEmergency, node, EmergencyMessage::kSize);
-  print(node, descriptions::emergency_from(std::span(bytes).first<EmergencyMessage::kSize>()), "no error",
-        options);
+  const auto message = descriptions::emergency_from(std::span(bytes).first<EmergencyMessage::kSize>());
+  const bool is_absent = !is_own && message == EmergencyMessage{} && !is_detected(client, node);
+  print(node, message, is_absent ? "not detected" : "no error", options);
+  if (is_absent) throw Ended{ExitCode::kAbsent};
 }
 
 }  // namespace cbcan::ctl

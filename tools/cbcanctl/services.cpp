@@ -20,8 +20,6 @@ using tools::Bytes;
 using tools::Transaction;
 using tools::UsageError;
 
-constexpr std::uint16_t kNotDetected = 6;
-
 /// 3002h: CiA 405, CANOPEN_KERNEL_ERROR.
 constexpr std::array<regmap::NamedNumber, 4> kKernelStates{{
     {0x00, "NONE", "no error"},

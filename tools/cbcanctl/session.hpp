@@ -19,6 +19,7 @@ namespace cbcan::ctl {
 using base::ExitCode;
 
 inline constexpr unsigned kMaxNode = 127;
+inline constexpr std::uint16_t kNotDetected = 6;  ///< of kNodeStates
 
 enum class NmtService : std::uint8_t {};    ///< index in regmap::kNmtCommands
 enum class TransferMode : std::uint8_t {};  ///< as in 3004h
