@@ -48,6 +48,10 @@ class ObjectDictionary(cases.Case):
     def test_mistakes(self):
         for folder in ("/tmp", "/tmp/"):
             self.assertEqual(output_and_errors(PROGRAM, folder, code=2), f"cbcan-eds: {folder} is a folder; name an EDS or DCF file\n")
+        for words, error in ((("--nmae", "x", "y.eds"), "--nmae: no such option; did you mean --name?; see cbcan-eds --help"),
+                             (("--name",), "--name: needs an argument, NAME; see cbcan-eds --help"),
+                             (("x.eds", "y.eds"), "name one EDS or DCF file; see cbcan-eds --help")):
+            self.assertEqual(output_and_errors(PROGRAM, *words, code=2), f"cbcan-eds: {error}\n")
         done(*self.configure("drive.v2.eds", "Ninja"))
         self.assertIn("drive.v2: no name of a C++ namespace; write --name NAME",
                       output_and_errors("cmake", "--build", self.build, code=1))

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // cbcan-eds: an EDS or DCF file as the object dictionary of firmware.
 
+#include <array>
 #include <filesystem>
 
 #include "base/read_file.hpp"
@@ -20,17 +21,14 @@ constexpr const char* kHelp = R"(usage: cbcan-eds [--name NAME] FILE
   --name NAME   the header's namespace (default: the file's name)
 )";
 
-std::string output_of(const tools::Words& words, tools::Words& remarks) {
-  std::string name, file;
-  for (std::size_t i = 0; i != words.size(); ++i) {
-    if (words[i] == "--name" && i + 1 != words.size())
-      name = words[++i];
-    else if (words[i].starts_with("-") || !file.empty())
-      throw UsageError(words[i] + ": see cbcan-eds --help");
-    else
-      file = words[i];
-  }
-  if (file.empty()) throw UsageError("name an EDS or DCF file; see cbcan-eds --help");
+constexpr std::array<std::string_view, 1> kOptions{"--name NAME"};
+
+std::string output_of(const base::ParsedArguments& typed, tools::Words& remarks) {
+  std::string name;
+  for (const base::Argument& argument : typed.options)
+    name = argument.text;
+  if (typed.words.size() != 1) throw UsageError("name one EDS or DCF file; see cbcan-eds --help");
+  const std::string file(typed.words.front());
   if (name.empty()) name = std::filesystem::path(file).stem();
   std::error_code ignored;
   if (std::filesystem::is_directory(file, ignored))
@@ -43,5 +41,5 @@ std::string output_of(const tools::Words& words, tools::Words& remarks) {
 }  // namespace
 
 int main(int count, char** words) {
-  return cbcan::tools::generate("cbcan-eds", kHelp, count, words, output_of);
+  return cbcan::tools::generate("cbcan-eds", kHelp, kOptions, std::span(words, words + count), output_of);
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // cbcan-network: a network file as the objects of the module, for images of a board.
 
+#include <array>
 #include <filesystem>
 #include <fstream>
 
@@ -38,26 +39,25 @@ void write_depfile(const std::string& path, const tools::Words& files) {
   if (!(out << std::endl)) throw std::runtime_error(path + ": cannot be written");
 }
 
-std::string output_of(const tools::Words& words, tools::Words& remarks) {
+constexpr std::array<std::string_view, 3> kOptions{"--binary", "--depfile FILE.d", "--own-node N"};
+
+std::string output_of(const base::ParsedArguments& typed, tools::Words& remarks) {
   bool binary = false;
   std::uint8_t own_node = 127;
-  std::string depfile, path;
-  for (std::size_t i = 0; i != words.size(); ++i) {
-    if (words[i] == "--binary") {
+  std::string depfile;
+  for (const auto& [option, text] : typed.options) {
+    if (option == "--binary") {
       binary = true;
-    } else if (words[i] == "--depfile" && i + 1 != words.size()) {
-      depfile = words[++i];
-      if (!depfile.ends_with(".d")) throw UsageError(depfile + ": must end with .d");
-    } else if (words[i] == "--own-node" && i + 1 != words.size()) {
-      own_node = base::parse<std::uint8_t>(words[++i]).value_or(0);
-      if (own_node < 1 || own_node > 127) throw UsageError(words[i] + ": node IDs are 1..127");
-    } else if (words[i].starts_with("-") || !path.empty()) {
-      throw UsageError(words[i] + ": see cbcan-network --help");
+    } else if (option == "--depfile") {
+      depfile = text;
+      if (!text.ends_with(".d")) throw UsageError(depfile + ": must end with .d");
     } else {
-      path = words[i];
+      own_node = base::parse<std::uint8_t>(text).value_or(0);
+      if (own_node < 1 || own_node > 127) throw UsageError(std::string(text) + ": node IDs are 1..127");
     }
   }
-  if (path.empty()) throw UsageError("name a network file; see cbcan-network --help");
+  if (typed.words.size() != 1) throw UsageError("name one network file; see cbcan-network --help");
+  const std::string path(typed.words.front());
   tools::Words used;
   const auto read = [&used](const std::string& name) {
     auto content = base::read_file(name);
@@ -74,5 +74,5 @@ std::string output_of(const tools::Words& words, tools::Words& remarks) {
 }  // namespace
 
 int main(int count, char** words) {
-  return cbcan::tools::generate("cbcan-network", kHelp, count, words, output_of);
+  return cbcan::tools::generate("cbcan-network", kHelp, kOptions, std::span(words, words + count), output_of);
 }
