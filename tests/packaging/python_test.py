@@ -8,6 +8,7 @@ usage: python_test.py SIMULATOR
 import os
 import pathlib
 import re
+import sys
 
 import cases
 import ci_files
@@ -67,6 +68,39 @@ class Python(cases.Case):
         self.assertEqual(code, 1)
         self.assertRegex(said, r"NotWithin: wait state 66 operational within 2s: not within 2\.0+ s: state 66 operational: ")
         self.assertIn("1 failed, 1 passed", said)
+
+    def test_a_mistake_in_a_test_is_named(self):
+        code, said = self.pytest("""
+import cbcan_plant
+def test_abort(window):
+    assert window.execute(5055, 66, 0x3333, 0, 1) == 4
+    assert window.execute(5055, 66, 0x3333, 0, 1) == 0
+def test_result(window):
+    assert window.execute(5056, 66, 0x1000, 0, 4) == 0
+def test_too_large(window):
+    window.execute(5066, 66, 0x2001, 0, 4, 100000)
+def test_word(window):
+    window.execute("read", 66, 0x1000, 0, 4)
+def test_words(window):
+    window.write(3700, *[0] * 130)
+def test_unit(plant):
+    cbcan_plant.Window(plant, unit=7).execute(5055, 66, 0x1000, 0, 4)
+def test_name(plant):
+    assert plant.get(66, "output:1") == 7
+""")
+        self.assertEqual(code, 1)
+        for message in ("assert 4 (0602 0000h no such object) == 0", "assert 1 (R3701 is neither 5055 nor 5066) == 0",
+                        "ValueError: 100000: a request has up to 123 words of 0..65535; ", "ValueError: 'read': a request has ",
+                        "ValueError: 130 words: ", "PlantError: unit 7: Modbus exception 10: the plant has no such network; unit=1 is its first; ",
+                        "assert 0 == 7", "7 failed"):
+            self.assertIn(message, said)
+
+    def test_abort_codes_are_those_of_the_registers(self):
+        sys.path.insert(0, str(ROOT / "tools/python"))
+        import cbcan_plant
+        rows = re.findall(r'\{(0x[0-9A-F]{8}), "\w+",\s+"([^"]*)"', (ROOT / "regmap/include/cbcan/regmap.hpp").read_text())
+        self.assertEqual(cbcan_plant.ABORTS, {int(number, 16): text for number, text in rows})
+        self.assertGreater(len(rows), 30)
 
     def test_under_a_plant_each_test_still_has_its_own(self):
         code, said = run(SIMULATOR, "--demo", "--", *PYTEST, ROOT / "examples/pytest")
@@ -129,7 +163,7 @@ with cbcan_plant.Plant() as plant, cbcan_plant.Window(plant) as window:
     window.start(5055, 0x42, 0x1000, 0, 4)
     window.cancel()
     print(window.result(), plant.now)
-"""), (0, "4 0x6020000\n0 0.0\ncbcan-sim: 0.000000 node 66: fault 1: response-never: 5C2#4300100091010F00\n"))
+"""), (0, "4 (0602 0000h no such object) 0x6020000\n0 0.0\ncbcan-sim: 0.000000 node 66: fault 1: response-never: 5C2#4300100091010F00\n"))
 
     def test_a_plant_that_does_not_start(self):
         code, said = run("/usr/bin/python3", "-c", "import cbcan_plant; cbcan_plant.Plant('--demo', '--set', 'module.node_id=300')")

@@ -46,6 +46,24 @@ READ, WRITE = 5055, 5066
 FIRST = 3700
 ABORTED = 4  # the result in R3700 that has an SDO abort code
 GAVE_UP = 75  # exit code; EX_TEMPFAIL of sysexits.h
+RESULTS = {1: "R3701 is neither 5055 nor 5066", 2: "R3702 is above 127"}
+ABORTS = {  # CiA 301, 7.2.4.3.17
+    0x05030000: "toggle bit not alternated", 0x05040000: "SDO service timed out", 0x05040001: "command specifier not valid",
+    0x05040002: "invalid block size", 0x05040003: "invalid sequence number", 0x05040004: "CRC error",
+    0x05040005: "object length too big to read (CiA 301: out of memory)",
+    0x06010000: "unsupported access to the object, or segmented transfer not supported", 0x06010001: "attempt to read a write-only object",
+    0x06010002: "attempt to write a read-only object", 0x06020000: "no such object", 0x06040041: "object cannot be mapped to the PDO",
+    0x06040042: "the mapped objects exceed the PDO length", 0x06040043: "general parameter incompatibility",
+    0x06040047: "data length exceeds what the system allows", 0x06060000: "access failed due to a hardware error",
+    0x06070010: "object length does not match", 0x06070012: "length of the service parameter too high",
+    0x06070013: "length of the service parameter too low", 0x06090011: "sub-index does not exist", 0x06090030: "invalid value for the parameter",
+    0x06090031: "value too high", 0x06090032: "value too low", 0x06090036: "maximum is less than minimum",
+    0x060A0023: "resource not available: SDO connection", 0x08000000: "general error",
+    0x08000020: "data cannot be transferred or stored to the application", 0x08000021: "data cannot be transferred because of local control",
+    0x08000022: "data cannot be transferred because of the present device state", 0x08000023: "no object dictionary is present",
+    0x08000024: "no data available"}
+EXCEPTIONS = {2: "there are no such registers, or they are read-only", 3: "too many registers in a request, or a wrong value",
+              10: "the plant has no such network; unit=1 is its first"}
 
 
 class PlantError(Exception):
@@ -58,6 +76,15 @@ class Advice(UserWarning):
 
 class NotWithin(PlantError, AssertionError):
     """The condition did not hold in time."""
+
+
+class Result(int):
+    """R3700 of a transaction that has ended, a number. As a text it says what it means: 4 (0602 0000h no such object)."""
+
+    meaning = ""
+
+    def __repr__(self) -> str:
+        return f"{int(self)} ({self.meaning})" if self.meaning else f"{int(self)}"
 
 
 def gave_up(reason: str = "") -> NoReturn:
@@ -85,6 +112,16 @@ def connect(address: str) -> socket.socket:
 def duration(time: float | str) -> str:
     """0.1 (seconds) or "100ms"."""
     return time if isinstance(time, str) else f"{round(time * 1e6)}us"
+
+
+def packed(layout: str, *words: int) -> bytes:
+    """The words of a request."""
+    try:
+        return struct.pack(layout, *words)
+    except struct.error:
+        wrong = [repr(word) for word in words if not isinstance(word, int) or not 0 <= word <= 0xFFFF]
+        raise ValueError(f"{', '.join(wrong) or f'{len(words) - 4} words'}: a request has up to 123 words of 0..65535; {READ} in R3701 reads, {WRITE} "
+                         "writes; a longer or negative value is several words, the lowest first: value & 0xFFFF, value >> 16 & 0xFFFF") from None
 
 
 class Plant:
@@ -162,9 +199,9 @@ class Plant:
         NotWithin when that takes longer than `within` (60 s) of the plant's time."""
         return float(self.command(f"wait {condition}" + (f" within {duration(within)}" if within else ""))[0])
 
-    def get(self, node: int | str, index: int, sub: int = 0) -> Any:
-        """The value that an SDO read would return now: a number, True or False, or a text."""
-        value = self.command(f"get {node} {index}:{sub}")[0]
+    def get(self, node: int | str, index: int | str, sub: int = 0) -> Any:
+        """The value that an SDO read would return now: a number, True or False, or a text. `index` may be a name: "output:1"."""
+        value = self.command(f"get {node} {index if isinstance(index, str) else f'{index}:{sub}'}")[0]
         try:
             return json.loads(value)
         except ValueError:
@@ -214,7 +251,8 @@ class Window:
         self.socket.sendall(struct.pack(">HHHB", self.transaction, 0, len(pdu) + 1, self.unit) + pdu)
         response = self._receive(struct.unpack(">HHHB", self._receive(7))[2] - 1)
         if response[0] & 0x80:
-            raise PlantError(f"Modbus exception {response[1]}, request {pdu.hex()}")
+            why = EXCEPTIONS.get(response[1], "")
+            raise PlantError(f"unit {self.unit}: Modbus exception {response[1]}{why and ': ' + why}; request {pdu.hex()}")
         return response
 
     def _receive(self, count: int) -> bytes:
@@ -228,28 +266,32 @@ class Window:
 
     def read(self, register: int, count: int = 1) -> list[int]:
         """Returns `count` registers as a list."""
-        return list(struct.unpack(f">{count}H", self._request(struct.pack(">BHH", 3, register, count))[2:]))
+        return list(struct.unpack(f">{count}H", self._request(packed(">BHH", 3, register, count))[2:]))
 
     def write(self, register: int, *words: int) -> None:
         self.asked = []
-        self._request(struct.pack(f">BHHB{len(words)}H", 16, register, len(words), 2 * len(words), *words))
+        self._request(packed(f">BHHB{len(words)}H", 16, register, len(words), 2 * len(words), *words))
 
     def start(self, *words: int) -> None:
         """Writes CA0Eh to R3700 and `words` to R3701.., in one request; does not wait."""
         self.write(FIRST, EXECUTE, *words)
         self.asked = list(words[:4])
 
-    def result(self, within: float | str | None = None) -> int:
+    def result(self, within: float | str | None = None) -> Result:
         """Lets time pass until the transaction has ended; returns R3700: 0 = done."""
         if self.read(FIRST)[0] == EXECUTE:
             network = "" if self.unit in (0, 1, 255) else f"{self.unit}/"
             self.plant.wait(f"register {network}{FIRST} != 0x{EXECUTE:X}", within)
-        flag, *asked = self.read(FIRST, 1 + len(self.asked))
-        if asked != self.asked:
+        flag, *asked, low, high = self.read(FIRST, 8)
+        if asked[:len(self.asked)] != self.asked:
             raise PlantError("the module has restarted, or another program has written to R3701..R3704")
-        return flag
+        result = Result(flag)
+        result.meaning = RESULTS.get(flag, "")
+        if flag == ABORTED:
+            result.meaning = f"{high:04X} {low:04X}h {ABORTS.get(high << 16 | low, 'abort code of the device')}"
+        return result
 
-    def execute(self, *words: int, within: float | str | None = None) -> int:
+    def execute(self, *words: int, within: float | str | None = None) -> Result:
         """start() and result(): execute(5055, node, index, sub, size)."""
         self.start(*words)
         return self.result(within)
