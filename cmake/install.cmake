@@ -69,7 +69,11 @@ add_custom_command(OUTPUT ${registers}.csv ${registers}.json
   COMMAND ${CMAKE_COMMAND} -E make_directory ${share}/doc/cbcan
   COMMAND cbcan-regmap csv >${registers}.csv
   COMMAND cbcan-regmap json >${registers}.json)
-add_custom_target(documents ALL DEPENDS ${manuals} ${registers}.csv ${registers}.json)
+file(GLOB_RECURSE pages CONFIGURE_DEPENDS docs/*.md)
+add_custom_command(OUTPUT ${share}/doc/cbcan/README.md
+  COMMAND Python3::Interpreter ${PROJECT_SOURCE_DIR}/packaging/pages ${share}/doc/cbcan
+  DEPENDS packaging/pages packaging/owner README.md SECURITY.md CHANGELOG.md ${pages})
+add_custom_target(documents ALL DEPENDS ${manuals} ${registers}.csv ${registers}.json ${share}/doc/cbcan/README.md)
 
 set(data ${CMAKE_INSTALL_DATADIR}/cbcan)
 install(TARGETS cbcan-sim cbcanctl COMPONENT programs)
@@ -80,8 +84,12 @@ install(FILES packaging/cbcan-sim@.service DESTINATION lib/systemd/system COMPON
 install(FILES tools/python/cbcan_plant.py DESTINATION ${data}/python COMPONENT programs)
 file(CREATE_LINK ../../../${data}/python/cbcan_plant.py ${CMAKE_CURRENT_BINARY_DIR}/cbcan_plant.py SYMBOLIC)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/cbcan_plant.py DESTINATION lib/python3/dist-packages COMPONENT programs)  # where Debian's Python looks
-install(FILES README.md SECURITY.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT programs)
-install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT programs)
+# What packaging/pages leaves links to.
+install(DIRECTORY docs/pictures DESTINATION ${CMAKE_INSTALL_DOCDIR}/docs COMPONENT programs)
+install(DIRECTORY examples DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT programs)
+install(FILES packaging/github.yml packaging/gitlab.yml DESTINATION ${CMAKE_INSTALL_DOCDIR}/packaging COMPONENT programs)
+file(CREATE_LINK ../../cbcan/plants ${CMAKE_CURRENT_BINARY_DIR}/plants SYMBOLIC)
+install(FILES ${CMAKE_CURRENT_BINARY_DIR}/plants DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT programs)
 
 # ---- Packages: cpack
 

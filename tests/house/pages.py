@@ -15,12 +15,11 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests/support"))
 import page_blocks
 import tree
+from page_blocks import COMMENT, LINK, dead_links
 
 COLUMNS = 100
 SOURCES = ("firmware", "hostsim", "regmap", "tools")
 
-COMMENT = re.compile(r"<!--.*?-->")
-LINK = re.compile(r"\]\(([^)#]*)(#[^)]*)?\)")
 ROOMS = sorted(path.name for path in ROOT.iterdir() if path.is_dir() and path.name not in ("build", ".git"))
 PATH = re.compile(rf"`((?:{'|'.join(map(re.escape, ROOMS))})/[\w./-]*)[` ]")
 FILE = re.compile(r"(?<![\w.-])((?:[\w-]+/)*[\w-]+\.(?:md|[ch]pp|h|py|st|toml|eds|lua|json|xml|yml))\b")
@@ -39,29 +38,6 @@ def unchecked_figures(text):
     for number, line in enumerate(text.splitlines(), 1):
         for match in FIGURE.finditer(line):
             yield number, f"no test checks `{match[0]}`: leave the figure out, or mark it (tests/docs/figures.py)"
-
-
-def anchors(page):
-    """Anchors as links name them: headings (the second of the same name with -1) and <a id="...">."""
-    found = set()
-    for _, line in page_blocks.prose(page.read_text()):
-        found |= {f"#{name}" for name in re.findall(r'<a id="([^"]+)">', line)}
-        if re.match("#+ ", line):
-            heading = "#" + re.sub(r"[^\w -]", "", COMMENT.sub("", line).lstrip("#").strip().lower()).replace(" ", "-")
-            found.add(heading if heading not in found else f"{heading}-1")
-    return found
-
-
-def dead_links(page, text):
-    for number, line in page_blocks.prose(text):
-        for target, anchor in LINK.findall(line):
-            if "://" in target:
-                continue
-            file = (page.parent / target).resolve() if target else page
-            if not file.exists():
-                yield number, f"the link leads nowhere: {target}"
-            elif anchor and anchor not in anchors(file):
-                yield number, f"the link leads nowhere: {target} has no heading {anchor}"
 
 
 def dead_paths(text):

@@ -9,6 +9,8 @@ import tree
 from tree import ROOT
 
 LEAST_PAGES = 25
+COMMENT = re.compile(r"<!--.*?-->")
+LINK = re.compile(r"\]\(([^)#]*)(#[^)]*)?\)")
 
 
 def pages():
@@ -68,3 +70,26 @@ def blocks(page):
 def prose(text):
     """(number, line) of all lines that are not code, rows of tables included."""
     return ((number, line) for number, line, block in parts(text) if not block)
+
+
+def anchors(page):
+    """Anchors as links name them: headings (the second of the same name with -1) and <a id="...">."""
+    found = set()
+    for _, line in prose(page.read_text()):
+        found |= {f"#{name}" for name in re.findall(r'<a id="([^"]+)">', line)}
+        if re.match("#+ ", line):
+            heading = "#" + re.sub(r"[^\w -]", "", COMMENT.sub("", line).lstrip("#").strip().lower()).replace(" ", "-")
+            found.add(heading if heading not in found else f"{heading}-1")
+    return found
+
+
+def dead_links(page, text):
+    for number, line in prose(text):
+        for target, anchor in LINK.findall(line):
+            if "://" in target:
+                continue
+            file = (page.parent / target).resolve() if target else page
+            if not file.exists():
+                yield number, f"the link leads nowhere: {target}"
+            elif anchor and anchor not in anchors(file):
+                yield number, f"the link leads nowhere: {target} has no heading {anchor}"
