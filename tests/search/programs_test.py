@@ -86,6 +86,11 @@ class Programs(cases.Case):
         if "CBCAN_LONG" in os.environ:
             explore(DRIVE, "drive")
 
+    def test_the_order_of_faults_does_not_matter(self):
+        tables = [rows(explore(DRIVE, "drive", "--faults", faults)) for faults in ("refuse,slow", "slow,refuse")]
+        self.assertEqual(tables[0], tables[1])
+        self.assertEqual(tables[0]["refuse", "16"]["tried"], 13)
+
     def test_a_level_that_is_kept_needs_a_fault_that_stays(self):
         explore(TANK, "kept-level", "--faults", "silent")
         self.assertIn("always object 20 0x2000 <= 700", explore(TANK, "kept-level", "--faults", "silent count=0", code=1))

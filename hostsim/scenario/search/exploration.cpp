@@ -146,7 +146,7 @@ void Exploration::keep(const Record& counted) {
 void Exploration::count_in(Trial& trial) const {
   trial.counted = variants_;
   for (const Variant& variant : variants_)
-    if (has_moments(variant.fault.kind)) inject({{variant, kCounting}}, trial.config);
+    if (has_moments(variant)) inject({{variant, kCounting}}, trial.config);
 }
 
 Trial Exploration::trial_of(const Moments& moments, bool counts) const {
@@ -166,7 +166,7 @@ std::vector<Pair> Exploration::pairs(const Moments& first, const Record& record)
   std::vector<Pair> pairs;
   if (begin >= record.transactions.size()) return pairs;
   for (std::size_t i = 0; i < variants_.size(); ++i) {
-    if (!has_moments(variants_[i].fault.kind)) continue;
+    if (!has_moments(variants_[i])) continue;
     std::uint32_t match = begin == 0 ? 0 : record.transactions[begin - 1].matches[i];
     for (std::size_t place = begin; place <= end; ++place) {
       const Record::Transaction& during = record.transactions[place];

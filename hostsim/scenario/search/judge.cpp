@@ -156,6 +156,10 @@ TrialReport Judge::end(std::optional<int> exit_code) {
 void Judge::find_counters() {
   std::map<std::string_view, std::size_t> next;  // of a place
   for (const Variant& variant : trial.counted) {
+    if (!has_moments(variant)) {
+      counters_.push_back({&control.world(1).faults(), 0});
+      continue;
+    }
     const auto [network, name] = plant::where(variant.place, control.networks());
     const sim::FaultSet& set = name == "bus"   ? control.world(network).faults()
                                : name == "plc" ? control.network(network).plc_faults()

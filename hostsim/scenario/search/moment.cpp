@@ -49,8 +49,8 @@ sim::Fault fault_of(std::string_view text, sim::FaultPlace place) {
 
 }  // namespace
 
-bool has_moments(sim::FaultKind kind) {
-  return sim::has_key(kind, "after");
+bool has_moments(const Variant& variant) {
+  return sim::has_key(variant.fault.kind, "after");
 }
 
 std::string to_string(const Variant& variant) {
@@ -86,7 +86,7 @@ Moments parse_moments(std::string_view text, config::Config& plant) {
           fmt::format("{}: must be PLACE:FAULT@NUMBER, such as 16:response-never@149", part));
     const config::FaultList list = list_at(written->place, plant);
     Variant variant{std::string(written->place), fault_of(written->fault, list.place)};
-    const bool is_first = written->match == 0 && has_moments(variant.fault.kind);
+    const bool is_first = written->match == 0 && has_moments(variant);
     moments.push_back({std::move(variant), is_first ? 1 : written->match});
   }
   return moments;

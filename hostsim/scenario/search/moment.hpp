@@ -25,7 +25,7 @@ struct Variant {
 /// "16:power for_ms=300"
 std::string to_string(const Variant& variant);
 /// Its moments are matching frames; else it acts from power-on.
-bool has_moments(sim::FaultKind kind);
+bool has_moments(const Variant& variant);
 
 struct Moment {
   Variant variant;

@@ -39,7 +39,7 @@ std::vector<std::uint32_t> halving(const std::vector<std::uint32_t>& sorted) {
 }
 
 std::vector<Moments> moments_of(const Variant& variant, std::size_t number, const Record& record) {
-  if (!has_moments(variant.fault.kind)) return {{{variant, 0}}};
+  if (!has_moments(variant)) return {{{variant, 0}}};
   std::map<std::pair<std::string, std::uint32_t>, std::vector<std::uint32_t>>
       groups;  // by text and place in it
   std::uint32_t before = 0;
