@@ -139,7 +139,12 @@ class Search {
 
   /// Throws base::UsageError, or another exception for what the machine prevents.
   void search(const Subject& subject) {
-    search::Exploration exploration(subject.plant, subject.settings, subject.runner, words_in(search_.faults),
+    std::vector<std::string> faults = words_in(search_.faults);
+    if (faults.empty() && subject.settings.faults.empty() && !subject.name.empty()) {
+      faults = search::default_faults();
+      std::erase(faults, search::kTypical);  // a scenario knows its times
+    }
+    search::Exploration exploration(subject.plant, subject.settings, subject.runner, faults,
                                     words_in(search_.nodes));
     exploration.prepare();
     if (subject.name.empty() && exploration.record().requests == 0)

@@ -340,7 +340,8 @@ PlantBuild build_nodes(const Config& config, EdsFiles& files) {
   for (const NetworkConfig& network : config.networks) {
     auto& nodes = plant.networks.emplace_back();
     for (const NodeConfig& node : network.nodes) {
-      NodeBuild build = build_node(node, node_seed(config, node), files, config.timing);
+      NodeBuild build =
+          build_node(node, node_seed(config, node), files, config.timing.value_or(NodeTiming::kAtOnce));
       for (auto* lines : {&build.warnings, &build.problems})
         for (std::string& line : *lines)
           if (said.insert(line).second) plant.lines.push_back(std::move(line));

@@ -213,7 +213,7 @@ struct Config {
   ListenAddress modbus{"127.0.0.1", 1502};  ///< of the Modbus TCP server; port 0 = any free one
   RtuConfig rtu;
   ClockKind clock = ClockKind::kReal;
-  NodeTiming timing = NodeTiming::kAtOnce;  ///< of nodes without their own
+  std::optional<NodeTiming> timing;  ///< of nodes without their own; none = at once
   std::uint32_t seed = 1;  ///< of all randomness: noise, and the probability of faults
   std::string control;     ///< where commands at run time are served: HOST:PORT or unix:PATH; empty = not served
   bool summary = false;    ///< at the end, on standard error

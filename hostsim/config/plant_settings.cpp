@@ -116,7 +116,7 @@ constexpr std::array kPlant{
     setting<&Config::timing>({
         .key = "time.timing", .option = "--timing TIMING",
         .help = "Times of all nodes: responses, boot and state changes at once, or after typical times",
-        .more = "See [times](devices.md#times).", .choices = kNodeTimings}),
+        .more = "See [times](devices.md#times).", .choices = kNodeTimings, .absent = "at-once"}),
     setting<&Config::seed>({
         .key = "random.seed", .option = "--seed N", .help = "Seed of all noise and all randomness of faults",
         .more = "The same plant with the same seed is the same every time."}),

@@ -15,7 +15,7 @@ template <class Target>
 void check_defaults(std::span<const Setting<Target>> rows) {
   for (const auto& row : rows) {
     const std::string standard = standard_of(row);
-    if (standard == kNone) continue;
+    if (standard == kNone || standard == row.absent) continue;
     INFO(row.key);
     Target target;
     CHECK(assign(row, target, typed(row, standard)) == "");

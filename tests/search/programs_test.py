@@ -108,6 +108,37 @@ class Programs(cases.Case):
         self.assertIn("survive: it gave up", explore(strict, "no-wait", "--faults", "slow", code=1))
         explore(strict, "drive", "--faults", "slow")
 
+    def test_typical_times_are_a_row_of_every_search(self):
+        options = ("--faults", "slow,typical", "--junit", self.folder / "junit.xml", "--out", self.folder / "out")
+        self.assertEqual(rows(explore(DRIVE, "drive", *options))["typical", "all"], dict(zip(COLUMNS, (1, 1, 0, 0, 0))))
+        self.assertEqual(elements(self.folder / "junit.xml"), {"slow": [], "typical": []})
+        output = explore(DRIVE, "no-wait", *options, code=1)
+        self.assertIn("\nall:typical\n  survive: it gave up\n", output)
+        self.assertEqual(elements(self.folder / "junit.xml"), {"slow": [], "typical": ["failure"]})
+        self.assertEqual(explore(DRIVE, "no-wait", *options, "--jobs", "1", code=1), output)
+        file = re.search(r"replay: (.*)", output)[1]
+        self.assertIn("runs: 1, broken: 1", explore(file, "no-wait", code=1))
+        explore(file, "drive")
+        self.assertIn("runs: 1, broken: 1", explore(DRIVE, "no-wait", "--only", "all:typical", code=1))
+        self.assertEqual(done(PROGRAM, "--config", DRIVE, "--clock", "manual", "--only", "all:typical", "--", PLC, "no-wait", code=75).stdout, "")
+
+    def test_typical_times_that_are_left_out(self):
+        self.assertEqual(explore(DRIVE, "drive", "--list").splitlines()[0], "all:typical")
+        for options in (("--faults", "slow"), ("--timing", "typical"), ("--timing", "at-once"), ("--set", "node.66.timing=typical")):
+            self.assertNotIn("typical", explore(DRIVE, "drive", "--list", *options))
+        self.assertIn("faults: typical: the plant sets timing itself", explore(DRIVE, "drive", "--faults", "typical", "--timing", "typical", code=2))
+
+    def test_typical_times_in_parts_in_pairs_and_kept(self):
+        options, state = ("--faults", "slow,typical,refuse"), self.folder / "state"
+        parts = [explore(DRIVE, "drive", *options, "--shard", f"{part}/3") for part in (1, 2, 3)]
+        self.assertEqual(sum(("typical", "all") in rows(part) for part in parts), 1)
+        kept = [explore(DRIVE, "drive", *options, "--state", state) for _ in range(2)]
+        self.assertEqual(kept, 2 * [explore(DRIVE, "drive", *options)])
+        self.assertEqual(state.read_text().count('["all:typical",'), 1)
+        pairs = explore(DRIVE, "drive", "--faults", "typical,refuse", "--together", "2")
+        self.assertEqual(rows(pairs)["typical", "all"]["tried"], 1)
+        self.assertGreater(rows(pairs)["typical + refuse", "all+16"]["tried"], 0)
+
     def test_a_program_that_is_too_quick_fails_with_typical_times(self):
         lost, typical = ("--faults", "request-lost"), ("--timing", "typical")
         self.assertIn("without faults: advice statusword: 06h, 07h and 0Fh were written", explore(DRIVE, "no-wait", *lost, code=2))

@@ -36,6 +36,13 @@ bool has_node(const config::NetworkConfig& network, std::string_view name) {
   });
 }
 
+bool sets_timing(const config::Config& plant) {
+  const auto sets = [](const config::NodeConfig& node) { return node.timing.has_value(); };
+  return plant.timing || std::ranges::any_of(plant.networks, [&](const config::NetworkConfig& network) {
+           return std::ranges::any_of(network.nodes, sets);
+         });
+}
+
 /// The transaction in which a variant has this matching frame.
 std::size_t transaction_of(const Record& record, std::size_t variant, std::uint32_t match) {
   std::size_t place = 0;
@@ -90,7 +97,12 @@ Exploration::Exploration(const config::Config& plant, const Settings& settings, 
       runner_(runner),
       nodes_(nodes.empty() ? texts_of(settings.nodes) : std::move(nodes)) {
   const std::vector<std::string> own = settings.faults.empty() ? default_faults() : texts_of(settings.faults);
-  for (const std::string& fault : faults.empty() ? own : faults)
+  std::vector<std::string> kinds = faults.empty() ? own : faults;
+  if (std::erase(kinds, kTypical) != 0 && !sets_timing(plant))
+    variants_.push_back({std::string(kAllNodes), {}});
+  else if (kinds.empty())
+    throw base::UsageError("faults: typical: the plant sets timing itself");
+  for (const std::string& fault : kinds)
     for (const config::NetworkConfig& network : plant.networks)
       for (Variant& variant : variants_of(fault, nodes_of(network), network.number))
         if (std::ranges::find(variants_, variant) == variants_.end()) variants_.push_back(std::move(variant));
@@ -123,7 +135,7 @@ void Exploration::keep(const Record& counted) {
       nodes_.empty() ? counted.nodes : std::set<std::string>(nodes_.begin(), nodes_.end());
   std::vector<std::size_t> kept;
   for (std::size_t i = 0; i < variants_.size(); ++i) {
-    const bool is_of_node = variants_[i].place.find_first_of("bp") == std::string::npos;  // bus, plc
+    const bool is_of_node = variants_[i].place.find_first_of("abp") == std::string::npos;  // all, bus, plc
     if (!is_of_node || nodes.contains(variants_[i].place)) kept.push_back(i);
   }
   const auto chosen = [&kept](const auto& all) {
@@ -150,9 +162,11 @@ void Exploration::count_in(Trial& trial) const {
 }
 
 Trial Exploration::trial_of(const Moments& moments, bool counts) const {
-  const sim::Fault& first = moments.front().variant.fault;
+  const Variant& first = moments.front().variant;
   Trial trial = trial_with(moments, plant_, record_);
-  trial.must_survive = moments.size() == 1 && survive_.contains(first.kind) && passes(first);
+  const bool is_harmless =
+      first.place == kAllNodes || (survive_.contains(first.fault.kind) && passes(first.fault));
+  trial.must_survive = moments.size() == 1 && is_harmless;
   if (counts) count_in(trial);
   return trial;
 }

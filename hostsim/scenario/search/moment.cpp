@@ -50,10 +50,11 @@ sim::Fault fault_of(std::string_view text, sim::FaultPlace place) {
 }  // namespace
 
 bool has_moments(const Variant& variant) {
-  return sim::has_key(variant.fault.kind, "after");
+  return variant.place != kAllNodes && sim::has_key(variant.fault.kind, "after");
 }
 
 std::string to_string(const Variant& variant) {
+  if (variant.place == kAllNodes) return fmt::format("{}:{}", kAllNodes, kTypical);
   sim::Fault fault = variant.fault;
   const std::string_view count = fault.count == 0 && sim::has_key(fault.kind, "count") ? " count=0" : "";
   if (fault.count == 1) fault.count = 0;
@@ -84,6 +85,10 @@ Moments parse_moments(std::string_view text, config::Config& plant) {
     if (!written)
       throw base::UsageError(
           fmt::format("{}: must be PLACE:FAULT@NUMBER, such as 16:response-never@149", part));
+    if (written->place == kAllNodes && written->fault == kTypical) {
+      moments.push_back({{std::string(kAllNodes), {}}, 0});
+      continue;
+    }
     const config::FaultList list = list_at(written->place, plant);
     Variant variant{std::string(written->place), fault_of(written->fault, list.place)};
     const bool is_first = written->match == 0 && has_moments(variant);
@@ -101,6 +106,10 @@ Moments only(const std::string& option, const Settings& settings, config::Config
 
 void inject(const Moments& moments, config::Config& plant) {
   for (const Moment& moment : moments) {
+    if (moment.variant.place == kAllNodes) {
+      plant.timing = config::NodeTiming::kTypical;
+      continue;
+    }
     sim::Fault fault = moment.variant.fault;
     fault.after = moment.match == 0 ? 0 : moment.match - 1;
     list_at(moment.variant.place, plant).faults->push_back({fault, {}});

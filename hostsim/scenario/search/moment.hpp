@@ -15,9 +15,13 @@
 
 namespace cbcan::search {
 
+/// No fault, but typical times of all nodes.
+inline constexpr std::string_view kTypical = "typical";
+inline constexpr std::string_view kAllNodes = "all";
+
 /// A fault of a list, which acts once unless its text has a count.
 struct Variant {
-  std::string place;  ///< node ID, "bus" or "plc", behind the network: "2/16"
+  std::string place;  ///< node ID, "bus" or "plc", behind the network: "2/16"; kAllNodes = kTypical
   sim::Fault fault;
   bool operator==(const Variant&) const = default;
 };

@@ -46,8 +46,9 @@ constexpr auto kKeys = std::to_array<base::Setting<Settings>>({
 
 std::vector<std::string> default_faults() {
   const auto faults = base::words_of(
-      "response-*,abort,short-frame,refuse,request-lost,silent,silent count=0,heartbeat-stops count=0,"
-      "power for_ms=300,power,bus-off for_ms=300,slow,cut,cut-before,late,exception,plc-restart,"
+      "typical,response-*,abort,short-frame,refuse,request-lost,silent,silent count=0,"
+      "heartbeat-stops count=0,power for_ms=300,power,bus-off for_ms=300,slow,cut,cut-before,late,exception,"
+      "plc-restart,"
       "module-restart,module-nmt,module-nmt command=reset-comm,module-nmt command=stop,"
       "module-nmt command=preop,module-bus-off for_ms=300",
       ",");
