@@ -59,21 +59,18 @@ endif()
 find_package(Python3 3.9 REQUIRED COMPONENTS Interpreter)
 set(share ${CMAKE_BINARY_DIR}/share)
 set(manuals man/man1/cbcan-sim.1 man/man1/cbcanctl.1 man/man5/cbcan-plant.5 bash-completion/completions/cbcan-sim
-  bash-completion/completions/cbcanctl)
+  bash-completion/completions/cbcanctl doc/cbcan/README.md)
 list(TRANSFORM manuals PREPEND ${share}/)
+file(GLOB_RECURSE pages CONFIGURE_DEPENDS docs/*.md)
 add_custom_command(OUTPUT ${manuals}
   COMMAND Python3::Interpreter ${PROJECT_SOURCE_DIR}/packaging/manuals $<TARGET_FILE_DIR:cbcan-sim> ${share}
-  DEPENDS cbcan-sim cbcanctl packaging/manuals docs/reference/plant-file.md)
+  DEPENDS cbcan-sim cbcanctl packaging/manuals packaging/owner README.md SECURITY.md CHANGELOG.md ${pages})
 set(registers ${share}/doc/cbcan/registers)
 add_custom_command(OUTPUT ${registers}.csv ${registers}.json
   COMMAND ${CMAKE_COMMAND} -E make_directory ${share}/doc/cbcan
   COMMAND cbcan-regmap csv >${registers}.csv
   COMMAND cbcan-regmap json >${registers}.json)
-file(GLOB_RECURSE pages CONFIGURE_DEPENDS docs/*.md)
-add_custom_command(OUTPUT ${share}/doc/cbcan/README.md
-  COMMAND Python3::Interpreter ${PROJECT_SOURCE_DIR}/packaging/pages ${share}/doc/cbcan
-  DEPENDS packaging/pages packaging/owner README.md SECURITY.md CHANGELOG.md ${pages})
-add_custom_target(documents ALL DEPENDS ${manuals} ${registers}.csv ${registers}.json ${share}/doc/cbcan/README.md)
+add_custom_target(documents ALL DEPENDS ${manuals} ${registers}.csv ${registers}.json)
 
 set(data ${CMAKE_INSTALL_DATADIR}/cbcan)
 install(TARGETS cbcan-sim cbcanctl COMPONENT programs)
@@ -84,7 +81,7 @@ install(FILES packaging/cbcan-sim@.service DESTINATION lib/systemd/system COMPON
 install(FILES tools/python/cbcan_plant.py DESTINATION ${data}/python COMPONENT programs)
 file(CREATE_LINK ../../../${data}/python/cbcan_plant.py ${CMAKE_CURRENT_BINARY_DIR}/cbcan_plant.py SYMBOLIC)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/cbcan_plant.py DESTINATION lib/python3/dist-packages COMPONENT programs)  # where Debian's Python looks
-# What packaging/pages leaves links to.
+# What the pages link to: packaging/manuals.
 install(DIRECTORY docs/pictures DESTINATION ${CMAKE_INSTALL_DOCDIR}/docs COMPONENT programs)
 install(DIRECTORY examples DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT programs)
 install(FILES packaging/github.yml packaging/gitlab.yml DESTINATION ${CMAKE_INSTALL_DOCDIR}/packaging COMPONENT programs)

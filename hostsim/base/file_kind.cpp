@@ -28,18 +28,16 @@ constexpr std::array kKinds{
     Kind{kNetworkFile, "--network-file FILE takes it", "[network] [[node.pdos]] pdos dcf identity on_loss"},
 };
 
-bool begins_line(std::string_view text, std::string_view mark) {
-  while (!text.empty()) {
-    const std::string_view line = trim(take_line(text));
-    if (same_text(line.substr(0, line.find_first_of(" \t=#")), mark)) return true;
-  }
-  return false;
-}
-
 bool is_of(const Kind& kind, std::string_view path, std::string_view text) {
   if (kind.marks.empty()) return same_text(leaf_of(path), "lua");
   const auto marks = words_of(kind.marks);
-  return std::ranges::any_of(marks, [text](std::string_view mark) { return begins_line(text, mark); });
+  while (!text.empty()) {
+    const std::string_view line = trim(take_line(text));
+    const std::string_view begin = line.substr(0, line.find_first_of(" \t=#"));
+    if (std::ranges::any_of(marks, [=](std::string_view mark) { return same_text(begin, mark); }))
+      return true;
+  }
+  return false;
 }
 
 }  // namespace
