@@ -41,14 +41,6 @@ std::optional<Bytes> encode_real(double number, DataType type) {
   return descriptions::to_bytes(std::bit_cast<std::uint32_t>(static_cast<float>(number)), 4);
 }
 
-/// Suggests the index that was probably meant, in hexadecimal digits.
-std::string meant_index(std::uint16_t index, std::uint8_t sub, const ObjectDictionary& dictionary) {
-  const auto meant = base::parse<std::uint16_t>(std::to_string(index), 16);
-  ObjectEntry entry{};
-  const bool is_there = meant && dictionary.find(*meant, sub, entry) == AbortCode::kNone;
-  return is_there ? fmt::format("; did you mean 0x{}?", index) : "";
-}
-
 /// Stores the value, which then no longer depends on the node ID; returns what is wrong with it, or nothing.
 std::string put(const InitialValue& initial, ObjectDictionary& dictionary,
                 descriptions::DictionaryImage& image) {
@@ -273,6 +265,13 @@ class Builder {
 };
 
 }  // namespace
+
+std::string meant_index(std::uint16_t index, std::uint8_t sub, const ObjectDictionary& dictionary) {
+  const auto meant = base::parse<std::uint16_t>(std::to_string(index), 16);
+  ObjectEntry entry{};
+  const bool is_there = meant && dictionary.find(*meant, sub, entry) == AbortCode::kNone;
+  return is_there ? fmt::format("; did you mean 0x{}?", index) : "";
+}
 
 std::optional<Bytes> encode(const Value& value, DataType type) {
   if (const auto* bytes = std::get_if<Bytes>(&value)) return *bytes;

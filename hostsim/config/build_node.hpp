@@ -45,6 +45,9 @@ PlantBuild build_nodes(const Config& config, EdsFiles& files);
 /// The same for a single plant.
 PlantBuild build_nodes(const Config& config, const base::FileReader& read);
 
+/// "; did you mean 0x6041?", for 6041 without a prefix; empty if that is not in the dictionary either.
+std::string meant_index(std::uint16_t index, std::uint8_t sub, const ObjectDictionary& dictionary);
+
 /// The bytes of a value for an object of this type, little-endian; nullopt if it does not fit.
 std::optional<Bytes> encode(const Value& value, DataType type);
 

@@ -7,6 +7,7 @@
 
 #include "base/numbers.hpp"
 #include "cbcan/regmap.hpp"
+#include "config/build_node.hpp"
 #include "config/config.hpp"
 #include "config/wires.hpp"
 #include "journal/event_text.hpp"
@@ -99,8 +100,10 @@ namespace {
 
 ObjectEntry entry_of(const sim::Node& of, std::string_view node, const Address& address) {
   ObjectEntry entry{};
-  if (of.device().dictionary().find(address.index, address.sub, entry) != AbortCode::kNone)
-    refuse("{}: node {} has no such object", config::object_name(address.index, address.sub), node);
+  const ObjectDictionary& dictionary = of.device().dictionary();
+  if (dictionary.find(address.index, address.sub, entry) != AbortCode::kNone)
+    refuse("{}: node {} has no such object{}", config::object_name(address.index, address.sub), node,
+           config::meant_index(address.index, address.sub, dictionary));
   return entry;
 }
 
