@@ -107,17 +107,17 @@ int run(config::Start& start, const base::FileReader& read, Console& console) {
 
 /// `cbcan-sim eds NODE [OPTION...]`
 int print_eds(int argc, char** argv, const base::FileReader& read, Console& console) {
-  if (argc < 3) throw io::UsageError("eds: write cbcan-sim eds NODE --config FILE");
-  if (std::string_view(argv[2]) == base::kHelpOption) {
+  if (argc > 2 && std::string_view(argv[2]) == base::kHelpOption) {
     console.say(config::eds_help_text());
     return code(ExitCode::kDone);
   }
+  const auto end = argc > 2 ? config::parse_wire_end(fmt::format("{}:1", argv[2])) : std::nullopt;
+  if (!end) throw io::UsageError("eds: write cbcan-sim eds NODE --config FILE");
   const config::Start start = config::parse_command_line(argc - 2, argv + 2, read);
   console.tell(start.err);
   console.say(start.out);
   if (!start.run) return code(start.exit_code);
-  const auto end = config::parse_wire_end(fmt::format("{}:1", argv[2]));
-  const auto place = end ? config::place_of(start.config, *end) : std::nullopt;
+  const auto place = config::place_of(start.config, *end);
   if (!place) throw io::UsageError(fmt::format("eds {}: there is no such node in the plant", argv[2]));
   const std::string path = config::description_of(start.config.networks[end->network - 1].nodes[*place]);
   config::EdsFiles files(read);

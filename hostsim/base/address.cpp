@@ -60,6 +60,7 @@ StreamAddress parse_stream_address(std::string_view text) {
     if (text.size() == kPty.size()) refuse(text, "the path is missing; write pty:/tmp/can");
     return {std::string(text.substr(kPty.size())), {}, true};
   }
+  if (text.starts_with('/')) refuse(text, fmt::format("the path of a socket is written unix:{}", text));
   if (!text.starts_with(kUnix)) return {.path = "", .tcp = parse_listen_address(text, 0)};
   const std::string_view path = text.substr(kUnix.size());
   if (path.empty() || path.size() > kLongestPath)

@@ -17,7 +17,10 @@ constexpr std::string_view kCommand = "--";
 
 /// "no such option; did you mean --seed?"
 std::string no_such_option(std::string_view word, std::span<const std::string_view> options) {
-  return "no such option" + did_you_mean(word, column(options, option_name));
+  const auto names = column(options, option_name);
+  if (const auto sides = split(word, ' '); sides && std::ranges::count(names, sides->first) != 0)
+    return fmt::format("no such option; {} and its argument are two words", sides->first);
+  return "no such option" + did_you_mean(word, names);
 }
 
 class Parser {

@@ -27,6 +27,8 @@ namespace {
 
 constexpr std::string_view kCommand = "--";
 
+/// Options of the search that a COMMAND can have without --explore.
+constexpr std::array<std::string_view, 3> kWithoutExplore{"--seeds", "--jobs", "--only"};
 constexpr std::array<std::string_view, 2> kSubcommands{"run", "eds"};
 
 std::string lost_word(std::string_view word) {
@@ -243,10 +245,14 @@ Start parse_command_line(int argc, const char* const* argv, const base::FileRead
   Diagnostics of_options = apply_options(typed.arguments, start.config, start.search);
   // After mistakes in the plant file, nodes that options refer to may be missing.
   if (problems.empty()) problems = std::move(of_options);
-  for (const auto& row : kSearchSettings)
-    if (typed.command.empty() && typed.count(base::option_name(row.option)) != 0)
-      problems.push_back(
-          about_option(base::option_name(row.option), "is for a COMMAND: write -- and the command after it"));
+  for (const auto& row : kSearchSettings) {
+    const std::string_view option = base::option_name(row.option);
+    if (typed.count(option) == 0) continue;
+    if (typed.command.empty())
+      problems.push_back(about_option(option, "is for a COMMAND: write -- and the command after it"));
+    else if (!start.search.explore && std::ranges::find(kWithoutExplore, option) == kWithoutExplore.end())
+      problems.push_back(about_option(option, std::string(kAddExplore)));
+  }
   if (start.search.explore || !start.search.seeds.empty()) start.config.clock = ClockKind::kManual;
   if (!typed.command.empty()) use_free_addresses(typed, start.config);
   std::ranges::move(check(start.config), std::back_inserter(problems));

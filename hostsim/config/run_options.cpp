@@ -86,6 +86,10 @@ RunStart parse_run_command_line(std::span<const char* const> words) {
     if (start.err.empty()) start.err = fmt::format("{}: {}", wrong.word, wrong.message);
   if (start.err.empty()) start.err = put_options<RunConfig>(kRun, {}, typed, start.config);
   if (start.err.empty()) start.err = put_words(kRun, typed.words, start.config);
+  for (const base::Row& row : kRunRows)
+    if (start.err.empty() && !start.config.explore && row.help.starts_with("--explore:") &&
+        is_typed(typed, base::option_name(row.option)))
+      start.err = fmt::format("{} {}", base::option_name(row.option), kAddExplore);
   const std::string& seeds = start.config.seeds;
   const Seeds range = start.err.empty() && !seeds.empty() ? seeds_of(seeds) : Seeds();
   if (!start.config.logs.empty() && range.first != range.last)

@@ -48,6 +48,7 @@ Shard shard_of(const std::string& text);
 
 base::Problem check_budget(const base::Value& value);
 
+inline constexpr std::string_view kAddExplore = "is for --explore; add it";
 inline constexpr std::string_view kUseProgram = "use the program for Linux";
 
 /// The rows of these options, for a Target that is, or has as a base, a SearchConfig.

@@ -90,6 +90,11 @@ class Starting(cases.Case):
             self.assertEqual(done.returncode, code, done.stderr)
             self.assertIn(said, done.stdout + done.stderr)
 
+    def test_words_in_the_wrong_order(self):
+        for words in (("eds",), ("eds", "--demo", "66"), ("eds", "drive", "--demo")):
+            self.check_refused(run(*words), 2, "cbcan-sim: eds: write cbcan-sim eds NODE --config FILE\n")
+        self.check_refused(run("eds", "99", "--demo"), 2, "cbcan-sim: eds 99: there is no such node in the plant\n")
+
     def test_wrong_files(self):
         self.check_refused(run("--check", "--demo", "--set", f"node.66.parameters={self.folder}", "--node", "9=no.eds"), 2, "--node 9=no.eds: node 9: cannot read")
         plant = self.write("plant.toml", '[[node]]\nid = 5\neds = "missing.eds"\n')

@@ -268,6 +268,7 @@ class Outcomes(cases.Case):
                                  "cbcan-sim run [OPTION...] FILE|FOLDER..."),
                                 (("--junti", "x"), "--junti: no such option; did you mean --junit?"),
                                 (("-j",), "-j: needs an argument, N"),
+                                (("--faults", "silent", "x"), "--faults is for --explore; add it"),
                                 (("-j0", "x"), "--jobs 0: must be 1..1000"),
                                 (("--seeds", "9..7", "x"), "--seeds 9..7: must be A..B, such as 1..1000, or one number, of 0..4294967295"),
                                 (("--shard", "5", "x"), "--shard 5: must be I/N, the I-th part of N, such as 1/4")):
