@@ -171,6 +171,12 @@ with cbcan_plant.Plant() as plant, cbcan_plant.Window(plant) as window:
         self.assertIn("module.node_id 300: must be 1..127", said)
         self.assertIn("exit code 2; it says why on standard error", said)
 
+    def test_where_there_is_no_plant(self):
+        for made, why in (("Plant(program='./nowhere/cbcan-sim')", "nowhere/cbcan-sim'; is cbcan installed? CBCAN_SIM may be the path"),
+                          ("Plant.around()", "no plant has started this program; write cbcan-sim ... -- COMMAND, or use Plant()")):
+            code, said = run("/usr/bin/python3", "-c", f"import cbcan_plant; cbcan_plant.{made}")
+            self.assertEqual((code, why in said), (1, True), said)
+
     def test_a_test_that_is_killed_leaves_nothing_behind(self):
         script = "import cbcan_plant, os, signal; print(cbcan_plant.Plant().process.pid, flush=True); os.kill(os.getpid(), signal.SIGKILL)"
         code, said = run("/usr/bin/python3", "-c", script)

@@ -133,7 +133,10 @@ class Plant:
         if os.sep in program:
             program = os.path.abspath(program)
         command = [program, *(options or ["--demo"]), "--clock", "manual", "--modbus", "127.0.0.1:0", "--control", "127.0.0.1:0"]
-        process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=folder)
+        try:
+            process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=folder)
+        except FileNotFoundError as error:
+            raise PlantError(f"{error}; is cbcan installed? CBCAN_SIM may be the path of cbcan-sim") from None
         self.process: subprocess.Popen[str] | None = process
         assert process.stdout
         ready = process.stdout.readline()
@@ -148,6 +151,8 @@ class Plant:
         """The plant that started this program: cbcan-sim ... -- COMMAND. It ends with the command."""
         plant = cls.__new__(cls)
         plant.process = None
+        if "CBCAN_CONTROL" not in os.environ:
+            raise PlantError("no plant has started this program; write cbcan-sim ... -- COMMAND, or use Plant()")
         plant._join(os.environ["CBCAN_MODBUS"], os.environ["CBCAN_CONTROL"])
         return plant
 
