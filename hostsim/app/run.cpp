@@ -58,7 +58,9 @@ class Runner {
     const search::Moments faults = search::only(config_.only, settings, scenario.config);
     if (faults.empty() || config_.check) {
       const Outcome outcome = play_on_plant(scenario, files);
-      if (config_.check && outcome.verdict == Verdict::kPassed)
+      const bool has_conditions = !settings.always.empty() || !settings.done.empty() ||
+                                  !settings.gave_up.empty() || !settings.reached.empty();
+      if (has_conditions && outcome.verdict == Verdict::kPassed)
         search::check_conditions(settings, scenario.config, config::build_nodes(scenario.config, files));
       return outcome;
     }

@@ -58,6 +58,8 @@ TEST_CASE("moments: text and back") {
   CHECK(to_string(moments("16:silent")) == "16:silent@1");  // the same moment
   CHECK(moments("16:silent@3")[0].variant.fault.count == 1);
   CHECK(moments("16:silent count=2@3")[0].variant.fault.count == 2);
+  CHECK(to_string(moments("all:typical+16:silent@3")) == "all:typical+16:silent@3");
+  CHECK(moments("all:typical")[0].match == 0);
   CHECK(error_of("silent@3") == "silent@3: must be PLACE:FAULT@NUMBER, such as 16:response-never@149");
   CHECK(error_of("16:silent@x") == "16:silent@x: must be PLACE:FAULT@NUMBER, such as 16:response-never@149");
   CHECK(error_of("17:silent@1") == "17: there is no such node in the plant");

@@ -110,6 +110,12 @@ class Fragile(cases.Case):
         self.assertIn("runs: 1, broken: 1", run("--explore", file, code=1))
         self.assertIn(f"--log {out}: a run of --explore writes none", run("--log", out, file, code=2))
 
+    def test_a_wrong_condition_is_a_mistake_of_each_run(self):
+        path = self.write("wrong.toml", FRAGILE + '[explore]\nalways = "object 66 0x9999 = 1"\n')
+        line = path.read_text().splitlines().index('always = "object 66 0x9999 = 1"') + 1
+        for options in ((), ("--check",), ("--explore",)):
+            self.assertIn(f"{path}:{line}: explore.always: 9999h:00: node 66 has no such object\n", run(*options, path, code=2).replace(f"{path}: {path}", "twice"))
+
     def test_files_that_are_not_ours(self):
         before = self.path.read_text()
         self.assertIn("is no file of --explore; name a new one", run("--explore", "--state", self.path, self.path, code=2))

@@ -93,7 +93,6 @@ TrialReport Runner::run_one(const Trial& trial) {
 Exploration::Exploration(const config::Config& plant, const Settings& settings, Runner& runner,
                          const std::vector<std::string>& faults, std::vector<std::string> nodes)
     : plant_(plant),
-      settings_(settings),
       runner_(runner),
       nodes_(nodes.empty() ? texts_of(settings.nodes) : std::move(nodes)) {
   const std::vector<std::string> own = settings.faults.empty() ? default_faults() : texts_of(settings.faults);

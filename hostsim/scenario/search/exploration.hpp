@@ -67,7 +67,6 @@ class Exploration {
   void keep(const Record& counted);
 
   const config::Config& plant_;
-  const Settings& settings_;
   Runner& runner_;
   std::vector<std::string> nodes_;
   std::vector<Variant> variants_;
