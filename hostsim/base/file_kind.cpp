@@ -25,7 +25,7 @@ constexpr std::array kKinds{
          "[module] [plc] [can] [log] [modbus] [rtu] [time] [random] [control] [http] [explore] [[wire]] "
          "[[network]] "
          "plant device"},
-    Kind{kNetworkFile, "--network-file FILE takes it", "[network] [[node.pdos]] pdos dcf identity on_loss"},
+    Kind{kNetworkFile, "--network-file FILE takes it", "[network] [[node.pdos]] pdos identity on_loss"},
 };
 
 bool is_of(const Kind& kind, std::string_view path, std::string_view text) {
@@ -44,7 +44,8 @@ bool is_of(const Kind& kind, std::string_view path, std::string_view text) {
 
 std::string other_kind(std::string_view path, std::string_view text, std::string_view wanted) {
   const auto kind = std::ranges::find_if(kKinds, [&](const Kind& each) { return is_of(each, path, text); });
-  if (kind == kKinds.end() || kind->name == wanted) return {};
+  const bool is_both = wanted == kNetworkFile && is_of(kKinds.back(), path, text);
+  if (kind == kKinds.end() || kind->name == wanted || is_both) return {};
   return fmt::format("this is {}, not {}; {}", kind->name, wanted, kind->use);
 }
 

@@ -2,8 +2,8 @@
 #pragma once
 
 /// The settings of a plant as tables (base/setting.hpp): key in the plant file, option on the command line,
-/// range, help. Plant file and command line are read by these rows; --help and docs/reference/plant-file.md
-/// are generated from them. A new setting is a member in config.hpp and a row.
+/// range, help. Plant file and command line are read by these rows; --help and docs/reference/plant-file.md are
+/// generated from them. A new setting is a member in config.hpp and a row.
 
 #include <algorithm>
 #include <array>
