@@ -7,7 +7,6 @@
 #include "base/words.hpp"
 #include "cbcan/canopen/emcy/emergency_consumer.hpp"
 #include "cbcan/canopen/nmt/nmt.hpp"
-#include "cbcan/canopen/sdo/protocol.hpp"
 
 namespace cbcan::journal {
 
@@ -15,6 +14,17 @@ namespace {
 
 constexpr std::uint32_t kFunctionMask = 0x780;
 constexpr auto kPreOperational = static_cast<std::uint8_t>(nmt::State::kPreOperational);
+
+/// After its end, a transaction has late frames for this long.
+constexpr Time kMostLate = 60 * kSecond;
+
+/// A request with this command begins a transfer, and names its object.
+constexpr bool initiates(std::uint8_t command) {
+  using sdo::Request;
+  if (sdo::is(command, Request::kBlockUpload)) return sdo::block_step(command) == sdo::BlockStep::kInitiate;
+  if (sdo::is(command, Request::kBlockDownload)) return (command & 1) == 0;
+  return sdo::is(command, Request::kInitiateDownload) || sdo::is(command, Request::kInitiateUpload);
+}
 
 constexpr std::size_t place(std::uint16_t address) {
   return address - regmap::kWindowFirst;
@@ -147,50 +157,72 @@ void NetworkWatch::end(Watched& watched, std::uint16_t result, Time now) {
                                    : watched.window.out[place(regmap::kDataSize)]);
   ended = journal_.add(ended, {value});
   advisor_.on_ended(ended);
-  Line& line = line_of(ended);
-  if (line.transaction == ended.transaction || !line.open) line = {ended.transaction, false, failed(ended)};
+  Node& node = nodes_[ended.node & nmt::kMaxNode];
+  if (node.transfer.transaction == ended.transaction) node.transfer.ended = ended.at;
+  if (node.state_request == ended.transaction) node.state_request = 0;
 }
 
-NetworkWatch::Line& NetworkWatch::line_of(const Event& request) {
-  Node& node = nodes_[request.node & nmt::kMaxNode];
-  return request.service == Service::kState ? node.states : node.transfers;
-}
-
-/// The transaction in progress with this node that began first; 0 = none.
-std::uint32_t NetworkWatch::open_transaction(std::uint8_t node, Service service) {
-  Line& line = line_of({.node = node, .service = service});
-  if (line.open) return line.transaction;
+/// The transaction in progress with this node that began first; null = none.
+NetworkWatch::Transaction* NetworkWatch::first_open(std::uint8_t node, auto fits) {
   Transaction* first = nullptr;
   for (Watched& watched : windows_) {
-    const Event& request = watched.transaction.request;
-    const bool is_one = watched.transaction.open && request.service != Service::kNmt &&
-                        request.node == node && &line_of(request) == &line;
-    if (is_one && (first == nullptr || request.transaction < first->request.transaction))
-      first = &watched.transaction;
+    Transaction& each = watched.transaction;
+    if (!each.open || each.request.node != node || !fits(each.request)) continue;
+    if (first == nullptr || each.request.transaction < first->request.transaction) first = &each;
   }
-  if (first == nullptr) return 0;
-  first->sent = true;
-  line = {first->request.transaction, true, false};
-  return line.transaction;
+  return first;
 }
 
-/// After a failure the abort follows, and perhaps a late response.
-std::uint32_t NetworkWatch::transaction_of(const Frame& frame) {
+/// The manager and other masters initiate transfers too.
+void NetworkWatch::begin_transfer(Transfer& transfer, std::uint8_t node, const Frame& request) {
+  const auto specifier = static_cast<sdo::Request>(sdo::specifier_of(request.data[0]));
+  const bool reads = specifier == sdo::Request::kInitiateUpload || specifier == sdo::Request::kBlockUpload;
+  const sdo::Multiplexer object = sdo::multiplexer_of(request);
+  Transaction* const own = first_open(node, [&](const Event& asked) {
+    return asked.service == (reads ? Service::kRead : Service::kWrite) &&
+           sdo::multiplexer(asked.index, asked.sub) == object;
+  });
+  const bool block = specifier >= sdo::Request::kBlockUpload;
+  transfer = {.segments_from = !block ? 0 : reads ? sdo::kResponseId : sdo::kRequestId, .object = object};
+  if (own == nullptr) return;
+  transfer.transaction = own->request.transaction;
+  own->sent = true;
+}
+
+/// Segments belong to the transfer that was initiated last; other SDO frames name their object. After the end
+/// the abort follows, and perhaps a late response.
+std::uint32_t NetworkWatch::transfer_of(const Frame& frame, Time at) {
   const auto node = static_cast<std::uint8_t>(frame.id & nmt::kMaxNode);
-  const Line& transfers = nodes_[node].transfers;
+  Transfer& transfer = nodes_[node].transfer;
+  const std::uint8_t command = frame.data[0];
+  const bool is_abort = command == sdo::command(sdo::Request::kAbort);  // 81h..9Fh can be segments of a block
+  const std::uint32_t sender = frame.id & kFunctionMask;
+  const bool is_open = transfer.transaction != 0 && transfer.ended == kNever;
+  const bool in_block = is_open && transfer.segments_from == sender && !is_abort;
+  const bool is_request = sender == sdo::kRequestId && !is_abort;
+  if (is_request && initiates(command) && !in_block) begin_transfer(transfer, node, frame);
+  if (transfer.ended != kNever && at - transfer.ended > kMostLate) return 0;
+  return is_request || in_block || sdo::is_about(transfer.object, frame) ? transfer.transaction : 0;
+}
+
+std::uint32_t NetworkWatch::state_request_of(std::uint8_t node) {
+  std::uint32_t& request = nodes_[node].state_request;
+  const auto is_state = [](const Event& asked) { return asked.service == Service::kState; };
+  if (request != 0) return request;
+  if (const Transaction* const first = first_open(node, is_state)) request = first->request.transaction;
+  return request;
+}
+
+std::uint32_t NetworkWatch::transaction_of(const Frame& frame, Time at) {
   if (nmt::is_command(frame)) {
     const std::uint32_t transaction = command_.node == frame.data[1] ? command_.transaction : 0;
     if (transaction != 0) command_ = {};
     return transaction;
   }
   switch (frame.id & ~std::uint32_t{nmt::kMaxNode}) {
-    case nmt::kErrorControlId: return open_transaction(node, Service::kState);
+    case nmt::kErrorControlId: return state_request_of(static_cast<std::uint8_t>(frame.id & nmt::kMaxNode));
     case sdo::kRequestId:
-      if (transfers.failed && frame.data[0] == sdo::command(sdo::Request::kAbort))
-        return transfers.transaction;
-      return open_transaction(node, Service::kRead);
-    case sdo::kResponseId:
-      return transfers.failed ? transfers.transaction : open_transaction(node, Service::kRead);
+    case sdo::kResponseId: return frame.flags == 0 ? transfer_of(frame, at) : 0;
     default: return 0;
   }
 }
@@ -207,7 +239,8 @@ void NetworkWatch::on_bus_frame(const Frame& frame, Time now) {
       frame.flags == 0 && function != 0 && frame.id <= 0x77F && frame.id != 0x80 && frame.id != 0x100;
   if (of_node || (frame.flags == Frame::kRemote && function == nmt::kErrorControlId))
     seen.node = static_cast<std::uint8_t>(frame.id & nmt::kMaxNode);
-  if ((frame.flags & (Frame::kExtended | Frame::kError)) == 0) seen.transaction = transaction_of(frame);
+  if ((frame.flags & (Frame::kExtended | Frame::kError)) == 0)
+    seen.transaction = transaction_of(frame, seen.at);
   journal_.add(seen);
   advisor_.on_frame(frame);
   if (!of_node) return;
@@ -252,7 +285,8 @@ void NetworkWatch::on_terminals(std::uint8_t node, std::uint16_t index, std::uin
 void NetworkWatch::on_fault(std::string_view text, Time now) {
   Event fault = event(Kind::kFault, now);
   fault.node = node_in(text);
-  if (fault.node != 0) fault.transaction = open_transaction(fault.node, Service::kRead);
+  if (const Transfer& transfer = nodes_[fault.node].transfer; transfer.ended == kNever)
+    fault.transaction = transfer.transaction;
   journal_.add(fault, text);
 }
 

@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "cbcan/canopen/sdo/protocol.hpp"
 #include "cbcan/regmap.hpp"
 #include "descriptions/emergency.hpp"
 #include "journal/advice.hpp"
@@ -74,15 +75,16 @@ class NetworkWatch final : public sim::Observer, public sim::ModuleWatch, public
     std::uint16_t taken = 0;  ///< last request number taken from the scanner window
     Transaction transaction{};
   };
-  /// Requests to a node that run one after the other: transfers, or state requests.
-  struct Line {
-    std::uint32_t transaction = 0;  ///< the one in progress, or the last one
-    bool open = false;
-    bool failed = false;  ///< the transaction failed: its abort or a late response may follow
+  /// The SDO transfer with a node that was initiated last.
+  struct Transfer {
+    std::uint32_t transaction = 0;    ///< 0 = none of the PLC's
+    std::uint32_t segments_from = 0;  ///< sdo::kRequestId or kResponseId: who sends segments of a block
+    sdo::Multiplexer object = 0;
+    Time ended = kNever;  ///< the transaction, since the plant's start
   };
   struct Node {
-    Line transfers;
-    Line states;
+    Transfer transfer;
+    std::uint32_t state_request = 0;  ///< the transaction in progress; 0 = none
     bool is_simulated = false;
     std::uint8_t state = kOff;
     Time heard = kNever;
@@ -93,9 +95,11 @@ class NetworkWatch final : public sim::Observer, public sim::ModuleWatch, public
   void look_at(Watched& watched, Time now);
   void begin(Watched& watched, Time now);
   void end(Watched& watched, std::uint16_t result, Time now);
-  Line& line_of(const Event& request);
-  std::uint32_t open_transaction(std::uint8_t node, Service service);
-  std::uint32_t transaction_of(const Frame& frame);
+  Transaction* first_open(std::uint8_t node, auto fits);
+  void begin_transfer(Transfer& transfer, std::uint8_t node, const Frame& request);
+  std::uint32_t transfer_of(const Frame& frame, Time at);
+  std::uint32_t state_request_of(std::uint8_t node);
+  std::uint32_t transaction_of(const Frame& frame, Time at);
   void note_state(std::uint8_t node, std::uint8_t state, Time now);
 
   Journal& journal_;

@@ -23,14 +23,21 @@ inline std::unique_ptr<VirtualPlant> started(const config::Config& config, const
   return plant;
 }
 
-/// The demo plant, with `more` appended to its plant file.
-inline std::unique_ptr<VirtualPlant> demo(std::string_view more = "") {
-  const base::FileReader read = config::with_demo_plant(no_file);
+/// The demo plant, with `more` appended to its plant file; `disk` has the files that this names.
+inline std::unique_ptr<VirtualPlant> demo(std::string_view more = "", base::FileReader disk = no_file) {
+  const base::FileReader read = config::with_demo_plant(std::move(disk));
   config::Config config;
   REQUIRE(config::read_plant(*read(std::string(config::kDemoPlant)), std::string(config::kDemoPlant), config)
               .empty());
   REQUIRE(config::read_plant(more, "more.toml", config).empty());
   return started(config, read);
+}
+
+/// The demo plant, whose module boots this network.
+inline std::unique_ptr<VirtualPlant> booting(std::string_view network) {
+  return demo("module.network = \"network.toml\"\n", [network](const std::string& path) {
+    return path == "network.toml" ? std::optional<std::string>(network) : std::nullopt;
+  });
 }
 
 /// The frames from now on, in the format of candump; of a further network with its number, "2/705#00".
