@@ -2,17 +2,28 @@
 #include "journal/watch.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "base/numbers.hpp"
 #include "base/words.hpp"
+#include "cbcan/canopen/dictionary/little_endian.hpp"
+#include "cbcan/canopen/dictionary/objects.hpp"
 #include "cbcan/canopen/emcy/emergency_consumer.hpp"
 #include "cbcan/canopen/nmt/nmt.hpp"
 
 namespace cbcan::journal {
 
+using descriptions::BootFailure;
+
 namespace {
 
 constexpr std::uint32_t kFunctionMask = 0x780;
+
+// Values in regmap::kBootSteps.
+constexpr std::uint8_t kRuns = 1;
+constexpr std::uint8_t kAwaitsStart = 6;
+constexpr std::uint8_t kAwaitsData = 7;
+
 constexpr auto kPreOperational = static_cast<std::uint8_t>(nmt::State::kPreOperational);
 
 /// After its end, a transaction has late frames for this long.
@@ -24,6 +35,18 @@ constexpr bool initiates(std::uint8_t command) {
   if (sdo::is(command, Request::kBlockUpload)) return sdo::block_step(command) == sdo::BlockStep::kInitiate;
   if (sdo::is(command, Request::kBlockDownload)) return (command & 1) == 0;
   return sdo::is(command, Request::kInitiateDownload) || sdo::is(command, Request::kInitiateUpload);
+}
+
+/// Up to four bytes that an object has: the response is expedited, or the first segment.
+std::uint32_t value_in(const Frame& response) {
+  const std::uint8_t command = response.data[0];
+  const auto data = std::span(response.data);
+  const bool segment = sdo::is(command, sdo::Response::kUploadSegment);
+  const std::size_t size = segment                                ? sdo::segment_size(command)
+                           : (command & sdo::kSizeIndicated) != 0 ? sdo::expedited_size(command)
+                                                                  : 4;
+  return static_cast<std::uint32_t>(
+      load_little_endian(data.subspan(segment ? 1 : 4, std::min<std::size_t>(size, 4))));
 }
 
 constexpr std::size_t place(std::uint16_t address) {
@@ -92,6 +115,7 @@ void NetworkWatch::before(Time now) {
 void NetworkWatch::after(Time now) {
   for (Watched& watched : windows_)
     if (watched.has_moved()) look_at(watched, now);
+  if (module_ != nullptr && status_[regmap::kStatusChanges] != changes_) look_at_boots(now);
 }
 
 /// A number that was taken is a new request; a number that is answered has its result.
@@ -201,6 +225,7 @@ std::uint32_t NetworkWatch::transfer_of(const Frame& frame, Time at) {
   const bool in_block = is_open && transfer.segments_from == sender && !is_abort;
   const bool is_request = sender == sdo::kRequestId && !is_abort;
   if (is_request && initiates(command) && !in_block) begin_transfer(transfer, node, frame);
+  if (sender == sdo::kResponseId) transfer.response = frame;
   if (transfer.ended != kNever && at - transfer.ended > kMostLate) return 0;
   return is_request || in_block || sdo::is_about(transfer.object, frame) ? transfer.transaction : 0;
 }
@@ -225,6 +250,55 @@ std::uint32_t NetworkWatch::transaction_of(const Frame& frame, Time at) {
     case sdo::kResponseId: return frame.flags == 0 ? transfer_of(frame, at) : 0;
     default: return 0;
   }
+}
+
+// ---- Boots
+
+void NetworkWatch::look_at_boots(Time now) {
+  changes_ = status_[regmap::kStatusChanges];
+  for (std::uint8_t node = 0; node <= nmt::kMaxNode; ++node) {
+    const auto step = static_cast<std::uint8_t>(status_[regmap::kStatusNodes + node] >> 8);
+    if (const std::uint8_t before = std::exchange(nodes_[node].step, step); before != step)
+      on_step(node, before, now);
+  }
+}
+
+/// A failure is reported once, until there is another one or the node has run.
+void NetworkWatch::on_step(std::uint8_t node, std::uint8_t before, Time now) {
+  Node& watched = nodes_[node];
+  const Manager::Failure& failure = module_->coprocessor().manager()->failure(node);
+  const bool runs = watched.step == kRuns || watched.step == kAwaitsData;
+  const bool kept = runs && before < kAwaitsStart && failure.letter == BootFailure::kKept;
+  if (!kept && (runs || watched.step == 0)) watched.failure = {};
+  if (!kept && watched.step < 'A') return;
+  Event boot = event(Kind::kBoot, now);
+  boot.node = node;
+  boot.state = kept ? static_cast<std::uint8_t>(failure.letter) : watched.step;
+  boot.result = before;
+  add_cause(boot, failure);
+  const Event& last = watched.failure;
+  const bool is_known = last.state == boot.state && last.code == boot.code && last.index == boot.index &&
+                        last.sub == boot.sub && last.frame.data == boot.frame.data;
+  if (!is_known) journal_.add(boot);
+  if (!kept) watched.failure = boot;
+}
+
+void NetworkWatch::add_cause(Event& boot, const Manager::Failure& failure) const {
+  const Coprocessor& coprocessor = module_->coprocessor();
+  const Time heartbeat = milliseconds(coprocessor.node_monitor().consumer_time(boot.node));
+  if (boot.state == BootFailure::kLost) boot.took = heartbeat;
+  if (boot.state == 'K') boot.took = (Manager::kRetries + 1) * heartbeat;
+  if (boot.took != 0) return;
+  boot.code = static_cast<std::uint32_t>(failure.code);
+  boot.index = failure.index;
+  boot.sub = failure.sub;
+  const Transfer& transfer = nodes_[boot.node].transfer;
+  if (boot.code != 0 || transfer.object != sdo::multiplexer(boot.index, boot.sub)) return;
+  const auto expected = static_cast<std::uint16_t>(object::kExpectedDeviceType + boot.sub);
+  put_data(
+      boot.frame, value_in(transfer.response),
+      static_cast<std::uint32_t>(load_little_endian(coprocessor.manager()->object(expected, boot.node))));
+  boot.frame.length = 8;
 }
 
 // ---- The bus

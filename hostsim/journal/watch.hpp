@@ -11,8 +11,10 @@
 #include <string_view>
 #include <vector>
 
+#include "cbcan/canopen/manager/manager.hpp"
 #include "cbcan/canopen/sdo/protocol.hpp"
 #include "cbcan/regmap.hpp"
+#include "descriptions/boot_failure.hpp"
 #include "descriptions/emergency.hpp"
 #include "journal/advice.hpp"
 #include "journal/journal.hpp"
@@ -34,6 +36,11 @@ class NetworkWatch final : public sim::Observer, public sim::ModuleWatch, public
   /// `started` is time 0 of the journal.
   NetworkWatch(Journal& journal, const Advisor::Network& network, std::span<const PlcWindow> windows,
                Time started);
+  /// The module whose boots are watched, and its registers R3928..R4099; both outlive this.
+  void watch_boots(const sim::CoprocessorModule& module, std::span<const std::uint16_t> status) {
+    module_ = &module;
+    status_ = status;
+  }
   NetworkWatch(const NetworkWatch&) = delete;
   NetworkWatch& operator=(const NetworkWatch&) = delete;
 
@@ -55,6 +62,8 @@ class NetworkWatch final : public sim::Observer, public sim::ModuleWatch, public
   Time heard_at(std::uint8_t node) const { return nodes_[node].heard; }
   /// The last EMCY message of this node; all zeros without one.
   const Frame& last_emergency(std::uint8_t node) const { return nodes_[node].emergency; }
+  /// Why the boot of this node has failed, or it is lost: kBoot; of another kind if it boots or runs.
+  const Event& boot_failure(std::uint8_t node) const { return nodes_[node].failure; }
 
  private:
   struct Transaction {
@@ -81,6 +90,7 @@ class NetworkWatch final : public sim::Observer, public sim::ModuleWatch, public
     std::uint32_t segments_from = 0;  ///< sdo::kRequestId or kResponseId: who sends segments of a block
     sdo::Multiplexer object = 0;
     Time ended = kNever;  ///< the transaction, since the plant's start
+    Frame response{};     ///< the last one
   };
   struct Node {
     Transfer transfer;
@@ -89,6 +99,8 @@ class NetworkWatch final : public sim::Observer, public sim::ModuleWatch, public
     std::uint8_t state = kOff;
     Time heard = kNever;
     Frame emergency{};
+    std::uint8_t step = 0;  ///< of its boot
+    Event failure{};        ///< kBoot, the last one since it ran
   };
 
   Event event(Kind kind, Time now) const;
@@ -100,12 +112,18 @@ class NetworkWatch final : public sim::Observer, public sim::ModuleWatch, public
   std::uint32_t transfer_of(const Frame& frame, Time at);
   std::uint32_t state_request_of(std::uint8_t node);
   std::uint32_t transaction_of(const Frame& frame, Time at);
+  void look_at_boots(Time now);
+  void on_step(std::uint8_t node, std::uint8_t before, Time now);
+  void add_cause(Event& boot, const Manager::Failure& failure) const;
   void note_state(std::uint8_t node, std::uint8_t state, Time now);
 
   Journal& journal_;
   std::uint8_t network_;
   Time started_;
   std::vector<Watched> windows_;
+  const sim::CoprocessorModule* module_ = nullptr;
+  std::span<const std::uint16_t> status_;
+  std::uint16_t changes_ = 0;  ///< of status_, as seen
   std::array<Node, 128> nodes_{};
   Event command_{};  ///< the NMT transaction whose frame is not yet on the bus
   std::uint64_t frames_ = 0;

@@ -113,7 +113,9 @@ void Network::listen(journal::Journal& journal, Time started) {
                                            module_config_.process_first, started},
                  windows, started);
   world_.bus().observe(*watch_);
-  if (module_ != nullptr) module_->watch(&*watch_);
+  if (module_ == nullptr) return;
+  module_->watch(&*watch_);
+  watch_->watch_boots(*module_, all.subspan(module_config_.status_first).first(regmap::kStatusWords));
 }
 
 void Network::on_fault(std::string_view text, Time now) {

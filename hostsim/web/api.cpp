@@ -15,6 +15,7 @@
 #include "base/words.hpp"
 #include "cbcan/regmap.hpp"
 #include "cbcan/version.hpp"
+#include "descriptions/boot_failure.hpp"
 #include "descriptions/emergency.hpp"
 #include "descriptions/values.hpp"
 #include "plant/points.hpp"
@@ -82,11 +83,7 @@ std::string status_text(std::uint16_t word) {
 /// NMT state in the low byte, step of the boot in the high byte; a letter is a failure.
 std::string node_status_text(std::uint16_t word) {
   const std::string_view state = regmap::meaning_of(regmap::kNodeStates, word & 0xFF, "no state");
-  const std::string_view step = regmap::meaning_of(regmap::kBootSteps, word >> 8);
-  if (word == 0) return {};
-  return fmt::format(
-      "{}, {}", state,
-      step.empty() ? fmt::format("failed: {}", static_cast<char>(word >> 8)) : std::string(step));
+  return word == 0 ? "" : fmt::format("{}, {}", state, descriptions::boot_step_text(word >> 8));
 }
 
 /// The meaning of a value in one of the named registers; empty = it is a number.
@@ -301,7 +298,11 @@ protocols::HttpResponse nodes(const Asked& asked) {
   Json list = Json::array();
   for (std::size_t place = 0; place < asked.parts.control.world(asked.network).nodes().size(); ++place)
     list.push_back(node_at(asked, place));
-  return ok({{"network", asked.network}, {"time", asked.seconds()}, {"nodes", std::move(list)}});
+  return ok(
+      {{"network", asked.network},
+       {"time", asked.seconds()},
+       {"nodes", std::move(list)},
+       {"boots", boots_of(asked.parts.control.network(asked.network), asked.journal(), asked.parts.find)}});
 }
 
 protocols::HttpResponse objects(const Asked& asked) {

@@ -4,14 +4,17 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <vector>
 
+#include "base/utf8.hpp"
 #include "cbcan/canopen/dictionary/cob_id.hpp"
 #include "cbcan/canopen/dictionary/object_dictionary.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "cbcan/coprocessor/local_objects.hpp"
 #include "cbcan/regmap.hpp"
+#include "descriptions/boot_failure.hpp"
 
 namespace cbcan::web {
 
@@ -119,6 +122,20 @@ std::map<std::size_t, std::string> mapped_registers(std::uint8_t number, plant::
   add(object::kRpdoParameter, object::kTpdoParameter, local::kInputs, first_register);
   add(object::kTpdoParameter, object::kRpdoParameter, local::kOutputs, first_register + regmap::kInputWords);
   return found;
+}
+
+Json boots_of(plant::Network& network, const journal::Journal& journal, const journal::FindName& find) {
+  const std::size_t first = network.module_config().status_first + regmap::kStatusNodes;
+  Json list = Json::array();
+  for (std::uint8_t node = 1; network.module() != nullptr && node <= nmt::kMaxNode; ++node) {
+    const unsigned step = network.registers()[first + node] >> 8;
+    const journal::Event& failure = network.watch()->boot_failure(node);
+    std::string words = descriptions::boot_step_text(step);
+    base::Buffer text;
+    if (failure.state == step) words = append_text(text, failure, journal, find).words;
+    if (step != 0) list.push_back({{"node", node}, {"failed", step >= 'A'}, {"words", base::to_utf8(words)}});
+  }
+  return list;
 }
 
 }  // namespace cbcan::web

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The objects and nodes that the process data registers are exchanged with.
+/// The objects and nodes that the process data registers are exchanged with, and what the status registers
+/// say.
 
 #include <cstddef>
 #include <map>
@@ -9,6 +10,7 @@
 
 #include "journal/event_text.hpp"
 #include "plant/network.hpp"
+#include "web/event_json.hpp"
 
 namespace cbcan::web {
 
@@ -16,5 +18,9 @@ namespace cbcan::web {
 /// same COB-ID, which maps the object at the same place. "PDO 385h" if there is no such node.
 std::map<std::size_t, std::string> mapped_registers(std::uint8_t number, plant::Network& network,
                                                     const journal::FindName& find);
+
+/// The nodes that the module boots, also those that are not simulated: the step of the boot, or what is
+/// wrong.
+Json boots_of(plant::Network& network, const journal::Journal& journal, const journal::FindName& find);
 
 }  // namespace cbcan::web

@@ -124,11 +124,14 @@ class Page(Http):
 
     def test_events_are_as_the_page_shows_them(self):
         # A short time-out, so that polls of the result do not push the first events out of the journal.
-        simulator = self.start("--set", "module.sdo_timeout_ms=20", "--fault", "32:response-never count=1")
+        network = self.write("network.toml", "node = [ { id = 66, device_type = 1 } ]")  # which it has not
+        simulator = self.start("--set", "module.sdo_timeout_ms=20", "--fault", "32:response-never count=1", "--network-file", network)
         _, examples = self.examples()
         with simulator.window() as window:
             window.execute(READ, 0x20, 0x3333, 0, 4)
             self.control("incident 16 overtemperature on", "nmt start 16", "set 0x42 0x6000:1 5")
+        self.assertEqual(self.get("/api/nodes")["boots"], [
+            {"node": 66, "failed": True, "words": "device type 000F0191h, the network file wants 00000001h (C); it is not started"}])
         stream = self.stream("/api/events?since=0&watch=16:0x6064")
         missing = {example["kind"]: shape(example) for example in examples if example["kind"] != "missed"}
         while missing:

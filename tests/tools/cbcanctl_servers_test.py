@@ -11,6 +11,7 @@ import socket
 import struct
 import threading
 import tty
+import unittest.mock
 
 import cases
 from ctl import CBCANCTL, DONE, NO_CONNECTION, REFUSED, Case, run
@@ -227,14 +228,28 @@ class BadServers(cases.Case):
         self.assertIn("is cbcan-sim running there?", done.stderr)
 
     def test_status_of_words_that_are_no_step(self):
+        """Failures have their letter alone if the module refuses requests."""
         server = OwnedRegisters()
         with server.changed:
-            server.write(3928 + 44 + 5, [0x1B05, 0x4204, 0x9B04])  # nodes 5, 6, 7: ESC, failure B, a C1 control character
-        steps = ["unknown step 1Bh", "failed: B", "unknown step 9Bh"]
+            server.write(3928 + 44 + 5, [0x1B05, 0x4204, 0x9B04, 0x4305])  # nodes 5 to 8: ESC, failure B, a C1 control character, failure C
+        write = server.write
+        server.write = lambda first, words: write(first, [1, *words[1:]] if words[0] == 0xCA0E else words)
+        steps = ["unknown step 1Bh", "no response (B); it is tried again", "unknown step 9Bh",
+                 "device type differs from the network file (C); it is not started"]
         done = run(server.port, "status")
         self.assertEqual([line.split(maxsplit=2)[2] for line in done.stdout.splitlines()[1:]], steps, done)
         done = run(server.port, "status", "--json")
         self.assertEqual([json.loads(line)["step"] for line in done.stdout.splitlines()[1:]], steps, done)
+
+    def test_status_of_a_module_that_lets_only_read(self):
+        server = OwnedRegisters()
+        with server.changed:
+            server.write(3928 + 44, [0x4A05, 0x4204])  # the module's own objects, node 1
+        server.write = unittest.mock.Mock(side_effect=ConnectionError)
+        done = run(server.port, "status")
+        self.assertEqual((server.write.call_count, done.stdout.splitlines()),
+                         (1, ["module Operational      configuration failed (J); it is not started",
+                              "1      Stopped          no response (B); it is tried again"]), done)
 
     def test_messages_have_no_control_characters(self):
         for words in (["read\x1b[31m"], ["configure", "/no\x1b]0;where\a"], ["--modbus", "no\nhost\x7f", "kernel"]):

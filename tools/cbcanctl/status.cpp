@@ -5,8 +5,10 @@
 #include <chrono>
 #include <thread>
 
+#include "base/words.hpp"
 #include "cbcan/mistakes.hpp"
 #include "cbcanctl/commands.hpp"
+#include "descriptions/boot_failure.hpp"
 
 namespace cbcan::ctl {
 
@@ -16,12 +18,45 @@ using Words = std::vector<std::uint16_t>;
 
 constexpr auto kPollPeriod = std::chrono::milliseconds(20);
 
-/// Name by the high byte of a node's register.
-std::string step_name(unsigned step) {
-  const std::string_view name = regmap::meaning_of(regmap::kBootSteps, step);
-  if (!name.empty()) return std::string(name);
-  return step >= 'A' && step <= 'O' ? fmt::format("failed: {}", static_cast<char>(step))
-                                    : fmt::format("unknown step {:02X}h", step);
+std::uint32_t number_at(window::Client& client, unsigned node, unsigned index, unsigned sub) {
+  const tools::Bytes bytes = execute(client, tools::sdo_read(node, index, sub, 4));
+  std::uint32_t number = 0;
+  for (auto byte = bytes.rbegin(); byte != bytes.rend(); ++byte)
+    number = number << 8 | *byte;
+  return number;
+}
+
+/// What 3009h says about a node that has failed, 0 = the module, and the values that are compared.
+std::string failure_of(window::Client& client, unsigned node, unsigned letter) {
+  const unsigned sub = node != 0 ? node : own::read(client, own::kOwnNodeId, 0, 1)[0];
+  const tools::Bytes bytes = execute(client, tools::sdo_read(0, own::kBootFailure, sub, 8));
+  if (bytes.size() != 8 || bytes.back() != letter) return descriptions::boot_step_text(letter);
+  auto failure = descriptions::boot_failure_from(std::span<const std::uint8_t, 8>(bytes));
+  failure.is_own = node == 0;
+  if (failure.code == 0 && failure.index != 0) {
+    failure.wanted = number_at(client, 0, failure.expected_index(), node);
+    failure.seen = number_at(client, node, failure.index, failure.sub);
+  }
+  return failure_text(failure);
+}
+
+/// The steps of all boots. If the module does not execute requests, failures have their letter alone.
+std::vector<std::string> steps_in(const Words& status, window::Client& client) {
+  std::vector<std::string> steps;
+  bool executes = true;
+  for (unsigned node = 0; node <= kMaxNode; ++node) {
+    const unsigned step = status[regmap::kStatusNodes + node] >> 8;
+    steps.push_back(descriptions::boot_step_text(step));
+    if (step < 'A' || step > 'O' || !executes) continue;
+    try {
+      steps.back() = failure_of(client, node, step);
+    } catch (const Refused&) {
+    } catch (const window::Error&) {
+      if (interrupted()) throw;
+      executes = false;
+    }
+  }
+  return steps;
 }
 
 bool all_run(const Words& status) {
@@ -40,19 +75,19 @@ Words read_status(window::Client& client) {
 }
 
 /// Listed nodes, nodes that have reported, and the module as node 0.
-void print(const Words& status, bool json) {
+void print(const Words& status, std::span<const std::string> steps, bool json) {
   for (unsigned node = 0; node <= kMaxNode; ++node) {
     const unsigned word = status[regmap::kStatusNodes + node];
     if (node != 0 && word == 0) continue;
     const std::string name = node == 0 ? "module" : std::to_string(node);
     const bool is_own = node == 0 && word >> 8 == 0;
     const std::string_view state = regmap::meaning_of(regmap::kNodeStates, word & 0xFF, "no state");
-    const std::string step = is_own ? "" : step_name(word >> 8);
+    const std::string& step = steps[node];
     if (json)
-      fmt::print("{{\"node\": {}, \"state\": {}, \"step\": \"{}\"}}\n", node, word & 0xFF,
-                 is_own ? "own node" : step);
+      fmt::print("{{\"node\": {}, \"state\": {}, \"step\": {}}}\n", node, word & 0xFF,
+                 base::json_text(is_own ? "own node" : step));
     else
-      fmt::print("{:6} {:{}}{}\n", name, state, is_own ? 0 : 17, step);
+      fmt::print("{:6} {:{}}{}\n", name, state, is_own ? 0 : 17, is_own ? "" : step);
   }
 }
 
@@ -80,7 +115,7 @@ void status(const Options& options) {
     std::this_thread::sleep_for(kPollPeriod);
     status = read_status(client);
   }
-  print(status, options.json);
+  print(status, steps_in(status, client), options.json);
   print_mistakes(client, options.json);
   if (options.wait_ms != 0 && !all_run(status)) throw Ended{ExitCode::kRefused};
 }

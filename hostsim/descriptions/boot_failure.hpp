@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Why the module has not booted a node, or has lost it, in words (docs/reference/contract.md, "A network
+/// that the module boots").
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "cbcan/canopen/dictionary/objects.hpp"
+
+namespace cbcan::descriptions {
+
+struct BootFailure {
+  static constexpr char kLost = 'X';  ///< in registers; no letter of CiA 302-2
+  static constexpr char kKept = 'L';  ///< no failure: a keep-alive node is left as it is
+
+  char letter = 0;
+  std::uint16_t index = 0;
+  std::uint8_t sub = 0;
+  std::uint32_t code = 0;               ///< SDO abort code; 0 = none
+  std::string_view name{};              ///< of the object; may be empty
+  std::optional<std::uint32_t> seen{};  ///< a wrong value of the object
+  std::uint32_t wanted = 0;
+  std::uint32_t silent_ms = 0;  ///< time without a heartbeat; 0 = not known
+  unsigned step = 0;            ///< of the boot: the value in regmap::kBootSteps; 0 = not known
+  bool is_own = false;          ///< the module's own objects
+
+  /// The module's object with the value that is wanted: 1F84h for 1000h, 1F85h..1F88h for 1018h.
+  std::uint16_t expected_index() const {
+    return static_cast<std::uint16_t>(object::kExpectedDeviceType + sub);
+  }
+};
+
+/// A value of 3009h.
+BootFailure boot_failure_from(std::span<const std::uint8_t, 8> bytes);
+
+/// "device type 000F0191h, the network file wants 00020192h (C); it is not started"
+std::string failure_text(const BootFailure& failure);
+
+/// The high byte of a node's status register: "waiting for the node", or a failure by its letter alone.
+std::string boot_step_text(unsigned step);
+
+}  // namespace cbcan::descriptions
