@@ -21,6 +21,7 @@
 #include "base/utf8.hpp"
 #include "config/build_node.hpp"
 #include "config/command_line.hpp"
+#include "config/compare.hpp"
 #include "config/demo_plant.hpp"
 #include "config/plant_settings.hpp"
 #include "config/wires.hpp"
@@ -75,6 +76,7 @@ int run(config::Start& start, const base::FileReader& read, Console& console) {
   const config::Config& config = start.config;
   config::EdsFiles files(read);
   config::PlantBuild build = config::build_nodes(config, files);
+  if (start.check && build.good) config::compare_networks(config, build);
   for (const std::string& line : build.lines)
     console.tell((line.starts_with('-') ? "cbcan-sim: " : "") + base::to_utf8(line) +
                  "\n");  // about an option, not a file
