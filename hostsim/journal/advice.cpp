@@ -368,8 +368,9 @@ sim::Node* Advisor::node_of(std::uint8_t id) const {
 
 /// Null: the node is not simulated.
 const ObjectDictionary* Advisor::dictionary_of(std::uint8_t id) const {
-  const Coprocessor& own = network_.module->coprocessor();
-  if (id == 0 || id == own.own_node().node_id()) return &own.own_objects();
+  const sim::CoprocessorModule* const own = network_.module;
+  if (own != nullptr && (id == 0 || id == own->coprocessor().own_node().node_id()))
+    return &own->coprocessor().own_objects();
   const sim::Node* const node = node_of(id);
   return node == nullptr ? nullptr : &node->device().dictionary();
 }

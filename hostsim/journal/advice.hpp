@@ -77,6 +77,7 @@ class Advisor {
     const sim::CoprocessorModule* module;  ///< null = none
     std::span<const std::uint16_t> registers;
     std::uint16_t process_first;
+    std::uint16_t status_first;
     Time started;  ///< time 0 of the journal
   };
 

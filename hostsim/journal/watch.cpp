@@ -86,8 +86,10 @@ std::uint32_t word_at(std::span<const std::uint8_t> pdu, std::size_t place) {
 }
 
 NetworkWatch::NetworkWatch(Journal& journal, const Advisor::Network& network,
-                           std::span<const PlcWindow> windows, Time started)
-    : journal_(journal), network_(network.number), started_(started), advisor_(journal, network, windows) {
+                           std::span<const PlcWindow> windows)
+    : journal_(journal), network_(network), advisor_(journal, network, windows) {
+  if (network.module != nullptr)
+    status_ = network.registers.subspan(network.status_first, regmap::kStatusWords);
   for (const PlcWindow& window : windows)
     windows_.push_back({window});
   for (Watched& watched : windows_)
@@ -95,13 +97,13 @@ NetworkWatch::NetworkWatch(Journal& journal, const Advisor::Network& network,
 }
 
 Event NetworkWatch::event(Kind kind, Time now) const {
-  return {.kind = kind, .network = network_, .at = now - started_};
+  return {.kind = kind, .network = network_.number, .at = now - network_.started};
 }
 
 // ---- Transactions
 
-/// The PLC may have written CA0Eh or overwritten it. Scanner windows show the number that the module has taken,
-/// so they need no look here.
+/// The PLC may have written CA0Eh or overwritten it. Scanner windows show the number that the module has
+/// taken, so they need no look here.
 void NetworkWatch::before(Time now) {
   if (windows_.empty() || !windows_.front().has_moved()) return;
   Watched& first = windows_.front();
@@ -115,7 +117,7 @@ void NetworkWatch::before(Time now) {
 void NetworkWatch::after(Time now) {
   for (Watched& watched : windows_)
     if (watched.has_moved()) look_at(watched, now);
-  if (module_ != nullptr && status_[regmap::kStatusChanges] != changes_) look_at_boots(now);
+  if (network_.module != nullptr && status_[regmap::kStatusChanges] != changes_) look_at_boots(now);
 }
 
 /// A number that was taken is a new request; a number that is answered has its result.
@@ -150,7 +152,7 @@ void NetworkWatch::begin(Watched& watched, Time now) {
   transaction.open = true;
   transaction.sent = false;
   Event& latest = journal_.latest();
-  if (latest.kind == Kind::kModbus && latest.network == network_ && latest.at == begun.at)
+  if (latest.kind == Kind::kModbus && latest.network == network_.number && latest.at == begun.at)
     latest.transaction = begun.transaction;
   begun.state = static_cast<std::uint8_t>(&watched - windows_.data());
   begun.frame.id = watched.taken;
@@ -164,7 +166,7 @@ void NetworkWatch::end(Watched& watched, std::uint16_t result, Time now) {
   transaction.open = false;
   Event ended = transaction.request;
   ended.kind = Kind::kEnded;
-  ended.at = now - started_;
+  ended.at = now - network_.started;
   ended.took = ended.at - transaction.request.at;
   const bool scanned = !watched.window.in.empty();
   const bool by_plc = result == kCancelled || (scanned && watched.window.out[0] != watched.taken);
@@ -266,7 +268,7 @@ void NetworkWatch::look_at_boots(Time now) {
 /// A failure is reported once, until there is another one or the node has run.
 void NetworkWatch::on_step(std::uint8_t node, std::uint8_t before, Time now) {
   Node& watched = nodes_[node];
-  const Manager::Failure& failure = module_->coprocessor().manager()->failure(node);
+  const Manager::Failure& failure = network_.module->coprocessor().manager()->failure(node);
   const bool runs = watched.step == kRuns || watched.step == kAwaitsData;
   const bool kept = runs && before < kAwaitsStart && failure.letter == BootFailure::kKept;
   if (!kept && (runs || watched.step == 0)) watched.failure = {};
@@ -284,7 +286,7 @@ void NetworkWatch::on_step(std::uint8_t node, std::uint8_t before, Time now) {
 }
 
 void NetworkWatch::add_cause(Event& boot, const Manager::Failure& failure) const {
-  const Coprocessor& coprocessor = module_->coprocessor();
+  const Coprocessor& coprocessor = network_.module->coprocessor();
   const Time heartbeat = milliseconds(coprocessor.node_monitor().consumer_time(boot.node));
   if (boot.state == BootFailure::kLost) boot.took = heartbeat;
   if (boot.state == 'K') boot.took = (Manager::kRetries + 1) * heartbeat;

@@ -33,14 +33,7 @@ std::uint32_t word_at(std::span<const std::uint8_t> pdu, std::size_t place);
 
 class NetworkWatch final : public sim::Observer, public sim::ModuleWatch, public sim::FaultListener {
  public:
-  /// `started` is time 0 of the journal.
-  NetworkWatch(Journal& journal, const Advisor::Network& network, std::span<const PlcWindow> windows,
-               Time started);
-  /// The module whose boots are watched, and its registers R3928..R4099; both outlive this.
-  void watch_boots(const sim::CoprocessorModule& module, std::span<const std::uint16_t> status) {
-    module_ = &module;
-    status_ = status;
-  }
+  NetworkWatch(Journal& journal, const Advisor::Network& network, std::span<const PlcWindow> windows);
   NetworkWatch(const NetworkWatch&) = delete;
   NetworkWatch& operator=(const NetworkWatch&) = delete;
 
@@ -118,11 +111,9 @@ class NetworkWatch final : public sim::Observer, public sim::ModuleWatch, public
   void note_state(std::uint8_t node, std::uint8_t state, Time now);
 
   Journal& journal_;
-  std::uint8_t network_;
-  Time started_;
+  Advisor::Network network_;
   std::vector<Watched> windows_;
-  const sim::CoprocessorModule* module_ = nullptr;
-  std::span<const std::uint16_t> status_;
+  std::span<const std::uint16_t> status_;  ///< R3928..R4099; empty without a module
   std::uint16_t changes_ = 0;  ///< of status_, as seen
   std::array<Node, 128> nodes_{};
   Event command_{};  ///< the NMT transaction whose frame is not yet on the bus

@@ -108,14 +108,13 @@ void Network::listen(journal::Journal& journal, Time started) {
     windows.push_back(
         {out, all.subspan(out, regmap::kScannerOutWords), all.subspan(in, regmap::kScannerInWords)});
   }
-  watch_.emplace(journal,
-                 journal::Advisor::Network{static_cast<std::uint8_t>(number_), world_, module_, all,
-                                           module_config_.process_first, started},
-                 windows, started);
+  watch_.emplace(
+      journal,
+      journal::Advisor::Network{static_cast<std::uint8_t>(number_), world_, module_, all,
+                                module_config_.process_first, module_config_.status_first, started},
+      windows);
   world_.bus().observe(*watch_);
-  if (module_ == nullptr) return;
-  module_->watch(&*watch_);
-  watch_->watch_boots(*module_, all.subspan(module_config_.status_first).first(regmap::kStatusWords));
+  if (module_ != nullptr) module_->watch(&*watch_);
 }
 
 void Network::on_fault(std::string_view text, Time now) {

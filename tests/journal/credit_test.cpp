@@ -48,9 +48,10 @@ class Rig {
   std::array<std::uint16_t, 70> window_{}, out_{};
   std::array<std::uint16_t, 68> in_{};
   Journal journal_;
-  NetworkWatch watch_{
-      journal_, 1, std::array{NetworkWatch::Window{3700, window_, {}}, NetworkWatch::Window{500, out_, in_}},
-      0};
+  sim::World world_;
+  NetworkWatch watch_{journal_,
+                      {1, world_, nullptr, {}, 3800, 3928, 0},
+                      std::array{PlcWindow{3700, window_, {}}, PlcWindow{500, out_, in_}}};
   Time now_ = 0;
 };
 

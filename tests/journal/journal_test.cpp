@@ -130,7 +130,7 @@ TEST_CASE("a Modbus request belongs to the transaction of the registers that it 
   const RegisterRange range{0, registers};
   Journal journal;
   sim::World world;
-  NetworkWatch watch(journal, {1, world, nullptr, registers, 3800, 0}, windows, 0);
+  NetworkWatch watch(journal, {1, world, nullptr, registers, 3800, 3928, 0}, windows);
   const auto transaction_of = [&](const std::vector<std::uint8_t>& pdu) {
     Cursor cursor(journal, kinds_of({Kind::kModbus}));
     watch.on_modbus({1, 1, 1, 0, pdu, pdu}, modbus::check(pdu, RegisterMap(std::span(&range, 1)), nullptr), 0);
@@ -153,7 +153,7 @@ TEST_CASE("a Modbus request belongs to the transaction of the registers that it 
 TEST_CASE("a Modbus request as text: its registers, and the words of the request or the response") {
   Journal journal;
   sim::World world;
-  NetworkWatch watch(journal, {1, world, nullptr, {}, 3800, 0}, {}, 0);
+  NetworkWatch watch(journal, {1, world, nullptr, {}, 3800, 3928, 0}, {});
   const auto text_of_request = [&](const std::vector<std::uint8_t>& pdu,
                                    const std::vector<std::uint8_t>& response) {
     Cursor cursor(journal, kinds_of({Kind::kModbus}));
