@@ -7,6 +7,7 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
+#include <array>
 #include <functional>
 #include <optional>
 #include <span>
@@ -32,6 +33,18 @@ inline std::optional<Value> value_of(const toml::node& node) {
 /// `where`: a key, or its value.
 std::size_t line_of(const auto& where) {
   return where.source().begin.line;
+}
+
+/// toml++ says "Error while parsing string: ..."; the most common mistake is a text without quotes.
+inline std::string syntax_message(std::string_view description) {
+  constexpr std::string_view kPrefix = "Error while parsing ";
+  if (description.starts_with(kPrefix)) description.remove_prefix(kPrefix.size());
+  constexpr std::array<std::string_view, 5> kOfBareWords{"could not determine value type",
+                                                         "boolean: expected", "floating-point: expected",
+                                                         "integer: expected", "time: expected"};
+  const bool bare_word = std::ranges::any_of(
+      kOfBareWords, [=](std::string_view part) { return description.find(part) != std::string_view::npos; });
+  return fmt::format("TOML syntax: {}{}", description, bare_word ? "; write texts in double quotes" : "");
 }
 
 /// Reports "bits 0: must be 1..64" in a line; may throw.

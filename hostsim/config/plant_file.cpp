@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "base/address.hpp"
+#include "base/file_kind.hpp"
 #include "base/numbers.hpp"
 #include "base/suggestion.hpp"
 #include "base/toml_table.hpp"
@@ -60,14 +61,6 @@ std::size_t line_too_long(std::string_view text) {
   return 0;
 }
 
-/// toml++ says "Error while parsing string: ..."; the most common mistake is a text without quotes.
-std::string syntax_message(std::string_view description) {
-  constexpr std::string_view kPrefix = "Error while parsing ";
-  if (description.starts_with(kPrefix)) description.remove_prefix(kPrefix.size());
-  const bool bare_word = description.find("could not determine value type") != std::string_view::npos;
-  return fmt::format("TOML syntax: {}{}", description, bare_word ? "; write texts in double quotes" : "");
-}
-
 class Reader {
  public:
   /// `read`: for the plant file that this one adds to; null = there can be none. `adding`: files that add to
@@ -89,7 +82,7 @@ class Reader {
     try {
       return read_file(toml::parse(text, std::string_view(file_name_)), others);
     } catch (const toml::parse_error& error) {
-      return {{{file_name_, line_of(error)}, syntax_message(error.description())}};
+      return {{{file_name_, line_of(error)}, base::syntax_message(error.description())}};
     }
   }
 
@@ -147,6 +140,9 @@ class Reader {
     const auto text = (*read_)(path);
     if (!text)
       return complain(node, fmt::format("plant {}: cannot be read; paths are relative to this file", path));
+    const std::string other = base::other_kind(path, *text, base::kPlantFile);
+    if (!other.empty() && !base::other_kind(path, *text, base::kScenario).empty())
+      return complain(node, fmt::format("plant {}: {}", path, other));
     if (adding_ == kMostAdding)
       return complain(node, fmt::format("plant {}: at most {} plants add to another", path, kMostAdding));
     std::ranges::move(Reader(path, config_, read_, adding_ + 1).read_text(*text, others),
@@ -205,6 +201,8 @@ class Reader {
     read_table("node", table, kNodeSettings, node);
     if (node.id == 0 && !node.lss && !table.contains("id") && !is_misspelt("node.id", table))
       complain(table, "node.id: is missing; add id = 5, or lss = true");
+    if (node.device.empty() && devices::is_script(node.eds))
+      complain(*table.get("eds"), "node.eds: a Lua script is a device; write device = \"FILE.lua\"");
     read_parts(table, node);
     network_->nodes.push_back(std::move(node));
   }
@@ -456,7 +454,7 @@ toml::table table_with(std::string_view path, auto value) {
 Diagnostics changed(const Place& place, Config& config, NetworkConfig& network, auto make) try {
   return Reader(config, network, place).read_file(make(), {});
 } catch (const toml::parse_error& error) {
-  return {{place, syntax_message(error.description())}};
+  return {{place, base::syntax_message(error.description())}};
 }
 
 }  // namespace

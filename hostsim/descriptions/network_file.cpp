@@ -361,7 +361,8 @@ PlannedNetwork read_network(const std::string& path, const base::FileReader& rea
   try {
     return Reader(path, path, read, remarks).read_table(toml::parse(*text, path));
   } catch (const toml::parse_error& error) {
-    throw UsageError(fmt::format("{}:{}: {}", path, base::line_of(error), error.description()));
+    throw UsageError(
+        fmt::format("{}:{}: {}", path, base::line_of(error), base::syntax_message(error.description())));
   }
 }
 

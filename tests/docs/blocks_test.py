@@ -84,7 +84,7 @@ NodeID=5
 """ + "".join(f"[{name}]\nParameterName=Object {name}\nDataType={kind}\nAccessType=rw\n" for name, kind in {
     "1000": "0x0007", "1001": "0x0005", "1017": "0x0006", "2001": "0x0006", "2010sub1": "0x0008", "2011": "0x0009", "2012": "0x000F",
     "2013": "0x0001"}.items()) + "[1018]\nParameterName=Identity\nObjectType=9\nSubNumber=1\n[2010]\nParameterName=Record\nObjectType=9\nSubNumber=1\n"
-AROUND_WIRES = "".join(f'[[node]]\nid = {node}\neds = "{eds}"\n' for node, eds in ((66, "io_module.eds"), (20, "tank.lua")))
+AROUND_WIRES = '[[node]]\nid = 66\neds = "io_module.eds"\n[[node]]\nid = 20\ndevice = "tank.lua"\n'
 
 
 class Wrong(Exception):

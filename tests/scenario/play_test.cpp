@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Scenarios as text, and their results on a plant in this process.
+#include <map>
+
 #include "plant/demo.hpp"
 #include "scenario/scenario.hpp"
 #include "support/case_file.hpp"
@@ -12,7 +14,13 @@ namespace {
 
 using Lines = std::vector<std::string>;
 
-const base::FileReader kRead = config::with_demo_plant(no_file);
+const base::FileReader kRead = config::with_demo_plant([](const std::string& path) {
+  const std::map<std::string, std::string> files{{"dir/network.toml", "[network]\n"},
+                                                 {"dir/tank.lua", "SETTINGS = {}\n"},
+                                                 {"dir/other.toml", "[[step]]\n"}};
+  const auto found = files.find(path);
+  return found == files.end() ? std::nullopt : std::optional(found->second);
+});
 
 Scenario scenario(const std::string& text) {
   return read_scenario(text, "dir/s.toml", kRead);
@@ -94,7 +102,7 @@ TEST_CASE("scenarios: a step that fails says where, what, when, the registers an
   CHECK(failed.duration == 250 * kMillisecond);
   CHECK(failed.text.starts_with("dir/s.toml:5: expected register 3700 = 7: "));
   CHECK(failed.text.find("\n  at 0.250000\n  R3700..: 0 5055 66 4096 0 4 401 15 0 0\n"
-                            "  the last frames:\n") != std::string::npos);
+                         "  the last frames:\n") != std::string::npos);
   CHECK(failed.text.ends_with("    0.250000 642#4000100000000000\n    0.250000 5C2#4300100091010F00\n"));
   const Outcome many = played(
       "plant = \"demo\"\n[[step]]\nevery = \"1ms\"\ndo = \"send 181#\"\n[[step]]\nafter = \"20ms\"\n"
@@ -109,7 +117,8 @@ TEST_CASE("scenarios: time is what at, after, every and within say") {
   CHECK(played("plant = \"demo\"\n[[step]]\nat = \"2s\"\n[[step]]\nat = \"2s\"\n").text.empty());
   CHECK(played("plant = \"demo\"\n[[step]]\nat = \"2s\"\n[[step]]\nat = \"1s\"\n")
             .text.starts_with("dir/s.toml:4: at: it is 2.000000 already\n"));
-  const Outcome waited = played("plant = \"demo\"\n[[step]]\nwait = \"register 3700 = 7\"\nwithin = \"3s\"\n");
+  const Outcome waited =
+      played("plant = \"demo\"\n[[step]]\nwait = \"register 3700 = 7\"\nwithin = \"3s\"\n");
   CHECK(waited.duration == 3 * kSecond);
   CHECK(waited.text.starts_with("dir/s.toml:3: not within 3.000000 s: register 3700 = 7: "));
   CHECK(played("plant = \"demo\"\n[[step]]\nwait = \"register 3700 = 7\"\n").duration == 60 * kSecond);
