@@ -92,9 +92,7 @@ TrialReport Runner::run_one(const Trial& trial) {
 
 Exploration::Exploration(const config::Config& plant, const Settings& settings, Runner& runner,
                          const std::vector<std::string>& faults, std::vector<std::string> nodes)
-    : plant_(plant),
-      runner_(runner),
-      nodes_(nodes.empty() ? texts_of(settings.nodes) : std::move(nodes)) {
+    : plant_(plant), runner_(runner), nodes_(nodes.empty() ? texts_of(settings.nodes) : std::move(nodes)) {
   const std::vector<std::string> own = settings.faults.empty() ? default_faults() : texts_of(settings.faults);
   std::vector<std::string> kinds = faults.empty() ? own : faults;
   if (std::erase(kinds, kTypical) != 0 && !sets_timing(plant))
