@@ -21,101 +21,84 @@ using descriptions::PlannedNode;
 using descriptions::PlannedObject;
 using descriptions::PlannedPdo;
 
-BootFailure refusal(std::uint16_t index, std::uint8_t sub, AbortCode code) {
-  return {.letter = 'J', .index = index, .sub = sub, .code = static_cast<std::uint32_t>(code)};
+/// What a boot writes, but the defaults last, so that they are not restored.
+std::vector<PlannedObject> written_to(const PlannedNode& planned) {
+  const descriptions::Bytes kSave{'s', 'a', 'v', 'e'}, kLoad{'l', 'o', 'a', 'd'};
+  std::vector<PlannedObject> all = planned.objects;
+  if (planned.store)
+    all.insert(all.end(), {{object::kConfigurationDate, 1, kSave}, {object::kStore, 1, kSave}});
+  if (planned.restore != 0) all.push_back({object::kRestore, planned.restore, kLoad});
+  return all;
 }
 
 /// What would end the boot of a node with these objects, which get their values; without a letter: nothing.
 BootFailure boot(const PlannedNode& planned, ObjectDictionary& objects) {
   constexpr std::string_view kLetters = "CDMNO";  // of 1000h:00 and 1018h:01..04
-  for (const PlannedObject& expected : planned.identity) {
-    const auto wanted = static_cast<std::uint32_t>(load_little_endian(expected.value));
-    const auto seen = static_cast<std::uint32_t>(objects.get(expected.index, expected.sub));
-    if (wanted != 0 && seen != wanted)
-      return {.letter = kLetters[expected.sub], .seen = seen, .wanted = wanted};
+  for (const auto& [index, sub, value] : planned.identity) {
+    const auto wanted = static_cast<std::uint32_t>(load_little_endian(value));
+    const auto seen = static_cast<std::uint32_t>(objects.get(index, sub));
+    if (wanted != 0 && seen != wanted) return {.letter = kLetters[sub], .seen = seen, .wanted = wanted};
   }
   if (!planned.boot) return {};
-  std::vector<PlannedObject> needed;
-  if (planned.restore != 0) needed.push_back({object::kRestore, planned.restore, {}});
-  if (planned.store)
-    needed.insert(needed.end(), {{object::kConfigurationDate, 1, {}}, {object::kStore, 1, {}}});
-  ObjectEntry entry{};
-  for (const PlannedObject& each : needed)
-    if (const AbortCode code = objects.find(each.index, each.sub, entry); code != AbortCode::kNone)
-      return refusal(each.index, each.sub, code);
-  for (const PlannedObject& each : planned.objects)
-    if (const AbortCode code = objects.write(each.index, each.sub, each.value, 0); code != AbortCode::kNone)
-      return refusal(each.index, each.sub, code);
+  for (const auto& [index, sub, value] : written_to(planned))
+    if (const auto code = static_cast<std::uint32_t>(objects.write(index, sub, value, 0)); code != 0)
+      return {.letter = 'J', .index = index, .sub = sub, .code = code};
   return {};
 }
 
-std::uint16_t parameters_of(const PlannedPdo& pdo) {
-  const std::uint16_t first = pdo.input() ? object::kTpdoParameter : object::kRpdoParameter;
-  return static_cast<std::uint16_t>(first + pdo.number() - 1);
-}
-
-std::uint16_t mapping_of(const PlannedPdo& pdo) {
-  return static_cast<std::uint16_t>(parameters_of(pdo) + descriptions::kToMapping);
+/// 1400h and so on; of its mapping with `more`.
+std::uint16_t index_of(const PlannedPdo& pdo, std::uint16_t more = 0) {
+  const unsigned first = pdo.input() ? object::kTpdoParameter : object::kRpdoParameter;
+  return static_cast<std::uint16_t>(first + pdo.number() - 1u + more);
 }
 
 bool has(const ObjectDictionary& objects, const PlannedPdo& pdo) {
-  const auto cob_id = static_cast<std::uint32_t>(objects.get(parameters_of(pdo), descriptions::kCobId));
+  const std::uint16_t mapping = index_of(pdo, descriptions::kToMapping);
   std::uint8_t sub = 0;
-  return (cob_id & (cob::kInvalid | cob::kIdMask)) == pdo.can_id &&
-         objects.get(mapping_of(pdo), 0) == pdo.objects.size() &&
-         std::ranges::all_of(pdo.objects, [&](const descriptions::MappedObject& mapped) {
-           return objects.get(mapping_of(pdo), ++sub) == entry_of(mapped);
-         });
+  const auto is_mapped = [&](const auto& object) { return objects.get(mapping, ++sub) == entry_of(object); };
+  constexpr std::uint32_t kBits = cob::kInvalid | cob::kIdMask;
+  return (objects.get(index_of(pdo), descriptions::kCobId) & kBits) == pdo.can_id &&
+         objects.get(mapping, 0) == pdo.objects.size() && std::ranges::all_of(pdo.objects, is_mapped);
 }
 
 /// The first difference, and its line in the network file; empty = none.
 Diagnostic difference(const PlannedNode& planned, sim::Node& node) {
-  ObjectDictionary& objects = node.device().dictionary();
-  BootFailure failure = boot(planned, objects);
-  const auto pdo = std::ranges::find_if(planned.pdos, [&](const PlannedPdo& each) {
-    if (failure.letter == 0) return !has(objects, each);
-    return failure.index == parameters_of(each) || failure.index == mapping_of(each);
-  });
-  Diagnostic found{{"", pdo == planned.pdos.end() ? planned.line : pdo->line}, ""};
-  if (failure.letter != 0) {
-    const descriptions::Object* const known = node.description().find(failure.index, failure.sub);
-    if (known != nullptr) failure.name = known->name;
-    found.message = failure_text(failure);
-  } else if (pdo != planned.pdos.end()) {
-    found.message = fmt::format("{} {} of the plant's node has another CAN-ID, or maps other objects",
-                                pdo->input() ? "TPDO" : "RPDO", pdo->number());
+  const ObjectDictionary& objects = node.device().dictionary();
+  BootFailure failure = boot(planned, node.device().dictionary());
+  if (const auto* const known = node.description().find(failure.index, failure.sub))
+    failure.name = known->name;
+  for (const PlannedPdo& pdo : planned.pdos) {
+    const bool fails =
+        failure.index == index_of(pdo) || failure.index == index_of(pdo, descriptions::kToMapping);
+    if (fails) return {{"", pdo.line}, failure_text(failure)};
+    if (failure.letter == 0 && !has(objects, pdo))
+      return {{"", pdo.line},
+              fmt::format("{} {} of the plant's node has another CAN-ID, or maps other objects",
+                          pdo.input() ? "TPDO" : "RPDO", pdo.number())};
   }
-  return found;
-}
-
-Diagnostics differences(const NetworkConfig& network, std::span<const sim::NodeParts> nodes,
-                        const base::FileReader& read) {
-  Diagnostics found;
-  sim::World world;
-  for (const sim::NodeParts& parts : nodes)
-    world.add_node(parts);
-  world.start(0);
-  std::vector<std::string> remarks;  // already reported
-  for (const PlannedNode& planned : descriptions::read_network(network.module.network, read, remarks).all) {
-    const auto node = std::ranges::find(world.nodes(), planned.id,
-                                        [](const auto& each) { return each->device().node_id(); });
-    Diagnostic each{{"", planned.line}, network.can.outside.empty() ? "the plant has no such node" : ""};
-    if (node != world.nodes().end()) each = difference(planned, **node);
-    if (each.message.empty()) continue;
-    each.place.source = network.module.network;
-    each.message = fmt::format("{}node {}: {}", in_network(network.number), planned.id, each.message);
-    found.push_back(std::move(each));
-  }
-  return found;
+  return {{"", planned.line}, failure.letter == 0 ? "" : failure_text(failure)};
 }
 
 }  // namespace
 
 void compare_networks(const Config& config, PlantBuild& plant) {
   for (const NetworkConfig& network : config.networks) {
-    if (network.module.network.empty()) continue;
-    for (const Diagnostic& each : differences(network, plant.networks[network.number - 1], plant.read))
-      plant.lines.push_back(to_string(each));
+    const std::string& path = network.module.network;
+    if (path.empty()) continue;
+    sim::World world;
+    for (const sim::NodeParts& parts : plant.networks[network.number - 1])
+      world.add_node(parts);
+    world.start(0);
+    std::vector<std::string> remarks;  // already reported
+    for (const PlannedNode& planned : descriptions::read_network(path, plant.read, remarks).all) {
+      Diagnostic found{{"", planned.line}, network.can.outside.empty() ? "the plant has no such node" : ""};
+      for (const auto& node : world.nodes())
+        if (node->device().node_id() == planned.id) found = difference(planned, *node);
+      if (found.message.empty()) continue;
+      found.place.source = path;
+      found.message = fmt::format("{}node {}: {}", in_network(network.number), planned.id, found.message);
+      plant.lines.push_back(to_string(found));
+    }
   }
 }
 

@@ -23,52 +23,47 @@ constexpr unsigned kConfiguration = 4;
 constexpr unsigned kAwaitsStart = 6;
 
 constexpr std::array<std::pair<char, std::string_view>, 10> kSubjects{{
-    {'B', "no response"},
     {'C', "device type"},
     {'D', "vendor-ID"},
     {'M', "product code"},
     {'N', "revision number"},
     {'O', "serial number"},
+    {'B', "no response"},
     {'J', "configuration failed"},
     {'K', "no heartbeat"},
     {BootFailure::kKept, "already Operational, so it has not been configured"},
     {BootFailure::kLost, "lost: no heartbeat"},
 }};
-constexpr std::string_view kChecks = "CDMNO";
-
-/// " at 6423h:00 Interrupt enable: 0601 0002h attempt to write a read-only object"
-std::string abort_text(const BootFailure& failure) {
-  const regmap::AbortRow* const abort = regmap::find_abort(failure.code);
-  return fmt::format(" at {:04X}h:{:02X}{}{}: {:04X} {:04X}h {}", failure.index, failure.sub,
-                     failure.name.empty() ? "" : " ", failure.name, failure.code >> 16, failure.code & 0xFFFF,
-                     abort == nullptr ? "an abort code of the node's own" : abort->meaning);
-}
+constexpr std::size_t kChecks = 5;  // first rows of kSubjects
 
 std::string cause(const BootFailure& failure) {
-  const auto* const row =
-      std::ranges::find(kSubjects, failure.letter, &decltype(kSubjects)::value_type::first);
+  const auto row = std::ranges::find(kSubjects, failure.letter, &decltype(kSubjects)::value_type::first);
   std::string text(row == kSubjects.end() ? "failed" : row->second);
   if (failure.letter == 'K' && failure.step == kAwaitsStart) text += " that reports Operational";
   if (failure.silent_ms != 0) return text + fmt::format(" for {} ms", failure.silent_ms);
   if (failure.seen)
     return text + fmt::format(" {:08X}h, the network file wants {:08X}h", *failure.seen, failure.wanted);
-  const bool is_check = kChecks.find(failure.letter) != kChecks.npos;
-  if (failure.code == 0) return is_check ? text + " differs from the network file" : text;
-  if (failure.letter != 'B' || failure.index != object::kDeviceType || failure.code != kTimeOut)
-    return text + abort_text(failure);
-  return failure.step == kConfiguration ? "no boot-up message after its reset" : text;
+  if (failure.code == 0)
+    return row < kSubjects.begin() + kChecks ? text + " differs from the network file" : text;
+  if (failure.letter == 'B' && failure.index == object::kDeviceType && failure.code == kTimeOut)
+    return failure.step == kConfiguration ? "no boot-up message after its reset" : text;
+  const regmap::AbortRow* const abort = regmap::find_abort(failure.code);
+  return text + fmt::format(" at {:04X}h:{:02X}{}{}: {:04X} {:04X}h {}", failure.index, failure.sub,
+                            failure.name.empty() ? "" : " ", failure.name, failure.code >> 16,
+                            failure.code & 0xFFFF,
+                            abort == nullptr ? "an abort code of the node's own" : abort->meaning);
 }
 
 /// NET-13: what a time-out or an abort 0800 002xh reports may pass.
 std::string_view what_next(const BootFailure& failure) {
+  const bool waits = failure.letter == 'B' && failure.step != kCheck && failure.step != kConfiguration;
   const bool may_pass = failure.letter == 'B' || failure.letter == 'K' || failure.code == kTimeOut ||
                         failure.code >> 4 == 0x0800002;
-  const bool is_there = failure.letter != 'B' || failure.step == kCheck || failure.step == kConfiguration;
   if (failure.is_own || failure.letter == BootFailure::kKept) return "";
   if (failure.letter == BootFailure::kLost) return "; it is looked for each second";
   if (!may_pass) return "; it is not started";
   if (failure.step == 0) return "; it is tried again";
-  return is_there ? "; it is tried again after 1, 2, 4 .. 60 s" : "; it is looked for each second";
+  return waits ? "; it is looked for each second" : "; it is tried again after 1, 2, 4 .. 60 s";
 }
 
 }  // namespace

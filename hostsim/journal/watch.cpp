@@ -37,18 +37,6 @@ constexpr bool initiates(std::uint8_t command) {
   return sdo::is(command, Request::kInitiateDownload) || sdo::is(command, Request::kInitiateUpload);
 }
 
-/// Up to four bytes that an object has: the response is expedited, or the first segment.
-std::uint32_t value_in(const Frame& response) {
-  const std::uint8_t command = response.data[0];
-  const auto data = std::span(response.data);
-  const bool segment = sdo::is(command, sdo::Response::kUploadSegment);
-  const std::size_t size = segment                                ? sdo::segment_size(command)
-                           : (command & sdo::kSizeIndicated) != 0 ? sdo::expedited_size(command)
-                                                                  : 4;
-  return static_cast<std::uint32_t>(
-      load_little_endian(data.subspan(segment ? 1 : 4, std::min<std::size_t>(size, 4))));
-}
-
 constexpr std::size_t place(std::uint16_t address) {
   return address - regmap::kWindowFirst;
 }
@@ -183,9 +171,8 @@ void NetworkWatch::end(Watched& watched, std::uint16_t result, Time now) {
                                    : watched.window.out[place(regmap::kDataSize)]);
   ended = journal_.add(ended, {value});
   advisor_.on_ended(ended);
-  Node& node = nodes_[ended.node & nmt::kMaxNode];
-  if (node.transfer.transaction == ended.transaction) node.transfer.ended = ended.at;
-  if (node.state_request == ended.transaction) node.state_request = 0;
+  Transfer& transfer = nodes_[ended.node & nmt::kMaxNode].transfer;
+  if (transfer.transaction == ended.transaction) transfer.ended = ended.at;
 }
 
 /// The transaction in progress with this node that began first; null = none.
@@ -217,8 +204,7 @@ void NetworkWatch::begin_transfer(Transfer& transfer, std::uint8_t node, const F
 
 /// Segments belong to the transfer that was initiated last; other SDO frames name their object. After the end
 /// the abort follows, and perhaps a late response.
-std::uint32_t NetworkWatch::transfer_of(const Frame& frame, Time at) {
-  const auto node = static_cast<std::uint8_t>(frame.id & nmt::kMaxNode);
+std::uint32_t NetworkWatch::transfer_of(std::uint8_t node, const Frame& frame, Time at) {
   Transfer& transfer = nodes_[node].transfer;
   const std::uint8_t command = frame.data[0];
   const bool is_abort = command == sdo::command(sdo::Request::kAbort);  // 81h..9Fh can be segments of a block
@@ -232,24 +218,21 @@ std::uint32_t NetworkWatch::transfer_of(const Frame& frame, Time at) {
   return is_request || in_block || sdo::is_about(transfer.object, frame) ? transfer.transaction : 0;
 }
 
-std::uint32_t NetworkWatch::state_request_of(std::uint8_t node) {
-  std::uint32_t& request = nodes_[node].state_request;
-  const auto is_state = [](const Event& asked) { return asked.service == Service::kState; };
-  if (request != 0) return request;
-  if (const Transaction* const first = first_open(node, is_state)) request = first->request.transaction;
-  return request;
-}
-
 std::uint32_t NetworkWatch::transaction_of(const Frame& frame, Time at) {
   if (nmt::is_command(frame)) {
     const std::uint32_t transaction = command_.node == frame.data[1] ? command_.transaction : 0;
     if (transaction != 0) command_ = {};
     return transaction;
   }
+  const auto node = static_cast<std::uint8_t>(frame.id & nmt::kMaxNode);
   switch (frame.id & ~std::uint32_t{nmt::kMaxNode}) {
-    case nmt::kErrorControlId: return state_request_of(static_cast<std::uint8_t>(frame.id & nmt::kMaxNode));
+    case nmt::kErrorControlId: {
+      const auto is_state = [](const Event& asked) { return asked.service == Service::kState; };
+      const Transaction* const first = first_open(node, is_state);
+      return first == nullptr ? 0 : first->request.transaction;
+    }
     case sdo::kRequestId:
-    case sdo::kResponseId: return frame.flags == 0 ? transfer_of(frame, at) : 0;
+    case sdo::kResponseId: return frame.flags == 0 ? transfer_of(node, frame, at) : 0;
     default: return 0;
   }
 }
@@ -295,10 +278,12 @@ void NetworkWatch::add_cause(Event& boot, const Manager::Failure& failure) const
   boot.index = failure.index;
   boot.sub = failure.sub;
   const Transfer& transfer = nodes_[boot.node].transfer;
-  if (boot.code != 0 || transfer.object != sdo::multiplexer(boot.index, boot.sub)) return;
+  const std::uint8_t response = transfer.response.data[0];
+  const bool is_seen = sdo::is(response, sdo::Response::kInitiateUpload) && (response & sdo::kExpedited) != 0;
+  if (boot.code != 0 || !is_seen || transfer.object != sdo::multiplexer(boot.index, boot.sub)) return;
   const auto expected = static_cast<std::uint16_t>(object::kExpectedDeviceType + boot.sub);
   put_data(
-      boot.frame, value_in(transfer.response),
+      boot.frame, sdo::tail_of(transfer.response),
       static_cast<std::uint32_t>(load_little_endian(coprocessor.manager()->object(expected, boot.node))));
   boot.frame.length = 8;
 }

@@ -87,7 +87,6 @@ class NetworkWatch final : public sim::Observer, public sim::ModuleWatch, public
   };
   struct Node {
     Transfer transfer;
-    std::uint32_t state_request = 0;  ///< the transaction in progress; 0 = none
     bool is_simulated = false;
     std::uint8_t state = kOff;
     Time heard = kNever;
@@ -102,8 +101,7 @@ class NetworkWatch final : public sim::Observer, public sim::ModuleWatch, public
   void end(Watched& watched, std::uint16_t result, Time now);
   Transaction* first_open(std::uint8_t node, auto fits);
   void begin_transfer(Transfer& transfer, std::uint8_t node, const Frame& request);
-  std::uint32_t transfer_of(const Frame& frame, Time at);
-  std::uint32_t state_request_of(std::uint8_t node);
+  std::uint32_t transfer_of(std::uint8_t node, const Frame& frame, Time at);
   std::uint32_t transaction_of(const Frame& frame, Time at);
   void look_at_boots(Time now);
   void on_step(std::uint8_t node, std::uint8_t before, Time now);

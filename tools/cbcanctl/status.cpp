@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <chrono>
+#include <numeric>
 #include <thread>
 
 #include "base/words.hpp"
@@ -18,45 +19,36 @@ using Words = std::vector<std::uint16_t>;
 
 constexpr auto kPollPeriod = std::chrono::milliseconds(20);
 
-std::uint32_t number_at(window::Client& client, unsigned node, unsigned index, unsigned sub) {
-  const tools::Bytes bytes = execute(client, tools::sdo_read(node, index, sub, 4));
-  std::uint32_t number = 0;
-  for (auto byte = bytes.rbegin(); byte != bytes.rend(); ++byte)
-    number = number << 8 | *byte;
-  return number;
-}
-
 /// What 3009h says about a node that has failed, 0 = the module, and the values that are compared.
 std::string failure_of(window::Client& client, unsigned node, unsigned letter) {
-  const unsigned sub = node != 0 ? node : own::read(client, own::kOwnNodeId, 0, 1)[0];
+  const auto number = [&client](unsigned of, unsigned index, unsigned sub) {
+    const tools::Bytes bytes = execute(client, tools::sdo_read(of, index, sub, 4));
+    return std::accumulate(bytes.rbegin(), bytes.rend(), 0U,
+                           [](unsigned all, unsigned byte) { return all << 8 | byte; });
+  };
+  const unsigned sub = node != 0 ? node : number(0, own::kOwnNodeId, 0);
   const tools::Bytes bytes = execute(client, tools::sdo_read(0, own::kBootFailure, sub, 8));
   if (bytes.size() != 8 || bytes.back() != letter) return descriptions::boot_step_text(letter);
   auto failure = descriptions::boot_failure_from(std::span<const std::uint8_t, 8>(bytes));
   failure.is_own = node == 0;
   if (failure.code == 0 && failure.index != 0) {
-    failure.wanted = number_at(client, 0, failure.expected_index(), node);
-    failure.seen = number_at(client, node, failure.index, failure.sub);
+    failure.wanted = number(0, failure.expected_index(), node);
+    failure.seen = number(node, failure.index, failure.sub);
   }
   return failure_text(failure);
 }
 
-/// The steps of all boots. If the module does not execute requests, failures have their letter alone.
-std::vector<std::string> steps_in(const Words& status, window::Client& client) {
-  std::vector<std::string> steps;
-  bool executes = true;
-  for (unsigned node = 0; node <= kMaxNode; ++node) {
-    const unsigned step = status[regmap::kStatusNodes + node] >> 8;
-    steps.push_back(descriptions::boot_step_text(step));
-    if (step < 'A' || step > 'O' || !executes) continue;
-    try {
-      steps.back() = failure_of(client, node, step);
+/// `executes`: false if the module does not execute requests; then a failure has its letter alone.
+std::string step_text(window::Client& client, unsigned node, unsigned step, bool& executes) {
+  const bool failed = step >= 'A' && step <= 'O';
+  if (failed && executes) try {
+      return failure_of(client, node, step);
     } catch (const Refused&) {
     } catch (const window::Error&) {
       if (interrupted()) throw;
       executes = false;
     }
-  }
-  return steps;
+  return descriptions::boot_step_text(step);
 }
 
 bool all_run(const Words& status) {
@@ -75,17 +67,17 @@ Words read_status(window::Client& client) {
 }
 
 /// Listed nodes, nodes that have reported, and the module as node 0.
-void print(const Words& status, std::span<const std::string> steps, bool json) {
+void print(window::Client& client, const Words& status, bool json) {
+  bool executes = true;
   for (unsigned node = 0; node <= kMaxNode; ++node) {
     const unsigned word = status[regmap::kStatusNodes + node];
     if (node != 0 && word == 0) continue;
     const std::string name = node == 0 ? "module" : std::to_string(node);
     const bool is_own = node == 0 && word >> 8 == 0;
     const std::string_view state = regmap::meaning_of(regmap::kNodeStates, word & 0xFF, "no state");
-    const std::string& step = steps[node];
+    const std::string step = is_own ? "own node" : step_text(client, node, word >> 8, executes);
     if (json)
-      fmt::print("{{\"node\": {}, \"state\": {}, \"step\": {}}}\n", node, word & 0xFF,
-                 base::json_text(is_own ? "own node" : step));
+      fmt::print("{{\"node\": {}, \"state\": {}, \"step\": {}}}\n", node, word & 0xFF, base::json_text(step));
     else
       fmt::print("{:6} {:{}}{}\n", name, state, is_own ? 0 : 17, is_own ? "" : step);
   }
@@ -115,7 +107,7 @@ void status(const Options& options) {
     std::this_thread::sleep_for(kPollPeriod);
     status = read_status(client);
   }
-  print(status, steps_in(status, client), options.json);
+  print(client, status, options.json);
   print_mistakes(client, options.json);
   if (options.wait_ms != 0 && !all_run(status)) throw Ended{ExitCode::kRefused};
 }
