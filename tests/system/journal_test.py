@@ -40,6 +40,16 @@ class Verbose(cases.Case):
             "#4 read node 32 1000h:00 Device type: 0504 0000h SDO service timed out",
             "transactions 4, failed 2, cancelled 0", lines[-2], lines[-1]])
 
+    def test_v_of_a_boot(self):
+        lines = self.lines("-v", "--network-file", self.write("network.toml", """
+            node = [
+              { id = 2, objects = [ { index = 0x1018, sub = 2, value = 1, type = "u32" } ] },
+              { id = 66, device_type = 0x20192 },
+            ]"""))
+        self.assertEqual(sorted(line for line in lines if " (" in line), [
+            "node 2: configuration failed at 1018h:02 Product code: 0601 0002h attempt to write a read-only object (J); it is not started",
+            "node 66: device type 000F0191h, the network file wants 00020192h (C); it is not started"])
+
     def test_vv(self):
         lines = self.lines("-vv")
         self.assertIn("#1 642#4000100000000000 SDO node 66: read 1000h:00 Device type", lines)
