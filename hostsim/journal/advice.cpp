@@ -15,8 +15,7 @@ namespace cbcan::journal {
 namespace {
 
 constexpr Time kCured = 10 * kSecond;
-constexpr Time kPatience = kSecond;  ///< a program may change OUT words before their number
-constexpr std::size_t kMost = 64;    ///< mistakes times clients
+constexpr std::ptrdiff_t kClients = 4;  ///< with the same mistake; further ones count for the oldest
 constexpr std::uint16_t kToMapping = object::kTpdoMapping - object::kTpdoParameter;
 constexpr std::uint16_t kLastTpdo = object::kTpdoParameter + 511;
 
@@ -54,13 +53,15 @@ void Advisor::advise(Mistake mistake, std::uint32_t client, const Event& about, 
   const auto is_same = [&](const Advice& each) { return each.mistake == mistake && each.client == client; };
   const Time at = now_ - network_.started;
   auto known = std::ranges::find_if(all_, is_same);
-  if (known == all_.end()) {
-    if (all_.size() == kMost) return;
+  if (known == all_.end() && std::ranges::count(all_, mistake, &Advice::mistake) < kClients)
     known = all_.insert(all_.end(), {.mistake = mistake, .client = client});
-  }
+  if (known == all_.end())
+    known = std::ranges::min_element(
+        all_, {}, [mistake](const Advice& each) { return each.mistake == mistake ? each.last : kNever; });
   const bool goes_on = known->count++ != 0 && at - known->last < kCured;
   known->last = at;
   if (goes_on) return;
+  known->client = client;
   known->words = std::move(words);
   known->number = journal_.end();
   known->event = {.kind = Kind::kAdvice, .network = network_.number, .node = about.node, .at = at};
@@ -74,12 +75,13 @@ void Advisor::advise(Mistake mistake, const Program& program, std::string words)
   if (program.client != kNoClient) advise(mistake, program.client, program.request, std::move(words));
 }
 
-const std::vector<Advice>& Advisor::all(Time now) {
+const std::vector<Advice>& Advisor::all(Time now, bool has_ended) {
   now_ = now;
   look_at_outputs();
-  look_at_state_request(nullptr);
+  const Time patience = has_ended ? 0 : kCured;
+  if (asked_ && now_ >= asked_->at + patience) look_at_state_request();
   for (Program& program : programs_)
-    if (program.renumbered_at != kNever) look_at_number(program);
+    if (program.renumbered_at != kNever) look_at_number(program, patience);
   return all_;
 }
 
@@ -96,7 +98,7 @@ void Advisor::on_modbus(std::uint32_t client, const modbus::Access& access, Time
   look_at_addresses(access.written);
   look_at_process_data(access.written);
   for (Program& program : programs_)
-    if (access.written.overlaps({program.window.first, kWords})) look_at_request(program, access.written);
+    if (access.written.overlaps(program.range())) look_at_request(program, access.written);
 }
 
 void Advisor::look_at_addresses(const modbus::Range& written) {
@@ -104,7 +106,9 @@ void Advisor::look_at_addresses(const modbus::Range& written) {
     return covers(written, address) && network_.registers[address] == word;
   };
   constexpr std::size_t kFlag = regmap::kExecuteFlag;
-  const bool is_data = covers({network_.process_first, regmap::kProcessWords}, kFlag - 1);
+  const bool is_data =
+      covers({network_.process_first, regmap::kProcessWords}, kFlag - 1) ||
+      std::ranges::any_of(programs_, [](const Program& each) { return covers(each.range(), kFlag - 1); });
   std::string seen;
   if (!is_data && holds(kFlag - 1, regmap::kExecute)) seen = "CA0Eh is in R3699";
   if (holds(kFlag + 1, regmap::kExecute)) seen = "CA0Eh is in R3701";
@@ -123,7 +127,7 @@ void Advisor::look_at_process_data(const modbus::Range& written) {
            fmt::format("R{}..R{} are inputs from the network: what is written there reaches no node, and the "
                        "next PDO replaces it; outputs begin at R{}",
                        network_.process_first, outputs - 1, outputs));
-  if (!written.overlaps({outputs, regmap::kOutputWords}) || outputs_at_ != kNever) return;
+  if (!written.overlaps({outputs, regmap::kOutputWords}) || outputs_at_ != kNever || was_started_) return;
   outputs_at_ = now_;
   outputs_client_ = *client_;
   look_at_outputs();
@@ -132,10 +136,10 @@ void Advisor::look_at_process_data(const modbus::Range& written) {
 void Advisor::look_at_outputs() {
   if (outputs_at_ == kNever) return;
   const Coprocessor& own = network_.module->coprocessor();
-  const bool is_sent = own.own_node().state() == nmt::State::kOperational || own.manager().active();
-  if (!is_sent && now_ < outputs_at_ + kCured) return;
+  was_started_ = own.own_node().state() == nmt::State::kOperational || own.manager().active();
+  if (!was_started_ && now_ < outputs_at_ + kCured) return;
   outputs_at_ = kNever;
-  if (is_sent) return;
+  if (was_started_) return;
   advise(
       Mistake::kNotStarted, outputs_client_, {},
       fmt::format("outputs were written ten seconds ago, but the own node is {}, so no PDO carries them; "
@@ -152,31 +156,36 @@ bool Advisor::Program::repeats() const {
 }
 
 void Advisor::look_at_request(Program& program, const modbus::Range& written) {
-  if (program.is_scanner()) return look_at_number(program);
+  if (program.is_scanner()) return look_at_number(program, kCured);
   const bool has_flag = covers(written, regmap::kExecuteFlag);
   if (!has_flag && std::exchange(program.is_flag_first, false))
     advise(Mistake::kFlagFirst, program,
            fmt::format("R{}.. was written after CA0Eh in R3700: the request had begun without it, and ended "
                        "with result 1; write R3700 last, or all in one request",
                        written.first));
-  if (has_flag && program.is_open && program.window.out[0] == regmap::kExecute && !program.repeats())
+  if (!program.is_open || program.window.out[0] != regmap::kExecute) return;
+  if (!network_.module->coprocessor().executes_registers()) return program.take_words();
+  if (has_flag && !program.repeats())
     advise(Mistake::kBusy, *client_, program.request,
            fmt::format("not executed: {}{} is in progress; wait until R3700 is no longer CA0Eh",
                        name_of(program.request, journal_),
-                       program.client == *client_ ? "" : fmt::format(" of client {}", program.client)));
+                       program.client == *client_    ? ""
+                       : program.client == kNoClient ? " of a command"
+                                                     : fmt::format(" of client {}", program.client)));
 }
 
-void Advisor::look_at_number(Program& program) {
+void Advisor::look_at_number(Program& program, Time patience) {
   const auto in = program.window.in;
   const std::uint16_t number = program.window.out[0];
+  if (program.is_open && in[regmap::kScannerTaken] == number) program.take_words();  // it may wait
   const bool is_finished = number != 0 && program.request.transaction != 0 && !program.is_open &&
                            in[regmap::kScannerTaken] == number && in[regmap::kScannerAnswered] == number;
   if (!is_finished || program.repeats()) {
     program.renumbered_at = kNever;
     return;
   }
-  if (client_ && program.renumbered_at == kNever) program.renumbered_at = now_;
-  if (client_ && now_ < program.renumbered_at + kPatience) return;
+  program.renumbered_at = std::min(program.renumbered_at, now_);
+  if (now_ < program.renumbered_at + patience) return;
   program.renumbered_at = kNever;
   program.take_words();  // once for these words
   advise(
@@ -189,8 +198,8 @@ void Advisor::look_at_number(Program& program) {
 void Advisor::on_other_unit(std::uint32_t client, std::uint8_t unit, Time now) {
   now_ = now;
   advise(Mistake::kUnit, client, {},
-         fmt::format("unit ID {} selects no network, so the answer is exception 0Ah; 1, 0 and 255 are the "
-                     "first network, 2 is the second one",
+         fmt::format("unit ID {} selects no network, so the answer is exception 0Ah; network n has unit "
+                     "ID n, and 0 and 255 are network 1",
                      unit));
 }
 
@@ -205,39 +214,35 @@ void Advisor::on_second_writer(unsigned channel, std::uint32_t client, std::uint
 
 // ---- Transactions
 
-void Advisor::on_begun(const Event& begun, bool heard) {
+void Advisor::on_begun(const Event& begun) {
   Program& program = programs_[begun.state];
-  if (begun.state == 0 && !program.unread.empty() && client_)
-    advise(
-        Mistake::kUnread, *client_, program.request,
-        fmt::format("the result of {}, {}, was not read before the next request; read R3700 until it is not "
-                    "CA0Eh",
-                    name_of(program.request, journal_), program.unread));
+  if (begun.state == 0 && !program.unread.empty() && client_ && !program.repeats())
+    advise(Mistake::kUnread, *client_, program.request,
+           fmt::format("the result of {} was {}, and no client read it before the next request; read R3700 "
+                       "until it is not CA0Eh, and look at it",
+                       name_of(program.request, journal_), program.unread));
   program.unread.clear();
   program.is_flag_first = false;
   program.is_open = true;
+  program.is_scanning = std::abs(program.request.index - begun.index) == 1;
   program.client = client_.value_or(kNoClient);
   program.request = begun;
   program.take_words();
   if (begun.service == Service::kNmt && program.word(regmap::kObjectSubIndex) == 0)
     advise(Mistake::kAllNodes, program,
-           "1F82h with sub-index 0 addresses no node; R3704 = 128 is all nodes, 1..127 is one node");
-  look_at_state_request(&begun);
+           fmt::format("1F82h with sub-index 0 addresses no node; {} = 128 is all nodes, 1..127 is one node",
+                       program.name_of(regmap::kObjectSubIndex)));
   if (begun.service != Service::kState || !client_) return;
-  const bool is_scanning = asked_ && asked_->client == *client_ && asked_->request.node + 1 == begun.node;
-  const Manager& manager = network_.module->coprocessor().manager();
-  const bool is_unknown = !heard && dictionary_of(begun.node) == nullptr && !manager.is_listed(begun.node);
-  asked_ = StateRequest{*client_, begun, is_unknown, is_scanning};
+  // A scan of node IDs asks for a neighbour next.
+  const bool is_same = asked_ && asked_->client == *client_;
+  const bool scans = is_same && std::abs(asked_->request.node - begun.node) == 1;
+  if (is_same && !scans) look_at_state_request();
+  asked_ = StateRequest{*client_, begun, now_, false, scans};
 }
 
-/// A scan of all node IDs asks for the next one next.
-void Advisor::look_at_state_request(const Event* next) {
-  if (!asked_ || !asked_->is_unknown || asked_->is_scanning) return;
+void Advisor::look_at_state_request() {
+  if (!std::exchange(asked_->is_unknown, false) || asked_->is_scanning) return;
   const std::uint8_t node = asked_->request.node;
-  if (next != nullptr &&
-      (client_ != asked_->client || (next->service == Service::kState && next->node == node + 1)))
-    return;
-  asked_->is_unknown = false;
   const std::uint32_t meant = digits_as_hexadecimal(node);
   const bool exists = meant <= nmt::kMaxNode && node_of(static_cast<std::uint8_t>(meant)) != nullptr;
   advise(Mistake::kNotHeard, asked_->client, asked_->request,
@@ -245,7 +250,7 @@ void Advisor::look_at_state_request(const Event* next) {
                      node, exists ? fmt::format("; did you mean node {}h = {}?", node, meant) : ""));
 }
 
-void Advisor::on_ended(const Event& ended) {
+void Advisor::on_ended(const Event& ended, const Seen& seen) {
   Program& program = programs_[ended.state];
   program.is_open = false;
   const std::uint16_t command = program.word(regmap::kCommand);
@@ -256,12 +261,15 @@ void Advisor::on_ended(const Event& ended) {
            fmt::format("the command was {:X}h; 5055 (13BFh, read) and 5066 (13CAh, write) are decimal",
                        command));
   if (ended.state == 0 && failed(ended) && !is_cancelled(ended)) program.unread = result_text(ended);
-  if (ended.result == kNeverSent && client_)
+  if (ended.result == kNeverSent && seen.others_first && client_)
     advise(Mistake::kTimeout, program,
-           fmt::format(
-               "{} was cancelled before its first frame: another request to its node was in progress, or "
-               "its late response was awaited; a TIMEOUT above that of the module leaves time for both",
-               name_of(ended, journal_)));
+           fmt::format("{} was cancelled before its first frame: another request to its node was in "
+                       "progress, or a late response to one was awaited; a TIMEOUT of more than twice that "
+                       "of the module leaves time for both",
+                       name_of(ended, journal_)));
+  if (asked_ && asked_->request.transaction == ended.transaction)
+    asked_->is_unknown = ended.result == 0 && !seen.heard && dictionary_of(ended.node) == nullptr &&
+                         !network_.module->coprocessor().manager().is_listed(ended.node);
   if (ended.result == static_cast<std::uint16_t>(regmap::Result::kSdoExecutionError))
     look_at_object(program, ended.code);
   if (ended.result == 0 && ended.service == Service::kWrite) look_at_controlword(program);
@@ -273,6 +281,7 @@ void Advisor::look_at_object(const Program& program, std::uint32_t abort) {
   ObjectEntry entry{};
   if (dictionary == nullptr) return;
   if (abort == static_cast<std::uint32_t>(AbortCode::kNoObject)) {
+    if (program.is_scanning) return;
     const std::uint32_t meant = digits_as_hexadecimal(request.index);
     if (meant > 0xFFFF || request.index < 1000 ||
         dictionary->find(static_cast<std::uint16_t>(meant), 0, entry) == AbortCode::kNoObject)
@@ -291,9 +300,11 @@ void Advisor::look_at_object(const Program& program, std::uint32_t abort) {
   const std::uint16_t given = program.word(regmap::kDataSize);
   const bool is_read = request.service == Service::kRead;
   if (is_read ? size <= given : size == given || entry.has(ObjectFlags::kVariable)) return;
-  advise(Mistake::kSize, program,
-         fmt::format("{:04X}h:{:02X} of node {} has {} byte{}, and R3705 was {}", request.index, request.sub,
-                     request.node, size, size == 1 ? "" : "s", given));
+  advise(
+      Mistake::kSize, program,
+      fmt::format("{:04X}h:{:02X} of node {} has {} byte{}, and {} was {}; a {} needs {}", request.index,
+                  request.sub, request.node, size, size == 1 ? "" : "s", program.name_of(regmap::kDataSize),
+                  given, is_read ? "read" : "write", is_read ? "as many or more" : "as many"));
 }
 
 // ---- Drives

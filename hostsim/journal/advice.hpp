@@ -91,13 +91,17 @@ class Advisor {
   void on_other_unit(std::uint32_t client, std::uint8_t unit, Time now);
   /// A client writes to the scanner window of this channel after a newer one.
   void on_second_writer(unsigned channel, std::uint32_t client, std::uint32_t newer, Time now);
-  /// `heard`: its node has been on the bus.
-  void on_begun(const Event& begun, bool heard);
-  void on_ended(const Event& ended);
+  void on_begun(const Event& begun);
+  /// What the watch knows about the node of a transaction.
+  struct Seen {
+    bool heard;         ///< it has been on the bus
+    bool others_first;  ///< its transfer before has not ended, or has failed
+  };
+  void on_ended(const Event& ended, const Seen& seen);
   void on_frame(const Frame& frame);
 
-  /// All mistakes so far, with what can be said only now.
-  const std::vector<Advice>& all(Time now);
+  /// All mistakes so far. `has_ended`: the program will not write again, so what it has begun was all of it.
+  const std::vector<Advice>& all(Time now, bool has_ended);
 
  private:
   static constexpr std::size_t kWords = regmap::kWindowWords;
@@ -110,12 +114,18 @@ class Advisor {
     /// Whether the words of a request are those of the last one.
     bool repeats() const;
     std::uint16_t word(std::uint16_t address) const { return words[address - regmap::kWindowFirst]; }
+    modbus::Range range() const { return {window.first, kWords}; }
+    /// "R505" for R3705
+    std::string name_of(std::uint16_t address) const {
+      return "R" + std::to_string(window.first + address - regmap::kWindowFirst);
+    }
 
     PlcWindow window;
     std::array<std::uint16_t, kWords> words{};  ///< of the last request
     Event request{};                            ///< as it began
     std::uint32_t client = kNoClient;           ///< that wrote it
     bool is_open = false;
+    bool is_scanning = false;     ///< its object is next to that of the request before
     bool is_flag_first = false;   ///< the last request was CA0Eh alone
     std::string unread{};         ///< the last result, if it is a failure that no client has read
     Time renumbered_at = kNever;  ///< since when the OUT words are others under a finished request's number
@@ -130,8 +140,9 @@ class Advisor {
   struct StateRequest {
     std::uint32_t client;
     Event request;
+    Time at;
     bool is_unknown;   ///< there is no such node
-    bool is_scanning;  ///< the one before was for the node ID before
+    bool is_scanning;  ///< the one before was for the node ID before or after
   };
 
   void advise(Mistake mistake, std::uint32_t client, const Event& about, std::string words);
@@ -139,9 +150,9 @@ class Advisor {
   void look_at_addresses(const modbus::Range& written);
   void look_at_process_data(const modbus::Range& written);
   void look_at_request(Program& program, const modbus::Range& written);
-  void look_at_number(Program& program);
+  void look_at_number(Program& program, Time patience);
   void look_at_outputs();
-  void look_at_state_request(const Event* next);
+  void look_at_state_request();
   void look_at_object(const Program& program, std::uint32_t abort);
   void look_at_controlword(const Program& program);
   bool shows_statusword(const Frame& frame, const Enabling& drive) const;
@@ -155,6 +166,7 @@ class Advisor {
   Time now_ = 0;
   Time outputs_at_ = kNever;  ///< first write of outputs while the own node is not Operational
   std::uint32_t outputs_client_ = 0;
+  bool was_started_ = false;  ///< outputs are sent, or have been
   std::optional<StateRequest> asked_;
   std::vector<Enabling> enabling_;
   std::vector<Advice> all_;

@@ -146,7 +146,7 @@ void NetworkWatch::begin(Watched& watched, Time now) {
   begun.frame.id = watched.taken;
   transaction.request = journal_.add(begun, {transaction.value});
   if (begun.service == Service::kNmt) command_ = begun;
-  advisor_.on_begun(transaction.request, nodes_[begun.node & nmt::kMaxNode].heard != kNever);
+  advisor_.on_begun(transaction.request);
 }
 
 void NetworkWatch::end(Watched& watched, std::uint16_t result, Time now) {
@@ -170,9 +170,14 @@ void NetworkWatch::end(Watched& watched, std::uint16_t result, Time now) {
     value = bytes_of(data, scanned ? watched.window.in[regmap::kScannerSize]
                                    : watched.window.out[place(regmap::kDataSize)]);
   ended = journal_.add(ended, {value});
-  advisor_.on_ended(ended);
-  Transfer& transfer = nodes_[ended.node & nmt::kMaxNode].transfer;
-  if (transfer.transaction == ended.transaction) transfer.ended = ended.at;
+  Node& node = nodes_[ended.node & nmt::kMaxNode];
+  Transfer& last = node.transfer;
+  const bool is_other = last.transaction != 0 && last.transaction != ended.transaction;
+  advisor_.on_ended(ended, {node.heard != kNever, is_other && (last.ended == kNever || last.failed)});
+  if (last.transaction == ended.transaction) {
+    last.ended = ended.at;
+    last.failed = failed(ended);
+  }
 }
 
 /// The transaction in progress with this node that began first; null = none.
@@ -367,7 +372,7 @@ void NetworkWatch::on_modbus(const protocols::ModbusExchange& exchange, const mo
     if (about.overlaps({watched.window.first, watched.window.out.size()}))
       request.transaction = watched.transaction.request.transaction;
   journal_.add(request, {exchange.request, exchange.response});
-  advisor_.on_modbus(exchange.client, access, request.at);
+  advisor_.on_modbus(exchange.client, access, now);
   before(now);
 }
 

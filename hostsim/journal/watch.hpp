@@ -83,6 +83,7 @@ class NetworkWatch final : public sim::Observer, public sim::ModuleWatch, public
     std::uint32_t segments_from = 0;  ///< sdo::kRequestId or kResponseId: who sends segments of a block
     sdo::Multiplexer object = 0;
     Time ended = kNever;  ///< the transaction, since the plant's start
+    bool failed = false;  ///< the same
     Frame response{};     ///< the last one
   };
   struct Node {

@@ -274,9 +274,11 @@ class Execution {
   }
 
   Reply list_advice() {
+    const bool has_ended = words_.size() > 1;
+    if (has_ended && words_[1] != "end") refuse("\"{}\": must be end", words_[1]);
     std::string text;
     for (std::size_t network = 1; network <= control_.networks(); ++network)
-      for (const journal::Advice& advice : control_.network(network).advice())
+      for (const journal::Advice& advice : control_.network(network).advice(has_ended))
         text += fmt::format("{}{} {} {} {}\n", prefix_of(network), name_of(advice.mistake), advice.client,
                             advice.count, advice.words);
     return {text + "ok\n"};
@@ -338,8 +340,8 @@ std::span<const Execution::Command> Execution::commands() {
        "passes meanwhile, except while the PLC has to start a transaction: the limit is real time then."}},
       {1, 1, &Execution::pass, {"pass DURATION", "Responds with `at` and the time after the duration",
        "On a manual clock it makes time pass."}},
-      {0, 0, &Execution::list_advice, {"advice", "Lists mistakes of the PLC's program",
-       "A line shows kind, Modbus client, how often it was seen, and the sentence of the latest event of the kind `advice`."}},
+      {0, 1, &Execution::list_advice, {"advice [end]", "Lists mistakes of the PLC's program",
+       "A line shows kind, Modbus client, how often it was seen, and the sentence of the latest event of the kind `advice`. With `end` the program has ended, so nothing follows the words that it has written last."}},
       {0, 0, &Execution::tell_time, {"time", "Seconds since the start", ""}},
       {0, 0, &Execution::shutdown, {"shutdown", "Ends the program", "A command after `--` gets SIGTERM."}},
       {0, 0, &Execution::help, {"help", "Lists the commands", ""}},

@@ -87,9 +87,9 @@ class Network final : public protocols::ModbusUnit,
   void listen(journal::Journal& journal, Time started);
   /// Null without a journal.
   const journal::NetworkWatch* watch() const { return watch_ ? &*watch_ : nullptr; }
-  /// Mistakes of its PLC up to now; none without a journal.
-  std::span<const journal::Advice> advice() {
-    return watch_ ? std::span<const journal::Advice>(watch_->advisor().all(context_.now))
+  /// Mistakes of its PLC up to now, see Advisor::all(); none without a journal.
+  std::span<const journal::Advice> advice(bool has_ended = false) {
+    return watch_ ? std::span<const journal::Advice>(watch_->advisor().all(context_.now, has_ended))
                   : std::span<const journal::Advice>();
   }
 

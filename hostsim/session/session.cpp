@@ -138,7 +138,7 @@ web::Json Session::about() const {
 void Session::start(bool observed) {
   constexpr std::size_t kEvents = 128;
   constexpr std::size_t kBytes = 256 * kEvents;
-  if (!services_.at("control").listen.empty()) control().journal(kEvents, kBytes);
+  if (observed) control().journal(kEvents, kBytes);
   plant_.start(observed);
 }
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Modbus requests and commands, and the advice that they cause: advice.txt.
+#include "journal/advice.hpp"
 #include "base/numbers.hpp"
 #include "base/words.hpp"
-#include "journal/advice.hpp"
 #include "plant/scripts.hpp"
 #include "protocols/modbus_server.hpp"
 #include "support/case_file.hpp"
@@ -19,8 +19,9 @@ class Program {
     std::string text;
     for (const std::string& line : opening.given)
       if (line[0] == '+') text += line.substr(1) + "\n";
-    plant_ = text.starts_with("demo\n") || text.empty() ? demo(text.substr(std::min<std::size_t>(5, text.size())))
-                                                       : plant_of(text);
+    plant_ = text.starts_with("demo\n") || text.empty()
+                 ? demo(text.substr(std::min<std::size_t>(5, text.size())))
+                 : plant_of(text);
     plant_->control().journal();
     for (std::size_t network = 1; network <= plant_->control().networks(); ++network)
       units_.push_back(&plant_->control().network(network));
@@ -29,16 +30,21 @@ class Program {
 
   /// The advice after these lines, without the lines known before.
   Lines play(const FileCase& each) {
+    std::string asks = "advice";
     for (const std::string& line : each.given) {
       CAPTURE(line);
       if (line[0] == '+') continue;
+      if (line == "end") {
+        asks += " end";
+        continue;
+      }
       const auto words = base::words_of(line);
       if (words[0] == "fc")
         request(words);
       else
         CHECK_FALSE(plant_->execute(line).starts_with("error"));
     }
-    Lines all = lines_of(plant_->execute("advice"));
+    Lines all = lines_of(plant_->execute(asks));
     all.pop_back();
     Lines since = all;
     std::erase_if(since, [this](const std::string& line) { return std::ranges::count(known_, line) != 0; });
@@ -65,8 +71,8 @@ class Program {
       pdu.push_back(static_cast<std::uint8_t>(2 * values.size()));
     }
     std::ranges::for_each(values, add);
-    std::vector<std::uint8_t> adu{0, 1, 0, 0, 0, static_cast<std::uint8_t>(pdu.size() + 1),
-                                  static_cast<std::uint8_t>(numbers[1])};
+    std::vector<std::uint8_t> adu{
+        0, 1, 0, 0, 0, static_cast<std::uint8_t>(pdu.size() + 1), static_cast<std::uint8_t>(numbers[1])};
     adu.insert(adu.end(), pdu.begin(), pdu.end());
     server_->execute(numbers[0], adu);
   }

@@ -125,15 +125,18 @@ TEST_CASE("values at terminals") {
 
 TEST_CASE("a Modbus request belongs to the transaction of the registers that it is about") {
   std::array<std::uint16_t, 4000> registers{};
-  const auto window = std::span(registers).subspan(3700, 70);
+  const std::span<std::uint16_t> all(registers);
+  const auto window = all.subspan<3700, 70>();
   const std::array windows{PlcWindow{3700, window, {}}};
   const RegisterRange range{0, registers};
   Journal journal;
   sim::World world;
-  NetworkWatch watch(journal, {1, world, nullptr, registers, 3800, 3928, 0}, windows);
+  const auto& module = world.add_module(RegisterWindow(window), all.subspan<3800, 128>(), {});
+  NetworkWatch watch(journal, {1, world, &module, registers, 3800, 3928, 0}, windows);
   const auto transaction_of = [&](const std::vector<std::uint8_t>& pdu) {
     Cursor cursor(journal, kinds_of({Kind::kModbus}));
-    watch.on_modbus({1, 1, 1, 0, pdu, pdu}, modbus::check(pdu, RegisterMap(std::span(&range, 1)), nullptr), 0);
+    watch.on_modbus({1, 1, 1, 0, pdu, pdu}, modbus::check(pdu, RegisterMap(std::span(&range, 1)), nullptr),
+                    0);
     std::uint32_t transaction = 0;
     cursor.look([&](std::uint64_t, const Event& event) { return transaction = event.transaction, true; });
     return transaction;

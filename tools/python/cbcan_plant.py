@@ -343,7 +343,7 @@ if pytest:
         with Plant(*options, folder=folder) as made:
             yield made
             with contextlib.suppress(PlantError, OSError):  # the test may have ended the plant
-                for line in made.advice():
+                for line in made.command("advice end"):
                     warnings.warn(line, Advice, stacklevel=1)
 
     @pytest.fixture

@@ -91,6 +91,10 @@ class Channel {
   };
   const Counters& counters() const { return counters_; }
   const CoprocessorSettings& settings() const { return settings_; }
+  /// The request in R3700..R3769 has been copied and is in progress.
+  bool executes_registers() const {
+    return serves_registers() && activity_ != Activity::kIdle && activity_ != Activity::kHeldBack;
+  }
   CanPort& port() const { return port_; }
   SdoClient& sdo_client() { return client_; }
   const SdoClient& sdo_client() const { return client_; }

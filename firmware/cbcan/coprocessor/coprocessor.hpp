@@ -87,6 +87,7 @@ class Coprocessor {
 
   /// The sums of all channels.
   Counters counters() const;
+  bool executes_registers() const { return channel_.executes_registers(); }
   const SdoClient& sdo_client() const { return channel_.sdo_client(); }
   const NodeMonitor& node_monitor() const { return node_.monitor(); }
   const Slave& own_node() const { return node_.slave(); }

@@ -126,7 +126,7 @@ void Judge::on_advice(const journal::Event& advice) {
 TrialReport Judge::end(std::optional<int> exit_code) {
   record.duration = control.now();
   for (std::size_t network = 1; network <= control.networks(); ++network)
-    control.network(network).advice();  // what can be said only at the end
+    control.network(network).advice(true);
   look();
   has_ended = true;
   record.matches = matches();
