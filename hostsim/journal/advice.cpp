@@ -163,6 +163,7 @@ void Advisor::look_at_request(Program& program, const modbus::Range& written) {
            fmt::format("R{}.. was written after CA0Eh in R3700: the request had begun without it, and ended "
                        "with result 1; write R3700 last, or all in one request",
                        written.first));
+  if (has_flag && program.window.out[0] != regmap::kExecute) program.unread.clear();  // it cancels
   if (!program.is_open || program.window.out[0] != regmap::kExecute) return;
   if (!network_.module->coprocessor().executes_registers()) return program.take_words();
   if (has_flag && !program.repeats())
@@ -224,7 +225,6 @@ void Advisor::on_begun(const Event& begun) {
   program.unread.clear();
   program.is_flag_first = false;
   program.is_open = true;
-  program.is_scanning = std::abs(program.request.index - begun.index) == 1;
   program.client = client_.value_or(kNoClient);
   program.request = begun;
   program.take_words();
@@ -251,6 +251,7 @@ void Advisor::look_at_state_request() {
 }
 
 void Advisor::on_ended(const Event& ended, const Seen& seen) {
+  now_ = network_.started + ended.at;
   Program& program = programs_[ended.state];
   program.is_open = false;
   const std::uint16_t command = program.word(regmap::kCommand);
@@ -264,8 +265,8 @@ void Advisor::on_ended(const Event& ended, const Seen& seen) {
   if (ended.result == kNeverSent && seen.others_first && client_)
     advise(Mistake::kTimeout, program,
            fmt::format("{} was cancelled before its first frame: another request to its node was in "
-                       "progress, or a late response to one was awaited; a TIMEOUT of more than twice that "
-                       "of the module leaves time for both",
+                       "progress, or a late response to one was awaited; allow it more than twice the SDO "
+                       "timeout of the module, or ask this node less often",
                        name_of(ended, journal_)));
   if (asked_ && asked_->request.transaction == ended.transaction)
     asked_->is_unknown = ended.result == 0 && !seen.heard && dictionary_of(ended.node) == nullptr &&
@@ -281,11 +282,11 @@ void Advisor::look_at_object(const Program& program, std::uint32_t abort) {
   ObjectEntry entry{};
   if (dictionary == nullptr) return;
   if (abort == static_cast<std::uint32_t>(AbortCode::kNoObject)) {
-    if (program.is_scanning) return;
     const std::uint32_t meant = digits_as_hexadecimal(request.index);
-    if (meant > 0xFFFF || request.index < 1000 ||
-        dictionary->find(static_cast<std::uint16_t>(meant), 0, entry) == AbortCode::kNoObject)
-      return;
+    const bool exists = meant <= 0xFFFF && request.index >= 1000 &&
+                        dictionary->find(static_cast<std::uint16_t>(meant), 0, entry) != AbortCode::kNoObject;
+    if (!exists) no_object_at_ = now_;
+    if (!exists || (no_object_at_ != kNever && now_ < no_object_at_ + kSecond)) return;  // a scan
     return advise(Mistake::kHexadecimal, program,
                   fmt::format("node {} has no object {:X}h, which is {} in decimal; did you mean {}h = {}?",
                               request.node, request.index, request.index, request.index, meant));
@@ -299,6 +300,7 @@ void Advisor::look_at_object(const Program& program, std::uint32_t abort) {
                                                              : entry.capacity;
   const std::uint16_t given = program.word(regmap::kDataSize);
   const bool is_read = request.service == Service::kRead;
+  if (size > regmap::kMaxDataBytes) return;
   if (is_read ? size <= given : size == given || entry.has(ObjectFlags::kVariable)) return;
   advise(
       Mistake::kSize, program,

@@ -125,7 +125,6 @@ class Advisor {
     Event request{};                            ///< as it began
     std::uint32_t client = kNoClient;           ///< that wrote it
     bool is_open = false;
-    bool is_scanning = false;     ///< its object is next to that of the request before
     bool is_flag_first = false;   ///< the last request was CA0Eh alone
     std::string unread{};         ///< the last result, if it is a failure that no client has read
     Time renumbered_at = kNever;  ///< since when the OUT words are others under a finished request's number
@@ -168,6 +167,7 @@ class Advisor {
   std::uint32_t outputs_client_ = 0;
   bool was_started_ = false;  ///< outputs are sent, or have been
   std::optional<StateRequest> asked_;
+  Time no_object_at_ = kNever;  ///< the last abort 0602 0000h of an index that means nothing in decimal
   std::vector<Enabling> enabling_;
   std::vector<Advice> all_;
 };
