@@ -34,7 +34,8 @@ from simulator import LIMIT
 BIN, NPM = (pathlib.Path(path).resolve() for path in sys.argv[1:3])
 EXAMPLES = {pathlib.Path(path).name.removesuffix("_example"): pathlib.Path(path).resolve() for path in sys.argv[3:]}
 PYTHON = "/usr/bin/python3"  # only this one finds Debian's pymodbus
-ENVIRONMENT = {"PATH": f"{BIN}:/usr/bin:/bin", "PYTHONPATH": str(ROOT / "tools/python"), "PYTHONDONTWRITEBYTECODE": "1", "HOME": "/tmp"}
+ENVIRONMENT = {"PATH": f"{BIN}:/usr/bin:/bin", "PYTHONPATH": str(ROOT / "tools/python"), "PYTHONDONTWRITEBYTECODE": "1", "HOME": "/tmp",
+               "PYTEST_ADDOPTS": "-W error::cbcan_plant.Advice"}
 
 # Blocks that are not executed, by a pattern of their first line: why.
 NOT_RUN = {
@@ -168,9 +169,12 @@ class Pages:
         return done(*command, **{"cwd": self.job, "env": ENVIRONMENT, "timeout": LIMIT} | options).stdout
 
     def with_plant(self, *command, **options):
-        """Runs a command with the demo plant at the pages' ports, in its own network namespace."""
-        return self.run(*run_snippets.ALONE, BIN / "cbcan-sim", "--demo", "--modbus", "127.0.0.1:1502", "--slcan", "127.0.0.1:5021", "--",
-                        *command, **options)
+        """Runs a command with the demo plant at the pages' ports, in its own network namespace; the simulator has no advice for it."""
+        ended = done(*run_snippets.ALONE, BIN / "cbcan-sim", "--demo", "-v", "--modbus", "127.0.0.1:1502", "--slcan", "127.0.0.1:5021", "--",
+                     *command, **{"cwd": self.job, "env": ENVIRONMENT, "timeout": LIMIT} | options)
+        if advice := re.findall(r".* advice: .*", ended.stderr):
+            raise Wrong(f"{command}: {advice}")
+        return ended.stdout
 
     def compare(self, printed, block, page):
         """Compares with the next block, or with the page's ```text blocks."""

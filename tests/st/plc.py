@@ -23,7 +23,9 @@ def configuration(program):
 
 
 class Plant:
-    """cbcan-sim, whose time advances only in the scans of a program."""
+    """cbcan-sim, whose time advances only in the scans of a program. It has no advice for the program, except on mistakes of these kinds."""
+
+    mistakes = ()
 
     def __init__(self, program, *options, scan_us=1000):
         self.simulator = Simulator(program, "--clock", "manual", *options, stdin=subprocess.PIPE)
@@ -35,7 +37,9 @@ class Plant:
     def close(self):
         self.log.close()
         self.window.socket.close()
+        advice = [] if self.simulator.process.poll() is not None else self.simulator.say("advice end").splitlines()[:-1]
         self.simulator.stop()
+        assert [line for line in advice if line.split()[0] not in self.mistakes] == []
 
     def command(self, line):
         """Executes a command of docs/reference/commands.md; returns the response's value."""
