@@ -16,13 +16,15 @@ namespace {
 
 constexpr Time kCured = 10 * kSecond;
 constexpr std::ptrdiff_t kClients = 4;  ///< with the same mistake; further ones count for the oldest
-constexpr std::uint16_t kToMapping = object::kTpdoMapping - object::kTpdoParameter;
-constexpr std::uint16_t kLastTpdo = object::kTpdoParameter + 511;
+constexpr unsigned kOwnPdos = 16;
+constexpr unsigned kPdos = 512;
 
 // CiA 402: the objects of axis n are 800h x (n - 1) later.
 constexpr std::uint16_t kControlword = 0x6040;
 constexpr std::uint16_t kLastControlword = 0x9840;
 constexpr std::uint16_t kAxis = 0x800;
+constexpr std::uint16_t kStateMask = 0x6F;  ///< of the statusword
+constexpr std::uint16_t kReadyToSwitchOn = 0x21;
 
 /// The number whose hexadecimal digits are the decimal ones of `number`.
 std::uint32_t digits_as_hexadecimal(std::uint32_t number) {
@@ -31,6 +33,20 @@ std::uint32_t digits_as_hexadecimal(std::uint32_t number) {
 
 bool covers(const modbus::Range& range, std::size_t address) {
   return range.overlaps({address, 1});
+}
+
+bool is_controlword(std::uint16_t index) {
+  return index >= kControlword && index <= kLastControlword && (index - kControlword) % kAxis == 0;
+}
+
+/// Which of these PDOs is valid and has this CAN-ID; `count` = none.
+unsigned pdo_with(const ObjectDictionary& dictionary, std::uint16_t first, unsigned count, std::uint32_t id) {
+  for (unsigned pdo = 0; pdo < count; ++pdo) {
+    const auto cob_id =
+        static_cast<std::uint32_t>(dictionary.get(static_cast<std::uint16_t>(first + pdo), 1));
+    if (cob_id != 0 && (cob_id & cob::kInvalid) == 0 && cob::id_of(cob_id) == id) return pdo;
+  }
+  return count;
 }
 
 /// "#1 (read node 99 1000h:00)"
@@ -219,7 +235,7 @@ void Advisor::on_begun(const Event& begun) {
   Program& program = programs_[begun.state];
   if (begun.state == 0 && !program.unread.empty() && client_ && !program.repeats())
     advise(Mistake::kUnread, *client_, program.request,
-           fmt::format("the result of {} was {}, and no client read it before the next request; read R3700 "
+           fmt::format("{} failed: {}; the next request came before any client had read that; read R3700 "
                        "until it is not CA0Eh, and look at it",
                        name_of(program.request, journal_), program.unread));
   program.unread.clear();
@@ -228,6 +244,9 @@ void Advisor::on_begun(const Event& begun) {
   program.client = client_.value_or(kNoClient);
   program.request = begun;
   program.take_words();
+  const ObjectDictionary* const drive = is_controlword(begun.index) ? dictionary_of(begun.node) : nullptr;
+  const auto statusword = static_cast<std::uint16_t>(begun.index + 1);
+  program.was_ready = drive != nullptr && (drive->get(statusword, 0) & kStateMask) == kReadyToSwitchOn;
   if (begun.service == Service::kNmt && program.word(regmap::kObjectSubIndex) == 0)
     advise(Mistake::kAllNodes, program,
            fmt::format("1F82h with sub-index 0 addresses no node; {} = 128 is all nodes, 1..127 is one node",
@@ -313,7 +332,7 @@ void Advisor::look_at_object(const Program& program, std::uint32_t abort) {
 
 void Advisor::look_at_controlword(const Program& program) {
   const auto [node, index] = std::pair(program.request.node, program.request.index);
-  if (index < kControlword || index > kLastControlword || (index - kControlword) % kAxis != 0) return;
+  if (!is_controlword(index)) return;
   // Bits 0..3 and 7: CiA 402, table of commands.
   const unsigned command = program.word(regmap::kData) & 0x8F;
   const auto drive = std::ranges::find_if(enabling_, [&](const Enabling& each) {
@@ -321,7 +340,7 @@ void Advisor::look_at_controlword(const Program& program) {
   });
   if ((command & 0x87) == 0x06) {
     if (drive != enabling_.end()) enabling_.erase(drive);
-    enabling_.push_back({node, index, false, false});
+    enabling_.push_back({node, index, program.was_ready, false});
     return;
   }
   if (drive == enabling_.end()) return;
@@ -348,25 +367,24 @@ void Advisor::on_frame(const Frame& frame) {
     if (!drive.is_shown) drive.is_shown = shows_statusword(frame, drive);
 }
 
-/// A response by SDO, or a TPDO; of a node that is not simulated, any TPDO with its default CAN-ID.
+/// A response by SDO, or a TPDO that the own node receives; of a node that is not simulated, any.
 bool Advisor::shows_statusword(const Frame& frame, const Enabling& drive) const {
   const auto statusword = static_cast<std::uint16_t>(drive.index + 1);
   if (frame.flags != 0) return false;
   if (frame.id == sdo::kResponseId + drive.node)
     return sdo::index_of(sdo::multiplexer_of(frame)) == statusword &&
            !sdo::is(frame.data[0], sdo::Response::kAbort);
+  const Coprocessor& own = network_.module->coprocessor();
+  if (own.own_node().state() != nmt::State::kOperational ||
+      pdo_with(own.own_objects(), object::kRpdoParameter, kOwnPdos, frame.id) == kOwnPdos)
+    return false;
   const ObjectDictionary* const dictionary = dictionary_of(drive.node);
-  if (dictionary == nullptr) return frame.id < sdo::kResponseId && (frame.id & 0xFF) == 0x80U + drive.node;
-  for (std::uint16_t pdo = object::kTpdoParameter; pdo <= kLastTpdo; ++pdo) {
-    const std::uint64_t cob_id = dictionary->get(pdo, 1);
-    if (cob_id == 0 || (cob_id & cob::kInvalid) != 0 ||
-        cob::id_of(static_cast<std::uint32_t>(cob_id)) != frame.id)
-      continue;
-    const auto mapping = static_cast<std::uint16_t>(pdo + kToMapping);
-    const std::uint64_t count = dictionary->get(mapping, 0);
-    for (std::uint8_t sub = 1; sub <= count && sub <= 64; ++sub)
-      if (dictionary->get(mapping, sub) >> 16 == statusword) return true;
-  }
+  if (dictionary == nullptr) return true;
+  const unsigned pdo = pdo_with(*dictionary, object::kTpdoParameter, kPdos, frame.id);
+  const auto mapping = static_cast<std::uint16_t>(object::kTpdoMapping + pdo);
+  const std::uint64_t count = pdo == kPdos ? 0 : dictionary->get(mapping, 0);
+  for (std::uint8_t sub = 1; sub <= count && sub <= 64; ++sub)
+    if (dictionary->get(mapping, sub) >> 16 == statusword) return true;
   return false;
 }
 

@@ -126,6 +126,7 @@ class Advisor {
     std::uint32_t client = kNoClient;           ///< that wrote it
     bool is_open = false;
     bool is_flag_first = false;   ///< the last request was CA0Eh alone
+    bool was_ready = false;       ///< its drive, before this command, so 06h changes nothing
     std::string unread{};         ///< the last result, if it is a failure that no client has read
     Time renumbered_at = kNever;  ///< since when the OUT words are others under a finished request's number
   };

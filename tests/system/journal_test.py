@@ -91,6 +91,7 @@ class TwoWriters(cases.Case):
             told = "clients 1 and 2 write to the scanner window of channel 1, and each takes the other's results for its own; use one writer, or " \
                 "a channel for each"
             self.assertEqual((seen["rule"], seen["client"], seen["count"], seen["words"]), ("two-writers", 1, 99, told))
+            self.assertLess(seen["last"], LIMIT)  # of the plant's time
             self.assertEqual(simulator.error.count(told), 1)
             self.assertIn("\nadvice two-writers: 99 times by client 1\n", simulator.error)
 
