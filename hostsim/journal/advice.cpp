@@ -113,8 +113,9 @@ void Advisor::on_modbus(std::uint32_t client, const modbus::Access& access, Time
   if (access.written.count == 0) return;
   look_at_addresses(access.written);
   look_at_process_data(access.written);
-  for (Program& program : programs_)
-    if (access.written.overlaps(program.range())) look_at_request(program, access.written);
+  if (access.written.overlaps(programs_.front().range())) return look_at_request(access.written);
+  for (Program& program : std::span(programs_).subspan(1))
+    if (access.written.overlaps(program.range())) look_at_number(program, kCured);
 }
 
 void Advisor::look_at_addresses(const modbus::Range& written) {
@@ -122,18 +123,20 @@ void Advisor::look_at_addresses(const modbus::Range& written) {
     return covers(written, address) && network_.registers[address] == word;
   };
   constexpr std::size_t kFlag = regmap::kExecuteFlag;
-  const bool is_data =
-      covers({network_.process_first, regmap::kProcessWords}, kFlag - 1) ||
-      std::ranges::any_of(programs_, [](const Program& each) { return covers(each.range(), kFlag - 1); });
-  std::string seen;
-  if (!is_data && holds(kFlag - 1, regmap::kExecute)) seen = "CA0Eh is in R3699";
+  const auto has_before = [](const Program& each) { return covers(each.range(), kFlag - 1); };
+  const modbus::Range process{network_.process_first, regmap::kProcessWords};
+  std::string_view seen;
+  if (holds(kFlag - 1, regmap::kExecute) && !covers(process, kFlag - 1) &&
+      std::ranges::none_of(programs_, has_before))
+    seen = "CA0Eh is in R3699";
   if (holds(kFlag + 1, regmap::kExecute)) seen = "CA0Eh is in R3701";
   if (holds(kFlag, regmap::kSdoRead) || holds(kFlag, regmap::kSdoWrite)) seen = "the command is in R3700";
   if (!seen.empty())
-    advise(Mistake::kAddress, *client_, {},
-           seen +
-               ", one register off: addresses count from 0 here, and R3700 is address 3700, which a program "
-               "that counts from 1 calls 43701");
+    advise(
+        Mistake::kAddress, *client_, {},
+        fmt::format("{}, one register off: addresses count from 0 here, and R3700 is address 3700, which a "
+                    "program that counts from 1 calls 43701",
+                    seen));
 }
 
 void Advisor::look_at_process_data(const modbus::Range& written) {
@@ -171,8 +174,8 @@ bool Advisor::Program::repeats() const {
   return std::ranges::equal(std::span(words).subspan(1, count), window.out.subspan(1, count));
 }
 
-void Advisor::look_at_request(Program& program, const modbus::Range& written) {
-  if (program.is_scanner()) return look_at_number(program, kCured);
+void Advisor::look_at_request(const modbus::Range& written) {
+  Program& program = programs_.front();
   const bool has_flag = covers(written, regmap::kExecuteFlag);
   if (!has_flag && std::exchange(program.is_flag_first, false))
     advise(Mistake::kFlagFirst, program,

@@ -109,7 +109,6 @@ class Advisor {
       ~std::uint32_t{0};  ///< a command, or a PLC that owns the registers
 
   struct Program {
-    bool is_scanner() const { return !window.in.empty(); }
     void take_words() { std::copy_n(window.out.data(), kWords, words.data()); }
     /// Whether the words of a request are those of the last one.
     bool repeats() const;
@@ -149,7 +148,7 @@ class Advisor {
   void advise(Mistake mistake, const Program& program, std::string words);
   void look_at_addresses(const modbus::Range& written);
   void look_at_process_data(const modbus::Range& written);
-  void look_at_request(Program& program, const modbus::Range& written);
+  void look_at_request(const modbus::Range& written);
   void look_at_number(Program& program, Time patience);
   void look_at_outputs();
   void look_at_state_request();
