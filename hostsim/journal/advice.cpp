@@ -268,8 +268,9 @@ void Advisor::look_at_state_request() {
   const std::uint32_t meant = digits_as_hexadecimal(node);
   const bool exists = meant <= nmt::kMaxNode && node_of(static_cast<std::uint8_t>(meant)) != nullptr;
   advise(Mistake::kNotHeard, asked_->client, asked_->request,
-         fmt::format("node {} is not in this plant and has sent nothing, so its state is 6, not detected{}",
-                     node, exists ? fmt::format("; did you mean node {}h = {}?", node, meant) : ""));
+         fmt::format(
+             "node {} is not in this plant and has sent nothing, so its state is 6, not detected{}", node,
+             exists ? fmt::format("; did you mean node {}h = {}?", node, meant) : "; check the node ID"));
 }
 
 void Advisor::on_ended(const Event& ended, const Seen& seen) {
