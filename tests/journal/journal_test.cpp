@@ -124,7 +124,7 @@ TEST_CASE("values at terminals") {
 }
 
 TEST_CASE("a Modbus request belongs to the transaction of the registers that it is about") {
-  std::array<std::uint16_t, 4000> registers{};
+  std::array<std::uint16_t, 4168> registers{};
   const std::span<std::uint16_t> all(registers);
   const auto window = all.subspan<3700, 70>();
   const std::array windows{PlcWindow{3700, window, {}}};

@@ -109,18 +109,19 @@ class Programs(cases.Case):
         explore(strict, "drive", "--faults", "slow")
 
     def test_typical_times_are_a_row_of_every_search(self):
+        quick = self.write("quick.toml", DRIVE.read_text() + 'advice = "statusword"\n')
         options = ("--faults", "slow,typical", "--junit", self.folder / "junit.xml", "--out", self.folder / "out")
         self.assertEqual(rows(explore(DRIVE, "drive", *options))["typical", "all"], dict(zip(COLUMNS, (1, 1, 0, 0, 0))))
         self.assertEqual(elements(self.folder / "junit.xml"), {"slow": [], "typical": []})
-        output = explore(DRIVE, "no-wait", *options, code=1)
+        output = explore(quick, "no-wait", *options, code=1)
         self.assertIn("\nall:typical\n  survive: it gave up\n", output)
         self.assertEqual(elements(self.folder / "junit.xml"), {"slow": [], "typical": ["failure"]})
-        self.assertEqual(explore(DRIVE, "no-wait", *options, "--jobs", "1", code=1), output)
+        self.assertEqual(explore(quick, "no-wait", *options, "--jobs", "1", code=1), output)
         file = re.search(r"replay: (.*)", output)[1]
         self.assertIn("runs: 1, broken: 1", explore(file, "no-wait", code=1))
         explore(file, "drive")
-        self.assertIn("runs: 1, broken: 1", explore(DRIVE, "no-wait", "--only", "all:typical", code=1))
-        self.assertEqual(done(PROGRAM, "--config", DRIVE, "--clock", "manual", "--only", "all:typical", "--", PLC, "no-wait", code=75).stdout, "")
+        self.assertIn("runs: 1, broken: 1", explore(quick, "no-wait", "--only", "all:typical", code=1))
+        self.assertEqual(done(PROGRAM, "--config", quick, "--clock", "manual", "--only", "all:typical", "--", PLC, "no-wait", code=75).stdout, "")
 
     def test_typical_times_that_are_left_out(self):
         self.assertEqual(explore(DRIVE, "drive", "--list").splitlines()[0], "all:typical")
