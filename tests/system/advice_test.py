@@ -120,6 +120,7 @@ class Strangers(cases.Case):
                 for _ in range(wait):
                     self.plant.advance("20ms")
                     self.window.write(500, *out)
+                    self.plant.advice()  # as the page asks
                 number = number % 65535 + 1
                 out[0] = number
                 wait = 40
