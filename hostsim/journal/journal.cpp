@@ -15,14 +15,15 @@ Event& Journal::add(Event event, std::initializer_list<std::span<const std::uint
   std::size_t size = 0;
   for (const auto& part : parts)
     size += part.size();
-  if (used_ % bytes_.size() + size > bytes_.size()) used_ += bytes_.size() - used_ % bytes_.size();
-  std::uint8_t* to = bytes_.data() + used_ % bytes_.size();
+  if (used_ % bytes_size_ + size > bytes_size_) used_ += bytes_size_ - used_ % bytes_size_;
+  std::uint8_t* to = bytes_.get() + used_ % bytes_size_;
   for (const auto& part : parts)
     to = std::copy_n(part.data(), part.size(), to);
   event.bytes = std::exchange(used_, used_ + size);
   event.size = static_cast<std::uint16_t>(size);
   latest_[static_cast<std::size_t>(event.kind)] = end_;
-  return ring_[end_++ % size_] = event;
+  const std::size_t place = end_++ % size_;
+  return place == ring_.size() ? ring_.emplace_back(event) : ring_[place] = event;
 }
 
 Event& Journal::add(const Event& event, std::string_view text) {

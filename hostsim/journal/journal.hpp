@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Everything that happens in a plant, once, in bus order: a ring of records of one size. Views read it by number
-/// and make the text themselves (words.hpp). Nothing is allocated for an event.
+/// Everything that happens in a plant, once, in bus order: a ring of records of one size. Views read it by
+/// number and make the text themselves (words.hpp). Nothing is allocated for an event.
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <initializer_list>
+#include <memory>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -35,8 +36,9 @@ enum class Kind : std::uint8_t {
 };
 inline constexpr std::size_t kKinds = 12;
 /// Names in the order of Kind.
-inline constexpr std::array<std::string_view, kKinds> kKindNames{
-    "modbus", "begun", "ended", "frame", "emcy", "state", "terminals", "fault", "command", "client", "advice", "boot"};
+inline constexpr std::array<std::string_view, kKinds> kKindNames{"modbus",  "begun",  "ended",     "frame",
+                                                                 "emcy",    "state",  "terminals", "fault",
+                                                                 "command", "client", "advice",    "boot"};
 
 /// A set of kinds: bits by Kind.
 using Kinds = std::uint32_t;
@@ -70,21 +72,21 @@ struct Event {
   std::uint8_t network = 1;  ///< 0 = none
   std::uint8_t node = 0;     ///< 0 = none; kModbus: unit ID
   std::uint8_t sub = 0;
-  std::uint16_t index = 0;   ///< object; kModbus: size of the request's PDU, which the response's follows
-  Service service{};         ///< of a transaction
-  std::uint8_t state = 0;    ///< kState: as in a heartbeat, or kOff; kClient: 1 = connected; kModbus: exception;
-                             ///< kTerminals: the bits that have changed; kCommand: 0 or kRefused;
-                             ///< kAdvice: the Mistake; kBoot: as in descriptions::BootFailure::letter;
-                             ///< kBegun, kEnded: 0 = through R3700, else the channel of the scanner window
+  std::uint16_t index = 0;  ///< object; kModbus: size of the request's PDU, which the response's follows
+  Service service{};        ///< of a transaction
+  std::uint8_t state = 0;   ///< kState: as in a heartbeat, or kOff; kClient: 1 = connected; kModbus:
+                            ///< exception; kTerminals: the bits that have changed; kCommand: 0 or kRefused;
+                            ///< kAdvice: the Mistake; kBoot: as in descriptions::BootFailure::letter;
+                            ///< kBegun, kEnded: 0 = through R3700, else the channel of the scanner window
   std::uint16_t result = 0;  ///< kEnded: as in R3700, kCancelled or kNeverSent; kModbus: MBAP transaction ID;
                              ///< kBoot: the boot's step before
   std::uint16_t size = 0;    ///< of what bytes() gives
   std::uint32_t transaction = 0;  ///< that the event belongs to; 0 = none
-  std::uint32_t code = 0;         ///< kEnded, kBoot: SDO abort code; kModbus, kClient, kAdvice: number of the client;
-                                  ///< kTerminals: the signed value
-  Time at = 0;                    ///< since the plant's start
-  Time took = 0;                  ///< kEnded; kBoot: time without a heartbeat, 0 = there has been none
-  std::uint64_t bytes = 0;        ///< where they begin; only for Journal
+  std::uint32_t code = 0;   ///< kEnded, kBoot: SDO abort code; kModbus, kClient, kAdvice: number of the
+                            ///< client; kTerminals: the signed value
+  Time at = 0;              ///< since the plant's start
+  Time took = 0;            ///< kEnded; kBoot: time without a heartbeat, 0 = there has been none
+  std::uint64_t bytes = 0;  ///< where they begin; only for Journal
   Frame frame{};  ///< kFrame, kEmergency; for a transaction of a scanner window, `id` is the request's number;
                   ///< kBoot: the value seen and that wanted, length 0 = without them
 };
@@ -107,11 +109,15 @@ class Journal {
   static constexpr std::size_t kEvents = 100'000;
   static constexpr std::size_t kBytes = 8 * 1024 * 1024;
 
-  /// Allocates all memory.
-  explicit Journal(std::size_t events = kEvents, std::size_t bytes = kBytes) : ring_(events), bytes_(bytes) {}
+  /// Allocates all memory, and does not touch it: a plant starts faster.
+  explicit Journal(std::size_t events = kEvents, std::size_t bytes = kBytes)
+      : size_(events), bytes_size_(bytes), bytes_(std::make_unique_for_overwrite<std::uint8_t[]>(bytes)) {
+    ring_.reserve(events);
+    ring_.resize(1);
+  }
 
-  /// Appends an event with the concatenated `parts`, at most 64 KiB, as its bytes. The reference is valid until
-  /// the next call.
+  /// Appends an event with the concatenated `parts`, at most 64 KiB, as its bytes. The reference is valid
+  /// until the next call.
   Event& add(Event event, std::initializer_list<std::span<const std::uint8_t>> parts = {});
   Event& add(const Event& event, std::string_view text);
 
@@ -124,8 +130,8 @@ class Journal {
   std::uint64_t latest_of(Kinds kinds) const;
   /// Empty when they have been overwritten.
   std::span<const std::uint8_t> bytes(const Event& event) const {
-    if (event.bytes + bytes_.size() < used_) return {};
-    return std::span(bytes_).subspan(event.bytes % bytes_.size(), event.size);
+    if (event.bytes + bytes_size_ < used_) return {};
+    return {bytes_.get() + event.bytes % bytes_size_, event.size};
   }
   std::string_view text(const Event& event) const;
 
@@ -135,9 +141,10 @@ class Journal {
   std::function<void()> on_filled = [] {};
 
  private:
-  std::vector<Event> ring_;
-  std::size_t size_ = ring_.size();
-  std::vector<std::uint8_t> bytes_;             ///< a ring of those of the latest events
+  std::size_t size_;
+  std::vector<Event> ring_;  ///< by number modulo size_; grows up to that
+  std::size_t bytes_size_;
+  std::unique_ptr<std::uint8_t[]> bytes_;       ///< a ring of those of the latest events
   std::uint64_t used_ = 0;                      ///< of bytes_ so far, as if they had no end
   std::array<std::uint64_t, kKinds> latest_{};  ///< number by Kind; 0 = none
   std::uint64_t end_ = 1;

@@ -82,9 +82,17 @@ Json Instance::respond(const Json& request) {
       http_->respond({text("method"), text("path"), request.value("query", web::Query()), text("body"),
                       text("last_event_id"), text("host"), text("origin")},
                      request.value("too_long", false));
+  if (response.stream && response.stream->is_answer()) {
+    base::Buffer whole;
+    while (response.stream->fill(whole)) {
+    }
+    response.body = base::view(whole);
+    response.stream.reset();
+  }
   Json headers{{"Content-Type", response.type}};
   for (const auto& [name, value] : protocols::HttpSite::kHeaders)
     headers[name] = value;
+  if (response.closes) headers["Connection"] = "close";
   Json json{{"status", response.status}, {"headers", std::move(headers)}};
   if (!response.stream) {
     json["body"] = response.body;

@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "base/buffer.hpp"
+#include "cbcan/time.hpp"
 
 namespace cbcan::protocols {
 
@@ -34,6 +35,10 @@ class HttpStream {
   virtual bool has_news() const = 0;
   /// Text that is sent to detect a client that has left; may be empty.
   virtual std::string_view keep_alive() const { return {}; }
+  /// Between two calls of fill() that find something new.
+  virtual Time interval() const { return 20 * kMillisecond; }
+  /// A long answer: fill() is called in each turn until it ends, also when it has appended nothing.
+  virtual bool is_answer() const { return false; }
 
   /// Small enough that the turns of a hundred streams do not delay the rest of the loop.
   static constexpr std::size_t kMostUnsent = 8 * 1024;
@@ -44,6 +49,7 @@ struct HttpResponse {
   std::string type = "application/json";
   std::string body = {};
   std::unique_ptr<HttpStream> stream = {};  ///< instead of the body
+  bool closes = false;                      ///< the connection afterwards
 };
 
 }  // namespace cbcan::protocols

@@ -5,8 +5,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <set>
-#include <utility>
 #include <vector>
 
 #include "base/files.hpp"
@@ -130,29 +128,52 @@ std::string handshake(const Event& ended, const config::ModuleConfig& module) {
 
 }  // namespace
 
-std::string scenario_of_last_minute(plant::Control& control, const journal::FindName& find,
-                                    const std::string& plant) {
-  const Time now = control.now();
-  const Time begin = now > kMinute ? now - kMinute : 0;
-  const ScenarioWriter writer(control, find, begin);
-  const journal::Journal& journal = control.journal();
-  std::string before;
-  std::string steps;
-  std::set<std::pair<unsigned, unsigned>> scanned;  // networks and channels
-  for (std::uint64_t number = journal.first(); number < journal.end(); ++number) {
-    const Event& event = journal[number];
-    if (event.at < begin) {
-      before += lasting(event, journal);
-      continue;
-    }
-    if (event.kind == Kind::kEnded && event.state != 0 && scanned.emplace(event.network, event.state).second)
-      before += handshake(event, control.network(event.network).module_config());
-    steps += writer.text_of(event);
+LastMinute::LastMinute(plant::Control& control, const journal::FindName& find, std::string plant)
+    : control_(control),
+      plant_(std::move(plant)),
+      now_(control.now()),
+      begin_(now_ > kMinute ? now_ - kMinute : 0),
+      writer_(control, find, begin_),
+      next_(control.journal().first()),
+      end_(control.journal().end()) {}
+
+bool LastMinute::append(base::Buffer& to) {
+  if (next_ < end_) {
+    steps_.push_back(collect());
+  } else if (!std::exchange(has_begun_, true)) {
+    base::append(to, "# Saved from the page: ", base::seconds_text(now_ - begin_), " s up to ",
+                 base::seconds_text(now_), ".\n", ScenarioWriter::opening(plant_));
+    if (!before_.empty()) base::append(to, writer_.step(begin_, fmt::format("do = [\n{}]", before_)));
+  } else if (!steps_.empty()) {
+    base::append(to, steps_.front());
+    steps_.pop_front();
+  } else {
+    base::append(to, writer_.step(now_, fmt::format("expect = \"time {}us\"", now_ - begin_)));
+    return false;
   }
-  if (!before.empty()) before = writer.step(begin, fmt::format("do = [\n{}]", before));
-  return fmt::format("# Saved from the page: {} s up to {}.\n{}{}{}{}", base::seconds_text(now - begin),
-                     base::seconds_text(now), ScenarioWriter::opening(plant), before, steps,
-                     writer.step(now, fmt::format("expect = \"time {}us\"", now - begin)));
+  return true;
+}
+
+/// The steps of some events.
+std::string LastMinute::collect() {
+  constexpr std::uint64_t kMostEvents = 4000;
+  constexpr std::size_t kMostText = 2000;
+  next_ = std::max(next_, control_.journal().first());
+  const std::uint64_t last = std::min(end_, next_ + kMostEvents);
+  std::string steps;
+  for (; next_ < last && steps.size() < kMostText; ++next_)
+    steps += text_of(control_.journal()[next_]);
+  return steps;
+}
+
+std::string LastMinute::text_of(const Event& event) {
+  if (event.at < begin_) {
+    before_ += lasting(event, control_.journal());
+    return {};
+  }
+  if (event.kind == Kind::kEnded && event.state != 0 && scanned_.emplace(event.network, event.state).second)
+    before_ += handshake(event, control_.network(event.network).module_config());
+  return writer_.text_of(event);
 }
 
 }  // namespace cbcan::scenario

@@ -4,10 +4,14 @@
 /// Turns a session into a scenario: register writes of the PLC, commands, and results of transactions.
 
 #include <cstdint>
+#include <deque>
+#include <set>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 
+#include "base/buffer.hpp"
 #include "journal/event_text.hpp"
 #include "plant/control.hpp"
 
@@ -41,8 +45,29 @@ class ScenarioWriter {
   Time begin_;
 };
 
-/// The last minute; earlier changes are repeated at its start.
-std::string scenario_of_last_minute(plant::Control& control, const journal::FindName& find,
-                                    const std::string& plant);
+/// The last minute as a scenario; earlier changes are repeated at its start. It is made in parts, between
+/// which the plant may go on.
+class LastMinute {
+ public:
+  LastMinute(plant::Control& control, const journal::FindName& find, std::string plant);
+  /// Does one part of the work, which may append something; false = it was the last one.
+  bool append(base::Buffer& to);
+
+ private:
+  std::string collect();
+  std::string text_of(const journal::Event& event);
+
+  plant::Control& control_;
+  std::string plant_;
+  Time now_;
+  Time begin_;
+  ScenarioWriter writer_;
+  std::uint64_t next_;  ///< event
+  std::uint64_t end_;
+  std::string before_;
+  std::deque<std::string> steps_;
+  std::set<std::pair<unsigned, unsigned>> scanned_;  ///< networks and channels
+  bool has_begun_ = false;
+};
 
 }  // namespace cbcan::scenario

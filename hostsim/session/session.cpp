@@ -115,7 +115,7 @@ protocols::HttpSite::Handler Session::http(const config::Config& config) {
   return web::api_of({control(), find_name_,
                       [this](std::string_view line, const auto& dialogue) { return execute(line, dialogue); },
                       [this] { advance_and_answer(); }, [this] { return about(); },
-                      [wires = wires_of(config)] { return wires; }});
+                      web::line_of({{"wires", wires_of(config)}}) + "\n"});
 }
 
 web::Json Session::about() const {

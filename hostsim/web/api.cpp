@@ -14,15 +14,12 @@
 #include "base/utf8.hpp"
 #include "base/words.hpp"
 #include "cbcan/regmap.hpp"
-#include "cbcan/version.hpp"
-#include "descriptions/boot_failure.hpp"
-#include "descriptions/emergency.hpp"
 #include "descriptions/values.hpp"
 #include "plant/points.hpp"
 #include "scenario/scenario_writer.hpp"
 #include "sim/faults/fault.hpp"
-#include "web/mapped.hpp"
 #include "web/page.hpp"
+#include "web/state.hpp"
 
 namespace cbcan::web {
 
@@ -33,8 +30,6 @@ namespace {
 
 constexpr std::uint64_t kMostListed = 1000;
 constexpr std::string_view kNodes = "/api/nodes/";
-constexpr std::uint16_t kStatusword = 0x6041;
-constexpr std::uint16_t kModeDisplay = 0x6061;  // a drive has it; a valve has a 6041h of its own
 
 /// Types of the page's files.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 4> kTypes{{
@@ -44,74 +39,72 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 4> kTypes{{
     {".svg", "image/svg+xml"},
 }};
 
-struct NamedRegister {
-  const regmap::RegisterRow* row = nullptr;  ///< null: without a name
-  unsigned channel = 1;                      ///< whose scanner window it is in
-};
-
-/// Takes account of the ranges that the configuration has moved.
-NamedRegister name_of(std::size_t address, const config::ModuleConfig& module) {
-  NamedRegister named;
-  const auto look = [&](const auto& rows, std::size_t first, std::size_t words, std::size_t standard,
-                        unsigned channel = 1) {
-    if (named.row != nullptr || address < first || address >= first + words) return;
-    const auto row = std::ranges::find_if(rows, [at = address - first + standard](const auto& each) {
-      return each.first <= at && at <= each.last;
-    });
-    if (row != rows.end()) named = {&*row, channel};
-  };
-  look(regmap::kWindow, regmap::kWindowFirst, regmap::kWindowWords, regmap::kWindowFirst);
-  look(regmap::kProcessData, module.process_first, regmap::kProcessWords, regmap::kProcessFirst);
-  look(regmap::kStatus, module.status_first, regmap::kStatusWords, regmap::kStatusFirst);
-  for (unsigned channel = 1; channel <= module.channels; ++channel) {
-    look(regmap::kScanner, regmap::of_channel(module.scanner_out_first, channel), regmap::kScannerOutWords,
-         regmap::kScannerOutFirst, channel);
-    look(regmap::kScanner, regmap::of_channel(module.scanner_in_first, channel), regmap::kScannerInWords,
-         regmap::kScannerInFirst, channel);
-  }
-  return named;
-}
-
-/// The bits that are set.
-std::string status_text(std::uint16_t word) {
-  std::string text;
-  for (const regmap::NamedNumber& bit : regmap::kStatusBits)
-    if ((word >> bit.value & 1) != 0) text += (text.empty() ? "" : "; ") + std::string(bit.meaning);
-  return text;
-}
-
-/// NMT state in the low byte, step of the boot in the high byte; a letter is a failure.
-std::string node_status_text(std::uint16_t word) {
-  const std::string_view state = regmap::meaning_of(regmap::kNodeStates, word & 0xFF, "no state");
-  return word == 0 ? "" : fmt::format("{}, {}", state, descriptions::boot_step_text(word >> 8));
-}
-
-/// The meaning of a value in one of the named registers; empty = it is a number.
-std::string meaning_of(const regmap::RegisterRow* row, std::uint16_t word) {
-  if (row == nullptr) return {};
-  if (row->name == "EXECUTE_FLAG")
-    return std::string(word == regmap::kExecute ? "execute" : regmap::meaning_of(regmap::kResults, word));
-  if (row->name == "IN_RESULT")
-    return std::string(word < 5 ? regmap::meaning_of(regmap::kResults, word)
-                                : regmap::meaning_of(regmap::kScannerResults, word));
-  if (row->name == "STATUS") return status_text(word);
-  if (row->name == "NODE_STATUS") return node_status_text(word);
-  return std::string(row->name.ends_with("COMMAND") ? regmap::meaning_of(regmap::kCommands, word) : "");
-}
-
-protocols::HttpResponse ok(const Json& json) {
-  return {.body = line_of(json) + "\n"};
+protocols::HttpResponse ok(const base::Buffer& body) {
+  return {.body = std::string(base::view(body))};
 }
 
 protocols::HttpResponse failed(unsigned status, std::string_view why) {
   return {status, "application/json", line_of({{"error", base::to_utf8(why)}}) + "\n"};
 }
 
-/// Server-sent events from a number on that match the query, and the values that it watches.
+// ---- Long answers, between whose parts the plant goes on
+
+/// Made in parts: `next(to)` does one, and returns whether there are more.
+class Answer final : public protocols::HttpStream {
+ public:
+  using Next = std::function<bool(base::Buffer& to)>;
+
+  explicit Answer(Next next) : next_(std::move(next)) {}
+
+  /// Ends a piece at a part that appends nothing.
+  bool fill(base::Buffer& to) override {
+    constexpr std::size_t kPiece = 4096;
+    for (std::size_t size = 0; to.size() < kPiece;) {
+      size = to.size();
+      if (!next_(to)) return false;
+      if (to.size() == size) break;
+    }
+    return true;
+  }
+  bool has_news() const override { return true; }
+  bool is_answer() const override { return true; }
+
+ private:
+  Next next_;
+};
+
+/// An object with `head` and a list, to which next() appends one item or nothing.
+protocols::HttpResponse list_of(const Json& head, std::string_view name, Answer::Next next) {
+  std::string begin = line_of(head);
+  begin.replace(begin.size() - 1, 1, fmt::format(",\"{}\":[", name));
+  return {.stream = std::make_unique<Answer>(
+              [begin = std::move(begin), next = std::move(next), has_item = false](base::Buffer& to) mutable {
+                base::append(to, std::exchange(begin, {}));
+                const std::size_t size = to.size();
+                if (has_item) base::append(to, ',');
+                const std::size_t at = to.size();
+                const bool more = next(to);
+                if (to.size() == at)
+                  to.resize(size);
+                else
+                  has_item = true;
+                if (!more) base::append(to, "]}\n");
+                return more;
+              })};
+}
+
+// ---- Streams
+
+/// Server-sent events from a number on that match the query, and the state and the values that it watches.
 class EventStream final : public protocols::HttpStream {
  public:
-  EventStream(plant::Control& control, EventTexts& texts, const Query& query, std::uint64_t next)
-      : control_(control), texts_(texts), filter_(query), cursor_(control.journal(), next, filter_.kinds()) {
+  EventStream(const ApiParts& parts, EventTexts& texts, const Query& query, std::uint64_t next)
+      : control_(parts.control),
+        texts_(texts),
+        filter_(query),
+        cursor_(control_.journal(), next, filter_.kinds()) {
+    if (const auto network = number_in(query, "state", 0, control_.networks()); network != 0)
+      state_.emplace(parts, static_cast<std::size_t>(network));
     const auto found = query.find("watch");
     std::string_view rest = found == query.end() ? "" : std::string_view(found->second);
     while (!rest.empty())
@@ -127,10 +120,12 @@ class EventStream final : public protocols::HttpStream {
     if (missed != 0) append_data(to, {{"kind", "missed"}, {"events", missed}});
     for (Watched& watched : watched_)
       tell(watched, to);
+    if (state_) state_->append(to);
     return true;
   }
-  bool has_news() const override { return !begun_ || !watched_.empty() || cursor_.has_news(); }
+  bool has_news() const override { return !begun_ || state_ || !watched_.empty() || cursor_.has_news(); }
   std::string_view keep_alive() const override { return ":\n\n"; }
+  Time interval() const override { return state_ ? StateChanges::kInterval : HttpStream::interval(); }
 
  private:
   struct Watched {
@@ -170,6 +165,7 @@ class EventStream final : public protocols::HttpStream {
   EventFilter filter_;
   journal::Cursor cursor_;
   std::vector<Watched> watched_;
+  std::optional<StateChanges> state_;
   bool begun_ = false;
 };
 
@@ -219,136 +215,104 @@ struct Asked {
 };
 
 protocols::HttpResponse time(const Asked& asked) {
-  plant::Control& control = asked.parts.control;
-  Json json = asked.parts.about();
-  json["time"] = asked.seconds();
-  json["version"] = kVersion;
-  json["first_event"] = asked.journal().first();
-  json["next_event"] = asked.journal().end();
-  Json& networks = json["networks"] = Json::array();
-  for (std::size_t number = 1; number <= control.networks(); ++number) {
-    plant::Network& network = control.network(number);
-    networks.push_back({{"network", number},
-                        {"bit_rate", network.world().bus().bit_rate()},
-                        {"frames", network.watch()->frames()},
-                        {"bits", network.watch()->bits()},
-                        {"second_writers", network.second_writers()}});
-  }
-  return ok(json);
+  base::Buffer body;
+  base::append(body, '{');
+  append_about(body, asked.parts);
+  base::append(body, "}\n");
+  return ok(body);
 }
 
 /// The named registers, with the scanner window of channel 1 only; or `count` from `first` on.
 protocols::HttpResponse registers(const Asked& asked) {
   const Query& query = asked.query();
   plant::Network& network = asked.parts.control.network(asked.network);
-  const auto words = asked.parts.control.read(asked.network, 0, regmap::kRegisterFileWords);
+  auto words = asked.parts.control.read(asked.network, 0, regmap::kRegisterFileWords);
   const bool all = !query.contains("first");
   const auto first = static_cast<std::size_t>(number_in(query, "first", 0, words.size() - 1));
-  const auto count =
-      static_cast<std::size_t>(number_in(query, "count", all ? words.size() : 1, words.size() - first));
-  const auto mapped = mapped_registers(static_cast<std::uint8_t>(asked.network), network, asked.parts.find);
-  Json list = Json::array();
-  for (std::size_t address = first; address < first + count; ++address) {
-    const auto [row, channel] = name_of(address, network.module_config());
-    if (all && (row == nullptr || channel != 1)) continue;
-    Json json{{"register", address}, {"name", row == nullptr ? "" : row->name}, {"value", words[address]}};
-    if (channel != 1) json["channel"] = channel;
-    if (std::string meaning = meaning_of(row, words[address]); !meaning.empty())
-      json["words"] = std::move(meaning);
-    if (const auto found = mapped.find(address); found != mapped.end()) json["mapped"] = found->second;
-    list.push_back(std::move(json));
-  }
-  return ok({{"network", asked.network}, {"time", asked.seconds()}, {"registers", std::move(list)}});
-}
-
-Json node_at(const Asked& asked, std::size_t place) {
-  plant::Control& control = asked.parts.control;
-  sim::Node& node = *control.world(asked.network).nodes()[place];
-  const journal::NetworkWatch& watch = *control.network(asked.network).watch();
-  const std::uint8_t id = node.device().node_id();
-  Json json{{"place", place + 1}, {"node", id == sim::Node::kNoNodeId ? 0 : id}};
-  json["name"] = base::to_utf8(node.name());
-  json["device"] = node.device_name();
-  json["state"] = plant::state_of(node);
-  json["incidents"] = node.behaviour().incidents();
-  json["faults"] = Json::array();
-  for (const sim::SetFault& fault : node.faults().list())
-    json["faults"].push_back({{"number", fault.number},
-                              {"fault", fault.text},
-                              {"occasions", fault.occasions},
-                              {"fired", fault.fired}});
-  if (id == sim::Node::kNoNodeId) return json;
-  if (const Time heard = watch.heard_at(id); heard != kNever) json["heard"] = seconds_of(heard);
-  if (const auto message = journal::emergency_of(watch.last_emergency(id)))
-    json["emergency"] = {{"code", message->code},
-                         {"words", descriptions::emergency_meaning(message->code)},
-                         {"error_register", message->error_register}};
-  const auto has = [&node](std::uint16_t index) {
-    ObjectEntry entry{};
-    return node.device().dictionary().find(index, 0, entry) == AbortCode::kNone;
+  const auto end = first + static_cast<std::size_t>(
+                               number_in(query, "count", all ? words.size() : 1, words.size() - first));
+  auto next = [names = names_in(network.module_config()), words = std::move(words), all, at = first, end,
+               mapped = mapped_registers(static_cast<std::uint8_t>(asked.network), network,
+                                         asked.parts.find)](base::Buffer& to) mutable {
+    while (all && at < end && (names[at].row == nullptr || names[at].channel != 1))
+      ++at;
+    if (at < end) append_register(to, at, names[at], words[at], mapped);
+    return ++at < end;
   };
-  if (has(kStatusword) && has(kModeDisplay)) {
-    node.bring_up_to_date(control.started() + control.now());
-    json["statusword"] = node.device().dictionary().get(kStatusword, 0);
-  }
-  return json;
+  return list_of({{"network", asked.network}, {"time", asked.seconds()}}, "registers", std::move(next));
 }
 
 protocols::HttpResponse nodes(const Asked& asked) {
-  Json list = Json::array();
-  for (std::size_t place = 0; place < asked.parts.control.world(asked.network).nodes().size(); ++place)
-    list.push_back(node_at(asked, place));
-  return ok(
+  const auto next = [&control = asked.parts.control, network = asked.network,
+                     place = std::size_t{0}](base::Buffer& to) mutable {
+    const std::size_t count = control.world(network).nodes().size();
+    if (place < count) append_node(to, control, network, place);
+    return ++place < count;
+  };
+  return list_of(
       {{"network", asked.network},
        {"time", asked.seconds()},
-       {"nodes", std::move(list)},
-       {"boots", boots_of(asked.parts.control.network(asked.network), asked.journal(), asked.parts.find)}});
+       {"boots", boots_of(asked.parts.control.network(asked.network), asked.journal(), asked.parts.find)}},
+      "nodes", next);
+}
+
+/// All its sub-indices.
+void append_object(base::Buffer& to, sim::Node& node, const descriptions::Object& object, Time now) {
+  std::string_view between;
+  for (unsigned number = object.first_sub; number <= object.last_sub; ++number) {
+    ObjectEntry entry{};
+    const auto sub = static_cast<std::uint8_t>(number);
+    if (node.device().dictionary().find(object.index, sub, entry) != AbortCode::kNone) continue;
+    const auto bytes = node.value(entry, sub, now);
+    const auto flag = [&entry](auto which) -> std::string_view {
+      return entry.has(which) ? "true" : "false";
+    };
+    base::append(to, std::exchange(between, ","), "{\"index\":", object.index, ",\"sub\":", sub,
+                 ",\"name\":", json_string(object.name), ",\"type\":\"", descriptions::name_of(object.type),
+                 "\",\"readable\":", flag(ObjectFlags::kRead), ",\"writable\":", flag(ObjectFlags::kWrite),
+                 ",\"value\":", json_string(journal::value_text(bytes, object.type)), ",\"bytes\":\"",
+                 base::HexBytes{bytes}, "\"}");
+  }
 }
 
 protocols::HttpResponse objects(const Asked& asked) {
-  plant::Control& control = asked.parts.control;
-  sim::Node& node = plant::node_of(control, asked.node_name());
-  const std::uint64_t first = number_in(asked.query(), "first", 0, 0xFFFF);
-  const std::uint64_t last = number_in(asked.query(), "last", 0xFFFF, 0xFFFF);
-  const Time now = control.started() + control.now();
-  Json list = Json::array();
-  for (const descriptions::Object& object : node.description().objects)
-    for (unsigned sub = object.first_sub; sub <= object.last_sub; ++sub) {
-      ObjectEntry entry{};
-      const auto sub_index = static_cast<std::uint8_t>(sub);
-      if (object.index < first || object.index > last ||
-          node.device().dictionary().find(object.index, sub_index, entry) != AbortCode::kNone)
-        continue;
-      const auto bytes = node.value(entry, sub_index, now);
-      list.push_back({{"index", object.index},
-                      {"sub", sub},
-                      {"name", object.name},
-                      {"type", descriptions::name_of(object.type)},
-                      {"readable", entry.has(ObjectFlags::kRead)},
-                      {"writable", entry.has(ObjectFlags::kWrite)},
-                      {"value", journal::value_text(bytes, object.type)},
-                      {"bytes", base::hex(bytes, "")}});
-    }
-  return ok({{"node", asked.node_name()}, {"time", asked.seconds()}, {"objects", std::move(list)}});
+  const auto next = [&control = asked.parts.control,
+                     &node = plant::node_of(asked.parts.control, asked.node_name()),
+                     first = number_in(asked.query(), "first", 0, 0xFFFF),
+                     last = number_in(asked.query(), "last", 0xFFFF, 0xFFFF),
+                     at = std::size_t{0}](base::Buffer& to) mutable {
+    const auto& all = node.description().objects;
+    while (at < all.size() && (all[at].index < first || all[at].index > last))
+      ++at;
+    if (at < all.size()) append_object(to, node, all[at], control.started() + control.now());
+    return ++at < all.size();
+  };
+  return list_of({{"node", asked.node_name()}, {"time", asked.seconds()}}, "objects", next);
 }
 
 protocols::HttpResponse points(const Asked& asked) {
-  Json list = Json::array();
-  for (auto& [point, object, value, target] : plant::points_of(asked.parts.control, asked.node_name())) {
-    Json json{{"kind", sim::name_of(point.kind)},
-              {"object", object},
-              {"name", base::to_utf8(point.name)},
-              {"value", value}};
-    if (!point.unit.empty()) json["unit"] = base::to_utf8(point.unit);
-    if (target) json["target"] = *target;
-    if (point.level) json["level"] = true;
-    if (point.low) json["low"] = *point.low;
-    if (point.high) json["high"] = *point.high;
+  base::Buffer body;
+  base::append(body, "{\"node\":", json_string(asked.node_name()), ",\"time\":", asked.seconds(),
+               ",\"points\":[");
+  std::string_view between;
+  for (const auto& [point, object, value, target] :
+       plant::points_of(asked.parts.control, asked.node_name())) {
+    base::append(body, std::exchange(between, ","), "{\"kind\":\"", sim::name_of(point.kind),
+                 "\",\"object\":\"", object, "\",\"name\":", json_string(base::to_utf8(point.name)),
+                 ",\"value\":", line_of(value));
+    if (!point.unit.empty()) base::append(body, ",\"unit\":", json_string(base::to_utf8(point.unit)));
+    if (target) base::append(body, ",\"target\":", line_of(*target));
+    if (point.level) base::append(body, ",\"level\":true");
+    if (point.low) base::append(body, ",\"low\":", line_of(*point.low));
+    if (point.high) base::append(body, ",\"high\":", line_of(*point.high));
+    Json bits;
     for (const std::string& bit : point.bits)
-      json["bits"].push_back(base::to_utf8(bit));
-    list.push_back(std::move(json));
+      bits.push_back(base::to_utf8(bit));
+    if (!bits.empty()) base::append(body, ",\"bits\":", line_of(bits));
+    base::append(body, '}');
   }
-  return ok({{"node", asked.node_name()}, {"time", asked.seconds()}, {"points", std::move(list)}});
+  base::append(body, "]}\n");
+  return ok(body);
 }
 
 /// Mistakes of the PLC's program.
@@ -363,47 +327,86 @@ protocols::HttpResponse advice(const Asked& asked) {
                     {"transaction", advice.event.transaction},
                     {"node", advice.event.node},
                     {"words", advice.words}});
-  return ok({{"network", asked.network}, {"time", asked.seconds()}, {"advice", std::move(list)}});
+  base::Buffer body;
+  base::append(body, line_of({{"network", asked.network}, {"time", asked.seconds()}, {"advice", list}}), '\n');
+  return ok(body);
 }
 
 /// Words of commands, with what they mean.
 protocols::HttpResponse words(const Asked& /*asked*/) {
-  Json json{{"faults", Json::array()},
-            {"nmt", Json::array()},
-            {"commands", Json::array()},
-            {"kinds", journal::kKindNames}};
+  base::Buffer body;
+  std::string_view between;
+  const auto add = [&](std::string_view word, std::string_view meaning) {
+    base::append(body, std::exchange(between, ","), "{\"word\":", json_string(word),
+                 ",\"meaning\":", json_string(meaning), '}');
+  };
+  const auto begin = [&](std::string_view list) {
+    base::append(body, list);
+    between = {};
+  };
+  begin("{\"faults\":[");
   for (const sim::FaultRow& row : sim::fault_rows())
-    if (sim::allowed(row.place, sim::FaultPlace::kNode))
-      json["faults"].push_back({{"word", row.name}, {"meaning", row.meaning}});
+    if (sim::allowed(row.place, sim::FaultPlace::kNode)) add(row.name, row.meaning);
+  begin("],\"nmt\":[");
   for (const auto& [verb, meaning] : plant::nmt_verbs())
-    json["nmt"].push_back({{"word", verb}, {"meaning", meaning}});
+    add(verb, meaning);
+  begin("],\"commands\":[");
   for (const plant::Usage& usage : plant::command_usages())
-    json["commands"].push_back({{"word", usage.usage}, {"meaning", usage.meaning}});
-  return ok(json);
+    add(usage.usage, usage.meaning);
+  base::append(body, "],\"kinds\":", line_of(journal::kKindNames), "}\n");
+  return ok(body);
 }
 
 /// The last `limit` events before number `before`, in their order.
+class EventList {
+ public:
+  EventList(const Asked& asked)
+      : journal_(&asked.journal()),
+        find_(&asked.parts.find),
+        filter_(asked.query(), asked.kinds),
+        left_(number_in(asked.query(), "limit", kMostListed, kMostListed)),
+        number_(std::min(number_in(asked.query(), "before", journal_->end(), ~0ULL >> 1),
+                         journal_->latest_of(filter_.kinds()) + 1)) {}
+
+  /// Events that have been overwritten meanwhile are left out.
+  bool append(base::Buffer& to) {
+    if (!search()) return true;
+    while (!found_.empty() && found_.back() < journal_->first())
+      found_.pop_back();
+    if (found_.empty()) return false;
+    append_event(to, found_.back(), (*journal_)[found_.back()], *journal_, *find_);
+    found_.pop_back();
+    return !found_.empty();
+  }
+
+ private:
+  /// True: all have been found.
+  bool search() {
+    constexpr unsigned kMost = 4000;
+    for (unsigned looked = 0; looked < kMost && left_ != 0 && number_ > journal_->first(); ++looked) {
+      const Event& event = (*journal_)[--number_];
+      const bool is_kind = (journal::kinds_of({event.kind}) & filter_.kinds()) != 0;
+      if (is_kind && filter_.passes(event)) {
+        found_.push_back(number_);
+        --left_;
+      }
+      if (filter_.begins_after(event)) left_ = 0;
+    }
+    return left_ == 0 || number_ <= journal_->first();
+  }
+
+  const journal::Journal* journal_;
+  const journal::FindName* find_;
+  EventFilter filter_;
+  std::uint64_t left_;    ///< that may still be found
+  std::uint64_t number_;  ///< of the event after those to be searched
+  std::vector<std::uint64_t> found_;
+};
+
 protocols::HttpResponse events(const Asked& asked) {
-  const Query& query = asked.query();
-  const EventFilter filter(query, asked.kinds);
   const journal::Journal& journal = asked.journal();
-  const std::uint64_t limit = number_in(query, "limit", kMostListed, kMostListed);
-  std::vector<std::uint64_t> found;
-  std::uint64_t number = std::min(number_in(query, "before", journal.end(), ~0ULL >> 1), journal.end());
-  while (number-- > journal.first() && found.size() < limit) {
-    const Event& event = journal[number];
-    const bool is_kind = (journal::kinds_of({event.kind}) & filter.kinds()) != 0;
-    if (is_kind && filter.passes(event)) found.push_back(number);
-  }
-  base::Buffer body;
-  base::append(body, "{\"first_event\":", journal.first(), ",\"next_event\":", journal.end(),
-               ",\"events\":[");
-  for (; !found.empty(); found.pop_back()) {
-    append_event(body, found.back(), journal[found.back()], journal, asked.parts.find);
-    base::append(body, found.size() == 1 ? "" : ",");
-  }
-  base::append(body, "]}\n");
-  return {.body = std::string(base::view(body))};
+  return list_of({{"first_event", journal.first()}, {"next_event", journal.end()}}, "events",
+                 [list = EventList(asked)](base::Buffer& to) mutable { return list.append(to); });
 }
 
 /// Streams from `since` on, or from the last event that an EventSource has seen; numbers above the last event
@@ -417,17 +420,19 @@ protocols::HttpResponse follow(const Asked& asked) {
   const std::uint64_t next =
       !again || since >= journal.end() ? (again ? journal.first() : journal.end()) : since + 1;
   return {.type = "text/event-stream",
-          .stream = std::make_unique<EventStream>(asked.parts.control, asked.texts, query, next)};
+          .stream = std::make_unique<EventStream>(asked.parts, asked.texts, query, next)};
 }
 
 protocols::HttpResponse last_minute(const Asked& asked) {
   const ApiParts& parts = asked.parts;
   return {.type = "application/toml",
-          .body = scenario::scenario_of_last_minute(parts.control, parts.find, parts.about()["plant"])};
+          .stream = std::make_unique<Answer>(
+              [text = scenario::LastMinute(parts.control, parts.find, parts.about()["plant"])](
+                  base::Buffer& to) mutable { return text.append(to); })};
 }
 
 protocols::HttpResponse wires(const Asked& asked) {
-  return ok({{"wires", asked.parts.wires()}});
+  return {.body = asked.parts.wires};
 }
 
 /// The page's file at `path`, such as "/" or "/page.js"; nullopt if there is no such file.
@@ -439,7 +444,8 @@ std::optional<protocols::HttpResponse> page_at(std::string_view path) {
   const auto type = std::ranges::find_if(kTypes, [&](const auto& row) { return name.ends_with(row.first); });
   return protocols::HttpResponse{
       .type = std::string(type == kTypes.end() ? "text/plain; charset=utf-8" : type->second),
-      .body = std::string(file->text)};
+      .body = std::string(file->text),
+      .closes = true};
 }
 
 struct Route {

@@ -4,6 +4,7 @@
 /// The HTTP API, described in docs/reference/http.md.
 
 #include <functional>
+#include <string>
 
 #include "plant/control.hpp"
 #include "protocols/dialogue.hpp"
@@ -19,7 +20,7 @@ struct ApiParts {
   protocols::Execute execute;     ///< executes a line of docs/reference/commands.md
   std::function<void()> advance;  ///< does what is due
   std::function<Json()> about;    ///< describes the program, for /api/time
-  std::function<Json()> wires;    ///< those of the plant, for /api/wires
+  std::string wires;              ///< the answer to /api/wires
 };
 
 protocols::HttpSite::Handler api_of(ApiParts parts);

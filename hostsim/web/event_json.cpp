@@ -214,4 +214,8 @@ std::string line_of(const Json& json) {
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
+std::string json_string(std::string_view text) {
+  return is_plain(text) ? std::string("\"").append(text) + '"' : line_of(std::string(text));
+}
+
 }  // namespace cbcan::web

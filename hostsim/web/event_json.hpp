@@ -33,6 +33,10 @@ class EventFilter {
   journal::Kinds kinds() const { return kinds_; }
   /// An event of one of these kinds.
   bool passes(const journal::Event& event) const { return is_only_kinds_ || has_all(event); }
+  /// No event before this one passes.
+  bool begins_after(const journal::Event& event) const {
+    return event.kind == journal::Kind::kBegun && event.transaction < transaction_;
+  }
 
  private:
   bool has_all(const journal::Event& event) const;
@@ -82,5 +86,7 @@ double seconds_of(Time time);
 
 /// Always valid UTF-8.
 std::string line_of(const Json& json);
+/// Text as a JSON string.
+std::string json_string(std::string_view text);
 
 }  // namespace cbcan::web

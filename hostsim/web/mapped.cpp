@@ -96,9 +96,9 @@ std::string far_side(std::uint8_t number, const FarPdos& pdos, std::uint32_t can
 
 }  // namespace
 
-std::map<std::size_t, std::string> mapped_registers(std::uint8_t number, plant::Network& network,
-                                                    const journal::FindName& find) {
-  std::map<std::size_t, std::string> found;
+MappedRegisters mapped_registers(std::uint8_t number, plant::Network& network,
+                                 const journal::FindName& find) {
+  MappedRegisters found;
   if (network.module() == nullptr) return found;
   const ObjectDictionary& own = network.module()->coprocessor().own_objects();
   const std::size_t first_register = network.module_config().process_first;

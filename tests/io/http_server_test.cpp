@@ -262,5 +262,99 @@ TEST_CASE("http: the server goes while streams are there") {
   CHECK(client->heard().ends_with("\r\n0\r\n\r\n"));  // the end of a chunked body (RFC 9112, 7.1)
 }
 
+/// An answer whose first parts append nothing.
+class Search final : public protocols::HttpStream {
+ public:
+  bool fill(base::Buffer& to) override {
+    if (--left_ == 0) base::append(to, "found");
+    return left_ != 0;
+  }
+  bool has_news() const override { return true; }
+  bool is_answer() const override { return true; }
+
+ private:
+  int left_ = 20;
+};
+
+TEST_CASE("http: an answer goes on in each turn, also without text") {
+  Web web;
+  web.respond = [](const protocols::HttpRequest&) {
+    return protocols::HttpResponse{200, "text/plain", "", std::make_unique<Search>()};
+  };
+  StreamClient client(StreamAddress{"", {"127.0.0.1", web.server.address().port}});
+  client.send("GET / HTTP/1.1\r\nHost: " + web.host() + "\r\n\r\n");
+  const Time now = Reactor::now();  // stands still
+  web.until([&] {
+    web.server.poll(now);
+    web.reactor.poll(0);
+    return web.server.streams() == 1;
+  });
+  int turns = 0;
+  for (; client.heard().find("found") == std::string::npos && turns < 100; ++turns) {
+    CHECK((web.server.next_deadline() == 0 || turns > 10));
+    web.server.poll(now);
+    web.reactor.poll(0);
+  }
+  CHECK(turns >= 10);
+  CHECK(turns < 40);
+}
+
+TEST_CASE("http: a page's files leave no connection behind") {
+  Web web;
+  for (const bool closes : {true, false}) {
+    web.respond = [closes](const protocols::HttpRequest&) {
+      return protocols::HttpResponse{.body = "file", .closes = closes};
+    };
+    StreamClient client(StreamAddress{"", {"127.0.0.1", web.server.address().port}});
+    client.send("GET / HTTP/1.1\r\nHost: " + web.host() + "\r\n\r\n");
+    web.until([&] { return client.heard().ends_with("file"); });
+    CHECK(has(client.heard(), "Connection: close") == closes);
+    for (int turn = 0; turn < 10; ++turn)
+      web.turn();
+    CHECK(client.closed() == closes);
+  }
+}
+
+/// As many clients as are served at a time, each with this request.
+struct Crowd {
+  explicit Crowd(const std::string& request) : address{"", {"127.0.0.1", web.server.address().port}} {
+    for (unsigned number = 0; number < HttpServer::kMostClients; ++number) {
+      clients.push_back(std::make_unique<StreamClient>(address));
+      clients.back()->send(request + " HTTP/1.1\r\nHost: " + web.host() + "\r\n\r\n");
+      web.until([&] { return !clients.back()->heard().empty(); });
+    }
+  }
+  Web web;
+  StreamAddress address;
+  std::vector<std::unique_ptr<StreamClient>> clients;
+};
+
+TEST_CASE("http: the client that has been idle for longest makes room for a further one") {
+  Crowd crowd("GET /");
+  crowd.clients[0]->send("GET / HTTP/1.1\r\nHost: " + crowd.web.host() + "\r\n\r\n");
+  crowd.web.until([&] { return crowd.web.requests.size() == HttpServer::kMostClients + 1; });
+  CHECK(body(crowd.web.ask("GET /")) == "hello");
+  CHECK(std::ranges::count_if(crowd.clients, [](const auto& client) { return client->closed(); }) == 1);
+  CHECK(crowd.clients[1]->closed());
+}
+
+TEST_CASE("http: where no client is idle a further one waits until one leaves") {
+  Feed feed;
+  Crowd crowd("GET /");
+  crowd.web.respond = [&](const protocols::HttpRequest&) {
+    return protocols::HttpResponse{200, "text/event-stream", "", std::make_unique<Stream>(feed)};
+  };
+  for (const auto& client : crowd.clients)
+    client->send("GET / HTTP/1.1\r\nHost: " + crowd.web.host() + "\r\n\r\n");
+  crowd.web.until([&] { return crowd.web.server.streams() == HttpServer::kMostClients; });
+  StreamClient further(crowd.address);
+  further.send("GET / HTTP/1.1\r\nHost: " + crowd.web.host() + "\r\n\r\n");
+  for (int turn = 0; turn < 20; ++turn)
+    crowd.web.turn();
+  CHECK(further.heard().empty());
+  crowd.clients[500]->slam();
+  crowd.web.until([&] { return !further.heard().empty(); });
+}
+
 }  // namespace
 }  // namespace cbcan::io

@@ -156,7 +156,6 @@ def test_network_2(plant):
         """-S: without installed packages, so without pytest."""
         self.assertEqual(run("/usr/bin/python3", "-S", "-c", """
 import cbcan_plant
-assert cbcan_plant.pytest is None
 with cbcan_plant.Plant() as plant, cbcan_plant.Window(plant) as window:
     print(window.execute(5055, 0x42, 0x3333, 0, 2), hex(window.abort))
     plant.fault(0x42, "response-never")
@@ -164,6 +163,18 @@ with cbcan_plant.Plant() as plant, cbcan_plant.Window(plant) as window:
     window.cancel()
     print(window.result(), plant.now)
 """), (0, "4 (0602 0000h no such object) 0x6020000\n0 0.0\ncbcan-sim: 0.000000 node 66: fault 1: response-never: 5C2#4300100091010F00\n"))
+
+    def test_only_within_pytest_it_imports_pytest(self):
+        """--explore starts a program a thousand times, and pytest takes four times as long as all the rest."""
+        program = "import sys, cbcan_plant; assert 'pytest' not in sys.modules; cbcan_plant.gave_up('no level')"
+        self.assertEqual(run("/usr/bin/python3", "-c", program), (75, "gave up: no level\n"))
+        inherited = run("/usr/bin/python3", "-c", program, env=ENVIRONMENT | {"PYTEST_CURRENT_TEST": "of the parent"})
+        self.assertEqual(inherited, (75, "gave up: no level\n"))
+        code, said = self.pytest("import cbcan_plant\ndef test_it(plant):\n    cbcan_plant.gave_up('no level')\n")
+        self.assertEqual((code, "no level" in said), (75, True), said)
+        self.write("test_it.py", "def test_it(plant):\n    assert plant.now == 0\n")
+        code, said = run("/usr/bin/python3", "-c", f"import cbcan_plant, pytest; raise SystemExit(pytest.main(['-q', '{self.folder}']))")
+        self.assertEqual((code, "1 passed" in said), (0, True), said)
 
     def test_a_plant_that_does_not_start(self):
         code, said = run("/usr/bin/python3", "-c", "import cbcan_plant; cbcan_plant.Plant('--demo', '--set', 'module.node_id=300')")

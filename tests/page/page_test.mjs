@@ -101,6 +101,27 @@ look("the ladder shows the PLC's read of the result, however late", async (page,
   plc.close();
 }, { ...manual, served: true });
 
+/// Established TCP connections to this port of the machine.
+const connectionsTo = (port) => readFileSync("/proc/net/tcp", "utf8").split("\n").slice(1).map((line) => line.trim().split(/\s+/))
+  .filter(([, local, , state]) => parseInt(local?.split(":")[1], 16) === port && state === "01").length;
+
+look("a page that follows a busy PLC asks nothing, and needs two connections", async (page, plant) => {
+  const asked = [];
+  await page.waitForFunction(() => document.querySelectorAll("#node-panel .points > *").length);
+  page.on("request", (request) => { if (!request.url().endsWith("/points?network=1")) asked.push(request.url()); });
+  const plc = await plant.plc();
+  for (let number = 0; number < 200; ++number) {
+    await plc.request(16, 3700, EXECUTE, READ, 32, 0x1000, 0, 4);
+    assert.deepEqual(await plc.request(3, 3700, 1), [0]);
+  }
+  plc.close();
+  await shows(page, "#verdict", /#200 +read node 32/);
+  for (const words of [/execute · read · node 32/, /R3700 = 0 · done/, /reads/]) await shows(page, "#diagram", words);
+  await shows(page, "#register-list", /R3703 *4096/);
+  assert.deepEqual(asked, []);
+  assert.ok(connectionsTo(Number(new URL(plant.url).port)) <= 2);
+}, { served: true });
+
 look("transactions are filtered", async (page, plant) => {
   await failing(plant);
   await plant.control("trigger read 66 0x1000 0 4", "pass 1ms", "trigger write 66 0x6411 1 2 300", "pass 1ms");
@@ -339,17 +360,21 @@ look("another network is chosen", async (page, plant) => {
   await shows(page, "#legend", /position demand/);
 }, { options: ["--network", "2"] });
 
-look("nodes that were asked for before a network was chosen are not shown in it", async (page, plant) => {
+look("nodes of the network before are not shown in the one that has been chosen", async (page, plant) => {
   await page.evaluate(async () => {
-    const { server } = await import("./server.js"), { request } = server;
+    const { server } = await import("./server.js"), { request } = server, { parse } = JSON;
     server.request = async (path, ...more) => {
-      const response = await request(path, ...more);
-      if (path === "api/nodes?network=1") await new Promise((done) => { window.release = done; });
-      return response;
+      if (path === "api/nodes?network=2") await new Promise((done) => { window.release = done; });
+      return request(path, ...more);
     };
+    JSON.parse = (text) => { const message = parse(text); if (message?.kind === "now") (window.seen ??= []).push(message.network); return message; };
   });
-  await page.waitForFunction(() => window.release);
   await page.select("#network", "2");
+  await page.waitForFunction(() => window.release);
+  await page.evaluate(() => { window.seen = []; });
+  await plant.control("nmt start all");
+  await page.waitForFunction(() => window.seen.includes(1));
+  assert.deepEqual(await page.evaluate(async () => (await import("./state.js")).state.nodes), []);
   await page.evaluate(() => window.release());
   await plant.control("trigger 2/read 5 0x1000 0 4");
   await shows(page, "#verdict", /read node 5 .*0504 0000h/);

@@ -32,7 +32,10 @@ import struct
 import subprocess
 import sys
 import warnings
-from typing import Any, Iterator, NoReturn
+from typing import TYPE_CHECKING, Any, Iterator, NoReturn
+
+if TYPE_CHECKING:
+    import pytest
 
 try:
     from cbcan import SIMULATOR  # of the same wheel
@@ -90,8 +93,8 @@ class Result(int):
 def gave_up(reason: str = "") -> NoReturn:
     """Ends the program with exit code 75: it could not do its work, knows that, and has left the plant in a safe state. cbcan-sim --explore tells
     this from a failure. In a test it ends pytest with this code."""
-    if pytest and "PYTEST_CURRENT_TEST" in os.environ:
-        pytest.exit(reason, returncode=GAVE_UP)
+    if "PYTEST_CURRENT_TEST" in os.environ and "pytest" in sys.modules:
+        sys.modules["pytest"].exit(reason, returncode=GAVE_UP)
     print(f"gave up: {reason}", file=sys.stderr)
     sys.exit(GAVE_UP)
 
@@ -318,36 +321,39 @@ class Window:
         return struct.pack("<64H", *words)[:size]
 
 
-# ---- pytest
+# ---- pytest, which imports this; other programs start without it
 
-try:
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addini("cbcan_plant", "options of cbcan-sim for the fixture `plant`; --demo without", "args", [])
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    config.addinivalue_line("markers", "plant(option, ...): options of cbcan-sim for the fixture `plant`; else those of cbcan_plant")
+    config.pluginmanager.register(fixtures(), "cbcan_plant_fixtures")
+
+
+def fixtures() -> object:
     import pytest
-except ImportError:
-    pytest = None  # type: ignore[assignment]
 
-if pytest:
-    def pytest_addoption(parser: pytest.Parser) -> None:
-        parser.addini("cbcan_plant", "options of cbcan-sim for the fixture `plant`; --demo without", "args", [])
+    class Fixtures:
+        @pytest.fixture
+        def plant(self, request: pytest.FixtureRequest) -> Iterator[Plant]:
+            """A Plant for this test, at time 0."""
+            marker, file = request.node.get_closest_marker("plant"), request.config.inipath
+            options, folder = (marker.args, None) if marker else (request.config.getini("cbcan_plant"), file and file.parent)
+            if not options and "CBCAN_CONTROL" in os.environ:
+                raise PlantError("`cbcan-sim ... -- pytest`: each test has a plant of its own, so run pytest alone, and name the plant in its "
+                                 "configuration file: cbcan_plant = --config plant.toml")
+            with Plant(*options, folder=folder) as made:
+                yield made
+                with contextlib.suppress(PlantError, OSError):  # the test may have ended the plant
+                    for line in made.command("advice end"):
+                        warnings.warn(line, Advice, stacklevel=1)
 
-    def pytest_configure(config: pytest.Config) -> None:
-        config.addinivalue_line("markers", "plant(option, ...): options of cbcan-sim for the fixture `plant`; else those of cbcan_plant")
+        @pytest.fixture
+        def window(self, plant: Plant) -> Iterator[Window]:
+            """The Window of the fixture `plant`."""
+            with Window(plant) as made:
+                yield made
 
-    @pytest.fixture
-    def plant(request: pytest.FixtureRequest) -> Iterator[Plant]:
-        """A Plant for this test, at time 0."""
-        marker, file = request.node.get_closest_marker("plant"), request.config.inipath
-        options, folder = (marker.args, None) if marker else (request.config.getini("cbcan_plant"), file and file.parent)
-        if not options and "CBCAN_CONTROL" in os.environ:
-            raise PlantError("`cbcan-sim ... -- pytest`: each test has a plant of its own, so run pytest alone, and name the plant in its "
-                             "configuration file: cbcan_plant = --config plant.toml")
-        with Plant(*options, folder=folder) as made:
-            yield made
-            with contextlib.suppress(PlantError, OSError):  # the test may have ended the plant
-                for line in made.command("advice end"):
-                    warnings.warn(line, Advice, stacklevel=1)
-
-    @pytest.fixture
-    def window(plant: Plant) -> Iterator[Window]:
-        """The Window of the fixture `plant`."""
-        with Window(plant) as made:
-            yield made
+    return Fixtures()

@@ -16,7 +16,7 @@ namespace cbcan::io {
 
 namespace {
 
-constexpr Time kLookEvery = 20 * kMillisecond;
+constexpr Time kLongestInterval = kSecond;
 constexpr Time kKeepAlive = 5 * kSecond;
 constexpr unsigned kSilentForSeconds = 30;  ///< a client with an incomplete request
 constexpr std::size_t kMemoryPerConnection = 32 * 1024;
@@ -50,6 +50,7 @@ struct HttpServer::Live {
   HttpServer& server;
   std::unique_ptr<protocols::HttpStream> stream;
   MHD_Connection* connection;
+  const bool is_answer = stream->is_answer();
   base::Buffer text{};
   std::size_t sent = 0;  ///< characters of it
   Time sent_at = Reactor::now();
@@ -65,7 +66,7 @@ struct HttpServer::Live {
     sent = 0;
     try {
       ended = !stream->fill(text);
-      has_more = text.size() >= protocols::HttpStream::kMostUnsent;
+      has_more = is_answer || text.size() >= protocols::HttpStream::kMostUnsent;
     } catch (const std::exception&) {
       ended = broken = true;
     }
@@ -101,6 +102,7 @@ struct HttpServer::Callbacks {
     auto& server = *static_cast<HttpServer*>(self);
     auto* exchange = static_cast<Exchange*>(*kept);
     if (exchange == nullptr) {
+      client_of(connection).idle_since = kNever;
       if (has_two_lengths(connection)) return MHD_NO;
       *kept = new Exchange{{.method = method, .path = url}};
       return MHD_YES;
@@ -117,18 +119,28 @@ struct HttpServer::Callbacks {
     return MHD_NO;
   }
 
-  static void on_completed(void* /*self*/, MHD_Connection* /*connection*/, void** kept,
+  static void on_completed(void* self, MHD_Connection* connection, void** kept,
                            MHD_RequestTerminationCode /*why*/) {
     delete static_cast<Exchange*>(*kept);
     *kept = nullptr;
+    client_of(connection).idle_since = Reactor::now();
+    static_cast<HttpServer*>(self)->let_in();
   }
 
-  static void on_connection(void* self, MHD_Connection* connection, void** /*kept*/,
+  static Client& client_of(MHD_Connection* connection) {
+    return *static_cast<Client*>(
+        MHD_get_connection_info(connection, MHD_CONNECTION_INFO_SOCKET_CONTEXT)->socket_context);
+  }
+
+  static void on_connection(void* self, MHD_Connection* connection, void** kept,
                             MHD_ConnectionNotificationCode what) {
     auto& server = *static_cast<HttpServer*>(self);
-    if (what == MHD_CONNECTION_NOTIFY_STARTED) return server.connections_.push_back(connection);
-    std::erase(server.connections_, connection);
-    server.acceptor_.resume();
+    if (what == MHD_CONNECTION_NOTIFY_STARTED) {
+      *kept = &server.clients_.emplace_back(Client{connection, Reactor::now()});
+      return;
+    }
+    std::erase_if(server.clients_, [&](const Client& client) { return client.connection == connection; });
+    server.let_in();
   }
 
   static MHD_Result respond(HttpServer& server, MHD_Connection* connection, Exchange& exchange) {
@@ -147,10 +159,10 @@ struct HttpServer::Callbacks {
     const auto has = [&made](const char* name, const char* value) {
       return made && MHD_add_response_header(made.get(), name, value) == MHD_YES;
     };
-    const bool whole = has("Content-Type", response.type.c_str()) &&
-                       std::ranges::all_of(protocols::HttpSite::kHeaders, [&has](const auto& header) {
-                         return has(header.first, header.second);
-                       });
+    const bool whole =
+        has("Content-Type", response.type.c_str()) && (!response.closes || has("Connection", "close")) &&
+        std::ranges::all_of(protocols::HttpSite::kHeaders,
+                            [&has](const auto& header) { return has(header.first, header.second); });
     return whole ? MHD_queue_response(connection, response.status, made.get()) : MHD_NO;
   }
 
@@ -171,6 +183,8 @@ struct HttpServer::Callbacks {
       if (live.ended) return MHD_CONTENT_READER_END_OF_STREAM;
       MHD_suspend_connection(live.connection);
       live.suspended = true;
+      live.server.is_answering_ |= live.is_answer;
+      live.server.look_at_ = earlier(live.server.look_at_, live.server.now_ + live.stream->interval());
       return 0;
     }
     const std::size_t count = live.unsent().copy(to, most);
@@ -197,7 +211,6 @@ HttpServer::HttpServer(Reactor& reactor, const base::ListenAddress& listen, bool
                                MHD_OPTION_CONNECTION_TIMEOUT, kSilentForSeconds,
                                MHD_OPTION_CONNECTION_MEMORY_LIMIT, kMemoryPerConnection, MHD_OPTION_END),
               MHD_stop_daemon) {
-  connections_.reserve(kMostClients);
   if (!daemon_) throw EnvironmentError("http " + to_string(listen) + ": it cannot be served");
   const int epoll = MHD_get_daemon_info(daemon_.get(), MHD_DAEMON_INFO_EPOLL_FD)->epoll_fd;
   reactor_.watch(epoll, Reactor::kReadable, [this](std::uint32_t) { MHD_run(daemon_.get()); });
@@ -227,53 +240,79 @@ HttpServer::~HttpServer() {
 
 /// The library does not report that resumed connections have something to do.
 void HttpServer::poll(Time now) {
-  bool resumed = false;
-  if (now < look_at_)
-    may_have_news_ = true;
-  else
-    resumed = poll_streams(now);
+  now_ = now;
+  const bool looks = now >= look_at_;
+  const bool resumed = (looks || is_answering_) && poll_streams(now, looks);
+  may_have_news_ |= !looks;
   MHD_UNSIGNED_LONG_LONG left = 0;
   if (resumed || (MHD_get_timeout(daemon_.get(), &left) == MHD_YES && left == 0)) MHD_run(daemon_.get());
 }
 
 /// Closes the connections of clients that left during a request or a stream, for clients that wait.
 void HttpServer::make_way() {
-  for (MHD_Connection* connection : connections_)
-    if (has_left(connection)) ::shutdown(socket_of(connection), SHUT_RDWR);
+  for (const Client& client : clients_)
+    if (has_left(client.connection)) ::shutdown(socket_of(client.connection), SHUT_RDWR);
   for (Live& live : streams_)
     if (live.suspended && has_left(live.connection)) live.ended = live.broken = true;
 }
 
-bool HttpServer::poll_streams(Time now) {
-  bool resumed = false;
-  may_have_news_ = is_full();
-  if (is_full()) make_way();
-  keep_alive_at_ = kNever;
-  for (Live& live : streams_) {
-    if (!live.suspended) continue;
-    if (live.stream->has_news()) live.fill();
-    may_have_news_ = may_have_news_ || live.stream->has_news();
-    if (live.unsent().empty() && !live.ended) {
-      const std::string_view keep_alive = live.stream->keep_alive();
-      const Time due = keep_alive.empty() ? kNever : live.sent_at + kKeepAlive;
-      if (now < due) {
-        keep_alive_at_ = earlier(keep_alive_at_, due);
-        continue;
-      }
-      live.text.clear();
-      base::append(live.text, keep_alive);
-      live.sent = 0;
-    }
-    live.suspended = false;
-    MHD_resume_connection(live.connection);
-    resumed = true;
+bool HttpServer::make_room() {
+  const auto first = std::ranges::min_element(clients_, {}, &Client::idle_since);
+  has_queue_ = first == clients_.end() || first->idle_since == kNever;
+  if (has_queue_) return false;
+  first->idle_since = kNever;
+  ::shutdown(socket_of(first->connection), SHUT_RDWR);
+  MHD_run(daemon_.get());
+  return true;
+}
+
+/// Serves clients that wait, as there may be room for them.
+void HttpServer::let_in() {
+  if (std::exchange(has_queue_, false)) acceptor_.resume();
+}
+
+/// True: a connection has been resumed. Between looks only answers go on.
+bool HttpServer::poll_streams(Time now, bool looks) {
+  if (looks) {
+    if (has_queue_) make_way();
+    may_have_news_ = has_queue_;
+    keep_alive_at_ = kNever;
+    look_at_ = now + kLongestInterval;
   }
-  look_at_ = now + kLookEvery;
+  is_answering_ = false;
+  bool resumed = false;
+  for (Live& live : streams_) {
+    if (!live.suspended || !(looks || live.is_answer)) continue;
+    resumed |= send_news(live, now);
+    look_at_ = earlier(look_at_, now + live.stream->interval());
+  }
   return resumed;
 }
 
+/// True: the connection has been resumed.
+bool HttpServer::send_news(Live& live, Time now) {
+  if (live.stream->has_news()) live.fill();
+  may_have_news_ = may_have_news_ || live.stream->has_news();
+  if (live.unsent().empty() && !live.ended) {
+    const std::string_view keep_alive = live.stream->keep_alive();
+    const Time due = keep_alive.empty() ? kNever : live.sent_at + kKeepAlive;
+    if (now < due) {
+      keep_alive_at_ = earlier(keep_alive_at_, due);
+      is_answering_ |= live.is_answer;
+      return false;
+    }
+    live.text.clear();
+    base::append(live.text, keep_alive);
+    live.sent = 0;
+  }
+  live.suspended = false;
+  MHD_resume_connection(live.connection);
+  return true;
+}
+
 Time HttpServer::next_deadline() const {
-  const bool waits = !streams_.empty() || is_full();
+  if (is_answering_) return 0;
+  const bool waits = !streams_.empty() || has_queue_;
   Time next = !waits ? kNever : may_have_news_ ? look_at_ : keep_alive_at_;
   MHD_UNSIGNED_LONG_LONG left = 0;
   if (MHD_get_timeout(daemon_.get(), &left) == MHD_YES)

@@ -7,7 +7,6 @@
 #include <cstddef>
 #include <list>
 #include <memory>
-#include <vector>
 
 #include "cbcan/time.hpp"
 #include "io/loop/reactor.hpp"
@@ -21,7 +20,8 @@ namespace cbcan::io {
 
 class HttpServer final : private AcceptsClients {
  public:
-  static constexpr unsigned kMostClients = 128;  ///< more wait until one has left
+  /// A further one closes the connection that has been idle for longest; without one it waits.
+  static constexpr unsigned kMostClients = 1024;
 
   /// Starts listening; throws EnvironmentError on failure. `handle` must not destroy the server. `write`: see
   /// HttpSite.
@@ -40,29 +40,38 @@ class HttpServer final : private AcceptsClients {
   /// Serves a connected, non-blocking stream socket.
   void adopt(Descriptor socket) override;
 
-  /// Sends new data on streams, at most every 20 ms. To be called once per turn, and at next_deadline().
+  /// Sends new data on streams, at their intervals. To be called once per turn, and at next_deadline().
   /// `now` is Reactor::now()'s.
   void poll(Time now);
   Time next_deadline() const;
 
  private:
+  struct Client {
+    MHD_Connection* connection;
+    Time idle_since;  ///< kNever: a request is in progress
+  };
   struct Exchange;
   struct Live;
   struct Callbacks;
 
   std::size_t clients() const override;
   bool is_full() const override { return clients() >= kMostClients; }
-  /// True: a connection has been resumed.
-  bool poll_streams(Time now);
+  bool make_room() override;
+  bool poll_streams(Time now, bool looks);
+  bool send_news(Live& live, Time now);
+  void let_in();
   void make_way();
 
   Reactor& reactor_;
   Acceptor acceptor_;
   protocols::HttpSite site_;
-  std::vector<MHD_Connection*> connections_;
+  std::list<Client> clients_;
   std::list<Live> streams_;
+  Time now_ = 0;                ///< of the last poll
   Time look_at_ = 0;            ///< streams are not polled before
   bool may_have_news_ = false;  ///< a stream may have new data since it was polled
+  bool is_answering_ = false;   ///< an answer waits for its next turn
+  bool has_queue_ = false;      ///< a client waits for room
   Time keep_alive_at_ = kNever;
   std::unique_ptr<MHD_Daemon, void (*)(MHD_Daemon*)> daemon_;
 };

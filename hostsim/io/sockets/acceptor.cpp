@@ -49,7 +49,10 @@ Acceptor::Acceptor(Reactor& reactor, std::string_view service, const StreamAddre
 
 void Acceptor::accept_clients() {
   for (int i = 0; i < kAcceptsPerTurn; ++i) {
-    if (server_.is_full()) return void(reactor_.change(listener_.socket(), 0));
+    if (server_.is_full()) {
+      if (i != 0) return;  // it is called again if one more waits
+      if (!server_.make_room()) return void(reactor_.change(listener_.socket(), 0));
+    }
     Descriptor socket = accept_client(listener_.socket());
     if (socket) {
       hand_over(std::move(socket));

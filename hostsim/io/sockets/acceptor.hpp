@@ -22,7 +22,7 @@ class AcceptsClients {
   virtual void adopt(Descriptor socket) = 0;
   /// The number of clients, for the warning when some are refused.
   virtual std::size_t clients() const = 0;
-  /// True: further clients wait until Acceptor::resume().
+  /// True: further clients wait until Acceptor::resume(), unless make_room() helps.
   virtual bool is_full() const { return false; }
   /// Closes a connection that is no longer used, to free its descriptor; false = there is none.
   virtual bool make_room() { return false; }

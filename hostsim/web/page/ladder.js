@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The ladder diagram of one transaction: messages between PLC, coprocessor and node, and waiting times.
 
-import {state, on, tell, element, make, svg, nearest, ask, send, prefix} from './state.js';
+import {state, on, tell, element, make, svg, nearest, eventsOf, send, prefix} from './state.js';
 import {nodeHex, objectText, duration, valueText, registersOf, kServices} from './words.js';
 
 const kRow = 34, kTop = 44, kGutter = 66, kPause = 0.002, kMostRows = 400;
@@ -168,7 +168,7 @@ async function show(number) {
   while (asked) {
     const wanted = asked;
     asked = 0;
-    const {events} = await ask(`api/journal?transaction=${wanted}`).catch(() => ({events: []}));
+    const events = await eventsOf(wanted).catch(() => []);
     const ended = events.find(event => event.kind === 'ended');
     if (!ended) continue;
     shown = {ended, rows: rowsOf(events)};

@@ -64,11 +64,14 @@ export const askWords = () => words ??= ask('api/words').catch(() => ({faults: [
 
 // ---- Events
 
-let source, pending = [], last = 0, watched = '', scheduled = false;
+let source, pending = [], last = 0, watched = '', scheduled = false, changed = false;
+let whole = 0, gap = false;  // from event number `whole` on none has been left out
 
 function take(event) {
   if (event.number <= last) forget();  // the program has been restarted
   last = event.number;
+  if (gap) whole = last;
+  gap = false;
   if (event.network && event.network !== state.network) return;
   keep(state.recent, event, kMostRecent);
   if (event.kind === 'ended') keep(state.ended, event, kMostEnded);
@@ -89,8 +92,16 @@ function placeOf(word) {
   return state.nodes.find(node => node.node === id)?.place;
 }
 
+/// Those of a transaction.
+export async function eventsOf(transaction) {
+  const begun = state.recent.findIndex(event => event.kind === 'begun' && event.transaction === transaction);
+  if (begun > 0 && state.recent[begun - 1].number >= whole)  // the one before may be its Modbus request
+    return state.recent.slice(begun - 1).filter(event => event.transaction === transaction);
+  return (await ask(`api/journal?transaction=${transaction}`)).events;
+}
+
 function forget() {
-  Object.assign(state, {ended: [], recent: [], transaction: null, cursor: null});
+  Object.assign(state, {nodes: [], registers: [], ended: [], recent: [], transaction: null, cursor: null});
   state.incidents.clear();
   tell('restart');
 }
@@ -102,24 +113,49 @@ function flush() {
   pending = [];
   const values = events.filter(event => event.kind === 'value');
   for (const event of events)
-    if (event.number) take(event); else if (event.kind === 'missed') state.missed += event.events;
+    if (event.number) take(event); else if (event.kind === 'missed') leaveOut(event.events);
   if (values.length) tell('values', values);
-  tell('events', events);
-  if (values.length < events.length) refreshSoon();
+  if (events.length) tell('events', events);
+  if (changed) tell('so');
+  changed = false;
+}
+
+function leaveOut(count) {
+  state.missed += count;
+  gap = true;
 }
 
 function arrive(message) {
-  pending.push(JSON.parse(message.data));
-  if (pending.length > kMostPending) state.missed += pending.splice(0, kMostPending / 2).length;
+  const event = JSON.parse(message.data);
+  if (event.kind === 'now') learn(event); else pending.push(event);
+  if (pending.length > kMostPending) leaveOut(pending.splice(0, kMostPending / 2).length);
   if (!scheduled) requestAnimationFrame(flush);
   scheduled = true;
+}
+
+/// Nodes and registers that have changed.
+function learn({network, nodes, registers, ...about}) {
+  if (network !== state.network) return;
+  const isRestarted = about.time < state.about?.time;
+  state.about = about;
+  changed = true;
+  if (isRestarted) {
+    last = 0;
+    forget();
+    return open();
+  }
+  state.nodes = [...state.nodes];
+  for (const node of nodes) state.nodes[node.place - 1] = node;
+  const all = new Map(state.registers.map(item => [item.register, item]));
+  for (const item of registers) all.set(item.register, item);
+  state.registers = [...all.values()];
 }
 
 function open() {
   source?.close();
   pending = [];  // the new stream repeats what comes after `last`
-  const mine = source = server.follow(`api/events?since=${last}${watched && `&watch=${watched}`}`);
-  source.onopen = () => { tell('live', true); refresh(); };
+  const mine = source = server.follow(`api/events?state=${state.network}&since=${last}${watched && `&watch=${watched}`}`);
+  source.onopen = () => tell('live', true);
   source.onmessage = arrive;
   source.onerror = () => {
     mine.close();
@@ -135,33 +171,6 @@ export function watch(objects) {
   if (source) open();
 }
 
-// ---- State
-
-let asking = false, again = false, timer;
-
-async function refresh() {
-  clearTimeout(timer);
-  if (asking) { again = true; return; }
-  asking = true;
-  again = false;
-  const network = state.network;
-  const found = await Promise.all([ask('api/time'), askNetwork('api/nodes'), askNetwork('api/registers')]).catch(() => null);
-  asking = false;
-  if (network !== state.network) return refresh();
-  timer = setTimeout(refresh, again ? 120 : 1000);
-  if (!found) return;  // the stream reports the failure
-  const [about, {nodes}, {registers}] = found;
-  if (state.about && about.time < state.about.time && about.next_event <= last) { last = 0; forget(); open(); }
-  Object.assign(state, {about, nodes, registers});
-  tell('so');
-}
-
-function refreshSoon() {
-  if (asking) { again = true; return; }
-  clearTimeout(timer);
-  timer = setTimeout(refresh, 60);
-}
-
 export function chooseNetwork(number) {
   last = 0;
   state.network = number;
@@ -170,11 +179,12 @@ export function chooseNetwork(number) {
 }
 
 export async function start() {
-  await refresh();
-  const paths = ['api/transactions', 'api/journal?kinds=command', 'api/journal'];
+  const {network} = state, paths = ['api/nodes', 'api/transactions', 'api/journal?kinds=command', 'api/journal'];
   const found = await Promise.all(paths.map(askNetwork)).catch(() => null);
+  if (network !== state.network) return;  // another one has been chosen
   if (found) {
-    const [ended, commands, recent] = found.map(answer => answer.events);
+    const [ended, commands, recent] = found.slice(1).map(answer => answer.events);
+    state.nodes = found[0].nodes;
     // The answers are of different moments: from the first of `recent` on it alone counts, and after its last one the stream.
     const before = event => event.number < (recent[0]?.number ?? Infinity);
     for (const event of [...commands, ...recent]) if (event.kind === 'command') noteIncident(event.words);
@@ -201,6 +211,5 @@ export async function send(line) {
   } catch { text = 'error: the simulator cannot be reached'; }
   ++commands.answered;
   if (mine === commands.sent) tell('response', text);
-  refreshSoon();
   return text;
 }
