@@ -9,7 +9,7 @@ local length, piece = 2000, 150              -- mm
 local cells = { 200, 1000, 1900 }            -- mm
 local ramp = 1000                            -- mm/s2
 
-incidents = { "blocked" }
+incidents, alarms = { "blocked" }, { "blocked" }
 device = { name = "Conveyor", product = 0x32, revision = 0x10000 }
 objects = {
   { index = 0x2000, name = "speed", type = "f32", access = "ro", pdo = "tx", unit = "mm/s", low = -2000, high = 2000, show = { "output", "curve" } },

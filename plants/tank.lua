@@ -11,7 +11,7 @@ local full_inlet = 0.010  -- m3/s
 local opening = 0.0008    -- m2, effective
 local gravity = 9.81      -- m/s2
 
-incidents = { "leak" }
+incidents, alarms = { "leak" }, { "leak" }
 device = { name = "Tank", product = 0x30, revision = 0x10000 }
 objects = {
   { index = 0x2000, name = "level", type = "f32", access = "ro", pdo = "tx", unit = "mm", high = 1000, level = true, show = { "output", "curve" } },

@@ -10,7 +10,7 @@ local heater_lag = 5      -- s
 local capacity = 10000    -- J/K
 local loss = 20           -- W/K
 
-incidents = { "heater-broken", "door-open" }
+incidents, alarms = { "heater-broken", "door-open" }, { "heater-broken" }
 device = { name = "Heated body", product = 0x31, revision = 0x10000 }
 objects = {
   { index = 0x2000, name = "temperature", type = "f32", access = "ro", pdo = "tx", default = 20, unit = "°C", high = 150, show = { "output", "curve" } },

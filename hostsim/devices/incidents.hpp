@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -17,12 +18,20 @@ struct IncidentKind {
   std::string_view name;
   std::uint16_t code = 0;          ///< emergency error code; 0 = the incident is no error
   std::uint8_t register_bits = 0;  ///< in 1001h
+  bool alarm = code != 0;          ///< something is wrong with the device
 };
 
 /// A device with incidents, at most 32.
 class DeviceWithIncidents : public sim::Behaviour {
  public:
   std::vector<std::string_view> incidents() const final { return base::column(kinds_, &IncidentKind::name); }
+  std::vector<std::string_view> alarms() const final {
+    std::vector<std::string_view> names = incidents();
+    std::erase_if(names, [this](std::string_view name) {
+      return !std::ranges::find(kinds_, name, &IncidentKind::name)->alarm;
+    });
+    return names;
+  }
   void set_incident(std::size_t place, bool present, Time /*now*/) final {
     const std::uint32_t bit = 1U << place;
     present_ = present ? present_ | bit : present_ & ~bit;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "devices/transducer.hpp"
 
+#include <algorithm>
 #include <limits>
 #include <utility>
 
@@ -16,6 +17,11 @@ constexpr std::uint16_t kReal = 0x6130;
 constexpr std::uint16_t kShort = 0x7130;
 constexpr std::uint16_t kLong = 0x9130;
 constexpr std::array<std::uint16_t, 3> kProcessValues{kReal, kShort, kLong};
+
+using Unit = std::pair<std::uint32_t, std::string_view>;
+constexpr std::array kUnits{Unit{0x00010000, "m"},  Unit{0x00040000, "A"}, Unit{0x00210000, "N"},
+                            Unit{0x00220000, "Pa"}, Unit{0x00260000, "V"}, Unit{0x002D0000, "°C"},
+                            Unit{0x004E0000, "bar"}};
 
 // Bits of 6150h.
 constexpr std::uint8_t kNotValid = 0x01;
@@ -46,6 +52,7 @@ Transducer::Channel::Channel(ObjectDictionary& dictionary, std::uint8_t sub)
     : real_(dictionary, kReal, sub),
       short_(dictionary, kShort, sub),
       long_(dictionary, kLong, sub),
+      unit_(dictionary, 0x6131, sub),
       decimal_digits_(dictionary, 0x6132, sub),
       status_(dictionary, 0x6150, sub),
       input_(long_.exists()    ? long_.get() / scale()
@@ -68,6 +75,12 @@ void Transducer::Channel::refresh(bool broken) {
   untold_[0] |= replace(real_, static_cast<float>(input_));
   untold_[1] |= replace(short_, sim::rounded<std::int16_t>(value));
   untold_[2] |= replace(long_, sim::rounded<std::int32_t>(value));
+}
+
+std::string_view Transducer::Channel::unit() const {
+  const auto* const found = std::ranges::find(kUnits, unit_.get(), &Unit::first);
+  const bool is_scaled = !real_.exists() && decimal_digits_.get() != 0;
+  return found == kUnits.end() || is_scaled ? "" : found->second;
 }
 
 void Transducer::Channel::tell(sim::DeviceNode& node, std::uint8_t sub, Time now) {
@@ -105,7 +118,8 @@ std::vector<sim::Point> Transducer::points() const {
         points.push_back({.kind = sim::Point::Kind::kInput,
                           .index = index,
                           .sub = sub_of(place),
-                          .name = "process value " + std::to_string(place + 1)});
+                          .name = "process value " + std::to_string(place + 1),
+                          .unit = std::string(channels_[place].unit())});
   return points;
 }
 

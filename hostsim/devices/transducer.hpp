@@ -41,6 +41,8 @@ class Transducer final : public DeviceWithIncidents {
     /// Reports the process values that have changed since the last report.
     void tell(sim::DeviceNode& node, std::uint8_t sub, Time now);
     void keep_quiet() { untold_ = {}; }
+    /// Unit of the process value as the object has it; empty = not known.
+    std::string_view unit() const;
 
    private:
     double scale() const { return std::pow(10.0, decimal_digits_.get()); }
@@ -48,6 +50,7 @@ class Transducer final : public DeviceWithIncidents {
     sim::Bound<float> real_;
     sim::Bound<std::int16_t> short_;
     sim::Bound<std::int32_t> long_;
+    sim::Bound<std::uint32_t> unit_;  ///< as in CiA 303-2
     sim::Bound<std::uint8_t> decimal_digits_, status_;
     std::array<bool, 3> untold_{};  ///< changes to report: real, short, long
     double input_;

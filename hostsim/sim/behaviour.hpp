@@ -119,6 +119,8 @@ class Behaviour {
 
   /// Names of the incidents that can happen to this device: "overtemperature", "limit-switch-positive".
   virtual std::vector<std::string_view> incidents() const { return {}; }
+  /// Those that mean that something is wrong, unlike a limit switch or an open door.
+  virtual std::vector<std::string_view> alarms() const { return {}; }
   /// The one at this place begins, or ends. update() follows.
   virtual void set_incident(std::size_t /*place*/, bool /*present*/, Time /*now*/) {}
 };

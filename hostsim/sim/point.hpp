@@ -30,6 +30,7 @@ struct Point {
   std::vector<std::string> bits{};      ///< names of the bits, from bit 0; empty = a number
   std::uint16_t target = 0;             ///< the object to which the value is to go; 0 = none
   bool level = false;                   ///< how full a vessel is
+  std::uint64_t alarm = 0;              ///< bits that report something wrong
 };
 
 /// Names of the kinds, in their order.

@@ -290,29 +290,46 @@ protocols::HttpResponse objects(const Asked& asked) {
   return list_of({{"node", asked.node_name()}, {"time", asked.seconds()}}, "objects", next);
 }
 
-protocols::HttpResponse points(const Asked& asked) {
-  base::Buffer body;
-  base::append(body, "{\"node\":", json_string(asked.node_name()), ",\"time\":", asked.seconds(),
-               ",\"points\":[");
+void append_points(base::Buffer& to, plant::Control& control, const std::string& node) {
+  base::append(to, '[');
   std::string_view between;
-  for (const auto& [point, object, value, target] :
-       plant::points_of(asked.parts.control, asked.node_name())) {
-    base::append(body, std::exchange(between, ","), "{\"kind\":\"", sim::name_of(point.kind),
+  for (const auto& [point, object, value, target] : plant::points_of(control, node)) {
+    base::append(to, std::exchange(between, ","), "{\"kind\":\"", sim::name_of(point.kind),
                  "\",\"object\":\"", object, "\",\"name\":", json_string(base::to_utf8(point.name)),
                  ",\"value\":", line_of(value));
-    if (!point.unit.empty()) base::append(body, ",\"unit\":", json_string(base::to_utf8(point.unit)));
-    if (target) base::append(body, ",\"target\":", line_of(*target));
-    if (point.level) base::append(body, ",\"level\":true");
-    if (point.low) base::append(body, ",\"low\":", line_of(*point.low));
-    if (point.high) base::append(body, ",\"high\":", line_of(*point.high));
+    if (!point.unit.empty()) base::append(to, ",\"unit\":", json_string(base::to_utf8(point.unit)));
+    if (target) base::append(to, ",\"target\":", line_of(*target));
+    if (point.level) base::append(to, ",\"level\":true");
+    if (point.low) base::append(to, ",\"low\":", line_of(*point.low));
+    if (point.high) base::append(to, ",\"high\":", line_of(*point.high));
+    if (point.alarm != 0) base::append(to, ",\"alarm\":", line_of(point.alarm));
     Json bits;
     for (const std::string& bit : point.bits)
       bits.push_back(base::to_utf8(bit));
-    if (!bits.empty()) base::append(body, ",\"bits\":", line_of(bits));
-    base::append(body, '}');
+    if (!bits.empty()) base::append(to, ",\"bits\":", line_of(bits));
+    base::append(to, '}');
   }
-  base::append(body, "]}\n");
+  base::append(to, ']');
+}
+
+protocols::HttpResponse points(const Asked& asked) {
+  base::Buffer body;
+  base::append(body, "{\"node\":", json_string(asked.node_name()), ",\"time\":", asked.seconds(),
+               ",\"points\":");
+  append_points(body, asked.parts.control, asked.node_name());
+  base::append(body, "}\n");
   return ok(body);
+}
+
+/// Those of all nodes in their order.
+protocols::HttpResponse all_points(const Asked& asked) {
+  const auto next = [&control = asked.parts.control, network = asked.network,
+                     place = std::size_t{0}](base::Buffer& to) mutable {
+    const std::size_t count = control.world(network).nodes().size();
+    if (place < count) append_points(to, control, plant::prefix_of(network) + fmt::format("#{}", place + 1));
+    return ++place < count;
+  };
+  return list_of({{"network", asked.network}, {"time", asked.seconds()}}, "nodes", next);
 }
 
 /// Mistakes of the PLC's program.
@@ -328,7 +345,8 @@ protocols::HttpResponse advice(const Asked& asked) {
                     {"node", advice.event.node},
                     {"words", advice.words}});
   base::Buffer body;
-  base::append(body, line_of({{"network", asked.network}, {"time", asked.seconds()}, {"advice", list}}), '\n');
+  base::append(body, line_of({{"network", asked.network}, {"time", asked.seconds()}, {"advice", list}}),
+               '\n');
   return ok(body);
 }
 
@@ -458,6 +476,7 @@ constexpr Route kRoutes[] = {
     {"/api/time", time},
     {"/api/registers", registers},
     {"/api/nodes", nodes},
+    {"/api/points", all_points},
     {"/api/nodes/*/objects", objects},
     {"/api/nodes/*/points", points},
     {"/api/scenario", last_minute},

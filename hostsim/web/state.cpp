@@ -105,7 +105,8 @@ void append_node(base::Buffer& to, plant::Control& control, std::size_t network,
   base::append(to, "{\"place\":", place + 1, ",\"node\":", has_id ? id : 0,
                ",\"name\":", json_string(base::to_utf8(node.name())),
                ",\"device\":", json_string(node.device_name()), ",\"state\":\"", plant::state_of(node),
-               "\",\"incidents\":", line_of(node.behaviour().incidents()), ",\"faults\":[");
+               "\",\"incidents\":", line_of(node.behaviour().incidents()),
+               ",\"alarms\":", line_of(node.behaviour().alarms()), ",\"faults\":[");
   std::string_view between;
   for (const sim::SetFault& fault : node.faults().list())
     base::append(to, std::exchange(between, ","),
@@ -120,6 +121,8 @@ void append_node(base::Buffer& to, plant::Control& control, std::size_t network,
     base::append(to, ",\"emergency\":{\"code\":", message->code,
                  ",\"words\":", json_string(descriptions::emergency_meaning(message->code)),
                  ",\"error_register\":", message->error_register, '}');
+  if (has_id)
+    base::append(to, ",\"heartbeat_ms\":", node.device().dictionary().get(object::kProducerHeartbeatTime, 0));
   if (const auto statusword = has_id ? statusword_of(control, node) : std::nullopt)
     base::append(to, ",\"statusword\":", *statusword);
   base::append(to, '}');

@@ -15,14 +15,14 @@ objects = {
   { index = 0x6500, name = "operating status", type = "u16", access = "ro" },
   { index = 0x6501, name = "steps of a revolution", type = "u32", access = "ro", default = 4096 },
   { index = 0x6502, name = "revolutions", type = "u16", access = "ro", default = 4096 },
-  { index = 0x6503, name = "alarms", type = "u16", access = "ro", pdo = "tx", bits = { "position" }, show = "output" },
+  { index = 0x6503, name = "alarms", type = "u16", access = "ro", pdo = "tx", bits = { "position" }, alarm = { "position" }, show = "output" },
   { index = 0x6504, name = "supported alarms", type = "u16", access = "ro", default = 1 },
   { index = 0x6505, name = "warnings", type = "u16", access = "ro" },
   { index = 0x6506, name = "supported warnings", type = "u16", access = "ro" },
   { index = 0x6507, name = "profile and software version", type = "u32", access = "ro", default = 0x01000302 },
   { index = 0x6509, name = "offset", type = "i32", access = "ro" },
 }
-incidents = { "sensor-break" }
+incidents, alarms = { "sensor-break" }, { "sensor-break" }
 
 local at_rest = 0.2                           -- s without a new position
 local shaft, speed, moved_at = 0, 0, nil      -- revolutions, revolutions per s, s

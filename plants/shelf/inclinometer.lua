@@ -18,7 +18,7 @@ for i, axis in ipairs(axes) do
   object(3, " offset", { type = "i16", access = "ro" })
   object(4, " differential offset", { type = "i16" })
 end
-incidents = { "sensor-break" }
+incidents, alarms = { "sensor-break" }, { "sensor-break" }
 
 local slopes, broken = { 0, 0 }, false        -- degrees
 local shown = {}                              -- by object

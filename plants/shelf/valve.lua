@@ -17,7 +17,7 @@ objects = {
   { index = 0x6301, sub = 3, name = "actual value: prefix", type = "i8", access = "ro" },
   { index = 0x6314, sub = 1, name = "hold set point: value", type = "i16", low = -16384, high = 16384 },
 }
-incidents = { "spool-stuck" }
+incidents, alarms = { "spool-stuck" }, { "spool-stuck" }
 
 -- Status word (bits 0 to 3) of each state.
 local init, disabled, hold, active = 8, 9, 11, 15

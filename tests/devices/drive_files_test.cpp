@@ -123,6 +123,10 @@ TEST_CASE("A drive with two axes: incidents name the axis, the EMCY too") {
     plant.bench.pass(1);
     return known;
   };
+  const auto alarms = plant.node->behaviour().alarms();
+  CHECK(alarms.size() == 16);
+  CHECK(std::ranges::count(alarms, "axis-2-motor-blocked") == 1);
+  CHECK(std::ranges::count(alarms, "limit-switch-positive") == 0);
   CHECK_FALSE(incident("axis-1-overvoltage", true));
   CHECK_FALSE(incident("axis-3-overvoltage", true));
   CHECK(incident("axis-2-overvoltage", true));
@@ -169,7 +173,8 @@ TEST_CASE("A drive shows the modes that it has, of each axis, and the levels at 
   using enum sim::Point::Kind;
   CHECK(of(0x6042, kOutput) == "axis 1 target speed 1/min");
   CHECK(of(0x6044, kCurve) == "axis 1 speed 1/min");
-  CHECK(of(0x6864, kCurve) == "axis 2 position ");
+  CHECK(of(0x6864, kCurve) == "axis 2 position inc");
+  CHECK(of(0x686C, kCurve) == "axis 2 velocity inc/s");
   CHECK(of(0x68BA, kInput) == "axis 2 touch probe ");
   CHECK(of(0x60BA, kInput) == "");
   const sim::Terminal probe{0x68BA, 0, std::nullopt, true};

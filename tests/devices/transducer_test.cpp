@@ -11,6 +11,19 @@ using Sensor = Rig<devices::Transducer>;
 
 }  // namespace
 
+TEST_CASE("the unit of a process value is that of 6131h, unless 6132h scales it") {
+  Sensor sensor(demo_image("pressure_transducer.eds"));
+  const auto unit = [&] { return sensor.device.points().front().unit; };
+  CHECK(unit() == "Pa");
+  sensor.write(0x6131, 1, 0x004E0000);
+  CHECK(unit() == "bar");
+  sensor.write(0x6131, 1, 0x034E0000);  // kilobar
+  CHECK(unit() == "");
+  sensor.write(0x6131, 1, 0x00220000);
+  sensor.write(0x6132, 1, 2).expect("changed 9130:01");
+  CHECK(unit() == "");
+}
+
 TEST_CASE("a new pressure shows in 9130h, and every change is an event") {
   Sensor sensor(demo_image("pressure_transducer.eds"));
   sensor.shows(0x9130, 1, 101325);

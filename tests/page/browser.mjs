@@ -11,7 +11,7 @@ import { deflateRawSync } from "node:zlib";
 import puppeteer from "puppeteer-core";
 import { LIMIT, count, startSimulator } from "./cases.mjs";
 
-export const WIDE = { width: 1280, height: 860 }, NARROW = { width: 390, height: 844 };
+export const WIDE = { width: 1280, height: 800 }, NARROW = { width: 390, height: 844 };
 
 export const launch = () => puppeteer.launch({ executablePath: "/usr/bin/chromium", protocolTimeout: LIMIT,
   args: ["--no-sandbox", "--disable-gpu", "--force-color-profile=srgb"] });
@@ -71,7 +71,7 @@ export async function open(browser, plant, { size = WIDE, scheme = "light" } = {
   await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: scheme }, { name: "prefers-reduced-motion", value: "reduce" }]);
   await page.goto(plant.url);
   await page.waitForFunction(() => document.querySelector("#live").textContent === "live");
-  await page.waitForSelector("#register-list .row");
+  await page.waitForSelector("#node-list .tile");
   return page;
 }
 
@@ -109,6 +109,15 @@ export async function click(page, selector, words) {
   const found = await page.waitForFunction((where, wanted) => [...document.querySelectorAll(where)]
     .find((element) => element.textContent.includes(wanted) && element.offsetParent), {}, selector, words);
   await found.asElement().evaluate((element) => element.click());
+}
+
+/// Makes a drive move, for the plots.
+export async function drive(plant) {
+  const write = (object, size, value) => `trigger write 16 ${object} ${size} ${value & 0xffff}${size === 4 ? ` ${value >> 16}` : ""}`;
+  await plant.control("nmt start all", "pass 50ms", "set 66 0x6401:1 1250", ...[128, 6, 7, 15].flatMap((word) => [write("0x6040 0", 2, word), "pass 20ms"]),
+    write("0x6060 0", 1, 1), write("0x6081 0", 4, 20000), write("0x6083 0", 4, 20000), write("0x6084 0", 4, 20000),
+    write("0x607A 0", 4, 60000), write("0x6040 0", 2, 31));
+  for (let step = 0; step < 90; ++step) await plant.control("pass 50ms");
 }
 
 /// A Modbus TCP client: request(function, ...words) resolves with the response's words.

@@ -52,12 +52,12 @@ const sees = (page, point) => page.waitForFunction((name, value) =>
 /// Uses each control of a node; returns how many there were of each kind.
 async function useEach(page, plant, node, name) {
   const used = { switches: 0, sliders: 0, lamps: 0, gauges: 0, curves: 0 };
-  await click(page, "#node-list .row", name);
+  await click(page, "#node-list .tile", name);
   for (const point of await points(plant, node)) {
     if (point.kind === "input" && point.bits) await switchEach(page, plant, node, point), used.switches += point.bits.length;
     else if (point.kind === "input") await slide(page, plant, node, point), ++used.sliders;
     else if (point.kind === "curve") {
-      await click(page, "#node-panel .curves button", point.name);
+      await click(page, "#node-panel .curves button, #node-panel button.name", point.name);
       await shows(page, "#legend", new RegExp(point.name));
       ++used.curves;
     } else if (point.bits) await seesEachLamp(page, plant, node, point), used.lamps += point.bits.length;
@@ -69,7 +69,7 @@ async function useEach(page, plant, node, name) {
 look("each control of each kind of device", [], async (page, plant) => {
   await plant.control("nmt start all", "pass 10ms");
   assert.deepEqual(await useEach(page, plant, 66, "I/O module"), { switches: 8, sliders: 2, lamps: 8, gauges: 2, curves: 0 });
-  await click(page, "#node-panel .curves button", "analogue output 2");
+  await click(page, "#node-panel button.name", "analogue output 2");
   await shows(page, "#legend", /analogue output 2/);
   assert.deepEqual(await useEach(page, plant, 1, "Pressure transducer 1"), { switches: 0, sliders: 1, lamps: 0, gauges: 0, curves: 0 });
   await plant.control(...[6, 7, 15].flatMap((word) => [`trigger write 16 0x6040 0 2 ${word}`, "pass 20ms"]), "trigger write 16 0x6060 0 1 1", "pass 20ms",
@@ -79,13 +79,26 @@ look("each control of each kind of device", [], async (page, plant) => {
   assert.deepEqual(await useEach(page, plant, 32, "Generic node"), { switches: 0, sliders: 0, lamps: 0, gauges: 0, curves: 0 });
 });
 
-for (const [title, verdict] of [["Read", /read node 66 1000h:00.*done/], ["Move the drive", /write node 16 6040h:00 Controlword = 31.*done/],
-  ["Break something", /read node 66 1000h:00.*0504 0000h/]])
-  look(`a first visitor: ${title}`, [], async (page, plant) => {
+/// The lines that the page sends; Send accepts each.
+const lines = (page) => page.evaluate(async () => { (await import("./state.js")).on("command", (line) => (window.lines ??= []).push(line)); });
+
+for (const timing of ["at-once", "typical"]) for (const [title, verdict] of [["Read", /read node 66 1000h:00.*done/],
+  ["Move the drive", /write node 16 6040h:00 Controlword = 001Fh.*done/], ["Break something", /read node 66 1000h:00.*0504 0000h/]])
+  look(`a first visitor: ${title}, ${timing}`, ["--timing", timing], async (page, plant) => {
+    await plant.control("pass 3s");  // nodes boot
+    await lines(page);
     await click(page, "#diagram .trial", title);
+    if (title === "Move the drive") await shows(page, "#verdict", verdict);
     await shows(page, "#answer", /ok/);
     await plant.control("pass 5s");
     await shows(page, "#verdict", verdict);
+    for (const line of new Set(await page.evaluate(() => window.lines))) {
+      await page.$eval("#command", (field, text) => { field.value = text; }, line);
+      await click(page, "#command-form button", "Send");
+      await page.waitForFunction(() => document.querySelector("#answer").textContent !== "…");
+      assert.doesNotMatch(await page.$eval("#answer", ({ title: text }) => text), /error/, line);
+      if (title !== "Move the drive") await plant.control("pass 3s");
+    }
     const position = (await points(plant, 16)).find((point) => point.name === "position");
     assert.equal(position.value, title === "Move the drive" ? 60000 : 0);
     if (title === "Move the drive") await sees(page, position);
@@ -132,7 +145,6 @@ look("a kiln in Lua with wires to terminals", ["--config", `${folder}/kiln.toml`
   assert.equal(await page.$eval("#node-panel .level i", (fill) => fill.style.height), "80%");
   const mark = Number.parseFloat(await page.$eval("#node-panel .axis b", (element) => element.style.left));
   assert.ok(Math.abs(mark - 100 * (900 + 50) / 1350) < 0.01, `${mark}`);
-  assert.equal((await page.$$("#node-list .wires .chosen")).length, 1);
   await click(page, "#node-panel .switch", "flame-out");
   await shows(page, "#answer", /^ok/);
   await click(page, "#node-panel button", "0x2102 ← 66:output:2");
@@ -147,7 +159,7 @@ writeFileSync(`${folder}/shelf.toml`, [[6, "cia406"], [8, "cia408"], [10, "cia41
 look("an encoder, a valve and an inclinometer", ["--config", `${folder}/shelf.toml`], async (page, plant) => {
   const lamp = (name) => page.waitForSelector(`#node-panel .lamp.on[aria-label="${name} on"]`);
   const inputs = async (node, name) => {
-    await click(page, "#node-list .row", name);
+    await click(page, "#node-list .tile", name);
     const found = (await points(plant, node)).filter(({ kind }) => kind === "input");
     for (const point of found) await slide(page, plant, node, point);
     return found.length;
@@ -161,5 +173,5 @@ look("an encoder, a valve and an inclinometer", ["--config", `${folder}/shelf.to
   await plant.control(...[1, 3, 7].flatMap((word) => [`trigger write 8 0x6040 0 2 ${word}`, "pass 20ms"]), "trigger write 8 0x6300 1 2 8192", "pass 1s");
   for (const name of ["disabled", "hold", "active", "ready"]) await lamp(`status word: ${name}`);
   await sees(page, { name: "actual value: value", value: 8192 });
-  assert.equal(await page.$eval("#watched", (title) => title.textContent), "");  // its 6041h is not that of a drive
+  assert.equal(await page.$eval("#lanes", (lanes) => lanes.hidden), true);  // its 6041h is not that of a drive
 });

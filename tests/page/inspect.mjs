@@ -10,13 +10,32 @@ export function outside() {
     for (const element of card.querySelectorAll("*")) {
       const { left, right, top, bottom, width } = element.getBoundingClientRect();
       if (width === 0 || element.closest("title, .u-hz, .u-vt, .u-cursor-pt, option")) continue;
-      const scrolls = element.closest(".list, #diagram, #node-panel");
+      const scrolls = element.closest(".list, #diagram, #node-panel, #node-list");
       const out = left < frame.left - 0.5 || right > frame.right + 0.5 ||
         ((!scrolls || scrolls === element) && (top < frame.top - 0.5 || bottom > frame.bottom + 0.5));
       if (out) found.push(`${card.id || card.tagName}: ${element.tagName}.${element.className.baseVal ?? element.className} "${element.textContent.slice(0, 30)}" ${[left, right, top, bottom].map(Math.round)} of ${[frame.left, frame.right, frame.top, frame.bottom].map(Math.round)}`);
     }
   }
   return found;
+}
+
+/// Areas of the plant that have to be scrolled to see all.
+export const scrolled = () => ["node-list", "node-panel"].filter((id) => {
+  const { scrollHeight, clientHeight } = document.getElementById(id);
+  return scrollHeight > clientHeight;
+});
+
+/// Heights of the pixels of a chart's lines and areas in one column, a share of its width: 0 at the top, 1 at the bottom. `red`: only those.
+export function coloured(host, share, red = false) {
+  const canvas = document.querySelector(`${host} canvas`), frame = canvas.getBoundingClientRect();
+  const { left, width, top, height } = document.querySelector(`${host} .u-over`).getBoundingClientRect(), scale = canvas.width / frame.width;
+  const pixels = canvas.getContext("2d").getImageData((left - frame.left + width * share) * scale, (top - frame.top) * scale, 1, (height + 3) * scale).data;
+  const heights = [];
+  for (let at = 0; at < pixels.length; at += 4) {
+    const [r, g, b, alpha] = pixels.slice(at, at + 4);
+    if (alpha > 200 && (red ? r - Math.max(g, b) : Math.max(r, g, b) - Math.min(r, g, b)) > 60) heights.push(at / pixels.length);
+  }
+  return heights;
 }
 
 /// Texts with a contrast below 4.5 to their background (WCAG AA).

@@ -22,7 +22,9 @@ async function film(count, step) {
   }
 }
 
-await plant.control("nmt start all");
+await plant.control("nmt start all", "set 66 0x6401:1 1250", "set 66 0x6000:1 5");
+for (const object of ["66 0x1000 0 4", "1 0x9130 1 4", "2 0x9130 1 4", "66 0x6401 1 2", "66 0x6000 1 1", "16 0x1000 0 4", "32 0x1008 0 32", "16 0x6041 0 2"])
+  await plant.control(`trigger read ${object}`, "pass 10ms");
 await film(3, "100ms");
 for (const [object, size, value] of MOVE)
   await plant.control(`trigger write 16 ${object} 0 ${size} ${value & 0xffff}${size === 4 ? ` ${value >> 16}` : ""}`, "pass 20ms");

@@ -6,9 +6,9 @@ import { execFileSync } from "node:child_process";
 import { createHash } from "node:crypto";
 import { readFileSync, readdirSync, writeFileSync } from "node:fs";
 import test from "node:test";
-import { NARROW, WIDE, addressOf, click, looker, serveFolder, shows, startPlant, tabPlant } from "./browser.mjs";
+import { NARROW, WIDE, addressOf, click, drive, looker, serveFolder, shows, startPlant, tabPlant } from "./browser.mjs";
 import { count } from "./cases.mjs";
-import { outside, pale } from "./inspect.mjs";
+import { outside, pale, scrolled } from "./inspect.mjs";
 
 const [program, source, shots, tab] = process.argv.slice(2);
 const EXECUTE = 0xca0e, READ = 5055;
@@ -43,15 +43,6 @@ async function failing(plant) {
   plc.close();
 }
 
-/// Makes a drive move, for the plots.
-async function drive(plant) {
-  const write = (object, size, value) => `trigger write 16 ${object} ${size} ${value & 0xffff}${size === 4 ? ` ${value >> 16}` : ""}`;
-  await plant.control("nmt start all", "pass 50ms", "set 66 0x6401:1 1250", ...[128, 6, 7, 15].flatMap((word) => [write("0x6040 0", 2, word), "pass 20ms"]),
-    write("0x6060 0", 1, 1), write("0x6081 0", 4, 20000), write("0x6083 0", 4, 20000), write("0x6084 0", 4, 20000),
-    write("0x607A 0", 4, 60000), write("0x6040 0", 2, 31));
-  for (let step = 0; step < 90; ++step) await plant.control("pass 50ms");
-}
-
 test("what is not ours is as it was published", () => {
   count();
   const folder = `${source}/hostsim/web/page`;
@@ -76,7 +67,8 @@ look("files have types and a strict policy", async (page, plant) => {
 look("the ladder tells why a transaction failed", async (page, plant) => {
   await failing(plant);
   await shows(page, "#verdict", /#1 +read node 32 1000h:00.*0504 0000h.*1,0\d\d ms/);
-  for (const words of [...tab ? [/read node 32 1000h:00/] : [/execute · read · node 32 · 1000h:00 · 4 bytes/, /busy × 5/, /reads/], /read 1000h:00/, /fault 1: response-never count=1 swallowed this/,
+  for (const words of [...tab ? [/read node 32 1000h:00/] : [/execute: read 1000h:00/, /busy × 5/, /reads/],
+    /R3700 CA0EhR3701 5055R3702 32R3703 1000hR3704 0/, /R3700 4R3706 0000hR3707 0504h/, /read 1000h:00/, /fault 1: response-never count=1 swallowed this/,
     /1,000 msSDO time-out/, /R3700 = 4 · 0504 0000h/]) await shows(page, "#diagram", words);
   assert.equal(await page.$eval("#diagram .fault path", (path) => getComputedStyle(path).strokeDasharray), "5px, 4px");
   await plant.control("trigger read 32 0x1000 0 4", "pass 2s");
@@ -116,8 +108,7 @@ look("a page that follows a busy PLC asks nothing, and needs two connections", a
   }
   plc.close();
   await shows(page, "#verdict", /#200 +read node 32/);
-  for (const words of [/execute · read · node 32/, /R3700 = 0 · done/, /reads/]) await shows(page, "#diagram", words);
-  await shows(page, "#register-list", /R3703 *4096/);
+  for (const words of [/execute: read 1000h:00/, /R3700 = 0 · done/, /reads/]) await shows(page, "#diagram", words);
   assert.deepEqual(asked, []);
   assert.ok(connectionsTo(Number(new URL(plant.url).port)) <= 2);
 }, { served: true });
@@ -128,20 +119,21 @@ look("transactions are filtered", async (page, plant) => {
   await page.waitForFunction(() => document.querySelectorAll("#event-list .row").length === 3);
   const rows = async (pattern) => { await shows(page, "#event-list", pattern); return page.$$eval("#event-list .row", (all) => all.length); };
   await click(page, ".switch input, .switch", "failed");
-  assert.equal(await rows(/^#1 *read node 32.{1,60}1,0\d\d ms$/), 1);
+  assert.equal(await rows(/^\d\.\d{3}#1 *read node 32.{1,60}0504 0000h · 1,0\d\d ms$/), 1);
   await click(page, ".switch", "failed");
   await page.select("#filter-service", "write");
-  assert.equal(await rows(/^#3 *write node 66 6411h.{1,60}$/), 1);
+  assert.equal(await rows(/^\d\.\d{3}#3 *write node 66 6411h.{1,60}$/), 1);
   await page.select("#filter-service", "");
   await page.type("#filter-text", "1000h:00 device");
-  assert.equal(await rows(/^#2.*#1.{1,90}$/), 2);
+  assert.equal(await rows(/^\d\.\d{3}#2.*#1.{1,90}$/), 2);
   await page.select("#filter-node", "66");
-  assert.equal(await rows(/^#2.{1,60}$/), 1);
+  assert.equal(await rows(/^\d\.\d{3}#2.{1,60}$/), 1);
   await click(page, "#event-view button", "Everything");
   assert.ok(await rows(/SDO node 66/) >= 2);
 }, manual);
 
 look("registers are named, lit and written", async (page, plant) => {
+  await click(page, "#ladder button", "Registers");
   await click(page, "#register-list .row", "OBJECT_INDEX");
   await page.keyboard.type("0x1008\n");
   await shows(page, "#register-list .lit", /R3703 *4104 *1008h/);
@@ -157,13 +149,14 @@ look("registers are named, lit and written", async (page, plant) => {
   await click(page, "#register-view button", "Process");
   await shows(page, "#register-list", /R3800.*IN 0/);
   await click(page, "#register-view button", "Network");
-  await shows(page, "#register-list", /R3928.*STATUS.*R3932.*HEARD/);
+  await shows(page, "#register-list", /R3928.*STATUS.*R3932 *6 *0006h *HEARD *nodes 1\.\.2R3933 *1 *0001h *HEARD *node 16/);
 });
 
 look("process data says what it is exchanged with", async (page, plant) => {
   const write = (object, size, value) => [`trigger write 0 ${object} ${size} ${value & 0xffff}${size === 4 ? ` ${value >>> 16}` : ""}`, "pass 1ms"];
   await plant.control(...write("0x1600 1", 4, 0xa0c00110), ...write("0x1600 2", 4, 0xa0c00210), ...write("0x1600 0", 1, 2),
     ...write("0x1400 1", 4, 0x2c2), ...write("0x1A00 1", 4, 0xa5400110), ...write("0x1A00 0", 1, 1), ...write("0x1800 1", 4, 0x342));
+  await click(page, "#ladder button", "Registers");
   await click(page, "#register-view button", "Process");
   await shows(page, "#register-list", /R3800.*IN 066 6401h:01 Channel 1.*R3801.*66 6401h:02/);
   await page.focus("#register-list");
@@ -180,18 +173,24 @@ look("what a click does is a command", async (page, plant) => {
   await click(page, "#plant button", "Start all");
   await does("nmt start all");
   await shows(page, "#node-list", /Drive *operational/);
-  await click(page, "#node-list .row", "Drive");
+  await click(page, "#node-list .tile", "Drive");
   await click(page, "#node-panel .switch", "overtemperature");
   await does("incident 16 overtemperature on");
-  await shows(page, "#node-list", /fault · EMCY 4210h/);
+  await shows(page, "#node-list", /Drive *operational *EMCY 4210h device temperature *overtemperature.*fault/);
   await plant.control("incident 16 warning on");
   await page.waitForFunction(() => [...document.querySelectorAll("#node-panel .switch")].find((label) => label.textContent === "warning").firstChild.checked);
-  await page.type("#node-panel .fault-form input", "response-late delay_ms=20");
+  await page.$eval("#command", (field) => { field.value = ""; });
+  await page.type("#node-panel .fault-form input", "delay_ms=20");
+  await click(page, "#node-panel button", "Inject");
+  assert.equal(await page.evaluate(() => document.activeElement.ariaLabel), "Kind of fault");
+  assert.deepEqual([await page.$eval("#command", (field) => field.value), await plant.control("faults")], ["", "ok\n"]);
+  await page.select("#node-panel .fault-form select", "response-late");
+  await shows(page, "#node-panel .fault-form", /An SDO response is sent late/);
   await click(page, "#node-panel button", "Inject");
   await does("fault 16 response-late delay_ms=20", /^ok 1$/);
   await click(page, "#faults .switch", "response-late");
   await does("clear 16 1");
-  await click(page, "#node-list .row", "I/O module");
+  await click(page, "#node-list .tile", "I/O module");
   await page.waitForSelector("#node-panel input[type=range][aria-label='analogue input 1']");
   await page.$eval("#node-panel input[type=range][aria-label='analogue input 1']", (slider) => {
     slider.value = 1000;
@@ -208,7 +207,7 @@ look("what a click does is a command", async (page, plant) => {
   await click(page, "#node-panel .switch", "power");
   await does("power 66 off");
   await shows(page, "#node-list", /I\/O module *off/);
-  await click(page, "#node-list .row", "Generic node");
+  await click(page, "#node-list .tile", "Generic node");
   await click(page, "#node-view button", "Dictionary");
   await page.type("#node-panel input[type=search]", "2080");
   await click(page, "#node-panel .row", "2080h:00");
@@ -226,7 +225,7 @@ look("one cursor goes through plots, transactions and frames", async (page, plan
   const moving = await page.waitForFunction(() => Number(document.querySelectorAll("#legend b")[1].textContent) < 60000);
   assert.ok(moving);
   await page.mouse.move(5, 5);
-  await click(page, "#event-list .row", "6040h:00 Controlword = 31");
+  await click(page, "#event-list .row", "6040h:00 Controlword = 001Fh");
   await page.waitForSelector("#event-list .row.near");
   await page.waitForSelector("#diagram g.near");
   for (const chart of ["plot", "lanes"])
@@ -234,14 +233,15 @@ look("one cursor goes through plots, transactions and frames", async (page, plan
 }, manual);
 
 look("any object is plotted", async (page, plant) => {
-  await click(page, "#node-list .row", "Pressure transducer 1");
-  await click(page, "#node-view button", "Dictionary");
-  await page.type("#node-panel input[type=search]", "9130");
-  await click(page, "#node-panel .row", "9130h:01");
-  await click(page, "#node-panel button", "Plot");
-  await shows(page, "#legend", /Pressure *-?\d+/);
+  await click(page, "#node-list .tile", "Pressure transducer 1");
+  await shows(page, "#legend", /process value 1 *99021 *Pa/);
   assert.match(await plant.control("set 1 0x9130:1 123456"), /^ok/);
   await shows(page, "#legend", /123456/);
+  await click(page, "#node-view button", "Dictionary");
+  await page.type("#node-panel input[type=search]", "1000");
+  await click(page, "#node-panel .row", "1000h:00");
+  await click(page, "#node-panel button", "Plot");
+  await shows(page, "#legend", /Device type *131476/);
 });
 
 look("time passes by clicks", async (page) => {
@@ -273,11 +273,16 @@ for (const [size, width] of [[WIDE, 1280], [NARROW, 390]])
       await shows(page, "#verdict", /0504 0000h/);
       const views = [["Control", "I/O module"], ["Dictionary", "Drive"], ["Control", "Drive"]];
       for (const [view, key] of scheme === "dark" ? views.reverse() : views) {
-        await click(page, "#node-list .row", key);
+        await click(page, "#node-list .tile", key);
         await click(page, "#node-view button", view);
         await page.waitForSelector(view === "Control" ? "#node-panel .fault-form" : "#node-panel .row");
+        if (size === WIDE && view === "Control") assert.deepEqual(await page.evaluate(scrolled), []);
         assert.deepEqual(await page.evaluate(outside), []);
         assert.deepEqual(await page.evaluate(pale), []);
+      }
+      if (scheme === "dark") for (const level of [400, 900, 700]) {
+        await plant.control(`set 66 0x6401:1 ${level}`, "pass 500ms");
+        await page.waitForFunction((value) => document.querySelector("#node-panel .points input.number").value === value, {}, String(level));
       }
       await page.$eval("#answer", (output) => { output.textContent = "ok"; });
     }, { ...manual, size, scheme });
@@ -286,30 +291,36 @@ look("the keyboard is enough", async (page, plant) => {
   await plant.control("trigger read 66 0x1000 0 4", "trigger read 16 0x1000 0 4");
   await page.waitForFunction(() => document.querySelectorAll("#event-list .row").length === 2);
   const reached = new Set();
-  for (let tab = 0; tab < 70; ++tab) {
+  for (let tab = 0; tab < 120; ++tab) {
     await page.keyboard.press("Tab");
     const [id, outline] = await page.evaluate(() => [document.activeElement.id || (document.activeElement === document.body ? '' : document.activeElement.textContent), getComputedStyle(document.activeElement).outlineStyle]);
     if (reached.has(id) && id === "save") break;
     reached.add(id);
     if (id !== "") assert.notEqual(outline, "none", id);
+    if (id === "node-list") {
+      await page.keyboard.press("Home");
+      await shows(page, "#node-title", /^66 /);
+      for (const [key, name] of [["ArrowRight", /^1 /], ["ArrowDown", /^32 /], ["ArrowUp", /^1 /], ["End", /^32 /]]) {
+        await page.keyboard.press(key);
+        await shows(page, "#node-title", name);
+      }
+    }
     if (id === "event-list") {
       await page.keyboard.press("ArrowDown");
       await page.keyboard.press("ArrowDown");
       await shows(page, "#verdict", /#1 /);
     }
-    if (id === "register-list") {
-      await page.keyboard.press("Home");
-      await page.keyboard.press("ArrowDown");
-      await page.keyboard.press("Enter");
-      assert.equal(await page.evaluate(() => document.activeElement.id), "register-value");
-      await page.keyboard.type("7\n");
-      await shows(page, "#answer", /^ok/);
-      await page.keyboard.press("Escape");
-      assert.equal(await page.evaluate(() => document.activeElement.id), "register-list");
-    }
   }
-  for (const id of ["save", "register-list", "register-value", "diagram", "event-list", "filter-text", "node-list", "span", "hold", "command", "copy"])
+  for (const id of ["save", "more-registers", "diagram", "event-list", "filter-text", "node-list", "span", "hold", "command", "copy"])
     assert.ok(reached.has(id), `${id} cannot be reached: ${[...reached]}`);
+  await click(page, "#ladder button", "Registers");
+  await page.focus("#register-list");
+  for (const key of ["Home", "ArrowDown", "Enter"]) await page.keyboard.press(key);
+  assert.equal(await page.evaluate(() => document.activeElement.id), "register-value");
+  await page.keyboard.type("7\n");
+  await shows(page, "#answer", /^ok/);
+  await page.keyboard.press("Escape");
+  assert.equal(await page.evaluate(() => document.activeElement.id), "register-list");
   assert.equal(await plant.control("read 3701"), "ok 7\n");
 });
 
@@ -344,13 +355,13 @@ look("it comes back after a restart", async (page, plant) => {
   const again = await startPlant(program, [], plant.where.http);
   await shows(page, "#live", /live/);
   await again.control("trigger write 66 0x6411 1 2 300");
-  await shows(page, "#event-list", /^#1 *write node 66.{1,60}$/);
+  await shows(page, "#event-list", /^\d+\.\d{3}#1 *write node 66.{1,60}$/);
   await again.stop();
 }, { served: true });
 
 look("another network is chosen", async (page, plant) => {
   await plant.control("trigger 2/read 5 0x1000 0 4", "trigger read 32 0x1000 0 4");
-  await shows(page, "#event-list", /^#\d *read node 32.{1,60}$/);
+  await shows(page, "#event-list", /^\d+\.\d{3}#\d *read node 32.{1,60}$/);
   await page.select("#network", "2");
   await shows(page, "#verdict", /read node 5 .*0504 0000h/);
   await click(page, "#plant button", "Start all");
@@ -397,7 +408,7 @@ look("a transaction that ends while a network is being chosen is in its list", a
   await plant.control("pass 2s");
   await page.evaluate(() => { window.followed = false; window.release(); });
   await page.waitForFunction(() => window.followed);
-  await shows(page, "#event-list", /^#\d *read node 5.{1,60}$/);
+  await shows(page, "#event-list", /^\d+\.\d{3}#\d *read node 5.{1,60}$/);
   assert.equal(await page.evaluate(async () => (await import("./state.js")).state.ended.length), 1);
 }, { options: ["--network", "2", "--clock", "manual"] });
 

@@ -28,7 +28,7 @@ const dropped = (page, files) => page.evaluate((entries) => {
 async function renewed(page, act) {
   await page.evaluate(() => { window.isOld = true; });
   await act();
-  await page.waitForFunction(() => !window.isOld && document.querySelector("#live")?.textContent === "live" && document.querySelector("#register-list .row"));
+  await page.waitForFunction(() => !window.isOld && document.querySelector("#live")?.textContent === "live" && document.querySelector("#node-list .tile"));
 }
 
 const nodes = async (plant, network = 1) => JSON.parse(await plant.ask(`api/nodes?network=${network}`)).nodes.map(({ node, name }) => `${node} ${name}`);

@@ -89,6 +89,23 @@ TEST_CASE("each mistake of a script has its message") {
   }
 }
 
+TEST_CASE("a script names the bits and the incidents that report something wrong") {
+  const auto plant = plant_of(kAlone, script(R"(
+objects = { { index = 0x2000, name = "lamps", type = "u8", bits = { "ready", "hot", "dry" }, alarm = { "dry", "hot" }, show = "output" } }
+incidents = { "door-open", "leak" }
+alarms = { "leak" }
+)"));
+  const sim::Behaviour& device = node_of(plant->view(), "20").behaviour();
+  CHECK(device.points().front().alarm == 6);
+  CHECK(device.alarms() == std::vector<std::string_view>{"leak"});
+  CHECK(what_is_wrong("objects = { { index = 0x2000, type = 'u8', bits = { 'on' }, alarm = { 'off' }, show = "
+                      "'output' } }") ==
+        "plant.toml:1: node 20: t.lua: objects: 2000h: alarm: \"off\" is none");
+  CHECK(what_is_wrong(
+            "objects = { { index = 0x2000, type = 'u8' } } incidents = { 'leak' } alarms = { 'leek' }") ==
+        "plant.toml:1: node 20: t.lua: alarms: \"leek\" is none of its incidents; did you mean leak?");
+}
+
 TEST_CASE("what a script declares counts in its memory") {
   constexpr std::string_view kTooMuch =
       "plant.toml:1: node 20: t.lua: takes more memory than a script may have";

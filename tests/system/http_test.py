@@ -95,6 +95,10 @@ class Page(Http):
         points = self.get("/api/nodes/66/points")
         self.assertEqual((points["points"][0], shape(points)),
                          (examples["GET /api/nodes/N/points"]["points"][0], shape(examples["GET /api/nodes/N/points"])))
+        self.assertEqual(nodes["nodes"][0]["alarms"], ["overcurrent", "short-circuit", "overvoltage", "undervoltage", "overtemperature", "encoder",
+                                                       "following-error", "motor-blocked"])
+        everything = self.get("/api/points")["nodes"]
+        self.assertEqual(([len(node) for node in everything], everything[0]), ([6, 1, 1, 5, 0], points["points"]))
         words = self.get("/api/words")
         self.assertIn({"word": "stop", "meaning": "Stop Remote Node"}, words["nmt"])
         self.assertIn("response-never", [fault["word"] for fault in words["faults"]])

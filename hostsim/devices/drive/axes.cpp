@@ -35,8 +35,10 @@ Axes::Axes(sim::DeviceNode& node, std::size_t count, std::span<const AxisLayout>
   for (std::size_t i = 0; i < count; ++i) {
     axes_.emplace_back(node, errors_, i, i < layouts.size() ? layouts[i] : AxisLayout{});
     const std::string prefix = i == 0 ? "" : "axis-" + std::to_string(i + 1) + "-";
-    for (const IncidentKind& kind : kDriveIncidents)
+    for (const IncidentKind& kind : kDriveIncidents) {
       names_.push_back(prefix + std::string(kind.name));
+      if (kind.alarm) alarms_.push_back(names_.back());
+    }
   }
 }
 

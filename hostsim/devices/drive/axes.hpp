@@ -46,6 +46,7 @@ class Axes final : public sim::Behaviour {
   std::optional<double> output(std::uint16_t index, std::uint8_t sub) const override;
   std::vector<sim::Point> points() const override;
   std::vector<std::string_view> incidents() const override { return {names_.begin(), names_.end()}; }
+  std::vector<std::string_view> alarms() const override { return {alarms_.begin(), alarms_.end()}; }
   void set_incident(std::size_t place, bool present, Time now) override;
 
  private:
@@ -82,8 +83,8 @@ class Axes final : public sim::Behaviour {
   }
 
   ErrorCounts errors_;
-  std::deque<One> axes_;            ///< whose items do not move
-  std::vector<std::string> names_;  ///< of incidents
+  std::deque<One> axes_;                     ///< whose items do not move
+  std::vector<std::string> names_, alarms_;  ///< of incidents
 };
 
 }  // namespace cbcan::devices

@@ -87,15 +87,17 @@ void Drive::reset(bool application, Time now) {
 std::vector<sim::Point> Drive::points() const {
   using enum sim::Point::Kind;
   const char* const per_minute = objects_.vl_dimension_factor.value() != 1 ? "" : "1/min";
+  const char* const place = axis_.increments(1) == 1 ? "inc" : "";
+  const char* const speed = axis_.increments_per_second(1) == 1 ? "inc/s" : "";
   std::vector<sim::Point> points{
-      {.kind = kOutput, .index = 0x6064, .name = "position", .target = 0x607A},
-      {.kind = kOutput, .index = 0x60C1, .sub = 1, .name = "interpolated position"},
+      {.kind = kOutput, .index = 0x6064, .name = "position", .unit = place, .target = 0x607A},
+      {.kind = kOutput, .index = 0x60C1, .sub = 1, .name = "interpolated position", .unit = place},
       {.kind = kOutput, .index = 0x6042, .name = "target speed", .unit = per_minute},
-      {.kind = kCurve, .index = 0x6062, .name = "position demand"},
-      {.kind = kCurve, .index = 0x6064, .name = "position"},
-      {.kind = kCurve, .index = 0x606C, .name = "velocity"},
+      {.kind = kCurve, .index = 0x6062, .name = "position demand", .unit = place},
+      {.kind = kCurve, .index = 0x6064, .name = "position", .unit = place},
+      {.kind = kCurve, .index = 0x606C, .name = "velocity", .unit = speed},
       {.kind = kCurve, .index = 0x6044, .name = "speed", .unit = per_minute},
-      {.kind = kCurve, .index = 0x6077, .name = "torque"}};
+      {.kind = kCurve, .index = 0x6077, .name = "torque", .unit = "‰"}};
   if (axis_.has_limits())
     for (sim::Point& point : points)
       if (point.kind == kOutput && point.index != 0x6042)

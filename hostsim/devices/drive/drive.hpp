@@ -76,7 +76,7 @@ inline constexpr auto kDriveIncidents = std::to_array<IncidentKind>({
     {"overtemperature", 0x4210, ErrorRegister::kGeneric | ErrorRegister::kTemperature},
     {"encoder", 0x7305, ErrorRegister::kGeneric | ErrorRegister::kProfile},
     {"following-error", 0x8611, ErrorRegister::kGeneric | ErrorRegister::kProfile},
-    {"motor-blocked"},
+    {.name = "motor-blocked", .alarm = true},
     {"limit-switch-negative"},
     {"limit-switch-positive"},
     {"warning"},

@@ -38,8 +38,8 @@ constexpr std::array<std::string_view, 3> kPdos{"", "tx", "rx"};
 
 constexpr std::array<std::string_view, 7> kObjectNumbers{"index", "sub",    "default", "low",
                                                          "high",  "target", "level"};
-constexpr std::array<std::string_view, 8> kObjectTexts{"name", "type", "access", "default",
-                                                       "unit", "pdo",  "bits",   "show"};
+constexpr std::array<std::string_view, 9> kObjectTexts{"name", "type", "access", "default", "unit",
+                                                       "pdo",  "bits", "alarm",  "show"};
 constexpr std::array<std::string_view, 5> kDeviceNumbers{"type", "vendor", "product", "revision",
                                                          "heartbeat_ms"};
 constexpr std::array<std::string_view, 1> kDeviceTexts{"name"};
@@ -349,6 +349,14 @@ void write_head(std::string& text, std::string_view file, const Entries& entries
   write_list(text, "ManufacturerObjects", entries, is_own);
 }
 
+/// The bits with these names.
+std::uint64_t alarm_of(const Fields& fields) {
+  std::uint64_t bits = 0;
+  for (const std::string& name : fields.texts("alarm"))
+    bits |= std::uint64_t{1} << fields.choice("alarm", fields.texts("bits"), name);
+  return bits;
+}
+
 }  // namespace
 
 std::vector<sim::Point> declared_points(Script& script) {
@@ -369,7 +377,8 @@ std::vector<sim::Point> declared_points(Script& script) {
                           .high = fields.number("high"),
                           .bits = fields.texts("bits"),
                           .target = fields.integer<std::uint16_t>("target", 0, 0xFFFF, 0),
-                          .level = fields.number("level").value_or(0) != 0});
+                          .level = fields.number("level").value_or(0) != 0,
+                          .alarm = alarm_of(fields)});
   return points;
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "devices/lua/lua_device.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -13,6 +15,8 @@
 #include <utility>
 #include <vector>
 
+#include "base/suggestion.hpp"
+#include "base/words.hpp"
 #include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "devices/lua/declaration.hpp"
@@ -128,6 +132,7 @@ class LuaDevice final : public sim::Behaviour {
   }
 
   std::vector<std::string_view> incidents() const override { return {incidents_.begin(), incidents_.end()}; }
+  std::vector<std::string_view> alarms() const override { return {alarms_.begin(), alarms_.end()}; }
   std::vector<sim::Point> points() const override { return points_; }
   void set_incident(std::size_t place, bool present, Time now) override {
     const std::string& incident = incidents_[place];
@@ -315,6 +320,12 @@ class LuaDevice final : public sim::Behaviour {
   void begin() {
     script_ = std::make_unique<Script>(name_, text_, seed_, kFunctions, this);
     incidents_ = script_->list("incidents", kMostIncidents);
+    alarms_ = script_->list("alarms", kMostIncidents);
+    for (const std::string& alarm : alarms_)
+      if (std::ranges::find(incidents_, alarm) == incidents_.end())
+        throw ScriptError(fmt::format("{}: alarms: \"{}\" is none of its incidents{}", name_, alarm,
+                                      base::did_you_mean(alarm, incidents())),
+                          0);
     points_ = declared_points(*script_);
   }
 
@@ -373,7 +384,7 @@ class LuaDevice final : public sim::Behaviour {
   std::string name_;
   std::string text_;
   std::unique_ptr<Script> script_;
-  std::vector<std::string> incidents_;
+  std::vector<std::string> incidents_, alarms_;
   std::vector<sim::Point> points_;
   std::map<std::pair<std::uint16_t, std::uint8_t>, double> given_;  ///< to inputs that the script has taken
   std::map<std::pair<std::uint16_t, std::uint8_t>, double> kept_;   ///< inputs that are their object's value

@@ -6,27 +6,27 @@ import {addressOf, shortText} from './words.js';
 import {watchObject} from './plots.js';
 
 const titled = point => point.unit ? `${point.name} (${point.unit})` : point.name;
-const isOn = (point, bit) => Math.floor(point.value / 2 ** bit) % 2 === 1;
+const isSet = (word, bit) => Math.floor(word / 2 ** bit) % 2 === 1;
 const range = point => ({min: point.low ?? 0, max: point.high ?? Math.max(100, 2 * Math.abs(point.value))});
 const limit = value => Math.abs(value) >= 1e7 ? value.toExponential(1).replace('+', '') : Math.abs(value) >= 1e4 ? `${Number((value / 1000).toPrecision(3))}k` : shortText(value);
 
 /// A switch for each bit of an input.
 function switches(point, word) {
   return point.bits.map((name, bit) => {
-    const box = make('input', {type: 'checkbox', ariaLabel: `${point.name}: ${name}`, update: now => { box.checked = isOn(now, bit); }});
+    const box = make('input', {type: 'checkbox', ariaLabel: `${point.name}: ${name}`, update: now => { box.checked = isSet(now.value, bit); }});
     box.onchange = () => send(`set ${word} ${point.object}.${bit} ${box.checked ? 1 : 0}`);
     return make('label', {className: 'switch'}, box, name);
   });
 }
 
-/// A lamp for each bit of an output: full or empty, and said.
-function lamps(point) {
+/// A lamp for each bit of a point: full or empty, red if it reports something wrong, and said.
+function lamps(point, isShort = false) {
   return point.bits.map((name, bit) => {
-    const lamp = make('span', {className: 'lamp', role: 'img', update: now => {
-      lamp.classList.toggle('on', isOn(now, bit));
-      lamp.ariaLabel = `${point.name}: ${name} ${isOn(now, bit) ? 'on' : 'off'}`;
+    const lamp = make('span', {className: `lamp ${isSet(point.alarm ?? 0, bit) ? 'alarm' : ''}`, role: 'img', update: now => {
+      lamp.classList.toggle('on', isSet(now.value, bit));
+      lamp.ariaLabel = `${point.name}: ${name} ${isSet(now.value, bit) ? 'on' : 'off'}`;
     }});
-    return make('span', {className: 'switch'}, lamp, name);
+    return make('span', {className: 'switch'}, lamp, isShort ? '' : name);
   });
 }
 
@@ -65,8 +65,37 @@ function gauge(point) {
   return [bar, number];
 }
 
-function row(point, word) {
-  const label = make('span', {className: 'name', textContent: titled(point), title: `${titled(point)}, ${point.object}`});
+const isShort = point => point.bits.every(name => name.length < 3);
+
+/// The main value and up to two rows of lamps, for a tile.
+export function glance(points) {
+  const numbers = points.filter(point => !point.bits), lit = points.filter(point => point.bits && point.kind !== 'curve');
+  const main = ['output', 'curve', 'input'].map(kind => numbers.find(point => point.kind === kind)).find(Boolean);
+  const named = ({name}) => make('span', {className: 'quiet', textContent: name});
+  const parts = lit.slice(-2).map(point => [point, make('div', {className: 'lamps'}, named(point), ...lamps(point, isShort(point)))]);
+  if (main) {
+    const words = make('div', {update: now => {
+      const going = now.target !== undefined && now.target !== now.value ? ` → ${shortText(now.target)}` : '';
+      words.textContent = `${now.name} ${shortText(now.value)} ${now.unit ?? ''}${going}`;
+    }});
+    parts.unshift(...[gauge({...main, level: false})[0], words].map(part => [main, part]));
+  }
+  return parts.map(([point, part]) => marked(part, point));
+}
+
+/// show() finds the elements of a point.
+function marked(part, point) {
+  part.dataset.point = `${point.kind} ${point.object}`;
+  return part;
+}
+
+/// Plots a number.
+const plotter = (point, node) => make('button', {type: 'button', textContent: titled(point), title: `plot ${point.object}`,
+  onclick: () => watchObject(node, {...addressOf(point), name: point.name, unit: point.unit})});
+
+function row(point, node, word) {
+  const label = point.bits ? make('span', {textContent: point.name, title: point.object}) : plotter(point, node);
+  label.classList.add('name');
   const isInput = point.kind === 'input';
   if (point.bits) return [label, make('div', {className: 'bits'}, ...(isInput ? switches(point, word) : lamps(point)))];
   return [label, ...(isInput ? slider(point, word) : gauge(point))];
@@ -76,14 +105,10 @@ function row(point, word) {
 export function controls(points, node, word) {
   const grid = make('div', {className: 'points'});
   for (const point of points.filter(each => each.kind !== 'curve')) {
-    const cells = row(point, word);
-    for (const cell of cells) cell.dataset.point = `${point.kind} ${point.object}`;
-    grid.append(...cells);
+    grid.append(...row(point, node, word).map(cell => marked(cell, point)));
   }
-  const isCurve = point => points.some(each => each.kind === 'curve' && each.object === point.object);
-  const curves = points.filter(each => each.kind === 'curve' || !each.bits && !isCurve(each)).map(point => {
-    return make('button', {type: 'button', textContent: titled(point), onclick: () => watchObject(node, {...addressOf(point), name: point.name})});
-  });
+  const hasRow = point => points.some(each => each.kind !== 'curve' && each.object === point.object);
+  const curves = points.filter(point => point.kind === 'curve' && !hasRow(point)).map(point => plotter(point, node));
   if (curves.length) grid.append(make('div', {className: 'curves'}, 'plot', ...curves));
   show(grid, points);
   return grid;

@@ -2,7 +2,7 @@
 // The list of the last transactions, or of all events, with filters.
 
 import {state, on, tell, element, nearest, askWords} from './state.js';
-import {duration, nodeText} from './words.js';
+import {duration, nodeText, inHex} from './words.js';
 import {List, choice} from './list.js';
 import {chooseTransaction} from './ladder.js';
 
@@ -11,17 +11,30 @@ let view = 'transactions', list;
 
 const kinds = {
   transactions: {
-    kind: 'transaction', key: event => event.number,
-    cells: event => [[`#${event.transaction}`, 'quiet'], [event.words, 'words'],
-      [event.outcome, event.ok ? 'good words' : 'bad words'], [duration(event.took_ms), 'right quiet']],
+    kind: 'transaction', key: event => event.key ?? event.number,
+    cells: event => event.part ? noteCells(event) : [[event.time.toFixed(3), 'quiet right'], [`#${event.transaction}`, 'quiet'],
+      [inHex(event.words), 'words'], [outcomeOf(event), `right words ${event.ok ? 'good' : 'bad'}`, `${event.outcome}, ${duration(event.took_ms)}`]],
   },
   everything: {
-    kind: 'event', key: event => event.number,
-    cells: event => [[event.time.toFixed(3), 'quiet right'], [event.transaction ? `#${event.transaction}` : '', 'quiet'],
-      [`${event.kind === 'command' && !event.refused ? event.words : event.text.replace(/^#\d+ /, '')}${event.times ? ` × ${event.times}` : ''}`, wordsClass(event)],
-      [event.kind, 'quiet']],
+    kind: 'event', key: event => event.key ?? event.number,
+    cells: event => event.part ? noteCells(event) : [[event.time.toFixed(6), 'quiet right'],
+      [event.transaction ? `#${event.transaction}` : event.kind, 'quiet', event.kind],
+      [`${wordsOf(event)}${event.times ? ` × ${event.times}` : ''}`, wordsClass(event)]],
   },
 };
+
+const wordsOf = event => event.kind === 'command' && !event.refused ? event.words : inHex(event.text.replace(/^#\d+ /, ''));
+/// Of a failure the abort code, and the time.
+const outcomeOf = ({ok, code, outcome, took_ms: took}) => `${ok ? '' : `${code ? outcome.slice(0, 10) : outcome} · `}${duration(took)}`;
+const noteCells = ({time, kind, first, part, tint}) =>
+  [[first ? time.toFixed(3) : '', 'quiet right'], [first ? kind : '', tint], [part, `whole words ${tint}`]];
+
+/// Advice and failed boots are whole: each has as many rows as its words need.
+function rowsOf(event) {
+  const tint = {boot: 'bad', advice: 'wait'}[event.kind], room = Math.max(30, Math.floor((list.host.clientWidth - 130) / 6.5));
+  const parts = tint ? event.words.match(new RegExp(`.{1,${room}}(?:\\s|$)|\\S+`, 'g')) ?? [''] : [];
+  return tint ? parts.map((part, at) => ({...event, key: `${event.number}.${at}`, first: at === 0, part, tint})) : [event];
+}
 
 function wordsClass(event) {
   const bad = event.kind === 'fault' || event.ok === false || event.refused || (event.kind === 'emcy' && event.code !== 0);
@@ -45,14 +58,15 @@ function passes() {
   const failed = element('filter-failed').checked, slow = element('filter-slow').checked;
   const text = element('filter-text').value.toLowerCase();
   return event => (!kind || event.kind === kind) && (!node || event.node === node) && (!service || event.service === service) &&
-    (!failed || event.ok === false || event.kind === 'fault') && (!slow || event.took_ms > 10) &&
+    (!failed || event.ok === false || ['fault', 'boot'].includes(event.kind)) && (!slow || event.took_ms > 10) &&
     (!text || event.text.toLowerCase().includes(text));
 }
 
 function update() {
-  const found = [], all = view === 'transactions' ? state.ended : state.recent, pass = passes();
+  const found = [], pass = passes();
+  const all = view === 'everything' ? state.recent : [...state.ended, ...state.notes].sort((a, b) => a.number - b.number);
   for (let at = all.length; at-- > 0 && found.length < kMostListed;) if (pass(all[at])) found.push(all[at]);
-  list.items = view === 'everything' ? folded(found) : found;
+  list.items = (view === 'everything' ? folded(found) : found).flatMap(rowsOf);
 }
 
 function mark() {

@@ -2,31 +2,43 @@
 // The ladder diagram of one transaction: messages between PLC, coprocessor and node, and waiting times.
 
 import {state, on, tell, element, make, svg, nearest, eventsOf, send, prefix} from './state.js';
-import {nodeHex, objectText, duration, valueText, registersOf, kServices} from './words.js';
+import {hex, nodeHex, objectText, duration, valueText, inHex, driveState, registersOf, kServices} from './words.js';
 
-const kRow = 34, kTop = 44, kGutter = 66, kPause = 0.002, kMostRows = 400;
+const kRow = 34, kTop = 44, kTimes = 66, kRegisters = 88, kLine = 13, kPause = 0.002, kMostRows = 400, kMostRegisters = 12;
 let shown = null, asked = 0, busy = false;
 
+const milliseconds = new Intl.NumberFormat('en-US', {minimumFractionDigits: 3, maximumFractionDigits: 3}).format;
 const nodeName = id => state.nodes.find(node => node.node === id)?.name ?? '';
 /// "5C2 · 4B 11 64" of "5C2#4B1164".
 const framed = text => text.replace(/#(.*)/, (_, data) => ` · ${data.replace(/(..)(?=.)/g, '$1 ')}`);
 /// The height of a pause is logarithmic.
 const heightOf = row => row.pause ? kRow * (0.9 + 0.25 * Math.log10(Math.max(1, row.pause))) : kRow;
 
-// ---- Rows: {from, to, what, more, kind, time}; 0 the PLC, 1 the coprocessor, 2 the node
+// ---- Rows: {from, to, what, more, kind, time, registers}; 0 the PLC, 1 the coprocessor, 2 the node
+
+/// Words of the window in the bases in which people know them, others in decimal.
+const wordText = (register, word) =>
+  (register === 3700 && word > 15) || register === 3703 || (register > 3705 && register < 3770) ? hex(word) : String(word);
+const listed = (first, words) => words.slice(0, kMostRegisters).map((word, at) => `R${first + at} ${wordText(first + at, word)}`);
+/// The registers from R3706 on of a value that a transaction has, up to 4 bytes.
+const dataOf = ({bytes}) => (bytes.length > 8 ? [] : bytes.match(/..(..)?/g) ?? []).map(text => parseInt(text.slice(2) + text.slice(0, 2), 16));
 
 function modbusRow(event) {
   const {first, words, writes} = registersOf(event);
   const at = register => words[register - first];
   const executes = at(3700) === 0xCA0E, polled = executes ? 'busy' : 'reads';
   if (!writes) return {from: 1, to: 0, kind: 'poll', what: polled, fold: polled, more: event.words};
-  const parts = [executes ? 'execute' : '', kServices[at(3701)] ?? '', at(3702) === undefined ? '' : at(3702) ? `node ${at(3702)}` : 'own node',
-    at(3703) === undefined ? '' : objectText(at(3703), at(3704) ?? 0), at(3705) ? `${at(3705)} bytes` : ''];
-  return {from: 0, to: 1, kind: 'modbus', what: parts.filter(Boolean).join(' · ') || 'write', more: event.words};
+  const object = at(3703) === undefined ? '' : objectText(at(3703), at(3704) ?? 0);
+  return {from: 0, to: 1, kind: 'modbus', what: [executes ? 'execute:' : '', kServices[at(3701)] ?? 'write', object].filter(Boolean).join(' '),
+    registers: listed(first, words)};
 }
 
 /// The first row of a transaction without a PLC's request: a command.
-const begunRow = event => ({from: 0, to: 1, kind: 'modbus', what: event.words, more: 'by a command'});
+function begunRow(event) {
+  const service = Number(Object.keys(kServices).find(code => kServices[code] === event.service)), size = event.bytes.length / 2;
+  const words = [0xCA0E, service, event.node, event.index, event.sub, ...size ? [size, ...dataOf(event)] : []];
+  return {from: 0, to: 1, kind: 'modbus', what: inHex(event.words), more: 'by a command', registers: service ? listed(3700, words) : []};
+}
 
 function frameRow(event) {
   const [id, data] = event.frame.split('#');
@@ -35,7 +47,7 @@ function frameRow(event) {
     (number >= 0x80 && number < 0x580);
   const aborts = /^(SDO node \d+: )abort/.test(event.words);
   return {from: fromNode ? 2 : 1, to: fromNode ? 1 : 2, kind: aborts ? 'bad' : 'frame',
-    what: event.words.replace(/^SDO node \d+: /, ''), more: framed(event.frame)};
+    what: inHex(event.words.replace(/^SDO node \d+: /, '')), more: framed(event.frame)};
 }
 
 function faultRow(event) {
@@ -45,10 +57,13 @@ function faultRow(event) {
     more: frame && framed(frame)};
 }
 
+const resultWords = event => event.code && !event.ok ? [event.code & 0xFFFF, event.code >>> 16] : event.service === 'read' ? dataOf(event) : [];
+
 function resultRow(event) {
   return {from: 1, to: 0, kind: event.ok ? 'good' : 'bad',
     what: event.result < 0 ? 'taken back by the PLC' : `R3700 = ${event.result} · ${event.outcome}`,
-    more: event.service === 'read' && event.ok ? `value ${valueText(event.index, event.sub, event.value)}` : ''};
+    more: event.service === 'read' && event.ok ? `value ${valueText(event.index, event.sub, event.value)}` : '',
+    registers: event.result < 0 ? [] : [...listed(3700, [event.result]), ...listed(3706, resultWords(event))]};
 }
 
 /// The reason of a pause.
@@ -103,10 +118,11 @@ function arrow(x1, x2, y, row) {
 }
 
 function drawRow(row, y, lives, width, start) {
-  const group = svg('g', {class: row.kind, 'data-time': row.time});
-  const time = svg('text', {class: 'small', x: kGutter - 8, y: y + 4, 'text-anchor': 'end'},
-    row.time === start ? '0' : `+${duration((row.time - start) * 1000)}`);
-  group.append(svg('title', {}, `${row.what}\n${row.more ?? ''}`), time);
+  const group = svg('g', {class: row.kind, 'data-time': row.time}), left = lives[0] - 8, after = milliseconds((row.time - start) * 1000);
+  group.append(svg('title', {}, `${after} ms\n${row.what}\n${row.more ?? ''}`));
+  if (left > kTimes + kRegisters) group.append(svg('text', {class: 'small time', x: kTimes - 8, y: y + 4, 'text-anchor': 'end'}, after));
+  for (const [at, text] of (row.registers ?? []).entries())
+    group.append(svg('text', {class: 'small register', x: left - kRegisters + 8, y: y + 4 + at * kLine}, text));
   if (row.pause) {
     group.append(svg('rect', {x: lives[1] - 5, y: y - 12, width: 10, height: heightOf(row) - 8, rx: 3}),
       svg('text', {class: 'what', x: lives[1] + 12, y: y + heightOf(row) / 2 - 17}, duration(row.pause)),
@@ -124,26 +140,32 @@ function draw() {
   const host = element('diagram'), width = host.clientWidth;
   if (!shown || width === 0) return;
   const {ended, rows} = shown;
-  const lives = [kGutter + 8, kGutter + (width - kGutter) * 0.5, width - 30];
-  const height = rows.reduce((sum, row) => sum + heightOf(row), kTop + 14);
-  const picture = svg('svg', {viewBox: `0 0 ${width} ${height}`, height});
-  const node = ended.service === 'nmt' && !ended.node ? 'all nodes' : ended.node ? `node ${ended.node} (${nodeHex(ended.node)})` : 'own node';
+  const gutter = kRegisters + (width < 480 ? 4 : kTimes + 4), lives = [gutter + 8, gutter + (width - gutter) * 0.5, width - 30];
+  const picture = svg('svg', {});
+  const node = ended.node ? `node ${ended.node} ${width < 480 ? '' : `(${nodeHex(ended.node)})`}` : ended.service === 'nmt' ? 'all nodes' : 'own node';
   ['PLC', 'coprocessor', node].forEach((name, at) => {
-    const anchor = ['start', 'middle', 'end'][at], x = at === 1 ? lives[1] : at ? width - 4 : kGutter;
-    picture.append(svg('path', {class: 'life', d: `M${lives[at]} ${kTop - 12}V${height - 4}`}),
+    const anchor = ['start', 'middle', 'end'][at], x = at === 1 ? lives[1] : at ? width - 4 : gutter;
+    picture.append(svg('path', {class: 'life'}),
       svg('text', {class: 'name', x, y: 12, 'text-anchor': anchor}, name),
       svg('text', {class: 'small', x, y: 26, 'text-anchor': anchor}, at === 2 ? nodeName(ended.node) : ''));
   });
-  let y = kTop + 16;
+  if (width >= 480) picture.append(svg('text', {class: 'small', x: kTimes - 8, y: 12, 'text-anchor': 'end'}, 'ms'));
+  let y = kTop + 16, free = 0;  // where the registers of the row before end
   for (const row of rows) {
+    if (row.registers?.length) y = Math.max(y, free);
     picture.append(drawRow(row, y, lives, width, rows[0].time));
+    if (row.registers) free = y + row.registers.length * kLine + 8;
     y += heightOf(row);
   }
+  const height = Math.max(y, free) - 10;
+  for (const [at, path] of picture.querySelectorAll('.life').entries()) path.setAttribute('d', `M${lives[at]} ${kTop - 12}V${height - 4}`);
+  picture.setAttribute('viewBox', `0 0 ${width} ${height}`);
+  picture.setAttribute('height', height);
   const top = host.scrollTop;
   host.replaceChildren(picture);
   host.scrollTop = top;
-  for (const text of picture.querySelectorAll('g text:not([text-anchor=end].small:first-of-type)'))
-    fit(text, text.parentNode.classList.contains('pause') ? width - lives[1] - 16 : width - kGutter - 18);
+  for (const text of picture.querySelectorAll('g text:not(.time, .register)'))
+    fit(text, text.parentNode.classList.contains('pause') ? width - lives[1] - 16 : width - gutter - 18);
   for (const text of picture.querySelectorAll('g text.what')) interrupt(text);
   mark();
 }
@@ -155,10 +177,19 @@ function interrupt(text) {
 }
 
 function verdict(ended) {
-  const lines = [[`#${ended.transaction}  ${ended.words}`, 'strong'],
+  const lines = [[`#${ended.transaction}  ${inHex(ended.words)}`, 'strong'],
     [`${ended.result < 0 ? 'taken back' : ended.outcome} · ${duration(ended.took_ms)}`, ended.ok ? 'good' : 'bad']];
   lines.forEach(([text, name], at) =>
     Object.assign(element('verdict').children[at], {textContent: text, className: name, title: text}));
+}
+
+/// What the PLC programmer can do better, with how often it has been seen.
+function advise() {
+  element('advice').replaceChildren(...(shown?.advice ?? []).map(event => {
+    const count = state.advice.find(({number}) => number === event.number)?.count ?? 1;
+    const times = make('span', {className: 'quiet', textContent: count > 1 ? `; ${count} times` : ''});
+    return make('p', {}, make('b', {textContent: 'Advice'}), ` ${event.words}`, times);
+  }));
 }
 
 async function show(number) {
@@ -171,8 +202,9 @@ async function show(number) {
     const events = await eventsOf(wanted).catch(() => []);
     const ended = events.find(event => event.kind === 'ended');
     if (!ended) continue;
-    shown = {ended, rows: rowsOf(events)};
+    shown = {ended, rows: rowsOf(events), advice: events.filter(({kind}) => kind === 'advice')};
     verdict(ended);
+    advise();
     draw();
   }
   busy = false;
@@ -194,26 +226,38 @@ function step(by) {
   if (next) chooseTransaction(next.transaction);
 }
 
-/// What to try before there is a transaction: title, what happens and where to look, lines of commands.
+/// What to try before there is a transaction: title, what happens and where to look, the commands.
 function trials() {
   const node = state.nodes.find(each => each.node && each.state !== 'off')?.node;
   const drive = state.nodes.find(each => each.node && each.statusword !== undefined)?.node;
-  const write = (object, size, ...words) => [`trigger ${prefix()}write ${drive} ${object} 0 ${size} ${words.join(' ')}`, `wait register ${prefix()}3700 != 51726`];
   const read = `trigger ${prefix()}read ${node} 0x1000 0 4`;
   return [
-    node && ['Read', `A PLC reads the device type of node ${node}: each message of it appears here.`, [read]],
-    drive && ['Move the drive', `Node ${drive} is enabled and moves: look at the plot.`, [`nmt start ${prefix()}${drive}`,
-      ...[6, 7, 15].flatMap(word => write('0x6040', 2, word)), ...write('0x6060', 1, 1), ...write('0x6081', 4, 20000, 0),
-      ...write('0x607A', 4, 60000, 0), ...write('0x6040', 2, 31)]],
+    node && ['Read', `A PLC reads the device type of node ${node}: each message of it appears here.`, () => send(read)],
+    drive && ['Move the drive', `Node ${drive} is enabled and moves: look at the plot.`, () => move(drive)],
     node && ['Break something', `Node ${node} does not respond: see what the PLC gets, and when.`,
-      [`fault ${prefix()}${node} response-never count=1`, read]],
+      () => send(`fault ${prefix()}${node} response-never count=1; ${read}`)],
   ].filter(Boolean);
+}
+
+/// As a PLC has to: after each control word it reads 6041h until the drive is in the state.
+async function move(drive) {
+  const done = `wait register ${prefix()}3700 != 51726`, status = `trigger ${prefix()}read ${drive} 0x6041 0 2; ${done}; read ${prefix()}3706`;
+  const write = (object, size, ...words) => send(`trigger ${prefix()}write ${drive} ${object} 0 ${size} ${words.join(' ')}; ${done}`);
+  await send(`nmt start ${prefix()}${drive}`);
+  for (const [word, wanted] of [[6, 'ready to switch on'], [7, 'switched on'], [15, 'operation enabled']]) {
+    await write('0x6040', 2, word);
+    for (let tries = 0; driveState(Number((await send(status)).split(' ').at(-1))) !== wanted; ++tries) {
+      if (tries === 20) return;
+      await send('pass 10ms');
+    }
+  }
+  for (const words of [['0x6060', 1, 1], ['0x6081', 4, 20000, 0], ['0x607A', 4, 60000, 0], ['0x6040', 2, 31]]) await write(...words);
 }
 
 function empty() {
   element('diagram').replaceChildren(
     make('p', {className: 'quiet', textContent: 'No transaction yet: a PLC writes CA0Eh to R3700. Or try:'}),
-    ...trials().map(([title, what, lines]) => make('button', {className: 'trial', onclick: () => send(lines.join('\n'))},
+    ...trials().map(([title, what, act]) => make('button', {className: 'trial', onclick: act},
       make('b', {textContent: title}), make('span', {className: 'quiet', textContent: what}))));
 }
 
@@ -240,14 +284,17 @@ export function startLadder() {
     latest();
     // The PLC reads the result after the end; further reads of a followed transaction change only a number.
     const complete = element('follow').checked && shown?.ended.transaction === state.transaction && shown.rows.some(row => row.fold === 'reads');
-    if (!complete && events.some(event => event.transaction === state.transaction && event.kind !== 'ended')) show(state.transaction);
+    const more = event => event.transaction === state.transaction && (complete ? event.kind === 'advice' : event.kind !== 'ended');
+    if (events.some(more)) show(state.transaction);
   });
   on('so', () => { if (!shown && !state.ended.length && !element('diagram').matches(':focus-within')) empty(); });
+  on('advice', advise);
   on('cursor', mark);
   on('restart', () => {
     shown = null;
     element('follow').checked = true;
     for (const line of element('verdict').children) line.textContent = '';
+    advise();
     empty();
   });
 }

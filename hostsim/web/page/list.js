@@ -7,7 +7,7 @@ import {make} from './state.js';
 let lists = 0;
 
 export class List {
-  #items = []; #rows = new Map(); #beside; #name = `list${++lists}`; #body = make('div', {className: 'rows', role: 'presentation'});
+  #items = []; #rows = new Map(); #name = `list${++lists}`; #body = make('div', {className: 'rows', role: 'presentation'});
 
   /// kind: class of the rows. key(item): its unique key. cells(item): an array of [text, class, title].
   /// mark(item): more classes. choose(item): called when a row is chosen. Enter and a click move the focus to the field
@@ -35,12 +35,6 @@ export class List {
     const now = top ? items.slice(0, at + 2000).findIndex(item => key(item) === key(top)) : -1;
     if (now >= 0 && now !== at) host.scrollTop += (now - at) * height;
     this.draw();
-  }
-
-  /// Shows one element beside the rows, which scrolls with them.
-  beside(element) {
-    this.#beside?.remove();
-    this.#beside = this.#body.appendChild(element);
   }
 
   draw() {

@@ -4,15 +4,17 @@
 import {state, on, tell, element, make, watch, pointsOf, prefix} from './state.js';
 import {addressOf, objectText, objectWord, nodeText, shortText, kStatusBits} from './words.js';
 
-const kLeft = 66, kRight = 44, kMostPoints = 6000, kMostWatched = 6, kStatus = 0x6041;
-let watched = [], status = null, times = [], plot, lanes, stale = true, latest = 0, asked = 0, drawn = 0;
+const kLeft = 72, kRight = 62, kMostPoints = 6000, kMostWatched = 6, kMostKept = 16, kStatus = 0x6041;
+let watched = [], status = null, kept = [], times = [], plot, lanes, stale = true, latest = 0, asked = 0, drawn = 0;
 
 const key = object => `${object.node}:${objectWord(object).replace(/:0$/, '')}`;
-const all = () => status ? [...watched, status] : watched;
+/// Those of nodes chosen before are kept, as many as can be watched.
+const all = () => [...watched, ...status ? [status] : [], ...kept];
+const object = (node, given) => all().find(other => key(other) === key({...given, node})) ?? {...given, node, values: times.map(() => null)};
 const color = (element, at) => getComputedStyle(element.children[at]).getPropertyValue('--c');
 
-/// Objects of one kind share an axis.
-const scaleOf = object => /position/i.test(object.name) ? 'position' : /velocity|speed/i.test(object.name) ? 'velocity' : key(object);
+/// Objects with one unit, or with names that only a number tells apart, share an axis.
+const scaleOf = object => object.unit || object.name.replace(/\d+/g, '');
 
 function reset() {
   times = [];
@@ -20,27 +22,29 @@ function reset() {
 }
 
 function rewatch() {
-  reset();
+  kept = kept.filter(other => !watched.includes(other) && other !== status).slice(0, kMostKept - watched.length - 1);
   watch(all().map(key));
   build();
 }
 
-export function watchObject(node, object) {
-  if (!object || watched.some(other => other.node === node.node && other.index === object.index && other.sub === object.sub)) return;
-  watched.push({node: node.node, index: object.index, sub: object.sub, name: object.name, values: []});
+export function watchObject(node, given) {
+  if (!given || watched.includes(object(node.node, given))) return;
+  watched.push(object(node.node, given));
   if (watched.length > kMostWatched) watched.shift();
   rewatch();
 }
 
-/// The curves of the device, and the statusword of a drive; what others have chosen stays if it has none.
+/// The curves of the device, without any its numbers, and the statusword of a drive; what others have chosen stays if it has none.
 async function watchNode(node) {
-  if (!node.node) return;
-  const object = address => ({...address, node: node.node, values: []});
-  const curves = (await pointsOf(node)).filter(point => point.kind === 'curve').slice(0, kMostWatched)
-    .map(point => object({...addressOf(point), name: point.name}));
-  if (!curves.length || (watched[0] && key(watched[0]) === key(curves[0]))) return;
-  watched = curves;
-  status = node.statusword === undefined ? null : object({index: kStatus, sub: 0, name: 'Statusword'});
+  if (!node.node || !node.state) return;
+  const numbers = (await pointsOf(node)).filter(point => !point.bits), before = all();
+  const curves = numbers.filter(point => point.kind === 'curve');
+  const found = (curves.length ? curves : numbers).slice(0, kMostWatched)
+    .map(point => object(node.node, {...addressOf(point), name: point.name, unit: point.unit}));
+  if (!found.length || (watched[0] && key(watched[0]) === key(found[0]))) return legend();
+  watched = found;
+  status = node.statusword === undefined ? null : object(node.node, {index: kStatus, sub: 0, name: 'Statusword'});
+  kept = before;
   rewatch();
 }
 
@@ -96,21 +100,24 @@ function build() {
   plot = lanes = null;
   legend();
   element('lanes').hidden = !status;
+  element('plots').hidden = !watched.length && !status;
   const host = element('plot'), scales = [...new Set(watched.map(scaleOf))];
   if (!window.uPlot || host.clientWidth === 0 || !watched.length) return;
   const axes = [axis({size: 22, space: 60, values: (_, marks) => marks.map(mark => `${mark} s`)}), ...scales.slice(0, 2).map(valueAxis)];
   const series = watched.map((object, at) => ({scale: scaleOf(object), stroke: color(element('legend'), at), width: 1.5,
-    dash: /demand|target/i.test(object.name) ? [6, 4] : undefined, points: {show: false}}));
+    dash: /demand|target/i.test(object.name) ? [6, 4] : undefined, paths: uPlot.paths.stepped({align: 1}), points: {show: false}}));
   plot = new uPlot({...common(host), axes, series: [{}, ...series],
     scales: {x: {time: false, auto: false}, ...Object.fromEntries(scales.map(scale => [scale, {}]))}}, data(watched), host);
   if (status) buildLanes(scales.length > 1 ? kRight : 0);
   stale = true;
 }
 
-/// The first axis is at the left, the second at the right.
+/// The first axis is at the left, the second at the right; the highest mark has the unit.
 function valueAxis(scale, at) {
   const short = value => Math.abs(value) >= 10000 ? `${value / 1000}k` : String(value);
-  return axis({scale, side: at ? 1 : 3, size: at ? kRight : kLeft, space: 26, values: (_, marks) => marks.map(short),
+  const unit = watched.find(object => object.unit === scale)?.unit ?? '';
+  const texts = marks => marks.map((mark, place) => place === marks.length - 1 ? `${short(mark)} ${unit}` : short(mark));
+  return axis({scale, side: at ? 1 : 3, size: at ? kRight : kLeft, space: 26, values: (_, marks) => texts(marks),
     ...at ? {grid: {show: false}} : {}});
 }
 
@@ -122,8 +129,7 @@ function buildLanes(right) {
   const names = axis({size: kLeft, gap: 2, font: font(10), grid: {show: false},
     splits: () => kStatusBits.map((_, at) => base(at) + 0.3), values: () => kStatusBits.map(([, name]) => name)});
   const series = kStatusBits.map(([bit]) => {
-    const kind = bit === 3 || bit === 7 ? '--bad' : '--accent';
-    return {stroke: css(kind), fill: css(`${kind}-soft`), fillTo: (_, at) => base(at - 1), width: 1.5,
+    return {stroke: css('--control'), fill: css(bit === 3 || bit === 7 ? '--bad' : '--accent'), fillTo: (_, at) => base(at - 1), width: 1,
       paths: uPlot.paths.stepped({align: 1}), points: {show: false}};
   });
   lanes = new uPlot({...common(host), padding: [2, right + 8, 2, 0], axes: [{show: false}, names], series: [{}, ...series],
@@ -140,9 +146,9 @@ function legend() {
     const name = `node ${nodeText(object.node)} ${objectText(object.index, object.sub)} ${object.name}`;
     const off = make('button', {textContent: '×', type: 'button', ariaLabel: `No longer plot ${name}`,
       onclick: () => { watched.splice(at, 1); rewatch(); }});
-    return make('span', {className: `line${at}`, title: name}, make('i'), object.name, make('b'), off);
+    const short = state.nodes.find(({place}) => place === state.node)?.node === object.node ? object.name : `${object.node} ${object.name}`;
+    return make('span', {className: `line${at}`, title: name}, make('i'), short, make('b'), object.unit ?? '', off);
   }));
-  element('watched').textContent = status ? `drive ${nodeText(status.node)}` : '';
 }
 
 /// The values at the cursor, which moves to the time chosen elsewhere and keeps that time.
@@ -174,7 +180,7 @@ export function startPlots() {
   on('values', take);
   on('so', () => { latest = state.about.time; asked = performance.now(); stale = true; });
   on('node', watchNode);
-  on('restart', () => { status = null; watched = []; reset(); build(); });
+  on('restart', () => { status = null; watched = kept = []; reset(); build(); });
   on('cursor', showCursor);
   element('span').onchange = element('hold').onchange = () => { stale = true; };
   matchMedia('(prefers-color-scheme: dark)').addEventListener('change', build);

@@ -2,7 +2,7 @@
 // The registers with their names and meanings; changed ones are highlighted for kLit ms; a click prepares a write.
 
 import {state, on, element, send, prefix} from './state.js';
-import {hex, nodeText, kServices} from './words.js';
+import {hex, valueText, kServices} from './words.js';
 import {List, choice} from './list.js';
 
 const kLit = 2000, kResults = {0: 'done', 4: 'failed', 0xCA0E: 'busy'};
@@ -20,6 +20,14 @@ let view = 'window', unfolded = false, notation = '3700', list, seen = new Map()
 
 const numbered = item => notations[notation](item.register);
 
+/// Registers with a bit for each node: bit n mod 16 of register n div 16.
+const isMap = name => /^(HEARD|CONFIGURED|RUNNING|EMCY|LOST)$/.test(name);
+function nodesOf({register, name, value}) {
+  const ids = Array.from({length: 16}, (_, bit) => 16 * (register - first(name)) + bit).filter((_, bit) => value >> bit & 1);
+  const ends = ids.filter(id => !ids.includes(id - 1)).map(id => [id, ids.find(last => last >= id && !ids.includes(last + 1))]);
+  return ids.length ? `${ids.length > 1 ? 'nodes' : 'node'} ${ends.map(([id, last]) => id === last ? id : `${id}..${last}`).join(' ')}` : '';
+}
+
 /// The meaning of one of a request's words, which depends on the others.
 function meaning(item, all) {
   const at = name => all.find(other => other.name === item.name.replace(/(OUT_|IN_|)[A-Z_]+$/, `$1${name}`))?.value;
@@ -29,6 +37,7 @@ function meaning(item, all) {
   if (item.mapped) return item.mapped.replaceAll('node ', '');
   if (/COMMAND$/.test(item.name)) return kServices[value] ?? '';
   if (item.words) return item.words;
+  if (isMap(item.name)) return nodesOf(item);
   if (/NODE_ID$/.test(item.name)) return state.nodes.find(node => node.node === value)?.name ?? (value ? '' : 'own node');
   if (/OBJECT_INDEX$/.test(item.name)) return at('NODE_ID') === undefined ? hex(value) : objectName(at('NODE_ID'), value);
   if (/DATA_SIZE$/.test(item.name)) return 'bytes';
@@ -38,7 +47,7 @@ function meaning(item, all) {
 /// What the last transaction has written to the data words.
 function resultOf(ended) {
   if (!ended || ended.result === 4) return ended?.outcome ?? '';
-  return ended.ok && ended.value !== '' ? `= ${ended.value}` : '';
+  return ended.ok && ended.value !== '' ? `= ${valueText(ended.index, ended.sub, ended.value)}` : '';
 }
 
 const objectName = (node, index) => state.ended.findLast(ended => ended.node === node && ended.index === index)?.name ?? '';
@@ -103,7 +112,14 @@ function renumber() {
   list.draw();
 }
 
+function unfold() {
+  const hidden = element('registers').hidden = !element('registers').hidden;
+  element('more-registers').ariaExpanded = !hidden;
+  document.body.classList.toggle('registers', !hidden);
+}
+
 export function startRegisters() {
+  element('more-registers').onclick = unfold;
   list = new List(element('register-list'), {kind: 'register', key: item => item.register, cells, choose,
     edit: element('register-value'), mark: item => changed.has(item.register) ? 'lit' : ''});
   choice(element('register-view'), Object.fromEntries(Object.entries(views).map(([key, {text}]) => [key, text])), view,

@@ -3,11 +3,13 @@
 
 import {server} from './server.js';
 
-const kMostEnded = 1000, kMostRecent = 2000, kMostPending = 4000;
+const kMostEnded = 1000, kMostNotes = 200, kMostRecent = 2000, kMostPending = 4000;
 
 export const state = {
   about: null, nodes: [], registers: [],
   ended: [], recent: [],      // completed transactions, and all events; the oldest first
+  notes: [], advice: [],      // events of the kinds advice and boot; the counts of /api/advice
+  failures: new Map(),        // why nodes have not been booted, by their ID
   incidents: new Set(),       // "16 overcurrent", as switched by commands
   missed: 0,                  // events that were left out
   network: 1, node: null,     // the chosen ones
@@ -34,6 +36,9 @@ export const prefix = () => state.network === 1 ? '' : `${state.network}/`;
 
 /// Of a node, in the HTTP interface.
 export const pathOf = node => `api/nodes/${node.node || `%23${node.place}`}`;
+
+/// The incidents of a node that have been switched on.
+export const incidentsOf = node => node.incidents.filter(name => state.incidents.has(`${node.place} ${name}`));
 
 /// Inputs, outputs and curves of a node.
 export const pointsOf = node => askNetwork(`${pathOf(node)}/points`).then(({points}) => points).catch(() => []);
@@ -75,7 +80,21 @@ function take(event) {
   if (event.network && event.network !== state.network) return;
   keep(state.recent, event, kMostRecent);
   if (event.kind === 'ended') keep(state.ended, event, kMostEnded);
+  note(event);
+}
+
+/// What is kept of an event beside the event.
+function note(event) {
   if (event.kind === 'command') noteIncident(event.words);
+  if (event.kind === 'boot') state.failures.set(event.node, event.words);
+  if (event.kind === 'boot' || event.kind === 'advice') keep(state.notes, event, kMostNotes);
+}
+
+let adviceAt = 0;
+/// The counts grow without events.
+function askAdvice() {
+  adviceAt = performance.now();
+  askNetwork('api/advice').then(({advice}) => { state.advice = advice; tell('advice'); }, () => {});
 }
 
 function noteIncident(line) {
@@ -101,8 +120,9 @@ export async function eventsOf(transaction) {
 }
 
 function forget() {
-  Object.assign(state, {nodes: [], registers: [], ended: [], recent: [], transaction: null, cursor: null});
+  Object.assign(state, {nodes: [], registers: [], ended: [], recent: [], notes: [], advice: [], transaction: null, cursor: null});
   state.incidents.clear();
+  state.failures.clear();
   tell('restart');
 }
 
@@ -116,6 +136,7 @@ function flush() {
     if (event.number) take(event); else if (event.kind === 'missed') leaveOut(event.events);
   if (values.length) tell('values', values);
   if (events.length) tell('events', events);
+  if (events.some(event => event.kind === 'advice') || (state.advice.length && performance.now() > adviceAt + 1000)) askAdvice();
   if (changed) tell('so');
   changed = false;
 }
@@ -179,18 +200,19 @@ export function chooseNetwork(number) {
 }
 
 export async function start() {
-  const {network} = state, paths = ['api/nodes', 'api/transactions', 'api/journal?kinds=command', 'api/journal'];
+  const {network} = state, paths = ['api/nodes', 'api/transactions', 'api/journal?kinds=command,boot,advice', 'api/journal'];
   const found = await Promise.all(paths.map(askNetwork)).catch(() => null);
   if (network !== state.network) return;  // another one has been chosen
   if (found) {
-    const [ended, commands, recent] = found.slice(1).map(answer => answer.events);
+    const [ended, noted, recent] = found.slice(1).map(answer => answer.events);
     state.nodes = found[0].nodes;
     // The answers are of different moments: from the first of `recent` on it alone counts, and after its last one the stream.
     const before = event => event.number < (recent[0]?.number ?? Infinity);
-    for (const event of [...commands, ...recent]) if (event.kind === 'command') noteIncident(event.words);
+    for (const event of [...noted.filter(before), ...recent]) note(event);
     Object.assign(state, {ended: [...ended.filter(before), ...recent.filter(event => event.kind === 'ended')], recent});
     last = recent.at(-1)?.number ?? 0;
     tell('events', []);
+    askAdvice();
   }
   open();
 }
@@ -199,13 +221,13 @@ export async function start() {
 
 export const commands = {sent: 0, answered: 0};
 
-/// Sends a line of docs/reference/commands.md; topics 'command' and 'response' show it and its response.
+/// Sends commands of docs/reference/commands.md, separated by semicolons; topics 'command' and 'response' show it and its response.
 export async function send(line) {
   const mine = ++commands.sent;
   tell('command', line);
   let text;
   try {
-    const response = await server.request('api/control', {method: 'POST', body: line});
+    const response = await server.request('api/control', {method: 'POST', body: line.replaceAll(';', '\n')});
     text = (await response.text()).trim();
     if (text[0] === '{') text = `error: ${JSON.parse(text).error}`;
   } catch { text = 'error: the simulator cannot be reached'; }

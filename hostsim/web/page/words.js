@@ -15,16 +15,19 @@ export const addressOf = point => {
   return {index, sub};
 };
 
-export const rounded = ms => number(ms >= 100 ? Math.round(ms) : Math.round(ms * 100) / 100);
+export const rounded = ms => number(ms >= 100 ? Math.round(ms) : Math.round(ms * 1000) / 1000);
 /// With the unit in which the number says most.
 export const duration = ms => ms >= 10000 ? `${number(Math.round(ms / 100) / 10)} s` : ms >= 1 ? `${rounded(ms)} ms` : `${Math.round(ms * 1000)} µs`;
 
 /// Objects whose values CiA writes in hexadecimal: types, identity, errors, COB-IDs, mappings, controlword, statusword.
-export const isHexadecimal = (index, sub) => [0x1000, 0x1001, 0x1002, 0x1003, 0x1005, 0x1012, 0x1014, 0x1018, 0x603F, 0x6040, 0x6041].includes(index) ||
+export const isHexadecimal = (index, sub) => [0x1000, 0x1001, 0x1002, 0x1005, 0x1012, 0x1014, 0x603F, 0x6040, 0x6041].includes(index) ||
+  ([0x1003, 0x1018].includes(index) && sub > 0) ||
   (index >= 0x1400 && index <= 0x1BFF && sub > 0 && ((index & 0x200) !== 0 || sub === 1));
-/// `type`: UNSIGNED32 and the like, for the number of digits.
-export const valueText = (index, sub, value, type = '') =>
-  isHexadecimal(index, sub) && /^\d+$/.test(value) ? hex(Number(value), Number(/\d+$/.exec(type)?.[0] ?? 16) / 4) : value;
+export const valueText = (index, sub, value) =>
+  isHexadecimal(index, sub) && /^\d+$/.test(value) ? hex(Number(value), index === 0x1001 ? 2 : index >= 0x6000 ? 4 : 8) : value;
+/// With the value at the end of a text as CiA writes it: "read node 16 6041h:00 Statusword = 0250h".
+export const inHex = text => text.replace(/([0-9A-F]{4})h:([0-9A-F]{2})(.*) = (\d+)$/, (_, index, sub, name, value) =>
+  `${index}h:${sub}${name} = ${valueText(parseInt(index, 16), parseInt(sub, 16), value)}`);
 export const shortText = value => Number.isInteger(value) || typeof value !== 'number' ? String(value) : value.toPrecision(6);
 
 export function clock(seconds) {
@@ -49,8 +52,9 @@ export const kStatusBits = [
 
 export const kServices = {5055: 'read', 5066: 'write'};
 
-export const stateClass = name =>
-  ({operational: 'good', stopped: 'bad', off: 'bad', 'pre-operational': 'wait', initialising: 'wait'})[name] ?? '';
+/// States of nodes on the page, the worst first, with their colours and letters.
+export const kStates = {failed: ['bad', 'F'], missing: ['bad', 'M'], silent: ['bad', 'S'], off: ['', 'X'], stopped: ['wait', 'T'],
+  initialising: ['wait', 'I'], 'pre-operational': ['wait', 'P'], operational: ['good', 'O']};
 
 /// The registers of a request: {first, words, writes} from its PDU and the response's, both in hexadecimal.
 export function registersOf({function: code, request, response}) {
