@@ -126,7 +126,7 @@ void append_json(Buffer& to, std::uint64_t number, const Event& event, const jou
   if (event.transaction != 0) append(to, ",\"transaction\":", event.transaction);
   append(to, ",\"text\":\"", line.whole, '"');
   add_details(to, event, journal, line);
-  append(to, '}');
+  to.push_back('}');
 }
 
 }  // namespace

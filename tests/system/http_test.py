@@ -130,9 +130,11 @@ class Page(Http):
         # A short time-out, so that polls of the result do not push the first events out of the journal.
         network = self.write("network.toml", "node = [ { id = 66, device_type = 1 } ]")  # which it has not
         simulator = self.start("--set", "module.sdo_timeout_ms=20", "--fault", "32:response-never count=1", "--network-file", network)
-        _, examples = self.examples()
+        answers, examples = self.examples()
         with simulator.window() as window:
             window.execute(READ, 0x20, 0x3333, 0, 4)
+            window.execute(READ, 16, 6041, 0, 2)  # decimal
+            self.assertEqual(shape(self.get("/api/advice")), shape(answers["GET /api/advice"]))
             self.control("incident 16 overtemperature on", "nmt start 16", "set 0x42 0x6000:1 5")
         self.assertEqual(self.get("/api/nodes")["boots"], [
             {"node": 66, "failed": True, "words": "device type 000F0191h, the network file wants 00000001h (C); it is not started"}])
