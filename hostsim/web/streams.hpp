@@ -117,7 +117,7 @@ class EventStream final : public protocols::HttpStream {
     plant::check_value(control_, watched_.back().node, watched_.back().object);
   }
 
-  /// As base::append(), of which a copy for each part of a program costs eight streams 2 % as a call.
+  /// Appends without a call: with eight streams that is 2 % of a transaction.
   [[gnu::always_inline]] static void append_text(base::Buffer& to, std::string_view text) {
     to.resize(to.size() + text.size());
     base::write(to.data() + to.size() - text.size(), text);
