@@ -78,7 +78,7 @@ void Transducer::Channel::refresh(bool broken) {
 }
 
 std::string_view Transducer::Channel::unit() const {
-  const auto* const found = std::ranges::find(kUnits, unit_.get(), &Unit::first);
+  const auto found = std::ranges::find(kUnits, unit_.get(), &Unit::first);
   const bool is_scaled = !real_.exists() && decimal_digits_.get() != 0;
   return found == kUnits.end() || is_scaled ? "" : found->second;
 }
