@@ -92,8 +92,7 @@ void compare_networks(const Config& config, PlantBuild& plant) {
     std::vector<std::string> remarks;  // already reported
     for (const PlannedNode& planned : descriptions::read_network(path, plant.read, remarks).all) {
       Diagnostic found{{"", planned.line}, network.can.outside.empty() ? "the plant has no such node" : ""};
-      for (const auto& node : world.nodes())
-        if (node->device().node_id() == planned.id) found = difference(planned, *node);
+      if (sim::Node* const node = world.node(planned.id)) found = difference(planned, *node);
       if (found.message.empty()) continue;
       found.place.source = path;
       found.message = fmt::format("{}node {}: {}", in_network(network.number), planned.id, found.message);

@@ -47,11 +47,8 @@ std::string cause(const BootFailure& failure) {
     return row < kSubjects.begin() + kChecks ? text + " differs from the network file" : text;
   if (failure.letter == 'B' && failure.index == object::kDeviceType && failure.code == kTimeOut)
     return failure.step == kConfiguration ? "no boot-up message after its reset" : text;
-  const regmap::AbortRow* const abort = regmap::find_abort(failure.code);
-  return text + fmt::format(" at {:04X}h:{:02X}{}{}: {:04X} {:04X}h {}", failure.index, failure.sub,
-                            failure.name.empty() ? "" : " ", failure.name, failure.code >> 16,
-                            failure.code & 0xFFFF,
-                            abort == nullptr ? "an abort code of the node's own" : abort->meaning);
+  return text + fmt::format(" at {:04X}h:{:02X}{}{}: {}", failure.index, failure.sub,
+                            failure.name.empty() ? "" : " ", failure.name, abort_text(failure.code));
 }
 
 /// NET-13: what a time-out or an abort 0800 002xh reports may pass.
@@ -67,6 +64,12 @@ std::string_view what_next(const BootFailure& failure) {
 }
 
 }  // namespace
+
+std::string abort_text(std::uint32_t code) {
+  const regmap::AbortRow* const row = regmap::find_abort(code);
+  return fmt::format("{:04X} {:04X}h {}", code >> 16, code & 0xFFFF,
+                     row == nullptr ? "an abort code of the node's own" : row->meaning);
+}
 
 BootFailure boot_failure_from(std::span<const std::uint8_t, 8> bytes) {
   return {.letter = static_cast<char>(bytes[7]),

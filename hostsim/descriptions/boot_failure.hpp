@@ -35,6 +35,9 @@ struct BootFailure {
   }
 };
 
+/// "0602 0000h no such object"
+std::string abort_text(std::uint32_t code);
+
 /// A value of 3009h.
 BootFailure boot_failure_from(std::span<const std::uint8_t, 8> bytes);
 

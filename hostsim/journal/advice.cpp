@@ -26,9 +26,10 @@ constexpr std::uint16_t kAxis = 0x800;
 constexpr std::uint16_t kStateMask = 0x6F;  ///< of the statusword
 constexpr std::uint16_t kReadyToSwitchOn = 0x21;
 
-/// The number whose hexadecimal digits are the decimal ones of `number`.
-std::uint32_t digits_as_hexadecimal(std::uint32_t number) {
-  return number == 0 ? 0 : digits_as_hexadecimal(number / 10) * 16 + number % 10;
+/// The number whose hexadecimal digits are the decimal ones of `number`; nullopt: it is too large.
+template <class Number>
+std::optional<Number> digits_as_hexadecimal(Number number) {
+  return base::parse<Number>(std::to_string(number), 16);
 }
 
 bool covers(const modbus::Range& range, std::size_t address) {
@@ -265,12 +266,12 @@ void Advisor::on_begun(const Event& begun) {
 void Advisor::look_at_state_request() {
   if (!std::exchange(asked_->is_unknown, false) || asked_->is_scanning) return;
   const std::uint8_t node = asked_->request.node;
-  const std::uint32_t meant = digits_as_hexadecimal(node);
-  const bool exists = meant <= nmt::kMaxNode && node_of(static_cast<std::uint8_t>(meant)) != nullptr;
+  const auto meant = digits_as_hexadecimal(node);
+  const bool exists = meant && network_.world.node(*meant) != nullptr;
   advise(Mistake::kNotHeard, asked_->client, asked_->request,
          fmt::format(
              "node {} is not in this plant and has sent nothing, so its state is 6, not detected{}", node,
-             exists ? fmt::format("; did you mean node {}h = {}?", node, meant) : "; check the node ID"));
+             exists ? fmt::format("; did you mean node {}h = {}?", node, *meant) : "; check the node ID"));
 }
 
 void Advisor::on_ended(const Event& ended, const Seen& seen) {
@@ -305,14 +306,14 @@ void Advisor::look_at_object(const Program& program, std::uint32_t abort) {
   ObjectEntry entry{};
   if (dictionary == nullptr) return;
   if (abort == static_cast<std::uint32_t>(AbortCode::kNoObject)) {
-    const std::uint32_t meant = digits_as_hexadecimal(request.index);
-    const bool exists = meant <= 0xFFFF && request.index >= 1000 &&
-                        dictionary->find(static_cast<std::uint16_t>(meant), 0, entry) != AbortCode::kNoObject;
+    const auto meant = digits_as_hexadecimal(request.index);
+    const bool exists =
+        meant && request.index >= 1000 && dictionary->find(*meant, 0, entry) != AbortCode::kNoObject;
     if (!exists) no_object_at_ = now_;
     if (!exists || (no_object_at_ != kNever && now_ < no_object_at_ + kSecond)) return;  // a scan
     return advise(Mistake::kHexadecimal, program,
                   fmt::format("node {} has no object {:X}h, which is {} in decimal; did you mean {}h = {}?",
-                              request.node, request.index, request.index, request.index, meant));
+                              request.node, request.index, request.index, request.index, *meant));
   }
   constexpr std::uint32_t kAnyLength = static_cast<std::uint32_t>(AbortCode::kObjectLength) >> 16;
   const bool is_about_size =
@@ -354,7 +355,7 @@ void Advisor::look_at_controlword(const Program& program) {
   const bool is_mistake = command == 0x0F && drive->has_missed;
   enabling_.erase(drive);
   if (!is_mistake) return;
-  const sim::Node* const at = node_of(node);
+  const sim::Node* const at = network_.world.node(node);
   const Time delay = at == nullptr ? 0 : at->command_delay();
   advise(Mistake::kStatusword, program,
          fmt::format(
@@ -394,19 +395,12 @@ bool Advisor::shows_statusword(const Frame& frame, const Enabling& drive) const 
 
 // ---- Nodes
 
-sim::Node* Advisor::node_of(std::uint8_t id) const {
-  const auto nodes = network_.world.nodes();
-  const auto has_id = [&](const auto& node) { return node->device().node_id() == id; };
-  const auto found = std::ranges::find_if(nodes, has_id);
-  return found == nodes.end() ? nullptr : found->get();
-}
-
 /// Null: the node is not simulated.
 const ObjectDictionary* Advisor::dictionary_of(std::uint8_t id) const {
   const sim::CoprocessorModule* const own = network_.module;
   if (own != nullptr && (id == 0 || id == own->coprocessor().own_node().node_id()))
     return &own->coprocessor().own_objects();
-  const sim::Node* const node = node_of(id);
+  const sim::Node* const node = network_.world.node(id);
   return node == nullptr ? nullptr : &node->device().dictionary();
 }
 

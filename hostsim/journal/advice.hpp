@@ -155,7 +155,6 @@ class Advisor {
   void look_at_object(const Program& program, std::uint32_t abort);
   void look_at_controlword(const Program& program);
   bool shows_statusword(const Frame& frame, const Enabling& drive) const;
-  sim::Node* node_of(std::uint8_t id) const;
   const ObjectDictionary* dictionary_of(std::uint8_t id) const;
 
   Journal& journal_;

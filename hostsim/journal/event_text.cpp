@@ -44,13 +44,6 @@ void append_nmt(Buffer& to, std::string_view command, std::uint8_t node) {
   node == 0 ? append(to, "all nodes") : append(to, "node ", node);
 }
 
-/// "0602 0000h no such object"
-void append_abort(Buffer& to, std::uint32_t code) {
-  const regmap::AbortRow* const row = regmap::find_abort(code);
-  append(to, Hex{code >> 16, 4}, ' ', Hex{code & 0xFFFF, 4}, "h ",
-         row == nullptr ? "an abort code of the node's own" : row->meaning);
-}
-
 // ---- SDO
 
 /// " = 983441" for an expedited transfer.
@@ -84,7 +77,7 @@ void append_sdo(Buffer& to, const Frame& frame, std::uint8_t network, std::uint8
   append_object(to, sdo::index_of(mux), sdo::sub_of(mux), name);
   if (!is_abort) return append_expedited(to, frame, name);
   append(to, ": ");
-  append_abort(to, sdo::tail_of(frame));
+  append(to, descriptions::abort_text(sdo::tail_of(frame)));
 }
 
 void append_error_control(Buffer& to, const Frame& frame, std::uint8_t node) {
@@ -261,7 +254,7 @@ void append_result(Buffer& to, const Event& ended) {
   if (ended.result == kNeverSent)
     return append(to, "cancelled before its first frame (is TIMEOUT too short?)");
   if (ended.result == static_cast<std::uint16_t>(regmap::Result::kSdoExecutionError))
-    return append_abort(to, ended.code);
+    return append(to, descriptions::abort_text(ended.code));
   const std::string_view meaning = regmap::meaning_of(
       regmap::kResults, ended.result, regmap::meaning_of(regmap::kScannerResults, ended.result));
   if (!meaning.empty()) return append(to, meaning);

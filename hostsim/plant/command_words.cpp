@@ -68,10 +68,9 @@ sim::Node& node_of(View& view, std::string_view word) {
     return *nodes[place - 1];
   }
   const std::uint32_t id = number_of(name, 1, nmt::kMaxNode, what);
-  const auto found =
-      std::ranges::find_if(nodes, [id](const auto& node) { return node->device().node_id() == id; });
-  if (found == nodes.end()) refuse("node {}: not in this plant; nodes lists them", word);
-  return **found;
+  sim::Node* const node = view.world(network).node(static_cast<std::uint8_t>(id));
+  if (node == nullptr) refuse("node {}: not in this plant; nodes lists them", word);
+  return *node;
 }
 
 sim::Node& running_node_of(View& view, std::string_view word) {

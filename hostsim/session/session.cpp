@@ -25,9 +25,8 @@ namespace {
 journal::FindName names_of(plant::Control& control) {
   return [&control](std::uint8_t network, std::uint8_t id, std::uint16_t index,
                     std::uint8_t sub) -> const descriptions::Object* {
-    for (const auto& node : control.network(network).world().nodes())
-      if (node->device().node_id() == id) return node->description().find(index, sub);
-    return nullptr;
+    const sim::Node* const node = control.network(network).world().node(id);
+    return node == nullptr ? nullptr : node->description().find(index, sub);
   };
 }
 

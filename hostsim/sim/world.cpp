@@ -11,6 +11,11 @@ Node& World::add_node(NodeParts parts) {
   return *nodes_.back();
 }
 
+Node* World::node(std::uint8_t id) const {
+  const auto found = std::ranges::find(nodes_, id, [](const auto& each) { return each->device().node_id(); });
+  return found == nodes_.end() ? nullptr : found->get();
+}
+
 CoprocessorModule& World::add_module(RegisterWindow window, ProcessRegisters process,
                                      const Coprocessor::Settings& settings,
                                      std::span<const ScannerWindow> scanners, ParameterStore* parameters) {

@@ -43,6 +43,8 @@ class World {
                                 ParameterStore* parameters = nullptr);
 
   std::span<const std::unique_ptr<Node>> nodes() const { return nodes_; }
+  /// The first one that has this node ID now; null = none.
+  Node* node(std::uint8_t id) const;
 
   /// Power on for all: modules first, so that they receive the boot-up messages of the nodes.
   void start(Time now);
