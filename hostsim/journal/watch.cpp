@@ -26,7 +26,7 @@ constexpr std::uint8_t kAwaitsData = 7;
 
 constexpr auto kPreOperational = static_cast<std::uint8_t>(nmt::State::kPreOperational);
 
-/// After its end, a transaction has late frames for this long.
+/// Time after the end of a transaction in which late frames belong to it.
 constexpr Time kMostLate = 60 * kSecond;
 
 /// A request with this command begins a transfer, and names its object.

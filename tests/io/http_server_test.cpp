@@ -315,7 +315,7 @@ TEST_CASE("http: a page's files leave no connection behind") {
   }
 }
 
-/// As many clients as are served at a time, each with this request.
+/// The largest number of clients that are served at a time, each with this request.
 struct Crowd {
   explicit Crowd(const std::string& request) : address{"", {"127.0.0.1", web.server.address().port}} {
     for (unsigned number = 0; number < HttpServer::kMostClients; ++number) {

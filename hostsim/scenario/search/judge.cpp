@@ -115,7 +115,7 @@ void Judge::follow(const journal::Event& event) {
   }
 }
 
-/// With faults a right program repeats requests and loses results.
+/// A mistake fails the run without faults only: with them a right program repeats requests and loses results.
 void Judge::on_advice(const journal::Event& advice) {
   const std::string_view name = name_of(static_cast<journal::Mistake>(advice.state));
   const auto ignores = [name](const Line& line) { return line.text == name || line.text == kIgnore; };

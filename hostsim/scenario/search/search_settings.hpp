@@ -32,7 +32,7 @@ struct Settings {
   std::optional<Time> within;  ///< limit of a run, in the plant's time; none = ten times that without faults
 };
 
-/// In Settings::advice: all of it.
+/// Stands for all names in Settings::advice.
 inline constexpr std::string_view kIgnore = "ignore";
 
 std::vector<std::string> default_faults();
