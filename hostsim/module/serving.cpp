@@ -83,10 +83,11 @@ Json Instance::respond(const Json& request) {
                       text("last_event_id"), text("host"), text("origin")},
                      request.value("too_long", false));
   if (response.stream && response.stream->is_answer()) {
-    base::Buffer whole;
-    while (response.stream->fill(whole)) {
+    base::Buffer part;  // of a bounded size: a full one gets no more
+    for (bool more = true; more; part.clear()) {
+      more = response.stream->fill(part);
+      response.body += base::view(part);
     }
-    response.body = base::view(whole);
     response.stream.reset();
   }
   Json headers{{"Content-Type", response.type}};

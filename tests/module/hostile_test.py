@@ -42,7 +42,18 @@ def corpus(target):
 def by_http(address, path):
     """(status, body) of a GET with exactly this path; the module's page has no indentation."""
     head, _, body = asked(address, b"GET " + path + b" HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n").partition(b"\r\n\r\n")
+    if b"Transfer-Encoding: chunked" in head:
+        body = unchunked(body)
     return head.split(b" ")[1], re.sub(rb"\n +", b"\n", body)
+
+
+def unchunked(body):
+    """RFC 9112, 7.1."""
+    whole = b""
+    while size := int(body[:body.index(b"\r\n")], 16):
+        data = body[body.index(b"\r\n") + 2:]
+        whole, body = whole + data[:size], data[size + 2:]
+    return whole
 
 
 class Case(cases.Case):

@@ -46,6 +46,16 @@ class Files {
     }
   }
 
+  /** Makes the folder of an option unless it is there. */
+  makeFolder(option, name) {
+    try {
+      fs.mkdirSync(name, { recursive: true });
+    } catch (error) {
+      const why = reason(error);
+      throw new UsageError(`${option} ${name}: ${why[0].toUpperCase()}${why.slice(1)}; name another folder`);
+    }
+  }
+
   replace(name, text) {
     try {
       fs.writeFileSync(`${name}.new`, text, { flush: true });
@@ -113,6 +123,7 @@ class Program {
   // ---- Scenarios
 
   async #play({ scenarios, log, junit }) {
+    if (log !== "") this.#files.makeFolder("--log", log);
     if (junit !== "" && junit !== "-") this.#files.create(junit);
     const progress = (text) => process.stderr.isTTY && process.stderr.write(text);
     for (let place = 0; place < scenarios; ++place) {
