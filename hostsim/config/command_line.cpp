@@ -32,10 +32,9 @@ constexpr std::array<std::string_view, 3> kWithoutExplore{"--seeds", "--jobs", "
 constexpr std::array<std::string_view, 2> kSubcommands{"run", "eds"};
 
 std::string lost_word(std::string_view word) {
-  const std::string_view kind = base::leaf_of(word);
-  if (kind == "toml")
+  if (word.ends_with(".toml"))
     return fmt::format("a plant file is given with --config {0}, a scenario with cbcan-sim run {0}", word);
-  if (kind == "lua" || kind == "eds" || kind == "dcf")
+  if (word.ends_with(".lua") || word.ends_with(".eds") || word.ends_with(".dcf"))
     return fmt::format("belongs to no option; --node 5={} is a node made from it", word);
   if (const std::string_view meant = base::nearest(word, kSubcommands); !meant.empty())
     return fmt::format("belongs to no option; did you mean cbcan-sim {} ...?", meant);
