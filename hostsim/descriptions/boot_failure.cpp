@@ -10,6 +10,7 @@
 #include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "cbcan/canopen/sdo/abort_code.hpp"
 #include "cbcan/regmap.hpp"
+#include "cbcan/sdo_abort_codes.hpp"
 
 namespace cbcan::descriptions {
 

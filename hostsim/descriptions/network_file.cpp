@@ -22,6 +22,7 @@ using base::setting;
 using base::Setting;
 
 constexpr std::array<std::string_view, 2> kOutputs{"written", "at-once"};
+constexpr std::array<std::string_view, 3> kPlcLost{"hold", "zero", "stop"};
 constexpr std::array<std::string_view, 2> kStartedBy{"module", "plc"};
 constexpr std::array<std::string_view, 2> kWords{"low-first", "high-first"};
 constexpr std::array<std::string_view, 3> kMandatoryLost{"nothing", "reset", "stop"};
@@ -31,7 +32,10 @@ constexpr std::array<std::string_view, 2> kOnLoss{"hold", "zero"};
 constexpr std::array kNetwork{
     setting<&PlannedNetwork::outputs>({
         .key = "network.outputs", .help = "When the module's TPDOs are sent for the first time: after the PLC has written "
-        "outputs, and again after each silence of the PLC, or at the start", .choices = kOutputs}),
+        "outputs, or at the start", .choices = kOutputs}),
+    setting<&PlannedNetwork::plc_lost>({
+        .key = "network.plc_lost", .help = "After `plc_timeout_ms`, until the PLC writes outputs: the module's TPDOs stop, or carry "
+        "zeros; or the nodes get NMT Stop, so do what their 6206h, 6207h or 6007h say", .choices = kPlcLost}),
     setting<&PlannedNetwork::own_node>({
         .key = "network.own_node", .help = "Who starts the module's own node, after the mandatory nodes", .choices = kStartedBy}),
     setting<&PlannedNetwork::nodes>({

@@ -85,6 +85,8 @@ struct PlannedNode {
 
 /// When the own node sends outputs for the first time.
 enum class Outputs : std::uint8_t { kWritten, kAtOnce };
+/// What a silent PLC means for outputs.
+enum class PlcLost : std::uint8_t { kHold, kZero, kStop };
 /// Who sends the NMT command that starts nodes.
 enum class StartedBy : std::uint8_t { kModule, kPlc };
 enum class Words : std::uint8_t { kLowFirst, kHighFirst };
@@ -93,6 +95,7 @@ enum class MandatoryLost : std::uint8_t { kNothing, kReset, kStop };
 
 struct PlannedNetwork {
   Outputs outputs = Outputs::kWritten;
+  PlcLost plc_lost = PlcLost::kHold;
   StartedBy own_node = StartedBy::kModule;
   StartedBy nodes = StartedBy::kModule;
   bool start_together = false;     ///< one NMT command to all

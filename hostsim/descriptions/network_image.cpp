@@ -149,7 +149,10 @@ void add_own(Image& image, const PlannedNetwork& network) {
                 bit(StartupBit::kStopsAll, network.mandatory_lost == MandatoryLost::kStop),
             4);
   if (network.boot_time_ms != 0) image.add(object::kBootTime, 0, network.boot_time_ms, 4);
-  if (network.outputs == Outputs::kAtOnce) image.add(object::kOutputsMode, 0, 1, 1);
+  constexpr std::array<std::uint8_t, 3> kModes{0, OutputsMode::kZero, OutputsMode::kStop};
+  const unsigned mode = (network.outputs == Outputs::kAtOnce ? OutputsMode::kAtOnce : 0u) |
+                        kModes[static_cast<std::size_t>(network.plc_lost)];
+  if (mode != 0) image.add(object::kOutputsMode, 0, mode, 1);
 }
 
 /// A number for the configuration, never 0 (FNV-1a).

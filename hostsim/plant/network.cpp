@@ -56,6 +56,11 @@ void add_faults(sim::FaultSet& to, const std::vector<config::FaultConfig>& fault
     to.add(fault.fault, started);
 }
 
+constexpr std::uint8_t kMaskWrite = 22;
+
+/// The client number of a PLC that owns its registers, and of commands.
+constexpr std::uint32_t kOwner = 0xFFFFFFFF;
+
 bool is_in_window(const modbus::Range& written) {
   constexpr std::size_t kEnd = regmap::kWindowFirst + regmap::kWindowWords;
   return written.first >= regmap::kWindowFirst && written.first + written.count <= kEnd;
@@ -84,7 +89,8 @@ Network::Network(const config::Config& plant, const config::NetworkConfig& confi
     module_ = &world_.add_module(RegisterWindow(all.subspan<regmap::kWindowFirst, regmap::kWindowWords>()),
                                  all.subspan(config.module.process_first).first<regmap::kProcessWords>(),
                                  settings_of(config.module), scanners_of(all, config.module), parameters);
-    module_->show_status_in(all.subspan(config.module.status_first).first<regmap::kStatusWords>());
+    module_->show_status_in(all.subspan(config.module.status_first).first<regmap::kStatusWords>(),
+                            all.subspan<regmap::kNodeRequest, 2>());
     if (!image.empty()) module_->manage(std::move(image));
   }
   for (sim::NodeParts& node : nodes) {
@@ -159,16 +165,22 @@ void Network::advance_due() {
   if (wanted() <= context_.now || wires_ != nullptr) advance();
 }
 
-void Network::on_request(bool valid, const modbus::Range& written) {
+void Network::on_request(std::uint32_t client, bool valid, const modbus::Range& written) {
   ++requests_;
   if (!valid) ++exceptions_;
   const bool writes = written.count != 0;
   if (!writes) advance_due();
   if (writes && observed_) context_.listener.on_written(number_, written);
-  if (valid && module_ != nullptr) on_plc();
+  if (valid && module_ != nullptr) module_->on_plc(client, written.first, written.count, context_.now);
   if (!writes) return;
   apply(written.first, written.count);
   if (observed_) context_.listener.on_applied();
+}
+
+/// Such a PLC is alive with each response, whether it writes or not.
+void Network::on_taken(const modbus::Range& taken) {
+  if (module_ != nullptr) module_->on_plc(kOwner, regmap::kWindowFirst, regmap::kWindowWords, context_.now);
+  on_request(kOwner, true, taken);
 }
 
 /// Flattened for speed: nearly all that a request passes here is one function.
@@ -199,6 +211,7 @@ modbus::Pdu Network::execute(const protocols::ModbusRequest& request, const modb
   if (writes || diagnoses || request.is_on_line()) advance_due();
   if (writes && !is_in_window(access.written)) on_writer(request.client, access.written);
   if (diagnoses) publish();
+  if (writes && request.pdu[0] == kMaskWrite) begin_mask(access.written.first);
   const modbus::Pdu response =
       room.first(modbus::execute(request.pdu, access, map_, functions_for(request), room));
   if (watch_) {
@@ -208,9 +221,15 @@ modbus::Pdu Network::execute(const protocols::ModbusRequest& request, const modb
                        answers ? response : modbus::Pdu{}},
                       access, context_.now);
   }
-  on_request(access.exception == modbus::Exception::kNone, access.written);
+  on_request(request.client, access.exception == modbus::Exception::kNone, access.written);
   if (watch_) watch_->advisor().on_handled();
   return response;
+}
+
+/// Where a 1 clears, the mask says which bits have been written: the others are not.
+void Network::begin_mask(std::size_t address) {
+  const std::size_t status = address - module_config_.status_first;
+  if (module_ != nullptr && status < regmap::kStatusNodes) registers_[address] = 0;
 }
 
 /// One fault at most acts on a request.
@@ -242,13 +261,8 @@ void Network::apply(std::size_t first, std::size_t count) {
 void Network::write(std::size_t first, std::span<const std::uint16_t> words) {
   world_.advance(context_.now);
   std::ranges::copy(words, registers_.begin() + static_cast<std::ptrdiff_t>(first));
-  on_plc();
+  module_->on_plc(kOwner, first, words.size(), context_.now);
   apply(first, words.size());
-}
-
-void Network::on_plc() {
-  plc_heard_at_ = context_.now;
-  module_->on_plc(context_.now);
 }
 
 void Network::publish() {

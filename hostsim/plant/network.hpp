@@ -68,7 +68,7 @@ class Network final : public protocols::ModbusUnit,
   /// Always the same words; none without a module.
   std::span<std::uint16_t> registers() override { return registers_; }
   modbus::Pdu handle(const protocols::ModbusRequest& request, Room room) override;
-  void on_taken(const modbus::Range& taken) override { on_request(true, taken); }
+  void on_taken(const modbus::Range& taken) override;
   void on_other_unit(std::uint32_t client, std::uint8_t unit) override {
     if (watch_) watch_->advisor().on_other_unit(client, unit, context_.now);
   }
@@ -116,8 +116,6 @@ class Network final : public protocols::ModbusUnit,
   /// Modbus requests so far.
   std::uint32_t requests() const { return requests_; }
   std::uint32_t second_writers() const { return second_writers_; }
-  /// Time of the PLC's last valid request; kNever = there was none.
-  Time plc_heard_at() const { return plc_heard_at_; }
 
   /// Sends this frame as another node. False: the bus accepts none now.
   bool send(const Frame& frame) { return tester_.try_send(frame); }
@@ -137,10 +135,10 @@ class Network final : public protocols::ModbusUnit,
   /// What acts on such a request; null = nothing.
   const sim::Fault* fault_on(const protocols::ModbusRequest& request, bool writes);
   void on_writer(std::uint32_t client, const modbus::Range& written);
-  void on_request(bool valid, const modbus::Range& written);
+  void on_request(std::uint32_t client, bool valid, const modbus::Range& written);
   void advance_due();
+  void begin_mask(std::size_t address);
   void restart_module();
-  void on_plc();
 
   /// Starts what the written words request.
   void apply(std::size_t first, std::size_t count);
@@ -160,9 +158,8 @@ class Network final : public protocols::ModbusUnit,
   std::vector<sim::TimedFrame> replay_;
   std::size_t replayed_ = 0;
   Time started_ = 0;
-  std::uint32_t requests_ = 0;    ///< of Modbus
-  std::uint32_t exceptions_ = 0;  ///< answered by an exception
-  Time plc_heard_at_ = kNever;
+  std::uint32_t requests_ = 0;                                  ///< of Modbus
+  std::uint32_t exceptions_ = 0;                                ///< answered by an exception
   std::array<std::uint32_t, regmap::kMostChannels> writers_{};  ///< the last one of each scanner window
   std::uint32_t second_writers_ = 0;
   std::optional<journal::NetworkWatch> watch_;

@@ -19,8 +19,6 @@ Coprocessor::Settings with_address(Coprocessor::Settings settings, const StoredL
 
 }  // namespace
 
-/// Accepts all frames but requests to other nodes' SDO servers: EMCY, SYNC and PDOs may have any other
-/// CAN-ID.
 CoprocessorModule::CoprocessorModule(Bus& bus, Schedule& schedule, RegisterWindow window,
                                      ProcessRegisters process, const Coprocessor::Settings& settings,
                                      std::span<const ScannerWindow> scanners, ParameterStore* parameters)
@@ -35,10 +33,7 @@ CoprocessorModule::CoprocessorModule(Bus& bus, Schedule& schedule, RegisterWindo
   make();
   const std::uint32_t bit_rate = parameters_.lss().bit_rate;
   hears_ = bit_rate == 0 || bus.bit_rate() == 0 || bit_rate == bus.bit_rate();
-  port_.accept(nmt::kCommandId, sdo::kResponseId + nmt::kMaxNode);
-  const std::uint32_t own_requests = sdo::kRequestId + coprocessor_->own_node().node_id();
-  port_.accept(own_requests, own_requests);
-  port_.accept(sdo::kRequestId + nmt::kMaxNode + 1, nmt::kErrorControlId + nmt::kMaxNode);
+  port_.accept(nmt::kCommandId, nmt::kErrorControlId + nmt::kMaxNode);
   port_.accept(LssSlave::kRequestId, LssSlave::kRequestId);
 }
 
@@ -47,15 +42,15 @@ void CoprocessorModule::make() {
   channels_ = std::vector<FurtherChannels::Memory>(scanners_.size() - 1);
   further_.emplace(*coprocessor_, std::span(scanners_).subspan(1), channels_);
   if (is_kept_) coprocessor_->keep_in(parameters_);
-  if (status_) coprocessor_->show_status_in(*status_);
+  if (status_) coprocessor_->show_status_in(status_->first, status_->second);
   network_.assign(std::min(image_.size() + kRoomForObjects, NetworkObjects::kMostBytes), 0);
   std::ranges::copy(image_, network_.begin());
   coprocessor_->use_network(network_, image_.size());
 }
 
-void CoprocessorModule::show_status_in(StatusRegisters words) {
-  status_.emplace(words);
-  coprocessor_->show_status_in(words);
+void CoprocessorModule::show_status_in(StatusRegisters words, NodeRequestRegisters requests) {
+  status_.emplace(words, requests);
+  coprocessor_->show_status_in(words, requests);
 }
 
 void CoprocessorModule::manage(std::vector<std::uint8_t> image) {

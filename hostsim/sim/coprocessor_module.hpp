@@ -32,8 +32,8 @@ class CoprocessorModule final : public Receiver, public Timed {
                     const Coprocessor::Settings& settings, std::span<const ScannerWindow> scanners,
                     ParameterStore* parameters = nullptr);
 
-  /// Call it before start(): the memory of R3928..R4099, which outlives it.
-  void show_status_in(StatusRegisters words);
+  /// Call it before start(): see Coprocessor.
+  void show_status_in(StatusRegisters words, NodeRequestRegisters requests);
   /// Call it before start(): the network that it boots, see NetworkObjects; also after a restart.
   void manage(std::vector<std::uint8_t> image);
 
@@ -48,7 +48,9 @@ class CoprocessorModule final : public Receiver, public Timed {
   }
   /// See Coprocessor.
   void on_registers_written(std::size_t first, std::size_t count, Time now);
-  void on_plc(Time now) { coprocessor_->on_plc(now); }
+  void on_plc(std::uint32_t client, std::size_t first, std::size_t count, Time now) {
+    coprocessor_->on_plc(client, first, count, now);
+  }
   void on_frame(const Frame& frame, Time now) override;
   void on_bus_state(BusState state, Time now) override;
   /// Keeps it bus-off whatever state it is given, or no longer: then it has `otherwise`.
@@ -77,7 +79,7 @@ class CoprocessorModule final : public Receiver, public Timed {
   std::optional<Coprocessor> coprocessor_;  ///< always there, as the others
   std::vector<FurtherChannels::Memory> channels_;
   std::optional<FurtherChannels> further_;
-  std::optional<StatusRegisters> status_;
+  std::optional<std::pair<StatusRegisters, NodeRequestRegisters>> status_;
   std::vector<std::uint8_t> image_;
   std::vector<std::uint8_t> network_;  ///< the memory of NetworkObjects
   ModuleWatch* watch_ = nullptr;

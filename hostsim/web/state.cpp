@@ -76,6 +76,7 @@ std::vector<NamedRegister> names_in(const config::ModuleConfig& module) {
   name(regmap::kWindow, regmap::kWindowFirst, regmap::kWindowWords, regmap::kWindowFirst);
   name(regmap::kProcessData, module.process_first, regmap::kProcessWords, regmap::kProcessFirst);
   name(regmap::kStatus, module.status_first, regmap::kStatusWords, regmap::kStatusFirst);
+  name(regmap::kStatus, regmap::kNodeRequest, 2, regmap::kNodeRequest);
   for (unsigned channel = 1; channel <= module.channels; ++channel) {
     name(regmap::kScanner, regmap::of_channel(module.scanner_out_first, channel), regmap::kScannerOutWords,
          regmap::kScannerOutFirst, channel);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The interface of the contract suite to a coprocessor: the registers of a PLC, the other nodes on its CAN bus,
-/// and time. A target may be the core in virtual time, a program with Modbus TCP or an image on a microcontroller:
-/// each has an adapter that defines make_target(), and links the same cases.
+/// The interface of the contract suite to a coprocessor: the registers of a PLC, the other nodes on its CAN
+/// bus, and time. A target may be the core in virtual time, a program with Modbus TCP or an image on a
+/// microcontroller: each has an adapter that defines make_target(), and links the same cases.
 
 #include <chrono>
 #include <cstddef>
@@ -25,6 +25,7 @@ enum class Ability {
   kRefusal,       ///< refuse_frames()
   kSecondReader,  ///< first_done()
   kChannels,      ///< 16 channels
+  kSecondClient,  ///< read_as_another()
   kSettings,      ///< Settings other than the defaults, except a plc_timeout of one second
   kBlock,         ///< block transfer: cases that check every phase skip its phases
 };
@@ -41,8 +42,9 @@ struct Settings {
   bool plc_lost_stopped = false;  ///< the own node's state then: stopped instead of pre-operational
 };
 
-/// A newly started coprocessor with node ID 127: boot-up message sent, all registers 0. Every call returns when
-/// the coprocessor has handled it. Frames are text in candump's format: "605#4000200100000000", "705#R1".
+/// A newly started coprocessor with node ID 127: boot-up message sent, all registers 0. Every call returns
+/// when the coprocessor has handled it. Frames are text in candump's format: "605#4000200100000000",
+/// "705#R1".
 struct Target {
   virtual ~Target() noexcept(false) {}  // one in this process checks at its end
 
@@ -53,6 +55,8 @@ struct Target {
   /// process data or one of the scanner window; at most 123 words, the limit of a Modbus request.
   virtual void write(unsigned first, const Words& words) = 0;
   virtual Words read(unsigned first, std::size_t count) = 0;
+  /// A read by another client of Modbus than the PLC.
+  virtual Words read_as_another(unsigned /*first*/, std::size_t /*count*/) { return {}; }
   /// FC 23: one request that writes and then reads.
   virtual Words write_and_read(unsigned to, const Words& words, unsigned from, std::size_t count) = 0;
 
@@ -68,8 +72,8 @@ struct Target {
   virtual void set_bus_state(BusState state) = 0;
   /// The CAN controller refuses frames, or accepts them again.
   virtual void refuse_frames(bool /*refuse*/) {}
-  /// Runs `ending` while a second reader reads the registers continuously: the first 70 words that it read with
-  /// R3700 no longer CA0Eh; none if that did not happen.
+  /// Runs `ending` while a second reader reads the registers continuously: the first 70 words that it read
+  /// with R3700 no longer CA0Eh; none if that did not happen.
   virtual Words first_done(const std::function<void()>& ending) = 0;
 };
 

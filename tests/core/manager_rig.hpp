@@ -64,7 +64,7 @@ struct ManagerRig : CoprocessorRig {
     REQUIRE((place == Place::kRam
                  ? coprocessor.use_network(memory, used)
                  : coprocessor.use_network(std::span<const std::uint8_t>(memory).first(used))));
-    coprocessor.show_status_in(registers.status());
+    coprocessor.show_status_in(registers.status(), registers.node_requests());
     coprocessor.start(now);
     pass(0);
   }
@@ -75,7 +75,7 @@ struct ManagerRig : CoprocessorRig {
   }
   StackRig& write_words(unsigned first, std::initializer_list<std::uint16_t> words) {
     put(first, words);
-    coprocessor.on_plc(now);
+    coprocessor.on_plc(1, first, words.size(), now);
     return pass(0);
   }
 

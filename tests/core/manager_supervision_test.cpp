@@ -105,7 +105,7 @@ TEST_CASE("one command starts all nodes, if all are ready") {
     CHECK((rig.of(5) == 0x0105 && rig.of(6) >> 8 == 1));
   }
   SECTION("one has failed") {
-    rig.arrive("585#4300100000000000").expect("000#0106");
+    rig.arrive("585#4300100000000000").expect("000#0205", "000#0106");
   }
 }
 
@@ -118,10 +118,10 @@ TEST_CASE("NMT commands of the PLC win") {
     rig.arrive("705#7F").expect_silence();
     CHECK(rig.of(5) == 0x067F);
   }
-  SECTION("Start of a node that has failed: it is sent, and the letter stays") {
-    rig.arrive("705#00").arrive("585#4300100000000000").expect("605#4000100000000000");
+  SECTION("Start of another device than the one expected: it is stopped again") {
+    rig.arrive("705#00").arrive("585#4300100000000000").expect("605#4000100000000000", "000#0205");
     rig.nmt(5, 5).expect("000#0105");
-    rig.arrive("705#05").expect_silence();
+    rig.arrive("705#05").expect("000#0205");
     CHECK(rig.of(5) == 0x4305);
   }
   SECTION("Reset: it boots again") {

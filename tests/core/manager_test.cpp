@@ -3,6 +3,8 @@
 // 1000h = 0F0191h, vendor 22h and product 191h; its heartbeat is 100 ms, the own node expects it within 250
 // ms.
 
+#include <algorithm>
+
 #include "core/manager_rig.hpp"
 
 using namespace cbcan;
@@ -181,9 +183,11 @@ TEST_CASE("a fault that may pass is tried again after 1, 2, 4 .. 60 s, and its l
     waits('J', 2 * kSecond);
   }
   SECTION("0800 0030h is final") {
-    rig.arrive("585#8000100030000008").pass(100 * kSecond).expect_silence();
+    rig.arrive("585#8000100030000008").expect("000#0205");
+    rig.pass(100 * kSecond).expect_silence();
     CHECK(rig.of(5) == 0x437F);
-    rig.request({5066, 0, 0x1F25, 5, 4, 0x6F63, 0x666E}).expect("605#4000100000000000");
+    rig.request({5066, 0, 0x1F25, 5, 4, 0x6F63, 0x666E}).expect("000#8205");
+    rig.arrive("705#00").expect("605#4000100000000000");
   }
 }
 
@@ -239,4 +243,35 @@ TEST_CASE("a reset of the own node begins the boot again") {
   check_and_configure(rig);
   rig.arrive("705#7F").expect("000#0105");
   rig.arrive("705#05").expect("205#0700");
+}
+
+TEST_CASE("[NET-21] [NET-22] a reset of the own node does not end what the PLC has written, or its silence") {
+  Coprocessor::Settings settings;
+  settings.plc_timeout_ms = 900;
+  const auto [mode, silent] = GENERATE(table<std::uint8_t, const char*>({{0, ""}, {2, "205#0000"}, {4, ""}}));
+  std::vector<Item> items = node_5();
+  items.insert(items.begin(), kOutput.begin(), kOutput.end());
+  items.push_back({0x300B, 0, {mode}});
+  std::stable_partition(items.begin(), items.end(), [](const Item& item) { return item.sub != 5; });
+  ManagerRig rig(items, settings);
+  begin(rig);
+  rig.write_words(3864, {7}).expect("205#0700");
+  SECTION("written") {
+    rig.nmt(127, 6);
+    rig.expect("77F#00", "000#8200", "205#0700");
+    check_and_configure(rig);
+    rig.arrive("705#7F").expect("000#0105");
+    rig.arrive("705#05").expect("205#0700");
+  }
+  SECTION("silent") {
+    rig.pass(899 * kMillisecond);
+    rig.port.sent.clear();
+    rig.pass(kMillisecond);
+    if (*silent != 0) rig.expect(silent);
+    rig.expect_silence();
+    rig.arrive("000#817F").expect("77F#00", "000#8200");
+    if (*silent != 0) rig.expect(silent);
+    rig.expect_silence();
+    rig.write_words(3864, {8}).expect("205#0800");
+  }
 }

@@ -17,6 +17,7 @@
 #include "base/words.hpp"
 #include "cbcan/mistakes.hpp"
 #include "cbcan/regmap.hpp"
+#include "cbcan/sdo_abort_codes.hpp"
 #include "config/plant_settings.hpp"
 #include "descriptions/network_file.hpp"
 #include "plant/control.hpp"
@@ -182,6 +183,7 @@ std::string numbers(const Words& words) {
       {"mistakes", regmap::kMistakes},
       {"status-bits", regmap::kStatusBits},
       {"boot-steps", regmap::kBootSteps},
+      {"node-requests", regmap::kNodeRequests},
       {"node-states", regmap::kNodeStates}};
   std::string table = "| Value | Name | Meaning |\n|---|---|---|\n";
   for (const regmap::NamedNumber& row : kTables.at(words.at(1)))

@@ -61,5 +61,16 @@ TEST_CASE("a module that restarts while its controller is bus-off knows that it 
   CHECK(plant->execute("read 4107") == "ok 16\n");
 }
 
+TEST_CASE("[STAT-2] FC 22 clears the bits that its mask names, and the others stay") {
+  const auto plant = test::demo();
+  std::array<std::uint8_t, modbus::kMaxPdu> room{};
+  for (const char* const frame : {"send 081#1081010000000000", "send 082#1081010000000000"})
+    plant->execute(frame);
+  REQUIRE(plant->execute("read 3956") == "ok 6\n");
+  const std::array<std::uint8_t, 7> mask{22, 0x0F, 0x74, 0xFF, 0xFD, 0x00, 0x02};
+  CHECK(plant->control().network(1).handle({.client = 1, .unit = 1, .pdu = mask}, room).size() == 7);
+  CHECK(plant->execute("read 3956") == "ok 4\n");
+}
+
 }  // namespace
 }  // namespace cbcan::plant

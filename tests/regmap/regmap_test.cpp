@@ -2,6 +2,7 @@
 // The table compared with the document; the numbers are typed from it.
 
 #include "cbcan/regmap.hpp"
+#include "cbcan/sdo_abort_codes.hpp"
 
 #include "support/catch.hpp"
 

@@ -84,7 +84,7 @@ struct FaultyPlant : WorldBench {
 /// A world with a module; the test is its PLC.
 struct ModulePlant {
   explicit ModulePlant(std::uint32_t bit_rate = 0) : world(bit_rate) {
-    module.show_status_in(registers.status());
+    module.show_status_in(registers.status(), registers.node_requests());
   }
 
   std::uint16_t& reg(unsigned address) { return registers[address]; }

@@ -24,8 +24,8 @@ namespace cbcan::test {
 
 using Bytes = std::vector<std::uint8_t>;
 
-/// Only kinds whose changes of a value can be detected: not requests that come late or twice, an inverted bit, or
-/// a second node with the same ID.
+/// Only kinds whose changes of a value can be detected: not requests that come late or twice, an inverted
+/// bit, or a second node with the same ID.
 inline constexpr const char* kOfNode[] = {
     "response-never",
     "response-late delay_ms=%",
@@ -34,7 +34,8 @@ inline constexpr const char* kOfNode[] = {
     "response-other-toggle",
     "response-other-specifier",
     "response-other-index",
-    "response-other-size index=0x2010 step=initiate",  // together with that of a segment the sum would be right
+    "response-other-size index=0x2010 step=initiate",  // together with that of a segment the sum would be
+                                                       // right
     "response-other-size index=0x2011 step=segment",
     "response-other-crc",
     "response-other-sequence",
@@ -56,8 +57,8 @@ inline constexpr const char* kOfBus[] = {
 inline constexpr const char* kStates[] = {"bus-off", "error-passive", "overflow", "bus-load percent=50",
                                           "bus-load percent=100"};
 
-/// Objects of PLC 0 or 1 in each node: numbers at 2000h + PLC, bytes of any length at 2010h + PLC. A clock makes
-/// old responses detectable.
+/// Objects of PLC 0 or 1 in each node: numbers at 2000h + PLC, bytes of any length at 2010h + PLC. A clock
+/// makes old responses detectable.
 struct SoakObjects {
   static constexpr std::uint16_t kClock = 0x1FFF;
   static constexpr std::uint16_t kNumbers = 0x2000;
@@ -158,7 +159,7 @@ struct SoakNetwork final : private sim::FaultListener {
   /// One Modbus request of a PLC has written these registers.
   void written(std::size_t first, std::size_t count) {
     world_->advance(now);
-    module_->on_plc(now);
+    module_->on_plc(1, first, count, now);
     module_->on_registers_written(first, count, now);
     world_->advance(now);
   }

@@ -27,6 +27,7 @@ struct RegisterFile {
   RegisterWindow window() { return RegisterWindow(part<regmap::kWindowFirst, regmap::kWindowWords>()); }
   ProcessRegisters process() { return part<regmap::kProcessFirst, regmap::kProcessWords>(); }
   StatusRegisters status() { return part<regmap::kStatusFirst, regmap::kStatusWords>(); }
+  NodeRequestRegisters node_requests() { return part<regmap::kNodeRequest, 2>(); }
   ScannerWindow scanner() {
     return {part<regmap::kScannerOutFirst, regmap::kScannerOutWords>(),
             part<regmap::kScannerInFirst, regmap::kScannerInWords>()};

@@ -11,6 +11,7 @@
 
 #include "base/read_file.hpp"
 #include "base/utf8.hpp"
+#include "cbcan/sdo_abort_codes.hpp"
 
 namespace cbcan::ctl {
 

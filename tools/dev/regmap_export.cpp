@@ -12,6 +12,7 @@
 #include <string_view>
 
 #include "cbcan/regmap.hpp"
+#include "cbcan/sdo_abort_codes.hpp"
 
 using Json = nlohmann::ordered_json;
 
@@ -91,6 +92,7 @@ std::string json() {
   all["scanner_results"] = kScannerResults;
   all["status_bits"] = kStatusBits;
   all["boot_steps"] = kBootSteps;
+  all["node_requests"] = kNodeRequests;
   all["nmt_services"] = kNmtCommands;
   all["node_states"] = kNodeStates;
   all["abort_codes"] = kAbortCodes;
@@ -136,6 +138,7 @@ std::string header() {
   text += "\n";
   named("STATUS_BIT_", kStatusBits);
   named("BOOT_", kBootSteps);
+  named("NODE_REQUEST_", kNodeRequests);
   text += "\n";
   define("", "OBJECT_NMT", fmt::format("0x{:04X}", kNmtService), "written: NMT service");
   define("", "OBJECT_NODE_STATE", fmt::format("0x{:04X}", kNodeStateService), "read: NMT state of a node");

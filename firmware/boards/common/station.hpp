@@ -125,7 +125,7 @@ class Station {
     if (exception != modbus::Exception::kNone) return;
     for (std::size_t network = 0; network < kNetworks; ++network) {
       if (!to_all && network != asked) continue;
-      coprocessors_[network].on_plc(now);
+      coprocessors_[network].on_plc(0, written.first, written.count, now);
       if (written.count != 0) coprocessors_[network].on_registers_written(written.first, written.count, now);
     }
   }

@@ -103,8 +103,17 @@ class Device final : private Application, private PdoApplication {
   void forget_received(std::size_t rpdo) {
     if constexpr (kServices.process_data()) pdo_->forget_received(rpdo);
   }
-  void hold_tpdos(bool held, Time now) {
-    if constexpr (kServices.process_data()) pdo_->hold_tpdos(held, now);
+  void ignore_rpdo(std::size_t rpdo, bool ignored) {
+    if constexpr (kServices.process_data()) pdo_->ignore(rpdo, ignored);
+  }
+  void put_rpdo(std::size_t rpdo, std::uint64_t data, Time now) {
+    if constexpr (kServices.process_data()) pdo_->put(rpdo, data, now);
+  }
+  void restore_received() const {
+    if constexpr (kServices.process_data()) pdo_->restore_received();
+  }
+  void send_outputs(Pdo::Outputs outputs, Time now) {
+    if constexpr (kServices.process_data()) pdo_->send_outputs(outputs, now);
   }
   /// The event of all TPDOs.
   void request_tpdos(Time now) {

@@ -271,7 +271,7 @@ void Channel::send_command(Time now) {
   }
   command_refused_ = false;
   if (is_nmt) {
-    node_.on_command(command_, node_of_service_, now);
+    node_.on_command(command_, node_of_service_, true, now);
     if (node_.manages()) follow_node();
     return finish(regmap::Result::kOk);
   }

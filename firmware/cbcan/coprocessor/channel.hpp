@@ -211,12 +211,15 @@ class OtherChannels {
   virtual void poll(Time now) = 0;
   virtual void add_to(Channel::Counters& sums) const = 0;
 
+  /// Number of further channels.
+  std::size_t count() const { return count_; }
   /// A request waits for the end of another one.
   bool any_waits() const { return waiting_count_ != 0; }
 
  protected:
   ~OtherChannels() = default;
 
+  std::size_t count_ = 0;
   std::size_t waiting_count_ = 0;
 };
 

@@ -51,25 +51,28 @@ void Coprocessor::on_watched_written(std::size_t first, std::size_t count, Time 
 }
 
 void Coprocessor::on_others_written(std::size_t first, std::size_t count, Time now) {
-  if (kServices.manager() && first + count > settings().status_first) on_status_written(first, count);
-  const std::size_t outputs = settings().process_first + regmap::kInputWords;
+  if (kServices.manager() && first + count > settings().status_first) on_status_written(first, count, now);
+  const std::size_t inputs = settings().process_first;
+  const std::size_t outputs = inputs + regmap::kInputWords;
+  if (first < outputs && first + count > inputs) node_.restore_inputs();
   const std::size_t end = std::min(first + count, outputs + kOutputWords);
   first = std::max(first, outputs);
   if (first >= end) return;
-  if (node_.manages()) {
-    node_.on_outputs_written(now);
-    channel_.follow_node();
-  }
+  node_.on_outputs_written(now);
+  if (node_.manages()) channel_.follow_node();
   if (!node_.outputs_changed(first - outputs, end - first)) return;
   node_.on_outputs_changed(now);
   channel_.follow_node();
 }
 
-void Coprocessor::on_status_written(std::size_t first, std::size_t count) {
+void Coprocessor::on_status_written(std::size_t first, std::size_t count, Time now) {
   const std::size_t status = settings().status_first;
   const std::size_t from = std::max(first, status);
   const std::size_t end = std::min(first + count, status + regmap::kStatusWords);
   if (from < end) node_.on_status_written(from - status, end - from);
+  if (regmap::kNodeRequest - first >= count) return;
+  node_.on_node_request(now);
+  channel_.follow_node();
 }
 
 // ---- Frames
@@ -83,6 +86,7 @@ void Coprocessor::on_frame(const Frame& frame, Time now) {
   }
   if (function >= nmt::kErrorControlId >> kFunctionShift && frame.flags == 0)
     return on_error_control(frame, now);
+  if (kServices.manager() && function == sdo::kRequestId >> kFunctionShift) node_.on_sdo_request(frame);
   if (node_.on_frame(frame, now)) channel_.follow_node();
 }
 
@@ -98,11 +102,30 @@ void Coprocessor::on_bus_state(BusState state, Time now) {
   channel_.follow_node();
 }
 
-void Coprocessor::on_plc(Time now) {
+void Coprocessor::on_plc(std::uint32_t client, std::size_t first, std::size_t count, Time now) {
+  if (settings().plc_timeout_ms == 0) return;
+  if (count != 0 && controls(first, count)) {
+    plc_known_ = true;
+    plc_ = client;
+  }
+  if (plc_known_ && client != plc_) return;
   plc_heard_at_ = now;
-  if (settings().plc_timeout_ms == 0 || plc_due_ != kNever) return;
+  if (plc_due_ != kNever) return;
   plc_due_ = now + milliseconds(settings().plc_timeout_ms);
   channel_.wake_at(plc_due_);
+}
+
+/// What a PLC writes is among these registers.
+bool Coprocessor::controls(std::size_t first, std::size_t count) const {
+  const auto overlaps = [&](std::size_t other, std::size_t words) {
+    return first < other + words && other < first + count;
+  };
+  const std::size_t channels = 1 + (node_.others() == nullptr ? 0 : node_.others()->count());
+  for (unsigned channel = 1; kServices.scanner_window && channel <= channels; ++channel)
+    if (overlaps(regmap::of_channel(settings().scanner_out_first, channel), regmap::kScannerOutWords))
+      return true;
+  return overlaps(regmap::kWindowFirst, regmap::kWindowWords) ||
+         overlaps(settings().process_first + regmap::kInputWords, kOutputWords);
 }
 
 /// Shows other nodes that the PLC is silent: no more TPDOs, and the heartbeat reports the new state. Outputs

@@ -10,6 +10,7 @@ FurtherChannels::FurtherChannels(Coprocessor& coprocessor, std::span<const Scann
                                  std::span<Memory> memory)
     : first_(coprocessor.channel_), node_(coprocessor.node_), more_(memory) {
   node_.add(*this);
+  count_ = more_.size();
   std::uint8_t number = 0;
   for (Memory& channel : more_) {
     const ScannerWindow& scanner = scanners[number++];

@@ -58,9 +58,9 @@ bool LocalNode::on_low_id(const Frame& frame, Time now) {
   const std::uint32_t sender = frame.id - EmergencyConsumer::kFirstId;
   if (sender - 1 < nmt::kMaxNode && sender != node_id() && frame.flags == 0) {
     if constexpr (kServices.emergencies) emergencies_->on_frame(frame);
-    show(static_cast<std::uint8_t>(sender));
+    if constexpr (kServices.manager()) status_->on_emergency(static_cast<std::uint8_t>(sender));
   }
-  if (nmt::is_command(frame)) on_command(static_cast<nmt::Command>(frame.data[0]), frame.data[1], now);
+  if (nmt::is_command(frame)) on_command(static_cast<nmt::Command>(frame.data[0]), frame.data[1], false, now);
   return device_.on_frame(frame, now);
 }
 
@@ -73,13 +73,16 @@ void LocalNode::on_outputs_changed(Time now) {
 void LocalNode::on_report(const Frame& frame, NodeMonitor::News news, Time now) {
   const auto node = static_cast<std::uint8_t>(frame.id & nmt::kMaxNode);
   if (manages()) manager_->on_report(node, news, now);
-  if constexpr (kServices.manager()) status_->on_report(node);
+  if constexpr (kServices.manager()) status_->on_report(node, news);
   if (others() != nullptr) others()->on_news(node, news, now);
 }
 
 void LocalNode::on_plc_lost(nmt::Command command, Time now) {
-  if constexpr (kServices.manager()) status_->on_plc_lost();
-  if (manages()) return manager_->on_plc_lost(now);
+  if constexpr (kServices.manager()) {
+    status_->on_plc_lost();
+    manager_->on_plc_lost(now);
+  }
+  if (manages()) return;
   if (state() == nmt::State::kOperational) slave().command(command, now);
 }
 
@@ -108,6 +111,7 @@ void LocalNode::restore(std::uint16_t first_index, std::uint16_t last_index, Tim
   ++resets_;
   client_.forget_nodes();
   if constexpr (kServices.emergencies) emergencies_->reset();
+  if constexpr (kServices.manager()) status_->forget_emergencies();
 }
 
 // ---- Reading
@@ -202,6 +206,7 @@ void LocalNode::on_stored(const ObjectEntry& entry, std::uint8_t /*sub*/, Time n
   if constexpr (kServices.manager())
     if (entry.index == object::kNmtStartup) manager_->on_startup_written(now);
   if (entry.index < local::kInputs) return;
+  if (entry.index < local::kOutputs) restore_inputs();
   if (entry.index >= local::kOutputs) on_outputs_written(now);
   if (outputs_changed(0, kOutputWords)) on_outputs_changed(now);
 }

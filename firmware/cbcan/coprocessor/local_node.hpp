@@ -49,8 +49,8 @@ class LocalNode final : private DeviceApplication {
 
   /// Call it before start(): where 1010h stores parameters.
   void keep_in(ParameterMemory& memory) { memory_ = &memory; }
-  void show_status_in(StatusRegisters words) {
-    if constexpr (kServices.manager()) status_->show_in(words);
+  void show_status_in(StatusRegisters words, NodeRequestRegisters requests) {
+    if constexpr (kServices.manager()) status_->show_in(words, requests);
     passes_reports_ = kServices.manager();
   }
   /// Call it before start(): channels that share the node with the first one.
@@ -83,12 +83,17 @@ class LocalNode final : private DeviceApplication {
     if (news != NodeMonitor::News::kNone && (manages() || passes_reports())) on_report(frame, news, now);
     return news;
   }
-  /// An NMT command has been sent to this node, 0 = to all, by the PLC.
-  void on_command(nmt::Command command, std::uint8_t node, Time now) {
+  /// An NMT command has been sent to this node, 0 = to all, by the PLC or by another master.
+  void on_command(nmt::Command command, std::uint8_t node, bool by_plc, Time now) {
     monitor_.doubt(command, node);
-    if constexpr (kServices.manager()) manager_->on_command(command, node, now);
+    if constexpr (kServices.manager()) manager_->on_command(command, node, by_plc, now);
   }
   void on_bus_state(BusState state, Time now);
+  /// A request of another SDO client, to any node.
+  void on_sdo_request(const Frame& frame) {
+    if constexpr (kServices.manager())
+      manager_->on_request_of_others(static_cast<std::uint8_t>(frame.id & nmt::kMaxNode));
+  }
 
   /// One of the outputs first..first+count-1 has changed since on_outputs_changed(). Most writes change
   /// nothing.
@@ -102,9 +107,15 @@ class LocalNode final : private DeviceApplication {
   void on_outputs_written(Time now) {
     if constexpr (kServices.manager()) manager_->on_outputs_written(now);
   }
+  /// Inputs have been written by others than RPDOs, which win.
+  void restore_inputs() const { device_.restore_received(); }
   /// The PLC has written words of the status registers.
   void on_status_written(std::size_t first, std::size_t count) {
     if constexpr (kServices.manager()) status_->on_written(first, count);
+  }
+  /// The PLC has written R4142.
+  void on_node_request(Time now) {
+    if constexpr (kServices.manager()) status_->on_request(now);
   }
   /// The PLC has been silent for too long: the node executes this command, or stops its TPDOs if it manages
   /// the network.
@@ -156,7 +167,7 @@ class LocalNode final : private DeviceApplication {
   ParameterMemory* memory() override { return memory_; }
   void on_emergency_sent(const EmergencyConsumer::Message& message) override {
     if constexpr (kServices.emergencies) emergencies_->note(node_id(), message);
-    show(node_id());
+    if constexpr (kServices.manager()) status_->on_emergency(node_id());
   }
   void on_state(nmt::State state, Time now) override {
     if constexpr (kServices.manager()) manager_->on_own_state(state, now);

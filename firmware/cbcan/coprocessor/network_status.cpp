@@ -23,8 +23,9 @@ void assign(NodeSet& set, std::uint8_t node, bool value) {
 
 }  // namespace
 
-void NetworkStatus::show_in(StatusRegisters words) {
+void NetworkStatus::show_in(StatusRegisters words, NodeRequestRegisters requests) {
   words_ = words;
+  requests_ = requests;
   for (std::uint8_t node = 0; !words.empty() && node <= nmt::kMaxNode; ++node)
     update(node);
 }
@@ -60,7 +61,6 @@ void NetworkStatus::update(std::uint8_t node) {
   if (node != 0) {
     const bool seen = state_of(node) != 0;
     assign(unlisted_, node, seen && !manager_.is_listed(node) && node != own_.node_id());
-    assign(in_error_, node, kServices.emergencies && EmergencyConsumer::is_error(emergencies_->last(node)));
     put_bit(StatusMap::kHeard, node, seen);
     put_bit(StatusMap::kConfigured, node, manager_.is_configured(node));
     put_bit(StatusMap::kRunning, node, manager_.is_operational(node));
@@ -74,13 +74,14 @@ void NetworkStatus::update(std::uint8_t node) {
 }
 
 std::uint16_t NetworkStatus::summary() const {
-  const bool all_well = manager_.listed() != 0 && manager_.first_unwell() == 0;
+  const bool own_runs = own_.state() == nmt::State::kOperational;
+  const bool all_well = manager_.listed() != 0 && manager_.first_unwell() == 0 && own_runs;
   const std::array<bool, regmap::kStatusBits.size()> bits{
       all_well,
       manager_.booting() != 0,
       manager_.mandatory_missing(),
       !in_error_.empty(),
-      own_.state() == nmt::State::kOperational,
+      own_runs,
       bus_off_,
       manager_.active() && !unlisted_.empty(),
       manager_.any_twin(),
@@ -90,6 +91,21 @@ std::uint16_t NetworkStatus::summary() const {
   for (std::size_t bit = 0; bit != bits.size(); ++bit)
     value |= static_cast<unsigned>(bits[bit]) << bit;
   return static_cast<std::uint16_t>(value);
+}
+
+void NetworkStatus::on_emergency(std::uint8_t node) {
+  assign(in_error_, node, kServices.emergencies && EmergencyConsumer::is_error(emergencies_->last(node)));
+  update(node);
+}
+
+void NetworkStatus::forget_emergency(std::uint8_t node) {
+  in_error_.erase(node);
+  update(node);
+}
+
+void NetworkStatus::forget_emergencies() {
+  for (std::uint8_t node = 0; (node = in_error_.next(0)) != 0;)
+    forget_emergency(node);
 }
 
 void NetworkStatus::on_bus_state(BusState state) {
@@ -108,9 +124,13 @@ void NetworkStatus::on_written(std::size_t first, std::size_t count) {
     return word >= first && word < first + count ? words_[word] : std::uint16_t{0};
   };
   if ((written(regmap::kStatusSummary) >> regmap::kStatusPlcLost & 1) != 0) plc_was_lost_ = false;
-  for (std::uint8_t node = 1; node <= nmt::kMaxNode; ++node)
-    if ((written(regmap::status_map(StatusMap::kLost) + node / kWordBits) >> node % kWordBits & 1) != 0)
-      manager_.forget_loss(node);
+  const auto is_cleared = [&](StatusMap map, std::uint8_t node) {
+    return (written(regmap::status_map(map) + node / kWordBits) >> node % kWordBits & 1) != 0;
+  };
+  for (std::uint8_t node = 1; node <= nmt::kMaxNode; ++node) {
+    if (is_cleared(StatusMap::kLost, node)) manager_.forget_loss(node);
+    if (is_cleared(StatusMap::kEmergency, node)) in_error_.erase(node);
+  }
   for (const StatusMap map : {StatusMap::kHeard, StatusMap::kConfigured, StatusMap::kRunning,
                               StatusMap::kEmergency, StatusMap::kLost})
     put_bit(map, 0, false);
@@ -120,6 +140,51 @@ void NetworkStatus::on_written(std::size_t first, std::size_t count) {
     update(node);
   changes_ = static_cast<std::uint16_t>(changes + 1);
   words_[regmap::kStatusChanges] = changes_;
+}
+
+// ---- Requests to nodes
+
+void NetworkStatus::on_request(Time now) {
+  if (requests_.empty()) return;
+  const auto request = static_cast<regmap::NodeRequest>(requests_[0] >> 8);
+  const auto node = static_cast<std::uint8_t>(requests_[0]);
+  const bool reads = request >= regmap::NodeRequest::kEmergencyCode;
+  const bool known = reads && request <= regmap::NodeRequest::kAbortCodeHigh && node <= nmt::kMaxNode;
+  const bool done = reads ? known : command(request, node, now);
+  requests_[1] = known ? detail(request, node) : std::uint16_t{0};
+  requests_[0] = done ? std::uint16_t{0} : regmap::kNodeRefused;
+}
+
+/// False: there is no such request, node or state, or the port has no room.
+bool NetworkStatus::command(regmap::NodeRequest request, std::uint8_t node, Time now) {
+  using enum regmap::NodeRequest;
+  if (node == 0 || node > regmap::kNmtAllNodes) return false;
+  const bool all = node == regmap::kNmtAllNodes;
+  switch (request) {
+    case kBoot: return manager_.boot_again(node, now);
+    case kStart: return manager_.command(nmt::Command::kStart, node, now);
+    case kStop: return manager_.command(nmt::Command::kStop, node, now);
+    case kEnterPreOperational: return manager_.command(nmt::Command::kEnterPreOperational, node, now);
+    case kResetNode: return manager_.command(nmt::Command::kResetNode, node, now);
+    case kResetCommunication: return manager_.command(nmt::Command::kResetCommunication, node, now);
+    case kForgetEmergency: all ? forget_emergencies() : forget_emergency(node); return true;
+    default: return false;
+  }
+}
+
+std::uint16_t NetworkStatus::detail(regmap::NodeRequest request, std::uint8_t node) const {
+  using enum regmap::NodeRequest;
+  const Manager::Failure& failure = manager_.failure(node == own_.node_id() ? std::uint8_t{0} : node);
+  const auto code = static_cast<std::uint32_t>(failure.code);
+  switch (request) {
+    case kEmergencyCode:
+      if constexpr (!kServices.emergencies) return 0;
+      return static_cast<std::uint16_t>(load_little_endian(std::span(emergencies_->last(node)).first<2>()));
+    case kFailureIndex: return failure.index;
+    case kFailureSubIndex: return static_cast<std::uint16_t>(failure.letter << 8 | failure.sub);
+    case kAbortCodeLow: return static_cast<std::uint16_t>(code);
+    default: return static_cast<std::uint16_t>(code >> 16);
+  }
 }
 
 }  // namespace cbcan

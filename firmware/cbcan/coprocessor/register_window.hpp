@@ -16,10 +16,10 @@ namespace cbcan {
 /// The core's view of R3700..R3769: ordinary memory that an interrupt, a thread or another processor also
 /// writes.
 ///
-/// Ordering: every word written through words() is visible to a reader that has seen the result which finish()
-/// wrote; every word that the PLC wrote before CA0Eh is visible here once flag() has returned CA0Eh. In between
-/// only the core uses them. Words are in host byte order. The caller owns the memory, which must outlive this
-/// view.
+/// Ordering: every word written through words() is visible to a reader that has seen the result which
+/// finish() wrote; every word that the PLC wrote before CA0Eh is visible here once flag() has returned CA0Eh.
+/// In between only the core uses them. Words are in host byte order. The caller owns the memory, which must
+/// outlive this view.
 class RegisterWindow {
  public:
   using Words = std::span<std::uint16_t, regmap::kWindowWords>;
@@ -33,9 +33,10 @@ class RegisterWindow {
   /// The words from R3700 on.
   std::uint16_t* words() const { return words_; }
 
-  /// Replaces CA0Eh by the result, after all earlier writes. False: the PLC has written another value, which is
-  /// kept; the transaction was cancelled at the last moment. A processor without compare-and-swap (Cortex-M0+)
-  /// uses a load and a store: there an interrupt that writes R3700 must be masked while the core is called.
+  /// Replaces CA0Eh by the result, after all earlier writes. False: the PLC has written another value, which
+  /// is kept; the transaction was cancelled at the last moment. A processor without compare-and-swap
+  /// (Cortex-M0+) uses a load and a store: there an interrupt that writes R3700 must be masked while the core
+  /// is called.
   bool finish(regmap::Result result) const {
     std::uint16_t expected = regmap::kExecute;
     if constexpr (!std::atomic_ref<std::uint16_t>::is_always_lock_free) {
@@ -60,13 +61,15 @@ inline constexpr std::size_t kOutputWords = kServices.process_data() ? regmap::k
 inline constexpr std::size_t kScannerOutWords = kServices.scanner_window ? regmap::kScannerOutWords : 0;
 inline constexpr std::size_t kScannerInWords = kServices.scanner_window ? regmap::kScannerInWords : 0;
 
-/// R3800..R3927, or another range by configuration: inputs, then outputs. The core accesses them only inside its
-/// own calls, so a Modbus server called from the same place always reads a complete PDO. The caller owns the
-/// memory.
+/// R3800..R3927, or another range by configuration: inputs, then outputs. The core accesses them only inside
+/// its own calls, so a Modbus server called from the same place always reads a complete PDO. The caller owns
+/// the memory.
 using ProcessRegisters = std::span<std::uint16_t, kProcessWords>;
 
 /// R3928..R4099, or another range; see NetworkStatus.
 inline constexpr std::size_t kStatusWords = kServices.manager() ? regmap::kStatusWords : 0;
 using StatusRegisters = std::span<std::uint16_t, kStatusWords>;
+/// R4142 and R4143: see regmap::NodeRequest.
+using NodeRequestRegisters = std::span<std::uint16_t, 2>;
 
 }  // namespace cbcan

@@ -218,11 +218,14 @@ struct OwnNode final : Rule {
     for (std::size_t number = 1; number <= run.control.networks(); ++number) {
       const plant::Network& network = run.control.network(number);
       const Time timeout = network.module_config().plc_timeout_ms * kMillisecond;
-      const Time since = network.plc_heard_at();
+      if (timeout == 0 || network.module() == nullptr) continue;
+      const Coprocessor& module = network.module()->coprocessor();
+      const Time since = module.plc_heard_at();
       Time& last = judged.try_emplace(number, kNever).first->second;
-      if (timeout == 0 || since == kNever || last == since || now <= since + timeout) continue;
+      const bool judged_before = last == since || since == network.started();
+      if (judged_before || now <= since + timeout || module.manager()->active()) continue;
       last = since;
-      if (network.module()->coprocessor().own_node().state() == nmt::State::kOperational)
+      if (module.own_node().state() == nmt::State::kOperational)
         run.broken("the own node stops when the PLC is silent", "it is Operational after plc_timeout_ms");
     }
   }

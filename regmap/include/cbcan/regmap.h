@@ -42,12 +42,14 @@
 #define CBCAN_R_CONFIGURED_LAST            3947         /* the last of them */
 #define CBCAN_R_RUNNING                    3948         /* it is listed and Operational */
 #define CBCAN_R_RUNNING_LAST               3955         /* the last of them */
-#define CBCAN_R_EMCY                       3956         /* its last EMCY message is an error */
+#define CBCAN_R_EMCY                       3956         /* its last EMCY message since its boot-up message is an error; 1 clears a bit */
 #define CBCAN_R_EMCY_LAST                  3963         /* the last of them */
 #define CBCAN_R_LOST                       3964         /* its heartbeat has been lost since the bit was cleared; 1 clears a bit */
 #define CBCAN_R_LOST_LAST                  3971         /* the last of them */
 #define CBCAN_R_NODE_STATUS                3972         /* node n at n, 0 = the module: NMT state in the low byte, 0 = not known; step of its boot in the high byte */
 #define CBCAN_R_NODE_STATUS_LAST           4099         /* the last of them */
+#define CBCAN_R_NODE_REQUEST               4142         /* request to a node; 0 = done, FFFFh = refused */
+#define CBCAN_R_NODE_ANSWER                4143         /* answer to it */
 
 #define CBCAN_R_DIAGNOSTIC_VERSION         4100         /* version of the image: major in the high byte, minor in the low byte */
 #define CBCAN_R_DIAGNOSTIC_PATCH_LEVEL     4101         /* the version's third number */
@@ -128,6 +130,18 @@
 #define CBCAN_BOOT_AWAITS_START            6            /* waiting for its start */
 #define CBCAN_BOOT_AWAITS_DATA             7            /* running, without process data so far */
 #define CBCAN_BOOT_LOST                    88           /* lost */
+#define CBCAN_NODE_REQUEST_BOOT            1            /* boot it again, as by 1F25h */
+#define CBCAN_NODE_REQUEST_START           2            /* Start Remote Node */
+#define CBCAN_NODE_REQUEST_STOP            3            /* Stop Remote Node */
+#define CBCAN_NODE_REQUEST_ENTER_PRE_OPERATIONAL 4            /* Enter Pre-Operational */
+#define CBCAN_NODE_REQUEST_RESET_NODE      5            /* Reset Node */
+#define CBCAN_NODE_REQUEST_RESET_COMMUNICATION 6            /* Reset Communication */
+#define CBCAN_NODE_REQUEST_CLEAR_EMCY      7            /* clear its bit in EMCY */
+#define CBCAN_NODE_REQUEST_EMCY_CODE       16           /* error code of its last EMCY message, as in 3005h */
+#define CBCAN_NODE_REQUEST_FAILURE_INDEX   17           /* index of the object at which its boot has failed, as in 3009h */
+#define CBCAN_NODE_REQUEST_FAILURE_SUB_INDEX 18           /* sub-index of that object; the failure's letter in the high byte */
+#define CBCAN_NODE_REQUEST_ABORT_LOW       19           /* abort code of the failure, low word */
+#define CBCAN_NODE_REQUEST_ABORT_HIGH      20           /* high word */
 
 #define CBCAN_OBJECT_NMT                   0x1F82       /* written: NMT service */
 #define CBCAN_OBJECT_NODE_STATE            0x300C       /* read: NMT state of a node */

@@ -7,7 +7,8 @@
 /// comments "CBCAN, table N". docs/reference/contract.md decides what that document leaves open.
 ///
 /// Freestanding and header-only. Register R<n> is Modbus holding register address n (0-based on the wire),
-/// shown as 4xxxx number 40001 + n. All numbers are as a PLC programmer writes them: 5055 and 5066 are decimal.
+/// shown as 4xxxx number 40001 + n. All numbers are as a PLC programmer writes them: 5055 and 5066 are
+/// decimal.
 
 #include <array>
 #include <cstddef>
@@ -41,8 +42,8 @@ inline constexpr std::size_t kInputWords = 64;
 inline constexpr std::size_t kOutputWords = 64;
 inline constexpr std::size_t kProcessWords = kInputWords + kOutputWords;
 
-/// The scanner window, for PLCs that exchange whole blocks of registers cyclically: a block that the PLC writes
-/// and one that it reads. The first registers can be configured. The blocks of channel n begin
+/// The scanner window, for PLCs that exchange whole blocks of registers cyclically: a block that the PLC
+/// writes and one that it reads. The first registers can be configured. The blocks of channel n begin
 /// kScannerStride * (n - 1) registers later, so by default all of them end below R3700.
 inline constexpr std::uint16_t kScannerOutFirst = 500;
 inline constexpr std::uint16_t kScannerInFirst = 600;
@@ -126,7 +127,8 @@ constexpr RegisterRow register_row(Access access, Writer writer, std::size_t fir
 
 constexpr RegisterRow scanner_out(std::size_t first, std::size_t words, std::string_view name,
                                   std::string_view range, std::string_view meaning) {
-  return register_row(Access::kReadWrite, Writer::kPlc, kScannerOutFirst + first, words, name, range, meaning);
+  return register_row(Access::kReadWrite, Writer::kPlc, kScannerOutFirst + first, words, name, range,
+                      meaning);
 }
 
 constexpr RegisterRow scanner_in(std::size_t first, std::size_t words, std::string_view name,
@@ -181,7 +183,30 @@ constexpr RegisterRow status(std::size_t first, std::size_t words, Access access
   return register_row(access, Writer::kCoprocessor, kStatusFirst + first, words, name, range, meaning);
 }
 
-inline constexpr std::array<RegisterRow, 10> kStatus{{
+/// R4142, in the simulator and in images with network status: a request to a node, executed when it is
+/// written. Its number is in the high byte, the node ID in the low byte, which for those up to
+/// kForgetEmergency may be kNmtAllNodes. Then it is 0 and R4143 is the answer; or it is kNodeRefused. In
+/// words: kNodeRequests.
+enum class NodeRequest : std::uint8_t {
+  kBoot = 1,
+  kStart,
+  kStop,
+  kEnterPreOperational,
+  kResetNode,
+  kResetCommunication,
+  kForgetEmergency,
+  kEmergencyCode = 16,  ///< of the last EMCY message
+  // The boot's last failure; node 0 = the module's own configuration.
+  kFailureIndex,
+  kFailureSubIndex,  ///< and in the high byte the letter of CiA 302-2
+  kAbortCodeLow,
+  kAbortCodeHigh,
+};
+inline constexpr std::uint16_t kNodeRequest = 4142;
+inline constexpr std::uint16_t kNodeAnswer = 4143;
+inline constexpr std::uint16_t kNodeRefused = 0xFFFF;
+
+inline constexpr std::array<RegisterRow, 12> kStatus{{
     status(kStatusSummary, 1, Access::kReadWrite, "STATUS", "9 bits",
            "bits of the whole network; 1 clears bit 8"),
     status(kStatusChanges, 1, Access::kReadOnly, "STATUS_CHANGES", "0..65535",
@@ -196,14 +221,18 @@ inline constexpr std::array<RegisterRow, 10> kStatus{{
            "its configuration has been written since its last boot-up message"),
     status(status_map(StatusMap::kRunning), kStatusMapWords, Access::kReadOnly, "RUNNING", "128 bits",
            "it is listed and Operational"),
-    status(status_map(StatusMap::kEmergency), kStatusMapWords, Access::kReadOnly, "EMCY", "128 bits",
-           "its last EMCY message is an error"),
+    status(status_map(StatusMap::kEmergency), kStatusMapWords, Access::kReadWrite, "EMCY", "128 bits",
+           "its last EMCY message since its boot-up message is an error; 1 clears a bit"),
     status(status_map(StatusMap::kLost), kStatusMapWords, Access::kReadWrite, "LOST", "128 bits",
            "its heartbeat has been lost since the bit was cleared; 1 clears a bit"),
     status(
         kStatusNodes, 128, Access::kReadOnly, "NODE_STATUS", "2 bytes",
         "node n at n, 0 = the module: NMT state in the low byte, 0 = not known; step of its boot in the high "
         "byte"),
+    register_row(Access::kReadWrite, Writer::kBoth, kNodeRequest, 1, "NODE_REQUEST", "2 bytes",
+                 "request to a node; 0 = done, FFFFh = refused"),
+    register_row(Access::kReadOnly, Writer::kCoprocessor, kNodeAnswer, 1, "NODE_ANSWER", "0..65535",
+                 "answer to it"),
 }};
 
 // ---- Diagnostics of the firmware images
@@ -250,9 +279,8 @@ inline constexpr std::array<RegisterRow, 26> kDiagnostics{{
                "version of the image: major in the high byte, minor in the low byte"),
     diagnostic(kPatchLevel, 1, "PATCH_LEVEL", "0..65535", "the version's third number"),
     diagnostic(kUptime, 2, "UPTIME", "32 bits", "milliseconds since the start, modulo 2^32"),
-    diagnostic(
-        kResetCause, 1, "RESET_CAUSE", "0..5",
-        "0 = unknown, 1 = power on, 2 = reset pin, 3 = software, 4 = watchdog, 5 = brown-out"),
+    diagnostic(kResetCause, 1, "RESET_CAUSE", "0..5",
+               "0 = unknown, 1 = power on, 2 = reset pin, 3 = software, 4 = watchdog, 5 = brown-out"),
     diagnostic(kStackSize, 1, "STACK_SIZE", "0..65535", "bytes"),
     diagnostic(kStackUsed, 1, "STACK_USED", "0..65535", "bytes of the stack that were ever in use"),
     diagnostic(kCanState, 1, "CAN_STATE", "0, 2, 16, 17", "kernel state as in object 3002h"),
@@ -270,8 +298,7 @@ inline constexpr std::array<RegisterRow, 26> kDiagnostics{{
                "bus errors, failed starts of the CAN controller, or invalid lines of a serial adapter"),
     diagnostic(kTransactions, 2, "TRANSACTIONS", "32 bits", "requests of the PLC begun, of both windows"),
     diagnostic(kTransactionsFailed, 2, "TRANSACTIONS_FAILED", "32 bits", "ended with a result other than 0"),
-    diagnostic(kTransactionsCancelled, 2, "TRANSACTIONS_CANCELLED", "32 bits",
-               "cancelled by the PLC"),
+    diagnostic(kTransactionsCancelled, 2, "TRANSACTIONS_CANCELLED", "32 bits", "cancelled by the PLC"),
     diagnostic(
         kClockSource, 1, "CLOCK_SOURCE", "0..2",
         "0 = the board has one clock only, 1 = crystal or clock signal, 2 = the chip's RC oscillator, too "
@@ -290,7 +317,8 @@ inline constexpr std::array<RegisterRow, 26> kDiagnostics{{
 
 // ---- Settings of a board
 
-/// Registers of boards that store their settings. The values take effect after a reset, if 1010h has stored them.
+/// Registers of boards that store their settings. The values take effect after a reset, if 1010h has stored
+/// them.
 inline constexpr std::uint16_t kBoardStation = 4150;
 inline constexpr std::uint16_t kBoardBaudRate = 4151;
 inline constexpr std::uint16_t kBoardFormat = 4152;
@@ -391,6 +419,22 @@ inline constexpr std::array<NamedNumber, 9> kBootSteps{{
     {0x58, "LOST", "lost"},
 }};
 
+/// NodeRequest, by value.
+inline constexpr std::array<NamedNumber, 12> kNodeRequests{{
+    {1, "BOOT", "boot it again, as by 1F25h"},
+    {2, "START", "Start Remote Node"},
+    {3, "STOP", "Stop Remote Node"},
+    {4, "ENTER_PRE_OPERATIONAL", "Enter Pre-Operational"},
+    {5, "RESET_NODE", "Reset Node"},
+    {6, "RESET_COMMUNICATION", "Reset Communication"},
+    {7, "CLEAR_EMCY", "clear its bit in EMCY"},
+    {16, "EMCY_CODE", "error code of its last EMCY message, as in 3005h"},
+    {17, "FAILURE_INDEX", "index of the object at which its boot has failed, as in 3009h"},
+    {18, "FAILURE_SUB_INDEX", "sub-index of that object; the failure's letter in the high byte"},
+    {19, "ABORT_LOW", "abort code of the failure, low word"},
+    {20, "ABORT_HIGH", "high word"},
+}};
+
 /// Additional results of the scanner window.
 inline constexpr std::array<NamedNumber, 2> kScannerResults{{
     {5, "RESTARTED",
@@ -442,58 +486,5 @@ inline constexpr std::array<NamedNumber, 4> kNodeStates{{
     {6, "NOT_DETECTED", "Not detected"},
     {127, "PRE_OPERATIONAL", "Pre-operational"},
 }};
-
-// ---- SDO abort codes
-
-struct AbortRow {
-  std::uint32_t code;
-  std::string_view name;  ///< from CBCAN, table 3; otherwise in the same style
-  std::string_view meaning;
-  bool in_table_3;
-};
-
-/// CBCAN table 3 and the rest of CiA 301 (7.2.4.3.17), ordered by code.
-inline constexpr std::array<AbortRow, 31> kAbortCodes{{
-    {0x05030000, "ABORT_TOGGLE_BIT", "toggle bit not alternated", true},
-    {0x05040000, "ABORT_TIME_OUT", "SDO service timed out", true},
-    {0x05040001, "ABORT_SYNC", "command specifier not valid", true},
-    {0x05040002, "ABORT_BLOCK_SIZE", "invalid block size", false},
-    {0x05040003, "ABORT_BLOCK_SEQUENCE", "invalid sequence number", false},
-    {0x05040004, "ABORT_BLOCK_CRC", "CRC error", false},
-    {0x05040005, "ABORT_READ_LENGTH", "object length too big to read (CiA 301: out of memory)", true},
-    {0x06010000, "ABORT_NO_SEGMENT", "unsupported access to the object, or segmented transfer not supported",
-     true},
-    {0x06010001, "ABORT_WO", "attempt to read a write-only object", true},
-    {0x06010002, "ABORT_RO", "attempt to write a read-only object", true},
-    {0x06020000, "ABORT_NO_OBJ", "no such object", true},
-    {0x06040041, "ABORT_NOT_MAPPABLE", "object cannot be mapped to the PDO", false},
-    {0x06040042, "ABORT_PDO_LENGTH", "the mapped objects exceed the PDO length", false},
-    {0x06040043, "ABORT_INCOMPATIBLE", "general parameter incompatibility", false},
-    {0x06040047, "ABORT_SYS_LENGTH", "data length exceeds what the system allows", true},
-    {0x06060000, "ABORT_HARDWARE", "access failed due to a hardware error", false},
-    {0x06070010, "ABORT_OBJ_LENGTH", "object length does not match", true},
-    {0x06070012, "ABORT_PARM_LENGTH", "length of the service parameter too high", true},
-    {0x06070013, "ABORT_PARM_SHORT", "length of the service parameter too low", false},
-    {0x06090011, "ABORT_NO_SUB", "sub-index does not exist", false},
-    {0x06090030, "ABORT_VALUE", "invalid value for the parameter", false},
-    {0x06090031, "ABORT_VALUE_HIGH", "value too high", false},
-    {0x06090032, "ABORT_VALUE_LOW", "value too low", false},
-    {0x06090036, "ABORT_MAX_LESS_MIN", "maximum is less than minimum", false},
-    {0x060A0023, "ABORT_NO_RESOURCE", "resource not available: SDO connection", false},
-    {0x08000000, "ABORT_GENERAL", "general error", false},
-    {0x08000020, "ABORT_STORE", "data cannot be transferred or stored to the application", false},
-    {0x08000021, "ABORT_LOCAL_CONTROL", "data cannot be transferred because of local control", false},
-    {0x08000022, "ABORT_DEVICE_STATE", "data cannot be transferred because of the present device state",
-     false},
-    {0x08000023, "ABORT_NO_DICTIONARY", "no object dictionary is present", false},
-    {0x08000024, "ABORT_NO_DATA", "no data available", false},
-}};
-
-/// The row of an abort code; nullptr for an unknown code.
-constexpr const AbortRow* find_abort(std::uint32_t code) {
-  for (const AbortRow& row : kAbortCodes)
-    if (row.code == code) return &row;
-  return nullptr;
-}
 
 }  // namespace cbcan::regmap

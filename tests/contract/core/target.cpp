@@ -49,7 +49,7 @@ struct Channels {
 struct CoreTarget final : Target, private test::StackRig<Coprocessor> {
   explicit CoreTarget(const Settings& settings) : StackRig(coprocessor_), settings_(settings) {
     coprocessor_.use_network(network_, 0);
-    coprocessor_.show_status_in(status_);
+    coprocessor_.show_status_in(status_, requests_);
     now = 1000;
     coprocessor_.start(now);
     port.sent.clear();
@@ -65,10 +65,17 @@ struct CoreTarget final : Target, private test::StackRig<Coprocessor> {
     Words seen;
     while (seen.size() < count)
       seen.push_back(reg(from++));
-    coprocessor_.on_plc(now);
+    coprocessor_.on_plc(client_, to, words.size(), now);
     if (!words.empty()) coprocessor_.on_registers_written(to, words.size(), now);
     coprocessor_.poll(now);
     StackRig::pass(0);
+    return seen;
+  }
+
+  Words read_as_another(unsigned first, std::size_t count) override {
+    client_ = 2;
+    const Words seen = read(first, count);
+    client_ = 1;
     return seen;
   }
 
@@ -98,6 +105,7 @@ struct CoreTarget final : Target, private test::StackRig<Coprocessor> {
   std::uint16_t& reg(unsigned address) {
     const auto in = [address](const auto& range, unsigned begin) { return address - begin < range.size(); };
     if (in(status_, regmap::kStatusFirst)) return status_.at(address - regmap::kStatusFirst);
+    if (in(requests_, regmap::kNodeRequest)) return requests_.at(address - regmap::kNodeRequest);
     if (in(process_, settings_.process_first)) return process_.at(address - settings_.process_first);
     for (std::size_t i = 0; i < Channels::kCount; ++i) {
       const auto behind = static_cast<unsigned>(200 * i);
@@ -112,6 +120,8 @@ struct CoreTarget final : Target, private test::StackRig<Coprocessor> {
   WatchedRegisters<regmap::kWindowWords, 0> registers_;
   Channels channels_;
   std::array<std::uint16_t, regmap::kStatusWords> status_{};
+  std::array<std::uint16_t, 2> requests_{};
+  std::uint32_t client_ = 1;
   std::array<std::uint16_t, regmap::kProcessWords> process_{};
   std::array<std::uint8_t, 1024> network_{};
   Settings settings_;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-// The suite's target "mcu": the image for the MPS2 board in QEMU, reset for each case, with Modbus RTU for the PLC
-// and, for the bus, an SLCAN adapter played by the suite.
+// The suite's target "mcu": the image for the MPS2 board in QEMU, reset for each case, with Modbus RTU for
+// the PLC and, for the bus, an SLCAN adapter played by the suite.
 
+#include "contract/target.hpp"
 #include "cbcan/configuration.hpp"
 #include "contract/mcu/emulator.hpp"
 #include "contract/remote/slcan_text.hpp"
-#include "contract/target.hpp"
 #include "support/catch.hpp"
 #include "support/modbus_crc.hpp"
 
@@ -63,7 +63,8 @@ struct McuTarget final : Target {
     switch (ability) {
       case Ability::kBusState: return "";
       case Ability::kRefusal: return "the image's queue to the serial adapter holds more than a case sends";
-      case Ability::kSecondReader: return "a Modbus RTU line has one client";
+      case Ability::kSecondReader:
+      case Ability::kSecondClient: return "a Modbus RTU line has one client";
       case Ability::kChannels: return "the image has one channel";
       case Ability::kSettings: return "the image's settings are built in";
       case Ability::kBlock: return kServices.block_transfer ? "" : "the image has no block transfer";

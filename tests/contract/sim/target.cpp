@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: MIT
-// The suite's target "sim": a cbcan-sim process for each case, with Modbus TCP (libmodbus) for the PLC, an SLCAN
-// adapter for the bus, and a clock controlled by the suite. There are no races: cbcan-sim has one thread, and all
-// effects of a request, a frame or a `pass` are complete before it handles the next one, on any connection.
+// The suite's target "sim": a cbcan-sim process for each case, with Modbus TCP (libmodbus) for the PLC, an
+// SLCAN adapter for the bus, and a clock controlled by the suite. There are no races: cbcan-sim has one
+// thread, and all effects of a request, a frame or a `pass` are complete before it handles the next one, on
+// any connection.
 
 #include <modbus.h>
 
 #include <atomic>
 #include <cerrno>
 #include <cstdlib>
+#include <optional>
 #include <stdexcept>
 #include <thread>
 
@@ -88,8 +90,7 @@ std::vector<std::string> command(const Settings& settings) {
         "process_first=" + std::to_string(settings.process_first),
         "scanner_out_first=" + std::to_string(settings.scanner_out_first),
         "scanner_in_first=" + std::to_string(settings.scanner_in_first),
-        std::string("channels=") + (channels ? "16" : "1"),
-        "plc_timeout_ms=" + in_ms(settings.plc_timeout),
+        std::string("channels=") + (channels ? "16" : "1"), "plc_timeout_ms=" + in_ms(settings.plc_timeout),
         std::string("plc_lost_state=") + (settings.plc_lost_stopped ? "stopped" : "pre-operational")}) {
     words.push_back("--set");
     words.push_back("module." + setting);
@@ -110,6 +111,7 @@ struct SimTarget final : Target {
         return "cbcan-sim's virtual bus takes every frame, and has no option to refuse one";
       case Ability::kBusState:
       case Ability::kSecondReader:
+      case Ability::kSecondClient:
       case Ability::kChannels:
       case Ability::kBlock:
       case Ability::kSettings: return "";
@@ -121,6 +123,11 @@ struct SimTarget final : Target {
   Words read(unsigned first, std::size_t count) override { return plc_.read(first, count); }
   Words write_and_read(unsigned to, const Words& words, unsigned from, std::size_t count) override {
     return plc_.write_and_read(to, words, from, count);
+  }
+
+  Words read_as_another(unsigned first, std::size_t count) override {
+    if (!other_) other_.emplace(port_in(ready_, "modbus"));
+    return other_->read(first, count);
   }
 
   std::string next_frame() override {
@@ -183,6 +190,7 @@ struct SimTarget final : Target {
   Child simulator_;
   std::string ready_;
   Plc plc_;
+  std::optional<Plc> other_;
   SlcanBus bus_;
   Duration now_{0};
   unsigned bus_faults_ = 0;

@@ -29,7 +29,7 @@ extern "C" void run() {
     coprocessor.on_bus_state(bus, hardware.now);
     if (hardware.received) coprocessor.on_frame(hardware.in, hardware.now);
     if (hardware.written != 0) {
-      coprocessor.on_plc(hardware.now);
+      coprocessor.on_plc(0, hardware.first, hardware.written, hardware.now);
       coprocessor.on_registers_written(hardware.first, hardware.written, hardware.now);
     }
     coprocessor.poll(hardware.now);

@@ -28,7 +28,7 @@ void Manager::appeared(std::uint8_t node, nmt::State state, Time now) {
 
 /// A node in Stopped has no SDO server.
 void Manager::boot_in(nmt::State state, std::uint8_t node, Time now) {
-  if (state == nmt::State::kStopped && !nodes_[node].held) return boot_from_reset(node, now);
+  if (state == nmt::State::kStopped && nodes_[node].held == Held::kNo) return boot_from_reset(node, now);
   configure_again(node, now);
 }
 
@@ -76,6 +76,7 @@ void Manager::look_later(Client& client, Time now) {
 void Manager::begin_check(std::uint8_t node, Time now) {
   nodes_[node].failure = {};
   nodes_[node].signs = 0;
+  nodes_[node].shared = false;
   enter_talking(node, Phase::kCheck, now);
 }
 
@@ -145,7 +146,7 @@ void Manager::decide(std::uint8_t node, Time now) {
   if (monitor_.last_state(node) != nmt::State::kOperational) return boot_from_reset(node, now);
   nodes_[node].keep_alive = false;  // once: when it is lost without a boot-up message, it is configured
   nodes_[node].failure.letter = 'L';
-  run(node, now);
+  plc_stops_nodes() ? stop(node, now) : run(node, now);
 }
 
 /// Serves also a keep-alive node that is not Operational, or does not report it.
@@ -291,6 +292,9 @@ void Manager::fail(std::uint8_t node, Time now) {
   if (again && failed.failures < kMostDoubled) ++failed.failures;
   drop_client(node, now);
   enter(node, Phase::kFailed, again ? now + delay : kNever);
+  if (!is_foreign(node)) return;
+  commanded_.insert(node);
+  wake_at(now);
 }
 
 }  // namespace cbcan

@@ -6,9 +6,25 @@
 
 namespace cbcan {
 
+namespace {
+
+/// As in a response: index, low byte first, then the sub-index.
+constexpr std::uint32_t object_of(const ConciseDcf::Entry& asked) {
+  return static_cast<std::uint32_t>(asked.sub << 16 | asked.index);
+}
+
+}  // namespace
+
+/// A response to the same request before is not the second one to this.
+void Manager::ask(Client& client, const ConciseDcf::Entry& object) {
+  std::uint32_t& answered = nodes_[client.node].answered;
+  client.asked = object;
+  if (answered == object_of(object)) answered = 0;
+}
+
 void Manager::request_read(Client& client, std::uint16_t index, std::uint8_t sub, std::size_t size,
                            Time now) {
-  client.asked = {index, sub, {}};
+  ask(client, {index, sub, {}});
   client.sdo.start({client.node, sub, index, static_cast<std::uint16_t>(size), SdoClient::Direction::kRead,
                     SdoClient::Mode::kAuto},
                    now);
@@ -16,7 +32,7 @@ void Manager::request_read(Client& client, std::uint16_t index, std::uint8_t sub
 
 /// One that is too long fails in start().
 void Manager::request_write(Client& client, const ConciseDcf::Entry& value, Time now) {
-  client.asked = value;
+  ask(client, value);
   std::copy_n(value.value.begin(), std::min(value.value.size(), client.data.size()), client.data.begin());
   client.sdo.start({client.node, value.sub, value.index, static_cast<std::uint16_t>(value.value.size()),
                     SdoClient::Direction::kWrite, SdoClient::Mode::kAuto},
@@ -46,8 +62,8 @@ void Manager::follow(Client& client, Time now) {
   if (client.node == 0 || client.sdo.busy()) return;
   const std::uint8_t node = client.node;
   const bool once = client.asked.index == object::kStore || client.asked.index == object::kRestore;
-  note_strays(client);
   if (client.sdo.outcome() == SdoClient::Outcome::kDone) {
+    if (nodes_[node].tries == 0) nodes_[node].answered = object_of(client.asked);
     nodes_[node].tries = 0;
     state(node).on_done(*this, client, now);
   } else if (client.sdo.error() == AbortCode::kTimeOut && !is_looked_for(phase(node)) && !once &&
@@ -60,12 +76,13 @@ void Manager::follow(Client& client, Time now) {
   serve(now);
 }
 
-/// Two responses to one request: two nodes have the same ID.
-void Manager::note_strays(Client& client) {
-  Node& node = nodes_[client.node];
-  if (std::exchange(client.strays, client.sdo.strays()) == client.strays || node.signs == kSignsOfTwin)
-    return;
-  if (++node.signs == kSignsOfTwin) note_twin(client.node);
+/// The last response once more: two nodes have the same ID, unless another client may have asked too.
+void Manager::look_for_twin(const Frame& frame, std::uint8_t node) {
+  Node& of = nodes_[node];
+  const auto object = static_cast<std::uint32_t>(load_little_endian(std::span(frame.data).subspan<1, 3>()));
+  if (of.answered != object || object == 0 || of.shared || of.signs == kSignsOfTwin) return;
+  of.answered = 0;
+  if (++of.signs == kSignsOfTwin) note_twin(node);
 }
 
 /// Uses the first client, so that nodes that do not respond do not occupy the others.
@@ -86,7 +103,6 @@ void Manager::serve(Time now) {
     waiting.erase(node);
     served_ = node;
     client.node = node;
-    client.strays = client.sdo.strays();
     client.sdo.set_timeout(timeout_of(node));
     answering_.erase(node);
     ++clients_in_use_;
@@ -110,6 +126,7 @@ void Manager::drop_client(std::uint8_t node, Time now) {
 
 bool Manager::take_response(const Frame& frame, Time now) {
   const auto node = static_cast<std::uint8_t>(frame.id & nmt::kMaxNode);
+  look_for_twin(frame, node);
   for (Client& client : clients_) {
     if (client.node != node || client.resume_at != kNever) continue;
     client.sdo.on_frame(frame, now);

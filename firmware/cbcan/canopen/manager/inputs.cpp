@@ -2,7 +2,6 @@
 // Process data of started nodes: 300Ah names the node and the mapping of the TPDO that an own RPDO receives.
 // An event-driven TPDO is sent once at its node's start and then after changes: one that was missed is
 // replaced by a read of its objects.
-#include "cbcan/canopen/dictionary/cob_id.hpp"
 #include "cbcan/canopen/manager/manager.hpp"
 
 namespace cbcan {
@@ -81,7 +80,7 @@ void Manager::input_read(Client& client, Time now) {
   client.input_bits = static_cast<std::uint8_t>(client.input_bits + object.bits);
   if ((++at & kEntryMask) < entries(from)) return;
   at = static_cast<std::uint16_t>((rpdo + 1) << kEntryBits);
-  if (!own_.has_received(rpdo)) receive(rpdo, client.inputs, client.input_bits, now);
+  if (!own_.has_received(rpdo)) own_.put_rpdo(rpdo, client.inputs, now);
 }
 
 /// The registers keep their values until the PDO arrives.
@@ -96,23 +95,44 @@ void Manager::look_for_inputs(std::uint8_t node, Time now) {
 }
 
 void Manager::zero_inputs(std::uint8_t node, Time now) {
-  for (std::size_t rpdo = 0; rpdo != sources_.size(); ++rpdo) {
-    if (sources_[rpdo] != node) continue;
-    const NetworkObjects::Bytes from = source(rpdo);
-    if (!has_flag(from, RpdoSource::kZeroWhenLost)) continue;
-    receive(rpdo, 0, RpdoSource::bits(from), now);
+  for (std::size_t rpdo = 0; rpdo != sources_.size(); ++rpdo)
+    if (sources_[rpdo] == node && has_flag(source(rpdo), RpdoSource::kZeroWhenLost))
+      own_.put_rpdo(rpdo, 0, now);
+}
+
+/// What the own TPDOs carry now. Nothing has been written that could be replaced by zeros: nothing is sent.
+Pdo::Outputs Manager::outputs() const {
+  const std::uint32_t mode = outputs_mode();
+  if (!active_) return Pdo::Outputs::kValues;
+  if (!outputs_written_ && (mode & OutputsMode::kAtOnce) == 0) return Pdo::Outputs::kNone;
+  if (!plc_lost_) return Pdo::Outputs::kValues;
+  return (mode & OutputsMode::kZero) != 0 ? Pdo::Outputs::kZeros : Pdo::Outputs::kNone;
+}
+
+void Manager::take_outputs(Time now) {
+  plc_lost_ = false;
+  outputs_written_ = true;
+  own_.send_outputs(outputs(), now);
+  starts_ = active_;
+}
+
+/// With kStop also a node that is lost is stopped: it may run, and be heard again.
+void Manager::on_plc_lost(Time now) {
+  plc_lost_ = true;
+  own_.send_outputs(outputs(), now);
+  for (std::uint8_t node = 1; active_ && plc_stops_nodes() && node <= nmt::kMaxNode; ++node) {
+    if (phase(node) == Phase::kStart || is_operational(node)) stop(node, now);
+    if (phase(node) != Phase::kLost) continue;
+    stopped_.insert(node);
+    commanded_.insert(node);
+    wake_at(now);
   }
 }
 
-/// Acts as if the PDO had arrived.
-void Manager::receive(std::size_t rpdo, std::uint64_t data, std::size_t bits, Time now) {
-  constexpr std::uint8_t kCobId = 1;
-  const auto parameters = static_cast<std::uint16_t>(object::kRpdoParameter + rpdo);
-  Frame frame;
-  frame.id = static_cast<std::uint32_t>(own_.dictionary().get(parameters, kCobId)) & cob::kIdMask;
-  frame.length = static_cast<std::uint8_t>((bits + 7) / 8);
-  put_data(frame, static_cast<std::uint32_t>(data), static_cast<std::uint32_t>(data >> 32));
-  own_.on_frame(frame, now);
+/// Of a listed node only what it sends after its start counts.
+void Manager::ignore_inputs(std::uint8_t node, bool ignored) {
+  for (std::size_t rpdo = 0; rpdo != sources_.size(); ++rpdo)
+    if (sources_[rpdo] == node) own_.ignore_rpdo(rpdo, ignored);
 }
 
 }  // namespace cbcan

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "cbcan/canopen/manager/manager.hpp"
 
+#include <string_view>
+
 namespace cbcan {
 
 // ---- The phases
@@ -29,23 +31,14 @@ constinit const std::array<Manager::State, Manager::kPhases> Manager::kStates = 
     state_of<&M::ask_input,       &M::input_read, &M::input_failed,         &M::stays,    &M::look_for_inputs>(),  // kInputs
     state_of<nullptr,             nullptr,        nullptr,                  &M::stays,    nullptr>(),              // kRun
     state_of<&M::ask_producer_time, &M::producer_time_read, &M::look_later, &M::returned, &M::probe>(),           // kLost
-    state_of<nullptr,             nullptr,        nullptr,                  nullptr,      &M::begin_check>(),      // kFailed
+    state_of<nullptr,             nullptr,        nullptr,                  &M::stays_out, &M::begin_check>(),     // kFailed
   };
 }();
 // clang-format on
 
-namespace {
-
-constexpr std::uint32_t kConf = 0x666E6F63;  ///< "conf"
-
-constexpr bool is_missing(Manager::Phase phase) {
-  return phase == Manager::Phase::kLost || phase == Manager::Phase::kFailed;
-}
-
-}  // namespace
-
 void Manager::enter(std::uint8_t node, Phase phase, Time due) {
   Node& entered = nodes_[node];
+  if (is_started(phase) != is_started(entered.phase)) ignore_inputs(node, !is_started(phase));
   --count_[static_cast<std::size_t>(entered.phase)];
   ++count_[static_cast<std::size_t>(phase)];
   if (entered.mandatory) {
@@ -98,16 +91,17 @@ void Manager::end(Time now) {
   listed_ = mandatory_unready_ = mandatory_missing_ = 0;
   started_all_ = boot_is_over_ = broadcasts_ = starts_ = own_held_ = false;
   for (NodeSet* set :
-       {&ready_, &silent_, &commanded_, &delayed_, &answering_, &listening_, &unwell_, &twins_})
+       {&ready_, &silent_, &commanded_, &delayed_, &answering_, &listening_, &unwell_, &twins_, &stopped_})
     set->clear();
   for (std::uint8_t node = 1; node <= nmt::kMaxNode; ++node) {
     if (!is_listed(node)) continue;
     drop_client(node, now);
     nodes_[node] = {};
+    ignore_inputs(node, false);
     application_.on_node(node);
   }
   application_.on_node(0);
-  if (own_.state() != nmt::State::kInitialising) own_.hold_tpdos(false, now);
+  if (own_.state() != nmt::State::kInitialising) own_.send_outputs(outputs(), now);
   due_ = retry_at_ = boot_over_at_ = kNever;
 }
 
@@ -118,7 +112,7 @@ void Manager::begin(Time now) {
   list_nodes(now);
   if (const std::uint32_t limit = objects_.number(object::kBootTime, 0); limit != 0)
     boot_over_at_ = now + limit * kMillisecond;
-  own_.hold_tpdos(objects_.number(object::kOutputsMode, 0) == 0, now);
+  own_.send_outputs(outputs(), now);
   send_commands(now);
   application_.on_node(0);
 }
@@ -146,13 +140,14 @@ void Manager::list_nodes(Time now) {
     if (!has(SlaveBit::kListed) || node == own_.node_id()) continue;
     Node& listed = nodes_[node];
     listed.boots = has(SlaveBit::kBoots);
-    listed.held = !listed.boots;
+    listed.held = listed.boots ? Held::kNo : Held::kByPlc;
     listed.keep_alive = has(SlaveBit::kKeepAlive);
     any_kept |= listed.keep_alive;
     listed.mandatory = has(SlaveBit::kMandatory);
     mandatory_unready_ = static_cast<std::uint8_t>(mandatory_unready_ + listed.mandatory);
     ++listed_;
     ++count_[0];
+    ignore_inputs(node, true);
     enter(node, Phase::kWait, now + (listed.keep_alive ? 0 : kProbePeriod));
   }
   if (!any_kept && listed_ != 0) return command_all(nmt::Command::kResetCommunication, now);
@@ -190,6 +185,8 @@ void Manager::on_boot_up(std::uint8_t node, Time now) {
   booted.configured = booted.was_operational = false;
   booted.failures = 0;
   booted.saved_to = 0;
+  if (booted.held == Held::kByOther) booted.held = Held::kNo;
+  stopped_.erase(node);
   booted.restoring = booted.restoring == Restoring::kLoadSent ? Restoring::kDone : Restoring::kDue;
   if (booted.phase == Phase::kReboot) return enter_talking(node, Phase::kConfigure, now);
   if (now - booted.booted_since > kBootWindow) {
@@ -204,32 +201,44 @@ void Manager::on_boot_up(std::uint8_t node, Time now) {
   enter(node, Phase::kWait, now + kProbePeriod);
 }
 
-void Manager::take_command(nmt::Command command, std::uint8_t node, Time now) {
-  if (node != nmt::kAllNodes) return command_one(command, node, now);
+void Manager::take_command(nmt::Command command, std::uint8_t node, Held by, Time now) {
+  if (node != nmt::kAllNodes) return command_one(command, node, by, now);
   for (std::uint8_t each = 1; each <= nmt::kMaxNode; ++each)
-    command_one(command, each, now);
+    command_one(command, each, by, now);
 }
 
-void Manager::command_one(nmt::Command command, std::uint8_t node, Time now) {
+void Manager::command_one(nmt::Command command, std::uint8_t node, Held by, Time now) {
   if (node > nmt::kMaxNode || !is_listed(node)) return;
   Node& commanded = nodes_[node];
   commanded.was_operational = false;
   switch (command) {
     case nmt::Command::kStart:
-      commanded.held = false;
+      commanded.held = Held::kNo;
       if (commanded.phase == Phase::kReady) await_start(node, now);
       return start_sent(node, now);
     case nmt::Command::kStop:
     case nmt::Command::kEnterPreOperational:
-      commanded.held = true;
+      if (commanded.held != Held::kByPlc) commanded.held = by;
       if (!is_ready(commanded.phase)) return;
       drop_client(node, now);
       return enter(node, Phase::kReady, kNever);
     default:
-      commanded.held = !commanded.boots;
+      commanded.held = commanded.boots ? Held::kNo : Held::kByPlc;
       commanded.failures = 0;
       await_boot_up(node, now);
   }
+}
+
+bool Manager::command(nmt::Command command, std::uint8_t node, Time now) {
+  if (node == own_.node_id()) {
+    own_.slave().command(command, now);
+    return true;
+  }
+  const std::uint8_t to = node > nmt::kMaxNode ? nmt::kAllNodes : node;
+  if (!port_.try_send(nmt::command_frame(command, to))) return false;
+  monitor_.doubt(command, to);
+  on_command(command, to, true, now);
+  return true;
 }
 
 AbortCode Manager::write_object(std::uint16_t index, std::uint8_t sub, NetworkObjects::Bytes value,
@@ -250,7 +259,10 @@ AbortCode Manager::configure(std::uint8_t node, std::uint32_t signature, Time no
   }
   if (!is_listed(node)) return AbortCode::kDeviceState;
   nodes_[node].failures = 0;
-  configure_again(node, now);
+  if (is_foreign(node))  // it is stopped, so has no SDO server
+    boot_from_reset(node, now);
+  else
+    configure_again(node, now);
   return AbortCode::kNone;
 }
 
@@ -258,6 +270,19 @@ void Manager::configure_again(std::uint8_t node, Time now) {
   drop_client(node, now);
   nodes_[node].configured = false;
   begin_check(node, now);
+}
+
+/// Another device than the one that is expected.
+bool Manager::is_foreign(std::uint8_t node) const {
+  constexpr std::string_view kCheckLetters = "CDMNO";
+  return phase(node) == Phase::kFailed && kCheckLetters.find(failure(node).letter) != kCheckLetters.npos;
+}
+
+/// Process data are not for a foreign device: it is stopped, however often it starts.
+void Manager::stays_out(std::uint8_t node, nmt::State state, Time now) {
+  if (state != nmt::State::kOperational || !is_foreign(node)) return;
+  commanded_.insert(node);
+  wake_at(now);
 }
 
 void Manager::note_twin(std::uint8_t node) {

@@ -25,7 +25,12 @@
 /// its last boot-up message, except keep-alive nodes; "save" need not have been confirmed. Decided where CiA
 /// 302-2 leaves it open: an SDO timeout is repeated kRetries times, an abort is not; "load" and "save" are
 /// sent once for a boot-up message; more than kMostBoots boot-up messages in kBootWindow delay the next check
-/// by a second; NMT commands of others win: Stop and Pre-operational hold the node until Start.
+/// by a second; NMT commands of others win: Stop and Pre-operational hold the node until Start, those of
+/// another master until its next boot-up message too.
+///
+/// Process data: RPDOs that 300Ah names count from the start of their node on. What own TPDOs carry before
+/// the PLC has written outputs, and while it is silent, is in 300Bh; with kStop the nodes that run are
+/// stopped then, and no node is started, until it writes outputs again.
 ///
 /// Nothing blocks, nothing is allocated; not re-entrant. A node's event costs no search over nodes.
 
@@ -72,8 +77,9 @@ class Manager {
   /// SDO frames precede heartbeats on the bus: for this long before a heartbeat is overdue, at most a quarter
   /// of its time, no request is sent.
   static constexpr Time kListenTime = 50 * kMillisecond;
+  static constexpr std::uint32_t kConf = 0x666E6F63;   ///< "conf"
   static constexpr std::size_t kMostValueBytes = 128;  ///< of an object in 1F22h
-  static constexpr std::uint8_t kSignsOfTwin = 3;      ///< requests with two responses
+  static constexpr std::uint8_t kSignsOfTwin = 2;      ///< requests with two responses
 
   enum class Phase : std::uint8_t {
     kUnlisted,
@@ -93,6 +99,9 @@ class Manager {
   static constexpr std::size_t kPhases = static_cast<std::size_t>(Phase::kFailed) + 1;
   /// The boot has got as far as it can without a start.
   static constexpr bool is_ready(Phase phase) { return phase >= Phase::kReady && phase <= Phase::kRun; }
+  /// Its process data count.
+  static constexpr bool is_started(Phase phase) { return phase >= Phase::kStart && phase <= Phase::kRun; }
+  static constexpr bool is_missing(Phase phase) { return phase == Phase::kLost || phase == Phase::kFailed; }
   /// A request is sent each second, until the node responds.
   static constexpr bool is_looked_for(Phase phase) { return phase == Phase::kWait || phase == Phase::kLost; }
 
@@ -129,11 +138,11 @@ class Manager {
   AbortCode write_object(std::uint16_t index, std::uint8_t sub, NetworkObjects::Bytes value, Time now);
   /// 1F80h has bit 0.
   bool active() const { return active_; }
-  /// The PLC has written outputs; it is silent.
+  /// The PLC has written outputs; it is silent. Also while this is not active.
   void on_outputs_written(Time now) {
-    if (active_) own_.hold_tpdos(false, now);
+    if (!outputs_written_ || plc_lost_) take_outputs(now);
   }
-  void on_plc_lost(Time now) { own_.hold_tpdos(true, now); }
+  void on_plc_lost(Time now);
   /// 1F80h has been written.
   void on_startup_written(Time now);
 
@@ -141,10 +150,16 @@ class Manager {
   void on_own_state(nmt::State state, Time now);
   /// A node has reported: see NodeMonitor.
   void on_report(std::uint8_t node, NodeMonitor::News news, Time now);
-  /// This NMT command has been sent to this node, 0 = to all, by the PLC or another master.
-  void on_command(nmt::Command command, std::uint8_t node, Time now) {
-    if (active_) take_command(command, node, now);
+  /// This NMT command has been sent to this node, 0 = to all, by the PLC or by another master.
+  void on_command(nmt::Command command, std::uint8_t node, bool by_plc, Time now) {
+    if (active_) take_command(command, node, by_plc ? Held::kByPlc : Held::kByOther, now);
   }
+  /// The PLC's command to this node, or to all but the own one, 128. False: the port has no room.
+  bool command(nmt::Command command, std::uint8_t node, Time now);
+  /// The same as "conf" in 1F25h:n; 128 = all.
+  bool boot_again(std::uint8_t node, Time now) { return configure(node, kConf, now) == AbortCode::kNone; }
+  /// A frame of another SDO client to this node: two responses are no sign of a second node.
+  void on_request_of_others(std::uint8_t node) { nodes_[node].shared = true; }
   /// True: the frame, with a CAN-ID of 580h + 1..127, is for one of its SDO clients.
   bool on_response(const Frame& frame, Time now) { return active_ && take_response(frame, now); }
 
@@ -185,6 +200,8 @@ class Manager {
   std::uint8_t first_unwell() const { return unwell_.next(0); }
 
  private:
+  /// Not to be started until an NMT start of others; after another master's Stop also at the next boot-up.
+  enum class Held : std::uint8_t { kNo, kByPlc, kByOther };
   /// Once for each boot-up message that it has not caused.
   enum class Restoring : std::uint8_t { kDue, kLoadSent, kDone };
 
@@ -194,6 +211,7 @@ class Manager {
     Failure failure{};
     std::uint16_t at = 0;        ///< of the phase: number of the check, offset in 1F22h, place in 300Ah
     std::uint16_t saved_to = 0;  ///< offset in 1F22h after the last "save" sent since its boot-up message
+    std::uint32_t answered = 0;  ///< index, sub-index of the last transfer; 0 = a second response is no sign
     Phase phase = Phase::kUnlisted;
     std::uint8_t tries = 0;
     std::uint8_t boot_ups = 0;
@@ -201,7 +219,8 @@ class Manager {
     std::uint8_t failures = 0;  ///< in succession that may pass
     Restoring restoring = Restoring::kDue;
     bool boots = true;  ///< it is configured and started here
-    bool held = false;  ///< not to be started until an NMT start of others
+    Held held = Held::kNo;
+    bool shared = false;  ///< another SDO client uses it since its boot has begun
     bool configured = false;
     bool mandatory = false;
     bool keep_alive = false;
@@ -218,7 +237,6 @@ class Manager {
     std::array<std::uint8_t, kMostValueBytes> data{};
     SdoClient sdo;
     std::uint8_t node = 0;      ///< whose boot it serves; 0 = none
-    std::uint8_t strays = 0;    ///< sdo.strays() as known
     Time resume_at = kNever;    ///< the next transfer waits for others
     ConciseDcf::Entry asked{};  ///< object of the transfer
     std::uint64_t inputs = 0;   ///< data of a PDO that are being read
@@ -297,10 +315,12 @@ class Manager {
   void no_heartbeat(std::uint8_t node, Time now);
   void look_for_inputs(std::uint8_t node, Time now);
 
+  void stays_out(std::uint8_t node, nmt::State state, Time now);
   void on_boot_up(std::uint8_t node, Time now);
-  void command_one(nmt::Command command, std::uint8_t node, Time now);
+  void command_one(nmt::Command command, std::uint8_t node, Held by, Time now);
   void configure_again(std::uint8_t node, Time now);
   void note_twin(std::uint8_t node);
+  bool is_foreign(std::uint8_t node) const;
   void begin_check(std::uint8_t node, Time now);
   void checked(Client& client, Time now);
   /// A request that the port refuses is repeated at the node's next deadline.
@@ -314,31 +334,37 @@ class Manager {
   void look_for_starts(Time now);
   void await_start(std::uint8_t node, Time now);
   void run(std::uint8_t node, Time now);
+  void stop(std::uint8_t node, Time now);
   void lose(std::uint8_t node, Time now);
   void fail(std::uint8_t node, Time now);
 
-  // Process data: 300Ah
+  // Process data: 300Ah, 300Bh
+  Pdo::Outputs outputs() const;
+  std::uint32_t outputs_mode() const { return objects_.number(object::kOutputsMode, 0); }
+  bool plc_stops_nodes() const { return plc_lost_ && (outputs_mode() & OutputsMode::kStop) != 0; }
+  void take_outputs(Time now);
   NetworkObjects::Bytes source(std::size_t rpdo) const;
   bool awaits_inputs(std::uint8_t node) const;
   bool next_input(std::uint8_t node);
   void zero_inputs(std::uint8_t node, Time now);
   void forget_inputs(std::uint8_t node);
-  void receive(std::size_t rpdo, std::uint64_t data, std::size_t bits, Time now);
+  void ignore_inputs(std::uint8_t node, bool ignored);
 
   // SDO clients
   std::uint16_t timeout_of(std::uint8_t node) const;
   void release(Client& client);
+  void ask(Client& client, const ConciseDcf::Entry& object);
   void request_read(Client& client, std::uint16_t index, std::uint8_t sub, std::size_t size, Time now);
   void request_write(Client& client, const ConciseDcf::Entry& value, Time now);
   void go_on(Client& client, Time now);
   void follow(Client& client, Time now);
-  void note_strays(Client& client);
+  void look_for_twin(const Frame& frame, std::uint8_t node);
   void try_again(Client& client);
   void serve(Time now);
   void poll_clients(Time now);
   void drop_client(std::uint8_t node, Time now);
   bool take_response(const Frame& frame, Time now);
-  void take_command(nmt::Command command, std::uint8_t node, Time now);
+  void take_command(nmt::Command command, std::uint8_t node, Held by, Time now);
   void work(Time now);
   Time next_deadline() const;
   Time free_from(std::uint8_t node, Time now);
@@ -368,6 +394,8 @@ class Manager {
   bool inputs_again_ = false;  ///< the own node has become Operational: its inputs may be out of date
   bool own_held_ = false;      ///< the own node is not to be started here
   bool started_all_ = false;
+  bool outputs_written_ = false;        ///< by the PLC, since power-on
+  bool plc_lost_ = false;               ///< until it writes outputs
   bool boot_is_over_ = false;           ///< 1F89h has passed
   bool broadcasts_ = false;             ///< broadcast_ is waiting for the port
   nmt::Command broadcast_{};            ///< to all nodes
@@ -390,6 +418,7 @@ class Manager {
   NodeSet unwell_;
   NodeSet lost_;
   NodeSet twins_;
+  NodeSet stopped_;          ///< by this, as the PLC is silent
   std::uint8_t served_ = 0;  ///< the node that got a client last
   std::array<std::uint8_t, kServices.rpdos>
       sources_{};  ///< node whose TPDO an own RPDO receives, 0 = not known

@@ -52,6 +52,15 @@ struct RpdoSource {
   static std::size_t bits(std::span<const std::uint8_t> source);
 };
 
+/// 300Bh: kAtOnce, or 0 = own TPDOs wait for the PLC's first write of outputs; and what happens while it is
+/// silent: 0 = they are not sent, kZero = they carry zeros, kStop = also the nodes get NMT Stop.
+struct OutputsMode {
+  static constexpr std::uint8_t kAtOnce = 1;
+  static constexpr std::uint8_t kZero = 2;
+  static constexpr std::uint8_t kStop = 4;
+  static constexpr bool is_valid(std::uint8_t mode) { return mode <= (kAtOnce | kStop) && (mode & 6) != 6; }
+};
+
 class NetworkObjects {
  public:
   using Bytes = std::span<const std::uint8_t>;

@@ -17,20 +17,20 @@ void Manager::look_for_starts(Time now) {
   if (mandatory_unready_ != 0) return;
   if (own_.state() == nmt::State::kPreOperational && !mode(StartupBit::kOwnNotStarted) && !own_held_)
     own_.slave().command(nmt::Command::kStart, now);
-  if (own_.state() != nmt::State::kOperational || mode(StartupBit::kSlavesNotStarted) ||
-      in_phase(Phase::kReady) == 0)
-    return;
-  if (mode(StartupBit::kStartsAll) && !started_all_) {
+  const bool own_runs = own_.state() == nmt::State::kOperational;
+  if (!own_runs || plc_stops_nodes() || in_phase(Phase::kReady) == 0) return;
+  const bool all = !mode(StartupBit::kSlavesNotStarted);
+  if (all && mode(StartupBit::kStartsAll) && !started_all_) {
     const bool more_may_come = in_phase(Phase::kWait) != 0 && boot_over_at_ != kNever;
     if (booting() != 0 || more_may_come) return;
     started_all_ = true;
     const auto may_start = [](const Node& node) {
-      return node.phase == Phase::kUnlisted || (node.phase == Phase::kReady && !node.held);
+      return node.phase == Phase::kUnlisted || (node.phase == Phase::kReady && node.held == Held::kNo);
     };
     if (std::all_of(nodes_.begin(), nodes_.end(), may_start)) return command_all(nmt::Command::kStart, now);
   }
   for (std::uint8_t node = 1; node <= nmt::kMaxNode; ++node)
-    if (phase(node) == Phase::kReady && !nodes_[node].held) {
+    if (phase(node) == Phase::kReady && nodes_[node].held == Held::kNo && (all || stopped_.has(node))) {
       await_start(node, now);
       commanded_.insert(node);
     }
@@ -40,6 +40,7 @@ void Manager::look_for_starts(Time now) {
 void Manager::await_start(std::uint8_t node, Time now) {
   const std::uint16_t period = monitor_.consumer_time(node);
   forget_inputs(node);
+  stopped_.erase(node);
   enter(node, Phase::kStart, period == 0 ? kNever : now + milliseconds(period));
 }
 
@@ -62,6 +63,15 @@ void Manager::stays(std::uint8_t node, nmt::State state, Time now) {
   if (state != nmt::State::kOperational) boot_in(state, node, now);
 }
 
+/// It is started again after take_outputs().
+void Manager::stop(std::uint8_t node, Time now) {
+  drop_client(node, now);
+  enter(node, Phase::kReady, kNever);
+  stopped_.insert(node);
+  commanded_.insert(node);
+  wake_at(now);
+}
+
 // ---- Loss
 
 void Manager::lose(std::uint8_t node, Time now) {
@@ -77,7 +87,9 @@ void Manager::lose(std::uint8_t node, Time now) {
 }
 
 void Manager::returned(std::uint8_t node, nmt::State state, Time now) {
-  state == nmt::State::kOperational ? run(node, now) : boot_in(state, node, now);
+  if (state == nmt::State::kOperational) return plc_stops_nodes() ? stop(node, now) : run(node, now);
+  if (state == nmt::State::kStopped && stopped_.has(node)) return enter(node, Phase::kReady, kNever);
+  boot_in(state, node, now);
 }
 
 std::uint8_t Manager::booting() const {
@@ -162,7 +174,7 @@ Time Manager::next_look(std::uint8_t node) const {
 
 /// A command to all nodes precedes those to one node.
 void Manager::command_all(nmt::Command command, Time now) {
-  on_command(command, nmt::kAllNodes, now);
+  take_command(command, nmt::kAllNodes, Held::kByPlc, now);
   broadcast_ = command;
   broadcasts_ = true;
   wake_at(now);
@@ -178,8 +190,10 @@ void Manager::send_commands(Time now) {
   }
   for (std::uint8_t node = 0; (node = commanded_.next(0)) != 0;) {
     const Phase phase = nodes_[node].phase;
+    const bool stops = phase == Phase::kReady || is_missing(phase);
     const nmt::Command command = phase == Phase::kStart    ? nmt::Command::kStart
                                  : phase == Phase::kReboot ? nmt::Command::kResetNode
+                                 : stops                   ? nmt::Command::kStop
                                                            : nmt::Command::kResetCommunication;
     if (!send_command(command, node, now)) return;
     commanded_.erase(node);

@@ -108,7 +108,8 @@ AbortCode PdoMapping::resolve(const ObjectDictionary& dictionary, std::uint16_t 
   *this = {};
   pieces_ = pieces.data();
   std::uint32_t bits = 0;
-  ObjectEntry entries{};  // of the mapping, as `entry` of the mapped object: found once for consecutive sub-indices
+  ObjectEntry
+      entries{};  // of the mapping, as `entry` of the mapped object: found once for consecutive sub-indices
   ObjectEntry entry{};
   for (std::uint8_t k = 1; k <= count; ++k) {
     if (!entries.holds(index, k)) dictionary.find(index, k, entries);
@@ -152,7 +153,8 @@ void PdoMapping::sample_pieces(const ObjectDictionary& dictionary,
   std::uint32_t bit = 0;
   for (const Piece& piece : std::span(pieces_, count_)) {
     const std::uint32_t count = piece.more_bits + 1u;
-    copy_bits(dictionary.block(piece.process), piece.first_bit, data.data(), bit, count);
+    if (piece.first_bit != kPassedOver)
+      copy_bits(dictionary.block(piece.process), piece.first_bit, data.data(), bit, count);
     bit += count;
   }
 }

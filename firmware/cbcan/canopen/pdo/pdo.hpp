@@ -75,6 +75,7 @@ class Pdo : public Part {
   static constexpr std::uint8_t kRemoteSynchronous = 252;
   static constexpr std::uint8_t kRemoteEvent = 253;
   static constexpr std::uint8_t kFirstEvent = 254;
+  static constexpr bool is_synchronous(std::uint8_t type) { return type <= kLastSynchronous; }
   /// The PDO with the parameters `index` may have it; the others are reserved.
   static constexpr bool is_type(std::uint16_t index, std::uint32_t type) {
     return type <= kLastSynchronous ||
@@ -104,10 +105,11 @@ class Pdo : public Part {
     bool fresh = false;       ///< data waits for the SYNC
     bool received = false;    ///< since forget_received()
     bool just_waits = false;  ///< synchronous, without a timer, and the only one with its CAN-ID
+    bool ignored = false;
     std::uint16_t id = 0;
-    std::uint16_t next = 0;   ///< see first_of_
-    std::uint16_t error = 0;  ///< its emergency error code, 0 = none
-    std::array<std::uint8_t, PdoMapping::kMostBytes> data{};  ///< of a synchronous RPDO, until the SYNC
+    std::uint16_t next = 0;                                   ///< see first_of_
+    std::uint16_t error = 0;                                  ///< its emergency error code, 0 = none
+    std::array<std::uint8_t, PdoMapping::kMostBytes> data{};  ///< as received; a synchronous RPDO's wait
   };
 
   /// Room for one TPDO; the content is Pdo's.
@@ -187,15 +189,16 @@ class Pdo : public Part {
   void forget_received(std::size_t number) {
     if (number < rpdos_.size()) rpdos_[number].received = false;
   }
-  /// While held no TPDO is sent; afterwards as if the node had become Operational.
-  void hold_tpdos(bool held, Time now) {
-    if (tpdos_held_ == held) return;
-    tpdos_held_ = held;
-    find_tpdos();
-    if (held || !operational_) return;
-    begin(now);
-    start(used_tpdos_.first, used_tpdos_.last, true);
-  }
+  /// RPDO `number`, from 0, is not received until it is no longer ignored, or until reset().
+  void ignore(std::size_t number, bool ignored);
+  /// RPDO `number`, from 0, has these data, as if they had been received; also if it is ignored.
+  void put(std::size_t number, std::uint64_t data, Time now);
+  /// The mapped objects of all RPDOs have the values that were received last again.
+  void restore_received() const;
+
+  /// What TPDOs carry. After each change all of them are due, as if the node had become Operational.
+  enum class Outputs : std::uint8_t { kValues, kZeros, kNone };
+  void send_outputs(Outputs outputs, Time now);
 
   void poll(Time now);
   /// May be too early, never too late.
@@ -283,7 +286,10 @@ class Pdo : public Part {
   Ticks due_of(const Tpdo& tpdo) const {
     return tpdo.wanted ? std::max(tpdo.inhibited_until, retry_at_) : tpdo.timer_at;
   }
-  void sample(Tpdo& tpdo) { tpdo.mapping.sample(dictionary_, tpdo.frame.data); }
+  void sample(const Tpdo& tpdo, std::array<std::uint8_t, PdoMapping::kMostBytes>& data) const {
+    outputs_ == Outputs::kZeros ? data.fill(0) : tpdo.mapping.sample(dictionary_, data);
+  }
+  void sample(Tpdo& tpdo) { sample(tpdo, tpdo.frame.data); }
   void send(Tpdo& tpdo);
   void go_on();
 
@@ -292,8 +298,9 @@ class Pdo : public Part {
   void note(std::uint16_t emergency_code, Rpdo& rpdo);
 
   bool operational_ = false;
-  bool tpdos_held_ = false;
-  bool notifying_ = false;  ///< the application is being called: what it asks to be sent waits until it returns
+  Outputs outputs_ = Outputs::kValues;
+  bool notifying_ =
+      false;  ///< the application is being called: what it asks to be sent waits until it returns
   ObjectDictionary& dictionary_;
   CanPort& port_;
   PdoApplication& application_;

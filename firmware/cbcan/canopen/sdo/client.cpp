@@ -13,7 +13,7 @@ namespace cbcan {
 /// all states and are handled elsewhere.
 struct SdoClient::State {
   sdo::CommandPattern accepts;  ///< responses expected here; any other is ABORT_SYNC
-  bool initiates;               ///< waits for the response to the first request, which contains the multiplexer
+  bool initiates;  ///< waits for the response to the first request, which contains the multiplexer
   void (*on_response)(SdoClient&, const Frame&);
 
   // Wraps the member function: a pointer to it would have twice the size and be slower to call.
@@ -224,7 +224,7 @@ void SdoClient::on_unusual(const Frame& frame) {
   }
   if (!segment && !sdo::is_about(mux(), frame)) {
     ++counters_.other_object;
-    return count_stray();
+    return;
   }
   if (abort) return on_abort(frame);
   if (outbox_.waiting()) {  // our request has not even left
@@ -242,7 +242,6 @@ void SdoClient::on_unusual(const Frame& frame) {
 void SdoClient::on_stray(const Frame& frame) {
   const bool late = quarantine_.take(frame, now_);
   ++(late ? counters_.late : counters_.unexpected);
-  if (!late) count_stray();
   if (phase_ == kHeldBack) hold_or_begin();
 }
 

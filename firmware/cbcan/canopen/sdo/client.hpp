@@ -138,8 +138,6 @@ class SdoClient {
   std::uint16_t size() const { return moved_; }  ///< of kDone
   AbortCode error() const { return error_; }     ///< of kFailed
   const Counters& counters() const { return counters_; }
-  /// Responses that belong to no request, modulo 256; counted in a build with a manager.
-  std::uint8_t strays() const { return strays_; }
 
  private:
   struct State;
@@ -186,9 +184,6 @@ class SdoClient {
   }
   void on_unusual(const Frame& frame);
   void on_stray(const Frame& frame);
-  void count_stray() {
-    if (kServices.manager()) ++strays_;
-  }
   void on_abort(const Frame& frame);
   bool begin_without_block();
   void block_done(std::size_t size);
@@ -241,7 +236,6 @@ class SdoClient {
   std::uint8_t segments_ = 0;  ///< received in this sub-block, in order or not: they are limited
   bool asked_again_ = false;
   bool crc_ = false;
-  std::uint8_t strays_ = 0;
 };
 
 }  // namespace cbcan
