@@ -140,6 +140,7 @@ std::string to_string(const Registers& range) {
 
 std::vector<Registers> registers_of(const ModuleConfig& module) {
   std::vector<Registers> ranges{{"", regmap::kWindowFirst, regmap::kWindowWords},
+                                {"", regmap::kNodeRequest, 2},
                                 {"module.process_first", module.process_first, regmap::kProcessWords},
                                 {"module.status_first", module.status_first, regmap::kStatusWords}};
   for (unsigned n = 1; n <= module.channels; ++n) {

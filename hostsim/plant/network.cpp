@@ -56,8 +56,6 @@ void add_faults(sim::FaultSet& to, const std::vector<config::FaultConfig>& fault
     to.add(fault.fault, started);
 }
 
-constexpr std::uint8_t kMaskWrite = 22;
-
 /// The client number of a PLC that owns its registers, and of commands.
 constexpr std::uint32_t kOwner = 0xFFFFFFFF;
 
@@ -82,7 +80,12 @@ Network::Network(const config::Config& plant, const config::NetworkConfig& confi
                   [](Time /*now*/) {}) {
   if (config.module.enabled) {
     registers_.resize(regmap::kRegisterFileWords);
-    range_.words = registers_;
+    const std::size_t status = config.module.status_first;
+    const std::size_t end = status + regmap::kStatusWords;
+    const std::span<std::uint16_t> words(registers_);
+    ranges_ = {{{0, words.first(status)},
+                {config.module.status_first, words.subspan(status, regmap::kStatusWords), false, true},
+                {static_cast<std::uint16_t>(end), words.subspan(end)}}};
     bit_functions_ = &bits_;
     registers_[regmap::kExecuteFlag] = config.module.start_result;
     const std::span<std::uint16_t> all(registers_);
@@ -211,7 +214,6 @@ modbus::Pdu Network::execute(const protocols::ModbusRequest& request, const modb
   if (writes || diagnoses || request.is_on_line()) advance_due();
   if (writes && !is_in_window(access.written)) on_writer(request.client, access.written);
   if (diagnoses) publish();
-  if (writes && request.pdu[0] == kMaskWrite) begin_mask(access.written.first);
   const modbus::Pdu response =
       room.first(modbus::execute(request.pdu, access, map_, functions_for(request), room));
   if (watch_) {
@@ -224,12 +226,6 @@ modbus::Pdu Network::execute(const protocols::ModbusRequest& request, const modb
   on_request(request.client, access.exception == modbus::Exception::kNone, access.written);
   if (watch_) watch_->advisor().on_handled();
   return response;
-}
-
-/// Where a 1 clears, the mask says which bits have been written: the others are not.
-void Network::begin_mask(std::size_t address) {
-  const std::size_t status = address - module_config_.status_first;
-  if (module_ != nullptr && status < regmap::kStatusNodes) registers_[address] = 0;
 }
 
 /// One fault at most acts on a request.

@@ -137,7 +137,6 @@ class Network final : public protocols::ModbusUnit,
   void on_writer(std::uint32_t client, const modbus::Range& written);
   void on_request(std::uint32_t client, bool valid, const modbus::Range& written);
   void advance_due();
-  void begin_mask(std::size_t address);
   void restart_module();
 
   /// Starts what the written words request.
@@ -148,8 +147,8 @@ class Network final : public protocols::ModbusUnit,
   config::ModuleConfig module_config_;
   bool observed_ = true;
   std::vector<std::uint16_t> registers_;
-  RegisterRange range_{};  ///< all of them
-  RegisterMap map_{std::span(&range_, 1)};
+  std::array<RegisterRange, 3> ranges_{};  ///< all of them: before, in and after the network status
+  RegisterMap map_{ranges_};
   ModbusBits bits_;
   const modbus::MoreFunctions* bit_functions_ = nullptr;  ///< with a module
   sim::World world_;

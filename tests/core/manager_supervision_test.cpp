@@ -87,6 +87,21 @@ TEST_CASE("mandatory nodes are missing after 1F89h") {
   CHECK(rig.summary() == 0x12);
 }
 
+TEST_CASE("a mandatory node that has failed is missing until it is ready, also while it is tried again") {
+  ManagerRig rig(node_5(0x0D));
+  begin(rig);
+  rig.arrive("705#00", "585#8000100022000008").expect("605#4000100000000000");
+  CHECK((rig.summary() & 6) == 4);
+  rig.pass(kSecond);
+  CHECK((rig.summary() & 6) == 6);
+  check_identity(rig);
+  rig.arrive("585#6017100000000000", "585#6023640000000000")
+      .expect("605#2B17100064000000", "605#2F23640001000000");
+  CHECK((rig.summary() & 6) == 6);
+  rig.arrive("705#7F").expect("000#0105");
+  CHECK((rig.summary() & 6) == 2);
+}
+
 TEST_CASE("one command starts all nodes, if all are ready") {
   std::vector<Item> items = node_5();
   items[1].value = u32(3);

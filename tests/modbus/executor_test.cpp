@@ -56,6 +56,16 @@ TEST_CASE("each function does what the specification says, and its response") {
   }
 }
 
+TEST_CASE("FC 22 where a 1 clears: only the bits of its mask are written") {
+  std::vector<std::uint16_t> registers{0x0006};
+  const RegisterRange range{0, registers, false, true};
+  const RegisterMap map(std::span(&range, 1));
+  Bytes response(kMaxPdu);
+  const Bytes pdu = hex("16 00 00 FF FD 00 02");
+  CHECK(execute(pdu, check(pdu, map, nullptr), map, nullptr, response) == 7);
+  CHECK(registers[0] == 0x0002);
+}
+
 TEST_CASE("what a request writes is known") {
   CHECK(written_by(hex("06 10 47 00 01")) == Range{0x1047, 1});
   CHECK(written_by(hex("10 10 46 00 02 04 00 01 00 02")) == Range{0x1046, 2});

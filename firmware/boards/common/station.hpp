@@ -31,6 +31,9 @@ using Diagnostics = std::span<std::uint16_t, regmap::kDiagnosticsWords>;
 void publish(Diagnostics registers, Time now, const Health& health, BusState bus_state,
              const RtuServer::Counters& modbus, const Coprocessor::Counters& transactions);
 
+/// Memory for the objects of a network that the module boots, in which SDO clients write them.
+inline constexpr std::size_t kNetworkBytes = 2048;
+
 /// The registers of one network; other addresses are answered with exception 02.
 struct Registers {
   Registers(const Coprocessor::Settings& settings, std::span<std::uint16_t> board)
@@ -39,7 +42,9 @@ struct Registers {
             {settings.scanner_out_first, scanner_out},
             {settings.scanner_in_first, scanner_in},
             {settings.process_first, process_data},
+            {settings.status_first, status, false, true},
             {regmap::kDiagnosticsFirst, diagnostics, true},
+            {regmap::kNodeRequest, node_requests},
             {regmap::kBoardFirst, board},
         }} {}
   Registers(const Registers&) = delete;
@@ -50,7 +55,11 @@ struct Registers {
   std::array<std::uint16_t, kScannerInWords> scanner_in{};
   std::array<std::uint16_t, kProcessWords> process_data{};
   alignas(4) std::array<std::uint16_t, regmap::kDiagnosticsWords> diagnostics{};
-  const std::array<RegisterRange, 6> map;
+  // Only in a build with a manager.
+  std::array<std::uint16_t, kStatusWords> status{};
+  std::array<std::uint16_t, kServices.manager() ? 2 : 0> node_requests{};
+  std::array<std::uint8_t, kServices.manager() ? kNetworkBytes : 0> network{};  ///< see Coprocessor
+  const std::array<RegisterRange, 8> map;
 };
 
 template <std::size_t kNetworks = 1>
@@ -111,7 +120,14 @@ class Station {
         coprocessors_{Coprocessor(
             RegisterWindow(registers_[kNetwork].window), registers_[kNetwork].process_data, *ports[kNetwork],
             settings.coprocessors[kNetwork],
-            ScannerWindow(registers_[kNetwork].scanner_out, registers_[kNetwork].scanner_in))...} {}
+            ScannerWindow(registers_[kNetwork].scanner_out, registers_[kNetwork].scanner_in))...} {
+    if constexpr (kServices.manager())
+      for (std::size_t network = 0; network < kNetworks; ++network) {
+        Registers& of = registers_[network];
+        coprocessors_[network].use_network(of.network, 0);
+        coprocessors_[network].show_status_in(of.status, of.node_requests);
+      }
+  }
 
   void execute(Time now) {
     const bool to_all = modbus_.is_broadcast();

@@ -63,12 +63,12 @@ void store(const RegisterMap& registers, const Range& range, Pdu values) {
 }
 
 /// FC 22
-void mask(std::uint16_t& value, std::size_t and_mask, std::size_t or_mask) {
+void mask(std::uint16_t& value, std::size_t kept, std::size_t ones) {
   const std::atomic_ref<std::uint16_t> target(value);
   std::uint16_t before = target.load(std::memory_order_relaxed);
   while (!target.compare_exchange_weak(
-      before, static_cast<std::uint16_t>((before & and_mask) | (or_mask & ~and_mask)),
-      std::memory_order_release, std::memory_order_relaxed)) {
+      before, static_cast<std::uint16_t>((before & kept) | ones), std::memory_order_release,
+      std::memory_order_relaxed)) {
   }
 }
 
@@ -115,7 +115,11 @@ std::size_t execute(Pdu pdu, const Access& access, const RegisterMap& registers,
   switch (pdu[0]) {
     case kReadHoldingRegisters:
     case kReadInputRegisters: break;
-    case kMaskWriteRegister: mask(registers[access.written.first], word(pdu, 3), word(pdu, 5)); break;
+    case kMaskWriteRegister: {
+      const std::size_t kept = registers.ones_clear(access.written.first) ? 0 : word(pdu, 3);
+      mask(registers[access.written.first], kept, word(pdu, 5) & ~word(pdu, 3));
+      break;
+    }
     case kWriteSingleRegister:
     case kWriteMultipleRegisters:
     case kReadWriteMultipleRegisters:

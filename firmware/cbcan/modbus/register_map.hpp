@@ -13,7 +13,8 @@ namespace cbcan {
 struct RegisterRange {
   std::uint16_t first;
   std::span<std::uint16_t> words;
-  bool read_only = false;  ///< for Modbus
+  bool read_only = false;   ///< for Modbus
+  bool ones_clear = false;  ///< a 1 that is written clears a bit: of FC 22 the bits of its mask count
 };
 
 /// Ranges in any order that do not overlap. The caller owns them and the words, which must outlive the map. A
@@ -25,6 +26,8 @@ class RegisterMap {
   constexpr bool exist(std::size_t first, std::size_t count) const { return covers(first, count, true); }
   /// They exist, and none of them is read-only.
   constexpr bool writable(std::size_t first, std::size_t count) const { return covers(first, count, false); }
+
+  constexpr bool ones_clear(std::size_t address) const { return find(address)->ones_clear; }
 
   // Words of a register that exists: its own, those of its range from it on, and those up to it.
   constexpr std::uint16_t& operator[](std::size_t address) const { return from(address).front(); }

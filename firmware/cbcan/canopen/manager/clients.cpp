@@ -51,7 +51,9 @@ void Manager::go_on(Client& client, Time now) {
   client.resume_at = kNever;
   const auto ask = state(client.node).ask;
   if (ask == nullptr) return release(client);
-  Time from = std::max(application_.node_free_from(client.node, now), free_from(client.node, now));
+  Time from = application_.node_free_from(client.node, now);
+  if (from > now) nodes_[client.node].shared = true;
+  from = std::max(from, free_from(client.node, now));
   if (!listening_.empty()) from = kNever;
   if (from <= now) return ask(*this, client, now);
   client.resume_at = from == kNever ? now + kPause : from;
@@ -80,7 +82,8 @@ void Manager::follow(Client& client, Time now) {
 void Manager::look_for_twin(const Frame& frame, std::uint8_t node) {
   Node& of = nodes_[node];
   const auto object = static_cast<std::uint32_t>(load_little_endian(std::span(frame.data).subspan<1, 3>()));
-  if (of.answered != object || object == 0 || of.shared || of.signs == kSignsOfTwin) return;
+  const bool boots = of.phase >= Phase::kCheck && of.phase <= Phase::kWatch;
+  if (!boots || of.answered != object || object == 0 || of.shared || of.signs == kSignsOfTwin) return;
   of.answered = 0;
   if (++of.signs == kSignsOfTwin) note_twin(node);
 }

@@ -44,8 +44,9 @@ void Manager::enter(std::uint8_t node, Phase phase, Time due) {
   if (entered.mandatory) {
     mandatory_unready_ =
         static_cast<std::uint8_t>(mandatory_unready_ + is_ready(entered.phase) - is_ready(phase));
-    mandatory_missing_ =
-        static_cast<std::uint8_t>(mandatory_missing_ + is_missing(phase) - is_missing(entered.phase));
+    const bool missing = is_missing(phase) || (entered.missing && !is_ready(phase));
+    mandatory_missing_ = static_cast<std::uint8_t>(mandatory_missing_ + missing - entered.missing);
+    entered.missing = missing;
   }
   entered.phase = phase;
   entered.due = due;

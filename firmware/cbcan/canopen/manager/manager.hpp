@@ -223,6 +223,7 @@ class Manager {
     bool shared = false;  ///< another SDO client uses it since its boot has begun
     bool configured = false;
     bool mandatory = false;
+    bool missing = false;  ///< it is mandatory, has failed or is lost, and has not become ready since
     bool keep_alive = false;
     bool was_operational = false;  ///< reported before it was started
   };
@@ -400,7 +401,7 @@ class Manager {
   bool broadcasts_ = false;             ///< broadcast_ is waiting for the port
   nmt::Command broadcast_{};            ///< to all nodes
   std::uint8_t mandatory_unready_ = 0;  ///< mandatory nodes that are not in kReady or beyond
-  std::uint8_t mandatory_missing_ = 0;  ///< mandatory nodes in kLost or kFailed
+  std::uint8_t mandatory_missing_ = 0;  ///< see Node::missing
   std::uint8_t clients_in_use_ = 0;
   std::uint8_t listed_ = 0;
   std::uint16_t sdo_timeout_ms_;
