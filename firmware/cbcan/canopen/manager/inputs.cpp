@@ -129,7 +129,7 @@ void Manager::on_plc_lost(Time now) {
   }
 }
 
-/// Of a listed node only what it sends after its start counts.
+/// What a listed node sends counts from its start on.
 void Manager::ignore_inputs(std::uint8_t node, bool ignored) {
   for (std::size_t rpdo = 0; rpdo != sources_.size(); ++rpdo)
     if (sources_[rpdo] == node) own_.ignore_rpdo(rpdo, ignored);
