@@ -12,7 +12,7 @@ from st_machine import Machine
 HERE = pathlib.Path(__file__).resolve().parent
 DRIVE, MODULE = 16, 127
 FILES = ("cia405.st", "conversions.st", "axis.st", "scanner.st", "openplc.st")
-BLOCKS = {"power": 0x01, "again": 0x02, "home": 0x04, "first": 0x08, "other": 0x10, "run": 0x20, "halt": 0x40}
+BLOCKS = {"power": 0x01, "again": 0x02, "home": 0x04, "first": 0x08, "other": 0x10, "run": 0x20, "halt": 0x40, "further": 0x80, "report": 0x200}
 BITS = {1: "Done", 2: "Busy", 4: "CommandAborted", 8: "Error"}
 STATES = "Disabled Standstill Homing DiscreteMotion ContinuousMotion Stopping ErrorStop".split()
 # (first register, words, address of the first one), read and written by the master

@@ -19,7 +19,7 @@ IEC2C = sys.argv.pop(1) if len(sys.argv) > 1 else None
 EXCHANGES = (("write read", 1), ("read write", 9))
 CONVERSIONS = 0x100
 MOST = 1500  # scans until something happens
-LONG = {"to": "first", "then": "other", "speed": "speed"}
+LONG = {"to": "first", "then": "other", "by": "other", "speed": "speed"}
 # Bytes; UDINT; DINT < 0, INT < 0; UINT; bytes of the REAL that is made of them; hundred thousandths of it
 NUMBERS = (
     ("00000000", 0, 0, 0, "00000000", 0), ("15CD5B87", 2270940437, 3, 0xCD15, "15CD5B87", 0), ("FFFFFFFF", 0xFFFFFFFF, 3, 0xFFFF, "FFFF7FFF", None),
@@ -74,8 +74,10 @@ class Run:
         self.plc.scan()
         for block in BLOCKS:
             outputs, code = self.outputs(block)
-            self.case.assertTrue(len(outputs) <= 1 or block == "run" and outputs == {"Done", "Busy"}, (block, outputs))
+            self.case.assertTrue(len(outputs) <= 1 or block in ("run", "report") and outputs - {"Error"} in ({"Done", "Busy"}, {"Busy"}), (block, outputs))
             self.case.assertEqual(code != 0, "Error" in outputs, (block, code))
+        valid = self.plc["report_bits"] & 1
+        self.case.assertEqual(self.plc["shown"], valid << self.plc["state"])  # in the order of STATES
 
     def until(self, condition):
         """Scans until it holds."""
@@ -90,6 +92,9 @@ class Run:
 
     def step_state(self, name):
         self.until(lambda: STATES[self.plc["state"]] == name)
+
+    def step_in(self, name):
+        self.case.assertEqual(STATES[self.plc["state"]], name)
 
     def step_scans(self, count):
         for _ in range(int(count)):
@@ -120,9 +125,14 @@ class Run:
     def step_abort(self, code):
         self.case.assertEqual(self.plc.long("abort_low", "abort_high"), int(code, 16))
 
-    def step_drive(self, status, mode):
+    def step_drive(self, status, mode, position=None):
         """INS of another drive, from now on."""
         self.plc.forced = {"status": int(status, 16), "mode": int(mode)}
+        if position:
+            self.plc.forced.update(position0=int(position), position1=int(position) >> 16)
+
+    def step_target(self, position):
+        self.case.assertEqual(self.plc.long("target0", "target1"), int(position) & 0xFFFFFFFF)
 
     def step_offline(self, value):
         self.plc.set(offline=int(value))
