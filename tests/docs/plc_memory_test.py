@@ -9,7 +9,7 @@ import re
 import cases
 from tree import ROOT
 
-PAGES = {path.stem: path.read_text() for path in (ROOT / "docs/how-to/plc").glob("*.md")}
+PAGES = {path.stem: path.read_text() for path in (ROOT / "docs/how-to/plc").glob("*.md") if path.stem != "README"}
 ROWS = [[cell.strip() for cell in line.split("|")] for line in (ROOT / "tests/docs/plc_memory.txt").read_text().splitlines()
         if line and not line.startswith("#")]
 MEMORY = collections.defaultdict(lambda: collections.defaultdict(list))  # page, area: (first, last, use)
