@@ -4,12 +4,14 @@
 
 import json
 import os
+import re
 import select
 import subprocess
 
 import cases
 from ctl import ABSENT, DONE, REFUSED, USAGE, Case, run, start
-from simulator import Simulator, program_from_arguments
+from done import ran
+from simulator import Simulator, program_from_arguments, wait_until
 from tree import ROOT
 
 CBCAN_SIM = program_from_arguments()
@@ -72,6 +74,27 @@ class ManyNodes(Nodes):
         rows = [json.loads(line) for line in run(self.place, "--json", "scan").stdout.splitlines()]
         self.assertEqual(rows[3], {"node": 32, "device_type": 0, "vendor": 0, "product": 32, "revision": 65536, "serial": 1,
                                    "name": "cbcan generic node"})
+
+    def test_a_scan_is_a_network_file(self):
+        """cbcan-sim has nothing to say about it, and boots it."""
+        done = run(self.place, "scan", "--eds", ROOT / "plants/demo", "--network")
+        self.assertEqual(done.returncode, DONE)
+        self.assertEqual([int(line) for line in re.findall(r"^id = (\d+)$", done.stdout, re.MULTILINE)], [1, 2, *list(FILES)[1:]])  # without 127, the module
+        self.assertEqual(re.findall(r'^eds = ".*/(.*)\.eds"$', done.stdout, re.MULTILINE), [FILES[1], *FILES.values()])
+        self.assertEqual(done.stderr.splitlines(), [f"cbcanctl: node 16: RPDO {number}: RPDO 1 has 6040h:00 already" for number in (2, 3, 4)])
+        network = self.write("network.toml", done.stdout)
+        checked = ran(CBCAN_SIM, "--demo", "--network-file", network, "--check")
+        self.assertEqual((checked.returncode, checked.stdout, checked.stderr), (DONE, "", ""))
+        simulator = Simulator(CBCAN_SIM, "--demo", "--network-file", network, test=self)
+        wait_until(lambda: run(simulator.port, "status").stdout.count(" Operational      running") == 5, "five nodes")
+
+    def test_scan_needs_a_folder_of_eds_files(self):
+        told = "--network: needs --eds FOLDER, and no --json; --eds needs --network"
+        for options in ("--network", "--eds .", "--eds . --network --json"):
+            self.assertEqual((done := run(self.place, "scan", *options.split())).returncode, USAGE)
+            self.assertIn(told, done.stderr)
+        self.check(f"scan --eds {self.folder} --network", "", USAGE,
+                   f"cbcanctl: {self.folder}: no EDS file that can be used in this folder\n")
 
     def test_a_dump_is_a_plan(self):
         for node, name in FILES.items():

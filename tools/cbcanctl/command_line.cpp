@@ -71,6 +71,9 @@ constexpr std::array kDumpOptions{
     row<&Options::eds>({.option = "--eds FILE", .help = "Reads the objects of this EDS or DCF file instead of trying 1000h..9FFFh"})};
 constexpr std::array kStatusOptions{
     row<&Options::wait_ms>({.option = "--wait MS", .help = "Waits until all listed nodes are running, at most this long; exit code 4 if they are not", .low = 1, .high = 3'600'000})};
+constexpr std::array kScanOptions{
+    row<&Options::as_network>({.option = "--network", .help = "Prints a network file with the nodes that have an EDS file; others are comments"}),
+    row<&Options::eds>({.option = "--eds FOLDER", .help = "Folder with EDS files, for --network"})};
 constexpr std::array kMapWords{
     row<&Options::network>({.option = "FILE", .help = "Network file in TOML"})};
 constexpr std::array kMapOptions{
@@ -89,7 +92,7 @@ constexpr auto kCommands = std::to_array<Command>({
     {"cbcanctl configure", "Configures and starts the nodes of a plan", kConfigureWords, kConfigureOptions, configure},
     {"cbcanctl dump", "All objects of a node, as a plan", kDumpWords, kDumpOptions, dump},
     {"cbcanctl status", "States of all nodes, from R3928..R4099", {}, kStatusOptions, status},
-    {"cbcanctl scan", "Nodes that respond, with identity and name", {}, {}, scan},
+    {"cbcanctl scan", "Nodes that respond, or a network file of them", {}, kScanOptions, scan},
     {"cbcanctl map", "Tags of a network for the tool of a PLC's maker", kMapWords, kMapOptions, map},
     {"cbcanctl kernel", "CAN errors of the coprocessor", {}, {}, kernel},
 });
@@ -167,6 +170,7 @@ Examples:
   cbcanctl state all
   cbcanctl dump 5 --eds drive.eds > plan.toml
   cbcanctl configure plan.toml
+  cbcanctl scan --eds eds --network > network.toml
   cbcanctl map network.toml --for xsy > tags.xsy
   cbcanctl --rtu /dev/ttyUSB0 --baud 19200 --station 1 state all
 )";

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: MIT
-// scan: the nodes that respond, with identity and name.
+// scan: the nodes that respond, with identity and name, or as a network file.
 
 #include <fmt/core.h>
 
+#include <algorithm>
+
+#include "base/read_file.hpp"
 #include "base/value.hpp"
 #include "cbcanctl/commands.hpp"
+#include "cbcanctl/network_text.hpp"
 
 namespace cbcan::ctl {
 
@@ -48,15 +52,37 @@ void print_row(const tools::ReadJob& job, bool json) {
   fmt::print("{}\n", json ? "}" : "");
 }
 
+/// All but the module's own node.
+void print_network(window::Client& client, const std::deque<tools::ReadJob>& jobs,
+                   const std::string& folder) {
+  const unsigned own_node = own::read(client, own::kOwnNodeId, 0, 1)[0];
+  std::vector<tools::FoundNode> nodes;
+  for (const tools::ReadJob& job : jobs) {
+    if (job.silent() || job.node() == own_node) continue;
+    tools::FoundNode& node = nodes.emplace_back();
+    node.id = static_cast<std::uint8_t>(job.node());
+    for (std::size_t i = 0; i < node.identity.size(); ++i)
+      node.identity[i] = static_cast<std::uint32_t>(load_little_endian(job.results()[i].data));
+    const tools::Bytes& name = job.results().back().data;
+    node.name.assign(name.begin(), name.end());
+  }
+  std::vector<std::string> remarks;
+  fmt::print("{}", tools::network_text(nodes, folder, base::read_file, remarks));
+  std::ranges::for_each(remarks, say);
+}
+
 }  // namespace
 
 void scan(const Options& options) {
+  if (options.as_network == options.eds.empty() || (options.as_network && options.json))
+    throw tools::UsageError("--network: needs --eds FOLDER, and no --json; --eds needs --network");
   window::Client client = connect(options);
   std::vector<tools::ObjectPlace> places;
   for (const Column& column : kColumns)
     places.push_back(column.place);
   const auto jobs =
       read_of_all(client, places, options.timeout_ms == 0 ? kScanTimeoutMs : options.timeout_ms);
+  if (options.as_network) return print_network(client, jobs, options.eds);
   if (!options.json) {
     fmt::print("node");
     for (const Column& column : kColumns)

@@ -37,8 +37,9 @@ struct Options {
   // Arguments of configure.
   std::vector<std::string> plans;
   bool no_verify = false;
-  std::string eds;  ///< of dump; empty = not given
-  int wait_ms = 0;  ///< of status; 0 = does not wait
+  std::string eds;          ///< file of dump, folder of scan; empty = not given
+  bool as_network = false;  ///< scan prints a network file
+  int wait_ms = 0;          ///< of status; 0 = does not wait
   // Arguments of map.
   std::string network;
   std::optional<tools::Form> form;
