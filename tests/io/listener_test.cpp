@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include <netinet/in.h>
+#include <netinet/tcp.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include "io/errors.hpp"
+#include "io/sockets/acceptor.hpp"
 #include "io/sockets/listener.hpp"
+#include "stream_client.hpp"
 #include "support/catch.hpp"
 #include "support/complaint.hpp"
 
@@ -50,6 +53,30 @@ TEST_CASE("another machine's address and an impossible name are reported") {
   CHECK(complaint({"no such host", 1502}) ==
         "modbus no such host:1502: Name or service not known: write an address of this machine, such as "
         "127.0.0.1");
+}
+
+/// Linux, tcp(7): in seconds, and a number of probes.
+TEST_CASE("a client that has vanished is noticed two minutes after its last byte") {
+  struct Taker final : AcceptsClients {
+    void adopt(Descriptor socket) override { client = std::move(socket); }
+    std::size_t clients() const override { return client ? 1 : 0; }
+    Descriptor client;
+  } server;
+  Reactor reactor;
+  const Acceptor acceptor(reactor, "x", {"", {"127.0.0.1", 0}}, server, [](const std::string&) {});
+  const StreamClient client(acceptor.listener().address());
+  while (!server.client)
+    reactor.poll(0);
+  const auto option = [&](int level, int name) {
+    int value = -1;
+    socklen_t size = sizeof value;
+    REQUIRE(getsockopt(server.client.get(), level, name, &value, &size) == 0);
+    return value;
+  };
+  CHECK(option(SOL_SOCKET, SO_KEEPALIVE) == 1);
+  CHECK(option(IPPROTO_TCP, TCP_KEEPIDLE) == 60);
+  CHECK(option(IPPROTO_TCP, TCP_KEEPINTVL) == 10);
+  CHECK(option(IPPROTO_TCP, TCP_KEEPCNT) == 6);
 }
 
 }  // namespace

@@ -218,6 +218,7 @@ class Places(Case):
             crowd = [connect(simulator.where["http"]) for _ in range(clients)]
             with simulator.window() as window:
                 window.execute(5055, 0x42, 0x1000, 0, 4)
+            self.assertTrue(self.ask(simulator, "http"), clients)
             for client in crowd:
                 client.close()
             self.check_is_served(simulator, clients)

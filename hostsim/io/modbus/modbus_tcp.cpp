@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "io/modbus/modbus_tcp.hpp"
 
+#include <netinet/in.h>
+#include <netinet/tcp.h>
 #include <sys/socket.h>
 
 #include <array>
@@ -12,8 +14,15 @@ namespace cbcan::io {
 struct ModbusTcp::Connection {
   explicit Connection(Descriptor accepted) : socket(std::move(accepted)) {}
 
+  /// False also for a request that has not been read.
+  bool is_idle() const {
+    std::uint8_t byte = 0;
+    return received == 0 && unsent.empty() && ::recv(socket.get(), &byte, 1, MSG_PEEK) <= 0;
+  }
+
   Descriptor socket;
   std::uint32_t number = 0;
+  std::uint64_t used = 0;  ///< uses_ at its last read
   std::string peer;
   std::size_t received = 0;
   Time deadline = kNever;            ///< of an incomplete request in the buffer
@@ -44,9 +53,20 @@ void ModbusTcp::adopt(Descriptor socket) {
   reactor_.watch(fd, Reactor::kReadable | Reactor::kUrgent, [this, &client = *made](std::uint32_t) {
     if (!on_ready(client)) close_client(client);
   });
+  constexpr int kLostAfterMs = 120'000;  // while a response is not acknowledged there is no keep-alive
+  setsockopt(fd, IPPROTO_TCP, TCP_USER_TIMEOUT, &kLostAfterMs, sizeof kLostAfterMs);
+  made->used = ++uses_;
   made->number = static_cast<std::uint32_t>(++connected_);
   if (on_client) on_client(made->number, made->peer = peer_of(fd), true);
   connections_[fd] = std::move(made);
+}
+
+bool ModbusTcp::make_room() {
+  Connection* first = nullptr;
+  for (const auto& [fd, client] : connections_)
+    if ((first == nullptr || client->used < first->used) && client->is_idle()) first = client.get();
+  if (first != nullptr) close_client(*first);
+  return first != nullptr;
 }
 
 void ModbusTcp::close_client(Connection& client) {
@@ -70,6 +90,7 @@ inline bool ModbusTcp::receive(Connection& client) {
                                client.buffer.size() - client.received, 0);
   if (count <= 0) return count < 0 && is_temporary(errno);
   client.received += static_cast<std::size_t>(count);
+  client.used = ++uses_;
   return advance(client);
 }
 

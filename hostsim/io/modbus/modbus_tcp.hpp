@@ -31,15 +31,16 @@ namespace cbcan::io {
 struct ModbusTcpSettings {
   ListenAddress listen{"127.0.0.1", 1502};
   modbus::DeviceIdentity identity;  ///< its texts outlive the server
-  /// A connection is closed when an incomplete request gets no further byte for this long. Idle ones stay.
+  /// A connection is closed when an incomplete request gets no further byte for this long. Idle ones stay, as
+  /// long as there are descriptors.
   Time half_request_timeout = 5 * kSecond;
 };
 
 class ModbusTcp final : private AcceptsClients {
  public:
   /// Starts listening; throws EnvironmentError on failure. Raises the limit of open descriptors, which alone
-  /// limits the number of clients. `networks`: see protocols::ModbusServer; they and `reactor` outlive the
-  /// server.
+  /// limits the number of clients: a further one closes the connection that has been idle for longest.
+  /// `networks`: see protocols::ModbusServer; they and `reactor` outlive the server.
   ModbusTcp(Reactor& reactor, const std::vector<protocols::ModbusUnit*>& networks, ModbusTcpSettings settings,
             Warn warn);
   ~ModbusTcp();
@@ -71,6 +72,7 @@ class ModbusTcp final : private AcceptsClients {
  private:
   struct Connection;
   using Bytes = protocols::ModbusServer::Bytes;
+  bool make_room() override;
   void close_client(Connection& client);
 
   bool on_ready(Connection& client);
@@ -85,6 +87,7 @@ class ModbusTcp final : private AcceptsClients {
   std::unordered_map<int, std::unique_ptr<Connection>> connections_;
   std::set<std::pair<Time, int>> deadlines_;  ///< of incomplete requests, with the connection's descriptor
   std::uint64_t connected_ = 0;
+  std::uint64_t uses_ = 0;  ///< connections, and reads from them
   std::uint64_t waits_for_room_ = 0;
   Acceptor acceptor_;
 };

@@ -22,6 +22,7 @@ const kMostHttpClients = 128;
 const kMostBody = 64 * 1024;
 const kSilentFor = 30_000; // ms, a client of HTTP with an incomplete request
 const kHalfRequest = 5000; // ms, of Modbus
+const kKeepAlive = { keepAlive: true, keepAliveInitialDelay: 60_000 }; // Node.js adds ten probes, one a second
 const kLeaving = 1000; // ms, for what clients have not read at the end
 
 const warn = (text) => process.stderr.write(`cbcan-sim: ${text}\n`);
@@ -246,7 +247,7 @@ class Program {
     const server =
       name === "http"
         ? await this.#httpServer()
-        : net.createServer({ allowHalfOpen: true, noDelay: true }, (socket) => this.#accept(name, socket));
+        : net.createServer({ ...kKeepAlive, allowHalfOpen: true, noDelay: true }, (socket) => this.#accept(name, socket));
     await new Promise((resolve, reject) => {
       const fail = (error) =>
         reject(new Error(`${name} ${address({ host, port })}: ${wayOut({ host, port })[error.code] ?? error.message}`));
@@ -315,10 +316,21 @@ class Program {
 
   async #httpServer() {
     const { createServer } = await import("node:http");
-    const server = createServer({ requestTimeout: kSilentFor, connectionsCheckingInterval: kSilentFor / 10 }, (request, response) =>
-      this.#respond(request, response).catch((error) => (this.#instance.crash ? fail(error) : response.destroy())));
-    server.maxConnections = kMostHttpClients;
-    return server;
+    const idle = new Set(); // sockets without a request, the one that has had none for longest first
+    let clients = 0;
+    const server = createServer({ ...kKeepAlive, requestTimeout: kSilentFor, connectionsCheckingInterval: kSilentFor / 10 }, (request, response) => {
+      const { socket } = request;
+      idle.delete(socket);
+      response.on("close", () => socket.destroyed || idle.add(socket));
+      this.#respond(request, response).catch((error) => (this.#instance.crash ? fail(error) : response.destroy()));
+    });
+    return server.on("connection", (socket) => {
+      idle.add(socket.on("close", () => (idle.delete(socket), --clients)));
+      if (++clients <= kMostHttpClients) return;
+      const [first] = idle; // the new one if all others are busy
+      idle.delete(first);
+      first.destroy();
+    });
   }
 
   async #respond(request, response) {
