@@ -24,7 +24,7 @@ class Master final : public cbcan::EdsDeviceOf<own_node::kDictionary>, private c
     if (kind == cbcan::sdo::kResponseId && node != 0) {
       if (!manager_.on_response(frame, now)) client.on_frame(frame, now);
     } else if (kind == cbcan::nmt::kErrorControlId && node != kNodeId && frame.flags == 0) {
-      report(node, monitor_.on_frame(frame, now), now);
+      report(frame, monitor_.on_frame(frame, now), now);
     } else {
       EdsDeviceOf::on_frame(frame, now);
     }
@@ -47,10 +47,11 @@ class Master final : public cbcan::EdsDeviceOf<own_node::kDictionary>, private c
  private:
   static constexpr std::uint8_t kNodeId = 127;
 
-  void report(std::uint8_t node, cbcan::NodeMonitor::News news, cbcan::Time now) {
+  void report(const cbcan::Frame& frame, cbcan::NodeMonitor::News news, cbcan::Time now) {
+    const auto node = static_cast<std::uint8_t>(frame.id & cbcan::nmt::kMaxNode);
     if (news == cbcan::NodeMonitor::News::kNone) return;
     if (news == cbcan::NodeMonitor::News::kBootUp) client.on_boot_up(node, now);
-    manager_.on_report(node, news, now);
+    manager_.on_report(frame, news, now);
   }
 
   // The own node.

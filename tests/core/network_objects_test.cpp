@@ -111,8 +111,8 @@ TEST_CASE("the network by SDO") {
     rig.write(0, index, sub, size, value);
     return rig.reg(3700) == 0 ? 0u : rig.reg(3706) | std::uint32_t{rig.reg(3707)} << 16;
   };
+  CHECK(put(0x1F81, 5, 4, {0x0205, 0x0101}) == 0);  // retry factor and guard time
   CHECK(put(0x1F81, 5, 4, {5, 0}) == 0);
-  CHECK(put(0x1F81, 5, 4, {5, 0x0101}) == 0x06090030);  // guard time
   CHECK(put(0x1F22, 5, 13, {1, 0, 0x1017, 0x0200, 0, 0xE800, 3}) == 0);
   CHECK(put(0x1F22, 5, 13, {2, 0, 0x1017, 0x0200, 0, 0xE800, 3}) == 0x06090030);
   CHECK(put(0x1F25, 5, 4, {0x6F63, 0x666E}) == 0x08000022);  // not active

@@ -72,7 +72,7 @@ void LocalNode::on_outputs_changed(Time now) {
 
 void LocalNode::on_report(const Frame& frame, NodeMonitor::News news, Time now) {
   const auto node = static_cast<std::uint8_t>(frame.id & nmt::kMaxNode);
-  if (manages()) manager_->on_report(node, news, now);
+  if (manages()) manager_->on_report(frame, news, now);
   if constexpr (kServices.manager()) status_->on_report(node, news);
   if (others() != nullptr) others()->on_news(node, news, now);
 }

@@ -75,7 +75,8 @@ void Manager::look_later(Client& client, Time now) {
 
 void Manager::begin_check(std::uint8_t node, Time now) {
   nodes_[node].failure = {};
-  nodes_[node].signs = 0;
+  nodes_[node].signs = nodes_[node].unanswered = 0;
+  nodes_[node].guard_at = 0;  // as soon as it is watched
   nodes_[node].shared = false;
   enter_talking(node, Phase::kCheck, now);
 }
@@ -139,7 +140,7 @@ void Manager::checked(Client& client, Time now) {
   release(client);
   if (monitor_.is_fresh(node, now) && !monitor_.in_doubt(node)) return decide(node, now);
   enter(node, Phase::kWatch, now + heartbeat_time(node));
-  ask_state(node);
+  ask_state(node, now);
 }
 
 void Manager::decide(std::uint8_t node, Time now) {
@@ -255,8 +256,7 @@ void Manager::configured_all(Client& client, Time now) {
   release(client);
   nodes_[node].configured = true;
   if (nodes_[node].signs == 0) twins_.erase(node);
-  const std::uint16_t period = monitor_.consumer_time(node);
-  if (period != 0) return enter(node, Phase::kWatch, now + milliseconds(period));
+  if (is_watched(node)) return enter(node, Phase::kWatch, now + heartbeat_time(node));
   enter(node, Phase::kReady, kNever);
 }
 
@@ -267,27 +267,30 @@ void Manager::watched(std::uint8_t node, nmt::State /*state*/, Time now) {
     decide(node, now);
 }
 
-/// One heartbeat may have been lost; or, in kStart, the command, which is repeated.
+/// One heartbeat may have been lost; or, in kStart, the command, which is repeated. A guarded node has been
+/// asked several times.
 void Manager::no_heartbeat(std::uint8_t node, Time now) {
   Node& silent = nodes_[node];
   const bool asked = silent.phase == Phase::kWatch && !silent.configured;
+  const bool ends = silent.tries == kRetries || (silent.phase == Phase::kWatch && is_guarded(node));
   listening_.erase(node);
-  if (silent.tries == kRetries && asked) return boot_from_reset(node, now);
-  if (silent.tries == kRetries) {
-    silent.failure.letter = 'K';
+  if (ends && asked) return boot_from_reset(node, now);
+  if (ends) {
+    silent.failure.letter = is_guarded(node) ? 'F' : 'K';
     return fail(node, now);
   }
   ++silent.tries;
   silent.due = now + heartbeat_time(node);
   if (silent.phase == Phase::kStart) commanded_.insert(node);
-  if (asked) ask_state(node);
+  if (asked) ask_state(node, now);
 }
 
 /// A fault that may pass is tried again; other failures are final.
 void Manager::fail(std::uint8_t node, Time now) {
   constexpr std::uint8_t kMostDoubled = 6;
   Node& failed = nodes_[node];
-  const bool again = failed.failure.letter == 'K' || may_pass(failed.failure.code);
+  const char letter = failed.failure.letter;
+  const bool again = letter == 'F' || letter == 'K' || may_pass(failed.failure.code);
   const Time delay = std::min(kMostDelay, kSecond << failed.failures);
   if (again && failed.failures < kMostDoubled) ++failed.failures;
   drop_client(node, now);

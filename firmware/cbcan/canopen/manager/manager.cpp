@@ -91,8 +91,8 @@ void Manager::end(Time now) {
   count_.fill(0);
   listed_ = mandatory_unready_ = mandatory_missing_ = 0;
   started_all_ = boot_is_over_ = broadcasts_ = starts_ = own_held_ = false;
-  for (NodeSet* set :
-       {&ready_, &silent_, &commanded_, &delayed_, &answering_, &listening_, &unwell_, &twins_, &stopped_})
+  for (NodeSet* set : {&ready_, &silent_, &commanded_, &delayed_, &answering_, &asked_, &listening_, &unwell_,
+                       &twins_, &stopped_})
     set->clear();
   for (std::uint8_t node = 1; node <= nmt::kMaxNode; ++node) {
     if (!is_listed(node)) continue;
@@ -144,6 +144,8 @@ void Manager::list_nodes(Time now) {
     listed.held = listed.boots ? Held::kNo : Held::kByPlc;
     listed.keep_alive = has(SlaveBit::kKeepAlive);
     any_kept |= listed.keep_alive;
+    listed.retry_factor = static_cast<std::uint8_t>(assignment >> SlaveBit::kRetryFactor);
+    listed.guard_ms = static_cast<std::uint16_t>(assignment >> SlaveBit::kGuardTime);
     listed.mandatory = has(SlaveBit::kMandatory);
     mandatory_unready_ = static_cast<std::uint8_t>(mandatory_unready_ + listed.mandatory);
     ++listed_;
@@ -158,8 +160,9 @@ void Manager::list_nodes(Time now) {
 
 // ---- Reports and commands
 
-void Manager::on_report(std::uint8_t node, NodeMonitor::News news, Time now) {
-  if (!is_listed(node)) return;
+void Manager::on_report(const Frame& frame, NodeMonitor::News news, Time now) {
+  const auto node = static_cast<std::uint8_t>(frame.id & nmt::kMaxNode);
+  if (!is_listed(node) || !counts(frame, news)) return;
   listening_.erase(node);
   if (news == NodeMonitor::News::kBootUp) return on_boot_up(node, now);
   const nmt::State reported = monitor_.last_state(node);

@@ -11,13 +11,14 @@
 ///               Operational is not touched: kStart
 ///   kRestore    1F8Ah: its defaults are restored, it is reset, and its boot-up message is awaited (kReboot)
 ///   kConfigure  1F22h is written, unless 1020h is equal to 1F26h and 1F27h
-///   kWatch      its first heartbeat is awaited, if 1016h of the own node has a time for it
+///   kWatch      its first heartbeat is awaited, if 1016h of the own node has a time for it; or its first
+///               response to node guarding, if 1F81h has a guard time and a retry factor
 ///   kReady      waits until the own node is Operational, and for mandatory nodes
-///   kStart      NMT start has been sent; a heartbeat must report Operational
+///   kStart      NMT start has been sent; a heartbeat or such a response must report Operational
 ///   kInputs     Operational; process data of the node have not been received (300Ah)
 ///   kRun        Operational, and all of them have
-///   kLost       no heartbeat: it is not reset. Operational again without a boot-up message: kInputs;
-///               another state: kCheck
+///   kLost       no heartbeat or response: it is not reset. Operational again without a boot-up message:
+///               kInputs; another state: kCheck
 ///   kFailed     with a letter of CiA 302-2; kCheck again after a boot-up message, by 1F25h, or, if the
 ///               fault may pass, after 1, 2, 4 .. 60 s
 ///
@@ -148,8 +149,8 @@ class Manager {
 
   /// The own node has entered this state; Initialising: it is reset, and all boots begin again.
   void on_own_state(nmt::State state, Time now);
-  /// A node has reported: see NodeMonitor.
-  void on_report(std::uint8_t node, NodeMonitor::News news, Time now);
+  /// A node has reported by this frame: see NodeMonitor.
+  void on_report(const Frame& frame, NodeMonitor::News news, Time now);
   /// This NMT command has been sent to this node, 0 = to all, by the PLC or by another master.
   void on_command(nmt::Command command, std::uint8_t node, bool by_plc, Time now) {
     if (active_) take_command(command, node, by_plc ? Held::kByPlc : Held::kByOther, now);
@@ -181,6 +182,13 @@ class Manager {
   bool is_operational(std::uint8_t node) const {
     return phase(node) == Phase::kInputs || phase(node) == Phase::kRun;
   }
+  /// By its heartbeat, or else by node guarding.
+  bool is_watched(std::uint8_t node) const {
+    return monitor_.consumer_time(node) != 0 || nodes_[node].life_time() != 0;
+  }
+  bool is_guarded(std::uint8_t node) const { return is_watched(node) && monitor_.consumer_time(node) == 0; }
+  /// How long to wait for a report of the node's state.
+  Time heartbeat_time(std::uint8_t node) const;
   /// 1F22h has been written since its last boot-up message.
   bool is_configured(std::uint8_t node) const { return nodes_[node].configured; }
   bool was_lost(std::uint8_t node) const { return lost_.has(node); }
@@ -226,6 +234,14 @@ class Manager {
     bool missing = false;  ///< it is mandatory, has failed or is lost, and has not become ready since
     bool keep_alive = false;
     bool was_operational = false;  ///< reported before it was started
+    // Node guarding.
+    std::uint16_t guard_ms = 0;
+    std::uint8_t retry_factor = 0;
+    std::uint8_t unanswered = 0;  ///< requests in succession
+    std::uint8_t toggle = 1;      ///< bit 7 of the last response; 1 = there has been none
+    Time guard_at = 0;            ///< the next request
+
+    Time life_time() const { return milliseconds(std::uint32_t{guard_ms} * retry_factor); }
   };
 
   struct Client {
@@ -324,8 +340,7 @@ class Manager {
   bool is_foreign(std::uint8_t node) const;
   void begin_check(std::uint8_t node, Time now);
   void checked(Client& client, Time now);
-  /// A request that the port refuses is repeated at the node's next deadline.
-  void ask_state(std::uint8_t node) { static_cast<void>(port_.try_send(nmt::guard_request(node))); }
+  void ask_state(std::uint8_t node, Time now);
   void decide(std::uint8_t node, Time now);
   void await_boot_up(std::uint8_t node, Time now);
   void boot_from_reset(std::uint8_t node, Time now);
@@ -378,7 +393,10 @@ class Manager {
 
   void look_at_nodes(Time now);
   void look_at(std::uint8_t node, Time now);
-  Time heartbeat_time(std::uint8_t node) const;
+  bool counts(const Frame& frame, NodeMonitor::News news);
+  void guard(std::uint8_t node, Time now);
+  void send_guard_requests(Time now);
+  Time guard_due(std::uint8_t node) const;
   Time heartbeat_due(std::uint8_t node) const;
   Time next_look(std::uint8_t node) const;
   void wake_at(Time time) { due_ = earlier(due_, time); }
@@ -415,6 +433,7 @@ class Manager {
   NodeSet commanded_;  ///< wait for an NMT command, which follows from their phase
   NodeSet delayed_;    ///< boot too often
   NodeSet answering_;  ///< have answered, perhaps too late: the next probe waits longer
+  NodeSet asked_;      ///< wait for a node guarding request
   NodeSet listening_;  ///< their heartbeats are almost overdue: no requests
   NodeSet unwell_;
   NodeSet lost_;

@@ -11,8 +11,7 @@ namespace {
 
 /// It is what the object's type requires.
 bool is_value(std::uint16_t index, NetworkObjects::Bytes value) {
-  constexpr std::size_t kGuardTime = 2;  // in 1F81h: this manager uses heartbeats
-  if (value.empty()) return true;        // not set
+  if (value.empty()) return true;  // not set
   const std::size_t entries = value.size() / RpdoSource::kEntryBytes;
   switch (index) {
     case object::kConciseDcf: return ConciseDcf(value).is_valid();
@@ -20,7 +19,6 @@ bool is_value(std::uint16_t index, NetworkObjects::Bytes value) {
       return value.size() == RpdoSource::kHead + entries * RpdoSource::kEntryBytes &&
              entries <= RpdoSource::kMostEntries && value[0] <= nmt::kMaxNode &&
              RpdoSource::bits(value) <= 64;
-    case object::kSlaveAssignment: return value.size() == 4 && load_word(value.data()) >> 8 * kGuardTime == 0;
     case object::kOutputsMode: return value.size() == 1 && OutputsMode::is_valid(value[0]);
     case object::kRestoreConfiguration: return value.size() == 1;
     case object::kSlaveSdoTimeout: return value.size() == 2;

@@ -30,12 +30,14 @@ struct StartupBit {
   static constexpr std::uint8_t kStopsAll = 6;
 };
 
-/// Bits of 1F81h, by number.
+/// Bits of 1F81h, by number; of its numbers the first.
 struct SlaveBit {
   static constexpr std::uint8_t kListed = 0;
   static constexpr std::uint8_t kBoots = 2;
   static constexpr std::uint8_t kMandatory = 3;
   static constexpr std::uint8_t kKeepAlive = 4;
+  static constexpr std::uint8_t kRetryFactor = 8;  ///< 8 bits
+  static constexpr std::uint8_t kGuardTime = 16;   ///< 16 bits, ms
 };
 
 /// 300Ah: node, flags, then entries as in 1A00h, low byte first.

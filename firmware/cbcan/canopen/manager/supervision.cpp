@@ -38,10 +38,9 @@ void Manager::look_for_starts(Time now) {
 
 /// An NMT start has been sent, or is going to be: then start_sent() follows.
 void Manager::await_start(std::uint8_t node, Time now) {
-  const std::uint16_t period = monitor_.consumer_time(node);
   forget_inputs(node);
   stopped_.erase(node);
-  enter(node, Phase::kStart, period == 0 ? kNever : now + milliseconds(period));
+  enter(node, Phase::kStart, is_watched(node) ? now + heartbeat_time(node) : kNever);
 }
 
 void Manager::started(std::uint8_t node, nmt::State state, Time now) {
@@ -80,7 +79,7 @@ void Manager::lose(std::uint8_t node, Time now) {
   twins_.erase(node);
   zero_inputs(node, now);
   forget_inputs(node);
-  enter(node, Phase::kLost, now + kProbePeriod);
+  enter(node, Phase::kLost, is_guarded(node) ? kNever : now + kProbePeriod);
   if (!nodes_[node].mandatory) return;
   if (mode(StartupBit::kResetsAll)) command_all(nmt::Command::kResetNode, now);
   if (mode(StartupBit::kStopsAll)) command_all(nmt::Command::kStop, now);
@@ -115,6 +114,7 @@ void Manager::work(Time now) {
   if (starts_) look_for_starts(now);
   serve(now);
   send_commands(now);
+  send_guard_requests(now);
 }
 
 Time Manager::next_deadline() const {
@@ -144,30 +144,77 @@ void Manager::look_at_nodes(Time now) {
 
 void Manager::look_at(std::uint8_t node, Time now) {
   if (is_ready(phase(node)) && now >= heartbeat_due(node)) return lose(node, now);
-  if (now < nodes_[node].due) return listening_.insert(node);
-  nodes_[node].due = kNever;
-  state(node).on_deadline(*this, node, now);
+  if (now >= nodes_[node].due) {
+    nodes_[node].due = kNever;
+    return state(node).on_deadline(*this, node, now);
+  }
+  now >= guard_due(node) ? guard(node, now) : listening_.insert(node);
 }
 
-/// How long to wait for a report of the node's state.
 Time Manager::heartbeat_time(std::uint8_t node) const {
-  const std::uint16_t period = monitor_.consumer_time(node);
-  return period == 0 ? kRebootTimeout : milliseconds(period);
+  if (!is_watched(node)) return kRebootTimeout;
+  return is_guarded(node) ? nodes_[node].life_time() : milliseconds(monitor_.consumer_time(node));
 }
 
-/// When the node is lost, or has not begun, without another heartbeat.
+/// When the node is lost, or has not begun, without another heartbeat or response to node guarding.
 Time Manager::heartbeat_due(std::uint8_t node) const {
-  if (monitor_.consumer_time(node) == 0) return kNever;
-  if (phase(node) == Phase::kWatch) return nodes_[node].due;
-  return is_ready(phase(node)) ? monitor_.reported_at(node) + heartbeat_time(node) + 1 : kNever;
+  if (!is_watched(node)) return kNever;
+  const Node& watched = nodes_[node];
+  if (phase(node) == Phase::kWatch) return watched.due;
+  if (!is_ready(phase(node))) return kNever;
+  if (!is_guarded(node)) return monitor_.reported_at(node) + heartbeat_time(node) + 1;
+  if (watched.unanswered == 0) return kNever;
+  const auto tries = static_cast<std::uint32_t>(watched.retry_factor - watched.unanswered);
+  return watched.guard_at + milliseconds(tries * watched.guard_ms);
 }
 
 /// The manager listens before a heartbeat is overdue.
 Time Manager::next_look(std::uint8_t node) const {
   const Time heartbeat = heartbeat_due(node);
-  const Time due = nodes_[node].due;
+  const Time due = earlier(nodes_[node].due, guard_due(node));
   if (heartbeat == kNever || listening_.has(node)) return earlier(due, heartbeat);
   return earlier(due, heartbeat - std::min(kListenTime, heartbeat_time(node) / 4));
+}
+
+// ---- Node guarding (CiA 301, 7.2.8.2.2)
+
+/// From the start of its error control on, and to find it again.
+Time Manager::guard_due(std::uint8_t node) const {
+  const bool is_asked = phase(node) >= Phase::kWatch && phase(node) <= Phase::kLost && is_guarded(node);
+  return is_asked ? nodes_[node].guard_at : kNever;
+}
+
+void Manager::guard(std::uint8_t node, Time now) {
+  Node& guarded = nodes_[node];
+  ++guarded.unanswered;
+  guarded.guard_at = now + milliseconds(guarded.guard_ms);
+  monitor_.guard(node);
+  ask_state(node, now);
+}
+
+/// The toggle bit alternates and is 0 after a reset; a response with that of the preceding one counts as not
+/// received.
+bool Manager::counts(const Frame& frame, NodeMonitor::News news) {
+  const auto node = static_cast<std::uint8_t>(frame.id & nmt::kMaxNode);
+  const auto toggle = static_cast<std::uint8_t>(frame.data[0] & nmt::kGuardToggle);
+  const bool boots = news == NodeMonitor::News::kBootUp;
+  if (!boots && is_guarded(node) && toggle == nodes_[node].toggle) return false;
+  nodes_[node].toggle = boots ? nmt::kGuardToggle : toggle;
+  nodes_[node].unanswered = 0;
+  return true;
+}
+
+void Manager::ask_state(std::uint8_t node, Time now) {
+  asked_.insert(node);
+  wake_at(now);
+}
+
+void Manager::send_guard_requests(Time now) {
+  for (std::uint8_t node = 0; (node = asked_.next(0)) != 0; asked_.erase(node))
+    if (!port_.try_send(nmt::guard_request(node))) {
+      retry_at_ = now + kRetryInterval;
+      return;
+    }
 }
 
 // ---- NMT commands
@@ -214,9 +261,9 @@ bool Manager::send_command(nmt::Command command, std::uint8_t node, Time now) {
   return true;
 }
 
-/// Without a heartbeat nothing confirms the start.
+/// Nothing confirms the start of a node that is not watched.
 void Manager::start_sent(std::uint8_t node, Time now) {
-  if (phase(node) == Phase::kStart && monitor_.consumer_time(node) == 0) run(node, now);
+  if (phase(node) == Phase::kStart && !is_watched(node)) run(node, now);
 }
 
 }  // namespace cbcan
