@@ -19,11 +19,13 @@ namespace {
 constexpr auto kTimeOut = static_cast<std::uint32_t>(AbortCode::kTimeOut);
 
 // Values in regmap::kBootSteps.
+constexpr unsigned kRuns = 1;
 constexpr unsigned kCheck = 3;
 constexpr unsigned kConfiguration = 4;
 constexpr unsigned kAwaitsStart = 6;
+constexpr unsigned kAwaitsData = 7;
 
-constexpr std::array<std::pair<char, std::string_view>, 10> kSubjects{{
+constexpr std::array<std::pair<char, std::string_view>, 11> kSubjects{{
     {'C', "device type"},
     {'D', "vendor-ID"},
     {'M', "product code"},
@@ -32,15 +34,23 @@ constexpr std::array<std::pair<char, std::string_view>, 10> kSubjects{{
     {'B', "no response"},
     {'J', "configuration failed"},
     {'K', "no heartbeat"},
+    {'F', "no response to node guarding"},
     {BootFailure::kKept, "already Operational, so it has not been configured"},
     {BootFailure::kLost, "lost: no heartbeat"},
 }};
 constexpr std::size_t kChecks = 5;  // first rows of kSubjects
 
+/// A lost node.
+bool is_guarded(const BootFailure& failure) {
+  return failure.letter == BootFailure::kLost && failure.index == object::kGuardTime;
+}
+
 std::string cause(const BootFailure& failure) {
   const auto row = std::ranges::find(kSubjects, failure.letter, &decltype(kSubjects)::value_type::first);
   std::string text(row == kSubjects.end() ? "failed" : row->second);
-  if (failure.letter == 'K' && failure.step == kAwaitsStart) text += " that reports Operational";
+  if (is_guarded(failure)) text = "lost: no response to node guarding";
+  const bool is_silent = failure.letter == 'F' || failure.letter == 'K';
+  if (is_silent && failure.step == kAwaitsStart) text += " that reports Operational";
   if (failure.silent_ms != 0) return text + fmt::format(" for {} ms", failure.silent_ms);
   if (failure.seen)
     return text + fmt::format(" {:08X}h, the network file wants {:08X}h", *failure.seen, failure.wanted);
@@ -55,9 +65,10 @@ std::string cause(const BootFailure& failure) {
 /// NET-13: what a time-out or an abort 0800 002xh reports may pass.
 std::string_view what_next(const BootFailure& failure) {
   const bool waits = failure.letter == 'B' && failure.step != kCheck && failure.step != kConfiguration;
-  const bool may_pass = failure.letter == 'B' || failure.letter == 'K' || failure.code == kTimeOut ||
-                        failure.code >> 4 == 0x0800002;
+  const bool may_pass = std::string_view("BFK").find(failure.letter) != std::string_view::npos ||
+                        failure.code == kTimeOut || failure.code >> 4 == 0x0800002;
   if (failure.is_own || failure.letter == BootFailure::kKept) return "";
+  if (is_guarded(failure)) return "; it is asked again each guard time";
   if (failure.letter == BootFailure::kLost) return "; it is looked for each second";
   if (!may_pass) return "; it is not started";
   if (failure.step == 0) return "; it is tried again";
@@ -84,10 +95,13 @@ std::string failure_text(const BootFailure& failure) {
   return cause(failure) + letter + std::string(what_next(failure));
 }
 
-std::string boot_step_text(unsigned step) {
+std::string boot_step_text(unsigned word) {
+  const unsigned step = word >> 8;
   if (step >= 'A' && step <= 'O') return failure_text({.letter = static_cast<char>(step)});
   const std::string_view name = regmap::meaning_of(regmap::kBootSteps, step);
-  return name.empty() ? fmt::format("unknown step {:02X}h", step) : std::string(name);
+  const bool unwatched = word == kRuns << 8 || word == kAwaitsData << 8;
+  return name.empty() ? fmt::format("unknown step {:02X}h", step)
+                      : fmt::format("{}{}", name, unwatched ? ", not watched" : "");
 }
 
 }  // namespace cbcan::descriptions

@@ -19,13 +19,13 @@ struct BootFailure {
   static constexpr char kKept = 'L';  ///< no failure: a keep-alive node is left as it is
 
   char letter = 0;
-  std::uint16_t index = 0;
+  std::uint16_t index = 0;  ///< of kLost 100Ch, if node guarding has watched it
   std::uint8_t sub = 0;
   std::uint32_t code = 0;               ///< SDO abort code; 0 = none
   std::string_view name{};              ///< of the object; may be empty
   std::optional<std::uint32_t> seen{};  ///< a wrong value of the object
   std::uint32_t wanted = 0;
-  std::uint32_t silent_ms = 0;  ///< time without a heartbeat; 0 = not known
+  std::uint32_t silent_ms = 0;  ///< time without a heartbeat, or response to node guarding; 0 = not known
   unsigned step = 0;            ///< of the boot: the value in regmap::kBootSteps; 0 = not known
   bool is_own = false;          ///< the module's own objects
 
@@ -44,7 +44,7 @@ BootFailure boot_failure_from(std::span<const std::uint8_t, 8> bytes);
 /// "device type 000F0191h, the network file wants 00020192h (C); it is not started"
 std::string failure_text(const BootFailure& failure);
 
-/// The high byte of a node's status register: "waiting for the node", or a failure by its letter alone.
-std::string boot_step_text(unsigned step);
+/// The boot in a node's status register: "waiting for the node", or a failure by its letter alone.
+std::string boot_step_text(unsigned word);
 
 }  // namespace cbcan::descriptions

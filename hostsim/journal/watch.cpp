@@ -275,9 +275,12 @@ void NetworkWatch::on_step(std::uint8_t node, std::uint8_t before, Time now) {
 
 void NetworkWatch::add_cause(Event& boot, const Manager::Failure& failure) const {
   const Coprocessor& coprocessor = network_.module->coprocessor();
-  const Time heartbeat = milliseconds(coprocessor.node_monitor().consumer_time(boot.node));
-  if (boot.state == BootFailure::kLost) boot.took = heartbeat;
-  if (boot.state == 'K') boot.took = (Manager::kRetries + 1) * heartbeat;
+  const auto& manager = coprocessor.manager();
+  const bool is_lost = boot.state == BootFailure::kLost;
+  const bool commanded = boot.state == 'K' || (boot.state == 'F' && boot.result == kAwaitsStart);
+  if (is_lost || boot.state == 'F' || boot.state == 'K')
+    boot.took = (commanded ? Manager::kRetries + Time{1} : Time{1}) * manager->heartbeat_time(boot.node);
+  if (is_lost && manager->is_guarded(boot.node)) boot.index = object::kGuardTime;
   if (boot.took != 0) return;
   boot.code = static_cast<std::uint32_t>(failure.code);
   boot.index = failure.index;

@@ -130,7 +130,7 @@ Json boots_of(plant::Network& network, const journal::Journal& journal, const jo
   for (std::uint8_t node = 1; network.module() != nullptr && node <= nmt::kMaxNode; ++node) {
     const unsigned step = network.registers()[first + node] >> 8;
     const journal::Event& failure = network.watch()->boot_failure(node);
-    std::string words = descriptions::boot_step_text(step);
+    std::string words = descriptions::boot_step_text(network.registers()[first + node]);
     base::Buffer text;
     if (failure.state == step) words = append_text(text, failure, journal, find).words;
     if (step != 0) list.push_back({{"node", node}, {"failed", step >= 'A'}, {"words", base::to_utf8(words)}});

@@ -34,7 +34,7 @@ std::string status_text(std::uint16_t word) {
 /// NMT state in the low byte, step of the boot in the high byte; a letter is a failure.
 std::string node_status_text(std::uint16_t word) {
   const std::string_view state = regmap::meaning_of(regmap::kNodeStates, word & 0xFF, "no state");
-  return word == 0 ? "" : fmt::format("{}, {}", state, descriptions::boot_step_text(word >> 8));
+  return word == 0 ? "" : fmt::format("{}, {}", state, descriptions::boot_step_text(word));
 }
 
 /// The meaning of a value in one of the named registers; empty = it is a number.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Node guarding (CiA 301, 7.2.8.2.2) by 1F81h. Node 5 is that of
+// Node guarding (CiA 301, 7.2.8.2.2) by 1F81h, and nodes that nothing watches. Node 5 is that of
 // manager_test.cpp, without a time in 1016h.
 
 #include "core/manager_rig.hpp"
@@ -52,22 +52,6 @@ TEST_CASE("a guarded node is asked every guard time, and lost after the retry fa
   CHECK(rig.summary() == 0x11);
   rig.request({5055, 0, 0x3007, 5, 1});
   CHECK(rig.reg(3706) == 5);
-  SECTION("silent") {
-    for (unsigned tries = 0; tries != 3; ++tries)
-      rig.pass(kGuardTime).expect("705#R1");
-    rig.pass(kGuardTime - 1).expect_silence();
-    CHECK(rig.of(5) == 0x0105);
-    rig.pass(1).expect("705#R1");
-    CHECK((rig.of(5) == 0x5800 && rig.in_map(4, 5)));
-  }
-  SECTION("the toggle bit does not alternate: as if it had not responded") {
-    for (unsigned tries = 0; tries != 3; ++tries) {
-      rig.pass(kGuardTime).expect("705#R1");
-      rig.arrive("705#05").expect_silence();
-    }
-    rig.pass(kGuardTime).expect("705#R1");
-    CHECK(rig.of(5) == 0x5800);
-  }
   SECTION("two responses are lost: the second one that arrives has the other toggle bit") {
     rig.pass(kGuardTime).expect("705#R1");
     rig.arrive("705#05").pass(kGuardTime).expect("705#R1");
@@ -110,23 +94,6 @@ TEST_CASE("a lost node is asked on, and found by its response") {
   }
 }
 
-TEST_CASE("no response when error control starts: F, and again after a second") {
-  ManagerRig rig(guarded_5());
-  begin(rig);
-  rig.arrive("705#00");
-  for (const Time delay : {kSecond, 2 * kSecond}) {
-    configure(rig).expect("705#R1");
-    rig.pass(2 * kGuardTime).expect("705#R1", "705#R1");
-    rig.pass(kGuardTime - 1).expect_silence();
-    CHECK(rig.of(5) == 0x057F);
-    rig.pass(1).expect_silence();
-    CHECK(rig.of(5) == 0x467F);
-    rig.pass(delay - 1).expect_silence();
-    rig.pass(1);
-  }
-  rig.expect("605#4000100000000000");
-}
-
 TEST_CASE("a guarded node that does not start: three more commands, then F") {
   ManagerRig rig(guarded_5());
   begin(rig);
@@ -150,16 +117,9 @@ TEST_CASE("a keep-alive node that is guarded") {
   rig.arrive("585#4300100091010F00");
   check_identity(rig);
   rig.expect("705#R1");
-  SECTION("Operational, whatever its toggle bit is") {
-    const std::string first = GENERATE(as<std::string>{}, "705#05", "705#85");
-    rig.arrive(first).expect_silence();
-    CHECK(rig.of(5) == 0x0105);
-    rig.pass(kGuardTime).expect("705#R1");
-  }
-  SECTION("silent: it is booted") {
-    rig.pass(2 * kGuardTime).expect("705#R1", "705#R1");
-    rig.pass(kGuardTime).expect("000#8205");
-  }
+  rig.arrive(GENERATE(as<std::string>{}, "705#05", "705#85")).expect_silence();  // whatever its toggle bit is
+  CHECK(rig.of(5) == 0x0105);
+  rig.pass(kGuardTime).expect("705#R1");
 }
 
 TEST_CASE("a request that the port refuses is sent later, and nothing else changes") {
@@ -215,4 +175,27 @@ TEST_CASE("a time in 1016h precedes node guarding") {
   rig.pass(200 * kMillisecond).arrive("705#05", "705#05").pass(200 * kMillisecond).arrive("705#05");
   rig.expect_silence();
   CHECK(rig.of(5) == 0x0105);
+}
+
+TEST_CASE("a node that is started and not watched has no state") {
+  std::vector<Item> items = node_5();
+  items.erase(items.begin());
+  const auto assignment = GENERATE(0x00640005u, 0x00000305u, 0x00000005u);
+  items[1].value = u32(assignment);
+  ManagerRig rig(items);
+  begin(rig);
+  rig.arrive("705#00");
+  configure(rig).expect("000#0105");
+  CHECK((rig.of(5) == 0x0100 && rig.summary() == 0x211));
+  CHECK((rig.in_map(kHeard, 5) && rig.in_map(kRunning, 5)));
+  SECTION("its own heartbeat does not change that") {
+    rig.arrive("705#05").expect_silence();
+    CHECK((rig.of(5) == 0x0100 && rig.summary() == 0x211));
+  }
+  SECTION("1016h does") {
+    rig.arrive("705#05");
+    const unsigned changes = rig.reg(3929);
+    rig.arrive("67F#23161001FA000500").expect("5FF#6016100100000000");
+    CHECK((rig.of(5) == 0x0105 && rig.summary() == 0x011 && rig.reg(3929) != changes));
+  }
 }

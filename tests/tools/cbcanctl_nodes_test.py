@@ -49,15 +49,16 @@ class Boots(Nodes):
             node = [
               { id = 2, objects = [ { index = 0x5000, value = 1, type = "u8" } ] },
               { id = 66, device_type = 0x20192 },
+              { id = 1 },
             ]""")
         self.options = "--network-file", network
         super().setUp()
 
     def test_status_says_why_nodes_have_not_been_booted(self):
-        said = {2: "configuration failed at 5000h:00: 0602 0000h no such object (J); it is not started",
+        said = {1: "running, not watched", 2: "configuration failed at 5000h:00: 0602 0000h no such object (J); it is not started",
                 66: "device type 000F0191h, the network file wants 00020192h (C); it is not started"}
-        rows = [line.split(maxsplit=2) for line in run(self.place, "status").stdout.splitlines()]
-        self.assertEqual({int(row[0]): row[2] for row in rows[1:] if int(row[0]) in said}, said)
+        rows = [(line[:6], line[24:]) for line in run(self.place, "status").stdout.splitlines()]
+        self.assertEqual({int(row[0]): row[1] for row in rows[1:] if int(row[0]) in said}, said)
         rows = [json.loads(line) for line in run(self.place, "status", "--json").stdout.splitlines()]
         self.assertEqual({row["node"]: row["step"] for row in rows if row["node"] in said}, said)
 

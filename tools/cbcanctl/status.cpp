@@ -28,7 +28,7 @@ std::string failure_of(window::Client& client, unsigned node, unsigned letter) {
   };
   const unsigned sub = node != 0 ? node : number(0, own::kOwnNodeId, 0);
   const tools::Bytes bytes = execute(client, tools::sdo_read(0, own::kBootFailure, sub, 8));
-  if (bytes.size() != 8 || bytes.back() != letter) return descriptions::boot_step_text(letter);
+  if (bytes.size() != 8 || bytes.back() != letter) return descriptions::boot_step_text(letter << 8);
   auto failure = descriptions::boot_failure_from(std::span<const std::uint8_t, 8>(bytes));
   failure.is_own = node == 0;
   if (failure.code == 0 && failure.index != 0) {
@@ -39,16 +39,16 @@ std::string failure_of(window::Client& client, unsigned node, unsigned letter) {
 }
 
 /// `executes`: false if the module does not execute requests; then a failure has its letter alone.
-std::string step_text(window::Client& client, unsigned node, unsigned step, bool& executes) {
-  const bool failed = step >= 'A' && step <= 'O';
+std::string step_text(window::Client& client, unsigned node, unsigned word, bool& executes) {
+  const bool failed = word >> 8 >= 'A' && word >> 8 <= 'O';
   if (failed && executes) try {
-      return failure_of(client, node, step);
+      return failure_of(client, node, word >> 8);
     } catch (const Refused&) {
     } catch (const window::Error&) {
       if (interrupted()) throw;
       executes = false;
     }
-  return descriptions::boot_step_text(step);
+  return descriptions::boot_step_text(word);
 }
 
 bool all_run(const Words& status) {
@@ -75,7 +75,7 @@ void print(window::Client& client, const Words& status, bool json) {
     const std::string name = node == 0 ? "module" : std::to_string(node);
     const bool is_own = node == 0 && word >> 8 == 0;
     const std::string_view state = regmap::meaning_of(regmap::kNodeStates, word & 0xFF, "no state");
-    const std::string step = is_own ? "own node" : step_text(client, node, word >> 8, executes);
+    const std::string step = is_own ? "own node" : step_text(client, node, word, executes);
     if (json)
       fmt::print("{{\"node\": {}, \"state\": {}, \"step\": {}}}\n", node, word & 0xFF, base::json_text(step));
     else

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <utility>
 
 #include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
@@ -229,9 +230,11 @@ AbortCode LocalNode::write_consumer(std::uint8_t sub, std::uint32_t value) {
 }
 
 void LocalNode::set_consumer_time(std::size_t slot, std::uint8_t node, std::uint16_t time_ms) {
-  monitor_.set_consumer_time(room_.consumer_node[slot], 0);
-  room_.consumer_node[slot] = node;
+  const std::uint8_t before = std::exchange(room_.consumer_node[slot], node);
+  monitor_.set_consumer_time(before, 0);
   monitor_.set_consumer_time(node, time_ms);
+  show(before);
+  show(node);
 }
 
 // ---- The network's objects

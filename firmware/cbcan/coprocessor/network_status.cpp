@@ -40,10 +40,14 @@ void NetworkStatus::put_bit(StatusMap map, std::uint8_t node, bool value) {
   put(word, static_cast<std::uint16_t>(value ? words_[word] | bit : words_[word] & ~bit));
 }
 
-/// A lost node has no state.
+bool NetworkStatus::is_heard(std::uint8_t node) const {
+  return monitor_.was_seen(node) && manager_.phase(node) != Manager::Phase::kLost;
+}
+
+/// A lost node has no state, and one that runs unwatched may have any.
 std::uint8_t NetworkStatus::state_of(std::uint8_t node) const {
   if (node == 0) return static_cast<std::uint8_t>(own_.state());
-  const bool known = monitor_.was_seen(node) && manager_.phase(node) != Manager::Phase::kLost;
+  const bool known = is_heard(node) && (manager_.is_watched(node) || !manager_.is_operational(node));
   return known ? static_cast<std::uint8_t>(monitor_.last_state(node)) : std::uint8_t{0};
 }
 
@@ -59,9 +63,9 @@ void NetworkStatus::update(std::uint8_t node) {
   if (words_.empty()) return;
   put(regmap::kStatusNodes + node, static_cast<std::uint16_t>(step_of(node) << 8 | state_of(node)));
   if (node != 0) {
-    const bool seen = state_of(node) != 0;
-    assign(unlisted_, node, seen && !manager_.is_listed(node) && node != own_.node_id());
-    put_bit(StatusMap::kHeard, node, seen);
+    assign(unlisted_, node, is_heard(node) && !manager_.is_listed(node) && node != own_.node_id());
+    assign(unwatched_, node, manager_.is_operational(node) && !manager_.is_watched(node));
+    put_bit(StatusMap::kHeard, node, is_heard(node));
     put_bit(StatusMap::kConfigured, node, manager_.is_configured(node));
     put_bit(StatusMap::kRunning, node, manager_.is_operational(node));
     put_bit(StatusMap::kEmergency, node, in_error_.has(node));
@@ -86,6 +90,7 @@ std::uint16_t NetworkStatus::summary() const {
       manager_.active() && !unlisted_.empty(),
       manager_.any_twin(),
       plc_was_lost_,
+      !unwatched_.empty(),
   };
   unsigned value = 0;
   for (std::size_t bit = 0; bit != bits.size(); ++bit)

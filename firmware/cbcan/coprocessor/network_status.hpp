@@ -48,6 +48,7 @@ class NetworkStatus {
   void on_request(Time now);
 
  private:
+  bool is_heard(std::uint8_t node) const;
   std::uint8_t state_of(std::uint8_t node) const;
   std::uint16_t step_of(std::uint8_t node) const;
   std::uint16_t summary() const;
@@ -65,8 +66,9 @@ class NetworkStatus {
   std::uint16_t changes_ = 0;
   bool plc_was_lost_ = false;
   bool bus_off_ = false;
-  NodeSet unlisted_;  ///< nodes that have reported and are not listed
-  NodeSet in_error_;  ///< nodes whose last EMCY message is an error, and has not been forgotten
+  NodeSet unlisted_;   ///< nodes that have reported and are not listed
+  NodeSet unwatched_;  ///< nodes that run, and have neither heartbeat nor node guarding
+  NodeSet in_error_;   ///< nodes whose last EMCY message is an error, and has not been forgotten
 };
 
 }  // namespace cbcan

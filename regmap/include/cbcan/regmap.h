@@ -44,7 +44,7 @@
 #define CBCAN_R_RUNNING_LAST               3955         /* the last of them */
 #define CBCAN_R_EMCY                       3956         /* its last EMCY message since its boot-up message is an error; 1 clears a bit */
 #define CBCAN_R_EMCY_LAST                  3963         /* the last of them */
-#define CBCAN_R_LOST                       3964         /* its heartbeat has been lost since the bit was cleared; 1 clears a bit */
+#define CBCAN_R_LOST                       3964         /* it has been lost since the bit was cleared; 1 clears a bit */
 #define CBCAN_R_LOST_LAST                  3971         /* the last of them */
 #define CBCAN_R_NODE_STATUS                3972         /* node n at n, 0 = the module: NMT state in the low byte, 0 = not known; step of its boot in the high byte */
 #define CBCAN_R_NODE_STATUS_LAST           4099         /* the last of them */
@@ -121,6 +121,7 @@
 #define CBCAN_STATUS_BIT_UNLISTED          6            /* a node reports that is not listed */
 #define CBCAN_STATUS_BIT_SAME_ID           7            /* two nodes have the same ID */
 #define CBCAN_STATUS_BIT_PLC_SILENT        8            /* the PLC was silent */
+#define CBCAN_STATUS_BIT_NOT_WATCHED       9            /* a running node has neither heartbeat nor node guarding */
 #define CBCAN_BOOT_NOT_LISTED              0            /* not listed */
 #define CBCAN_BOOT_RUNNING                 1            /* running */
 #define CBCAN_BOOT_WAITING                 2            /* waiting for the node */

@@ -207,7 +207,7 @@ inline constexpr std::uint16_t kNodeAnswer = 4143;
 inline constexpr std::uint16_t kNodeRefused = 0xFFFF;
 
 inline constexpr std::array<RegisterRow, 12> kStatus{{
-    status(kStatusSummary, 1, Access::kReadWrite, "STATUS", "9 bits",
+    status(kStatusSummary, 1, Access::kReadWrite, "STATUS", "10 bits",
            "bits of the whole network; 1 clears bit 8"),
     status(kStatusChanges, 1, Access::kReadOnly, "STATUS_CHANGES", "0..65535",
            "counts changes of these registers, so that none is missed"),
@@ -224,7 +224,7 @@ inline constexpr std::array<RegisterRow, 12> kStatus{{
     status(status_map(StatusMap::kEmergency), kStatusMapWords, Access::kReadWrite, "EMCY", "128 bits",
            "its last EMCY message since its boot-up message is an error; 1 clears a bit"),
     status(status_map(StatusMap::kLost), kStatusMapWords, Access::kReadWrite, "LOST", "128 bits",
-           "its heartbeat has been lost since the bit was cleared; 1 clears a bit"),
+           "it has been lost since the bit was cleared; 1 clears a bit"),
     status(
         kStatusNodes, 128, Access::kReadOnly, "NODE_STATUS", "2 bytes",
         "node n at n, 0 = the module: NMT state in the low byte, 0 = not known; step of its boot in the high "
@@ -394,7 +394,7 @@ inline constexpr std::array<NamedNumber, 4> kResults{{
 }};
 
 /// Bits of STATUS.
-inline constexpr std::array<NamedNumber, 9> kStatusBits{{
+inline constexpr std::array<NamedNumber, 10> kStatusBits{{
     {0, "ALL_RUNNING", "all listed nodes are running"},
     {1, "BOOTING", "a node is booting"},
     {2, "MISSING", "a mandatory node is missing"},
@@ -404,6 +404,7 @@ inline constexpr std::array<NamedNumber, 9> kStatusBits{{
     {6, "UNLISTED", "a node reports that is not listed"},
     {7, "SAME_ID", "two nodes have the same ID"},
     {kStatusPlcLost, "PLC_SILENT", "the PLC was silent"},
+    {9, "NOT_WATCHED", "a running node has neither heartbeat nor node guarding"},
 }};
 
 /// High byte of NODE_STATUS. A node that has failed has its letter of CiA 302-2 there, 41h..4Fh.

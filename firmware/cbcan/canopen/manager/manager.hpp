@@ -182,7 +182,7 @@ class Manager {
   bool is_operational(std::uint8_t node) const {
     return phase(node) == Phase::kInputs || phase(node) == Phase::kRun;
   }
-  /// By its heartbeat, or else by node guarding.
+  /// Its heartbeat, or else node guarding, shows its state.
   bool is_watched(std::uint8_t node) const {
     return monitor_.consumer_time(node) != 0 || nodes_[node].life_time() != 0;
   }
