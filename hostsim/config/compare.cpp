@@ -61,6 +61,11 @@ bool has(const ObjectDictionary& objects, const PlannedPdo& pdo) {
          objects.get(mapping, 0) == pdo.objects.size() && std::ranges::all_of(pdo.objects, is_mapped);
 }
 
+constexpr std::string_view kNotWatched =
+    "not watched, so its loss is not noticed; set heartbeat_ms if the device has 1017h, else let the PLC "
+    "read an "
+    "object of it";
+
 /// The first difference, and its line in the network file; empty = none.
 Diagnostic difference(const PlannedNode& planned, sim::Node& node) {
   const ObjectDictionary& objects = node.device().dictionary();
@@ -93,10 +98,13 @@ void compare_networks(const Config& config, PlantBuild& plant) {
     for (const PlannedNode& planned : descriptions::read_network(path, plant.read, remarks).all) {
       Diagnostic found{{"", planned.line}, network.can.outside.empty() ? "the plant has no such node" : ""};
       if (sim::Node* const node = world.node(planned.id)) found = difference(planned, *node);
-      if (found.message.empty()) continue;
-      found.place.source = path;
-      found.message = fmt::format("{}node {}: {}", in_network(network.number), planned.id, found.message);
-      plant.lines.push_back(to_string(found));
+      const std::string unwatched(planned.is_watched() ? "" : kNotWatched);
+      for (Diagnostic each : {found, Diagnostic{{"", planned.line}, unwatched}}) {
+        if (each.message.empty()) continue;
+        each.place.source = path;
+        each.message = fmt::format("{}node {}: {}", in_network(network.number), planned.id, each.message);
+        plant.lines.push_back(to_string(each));
+      }
     }
   }
 }

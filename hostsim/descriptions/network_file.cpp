@@ -10,6 +10,7 @@
 #include "base/toml_table.hpp"
 #include "base/utf8.hpp"
 #include "base/words.hpp"
+#include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "cbcan/regmap.hpp"
 #include "descriptions/device_file.hpp"
 
@@ -75,7 +76,7 @@ constexpr std::array kNode{
         .unit = " ms, 0 = that of the module"}),
     setting<&PlannedNode::heartbeat_ms>({
         .key = "node.heartbeat_ms", .help = "Heartbeat period, written to 1017h; the node is lost after 1.5 times this and 100 ms",
-        .high = 43'000, .unit = " ms, 0 = no supervision"}),
+        .high = 43'000, .unit = " ms, 0 = no supervision", .absent = "[what the device can](#supervision)"}),
     setting<&PlannedNode::on_loss>({
         .key = "node.on_loss", .help = "Its inputs after its loss", .choices = kOnLoss}),
 };
@@ -96,6 +97,49 @@ constexpr std::string_view kOwner = "there are";  ///< before the known keys
 constexpr std::array<std::string_view, 2> kTables{"network", "node"};
 constexpr std::array<std::string_view, 3> kMapKeys{"index", "sub", "bits"};
 constexpr std::array<std::string_view, 4> kObjectKeys{"index", "sub", "value", "type"};
+
+const Object* known(const PlannedNode& node, std::uint16_t index) {
+  return node.device ? node.device->find(index, 0) : nullptr;
+}
+
+/// What is written to the object last; null = nothing.
+const Bytes* written(const PlannedNode& node, std::uint16_t index) {
+  const auto is_it = [index](const PlannedObject& object) { return object.index == index; };
+  const auto last = std::find_if(node.objects.rbegin(), node.objects.rend(), is_it);
+  return last == node.objects.rend() ? nullptr : &last->value;
+}
+
+/// Its value after the configuration, 0 = not known.
+std::uint16_t value_after(const PlannedNode& node, std::uint16_t index) {
+  const Object* const object = known(node, index);
+  const Bytes* const value = written(node, index);
+  if (value == nullptr && object == nullptr) return 0;
+  return static_cast<std::uint16_t>(load_little_endian(value != nullptr ? *value : object->value));
+}
+
+/// Decides how a node is watched whose file does not say it. True: 1017h has to be written.
+bool choose_supervision(PlannedNode& node) {
+  const Object* const period = known(node, object::kProducerHeartbeatTime);
+  const bool can_write = period != nullptr && is_writable(*period);
+  const bool is_set = written(node, object::kProducerHeartbeatTime) != nullptr;
+  if (is_set || !can_write) node.heartbeat_ms = value_after(node, object::kProducerHeartbeatTime);
+  if (node.heartbeat_ms != 0) return false;
+  const std::uint16_t guard_ms = value_after(node, object::kGuardTime);
+  const auto factor = static_cast<std::uint8_t>(value_after(node, object::kLifeTimeFactor));
+  const bool guards = guard_ms != 0 && factor != 0;
+  if (can_write && node.boot && !is_set && !(guards && written(node, object::kGuardTime) != nullptr)) {
+    node.heartbeat_ms = 1000;
+    return true;
+  }
+  if (guards) {
+    node.guard_ms = guard_ms;
+    node.retry_factor = factor;
+  } else if (!is_set && known(node, object::kGuardTime) && known(node, object::kLifeTimeFactor)) {
+    node.guard_ms = 1000;
+    node.retry_factor = 3;
+  }
+  return false;
+}
 
 class Reader {
  public:
@@ -204,10 +248,14 @@ class Reader {
       fail(table, fmt::format("{}{} has this ID already", node.dcf.empty() ? "" : node.dcf + ": ",
                               node.line == 0 ? other->dcf : fmt::format("the node of line {}", other->line)));
     read_identity(table, node);
-    if (node.heartbeat_ms != 0)
-      node.objects.push_back({object::kProducerHeartbeatTime, 0, to_bytes(node.heartbeat_ms, 2)});
+    const auto first = static_cast<std::ptrdiff_t>(node.objects.size());  // after those of the DCF
     for (const toml::table* each : tables_of(table, "objects"))
       node.objects.push_back(object(*each, node));
+    const toml::node* const asked = table.get("heartbeat_ms");
+    if (asked != nullptr) check_heartbeat(*asked, node, first);
+    if (asked != nullptr ? node.heartbeat_ms != 0 : choose_supervision(node))
+      node.objects.insert(node.objects.begin() + first,
+                          {object::kProducerHeartbeatTime, 0, to_bytes(node.heartbeat_ms, 2)});
     for (const toml::table* each : tables_of(table, "pdos"))
       node.pdos.push_back(pdo(*each, node));
     network.all.push_back(std::move(node));
@@ -257,6 +305,19 @@ class Reader {
     for (const toml::node& each : *list)
       if (const std::uint32_t part = number(each, "identity", 0xFFFF'FFFF); ++sub, part != 0)
         node.identity.push_back({kIdentity, sub, to_bytes(part, 4)});
+  }
+
+  /// `first`: of the objects in this file.
+  void check_heartbeat(const toml::node& asked, const PlannedNode& node, std::ptrdiff_t first) const {
+    const Object* const period = known(node, object::kProducerHeartbeatTime);
+    const bool cannot = node.device && (period == nullptr || !is_writable(*period));
+    if (node.heartbeat_ms != 0 && cannot)
+      fail(asked, fmt::format("heartbeat_ms: 1017h is {} in the EDS: leave it out, for what the device can",
+                              period == nullptr ? "not" : "read-only"));
+    if (std::any_of(node.objects.begin() + first, node.objects.end(), [](const PlannedObject& object) {
+          return object.index == object::kProducerHeartbeatTime;
+        }))
+      fail(asked, "heartbeat_ms: objects has 1017h too; leave out one of the two");
   }
 
   /// What `read` returns; a mistake that it throws is one of this table.

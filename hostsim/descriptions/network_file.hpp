@@ -77,10 +77,14 @@ struct PlannedNode {
   bool store = false;        ///< it keeps its configuration, see 1020h
   std::uint8_t restore = 0;  ///< sub-index of 1011h, 0 = not restored
   std::uint16_t sdo_timeout_ms = 0;
-  std::uint16_t heartbeat_ms = 0;
+  std::uint16_t heartbeat_ms = 0;  ///< its 1017h; 0 = no heartbeat
+  std::uint16_t guard_ms = 0;      ///< of node guarding; 0 = none
+  std::uint8_t retry_factor = 0;   ///< of node guarding
   OnLoss on_loss = OnLoss::kHold;  ///< of its inputs
   std::size_t line = 0;
   std::shared_ptr<const DeviceDescription> device;  ///< null = no file
+
+  bool is_watched() const { return heartbeat_ms != 0 || guard_ms != 0; }
 };
 
 /// When the own node sends outputs for the first time.

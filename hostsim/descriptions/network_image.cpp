@@ -130,7 +130,7 @@ void add_own(Image& image, const PlannedNetwork& network) {
   for (const PlannedNode& node : network.all)
     if (node.heartbeat_ms != 0)
       image.add(object::kConsumerHeartbeatTime, ++consumer,
-                std::uint32_t{node.id} << 16 | (node.heartbeat_ms * 3u / 2 + 100), 4);
+                std::uint32_t{node.id} << 16 | std::min(node.heartbeat_ms * 3u / 2 + 100, 0xFFFFu), 4);
   for (const PlannedNode& node : network.all)
     for (const PlannedPdo& pdo : node.pdos) {
       image.add(own_pdo(pdo, network.words));
@@ -166,7 +166,9 @@ std::uint32_t number_of(const Bytes& bytes) {
 void add_node(Image& image, const PlannedNode& node) {
   image.add(object::kSlaveAssignment, node.id,
             bit(SlaveBit::kListed) | bit(SlaveBit::kBoots, node.boot) |
-                bit(SlaveBit::kMandatory, node.mandatory) | bit(SlaveBit::kKeepAlive, node.keep_alive),
+                bit(SlaveBit::kMandatory, node.mandatory) | bit(SlaveBit::kKeepAlive, node.keep_alive) |
+                std::uint32_t{node.retry_factor} << SlaveBit::kRetryFactor |
+                std::uint32_t{node.guard_ms} << SlaveBit::kGuardTime,
             4);
   for (const PlannedObject& expected : node.identity) {
     const std::size_t object = expected.index == kDeviceType ? object::kExpectedDeviceType

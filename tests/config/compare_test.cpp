@@ -49,11 +49,25 @@ TEST_CASE("a plant is compared with its network file") {
                "read-only object (J); it is not started"},
            Row{"id = 66\npdos = [\n  { tpdo = 1, can_id = 0x1C2, map = [ { index = 0x5000, bits = 8 } ] "
                "},\n]",
-               "4: node 66: configuration failed at 1A00h:01 Mapped object 1: 0602 0000h no such "
+               "5: node 66: configuration failed at 1A00h:01 Mapped object 1: 0602 0000h no such "
                "object (J); it is not started"},
        }) {
-    CHECK(differences(std::string("[[node]]\n") + node) == Lines{std::string("net.toml:") + said});
+    CHECK(differences(std::string("[[node]]\nheartbeat_ms = 500\n") + node) ==
+          Lines{std::string("net.toml:") + said});
   }
+}
+
+TEST_CASE("a node that nothing watches is a warning, beside other ones") {
+  const std::string unwatched =
+      "not watched, so its loss is not noticed; set heartbeat_ms if the device has 1017h, else let the PLC "
+      "read "
+      "an object of it";
+  CHECK(differences("[[node]]\nid = 2\n\n[[node]]\nid = 99\n") ==
+        Lines{"net.toml:1: node 2: " + unwatched, "net.toml:4: node 99: the plant has no such node",
+              "net.toml:4: node 99: " + unwatched});
+  const std::string with_eds = "[[node]]\nid = 2\neds = \"demo:/pressure_transducer.eds\"\n";
+  CHECK(differences(with_eds).empty());
+  CHECK(differences(with_eds + "heartbeat_ms = 0\n") == Lines{"net.toml:1: node 2: " + unwatched});
 }
 
 TEST_CASE("a PDO that the network file leaves as its EDS has it differs in the plant") {
@@ -72,7 +86,7 @@ TEST_CASE("the demo has the nodes of its network file; nodes on a bus outside ar
   for (std::size_t at = 0; (at = network.find("eds = \"", at)) != std::string::npos; at += 12)
     network.insert(at + 7, "demo:/");
   CHECK(differences(network).empty());
-  CHECK(differences("[[node]]\nid = 99\n", "can.spec = \"socketcan:vcan0\"\n").empty());
+  CHECK(differences("[[node]]\nid = 99\nheartbeat_ms = 500\n", "can.spec = \"socketcan:vcan0\"\n").empty());
 }
 
 }  // namespace cbcan::config::test

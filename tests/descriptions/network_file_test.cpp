@@ -16,6 +16,38 @@ namespace {
 /// is invalid. TPDO 2 has a constant type and no event timer.
 const std::string kEds = cbcan::test::source_file("tests/descriptions/network.eds");
 
+/// network.eds, whose 1017h is writable, guarded.eds, which has 100Ch and 100Dh instead, and variants of
+/// them.
+std::string device(const std::string& name) {
+  std::string text = cbcan::test::source_file("tests/descriptions/" + name.substr(0, name.find(' ')));
+  const auto replace = [&text](const std::string& section, const std::string& from, const std::string& to) {
+    text.replace(text.find(from, text.find("[" + section + "]")), from.size(), to);
+  };
+  const auto has = [&name](const char* variant) { return name.find(variant) != std::string::npos; };
+  if (has(" bare")) {
+    replace("OptionalObjects", "0x100D", "0x100E");
+    replace("100D", "100D", "100E");
+  }
+  if (has(" fixed")) replace("1017", "AccessType=rw\nDefaultValue=0", "AccessType=const\nDefaultValue=500");
+  if (has(" period")) replace("1017", "PDOMapping=0", "PDOMapping=0\nParameterValue=60000");
+  if (has(" silent")) replace("1017", "PDOMapping=0", "PDOMapping=0\nParameterValue=0");
+  if (has(" default")) {
+    replace("100C", "DefaultValue=0", "DefaultValue=0x32");
+    replace("100D", "DefaultValue=0", "DefaultValue=4");
+  }
+  if (has(" both")) {
+    replace("OptionalObjects", "13\n", "15\n14=0x100C\n15=0x100D\n");
+    const std::string guarded = cbcan::test::source_file("tests/descriptions/guarded.eds");
+    const std::size_t first = guarded.find("[100C]");
+    text += guarded.substr(first, guarded.find("[1018]") - first);
+  }
+  if (has(" guarding")) {
+    replace("100C", "PDOMapping=0", "PDOMapping=0\nParameterValue=0xC8");
+    replace("100D", "PDOMapping=0", "PDOMapping=0\nParameterValue=2");
+  }
+  return text + "[DeviceComissioning]\nNodeID=5\n";
+}
+
 cbcan::base::FileReader reader_of(const std::map<std::string, std::string>& files) {
   return [&files](const std::string& path) {
     const auto found = files.find(path);
@@ -25,7 +57,10 @@ cbcan::base::FileReader reader_of(const std::map<std::string, std::string>& file
 
 PlannedNetwork read(const std::string& text) {
   std::vector<std::string> remarks;
-  const std::map<std::string, std::string> files{{"n.toml", text}, {"d.eds", kEds}};
+  const std::map<std::string, std::string> files{{"n.toml", text},
+                                                 {"d.eds", kEds},
+                                                 {"g.eds", device("guarded.eds")},
+                                                 {"f.eds", device("network.eds fixed")}};
   PlannedNetwork network = read_network("n.toml", reader_of(files), remarks);
   CHECK(remarks.empty());
   return network;
@@ -60,6 +95,78 @@ objects = [ { index = 0x6200, sub = 1, value = 3 } ]
   CHECK(written(node.objects) == "1017:00=6400 6200:01=03");
 }
 
+TEST_CASE("how a node is watched: by the file, by its objects, or by what its device can") {
+  struct Row {
+    const char* device;  ///< empty = none
+    const char* keys;
+    unsigned heartbeat_ms, guard_ms, factor;
+    const char* objects;
+  };
+  const std::string period = "objects = [ { index = 0x1017, value = 200, type = \"u16\" } ]\n";
+  const std::string guarding =
+      "objects = [ { index = 0x100C, value = 70, type = \"u16\" }, "
+      "{ index = 0x100D, value = 5, type = \"u8\" } ]\n";
+  for (const Row& row : {
+           Row{"eds network.eds", "", 1000, 0, 0, "1017:00=E803"},
+           Row{"eds network.eds", "heartbeat_ms = 300", 300, 0, 0, "1017:00=2C01"},
+           Row{"eds network.eds", "heartbeat_ms = 0", 0, 0, 0, ""},
+           Row{"eds network.eds", "boot = false", 0, 0, 0, ""},
+           Row{"eds network.eds", period.c_str(), 200, 0, 0, "1017:00=C800"},
+           Row{"eds network.eds fixed", "", 500, 0, 0, ""},
+           Row{"eds network.eds both", "", 1000, 0, 0, "1017:00=E803"},
+           Row{"eds network.eds both", guarding.c_str(), 0, 70, 5, "100C:00=4600 100D:00=05"},
+           Row{"eds network.eds both", "heartbeat_ms = 0", 0, 0, 0, ""},
+           Row{"eds network.eds both", "boot = false", 0, 1000, 3, ""},
+           Row{"eds guarded.eds", "", 0, 1000, 3, ""},
+           Row{"eds guarded.eds", "heartbeat_ms = 0", 0, 0, 0, ""},
+           Row{"eds guarded.eds default", "", 0, 50, 4, ""},
+           Row{"eds guarded.eds bare", "", 0, 0, 0, ""},
+           Row{"dcf network.eds", "", 1000, 0, 0, "1017:00=E803"},
+           Row{"dcf network.eds period", "", 60000, 0, 0, "1017:00=60EA"},
+           Row{"dcf network.eds period", "heartbeat_ms = 300", 300, 0, 0, "1017:00=60EA 1017:00=2C01"},
+           Row{"dcf network.eds period", period.c_str(), 200, 0, 0, "1017:00=60EA 1017:00=C800"},
+           Row{"dcf network.eds silent", "", 0, 0, 0, "1017:00=0000"},
+           Row{"dcf network.eds both silent", "", 0, 0, 0, "1017:00=0000"},
+           Row{"dcf network.eds both guarding", "", 0, 200, 2, "100C:00=C800 100D:00=02"},
+           Row{"dcf network.eds both guarding silent", "", 0, 200, 2, "100C:00=C800 100D:00=02 1017:00=0000"},
+           Row{"dcf network.eds both guarding period", "", 60000, 0, 0,
+               "100C:00=C800 100D:00=02 1017:00=60EA"},
+           Row{"dcf guarded.eds guarding", "", 0, 200, 2, "100C:00=C800 100D:00=02"},
+           Row{"", "", 0, 0, 0, ""},
+           Row{"", period.c_str(), 200, 0, 0, "1017:00=C800"},
+           Row{"", guarding.c_str(), 0, 70, 5, "100C:00=4600 100D:00=05"},
+       }) {
+    INFO(row.device << ": " << row.keys);
+    const std::string name = row.device;
+    const bool is_known = !name.empty();
+    std::map<std::string, std::string> files{
+        {"n.toml", "[[node]]\nid = 5\n" + (is_known ? name.substr(0, 3) + " = \"x\"\n" : "") + "pdos = []\n" +
+                       row.keys}};
+    if (is_known) files["x"] = device(name.substr(4));
+    std::vector<std::string> remarks;
+    const PlannedNode node = read_network("n.toml", reader_of(files), remarks).all.at(0);
+    CHECK((node.heartbeat_ms == row.heartbeat_ms && node.guard_ms == row.guard_ms));
+    CHECK((node.retry_factor == row.factor && node.is_watched() == (row.heartbeat_ms + row.guard_ms != 0)));
+    CHECK(written(node.objects) == row.objects);
+  }
+}
+
+TEST_CASE("node guarding in 1F81h; a long heartbeat in the 16 bits of 1016h") {
+  std::vector<std::string> remarks;
+  std::map<std::string, std::string> files{{"n.toml", "[[node]]\nid = 5\neds = \"x\"\n"},
+                                           {"x", device("guarded.eds")}};
+  const auto image = [&] {
+    return cbcan::base::hex(image_of(read_network("n.toml", reader_of(files), remarks), 127, "n.toml"), "");
+  };
+  CHECK(
+      image().starts_with("04000000"
+                          "801F000400000001000000"
+                          "811F050400000005"
+                          "03E803"));
+  files["n.toml"] = "[[node]]\nid = 5\nobjects = [ { index = 0x1017, value = 60000, type = \"u16\" } ]\n";
+  CHECK(image().find("16100104000000FFFF0500") != std::string::npos);
+}
+
 TEST_CASE("the module's objects, byte by byte") {
   const PlannedNetwork network =
       read("[[node]]\nid = 5\nheartbeat_ms = 100\nmandatory = true\nidentity = [0, 0x33]\n");
@@ -83,7 +190,8 @@ pdos = [ { tpdo = 1 }, { tpdo = 2 }, { tpdo = 3, can_id = 0x385, event_ms = 50 }
 )");
   const PlannedNode& node = network.all[0];
   CHECK(written(node.objects) ==
-        "1802:01=85030080 1802:02=FF 1802:05=3200 1A02:00=00 1A02:01=08010060 1A02:00=01 1802:01=85030000");
+        "1017:00=E803 1802:01=85030080 1802:02=FF 1802:05=3200 1A02:00=00 1A02:01=08010060 1A02:00=01 "
+        "1802:01=85030000");
   REQUIRE(node.pdos.size() == 4);
   CHECK((node.pdos[0].can_id == 0x185 && node.pdos[1].can_id == 0x285 && node.pdos[3].can_id == 0x205));
   CHECK((node.pdos[0].own == 1 && node.pdos[1].own == 2 && node.pdos[2].own == 3 && node.pdos[3].own == 1));

@@ -13,6 +13,12 @@ using Lines = std::vector<std::string>;
 class Boots {
  public:
   explicit Boots(std::string_view network) : plant_(plant::test::booting(network)), seen_(*plant_) {}
+  /// `eds`: of node 9, which the demo plant has too.
+  Boots(const std::string& network, const std::string& eds)
+      : plant_(plant::test::demo(
+            "module.network = \"n.toml\"\n[[node]]\nid = 9\neds = \"9.eds\"\n",
+            [=](const std::string& path) { return std::optional(path == "n.toml" ? network : eds); })),
+        seen_(*plant_) {}
 
   /// Lines of the kind boot since the last call.
   Lines after(std::initializer_list<const char*> commands) {
@@ -27,6 +33,9 @@ class Boots {
     });
     return lines;
   }
+  /// R3972 + node, and R3928.
+  std::uint16_t register_of(unsigned node) { return plant_->control().network(1).registers()[3972 + node]; }
+  std::uint16_t status() { return plant_->control().network(1).registers()[3928]; }
   const NetworkWatch& watch() { return *plant_->control().network(1).watch(); }
 
  private:
@@ -115,6 +124,25 @@ TEST_CASE("heartbeats that do not come, or report another state") {
         Lines{"node 2: lost: no heartbeat for 850 ms; it is looked for each second"});
   CHECK(boots.after({"trigger write 2 0x1017 0 2 0", "pass 60s"}) ==
         Lines{"node 2: no heartbeat for 3400 ms (K); it is tried again after 1, 2, 4 .. 60 s"});
+}
+
+TEST_CASE("a device with 100Ch and 100Dh, and without 1017h, is guarded") {
+  Boots boots("[[node]]\nid = 9\neds = \"9.eds\"\n", test::source_file("tests/descriptions/guarded.eds"));
+  CHECK(boots.after({"pass 60s"}).empty());
+  CHECK((boots.register_of(9) == 0x0105 && boots.status() == 0x11));
+  CHECK(boots.after({"power 9 off", "pass 5s"}) ==
+        Lines{"node 9: lost: no response to node guarding for 3000 ms; it is asked again each guard time"});
+  CHECK(boots.register_of(9) == 0x5800);
+  CHECK(boots.after({"power 9 on", "pass 3s"}).empty());
+  CHECK(boots.register_of(9) == 0x0105);
+  CHECK(
+      boots.after({"fault 9 heartbeat-stops", "nmt reset-node 9", "pass 60s"}) ==
+      Lines{"node 9: no response to node guarding for 3000 ms (F); it is tried again after 1, 2, 4 .. 60 s"});
+  CHECK(boots.after({"clear", "pass 60s"}).empty());
+  CHECK(boots.register_of(9) == 0x0105);
+  CHECK(boots.after({"fault 9 state-wrong state=127", "nmt reset-node 9", "pass 60s"}) ==
+        Lines{"node 9: no response to node guarding that reports Operational for 12000 ms (F); it is tried "
+              "again after 1, 2, 4 .. 60 s"});
 }
 
 TEST_CASE("a keep-alive node that is Operational is left as it is, which is no failure") {
