@@ -49,6 +49,8 @@ struct Services {
 
   constexpr bool process_data() const { return rpdos + tpdos != 0; }
   constexpr bool manager() const { return manager_clients != 0; }
+  /// LSS for other nodes: 300Eh, and for the manager.
+  constexpr bool lss_master() const { return lss && manager(); }
 };
 
 }  // namespace cbcan

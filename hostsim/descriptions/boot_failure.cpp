@@ -25,7 +25,7 @@ constexpr unsigned kConfiguration = 4;
 constexpr unsigned kAwaitsStart = 6;
 constexpr unsigned kAwaitsData = 7;
 
-constexpr std::array<std::pair<char, std::string_view>, 11> kSubjects{{
+constexpr std::array<std::pair<char, std::string_view>, 12> kSubjects{{
     {'C', "device type"},
     {'D', "vendor-ID"},
     {'M', "product code"},
@@ -35,6 +35,8 @@ constexpr std::array<std::pair<char, std::string_view>, 11> kSubjects{{
     {'J', "configuration failed"},
     {'K', "no heartbeat"},
     {'F', "no response to node guarding"},
+    {BootFailure::kAlike,
+     "modules without a node ID differ in the serial number only: give it, or connect one at a time"},
     {BootFailure::kKept, "already Operational, so it has not been configured"},
     {BootFailure::kLost, "lost: no heartbeat"},
 }};
@@ -69,7 +71,8 @@ std::string_view what_next(const BootFailure& failure) {
                         failure.code == kTimeOut || failure.code >> 4 == 0x0800002;
   if (failure.is_own || failure.letter == BootFailure::kKept) return "";
   if (is_guarded(failure)) return "; it is asked again each guard time";
-  if (failure.letter == BootFailure::kLost) return "; it is looked for each second";
+  if (failure.letter == BootFailure::kLost || failure.letter == BootFailure::kAlike)
+    return "; it is looked for each second";
   if (!may_pass) return "; it is not started";
   if (failure.step == 0) return "; it is tried again";
   return waits ? "; it is looked for each second" : "; it is tried again after 1, 2, 4 .. 60 s";
@@ -97,7 +100,8 @@ std::string failure_text(const BootFailure& failure) {
 
 std::string boot_step_text(unsigned word) {
   const unsigned step = word >> 8;
-  if (step >= 'A' && step <= 'O') return failure_text({.letter = static_cast<char>(step)});
+  if ((step >= 'A' && step <= 'O') || step == BootFailure::kAlike)
+    return failure_text({.letter = static_cast<char>(step)});
   const std::string_view name = regmap::meaning_of(regmap::kBootSteps, step);
   const bool unwatched = word == kRuns << 8 || word == kAwaitsData << 8;
   return name.empty() ? fmt::format("unknown step {:02X}h", step)

@@ -15,8 +15,9 @@
 namespace cbcan::descriptions {
 
 struct BootFailure {
-  static constexpr char kLost = 'X';  ///< in registers; no letter of CiA 302-2
-  static constexpr char kKept = 'L';  ///< no failure: a keep-alive node is left as it is
+  static constexpr char kLost = 'X';   ///< in registers; no letter of CiA 302-2
+  static constexpr char kAlike = 'U';  ///< of this manager
+  static constexpr char kKept = 'L';   ///< no failure: a keep-alive node is left as it is
 
   char letter = 0;
   std::uint16_t index = 0;  ///< of kLost 100Ch, if node guarding has watched it

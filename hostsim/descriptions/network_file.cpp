@@ -65,6 +65,9 @@ constexpr std::array kNode{
     setting<&PlannedNode::mandatory>({.key = "node.mandatory", .help = "Nothing is started before this node is ready"}),
     setting<&PlannedNode::keep_alive>({
         .key = "node.keep_alive", .help = "The node is left as it is if it is Operational when the module starts"}),
+    setting<&PlannedNode::lss>({
+        .key = "node.lss", .help = "A module without a node ID gets this one by LSS if its identity is that of the node, and no "
+        "other is like it"}),
     setting<&PlannedNode::boot>({.key = "node.boot", .help = "false: the node is checked, but neither configured nor started"}),
     setting<&PlannedNode::store>({
         .key = "node.store", .help = "The node stores its configuration (1010h:01), and is not configured again while 1020h is equal"}),
@@ -248,6 +251,11 @@ class Reader {
       fail(table, fmt::format("{}{} has this ID already", node.dcf.empty() ? "" : node.dcf + ": ",
                               node.line == 0 ? other->dcf : fmt::format("the node of line {}", other->line)));
     read_identity(table, node);
+    const auto is_product = [](const PlannedObject& each) {
+      return each.index == kIdentity && each.sub == 2;
+    };
+    if (node.lss && std::ranges::none_of(node.identity, is_product))
+      fail(*table.get("lss"), "lss: needs a product code: add identity = [vendor, product], or eds");
     const auto first = static_cast<std::ptrdiff_t>(node.objects.size());  // after those of the DCF
     for (const toml::table* each : tables_of(table, "objects"))
       node.objects.push_back(object(*each, node));

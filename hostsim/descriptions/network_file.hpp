@@ -73,6 +73,7 @@ struct PlannedNode {
   std::vector<PlannedPdo> pdos;         ///< in the order of the file
   bool mandatory = false;
   bool keep_alive = false;
+  bool lss = false;          ///< it may get its node ID by LSS
   bool boot = true;          ///< false: checked, but neither configured nor started
   bool store = false;        ///< it keeps its configuration, see 1020h
   std::uint8_t restore = 0;  ///< sub-index of 1011h, 0 = not restored

@@ -177,6 +177,7 @@ void add_node(Image& image, const PlannedNode& node) {
   }
   if (node.restore != 0) image.add(object::kRestoreConfiguration, node.id, node.restore, 1);
   if (node.sdo_timeout_ms != 0) image.add(object::kSlaveSdoTimeout, node.id, node.sdo_timeout_ms, 2);
+  if (node.lss) image.add(object::kSlaveLss, node.id, 1, 1);
   Image writes;
   writes.add(node.objects);
   if (node.store) {

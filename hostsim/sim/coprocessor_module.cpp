@@ -34,7 +34,7 @@ CoprocessorModule::CoprocessorModule(Bus& bus, Schedule& schedule, RegisterWindo
   const std::uint32_t bit_rate = parameters_.lss().bit_rate;
   hears_ = bit_rate == 0 || bus.bit_rate() == 0 || bit_rate == bus.bit_rate();
   port_.accept(nmt::kCommandId, nmt::kErrorControlId + nmt::kMaxNode);
-  port_.accept(LssSlave::kRequestId, LssSlave::kRequestId);
+  port_.accept(LssSlave::kResponseId, LssSlave::kRequestId);
 }
 
 void CoprocessorModule::make() {

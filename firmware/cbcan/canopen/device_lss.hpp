@@ -42,8 +42,7 @@ class DeviceLss : private LssApplication, private LssSlave {
   StoreResult store(std::uint8_t node_id, std::uint8_t bit_rate) override {
     ParameterMemory* const memory = application_.memory();
     if (memory == nullptr) return StoreResult::kNoStorage;
-    const bool kept = node_id != kNoNodeId && memory->keep_address(node_id, bit_rate);
-    return kept ? StoreResult::kStored : StoreResult::kAccessError;
+    return memory->keep_address(node_id, bit_rate) ? StoreResult::kStored : StoreResult::kAccessError;
   }
   void on_node_id(std::uint8_t node_id, Time now) override {
     device_.set_node_id(node_id);

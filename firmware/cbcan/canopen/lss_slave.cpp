@@ -10,47 +10,24 @@ namespace cbcan {
 
 namespace {
 
-// Command specifiers: byte 0 of requests and responses.
-constexpr std::uint8_t kSwitchStateGlobal = 0x04;
-constexpr std::uint8_t kConfigureNodeId = 0x11;
-constexpr std::uint8_t kConfigureBitTiming = 0x13;
-constexpr std::uint8_t kActivateBitTiming = 0x15;
-constexpr std::uint8_t kStoreConfiguration = 0x17;
-constexpr std::uint8_t kSelectVendor = 0x40;
-constexpr std::uint8_t kSelectSerial = 0x43;
-constexpr std::uint8_t kSelected = 0x44;
+using namespace lss;
+
+// Command specifiers of services that are only here.
 constexpr std::uint8_t kIdentifyVendor = 0x46;
 constexpr std::uint8_t kIdentifyProduct = 0x47;
 constexpr std::uint8_t kIdentifyRevisionLow = 0x48;
 constexpr std::uint8_t kIdentifySerialLow = 0x4A;
 constexpr std::uint8_t kIdentifySerialHigh = 0x4B;
 constexpr std::uint8_t kIdentifyNonConfigured = 0x4C;
-constexpr std::uint8_t kIdentified = 0x4F;
 constexpr std::uint8_t kNonConfiguredIdentified = 0x50;
-constexpr std::uint8_t kFastscan = 0x51;
-constexpr std::uint8_t kInquireVendor = 0x5A;
-constexpr std::uint8_t kInquireSerial = 0x5D;
-constexpr std::uint8_t kInquireNodeId = 0x5E;
-
-constexpr std::uint8_t kModeWaiting = 0;
-constexpr std::uint8_t kModeConfiguration = 1;
 
 constexpr std::uint8_t kOk = 0;
 constexpr std::uint8_t kOutOfRange = 1;
 
-constexpr std::uint8_t kVendor = 0;
-constexpr std::uint8_t kProduct = 1;
-constexpr std::uint8_t kRevision = 2;
-constexpr std::uint8_t kSerial = 3;
-
 constexpr std::uint8_t kBitRateTable = 0;
 constexpr std::uint8_t kLastBitRate = 9;
 
-constexpr std::uint8_t kScanLastBit = 31;
-constexpr std::uint8_t kScanStart = 128;
-
 constexpr std::uint8_t kNothing = 0;
-constexpr std::uint8_t kLength = 8;
 
 std::uint32_t number_in(const Frame& frame, std::size_t bytes) {
   return static_cast<std::uint32_t>(load_little_endian(std::span(frame.data).subspan(1, bytes)));
@@ -156,8 +133,8 @@ bool LssSlave::matches(std::uint8_t command, std::uint32_t number) const {
 }
 
 /// All devices whose bits match, down to the requested one, respond with the same frame. When a part is
-/// complete the master goes on to the next; going back to an earlier part, as from the last to part 0, ends the
-/// scan.
+/// complete the master goes on to the next; going back to an earlier part, as from the last to part 0, ends
+/// the scan.
 void LssSlave::fastscan(const Frame& frame, Time now) {
   const std::uint8_t bit = frame.data[5];
   const std::uint8_t part = frame.data[6];

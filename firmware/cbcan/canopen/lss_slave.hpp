@@ -14,20 +14,15 @@
 /// pending node ID while there is no active one. A response that the port has not accepted is dropped when
 /// the next request arrives, because the master would take it for the response to that request.
 
-#include <array>
 #include <cstdint>
 
 #include "cbcan/can_port.hpp"
+#include "cbcan/canopen/lss.hpp"
 #include "cbcan/canopen/outbox.hpp"
 #include "cbcan/frame.hpp"
 #include "cbcan/time.hpp"
 
 namespace cbcan {
-
-/// CiA 305's table, in bit/s; 0 = there is no such rate. Its index 9 is automatic detection.
-inline constexpr std::array<std::uint32_t, 9> kLssBitRates{1'000'000, 800'000, 500'000, 250'000, 125'000,
-                                                           0,         50'000,  20'000,  10'000};
-inline constexpr std::uint8_t kReservedLssBitRate = 5;
 
 /// The device that LSS configures. A bit rate is an index into that table.
 class LssApplication {
@@ -61,9 +56,9 @@ class LssApplication {
 
 class LssSlave {
  public:
-  static constexpr std::uint32_t kRequestId = 0x7E5;
-  static constexpr std::uint32_t kResponseId = 0x7E4;
-  static constexpr std::uint8_t kNoNodeId = 255;
+  static constexpr std::uint32_t kRequestId = lss::kRequestId;
+  static constexpr std::uint32_t kResponseId = lss::kResponseId;
+  static constexpr std::uint8_t kNoNodeId = lss::kNoNodeId;
 
   /// Both outlive it. It ignores frames before start().
   LssSlave(LssApplication& application, CanPort& port) : application_(application), outbox_(port) {}

@@ -22,7 +22,7 @@ class ParameterMemory {
   /// computed ones with handler.on_write(). For devices whose own restore() does not do that.
   virtual void load(ObjectDictionary& /*objects*/, ObjectHandler& /*handler*/, std::uint16_t /*first_index*/,
                     std::uint16_t /*last_index*/) {}
-  /// LSS: stores both for the next power-on. `node_id` 1..127; `bit_rate` as in LssApplication,
+  /// LSS: stores both for the next power-on. `node_id` 1..127, 255 = none; `bit_rate` as in LssApplication,
   /// kReservedLssBitRate = unchanged. False: could not. For devices with their own LSS slave.
   virtual bool keep_address(std::uint8_t /*node_id*/, std::uint8_t /*bit_rate*/) { return false; }
 

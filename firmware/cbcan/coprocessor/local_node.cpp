@@ -49,8 +49,10 @@ LocalNode::LocalNode(ProcessRegisters registers, CanPort& port, SdoClient& clien
       device_(settings.node_id, {local::entries(), room_.values, {}, bytes_of(registers)},
               {room_.buffer, {room_.rpdos, room_.tpdos, room_.pieces}, {}}, *this, port),
       lss_(device_, static_cast<DeviceApplication&>(*this), port),
+      lss_master_(port),
       manager_(device_, monitor_, port, answers, settings.sdo_timeout_ms),
       status_(device_, monitor_, emergencies_, manager_) {
+  if constexpr (kServices.lss_master()) manager_->use(lss_master_);
   if constexpr (kServices.sdo_server) slave().sdo_server()->set_block_timeout(settings.block_timeout_ms);
 }
 
@@ -138,6 +140,10 @@ AbortCode LocalNode::on_read(const ObjectEntry& entry, std::uint8_t sub, std::sp
     case local::kClock:
       if (kServices.time) device_.time_stamp()->at(now).put(out);
       break;
+    case local::kLssRequest:
+    case local::kLssAnswer:
+      if constexpr (kServices.lss_master()) read_lss(entry.index == local::kLssAnswer, out.first(size));
+      break;
     default:
       if (is_network(entry.index)) return read_network(entry, sub, out, size);
       store_little_endian(out.first(size), number_of(entry.index, sub, now));
@@ -197,6 +203,9 @@ AbortCode LocalNode::on_write(const ObjectEntry& entry, std::uint8_t sub, std::s
         device_.time_stamp()->produce(now);
       }
       break;
+    case local::kLssRequest:
+      if constexpr (kServices.lss_master()) return write_lss(value, now);
+      break;
     default:
       if (is_network(entry.index)) return manager_->write_object(entry.index, sub, value, now);
   }
@@ -235,6 +244,36 @@ void LocalNode::set_consumer_time(std::size_t slot, std::uint8_t node, std::uint
   monitor_.set_consumer_time(node, time_ms);
   show(before);
   show(node);
+}
+
+// ---- LSS: 300Eh and 300Fh
+
+/// A request of the PLC replaces one of the manager.
+AbortCode LocalNode::write_lss(std::span<const std::uint8_t> value, Time now) {
+  if (lss_master_->busy() && !manager_->uses_lss()) return AbortCode::kDeviceState;
+  std::array<std::uint8_t, local::table::kLssBytes> bytes{};
+  copy_bytes(value.data(), bytes.data(), value.size());
+  LssMaster::Request request{static_cast<LssMaster::Service>(bytes[0]), bytes[1],
+                             static_cast<std::uint16_t>(bytes[2] | bytes[3] << 8)};
+  for (std::size_t part = 0; part != request.identity.size(); ++part)
+    request.identity[part] = load_word(&bytes[4 + 4 * part]);
+  if (!lss_master_->start(request, now)) return AbortCode::kValue;
+  manager_->leave_lss(now);
+  return AbortCode::kNone;
+}
+
+void LocalNode::read_lss(bool answer, std::span<std::uint8_t> out) const {
+  const LssMaster::Request& request = lss_master_->request();
+  const LssMaster::Answer& last = lss_master_->answer();
+  const auto service = static_cast<std::uint8_t>(request.service);
+  store_little_endian(out.first(4),
+                      answer ? static_cast<std::uint32_t>(last.outcome) | service << 8 | last.error << 16 |
+                                   std::uint32_t{last.specific} << 24
+                             : service | request.argument << 8 | std::uint32_t{request.value} << 16);
+  for (std::size_t part = 0; part != request.identity.size(); ++part)
+    store_little_endian(out.subspan(4 + 4 * part, 4), request.identity[part]);
+  if (answer && request.service >= LssMaster::Service::kVendor)
+    store_little_endian(out.subspan(4, 4), last.value);
 }
 
 // ---- The network's objects

@@ -15,6 +15,7 @@
 #include "cbcan/canopen/device.hpp"
 #include "cbcan/canopen/device_lss.hpp"
 #include "cbcan/canopen/emcy/emergency_consumer.hpp"
+#include "cbcan/canopen/lss_master.hpp"
 #include "cbcan/canopen/manager/manager.hpp"
 #include "cbcan/canopen/nmt/node_monitor.hpp"
 #include "cbcan/canopen/sdo/client.hpp"
@@ -124,15 +125,19 @@ class LocalNode final : private DeviceApplication {
   /// Returns the time of the next call.
   Time poll(Time now) {
     lss_.poll(now);
+    lss_master_.poll(now);
     manager_.poll(now);
     const Time device_due = device_.poll(now);  // a reset that ends here begins a boot
-    return earlier(device_due, earlier(manager_.deadline(), lss_.deadline()));
+    return earlier(device_due, earlier(deadline(), lss_.deadline()));
   }
-  /// Deadline of all but LSS, whose own on_lss() returns.
-  Time deadline() const { return earlier(device_.deadline(), manager_.deadline()); }
+  /// Deadline of all but the LSS slave, whose own on_lss() returns.
+  Time deadline() const {
+    return earlier(device_.deadline(), earlier(manager_.deadline(), lss_master_.deadline()));
+  }
   Time on_lss(const Frame& frame, Time now) {
     lss_.on_frame(frame, now);
-    return lss_.deadline();
+    lss_master_.on_frame(frame, now);
+    return earlier(lss_.deadline(), manager_.deadline());
   }
 
   /// From access() to access_own() 3003h and 3004h in dictionary() are those of `transfers`.
@@ -181,6 +186,8 @@ class LocalNode final : private DeviceApplication {
   std::uint32_t number_of(std::uint16_t index, std::uint8_t sub, Time now) const;
   AbortCode write_consumer(std::uint8_t sub, std::uint32_t value);
   void set_consumer_time(std::size_t slot, std::uint8_t node, std::uint16_t time_ms);
+  AbortCode write_lss(std::span<const std::uint8_t> value, Time now);
+  void read_lss(bool answer, std::span<std::uint8_t> out) const;
   local::DeviceState device_state(std::uint8_t node, Time now) const;
 
   ProcessRegisters registers_;
@@ -209,6 +216,7 @@ class LocalNode final : private DeviceApplication {
   } room_{};                                                ///< one struct, so that one call clears it
   Device device_;
   BuiltIf<kServices.lss, DeviceLss> lss_;
+  BuiltIf<kServices.lss_master(), LssMaster> lss_master_;
   BuiltIf<kServices.manager(), Manager> manager_;
   BuiltIf<kServices.manager(), NetworkStatus> status_;
 };

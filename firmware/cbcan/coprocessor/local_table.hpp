@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The rows of the coprocessor's own object dictionary (local_objects.hpp), for the services in this build, and
-/// the places of their values.
+/// The rows of the coprocessor's own object dictionary (local_objects.hpp), for the services in this build,
+/// and the places of their values.
 
 #include <algorithm>
 #include <array>
@@ -42,6 +42,7 @@ using namespace regmap::object;
 using Flags = ObjectFlags;
 
 inline constexpr std::uint8_t kAll = nmt::kMaxNode;
+inline constexpr std::size_t kLssBytes = 20;  ///< of 300Eh and 300Fh
 inline constexpr std::uint16_t kComputedRead = Flags::kRead | Flags::kComputed;
 inline constexpr std::uint16_t kComputedReadWrite = Flags::kReadWrite | Flags::kComputed;
 inline constexpr std::uint16_t kCommand = kComputedReadWrite | Flags::kSetPoint;
@@ -156,6 +157,10 @@ inline constexpr std::array kObjects{
              RpdoSource::kHead + RpdoSource::kMostEntries * RpdoSource::kEntryBytes)),
     with(kServices.manager(), row(kOutputsMode, 0, 0, kUnsigned8, kComputedReadWrite, 1)),
     with(kServices.manager(), of_nodes(kSlaveSdoTimeout, kUnsigned16, 2)),
+    with(kServices.lss_master(),
+         row(kLssRequest, 0, 0, kOctetString, kCommand | Flags::kVariable, kLssBytes)),
+    with(kServices.lss_master(), row(kLssAnswer, 0, 0, kOctetString, kComputedRead, kLssBytes)),
+    with(kServices.lss_master(), of_nodes(kSlaveLss, kUnsigned8, 1)),
 };
 
 /// The types of network variables in the order of CiA 405; each has 64 indices.

@@ -232,7 +232,7 @@ TEST_CASE("LSS: node ID and bit rate become the board's settings, and are stored
   std::array<std::uint16_t, regmap::kBoardWords> settings{1, 1152, 0, 0, 500, 127};
   const auto on = [&] {
     board.store.emplace(board.flash, settings,
-                        [](std::span<const std::uint16_t> words) { return words[4] != 800; });
+                        [](std::span<const std::uint16_t> words) { return words[4] != 800 && words[5] <= 127; });
     board.store->start(false);
     board.start(*board.store, static_cast<std::uint8_t>(settings[5]));
     board.bench->arrive("7E5#0401000000000000");

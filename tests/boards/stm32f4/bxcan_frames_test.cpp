@@ -97,7 +97,7 @@ namespace {
 int fifo_for(std::uint32_t id, bool remote) {
   const bool where_pdos_are = id <= 0x5FF || (id >= 0x680 && id <= 0x6FF);
   if (remote) return id == 0x77F ? 0 : where_pdos_are ? 1 : -1;
-  if (id == 0x000 || id == 0x67F || id == 0x7E5 || (id >= 0x580 && id <= 0x5FF)) return 0;
+  if (id == 0x000 || id == 0x67F || id == 0x7E4 || id == 0x7E5 || (id >= 0x580 && id <= 0x5FF)) return 0;
   return where_pdos_are || (id >= 0x700 && id <= 0x77F) ? 1 : -1;
 }
 

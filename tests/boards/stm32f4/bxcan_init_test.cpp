@@ -55,7 +55,7 @@ TEST_CASE("init: modes, bit timing, filters and interrupts") {
   CHECK(reg(0x240) == 0xF018B000);  // 580h: 101 1000 0000 b; mask 780h, RTR, IDE
   CHECK(reg(0x244) == 0xFFF80000);  // 000h: mask 7FFh, RTR, IDE
   CHECK(reg(0x248) == 0xEFF0CFE0);  // 67Fh; 77Fh with RTR
-  CHECK(reg(0x24C) == 0xFCA0FCA0);  // 7E5h
+  CHECK(reg(0x24C) == 0xFC80FCA0);  // 7E5h, 7E4h
   CHECK(reg(0x250) == 0xF018E000);  // 700h, mask 780h, RTR, IDE
   CHECK(reg(0x254) == 0xF008D000);  // 680h, mask 780h, IDE
   CHECK(reg(0x258) == 0x80080000);  // 000h, mask 400h, IDE

@@ -58,6 +58,7 @@ inline constexpr std::uint16_t kRpdoSource = 0x300A;  ///< sub-index = RPDO: nod
 inline constexpr std::uint16_t kOutputsMode =
     0x300B;  ///< 0 = TPDOs after the first write of outputs, 1 = at once
 inline constexpr std::uint16_t kSlaveSdoTimeout = 0x300D;  ///< sub-index = node: ms, 0 = the manager's
+inline constexpr std::uint16_t kSlaveLss = 0x3010;  ///< sub-index = node: 1 = it may have to get its ID by LSS
 
 // Areas (7.4.1, table 33).
 inline constexpr std::uint16_t kFirstCommunication = 0x1000;

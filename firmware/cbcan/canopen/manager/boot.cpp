@@ -10,9 +10,6 @@ namespace {
 
 constexpr std::size_t kNumberBytes = 4;
 
-/// There is no response from the node, or no boot-up message.
-constexpr Manager::Failure kNoResponse{AbortCode::kTimeOut, object::kDeviceType, 0, 'B'};
-
 /// What a time-out or an abort 0800 002xh reports may pass: the node cannot answer now.
 constexpr bool may_pass(AbortCode code) {
   return code == AbortCode::kTimeOut || static_cast<std::uint32_t>(code) >> 4 == 0x0800002;
@@ -51,7 +48,7 @@ void Manager::found(Client& client, Time now) {
 /// An abort is a response too.
 void Manager::keep_waiting(Client& client, Time now) {
   if (client.sdo.error() != AbortCode::kTimeOut) return found(client, now);
-  nodes_[client.node].failure = kNoResponse;
+  if (nodes_[client.node].failure.letter != kAlike) nodes_[client.node].failure = kNoResponse;
   application_.on_node(client.node);
   look_later(client, now);
 }
@@ -68,6 +65,8 @@ void Manager::producer_time_read(Client& client, Time now) {
 void Manager::look_later(Client& client, Time now) {
   nodes_[client.node].due = now + kProbePeriod;
   wake_at(nodes_[client.node].due);
+  if (client.sdo.outcome() == SdoClient::Outcome::kFailed && client.sdo.error() == AbortCode::kTimeOut)
+    look_for_unconfigured(client.node);
   release(client);
 }
 
@@ -295,6 +294,7 @@ void Manager::fail(std::uint8_t node, Time now) {
   if (again && failed.failures < kMostDoubled) ++failed.failures;
   drop_client(node, now);
   enter(node, Phase::kFailed, again ? now + delay : kNever);
+  if (failed.failure.code == AbortCode::kTimeOut) look_for_unconfigured(node);
   if (!is_foreign(node)) return;
   commanded_.insert(node);
   wake_at(now);

@@ -53,7 +53,7 @@ void Manager::enter(std::uint8_t node, Phase phase, Time due) {
   entered.at = 0;
   entered.tries = 0;
   phase == Phase::kRun ? unwell_.erase(node) : unwell_.insert(node);
-  for (NodeSet* set : {&ready_, &silent_, &commanded_, &listening_})
+  for (NodeSet* set : {&ready_, &silent_, &commanded_, &listening_, &absent_})
     set->erase(node);
   starts_ = starts_ || phase != Phase::kStart;
   wake_at(next_look(node));
@@ -89,10 +89,10 @@ void Manager::end(Time now) {
   ends_ = active_;
   active_ = begins_ = false;
   count_.fill(0);
-  listed_ = mandatory_unready_ = mandatory_missing_ = 0;
+  listed_ = mandatory_unready_ = mandatory_missing_ = joining_ = 0;
   started_all_ = boot_is_over_ = broadcasts_ = starts_ = own_held_ = false;
-  for (NodeSet* set : {&ready_, &silent_, &commanded_, &delayed_, &answering_, &asked_, &listening_, &unwell_,
-                       &twins_, &stopped_})
+  for (NodeSet* set : {&ready_, &silent_, &commanded_, &delayed_, &answering_, &asked_, &listening_, &absent_,
+                       &unwell_, &twins_, &stopped_})
     set->clear();
   for (std::uint8_t node = 1; node <= nmt::kMaxNode; ++node) {
     if (!is_listed(node)) continue;

@@ -44,6 +44,7 @@
 
 #include "cbcan/can_port.hpp"
 #include "cbcan/canopen/device.hpp"
+#include "cbcan/canopen/lss_master.hpp"
 #include "cbcan/canopen/manager/network_objects.hpp"
 #include "cbcan/canopen/nmt/node_monitor.hpp"
 #include "cbcan/canopen/nmt/node_set.hpp"
@@ -74,6 +75,7 @@ class Manager {
   static constexpr Time kMostDelay = 60 * kSecond;  ///< until a node that has failed is booted again
   static constexpr Time kRebootTimeout = kSecond;   ///< from a reset to the boot-up message
   static constexpr Time kPause = kMillisecond;      ///< until a request is tried again that others delay
+  static constexpr Time kLssPause = 10 * kSecond;   ///< after a request of the PLC
   static constexpr Time kInputsPeriod = 10 * kMillisecond;  ///< in kInputs
   /// SDO frames precede heartbeats on the bus: for this long before a heartbeat is overdue, at most a quarter
   /// of its time, no request is sent.
@@ -113,6 +115,10 @@ class Manager {
     std::uint8_t sub = 0;
     char letter = 0;
   };
+  /// Letters of this manager: no response or boot-up message; modules without a node ID that differ in the
+  /// serial number only, which is not known.
+  static constexpr Failure kNoResponse{AbortCode::kTimeOut, object::kDeviceType, 0, 'B'};
+  static constexpr char kAlike = 'U';
 
   /// All outlive it. `own` is the device of this node; `monitor` receives all error control messages before
   /// this. `sdo_timeout_ms`: for requests to nodes without a time of their own (300Dh); 0 = the default.
@@ -130,6 +136,15 @@ class Manager {
   /// NetworkObjects::use().
   bool use(NetworkObjects::Bytes image) { return objects_.use(image); }
   bool use(std::span<std::uint8_t> memory, std::size_t used) { return objects_.use(memory, used); }
+  /// Call it before the own node is started: nodes with a 1 in 3010h that do not respond may get their ID by
+  /// this; it outlives the manager. It may be used by others while uses_lss() is false.
+  void use(LssMaster& master) { lss_ = &master; }
+  bool uses_lss() const { return joining_ != 0; }
+  /// Another request has been started there.
+  void leave_lss(Time now) {
+    joining_ = 0;
+    lss_from_ = now + kLssPause;
+  }
   /// Value of one of its objects, empty = not set.
   NetworkObjects::Bytes object(std::uint16_t index, std::uint8_t sub) const {
     return objects_.find(index, sub);
@@ -210,6 +225,10 @@ class Manager {
  private:
   /// Not to be started until an NMT start of others; after another master's Stop also at the next boot-up.
   enum class Held : std::uint8_t { kNo, kByPlc, kByOther };
+  /// What LSS does for a node: a module with its identity is found, and is the only one; it gets and stores
+  /// the node ID, and boots.
+  enum class Joining : std::uint8_t { kFind, kFindLike, kFindLikeAgain, kSetNodeId, kStore, kSwitch };
+
   /// Once for each boot-up message that it has not caused.
   enum class Restoring : std::uint8_t { kDue, kLoadSent, kDone };
 
@@ -385,6 +404,13 @@ class Manager {
   Time next_deadline() const;
   Time free_from(std::uint8_t node, Time now);
 
+  // LSS
+  void look_for_unconfigured(std::uint8_t node);
+  void serve_lss(Time now);
+  void follow_lss(Time now);
+  void ask_lss(Joining step, Time now);
+  void end_joining(bool found);
+
   // NMT commands
   void command_all(nmt::Command command, Time now);
   void send_commands(Time now);
@@ -435,11 +461,17 @@ class Manager {
   NodeSet answering_;  ///< have answered, perhaps too late: the next probe waits longer
   NodeSet asked_;      ///< wait for a node guarding request
   NodeSet listening_;  ///< their heartbeats are almost overdue: no requests
+  NodeSet absent_;     ///< do not respond: a module without a node ID may be theirs
   NodeSet unwell_;
   NodeSet lost_;
   NodeSet twins_;
-  NodeSet stopped_;          ///< by this, as the PLC is silent
-  std::uint8_t served_ = 0;  ///< the node that got a client last
+  NodeSet stopped_;           ///< by this, as the PLC is silent
+  std::uint8_t served_ = 0;   ///< the node that got a client last
+  std::uint8_t joining_ = 0;  ///< the node that LSS serves; 0 = none
+  std::uint8_t joined_ = 0;   ///< or has served last
+  Joining step_{};
+  LssMaster* lss_ = nullptr;
+  Time lss_from_ = 0;
   std::array<std::uint8_t, kServices.rpdos>
       sources_{};  ///< node whose TPDO an own RPDO receives, 0 = not known
   std::array<Client, kServices.manager_clients> clients_;

@@ -20,7 +20,8 @@ bool is_value(std::uint16_t index, NetworkObjects::Bytes value) {
              entries <= RpdoSource::kMostEntries && value[0] <= nmt::kMaxNode &&
              RpdoSource::bits(value) <= 64;
     case object::kOutputsMode: return value.size() == 1 && OutputsMode::is_valid(value[0]);
-    case object::kRestoreConfiguration: return value.size() == 1;
+    case object::kRestoreConfiguration:
+    case object::kSlaveLss: return value.size() == 1;
     case object::kSlaveSdoTimeout: return value.size() == 2;
     default: return !NetworkObjects::is_network(index) || value.size() == 4;
   }

@@ -93,7 +93,7 @@ class NetworkObjects {
   static constexpr bool is_of_node(std::uint16_t index) {
     return index == object::kConciseDcf || index == object::kExpectedDate || index == object::kExpectedTime ||
            index == object::kSlaveAssignment || index == object::kRestoreConfiguration ||
-           index == object::kSlaveSdoTimeout ||
+           index == object::kSlaveSdoTimeout || index == object::kSlaveLss ||
            (index >= object::kExpectedDeviceType && index <= object::kExpectedSerial);
   }
   /// An object of the manager, not a parameter of its own node.

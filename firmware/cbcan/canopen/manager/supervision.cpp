@@ -113,6 +113,7 @@ void Manager::work(Time now) {
   if (now >= due_) look_at_nodes(now);
   if (starts_) look_for_starts(now);
   serve(now);
+  serve_lss(now);
   send_commands(now);
   send_guard_requests(now);
 }
@@ -120,6 +121,10 @@ void Manager::work(Time now) {
 Time Manager::next_deadline() const {
   if (begins_ || starts_) return 0;
   Time due = earlier(earlier(due_, retry_at_), boot_over_at_);
+  if (active_ && lss_ != nullptr && !lss_->busy()) {
+    if (joining_ != 0) return 0;
+    if (!absent_.empty()) due = earlier(due, lss_from_);
+  }
   for (const Client& client : clients_) {
     const bool has_ended = client.node != 0 && client.resume_at == kNever && !client.sdo.busy();
     if (has_ended) return 0;
