@@ -11,7 +11,6 @@
 #include "cbcan/canopen/dictionary/cob_id.hpp"
 #include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
-#include "cbcan/regmap.hpp"
 #include "descriptions/values.hpp"
 
 namespace cbcan::descriptions {
@@ -78,10 +77,10 @@ std::vector<PlannedObject> configured_objects(const DeviceDescription& device, c
   std::vector<PlannedObject> objects;
   for (const Object& object : device.objects) {
     if (!is_set(object, touched)) continue;
-    if (object.value.empty() || object.value.size() > regmap::kMaxDataBytes)
+    if (object.value.empty() || object.value.size() > kMostValueToWrite)
       throw UsageError(fmt::format("{}:{}: {:04X}h:{:02X} has {} bytes: must be 1..{}", name, object.line,
                                    object.index, object.first_sub, object.value.size(),
-                                   regmap::kMaxDataBytes));
+                                   kMostValueToWrite));
     for (unsigned sub = object.first_sub; sub <= object.last_sub; ++sub)
       objects.push_back({object.index, static_cast<std::uint8_t>(sub), object.value});
   }

@@ -11,7 +11,6 @@
 #include "base/utf8.hpp"
 #include "base/words.hpp"
 #include "cbcan/canopen/dictionary/little_endian.hpp"
-#include "cbcan/regmap.hpp"
 #include "descriptions/device_file.hpp"
 
 namespace cbcan::descriptions {
@@ -348,8 +347,8 @@ class Reader {
            fmt::format("{:04X}h:{:02X} is read-only in the EDS: leave it out", object.index, object.sub));
     const ValueType& type = type_of_value(table, node, object, known);
     object.value = read_at(table, [&] { return parse_value(value, type); });
-    if (object.value.empty() || object.value.size() > regmap::kMaxDataBytes)
-      fail(table, "value: must have 1..128 bytes");
+    if (object.value.empty() || object.value.size() > kMostValueToWrite)
+      fail(table, fmt::format("value: must have 1..{} bytes", kMostValueToWrite));
     return object;
   }
 

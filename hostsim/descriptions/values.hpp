@@ -96,6 +96,9 @@ std::string name_of(DataType type);
 
 using Bytes = std::vector<std::uint8_t>;
 
+/// Bytes of an object that the module writes to a node; cbcanctl configure writes fewer.
+inline constexpr std::size_t kMostValueToWrite = 65'000;
+
 using base::UsageError;
 
 /// A type of --type; "hex" is a DOMAIN.

@@ -14,7 +14,6 @@ using namespace cbcan::test;
 
 namespace {
 
-using Service = LssMaster::Service;
 using Outcome = LssMaster::Outcome;
 using Request = LssMaster::Request;
 
@@ -48,14 +47,14 @@ TEST_CASE("LSS master: services with one request and one response") {
     std::uint32_t value;
   };
   const auto row = GENERATE(values<Row>({
-      {{Service::kSetNodeId, 5}, "1105", "1100", Outcome::kDone, 0, 0},
-      {{Service::kSetNodeId, 0}, "1100", "1101", Outcome::kRefused, 1, 0},
-      {{Service::kSetBitRate, 0, 3}, "130003", "1300", Outcome::kDone, 0, 0},
-      {{Service::kSetBitRate, 0, 9}, "130009", "13FF07", Outcome::kRefused, 255, 0},
-      {{Service::kStore}, "17", "1702", Outcome::kRefused, 2, 0},
-      {{Service::kVendor}, "5A", "5A1903", Outcome::kDone, 0, 0x319},
-      {{static_cast<Service>(0x5D)}, "5D", "5D78563412", Outcome::kDone, 0, 0x12345678},
-      {{Service::kNodeId}, "5E", "5EFF", Outcome::kDone, 0, 255},
+      {{lss::kConfigureNodeId, 5}, "1105", "1100", Outcome::kDone, 0, 0},
+      {{lss::kConfigureNodeId, 0}, "1100", "1101", Outcome::kRefused, 1, 0},
+      {{lss::kConfigureBitTiming, 0, 3}, "130003", "1300", Outcome::kDone, 0, 0},
+      {{lss::kConfigureBitTiming, 0, 9}, "130009", "13FF07", Outcome::kRefused, 255, 0},
+      {{lss::kStoreConfiguration}, "17", "1702", Outcome::kRefused, 2, 0},
+      {{lss::kInquireVendor}, "5A", "5A1903", Outcome::kDone, 0, 0x319},
+      {{lss::kInquireSerial}, "5D", "5D78563412", Outcome::kDone, 0, 0x12345678},
+      {{lss::kInquireNodeId}, "5E", "5EFF", Outcome::kDone, 0, 255},
   }));
   const auto frame = [](const char* id, std::string bytes) {
     return id + bytes + std::string(16 - bytes.size(), '0');
@@ -68,39 +67,39 @@ TEST_CASE("LSS master: services with one request and one response") {
   CHECK(rig.master.busy());
   rig.pass(2 * kSecond - 1).arrive(frame("7E4#", row.response));
   rig.check_ended(row.outcome, row.error);
-  CHECK(rig.master.answer().value == row.value);
+  CHECK(rig.master.answer().identity[0] == row.value);
   CHECK(rig.master.answer().specific == (row.error == 255 ? 7 : 0));
   rig.arrive(frame("7E4#", row.response)).expect_silence();
 }
 
 TEST_CASE("LSS master: no response, services without one, unknown ones") {
   MasterRig rig;
-  rig.ask({Service::kStore});
+  rig.ask({lss::kStoreConfiguration});
   rig.expect("7E5#1700000000000000");
   rig.pass(2 * kSecond - 1);
   CHECK(rig.master.busy());
   rig.pass(1);
   rig.check_ended(Outcome::kNoResponse);
-  rig.ask({Service::kSwitchGlobal, 1});
+  rig.ask({lss::kSwitchStateGlobal, 1});
   rig.expect("7E5#0401000000000000");
   rig.check_ended(Outcome::kDone);
-  rig.ask({Service::kActivate, 0, 1000});
+  rig.ask({lss::kActivateBitTiming, 0xE8, 0x03});
   rig.expect("7E5#15E8030000000000");
   rig.check_ended(Outcome::kDone);
   for (const unsigned service : {0x00u, 0x12u, 0x41u, 0x46u, 0x4Cu, 0x59u, 0x5Fu, 0xFFu})
-    CHECK_FALSE(rig.master.start({static_cast<Service>(service)}, rig.now));
+    CHECK_FALSE(rig.master.start({static_cast<std::uint8_t>(service)}, rig.now));
 }
 
 TEST_CASE("LSS master: a port without room") {
   MasterRig rig;
   rig.port.refuse_next = 1;
-  rig.ask({Service::kSelect, 0, 0, {0x319, 2, 3, 4}});
+  rig.ask({lss::kSelectVendor, 0, 0, {0x319, 2, 3, 4}});
   rig.pass(100).expect("7E5#4019030000000000", "7E5#4102000000000000", "7E5#4203000000000000",
                        "7E5#4304000000000000");
   rig.arrive("7E4#4400000000000000");
   rig.check_ended(Outcome::kDone);
   rig.port.refuse_next = RecordingPort::kAlways;
-  rig.ask({Service::kStore});
+  rig.ask({lss::kStoreConfiguration});
   rig.pass(kSecond - 1);
   CHECK(rig.master.busy());
   rig.pass(1);
@@ -118,7 +117,7 @@ TEST_CASE("LSS master: fastscan with known parts, and the last one bit by bit") 
     rig.pass(kStep - 1).expect_silence();
     rig.pass(1);
   };
-  rig.ask({Service::kFastscan, 7, 0, {0x319, 2, 3, 99}});
+  rig.ask({lss::kFastscan, 7, 0, {0x319, 2, 3, 99}});
   rig.expect("7E5#0400000000000000", "7E5#5E00000000000000");
   rig.pass(kStep);
   step("00000000800000", true);
@@ -137,12 +136,12 @@ TEST_CASE("LSS master: fastscan with known parts, and the last one bit by bit") 
   step("04000080000303", false);
   step("05000080000300", true);
   rig.check_ended(Outcome::kDone, 4);
-  CHECK(rig.master.request().identity == lss::Identity{0x319, 2, 3, 0x80000005});
+  CHECK(rig.master.answer().identity == lss::Identity{0x319, 2, 3, 0x80000005});
 }
 
 TEST_CASE("LSS master: fastscan without a device, or with none of this identity") {
   MasterRig rig;
-  rig.ask({Service::kFastscan, 15 | kGoOn, 5, {0x319, 2, 3, 4}});
+  rig.ask({lss::kFastscan, 15 | kGoOn, 5, {0x319, 2, 3, 4}});
   rig.expect("7E5#5100000000800000");
   SECTION("no device without a node ID") {
     rig.pass(5 * kMillisecond);
@@ -157,7 +156,7 @@ TEST_CASE("LSS master: fastscan without a device, or with none of this identity"
 
 TEST_CASE("LSS master: a device that stays in the configuration state") {
   MasterRig rig;
-  rig.ask({Service::kFastscan});
+  rig.ask({lss::kFastscan});
   for (unsigned i = 0; i != 3; ++i) {
     rig.expect("7E5#0400000000000000", "7E5#5E00000000000000");
     rig.arrive("7E4#5EFF000000000000").pass(kStep);
@@ -222,10 +221,10 @@ class LssBus {
   }
   /// What the manager does with a module of this identity; false = it has not been found.
   bool assign(std::uint8_t node, std::uint8_t known, const lss::Identity& identity) {
-    if (ask({Service::kFastscan, known, 0, identity}) != Outcome::kDone) return false;
-    ask({Service::kSetNodeId, node});
-    ask({Service::kStore});
-    ask({Service::kSwitchGlobal, 0});
+    if (ask({lss::kFastscan, known, 0, identity}) != Outcome::kDone) return false;
+    ask({lss::kConfigureNodeId, node});
+    ask({lss::kStoreConfiguration});
+    ask({lss::kSwitchStateGlobal, 0});
     settle();
     return true;
   }
@@ -291,8 +290,8 @@ TEST_CASE("LSS master: finds all of several slaves without a node ID, one after 
     bus.add(each);
   bus.add({1, 2, 3, 4}, 5);  // has a node ID
   std::vector<lss::Identity> found;
-  for (std::uint8_t argument = 0; bus.ask({Service::kFastscan, argument}) == Outcome::kDone; argument = kGoOn)
-    found.push_back(bus.master.request().identity);
+  for (std::uint8_t argument = 0; bus.ask({lss::kFastscan, argument}) == Outcome::kDone; argument = kGoOn)
+    found.push_back(bus.master.answer().identity);
   CHECK(bus.master.answer().error == 0);
   CHECK(found == std::vector<lss::Identity>{{0, 0, 0, 0}, kFirst, kSecond_, kOther, {~0u, ~0u, ~0u, ~0u}});
 }
@@ -302,19 +301,19 @@ TEST_CASE("LSS master: a known identity, alike ones, and switch state selective"
   LssBus::Slave& first = bus.add(kFirst);
   LssBus::Slave& second = bus.add(kSecond_);
   CHECK_FALSE(bus.assign(5, 15, {0x319, 2, 3, 4}));
-  CHECK(bus.ask({Service::kFastscan, 7, 0, kFirst}) == Outcome::kDone);
-  CHECK(bus.ask({Service::kFastscan, 7 | kGoOn, 0, kFirst}) == Outcome::kDone);  // there are two
-  CHECK(bus.ask({Service::kFastscan, 7 | kGoOn, 0, kFirst}) == Outcome::kNoResponse);
+  CHECK(bus.ask({lss::kFastscan, 7, 0, kFirst}) == Outcome::kDone);
+  CHECK(bus.ask({lss::kFastscan, 7 | kGoOn, 0, kFirst}) == Outcome::kDone);  // there are two
+  CHECK(bus.ask({lss::kFastscan, 7 | kGoOn, 0, kFirst}) == Outcome::kNoResponse);
   CHECK(bus.assign(5, 15, kSecond_));
   CHECK(second.slave.node_id() == 5);
   CHECK(second.stored == 5);
   CHECK(first.slave.node_id() == kUnconfigured);
   // A device with a node ID is selected by all four numbers.
-  CHECK(bus.ask({Service::kSelect, 0, 0, kSecond_}) == Outcome::kDone);
-  CHECK(bus.ask({Service::kNodeId}) == Outcome::kDone);
-  CHECK(bus.master.answer().value == 5);
-  CHECK(bus.ask({Service::kSetBitRate, 0, 2}) == Outcome::kDone);
-  CHECK(bus.ask({Service::kSelect, 0, 0, kOther}) == Outcome::kNoResponse);
+  CHECK(bus.ask({lss::kSelectVendor, 0, 0, kSecond_}) == Outcome::kDone);
+  CHECK(bus.ask({lss::kInquireNodeId}) == Outcome::kDone);
+  CHECK(bus.master.answer().identity[0] == 5);
+  CHECK(bus.ask({lss::kConfigureBitTiming, 0, 2}) == Outcome::kDone);
+  CHECK(bus.ask({lss::kSelectVendor, 0, 0, kOther}) == Outcome::kNoResponse);
 }
 
 TEST_CASE("LSS master: each frame lost, late or doubled: the right slave, or none; then the right one") {
@@ -331,7 +330,7 @@ TEST_CASE("LSS master: each frame lost, late or doubled: the right slave, or non
     bus.assign(5, known, kFirst);
     if (at == 0) frames = bus.frames;
     for (unsigned tries = 0; tries != 3 && joined() == 0; ++tries) {
-      bus.ask({Service::kSwitchGlobal, 0});  // it may be what was lost
+      bus.ask({lss::kSwitchStateGlobal, 0});  // it may be what was lost
       bus.settle();
       if (joined() == 0) bus.assign(5, known, kFirst);
     }

@@ -95,8 +95,8 @@ TEST_CASE("what is wrong with a DCF, and where") {
        "a.dcf:1: there is no NodeID in [DeviceComissioning]: is this a DCF?"},
       {node + section("2001", 5, "rw", "ParameterValue=300"),
        "a.dcf:7: ParameterValue=\"300\" is no UNSIGNED8"},
-      {node + section("2001", 9, "rw", "ParameterValue=" + std::string(129, 'x')),
-       "a.dcf:3: 2001h:00 has 129 bytes: must be 1..128"},
+      {node + section("2001", 9, "rw", "ParameterValue=" + std::string(65'001, 'x')),
+       "a.dcf:3: 2001h:00 has 65001 bytes: must be 1..65000"},
   }));
   std::vector<std::string> remarks;
   CHECK_THROWS_WITH(parse_dcf(text, "a.dcf", remarks), wrong);

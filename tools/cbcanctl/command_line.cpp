@@ -83,6 +83,11 @@ constexpr std::array kMapOptions{
     row<&Options::at>({
         .option = "--at ADDRESS", .help = "First address of the inputs in the PLC; outputs are 64 words further on, the status 128. Without it "
         "%MW100 for xsy, %MW0 for codesys; for tia-db the number of the block, 10", .high = 65535})};
+constexpr std::array kBitRates{10, 20, 50, 125, 250, 500, 800, 1000};
+constexpr std::array kLssWords{row<&Options::lss>({
+    .option = "ACTION...", .help = "scan, or assign NODE [VENDOR [PRODUCT [REVISION [SERIAL]]]], 0 = any"})};
+constexpr std::array kLssOptions{row<&Options::bit_rate>({
+    .option = "--bit-rate N", .help = "With assign, from the next start on", .unit = " kbit/s", .numbers = kBitRates, .absent = base::kNone})};
 constexpr auto kCommands = std::to_array<Command>({
     {"cbcanctl read", "SDO read (upload)", kReadWords, kReadOptions, read},
     {"cbcanctl write", "SDO write (download)", kWriteWords, kWriteOptions, write},
@@ -94,6 +99,7 @@ constexpr auto kCommands = std::to_array<Command>({
     {"cbcanctl status", "States of all nodes, from R3928..R4099", {}, kStatusOptions, status},
     {"cbcanctl scan", "Nodes that respond, or a network file of them", {}, kScanOptions, scan},
     {"cbcanctl map", "Tags of a network for the tool of a PLC's maker", kMapWords, kMapOptions, map},
+    {"cbcanctl lss", "Modules without a node ID: finds them, or gives one its node ID", kLssWords, kLssOptions, lss},
     {"cbcanctl kernel", "CAN errors of the coprocessor", {}, {}, kernel},
 });
 
@@ -113,8 +119,8 @@ constexpr std::array kShared{
         .option = "--station, --unit N", .help = "Modbus unit ID, which selects the CAN network, or station address", .high = 247}),
     row<&Options::timeout_ms>({
         .option = "--timeout MS",
-        .help = "SDO timeout of read, write, dump and scan, which has 100 where none is given; of other commands time to wait "
-                "for R3700, 5000 where none is given",
+        .help = "SDO timeout of read, write, dump and scan, which has 100 where none is given; of lss time for each step of the "
+                "scan, 20 where none is given; of other commands time to wait for R3700, 5000 where none is given",
         .low = 1, .high = 3'600'000, .unit = " ms", .absent = base::kNone}),
     row<&Options::json>({.option = "--json", .help = "Prints JSON, one object a line"}),
 };
@@ -172,6 +178,7 @@ Examples:
   cbcanctl configure plan.toml
   cbcanctl scan --eds eds --network > network.toml
   cbcanctl map network.toml --for xsy > tags.xsy
+  cbcanctl lss assign 5 0x319 0x2000
   cbcanctl --rtu /dev/ttyUSB0 --baud 19200 --station 1 state all
 )";
 
@@ -240,7 +247,7 @@ const Command& command_of(const base::ParsedArguments& typed) {
 
 /// Long enough for a delayed request, which takes two SDO timeouts (docs/reference/contract.md).
 std::chrono::milliseconds patience(int timeout_ms, const Command& command) {
-  const std::array transfers{read, write, dump, scan};
+  const std::array transfers{read, write, dump, scan, lss};
   if (std::ranges::count(transfers, command.run) == 0)
     return std::chrono::milliseconds(timeout_ms == 0 ? kPatienceMs : timeout_ms);
   if (timeout_ms > kMostSdoTimeout)

@@ -21,6 +21,7 @@ void dump(const Options& options);
 void scan(const Options& options);
 void status(const Options& options);
 void map(const Options& options);
+void lss(const Options& options);
 
 /// Print `out`, or run the command.
 struct Start {

@@ -11,8 +11,12 @@ namespace cbcan::tools {
 NodeConfiguration::NodeConfiguration(const PlannedNode& node, bool verify) : node_(node) {
   for (const PlannedObject& object : node.identity)
     steps_.push_back({Kind::kCheck, &object});
-  for (const PlannedObject& object : node.objects)
+  for (const PlannedObject& object : node.objects) {
     steps_.push_back({Kind::kWrite, &object});
+    if (object.value.size() > regmap::kMaxDataBytes)
+      throw UsageError(fmt::format("node {}: {:04X}h:{:02X}: over 128 bytes, configure cannot write it",
+                                   node.id, object.index, object.sub));
+  }
   // An object may be written twice, such as 1600h:00, which is 0 while its mappings change.
   for (auto object = node.objects.begin(); verify && object != node.objects.end(); ++object)
     if (std::none_of(object + 1, node.objects.end(), [&](const PlannedObject& later) {

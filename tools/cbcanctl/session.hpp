@@ -40,6 +40,9 @@ struct Options {
   std::string eds;          ///< file of dump, folder of scan; empty = not given
   bool as_network = false;  ///< scan prints a network file
   int wait_ms = 0;          ///< of status; 0 = does not wait
+  // Arguments of lss.
+  std::vector<std::string> lss;
+  unsigned bit_rate = 0;  ///< kbit/s; 0 = unchanged
   // Arguments of map.
   std::string network;
   std::optional<tools::Form> form;

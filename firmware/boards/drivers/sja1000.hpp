@@ -18,12 +18,11 @@
 /// - clock_hz is 40 MHz; 25 kbit/s is the minimum unless IER.4 (revision 2 on) halves it. Later parts have a
 ///   longer prescaler in BTR0, with SJW elsewhere.
 /// - There is no OCR and no CDR.6 (clock_divider = 0).
-/// - Frames that found the FIFO full are counted in it, but not kept. When SR.1 is set, release until
-/// register
+/// - Frames that found the FIFO full are counted in it, but not kept. When SR.1 is set, release until register
 ///   29 is 0, then set CMR.3; later parts mark each such frame by SR.8.
 /// - Errata need workarounds that this driver lacks. REC that rises after bus-off keeps the controller there:
-///   write 0 and then 255 to TXERR in reset mode. The frame after an error may be wrong. An overrun that
-///   brings register 29 to 64 ends reception: reset the peripheral.
+///   write 0 and then 255 to TXERR in reset mode. The frame after an error may be wrong. An overrun that brings
+///   register 29 to 64 ends reception: reset the peripheral.
 
 #include <cstddef>
 #include <cstdint>
@@ -123,8 +122,8 @@ class Sja1000 final : public CanPort {
   explicit Sja1000(Registers registers) : registers_(registers) {}
 
   /// Sets timing and filters and joins the bus. May be called again at any time, with other settings: a frame
-  /// that waits to be sent is then lost. Accepted are 000h..5FFh, 680h..77Fh, 600h + own node ID, 7E5h and,
-  /// with an LSS master, 7E4h; 11 bits, RTR or not.
+  /// that waits to be sent is then lost. Accepted are 000h..5FFh, 680h..77Fh, 600h + own node ID, 7E4h and 7E5h
+  /// (LSS), 11 bits, RTR or not.
   Start start(const Settings& settings) {
     const auto timing = bit_timing(settings.clock_hz, settings.bit_rate, sja1000::kMostPrescaler);
     if (!timing) return Start::kBitRate;
@@ -247,9 +246,7 @@ class Sja1000 final : public CanPort {
   bool is_wanted(const Frame& frame) const {
     constexpr std::uint32_t kNodes = nmt::kMaxNode;
     if ((frame.flags & Frame::kExtended) != 0) return false;
-    if (frame.id > nmt::kErrorControlId + kNodes)
-      return frame.id == LssSlave::kRequestId ||
-             (kServices.lss_master() && frame.id == LssSlave::kResponseId);
+    if (frame.id > nmt::kErrorControlId + kNodes) return (frame.id | 1) == LssSlave::kRequestId;
     const bool asks_somebody = frame.id - sdo::kRequestId <= kNodes;
     return !asks_somebody || frame.id == sdo::kRequestId + settings_.node_id;
   }

@@ -212,9 +212,7 @@ class BxCan final : public CanPort {
     registers_.write(bxcan::kFs1r, 0);
     registers_.write(bxcan::kFfa1r, bit(2) | bit(3));
     set_bank(0, masked(0x580, kFunction), masked(0x000, kWhole));
-    constexpr std::uint32_t kLss =
-        exactly(LssSlave::kRequestId) |
-        exactly(kServices.lss_master() ? LssSlave::kResponseId : LssSlave::kRequestId) << 16;
+    constexpr std::uint32_t kLss = exactly(LssSlave::kRequestId) | exactly(LssSlave::kResponseId) << 16;
     set_bank(1, own, kServices.lss ? kLss : own);  // `own` twice
     set_bank(2, masked(0x700, kFunction), masked_with_rtr(0x680, kFunction));
     set_bank(3, masked_with_rtr(0x000, 0x400), masked_with_rtr(0x400, 0x600));  // 000h..3FFh, 400h..5FFh

@@ -4,7 +4,6 @@
 /// Layer setting services: the numbers that both sides use (CiA 305, 6.4 to 6.7).
 
 #include <array>
-#include <cstddef>
 #include <cstdint>
 
 namespace cbcan {
@@ -18,10 +17,8 @@ inline constexpr std::uint8_t kReservedLssBitRate = 5;
 
 namespace cbcan::lss {
 
-inline constexpr std::uint32_t kRequestId = 0x7E5;
-inline constexpr std::uint32_t kResponseId = 0x7E4;
-inline constexpr std::uint8_t kLength = 8;
-inline constexpr std::uint8_t kNoNodeId = 255;
+inline constexpr std::uint32_t kRequestId = 0x7E5, kResponseId = 0x7E4;
+inline constexpr std::uint8_t kLength = 8, kNoNodeId = 255;
 
 // Command specifiers: byte 0 of requests and responses.
 inline constexpr std::uint8_t kSwitchStateGlobal = 0x04;
@@ -29,27 +26,21 @@ inline constexpr std::uint8_t kConfigureNodeId = 0x11;
 inline constexpr std::uint8_t kConfigureBitTiming = 0x13;
 inline constexpr std::uint8_t kActivateBitTiming = 0x15;
 inline constexpr std::uint8_t kStoreConfiguration = 0x17;
-inline constexpr std::uint8_t kSelectVendor = 0x40;  ///< the first of four, one for each part of the identity
-inline constexpr std::uint8_t kSelectSerial = 0x43;
+// One for each part of the identity.
+inline constexpr std::uint8_t kSelectVendor = 0x40, kSelectSerial = 0x43;
+inline constexpr std::uint8_t kInquireVendor = 0x5A, kInquireSerial = 0x5D;
+inline constexpr std::uint8_t kInquireNodeId = 0x5E;
 inline constexpr std::uint8_t kSelected = 0x44;
 inline constexpr std::uint8_t kIdentified = 0x4F;
 inline constexpr std::uint8_t kFastscan = 0x51;
-inline constexpr std::uint8_t kInquireVendor = 0x5A;  ///< the first of four
-inline constexpr std::uint8_t kInquireSerial = 0x5D;
-inline constexpr std::uint8_t kInquireNodeId = 0x5E;
 
-inline constexpr std::uint8_t kModeWaiting = 0;
-inline constexpr std::uint8_t kModeConfiguration = 1;
+inline constexpr std::uint8_t kModeWaiting = 0, kModeConfiguration = 1;
 
 // Parts of the identity: 1018h:1..4.
-inline constexpr std::uint8_t kVendor = 0;
-inline constexpr std::uint8_t kProduct = 1;
-inline constexpr std::uint8_t kRevision = 2;
-inline constexpr std::uint8_t kSerial = 3;
+inline constexpr std::uint8_t kVendor = 0, kProduct = 1, kRevision = 2, kSerial = 3;
 using Identity = std::array<std::uint32_t, kSerial + 1>;
 
 // Fastscan: byte 5 is the lowest bit to be compared.
-inline constexpr std::uint8_t kScanLastBit = 31;
-inline constexpr std::uint8_t kScanStart = 128;
+inline constexpr std::uint8_t kScanLastBit = 31, kScanStart = 128;
 
 }  // namespace cbcan::lss

@@ -4,22 +4,22 @@
 /// Layer setting services, the master's side (CiA 305): finds devices that have no node ID, and gives devices
 /// a node ID and a bit rate. One request at a time; it ends after its time limits at the latest:
 ///
-///   service          requests on 7E5h         ends
-///   kSwitchGlobal    04h                      when it is sent: it has no response
-///   kSetNodeId       11h                      with the response, or after kResponseTime
-///   kSetBitRate      13h                      the same
-///   kActivate        15h                      when it is sent
-///   kStore           17h                      with the response, or after kResponseTime
-///   kSelect          40h..43h                 the same
-///   kFastscan        04h, 5Eh, then 51h       after up to 134 steps of `value` ms
-///   kVendor..kNodeId 5Ah..5Eh                 with the response, or after kResponseTime
+///   lss::             on the bus        ends
+///   kSwitchStateGlobal, kActivateBitTiming
+///                     04h, 15h          when it is sent: they have no response
+///   kSelectVendor     40h..43h          with the response, or after kResponseTime
+///   kConfigureNodeId, kConfigureBitTiming, kStoreConfiguration
+///                     11h, 13h, 17h     the same
+///   kInquireVendor.. kInquireNodeId
+///                     5Ah..5Eh          the same
+///   kFastscan         04h, 5Eh, 51h..   after up to 134 steps
 ///
-/// kFastscan finds one device without a node ID and puts it into the configuration state, where the services
-/// below it in the table concern it. A part of the identity that is not known takes 33 steps, a known one
-/// takes one. Each step lasts its whole time, as several devices may respond to it, each in its own time; a
-/// device that takes longer is not found, or the scan ends without one, but never with another one. Before
-/// that all devices are put into the waiting state, and asked whether one has missed that: a second device in
-/// the configuration state would get the same node ID. Without this, kGoOn finds the next device.
+/// A scan finds one device without a node ID and puts it into the configuration state, where the other
+/// services concern it. A part of the identity that is not known takes 33 steps, a known one takes one. Each
+/// step lasts its whole time, as several devices may respond to it, each in its own time; a device that takes
+/// longer is not found, or the scan ends without one, but never with another one. Before that all devices are
+/// put into the waiting state, and asked whether one has missed that: a second device in the configuration
+/// state would get the same node ID. Without this, kGoOn finds the next device.
 ///
 /// Nothing blocks, nothing is allocated; not re-entrant. Decided where the standard is not specific: frames
 /// of other lengths than 8 are ignored, and so are responses to another service.
@@ -40,40 +40,24 @@ class LssMaster {
   static constexpr Time kSendTime = kSecond;          ///< for the port to accept a frame
   static constexpr std::uint16_t kStepMs = 20;
 
-  /// Numbers as on the bus.
-  enum class Service : std::uint8_t {
-    kNone = 0,
-    kSwitchGlobal = lss::kSwitchStateGlobal,
-    kSetNodeId = lss::kConfigureNodeId,
-    kSetBitRate = lss::kConfigureBitTiming,
-    kActivate = lss::kActivateBitTiming,
-    kStore = lss::kStoreConfiguration,
-    kSelect = lss::kSelectVendor,
-    kFastscan = lss::kFastscan,
-    kVendor = lss::kInquireVendor,  ///< and the next three
-    kNodeId = lss::kInquireNodeId,
-  };
-
   struct Request {
     /// Bits of `argument`, by number: the first four are those of the known parts of the identity.
     static constexpr std::uint8_t kGoOn = 7;
 
-    Service service = Service::kNone;
-    /// kSwitchGlobal: 0 waiting, 1 configuration. kSetNodeId: 1..127, 255 = none. kSetBitRate: table, 0.
-    /// kFastscan: see above.
+    std::uint8_t service = 0;  ///< command specifier, of a selection its first one
+    // Bytes 1 to 3 of the frame; of a scan see above, and the time of a step in ms, 0 = kStepMs.
     std::uint8_t argument = 0;
-    /// kSetBitRate: index in kLssBitRates. kActivate: delay in ms. kFastscan: time of a step in ms, 0 =
-    /// kStepMs.
     std::uint16_t value = 0;
-    lss::Identity identity{};  ///< of kSelect and kFastscan
+    lss::Identity identity{};  ///< of a selection or a scan
   };
 
   enum class Outcome : std::uint8_t { kNone, kBusy, kDone, kRefused, kNoResponse };
   struct Answer {
     Outcome outcome = Outcome::kNone;
-    std::uint8_t error = 0;  ///< of kRefused; of kFastscan: parts that were reached, 0 = no device responds
+    std::uint8_t service = 0;
+    std::uint8_t error = 0;     ///< of kRefused; of a scan: parts that were reached, 0 = no device responds
     std::uint8_t specific = 0;  ///< error 255: the manufacturer's code
-    std::uint32_t value = 0;    ///< of an inquiry
+    lss::Identity identity{};   ///< that a scan has found; the first is the value of an inquiry
   };
 
   /// It outlives this.
@@ -89,25 +73,22 @@ class LssMaster {
 
   bool busy() const { return answer_.outcome == Outcome::kBusy; }
   const Answer& answer() const { return answer_; }
-  /// The last one; after kFastscan its identity is that of the device.
   const Request& request() const { return request_; }
 
  private:
   /// kListen and the following ones last until their time is over.
-  enum class Step : std::uint8_t { kSend, kSelect, kAsk, kSwitch, kListen, kBegin, kProbe, kConfirm };
+  enum class Step : std::uint8_t { kSelect, kAsk, kSwitch, kListen, kBegin, kProbe, kConfirm };
 
   void enter(Step step, Time now);
   void send(std::uint8_t command, std::uint64_t bytes, Time now);
-  void scan(std::uint32_t number, std::uint8_t bit, std::uint8_t part, std::uint8_t next, Time now);
   void sent(Time now);
   void time_over(Time now);
-  void begin_part(std::uint8_t part, Time now);
   void end(Outcome outcome) { answer_.outcome = outcome; }
 
   Outbox outbox_;
   Request request_;
   Answer answer_;
-  Step step_ = Step::kSend;
+  Step step_ = Step::kAsk;
   std::uint8_t part_ = 0;
   std::uint8_t bit_ = 0;
   std::uint8_t tries_ = 0;

@@ -17,7 +17,8 @@ void Sync::reset(std::uint8_t /*node_id*/, Time now) {
 
 AbortCode Sync::check(std::uint16_t index, std::uint8_t /*sub*/, std::uint32_t number) const {
   if (index == object::kSyncCobId) {
-    const bool moves_while_producing = period_ != 0 && cob::id_of(number) != id_;
+    const bool produces = (dictionary_.get(object::kSyncCobId, 0) & cob::kProduces) != 0;
+    const bool moves_while_producing = produces && cob::id_of(number) != id_;
     return cob::is_usable(number) && !moves_while_producing ? AbortCode::kNone : AbortCode::kValue;
   }
   if (index != object::kSyncCounterOverflow) return AbortCode::kNone;

@@ -22,6 +22,11 @@ std::span<std::uint8_t> bytes_of(std::span<std::uint16_t> registers) {
   return {reinterpret_cast<std::uint8_t*>(registers.data()), registers.size_bytes()};
 }
 
+/// 300Eh and 300Fh are these structures.
+void put_lss(const auto& from, std::span<std::uint8_t> to) {
+  std::ranges::copy(std::bit_cast<std::array<std::uint8_t, local::table::kLssBytes>>(from), to.begin());
+}
+
 constexpr local::DeviceState to_device_state(nmt::State state) {
   if (state == nmt::State::kStopped) return local::DeviceState::kStopped;
   return state == nmt::State::kOperational ? local::DeviceState::kOperational
@@ -141,8 +146,10 @@ AbortCode LocalNode::on_read(const ObjectEntry& entry, std::uint8_t sub, std::sp
       if (kServices.time) device_.time_stamp()->at(now).put(out);
       break;
     case local::kLssRequest:
+      if constexpr (kServices.lss_master()) put_lss(lss_master_->request(), out);
+      break;
     case local::kLssAnswer:
-      if constexpr (kServices.lss_master()) read_lss(entry.index == local::kLssAnswer, out.first(size));
+      if constexpr (kServices.lss_master()) put_lss(lss_master_->answer(), out);
       break;
     default:
       if (is_network(entry.index)) return read_network(entry, sub, out, size);
@@ -221,14 +228,13 @@ void LocalNode::on_stored(const ObjectEntry& entry, std::uint8_t /*sub*/, Time n
   if (outputs_changed(0, kOutputWords)) on_outputs_changed(now);
 }
 
-/// 1016h: bits 23..16 the node, bits 15..0 the time in ms; without either the entry is unused (CiA
-/// 301, 7.5.2.19).
+/// 1016h: bits 23..16 the node, bits 15..0 the time in ms; without either, or above 127, the entry is unused
+/// (CiA 301, 7.5.2.19).
 AbortCode LocalNode::write_consumer(std::uint8_t sub, std::uint32_t value) {
   const std::uint32_t node = value >> kConsumerTimeBits;
   const auto time_ms = static_cast<std::uint16_t>(value);
   const std::size_t slot = sub - 1u;
-  if (node > nmt::kMaxNode) return AbortCode::kValue;
-  if (node == 0 || time_ms == 0) {
+  if (node - 1 >= nmt::kMaxNode || time_ms == 0) {
     set_consumer_time(slot, 0, 0);
     return AbortCode::kNone;
   }
@@ -246,34 +252,14 @@ void LocalNode::set_consumer_time(std::size_t slot, std::uint8_t node, std::uint
   show(node);
 }
 
-// ---- LSS: 300Eh and 300Fh
-
-/// A request of the PLC replaces one of the manager.
+/// 300Eh: a request of the PLC replaces one of the manager.
 AbortCode LocalNode::write_lss(std::span<const std::uint8_t> value, Time now) {
   if (lss_master_->busy() && !manager_->uses_lss()) return AbortCode::kDeviceState;
   std::array<std::uint8_t, local::table::kLssBytes> bytes{};
   copy_bytes(value.data(), bytes.data(), value.size());
-  LssMaster::Request request{static_cast<LssMaster::Service>(bytes[0]), bytes[1],
-                             static_cast<std::uint16_t>(bytes[2] | bytes[3] << 8)};
-  for (std::size_t part = 0; part != request.identity.size(); ++part)
-    request.identity[part] = load_word(&bytes[4 + 4 * part]);
-  if (!lss_master_->start(request, now)) return AbortCode::kValue;
+  if (!lss_master_->start(std::bit_cast<LssMaster::Request>(bytes), now)) return AbortCode::kValue;
   manager_->leave_lss(now);
   return AbortCode::kNone;
-}
-
-void LocalNode::read_lss(bool answer, std::span<std::uint8_t> out) const {
-  const LssMaster::Request& request = lss_master_->request();
-  const LssMaster::Answer& last = lss_master_->answer();
-  const auto service = static_cast<std::uint8_t>(request.service);
-  store_little_endian(out.first(4),
-                      answer ? static_cast<std::uint32_t>(last.outcome) | service << 8 | last.error << 16 |
-                                   std::uint32_t{last.specific} << 24
-                             : service | request.argument << 8 | std::uint32_t{request.value} << 16);
-  for (std::size_t part = 0; part != request.identity.size(); ++part)
-    store_little_endian(out.subspan(4 + 4 * part, 4), request.identity[part]);
-  if (answer && request.service >= LssMaster::Service::kVendor)
-    store_little_endian(out.subspan(4, 4), last.value);
 }
 
 // ---- The network's objects

@@ -187,7 +187,6 @@ class LocalNode final : private DeviceApplication {
   AbortCode write_consumer(std::uint8_t sub, std::uint32_t value);
   void set_consumer_time(std::size_t slot, std::uint8_t node, std::uint16_t time_ms);
   AbortCode write_lss(std::span<const std::uint8_t> value, Time now);
-  void read_lss(bool answer, std::span<std::uint8_t> out) const;
   local::DeviceState device_state(std::uint8_t node, Time now) const;
 
   ProcessRegisters registers_;

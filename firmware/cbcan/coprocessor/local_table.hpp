@@ -115,6 +115,7 @@ inline constexpr std::array kObjects{
     row(kIdentity, 1, 4, kUnsigned32, Flags::kRead | Flags::kCounted, 4),  // no vendor-ID is assigned
     with(kServices.process_data(), row(kSyncCounterOverflow, 0, 0, kUnsigned8, kConfigured, 1)),
     row(kErrorBehaviour, 1, 1, kUnsigned8, kConfigured | Flags::kCounted, 1, 1),  // stays as it is
+    with(kServices.manager(), row(kNmtInhibitTime, 0, 0, kUnsigned16, Flags::kReadWrite, 2)),
     with(kServices.sdo_server,
          row(kSdoServerParameter, 1, 2, kUnsigned32, kComputedRead | Flags::kCounted, 4)),
     of_pdos(kRpdoParameter, kServices.rpdos, 0, kUnsigned8, 1, 5, Flags::kRead),

@@ -37,6 +37,7 @@ inline constexpr std::uint16_t kTpdoMapping = 0x1A00;    ///< 7.5.2.38
 inline constexpr std::uint16_t kLastPdo = 0x1BFF;
 
 // Objects of a CANopen manager (CiA 302-2 and -3); where there is a sub-index, it is a node ID.
+inline constexpr std::uint16_t kNmtInhibitTime = 0x102A;     ///< between two NMT commands, 100 us
 inline constexpr std::uint16_t kConfigurationDate = 0x1020;  ///< of every device: 1 = date, 2 = time
 inline constexpr std::uint16_t kConciseDcf = 0x1F22;
 inline constexpr std::uint16_t kConfigureSlave = 0x1F25;  ///< written "conf"

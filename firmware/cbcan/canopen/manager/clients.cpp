@@ -25,15 +25,16 @@ void Manager::ask(Client& client, const ConciseDcf::Entry& object) {
 void Manager::request_read(Client& client, std::uint16_t index, std::uint8_t sub, std::size_t size,
                            Time now) {
   ask(client, {index, sub, {}});
+  client.sdo.use(client.data);
   client.sdo.start({client.node, sub, index, static_cast<std::uint16_t>(size), SdoClient::Direction::kRead,
                     SdoClient::Mode::kAuto},
                    now);
 }
 
-/// One that is too long fails in start().
+/// The client only reads from `value`, which does not change while the manager is active.
 void Manager::request_write(Client& client, const ConciseDcf::Entry& value, Time now) {
   ask(client, value);
-  std::copy_n(value.value.begin(), std::min(value.value.size(), client.data.size()), client.data.begin());
+  client.sdo.use({const_cast<std::uint8_t*>(value.value.data()), value.value.size()});
   client.sdo.start({client.node, value.sub, value.index, static_cast<std::uint16_t>(value.value.size()),
                     SdoClient::Direction::kWrite, SdoClient::Mode::kAuto},
                    now);

@@ -8,18 +8,9 @@ void Manager::look_for_unconfigured(std::uint8_t node) {
   if (lss_ != nullptr && objects_.number(object::kSlaveLss, node) != 0) absent_.insert(node);
 }
 
-void Manager::serve_lss(Time now) {
-  if (lss_ == nullptr || lss_->busy()) return;
-  if (joining_ != 0) return follow_lss(now);
-  if (now < lss_from_ || absent_.empty()) return;
-  joining_ = joined_ = absent_.next(joined_);
-  ask_lss(Joining::kFind, now);
-}
-
 void Manager::ask_lss(Joining step, Time now) {
-  using Service = LssMaster::Service;
-  constexpr std::array<Service, 6> kRequests{Service::kFastscan,  Service::kFastscan, Service::kFastscan,
-                                             Service::kSetNodeId, Service::kStore,    Service::kSwitchGlobal};
+  constexpr std::array kRequests{lss::kFastscan,        lss::kFastscan,           lss::kFastscan,
+                                 lss::kConfigureNodeId, lss::kStoreConfiguration, lss::kSwitchStateGlobal};
   step_ = step;
   LssMaster::Request request{kRequests[static_cast<std::size_t>(step)]};
   if (step == Joining::kSetNodeId) request.argument = joining_;
@@ -33,26 +24,27 @@ void Manager::ask_lss(Joining step, Time now) {
   lss_->start(request, now);
 }
 
-/// A request has ended. Without a response "store" and the switch follow too: the device may have taken the
-/// node ID. It does not get one if the node is no longer absent_.
-void Manager::follow_lss(Time now) {
+/// When a request has ended. Without a response "store" and the switch follow too: the device may have taken
+/// the node ID. It does not get one if the node is no longer absent_.
+void Manager::serve_lss(Time now) {
+  if (lss_ == nullptr || lss_->busy()) return;
+  if (joining_ == 0) {
+    if (now < lss_from_ || absent_.empty()) return;
+    joining_ = joined_ = absent_.next(joined_);
+    return ask_lss(Joining::kFind, now);
+  }
   const bool done = lss_->answer().outcome == LssMaster::Outcome::kDone;
+  if (step_ == Joining::kFind && !done) {
+    if (lss_->answer().error == 0) absent_.clear();  // there is no module without a node ID
+    return end_joining(false);
+  }
+  if (step_ == Joining::kSwitch) return end_joining(true);
   const bool has_serial = (lss_->request().argument >> lss::kSerial & 1) != 0;
   auto next = static_cast<Joining>(static_cast<std::uint8_t>(step_) + 1);
-  switch (step_) {
-    case Joining::kFind:
-      if (!done && lss_->answer().error == 0) absent_.clear();  // there is no module without a node ID
-      if (!done) return end_joining(false);
-      if (has_serial) next = Joining::kSetNodeId;
-      break;
-    case Joining::kFindLike:
-    case Joining::kFindLikeAgain:
-      if (!done) break;
-      nodes_[joining_].failure = {AbortCode::kNone, object::kIdentity, lss::kSerial + 1, kAlike};
-      next = Joining::kSwitch;
-      break;
-    case Joining::kSwitch: return end_joining(true);
-    default: break;
+  if (step_ == Joining::kFind && has_serial) next = Joining::kSetNodeId;
+  if (done && (step_ == Joining::kFindLike || step_ == Joining::kFindLikeAgain)) {
+    nodes_[joining_].failure = {AbortCode::kNone, object::kIdentity, lss::kSerial + 1, kAlike};
+    next = Joining::kSwitch;
   }
   ask_lss(absent_.has(joining_) ? next : Joining::kSwitch, now);
 }

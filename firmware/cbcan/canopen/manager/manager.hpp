@@ -80,9 +80,9 @@ class Manager {
   /// SDO frames precede heartbeats on the bus: for this long before a heartbeat is overdue, at most a quarter
   /// of its time, no request is sent.
   static constexpr Time kListenTime = 50 * kMillisecond;
-  static constexpr std::uint32_t kConf = 0x666E6F63;   ///< "conf"
-  static constexpr std::size_t kMostValueBytes = 128;  ///< of an object in 1F22h
-  static constexpr std::uint8_t kSignsOfTwin = 2;      ///< requests with two responses
+  static constexpr std::uint32_t kConf = 0x666E6F63;  ///< "conf"
+  static constexpr std::size_t kMostReadBytes = 8;    ///< of an object
+  static constexpr std::uint8_t kSignsOfTwin = 2;     ///< requests with two responses
 
   enum class Phase : std::uint8_t {
     kUnlisted,
@@ -270,7 +270,7 @@ class Manager {
 
     NetworkObjects::Bytes data_read() const { return std::span(data).first(sdo.size()); }
 
-    std::array<std::uint8_t, kMostValueBytes> data{};
+    std::array<std::uint8_t, kMostReadBytes> data{};
     SdoClient sdo;
     std::uint8_t node = 0;      ///< whose boot it serves; 0 = none
     Time resume_at = kNever;    ///< the next transfer waits for others
@@ -407,7 +407,6 @@ class Manager {
   // LSS
   void look_for_unconfigured(std::uint8_t node);
   void serve_lss(Time now);
-  void follow_lss(Time now);
   void ask_lss(Joining step, Time now);
   void end_joining(bool found);
 
@@ -450,7 +449,8 @@ class Manager {
   std::uint8_t listed_ = 0;
   std::uint16_t sdo_timeout_ms_;
   Time due_ = kNever;       ///< no node's deadline is earlier
-  Time retry_at_ = kNever;  ///< an NMT command is waiting for the port
+  Time retry_at_ = kNever;  ///< an NMT command is waiting for the port, or for the inhibit time
+  Time command_from_ = 0;   ///< by the inhibit time, 102Ah
   Time boot_over_at_ = kNever;
   std::array<std::uint8_t, kPhases> count_{};  ///< of listed nodes
   std::array<Node, nmt::kMaxNode + 1> nodes_{};

@@ -258,10 +258,11 @@ void Manager::send_commands(Time now) {
 }
 
 bool Manager::send_command(nmt::Command command, std::uint8_t node, Time now) {
-  if (!port_.try_send(nmt::command_frame(command, node))) {
-    retry_at_ = now + kRetryInterval;
+  if (now < command_from_ || !port_.try_send(nmt::command_frame(command, node))) {
+    retry_at_ = std::max(now + kRetryInterval, command_from_);
     return false;
   }
+  command_from_ = now + own_.dictionary().get(object::kNmtInhibitTime, 0) * object::kInhibitUnit;
   monitor_.doubt(command, node);
   return true;
 }

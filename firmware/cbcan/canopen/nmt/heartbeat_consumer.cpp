@@ -5,7 +5,7 @@ namespace cbcan {
 
 namespace {
 
-/// 1016h: bits 23..16 the node, bits 15..0 the time in ms; without either the entry is unused.
+/// 1016h: bits 23..16 the node, bits 15..0 the time in ms; without either, or above 127, the entry is unused.
 constexpr std::uint32_t node_of(std::uint64_t value) {
   return static_cast<std::uint32_t>(value) >> 16;
 }
@@ -13,7 +13,7 @@ constexpr Time period_of(std::uint64_t value) {
   return (value & 0xFFFF) * kMillisecond;
 }
 constexpr bool is_used(std::uint64_t value) {
-  return node_of(value) != 0 && period_of(value) != 0;
+  return node_of(value) - 1 < nmt::kMaxNode && period_of(value) != 0;
 }
 
 }  // namespace
@@ -29,7 +29,7 @@ void HeartbeatConsumer::configure(std::uint16_t /*index*/, Time /*now*/) {
       return;
     const std::uint64_t value =
         dictionary_.get(object::kConsumerHeartbeatTime, static_cast<std::uint8_t>(sub));
-    if (!is_used(value) || node_of(value) > nmt::kMaxNode) continue;
+    if (!is_used(value)) continue;
     const auto node = static_cast<std::uint8_t>(node_of(value));
     slot_of_[node] = static_cast<std::uint8_t>(count_);
     slots_[count_++] = {period_of(value), kNever, node, false};
@@ -38,7 +38,6 @@ void HeartbeatConsumer::configure(std::uint16_t /*index*/, Time /*now*/) {
 
 AbortCode HeartbeatConsumer::check(std::uint16_t /*index*/, std::uint8_t sub, std::uint32_t number) const {
   if (sub == 0) return AbortCode::kNone;
-  if (node_of(number) > nmt::kMaxNode) return AbortCode::kValue;
   if (!is_used(number)) return AbortCode::kNone;
   for (std::size_t other = 1; other <= slots_.size(); ++other) {
     const std::uint64_t there =

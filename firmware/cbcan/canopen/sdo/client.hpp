@@ -106,6 +106,8 @@ class SdoClient {
   /// Forgets which nodes support block transfer.
   void forget_nodes() { block_nodes_.clear(); }
 
+  /// From the next start() on; it outlives that transfer.
+  void use(std::span<std::uint8_t> data) { data_ = data; }
   /// The transfer's bytes: fill them before start() of a write; a read leaves size() bytes.
   std::span<std::uint8_t> data() const { return data_; }
 

@@ -89,6 +89,8 @@ void SdoClient::await_segment() {
 void SdoClient::block_upload_segment(const Frame& frame) {
   const std::uint8_t sequence = frame.data[0] & sdo::kSequenceMask;
   const bool last = (frame.data[0] & sdo::kBlockLast) != 0;
+  // Lely's server sends no segment of an empty value, but C1h at once, whose unused bytes are 7.
+  if (declared_ && limit_ == 0 && sequence > block_size_) return block_upload_ended(frame);
   if (sequence == 0 || sequence > block_size_ || ++segments_ > sdo::kMaxBlockSize)
     return send_abort(AbortCode::kBlockSequence);
   await_segment();

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: MIT
+// lss: finds modules without a node ID, and gives them one, by 300Eh and 300Fh.
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <thread>
+
+#include "cbcan/canopen/dictionary/little_endian.hpp"
+#include "cbcan/canopen/lss.hpp"
+#include "cbcanctl/commands.hpp"
+
+namespace cbcan::ctl {
+
+namespace {
+
+constexpr unsigned kAnswerBytes = 20, kBusy = 1, kDone = 2, kGoOn = 0x80;
+
+/// The answer: outcome, service, error, its own code, four numbers.
+tools::Bytes ask(window::Client& client, std::uint8_t service, unsigned argument = 0, unsigned value = 0,
+                 const lss::Identity& known = {}) {
+  tools::Bytes request = descriptions::to_bytes(service | argument << 8 | value << 16, 4);
+  for (const std::uint32_t part : known)
+    std::ranges::copy(descriptions::to_bytes(part, sizeof part), std::back_inserter(request));
+  execute(client, tools::sdo_write(0, own::kLssRequest, 0, request));
+  tools::Bytes answer{kBusy};
+  for (; answer[0] == kBusy; std::this_thread::sleep_for(std::chrono::milliseconds(2)))
+    answer = own::read(client, own::kLssAnswer, 0, kAnswerBytes);
+  return answer;
+}
+
+void print(const tools::Bytes& answer, bool json) {
+  const auto part = [&](std::size_t sub) { return load_word(&answer[4 * sub]); };
+  constexpr const char* kJson = R"({{"vendor": {}, "product": {}, "revision": {}, "serial": {}}})";
+  constexpr const char* kText = "vendor {:#x}  product {:#x}  revision {:#x}  serial {:#x}";
+  fmt::print("{}\n", fmt::format(fmt::runtime(json ? kJson : kText), part(1), part(2), part(3), part(4)));
+}
+
+/// Its problem, or nothing.
+std::string_view assign(window::Client& client, const Options& options, unsigned node,
+                        const lss::Identity& wanted) {
+  const auto step_ms = static_cast<unsigned>(options.timeout_ms);
+  const auto rate =
+      static_cast<unsigned>(std::ranges::find(kLssBitRates, options.bit_rate * 1000) - kLssBitRates.begin());
+  unsigned known = 0;
+  for (std::size_t part = 0; part != wanted.size(); ++part)
+    known |= unsigned{wanted[part] != 0} << part;
+  if (ask(client, lss::kFastscan, known, step_ms, wanted)[0] != kDone)
+    return "no module without a node ID has this identity";
+  if (ask(client, lss::kFastscan, known | kGoOn, step_ms, wanted)[0] == kDone)
+    return "more than one module has this identity; add the SERIAL that lss scan shows";
+  if (ask(client, lss::kConfigureNodeId, node)[0] != kDone) return "the module refuses the node ID";
+  if (options.bit_rate != 0 && ask(client, lss::kConfigureBitTiming, 0, rate)[0] != kDone)
+    return "the module refuses the bit rate";
+  return ask(client, lss::kStoreConfiguration)[0] == kDone ? "" : "the module has not stored this";
+}
+
+}  // namespace
+
+void lss(const Options& options) {
+  const std::vector<std::string>& words = options.lss;
+  const bool scans = words == std::vector<std::string>{"scan"};
+  if (!scans && (words.front() != "assign" || words.size() < 2 || words.size() > 6))
+    throw tools::UsageError("lss: write scan, or assign NODE [VENDOR [PRODUCT [REVISION [SERIAL]]]]");
+  const unsigned node = scans ? 0 : tools::parse_number(words[1], kMaxNode, "NODE");
+  lss::Identity wanted{};
+  for (std::size_t at = 2; at < words.size(); ++at)
+    wanted[at - 2] = tools::parse_number(words[at], 0xFFFF'FFFF, "identity");
+  window::Client client = connect(options);
+  std::string_view problem = scans ? "" : assign(client, options, node, wanted);
+  for (unsigned argument = 0; scans; argument = kGoOn) {
+    const tools::Bytes answer =
+        ask(client, lss::kFastscan, argument, static_cast<unsigned>(options.timeout_ms));
+    if (answer[0] != kDone && answer[2] != 0)
+      problem = "a response was late or lost; scan again, with a longer --timeout";
+    if (answer[0] != kDone) break;
+    print(answer, options.json);
+  }
+  ask(client, lss::kSwitchStateGlobal);
+  if (problem.empty()) return;
+  say(fmt::format("lss: {}", problem));
+  throw Ended{ExitCode::kRefused};
+}
+
+}  // namespace cbcan::ctl
