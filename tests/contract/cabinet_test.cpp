@@ -174,7 +174,7 @@ TEST_CASE("[NET-28] process data of a listed node count from its start on") {
   CHECK((network.of(5) == 0x0105 && network.reg(3800) == 0x5555));
 }
 
-TEST_CASE("[NET-28] inputs of a lost node that are zero stay so until it runs") {
+TEST_CASE("[NET-29] inputs of a lost node that are zero stay so until it runs") {
   Network network(1, 5, [](Window& window) { put_input(window, 1); });
   network.exchange(kCheck).exchange(kWrites);
   network.arrive("705#7F").expect("000#0105");

@@ -12,8 +12,8 @@ constexpr const char* kResponse5 = "585#4300200144332211";
 constexpr const char* kAsk6 = "606#4000200100000000";
 constexpr const char* kResponse6 = "586#4300200144332211";
 
-/// Channels whose scanner windows, except that of channel 16, have had the first request since the start: number 1
-/// was answered by result 5.
+/// Channels whose scanner windows, except that of channel 16, have had the first request since the start:
+/// number 1 was answered by result 5.
 class Channels : public Window {
  public:
   Channels() {

@@ -81,7 +81,9 @@ TEST_CASE("[OBJ-14] 1016h") {
     window.configure(0x1016, sub, 4, {0, 33});
     CHECK(read_local(window, 0x1016, sub) == Value{0, 4});
   }
-  window.write(0, 0x1016, 8, 4, {1500, 128}).check_failed(0x06090030);
+  window.configure(0x1016, 8, 4, {1500, 33});
+  window.configure(0x1016, 8, 4, {1500, 128});  // unused
+  CHECK(read_local(window, 0x1016, 8) == Value{0, 4});
 }
 
 TEST_CASE("[OBJ-10] 1005h, 1006h") {
@@ -95,6 +97,8 @@ TEST_CASE("[OBJ-10] 1005h, 1006h") {
     window.pass_rest().expect("080#");
   }
   window.write(0, 0x1005, 0, 4, {0x0081, 0x4000}).check_failed(0x06090030);  // not while it is produced
+  window.configure(0x1006, 0, 4, {0, 0});
+  window.write(0, 0x1005, 0, 4, {0x0081, 0x4000}).check_failed(0x06090030);  // nor without a period
   window.configure(0x1005, 0, 4, {0x0080, 0});
   window.pass(2s).expect_silence();
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// docs/reference/contract.md, "Node state service: read of 300Ch sub-index 0", and the states of docs/reference/registers.md.
+// docs/reference/contract.md, "Node state service: read of 300Ch sub-index 0", and the states of
+// docs/reference/registers.md.
 
 #include "contract/window.hpp"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// docs/reference/contract.md, "SDO service", quarantine: a late response is never taken for the response to the next
-// request.
+// docs/reference/contract.md, "SDO service", quarantine: a late response is never taken for the response to
+// the next request.
 
 #include "contract/phases.hpp"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// docs/reference/contract.md, "The scanner window": a complete PLC program, exchange by exchange, with a disturbance
-// at each step.
+// docs/reference/contract.md, "The scanner window": a complete PLC program, exchange by exchange, with a
+// disturbance at each step.
 
 #include "contract/window.hpp"
 #include "support/scanner_plc.hpp"

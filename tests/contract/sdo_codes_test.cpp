@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// docs/reference/contract.md, "SDO service": the coprocessor's own codes, and whether the server gets an abort.
+// docs/reference/contract.md, "SDO service": the coprocessor's own codes, and whether the server gets an
+// abort.
 
 #include "contract/phases.hpp"
 
@@ -128,8 +129,7 @@ TEST_CASE("[SDO-16] in a block transfer") {
   check_read(8, {{kBlockRead, kNoSize}, {kBlockStart, kOfNine}, {"", "585#0238394142434445"}}, 0x05040005,
              kAbort);
   check_read(
-      8,
-      {{kBlockRead, kNoSize}, {kBlockStart, kOfNine}, {"", kLastOfNine}, {kTaken, "585#D5C3310000000000"}},
+      8, {{kBlockRead, kNoSize}, {kBlockStart, kOfNine}, {"", kLastOfNine}, {kTaken, "585#D5C3310000000000"}},
       0x05040005, kAbort);
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// docs/reference/contract.md, "SDO service": what is ignored, what is allowed, what is limited, and block reads.
+// docs/reference/contract.md, "SDO service": what is ignored, what is allowed, what is limited, and block
+// reads.
 
 #include "contract/phases.hpp"
 
@@ -29,7 +30,8 @@ TEST_CASE("[SDO-22] in every phase") {
           "585#C1", "585#C00020", "585#C6002001"}) {
       const bool is_response =
           std::string_view(frame).starts_with("585#") && frame[4] != 'R' && frame[4] != 0;
-      if (phase.expected == Phase::kSegment && is_response) continue;  // cannot be distinguished from segments
+      if (phase.expected == Phase::kSegment && is_response)
+        continue;  // cannot be distinguished from segments
       INFO(phase.name << ", and then " << frame);
       Window window;
       enter(window, phase);
@@ -74,6 +76,15 @@ TEST_CASE("[SDO-23] legal and understood") {
                      {"605#7000000000000000", "585#1ABBCC0000000000"},
                      {"605#6000000000000000", "585#0F00000000000000"}});
     CHECK(window.target().read(3705, 4) == Words{3, 0xBBAA, 0x00CC, 0xEEEE});
+  }
+  SECTION("in a block transfer a zero-length object without a segment, as Lely sends it") {
+    window.set_mode(kBlock);
+    window.read(5, 0x2000, 1, 16);
+    window.exchange({{"605#A400200103000000", "585#C600200100000000"},
+                     {"605#A300000000000000", "585#DD00000000000000"},
+                     {"605#A100000000000000", ""}});
+    CHECK(window.target().read(3705, 1) == Words{0});
+    window.check_done();
   }
   SECTION("a zero-length object") {
     window.read(5, 0x2000, 1, 16);

@@ -209,7 +209,7 @@ TEST_CASE("1016h: a node once; entries without a node or without a time are unus
              {0x1016, 1, 4, 0x000503E8},
              {0x1016, 2, 4, 0x00050000},
              {0x1016, 3, 4, 0x00000064},
-             {0x1016, 3, 4, 0x00800064, "06090030"},
+             {0x1016, 3, 4, 0x00800064},
              {0x1016, 3, 4, 0x007F0064}});
   CHECK(rig.received_ids() == std::vector<std::uint32_t>{0x000, 0x080, 0x642, 0x705, 0x742, 0x77F});
 }

@@ -15,7 +15,7 @@ TEST_CASE("1005h: SYNC cannot have a CAN-ID that CiA 301 restricts (7.3.5)") {
     bench.write(0, 0x1005, 0, 4, {id, 0x4000}).check_failed(0x06090030);
   constexpr std::uint16_t kFree[] = {0x080, 0x100, 0x181, 0x580, 0x600, 0x680, 0x6DF, 0x700};
   for (const std::uint16_t id : kFree)
-    bench.write(0, 0x1005, 0, 4, {id, 0x4000}).check_done();
+    bench.write(0, 0x1005, 0, 4, {id, 0}).check_done();  // while bit 30 is set the CAN-ID stays
 }
 
 TEST_CASE("Power on: the boot-up message, then Pre-operational") {
@@ -48,7 +48,8 @@ std::vector<Subs> all_objects() {
       {0x3004, 0, 0, 1},   {0x3005, 0, 0, 1},   {0x3006, 0, 0, 9},   {0x3007, 0, 127, 1}, {0x3005, 1, 127, 8},
       {0x3008, 0, 0, 6},   {0x1F22, 0, 0, 1},   {0x1F25, 0, 0, 1},   {0x1F80, 0, 0, 4},   {0x1F89, 0, 0, 4},
       {0x1F8A, 0, 127, 1}, {0x3009, 0, 0, 1},   {0x3009, 1, 127, 8}, {0x300A, 0, 0, 1},   {0x300B, 0, 0, 1},
-      {0x300D, 0, 0, 1},   {0x300D, 1, 127, 2},
+      {0x300D, 0, 0, 1},   {0x300D, 1, 127, 2}, {0x102A, 0, 0, 2},   {0x300E, 0, 0, 20},  {0x300F, 0, 0, 20},
+      {0x3010, 0, 0, 1},   {0x3010, 1, 127, 1},
   };
   for (const unsigned of_nodes : {0x1F26u, 0x1F27u, 0x1F81u, 0x1F84u, 0x1F85u, 0x1F86u, 0x1F87u, 0x1F88u})
     all.insert(all.end(), {{of_nodes, 0, 0, 1}, {of_nodes, 1, 127, 4}});

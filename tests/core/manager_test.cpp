@@ -275,3 +275,28 @@ TEST_CASE("[NET-21] [NET-22] a reset of the own node does not end what the PLC h
     rig.write_words(3864, {8}).expect("205#0800");
   }
 }
+
+TEST_CASE("a value of more than 128 bytes is written whole, from RAM and from flash") {
+  const auto place = GENERATE(ManagerRig::Place::kRam, ManagerRig::Place::kFlash);
+  Bytes value(300);
+  for (std::size_t i = 0; i != value.size(); ++i)
+    value[i] = static_cast<std::uint8_t>(i * 7);
+  ManagerRig rig(node_5(5, {{0x1F22, 5, concise({{0x2000, 1, value}, {0x6423, 0, {1}}})}}), {}, place);
+  begin(rig);
+  rig.arrive("705#00");
+  check_identity(rig);
+  rig.expect("605#210020012C010000");
+  rig.arrive("585#6000200100000000");
+  Bytes written;
+  while (written.size() < value.size()) {
+    REQUIRE(rig.port.sent.size() == 1);
+    const Frame frame = frame_from(rig.port.sent.front());
+    rig.port.sent.pop_front();
+    const std::size_t size = 7 - (frame.data[0] >> 1 & 7);
+    written.insert(written.end(), frame.data.begin() + 1, frame.data.begin() + 1 + static_cast<int>(size));
+    CHECK((frame.data[0] & 1) == (written.size() == value.size()));
+    rig.arrive((frame.data[0] & 0x10) != 0 ? "585#3000000000000000" : "585#2000000000000000");
+  }
+  CHECK(written == value);
+  rig.expect("605#2F23640001000000");
+}

@@ -169,13 +169,14 @@ TEST_CASE("node guarding in 1F81h; a long heartbeat in the 16 bits of 1016h") {
 
 TEST_CASE("the module's objects, byte by byte") {
   const PlannedNetwork network =
-      read("[[node]]\nid = 5\nheartbeat_ms = 100\nmandatory = true\nidentity = [0, 0x33]\n");
+      read("[[node]]\nid = 5\nheartbeat_ms = 100\nmandatory = true\nlss = true\nidentity = [0, 0x33]\n");
   CHECK(image_of(network, 127, "n.toml") ==
-        Bytes{5,    0,    0, 0,                           // objects
+        Bytes{6,    0,    0, 0,                           // objects
               0x16, 0x10, 1, 4,  0, 0, 0, 250,  0, 5, 0,  // 1.5 x 100 + 100 ms
               0x80, 0x1F, 0, 4,  0, 0, 0, 1,    0, 0, 0,  //
               0x81, 0x1F, 5, 4,  0, 0, 0, 0xD,  0, 0, 0,  // listed, boots, mandatory
               0x86, 0x1F, 5, 4,  0, 0, 0, 0x33, 0, 0, 0,  //
+              0x10, 0x30, 5, 1,  0, 0, 0, 1,              // it may get its node ID by LSS
               0x22, 0x1F, 5, 13, 0, 0, 0, 1,    0, 0, 0,  // one object: 1017h = 100
               0x17, 0x10, 0, 2,  0, 0, 0, 100,  0,        //
               0x3D, 0x83});                               // CRC

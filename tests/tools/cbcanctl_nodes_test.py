@@ -63,6 +63,47 @@ class Boots(Nodes):
         self.assertEqual({row["node"]: row["step"] for row in rows if row["node"] in said}, said)
 
 
+class WithoutNodeIds(Case):
+    """Three modules of the plant get their node IDs by LSS; two are alike."""
+
+    def start(self, network):
+        plant = self.write("plant.toml", f"""
+            can.bit_rate = 0
+            module.network = "{self.write('network.toml', network)}"
+            node = [
+              {{ eds = "{eds('io_module')}", lss = true, objects = [ {{ index = 0x1018, sub = 4, value = 7 }} ] }},
+              {{ eds = "{eds('io_module')}", lss = true, objects = [ {{ index = 0x1018, sub = 4, value = 9 }} ] }},
+              {{ eds = "{eds('drive')}", lss = true }},
+            ]""")
+        self.place = Simulator(CBCAN_SIM, "--config", plant, test=self).port
+
+    def test_lss(self):
+        self.start("")
+        io, drive = "vendor 0x0  product 0x191  revision 0x10000  serial ", "vendor 0x0  product 0x192  revision 0x10000  serial 0x1\n"
+        self.check("lss scan", f"{io}0x7\n{io}0x9\n{drive}")
+        self.check("lss assign 5 0 0x191", "", REFUSED, "cbcanctl: lss: more than one module has this identity; add the SERIAL that lss scan shows\n")
+        self.check("lss assign 5 0 0x191 0 9")
+        self.check("read 5 0x1018 4", "0x00000009 (9)\n")
+        self.check("lss assign 6 0 0x999", "", REFUSED, "cbcanctl: lss: no module without a node ID has this identity\n")
+        self.assertEqual([json.loads(line)["serial"] for line in run(self.place, "lss", "scan", "--json").stdout.splitlines()], [7, 1])
+        self.check("lss assign 6", "", REFUSED, "cbcanctl: lss: more than one module has this identity; add the SERIAL that lss scan shows\n")
+        self.check("lss assign 6 0 0x191")
+        self.check("read 6 0x1018 4", "0x00000007 (7)\n")
+        for words in ("lss find", "lss scan 5", "lss assign", "lss assign 5 1 2 3 4 5"):
+            self.check(words, "", USAGE, "cbcanctl: lss: write scan, or assign NODE [VENDOR [PRODUCT [REVISION [SERIAL]]]]\n")
+
+    def test_nodes_join(self):
+        self.start("""
+            node = [ { id = 5, identity = [0, 0x192], lss = true }, { id = 6, identity = [0, 0x191, 0, 9], lss = true } ]""")
+        self.assertEqual(run(self.place, "status", "--wait", 60000).returncode, DONE)
+        self.check("read 6 0x1018 4", "0x00000009 (9)\n")
+
+    def test_two_alike(self):
+        self.start("node = [ { id = 5, identity = [0, 0x191], lss = true } ]")
+        run(self.place, "status", "--wait", 8000)
+        self.assertIn("(U)", run(self.place, "status").stdout)
+
+
 class ManyNodes(Nodes):
     def test_scan(self):
         done = run(self.place, "scan")

@@ -407,7 +407,7 @@ inline constexpr std::array<NamedNumber, 10> kStatusBits{{
     {9, "NOT_WATCHED", "a running node has neither heartbeat nor node guarding"},
 }};
 
-/// High byte of NODE_STATUS. A node that has failed has its letter of CiA 302-2 there, 41h..4Fh.
+/// High byte of NODE_STATUS. A node that has failed has its letter there, 41h..4Fh of CiA 302-2, or 55h.
 inline constexpr std::array<NamedNumber, 9> kBootSteps{{
     {0, "NOT_LISTED", "not listed"},
     {1, "RUNNING", "running"},
