@@ -83,11 +83,10 @@ constexpr std::array kMapOptions{
     row<&Options::at>({
         .option = "--at ADDRESS", .help = "First address of the inputs in the PLC; outputs are 64 words further on, the status 128. Without it "
         "%MW100 for xsy, %MW0 for codesys; for tia-db the number of the block, 10", .high = 65535})};
-constexpr std::array kBitRates{10, 20, 50, 125, 250, 500, 800, 1000};
 constexpr std::array kLssWords{row<&Options::lss>({
     .option = "ACTION...", .help = "scan, or assign NODE [VENDOR [PRODUCT [REVISION [SERIAL]]]], 0 = any"})};
 constexpr std::array kLssOptions{row<&Options::bit_rate>({
-    .option = "--bit-rate N", .help = "With assign, from the next start on", .unit = " kbit/s", .numbers = kBitRates, .absent = base::kNone})};
+    .option = "--bit-rate N", .help = "With assign, from the next start on", .unit = " kbit/s, 0 = unchanged", .numbers = kBitRates})};
 constexpr auto kCommands = std::to_array<Command>({
     {"cbcanctl read", "SDO read (upload)", kReadWords, kReadOptions, read},
     {"cbcanctl write", "SDO write (download)", kWriteWords, kWriteOptions, write},

@@ -6,8 +6,6 @@
 #include <algorithm>
 #include <thread>
 
-#include "cbcan/canopen/dictionary/little_endian.hpp"
-#include "cbcan/canopen/lss.hpp"
 #include "cbcanctl/commands.hpp"
 
 namespace cbcan::ctl {
@@ -15,10 +13,13 @@ namespace cbcan::ctl {
 namespace {
 
 constexpr unsigned kAnswerBytes = 20, kBusy = 1, kDone = 2, kGoOn = 0x80;
+// Command specifiers (CiA 305).
+constexpr unsigned kSwitchGlobal = 0x04, kNodeId = 0x11, kBitTiming = 0x13, kStore = 0x17, kFastscan = 0x51;
+using Identity = std::array<std::uint32_t, 4>;
 
 /// The answer: outcome, service, error, its own code, four numbers.
-tools::Bytes ask(window::Client& client, std::uint8_t service, unsigned argument = 0, unsigned value = 0,
-                 const lss::Identity& known = {}) {
+tools::Bytes ask(window::Client& client, unsigned service, unsigned argument = 0, unsigned value = 0,
+                 const Identity& known = {}) {
   tools::Bytes request = descriptions::to_bytes(service | argument << 8 | value << 16, 4);
   for (const std::uint32_t part : known)
     std::ranges::copy(descriptions::to_bytes(part, sizeof part), std::back_inserter(request));
@@ -30,7 +31,10 @@ tools::Bytes ask(window::Client& client, std::uint8_t service, unsigned argument
 }
 
 void print(const tools::Bytes& answer, bool json) {
-  const auto part = [&](std::size_t sub) { return load_word(&answer[4 * sub]); };
+  const auto part = [&](std::size_t sub) {
+    const std::uint8_t* const at = &answer[4 * sub];
+    return at[0] | at[1] << 8 | at[2] << 16 | std::uint32_t{at[3]} << 24;
+  };
   constexpr const char* kJson = R"({{"vendor": {}, "product": {}, "revision": {}, "serial": {}}})";
   constexpr const char* kText = "vendor {:#x}  product {:#x}  revision {:#x}  serial {:#x}";
   fmt::print("{}\n", fmt::format(fmt::runtime(json ? kJson : kText), part(1), part(2), part(3), part(4)));
@@ -38,21 +42,20 @@ void print(const tools::Bytes& answer, bool json) {
 
 /// Its problem, or nothing.
 std::string_view assign(window::Client& client, const Options& options, unsigned node,
-                        const lss::Identity& wanted) {
+                        const Identity& wanted) {
   const auto step_ms = static_cast<unsigned>(options.timeout_ms);
-  const auto rate =
-      static_cast<unsigned>(std::ranges::find(kLssBitRates, options.bit_rate * 1000) - kLssBitRates.begin());
+  const auto rate = static_cast<unsigned>(std::ranges::find(kBitRates, options.bit_rate) - kBitRates.begin());
   unsigned known = 0;
   for (std::size_t part = 0; part != wanted.size(); ++part)
     known |= unsigned{wanted[part] != 0} << part;
-  if (ask(client, lss::kFastscan, known, step_ms, wanted)[0] != kDone)
+  if (ask(client, kFastscan, known, step_ms, wanted)[0] != kDone)
     return "no module without a node ID has this identity";
-  if (ask(client, lss::kFastscan, known | kGoOn, step_ms, wanted)[0] == kDone)
+  if (ask(client, kFastscan, known | kGoOn, step_ms, wanted)[0] == kDone)
     return "more than one module has this identity; add the SERIAL that lss scan shows";
-  if (ask(client, lss::kConfigureNodeId, node)[0] != kDone) return "the module refuses the node ID";
-  if (options.bit_rate != 0 && ask(client, lss::kConfigureBitTiming, 0, rate)[0] != kDone)
+  if (ask(client, kNodeId, node)[0] != kDone) return "the module refuses the node ID";
+  if (options.bit_rate != 0 && ask(client, kBitTiming, 0, rate)[0] != kDone)
     return "the module refuses the bit rate";
-  return ask(client, lss::kStoreConfiguration)[0] == kDone ? "" : "the module has not stored this";
+  return ask(client, kStore)[0] == kDone ? "" : "the module has not stored this";
 }
 
 }  // namespace
@@ -63,20 +66,19 @@ void lss(const Options& options) {
   if (!scans && (words.front() != "assign" || words.size() < 2 || words.size() > 6))
     throw tools::UsageError("lss: write scan, or assign NODE [VENDOR [PRODUCT [REVISION [SERIAL]]]]");
   const unsigned node = scans ? 0 : tools::parse_number(words[1], kMaxNode, "NODE");
-  lss::Identity wanted{};
+  Identity wanted{};
   for (std::size_t at = 2; at < words.size(); ++at)
     wanted[at - 2] = tools::parse_number(words[at], 0xFFFF'FFFF, "identity");
   window::Client client = connect(options);
   std::string_view problem = scans ? "" : assign(client, options, node, wanted);
   for (unsigned argument = 0; scans; argument = kGoOn) {
-    const tools::Bytes answer =
-        ask(client, lss::kFastscan, argument, static_cast<unsigned>(options.timeout_ms));
+    const tools::Bytes answer = ask(client, kFastscan, argument, static_cast<unsigned>(options.timeout_ms));
     if (answer[0] != kDone && answer[2] != 0)
       problem = "a response was late or lost; scan again, with a longer --timeout";
     if (answer[0] != kDone) break;
     print(answer, options.json);
   }
-  ask(client, lss::kSwitchStateGlobal);
+  ask(client, kSwitchGlobal);
   if (problem.empty()) return;
   say(fmt::format("lss: {}", problem));
   throw Ended{ExitCode::kRefused};

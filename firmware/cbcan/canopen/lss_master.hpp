@@ -76,7 +76,7 @@ class LssMaster {
   const Request& request() const { return request_; }
 
  private:
-  /// kListen and the following ones last until their time is over.
+  /// kListen and the following ones last their whole time.
   enum class Step : std::uint8_t { kSelect, kAsk, kSwitch, kListen, kBegin, kProbe, kConfirm };
 
   void enter(Step step, Time now);

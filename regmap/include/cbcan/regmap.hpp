@@ -462,8 +462,7 @@ inline constexpr std::uint16_t kEmergencyScan = 0x3006;
 inline constexpr std::uint16_t kDeviceState = 0x3007;  ///< sub-index = node
 inline constexpr std::uint16_t kClock = 0x3008;
 inline constexpr std::uint16_t kBootFailure = 0x3009;  ///< sub-index = node
-inline constexpr std::uint16_t kLssRequest = 0x300E;
-inline constexpr std::uint16_t kLssAnswer = 0x300F;
+inline constexpr std::uint16_t kLssRequest = 0x300E, kLssAnswer = 0x300F;
 }  // namespace object
 
 /// One NMT service: the numbers that R3706 may hold for it, and its command specifier on the bus (CiA
