@@ -122,6 +122,8 @@ TEST_CASE("[LSS-7] [LSS-8] fastscan with a known identity") {
     request(window, 0x51, 0x0F, 100, identity).expect("7E5#0400000000000000", "7E5#5E00000000000000");
     window.pass(100ms);
     step("7E5#5100000000800000");
+    window.expect("7E5#51000000001F0303");  // none responds to this
+    window.pass(100ms);
     step("7E5#5119030000000001");
     step("7E5#5102000000000102");
     step("7E5#5103000000000203");
@@ -131,6 +133,8 @@ TEST_CASE("[LSS-7] [LSS-8] fastscan with a known identity") {
   SECTION("bit 7: they are not; the second number is another one") {
     request(window, 0x51, 0x8F, 100, identity);
     step("7E5#5100000000800000");
+    window.expect("7E5#51000000001F0303");
+    window.pass(100ms);
     step("7E5#5119030000000001");
     window.expect("7E5#5102000000000102");
     window.pass(100ms);

@@ -121,20 +121,29 @@ TEST_CASE("LSS master: fastscan with known parts, and the last one bit by bit") 
   rig.expect("7E5#0400000000000000", "7E5#5E00000000000000");
   rig.pass(kStep);
   step("00000000800000", true);
+  step("000000001F0303", false);  // out of order
   step("19030000000001", true);
   step("02000000000102", true);
   step("03000000000203", true);
-  // The serial number is 80000005h: a bit without a response is 1.
+  // The serial number is 80000005h: a bit without a response is 1; at one with a response, 1 is asked for
+  // too.
+  const bool another = GENERATE(false, true);
   step("000000001F0303", false);
   for (unsigned bit = 30; bit >= 3; --bit) {
-    char text[16];
-    std::snprintf(text, sizeof text, "00000080%02X0303", bit);
-    step(text, true);
+    char zero[20], one[20];
+    std::snprintf(zero, sizeof zero, "00000080%02X0303", bit);
+    const std::uint32_t both = 0x80000000 | 1u << bit;
+    std::snprintf(one, sizeof one, "%02X%02X%02X%02X%02X0303", both & 0xFF, both >> 8 & 0xFF,
+                  both >> 16 & 0xFF, both >> 24, bit);
+    step(zero, true);
+    step(one, another && bit == 7);
   }
   step("00000080020303", false);
   step("04000080010303", true);
+  step("06000080010303", false);
   step("04000080000303", false);
   step("05000080000300", true);
+  CHECK(rig.master.answer().specific == another);
   rig.check_ended(Outcome::kDone, 4);
   CHECK(rig.master.answer().identity == lss::Identity{0x319, 2, 3, 0x80000005});
 }
@@ -147,8 +156,15 @@ TEST_CASE("LSS master: fastscan without a device, or with none of this identity"
     rig.pass(5 * kMillisecond);
     rig.check_ended(Outcome::kNoResponse, 0);
   }
+  SECTION("a device in the configuration state responds to everything, as CANopenNode's do") {
+    rig.arrive("7E4#4F00000000000000").pass(5 * kMillisecond).expect("7E5#51000000001F0303");
+    rig.arrive("7E4#4F00000000000000").pass(5 * kMillisecond);
+    rig.check_ended(Outcome::kNoResponse, 0);
+    CHECK(rig.master.answer().specific == 1);
+  }
   SECTION("another vendor's") {
-    rig.arrive("7E4#4F00000000000000").pass(5 * kMillisecond).expect("7E5#5119030000000001");
+    rig.arrive("7E4#4F00000000000000").pass(5 * kMillisecond).expect("7E5#51000000001F0303");
+    rig.pass(5 * kMillisecond).expect("7E5#5119030000000001");
     rig.pass(5 * kMillisecond);
     rig.check_ended(Outcome::kNoResponse, 1);
   }
@@ -302,7 +318,9 @@ TEST_CASE("LSS master: a known identity, alike ones, and switch state selective"
   LssBus::Slave& second = bus.add(kSecond_);
   CHECK_FALSE(bus.assign(5, 15, {0x319, 2, 3, 4}));
   CHECK(bus.ask({lss::kFastscan, 7, 0, kFirst}) == Outcome::kDone);
-  CHECK(bus.ask({lss::kFastscan, 7 | kGoOn, 0, kFirst}) == Outcome::kDone);  // there are two
+  CHECK(bus.master.answer().specific == 1);  // there are two
+  CHECK(bus.ask({lss::kFastscan, 7 | kGoOn, 0, kFirst}) == Outcome::kDone);
+  CHECK(bus.master.answer().specific == 0);
   CHECK(bus.ask({lss::kFastscan, 7 | kGoOn, 0, kFirst}) == Outcome::kNoResponse);
   CHECK(bus.assign(5, 15, kSecond_));
   CHECK(second.slave.node_id() == 5);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The LSS slave as an LSS master sees it. Frames are those of CiA 305: requests have CAN-ID 7E5h, responses
-// 7E4h, both eight bytes; zeros at their end are left out here. Reserved bytes are not 0 in some requests, as in
-// switch state selective of CANopenNode's master.
+// 7E4h, both eight bytes; zeros at their end are left out here. Reserved bytes are not 0 in some requests, as
+// in switch state selective of CANopenNode's master.
 
 #include "cbcan/canopen/lss_slave.hpp"
 #include "support/bench.hpp"
@@ -85,8 +85,8 @@ const std::vector<Exchange> kConfigurationServices{
 const Requests kSelect{"401903", "4101020304", "4202000100", "4378563412"};
 const Requests kIdentify{"461903", "4701020304", "48", "49FFFFFFFF", "4A", "4BFFFFFFFF"};
 
-/// The device does not respond if one of them is missing, or has another number, or (except the first) follows
-/// one with another number.
+/// The device does not respond if one of them is missing, or has another number, or (except the first)
+/// follows one with another number.
 void check_incomplete(LssDevice& device, const Requests& run, const std::string& wrong_byte,
                       std::size_t compared) {
   for (std::size_t at = 0; at < run.size(); ++at) {

@@ -85,8 +85,6 @@ constexpr std::array kMapOptions{
         "%MW100 for xsy, %MW0 for codesys; for tia-db the number of the block, 10", .high = 65535})};
 constexpr std::array kLssWords{row<&Options::lss>({
     .option = "ACTION...", .help = "scan, or assign NODE [VENDOR [PRODUCT [REVISION [SERIAL]]]], 0 = any"})};
-constexpr std::array kLssOptions{row<&Options::bit_rate>({
-    .option = "--bit-rate N", .help = "With assign, from the next start on", .unit = " kbit/s, 0 = unchanged", .numbers = kBitRates})};
 constexpr auto kCommands = std::to_array<Command>({
     {"cbcanctl read", "SDO read (upload)", kReadWords, kReadOptions, read},
     {"cbcanctl write", "SDO write (download)", kWriteWords, kWriteOptions, write},
@@ -98,7 +96,7 @@ constexpr auto kCommands = std::to_array<Command>({
     {"cbcanctl status", "States of all nodes, from R3928..R4099", {}, kStatusOptions, status},
     {"cbcanctl scan", "Nodes that respond, or a network file of them", {}, kScanOptions, scan},
     {"cbcanctl map", "Tags of a network for the tool of a PLC's maker", kMapWords, kMapOptions, map},
-    {"cbcanctl lss", "Modules without a node ID: finds them, or gives one its node ID", kLssWords, kLssOptions, lss},
+    {"cbcanctl lss", "Modules without a node ID: finds them, or gives one its node ID", kLssWords, {}, lss},
     {"cbcanctl kernel", "CAN errors of the coprocessor", {}, {}, kernel},
 });
 

@@ -14,7 +14,7 @@ namespace {
 
 constexpr unsigned kAnswerBytes = 20, kBusy = 1, kDone = 2, kGoOn = 0x80;
 // Command specifiers (CiA 305).
-constexpr unsigned kSwitchGlobal = 0x04, kNodeId = 0x11, kBitTiming = 0x13, kStore = 0x17, kFastscan = 0x51;
+constexpr unsigned kSwitchGlobal = 0x04, kNodeId = 0x11, kStore = 0x17, kFastscan = 0x51;
 using Identity = std::array<std::uint32_t, 4>;
 
 /// The answer: outcome, service, error, its own code, four numbers.
@@ -43,18 +43,13 @@ void print(const tools::Bytes& answer, bool json) {
 /// Its problem, or nothing.
 std::string_view assign(window::Client& client, const Options& options, unsigned node,
                         const Identity& wanted) {
-  const auto step_ms = static_cast<unsigned>(options.timeout_ms);
-  const auto rate = static_cast<unsigned>(std::ranges::find(kBitRates, options.bit_rate) - kBitRates.begin());
   unsigned known = 0;
   for (std::size_t part = 0; part != wanted.size(); ++part)
     known |= unsigned{wanted[part] != 0} << part;
-  if (ask(client, kFastscan, known, step_ms, wanted)[0] != kDone)
-    return "no module without a node ID has this identity";
-  if (ask(client, kFastscan, known | kGoOn, step_ms, wanted)[0] == kDone)
-    return "more than one module has this identity; add the SERIAL that lss scan shows";
+  const tools::Bytes found = ask(client, kFastscan, known, static_cast<unsigned>(options.timeout_ms), wanted);
+  if (found[0] != kDone) return "no module without a node ID has this identity";
+  if (found[3] != 0) return "more than one module has this identity; add the SERIAL that lss scan shows";
   if (ask(client, kNodeId, node)[0] != kDone) return "the module refuses the node ID";
-  if (options.bit_rate != 0 && ask(client, kBitTiming, 0, rate)[0] != kDone)
-    return "the module refuses the bit rate";
   return ask(client, kStore)[0] == kDone ? "" : "the module has not stored this";
 }
 
@@ -73,8 +68,8 @@ void lss(const Options& options) {
   std::string_view problem = scans ? "" : assign(client, options, node, wanted);
   for (unsigned argument = 0; scans; argument = kGoOn) {
     const tools::Bytes answer = ask(client, kFastscan, argument, static_cast<unsigned>(options.timeout_ms));
-    if (answer[0] != kDone && answer[2] != 0)
-      problem = "a response was late or lost; scan again, with a longer --timeout";
+    if (answer[0] != kDone && (answer[2] | answer[3]) != 0)
+      problem = "there may be more; scan again after assign, or with a longer --timeout";
     if (answer[0] != kDone) break;
     print(answer, options.json);
   }

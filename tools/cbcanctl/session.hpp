@@ -24,9 +24,6 @@ inline constexpr std::uint16_t kNotDetected = 6;  ///< of kNodeStates
 enum class NmtService : std::uint8_t {};    ///< index in regmap::kNmtCommands
 enum class TransferMode : std::uint8_t {};  ///< as in 3004h
 
-/// Bit rates by their index in CiA 305, in kbit/s; 0 = unchanged.
-inline constexpr std::array kBitRates{1000, 800, 500, 250, 125, 0, 50, 20, 10};
-
 struct Options {
   window::Settings target{.port = 1502, .baud = 115200};
   std::string parity = "E";
@@ -45,7 +42,6 @@ struct Options {
   int wait_ms = 0;          ///< of status; 0 = does not wait
   // Arguments of lss.
   std::vector<std::string> lss;
-  int bit_rate = 0;  ///< kbit/s; 0 = unchanged
   // Arguments of map.
   std::string network;
   std::optional<tools::Form> form;

@@ -40,8 +40,8 @@ void LssMaster::enter(Step step, Time now) {
   step_ = step;
   heard_ = false;
   const std::uint32_t number = answer_.identity[part_];
-  const auto scan = [&](std::uint64_t low, std::uint64_t bit, std::uint64_t next) {
-    send(lss::kFastscan, low | bit << 32 | std::uint64_t{part_} << 40 | next << 48, now);
+  const auto scan = [&](std::uint64_t low, std::uint64_t bit, std::uint64_t part, std::uint64_t next) {
+    send(lss::kFastscan, low | bit << 32 | part << 40 | next << 48, now);
   };
   switch (step) {
     case Step::kAsk:
@@ -49,9 +49,11 @@ void LssMaster::enter(Step step, Time now) {
     case Step::kSelect: return send(static_cast<std::uint8_t>(lss::kSelectVendor + part_), number, now);
     case Step::kSwitch: return send(lss::kSwitchStateGlobal, lss::kModeWaiting, now);
     case Step::kListen: return send(lss::kInquireNodeId, 0, now);
-    case Step::kBegin: return scan(0, lss::kScanStart, 0);
-    case Step::kProbe: return scan(number, bit_, part_);
-    case Step::kConfirm: return scan(number, 0, (part_ + 1u) % answer_.identity.size());
+    case Step::kBegin: return scan(0, lss::kScanStart, 0, 0);
+    case Step::kOddOne: return scan(0, lss::kScanLastBit, lss::kSerial, lss::kSerial);
+    case Step::kProbe: return scan(number, bit_, part_, part_);
+    case Step::kSibling: return scan(number | std::uint64_t{1} << bit_, bit_, part_, part_);
+    case Step::kConfirm: return scan(number, 0, part_, (part_ + 1u) % answer_.identity.size());
   }
 }
 
@@ -84,6 +86,7 @@ void LssMaster::on_frame(const Frame& frame, Time /*now*/) {
       frame.length != lss::kLength || frame.data[0] != expected)
     return;
   heard_ = true;
+  if (step_ == Step::kOddOne || step_ == Step::kSibling) answer_.specific = 1;
   if (step_ >= Step::kListen) return;
   if (configures(expected))
     answer_ = {Outcome::kBusy, expected, frame.data[1], frame.data[2], answer_.identity};
@@ -104,13 +107,15 @@ void LssMaster::poll(Time now) {
 /// In kProbe silence means that no device has this bit clear.
 void LssMaster::time_over(Time now) {
   constexpr std::uint8_t kMostTries = 3;
-  if (step_ == Step::kProbe) {
-    if (!heard_) answer_.identity[part_] |= std::uint32_t{1} << bit_;
+  if (step_ == Step::kProbe && heard_) return enter(Step::kSibling, now);
+  if (step_ == Step::kProbe || step_ == Step::kSibling) {
+    if (step_ == Step::kProbe) answer_.identity[part_] |= std::uint32_t{1} << bit_;
     return enter(bit_-- == 0 ? Step::kConfirm : Step::kProbe, now);
   }
   if (step_ == Step::kListen && !heard_) return enter(Step::kBegin, now);
   if (step_ == Step::kListen && ++tries_ != kMostTries) return enter(Step::kSwitch, now);
-  if (step_ == Step::kListen || !heard_) return end(Outcome::kNoResponse);
+  if (step_ == Step::kListen || heard_ == (step_ == Step::kOddOne)) return end(Outcome::kNoResponse);
+  if (step_ == Step::kBegin) return enter(Step::kOddOne, now);
   if (step_ == Step::kConfirm && part_++ == lss::kSerial) return end(Outcome::kDone);
   answer_.error = static_cast<std::uint8_t>(part_ + 1);
   bit_ = lss::kScanLastBit;

@@ -12,14 +12,16 @@
 ///                     11h, 13h, 17h     the same
 ///   kInquireVendor.. kInquireNodeId
 ///                     5Ah..5Eh          the same
-///   kFastscan         04h, 5Eh, 51h..   after up to 134 steps
+///   kFastscan         04h, 5Eh, 51h..   after up to 263 steps
 ///
 /// A scan finds one device without a node ID and puts it into the configuration state, where the other
-/// services concern it. A part of the identity that is not known takes 33 steps, a known one takes one. Each
-/// step lasts its whole time, as several devices may respond to it, each in its own time; a device that takes
-/// longer is not found, or the scan ends without one, but never with another one. Before that all devices are
-/// put into the waiting state, and asked whether one has missed that: a second device in the configuration
-/// state would get the same node ID. Without this, kGoOn finds the next device.
+/// services concern it. A part of the identity that is known takes one step, an unknown one 33 to 65: a bit
+/// that is clear is also asked for the opposite, which shows whether there is another device. Each step lasts
+/// its whole time, as several devices may respond to it, each in its own time. A device that takes longer is
+/// not found, or the scan ends without one, but never with another one. Before that all devices are put into
+/// the waiting state, and asked whether one has missed that, as a second one in the configuration state would
+/// get the same node ID. Without this, kGoOn finds the next device. Devices with CANopenNode then respond to
+/// every step; a request that has no response by the standard shows that, and the scan ends with kNoResponse.
 ///
 /// Nothing blocks, nothing is allocated; not re-entrant. Decided where the standard is not specific: frames
 /// of other lengths than 8 are ignored, and so are responses to another service.
@@ -56,7 +58,7 @@ class LssMaster {
     Outcome outcome = Outcome::kNone;
     std::uint8_t service = 0;
     std::uint8_t error = 0;     ///< of kRefused; of a scan: parts that were reached, 0 = no device responds
-    std::uint8_t specific = 0;  ///< error 255: the manufacturer's code
+    std::uint8_t specific = 0;  ///< error 255: the manufacturer's code; a scan: 1 = several devices fit
     lss::Identity identity{};   ///< that a scan has found; the first is the value of an inquiry
   };
 
@@ -77,7 +79,17 @@ class LssMaster {
 
  private:
   /// kListen and the following ones last their whole time.
-  enum class Step : std::uint8_t { kSelect, kAsk, kSwitch, kListen, kBegin, kProbe, kConfirm };
+  enum class Step : std::uint8_t {
+    kSelect,
+    kAsk,
+    kSwitch,
+    kListen,
+    kBegin,
+    kOddOne,
+    kProbe,
+    kSibling,
+    kConfirm
+  };
 
   void enter(Step step, Time now);
   void send(std::uint8_t command, std::uint64_t bytes, Time now);

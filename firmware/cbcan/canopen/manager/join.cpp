@@ -9,8 +9,8 @@ void Manager::look_for_unconfigured(std::uint8_t node) {
 }
 
 void Manager::ask_lss(Joining step, Time now) {
-  constexpr std::array kRequests{lss::kFastscan,        lss::kFastscan,           lss::kFastscan,
-                                 lss::kConfigureNodeId, lss::kStoreConfiguration, lss::kSwitchStateGlobal};
+  constexpr std::array kRequests{lss::kFastscan, lss::kFastscan, lss::kConfigureNodeId,
+                                 lss::kStoreConfiguration, lss::kSwitchStateGlobal};
   step_ = step;
   LssMaster::Request request{kRequests[static_cast<std::size_t>(step)]};
   if (step == Joining::kSetNodeId) request.argument = joining_;
@@ -19,8 +19,6 @@ void Manager::ask_lss(Joining step, Time now) {
         objects_.number(static_cast<std::uint16_t>(object::kExpectedVendor + part), joining_);
     if (request.identity[part] != 0) request.argument |= static_cast<std::uint8_t>(1u << part);
   }
-  if (step == Joining::kFindLike || step == Joining::kFindLikeAgain)
-    request.argument |= 1u << LssMaster::Request::kGoOn;
   lss_->start(request, now);
 }
 
@@ -34,15 +32,11 @@ void Manager::serve_lss(Time now) {
     return ask_lss(Joining::kFind, now);
   }
   const bool done = lss_->answer().outcome == LssMaster::Outcome::kDone;
-  if (step_ == Joining::kFind && !done) {
-    if (lss_->answer().error == 0) absent_.clear();  // there is no module without a node ID
-    return end_joining(false);
-  }
+  const bool finds = step_ < Joining::kSetNodeId;
+  if (finds && !done) return end_joining(false);
   if (step_ == Joining::kSwitch) return end_joining(true);
-  const bool has_serial = (lss_->request().argument >> lss::kSerial & 1) != 0;
   auto next = static_cast<Joining>(static_cast<std::uint8_t>(step_) + 1);
-  if (step_ == Joining::kFind && has_serial) next = Joining::kSetNodeId;
-  if (done && (step_ == Joining::kFindLike || step_ == Joining::kFindLikeAgain)) {
+  if (finds && lss_->answer().specific != 0) {
     nodes_[joining_].failure = {AbortCode::kNone, object::kIdentity, lss::kSerial + 1, kAlike};
     next = Joining::kSwitch;
   }

@@ -225,9 +225,9 @@ class Manager {
  private:
   /// Not to be started until an NMT start of others; after another master's Stop also at the next boot-up.
   enum class Held : std::uint8_t { kNo, kByPlc, kByOther };
-  /// What LSS does for a node: a module with its identity is found, and is the only one; it gets and stores
-  /// the node ID, and boots.
-  enum class Joining : std::uint8_t { kFind, kFindLike, kFindLikeAgain, kSetNodeId, kStore, kSwitch };
+  /// What LSS does for a node: a module with its identity is found, and again, as a lost frame may hide a
+  /// second one; it gets and stores the node ID, and boots.
+  enum class Joining : std::uint8_t { kFind, kFindAgain, kSetNodeId, kStore, kSwitch };
 
   /// Once for each boot-up message that it has not caused.
   enum class Restoring : std::uint8_t { kDue, kLoadSent, kDone };
