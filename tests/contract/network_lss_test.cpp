@@ -41,7 +41,7 @@ void expect_scan(Unanswered& network, const std::vector<std::string>& steps) {
 /// All four numbers of node 5 are known.
 void put_identity(Window& window) {
   window.configure(0x3010, 5, 1, {1});
-  for (const std::uint16_t index : {0x1F86, 0x1F87, 0x1F88})
+  for (const unsigned index : {0x1F86u, 0x1F87u, 0x1F88u})
     window.put(index, 5, index & 0xF);
 }
 
