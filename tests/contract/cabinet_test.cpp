@@ -157,7 +157,7 @@ TEST_CASE("[PLC-7] who keeps the PLC alive") {
   }
 }
 
-// ---- What is shown is so
+// ---- Registers show what is there
 
 TEST_CASE("[NET-28] process data of a listed node count from its start on") {
   Network network(1, 5, put_both);

@@ -75,7 +75,7 @@ def room_of(path):
 
 
 def room_of_include(name):
-    if name in ("cbcan/regmap.hpp", "cbcan/regmap.h", "cbcan/mistakes.hpp"):
+    if name in ("cbcan/regmap.hpp", "cbcan/regmap.h", "cbcan/mistakes.hpp", "cbcan/sdo_abort_codes.hpp"):
         return "regmap"
     if name == "cbcan/sim.hpp":
         return "hostsim/plant/include"

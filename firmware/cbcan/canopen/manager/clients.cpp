@@ -8,7 +8,7 @@ namespace cbcan {
 
 namespace {
 
-/// As in a response: index, low byte first, then the sub-index.
+/// Index and sub-index as a response has them, low byte first.
 constexpr std::uint32_t object_of(const ConciseDcf::Entry& asked) {
   return static_cast<std::uint32_t>(asked.sub << 16 | asked.index);
 }
