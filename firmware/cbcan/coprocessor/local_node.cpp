@@ -57,7 +57,7 @@ LocalNode::LocalNode(ProcessRegisters registers, CanPort& port, SdoClient& clien
       lss_master_(port),
       manager_(device_, monitor_, port, answers, settings.sdo_timeout_ms),
       status_(device_, monitor_, emergencies_, manager_) {
-  if constexpr (kServices.lss_master()) manager_->use(lss_master_);
+  if constexpr (kServices.lss_master()) manager_->use(lss_master_.operator->());
   if constexpr (kServices.sdo_server) slave().sdo_server()->set_block_timeout(settings.block_timeout_ms);
 }
 

@@ -138,7 +138,7 @@ class Manager {
   bool use(std::span<std::uint8_t> memory, std::size_t used) { return objects_.use(memory, used); }
   /// Call it before the own node is started: nodes with a 1 in 3010h that do not respond may get their ID by
   /// this; it outlives the manager. It may be used by others while uses_lss() is false.
-  void use(LssMaster& master) { lss_ = &master; }
+  void use(LssMaster* master) { lss_ = master; }
   bool uses_lss() const { return joining_ != 0; }
   /// Another request has been started there.
   void leave_lss(Time now) {
