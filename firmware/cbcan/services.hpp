@@ -27,7 +27,9 @@ struct Services {
   bool sdo_server = true;   ///< other nodes can access the own objects
   bool emergencies = true;  ///< own EMCY messages (1003h, 1014h, 1015h) and received ones (3005h, 3006h)
   bool time = true;         ///< TIME messages (1012h) and the clock (3008h)
-  std::uint8_t rpdos = 16;  ///< with neither RPDOs nor TPDOs there are no SYNC and no process data registers
+  /// With neither RPDOs nor TPDOs there are no SYNC and no process data registers. 64 of each instead of 16
+  /// take 12 KB of RAM.
+  std::uint8_t rpdos = 16;
   std::uint8_t tpdos = 16;
   std::uint8_t objects_of_pdo = 8;  ///< objects that each PDO may map
   std::uint8_t errors_kept = 8;     ///< entries of 1003h

@@ -314,12 +314,14 @@ std::string read_replay(const std::string& path, const base::FileReader& read,
 }
 
 /// Image of the network that the module boots.
-Bytes image_of(const NetworkConfig& network, const base::FileReader& read, PlantBuild& plant) {
+NetworkImage image_of(const NetworkConfig& network, const base::FileReader& read, PlantBuild& plant) {
   const std::string& path = network.module.network;
   if (path.empty()) return {};
   try {
-    return descriptions::image_of(descriptions::read_network(path, read, plant.lines), network.module.node_id,
-                                  path);
+    const descriptions::PlannedNetwork planned = descriptions::read_network(path, read, plant.lines);
+    if (const std::string problem = problem_of_further(network, planned.further_first); !problem.empty())
+      throw base::UsageError(path + ": " + problem);
+    return {descriptions::image_of(planned, network.module.node_id, path), planned.further_first};
   } catch (const base::UsageError& error) {
     plant.lines.push_back(fmt::format("{}module.network: {}", in_network(network.number), error.what()));
     plant.good = false;

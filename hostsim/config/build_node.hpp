@@ -29,11 +29,16 @@ struct NodeBuild {
 NodeBuild build_node(const NodeConfig& node, std::uint64_t seed, EdsFiles& files,
                      NodeTiming timing = NodeTiming::kAtOnce);
 
+/// What a module boots, see descriptions::image_of(); empty = nothing.
+struct NetworkImage {
+  Bytes bytes{};
+  std::uint16_t further_first = 0;  ///< see descriptions::PlannedNetwork
+};
+
 struct PlantBuild {
   std::vector<std::vector<sim::NodeParts>> networks;  ///< the nodes of each network, in their order
   std::vector<std::vector<sim::TimedFrame>> replays;  ///< of each network, from the start on
-  std::vector<Bytes>
-      images;  ///< of each network: what the module boots, see descriptions::image_of(); empty = nothing
+  std::vector<NetworkImage> images;                   ///< of each network
   base::FileReader read;                                         ///< reads parameter files
   std::vector<std::string> lines;                                ///< messages, warnings included
   bool good = true;                                              ///< false: nodes are missing

@@ -264,4 +264,14 @@ Diagnostics check(const Config& config) {
   return found;
 }
 
+std::string problem_of_further(const NetworkConfig& network, std::uint16_t first) {
+  const Registers further{"network.further_first", first, 2 * regmap::kFurtherWords};
+  if (first != 0 && !(network.plc.address.empty() && network.plc.line.device.empty()))
+    return "network.further_first: a PLC that owns the registers has none of these; leave it out";
+  for (const Registers& range : registers_of(network.module))
+    if (first != 0 && further.overlaps(range))
+      return fmt::format("{} would lie over {}; choose other ones", to_string(further), to_string(range));
+  return {};
+}
+
 }  // namespace cbcan::config

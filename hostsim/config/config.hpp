@@ -265,4 +265,7 @@ std::uint64_t node_seed(const Config& config, const NodeConfig& node);
 /// command line have been read.
 Diagnostics check(const Config& config);
 
+/// What is wrong with a network file's network.further_first; empty = nothing.
+std::string problem_of_further(const NetworkConfig& network, std::uint16_t first);
+
 }  // namespace cbcan::config

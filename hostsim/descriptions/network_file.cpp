@@ -25,6 +25,7 @@ constexpr std::array<std::string_view, 2> kOutputs{"written", "at-once"};
 constexpr std::array<std::string_view, 3> kPlcLost{"hold", "zero", "stop"};
 constexpr std::array<std::string_view, 2> kStartedBy{"module", "plc"};
 constexpr std::array<std::string_view, 2> kWords{"low-first", "high-first"};
+constexpr std::array<std::string_view, 2> kPlaces{"apart", "packed"};
 constexpr std::array<std::string_view, 3> kMandatoryLost{"nothing", "reset", "stop"};
 constexpr std::array<std::string_view, 2> kOnLoss{"hold", "zero"};
 
@@ -44,6 +45,11 @@ constexpr std::array kNetwork{
         .key = "network.start_together", .help = "One NMT command starts all nodes, when each is ready"}),
     setting<&PlannedNetwork::words>({
         .key = "network.words", .help = "Order of the two registers of a mapped object with 32 bits", .choices = kWords}),
+    setting<&PlannedNetwork::place>({
+        .key = "network.place", .help = "Registers of a PDO: four of its own, or those after the PDO before", .choices = kPlaces}),
+    setting<&PlannedNetwork::further_first>({
+        .key = "network.further_first", .help = "First of 192 registers of further inputs, followed by 192 of further outputs",
+        .high = 3316, .unit = ", 0 = none"}),
     setting<&PlannedNetwork::mandatory_lost>({
         .key = "network.mandatory_lost", .help = "NMT command to all nodes when a mandatory node is lost", .choices = kMandatoryLost}),
     setting<&PlannedNetwork::boot_time_ms>({

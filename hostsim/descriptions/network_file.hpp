@@ -43,8 +43,7 @@ struct MappedObject {
   const Object* object = nullptr;  ///< of the node's device; null = not known
 };
 
-/// A PDO of a node, and the own PDO for it: its registers begin 4 * (own - 1) after the first input or
-/// output.
+/// A PDO of a node, and the own PDO for it.
 struct PlannedPdo {
   std::uint16_t tpdo = 0;  ///< number of the node's TPDO, from 1: an input of the PLC
   std::uint16_t rpdo = 0;  ///< or of its RPDO: an output
@@ -55,6 +54,8 @@ struct PlannedPdo {
   bool no_rtr = false;  ///< of a TPDO: bit 30 of its COB-ID
   std::vector<MappedObject> objects;
   std::uint8_t own = 0;  ///< number of the own PDO, from 1
+  std::uint16_t at =
+      0;  ///< its first byte among all inputs or outputs; from kFurtherAt on they are further ones
   std::size_t line = 0;
 
   bool input() const { return tpdo != 0; }
@@ -95,6 +96,8 @@ enum class PlcLost : std::uint8_t { kHold, kZero, kStop };
 /// Who sends the NMT command that starts nodes.
 enum class StartedBy : std::uint8_t { kModule, kPlc };
 enum class Words : std::uint8_t { kLowFirst, kHighFirst };
+/// Registers of a PDO: four of its own, or those after the PDO before.
+enum class Placing : std::uint8_t { kApart, kPacked };
 /// What the loss of a mandatory node does to all others.
 enum class MandatoryLost : std::uint8_t { kNothing, kReset, kStop };
 
@@ -105,14 +108,17 @@ struct PlannedNetwork {
   StartedBy nodes = StartedBy::kModule;
   bool start_together = false;     ///< one NMT command to all
   Words words = Words::kLowFirst;  ///< of mapped objects with 32 bits
+  Placing place = Placing::kApart;
+  std::uint16_t further_first = 0;  ///< register, of regmap::kFurtherWords each way; 0 = none
   MandatoryLost mandatory_lost = MandatoryLost::kNothing;
   std::uint32_t boot_time_ms = 0;
   std::uint32_t sync_us = 0;     ///< the module sends SYNC; 0 = it does not
   std::vector<PlannedNode> all;  ///< each ID once
 };
 
-/// Most own PDOs in each direction: their slots of 8 bytes fill the registers.
-inline constexpr std::size_t kMostPdos = 16;
+/// Most own PDOs in each direction, and the bytes in R3800..R3863 or R3864..R3927.
+inline constexpr std::size_t kMostPdos = 64;
+inline constexpr std::uint16_t kFurtherAt = 128;
 
 /// The keys of its tables, in the order of the reference.
 extern const std::span<const base::Setting<PlannedNetwork>> kNetworkRows;
@@ -127,8 +133,12 @@ PlannedNetwork read_network(const std::string& path, const base::FileReader& rea
 /// Reports the line and what is wrong, and does not return.
 using Fail = std::function<void(const PlannedNode& node, std::size_t line, const std::string& what)>;
 
-/// Checks the PDOs of all nodes, appends their configuration to the objects, and numbers the own PDOs.
+/// Checks the PDOs of all nodes, appends their configuration to the objects, and gives the own PDOs numbers
+/// and places.
 void complete_pdos(PlannedNetwork& network, const Fail& fail);
+
+/// The register in which the PDO begins.
+std::uint16_t register_of(const PlannedNetwork& network, const PlannedPdo& pdo);
 
 /// The entry as in 1600h and 1A00h: index, sub-index, bits.
 std::uint32_t entry_of(const MappedObject& mapped);

@@ -9,6 +9,7 @@
 #include "cbcan/canopen/dictionary/cob_id.hpp"
 #include "cbcan/canopen/emcy/emergency_consumer.hpp"
 #include "cbcan/canopen/manager/network_objects.hpp"
+#include "cbcan/canopen/pdo/mapping.hpp"
 #include "cbcan/canopen/sdo/crc16.hpp"
 #include "descriptions/device_file.hpp"
 
@@ -21,8 +22,8 @@ constexpr std::uint16_t kUnsigned8 = 0xA040;
 constexpr std::uint16_t kUnsigned16 = 0xA100;
 constexpr std::uint16_t kUnsigned64 = 0xA440;
 constexpr std::uint16_t kToOutputs = 0x480;
-constexpr std::size_t kSlotBytes = 8;
-constexpr std::size_t kSlotWords = 4;
+constexpr std::uint16_t kToFurther = 8;
+constexpr std::size_t kMostElements = 254;
 
 /// A number with this bit, or 0.
 constexpr std::uint32_t bit(std::uint8_t number, bool set = true) {
@@ -61,20 +62,23 @@ class Image {
   std::uint32_t count_ = 0;
 };
 
-std::uint32_t entry(std::uint16_t index, std::size_t element, std::uint8_t bits, bool input) {
-  const std::size_t object = index + (input ? 0u : kToOutputs);
-  return static_cast<std::uint32_t>(object << 16 | element << 8 | bits);
+/// `element`: from 0, among the usual registers or the further ones.
+std::uint32_t entry(std::uint16_t index, std::size_t element, std::uint8_t bits, const PlannedPdo& pdo) {
+  const std::size_t object = index + (pdo.input() ? 0u : kToOutputs) +
+                             (pdo.at < kFurtherAt ? 0u : kToFurther) + element / kMostElements;
+  return static_cast<std::uint32_t>(object << 16 | (element % kMostElements + 1) << 8 | bits);
 }
 
 /// The mapping of the own PDO: bytes, or one element of all eight; words of 32-bit objects in the order asked
 /// for.
 std::vector<std::uint32_t> own_mapping(const PlannedPdo& pdo, Words words) {
-  const std::size_t first_byte = kSlotBytes * (pdo.own - 1u) + 1;
-  const std::size_t first_word = kSlotWords * (pdo.own - 1u) + 1;
+  constexpr std::size_t kAll = PdoMapping::kMostBytes;
+  const std::size_t first = pdo.at < kFurtherAt ? pdo.at : pdo.at - kFurtherAt;
   const bool high_first = words == Words::kHighFirst;
   const auto is_double = [](const MappedObject& mapped) { return mapped.bits == 32; };
-  if (pdo.bytes() == kSlotBytes && !(high_first && std::ranges::any_of(pdo.objects, is_double)))
-    return {entry(kUnsigned64, pdo.own, 64, pdo.input())};
+  if (pdo.bytes() == kAll && first % kAll == 0 &&
+      !(high_first && std::ranges::any_of(pdo.objects, is_double)))
+    return {entry(kUnsigned64, first / kAll, 64, pdo)};
   std::vector<std::uint32_t> entries;
   std::size_t bits = 0;
   std::size_t mapped_bytes = 0;
@@ -82,11 +86,11 @@ std::vector<std::uint32_t> own_mapping(const PlannedPdo& pdo, Words words) {
     bits += mapped.bits;
     if (high_first && is_double(mapped)) {
       for (const std::size_t word : {mapped_bytes / 2 + 1, mapped_bytes / 2})
-        entries.push_back(entry(kUnsigned16, first_word + word, 16, pdo.input()));
+        entries.push_back(entry(kUnsigned16, first / 2 + word, 16, pdo));
       mapped_bytes += 4;
     }
     for (; mapped_bytes < (&mapped == &pdo.objects.back() ? (bits + 7) / 8 : bits / 8); ++mapped_bytes)
-      entries.push_back(entry(kUnsigned8, first_byte + mapped_bytes, 8, pdo.input()));
+      entries.push_back(entry(kUnsigned8, first + mapped_bytes, 8, pdo));
   }
   return entries;
 }
@@ -196,6 +200,7 @@ void add_node(Image& image, const PlannedNode& node) {
 }  // namespace
 
 Bytes image_of(const PlannedNetwork& network, std::uint8_t own_id, const std::string& name) {
+  constexpr std::size_t kMost = NetworkObjects::kMostBytes;
   Image image;
   add_own(image, network);
   for (const PlannedNode& node : network.all) {
@@ -209,13 +214,14 @@ Bytes image_of(const PlannedNetwork& network, std::uint8_t own_id, const std::st
                         "another module.node_id",
                         name, pdo.line == 0 ? "" : fmt::format(":{}", pdo.line), node.id, pdo.can_id));
     add_node(image, node);
+    if (const std::size_t size = image.bytes().size() + NetworkObjects::kCheckBytes; size > kMost)
+      throw UsageError(fmt::format(
+          "{}{}: node {}: writes up to here take {} bytes, the module has {}: leave default values out", name,
+          node.line == 0 ? "" : fmt::format(":{}", node.line), node.id, size, kMost));
   }
   Bytes bytes = image.bytes();
   for (const std::uint8_t byte : to_bytes(crc16(bytes), NetworkObjects::kCheckBytes))
     bytes.push_back(byte);
-  if (bytes.size() > NetworkObjects::kMostBytes)
-    throw UsageError(
-        fmt::format("{}: takes {} bytes; the module has {}", name, bytes.size(), NetworkObjects::kMostBytes));
   return bytes;
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <map>
 
 #include "cbcan/canopen/dictionary/cob_id.hpp"
@@ -12,6 +13,7 @@
 #include "cbcan/canopen/pdo/pdo.hpp"
 #include "cbcan/canopen/sync.hpp"
 #include "cbcan/canopen/time_stamp.hpp"
+#include "cbcan/regmap.hpp"
 #include "descriptions/device_file.hpp"
 #include "descriptions/network_file.hpp"
 
@@ -122,7 +124,26 @@ std::vector<PlannedObject> configuration_of(const PlannedPdo& pdo, const Planned
   return in_writing_order(objects);
 }
 
+/// Gives it the first bytes after `end` in which its longest value is aligned and it is not divided.
+void place_after(std::size_t& end, PlannedPdo& pdo, Placing place) {
+  const std::size_t longest = std::ranges::max(pdo.objects, {}, &MappedObject::bits).bits;
+  const bool packed = place == Placing::kPacked;
+  const std::size_t unit = packed ? std::bit_ceil((longest + 7) / 8) : PdoMapping::kMostBytes;
+  const std::size_t size = packed ? pdo.bytes() : PdoMapping::kMostBytes;
+  std::size_t begin = (end + unit - 1) / unit * unit;
+  if (begin < kFurtherAt && begin + size > kFurtherAt) begin = kFurtherAt;
+  pdo.at = static_cast<std::uint16_t>(begin);
+  end = begin + size;
+}
+
 }  // namespace
+
+std::uint16_t register_of(const PlannedNetwork& network, const PlannedPdo& pdo) {
+  const bool further = pdo.at >= kFurtherAt;
+  const std::size_t inputs = further ? network.further_first - kFurtherAt / 2u : regmap::kProcessFirst;
+  const std::size_t to_outputs = further ? regmap::kFurtherWords : regmap::kInputWords;
+  return static_cast<std::uint16_t>(inputs + (pdo.input() ? 0 : to_outputs) + pdo.at / 2u);
+}
 
 std::size_t PlannedPdo::bytes() const {
   std::size_t bits = 0;
@@ -143,6 +164,7 @@ void complete_pdos(PlannedNetwork& network, const Fail& fail) {
       used.insert({static_cast<std::uint16_t>(EmergencyConsumer::kFirstId + node.id),
                    fmt::format("node {}, EMCY", node.id)});
   std::array<std::size_t, 2> count{};
+  std::array<std::size_t, 2> end{};  // in bytes
   for (PlannedNode& node : network.all)
     for (PlannedPdo& pdo : node.pdos) {
       const auto& first = *std::ranges::find_if(node.pdos, [&](const PlannedPdo& other) {
@@ -163,6 +185,11 @@ void complete_pdos(PlannedNetwork& network, const Fail& fail) {
              fmt::format("{}: the module has {} {}s; map more objects into one, or leave this one out",
                          name_of(pdo), kMostPdos, pdo.input() ? "RPDO" : "TPDO"));
       pdo.own = static_cast<std::uint8_t>(count[pdo.input()]);
+      place_after(end[pdo.input()], pdo, network.place);
+      if (pdo.at >= kFurtherAt && network.further_first == 0)
+        fail(node, pdo.line,
+             fmt::format("{}: {} have no room: set network.further_first, or network.place = \"packed\"",
+                         name_of(pdo), pdo.input() ? "R3800..R3863" : "R3864..R3927"));
       const std::vector<PlannedObject> written = configuration_of(pdo, node);
       for (const PlannedObject& each : written)
         if (const std::string problem = problem_of(each, node); !problem.empty())

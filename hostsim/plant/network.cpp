@@ -68,7 +68,7 @@ bool is_in_window(const modbus::Range& written) {
 
 Network::Network(const config::Config& plant, const config::NetworkConfig& config,
                  std::vector<sim::NodeParts> nodes, const NetworkContext& context,
-                 sim::ParameterStore* parameters, std::vector<std::uint8_t> image)
+                 sim::ParameterStore* parameters, config::NetworkImage image)
     : Timed(context.schedule),
       context_(context),
       number_(config.number),
@@ -94,7 +94,7 @@ Network::Network(const config::Config& plant, const config::NetworkConfig& confi
                                  settings_of(config.module), scanners_of(all, config.module), parameters);
     module_->show_status_in(all.subspan(config.module.status_first).first<regmap::kStatusWords>(),
                             all.subspan<regmap::kNodeRequest, 2>());
-    if (!image.empty()) module_->manage(std::move(image));
+    if (!image.bytes.empty()) module_->manage(std::move(image.bytes), all, image.further_first);
   }
   for (sim::NodeParts& node : nodes) {
     node.listener = this;

@@ -15,7 +15,7 @@
 #include "cbcan/frame.hpp"
 #include "cbcan/modbus/bits.hpp"
 #include "cbcan/regmap.hpp"
-#include "config/config.hpp"
+#include "config/build_node.hpp"
 #include "journal/watch.hpp"
 #include "protocols/modbus_unit.hpp"
 #include "sim/frame_text.hpp"
@@ -60,7 +60,7 @@ class Network final : public protocols::ModbusUnit,
   /// boots. Its faults are injected now; `parameters` are the module's, see CoprocessorModule.
   Network(const config::Config& plant, const config::NetworkConfig& config, std::vector<sim::NodeParts> nodes,
           const NetworkContext& context, sim::ParameterStore* parameters = nullptr,
-          std::vector<std::uint8_t> image = {});
+          config::NetworkImage image = {});
   Network(const Network&) = delete;
   Network& operator=(const Network&) = delete;
 

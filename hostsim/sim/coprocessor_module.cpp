@@ -28,6 +28,7 @@ CoprocessorModule::CoprocessorModule(Bus& bus, Schedule& schedule, RegisterWindo
       port_(bus.attach(*this)),
       window_(window),
       process_(process),
+      process_data_(process, 0, 0),
       settings_(settings),
       scanners_(scanners.begin(), scanners.end()) {
   make();
@@ -38,6 +39,7 @@ CoprocessorModule::CoprocessorModule(Bus& bus, Schedule& schedule, RegisterWindo
 }
 
 void CoprocessorModule::make() {
+  settings_.more = &process_data_.fresh();
   coprocessor_.emplace(window_, process_, port_, with_address(settings_, parameters_.lss()), scanners_[0]);
   channels_ = std::vector<FurtherChannels::Memory>(scanners_.size() - 1);
   further_.emplace(*coprocessor_, std::span(scanners_).subspan(1), channels_);
@@ -53,8 +55,14 @@ void CoprocessorModule::show_status_in(StatusRegisters words, NodeRequestRegiste
   coprocessor_->show_status_in(words, requests);
 }
 
-void CoprocessorModule::manage(std::vector<std::uint8_t> image) {
+void CoprocessorModule::manage(std::vector<std::uint8_t> image, std::span<std::uint16_t> all,
+                               std::size_t further_first) {
   image_ = std::move(image);
+  if (further_first != 0) {
+    further_inputs_ = {further_first, regmap::kFurtherWords};
+    further_outputs_ = {further_first + regmap::kFurtherWords, regmap::kFurtherWords};
+    process_data_ = ProcessData(all, settings_.process_first, further_first);
+  }
   make();
 }
 
@@ -90,6 +98,8 @@ void CoprocessorModule::on_bus_state(BusState state, Time now) {
 void CoprocessorModule::on_registers_written(std::size_t first, std::size_t count, Time now) {
   if (watch_ != nullptr) watch_->before(now);
   coprocessor_->on_registers_written(first, count, now);
+  const bool outputs = further_outputs_.overlaps({first, count});
+  if (outputs || further_inputs_.overlaps({first, count})) coprocessor_->on_further_written(outputs, now);
   if (watch_ != nullptr) watch_->after(now);
   poll(now);
 }

@@ -6,8 +6,10 @@
 #include <vector>
 
 #include "cbcan/coprocessor/further_channels.hpp"
+#include "cbcan/modbus/executor.hpp"
 #include "sim/bus.hpp"
 #include "sim/parameters.hpp"
+#include "sim/process_data.hpp"
 #include "sim/schedule.hpp"
 
 namespace cbcan::sim {
@@ -34,8 +36,10 @@ class CoprocessorModule final : public Receiver, public Timed {
 
   /// Call it before start(): see Coprocessor.
   void show_status_in(StatusRegisters words, NodeRequestRegisters requests);
-  /// Call it before start(): the network that it boots, see NetworkObjects; also after a restart.
-  void manage(std::vector<std::uint8_t> image);
+  /// Call it before start(): the network that it boots, see NetworkObjects; also after a restart. `all`: the
+  /// registers, with further ones of process data from `further_first` on, 0 = none.
+  void manage(std::vector<std::uint8_t> image, std::span<std::uint16_t> all = {},
+              std::size_t further_first = 0);
 
   void start(Time now);
   /// Off and on. The registers are the caller's.
@@ -49,6 +53,7 @@ class CoprocessorModule final : public Receiver, public Timed {
   /// See Coprocessor.
   void on_registers_written(std::size_t first, std::size_t count, Time now);
   void on_plc(std::uint32_t client, std::size_t first, std::size_t count, Time now) {
+    if (further_outputs_.overlaps({first, count})) first = settings_.process_first + regmap::kInputWords;
     coprocessor_->on_plc(client, first, count, now);
   }
   void on_frame(const Frame& frame, Time now) override;
@@ -61,6 +66,7 @@ class CoprocessorModule final : public Receiver, public Timed {
 
   const Coprocessor& coprocessor() const { return *coprocessor_; }
   Port& port() const { return port_; }
+  std::size_t further_first() const { return further_inputs_.first; }
   /// Frames since the start.
   std::uint32_t received() const { return received_; }
 
@@ -74,6 +80,8 @@ class CoprocessorModule final : public Receiver, public Timed {
   Port& port_;
   RegisterWindow window_;
   ProcessRegisters process_;
+  ProcessData process_data_;
+  modbus::Range further_inputs_, further_outputs_;
   Coprocessor::Settings settings_;
   std::vector<ScannerWindow> scanners_;
   std::optional<Coprocessor> coprocessor_;  ///< always there, as the others

@@ -22,7 +22,6 @@ namespace {
 
 constexpr std::uint16_t kPdos = 512;
 constexpr std::uint16_t kToMapping = object::kRpdoMapping - object::kRpdoParameter;
-constexpr unsigned kBooleans = 254;  ///< per index
 
 /// One object of a PDO by its mapping parameter, and the bit where it begins in the frame.
 struct Mapped {
@@ -46,11 +45,12 @@ std::vector<Mapped> mapping_of(const ObjectDictionary& dictionary, std::uint16_t
   return list;
 }
 
-/// The bit among the 2048 of inputs, or of outputs, where a network variable begins.
-unsigned place_of(const Mapped& variable, std::uint16_t first_index) {
-  const unsigned booleans = first_index + 0x80u;
-  if (variable.bits == 1) return (variable.index - booleans) * kBooleans + variable.sub - 1u;
-  return (variable.sub - 1u) * variable.bits;
+/// The register in which a network variable begins, if those of its direction begin at `first` and `further`.
+std::size_t place_of(const Mapped& variable, std::size_t first, std::size_t further) {
+  using namespace local::table;
+  const unsigned index = unsigned{variable.index} % kIndicesOfType;
+  const unsigned element = (index < kFurther ? index : index - kFurther) * kMostSubs + variable.sub - 1u;
+  return (index < kFurther ? first : further) + element * variable.bits / 16;
 }
 
 struct FarPdo {
@@ -102,8 +102,9 @@ MappedRegisters mapped_registers(std::uint8_t number, plant::Network& network,
   if (network.module() == nullptr) return found;
   const ObjectDictionary& own = network.module()->coprocessor().own_objects();
   const std::size_t first_register = network.module_config().process_first;
+  const std::size_t further_first = network.module()->further_first();
   const auto add = [&](std::uint16_t own_first, std::uint16_t far_first, std::uint16_t variables,
-                       std::size_t first) {
+                       std::size_t first, std::size_t further) {
     std::optional<FarPdos> pdos;
     ObjectEntry entry{};
     for (std::uint16_t pdo = own_first; own.find(pdo, 1, entry) == AbortCode::kNone; ++pdo) {
@@ -112,15 +113,16 @@ MappedRegisters mapped_registers(std::uint8_t number, plant::Network& network,
       if (!pdos) pdos = far_pdos(network, far_first);
       for (const Mapped& variable : mapping_of(own, pdo)) {
         if (variable.index < variables || variable.sub == 0) continue;
-        std::string& text = found[first + place_of(variable, variables) / 16];
+        std::string& text = found[place_of(variable, first, further)];
         const std::string far = far_side(number, *pdos, cob::id_of(cob_id), variable.at, find);
         if (!text.ends_with(far))
           text += (text.empty() ? "" : ", ") + far;  // one object may be two variables
       }
     }
   };
-  add(object::kRpdoParameter, object::kTpdoParameter, local::kInputs, first_register);
-  add(object::kTpdoParameter, object::kRpdoParameter, local::kOutputs, first_register + regmap::kInputWords);
+  add(object::kRpdoParameter, object::kTpdoParameter, local::kInputs, first_register, further_first);
+  add(object::kTpdoParameter, object::kRpdoParameter, local::kOutputs, first_register + regmap::kInputWords,
+      further_first + regmap::kFurtherWords);
   return found;
 }
 

@@ -18,6 +18,12 @@ std::string pdo_frame(unsigned id, unsigned number) {
   return text;
 }
 
+std::string byte_frame(unsigned id, unsigned byte) {
+  char text[8];
+  std::snprintf(text, sizeof text, "%03X#%02X", id, byte);
+  return text;
+}
+
 Words pdo_words(unsigned number) {
   return {static_cast<std::uint16_t>(0x1100 + number), 0x3322, 0x5544, 0x7766};
 }
@@ -80,6 +86,7 @@ TEST_CASE("[PDO-25] sixteen each way, eight objects") {
       check_same(window, kInputs + 4 * k, pdo_words(k));
   }
   SECTION("and no more") {
+    if (window.lacks(Ability::kMorePdos).empty()) return;
     for (const std::uint16_t index : Words{0x1410, 0x1610, 0x1810, 0x1A10})
       check_missing(window, index, 0, 0x06020000);
   }
@@ -100,6 +107,50 @@ TEST_CASE("[PDO-25] sixteen each way, eight objects") {
     window.write(0, 0x1600, 1, 4, {0x0110, 0xA580}).check_failed(0x06040041);
     window.write(0, 0x1A00, 1, 4, {0x0110, 0xA100}).check_failed(0x06040041);
   }
+}
+
+TEST_CASE("[PDO-25] sixty-four each way in cbcan-sim") {
+  Window window;
+  CONTRACT_NEEDS(window, Ability::kMorePdos);
+  for (unsigned k = 0; k < 64; ++k) {  // one byte each
+    set_up_pdo(window, 0x1400 + k, 0x201 + k, 255, {0xA0400008 + 0x100 * (k + 1)});
+    set_up_pdo(window, 0x1800 + k, 0x181 + k, 255, {0xA4C00008 + 0x100 * (128 - k)});
+  }
+  start_own_node(window);
+  for (unsigned k = 0; k < 64; ++k)
+    window.expect(byte_frame(0x181 + k, 0));
+  for (unsigned k = 0; k < 64; ++k) {
+    window.arrive(byte_frame(0x201 + k, k + 1));
+    CHECK(static_cast<unsigned>(window.reg(3800 + k / 2)) >> k % 2 * 8 == k + 1);
+  }
+  window.set(3927, {0x2211}).expect("181#22", "182#11");
+  window.set(3896, {0x4433}).expect("1BF#44", "1C0#33");
+  for (const std::uint16_t index : Words{0x1440, 0x1640, 0x1840, 0x1A40})
+    check_missing(window, index, 0, 0x06020000);
+}
+
+TEST_CASE("[PDO-33] [PDO-34] further registers, where a network file asks for them") {
+  Settings settings;
+  settings.further_first = 100;
+  Window window(settings);
+  CONTRACT_NEEDS(window, Ability::kMorePdos);
+  set_up_pdo(window, 0x143F, 0x27F, 255,
+             {0xA1080110, 0xA0498208});  // R100; byte 384 of 384, the high one of R291
+  set_up_pdo(window, 0x183F, 0x1FF, 255, {0xA588C010, 0xA4C80108});  // R483; the low byte of R292
+  window.set(292, {0x2211}).expect("1FF#000011");
+  window.set(483, {0x4433}).expect("1FF#334411");
+  window.arrive("27F#112233");
+  CHECK(window.reg(100) == 0x2211);
+  CHECK(window.reg(291) == 0x3300);
+  CHECK(inputs(window) == Words(64));
+  CHECK(read_local(window, 0xA588, 0) == Value{192, 1});
+  CHECK(read_local(window, 0xA049, 0) == Value{130, 1});
+  CHECK(read_local(window, 0xA094, 24) == Value{0, 1});  // BOOLEAN 3072 = 12 x 254 + 24
+  check_missing(window, 0xA094, 25, 0x06090011);
+  check_missing(window, 0xA047, 1, 0x06020000);
+  window.write(0, 0xA688, 96, 4, {0x5566, 0x7788}).check_done();
+  window.expect("1FF#887711");
+  CHECK(window.reg(482) == 0x5566);
 }
 
 TEST_CASE("[PDO-26] none is valid at first") {

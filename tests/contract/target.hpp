@@ -27,6 +27,7 @@ enum class Ability {
   kChannels,      ///< 16 channels
   kSecondClient,  ///< read_as_another()
   kSettings,      ///< Settings other than the defaults, except a plc_timeout of one second
+  kMorePdos,      ///< 64 PDOs each way, and further registers of a network file
   kBlock,         ///< block transfer: cases that check every phase skip its phases
 };
 
@@ -39,6 +40,7 @@ struct Settings {
   unsigned scanner_out_first = 500;
   unsigned scanner_in_first = 600;
   Duration plc_timeout = 0ms;     ///< longest silence of the PLC; 0 = no limit
+  unsigned further_first = 0;     ///< of a network file without nodes; 0 = there is no such file
   bool plc_lost_stopped = false;  ///< the own node's state then: stopped instead of pre-operational
 };
 

@@ -256,13 +256,63 @@ TEST_CASE("mistakes name line and node") {
     each.check(without("n.toml:", lines_of(problem(each.text()))));
 }
 
-TEST_CASE("seventeen PDOs in a direction are one too many") {
+namespace {
+
+/// Nodes with one TPDO of 8 bits each, three lines each.
+std::string nodes_with_pdos(int count) {
   std::string text;
-  for (int i = 0; i != 17; ++i)
+  for (int i = 0; i != count; ++i)
     text += "[[node]]\nid = " + std::to_string(i + 1) +
             "\npdos = [ { tpdo = 1, can_id = " + std::to_string(0x181 + i) +
             ", map = [ { index = 0x6000, sub = 1, bits = 8 } ] } ]\n";
-  CHECK(problem(text).find("n.toml:51: node 17: TPDO 1: the module has 16 RPDOs") == 0);
+  return text;
+}
+
+}  // namespace
+
+TEST_CASE("seventeen PDOs in a direction need further registers or have to be packed, 65 are too many") {
+  CHECK(problem(nodes_with_pdos(17)) ==
+        "n.toml:51: node 17: TPDO 1: R3800..R3863 have no room: set network.further_first, or network.place "
+        "= \"packed\"");
+  for (const std::string key : {"further_first = 100", "place = \"packed\""}) {
+    const std::string head = "[network]\n" + key + "\n";
+    CHECK(problem(head + nodes_with_pdos(64)).empty());
+    CHECK(problem(head + nodes_with_pdos(65)) ==
+          "n.toml:197: node 65: TPDO 1: the module has 64 RPDOs; map more objects into one, or leave this "
+          "one out");
+  }
+}
+
+TEST_CASE("own PDOs map the registers of their places") {
+  const auto last = [](const std::string& key, int nodes) {
+    return cbcan::base::hex(
+        image_of(read("[network]\n" + key + "\n" + nodes_with_pdos(nodes)), 127, "n.toml"), "");
+  };
+  const auto has = [](const std::string& image, const std::string& object) {
+    return image.find(object) != std::string::npos;
+  };
+  // RPDO 17: 1610h:01 = A048h:01, 8 bits; RPDO 64: 163Fh:01 = byte 376, A049h:7B; packed: A040h:11 and
+  // A040h:40.
+  CHECK(has(last("further_first = 100", 64), "10160104000000080148A0"));
+  CHECK(has(last("further_first = 100", 64), "3F160104000000087B49A0"));
+  CHECK(has(last("place = \"packed\"", 64), "10160104000000081140A0"));
+  CHECK(has(last("place = \"packed\"", 64), "3F160104000000084040A0"));
+}
+
+TEST_CASE("more writes than the module has room for") {
+  std::string text = "[[node]]\nid = 1\n";
+  const std::string value = std::string(128, 'x');
+  for (int node = 1; node <= 6; ++node) {
+    if (node != 1) text += "[[node]]\nid = " + std::to_string(node) + "\n";
+    text += "objects = [";
+    for (int i = 0; i != 90; ++i)
+      text += "{ index = 0x2000, value = \"" + value + "\", type = \"string\" },";
+    text += "]\n";
+  }
+  // 4 + 11; a node 11 + 11 + 90 x (7 + 128) = 12,172.
+  CHECK(problem(text) ==
+        "n.toml:16: node 6: writes up to here take 73049 bytes, the module has 65535: leave default values "
+        "out");
 }
 
 TEST_CASE("a folder with the DCF of each node") {

@@ -6,6 +6,7 @@ usage: cbcanctl_map_test.py CBCANCTL
 """
 
 import csv
+import hashlib
 import io
 import re
 import shutil
@@ -208,6 +209,36 @@ class Forms(Map):
         self.assertEqual([variables[f"n5_{name}"] for name in ("1st_lamp", "END_IF", "Temperature_of_the_outer_b", "raw_w0", "if_2009_00_w0")],
                          [("BOOL", "%MX20.0"), ("USINT", "%MB29"), ("REAL", "%MD8"), ("WORD", "%MW18"), ("WORD", "%MW23")])
         self.assertEqual(self.codesys("--at", "11")["n5_if_2009_00"], ("DINT", "%MD12"))
+
+
+class Places(Map):
+    def test_existing_files_keep_their_registers(self):
+        """Each form as it was when a PDO could only have four registers."""
+        for line in (ROOT / "tests/tools/maps.sha256").read_text().splitlines():
+            digest, file, form = line.split()
+            done = ran(CBCANCTL, "map", ROOT / file, "--for", form, *(HOST if form in PROGRAMS else ()), text=False)
+            self.assertEqual((hashlib.sha256(done.stdout).hexdigest(), done.stderr), (digest, b""), line)
+
+    def test_packed(self):
+        """An object of 8 bits in each byte, 16 bits at each register, 32 bits at each even one; what has no 64 bits left is not divided."""
+        self.odd(maps=("[{ index = 0x2003 }]", "[{ index = 0x2001 }, { index = 0x2002 }]", "[{ index = 0x2003 }]", "[{ index = 0x2007 }, { index = 0x2003 }]",
+                       "[{ index = 0x2009 }]", "[{ index = 0x2004 }]", "[{ index = 0x2008 }]", "[{ index = 0x2004 }]"))
+        self.network = self.network.replace("words", 'place = "packed"\nwords')
+        self.assertEqual([row[1:4] for row in self.objects()],
+                         [["3800", "0", "8"], ["3800", "8", "1"], ["3800", "9", "1"], ["3801", "0", "8"], ["3802", "0", "16"], ["3803", "0", "8"],
+                          ["3804", "0", "32"], ["3806", "0", "8"], ["3808", "0", "64"], ["3812", "0", "8"]])
+
+    def test_further_registers(self):
+        """Twenty-five nodes with one PDO each way: 16 x 4 registers, then R100.., outputs R292..; requests have 96 registers at most."""
+        self.network = "[network]\nfurther_first = 100\n" + "".join(
+            f'[[node]]\nid = {n}\neds = "io_module.eds"\npdos = [{{ tpdo = 1 }}, {{ rpdo = 2 }}]\n' for n in range(1, 42))
+        rows = self.objects()
+        self.assertEqual([row[1] for row in rows if row[7] in ("16", "17", "41")], ["3860", "3924", "3925", "100", "292", "293", "196", "388", "389"])
+        requests = [("43801", "64", "0"), ("43865", "64", "128"), ("43929", "44", "256"), ("43973", "42", "344"),
+                    ("40101", "96", "640"), ("40197", "1", "832"), ("40293", "96", "1024"), ("40389", "2", "1216")]
+        self.assertEqual(re.findall(r"MB_DATA_ADDR := (\d+), MB_DATA_LEN := (\d+), MB_DATA_PTR := P#DB10.DBX(\d+)", self.text("tia-db-scl")), requests)
+        self.assertEqual([self.xsy()[name][1] for name in ("n16_Inputs_1_to_8", "n17_Inputs_1_to_8", "n41_Channel_2")], ["%MW160", "%MW420", "%MW709"])
+        self.assertIn('ALIAS,,n41_Channel_2,"node 41 6411h:02 Channel 2","","cbcan_out_words_3[1]",""', self.text("logix"))
 
 
 class Names(Map):

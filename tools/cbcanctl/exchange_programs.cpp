@@ -139,7 +139,7 @@ std::string program_of(Form form, const std::vector<Exchange>& exchanges, unsign
                                  arg("ip3", ip[2]), arg("ip4", ip[3]), arg("port", server.port));
   std::size_t step = 0;
   for (const Exchange& each : exchanges) {
-    const std::size_t offset = each.first - regmap::kProcessFirst;
+    const std::size_t offset = each.first + static_cast<std::size_t>(each.shift) - regmap::kProcessFirst;
     const std::string data = fmt::format(fmt::runtime(program.data), arg("at", at), arg("offset", 2 * offset),
                                          arg("word", at + offset), arg("words", each.words));
     text += fmt::format(fmt::runtime(each.is_write ? program.write : program.read), arg("step", step++),

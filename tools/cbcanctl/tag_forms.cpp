@@ -50,7 +50,7 @@ std::string_view type_of(const Tag& tag, std::string_view TypeName::*column) {
 // ---- Addresses
 
 std::size_t word_of(const Tag& tag) {
-  return tag.first - regmap::kProcessFirst;
+  return static_cast<std::size_t>(tag.first + tag.shift - regmap::kProcessFirst);
 }
 std::string no_address(const Tag&, unsigned, const std::vector<Exchange>&) {
   return {};
@@ -176,7 +176,7 @@ std::string line_of(const Tag& tag, const FormRow& row, unsigned at, const std::
 
 std::string array_of(const Exchange& array, const FormRow& row, unsigned at) {
   using fmt::arg;
-  const Tag first{.first = static_cast<std::uint16_t>(array.first)};
+  const Tag first{.first = static_cast<std::uint16_t>(array.first), .shift = array.shift};
   return fmt::format(fmt::runtime(row.array), arg("array", array.array), arg("words", array.words),
                      arg("last", array.words - 1), arg("register", array.first),
                      arg("address", row.address(first, at, {array})));

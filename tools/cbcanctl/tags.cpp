@@ -17,6 +17,9 @@ constexpr std::size_t kRegisterBits = 16;
 constexpr std::size_t kMostOfNode = 12;
 constexpr std::size_t kMostOfComment = 300;
 constexpr std::size_t kMostRead = 125;  ///< registers of a request, FC 3
+constexpr std::size_t kMostFurther = regmap::kFurtherWords / 2;
+/// Further registers are in the PLC's memory as if they began with this one, after the program's words.
+constexpr int kFurtherPlace = regmap::kProcessFirst + 320;
 
 /// Keywords, types and functions of IEC 61131-3 that continue after a _, such as END_IF and R_TRIG: no node
 /// has such a name.
@@ -112,18 +115,17 @@ class Tags {
           fmt::format("node {}: NMT state in the low byte; its step in the high byte, 1 = running", node.id));
   }
 
-  void add(const descriptions::PlannedNode& node, const descriptions::PlannedPdo& pdo,
-           descriptions::Words words) {
-    constexpr std::size_t kWordsOfPdo = 4;
-    const std::size_t first =
-        regmap::kProcessFirst + (pdo.input() ? 0 : regmap::kInputWords) + kWordsOfPdo * (pdo.own - 1u);
-    std::size_t bits = 0;
+  void add(const descriptions::PlannedNetwork& network, const descriptions::PlannedNode& node,
+           const descriptions::PlannedPdo& pdo) {
+    const std::size_t first = descriptions::register_of(network, pdo);
+    std::size_t bits = pdo.at % 2u * 8;
     for (const descriptions::MappedObject& mapped : pdo.objects) {
       Tag tag{.first = static_cast<std::uint16_t>(first + bits / kRegisterBits),
+              .shift = pdo.at < descriptions::kFurtherAt ? 0 : kFurtherPlace - network.further_first,
               .bit = static_cast<std::uint8_t>(bits % kRegisterBits),
               .bits = mapped.bits,
               .direction = pdo.input() ? Direction::kInput : Direction::kOutput,
-              .high_first = words == descriptions::Words::kHighFirst && mapped.bits == 32,
+              .high_first = network.words == descriptions::Words::kHighFirst && mapped.bits == 32,
               .node = node.id,
               .object = fmt::format("{:04X}h:{:02X}", mapped.index, mapped.sub)};
       bits += mapped.bits;
@@ -181,7 +183,7 @@ std::vector<Tag> tags_of(const descriptions::PlannedNetwork& network) {
   tags.add_status(network);
   for (const descriptions::PlannedNode& node : network.all)
     for (const descriptions::PlannedPdo& pdo : node.pdos)
-      tags.add(node, pdo, network.words);
+      tags.add(network, node, pdo);
   return std::move(tags.all);
 }
 
@@ -220,6 +222,18 @@ std::vector<Exchange> exchanges_of(const std::vector<Tag>& tags) {
   if (end > kOfNodes) all.push_back({"cbcan_states", kOfNodes, std::min(end - kOfNodes, kMostRead), false});
   if (end > kOfNodes + kMostRead)
     all.push_back({"cbcan_last_states", kOfNodes + kMostRead, end - kOfNodes - kMostRead, false});
+  for (const Direction direction : {Direction::kInput, Direction::kOutput}) {
+    const auto end_of = [&](const Tag& tag) {
+      return tag.shift != 0 && tag.direction == direction ? tag.first + registers_of(tag) : 0;
+    };
+    const Tag& last = std::ranges::max(tags, {}, end_of);
+    const bool is_write = direction == Direction::kOutput;
+    std::size_t first =
+        kFurtherPlace + (is_write ? regmap::kFurtherWords : 0) - static_cast<std::size_t>(last.shift);
+    for (unsigned number = 2; first < end_of(last); ++number, first += kMostFurther)
+      all.push_back({fmt::format("cbcan_{}_words_{}", is_write ? "out" : "in", number), first,
+                     std::min(end_of(last) - first, kMostFurther), is_write, last.shift});
+  }
   return all;
 }
 

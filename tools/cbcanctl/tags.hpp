@@ -21,6 +21,7 @@ struct Tag {
                        ///< of its parts
   std::string comment{};    ///< UTF-8 without control characters
   std::uint16_t first = 0;  ///< register with the first bit, the lowest of the value's
+  int shift = 0;            ///< of further registers: to their place in the PLC's memory
   std::uint8_t bit = 0;     ///< in this register
   std::uint8_t bits = 16;
   std::optional<DataType> type{};  ///< nullopt = not known
@@ -42,13 +43,14 @@ std::vector<Tag> parts_of(const Tag& tag);
 
 /// One request of a PLC that exchanges these tags.
 struct Exchange {
-  std::string_view array;  ///< a name for the words in the PLC
-  std::size_t first;       ///< register
+  std::string array;  ///< a name for the words in the PLC
+  std::size_t first;  ///< register
   std::size_t words;
   bool is_write;
+  int shift = 0;  ///< as of a tag
 };
 
-/// Inputs, outputs, status and states of nodes, as far as there are tags.
+/// Inputs, outputs, status and states of nodes, and further inputs and outputs, as far as there are tags.
 std::vector<Exchange> exchanges_of(const std::vector<Tag>& tags);
 
 }  // namespace cbcan::tools

@@ -15,7 +15,7 @@ namespace {
 using namespace cbcan;
 using base::UsageError;
 
-constexpr const char* kHelp = R"(usage: cbcan-network [--binary] [--depfile FILE.d] [--own-node N] NETWORK
+constexpr auto kHelp = R"(usage: cbcan-network [--binary] [--depfile FILE.d] [--own-node N] [--pdos N] NETWORK
 
   Prints the network as a C++ header that defines kNetwork, for Coprocessor::use_network(). Mistakes and their
   lines are on standard error.
@@ -23,6 +23,7 @@ constexpr const char* kHelp = R"(usage: cbcan-network [--binary] [--depfile FILE
   --binary          prints the bytes alone, for a part of the flash
   --depfile FILE.d  writes a rule of make: FILE depends on all files read
   --own-node N      the module's own node ID (default: 127)
+  --pdos N          RPDOs and TPDOs that the image has (default: 16)
 )";
 
 std::string escaped(std::string name) {
@@ -39,11 +40,13 @@ void write_depfile(const std::string& path, const tools::Words& files) {
   if (!(out << std::endl)) throw std::runtime_error(path + ": cannot be written");
 }
 
-constexpr std::array<std::string_view, 3> kOptions{"--binary", "--depfile FILE.d", "--own-node N"};
+constexpr std::array<std::string_view, 4> kOptions{"--binary", "--depfile FILE.d", "--own-node N",
+                                                   "--pdos N"};
 
 std::string output_of(const base::ParsedArguments& typed, tools::Words& remarks) {
   bool binary = false;
   std::uint8_t own_node = 127;
+  unsigned pdos = kServices.rpdos;
   std::string depfile;
   for (const auto& [option, text] : typed.options) {
     if (option == "--binary") {
@@ -51,6 +54,8 @@ std::string output_of(const base::ParsedArguments& typed, tools::Words& remarks)
     } else if (option == "--depfile") {
       depfile = text;
       if (!text.ends_with(".d")) throw UsageError(depfile + ": must end with .d");
+    } else if (option == "--pdos") {
+      pdos = base::parse<unsigned>(text).value_or(0);
     } else {
       own_node = base::parse<std::uint8_t>(text).value_or(0);
       if (own_node < 1 || own_node > 127) throw UsageError(std::string(text) + ": node IDs are 1..127");
@@ -65,6 +70,11 @@ std::string output_of(const base::ParsedArguments& typed, tools::Words& remarks)
     return content;
   };
   const descriptions::PlannedNetwork network = descriptions::read_network(path, read, remarks);
+  for (const descriptions::PlannedNode& node : network.all)
+    for (const descriptions::PlannedPdo& pdo : node.pdos)
+      if (pdo.own > pdos || pdo.at >= descriptions::kFurtherAt)
+        throw UsageError(fmt::format("{}:{}: node {}: the image has {} PDOs, in R3800..R3927; see --pdos",
+                                     path, pdo.line, node.id, pdos));
   const descriptions::Bytes image = descriptions::image_of(network, own_node, path);
   if (!depfile.empty()) write_depfile(depfile, used);
   return binary ? std::string(image.begin(), image.end())

@@ -65,6 +65,14 @@ void Coprocessor::on_others_written(std::size_t first, std::size_t count, Time n
   channel_.follow_node();
 }
 
+void Coprocessor::on_further_written(bool outputs, Time now) {
+  node_.restore_inputs();
+  if (!outputs) return;
+  node_.on_outputs_written(now);
+  node_.on_outputs_changed(now);
+  channel_.follow_node();
+}
+
 void Coprocessor::on_status_written(std::size_t first, std::size_t count, Time now) {
   const std::size_t status = settings().status_first;
   const std::size_t from = std::max(first, status);

@@ -46,19 +46,28 @@ LocalNode::LocalNode(ProcessRegisters registers, CanPort& port, SdoClient& clien
     : registers_(registers),
       client_(client),
       sdo_timeout_ms_(settings.sdo_timeout_ms),
+      more_(settings.more),
       transfers_(transfers),
       accessed_(transfers.data()),
       watched_{settings.scanner_out_first,
                static_cast<std::uint16_t>(settings.scanner_out_first + regmap::kScannerOutWords - 1)},
       monitor_(settings.state_fresh_for),
-      device_(settings.node_id, {local::entries(), room_.values, {}, bytes_of(registers)},
-              {room_.buffer, {room_.rpdos, room_.tpdos, room_.pieces}, {}}, *this, port),
+      device_(settings.node_id, tables(), {room_.buffer, pdos(), {}}, *this, port),
       lss_(device_, static_cast<DeviceApplication&>(*this), port),
       lss_master_(port),
       manager_(device_, monitor_, port, answers, settings.sdo_timeout_ms),
       status_(device_, monitor_, emergencies_, manager_) {
   if constexpr (kServices.lss_master()) manager_->use(lss_master_.operator->());
   if constexpr (kServices.sdo_server) slave().sdo_server()->set_block_timeout(settings.block_timeout_ms);
+}
+
+Slave::Tables LocalNode::tables() {
+  if (more() != nullptr) return {more()->entries, more()->values, {}, bytes_of(more()->process)};
+  return {local::entries(), room_.values, {}, bytes_of(registers_)};
+}
+
+Pdo::Storage LocalNode::pdos() {
+  return more() != nullptr ? more()->pdos : Pdo::Storage{room_.rpdos, room_.tpdos, room_.pieces};
 }
 
 /// Includes the emergencies of other nodes, and NMT commands of another master.
@@ -102,7 +111,10 @@ void LocalNode::on_bus_state(BusState state, Time now) {
 }
 
 void LocalNode::restore(std::uint16_t first_index, std::uint16_t last_index, Time now) {
-  local::restore(room_.values, first_index, last_index);
+  if (more() != nullptr)
+    restore_values(more()->entries, more()->power_on, more()->values, first_index, last_index);
+  else
+    local::restore(room_.values, first_index, last_index);
   if constexpr (kServices.lss) lss_->start(device_.node_id(), now);
   if (kServices.emergencies)
     device_.dictionary().set(object::kEmergencyCobId, 0, EmergencyConsumer::kFirstId + device_.node_id());
@@ -225,7 +237,7 @@ void LocalNode::on_stored(const ObjectEntry& entry, std::uint8_t /*sub*/, Time n
   if (entry.index < local::kInputs) return;
   if (entry.index < local::kOutputs) restore_inputs();
   if (entry.index >= local::kOutputs) on_outputs_written(now);
-  if (outputs_changed(0, kOutputWords)) on_outputs_changed(now);
+  if (more() != nullptr || outputs_changed(0, kOutputWords)) on_outputs_changed(now);
 }
 
 /// 1016h: bits 23..16 the node, bits 15..0 the time in ms; without either, or above 127, the entry is unused

@@ -33,6 +33,16 @@ using ManagerAnswers = std::conditional_t<kServices.manager(), ManagerApplicatio
 
 class OtherChannels;
 
+/// Memory of the caller for an own node with more PDOs and network variables than kServices has. The entries
+/// are those of local::entries() with these; `process` is that of all network variables.
+struct OwnNodeMemory {
+  std::span<const ObjectEntry> entries;
+  std::span<const std::uint8_t> power_on;
+  std::span<std::uint8_t> values;
+  std::span<std::uint16_t> process;
+  Pdo::Storage pdos;
+};
+
 /// 3003h and 3004h of one window. SDO clients access those of R3700..R3769.
 struct Transfers {
   std::uint16_t timeout_ms;
@@ -160,6 +170,12 @@ class LocalNode final : private DeviceApplication {
   const NodeMonitor& monitor() const { return monitor_; }
 
  private:
+  static const OwnNodeMemory* memory_in(const OwnNodeMemory* more) { return more; }
+  static constexpr const OwnNodeMemory* memory_in(Part /*none*/) { return nullptr; }
+  const OwnNodeMemory* more() const { return memory_in(more_); }
+  Slave::Tables tables();
+  Pdo::Storage pdos();
+
   static constexpr bool kHasChannels = kServices.scanner_window && kServices.channels;
   bool passes_reports() const { return (kHasChannels || kServices.manager()) && passes_reports_; }
 
@@ -194,6 +210,7 @@ class LocalNode final : private DeviceApplication {
   SdoClient& client_;
   std::uint16_t sdo_timeout_ms_;
   std::uint8_t resets_ = 0;
+  [[no_unique_address]] MoreMemory more_;
   std::span<Transfers, 2> transfers_;
   Transfers* accessed_;  ///< whose 3003h and 3004h are read and written
   ParameterMemory* memory_ = nullptr;

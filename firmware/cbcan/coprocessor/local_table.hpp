@@ -171,31 +171,33 @@ inline constexpr std::array kTypes{kInteger8,   kUnsigned8,  kBoolean,    kInteg
                                    kInteger56,  kInteger64,  kUnsigned64};
 inline constexpr std::uint16_t kIndicesOfType = 0x40;
 inline constexpr std::uint32_t kMostSubs = 254;
+/// Indices from the first one of a type to its variables of further registers.
+inline constexpr std::uint16_t kFurther = 8;
 
 /// One row for each type; two for BOOLEANs, as those of 128 bytes fill four indices and a part of the fifth.
 inline constexpr std::size_t kVariableRows = 2 * (kTypes.size() + 1);
 static_assert(8 * kInputBytes / kMostSubs == 4 && 8 * kOutputBytes / kMostSubs == 4);
 
+/// Puts one or two rows for each type: full indices, and the rest. Returns the end.
 constexpr Row* put_variables(Row* next, std::uint16_t first, std::uint32_t start, std::uint32_t bytes,
                              std::uint16_t direction) {
-  const auto put = [&](std::size_t index, std::uint32_t count, DataType type, std::uint32_t size,
-                       std::uint16_t packed, std::uint32_t offset, std::size_t indices) {
-    const auto flags = static_cast<std::uint16_t>(Flags::kReadWrite | Flags::kChecked | Flags::kProcess |
-                                                  Flags::kCounted | direction | packed);
-    *next = row(static_cast<std::uint16_t>(index), 1, static_cast<std::uint8_t>(count), type, flags, size, 0,
-                static_cast<std::uint8_t>(indices - 1));
-    next++->entry.offset = static_cast<ObjectSize>(offset);  // for BOOLEANs in bits
-  };
-  for (std::size_t i = 0; i < kTypes.size(); ++i) {
-    const std::size_t index = first + i * kIndicesOfType;
-    if (kTypes[i] != kBoolean) {
-      const auto size = static_cast<std::uint32_t>(size_of(kTypes[i]));
-      put(index, bytes / size, kTypes[i], size, 0, start, 1);
-      continue;
-    }
-    const std::uint32_t full = 8 * bytes / kMostSubs;
-    put(index, kMostSubs, kBoolean, 1, Flags::kPacked, 8 * start, full);
-    put(index + full, 8 * bytes % kMostSubs, kBoolean, 1, Flags::kPacked, 8 * start + full * kMostSubs, 1);
+  for (const DataType type : kTypes) {
+    const bool packed = type == kBoolean;
+    const std::uint32_t unit = packed ? 8 : 1;  // offsets of BOOLEANs are in bits
+    const auto size = packed ? 1 : static_cast<std::uint32_t>(size_of(type));
+    const auto flags =
+        static_cast<std::uint16_t>(Flags::kReadWrite | Flags::kChecked | Flags::kProcess | Flags::kCounted |
+                                   direction | (packed ? Flags::kPacked : 0));
+    const std::uint32_t elements = unit * bytes / size;
+    const auto put = [&](std::uint32_t from, std::uint32_t count, std::uint32_t indices) {
+      *next = row(static_cast<std::uint16_t>(first + from / kMostSubs), 1, static_cast<std::uint8_t>(count),
+                  type, flags, size, 0, static_cast<std::uint8_t>(indices - 1));
+      next++->entry.offset = static_cast<ObjectSize>(unit * start + size * from);
+    };
+    const std::uint32_t full = elements / kMostSubs;
+    if (full != 0) put(0, kMostSubs, full);
+    if (elements % kMostSubs != 0) put(full * kMostSubs, elements % kMostSubs, 1);
+    first = static_cast<std::uint16_t>(first + kIndicesOfType);
   }
   return next;
 }

@@ -2,13 +2,19 @@
 #pragma once
 
 #include <cstdint>
+#include <type_traits>
 
 #include "cbcan/canopen/nmt/nmt.hpp"
+#include "cbcan/canopen/part.hpp"
 #include "cbcan/configuration.hpp"
 #include "cbcan/regmap.hpp"
 #include "cbcan/time.hpp"
 
 namespace cbcan {
+
+struct OwnNodeMemory;
+/// Null = none; a build without a manager has no such pointer.
+using MoreMemory = std::conditional_t<kServices.manager(), const OwnNodeMemory*, Part>;
 
 /// Settings of a coprocessor that is built with this set of services.
 template <Services>
@@ -26,6 +32,7 @@ struct CoprocessorSettingsOf {
   std::uint16_t scanner_in_first = regmap::kScannerInFirst;
   std::uint16_t process_first = regmap::kProcessFirst;
   std::uint16_t status_first = regmap::kStatusFirst;
+  [[no_unique_address]] MoreMemory more{};  ///< of the own node; outlives the coprocessor
 };
 using CoprocessorSettings = CoprocessorSettingsOf<kServices>;
 

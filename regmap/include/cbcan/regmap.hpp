@@ -41,6 +41,8 @@ inline constexpr std::uint16_t kProcessFirst = 3800;
 inline constexpr std::size_t kInputWords = 64;
 inline constexpr std::size_t kOutputWords = 64;
 inline constexpr std::size_t kProcessWords = kInputWords + kOutputWords;
+inline constexpr std::size_t kFurtherWords =
+    192;  ///< more inputs where a network file wants them; then outputs
 
 /// The scanner window, for PLCs that exchange whole blocks of registers cyclically: a block that the PLC
 /// writes and one that it reads. The first registers can be configured. The blocks of channel n begin

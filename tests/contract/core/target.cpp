@@ -55,7 +55,9 @@ struct CoreTarget final : Target, private test::StackRig<Coprocessor> {
     port.sent.clear();
   }
 
-  std::string lacks(Ability /*ability*/) const override { return {}; }
+  std::string lacks(Ability ability) const override {
+    return ability == Ability::kMorePdos ? "the core alone has 16 PDOs each way" : "";
+  }
 
   void write(unsigned first, const Words& words) override { write_and_read(first, words, first, 0); }
   Words read(unsigned first, std::size_t count) override { return write_and_read(first, {}, first, count); }

@@ -67,6 +67,7 @@ struct McuTarget final : Target {
       case Ability::kSecondClient: return "a Modbus RTU line has one client";
       case Ability::kChannels: return "the image has one channel";
       case Ability::kSettings: return "the image's settings are built in";
+      case Ability::kMorePdos: return "the image has 16 PDOs each way, or fewer";
       case Ability::kBlock: return kServices.block_transfer ? "" : "the image has no block transfer";
     }
     return "unknown";

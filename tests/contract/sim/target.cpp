@@ -5,10 +5,13 @@
 // any connection.
 
 #include <modbus.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <cerrno>
 #include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <optional>
 #include <stdexcept>
 #include <thread>
@@ -95,6 +98,12 @@ std::vector<std::string> command(const Settings& settings) {
     words.push_back("--set");
     words.push_back("module." + setting);
   }
+  if (settings.further_first != 0) {
+    const std::string file =
+        std::filesystem::temp_directory_path() / ("cbcan" + std::to_string(getpid()) + ".toml");
+    std::ofstream(file) << "network.further_first = " << settings.further_first << '\n';
+    words.insert(words.end(), {"--network-file", file});
+  }
   return words;
 }
 
@@ -113,6 +122,7 @@ struct SimTarget final : Target {
       case Ability::kSecondReader:
       case Ability::kSecondClient:
       case Ability::kChannels:
+      case Ability::kMorePdos:
       case Ability::kBlock:
       case Ability::kSettings: return "";
     }

@@ -83,6 +83,7 @@ class Manager {
   static constexpr std::uint32_t kConf = 0x666E6F63;  ///< "conf"
   static constexpr std::size_t kMostReadBytes = 8;    ///< of an object
   static constexpr std::uint8_t kSignsOfTwin = 2;     ///< requests with two responses
+  static constexpr std::size_t kMostSources = kServices.rpdos < 64 ? 64 : kServices.rpdos;
 
   enum class Phase : std::uint8_t {
     kUnlisted,
@@ -472,8 +473,7 @@ class Manager {
   Joining step_{};
   LssMaster* lss_ = nullptr;
   Time lss_from_ = 0;
-  std::array<std::uint8_t, kServices.rpdos>
-      sources_{};  ///< node whose TPDO an own RPDO receives, 0 = not known
+  std::array<std::uint8_t, kMostSources> sources_{};  ///< node whose TPDO an own RPDO receives, 0 = not known
   std::array<Client, kServices.manager_clients> clients_;
 };
 
