@@ -34,6 +34,7 @@ struct BootFailure {
   std::uint16_t expected_index() const {
     return static_cast<std::uint16_t>(object::kExpectedDeviceType + sub);
   }
+  bool operator==(const BootFailure&) const = default;
 };
 
 /// "0602 0000h no such object"

@@ -152,22 +152,6 @@ void append_terminals(Buffer& to, const Event& event) {
              (value >> bit & 1) != 0 ? " on" : " off");
 }
 
-/// "lost: no heartbeat for 850 ms; it is looked for each second"
-void append_boot(Buffer& to, const Event& event, const FindName& find) {
-  const descriptions::Object* const name = find(event.network, event.node, event.index, event.sub);
-  descriptions::BootFailure failure{.letter = static_cast<char>(event.state),
-                                    .index = event.index,
-                                    .sub = event.sub,
-                                    .code = event.code,
-                                    .name = name == nullptr ? std::string_view() : name->name,
-                                    .silent_ms = static_cast<std::uint32_t>(event.took / kMillisecond),
-                                    .step = event.result,
-                                    .is_own = event.node == 0};
-  if (event.frame.length != 0) failure.seen = load_word(event.frame.data.data());
-  failure.wanted = sdo::tail_of(event.frame);
-  append(to, failure_text(failure));
-}
-
 }  // namespace
 
 std::string_view nmt_text(std::uint32_t specifier) {
@@ -288,7 +272,6 @@ void append_words(Buffer& to, const Event& event, const Journal& journal, const 
     case Kind::kEmergency: return append_emergency(to, event.frame);
     case Kind::kState: return append(to, state_text(event.state));
     case Kind::kTerminals: return append_terminals(to, event);
-    case Kind::kBoot: return append_boot(to, event, find);
     default: return append(to, journal.text(event));
   }
 }

@@ -76,19 +76,17 @@ struct Event {
   Service service{};        ///< of a transaction
   std::uint8_t state = 0;   ///< kState: as in a heartbeat, or kOff; kClient: 1 = connected; kModbus:
                             ///< exception; kTerminals: the bits that have changed; kCommand: 0 or kRefused;
-                            ///< kAdvice: the Mistake; kBoot: as in descriptions::BootFailure::letter;
-                            ///< kBegun, kEnded: 0 = through R3700, else the channel of the scanner window
-  std::uint16_t result = 0;  ///< kEnded: as in R3700, kCancelled or kNeverSent; kModbus: MBAP transaction ID;
-                             ///< kBoot: the boot's step before
+                            ///< kAdvice: the Mistake; kBegun, kEnded: 0 = through R3700, else the channel of
+                            ///< the scanner window
+  std::uint16_t result = 0;  ///< kEnded: as in R3700, kCancelled or kNeverSent; kModbus: MBAP transaction ID
   std::uint16_t size = 0;    ///< of what bytes() gives
   std::uint32_t transaction = 0;  ///< that the event belongs to; 0 = none
-  std::uint32_t code = 0;   ///< kEnded, kBoot: SDO abort code; kModbus, kClient, kAdvice: number of the
-                            ///< client; kTerminals: the signed value
+  std::uint32_t code = 0;   ///< kEnded: SDO abort code; kModbus, kClient, kAdvice: number of the client;
+                            ///< kTerminals: the signed value
   Time at = 0;              ///< since the plant's start
-  Time took = 0;            ///< kEnded; kBoot: time without a heartbeat, 0 = there has been none
+  Time took = 0;            ///< kEnded
   std::uint64_t bytes = 0;  ///< where they begin; only for Journal
-  Frame frame{};  ///< kFrame, kEmergency; for a transaction of a scanner window, `id` is the request's number;
-                  ///< kBoot: the value seen and that wanted, length 0 = without them
+  Frame frame{};  ///< kFrame, kEmergency; for a transaction of a scanner window, `id` is the request's number
 };
 
 constexpr bool is_transaction(const Event& event) {

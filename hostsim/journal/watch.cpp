@@ -7,7 +7,6 @@
 #include "base/numbers.hpp"
 #include "base/words.hpp"
 #include "cbcan/canopen/dictionary/little_endian.hpp"
-#include "cbcan/canopen/dictionary/objects.hpp"
 #include "cbcan/canopen/emcy/emergency_consumer.hpp"
 #include "cbcan/canopen/nmt/nmt.hpp"
 
@@ -259,41 +258,51 @@ void NetworkWatch::on_step(std::uint8_t node, std::uint8_t before, Time now) {
   const Manager::Failure& failure = network_.module->coprocessor().manager()->failure(node);
   const bool runs = watched.step == kRuns || watched.step == kAwaitsData;
   const bool kept = runs && before < kAwaitsStart && failure.letter == BootFailure::kKept;
-  if (!kept && (runs || watched.step == 0)) watched.failure = {};
+  if (!kept && (runs || watched.step == 0)) {
+    watched.failure = {};
+    watched.failure_words.clear();
+  }
   if (!kept && watched.step < 'A') return;
-  Event boot = event(Kind::kBoot, now);
-  boot.node = node;
-  boot.state = kept ? static_cast<std::uint8_t>(failure.letter) : watched.step;
-  boot.result = before;
-  add_cause(boot, failure);
-  const Event& last = watched.failure;
-  const bool is_known = last.state == boot.state && last.code == boot.code && last.index == boot.index &&
-                        last.sub == boot.sub && last.frame.data == boot.frame.data;
-  if (!is_known) journal_.add(boot);
+  BootFailure boot =
+      failure_of(node, kept ? failure.letter : static_cast<char>(watched.step), before, failure);
+  watched.failure.silent_ms = boot.silent_ms;  // makes no other failure
+  const bool is_known = boot == watched.failure;
   if (!kept) watched.failure = boot;
+  const sim::Node* const simulated = network_.world.node(node);
+  if (simulated != nullptr)
+    if (const auto* const object = simulated->description().find(boot.index, boot.sub))
+      boot.name = object->name;
+  boot.step = before;
+  std::string words = failure_text(boot);
+  Event said = event(Kind::kBoot, now);
+  said.node = node;
+  if (!is_known) journal_.add(said, words);
+  if (!kept) watched.failure_words = std::move(words);
 }
 
-void NetworkWatch::add_cause(Event& boot, const Manager::Failure& failure) const {
+BootFailure NetworkWatch::failure_of(std::uint8_t node, char letter, std::uint8_t before,
+                                     const Manager::Failure& failure) const {
   const Coprocessor& coprocessor = network_.module->coprocessor();
   const auto& manager = coprocessor.manager();
-  const bool is_lost = boot.state == BootFailure::kLost;
-  const bool commanded = boot.state == 'K' || (boot.state == 'F' && boot.result == kAwaitsStart);
-  if (is_lost || boot.state == 'F' || boot.state == 'K')
-    boot.took = (commanded ? Manager::kRetries + Time{1} : Time{1}) * manager->heartbeat_time(boot.node);
-  if (is_lost && manager->is_guarded(boot.node)) boot.index = object::kGuardTime;
-  if (boot.took != 0) return;
+  BootFailure boot{.letter = letter, .is_own = node == 0};
+  const bool is_lost = letter == BootFailure::kLost;
+  const bool commanded = letter == 'K' || (letter == 'F' && before == kAwaitsStart);
+  if (is_lost || letter == 'F' || letter == 'K')
+    boot.silent_ms = static_cast<std::uint32_t>((commanded ? Manager::kRetries + Time{1} : Time{1}) *
+                                                manager->heartbeat_time(node) / kMillisecond);
+  if (is_lost && manager->is_guarded(node)) boot.index = object::kGuardTime;
+  if (boot.silent_ms != 0) return boot;
   boot.code = static_cast<std::uint32_t>(failure.code);
   boot.index = failure.index;
   boot.sub = failure.sub;
-  const Transfer& transfer = nodes_[boot.node].transfer;
+  const Transfer& transfer = nodes_[node].transfer;
   const std::uint8_t response = transfer.response.data[0];
   const bool is_seen = sdo::is(response, sdo::Response::kInitiateUpload) && (response & sdo::kExpedited) != 0;
-  if (boot.code != 0 || !is_seen || transfer.object != sdo::multiplexer(boot.index, boot.sub)) return;
-  const auto expected = static_cast<std::uint16_t>(object::kExpectedDeviceType + boot.sub);
-  put_data(
-      boot.frame, sdo::tail_of(transfer.response),
-      static_cast<std::uint32_t>(load_little_endian(coprocessor.manager()->object(expected, boot.node))));
-  boot.frame.length = 8;
+  if (boot.code != 0 || !is_seen || transfer.object != sdo::multiplexer(boot.index, boot.sub)) return boot;
+  boot.seen = sdo::tail_of(transfer.response);
+  boot.wanted =
+      static_cast<std::uint32_t>(load_little_endian(manager->object(boot.expected_index(), node)));
+  return boot;
 }
 
 // ---- The bus

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -55,8 +56,8 @@ class NetworkWatch final : public sim::Observer, public sim::ModuleWatch, public
   Time heard_at(std::uint8_t node) const { return nodes_[node].heard; }
   /// The last EMCY message of this node; all zeros without one.
   const Frame& last_emergency(std::uint8_t node) const { return nodes_[node].emergency; }
-  /// Why the boot of this node has failed, or it is lost: kBoot; of another kind if it boots or runs.
-  const Event& boot_failure(std::uint8_t node) const { return nodes_[node].failure; }
+  /// Why the last boot of this node has failed, or it was lost; empty once it runs.
+  const std::string& boot_failure(std::uint8_t node) const { return nodes_[node].failure_words; }
 
  private:
   struct Transaction {
@@ -92,8 +93,9 @@ class NetworkWatch final : public sim::Observer, public sim::ModuleWatch, public
     std::uint8_t state = kOff;
     Time heard = kNever;
     Frame emergency{};
-    std::uint8_t step = 0;  ///< of its boot
-    Event failure{};        ///< kBoot, the last one since it ran
+    std::uint8_t step = 0;                ///< of its boot
+    descriptions::BootFailure failure{};  ///< the last one since it ran, without name and step
+    std::string failure_words{};
   };
 
   Event event(Kind kind, Time now) const;
@@ -106,7 +108,8 @@ class NetworkWatch final : public sim::Observer, public sim::ModuleWatch, public
   std::uint32_t transaction_of(const Frame& frame, Time at);
   void look_at_boots(Time now);
   void on_step(std::uint8_t node, std::uint8_t before, Time now);
-  void add_cause(Event& boot, const Manager::Failure& failure) const;
+  descriptions::BootFailure failure_of(std::uint8_t node, char letter, std::uint8_t before,
+                                       const Manager::Failure& failure) const;
   void note_state(std::uint8_t node, std::uint8_t state, Time now);
 
   Journal& journal_;

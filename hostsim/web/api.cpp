@@ -100,11 +100,10 @@ protocols::HttpResponse nodes(const Asked& asked) {
     if (place < count) append_node(to, control, network, place);
     return ++place < count;
   };
-  return list_of(
-      {{"network", asked.network},
-       {"time", asked.seconds()},
-       {"boots", boots_of(asked.parts.control.network(asked.network), asked.journal(), asked.parts.find)}},
-      "nodes", next);
+  return list_of({{"network", asked.network},
+                  {"time", asked.seconds()},
+                  {"boots", boots_of(asked.parts.control.network(asked.network))}},
+                 "nodes", next);
 }
 
 /// All its sub-indices.

@@ -126,16 +126,17 @@ MappedRegisters mapped_registers(std::uint8_t number, plant::Network& network,
   return found;
 }
 
-Json boots_of(plant::Network& network, const journal::Journal& journal, const journal::FindName& find) {
+Json boots_of(plant::Network& network) {
   const std::size_t first = network.module_config().status_first + regmap::kStatusNodes;
   Json list = Json::array();
   for (std::uint8_t node = 1; network.module() != nullptr && node <= nmt::kMaxNode; ++node) {
     const unsigned step = network.registers()[first + node] >> 8;
-    const journal::Event& failure = network.watch()->boot_failure(node);
-    std::string words = descriptions::boot_step_text(network.registers()[first + node]);
-    base::Buffer text;
-    if (failure.state == step) words = append_text(text, failure, journal, find).words;
-    if (step != 0) list.push_back({{"node", node}, {"failed", step >= 'A'}, {"words", base::to_utf8(words)}});
+    const std::string& failure = network.watch()->boot_failure(node);
+    const bool failed = step >= 'A';
+    const std::string words = failed && !failure.empty()
+                                  ? failure
+                                  : descriptions::boot_step_text(network.registers()[first + node]);
+    if (step != 0) list.push_back({{"node", node}, {"failed", failed}, {"words", base::to_utf8(words)}});
   }
   return list;
 }

@@ -22,6 +22,6 @@ MappedRegisters mapped_registers(std::uint8_t number, plant::Network& network, c
 
 /// The nodes that the module boots, also those that are not simulated: the step of the boot, or what is
 /// wrong.
-Json boots_of(plant::Network& network, const journal::Journal& journal, const journal::FindName& find);
+Json boots_of(plant::Network& network);
 
 }  // namespace cbcan::web
