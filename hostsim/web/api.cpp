@@ -18,7 +18,6 @@
 #include "plant/points.hpp"
 #include "scenario/scenario_writer.hpp"
 #include "sim/faults/fault.hpp"
-#include "web/page.hpp"
 #include "web/state.hpp"
 #include "web/streams.hpp"
 
@@ -40,8 +39,8 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 4> kTypes{{
     {".svg", "image/svg+xml"},
 }};
 
-protocols::HttpResponse ok(const base::Buffer& body) {
-  return {.body = std::string(base::view(body))};
+protocols::HttpResponse ok(const Json& body) {
+  return {.body = line_of(body) + "\n"};
 }
 
 protocols::HttpResponse failed(unsigned status, std::string_view why) {
@@ -70,7 +69,7 @@ protocols::HttpResponse time(const Asked& asked) {
   base::append(body, '{');
   append_about(body, asked.parts);
   base::append(body, "}\n");
-  return ok(body);
+  return {.body = std::string(base::view(body))};
 }
 
 /// The named registers, with the scanner window of channel 1 only; or `count` from `first` on.
@@ -114,14 +113,15 @@ void append_object(base::Buffer& to, sim::Node& node, const descriptions::Object
     const auto sub = static_cast<std::uint8_t>(number);
     if (node.device().dictionary().find(object.index, sub, entry) != AbortCode::kNone) continue;
     const auto bytes = node.value(entry, sub, now);
-    const auto flag = [&entry](auto which) -> std::string_view {
-      return entry.has(which) ? "true" : "false";
-    };
-    base::append(to, std::exchange(between, ","), "{\"index\":", object.index, ",\"sub\":", sub,
-                 ",\"name\":", json_string(object.name), ",\"type\":\"", descriptions::name_of(object.type),
-                 "\",\"readable\":", flag(ObjectFlags::kRead), ",\"writable\":", flag(ObjectFlags::kWrite),
-                 ",\"value\":", json_string(journal::value_text(bytes, object.type)), ",\"bytes\":\"",
-                 base::HexBytes{bytes}, "\"}");
+    base::append(to, std::exchange(between, ","),
+                 line_of({{"index", object.index},
+                          {"sub", sub},
+                          {"name", object.name},
+                          {"type", descriptions::name_of(object.type)},
+                          {"readable", entry.has(ObjectFlags::kRead)},
+                          {"writable", entry.has(ObjectFlags::kWrite)},
+                          {"value", journal::value_text(bytes, object.type)},
+                          {"bytes", base::hex(bytes, "")}}));
   }
 }
 
@@ -140,35 +140,28 @@ protocols::HttpResponse objects(const Asked& asked) {
   return list_of({{"node", asked.node_name()}, {"time", asked.seconds()}}, "objects", next);
 }
 
-void append_points(base::Buffer& to, plant::Control& control, const std::string& node) {
-  base::append(to, '[');
-  std::string_view between;
+Json points_of(plant::Control& control, const std::string& node) {
+  Json list = Json::array();
   for (const auto& [point, object, value, target] : plant::points_of(control, node)) {
-    base::append(to, std::exchange(between, ","), "{\"kind\":\"", sim::name_of(point.kind),
-                 "\",\"object\":\"", object, "\",\"name\":", json_string(base::to_utf8(point.name)),
-                 ",\"value\":", line_of(value));
-    if (!point.unit.empty()) base::append(to, ",\"unit\":", json_string(base::to_utf8(point.unit)));
-    if (target) base::append(to, ",\"target\":", line_of(*target));
-    if (point.level) base::append(to, ",\"level\":true");
-    if (point.low) base::append(to, ",\"low\":", line_of(*point.low));
-    if (point.high) base::append(to, ",\"high\":", line_of(*point.high));
-    if (point.alarm != 0) base::append(to, ",\"alarm\":", line_of(point.alarm));
-    Json bits;
+    Json& json = list.emplace_back();
+    json = {{"kind", sim::name_of(point.kind)}, {"object", object}, {"name", base::to_utf8(point.name)}};
+    json["value"] = value;
+    if (!point.unit.empty()) json["unit"] = base::to_utf8(point.unit);
+    if (target) json["target"] = *target;
+    if (point.level) json["level"] = true;
+    if (point.low) json["low"] = *point.low;
+    if (point.high) json["high"] = *point.high;
+    if (point.alarm != 0) json["alarm"] = point.alarm;
     for (const std::string& bit : point.bits)
-      bits.push_back(base::to_utf8(bit));
-    if (!bits.empty()) base::append(to, ",\"bits\":", line_of(bits));
-    base::append(to, '}');
+      json["bits"].push_back(base::to_utf8(bit));
   }
-  base::append(to, ']');
+  return list;
 }
 
 protocols::HttpResponse points(const Asked& asked) {
-  base::Buffer body;
-  base::append(body, "{\"node\":", json_string(asked.node_name()), ",\"time\":", asked.seconds(),
-               ",\"points\":");
-  append_points(body, asked.parts.control, asked.node_name());
-  base::append(body, "}\n");
-  return ok(body);
+  return ok({{"node", asked.node_name()},
+             {"time", asked.seconds()},
+             {"points", points_of(asked.parts.control, asked.node_name())}});
 }
 
 /// Those of all nodes in their order.
@@ -176,7 +169,8 @@ protocols::HttpResponse all_points(const Asked& asked) {
   const auto next = [&control = asked.parts.control, network = asked.network,
                      place = std::size_t{0}](base::Buffer& to) mutable {
     const std::size_t count = control.world(network).nodes().size();
-    if (place < count) append_points(to, control, plant::prefix_of(network) + fmt::format("#{}", place + 1));
+    const std::string node = plant::prefix_of(network) + fmt::format("#{}", place + 1);
+    if (place < count) base::append(to, line_of(points_of(control, node)));
     return ++place < count;
   };
   return list_of({{"network", asked.network}, {"time", asked.seconds()}}, "nodes", next);
@@ -194,35 +188,23 @@ protocols::HttpResponse advice(const Asked& asked) {
                     {"transaction", advice.event.transaction},
                     {"node", advice.event.node},
                     {"words", advice.words}});
-  base::Buffer body;
-  base::append(body, line_of({{"network", asked.network}, {"time", asked.seconds()}, {"advice", list}}),
-               '\n');
-  return ok(body);
+  return ok({{"network", asked.network}, {"time", asked.seconds()}, {"advice", list}});
 }
 
 /// Words of commands, with what they mean.
 protocols::HttpResponse words(const Asked& /*asked*/) {
-  base::Buffer body;
-  std::string_view between;
-  const auto add = [&](std::string_view word, std::string_view meaning) {
-    base::append(body, std::exchange(between, ","), "{\"word\":", json_string(word),
-                 ",\"meaning\":", json_string(meaning), '}');
+  Json all;
+  const auto add = [&all](const char* list, std::string_view word, std::string_view meaning) {
+    all[list].push_back({{"word", word}, {"meaning", meaning}});
   };
-  const auto begin = [&](std::string_view list) {
-    base::append(body, list);
-    between = {};
-  };
-  begin("{\"faults\":[");
   for (const sim::FaultRow& row : sim::fault_rows())
-    if (sim::allowed(row.place, sim::FaultPlace::kNode)) add(row.name, row.meaning);
-  begin("],\"nmt\":[");
+    if (sim::allowed(row.place, sim::FaultPlace::kNode)) add("faults", row.name, row.meaning);
   for (const auto& [verb, meaning] : plant::nmt_verbs())
-    add(verb, meaning);
-  begin("],\"commands\":[");
+    add("nmt", verb, meaning);
   for (const plant::Usage& usage : plant::command_usages())
-    add(usage.usage, usage.meaning);
-  base::append(body, "],\"kinds\":", line_of(journal::kKindNames), "}\n");
-  return ok(body);
+    add("commands", usage.usage, usage.meaning);
+  all["kinds"] = journal::kKindNames;
+  return ok(all);
 }
 
 /// The last `limit` events before number `before`, in their order.
