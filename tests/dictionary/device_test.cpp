@@ -2,8 +2,8 @@
 // What an application does with an EdsDevice.
 
 #include "capacity.hpp"
+#include "descriptions/dictionary_header.hpp"
 #include "descriptions/eds_reader.hpp"
-#include "descriptions/firmware_dictionary.hpp"
 #include "dictionary/stored_device.hpp"
 #include "io_module.hpp"
 #include "support/bench.hpp"
@@ -35,7 +35,8 @@ struct ModuleOnWire : Wire {
 /// The dictionary of a text, as cbcan-eds makes it.
 struct Made {
   explicit Made(const std::string& text)
-      : parts(descriptions::firmware_dictionary(descriptions::dictionary_image(descriptions::read(text, "x.eds", 0).device))),
+      : parts(descriptions::firmware_dictionary(
+            descriptions::dictionary_image(descriptions::read(text, "x.eds", 0).device))),
         dictionary{parts.entries,
                    parts.limits,
                    parts.power_on,
