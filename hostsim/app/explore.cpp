@@ -29,7 +29,6 @@
 #include "scenario/scenario_writer.hpp"
 #include "scenario/search/exploration.hpp"
 #include "scenario/search/scenario_run.hpp"
-#include "scenario/search/shrink.hpp"
 
 namespace cbcan::app {
 

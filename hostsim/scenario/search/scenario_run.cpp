@@ -53,4 +53,70 @@ scenario::Outcome replay(const scenario::Scenario& scenario, const Moments& mome
           broken ? to_string(moments) + ": " + report(disturbed.result) : ""};
 }
 
+namespace {
+
+constexpr std::uint32_t kMostTries = 16;  ///< of matching frames before the present one
+
+bool is_same(const Result& result, const Failure& failure) {
+  return result.verdict == Verdict::kBroken && result.what == failure.result.what;
+}
+
+/// Plays it with the faults of the failure, one of them as the matching frame with this number.
+bool still_fails(const scenario::Scenario& scenario, Failure& failure, std::size_t place, std::uint32_t match,
+                 const Record& baseline, const Settings& settings, config::EdsFiles& files) {
+  Moments moments = failure.moments;
+  moments[place].match = match;
+  const TrialReport report = play(scenario, trial_with(moments, scenario.config, baseline), settings, files);
+  if (!report.problem.empty() || !is_same(report.result, failure)) return false;
+  failure.moments = std::move(moments);
+  failure.result = report.result;
+  return true;
+}
+
+/// Fewer steps mean fewer matching frames, so both change together.
+bool take_out(std::size_t step, scenario::Scenario& scenario, Failure& failure, const Settings& settings,
+              config::EdsFiles& files) {
+  scenario::Scenario shorter = scenario;
+  shorter.steps.erase(shorter.steps.begin() + static_cast<std::ptrdiff_t>(step));
+  const TrialReport baseline = play(shorter, {scenario.config}, settings, files);
+  if (!baseline.problem.empty() || baseline.result.verdict != Verdict::kDone) return false;
+  for (std::size_t place = 0; place < failure.moments.size(); ++place) {
+    const std::uint32_t now = failure.moments[place].match;
+    for (std::uint32_t less = 0; less <= std::min(now, kMostTries); ++less) {
+      if (now != 0 && less == now) break;
+      if (!still_fails(shorter, failure, place, now - less, baseline.record, settings, files)) continue;
+      scenario = std::move(shorter);
+      return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace
+
+Failure earlier(const Exploration& exploration, Runner& runner, Failure failure) {
+  for (std::size_t place = 0; place < failure.moments.size(); ++place) {
+    for (std::uint32_t distance = failure.moments[place].match; distance > 1; distance /= 2) {
+      Moments moments = failure.moments;
+      moments[place].match -= distance - 1;
+      const TrialReport report = runner.run_one(exploration.trial_of(moments, false));
+      if (!is_same(report.result, failure)) continue;
+      failure.moments = std::move(moments);
+      failure.result = report.result;
+    }
+  }
+  return failure;
+}
+
+ShrunkScenario with_fewer_steps(const scenario::Scenario& scenario, const Failure& failure,
+                                const Settings& settings, config::EdsFiles& files) {
+  ShrunkScenario shrunk{scenario, failure};
+  for (bool again = true; again;) {
+    again = false;
+    for (std::size_t step = shrunk.scenario.steps.size(); step-- != 0;)
+      again = take_out(step, shrunk.scenario, shrunk.failure, settings, files) || again;
+  }
+  return shrunk;
+}
+
 }  // namespace cbcan::search
