@@ -9,7 +9,7 @@
 #include "base/exit_code.hpp"
 #include "base/files.hpp"
 #include "config/config.hpp"
-#include "config/search_options.hpp"
+#include "config/run_options.hpp"
 
 namespace cbcan::config {
 
@@ -18,7 +18,7 @@ using base::ExitCode;
 /// main() prints `out` and `err`, then runs with `config` or ends with `exit_code`.
 struct Start {
   bool run = false;
-  bool check = false;  ///< open and serve nothing, only report mistakes
+  bool check = false;                    ///< open and serve nothing, only report mistakes
   ExitCode exit_code = ExitCode::kDone;  ///< if not run
   std::string out = {};                  ///< for standard output: help, version
   std::string err = {};                  ///< for standard error: all mistakes, or remarks on a run

@@ -11,7 +11,7 @@
 
 #include "base/command.hpp"
 #include "config/config.hpp"
-#include "config/search_options.hpp"
+#include "config/run_options.hpp"
 
 namespace cbcan::config {
 

@@ -4,7 +4,6 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <array>
 #include <iterator>
 #include <utility>
 
@@ -16,6 +15,30 @@
 #include "config/plant_settings.hpp"
 
 namespace cbcan::config {
+
+Seeds seeds_of(const std::string& text) {
+  const std::size_t dots = std::min(text.find(".."), text.size());
+  const auto first = base::parse<std::uint32_t>(text.substr(0, dots));
+  const auto last = dots == text.size() ? first : base::parse<std::uint32_t>(text.substr(dots + 2));
+  if (!first || !last || *first > *last)
+    throw base::UsageError("must be A..B, such as 1..1000, or one number, of 0..4294967295");
+  return {*first, *last};
+}
+
+Shard shard_of(const std::string& text) {
+  const auto sides = base::split(text, '/');
+  const auto part = sides ? base::parse<std::size_t>(sides->first) : std::nullopt;
+  const auto parts = sides ? base::parse<std::size_t>(sides->second) : std::nullopt;
+  if (!part || !parts || *part < 1 || *part > *parts)
+    throw base::UsageError("must be I/N, the I-th part of N, such as 1/4");
+  return {*part, *parts};
+}
+
+base::Problem check_budget(const base::Value& value) {
+  return base::parse_duration(std::get<std::string>(value))
+             ? ""
+             : "must be a whole number of us, ms or s, such as 60s";
+}
 
 namespace {
 
@@ -66,8 +89,7 @@ TargetPlace target_of(const std::string& text) {
     throw base::UsageError("write rtu:DEV,BAUD,PARITY, such as rtu:/dev/ttyUSB0,19200,E");
   for (const auto& [key, value] : {std::pair("plc.baud", base::Value(std::int64_t{baud})),
                                    std::pair("plc.parity", base::Value(place.line.parity))})
-    if (const auto problem = base::check(setting_of(kNetworkSettings, key), value);
-        !problem.empty())
+    if (const auto problem = base::check(setting_of(kNetworkSettings, key), value); !problem.empty())
       throw base::UsageError(fmt::format("{}: {}", base::value_text(value), problem));
   place.line.baud = baud;
   return place;
