@@ -11,7 +11,6 @@
 
 #include "io/modbus/modbus_rtu.hpp"
 #include "io/modbus_fixture.hpp"
-#include "io/serial/pseudo_terminal.hpp"
 #include "io/temporary_folder.hpp"
 #include "support/complaint.hpp"
 #include "support/modbus_crc.hpp"

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "io/serial/pseudo_terminal.hpp"
+#include "io/serial/serial_port.hpp"
 
 namespace cbcan::io {
 
