@@ -23,7 +23,7 @@
 #include "base/utf8.hpp"
 #include "base/words.hpp"
 #include "cbcan/version.hpp"
-#include "io/files/result_file.hpp"
+#include "io/loop/output.hpp"
 #include "io/loop/reactor.hpp"
 #include "scenario/outcome.hpp"
 #include "scenario/scenario_writer.hpp"

@@ -5,8 +5,10 @@
 /// until everything is written or nothing was read for a second.
 
 #include <cstdint>
+#include <filesystem>
 #include <string>
 #include <string_view>
+#include <system_error>
 
 #include "cbcan/time.hpp"
 #include "io/errors.hpp"
@@ -61,5 +63,34 @@ class Output {
 
 /// Warns of `count` lost frames or packets, if there are any, and sets it to 0. `where` begins the message.
 void warn_of_missing(const Warn& warn, const std::string& where, std::uint64_t& count, std::string_view what);
+
+/// A file of an option, for results that are known at the end. It is opened at the beginning, so that a wrong
+/// path is reported then.
+class ResultFile {
+ public:
+  /// Throws EnvironmentError.
+  ResultFile(std::string_view option, const std::string& path)
+      : name_(std::string(option) + " " + path), file_(Output::open(option, path)) {}
+
+  /// The whole content. Throws EnvironmentError.
+  void write(std::string_view text) {
+    file_.add(text);
+    if (const int wrong = file_.flush(); wrong != 0)
+      throw EnvironmentError(name_ + ": " + reason(wrong) + "; write another file");
+  }
+
+ private:
+  std::string name_;
+  Output file_;
+};
+
+/// Makes the folder of an option unless it is there. Throws UsageError if it cannot be made.
+inline void make_folder(std::string_view option, const std::string& path) {
+  std::error_code error;
+  std::filesystem::create_directories(path, error);
+  std::error_code ignored;
+  if (!std::filesystem::is_directory(path, ignored))
+    throw UsageError(std::string(option) + " " + path + ": " + error.message() + "; name another folder");
+}
 
 }  // namespace cbcan::io
