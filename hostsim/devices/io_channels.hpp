@@ -8,7 +8,6 @@
 #include <cstdint>
 
 #include "cbcan/time.hpp"
-#include "sim/bound.hpp"
 #include "sim/number.hpp"
 
 namespace cbcan::devices {

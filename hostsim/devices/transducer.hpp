@@ -15,7 +15,7 @@
 
 #include "devices/incidents.hpp"
 #include "sim/behaviour.hpp"
-#include "sim/bound.hpp"
+#include "sim/number.hpp"
 
 namespace cbcan::devices {
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "plant/command_words.hpp"
-#include "sim/point.hpp"
+#include "sim/behaviour.hpp"
 
 namespace cbcan::plant {
 

@@ -8,7 +8,7 @@
 #include <array>
 #include <cstdint>
 
-#include "sim/bound.hpp"
+#include "sim/number.hpp"
 
 namespace cbcan::devices {
 

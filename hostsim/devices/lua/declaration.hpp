@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "devices/lua/script.hpp"
-#include "sim/point.hpp"
+#include "sim/behaviour.hpp"
 
 namespace cbcan::devices {
 
