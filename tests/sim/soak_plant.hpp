@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "cbcan/regmap.hpp"
-#include "scenario/search/values_seen.hpp"
+#include "scenario/search/rules.hpp"
 #include "sim/random.hpp"
 #include "sim/world.hpp"
 #include "support/register_file.hpp"

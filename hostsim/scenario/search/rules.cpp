@@ -11,7 +11,6 @@
 #include "base/numbers.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "cbcan/regmap.hpp"
-#include "scenario/search/values_seen.hpp"
 
 namespace cbcan::search {
 
