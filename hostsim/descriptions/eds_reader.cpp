@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "base/words.hpp"
-#include "descriptions/object_reader.hpp"
 #include "descriptions/object_sections.hpp"
 #include "descriptions/value_reader.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "descriptions/object_reader.hpp"
+#include "descriptions/object_sections.hpp"
 
 #include <algorithm>
 #include <array>

@@ -7,7 +7,9 @@
 #include <cstdint>
 #include <vector>
 
+#include "descriptions/device_description.hpp"
 #include "descriptions/lexer.hpp"
+#include "descriptions/value_reader.hpp"
 
 namespace cbcan::descriptions {
 
@@ -33,5 +35,10 @@ struct ObjectSections {
 
 /// Ascending by index, with pointers into `sections`.
 std::vector<ObjectSections> collect_objects(const std::vector<Section>& sections, Findings& findings);
+
+/// Makes objects from their sections (CiA 306, 4.6). `all`: ascending by index. The result is sorted by index,
+/// then sub; `count`: about how many there will be.
+std::vector<Object> read_objects(const std::vector<ObjectSections>& all, std::size_t count, ValueReader& values,
+                                 StandardType standard_type, Findings& findings);
 
 }  // namespace cbcan::descriptions
