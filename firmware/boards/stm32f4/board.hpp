@@ -20,11 +20,9 @@
 #include "boards/common/station.hpp"
 #include "boards/stm32f4/bxcan.hpp"
 #include "boards/stm32f4/clock_supervisor.hpp"
-#include "boards/stm32f4/gpio.hpp"
+#include "boards/stm32f4/peripherals.hpp"
 #include "boards/stm32f4/settings.hpp"
-#include "boards/stm32f4/timer.hpp"
 #include "boards/stm32f4/usart.hpp"
-#include "boards/stm32f4/watchdog.hpp"
 
 namespace cbcan::boards::stm32f4 {
 

@@ -13,9 +13,9 @@
 #include <cstdint>
 
 #include "boards/stm32f4/bxcan.hpp"
+#include "boards/stm32f4/peripherals.hpp"
 #include "boards/stm32f4/rcc.hpp"
 #include "boards/stm32f4/settings.hpp"
-#include "boards/stm32f4/timer.hpp"
 #include "boards/stm32f4/usart.hpp"
 #include "cbcan/regmap.hpp"
 #include "cbcan/time.hpp"

@@ -3,11 +3,9 @@
 // definitions of RM0390.
 
 #include "boards/model_registers.hpp"
-#include "boards/stm32f4/gpio.hpp"
 #include "boards/stm32f4/peripheral.hpp"
+#include "boards/stm32f4/peripherals.hpp"
 #include "boards/stm32f4/rcc.hpp"
-#include "boards/stm32f4/timer.hpp"
-#include "boards/stm32f4/watchdog.hpp"
 #include "support/catch.hpp"
 
 using cbcan::boards::stm32f4::Pull;
