@@ -28,7 +28,6 @@
 #include "io/modbus/modbus_rtu.hpp"
 #include "io/modbus/modbus_tcp.hpp"
 #include "io/sockets/stream_server.hpp"
-#include "plant/parameter_copies.hpp"
 #include "session/session.hpp"
 
 namespace cbcan::app {
@@ -106,7 +105,7 @@ class Simulator final : private session::Host {
   Time manual_now_ = 0;
   bool reads_input_;
   std::vector<std::unique_ptr<io::ParameterFile>> parameters_;
-  std::optional<plant::ParameterCopies> copies_;  ///< of parameter files; none = they are written
+  std::optional<sim::ParameterCopies> copies_;  ///< of parameter files; none = they are written
   std::optional<session::Session> session_;
   std::vector<std::unique_ptr<BusConnections>> connections_;  ///< of each network
   std::vector<BusConnections*> connected_;                    ///< those that exist()

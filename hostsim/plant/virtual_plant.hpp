@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "plant/bench.hpp"
-#include "plant/parameter_copies.hpp"
 #include "plant/plant.hpp"
 
 namespace cbcan::plant {
@@ -42,7 +41,7 @@ class VirtualPlant final : public Bench, private NetworkListener {
 
   Time now_ = 0;
   std::vector<std::string> said_;
-  ParameterCopies parameters_;
+  sim::ParameterCopies parameters_;
   Plant plant_;
   Pace pace_;
 };
