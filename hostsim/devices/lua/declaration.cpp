@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "devices/lua/declaration.hpp"
+#include "devices/lua/script.hpp"
 
 #include <fmt/core.h>
 

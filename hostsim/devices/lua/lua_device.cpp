@@ -19,7 +19,6 @@
 #include "base/words.hpp"
 #include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
-#include "devices/lua/declaration.hpp"
 #include "devices/lua/script.hpp"
 #include "sim/block.hpp"
 #include "sim/number.hpp"
