@@ -7,7 +7,6 @@
 
 #include "base/words.hpp"
 #include "descriptions/object_sections.hpp"
-#include "descriptions/value_reader.hpp"
 
 namespace cbcan::descriptions {
 

@@ -5,13 +5,60 @@
 /// [1018Denotation] and [1018ObjectLinks] are ignored.
 
 #include <cstdint>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "descriptions/device_description.hpp"
 #include "descriptions/lexer.hpp"
-#include "descriptions/value_reader.hpp"
+#include "descriptions/values.hpp"
 
 namespace cbcan::descriptions {
+
+/// A number as the bit pattern of its type.
+struct Pattern {
+  std::uint64_t bits = 0;
+  std::uint32_t node_ids = 0;  ///< how often $NODEID is in it
+};
+
+/// The value of a key, as it is on the bus.
+struct Value {
+  std::vector<std::uint8_t> bytes;
+  std::uint32_t node_ids = 0;  ///< how often $NODEID is in it
+};
+
+/// Values of keys, with a diagnostic for each value that cannot be read.
+class ValueReader {
+ public:
+  /// Without a node ID $NODEID is 0, and its first use is reported.
+  ValueReader(Findings& findings, std::optional<std::uint8_t> node_id)
+      : findings_(findings), node_id_(node_id) {}
+
+  /// nullopt if the key is missing, empty, no number, or not within lowest..highest.
+  std::optional<std::uint64_t> number(const Section& section, const Key& key, std::uint64_t highest,
+                                      std::uint64_t lowest = 0);
+
+  /// The same, for a key that exists.
+  std::optional<std::uint64_t> number(const KeyValue& entry, std::uint64_t highest, std::uint64_t lowest = 0);
+
+  /// UTF-8, cut to the longest line of CiA 306.
+  static std::string text(const KeyValue& entry);
+
+  /// An integer, REAL or time; nullopt if the value is none of this type.
+  std::optional<Pattern> pattern(const KeyValue& entry, DataType type);
+
+  /// A value of any type.
+  std::optional<Value> value(const KeyValue& entry, DataType type);
+
+ private:
+  std::optional<Number> integer(const KeyValue& entry);
+  std::optional<Number> unusual_integer(const KeyValue& entry);
+  std::string_view without_comment(const KeyValue& entry);
+
+  Findings& findings_;
+  std::optional<std::uint8_t> node_id_;
+  bool missing_node_id_reported_ = false;
+};
 
 struct SubSection {
   std::uint8_t sub = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "descriptions/value_reader.hpp"
+#include "descriptions/object_sections.hpp"
 
 #include <utility>
 
