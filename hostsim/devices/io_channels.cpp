@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "devices/io_channels.hpp"
+#include "devices/io_module.hpp"
 
 namespace cbcan::devices {
 

@@ -15,14 +15,110 @@
 ///
 /// Incidents: "output-short-circuit" (EMCY 2320h) and "input-voltage-low" (3120h).
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
+#include "cbcan/time.hpp"
 #include "devices/incidents.hpp"
-#include "devices/io_channels.hpp"
 #include "sim/behaviour.hpp"
+#include "sim/number.hpp"
 
 namespace cbcan::devices {
+
+/// A filtered input must be stable for this time before it is shown.
+inline constexpr Time kInputFilterTime = milliseconds(3);
+
+/// The main object of each kind: its sub-indices are the channels.
+inline constexpr std::uint16_t kReadInput = 0x6000;
+inline constexpr std::uint16_t kWriteOutput = 0x6200;
+inline constexpr std::uint16_t kReadAnalogueInput = 0x6401;
+inline constexpr std::uint16_t kWriteAnalogueOutput = 0x6411;
+
+// The four kinds of channels, each with its objects, which share one sub-index. IoModule reports changes to
+// the node.
+
+/// Eight digital inputs: terminals -> filter 6003h -> polarity 6002h -> 6000h.
+class DigitalInput {
+ public:
+  DigitalInput(ObjectDictionary& dictionary, std::uint8_t sub);
+
+  bool exists() const { return value_.exists(); }
+  void set_terminals(std::uint8_t levels, Time now);
+  std::uint8_t terminals() const { return terminals_; }
+  /// Passes inputs that have been stable long enough; returns when to call it again, or kNever.
+  Time filter(Time now);
+  /// Updates 6000h. True = a change selected by 6006h, 6007h or 6008h.
+  bool refresh();
+
+  bool interrupt = false;  ///< not yet reported to the node
+  std::int32_t shown = 0;  ///< levels last reported to the node
+
+ private:
+  sim::Bound<std::uint8_t> value_, polarity_, filter_, any_change_, low_to_high_, high_to_low_;
+  std::uint8_t terminals_;
+  std::uint8_t filtered_;
+  std::array<Time, 8> changed_at_{};
+};
+
+/// Eight digital outputs: 6200h or the error value 6207h -> polarity 6202h -> filter mask 6208h -> terminals.
+class DigitalOutput {
+ public:
+  DigitalOutput(ObjectDictionary& dictionary, std::uint8_t sub);
+
+  void switch_off() { terminals_ = 0; }
+  void refresh(bool failed);
+  std::uint8_t terminals() const { return terminals_; }
+
+  std::int32_t shown = 0;  ///< as of DigitalInput
+
+ private:
+  sim::Bound<std::uint8_t> value_, polarity_, error_mode_, error_value_, filter_mask_;
+  std::uint8_t terminals_ = 0;
+};
+
+/// One analogue input of 16 bits. Limits and deltas are in the unit of 6401h.
+class AnalogueInput {
+ public:
+  AnalogueInput(ObjectDictionary& dictionary, std::uint8_t sub);
+
+  bool exists() const { return value_.exists(); }
+  void set_terminal(double value) { terminal_ = sim::rounded<std::int16_t>(value); }
+  /// Updates 6401h. True = a change selected by 6421h with its limits and deltas.
+  bool refresh();
+  /// Deltas count from the present value from now on.
+  void told() { told_ = terminal_; }
+
+  bool interrupt = false;  ///< not yet reported to the node
+
+ private:
+  bool beyond_a_limit() const;
+  bool far_enough() const;
+
+  sim::Bound<std::int16_t> value_;
+  sim::Bound<std::uint8_t> trigger_;
+  sim::Bound<std::int32_t> upper_limit_, lower_limit_;
+  sim::Bound<std::uint32_t> delta_, negative_delta_, positive_delta_;
+  std::int16_t terminal_;
+  std::int16_t told_;
+};
+
+/// One analogue output of 16 bits: 6411h, or the error value 6444h if 6443h enables it.
+class AnalogueOutput {
+ public:
+  AnalogueOutput(ObjectDictionary& dictionary, std::uint8_t sub);
+
+  void refresh(bool failed);
+  std::int16_t terminals() const { return terminal_; }
+
+  std::int32_t shown = 0;  ///< as of DigitalInput
+
+ private:
+  sim::Bound<std::int16_t> value_;
+  sim::Bound<std::uint8_t> error_mode_;
+  sim::Bound<std::int32_t> error_value_;
+  std::int16_t terminal_ = 0;
+};
 
 class IoModule final : public DeviceWithIncidents {
  public:
