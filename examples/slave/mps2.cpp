@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The slave on an MPS2 with AN385, also in QEMU: node 42h at the serial CAN adapter of UART1.
-#include "boards/mps2_an385/vectors.hpp"
+#include "boards/mps2_an385/board.hpp"
 #include "module.hpp"
 
 namespace {

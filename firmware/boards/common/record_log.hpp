@@ -13,7 +13,7 @@
 #include <cstdint>
 #include <span>
 
-#include "boards/common/flash.hpp"
+#include "boards/common/hardware.hpp"
 #include "cbcan/canopen/sdo/abort_code.hpp"
 
 namespace cbcan::boards {

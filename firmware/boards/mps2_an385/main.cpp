@@ -4,7 +4,6 @@
 
 #include "boards/mps2_an385/board.hpp"
 #include "boards/mps2_an385/settings.hpp"
-#include "boards/mps2_an385/vectors.hpp"
 
 namespace {
 

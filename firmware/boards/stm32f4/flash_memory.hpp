@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <span>
 
-#include "boards/common/flash.hpp"
+#include "boards/common/hardware.hpp"
 #include "boards/common/registers.hpp"
 
 namespace cbcan::boards::stm32f4 {

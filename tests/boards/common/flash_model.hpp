@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "boards/common/flash.hpp"
+#include "boards/common/hardware.hpp"
 #include "support/catch.hpp"
 
 namespace cbcan::test {
