@@ -55,4 +55,19 @@ struct Services {
   constexpr bool lss_master() const { return lss && manager(); }
 };
 
+/// SDO, NMT, node states, heartbeats; for an image that needs little more.
+inline constexpr Services kMinimalServices{.scanner_window = false,
+                                           .block_transfer = false,
+                                           .sdo_server = false,
+                                           .emergencies = false,
+                                           .time = false,
+                                           .rpdos = 0,
+                                           .tpdos = 0,
+                                           .stored_parameters = false,
+                                           .lss = false,
+                                           .manager_clients = 0,
+                                           .other_devices = false,
+                                           .counters = false,
+                                           .serial_queue = 512};
+
 }  // namespace cbcan

@@ -7,18 +7,10 @@
 
 namespace cbcan {
 
-inline constexpr Services kServices{.scanner_window = false,
-                                    .block_transfer = false,
-                                    .sdo_server = false,
-                                    .emergencies = false,
-                                    .time = false,
-                                    .rpdos = 4,
-                                    .tpdos = 4,
-                                    .stored_parameters = false,
-                                    .lss = false,
-                                    .manager_clients = 0,
-                                    .other_devices = false,
-                                    .counters = false,
-                                    .serial_queue = 512};
+inline constexpr Services kServices = [] {
+  Services services = kMinimalServices;
+  services.rpdos = services.tpdos = 4;
+  return services;
+}();
 
 }  // namespace cbcan
