@@ -179,7 +179,7 @@ TEST_CASE("the module's objects, byte by byte") {
               0x10, 0x30, 5, 1,  0, 0, 0, 1,              // it may get its node ID by LSS
               0x22, 0x1F, 5, 13, 0, 0, 0, 1,    0, 0, 0,  // one object: 1017h = 100
               0x17, 0x10, 0, 2,  0, 0, 0, 100,  0,        //
-              0x3D, 0x83});                               // CRC
+              0x52, 0x7B});                               // CRC
 }
 
 TEST_CASE("PDOs as in the EDS are not written, others are") {
