@@ -212,6 +212,24 @@ TEST_CASE("EdsDevice: 2FFFh is an object like others, next to the stored bit rat
   }
 }
 
+TEST_CASE("EdsDevice: LSS stores that it has no node ID; at the next start fastscan finds it") {
+  Made made(variable("2000", "7", "rw"));
+  DeviceOnWire rig;
+  for (const bool has_node_id : {true, false}) {
+    StoredDevice stored(made.dictionary, rig.flash, rig.port);
+    const auto ask = [&](const char* request, const char* response) {
+      stored.device.on_frame(frame_from(request), 0);
+      rig.expect(response);
+    };
+    stored.start(0);
+    if (has_node_id) rig.expect("705#00");
+    if (!has_node_id) ask("7E5#5100000000800000", "7E4#4F00000000000000");
+    stored.device.on_frame(frame_from("7E5#0401000000000000"), 0);
+    ask("7E5#11FF000000000000", "7E4#1100000000000000");
+    ask("7E5#1700000000000000", "7E4#1700000000000000");
+  }
+}
+
 TEST_CASE("EdsDevice: set() is an event only if the stored value changes, also with a negative number") {
   DeviceOnWire rig;
   EdsDevice& device = rig.stored.device;

@@ -132,4 +132,19 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("Module: node ID FFh, stored by LSS, restores that of the settings") {
+  KeptParameters store;
+  RegisterFile registers;
+  store.kept.lss = {42, 0};
+  for (const char* const boots : {"72A#00", "77F#00"}) {
+    WorldBench bench;
+    bench.world.add_module(registers.window(), registers.process(), {}, std::array<ScannerWindow, 1>{},
+                           &store);
+    bench.start().expect(boots);
+    bench.send("7E5#0401000000000000");
+    bench.ask("7E5#11FF000000000000", "7E4#1100000000000000");
+    bench.ask("7E5#1700000000000000", "7E4#1700000000000000");
+  }
+}
+
 }  // namespace cbcan::test
