@@ -80,7 +80,7 @@ class Coprocessor {
   void on_bus_state(BusState state, Time now);
   /// One request of the PLC has written registers first..first+count-1; call it after all are written.
   void on_registers_written(std::size_t first, std::size_t count, Time now);
-  /// The same for registers of process data that Settings::more has besides: inputs, or outputs too.
+  /// The same for the further registers of process data in Settings::more: inputs, or also outputs.
   void on_further_written(bool outputs, Time now);
   /// A valid Modbus request of this client, a connection or a line, which writes registers
   /// first..first+count-1, 0 = none. The PLC is the client that wrote outputs, R3700..R3769 or the OUT words
