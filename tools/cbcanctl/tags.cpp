@@ -106,7 +106,8 @@ class Tags {
   void add_status(const descriptions::PlannedNetwork& network) {
     constexpr std::size_t kOfNodes = regmap::kStatusFirst + regmap::kStatusNodes;
     for (const regmap::RegisterRow& row : regmap::kStatus) {
-      if (row.first == row.last) add_word(row.first, 0, std::string(row.name), std::string(row.meaning));
+      if (row.first == row.last && row.first < kOfNodes)
+        add_word(row.first, 0, std::string(row.name), std::string(row.meaning));
       if (row.first != row.last && row.first != kOfNodes) add_map(row, network);
     }
     for (const descriptions::PlannedNode& node : network.all)
