@@ -3,6 +3,7 @@
 
 #include "descriptions/boot_failure.hpp"
 #include "plant/journal_lines.hpp"
+#include "support/source_file.hpp"
 
 namespace cbcan::journal {
 namespace {
@@ -15,9 +16,12 @@ class Boots {
   explicit Boots(std::string_view network) : plant_(plant::test::booting(network)), seen_(*plant_) {}
   /// `eds`: of node 9, which the demo plant has too.
   Boots(const std::string& network, const std::string& eds)
-      : plant_(plant::test::demo(
-            "module.network = \"n.toml\"\n[[node]]\nid = 9\neds = \"9.eds\"\n",
-            [=](const std::string& path) { return std::optional(path == "n.toml" ? network : eds); })),
+      : plant_(plant::test::demo("module.network = \"n.toml\"\n[[node]]\nid = 9\neds = \"9.eds\"\n",
+                                 [=](const std::string& path) {
+                                   return path == "n.toml" || path == "9.eds"
+                                              ? std::optional(path == "n.toml" ? network : eds)
+                                              : std::nullopt;
+                                 })),
         seen_(*plant_) {}
 
   /// Lines of the kind boot since the last call.
@@ -125,9 +129,10 @@ TEST_CASE("heartbeats that do not come, or report another state") {
 }
 
 TEST_CASE("a device with 100Ch and 100Dh, and without 1017h, is guarded") {
-  Boots boots("[[node]]\nid = 9\neds = \"9.eds\"\n", test::source_file("tests/descriptions/guarded.eds"));
+  Boots boots("[[node]]\nid = 9\neds = \"9.eds\"\n",
+              cbcan::test::source_file("tests/descriptions/guarded.eds"));
   CHECK(boots.after({"pass 60s"}).empty());
-  CHECK((boots.register_of(9) == 0x0105 && boots.status() == 0x11));
+  CHECK((boots.register_of(9) == 0x0105 && boots.status() == 0x51));
   CHECK(boots.after({"power 9 off", "pass 5s"}) ==
         Lines{"node 9: lost: no response to node guarding for 3000 ms; it is asked again each guard time"});
   CHECK(boots.register_of(9) == 0x5800);
