@@ -83,7 +83,7 @@ class Page(Http):
             self.assertEqual(shape(self.get("/api/time")), shape(examples["GET /api/time"]))
         registers = self.get("/api/registers?first=3700&count=1")
         self.assertEqual(shape(registers), shape(examples["GET /api/registers"]))
-        self.assertEqual([len(self.get(f"/api/registers{query}")["registers"]) for query in ("", "?first=0&count=3")], [70 + 70 + 68 + 128 + 172, 3])
+        self.assertEqual([len(self.get(f"/api/registers{query}")["registers"]) for query in ("", "?first=0&count=3")], [70 + 70 + 68 + 128 + 172 + 2, 3])
         last = [self.get(f"/api/registers?first={first}")["registers"][0] for first in (500, 3500, 3569, 3600, 3667, 3668)]
         self.assertEqual([(register["name"], register.get("channel")) for register in last],
                          [("OUT_NUMBER", None), ("OUT_NUMBER", 16), ("OUT_DATA", 16), ("IN_NUMBER", 16), ("IN_DATA", 16), ("", None)])

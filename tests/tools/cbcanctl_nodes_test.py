@@ -56,7 +56,7 @@ class Boots(Nodes):
 
     def test_status_says_why_nodes_have_not_been_booted(self):
         said = {1: "running, not watched", 2: "configuration failed at 5000h:00: 0602 0000h no such object (J); it is not started",
-                66: "device type 000F0191h, the network file wants 00020192h (C); it is not started"}
+                66: "device type differs from the network file (C); it is not started"}  # it is stopped: no SDO
         rows = [(line[:6], line[24:]) for line in run(self.place, "status").stdout.splitlines()]
         self.assertEqual({int(row[0]): row[1] for row in rows[1:] if int(row[0]) in said}, said)
         rows = [json.loads(line) for line in run(self.place, "status", "--json").stdout.splitlines()]

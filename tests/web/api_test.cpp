@@ -86,7 +86,7 @@ TEST_CASE("no part of an answer is long, with a full journal and 100 nodes") {
       CHECK(part.size() < protocols::HttpStream::kMostUnsent);
   }
   CHECK(site.json("/api/journal")["events"].size() == 1000);
-  CHECK(site.json("/api/registers")["registers"].size() == 70 + 70 + 68 + 128 + 172);
+  CHECK(site.json("/api/registers")["registers"].size() == 70 + 70 + 68 + 128 + 172 + 2);
   CHECK(site.json("/api/nodes")["nodes"].size() == site.plant->control().world(1).nodes().size());
 }
 
@@ -143,7 +143,7 @@ TEST_CASE("a stream sends the state once, and then what has changed") {
     registers += message["registers"].size();
   }
   CHECK(nodes == 5);
-  CHECK(registers == 70 + 70 + 68 + 128 + 172);
+  CHECK(registers == 70 + 70 + 68 + 128 + 172 + 2);
   CHECK(longest < 2 * protocols::HttpStream::kMostUnsent);
   for (const Json& message : hear()) {  // one each second
     CHECK(message["nodes"].empty());

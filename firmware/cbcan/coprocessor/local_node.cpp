@@ -266,11 +266,13 @@ void LocalNode::set_consumer_time(std::size_t slot, std::uint8_t node, std::uint
 
 /// 300Eh: a request of the PLC replaces one of the manager.
 AbortCode LocalNode::write_lss(std::span<const std::uint8_t> value, Time now) {
-  if (lss_master_->busy() && !manager_->uses_lss()) return AbortCode::kDeviceState;
-  std::array<std::uint8_t, local::table::kLssBytes> bytes{};
-  copy_bytes(value.data(), bytes.data(), value.size());
-  if (!lss_master_->start(std::bit_cast<LssMaster::Request>(bytes), now)) return AbortCode::kValue;
-  manager_->leave_lss(now);
+  if constexpr (kServices.lss_master()) {
+    if (lss_master_->busy() && !manager_->uses_lss()) return AbortCode::kDeviceState;
+    std::array<std::uint8_t, local::table::kLssBytes> bytes{};
+    copy_bytes(value.data(), bytes.data(), value.size());
+    if (!lss_master_->start(std::bit_cast<LssMaster::Request>(bytes), now)) return AbortCode::kValue;
+    manager_->leave_lss(now);
+  }
   return AbortCode::kNone;
 }
 

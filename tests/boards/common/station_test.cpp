@@ -195,7 +195,7 @@ TEST_CASE("The diagnostics registers are up to date when read") {
 TEST_CASE("Registers that are none are exception 02, a read of more than 125 is 03; other stations and all") {
   Bench bench;
   for (const char* read : {"01 03 00 00 00 01 84 0A", "01 03 0E 73 00 01 77 39", "01 03 0E 73 00 02 37 38",
-                           "01 03 0E B9 00 02 17 06", "01 03 0F 57 00 02 76 CF", "01 03 10 2B 00 02 B0 C3",
+                           "01 03 0E B9 00 02 17 06", "01 03 10 30 00 01 80 C5", "01 03 10 2B 00 02 B0 C3",
                            "01 03 10 2C 00 01 41 03", "01 03 10 36 00 01 60 C4"})
     CHECK(bench.ask(read) == hex("01 83 02 C0 F1"));
   CHECK(bench.ask("01 03 00 00 00 7E C5 EA") == hex("01 83 03 01 31"));

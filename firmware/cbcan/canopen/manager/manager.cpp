@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "cbcan/canopen/manager/manager.hpp"
 
-#include <string_view>
-
 namespace cbcan {
 
 // ---- The phases
@@ -278,8 +276,9 @@ void Manager::configure_again(std::uint8_t node, Time now) {
 
 /// Another device than the one that is expected.
 bool Manager::is_foreign(std::uint8_t node) const {
-  constexpr std::string_view kCheckLetters = "CDMNO";
-  return phase(node) == Phase::kFailed && kCheckLetters.find(failure(node).letter) != kCheckLetters.npos;
+  const char letter = failure(node).letter;
+  return phase(node) == Phase::kFailed &&
+         (letter == 'C' || letter == 'D' || (letter >= 'M' && letter <= 'O'));
 }
 
 /// Process data are not for a foreign device: it is stopped, however often it starts.
