@@ -213,11 +213,12 @@ class Forms(Map):
 
 class Places(Map):
     def test_existing_files_keep_their_registers(self):
-        """Each form as it was when a PDO could only have four registers."""
+        """Tags, without their comments, and programs as they were when a PDO could only have four registers."""
         for line in (ROOT / "tests/tools/maps.sha256").read_text().splitlines():
             digest, file, form = line.split()
             done = ran(CBCANCTL, "map", ROOT / file, "--for", form, *(HOST if form in PROGRAMS else ()), text=False)
-            self.assertEqual((hashlib.sha256(done.stdout).hexdigest(), done.stderr), (digest, b""), line)
+            plain = re.sub(rb',"[^\r]*"\r\n', b"\r\n", done.stdout)
+            self.assertEqual((hashlib.sha256(plain).hexdigest(), done.stderr), (digest, b""), line)
 
     def test_packed(self):
         """An object of 8 bits in each byte, 16 bits at each register, 32 bits at each even one; what has no 64 bits left is not divided."""
