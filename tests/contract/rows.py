@@ -28,6 +28,7 @@ NO_PROMISE = {
     (REGISTERS, "Process data"): "the names of what " + CONTRACT + " says under the same heading",
     (CONTRACT, "Coils and discrete inputs"): "a target has registers; tests/modbus, tests/system",
     (REGISTERS, "Network status"): "the names of what " + CONTRACT + " says under the same heading",
+    (REGISTERS, "Requests to nodes"): "the same",
     (REGISTERS, "Diagnostics"): "not of the contract; tests/boards, tests/system",
     (REGISTERS, "Settings of a board"): "likewise",
     (REGISTERS, "SDO abort codes (R3707 and R3706)"): "names: codes of servers pass unchanged, the own ones are in " + CONTRACT,
