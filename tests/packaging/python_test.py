@@ -98,7 +98,7 @@ def test_name(plant):
     def test_abort_codes_are_those_of_the_registers(self):
         sys.path.insert(0, str(ROOT / "tools/python"))
         import cbcan_plant
-        rows = re.findall(r'\{(0x[0-9A-F]{8}), "\w+",\s+"([^"]*)"', (ROOT / "regmap/include/cbcan/regmap.hpp").read_text())
+        rows = re.findall(r'\{(0x[0-9A-F]{8}), "\w+",\s+"([^"]*)"', (ROOT / "regmap/include/cbcan/sdo_abort_codes.hpp").read_text())
         self.assertEqual(cbcan_plant.ABORTS, {int(number, 16): text for number, text in rows})
         self.assertGreater(len(rows), 30)
 

@@ -47,8 +47,8 @@ class Verbose(cases.Case):
               { id = 16, device_type = 0x191 },
             ]"""))
         self.assertEqual(sorted(line for line in lines if " (" in line), [
-            "node 2: configuration failed at 1018h:02 Product code: 0601 0002h attempt to write a read-only object (J); it is not started",
-            "node 16: device type 00020192h, the network file wants 00000191h (C); it is not started"])
+            "node 16: device type 00020192h, the network file wants 00000191h (C); it is not started",
+            "node 2: configuration failed at 1018h:02 Product code: 0601 0002h attempt to write a read-only object (J); it is not started"])
 
     def test_vv(self):
         lines = self.lines("-vv")

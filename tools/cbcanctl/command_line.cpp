@@ -96,7 +96,7 @@ constexpr auto kCommands = std::to_array<Command>({
     {"cbcanctl status", "States of all nodes, from R3928..R4099", {}, kStatusOptions, status},
     {"cbcanctl scan", "Nodes that respond, or a network file of them", {}, kScanOptions, scan},
     {"cbcanctl map", "Tags of a network for the tool of a PLC's maker", kMapWords, kMapOptions, map},
-    {"cbcanctl lss", "Modules without a node ID: finds them, or gives one its node ID", kLssWords, {}, lss},
+    {"cbcanctl lss", "Finds modules without a node ID, or assigns one", kLssWords, {}, lss},
     {"cbcanctl kernel", "CAN errors of the coprocessor", {}, {}, kernel},
 });
 
