@@ -53,8 +53,9 @@ void Coprocessor::on_watched_written(std::size_t first, std::size_t count, Time 
 void Coprocessor::on_others_written(std::size_t first, std::size_t count, Time now) {
   if (kServices.manager() && first + count > settings().status_first) on_status_written(first, count, now);
   const std::size_t inputs = settings().process_first;
+  if (first + count <= inputs) return;
   const std::size_t outputs = inputs + regmap::kInputWords;
-  if (first < outputs && first + count > inputs) node_.restore_inputs();
+  if (first < outputs) node_.restore_inputs();
   const std::size_t end = std::min(first + count, outputs + kOutputWords);
   first = std::max(first, outputs);
   if (first >= end) return;
@@ -92,9 +93,11 @@ void Coprocessor::on_frame(const Frame& frame, Time now) {
     if (channel_.sdo_client().awaits(frame)) return channel_.on_sdo_response(frame, now);
     return on_other_response(frame, now);
   }
-  if (function >= nmt::kErrorControlId >> kFunctionShift && frame.flags == 0)
-    return on_error_control(frame, now);
-  if (kServices.manager() && function == sdo::kRequestId >> kFunctionShift) node_.on_sdo_request(frame);
+  if (function >= sdo::kRequestId >> kFunctionShift) {
+    if (function >= nmt::kErrorControlId >> kFunctionShift && frame.flags == 0)
+      return on_error_control(frame, now);
+    if (kServices.manager() && function == sdo::kRequestId >> kFunctionShift) node_.on_sdo_request(frame);
+  }
   if (node_.on_frame(frame, now)) channel_.follow_node();
 }
 

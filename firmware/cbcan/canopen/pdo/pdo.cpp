@@ -242,12 +242,12 @@ void Pdo::changed(std::uint16_t index, std::uint8_t sub, Time now) {
 }
 
 void Pdo::look_for_changes(Time now) {
-  if (!operational_) return;
+  if (!operational_ || outputs_ != Outputs::kValues) return;
   for (Tpdo& tpdo : used_tpdos_) {
     const bool waits = tpdo.type == kAcyclic || tpdo.type >= kFirstEvent;
     if (!tpdo.active || !waits) continue;
     std::array<std::uint8_t, PdoMapping::kMostBytes> data = tpdo.frame.data;
-    sample(tpdo, data);
+    tpdo.mapping.sample(dictionary_, data);
     if (std::bit_cast<std::uint64_t>(data) != std::bit_cast<std::uint64_t>(tpdo.frame.data)) on_event(tpdo);
   }
   poll(now);

@@ -286,10 +286,12 @@ class Pdo : public Part {
   Ticks due_of(const Tpdo& tpdo) const {
     return tpdo.wanted ? std::max(tpdo.inhibited_until, retry_at_) : tpdo.timer_at;
   }
-  void sample(const Tpdo& tpdo, std::array<std::uint8_t, PdoMapping::kMostBytes>& data) const {
-    outputs_ == Outputs::kZeros ? data.fill(0) : tpdo.mapping.sample(dictionary_, data);
+  void sample(Tpdo& tpdo) {
+    if (outputs_ == Outputs::kZeros) [[unlikely]]
+      tpdo.frame.data = {};
+    else
+      tpdo.mapping.sample(dictionary_, tpdo.frame.data);
   }
-  void sample(Tpdo& tpdo) { sample(tpdo, tpdo.frame.data); }
   void send(Tpdo& tpdo);
   void go_on();
 
