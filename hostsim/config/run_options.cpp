@@ -119,7 +119,7 @@ RunStart parse_run_command_line(std::span<const char* const> words) {
         fmt::format("--log with --seeds {}: every run would write the same file; give one seed", seeds);
   start.run = start.err.empty();
   if (start.run) return start;
-  start.exit_code = ExitCode::kUsage;
+  start.exit_code = base::ExitCode::kUsage;
   start.err =
       fmt::format("cbcan-sim run: {}\ncbcan-sim run --help shows all options\n", base::to_utf8(start.err));
   return start;

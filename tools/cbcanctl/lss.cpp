@@ -33,7 +33,8 @@ tools::Bytes ask(window::Client& client, unsigned service, unsigned argument = 0
 void print(const tools::Bytes& answer, bool json) {
   const auto part = [&](std::size_t sub) {
     const std::uint8_t* const at = &answer[4 * sub];
-    return at[0] | at[1] << 8 | at[2] << 16 | std::uint32_t{at[3]} << 24;
+    return std::uint32_t{at[0]} | std::uint32_t{at[1]} << 8 | std::uint32_t{at[2]} << 16 |
+           std::uint32_t{at[3]} << 24;
   };
   constexpr const char* kJson = R"({{"vendor": {}, "product": {}, "revision": {}, "serial": {}}})";
   constexpr const char* kText = "vendor {:#x}  product {:#x}  revision {:#x}  serial {:#x}";
