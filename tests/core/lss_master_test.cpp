@@ -203,7 +203,7 @@ class LssBus {
       stored = node;
       return StoreResult::kStored;
     }
-    void on_node_id(std::uint8_t, Time now) override { slave.reset_communication(now); }
+    void on_node_id(std::uint8_t, Time at) override { slave.reset_communication(at); }
 
     LssBus& bus_;
     lss::Identity address_;
