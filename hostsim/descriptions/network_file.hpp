@@ -54,8 +54,8 @@ struct PlannedPdo {
   bool no_rtr = false;  ///< of a TPDO: bit 30 of its COB-ID
   std::vector<MappedObject> objects;
   std::uint8_t own = 0;  ///< number of the own PDO, from 1
-  std::uint16_t at =
-      0;  ///< its first byte among all inputs or outputs; from kFurtherAt on they are further ones
+  /// Its first byte among all inputs or outputs; from kFurtherAt on they are further ones.
+  std::uint16_t at = 0;
   std::size_t line = 0;
 
   bool input() const { return tpdo != 0; }

@@ -32,9 +32,7 @@ tools::Bytes ask(window::Client& client, unsigned service, unsigned argument = 0
 
 void print(const tools::Bytes& answer, bool json) {
   const auto part = [&](std::size_t sub) {
-    const std::uint8_t* const at = &answer[4 * sub];
-    return std::uint32_t{at[0]} | std::uint32_t{at[1]} << 8 | std::uint32_t{at[2]} << 16 |
-           std::uint32_t{at[3]} << 24;
+    return load_little_endian(std::span(answer).subspan(4 * sub, sizeof(std::uint32_t)));
   };
   constexpr const char* kJson = R"({{"vendor": {}, "product": {}, "revision": {}, "serial": {}}})";
   constexpr const char* kText = "vendor {:#x}  product {:#x}  revision {:#x}  serial {:#x}";

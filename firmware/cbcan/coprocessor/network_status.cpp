@@ -165,17 +165,14 @@ void NetworkStatus::on_request(Time now) {
 bool NetworkStatus::command(regmap::NodeRequest request, std::uint8_t node, Time now) {
   using enum regmap::NodeRequest;
   if (node == 0 || node > regmap::kNmtAllNodes) return false;
-  const bool all = node == regmap::kNmtAllNodes;
-  switch (request) {
-    case kBoot: return manager_.boot_again(node, now);
-    case kStart: return manager_.command(nmt::Command::kStart, node, now);
-    case kStop: return manager_.command(nmt::Command::kStop, node, now);
-    case kEnterPreOperational: return manager_.command(nmt::Command::kEnterPreOperational, node, now);
-    case kResetNode: return manager_.command(nmt::Command::kResetNode, node, now);
-    case kResetCommunication: return manager_.command(nmt::Command::kResetCommunication, node, now);
-    case kForgetEmergency: all ? forget_emergencies() : forget_emergency(node); return true;
-    default: return false;
+  if (request == kBoot) return manager_.boot_again(node, now);
+  if (request >= kStart && request <= kResetCommunication) {
+    const std::size_t row = static_cast<std::size_t>(request) - static_cast<std::size_t>(kStart);
+    return manager_.command(static_cast<nmt::Command>(regmap::kNmtCommands[row].specifier), node, now);
   }
+  if (request != kForgetEmergency) return false;
+  node == regmap::kNmtAllNodes ? forget_emergencies() : forget_emergency(node);
+  return true;
 }
 
 std::uint16_t NetworkStatus::detail(regmap::NodeRequest request, std::uint8_t node) const {

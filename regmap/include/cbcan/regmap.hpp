@@ -41,8 +41,8 @@ inline constexpr std::uint16_t kProcessFirst = 3800;
 inline constexpr std::size_t kInputWords = 64;
 inline constexpr std::size_t kOutputWords = 64;
 inline constexpr std::size_t kProcessWords = kInputWords + kOutputWords;
-inline constexpr std::size_t kFurtherWords =
-    192;  ///< more inputs where a network file wants them; then outputs
+/// Further inputs, where a network file wants them; then as many outputs.
+inline constexpr std::size_t kFurtherWords = 192;
 
 /// The scanner window, for PLCs that exchange whole blocks of registers cyclically: a block that the PLC
 /// writes and one that it reads. The first registers can be configured. The blocks of channel n begin
@@ -191,7 +191,7 @@ constexpr RegisterRow status(std::size_t first, std::size_t words, Access access
 /// words: kNodeRequests.
 enum class NodeRequest : std::uint8_t {
   kBoot = 1,
-  kStart,
+  kStart,  // five in the order of kNmtCommands
   kStop,
   kEnterPreOperational,
   kResetNode,
@@ -447,10 +447,10 @@ inline constexpr std::array<NamedNumber, 2> kScannerResults{{
 
 // ---- Services addressed through objects (CBCAN, section 3)
 
-inline constexpr std::uint16_t kNmtService =
-    0x1F82;  ///< written: NMT command; sub-index 1..127, or 128 = all
-inline constexpr std::uint16_t kNodeStateService =
-    0x300C;  ///< read, sub-index 0: NMT state of the node in R3702
+/// Written: NMT command; sub-index 1..127, or 128 = all.
+inline constexpr std::uint16_t kNmtService = 0x1F82;
+/// Read, sub-index 0: NMT state of the node in R3702.
+inline constexpr std::uint16_t kNodeStateService = 0x300C;
 inline constexpr std::uint16_t kNmtAllNodes = 128;
 
 /// Objects of the own node, read and written with R3702 = 0 (docs/reference/contract.md, "Local objects").

@@ -153,8 +153,7 @@ void Manager::decide(std::uint8_t node, Time now) {
 void Manager::boot_from_reset(std::uint8_t node, Time now) {
   nodes_[node].keep_alive = false;
   await_boot_up(node, now);
-  commanded_.insert(node);
-  wake_at(now);
+  want_command(node, now);
 }
 
 // ---- Configuration
@@ -182,8 +181,7 @@ void Manager::restored(Client& client, Time now) {
   const std::uint8_t node = client.node;
   release(client);
   enter(node, Phase::kReboot, kNever);
-  commanded_.insert(node);
-  wake_at(now);
+  want_command(node, now);
 }
 
 void Manager::no_boot_up(std::uint8_t node, Time now) {
@@ -296,8 +294,7 @@ void Manager::fail(std::uint8_t node, Time now) {
   enter(node, Phase::kFailed, again ? now + delay : kNever);
   if (failed.failure.code == AbortCode::kTimeOut) look_for_unconfigured(node);
   if (!is_foreign(node)) return;
-  commanded_.insert(node);
-  wake_at(now);
+  want_command(node, now);
 }
 
 }  // namespace cbcan

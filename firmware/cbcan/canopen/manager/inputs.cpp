@@ -120,12 +120,12 @@ void Manager::take_outputs(Time now) {
 void Manager::on_plc_lost(Time now) {
   plc_lost_ = true;
   own_.send_outputs(outputs(), now);
-  for (std::uint8_t node = 1; active_ && plc_stops_nodes() && node <= nmt::kMaxNode; ++node) {
-    if (phase(node) == Phase::kStart || is_operational(node)) stop(node, now);
+  if (!active_ || !plc_stops_nodes()) return;
+  for (std::uint8_t node = 1; node <= nmt::kMaxNode; ++node) {
+    if (is_started(phase(node))) stop(node, now);
     if (phase(node) != Phase::kLost) continue;
     stopped_.insert(node);
-    commanded_.insert(node);
-    wake_at(now);
+    want_command(node, now);
   }
 }
 

@@ -284,8 +284,7 @@ bool Manager::is_foreign(std::uint8_t node) const {
 /// Process data are not for a foreign device: it is stopped, however often it starts.
 void Manager::stays_out(std::uint8_t node, nmt::State state, Time now) {
   if (state != nmt::State::kOperational || !is_foreign(node)) return;
-  commanded_.insert(node);
-  wake_at(now);
+  want_command(node, now);
 }
 
 void Manager::note_twin(std::uint8_t node) {

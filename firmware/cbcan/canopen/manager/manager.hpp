@@ -415,6 +415,10 @@ class Manager {
   void command_all(nmt::Command command, Time now);
   void send_commands(Time now);
   bool send_command(nmt::Command command, std::uint8_t node, Time now);
+  void want_command(std::uint8_t node, Time now) {
+    commanded_.insert(node);
+    wake_at(now);
+  }
   void start_sent(std::uint8_t node, Time now);
 
   void look_at_nodes(Time now);

@@ -60,7 +60,7 @@ struct OutputsMode {
   static constexpr std::uint8_t kAtOnce = 1;
   static constexpr std::uint8_t kZero = 2;
   static constexpr std::uint8_t kStop = 4;
-  static constexpr bool is_valid(std::uint8_t mode) { return mode <= (kAtOnce | kStop) && (mode & 6) != 6; }
+  static constexpr bool is_valid(std::uint8_t mode) { return mode <= (kAtOnce | kStop); }
 };
 
 class NetworkObjects {

@@ -67,8 +67,7 @@ void Manager::stop(std::uint8_t node, Time now) {
   drop_client(node, now);
   enter(node, Phase::kReady, kNever);
   stopped_.insert(node);
-  commanded_.insert(node);
-  wake_at(now);
+  want_command(node, now);
 }
 
 // ---- Loss

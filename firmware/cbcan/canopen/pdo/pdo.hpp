@@ -301,8 +301,8 @@ class Pdo : public Part {
 
   bool operational_ = false;
   Outputs outputs_ = Outputs::kValues;
-  bool notifying_ =
-      false;  ///< the application is being called: what it asks to be sent waits until it returns
+  /// The application is being called: what it asks to be sent waits until it returns.
+  bool notifying_ = false;
   ObjectDictionary& dictionary_;
   CanPort& port_;
   PdoApplication& application_;

@@ -11,8 +11,8 @@ namespace cbcan {
 namespace {
 
 constexpr std::uint16_t kNumberMask = 0x1FF;
-constexpr std::uint16_t kMappingBit =
-    0x200;  ///< set in mappings 1600h, 1A00h; not in parameters 1400h, 1800h
+/// Set in mappings 1600h, 1A00h; not in parameters 1400h, 1800h.
+constexpr std::uint16_t kMappingBit = 0x200;
 
 // Sub-indices of 1400h+n and 1800h+n.
 constexpr std::uint8_t kCobId = 1;
