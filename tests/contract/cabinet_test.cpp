@@ -216,6 +216,13 @@ TEST_CASE("[NET-30] the same ID twice") {
     network.arrive("585#4318100122000000", "585#4318100122000000").expect("605#2B17100064000000");
     CHECK((network.reg(3928) & 0x80) != 0);
   }
+  SECTION("two requests for one object, of which a boot-up message interrupts the first, have two responses") {
+    network.arrive("705#00").expect("605#4000100000000000");
+    network.arrive("705#00").expect("605#4000100000000000");
+    network.arrive("585#4300100091010F00", "585#4300100091010F00").expect("605#4018100100000000");
+    network.arrive("585#4318100122000000", "585#4318100122000000").expect("605#2B17100064000000");
+    CHECK((network.reg(3928) & 0x80) == 0);
+  }
   SECTION("a tool that reads the same objects is not one") {
     network.arrive("705#00").expect("605#4000100000000000");
     network.arrive("605#4000100000000000", "585#4300100091010F00", "585#4300100091010F00");

@@ -65,15 +65,18 @@ void Manager::follow(Client& client, Time now) {
   if (client.node == 0 || client.sdo.busy()) return;
   const std::uint8_t node = client.node;
   const bool once = client.asked.index == object::kStore || client.asked.index == object::kRestore;
+  const bool timed_out = client.sdo.error() == AbortCode::kTimeOut;
   if (client.sdo.outcome() == SdoClient::Outcome::kDone) {
-    if (nodes_[node].tries == 0) nodes_[node].answered = object_of(client.asked);
+    if (!nodes_[node].owes) nodes_[node].answered = object_of(client.asked);
+    nodes_[node].owes = false;
     nodes_[node].tries = 0;
     state(node).on_done(*this, client, now);
-  } else if (client.sdo.error() == AbortCode::kTimeOut && !is_looked_for(phase(node)) && !once &&
-             nodes_[node].tries < kRetries) {
-    try_again(client);
   } else {
-    state(node).on_refused(*this, client, now);
+    nodes_[node].owes = nodes_[node].owes || timed_out;
+    if (timed_out && !is_looked_for(phase(node)) && !once && nodes_[node].tries < kRetries)
+      try_again(client);
+    else
+      state(node).on_refused(*this, client, now);
   }
   if (client.node == node && !client.sdo.busy()) go_on(client, now);
   serve(now);
@@ -123,6 +126,7 @@ void Manager::release(Client& client) {
 void Manager::drop_client(std::uint8_t node, Time now) {
   for (Client& client : clients_) {
     if (client.node != node) continue;
+    nodes_[node].owes = nodes_[node].owes || client.resume_at == kNever;
     client.sdo.cancel(now);
     release(client);
   }

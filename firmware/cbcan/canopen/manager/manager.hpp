@@ -248,6 +248,7 @@ class Manager {
     Restoring restoring = Restoring::kDue;
     bool boots = true;  ///< it is configured and started here
     Held held = Held::kNo;
+    bool owes = false;    ///< the response to an earlier request, which a second response may be
     bool shared = false;  ///< another SDO client uses it since its boot has begun
     bool configured = false;
     bool mandatory = false;
