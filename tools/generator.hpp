@@ -15,7 +15,7 @@
 #include "base/arguments.hpp"
 #include "base/error.hpp"
 #include "base/exit_code.hpp"
-#include "base/utf8.hpp"
+#include "base/text.hpp"
 
 namespace cbcan::tools {
 

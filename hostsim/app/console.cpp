@@ -7,7 +7,7 @@
 #include <cerrno>
 #include <utility>
 
-#include "base/utf8.hpp"
+#include "base/text.hpp"
 #include "io/errors.hpp"
 
 namespace cbcan::app {

@@ -18,7 +18,7 @@
 #include "base/address.hpp"
 #include "base/command.hpp"
 #include "base/read_file.hpp"
-#include "base/utf8.hpp"
+#include "base/text.hpp"
 #include "config/build_node.hpp"
 #include "config/command_line.hpp"
 #include "config/compare.hpp"

@@ -14,8 +14,7 @@
 
 #include "app/explore.hpp"
 #include "app/simulator.hpp"
-#include "base/utf8.hpp"
-#include "base/words.hpp"
+#include "base/text.hpp"
 #include "io/loop/reactor.hpp"
 #include "scenario/search/judge.hpp"
 #include "scenario/search/state.hpp"

@@ -16,7 +16,7 @@
 #include "app/parallel.hpp"
 #include "app/progress.hpp"
 #include "app/target.hpp"
-#include "base/words.hpp"
+#include "base/text.hpp"
 #include "io/can/candump_log.hpp"
 #include "io/loop/output.hpp"
 #include "scenario/outcome.hpp"

@@ -7,8 +7,7 @@
 #include <chrono>
 #include <utility>
 
-#include "base/numbers.hpp"
-#include "base/words.hpp"
+#include "base/text.hpp"
 #include "cbcan/regmap.hpp"
 #include "io/errors.hpp"
 #include "plant/control.hpp"

@@ -6,7 +6,7 @@
 #include <algorithm>
 
 #include "base/error.hpp"
-#include "base/numbers.hpp"
+#include "base/text.hpp"
 
 namespace cbcan::base {
 

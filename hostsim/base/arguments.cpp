@@ -7,8 +7,7 @@
 #include <optional>
 #include <utility>
 
-#include "base/suggestion.hpp"
-#include "base/words.hpp"
+#include "base/text.hpp"
 
 namespace cbcan::base {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <array>
 
-#include "base/words.hpp"
+#include "base/text.hpp"
 
 namespace cbcan::base {
 

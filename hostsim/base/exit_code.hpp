@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "base/words.hpp"
+#include "base/text.hpp"
 
 namespace cbcan::base {
 

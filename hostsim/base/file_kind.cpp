@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <array>
 
-#include "base/words.hpp"
+#include "base/text.hpp"
 
 namespace cbcan::base {
 

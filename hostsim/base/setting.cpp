@@ -5,8 +5,7 @@
 #include <cmath>
 
 #include "base/address.hpp"
-#include "base/suggestion.hpp"
-#include "base/words.hpp"
+#include "base/text.hpp"
 
 namespace cbcan::base {
 namespace {

@@ -19,7 +19,7 @@
 #include <vector>
 
 #include "base/error.hpp"
-#include "base/numbers.hpp"
+#include "base/text.hpp"
 #include "base/value.hpp"
 
 namespace cbcan::base {

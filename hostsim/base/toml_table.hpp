@@ -16,8 +16,7 @@
 #include <vector>
 
 #include "base/setting.hpp"
-#include "base/suggestion.hpp"
-#include "base/words.hpp"
+#include "base/text.hpp"
 
 namespace cbcan::base {
 

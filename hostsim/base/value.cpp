@@ -5,8 +5,7 @@
 
 #include <algorithm>
 
-#include "base/numbers.hpp"
-#include "base/utf8.hpp"
+#include "base/text.hpp"
 
 namespace cbcan::base {
 namespace {

@@ -10,8 +10,7 @@
 #include <set>
 #include <utility>
 
-#include "base/numbers.hpp"
-#include "base/words.hpp"
+#include "base/text.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "cbcan/canopen/pdo/mapping.hpp"
 #include "config/wires.hpp"

@@ -7,9 +7,7 @@
 #include <array>
 
 #include "base/error.hpp"
-#include "base/numbers.hpp"
-#include "base/suggestion.hpp"
-#include "base/words.hpp"
+#include "base/text.hpp"
 #include "cbcan/slcan/slcan.hpp"
 
 namespace cbcan::config {

@@ -12,9 +12,7 @@
 
 #include "base/arguments.hpp"
 #include "base/file_kind.hpp"
-#include "base/numbers.hpp"
-#include "base/suggestion.hpp"
-#include "base/words.hpp"
+#include "base/text.hpp"
 #include "cbcan/regmap.hpp"
 #include "cbcan/version.hpp"
 #include "config/demo_plant.hpp"

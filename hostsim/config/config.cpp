@@ -7,7 +7,7 @@
 #include <array>
 
 #include "base/files.hpp"
-#include "base/numbers.hpp"
+#include "base/text.hpp"
 #include "cbcan/regmap.hpp"
 #include "config/can_spec.hpp"
 #include "config/wires.hpp"

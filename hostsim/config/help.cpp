@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "base/exit_code.hpp"
-#include "base/words.hpp"
+#include "base/text.hpp"
 #include "config/command_line.hpp"
 #include "config/demo_plant.hpp"
 #include "config/options.hpp"

@@ -4,8 +4,7 @@
 
 #include <variant>
 
-#include "base/numbers.hpp"
-#include "base/words.hpp"
+#include "base/text.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "config/plant_settings.hpp"
 #include "config/wires.hpp"

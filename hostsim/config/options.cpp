@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "base/address.hpp"
-#include "base/words.hpp"
+#include "base/text.hpp"
 #include "config/plant_file.hpp"
 #include "config/plant_settings.hpp"
 #include "devices/devices.hpp"

@@ -10,11 +10,8 @@
 
 #include "base/address.hpp"
 #include "base/file_kind.hpp"
-#include "base/numbers.hpp"
-#include "base/suggestion.hpp"
+#include "base/text.hpp"
 #include "base/toml_table.hpp"
-#include "base/utf8.hpp"
-#include "base/words.hpp"
 #include "config/demo_plant.hpp"
 #include "config/plant_settings.hpp"
 #include "devices/devices.hpp"

@@ -5,8 +5,7 @@
 
 #include "base/address.hpp"
 #include "base/error.hpp"
-#include "base/numbers.hpp"
-#include "base/words.hpp"
+#include "base/text.hpp"
 #include "config/can_spec.hpp"
 
 namespace cbcan::config {

@@ -9,9 +9,7 @@
 
 #include "base/command.hpp"
 #include "base/error.hpp"
-#include "base/numbers.hpp"
-#include "base/utf8.hpp"
-#include "base/words.hpp"
+#include "base/text.hpp"
 #include "config/plant_settings.hpp"
 
 namespace cbcan::config {

@@ -9,8 +9,7 @@
 #include <tuple>
 #include <utility>
 
-#include "base/numbers.hpp"
-#include "base/words.hpp"
+#include "base/text.hpp"
 #include "sim/world.hpp"
 
 namespace cbcan::config {

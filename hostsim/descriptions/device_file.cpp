@@ -7,7 +7,7 @@
 #include <map>
 #include <set>
 
-#include "base/words.hpp"
+#include "base/text.hpp"
 #include "cbcan/canopen/dictionary/cob_id.hpp"
 #include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"

@@ -5,7 +5,7 @@
 #include <array>
 #include <utility>
 
-#include "base/words.hpp"
+#include "base/text.hpp"
 #include "descriptions/object_sections.hpp"
 
 namespace cbcan::descriptions {

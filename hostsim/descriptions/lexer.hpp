@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "base/words.hpp"
+#include "base/text.hpp"
 #include "descriptions/diagnostics.hpp"
 
 namespace cbcan::descriptions {

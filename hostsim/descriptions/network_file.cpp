@@ -7,9 +7,8 @@
 #include <array>
 
 #include "base/file_kind.hpp"
+#include "base/text.hpp"
 #include "base/toml_table.hpp"
-#include "base/utf8.hpp"
-#include "base/words.hpp"
 #include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "descriptions/device_file.hpp"
 

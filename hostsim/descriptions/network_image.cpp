@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "base/utf8.hpp"
+#include "base/text.hpp"
 #include "cbcan/canopen/dictionary/cob_id.hpp"
 #include "cbcan/canopen/emcy/emergency_consumer.hpp"
 #include "cbcan/canopen/manager/network_objects.hpp"

@@ -5,8 +5,7 @@
 #include <array>
 #include <utility>
 
-#include "base/utf8.hpp"
-#include "base/words.hpp"
+#include "base/text.hpp"
 #include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "descriptions/diagnostics.hpp"
 #include "descriptions/eds_reader.hpp"

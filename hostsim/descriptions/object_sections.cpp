@@ -5,8 +5,7 @@
 #include <array>
 #include <optional>
 
-#include "base/numbers.hpp"
-#include "base/words.hpp"
+#include "base/text.hpp"
 #include "descriptions/diagnostics.hpp"
 
 namespace cbcan::descriptions {

@@ -3,8 +3,7 @@
 
 #include <utility>
 
-#include "base/utf8.hpp"
-#include "base/words.hpp"
+#include "base/text.hpp"
 #include "descriptions/diagnostics.hpp"
 
 namespace cbcan::descriptions {

@@ -7,9 +7,8 @@
 #include <array>
 #include <bit>
 
-#include "base/utf8.hpp"
+#include "base/text.hpp"
 #include "base/value.hpp"
-#include "base/words.hpp"
 #include "cbcan/canopen/dictionary/little_endian.hpp"
 
 namespace cbcan::descriptions {

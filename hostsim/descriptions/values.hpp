@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "base/error.hpp"
-#include "base/numbers.hpp"
+#include "base/text.hpp"
 #include "cbcan/canopen/dictionary/object_dictionary.hpp"
 
 namespace cbcan::descriptions {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <array>
 
-#include "base/numbers.hpp"
+#include "base/text.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "devices/drive/axes.hpp"
 #include "devices/io_module.hpp"

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "base/words.hpp"
+#include "base/text.hpp"
 #include "sim/behaviour.hpp"
 
 namespace cbcan::devices {

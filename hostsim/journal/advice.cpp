@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "base/numbers.hpp"
+#include "base/text.hpp"
 #include "cbcan/canopen/dictionary/cob_id.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "journal/event_text.hpp"

@@ -2,7 +2,7 @@
 #pragma once
 
 /// Everything that happens in a plant, once, in bus order: a ring of records of one size. Views read it by
-/// number and make the text themselves (words.hpp). Nothing is allocated for an event.
+/// number and make the text themselves (event_text.hpp). Nothing is allocated for an event.
 
 #include <array>
 #include <cstddef>

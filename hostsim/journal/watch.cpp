@@ -4,8 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "base/numbers.hpp"
-#include "base/words.hpp"
+#include "base/text.hpp"
 #include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "cbcan/canopen/emcy/emergency_consumer.hpp"
 #include "cbcan/canopen/nmt/nmt.hpp"

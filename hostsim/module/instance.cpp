@@ -8,8 +8,7 @@
 
 #include "base/arguments.hpp"
 #include "base/error.hpp"
-#include "base/utf8.hpp"
-#include "base/words.hpp"
+#include "base/text.hpp"
 #include "config/demo_plant.hpp"
 #include "config/options.hpp"
 #include "config/plant_settings.hpp"

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "base/words.hpp"
+#include "base/text.hpp"
 #include "cbcan/version.hpp"
 #include "module/instance.hpp"
 #include "protocols/rtu_session.hpp"

@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "base/numbers.hpp"
+#include "base/text.hpp"
 #include "cbcan/regmap.hpp"
 #include "config/build_node.hpp"
 #include "config/config.hpp"

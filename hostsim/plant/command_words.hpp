@@ -15,9 +15,8 @@
 #include <utility>
 #include <vector>
 
-#include "base/suggestion.hpp"
+#include "base/text.hpp"
 #include "base/value.hpp"
-#include "base/words.hpp"
 #include "cbcan/time.hpp"
 #include "sim/world.hpp"
 

@@ -7,9 +7,8 @@
 #include <array>
 #include <utility>
 
-#include "base/numbers.hpp"
+#include "base/text.hpp"
 #include "base/value.hpp"
-#include "base/words.hpp"
 #include "cbcan/regmap.hpp"
 #include "journal/event_text.hpp"
 #include "journal/watch.hpp"

@@ -7,9 +7,7 @@
 #include <array>
 #include <utility>
 
-#include "base/numbers.hpp"
-#include "base/utf8.hpp"
-#include "base/words.hpp"
+#include "base/text.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "cbcan/regmap.hpp"
 #include "config/config.hpp"

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <utility>
 
-#include "base/numbers.hpp"
+#include "base/text.hpp"
 #include "plant/command_words.hpp"
 #include "sim/frame_text.hpp"
 

@@ -3,9 +3,8 @@
 
 #include <utility>
 
-#include "base/numbers.hpp"
 #include "base/read_file.hpp"
-#include "base/words.hpp"
+#include "base/text.hpp"
 #include "cbcan/sim.hpp"
 #include "config/demo_plant.hpp"
 #include "config/plant_file.hpp"

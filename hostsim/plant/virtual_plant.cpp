@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "base/numbers.hpp"
+#include "base/text.hpp"
 
 namespace cbcan::plant {
 

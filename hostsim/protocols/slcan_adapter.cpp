@@ -17,7 +17,7 @@
 
 #include <array>
 
-#include "base/numbers.hpp"
+#include "base/text.hpp"
 #include "cbcan/slcan/slcan.hpp"
 #include "protocols/adapter.hpp"
 

@@ -17,8 +17,7 @@
 #include <map>
 #include <optional>
 
-#include "base/numbers.hpp"
-#include "base/words.hpp"
+#include "base/text.hpp"
 #include "protocols/adapter.hpp"
 #include "protocols/socketcand_text.hpp"
 

@@ -3,7 +3,7 @@
 
 #include <fmt/core.h>
 
-#include "base/numbers.hpp"
+#include "base/text.hpp"
 
 namespace cbcan::protocols::socketcand {
 

@@ -8,8 +8,7 @@
 #include <iterator>
 #include <utility>
 
-#include "base/numbers.hpp"
-#include "base/utf8.hpp"
+#include "base/text.hpp"
 
 namespace cbcan::scenario {
 

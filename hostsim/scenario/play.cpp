@@ -5,9 +5,7 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "base/numbers.hpp"
-#include "base/utf8.hpp"
-#include "base/words.hpp"
+#include "base/text.hpp"
 #include "cbcan/regmap.hpp"
 #include "plant/control.hpp"
 #include "plant/last_frames.hpp"

@@ -8,8 +8,7 @@
 #include <vector>
 
 #include "base/files.hpp"
-#include "base/numbers.hpp"
-#include "base/words.hpp"
+#include "base/text.hpp"
 #include "cbcan/modbus/frame_sizes.hpp"
 #include "cbcan/regmap.hpp"
 

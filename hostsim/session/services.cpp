@@ -6,7 +6,7 @@
 #include <algorithm>
 
 #include "base/address.hpp"
-#include "base/utf8.hpp"
+#include "base/text.hpp"
 #include "plant/command_words.hpp"
 
 namespace cbcan::session {

@@ -6,9 +6,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "base/numbers.hpp"
-#include "base/utf8.hpp"
-#include "base/words.hpp"
+#include "base/text.hpp"
 #include "config/wires.hpp"
 #include "protocols/adapter.hpp"
 

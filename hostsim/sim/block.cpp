@@ -8,8 +8,7 @@
 #include <cmath>
 #include <vector>
 
-#include "base/numbers.hpp"
-#include "base/words.hpp"
+#include "base/text.hpp"
 
 namespace cbcan::sim {
 

@@ -3,9 +3,8 @@
 
 #include <algorithm>
 
-#include "base/numbers.hpp"
+#include "base/text.hpp"
 #include "base/value.hpp"
-#include "base/words.hpp"
 
 namespace cbcan::sim {
 

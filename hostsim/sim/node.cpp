@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <iterator>
 
-#include "base/utf8.hpp"
+#include "base/text.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "sim/number.hpp"
 

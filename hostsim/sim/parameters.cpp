@@ -7,8 +7,7 @@
 #include <iterator>
 
 #include "base/error.hpp"
-#include "base/numbers.hpp"
-#include "base/words.hpp"
+#include "base/text.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "cbcan/canopen/lss_slave.hpp"
 #include "cbcan/canopen/manager/network_objects.hpp"

@@ -9,8 +9,7 @@
 #include <optional>
 #include <utility>
 
-#include "base/numbers.hpp"
-#include "base/words.hpp"
+#include "base/text.hpp"
 #include "sim/random.hpp"
 
 namespace cbcan::sim {

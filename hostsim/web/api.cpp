@@ -10,9 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "base/numbers.hpp"
-#include "base/utf8.hpp"
-#include "base/words.hpp"
+#include "base/text.hpp"
 #include "cbcan/regmap.hpp"
 #include "descriptions/values.hpp"
 #include "plant/points.hpp"

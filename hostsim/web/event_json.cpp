@@ -5,8 +5,7 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
-#include "base/numbers.hpp"
-#include "base/words.hpp"
+#include "base/text.hpp"
 #include "descriptions/emergency.hpp"
 #include "journal/advice.hpp"
 #include "journal/watch.hpp"

@@ -8,7 +8,7 @@
 #include <optional>
 #include <vector>
 
-#include "base/utf8.hpp"
+#include "base/text.hpp"
 #include "cbcan/canopen/dictionary/cob_id.hpp"
 #include "cbcan/canopen/dictionary/object_dictionary.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"

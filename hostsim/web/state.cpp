@@ -9,7 +9,7 @@
 #include <string>
 #include <utility>
 
-#include "base/utf8.hpp"
+#include "base/text.hpp"
 #include "cbcan/version.hpp"
 #include "descriptions/boot_failure.hpp"
 #include "descriptions/emergency.hpp"

@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "base/words.hpp"
+#include "base/text.hpp"
 #include "plant/points.hpp"
 #include "web/api.hpp"
 #include "web/state.hpp"

@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: MIT
 
+#include "base/text.hpp"
 #include "base/buffer.hpp"
-#include "base/numbers.hpp"
-#include "base/suggestion.hpp"
-#include "base/utf8.hpp"
 #include "base/value.hpp"
-#include "base/words.hpp"
 #include "support/catch.hpp"
 
 using namespace cbcan::base;

@@ -17,7 +17,7 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "base/numbers.hpp"
+#include "base/text.hpp"
 #include "cia405/plant.hpp"
 #include "io/bytes.hpp"
 

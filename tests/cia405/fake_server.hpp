@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "base/numbers.hpp"
+#include "base/text.hpp"
 #include "cia405/plant.hpp"
 #include "io/bytes.hpp"
 #include "io/loop/descriptor.hpp"

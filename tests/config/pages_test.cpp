@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // --help and docs/reference/plant-file.md match the code.
 
-#include "base/words.hpp"
+#include "base/text.hpp"
 #include "config/options.hpp"
 #include "config/plant_settings.hpp"
 #include "devices/devices.hpp"

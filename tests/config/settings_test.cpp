@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "config/plant_settings.hpp"
 
-#include "base/suggestion.hpp"
+#include "base/text.hpp"
 #include "support/catch.hpp"
 
 using namespace cbcan::config;

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "base/numbers.hpp"
+#include "base/text.hpp"
 #include "descriptions/eds_reader.hpp"
 #include "descriptions/values.hpp"
 #include "support/source_file.hpp"

@@ -2,7 +2,7 @@
 // Network files: what is read, the module's objects made from it, and what is rejected.
 
 #include "descriptions/network_file.hpp"
-#include "base/numbers.hpp"
+#include "base/text.hpp"
 #include "descriptions/network_image.hpp"
 #include "support/case_file.hpp"
 #include "support/complaint.hpp"

@@ -14,7 +14,7 @@
 
 #include "base/exit_code.hpp"
 #include "base/read_file.hpp"
-#include "base/words.hpp"
+#include "base/text.hpp"
 #include "cbcan/mistakes.hpp"
 #include "cbcan/regmap.hpp"
 #include "cbcan/sdo_abort_codes.hpp"

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Modbus requests and commands, and the advice that they cause: advice.txt.
 #include "journal/advice.hpp"
-#include "base/numbers.hpp"
-#include "base/words.hpp"
+#include "base/text.hpp"
 #include "plant/scripts.hpp"
 #include "protocols/modbus_server.hpp"
 #include "support/case_file.hpp"

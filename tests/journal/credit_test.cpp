@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include "base/words.hpp"
+#include "base/text.hpp"
 #include "journal/watch.hpp"
 #include "plant/journal_lines.hpp"
 

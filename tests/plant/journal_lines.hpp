@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "base/numbers.hpp"
+#include "base/text.hpp"
 #include "demo.hpp"
 #include "journal/event_text.hpp"
 #include "journal/journal.hpp"

@@ -3,7 +3,7 @@
 
 #include <map>
 
-#include "base/words.hpp"
+#include "base/text.hpp"
 #include "demo.hpp"
 #include "support/source_file.hpp"
 

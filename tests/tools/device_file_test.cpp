@@ -2,7 +2,7 @@
 // Plans from DCF files.
 #include "descriptions/device_file.hpp"
 
-#include "base/numbers.hpp"
+#include "base/text.hpp"
 #include "support/catch.hpp"
 
 using namespace cbcan::descriptions;

@@ -8,8 +8,7 @@
 
 #include "base/address.hpp"
 #include "base/command.hpp"
-#include "base/suggestion.hpp"
-#include "base/words.hpp"
+#include "base/text.hpp"
 #include "cbcanctl/commands.hpp"
 
 namespace cbcan::ctl {

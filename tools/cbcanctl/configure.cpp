@@ -5,8 +5,8 @@
 #include <array>
 #include <deque>
 
+#include "base/text.hpp"
 #include "base/value.hpp"
-#include "base/words.hpp"
 #include "cbcanctl/commands.hpp"
 #include "cbcanctl/plan.hpp"
 #include "descriptions/device_file.hpp"

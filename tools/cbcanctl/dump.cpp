@@ -7,7 +7,7 @@
 #include <deque>
 #include <map>
 
-#include "base/numbers.hpp"
+#include "base/text.hpp"
 #include "base/value.hpp"
 #include "cbcanctl/commands.hpp"
 #include "descriptions/device_file.hpp"

@@ -4,7 +4,7 @@
 #include <array>
 #include <iostream>
 
-#include "base/numbers.hpp"
+#include "base/text.hpp"
 #include "base/value.hpp"
 #include "cbcanctl/commands.hpp"
 #include "descriptions/emergency.hpp"

@@ -7,9 +7,8 @@
 #include <memory>
 #include <tuple>
 
-#include "base/numbers.hpp"
+#include "base/text.hpp"
 #include "base/value.hpp"
-#include "base/words.hpp"
 #include "descriptions/device_file.hpp"
 #include "descriptions/lexer.hpp"
 

@@ -4,7 +4,7 @@
 #include <fmt/core.h>
 #include <algorithm>
 
-#include "base/numbers.hpp"
+#include "base/text.hpp"
 
 namespace cbcan::tools {
 

@@ -6,9 +6,8 @@
 #include <array>
 #include <iostream>
 
-#include "base/numbers.hpp"
+#include "base/text.hpp"
 #include "base/value.hpp"
-#include "base/words.hpp"
 #include "cbcanctl/commands.hpp"
 
 namespace cbcan::ctl {

@@ -10,7 +10,7 @@
 #include <thread>
 
 #include "base/read_file.hpp"
-#include "base/utf8.hpp"
+#include "base/text.hpp"
 #include "cbcan/sdo_abort_codes.hpp"
 
 namespace cbcan::ctl {

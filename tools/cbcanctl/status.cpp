@@ -6,7 +6,7 @@
 #include <numeric>
 #include <thread>
 
-#include "base/words.hpp"
+#include "base/text.hpp"
 #include "cbcan/mistakes.hpp"
 #include "cbcanctl/commands.hpp"
 #include "descriptions/boot_failure.hpp"

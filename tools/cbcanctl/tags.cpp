@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <set>
 
-#include "base/utf8.hpp"
+#include "base/text.hpp"
 #include "cbcan/regmap.hpp"
 
 namespace cbcan::tools {

@@ -5,8 +5,8 @@
 #include <filesystem>
 #include <fstream>
 
-#include "base/numbers.hpp"
 #include "base/read_file.hpp"
+#include "base/text.hpp"
 #include "descriptions/network_image.hpp"
 #include "generator.hpp"
 

@@ -13,8 +13,7 @@
 #include <span>
 #include <utility>
 
-#include "base/suggestion.hpp"
-#include "base/words.hpp"
+#include "base/text.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "descriptions/values.hpp"
 

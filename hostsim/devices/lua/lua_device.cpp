@@ -15,8 +15,7 @@
 #include <utility>
 #include <vector>
 
-#include "base/suggestion.hpp"
-#include "base/words.hpp"
+#include "base/text.hpp"
 #include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "devices/lua/script.hpp"

@@ -4,7 +4,7 @@
 #include <optional>
 #include <utility>
 
-#include "base/words.hpp"
+#include "base/text.hpp"
 #include "boards/common/slcan_port.hpp"
 #include "protocols/socketcand_text.hpp"
 

@@ -14,7 +14,7 @@
 #include <memory>
 #include <vector>
 
-#include "base/numbers.hpp"
+#include "base/text.hpp"
 #include "io/errors.hpp"
 
 namespace cbcan::io {

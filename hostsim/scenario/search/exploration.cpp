@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "base/error.hpp"
-#include "base/words.hpp"
+#include "base/text.hpp"
 #include "plant/command_words.hpp"
 
 namespace cbcan::search {

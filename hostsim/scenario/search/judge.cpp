@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "base/error.hpp"
-#include "base/numbers.hpp"
+#include "base/text.hpp"
 #include "cbcan/canopen/sdo/protocol.hpp"
 #include "journal/event_text.hpp"
 

@@ -8,7 +8,7 @@
 #include <map>
 #include <set>
 
-#include "base/numbers.hpp"
+#include "base/text.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "cbcan/regmap.hpp"
 

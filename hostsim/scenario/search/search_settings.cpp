@@ -7,8 +7,8 @@
 #include <array>
 
 #include "base/error.hpp"
+#include "base/text.hpp"
 #include "base/toml_table.hpp"
-#include "base/words.hpp"
 #include "cbcan/mistakes.hpp"
 #include "config/diagnostic.hpp"
 #include "config/plant_settings.hpp"

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/error.hpp"
-#include "base/words.hpp"
+#include "base/text.hpp"
 
 namespace cbcan::search {
 

@@ -5,7 +5,7 @@
 
 #include <array>
 
-#include "base/utf8.hpp"
+#include "base/text.hpp"
 
 namespace cbcan::search {
 

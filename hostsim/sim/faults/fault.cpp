@@ -7,8 +7,7 @@
 #include <algorithm>
 #include <array>
 
-#include "base/suggestion.hpp"
-#include "base/words.hpp"
+#include "base/text.hpp"
 
 namespace cbcan::sim {
 
