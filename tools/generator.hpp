@@ -14,7 +14,6 @@
 
 #include "base/arguments.hpp"
 #include "base/error.hpp"
-#include "base/exit_code.hpp"
 #include "base/text.hpp"
 
 namespace cbcan::tools {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "base/exit_code.hpp"
+#include "base/error.hpp"
 #include "base/files.hpp"
 #include "config/config.hpp"
 #include "config/run_options.hpp"

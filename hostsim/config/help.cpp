@@ -5,7 +5,7 @@
 #include <array>
 #include <utility>
 
-#include "base/exit_code.hpp"
+#include "base/error.hpp"
 #include "base/text.hpp"
 #include "config/command_line.hpp"
 #include "config/demo_plant.hpp"

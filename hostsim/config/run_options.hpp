@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "base/address.hpp"
-#include "base/exit_code.hpp"
+#include "base/error.hpp"
 #include "base/setting.hpp"
 #include "config/config.hpp"
 

@@ -9,7 +9,7 @@
 #include <string>
 #include <string_view>
 
-#include "base/exit_code.hpp"
+#include "base/error.hpp"
 #include "cbcan/time.hpp"
 
 namespace cbcan::scenario {

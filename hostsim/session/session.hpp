@@ -13,7 +13,7 @@
 #include <utility>
 
 #include "base/buffer.hpp"
-#include "base/exit_code.hpp"
+#include "base/error.hpp"
 #include "config/build_node.hpp"
 #include "config/config.hpp"
 #include "plant/plant.hpp"

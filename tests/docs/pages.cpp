@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "base/exit_code.hpp"
+#include "base/error.hpp"
 #include "base/read_file.hpp"
 #include "base/text.hpp"
 #include "cbcan/mistakes.hpp"

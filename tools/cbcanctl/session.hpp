@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "base/exit_code.hpp"
+#include "base/error.hpp"
 #include "cbcanctl/channels.hpp"
 #include "cbcanctl/tag_forms.hpp"
 #include "descriptions/values.hpp"
