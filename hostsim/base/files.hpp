@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+/// Files that are read whole, and what one is that was given where another one is meant.
+
 #include <cstddef>
 #include <functional>
 #include <optional>
@@ -22,5 +24,13 @@ bool is_absolute(std::string_view path);
 
 /// A path from this file, ready to be opened.
 std::string path_in(const std::string& file_name, std::string_view path);
+
+inline constexpr std::string_view kPlantFile = "a plant file";
+inline constexpr std::string_view kNetworkFile = "a network file";
+inline constexpr std::string_view kScenario = "a scenario";
+
+/// "this is a network file, not a plant file; --network-file FILE takes it"; empty if it looks like the one
+/// that is wanted, or like none. `wanted`: one of the names above.
+std::string other_kind(std::string_view path, std::string_view text, std::string_view wanted);
 
 }  // namespace cbcan::base

@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "base/arguments.hpp"
-#include "base/file_kind.hpp"
+#include "base/files.hpp"
 #include "base/text.hpp"
 #include "cbcan/regmap.hpp"
 #include "cbcan/version.hpp"

@@ -9,7 +9,7 @@
 #include <optional>
 
 #include "base/address.hpp"
-#include "base/file_kind.hpp"
+#include "base/files.hpp"
 #include "base/text.hpp"
 #include "base/toml_table.hpp"
 #include "config/demo_plant.hpp"

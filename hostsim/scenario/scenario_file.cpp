@@ -6,7 +6,7 @@
 #include <array>
 #include <utility>
 
-#include "base/file_kind.hpp"
+#include "base/files.hpp"
 #include "base/toml_table.hpp"
 #include "config/plant_file.hpp"
 #include "scenario/scenario.hpp"
