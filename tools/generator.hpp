@@ -12,7 +12,7 @@
 #include <string_view>
 #include <vector>
 
-#include "base/arguments.hpp"
+#include "base/command.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
 

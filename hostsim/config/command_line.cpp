@@ -10,7 +10,7 @@
 #include <span>
 #include <utility>
 
-#include "base/arguments.hpp"
+#include "base/command.hpp"
 #include "base/files.hpp"
 #include "base/text.hpp"
 #include "cbcan/regmap.hpp"

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "base/arguments.hpp"
+#include "base/command.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "config/demo_plant.hpp"
