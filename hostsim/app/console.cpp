@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "base/text.hpp"
-#include "io/errors.hpp"
+#include "io/loop/system.hpp"
 
 namespace cbcan::app {
 

@@ -8,7 +8,7 @@
 
 #include "config/command_line.hpp"
 #include "config/eds_file.hpp"
-#include "io/loop/descriptor.hpp"
+#include "io/loop/system.hpp"
 #include "scenario/search/exploration.hpp"
 
 namespace cbcan::app {

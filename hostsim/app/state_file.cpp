@@ -10,8 +10,8 @@
 #include <cerrno>
 
 #include "base/read_file.hpp"
-#include "io/errors.hpp"
 #include "io/loop/reactor.hpp"
+#include "io/loop/system.hpp"
 
 namespace cbcan::app {
 

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "cbcan/time.hpp"
-#include "io/loop/descriptor.hpp"
+#include "io/loop/system.hpp"
 #include "scenario/search/state.hpp"
 
 namespace cbcan::app {

@@ -9,7 +9,7 @@
 
 #include "base/text.hpp"
 #include "cbcan/regmap.hpp"
-#include "io/errors.hpp"
+#include "io/loop/system.hpp"
 #include "plant/control.hpp"
 
 namespace cbcan::app {

@@ -13,7 +13,7 @@
 #include "base/text.hpp"
 #include "cia405/plant.hpp"
 #include "io/bytes.hpp"
-#include "io/loop/descriptor.hpp"
+#include "io/loop/system.hpp"
 
 namespace cbcan::cia405::test {
 

@@ -3,7 +3,7 @@
 
 #include "io/http/http_server.hpp"
 
-#include "io/errors.hpp"
+#include "io/loop/system.hpp"
 #include "io/stream_client.hpp"
 #include "io/turns.hpp"
 

@@ -4,7 +4,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include "io/errors.hpp"
+#include "io/loop/system.hpp"
 #include "io/sockets/acceptor.hpp"
 #include "io/sockets/listener.hpp"
 #include "stream_client.hpp"

@@ -4,7 +4,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "io/errors.hpp"
+#include "io/loop/system.hpp"
 #include "support/catch.hpp"
 #include "support/complaint.hpp"
 #include "temporary_folder.hpp"

@@ -8,8 +8,8 @@
 
 #include <csignal>
 
-#include "io/errors.hpp"
 #include "io/loop/stop_signals.hpp"
+#include "io/loop/system.hpp"
 #include "support/catch.hpp"
 
 namespace cbcan::io {

@@ -9,8 +9,8 @@
 
 #include "cbcan/frame.hpp"
 #include "cbcan/time.hpp"
-#include "io/errors.hpp"
 #include "io/loop/output.hpp"
+#include "io/loop/system.hpp"
 #include "sim/bus.hpp"
 
 namespace cbcan::io {

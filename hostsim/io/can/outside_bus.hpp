@@ -11,8 +11,8 @@
 #include "base/address.hpp"
 #include "cbcan/time.hpp"
 #include "io/can/dialect.hpp"
-#include "io/errors.hpp"
 #include "io/loop/reactor.hpp"
+#include "io/loop/system.hpp"
 #include "sim/bus.hpp"
 
 namespace cbcan::io {

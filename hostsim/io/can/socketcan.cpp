@@ -15,7 +15,7 @@
 
 #include "io/can/can_frames.hpp"
 #include "io/can/outside_bus.hpp"
-#include "io/loop/descriptor.hpp"
+#include "io/loop/system.hpp"
 #include "io/sockets/listener.hpp"
 
 namespace cbcan::io {

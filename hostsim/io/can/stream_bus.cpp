@@ -7,7 +7,7 @@
 #include <cerrno>
 
 #include "io/can/outside_bus.hpp"
-#include "io/loop/descriptor.hpp"
+#include "io/loop/system.hpp"
 #include "io/serial/serial_port.hpp"
 #include "io/sockets/listener.hpp"
 

@@ -10,8 +10,7 @@
 #include <memory>
 
 #include "base/read_file.hpp"
-#include "io/errors.hpp"
-#include "io/loop/descriptor.hpp"
+#include "io/loop/system.hpp"
 
 namespace cbcan::io {
 

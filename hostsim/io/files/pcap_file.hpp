@@ -15,8 +15,8 @@
 
 #include "base/buffer.hpp"
 #include "cbcan/time.hpp"
-#include "io/errors.hpp"
 #include "io/loop/output.hpp"
+#include "io/loop/system.hpp"
 #include "journal/journal.hpp"
 
 namespace cbcan::io {

@@ -10,7 +10,7 @@
 #include <exception>
 #include <utility>
 
-#include "io/errors.hpp"
+#include "io/loop/system.hpp"
 
 namespace cbcan::io {
 

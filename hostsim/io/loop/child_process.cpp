@@ -13,7 +13,7 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "io/errors.hpp"
+#include "io/loop/system.hpp"
 
 namespace cbcan::io {
 

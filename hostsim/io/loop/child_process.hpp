@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
-#include "io/loop/descriptor.hpp"
 #include "io/loop/reactor.hpp"
+#include "io/loop/system.hpp"
 
 namespace cbcan::io {
 

@@ -5,7 +5,7 @@
 #include <cerrno>
 #include <utility>
 
-#include "io/errors.hpp"
+#include "io/loop/system.hpp"
 
 namespace cbcan::io {
 

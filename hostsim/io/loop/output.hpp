@@ -11,9 +11,8 @@
 #include <system_error>
 
 #include "cbcan/time.hpp"
-#include "io/errors.hpp"
-#include "io/loop/descriptor.hpp"
 #include "io/loop/reactor.hpp"
+#include "io/loop/system.hpp"
 
 namespace cbcan::io {
 

@@ -25,7 +25,7 @@
 #include <vector>
 
 #include "cbcan/time.hpp"
-#include "io/loop/descriptor.hpp"
+#include "io/loop/system.hpp"
 
 namespace cbcan::io {
 

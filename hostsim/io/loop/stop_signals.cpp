@@ -6,7 +6,7 @@
 #include <cerrno>
 #include <iterator>
 
-#include "io/errors.hpp"
+#include "io/loop/system.hpp"
 
 namespace cbcan::io {
 

@@ -6,8 +6,8 @@
 #include <functional>
 #include <utility>
 
-#include "io/loop/descriptor.hpp"
 #include "io/loop/reactor.hpp"
+#include "io/loop/system.hpp"
 
 namespace cbcan::io {
 

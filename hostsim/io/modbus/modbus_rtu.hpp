@@ -6,9 +6,8 @@
 #include <vector>
 
 #include "cbcan/time.hpp"
-#include "io/errors.hpp"
-#include "io/loop/descriptor.hpp"
 #include "io/loop/reactor.hpp"
+#include "io/loop/system.hpp"
 #include "io/serial/serial_port.hpp"
 #include "protocols/rtu_session.hpp"
 

@@ -20,9 +20,8 @@
 
 #include "cbcan/modbus/identification.hpp"
 #include "cbcan/time.hpp"
-#include "io/errors.hpp"
-#include "io/loop/descriptor.hpp"
 #include "io/loop/reactor.hpp"
+#include "io/loop/system.hpp"
 #include "io/sockets/acceptor.hpp"
 #include "protocols/modbus_server.hpp"
 

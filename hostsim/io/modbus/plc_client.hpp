@@ -13,8 +13,8 @@
 
 #include "base/address.hpp"
 #include "cbcan/time.hpp"
-#include "io/errors.hpp"
 #include "io/loop/reactor.hpp"
+#include "io/loop/system.hpp"
 #include "io/modbus/plc_exchange.hpp"
 #include "window/connection.hpp"
 

@@ -12,7 +12,7 @@
 #include <cerrno>
 #include <string>
 
-#include "io/errors.hpp"
+#include "io/loop/system.hpp"
 
 namespace cbcan::io {
 

@@ -3,7 +3,7 @@
 
 #include <string_view>
 
-#include "io/loop/descriptor.hpp"
+#include "io/loop/system.hpp"
 #include "io/sockets/listener.hpp"
 #include "window/connection.hpp"
 

@@ -7,9 +7,8 @@
 #include <cstddef>
 #include <string>
 
-#include "io/errors.hpp"
-#include "io/loop/descriptor.hpp"
 #include "io/loop/reactor.hpp"
+#include "io/loop/system.hpp"
 #include "io/sockets/listener.hpp"
 
 namespace cbcan::io {

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "base/text.hpp"
-#include "io/errors.hpp"
+#include "io/loop/system.hpp"
 
 namespace cbcan::io {
 

@@ -14,7 +14,7 @@
 #include <utility>
 
 #include "base/address.hpp"
-#include "io/loop/descriptor.hpp"
+#include "io/loop/system.hpp"
 
 namespace cbcan::io {
 

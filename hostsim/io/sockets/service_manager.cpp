@@ -10,7 +10,7 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "io/loop/descriptor.hpp"
+#include "io/loop/system.hpp"
 
 namespace cbcan::io {
 

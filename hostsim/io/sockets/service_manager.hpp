@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "io/errors.hpp"
+#include "io/loop/system.hpp"
 
 namespace cbcan::io {
 

@@ -14,9 +14,8 @@
 #include <string_view>
 #include <unordered_map>
 
-#include "io/errors.hpp"
-#include "io/loop/descriptor.hpp"
 #include "io/loop/reactor.hpp"
+#include "io/loop/system.hpp"
 #include "io/sockets/acceptor.hpp"
 #include "protocols/stream_session.hpp"
 

@@ -19,7 +19,7 @@
 #include <vector>
 
 #include "contract/remote/child.hpp"
-#include "io/loop/descriptor.hpp"
+#include "io/loop/system.hpp"
 #include "io/temporary_folder.hpp"
 
 namespace cbcan::contract {

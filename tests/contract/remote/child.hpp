@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "io/loop/descriptor.hpp"
+#include "io/loop/system.hpp"
 
 namespace cbcan::contract {
 
