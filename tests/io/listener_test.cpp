@@ -5,7 +5,6 @@
 #include <unistd.h>
 
 #include "io/loop/system.hpp"
-#include "io/sockets/acceptor.hpp"
 #include "io/sockets/listener.hpp"
 #include "stream_client.hpp"
 #include "support/catch.hpp"

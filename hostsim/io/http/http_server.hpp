@@ -10,7 +10,7 @@
 
 #include "cbcan/time.hpp"
 #include "io/loop/reactor.hpp"
-#include "io/sockets/acceptor.hpp"
+#include "io/sockets/listener.hpp"
 #include "protocols/http_site.hpp"
 
 struct MHD_Connection;

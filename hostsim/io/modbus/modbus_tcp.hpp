@@ -22,7 +22,7 @@
 #include "cbcan/time.hpp"
 #include "io/loop/reactor.hpp"
 #include "io/loop/system.hpp"
-#include "io/sockets/acceptor.hpp"
+#include "io/sockets/listener.hpp"
 #include "protocols/modbus_server.hpp"
 
 namespace cbcan::io {

@@ -16,7 +16,7 @@
 
 #include "io/loop/reactor.hpp"
 #include "io/loop/system.hpp"
-#include "io/sockets/acceptor.hpp"
+#include "io/sockets/listener.hpp"
 #include "protocols/stream_session.hpp"
 
 namespace cbcan::io {
