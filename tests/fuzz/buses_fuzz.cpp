@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "fuzz/fuzz.hpp"
-#include "io/can/dialect.hpp"
+#include "io/can/outside_bus.hpp"
 #include "protocols/adapter.hpp"
 #include "sim/world.hpp"
 

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "io/can/dialect.hpp"
+#include "io/can/outside_bus.hpp"
 
 #include <optional>
-#include <utility>
 
 #include "base/text.hpp"
 #include "boards/common/slcan_port.hpp"
