@@ -26,7 +26,7 @@
 #include "config/plant_settings.hpp"
 #include "config/wires.hpp"
 #include "io/files/parameter_file.hpp"
-#include "io/sockets/service_manager.hpp"
+#include "io/loop/process.hpp"
 #include "scenario/search/moment.hpp"
 #include "scenario/search/scenario_run.hpp"
 #include "window/program_start.hpp"

@@ -8,7 +8,7 @@
 
 #include <csignal>
 
-#include "io/loop/stop_signals.hpp"
+#include "io/loop/process.hpp"
 #include "io/loop/system.hpp"
 #include "support/catch.hpp"
 

@@ -1,23 +1,29 @@
 // SPDX-License-Identifier: MIT
-#include "io/loop/child_process.hpp"
+#include "io/loop/process.hpp"
 
 #include <fcntl.h>
 #include <poll.h>
-#include <signal.h>
 #include <sys/prctl.h>
+#include <sys/signalfd.h>
+#include <sys/socket.h>
 #include <sys/syscall.h>
+#include <sys/un.h>
 #include <sys/wait.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <cstddef>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-
-#include "io/loop/system.hpp"
+#include <iterator>
+#include <string_view>
 
 namespace cbcan::io {
 
 namespace {
+
+constexpr int kIgnored[] = {SIGPIPE, SIGXFSZ};
 
 constexpr int kCannotExecute = 126;
 constexpr int kNotFound = 127;
@@ -101,7 +107,64 @@ void kill_the_rest() {
   guard(line, child);
 }
 
+constexpr std::string_view kReady = "READY=1";
+constexpr char kAbstract = '@';  ///< represents the leading 0 of names outside the file system
+
+/// Returns 0 or an errno.
+int send_to(std::string_view name) {
+  sockaddr_un address{};
+  if (name.size() >= sizeof address.sun_path) return ENAMETOOLONG;
+  address.sun_family = AF_UNIX;
+  std::ranges::copy(name, address.sun_path);
+  if (name.starts_with(kAbstract)) address.sun_path[0] = '\0';
+  const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + name.size());
+  const Descriptor socket(::socket(AF_UNIX, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
+  const bool sent = socket && ::sendto(socket.get(), kReady.data(), kReady.size(), 0,
+                                       reinterpret_cast<const sockaddr*>(&address), size) >= 0;
+  return sent ? 0 : errno;
+}
+
 }  // namespace
+
+StopSignals::StopSignals(Reactor& reactor) : reactor_(reactor) {
+  sigset_t wanted;
+  sigemptyset(&wanted);
+  sigaddset(&wanted, SIGINT);
+  sigaddset(&wanted, SIGTERM);
+  struct sigaction hangup {};
+  sigaction(SIGHUP, nullptr, &hangup);
+  if (hangup.sa_handler != SIG_IGN) sigaddset(&wanted, SIGHUP);
+  signals_ = Descriptor(signalfd(-1, &wanted, SFD_NONBLOCK | SFD_CLOEXEC));
+  if (!signals_) throw EnvironmentError("signals: " + reason(errno));
+  sigprocmask(SIG_BLOCK, &wanted, &former_mask_);
+  struct sigaction ignore {};
+  ignore.sa_handler = SIG_IGN;
+  for (std::size_t i = 0; i < std::size(kIgnored); ++i)
+    sigaction(kIgnored[i], &ignore, &former_[i]);
+  reactor_.watch(signals_.get(), Reactor::kReadable, [this](std::uint32_t) { poll(); });
+}
+
+StopSignals::~StopSignals() {
+  reactor_.forget(signals_.get());
+  restore();
+}
+
+void StopSignals::restore() const {
+  for (std::size_t i = 0; i < std::size(kIgnored); ++i)
+    sigaction(kIgnored[i], &former_[i], nullptr);
+  sigprocmask(SIG_SETMASK, &former_mask_, nullptr);
+}
+
+bool StopSignals::poll() {
+  signalfd_siginfo signal{};
+  while (::read(signals_.get(), &signal, sizeof signal) == sizeof signal) {
+    if (on_signal_)
+      on_signal_(static_cast<int>(signal.ssi_signo));
+    else
+      stop_requested_ = true;
+  }
+  return stop_requested_;
+}
 
 ChildProcess::ChildProcess(Reactor& reactor, const std::vector<std::string>& command,
                            const std::vector<std::string>& environment, const std::function<void()>& prepare)
@@ -136,6 +199,14 @@ void ChildProcess::reap(int options) {
   exit_code_ = code_of(status);
   reactor_.forget(ended_.get());
   if (in_foreground_) give_terminal(::getpgrp());
+}
+
+void tell_ready(const Warn& warn) {
+  const char* const name = std::getenv("NOTIFY_SOCKET");
+  if (name == nullptr) return;
+  if (const int error = send_to(name); error != 0)
+    warn("service manager: NOTIFY_SOCKET=" + std::string(name) + ": " + reason(error) +
+         "; it does not hear that cbcan-sim serves");
 }
 
 }  // namespace cbcan::io
