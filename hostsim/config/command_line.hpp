@@ -3,15 +3,32 @@
 
 /// The command line of `cbcan-sim`: the plant to read, and the settings that replace those of the plant.
 
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "base/command.hpp"
 #include "base/error.hpp"
 #include "base/files.hpp"
 #include "config/config.hpp"
 #include "config/run_options.hpp"
 
 namespace cbcan::config {
+
+/// Options that belong to no single setting; their keys begin with their section of --help.
+extern const std::span<const base::Row> kOptionRows;
+
+/// Options for many runs of a command.
+extern const std::span<const base::Setting<SearchConfig>> kSearchSettings;
+
+/// Every option, each once, as --help shows it.
+std::vector<std::string_view> all_options();
+
+/// What --help prints: generated from the rows above and those of the settings.
+std::string help_text();
+/// What -h prints: one screen.
+std::string short_help_text();
 
 using base::ExitCode;
 

@@ -9,7 +9,6 @@
 #include "base/text.hpp"
 #include "config/command_line.hpp"
 #include "config/demo_plant.hpp"
-#include "config/options.hpp"
 #include "config/plant_settings.hpp"
 #include "devices/devices.hpp"
 

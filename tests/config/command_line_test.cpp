@@ -3,7 +3,6 @@
 
 #include <iomanip>
 
-#include "config/options.hpp"
 #include "plant_support.hpp"
 #include "support/case_file.hpp"
 

@@ -2,7 +2,7 @@
 // --help and docs/reference/plant-file.md match the code.
 
 #include "base/text.hpp"
-#include "config/options.hpp"
+#include "config/command_line.hpp"
 #include "config/plant_settings.hpp"
 #include "devices/devices.hpp"
 #include "plant_support.hpp"
