@@ -56,4 +56,9 @@ std::string meant_index(std::uint16_t index, std::uint8_t sub, const ObjectDicti
 /// The bytes of a value for an object of this type, little-endian; nullopt if it does not fit.
 std::optional<Bytes> encode(const Value& value, DataType type);
 
+/// --check: appends a line for each node of a network file that the plant's nodes would not boot as:
+/// "network.toml:12: node 66: the plant has no such node". They are warnings, as a test may need such a
+/// plant.
+void compare_networks(const Config& config, PlantBuild& plant);
+
 }  // namespace cbcan::config

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // --check: the nodes of the demo plant, compared with the network file that its module boots.
 
-#include "config/compare.hpp"
+#include "config/build_node.hpp"
 
 #include "base/read_file.hpp"
 #include "plant_support.hpp"
