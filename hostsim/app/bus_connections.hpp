@@ -9,7 +9,6 @@
 #include <string>
 #include <string_view>
 
-#include "config/can_spec.hpp"
 #include "config/config.hpp"
 #include "io/can/candump_log.hpp"
 #include "io/can/outside_bus.hpp"

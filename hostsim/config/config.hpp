@@ -103,7 +103,7 @@ struct PlcConfig {
 
 /// A CAN bus.
 struct CanConfig {
-  /// "socketcan:vcan0" and the like, see can_spec.hpp; empty = a bus inside the program
+  /// "socketcan:vcan0" and the like, see parse_can_spec(); empty = a bus inside the program
   std::string outside;
   std::uint32_t bit_rate = 0;  ///< of the bus inside, in bit/s: 10000..1000000, 0 = as fast as possible
   std::string slcan;           ///< where SLCAN adapters are served: a base::StreamAddress; empty = not served
@@ -231,6 +231,20 @@ struct Config {
 /// The path of a log that goes to standard output.
 inline constexpr std::string_view kStandardOutput = "-";
 bool logs_to_standard_output(const Config& config);
+
+/// The bus outside this program that a bus is connected to.
+struct CanSpec {
+  enum class Kind : std::uint8_t { kSocketCan, kSlcan, kSocketcand };
+
+  Kind kind = Kind::kSocketCan;
+  std::string name;            ///< an interface; a serial port; the remote bus of a socketcand
+  base::ListenAddress remote;  ///< of an adapter without a serial port; of a socketcand
+  std::uint16_t kbit = 500;    ///< per second, of an adapter: one of slcan::kBitRates
+};
+
+/// Reads socketcan:IFNAME, slcan:/DEVICE[@BITRATE], slcan:HOST:PORT[@BITRATE] and socketcand:HOST:PORT/BUS.
+/// Throws UsageError for anything else; its text does not repeat `spec`.
+CanSpec parse_can_spec(std::string_view spec);
 
 /// "virtual", or the bus outside
 std::string can_spec(const CanConfig& can);

@@ -6,7 +6,7 @@
 #include "base/address.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
-#include "config/can_spec.hpp"
+#include "config/config.hpp"
 
 namespace cbcan::config {
 namespace {
