@@ -11,21 +11,67 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "base/buffer.hpp"
 #include "base/error.hpp"
 #include "config/build_node.hpp"
 #include "config/config.hpp"
+#include "plant/control.hpp"
 #include "plant/plant.hpp"
 #include "protocols/dialogue.hpp"
 #include "protocols/http_site.hpp"
 #include "protocols/modbus_server.hpp"
 #include "scenario/scenario_writer.hpp"
 #include "session/services.hpp"
-#include "session/waits.hpp"
 #include "web/api.hpp"
 
 namespace cbcan::session {
+
+/// Commands that are answered later (docs/reference/commands.md: wait, pass). Those of closed connections are
+/// dropped.
+class Waits {
+ public:
+  using Dialogue = std::shared_ptr<protocols::Dialogue>;
+
+  /// `machine_now`: this machine's clock.
+  explicit Waits(std::function<Time()> machine_now) : machine_now_(std::move(machine_now)) {}
+
+  /// The response of a command's reply; empty if it comes later.
+  std::string take(plant::Reply reply, const Dialogue& dialogue);
+
+  /// Answers those that have ended; true if there was one. The time is that of the Control.
+  bool poll() { return !waiting_.empty() && poll_waiting(); }
+  /// When one may end without an event, in the plant's time since its start; kNever = none.
+  Time next_deadline() const {
+    return sim::earliest(waiting_, [](const Waiting& waiting) { return waiting.wait->next_deadline(); });
+  }
+
+  bool exist() const { return !waiting_.empty(); }
+
+  // What a manual clock needs:
+  /// Whether one of them can end as time passes.
+  bool want_time() const;
+  /// No event can end any of them.
+  bool are_passes() const;
+  /// Time on this machine's clock when the first wait for the PLC reaches its limit; give_up_on_plc() ends it
+  /// then.
+  Time plc_deadline() const;
+  void give_up_on_plc(Time now);
+
+ private:
+  struct Waiting {
+    std::unique_ptr<plant::Wait> wait;
+    std::weak_ptr<protocols::Dialogue> dialogue;
+    Time since;  ///< on this machine's clock
+  };
+
+  bool poll_waiting();
+  static void answer(const Waiting& waiting, const std::string& response);
+
+  std::function<Time()> machine_now_;
+  std::vector<Waiting> waiting_;
+};
 
 inline constexpr std::string_view kBehind =
     "the plant is more than 1 s behind the clock: its nodes take more time than there is; let scripts be "
