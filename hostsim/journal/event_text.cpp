@@ -13,7 +13,7 @@
 #include "cbcan/canopen/sync.hpp"
 #include "cbcan/canopen/time_stamp.hpp"
 #include "cbcan/regmap.hpp"
-#include "descriptions/boot_failure.hpp"
+#include "descriptions/failures.hpp"
 #include "descriptions/values.hpp"
 #include "journal/watch.hpp"
 #include "sim/frame_text.hpp"

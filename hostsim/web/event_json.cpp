@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/text.hpp"
-#include "descriptions/emergency.hpp"
+#include "descriptions/failures.hpp"
 #include "journal/advice.hpp"
 #include "journal/watch.hpp"
 #include "plant/command_words.hpp"

@@ -14,8 +14,7 @@
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "cbcan/coprocessor/local_objects.hpp"
 #include "cbcan/version.hpp"
-#include "descriptions/boot_failure.hpp"
-#include "descriptions/emergency.hpp"
+#include "descriptions/failures.hpp"
 #include "sim/faults/fault.hpp"
 
 namespace cbcan::web {

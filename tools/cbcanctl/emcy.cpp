@@ -7,7 +7,7 @@
 #include "base/text.hpp"
 #include "base/value.hpp"
 #include "cbcanctl/commands.hpp"
-#include "descriptions/emergency.hpp"
+#include "descriptions/failures.hpp"
 
 namespace cbcan::ctl {
 

@@ -9,7 +9,7 @@
 #include "base/text.hpp"
 #include "cbcan/mistakes.hpp"
 #include "cbcanctl/commands.hpp"
-#include "descriptions/boot_failure.hpp"
+#include "descriptions/failures.hpp"
 
 namespace cbcan::ctl {
 

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Why the module has not booted a node, or has lost it, in words (docs/reference/contract.md, "A network
-/// that the module boots").
+/// What nodes report and why the module does not boot them, in words: EMCY messages (CiA 301, 7.2.7) and
+/// failed boots (docs/reference/contract.md, "A network that the module boots").
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -13,6 +15,34 @@
 #include "cbcan/canopen/dictionary/objects.hpp"
 
 namespace cbcan::descriptions {
+
+struct EmergencyMessage {
+  static constexpr std::size_t kSize = 8;
+
+  std::uint16_t code = 0;              ///< 0000h = no error, or an error has ended
+  std::uint8_t error_register = 0;     ///< 1001h of the node
+  std::array<std::uint8_t, 5> info{};  ///< manufacturer-specific
+
+  friend bool operator==(const EmergencyMessage&, const EmergencyMessage&) = default;
+};
+
+/// Bytes as on the bus.
+EmergencyMessage emergency_from(std::span<const std::uint8_t, EmergencyMessage::kSize> bytes);
+
+/// The meaning of this code, or else of its class, in CiA 301, table 26: "current, output side" for 2310h.
+std::string_view emergency_meaning(std::uint16_t code);
+
+/// The names of the error register's bits, from bit 0 (CiA 301, 7.5.2.2).
+inline constexpr std::array<std::string_view, 8> kErrorRegisterBits{
+    "generic",       "current",        "voltage",  "temperature",
+    "communication", "device profile", "reserved", "manufacturer-specific"};
+
+/// Calls `visit(name)` for each bit that is set in the error register, from bit 0.
+template <class Visit>
+void for_each_error(std::uint8_t error_register, Visit visit) {
+  for (std::size_t bit = 0; bit < kErrorRegisterBits.size(); ++bit)
+    if ((error_register >> bit & 1) != 0) visit(kErrorRegisterBits[bit]);
+}
 
 struct BootFailure {
   static constexpr char kLost = 'X';   ///< in registers; no letter of CiA 302-2
