@@ -20,7 +20,6 @@
 #include "descriptions/dictionary_image.hpp"
 #include "descriptions/failures.hpp"
 #include "descriptions/network_file.hpp"
-#include "descriptions/network_image.hpp"
 #include "descriptions/values.hpp"
 #include "devices/devices.hpp"
 #include "devices/drive/axes.hpp"

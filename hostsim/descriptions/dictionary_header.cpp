@@ -19,7 +19,7 @@
 #include "cbcan/canopen/sdo/protocol.hpp"
 #include "cbcan/canopen/sync.hpp"
 #include "descriptions/device_file.hpp"
-#include "descriptions/network_image.hpp"
+#include "descriptions/network_file.hpp"
 
 namespace cbcan::descriptions {
 

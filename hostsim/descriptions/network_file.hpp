@@ -143,4 +143,15 @@ std::uint16_t register_of(const PlannedNetwork& network, const PlannedPdo& pdo);
 /// The entry as in 1600h and 1A00h: index, sub-index, bits.
 std::uint32_t entry_of(const MappedObject& mapped);
 
+/// A network's description as the module's objects: the image of cbcan::NetworkObjects. Throws UsageError
+/// if it has more than 65,535 bytes, or a node has the module's ID.
+Bytes image_of(const PlannedNetwork& network, std::uint8_t own_id, const std::string& name);
+
+/// The image as a C++ header that defines `kNetwork`, for images of a board.
+std::string header_of(const Bytes& image, const std::string& name);
+
+// Parts of such headers: the first line, and an array of bytes.
+std::string made_by(std::string_view program, std::string_view file);
+std::string array_of(std::string_view array, const Bytes& bytes);
+
 }  // namespace cbcan::descriptions

@@ -3,7 +3,6 @@
 
 #include "descriptions/network_file.hpp"
 #include "base/text.hpp"
-#include "descriptions/network_image.hpp"
 #include "support/case_file.hpp"
 #include "support/complaint.hpp"
 

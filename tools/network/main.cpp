@@ -7,7 +7,7 @@
 
 #include "base/read_file.hpp"
 #include "base/text.hpp"
-#include "descriptions/network_image.hpp"
+#include "descriptions/network_file.hpp"
 #include "generator.hpp"
 
 namespace {
