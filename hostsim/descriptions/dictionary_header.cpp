@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "descriptions/dictionary_header.hpp"
+#include "descriptions/dictionary_image.hpp"
 
 #include <fmt/format.h>
 

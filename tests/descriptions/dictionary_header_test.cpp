@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What cbcan-eds refuses, and how it names objects.
 
-#include "descriptions/dictionary_header.hpp"
+#include "descriptions/dictionary_image.hpp"
 
 #include "base/error.hpp"
 #include "support/catch.hpp"

@@ -2,7 +2,7 @@
 // What an application does with an EdsDevice.
 
 #include "capacity.hpp"
-#include "descriptions/dictionary_header.hpp"
+#include "descriptions/dictionary_image.hpp"
 #include "descriptions/eds_reader.hpp"
 #include "dictionary/stored_device.hpp"
 #include "io_module.hpp"

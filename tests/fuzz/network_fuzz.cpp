@@ -4,7 +4,7 @@
 
 #include "base/error.hpp"
 #include "cbcan/canopen/manager/network_objects.hpp"
-#include "descriptions/dictionary_header.hpp"
+#include "descriptions/dictionary_image.hpp"
 #include "descriptions/network_file.hpp"
 #include "fuzz/fuzz.hpp"
 #include "support/eds_text.hpp"

@@ -5,7 +5,7 @@
 #include <filesystem>
 
 #include "base/read_file.hpp"
-#include "descriptions/dictionary_header.hpp"
+#include "descriptions/dictionary_image.hpp"
 #include "generator.hpp"
 
 namespace {
