@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The power state machine: every state and every command, and the option codes.
 
-#include "devices/drive/power_state_machine.hpp"
+#include "devices/drive/power_stage.hpp"
 #include "drive_bench.hpp"
 
 namespace cbcan::test {

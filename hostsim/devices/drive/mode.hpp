@@ -8,7 +8,7 @@
 
 #include "cbcan/time.hpp"
 #include "devices/drive/axis.hpp"
-#include "devices/drive/power_state_machine.hpp"
+#include "devices/drive/power_stage.hpp"
 
 namespace cbcan::devices {
 
