@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Many nodes at once through the channels of a module, in virtual time.
-#include "cbcanctl/plan.hpp"
+#include "cbcanctl/channels.hpp"
 
 #include <cbcan/sim.hpp>
 

@@ -7,11 +7,13 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include "cbcan/regmap.hpp"
 #include "cbcan/window.hpp"
+#include "descriptions/network_file.hpp"
 #include "descriptions/values.hpp"
 
 namespace cbcan::tools {
@@ -67,5 +69,36 @@ class ReadJob final : public Job {
 /// False: the module has only channel 1, and nothing was done. Other programs must not use these channels
 /// meanwhile. `sdo_timeout_ms`: 3003h of these channels during the call, also if it throws; 0 = unchanged.
 bool run(RegisterAccess& registers, std::span<Job* const> jobs, std::uint16_t sdo_timeout_ms = 0);
+
+/// A job for each node of a network that applies its configuration, in the order of CiA 302's boot-up: check
+/// the identity, write, read back, start.
+class NodeConfiguration final : public Job {
+ public:
+  /// `verify`: reads back each value; a write-only object counts as written. A read-only object must have the
+  /// value already.
+  NodeConfiguration(const PlannedNode& node, bool verify);
+
+  std::optional<Transaction> next() override;
+  void ended(const window::Result& response) override;
+
+  const PlannedNode& node() const { return node_; }
+  /// Why the node was not started; empty = it was.
+  const std::string& problem() const { return problem_; }
+  /// The response that caused this, unless a different value did.
+  const std::optional<window::Result>& refusal() const { return refusal_; }
+
+ private:
+  enum class Kind : std::uint8_t { kCheck, kWrite, kReadBack, kStart };
+  struct Step {
+    Kind kind;
+    const PlannedObject* object;
+  };
+
+  const PlannedNode& node_;
+  std::vector<Step> steps_;
+  std::size_t at_ = 0;
+  std::string problem_;
+  std::optional<window::Result> refusal_;
+};
 
 }  // namespace cbcan::tools

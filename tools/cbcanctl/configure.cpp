@@ -7,8 +7,8 @@
 
 #include "base/text.hpp"
 #include "base/value.hpp"
+#include "cbcanctl/channels.hpp"
 #include "cbcanctl/commands.hpp"
-#include "cbcanctl/plan.hpp"
 #include "descriptions/device_file.hpp"
 
 namespace cbcan::ctl {
