@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "cbcanctl/session.hpp"
+#include "cbcanctl/commands.hpp"
 
 #include <fmt/core.h>
 #include <signal.h>
