@@ -13,7 +13,7 @@
 
 #include "base/error.hpp"
 #include "cbcanctl/channels.hpp"
-#include "cbcanctl/tag_forms.hpp"
+#include "cbcanctl/tags.hpp"
 #include "descriptions/values.hpp"
 
 namespace cbcan::ctl {

@@ -8,7 +8,7 @@
 
 #include "base/error.hpp"
 #include "cbcan/regmap.hpp"
-#include "cbcanctl/tag_forms.hpp"
+#include "cbcanctl/tags.hpp"
 
 namespace cbcan::tools {
 

@@ -3,7 +3,6 @@
 #include <fmt/core.h>
 
 #include <chrono>
-#include <numeric>
 #include <thread>
 
 #include "base/text.hpp"
@@ -22,9 +21,8 @@ constexpr auto kPollPeriod = std::chrono::milliseconds(20);
 /// What 3009h says about a node that has failed, 0 = the module, and the values that are compared.
 std::string failure_of(window::Client& client, unsigned node, unsigned letter) {
   const auto number = [&client](unsigned of, unsigned index, unsigned sub) {
-    const tools::Bytes bytes = execute(client, tools::sdo_read(of, index, sub, 4));
-    return std::accumulate(bytes.rbegin(), bytes.rend(), 0U,
-                           [](unsigned all, unsigned byte) { return all << 8 | byte; });
+    return static_cast<std::uint32_t>(
+        load_little_endian(execute(client, tools::sdo_read(of, index, sub, 4))));
   };
   const unsigned sub = node != 0 ? node : number(0, own::kOwnNodeId, 0);
   const tools::Bytes bytes = execute(client, tools::sdo_read(0, own::kBootFailure, sub, 8));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "cbcanctl/tag_forms.hpp"
+#include "cbcanctl/tags.hpp"
 
 #include <fmt/format.h>
 
