@@ -1,20 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The injected faults of a node, between its CANopen stack and its controller. Without a fault this costs a
-/// call and two comparisons for each frame, and it allocates nothing.
-///
-/// The node calls:
-///   on a frame:   port.set_now(now);
-///                 if (!port.has_faults() || port.hears(frame)) stack.on_frame(frame, now);
-///   on a write:   port.refusal(index, sub) before the value is stored
-///   when polled:  port.poll(now); stack.poll(now);
-///   after each:   while (port.has_aborted()) stack.on_frame(port.take_abort(), now);
-///                 Time off = port.take_power_loss(); if it is not 0, the node has no power for this time
-///   on bus-off:   port.drop();
-/// and it polls at the earlier of the stack's deadline and port.deadline().
-/// If a fault suppresses or delays a frame, try_send() still returns true. If a fault sends an abort,
-/// take_abort() also ends the transfer of the stack, as if the client had aborted.
+/// The injected faults of a node, and what they make of its SDO responses.
 
 #include <algorithm>
 #include <cstdint>
@@ -24,12 +11,58 @@
 
 #include "cbcan/can_port.hpp"
 #include "cbcan/canopen/nmt/nmt.hpp"
+#include "cbcan/canopen/sdo/protocol.hpp"
+#include "cbcan/frame.hpp"
 #include "sim/bus.hpp"
+#include "sim/faults/fault.hpp"
 #include "sim/faults/fault_set.hpp"
-#include "sim/faults/response_faults.hpp"
 #include "sim/random.hpp"
 
 namespace cbcan::sim {
+
+/// Follows the frames between a node's SDO server and its client, and finds out their object and the step of
+/// each response. Segments of blocks have neither multiplexer nor command specifier, so the step follows from
+/// earlier frames. A watch that begins in the middle of a transfer is right from the next initiate request
+/// on.
+class SdoWatch {
+ public:
+  /// A frame on 600h + node ID, before the server gets it.
+  void on_request(const Frame& frame);
+  /// A frame on 580h + node ID, as the server sent it.
+  SdoStep on_response(const Frame& frame);
+
+  /// Object of the last initiate request.
+  sdo::Multiplexer multiplexer() const { return mux_; }
+
+ private:
+  enum class Stream : std::uint8_t { kNone, kFromServer, kFromClient };
+
+  void on_block_upload(const Frame& frame);
+  SdoStep block_download_response(const Frame& frame);
+
+  sdo::Multiplexer mux_ = 0;
+  Stream stream_ = Stream::kNone;
+  std::uint8_t last_segment_ = 0;  ///< number of the segment that was marked as the last; 0 = none yet
+};
+
+/// An SDO response within its transfer.
+struct SdoResponse {
+  SdoStep step;
+  sdo::Multiplexer mux;  ///< of the transfer
+};
+
+/// Whether this fault selects transfers of this object.
+bool is_about(const Fault& fault, std::uint16_t index, std::uint8_t sub);
+
+/// Whether it selects this response: object and step match, and the response has the field that the fault
+/// changes.
+bool is_about(const Fault& fault, const SdoResponse& response, const Frame& frame);
+
+/// The frame that is sent instead; the same if the fault changes only when it is sent.
+Frame changed(const Fault& fault, const SdoResponse& response, const Frame& frame);
+
+/// The response of another device with the same node ID to the same request: the same with its data inverted.
+Frame response_of_duplicate(const SdoResponse& response, const Frame& frame);
 
 /// Times of a device as in the world, spread by its seed; docs/reference/devices.md says where each comes
 /// from.
@@ -64,6 +97,20 @@ class Timing {
   Time last_response_ = 0;
 };
 
+/// The injected faults of a node, between its CANopen stack and its controller. Without a fault this costs a
+/// call and two comparisons for each frame, and it allocates nothing.
+///
+/// The node calls:
+///   on a frame:   port.set_now(now);
+///                 if (!port.has_faults() || port.hears(frame)) stack.on_frame(frame, now);
+///   on a write:   port.refusal(index, sub) before the value is stored
+///   when polled:  port.poll(now); stack.poll(now);
+///   after each:   while (port.has_aborted()) stack.on_frame(port.take_abort(), now);
+///                 Time off = port.take_power_loss(); if it is not 0, the node has no power for this time
+///   on bus-off:   port.drop();
+/// and it polls at the earlier of the stack's deadline and port.deadline().
+/// If a fault suppresses or delays a frame, try_send() still returns true. If a fault sends an abort,
+/// take_abort() also ends the transfer of the stack, as if the client had aborted.
 class FaultyPort final : public CanPort {
  public:
   /// `seed` is that of the node. `listener` may be null. All references outlive the port. When the faults
