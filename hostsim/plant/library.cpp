@@ -9,7 +9,7 @@
 #include "config/demo_plant.hpp"
 #include "config/plant_file.hpp"
 #include "plant/last_frames.hpp"
-#include "plant/virtual_plant.hpp"
+#include "plant/plant.hpp"
 #include "sim/frame_text.hpp"
 
 namespace cbcan {

@@ -13,7 +13,7 @@
 
 #include "base/files.hpp"
 #include "config/eds_file.hpp"
-#include "plant/virtual_plant.hpp"
+#include "plant/plant.hpp"
 #include "scenario/outcome.hpp"
 #include "scenario/scenario.hpp"
 #include "sim/bus.hpp"

@@ -10,7 +10,7 @@
 #include "descriptions/device_file.hpp"
 #include "devices/lua/lua_device.hpp"
 #include "fuzz/fuzz.hpp"
-#include "plant/virtual_plant.hpp"
+#include "plant/plant.hpp"
 
 namespace cbcan::fuzz {
 

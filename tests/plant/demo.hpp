@@ -3,7 +3,7 @@
 
 #include "config/demo_plant.hpp"
 #include "config/plant_file.hpp"
-#include "plant/virtual_plant.hpp"
+#include "plant/plant.hpp"
 #include "sim/frame_text.hpp"
 #include "support/catch.hpp"
 

@@ -3,7 +3,7 @@
 
 #include <utility>
 
-#include "plant/virtual_plant.hpp"
+#include "plant/plant.hpp"
 #include "scenario/search/judge.hpp"
 
 namespace cbcan::search {
