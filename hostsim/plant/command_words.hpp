@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Shared by commands and conditions: names of nodes, objects and registers, and errors.
+/// Shared by commands and conditions: names of nodes, objects and registers, a device's inputs, outputs and
+/// curves with their present values, and errors.
 
 #include <fmt/core.h>
 
@@ -18,6 +19,7 @@
 #include "base/text.hpp"
 #include "base/value.hpp"
 #include "cbcan/time.hpp"
+#include "sim/behaviour.hpp"
 #include "sim/world.hpp"
 
 namespace cbcan::plant {
@@ -175,5 +177,19 @@ struct Writing {
   std::vector<std::uint16_t> words;
 };
 Writing writing_of(const Words& words, std::size_t networks);
+
+struct ShownPoint {
+  sim::Point point;    ///< with a name
+  std::string object;  ///< in the notation of commands: "0x6000:1"
+  double value = 0;
+  std::optional<double> target{};
+};
+
+/// Those whose objects the node has; none while it has no power. Throws Refused.
+std::vector<ShownPoint> points_of(View& view, std::string_view node);
+
+/// The object of the point with this name, in which "-" stands for blanks: "0x2000:0" for "level". Another
+/// word is returned as it is. Throws Refused for a name that the node's device does not have.
+std::string object_of(sim::Node& node, std::string_view word);
 
 }  // namespace cbcan::plant

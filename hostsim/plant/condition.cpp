@@ -12,7 +12,7 @@
 #include "cbcan/regmap.hpp"
 #include "journal/event_text.hpp"
 #include "journal/watch.hpp"
-#include "plant/points.hpp"
+#include "plant/command_words.hpp"
 #include "sim/frame_text.hpp"
 
 namespace cbcan::plant {

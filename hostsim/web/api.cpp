@@ -13,7 +13,7 @@
 #include "base/text.hpp"
 #include "cbcan/regmap.hpp"
 #include "descriptions/values.hpp"
-#include "plant/points.hpp"
+#include "plant/command_words.hpp"
 #include "scenario/scenario_writer.hpp"
 #include "sim/faults/fault.hpp"
 #include "web/state.hpp"

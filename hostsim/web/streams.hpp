@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "base/text.hpp"
-#include "plant/points.hpp"
+#include "plant/command_words.hpp"
 #include "web/api.hpp"
 #include "web/state.hpp"
 
