@@ -7,7 +7,6 @@
 
 #include "bench.hpp"
 #include "config/build_node.hpp"
-#include "config/demo_plant.hpp"
 #include "config/plant_file.hpp"
 #include "descriptions/eds_reader.hpp"
 #include "devices/lua/lua_device.hpp"

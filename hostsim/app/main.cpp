@@ -21,7 +21,7 @@
 #include "base/text.hpp"
 #include "config/build_node.hpp"
 #include "config/command_line.hpp"
-#include "config/demo_plant.hpp"
+#include "config/plant_file.hpp"
 #include "config/plant_settings.hpp"
 #include "config/wires.hpp"
 #include "io/files/parameter_file.hpp"

@@ -14,7 +14,6 @@
 #include "base/text.hpp"
 #include "cbcan/regmap.hpp"
 #include "cbcan/version.hpp"
-#include "config/demo_plant.hpp"
 #include "config/plant_file.hpp"
 #include "config/plant_settings.hpp"
 #include "devices/devices.hpp"

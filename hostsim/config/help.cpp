@@ -8,7 +8,7 @@
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "config/command_line.hpp"
-#include "config/demo_plant.hpp"
+#include "config/plant_file.hpp"
 #include "config/plant_settings.hpp"
 #include "devices/devices.hpp"
 

@@ -12,7 +12,6 @@
 #include "base/files.hpp"
 #include "base/text.hpp"
 #include "base/toml_table.hpp"
-#include "config/demo_plant.hpp"
 #include "config/plant_settings.hpp"
 #include "devices/devices.hpp"
 

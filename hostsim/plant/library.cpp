@@ -6,7 +6,6 @@
 #include "base/read_file.hpp"
 #include "base/text.hpp"
 #include "cbcan/sim.hpp"
-#include "config/demo_plant.hpp"
 #include "config/plant_file.hpp"
 #include "plant/last_frames.hpp"
 #include "plant/plant.hpp"

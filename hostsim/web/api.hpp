@@ -7,7 +7,7 @@
 #include <span>
 #include <string>
 
-#include "config/demo_plant.hpp"
+#include "config/plant_file.hpp"
 #include "plant/control.hpp"
 #include "protocols/dialogue.hpp"
 #include "protocols/http_site.hpp"

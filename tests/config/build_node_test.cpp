@@ -3,7 +3,6 @@
 
 #include "config/build_node.hpp"
 
-#include "config/demo_plant.hpp"
 #include "config/plant_file.hpp"
 #include "devices/devices.hpp"
 #include "support/catch.hpp"

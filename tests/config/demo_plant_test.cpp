@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "config/demo_plant.hpp"
+#include "config/plant_file.hpp"
 
 #include <filesystem>
 

@@ -8,7 +8,6 @@
 
 #include "config/command_line.hpp"
 #include "config/config.hpp"
-#include "config/demo_plant.hpp"
 #include "config/plant_file.hpp"
 
 namespace cbcan::config::test {

@@ -3,7 +3,7 @@
 
 #include "cbcan/canopen/dictionary/cob_id.hpp"
 #include "config/build_node.hpp"
-#include "config/demo_plant.hpp"
+#include "config/plant_file.hpp"
 #include "fuzz/fuzz.hpp"
 
 namespace cbcan::fuzz {

@@ -5,7 +5,6 @@
 #include <array>
 
 #include "config/build_node.hpp"
-#include "config/demo_plant.hpp"
 #include "config/plant_file.hpp"
 #include "descriptions/device_file.hpp"
 #include "devices/lua/lua_device.hpp"

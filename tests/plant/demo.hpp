@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "config/demo_plant.hpp"
 #include "config/plant_file.hpp"
 #include "plant/plant.hpp"
 #include "sim/frame_text.hpp"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "config/demo_plant.hpp"
+#include "config/plant_file.hpp"
 #include "scenario/search/scenario_run.hpp"
 #include "scenario/search/search.hpp"
 #include "support/catch.hpp"

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "config/command_line.hpp"
-#include "config/demo_plant.hpp"
+#include "config/plant_file.hpp"
 #include "support/catch.hpp"
 
 namespace cbcan::session {
