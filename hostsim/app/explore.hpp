@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "app/console.hpp"
+#include "config/build_node.hpp"
 #include "config/command_line.hpp"
-#include "config/eds_file.hpp"
 #include "scenario/search/search_settings.hpp"
 
 namespace cbcan::app {

@@ -23,7 +23,6 @@
 #include "config/command_line.hpp"
 #include "config/plant_file.hpp"
 #include "config/plant_settings.hpp"
-#include "config/wires.hpp"
 #include "io/files/parameter_file.hpp"
 #include "io/loop/process.hpp"
 #include "scenario/search/moment.hpp"

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "config/build_node.hpp"
 #include "config/command_line.hpp"
-#include "config/eds_file.hpp"
 #include "io/loop/system.hpp"
 #include "scenario/search/exploration.hpp"
 

@@ -16,7 +16,6 @@
 #include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "cbcan/canopen/pdo/mapping.hpp"
-#include "config/wires.hpp"
 #include "descriptions/dictionary_image.hpp"
 #include "descriptions/failures.hpp"
 #include "descriptions/network_file.hpp"

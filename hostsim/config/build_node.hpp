@@ -1,20 +1,90 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Turns a node of the configuration into what the simulation runs: reads its EDS file, applies the values of
-/// the plant file, finds its device and prepares its signals.
+/// From the configuration to what the simulation runs: reads the EDS files of nodes, applies the values of
+/// the plant file, finds their devices and prepares their signals and wires.
 
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "base/files.hpp"
 #include "config/config.hpp"
-#include "config/eds_file.hpp"
+#include "descriptions/device_description.hpp"
+#include "descriptions/diagnostics.hpp"
+#include "descriptions/dictionary_image.hpp"
 #include "sim/frame_text.hpp"
 #include "sim/node.hpp"
 
 namespace cbcan::config {
+
+/// Nodes differ by the values that contain $NODEID: the file is read once, and the node ID is added to these
+/// values. A file with $NODEID elsewhere, such as in a limit, or with a value that fits some IDs only, is
+/// read for each node.
+class EdsFile {
+ public:
+  /// `name` is for the diagnostics.
+  EdsFile(std::string name, std::string text);
+
+  struct ForNode {
+    descriptions::DictionaryImage image;
+    std::vector<descriptions::Diagnostic> diagnostics;
+  };
+  /// Its content for a node with this ID; 0 = without one.
+  ForNode for_node(std::uint8_t node_id) const;
+
+  /// Shared by all nodes that use the file; the values are those without a node ID.
+  std::shared_ptr<const descriptions::DeviceDescription> description() const { return description_; }
+  const std::string& text() const { return text_; }
+
+ private:
+  std::string name_;
+  std::string text_;
+  bool alike_;    ///< the results for all node IDs, apart from values with $NODEID
+  ForNode none_;  ///< if they are alike
+  std::shared_ptr<const descriptions::DeviceDescription> description_;
+};
+
+/// The path of the node's EDS or DCF file; without one, that of the script that describes it.
+std::string description_of(const NodeConfig& node);
+
+/// The EDS and DCF files of any number of plants, each read once.
+class EdsFiles {
+ public:
+  explicit EdsFiles(base::FileReader read) : read_(std::move(read)) {}
+
+  /// Null if it cannot be read. Of a script: the file that its declarations describe; throws
+  /// sim::BehaviourProblem.
+  const EdsFile* find(const std::string& path);
+  /// Reads all files of a plant.
+  const base::FileReader& reader() const { return read_; }
+
+ private:
+  base::FileReader read_;
+  std::map<std::string, EdsFile, std::less<>> files_;  ///< by path
+};
+
+/// "0x6401:2", "0x6200:1.7", "output:8": a number of a node; nullopt if the text is none.
+std::optional<sim::Terminal> parse_terminal(std::string_view text);
+
+/// "66:output:8", "2/5:0x2001", "#1:0x2001".
+std::optional<WireEnd> parse_wire_end(std::string_view text);
+
+/// The index of the end's node in its network; nullopt if it is not in the plant.
+std::optional<std::size_t> place_of(const Config& config, const WireEnd& end);
+
+/// Reports ends at missing nodes, two wires or a wire and a signal at one input, and loops without delay.
+void check_wires(const Config& config, Diagnostics& found);
+
+/// Reports ends that their nodes do not have, which only running nodes show. `nodes`: of all networks.
+std::vector<std::string> check_wire_ends(const Config& config,
+                                         const std::vector<std::vector<sim::NodeParts>>& nodes);
 
 struct NodeBuild {
   /// The node without parameters and listener; none if a file cannot be read, or a value or signal cannot be

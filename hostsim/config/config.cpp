@@ -11,7 +11,7 @@
 #include "base/text.hpp"
 #include "cbcan/regmap.hpp"
 #include "cbcan/slcan/slcan.hpp"
-#include "config/wires.hpp"
+#include "config/build_node.hpp"
 #include "sim/random.hpp"
 
 namespace cbcan::config {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "config/eds_file.hpp"
+#include "config/build_node.hpp"
 
 #include "descriptions/eds_reader.hpp"
 #include "devices/devices.hpp"

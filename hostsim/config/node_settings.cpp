@@ -6,8 +6,8 @@
 
 #include "base/text.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
+#include "config/build_node.hpp"
 #include "config/plant_settings.hpp"
-#include "config/wires.hpp"
 #include "devices/devices.hpp"
 
 namespace cbcan::config {

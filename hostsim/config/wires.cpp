@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "config/wires.hpp"
+#include "config/build_node.hpp"
 
 #include <fmt/core.h>
 

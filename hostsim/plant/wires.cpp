@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "config/wires.hpp"
+#include "config/build_node.hpp"
 
 namespace cbcan::plant {
 

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "base/files.hpp"
-#include "config/eds_file.hpp"
+#include "config/build_node.hpp"
 #include "plant/plant.hpp"
 #include "scenario/outcome.hpp"
 #include "scenario/scenario.hpp"

@@ -8,7 +8,7 @@
 
 #include "base/address.hpp"
 #include "base/text.hpp"
-#include "config/wires.hpp"
+#include "config/build_node.hpp"
 #include "plant/command_words.hpp"
 #include "protocols/adapter.hpp"
 

@@ -2,7 +2,7 @@
 // Mistakes in plant files and their messages; most of them: mistakes.txt.
 #include <fmt/core.h>
 
-#include "config/wires.hpp"
+#include "config/build_node.hpp"
 #include "plant_support.hpp"
 #include "support/case_file.hpp"
 

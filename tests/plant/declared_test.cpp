@@ -3,7 +3,7 @@
 // shelf.
 #include <algorithm>
 
-#include "config/eds_file.hpp"
+#include "config/build_node.hpp"
 #include "descriptions/eds_reader.hpp"
 #include "devices/lua/lua_device.hpp"
 #include "scripts.hpp"

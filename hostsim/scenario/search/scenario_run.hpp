@@ -2,7 +2,6 @@
 #pragma once
 
 #include "config/build_node.hpp"
-#include "config/eds_file.hpp"
 #include "scenario/outcome.hpp"
 #include "scenario/scenario.hpp"
 #include "scenario/search/exploration.hpp"
