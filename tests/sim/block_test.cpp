@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Blocks of processes, each against its analytic answer, whatever the steps in which it is read.
-#include "sim/block.hpp"
+#include "sim/wire.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -19,8 +19,8 @@
 #include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "devices/lua/script.hpp"
-#include "sim/block.hpp"
 #include "sim/number.hpp"
+#include "sim/wire.hpp"
 
 namespace cbcan::devices {
 
