@@ -21,7 +21,7 @@
 #include "protocols/modbus_unit.hpp"
 #include "sim/bus.hpp"
 #include "sim/coprocessor_module.hpp"
-#include "sim/faults/fault_set.hpp"
+#include "sim/faults/fault.hpp"
 
 namespace cbcan::journal {
 

@@ -6,7 +6,7 @@
 
 #include "sim/bus.hpp"
 #include "sim/coprocessor_module.hpp"
-#include "sim/faults/fault_set.hpp"
+#include "sim/faults/fault.hpp"
 #include "sim/schedule.hpp"
 
 namespace cbcan::sim {

@@ -15,7 +15,6 @@
 #include "cbcan/frame.hpp"
 #include "sim/bus.hpp"
 #include "sim/faults/fault.hpp"
-#include "sim/faults/fault_set.hpp"
 #include "sim/random.hpp"
 
 namespace cbcan::sim {
