@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <functional>
 #include <memory>
+#include <string>
 #include <string_view>
 
 namespace cbcan::protocols {
@@ -42,5 +43,23 @@ using MakeSession = std::function<std::unique_ptr<StreamSession>()>;
 /// pages of other sites can make a browser send to any address of this machine.
 std::unique_ptr<StreamSession> without_browsers(std::unique_ptr<StreamSession> session,
                                                 std::function<void()> on_browser);
+
+// ---- Commands as lines of text, each answered by lines of text: from a socket, standard input or HTTP
+
+inline constexpr std::size_t kLongestCommand = 1000;
+
+/// One connection, as the executor of its lines sees it. Shared: the connection drops it when it ends.
+struct Dialogue {
+  std::string unsent;    ///< for the client
+  bool waiting = false;  ///< a response is outstanding: no further line is executed
+};
+
+/// Executes one line, given without its end, and returns the response, whole lines; or sets `waiting`, and
+/// appends the response later.
+using Execute = std::function<std::string(std::string_view line, const std::shared_ptr<Dialogue>& dialogue)>;
+
+/// Sessions for people with `socat` or `nc`, and for test programs. A line that is too long is answered by an
+/// error and not executed; empty lines are ignored.
+MakeSession command_sessions(Execute execute);
 
 }  // namespace cbcan::protocols

@@ -21,7 +21,6 @@
 #include "config/config.hpp"
 #include "plant/control.hpp"
 #include "plant/plant.hpp"
-#include "protocols/dialogue.hpp"
 #include "protocols/http_site.hpp"
 #include "protocols/modbus_server.hpp"
 #include "protocols/stream_session.hpp"

@@ -9,8 +9,8 @@
 
 #include "config/plant_file.hpp"
 #include "plant/control.hpp"
-#include "protocols/dialogue.hpp"
 #include "protocols/http_site.hpp"
+#include "protocols/stream_session.hpp"
 #include "web/event_json.hpp"
 
 namespace cbcan::web {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "protocols/dialogue.hpp"
+#include "protocols/stream_session.hpp"
 
 #include "support/catch.hpp"
 
