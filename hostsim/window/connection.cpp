@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: MIT
 #include "window/connection.hpp"
 
+#include <fcntl.h>
 #include <modbus.h>
+#include <netdb.h>
+#include <netinet/tcp.h>
 #include <poll.h>
+#include <sys/file.h>
 #include <sys/select.h>
 #include <sys/socket.h>
+#include <termios.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -66,6 +71,175 @@ std::optional<Response> response_in(std::span<const std::uint8_t> bytes, std::ui
     response.words.push_back(static_cast<std::uint16_t>(bytes[at] << 8 | bytes[at + 1]));
   return response;
 }
+
+constexpr std::array<speed_t, kBaudRates.size()> kSpeeds{B1200,  B2400,   B4800,   B9600,   B19200, B38400,
+                                                         B57600, B115200, B230400, B460800, B921600};
+
+/// 3.5 characters of 11 bits; above 19200 baud 1750 us (2.5.1.1).
+Time silence(int baud) {
+  return baud > 19'200 ? 1750 : (38'500'000 + baud - 1) / baud;
+}
+
+std::string why_not_opened(int error) {
+  switch (error) {
+    case ENOENT:
+      return "no such device; is the adapter plugged in? `ls /dev/serial/by-id` lists those that are";
+    case EACCES:
+      return "no permission; serial devices are for the group dialout: `sudo usermod -aG dialout $USER`, "
+             "then log in again";
+    case ENOTTY:
+    case EISDIR: return "not a serial device";
+    case EWOULDBLOCK: return "another program uses it";
+    default: return std::strerror(error);
+  }
+}
+
+tcflag_t flags_of(char parity) {
+  if (parity == 'N') return CSTOPB;
+  return parity == 'O' ? PARENB | PARODD : PARENB;
+}
+
+/// 0, or an error number.
+int set_up(int port, speed_t speed, char parity) {
+  termios line{};
+  if (tcgetattr(port, &line) != 0) return ENOTTY;
+  if (flock(port, LOCK_EX | LOCK_NB) != 0) return errno;
+  cfmakeraw(&line);
+  line.c_cflag &= ~static_cast<tcflag_t>(CSTOPB | PARODD | CRTSCTS);
+  line.c_cflag |= CLOCAL | CREAD | flags_of(parity);
+  if (parity != 'N') line.c_iflag |= INPCK;
+  cfsetspeed(&line, speed);
+  // A pseudo-terminal has no parity; glibc reports that as EINVAL from the second call on.
+  if (tcsetattr(port, TCSANOW, &line) != 0 && errno != EINVAL) return errno;
+  tcflush(port, TCIOFLUSH);
+  return 0;
+}
+
+class RtuConnection final : public Connection {
+ public:
+  RtuConnection(const Line& line, const Timing& timing)
+      : Connection(line.device, timing, modbus_new_rtu("unused", 9600, 'N', 8, 2), silence(line.baud)),
+        line_(line) {}
+
+  void poll(Time now) override {
+    if (state_ != State::kOff || !attempt_due(now)) return;
+    const int opened = open_line(line_);
+    if (opened < 0) return end(why_not_opened(-opened), now);
+    descriptor_ = opened;
+    connected();
+  }
+
+ private:
+  const char* fault_of(Come come, bool late) const override {
+    if (!late) return nullptr;
+    return come.empty()
+               ? "no response"
+               : "what it answers is no response; are baud rate, parity and unit those of the device?";
+  }
+
+  const char* loss_by(int /*error*/) const override { return "the port is gone"; }
+
+  Line line_;
+};
+
+/// Transaction number 0, protocol 0, then the length of the rest.
+constexpr std::size_t kZeros = 4;
+constexpr std::size_t kHeader = 6;
+
+std::size_t length_of(std::span<const std::uint8_t> come) {
+  return kHeader + (std::size_t{come[kZeros]} << 8 | come[kZeros + 1]);
+}
+
+class TcpConnection final : public Connection {
+ public:
+  TcpConnection(std::string host, int port, const Timing& timing)
+      : Connection(host + ":" + std::to_string(port), timing, modbus_new_tcp(nullptr, 0)),
+        host_(std::move(host)),
+        port_(std::to_string(port)),
+        addresses_(nullptr, freeaddrinfo) {}
+
+  void poll(Time now) override {
+    switch (state_) {
+      case State::kOff:
+        if (attempt_due(now)) connect(now);
+        return;
+      case State::kConnecting: return look_at_attempt(now);
+      case State::kOn: return look_for_end(now);
+    }
+  }
+
+ private:
+  /// libmodbus checks neither the transaction number of a response nor its protocol and length.
+  Come framed_in(Come come) override {
+    if (come.size() < kHeader || come.size() != length_of(come)) return {};
+    const bool ours = std::ranges::all_of(come.first(kZeros), [](std::uint8_t byte) { return byte == 0; });
+    return ours ? Connection::framed_in(come) : Come{};
+  }
+
+  const char* fault_of(Come come, bool late) const override {
+    const bool grows =
+        come.size() < kHeader || (length_of(come) <= kLongestFrame && come.size() < length_of(come));
+    if (!grows) return "what it answers is no Modbus";
+    return late ? "no response" : nullptr;
+  }
+
+  const char* loss_by(int error) const override {
+    return error == 0 ? "closed by the other side" : std::strerror(error);
+  }
+
+  void connect(Time now) {
+    addrinfo wanted{};
+    wanted.ai_socktype = SOCK_STREAM;
+    wanted.ai_flags = AI_NUMERICSERV;
+    addrinfo* found = nullptr;
+    const int error = getaddrinfo(host_.c_str(), port_.c_str(), &wanted, &found);
+    if (error != 0) return end(gai_strerror(error), now);
+    addresses_.reset(found);
+    try_address(found, now);
+  }
+
+  void try_address(const addrinfo* address, Time now) {
+    next_ = address->ai_next;
+    descriptor_ = socket(address->ai_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+    if (descriptor_ < 0) return address_failed(std::strerror(errno), now);
+    const int on = 1;
+    setsockopt(descriptor_, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+    state_ = State::kConnecting;
+    until_ = now + timing_.response_timeout;
+    if (::connect(descriptor_, address->ai_addr, address->ai_addrlen) != 0 && errno != EINPROGRESS)
+      return address_failed(std::strerror(errno), now);
+    look_at_attempt(now);
+  }
+
+  /// A name may have several addresses.
+  void address_failed(const char* why, Time now) {
+    if (next_ == nullptr) return end(why, now);
+    close();
+    try_address(next_, now);
+  }
+
+  void look_at_attempt(Time now) {
+    pollfd attempt{descriptor_, POLLOUT, 0};
+    if (::poll(&attempt, 1, 0) != 1) {
+      if (now >= until_) address_failed("no response", now);
+      return;
+    }
+    int error = 0;
+    socklen_t size = sizeof error;
+    getsockopt(descriptor_, SOL_SOCKET, SO_ERROR, &error, &size);
+    if (error != 0) return address_failed(std::strerror(error), now);
+    connected();
+  }
+
+  void look_for_end(Time now) {
+    if (!response_due() && read(now) && come() > 0) end("it sends an unrequested response", now);
+  }
+
+  std::string host_;
+  std::string port_;
+  std::unique_ptr<addrinfo, void (*)(addrinfo*)> addresses_;  ///< of the attempt
+  const addrinfo* next_ = nullptr;                            ///< tried if this one fails
+};
 
 }  // namespace
 
@@ -173,6 +347,25 @@ void Connection::end(const std::string& why, Time now) {
   until_ = now + pause_;
   pause_ = std::min(2 * pause_, timing_.longest_pause);
   reason_ = why;
+}
+
+int open_line(const Line& line) {
+  const auto* const baud = std::ranges::find(kBaudRates, line.baud);
+  if (baud == kBaudRates.end()) return -EINVAL;
+  const int port = ::open(line.device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+  if (port < 0) return -errno;
+  const int error = set_up(port, kSpeeds[static_cast<std::size_t>(baud - kBaudRates.begin())], line.parity);
+  if (error == 0) return port;
+  ::close(port);
+  return -error;
+}
+
+std::unique_ptr<Connection> rtu_connection(const Line& line, const Timing& timing) {
+  return std::make_unique<RtuConnection>(line, timing);
+}
+
+std::unique_ptr<Connection> tcp_connection(std::string host, int port, const Timing& timing) {
+  return std::make_unique<TcpConnection>(std::move(host), port, timing);
 }
 
 }  // namespace cbcan::window
