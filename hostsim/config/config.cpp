@@ -274,6 +274,24 @@ void check_network(const Config& config, const NetworkConfig& network, Diagnosti
 
 }  // namespace
 
+Diagnostic about_option(std::string_view typed, std::string message) {
+  return {{std::string(typed), 0}, std::move(message)};
+}
+
+std::string to_string(const Place& place) {
+  return place.line == 0 ? place.source : place.source + ":" + std::to_string(place.line);
+}
+
+std::string to_string(const Diagnostic& diagnostic) {
+  return base::to_utf8(to_string(diagnostic.place) + ": " + diagnostic.message);
+}
+
+void sort_by_place(Diagnostics& diagnostics) {
+  std::ranges::stable_sort(diagnostics, {}, [](const Diagnostic& diagnostic) {
+    return std::pair(diagnostic.place.line == 0, diagnostic.place.line);
+  });
+}
+
 CanSpec parse_can_spec(std::string_view spec) {
   const auto [kind, rest] = base::split(spec, ':').value_or(std::pair(spec, std::string_view()));
   if (kind == kKinds[0]) return {CanSpec::Kind::kSocketCan, interface_of(rest), {}};

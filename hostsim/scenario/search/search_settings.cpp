@@ -10,7 +10,7 @@
 #include "base/text.hpp"
 #include "base/toml_table.hpp"
 #include "cbcan/mistakes.hpp"
-#include "config/diagnostic.hpp"
+#include "config/config.hpp"
 #include "config/plant_settings.hpp"
 
 namespace cbcan::search {
