@@ -41,7 +41,6 @@
 #include "devices/drive/objects.hpp"
 #include "devices/drive/power_stage.hpp"
 #include "devices/drive/profile_position.hpp"
-#include "devices/drive/torque.hpp"
 #include "devices/drive/touch_probe.hpp"
 #include "devices/drive/velocity.hpp"
 #include "devices/incidents.hpp"
