@@ -54,7 +54,7 @@ class Outside {
 
 class Port;
 
-/// Decides what receivers and observers get of each frame. For injected faults (faults/bus_faults.hpp).
+/// Decides what receivers and observers get of each frame. For injected faults (BusFaults in world.hpp).
 class FrameModifier {
  public:
   /// The last bit of this frame has passed. What is to be received goes to Bus::deliver(), now or later.
