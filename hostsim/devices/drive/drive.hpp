@@ -6,7 +6,7 @@
 /// velocity and torque, if 6502h lists them. axes.hpp is a node with several.
 ///
 /// The axis follows its demand exactly, unless the plant file gives it a load. There are no ticks: positions
-/// are calculated on demand, and update() returns the time of the next change; a moving load (load.hpp)
+/// are calculated on demand, and update() returns the time of the next change; a moving load
 /// changes every millisecond. Choices that CiA 402 leaves open are described at each part: power_stage.hpp,
 /// profile_position.hpp, ...
 ///
