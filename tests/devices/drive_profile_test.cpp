@@ -3,7 +3,6 @@
 #include <rapidcheck.h>
 
 #include "devices/drive/profile.hpp"
-#include "devices/drive/units.hpp"
 #include "sim/number.hpp"
 #include "support/catch.hpp"
 

@@ -9,7 +9,6 @@
 #include "devices/drive/axis_layout.hpp"
 #include "devices/drive/objects.hpp"
 #include "devices/drive/profile.hpp"
-#include "devices/drive/units.hpp"
 
 namespace cbcan::devices {
 
