@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// One CAN network: registers, module, nodes and bus; a unit for Modbus servers.
+/// The CAN networks of a plant, each with registers, module, nodes and bus, and the wires in and between
+/// them.
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <span>
 #include <string_view>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -16,10 +19,12 @@
 #include "cbcan/modbus/bits.hpp"
 #include "cbcan/regmap.hpp"
 #include "config/build_node.hpp"
+#include "config/config.hpp"
 #include "journal/watch.hpp"
 #include "protocols/modbus_unit.hpp"
 #include "sim/frame_text.hpp"
 #include "sim/schedule.hpp"
+#include "sim/wire.hpp"
 #include "sim/world.hpp"
 
 namespace cbcan::plant {
@@ -51,6 +56,7 @@ struct NetworkContext {
 
 class Wires;
 
+/// One CAN network: registers, module, nodes and bus; a unit for Modbus servers.
 class Network final : public protocols::ModbusUnit,
                       public sim::Timed,
                       private sim::Receiver,
@@ -165,6 +171,62 @@ class Network final : public protocols::ModbusUnit,
   sim::FaultSet plc_faults_;
   bool has_written_ = false;  ///< since the last request that read
   Wires* wires_ = nullptr;
+};
+
+/// The wires of a running plant: values of outputs and objects are passed to inputs, also across networks,
+/// which are then advanced together. Each change is passed on at the time at which it happens, so the result
+/// does not depend on the steps of time.
+class Wires final : private sim::Timed {
+ public:
+  /// `networks`: all of `config`'s, in order, which outlive it and have not been started. If there are wires,
+  /// the advance() of each advances all from now on.
+  Wires(const config::Config& config, std::vector<Network*> networks, const NetworkContext& context);
+  Wires(const Wires&) = delete;
+  Wires& operator=(const Wires&) = delete;
+
+  /// All networks, to the context's time.
+  void advance();
+  Time next_deadline() const;
+
+ private:
+  /// Activity of a node with wires, see sim::Node::watch().
+  struct Watched {
+    bool active = true;
+    bool fresh = false;  ///< to be sampled in this step
+  };
+  struct End {
+    sim::Node* node;
+    Watched* watched;
+    sim::Terminal terminal;
+  };
+  struct ActiveWire {
+    End from;
+    End to;
+    sim::Wire wire;
+    Time sample_due;                   ///< of an object, which may change continuously; kNever for an output
+    std::uint64_t* bits;               ///< shared by all wires to bits of this object
+    Time due = kNever;                 ///< next change at the target
+    std::optional<double> given = {};  ///< last value of the input; none = none since power-on
+  };
+
+  void poll(Time /*now*/) override { advance(); }
+  Time own_deadline() const;
+  End end(const config::Config& config, const config::WireEnd& end);
+  void begin();
+  void advance_to(Time time);
+  void sample(ActiveWire& wire);
+  bool deliver(ActiveWire& wire);
+  std::optional<double> total_at(const ActiveWire& wire) const;
+
+  const Time& now_;
+  std::vector<Network*> networks_;
+  std::map<sim::Node*, Watched> watched_;
+  std::map<std::tuple<sim::Node*, std::uint16_t, std::uint8_t>, std::uint64_t> bits_;
+  std::vector<ActiveWire> wires_;
+  bool begun_ = false;
+  Time at_ = 0;          ///< the time of all networks
+  unsigned rounds_ = 0;  ///< with a changed input at this time
+  Time held_until_ = 0;  ///< no sampling before: wires and devices form a loop
 };
 
 }  // namespace cbcan::plant

@@ -13,7 +13,7 @@
 #include "config/config.hpp"
 #include "plant/bench.hpp"
 #include "plant/control.hpp"
-#include "plant/wires.hpp"
+#include "plant/network.hpp"
 
 namespace cbcan::plant {
 

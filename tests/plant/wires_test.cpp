@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Wires between nodes: their values over time, independent of the steps of time.
-#include "plant/wires.hpp"
 #include "config/build_node.hpp"
+#include "plant/network.hpp"
 #include "scripts.hpp"
 #include "sim/bus_suite.hpp"
 #include "support/bare_network.hpp"
