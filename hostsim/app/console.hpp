@@ -8,7 +8,7 @@
 #include <string_view>
 
 #include "cbcan/time.hpp"
-#include "io/loop/output.hpp"
+#include "io/loop/lines.hpp"
 
 namespace cbcan::app {
 

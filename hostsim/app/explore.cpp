@@ -21,7 +21,7 @@
 #include "app/state_file.hpp"
 #include "base/text.hpp"
 #include "cbcan/version.hpp"
-#include "io/loop/output.hpp"
+#include "io/loop/lines.hpp"
 #include "io/loop/reactor.hpp"
 #include "scenario/outcome.hpp"
 #include "scenario/scenario_writer.hpp"

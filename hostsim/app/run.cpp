@@ -18,7 +18,7 @@
 #include "app/target.hpp"
 #include "base/text.hpp"
 #include "io/can/candump_log.hpp"
-#include "io/loop/output.hpp"
+#include "io/loop/lines.hpp"
 #include "scenario/outcome.hpp"
 #include "scenario/run.hpp"
 #include "scenario/search/scenario_run.hpp"

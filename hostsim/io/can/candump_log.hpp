@@ -9,7 +9,7 @@
 
 #include "cbcan/frame.hpp"
 #include "cbcan/time.hpp"
-#include "io/loop/output.hpp"
+#include "io/loop/lines.hpp"
 #include "io/loop/system.hpp"
 #include "sim/bus.hpp"
 

@@ -15,7 +15,7 @@
 
 #include "base/buffer.hpp"
 #include "cbcan/time.hpp"
-#include "io/loop/output.hpp"
+#include "io/loop/lines.hpp"
 #include "io/loop/system.hpp"
 #include "journal/journal.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "io/loop/output.hpp"
+#include "io/loop/lines.hpp"
 
 #include <fcntl.h>
 #include <fmt/core.h>
@@ -7,6 +7,7 @@
 #include <poll.h>
 #include <sys/stat.h>
 
+#include <array>
 #include <cerrno>
 #include <utility>
 
@@ -102,6 +103,49 @@ void warn_of_missing(const Warn& warn, const std::string& where, std::uint64_t& 
                      std::string_view what) {
   if (count != 0) warn(fmt::format("{}{} {} are missing: they were not read in time", where, count, what));
   count = 0;
+}
+
+LineInput::LineInput(Reactor& reactor) : reactor_(reactor) {
+  watch();
+  is_file_ = !watched_;
+}
+
+void LineInput::watch() {
+  watched_ = reactor_.watch(STDIN_FILENO, Reactor::kReadable, [this](std::uint32_t) { read(); });
+}
+
+std::optional<std::string> LineInput::take() {
+  if (lines_.empty()) return std::nullopt;
+  std::string line = std::move(lines_.front());
+  lines_.pop_front();
+  if (lines_.empty() && !is_file_ && !watched_ && !closed_) watch();
+  return line;
+}
+
+void LineInput::read() {
+  std::array<char, 4096> text;
+  const ssize_t count = ::read(STDIN_FILENO, text.data(), text.size());
+  if (count < 0 && (errno == EINTR || errno == EAGAIN)) return;
+  if (count < 0) throw EnvironmentError("standard input: " + reason(errno));
+  if (count > 0) split({text.data(), static_cast<std::size_t>(count)});
+  closed_ = count == 0;
+  if (watched_ && (closed_ || !has_room())) {
+    reactor_.forget(STDIN_FILENO);
+    watched_ = false;
+  }
+  if (!closed_) return;
+  if (!half_.empty()) lines_.push_back(std::exchange(half_, {}));
+}
+
+void LineInput::split(std::string_view text) {
+  for (const char c : text) {
+    if (c == '\n')
+      lines_.push_back(std::exchange(half_, {}));
+    else if (half_.size() < kLongestLine)
+      half_ += c;
+    else
+      throw UsageError("standard input: a line of more than " + std::to_string(kLongestLine) + " characters");
+  }
 }
 
 }  // namespace cbcan::io

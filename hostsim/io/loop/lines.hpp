@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Lines for a pipe, FIFO, terminal or file whose reader may be slow or absent. Only the destructor waits,
-/// until everything is written or nothing was read for a second.
+/// Lines that are written and read without waiting for the other side.
+
+#include <unistd.h>
 
 #include <cstdint>
+#include <deque>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -16,6 +19,8 @@
 
 namespace cbcan::io {
 
+/// Lines for a pipe, FIFO, terminal or file whose reader may be slow or absent. Only the destructor waits,
+/// until everything is written or nothing was read for a second.
 class Output {
  public:
   static constexpr std::size_t kMostWaiting = 1024 * 1024;
@@ -91,5 +96,47 @@ inline void make_folder(std::string_view option, const std::string& path) {
   if (!std::filesystem::is_directory(path, ignored))
     throw UsageError(std::string(option) + " " + path + ": " + error.message() + "; name another folder");
 }
+
+/// Reads lines of standard input, a pipe, a terminal or a file, without blocking.
+class LineInput {
+ public:
+  static constexpr std::size_t kLongestLine = 1000;
+  /// While this many have not been taken, no more are read.
+  static constexpr std::size_t kMostLines = 1000;
+
+  /// The descriptor is not made non-blocking, since other processes may share it. Throws EnvironmentError if
+  /// it cannot be read; for a line that is too long, Reactor::poll() throws UsageError.
+  explicit LineInput(Reactor& reactor);
+  ~LineInput() {
+    if (watched_) reactor_.forget(STDIN_FILENO);
+  }
+  LineInput(const LineInput&) = delete;
+  LineInput& operator=(const LineInput&) = delete;
+
+  /// The next line, without its end; nullopt while there is no whole one.
+  std::optional<std::string> take();
+
+  /// The input has ended and every line has been taken.
+  bool ended() const { return closed_ && lines_.empty(); }
+
+  /// Reads a file, which the reactor cannot watch; to be called once per turn.
+  void poll() {
+    if (is_file_ && !closed_ && has_room()) read();
+  }
+  Time next_deadline() const { return is_file_ && !closed_ ? 0 : kNever; }
+
+ private:
+  bool has_room() const { return lines_.size() < kMostLines; }
+  void watch();
+  void read();
+  void split(std::string_view text);
+
+  Reactor& reactor_;
+  bool is_file_ = false;  ///< or closed, which the first read() shows
+  bool watched_ = false;
+  bool closed_ = false;
+  std::string half_;
+  std::deque<std::string> lines_;
+};
 
 }  // namespace cbcan::io
