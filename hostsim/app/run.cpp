@@ -17,7 +17,7 @@
 #include "app/progress.hpp"
 #include "app/target.hpp"
 #include "base/text.hpp"
-#include "io/can/candump_log.hpp"
+#include "io/files/captures.hpp"
 #include "io/loop/lines.hpp"
 #include "scenario/outcome.hpp"
 #include "scenario/run.hpp"

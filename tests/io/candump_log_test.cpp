@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "io/can/candump_log.hpp"
+#include "io/files/captures.hpp"
 
 #include "temporary_folder.hpp"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Expected bytes by hand from draft-ietf-opsawg-pcapng, RFC 791 and RFC 9293.
 
-#include "io/files/pcap_file.hpp"
+#include "io/files/captures.hpp"
 
 #include <sys/stat.h>
 #include <unistd.h>
