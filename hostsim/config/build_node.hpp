@@ -17,8 +17,8 @@
 #include "base/files.hpp"
 #include "config/config.hpp"
 #include "descriptions/device_description.hpp"
-#include "descriptions/diagnostics.hpp"
 #include "descriptions/dictionary_image.hpp"
+#include "descriptions/lexer.hpp"
 #include "sim/frame_text.hpp"
 #include "sim/node.hpp"
 

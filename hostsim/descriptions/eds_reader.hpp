@@ -33,7 +33,7 @@
 #include <vector>
 
 #include "descriptions/device_description.hpp"
-#include "descriptions/diagnostics.hpp"
+#include "descriptions/lexer.hpp"
 
 namespace cbcan::descriptions {
 

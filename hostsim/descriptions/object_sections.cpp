@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "base/text.hpp"
-#include "descriptions/diagnostics.hpp"
+#include "descriptions/lexer.hpp"
 
 namespace cbcan::descriptions {
 

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "base/text.hpp"
-#include "descriptions/diagnostics.hpp"
+#include "descriptions/lexer.hpp"
 
 namespace cbcan::descriptions {
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What the summaries of the corpus do not show, and inputs that are too large for a corpus file.
 
-#include "descriptions/diagnostics.hpp"
 #include "descriptions/eds_reader.hpp"
 #include "descriptions/lexer.hpp"
 #include "support/catch.hpp"
