@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "devices/drive/cyclic.hpp"
+#include "devices/drive/modes.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
-
-#include "devices/drive/velocity.hpp"
 
 namespace cbcan::devices {
 

@@ -8,7 +8,7 @@
 /// The axis follows its demand exactly, unless the plant file gives it a load. There are no ticks: positions
 /// are calculated on demand, and update() returns the time of the next change; a moving load
 /// changes every millisecond. Choices that CiA 402 leaves open are described at each part: power_stage.hpp,
-/// profile_position.hpp, ...
+/// modes.hpp, ...
 ///
 /// Positions are in user units (6064h, 607Ah, ...), converted by 608Fh, 6091h and 6092h and rounded to the
 /// nearest increment inside (6063h, 60FCh), to the nearest user unit outside.
@@ -36,13 +36,10 @@
 #include <span>
 
 #include "devices/drive/axis.hpp"
-#include "devices/drive/cyclic.hpp"
-#include "devices/drive/homing.hpp"
+#include "devices/drive/modes.hpp"
 #include "devices/drive/objects.hpp"
 #include "devices/drive/power_stage.hpp"
-#include "devices/drive/profile_position.hpp"
 #include "devices/drive/touch_probe.hpp"
-#include "devices/drive/velocity.hpp"
 #include "devices/incidents.hpp"
 #include "sim/behaviour.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "devices/drive/profile_position.hpp"
+#include "devices/drive/modes.hpp"
 
 #include <cmath>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "devices/drive/velocity.hpp"
+#include "devices/drive/modes.hpp"
 
 #include <algorithm>
 #include <cmath>
