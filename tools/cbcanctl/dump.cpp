@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
-// dump: the objects of a node as a plan, either those of a file or those found on the node.
+// dump: the objects of a node as a plan, either those of a file or those found on the node. configure: the
+// other way round.
 
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <array>
 #include <deque>
 #include <map>
 
@@ -194,6 +196,30 @@ void print_json(std::uint8_t node, const Dumped& object) {
                tools::json_value(value, &fitting_type(value, object.type)));
 }
 
+std::vector<descriptions::PlannedNode> read_plan(const std::string& path) {
+  const std::string_view ending = base::leaf_of(path);
+  if (!base::same_text(ending, "dcf") && !base::same_text(ending, "eds")) return read_network(path).all;
+  std::vector<std::string> remarks;
+  std::vector nodes{descriptions::parse_dcf(read_file(path), path, remarks)};
+  std::ranges::for_each(remarks, say);
+  return nodes;
+}
+
+/// The nodes of all plans; each node may appear once.
+std::vector<descriptions::PlannedNode> read_plans(const std::vector<std::string>& paths) {
+  std::vector<descriptions::PlannedNode> nodes;
+  std::array<std::string, kMaxNode + 1> planned_by;
+  for (const std::string& path : paths)
+    for (descriptions::PlannedNode& node : read_plan(path)) {
+      if (!planned_by[node.id].empty())
+        throw tools::UsageError(
+            fmt::format("{}: node {} is in {} already", path, node.id, planned_by[node.id]));
+      planned_by[node.id] = path;
+      nodes.push_back(std::move(node));
+    }
+  return nodes;
+}
+
 }  // namespace
 
 void dump(const Options& options) {
@@ -210,6 +236,31 @@ void dump(const Options& options) {
   if (!options.json) return print_plan(node, objects);
   for (const Dumped& object : objects)
     print_json(node, object);
+}
+
+void configure(const Options& options) {
+  const std::vector<descriptions::PlannedNode> plan = read_plans(options.plans);
+  window::Client client = connect(options);
+  std::deque<tools::NodeConfiguration> nodes;
+  std::vector<tools::Job*> jobs;
+  for (const descriptions::PlannedNode& node : plan)
+    jobs.push_back(&nodes.emplace_back(node, !options.no_verify));
+  run(client, jobs, "node");
+  std::size_t failed = 0;
+  for (const tools::NodeConfiguration& node : nodes) {
+    const std::string problem =
+        node.refusal() ? Refused(*node.refusal(), node.problem()).what() : node.problem();
+    if (!problem.empty()) say(problem);
+    failed += problem.empty() ? 0u : 1u;
+    if (options.json)
+      fmt::print("{{\"node\": {}, \"started\": {}, \"error\": {}}}\n", node.node().id, problem.empty(),
+                 base::json_text(problem));
+    else if (problem.empty())
+      fmt::print("{} started\n", node.node().id);
+  }
+  if (failed == 0) return;
+  say(fmt::format("{} of {} nodes {} not been started", failed, nodes.size(), failed == 1 ? "has" : "have"));
+  throw Ended{ExitCode::kRefused};
 }
 
 }  // namespace cbcan::ctl
