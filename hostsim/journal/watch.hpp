@@ -18,7 +18,7 @@
 #include "descriptions/failures.hpp"
 #include "journal/advice.hpp"
 #include "journal/journal.hpp"
-#include "protocols/modbus_unit.hpp"
+#include "protocols/modbus_server.hpp"
 #include "sim/bus.hpp"
 #include "sim/coprocessor_module.hpp"
 #include "sim/faults/fault.hpp"

@@ -5,7 +5,7 @@
 #include "base/text.hpp"
 #include "cbcan/version.hpp"
 #include "module/instance.hpp"
-#include "protocols/rtu_session.hpp"
+#include "protocols/modbus_server.hpp"
 
 namespace cbcan::module {
 

@@ -21,7 +21,7 @@
 #include "config/build_node.hpp"
 #include "config/config.hpp"
 #include "journal/watch.hpp"
-#include "protocols/modbus_unit.hpp"
+#include "protocols/modbus_server.hpp"
 #include "sim/frame_text.hpp"
 #include "sim/schedule.hpp"
 #include "sim/wire.hpp"

@@ -1,17 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Modbus TCP without sockets: bytes of requests in, bytes of responses out. Registers are in host byte
-/// order, register n is address n.
-///
-/// Function codes 3, 4 (the same registers as 3), 6, 16, 22 and 23, 43/14 (identification), and 1, 2, 5 and
-/// 15 if the unit has coils and discrete inputs; others get exception 01. A request is executed as a whole.
-///
-/// The unit ID selects the network: 1 is the first, 2 the second; 0 and 255 are the first too. Any other one
-/// gets exception 0Ah (gateway path unavailable), whatever the function. It is always echoed.
-///
-/// Sources: Modbus Messaging on TCP/IP Implementation Guide V1.0b for the framing; Modbus Application
-/// Protocol V1.1b3 for the rest (cbcan/modbus/executor.hpp).
+/// Modbus without sockets and serial ports: units, and servers of them by TCP and RTU.
 
 #include <array>
 #include <cstddef>
@@ -26,11 +16,68 @@
 
 #include "cbcan/modbus/executor.hpp"
 #include "cbcan/modbus/identification.hpp"
-#include "protocols/modbus_unit.hpp"
+#include "cbcan/modbus/rtu_server.hpp"
+#include "cbcan/time.hpp"
 #include "protocols/stream_session.hpp"
 
 namespace cbcan::protocols {
 
+/// A Modbus request that has been answered.
+struct ModbusExchange {
+  std::uint32_t client;  ///< its number in events; 0 = a line, which has no clients
+  std::uint16_t id;      ///< transaction ID of the MBAP header; 0 over RTU
+  std::uint8_t unit;
+  std::uint8_t exception;                  ///< 0 = none
+  std::span<const std::uint8_t> request;   ///< PDU
+  std::span<const std::uint8_t> response;  ///< PDU
+};
+
+/// A request to a unit.
+struct ModbusRequest {
+  std::uint32_t client = 0;  ///< as in ModbusExchange
+  std::uint16_t id = 0;
+  std::uint8_t unit = 0;  ///< on a line 0 is all stations, and none of them responds
+  modbus::Pdu pdu{};
+  const modbus::MoreFunctions* more = nullptr;  ///< the server's own; null = the unit's
+
+  bool is_on_line() const { return client == 0; }
+};
+
+/// What a unit ID selects: a network's registers.
+class ModbusUnit {
+ public:
+  /// Always the same words; empty = the unit ID selects nothing.
+  virtual std::span<std::uint16_t> registers() = 0;
+
+  /// For the PDU of a response.
+  using Room = std::span<std::uint8_t, modbus::kMaxPdu>;
+  /// Executes a request with all its effects. Writes the PDU of the response into `room` and returns it;
+  /// empty = there is none, and the connection is to be closed. Must not destroy the server.
+  virtual modbus::Pdu handle(const ModbusRequest& request, Room room) = 0;
+
+  /// The server has refused a request to a unit ID that selects nothing. Called for the first unit.
+  virtual void on_other_unit(std::uint32_t /*client*/, std::uint8_t /*unit*/) {}
+
+  /// A PLC that owns its registers has answered, and these registers have got words of it; none = it was
+  /// written to.
+  virtual void on_taken(const modbus::Range& taken) = 0;
+
+ protected:
+  ~ModbusUnit() = default;
+};
+
+/// Modbus TCP without sockets: bytes of requests in, bytes of responses out. Registers are in host byte
+/// order, register n is address n.
+///
+/// Function codes 3, 4 (the same registers as 3), 6, 16, 22 and 23, 43/14 (identification), and 1, 2, 5 and
+/// 15 if the unit has coils and discrete inputs; others get exception 01. A request is executed as a whole.
+///
+/// The unit ID selects the network: 1 is the first, 2 the second; 0 and 255 are the first too. Any other one
+/// gets exception 0Ah (gateway path unavailable), whatever the function. It is always echoed.
+///
+/// Sources: Modbus Messaging on TCP/IP Implementation Guide V1.0b for the framing; Modbus Application
+/// Protocol V1.1b3 for the rest (cbcan/modbus/executor.hpp).
+///
 /// The texts of `identity` outlive it.
 class ModbusServer {
  public:
@@ -137,5 +184,48 @@ class ModbusTcpSession final : public StreamSession {
   std::string unsent_;
   bool ended_ = false;
 };
+
+/// Adapters and the kernel deliver bytes in groups, with gaps between them. If a gap exceeds this, the frame
+/// is lost and its master has one time-out.
+inline constexpr std::uint32_t kRtuGapUs = 200'000;
+
+/// Modbus RTU over the caller's registers, by the core's server (firmware/cbcan/modbus/rtu_server.hpp): on a
+/// serial line, and over TCP, where the same frames arrive without silence between them. The first network is
+/// at the configured station address, the others at the next ones. Requests are reported to the units as by
+/// the Modbus TCP server, so both can serve the same registers.
+///
+/// Turns requests into responses. The units outlive it.
+class RtuSession final : public StreamSession {
+ public:
+  /// This machine's clock.
+  using Now = std::function<Time()>;
+
+  RtuSession(std::vector<ModbusUnit*> networks, Now now, const RtuServer::Settings& settings);
+
+  bool is_text() const override { return false; }
+  void receive(std::string_view bytes) override;
+  std::string_view unsent() const override { return unsent_; }
+  void sent(std::size_t count) override { unsent_.erase(0, count); }
+
+  /// Executes the pending request once its silence has ended. `now` is on the same clock.
+  void poll(Time now);
+  /// When the silence after the pending request ends; kNever = no request is pending.
+  Time deadline() const { return deadline_; }
+
+  const RtuServer::Counters& counters() const { return server_.counters(); }
+
+ private:
+  void execute();
+
+  std::vector<ModbusUnit*> networks_;
+  Now now_;
+  std::vector<RegisterMap> maps_;  ///< empty: the networks have the registers
+  RtuServer server_;
+  std::string unsent_;
+  Time deadline_ = kNever;
+};
+
+/// Sessions of RTU over TCP.
+MakeSession rtu_over_tcp(std::vector<ModbusUnit*> networks, RtuSession::Now now, std::uint8_t station);
 
 }  // namespace cbcan::protocols

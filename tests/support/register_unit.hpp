@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "protocols/modbus_unit.hpp"
+#include "protocols/modbus_server.hpp"
 
 namespace cbcan::test {
 

@@ -9,7 +9,7 @@
 #include "io/loop/reactor.hpp"
 #include "io/loop/system.hpp"
 #include "io/serial/serial_port.hpp"
-#include "protocols/rtu_session.hpp"
+#include "protocols/modbus_server.hpp"
 
 namespace cbcan::io {
 

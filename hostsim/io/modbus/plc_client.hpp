@@ -16,6 +16,7 @@
 #include "io/loop/reactor.hpp"
 #include "io/loop/system.hpp"
 #include "io/modbus/plc_exchange.hpp"
+#include "protocols/modbus_server.hpp"
 #include "window/connection.hpp"
 
 namespace cbcan::io {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "protocols/rtu_session.hpp"
+#include "protocols/modbus_server.hpp"
 
 #include <array>
 #include <span>
