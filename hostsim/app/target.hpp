@@ -10,7 +10,7 @@
 #include "config/config.hpp"
 #include "config/run_options.hpp"
 #include "io/loop/reactor.hpp"
-#include "plant/bench.hpp"
+#include "plant/control.hpp"
 
 namespace cbcan::app {
 

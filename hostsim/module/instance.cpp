@@ -12,7 +12,7 @@
 #include "config/command_line.hpp"
 #include "config/plant_file.hpp"
 #include "config/plant_settings.hpp"
-#include "plant/bench.hpp"
+#include "plant/control.hpp"
 #include "scenario/run.hpp"
 #include "scenario/scenario_writer.hpp"
 #include "scenario/search/search_settings.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "plant/condition.hpp"
+#include "plant/control.hpp"
 
 #include <fmt/core.h>
 

@@ -11,7 +11,6 @@
 
 #include "config/build_node.hpp"
 #include "config/config.hpp"
-#include "plant/bench.hpp"
 #include "plant/control.hpp"
 #include "plant/network.hpp"
 

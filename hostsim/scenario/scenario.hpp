@@ -14,7 +14,7 @@
 #include "base/files.hpp"
 #include "base/setting.hpp"
 #include "config/config.hpp"
-#include "plant/bench.hpp"
+#include "plant/control.hpp"
 #include "scenario/outcome.hpp"
 
 namespace cbcan::scenario {
