@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "sim/more_sdo_servers.hpp"
+#include "sim/node.hpp"
 
 #include <utility>
 
