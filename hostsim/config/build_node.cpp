@@ -21,7 +21,7 @@
 #include "descriptions/network_file.hpp"
 #include "descriptions/values.hpp"
 #include "devices/devices.hpp"
-#include "devices/drive/axes.hpp"
+#include "devices/drive/drive.hpp"
 #include "devices/lua/lua_device.hpp"
 #include "sim/random.hpp"
 #include "sim/world.hpp"

@@ -6,7 +6,7 @@
 
 #include "base/text.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
-#include "devices/drive/axes.hpp"
+#include "devices/drive/drive.hpp"
 #include "devices/io_module.hpp"
 #include "devices/transducer.hpp"
 

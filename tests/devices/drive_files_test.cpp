@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Inverters, interpolating drives and drives with several axes, each with the frames of its master. The
 // dictionaries are written by hand.
-#include "devices/drive/axes.hpp"
+#include "devices/drive/drive.hpp"
 #include "tests/devices/vendor_plant.hpp"
 
 namespace cbcan::test {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "devices/drive/axes.hpp"
+#include "devices/drive/drive.hpp"
 
 #include <algorithm>
 
