@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "base/address.hpp"
-#include "base/value.hpp"
+#include "base/setting.hpp"
 #include "devices/drive/axis_layout.hpp"
 #include "sim/faults/fault.hpp"
 #include "sim/signal.hpp"

@@ -7,8 +7,8 @@
 #include <array>
 #include <bit>
 
+#include "base/setting.hpp"
 #include "base/text.hpp"
-#include "base/value.hpp"
 #include "cbcan/canopen/dictionary/little_endian.hpp"
 
 namespace cbcan::descriptions {

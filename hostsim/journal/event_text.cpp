@@ -5,7 +5,7 @@
 #include <array>
 #include <utility>
 
-#include "base/value.hpp"
+#include "base/setting.hpp"
 #include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "cbcan/canopen/lss_slave.hpp"
 #include "cbcan/canopen/nmt/nmt.hpp"

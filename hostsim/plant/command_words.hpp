@@ -16,8 +16,8 @@
 #include <utility>
 #include <vector>
 
+#include "base/setting.hpp"
 #include "base/text.hpp"
-#include "base/value.hpp"
 #include "cbcan/time.hpp"
 #include "sim/behaviour.hpp"
 #include "sim/world.hpp"

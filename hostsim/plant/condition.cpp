@@ -7,8 +7,8 @@
 #include <array>
 #include <utility>
 
+#include "base/setting.hpp"
 #include "base/text.hpp"
-#include "base/value.hpp"
 #include "cbcan/regmap.hpp"
 #include "journal/event_text.hpp"
 #include "journal/watch.hpp"

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
+#include "base/setting.hpp"
 #include "base/text.hpp"
-#include "base/value.hpp"
 
 namespace cbcan::sim {
 

@@ -2,7 +2,7 @@
 
 #include "base/text.hpp"
 #include "base/buffer.hpp"
-#include "base/value.hpp"
+#include "base/setting.hpp"
 #include "support/catch.hpp"
 
 using namespace cbcan::base;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "descriptions/values.hpp"
 
-#include "base/value.hpp"
+#include "base/setting.hpp"
 #include "support/catch.hpp"
 #include "support/complaint.hpp"
 

@@ -9,8 +9,8 @@
 #include <deque>
 #include <map>
 
+#include "base/setting.hpp"
 #include "base/text.hpp"
-#include "base/value.hpp"
 #include "cbcanctl/commands.hpp"
 #include "descriptions/device_file.hpp"
 

@@ -12,7 +12,7 @@
 #include <iostream>
 #include <span>
 
-#include "base/value.hpp"
+#include "base/setting.hpp"
 #include "cbcanctl/commands.hpp"
 #include "window/program_start.hpp"
 

@@ -7,8 +7,8 @@
 #include <memory>
 #include <tuple>
 
+#include "base/setting.hpp"
 #include "base/text.hpp"
-#include "base/value.hpp"
 #include "descriptions/device_file.hpp"
 #include "descriptions/lexer.hpp"
 

@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "base/read_file.hpp"
-#include "base/value.hpp"
+#include "base/setting.hpp"
 #include "cbcanctl/commands.hpp"
 #include "cbcanctl/network_text.hpp"
 

@@ -6,8 +6,8 @@
 #include <array>
 #include <iostream>
 
+#include "base/setting.hpp"
 #include "base/text.hpp"
-#include "base/value.hpp"
 #include "cbcanctl/commands.hpp"
 #include "descriptions/failures.hpp"
 
