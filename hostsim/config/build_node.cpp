@@ -8,15 +8,12 @@
 #include <cmath>
 #include <limits>
 #include <set>
-#include <string_view>
-#include <utility>
 
 #include "base/text.hpp"
 #include "cbcan/canopen/dictionary/cob_id.hpp"
 #include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "cbcan/canopen/pdo/mapping.hpp"
-#include "descriptions/dictionary_image.hpp"
 #include "descriptions/failures.hpp"
 #include "descriptions/network_file.hpp"
 #include "descriptions/values.hpp"

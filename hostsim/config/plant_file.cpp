@@ -9,7 +9,6 @@
 #include <optional>
 
 #include "base/address.hpp"
-#include "base/files.hpp"
 #include "base/text.hpp"
 #include "base/toml_table.hpp"
 #include "config/plant_settings.hpp"

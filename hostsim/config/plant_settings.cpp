@@ -6,7 +6,6 @@
 #include "base/address.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
-#include "config/config.hpp"
 
 namespace cbcan::config {
 namespace {

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 
-#include "base/files.hpp"
 #include "base/text.hpp"
 #include "base/toml_table.hpp"
 #include "cbcan/canopen/dictionary/little_endian.hpp"

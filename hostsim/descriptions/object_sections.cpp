@@ -3,11 +3,9 @@
 
 #include <algorithm>
 #include <array>
-#include <optional>
 #include <utility>
 
 #include "base/text.hpp"
-#include "descriptions/lexer.hpp"
 
 namespace cbcan::descriptions {
 

@@ -8,7 +8,6 @@
 #include <bit>
 
 #include "base/setting.hpp"
-#include "base/text.hpp"
 #include "cbcan/canopen/dictionary/little_endian.hpp"
 
 namespace cbcan::descriptions {

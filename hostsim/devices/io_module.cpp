@@ -4,12 +4,10 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <array>
 #include <limits>
 #include <utility>
 
 #include "devices/channels.hpp"
-#include "sim/number.hpp"
 
 namespace cbcan::devices {
 

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "devices/channels.hpp"
-#include "sim/number.hpp"
 
 namespace cbcan::devices {
 

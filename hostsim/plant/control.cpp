@@ -13,7 +13,6 @@
 #include "config/config.hpp"
 #include "devices/devices.hpp"
 #include "journal/event_text.hpp"
-#include "plant/command_words.hpp"
 #include "sim/frame_text.hpp"
 
 namespace cbcan::plant {

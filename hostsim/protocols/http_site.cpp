@@ -2,7 +2,6 @@
 #include "protocols/http_site.hpp"
 
 #include <exception>
-#include <string_view>
 
 #include "base/error.hpp"
 

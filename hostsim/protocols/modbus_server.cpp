@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "protocols/modbus_server.hpp"
 
-#include <array>
-#include <span>
-#include <utility>
-
 namespace cbcan::protocols {
 
 namespace {

@@ -2,7 +2,6 @@
 #include "protocols/stream_session.hpp"
 
 #include <cstdint>
-#include <string>
 #include <utility>
 
 namespace cbcan::protocols {

@@ -8,7 +8,6 @@
 
 #include "base/address.hpp"
 #include "base/text.hpp"
-#include "config/build_node.hpp"
 #include "plant/command_words.hpp"
 #include "protocols/adapter.hpp"
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "sim/node.hpp"
 
-#include <algorithm>
 #include <iterator>
 
 #include "base/text.hpp"

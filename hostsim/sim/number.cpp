@@ -2,7 +2,6 @@
 #include "sim/number.hpp"
 
 #include <algorithm>
-#include <bit>
 
 #include "cbcan/canopen/dictionary/little_endian.hpp"
 

@@ -8,8 +8,6 @@
 #include <cerrno>
 #include <utility>
 
-#include "io/loop/system.hpp"
-
 namespace cbcan::io {
 
 namespace {

@@ -12,8 +12,6 @@
 #include <cerrno>
 #include <string>
 
-#include "io/loop/system.hpp"
-
 namespace cbcan::io {
 
 namespace {
