@@ -7,7 +7,7 @@
 #include <limits>
 #include <utility>
 
-#include "devices/channels.hpp"
+#include "devices/common.hpp"
 
 namespace cbcan::devices {
 

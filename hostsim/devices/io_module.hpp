@@ -20,7 +20,7 @@
 #include <vector>
 
 #include "cbcan/time.hpp"
-#include "devices/incidents.hpp"
+#include "devices/common.hpp"
 #include "sim/behaviour.hpp"
 #include "sim/number.hpp"
 

@@ -13,7 +13,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "devices/incidents.hpp"
+#include "devices/common.hpp"
 #include "sim/behaviour.hpp"
 #include "sim/number.hpp"
 

@@ -41,12 +41,12 @@
 #include <string_view>
 #include <vector>
 
+#include "devices/common.hpp"
 #include "devices/drive/axis.hpp"
 #include "devices/drive/modes.hpp"
 #include "devices/drive/objects.hpp"
 #include "devices/drive/power_stage.hpp"
 #include "devices/drive/touch_probe.hpp"
-#include "devices/incidents.hpp"
 #include "sim/behaviour.hpp"
 
 namespace cbcan::devices {

@@ -1,17 +1,23 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+/// What devices have in common: incidents and channels.
+
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 #include <span>
 #include <string_view>
 #include <vector>
 
 #include "base/text.hpp"
+#include "cbcan/canopen/dictionary/object_dictionary.hpp"
 #include "sim/behaviour.hpp"
 
 namespace cbcan::devices {
+
+// ---- Incidents
 
 /// What can happen to a device.
 struct IncidentKind {
@@ -43,8 +49,8 @@ class DeviceWithIncidents : public sim::Behaviour {
       : node_(node), kinds_(kinds) {}
 
   bool present(std::size_t incident) const { return (present_ >> incident & 1) != 0; }
-  /// Reports incidents that have begun or ended to the node, if their only effect is an error with a code. The
-  /// EMCY is sent again after a reset, which sets told_ to 0.
+  /// Reports incidents that have begun or ended to the node, if their only effect is an error with a code.
+  /// The EMCY is sent again after a reset, which sets told_ to 0.
   void tell_incidents(Time now) {
     std::uint32_t changed = present_ ^ told_;
     told_ = present_;
@@ -64,5 +70,29 @@ class DeviceWithIncidents : public sim::Behaviour {
  private:
   std::span<const IncidentKind> kinds_;
 };
+
+// ---- Channels: one for each sub-index, from 1 on, of an object in the dictionary
+
+/// Makes channels up to the highest sub-index of these objects.
+template <class Channel>
+std::vector<Channel> channels(ObjectDictionary& dictionary, std::initializer_list<std::uint16_t> indices) {
+  unsigned highest = 0;
+  for (const ObjectEntry& entry : dictionary.entries())
+    if (std::ranges::count(indices, entry.index) != 0) highest = std::max<unsigned>(highest, entry.last_sub);
+  std::vector<Channel> all;
+  for (unsigned sub = 1; sub <= highest; ++sub)
+    all.emplace_back(dictionary, static_cast<std::uint8_t>(sub));
+  return all;
+}
+
+constexpr std::uint8_t sub_of(std::size_t position) {
+  return static_cast<std::uint8_t>(position + 1);
+}
+
+/// Null if there is no such channel.
+template <class Channel>
+Channel* find(std::vector<Channel>& all, std::uint8_t sub) {
+  return sub >= 1 && sub <= all.size() && all[sub - 1u].exists() ? &all[sub - 1u] : nullptr;
+}
 
 }  // namespace cbcan::devices
