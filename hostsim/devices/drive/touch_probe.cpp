@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "devices/drive/touch_probe.hpp"
+#include "devices/drive/drive.hpp"
 
 #include <cmath>
 #include <utility>
