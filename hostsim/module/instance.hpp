@@ -25,7 +25,7 @@
 #include "protocols/modbus_server.hpp"
 #include "scenario/outcome.hpp"
 #include "session/session.hpp"
-#include "web/event_json.hpp"
+#include "web/api.hpp"
 
 namespace cbcan::module {
 

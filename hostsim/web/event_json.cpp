@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "web/event_json.hpp"
+#include "web/api.hpp"
 
 #include <algorithm>
 #include <array>

@@ -13,7 +13,6 @@
 #include "journal/event_text.hpp"
 #include "plant/network.hpp"
 #include "web/api.hpp"
-#include "web/event_json.hpp"
 
 namespace cbcan::web {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Events as JSON. The texts are written by hand from RFC 8259 and docs/reference/http.md.
 
-#include "web/event_json.hpp"
+#include "web/api.hpp"
 
 #include "support/catch.hpp"
 
