@@ -19,7 +19,6 @@
 
 #include "base/text.hpp"
 #include "protocols/adapter.hpp"
-#include "protocols/socketcand_text.hpp"
 
 namespace cbcan::protocols {
 

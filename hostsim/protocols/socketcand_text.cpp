@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "protocols/socketcand_text.hpp"
+#include "protocols/adapter.hpp"
 
 #include <fmt/core.h>
 

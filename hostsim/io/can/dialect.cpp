@@ -5,7 +5,7 @@
 
 #include "base/text.hpp"
 #include "boards/common/slcan_port.hpp"
-#include "protocols/socketcand_text.hpp"
+#include "protocols/adapter.hpp"
 
 namespace cbcan::io {
 
