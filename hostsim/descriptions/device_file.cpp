@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "descriptions/device_file.hpp"
+#include "descriptions/network_file.hpp"
 
 #include <fmt/core.h>
 

@@ -18,7 +18,6 @@
 #include "cbcan/canopen/pdo/pdo.hpp"
 #include "cbcan/canopen/sdo/protocol.hpp"
 #include "cbcan/canopen/sync.hpp"
-#include "descriptions/device_file.hpp"
 #include "descriptions/network_file.hpp"
 
 namespace cbcan::descriptions {

@@ -9,7 +9,6 @@
 #include "base/text.hpp"
 #include "base/toml_table.hpp"
 #include "cbcan/canopen/dictionary/little_endian.hpp"
-#include "descriptions/device_file.hpp"
 
 namespace cbcan::descriptions {
 

@@ -20,7 +20,6 @@
 #include "cbcan/canopen/sync.hpp"
 #include "cbcan/canopen/time_stamp.hpp"
 #include "cbcan/regmap.hpp"
-#include "descriptions/device_file.hpp"
 #include "descriptions/network_file.hpp"
 
 namespace cbcan::descriptions {

@@ -6,7 +6,7 @@
 
 #include "config/build_node.hpp"
 #include "config/plant_file.hpp"
-#include "descriptions/device_file.hpp"
+#include "descriptions/network_file.hpp"
 #include "devices/lua/lua_device.hpp"
 #include "fuzz/fuzz.hpp"
 #include "plant/plant.hpp"

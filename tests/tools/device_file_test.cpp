@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Plans from DCF files.
-#include "descriptions/device_file.hpp"
+#include "descriptions/network_file.hpp"
 
 #include "base/text.hpp"
 #include "support/catch.hpp"

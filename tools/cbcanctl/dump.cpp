@@ -12,7 +12,7 @@
 #include "base/setting.hpp"
 #include "base/text.hpp"
 #include "cbcanctl/commands.hpp"
-#include "descriptions/device_file.hpp"
+#include "descriptions/network_file.hpp"
 
 namespace cbcan::ctl {
 

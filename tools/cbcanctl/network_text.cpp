@@ -9,8 +9,8 @@
 
 #include "base/setting.hpp"
 #include "base/text.hpp"
-#include "descriptions/device_file.hpp"
 #include "descriptions/lexer.hpp"
+#include "descriptions/network_file.hpp"
 
 namespace cbcan::tools {
 
