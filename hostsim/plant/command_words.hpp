@@ -8,6 +8,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <optional>
 #include <span>
 #include <stdexcept>
@@ -20,6 +21,7 @@
 #include "base/text.hpp"
 #include "cbcan/time.hpp"
 #include "sim/behaviour.hpp"
+#include "sim/frame_text.hpp"
 #include "sim/world.hpp"
 
 namespace cbcan::plant {
@@ -191,5 +193,41 @@ std::vector<ShownPoint> points_of(View& view, std::string_view node);
 /// The object of the point with this name, in which "-" stands for blanks: "0x2000:0" for "level". Another
 /// word is returned as it is. Throws Refused for a name that the node's device does not have.
 std::string object_of(sim::Node& node, std::string_view word);
+
+/// A frame on a bus, as reports show it: "0.000000 2/5C2#4300100091010F00".
+inline std::string frame_line(std::size_t network, const Frame& frame, Time at) {
+  return fmt::format("{} {}{}", base::seconds_text(at), prefix_of(network), sim::frame_text(frame));
+}
+
+/// The last frames on the buses, `most` of them.
+class LastFrames final : private Listener {
+ public:
+  explicit LastFrames(View& view, std::size_t most = 12) : Listener(view), most_(most) {}
+
+  /// For a report: a line for each, after `indent`.
+  std::string lines(std::string_view indent) const {
+    std::string text;
+    for (const auto& [network, frame, at] : frames_)
+      text += fmt::format("{}{}\n", indent, frame_line(network, frame, at));
+    return text;
+  }
+
+  struct Seen {
+    std::size_t network;
+    Frame frame;
+    Time at;
+  };
+  /// All since the last call.
+  std::deque<Seen> take() { return std::exchange(frames_, {}); }
+
+ private:
+  void on_frame(std::size_t network, const Frame& frame, Time now) override {
+    frames_.push_back({network, frame, now});
+    if (frames_.size() > most_) frames_.pop_front();
+  }
+
+  std::size_t most_;
+  std::deque<Seen> frames_;
+};
 
 }  // namespace cbcan::plant

@@ -7,7 +7,7 @@
 #include "base/text.hpp"
 #include "cbcan/sim.hpp"
 #include "config/plant_file.hpp"
-#include "plant/last_frames.hpp"
+#include "plant/command_words.hpp"
 #include "plant/plant.hpp"
 #include "sim/frame_text.hpp"
 

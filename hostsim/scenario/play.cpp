@@ -7,8 +7,8 @@
 
 #include "base/text.hpp"
 #include "cbcan/regmap.hpp"
+#include "plant/command_words.hpp"
 #include "plant/control.hpp"
-#include "plant/last_frames.hpp"
 #include "scenario/scenario.hpp"
 
 namespace cbcan::scenario {

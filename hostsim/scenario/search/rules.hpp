@@ -19,8 +19,8 @@
 
 #include "cbcan/canopen/sdo/protocol.hpp"
 #include "cbcan/time.hpp"
+#include "plant/command_words.hpp"
 #include "plant/control.hpp"
-#include "plant/last_frames.hpp"
 #include "scenario/search/search_settings.hpp"
 #include "scenario/search/trial.hpp"
 
