@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "journal/advice.hpp"
+#include "journal/watch.hpp"
 
 #include <fmt/core.h>
 

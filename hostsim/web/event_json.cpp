@@ -7,7 +7,6 @@
 
 #include "base/text.hpp"
 #include "descriptions/failures.hpp"
-#include "journal/advice.hpp"
 #include "journal/watch.hpp"
 #include "plant/command_words.hpp"
 
