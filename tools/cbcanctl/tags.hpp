@@ -70,13 +70,4 @@ struct Server {
 std::string text_of(Form form, const std::vector<Tag>& tags, std::optional<unsigned> at,
                     const Server& server);
 
-/// Words of the program for Control Expert, and where they begin, in words after the inputs.
-inline constexpr std::size_t kProgramWords = 300;
-inline constexpr std::array<std::string_view, 6> kProgramVariables{
-    "cbcan_active", "cbcan_report", "cbcan_timeout", "cbcan_length", "cbcan_step", "cbcan_failures"};
-
-/// The program of text_of(), which exchanges the registers, one request after the other. `at`: where the
-/// inputs are, or the number of the data block.
-std::string program_of(Form form, const std::vector<Exchange>& exchanges, unsigned at, const Server& server);
-
 }  // namespace cbcan::tools
