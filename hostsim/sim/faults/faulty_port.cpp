@@ -98,7 +98,66 @@ bool is_boot_up(const Frame& frame) {
   return (frame.data[0] & nmt::kStateMask) == 0;
 }
 
+/// Whether this fault selects transfers of this object.
+bool is_about(const Fault& fault, std::uint16_t index, std::uint8_t sub) {
+  return (fault.index == Fault::kUnset || fault.index == index) &&
+         (fault.sub == Fault::kUnset || fault.sub == sub);
+}
+
+/// Whether it selects this response: object and step match, and the response has the field that the fault
+/// changes.
+bool is_about(const Fault& fault, const SdoResponse& response, const Frame& frame) {
+  if (!is_about(fault, sdo::index_of(response.mux), sdo::sub_of(response.mux))) return false;
+  if (fault.step != SdoStep::kAny && fault.step != response.step) return false;
+  return can_change(fault.kind, response.step, frame);
+}
+
+/// The response of another device with the same node ID to the same request: the same with its data inverted.
+Frame response_of_duplicate(const SdoResponse& response, const Frame& frame) {
+  std::size_t first = 8;
+  std::size_t count = 0;
+  const std::uint8_t command = frame.data[0];
+  if (response.step == SdoStep::kBlockSegment) {
+    first = 1;
+    count = sdo::kSegmentBytes;
+  } else if (response.step == SdoStep::kSegment && sdo::is(command, sdo::Response::kUploadSegment)) {
+    first = 1;
+    count = sdo::segment_size(command);
+  } else if (sdo::is(command, sdo::Response::kInitiateUpload) && (command & sdo::kExpedited) != 0) {
+    first = 4;
+    count = sdo::expedited_size(command);
+  }
+  Frame other = frame;
+  for (std::size_t i = first; i < first + count; ++i)
+    other.data[i] = static_cast<std::uint8_t>(~other.data[i]);
+  return other;
+}
+
 }  // namespace
+
+Frame changed(const Fault& fault, const SdoResponse& response, const Frame& frame) {
+  Frame other = frame;
+  switch (fault.kind) {
+    case FaultKind::kResponseOtherToggle: other.data[0] ^= sdo::kToggle; break;
+    case FaultKind::kResponseOtherSpecifier:
+      other.data[0] =
+          static_cast<std::uint8_t>((other.data[0] & ~kSpecifierMask) | fault.specifier << kSpecifierShift);
+      break;
+    case FaultKind::kResponseOtherIndex: change_index(fault, other); break;
+    case FaultKind::kResponseOtherSize: change_size(fault, response.step, other); break;
+    case FaultKind::kResponseOtherCrc:
+      for (std::uint8_t* byte : {&other.data[1], &other.data[2]})
+        *byte = static_cast<std::uint8_t>(~*byte);
+      break;
+    case FaultKind::kResponseOtherSequence: change_sequence(response.step, other); break;
+    case FaultKind::kAbort:
+      other = sdo::make_abort(frame.id, response.mux, static_cast<AbortCode>(fault.code));
+      break;
+    case FaultKind::kShortFrame: other.length = std::min(other.length, fault.length); break;
+    default: break;
+  }
+  return other;
+}
 
 void SdoWatch::on_request(const Frame& frame) {
   if (frame.length != 8 || frame.flags != 0) return;
@@ -164,61 +223,6 @@ SdoStep SdoWatch::block_download_response(const Frame& frame) {
       return SdoStep::kBlockAcknowledge;
     default: return SdoStep::kBlockEnd;
   }
-}
-
-bool is_about(const Fault& fault, std::uint16_t index, std::uint8_t sub) {
-  return (fault.index == Fault::kUnset || fault.index == index) &&
-         (fault.sub == Fault::kUnset || fault.sub == sub);
-}
-
-bool is_about(const Fault& fault, const SdoResponse& response, const Frame& frame) {
-  if (!is_about(fault, sdo::index_of(response.mux), sdo::sub_of(response.mux))) return false;
-  if (fault.step != SdoStep::kAny && fault.step != response.step) return false;
-  return can_change(fault.kind, response.step, frame);
-}
-
-Frame changed(const Fault& fault, const SdoResponse& response, const Frame& frame) {
-  Frame other = frame;
-  switch (fault.kind) {
-    case FaultKind::kResponseOtherToggle: other.data[0] ^= sdo::kToggle; break;
-    case FaultKind::kResponseOtherSpecifier:
-      other.data[0] =
-          static_cast<std::uint8_t>((other.data[0] & ~kSpecifierMask) | fault.specifier << kSpecifierShift);
-      break;
-    case FaultKind::kResponseOtherIndex: change_index(fault, other); break;
-    case FaultKind::kResponseOtherSize: change_size(fault, response.step, other); break;
-    case FaultKind::kResponseOtherCrc:
-      for (std::uint8_t* byte : {&other.data[1], &other.data[2]})
-        *byte = static_cast<std::uint8_t>(~*byte);
-      break;
-    case FaultKind::kResponseOtherSequence: change_sequence(response.step, other); break;
-    case FaultKind::kAbort:
-      other = sdo::make_abort(frame.id, response.mux, static_cast<AbortCode>(fault.code));
-      break;
-    case FaultKind::kShortFrame: other.length = std::min(other.length, fault.length); break;
-    default: break;
-  }
-  return other;
-}
-
-Frame response_of_duplicate(const SdoResponse& response, const Frame& frame) {
-  std::size_t first = 8;
-  std::size_t count = 0;
-  const std::uint8_t command = frame.data[0];
-  if (response.step == SdoStep::kBlockSegment) {
-    first = 1;
-    count = sdo::kSegmentBytes;
-  } else if (response.step == SdoStep::kSegment && sdo::is(command, sdo::Response::kUploadSegment)) {
-    first = 1;
-    count = sdo::segment_size(command);
-  } else if (sdo::is(command, sdo::Response::kInitiateUpload) && (command & sdo::kExpedited) != 0) {
-    first = 4;
-    count = sdo::expedited_size(command);
-  }
-  Frame other = frame;
-  for (std::size_t i = first; i < first + count; ++i)
-    other.data[i] = static_cast<std::uint8_t>(~other.data[i]);
-  return other;
 }
 
 FaultyPort::FaultyPort(Port& out, std::uint8_t node_id, std::uint64_t seed, FaultListener* listener,
