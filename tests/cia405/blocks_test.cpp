@@ -4,8 +4,6 @@
 #include "cia405/plant.hpp"
 #include "support/catch.hpp"
 
-#include <memory>
-
 namespace cbcan::cia405::test {
 
 namespace {

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "plant_support.hpp"
 
-#include <optional>
-#include <utility>
-
 #include "support/catch.hpp"
 
 namespace cbcan::config::test {

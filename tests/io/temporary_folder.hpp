@@ -4,9 +4,6 @@
 #include <stdlib.h>
 
 #include <filesystem>
-#include <fstream>
-#include <sstream>
-#include <string>
 
 #include "support/catch.hpp"
 

@@ -4,8 +4,6 @@
 
 #include "cbcan/modbus/bits.hpp"
 
-#include <vector>
-
 #include "modbus/line.hpp"
 #include "support/catch.hpp"
 

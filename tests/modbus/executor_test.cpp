@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "cbcan/modbus/executor.hpp"
 
-#include <string>
-#include <utility>
-#include <vector>
-
 #include "cbcan/modbus/identification.hpp"
 #include "io/bytes.hpp"
 #include "support/catch.hpp"

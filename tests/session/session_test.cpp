@@ -2,8 +2,6 @@
 #include "session/session.hpp"
 
 #include <cstring>
-#include <memory>
-#include <string>
 
 #include "config/command_line.hpp"
 #include "config/plant_file.hpp"

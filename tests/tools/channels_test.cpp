@@ -4,12 +4,6 @@
 
 #include <cbcan/sim.hpp>
 
-#include <deque>
-#include <fstream>
-#include <iterator>
-#include <stdexcept>
-#include <utility>
-
 #include "support/catch.hpp"
 
 using namespace cbcan::tools;

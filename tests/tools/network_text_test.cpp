@@ -2,8 +2,6 @@
 // Network files for the nodes of a scan.
 #include "cbcanctl/network_text.hpp"
 
-#include <map>
-
 #include "base/error.hpp"
 #include "support/catch.hpp"
 

@@ -3,8 +3,6 @@
 
 /// Two sectors of flash in memory; the power can be cut at any write or erasure.
 
-#include <vector>
-
 #include "boards/common/hardware.hpp"
 #include "support/catch.hpp"
 
