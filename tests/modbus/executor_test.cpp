@@ -8,8 +8,7 @@
 namespace cbcan::modbus {
 namespace {
 
-using io::test::Bytes;
-using io::test::hex;
+using namespace io::test;
 
 Bytes executed(const Bytes& pdu, std::span<std::uint16_t> registers, const MoreFunctions* more = nullptr) {
   const RegisterRange range{0, registers};

@@ -6,8 +6,7 @@
 namespace cbcan {
 namespace {
 
-using test::Bytes;
-using test::hex;
+using namespace test;
 
 /// R10..R12; R13 and R14, read-only; a gap; R16..R17. Memory and map have them in other orders.
 struct Memory {

@@ -9,8 +9,7 @@
 namespace cbcan {
 namespace {
 
-using test::Bytes;
-using test::hex;
+using namespace test;
 
 constexpr std::size_t kShortest = 4, kLongest = 256;  // Serial Line V1.02, 2.5.1
 

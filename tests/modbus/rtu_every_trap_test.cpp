@@ -11,11 +11,7 @@
 namespace cbcan {
 namespace {
 
-using test::Bytes;
-using test::hex;
-using test::late_port;
-using test::Line;
-using test::with_crc;
+using namespace test;
 
 constexpr std::size_t kData = 24;                        // counted bytes of a frame
 constexpr std::size_t kTrap = 2 + 8;                     // a CRC and a request

@@ -7,9 +7,7 @@
 namespace cbcan {
 namespace {
 
-using test::Bytes;
-using test::hex;
-using test::Line;
+using namespace test;
 
 RtuServer::Settings station(std::uint8_t address) {
   RtuServer::Settings settings;

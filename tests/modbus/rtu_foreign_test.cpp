@@ -7,12 +7,7 @@
 namespace cbcan {
 namespace {
 
-using test::Bytes;
-using test::hex;
-using test::kRead;
-using test::kValue;
-using test::late_port;
-using test::Line;
+using namespace test;
 
 /// Writes 0BADh to R0 of station 1.
 const char* const kHarmToR0 = "01 06 00 00 0B AD 4F 47";

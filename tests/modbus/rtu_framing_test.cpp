@@ -6,11 +6,7 @@
 namespace cbcan {
 namespace {
 
-using test::Bytes;
-using test::hex;
-using test::kRead;
-using test::kValue;
-using test::Line;
+using namespace test;
 
 /// A line whose R0 is 1234h, so that kRead is answered by kValue.
 struct ReadyLine : Line {

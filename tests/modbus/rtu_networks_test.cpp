@@ -7,9 +7,7 @@
 namespace cbcan {
 namespace {
 
-using test::Bytes;
-using test::hex;
-using test::TwoNetworks;
+using namespace test;
 
 TEST_CASE("RTU: each network is a station with registers of its own") {
   TwoNetworks line;

@@ -7,8 +7,7 @@
 namespace cbcan {
 namespace {
 
-using test::Bytes;
-using test::hex;
+using namespace test;
 
 /// The register file; R3700 is watched.
 using TrappedRegisters = contract::WatchedRegisters<regmap::kRegisterFileWords, regmap::kExecuteFlag>;

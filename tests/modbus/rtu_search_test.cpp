@@ -8,13 +8,7 @@
 namespace cbcan {
 namespace {
 
-using test::Bytes;
-using test::hex;
-using test::kRead;
-using test::kValue;
-using test::late_port;
-using test::Line;
-using test::with_crc;
+using namespace test;
 
 constexpr std::uint32_t kPauseUs = 15'000;  ///< less than the gap: the master waits that long for a response
 

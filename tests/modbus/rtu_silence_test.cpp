@@ -7,11 +7,7 @@
 namespace cbcan {
 namespace {
 
-using test::Bytes;
-using test::hex;
-using test::kRead;
-using test::late_port;
-using test::Line;
+using namespace test;
 
 const Bytes kWrite = hex("01 06 00 00 00 07 C8 08");
 const Bytes kSeven = hex("01 03 02 00 07 F9 86");
