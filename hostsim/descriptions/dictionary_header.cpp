@@ -174,20 +174,6 @@ FirmwareDictionary laid_out(Rows rows, const DictionaryImage& image) {
   return made;
 }
 
-}  // namespace
-
-FirmwareDictionary firmware_dictionary(DictionaryImage image) {
-  image = prepared(std::move(image));
-  mark_mapped(image.entries, ObjectDictionary(image.entries, image.values, nullptr));
-  mark_asked(image);
-  FirmwareDictionary made = laid_out(fold(image), image);
-  made.limits = image.limits;
-  made.memory = memory_of(made.entries);
-  return made;
-}
-
-namespace {
-
 // ---- What the stack does not have
 
 /// Refuses a file, with the line of the object. `device`: read for node ID 0.
@@ -422,6 +408,16 @@ std::string sizes_of(const FirmwareDictionary& made) {
 }
 
 }  // namespace
+
+FirmwareDictionary firmware_dictionary(DictionaryImage image) {
+  image = prepared(std::move(image));
+  mark_mapped(image.entries, ObjectDictionary(image.entries, image.values, nullptr));
+  mark_asked(image);
+  FirmwareDictionary made = laid_out(fold(image), image);
+  made.limits = image.limits;
+  made.memory = memory_of(made.entries);
+  return made;
+}
 
 std::string dictionary_header(std::string_view text, const std::string& name, const std::string& space,
                               std::vector<std::string>& remarks) {

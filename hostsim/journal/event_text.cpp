@@ -152,6 +152,35 @@ void append_terminals(Buffer& to, const Event& event) {
              (value >> bit & 1) != 0 ? " on" : " off");
 }
 
+/// What is before the frame, or else the words.
+void append_subject(Buffer& to, const Event& event) {
+  constexpr Kinds kNumbered =
+      kinds_of({Kind::kModbus, Kind::kBegun, Kind::kEnded, Kind::kFrame, Kind::kFault, Kind::kAdvice});
+  if (event.transaction != 0 && (kinds_of({event.kind}) & kNumbered) != 0)
+    append(to, '#', event.transaction, ' ');
+  switch (event.kind) {
+    case Kind::kModbus: return append(to, "Modbus unit ", event.node, ": ");
+    case Kind::kState:
+    case Kind::kTerminals: return append(to, "node ", event.node, ' ');
+    case Kind::kBoot: return event.node == 0 ? append(to, "module: ") : append(to, "node ", event.node, ": ");
+    case Kind::kCommand: return append(to, "command ");
+    case Kind::kAdvice: return append(to, "advice: ");
+    case Kind::kClient: return append(to, "Modbus client ", event.code, ' ');
+    default: return;
+  }
+}
+
+void append_words(Buffer& to, const Event& event, const Journal& journal, const FindName& find) {
+  switch (event.kind) {
+    case Kind::kModbus: return append_modbus(to, event, journal);
+    case Kind::kFrame: return append_frame(to, event.frame, event.network, find);
+    case Kind::kEmergency: return append_emergency(to, event.frame);
+    case Kind::kState: return append(to, state_text(event.state));
+    case Kind::kTerminals: return append_terminals(to, event);
+    default: return append(to, journal.text(event));
+  }
+}
+
 }  // namespace
 
 std::string_view nmt_text(std::uint32_t specifier) {
@@ -244,39 +273,6 @@ void append_result(Buffer& to, const Event& ended) {
   if (!meaning.empty()) return append(to, meaning);
   append(to, ended.result, " in place of a result");
 }
-
-namespace {
-
-/// What is before the frame, or else the words.
-void append_subject(Buffer& to, const Event& event) {
-  constexpr Kinds kNumbered =
-      kinds_of({Kind::kModbus, Kind::kBegun, Kind::kEnded, Kind::kFrame, Kind::kFault, Kind::kAdvice});
-  if (event.transaction != 0 && (kinds_of({event.kind}) & kNumbered) != 0)
-    append(to, '#', event.transaction, ' ');
-  switch (event.kind) {
-    case Kind::kModbus: return append(to, "Modbus unit ", event.node, ": ");
-    case Kind::kState:
-    case Kind::kTerminals: return append(to, "node ", event.node, ' ');
-    case Kind::kBoot: return event.node == 0 ? append(to, "module: ") : append(to, "node ", event.node, ": ");
-    case Kind::kCommand: return append(to, "command ");
-    case Kind::kAdvice: return append(to, "advice: ");
-    case Kind::kClient: return append(to, "Modbus client ", event.code, ' ');
-    default: return;
-  }
-}
-
-void append_words(Buffer& to, const Event& event, const Journal& journal, const FindName& find) {
-  switch (event.kind) {
-    case Kind::kModbus: return append_modbus(to, event, journal);
-    case Kind::kFrame: return append_frame(to, event.frame, event.network, find);
-    case Kind::kEmergency: return append_emergency(to, event.frame);
-    case Kind::kState: return append(to, state_text(event.state));
-    case Kind::kTerminals: return append_terminals(to, event);
-    default: return append(to, journal.text(event));
-  }
-}
-
-}  // namespace
 
 Line append_text(Buffer& to, const Event& event, const Journal& journal, const FindName& find) {
   const descriptions::Object* const name = is_transaction(event) ? name_of(event, find) : nullptr;

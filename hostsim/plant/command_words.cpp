@@ -26,6 +26,20 @@ std::string object_text(const sim::Point& point) {
   return fmt::format("0x{:04X}:{}", point.index, point.sub);
 }
 
+ObjectEntry entry_of(const sim::Node& of, std::string_view node, const Address& address) {
+  ObjectEntry entry{};
+  const ObjectDictionary& dictionary = of.device().dictionary();
+  if (dictionary.find(address.index, address.sub, entry) != AbortCode::kNone)
+    refuse("{}: node {} has no such object{}", config::object_name(address.index, address.sub), node,
+           config::meant_index(address.index, address.sub, dictionary));
+  return entry;
+}
+
+double number_at(sim::Node& of, std::string_view node, std::string_view word, const sim::Terminal& terminal) {
+  if (const auto number = of.number(terminal)) return *number;
+  refuse("{}: node {} has no such terminal", word, node);
+}
+
 }  // namespace
 
 std::optional<double> number_in(const base::Value& value) {
@@ -107,24 +121,6 @@ std::optional<sim::Terminal> terminal_of(std::string_view word) {
       !word.empty() && word[0] >= '0' && word[0] <= '9' && word.find('.') == std::string_view::npos;
   return is_object ? std::nullopt : config::parse_terminal(word);
 }
-
-namespace {
-
-ObjectEntry entry_of(const sim::Node& of, std::string_view node, const Address& address) {
-  ObjectEntry entry{};
-  const ObjectDictionary& dictionary = of.device().dictionary();
-  if (dictionary.find(address.index, address.sub, entry) != AbortCode::kNone)
-    refuse("{}: node {} has no such object{}", config::object_name(address.index, address.sub), node,
-           config::meant_index(address.index, address.sub, dictionary));
-  return entry;
-}
-
-double number_at(sim::Node& of, std::string_view node, std::string_view word, const sim::Terminal& terminal) {
-  if (const auto number = of.number(terminal)) return *number;
-  refuse("{}: node {} has no such terminal", word, node);
-}
-
-}  // namespace
 
 DataType check_value(View& view, std::string_view node, std::string_view word) {
   sim::Node& of = node_of(view, node);

@@ -33,6 +33,26 @@ std::string way_in(const Service& service) {
                      address.is_pty ? address.path : "socket://" + service.place);
 }
 
+/// The name of an object in the EDS file of the node that has the node ID now; `control` outlives it.
+journal::FindName names_of(plant::Control& control) {
+  return [&control](std::uint8_t network, std::uint8_t id, std::uint16_t index,
+                    std::uint8_t sub) -> const descriptions::Object* {
+    const sim::Node* const node = control.network(network).world().node(id);
+    return node == nullptr ? nullptr : node->description().find(index, sub);
+  };
+}
+
+web::Json wires_of(const config::Config& config) {
+  const auto end = [&config](const config::WireEnd& at) {
+    return web::Json{
+        {"network", at.network}, {"place", *config::place_of(config, at) + 1}, {"text", at.text}};
+  };
+  web::Json list = web::Json::array();
+  for (const config::WireConfig& wire : config.wires)
+    list.push_back({{"from", end(wire.from)}, {"to", end(wire.to)}});
+  return list;
+}
+
 }  // namespace
 
 std::string key_of(const Service& service) {
@@ -129,30 +149,6 @@ using base::append;
 using journal::Event;
 using journal::Kind;
 using journal::kinds_of;
-
-namespace {
-
-/// The name of an object in the EDS file of the node that has the node ID now; `control` outlives it.
-journal::FindName names_of(plant::Control& control) {
-  return [&control](std::uint8_t network, std::uint8_t id, std::uint16_t index,
-                    std::uint8_t sub) -> const descriptions::Object* {
-    const sim::Node* const node = control.network(network).world().node(id);
-    return node == nullptr ? nullptr : node->description().find(index, sub);
-  };
-}
-
-web::Json wires_of(const config::Config& config) {
-  const auto end = [&config](const config::WireEnd& at) {
-    return web::Json{
-        {"network", at.network}, {"place", *config::place_of(config, at) + 1}, {"text", at.text}};
-  };
-  web::Json list = web::Json::array();
-  for (const config::WireConfig& wire : config.wires)
-    list.push_back({{"from", end(wire.from)}, {"to", end(wire.to)}});
-  return list;
-}
-
-}  // namespace
 
 Session::Session(const config::Config& config, config::PlantBuild build, std::string plant_file, Host& host)
     : host_(host),

@@ -25,20 +25,6 @@ std::string way_out(int error) {
   return reason(error);
 }
 
-}  // namespace
-
-Descriptor open_serial(std::string_view service, const window::Line& line) {
-  const std::string where = fmt::format("{} {}: ", service, line.device);
-  const int opened = window::open_line(line);
-  if (opened >= 0) return Descriptor(opened);
-  if (opened == -EINVAL)
-    throw UsageError(
-        fmt::format("{}{} baud: must be {}", where, line.baud, fmt::join(window::kBaudRates, ", ")));
-  throw EnvironmentError(where + way_out(-opened));
-}
-
-namespace {
-
 constexpr std::string_view kTerminals = "/dev/pts/";
 
 /// The path of the other side; empty on failure.
@@ -62,6 +48,16 @@ bool is_abandoned(const std::string& path, const std::string& own) {
 }
 
 }  // namespace
+
+Descriptor open_serial(std::string_view service, const window::Line& line) {
+  const std::string where = fmt::format("{} {}: ", service, line.device);
+  const int opened = window::open_line(line);
+  if (opened >= 0) return Descriptor(opened);
+  if (opened == -EINVAL)
+    throw UsageError(
+        fmt::format("{}{} baud: must be {}", where, line.baud, fmt::join(window::kBaudRates, ", ")));
+  throw EnvironmentError(where + way_out(-opened));
+}
 
 PseudoTerminal::PseudoTerminal(std::string_view service, const StreamAddress& address)
     : port(posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC)) {

@@ -165,38 +165,6 @@ bool spent(const SetFault& set) {
   return set.fault.count != 0 && set.fired == set.fault.count;
 }
 
-}  // namespace
-
-std::span<const FaultRow> fault_rows() {
-  return kKinds;
-}
-
-const FaultRow& row_of(FaultKind kind) {
-  return kKinds[static_cast<std::size_t>(kind)];
-}
-
-std::vector<const base::Setting<Fault>*> keys_of(const FaultRow& row) {
-  std::vector<const base::Setting<Fault>*> keys;
-  for (const auto& own : row.own)
-    keys.push_back(&own);
-  for (const SharedKey& key : kShared)
-    if ((row.shared & key.group) != 0) keys.push_back(&key.setting);
-  return keys;
-}
-
-bool allowed(FaultPlace of_kind, FaultPlace here) {
-  return of_kind == here || (of_kind == kNodeOrBus && here != kPlc);
-}
-
-std::string_view name_of(FaultPlace place) {
-  constexpr std::array<std::string_view, 4> kNames{"a node", "the bus", "the PLC", "a node or the bus"};
-  return kNames[static_cast<std::size_t>(place)];
-}
-
-// ---- Text
-
-namespace {
-
 /// Null also where kind_of() has found none.
 const base::Setting<Fault>* find(FaultKind kind, std::string_view key) {
   if (static_cast<std::size_t>(kind) == kFaultKinds) return nullptr;
@@ -245,7 +213,49 @@ std::string store_all(Fault& fault, std::span<const FaultKey> keys) {
   return {};
 }
 
+std::string written(const Fault& fault, bool with_own) {
+  const FaultRow& row = row_of(fault.kind);
+  std::string text(row.name);
+  const auto keys = keys_of(row);
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    const auto* const setting = keys[i];
+    const base::Value value = setting->load(*setting, fault);
+    const bool is_own = i < row.own.size() && setting->absent.empty();
+    if ((is_own && with_own) || value != setting->load(*setting, row.standard))
+      text += fmt::format(" {}={}", setting->key, base::written(*setting, value));
+  }
+  return text;
+}
+
 }  // namespace
+
+std::span<const FaultRow> fault_rows() {
+  return kKinds;
+}
+
+const FaultRow& row_of(FaultKind kind) {
+  return kKinds[static_cast<std::size_t>(kind)];
+}
+
+std::vector<const base::Setting<Fault>*> keys_of(const FaultRow& row) {
+  std::vector<const base::Setting<Fault>*> keys;
+  for (const auto& own : row.own)
+    keys.push_back(&own);
+  for (const SharedKey& key : kShared)
+    if ((row.shared & key.group) != 0) keys.push_back(&key.setting);
+  return keys;
+}
+
+bool allowed(FaultPlace of_kind, FaultPlace here) {
+  return of_kind == here || (of_kind == kNodeOrBus && here != kPlc);
+}
+
+std::string_view name_of(FaultPlace place) {
+  constexpr std::array<std::string_view, 4> kNames{"a node", "the bus", "the PLC", "a node or the bus"};
+  return kNames[static_cast<std::size_t>(place)];
+}
+
+// ---- Text
 
 FaultOrProblem make_fault(std::string_view name, std::span<const FaultKey> keys, FaultPlace here) {
   const FaultKind kind = kind_of(name);
@@ -273,24 +283,6 @@ FaultOrProblem parse_fault(std::string_view text, FaultPlace here) {
   }
   return make_fault(words[0], keys, here);
 }
-
-namespace {
-
-std::string written(const Fault& fault, bool with_own) {
-  const FaultRow& row = row_of(fault.kind);
-  std::string text(row.name);
-  const auto keys = keys_of(row);
-  for (std::size_t i = 0; i < keys.size(); ++i) {
-    const auto* const setting = keys[i];
-    const base::Value value = setting->load(*setting, fault);
-    const bool is_own = i < row.own.size() && setting->absent.empty();
-    if ((is_own && with_own) || value != setting->load(*setting, row.standard))
-      text += fmt::format(" {}={}", setting->key, base::written(*setting, value));
-  }
-  return text;
-}
-
-}  // namespace
 
 std::string text_of(const Fault& fault) {
   return written(fault, true);
