@@ -14,7 +14,7 @@
 
 #include "cbcan/regmap.hpp"
 #include "cbcan/window.hpp"
-#include "protocols/modbus_unit.hpp"
+#include "protocols/modbus_server.hpp"
 
 namespace cbcan::io {
 
