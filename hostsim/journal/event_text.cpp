@@ -113,27 +113,13 @@ void append_nmt_request(Buffer& to, std::uint64_t code, std::uint8_t sub) {
   append(to, "NMT ", name, ": node ", sub);
 }
 
-void append_modbus(Buffer& to, const Event& request, const Journal& journal) {
+void append_exchange(Buffer& to, const Event& request, const Journal& journal) {
   const Bytes all = journal.bytes(request);
   if (all.empty()) return append(to, "no longer kept");
-  const Bytes pdu = all.first(request.index);
-  const unsigned function = pdu[0];
-  append(to, "FC", function);
-  if (request.state != 0) return append(to, " exception ", Hex{request.state, 2}, 'h');
-  const bool one = function == 6 || function == 22;
-  const bool reads = function == 3 || function == 4 || function == 23;
-  if (!one && !reads && function != 16) return;
-  const std::uint32_t first = word_at(pdu, 1);
-  const std::uint32_t count = one ? 1 : word_at(pdu, 3);
-  append(to, " R", first);
-  if (count > 1) append(to, "..R", first + count - 1);
-  const Bytes words = reads ? all.subspan(std::min<std::size_t>(request.index + 2, all.size()))
-                      : one ? pdu.subspan(3)
-                            : pdu.subspan(std::min<std::size_t>(6, pdu.size()));
-  constexpr std::size_t kMostShown = 16;
-  for (std::size_t at = 0; at + 1 < std::min(words.size(), kMostShown); at += 2)
-    append(to, at != 0 ? " "sv : reads ? ": "sv : " = "sv, word_at(words, at));
-  if (words.size() > kMostShown) append(to, " ...");
+  if (request.state != 0)
+    return append(to, "FC", unsigned{all[0]}, " exception ", Hex{request.state, 2}, 'h');
+  const std::size_t size = request.index;
+  append_modbus(to, all.first(size), all.subspan(size));
 }
 
 /// Uses the names of docs/reference/commands.md: "output:3 on, output:4 off", "analogue-output:1 = -5".
@@ -172,7 +158,7 @@ void append_subject(Buffer& to, const Event& event) {
 
 void append_words(Buffer& to, const Event& event, const Journal& journal, const FindName& find) {
   switch (event.kind) {
-    case Kind::kModbus: return append_modbus(to, event, journal);
+    case Kind::kModbus: return append_exchange(to, event, journal);
     case Kind::kFrame: return append_frame(to, event.frame, event.network, find);
     case Kind::kEmergency: return append_emergency(to, event.frame);
     case Kind::kState: return append(to, state_text(event.state));
@@ -182,6 +168,25 @@ void append_words(Buffer& to, const Event& event, const Journal& journal, const 
 }
 
 }  // namespace
+
+void append_modbus(Buffer& to, std::span<const std::uint8_t> pdu, std::span<const std::uint8_t> response) {
+  const unsigned function = pdu[0];
+  append(to, "FC", function);
+  const bool one = function == 6 || function == 22;
+  const bool reads = function == 3 || function == 4 || function == 23;
+  if (!one && !reads && function != 16) return;
+  const std::uint32_t first = word_at(pdu, 1);
+  const std::uint32_t count = one ? 1 : word_at(pdu, 3);
+  append(to, " R", first);
+  if (count > 1) append(to, "..R", first + count - 1);
+  const Bytes words = reads ? response.subspan(std::min<std::size_t>(2, response.size()))
+                      : one ? pdu.subspan(3)
+                            : pdu.subspan(std::min<std::size_t>(6, pdu.size()));
+  constexpr std::size_t kMostShown = 16;
+  for (std::size_t at = 0; at + 1 < std::min(words.size(), kMostShown); at += 2)
+    append(to, at != 0 ? " "sv : reads ? ": "sv : " = "sv, word_at(words, at));
+  if (words.size() > kMostShown) append(to, " ...");
+}
 
 std::string_view nmt_text(std::uint32_t specifier) {
   for (const regmap::NmtRow& row : regmap::kNmtCommands)

@@ -57,6 +57,9 @@ std::string_view append_request(Buffer& to, const Event& transaction, const Jour
 /// Appends the result of a kEnded event: "done", "cancelled" or what went wrong.
 void append_result(Buffer& to, const Event& ended);
 
+/// Appends a valid Modbus request, "FC16 R3700..R3701 = 51726 5055", and what it read: "FC3 R3700: 0".
+void append_modbus(Buffer& to, std::span<const std::uint8_t> pdu, std::span<const std::uint8_t> response);
+
 /// Parts of an event's line, valid until its buffer is changed; empty = it has none.
 struct Line {
   std::string_view whole;

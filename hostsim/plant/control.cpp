@@ -229,6 +229,21 @@ class Execution {
     return {"ok\n"};
   }
 
+  /// All clients of commands are one client.
+  Reply request() {
+    constexpr std::uint32_t kClient = 0xFFFFFFFF;
+    const auto [network, text] = place(words_[1]);
+    const auto pdu = base::parse_hex(text);
+    if (!pdu || pdu->empty() || pdu->size() > modbus::kMaxPdu)
+      refuse("\"{}\": write a PDU in hexadecimal: 030E740001 reads R3700", text);
+    if (control_.network(network).registers().empty()) control_.read(network, 0, 1);  // says so
+    std::array<std::uint8_t, modbus::kMaxPdu> room;
+    const modbus::Pdu response = control_.network(network).handle(
+        {.client = kClient, .unit = static_cast<std::uint8_t>(network), .pdu = *pdu}, room);
+    if (response.empty()) refuse("no response: a fault would close the connection of this request");
+    return {fmt::format("ok {}\n", base::hex(response, ""))};
+  }
+
   // ---- Other nodes on the bus
 
   Reply put_on_bus(std::size_t network, const Frame& frame) {
@@ -329,6 +344,8 @@ std::span<const Execution::Command> Execution::commands() {
        "Starts a transaction: writes R3701 and following, and CA0Eh, in one request",
        "`trigger read 0x42 0x6411 1 2`, `trigger write 0x42 0x6411 1 2 300`, `trigger 2/read ...` on network 2. A number "
        "instead of `read` is written to R3701."}},
+      {1, 1, &Execution::request, {"modbus PDU", "Executes a Modbus request as one from Modbus TCP, with the faults of `plc`; the response is its PDU",
+       "Both are hexadecimal; `2/030E740001` reads R3700 of network 2. A scan in one exchange is the lines `modbus` to write, `pass` and `modbus` to read, sent together."}},
       {1, 1, &Execution::send, {"send FRAME", "Sends a frame as another node",
        "In candump's format: `605#4017100000000000`, `742#R`, `2/000#0142` on network 2."}},
       {2, 2, &Execution::nmt, {"nmt start|stop|preop|reset-node|reset-comm NODE|all", "Sends an NMT command as another master", ""}},

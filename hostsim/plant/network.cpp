@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "plant/network.hpp"
 
-#include <fmt/core.h>
-
 #include <algorithm>
 
 #include "cbcan/coprocessor/local_objects.hpp"
 #include "cbcan/version.hpp"
+#include "journal/event_text.hpp"
 
 namespace cbcan::plant {
 
@@ -196,7 +195,7 @@ void Network::on_taken(const modbus::Range& taken) {
 
 [[gnu::noinline]] modbus::Pdu Network::handle_disturbed(const protocols::ModbusRequest& request, Room room) {
   const modbus::Access access = modbus::check(request.pdu, map_, functions_for(request));
-  const sim::Fault* const fault = fault_on(request, access.written.count != 0);
+  const sim::Fault* const fault = fault_on(request, access);
   if (fault == nullptr) return execute(request, access, room);
   const auto [kind, delay] = std::pair(fault->kind, fault->delay);  // execute() may change the faults
   if (kind == sim::FaultKind::kModuleRestart) restart_module();
@@ -230,15 +229,31 @@ modbus::Pdu Network::execute(const protocols::ModbusRequest& request, const modb
   return response;
 }
 
-/// One fault at most acts on a request.
-const sim::Fault* Network::fault_on(const protocols::ModbusRequest& request, bool writes) {
-  const bool matches = writes || std::exchange(has_written_, false);
-  if (writes) has_written_ = true;
+/// Executes it and restores the registers.
+bool Network::changes_registers(const protocols::ModbusRequest& request, const modbus::Access& access) {
+  advance_due();
+  const auto words = std::span(registers_).subspan(access.written.first, access.written.count);
+  const std::vector<std::uint16_t> before(words.begin(), words.end());
+  std::array<std::uint8_t, modbus::kMaxPdu> unused;
+  modbus::execute(request.pdu, access, map_, functions_for(request), unused);
+  const bool changed = !std::ranges::equal(words, before);
+  std::ranges::copy(before, words.begin());
+  return changed;
+}
+
+/// One fault at most acts on a request. A write that changes nothing is none, as a cyclic program makes them.
+const sim::Fault* Network::fault_on(const protocols::ModbusRequest& request, const modbus::Access& access) {
+  const bool writes = access.written.count != 0;
+  const bool changes = writes && changes_registers(request, access);
+  const bool matches = changes || (!writes && access.read.count != 0 && std::exchange(has_changed_, false));
+  if (changes) has_changed_ = true;
   const sim::SetFault* acting = nullptr;
   for (sim::SetFault& set : plc_faults_.all())
     if (matches && plc_faults_.acts(set, context_.now) && acting == nullptr) acting = &set;
   if (acting == nullptr) return nullptr;
-  plc_faults_.tell(*acting, fmt::format("FC{}", request.pdu[0]), context_.now);
+  plc_faults_.tell(*acting,
+                   base::made([&](base::Buffer& to) { journal::append_modbus(to, request.pdu, {}); }),
+                   context_.now);
   return &acting->fault;
 }
 

@@ -139,7 +139,8 @@ class Network final : public protocols::ModbusUnit,
   /// Response to a request by Modbus TCP; empty = the connection is closed.
   modbus::Pdu handle_disturbed(const protocols::ModbusRequest& request, Room room);
   /// What acts on such a request; null = nothing.
-  const sim::Fault* fault_on(const protocols::ModbusRequest& request, bool writes);
+  const sim::Fault* fault_on(const protocols::ModbusRequest& request, const modbus::Access& access);
+  bool changes_registers(const protocols::ModbusRequest& request, const modbus::Access& access);
   void on_writer(std::uint32_t client, const modbus::Range& written);
   void on_request(std::uint32_t client, bool valid, const modbus::Range& written);
   void advance_due();
@@ -169,7 +170,7 @@ class Network final : public protocols::ModbusUnit,
   std::uint32_t second_writers_ = 0;
   std::optional<journal::NetworkWatch> watch_;
   sim::FaultSet plc_faults_;
-  bool has_written_ = false;  ///< since the last request that read
+  bool has_changed_ = false;  ///< a register, since the last request that read
   Wires* wires_ = nullptr;
 };
 

@@ -51,12 +51,16 @@ class Faults(cases.Case):
         self.assertEqual(plant.now, 0.5)
         self.assertEqual(window.result(), 0)
 
-    def test_matching_are_writes_and_the_first_read_after_each(self):
+    def test_matching_are_changes_and_the_first_read_after_each(self):
         plant = self.plant("cut after=3")
         window = self.window(plant)
         for _ in range(5):
             window.read(3700)
         window.write(3710, 1)  # the first
+        for _ in range(5):
+            window.write(3710, 1)  # changes nothing, as do FC 6, FC 22, FC 15 and FC 23
+            for pdu in (b"\x06\x0E\x7E\x00\x01", b"\x16\x0E\x7E\xFF\xFF\x00\x00", b"\x0F\x00\x00\x00\x08\x01\x00", b"\x17\x0E\x74\x00\x01\x0E\x7E\x00\x01\x02\x00\x01"):
+                window._request(pdu)
         for _ in range(5):
             window.read(3700)  # the second, and four that do not count
         window.write(3710, 2)  # the third
@@ -79,6 +83,17 @@ class Faults(cases.Case):
                               env={**os.environ, "PYTHONPATH": str(ROOT / "tools/python")}, timeout=LIMIT)
         self.assertEqual(made.returncode, 3)
         self.assertEqual(started.read_text(), "0.0 0\n1.0 7\n")
+
+    def test_of_a_command_and_its_scan_in_one_exchange(self):
+        plant = self.plant("cut-before after=1 count=1", "exception after=2 count=1")
+        self.assertEqual(plant.command("modbus 060E7E0007"), ["060E7E0007"])
+        self.assertRaisesRegex(PlantError, "no response: a fault would close the connection", plant.command, "modbus 060E7E0008")
+        self.assertEqual(plant.command("modbus 060E7E0009"), ["8604"])
+        self.assertEqual(plant.command("modbus 030E7E0001"), ["03020007"])
+        for pdu, why in (("", "modbus PDU"), ("0", "write a PDU"), ("xy", "write a PDU"), (254 * "00", "write a PDU"), ("2/03", "must be 1..1")):
+            self.assertRaisesRegex(PlantError, why, plant.command, f"modbus {pdu}")
+        plant.control.sendall(b"modbus 060E7E000A\npass 100ms\nmodbus 030E7E0001\ntime\n")
+        self.assertEqual([plant.lines.readline() for _ in range(4)], ["ok 060E7E000A\n", "at 0.100000\n", "ok 0302000A\n", "ok 0.100000\n"])
 
     def test_at_run_time_and_where_they_cannot_be(self):
         plant = self.plant()
