@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cctype>
+#include <cstdlib>
 #include <filesystem>
 #include <functional>
 #include <iterator>
@@ -21,10 +22,10 @@
 #include "app/state_file.hpp"
 #include "base/text.hpp"
 #include "cbcan/version.hpp"
+#include "config/plant_file.hpp"
 #include "io/loop/lines.hpp"
 #include "io/loop/reactor.hpp"
 #include "scenario/outcome.hpp"
-#include "scenario/scenario_writer.hpp"
 #include "scenario/search/exploration.hpp"
 #include "scenario/search/scenario_run.hpp"
 
@@ -32,6 +33,7 @@ namespace cbcan::app {
 
 namespace {
 
+using config::kDemo;
 using search::Moments;
 using search::Record;
 using search::Result;
@@ -78,6 +80,17 @@ std::string file_name_of(const Moments& moments) {
   for (char& c : name)
     if (std::isalnum(static_cast<unsigned char>(c)) == 0) c = '-';
   return name + ".toml";
+}
+
+/// The same condition, with the faults of the other failure and perhaps more, or with faults that stay and
+/// only begin later.
+bool is_repeat(const search::Failure& failure, const search::Failure& other) {
+  const auto is_in_failure = [&failure](const search::Moment& moment) {
+    return std::ranges::any_of(failure.moments, [&](const search::Moment& later) {
+      return later == moment || (later.variant == moment.variant && !search::passes(moment.variant.fault));
+    });
+  };
+  return other.result.what == failure.result.what && std::ranges::all_of(other.moments, is_in_failure);
 }
 
 /// What is searched: a command, or a scenario.
@@ -203,22 +216,19 @@ class Search {
                                          subject.settings.reached[i].text));
   }
 
-  /// The failures with faults as early as possible; those that become the same, or have the faults of another
-  /// one and more, are one.
+  /// The failures with faults as early as possible; those that become the same are one.
   std::vector<search::Failure> shrunk(const Subject& subject, const search::Exploration& exploration) {
     std::vector<search::Failure> distinct;
+    const auto is_known = [&distinct](const search::Failure& failure) {
+      const auto known = std::ranges::find_if(
+          distinct, [&failure](const search::Failure& other) { return is_repeat(failure, other); });
+      if (known != distinct.end()) known->count += failure.count;
+      return known != distinct.end();
+    };
     for (search::Failure& failure : results_.failures(subject.name)) {
+      if (is_known(failure)) continue;
       search::Failure simple = search::earlier(exploration, subject.runner, std::move(failure));
-      const auto same = std::ranges::find_if(distinct, [&](const search::Failure& other) {
-        const auto is_in_simple = [&](const search::Moment& moment) {
-          return std::ranges::find(simple.moments, moment) != simple.moments.end();
-        };
-        return other.result.what == simple.result.what && std::ranges::all_of(other.moments, is_in_simple);
-      });
-      if (same == distinct.end())
-        distinct.push_back(std::move(simple));
-      else
-        same->count += simple.count;
+      if (!is_known(simple)) distinct.push_back(std::move(simple));
     }
     return distinct;
   }
@@ -308,11 +318,15 @@ class Search {
   base::ExitCode exit_code_ = base::ExitCode::kDone;
 };
 
-/// A file that adds the faults to the plant or scenario of another one.
-std::string write_file(const std::string& folder, const std::string& name, const std::string& plant,
-                       const std::string& command, search::Settings settings, const search::Failure& failure,
-                       const std::string& steps) {
-  const std::string path = std::filesystem::path(folder) / name;
+/// A file that adds the faults to the plant or scenario of another one: the demo, or a path. Returns its
+/// name.
+std::string write_file(const std::string& path, std::string plant, const std::string& command,
+                       search::Settings settings, const search::Failure& failure, const std::string& steps) {
+  const auto whole = [](const std::string& name) {
+    return std::filesystem::absolute(name.empty() ? "." : name).lexically_normal();
+  };
+  const std::string folder = std::filesystem::path(path).parent_path();
+  if (plant != kDemo) plant = whole(plant).lexically_relative(whole(folder));
   settings.only = {{to_string(failure.moments)}};
   io::ResultFile("--out", path)
       .write(fmt::format("# {}: {}\n# {}\nplant = {}\n\n[explore]\n{}{}", base::to_utf8(failure.result.what),
@@ -321,13 +335,22 @@ std::string write_file(const std::string& folder, const std::string& name, const
   return path;
 }
 
+/// "NAME=VALUE " for each variable that is set.
+std::string environment_of(const search::Settings& settings) {
+  std::vector<std::string> names = base::column(settings.environment, &search::Line::text);
+  names.emplace_back("PYTHONPATH");
+  std::string text;
+  for (const std::string& name : names)
+    if (const char* const value = std::getenv(name.c_str())) text += fmt::format("{}={} ", name, value);
+  return text;
+}
+
 std::string write_plant_file(const config::Start& start, const search::Settings& settings,
                              const search::Failure& failure) {
-  const std::string name = file_name_of(failure.moments);
-  const std::string plant =
-      scenario::absolute_plant(start.plant_file, std::filesystem::current_path().string());
-  return write_file(start.search.out, name, plant.empty() ? "demo" : plant,
-                    fmt::format("cbcan-sim --config {} --explore -- {}", name, fmt::join(start.command, " ")),
+  const std::string path = std::filesystem::path(start.search.out) / file_name_of(failure.moments);
+  return write_file(path, start.plant_file.empty() ? std::string(kDemo) : start.plant_file,
+                    fmt::format("{}cbcan-sim --config {} --explore -- {}", environment_of(settings), path,
+                                fmt::join(start.command, " ")),
                     settings, failure, "");
 }
 
@@ -336,13 +359,13 @@ std::string write_scenario(const scenario::Scenario& scenario, const search::Set
                            const config::SearchConfig& search, config::EdsFiles& files,
                            const search::Failure& failure) {
   const search::ShrunkScenario shrunk = search::with_fewer_steps(scenario, failure, settings, files);
-  const std::string name =
-      std::filesystem::path(scenario.file).stem().string() + "-" + file_name_of(shrunk.failure.moments);
+  const std::string path =
+      std::filesystem::path(search.out) /
+      (std::filesystem::path(scenario.file).stem().string() + "-" + file_name_of(shrunk.failure.moments));
   std::string steps;
   for (const scenario::Step& step : shrunk.scenario.steps)
     steps += "\n[[step]]\n" + text_of(step);
-  return write_file(search.out, name, std::filesystem::absolute(scenario.file).string(),
-                    "cbcan-sim run " + name, settings, shrunk.failure, steps);
+  return write_file(path, scenario.file, "cbcan-sim run " + path, settings, shrunk.failure, steps);
 }
 
 /// Runs with each seed. Gave up = failed: nothing has disturbed it.

@@ -145,12 +145,11 @@ TrialReport Processes::run_here(const Trial& trial, int error) {
                       Simulator::Files::kCopied);
   search::Judge judge(simulator.session().control(), settings_, trial,
                       [&](Time duration) { simulator.let_pass(duration); });
-  simulator.session().watch([&judge] { return judge.look(); });
-  const int code = simulator.run(start_.command, error);
-  simulator.session().watch([&judge] {
-    judge.keep_up();
-    return true;
+  simulator.session().watch([&] {
+    if (!judge.look()) simulator.stop();
   });
+  const int code = simulator.run(start_.command, error);
+  simulator.session().watch([&judge] { judge.keep_up(); });
   return judge.end(code);
 }
 

@@ -134,7 +134,7 @@ void Simulator::shut_down() {
   if (child_)
     child_->signal(SIGTERM);
   else
-    stopping_ = true;
+    stop();
 }
 
 void Simulator::fail(base::ExitCode code, const std::string& why) {
@@ -267,11 +267,11 @@ int Simulator::run(const std::vector<std::string>& command, int error) {
   restart_command();
   signals_.pass_on([this](int number) { child_->signal(number); });
   run();
-  return child_->exit_code().value_or(0);
+  return child_->exit_code().value_or(SIGKILL);
 }
 
 bool Simulator::stop_requested() const {
-  return child_ ? child_->exit_code().has_value() : stopping_ || signals_.stop_requested();
+  return stopping_ || (child_ ? child_->exit_code().has_value() : signals_.stop_requested());
 }
 
 std::size_t Simulator::poll(Time until) {
@@ -418,13 +418,13 @@ void Simulator::take_lines(io::LineInput& input) {
   }
 }
 
-/// While a wait wants it, until one has ended or a signal has come; then says what standard input has waited
+/// While a wait wants it, until one has ended, a signal has come or stop() was called; then says what standard input has waited
 /// for.
 void Simulator::let_time_pass() {
   if (session_->waits().want_time()) {
     poll_clients();
     bool is_over = false;
-    while (!is_over && session_->waits().want_time() && !signals_.poll()) {
+    while (!is_over && !stopping_ && session_->waits().want_time() && !signals_.poll()) {
       manual_now_ = session_->next_step();
       session_->advance();
       is_over = session_->poll_waits();

@@ -114,6 +114,8 @@ class Simulator final : private session::Host {
   /// Serves as long as the command runs, with the addresses in its environment, and returns its exit code.
   /// `error`: its standard error. Throws io::EnvironmentError if the process cannot be created.
   int run(const std::vector<std::string>& command, int error = STDERR_FILENO);
+  /// No request is served from now on, and run() returns; a command is killed with this object.
+  void stop() { stopping_ = true; }
 
   /// Counters, in lines for people.
   std::string summary() const;

@@ -176,8 +176,8 @@ class Session final : private plant::NetworkListener {
 
   /// Writes the session from now on as a scenario; `tell` takes whole lines.
   void record(std::function<void(std::string_view lines)> tell);
-  /// Called when time has passed, and after each Modbus request that writes; false = the program is to end.
-  void watch(std::function<bool()> look) { look_ = std::move(look); }
+  /// Called when time has passed, and after each Modbus request that writes.
+  void watch(std::function<void()> look) { look_ = std::move(look); }
   /// The HTTP interface, with events from now on. `config`: that of the constructor.
   protocols::HttpSite::Handler http(const config::Config& config);
   /// Views that have to be polled: lines of messages, a recording.
@@ -250,7 +250,7 @@ class Session final : private plant::NetworkListener {
   Waits waits_;
   Services services_;
   std::shared_ptr<protocols::Dialogue> input_ = std::make_shared<protocols::Dialogue>();
-  std::function<bool()> look_;
+  std::function<void()> look_;
 };
 
 }  // namespace cbcan::session

@@ -75,7 +75,9 @@ TEST_CASE("Judge: the last Modbus request, and what a command has said") {
   CHECK(report(result) == "w: s \n  | not found\n");  // it has done nothing: no frames
   result.during = "read";
   result.request = "FC6";
-  CHECK(report(result) == "w: s \n  in: read\n  last request: FC6\n  | not found\n  0.1 f\n");
+  result.disturbed = "FC16";
+  CHECK(report(result) ==
+        "w: s \n  in: read\n  fault in: FC16\n  last request: FC6\n  | not found\n  0.1 f\n");
 }
 
 TEST_CASE("Judge: at the end each node can be read that could without faults") {

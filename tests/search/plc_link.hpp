@@ -14,8 +14,10 @@
 #include <cstdint>
 #include <cstdlib>
 #include <memory>
+#include <span>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <utility>
 
 namespace cbcan::test {
@@ -47,19 +49,22 @@ class PlcLink {
 
   /// Executes a command; false = it was refused, or a wait has not ended.
   bool command(const std::string& line) {
-    const std::string text = line + "\n";
-    if (::write(control_, text.data(), text.size()) < 0) throw std::runtime_error("the plant is gone");
-    for (std::string answer;;) {
-      char c = 0;
-      if (::read(control_, &c, 1) != 1) throw std::runtime_error("the plant is gone");
-      if (c != '\n') {
-        answer += c;
-      } else {
-        if (answer.starts_with("ok") || answer.starts_with("at ")) return true;
-        if (answer.starts_with("error:")) return false;
-        answer.clear();
-      }
-    }
+    send(line + "\n");
+    return response() != kError;
+  }
+  /// A scan in one exchange: writes the outputs, lets time pass, reads the inputs. What fails changes
+  /// nothing.
+  void scan(std::size_t out_first, std::span<const std::uint16_t> out, std::size_t in_first,
+            std::span<std::uint16_t> in) {
+    std::string lines = "modbus 10" + hex(out_first, 4) + hex(out.size(), 4) + hex(2 * out.size(), 2);
+    for (const std::uint16_t word : out)
+      lines += hex(word, 4);
+    send(lines + "\npass 100ms\nmodbus 03" + hex(in_first, 4) + hex(in.size(), 4) + "\n");
+    response();
+    response();
+    const std::string words = response();
+    for (std::size_t i = 0; i < in.size() && words.starts_with("ok 03"); ++i)
+      in[i] = static_cast<std::uint16_t>(std::stoul(words.substr(7 + 4 * i, 4), nullptr, 16));
   }
   void pass(const std::string& duration) { command("pass " + duration); }
 
@@ -72,6 +77,40 @@ class PlcLink {
   }
 
  private:
+  static constexpr std::string_view kError = "error";
+
+  static std::string hex(std::size_t number, std::size_t digits) {
+    constexpr std::string_view kDigits = "0123456789ABCDEF";
+    std::string text;
+    for (std::size_t i = digits; i-- != 0;)
+      text += kDigits[number >> 4 * i & 15];
+    return text;
+  }
+  void send(const std::string& lines) const {
+    if (::write(control_, lines.data(), lines.size()) < 0) throw std::runtime_error("the plant is gone");
+  }
+  /// The last line of a response, or kError.
+  std::string response() {
+    for (std::string answer;;) {
+      if (next_ == received_.size()) receive();
+      const char c = received_[next_++];
+      if (c != '\n') {
+        answer += c;
+        continue;
+      }
+      if (answer.starts_with("ok") || answer.starts_with("at ")) return answer;
+      if (answer.starts_with("error:")) return std::string(kError);
+      answer.clear();
+    }
+  }
+  void receive() {
+    received_.resize(1000);
+    const ssize_t count = ::read(control_, received_.data(), received_.size());
+    if (count <= 0) throw std::runtime_error("the plant is gone");
+    received_.resize(static_cast<std::size_t>(count));
+    next_ = 0;
+  }
+
   bool connected() {
     if (modbus_) return true;
     const auto [host, port] = address_in("CBCAN_MODBUS");
@@ -91,6 +130,8 @@ class PlcLink {
     }
   };
   int control_ = -1;
+  std::string received_;
+  std::size_t next_ = 0;  ///< of received_
   std::unique_ptr<modbus_t, Free> modbus_;
 };
 

@@ -180,6 +180,25 @@ int fill(Plc& plc, bool keeps_level) {
   return close() ? 0 : kGaveUp;
 }
 
+/// The same as a cyclic program, which never ends: a request at a time through the scanner window. After a
+/// failure the inlet is closed. `any_is_done`: no look at the result.
+int fill_in_scans(Plc& plc, bool any_is_done) {
+  std::array<std::uint16_t, 8> out{};
+  std::array<std::uint16_t, 6> in{};
+  bool reads = true;
+  while (true) {
+    if (in[0] == out[0]) {
+      const bool good = in[1] == 0 || any_is_done;
+      const bool opens = good && (reads ? out[0] != 0 && in[4] < 500 * 16 : out[6] != 0);
+      reads = good && !reads;
+      const std::uint16_t number = out[0] == 65535 ? 1 : out[0] + 1;
+      out = reads ? std::array<std::uint16_t, 8>{number, kRead, kModule, 0x6401, 1, 2}
+                  : std::array<std::uint16_t, 8>{number, kWrite, kModule, 0x6200, 1, 1, opens};
+    }
+    plc.link.scan(500, out, 600, in);
+  }
+}
+
 // ---- Parameters
 
 /// Expects 1017h = 1000 to be stored, and stores 500 instead.
@@ -225,6 +244,8 @@ const std::map<std::string_view, std::function<int(Plc&)>> kPrograms{
     {"no-wait", [](Plc& plc) { return run_drive(plc, {.gives_up = true, .status_not_awaited = true}); }},
     {"fill", [](Plc& plc) { return fill(plc, false); }},
     {"kept-level", [](Plc& plc) { return fill(plc, true); }},
+    {"scans", [](Plc& plc) { return fill_in_scans(plc, false); }},
+    {"scans-blindly", [](Plc& plc) { return fill_in_scans(plc, true); }},
     {"stores", store_parameters},
     {"polls", poll_without_time},
     {"leaves-a-process", leave_a_process},

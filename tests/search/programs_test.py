@@ -21,7 +21,7 @@ from simulator import LIMIT, program_from_arguments, wait_until
 
 PROGRAM, PLC, IMPATIENT = program_from_arguments(3)
 FOLDER = pathlib.Path(__file__).resolve().parent
-DRIVE, TANK = FOLDER / "drive.toml", FOLDER / "tank.toml"
+DRIVE, TANK, SCANS = (FOLDER / f"{name}.toml" for name in ("drive", "tank", "scans"))
 ROW = re.compile(r"^(?P<fault>\S.*?)  +(?P<place>\S+) +(?P<numbers>\d+ +\d+ +\d+ +\d+ +\d+)", re.MULTILINE)
 COLUMNS = ("tried", "done", "gave up", "broken", "late")
 
@@ -62,6 +62,9 @@ class Programs(cases.Case):
         self.assertIn("done object 16 0x6081 = 20000: it is 100000", output)
         self.assertEqual(explore(DRIVE, "ignored-abort", *options, code=1), output)
         file = re.search(r"replay: (.*)", output)[1]
+        self.assertEqual(pathlib.Path(file).read_text().splitlines()[1:3],
+                         [f"# PYTHONPATH={os.environ['PYTHONPATH']} cbcan-sim --config {file} --explore -- {PLC} ignored-abort",
+                          f'plant = "{os.path.relpath(DRIVE, self.folder)}"'])
         again = explore(file, "ignored-abort", code=1)
         self.assertIn("done object 16 0x6081 = 20000: it is 100000", again)
         self.assertEqual(count(again, "tried"), 1)
@@ -157,6 +160,31 @@ class Programs(cases.Case):
         self.assertIn("16:request-lost@2+16:request-lost@3\n  done object 16 0x6081 = 20000: it is 100000", output)
         self.assertEqual(distinct(output), 1)
         explore(DRIVE, "drive", *lost, "--together", "2")
+
+
+class Cyclic(cases.Case):
+    """A program that never ends, with a scan in one exchange."""
+
+    def test_it_is_ended_and_judged_and_each_repeat_is_one_failure(self):
+        faults = ("--faults", "response-never,silent count=0")
+        self.assertEqual(count(explore(SCANS, "scans", "--faults", "response-*,refuse,cut,cut-before"), "broken"), 0)
+        output = explore(SCANS, "scans-blindly", *faults, code=1)
+        self.assertEqual(output, explore(SCANS, "scans-blindly", *faults, "--jobs", "1", code=1))
+        self.assertGreater(count(output, "broken"), 50)
+        self.assertEqual(distinct(output), 1)
+        self.assertIn("66:silent count=0@1\n  always object 20 0x2000 <= 700: it is ", output)
+        self.assertIn("  in: read node 66 6401h:01\n", output)  # whatever the level was
+
+    def test_faults_come_up_to_its_end_and_then_it_settles(self):
+        last = lambda output: max(int(moment.rsplit("@", 1)[1]) for moment in output.split())
+        listed = [last(explore(self.write("plant.toml", SCANS.read_text().replace("../../plants", str(ROOT / "plants")).replace('"20s"', f'"{ends}"\nsettle = "{settle}"')),
+                               "scans", "--faults", "request-lost", "--list")) for ends, settle in (("20s", "5s"), ("20s", "15s"), ("25s", "0s"))]
+        self.assertEqual(listed[0], listed[1])
+        self.assertEqual(listed[2], listed[0] + 50)  # a request in each scan of 100 ms
+
+    def test_a_moment_of_the_plc_shows_its_request(self):
+        output = explore(DRIVE, "ignored-abort", "--faults", "cut-before", code=1)
+        self.assertRegex(output, r"plc:cut-before@\d+\n  done .*\n  in: .*\n  fault in: FC16 R3700..R3701 = 0 119\n")
 
 
 class Refused(cases.Case):

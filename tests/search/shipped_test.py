@@ -100,6 +100,7 @@ class Fragile(cases.Case):
         output = run("--explore", "--faults", "request-lost", "--out", out, self.path, code=1)
         file = pathlib.Path(re.search(r"replay: (.*)", output)[1])
         self.assertEqual(file.name, "fragile-66-request-lost-1.toml")
+        self.assertIn('plant = "../../fragile.toml"\n', file.read_text())
         self.assertEqual(file.read_text().split("\n\n", 1)[1],
                          '[explore]\nonly = ["66:request-lost@1"]\n\n[[step]]\ndo = ["trigger write 66 0x6200 1 1 1"]\n'
                          'wait = ["transaction ended"]\nexpect = ["register 3700 = 0"]\n\n'

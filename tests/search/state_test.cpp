@@ -12,7 +12,7 @@ const std::string kSubject = R"(["","0123456789abcdef"])"
 
 std::string line_with(const std::string& moments, const std::string& verdict) {
   return R"([")" + moments +
-         R"(",{"duration":5,"during":"read","frames":"","happened":true,"reached":[true,false],"request":"FC6",)"
+         R"(",{"disturbed":"","duration":5,"during":"read","frames":"","happened":true,"reached":[true,false],"request":"FC6",)"
          R"("said":"","seen":"it is 1","verdict":)" +
          verdict +
          R"(,"what":"always a"}])"

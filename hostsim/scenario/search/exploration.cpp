@@ -66,13 +66,12 @@ void need_good(const TrialReport& trial) {
     throw base::UsageError("without faults: " + report(trial.result));
 }
 
-/// It prevents nothing, or not for long.
+}  // namespace
+
 bool passes(const sim::Fault& fault) {
   if (sim::has_key(fault.kind, "for_ms")) return fault.lasts != kNever;
   return fault.count == 1 || !sim::has_key(fault.kind, "count");
 }
-
-}  // namespace
 
 Trial trial_with(const Moments& moments, const config::Config& plant, const Record& baseline) {
   Trial trial{.config = plant,

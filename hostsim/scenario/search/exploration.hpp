@@ -18,6 +18,9 @@ namespace cbcan::search {
 /// A trial with these faults.
 Trial trial_with(const Moments& moments, const config::Config& plant, const Record& baseline);
 
+/// The fault prevents nothing, or not for long.
+bool passes(const sim::Fault& fault);
+
 /// Runs trials, some at a time, each from power-on.
 class Runner {
  public:

@@ -18,7 +18,6 @@ namespace {
 
 using journal::Kind;
 
-constexpr Time kSettle = 5 * kSecond;
 constexpr journal::Kinds kFollowed =
     journal::kinds_of({Kind::kModbus, Kind::kBegun, Kind::kEnded, Kind::kFault, Kind::kAdvice});
 
@@ -79,7 +78,8 @@ bool Judge::look() {
                         (reached_[i].condition->applies(control) && reached_[i].condition->holds(control));
   for (const auto& rule : rules_)
     rule->on_look(*this);
-  return result.verdict != Verdict::kBroken;
+  if (settings.ends && counts()) record.matches = matches();
+  return result.verdict != Verdict::kBroken && !is_over();
 }
 
 void Judge::check(const std::vector<Held>& held, std::string_view name) {
@@ -95,16 +95,21 @@ void Judge::follow(const journal::Event& event) {
   }
   if (event.kind == Kind::kAdvice) return on_advice(event);
   if (event.kind == Kind::kFault) {
-    if (!std::exchange(result.happened, true)) requests_at_fault_ = requests();
+    const std::string_view text = journal.text(event);
+    if (!std::exchange(result.happened, true)) {
+      requests_at_fault_ = requests();
+      if (text.starts_with("plc: ")) result.disturbed = text.substr(text.rfind(": ") + 2);
+    }
     for (const auto& rule : rules_)
       rule->on_fault(*this, event);
     return;
   }
   during = request_text(event, journal, no_name);
   const bool has_begun = event.kind == Kind::kBegun;
-  if (!has_begun && !trial.counted.empty())
+  if (!has_begun && counts())
     record.transactions.push_back(
         {during + " " + result_text(event), base::hex(journal.bytes(event), ""), matches()});
+  if (event.service == journal::Service::kRead) during.resize(std::min(during.size(), during.find(" = ")));
   if (!has_begun && event.node != 0)
     record.nodes.insert(plant::prefix_of(event.network) + std::to_string(event.node));
   for (const auto& rule : rules_) {
@@ -123,13 +128,21 @@ void Judge::on_advice(const journal::Event& advice) {
     broken(fmt::format("advice {}", name), std::string(journal.text(advice)));
 }
 
+void Judge::settle() {
+  is_settling_ = true;
+  pass(settle_time());
+  is_settling_ = false;
+  look();
+}
+
 TrialReport Judge::end(std::optional<int> exit_code) {
   record.duration = control.now();
+  if (is_over() && exit_code) exit_code = 0;
   for (std::size_t network = 1; network <= control.networks(); ++network)
     control.network(network).advice(true);
   look();
+  if (counts()) record.matches = matches();
   has_ended = true;
-  record.matches = matches();
   record.requests = requests();
   const bool gave_up = exit_code == kGaveUpCode;
   if (exit_code.value_or(0) != 0 && !gave_up)
@@ -137,10 +150,7 @@ TrialReport Judge::end(std::optional<int> exit_code) {
   if (result.verdict != Verdict::kBroken) {
     if (gave_up) result.verdict = Verdict::kGaveUp;
     if (gave_up && trial.must_survive) broken("survive", "it gave up");
-    is_settling_ = true;
-    pass(settings.settle.value_or(kSettle));
-    is_settling_ = false;
-    look();
+    if (!is_over()) settle();
     check(gave_up ? gave_up_ : done_, gave_up ? "gave_up" : "done");
   }
   if (result.verdict != Verdict::kBroken)

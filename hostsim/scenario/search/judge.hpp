@@ -29,7 +29,7 @@ class Judge final : private JudgedRun, private plant::Listener {
   bool look();
   /// A scenario has failed: a report of lines.
   void fail(const std::string& report) { broken("the scenario passes", report); }
-  /// The program has ended, with this code; nullopt = a scenario.
+  /// The program has ended, with this code, or has been ended; nullopt = a scenario.
   TrialReport end(std::optional<int> exit_code);
 
  private:
@@ -42,6 +42,14 @@ class Judge final : private JudgedRun, private plant::Listener {
     unsigned number;
   };
 
+  Time settle_time() const { return settings.settle.value_or(5 * kSecond); }
+  /// The program is to be ended: it has settled.
+  bool is_over() const { return settings.ends && control.now() >= *settings.ends + settle_time(); }
+  /// Matching frames, up to now, are moments.
+  bool counts() const {
+    return !trial.counted.empty() && !has_ended && control.now() < settings.ends.value_or(kNever);
+  }
+  void settle();
   std::vector<Held> conditions(std::string_view key, const std::vector<Line>& lines);
   void on_frame(std::size_t network, const Frame& frame, Time now) override;
   void read_journal();

@@ -36,6 +36,8 @@ constexpr auto kKeys = std::to_array<base::Setting<Settings>>({
     setting<&Settings::reached>({.key = "reached", .help = "Happen in at least one run", .domain = kConditions}),
     setting<&Settings::only>({.key = "only", .help = "Faults that act in every run, such as `16:silent@149`; --explore writes them", .domain = "moments"}),
     setting<&Settings::advice>({.key = "advice", .help = "Advice that does not fail the run without faults, by name, or `ignore` for all", .domain = "names"}),
+    setting<&Settings::environment>({.key = "environment", .help = "Variables that the command needs, for the command line in files of `--out`; `PYTHONPATH` is one", .domain = "names"}),
+    setting<&Settings::ends>({.key = "ends", .help = "Faults come up to this time, then `settle` passes and the command is ended and done: for one without an end, as a PLC's", .form = kDuration, .domain = kTime}),
     setting<&Settings::settle>({.key = "settle", .help = "Passes in the plant between the end of the command and the last look", .form = kDuration, .domain = kTime}),
     setting<&Settings::within>({.key = "within", .help = "Limit of a run in the plant's time; by default ten times that of the run without faults",
       .form = kDuration, .domain = kTime}),

@@ -28,7 +28,9 @@ struct Settings {
   std::vector<Line> reached;  ///< in at least one run
   std::vector<Line> only;     ///< moments at which faults act in every run of this file
   std::vector<Line> advice;   ///< names of advice that does not fail the run without faults, or "ignore"
+  std::vector<Line> environment;  ///< names of variables that the command needs
   std::optional<Time> settle;  ///< passes between the end and the last look; none = 5 s
+  std::optional<Time> ends;    ///< of a command without an end: it settles, and is ended and done
   std::optional<Time> within;  ///< limit of a run, in the plant's time; none = ten times that without faults
 };
 

@@ -11,8 +11,8 @@
 namespace cbcan::search {
 
 // For nlohmann::json alone, not for web's ordered_json; keys are in alphabetical order.
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Result, verdict, what, seen, during, request, said, happened, reached,
-                                   frames, duration)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Result, verdict, what, seen, during, request, disturbed, said, happened,
+                                   reached, frames, duration)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Record::Transaction, text, value, matches)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Record, transactions, matches, changing, unrequested, nodes, readable,
                                    frames, requests, duration)

@@ -16,9 +16,10 @@ std::string report(const Result& result) {
     return text.empty() ? "" : fmt::format("  {}: {}\n", name, text);
   };
   const bool says_why = result.during.empty() && !result.said.empty();
-  return base::lines_to_utf8(fmt::format("{}: {}\n{}{}{}{}", result.what, result.seen,
-                                         line("in", result.during), line("last request", result.request),
-                                         result.said, says_why ? "" : result.frames));
+  return base::lines_to_utf8(fmt::format("{}: {}\n{}{}{}{}{}", result.what, result.seen,
+                                         line("in", result.during), line("fault in", result.disturbed),
+                                         line("last request", result.request), result.said,
+                                         says_why ? "" : result.frames));
 }
 
 }  // namespace cbcan::search

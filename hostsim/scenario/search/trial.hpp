@@ -51,6 +51,7 @@ struct Result {
   std::string seen;     ///< what was instead
   std::string during;   ///< the transaction at that time, or the one before
   std::string request;  ///< the last Modbus request
+  std::string disturbed;  ///< the Modbus request on which a fault of the PLC acted first
   std::string said;     ///< the end of what the command has written to standard error; lines
   bool happened = false;
   std::vector<bool> reached;  ///< by condition
