@@ -87,7 +87,8 @@ std::string file_name_of(const Moments& moments) {
 bool is_repeat(const search::Failure& failure, const search::Failure& other) {
   const auto is_in_failure = [&failure](const search::Moment& moment) {
     return std::ranges::any_of(failure.moments, [&](const search::Moment& later) {
-      return later == moment || (later.variant == moment.variant && !search::passes(moment.variant.fault));
+      return later == moment ||
+             (later.variant() == moment.variant() && !search::passes(moment.variant().fault));
     });
   };
   return other.result.what == failure.result.what && std::ranges::all_of(other.moments, is_in_failure);
@@ -96,7 +97,7 @@ bool is_repeat(const search::Failure& failure, const search::Failure& other) {
 /// What is searched: a command, or a scenario.
 struct Subject {
   std::string name;      ///< of a scenario; empty for a command
-  std::string identity;  ///< whatever decides the results, apart from what the run without faults shows
+  search::Sources sources;  ///< of the results, apart from what the run without faults shows
   const config::Config& plant;
   const search::Settings& settings;
   Moments only;  ///< the one run to make; empty = all
@@ -163,34 +164,23 @@ class Search {
         subject.only.empty() ? exploration.moments() : std::vector<Moments>(1, subject.only);
     offered_ += moments.size();
     state_.begin(subject.name, fingerprint(subject, exploration.record()));
-    std::size_t others = search_.together == 2 ? 0 : leave_out_others(moments);
+    std::size_t others = leave_out_others(exploration, moments);
     if (search_.list) {
       for (const Moments& each : moments)
         console_.say(to_string(each) + "\n");
       return;
     }
-    others += try_with_pairs(subject, exploration, moments);
-    add_failures(subject, exploration);
-    if (left_ == 0 && others == 0) check_shown(subject);
-  }
-
-  /// The moments, and pairs with each of them for --together 2. Returns the number of pairs of other parts.
-  std::size_t try_with_pairs(const Subject& subject, const search::Exploration& exploration,
-                             const std::vector<Moments>& moments) {
     for (const search::Variant& variant : exploration.unmatched())
       results_.add_unmatched(variant);
-    if (search_.together != 2) {
-      try_all(subject, exploration, moments, {});
-      return 0;
+    search::Pairs pairs;
+    try_all(subject, exploration, moments, is_in_pairs() ? &pairs : nullptr);
+    if (is_in_pairs()) {
+      moments = pairs.take();
+      others += leave_out_others(exploration, moments);
+      try_all(subject, exploration, moments, nullptr);
     }
-    std::vector<search::Pair> pairs;
-    try_all(subject, exploration, moments, [&](const Moments& first, const Record& record) {
-      std::ranges::move(exploration.pairs(first, record), std::back_inserter(pairs));
-    });
-    std::vector<Moments> distinct = search::deduplicated(std::move(pairs));
-    const std::size_t others = leave_out_others(distinct);
-    try_all(subject, exploration, distinct, {});
-    return others;
+    add_failures(subject, exploration);
+    if (left_ == 0 && others == 0) check_shown(subject);
   }
 
   void add_failures(const Subject& subject, const search::Exploration& exploration) {
@@ -233,37 +223,38 @@ class Search {
     return distinct;
   }
 
-  /// Removes those of other parts, unless --state has their results. Returns their number.
-  std::size_t leave_out_others(std::vector<Moments>& moments) const {
-    return std::erase_if(moments, [this](const Moments& each) { return !is_ours(each); });
+  bool is_in_pairs() const { return search_.together == 2; }
+
+  /// Removes those of other parts, unless --state has their results. Returns their number. A pair is of the
+  /// part that makes the run with its first fault alone, so each of these is made once.
+  std::size_t leave_out_others(const search::Exploration& exploration, std::vector<Moments>& moments) const {
+    return std::erase_if(moments, [&](const Moments& each) {
+      const bool is_ours = is_in_pairs() ? exploration.number_of(each) % shard_.parts == shard_.part - 1
+                                         : search::is_in_part(each, shard_.part, shard_.parts);
+      return !is_ours && !state_.has(to_string(each));
+    });
   }
 
-  bool is_ours(const Moments& moments) const {
-    return search::is_in_part(moments, shard_.part, shard_.parts) ||
-           state_.find(to_string(moments)) != nullptr;
-  }
-
-  using OnRecord = std::function<void(const Moments&, const Record&)>;
-
-  /// Tries all moments. `on_record`: matching frames are counted in each run, and results of others do not
-  /// replace it.
+  /// Tries all moments. `pairs` gets those with each of them.
   void try_all(const Subject& subject, const search::Exploration& exploration,
-               const std::vector<Moments>& moments, const OnRecord& on_record) {
+               const std::vector<Moments>& moments, search::Pairs* pairs) {
     std::vector<std::size_t> left;
     const std::size_t first_order = std::exchange(next_order_, next_order_ + moments.size());
     for (std::size_t i = 0; i < moments.size(); ++i) {
-      const Result* const known = on_record ? nullptr : state_.find(to_string(moments[i]));
-      if (known != nullptr)
-        add(subject, first_order + i, moments[i], *known);
-      else
+      const auto known = state_.find(to_string(moments[i]));
+      const bool suffices = known && (pairs == nullptr || (known->near && exploration.knows(*known->near)));
+      if (!suffices) {
         left.push_back(i);
+        continue;
+      }
+      if (pairs != nullptr) pairs->add(exploration.pairs(moments[i], *known->near));
+      add(subject, first_order + i, moments[i], known->result);
     }
     left_ += left.size();
     std::atomic<bool> good = true;
     std::string problem;
     subject.runner.run_all(
-        left.size(),
-        [&](std::size_t i) { return exploration.trial_of(moments[left[i]], static_cast<bool>(on_record)); },
+        left.size(), [&](std::size_t i) { return exploration.trial_of(moments[left[i]], pairs != nullptr); },
         [&] { return good && io::Reactor::now() - begun_ < budget_; },
         [&](std::size_t i, const TrialReport& report) {
           const Moments& tried = moments[left[i]];
@@ -273,11 +264,14 @@ class Search {
           }
           if (!good) return;
           --left_;
-          if (on_record) on_record(tried, report.record);
-          if (on_record && !is_ours(tried)) return;
+          search::KeptRun run{to_string(tried), report.result, {}};
+          if (pairs != nullptr) {
+            run.near = exploration.near(tried, report.record);
+            pairs->add(exploration.pairs(tried, *run.near));
+          }
           add(subject, first_order + left[i], tried, report.result);
           try {
-            state_.add(to_string(tried), report.result);
+            state_.add(run);
           } catch (const io::EnvironmentError& error) {
             problem = error.what();
             good = false;
@@ -293,10 +287,13 @@ class Search {
   }
 
   static std::string fingerprint(const Subject& subject, const Record& record) {
-    std::string all = std::string(kVersion) + subject.identity;
+    search::Sources sources = subject.sources;
+    sources.emplace(sources.begin(), "version", kVersion);
+    std::string frames;
     for (const std::string& frame : record.frames)
-      all += frame + '\n';
-    return fmt::format("{:016x}", search::hash_of(all));
+      frames += frame + '\n';
+    sources.emplace_back("run without faults", frames);
+    return search::fingerprint_of(sources);
   }
 
   const config::SearchConfig& search_;
@@ -411,9 +408,10 @@ int run_many(const config::Start& start, const search::Settings& settings, confi
   Processes runner(start, files, settings);
   Search search(start.search, console);
   config::Config plant = start.config;
-  const std::string identity =
-      fmt::format("{}\n{}\n{}", start.plant_text, fmt::join(start.words, " "), fmt::join(start.command, " "));
-  search.run({"", identity, start.config, settings, search::only(start.search.only, settings, plant), runner,
+  const search::Sources sources{{"plant", start.plant_text},
+                                {"option", fmt::format("{}", fmt::join(start.words, " "))},
+                                {"command", fmt::format("{}", fmt::join(start.command, " "))}};
+  search.run({"", sources, start.config, settings, search::only(start.search.only, settings, plant), runner,
               [&](const search::Failure& failure) { return write_plant_file(start, settings, failure); }});
   return static_cast<int>(search.report());
 }
@@ -438,7 +436,12 @@ base::ExitCode explore_scenarios(const std::vector<std::string>& paths, const co
   for (const File& file : all_files) {
     const scenario::Scenario& scenario = file.scenario;
     Threads runner(scenario, files, file.settings);
-    all.run({scenario.file, scenario.text, scenario.config, file.settings, file.only, runner,
+    all.run({scenario.file,
+             {{"scenario", scenario.text}},
+             scenario.config,
+             file.settings,
+             file.only,
+             runner,
              [&](const search::Failure& failure) {
                return write_scenario(scenario, file.settings, search, files.front(), failure);
              }});

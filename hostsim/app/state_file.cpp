@@ -4,18 +4,26 @@
 #include <fcntl.h>
 #include <fmt/core.h>
 #include <sys/file.h>
+#include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 
-#include "base/read_file.hpp"
 #include "io/loop/reactor.hpp"
 #include "io/loop/system.hpp"
 
 namespace cbcan::app {
 
 namespace {
+
+std::string_view mapped(int file, std::size_t size) {
+  if (size == 0) return {};
+  void* const memory = ::mmap(nullptr, size, PROT_READ, MAP_SHARED, file, 0);
+  return memory == MAP_FAILED ? std::string_view()  // NOLINT: an integer as a pointer
+                              : std::string_view(static_cast<const char*>(memory), size);
+}
 
 /// The only one that reads or writes the file.
 class Locked {
@@ -40,41 +48,45 @@ StateFile::StateFile(const std::string& path) : name_("--state " + path) {
   file_ = io::Descriptor(::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666));
   if (!file_) fail();
   const Locked lock(file_.get());
-  const std::string text = base::read_file(path).value_or("");
-  const std::size_t whole = text.rfind('\n') + 1;  // 0 if there is none
+  const off_t all = size();
+  text_ = mapped(file_.get(), static_cast<std::size_t>(std::max<off_t>(all, 0)));
+  if (all != static_cast<off_t>(text_.size())) fail();
+  const std::size_t whole = text_.rfind('\n') + 1;  // 0 if there is none
   try {
-    state_ = search::parse_state(text, name_);
-    if (whole != text.size()) write("\n");
+    state_ = search::parse_state(text_, name_);
+    if (whole != text_.size()) write("\n");
   } catch (const io::UsageError&) {
-    if (whole == 0 || whole == text.size()) throw;
-    state_ = search::parse_state(std::string_view(text).substr(0, whole), name_);
+    if (whole == 0 || whole == text_.size()) throw;
+    state_ = search::parse_state(text_.substr(0, whole), name_);
     if (::ftruncate(file_.get(), static_cast<off_t>(whole)) != 0) fail();
   }
 }
 
 StateFile::~StateFile() {
   if (file_) ::fdatasync(file_.get());
+  if (!text_.empty())
+    ::munmap(const_cast<char*>(text_.data()), text_.size());  // NOLINT: it is not written to
 }
 
 void StateFile::begin(const std::string& subject, const std::string& fingerprint) {
-  known_ = &state_.try_emplace(subject, search::KeptResults{fingerprint, {}}).first->second;
+  known_ = &state_.try_emplace(subject, search::KeptResults{fingerprint}).first->second;
   if (known_->fingerprint != fingerprint)
-    throw io::UsageError(
-        fmt::format("{}: is of another program, plant, command or version; name a new file", name_));
+    throw io::UsageError(fmt::format("{}: has results of {}; name a new file", name_,
+                                     search::other_source(known_->fingerprint, fingerprint)));
   heading_ = search::state_line(subject, fingerprint);
   end_ = -1;
 }
 
-const search::Result* StateFile::find(const std::string& moments) const {
-  const auto found = known_->runs.find(moments);
-  return found == known_->runs.end() ? nullptr : &found->second;
+std::optional<search::KeptRun> StateFile::find(const std::string& moments) const {
+  const std::string_view line = known_->line(moments);
+  return line.empty() ? std::nullopt : search::run_in(line);
 }
 
 /// The subject's line again where another one may have written.
-void StateFile::add(const std::string& moments, const search::Result& result) {
+void StateFile::add(const search::KeptRun& run) {
   if (!file_) return;
   const Locked lock(file_.get());
-  write((size() == end_ ? "" : heading_) + search::state_line(moments, result));
+  write((size() == end_ ? "" : heading_) + search::state_line(run));
   end_ = size();
   if (io::Reactor::now() - synced_ < kSecond) return;
   synced_ = io::Reactor::now();

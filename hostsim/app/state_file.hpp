@@ -6,7 +6,9 @@
 
 #include <sys/types.h>
 
+#include <optional>
 #include <string>
+#include <string_view>
 
 #include "cbcan/time.hpp"
 #include "io/loop/system.hpp"
@@ -25,10 +27,12 @@ class StateFile {
 
   /// What follows is about this subject. Throws io::UsageError if the file has another one with its name.
   void begin(const std::string& subject, const std::string& fingerprint);
-  /// The result that the file had when it was opened; null = none.
-  const search::Result* find(const std::string& moments) const;
+  /// Whether the file had the run when it was opened.
+  bool has(const std::string& moments) const { return known_->has(moments); }
+  /// This run; none = it had none.
+  std::optional<search::KeptRun> find(const std::string& moments) const;
   /// Throws io::EnvironmentError.
-  void add(const std::string& moments, const search::Result& result);
+  void add(const search::KeptRun& run);
 
  private:
   off_t size() const;
@@ -37,6 +41,7 @@ class StateFile {
 
   std::string name_;
   io::Descriptor file_;
+  std::string_view text_;  ///< of the file, which is mapped: there may be a million runs
   search::State state_;
   const search::KeptResults* known_ = nullptr;
   std::string heading_;  ///< the subject's line

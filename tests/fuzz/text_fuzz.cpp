@@ -63,8 +63,8 @@ std::string text_of(const search::State& state) {
   std::string text;
   for (const auto& [subject, kept] : state) {
     text += search::state_line(subject, kept.fingerprint);
-    for (const auto& [moments, result] : kept.runs)
-      text += search::state_line(moments, result);
+    for (const auto& [hash, line] : kept.lines)
+      text += search::state_line(*search::run_in(line));
   }
   return text;
 }

@@ -336,18 +336,23 @@ class TheSameTable(cases.Case):
     def test_with_any_number_of_jobs_parts_and_pauses(self):
         whole = explore(DRIVE, "ignored-abort", *self.OPTIONS, "-j", "1", code=1)
         self.assertEqual(explore(DRIVE, "ignored-abort", *self.OPTIONS, "-j", "8", code=1), whole)
-        parts = [subprocess.run([PROGRAM, "--config", DRIVE, "--explore", *self.OPTIONS, "--shard", f"{part}/3", "--", PLC, "ignored-abort"],
-                                capture_output=True, text=True, timeout=LIMIT).stdout for part in (1, 2, 3)]
-        joined = {key: {column: sum(rows(part).get(key, row)[column] if key in rows(part) else 0 for part in parts) for column in COLUMNS}
-                  for key, row in rows(whole).items()}
-        self.assertEqual(joined, rows(whole))
+        for part in range(1, 5):
+            subprocess.run([PROGRAM, "--config", DRIVE, "--explore", *self.OPTIONS, "--shard", f"{part}/4", "--state", self.folder / f"state{part}", "--", PLC, "ignored-abort"],
+                           stdout=subprocess.DEVNULL, timeout=LIMIT)
+        joined = self.write("joined", "".join((self.folder / f"state{part}").read_text() for part in (3, 1, 4, 2, 1)))
+        before, junit = joined.read_bytes(), ("--junit", self.folder / "junit.xml")
+        self.assertEqual(explore(DRIVE, "ignored-abort", *self.OPTIONS, "--state", joined, *junit, code=1), whole)
+        self.assertEqual(joined.read_bytes(), before)  # nothing was left to run
+        merged = (self.folder / "junit.xml").read_text()
+        self.assertEqual(explore(DRIVE, "ignored-abort", *self.OPTIONS, *junit, code=1), whole)
+        self.assertEqual((self.folder / "junit.xml").read_text(), merged)
         state = ("--state", self.folder / "state")
         first = subprocess.run([PROGRAM, "--config", DRIVE, "--explore", *self.OPTIONS, *state, "--budget", "100ms", "--junit",
                                 self.folder / "results.xml", "--", PLC, "ignored-abort"], capture_output=True, text=True, timeout=LIMIT)
         self.assertRegex(first.stdout, r"not tried: \d+")
         self.assertTrue(list(xml.parse(self.folder / "results.xml").iter("skipped")))
         self.assertEqual(explore(DRIVE, "ignored-abort", *self.OPTIONS, *state, code=1), whole)
-        self.assertIn("is of another program, plant, command or version", explore(DRIVE, "drive", *self.OPTIONS, *state, code=2))
+        self.assertIn("has results of another command; name a new file", explore(DRIVE, "drive", *self.OPTIONS, *state, code=2))
 
     def kept(self):
         """Moments in the file of --state, once each."""

@@ -56,8 +56,8 @@ TEST_CASE("moments: text and back") {
         "16:response-late delay_ms=1500@4294967295", "all:typical+16:silent@3"})
     CHECK(to_string(moments(text)) == text);
   CHECK(to_string(moments("16:silent")) == "16:silent@1");  // the same moment
-  CHECK(moments("16:silent@3")[0].variant.fault.count == 1);
-  CHECK(moments("16:silent count=2@3")[0].variant.fault.count == 2);
+  CHECK(moments("16:silent@3")[0].variant().fault.count == 1);
+  CHECK(moments("16:silent count=2@3")[0].variant().fault.count == 2);
   CHECK(error_of("silent@3") == "silent@3: must be PLACE:FAULT@NUMBER, such as 16:response-never@149");
   CHECK(error_of("16:silent@x") == "16:silent@x: must be PLACE:FAULT@NUMBER, such as 16:response-never@149");
   CHECK(error_of("17:silent@1") == "17: there is no such node in the plant");
@@ -89,7 +89,7 @@ TEST_CASE("variants: of all places, with a star") {
 }
 
 TEST_CASE("groups: of alike transactions the first, the last and halvings between them") {
-  const Variant variant = moments("16:silent@1")[0].variant;
+  const Variant variant = moments("16:silent@1")[0].variant();
   const auto tried = [&](const Texts& transactions) {
     return texts(moments_of({variant}, record_of(transactions))[0]);
   };
@@ -105,7 +105,7 @@ TEST_CASE("groups: of alike transactions the first, the last and halvings betwee
 TEST_CASE("order: round robin over the lists, and each beginning of a list is even") {
   CHECK(texts(round_robin({{moments("16:silent@1"), moments("16:silent@2")}, {moments("66:silent@1")}})) ==
         Texts{"16:silent@1", "66:silent@1", "16:silent@2"});
-  const Variant variant = moments("16:silent@1")[0].variant;
+  const Variant variant = moments("16:silent@1")[0].variant();
   CHECK(texts(moments_of({variant}, record_of({"a", "b", "c", "d", "e"}))[0]) ==
         Texts{"16:silent@1", "16:silent@5", "16:silent@3", "16:silent@2", "16:silent@4"});
 }
@@ -118,11 +118,10 @@ TEST_CASE("parts: each moment is in one of them") {
 }
 
 TEST_CASE("pairs: of alike ones the earliest") {
-  const std::vector<Moments> kept = deduplicated({{"x", moments("16:silent@5+16:silent@6")},
-                                                  {"x", moments("16:silent@1+16:silent@3")},
-                                                  {"x", moments("16:silent@1+16:silent@2")},
-                                                  {"y", moments("16:silent@7+16:silent@8")}});
-  Texts found = texts(kept);
+  Pairs pairs;
+  pairs.add({{"x", moments("16:silent@5+16:silent@6")}, {"x", moments("16:silent@1+16:silent@3")}});
+  pairs.add({{"x", moments("16:silent@1+16:silent@2")}, {"y", moments("16:silent@7+16:silent@8")}});
+  Texts found = texts(pairs.take());
   std::ranges::sort(found);
   CHECK(found == Texts{"16:silent@1+16:silent@2", "16:silent@7+16:silent@8"});
 }
@@ -149,7 +148,7 @@ TEST_CASE("results: the table, in the order of kinds whatever the order of runs"
   results.add("", 1, moments("16:silent@9"), ended(Verdict::kBroken, "always a", "read"));
   results.add("", 2, moments("16:silent@3"), ended(Verdict::kLate));
   results.add("", 0, moments("16:refuse@1"), {});
-  results.add_unmatched(moments("16:response-other-crc@1")[0].variant);
+  results.add_unmatched(moments("16:response-other-crc@1")[0].variant());
   CHECK(
       results.table() ==
       "fault                               place   tried    done gave up  broken    late\n"
@@ -164,7 +163,7 @@ TEST_CASE("results: JUnit, where nothing was shown, and an error") {
   results.add("", 0, moments("16:silent@1"), ended(Verdict::kDone));
   results.add("", 1, moments("16:refuse@1"), {});  // never happened
   results.add("", 2, moments("16:slow"), {});      // from power-on
-  results.add_unmatched(moments("16:abort@1")[0].variant);
+  results.add_unmatched(moments("16:abort@1")[0].variant());
   const std::string xml = results.junit(0, "killed");
   CHECK(xml.find("tests=\"5\" failures=\"0\" errors=\"1\" skipped=\"2\"") != std::string::npos);
   CHECK(xml.find("<error message=\"killed\">") != std::string::npos);

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: MIT
 """cbcan-sim run --explore: the shipped scenarios with every fault, cores with a defect, and scenarios that a fault breaks."""
 
-import collections
 import os
 import pathlib
 import re
@@ -57,16 +56,44 @@ class Shipped(cases.Case):
         self.assertEqual(run("--explore", *state, *paths), one)
         self.assertEqual(run("--explore", *state, *paths), one)
 
-    def test_pairs_are_the_same_in_parts(self):
-        path = ROOT / "scenarios/cancel.toml"
-        whole = run("--explore", "--together", "2", path)
-        parts = [run("--explore", "--together", "2", "--shard", f"{part}/3", path) for part in (1, 2, 3)]
-        count = lambda output: int(re.search(r"^runs: (\d+)", output, re.MULTILINE)[1])
-        self.assertGreater(count(whole), 100)
-        self.assertEqual(sum(map(count, parts)), count(whole))
-        rows = lambda output: collections.Counter({name: int(tried) for name, tried in re.findall(r"^(\S.*?)  +\S+ +(\d+) +\d", output, re.MULTILINE)})
-        self.assertEqual(rows(whole).total(), count(whole))
-        self.assertEqual(sum(map(rows, parts), collections.Counter()), rows(whole))
+    def joined(self, count, *arguments):
+        """The reports of a search in so many parts: table and JUnit, and the number of runs of the parts."""
+        files = [self.folder / f"{count}.{part}" for part in range(1, count + 1)]
+        runs = [int(re.search(r"^runs: (\d+)", run("--explore", "--state", file, "--shard", f"{part}/{count}", *arguments), re.MULTILINE)[1])
+                for part, file in enumerate(files, 1)]
+        state = self.folder / f"{count}.state"
+        state.write_bytes(b"".join(file.read_bytes() for file in [*reversed(files), files[0]]))  # in any order, and some twice
+        before = state.read_bytes()
+        junit = self.folder / f"{count}.xml"
+        output = run("--explore", "--state", state, "--junit", junit, *arguments)
+        self.assertEqual(state.read_bytes(), before)  # nothing was left to run
+        return output, junit.read_text(), sum(runs)
+
+    def test_parts_joined_are_the_whole(self):
+        arguments = ("--faults", "silent,refuse,request-lost,abort,cut", ROOT / "scenarios/node_replaced.toml", ROOT / "scenarios/cancel.toml")
+        junit = self.folder / "whole.xml"
+        whole = run("--explore", "--junit", junit, *arguments)
+        runs = int(re.search(r"^runs: (\d+)", whole, re.MULTILINE)[1])
+        for count in (1, 4, 100):
+            self.assertEqual(self.joined(count, *arguments), (whole, junit.read_text(), runs))
+
+    def test_pairs_in_parts_are_the_whole_and_no_run_is_made_twice(self):
+        arguments = ("--together", "2", ROOT / "scenarios/cancel.toml")
+        junit = self.folder / "whole.xml"
+        whole = run("--explore", "--junit", junit, *arguments)
+        runs = int(re.search(r"^runs: (\d+)", whole, re.MULTILINE)[1])
+        self.assertGreater(runs, 100)
+        for count in (3, 100):
+            self.assertEqual(self.joined(count, *arguments), (whole, junit.read_text(), runs))
+
+    def test_parts_of_another_scenario_are_refused_by_name(self):
+        parts = []
+        for text in (FRAGILE.replace("must", "expect"), FRAGILE.replace("must", "expect") + "# other"):
+            parts.append(self.folder / f"state{len(parts)}")
+            run("--explore", "--faults", "silent", "--state", parts[-1], self.write("s.toml", text))
+        state = self.write("state", "".join(part.read_text() for part in parts))
+        self.assertRegex(run("--explore", "--faults", "silent", "--state", state, self.folder / "s.toml", code=2),
+                         rf"{state}:\d+: {self.folder}/s.toml: results of another scenario; keep them apart")
 
 
 class Defects(cases.Case):

@@ -27,18 +27,20 @@ std::string problem_in(const std::string& text) {
 
 TEST_CASE("state: a line is a moment and its result") {
   const std::string line = line_with("16:silent count=0@3+66:power@4", "2");
-  const State state = parse_state(kSubject + line, "f");
+  const std::string text = kSubject + line;
+  const State state = parse_state(text, "f");
   REQUIRE(state.size() == 1);
   CHECK(state.at("").fingerprint == "0123456789abcdef");
-  REQUIRE(state.at("").runs.size() == 1);
-  const auto& [moments, result] = *state.at("").runs.begin();
-  CHECK(moments == "16:silent count=0@3+66:power@4");
+  REQUIRE(state.at("").lines.size() == 1);
+  const KeptRun run = *run_in(state.at("").line("16:silent count=0@3+66:power@4"));
+  const Result& result = run.result;
+  CHECK(run.moments == "16:silent count=0@3+66:power@4");
   CHECK(result.verdict == Verdict::kBroken);
   CHECK(result.what == "always a");
   CHECK(result.seen == "it is 1");
   CHECK(result.reached == std::vector<bool>{true, false});
   CHECK(result.duration == 5);
-  CHECK(state_line("", "0123456789abcdef") + state_line(moments, result) == kSubject + line);
+  CHECK(state_line("", "0123456789abcdef") + state_line(run) == kSubject + line);
   CHECK(parse_state("", "f").empty());
 }
 
@@ -63,15 +65,40 @@ TEST_CASE("state: what is damaged is named by its line") {
 
 TEST_CASE("state: joined texts are one, unless they are about different programs") {
   const std::string other = "[\"s.toml\",\"fedcba9876543210\"]\n" + line_with("66:abort@1", "0");
-  const State state = parse_state(kSubject + line_with("16:silent@3", "0") + other + kSubject +
-                                      line_with("16:silent@4", "1") + line_with("16:silent@3", "2"),
-                                  "f");
+  const std::string text = kSubject + line_with("16:silent@3", "0") + other + kSubject +
+                           line_with("16:silent@4", "1") + line_with("16:silent@3", "2");
+  const State state = parse_state(text, "f");
   REQUIRE(state.size() == 2);
-  CHECK(state.at("s.toml").runs.size() == 1);
-  CHECK(state.at("").runs.size() == 2);
-  CHECK(state.at("").runs.at("16:silent@3").verdict == Verdict::kBroken);  // the later one
-  CHECK(problem_in(kSubject + "[\"\",\"1\"]\n") ==
-        "f:2: results of another program, plant, command or version; keep them apart");
+  CHECK(state.at("s.toml").has("66:abort@1"));
+  CHECK(!state.at("s.toml").has("16:silent@3"));
+  CHECK(state.at("").has("16:silent@4"));
+  CHECK(run_in(state.at("").line("16:silent@3"))->result.verdict == Verdict::kBroken);  // the later one
+}
+
+TEST_CASE("state: joined texts of different sources are refused by the name of what differs") {
+  const Sources sources{{"version", "0.2.0"}, {"plant", "a"}, {"command", "b"}};
+  CHECK(fingerprint_of(sources) ==
+        "version=0.2.0;plant=af63dc4c8601ec8c;command=af63df4c8601f1a5");  // FNV-1a
+  const auto problem_with = [&](std::size_t place, const std::string& source) {
+    Sources others = sources;
+    others[place].second = source;
+    return problem_in(state_line("s.toml", fingerprint_of(sources)) +
+                      state_line("s.toml", fingerprint_of(others)));
+  };
+  CHECK(problem_with(0, "0.1.0") == "f:2: s.toml: results of version 0.1.0; keep them apart");
+  CHECK(problem_with(1, "A") == "f:2: s.toml: results of another plant; keep them apart");
+  CHECK(problem_with(2, "B") == "f:2: s.toml: results of another command; keep them apart");
+  CHECK(problem_in(kSubject + "[\"\",\"1\"]\n") == "f:2: results of version 1; keep them apart");
+}
+
+TEST_CASE("state: a run with what pairs need of it") {
+  KeptRun run{"16:silent@3", {}, Near{"0123", {{"read", "0A", {1, 2}}}}};
+  const std::string line = state_line(run);
+  const std::optional<KeptRun> read = run_in(line);
+  REQUIRE((read && read->near));
+  CHECK(read->near->variants == "0123");
+  CHECK(read->near->transactions.at(0).matches == std::vector<std::uint32_t>{1, 2});
+  CHECK(state_line(*read) == line);
 }
 
 }  // namespace cbcan::search::test

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <stdexcept>
-#include <tuple>
 #include <utility>
 
 #include "base/error.hpp"
@@ -53,7 +52,7 @@ std::size_t transaction_of(const Record& record, std::size_t variant, std::uint3
 
 /// What is read or written may be another value than that in the node, and nothing on the bus shows it.
 bool changes_values(const Moment& moment) {
-  const sim::FaultKind kind = moment.variant.fault.kind;
+  const sim::FaultKind kind = moment.variant().fault.kind;
   return kind == sim::FaultKind::kResponseOtherSize || kind == sim::FaultKind::kDuplicateNodeId ||
          sim::is_of_frames(kind);
 }
@@ -149,16 +148,24 @@ void Exploration::keep(const Record& counted) {
   for (std::size_t i = 0; i < lists.size(); ++i)
     if (lists[i].empty()) unmatched_.push_back(variants_[i]);
   moments_ = round_robin(std::move(lists));
+  std::string all;
+  for (const Variant& variant : variants_)
+    all += to_string(variant) + '\n';
+  variants_hash_ = fmt::format("{:016x}", hash_of(all));
+  for (const Variant& variant : variants_)
+    shared_.push_back(shared(variant));
+  for (const Moments& first : moments_)
+    groups_.try_emplace(group_of(first.front()), groups_.size());
 }
 
 void Exploration::count_in(Trial& trial) const {
   trial.counted = variants_;
   for (const Variant& variant : variants_)
-    if (has_moments(variant)) inject({{variant, kCounting}}, trial.config);
+    if (has_moments(variant)) inject({{shared(variant), kCounting}}, trial.config);
 }
 
 Trial Exploration::trial_of(const Moments& moments, bool counts) const {
-  const Variant& first = moments.front().variant;
+  const Variant& first = moments.front().variant();
   Trial trial = trial_with(moments, plant_, record_);
   const bool is_harmless =
       first.place == kAllNodes || (survive_.contains(first.fault.kind) && passes(first.fault));
@@ -167,40 +174,73 @@ Trial Exploration::trial_of(const Moments& moments, bool counts) const {
   return trial;
 }
 
-std::vector<Pair> Exploration::pairs(const Moments& first, const Record& record) const {
-  const auto own =
-      static_cast<std::size_t>(std::ranges::find(variants_, first.front().variant) - variants_.begin());
-  const std::size_t begin = transaction_of(record_, own, first.front().match);
-  const std::size_t end =
-      std::min(begin + kNear, record.transactions.empty() ? 0 : record.transactions.size() - 1);
+std::size_t Exploration::own_place(const Moment& moment) const {
+  return static_cast<std::size_t>(std::ranges::find(variants_, moment.variant()) - variants_.begin());
+}
+
+/// The variant, and the transaction in the run without faults.
+std::string Exploration::group_of(const Moment& first) const {
+  const std::size_t place = transaction_of(record_, own_place(first), first.match);
+  return fmt::format("{} {}", to_string(first.variant()),
+                     place < record_.transactions.size() ? record_.transactions[place].text : "");
+}
+
+std::size_t Exploration::number_of(const Moments& moments) const {
+  const auto found = groups_.find(group_of(moments.front()));
+  return found == groups_.end() ? 0 : found->second;
+}
+
+/// The transaction before the fault, or one without frames, the one in which it acts, and kNear more.
+Near Exploration::near(const Moments& first, const Record& record) const {
+  Near near{variants_hash_, {}};
+  const std::size_t begin = transaction_of(record_, own_place(first.front()), first.front().match);
+  const auto& all = record.transactions;
+  if (begin >= all.size()) return near;
+  near.transactions.push_back(begin == 0
+                                  ? Record::Transaction{"", "", std::vector<std::uint32_t>(variants_.size())}
+                                  : all[begin - 1]);
+  for (std::size_t place = begin; place < std::min(begin + kNear + 1, all.size()); ++place)
+    near.transactions.push_back(all[place]);
+  return near;
+}
+
+std::vector<Pair> Exploration::pairs(const Moments& first, const Near& near) const {
   std::vector<Pair> pairs;
-  if (begin >= record.transactions.size()) return pairs;
+  if (near.transactions.empty()) return pairs;
+  const std::size_t own = own_place(first.front());
+  const std::string group = group_of(first.front());
   for (std::size_t i = 0; i < variants_.size(); ++i) {
     if (!has_moments(variants_[i])) continue;
-    std::uint32_t match = begin == 0 ? 0 : record.transactions[begin - 1].matches[i];
-    for (std::size_t place = begin; place <= end; ++place) {
-      const Record::Transaction& during = record.transactions[place];
+    const std::string second = to_string(variants_[i]);
+    std::uint32_t match = near.transactions[0].matches[i];
+    for (std::size_t place = 1; place < near.transactions.size(); ++place) {
+      const Record::Transaction& during = near.transactions[place];
       for (unsigned in_it = 1; match < during.matches[i]; ++in_it)
         if (++match != first.front().match || i != own)
           pairs.push_back(
-              {fmt::format("{} {} {} {} {}", to_string(first.front().variant),
-                           record.transactions[begin].text, to_string(variants_[i]), during.text, in_it),
-               {first.front(), {variants_[i], match}}});
+              {fmt::format("{} {} {} {} {}", group, near.transactions[1].text, second, during.text, in_it),
+               {first.front(), {shared_[i], match}}});
     }
   }
   return pairs;
 }
 
-std::vector<Moments> deduplicated(std::vector<Pair> pairs) {
-  const auto rank = [](const Pair& pair) {
-    return std::tuple(pair.group, pair.moments[0].match, pair.moments[1].match);
-  };
-  std::ranges::sort(pairs, {}, rank);
-  std::vector<Moments> kept;
-  for (std::size_t i = 0; i < pairs.size(); ++i)
-    if (i == 0 || pairs[i].group != pairs[i - 1].group) kept.push_back(pairs[i].moments);
-  std::ranges::sort(kept, {}, [](const Moments& pair) { return hash_of(to_string(pair)); });
-  return kept;
+void Pairs::add(std::vector<Pair> pairs) {
+  const auto rank = [](const Moments& pair) { return std::pair(pair[0].match, pair[1].match); };
+  for (Pair& pair : pairs) {
+    Moments& earliest = earliest_[hash_of(pair.group)];
+    if (earliest.empty() || rank(pair.moments) < rank(earliest)) earliest = std::move(pair.moments);
+  }
+}
+
+std::vector<Moments> Pairs::take() {
+  std::vector<Moments> all;
+  for (auto& [group, pair] : earliest_)
+    all.push_back(std::move(pair));
+  std::ranges::sort(all, {},
+                    [](const Moments& pair) { return std::pair(hash_of(to_string(pair)), to_string(pair)); });
+  earliest_.clear();
+  return all;
 }
 
 }  // namespace cbcan::search

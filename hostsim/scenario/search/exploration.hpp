@@ -5,9 +5,12 @@
 /// the moments that are tried.
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
+#include <map>
 #include <set>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "scenario/search/search.hpp"
@@ -43,8 +46,16 @@ struct Pair {
   std::string group;
   Moments moments;
 };
-/// The earliest pair of each group, in an order of which every beginning is an even sample.
-std::vector<Moments> deduplicated(std::vector<Pair> pairs);
+/// The earliest pair of each group.
+class Pairs {
+ public:
+  void add(std::vector<Pair> pairs);
+  /// In an order of which every beginning is an even sample.
+  std::vector<Moments> take();
+
+ private:
+  std::unordered_map<std::uint64_t, Moments> earliest_;  ///< by hash of the group
+};
 
 class Exploration {
  public:
@@ -59,8 +70,13 @@ class Exploration {
   const std::vector<Moments>& moments() const { return moments_; }
   /// Variants without a matching frame.
   const std::vector<Variant>& unmatched() const { return unmatched_; }
-  /// A second fault near the first one, which was alone in the run that made this record.
-  std::vector<Pair> pairs(const Moments& first, const Record& record) const;
+  /// What pairs with the first fault need of the record of a run with it alone.
+  Near near(const Moments& first, const Record& record) const;
+  /// A second fault near the first one; nothing unless the moments are those of this exploration.
+  std::vector<Pair> pairs(const Moments& first, const Near& near) const;
+  bool knows(const Near& near) const { return near.variants == variants_hash_; }
+  /// All moments with the same number, from 0, have the groups of their pairs in common with no others.
+  std::size_t number_of(const Moments& moments) const;
   /// `counts`: the result is for pairs().
   Trial trial_of(const Moments& moments, bool counts) const;
   const Record& record() const { return record_; }
@@ -68,11 +84,16 @@ class Exploration {
  private:
   void count_in(Trial& trial) const;
   void keep(const Record& counted);
+  std::size_t own_place(const Moment& moment) const;
+  std::string group_of(const Moment& first) const;
 
   const config::Config& plant_;
   Runner& runner_;
   std::vector<std::string> nodes_;
   std::vector<Variant> variants_;
+  std::vector<std::shared_ptr<const Variant>> shared_;  ///< the same
+  std::string variants_hash_;
+  std::map<std::string, std::size_t> groups_;  ///< numbers of those of the moments
   std::set<sim::FaultKind> survive_;
   Record record_;
   std::vector<Moments> moments_;

@@ -64,7 +64,7 @@ std::string to_string(const Variant& variant) {
 std::string to_string(const Moments& moments) {
   std::string text;
   for (const Moment& moment : moments) {
-    text += (text.empty() ? "" : "+") + to_string(moment.variant);
+    text += (text.empty() ? "" : "+") + to_string(moment.variant());
     if (moment.match != 0) text += fmt::format("@{}", moment.match);
   }
   return text;
@@ -85,13 +85,13 @@ Moments parse_moments(std::string_view text, config::Config& plant) {
       throw base::UsageError(
           fmt::format("{}: must be PLACE:FAULT@NUMBER, such as 16:response-never@149", part));
     if (written->place == kAllNodes && written->fault == kTypical) {
-      moments.push_back({{std::string(kAllNodes), {}}, 0});
+      moments.push_back({shared({std::string(kAllNodes), {}}), 0});
       continue;
     }
     const config::FaultList list = list_at(written->place, plant);
     Variant variant{std::string(written->place), fault_of(written->fault, list.place)};
     const bool is_first = written->match == 0 && has_moments(variant);
-    moments.push_back({std::move(variant), is_first ? 1 : written->match});
+    moments.push_back({shared(std::move(variant)), is_first ? 1 : written->match});
   }
   return moments;
 }
@@ -105,13 +105,13 @@ Moments only(const std::string& option, const Settings& settings, config::Config
 
 void inject(const Moments& moments, config::Config& plant) {
   for (const Moment& moment : moments) {
-    if (moment.variant.place == kAllNodes) {
+    if (moment.variant().place == kAllNodes) {
       plant.timing = config::NodeTiming::kTypical;
       continue;
     }
-    sim::Fault fault = moment.variant.fault;
+    sim::Fault fault = moment.variant().fault;
     fault.after = moment.match == 0 ? 0 : moment.match - 1;
-    list_at(moment.variant.place, plant).faults->push_back({fault, {}});
+    list_at(moment.variant().place, plant).faults->push_back({fault, {}});
   }
 }
 

@@ -5,8 +5,10 @@
 /// of this fault at node 16, counted from power-on.
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "config/config.hpp"
@@ -31,11 +33,19 @@ std::string to_string(const Variant& variant);
 /// Its moments are matching frames; else it acts from power-on.
 bool has_moments(const Variant& variant);
 
+/// Small: there may be a million of a variant.
 struct Moment {
-  Variant variant;
+  std::shared_ptr<const Variant> of;
   std::uint32_t match = 0;  ///< of the matching frames, from 1; 0 = from power-on
-  bool operator==(const Moment&) const = default;
+
+  const Variant& variant() const { return *of; }
+  bool operator==(const Moment& other) const {
+    return match == other.match && (of == other.of || variant() == other.variant());
+  }
 };
+inline std::shared_ptr<const Variant> shared(Variant variant) {
+  return std::make_shared<const Variant>(std::move(variant));
+}
 
 /// Faults of one run.
 using Moments = std::vector<Moment>;

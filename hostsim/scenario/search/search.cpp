@@ -7,7 +7,9 @@
 #include <bit>
 #include <iterator>
 #include <set>
+#include <tuple>
 
+#include "base/text.hpp"
 #include "scenario/outcome.hpp"
 
 namespace cbcan::search {
@@ -39,7 +41,7 @@ std::vector<std::uint32_t> halving(const std::vector<std::uint32_t>& sorted) {
 }
 
 std::vector<Moments> moments_of(const Variant& variant, std::size_t number, const Record& record) {
-  if (!has_moments(variant)) return {{{variant, 0}}};
+  if (!has_moments(variant)) return {{{shared(variant), 0}}};
   std::map<std::pair<std::string, std::uint32_t>, std::vector<std::uint32_t>>
       groups;  // by text and place in it
   std::uint32_t before = 0;
@@ -57,8 +59,8 @@ std::vector<Moments> moments_of(const Variant& variant, std::size_t number, cons
   if (sim::is_state(variant.fault.kind)) std::erase(all, 1u);  // it would begin at power-on
   std::ranges::sort(all);
   std::vector<Moments> moments;
-  for (const std::uint32_t match : halving(all))
-    moments.push_back({{variant, match}});
+  for (const std::shared_ptr<const Variant> of = shared(variant); const std::uint32_t match : halving(all))
+    moments.push_back({{of, match}});
   return moments;
 }
 
@@ -100,69 +102,71 @@ bool is_in_part(const Moments& moments, std::size_t part, std::size_t parts) {
 
 void Results::add(const std::string& subject, std::size_t order, const Moments& moments,
                   const Result& result) {
-  runs_.emplace(order, Tried{subject, moments, result});
-  if (result.verdict == Verdict::kBroken) ++broken_;
+  constexpr std::size_t kMostShown = 100;
+  const auto is_simpler = [&](const auto& shown) {
+    const Moments& others = shown.first.moments;
+    return std::tuple(moments.size(), moments.front().match, order) <
+           std::tuple(others.size(), others.front().match, shown.second);
+  };
+  const bool happened = has_happened(moments, result);
+  Row& row = row_of(moments);
+  ++row.tried;
+  ++row.verdicts[static_cast<std::size_t>(result.verdict)];
+  if (!happened) ++row.not_happened;
+  Subject& of = subjects_[subject];
+  of.happened = of.happened || happened;
+  of.reached.resize(std::max(of.reached.size(), result.reached.size()));
+  for (std::size_t i = 0; i < result.reached.size(); ++i)
+    of.reached[i] = of.reached[i] || result.reached[i];
+  if (result.verdict != Verdict::kBroken) return;
+  ++broken_;
+  row.broken[order] = fmt::format("{}: {}: {}\n", to_string(moments), result.what, result.seen);
+  if (row.broken.size() > kMostShown) row.broken.erase(std::prev(row.broken.end()));
+  auto& shown = of.failures[{result.what, result.during}];
+  if (shown.first.count++ == 0 || is_simpler(shown)) shown = {{moments, result, shown.first.count}, order};
 }
 
 bool Results::reached(const std::string& subject, std::size_t condition) const {
-  return std::ranges::any_of(runs_, [&](const auto& run) {
-    const std::vector<bool>& reached = run.second.result.reached;
-    return run.second.subject == subject && condition < reached.size() && reached[condition];
-  });
+  const auto found = subjects_.find(subject);
+  return found != subjects_.end() && condition < found->second.reached.size() &&
+         found->second.reached[condition];
 }
 
 bool Results::happened(const std::string& subject) const {
-  return std::ranges::any_of(runs_, [&](const auto& run) {
-    return run.second.subject == subject && has_happened(run.second.moments, run.second.result);
-  });
+  const auto found = subjects_.find(subject);
+  return found != subjects_.end() && found->second.happened;
 }
 
 std::vector<Failure> Results::failures(const std::string& subject) const {
-  std::map<std::pair<std::string, std::string>, Failure> found;
-  const auto is_simpler = [](const Moments& a, const Moments& b) {
-    return std::pair(a.size(), a.front().match) < std::pair(b.size(), b.front().match);
-  };
-  for (const auto& [order, run] : runs_) {
-    if (run.subject != subject || run.result.verdict != Verdict::kBroken) continue;
-    Failure& failure = found[{run.result.what, run.result.during}];
-    if (failure.count++ == 0 || is_simpler(run.moments, failure.moments))
-      failure = {run.moments, run.result, failure.count};
-  }
-  std::vector<Failure> failures;
-  for (auto& [key, failure] : found)
-    failures.push_back(std::move(failure));
-  std::ranges::stable_sort(failures, is_simpler, &Failure::moments);
-  return failures;
+  std::vector<std::pair<Failure, std::size_t>> shown;
+  if (const auto found = subjects_.find(subject); found != subjects_.end())
+    for (const auto& [key, failure] : found->second.failures)
+      shown.push_back(failure);
+  std::ranges::sort(shown, {}, [](const auto& each) {
+    return std::tuple(each.first.moments.size(), each.first.moments.front().match, each.second);
+  });
+  return base::column(shown, &std::pair<Failure, std::size_t>::first);
 }
 
-std::map<std::pair<std::string, std::string>, Results::Row> Results::rows() const {
-  std::map<std::pair<std::string, std::string>, Row> rows;
-  const auto row_of = [&rows](const Moments& moments) -> Row& {
-    std::string kinds;
-    std::string places;
-    for (const Moment& moment : moments) {
-      const std::string text = to_string(moment.variant);
-      kinds += (kinds.empty() ? "" : " + ") + text.substr(text.find(':') + 1);
-      if (places != moment.variant.place) places += (places.empty() ? "" : "+") + moment.variant.place;
-    }
-    return rows[{kinds, places}];
-  };
-  for (const Variant& variant : unmatched_)
-    row_of({{variant, 0}});
-  for (const auto& [order, run] : runs_) {
-    Row& row = row_of(run.moments);
-    ++row.tried;
-    ++row.verdicts[static_cast<std::size_t>(run.result.verdict)];
-    if (!has_happened(run.moments, run.result)) ++row.not_happened;
-    if (run.result.verdict == Verdict::kBroken) row.broken.push_back(&run);
+Results::Row& Results::row_of(const Moments& moments) {
+  std::string kinds;
+  std::string places;
+  for (const Moment& moment : moments) {
+    const std::string text = to_string(moment.variant());
+    kinds += (kinds.empty() ? "" : " + ") + text.substr(text.find(':') + 1);
+    if (places != moment.variant().place) places += (places.empty() ? "" : "+") + moment.variant().place;
   }
-  return rows;
+  return rows_[{kinds, places}];
+}
+
+void Results::add_unmatched(const Variant& variant) {
+  row_of({{shared(variant), 0}});
 }
 
 std::string Results::table() const {
   std::string text = fmt::format("{:32} {:>8} {:>7} {:>7} {:>7} {:>7} {:>7}\n", "fault", "place", "tried",
                                  "done", "gave up", "broken", "late");
-  for (const auto& [key, row] : rows()) {
+  for (const auto& [key, row] : rows_) {
     text += fmt::format("{:32} {:>8} {:>7} ", key.first, key.second, row.tried);
     if (row.tried == 0)
       text += "no frame for it\n";
@@ -177,12 +181,14 @@ std::string Results::table() const {
 std::string Results::junit(std::size_t not_tried, const std::string& error) const {
   std::vector<std::string> names;
   std::vector<scenario::Outcome> outcomes;
-  for (const auto& [key, row] : rows()) {
+  for (const auto& [key, row] : rows_) {
     names.push_back(key.second + "/" + key.first);
     scenario::Outcome& outcome = outcomes.emplace_back();
-    for (const Tried* run : row.broken)
-      outcome.text +=
-          fmt::format("{}: {}: {}\n", to_string(run->moments), run->result.what, run->result.seen);
+    for (const auto& [order, line] : row.broken)
+      outcome.text += line;
+    if (const std::size_t all = row.verdicts[static_cast<std::size_t>(Verdict::kBroken)];
+        all > row.broken.size())
+      outcome.text += fmt::format("and {} more\n", all - row.broken.size());
     if (!row.broken.empty())
       outcome.verdict = scenario::Verdict::kFailed;
     else if (row.tried == row.not_happened)

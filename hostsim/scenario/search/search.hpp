@@ -40,13 +40,13 @@ struct Failure {
   std::size_t count = 0;
 };
 
-/// Results of runs, added in any order.
+/// Sums of the results of runs, added in any order: what a run needs does not grow with their number.
 class Results {
  public:
   /// `subject`: the scenario, or empty. `order`: the place of the run among all.
   void add(const std::string& subject, std::size_t order, const Moments& moments, const Result& result);
   /// Kinds and places of the variants without a matching frame.
-  void add_unmatched(const Variant& variant) { unmatched_.push_back(variant); }
+  void add_unmatched(const Variant& variant);
 
   /// Failures of a subject, the simplest first.
   std::vector<Failure> failures(const std::string& subject) const;
@@ -62,21 +62,22 @@ class Results {
   std::size_t broken() const { return broken_; }
 
  private:
-  struct Tried {
-    std::string subject;
-    Moments moments;
-    Result result;
+  struct Subject {
+    /// By condition and transaction; with the order of the run that is shown.
+    std::map<std::pair<std::string, std::string>, std::pair<Failure, std::size_t>> failures;
+    std::vector<bool> reached;
+    bool happened = false;
   };
   struct Row {
     std::size_t tried = 0;
     std::array<std::size_t, 4> verdicts{};  ///< by Verdict
     std::size_t not_happened = 0;
-    std::vector<const Tried*> broken;
+    std::map<std::size_t, std::string> broken;  ///< the first ones, by order
   };
-  std::map<std::pair<std::string, std::string>, Row> rows() const;
+  Row& row_of(const Moments& moments);
 
-  std::map<std::size_t, Tried> runs_;  ///< by order
-  std::vector<Variant> unmatched_;
+  std::map<std::string, Subject> subjects_;
+  std::map<std::pair<std::string, std::string>, Row> rows_;  ///< by kinds and places
   std::size_t broken_ = 0;
 };
 

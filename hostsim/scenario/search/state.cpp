@@ -3,10 +3,12 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "scenario/search/search.hpp"
 
 namespace cbcan::search {
 
@@ -14,6 +16,7 @@ namespace cbcan::search {
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Result, verdict, what, seen, during, request, disturbed, said, happened,
                                    reached, frames, duration)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Record::Transaction, text, value, matches)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Near, variants, transactions)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Record, transactions, matches, changing, unrequested, nodes, readable,
                                    frames, requests, duration)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(TrialReport, result, record, problem, is_usage)
@@ -22,21 +25,27 @@ namespace {
 
 using nlohmann::json;
 
-bool is_pair(const json& line) {
-  return line.is_array() && line.size() == 2 && line[0].is_string();
+/// A heading, or a run with or without what it says about a second fault.
+bool begins_with_text(const json& line) {
+  return line.is_array() && line.size() >= 2 && line.size() <= 3 && line[0].is_string();
 }
 
 /// Conversions check the types, but neither ranges nor signs.
-std::optional<Result> result_in(const json& value) {
+bool is_result(const json& value) {
   const auto number = [&value](const char* key) {
     const auto found = value.is_object() ? value.find(key) : value.end();
     return found != value.end() && found->is_number_unsigned() ? found->get<std::uint64_t>()
                                                                : ~std::uint64_t{0};
   };
-  if (number("verdict") > static_cast<std::uint64_t>(Verdict::kLate) || number("duration") == kNever)
-    return std::nullopt;
+  return number("verdict") <= static_cast<std::uint64_t>(Verdict::kLate) && number("duration") != kNever;
+}
+
+std::optional<KeptRun> run_of(const json& line) {
+  if (!begins_with_text(line) || !is_result(line[1])) return std::nullopt;
   try {
-    return value.get<Result>();
+    KeptRun run{line[0], line[1].get<Result>(), {}};
+    if (line.size() == 3) run.near = line[2].get<Near>();
+    return is_moments(run.moments) ? std::optional(std::move(run)) : std::nullopt;
   } catch (const json::exception&) {
     return std::nullopt;
   }
@@ -48,25 +57,60 @@ std::string line_of(const json& value) {
 
 }  // namespace
 
+std::string fingerprint_of(const Sources& sources) {
+  std::string text;
+  for (const auto& [name, source] : sources)
+    text +=
+        text.empty() ? fmt::format("{}={}", name, source) : fmt::format(";{}={:016x}", name, hash_of(source));
+  return text;
+}
+
+std::string other_source(std::string_view kept, std::string_view present) {
+  const std::string_view version = base::take_part(kept, ';');
+  if (version != base::take_part(present, ';'))
+    return fmt::format("version {}", version.substr(version.find('=') + 1));
+  while (true) {
+    const std::string_view part = base::take_part(kept, ';');
+    if (part != base::take_part(present, ';') || part.empty())
+      return fmt::format("another {}", part.substr(0, part.find('=')));
+  }
+}
+
+std::optional<KeptRun> run_in(std::string_view line) {
+  return run_of(json::parse(line, nullptr, false));
+}
+
+std::string_view KeptResults::line(const std::string& moments) const {
+  const std::uint64_t hash = hash_of(moments);
+  const auto after =
+      std::ranges::upper_bound(lines, hash, {}, &std::pair<std::uint64_t, std::string_view>::first);
+  return after != lines.begin() && (after - 1)->first == hash ? (after - 1)->second : std::string_view();
+}
+
 State parse_state(std::string_view text, const std::string& path) {
   State state;
   KeptResults* kept = nullptr;
   for (std::size_t number = 1; !text.empty(); ++number) {
-    const json line = json::parse(base::take_line(text), nullptr, false);
-    const bool is_subject = is_pair(line) && line[1].is_string();
-    if (is_subject) {
-      kept = &state.try_emplace(line[0], KeptResults{line[1], {}}).first->second;
-      if (kept->fingerprint == line[1].get_ref<const std::string&>()) continue;
-      throw base::UsageError(fmt::format(
-          "{}:{}: results of another program, plant, command or version; keep them apart", path, number));
+    const std::string_view whole = base::take_line(text);
+    const json line = json::parse(whole, nullptr, false);
+    if (begins_with_text(line) && line[1].is_string()) {
+      const auto& fingerprint = line[1].get_ref<const std::string&>();
+      kept = &state.try_emplace(line[0], KeptResults{fingerprint}).first->second;
+      if (kept->fingerprint == fingerprint) continue;
+      throw base::UsageError(fmt::format("{}:{}: {}{}results of {}; keep them apart", path, number,
+                                         line[0].get<std::string>(),
+                                         line[0].get_ref<const std::string&>().empty() ? "" : ": ",
+                                         other_source(fingerprint, kept->fingerprint)));
     }
-    const auto result = is_pair(line) && kept != nullptr ? result_in(line[1]) : std::nullopt;
-    if (!result || !is_moments(line[0].get<std::string>()))
+    const auto run = kept != nullptr ? run_of(line) : std::nullopt;
+    if (!run)
       throw base::UsageError(fmt::format("{}:{}: {}", path, number,
                                          kept == nullptr ? "is no file of --explore; name a new one"
                                                          : "is no result of this version; remove the line"));
-    kept->runs.insert_or_assign(line[0], *result);
+    kept->lines.emplace_back(hash_of(run->moments), whole);
   }
+  for (auto& [subject, results] : state)
+    std::ranges::stable_sort(results.lines, {}, &std::pair<std::uint64_t, std::string_view>::first);
   return state;
 }
 
@@ -74,8 +118,8 @@ std::string state_line(const std::string& subject, const std::string& fingerprin
   return line_of({subject, fingerprint});
 }
 
-std::string state_line(const std::string& moments, const Result& result) {
-  return line_of({moments, result});
+std::string state_line(const KeptRun& run) {
+  return run.near ? line_of({run.moments, run.result, *run.near}) : line_of({run.moments, run.result});
 }
 
 std::string line_of(const TrialReport& report) {

@@ -59,6 +59,12 @@ struct Result {
   Time duration = 0;
 };
 
+/// What a run with one fault has shown about a second one.
+struct Near {
+  std::string variants;                           ///< the moments' variants, as a hash
+  std::vector<Record::Transaction> transactions;  ///< see Exploration::near()
+};
+
 /// What is wrong, in which transaction, what the command has said, and the last frames; lines.
 std::string report(const Result& result);
 
