@@ -23,6 +23,7 @@ constexpr Measurement kMeasurements[] = {
     {"scripts", "[SECONDS]", "127 Lua devices, called 100 times a second each", 0, 1, scripts},
     {"eds", "[TIMES]", "reads the demo plant's EDS files", 0, 1, eds},
     {"hostile", "", "Lua devices that would stop the plant", 0, 0, hostile},
+    {"scenarios", "FILE...", "what --explore costs for each scenario", 1, 1000, scenarios},
     {"tr308", "", "the terms of CiA TR 308", 0, 0, tr308},
     {"load", "PORT CLIENTS TRANSACTIONS NODE INDEX SIZE", "SDO reads by Modbus TCP clients", 6, 6, load},
 };

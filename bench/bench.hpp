@@ -22,6 +22,7 @@ class Arguments {
     if (value < least || value > most) throw std::out_of_range(words_[at]);
     return static_cast<unsigned>(value);
   }
+  const std::string& word(std::size_t at) const { return words_.at(at); }
 
  private:
   std::vector<std::string> words_;
@@ -41,6 +42,8 @@ void core(const Arguments& arguments);
 void tr308(const Arguments& arguments);
 // load.cpp
 void load(const Arguments& arguments);
+// scenarios.cpp
+void scenarios(const Arguments& arguments);
 // worlds.cpp
 void plant(const Arguments& arguments);
 void scripts(const Arguments& arguments);

@@ -9,7 +9,8 @@ local area = 0.2          -- m2
 local height = 1.0        -- m
 local full_inlet = 0.010  -- m3/s
 local opening = 0.0008    -- m2, effective
-local gravity = 9.81      -- m/s2
+local fall = (2 * 9.81) ^ 0.5  -- root of 2 g
+local e = 2.718281828459045
 
 incidents, alarms = { "leak" }, { "leak" }
 device = { name = "Tank", product = 0x30, revision = 0x10000 }
@@ -21,43 +22,51 @@ objects = {
 }
 
 local level, inflow, outlet, leak, since = 0, 0, 0, 0, 0
+local marks
 
 -- The level after t seconds. With q = sqrt(level): dq/dt = (inflow / q - k) / (2 area), k = outlet * sqrt(2 g).
 -- Without inflow or outlet that has a simple solution; with both, the equation gives t for a known q.
 local function after(t)
-  local k = outlet * math.sqrt(2 * gravity)
+  local k = outlet * fall
   if k == 0 then return level + inflow * t / area end
-  local q = math.sqrt(level)
-  if inflow == 0 then return math.max(0, q - k * t / (2 * area)) ^ 2 end
+  local q, lost = level ^ 0.5, k * t / (2 * area)
+  if inflow == 0 then return q > lost and (q - lost) ^ 2 or 0 end
   local final = inflow / k
-  if math.abs(q - final) < 1e-12 then return final * final end
-  -- t = -(2 area / k) (x - q + final ln((final - x) / (final - q))): solved for x by bisection.
-  local near, far = q, final
+  if q - final < 1e-12 and final - q < 1e-12 then return final * final end
+  -- x - q + final w + lost = 0 with x = final - (final - q) e^w: solved for w by Newton's method.
+  local w, x = -lost / final
   for _ = 1, 50 do
-    local x = (near + far) / 2
-    if -(2 * area / k) * (x - q + final * math.log((final - x) / (final - q))) < t then near = x else far = x end
+    x = final - (final - q) * e ^ w
+    local step = (x - q + final * w + lost) / x
+    w = w - step
+    if step < 1e-14 and step > -1e-14 then break end
   end
-  return near * near
+  return x * x
 end
 
 local function show()
   set(0x2000, 0, level * 1000)
-  set(0x2003, 0, (level >= height and 1 or 0) + (level <= 0 and 2 or 0))
+  local now = (level >= height and 1 or 0) + (level <= 0 and 2 or 0)
+  if now ~= marks then set(0x2003, 0, now) end
+  marks = now
 end
 
 function reset(now)
-  inflow, outlet, since = 0, 0, now
+  inflow, outlet, since, marks = 0, 0, now, nil
   show()
 end
 
 function update(now)
-  level = math.min(height, math.max(0, after(now - since)))
-  since = now
+  if now > since then
+    level = after(now - since)
+    level = level < 0 and 0 or level > height and height or level
+    since = now
+  end
   inflow = full_inlet * get(0x2001) / 100
   outlet = opening * (get(0x2002) + leak) / 100
   show()
   local still = inflow == 0 and (outlet == 0 or level == 0) or inflow > 0 and outlet == 0 and level == height
-  return not still and (math.floor(now * 20 + 1e-6) + 1) / 20 or nil  -- every 50 ms while the level changes
+  return not still and ((now * 20 + 1e-6) // 1 + 1) / 20 or nil  -- every 50 ms while the level changes
 end
 
 function on_incident(_, present) leak = present and 10 or 0 end

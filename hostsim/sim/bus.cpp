@@ -46,19 +46,19 @@ bool Port::try_send(const Frame& frame) {
 }
 
 void Bus::Ports::add(Port& port) {
-  if (first == nullptr)
+  if (first == nullptr) {
     first = &port;
-  else if (first != &port && std::ranges::find(others, &port) == others.end())
-    others.push_back(&port);
+  } else if (first != &port) {
+    if (!others) others = std::make_unique<std::vector<Port*>>();
+    if (std::ranges::find(*others, &port) == others->end()) others->push_back(&port);
+  }
 }
 
 void Bus::Ports::remove(Port& port) {
-  if (first == &port) {
-    first = others.empty() ? nullptr : others.front();
-    std::erase(others, first);
-  } else {
-    std::erase(others, &port);
-  }
+  if (others) std::erase(*others, &port);
+  if (first != &port) return;
+  first = !others || others->empty() ? nullptr : others->front();
+  if (first != nullptr) others->erase(others->begin());
 }
 
 void Port::accept(std::uint32_t first, std::uint32_t last) {
@@ -116,6 +116,7 @@ inline void Arbitration::add(Port& port) {
 void Arbitration::insert(Port& port) {
   const std::size_t bits = first_bits(port.front());
   Port** place = &waiting_[bits];
+  if ((bits_[bits / 64] >> bits % 64 & 1) == 0) *place = nullptr;
   while (*place != nullptr && !wins(port, **place))
     place = &(*place)->behind_;
   port.behind_ = std::exchange(*place, &port);
@@ -248,13 +249,13 @@ inline void Bus::deliver_to(Port& port, const Frame& frame, const Port* sender, 
 
 /// Goes by index, since a receiver may change its own filter in the meantime.
 void Bus::deliver_to_others(const Ports& ports, const Frame& frame, const Port* sender, Time now) {
-  for (std::size_t i = 0; i < ports.others.size(); ++i)
-    deliver_to(*ports.others[i], frame, sender, now);
+  for (std::size_t i = 0; i < ports.others->size(); ++i)
+    deliver_to(*(*ports.others)[i], frame, sender, now);
 }
 
 inline void Bus::deliver_to(const Ports& ports, const Frame& frame, const Port* sender, Time now) {
   if (ports.first != nullptr) deliver_to(*ports.first, frame, sender, now);
-  if (!ports.others.empty()) deliver_to_others(ports, frame, sender, now);
+  if (ports.others) deliver_to_others(ports, frame, sender, now);
 }
 
 /// What deliver() does, inlined for the path that every frame takes.

@@ -147,7 +147,7 @@ class Arbitration {
   static bool wins(const Port& port, const Port& other);
 
   Port* only_ = nullptr;                  ///< the only port that waits: the lists are empty
-  std::array<Port*, 2048> waiting_{};     ///< lists by the first eleven bits, the winner first
+  std::array<Port*, 2048> waiting_;       ///< lists by the first eleven bits, the winner first; not cleared
   std::array<std::uint64_t, 32> bits_{};  ///< which lists are not empty
   std::uint32_t words_ = 0;               ///< which words of bits_ are not 0
 };
@@ -204,13 +204,13 @@ class Bus {
  private:
   friend class Port;
   static constexpr std::size_t kIdentifiers = 2048;
-  /// Most identifiers have one: no memory for it.
+  /// Most identifiers have one: no memory for it. Small, as each bus clears 2,048.
   struct Ports {
     void add(Port& port);
     void remove(Port& port);
 
     Port* first = nullptr;
-    std::vector<Port*> others{};
+    std::unique_ptr<std::vector<Port*>> others{};  ///< null until there was one
   };
 
   void drop_queue(Port& port);

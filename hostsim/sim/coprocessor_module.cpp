@@ -36,8 +36,10 @@ ProcessData::ProcessData(std::span<std::uint16_t> block, std::size_t process, st
     if (entry.index < object::kRpdoParameter || entry.index > object::kLastPdo) continue;
     entry.more_indices = kPdos - 1;
     const std::size_t first = std::exchange(entry.offset, static_cast<ObjectSize>(power_on_.size()));
-    for (std::size_t k = 0; k < std::size_t{entry.count()} * entry.capacity; ++k)
-      power_on_.push_back(power_on_[first + k % entry.capacity]);
+    const std::size_t begin = power_on_.size();
+    power_on_.resize(begin + std::size_t{entry.count()} * entry.capacity);
+    for (std::size_t k = begin; k < power_on_.size(); ++k)
+      power_on_[k] = power_on_[k < begin + entry.capacity ? first + k - begin : k - entry.capacity];
   }
   const std::uint32_t bytes = further == 0 ? 0 : 2 * regmap::kFurtherWords;
   const auto at = static_cast<std::uint32_t>(2 * further);

@@ -29,51 +29,73 @@ local shaft, speed, moved_at = 0, 0, nil      -- revolutions, revolutions per s,
 local offset, broken, next_cycle = 0, false, nil
 local position = 0                            -- that is shown
 
--- A value of an object; the standard one where a file has no such object, or 0.
-local function read(index, standard)
-  local value = has(index) and get(index) or 0
-  return value ~= 0 and value or standard
+-- Objects of the file, by index * 256 + sub, and values that are shown: asked for and set once.
+local exists, shown = {}, {}
+local function is_there(index, sub)
+  local place = index * 256 + sub
+  local there = exists[place]
+  if there == nil then
+    there = has(index, sub)
+    exists[place] = there
+  end
+  return there
+end
+
+-- A value of an object; nil where a file has no such object, or 0.
+local function read(index)
+  local value = is_there(index, 0) and get(index)
+  return value and value ~= 0 and value or nil
 end
 
 local function show(index, sub, value)
-  if has(index, sub) then set(index, sub, value) end
+  if value == shown[index] or not is_there(index, sub) then return end
+  shown[index] = value
+  set(index, sub, value)
 end
 
--- Steps of a revolution, and of the whole range.
-local function scale()
-  local steps = read(0x6501, 4096)
-  if read(0x6000, 0) & 4 == 0 then return steps, steps * read(0x6502, 4096) end
-  return read(0x6001, steps), read(0x6002, steps * read(0x6502, 4096))
-end
+-- Steps of a revolution and of the whole range, 1 or -1, and s between cycles; steps = nil: to be read again.
+local steps, range, direction, period, parameters
+local status_shown = false
 
-local function direction() return read(0x6000, 0) & 1 == 0 and 1 or -1 end
+local function read_parameters()
+  status_shown = false
+  parameters = read(0x6000) or 0
+  steps, range = nil, nil
+  if parameters & 4 ~= 0 then steps, range = read(0x6001), read(0x6002) end
+  local whole = read(0x6501) or 4096
+  steps, range = steps or whole, range or whole * (read(0x6502) or 4096)
+  direction = parameters & 1 == 0 and 1 or -1
+  period = (read(0x6200) or 0) / 1000
+end
 
 -- Between 0 and the range.
-local function wrapped(steps, range) return steps - math.floor(steps / range) * range end
+local function wrapped(count) return count - count // range * range end
 
 -- Without preset.
 local function raw()
-  local steps, range = scale()
-  return wrapped(math.floor(direction() * shaft * steps + 1e-6), range), range
+  if not steps then read_parameters() end
+  return wrapped((direction * shaft * steps + 1e-6) // 1)
 end
 
 function reset(now)
-  speed, moved_at, next_cycle, offset = 0, nil, nil, 0
+  speed, moved_at, next_cycle, offset, shown, steps = 0, nil, nil, 0, {}, nil
   update(now)
 end
 
 function update(now)
   if moved_at and now >= moved_at + at_rest then speed, moved_at = 0, nil end
+  local count = raw()
   if not broken then
-    local steps, range = raw()
-    position = wrapped(steps + offset, range)
+    position = wrapped(count + offset)
+    show(0x6030, 1, direction * speed * steps)
   end
   show(0x6004, 0, position)
-  if not broken then show(0x6030, 1, direction() * speed * scale()) end
-  show(0x6500, 0, read(0x6000, 0))
-  show(0x6503, 0, broken and 1 or 0)
-  show(0x6509, 0, offset)
-  local period = read(0x6200, 0) / 1000
+  if not status_shown then
+    show(0x6500, 0, parameters)
+    show(0x6503, 0, broken and 1 or 0)
+    show(0x6509, 0, offset)
+    status_shown = true
+  end
   if period == 0 then next_cycle = nil return moved_at and moved_at + at_rest end
   if next_cycle and now >= next_cycle then event(0x6004) next_cycle = nil end
   next_cycle = math.min(next_cycle or math.huge, now + period)
@@ -81,14 +103,16 @@ function update(now)
 end
 
 function on_write(index, _, value)
-  if index ~= 0x6003 then return end
-  local steps, range = raw()
-  if value >= range then return 0x06090030 end  -- value out of range
-  offset = value - steps
+  if index == 0x6003 then
+    local count = raw()
+    if value >= range then return 0x06090030 end  -- value out of range
+    offset = value - count
+  end
+  steps = nil
 end
 
 function set_input(index, _, value, now)
-  if index ~= 0x6004 then return false end
+  if index ~= 0x6004 then steps = nil return false end
   if moved_at and now > moved_at then speed = (value - shaft) / (now - moved_at) end
   if value ~= shaft or not moved_at then moved_at = now end
   shaft = value
@@ -96,6 +120,6 @@ function set_input(index, _, value, now)
 end
 
 function on_incident(_, present)
-  broken = present
+  broken, status_shown = present, false
   if present then emcy(0x5000) else emcy_over(0x5000) end
 end

@@ -68,13 +68,21 @@ class LuaDevice final : public sim::Behaviour {
     quiet_ = false;
   }
 
+  /// Objects that the script changes are reported afterwards, since a TPDO needs all values of this time, not
+  /// another call.
   Time update(Time now) override {
+    if (reporting_) return report(now), due_;
     count_updates(now);
+    updating_ = true;
     const Script::Result result = call("update", now);
+    updating_ = false;
     if (const auto* next = std::get_if<double>(&result))
       due_ = std::max(now + 1, time_of(*next));
     else
       due_ = kNever;
+    reporting_ = true;
+    report(now);
+    reporting_ = false;
     return failed_ ? kNever : due_;
   }
 
@@ -346,7 +354,20 @@ class LuaDevice final : public sim::Behaviour {
     ObjectDictionary& dictionary = node_.dictionary();
     const std::uint64_t before = dictionary.number(entry, sub);
     dictionary.set(entry.index, sub, raw);
-    if (dictionary.number(entry, sub) != before && !quiet_) node_.changed(entry.index, sub, now_);
+    if (dictionary.number(entry, sub) == before || quiet_) return;
+    if (updating_)
+      changed_.emplace_back(entry.index, sub);
+    else
+      node_.changed(entry.index, sub, now_);
+  }
+
+  /// Called again by the first TPDO of these, which is sampled after all of them.
+  void report(Time now) {
+    while (!changed_.empty()) {
+      const auto [index, sub] = changed_.back();
+      changed_.pop_back();
+      node_.changed(index, sub, now);
+    }
   }
 
   void put_kept_inputs() {
@@ -387,13 +408,16 @@ class LuaDevice final : public sim::Behaviour {
   std::map<std::pair<std::uint16_t, std::uint8_t>, double> given_;  ///< to inputs that the script has taken
   std::map<std::pair<std::uint16_t, std::uint8_t>, double> kept_;   ///< inputs that are their object's value
   std::set<std::string> present_;                                   ///< incidents
+  std::vector<std::pair<std::uint16_t, std::uint8_t>> changed_;     ///< objects, by the present update()
   Time began_at_ = kNever;                                          ///< the script's time 0
   Time now_ = 0;
   Time due_ = kNever;
   Time millisecond_ = 0;  ///< in which updates_ are counted
   int updates_ = 0;
   int lines_ = 0;
-  bool quiet_ = true;  ///< values are set as at power-on: no events
+  bool updating_ = false;   ///< in the script
+  bool reporting_ = false;  ///< changed_
+  bool quiet_ = true;       ///< values are set as at power-on: no events
   bool failed_ = false;
 };
 

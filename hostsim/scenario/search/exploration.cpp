@@ -75,6 +75,8 @@ bool passes(const sim::Fault& fault) {
 Trial trial_with(const Moments& moments, const config::Config& plant, const Record& baseline) {
   Trial trial{.config = plant,
               .values_may_differ = std::ranges::any_of(moments, changes_values),
+              .faults_pass = std::ranges::all_of(
+                  moments, [](const Moment& moment) { return passes(moment.variant().fault); }),
               .baseline = &baseline};
   inject(moments, trial.config);
   return trial;

@@ -96,6 +96,7 @@ void Judge::follow(const journal::Event& event) {
   if (event.kind == Kind::kAdvice) return on_advice(event);
   if (event.kind == Kind::kFault) {
     const std::string_view text = journal.text(event);
+    fault_at = event.at;
     if (!std::exchange(result.happened, true)) {
       requests_at_fault_ = requests();
       if (text.starts_with("plc: ")) result.disturbed = text.substr(text.rfind(": ") + 2);
@@ -106,6 +107,8 @@ void Judge::follow(const journal::Event& event) {
   }
   during = request_text(event, journal, no_name);
   const bool has_begun = event.kind == Kind::kBegun;
+  transactions += has_begun ? 1U : 0U;
+  if (!has_begun && transactions != 0) --transactions;
   if (!has_begun && counts())
     record.transactions.push_back(
         {during + " " + result_text(event), base::hex(journal.bytes(event), ""), matches()});
@@ -150,7 +153,7 @@ TrialReport Judge::end(std::optional<int> exit_code) {
   if (result.verdict != Verdict::kBroken) {
     if (gave_up) result.verdict = Verdict::kGaveUp;
     if (gave_up && trial.must_survive) broken("survive", "it gave up");
-    if (!is_over()) settle();
+    if (!is_over() && settles()) settle();
     check(gave_up ? gave_up_ : done_, gave_up ? "gave_up" : "done");
   }
   if (result.verdict != Verdict::kBroken)

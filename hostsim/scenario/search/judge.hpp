@@ -42,12 +42,17 @@ class Judge final : private JudgedRun, private plant::Listener {
     unsigned number;
   };
 
-  Time settle_time() const { return settings.settle.value_or(5 * kSecond); }
+  Time settle_time() const { return settings.settle.value_or(kSettle); }
   /// The program is to be ended: it has settled.
   bool is_over() const { return settings.ends && control.now() >= *settings.ends + settle_time(); }
   /// Matching frames, up to now, are moments.
   bool counts() const {
     return !trial.counted.empty() && !has_ended && control.now() < settings.ends.value_or(kNever);
+  }
+  /// There is something to be seen in that time.
+  bool settles() const {
+    return settings.settle || is_open() || !always_.empty() || !done_.empty() || !gave_up_.empty() ||
+           !reached_.empty();
   }
   void settle();
   std::vector<Held> conditions(std::string_view key, const std::vector<Line>& lines);

@@ -251,17 +251,26 @@ struct ProgramEnds final : Rule {
   std::uint64_t requests_before = 0;  ///< looked_at
 };
 
-/// Rule: at the end, without faults, each node can be read.
+/// Rule: at the end, without faults, each node can be read. If all can at once, there is nothing to wait for.
 struct Readable final : Rule {
   void on_settled(JudgedRun& run) override {
     constexpr Time kRest = 3 * kSecond;
+    if (!run.is_open() && !unreadable(run)) return;
     execute(run, "clear");
     run.pass(kRest);
     for (std::size_t network = 1; network <= run.control.networks(); ++network)
       execute(run,
               fmt::format("nmt preop {}all", plant::prefix_of(network)));  // a stopped one cannot be read
     run.pass(kSecond);
+    if (const auto node = unreadable(run); node && run.trial.baseline != nullptr)
+      run.broken("each node can be read at the end", fmt::format("node {} cannot", *node));
+  }
+
+  /// The first node that cannot be read, of those with power that the run without faults could read; in that
+  /// run, of all.
+  static std::optional<std::string> unreadable(JudgedRun& run) {
     const Record* const baseline = run.trial.baseline;
+    std::optional<std::string> first;
     for (const std::string& node : run.record.nodes) {
       const auto [network, id] = plant::where(node, run.control.networks());
       const Object any{static_cast<std::uint8_t>(network), base::parse<std::uint8_t>(id).value_or(0), 0, 0};
@@ -269,19 +278,19 @@ struct Readable final : Rule {
       if (!expected || run.node_of(any) == nullptr) continue;
       if (is_read(run, network, id))
         run.record.readable.insert(node);
-      else if (baseline != nullptr)
-        run.broken("each node can be read at the end", fmt::format("node {} cannot", node));
+      else if (!first)
+        first = node;
     }
+    return first;
   }
-
   static void execute(JudgedRun& run, const std::string& line) {
     run.control.execute(line, run.control.started() + run.control.now());
   }
   static bool is_read(JudgedRun& run, std::size_t network, std::string_view id) {
     const auto flag = [&] { return run.control.read(network, regmap::kExecuteFlag, 1)[0]; };
     execute(run, fmt::format("trigger {}read {} {} 0 4", plant::prefix_of(network), id, object::kDeviceType));
-    for (int i = 0; i < 20 && flag() == regmap::kExecute; ++i)
-      run.pass(kSecond);
+    for (Time step = kMillisecond; step < 20 * kSecond && flag() == regmap::kExecute; step *= 2)
+      run.pass(step);
     return flag() == 0;
   }
 };

@@ -72,6 +72,14 @@ struct JudgedRun {
   std::string during{};    ///< the present transaction, or the last one
   std::string request{};   ///< the last Modbus request
   bool has_ended = false;  ///< the program, or the scenario
+  unsigned transactions = 0;  ///< in progress
+  Time fault_at = 0;          ///< when a fault has acted last
+  /// How long its effects may last.
+  static constexpr Time kSettle = 5 * kSecond;
+  /// Something is in progress that may still break a rule.
+  bool is_open() const {
+    return transactions != 0 || !trial.faults_pass || (result.happened && control.now() < fault_at + kSettle);
+  }
   Result result{};
   Record record{};
 };

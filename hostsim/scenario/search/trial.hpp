@@ -74,6 +74,7 @@ struct Trial {
   std::vector<Variant> counted = {};  ///< their matching frames are recorded
   bool values_may_differ = false;     ///< because of the faults
   bool must_survive = false;          ///< giving up is a failure
+  bool faults_pass = true;            ///< they prevent nothing, or not for long
   const Record* baseline = nullptr;   ///< what the run without faults showed; null in that run itself
 };
 
