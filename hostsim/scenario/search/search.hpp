@@ -63,7 +63,7 @@ class Results {
 
  private:
   struct Subject {
-    /// By condition and transaction; with the order of the run that is shown.
+    /// Failures by condition and transaction, with the order of the run that is shown.
     std::map<std::pair<std::string, std::string>, std::pair<Failure, std::size_t>> failures;
     std::vector<bool> reached;
     bool happened = false;
