@@ -13,7 +13,7 @@ import sys
 import cases
 from plc import ROOT, Plant, Plc
 from recipes import Recipes
-from st_types import Pointer
+from cbcan_st.machine.types import Pointer
 
 SIMULATOR, PROGRAM = sys.argv[1:3]
 del sys.argv[1:3]

@@ -17,7 +17,7 @@ import page_blocks
 from done import output
 from owned_registers import OwnedRegisters
 from simulator import Simulator, program_from_arguments, wait_until
-from st_machine import Machine
+from cbcan_st.machine import Machine
 from tree import ROOT
 
 BIN = pathlib.Path(program_from_arguments())

@@ -7,7 +7,7 @@ import subprocess
 
 from plc import LIBRARY, ROOT, Plant, source
 from recipes import items, tables_of
-from st_machine import Machine
+from cbcan_st.machine import Machine
 
 HERE = pathlib.Path(__file__).resolve().parent
 DRIVE, MODULE = 16, 127

@@ -9,8 +9,8 @@ from st_bench import ALL, BUS_OFF, ERROR_PASSIVE, INTERNAL, NODE, OTHER, OVERFLO
 import cases
 from plc import configuration, source
 from recipes import PAGE
-from st_machine import Machine
-from st_types import Pointer
+from cbcan_st.machine import Machine
+from cbcan_st.machine.types import Pointer
 
 
 class NoResults(BlockTest):

@@ -7,9 +7,9 @@ import re
 from plc import LIBRARY, ROOT, configuration, source
 import cases
 from recipes import items, tables_of
-from st_declarations import STANDARD_FUNCTIONS
-from st_lexer import KEYWORDS
-from st_machine import Machine
+from cbcan_st.machine.declarations import STANDARD_FUNCTIONS
+from cbcan_st.machine.lexer import KEYWORDS
+from cbcan_st.machine import Machine
 
 BLOCKS = {  # inputs, outputs and VAR_IN_OUT as the CiA 405 library of SoMachine has them, and MODE for reading; without the common ones
     "NMT": ("DEVICE STATE", "", ""),

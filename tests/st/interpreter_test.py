@@ -4,8 +4,8 @@
 
 
 import cases
-from st_lexer import StError
-from st_machine import Machine
+from cbcan_st.machine.lexer import StError
+from cbcan_st.machine import Machine
 
 BEFORE = """TYPE
   FIVE : ARRAY [3..7] OF WORD;
@@ -55,10 +55,11 @@ MISTAKES = (  # message; variables; body
     ("B: its variables are its own", "b : f;", "b.I := 1;"),
     ("TOP: no VAR_GLOBAL of this type", "END_VAR VAR_EXTERNAL top : UINT;", ""),
     ("Y: located variables have a VAR of their own", "x AT %IW5 : WORD; y : UINT;", ""),
-    ("X: only a WORD", "x AT %IW5 : UINT;", ""),
+    ("X: %IW5 is for a WORD or INT or UINT of a PROGRAM", "x AT %IW5 : BYTE;", ""),
     ("a pointer to nothing", "p : POINTER TO BYTE;", "p^ := 16#01;"),
     ("a pointer behind its variable", "p : POINTER TO BYTE; u : UINT;", "p := ADR(u); p := p + 2; p^ := 16#01;"),
     ("WHILE: does not end", "x : UINT;", "WHILE TRUE DO x := 1; END_WHILE;"),
+    ("X: %IX5.1 is for a BOOL of", "x AT %IX5.1 : WORD;", ""),
     # No part of the subset
     *(("", "x : UINT; t : TON;", body) for body in (
         "REPEAT x := 1; UNTIL TRUE END_REPEAT;", "RETURN;", "x := 2#1010;", "x := -1;", "x := x XOR x;", "CASE x OF 0, 1: x := 2; END_CASE;",
@@ -93,6 +94,23 @@ class Interpreter(cases.Case):
                      "i := WORD_TO_INT(w); j := i / 2; k := i MOD 2; s := s - 6; b := SINT_TO_BYTE(s); r := r + 0.2; q := REAL_TO_DINT(r * 0.0 - 2.6);")
         self.assertEqual([values[name] for name in "IJKSBQ"], [-7, -3, -1, -1, 0xFF, -3])
         self.assertEqual(values["R"], 0.30000001192092896)  # 3E99999Ah
+
+    def test_located_variables(self):
+        text = "x AT %MX5.15 : BOOL; i AT %IW0 : INT; u AT %QW1 : UINT; d AT %MD6 : DINT; r AT %id7 : REAL; w AT %MD8 : DWORD; n AT %MD9 : UDINT;"
+        made = Machine(("a.st", f"PROGRAM p VAR {text} END_VAR END_PROGRAM\n"), ("c.st", CONFIGURATION))
+        self.assertEqual(made.programs["MAIN"][0].located,
+                         {"%MX5.15": "X", "%IW0": "I", "%QW1": "U", "%MD6": "D", "%ID7": "R", "%MD8": "W", "%MD9": "N"})
+
+    def test_each_task_has_its_interval(self):
+        program = "PROGRAM p VAR n : UINT; END_VAR n := n + 1; END_PROGRAM\n"
+        tasks = CONFIGURATION.replace("    PROGRAM", "    TASK u (INTERVAL := T#25ms, PRIORITY := 1);\n    PROGRAM other WITH u : p;\n    PROGRAM")
+        made = Machine(("a.st", program), ("c.st", tasks))
+        for _ in range(11):  # at 0, 5, .. 50 ms
+            made.scan(0)
+        self.assertEqual([made.interval, *(made.programs[name][1]["N"] for name in ("MAIN", "OTHER"))], [5000, 6, 3])
+        for message, wrong in (("NOWHERE: no task with an INTERVAL", ("WITH t", "WITH nowhere")), ("X: only variables of a PROGRAM are located", ("top :", "x AT %MW5 :"))):
+            with self.assertRaisesRegex(StError, rf"\Ac\.st:\d+: {message}"):
+                Machine(("a.st", program), ("c.st", CONFIGURATION.replace(*wrong)))
 
     def test_mistakes_are_found_and_their_place(self):
         for message, variables, body in MISTAKES:

@@ -4,7 +4,7 @@
 import subprocess
 
 from simulator import Simulator
-from st_machine import Machine
+from cbcan_st.machine import Machine
 from tree import ROOT
 
 LIBRARY = ROOT / "tools/st"

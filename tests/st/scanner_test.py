@@ -9,7 +9,7 @@ from st_bench import ALL, INTERNAL, NODE, PROGRAM, TIMEOUT, BlockTest
 import cases
 from plc import ROOT, Instance, Plant, Plc, configuration, source
 from recipes import PAGE, items, tables_of
-from st_machine import Machine
+from cbcan_st.machine import Machine
 
 OUT, IN = (500, 70), (600, 68)
 

@@ -15,7 +15,7 @@ import xml.etree.ElementTree as ElementTree
 import cases
 from done import ran
 from simulator import program_from_arguments
-from st_machine import Machine
+from cbcan_st.machine import Machine
 from tree import ROOT
 
 CBCANCTL = program_from_arguments()

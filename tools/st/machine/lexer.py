@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The words of Structured Text (IEC 61131-3, 2nd edition, 2.1 and 2.2), limited to what tools/st needs."""
+"""The words of Structured Text (IEC 61131-3, 2nd edition, 2.1 and 2.2), as far as the machine knows them."""
 
 import re
 from typing import NamedTuple
@@ -19,7 +19,7 @@ class Token(NamedTuple):
 PATTERN = re.compile(r"""
     (?P<blank>\s+) | (?P<comment>\(\*.*?\*\)) |
     (?P<time>(?:T|TIME)\#(?P<count>\d+)(?P<unit>ms|s|m|h)\b) |
-    (?P<address>%[IQ]W\d+) | (?P<based>16\#[0-9A-F]+) | (?P<real>\d+\.\d+) | (?P<number>\d+(?![A-Z_#.]\w)) | (?P<word>[A-Z]\w*) |
+    (?P<address>%[IQM](?:[WD]\d+|X\d+\.\d+)) | (?P<based>16\#[0-9A-F]+) | (?P<real>\d+\.\d+) | (?P<number>\d+(?![A-Z_#.]\w)) | (?P<word>[A-Z]\w*) |
     (?P<symbol>:=|<>|<=|>=|\.\.|[-+*/<>=()\[\],;:.^])
     """, re.VERBOSE | re.DOTALL | re.IGNORECASE)
 MICROSECONDS = {"ms": 1000, "s": 1000000, "m": 60000000, "h": 3600000000}
@@ -46,7 +46,7 @@ def tokens_of(text, file):
             value = int(value)
         elif kind == "real":
             value = float(value)
-        elif kind == "word":
+        elif kind in ("word", "address"):
             value = value.upper()
         if kind not in ("blank", "comment"):
             tokens.append(Token(kind, value, place))

@@ -7,9 +7,9 @@ import copy
 import re
 from typing import NamedTuple
 
-from st_declarations import Declarations
-from st_lexer import StError
-from st_types import ADDRESS, BOOL, BYTE, ELEMENTARY, LITERAL, REAL, TIME, Block, Pointer, bytes_of, single
+from .declarations import Declarations
+from .lexer import StError
+from .types import ADDRESS, BOOL, BYTE, ELEMENTARY, LITERAL, REAL, TIME, Block, Pointer, bytes_of, single
 
 ENOUGH = 1000  # iterations of a loop; no loop here needs more, and a PLC has a watchdog
 PRECEDENCE = [("OR",), ("AND",), ("=", "<>"), ("<", ">", "<=", ">="), ("+", "-"), ("*", "/", "MOD")]

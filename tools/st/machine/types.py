@@ -51,6 +51,7 @@ TIME = Type("time", "TIME", 0, 2 ** 63)
 LITERAL = Type("literal", "a number")
 ADDRESS = Type("pointer", "an address")
 ELEMENTARY = {t.name: t for t in (BOOL, BYTE, WORD, DWORD, USINT, UINT, UDINT, SINT, INT, DINT, REAL, TIME)}
+LOCATED = {"X": (BOOL,), "W": (WORD, INT, UINT), "D": (DWORD, DINT, UDINT, REAL)}  # by the letter of an address
 
 
 class Pointer(NamedTuple):
@@ -106,7 +107,8 @@ class Block:
             self.initial[name] = None if section == "VAR_IN_OUT" else first
 
     def instance(self):
-        return {name: value.instance() if isinstance(value, Block) else copy.deepcopy(value) for name, value in self.initial.items()}
+        return {name: value.instance() if isinstance(value, Block) else copy.deepcopy(value) if isinstance(value, (list, dict)) else value
+                for name, value in self.initial.items()}
 
     def names(self, *sections):
         return [name for name, section in self.sections.items() if section in sections]

@@ -3,8 +3,8 @@
 
 import copy
 
-from st_lexer import SECTIONS, StError, Words
-from st_types import Block, Type
+from .lexer import SECTIONS, StError, Words
+from .types import LOCATED, Block, Type
 
 # IEC 61131-3, 2nd edition, tables 23 to 28: not allowed as names of variables in MATIEC.
 STANDARD_FUNCTIONS = set("ABS SQRT LN LOG EXP SIN COS TAN ASIN ACOS ATAN ADD MUL SUB DIV MOD EXPT MOVE SHL SHR ROR ROL AND OR XOR NOT SEL MAX "
@@ -106,8 +106,8 @@ class Declarations(Words):
                 raise StError(place, f"{name}: this name is taken")
             if block.kind == "FUNCTION" and section not in ("VAR", "VAR_INPUT"):
                 raise StError(place, f"{name}: a FUNCTION has no {section} in this subset")
-            if address and (section, block.kind, a_type.name) != ("VAR", "PROGRAM", "WORD"):
-                raise StError(place, f"{name}: only a WORD of a PROGRAM is located in this subset")
+            if address and ((section, block.kind) != ("VAR", "PROGRAM") or a_type not in LOCATED[address[2]]):
+                raise StError(place, f"{name}: {address} is for a {' or '.join(fit.name for fit in LOCATED[address[2]])} of a PROGRAM")
             located.add(bool(address))
             if len(located) > 1:
                 raise StError(place, f"{name}: located variables have a VAR of their own")  # MATIEC
@@ -122,18 +122,27 @@ class Declarations(Words):
         while self.takes("VAR_GLOBAL"):
             constant = self.takes("CONSTANT")
             while not self.takes("END_VAR"):
-                name, a_type, first, _, _ = self.variable()
+                name, a_type, first, place, address = self.variable()
+                if address:
+                    raise StError(place, f"{name}: only variables of a PROGRAM are located in this subset")
                 self.machine.globals[name], self.machine.global_types[name] = copy.deepcopy(first), a_type
                 if constant:
                     self.machine.constants.add(name)
-        for expected in "RESOURCE word ON word TASK word ( INTERVAL := time , PRIORITY := number ) ;".split():
-            self.one(expected) if expected.islower() else self.expect(expected)
+        self.expect("RESOURCE"), self.one("word"), self.expect("ON"), self.one("word")
+        while self.takes("TASK"):
+            task, _, _, _ = self.one("word"), self.expect("("), self.expect("INTERVAL"), self.expect(":=")
+            self.machine.tasks[task] = self.one("time")
+            for expected in ", PRIORITY := number ) ;".split():
+                self.one(expected) if expected.islower() else self.expect(expected)
         while self.takes("PROGRAM"):
-            instance, _, _, _ = self.one("word"), self.expect("WITH"), self.one("word"), self.expect(":")
+            instance, _, place, task, _ = self.one("word"), self.expect("WITH"), self.token.place, self.one("word"), self.expect(":")
+            if not self.machine.tasks.get(task):
+                raise StError(place, f"{task}: no task with an INTERVAL")
             place, name = self.token.place, self.one("word")
             block = self.machine.blocks.get(name)
             if block is None or block.kind != "PROGRAM":
                 raise StError(place, f"{name}: no such program")
             self.machine.programs[instance] = (block, block.instance())
+            self.machine.intervals[instance] = self.machine.tasks[task]
             self.expect(";")
         self.expect("END_RESOURCE"), self.expect("END_CONFIGURATION")

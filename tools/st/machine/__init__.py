@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: MIT
 """Checks a program and runs it: every name, type and argument beforehand, indices and ranges at run time."""
 
-from st_compiler import Compiler
-from st_lexer import StError
-from st_types import ELEMENTARY, Timer
+import math
+
+from .compiler import Compiler
+from .lexer import StError
+from .types import ELEMENTARY, Timer
 
 
 class Machine:
@@ -13,14 +15,25 @@ class Machine:
         """texts: (file name, text) pairs, each after those that it uses; the configuration is last."""
         self.types, self.blocks, self.enumerators = dict(ELEMENTARY), {"TON": Timer()}, {}
         self.global_types, self.globals, self.constants, self.externals = {}, {}, set(), []
-        self.programs = {}
+        self.tasks, self.programs, self.intervals = {}, {}, {}  # microseconds; (block, variables) and microseconds by instance
+        self.scans = 0
         for file, text in texts:
             Compiler(self, text, file).compile()
         for name, a_type, place in self.externals:
             if self.global_types.get(name) != a_type or name in self.constants:  # MATIEC and STruC++ differ on constants
                 raise StError(place, f"{name}: no VAR_GLOBAL of this type")
 
+    @property
+    def interval(self):
+        """Microseconds between two scans; a task may take part in every n-th."""
+        return math.gcd(*self.intervals.values())
+
+    def due(self):
+        """The programs of the next scan, in the order of the configuration."""
+        passed, self.scans = self.scans * self.interval, self.scans + 1
+        return [instance for instance in self.programs if passed % self.intervals[instance] == 0]
+
     def scan(self, now):
         """now: microseconds"""
-        for block, values in self.programs.values():
+        for block, values in map(self.programs.get, self.due()):
             block.run(values, now)
