@@ -73,6 +73,10 @@ class PlantError(Exception):
     """cbcan-sim refused something; the text is its message."""
 
 
+class Disconnected(PlantError, ConnectionError):
+    """The plant has closed the Modbus connection."""
+
+
 class Advice(UserWarning):
     """A mistake of the program that the registers let pass: the command `advice` of docs/reference/commands.md."""
 
@@ -268,7 +272,7 @@ class Window:
         while len(data) < count:
             part = self.socket.recv(count - len(data))
             if not part:
-                raise PlantError("the plant has closed the Modbus connection")
+                raise Disconnected("the plant has closed the Modbus connection")
             data += part
         return data
 

@@ -1,6 +1,79 @@
 # SPDX-License-Identifier: MIT
-"""Structured Text."""
+"""A PLC program in Structured Text, scan by scan in the time of a plant of cbcan-sim: docs/how-to/explore.md. The program cbcan-st is
+main(), Program is what pytest's fixture `st` has."""
 
+from __future__ import annotations
+
+import argparse
 import os
+import sys
+from typing import Any, Callable, NoReturn
 
-__path__.append(os.path.join(os.path.dirname(os.path.realpath(__file__)), "../../st"))  # machine
+__path__.append(os.path.join(os.path.dirname(os.path.realpath(__file__)), "../../st"))  # machine; in the wheel it is in this folder
+
+from cbcan_plant import GAVE_UP, NotWithin, Plant, PlantError
+
+from .exchange import Exchange
+from .interpreted import Interpreted
+from .machine.lexer import StError
+from .sources import Sources
+
+
+class Program:
+    """A program beside a plant: program["main.level"] is a variable, by instance or, where one program has it, without. A TIME is in seconds."""
+
+    def __init__(self, plant: Plant, *files: str) -> None:
+        self.plant, self.engine = plant, Interpreted(Sources(list(files)))
+        self.exchange = Exchange(plant, self.engine)
+
+    def __enter__(self) -> Program:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.exchange.close()
+
+    def __getitem__(self, name: str) -> Any:
+        return self.engine.get(name)
+
+    def __setitem__(self, name: str, value: Any) -> None:
+        """Once; the program may change it."""
+        self.engine.set(name, value)
+
+    def force(self, name: str, value: Any) -> None:
+        """Before and after each call of a program, until release()."""
+        self.engine.set(name, value)
+        self.engine.forced[name] = value
+
+    def release(self, name: str) -> None:
+        del self.engine.forced[name]
+
+    def scan(self) -> str | None:
+        """One scan, and time up to the next; returns DONE or GAVE_UP when the program has ended."""
+        return self.exchange.scan()
+
+    def run(self, until: Callable[[], bool] | str, within: float = 60) -> float:
+        """Scans until the condition, or the BOOL of this name, is true. Returns the plant's time. Raises NotWithin after so many seconds of it."""
+        holds = until if callable(until) else lambda: self[until]
+        limit = self.plant.now + within
+        while not holds():
+            if self.plant.now >= limit:
+                raise NotWithin(f"not within {within} s: {until}")
+            self.scan()
+        return self.plant.now
+
+
+def main() -> NoReturn:
+    parser = argparse.ArgumentParser(prog="cbcan-st", description="Runs a program in Structured Text (IEC 61131-3) scan by scan in the time of the "
+                                     "plant that has started it: cbcan-sim --clock manual ... -- cbcan-st FILE...")
+    parser.add_argument("file", nargs="+", help="the program's text; several files are one text, in this order")
+    parser.add_argument("--scans", type=int, metavar="N", help="ends after N scans with exit code 0; else a BOOL variable DONE ends the program "
+                        "with exit code 0, GAVE_UP with 75")
+    arguments = parser.parse_args()
+    try:
+        exchange = Exchange(Plant.around(), Interpreted(Sources(arguments.file)))
+        scans, end = 0, None
+        while not end and scans != arguments.scans:
+            end, scans = exchange.scan(), scans + 1
+    except (PlantError, StError, OSError, UnicodeError) as error:
+        sys.exit(f"cbcan-st: {error}")
+    sys.exit(GAVE_UP if end == "GAVE_UP" else 0)
