@@ -58,13 +58,14 @@ endif()
 # Generated from the programs and the register table: manual pages, completion, lists of registers.
 find_package(Python3 3.9 REQUIRED COMPONENTS Interpreter)
 set(share ${CMAKE_BINARY_DIR}/share)
-set(manuals man/man1/cbcan-sim.1 man/man1/cbcanctl.1 man/man5/cbcan-plant.5 bash-completion/completions/cbcan-sim
-  bash-completion/completions/cbcanctl doc/cbcan/README.md)
+set(manuals man/man1/cbcan-sim.1 man/man1/cbcan-st.1 man/man1/cbcanctl.1 man/man5/cbcan-plant.5 bash-completion/completions/cbcan-sim
+  bash-completion/completions/cbcan-st bash-completion/completions/cbcanctl doc/cbcan/README.md)
 list(TRANSFORM manuals PREPEND ${share}/)
 file(GLOB_RECURSE pages CONFIGURE_DEPENDS docs/*.md)
+file(GLOB_RECURSE python CONFIGURE_DEPENDS tools/python/*)
 add_custom_command(OUTPUT ${manuals}
   COMMAND Python3::Interpreter ${PROJECT_SOURCE_DIR}/packaging/manuals $<TARGET_FILE_DIR:cbcan-sim> ${share}
-  DEPENDS cbcan-sim cbcanctl packaging/manuals packaging/owner README.md SECURITY.md CHANGELOG.md ${pages})
+  DEPENDS cbcan-sim cbcanctl packaging/manuals packaging/owner README.md SECURITY.md CHANGELOG.md ${pages} ${python})
 set(registers ${share}/doc/cbcan/registers)
 add_custom_command(OUTPUT ${registers}.csv ${registers}.json
   COMMAND ${CMAKE_COMMAND} -E make_directory ${share}/doc/cbcan
@@ -75,12 +76,17 @@ add_custom_target(documents ALL DEPENDS ${manuals} ${registers}.csv ${registers}
 set(data ${CMAKE_INSTALL_DATADIR}/cbcan)
 install(TARGETS cbcan-sim cbcanctl COMPONENT programs)
 install(DIRECTORY plants scenarios DESTINATION ${data} COMPONENT programs)
-install(DIRECTORY tools/st DESTINATION ${data} COMPONENT programs FILES_MATCHING PATTERN "*.st" PATTERN "*.xml")
+install(DIRECTORY tools/st DESTINATION ${data} COMPONENT programs FILES_MATCHING PATTERN "*.st" PATTERN "*.xml" PATTERN "*.py"
+  PATTERN __pycache__ EXCLUDE)
 install(DIRECTORY ${share}/ DESTINATION ${CMAKE_INSTALL_DATADIR} COMPONENT programs)
 install(FILES packaging/cbcan-sim@.service DESTINATION lib/systemd/system COMPONENT programs)
-install(FILES tools/python/cbcan_plant.py DESTINATION ${data}/python COMPONENT programs)
-file(CREATE_LINK ../../../${data}/python/cbcan_plant.py ${CMAKE_CURRENT_BINARY_DIR}/cbcan_plant.py SYMBOLIC)
-install(FILES ${CMAKE_CURRENT_BINARY_DIR}/cbcan_plant.py DESTINATION lib/python3/dist-packages COMPONENT programs)  # where Debian's Python looks
+install(DIRECTORY tools/python DESTINATION ${data} COMPONENT programs USE_SOURCE_PERMISSIONS PATTERN __pycache__ EXCLUDE)
+foreach(name cbcan_plant.py cbcan_st)
+  file(CREATE_LINK ../../../${data}/python/${name} ${CMAKE_CURRENT_BINARY_DIR}/${name} SYMBOLIC)
+  install(FILES ${CMAKE_CURRENT_BINARY_DIR}/${name} DESTINATION lib/python3/dist-packages COMPONENT programs)  # where Debian's Python looks
+endforeach()
+file(CREATE_LINK ../${data}/python/cbcan-st ${CMAKE_CURRENT_BINARY_DIR}/cbcan-st SYMBOLIC)
+install(FILES ${CMAKE_CURRENT_BINARY_DIR}/cbcan-st DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT programs)
 # What the pages link to: packaging/manuals.
 install(DIRECTORY docs/pictures DESTINATION ${CMAKE_INSTALL_DOCDIR}/docs COMPONENT programs)
 install(DIRECTORY examples DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT programs)

@@ -30,7 +30,7 @@ class Package(cases.Case):
         cls.root = folder / "root"
         for path in cls.packages.values():
             run("dpkg-deb", "-x", path, cls.root)
-        cls.programs = {name: cls.root / "usr/bin" / name for name in ("cbcan-sim", "cbcanctl")}
+        cls.programs = {name: cls.root / "usr/bin" / name for name in ("cbcan-sim", "cbcan-st", "cbcanctl")}
 
     def contents(self, package):
         return set(re.findall(r"\./(\S*[^/\s])(?= ->|$)", run("dpkg-deb", "-c", self.packages[package]), re.MULTILINE))
@@ -39,8 +39,10 @@ class Package(cases.Case):
         self.assertEqual(set(self.packages), {"cbcan", "libcbcan-dev"})
         print(*(f"figure: {name}: {path.stat().st_size / 1024:.0f} KiB" for name, path in sorted(self.packages.items())), sep="\n")
         programs = self.contents("cbcan")
-        for name in ("bin/cbcan-sim", "bin/cbcanctl", "share/cbcan/plants/demo/plant.toml", "share/cbcan/st/cia405.st", "share/cbcan/st/axis.st",
-                     "share/cbcan/python/cbcan_plant.py", "lib/python3/dist-packages/cbcan_plant.py", "share/man/man1/cbcan-sim.1.gz",
+        for name in ("bin/cbcan-sim", "bin/cbcan-st", "bin/cbcanctl", "share/cbcan/plants/demo/plant.toml", "share/cbcan/st/cia405.st", "share/cbcan/st/axis.st",
+                     "share/cbcan/python/cbcan_plant.py", "lib/python3/dist-packages/cbcan_plant.py", "lib/python3/dist-packages/cbcan_st",
+                     "share/cbcan/python/cbcan_st/exchange.py", "share/cbcan/st/machine/compiler.py", "share/man/man1/cbcan-sim.1.gz",
+                     "share/man/man1/cbcan-st.1.gz",
                      "share/man/man1/cbcanctl.1.gz", "share/man/man5/cbcan-plant.5.gz", "share/bash-completion/completions/cbcan-sim",
                      "share/bash-completion/completions/cbcanctl", "lib/systemd/system/cbcan-sim@.service",
                      "share/doc/cbcan/docs/reference/plant-file.md", "share/doc/cbcan/registers.csv", "share/doc/cbcan/registers.json",

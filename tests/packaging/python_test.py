@@ -43,6 +43,7 @@ def test_cancelled(window):
     window.cancel()
     assert window.result() == 0
 """
+ONE_TASK = "CONFIGURATION c RESOURCE r ON PLC TASK t (INTERVAL := T#10ms, PRIORITY := 0); PROGRAM main WITH t : p; END_RESOURCE END_CONFIGURATION"
 
 
 def run(*command, **options):
@@ -51,11 +52,11 @@ def run(*command, **options):
 
 
 class Python(cases.Case):
-    def pytest(self, text, *command):
+    def pytest(self, text, *command, **options):
         """pytest's output for a file of tests, under a command."""
         self.write("conftest.py", (ROOT / "examples/pytest/conftest.py").read_text())
         self.write("test_it.py", text)
-        return run(*command, *PYTEST, self.folder)
+        return run(*command, *PYTEST, self.folder, **options)
 
     def test_a_module_that_restarts_says_so(self):
         code, said = self.pytest(RESTARTING)
@@ -137,6 +138,34 @@ def test_three(plant):
         self.assertIn("<testsuite", (job / "results.xml").read_text())
         code, said = run(*PYTEST, cwd=job / "tests")  # the plant's path is relative to pytest.ini
         self.assertEqual((code, "8 passed" in said), (0, True), said)
+
+    def test_a_program_in_structured_text_beside_the_plant(self):
+        self.write("pytest.ini", f"[pytest]\ncbcan_plant = --config {ROOT}/plants/tank.toml\ncbcan_st = cia405.st scanner.st openplc.st tank.st\n")
+        self.write("tank.st", (ROOT / "examples/explore/tank.st").read_text())
+        self.write("other.st", "PROGRAM p VAR x : UINT; END_VAR x := x - 1; END_PROGRAM " + ONE_TASK)
+        code, said = self.pytest("""
+import pytest
+def test_the_tank_is_filled(st, plant):
+    assert not st["DONE"]
+    st.run(until="DONE", within=30)
+    assert st["main.full"] and plant.get(66, "output:1") == 0
+    assert 10 < plant.now < 12
+def test_a_level_that_cannot_be_read(st, plant):
+    st.run(lambda: plant.get(66, "output:1") == 1)
+    plant.fault(66, "request-lost", index=0x6401)
+    st.run("GAVE_UP")
+    assert plant.get(66, "output:1") == 0
+@pytest.mark.st("other.st")
+def test_another(st, plant):
+    st.force("x", 7)
+    st.scan()
+    st.release("x")
+    st.run(until=lambda: st["x"] == 0)
+    st.scan()
+""", cwd=self.folder)
+        self.assertEqual(code, 1)
+        self.assertIn("StError: other.st:1: -1: not within UINT", said)
+        self.assertIn("1 failed, 2 passed", said)
 
     def test_several_networks(self):
         code, said = self.pytest(f"""

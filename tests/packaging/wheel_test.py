@@ -69,6 +69,8 @@ class Wheel(cases.Case):
         self.assertEqual(run(self.bin / "cbcan-sim", "--version"), self.version)
         self.assertEqual(self.python("-m", "cbcan", "--version").stdout, self.version)
         self.assertIn("--demoo", self.python("-m", "cbcan", "--demoo", code=2).stderr)
+        plc = ("cia405.st", "scanner.st", "openplc.st", "example.st", "configuration.st")
+        run(self.bin / "cbcan-sim", "--demo", "--clock", "manual", "--", self.bin / "cbcan-st", *plc, "--scans", "5", cwd=self.folder)
         self.assertEqual(run(self.bin / "cbcanctl", "--version"), run(BUILD / "bin/cbcanctl", "--version"))
 
     def test_fixtures_without_conftest(self):
@@ -107,7 +109,9 @@ class Wheel(cases.Case):
                 self.assertEqual((base64.urlsafe_b64decode(digest.partition("=")[2] + "="), int(size)), (hashlib.sha256(data).digest(), len(data)))
         self.assertEqual(names, [name for name, *_ in record] + [last])
         self.assertEqual({name.partition(info.removesuffix("dist-info"))[2] or name for name in names}, {
-            "cbcan/__init__.py", "cbcan/__main__.py", "cbcan_plant/__init__.py", "cbcan_plant/py.typed", "data/scripts/cbcan-sim",
+            "cbcan/__init__.py", "cbcan/__main__.py", "cbcan_plant/__init__.py", "cbcan_plant/py.typed",
+            *(f"{name}/{path.name}" for name, files in (("cbcan_st", "python/cbcan_st/*.*"), ("cbcan_st", "st/*.st"), ("cbcan_st/machine", "st/machine/*.*"))
+              for path in (ROOT / "tools").glob(files)), "data/scripts/cbcan-sim",
             "data/scripts/cbcanctl", *(f"dist-info/{name}" for name in ("LICENSE", "METADATA", "WHEEL", "entry_points.txt", "RECORD"))})
 
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 """A simulated CANopen plant behind a coprocessor's registers, for tests in Python: cbcan-sim with a clock that advances only when a test lets
-time pass. Needs the standard library and the program cbcan-sim; with pytest there are two fixtures. Installed by pip, they are found
+time pass. Needs the standard library and the program cbcan-sim; with pytest there are three fixtures. Installed by pip, they are found
 automatically; else, in the top-level conftest.py:
 
     pytest_plugins = ["cbcan_plant"]
@@ -17,8 +17,18 @@ cbcan-sim, with paths relative to that file:
     [pytest]
     cbcan_plant = --config plant.toml
 
-@pytest.mark.plant("--config", "other.toml") gives a test, class or module another plant. A plant that already runs is no fixture: a test that is
-the COMMAND of `cbcan-sim ... -- COMMAND` gets it by Plant.around(), in the state that other tests have left.
+A program in Structured Text (cbcan_st.Program) runs beside the plant in the fixture `st`; the key `cbcan_st` has its files:
+
+    [pytest]
+    cbcan_st = cia405.st scanner.st openplc.st tank.st
+
+    def test_the_tank_is_filled(st, plant):
+        st.run(until="DONE", within=30)
+        assert st["main.full"] and plant.get(66, "output:1") == 0
+
+@pytest.mark.plant("--config", "other.toml") gives a test, class or module another plant, @pytest.mark.st("other.st") another program. A plant that
+already runs is no fixture: a test that is the COMMAND of `cbcan-sim ... -- COMMAND` gets it by Plant.around(), in the state that other tests have
+left.
 """
 
 from __future__ import annotations
@@ -36,6 +46,7 @@ from typing import TYPE_CHECKING, Any, Iterator, NoReturn
 
 if TYPE_CHECKING:
     import pytest
+    from cbcan_st import Program
 
 try:
     from cbcan import SIMULATOR  # of the same wheel
@@ -329,26 +340,32 @@ class Window:
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addini("cbcan_plant", "options of cbcan-sim for the fixture `plant`; --demo without", "args", [])
+    parser.addini("cbcan_st", "files of the program for the fixture `st`", "args", [])
 
 
 def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line("markers", "plant(option, ...): options of cbcan-sim for the fixture `plant`; else those of cbcan_plant")
+    config.addinivalue_line("markers", "st(file, ...): files of the program for the fixture `st`; else those of cbcan_st")
     config.pluginmanager.register(fixtures(), "cbcan_plant_fixtures")
 
 
 def fixtures() -> object:
     import pytest
 
+    def given(request: pytest.FixtureRequest, marker: str, key: str) -> tuple[Any, Any]:
+        """(words of the marker, or of the configuration file; their folder)"""
+        found, file = request.node.get_closest_marker(marker), request.config.inipath
+        return (found.args, "") if found else (request.config.getini(key), file.parent if file else "")
+
     class Fixtures:
         @pytest.fixture
         def plant(self, request: pytest.FixtureRequest) -> Iterator[Plant]:
             """A Plant for this test, at time 0."""
-            marker, file = request.node.get_closest_marker("plant"), request.config.inipath
-            options, folder = (marker.args, None) if marker else (request.config.getini("cbcan_plant"), file and file.parent)
+            options, folder = given(request, "plant", "cbcan_plant")
             if not options and "CBCAN_CONTROL" in os.environ:
                 raise PlantError("`cbcan-sim ... -- pytest`: each test has a plant of its own, so run pytest alone, and name the plant in its "
                                  "configuration file: cbcan_plant = --config plant.toml")
-            with Plant(*options, folder=folder) as made:
+            with Plant(*options, folder=folder or None) as made:
                 yield made
                 with contextlib.suppress(PlantError, OSError):  # the test may have ended the plant
                     for line in made.command("advice end"):
@@ -358,6 +375,14 @@ def fixtures() -> object:
         def window(self, plant: Plant) -> Iterator[Window]:
             """The Window of the fixture `plant`."""
             with Window(plant) as made:
+                yield made
+
+        @pytest.fixture
+        def st(self, request: pytest.FixtureRequest, plant: Plant) -> Iterator[Program]:
+            """A program in Structured Text beside the fixture `plant`."""
+            from cbcan_st import Program
+            files, folder = given(request, "st", "cbcan_st")
+            with Program(plant, *files, folder=folder) as made:
                 yield made
 
     return Fixtures()

@@ -18,12 +18,28 @@ from .interpreted import Interpreted
 from .machine.lexer import StError
 from .sources import Sources
 
+HELP = """cbcan-st: runs a PLC program in Structured Text (IEC 61131-3) scan by scan, in
+the time of the plant that has started it
+
+Usage:  cbcan-sim --clock manual ... -- cbcan-st [OPTION...] FILE...
+        cbcan-sim ... --explore -- cbcan-st [OPTION...] FILE...
+
+The files are one text, in this order; cia405.st and others of cbcan's own are
+found by name. A BOOL variable DONE of a program ends it with exit code 0,
+GAVE_UP with 75.
+
+Options:
+  --scans N    Ends after N scans with exit code 0
+  -h, --help   Prints this
+"""
+
 
 class Program:
     """A program beside a plant: program["main.level"] is a variable, by instance or, where one program has it, without. A TIME is in seconds."""
 
-    def __init__(self, plant: Plant, *files: str) -> None:
-        self.plant, self.engine = plant, Interpreted(Sources(list(files)))
+    def __init__(self, plant: Plant, *files: str, folder: str | os.PathLike[str] = "") -> None:
+        """Paths are relative to the folder."""
+        self.plant, self.engine = plant, Interpreted(Sources(files, folder))
         self.exchange = Exchange(plant, self.engine)
 
     def __enter__(self) -> Program:
@@ -63,11 +79,10 @@ class Program:
 
 
 def main() -> NoReturn:
-    parser = argparse.ArgumentParser(prog="cbcan-st", description="Runs a program in Structured Text (IEC 61131-3) scan by scan in the time of the "
-                                     "plant that has started it: cbcan-sim --clock manual ... -- cbcan-st FILE...")
-    parser.add_argument("file", nargs="+", help="the program's text; several files are one text, in this order")
-    parser.add_argument("--scans", type=int, metavar="N", help="ends after N scans with exit code 0; else a BOOL variable DONE ends the program "
-                        "with exit code 0, GAVE_UP with 75")
+    parser = argparse.ArgumentParser("cbcan-st", "cbcan-st [OPTION...] FILE...")
+    parser.add_argument("file", nargs="+")
+    parser.add_argument("--scans", type=int)
+    parser.format_help = lambda: HELP  # type: ignore[method-assign]
     arguments = parser.parse_args()
     try:
         exchange = Exchange(Plant.around(), Interpreted(Sources(arguments.file)))

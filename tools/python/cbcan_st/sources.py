@@ -3,17 +3,24 @@
 
 from __future__ import annotations
 
+import os
 import pathlib
 import re
+from typing import Iterable
 
+from . import machine
 from .exchange import Address
 from .machine.lexer import StError
 
+LIBRARY = pathlib.Path(machine.__file__).resolve().parents[1]  # tools/st
+
 
 class Sources:
-    def __init__(self, files: list[str]) -> None:
-        """Files that together are one program, as it is uploaded to OpenPLC; each after those that it uses."""
-        self.texts = [(file, pathlib.Path(file).read_text(encoding="utf-8")) for file in files]
+    def __init__(self, files: Iterable[str], folder: str | os.PathLike[str] = "") -> None:
+        """Files that together are one program, as it is uploaded to OpenPLC; each after those that it uses. A name that is not in the folder may be
+        that of a file in tools/st."""
+        paths = {file: pathlib.Path(folder, file) for file in files}
+        self.texts = [(file, (path if path.exists() or not (LIBRARY / file).exists() else LIBRARY / file).read_text("utf-8")) for file, path in paths.items()]
         self.joined = "\n".join(text for _, text in self.texts)
 
     def place(self, line: int) -> str:
