@@ -5,10 +5,13 @@
 usage: program_test.py SIMULATOR
 """
 
+import os
+import pathlib
 import re
 
 from cbcan_plant import GAVE_UP, NotWithin, Plant, Window
 from cbcan_st import Program
+from cbcan_st.compiled import COMPILERS, available
 from cbcan_st.exchange import Address, blocks
 import cases
 from done import done, ran
@@ -18,6 +21,7 @@ from simulator import LIMIT, program_from_arguments
 PROGRAM = program_from_arguments()
 CBCAN_ST = ROOT / "tools/python/cbcan-st"
 BLOCKS = [LIBRARY / name for name in ("cia405.st", "scanner.st", "openplc.st")]
+HERE = pathlib.Path(__file__).resolve().parent
 EXPLORE = ROOT / "examples/explore"
 TASK = """CONFIGURATION Config0
   {globals}
@@ -66,7 +70,7 @@ class Programs(cases.Case):
     def run_st(self, *words, plant=("--demo",), code=0):
         """Standard error, and the frames of a run of cbcan-st."""
         log = self.folder / "bus.log"
-        ended = done(PROGRAM, *plant, "--clock", "manual", "--log", log, "--", CBCAN_ST, *words, code=code, timeout=LIMIT)
+        ended = done(PROGRAM, *plant, "--clock", "manual", "--log", log, "--", CBCAN_ST, "--engine", "machine", *words, code=code, timeout=LIMIT)
         return ended.stderr, [line.split()[2] for line in log.read_text().splitlines()]
 
     def run_text(self, text, *options, **arguments):
@@ -162,6 +166,61 @@ class Beside(cases.Case):
         st.release("x")
         st.scan()
         self.assertEqual([st["x"], st["y"]], [10, 9])
+
+
+class Engines(cases.Case):
+    """MATIEC and STruC++ where they are; tests/st/matiec has a program with its translation by hand, and a replacement of iec2c."""
+
+    FILL = HERE / "matiec/fill.st"
+
+    def environment(self, *folders):
+        return os.environ | {"PATH": ":".join([*map(str, folders), "/usr/bin", "/bin"]), "XDG_CACHE_HOME": str(self.folder)}
+
+    def log(self, *words, plant="--demo", **environment):
+        log = self.folder / "bus.log"
+        done(PROGRAM, *plant.split(), "--clock", "manual", "--log", log, "--", CBCAN_ST, *words, **environment)
+        return log.read_bytes()
+
+    def test_the_translation_by_hand_sends_the_same(self):
+        tank = f"--config {ROOT}/plants/tank.toml"
+        logs = [self.log("--engine", engine, self.FILL, plant=tank, env=self.environment(HERE / "matiec")) for engine in ("machine", "iec2c", "iec2c")]
+        self.assertEqual(logs[1:], 2 * logs[:1])
+        self.assertGreater(len(logs[0]), 1000)
+        self.assertEqual(len([*(self.folder / "cbcan-st").iterdir()]), 1)
+
+    def test_the_search_finds_its_bug(self):
+        plant = self.write("plant.toml", f'plant = "{ROOT}/plants/tank.toml"\n[explore]\nalways = "object 20 0x2000 <= 750"\n'
+                                         'done = "object 20 0x2000 >= 500"\nsettle = "30s"\n')
+        bug = self.write("bug.st", self.FILL.read_text().replace("IF (flag = 16#0000) AND (command <> 16#0000) THEN", "IF TRUE THEN"))
+        for program, code, failures in ((self.FILL, 0, 0), (bug, 1, 1)):
+            said = done(PROGRAM, "--config", plant, "--explore", "--faults", "request-lost", "--", CBCAN_ST, program,
+                        code=code, env=self.environment(HERE / "matiec")).stdout
+            self.assertIn(f"distinct failures: {failures}", said)
+        self.assertIn("always object 20 0x2000 <= 750: it is 1000.0", said)
+
+    def test_all_engines_send_the_same(self):
+        text = program("put : SDO_WRITE4; four : SDO_DATA4; scans : UINT; DONE : BOOL;", """
+            scans := scans + 1; four[1] := 16#05;
+            put(ENABLE := TRUE, TIMEOUT := 1000, DEVICE := 66, INDEX := 16#6200, SUBINDEX := 16#01, DATA := four, DATALENGTH := 1);
+            DONE := put.CONFIRM;""", GLOBAL)
+        memory = program("b AT %MX3710.7 : BOOL; r AT %MD3712 : REAL; i AT %MD3714 : DINT; n AT %MW3716 : INT;", "b := NOT b; r := r + 1.5; i := i - 2; n := n - 3;")
+        two = memory.replace("    PROGRAM main", "    TASK slow (INTERVAL := T#25ms, PRIORITY := 1);\n    PROGRAM main").replace("WITH cyclic", "WITH slow")
+        runs = [([BLOCKS[0], self.write("a.st", text)], []), ([*BLOCKS, self.write("b.st", with_scanner(text))], []), ([*BLOCKS, EXPLORE / "tank.st"], []),
+                ([self.write("c.st", memory)], ["--scans", "9"]), ([self.write("d.st", two)], ["--scans", "9"])]
+        for engine in filter(available, COMPILERS):
+            for files, options in runs:
+                frames = [self.log("--engine", name, *options, *files, plant=f"--config {EXPLORE}/tank.toml", env=self.environment(os.environ["PATH"]))
+                          for name in ("machine", engine)]
+                self.assertEqual(*frames, (engine, files))
+
+    def test_mistakes_and_their_places(self):
+        environment = self.environment(self.folder)
+        fake = self.write("iec2c", "#!/bin/sh\necho 'program.st:3-5..3-9: error: no' >&2\nexit 1\n")
+        fake.chmod(0o755)
+        (self.folder / "lib").mkdir()
+        files = [self.write("a.st", "PROGRAM p\n"), self.write("b.st", "END_PROGRAM\n")]
+        ended = ran(PROGRAM, "--demo", "--clock", "manual", "--", CBCAN_ST, *files, env=environment)
+        self.assertEqual((ended.returncode, ended.stderr), (1, f"cbcan-st: iec2c: exit code 1\n{files[1]}:1-5..3-9: error: no\n\n"))
 
 
 class Parts(cases.Case):

@@ -13,6 +13,7 @@ __path__.append(os.path.join(os.path.dirname(os.path.realpath(__file__)), "../..
 
 from cbcan_plant import GAVE_UP, NotWithin, Plant, PlantError
 
+from .compiled import COMPILERS, Compiled, available
 from .exchange import Exchange
 from .interpreted import Interpreted
 from .machine.lexer import StError
@@ -29,8 +30,10 @@ found by name. A BOOL variable DONE of a program ends it with exit code 0,
 GAVE_UP with 75.
 
 Options:
-  --scans N    Ends after N scans with exit code 0
-  -h, --help   Prints this
+  --engine NAME  machine (needs Python alone), or iec2c or strucpp: translated by
+                 this program, and compiled; by default one that is there
+  --scans N      Ends after N scans with exit code 0
+  -h, --help     Prints this
 """
 
 
@@ -82,10 +85,12 @@ def main() -> NoReturn:
     parser = argparse.ArgumentParser("cbcan-st", "cbcan-st [OPTION...] FILE...")
     parser.add_argument("file", nargs="+")
     parser.add_argument("--scans", type=int)
+    parser.add_argument("--engine", choices=("machine", *COMPILERS))
     parser.format_help = lambda: HELP  # type: ignore[method-assign]
     arguments = parser.parse_args()
     try:
-        exchange = Exchange(Plant.around(), Interpreted(Sources(arguments.file)))
+        sources, engine = Sources(arguments.file), arguments.engine or next(filter(available, COMPILERS), "machine")
+        exchange = Exchange(Plant.around(), Interpreted(sources) if engine == "machine" else Compiled(sources, engine))
         scans, end = 0, None
         while not end and scans != arguments.scans:
             end, scans = exchange.scan(), scans + 1

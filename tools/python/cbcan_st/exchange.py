@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import re
-from typing import NamedTuple
+from typing import Iterable, NamedTuple
 
 from cbcan_plant import Plant, PlantError, Window
 
@@ -36,6 +36,10 @@ class Address(NamedTuple):
             if start <= first <= start + count - words and bit < 16:
                 return cls(found[1], found[2], first - start + register, bit)
         raise ValueError(f"{text}: exchanged are {', '.join(f'%{area}W{start} to {start + count - 1}' for area in AREAS for start, count, _ in AREAS[area])}")
+
+
+def has_scanner(addresses: Iterable[Address]) -> bool:
+    return any(at.register in OUT for at in addresses)
 
 
 class Image(dict):
@@ -86,7 +90,7 @@ class Exchange:
             self.left -= 1
         else:
             self.end = next((name for name in ("GAVE_UP", "DONE") if self.engine.ended(name)), None)
-            self.left = SCANS_OF_THE_WINDOW if any(block.start in OUT for block in self.outputs) else 0
+            self.left = SCANS_OF_THE_WINDOW if has_scanner(self.engine.addresses) else 0
         if self.end and self.left == 0:
             return self.end
         self.now = round(float(self.plant.command(f"pass {self.engine.interval}us")[0]) * 1e6)

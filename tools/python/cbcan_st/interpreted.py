@@ -7,7 +7,7 @@ import re
 import struct
 from typing import Any
 
-from .exchange import OUT, Address, Image
+from .exchange import Address, Image, has_scanner
 from .machine import Machine
 from .machine.lexer import StError
 from .machine.types import REAL, WORD, Block
@@ -37,7 +37,7 @@ class Interpreted(Machine):
             self.located[instance] = [(sources.address(at), block.types[name], values, name) for at, name in block.located.items()]
         self.stored = {instance: [each for each in located if each[0].area != "I"] for instance, located in self.located.items()}
         self.addresses = [at for each in self.located.values() for at, _, _, _ in each]
-        registers = [] if any(at.register in OUT for at in self.addresses) else self.globals.get("CBCAN", [{}])[0].get("REGS", [])
+        registers = [] if has_scanner(self.addresses) else self.globals.get("CBCAN", [{}])[0].get("REGS", [])
         self.window = [(Address.of(f"%MW{3700 + i}"), WORD, registers, i) for i in range(len(registers))]  # without scanner.st
         self.addresses += [at for at, _, _, _ in self.window]
 
