@@ -30,7 +30,7 @@ MISTAKES = (  # message; variables; body
     ("Q: no member of PAIR", "s : PAIR;", "s.Q := 1;"),
     ("RED: this name is taken", "red : UINT;", ""),
     ("LIMIT: this name is taken", "limit : UINT;", ""),
-    ("EN: a word should", "en : BOOL;", ""),
+    ("EN: a keyword; a word should", "en : BOOL;", ""),
     ("UINT, not BYTE, should", "x : UINT; b : BYTE;", "x := b;"),
     ("WORD, not UINT, should", "x : UINT; w : WORD;", "w := w AND x;"),
     ("BOOL, not UINT, should", "x : UINT;", "IF x THEN x := 1; END_IF;"),

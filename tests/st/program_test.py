@@ -223,6 +223,21 @@ class Engines(cases.Case):
         self.assertEqual((ended.returncode, ended.stderr), (1, f"cbcan-st: iec2c: exit code 1\n{files[1]}:1-5..3-9: error: no\n\n"))
 
 
+class Examples(cases.Case):
+    """The programs of examples/explore, and mended ones."""
+
+    def test_each_has_a_bug_that_the_search_finds(self):
+        for name, moment, bug, mended, said in (
+                ("tank", "66:request-lost@72", "(inlet.CONFIRM OR (inlet.ERROR <> 0));", "inlet.CONFIRM;", "always object 20 0x2000 <= 600: it is 1000.0"),
+                ("drive", "16:response-never@10", "value := 16#005F;", "value := 16#001F;", "always object 16 0x6064 <= 8005: it is ")):
+            text = (EXPLORE / f"{name}.st").read_text()
+            self.assertIn(bug, text)
+            for program, code, wanted in ((text, 1, said), (text.replace(bug, mended), 0, "runs: 1, broken: 0")):
+                ended = done(PROGRAM, "--config", EXPLORE / f"{name}.toml", "--explore", "--only", moment, "--", CBCAN_ST, *BLOCKS,
+                             self.write("a.st", program), code=code)
+                self.assertIn(wanted, ended.stdout)
+
+
 class Parts(cases.Case):
     def test_addresses(self):
         """docs/how-to/plc/openplc.md, schneider.md"""

@@ -83,7 +83,8 @@ class Words:
     def one(self, kind):
         """The value of a word of this kind."""
         if self.token.kind != kind or self.token.value in KEYWORDS:
-            raise StError(self.token.place, f"{self.token.value}: a {kind} should stand here")
+            keyword = "a keyword; " if self.token.value in KEYWORDS else ""
+            raise StError(self.token.place, f"{self.token.value}: {keyword}a {kind} should stand here")
         return self.next().value
 
     def listed(self, element):
