@@ -220,7 +220,15 @@ class Engines(cases.Case):
         (self.folder / "lib").mkdir()
         files = [self.write("a.st", "PROGRAM p\n"), self.write("b.st", "END_PROGRAM\n")]
         ended = ran(PROGRAM, "--demo", "--clock", "manual", "--", CBCAN_ST, *files, env=environment)
-        self.assertEqual((ended.returncode, ended.stderr), (1, f"cbcan-st: iec2c: exit code 1\n{files[1]}:1-5..3-9: error: no\n\n"))
+        self.assertEqual((ended.returncode, ended.stderr), (1, f"cbcan-st: iec2c: exit code 1\n{files[1]}:1-5..3-9: error: no\n"))
+
+    def test_plcopen_xml_is_translated_by_xml2st(self):
+        file, environment = self.write("plc_program.xml", f"<project/>\n{direct()}"), self.environment(self.folder)
+        command = [PROGRAM, "--demo", "--clock", "manual", "--", CBCAN_ST, "--engine", "machine", file]
+        self.assertIn("xml2st, which translates PLCopen XML, is not found", ran(*command, env=self.environment()).stderr)
+        for script, code, said in (("[ \"$*\" = '--generate-st plc.xml' ] && sed 1d plc.xml >program.st", 0, ""), ("echo why", 1, "has made no program:\nwhy")):
+            self.write("xml2st", f"#!/bin/sh\n{script}\n").chmod(0o755)
+            self.assertIn(said, done(*command, code=code, env=environment).stderr)
 
 
 class Examples(cases.Case):

@@ -20,6 +20,7 @@ from .sources import Sources
 
 HERE = pathlib.Path(__file__).resolve().parent
 CELLS = {"X": ctypes.c_uint8, "W": ctypes.c_uint16, "D": ctypes.c_uint32}
+MOST_LINES = 20  # of what a compiler says
 COMPILERS = {"iec2c": "cc", "strucpp": "c++"}
 
 
@@ -85,7 +86,7 @@ def run(sources: Sources, folder: pathlib.Path, *command: object) -> None:
     ended = subprocess.run(list(map(str, command)), cwd=folder, capture_output=True, text=True)
     if ended.returncode:
         said = re.sub(r"\bprogram\.st:(\d+)", lambda found: sources.place(int(found[1])), ended.stdout + ended.stderr)
-        raise StError(pathlib.Path(str(command[0])).name, f"exit code {ended.returncode}\n{said}")
+        raise StError(pathlib.Path(str(command[0])).name, "\n".join([f"exit code {ended.returncode}", *said.splitlines()[:MOST_LINES]]))
 
 
 def library_folder(tool: pathlib.Path, *names: str) -> pathlib.Path:
