@@ -74,7 +74,7 @@ NOT_EXECUTED = {
 }
 
 # Programs whose commands have their own --help.
-COMMANDS = {"cbcan-sim": [["run"]], "cbcan-eds": [], "cbcan-network": [], "cbcanctl": [[name] for name in ("configure", "dump", "emcy", "map", "read", "scan", "status", "write")]}
+COMMANDS = {"cbcan-sim": [["run"]], "cbcan-st": [], "cbcan-eds": [], "cbcan-network": [], "cbcanctl": [[name] for name in ("configure", "dump", "emcy", "map", "read", "scan", "status", "write")]}
 
 # Options of other projects' programs in prose.
 FOREIGN_OPTIONS = {"--preset", "--install", "--prefix", "--gc-sections", "--cflags", "--libs", "--wsl"}
@@ -100,7 +100,7 @@ def squeezed(text):
 @functools.cache
 def shipped(folder):
     """(path, lines) of the sources in a folder; tests compile and run the examples."""
-    return [(path, squeezed(path.read_text())) for path in sorted((ROOT / folder).rglob("*.*")) if path.is_file()]
+    return [(path, squeezed(path.read_text())) for path in sorted((ROOT / folder).rglob("*.*")) if path.is_file() and path.suffix != ".pyc"]
 
 
 def stands_in(block, *folders):
@@ -260,8 +260,8 @@ class Pages:
             raise Wrong("is not the pytest.ini of the CI jobs that tests run")
 
     def python(self, block, page):
-        if not stands_in(block, "examples/pytest") and not stands_in(block, "examples/explore"):
-            raise Wrong("is in no program of examples/pytest or examples/explore")
+        if not stands_in(block, "examples/pytest", "examples/explore", "tests/packaging"):
+            raise Wrong("is in no program of examples/pytest, examples/explore or tests/packaging")
 
     def clients(self):
         """Each program of examples/clients prints the output on its page. Runs where Node.js finds the packages."""
@@ -302,8 +302,8 @@ class Pages:
         """Loads and scans a program once; tests/st runs it. A part is in a file of tools/st."""
         if program := re.search(r"PROGRAM (\w+)", block.text):
             plc.Machine(*plc.source("cia405.st", "conversions.st", "scanner.st"), ("page.st", block.text), plc.configuration(program[1])).scan(0)
-        elif not stands_in(block, "tools/st"):
-            raise Wrong("is in no file of tools/st")
+        elif not stands_in(block, "tools/st", "examples/explore"):
+            raise Wrong("is in no file of tools/st or examples/explore")
 
     def cmake(self, block, page):
         program = re.search(r"target_link_libraries\((\w+)", block.text)[1]
@@ -361,7 +361,7 @@ def options_of_prose():
     for page in (page for page in page_blocks.pages() if page.name != "CHANGELOG.md"):  # it names removed options
         for number, line in page_blocks.prose(page.read_text()):
             for option in re.findall(r"(?<![\w-])--[a-z][a-z-]+", " ".join(re.findall(r"`([^`]*)`", line))):
-                if option not in FOREIGN_OPTIONS and not any(has_option(program, option) for program in ("cbcan-sim", "cbcanctl", "cbcan-eds", "cbcan-network", *tools)):
+                if option not in FOREIGN_OPTIONS and not any(has_option(program, option) for program in (*COMMANDS, *tools)):
                     yield f"{page.relative_to(ROOT)}:{number}: no program of ours has an option {option}"
 
 

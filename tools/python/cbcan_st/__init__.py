@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A PLC program in Structured Text, scan by scan in the time of a plant of cbcan-sim: docs/how-to/explore.md. The program cbcan-st is
+"""A PLC program in Structured Text, scan by scan in the time of a plant of cbcan-sim: docs/how-to/structured-text.md. The program cbcan-st is
 main(), Program is what pytest's fixture `st` has."""
 
 from __future__ import annotations
