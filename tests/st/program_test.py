@@ -13,6 +13,8 @@ from cbcan_plant import GAVE_UP, NotWithin, Plant, Window
 from cbcan_st import Program
 from cbcan_st.compiled import COMPILERS, available
 from cbcan_st.exchange import Address, blocks
+from cbcan_st.interpreted import Interpreted
+from cbcan_st.sources import Sources
 import cases
 from done import done, ran
 from plc import LIBRARY, ROOT
@@ -87,13 +89,18 @@ class Programs(cases.Case):
         self.assertEqual(log[-1], "5C2#6011640100000000")
 
     def test_only_changed_words_are_written_so_a_flag_is_one_request(self):
-        _, log = self.run_text(direct("last := data; DONE := scans > 20; IF scans > 9 THEN part := 16#02; END_IF;"))
-        self.assertEqual([frame for frame in log if frame.startswith("642#2")], ["642#2B1164012C010000"])
+        for fault in ((), ("--fault", "plc:exception after=1 count=1")):  # it keeps CA0Eh in the program until after the result
+            _, log = self.run_text(direct("last := data; DONE := scans > 20; IF scans > 9 THEN part := 16#02; END_IF;"), plant=("--demo", *fault))
+            self.assertEqual([frame for frame in log if frame.startswith("642#2")], ["642#2B1164012C010000"])
 
     def test_the_global_of_the_blocks_and_the_scanner_window_send_the_same(self):
         text = program("level : SDO_READ4; DONE : BOOL;", "level(ENABLE := TRUE, TIMEOUT := 1000, DEVICE := 66, INDEX := 16#6401, SUBINDEX := 16#01);"
                        "DONE := level.CONFIRM;", GLOBAL)
-        logs = [self.run_st(*files, self.write("a.st", changed))[1] for files, changed in ((BLOCKS[:1], text), (BLOCKS, with_scanner(text)))]
+        logs = []
+        for files, changed in (BLOCKS[:1], text), (BLOCKS, with_scanner(text)):
+            logs.append(self.run_st(*files, self.write("a.st", changed))[1])
+            window = [3700 in at.registers for at in Interpreted(Sources([*files, str(self.folder / "a.st")])).addresses]
+            self.assertEqual(any(window), files == BLOCKS[:1])
         self.assertEqual(logs, 2 * [[*logs[0][:-2], "642#4001640100000000", "5C2#4B01640100000000"]])
 
     def test_what_the_last_scan_wants_is_sent_by_the_scanner_window(self):
