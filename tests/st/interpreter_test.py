@@ -44,6 +44,10 @@ MISTAKES = (  # message; variables; body
     ("-1: not within UINT", "x : UINT;", "x := x - 1;"),
     ("-1: not within UDINT", "x : UDINT; d : DINT;", "d := d - 1; x := DINT_TO_UDINT(d);"),
     ("32768: not within INT", "i : INT := 32767;", "i := i + 1;"),
+    ("-1: not within UINT", "x : UINT;", "x := -1;"),
+    ("32768: not within INT", "i : INT := -32768;", "i := -i;"),
+    ("-: not for WORD", "w : WORD;", "w := -w;"),
+    ("X: not a first value of a UINT", "x : UINT := -1;", ""),
     ("REAL, not UINT, should", "x : UINT; r : REAL;", "r := x;"),
     ("MOD: not for REAL", "r : REAL;", "r := r MOD 2.0;"),
     ("ADR: of unsigned numbers only", "p : POINTER TO BYTE; i : INT;", "p := ADR(i);"),
@@ -62,7 +66,7 @@ MISTAKES = (  # message; variables; body
     ("X: %IX5.1 is for a BOOL of", "x AT %IX5.1 : WORD;", ""),
     # No part of the subset
     *(("", "x : UINT; t : TON;", body) for body in (
-        "REPEAT x := 1; UNTIL TRUE END_REPEAT;", "RETURN;", "x := 2#1010;", "x := -1;", "x := x XOR x;", "CASE x OF 0, 1: x := 2; END_CASE;",
+        "REPEAT x := 1; UNTIL TRUE END_REPEAT;", "RETURN;", "x := 2#1010;", "x := x XOR x;", "CASE x OF 0, 1: x := 2; END_CASE;",
         "IF x = 0 THEN x := 1; END_IF", "t(IN := , PT := T#1s);", "// x\n", "x := 1.5;", "{pragma}", "FOR x := 0 TO 9 BY 2 DO END_FOR;")),
     *(("", variables, "") for variables in ("x : LREAL;", "x, y : UINT;", "x : ARRAY [0..1] OF BYTE;", "x : REFERENCE TO BYTE;")),
 )
@@ -94,6 +98,8 @@ class Interpreter(cases.Case):
                      "i := WORD_TO_INT(w); j := i / 2; k := i MOD 2; s := s - 6; b := SINT_TO_BYTE(s); r := r + 0.2; q := REAL_TO_DINT(r * 0.0 - 2.6);")
         self.assertEqual([values[name] for name in "IJKSBQ"], [-7, -3, -1, -1, 0xFF, -3])
         self.assertEqual(values["R"], 0.30000001192092896)  # 3E99999Ah
+        values = run("i : INT := -5; j : INT; k : INT; r : REAL := -0.5;", "j := -i - -2; k := -(i + 1) * -3; r := -r * 3.0;")
+        self.assertEqual([values[name] for name in "IJKR"], [-5, 7, -12, 1.5])
 
     def test_located_variables(self):
         text = "x AT %MX5.15 : BOOL; i AT %IW0 : INT; u AT %QW1 : UINT; d AT %MD6 : DINT; r AT %id7 : REAL; w AT %MD8 : DWORD; n AT %MD9 : UDINT;"

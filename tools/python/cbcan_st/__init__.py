@@ -37,19 +37,18 @@ Options:
 """
 
 
-class Program:
+class Program(Exchange):
     """A program beside a plant: program["main.level"] is a variable, by instance or, where one program has it, without. A TIME is in seconds."""
 
     def __init__(self, plant: Plant, *files: str, folder: str | os.PathLike[str] = "") -> None:
         """Paths are relative to the folder."""
-        self.plant, self.engine = plant, Interpreted(Sources(files, folder))
-        self.exchange = Exchange(plant, self.engine)
+        super().__init__(plant, Interpreted(Sources(files, folder)))
 
     def __enter__(self) -> Program:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self.exchange.close()
+        self.close()
 
     def __getitem__(self, name: str) -> Any:
         return self.engine.get(name)
@@ -66,19 +65,14 @@ class Program:
     def release(self, name: str) -> None:
         del self.engine.forced[name]
 
-    def scan(self) -> str | None:
-        """One scan, and time up to the next; returns DONE or GAVE_UP when the program has ended."""
-        return self.exchange.scan()
-
     def run(self, until: Callable[[], bool] | str, within: float = 60) -> float:
         """Scans until the condition, or the BOOL of this name, is true. Returns the plant's time. Raises NotWithin after so many seconds of it."""
-        holds = until if callable(until) else lambda: self[until]
-        limit = self.plant.now + within
-        while not holds():
-            if self.plant.now >= limit:
+        limit = self.now + within * 1e6
+        while not (until() if callable(until) else self[until]):
+            if self.now >= limit:
                 raise NotWithin(f"not within {within} s: {until}")
             self.scan()
-        return self.plant.now
+        return self.now / 1e6
 
 
 def main() -> NoReturn:

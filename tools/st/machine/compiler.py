@@ -99,6 +99,11 @@ class Expressions(Declarations):
         if self.takes("NOT"):
             value = self.converted(self.unary(), BOOL, place)
             return BOOL, lambda values: not value(values)
+        if self.takes("-"):
+            a_type, value = self.unary()
+            if a_type.kind not in ("int", "real", "literal"):
+                raise StError(place, f"-: not for {a_type.name}")
+            return a_type, checked(lambda values: -value(values), a_type, place)
         if self.takes("("):
             inner = self.expression()
             self.expect(")")

@@ -75,7 +75,9 @@ class Declarations(Words):
         a_type = self.type_name()
         first = a_type if isinstance(a_type, Block) else a_type.first()
         if self.takes(":="):
-            kind, value, _ = self.next()
+            negative, (kind, value, _) = self.takes("-"), self.next()
+            if negative and kind in ("number", "real"):
+                value = -value
             if value in ("TRUE", "FALSE"):
                 kind, value = "bool", value == "TRUE"
             is_enumerator = self.machine.enumerators.get(value) is a_type
