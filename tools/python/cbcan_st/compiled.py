@@ -37,17 +37,22 @@ class Compiled:
         places = [(sources.address(name), library.value_of(i)) for i, name in enumerate(library.names().decode().split())]
         if not has_scanner(at for at, _ in places) and library.register_of(0):
             places += [(Address.of(f"%MW{3700 + i}"), library.register_of(i)) for i in range(70)]
-        self.cells = [(at, CELLS[at.size].from_address(value)) for at, value in places]
-        self.addresses = [at for at, _ in self.cells]
+        cells = [(at, CELLS[at.size].from_address(value)) for at, value in places]
+        self.words = [(at.register, cell) for at, cell in cells if at.size == "W"]  # most are words; this takes a third of the time
+        self.others = [(at, cell) for at, cell in cells if at.size != "W"]
+        self.addresses = [at for at, _ in cells]
 
     def scan(self, now: int) -> None:
-        for at, cell in self.cells:
-            cell.value = self.image.read(at)
+        image = self.image
+        for register, cell in self.words:
+            cell.value = image[register]
+        for at, cell in self.others:
+            cell.value = image.read(at)
         self.library.scan(self.tick, now)
         self.tick += 1
-        for at, cell in self.cells:
-            if at.area != "I":
-                self.image.write(at, cell.value)
+        image.update((register, cell.value) for register, cell in self.words)
+        for at, cell in self.others:
+            image.write(at, cell.value)
 
     def ended(self, name: str) -> bool:
         return bool(getattr(self.library, name.lower())())
