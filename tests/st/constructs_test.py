@@ -8,7 +8,9 @@ from plc import LIBRARY, ROOT, configuration, source
 import cases
 from recipes import items, tables_of
 from cbcan_st.machine.declarations import STANDARD_FUNCTIONS
-from cbcan_st.machine.lexer import KEYWORDS
+from cbcan_st.machine.compiler import COMPUTE
+from cbcan_st.machine.lexer import KEYWORDS, SECTIONS
+from cbcan_st.machine.types import ELEMENTARY
 from cbcan_st.machine import Machine
 
 BLOCKS = {  # inputs, outputs and VAR_IN_OUT as the CiA 405 library of SoMachine has them, and MODE for reading; without the common ones
@@ -61,6 +63,12 @@ class Files(cases.Case):
         program = Machine(("program.st", text)).programs["EXCHANGE"][0]
         words = {f"%QW{100 + i}": f"OUT{i}" for i in range(70)} | {f"%IW{100 + i}": f"IN{i}" for i in range(68)}
         self.assertEqual(program.located, words)
+
+    def test_the_page_lists_what_the_machine_knows(self):
+        part = (ROOT / "docs/how-to/structured-text.md").read_text().partition("refuses all but these")[2].partition("##")[0]
+        listed = set(re.findall(r"\b[A-Z_]{2,}\b", part))
+        known = {*ELEMENTARY, *SECTIONS, *COMPUTE} | set("STRUCT ARRAY FUNCTION FUNCTION_BLOCK IF CASE WHILE FOR NOT SHL SHR TON".split())
+        self.assertEqual({word for word in known if word.isidentifier()} - {"VAR", "VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT"}, listed)
 
     def test_lines_fit_on_a_page(self):
         for path in LIBRARY.glob("*.st"):
