@@ -135,8 +135,8 @@ class Beside(cases.Case):
         return self.enterContext(Program(self.plant, *(str(self.write(f"{i}.st", text)) for i, text in enumerate(texts))))
 
     def test_numbers_and_bits_of_registers(self):
-        st = self.start(program("w AT %MW3711 : WORD; b AT %MX3710.15 : BOOL; r AT %MD3712 : REAL; i AT %MD3714 : DINT; n AT %MW3716 : INT; "
-                                "u AT %MD3717 : UDINT; out AT %QX170.3 : BOOL;", "out := b;"))
+        st = self.start(program(globals="VAR_GLOBAL cbcan : UINT; END_VAR", variables="w AT %MW3711 : WORD; b AT %MX3710.15 : BOOL; r AT %MD3712 : REAL; i AT %MD3714 : DINT; n AT %MW3716 : INT; "
+                                "u AT %MD3717 : UDINT; out AT %QX170.3 : BOOL;", body="out := b;"))
         for name, value in (("w", 0xFFFF), ("b", True), ("r", 1.5), ("i", -2), ("n", -3), ("u", 0xFFFFFFFE)):
             st.force(name, value)
         st.scan()

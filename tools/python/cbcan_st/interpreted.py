@@ -37,8 +37,9 @@ class Interpreted(Machine):
             self.located[instance] = [(sources.address(at), block.types[name], values, name) for at, name in block.located.items()]
         self.stored = {instance: [each for each in located if each[0].area != "I"] for instance, located in self.located.items()}
         self.addresses = [at for each in self.located.values() for at, _, _, _ in each]
-        registers = [] if has_scanner(self.addresses) else self.globals.get("CBCAN", [{}])[0].get("REGS", [])
-        self.window = [(Address.of(f"%MW{3700 + i}"), WORD, registers, i) for i in range(len(registers))]  # without scanner.st
+        has_window = getattr(self.global_types.get("CBCAN"), "name", "") == "CBCAN_WINDOWS" and not has_scanner(self.addresses)
+        registers = self.globals["CBCAN"][0]["REGS"] if has_window else []
+        self.window = [(Address.of(f"%MW{3700 + i}"), WORD, registers, i) for i in range(len(registers))]
         self.addresses += [at for at, _, _, _ in self.window]
 
     def load(self, located):

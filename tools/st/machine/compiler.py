@@ -42,13 +42,16 @@ def times(time, factor):
 
 def checked(compute, a_type, place):
     """A value that does not fit its type is an error here; the standard leaves it to each system (2.5.1.5.2)."""
-    if a_type is REAL:
-        return lambda values: single(compute(values))
-    if a_type.kind not in ("int", "bits", "time"):
+    if a_type.kind not in ("int", "bits", "time", "real"):
         return compute
 
     def run(values):
-        value = compute(values)
+        try:
+            value = compute(values)
+        except (ArithmeticError, ValueError) as error:
+            raise StError(place, str(error)) from None
+        if a_type is REAL:
+            return single(value)
         if not a_type.low <= value <= a_type.high:
             raise StError(place, f"{value}: not within {a_type.name}")
         return value
