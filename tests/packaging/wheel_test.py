@@ -35,12 +35,17 @@ def test_the_program_of_this_environment(plant, window):
 '''
 TYPED = '''
 from cbcan_plant import Plant, Window
+from cbcan_st import Program
 
 def test_it(plant: Plant, window: Window) -> None:
     assert plant.wait("state 66 operational", within="2s") + plant.now > 0
     plant.power(0x42, on="off")
     window.read(3700).append("0")
     window.abort + 1
+
+def test_st(st: Program) -> None:
+    assert st.run(until="DONE", within=30) > 0 and st["main.full"]
+    st.force(5, 5)
 '''
 
 
@@ -89,7 +94,7 @@ class Wheel(cases.Case):
         said = done("/usr/bin/mypy", "--show-error-codes", "--cache-dir", os.devnull, "--python-executable", self.bin / "python", "typed.py",
                     code=1, cwd=self.folder).stdout
         self.assertEqual(re.findall(r"(\S+:\d+): error: .*\[([a-z-]+)\]", said),
-                         [("typed.py:6", "arg-type"), ("typed.py:7", "arg-type"), ("typed.py:8", "operator")], said)
+                         [("typed.py:7", "arg-type"), ("typed.py:8", "arg-type"), ("typed.py:9", "operator"), ("typed.py:13", "arg-type")], said)
 
     def test_metadata(self):
         said = self.python("-c", "from importlib.metadata import *; m = metadata('cbcan'); print(m['Version'], m['Requires-Python'])").stdout
@@ -109,7 +114,7 @@ class Wheel(cases.Case):
                 self.assertEqual((base64.urlsafe_b64decode(digest.partition("=")[2] + "="), int(size)), (hashlib.sha256(data).digest(), len(data)))
         self.assertEqual(names, [name for name, *_ in record] + [last])
         self.assertEqual({name.partition(info.removesuffix("dist-info"))[2] or name for name in names}, {
-            "cbcan/__init__.py", "cbcan/__main__.py", "cbcan_plant/__init__.py", "cbcan_plant/py.typed",
+            "cbcan/__init__.py", "cbcan/__main__.py", "cbcan_plant/__init__.py", "cbcan_plant/py.typed", "cbcan_st/py.typed",
             *(f"{name}/{path.name}" for name, files in (("cbcan_st", "python/cbcan_st/*.*"), ("cbcan_st", "st/*.st"), ("cbcan_st/machine", "st/machine/*.*"))
               for path in (ROOT / "tools").glob(files)), "data/scripts/cbcan-sim",
             "data/scripts/cbcanctl", *(f"dist-info/{name}" for name in ("LICENSE", "METADATA", "WHEEL", "entry_points.txt", "RECORD"))})

@@ -80,7 +80,7 @@ def main() -> NoReturn:
     parser.add_argument("file", nargs="+")
     parser.add_argument("--scans", type=int)
     parser.add_argument("--engine", choices=("machine", *COMPILERS))
-    parser.format_help = lambda: HELP  # type: ignore[method-assign]
+    parser.format_help = lambda: HELP  # type: ignore
     arguments = parser.parse_args()
     try:
         sources, engine = Sources(arguments.file), arguments.engine or next(filter(available, COMPILERS), "machine")
