@@ -74,7 +74,8 @@ class Runner {
     if (!config_.logs.empty())
       run.log = [this, &scenario](std::size_t network) {
         const std::string path = fs::path(config_.logs) / scenario::log_name(scenario.file, network);
-        return std::make_shared<io::CandumpLog>(path, "virtual", 0, [](const std::string&) {});
+        return std::make_shared<io::CandumpLog>(io::CandumpLog::Settings{.path = path},
+                                                [](const std::string&) {});
       };
     return scenario::play_on_plant(scenario, files, run);
   }

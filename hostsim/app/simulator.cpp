@@ -77,11 +77,16 @@ void BusConnections::open_plc(const config::NetworkConfig& config) {
                io::PlcSettings{plc.unit, milliseconds(plc.period_ms)}, warn_);
 }
 
-/// On a manual clock the log begins at 0 and is reproducible, so it drops nothing for a slow reader.
+/// On a manual clock the log begins at 0 and is reproducible, so it replaces a file and drops nothing for a
+/// slow reader.
 void BusConnections::open_log(const config::NetworkConfig& config) {
   const bool on_interface = spec_ && spec_->kind == config::CanSpec::Kind::kSocketCan;
   const std::string interface = on_interface ? spec_->name : "virtual";
-  log_.emplace(config.log, interface, host_.wall_offset(), warn_, most_waiting(host_));
+  using Content = io::Output::Content;
+  log_.emplace(io::CandumpLog::Settings{config.log, interface, host_.wall_offset(),
+                                        host_.clock_runs() ? Content::kKept : Content::kReplaced,
+                                        config.log_mb * kMegabyte, most_waiting(host_)},
+               warn_);
   network_.world().bus().observe(*log_);
 }
 
@@ -118,6 +123,9 @@ Simulator::Simulator(const config::Config& config, config::PlantBuild build, con
   open_modbus(config);
   open_services(config);
   open_views(config);
+  signals_.on_hangup([this] {
+    return std::ranges::count_if(connections_, [](auto& network) { return network->reopen_log(); }) != 0;
+  });
 }
 
 sim::ParameterStore* Simulator::store(const std::string& file) {
@@ -174,7 +182,6 @@ void Simulator::open_modbus(const config::Config& config) {
 }
 
 void Simulator::open_views(const config::Config& config) {
-  constexpr std::uint64_t kMegabyte = 1'000'000;
   if (!config.record.empty()) {
     const auto file = std::make_shared<io::Output>(io::Output::open("record", config.record));
     session_->record([this, file, path = config.record, ended = false](std::string_view lines) mutable {

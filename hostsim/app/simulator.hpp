@@ -36,6 +36,8 @@ namespace cbcan::app {
 window::Line line_of(const config::LineConfig& config);
 
 /// Limit of output that is not read in time, in bytes: on a manual clock hours may pass at once.
+inline constexpr std::uint64_t kMegabyte = 1'000'000;
+
 inline std::size_t most_waiting(const session::Host& host) {
   return host.clock_runs() ? io::Output::kMostWaiting : 256 * 1024 * 1024;
 }
@@ -70,6 +72,8 @@ class BusConnections {
   void flush() {
     if (log_) log_->flush();
   }
+  /// Continues the log in the file that has its path now. False: there is no such file.
+  bool reopen_log() { return log_ && log_->reopen(); }
   Time next_deadline() const;
 
   /// `name`: prefix of the line.
@@ -108,8 +112,8 @@ class Simulator final : private session::Host {
   Simulator(const config::Config& config, config::PlantBuild build, const std::string& plant_file,
             Console& console, bool reads_input, Files files = Files::kWritten);
 
-  /// Serves until SIGINT, SIGTERM or SIGHUP, or the end of the commands. Throws io::UsageError for a wrong
-  /// line of standard input, CheckFailed for a wait that times out.
+  /// Serves until SIGINT, SIGTERM, SIGHUP without a log to reopen, or the end of the commands. Throws
+  /// io::UsageError for a wrong line of standard input, CheckFailed for a wait that times out.
   void run();
   /// Serves as long as the command runs, with the addresses in its environment, and returns its exit code.
   /// `error`: its standard error. Throws io::EnvironmentError if the process cannot be created.

@@ -38,7 +38,8 @@ inline constexpr std::string_view kBoth = "both";
 
 inline constexpr std::array kExitCodes = std::to_array<ExitCodeRow>({
     {ExitCode::kDone, kBoth,
-     "done; also cbcan-sim after SIGINT, SIGTERM and SIGHUP, and cbcanctl emcy and kernel that show errors"},
+     "done; also cbcan-sim after SIGINT, SIGTERM and a SIGHUP without a log file, and cbcanctl emcy and "
+     "kernel that show errors"},
     {ExitCode::kCheckFailed, "cbcan-sim", "a check failed: a scenario, or a wait that timed out"},
     {ExitCode::kUsage, kBoth, "usage or configuration: command line, plant file, EDS file, scenario"},
     {ExitCode::kEnvironment, kBoth,

@@ -193,6 +193,7 @@ struct NetworkConfig {
   PlcConfig plc;
   CanConfig can;
   std::string log;  ///< file: the bus in the format of `candump -L`; empty = none
+  std::uint32_t log_mb = 0;  ///< size at which it becomes FILE.1 and a new one begins; 0 = never
   std::vector<NodeConfig> nodes;
   Place place;                               ///< where it begins; empty for the first network
   std::map<std::string_view, Place> places;  ///< of its settings, by their keys

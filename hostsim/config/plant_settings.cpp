@@ -77,6 +77,8 @@ template <auto kMember>
 constexpr auto can(Row row) {
   return setting<&NetworkConfig::can, kMember>(row);
 }
+constexpr std::string_view kTurnsOver =
+    "Size at which FILE is renamed to FILE.1, replacing the previous one, and begins again";
 // clang-format off
 constexpr std::array kPlant{
     setting<&Config::modbus, &ListenAddress::host>({
@@ -141,9 +143,7 @@ constexpr std::array kPlant{
         .more = "`-` is standard output, with the `ready` line on standard error. A FIFO is accepted.",
         .form = Form::kPath, .domain = "a path", .instead = "use --log FILE, in the format of candump"}),
     setting<&Config::pcap_mb>({
-        .key = "log.pcap_mb",
-        .help = "Size at which FILE is renamed to FILE.1, replacing the previous one, and begins again",
-        .high = 1'000'000, .unit = " MB, 0 = never"}),
+        .key = "log.pcap_mb", .help = kTurnsOver, .high = 1'000'000, .unit = " MB, 0 = never"}),
     setting<&Config::http, &HttpConfig::listen>({
         .key = "http.listen", .option = "--http HOST:PORT", .help = "Listening address of the HTTP interface",
         .more = "See [HTTP](http.md).",
@@ -279,8 +279,12 @@ constexpr std::array kNetwork{
         .form = Form::kPath, .domain = "a path"}),
     setting<&NetworkConfig::log>({
         .key = "log.file", .option = "--log FILE", .help = "Every frame on the bus, in the format of candump -L",
-        .more = "`-` is standard output, with the `ready` line on standard error.",
+        .more = "`-` is standard output, with the `ready` line on standard error. An existing file gets longer; "
+                "on a manual clock it is replaced.",
         .form = Form::kPath, .domain = "a path"}),
+    setting<&NetworkConfig::log_mb>({
+        .key = "log.rotate_mb", .help = kTurnsOver, .high = 1'000'000, .unit = " MB, 0 = never",
+        .instead = "let another program cut the file"}),
 };
 
 // clang-format on

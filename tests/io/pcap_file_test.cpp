@@ -184,6 +184,22 @@ TEST_CASE("pcap: where path.1 cannot be, the file is started again in its place"
   CHECK(pcap.warnings[0].ends_with("; it begins again in the same place"));
 }
 
+TEST_CASE("pcap: where no new file can be begun, it ends and says so") {
+  Pcap pcap;
+  pcap.open(1, 28 + 32 + 36 + 40);
+  pcap.hear({0x080, 0, 0, {}}, 1);
+  pcap.file->poll();
+  std::filesystem::remove_all(pcap.folder.name);
+  for (int i = 0; i < 3; ++i) {
+    pcap.hear({0x080, 0, 0, {}}, 2);
+    pcap.file->poll();
+  }
+  REQUIRE(pcap.warnings.size() == 2);
+  CHECK(pcap.warnings[1] == "pcap " + pcap.path() +
+                                ": No such file or directory; it ends here, the simulation goes on; make "
+                                "room, or write it to another disk");
+}
+
 TEST_CASE("pcap: a disk that is full ends the file, and says so once") {
   Pcap pcap;
   REQUIRE(symlink("/dev/full", pcap.path().c_str()) == 0);

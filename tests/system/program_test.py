@@ -4,6 +4,7 @@
 
 import os
 import pathlib
+import pty
 import resource
 import signal
 import socket
@@ -242,9 +243,29 @@ class Diagnostics(cases.Case):
 class Ending(cases.Case):
     def test_signals(self):
         for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
-            simulator = Simulator(PROGRAM, "--demo")
+            simulator = Simulator(PROGRAM, "--demo", log=False)
             code, error = simulator.stop(number)
             self.assertEqual((code, error), (0, ""))
+
+    def test_a_hangup_opens_the_logs_again(self):
+        second = self.folder / "second.log"
+        simulator = Simulator(PROGRAM, "--demo", "--network", "2", "--log", second, log=False, test=self)
+        second.rename(self.folder / "moved")
+        simulator.process.send_signal(signal.SIGHUP)
+        wait_until(second.exists, "a new file")
+        self.assertEqual(simulator.stop()[0], 0)
+
+    def test_a_hangup_of_the_terminal_ends_it(self):
+        log = self.folder / "bus.log"
+        child, terminal = pty.fork()
+        if child == 0:
+            os.execv(PROGRAM, [PROGRAM, "--demo", "--modbus", "127.0.0.1:0", "--log", str(log)])
+        self.assertIn(b"ready", os.read(terminal, 1000))
+        log.rename(self.folder / "moved")
+        os.kill(child, signal.SIGHUP)  # of another program
+        wait_until(log.exists, "a new file")
+        os.close(terminal)
+        wait_until(lambda: os.waitpid(child, os.WNOHANG) == (child, 0), "an end with exit code 0")
 
     def test_nohup(self):
         simulator = Simulator(PROGRAM, "--demo", before_start=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN), test=self)

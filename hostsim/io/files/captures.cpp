@@ -5,10 +5,7 @@
 
 #include <algorithm>
 #include <bit>
-#include <cerrno>
-#include <cstdio>
 #include <cstring>
-#include <filesystem>
 #include <utility>
 
 #include "io/can/can_frames.hpp"
@@ -127,15 +124,14 @@ void put_ip_header(Buffer& to, std::uint32_t from, std::uint32_t where, std::siz
 
 }  // namespace
 
-CandumpLog::CandumpLog(const std::string& path, std::string interface, Time wall_offset, Warn warn,
-                       std::size_t most_waiting)
-    : where_("log " + path + ": "),
-      interface_(std::move(interface)),
-      wall_offset_(wall_offset),
+CandumpLog::CandumpLog(Settings settings, Warn warn)
+    : settings_(std::move(settings)),
+      where_("log " + settings_.path + ": "),
       warn_(std::move(warn)),
-      output_(Output::open("log", path, most_waiting)),
-      most_waiting_(most_waiting),
-      flush_at_(kCharactersPerWrite) {}
+      output_(Output::open("log", settings_.path, settings_.most_waiting, settings_.content)),
+      flush_at_(kCharactersPerWrite) {
+  if (!output_.is_file()) settings_.most = 0;
+}
 
 CandumpLog::~CandumpLog() {
   flush();
@@ -150,19 +146,34 @@ void CandumpLog::on_bus_frame(const Frame& frame, Time now) {
   if (ended_ || !output_.room())
     ++dropped_;
   else
-    sim::append_candump_line(output_.text(), frame, now + wall_offset_, interface_);
+    sim::append_candump_line(output_.text(), frame, now + settings_.wall_offset, settings_.interface);
 }
 
 void CandumpLog::flush() {
   if (ended_) return;
-  if (const int error = output_.flush(); error != 0) {
-    output_.take_rest();
-    ended_ = true;
-    return warn_(where_ + reason(error) +
-                 "; the log ends here, the simulation goes on; make room, or write it to another disk");
-  }
-  flush_at_ = std::min(output_.waiting() + kCharactersPerWrite, most_waiting_);
+  int error = 0;
+  if (settings_.most != 0 && output_.waiting() != 0 && output_.size() + output_.waiting() > settings_.most)
+    error = output_.turn_over(warn_, where_);
+  if (error == 0) error = output_.flush();
+  if (error != 0) return end(error);
+  flush_at_ = std::min(output_.waiting() + kCharactersPerWrite, settings_.most_waiting);
   if (output_.waiting() == 0) warn_of_missing(warn_, where_, dropped_, "frames");
+}
+
+bool CandumpLog::reopen() {
+  if (!output_.is_file()) return false;
+  flush();
+  const int error = output_.reopen();
+  ended_ = false;
+  if (error != 0) end(error);
+  return true;
+}
+
+void CandumpLog::end(int error) {
+  output_.take_rest();
+  ended_ = true;
+  warn_(where_ + reason(error) +
+        "; the log ends here, the simulation goes on; make room, or write it to another disk");
 }
 
 PcapFile::PcapFile(const journal::Journal& journal, Settings settings, Comment comment, Warn warn)
@@ -173,7 +184,7 @@ PcapFile::PcapFile(const journal::Journal& journal, Settings settings, Comment c
       warn_(std::move(warn)),
       output_(Output::open("pcap", settings_.path, settings_.most_waiting)),
       cursor_(journal) {
-  if (!std::filesystem::is_regular_file(settings_.path)) settings_.most = 0;
+  if (!output_.is_file()) settings_.most = 0;
   begin();
 }
 
@@ -200,10 +211,15 @@ void PcapFile::begin() {
 /// Pending output still goes to the old file.
 void PcapFile::turn_over() {
   output_.finish();
-  if (std::rename(settings_.path.c_str(), (settings_.path + ".1").c_str()) != 0)
-    warn_(where_ + reason(errno) + "; it begins again in the same place");
-  output_ = Output::open("pcap", settings_.path, settings_.most_waiting);
+  if (const int error = output_.turn_over(warn_, where_); error != 0) return end(error);
   begin();
+}
+
+void PcapFile::end(int error) {
+  output_.take_rest();
+  ended_ = true;
+  warn_(where_ + reason(error) +
+        "; it ends here, the simulation goes on; make room, or write it to another disk");
 }
 
 void PcapFile::poll() {
@@ -213,12 +229,7 @@ void PcapFile::poll() {
   });
   dropped_ += missed;
   if (ended_) return;
-  if (const int error = output_.flush(); error != 0) {
-    output_.take_rest();
-    ended_ = true;
-    return warn_(where_ + reason(error) +
-                 "; it ends here, the simulation goes on; make room, or write it to another disk");
-  }
+  if (const int error = output_.flush(); error != 0) return end(error);
   if (output_.waiting() == 0) warn_of_missing(warn_, where_, dropped_, "packets");
 }
 
@@ -294,6 +305,7 @@ void PcapFile::end_packet() {
   comments_.clear();
   end_block(packet_, 0);
   if (settings_.most != 0 && written_ + packet_.size() > settings_.most) turn_over();
+  if (ended_) return;
   written_ += packet_.size();
   if (!output_.add(base::view(packet_))) ++dropped_;
 }

@@ -24,12 +24,18 @@ namespace cbcan::io {
 /// Writes every frame of a bus to a file, or to a pipe or FIFO without waiting for its reader.
 class CandumpLog final : public sim::Observer {
  public:
-  /// Creates or truncates the file, or uses standard output for "-"; throws EnvironmentError on failure.
-  /// Times in the log are those of the frames plus `wall_offset`: wall-clock time minus simulation time, in
-  /// microseconds. A frame is dropped while more than `most_waiting` characters wait for a reader; `warn`
-  /// gets their number once there is room again.
-  CandumpLog(const std::string& path, std::string interface, Time wall_offset, Warn warn,
-             std::size_t most_waiting = Output::kMostWaiting);
+  struct Settings {
+    std::string path;  ///< "-" is standard output
+    std::string interface = "virtual";
+    Time wall_offset = 0;  ///< wall-clock time minus simulation time, added to the times of frames
+    Output::Content content = Output::Content::kReplaced;  ///< of an existing file
+    std::uint64_t most = 0;  ///< bytes after which a file is renamed to path.1 and a new one begun; 0 = never
+    std::size_t most_waiting = Output::kMostWaiting;
+  };
+
+  /// Throws EnvironmentError. A frame is dropped while more than `most_waiting` characters wait for a reader;
+  /// `warn` gets their number once there is room again.
+  CandumpLog(Settings settings, Warn warn);
   /// Waits for a reader as Output does.
   ~CandumpLog();
   CandumpLog(const CandumpLog&) = delete;
@@ -40,17 +46,19 @@ class CandumpLog final : public sim::Observer {
   /// Writes the frames since the last call; to be called once per turn. When writing fails (disk full), warns
   /// once and logs no more.
   void flush();
+  /// Continues in the file that has its path now, also after an error. False: it is no file.
+  bool reopen();
 
   /// When flush() has to be called even if there is no frame.
   Time next_deadline() const { return ended_ ? kNever : output_.next_deadline(); }
 
  private:
+  void end(int error);
+
+  Settings settings_;
   std::string where_;  ///< prefix of messages
-  std::string interface_;
-  Time wall_offset_;
   Warn warn_;
   Output output_;
-  std::size_t most_waiting_;
   std::size_t flush_at_;  ///< characters waiting
   bool ended_ = false;
   std::uint64_t dropped_ = 0;  ///< frames that were not reported yet
@@ -93,6 +101,7 @@ class PcapFile {
 
   void begin();
   void turn_over();
+  void end(int error);
   void add(const journal::Event& event);
   void add_can(const journal::Event& event);
   void add_modbus(const journal::Event& event, std::size_t comments_before);

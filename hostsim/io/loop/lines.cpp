@@ -9,6 +9,7 @@
 
 #include <array>
 #include <cerrno>
+#include <cstdio>
 #include <utility>
 
 #include "base/read_file.hpp"
@@ -24,6 +25,16 @@ bool is_ready(int file, int timeout_ms) {
   return ::poll(&ready, 1, timeout_ms) == 1;
 }
 
+/// Lines go to the end, also of a file that another program has cut.
+Descriptor opened(const std::string& path, Output::Content content) {
+  constexpr int kFlags = O_CREAT | O_APPEND | O_CLOEXEC | O_NONBLOCK | O_NOCTTY;
+  constexpr mode_t kMode = 0644;
+  const int flags = kFlags | (content == Output::Content::kReplaced ? O_TRUNC : 0);
+  Descriptor file(::open(path.c_str(), O_WRONLY | flags, kMode));
+  if (!file && errno == ENXIO) file = Descriptor(::open(path.c_str(), O_RDWR | flags, kMode));
+  return file;
+}
+
 }  // namespace
 
 Output::Output(Descriptor file, std::size_t most_waiting)
@@ -31,15 +42,15 @@ Output::Output(Descriptor file, std::size_t most_waiting)
       most_waiting_(most_waiting),
       may_block_((fcntl(file_.get(), F_GETFL) & O_NONBLOCK) == 0 && base::type_of(file_.get()) != S_IFREG) {}
 
-Output Output::open(std::string_view what, const std::string& path, std::size_t most_waiting) {
-  constexpr int kFlags = O_CREAT | O_TRUNC | O_CLOEXEC | O_NONBLOCK | O_NOCTTY;
-  constexpr mode_t kMode = 0644;
+Output Output::open(std::string_view what, const std::string& path, std::size_t most_waiting,
+                    Content content) {
   if (path == "-") return standard(1, most_waiting);
-  Descriptor file(::open(path.c_str(), O_WRONLY | kFlags, kMode));
-  if (!file && errno == ENXIO) file = Descriptor(::open(path.c_str(), O_RDWR | kFlags, kMode));
+  Descriptor file = opened(path, content);
   if (!file)
     throw EnvironmentError(std::string(what) + " " + path + ": " + reason(errno) + "; write another file");
-  return Output(std::move(file), most_waiting);
+  Output output(std::move(file), most_waiting);
+  output.path_ = path;
+  return output;
 }
 
 /// Opened again if possible: O_NONBLOCK would affect every process that shares the descriptor.
@@ -97,6 +108,28 @@ std::string Output::take_rest() {
 void Output::finish() {
   while (flush() == 0 && waiting() != 0 && is_ready(file_.get(), kPatienceMs)) {
   }
+}
+
+bool Output::is_file() const {
+  return !path_.empty() && base::type_of(file_.get()) == S_IFREG;
+}
+
+std::uint64_t Output::size() const {
+  struct stat now {};
+  return ::fstat(file_.get(), &now) == 0 ? static_cast<std::uint64_t>(now.st_size) : 0;
+}
+
+int Output::reopen(Content content) {
+  Descriptor file = opened(path_, content);
+  if (!file) return errno;
+  file_ = std::move(file);
+  return 0;
+}
+
+int Output::turn_over(const Warn& warn, const std::string& where) {
+  if (std::rename(path_.c_str(), (path_ + ".1").c_str()) != 0)
+    warn(where + reason(errno) + "; it begins again in the same place");
+  return reopen(Content::kReplaced);
 }
 
 void warn_of_missing(const Warn& warn, const std::string& where, std::uint64_t& count,

@@ -31,9 +31,12 @@ class Output {
   explicit Output(Descriptor file, std::size_t most_waiting = kMostWaiting);
   /// The program's standard output or error; other processes may share it, so its flags are not changed.
   static Output standard(int number, std::size_t most_waiting = kMostWaiting);
-  /// A file, which is created or truncated, a FIFO, which needs no reader yet, or standard output for "-".
-  /// Throws EnvironmentError, its text beginning with `what`.
-  static Output open(std::string_view what, const std::string& path, std::size_t most_waiting = kMostWaiting);
+  /// What becomes of the content that a file has.
+  enum class Content : std::uint8_t { kReplaced, kKept };
+  /// A file, a FIFO, which needs no reader yet, or standard output for "-". Throws EnvironmentError, its text
+  /// beginning with `what`.
+  static Output open(std::string_view what, const std::string& path, std::size_t most_waiting = kMostWaiting,
+                     Content content = Content::kReplaced);
   Output(Output&&) = default;
   Output& operator=(Output&&) = default;
   ~Output() { finish(); }
@@ -54,11 +57,22 @@ class Output {
   /// Does what the destructor does: afterwards nothing waits, or the reader is absent.
   void finish();
 
+  /// It is a file that open() has opened, so the following can be called.
+  bool is_file() const;
+  /// Bytes in the file.
+  std::uint64_t size() const;
+  /// Continues at the end of the file that has its path now. Returns an errno and changes nothing, or 0.
+  int reopen(Content content = Content::kKept);
+  /// Renames the file to its path with ".1" and begins a new one. If it cannot be renamed, it is emptied, and
+  /// `warn` gets a line that begins with `where`. Returns as reopen().
+  int turn_over(const Warn& warn, const std::string& where);
+
  private:
   std::string_view rest() const { return std::string_view(waiting_).substr(sent_); }
   ssize_t write_some(std::string_view text) const;
 
   Descriptor file_;
+  std::string path_;  ///< of open(); empty = none
   std::size_t most_waiting_;
   bool may_block_;
   std::string waiting_;

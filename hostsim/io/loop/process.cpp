@@ -25,6 +25,10 @@ namespace {
 
 constexpr int kIgnored[] = {SIGPIPE, SIGXFSZ};
 
+bool has_terminal() {
+  return static_cast<bool>(Descriptor(::open("/dev/tty", O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC)));
+}
+
 constexpr int kCannotExecute = 126;
 constexpr int kNotFound = 127;
 constexpr int kSignalled = 128;
@@ -126,7 +130,7 @@ int send_to(std::string_view name) {
 
 }  // namespace
 
-StopSignals::StopSignals(Reactor& reactor) : reactor_(reactor) {
+StopSignals::StopSignals(Reactor& reactor) : reactor_(reactor), had_terminal_(has_terminal()) {
   sigset_t wanted;
   sigemptyset(&wanted);
   sigaddset(&wanted, SIGINT);
@@ -160,7 +164,7 @@ bool StopSignals::poll() {
   while (::read(signals_.get(), &signal, sizeof signal) == sizeof signal) {
     if (on_signal_)
       on_signal_(static_cast<int>(signal.ssi_signo));
-    else
+    else if (signal.ssi_signo != SIGHUP || had_terminal_ != has_terminal() || !on_hangup_())
       stop_requested_ = true;
   }
   return stop_requested_;

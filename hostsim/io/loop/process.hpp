@@ -17,8 +17,8 @@
 
 namespace cbcan::io {
 
-/// While this object exists, SIGINT, SIGTERM and, unless it was ignored (nohup), SIGHUP are events of the
-/// reactor, and SIGPIPE and SIGXFSZ are ignored (a failed write has an errno). The destructor restores them.
+/// While this object exists, SIGINT, SIGTERM and, unless it was ignored (nohup), SIGHUP request a stop, as
+/// events of the reactor, and SIGPIPE and SIGXFSZ are ignored (a failed write has an errno). The destructor restores them.
 /// One per process, created by the main thread before other threads. The reactor outlives it.
 class StopSignals {
  public:
@@ -31,6 +31,9 @@ class StopSignals {
 
   /// Lets signals call `on_signal` from now on, in place of requesting a stop.
   void pass_on(std::function<void(int number)> on_signal) { on_signal_ = std::move(on_signal); }
+  /// Lets SIGHUP call `on_hangup` from now on, unless the terminal of the process is gone. False: it requests a
+  /// stop.
+  void on_hangup(std::function<bool()> on_hangup) { on_hangup_ = std::move(on_hangup); }
   /// Restores the former handling; for a forked process that becomes another program.
   void restore() const;
   /// Reads signals without a turn of the reactor, for long work between turns; returns stop_requested().
@@ -42,6 +45,8 @@ class StopSignals {
   struct sigaction former_[2]{};  ///< of the ignored signals
   Descriptor signals_;
   std::function<void(int number)> on_signal_;
+  std::function<bool()> on_hangup_ = [] { return false; };
+  bool had_terminal_;
   bool stop_requested_ = false;
 };
 
