@@ -43,6 +43,7 @@ NOT_RUN = {
     r"2004h = ": "what the programs of examples/clients print; clients() compares it",
     r"cbcan pressure transducer": "what two of the examples print; examples() compares it",
     r"ORG TU": "FATEK's mnemonics, for which there is no tool here; tests/st/plcopen_test.py plays the same as a ladder diagram",
+    r"\$ examples/class\.sh ": "tests/examples/class_test.py runs it",
     r"\$ npx \./cbcan-": "tests/module/session_test.mjs types it",
     r"import assert ": "tests/module/plant_test.mjs runs the example and compares the page",
     r"plant\.toml:\d+: ": "messages; tests/config/pages_test.cpp compares them",
@@ -54,6 +55,8 @@ NOT_RUN = {
 
 # Commands that are not executed, by their beginning: why. Their files, options, presets and targets are still checked.
 NOT_EXECUTED = {
+    "mkfifo ": "tests/examples/class_test.py does the same",
+    "dumpcap ": "needs the FIFO; the same test reads one by dumpcap",
     "tools/demo": "installs packages and builds, with --mcu an image too; tools/test runs it with --check",
     "tools/test": "runs this test",
     "tools/dev/wheel": "builds for minutes; tools/test --long does it",
