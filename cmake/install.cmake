@@ -90,6 +90,7 @@ install(FILES ${CMAKE_CURRENT_BINARY_DIR}/cbcan-st DESTINATION ${CMAKE_INSTALL_B
 # What the pages link to: packaging/manuals.
 install(DIRECTORY docs/pictures DESTINATION ${CMAKE_INSTALL_DOCDIR}/docs COMPONENT programs)
 install(DIRECTORY examples DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT programs)
+install(DIRECTORY packaging/cluster DESTINATION ${CMAKE_INSTALL_DOCDIR}/packaging COMPONENT programs)
 install(FILES packaging/github.yml packaging/gitlab.yml DESTINATION ${CMAKE_INSTALL_DOCDIR}/packaging COMPONENT programs)
 file(CREATE_LINK ../../cbcan/plants ${CMAKE_CURRENT_BINARY_DIR}/plants SYMBOLIC)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/plants DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT programs)

@@ -10,7 +10,8 @@ from tree import ROOT
 
 OWNER = (ROOT / "packaging/owner").read_text().strip()
 WORKFLOWS = [".github/workflows/check.yml", ".github/workflows/release.yml"]
-YAML = ["action.yml", "packaging/github.yml", "packaging/gitlab.yml", *WORKFLOWS]
+GITHUB = ["packaging/github.yml", "packaging/cluster/github.yml"]
+YAML = ["action.yml", *GITHUB, "packaging/gitlab.yml", "packaging/cluster/gitlab.yml", "packaging/cluster/kubernetes.yml", *WORKFLOWS]
 PYTEST_INI = "[pytest]\ncbcan_plant = --config plant.toml\n"
 BASH = ["bash", "--noprofile", "--norc", "-eo", "pipefail", "-c"]  # as both systems use it
 

@@ -25,7 +25,7 @@ class Linters(cases.Case):
         done("yamllint", "--strict", "--config-data", RULES, *ci_files.YAML, cwd=ROOT)
 
     def test_github(self):
-        for name in ("action.yml", "packaging/github.yml", *ci_files.WORKFLOWS):
+        for name in ("action.yml", *ci_files.GITHUB, *ci_files.WORKFLOWS):
             text = (ROOT / name).read_text().replace("      attestations: write\n", "")  # which is newer than the validator
             done(f"{NPM}/node_modules/.bin/action-validator", self.write(pathlib.Path(name).name, text), cwd=ROOT)
 
@@ -70,7 +70,7 @@ class Linters(cases.Case):
 
     def test_versions(self):
         version = re.search(r'kVersion = "([0-9.]+)"', (ROOT / "firmware/cbcan/version.hpp").read_text())[1]
-        for name in ("packaging/gitlab.yml", "examples/consumer/CMakeLists.txt"):
+        for name in ("packaging/gitlab.yml", "packaging/cluster/gitlab.yml", "packaging/cluster/kubernetes.yml", "examples/consumer/CMakeLists.txt"):
             self.assertEqual(set(re.findall(r"\d+\.\d+\.\d+", re.sub(r"VERSION \S+", "", (ROOT / name).read_text()))), {version}, name)
 
 
