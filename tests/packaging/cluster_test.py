@@ -84,7 +84,16 @@ class Project(cases.Case):
 
 
 class Parallel(Project):
-    def test_over_ssh_on_two_machines(self):
+    def test_on_this_machine(self):
+        here = self.project("here")
+        (here / "machines").write_text("2/:\n")
+        made = ran(self.script("parallel.sh", here), "machines", cwd=here, env=ENVIRONMENT, timeout=5 * LIMIT)
+        self.assertEqual((made.returncode, made.stderr), (1, ""))
+        self.check(here, made.stdout)
+
+
+class ParallelBySsh(Project):
+    def test_on_two_machines(self):
         here, there = self.project("here"), self.folder / "there"
         there.mkdir()
         for key in ("host", "user"):

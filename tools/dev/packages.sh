@@ -15,8 +15,10 @@ test_packages=(catch2 cloc librapidcheck-dev valgrind git
   chromium fonts-dejavu-core
   python3-pymodbus python3-serial-asyncio python3-can mbpoll can-utils iproute2 tshark curl
   qemu-system-x86 busybox-static
-  dpkg-dev file lintian man-db mmdebstrap mypy openssh-server parallel pngquant python3-pip python3-pytest python3-yaml rsync shellcheck
-  slurm-wlm munge systemd yamllint)
+  dpkg-dev file lintian man-db mmdebstrap mypy parallel pngquant python3-pip python3-pytest python3-yaml shellcheck systemd yamllint)
+
+# Only for --long: their packages start services.
+long_packages=(munge openssh-server rsync slurm-wlm)
 
 # To build the WebAssembly module.
 module_packages=("${build_packages[@]}" clang-19 lld-19 llvm-19 wasi-libc libc++-19-dev-wasm32 libc++abi-19-dev-wasm32
