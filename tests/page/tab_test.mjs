@@ -181,7 +181,7 @@ look("a plant file with its files", async (page, plant) => {
   await shows(page, "#message.bad", /^my\.toml:\d+: node 20: cannot read \.\.\/devices\/tank\.eds/);
 });
 
-const good = addressOf({ main: "a.toml", files: { "a.toml": "" } });
+const good = addressOf({ main: "a.toml", files: { "a.toml": '[[node]]\nid = 7\nname = "Mine"\neds = "plants/demo/generic.eds"\n' } });
 for (const [name, address, words] of [
   ["names nothing", "#plants/nowhere.toml", /^The address names no plant, or is incomplete\.\nThis is the demo plant\./],
   ["names what every object has", "#toString", /^The address names no plant/],
@@ -197,7 +197,7 @@ for (const [name, address, words] of [
     assert.equal(await page.evaluate(() => location.hash), "#demo");
     assert.equal(await page.$eval("#chooser", ({ value }) => value), "demo");
     await renewed(page, () => page.evaluate((hash) => { location.hash = hash; }, good));
-    assert.deepEqual(await nodes(plant), []);
+    assert.deepEqual(await nodes(plant), ["7 Mine"]);
   }, { address });
 
 look("a crash, and a new instance", async (page, plant) => {
