@@ -241,15 +241,19 @@ bool Network::changes_registers(const protocols::ModbusRequest& request, const m
   return changed;
 }
 
-/// One fault at most acts on a request. A write that changes nothing is none, as a cyclic program makes them.
+/// One fault at most acts on a request. `after` does not count a cyclic program's writes of what is there.
 const sim::Fault* Network::fault_on(const protocols::ModbusRequest& request, const modbus::Access& access) {
   const bool writes = access.written.count != 0;
   const bool changes = writes && changes_registers(request, access);
-  const bool matches = changes || (!writes && access.read.count != 0 && std::exchange(has_changed_, false));
+  const bool reads = !writes && access.read.count != 0;
+  const bool counts = changes || (reads && std::exchange(has_changed_, false));
+  const bool matches = writes || (reads && std::exchange(has_written_, false));
+  if (writes) has_written_ = true;
   if (changes) has_changed_ = true;
   const sim::SetFault* acting = nullptr;
   for (sim::SetFault& set : plc_faults_.all())
-    if (matches && plc_faults_.acts(set, context_.now) && acting == nullptr) acting = &set;
+    if ((set.fault.after == 0 ? matches : counts) && plc_faults_.acts(set, context_.now) && acting == nullptr)
+      acting = &set;
   if (acting == nullptr) return nullptr;
   plc_faults_.tell(*acting,
                    base::made([&](base::Buffer& to) { journal::append_modbus(to, request.pdu, {}); }),

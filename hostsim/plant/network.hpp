@@ -170,7 +170,8 @@ class Network final : public protocols::ModbusUnit,
   std::uint32_t second_writers_ = 0;
   std::optional<journal::NetworkWatch> watch_;
   sim::FaultSet plc_faults_;
-  bool has_changed_ = false;  ///< a register, since the last request that read
+  bool has_written_ = false;  ///< since the last request that only read
+  bool has_changed_ = false;  ///< a register, since then
   Wires* wires_ = nullptr;
 };
 
