@@ -88,7 +88,7 @@ class Parallel(Project):
         here = self.project("here")
         (here / "machines").write_text("2/:\n")
         made = ran(self.script("parallel.sh", here), "machines", cwd=here, env=ENVIRONMENT, timeout=5 * LIMIT)
-        self.assertEqual((made.returncode, made.stderr), (1, ""))
+        self.assertEqual((made.returncode, made.stderr), (1, "parallel: Warning: --transferfile ignored as there are no remote --sshlogin.\n"))
         self.check(here, made.stdout)
 
 
