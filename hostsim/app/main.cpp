@@ -12,8 +12,8 @@
 #include <utility>
 
 #include "app/console.hpp"
-#include "app/explore.hpp"
 #include "app/run.hpp"
+#include "app/run_many.hpp"
 #include "app/simulator.hpp"
 #include "base/address.hpp"
 #include "base/command.hpp"

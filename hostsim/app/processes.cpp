@@ -12,10 +12,10 @@
 #include <cerrno>
 #include <utility>
 
-#include "app/explore.hpp"
+#include "app/run_many.hpp"
 #include "app/simulator.hpp"
-#include "base/text.hpp"
 #include "io/loop/reactor.hpp"
+#include "scenario/search/campaign.hpp"
 #include "scenario/search/judge.hpp"
 #include "scenario/search/state.hpp"
 
@@ -45,14 +45,6 @@ void read_said(int from, std::string& said) {
   if (said.size() > kMostSaid) said.erase(0, said.size() - kMostSaid);
 }
 
-/// Its lines as a report shows them.
-std::string indented(std::string_view said) {
-  std::string lines;
-  while (!said.empty())
-    lines += fmt::format("  | {}\n", base::to_utf8(base::take_line(said)));
-  return lines;
-}
-
 std::pair<io::Descriptor, io::Descriptor> make_pipe() {
   int ends[2];
   if (::pipe2(ends, O_CLOEXEC) != 0) throw io::EnvironmentError("pipe: " + io::reason(errno));
@@ -69,17 +61,6 @@ TrialReport report_of(std::string_view text, int status) {
         WIFSIGNALED(status)
             ? fmt::format("the process with the plant was ended by signal {}; try again", WTERMSIG(status))
             : "the process with the plant has ended without a result; try again";
-  return report;
-}
-
-/// Killed at the limit, twice.
-TrialReport hanging() {
-  TrialReport report;
-  report.result.verdict = search::Verdict::kBroken;
-  report.result.what = "hangs";
-  report.result.seen =
-      fmt::format("no end within {} s of this machine's time, also alone", kWallLimit / kSecond);
-  report.result.happened = true;
   return report;
 }
 
@@ -170,8 +151,8 @@ void Processes::wait(const Ended& ended, const Ended& slow) {
     int status = 0;
     ::waitpid(process.id, &status, 0);
     read_said(process.error.get(), process.said);
-    TrialReport report = is_slow ? hanging() : report_of(process.text, status);
-    report.result.said = indented(process.said);
+    TrialReport report = is_slow ? search::hanging(kWallLimit) : report_of(process.text, status);
+    report.result.said = search::indented(process.said);
     const std::size_t number = process.number;
     processes_.erase(processes_.begin() + static_cast<std::ptrdiff_t>(i));
     (is_slow ? slow : ended)(number, report);

@@ -12,9 +12,9 @@
 #include <utility>
 #include <vector>
 
-#include "app/explore.hpp"
 #include "app/parallel.hpp"
 #include "app/progress.hpp"
+#include "app/run_many.hpp"
 #include "app/target.hpp"
 #include "base/text.hpp"
 #include "io/files/captures.hpp"
@@ -54,22 +54,6 @@ class Runner {
 
  private:
   Outcome play_here(scenario::Scenario& scenario, config::EdsFiles& files) const {
-    const search::Settings settings = search::read_settings(scenario.text, scenario.file);
-    const search::Moments faults = search::only(config_.only, settings, scenario.config);
-    if (faults.empty() || config_.check) {
-      const Outcome outcome = play_on_plant(scenario, files);
-      const bool has_conditions = !settings.always.empty() || !settings.done.empty() ||
-                                  !settings.gave_up.empty() || !settings.reached.empty();
-      if (has_conditions && outcome.verdict == Verdict::kPassed)
-        search::check_conditions(settings, scenario.config, config::build_nodes(scenario.config, files));
-      return outcome;
-    }
-    if (!config_.logs.empty())
-      throw io::UsageError(fmt::format("--log {}: a run of --explore writes none", config_.logs));
-    return search::replay(scenario, faults, settings, files);
-  }
-
-  Outcome play_on_plant(const scenario::Scenario& scenario, config::EdsFiles& files) const {
     scenario::PlantRun run{config_.check, pace(), {}};
     if (!config_.logs.empty())
       run.log = [this, &scenario](std::size_t network) {
@@ -77,7 +61,7 @@ class Runner {
         return std::make_shared<io::CandumpLog>(io::CandumpLog::Settings{.path = path},
                                                 [](const std::string&) {});
       };
-    return scenario::play_on_plant(scenario, files, run);
+    return search::play_once(scenario, files, config_, run);
   }
 
   Outcome play_on_target(scenario::Scenario& scenario) const {

@@ -42,8 +42,8 @@ class Locked {
 
 }  // namespace
 
-/// A last line without its end is one that a crash of the machine has cut; otherwise it gets one.
-StateFile::StateFile(const std::string& path) : name_("--state " + path) {
+/// A last line without its end gets one.
+StateFile::StateFile(const std::string& path) : Kept("--state " + path) {
   if (path.empty()) return;
   file_ = io::Descriptor(::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666));
   if (!file_) fail();
@@ -51,15 +51,9 @@ StateFile::StateFile(const std::string& path) : name_("--state " + path) {
   const off_t all = size();
   text_ = mapped(file_.get(), static_cast<std::size_t>(std::max<off_t>(all, 0)));
   if (all != static_cast<off_t>(text_.size())) fail();
-  const std::size_t whole = text_.rfind('\n') + 1;  // 0 if there is none
-  try {
-    state_ = search::parse_state(text_, name_);
-    if (whole != text_.size()) write("\n");
-  } catch (const io::UsageError&) {
-    if (whole == 0 || whole == text_.size()) throw;
-    state_ = search::parse_state(text_.substr(0, whole), name_);
-    if (::ftruncate(file_.get(), static_cast<off_t>(whole)) != 0) fail();
-  }
+  const std::size_t kept = read(text_);
+  if (kept != text_.size() && ::ftruncate(file_.get(), static_cast<off_t>(kept)) != 0) fail();
+  if (kept == text_.size() && kept != 0 && text_.back() != '\n') write("\n");
 }
 
 StateFile::~StateFile() {
@@ -68,26 +62,14 @@ StateFile::~StateFile() {
     ::munmap(const_cast<char*>(text_.data()), text_.size());  // NOLINT: it is not written to
 }
 
-void StateFile::begin(const std::string& subject, const std::string& fingerprint) {
-  known_ = &state_.try_emplace(subject, search::KeptResults{fingerprint}).first->second;
-  if (known_->fingerprint != fingerprint)
-    throw io::UsageError(fmt::format("{}: has results of {}; name a new file", name_,
-                                     search::other_source(known_->fingerprint, fingerprint)));
-  heading_ = search::state_line(subject, fingerprint);
-  end_ = -1;
-}
-
-std::optional<search::KeptRun> StateFile::find(const std::string& moments) const {
-  const std::string_view line = known_->line(moments);
-  return line.empty() ? std::nullopt : search::run_in(line);
-}
-
 /// The subject's line again where another one may have written.
 void StateFile::add(const search::KeptRun& run) {
   if (!file_) return;
   const Locked lock(file_.get());
-  write((size() == end_ ? "" : heading_) + search::state_line(run));
+  const bool is_below = size() == end_ && written_ == heading();
+  write((is_below ? "" : heading()) + search::state_line(run));
   end_ = size();
+  written_ = heading();
   if (io::Reactor::now() - synced_ < kSecond) return;
   synced_ = io::Reactor::now();
   ::fdatasync(file_.get());

@@ -53,6 +53,11 @@ std::string path_in(const std::string& file_name, std::string_view path) {
   return (std::filesystem::path(file_name).parent_path() / path).lexically_normal().string();
 }
 
+std::string relative_path(const std::string& file_name, const std::string& path) {
+  const auto folder = std::filesystem::path(file_name).lexically_normal().parent_path();
+  return std::filesystem::path(path).lexically_normal().lexically_relative(folder).string();
+}
+
 std::string other_kind(std::string_view path, std::string_view text, std::string_view wanted) {
   const auto kind = std::ranges::find_if(kKinds, [&](const Kind& each) { return is_of(each, path, text); });
   const bool is_both = wanted == kNetworkFile && is_of(kKinds.back(), path, text);

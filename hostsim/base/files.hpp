@@ -25,6 +25,9 @@ bool is_absolute(std::string_view path);
 /// A path from this file, ready to be opened.
 std::string path_in(const std::string& file_name, std::string_view path);
 
+/// The reverse: the path from this file; both are absolute.
+std::string relative_path(const std::string& file_name, const std::string& path);
+
 inline constexpr std::string_view kPlantFile = "a plant file";
 inline constexpr std::string_view kNetworkFile = "a network file";
 inline constexpr std::string_view kScenario = "a scenario";

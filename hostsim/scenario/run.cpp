@@ -49,10 +49,13 @@ std::vector<std::string> scenario_files(std::span<const std::string> paths, std:
   return chosen;
 }
 
+std::string_view stem_of(std::string_view file) {
+  const std::string_view name = file.substr(file.rfind('/') + 1);
+  return name.substr(0, name.rfind('.'));
+}
+
 std::string log_name(const std::string& file, std::size_t network) {
-  const std::string_view name = std::string_view(file).substr(file.rfind('/') + 1);
-  const std::string number = network == 1 ? "" : fmt::format(".{}", network);
-  return fmt::format("{}{}.log", name.substr(0, name.rfind('.')), number);
+  return fmt::format("{}{}.log", stem_of(file), network == 1 ? "" : fmt::format(".{}", network));
 }
 
 Outcome play_file(const std::string& file, std::optional<std::uint32_t> seed, const base::FileReader& read,

@@ -9,6 +9,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/files.hpp"
@@ -28,6 +29,9 @@ using FolderReader = std::function<std::optional<std::vector<std::string>>(const
 std::vector<std::string> scenario_files(std::span<const std::string> paths, std::size_t part,
                                         std::size_t parts, const FolderReader& list,
                                         const base::FileReader& read);
+
+/// The name of a file, without folder and ".toml".
+std::string_view stem_of(std::string_view file);
 
 /// Where the logs of a scenario are written: NAME.log, for network 2 NAME.2.log.
 std::string log_name(const std::string& file, std::size_t network);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "scenario/search/scenario_run.hpp"
 
+#include <fmt/core.h>
+
 #include <utility>
 
 #include "plant/plant.hpp"
@@ -32,10 +34,34 @@ TrialReport play(const scenario::Scenario& scenario, const Trial& trial, const S
   return report;
 }
 
+TrialReport play_or_problem(const scenario::Scenario& scenario, const Trial& trial, const Settings& settings,
+                            config::EdsFiles& files) try {
+  return play(scenario, trial, settings, files);
+} catch (const std::exception& error) {
+  return {.problem = error.what(), .is_usage = true};  // the plant is in memory
+}
+
 void check_conditions(const Settings& settings, const config::Config& config, config::PlantBuild build) {
   plant::VirtualPlant plant(config, std::move(build));
   const Trial trial{config};
   const Judge judge(plant.control(), settings, trial, {});
+}
+
+scenario::Outcome play_once(scenario::Scenario& scenario, config::EdsFiles& files,
+                            const config::RunConfig& config, const scenario::PlantRun& run) {
+  const Settings settings = read_settings(scenario.text, scenario.file);
+  const Moments faults = only(config.only, settings, scenario.config);
+  if (faults.empty() || config.check) {
+    scenario::Outcome outcome = scenario::play_on_plant(scenario, files, run);
+    const bool has_conditions = !settings.always.empty() || !settings.done.empty() ||
+                                !settings.gave_up.empty() || !settings.reached.empty();
+    if (has_conditions && outcome.verdict == scenario::Verdict::kPassed)
+      check_conditions(settings, scenario.config, config::build_nodes(scenario.config, files));
+    return outcome;
+  }
+  if (!config.logs.empty())
+    throw base::UsageError(fmt::format("--log {}: a run of --explore writes none", config.logs));
+  return replay(scenario, faults, settings, files);
 }
 
 scenario::Outcome replay(const scenario::Scenario& scenario, const Moments& moments, const Settings& settings,

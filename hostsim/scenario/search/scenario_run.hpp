@@ -2,7 +2,9 @@
 #pragma once
 
 #include "config/build_node.hpp"
+#include "config/run_options.hpp"
 #include "scenario/outcome.hpp"
+#include "scenario/run.hpp"
 #include "scenario/scenario.hpp"
 #include "scenario/search/exploration.hpp"
 
@@ -13,8 +15,17 @@ namespace cbcan::search {
 TrialReport play(const scenario::Scenario& scenario, const Trial& trial, const Settings& settings,
                  config::EdsFiles& files);
 
+/// The same; what it throws is a problem of the report.
+TrialReport play_or_problem(const scenario::Scenario& scenario, const Trial& trial, const Settings& settings,
+                            config::EdsFiles& files);
+
 /// Throws base::UsageError for a condition of [explore] that this plant does not have.
 void check_conditions(const Settings& settings, const config::Config& config, config::PlantBuild build);
+
+/// Plays the scenario on its plant, as `cbcan-sim run` does with this configuration: with the faults of
+/// --only, or of its table [explore], as a run of --explore.
+scenario::Outcome play_once(scenario::Scenario& scenario, config::EdsFiles& files,
+                            const config::RunConfig& config, const scenario::PlantRun& run);
 
 /// Plays a run of --explore again, and judges it in the same way.
 scenario::Outcome replay(const scenario::Scenario& scenario, const Moments& moments, const Settings& settings,

@@ -122,6 +122,31 @@ std::string state_line(const KeptRun& run) {
   return run.near ? line_of({run.moments, run.result, *run.near}) : line_of({run.moments, run.result});
 }
 
+std::size_t Kept::read(std::string_view text) {
+  const std::size_t whole = text.rfind('\n') + 1;  // 0 if there is none
+  try {
+    state_ = parse_state(text, name_);
+    return text.size();
+  } catch (const base::UsageError&) {
+    if (whole == 0 || whole == text.size()) throw;
+    state_ = parse_state(text.substr(0, whole), name_);
+    return whole;
+  }
+}
+
+void Kept::begin(const std::string& subject, const std::string& fingerprint) {
+  known_ = &state_.try_emplace(subject, KeptResults{fingerprint}).first->second;
+  if (known_->fingerprint != fingerprint)
+    throw base::UsageError(fmt::format("{}: has results of {}; name a new file", name_,
+                                       other_source(known_->fingerprint, fingerprint)));
+  heading_ = state_line(subject, fingerprint);
+}
+
+std::optional<KeptRun> Kept::find(const std::string& moments) const {
+  const std::string_view line = known_->line(moments);
+  return line.empty() ? std::nullopt : run_in(line);
+}
+
 std::string line_of(const TrialReport& report) {
   return line_of(json(report));
 }

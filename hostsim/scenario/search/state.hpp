@@ -51,6 +51,40 @@ State parse_state(std::string_view text, const std::string& path);
 std::string state_line(const std::string& subject, const std::string& fingerprint);
 std::string state_line(const KeptRun& run);
 
+/// Results that are kept, on which a later search goes on.
+class Kept {
+ public:
+  virtual ~Kept() = default;
+
+  /// What follows is about this subject. Throws base::UsageError if there are results of another one with its
+  /// name.
+  void begin(const std::string& subject, const std::string& fingerprint);
+  /// Whether the run was kept before this search.
+  bool has(const std::string& moments) const { return known_->has(moments); }
+  /// This run; none = it was not kept.
+  std::optional<KeptRun> find(const std::string& moments) const;
+  /// Throws std::runtime_error.
+  virtual void add(const KeptRun& run) = 0;
+
+ protected:
+  /// `name` in messages.
+  explicit Kept(std::string name) : name_(std::move(name)) {}
+
+  /// Takes what was kept, a text that outlives this. A last line without its end that is no result is one
+  /// that a crash of the machine has cut: returns the size without it. Throws base::UsageError for a text
+  /// that is none of these.
+  std::size_t read(std::string_view text);
+  /// The subject's line.
+  const std::string& heading() const { return heading_; }
+
+  std::string name_;
+
+ private:
+  State state_;
+  const KeptResults* known_ = nullptr;
+  std::string heading_;
+};
+
 /// A report, from the process that makes it to the one that wants it; nullopt = the line is not whole.
 std::string line_of(const TrialReport& report);
 std::optional<TrialReport> report_in(std::string_view line);

@@ -1,74 +1,30 @@
 // SPDX-License-Identifier: MIT
-#include "app/explore.hpp"
+#include "scenario/search/campaign.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <atomic>
 #include <cctype>
-#include <cstdlib>
-#include <filesystem>
-#include <functional>
 #include <iterator>
-#include <mutex>
-#include <optional>
-#include <span>
-#include <thread>
+#include <stdexcept>
 #include <utility>
 
-#include "app/parallel.hpp"
-#include "app/processes.hpp"
-#include "app/progress.hpp"
-#include "app/state_file.hpp"
+#include "base/files.hpp"
 #include "base/text.hpp"
 #include "cbcan/version.hpp"
 #include "config/plant_file.hpp"
-#include "io/loop/lines.hpp"
-#include "io/loop/reactor.hpp"
 #include "scenario/outcome.hpp"
-#include "scenario/search/exploration.hpp"
+#include "scenario/run.hpp"
+#include "scenario/scenario_writer.hpp"
 #include "scenario/search/scenario_run.hpp"
+#include "scenario/search/search.hpp"
 
-namespace cbcan::app {
+namespace cbcan::search {
 
 namespace {
 
 using config::kDemo;
-using search::Moments;
-using search::Record;
-using search::Result;
-using search::Trial;
-using search::TrialReport;
-
-/// Plays a scenario, each time on a plant of its own.
-class Threads final : public search::Runner {
- public:
-  /// Starts a thread for each of `files`.
-  Threads(const scenario::Scenario& scenario, std::span<config::EdsFiles> files,
-          const search::Settings& settings)
-      : scenario_(scenario), files_(files), settings_(settings) {}
-
-  void run_all(std::size_t count, const Make& make, const Wanted& wanted, const Ended& ended) override {
-    std::mutex one;
-    in_parallel(count, files_.size(), [&](std::size_t i, std::size_t thread) {
-      if (!wanted()) return;
-      TrialReport report;
-      try {
-        report = search::play(scenario_, make(i), settings_, files_[thread]);
-      } catch (const std::exception& error) {
-        report.problem = error.what();
-        report.is_usage = true;  // the plant is in memory
-      }
-      const std::scoped_lock lock(one);
-      ended(i, report);
-    });
-  }
-
- private:
-  const scenario::Scenario& scenario_;
-  std::span<config::EdsFiles> files_;
-  const search::Settings& settings_;
-};
 
 std::vector<std::string> words_in(const std::string& list) {
   return base::column(base::words_of(list, ","), [](auto word) { return std::string(base::trim(word)); });
@@ -84,9 +40,9 @@ std::string file_name_of(const Moments& moments) {
 
 /// The same condition, with the faults of the other failure and perhaps more, or with faults that stay and
 /// only begin later.
-bool is_repeat(const search::Failure& failure, const search::Failure& other) {
-  const auto is_in_failure = [&failure](const search::Moment& moment) {
-    return std::ranges::any_of(failure.moments, [&](const search::Moment& later) {
+bool is_repeat(const Failure& failure, const Failure& other) {
+  const auto is_in_failure = [&failure](const Moment& moment) {
+    return std::ranges::any_of(failure.moments, [&](const Moment& later) {
       return later == moment ||
              (later.variant() == moment.variant() && !search::passes(moment.variant().fault));
     });
@@ -94,29 +50,13 @@ bool is_repeat(const search::Failure& failure, const search::Failure& other) {
   return other.result.what == failure.result.what && std::ranges::all_of(other.moments, is_in_failure);
 }
 
-/// What is searched: a command, or a scenario.
-struct Subject {
-  std::string name;      ///< of a scenario; empty for a command
-  search::Sources sources;  ///< of the results, apart from what the run without faults shows
-  const config::Config& plant;
-  const search::Settings& settings;
-  Moments only;  ///< the one run to make; empty = all
-  search::Runner& runner;
-  std::function<std::string(const search::Failure&)> write;  ///< returns the file that plays the failure
-};
-
 /// The search for failures of any number of subjects.
-class Search {
+class Search final : public Campaign {
  public:
-  /// Throws io::UsageError, io::EnvironmentError for a file or folder of the options.
-  Search(const config::SearchConfig& search, Console& console)
-      : search_(search), console_(console), state_(search.state) {
-    if (!search.out.empty()) io::make_folder("--out", search.out);
-    if (!search.junit.empty()) junit_.emplace("--junit", search.junit);
-  }
+  Search(const config::SearchConfig& search, Host& host, Kept& kept)
+      : search_(search), host_(host), state_(kept) {}
 
-  /// Nothing after an error.
-  void run(const Subject& subject) {
+  void run(const Subject& subject) override {
     if (!error_.empty()) return;
     try {
       search(subject);
@@ -128,20 +68,22 @@ class Search {
     }
   }
 
-  base::ExitCode report() {
-    progress_.show("");
+  base::ExitCode report() override {
+    host_.show_progress("");
     if (offered_ == 0 && error_.empty()) {
       error_ = "without faults, no frame matches one of these, so nothing can be tried";
       exit_code_ = base::ExitCode::kUsage;
     }
-    if (!error_.empty()) console_.tell(fmt::format("cbcan-sim: {}\n", error_));
+    if (!error_.empty()) host_.tell(fmt::format("cbcan-sim: {}\n", error_));
     if (!search_.list && (error_.empty() || tried_ != 0))
-      console_.say(fmt::format("{}{}\nruns: {}, broken: {}, distinct failures: {}{}\n", results_.table(),
-                               failures_, tried_, results_.broken(), distinct_,
-                               left_ != 0 ? fmt::format(", not tried: {}", left_) : ""));
-    if (junit_) junit_->write(results_.junit(left_, error_));
+      host_.say(fmt::format("{}{}\nruns: {}, broken: {}, distinct failures: {}{}\n", results_.table(),
+                            failures_, tried_, results_.broken(), distinct_,
+                            left_ != 0 ? fmt::format(", not tried: {}", left_) : ""));
     return error_.empty() && distinct_ != 0 ? base::ExitCode::kCheckFailed : exit_code_;
   }
+
+  std::string junit() const override { return results_.junit(left_, error_); }
+  std::unique_ptr<Campaign> copy() const override { return std::make_unique<Search>(*this); }
 
  private:
   static std::string prefix(const Subject& subject) {
@@ -155,8 +97,7 @@ class Search {
       faults = search::default_faults();
       std::erase(faults, search::kTypical);  // a scenario knows its times
     }
-    search::Exploration exploration(subject.plant, subject.settings, subject.runner, faults,
-                                    words_in(search_.nodes));
+    Exploration exploration(subject.plant, subject.settings, subject.runner, faults, words_in(search_.nodes));
     exploration.prepare();
     if (subject.name.empty() && exploration.record().requests == 0)
       throw base::UsageError("the command has sent no Modbus request, so no fault can break it");
@@ -167,12 +108,12 @@ class Search {
     std::size_t others = leave_out_others(exploration, moments);
     if (search_.list) {
       for (const Moments& each : moments)
-        console_.say(to_string(each) + "\n");
+        host_.say(to_string(each) + "\n");
       return;
     }
-    for (const search::Variant& variant : exploration.unmatched())
+    for (const Variant& variant : exploration.unmatched())
       results_.add_unmatched(variant);
-    search::Pairs pairs;
+    Pairs pairs;
     try_all(subject, exploration, moments, is_in_pairs() ? &pairs : nullptr);
     if (is_in_pairs()) {
       moments = pairs.take();
@@ -183,8 +124,8 @@ class Search {
     if (left_ == 0 && others == 0) check_shown(subject);
   }
 
-  void add_failures(const Subject& subject, const search::Exploration& exploration) {
-    for (const search::Failure& failure : shrunk(subject, exploration)) {
+  void add_failures(const Subject& subject, const Exploration& exploration) {
+    for (const Failure& failure : shrunk(subject, exploration)) {
       std::string more = failure.count > 1 ? fmt::format("  and {} more like it\n", failure.count - 1) : "";
       if (!search_.out.empty()) more += fmt::format("  replay: {}\n", subject.write(failure));
       add_failure(subject, to_string(failure.moments) + "\n  " + search::report(failure.result) + more);
@@ -207,17 +148,17 @@ class Search {
   }
 
   /// The failures with faults as early as possible; those that become the same are one.
-  std::vector<search::Failure> shrunk(const Subject& subject, const search::Exploration& exploration) {
-    std::vector<search::Failure> distinct;
-    const auto is_known = [&distinct](const search::Failure& failure) {
+  std::vector<Failure> shrunk(const Subject& subject, const Exploration& exploration) {
+    std::vector<Failure> distinct;
+    const auto is_known = [&distinct](const Failure& failure) {
       const auto known = std::ranges::find_if(
-          distinct, [&failure](const search::Failure& other) { return is_repeat(failure, other); });
+          distinct, [&failure](const Failure& other) { return is_repeat(failure, other); });
       if (known != distinct.end()) known->count += failure.count;
       return known != distinct.end();
     };
-    for (search::Failure& failure : results_.failures(subject.name)) {
+    for (Failure& failure : results_.failures(subject.name)) {
       if (is_known(failure)) continue;
-      search::Failure simple = search::earlier(exploration, subject.runner, std::move(failure));
+      Failure simple = search::earlier(exploration, subject.runner, std::move(failure));
       if (!is_known(simple)) distinct.push_back(std::move(simple));
     }
     return distinct;
@@ -227,7 +168,7 @@ class Search {
 
   /// Removes those of other parts, unless --state has their results. Returns their number. A pair is of the
   /// part that makes the run with its first fault alone, so each of these is made once.
-  std::size_t leave_out_others(const search::Exploration& exploration, std::vector<Moments>& moments) const {
+  std::size_t leave_out_others(const Exploration& exploration, std::vector<Moments>& moments) const {
     return std::erase_if(moments, [&](const Moments& each) {
       const bool is_ours = is_in_pairs() ? exploration.number_of(each) % shard_.parts == shard_.part - 1
                                          : search::is_in_part(each, shard_.part, shard_.parts);
@@ -236,8 +177,8 @@ class Search {
   }
 
   /// Tries all moments. `pairs` gets those with each of them.
-  void try_all(const Subject& subject, const search::Exploration& exploration,
-               const std::vector<Moments>& moments, search::Pairs* pairs) {
+  void try_all(const Subject& subject, const Exploration& exploration, const std::vector<Moments>& moments,
+               Pairs* pairs) {
     std::vector<std::size_t> left;
     const std::size_t first_order = std::exchange(next_order_, next_order_ + moments.size());
     for (std::size_t i = 0; i < moments.size(); ++i) {
@@ -255,7 +196,7 @@ class Search {
     std::string problem;
     subject.runner.run_all(
         left.size(), [&](std::size_t i) { return exploration.trial_of(moments[left[i]], pairs != nullptr); },
-        [&] { return good && io::Reactor::now() - begun_ < budget_; },
+        [&] { return good && host_.searched() < budget_; },
         [&](std::size_t i, const TrialReport& report) {
           const Moments& tried = moments[left[i]];
           if (!report.problem.empty()) {
@@ -264,7 +205,7 @@ class Search {
           }
           if (!good) return;
           --left_;
-          search::KeptRun run{to_string(tried), report.result, {}};
+          KeptRun run{to_string(tried), report.result, {}};
           if (pairs != nullptr) {
             run.near = exploration.near(tried, report.record);
             pairs->add(exploration.pairs(tried, *run.near));
@@ -272,22 +213,22 @@ class Search {
           add(subject, first_order + left[i], tried, report.result);
           try {
             state_.add(run);
-          } catch (const io::EnvironmentError& error) {
+          } catch (const std::runtime_error& error) {
             problem = error.what();
             good = false;
           }
         });
-    if (!good) throw io::EnvironmentError(problem);
+    if (!good) throw std::runtime_error(problem);
   }
 
   void add(const Subject& subject, std::size_t order, const Moments& moments, const Result& result) {
     results_.add(subject.name, order, moments, result);
     ++tried_;
-    progress_.show(fmt::format("{} runs, {} broken, {} left", tried_, results_.broken(), left_));
+    host_.show_progress(fmt::format("{} runs, {} broken, {} left", tried_, results_.broken(), left_));
   }
 
   static std::string fingerprint(const Subject& subject, const Record& record) {
-    search::Sources sources = subject.sources;
+    Sources sources = subject.sources;
     sources.emplace(sources.begin(), "version", kVersion);
     std::string frames;
     for (const std::string& frame : record.frames)
@@ -297,14 +238,11 @@ class Search {
   }
 
   const config::SearchConfig& search_;
-  Console& console_;
-  StateFile state_;
-  std::optional<io::ResultFile> junit_;
+  Host& host_;
+  Kept& state_;
   const config::Shard shard_ = config::shard_of(search_.shard);
-  const Time begun_ = io::Reactor::now();
   const Time budget_ = base::parse_duration(search_.budget).value_or(kNever);
-  Progress progress_;
-  search::Results results_;
+  Results results_;
   std::size_t offered_ = 0;     ///< moments of all parts
   std::size_t next_order_ = 0;  ///< of the next moment in the results
   std::size_t tried_ = 0;
@@ -317,60 +255,75 @@ class Search {
 
 /// A file that adds the faults to the plant or scenario of another one: the demo, or a path. Returns its
 /// name.
-std::string write_file(const std::string& path, std::string plant, const std::string& command,
-                       search::Settings settings, const search::Failure& failure, const std::string& steps) {
-  const auto whole = [](const std::string& name) {
-    return std::filesystem::absolute(name.empty() ? "." : name).lexically_normal();
+std::string write_file(Host& host, const std::string& path, std::string plant, const std::string& command,
+                       Settings settings, const Failure& failure, const std::string& steps) {
+  const auto whole = [&host](const std::string& name) {
+    return scenario::absolute_plant(name, host.folder());
   };
-  const std::string folder = std::filesystem::path(path).parent_path();
-  if (plant != kDemo) plant = whole(plant).lexically_relative(whole(folder));
+  if (plant != kDemo) plant = base::relative_path(whole(path), whole(plant));
   settings.only = {{to_string(failure.moments)}};
-  io::ResultFile("--out", path)
-      .write(fmt::format("# {}: {}\n# {}\nplant = {}\n\n[explore]\n{}{}", base::to_utf8(failure.result.what),
+  host.write(path,
+             fmt::format("# {}: {}\n# {}\nplant = {}\n\n[explore]\n{}{}", base::to_utf8(failure.result.what),
                          base::to_utf8(failure.result.seen.substr(0, failure.result.seen.find('\n'))),
                          base::to_utf8(command), base::toml_text(plant), text_of(settings), steps));
   return path;
 }
 
 /// "NAME=VALUE " for each variable that is set.
-std::string environment_of(const search::Settings& settings) {
-  std::vector<std::string> names = base::column(settings.environment, &search::Line::text);
+std::string environment_of(const Settings& settings, const Host& host) {
+  std::vector<std::string> names = base::column(settings.environment, &Line::text);
   names.emplace_back("PYTHONPATH");
   std::string text;
   for (const std::string& name : names)
-    if (const char* const value = std::getenv(name.c_str())) text += fmt::format("{}={} ", name, value);
+    if (const auto value = host.variable(name)) text += fmt::format("{}={} ", name, *value);
   return text;
 }
 
-std::string write_plant_file(const config::Start& start, const search::Settings& settings,
-                             const search::Failure& failure) {
-  const std::string path = std::filesystem::path(start.search.out) / file_name_of(failure.moments);
-  return write_file(path, start.plant_file.empty() ? std::string(kDemo) : start.plant_file,
-                    fmt::format("{}cbcan-sim --config {} --explore -- {}", environment_of(settings), path,
-                                fmt::join(start.command, " ")),
+std::string write_plant_file(const config::Start& start, const Settings& settings, Host& host,
+                             const Failure& failure) {
+  const std::string path = scenario::absolute_plant(file_name_of(failure.moments), start.search.out);
+  return write_file(host, path, start.plant_file.empty() ? std::string(kDemo) : start.plant_file,
+                    fmt::format("{}cbcan-sim --config {} --explore -- {}", environment_of(settings, host),
+                                path, fmt::join(start.command, " ")),
                     settings, failure, "");
 }
 
 /// Writes a scenario with as few steps as possible.
-std::string write_scenario(const scenario::Scenario& scenario, const search::Settings& settings,
-                           const config::SearchConfig& search, config::EdsFiles& files,
-                           const search::Failure& failure) {
+std::string write_scenario(const scenario::Scenario& scenario, const Settings& settings,
+                           const config::SearchConfig& search, config::EdsFiles& files, Host& host,
+                           const Failure& failure) {
   const search::ShrunkScenario shrunk = search::with_fewer_steps(scenario, failure, settings, files);
-  const std::string path =
-      std::filesystem::path(search.out) /
-      (std::filesystem::path(scenario.file).stem().string() + "-" + file_name_of(shrunk.failure.moments));
+  const std::string name =
+      fmt::format("{}-{}", scenario::stem_of(scenario.file), file_name_of(shrunk.failure.moments));
+  const std::string path = scenario::absolute_plant(name, search.out);
   std::string steps;
   for (const scenario::Step& step : shrunk.scenario.steps)
     steps += "\n[[step]]\n" + text_of(step);
-  return write_file(path, scenario.file, "cbcan-sim run " + path, settings, shrunk.failure, steps);
+  return write_file(host, path, scenario.file, "cbcan-sim run " + path, settings, shrunk.failure, steps);
 }
 
-/// Runs with each seed. Gave up = failed: nothing has disturbed it.
-int run_seeds(const config::Start& start, config::EdsFiles& files, const search::Settings& settings,
-              Console& console) {
+}  // namespace
+
+std::string indented(std::string_view said) {
+  std::string lines;
+  while (!said.empty())
+    lines += fmt::format("  | {}\n", base::to_utf8(base::take_line(said)));
+  return lines;
+}
+
+TrialReport hanging(Time limit) {
+  TrialReport report;
+  report.result.verdict = Verdict::kBroken;
+  report.result.what = "hangs";
+  report.result.seen = fmt::format("no end within {} s of this machine's time, also alone", limit / kSecond);
+  report.result.happened = true;
+  return report;
+}
+
+/// Gave up = failed: nothing has disturbed it.
+base::ExitCode run_seeds(const config::Start& start, Runner& runs, Host& host) {
   const config::Seeds seeds = config::seeds_of(start.search.seeds);
   const Record nothing_known;
-  Processes runs(start, files, settings);
   scenario::SeedOutcomes outcomes;
   const std::size_t count = std::size_t{seeds.last} - seeds.first + 1;
   runs.run_all(
@@ -382,8 +335,8 @@ int run_seeds(const config::Start& start, config::EdsFiles& files, const search:
       },
       [] { return true; },
       [&](std::size_t i, const TrialReport& report) {
-        if (report.is_usage) throw io::UsageError(report.problem);
-        if (!report.problem.empty()) throw io::EnvironmentError(report.problem);
+        if (report.is_usage) throw base::UsageError(report.problem);
+        if (!report.problem.empty()) throw std::runtime_error(report.problem);
         const bool good = report.result.verdict == search::Verdict::kDone;
         outcomes.add(static_cast<std::uint32_t>(seeds.first + i),
                      {good ? scenario::Verdict::kPassed : scenario::Verdict::kFailed, report.result.duration,
@@ -391,62 +344,47 @@ int run_seeds(const config::Start& start, config::EdsFiles& files, const search:
       });
   const scenario::Outcome all =
       outcomes.sum("cbcan-sim ...", fmt::format("-- {}", fmt::join(start.command, " ")));
-  console.say(scenario::report(start.command.front(), all));
-  return static_cast<int>(all.verdict == scenario::Verdict::kPassed ? base::ExitCode::kDone
-                                                                    : base::ExitCode::kCheckFailed);
+  host.say(scenario::report(start.command.front(), all));
+  return all.verdict == scenario::Verdict::kPassed ? base::ExitCode::kDone : base::ExitCode::kCheckFailed;
 }
 
-}  // namespace
-
-std::size_t at_a_time(const config::SearchConfig& search) {
-  return search.jobs != 0 ? search.jobs : std::max(1U, std::thread::hardware_concurrency());
-}
-
-int run_many(const config::Start& start, const search::Settings& settings, config::EdsFiles& files,
-             Console& console) {
-  if (!start.search.explore) return run_seeds(start, files, settings, console);
-  Processes runner(start, files, settings);
-  Search search(start.search, console);
+Subject subject_of(const config::Start& start, const Settings& settings, Runner& runner, Host& host) {
   config::Config plant = start.config;
-  const search::Sources sources{{"plant", start.plant_text},
-                                {"option", fmt::format("{}", fmt::join(start.words, " "))},
-                                {"command", fmt::format("{}", fmt::join(start.command, " "))}};
-  search.run({"", sources, start.config, settings, search::only(start.search.only, settings, plant), runner,
-              [&](const search::Failure& failure) { return write_plant_file(start, settings, failure); }});
-  return static_cast<int>(search.report());
+  return {"",
+          {{"plant", start.plant_text},
+           {"option", fmt::format("{}", fmt::join(start.words, " "))},
+           {"command", fmt::format("{}", fmt::join(start.command, " "))}},
+          start.config,
+          settings,
+          search::only(start.search.only, settings, plant),
+          runner,
+          [&](const Failure& failure) { return write_plant_file(start, settings, host, failure); }};
 }
 
-base::ExitCode explore_scenarios(const std::vector<std::string>& paths, const config::SearchConfig& search,
-                                 const base::FileReader& read, Console& console) {
-  std::vector<config::EdsFiles> files(at_a_time(search), config::EdsFiles(read));
-  struct File {
-    scenario::Scenario scenario;
-    search::Settings settings;
-    Moments only;
-  };
-  std::vector<File> all_files;
-  for (const std::string& path : paths) {
-    File& file = all_files.emplace_back();
-    file.scenario = scenario::read_scenario(read(path).value_or(""), path, read);
-    if (!file.scenario.problems.empty()) throw io::UsageError(to_string(file.scenario.problems.front()));
-    file.settings = search::read_settings(file.scenario.text, path);
-    file.only = search::only(search.only, file.settings, file.scenario.config);
-  }
-  Search all(search, console);
-  for (const File& file : all_files) {
-    const scenario::Scenario& scenario = file.scenario;
-    Threads runner(scenario, files, file.settings);
-    all.run({scenario.file,
-             {{"scenario", scenario.text}},
-             scenario.config,
-             file.settings,
-             file.only,
-             runner,
-             [&](const search::Failure& failure) {
-               return write_scenario(scenario, file.settings, search, files.front(), failure);
-             }});
-  }
-  return all.report();
+Explored read_explored(const std::string& path, const std::string& only, const base::FileReader& read) {
+  Explored file{.scenario = scenario::read_scenario(read(path).value_or(""), path, read)};
+  if (!file.scenario.problems.empty()) throw base::UsageError(to_string(file.scenario.problems.front()));
+  file.settings = search::read_settings(file.scenario.text, path);
+  file.only = search::only(only, file.settings, file.scenario.config);
+  return file;
 }
 
-}  // namespace cbcan::app
+Subject subject_of(const Explored& file, const config::SearchConfig& search, config::EdsFiles& files,
+                   Runner& runner, Host& host) {
+  const scenario::Scenario& scenario = file.scenario;
+  return {scenario.file,
+          {{"scenario", scenario.text}},
+          scenario.config,
+          file.settings,
+          file.only,
+          runner,
+          [&](const Failure& failure) {
+            return write_scenario(scenario, file.settings, search, files, host, failure);
+          }};
+}
+
+std::unique_ptr<Campaign> make_campaign(const config::SearchConfig& search, Host& host, Kept& kept) {
+  return std::make_unique<Search>(search, host, kept);
+}
+
+}  // namespace cbcan::search

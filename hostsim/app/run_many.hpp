@@ -21,6 +21,6 @@ int run_many(const config::Start& start, const search::Settings& settings, confi
 
 /// The same for scenarios, in this process.
 base::ExitCode explore_scenarios(const std::vector<std::string>& paths, const config::SearchConfig& search,
-                                    const base::FileReader& read, Console& console);
+                                 const base::FileReader& read, Console& console);
 
 }  // namespace cbcan::app
