@@ -13,6 +13,7 @@
 
 #include "cbcan/version.hpp"
 #include "scenario/scenario_writer.hpp"
+#include "session/plc_exchanges.hpp"
 
 namespace cbcan::app {
 
@@ -48,7 +49,7 @@ void BusConnections::open_outside(const std::string& can_spec) {
   else
     outside_ =
         io::stream_bus(reactor_, bus, can_spec, is_adapter ? can.name : "", can.remote,
-                       is_adapter ? io::slcan_dialect(can.kbit) : io::socketcand_dialect(can.name), warn_);
+                       is_adapter ? protocols::slcan_dialect(can.kbit) : protocols::socketcand_dialect(can.name), warn_);
 }
 
 void BusConnections::open_plc(const config::NetworkConfig& config) {
@@ -60,20 +61,7 @@ void BusConnections::open_plc(const config::NetworkConfig& config) {
     connection = window::rtu_connection(line_of(plc.line), io::kPlcTiming);
   else
     connection = io::plc_over_tcp(base::parse_listen_address(plc.address, kModbusPort));
-  io::PlcClient::Exchanges exchanges;
-  if (plc.layout == config::PlcLayout::kScanner)
-    exchanges.push_back(std::make_unique<io::ScannerExchange>(
-        network_, plc.first, config.module.scanner_out_first, config.module.scanner_in_first));
-  else
-    exchanges.push_back(std::make_unique<io::WindowExchange>(network_, plc.first,
-                                                             plc.at_start == config::PlcAtStart::kRefuse));
-  if (plc.process_first)
-    exchanges.push_back(
-        std::make_unique<io::ProcessExchange>(network_, *plc.process_first, config.module.process_first));
-  if (plc.status_first)
-    exchanges.push_back(std::make_unique<io::CopyExchange>(network_, *plc.status_first,
-                                                           config.module.status_first, regmap::kStatusWords));
-  plc_.emplace(reactor_, network_, std::move(connection), std::move(exchanges),
+  plc_.emplace(reactor_, network_, std::move(connection), session::plc_exchanges(config, network_),
                io::PlcSettings{plc.unit, milliseconds(plc.period_ms)}, warn_);
 }
 
@@ -105,7 +93,7 @@ Time BusConnections::next_deadline() const {
 std::string BusConnections::plc_summary(std::string_view name) const {
   if (!plc_) return {};
   return fmt::format("{}PLC requests {}, exceptions {}, connections lost {}\n", name,
-                     plc_->counters().requests, plc_->counters().exceptions, plc_->lost());
+                     plc_->counters().requests, plc_->counters().exceptions, plc_->counters().lost);
 }
 
 Simulator::Simulator(const config::Config& config, config::PlantBuild build, const std::string& plant_file,

@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "fuzz/fuzz.hpp"
-#include "io/can/outside_bus.hpp"
 #include "protocols/adapter.hpp"
+#include "protocols/dialect.hpp"
 #include "sim/world.hpp"
 
 namespace cbcan::fuzz {
@@ -59,7 +59,7 @@ void check_server(std::string_view text) {
 }
 
 /// Whatever the other side sends: received frames are valid, and the output is limited.
-void check_dialect(io::Dialect& dialect, std::string_view text) {
+void check_dialect(protocols::Dialect& dialect, std::string_view text) {
   std::string said;
   Frame frame;
   dialect.begin(kSecond);
@@ -81,8 +81,8 @@ void run(Input input) {
   const std::string_view text = text_of(input.rest());
   switch (kind % 3) {
     case 0: return check_server(text);
-    case 1: return check_dialect(*io::slcan_dialect(500), text);
-    default: return check_dialect(*io::socketcand_dialect("can0"), text);
+    case 1: return check_dialect(*protocols::slcan_dialect(500), text);
+    default: return check_dialect(*protocols::socketcand_dialect("can0"), text);
   }
 }
 

@@ -28,7 +28,7 @@ MAY_KNOW = {
     "hostsim/descriptions": {BASE, "firmware/cbcan/canopen", "regmap"},
     "hostsim/window": {"regmap"},
     "hostsim/sim": {*DESCRIPTIONS, *FIRMWARE, "regmap"},
-    "hostsim/protocols": SIMULATION,
+    "hostsim/protocols": {"hostsim/window", "firmware/boards", *SIMULATION},
     "hostsim/devices/lua": {"hostsim/devices", *SIMULATION},
     "hostsim/devices": SIMULATION,
     "hostsim/journal": {"hostsim/protocols", *SIMULATION},

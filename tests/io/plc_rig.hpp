@@ -4,11 +4,13 @@
 /// PLCs that own their registers, and the module that polls them, in simulated time.
 
 #include "cbcan/coprocessor/coprocessor.hpp"
-#include "io/modbus/plc_exchange.hpp"
+#include "protocols/plc_exchange.hpp"
 #include "support/register_file.hpp"
 #include "support/scanner_plc.hpp"
 
 namespace cbcan::io::test {
+
+using namespace protocols;
 
 using cbcan::test::CountingNode;
 using cbcan::test::kScannedNode;

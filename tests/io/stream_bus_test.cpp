@@ -17,13 +17,13 @@ namespace {
 
 using cbcan::test::frame_from;
 
-std::string said(Dialect& dialect) {
+std::string said(protocols::Dialect& dialect) {
   std::string text;
   dialect.say(text);
   return text;
 }
 
-std::vector<std::string> heard(Dialect& dialect, std::string_view text) {
+std::vector<std::string> heard(protocols::Dialect& dialect, std::string_view text) {
   std::vector<std::string> frames;
   Frame frame;
   for (const char c : text)
@@ -33,7 +33,7 @@ std::vector<std::string> heard(Dialect& dialect, std::string_view text) {
 
 using Lines = std::vector<std::string>;
 
-void greet(Dialect& dialect) {
+void greet(protocols::Dialect& dialect) {
   heard(dialect, "< hi >");
   said(dialect);
   heard(dialect, "< ok >");
@@ -42,7 +42,7 @@ void greet(Dialect& dialect) {
 }
 
 TEST_CASE("socketcand: hello, the bus, raw mode") {
-  const auto dialect = socketcand_dialect("can7");
+  const auto dialect = protocols::socketcand_dialect("can7");
   dialect->begin(0);
   CHECK_FALSE(dialect->is_open());
   CHECK(said(*dialect).empty());
@@ -70,7 +70,7 @@ TEST_CASE("socketcand: hello, the bus, raw mode") {
 }
 
 TEST_CASE("socketcand: frames each way") {
-  const auto dialect = socketcand_dialect("can0");
+  const auto dialect = protocols::socketcand_dialect("can0");
   dialect->begin(0);
   greet(*dialect);
   CHECK(heard(*dialect, "< frame 123 1.000000 AA55 >< frame 1ABCDEF0 2.5 01 >< frame 742 3.0  >< echo >") ==
@@ -90,7 +90,7 @@ TEST_CASE("socketcand: frames each way") {
 }
 
 TEST_CASE("socketcand: once a second the other side is asked, and after five without a word it is silent") {
-  const auto dialect = socketcand_dialect("can0");
+  const auto dialect = protocols::socketcand_dialect("can0");
   dialect->begin(10 * kSecond);
   CHECK(dialect->poll(10 * kSecond) == 11 * kSecond);
   CHECK(said(*dialect).empty());  // not open yet
@@ -107,7 +107,7 @@ TEST_CASE("socketcand: once a second the other side is asked, and after five wit
 }
 
 TEST_CASE("SLCAN: open at once, lines each way") {
-  const auto dialect = slcan_dialect(500);
+  const auto dialect = protocols::slcan_dialect(500);
   dialect->begin(0);
   CHECK(dialect->is_open());
   dialect->poll(0);
@@ -155,7 +155,7 @@ struct Rig {
       : bus(),
         port(bus.attach(receiver)),
         outside(stream_bus(reactor, bus, "socketcand:here", "", far.listener.address().tcp,
-                           socketcand_dialect("can0"),
+                           protocols::socketcand_dialect("can0"),
                            [this](const std::string& line) { warnings.push_back(line); })) {
     port.accept_all();
   }

@@ -15,37 +15,10 @@
 #include "cbcan/time.hpp"
 #include "io/loop/reactor.hpp"
 #include "io/loop/system.hpp"
+#include "protocols/dialect.hpp"
 #include "sim/bus.hpp"
 
 namespace cbcan::io {
-
-/// The protocol with a CAN adapter, or with a server of a bus, over a stream of characters. Pure.
-class Dialect {
- public:
-  virtual ~Dialect() = default;
-
-  /// The connection has been made.
-  virtual void begin(Time now) = 0;
-  /// True: this character ends `frame`.
-  virtual bool hear(char c, Frame& frame) = 0;
-  /// Frames can be exchanged.
-  virtual bool is_open() const = 0;
-  /// False: there is no room.
-  virtual bool try_send(const Frame& frame) = 0;
-  /// Appends what is to be sent to `text`.
-  virtual void say(std::string& text) = 0;
-  /// Does what is due; returns when it has to be called next.
-  virtual Time poll(Time now) = 0;
-  virtual BusState state() const = 0;
-  /// Why the connection is to be closed; empty = it is not.
-  virtual std::string_view problem() const = 0;
-};
-
-/// SLCAN; `kbit_per_second`: one of slcan::kBitRates.
-std::unique_ptr<Dialect> slcan_dialect(std::uint16_t kbit_per_second);
-
-/// A client of socketcand, in raw mode on the server's bus `bus`.
-std::unique_ptr<Dialect> socketcand_dialect(std::string bus);
 
 class OutsideBus : public sim::Outside {
  public:
@@ -95,6 +68,6 @@ inline constexpr Time kReconnectPause = kSecond;
 /// one every controller of the bus is bus-off; until the first attempt has failed, frames wait.
 std::unique_ptr<OutsideBus> stream_bus(Reactor& reactor, sim::Bus& bus, const std::string& spec,
                                        std::string device, const base::ListenAddress& remote,
-                                       std::unique_ptr<Dialect> dialect, Warn warn);
+                                       std::unique_ptr<protocols::Dialect> dialect, Warn warn);
 
 }  // namespace cbcan::io

@@ -7,16 +7,13 @@
 
 #include <cstdint>
 #include <memory>
-#include <set>
 #include <string>
-#include <vector>
 
 #include "base/address.hpp"
 #include "cbcan/time.hpp"
 #include "io/loop/reactor.hpp"
 #include "io/loop/system.hpp"
-#include "io/modbus/plc_exchange.hpp"
-#include "protocols/modbus_server.hpp"
+#include "protocols/plc_polling.hpp"
 #include "window/connection.hpp"
 
 namespace cbcan::io {
@@ -34,7 +31,7 @@ std::unique_ptr<window::Connection> plc_over_tcp(const base::ListenAddress& addr
 
 class PlcClient {
  public:
-  using Exchanges = std::vector<std::unique_ptr<PlcExchange>>;
+  using Exchanges = protocols::PlcPolling::Exchanges;
 
   /// Reactor and module outlive this.
   PlcClient(Reactor& reactor, protocols::ModbusUnit& module, std::unique_ptr<window::Connection> connection,
@@ -42,7 +39,7 @@ class PlcClient {
   PlcClient(const PlcClient&) = delete;
   PlcClient& operator=(const PlcClient&) = delete;
 
-  const std::string& place() const { return connection_->place(); }
+  const std::string& place() const { return polling_.place(); }
 
   /// Does what is due; to be called in every turn of the loop, after the module has been advanced. `now` is
   /// Reactor::time()'s.
@@ -50,38 +47,22 @@ class PlcClient {
   /// When poll() is to be called at the latest, if nothing arrives.
   Time next_deadline() const;
 
-  struct Counters {
-    std::uint64_t requests = 0;    ///< answered, with exceptions
-    std::uint64_t exceptions = 0;  ///< answered by an exception
-  };
-  const Counters& counters() const { return counters_; }
-  /// Connections, and attempts to connect, that have ended.
-  unsigned lost() const { return ends_; }
+  const protocols::PlcPolling::Counters& counters() const { return polling_.counters(); }
 
  private:
   void notice_ends();
-  void begin_round(Time now);
   void receive(window::Time now);
   void send(window::Time now);
-  void on_exception(std::uint8_t exception);
   void watch();
 
   Reactor& reactor_;
-  protocols::ModbusUnit& module_;
   std::unique_ptr<window::Connection> connection_;
-  Exchanges exchanges_;
-  PlcSettings settings_;
-  Warn warn_;
-  std::size_t asking_ = 0;  ///< the exchange whose request was sent last
-  window::Request request_;
-  Time round_at_ = 0;
-  unsigned ends_ = 0;                ///< of connections, passed to the exchanges
-  bool lost_ = false;                ///< the PLC is lost, and the user was warned
-  std::set<std::uint16_t> refused_;  ///< addresses for which the user was warned
-  bool watched_ = false;             ///< the connection's descriptor is watched
-  bool ready_ = false;               ///< the connection's descriptor was ready
-  bool quiet_ = false;               ///< a request would have to wait, such as for the silence before it
-  Counters counters_;
+  protocols::PlcPolling polling_;
+  std::uint8_t unit_;
+  unsigned ends_ = 0;     ///< of connections, passed on
+  bool watched_ = false;  ///< the connection's descriptor is watched
+  bool ready_ = false;    ///< the connection's descriptor was ready
+  bool quiet_ = false;    ///< a request would have to wait, such as for the silence before it
 };
 
 }  // namespace cbcan::io

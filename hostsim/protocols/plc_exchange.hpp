@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// What is exchanged with a PLC that owns its registers, request by request: no socket, no time. An exchange is a
-/// round of requests, started by begin(): next() returns a request, and responded() or lost() takes its result.
-/// The module's registers are updated, and the module is notified of the changes.
+/// What is exchanged with a PLC that owns its registers, request by request: no socket, no time. An exchange
+/// is a round of requests, started by begin(): next() returns a request, and responded() or lost() takes its
+/// result. The module's registers are updated, and the module is notified of the changes.
 
 #include <array>
 #include <cstddef>
@@ -16,7 +16,7 @@
 #include "cbcan/window.hpp"
 #include "protocols/modbus_server.hpp"
 
-namespace cbcan::io {
+namespace cbcan::protocols {
 
 class PlcExchange {
  public:
@@ -30,8 +30,8 @@ class PlcExchange {
   virtual std::optional<window::Request> next() = 0;
   /// Takes the response to it; no words if it only wrote.
   virtual void responded(Words words) = 0;
-  /// The request was not answered, or by an exception, which may come from a gateway: whether it was executed is
-  /// unknown. The round ends.
+  /// The request was not answered, or by an exception, which may come from a gateway: whether it was executed
+  /// is unknown. The round ends.
   virtual void lost() = 0;
 };
 
@@ -73,9 +73,9 @@ class WindowExchange final : public PlcExchange {
   std::optional<Window> taken_;  ///< the request in progress, as it was read
 };
 
-/// The scanner window's blocks in the PLC: OUT at `first`, then IN. Each round reads OUT and the head of IN; if
-/// the head differs from the module's, IN is written, its number last. So a PLC that has cleared IN gets it again
-/// one round later.
+/// The scanner window's blocks in the PLC: OUT at `first`, then IN. Each round reads OUT and the head of IN;
+/// if the head differs from the module's, IN is written, its number last. So a PLC that has cleared IN gets
+/// it again one round later.
 class ScannerExchange final : public PlcExchange {
  public:
   /// `out_first` and `in_first` are the module's registers.
@@ -108,8 +108,8 @@ class ScannerExchange final : public PlcExchange {
   std::vector<std::uint16_t> in_{};  ///< snapshot of what is being written
 };
 
-/// Registers of the module that are written to the PLC, at `first`, as they change; from time to time all of them,
-/// as the PLC may have lost them.
+/// Registers of the module that are written to the PLC, at `first`, as they change; from time to time all of
+/// them, as the PLC may have lost them.
 class CopyExchange final : public PlcExchange {
  public:
   /// `own_first` is the module's register.
@@ -164,4 +164,4 @@ class ProcessExchange final : public PlcExchange {
   CopyExchange inputs_;
 };
 
-}  // namespace cbcan::io
+}  // namespace cbcan::protocols

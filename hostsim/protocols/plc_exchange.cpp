@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: MIT
-#include "io/modbus/plc_exchange.hpp"
+#include "protocols/plc_exchange.hpp"
 
 #include <algorithm>
 #include <utility>
 
-namespace cbcan::io {
+namespace cbcan::protocols {
 
 namespace {
 
 using window::Request;
 
 constexpr std::size_t kHeadWords = regmap::kData - regmap::kWindowFirst;
-constexpr auto kOk = static_cast<std::uint16_t>(regmap::Result::kOk);
+constexpr auto kGood = static_cast<std::uint16_t>(regmap::Result::kOk);
 constexpr auto kRestarted = static_cast<std::uint16_t>(regmap::Result::kRestarted);
 constexpr auto kFailed = static_cast<std::uint16_t>(regmap::Result::kSdoExecutionError);
 constexpr std::size_t kAbortCodeWords = 2;
@@ -116,7 +116,7 @@ modbus::Range WindowExchange::result_data() const {
   const std::uint16_t result = own(regmap::kExecuteFlag);
   if (result == kFailed) return {regmap::kData, kAbortCodeWords};
   const bool read = (*taken_)[regmap::kCommand - regmap::kWindowFirst] == regmap::kSdoRead;
-  if (result != kOk || !read) return {};
+  if (result != kGood || !read) return {};
   return {regmap::kDataSize, 1 + words_of(own(regmap::kDataSize))};
 }
 
@@ -245,4 +245,4 @@ void ProcessExchange::responded(Words words) {
   step_ = inputs_.differs() ? Step::kWrite : Step::kRest;
 }
 
-}  // namespace cbcan::io
+}  // namespace cbcan::protocols

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "io/can/outside_bus.hpp"
+#include "protocols/dialect.hpp"
 
 #include <optional>
 
@@ -7,11 +7,9 @@
 #include "boards/common/slcan_port.hpp"
 #include "protocols/adapter.hpp"
 
-namespace cbcan::io {
+namespace cbcan::protocols {
 
 namespace {
-
-namespace socketcand = protocols::socketcand;
 
 /// The same implementation as on microcontrollers.
 class Slcan final : public Dialect {
@@ -120,4 +118,4 @@ std::unique_ptr<Dialect> socketcand_dialect(std::string bus) {
   return std::make_unique<Socketcand>(std::move(bus));
 }
 
-}  // namespace cbcan::io
+}  // namespace cbcan::protocols
