@@ -45,7 +45,9 @@ bool is_of(const Kind& kind, std::string_view path, std::string_view text) {
 
 bool is_absolute(std::string_view path) {
   const bool has_drive = path.size() > 2 && path[1] == ':' && (path[2] == '/' || path[2] == '\\');
-  return path.starts_with('/') || has_drive;
+  const bool is_port = path.size() > 3 && path.starts_with("COM") &&
+                       path.find_first_not_of("0123456789", 3) == std::string_view::npos;
+  return path.starts_with('/') || has_drive || is_port;
 }
 
 std::string path_in(const std::string& file_name, std::string_view path) {

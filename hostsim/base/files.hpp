@@ -19,7 +19,7 @@ inline constexpr auto kTooLong = ": more than 16 MiB; write a plant, EDS or para
 /// the files in that folder, sorted, a line for each.
 using FileReader = std::function<std::optional<std::string>(const std::string& path)>;
 
-/// "/plant.toml"; and "C:/plant.toml", as on Windows.
+/// "/plant.toml"; and "C:/plant.toml" and "COM3", as on Windows.
 bool is_absolute(std::string_view path);
 
 /// A path from this file, ready to be opened.

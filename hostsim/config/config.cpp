@@ -79,7 +79,7 @@ CanSpec adapter_of(std::string_view text) {
     spec.kbit = kbit_of(text.substr(at + 1));
     text = text.substr(0, at);
   }
-  if (text.starts_with('/'))
+  if (base::is_absolute(text))
     spec.name = text;
   else
     spec.remote = remote_of(text, "slcan:/dev/ttyACM0 or slcan:HOST:PORT");
@@ -153,7 +153,8 @@ void own_those_of(const NetworkConfig& network, Owners& owners) {
                   place == network.places.end() ? Place() : place->second);
   };
   const std::string& bus = network.can.outside;
-  each(&Owners::own_file, "can.spec", bus.starts_with("slcan:/") ? parse_can_spec(bus).name : bus);
+  const std::string line = bus.starts_with("slcan:") ? parse_can_spec(bus).name : "";
+  each(&Owners::own_file, "can.spec", line.empty() ? bus : line);
   each(&Owners::own_file, "log.file", network.log);
   each(&Owners::own_address, "can.slcan", network.can.slcan);
   each(&Owners::own_address, "can.socketcand", network.can.socketcand);

@@ -270,8 +270,8 @@ struct CanSpec {
   std::uint16_t kbit = 500;    ///< per second, of an adapter: one of slcan::kBitRates
 };
 
-/// Reads socketcan:IFNAME, slcan:/DEVICE[@BITRATE], slcan:HOST:PORT[@BITRATE] and socketcand:HOST:PORT/BUS.
-/// Throws UsageError for anything else; its text does not repeat `spec`.
+/// Reads socketcan:IFNAME, slcan:/DEVICE[@BITRATE], slcan:COM5[@BITRATE], slcan:HOST:PORT[@BITRATE] and
+/// socketcand:HOST:PORT/BUS. Throws UsageError for anything else; its text does not repeat `spec`.
 CanSpec parse_can_spec(std::string_view spec);
 
 /// "virtual", or the bus outside

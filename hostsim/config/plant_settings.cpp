@@ -20,7 +20,6 @@ constexpr std::array<std::string_view, 2> kPlcAtStart{"execute", "refuse"};
 constexpr std::array<std::string_view, 2> kPlcLostStates{"pre-operational", "stopped"};
 constexpr std::array kBauds{1200, 2400, 4800, 9600, 19'200, 38'400, 57'600, 115'200};
 constexpr std::array kStartResults{0, 5};
-constexpr std::string_view kPlcIsClient = "let the PLC be the client: it writes the registers at --modbus";
 
 // ---- Checks besides the range
 
@@ -92,7 +91,7 @@ constexpr std::array kPlant{
     setting<&Config::rtu, &RtuConfig::line, &LineConfig::device>({
         .key = "rtu.device", .option = "--rtu DEVICE",
         .help = "Serial port or pseudo-terminal for the same registers by Modbus RTU",
-        .form = Form::kPath, .domain = "a path", .instead = "use rtu.listen, which is Modbus RTU over TCP",
+        .form = Form::kPath, .domain = "a path",
         .check = check_serial_port}),
     setting<&Config::rtu, &RtuConfig::line, &LineConfig::baud>({
         .key = "rtu.baud", .help = "Its baud rate", .numbers = kBauds}),
@@ -221,7 +220,7 @@ constexpr std::array kNetwork{
     plc<&PlcConfig::address>({
         .key = "plc.address", .option = "--plc HOST:PORT", .help = "PLC that owns the registers; the module is its Modbus client",
         .more = "See [a PLC that owns the registers](../how-to/plc-owns-registers.md). A name is resolved once, at "
-                "the start.", .form = Form::kText, .domain = "HOST:PORT", .instead = kPlcIsClient,
+                "the start.", .form = Form::kText, .domain = "HOST:PORT",
         .check = base::check_by<parse_plc_address>}),
     plc<&PlcConfig::unit>({.key = "plc.unit", .help = "The PLC's unit ID or station address"}),
     plc<&PlcConfig::first>({
@@ -248,7 +247,7 @@ constexpr std::array kNetwork{
     plc<&PlcConfig::line, &LineConfig::device>({
         .key = "plc.device",
         .help = "The same by Modbus RTU, on a serial port or pseudo-terminal",
-        .form = Form::kPath, .domain = "a path", .instead = kPlcIsClient}),
+        .form = Form::kPath, .domain = "a path"}),
     plc<&PlcConfig::line, &LineConfig::baud>({
         .key = "plc.baud", .help = "Its baud rate", .numbers = kBauds}),
     plc<&PlcConfig::line, &LineConfig::parity>({

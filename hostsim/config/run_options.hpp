@@ -61,15 +61,13 @@ inline constexpr std::string_view kUseProgram = "use the program for Linux";
 template <class Target>
 constexpr auto search_rows() {
   using base::setting;
-  constexpr std::string_view kOfCommand = std::is_same_v<Target, SearchConfig> ? kUseProgram : "";
   // clang-format off
   return std::array{
       setting<Target, &SearchConfig::explore>({.key = "search.explore", .option = "--explore",
-          .help = "Runs it with each fault at each moment, and reports what breaks it; docs/how-to/explore.md",
-          .instead = kUseProgram}),
+          .help = "Runs it with each fault at each moment, and reports what breaks it; docs/how-to/explore.md"}),
       setting<Target, &SearchConfig::seeds>({.key = "search.seeds", .option = "--seeds A..B",
           .help = "Runs it with each of these numbers as random.seed", .domain = "A..B, or one number",
-          .instead = kOfCommand, .check = base::check_by<seeds_of>}),
+          .check = base::check_by<seeds_of>}),
       setting<Target, &SearchConfig::jobs>({.key = "search.jobs", .option = "-j, --jobs N",
           .help = "Number of runs at a time (default: as many as there are processors)", .low = 1, .high = 1000}),
       setting<Target, &SearchConfig::shard>({.key = "search.shard", .option = "--shard I/N",
@@ -82,7 +80,7 @@ constexpr auto search_rows() {
       setting<Target, &SearchConfig::together>({.key = "search.together", .option = "--together N",
           .help = "--explore: up to so many faults near each other in a run", .low = 1, .high = 2}),
       setting<Target, &SearchConfig::only>({.key = "search.only", .option = "--only MOMENT",
-          .help = "Runs it once, with the fault at this moment, such as 16:silent@149", .instead = kUseProgram}),
+          .help = "Runs it once, with the fault at this moment, such as 16:silent@149"}),
       setting<Target, &SearchConfig::budget>({.key = "search.budget", .option = "--budget DURATION",
           .help = "--explore: begins no run after this time, such as 60s", .domain = "a duration", .check = check_budget}),
       setting<Target, &SearchConfig::state>({.key = "search.state", .option = "--state FILE",

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The interface of the WebAssembly module: an Instance for each instance of the module. What a function takes
-// is written to in(SIZE) before, what it returns is read from out() and out_size(). Call _initialize() once
-// before anything else. After a trap the instance must not be used again.
+// The interface of the WebAssembly module: an Instance, and one more for each trial of a search. What a
+// function takes is written to in(SIZE) before, what it returns is read from out() and out_size(). Call
+// _initialize() once before anything else. After a trap the instance must not be used again.
 
 #include <cmath>
 #include <utility>
@@ -19,18 +19,23 @@ struct Module {
   unsigned last_connection = 0;
 };
 
+/// Plants in this memory: the one of the program, and those of trials.
+std::map<unsigned, Module> modules;
+unsigned current = 0;
+
 Module& here() {
-  static Module made;
-  return made;
+  return modules[current];
 }
 
 protocols::StreamSession& connection(unsigned number) {
   return *here().connections.at(number);
 }
 
-/// {"service", "peer"}: the number of the connection; 0 = it is not served.
+/// {"service", "peer"}, or {"name", "network"} of a link: the number of the connection; 0 = it is not served.
 Json connect(const Json& given) {
-  auto session = here().instance.connect(given["service"], given["peer"]);
+  Instance& instance = here().instance;
+  auto session = given.contains("network") ? instance.join(given["name"], given["network"])
+                                           : instance.connect(given["service"], given["peer"]);
   if (!session) return 0;
   here().connections[++here().last_connection] = std::move(session);
   return here().last_connection;
@@ -45,13 +50,19 @@ struct Call {
 constexpr Call kCalls[] = {
     {"start",
      [](const Json& given) {
-       return here().instance.start(given["arguments"], given["folder"].get<std::string>());
+       return here().instance.start(given["arguments"], given["folder"].get<std::string>(),
+                                    given["environment"].get<Instance::Environment>());
      }},
     {"serve",
      [](const Json& given) {
        return here().instance.serve(given["places"], given["since_1970"], given["alone"]);
      }},
     {"connect", connect},
+    {"lose",
+     [](const Json& given) {
+       return here().instance.lose(given["name"], given["network"], given["why"]), Json();
+     }},
+    {"plc", [](const Json& given) { return here().instance.plc(given["network"], given); }},
     {"respond", [](const Json& given) { return here().instance.respond(given); }},
     {"fill", [](const Json& given) { return here().instance.fill(given["stream"]); }},
     {"drop", [](const Json& given) { return here().instance.drop(given["stream"]), Json(); }},
@@ -62,6 +73,18 @@ constexpr Call kCalls[] = {
     {"told", [](const Json&) { return here().instance.take_told(); }},
     {"play", [](const Json& given) { return here().instance.play(given["place"]); }},
     {"played", [](const Json&) { return here().instance.played(); }},
+    {"search", [](const Json& given) { return here().instance.search(given["passed"], given["most"]); }},
+    {"try_here", [](const Json& given) { return here().instance.try_here(given["trial"]), Json(); }},
+    {"begin_trial",
+     [](const Json& given) { return here().instance.begin_trial(modules[0].instance, given["trial"]); }},
+    {"end_trial",
+     [](const Json& given) {
+       return here().instance.end_trial(given["code"], given["said"].get<std::string>()), Json();
+     }},
+    {"hang",
+     [](const Json& given) {
+       return here().instance.hang(given["trial"], given["limit"], given["said"].get<std::string>()), Json();
+     }},
     {"show", [](const Json& given) { return here().instance.show(given["place"]), Json(); }},
 };
 
@@ -74,6 +97,15 @@ using namespace cbcan::module;
 #define CBCAN_EXPORT(name) __attribute__((export_name(name)))
 
 extern "C" {
+
+/// The plant that all that follows is about; 0 at the start.
+CBCAN_EXPORT("use") void module_use(unsigned number) {
+  current = number;
+}
+/// Ends a plant, not the first one.
+CBCAN_EXPORT("forget") void module_forget(unsigned number) {
+  modules.erase(number);
+}
 
 CBCAN_EXPORT("in") char* module_in(unsigned size) {
   here().in.resize(size);

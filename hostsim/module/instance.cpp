@@ -15,7 +15,7 @@
 #include "plant/control.hpp"
 #include "scenario/run.hpp"
 #include "scenario/scenario_writer.hpp"
-#include "scenario/search/search_settings.hpp"
+#include "scenario/search/scenario_run.hpp"
 #include "sim/frame_text.hpp"
 #include "sim/parameters.hpp"
 
@@ -41,7 +41,8 @@ void refuse(std::span<const base::Setting<Target>> rows, const Target& target, c
     const std::string name(row.option.empty() ? row.key : base::option_name(row.option));
     const bool is_path =
         row.form == base::Form::kAddress && !base::parse_stream_address(text.substr(1)).path.empty();
-    if (is_path || !row.instead.empty())
+    const bool is_stream = row.key == "can.spec" && !text.starts_with(" socketcan:");
+    if (is_path || (!row.instead.empty() && !is_stream))
       found.push_back(refused(name + text, is_path ? "use HOST:PORT" : row.instead));
   }
 }
@@ -157,16 +158,19 @@ Json Instance::take_told() {
   return std::exchange(told_, Json::array());
 }
 
-Json Instance::start(const std::vector<std::string>& arguments, const std::string& folder) {
+Json Instance::start(const std::vector<std::string>& arguments, const std::string& folder,
+                     Environment environment) {
   session_.reset();
   told_ = Json::array();
+  folder_ = folder;
+  environment_ = std::move(environment);
   std::vector<const char*> words{"cbcan-sim"};
   for (const std::string& argument : arguments)
     words.push_back(argument.c_str());
   Json result;
   try {
     const bool scenarios = !arguments.empty() && arguments.front() == "run";
-    result = scenarios ? start_scenarios(std::span(words).subspan(2)) : start_plant(words, folder);
+    result = scenarios ? start_scenarios(std::span(words).subspan(2)) : start_plant(words);
   } catch (const base::UsageError& error) {
     tell(message(error.what()));
     result = ended(base::ExitCode::kUsage);
@@ -177,7 +181,7 @@ Json Instance::start(const std::vector<std::string>& arguments, const std::strin
 
 // ---- A plant
 
-Json Instance::start_plant(const std::vector<const char*>& words, const std::string& folder) {
+Json Instance::start_plant(const std::vector<const char*>& words) {
   start_ = config::parse_command_line(static_cast<int>(words.size()), words.data(), read_);
   tell(start_.err);
   say(start_.out);
@@ -186,13 +190,23 @@ Json Instance::start_plant(const std::vector<const char*>& words, const std::str
   for (const config::Diagnostic& problem : problems)
     tell(message(to_string(problem)));
   if (!problems.empty()) return ended(base::ExitCode::kUsage);
-  config::PlantBuild build = config::build_nodes(start_.config, read_);
+  search::Settings explored = search::read_settings(start_.plant_text, start_.plant_file);
+  const search::Moments faults = search::only(start_.search.only, explored, start_.config);
+  if (!start_.search.explore) search::inject(faults, start_.config);
+  config::PlantBuild build = config::build_nodes(start_.config, eds_files_);
   for (const std::string& line : build.lines)
     tell((line.starts_with('-') ? "cbcan-sim: " : "") + line + "\n");
   if (!build.good) return ended(base::ExitCode::kUsage);
-  open(std::move(build), scenario::absolute_plant(start_.plant_file, folder));
+  plant_file_ = scenario::absolute_plant(start_.plant_file, folder_);
+  const bool searches = start_.search.explore || !start_.search.seeds.empty();
+  if (searches) leave_files_alone(build.read);
+  open(std::move(build), plant_file_);
+  if (start_.check)
+    search::check_conditions(explored, start_.config, config::build_nodes(start_.config, eds_files_));
   if (start_.check) return ended(base::ExitCode::kDone);
+  if (searches) return search_command(std::move(explored));
   return {{"services", services()},
+          {"links", open_links()},
           {"command", start_.command},
           {"manual", start_.config.clock == config::ClockKind::kManual},
           {"ready_to", config::logs_to_standard_output(start_.config) ? kErr : kOut},
@@ -202,20 +216,15 @@ Json Instance::start_plant(const std::vector<const char*>& words, const std::str
 config::Diagnostics Instance::not_here() const {
   config::Diagnostics found;
   refuse(config::kPlantSettings, start_.config, found);
-  refuse(config::kSearchSettings, start_.search, found);
-  for (const scenario::Line& moment : search::read_settings(start_.plant_text, start_.plant_file).only)
-    found.push_back(refused("explore.only " + moment.text, config::kUseProgram));
-  for (const config::NetworkConfig& network : start_.config.networks) {
-    for (const config::FaultConfig& set : network.plc.faults)
-      if (set.fault.kind == sim::FaultKind::kPlcRestart)
-        found.push_back(refused("plc.faults plc-restart", config::kUseProgram));
+  for (const config::NetworkConfig& network : start_.config.networks)
     refuse(config::kNetworkSettings, network, found);
-  }
   return found;
 }
 
 void Instance::open(config::PlantBuild build, std::string plant_file) {
   const config::Config& config = start_.config;
+  outside_.clear();
+  plcs_.clear();
   logs_.clear();
   parameters_.clear();
   session_.emplace(config, std::move(build), std::move(plant_file), static_cast<session::Host&>(*this));
@@ -232,7 +241,16 @@ void Instance::open(config::PlantBuild build, std::string plant_file) {
   session_->record([this, path = config.record](std::string_view lines) { put(path, lines); });
 }
 
+/// Parameter files are copies, and logs are not written.
+void Instance::leave_files_alone(base::FileReader read) {
+  copies_.emplace(std::move(read));
+  start_.config.record.clear();
+  for (config::NetworkConfig& network : start_.config.networks)
+    network.log.clear();
+}
+
 sim::ParameterStore* Instance::store(const std::string& file) {
+  if (copies_) return copies_->find(file);
   return parameters_.emplace_back(std::make_unique<Parameters>(*this, file)).get();
 }
 
@@ -247,7 +265,8 @@ Json Instance::start_scenarios(std::span<const char* const> words) {
   config::Diagnostics problems;
   refuse(config::kRunSettings, run_, problems);
   if (!problems.empty()) throw base::UsageError(to_string(problems.front()));
-  const config::Shard shard = config::shard_of(run_.shard);
+  const config::Shard shard =
+      run_.explore ? config::Shard() : config::shard_of(run_.shard);  // of its moments
   const auto list = [this](const std::string& path) {
     const auto found = folders_.find(path);
     if (found == folders_.end()) missing_folders_.insert(path);
@@ -255,6 +274,7 @@ Json Instance::start_scenarios(std::span<const char* const> words) {
   };
   outcomes_.clear();
   scenarios_ = scenario::scenario_files(run_.paths, shard.part, shard.parts, list, read_);
+  if (run_.explore) return search_scenarios();
   return {{"scenarios", scenarios_.size()}, {"log", run_.logs}, {"junit", run_.junit}};
 }
 
@@ -274,10 +294,8 @@ Json Instance::play(std::size_t place) {
   for (std::uint64_t seed = seeds.first; seed <= seeds.last; ++seed) {
     const auto chosen = run_.seeds.empty() ? std::nullopt : std::optional(static_cast<std::uint32_t>(seed));
     outcomes.add(static_cast<std::uint32_t>(seed),
-                 scenario::play_file(file, chosen, read_, [&](const scenario::Scenario& found) {
-                   if (!search::read_settings(found.text, file).only.empty())
-                     throw base::UsageError("explore.only: is not in this build; play it with the program");
-                   return scenario::play_on_plant(found, eds_files_, run);
+                 scenario::play_file(file, chosen, read_, [&](scenario::Scenario& found) {
+                   return search::play_once(found, eds_files_, run_, run);
                  }));
     if (Json needed = missing(); !needed.is_null()) return needed;
   }

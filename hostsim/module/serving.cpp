@@ -35,14 +35,11 @@ void Instance::open_service(std::string_view place) {
   const std::string_view name = base::take_part(place, ' ');
   session::Service& service = *find(name);
   service.place = place;
-  std::vector<protocols::ModbusUnit*> units;
-  for (const auto& network : session_->plant().networks())
-    units.push_back(network.get());
   if (name == "modbus") {
-    modbus_.emplace(units, modbus::DeviceIdentity{"cbcan", "cbcan-sim", kVersion});
+    modbus_.emplace(units(), modbus::DeviceIdentity{"cbcan", "cbcan-sim", kVersion});
   } else if (name == "rtu_tcp") {
     service.connect = protocols::rtu_over_tcp(
-        units, [this] { return machine_now_; }, start_.config.rtu.station);
+        units(), [this] { return machine_now_; }, start_.config.rtu.station);
   } else if (name == "http") {
     http_ = {base::parse_stream_address(service.listen).tcp.host,
              base::parse_stream_address(service.place).tcp, start_.config.http.write,
@@ -141,8 +138,9 @@ Time Instance::pass(Time machine_now) {
   else
     let_time_pass();
   session_->say_responses();
-  if (clock_runs()) return next_event();
-  return want_time() ? machine_now_ : session_->waits().plc_deadline();
+  const Time links = poll_links();
+  if (clock_runs()) return earlier(links, next_event());
+  return earlier(links, want_time() ? machine_now_ : session_->waits().plc_deadline());
 }
 
 /// Next event of the plant and its waits.
@@ -171,11 +169,11 @@ void Instance::warn_if_behind(Time lag) {
   lag_ = lag;
 }
 
-/// Lets time pass until a wait has ended.
+/// Lets time pass until a wait has ended, or the trial.
 void Instance::let_time_pass() {
   session_->waits().give_up_on_plc(machine_now_);
   bool is_over = false;
-  for (int steps = 0; !is_over && want_time() && steps < kMostSteps; ++steps) {
+  for (int steps = 0; !is_over && !stopping_ && want_time() && steps < kMostSteps; ++steps) {
     now_ = session_->next_step();
     session_->advance();
     is_over = session_->poll_waits();
@@ -183,8 +181,10 @@ void Instance::let_time_pass() {
 }
 
 void Instance::let_pass(Time duration) {
-  now_ += duration;
-  session_->advance_and_answer();
+  for (const Time end = now_ + duration; now_ < end;) {
+    now_ = std::max(now_, earlier(end, session_->plant().next_deadline()));
+    session_->advance_and_answer();
+  }
 }
 
 void Instance::fail(base::ExitCode code, const std::string& why) {

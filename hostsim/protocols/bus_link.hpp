@@ -23,7 +23,7 @@ class BusLink {
   BusLink(sim::Bus& bus, std::string where, std::unique_ptr<Dialect> dialect, Warn warn)
       : bus_(bus), where_(std::move(where)), dialect_(std::move(dialect)), warn_(std::move(warn)) {}
 
-  /// As sim::Outside; afterwards there may be more to be sent.
+  /// Implements sim::Outside::transmit(). Afterwards there may be more to be sent.
   bool transmit(const Frame& frame);
 
   bool is_connected() const { return connected_; }

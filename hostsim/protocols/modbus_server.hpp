@@ -195,7 +195,7 @@ inline constexpr std::uint32_t kRtuGapUs = 200'000;
 /// the Modbus TCP server, so both can serve the same registers.
 ///
 /// Turns requests into responses. The units outlive it.
-class RtuSession final : public StreamSession {
+class RtuSession : public StreamSession {
  public:
   /// This machine's clock.
   using Now = std::function<Time()>;

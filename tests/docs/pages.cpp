@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "base/command.hpp"
 #include "base/error.hpp"
 #include "base/read_file.hpp"
 #include "base/text.hpp"
@@ -19,6 +20,7 @@
 #include "cbcan/regmap.hpp"
 #include "cbcan/sdo_abort_codes.hpp"
 #include "config/plant_settings.hpp"
+#include "config/run_options.hpp"
 #include "descriptions/network_file.hpp"
 #include "plant/control.hpp"
 #include "scenario/scenario.hpp"
@@ -207,6 +209,33 @@ std::string abort_codes() {
   return table;
 }
 
+/// editions: the settings that the npm package has not, or not alone.
+std::string editions() {
+  const std::map<std::string_view, std::string_view> dependencies{
+      {"rtu.device", "`serialport`"},
+      {"plc.address", "`jsmodbus`"},
+      {"plc.device", "`jsmodbus` and `serialport`"},
+      {"can.spec", "`serialport` for a serial port"},
+  };
+  std::string table = "| Setting | In the npm package |\n|---|---|\n";
+  const auto add = [&](const Row& row) {
+    const auto by = dependencies.find(row.key);
+    std::string cell = by == dependencies.end() ? "" : fmt::format("with {}", by->second);
+    if (!row.instead.empty())
+      cell += fmt::format("{}: {}", cell.empty() ? "no" : "; no `socketcan`", row.instead);
+    if (row.form == cbcan::base::Form::kAddress) cell = "`HOST:PORT` alone";
+    const std::string name(row.option.empty() ? row.key : cbcan::base::option_name(row.option));
+    if (!cell.empty()) table += fmt::format("| `{}` | {} |\n", name, cell);
+  };
+  for (const auto& row : cbcan::config::kPlantSettings)
+    add(row);
+  for (const auto& row : cbcan::config::kNetworkSettings)
+    add(row);
+  for (const auto& row : cbcan::config::kRunSettings)
+    add(row);
+  return table;
+}
+
 std::string generated(const Words& words) {
   const std::string_view what = words.at(0);
   if (what == "settings") return settings(words);
@@ -219,6 +248,7 @@ std::string generated(const Words& words) {
   if (what == "explore-defaults") return explore_defaults();
   if (what == "explore-keys") return line_keys(cbcan::search::kExploreKeys);
   if (what == "exit-codes") return exit_codes();
+  if (what == "editions") return editions();
   if (what == "registers") return registers(words);
   if (what == "numbers") return numbers(words);
   if (what == "nmt-services") return nmt_services();

@@ -3,9 +3,11 @@
 """The program of the npm package says what the native one says; and what only the package has.
 usage: same_test.py CBCAN_SIM NATIVE MODULE_FOLDER"""
 
+import json
 import pathlib
 import re
 import shlex
+import shutil
 import subprocess
 
 import cases
@@ -13,7 +15,7 @@ from simulator import LIMIT, program_from_arguments
 from tree import ROOT
 
 PROGRAM, NATIVE, FOLDER = program_from_arguments(3)
-MISSING = re.search(r"It has\nno (.*?)A message says", (ROOT / "docs/how-to/install.md").read_text(), re.S)[1]
+EDITIONS = dict(re.findall(r"^\| `([^`]+)` \| (.*) \|$", re.search(r"<!-- generated: editions -->(.*?)<!-- end -->", (ROOT / "docs/how-to/install.md").read_text(), re.S)[1], re.M))
 NUMBERS = ("", "0", "-0", "+1", " 1", "1 ", "01", "1.5", ".5", "5.", "1e3", "1E3", "1e", "1e+", "1e400", "-1e400", "1e-400", "4.9e-324", "0x10", "10h",
            "0x", "h", "0x1p3", "1_000", "1,5", "nan", "inf", "-inf", "infinity", "0x1.8", "1f", "--1", "2147483647", "4294967296",
            "9007199254740993", "1e22", "0.1", "123456789.123456789", "179769313486231580793728971405301e276", "\u0661")
@@ -36,7 +38,8 @@ class Same(cases.Case):
     def test_help_versions_and_mistakes(self):
         for arguments in (["--help"], ["--version"], ["run", "--help"], ["--demmo"], ["--demo", "--set", "x=1"], ["--config"], ["--modbus", "1.2.3.4:99999"],
                           ["--check", "--demo"], ["--check", "--config", "plants/tank/plant.toml"], ["--list-devices"], ["run"], ["run", "nowhere"],
-                          ["run", "--shard", "2/3", "scenarios"]):
+                          ["run", "--shard", "2/3", "scenarios"],
+                          ["run", "--explore", "scenarios/cancel.toml"], ["run", "--only", "66:response-never@1", "scenarios/cancel.toml"]):
             self.same(*arguments)
 
     def test_a_number_is_accepted_by_both_or_neither(self):
@@ -51,18 +54,37 @@ class Same(cases.Case):
 
 
 class Package(cases.Case):
-    def test_what_it_has_not_is_refused_by_name_with_a_way_out(self):
-        for options, said_of in ((["--can", "socketcan:can0"], "--slcan HOST:PORT"), (["--pcap", "x"], "--log FILE"), (["--rtu", "/dev/ttyS0"], "rtu.listen"),
-                                 (["--plc", "10.0.0.1"], "--modbus"), (["--control", "unix:/x"], "use HOST:PORT"), (["--slcan", "pty:/x"], "use HOST:PORT"),
-                                 (["--explore", "--", "true"], "use the program"), (["--seeds", "1..2", "--", "true"], "use the program"),
-                                 (["--only", "66:silent@1", "--", "true"], "use the program"),
-                                 (["--fault", "plc:plc-restart"], "use the program")):
-            self.assertIn("Unix" if options[1][:4] in ("unix", "pty:") else "plc-restart" if options[0] == "--fault" else f"`{options[0]}`", MISSING)
-            code, out, err = said(PROGRAM, "--demo", *options)
-            self.assertEqual((code, out), (2, ""), options)
-            self.assertRegex(err, rf"^cbcan-sim: {options[0].replace('--fault', 'plc.faults')}.* is not in this build; .*{said_of}")
-        self.assertIn("--real-time: is not in this build", said(PROGRAM, "run", "--real-time", "scenarios")[2])
-        self.assertIn("--target 127.0.0.1:1: is not in this build", said(PROGRAM, "run", "--target", "127.0.0.1:1", "scenarios")[2])
+    def test_each_row_of_the_table_of_editions(self):
+        nowhere = "127.0.0.1:1"
+        rows = {"--rtu": ["--demo", "--rtu", "/nowhere/tty"], "rtu.listen": ["--demo", "--set", "rtu.listen=unix:/x"],
+                "--control": ["--demo", "--control", "unix:/x"], "--slcan": ["--demo", "--slcan", "pty:/x"],
+                "--socketcand": ["--demo", "--socketcand", "unix:/x"], "--pcap": ["--demo", "--pcap", "x"],
+                "--plc": ["--demo", "--plc", nowhere], "plc.device": ["--demo", "--set", "plc.device=/nowhere/tty"],
+                "--can": ["--demo", "--can", "socketcan:can0"], "--real-time": ["run", "--real-time", "scenarios"],
+                "--target": ["run", "--target", nowhere, "scenarios"], "log.rotate_mb": ["--demo", "--set", "log.rotate_mb=1"]}
+        self.assertEqual(sorted(rows), sorted(EDITIONS))
+        for row, options in rows.items():
+            cell = EDITIONS[row]
+            if packages := re.findall(r"`(jsmodbus|serialport)`", cell):
+                self.check_needs(packages, ["--demo", "--can", "slcan:/nowhere/tty"] if row == "--can" else options)
+            missing = re.search(r"(?:^|; )no(?: `socketcan`)?: (.*)", cell)
+            if missing or cell == "`HOST:PORT` alone":
+                code, out, err = said(PROGRAM, *options)
+                self.assertEqual((code, out), (2, ""), options)
+                self.assertRegex(err, f"is not in this build; {re.escape(missing[1] if missing else 'use HOST:PORT')}")
+            self.assertTrue(packages or missing or cell == "`HOST:PORT` alone", row)
+
+    def check_needs(self, packages, options):
+        """They are installed with it; without one of them it says so."""
+        package = pathlib.Path(PROGRAM).resolve().parent
+        manifest = json.loads((package / "package.json").read_text())
+        for name in packages:
+            self.assertIn(name, manifest["optionalDependencies"])
+        alone = self.folder / "alone"
+        shutil.copytree(package, alone, dirs_exist_ok=True)
+        code, _, err = said(alone / "cbcan.mjs", "--modbus", "127.0.0.1:0", *options)
+        self.assertEqual(code, 2, err)
+        self.assertRegex(err, f"needs the package ({'|'.join(packages)}), which is not installed; npm install ")
 
     def test_its_build_needs_only_what_it_installs(self):
         commands = subprocess.run(["ninja", "-C", FOLDER, "-t", "commands", "cbcan_npm", "cbcan_tab"], capture_output=True, text=True, check=True).stdout

@@ -313,13 +313,20 @@ class Files(cases.Case):
     """A search changes no file of the plant."""
 
     def test_parameters_are_copies_and_logs_are_not_written(self):
-        plant = self.write("plant.toml", '[log]\nfile = "log"\npcap = "pcap"\nrecord = "record"\n[module]\nparameters = "m.txt"\n'
+        self.check_files("log", "record")
+
+    def test_captures_are_not_written(self):
+        self.check_files("pcap")
+
+    def check_files(self, *names):
+        files = "".join(f'{"file" if name == "log" else name} = "{name}"\n' for name in names)
+        plant = self.write("plant.toml", f'[log]\n{files}[module]\nparameters = "m.txt"\n'
                            f'[[node]]\nid = 66\neds = "{ROOT}/plants/demo/io_module.eds"\nparameters = "p66.txt"\n')
         stored = self.write("p66.txt", "1017:00 = E803\n")
         live = subprocess.run([PROGRAM, "--config", plant, "--clock", "manual", "--", PLC, "stores"], timeout=LIMIT)
         self.assertEqual(live.returncode, 0)
         self.assertIn("1017:00 = F401", stored.read_text())
-        for name in ("log", "pcap", "record"):
+        for name in names:
             (self.folder / name).unlink()
         stored.write_text("1017:00 = E803\n")
         made = explore_command([PLC, "stores"], "--faults", "request-lost", plant=plant)

@@ -2,17 +2,21 @@
 // SPDX-License-Identifier: MIT
 // cbcan-sim on Node.js: files, sockets, the clock and processes for the plant in the WebAssembly module.
 
-import { spawn } from "node:child_process";
+import { spawn, spawnSync } from "node:child_process";
+import { once } from "node:events";
 import fs from "node:fs";
 import net from "node:net";
 import os from "node:os";
 import path from "node:path";
 import process from "node:process";
+import { setTimeout as delay } from "node:timers/promises";
 import v8 from "node:v8";
 
 // Before version 22 Node.js takes as long to optimise the start as the start itself.
 if (parseInt(process.versions.node) < 22) v8.setFlagsFromString("--wasm-tiering-budget=60000000");
+const { Files, UsageError, reason, warn } = await import("./files.mjs");
 const { disk, module } = await import("./index.mjs");
+const { Links, endStream, kKeepAlive } = await import("./links.mjs");
 const { Clock, Instance } = await import("./plant.mjs");
 
 const kUsage = 2;
@@ -22,60 +26,10 @@ const kMostHttpClients = 128;
 const kMostBody = 64 * 1024;
 const kSilentFor = 30_000; // ms, a client of HTTP with an incomplete request
 const kHalfRequest = 5000; // ms, of Modbus
-const kKeepAlive = { keepAlive: true, keepAliveInitialDelay: 60_000 }; // Node.js adds ten probes, one a second
 const kLeaving = 1000; // ms, for what clients have not read at the end
-
-const warn = (text) => process.stderr.write(`cbcan-sim: ${text}\n`);
-
-/** An error that ends the program with kUsage; any other ends it with kEnvironment. */
-class UsageError extends Error {}
-
-/** "no such file or directory" of Node.js' "ENOENT: no such file or directory, open 'x'". */
-const reason = ({ message }) => message.replace(/^E\w+: ([^,]*).*$/s, "$1");
-
-/** Files that are written. */
-class Files {
-  #opened = new Map();
-
-  create(name) {
-    const folder = path.dirname(name);
-    if (!fs.existsSync(folder)) throw new UsageError(`${name}: there is no folder ${folder}; make it first`);
-    try {
-      this.#opened.set(name, fs.openSync(name, "w"));
-    } catch (error) {
-      throw new Error(`${name}: ${reason(error)}; write another file`);
-    }
-  }
-
-  /** Makes the folder of an option unless it is there. */
-  makeFolder(option, name) {
-    try {
-      fs.mkdirSync(name, { recursive: true });
-    } catch (error) {
-      const why = reason(error);
-      throw new UsageError(`${option} ${name}: ${why[0].toUpperCase()}${why.slice(1)}; name another folder`);
-    }
-  }
-
-  replace(name, text) {
-    try {
-      fs.writeFileSync(`${name}.new`, text, { flush: true });
-      fs.renameSync(`${name}.new`, name);
-    } catch (error) {
-      warn(`${name}: ${reason(error)}; what was there before stays`);
-    }
-  }
-
-  add(name, text) {
-    const file = this.#opened.get(name);
-    try {
-      if (file !== undefined) fs.writeSync(file, text);
-    } catch (error) {
-      this.#opened.delete(name);
-      warn(`${name}: ${reason(error)}; it ends here, the simulation goes on`);
-    }
-  }
-}
+const kLongestTrial = 60_000; // ms
+const kMostSaid = 2000; // characters of a trial's standard error
+const kSignals = ["SIGINT", "SIGTERM", "SIGHUP"];
 
 /** The bytes of a path, which need not be characters. */
 const decoded = (path) =>
@@ -89,8 +43,22 @@ const wayOut = ({ host, port }) => ({
   EADDRNOTAVAIL: "not an address of this machine; 0.0.0.0 is all of them",
 });
 
+const trials = new Set(); // their commands, each the first of a process group
+
+/** Signals a command and those that it has started. */
+function signalGroup(child, signal) {
+  if (process.platform === "win32") return spawnSync("taskkill", ["/pid", child.pid, "/t", "/f"]);
+  try {
+    process.kill(-child.pid, signal);
+  } catch {
+    // All of them have ended.
+  }
+}
+
+const endTrials = () => trials.forEach((child) => signalGroup(child, "SIGKILL"));
+
 class Program {
-  #instance = new Instance(module);
+  #instance;
   #files = new Files();
   #clock = new Clock((seconds) => warn(`this machine or program stood still for ${seconds.toFixed(0)} s; so did the plant`));
   #folder = process.cwd().replaceAll(path.sep, "/");
@@ -99,26 +67,50 @@ class Program {
   #servers = [];
   #turning = false;
   #timer;
+  #links;
   #lines; // of standard input, not yet executed
   #child;
+  #spawn; // starts the command
+  #said; // the end of a trial's standard error
+  #ended; // resolves a trial
   #code; // the exit code, once it is known
+
+  constructor(instance) {
+    this.#instance = instance;
+    this.#links = new Links({
+      instance,
+      attach: (stream, link) => this.#attach(stream, link),
+      soon: () => this.#soon(),
+      pass: () => this.#instance.pass(this.#clock.now()),
+      isRunning: () => this.#code === undefined,
+      fail,
+    });
+  }
 
   async run(args) {
     process.stdout.on("error", (error) => fail(new Error(`standard output: ${reason(error)}`)));
     process.stderr.on("error", () => {});
-    const started = await this.#instance.start(args, { ...disk, folder: this.#folder });
+    const started = await this.#instance.start(args, { ...disk, folder: this.#folder, environment: process.env });
     this.#tell();
     if (started.scenarios !== undefined) return this.#play(started);
+    if (started.search !== undefined) return this.#search(started.search, started.command);
     if (started.exit !== undefined) return (process.exitCode = started.exit);
+    const served = await this.#open(started);
+    for (const signal of kSignals) process.on(signal, () => (this.#child ? this.#child.kill(signal) : this.#stop(0)));
+    if (!this.#spawn) this.#ready(served);
+    this.#turn();
+  }
+
+  /** Listens, switches the plant on and starts the command. */
+  async #open(started) {
     this.started = started;
     const listening = started.services.map((service) => this.#listen(service));
     const places = await Promise.all(listening);
     const served = this.#instance.call("serve", { places, since_1970: Date.now() * 1000, alone: false });
-    for (const signal of ["SIGINT", "SIGTERM", "SIGHUP"])
-      process.on(signal, () => (this.#child ? this.#child.kill(signal) : this.#stop(0)));
-    if (started.command.length > 0) this.#spawn(started.command, served.environment);
-    else this.#ready(served);
-    this.#turn();
+    await Promise.all(started.links.map((link) => this.#links.keep(link)));
+    const variables = Object.fromEntries(served.environment.map((line) => line.split(/=(.*)/s, 2)));
+    if (started.command.length > 0) (this.#spawn = () => this.#start(started.command, { ...process.env, ...variables }))();
+    return served;
   }
 
   // ---- Scenarios
@@ -138,6 +130,88 @@ class Program {
     if (junit === "-") process.stdout.write(results);
     else if (junit !== "") this.#files.add(junit, results);
     process.exitCode = exit;
+  }
+
+  // ---- A search
+
+  async #search({ state, cut_to: size, out, junit, jobs, budget }, command) {
+    if (out !== "") this.#files.makeFolder("--out", out);
+    const write = (option, name, text, flag, instead) => {
+      try {
+        if (name !== "") fs.writeFileSync(name, text, { flag });
+      } catch (error) {
+        throw new Error(`${option} ${name}: ${reason(error)}; ${instead} another file`);
+      }
+    };
+    const keep = (text) => write("--state", state, text, "a", "name");
+    const conclude = (text) => write("--junit", junit, text, "w", "write");
+    keep("");
+    conclude("");
+    if (size !== null) fs.truncateSync(state, size);
+    process.on("exit", endTrials);
+    for (const signal of kSignals) process.once(signal, () => (endTrials(), process.kill(process.pid, signal)));
+    const begun = performance.now();
+    const passed = () => Math.floor((performance.now() - begun) * 1000);
+    const atATime = jobs || (os.availableParallelism?.() ?? os.cpus().length);
+    const attempt = command
+      ? (trial) => new Program(this.#instance.another()).try(trial)
+      : (trial) => this.#instance.call("try_here", { trial });
+    for (;;) {
+      const found = this.#instance.call("search", { passed: passed(), most: 4 * atATime });
+      keep(found.kept);
+      if (process.stderr.isTTY) process.stderr.write(`\r${found.exit === undefined ? found.progress : ""}\x1b[K`);
+      this.#tell();
+      if (found.exit !== undefined) {
+        conclude(found.junit ?? "");
+        return (process.exitCode = found.exit);
+      }
+      const left = Array.from({ length: found.trials }, (_, trial) => trial);
+      const slow = [];
+      const work = async () => {
+        while (left.length > 0 && (left.length === found.trials || passed() < budget)) {
+          const trial = left.shift();
+          if ((await attempt(trial)) !== null) slow.push(trial);
+        }
+      };
+      await Promise.all(Array.from({ length: atATime }, work));
+      for (const trial of slow) {
+        const said = await attempt(trial); // alone
+        if (said !== null) this.#instance.call("hang", { trial, limit: kLongestTrial * 1000, said });
+      }
+    }
+  }
+
+  /** A trial of a command. Returns null, or what the command has said that has not ended in time. */
+  async try(trial) {
+    const started = this.#instance.call("begin_trial", { trial });
+    if (started.exit === undefined) {
+      this.#said = "";
+      const ended = new Promise((resolve) => (this.#ended = resolve));
+      await this.#open(started);
+      const limit = setTimeout(() => this.#stop(null), kLongestTrial);
+      this.#turn();
+      const code = await ended;
+      clearTimeout(limit);
+      await this.#leave();
+      if (code !== null) this.#instance.call("end_trial", { code, said: this.#said });
+      this.#code = code;
+    }
+    this.#instance.forget();
+    return this.#code === null ? this.#said : null;
+  }
+
+  /** Nothing is left of a trial's command, and all that it has said is there. */
+  async #leave() {
+    const child = this.#child;
+    signalGroup(child, "SIGKILL");
+    trials.delete(child);
+    if (child.pid && !child.stderr.closed) await Promise.race([once(child.stderr, "close"), delay(kLeaving, null, { ref: false })]);
+    child.stderr?.destroy(); // a process that has left the group may have it
+    for (const server of this.#servers) server.close();
+    const sockets = [...this.#clients.keys(), ...this.#streams.keys()];
+    this.#clients.clear();
+    this.#streams.clear();
+    for (const socket of sockets) socket.destroy();
   }
 
   // ---- A plant
@@ -165,22 +239,38 @@ class Program {
     });
   }
 
-  #spawn([program, ...args], environment) {
-    const variables = Object.fromEntries(environment.map((line) => line.split(/=(.*)/s, 2)));
-    this.#child = spawn(program, args, { stdio: "inherit", env: { ...process.env, ...variables } });
-    this.#child.on("error", (error) => {
-      warn(`${program}: ${error.code === "ENOENT" ? "No such file or directory" : error.message}`);
+  #start([program, ...args], env) {
+    const inTrial = this.#ended !== undefined;
+    const own = inTrial ? { stdio: ["ignore", "ignore", "pipe"], detached: process.platform !== "win32", windowsHide: true } : { stdio: "inherit" };
+    const child = (this.#child = spawn(program, args, { ...own, env }));
+    child.stderr?.setEncoding("utf8").on("data", (text) => (this.#said = (this.#said + text).slice(-kMostSaid)));
+    child.on("error", (error) => {
+      const why = `${program}: ${error.code === "ENOENT" ? "No such file or directory" : error.message}`;
+      inTrial ? (this.#said += `cbcan-sim: ${why}\n`) : warn(why);
       this.#stop(error.code === "ENOENT" ? 127 : 126);
     });
-    this.#child.on("exit", (code, signal) => this.#stop(code ?? 128 + os.constants.signals[signal]));
+    child.on("exit", (code, signal) => child === this.#child && this.#stop(code ?? 128 + os.constants.signals[signal]));
+    if (inTrial && child.pid) trials.add(child);
+  }
+
+  #restart() {
+    this.#signal("SIGKILL");
+    this.#spawn?.();
+  }
+
+  #signal(signal) {
+    this.#ended ? signalGroup(this.#child, signal) : this.#child?.kill(signal);
   }
 
   /** Prints and writes what the plant has told. */
   #tell() {
     for (const [to, text, replaces] of this.#instance.call("told")) {
-      if (to === "out") process.stdout.write(text);
+      if (to === "end") this.#child ? this.#signal("SIGTERM") : this.#stop(Number(text));
+      else if (to === "stop") this.#stop(os.constants.signals.SIGKILL);
+      else if (to === "restart") this.#restart();
+      else if (this.#ended) continue; // a trial prints nothing
+      else if (to === "out") process.stdout.write(text);
       else if (to === "err") process.stderr.write(text);
-      else if (to === "end") this.#child ? this.#child.kill() : this.#stop(Number(text));
       else if (replaces) text === "" ? this.#files.create(to) : this.#files.replace(to, text);
       else this.#files.add(to, text);
     }
@@ -208,7 +298,7 @@ class Program {
     clearTimeout(this.#timer);
     if (this.#code !== undefined) return;
     const most = this.#streams.size > 0 ? 20 : 2 ** 30;
-    const wait = Math.min(Math.ceil((next - now) / 1000), most);
+    const wait = Math.min(Math.ceil((Math.min(next, this.#links.poll()) - now) / 1000), most);
     if (wait <= 0) this.#soon();
     else this.#timer = setTimeout(() => this.#turn(), wait);
   }
@@ -227,14 +317,17 @@ class Program {
 
   #stop(code) {
     if (this.#code !== undefined) return;
-    process.exitCode = this.#code = code;
+    this.#code = code;
     clearTimeout(this.#timer);
+    if (this.#ended) return this.#ended(code);
+    process.exitCode = code;
     if (this.started.summary) process.stderr.write(this.#instance.call("summary"));
     for (const server of this.#servers) server.close();
     for (const [socket, { connection }] of this.#clients) {
       for (const bytes of this.#instance.sent(connection)) socket.write(bytes);
-      socket.destroySoon();
+      socket.destroySoon ? socket.destroySoon() : endStream(socket);
     }
+    this.#links.end();
     for (const response of this.#streams.keys()) response.destroy();
     process.stdin.destroy();
     this.#tell();
@@ -260,9 +353,14 @@ class Program {
   #accept(service, socket) {
     if (socket.remoteAddress === undefined) return socket.destroy(); // reset meanwhile, which looks like a half-close later
     const peer = address({ host: socket.remoteAddress, port: socket.remotePort });
-    const client = { connection: this.#instance.call("connect", { service, peer }), unread: Buffer.alloc(0), isModbus: service === "modbus", wasHalf: false };
+    this.#attach(socket, { service, peer });
+  }
+
+  #attach(socket, from) {
+    const client = { connection: this.#instance.call("connect", from), unread: Buffer.alloc(0), isModbus: from.service === "modbus", wasHalf: false };
     this.#clients.set(socket, client);
     const serve = () => {
+      if (this.#code !== undefined) return;
       this.#instance.pass(this.#clock.now());
       this.#serve(socket, client);
       this.#soon();
@@ -277,8 +375,7 @@ class Program {
     socket.on("timeout", () => socket.destroy());
     socket.on("error", () => socket.destroy());
     socket.on("close", () => {
-      this.#clients.delete(socket);
-      if (!this.#instance.crash) this.#instance.disconnect(client.connection);
+      if (this.#clients.delete(socket) && !this.#instance.crash) this.#instance.disconnect(client.connection);
     });
     this.#serve(socket, client);
   }
@@ -309,7 +406,8 @@ class Program {
     const waits = client.unread.length > 0;
     const isHalf = client.isModbus && isBusy && !waits && !socket.writableNeedDrain;
     if (isHalf !== client.wasHalf) socket.setTimeout((client.wasHalf = isHalf) ? kHalfRequest : 0);
-    if (hasEnded || (client.ended && !isBusy && !waits)) socket.destroySoon();
+    if (hasEnded || (client.ended && !isBusy && !waits))
+      socket.destroySoon ? socket.destroySoon() : endStream(socket);
     else waits || !reads() ? socket.pause() : socket.resume();
     return receives;
   }
@@ -388,6 +486,6 @@ process.on("uncaughtException", fail);
 // Paths have slashes in the module, on every system.
 const args = process.argv.slice(2);
 const own = args.includes("--") ? args.indexOf("--") : args.length;
-new Program()
+new Program(new Instance(module))
   .run(args.map((word, place) => (place < own ? word.replaceAll(path.sep, "/") : word)))
   .catch(fail);

@@ -16,16 +16,31 @@ export class PlantError extends Error {}
 /** One instance of the module; hostsim/module/instance.hpp has its calls. */
 export class Instance {
   #exports;
+  #number = 0; // in the module
+  #last = 0;
 
   constructor(module) {
+    if (!module) return;
     this.#exports = new WebAssembly.Instance(module, {}).exports;
-    this.#do("_initialize");
+    this.#exports._initialize();
+  }
+
+  /** A plant for a trial in the same memory, until it is forgotten. */
+  another() {
+    const other = new Instance();
+    other.#exports = this.#exports;
+    other.#number = ++this.#last;
+    return other;
+  }
+  forget() {
+    this.#do("forget", this.#number);
   }
 
   /** After a trap its memory is in no known state, so nothing is done with it any more. */
   #do(name, ...numbers) {
     if (this.crash) throw this.crash;
     try {
+      this.#exports.use(this.#number);
       return this.#exports[name](...numbers);
     } catch (error) {
       throw (this.crash = new PlantError(`the plant has crashed and cannot go on: ${error.message ?? "an exception"}`, { cause: error }));
@@ -49,8 +64,8 @@ export class Instance {
   }
 
   /** `read` and `list` return what files and folders have, or null, at once or later. */
-  async start(args, { read, list = () => null, folder = "/" }) {
-    return this.#complete(() => this.call("start", { arguments: args, folder }), read, list);
+  async start(args, { read, list = () => null, folder = "/", environment = {} }) {
+    return this.#complete(() => this.call("start", { arguments: args, folder, environment }), read, list);
   }
 
   async play(place, { read }) {
