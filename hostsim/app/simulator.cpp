@@ -13,7 +13,7 @@
 
 #include "cbcan/version.hpp"
 #include "scenario/scenario_writer.hpp"
-#include "session/plc_exchanges.hpp"
+#include "session/outside.hpp"
 
 namespace cbcan::app {
 
@@ -47,20 +47,18 @@ void BusConnections::open_outside(const std::string& can_spec) {
   if (can.kind == Kind::kSocketCan)
     outside_ = io::socketcan_bus(reactor_, bus, can.name, warn_);
   else
-    outside_ =
-        io::stream_bus(reactor_, bus, can_spec, is_adapter ? can.name : "", can.remote,
-                       is_adapter ? protocols::slcan_dialect(can.kbit) : protocols::socketcand_dialect(can.name), warn_);
+    outside_ = io::stream_bus(reactor_, bus, can_spec, is_adapter ? can.name : "", can.remote,
+                              session::dialect_of(can), warn_);
 }
 
 void BusConnections::open_plc(const config::NetworkConfig& config) {
-  constexpr std::uint16_t kModbusPort = 502;
   const config::PlcConfig& plc = config.plc;
   if (plc.address.empty() && plc.line.device.empty()) return;
   std::unique_ptr<window::Connection> connection;
   if (plc.address.empty())
     connection = window::rtu_connection(line_of(plc.line), io::kPlcTiming);
   else
-    connection = io::plc_over_tcp(base::parse_listen_address(plc.address, kModbusPort));
+    connection = io::plc_over_tcp(session::plc_address(plc));
   plc_.emplace(reactor_, network_, std::move(connection), session::plc_exchanges(config, network_),
                io::PlcSettings{plc.unit, milliseconds(plc.period_ms)}, warn_);
 }

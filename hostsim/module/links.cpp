@@ -4,13 +4,12 @@
 #include <utility>
 
 #include "module/instance.hpp"
-#include "session/plc_exchanges.hpp"
+#include "session/outside.hpp"
 
 namespace cbcan::module {
 
 namespace {
 
-constexpr std::uint16_t kModbusPort = 502;
 constexpr int kAdapterBaud = 115'200;  ///< USB adapters ignore it
 
 Json link(std::string_view name, std::size_t network, const config::LineConfig& line) {
@@ -89,14 +88,13 @@ Json Instance::open_links() {
       const bool is_line = is_adapter && !can.name.empty();
       links.push_back(is_line ? link("can", network.number, {can.name, kAdapterBaud, "N"})
                               : link("can", network.number, can.remote));
-      outside_[network.number] = std::make_unique<Outside>(
-          there.world().bus(), spec,
-          is_adapter ? protocols::slcan_dialect(can.kbit) : protocols::socketcand_dialect(can.name), warn);
+      outside_[network.number] =
+          std::make_unique<Outside>(there.world().bus(), spec, session::dialect_of(can), warn);
     }
     const config::PlcConfig& plc = network.plc;
     if (there.module() == nullptr || (plc.address.empty() && plc.line.device.empty())) continue;
     const base::ListenAddress address =
-        plc.address.empty() ? base::ListenAddress() : base::parse_listen_address(plc.address, kModbusPort);
+        plc.address.empty() ? base::ListenAddress() : session::plc_address(plc);
     Json& made = links.emplace_back(plc.address.empty() ? link("plc", network.number, plc.line)
                                                         : link("plc", network.number, address));
     made["unit"] = plc.unit;

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "session/plc_exchanges.hpp"
-
-#include <memory>
+#include "session/outside.hpp"
 
 namespace cbcan::session {
 
@@ -22,6 +20,16 @@ protocols::PlcPolling::Exchanges plc_exchanges(const config::NetworkConfig& conf
     exchanges.push_back(
         std::make_unique<CopyExchange>(network, *plc.status_first, own.status_first, regmap::kStatusWords));
   return exchanges;
+}
+
+base::ListenAddress plc_address(const config::PlcConfig& plc) {
+  constexpr std::uint16_t kModbusPort = 502;
+  return base::parse_listen_address(plc.address, kModbusPort);
+}
+
+std::unique_ptr<protocols::Dialect> dialect_of(const config::CanSpec& can) {
+  return can.kind == config::CanSpec::Kind::kSlcan ? protocols::slcan_dialect(can.kbit)
+                                                   : protocols::socketcand_dialect(can.name);
 }
 
 }  // namespace cbcan::session
