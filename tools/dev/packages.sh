@@ -11,7 +11,7 @@ mcu_packages=(gcc-arm-none-eabi libnewlib-arm-none-eabi libstdc++-arm-none-eabi-
 # In addition, for the tests: their libraries and clients, and the guest whose kernel has CAN.
 test_packages=(catch2 cloc librapidcheck-dev valgrind git
   clang-14 libclang-rt-14-dev gcovr
-  "${mcu_packages[@]}" g++-aarch64-linux-gnu g++-riscv64-linux-gnu g++-s390x-linux-gnu qemu-user
+  "${mcu_packages[@]}" g++-riscv64-linux-gnu g++-s390x-linux-gnu qemu-user
   chromium fonts-dejavu-core
   python3-pymodbus python3-serial-asyncio python3-can mbpoll can-utils iproute2 tshark curl
   qemu-system-x86 busybox-static

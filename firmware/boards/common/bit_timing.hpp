@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Bit timing of CAN controllers whose segments are like those of the classic ones: bxCAN (RM0390, 30.7.7)
-/// and SJA1000. One bit is 1 + segment1 + segment2 time quanta of `prescaler` clock periods each; it is
+/// Bit timing of CAN controllers whose segments are like those of the classic ones: bxCAN (RM0390, 30.7.7).
+/// One bit is 1 + segment1 + segment2 time quanta of `prescaler` clock periods each; it is
 /// sampled at the end of segment 1.
 
 #include <cstdint>

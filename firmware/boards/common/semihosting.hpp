@@ -11,7 +11,7 @@
 
 namespace cbcan::boards::semihosting {
 
-/// Executes the core's semihosting instruction: semihosting_cortex_m.cpp, semihosting_cortex_a53.cpp.
+/// Executes the core's semihosting instruction: semihosting_cortex_m.cpp.
 std::intptr_t call(std::uintptr_t operation, const void* argument);
 
 /// SYS_WRITE0: `text` ends with 0.

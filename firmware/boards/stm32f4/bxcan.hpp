@@ -23,9 +23,9 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 
 #include "boards/common/bit_timing.hpp"
-#include "boards/common/loss_notice.hpp"
 #include "boards/common/registers.hpp"
 #include "boards/common/ring.hpp"
 #include "boards/stm32f4/bxcan_registers.hpp"
@@ -121,7 +121,8 @@ class BxCan final : public CanPort {
     follow_phase(errors, now);
     if (stopped()) return now;
     const Time due = take_back_stale(now);
-    losses_.look(lost(), now);
+    if (const std::uint32_t times = lost(); std::exchange(lost_seen_, times) != times)
+      overflow_until_ = now + kShown;
     state_ = state_of(errors, now);
     return state_ == BusState::kActive ? due : earlier(due, now + kLook);
   }
@@ -147,6 +148,8 @@ class BxCan final : public CanPort {
   static constexpr std::uint32_t kOptions = bxcan::kTxfp | bxcan::kRflm | bxcan::kDbf;
   /// Interval of poll() while the bus has errors: no interrupt reports their end.
   static constexpr Time kLook = kMillisecond;
+  /// How long state() reports lost frames.
+  static constexpr Time kShown = kSecond;
 
   enum class Phase : std::uint8_t {
     kStopped,
@@ -289,7 +292,7 @@ class BxCan final : public CanPort {
   BusState state_of(std::uint32_t errors, Time now) const {
     if (phase_ != Phase::kRunning) return BusState::kBusOff;
     if ((errors & bxcan::kEpvf) != 0) return BusState::kErrorPassive;
-    return losses_.is_shown(now) ? BusState::kOverflow : BusState::kActive;
+    return now < overflow_until_ ? BusState::kOverflow : BusState::kActive;
   }
 
   // ---- Reception, in the interrupt
@@ -338,7 +341,8 @@ class BxCan final : public CanPort {
   std::atomic<std::uint32_t> received_{0};
   std::atomic<std::uint32_t> overruns_{0};
   std::array<Time, bxcan::kMailboxes> pending_since_{};  ///< kNever: accepted after the last poll()
-  LossNotice losses_;
+  std::uint32_t lost_seen_ = 0;
+  Time overflow_until_ = 0;
   BxCanCounters counters_;
   std::uint32_t btr_ = 0;
   std::uint8_t node_id_ = 0;
