@@ -57,10 +57,6 @@ constexpr milliseconds kPollInterval{1};  ///< between reads of the registers
 constexpr Time kSerialSilence = 1'000'000;
 constexpr std::uint8_t kNoPath = 0x0A;  ///< gateway path unavailable
 
-Time now() {
-  return std::chrono::duration_cast<microseconds>(steady_clock::now().time_since_epoch()).count();
-}
-
 std::unique_ptr<Connection> connection_of(const Settings& settings) {
   const Time response = microseconds(settings.response_timeout).count();
   if (settings.rtu.empty()) return tcp_connection(settings.host, settings.port, {response, 0, 0});
@@ -77,13 +73,6 @@ std::string purpose(const Request& request) {
 std::string hex(std::uint8_t code) {
   constexpr std::string_view kDigits = "0123456789ABCDEF";
   return {kDigits[code >> 4], kDigits[code & 15], 'h'};
-}
-
-/// Waits for the connection's events or deadline.
-void wait_for(const Connection& connection) {
-  pollfd waiting{connection.descriptor(), connection.events(), 0};
-  const Time left = std::max<Time>(connection.deadline() - now(), 0);
-  ::poll(&waiting, 1, static_cast<int>((left + 999) / 1000));
 }
 
 }  // namespace
@@ -243,18 +232,29 @@ Result Client::execute(const Transaction& transaction) {
 }
 
 void Client::wait_for_result() {
-  const auto deadline = steady_clock::now() + settings_.timeout;
+  const auto deadline = now() + settings_.timeout;
   bool reported = false;
   while (channel_.busy()) {
     channel_.answered(checked(*channel_.next()));
     if (!channel_.waiting()) continue;
     if (channel_.occupied() && !std::exchange(reported, true) && settings_.occupied) settings_.occupied();
     if (interrupted()) give_up(Error::Cause::kInterrupted, "interrupted before anything was written", "");
-    if (steady_clock::now() >= deadline)
+    if (now() >= deadline)
       give_up(Error::Cause::kNoResult, "another program's transaction has not ended: R3700 is still CA0Eh",
               "no result within " + std::to_string(settings_.timeout.count()) + " ms; ");
-    std::this_thread::sleep_for(kPollInterval);
+    pause(kPollInterval);
   }
+}
+
+void Client::pause(milliseconds duration) {
+  if (!settings_.pass) return std::this_thread::sleep_for(duration);
+  settings_.pass(duration);
+  passed_ += duration;
+}
+
+microseconds Client::now() const {
+  return settings_.pass ? passed_
+                        : std::chrono::duration_cast<microseconds>(steady_clock::now().time_since_epoch());
 }
 
 /// `before`: the message if nothing has been sent yet; `after`: otherwise, the start of the message.
@@ -294,20 +294,30 @@ Response Client::exchange(int unit, const Request& request) {
 std::optional<Response> Client::attempt(int unit, const Request& request) {
   const unsigned ends = connection_->ends();
   bool sent = false;
+  milliseconds pause{};  // what has been answered is there at the end of a `pass` of any duration
   while (connection_->ends() == ends) {
-    connection_->poll(now());
-    if (!sent && connection_->ready(now())) {
-      connection_->send(static_cast<std::uint8_t>(unit), request, now());
+    const Time time = now().count();
+    connection_->poll(time);
+    if (!sent && connection_->ready(time)) {
+      connection_->send(static_cast<std::uint8_t>(unit), request, time);
       sent = true;
     }
     if (connection_->response_due())
-      if (std::optional<Response> response = connection_->receive(now())) return response;
-    if (connection_->ends() == ends) wait_for(*connection_);
+      if (std::optional<Response> response = connection_->receive(time)) return response;
+    if (connection_->ends() == ends) wait_for_connection(std::exchange(pause, kPollInterval));
   }
   if (sent) return std::nullopt;
   if (settings_.rtu.empty())
     throw Error(Error::Cause::kNoConnection, "no connection to " + connection_->problem());
   throw Error(Error::Cause::kNoDevice, connection_->problem());
+}
+
+/// For its events or deadline.
+void Client::wait_for_connection(milliseconds pause) {
+  if (settings_.pass && connection_->response_due()) return this->pause(pause);
+  pollfd waiting{connection_->descriptor(), connection_->events(), 0};
+  const microseconds left = std::max(microseconds(connection_->deadline()) - now(), microseconds(0));
+  if (::poll(&waiting, 1, static_cast<int>((left.count() + 999) / 1000)) == 0) passed_ += left;
 }
 
 std::string Client::place() const {

@@ -9,6 +9,7 @@ import signal
 import struct
 import subprocess
 import sys
+import tempfile
 
 import cases
 from ctl import ABSENT, CBCANCTL, DONE, INTERRUPTED, NO_CONNECTION, REFUSED, USAGE, Case, run, start
@@ -182,6 +183,32 @@ class WithFaults(cases.Case):
         wait_until(lambda: run(simulator.port, "emcy", "0x42").stdout == told, "EMCY of node 66")
         self.assertEqual(run(simulator.port, "emcy", "all").stdout, told)
         self.assertEqual(run(simulator.port, "kernel").stdout, "02h overflow: frames were lost\n")
+
+
+class ManualClock(cases.Case):
+    """Waiting lets the plant's time pass: what the log has is after it, however fast the machine."""
+
+    def run_in_plant(self, *command):
+        log = tempfile.NamedTemporaryFile()
+        self.addCleanup(log.close)
+        result = ran(CBCAN_SIM, "--demo", "--clock", "manual", "--control", "127.0.0.1:0", "--log", log.name, "--", CBCANCTL, *command)
+        return result.returncode, log.read().decode()
+
+    def test_a_node_that_is_absent(self):
+        code, log = self.run_in_plant("read", 99, "1000h", 0, "--timeout", 20000)
+        self.assertEqual(code, ABSENT)
+        first, last = (float(re.search(rf"\((.*)\) \S+ {frame}", log)[1]) for frame in ("663#4000100000000000", "663#8000100000000405"))
+        self.assertAlmostEqual(last - first, 20, delta=0.01)
+
+    def test_a_network_that_does_not_run(self):
+        self.assertEqual(self.run_in_plant("status", "--wait", 30000)[0], REFUSED)
+
+    def test_a_control_connection_that_is_not_there(self):
+        simulator = Simulator(CBCAN_SIM, "--demo", test=self)
+        for control, code in (("127.0.0.1:9", NO_CONNECTION), ("unix:/nowhere", DONE)):
+            result = ran(CBCANCTL, "read", 32, "1000h", 0, env={"CBCAN_MODBUS": f":{simulator.port}", "CBCAN_CONTROL": control})
+            self.assertEqual((result.returncode, result.stderr[:54]),
+                             (code, "cbcanctl: no connection to CBCAN_CONTROL 127.0.0.1:9: " if code else ""))
 
 
 class Usage(cases.Case):

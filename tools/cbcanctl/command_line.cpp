@@ -143,7 +143,9 @@ cbcanctl --help has all options, cbcanctl COMMAND --help those of a command.
 constexpr std::string_view kClosing = R"(
 Notes:
 The server's address may also be in the environment variable CBCAN_MODBUS, as
-HOST:PORT; cbcan-sim gives it to the command that it runs.
+HOST:PORT; cbcan-sim gives it to the command that it runs, with CBCAN_CONTROL,
+by which the plant's time passes where cbcanctl waits: no real time is lost on
+a manual clock.
 
 Numbers are decimal, 0x2001 or 2001h. Words after -- are no options.
 
@@ -265,13 +267,10 @@ void check_target(const base::ParsedArguments& typed, const window::Settings& ta
     throw tools::UsageError("--station 0 is all stations, and none of them answers; write 1..247");
 }
 
-/// The address may include the port; without an option it comes from the environment.
-void settle_address(const base::ParsedArguments& typed, const char* environment, window::Settings& target) {
-  const bool has_host = is_typed(typed, "--modbus");
+/// The address may include the port.
+void settle_address(const base::ParsedArguments& typed, window::Settings& target) {
   const bool has_port = is_typed(typed, "--port");
-  const bool from_environment = environment != nullptr && !has_host && !has_port && target.rtu.empty();
-  if (!has_host && !from_environment) return;
-  const auto address = base::parse_listen_address(from_environment ? environment : target.host, 0);
+  const auto address = base::parse_listen_address(target.host, 0);
   if (address.port != 0 && has_port)
     throw tools::UsageError(
         fmt::format("--modbus {}: the port is there already; leave out --port", target.host));
@@ -281,7 +280,7 @@ void settle_address(const base::ParsedArguments& typed, const char* environment,
 
 }  // namespace
 
-Start parse_command_line(std::span<const char* const> words, const char* environment) {
+Start parse_command_line(std::span<const char* const> words, const char* modbus, const char* control) {
   const base::ParsedArguments typed = parse(words);
   const bool is_short = is_typed(typed, base::kShortHelpOption);
   if (is_short || is_typed(typed, base::kHelpOption)) {
@@ -298,7 +297,12 @@ Start parse_command_line(std::span<const char* const> words, const char* environ
   if (!problem.empty()) throw tools::UsageError(problem);
   window::Settings& target = start.options.target;
   check_target(typed, target);
-  settle_address(typed, environment, target);
+  const bool has_address = is_typed(typed, "--modbus") || is_typed(typed, "--port") || !target.rtu.empty();
+  if (modbus != nullptr && !has_address) {
+    target.host = modbus;
+    start.options.control = control;
+  }
+  settle_address(typed, target);
   target.parity = start.options.parity.front();
   target.timeout = patience(start.options.timeout_ms, command);
   return start;

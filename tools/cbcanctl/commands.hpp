@@ -28,6 +28,7 @@ enum class TransferMode : std::uint8_t {};  ///< as in 3004h
 
 struct Options {
   window::Settings target{.port = 1502, .baud = 115200};
+  const char* control = nullptr;  ///< CBCAN_CONTROL of a server that CBCAN_MODBUS names
   std::string parity = "E";
   bool json = false;
   int timeout_ms = 0;  ///< 0 = not given
@@ -143,8 +144,8 @@ struct Start {
   Options options{};
 };
 
-/// `words`: the arguments after the program's name. `environment`: the value of CBCAN_MODBUS, null if there
-/// is none. Throws UsageError.
-Start parse_command_line(std::span<const char* const> words, const char* environment);
+/// `words`: the arguments after the program's name. `modbus`, `control`: the values of CBCAN_MODBUS and
+/// CBCAN_CONTROL, null if there is none. Throws UsageError.
+Start parse_command_line(std::span<const char* const> words, const char* modbus, const char* control);
 
 }  // namespace cbcan::ctl

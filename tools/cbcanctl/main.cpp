@@ -56,7 +56,8 @@ ExitCode exit_code(int argc, char** argv) {
   Start start;
   const Options& options = start.options;
   try {
-    start = parse_command_line(std::span(argv + 1, argv + argc), std::getenv("CBCAN_MODBUS"));
+    start = parse_command_line(std::span(argv + 1, argv + argc), std::getenv("CBCAN_MODBUS"),
+                               std::getenv("CBCAN_CONTROL"));
     std::cout << start.out;
     if (start.run != nullptr) start.run(options);
     return ExitCode::kDone;

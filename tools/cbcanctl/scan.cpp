@@ -5,7 +5,6 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <thread>
 
 #include "base/read_file.hpp"
 #include "base/setting.hpp"
@@ -86,7 +85,7 @@ tools::Bytes ask(window::Client& client, unsigned service, unsigned argument = 0
     std::ranges::copy(descriptions::to_bytes(part, sizeof part), std::back_inserter(request));
   execute(client, tools::sdo_write(0, own::kLssRequest, 0, request));
   tools::Bytes answer{kBusy};
-  for (; answer[0] == kBusy; std::this_thread::sleep_for(std::chrono::milliseconds(2)))
+  for (; answer[0] == kBusy; client.pause(std::chrono::milliseconds(2)))
     answer = own::read(client, own::kLssAnswer, 0, kAnswerBytes);
   return answer;
 }

@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <iostream>
-#include <thread>
 
 #include "base/read_file.hpp"
 #include "base/text.hpp"
@@ -62,7 +61,7 @@ class Registers final : public tools::RegisterAccess {
   Registers& operator=(const Registers&) = delete;
 
   window::Response exchange(const window::Request& request) override { return client_.exchange(request); }
-  void wait() override { std::this_thread::sleep_for(std::chrono::milliseconds(1)); }
+  void wait() override { client_.pause(std::chrono::milliseconds(1)); }
   void progress(std::size_t ended) override {
     if (interrupted())
       throw window::Error(Cause::kInterrupted, "cancelled: no request is in progress any more");
@@ -121,6 +120,7 @@ window::Client connect(const Options& options) {
   settings.response_timeout =
       settings.rtu.empty() ? std::max(settings.timeout, kTcpResponse) : kSerialResponse;
   settings.interrupted = interrupted;
+  settings.pass = window::plant_time(options.control);
   settings.occupied = [] { say("another program's transaction is in progress; waiting for it"); };
   return window::Client(std::move(settings));
 }

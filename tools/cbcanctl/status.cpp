@@ -3,7 +3,6 @@
 #include <fmt/core.h>
 
 #include <chrono>
-#include <thread>
 
 #include "base/text.hpp"
 #include "cbcan/mistakes.hpp"
@@ -100,9 +99,9 @@ void print_mistakes(window::Client& client, bool json) try {
 void status(const Options& options) {
   window::Client client = connect(options);
   Words status = read_status(client);
-  const auto end = std::chrono::steady_clock::now() + std::chrono::milliseconds(options.wait_ms);
-  while (!all_run(status) && std::chrono::steady_clock::now() < end && !interrupted()) {
-    std::this_thread::sleep_for(kPollPeriod);
+  const auto end = client.now() + std::chrono::milliseconds(options.wait_ms);
+  while (!all_run(status) && client.now() < end && !interrupted()) {
+    client.pause(kPollPeriod);
     status = read_status(client);
   }
   print(client, status, options.json);

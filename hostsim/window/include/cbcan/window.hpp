@@ -188,7 +188,14 @@ struct Settings {
   std::chrono::milliseconds response_timeout{1000};  ///< for a connection, and each Modbus response
   std::function<bool()> interrupted{};               ///< called while waiting; true = cancel
   std::function<void()> occupied{};  ///< called when waiting for another program's transaction
+  /// Lets the plant's time pass, instead of waiting in real time; then the timeouts count what has passed.
+  std::function<void(std::chrono::milliseconds)> pass{};
 };
+
+/// Settings::pass of a simulator, on a manual clock too, by the command `pass` (docs/reference/commands.md).
+/// `control`: its CBCAN_CONTROL, HOST:PORT. None if that is null or no TCP address. Throws Error, as does the
+/// function that it returns: no connection.
+std::function<void(std::chrono::milliseconds)> plant_time(const char* control);
 
 inline constexpr std::array kBaudRates{1200,  2400,   4800,   9600,   19200, 38400,
                                        57600, 115200, 230400, 460800, 921600};
@@ -212,6 +219,11 @@ class Client {
   Response exchange(int unit, const Request& request);
   Response exchange(const Request& request) { return exchange(settings_.unit, request); }
 
+  /// Waits, as Settings::pass says.
+  void pause(std::chrono::milliseconds duration);
+  /// Time since any moment; never goes backwards.
+  std::chrono::microseconds now() const;
+
   /// The server, as named in errors.
   std::string place() const;
 
@@ -219,12 +231,14 @@ class Client {
   Response checked(const Request& request);
   std::optional<Response> attempt(int unit, const Request& request);
   void wait_for_result();
+  void wait_for_connection(std::chrono::milliseconds pause);
   bool interrupted() const { return settings_.interrupted && settings_.interrupted(); }
   [[noreturn]] void give_up(Error::Cause why, const std::string& before, const std::string& after);
 
   Settings settings_;
   std::unique_ptr<Connection> connection_;
   Channel channel_{1, Channel::Found::kIsWaitedFor};
+  std::chrono::microseconds passed_{};  ///< by Settings::pass
 };
 
 }  // namespace cbcan::window
