@@ -2,7 +2,6 @@
 #include "config/plant_file.hpp"
 
 #include <algorithm>
-#include <utility>
 
 #include "devices/devices.hpp"
 

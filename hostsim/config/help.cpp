@@ -2,11 +2,9 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <array>
 #include <utility>
 
 #include "base/error.hpp"
-#include "base/text.hpp"
 #include "config/command_line.hpp"
 #include "config/plant_file.hpp"
 #include "config/plant_settings.hpp"

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "base/command.hpp"
-#include "base/error.hpp"
 #include "base/text.hpp"
 #include "config/plant_settings.hpp"
 

@@ -4,10 +4,8 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <map>
 #include <span>
 #include <tuple>
-#include <utility>
 
 #include "base/text.hpp"
 #include "sim/world.hpp"

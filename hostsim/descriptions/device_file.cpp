@@ -10,8 +10,6 @@
 #include "base/text.hpp"
 #include "cbcan/canopen/dictionary/cob_id.hpp"
 #include "cbcan/canopen/dictionary/little_endian.hpp"
-#include "cbcan/canopen/dictionary/objects.hpp"
-#include "descriptions/values.hpp"
 
 namespace cbcan::descriptions {
 

@@ -8,7 +8,6 @@
 #include "base/text.hpp"
 #include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "descriptions/eds_reader.hpp"
-#include "descriptions/lexer.hpp"
 
 namespace cbcan::descriptions {
 

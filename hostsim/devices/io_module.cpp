@@ -7,8 +7,6 @@
 #include <limits>
 #include <utility>
 
-#include "devices/common.hpp"
-
 namespace cbcan::devices {
 
 namespace {

@@ -5,8 +5,6 @@
 #include <limits>
 #include <utility>
 
-#include "devices/common.hpp"
-
 namespace cbcan::devices {
 
 namespace {

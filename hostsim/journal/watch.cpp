@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "journal/watch.hpp"
 
-#include <algorithm>
 #include <utility>
 
 #include "base/text.hpp"

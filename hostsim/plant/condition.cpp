@@ -12,7 +12,6 @@
 #include "cbcan/regmap.hpp"
 #include "journal/event_text.hpp"
 #include "journal/watch.hpp"
-#include "plant/command_words.hpp"
 #include "sim/frame_text.hpp"
 
 namespace cbcan::plant {

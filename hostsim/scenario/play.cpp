@@ -2,7 +2,6 @@
 // Plays the steps of a Scenario.
 #include <fmt/core.h>
 
-#include <algorithm>
 #include <stdexcept>
 
 #include "base/text.hpp"

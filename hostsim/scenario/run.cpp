@@ -9,7 +9,6 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
-#include "config/build_node.hpp"
 
 namespace cbcan::scenario {
 

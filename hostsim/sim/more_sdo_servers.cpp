@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "sim/node.hpp"
 
-#include <utility>
-
 #include "cbcan/canopen/dictionary/cob_id.hpp"
 
 namespace cbcan::sim {

@@ -18,7 +18,6 @@
 #include <cstdint>
 #include <span>
 
-#include "cbcan/configuration.hpp"
 #include "cbcan/coprocessor/register_window.hpp"
 #include "cbcan/regmap.hpp"
 

@@ -3,14 +3,9 @@
 
 #include <fmt/core.h>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdint>
 #include <limits>
-#include <map>
-#include <optional>
-#include <span>
 #include <utility>
 
 #include "base/text.hpp"
