@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "config/command_line.hpp"
 
 #include <iomanip>
 

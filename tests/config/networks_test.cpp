@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 // Several CAN networks, in the plant file and on the command line.
-#include "config/command_line.hpp"
 #include "plant_support.hpp"
 #include "support/catch.hpp"
 

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 // --help and docs/reference/plant-file.md match the code.
 
-#include "base/text.hpp"
-#include "config/command_line.hpp"
 #include "config/plant_settings.hpp"
 #include "devices/devices.hpp"
 #include "plant_support.hpp"

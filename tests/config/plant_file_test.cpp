@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "config/plant_file.hpp"
 
 #include "plant_support.hpp"
 #include "support/catch.hpp"

@@ -3,11 +3,6 @@
 
 /// A CANopen device whose master is the test.
 
-#include <algorithm>
-#include <string>
-#include <vector>
-
-#include "cbcan/canopen/device.hpp"
 #include "support/bench.hpp"
 #include "support/rows.hpp"
 

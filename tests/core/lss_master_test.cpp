@@ -2,11 +2,6 @@
 // The LSS master: its frames by hand, as CiA 305 has them, and against LSS slaves on a bus that loses, delays
 // or doubles each frame once.
 
-#include "cbcan/canopen/lss_master.hpp"
-
-#include <memory>
-
-#include "cbcan/canopen/lss_slave.hpp"
 #include "support/bench.hpp"
 
 using namespace cbcan;

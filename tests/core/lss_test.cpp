@@ -3,7 +3,6 @@
 // 7E4h, both eight bytes; zeros at their end are left out here. Reserved bytes are not 0 in some requests, as
 // in switch state selective of CANopenNode's master.
 
-#include "cbcan/canopen/lss_slave.hpp"
 #include "support/bench.hpp"
 
 using namespace cbcan;

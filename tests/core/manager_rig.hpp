@@ -3,8 +3,6 @@
 
 /// A coprocessor that boots a network; the test acts as PLC and as the other nodes.
 
-#include <vector>
-
 #include "support/bench.hpp"
 
 namespace cbcan::test {

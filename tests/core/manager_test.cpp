@@ -3,8 +3,6 @@
 // 1000h = 0F0191h, vendor 22h and product 191h; its heartbeat is 100 ms, the own node expects it within 250
 // ms.
 
-#include <algorithm>
-
 #include "core/manager_rig.hpp"
 
 using namespace cbcan;

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "cbcan/canopen/dictionary/little_endian.hpp"
-#include "cbcan/canopen/pdo/pdo.hpp"
 #include "support/bench.hpp"
 #include "support/rows.hpp"
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The SDO client alone: the limits of its memory, and its counters.
 
-#include "cbcan/canopen/sdo/client.hpp"
 #include "support/bench.hpp"
 
 namespace cbcan::test {

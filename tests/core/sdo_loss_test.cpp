@@ -2,8 +2,6 @@
 // SDO transfers of which each frame in turn is lost, repeated or late, with a CRC, a size, both or neither.
 // One that fails changes no value.
 
-#include "cbcan/canopen/sdo/client.hpp"
-#include "cbcan/canopen/sdo/server.hpp"
 #include "core/reference_server.hpp"
 #include "support/bench.hpp"
 

@@ -3,8 +3,6 @@
 // nearly such requests, and any others. The responses must be the same, byte for byte. Also the SDO client with
 // the second server, with sizes at the limits of 8-bit and 16-bit counters.
 
-#include "cbcan/canopen/sdo/client.hpp"
-#include "cbcan/canopen/sdo/server.hpp"
 #include "core/reference_server.hpp"
 #include "support/bench.hpp"
 

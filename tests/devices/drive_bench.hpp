@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "devices/drive/drive.hpp"
 #include "rig.hpp"
 #include "support/eds_text.hpp"

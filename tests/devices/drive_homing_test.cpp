@@ -3,7 +3,6 @@
 // 20,500 to 24,500, an index pulse every 10,000. Homes calculated by hand from the drawings of CiA 402.
 
 #include "drive_bench.hpp"
-#include "sim/number.hpp"
 
 namespace cbcan::test {
 

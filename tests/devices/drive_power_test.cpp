@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The power state machine: every state and every command, and the option codes.
 
-#include "devices/drive/power_stage.hpp"
 #include "drive_bench.hpp"
 
 namespace cbcan::test {

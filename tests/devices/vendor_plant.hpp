@@ -4,7 +4,6 @@
 /// Nodes from hand-written EDS files with the usual defects of vendor files, and the program that moves a
 /// drive.
 
-#include "descriptions/dictionary_image.hpp"
 #include "descriptions/eds_reader.hpp"
 #include "devices/devices.hpp"
 #include "support/eds_text.hpp"

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The tables of cbcan-eds: the same objects as the file, in fewer entries.
 
-#include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "dictionary/host_buses.hpp"
 #include "io_module.hpp"
-#include "support/catch.hpp"
 
 namespace cbcan::test {
 

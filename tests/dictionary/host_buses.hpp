@@ -3,9 +3,6 @@
 
 /// The simulated node of an EDS file; and the device of the header that was made of it, on the host.
 
-#include <memory>
-#include <optional>
-
 #include "base/read_file.hpp"
 #include "descriptions/eds_reader.hpp"
 #include "dictionary/bus.hpp"

@@ -4,9 +4,7 @@
 /// A device with any dictionary that cbcan-eds has made, as on a board: with parameters in "flash", which
 /// outlives it. Freestanding: for the host and for an image.
 
-#include <algorithm>
 #include <array>
-#include <optional>
 
 #include "boards/common/parameter_store.hpp"
 #include "cbcan/canopen/eds_device.hpp"

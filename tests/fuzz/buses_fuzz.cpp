@@ -2,9 +2,6 @@
 // The connections to a bus: a client of socketcand, the other side of --can slcan: and socketcand:. The first byte
 // selects one.
 
-#include <optional>
-#include <utility>
-
 #include "fuzz/fuzz.hpp"
 #include "protocols/adapter.hpp"
 #include "protocols/dialect.hpp"

@@ -4,7 +4,6 @@
 #include "fuzz/device_plant.hpp"
 #include "fuzz/fuzz.hpp"
 #include "plant/control.hpp"
-#include "support/bare_network.hpp"
 
 namespace cbcan::fuzz {
 

@@ -5,7 +5,6 @@
 // The input is a list of steps: one byte selects the step, the next ones are its arguments; missing ones are 0.
 
 #include "fuzz/core_rig.hpp"
-#include "fuzz/fuzz.hpp"
 
 namespace cbcan::fuzz {
 

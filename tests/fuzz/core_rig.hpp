@@ -4,9 +4,7 @@
 #include <span>
 
 #include "cbcan/coprocessor/coprocessor.hpp"
-#include "fuzz/core_plc.hpp"
 #include "fuzz/core_wire.hpp"
-#include "fuzz/fuzz.hpp"
 
 namespace cbcan::fuzz {
 

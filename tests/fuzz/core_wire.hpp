@@ -7,7 +7,6 @@
 #include "cbcan/can_port.hpp"
 #include "cbcan/canopen/slave.hpp"
 #include "fuzz/core_plc.hpp"
-#include "fuzz/fuzz.hpp"
 
 namespace cbcan::fuzz {
 

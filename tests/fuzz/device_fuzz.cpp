@@ -6,10 +6,7 @@
 // The input is a byte of plant settings and a list of steps: one byte selects the step, the next ones are its
 // arguments.
 #include <bit>
-#include <cmath>
 
-#include "cbcan/canopen/dictionary/little_endian.hpp"
-#include "cbcan/canopen/sdo/protocol.hpp"
 #include "fuzz/device_plant.hpp"
 #include "fuzz/fuzz.hpp"
 

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "fuzz/device_plant.hpp"
 
-#include "cbcan/canopen/dictionary/cob_id.hpp"
-#include "config/build_node.hpp"
 #include "config/plant_file.hpp"
 #include "fuzz/fuzz.hpp"
 

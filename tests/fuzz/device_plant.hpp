@@ -6,10 +6,8 @@
 
 #include <array>
 #include <cstdint>
-#include <utility>
 #include <vector>
 
-#include "cbcan/frame.hpp"
 #include "sim/kept_parameters.hpp"
 #include "support/bare_network.hpp"
 

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Modbus requests and commands, and the advice that they cause: advice.txt.
-#include "base/text.hpp"
-#include "journal/watch.hpp"
 #include "plant/scripts.hpp"
-#include "protocols/modbus_server.hpp"
 #include "support/case_file.hpp"
 
 namespace cbcan::plant::test {

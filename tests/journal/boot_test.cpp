@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What -v says about the boot of a network: each failure once, with what was seen and what was wanted.
 
-#include "descriptions/failures.hpp"
 #include "plant/journal_lines.hpp"
 #include "support/source_file.hpp"
 

@@ -3,8 +3,6 @@
 
 #include <fmt/format.h>
 
-#include "base/text.hpp"
-#include "journal/watch.hpp"
 #include "plant/journal_lines.hpp"
 
 namespace cbcan::journal {

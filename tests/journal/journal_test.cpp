@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The ring, and the events of the demo plant: in bus order, each with its transaction.
 
-#include "journal/journal.hpp"
-
 #include <fmt/format.h>
 
-#include "journal/watch.hpp"
 #include "plant/journal_lines.hpp"
 
 namespace cbcan::journal {

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Devices without an EDS file, from the declarations of their scripts; blocks in scripts and on wires; the
 // shelf.
-#include <algorithm>
 
-#include "config/build_node.hpp"
 #include "descriptions/eds_reader.hpp"
 #include "devices/lua/lua_device.hpp"
 #include "scripts.hpp"

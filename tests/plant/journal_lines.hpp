@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "base/text.hpp"
 #include "demo.hpp"
 #include "journal/event_text.hpp"
-#include "journal/journal.hpp"
 
 namespace cbcan::plant::test {
 

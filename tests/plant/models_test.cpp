@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 // The models of plants/: each within 0.1 % of its analytic solution, and independent of the steps of time.
-#include <cmath>
 
 #include "scripts.hpp"
 

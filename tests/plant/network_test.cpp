@@ -2,9 +2,7 @@
 // A network as a unit of Modbus servers.
 
 #include "demo.hpp"
-#include "protocols/modbus_server.hpp"
 #include "support/bare_network.hpp"
-#include "support/catch.hpp"
 
 namespace cbcan::plant {
 namespace {

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <map>
-
-#include "base/text.hpp"
 #include "demo.hpp"
 #include "support/source_file.hpp"
 

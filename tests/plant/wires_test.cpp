@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
 // Wires between nodes: their values over time, independent of the steps of time.
-#include "config/build_node.hpp"
-#include "plant/network.hpp"
 #include "scripts.hpp"
 #include "sim/bus_suite.hpp"
 #include "support/bare_network.hpp"

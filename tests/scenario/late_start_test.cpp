@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Networks whose time does not begin at 0, as with the real clock.
 #include "plant/demo.hpp"
-#include "plant/network.hpp"
 #include "support/bare_network.hpp"
 
 namespace cbcan::plant::test {

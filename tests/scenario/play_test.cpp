@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 // Scenarios as text, and their results on a plant in this process.
-#include <map>
 
 #include "plant/demo.hpp"
 #include "scenario/scenario.hpp"

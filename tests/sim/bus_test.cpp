@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "sim/bus.hpp"
 
 #include "sim/bus_suite.hpp"
 

@@ -4,7 +4,6 @@
 /// A simulated node and its bus, both with injected faults, and a master whose frames the test sends.
 
 #include "sim/bus_suite.hpp"
-#include "sim/world.hpp"
 #include "support/register_file.hpp"
 #include "support/world_bench.hpp"
 

@@ -2,11 +2,8 @@
 // Random networks that the module boots, with faults that pass: none stays dead. Either the PLC and another
 // master meddle, and in the end the PLC resets all; or faults come and go without them.
 
-#include <memory>
-
 #include "core/manager_rig.hpp"
 #include "sim/faulty_plant.hpp"
-#include "sim/random.hpp"
 
 using namespace cbcan;
 using namespace cbcan::test;

@@ -2,9 +2,6 @@
 // A module that boots a network, with every fault at every frame of the boot: no node is started before each
 // write of its configuration has been confirmed since its last boot-up message, and in the end all nodes run.
 
-#include <map>
-#include <set>
-
 #include "core/manager_rig.hpp"
 #include "sim/faulty_plant.hpp"
 

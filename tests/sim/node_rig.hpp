@@ -3,7 +3,6 @@
 
 /// Simulated nodes with dictionaries from tables in tests.
 
-#include "sim/node.hpp"
 #include "support/world_bench.hpp"
 
 namespace cbcan::test {

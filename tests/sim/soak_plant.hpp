@@ -3,20 +3,9 @@
 
 /// The nodes of the soak test, which record what is executed, with random faults and restarts.
 
-#include <array>
 #include <cstddef>
-#include <cstdint>
-#include <map>
-#include <memory>
-#include <span>
-#include <stdexcept>
-#include <string>
-#include <vector>
 
-#include "cbcan/regmap.hpp"
 #include "scenario/search/rules.hpp"
-#include "sim/random.hpp"
-#include "sim/world.hpp"
 #include "support/register_file.hpp"
 #include "support/world_bench.hpp"
 

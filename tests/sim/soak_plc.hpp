@@ -4,13 +4,6 @@
 /// The PLCs of the soak test: each has an access to the module of its network and runs one transaction after the
 /// other. Each result is checked against what the nodes have executed.
 
-#include <algorithm>
-#include <array>
-#include <cstdint>
-#include <optional>
-#include <string>
-#include <vector>
-
 #include "sim/soak_plant.hpp"
 
 namespace cbcan::test {

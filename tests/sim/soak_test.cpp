@@ -4,7 +4,6 @@
 // nothing is executed twice or in another order.
 
 #include "sim/soak_plc.hpp"
-#include "support/catch.hpp"
 
 using namespace cbcan;
 using namespace cbcan::test;

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 // A module and simulated nodes on a virtual bus in virtual time: registers in, frames out, registers back.
 
-#include "sim/world.hpp"
-
 #include "sim/faulty_plant.hpp"
 
 using namespace cbcan;

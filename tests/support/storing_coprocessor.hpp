@@ -3,8 +3,6 @@
 
 /// A coprocessor with a memory for 1010h, and parameters to store.
 
-#include <optional>
-
 #include "support/bench.hpp"
 
 namespace cbcan::test {

@@ -7,19 +7,10 @@
 #include <sys/socket.h>
 #include <sys/un.h>
 
-#include <algorithm>
-#include <array>
 #include <chrono>
-#include <cstdint>
 #include <filesystem>
-#include <memory>
-#include <stdexcept>
-#include <string>
-#include <utility>
-#include <vector>
 
 #include "contract/remote/child.hpp"
-#include "io/loop/system.hpp"
 #include "io/temporary_folder.hpp"
 
 namespace cbcan::contract {

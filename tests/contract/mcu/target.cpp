@@ -6,7 +6,6 @@
 #include "cbcan/configuration.hpp"
 #include "contract/mcu/emulator.hpp"
 #include "contract/remote/slcan_text.hpp"
-#include "support/catch.hpp"
 #include "support/modbus_crc.hpp"
 
 namespace cbcan::contract {

@@ -13,7 +13,6 @@
 
 #include "contract/remote/child.hpp"
 #include "contract/remote/slcan_text.hpp"
-#include "io/loop/system.hpp"
 
 namespace cbcan::contract {
 

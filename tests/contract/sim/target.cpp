@@ -16,7 +16,6 @@
 #include <stdexcept>
 #include <thread>
 
-#include "contract/remote/child.hpp"
 #include "contract/remote/slcan_bus.hpp"
 #include "contract/target.hpp"
 
