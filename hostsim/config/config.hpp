@@ -16,6 +16,7 @@
 
 #include "base/address.hpp"
 #include "base/setting.hpp"
+#include "cbcan/coprocessor/settings.hpp"
 #include "devices/drive/axis_layout.hpp"
 #include "sim/faults/fault.hpp"
 #include "sim/signal.hpp"
@@ -62,25 +63,13 @@ inline constexpr std::size_t kMostNetworks = 247;
 enum class PlcLostState : std::uint8_t { kPreOperational, kStopped };
 
 /// The coprocessor itself.
-struct ModuleConfig {
-  std::uint8_t node_id = 127;           ///< 1..127, its own node ID
-  std::uint16_t sdo_timeout_ms = 1000;  ///< 0..65535, 0 = none; each response of the server restarts it
-  std::uint16_t node_state_fresh_ms =
-      2000;  ///< 1..65535, how long a heartbeat is valid if 1016h sets no time
-  std::uint16_t guarding_timeout_ms =
-      100;                                ///< 1..65535, timeout of a node guarding request
-  std::uint16_t process_first = 3800;     ///< register; 128 of them
-  bool enabled = true;                    ///< false: nodes and bus alone, without Modbus server
-  std::uint16_t scanner_out_first = 500;  ///< register; 70 of them
-  std::uint16_t scanner_in_first = 600;   ///< register; 68 of them
-  std::uint8_t channels = 16;        ///< 1..16; the blocks of channel n are 200 * (n - 1) registers further on
-  std::uint16_t plc_timeout_ms = 0;  ///< 0..65535, timeout for the PLC's requests; 0 = none
-  PlcLostState plc_lost_state = PlcLostState::kPreOperational;
-  std::uint16_t start_result = 0;  ///< 0 or 5, R3700 after a start
-  std::string parameters{};        ///< path of the file that 1010h stores in; empty = none
-  std::string network{};           ///< path of the description of the network that it boots; empty = none
-  std::uint16_t status_first = 3928;  ///< register; 172 of them
-  std::uint16_t block_timeout_ms = 1000;  ///< 0..65535, of its SDO server, 0 = none
+struct ModuleConfig : CoprocessorSettings {
+  bool enabled = true;         ///< false: nodes and bus alone, without Modbus server
+  std::uint8_t channels = 16;  ///< 1..16; the blocks of channel n are 200 * (n - 1) registers further on
+  PlcLostState plc_lost_state = PlcLostState::kPreOperational;  ///< decides CoprocessorSettings::plc_lost
+  std::uint16_t start_result = 0;                               ///< 0 or 5, R3700 after a start
+  std::string parameters{};  ///< path of the file that 1010h stores in; empty = none
+  std::string network{};     ///< path of the description of the network that it boots; empty = none
   bool operator==(const ModuleConfig&) const = default;
 };
 

@@ -164,15 +164,15 @@ constexpr std::array kNetwork{
         .key = "module.block_timeout_ms",
         .help = "Longest pause of a client in an SDO block download to the module, which then ends with 0504 0000h",
         .unit = " ms, 0 = none"}),
-    module<&ModuleConfig::node_state_fresh_ms>({
+    module<&ModuleConfig::state_fresh_for>({
         .key = "module.node_state_fresh_ms",
         .help = "Time for which a boot-up message, heartbeat or guarding response counts (object 300Ch), unless "
                 "object 1016h sets one",
-        .low = 1, .high = 65535, .unit = " ms"}),
-    module<&ModuleConfig::guarding_timeout_ms>({
+        .low = 1, .high = 65535, .unit = " ms", .scale = kMillisecond}),
+    module<&ModuleConfig::guard_timeout>({
         .key = "module.guarding_timeout_ms",
         .help = "Timeout for a node guarding response; a node is asked if its state is old, unknown or in doubt",
-        .low = 1, .high = 65535, .unit = " ms"}),
+        .low = 1, .high = 65535, .unit = " ms", .scale = kMillisecond}),
     module<&ModuleConfig::network>({
         .key = "module.network", .option = "--network-file FILE",
         .help = "Network that the module boots by itself: a network file, or a folder of DCF files (docs/reference/network-file.md)",

@@ -12,20 +12,8 @@ namespace cbcan::plant {
 namespace {
 
 Coprocessor::Settings settings_of(const config::ModuleConfig& module) {
-  Coprocessor::Settings settings;
-  settings.node_id = module.node_id;
-  settings.sdo_timeout_ms = module.sdo_timeout_ms;
-  settings.block_timeout_ms = module.block_timeout_ms;
-  settings.state_fresh_for = milliseconds(module.node_state_fresh_ms);
-  settings.guard_timeout = milliseconds(module.guarding_timeout_ms);
-  settings.plc_timeout_ms = module.plc_timeout_ms;
-  settings.plc_lost = module.plc_lost_state == config::PlcLostState::kStopped
-                          ? nmt::Command::kStop
-                          : nmt::Command::kEnterPreOperational;
-  settings.scanner_out_first = module.scanner_out_first;
-  settings.scanner_in_first = module.scanner_in_first;
-  settings.process_first = module.process_first;
-  settings.status_first = module.status_first;
+  Coprocessor::Settings settings = module;
+  if (module.plc_lost_state == config::PlcLostState::kStopped) settings.plc_lost = nmt::Command::kStop;
   return settings;
 }
 

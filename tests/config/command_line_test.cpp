@@ -116,7 +116,7 @@ TEST_CASE("options and --set, both ways to write them") {
   apart.config.networks.at(0).places.clear();  // contain what was typed: 3, 0x3
   joined.config.networks.at(0).places.clear();
   CHECK(apart.config == joined.config);
-  CHECK(apart.config.networks.at(0).module == ModuleConfig{3, 0, 5, 6, 3800, true});
+  CHECK(apart.config.networks.at(0).module == ModuleConfig{{3, 0, 1000, 5000, 6000}});
   CHECK(apart.config.modbus == ListenAddress{"0.0.0.0", 0});
   CHECK(apart.config.networks.at(0).can == CanConfig{"", 1000000, "", {}});
   CHECK(apart.config.networks.at(0).log == "a.log");
@@ -153,7 +153,7 @@ TEST_CASE("--rtu and --plc, and what else there is of them by --set") {
 TEST_CASE("the command line wins over the plant file, wherever --config is") {
   const Start file = start({"--config", "plant.toml"}, disk_files());
   REQUIRE(file.err == "");
-  CHECK(file.config.networks.at(0).module == ModuleConfig{10, 11, 12, 13, 3800, true});
+  CHECK(file.config.networks.at(0).module == ModuleConfig{{10, 11, 1000, 12000, 13000}});
   CHECK(file.config.modbus == ListenAddress{"10.0.0.1", 14});
   CHECK(file.config.networks.at(0).log == "file.log");
   CHECK(file.config.verbose == true);
@@ -164,7 +164,7 @@ TEST_CASE("the command line wins over the plant file, wherever --config is") {
              "module.node_state_fresh_ms=22", "--set", "module.guarding_timeout_ms=23", "--log", "line.log"},
             disk_files());
   REQUIRE(both.run);
-  CHECK(both.config.networks.at(0).module == ModuleConfig{20, 21, 22, 23, 3800, true});
+  CHECK(both.config.networks.at(0).module == ModuleConfig{{20, 21, 1000, 22000, 23000}});
   CHECK(both.config.modbus == ListenAddress{"127.0.0.1", 24});
   CHECK(both.config.networks.at(0).can == CanConfig{});
   CHECK(both.config.networks.at(0).log == "line.log");

@@ -43,7 +43,7 @@ TEST_CASE("the tables at the top are network 1, each [[network]] is one more") {
   CHECK(second.number == 2);
   CHECK(third.number == 3);
   CHECK(first.module.node_id == 100);
-  CHECK(second.module == ModuleConfig{101, 50, 2000, 100, 3800, true});
+  CHECK(second.module == ModuleConfig{{.node_id = 101, .sdo_timeout_ms = 50}});
   CHECK(third.module == ModuleConfig{});
   CHECK(first.can == CanConfig{});
   CHECK(second.can.bit_rate == 125000);
@@ -76,7 +76,7 @@ TEST_CASE("behind --network N options are about network N, before it about netwo
   CHECK(first.nodes.at(0).name == "One");
   CHECK(first.can == CanConfig{});
   CHECK(second.number == 2);
-  CHECK(second.module == ModuleConfig{101, 7, 2000, 100, 3800, true});
+  CHECK(second.module == ModuleConfig{{.node_id = 101, .sdo_timeout_ms = 7}});
   CHECK(second.nodes.at(0).eds == "b.eds");
   CHECK(second.nodes.at(0).name == "Two");
   CHECK(second.nodes.at(0).network == 2);

@@ -54,7 +54,7 @@ void check_complaints(const config::Diagnostics& found, std::size_t lines) {
 void check_ranges(const config::NetworkConfig& config) {
   const auto is_node = [](std::uint8_t id) { return id >= 1 && id <= 127; };
   require(is_node(config.module.node_id), "the module's node ID is 1..127");
-  require(config.module.node_state_fresh_ms != 0 && config.module.guarding_timeout_ms != 0,
+  require(config.module.state_fresh_for != 0 && config.module.guard_timeout != 0,
           "times are not 0");
   require(config.can.bit_rate == 0 || (config.can.bit_rate >= 10'000 && config.can.bit_rate <= 1'000'000),
           "the bit rate is one of a CAN bus");

@@ -18,6 +18,8 @@ namespace cbcan {
 
 class Part {
  public:
+  bool operator==(const Part&) const = default;
+
   /// The objects that configure it.
   static constexpr bool owns(std::uint16_t /*index*/) { return false; }
 

@@ -33,6 +33,7 @@ struct CoprocessorSettingsOf {
   std::uint16_t process_first = regmap::kProcessFirst;
   std::uint16_t status_first = regmap::kStatusFirst;
   [[no_unique_address]] MoreMemory more{};  ///< of the own node; outlives the coprocessor
+  bool operator==(const CoprocessorSettingsOf&) const = default;
 };
 using CoprocessorSettings = CoprocessorSettingsOf<kServices>;
 
