@@ -26,14 +26,6 @@ constexpr auto kPreOperational = static_cast<std::uint8_t>(nmt::State::kPreOpera
 /// Time after the end of a transaction in which late frames belong to it.
 constexpr Time kMostLate = 60 * kSecond;
 
-/// A request with this command begins a transfer, and names its object.
-constexpr bool initiates(std::uint8_t command) {
-  using sdo::Request;
-  if (sdo::is(command, Request::kBlockUpload)) return sdo::block_step(command) == sdo::BlockStep::kInitiate;
-  if (sdo::is(command, Request::kBlockDownload)) return (command & 1) == 0;
-  return sdo::is(command, Request::kInitiateDownload) || sdo::is(command, Request::kInitiateUpload);
-}
-
 constexpr std::size_t place(std::uint16_t address) {
   return address - regmap::kWindowFirst;
 }
@@ -214,7 +206,7 @@ std::uint32_t NetworkWatch::transfer_of(std::uint8_t node, const Frame& frame, T
   const bool is_open = transfer.transaction != 0 && transfer.ended == kNever;
   const bool in_block = is_open && transfer.segments_from == sender && !is_abort;
   const bool is_request = sender == sdo::kRequestId && !is_abort;
-  if (is_request && initiates(command) && !in_block) begin_transfer(transfer, node, frame);
+  if (is_request && sim::initiates(command) && !in_block) begin_transfer(transfer, node, frame);
   if (sender == sdo::kResponseId) transfer.response = frame;
   if (transfer.ended != kNever && at - transfer.ended > kMostLate) return 0;
   return is_request || in_block || sdo::is_about(transfer.object, frame) ? transfer.transaction : 0;

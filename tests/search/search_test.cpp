@@ -69,7 +69,7 @@ TEST_CASE("moments: as faults of the plant") {
   config::Config plant = demo();
   inject(parse_moments("16:silent@3+plc:cut@1+bus:frame-loss@2", plant), plant);
   const auto set_at = [&plant](std::string_view place) {
-    return sim::short_text_of(config::faults_at(plant.networks[0], place)->faults->back().fault);
+    return sim::text_of(config::faults_at(plant.networks[0], place)->faults->back().fault, false);
   };
   CHECK(set_at("16") == "silent after=2 count=1");
   CHECK(set_at("plc") == "cut count=1");

@@ -57,7 +57,7 @@ std::string to_string(const Variant& variant) {
   const std::string_view count = fault.count == 0 && sim::has_key(fault.kind, "count") ? " count=0" : "";
   if (fault.count == 1) fault.count = 0;
   fault.after = 0;
-  return fmt::format("{}:{}{}", variant.place, sim::short_text_of(fault), count);
+  return fmt::format("{}:{}{}", variant.place, sim::text_of(fault, false), count);
 }
 
 std::string to_string(const Moments& moments) {

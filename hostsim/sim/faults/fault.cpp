@@ -213,20 +213,6 @@ std::string store_all(Fault& fault, std::span<const FaultKey> keys) {
   return {};
 }
 
-std::string written(const Fault& fault, bool with_own) {
-  const FaultRow& row = row_of(fault.kind);
-  std::string text(row.name);
-  const auto keys = keys_of(row);
-  for (std::size_t i = 0; i < keys.size(); ++i) {
-    const auto* const setting = keys[i];
-    const base::Value value = setting->load(*setting, fault);
-    const bool is_own = i < row.own.size() && setting->absent.empty();
-    if ((is_own && with_own) || value != setting->load(*setting, row.standard))
-      text += fmt::format(" {}={}", setting->key, base::written(*setting, value));
-  }
-  return text;
-}
-
 }  // namespace
 
 std::span<const FaultRow> fault_rows() {
@@ -284,12 +270,18 @@ FaultOrProblem parse_fault(std::string_view text, FaultPlace here) {
   return make_fault(words[0], keys, here);
 }
 
-std::string text_of(const Fault& fault) {
-  return written(fault, true);
-}
-
-std::string short_text_of(const Fault& fault) {
-  return written(fault, false);
+std::string text_of(const Fault& fault, bool with_own) {
+  const FaultRow& row = row_of(fault.kind);
+  std::string text(row.name);
+  const auto keys = keys_of(row);
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    const auto* const setting = keys[i];
+    const base::Value value = setting->load(*setting, fault);
+    const bool is_own = i < row.own.size() && setting->absent.empty();
+    if ((is_own && with_own) || value != setting->load(*setting, row.standard))
+      text += fmt::format(" {}={}", setting->key, base::written(*setting, value));
+  }
+  return text;
 }
 
 bool has_key(FaultKind kind, std::string_view key) {

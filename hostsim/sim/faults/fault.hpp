@@ -182,9 +182,8 @@ FaultOrProblem parse_fault(std::string_view text, FaultPlace here);
 
 /// The text from which parse_fault() makes this fault: always with the keys of the kind, with other keys
 /// where they are not at their defaults.
-std::string text_of(const Fault& fault);
-/// The same without the keys that are at their defaults.
-std::string short_text_of(const Fault& fault);
+/// Not `with_own`: without the keys that are at their defaults.
+std::string text_of(const Fault& fault, bool with_own = true);
 /// Whether faults of this kind have the key.
 bool has_key(FaultKind kind, std::string_view key);
 

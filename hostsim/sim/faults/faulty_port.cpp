@@ -171,10 +171,7 @@ void SdoWatch::on_request(const Frame& frame) {
     return;
   }
   if (sdo::is(command, sdo::Request::kBlockUpload)) return on_block_upload(frame);
-  const bool initiates = sdo::is(command, sdo::Request::kInitiateDownload) ||
-                         sdo::is(command, sdo::Request::kInitiateUpload) ||
-                         (sdo::is(command, sdo::Request::kBlockDownload) && (command & 1) == 0);
-  if (!initiates) return;
+  if (!initiates(command)) return;
   mux_ = sdo::multiplexer_of(frame);
   stream_ = Stream::kNone;
 }

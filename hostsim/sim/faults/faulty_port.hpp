@@ -19,6 +19,14 @@
 
 namespace cbcan::sim {
 
+/// A request with this command begins a transfer, and names its object.
+constexpr bool initiates(std::uint8_t command) {
+  using sdo::Request;
+  if (sdo::is(command, Request::kBlockUpload)) return sdo::block_step(command) == sdo::BlockStep::kInitiate;
+  if (sdo::is(command, Request::kBlockDownload)) return (command & 1) == 0;
+  return sdo::is(command, Request::kInitiateDownload) || sdo::is(command, Request::kInitiateUpload);
+}
+
 /// Follows the frames between a node's SDO server and its client, and finds out their object and the step of
 /// each response. Segments of blocks have neither multiplexer nor command specifier, so the step follows from
 /// earlier frames. A watch that begins in the middle of a transfer is right from the next initiate request
