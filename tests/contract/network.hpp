@@ -33,7 +33,7 @@ struct Network : Window {
   bool in_map(unsigned map, unsigned node) { return (reg(3932 + 8 * map + node / 16) >> node % 16 & 1) != 0; }
 };
 
-inline constexpr unsigned kConfigured = 1, kRunning = 2, kEmergency = 3, kLost = 4;
+inline constexpr unsigned kHeard = 0, kConfigured = 1, kRunning = 2, kEmergency = 3, kLost = 4;
 
 inline const std::vector<Step> kCheck{{"", "705#00"},
                                       {"605#4000100000000000", "585#4300100091010F00"},

@@ -117,7 +117,11 @@ TEST_CASE("[NET-6] a configuration that 1020h confirms") {
     CHECK(network.in_map(kConfigured, 5));
   }
   SECTION("different") {
-    network.arrive("585#4320100110000000").exchange(kWrites);
+    network.arrive(GENERATE(as<std::string>{}, "585#4320100110000000", "585#8020100100000206")).exchange(kWrites);
+  }
+  SECTION("another time") {
+    network.arrive("585#4320100111000000").expect("605#4020100200000000");
+    network.arrive("585#4320100213000000").exchange(kWrites);
   }
 }
 
@@ -316,8 +320,18 @@ TEST_CASE("[NET-20] inputs that were not received are read") {
     network.arrive("705#05").expect("605#4000600100000000");
     CHECK(network.of(5) == 0x0705);
     network.arrive("585#4F00600155000000").expect("605#4000600200000000");
-    network.arrive("585#4F006002AA000000").pass(20ms).expect_silence();
-    CHECK((network.of(5) == 0x0105 && network.reg(3800) == 0xAA55));
+    SECTION("and are there") {
+      network.arrive("585#4F006002AA000000").pass(20ms).expect_silence();
+      CHECK((network.of(5) == 0x0105 && network.reg(3800) == 0xAA55));
+    }
+    SECTION("a PDO that arrives meanwhile is newer") {
+      network.arrive("1C5#1234", "585#4F006002AA000000").pass(20ms).expect_silence();
+      CHECK((network.of(5) == 0x0105 && network.reg(3800) == 0x3412));
+    }
+    SECTION("one cannot be read: until the PDO") {
+      network.arrive("585#8000600201000106").pass(100ms).expect_silence();
+      CHECK(network.of(5) == 0x0705);
+    }
   }
 }
 

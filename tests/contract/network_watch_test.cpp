@@ -70,7 +70,7 @@ TEST_CASE("[NET-8] [NET-26] a keep-alive node that is guarded") {
   Guarded network(0x15);
   network.exchange({kCheck[1], kCheck[1], kCheck[2]}).expect("705#R1");
   SECTION("Operational") {
-    network.arrive("705#05").expect_silence();
+    network.arrive(GENERATE(as<std::string>{}, "705#05", "705#85")).expect_silence();
     CHECK(network.of(5) == 0x0105);
     network.pass(210ms).expect("705#R1");
   }
@@ -80,10 +80,13 @@ TEST_CASE("[NET-8] [NET-26] a keep-alive node that is guarded") {
 }
 
 TEST_CASE("[STAT-5] a running node that is not watched") {
-  Network network(1, 5, [](Window& window) { window.put(0x1016, 1, 0); });
+  const auto assignment = GENERATE(5u, 0x00640005u, 0x00000305u);
+  Network network(1, assignment, [](Window& window) { window.put(0x1016, 1, 0); });
   network.exchange(kCheck).exchange(kWrites).expect("000#0105");
-  network.arrive("705#05");
-  CHECK((network.of(5) == 0x0100 && network.reg(3928) == 0x211 && network.in_map(kRunning, 5)));
+  network.arrive("705#05").expect_silence();
+  CHECK((network.of(5) == 0x0100 && network.reg(3928) == 0x211));
+  CHECK((network.in_map(kHeard, 5) && network.in_map(kRunning, 5)));
+  const unsigned changes = network.reg(3929);
   network.put(0x1016, 1, 0x000500FA);
-  CHECK((network.of(5) == 0x0105 && network.reg(3928) == 0x011));
+  CHECK((network.of(5) == 0x0105 && network.reg(3928) == 0x011 && network.reg(3929) != changes));
 }

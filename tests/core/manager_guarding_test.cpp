@@ -111,17 +111,6 @@ TEST_CASE("a guarded node that does not start: three more commands, then F") {
   CHECK(rig.of(5) == 0x467F);
 }
 
-TEST_CASE("a keep-alive node that is guarded") {
-  ManagerRig rig(guarded_5(0x15, {}));
-  rig.expect("77F#00", "605#4000100000000000");  // is it there?
-  rig.arrive("585#4300100091010F00");
-  check_identity(rig);
-  rig.expect("705#R1");
-  rig.arrive(GENERATE(as<std::string>{}, "705#05", "705#85")).expect_silence();  // whatever its toggle bit is
-  CHECK(rig.of(5) == 0x0105);
-  rig.pass(kGuardTime).expect("705#R1");
-}
-
 TEST_CASE("a request that the port refuses is sent later, and nothing else changes") {
   ManagerRig rig(guarded_5());
   begin(rig);
@@ -163,39 +152,5 @@ TEST_CASE("several nodes have guard times of their own") {
     CHECK(rig.of(6) == 0x067F);
     rig.pass(1).expect("706#R1");
     CHECK(rig.of(6) == 0x5800);
-  }
-}
-
-TEST_CASE("a time in 1016h precedes node guarding") {
-  std::vector<Item> items = guarded_5();
-  items.insert(items.begin(), kHeartbeats);
-  ManagerRig rig(items);
-  begin(rig);
-  boot(rig);
-  rig.pass(200 * kMillisecond).arrive("705#05", "705#05").pass(200 * kMillisecond).arrive("705#05");
-  rig.expect_silence();
-  CHECK(rig.of(5) == 0x0105);
-}
-
-TEST_CASE("a node that is started and not watched has no state") {
-  std::vector<Item> items = node_5();
-  items.erase(items.begin());
-  const auto assignment = GENERATE(0x00640005u, 0x00000305u, 0x00000005u);
-  items[1].value = u32(assignment);
-  ManagerRig rig(items);
-  begin(rig);
-  rig.arrive("705#00");
-  configure(rig).expect("000#0105");
-  CHECK((rig.of(5) == 0x0100 && rig.summary() == 0x211));
-  CHECK((rig.in_map(kHeard, 5) && rig.in_map(kRunning, 5)));
-  SECTION("its own heartbeat does not change that") {
-    rig.arrive("705#05").expect_silence();
-    CHECK((rig.of(5) == 0x0100 && rig.summary() == 0x211));
-  }
-  SECTION("1016h does") {
-    rig.arrive("705#05");
-    const unsigned changes = rig.reg(3929);
-    rig.arrive("67F#23161001FA000500").expect("5FF#6016100100000000");
-    CHECK((rig.of(5) == 0x0105 && rig.summary() == 0x011 && rig.reg(3929) != changes));
   }
 }

@@ -57,21 +57,6 @@ TEST_CASE("a keep-alive node that is not Operational is configured") {
   }
 }
 
-TEST_CASE("a configuration that 1020h does not confirm is written") {
-  ManagerRig rig(node_5(5, {kWrites, {0x1F26, 5, u32(0x11)}, {0x1F27, 5, u32(0x22)}}));
-  begin(rig);
-  rig.arrive("705#00");
-  check_identity(rig);
-  rig.expect("605#4020100100000000");
-  SECTION("another time") {
-    rig.arrive("585#4320100111000000").expect("605#4020100200000000");
-    rig.arrive("585#4320100223000000").expect("605#2B17100064000000");
-  }
-  SECTION("a device without 1020h") {
-    rig.arrive("585#8020100100000206").expect("605#2B17100064000000");
-  }
-}
-
 TEST_CASE("defaults are restored, and the node is reset before it is configured") {
   ManagerRig rig(node_5(5, {kWrites, {0x1F8A, 5, u8(1)}}));
   begin(rig);
@@ -79,10 +64,6 @@ TEST_CASE("defaults are restored, and the node is reset before it is configured"
   check_identity(rig);
   rig.expect("605#231110016C6F6164");
   rig.arrive("585#6011100100000000").expect("000#8105");
-  SECTION("later than the next try") {
-    rig.pass(2 * kSecond).expect("605#4000100000000000");
-    check_and_configure(rig);
-  }
   SECTION("it answers, and its boot-up message is lost: another reset, and no other load") {
     rig.pass(2 * kSecond);
     check_identity(rig);
