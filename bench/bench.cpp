@@ -21,6 +21,7 @@ constexpr Measurement kMeasurements[] = {
     {"core", "", "transfers of the core, 1,000 and 2,000 of each, for `instructions` to count", 0, 0, core},
     {"plant", "[SECONDS]", "127 nodes, SYNC at 1 kHz", 0, 1, plant},
     {"scripts", "[SECONDS]", "127 Lua devices, called 100 times a second each", 0, 1, scripts},
+    {"device", "LINES", "four seconds of one node with these lines of a plant file", 1, 1, device},
     {"eds", "[TIMES]", "reads the demo plant's EDS files", 0, 1, eds},
     {"hostile", "", "Lua devices that would stop the plant", 0, 0, hostile},
     {"scenarios", "FILE...", "what --explore costs for each scenario", 1, 1000, scenarios},

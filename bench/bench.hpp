@@ -47,6 +47,7 @@ void scenarios(const Arguments& arguments);
 // worlds.cpp
 void plant(const Arguments& arguments);
 void scripts(const Arguments& arguments);
+void device(const Arguments& arguments);
 void hostile(const Arguments& arguments);
 void eds(const Arguments& arguments);
 

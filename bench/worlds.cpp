@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <cstring>
 
+#include "base/read_file.hpp"
 #include "bench.hpp"
 #include "config/build_node.hpp"
 #include "config/plant_file.hpp"
@@ -43,7 +44,7 @@ std::string node(unsigned id, const std::string& eds, const std::string& more) {
 /// The nodes of a plant file.
 std::vector<sim::NodeParts> nodes_of(const std::string& toml) {
   const auto read = config::with_demo_plant(
-      [](const std::string& path) { return path == "t.lua" ? std::optional(kScript) : std::nullopt; });
+      [](const std::string& path) { return path == "t.lua" ? std::optional(kScript) : base::read_file(path); });
   config::Config config;
   require(config::read_plant(toml, "plant.toml", config).empty(), "the plant file is wrong");
   config::PlantBuild build = config::build_nodes(config, read);
@@ -170,6 +171,19 @@ void scripts(const Arguments& arguments) {
   std::printf("%u nodes, %u calls a second each: %.0f times real time, %.2f us a call\n", kNodes,
               kCallsPerSecond, seconds / took, took * 1e6 / (double{kNodes} * kCallsPerSecond * seconds));
   require(last.device().dictionary().get(0x2002, 0) > 0, "a script has not run");
+}
+
+void device(const Arguments& arguments) {
+  sim::World world;
+  add_nodes(world, "[[node]]\nid = 5\n" + arguments.word(0));
+  Master master(world);
+  world.start(0);
+  master.send(0x000, 2, 0x0001, 0);
+  world.advance(kSecond);
+  CALLGRIND_ZERO_STATS;
+  world.advance(5 * kSecond);
+  CALLGRIND_DUMP_STATS;
+  require(master.received > 0, "the device has sent nothing");
 }
 
 void hostile(const Arguments& /*arguments*/) {

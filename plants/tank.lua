@@ -5,12 +5,12 @@
 --   2001h  inlet, 0..100 % of full_inlet      2000h  level in mm
 --   2002h  outlet, 0..100 % of its opening    2003h  bit 0: full, bit 1: empty
 --   leak   incident: flows like an outlet of 10 %
-local area = 0.2          -- m2
-local height = 1.0        -- m
-local full_inlet = 0.010  -- m3/s
-local opening = 0.0008    -- m2, effective
-local fall = (2 * 9.81) ^ 0.5  -- root of 2 g
-local e = 2.718281828459045
+local area <const> = 0.2            -- m2
+local height <const> = 1.0          -- m
+local full_inlet <const> = 0.010    -- m3/s
+local opening <const> = 0.0008      -- m2, effective
+local fall <const> = (2 * 9.81) ^ 0.5    -- root of 2 g
+local e <const> = 2.718281828459045
 
 incidents, alarms = { "leak" }, { "leak" }
 device = { name = "Tank", product = 0x30, revision = 0x10000 }
@@ -58,8 +58,8 @@ end
 
 function update(now)
   if now > since then
-    level = after(now - since)
-    level = level < 0 and 0 or level > height and height or level
+    local reached = after(now - since)
+    level = reached < 0 and 0 or reached > height and height or reached
     since = now
   end
   inflow = full_inlet * get(0x2001) / 100

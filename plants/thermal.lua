@@ -5,10 +5,10 @@
 --   2001h  heater, 0..100 % of full_power     2000h  temperature in degrees C
 --   2002h  surroundings in degrees C     2003h  heating power in W
 --   heater-broken   incident: no heating power    door-open   incident: three times the loss
-local full_power = 2000   -- W
-local heater_lag = 5      -- s
-local capacity = 10000    -- J/K
-local loss = 20           -- W/K
+local full_power <const> = 2000   -- W
+local heater_lag <const> = 5      -- s
+local capacity <const> = 10000    -- J/K
+local loss <const> = 20           -- W/K
 
 incidents, alarms = { "heater-broken", "door-open" }, { "heater-broken" }
 device = { name = "Heated body", product = 0x31, revision = 0x10000 }
@@ -19,6 +19,7 @@ objects = {
   { index = 0x2003, name = "power", type = "f32", access = "ro", pdo = "tx", unit = "W", high = 2000, show = { "output", "curve" } },
 }
 
+local exp = math.exp
 local here = {}           -- present incidents
 local temperature = 20.0  -- degrees C
 local power, wanted, around, since = 0, 0, 20.0, 0
@@ -29,8 +30,9 @@ local function pass(t)
   local slow, fast = capacity / lost, heater_lag
   local final = around + wanted / lost
   local extra = (power - wanted) / lost * fast / (fast - slow)  -- effect of the heater's lag; slow ~= fast
-  temperature = final + (temperature - final - extra) * math.exp(-t / slow) + extra * math.exp(-t / fast)
-  power = wanted + (power - wanted) * math.exp(-t / fast)
+  local faded = exp(-t / fast)
+  temperature = final + (temperature - final - extra) * exp(-t / slow) + extra * faded
+  power = wanted + (power - wanted) * faded
 end
 
 local function show()
@@ -49,8 +51,9 @@ function update(now)
   wanted = here["heater-broken"] and 0 or full_power * get(0x2001) / 100
   around = get(0x2002)
   show()
-  local still = math.abs(power - wanted) < 0.01 and math.abs(power - loss * (temperature - around)) < 0.01
-  return not still and (math.floor(now * 10 + 1e-6) + 1) / 10 or nil  -- every 100 ms until the temperature is steady
+  local missing, gain = power - wanted, power - loss * (temperature - around)
+  local still = missing < 0.01 and missing > -0.01 and gain < 0.01 and gain > -0.01
+  return not still and ((now * 10 + 1e-6) // 1 + 1) / 10 or nil  -- every 100 ms until the temperature is steady
 end
 
 -- First calculates up to now with the old state.

@@ -24,10 +24,11 @@ objects = {
 }
 incidents, alarms = { "sensor-break" }, { "sensor-break" }
 
-local at_rest = 0.2                           -- s without a new position
+local at_rest <const> = 0.2                   -- s without a new position
 local shaft, speed, moved_at = 0, 0, nil      -- revolutions, revolutions per s, s
 local offset, broken, next_cycle = 0, false, nil
 local position = 0                            -- that is shown
+local has_position, has_rate, shown_position, shown_rate
 
 -- Objects of the file, by index * 256 + sub, and values that are shown: asked for and set once.
 local exists, shown = {}, {}
@@ -53,18 +54,20 @@ local function show(index, sub, value)
   set(index, sub, value)
 end
 
--- Steps of a revolution and of the whole range, 1 or -1, and s between cycles; steps = nil: to be read again.
-local steps, range, direction, period, parameters
+-- Steps of a revolution, less than 0 when counter-clockwise, and of the whole range, and s between cycles;
+-- steps = nil: to be read again.
+local steps, range, period, parameters
 local status_shown = false
 
 local function read_parameters()
   status_shown = false
+  has_position, has_rate = is_there(0x6004, 0), is_there(0x6030, 1)
   parameters = read(0x6000) or 0
   steps, range = nil, nil
   if parameters & 4 ~= 0 then steps, range = read(0x6001), read(0x6002) end
   local whole = read(0x6501) or 4096
   steps, range = steps or whole, range or whole * (read(0x6502) or 4096)
-  direction = parameters & 1 == 0 and 1 or -1
+  if parameters & 1 ~= 0 then steps = -steps end
   period = (read(0x6200) or 0) / 1000
 end
 
@@ -74,22 +77,31 @@ local function wrapped(count) return count - count // range * range end
 -- Without preset.
 local function raw()
   if not steps then read_parameters() end
-  return wrapped((direction * shaft * steps + 1e-6) // 1)
+  return wrapped((shaft * steps + 1e-6) // 1)
 end
 
 function reset(now)
   speed, moved_at, next_cycle, offset, shown, steps = 0, nil, nil, 0, {}, nil
+  shown_position, shown_rate = nil, nil
   update(now)
 end
 
 function update(now)
   if moved_at and now >= moved_at + at_rest then speed, moved_at = 0, nil end
-  local count = raw()
+  if not steps then read_parameters() end
   if not broken then
-    position = wrapped(count + offset)
-    show(0x6030, 1, direction * speed * steps)
+    position = raw()
+    if offset ~= 0 then position = wrapped(position + offset) end
+    local rate = speed * steps
+    if rate ~= shown_rate and has_rate then
+      shown_rate = rate
+      set(0x6030, 1, rate)
+    end
   end
-  show(0x6004, 0, position)
+  if position ~= shown_position and has_position then
+    shown_position = position
+    set(0x6004, 0, position)
+  end
   if not status_shown then
     show(0x6500, 0, parameters)
     show(0x6503, 0, broken and 1 or 0)

@@ -22,49 +22,59 @@ incidents, alarms = { "sensor-break" }, { "sensor-break" }
 
 local slopes, broken = { 0, 0 }, false        -- degrees
 local shown = {}                              -- by object
+local axis_at = { [0x6010] = 1, [0x6020] = 2, [0x6110] = 1, [0x6120] = 2 }
 
--- The axis and the first object of its group; nil = it is none.
-local function axis_of(index)
-  local group = index & 0xFFF0
-  local number = (group & 0xFF) // 16
-  if (group & 0xFE00) ~= 0x6000 or number < 1 or number > 2 then return nil end
-  return number, group
+-- The groups of objects in the file with their parameters; nil = to be read again.
+local groups
+
+local function number(index) return has(index) and get(index) or 0 end
+
+local function read_parameters()
+  groups = {}
+  local resolution = number(0x6000)
+  for _, group in ipairs({ 0x6010, 0x6110, 0x6020, 0x6120 }) do
+    if has(group) then
+      local unit, parameter = resolution ~= 0 and resolution or 10, number(group + 1)
+      if parameter & 1 ~= 0 then unit = -unit end
+      local differential = number(group + 4)
+      local offset = parameter & 2 ~= 0 and number(group + 3) + differential or 0
+      table.insert(groups, { first = group, axis = axis_at[group], unit = unit, offset = offset, differential = differential })
+    end
+  end
 end
 
 -- The slope as the sensor measures it, in units of the resolution.
-local function measured(axis, group)
-  local resolution = has(0x6000) and get(0x6000) or 0
-  local steps = slopes[axis] * 1000 / (resolution ~= 0 and resolution or 10)
-  local inverted = has(group + 1) and get(group + 1) & 1 ~= 0
-  return math.floor((inverted and -steps or steps) + 0.5)
-end
+local function measured(group) return (slopes[group.axis] * 1000 / group.unit + 0.5) // 1 end
 
-local function offsets(group)
-  if not has(group + 1) or get(group + 1) & 2 == 0 then return 0 end
-  return (has(group + 3) and get(group + 3) or 0) + (has(group + 4) and get(group + 4) or 0)
-end
+function reset() groups = nil end
 
 function update()
-  for axis = 1, 2 do
-    for _, group in ipairs({ 0x6000 + 16 * axis, 0x6100 + 16 * axis }) do
-      if has(group) then
-        if not broken then shown[group] = measured(axis, group) + offsets(group) end
-        set(group, 0, shown[group] or 0)
-      end
+  if not groups then read_parameters() end
+  for i = 1, #groups do
+    local group = groups[i]
+    local first = group.first
+    local value = broken and (shown[first] or 0) or (slopes[group.axis] * 1000 / group.unit + 0.5) // 1 + group.offset
+    if value ~= group.value then
+      set(first, 0, value)
+      shown[first], group.value = value, value
     end
   end
 end
 
 -- A preset: from now on the slope has this value.
 function on_write(index, _, value)
-  local axis, group = axis_of(index)
-  if not axis or index ~= group + 2 or not has(group + 3) then return end
-  set(group + 3, 0, value - measured(axis, group) - (has(group + 4) and get(group + 4) or 0))
+  read_parameters()
+  for _, group in ipairs(groups) do
+    if index == group.first + 2 and has(group.first + 3) then
+      set(group.first + 3, 0, value - measured(group) - group.differential)
+    end
+  end
+  groups = nil
 end
 
 function set_input(index, _, value)
-  local axis, group = axis_of(index)
-  if not axis or index ~= group then return false end
+  local axis = axis_at[index]
+  if not axis then groups = nil return false end
   slopes[axis] = value
   return true
 end

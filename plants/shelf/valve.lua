@@ -20,11 +20,11 @@ objects = {
 incidents, alarms = { "spool-stuck" }, { "spool-stuck" }
 
 -- Status word (bits 0 to 3) of each state.
-local init, disabled, hold, active = 8, 9, 11, 15
-local fault_disabled, fault_hold = 1, 3
-local lag = 0.02                              -- time constant in s
+local init <const>, disabled <const>, hold <const>, active <const> = 8, 9, 11, 15
+local fault_disabled <const>, fault_hold <const> = 1, 3
+local lag <const> = 0.02                      -- time constant in s
 local state, word, stuck, spool = init, 0, false, 0
-local follow
+local follow, shows_spool
 
 -- The next state towards that of the lowest bits of the control word: each transition is between neighbours.
 local function requested(command)
@@ -51,18 +51,19 @@ local function set_point()
 end
 
 function reset(now)
-  follow = block("pt1 start=0 time=" .. lag)
+  follow, shows_spool = block("pt1 start=0 time=" .. lag), has(0x6301, 1)
   state, word = init, 0
   update(now)
 end
 
 function update(now)
-  if get(0x6040) ~= word then transition(get(0x6040)) end
+  local command = get(0x6040)
+  if command ~= word then transition(command) end
   local place, moves = follow(set_point())
   if not stuck then spool = place end
   set(0x6041, 0, state)
-  if has(0x6301, 1) then set(0x6301, 1, spool) end
-  return moves and (math.floor(now * 100 + 1e-6) + 1) / 100 or nil  -- every 10 ms while it moves
+  if shows_spool then set(0x6301, 1, spool) end
+  return moves and ((now * 100 + 1e-6) // 1 + 1) / 100 or nil  -- every 10 ms while it moves
 end
 
 function on_incident(_, present)
