@@ -11,9 +11,7 @@
 #include <thread>
 #include <utility>
 
-#include "cbcan/version.hpp"
 #include "scenario/scenario_writer.hpp"
-#include "session/outside.hpp"
 
 namespace cbcan::app {
 
@@ -152,16 +150,13 @@ void Simulator::open_buses(const config::Config& config) {
 void Simulator::open_modbus(const config::Config& config) {
   session::Services& services = session_->services();
   if (services.at("modbus").listen.empty()) return;
-  std::vector<protocols::ModbusUnit*> units;
-  for (const auto& network : plant().networks())
-    units.push_back(network.get());
   const config::RtuConfig& rtu = config.rtu;
-  if (!rtu.line.device.empty()) rtu_.emplace(reactor_, units, line_of(rtu.line), rtu.station, warn_);
+  if (!rtu.line.device.empty())
+    rtu_.emplace(reactor_, session_->units(), line_of(rtu.line), rtu.station, warn_);
   if (!rtu.listen.empty())
     rtu_tcp_.emplace(reactor_, "rtu over tcp", base::parse_stream_address(rtu.listen),
-                     protocols::rtu_over_tcp(units, io::Reactor::now, rtu.station), warn_);
-  const modbus::DeviceIdentity identity{"cbcan", "cbcan-sim", kVersion};
-  modbus_.emplace(reactor_, std::move(units), io::ModbusTcpSettings{config.modbus, identity}, warn_);
+                     services.at("rtu_tcp").connect, warn_);
+  modbus_.emplace(reactor_, config.modbus, session_->modbus(), warn_);
   services.at("modbus").place = to_string(modbus_->address());
   if (rtu_) services.at("rtu").place = rtu_->device();
   if (rtu_tcp_) services.at("rtu_tcp").place = to_string(rtu_tcp_->address());
@@ -192,12 +187,12 @@ void Simulator::open_views(const config::Config& config) {
         },
         warn_);
   if (modbus_ && (session_->has_views() || pcap_ || http_))
-    modbus_->on_client = std::bind_front(&session::Session::on_client, &*session_);
+    session_->modbus().on_client = std::bind_front(&session::Session::on_client, &*session_);
 }
 
 void Simulator::open_services(const config::Config& config) {
   for (session::Service& service : session_->services()) {
-    if (service.listen.empty() || !service.connect) continue;
+    if (service.listen.empty() || !service.connect || service.name == "rtu_tcp") continue;
     const io::StreamServer& server =
         (service.network == 0 ? commands_ : bus_servers_)
             .emplace_back(reactor_, service.name, base::parse_stream_address(service.listen), service.connect,
@@ -213,18 +208,7 @@ void Simulator::open_services(const config::Config& config) {
 }
 
 session::Served Simulator::served() const {
-  session::Served served;
-  if (modbus_) {
-    const io::ModbusTcp::Counters counters = modbus_->counters();
-    served.modbus = counters;
-    served.connections = counters.connections;
-    served.clients = modbus_->clients();
-  }
-  if (http_) {
-    served.http_may_write = http_->may_write();
-    served.http_streams = http_->streams();
-  }
-  return served;
+  return http_ ? session::Served{http_->may_write(), http_->streams()} : session::Served{};
 }
 
 void Simulator::poll_views() {
@@ -354,10 +338,7 @@ void Simulator::let_pass(Time duration) {
     std::this_thread::sleep_for(std::chrono::microseconds(duration));
     reactor_.read_clock();
   } else {
-    for (const Time end = now() + duration; now() < end;) {
-      manual_now_ = std::max(now(), earlier(end, plant().next_deadline()));
-      session_->advance_and_answer();
-    }
+    session_->let_pass(duration, manual_now_);
   }
 }
 
@@ -417,11 +398,8 @@ void Simulator::let_time_pass() {
   if (session_->waits().want_time()) {
     poll_clients();
     bool is_over = false;
-    while (!is_over && !stopping_ && session_->waits().want_time() && !signals_.poll()) {
-      manual_now_ = session_->next_step();
-      session_->advance();
-      is_over = session_->poll_waits();
-    }
+    while (!is_over && !stopping_ && session_->waits().want_time() && !signals_.poll())
+      is_over = session_->step(manual_now_);
     flush();
   }
   session_->say_responses();

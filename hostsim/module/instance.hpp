@@ -179,7 +179,7 @@ class Instance final : private session::Host, private search::Host {
   session::Served served() const override;
   void shut_down() override { end(base::ExitCode::kDone); }
   void fail(base::ExitCode code, const std::string& why) override;
-  void let_pass(Time duration) override;
+  void let_pass(Time duration) override { session_->let_pass(duration, now_); }
   void advance_buses() override;
   void restart_command() override { put(kRestart, ""); }
   void stop() {
@@ -204,7 +204,6 @@ class Instance final : private session::Host, private search::Host {
   base::ExitCode go_on(std::size_t most);
   void open(config::PlantBuild build, std::string plant_file);
   Json services() const;
-  std::vector<protocols::ModbusUnit*> units();
   Json open_links();
   Time poll_links();
   void open_service(std::string_view place);
@@ -243,10 +242,7 @@ class Instance final : private session::Host, private search::Host {
   std::map<std::size_t, protocols::PlcPolling> plcs_;
   protocols::RtuSession* rtu_ = nullptr;  ///< null = it is not open
   Time bus_deadline_ = kNever;
-  std::optional<protocols::ModbusServer> modbus_;
   std::optional<protocols::HttpSite> http_;
-  std::uint32_t connections_ = 0;  ///< of Modbus TCP
-  std::uint32_t left_ = 0;         ///< of these
   std::map<unsigned, std::unique_ptr<protocols::HttpStream>> streams_;
   unsigned last_stream_ = 0;
 

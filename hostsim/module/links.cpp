@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "module/instance.hpp"
-#include "session/outside.hpp"
 
 namespace cbcan::module {
 
@@ -12,17 +11,11 @@ namespace {
 
 constexpr int kAdapterBaud = 115'200;  ///< USB adapters ignore it
 
-Json link(std::string_view name, std::size_t network, const config::LineConfig& line) {
-  return {{"name", name},
-          {"network", network},
-          {"device", line.device},
-          {"baud", line.baud},
-          {"parity", line.parity}};
-}
-
-Json link(std::string_view name, std::size_t network, const base::ListenAddress& address) {
-  return {
-      {"name", name}, {"network", network}, {"device", ""}, {"host", address.host}, {"port", address.port}};
+/// At the address, if the line has no device.
+Json link(std::string_view name, std::size_t network, const config::LineConfig& line,
+          const base::ListenAddress& address = {}) {
+  return {{"name", name},          {"network", network},   {"device", line.device}, {"baud", line.baud},
+          {"parity", line.parity}, {"host", address.host}, {"port", address.port}};
 }
 
 /// One stream of BusLink.
@@ -50,7 +43,7 @@ class OutsideSession final : public protocols::StreamSession {
 class Instance::RtuLine final : public protocols::RtuSession {
  public:
   RtuLine(Instance& instance, const config::RtuConfig& rtu)
-      : RtuSession(instance.units(), [&instance] { return instance.machine_now_; },
+      : RtuSession(instance.session_->units(), [&instance] { return instance.machine_now_; },
                    {.station = rtu.station,
                     .silence_us = rtu_silence_us(static_cast<std::uint32_t>(rtu.line.baud)),
                     .gap_us = protocols::kRtuGapUs}),
@@ -62,13 +55,6 @@ class Instance::RtuLine final : public protocols::RtuSession {
  private:
   protocols::RtuSession*& open_;
 };
-
-std::vector<protocols::ModbusUnit*> Instance::units() {
-  std::vector<protocols::ModbusUnit*> units;
-  for (const auto& network : session_->plant().networks())
-    units.push_back(network.get());
-  return units;
-}
 
 Json Instance::open_links() {
   Json links = Json::array();
@@ -85,9 +71,8 @@ Json Instance::open_links() {
       const std::string spec = config::can_spec(network.can);
       const config::CanSpec can = config::parse_can_spec(spec);
       const bool is_adapter = can.kind == config::CanSpec::Kind::kSlcan;
-      const bool is_line = is_adapter && !can.name.empty();
-      links.push_back(is_line ? link("can", network.number, {can.name, kAdapterBaud, "N"})
-                              : link("can", network.number, can.remote));
+      links.push_back(
+          link("can", network.number, {is_adapter ? can.name : "", kAdapterBaud, "N"}, can.remote));
       outside_[network.number] =
           std::make_unique<Outside>(there.world().bus(), spec, session::dialect_of(can), warn);
     }
@@ -95,9 +80,8 @@ Json Instance::open_links() {
     if (there.module() == nullptr || (plc.address.empty() && plc.line.device.empty())) continue;
     const base::ListenAddress address =
         plc.address.empty() ? base::ListenAddress() : session::plc_address(plc);
-    Json& made = links.emplace_back(plc.address.empty() ? link("plc", network.number, plc.line)
-                                                        : link("plc", network.number, address));
-    made["unit"] = plc.unit;
+    links.push_back(link("plc", network.number, plc.line, address));
+    links.back()["unit"] = plc.unit;
     const std::string place = plc.address.empty() ? plc.line.device : to_string(address);
     services.at("plc", network.number).place = place;
     plcs_.emplace(network.number, protocols::PlcPolling(there, session::plc_exchanges(network, there), place,

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <functional>
 #include <utility>
 
 #include "base/text.hpp"
-#include "cbcan/version.hpp"
 #include "module/instance.hpp"
-#include "protocols/modbus_server.hpp"
 
 namespace cbcan::module {
 
@@ -24,6 +23,7 @@ Json Instance::serve(const std::vector<std::string>& places, Time since_1970, bo
   if (clock_runs()) session_->set_time_of_day(since_1970_ = since_1970);
   for (const std::string& place : places)
     open_service(place);
+  session_->modbus().on_client = std::bind_front(&session::Session::on_client, &*session_);
   session_->start(true);
   session_->advance();
   return {{"ready", "ready " + session_->services().where() + "\n"},
@@ -35,16 +35,10 @@ void Instance::open_service(std::string_view place) {
   const std::string_view name = base::take_part(place, ' ');
   session::Service& service = *find(name);
   service.place = place;
-  if (name == "modbus") {
-    modbus_.emplace(units(), modbus::DeviceIdentity{"cbcan", "cbcan-sim", kVersion});
-  } else if (name == "rtu_tcp") {
-    service.connect = protocols::rtu_over_tcp(
-        units(), [this] { return machine_now_; }, start_.config.rtu.station);
-  } else if (name == "http") {
+  if (name == "http")
     http_ = {base::parse_stream_address(service.listen).tcp.host,
              base::parse_stream_address(service.place).tcp, start_.config.http.write,
              session_->http(start_.config)};
-  }
 }
 
 /// null = none with this key.
@@ -56,14 +50,7 @@ session::Service* Instance::find(std::string_view key) {
 
 std::unique_ptr<protocols::StreamSession> Instance::connect(const std::string& service,
                                                             const std::string& peer) {
-  if (service == "modbus" && modbus_) {
-    const std::uint32_t client = ++connections_;
-    session_->on_client(client, peer, true);
-    return std::make_unique<protocols::ModbusTcpSession>(*modbus_, client, [this, client, peer] {
-      ++left_;
-      session_->on_client(client, peer, false);
-    });
-  }
+  if (service == "modbus") return std::make_unique<protocols::ModbusTcpSession>(session_->modbus(), peer);
   session::Service* const served = find(service);
   if (served == nullptr || !served->connect) return nullptr;
   return protocols::without_browsers(served->connect(), [this, served] {
@@ -111,15 +98,7 @@ Json Instance::fill(unsigned stream) {
 }
 
 session::Served Instance::served() const {
-  session::Served served;
-  if (modbus_) {
-    served.modbus = modbus_->counters();
-    served.connections = connections_;
-    served.clients = connections_ - left_;
-  }
-  served.http_may_write = http_ && http_->may_write();
-  served.http_streams = streams_.size();
-  return served;
+  return {http_ && http_->may_write(), streams_.size()};
 }
 
 std::string Instance::summary() const {
@@ -173,18 +152,8 @@ void Instance::warn_if_behind(Time lag) {
 void Instance::let_time_pass() {
   session_->waits().give_up_on_plc(machine_now_);
   bool is_over = false;
-  for (int steps = 0; !is_over && !stopping_ && want_time() && steps < kMostSteps; ++steps) {
-    now_ = session_->next_step();
-    session_->advance();
-    is_over = session_->poll_waits();
-  }
-}
-
-void Instance::let_pass(Time duration) {
-  for (const Time end = now_ + duration; now_ < end;) {
-    now_ = std::max(now_, earlier(end, session_->plant().next_deadline()));
-    session_->advance_and_answer();
-  }
+  for (int steps = 0; !is_over && !stopping_ && want_time() && steps < kMostSteps; ++steps)
+    is_over = session_->step(now_);
 }
 
 void Instance::fail(base::ExitCode code, const std::string& why) {

@@ -126,9 +126,24 @@ class ModbusServer {
     return Bytes(response_).first(kUnitOffset + length);
   }
 
+  /// A client has connected; returns its number, from 1.
+  std::uint32_t join(std::string_view peer) {
+    const auto client = static_cast<std::uint32_t>(++counters_.connections);
+    if (on_client) on_client(client, peer, true);
+    return client;
+  }
+  void leave(std::uint32_t client, std::string_view peer) {
+    ++counters_.left;
+    if (on_client) on_client(client, peer, false);
+  }
+  /// Called when a client connects or leaves: its number, its address and whether it has connected.
+  std::function<void(std::uint32_t client, std::string_view peer, bool joined)> on_client;
+
   struct Counters {
-    std::uint64_t requests = 0;    ///< answered, with exceptions
-    std::uint64_t exceptions = 0;  ///< answered by an exception
+    std::uint64_t requests = 0;     ///< answered, with exceptions
+    std::uint64_t exceptions = 0;   ///< answered by an exception
+    std::uint64_t connections = 0;  ///< accepted
+    std::uint64_t left = 0;         ///< of these
   };
   const Counters& counters() const { return counters_; }
 
@@ -152,9 +167,9 @@ class ModbusServer {
 /// A connection to `server`, which outlives it.
 class ModbusTcpSession final : public StreamSession {
  public:
-  ModbusTcpSession(ModbusServer& server, std::uint32_t client, std::function<void()> on_left)
-      : server_(server), client_(client), on_left_(std::move(on_left)) {}
-  ~ModbusTcpSession() override { on_left_(); }
+  ModbusTcpSession(ModbusServer& server, std::string peer)
+      : server_(server), peer_(std::move(peer)), client_(server.join(peer_)) {}
+  ~ModbusTcpSession() override { server_.leave(client_, peer_); }
   ModbusTcpSession(const ModbusTcpSession&) = delete;
   ModbusTcpSession& operator=(const ModbusTcpSession&) = delete;
 
@@ -178,8 +193,8 @@ class ModbusTcpSession final : public StreamSession {
 
  private:
   ModbusServer& server_;
+  std::string peer_;
   std::uint32_t client_;
-  std::function<void()> on_left_;
   std::vector<std::uint8_t> received_;
   std::string unsent_;
   bool ended_ = false;

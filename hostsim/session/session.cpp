@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "base/address.hpp"
 #include "base/text.hpp"
+#include "cbcan/version.hpp"
 #include "plant/command_words.hpp"
 #include "protocols/adapter.hpp"
 
@@ -40,6 +40,13 @@ journal::FindName names_of(plant::Control& control) {
     const sim::Node* const node = control.network(network).world().node(id);
     return node == nullptr ? nullptr : node->description().find(index, sub);
   };
+}
+
+std::vector<protocols::ModbusUnit*> units_of(const plant::Plant& plant) {
+  std::vector<protocols::ModbusUnit*> units;
+  for (const auto& network : plant.networks())
+    units.push_back(network.get());
+  return units;
 }
 
 web::Json wires_of(const config::Config& config) {
@@ -159,6 +166,8 @@ Session::Session(const config::Config& config, config::PlantBuild build, std::st
       plant_(config, std::move(build), now_, *this,
              [this](const std::string& file) { return host_.store(file); }),
       find_name_(names_of(control())),
+      units_(units_of(plant_)),
+      modbus_(units_, {"cbcan", "cbcan-sim", kVersion}),
       waits_([this] { return host_.machine_now(); }) {
   if (config.verbose || config.verbose_frames) {
     const journal::Kinds frames = config.verbose_frames ? kinds_of({Kind::kFrame}) : 0;
@@ -174,7 +183,10 @@ void Session::list_services(const config::Config& config) {
       plant_.networks(), [](const auto& network) { return !network->registers().empty(); });
   services_.push_back({.name = "modbus", .listen = is_modbus ? to_string(config.modbus) : ""});
   services_.push_back({.name = "rtu"});
-  services_.push_back({.name = "rtu_tcp", .listen = is_modbus ? config.rtu.listen : ""});
+  services_.push_back({.name = "rtu_tcp",
+                       .listen = is_modbus ? config.rtu.listen : "",
+                       .connect = protocols::rtu_over_tcp(
+                           units_, [this] { return host_.machine_now(); }, config.rtu.station)});
   for (const config::NetworkConfig& network : config.networks)
     list_bus_services(network);
   services_.push_back(
@@ -234,8 +246,8 @@ web::Json Session::about() const {
   json["streams"] = served.http_streams;
   if (const std::string& modbus = services_.at("modbus").place; !modbus.empty()) {
     json["modbus"] = modbus;
-    json["clients"] = served.clients;
-    json["requests"] = served.modbus.requests;
+    json["clients"] = modbus_.counters().connections - modbus_.counters().left;
+    json["requests"] = modbus_.counters().requests;
   }
   return json;
 }
@@ -342,10 +354,19 @@ void Session::advance_and_answer() {
 }
 
 /// A pass is done in steps, between which the host looks for signals; the result does not depend on them.
-Time Session::next_step() const {
+bool Session::step(Time& now) {
   constexpr Time kLongestStep = kSecond;
-  const Time step = waits_.are_passes() ? now_ + kLongestStep : now_;
-  return std::min(waits_.next_deadline(), std::max(step, plant_.next_deadline()));
+  const Time step = waits_.are_passes() ? now + kLongestStep : now;
+  now = std::min(waits_.next_deadline(), std::max(step, plant_.next_deadline()));
+  advance();
+  return poll_waits();
+}
+
+void Session::let_pass(Time duration, Time& now) {
+  for (const Time end = now + duration; now < end;) {
+    now = std::max(now, earlier(end, plant_.next_deadline()));
+    advance_and_answer();
+  }
 }
 
 /// The effects of a line have happened and been sent before its response.
@@ -382,10 +403,10 @@ std::string Session::summary() const {
       text += fmt::format("{}advice {}: {} times by client {}\n", name_of(network->number()),
                           journal::name_of(advice.mistake), advice.count, advice.client);
   }
-  const Served served = host_.served();
+  const protocols::ModbusServer::Counters& counters = modbus_.counters();
   if (!services_.at("modbus").place.empty())
-    text += fmt::format("Modbus requests {}, exceptions {}, connections {}\n", served.modbus.requests,
-                        served.modbus.exceptions, served.connections);
+    text += fmt::format("Modbus requests {}, exceptions {}, connections {}\n", counters.requests,
+                        counters.exceptions, counters.connections);
   return text;
 }
 
@@ -396,6 +417,37 @@ std::string Session::clients_summary(std::size_t network) const {
       text += fmt::format("{}{} connections {}, frames not read in time {}\n", name_of(network), title,
                           service.connections, service.lost);
   return text;
+}
+
+// ---- Connections with the outside
+
+protocols::PlcPolling::Exchanges plc_exchanges(const config::NetworkConfig& config, plant::Network& network) {
+  using namespace protocols;
+  const config::PlcConfig& plc = config.plc;
+  const config::ModuleConfig& own = config.module;
+  PlcPolling::Exchanges exchanges;
+  if (plc.layout == config::PlcLayout::kScanner)
+    exchanges.push_back(
+        std::make_unique<ScannerExchange>(network, plc.first, own.scanner_out_first, own.scanner_in_first));
+  else
+    exchanges.push_back(
+        std::make_unique<WindowExchange>(network, plc.first, plc.at_start == config::PlcAtStart::kRefuse));
+  if (plc.process_first)
+    exchanges.push_back(std::make_unique<ProcessExchange>(network, *plc.process_first, own.process_first));
+  if (plc.status_first)
+    exchanges.push_back(
+        std::make_unique<CopyExchange>(network, *plc.status_first, own.status_first, regmap::kStatusWords));
+  return exchanges;
+}
+
+base::ListenAddress plc_address(const config::PlcConfig& plc) {
+  constexpr std::uint16_t kModbusPort = 502;
+  return base::parse_listen_address(plc.address, kModbusPort);
+}
+
+std::unique_ptr<protocols::Dialect> dialect_of(const config::CanSpec& can) {
+  return can.kind == config::CanSpec::Kind::kSlcan ? protocols::slcan_dialect(can.kbit)
+                                                   : protocols::socketcand_dialect(can.name);
 }
 
 }  // namespace cbcan::session

@@ -15,14 +15,17 @@
 #include <utility>
 #include <vector>
 
+#include "base/address.hpp"
 #include "base/buffer.hpp"
 #include "base/error.hpp"
 #include "config/build_node.hpp"
 #include "config/config.hpp"
 #include "plant/control.hpp"
 #include "plant/plant.hpp"
+#include "protocols/dialect.hpp"
 #include "protocols/http_site.hpp"
 #include "protocols/modbus_server.hpp"
+#include "protocols/plc_polling.hpp"
 #include "protocols/stream_session.hpp"
 #include "scenario/scenario_writer.hpp"
 #include "web/api.hpp"
@@ -110,11 +113,8 @@ inline constexpr std::string_view kBehind =
     "called less "
     "often, or use --clock manual";
 
-/// What is served at present; the first three by Modbus TCP.
+/// What is served at present by HTTP.
 struct Served {
-  protocols::ModbusServer::Counters modbus;
-  std::uint64_t connections = 0;
-  std::size_t clients = 0;
   bool http_may_write = false;
   std::size_t http_streams = 0;
 };
@@ -168,6 +168,9 @@ class Session final : private plant::NetworkListener {
   const Waits& waits() const { return waits_; }
   const journal::FindName& find_name() const { return find_name_; }
   Time started() const { return started_; }
+  /// The networks, of which each that has a module is a unit; and the server of their clients by Modbus TCP.
+  const std::vector<protocols::ModbusUnit*>& units() const { return units_; }
+  protocols::ModbusServer& modbus() { return modbus_; }
   /// The services, with places that the host fills in; the session serves their clients, and HTTP by http().
   Services& services() { return services_; }
   const Services& services() const { return services_; }
@@ -206,8 +209,10 @@ class Session final : private plant::NetworkListener {
   bool poll_waits();
   /// The same, after what is due.
   void advance_and_answer();
-  /// Where time goes next on a clock that does not run, while a wait wants it to.
-  Time next_step() const;
+  // On a clock that does not run, with the host's variable for now():
+  /// Lets time go on while a wait wants it to; true if one has ended.
+  bool step(Time& now);
+  void let_pass(Time duration, Time& now);
 
   /// Counters, in lines for people: of all, and of the clients at a network's bus.
   std::string summary() const;
@@ -247,10 +252,22 @@ class Session final : private plant::NetworkListener {
   std::optional<Trace> trace_;
   plant::Plant plant_;
   journal::FindName find_name_;
+  std::vector<protocols::ModbusUnit*> units_;
+  protocols::ModbusServer modbus_;
   Waits waits_;
   Services services_;
   std::shared_ptr<protocols::Dialogue> input_ = std::make_shared<protocols::Dialogue>();
   std::function<void()> look_;
 };
+
+// ---- What the configuration says of a network's connections with the outside, whatever makes them
+
+/// What is exchanged with the PLC that owns the registers of a network, which outlives it.
+protocols::PlcPolling::Exchanges plc_exchanges(const config::NetworkConfig& config, plant::Network& network);
+/// The place of a PLC that is not on a line. Throws base::UsageError.
+base::ListenAddress plc_address(const config::PlcConfig& plc);
+
+/// The text that an adapter speaks: SLCAN or socketcand.
+std::unique_ptr<protocols::Dialect> dialect_of(const config::CanSpec& can);
 
 }  // namespace cbcan::session

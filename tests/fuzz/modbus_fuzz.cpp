@@ -30,11 +30,11 @@ constexpr unsigned kMostPieces = 400;  ///< of one input
 struct Server final : test::RegisterUnit {
   Server() : RegisterUnit(std::vector<std::uint16_t>(ModbusModel::kRegisters)) {}
   void on_request(bool, const modbus::Range&) override { ++requests; }
-  static io::ModbusTcpSettings settings() { return {{"127.0.0.1", 0}, {"cb", "can", "1.0"}, 5 * kSecond}; }
 
   io::Reactor reactor;
   std::size_t requests = 0;
-  io::ModbusTcp modbus{reactor, {this}, settings(), [](const std::string&) {}};
+  protocols::ModbusServer protocol{std::array<protocols::ModbusUnit*, 1>{this}, {"cb", "can", "1.0"}};
+  io::ModbusTcp modbus{reactor, {"127.0.0.1", 0}, protocol, [](const std::string&) {}};
 };
 
 Server& server() {

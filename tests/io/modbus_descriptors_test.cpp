@@ -78,7 +78,7 @@ TEST_CASE(
   Server server;
   Client slow(server, 2048);
   slow.set(SOL_SOCKET, SO_SNDBUF, 1 << 20);
-  while (server.modbus.counters().waits_for_room == 0) {
+  for (std::uint64_t sent = 0; server.counters.requests == sent; ++sent) {  // until it is not read from
     slow.send("00 01 00 00 00 06 01 03 00 00 00 7D");
     server.run_until_quiet();
   }

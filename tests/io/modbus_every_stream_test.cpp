@@ -55,7 +55,6 @@ struct Line final : private cbcan::test::RegisterUnit {
   std::size_t streams = 0;
 
  private:
-  static ModbusTcpSettings settings() { return {{"127.0.0.1", 0}, {"cb", "can", "1.0"}, 5 * kSecond}; }
   static Bytes responses(const Descriptor& client) {
     Bytes bytes(4096);
     const ssize_t size = ::recv(client.get(), bytes.data(), bytes.size(), 0);
@@ -64,7 +63,8 @@ struct Line final : private cbcan::test::RegisterUnit {
   }
 
   Reactor reactor_;
-  ModbusTcp modbus_{reactor_, {this}, settings(), [](const std::string&) {}};
+  protocols::ModbusServer protocol_{std::array<protocols::ModbusUnit*, 1>{this}, {"cb", "can", "1.0"}};
+  ModbusTcp modbus_{reactor_, {"127.0.0.1", 0}, protocol_, [](const std::string&) {}};
 };
 
 TEST_CASE("Modbus TCP: two requests in every combination of cuts") {

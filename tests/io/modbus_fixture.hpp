@@ -42,15 +42,11 @@ struct Server {
   std::vector<std::uint16_t>& registers = first.words;
   std::vector<std::uint16_t>& of_second = second.words;
   std::vector<std::string> warnings;
+  protocols::ModbusServer protocol{std::array<protocols::ModbusUnit*, 2>{&first, &second},
+                                   {"cb", "can", "1.0"}};
+  const protocols::ModbusServer::Counters& counters = protocol.counters();
   ModbusTcp modbus{
-      reactor, {&first, &second}, settings(), [this](const std::string& line) { warnings.push_back(line); }};
-
-  static ModbusTcpSettings settings() {
-    ModbusTcpSettings settings;
-    settings.listen = {"127.0.0.1", 0};
-    settings.identity = {"cb", "can", "1.0"};
-    return settings;
-  }
+      reactor, {"127.0.0.1", 0}, protocol, [this](const std::string& line) { warnings.push_back(line); }};
 
   explicit Server(std::size_t registers_of_first = 4168) : first(told, registers_of_first) {}
 

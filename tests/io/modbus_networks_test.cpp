@@ -38,8 +38,8 @@ TEST_CASE("a unit ID without a network is answered by exception 0Ah, whatever is
   CHECK(server.registers == std::vector<std::uint16_t>(4168));
   CHECK(server.of_second == std::vector<std::uint16_t>(4168));
   CHECK(server.requests.empty());
-  CHECK(server.modbus.counters().requests == 6);
-  CHECK(server.modbus.counters().exceptions == 6);
+  CHECK(server.counters.requests == 6);
+  CHECK(server.counters.exceptions == 6);
 }
 
 TEST_CASE("a network without registers is none, be it the first") {

@@ -18,8 +18,8 @@ TEST_CASE("the owner learns of each request, once, and whether it wrote") {
   CHECK(server.requests == std::vector<bool>{false, true, false, false, true});
   CHECK(server.valid == std::vector<bool>{true, true, false, true, true});
   CHECK(server.written.back() == modbus::Range{0, 1});
-  CHECK(server.modbus.counters().requests == 5);
-  CHECK(server.modbus.counters().exceptions == 1);
+  CHECK(server.counters.requests == 5);
+  CHECK(server.counters.exceptions == 1);
 }
 
 TEST_CASE("the owner runs before the next pipelined request") {
@@ -70,7 +70,7 @@ TEST_CASE("clients come and go") {
     client.leave();
     server.run_until([&] { return server.modbus.clients() == 0; });
   }
-  CHECK(server.modbus.counters().connections == 20);
+  CHECK(server.counters.connections == 20);
 }
 
 TEST_CASE("a client that has ended its sending still gets its responses") {

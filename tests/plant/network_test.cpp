@@ -34,7 +34,7 @@ TEST_CASE("a fault of the PLC ends a connection once what was answered is sent; 
     CAPTURE(fault);
     plant->execute("write 3800 0 0 0");
     plant->execute("fault plc " + fault + " after=1 count=1");
-    protocols::ModbusTcpSession session(server, 1, [] {});
+    protocols::ModbusTcpSession session(server, "");
     std::string requests;
     for (const char* const number : {"\xD8", "\xD9", "\xDA"})  // R3800, R3801 and R3802 = 7
       requests += std::string("\0\1\0\0\0\6\1\6\x0E", 9) + number + std::string("\0\7", 2);

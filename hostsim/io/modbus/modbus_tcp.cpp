@@ -30,12 +30,11 @@ struct ModbusTcp::Connection {
   std::array<std::uint8_t, protocols::ModbusServer::kMaxAdu> buffer;
 };
 
-ModbusTcp::ModbusTcp(Reactor& reactor, const std::vector<protocols::ModbusUnit*>& networks,
-                     ModbusTcpSettings settings, Warn warn)
+ModbusTcp::ModbusTcp(Reactor& reactor, const ListenAddress& listen, protocols::ModbusServer& server,
+                     Warn warn)
     : reactor_(reactor),
-      settings_(std::move(settings)),
-      server_(networks, settings_.identity),
-      acceptor_(reactor, "modbus", {"", settings_.listen}, *this, std::move(warn)) {}
+      server_(server),
+      acceptor_(reactor, "modbus", {"", listen}, *this, std::move(warn)) {}
 
 ModbusTcp::~ModbusTcp() {
   for (const auto& [fd, client] : connections_)
@@ -56,8 +55,7 @@ void ModbusTcp::adopt(Descriptor socket) {
   constexpr int kLostAfterMs = 120'000;  // while a response is not acknowledged there is no keep-alive
   setsockopt(fd, IPPROTO_TCP, TCP_USER_TIMEOUT, &kLostAfterMs, sizeof kLostAfterMs);
   made->used = ++uses_;
-  made->number = static_cast<std::uint32_t>(++connected_);
-  if (on_client) on_client(made->number, made->peer = peer_of(fd), true);
+  made->number = server_.join(made->peer = peer_of(fd));
   connections_[fd] = std::move(made);
 }
 
@@ -71,7 +69,7 @@ bool ModbusTcp::make_room() {
 
 void ModbusTcp::close_client(Connection& client) {
   set_deadline(client, kNever);
-  if (on_client) on_client(client.number, client.peer, false);
+  server_.leave(client.number, client.peer);
   reactor_.forget(client.socket.get());
   connections_.erase(client.socket.get());
 }
@@ -108,7 +106,7 @@ bool ModbusTcp::advance(Connection& client) {
   if (client.received != 0) std::memmove(client.buffer.data(), rest, client.received);
   const bool half = client.received != 0 && client.unsent.empty();
   if (half || client.deadline != kNever)
-    set_deadline(client, half ? reactor_.time() + settings_.half_request_timeout : kNever);
+    set_deadline(client, half ? reactor_.time() + kHalfRequestTimeout : kNever);
   return true;
 }
 
@@ -121,7 +119,6 @@ inline bool ModbusTcp::send(Connection& client, Bytes bytes) {
   const Bytes rest = bytes.subspan(count < 0 ? 0 : static_cast<std::size_t>(count));
   client.unsent = std::vector(rest.begin(), rest.end());
   if (waited != client.unsent.empty()) return true;
-  if (!waited) ++waits_for_room_;
   return reactor_.change(client.socket.get(), waited ? Reactor::kReadable : Reactor::kWritable);
 }
 
