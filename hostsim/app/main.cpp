@@ -12,7 +12,6 @@
 #include <utility>
 
 #include "app/console.hpp"
-#include "app/run.hpp"
 #include "app/run_many.hpp"
 #include "app/simulator.hpp"
 #include "base/address.hpp"

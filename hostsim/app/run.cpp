@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "app/run.hpp"
-
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -13,7 +11,6 @@
 #include <vector>
 
 #include "app/parallel.hpp"
-#include "app/progress.hpp"
 #include "app/run_many.hpp"
 #include "app/target.hpp"
 #include "base/text.hpp"
@@ -65,16 +62,16 @@ class Runner {
   }
 
   Outcome play_on_target(scenario::Scenario& scenario) const {
-    Target target(config::target_of(config_.target));
+    const auto target = open_target(config::target_of(config_.target));
     std::size_t unseen = 0;
     try {
-      unseen = leave_out_unobservable(scenario, target);
+      unseen = leave_out_unobservable(scenario, *target);
     } catch (const plant::NotObservable& step) {
       return {Verdict::kSkipped, 0, step.what()};
     }
-    if (const auto problems = check_steps(scenario, target); !problems.empty())
+    if (const auto problems = check_steps(scenario, *target); !problems.empty())
       return {Verdict::kSkipped, 0, problems.front().message};
-    Outcome outcome = scenario::play(scenario, target);
+    Outcome outcome = scenario::play(scenario, *target);
     if (unseen != 0 && outcome.verdict == Verdict::kPassed)
       outcome.text = fmt::format("{} expectations of nodes, frames or exact times left out", unseen);
     return outcome;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <span>
@@ -11,7 +12,6 @@
 
 #include "app/parallel.hpp"
 #include "app/processes.hpp"
-#include "app/progress.hpp"
 #include "app/state_file.hpp"
 #include "io/loop/lines.hpp"
 #include "io/loop/reactor.hpp"
@@ -52,12 +52,12 @@ class Surroundings final : public search::Host {
  public:
   /// Throws io::UsageError, io::EnvironmentError for a file or folder of the options.
   Surroundings(const config::SearchConfig& search, Console& console)
-      : console_(console), kept_(search.state) {
+      : console_(console), kept_(open_state_file(search.state)) {
     if (!search.out.empty()) io::make_folder("--out", search.out);
     if (!search.junit.empty()) junit_.emplace("--junit", search.junit);
   }
 
-  search::Kept& kept() { return kept_; }
+  search::Kept& kept() { return *kept_; }
   base::ExitCode report(search::Campaign& campaign) {
     const base::ExitCode code = campaign.report();
     if (junit_) junit_->write(campaign.junit());
@@ -79,7 +79,7 @@ class Surroundings final : public search::Host {
   }
 
   Console& console_;
-  StateFile kept_;
+  std::unique_ptr<search::Kept> kept_;
   std::optional<io::ResultFile> junit_;
   const Time begun_ = io::Reactor::now();
   Progress progress_;

@@ -7,6 +7,7 @@
 #include "app/console.hpp"
 #include "config/build_node.hpp"
 #include "config/command_line.hpp"
+#include "config/run_options.hpp"
 #include "scenario/search/search_settings.hpp"
 
 namespace cbcan::app {
@@ -22,5 +23,9 @@ int run_many(const config::Start& start, const search::Settings& settings, confi
 /// The same for scenarios, in this process.
 base::ExitCode explore_scenarios(const std::vector<std::string>& paths, const config::SearchConfig& search,
                                  const base::FileReader& read, Console& console);
+
+/// `cbcan-sim run`: plays scenarios and reports the results. Throws io::EnvironmentError for files that
+/// cannot be written, io::UsageError for paths without a scenario.
+base::ExitCode run_scenarios(const config::RunConfig& config, const base::FileReader& read, Console& console);
 
 }  // namespace cbcan::app
