@@ -4,6 +4,9 @@
 // _initialize() once before anything else. After a trap the instance must not be used again.
 
 #include <cmath>
+#include <functional>
+#include <map>
+#include <type_traits>
 #include <utility>
 
 #include "module/instance.hpp"
@@ -41,51 +44,44 @@ Json connect(const Json& given) {
   return here().last_connection;
 }
 
-struct Call {
-  std::string_view name;
-  Json (*run)(const Json& given);
-};
+using Call = std::function<Json(const Json& given)>;
 
-/// Calls, documented in instance.hpp.
-constexpr Call kCalls[] = {
-    {"start",
-     [](const Json& given) {
-       return here().instance.start(given["arguments"], given["folder"].get<std::string>(),
-                                    given["environment"].get<Instance::Environment>());
-     }},
-    {"serve",
-     [](const Json& given) {
-       return here().instance.serve(given["places"], given["since_1970"], given["alone"]);
-     }},
+/// Calls a function of the instance with these members of what is given.
+template <class Result, class... Parameters>
+Call to(Result (Instance::*function)(Parameters...), auto... names) {
+  return [=](const Json& given) -> Json {
+    const auto run = [&] {
+      return (here().instance.*function)(given[names].template get<std::remove_cvref_t<Parameters>>()...);
+    };
+    if constexpr (!std::is_void_v<Result>) return run();
+    run();
+    return {};
+  };
+}
+
+/// Documented in instance.hpp.
+const std::map<std::string, Call> kCalls{
+    {"start", to(&Instance::start, "arguments", "folder", "environment")},
+    {"serve", to(&Instance::serve, "places", "since_1970", "alone")},
     {"connect", connect},
-    {"lose",
-     [](const Json& given) {
-       return here().instance.lose(given["name"], given["network"], given["why"]), Json();
-     }},
+    {"lose", to(&Instance::lose, "name", "network", "why")},
     {"plc", [](const Json& given) { return here().instance.plc(given["network"], given); }},
     {"respond", [](const Json& given) { return here().instance.respond(given); }},
-    {"fill", [](const Json& given) { return here().instance.fill(given["stream"]); }},
-    {"drop", [](const Json& given) { return here().instance.drop(given["stream"]), Json(); }},
-    {"input",
-     [](const Json& given) { return here().instance.input(given["line"].get<std::string>()), Json(); }},
+    {"fill", to(&Instance::fill, "stream")},
+    {"drop", to(&Instance::drop, "stream")},
+    {"input", to(&Instance::input, "line")},
     {"input_waits", [](const Json&) { return Json(here().instance.input_waits()); }},
     {"summary", [](const Json&) { return Json(here().instance.summary()); }},
-    {"told", [](const Json&) { return here().instance.take_told(); }},
-    {"play", [](const Json& given) { return here().instance.play(given["place"]); }},
-    {"played", [](const Json&) { return here().instance.played(); }},
-    {"search", [](const Json& given) { return here().instance.search(given["passed"], given["most"]); }},
-    {"try_here", [](const Json& given) { return here().instance.try_here(given["trial"]), Json(); }},
+    {"told", to(&Instance::take_told)},
+    {"play", to(&Instance::play, "place")},
+    {"played", to(&Instance::played)},
+    {"search", to(&Instance::search, "passed", "most")},
+    {"try_here", to(&Instance::try_here, "trial")},
     {"begin_trial",
      [](const Json& given) { return here().instance.begin_trial(modules[0].instance, given["trial"]); }},
-    {"end_trial",
-     [](const Json& given) {
-       return here().instance.end_trial(given["code"], given["said"].get<std::string>()), Json();
-     }},
-    {"hang",
-     [](const Json& given) {
-       return here().instance.hang(given["trial"], given["limit"], given["said"].get<std::string>()), Json();
-     }},
-    {"show", [](const Json& given) { return here().instance.show(given["place"]), Json(); }},
+    {"end_trial", to(&Instance::end_trial, "code", "said")},
+    {"hang", to(&Instance::hang, "trial", "limit", "said")},
+    {"show", to(&Instance::show, "place")},
 };
 
 }  // namespace
@@ -128,8 +124,7 @@ CBCAN_EXPORT("give") void module_give(unsigned name_size, bool is_folder, bool i
 /// Takes {"call", ...} and returns JSON.
 CBCAN_EXPORT("call") void module_call() {
   const Json given = Json::parse(here().in);
-  for (const Call& call : kCalls)
-    if (given["call"] == call.name) here().out = web::line_of(call.run(given));
+  here().out = web::line_of(kCalls.at(given["call"])(given));
 }
 
 /// Times in microseconds, which are exact to 2^53; infinity = never.
