@@ -10,7 +10,6 @@ namespace {
 using namespace test;
 
 const Bytes kWrite = hex("01 06 00 00 00 07 C8 08");
-const Bytes kSeven = hex("01 03 02 00 07 F9 86");
 const Bytes kZero = hex("01 03 02 00 00 B8 44");
 
 static_assert(rtu_silence_us(1200) == 32'084);  // 3.5 * 11 / 1200 s
@@ -96,17 +95,6 @@ TEST_CASE("RTU: a request that was not executed is replaced by the next one") {
     CHECK(line.server.counters().foreign_frames == 0);
     CHECK(line.server.counters().slave_messages == 1);
   }
-}
-
-TEST_CASE("RTU: an accepted request is not cancelled") {
-  Line line;
-  line.send(kWrite);
-  REQUIRE(line.server.poll(line.now + 1'750) == 0);
-  line.send(hex("00"));
-  CHECK(line.server.execute().size() == 8);
-  CHECK(line.words[0] == 7);
-  line.server.on_sent();
-  CHECK(line.ask(kRead) == kSeven);
 }
 
 TEST_CASE("RTU: a broken byte invalidates the frame that contains it or that it follows, and no other") {

@@ -50,14 +50,6 @@ TEST_CASE("A frame is a line of its type, with its data unless it is remote; an 
   CHECK(encoded({0x4, 8, Frame::kError, {}}).empty());
 }
 
-TEST_CASE("Characters become lines and bells") {
-  Reading reading;
-  CHECK(reading.of("t12") == "");
-  CHECK(reading.of("30\rz\r\r\a") == "[t1230][z][]!");
-  CHECK(reading.of("V\r\nN\n\r") == "[V][N]");
-  CHECK(reading.of("half\at0000\r") == "![t0000]");
-}
-
 TEST_CASE("A line that is too long is dropped whole") {
   Reading reading;
   const std::string longest(slcan::kMaxLine - 1, 'x');
